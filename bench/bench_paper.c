@@ -10,7 +10,7 @@
 
 #include "base/memory.h"
 #include "bench.h"
-#include "exchange/code/levels.h"
+#include "exchange/code/vectorised.h"
 #include "symbolic/live.h"
 #include <kempe/generate.h>
 #include <kempe/settings.h>
@@ -147,7 +147,7 @@ static steps count_steps(const scheme *s)
     return found;
 }
 
-/* Steps of single operations, as array languages are written (exchange/code/levels.h). */
+/* Steps of single operations, as array languages are written (exchange/code/vectorised.h). */
 static int count_levels(const kempe_model *model)
 {
     const kempe_generate_options g = {.sets = "M_C", .scheme = "ner", .keep_parameters = 1, .vectorised = 1};

@@ -23,6 +23,7 @@ if(KEMPE_COMMAND)
 
     # Pages and examples keep their places relative to each other; the site joins them where it was built (target site).
     install(FILES README.md LICENSE DESTINATION ${KEMPE_DOCDIR})
+    install(DIRECTORY third_party DESTINATION ${KEMPE_DOCDIR} FILES_MATCHING PATTERN "README.md" PATTERN "LICENSE.txt")
     install(DIRECTORY docs bench DESTINATION ${KEMPE_DOCDIR} FILES_MATCHING
         REGEX "/docs/.*\\.(md|svg|png)$" REGEX "/bench/README\\.md$" REGEX "/bench/results/.*\\.(txt|md|csv)$"
         PATTERN site EXCLUDE PATTERN peers EXCLUDE)

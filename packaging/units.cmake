@@ -34,7 +34,7 @@ add_library(kempe_unit MODULE ${unit_sources} ${PROJECT_BINARY_DIR}/simulator/ke
 set_target_properties(kempe_unit PROPERTIES PREFIX "" OUTPUT_NAME kempe_unit C_VISIBILITY_PRESET hidden)
 target_compile_options(kempe_unit PRIVATE -UKEMPE_UMFPACK)
 target_include_directories(kempe_unit PRIVATE include . src ${runtime})
-target_include_directories(kempe_unit SYSTEM PRIVATE ${SUITESPARSE_INCLUDE} ${SUNDIALS_INCLUDE})
+target_include_directories(kempe_unit SYSTEM PRIVATE third_party/fmi ${SUITESPARSE_INCLUDE} ${SUNDIALS_INCLUDE})
 file(CONFIGURE OUTPUT kempe_unit.map CONTENT "{ global: fmi2*; fmi3*; local: *; };\n")
 add_dependencies(kempe_unit kempe_inside)
 target_link_libraries(kempe_unit PRIVATE $<TARGET_FILE:kempe_inside> -Wl,--start-group ${KEMPE_STATIC_LIBS} -Wl,--end-group

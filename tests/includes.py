@@ -21,6 +21,7 @@ LAYERS = {
     "symbolic": "base linalg",
     "model": "base linalg symbolic",
     "roles": "",
+    "fmi": "",
     "kinematics": "base linalg symbolic model roles",
     "kinds": "base linalg symbolic model roles kinematics",
     "dynamics": "base linalg symbolic model roles kinematics kinds",
@@ -61,7 +62,9 @@ for name, others in ANALYSES.items():
 for wing, others in WINGS.items():
     seen = [f"analyses/{name}" for name in ANALYSES] if "analyses" in others else []
     LAYERS[wing] = " ".join([WHOLE_CORE, others, *seen])
+LAYERS["exchange"] += " fmi"
 FOLDERS = [  # first match wins
+    ("third_party/fmi/", "fmi"),
     ("src/pipeline.", "pipeline"),
     ("src/dynamics/kinematics/friction_roles.h", "roles"),
     ("src/dynamics/kinematics/", "kinematics"),
@@ -94,7 +97,7 @@ def layer_of(path):
 
 def resolve(root, path, name):
     """The included file relative to the root, None when it is not in the tree."""
-    for folder in (path.parent, root, root / "src", root / "tests"):
+    for folder in (path.parent, root, root / "src", root / "tests", root / "third_party/fmi"):
         found = (folder / name).resolve()
         if found.is_file() and found.is_relative_to(root):
             return found.relative_to(root).as_posix()

@@ -28,6 +28,7 @@ def about() -> dict[str, Any]:
     searches = string(lib.python_searches()).split()
     licenses = {
         "BSD-3-Clause": True,  # Kempe, SUNDIALS, LAPACK
+        "BSD-2-Clause": True,  # headers of the FMI
         "LGPL-2.1-or-later": True,  # KLU, and parts of NLopt
         "GPL-2.0-or-later": "umfpack" in solvers,
         "MIT": "nlopt" in searches,

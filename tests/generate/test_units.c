@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The layers of functional mock-up units on a pendulum written by hand: modes, misuse, states, derivatives. */
-#include "generate/unit_functions.h"
+#include "exchange/simulator/kempe_fmu.h"
+#include "fmi2Functions.h"
+#include "fmi3Functions.h"
 #include "testing.h"
 #include "unit/simulated_mechanisms.h"
 

@@ -3,7 +3,6 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "symbolic/interpreter.h"
-#include <string.h>
 
 /* -- values by place ---------------------------------------------------------------------------------- */
 
@@ -89,42 +88,26 @@ static kmp_program *stage_of(const kmp_program *p, int stage)
 
 const char *const kmp_block_part_names[KMP_BLOCK_PARTS] = {"guess", "merit", "scan", "equations"};
 
-/* The stage of the block's program; 0: the block lacks the part. *by_place: it is evaluated at the candidates alone. */
-static int stage_of_part(const kmp_program_block *block, kmp_block_part part, bool *by_place)
-{
-    const bool among = block->candidates > 0 && !block->averages;
-    const int stages[KMP_BLOCK_PARTS] = {1, among ? 2 : 0, among ? 2 : 0, block->program->stages - 1};
-    *by_place = block->averages || part == KMP_PART_SCAN;
-    return stages[part];
-}
-
-/* NULL: no memory. */
-static kmp_program *program_of(const kmp_program_block *block, int stage, bool by_place, kmp_arena *arena,
-                               kmp_place_values *rows)
-{
-    kmp_program *whole = stage_of(block->program, stage);
-    const int unknowns = block->averages ? 1 : block->unknowns;
-    if (!whole || !by_place)
-        return whole;
-    kmp_program *part = take_place_values(whole, unknowns, arena, block->candidates, block->candidate, rows);
-    kmp_program_free(whole);
-    return part;
-}
-
 static bool make_part(kmp_code_source *source, const kmp_code_routine *routine, int block, kmp_block_part number)
 {
     struct kmp_code_block *b = &routine->blocks[block];
+    const kmp_program_block *whole = b->block;
     kmp_code_routine *part = &b->part[number];
-    bool by_place;
-    const int stage = stage_of_part(b->block, number, &by_place);
-    if (stage == 0)
+    const bool among = whole->candidates > 0 && !whole->averages;
+    /* Of the block's program; 0: the block lacks the part. */
+    const int stages[KMP_BLOCK_PARTS] = {1, among ? 2 : 0, among ? 2 : 0, whole->program->stages - 1};
+    if (stages[number] == 0)
         return true;
-    const char *given =
-        kmp_arena_printf(&source->arena, "%s_block%d_%s", routine->name, block, kmp_block_part_names[number]);
-    if (!given)
+    part->inner = kmp_arena_printf(&source->arena, "%s_block%d_%s", routine->name, block, kmp_block_part_names[number]);
+    if (!part->inner)
         return false;
-    part->inner = given;
-    part->program = program_of(b->block, stage, by_place, &source->arena, &b->rows[number]);
+    kmp_program *stage = stage_of(whole->program, stages[number]);
+    if (stage && (whole->averages || number == KMP_PART_SCAN)) { /* it is evaluated at the candidates alone */
+        part->program = take_place_values(stage, whole->averages ? 1 : whole->unknowns, &source->arena,
+                                          whole->candidates, whole->candidate, &b->rows[number]);
+        kmp_program_free(stage);
+    } else
+        part->program = stage;
     part->arguments = 1u << KMP_IN_Q;
     part->array_count = 1;
     const int count = part->program ? part->program->outputs[2] - part->program->outputs[1] : 0;

@@ -2,7 +2,7 @@
 /* `generate --count`: operation counts of each requested set of equations derived alone, and of all as one program. */
 #include "base/clock.h"
 #include "base/memory.h"
-#include "exchange/code/choice.h"
+#include "exchange/code/source.h"
 #include "model/data/model.h"
 #include "output/print.h"
 #include <kempe/generate.h>
@@ -56,18 +56,13 @@ static void show_entry(kmp_text *text, int width, const char *name, const kmp_ta
                     t->runtime.paper, t->runtime.robotran, t->operations, t->useless, t->steps.serial, t->steps.vector);
 }
 
-static int longest_name(const kempe_count *c)
-{
-    size_t longest = 8;
-    for (int k = 0; k < c->choice.count; k++)
-        longest = strlen(c->choice.chosen[k].name) > longest ? strlen(c->choice.chosen[k].name) : longest;
-    return (int)longest;
-}
-
 static void show_count(kmp_text *text, const void *result)
 {
     const kempe_count *c = result;
-    int width = longest_name(c);
+    size_t longest = 8;
+    for (int k = 0; k < c->choice.count; k++)
+        longest = strlen(c->choice.chosen[k].name) > longest ? strlen(c->choice.chosen[k].name) : longest;
+    int width = (int)longest;
     kmp_text_printf(text, "%s: M by scheme %s, numbers %s%s\n\n", c->model, c->choice.scheme,
                     c->choice.scene.keep ? "kept as symbols" : "folded",
                     c->choice.scene.body_inputs ? ", forces and torques on bodies as inputs" : "");

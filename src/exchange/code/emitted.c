@@ -32,27 +32,6 @@ enum { LANGUAGES = sizeof languages / sizeof *languages };
 
 /* -- request ----------------------------------------------------------------------------------------- */
 
-static kempe_status read_language(kempe_code *code, const kempe_generate_options *g)
-{
-    const char *name = g->language ? g->language : "c";
-    for (int k = 0; k < LANGUAGES; k++)
-        if (strcmp(languages[k]->name, name) == 0)
-            code->language = languages[k];
-    if (!code->language) {
-        kmp_text sentence = {0};
-        kmp_text_printf(&sentence, "unknown language '%s'; languages are ", name);
-        for (int k = 0; k < LANGUAGES; k++)
-            kmp_text_printf(&sentence, "%s%s", k ? ", " : "", languages[k]->name);
-        return kmp_fail_text(code->context, KEMPE_E_ARGUMENT, &sentence);
-    }
-    if (g->simulator && strcmp(name, "c") != 0)
-        return kmp_fail(code->context, KEMPE_E_ARGUMENT, "simulators are written in C: use --lang c");
-    if (g->vectorised && !code->language->arrays.function)
-        return kmp_fail(code->context, KEMPE_E_ARGUMENT,
-                        "%s has no vectorised form: omit --vectorised, or use an array language", name);
-    return KEMPE_OK;
-}
-
 static void put_name(kmp_text *text, const char *kinds, int *count, const char *name)
 {
     kmp_text_printf(text, "%s'%s'", *count > 0 ? ", " : kinds, name);
@@ -89,9 +68,28 @@ static kempe_status check_iterations(const kempe_code *code, const char *set)
     return KEMPE_OK;
 }
 
-/* An operation that a language does not have is reported before anything is written. */
-static kempe_status check_operations(const kempe_code *code)
+/* -- construction ------------------------------------------------------------------------------------ */
+
+static kempe_status make(kempe_code *code, const kempe_model *model, const kempe_generate_options *g)
 {
+    const char *name = g->language ? g->language : "c";
+    for (int k = 0; k < LANGUAGES; k++)
+        if (strcmp(languages[k]->name, name) == 0)
+            code->language = languages[k];
+    if (!code->language) {
+        kmp_text sentence = {0};
+        kmp_text_printf(&sentence, "unknown language '%s'; languages are ", name);
+        for (int k = 0; k < LANGUAGES; k++)
+            kmp_text_printf(&sentence, "%s%s", k ? ", " : "", languages[k]->name);
+        return kmp_fail_text(code->context, KEMPE_E_ARGUMENT, &sentence);
+    }
+    if (g->simulator && strcmp(name, "c") != 0)
+        return kmp_fail(code->context, KEMPE_E_ARGUMENT, "simulators are written in C: use --lang c");
+    if (g->vectorised && !code->language->arrays.function)
+        return kmp_fail(code->context, KEMPE_E_ARGUMENT,
+                        "%s has no vectorised form: omit --vectorised, or use an array language", name);
+    KMP_TRY(kmp_source_init(&code->source, model, g));
+    /* An operation that a language does not have is reported before anything is written. */
     for (int k = 0; k < code->source.count; k++) {
         const kmp_code_routine *r = &code->source.routines[k];
         for (int i = 0; i < r->program->code[r->program->stages]; i++) {
@@ -106,16 +104,6 @@ static kempe_status check_operations(const kempe_code *code)
                                 r->name, kmp_op_text(op), code->language->name);
         }
     }
-    return KEMPE_OK;
-}
-
-/* -- construction ------------------------------------------------------------------------------------ */
-
-static kempe_status make(kempe_code *code, const kempe_model *model, const kempe_generate_options *g)
-{
-    KMP_TRY(read_language(code, g));
-    KMP_TRY(kmp_source_init(&code->source, model, g));
-    KMP_TRY(check_operations(code));
     bool ok = kmp_language_write(code->language, &code->source, &code->files);
     if (ok && g->simulator)
         ok = kmp_simulator_pages(&code->source, &code->files);

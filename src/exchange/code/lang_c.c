@@ -71,16 +71,6 @@ static void put_preparation(kmp_text *text, const struct kmp_code_block *b, cons
                             kmp_block_part_names[k]);
 }
 
-/* The numbers of an array. */
-static void put_numbers(kmp_text *text, int count, const double *x)
-{
-    for (int k = 0; k < count; k++) {
-        kmp_put_list_item(text, &kmp_language_c.numbers, k);
-        kmp_language_number(text, &kmp_language_c, x[k]);
-    }
-    kmp_text_put(text, "};\n\n");
-}
-
 /* Values by place of a part that has some. */
 static void put_rows(kmp_text *text, const struct kmp_code_block *b, kmp_block_part part, const char *name)
 {
@@ -88,7 +78,8 @@ static void put_rows(kmp_text *text, const struct kmp_code_block *b, kmp_block_p
     if (rows->width <= 1)
         return;
     kmp_text_printf(text, "static const double %s_%s_rows[] = ", name, kmp_block_part_names[part]);
-    put_numbers(text, rows->width * b->block->candidates, rows->rows);
+    kmp_put_numbers(text, &kmp_language_c, &kmp_language_c.numbers, rows->width * b->block->candidates, rows->rows);
+    kmp_text_put(text, ";\n\n");
 }
 
 /* A function of kmp_places: a part of the block at a place, with the row of the place. */
@@ -206,7 +197,8 @@ static void put_block(const kmp_code_writer *w, const struct kmp_code_block *b, 
     }
     if (b->block->candidates > 0) {
         kmp_text_printf(w->text, "static const double %s_candidates[] = ", name.s);
-        put_numbers(w->text, b->block->candidates, b->block->candidate);
+        kmp_put_numbers(w->text, w->language, &w->language->numbers, b->block->candidates, b->block->candidate);
+        kmp_text_put(w->text, ";\n\n");
     }
     (b->block->averages ? put_average : put_solver)(w->text, b, name.s);
     kmp_text_free(&name);

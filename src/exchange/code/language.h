@@ -31,7 +31,7 @@ typedef struct kmp_page {
     const char *name, *text;
 } kmp_page;
 
-/** The templates of the vectorised form (levels.h); v is the vector of all values. */
+/** The templates of the vectorised form (vectorised.h); v is the vector of all values. */
 typedef struct kmp_array_spelling {
     const char *function;              /* NULL: the language has no vectorised form */
     const char *table;                 /* values of a table for $(operands); NULL: as a call */

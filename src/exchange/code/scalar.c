@@ -4,11 +4,11 @@
 #include "exchange/code/scalar.h"
 #include "base/memory.h"
 #include "exchange/code/block_parts.h"
-#include "exchange/code/taken_names.h"
 #include "exchange/code/write.h"
 #include "output/print.h"
 #include "symbolic/ops.h"
 #include <stdio.h>
+#include <string.h>
 
 enum { LONGEST = 90, LEAF_LENGTH = 8 };
 
@@ -94,12 +94,6 @@ static void count_uses(kmp_scalar *s)
             s->uses[instruction_of(s, s->sinks[k].operand)]++;
 }
 
-static int length_of(const kmp_scalar *s, uint32_t operand)
-{
-    int i = instruction_of(s, operand);
-    return i < 0 || s->variable[i] ? LEAF_LENGTH : s->length[i];
-}
-
 static bool is_angle_function(const kmp_program *p, int i)
 {
     return p->instruction[i].op == KMP_OP_SIN || p->instruction[i].op == KMP_OP_COS;
@@ -112,8 +106,11 @@ static void choose_variables(kmp_scalar *s)
     const kmp_program *p = s->p;
     for (int i = p->code[s->stage]; i < p->code[s->stage + 1]; i++) {
         s->length[i] = 5;
-        for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
-            s->length[i] += length_of(s, kmp_instruction_operand(&p->instruction[i], k));
+        for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++) {
+            uint32_t operand = kmp_instruction_operand(&p->instruction[i], k);
+            int j = instruction_of(s, operand);
+            s->length[i] += j < 0 || s->variable[j] ? LEAF_LENGTH : s->length[j];
+        }
         s->variable[i] = s->uses[i] > 1 || s->length[i] > LONGEST || is_angle_function(p, i);
         if (p->instruction[i].op == KMP_OP_LIST)
             s->variable[i] = 0;
@@ -208,6 +205,112 @@ static void find_readings(kmp_scalar *s)
     }
 }
 
+/* Names that are taken, by hash: open addressing over numbers of instructions + 1. */
+typedef struct taken {
+    int *slot;
+    size_t size; /* a power of two */
+} taken;
+
+/* True when the name is new and now taken by instruction i. */
+static bool take(taken *t, char *const *name, const char *wanted, int i)
+{
+    const char *s = wanted;
+    size_t hash = 5381;
+    for (; *s; s++)
+        hash = hash * 33 + (unsigned char)*s;
+    size_t k = hash & (t->size - 1);
+    for (; t->slot[k]; k = (k + 1) & (t->size - 1))
+        if (strcmp(name[t->slot[k] - 1], wanted) == 0)
+            return false;
+    t->slot[k] = i + 1;
+    return true;
+}
+
+/* -- sines and cosines ------------------------------------------------------------------------------- */
+
+/* "1p2m3" of a sum of coordinates; false for any other operand. */
+static bool put_angle(const kmp_program *p, uint32_t operand, bool minus, bool first, int depth, kmp_text *text)
+{
+    int value = (int)(operand >> 1), input = value - p->constant_count, i = input - p->input_count;
+    minus = minus != (bool)(operand & 1);
+    if (input >= 0 && i < 0 && p->input[input].kind == KMP_IN_Q) {
+        kmp_text_printf(text, "%s%u", minus ? "m" : first ? "" : "p", p->input[input].index + 1);
+        return true;
+    }
+    return i >= 0 && depth < 5 && p->instruction[i].op == KMP_OP_ADD &&
+           put_angle(p, p->instruction[i].a, minus, first, depth + 1, text) &&
+           put_angle(p, p->instruction[i].b, minus, false, depth + 1, text);
+}
+
+static bool put_trigonometric(const kmp_program *p, int i, kmp_text *text)
+{
+    int op = p->instruction[i].op;
+    if (op != KMP_OP_SIN && op != KMP_OP_COS)
+        return false;
+    kmp_text_put(text, op == KMP_OP_SIN ? "S" : "C");
+    return put_angle(p, p->instruction[i].a, false, true, 0, text);
+}
+
+/* -- names ------------------------------------------------------------------------------------------- */
+
+static bool put_label(const kmp_program *p, int i, kmp_text *text)
+{
+    const kmp_label *label = p->label ? &p->label[i] : NULL;
+    if (!label || !label->quantity)
+        return false;
+    kmp_text_put(text, label->quantity->stem);
+    if (label->entry)
+        kmp_text_printf(text, "%d", label->entry);
+    kmp_text_printf(text, "%d", label->link);
+    if (label->column)
+        kmp_text_printf(text, "_%d", label->column);
+    kmp_text_put(text, label->negative ? "n" : ""); /* the negative of the named value */
+    return true;
+}
+
+static void propose(const kmp_scalar *s, int i, int *others, kmp_text *text)
+{
+    if (put_trigonometric(s->p, i, text) || text->failed)
+        return;
+    kmp_text_free(text);
+    if (put_label(s->p, i, text) || text->failed)
+        return;
+    kmp_text_free(text);
+    kmp_text_printf(text, "a%d", ++*others);
+}
+
+static bool give_one(kmp_scalar *s, taken *t, int i, int *others)
+{
+    kmp_text text = {0};
+    propose(s, i, others, &text);
+    for (int again = 2; !text.failed && !take(t, s->name, text.s, i); again++) {
+        text.length = strcspn(text.s, "x");
+        text.s[text.length] = '\0';
+        kmp_text_printf(&text, "x%d", again);
+    }
+    s->name[i] = kmp_text_keep(&text, &s->arena);
+    return s->name[i];
+}
+
+/* Names for reading of all variables of a stage, each once: S1, C1, S1p2 for sines and cosines of coordinates, OM12 for
+ * labelled values, a1, a2 .. for all others. false: no memory. */
+static bool give_names(kmp_scalar *s)
+{
+    taken t = {.size = 64};
+    int others = 0;
+    while (t.size < 2 * (size_t)s->variables + 2)
+        t.size *= 2;
+    t.slot = KMP_ARENA_NEW(&s->arena, int, t.size);
+    s->name = KMP_ARENA_NEW(&s->arena, char *, s->p->code[s->p->stages]);
+    bool ok = t.slot && s->name;
+    for (int k = 0; ok && k < s->count; k++) {
+        const int set[2] = {s->statements[k].value, s->statements[k].partner};
+        for (int j = 0; j < 2 && ok; j++)
+            ok = set[j] < 0 || !s->variable[set[j]] || give_one(s, &t, set[j], &others);
+    }
+    return ok;
+}
+
 bool kmp_scalar_init(kmp_scalar *s, const kmp_code_source *source, const kmp_code_routine *routine, int stage,
                      const kmp_language *language)
 {
@@ -229,7 +332,7 @@ bool kmp_scalar_init(kmp_scalar *s, const kmp_code_source *source, const kmp_cod
         choose_variables(s);
         list_statements(s);
         find_readings(s);
-        ok = give_slots(s) && (!source->legible || kmp_names_give(s));
+        ok = give_slots(s) && (!source->legible || give_names(s));
     }
     if (!ok)
         kmp_scalar_free(s);
@@ -243,32 +346,6 @@ KMP_CLEARS(kmp_scalar, s, kmp_arena_free(&s->arena))
 static void put_index(kmp_text *text, const kmp_language *language, const char *name, int index)
 {
     kmp_text_printf(text, "%s%c%d%c", name, language->open, index + language->base, language->close);
-}
-
-static void put_input(kmp_scalar *s, kmp_text *text, const kmp_program_input *in)
-{
-    int argument = kmp_argument_of(in);
-    s->used |= 1u << argument;
-    if (argument == KMP_IN_TIME)
-        kmp_text_put(text, "t");
-    else
-        put_index(text, s->language, argument == KMP_IN_PARAMETER ? "p" : kmp_argument_names[argument],
-                  argument == KMP_IN_PARAMETER ? s->source->place[in->index] : kmp_place_in_argument(s->source, in));
-}
-
-/* Writes a value that is available before the stage. */
-static void put_leaf(kmp_scalar *s, kmp_text *text, int value)
-{
-    const kmp_program *p = s->p;
-    int kept = s->stage > 0 && value >= p->constant_count ? s->routine->kept[value] : 0;
-    if (kept) {
-        s->used |= 1u << KMP_IN_PARAMETER;
-        put_index(text, s->language, "k", kept - 1);
-    } else if (value < p->constant_count) {
-        kmp_language_number(text, s->language, p->constant[value]);
-    } else {
-        put_input(s, text, &p->input[value - p->constant_count]);
-    }
 }
 
 static void put_variable(kmp_scalar *s, kmp_text *text, int i)
@@ -308,41 +385,33 @@ static void put_operand(kmp_scalar *s, kmp_text *text, uint32_t operand, place a
     } else if (i >= 0) {
         put_variable(s, text, i);
     } else {
-        put_leaf(s, text, (int)(operand >> 1));
+        /* Writes a value that is available before the stage. */
+        int value = (int)(operand >> 1);
+        const kmp_program *p = s->p;
+        int kept = s->stage > 0 && value >= p->constant_count ? s->routine->kept[value] : 0;
+        if (kept) {
+            s->used |= 1u << KMP_IN_PARAMETER;
+            put_index(text, s->language, "k", kept - 1);
+        } else if (value < p->constant_count) {
+            kmp_language_number(text, s->language, p->constant[value]);
+        } else {
+            const kmp_program_input *in = &p->input[value - p->constant_count];
+            int argument = kmp_argument_of(in);
+            s->used |= 1u << argument;
+            if (argument == KMP_IN_TIME)
+                kmp_text_put(text, "t");
+            else
+                put_index(text, s->language, argument == KMP_IN_PARAMETER ? "p" : kmp_argument_names[argument],
+                          argument == KMP_IN_PARAMETER ? s->source->place[in->index]
+                                                       : kmp_place_in_argument(s->source, in));
+        }
     }
     kmp_text_put(text, parentheses ? ")" : "");
-}
-
-static void put_infix(kmp_scalar *s, kmp_text *text, const kmp_instruction *in)
-{
-    bool sum = in->op == KMP_OP_ADD, minus = sum && (in->b & 1);
-    put_operand(s, text, in->a, sum ? PLACE_LEFT_TERM : PLACE_LEFT_FACTOR);
-    kmp_text_put(text, minus ? " - " : sum ? " + " : kmp_op_text((kmp_op)in->op));
-    put_operand(s, text, minus ? in->b ^ 1u : in->b, sum ? PLACE_RIGHT_TERM : PLACE_RIGHT_FACTOR);
 }
 
 static kmp_code_writer writer_of(const kmp_scalar *s, kmp_text *text)
 {
     return (kmp_code_writer){.text = text, .language = s->language, .source = s->source, .routine = s->routine};
-}
-
-static void put_call(kmp_scalar *s, kmp_text *text, const kmp_instruction *in)
-{
-    const kmp_language *language = s->language;
-    bool table = in->op == KMP_OP_TABLE;
-    kmp_code_writer w = writer_of(s, text);
-    w.table = table ? (int)in->b : 0;
-    w.derivative = table ? (int)in->c : 0;
-    if (!table && language->call)
-        language->call(&w, (kmp_op)in->op);
-    else
-        kmp_fill(&w, table ? language->table_call : language->functions[in->op].call);
-    kmp_text_put(text, table ? "" : "(");
-    for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
-        kmp_text_put(text, k ? ", " : "");
-        put_operand(s, text, kmp_instruction_operand(in, k), PLACE_TOP);
-    }
-    kmp_text_put(text, ")");
 }
 
 static void put_expression(kmp_scalar *s, kmp_text *text, int i)
@@ -355,10 +424,28 @@ static void put_expression(kmp_scalar *s, kmp_text *text, int i)
         return;
     }
     bool infix = kmp_op_form_of((kmp_op)in->op) == KMP_FORM_INFIX;
-    if (infix && !(in->op == KMP_OP_DIV && s->language->divides_by_call))
-        put_infix(s, text, in);
-    else
-        put_call(s, text, in);
+    if (infix && !(in->op == KMP_OP_DIV && s->language->divides_by_call)) {
+        bool sum = in->op == KMP_OP_ADD, minus = sum && (in->b & 1);
+        put_operand(s, text, in->a, sum ? PLACE_LEFT_TERM : PLACE_LEFT_FACTOR);
+        kmp_text_put(text, minus ? " - " : sum ? " + " : kmp_op_text((kmp_op)in->op));
+        put_operand(s, text, minus ? in->b ^ 1u : in->b, sum ? PLACE_RIGHT_TERM : PLACE_RIGHT_FACTOR);
+    } else {
+        const kmp_language *language = s->language;
+        bool table = in->op == KMP_OP_TABLE;
+        kmp_code_writer w = writer_of(s, text);
+        w.table = table ? (int)in->b : 0;
+        w.derivative = table ? (int)in->c : 0;
+        if (!table && language->call)
+            language->call(&w, (kmp_op)in->op);
+        else
+            kmp_fill(&w, table ? language->table_call : language->functions[in->op].call);
+        kmp_text_put(text, table ? "" : "(");
+        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+            kmp_text_put(text, k ? ", " : "");
+            put_operand(s, text, kmp_instruction_operand(in, k), PLACE_TOP);
+        }
+        kmp_text_put(text, ")");
+    }
 }
 
 /* -- statements -------------------------------------------------------------------------------------- */
@@ -379,9 +466,9 @@ static bool is_mirrored(const kmp_scalar *s, const kmp_sink *sink)
     return sink->array >= 0 && s->routine->arrays[sink->array].symmetric && sink->row != sink->col;
 }
 
-/* "M[3] = M[7] = " */
-static void put_places(kmp_scalar *s, kmp_text *text, const kmp_sink *sink)
+static unsigned put_sink(kmp_scalar *s, kmp_text *text, const kmp_sink *sink)
 {
+    /* "M[3] = M[7] = " */
     kmp_text_put(text, "    ");
     if (sink->array < 0) {
         put_index(text, s->language, "k", sink->row);
@@ -394,11 +481,6 @@ static void put_places(kmp_scalar *s, kmp_text *text, const kmp_sink *sink)
         }
     }
     kmp_text_put(text, " = ");
-}
-
-static unsigned put_sink(kmp_scalar *s, kmp_text *text, const kmp_sink *sink)
-{
-    put_places(s, text, sink);
     put_operand(s, text, sink->operand, PLACE_TOP);
     kmp_text_printf(text, "%s\n", s->language->end);
     if (is_mirrored(s, sink) && !s->language->chains) {
@@ -418,20 +500,6 @@ static unsigned put_sinks(kmp_scalar *s, kmp_text *text, int instruction)
     for (int k = s->sink[instruction]; k >= 0; k = s->sinks[k].next)
         arrays |= put_sink(s, text, &s->sinks[k]);
     return arrays;
-}
-
-/* A line where another quantity or link begins. */
-static void put_heading(kmp_scalar *s, kmp_text *text, int instruction)
-{
-    const kmp_label *label = s->name && s->p->label ? &s->p->label[instruction] : NULL;
-    if (!label || !label->quantity)
-        return;
-    if (!s->label || s->label->quantity != label->quantity || s->label->link != label->link ||
-        s->label->column != label->column)
-        kmp_text_printf(text, label->column ? "    %s link %d, %s of motion %d%s\n" : "    %s link %d, %s%.0d%s\n",
-                        s->language->comment, label->link, label->quantity->meaning, label->column,
-                        s->language->comment_end);
-    s->label = label;
 }
 
 /* Sine and cosine at once; a local variable for each that is not needed or has a slot. */
@@ -493,7 +561,17 @@ static void put_solution(kmp_scalar *s, kmp_text *text, int i)
 
 static unsigned put_statement(kmp_scalar *s, kmp_text *text, const kmp_statement *st)
 {
-    put_heading(s, text, st->value);
+    /* A line where another quantity or link begins. */
+    int instruction = st->value;
+    const kmp_label *label = s->name && s->p->label ? &s->p->label[instruction] : NULL;
+    if (label && label->quantity) {
+        if (!s->label || s->label->quantity != label->quantity || s->label->link != label->link ||
+            s->label->column != label->column)
+            kmp_text_printf(text, label->column ? "    %s link %d, %s of motion %d%s\n" : "    %s link %d, %s%.0d%s\n",
+                            s->language->comment, label->link, label->quantity->meaning, label->column,
+                            s->language->comment_end);
+        s->label = label;
+    }
     if (s->p->instruction[st->value].op == KMP_OP_IMPLICIT)
         put_solution(s, text, st->value);
     if (s->language->pair && is_angle_function(s->p, st->value)) {

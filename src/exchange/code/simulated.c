@@ -1,21 +1,27 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Data of a generated simulator: routines, slopes for choices of coordinates with their linear algebra written out
+ * (constraints/programs/reduced_program_inside.h), the start, conditions and their bounds, elements of friction. */
 #include "exchange/code/simulated.h"
+#include "backend/bounds.h"
 #include "base/context.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
+#include "constraints/programs/reduced_program.h"
 #include "constraints/tolerances.h"
+#include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/pressing.h"
-#include "dynamics/load_dependent.h"
-#include "exchange/code/slopes.h"
-#include "exchange/code/watch.h"
+#include "dynamics/motion.h"
 #include "exchange/simulator/kempe_simulator.h"
 #include "integrators/friction/friction_inside.h"
 #include "integrators/run/friction_run.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include <kempe/stepper.h>
+#include <stdio.h>
 #include <string.h>
 
 /* -- routines ------------------------------------------------------------------------------------------ */
@@ -45,12 +51,177 @@ void kmp_simulated_choose(const kempe_model *model, kmp_set_choice *choice)
         }
 }
 
-/* -- parts that simulators lack ------------------------------------------------------------------------ */
+/* -- slopes ---------------------------------------------------------------------------------------------- */
 
-kempe_status kmp_simulated_check(const kempe_model *model)
+enum {
+    LONGER = 4,        /* the code of slopes over that of the equations, at most: compilers take long */
+    TRIAL_STEPS = 2000 /* of the trial run */
+};
+
+/* True if all nonzero entries of a matrix are in the pattern of the system, whose numbers may make some of them zero.
+ */
+static bool is_within(kmp_arena *arena, const kmp_pattern *pattern, int rows, int cols, const kmp_ref *matrix)
 {
-    static const char what[] = "generated simulators";
-    return kmp_refuse_delays(model, what, KMP_INSTEAD_OF_DELAY);
+    bool *listed = KMP_ARENA_NEW(arena, bool, rows *cols);
+    bool within = listed;
+    for (int k = 0; listed && k < pattern->count; k++) {
+        listed[pattern->row[k] * cols + pattern->col[k]] = true;
+        if (rows == cols) /* of M the lower triangle */
+            listed[pattern->col[k] * cols + pattern->row[k]] = true;
+    }
+    for (int k = 0; within && k < rows * cols; k++)
+        within = listed[k] || matrix[k] == KMP_ZERO;
+    return within;
+}
+
+/* The motion program with the parameters and conditions of the simulator. *motion is NULL where its zeros differ from
+ * those of the system. */
+static kempe_status derive_motion(kmp_code_source *source, const kmp_set_choice *choice, const kempe_system *system,
+                                  kmp_program **motion)
+{
+    kmp_equations eq;
+    kmp_derivation_request scene = choice->scene;
+    scene.sets = KMP_MOTION_SETS;
+    KMP_TRY(kmp_equations_derive(&eq, source->model, &scene));
+    bool moves = false;
+    for (int r = 0; r < eq.m; r++)
+        moves = moves || eq.h_t[r] != KMP_ZERO;
+    const bool same = eq.m == system->m && moves == system->rheonomic &&
+                      is_within(&source->arena, &system->mass, eq.n, eq.n, eq.mass) &&
+                      is_within(&source->arena, &system->jacobian, eq.m, eq.n, eq.jacobian);
+    *motion = same ? kmp_motion_make_again(system, &eq) : NULL;
+    kmp_equations_free(&eq);
+    return kmp_made(source->context, !source->arena.failed && (*motion || !same));
+}
+
+/* Adds a routine with its choice. */
+static kempe_status take(kmp_code_source *source, kmp_program *program, const kmp_partition *part)
+{
+    struct kmp_simulated *x = source->simulated;
+    kmp_code_routine *routine = &source->routines[source->count++];
+    const int p = part->p, r = part->r;
+    const kmp_array arrays[] = {
+        {.name = "udd", .meaning = "accelerations of the independent coordinates", .rows = p, .count = p},
+        {.name = "vd", .meaning = "rates of the dependent coordinates", .rows = r, .first = p, .count = r},
+        {.name = "checks",
+         .meaning = "least pivot of the reduced mass; excess of the elimination, at most 1",
+         .rows = 2,
+         .first = p + r,
+         .count = 2}};
+    routine->program = program;
+    routine->arguments = KMP_SIMULATOR_ARGUMENTS;
+    routine->array_count = sizeof arrays / sizeof *arrays;
+    memcpy(routine->arrays, arrays, sizeof arrays);
+    snprintf(routine->name, sizeof routine->name, "slopes%d", x->slopes_count + 1);
+    x->slopes[x->slopes_count++] =
+        (struct kmp_slopes_choice){.independent = kmp_arena_copy(&source->arena, part->u, p, sizeof *part->u),
+                                   .dependent = kmp_arena_copy(&source->arena, part->v, r, sizeof *part->v),
+                                   .rows = kmp_arena_copy(&source->arena, part->rows, r, sizeof *part->rows)};
+    return kmp_made(source->context, kmp_code_take_program(source, routine));
+}
+
+/* Writes slopes for the partition at the evaluator's last closure; *written: whether there are any. */
+static kempe_status write(kmp_code_source *source, const kmp_program *motion, kmp_evaluator *eval,
+                          const kmp_partition *part, bool *written)
+{
+    kmp_reduction red;
+    int *order = KMP_ARENA_NEW(&source->arena, int, part->r);
+    KMP_TRY(kmp_made(source->context, order));
+    KMP_TRY(kmp_reduction_init(&red, eval, part));
+    kmp_program *program = NULL;
+    bool fits = kmp_writer_blocks_fit(&red) && kmp_reduction_factor(&red) == 0;
+    if (fits) {
+        kmp_writer_order(&red, order);
+        const kmp_reduced_program_plan plan = {.order = order, .motion = motion};
+        program = kmp_reduced_program_write_slopes(&red, &plan);
+    }
+    kmp_reduction_free(&red);
+    bool others = program && program->block_count > 0;
+    for (int k = 0; program && k < program->input_count; k++)
+        others = others || program->input[k].kind == KMP_IN_LAMBDA;
+    *written = program && !others && program->code[2] <= LONGER * motion->code[motion->stages];
+    if (*written)
+        return take(source, program, part);
+    kmp_program_free(program);
+    return kmp_made(source->context, program || !fits);
+}
+
+/* -- choices ------------------------------------------------------------------------------------------- */
+
+static bool equal_lists(int count, const int *a, const int *b)
+{
+    return count == 0 || memcmp(a, b, (size_t)count * sizeof *a) == 0;
+}
+
+static bool is_known(const struct kmp_simulated *x, const kmp_partition *part)
+{
+    for (int k = 0; k < x->slopes_count; k++)
+        if (equal_lists(part->r, part->v, x->slopes[k].dependent) &&
+            equal_lists(part->r, part->rows, x->slopes[k].rows))
+            return true;
+    return false;
+}
+
+static kempe_status write_others(kmp_code_source *source, const kmp_program *motion, kmp_evaluator *eval,
+                                 const kmp_partition *first)
+{
+    const kempe_run_options run = {.size = sizeof run,
+                                   .formulation = "reduced",
+                                   .integrator = "dop853",
+                                   .rtol = KMP_TRIAL_TOLERANCE,
+                                   .atol = KMP_TRIAL_TOLERANCE};
+    kempe_stepper *stepper;
+    kmp_partition part;
+    if (kempe_stepper_new(eval->system, &run, &stepper) != KEMPE_OK)
+        return KEMPE_OK; /* the routine of the start is all */
+    bool copied = kmp_partition_copy(&part, first);
+    kempe_status status = kmp_made(source->context, copied);
+    if (copied) {
+        /* Follows a run of the model, with exchanges as the runtime makes them, and writes slopes for the choices of u.
+         */
+        const kempe_system *system = eval->system;
+        bool written = true;
+        for (int step = 0; written && step < TRIAL_STEPS && source->simulated->slopes_count < KMP_SLOPES_MOST; step++) {
+            if (kempe_stepper_step(stepper) != KEMPE_OK)
+                break;
+            kmp_eval_closure(eval, kempe_stepper_time(stepper), kempe_stepper_q(stepper));
+            if (kmp_partition_exchange(&part, system, eval->jacobian, KMP_EXCHANGE_GROWTH) != KEMPE_OK)
+                break;
+            kmp_partition_sort(&part);
+            if (!is_known(source->simulated, &part))
+                KMP_TRY(write(source, motion, eval, &part, &written));
+        }
+        status = KEMPE_OK;
+    }
+    if (copied)
+        kmp_partition_free(&part);
+    kempe_stepper_free(stepper);
+    return status;
+}
+
+/* Adds routines of slopes to the source: for the partition at the evaluator's last closure, and for those that a trial
+ * run of the model exchanges it for. There is none for forces that depend on multipliers, implicit blocks, large blocks
+ * of loops, too many degrees of freedom, and where it is much longer than the equations. For other choices the runtime
+ * solves the linear systems. */
+static kempe_status add_slopes(kmp_code_source *source, const kmp_set_choice *choice, kmp_evaluator *eval,
+                               const kmp_partition *part)
+{
+    const kempe_system *system = eval->system;
+    kmp_program *motion;
+    bool written = false;
+    source->simulated->slopes = KMP_ARENA_NEW(&source->arena, struct kmp_slopes_choice, KMP_SLOPES_MOST);
+    KMP_TRY(kmp_made(source->context, source->simulated->slopes));
+    if (part->p == 0 || part->p > KMP_REDUCED_PROGRAM_MOST || system->load_row_count > 0)
+        return KEMPE_OK;
+    KMP_TRY(kmp_motion_need(system));
+    if (system->motion->block_count > 0)
+        return KEMPE_OK;
+    KMP_TRY(derive_motion(source, choice, system, &motion));
+    kempe_status status = motion ? write(source, motion, eval, part, &written) : KEMPE_OK;
+    if (status == KEMPE_OK && written && part->r > 0)
+        status = write_others(source, motion, eval, part);
+    kmp_program_free(motion);
+    return status;
 }
 
 /* -- the start ----------------------------------------------------------------------------------------- */
@@ -74,7 +245,7 @@ static kempe_status choose_coordinates(kmp_code_source *source, const kmp_set_ch
     take_inputs(x, arena, eval);
     kempe_status status = kmp_made(system->context, !arena->failed);
     if (status == KEMPE_OK)
-        status = kmp_slopes_add(source, choice, eval, &part);
+        status = add_slopes(source, choice, eval, &part);
     kmp_partition_free(&part);
     return status;
 }
@@ -189,18 +360,6 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
     return kmp_made(source->context, !source->arena.failed);
 }
 
-/* A speed that depends on parameters of the simulator would be another one after their change. */
-static kempe_status check_speeds(const kempe_model *model)
-{
-    for (int k = 0; k < model->force_count; k++)
-        if (kmp_force_sticks(&model->forces[k]) && model->forces[k].has_regularise && model->forces[k].regularise.expr)
-            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                            "generated simulators: the speed by which friction '%s' may be regularised is an "
-                            "expression, which is not supported there; give a number",
-                            model->forces[k].name);
-    return KEMPE_OK;
-}
-
 static kempe_status take_friction(kmp_code_source *source, const kempe_system *system, const kmp_events *events)
 {
     struct kmp_simulated *x = source->simulated;
@@ -229,7 +388,15 @@ static kempe_status take_friction(kmp_code_source *source, const kempe_system *s
     f->driven = system->rheonomic;
     for (int r = 0; r < system->m; r++) /* those of friction alone: constraints/kinds/mode_rows.c */
         f->rolls += system->rows[r].of_rates;
-    return check_speeds(source->model);
+    /* A speed that depends on parameters of the simulator would be another one after their change. */
+    const kempe_model *model = source->model;
+    for (int k = 0; k < model->force_count; k++)
+        if (kmp_force_sticks(&model->forces[k]) && model->forces[k].has_regularise && model->forces[k].regularise.expr)
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                            "generated simulators: the speed by which friction '%s' may be regularised is an "
+                            "expression, which is not supported there; give a number",
+                            model->forces[k].name);
+    return KEMPE_OK;
 }
 
 static kempe_status take_charts(kmp_code_source *source, const kempe_system *system)
@@ -322,6 +489,60 @@ static bool is_of_start(const kmp_code_source *source, int symbol)
     return alone;
 }
 
+/* Bounds of the conditions, by which the simulator finds their changes: kempe_watch. KEMPE_E_ARGUMENT with the name of
+ * a condition that has no bounds. */
+static kempe_status find_watch(kmp_code_source *source)
+{
+    /* The arguments of a simulator that inputs are. */
+    static const int kinds[KMP_IN_COUNT] = {
+        [KMP_IN_TIME] = KEMPE_WATCH_TIME,     [KMP_IN_Q] = KEMPE_WATCH_Q,
+        [KMP_IN_QD] = KEMPE_WATCH_QD,         [KMP_IN_QDD] = KEMPE_WATCH_QDD,
+        [KMP_IN_LAMBDA] = KEMPE_WATCH_LAMBDA, [KMP_IN_MODE] = KEMPE_WATCH_STILL,
+        [KMP_IN_CHART] = KEMPE_WATCH_CHART,   [KMP_IN_PARAMETER] = KEMPE_WATCH_PARAMETER};
+    struct kmp_simulated *x = source->simulated;
+    const kmp_code_routine *changes = kmp_simulated_routine(source, "changes");
+    if (!changes || x->condition_count == 0)
+        return KEMPE_OK;
+    const kmp_program *p = changes->program;
+    kmp_bounds *bounds = kmp_bounds_new(p, &source->arena);
+    bool *late = KMP_ARENA_NEW(&source->arena, bool, p->constant_count + p->input_count + p->code[p->stages]);
+    if (!bounds || !late || !KMP_ARENA_MAKE(&source->arena, KMP_ROOM(int, 2 * p->input_count, &x->watch_input)))
+        return kmp_fail_memory(source->context);
+    x->watch = bounds;
+    x->watch_first = p->outputs[1];
+    x->watch_solved = p->outputs[p->stages] - p->outputs[1] - x->condition_count;
+    for (int k = 0; k < p->input_count; k++) {
+        const kmp_program_input *in = &p->input[k];
+        x->watch_input[2 * k] = in->kind == KMP_IN_TIME && in->index > 0 ? KEMPE_WATCH_INPUT : kinds[in->kind];
+        x->watch_input[2 * k + 1] = in->kind == KMP_IN_TIME && in->index == 0 ? 0
+                                    : in->kind == KMP_IN_PARAMETER            ? source->place[in->index]
+                                                                              : kmp_place_in_argument(source, in);
+    }
+    /* Marks values that depend on accelerations or multipliers. */
+    const int first = bounds->code.constants + bounds->code.inputs;
+    for (int k = 0; k < bounds->code.inputs; k++)
+        late[bounds->code.constants + k] =
+            x->watch_input[2 * k] == KEMPE_WATCH_QDD || x->watch_input[2 * k] == KEMPE_WATCH_LAMBDA;
+    for (int k = 0; k < bounds->code.steps; k++) {
+        const kmp_bound_step *in = &bounds->code.step[k];
+        const int count = in->op == KMP_OP_IMPLICIT ? 0 : in->op == KMP_OP_TABLE ? 1 : kmp_op_arity((kmp_op)in->op);
+        const unsigned operand[] = {in->a, in->b, in->c};
+        for (int i = 0; i < count; i++)
+            late[first + k] = late[first + k] || late[operand[i] >> 1];
+    }
+    for (int k = 0; k < x->condition_count; k++) {
+        const int output = x->watch_first + k;
+        if (!bounds->known[output])
+            return kmp_fail(source->context, KEMPE_E_ARGUMENT,
+                            "generated simulators: %s has a value that cannot be bounded within a step, so that its "
+                            "change could be missed; use a unit on the library instead (fmu --binary)",
+                            x->condition_name[k]);
+        const bool third = late[bounds->output[output] >> 1] || bounds->given[output];
+        x->watch_traits[k] |= third ? KEMPE_WATCH_MIDDLE : 0;
+    }
+    return kmp_made(source->context, !source->arena.failed);
+}
+
 kempe_status kmp_simulated_place(kmp_code_source *source)
 {
     struct kmp_simulated *x = source->simulated;
@@ -345,7 +566,7 @@ kempe_status kmp_simulated_place(kmp_code_source *source)
     x->jacobian_zeros = zeros_of(&source->arena, closures, "J", source->m, source->n);
     x->mass_zeros = zeros_of(&source->arena, motion, "M", source->n, source->n);
     KMP_TRY(kmp_made(source->context, !source->arena.failed));
-    return kmp_watch_find(source);
+    return find_watch(source);
 }
 
 kempe_status kmp_simulated_find(kmp_code_source *source, const kmp_set_choice *choice)

@@ -5,6 +5,9 @@
 
 #include "exchange/code/source.h"
 
+/** Routines of slopes at most. */
+enum { KMP_SLOPES_MOST = 4 };
+
 struct kmp_simulated {
     int freedom;      /* n less the rank of J */
     double *q, *qd;   /* n: a closed start */
@@ -49,9 +52,6 @@ struct kmp_simulated {
 
 /** Prepends the routines of a simulator to a choice. */
 void kmp_simulated_choose(const kempe_model *model, kmp_set_choice *choice);
-
-/** KEMPE_E_ARGUMENT, with its name: the model has a part that simulators lack. */
-kempe_status kmp_simulated_check(const kempe_model *model);
 
 /** Sets source->simulated, when all routines of a choice have been derived, and adds the routine of slopes where there
  * is one. KEMPE_E_FAILED: the loops do not close at the start. */

@@ -2,13 +2,14 @@
 /* The C file with the table of equations that kempe_simulator.c reads: names, sizes, a start, and functions of one
  * form for all models. */
 #include "exchange/code/simulator_pages.h"
+#include "backend/bounds.h"
 #include "backend/time_scales.h"
 #include "dynamics/equations.h"
 #include "exchange/code/runtime_files.h"
 #include "exchange/code/simulated.h"
-#include "exchange/code/watch.h"
 #include "exchange/code/write.h"
 #include "model/data/model.h"
+#include "symbolic/table_function.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -27,13 +28,10 @@ static void put_ints(kmp_text *text, const char *name, int count, const void *li
 
 static void put_doubles(kmp_text *text, const char *name, int count, const void *list)
 {
-    const double *x = list;
     kmp_text_printf(text, "static const double %s[] = ", name);
-    for (int k = 0; k < count; k++) {
-        kmp_put_list_item(text, &kmp_language_c.numbers, k);
-        kmp_language_number(text, &kmp_language_c, x[k]);
-    }
-    kmp_text_printf(text, "%s};\n", count ? "" : "{0");
+    if (count > 0)
+        kmp_put_numbers(text, &kmp_language_c, &kmp_language_c.numbers, count, list);
+    kmp_text_put(text, count > 0 ? ";\n" : "{0};\n");
 }
 
 static void put_names(kmp_text *text, const char *name, int count, const void *list)
@@ -126,6 +124,52 @@ static void put_along(kmp_text *text, const kmp_code_source *s)
         kmp_text_printf(text, "    if (%s)\n        take(%s, slope + %d, %d);\n", parts[k].name, parts[k].name, first,
                         parts[k].count);
     kmp_text_put(text, "}\n\n");
+}
+
+/* -- bounds of conditions ---------------------------------------------------------------------------- */
+
+static void put_numbered(kmp_text *text, const char *name, int number, int count, const double *x)
+{
+    char full[32];
+    snprintf(full, sizeof full, "%s%d", name, number);
+    put_doubles(text, full, count, x);
+}
+
+/* The table `watch`, after the tables that it names. */
+static void put_watch(kmp_text *text, const kmp_code_source *s)
+{
+    const struct kmp_simulated *x = s->simulated;
+    if (!x->watch)
+        return;
+    const kmp_program *p = kmp_simulated_routine(s, "changes")->program;
+    const kmp_bound_code *code = &x->watch->code;
+    for (int k = 0; k < p->table_count; k++) {
+        const kmp_table *t = p->table[k];
+        put_numbered(text, "watch_x", k, t->count, t->x);
+        put_numbered(text, "watch_y", k, t->count, t->y);
+        put_numbered(text, "watch_pieces", k, 4 * (t->count - 1), t->piece[0]);
+    }
+    for (int k = 0; k < p->table_count; k++)
+        kmp_text_printf(text, "%s{%d, %d, watch_x%d, watch_y%d, watch_pieces%d}%s",
+                        k ? ",\n    " : "static const kempe_watch_table watch_tables[] = {", p->table[k]->count,
+                        kmp_table_degree(p->table[k]), k, k, k, k + 1 < p->table_count ? "" : "};\n");
+    put_numbered(text, "watch_constants", 0, code->constants, code->constant);
+    put_ints(text, "watch_inputs", 2 * code->inputs, x->watch_input);
+    kmp_text_put(text, "static const unsigned watch_steps[] = {");
+    for (int k = 0; k < code->steps; k++)
+        kmp_text_printf(text, "%s%u, %u, %u, %u", k ? k % 5 == 0 ? ",\n    " : ", " : "", code->step[k].op,
+                        code->step[k].a, code->step[k].b, code->step[k].c);
+    kmp_text_printf(text, "%s};\nstatic const unsigned watch_outputs[] = {", code->steps ? "" : "0");
+    for (int k = 0; k < x->condition_count + x->watch_solved; k++)
+        kmp_text_printf(text, "%s%u", k ? k % 20 == 0 ? ",\n    " : ", " : "", x->watch->output[x->watch_first + k]);
+    kmp_text_put(text, "};\n");
+    put_ints(text, "watch_traits", x->condition_count, x->watch_traits);
+    kmp_text_printf(
+        text,
+        "static const kempe_watch watch = {%d, %d, %d, %d, %d, %d, watch_constants0, watch_inputs, watch_steps, "
+        "watch_outputs,\n    watch_traits, %s, %s, kempe_watch_search};\n\n",
+        code->constants, code->inputs, code->steps, p->table_count, code->fixed, x->watch_solved,
+        p->table_count > 0 ? "watch_tables" : "0", x->watch_solved > 0 ? "watch_values" : "0");
 }
 
 /* -- pages --------------------------------------------------------------------------------------------- */
@@ -279,7 +323,10 @@ static void put_header(kmp_text *text, const kmp_code_source *s)
         kmp_text_printf(text, " +\n    KEMPE_SIMULATOR_CHARTS(%d, %d)", s->n, x->chart_count);
     if (x->watch) {
         kmp_text_put(text, " +\n    KEMPE_SIMULATOR_WATCH(");
-        kmp_watch_put_size(text, s);
+        /* The arguments of KEMPE_SIMULATOR_WATCH. */
+        const kmp_bound_code *code = &x->watch->code;
+        kmp_text_printf(text, "%d, %d, %d, %d", x->condition_count, code->constants + code->inputs + code->steps,
+                        code->inputs, x->watch_solved);
         kmp_text_put(text, ")");
     }
     kmp_text_put(text, " };\n\n");
@@ -343,7 +390,7 @@ static void put_source(kmp_text *text, const kmp_code_source *s)
     put_along(text, s);
     put_friction(text, s);
     put_charts(text, s);
-    kmp_watch_put(text, s);
+    put_watch(text, s);
     put_equations(text, s);
 }
 

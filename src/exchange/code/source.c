@@ -7,15 +7,16 @@
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/load_dependent.h"
 #include "exchange/code/block_parts.h"
 #include "exchange/code/simulated.h"
-#include "exchange/code/slopes.h"
-#include "exchange/code/symbols.h"
 #include "model/data/model.h"
+#include "model/data/numbers.h"
 #include "model/data/output_table.h"
+#include "model/language/expression_value.h"
 #include "model/read/loads.h"
 #include "model/write/model_json.h"
 #include "model/write/model_print.h"
@@ -41,18 +42,152 @@ int kmp_place_in_argument(const kmp_code_source *source, const kmp_program_input
     return index - (kmp_argument_of(input) == KMP_ARGUMENT_INPUTS);
 }
 
-/* -- names ------------------------------------------------------------------------------------------- */
+/* -- request --------------------------------------------------------------------------------------------- */
 
-/* The model's name as an identifier. */
-static char *identifier_of(kmp_arena *arena, const char *name)
+static const char *const schemes[] = {[KMP_SCHEME_COMPOSITE] = "composite", [KMP_SCHEME_NER] = "ner"};
+
+/* The sets of a name, or of several with + between. */
+static kempe_status read_sum(kempe_context *context, const char *name, size_t length, unsigned *sets)
 {
-    kmp_text text = {0};
-    if (!isalpha((unsigned char)name[0]))
-        kmp_text_put(&text, "m_");
-    for (; *name; name++)
-        kmp_text_printf(&text, "%c", isalnum((unsigned char)*name) ? *name : '_');
-    return kmp_text_keep(&text, arena);
+    *sets = 0;
+    for (size_t at = 0; at <= length;) {
+        size_t part = strcspn(name + at, "+,");
+        part = at + part > length ? length - at : part;
+        unsigned found = kmp_sets_find(name + at, part);
+        if (!found) {
+            kmp_text sentence = {0};
+            kmp_text_printf(&sentence, "unknown set '%.*s'; sets are ", (int)part, name + at);
+            kmp_sets_list(&sentence);
+            kmp_text_put(&sentence, ", and several of them joined by +");
+            return kmp_fail_text(context, KEMPE_E_ARGUMENT, &sentence);
+        }
+        *sets |= found;
+        at += part + 1;
+    }
+    return KEMPE_OK;
 }
+
+static kempe_status add(kempe_context *context, kmp_set_choice *choice, const char *name, size_t length)
+{
+    unsigned sets;
+    KMP_TRY(read_sum(context, name, length, &sets));
+    for (int k = 0; k < choice->count; k++)
+        if (choice->chosen[k].sets == sets)
+            return KEMPE_OK;
+    if (length >= KMP_CHOICE_NAME || choice->count == KMP_MOST_CHOSEN)
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "--sets: at most %d sets or sums of them, each of fewer than %d characters", KMP_MOST_CHOSEN,
+                        KMP_CHOICE_NAME);
+    kmp_chosen *c = &choice->chosen[choice->count++];
+    memcpy(c->name, name, length);
+    c->sets = sets;
+    choice->all |= sets;
+    return KEMPE_OK;
+}
+
+/* Bodies without inputs have to exist, but may have no motion, and then no inputs anyway. */
+static kempe_status check_bodies(const kempe_model *model, const char *names)
+{
+    size_t length = 0;
+    for (const char *name = names; name && *name; name += length + (name[length] == ',')) {
+        bool found = false;
+        length = strcspn(name, ",");
+        for (int b = 1; b < model->body_count && !found; b++)
+            found = strlen(model->bodies[b].name) == length && strncmp(model->bodies[b].name, name, length) == 0;
+        if (!found)
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT, "--no-inputs: unknown body '%.*s' in '%s'", (int)length,
+                            name, model->name);
+    }
+    return KEMPE_OK;
+}
+
+/* Sets whose rows are elements or outputs of the model, which may have none. */
+static kempe_status check_rows(const kempe_model *model, unsigned sets)
+{
+    const unsigned of_friction = kmp_sets_find("friction", strlen("friction"));
+    const unsigned of_contacts = kmp_sets_find("contact", strlen("contact")) | 1u << KMP_EQ_IMPACT;
+    if (sets & of_contacts && !kmp_model_has_contacts(model))
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                        "the sets 'contact' and 'impact' are empty: '%s' has no rigid contacts; omit them",
+                        model->name);
+    if (sets & of_friction && !kmp_model_sticks(model))
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                        "the set 'friction' is empty: '%s' has no friction that sticks; omit the set", model->name);
+    if (sets & kmp_sets_find("discrete", strlen("discrete")) && !kmp_model_has_samples(model))
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                        "the set 'discrete' is empty: '%s' has no states with samples or events; omit the set",
+                        model->name);
+    if (sets & kmp_sets_find("delay", strlen("delay")) && model->delay_count == 0)
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                        "the set 'delay' is empty: '%s' has no continuous delays; omit the set", model->name);
+    if (sets & 1u << KMP_EQ_OUTPUTS && kmp_outputs_width(model) == 0)
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                        "the set 'outputs' is empty: '%s' lists no output under 'run' that q, qd, qdd and lambda are "
+                        "not already; list some, or omit the set",
+                        model->name);
+    return KEMPE_OK;
+}
+
+/* True if the equations have values that are found by iterations. Places and guesses where these begin are numbers. */
+static bool is_solved(const kempe_model *model)
+{
+    bool found = model->wheel_count > 0;
+    for (int k = 0; k < model->unknowns_count; k++)
+        found = found || model->unknowns[k].count > 0;
+    return found;
+}
+
+void kmp_choice_free(kmp_set_choice *choice)
+{
+    kmp_events_free(&choice->modes);
+}
+
+kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_options *g, kmp_set_choice *choice)
+{
+    kempe_context *context = model->context;
+    *choice = (kmp_set_choice){.scene = {.scheme = KMP_SCHEME_COMPOSITE,
+                                         .keep = g->simulator && is_solved(model) ? KMP_KEEP_NOTHING
+                                                 : g->simulator                   ? KMP_KEEP_PARAMETERS
+                                                 : g->keep_parameters             ? KMP_KEEP_NUMBERS
+                                                                                  : KMP_KEEP_NOTHING,
+                                         .body_inputs = g->body_inputs,
+                                         .no_inputs = g->no_inputs,
+                                         .optimize = g->optimize,
+                                         .loops_alone = !g->drives && !g->simulator && !kmp_uses_drives(model),
+                                         .events = &choice->modes,
+                                         .given_delays = true,
+                                         .charted = g->simulator,
+                                         .modes_alone = !g->simulator}};
+    for (int k = 0; k < model->parameter_count && choice->scene.keep != KMP_KEEP_NOTHING; k++)
+        if (kmp_extent_is_long(model->parameters[k].extent))
+            return kmp_fail(context, KEMPE_E_ARGUMENT,
+                            "generated code keeps parameter '%s' as a symbol, which has %.3g operations and operands "
+                            "when the parameters in it are expanded, in %d levels; at most %d and %d are allowed: use "
+                            "fewer parameters within parameters, or give '%s' as a number",
+                            model->parameters[k].name, model->parameters[k].extent.size,
+                            model->parameters[k].extent.level, KMP_MOST_WRITTEN_OUT, KMP_MOST_NAME_LEVELS,
+                            model->parameters[k].name);
+    const char *name = g->scheme;
+    for (int k = 0; name && k < (int)(sizeof schemes / sizeof *schemes); k++)
+        if (strcmp(schemes[k], name) == 0)
+            choice->scene.scheme = (kmp_scheme)k;
+    choice->scheme = schemes[choice->scene.scheme];
+    if (name && strcmp(choice->scheme, name) != 0)
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "unknown scheme '%s'; schemes are composite, ner", name);
+    if (g->simulator) {
+        KMP_TRY(kmp_refuse_delays(model, "generated simulators", KMP_INSTEAD_OF_DELAY));
+        kmp_simulated_choose(model, choice);
+        return KEMPE_OK;
+    }
+    for (const char *s = g->sets ? g->sets : "M_C,invdyn,h_J,jdqd"; s; s = strchr(s, ',')) {
+        s += *s == ',';
+        KMP_TRY(add(context, choice, s, strcspn(s, ",")));
+    }
+    KMP_TRY(check_rows(model, choice->all));
+    return check_bodies(model, g->no_inputs);
+}
+
+/* -- names ------------------------------------------------------------------------------------------- */
 
 /* FNV-1a over the model without its run settings (Fowler, Noll, Vo). */
 static bool hash_model(const kempe_model *model, char out[17])
@@ -177,30 +312,6 @@ static unsigned arguments_of(const kmp_equations *eq, const kmp_set *set)
            (loaded && set->derive & forced ? 1u << KMP_IN_LAMBDA : 0);
 }
 
-static void shape_arrays(const kmp_code_source *source, kmp_code_routine *r, const kmp_equations *eq, unsigned sets)
-{
-    const bool inputs = source->inputs;
-    const unsigned loads = 1u << KMP_IN_FORCE | 1u << KMP_IN_TORQUE;
-    int first = 0;
-    r->arguments = 1u << KMP_IN_TIME | 1u << KMP_IN_Q;
-    r->arguments |= kmp_model_given_inputs(eq->model) > 0 ? 1u << KMP_ARGUMENT_INPUTS : 0;
-    r->arguments |= source->simulator ? KMP_SIMULATOR_ARGUMENTS : 0;
-    for (int k = 0; k < KMP_EQ_SETS; k++) {
-        if (!(sets & 1u << k))
-            continue;
-        kmp_set set = kmp_set_of(eq, k);
-        r->arrays[r->array_count++] = (kmp_array){.name = set.array,
-                                                  .meaning = set.meaning,
-                                                  .rows = set.rows,
-                                                  .cols = set.columns,
-                                                  .symmetric = set.lower,
-                                                  .first = first,
-                                                  .count = kmp_set_size(&set)};
-        r->arguments |= inputs ? arguments_of(eq, &set) : arguments_of(eq, &set) & ~loads;
-        first += kmp_set_size(&set);
-    }
-}
-
 /* Of a list its items. */
 static void keep(kmp_code_routine *r, uint32_t operand)
 {
@@ -284,7 +395,27 @@ static bool take_routine(kmp_code_source *source, kmp_code_routine *r, const kmp
     take_values(source, &eq->tree);
     if (eq->links.symbols)
         take_values(source, &eq->links);
-    shape_arrays(source, r, eq, chosen->sets);
+    unsigned sets = chosen->sets;
+    const bool inputs = source->inputs;
+    const unsigned loads = 1u << KMP_IN_FORCE | 1u << KMP_IN_TORQUE;
+    int first = 0;
+    r->arguments = 1u << KMP_IN_TIME | 1u << KMP_IN_Q;
+    r->arguments |= kmp_model_given_inputs(eq->model) > 0 ? 1u << KMP_ARGUMENT_INPUTS : 0;
+    r->arguments |= source->simulator ? KMP_SIMULATOR_ARGUMENTS : 0;
+    for (int k = 0; k < KMP_EQ_SETS; k++) {
+        if (!(sets & 1u << k))
+            continue;
+        kmp_set set = kmp_set_of(eq, k);
+        r->arrays[r->array_count++] = (kmp_array){.name = set.array,
+                                                  .meaning = set.meaning,
+                                                  .rows = set.rows,
+                                                  .cols = set.columns,
+                                                  .symmetric = set.lower,
+                                                  .first = first,
+                                                  .count = kmp_set_size(&set)};
+        r->arguments |= inputs ? arguments_of(eq, &set) : arguments_of(eq, &set) & ~loads;
+        first += kmp_set_size(&set);
+    }
     return kmp_code_take_program(source, r);
 }
 
@@ -303,6 +434,54 @@ static kempe_status derive(kmp_code_source *source, kmp_code_routine *r, const k
         status = kmp_fail_memory(source->context);
     kmp_equations_free(&eq);
     return status;
+}
+
+/* -- symbols --------------------------------------------------------------------------------------------- */
+
+typedef struct search {
+    kmp_text *text;
+    int symbol;
+} search;
+
+/* Appends the name when the number has the symbol, and ends the walk. */
+static bool is_other(void *user, const kmp_number *number, const char *owner, const char *key, const char *part)
+{
+    search *s = user;
+    if (number->symbol != s->symbol)
+        return true;
+    kmp_text_printf(s->text, "%s%s%s%s%s", owner, *key ? "." : "", key, part ? "." : "", part ? part : "");
+    return false;
+}
+
+/* A law that is one number. */
+static bool is_law(const search *s, const kmp_expr *law, const char *owner, const char *what)
+{
+    if (!law || law->symbol != s->symbol)
+        return false;
+    kmp_text_printf(s->text, "%s.%s", owner, what);
+    return true;
+}
+
+static bool find_law(const search *s, const kempe_model *model)
+{
+    static const char *const curves[] = {"curve.1", "curve.2"}, *const xyz[] = {"x", "y", "z"};
+    bool found = false;
+    for (int k = 0; k < model->closure_count && !found; k++) {
+        const kmp_closure *closure = &model->closures[k];
+        found = is_law(s, closure->function, closure->name, "function");
+        for (int i = 0; i < 2 && !found; i++)
+            found = is_law(s, closure->curve[i], closure->name, curves[i]);
+    }
+    for (int k = 0; k < model->force_count && !found; k++) {
+        const kmp_force *force = &model->forces[k];
+        found = is_law(s, force->effort, force->name, "effort");
+        for (int i = 0; i < 3 && !found; i++)
+            found = is_law(s, force->vector[i], force->name, xyz[i]);
+    }
+    for (int k = 0; k < model->unknowns_count && !found; k++)
+        found =
+            model->unknowns[k].count == 0 && is_law(s, model->unknowns[k].zero[0], model->unknowns[k].name, "value");
+    return found;
 }
 
 /* -- tables ------------------------------------------------------------------------------------------- */
@@ -368,27 +547,33 @@ static bool place_symbols(kmp_code_source *source)
             continue;
         int at = source->place[k] = source->parameter_count++;
         source->value[at] = source->value[k]; /* at <= k */
-        source->parameter_name[at] = kmp_symbol_name(&source->arena, source->model, k);
+        /* The name of symbol k (parameters first, then numbers in the order of reading): a parameter's name,
+         * "crank.mass", "coupler.B.x". In the arena; NULL: no memory. */
+        const kempe_model *model = source->model;
+        kmp_text text = {0};
+        int symbol = k - model->parameter_count + 1;
+        search s = {&text, symbol};
+        if (symbol <= 0)
+            kmp_text_put(&text, model->parameters[k].name);
+        else if (kmp_numbers_visit(model, is_other, &s) && !find_law(&s, model))
+            kmp_text_printf(&text, "number.%d", symbol);
+        source->parameter_name[at] = kmp_text_keep(&text, &source->arena);
     }
     return !source->arena.failed;
-}
-
-static kempe_status derive_all(kmp_code_source *source, const kmp_set_choice *choice)
-{
-    for (int k = 0; k < choice->count; k++)
-        KMP_TRY(derive(source, &source->routines[source->count++], choice, &choice->chosen[k]));
-    if (source->simulator)
-        KMP_TRY(kmp_simulated_find(source, choice));
-    KMP_TRY(kmp_made(source->context, place_symbols(source) && (!source->parameters || warn_of_shapes(source->model))));
-    KMP_TRY(kmp_made(source->context, list_tables(source)));
-    return source->simulator ? kmp_simulated_place(source) : KEMPE_OK;
 }
 
 static void name_all(kmp_code_source *source, const kempe_model *model)
 {
     kmp_arena *arena = &source->arena;
     source->title = kmp_arena_strdup(arena, model->name);
-    source->name = identifier_of(arena, model->name);
+    /* The model's name as an identifier. */
+    const char *name = model->name;
+    kmp_text text = {0};
+    if (!isalpha((unsigned char)name[0]))
+        kmp_text_put(&text, "m_");
+    for (; *name; name++)
+        kmp_text_printf(&text, "%c", isalnum((unsigned char)*name) ? *name : '_');
+    source->name = kmp_text_keep(&text, arena);
     source->coordinate_names = KMP_ARENA_NEW(arena, char *, source->n);
     for (int k = 0; source->coordinate_names && k < source->n; k++)
         source->coordinate_names[k] = kmp_arena_strdup(arena, model->motions[k].name);
@@ -448,8 +633,7 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
     if (choice->all & (1u << KMP_EQ_R_Q))
         KMP_TRY(kmp_refuse_load_dependent_model(model, "set 'R_q'"));
     /* For a rounded drawing the exact mechanism is written, which all computations use
-     * (constraints/inexact/nearest_exact.h).
-     */
+     * (constraints/inexact/nearest_exact.h). */
     if (model->closure_count > 0)
         KMP_TRY(kmp_meant(model, &source->meant));
     source->model = source->meant ? kmp_variant_model(source->meant) : model;
@@ -464,7 +648,13 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
     name_elements(source);
     name_states(source);
     KMP_TRY(kmp_made(model->context, !arena->failed && hash_model(model, source->hash)));
-    return derive_all(source, choice);
+    for (int k = 0; k < choice->count; k++)
+        KMP_TRY(derive(source, &source->routines[source->count++], choice, &choice->chosen[k]));
+    if (source->simulator)
+        KMP_TRY(kmp_simulated_find(source, choice));
+    KMP_TRY(kmp_made(source->context, place_symbols(source) && (!source->parameters || warn_of_shapes(source->model))));
+    KMP_TRY(kmp_made(source->context, list_tables(source)));
+    return source->simulator ? kmp_simulated_place(source) : KEMPE_OK;
 }
 
 kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model, const kempe_generate_options *g)

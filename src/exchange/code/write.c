@@ -3,7 +3,6 @@
 #include "exchange/code/write.h"
 #include "exchange/code/block_parts.h"
 #include "exchange/code/language.h"
-#include "exchange/code/levels.h"
 #include "exchange/code/scalar.h"
 #include "exchange/code/vectorised.h"
 #include "model/data/model.h"
@@ -38,22 +37,14 @@ void kmp_language_number(kmp_text *text, const kmp_language *language, double x)
         kmp_text_put(text, ".0");
 }
 
-static void put_numbers(const kmp_code_writer *w, const kmp_list_spelling *list, int count, const double *x)
+void kmp_put_numbers(kmp_text *text, const kmp_language *language, const kmp_list_spelling *list, int count,
+                     const double *x)
 {
     for (int k = 0; k < count; k++) {
-        kmp_put_list_item(w->text, list, k);
-        kmp_language_number(w->text, w->language, x[k]);
+        kmp_put_list_item(text, list, k);
+        kmp_language_number(text, language, x[k]);
     }
-    kmp_list_end(w->text, list, count);
-}
-
-static void put_integers(const kmp_code_writer *w, int count, const int *list, int base)
-{
-    for (int k = 0; k < count; k++) {
-        kmp_put_list_item(w->text, &w->language->numbers, k);
-        kmp_text_printf(w->text, "%d", list[k] + base);
-    }
-    kmp_list_end(w->text, &w->language->numbers, count);
+    kmp_list_end(text, list, count);
 }
 
 void kmp_language_string(kmp_text *text, const kmp_language *language, const char *s)
@@ -66,15 +57,6 @@ void kmp_language_string(kmp_text *text, const kmp_language *language, const cha
         kmp_text_printf(text, "%c", (unsigned char)*s < 0x20 ? ' ' : *s);
     }
     kmp_text_printf(text, "%c", quote);
-}
-
-static void put_names(const kmp_code_writer *w, int count, char *const *names)
-{
-    for (int k = 0; names && k < count; k++) {
-        kmp_put_list_item(w->text, &w->language->names, k);
-        kmp_language_string(w->text, w->language, names[k]);
-    }
-    kmp_list_end(w->text, &w->language->names, count);
 }
 
 /* Of a routine, otherwise of all of them. */
@@ -91,7 +73,7 @@ static void put_pieces(const kmp_code_writer *w)
     const kmp_table *table = table_of(w);
     for (int k = 0; k < table->count - 1; k++) {
         kmp_put_list_item(w->text, &w->language->pieces, k);
-        put_numbers(w, &w->language->piece, 4, table->piece[k]);
+        kmp_put_numbers(w->text, w->language, &w->language->piece, 4, table->piece[k]);
     }
     kmp_list_end(w->text, &w->language->pieces, table->count - 1);
 }
@@ -138,30 +120,6 @@ static void put_functions(const kmp_code_writer *w)
 
 /* -- routines ---------------------------------------------------------------------------------------- */
 
-/* The statements of a stage: all of them, or a function for each chunk before, and its calls. */
-static void write_statements(kmp_code_writer *w, kmp_scalar *s, kmp_text *statements)
-{
-    unsigned used = 0;
-    for (int chunk = 0, at = 0; chunk < s->chunks; chunk++) {
-        kmp_text own = {0};
-        bool split = s->chunks > 1;
-        kmp_code_writer part = *w, call = *w;
-        part.arrays = kmp_scalar_chunk(s, split ? &own : statements, chunk, &at);
-        part.used = s->used;
-        part.part = chunk + 1;
-        part.statements = &own;
-        used |= s->used;
-        call = part;
-        call.text = statements;
-        if (split) {
-            kmp_fill(&part, w->language->part);
-            kmp_fill(&call, w->language->part_call);
-        }
-        kmp_text_free_part(w->text, &own);
-    }
-    w->used = used;
-}
-
 static void write_stage(const kmp_code_writer *w, int stage, const char *pattern)
 {
     kmp_scalar s;
@@ -173,7 +131,26 @@ static void write_stage(const kmp_code_writer *w, int stage, const char *pattern
     }
     in.scalar = &s;
     in.statements = &statements;
-    write_statements(&in, &s, &statements);
+    /* The statements of a stage: all of them, or a function for each chunk before, and its calls. */
+    unsigned used = 0;
+    for (int chunk = 0, at = 0; chunk < s.chunks; chunk++) {
+        kmp_text own = {0};
+        bool split = s.chunks > 1;
+        kmp_code_writer part = in, call = in;
+        part.arrays = kmp_scalar_chunk(&s, split ? &own : &statements, chunk, &at);
+        part.used = s.used;
+        part.part = chunk + 1;
+        part.statements = &own;
+        used |= s.used;
+        call = part;
+        call.text = &statements;
+        if (split) {
+            kmp_fill(&part, in.language->part);
+            kmp_fill(&call, in.language->part_call);
+        }
+        kmp_text_free_part(in.text, &own);
+    }
+    in.used = used;
     kmp_fill(&in, pattern);
     kmp_text_free_part(w->text, &statements);
     kmp_scalar_free(&s);
@@ -437,12 +414,18 @@ static bool put_list(const kmp_code_writer *w, const char *word, size_t length)
     for (size_t k = 0; k < sizeof lists / sizeof *lists; k++) {
         if (!is(word, length, lists[k].word))
             continue;
-        if (lists[k].numbers)
-            put_numbers(w, &w->language->numbers, lists[k].count, lists[k].numbers);
-        else if (lists[k].integers)
-            put_integers(w, lists[k].count, lists[k].integers, lists[k].base);
-        else
-            put_names(w, lists[k].count, lists[k].names);
+        const bool numbers = lists[k].numbers || lists[k].integers;
+        const kmp_list_spelling *spelling = numbers ? &w->language->numbers : &w->language->names;
+        for (int i = 0; (numbers || lists[k].names) && i < lists[k].count; i++) {
+            kmp_put_list_item(w->text, spelling, i);
+            if (lists[k].numbers)
+                kmp_language_number(w->text, w->language, lists[k].numbers[i]);
+            else if (lists[k].integers)
+                kmp_text_printf(w->text, "%d", lists[k].integers[i] + lists[k].base);
+            else
+                kmp_language_string(w->text, w->language, lists[k].names[i]);
+        }
+        kmp_list_end(w->text, spelling, lists[k].count);
         return true;
     }
     return false;

@@ -22,3 +22,7 @@ void kmp_language_string(kmp_text *text, const kmp_language *language, const cha
 /** The beginning of item k of a list; the end of a list with `count` items. */
 void kmp_put_list_item(kmp_text *text, const kmp_list_spelling *list, int k);
 void kmp_list_end(kmp_text *text, const kmp_list_spelling *list, int count);
+
+/** A list of numbers. */
+void kmp_put_numbers(kmp_text *text, const kmp_language *language, const kmp_list_spelling *list, int count,
+                     const double *x);

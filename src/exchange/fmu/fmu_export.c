@@ -5,20 +5,22 @@
 #include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "exchange/code/emitted.h"
-#include "exchange/fmu/unit_binary.h"
 #include "exchange/fmu/unit_description.h"
 #include "exchange/fmu/unit_files.h"
 #include "exchange/fmu/unit_lines.h"
-#include "exchange/fmu/unit_parts.h"
-#include "exchange/fmu/unit_resources.h"
 #include "model/data/model.h"
 #include "output/drawing.h"
 #include "output/plot.h"
 #include "output/print.h"
 #include "output/zip_archive.h"
+#include <fcntl.h>
 #include <kempe/generate.h>
+#include <spawn.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 struct kempe_fmu_export {
     kempe_context *context;
@@ -90,10 +92,17 @@ static bool add_sources(kempe_fmu_export *made)
     static const struct {
         int fmi; /* 0: of both versions */
         const char *name, *const *lines;
-    } layers[] = {{0, "kempe_fmu.h", kmp_kempe_fmu_h},   {0, "kempe_fmu.c", kmp_kempe_fmu_c},
-                  {0, "kempe_fmi.h", kmp_kempe_fmi_h},   {2, "kempe_fmi2.h", kmp_kempe_fmi2_h},
-                  {2, "kempe_fmi2.c", kmp_kempe_fmi2_c}, {3, "kempe_fmi3.h", kmp_kempe_fmi3_h},
-                  {3, "kempe_fmi3.c", kmp_kempe_fmi3_c}};
+    } layers[] = {{0, "kempe_fmu.h", kmp_kempe_fmu_h},
+                  {0, "kempe_fmu.c", kmp_kempe_fmu_c},
+                  {0, "kempe_fmi.h", kmp_kempe_fmi_h},
+                  {2, "kempe_fmi2.c", kmp_kempe_fmi2_c},
+                  {2, "fmi2Functions.h", kmp_fmi2Functions_h},
+                  {2, "fmi2FunctionTypes.h", kmp_fmi2FunctionTypes_h},
+                  {2, "fmi2TypesPlatform.h", kmp_fmi2TypesPlatform_h},
+                  {3, "kempe_fmi3.c", kmp_kempe_fmi3_c},
+                  {3, "fmi3Functions.h", kmp_fmi3Functions_h},
+                  {3, "fmi3FunctionTypes.h", kmp_fmi3FunctionTypes_h},
+                  {3, "fmi3PlatformTypes.h", kmp_fmi3PlatformTypes_h}};
     kmp_unit_plan *plan = &made->plan;
     kmp_code_files *files = &made->sources;
     bool ok = true;
@@ -102,8 +111,7 @@ static bool add_sources(kempe_fmu_export *made)
     for (size_t k = 0; ok && k < sizeof layers / sizeof *layers; k++)
         if (layers[k].fmi == 0 || layers[k].fmi == plan->fmi)
             ok = add_lines(files, "", layers[k].name, layers[k].lines);
-    char *table = ok ? kmp_arena_printf(&made->arena, "%s_fmu.c", plan->source->name) : NULL;
-    kmp_text *text = table ? kmp_code_add(files, "%s", table) : NULL;
+    kmp_text *text = ok ? kmp_code_add(files, "%s_fmu.c", plan->source->name) : NULL;
     if (text)
         kmp_unit_table(text, plan);
     plan->sources = text ? KMP_ARENA_NEW(&made->arena, char *, files->count) : NULL;
@@ -175,16 +183,197 @@ static bool add_texts(kempe_fmu_export *made)
     return text && add_lines(files, "", "documentation/licenses/license.txt", kmp_license_lines);
 }
 
+/* -- the binary of this platform ------------------------------------------------------------------------- */
+
+extern char **environ;
+
+enum { MOST_WORDS = 64, MOST_SHOWN = 160 };
+
+static const char *binary_folder(int fmi)
+{
+#if defined(__linux__) && defined(__x86_64__)
+    return fmi == 2 ? "linux64" : "x86_64-linux";
+#elif defined(__linux__) && defined(__aarch64__)
+    return fmi == 2 ? "aarch64-linux" : "aarch64-linux";
+#elif defined(__APPLE__) && defined(__x86_64__)
+    return fmi == 2 ? "darwin64" : "x86_64-darwin";
+#elif defined(__APPLE__)
+    return fmi == 2 ? "darwin64" : "aarch64-darwin";
+#else
+    (void)fmi;
+    return "";
+#endif
+}
+
+static char *path_in(kmp_arena *arena, const char *folder, const char *name)
+{
+    return kmp_arena_printf(arena, "%s/%s", folder, name);
+}
+
+/* Runs the words in the folder, output in the file `said`; the exit status, -1: it did not run. */
+static int run_words(char *const *words, const char *said)
+{
+    posix_spawn_file_actions_t actions;
+    pid_t child = 0;
+    int state = -1;
+    if (posix_spawn_file_actions_init(&actions) != 0)
+        return -1;
+    bool ok =
+        posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, said, O_WRONLY | O_CREAT | O_TRUNC, 0600) == 0 &&
+        posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO) == 0 &&
+        posix_spawnp(&child, words[0], &actions, NULL, words, environ) == 0;
+    posix_spawn_file_actions_destroy(&actions);
+    if (!ok || waitpid(child, &state, 0) != child || !WIFEXITED(state))
+        return -1;
+    return WEXITSTATUS(state);
+}
+
+/* The first line of the compiler's output that says error, otherwise the first one. */
+static kempe_status tell_failure(kempe_context *context, const char *compiler, int code, const char *said)
+{
+    char *text = NULL;
+    size_t length = 0;
+    if (code < 0 || code == 127)
+        return kmp_fail(
+            context, KEMPE_E_FAILED,
+            "the C compiler '%s' does not run: install one, name another with --compiler, or write the unit "
+            "without a binary with --no-binary",
+            compiler);
+    if (kmp_file_read(context, KMP_FILE_RECORD, said, &text, &length) != KEMPE_OK)
+        text = NULL;
+    const char *line = text ? strstr(text, "error") : NULL;
+    while (line && line > text && line[-1] != '\n')
+        line--;
+    line = line ? line : text ? text : "";
+    kempe_status status = kmp_fail(
+        context, KEMPE_E_FAILED, "the C compiler '%s' fails with exit code %d: %.*s; --no-binary does without it",
+        compiler, code, (int)(strcspn(line, "\n") < MOST_SHOWN ? strcspn(line, "\n") : MOST_SHOWN), line);
+    kmp_free(text);
+    return status;
+}
+
+static kempe_status build(kempe_context *context, kmp_arena *arena, const char *folder, const kmp_unit_plan *plan,
+                          const char *compiler, kmp_text *bytes)
+{
+    char *words[MOST_WORDS], *text = NULL;
+    static char *const options[] = {"-std=gnu99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden",
+                                    "-s",         "-o"};
+    int count = 0;
+    size_t length = 0;
+    char *out = path_in(arena, folder, "unit.so"), *said = path_in(arena, folder, "said.txt");
+    words[count++] = kmp_arena_strdup(arena, compiler);
+    for (size_t k = 0; k < sizeof options / sizeof *options; k++)
+        words[count++] = options[k];
+    words[count++] = out;
+    for (int k = 0; k < plan->source_count && count < MOST_WORDS - 2; k++)
+        words[count++] = path_in(arena, folder, plan->sources[k]);
+    words[count++] = kmp_arena_strdup(arena, "-lm");
+    words[count] = NULL;
+    if (arena->failed)
+        return kmp_fail_memory(context);
+    int code = run_words(words, said);
+    if (code != 0)
+        return tell_failure(context, compiler, code, said);
+    KMP_TRY(kmp_file_read(context, KMP_FILE_BINARY, out, &text, &length));
+    kmp_text_append(bytes, text, length);
+    kmp_free(text);
+    return kmp_made(context, !bytes->failed);
+}
+
+static kempe_status compile(kempe_context *context, const kmp_code_files *files, const kmp_unit_plan *plan,
+                            const char *compiler, kmp_text *bytes)
+{
+    kmp_arena arena = {0};
+    const char *given = getenv("TMPDIR");
+    char *folder = kmp_arena_printf(&arena, "%s/kempe-XXXXXX", given && *given ? given : "/tmp");
+    kempe_status status = folder ? KEMPE_OK : kmp_fail_memory(context);
+    if (status == KEMPE_OK && !mkdtemp(folder)) {
+        status = kmp_fail(context, KEMPE_E_IO, "cannot make a folder in '%s' for the compiler",
+                          given && *given ? given : "/tmp");
+    } else if (status == KEMPE_OK) {
+        for (int k = 0; k < files->count && status == KEMPE_OK; k++) {
+            char *path = path_in(&arena, folder, files->file[k].name);
+            status = path ? kempe_write_file(context, path, files->file[k].text.s) : kmp_fail_memory(context);
+        }
+        if (status == KEMPE_OK)
+            status = build(context, &arena, folder, plan, compiler, bytes);
+        static const char *const made[] = {"unit.so", "said.txt"};
+        for (int k = 0; k < files->count; k++) {
+            char *path = path_in(&arena, folder, files->file[k].name);
+            if (path)
+                (void)unlink(path);
+        }
+        for (size_t k = 0; k < sizeof made / sizeof *made; k++) {
+            char *path = path_in(&arena, folder, made[k]);
+            if (path)
+                (void)unlink(path);
+        }
+        (void)rmdir(folder);
+    }
+    kmp_arena_free(&arena);
+    return status == KEMPE_E_IO ? KEMPE_E_FAILED : status; /* files that the caller has not named */
+}
+
 static kempe_status add_binary(kempe_fmu_export *made, const kempe_fmu_options *o)
 {
-    const char *folder = kmp_unit_binary_folder(made->plan.fmi);
+    const char *folder = binary_folder(made->plan.fmi);
     if (!*folder)
         return kmp_fail(made->context, KEMPE_E_ARGUMENT,
                         "binaries of units are not made on this platform: use --no-binary");
-    char *name = kmp_arena_printf(&made->arena, "binaries/%s/%s.so", folder, made->plan.source->name);
-    kmp_text *bytes = name ? kmp_code_add(&made->files, "%s", name) : NULL;
-    return bytes ? kmp_unit_compile(made->context, &made->sources, &made->plan, o->compiler ? o->compiler : "cc", bytes)
+    kmp_text *bytes = kmp_code_add(&made->files, "binaries/%s/%s.so", folder, made->plan.source->name);
+    return bytes ? compile(made->context, &made->sources, &made->plan, o->compiler ? o->compiler : "cc", bytes)
                  : kmp_fail_memory(made->context);
+}
+
+/* -- resources of a unit on the library ------------------------------------------------------------------ */
+
+static kempe_status add_bytes(kempe_context *context, kmp_code_files *files, const char *name, const char *bytes,
+                              size_t length)
+{
+    kmp_text *text = kmp_code_add(files, "resources/%s", name);
+    if (text)
+        kmp_text_append(text, bytes, length);
+    return kmp_made(context, text && !text->failed);
+}
+
+/* Whole paths of the files, and the length of the folder that all are in. */
+static kempe_status find_files(const kempe_model *model, kmp_arena *arena, char **whole, size_t *common)
+{
+    for (int k = 0; k < model->path_count; k++) {
+        char *path = realpath(model->paths[k], NULL);
+        whole[k] = path ? kmp_arena_strdup(arena, path) : NULL;
+        free(path);
+        if (!whole[k])
+            return kmp_fail(model->context, KEMPE_E_INPUT,
+                            "the file '%s' of the model is not there: a unit on the library contains the model's files",
+                            model->paths[k]);
+        size_t same = 0;
+        while (whole[0][same] && whole[0][same] == whole[k][same])
+            same++;
+        *common = k == 0 || same < *common ? same : *common;
+    }
+    while (*common > 0 && whole[0][*common - 1] != '/')
+        --*common;
+    return KEMPE_OK;
+}
+
+static kempe_status add_files(kmp_code_files *files, kmp_arena *arena, const kempe_model *model, const char **main_file)
+{
+    char **whole = KMP_ARENA_NEW(arena, char *, model->path_count);
+    size_t common = 0, length = 0;
+    KMP_TRY(kmp_made(model->context, whole));
+    KMP_TRY(find_files(model, arena, whole, &common));
+    for (int k = 0; k < model->path_count; k++) {
+        char *text = NULL;
+        const char *name = kmp_arena_printf(arena, "model/%s", whole[k] + common);
+        KMP_TRY(kmp_made(model->context, name));
+        KMP_TRY(kmp_file_read(model->context, KMP_FILE_INCLUDED, whole[k], &text, &length));
+        kempe_status status = add_bytes(model->context, files, name, text, length);
+        kmp_free(text);
+        KMP_TRY(status);
+    }
+    *main_file = kmp_arena_printf(arena, "model/%s", whole[0] + common);
+    return kmp_made(model->context, *main_file);
 }
 
 /* -- construction ------------------------------------------------------------------------------------ */
@@ -192,7 +381,6 @@ static kempe_status add_binary(kempe_fmu_export *made, const kempe_fmu_options *
 static kempe_status make_on_library(kempe_fmu_export *made, const kempe_model *model, const kempe_fmu_options *o)
 {
     kmp_unit_plan *plan = &made->plan;
-    const char *folder = kmp_unit_binary_folder(plan->fmi);
     char *bytes = NULL;
     size_t length = 0;
     KMP_TRY(kmp_system_new(model, NULL, &made->system));
@@ -202,10 +390,24 @@ static kempe_status make_on_library(kempe_fmu_export *made, const kempe_model *m
     plan->source = made->named;
     kmp_unit_token(plan->token, plan);
     KMP_TRY(kmp_made(made->context, add_texts(made)));
-    KMP_TRY(kmp_unit_add_resources(&made->files, &made->arena, model));
+    const char *main_file = "model/model.yaml";
+    kmp_text list = {0};
+    const bool has_file = model->path_count > 0 && access(model->paths[0], R_OK) == 0;
+    if (model->document && !has_file) /* built in code, or read from a text */
+        KMP_TRY(add_bytes(model->context, &made->files, main_file, model->document, strlen(model->document)));
+    else
+        KMP_TRY(add_files(&made->files, &made->arena, model, &main_file));
+    kmp_text_printf(&list, "%s\n", main_file);
+    for (int k = 0; k < model->setting_count; k++)
+        if (!strchr(model->settings[k].value, ':')) /* samples come from the importer */
+            kmp_text_printf(&list, "%s=%s\n", model->settings[k].name, model->settings[k].value);
+    kempe_status status = kmp_made(model->context, !list.failed);
+    if (status == KEMPE_OK)
+        status = add_bytes(model->context, &made->files, KMP_UNIT_LIST, list.s, list.length);
+    kmp_text_free(&list);
+    KMP_TRY(status);
     KMP_TRY(kmp_file_read(made->context, KMP_FILE_BINARY, o->unit_file, &bytes, &length));
-    char *name = kmp_arena_printf(&made->arena, "binaries/%s/%s.so", folder, plan->source->name);
-    kmp_text *binary = name ? kmp_code_add(&made->files, "%s", name) : NULL;
+    kmp_text *binary = kmp_code_add(&made->files, "binaries/%s/%s.so", binary_folder(plan->fmi), plan->source->name);
     if (binary)
         kmp_text_append(binary, bytes, length);
     kmp_free(bytes);

@@ -1,17 +1,155 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* modelDescription.xml. The order of variables and their value references are those of kempe_fmu.h. */
+/* modelDescription.xml and terminalsAndIcons.xml. The order of variables and their value references are those of
+ * kempe_fmu.h. Dependencies are by the arguments that the generated routines read: coordinates follow from the states
+ * through the closures, accelerations and multipliers from all that the routines of the motion read. */
 #include "exchange/fmu/unit_description.h"
 #include "base/memory.h"
 #include "exchange/fmu/unit_files.h"
-#include "exchange/fmu/unit_parts.h"
-#include "exchange/fmu/unit_structure.h"
-#include "exchange/fmu/unit_terminals.h"
 #include "exchange/simulator/kempe_fmu.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include <ctype.h>
-#include <math.h>
 #include <string.h>
+
+/* -- dependencies ---------------------------------------------------------------------------------------- */
+
+/* Level of a computed value: the deeper ones depend on more. */
+typedef enum level { CONSTANT, PLACE, RATE, ACCELERATION } level;
+
+typedef struct structure {
+    const kmp_code_source *source;
+    int inputs;        /* three each */
+    bool *by_level[4]; /* inputs that the coordinates, rates, accelerations depend on */
+    bool *read;        /* by the value at hand: inputs */
+    bool *marked;      /* values of a program */
+    const kmp_code_routine *show, *changes;
+} structure;
+
+/* Marks the inputs that the outputs [first, first + count) of stage 1 are computed from, and returns their level. */
+static level read_outputs(const structure *s, const kmp_code_routine *r, int first, int count, bool *inputs)
+{
+    const kmp_program *p = r->program;
+    /* Conditions are decided by place and rate, or by more: see below. */
+    static const level levels[KMP_IN_COUNT] = {[KMP_IN_Q] = PLACE,
+                                               [KMP_IN_QD] = RATE,
+                                               [KMP_IN_MODE] = RATE,
+                                               [KMP_IN_QDD] = ACCELERATION,
+                                               [KMP_IN_LAMBDA] = ACCELERATION};
+    const int before = p->constant_count + p->input_count, all = before + p->code[p->stages];
+    level deepest = CONSTANT;
+    memset(s->marked, 0, (size_t)all * sizeof *s->marked);
+    for (int k = 0; k < count; k++)
+        s->marked[p->output[p->outputs[1] + first + k] >> 1] = true;
+    for (int i = p->code[p->stages] - 1; i >= 0; i--)
+        for (int k = 0; s->marked[before + i] && k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
+            s->marked[kmp_instruction_operand(&p->instruction[i], k) >> 1] = true;
+    for (int k = 0; k < p->input_count; k++) {
+        const kmp_program_input *in = &p->input[k];
+        if (!s->marked[p->constant_count + k])
+            continue;
+        deepest = levels[in->kind] > deepest ? levels[in->kind] : deepest;
+        if (in->kind == KMP_IN_TIME && in->index > 0 && (int)in->index <= s->inputs)
+            inputs[in->index - 1] = true;
+    }
+    return deepest;
+}
+
+static int size_of(const kmp_code_routine *r)
+{
+    const kmp_program *p = r->program;
+    return p->constant_count + p->input_count + p->code[p->stages];
+}
+
+static structure *find_structure(kmp_arena *arena, const kmp_code_source *source)
+{
+    structure *s = KMP_ARENA_NEW(arena, structure, 1);
+    int most = 1;
+    for (int k = 0; k < source->count; k++)
+        most = size_of(&source->routines[k]) > most ? size_of(&source->routines[k]) : most;
+    if (!s)
+        return NULL;
+    s->source = source;
+    s->inputs = 3 * source->input_count;
+    s->show = kmp_simulated_routine(source, "show");
+    s->changes = kmp_simulated_routine(source, "changes");
+    if (!KMP_ARENA_MAKE(arena,
+                        KMP_ROOM(bool, s->inputs, &s->by_level[CONSTANT], &s->by_level[PLACE], &s->by_level[RATE],
+                                 &s->by_level[ACCELERATION], &s->read),
+                        KMP_ROOM(bool, most, &s->marked)))
+        return NULL;
+    /* Inputs of coordinates: the values that closures read; of rates: the derivatives, too; of accelerations: all. */
+    static const char *const deep[] = {"motion", "loads", "changes"};
+    const kmp_code_routine *closures = kmp_simulated_routine(s->source, "closures");
+    bool *place = s->by_level[PLACE], *rate = s->by_level[RATE], *acceleration = s->by_level[ACCELERATION];
+    if (closures)
+        (void)read_outputs(s, closures, 0, closures->program->outputs[2] - closures->program->outputs[1], rate);
+    for (int k = 0; k < s->inputs; k += 3) {
+        place[k] = rate[k] = rate[k] || rate[k + 1]; /* h has the value, h_t its derivative */
+        acceleration[k] = acceleration[k + 1] = acceleration[k + 2] = rate[k];
+    }
+    for (int k = 0; k < s->inputs; k++)
+        acceleration[k] = acceleration[k] || rate[k];
+    for (size_t i = 0; i < sizeof deep / sizeof *deep; i++) {
+        const kmp_code_routine *r = kmp_simulated_routine(s->source, deep[i]);
+        if (r)
+            (void)read_outputs(s, r, 0, r->program->outputs[2] - r->program->outputs[1], acceleration);
+    }
+    return s;
+}
+
+/* The level of a variable; the inputs that its own expression reads are marked. */
+static level find_level(const structure *s, int block, int at)
+{
+    const int f = s->source->simulated->freedom;
+    switch (block) {
+    case KEMPE_FMU_Q:
+        return PLACE;
+    case KEMPE_FMU_QD:
+        return RATE;
+    case KEMPE_FMU_STATES:
+        return at < f ? PLACE : RATE;
+    case KEMPE_FMU_RATES:
+        return at < f ? RATE : ACCELERATION;
+    case KEMPE_FMU_OUTPUTS:
+        return s->show ? read_outputs(s, s->show, at, 1, s->read) : ACCELERATION;
+    case KEMPE_FMU_CONDITIONS:
+        return read_outputs(s, s->changes, at, 1, s->read);
+    default:
+        return ACCELERATION;
+    }
+}
+
+static bool depends(const structure *s, unsigned reference, unsigned known)
+{
+    const int block = (int)(reference / KEMPE_FMU_BLOCK), at = (int)(reference % KEMPE_FMU_BLOCK);
+    const int known_block = (int)(known / KEMPE_FMU_BLOCK), known_at = (int)(known % KEMPE_FMU_BLOCK);
+    memset(s->read, 0, (size_t)s->inputs * sizeof *s->read);
+    const level deepest = find_level(s, block, at);
+    if (known_block == KEMPE_FMU_STATES && block == KEMPE_FMU_RATES && at < s->source->simulated->freedom)
+        return known_at == at + s->source->simulated->freedom;
+    if (known_block == KEMPE_FMU_STATES)
+        return deepest >= RATE || (deepest == PLACE && known_at < s->source->simulated->freedom);
+    if (block == KEMPE_FMU_RATES && at < s->source->simulated->freedom)
+        return false;
+    return s->read[known_at] || s->by_level[deepest][known_at];
+}
+
+static bool has_dependencies(unsigned reference)
+{
+    const int block = (int)(reference / KEMPE_FMU_BLOCK);
+    return (block >= KEMPE_FMU_STATES && block <= KEMPE_FMU_OUTPUTS) || block == KEMPE_FMU_CONDITIONS;
+}
+
+/* A variable as modelDescription.xml has it. */
+typedef struct variable {
+    const char *name, *description;
+    unsigned reference;
+    const char *causality, *variability, *initial; /* initial NULL: none */
+    bool whole, has_start;                         /* an integer */
+    double start;
+    int unit;       /* 1 + its place in the units; 0: none */
+    unsigned state; /* of a derivative: the reference of its state; 0: none */
+} variable;
 
 /* -- units ------------------------------------------------------------------------------------------- */
 
@@ -40,11 +178,11 @@ typedef struct description {
     const kmp_unit_plan *plan;
     const kmp_code_source *source;
     kmp_arena arena;
-    kmp_unit_variable *variable;
+    variable *variable;
     int count, room;
     unit units[MOST_UNITS];
     int unit_count;
-    const kmp_unit_structure *structure; /* NULL: dependencies are unknown */
+    const structure *structure; /* NULL: dependencies are unknown */
 } description;
 
 static const char *name_unit(kmp_arena *arena, const kmp_dimension *d, int angle)
@@ -136,7 +274,7 @@ static const char *name_of(description *d, const char *prefix, const char *name,
 
 /* -- variables --------------------------------------------------------------------------------------- */
 
-static void add(description *d, kmp_unit_variable v)
+static void add(description *d, variable v)
 {
     if (d->count < d->room && v.name)
         d->variable[d->count++] = v;
@@ -150,27 +288,27 @@ static unsigned reference(int block, int k)
 }
 
 /* A variable that is computed. */
-static kmp_unit_variable computed(int block, int k, const char *causality, const char *name, const char *text)
+static variable computed(int block, int k, const char *causality, const char *name, const char *text)
 {
-    return (kmp_unit_variable){.name = name,
-                               .description = text,
-                               .reference = reference(block, k),
-                               .causality = causality,
-                               .variability = "continuous",
-                               .initial = "calculated"};
+    return (variable){.name = name,
+                      .description = text,
+                      .reference = reference(block, k),
+                      .causality = causality,
+                      .variability = "continuous",
+                      .initial = "calculated"};
 }
 
-static kmp_unit_variable given(int block, int k, const char *causality, const char *variability, const char *name,
-                               const char *text, double start)
+static variable given(int block, int k, const char *causality, const char *variability, const char *name,
+                      const char *text, double start)
 {
-    return (kmp_unit_variable){.name = name,
-                               .description = text,
-                               .reference = reference(block, k),
-                               .causality = causality,
-                               .variability = variability,
-                               .initial = strcmp(causality, "input") == 0 ? NULL : "exact",
-                               .has_start = true,
-                               .start = start};
+    return (variable){.name = name,
+                      .description = text,
+                      .reference = reference(block, k),
+                      .causality = causality,
+                      .variability = variability,
+                      .initial = strcmp(causality, "input") == 0 ? NULL : "exact",
+                      .has_start = true,
+                      .start = start};
 }
 
 static void add_inputs(description *d)
@@ -185,9 +323,9 @@ static void add_inputs(description *d)
         int angle = input->unit && kmp_unit_read(input->unit, strlen(input->unit), &written) ? written.angle : 0;
         kmp_dimension dimension = input->dimension;
         for (int i = 0; i < 3; i++, dimension.power[2] -= 1) {
-            kmp_unit_variable v = given(KEMPE_FMU_INPUTS, 3 * k + i, "input", "continuous",
-                                        name_of(d, "", d->source->input_names[k], endings[i]), texts[i],
-                                        d->source->simulated->inputs[3 * k + i]);
+            variable v = given(KEMPE_FMU_INPUTS, 3 * k + i, "input", "continuous",
+                               name_of(d, "", d->source->input_names[k], endings[i]), texts[i],
+                               d->source->simulated->inputs[3 * k + i]);
             v.unit = take_unit(d, dimension, angle);
             add(d, v);
         }
@@ -201,8 +339,8 @@ static void add_outputs(description *d)
     int place = 0;
     for (int o = 0; o < model->output_count; o++)
         for (int k = 0; k < kmp_output_width(model, &model->outputs[o]); k++, place++) {
-            kmp_unit_variable v = computed(KEMPE_FMU_OUTPUTS, place, "output",
-                                           name_of(d, "", d->source->output_names[place], ""), "output of the model");
+            variable v = computed(KEMPE_FMU_OUTPUTS, place, "output",
+                                  name_of(d, "", d->source->output_names[place], ""), "output of the model");
             const char *in = kmp_output_unit(model, &model->outputs[o], k);
             if (in && *in && kmp_unit_read(in, strlen(in), &written))
                 v.unit = take_unit(d, written.dimension, written.angle);
@@ -229,9 +367,8 @@ static void add_coordinates(description *d)
     const struct kmp_simulated *x = d->source->simulated;
     for (int order = 0; order < 3; order++)
         for (int k = 0; k < d->source->n; k++) {
-            kmp_unit_variable v =
-                computed(KEMPE_FMU_Q + order, k, order < 2 ? "output" : "local",
-                         name_of(d, prefixes[order], d->source->coordinate_names[k], ""), texts[order]);
+            variable v = computed(KEMPE_FMU_Q + order, k, order < 2 ? "output" : "local",
+                                  name_of(d, prefixes[order], d->source->coordinate_names[k], ""), texts[order]);
             if (order < 2) {
                 v.initial = "approx";
                 v.has_start = true;
@@ -258,14 +395,14 @@ static void add_states(description *d)
             const char *text = derivative ? "derivative of a state"
                                : k < f    ? "independent coordinate: see choice"
                                           : "rate of an independent coordinate";
-            kmp_unit_variable v = computed(derivative ? KEMPE_FMU_RATES : KEMPE_FMU_STATES, k, "local", name, text);
+            variable v = computed(derivative ? KEMPE_FMU_RATES : KEMPE_FMU_STATES, k, "local", name, text);
             v.state = derivative ? reference(KEMPE_FMU_STATES, k) : 0;
             v.unit = same ? coordinate_unit(d, 0, derivative + (k >= f)) : 0;
             add(d, v);
         }
     for (int k = 0; k < f; k++) {
-        kmp_unit_variable v = computed(KEMPE_FMU_CHOICE, k, "output", kmp_arena_printf(&d->arena, "choice[%d]", k + 1),
-                                       "number of the coordinate that a state belongs to, from 1, in the order of q");
+        variable v = computed(KEMPE_FMU_CHOICE, k, "output", kmp_arena_printf(&d->arena, "choice[%d]", k + 1),
+                              "number of the coordinate that a state belongs to, from 1, in the order of q");
         v.whole = true;
         v.variability = "discrete";
         add(d, v);
@@ -285,7 +422,7 @@ static void add_work(description *d)
         {"solver.steps", "steps of the integrator of co-simulation so far"},
         {"solver.evaluations", "evaluations of the equations so far"}};
     for (int k = 0; k < KEMPE_FMU_WORK_COUNT; k++) {
-        kmp_unit_variable v = computed(KEMPE_FMU_WORK, k, k == 0 ? "output" : "local", work[k].name, work[k].text);
+        variable v = computed(KEMPE_FMU_WORK, k, k == 0 ? "output" : "local", work[k].name, work[k].text);
         v.whole = true;
         v.variability = "discrete";
         add(d, v);
@@ -302,8 +439,7 @@ static void add_settings(description *d)
     const double start[KEMPE_FMU_SETTINGS_COUNT] = {kmp_unit_rtol(d->source->model), kmp_unit_atol(d->source->model), 0,
                                                     kmp_unit_longest_step(d->source->model)};
     for (int k = 0; d->plan->simulation && k < KEMPE_FMU_SETTINGS_COUNT; k++) {
-        kmp_unit_variable v =
-            given(KEMPE_FMU_SETTINGS, k, "parameter", "fixed", settings[k].name, settings[k].text, start[k]);
+        variable v = given(KEMPE_FMU_SETTINGS, k, "parameter", "fixed", settings[k].name, settings[k].text, start[k]);
         v.unit = k > 1 ? take_unit(d, KMP_DIM_TIME, 0) : 0;
         add(d, v);
     }
@@ -313,11 +449,10 @@ static void add_parameters(description *d)
 {
     const struct kmp_simulated *x = d->source->simulated;
     for (int k = 0; k < d->source->parameter_count; k++) {
-        kmp_unit_variable v =
-            given(KEMPE_FMU_PARAMETERS, k, "parameter", x->fixed[k] ? "fixed" : "tunable",
-                  name_of(d, "", d->source->parameter_name[k], ""),
-                  x->fixed[k] ? "parameter of the model; the loops depend on it" : "parameter of the model",
-                  d->source->value[k]);
+        variable v = given(KEMPE_FMU_PARAMETERS, k, "parameter", x->fixed[k] ? "fixed" : "tunable",
+                           name_of(d, "", d->source->parameter_name[k], ""),
+                           x->fixed[k] ? "parameter of the model; the loops depend on it" : "parameter of the model",
+                           d->source->value[k]);
         if (x->symbol[k] < d->source->model->parameter_count)
             v.unit = take_unit(d, d->source->model->parameters[x->symbol[k]].dimension, 0);
         add(d, v);
@@ -339,14 +474,14 @@ static bool list_variables(description *d)
     d->room = 1 + 3 * d->source->input_count + d->source->output_count + 3 * d->source->n + d->source->m +
               5 * x->freedom + KEMPE_FMU_WORK_COUNT + KEMPE_FMU_SETTINGS_COUNT + d->source->parameter_count +
               x->condition_count;
-    d->variable = KMP_ARENA_NEW(&d->arena, kmp_unit_variable, d->room);
+    d->variable = KMP_ARENA_NEW(&d->arena, variable, d->room);
     if (!d->variable)
         return false;
-    add(d, (kmp_unit_variable){.name = "time",
-                               .description = "time",
-                               .causality = "independent",
-                               .variability = "continuous",
-                               .unit = take_unit(d, KMP_DIM_TIME, 0)});
+    add(d, (variable){.name = "time",
+                      .description = "time",
+                      .causality = "independent",
+                      .variability = "continuous",
+                      .unit = take_unit(d, KMP_DIM_TIME, 0)});
     add_inputs(d);
     add_outputs(d);
     add_coordinates(d);
@@ -360,7 +495,8 @@ static bool list_variables(description *d)
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-void kmp_unit_attribute(kmp_text *xml, const char *name, const char *value)
+/* An attribute whose value is escaped. */
+static void put_attribute(kmp_text *xml, const char *name, const char *value)
 {
     kmp_text_printf(xml, " %s=\"", name);
     for (; value && *value; value++)
@@ -400,7 +536,7 @@ static void put_kind(kmp_text *xml, const kmp_unit_plan *plan, bool exchange)
     static const char *const any_step[] = {"canHandleVariableCommunicationStepSize", NULL};
     const char *name = exchange ? "ModelExchange" : "CoSimulation";
     kmp_text_printf(xml, "  <%s", name);
-    kmp_unit_attribute(xml, "modelIdentifier", plan->source->name);
+    put_attribute(xml, "modelIdentifier", plan->source->name);
     if (!plan->on_library || plan->source->model->delay_count == 0)
         put_flags(xml, states[plan->fmi == 3]);
     if (!plan->on_library)
@@ -420,7 +556,7 @@ static void put_kind(kmp_text *xml, const kmp_unit_plan *plan, bool exchange)
     kmp_text_put(xml, ">\n    <SourceFiles>\n");
     for (int k = 0; k < plan->source_count; k++) {
         kmp_text_put(xml, "      <File");
-        kmp_unit_attribute(xml, "name", plan->sources[k]);
+        put_attribute(xml, "name", plan->sources[k]);
         kmp_text_put(xml, "/>\n");
     }
     kmp_text_printf(xml, "    </SourceFiles>\n  </%s>\n", name);
@@ -433,7 +569,7 @@ static void put_units(kmp_text *xml, const description *d)
     for (int k = 0; k < d->unit_count; k++) {
         const unit *u = &d->units[k];
         kmp_text_put(xml, "    <Unit");
-        kmp_unit_attribute(xml, "name", u->name);
+        put_attribute(xml, "name", u->name);
         kmp_text_put(xml, "><BaseUnit");
         for (int i = 0; i < 3; i++)
             if (u->power[i])
@@ -444,7 +580,7 @@ static void put_units(kmp_text *xml, const description *d)
         for (size_t i = 0; i < sizeof displays / sizeof *displays; i++)
             if (strcmp(displays[i].unit, u->name) == 0) {
                 kmp_text_put(xml, "<DisplayUnit");
-                kmp_unit_attribute(xml, "name", displays[i].name);
+                put_attribute(xml, "name", displays[i].name);
                 put_number(xml, "factor", displays[i].factor);
                 kmp_text_put(xml, "/>");
             }
@@ -480,24 +616,24 @@ static void put_experiment(kmp_text *xml, const kempe_model *model)
 }
 
 /* Causality, variability and initial value, the same in both versions. */
-static void put_roles(kmp_text *xml, const kmp_unit_variable *v)
+static void put_roles(kmp_text *xml, const variable *v)
 {
-    kmp_unit_attribute(xml, "name", v->name);
+    put_attribute(xml, "name", v->name);
     kmp_text_printf(xml, " valueReference=\"%u\"", v->reference);
     kmp_text_printf(xml, " causality=\"%s\" variability=\"%s\"", v->causality, v->variability);
     if (v->initial)
         kmp_text_printf(xml, " initial=\"%s\"", v->initial);
-    kmp_unit_attribute(xml, "description", v->description);
+    put_attribute(xml, "description", v->description);
 }
 
-static void put_value(kmp_text *xml, const description *d, const kmp_unit_variable *v)
+static void put_value(kmp_text *xml, const description *d, const variable *v)
 {
     if (v->unit && !v->whole) {
         const char *name = d->units[v->unit - 1].name;
-        kmp_unit_attribute(xml, "unit", name);
+        put_attribute(xml, "unit", name);
         for (size_t k = 0; k < sizeof displays / sizeof *displays; k++)
             if (displays[k].first && strcmp(displays[k].unit, name) == 0)
-                kmp_unit_attribute(xml, "displayUnit", displays[k].name);
+                put_attribute(xml, "displayUnit", displays[k].name);
     }
     if (v->has_start)
         put_number(xml, "start", v->start);
@@ -512,7 +648,7 @@ static void put_variables(kmp_text *xml, const description *d)
 {
     kmp_text_put(xml, "  <ModelVariables>\n");
     for (int k = 0; k < d->count; k++) {
-        const kmp_unit_variable *v = &d->variable[k];
+        const variable *v = &d->variable[k];
         if (d->plan->fmi == 2) {
             kmp_text_put(xml, "    <ScalarVariable");
             put_roles(xml, v);
@@ -529,31 +665,26 @@ static void put_variables(kmp_text *xml, const description *d)
     kmp_text_put(xml, "  </ModelVariables>\n");
 }
 
-static void put_dependencies(kmp_text *xml, const description *d, unsigned reference)
-{
-    const char *between = "";
-    kmp_text_put(xml, " dependencies=\"");
-    for (int k = 0; k < d->count; k++) {
-        const unsigned known = d->variable[k].reference, block = known / KEMPE_FMU_BLOCK;
-        if ((block != KEMPE_FMU_STATES && block != KEMPE_FMU_INPUTS) ||
-            !kmp_unit_depends(d->structure, reference, known))
-            continue;
-        kmp_text_printf(xml, "%s%u", between, d->plan->fmi == 2 ? (unsigned)k + 1 : known);
-        between = " ";
-    }
-    kmp_text_put(xml, "\"");
-}
-
 /* An entry of the model structure: by index in version 2, by reference in version 3. */
 static void put_entry(kmp_text *xml, const description *d, const char *element, int k, bool initial)
 {
-    const kmp_unit_variable *v = &d->variable[k];
+    const variable *v = &d->variable[k];
     const unsigned f = (unsigned)d->source->simulated->freedom, at = v->reference % KEMPE_FMU_BLOCK;
     const bool second = d->plan->fmi == 2;
     kmp_text_printf(xml, "    <%s %s=\"%u\"", element, second ? "index" : "valueReference",
                     second ? (unsigned)k + 1 : v->reference);
-    if (!initial && d->structure && kmp_unit_has_dependencies(v->reference)) {
-        put_dependencies(xml, d, v->reference);
+    if (!initial && d->structure && has_dependencies(v->reference)) {
+        unsigned reference = v->reference;
+        const char *between = "";
+        kmp_text_put(xml, " dependencies=\"");
+        for (int i = 0; i < d->count; i++) {
+            const unsigned known = d->variable[i].reference, block = known / KEMPE_FMU_BLOCK;
+            if ((block != KEMPE_FMU_STATES && block != KEMPE_FMU_INPUTS) || !depends(d->structure, reference, known))
+                continue;
+            kmp_text_printf(xml, "%s%u", between, d->plan->fmi == 2 ? (unsigned)i + 1 : known);
+            between = " ";
+        }
+        kmp_text_put(xml, "\"");
         if (v->state && at < f)
             kmp_text_put(xml, " dependenciesKind=\"constant\"");
     }
@@ -563,7 +694,7 @@ static void put_entry(kmp_text *xml, const description *d, const char *element, 
 /* The lists of the model structure, as bits, and those that have a variable. */
 enum { OUTPUTS = 1, DERIVATIVES = 2, UNKNOWNS = 4, INDICATORS = 8 };
 
-static int lists_of(const kmp_unit_variable *v)
+static int lists_of(const variable *v)
 {
     const unsigned block = v->reference / KEMPE_FMU_BLOCK;
     const int lists = (strcmp(v->causality, "output") == 0 ? OUTPUTS : 0) | (v->state ? DERIVATIVES : 0);
@@ -606,22 +737,104 @@ static void put_head(kmp_text *xml, const description *d)
         indicators += (lists_of(&d->variable[k]) & INDICATORS) != 0;
     kmp_text_printf(xml, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription fmiVersion=\"%s\"",
                     plan->fmi == 2 ? "2.0" : "3.0");
-    kmp_unit_attribute(xml, "modelName", plan->source->title);
-    kmp_unit_attribute(xml, plan->fmi == 2 ? "guid" : "instantiationToken", plan->token);
-    kmp_unit_attribute(xml, "description", "multibody mechanism with its loops closed inside");
-    kmp_unit_attribute(xml, "license", "documentation/licenses/license.txt holds for the runtime");
-    kmp_unit_attribute(xml, "generationTool", "Kempe " KEMPE_VERSION);
+    put_attribute(xml, "modelName", plan->source->title);
+    put_attribute(xml, plan->fmi == 2 ? "guid" : "instantiationToken", plan->token);
+    put_attribute(xml, "description", "multibody mechanism with its loops closed inside");
+    put_attribute(xml, "license", "documentation/licenses/license.txt holds for the runtime");
+    put_attribute(xml, "generationTool", "Kempe " KEMPE_VERSION);
     kmp_text_put(xml, " variableNamingConvention=\"structured\"");
     if (plan->fmi == 2)
         kmp_text_printf(xml, " numberOfEventIndicators=\"%d\"", indicators);
     kmp_text_put(xml, ">\n");
 }
 
+/* -- terminals ---------------------------------------------------------------------------------------- */
+
+/* Variables that belong together are a terminal: an input with its derivatives, a coordinate with its rate, the
+ * components of the position, velocity and acceleration of a point. */
+typedef enum terminal_kind { NONE, INPUT, COORDINATE, POINT } terminal_kind;
+
+static const char *const kind_names[] = {"", "input", "coordinate", "point"};
+
+/* The terminal of a variable, and its name there. */
+typedef struct seat {
+    terminal_kind kind;
+    const char *name; /* of the terminal */
+    int length;       /* of its name */
+    const char *member, *component;
+} seat;
+
+static seat seat_of_output(const variable *v)
+{
+    static const char *const measures[] = {"position", "velocity", "acceleration"};
+    static const char *const components[] = {".x", ".y", ".z"};
+    const int length = (int)strlen(v->name);
+    for (size_t k = 0; k < sizeof measures / sizeof *measures; k++) {
+        const int word = (int)strlen(measures[k]);
+        for (size_t i = 0; i < 3; i++)
+            if (length > word + 3 && strncmp(v->name, measures[k], (size_t)word) == 0 && v->name[word] == '.' &&
+                strcmp(v->name + length - 2, components[i]) == 0)
+                return (seat){POINT, v->name + word + 1, length - word - 3, measures[k], components[i]};
+    }
+    return (seat){0};
+}
+
+static seat seat_of(const variable *v)
+{
+    static const char *const members[] = {"value", "d", "dd"};
+    const int order = (int)(v->reference % KEMPE_FMU_BLOCK) % 3;
+    switch (v->reference / KEMPE_FMU_BLOCK) {
+    case KEMPE_FMU_INPUTS: /* without the ending of a derivative: all three have the same order of it */
+        return (seat){INPUT, v->name, (int)strlen(v->name) - (order ? order + 1 : 0), members[order], ""};
+    case KEMPE_FMU_Q:
+        return (seat){COORDINATE, v->name + 2, (int)strlen(v->name) - 2, "q", ""};
+    case KEMPE_FMU_QD:
+        return (seat){COORDINATE, v->name + 3, (int)strlen(v->name) - 3, "qd", ""};
+    case KEMPE_FMU_OUTPUTS:
+        return seat_of_output(v);
+    default:
+        return (seat){0};
+    }
+}
+
+static bool is_same(const seat *a, const seat *b)
+{
+    return a->kind == b->kind && a->length == b->length && strncmp(a->name, b->name, (size_t)a->length) == 0;
+}
+
+/* The terminal of a variable that is the first of it. */
+static void put_terminal(kmp_text *xml, const variable *variables, int count, int first)
+{
+    const seat at = seat_of(&variables[first]);
+    kmp_text name = {0};
+    for (int k = 0; k < first; k++) {
+        const seat other = seat_of(&variables[k]);
+        if (other.kind && is_same(&at, &other))
+            return;
+    }
+    kmp_text_printf(&name, "%s.%.*s", kind_names[at.kind], at.length, at.name);
+    kmp_text_put(xml, "    <Terminal");
+    put_attribute(xml, "name", name.s);
+    kmp_text_put(xml, " matchingRule=\"bus\">\n");
+    for (int k = first; k < count; k++) {
+        const seat other = seat_of(&variables[k]);
+        if (!other.kind || !is_same(&at, &other))
+            continue;
+        kmp_text_put(xml, "      <TerminalMemberVariable");
+        put_attribute(xml, "variableName", variables[k].name);
+        kmp_text_printf(xml, " memberName=\"%s%s\" variableKind=\"signal\"/>\n", other.member, other.component);
+    }
+    kmp_text_put(xml, "    </Terminal>\n");
+    kmp_text_free_part(xml, &name);
+}
+
+/* -- files -------------------------------------------------------------------------------------------- */
+
 bool kmp_unit_describe(kmp_text *xml, kmp_text *terminals, const kmp_unit_plan *plan)
 {
     description d = {.plan = plan, .source = plan->source};
     bool ok = list_variables(&d);
-    d.structure = ok && !plan->on_library ? kmp_unit_structure_new(&d.arena, plan->source) : NULL;
+    d.structure = ok && !plan->on_library ? find_structure(&d.arena, plan->source) : NULL;
     ok = ok && (d.structure || plan->on_library);
     if (ok) {
         put_head(xml, &d);
@@ -635,8 +848,24 @@ bool kmp_unit_describe(kmp_text *xml, kmp_text *terminals, const kmp_unit_plan *
         put_variables(xml, &d);
         put_structure(xml, &d);
         kmp_text_put(xml, "</fmiModelDescription>\n");
-        if (plan->fmi == 3)
-            kmp_unit_terminals(terminals, d.variable, d.count);
+        if (plan->fmi == 3) {
+            int count = d.count;
+            bool open = false;
+            kmp_text_printf(terminals,
+                            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n"
+                            "  <GraphicalRepresentation>\n"
+                            "    <CoordinateSystem x1=\"0\" y1=\"0\" x2=\"%d\" y2=\"%d\" "
+                            "suggestedScalingFactorTo_mm=\"0.1\"/>\n"
+                            "    <Icon x1=\"0\" y1=\"0\" x2=\"%d\" y2=\"%d\"/>\n  </GraphicalRepresentation>\n",
+                            KMP_UNIT_ICON, KMP_UNIT_ICON, KMP_UNIT_ICON, KMP_UNIT_ICON);
+            for (int k = 0; k < count; k++)
+                if (seat_of(&d.variable[k]).kind) {
+                    kmp_text_put(terminals, open ? "" : "  <Terminals>\n");
+                    open = true;
+                    put_terminal(terminals, d.variable, count, k);
+                }
+            kmp_text_put(terminals, open ? "  </Terminals>\n</fmiTerminalsAndIcons>\n" : "</fmiTerminalsAndIcons>\n");
+        }
     }
     kmp_arena_free(&d.arena);
     return ok && !xml->failed && !terminals->failed;
@@ -646,11 +875,11 @@ void kmp_unit_build_description(kmp_text *xml, const kmp_unit_plan *plan)
 {
     kmp_text_put(xml, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiBuildDescription fmiVersion=\"3.0\">\n"
                       "  <BuildConfiguration");
-    kmp_unit_attribute(xml, "modelIdentifier", plan->source->name);
+    put_attribute(xml, "modelIdentifier", plan->source->name);
     kmp_text_put(xml, ">\n    <SourceFileSet language=\"C99\">\n");
     for (int k = 0; k < plan->source_count; k++) {
         kmp_text_put(xml, "      <SourceFile");
-        kmp_unit_attribute(xml, "name", plan->sources[k]);
+        put_attribute(xml, "name", plan->sources[k]);
         kmp_text_put(xml, "/>\n");
     }
     kmp_text_put(xml, "    </SourceFileSet>\n    <Library name=\"m\" external=\"true\"/>\n  </BuildConfiguration>\n"

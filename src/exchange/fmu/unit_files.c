@@ -3,7 +3,6 @@
 #include "exchange/fmu/unit_files.h"
 #include "backend/time_scales.h"
 #include "exchange/code/write.h"
-#include "exchange/fmu/unit_parts.h"
 #include "exchange/simulator/kempe_fmu.h"
 #include "model/data/model.h"
 #include <stdio.h>

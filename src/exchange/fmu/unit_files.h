@@ -1,8 +1,28 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The table of the unit in C, and its page. */
+/* The plan of a functional mock-up unit, its table in C, and its page. */
 #pragma once
 
-#include "exchange/fmu/unit_parts.h"
+#include "exchange/code/simulated.h"
+#include <kempe/generate.h>
+
+enum { KMP_UNIT_TOKEN = 128 };
+
+/** Units on the library: the list of their resources, with the path of the model, then parameters that were set. */
+#define KMP_UNIT_LIST "model.txt"
+
+/** The request, and what all parts say of the unit. */
+typedef struct kmp_unit_plan {
+    const kmp_code_source *source;
+    int fmi; /* 2, 3 */
+    bool exchange, simulation;
+    bool on_library;            /* the binary is on the library; there are no sources */
+    char token[KMP_UNIT_TOKEN]; /* guid, instantiation token */
+    char **sources;             /* names of C files */
+    int source_count;
+} kmp_unit_plan;
+
+/** The size of the icon, pixels. */
+enum { KMP_UNIT_ICON = 256 };
 
 /** Writes the token, which a unit on the library makes again from its resources. */
 void kmp_unit_token(char token[KMP_UNIT_TOKEN], const kmp_unit_plan *plan);

@@ -4,6 +4,7 @@
 
 extern const char *const kmp_kempe_fmu_h[], *const kmp_kempe_fmu_c[];
 extern const char *const kmp_kempe_fmi_h[];
-extern const char *const kmp_kempe_fmi2_h[], *const kmp_kempe_fmi2_c[];
-extern const char *const kmp_kempe_fmi3_h[], *const kmp_kempe_fmi3_c[];
+extern const char *const kmp_kempe_fmi2_c[], *const kmp_kempe_fmi3_c[];
+extern const char *const kmp_fmi2Functions_h[], *const kmp_fmi2FunctionTypes_h[], *const kmp_fmi2TypesPlatform_h[];
+extern const char *const kmp_fmi3Functions_h[], *const kmp_fmi3FunctionTypes_h[], *const kmp_fmi3PlatformTypes_h[];
 extern const char *const kmp_license_lines[];

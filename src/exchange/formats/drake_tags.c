@@ -52,14 +52,14 @@ static double number(const tag *t, const char *word)
 
 static void put_number(const tag *t, kmp_yaml *map, const char *key, double value)
 {
-    kmp_import_word(t->im, map, t->e->place, key, kmp_import_number(t->im, value));
+    kmp_import_value(t->im, map, t->e->place, key, value);
 }
 
 static void put_three(const tag *t, kmp_yaml *map, const char *key, const char *word)
 {
     double values[3] = {0};
     read(t, word, 3, values);
-    kmp_import_put(t->im, map, t->e->place, key, kmp_import_numbers(t->im, t->e->place, 3, values));
+    kmp_import_vector(t->im, map, t->e->place, key, values);
 }
 
 /* A spring between two points; a distance without stiffness is a rod. */

@@ -1,10 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Parts that foreign models of robots have in common. Meshes are pictures alone. A package of ROS is a folder: its path
+ * is not in the file, so that it is looked for beside the model and in the folders around it. */
 #include "exchange/formats/foreign_parts.h"
+#include "base/file.h"
+#include "base/memory.h"
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
+#include "model/data/shape_mass.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
+#include <unistd.h>
 
 /* -- attributes ---------------------------------------------------------------------------------------- */
 
@@ -106,18 +113,18 @@ kmp_yaml *kmp_import_add_body(kmp_import *im, const kmp_element *from, const cha
 {
     static const double zero[3] = {0};
     kmp_yaml *body = kmp_import_map(im, from->place);
-    kmp_import_put(im, kmp_import_part(im, body, "points", KMP_YAML_MAP), from->place, "origin",
-                   kmp_import_numbers(im, from->place, 3, zero));
+    kmp_import_vector(im, kmp_import_part(im, body, "points", KMP_YAML_MAP), from->place, "origin", zero);
     kmp_import_add(im, "bodies", from, name, body);
     return kmp_import_body(im, name) == body ? body : NULL;
 }
 
-kmp_yaml *kmp_import_axes(kmp_import *im, kmp_place place, const kmp_pose *f)
+/* The mapping {x: .., y: ..} of the axes of a frame. */
+static kmp_yaml *axes_of(kmp_import *im, kmp_place place, const kmp_pose *f)
 {
     kmp_yaml *axes = kmp_import_map(im, place);
     for (int k = 0; k < 2; k++) {
         const double column[3] = {f->r[0][k], f->r[1][k], f->r[2][k]};
-        kmp_import_put(im, axes, place, k == 0 ? "x" : "y", kmp_import_numbers(im, place, 3, column));
+        kmp_import_vector(im, axes, place, k == 0 ? "x" : "y", column);
     }
     return axes;
 }
@@ -138,7 +145,7 @@ const char *kmp_import_point(kmp_import *im, kmp_place place, const char *body, 
     if (kmp_frame_is_turned(f)) {
         point = kmp_import_map(im, place);
         kmp_import_put(im, point, place, "at", at);
-        kmp_import_put(im, point, place, "axes", kmp_import_axes(im, place, f));
+        kmp_import_put(im, point, place, "axes", axes_of(im, place, f));
     }
     kmp_import_put(im, points, place, name, point);
     return kmp_arena_printf(im->arena, "%s.%s", body, name);
@@ -152,6 +159,14 @@ kmp_yaml *kmp_import_direction(kmp_import *im, kmp_place place, const char *name
     return kmp_import_numbers(im, place, 3, axis);
 }
 
+void kmp_import_read_tensor(kmp_import *im, const kmp_element *inertia, double moment, double tensor[3][3])
+{
+    static const char *const keys[3][3] = {{"ixx", "ixy", "ixz"}, {"ixy", "iyy", "iyz"}, {"ixz", "iyz", "izz"}};
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            tensor[i][j] = kmp_import_read_number(im, inertia, keys[i][j], i == j ? moment : 0);
+}
+
 void kmp_import_mass(kmp_import *im, kmp_yaml *body, kmp_place place, double mass, const kmp_pose *centre,
                      const double tensor[3][3])
 {
@@ -159,8 +174,8 @@ void kmp_import_mass(kmp_import *im, kmp_yaml *body, kmp_place place, double mas
     bool turned = kmp_frame_is_turned(centre);
     kmp_yaml *map = tensor ? kmp_import_map(im, place) : NULL;
     double half[3][3], about[3][3];
-    kmp_import_word(im, body, place, "mass", kmp_import_number(im, mass));
-    kmp_import_put(im, body, place, "com", kmp_import_numbers(im, place, 3, centre->p));
+    kmp_import_value(im, body, place, "mass", mass);
+    kmp_import_vector(im, body, place, "com", centre->p);
     if (!map)
         return;
     for (int i = 0; i < 3; i++)
@@ -172,7 +187,7 @@ void kmp_import_mass(kmp_import *im, kmp_yaml *body, kmp_place place, double mas
             about[i][j] = half[i][0] * centre->r[j][0] + half[i][1] * centre->r[j][1] + half[i][2] * centre->r[j][2];
     for (int i = 0; i < 3; i++)
         for (int j = i; j < 3; j++)
-            kmp_import_word(im, map, place, names[i][j], kmp_import_number(im, turned ? about[i][j] : tensor[i][j]));
+            kmp_import_value(im, map, place, names[i][j], turned ? about[i][j] : tensor[i][j]);
     kmp_import_word(im, map, place, "as_given", "yes");
     kmp_import_put(im, body, place, "inertia", map);
 }
@@ -185,6 +200,23 @@ const char *kmp_import_colour(kmp_import *im, const double rgb[3])
     return kmp_arena_printf(im->arena, "#%02x%02x%02x", part[0], part[1], part[2]);
 }
 
+/* The place of a picture, with its axes or its axis where it is turned, and its colour. */
+static void add_picture(kmp_import *im, kmp_yaml *body, kmp_yaml *map, const kmp_pose *at, bool has_axes, bool has_axis,
+                        const char *colour)
+{
+    if (!map)
+        return;
+    const double axis[3] = {at->r[0][2], at->r[1][2], at->r[2][2]};
+    kmp_import_vector(im, map, map->place, "at", at->p);
+    if (kmp_frame_is_turned(at) && has_axes)
+        kmp_import_put(im, map, map->place, "axes", axes_of(im, map->place, at));
+    if (kmp_frame_is_turned(at) && has_axis)
+        kmp_import_vector(im, map, map->place, "axis", axis);
+    if (colour)
+        kmp_import_word(im, map, map->place, "colour", colour);
+    kmp_yaml_append(im->arena, kmp_import_part(im, body, "shape", KMP_YAML_LIST), NULL, map);
+}
+
 kmp_yaml *kmp_import_shape(kmp_import *im, kmp_yaml *body, kmp_place place, kmp_import_solid solid,
                            const double size[3], const kmp_pose *at, const char *colour)
 {
@@ -193,21 +225,124 @@ kmp_yaml *kmp_import_shape(kmp_import *im, kmp_yaml *body, kmp_place place, kmp_
     bool round = solid == KMP_SOLID_CYLINDER || solid == KMP_SOLID_CAPSULE;
     bool three = solid == KMP_SOLID_BOX || solid == KMP_SOLID_ELLIPSOID;
     if (three)
-        kmp_import_put(im, map, place, words[solid], kmp_import_numbers(im, place, 3, size));
+        kmp_import_vector(im, map, place, words[solid], size);
     else
-        kmp_import_word(im, map, place, words[solid], kmp_import_number(im, size[round ? 1 : 0]));
+        kmp_import_value(im, map, place, words[solid], size[round ? 1 : 0]);
     if (round)
-        kmp_import_word(im, map, place, "radius", kmp_import_number(im, size[0]));
-    kmp_import_put(im, map, place, "at", kmp_import_numbers(im, place, 3, at->p));
-    if (kmp_frame_is_turned(at) && three)
-        kmp_import_put(im, map, place, "axes", kmp_import_axes(im, place, at));
-    const double axis[3] = {at->r[0][2], at->r[1][2], at->r[2][2]};
-    if (kmp_frame_is_turned(at) && round)
-        kmp_import_put(im, map, place, "axis", kmp_import_numbers(im, place, 3, axis));
-    if (colour)
-        kmp_import_word(im, map, place, "colour", colour);
-    kmp_yaml_append(im->arena, kmp_import_part(im, body, "shape", KMP_YAML_LIST), NULL, map);
+        kmp_import_value(im, map, place, "radius", size[0]);
+    add_picture(im, body, map, at, three, round, colour);
     return map;
+}
+
+kmp_shape kmp_import_heavy(kmp_import_solid solid, const double size[3], const kmp_pose *at, double matter,
+                           bool by_density)
+{
+    static const kmp_shape_kind kinds[] = {[KMP_SOLID_BOX] = KMP_SHAPE_BOX,
+                                           [KMP_SOLID_SPHERE] = KMP_SHAPE_SPHERE,
+                                           [KMP_SOLID_CYLINDER] = KMP_SHAPE_CYLINDER,
+                                           [KMP_SOLID_CAPSULE] = KMP_SHAPE_CAPSULE,
+                                           [KMP_SOLID_ELLIPSOID] = KMP_SHAPE_ELLIPSOID,
+                                           [KMP_SOLID_MESH] = KMP_SHAPE_MESH};
+    kmp_shape shape = {
+        .kind = kinds[solid], .heavy = true, .by_density = by_density, .turned = kmp_frame_is_turned(at)};
+    shape.matter.value = matter;
+    shape.scale.value = 1;
+    shape.radius.value = size[0];
+    shape.length.value = size[1];
+    memcpy(shape.axes, at->r, sizeof shape.axes);
+    for (int k = 0; k < 3; k++) {
+        shape.edge[k].value = size[k];
+        shape.at[k].value = at->p[k];
+        shape.along[k].value = at->r[k][2];
+    }
+    return shape;
+}
+
+double kmp_import_weigh(kmp_import *im, int count, const kmp_shape *shapes, kmp_pose *centre, double tensor[3][3])
+{
+    static const int entry[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+    kmp_mass_part sum = {.mass.value = 0};
+    kmp_shapes_mass(im->arena, count, shapes, &sum);
+    *centre = kmp_frame_none();
+    for (int i = 0; i < 3; i++) {
+        centre->p[i] = sum.com[i].value;
+        for (int j = 0; j < 3; j++)
+            tensor[i][j] = sum.inertia[entry[i][j]].value;
+    }
+    return sum.mass.value;
+}
+
+/* -- meshes ---------------------------------------------------------------------------------------------- */
+
+enum { MOST_FOLDERS_UP = 8 };
+
+/* A path relative to the model's file, if there is a file. */
+static const char *try_path(const kmp_import *im, int up, const char *path)
+{
+    static const char ups[] = "../../../../../../../../";
+    const char *slash = strrchr(im->file, '/');
+    int folder = slash ? (int)(slash - im->file) + 1 : 0;
+    const char *name = kmp_arena_printf(im->arena, "%.*s%s", 3 * up, ups, path);
+    const char *whole = name ? kmp_arena_printf(im->arena, "%.*s%s", folder, im->file, name) : NULL;
+    return whole && access(whole, R_OK) == 0 ? name : NULL;
+}
+
+/* The path of a mesh relative to the model's file; NULL: it is not found. */
+static const char *find_mesh(const kmp_import *im, const char *uri)
+{
+    const char *scheme = strstr(uri, "://"), *path = scheme ? scheme + 3 : uri, *found = NULL;
+    bool package = scheme && strncmp(uri, "file:", 5) != 0;
+    const char *inside = package ? strchr(path, '/') : NULL; /* of the package */
+    if (!package && path[0] == '/')
+        return access(path, R_OK) == 0 ? path : NULL;
+    for (int up = 0; !found && up <= (package ? MOST_FOLDERS_UP : 0); up++) {
+        found = path[0] != '/' ? try_path(im, up, path) : NULL;
+        if (!found && inside && inside[1])
+            found = try_path(im, up, inside + 1);
+    }
+    return found;
+}
+
+bool kmp_import_read_mesh(kmp_import *im, const char *uri, kmp_mesh *mesh, kmp_text *why)
+{
+    const char *found = find_mesh(im, uri), *slash = strrchr(im->file, '/');
+    int folder = slash && found && found[0] != '/' ? (int)(slash - im->file) + 1 : 0;
+    const char *path = found ? kmp_arena_printf(im->arena, "%.*s%s", folder, im->file, found) : NULL;
+    kempe_context *aside = path ? kempe_context_new() : NULL;
+    char *text = NULL;
+    size_t length;
+    bool good = false;
+    if (!found)
+        kmp_text_printf(why, "the file '%s' is not found", uri);
+    else if (!aside || kmp_file_read(aside, KMP_FILE_MESH, path, &text, &length) != KEMPE_OK)
+        kmp_text_printf(why, "the file '%s' cannot be read", uri);
+    else
+        good = kmp_mesh_read(im->arena, path, text, length, mesh, why);
+    kmp_free(text);
+    kempe_context_free(aside);
+    return good;
+}
+
+void kmp_import_mesh(kmp_import *im, kmp_yaml *body, kmp_place place, const char *uri, const double scale[3],
+                     const kmp_pose *at, const char *colour)
+{
+    const char *ending = kmp_file_ending(uri), *path = NULL;
+    bool known = strcasecmp(ending, ".stl") == 0 || strcasecmp(ending, ".obj") == 0;
+    bool even = scale[0] == scale[1] && scale[0] == scale[2] && scale[0] > 0;
+    if (known && even)
+        path = find_mesh(im, uri);
+    if (!path) {
+        kmp_import_leave_out(im, place, KMP_PART_REMARK, "mesh", "mesh '%s' is not in the picture: %s", uri,
+                             !known  ? "a mesh is a file .stl or .obj"
+                             : !even ? "a mesh has one positive scale"
+                                     : "it is not found beside the model or in a folder around it");
+        return;
+    }
+    kmp_yaml *map = kmp_import_map(im, place);
+    kmp_import_word(im, map, place, "mesh", path);
+    if (scale[0] != 1)
+        kmp_import_value(im, map, place, "scale", scale[0]);
+    add_picture(im, body, map, at, true, false, colour);
 }
 
 /* -- joints and loops ---------------------------------------------------------------------------------- */
@@ -244,18 +379,18 @@ void kmp_import_spring(kmp_import *im, const kmp_element *from, const char *join
     if (stiffness == 0 && damping == 0)
         return;
     kmp_yaml *spring = add_force(im, from, joint, word, "spring");
-    kmp_import_word(im, spring, from->place, "stiffness", kmp_import_number(im, stiffness));
+    kmp_import_value(im, spring, from->place, "stiffness", stiffness);
     if (rest != 0 && stiffness != 0)
-        kmp_import_word(im, spring, from->place, "rest", kmp_import_number(im, rest));
+        kmp_import_value(im, spring, from->place, "rest", rest);
     if (damping != 0)
-        kmp_import_word(im, spring, from->place, "damping", kmp_import_number(im, damping));
+        kmp_import_value(im, spring, from->place, "damping", damping);
 }
 
 void kmp_import_friction(kmp_import *im, const kmp_element *from, const char *joint, bool slides, double level)
 {
     if (level != 0)
-        kmp_import_word(im, add_force(im, from, joint, "friction", "friction"), from->place,
-                        slides ? "force" : "torque", kmp_import_number(im, level));
+        kmp_import_value(im, add_force(im, from, joint, "friction", "friction"), from->place,
+                         slides ? "force" : "torque", level);
 }
 
 void kmp_import_limits(kmp_import *im, const kmp_element *from, const char *joint, double lower, double upper)
@@ -274,7 +409,7 @@ void kmp_import_limits(kmp_import *im, const kmp_element *from, const char *join
             continue;
         kmp_yaml *map = kmp_import_map(im, from->place);
         kmp_import_word(im, map, from->place, "joint", joint);
-        kmp_import_word(im, map, from->place, words[k], kmp_import_number(im, limit[k]));
+        kmp_import_value(im, map, from->place, words[k], limit[k]);
         kmp_import_word(im, map, from->place, "restitution", "0");
         kmp_import_add(im, "contacts", from, kmp_arena_printf(im->arena, "%s_%s", joint, words[k]), map);
     }
@@ -285,9 +420,9 @@ void kmp_import_coupler(kmp_import *im, const kmp_element *from, const char *nam
 {
     kmp_yaml *map = kmp_import_map(im, from->place), *factors = kmp_import_map(im, from->place);
     for (int k = 0; k < count; k++)
-        kmp_import_word(im, factors, from->place, joint[k], kmp_import_number(im, factor[k]));
+        kmp_import_value(im, factors, from->place, joint[k], factor[k]);
     kmp_import_put(im, map, from->place, "coupler", factors);
-    kmp_import_word(im, map, from->place, "equals", kmp_import_number(im, equals));
+    kmp_import_value(im, map, from->place, "equals", equals);
     kmp_import_add(im, "loops", from, name, map);
 }
 

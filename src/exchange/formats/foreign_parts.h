@@ -6,8 +6,7 @@
 #include "exchange/formats/formats.h"
 #include "model/data/mesh.h"
 #include "model/data/pose.h"
-
-/* foreign_parts.c */
+#include "model/data/shape.h"
 
 /** The text of an attribute, which must be there; NULL after a complaint. The same as a name of Kempe. */
 const char *kmp_import_attribute(kmp_import *im, const kmp_element *e, const char *key);
@@ -30,11 +29,11 @@ kmp_yaml *kmp_import_add_body(kmp_import *im, const kmp_element *from, const cha
  * Returns BODY.POINT, NULL: there is no body. */
 const char *kmp_import_point(kmp_import *im, kmp_place place, const char *body, const char *name, const kmp_pose *at);
 
-/** The mapping {x: .., y: ..} of the axes of a frame. */
-kmp_yaml *kmp_import_axes(kmp_import *im, kmp_place place, const kmp_pose *f);
-
 /** A direction as a list; a complaint that "the axis of 'NAME' is zero" when it has no length. */
 kmp_yaml *kmp_import_direction(kmp_import *im, kmp_place place, const char *name, const double axis[3]);
+
+/** Reads a tensor from ixx .. izz; an absent moment is `moment`, an absent product zero. */
+void kmp_import_read_tensor(kmp_import *im, const kmp_element *inertia, double moment, double tensor[3][3]);
 
 /** The mass of a body, and its tensor about the centre of mass, which is given in the axes of a frame there. A tensor
  * that no distribution of mass can have is accepted with a warning: published models have such tensors. NULL for the
@@ -81,7 +80,8 @@ typedef enum kmp_import_solid {
     KMP_SOLID_SPHERE,
     KMP_SOLID_CYLINDER,
     KMP_SOLID_CAPSULE,
-    KMP_SOLID_ELLIPSOID
+    KMP_SOLID_ELLIPSOID,
+    KMP_SOLID_MESH
 } kmp_import_solid;
 
 /** Adds a shape to a body and returns its mapping: a picture without mass, unless the caller gives it a mass or a
@@ -89,6 +89,23 @@ typedef enum kmp_import_solid {
  * that between the centres of a capsule's ends. The colour is NULL where it has none. */
 kmp_yaml *kmp_import_shape(kmp_import *im, kmp_yaml *body, kmp_place place, kmp_import_solid solid,
                            const double size[3], const kmp_pose *at, const char *colour);
+
+/** A solid as a shape that gives its body a mass, of this value or this density; of a mesh the caller sets the volume.
+ */
+kmp_shape kmp_import_heavy(kmp_import_solid solid, const double size[3], const kmp_pose *at, double matter,
+                           bool by_density);
+
+/** The mass of shapes, its centre, with the axes of the body, and the tensor about it. */
+double kmp_import_weigh(kmp_import *im, int count, const kmp_shape *shapes, kmp_pose *centre, double tensor[3][3]);
+
+/** Adds the picture of a mesh to a body: a path from the model's file, or in a package of ROS, "package://NAME/PATH".
+ * It is named as left out where there is no such file, or it cannot be drawn. */
+void kmp_import_mesh(kmp_import *im, kmp_yaml *body, kmp_place place, const char *uri, const double scale[3],
+                     const kmp_pose *at, const char *colour);
+
+/** Reads a mesh whose path is found in the same way, into the arena. False: `why` (empty before) has the reason, or the
+ * arena has failed. */
+bool kmp_import_read_mesh(kmp_import *im, const char *uri, kmp_mesh *mesh, kmp_text *why);
 
 /** An index of names: in alphabetical order, equal ones in the order of their numbers. */
 typedef struct kmp_import_index {

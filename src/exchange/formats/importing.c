@@ -1,11 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "exchange/formats/importing.h"
 #include "exchange/formats/formats.h"
-#include "exchange/formats/laas_loops.h"
-#include "exchange/formats/mbs.h"
-#include "exchange/formats/mjcf.h"
-#include "exchange/formats/sdf_model.h"
-#include "exchange/formats/urdf_robot.h"
 #include "model/data/model.h"
 #include <string.h>
 
@@ -41,19 +36,14 @@ static bool ends_with(const char *name, const char *ending)
     return length > tail && strcmp(name + length - tail, ending) == 0;
 }
 
-/* No model in YAML begins with this sign. */
-static bool is_xml(const char *text, size_t length)
+bool kmp_is_foreign(const char *file, const char *text, size_t length)
 {
+    /* No model in YAML begins with this sign. */
     static const char mark[] = "\xef\xbb\xbf"; /* of UTF-8 */
     size_t at = length >= 3 && memcmp(text, mark, 3) == 0 ? 3 : 0;
     while (at < length && strchr(" \t\r\n", text[at]) && text[at])
         at++;
-    return at < length && text[at] == '<';
-}
-
-bool kmp_is_foreign(const char *file, const char *text, size_t length)
-{
-    bool foreign = is_xml(text, length);
+    bool foreign = at < length && text[at] == '<';
     for (int k = 0; k < FORMATS; k++)
         foreign = foreign || ends_with(file, formats[k].ending);
     return foreign;
@@ -158,7 +148,7 @@ void kmp_import_word(kmp_import *im, kmp_yaml *map, kmp_place place, const char 
     kmp_import_put(im, map, place, key, kmp_yaml_word(im->arena, place, word));
 }
 
-const char *kmp_import_number(kmp_import *im, double value)
+static const char *number(kmp_import *im, double value)
 {
     return kmp_arena_printf(im->arena, "%.17g", value);
 }
@@ -167,8 +157,18 @@ kmp_yaml *kmp_import_numbers(kmp_import *im, kmp_place place, int count, const d
 {
     kmp_yaml *list = kmp_yaml_new(im->arena, KMP_YAML_LIST, place);
     for (int k = 0; k < count; k++)
-        kmp_yaml_append(im->arena, list, NULL, kmp_yaml_word(im->arena, place, kmp_import_number(im, values[k])));
+        kmp_yaml_append(im->arena, list, NULL, kmp_yaml_word(im->arena, place, number(im, values[k])));
     return list;
+}
+
+void kmp_import_value(kmp_import *im, kmp_yaml *map, kmp_place place, const char *key, double value)
+{
+    kmp_import_word(im, map, place, key, number(im, value));
+}
+
+void kmp_import_vector(kmp_import *im, kmp_yaml *map, kmp_place place, const char *key, const double v[3])
+{
+    kmp_import_put(im, map, place, key, kmp_import_numbers(im, place, 3, v));
 }
 
 kmp_yaml *kmp_import_part(kmp_import *im, kmp_yaml *map, const char *key, kmp_yaml_kind kind)
@@ -257,7 +257,7 @@ static const struct {
 
 enum { ROWS = sizeof grammar / sizeof *grammar, REMEDIES = sizeof remedies / sizeof *remedies };
 
-static bool is_word_of(const char *words, const char *name)
+bool kmp_import_is_word(const char *words, const char *name)
 {
     size_t length = strlen(name);
     for (const char *at = strstr(words, name); at; at = strstr(at + 1, name))
@@ -274,7 +274,7 @@ static kmp_part_class class_of(const kmp_import *im, const char *in, const char 
         bool own = strcmp(grammar[k].in, in) == 0;
         if ((!own && strcmp(grammar[k].in, "*") != 0) || strcmp(grammar[k].format, im->format) != 0)
             continue;
-        if (is_word_of(grammar[k].words, name))
+        if (kmp_import_is_word(grammar[k].words, name))
             return grammar[k].kind;
         known = known || own;
     }

@@ -18,12 +18,13 @@ kempe_status kmp_foreign_convert(kempe_context *context, kmp_arena *arena, const
 /** "WHAT 'NAME' SENTENCE" as an error at a place. */
 void kmp_import_complain(kmp_import *im, kmp_place place, const char *what, const char *name, const char *sentence);
 
-/** An empty mapping; an entry of a mapping; a list of three numbers, printed so that they are read back exactly. */
+/** An empty mapping; entries of a mapping; a list of numbers, printed so that they are read back exactly. */
 kmp_yaml *kmp_import_map(kmp_import *im, kmp_place place);
 void kmp_import_put(kmp_import *im, kmp_yaml *map, kmp_place place, const char *key, const kmp_yaml *item);
 void kmp_import_word(kmp_import *im, kmp_yaml *map, kmp_place place, const char *key, const char *word);
 kmp_yaml *kmp_import_numbers(kmp_import *im, kmp_place place, int count, const double *values);
-const char *kmp_import_number(kmp_import *im, double value);
+void kmp_import_value(kmp_import *im, kmp_yaml *map, kmp_place place, const char *key, double value);
+void kmp_import_vector(kmp_import *im, kmp_yaml *map, kmp_place place, const char *key, const double v[3]);
 
 /** The mapping or list under a key, made when it is not there. */
 kmp_yaml *kmp_import_part(kmp_import *im, kmp_yaml *map, const char *key, kmp_yaml_kind kind);
@@ -31,6 +32,9 @@ kmp_yaml *kmp_import_part(kmp_import *im, kmp_yaml *map, const char *key, kmp_ya
 /** Appends an entry to a section; each name occurs once in it, otherwise that is an error at `from`. */
 void kmp_import_add(kmp_import *im, const char *section, const kmp_element *from, const char *name,
                     const kmp_yaml *entry);
+
+/** True for a word of a list, in which each has a blank before it and after it. */
+bool kmp_import_is_word(const char *words, const char *name);
 
 /** True for characters of Kempe's names. */
 bool kmp_import_is_letter(char c);

@@ -1,10 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Loops of a robot in a file of their own, as LAAS-CNRS publishes robots with closed chains: `closed_loop` lists pairs
  * of frames of the URDF file beside it, which coincide (docs/urdf.md). The document includes that file. */
-#include "exchange/formats/laas_loops.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "exchange/formats/foreign_parts.h"
 #include "exchange/formats/importing.h"
 #include <ctype.h>
 #include <string.h>
@@ -73,28 +71,6 @@ static bool read_robot(pairs *p)
     return p->robot;
 }
 
-static const kmp_element *named(const pairs *p, const char *kind, const char *name)
-{
-    const kmp_element *e = kmp_element_find(p->robot, kind);
-    const char *text = e ? kmp_element_text(e, "name") : NULL;
-    while (e && !(text && strcmp(text, name) == 0)) {
-        e = kmp_element_again(e);
-        text = e ? kmp_element_text(e, "name") : NULL;
-    }
-    return e;
-}
-
-/* LINK.origin of a frame, which is a link, or a joint: then that of the link behind it. */
-static const char *frame_of(const pairs *p, const kmp_yaml *node)
-{
-    const kmp_element *joint = named(p, "link", node->text) ? NULL : named(p, "joint", node->text);
-    const char *link = joint ? kmp_element_text(kmp_element_find(joint, "child"), "link") : node->text;
-    if (!joint && !named(p, "link", node->text))
-        kmp_import_complain(p->im, node->place, "the frame", node->text, "is neither a link nor a joint of the robot");
-    const char *clean = link ? kmp_import_clean(p->im, link) : NULL;
-    return clean ? kmp_arena_printf(p->im->arena, "%s.origin", clean) : NULL;
-}
-
 /* -- loops --------------------------------------------------------------------------------------------- */
 
 /* Lists of one length: entries of `first` and of the list under `key`, which may be absent. */
@@ -136,7 +112,17 @@ static void add_pair(pairs *p, const kmp_yaml *pair, const kmp_yaml *type)
     kmp_yaml *loops = kmp_import_part(im, im->root, "loops", KMP_YAML_MAP);
     kmp_yaml *map = kmp_import_map(im, pair->place), *points = kmp_yaml_new(im->arena, KMP_YAML_LIST, pair->place);
     for (int k = 0; k < 2; k++) {
-        const char *point = frame_of(p, pair->items[k]);
+        /* LINK.origin of a frame, which is a link, or a joint: then that of the link behind it. */
+        const kmp_yaml *node = pair->items[k];
+        const kmp_element *joint = kmp_element_named(p->robot, "link", "name", node->text)
+                                       ? NULL
+                                       : kmp_element_named(p->robot, "joint", "name", node->text);
+        const char *link = joint ? kmp_element_text(kmp_element_find(joint, "child"), "link") : node->text;
+        if (!joint && !kmp_element_named(p->robot, "link", "name", node->text))
+            kmp_import_complain(p->im, node->place, "the frame", node->text,
+                                "is neither a link nor a joint of the robot");
+        const char *clean = link ? kmp_import_clean(p->im, link) : NULL;
+        const char *point = clean ? kmp_arena_printf(p->im->arena, "%s.origin", clean) : NULL;
         kmp_yaml_append(im->arena, points, NULL, kmp_yaml_word(im->arena, pair->items[k]->place, point ? point : ""));
     }
     kmp_import_put(im, map, pair->place, ball ? "ball" : "weld", points);
@@ -156,25 +142,6 @@ static bool is_universal(const char *type)
            type[7] != type[8];
 }
 
-static kmp_yaml *other_joint(kmp_import *im, const kmp_yaml *type)
-{
-    kmp_yaml *map = kmp_import_map(im, type->place), *axes = kmp_yaml_new(im->arena, KMP_YAML_LIST, type->place);
-    if (strcmp(type->text, "FIXED") == 0)
-        kmp_import_word(im, map, type->place, "weld", "yes");
-    else if (strcmp(type->text, "SPHERICAL") == 0)
-        kmp_import_word(im, map, type->place, "spherical", "x");
-    else if (is_universal(type->text)) {
-        for (int k = 7; k < 9; k++) {
-            const char axis[2] = {(char)tolower((unsigned char)type->text[k]), 0};
-            kmp_yaml_append(im->arena, axes, NULL, kmp_yaml_word(im->arena, type->place, axis));
-        }
-        kmp_import_put(im, map, type->place, "universal", axes);
-    } else
-        kmp_import_complain(im, type->place, "joint_type", type->text,
-                            "is unknown; available: FIXED, SPHERICAL, UJOINT_XY with two different axes");
-    return map;
-}
-
 static kmp_yaml *other_joints(const pairs *p, const kmp_yaml *source)
 {
     kmp_import *im = p->im;
@@ -189,8 +156,22 @@ static kmp_yaml *other_joints(const pairs *p, const kmp_yaml *source)
     for (int k = 0; fits(im, names, types, "joint_type") && k < names->count; k++) {
         const kmp_yaml *name = names->items[k];
         const char *clean = kmp_import_clean(im, name->text);
-        kmp_yaml *other = other_joint(im, types->items[k]);
-        if (!named(p, "joint", name->text))
+        const kmp_yaml *type = types->items[k];
+        kmp_yaml *other = kmp_import_map(im, type->place), *axes = kmp_yaml_new(im->arena, KMP_YAML_LIST, type->place);
+        if (strcmp(type->text, "FIXED") == 0)
+            kmp_import_word(im, other, type->place, "weld", "yes");
+        else if (strcmp(type->text, "SPHERICAL") == 0)
+            kmp_import_word(im, other, type->place, "spherical", "x");
+        else if (is_universal(type->text)) {
+            for (int i = 7; i < 9; i++) {
+                const char axis[2] = {(char)tolower((unsigned char)type->text[i]), 0};
+                kmp_yaml_append(im->arena, axes, NULL, kmp_yaml_word(im->arena, type->place, axis));
+            }
+            kmp_import_put(im, other, type->place, "universal", axes);
+        } else
+            kmp_import_complain(im, type->place, "joint_type", type->text,
+                                "is unknown; available: FIXED, SPHERICAL, UJOINT_XY with two different axes");
+        if (!kmp_element_named(p->robot, "joint", "name", name->text))
             kmp_import_leave_out(im, name->place, KMP_PART_AT_TIMES, name->text,
                                  "the joint '%s' of joint_name is not used: the robot does not have it", name->text);
         else if (clean && kmp_yaml_get(joints, clean))
@@ -202,33 +183,6 @@ static kmp_yaml *other_joints(const pairs *p, const kmp_yaml *source)
 }
 
 /* -- documents ----------------------------------------------------------------------------------------- */
-
-static void note_unknown(kmp_import *im, const kmp_yaml *source)
-{
-    for (int i = 0; i < source->count; i++) {
-        size_t k = 0;
-        while (k < sizeof known / sizeof *known && strcmp(known[k], source->keys[i]->text) != 0)
-            k++;
-        if (k == sizeof known / sizeof *known)
-            kmp_import_leave_out(im, source->keys[i]->place, KMP_PART_MECHANICS, source->keys[i]->text,
-                                 "'%s' is not used", source->keys[i]->text);
-    }
-}
-
-/* A run takes independent coordinates by name only if they are as many as the degrees of freedom. */
-static void note_motors(kmp_import *im, const kmp_yaml *source)
-{
-    kmp_text names = {0};
-    const kmp_yaml *motors = kmp_yaml_get(source, "name_mot");
-    for (int i = 0; motors && i < motors->count; i++)
-        kmp_text_printf(&names, "%s%s", i > 0 ? ", " : "", motors->items[i]->text);
-    if (names.length > 0)
-        kmp_import_leave_out(im, motors->place, KMP_PART_REMARK, "name_mot",
-                             "the motors of 'name_mot' are not used: 'hold' of a start keeps them while the loops are "
-                             "closed, 'independent' of a run takes as many as there are degrees of freedom: %s",
-                             names.s);
-    kmp_text_free(&names);
-}
 
 void kmp_laas_convert(kmp_import *im)
 {
@@ -255,6 +209,23 @@ void kmp_laas_convert(kmp_import *im)
     kmp_yaml_append(im->arena, list, NULL, entry);
     for (int k = 0; k < loops->count && im->status == KEMPE_OK; k++)
         add_pair(&p, loops->items[k], types ? types->items[k] : NULL);
-    note_motors(im, source);
-    note_unknown(im, source);
+    /* A run takes independent coordinates by name only if they are as many as the degrees of freedom. */
+    kmp_text names = {0};
+    const kmp_yaml *motors = kmp_yaml_get(source, "name_mot");
+    for (int i = 0; motors && i < motors->count; i++)
+        kmp_text_printf(&names, "%s%s", i > 0 ? ", " : "", motors->items[i]->text);
+    if (names.length > 0)
+        kmp_import_leave_out(im, motors->place, KMP_PART_REMARK, "name_mot",
+                             "the motors of 'name_mot' are not used: 'hold' of a start keeps them while the loops are "
+                             "closed, 'independent' of a run takes as many as there are degrees of freedom: %s",
+                             names.s);
+    kmp_text_free(&names);
+    for (int i = 0; i < source->count; i++) {
+        size_t k = 0;
+        while (k < sizeof known / sizeof *known && strcmp(known[k], source->keys[i]->text) != 0)
+            k++;
+        if (k == sizeof known / sizeof *known)
+            kmp_import_leave_out(im, source->keys[i]->place, KMP_PART_MECHANICS, source->keys[i]->text,
+                                 "'%s' is not used", source->keys[i]->text);
+    }
 }

@@ -2,7 +2,7 @@
 /* A ROBOTRAN model, converted to an equivalent YAML document; its nodes have the places of the elements that they come
  * from. Values common to both languages are passed on unread: the reader checks them. Names lose the characters that
  * Kempe's names do not have. Laws of forces are functions in user code in ROBOTRAN, so they are not converted. */
-#include "exchange/formats/mbs.h"
+#include "exchange/formats/foreign_parts.h"
 #include "exchange/formats/formats.h"
 #include "exchange/formats/importing.h"
 #include "model/data/model.h"
@@ -91,20 +91,6 @@ static void add_name(kmp_import *im, const char *text, const kmp_element *body, 
     im->name_count++;
 }
 
-/* All names that bodies, joints and cuts have, sorted. */
-static void collect_names(kmp_import *im)
-{
-    for (const kmp_element *body = first_body(im); body; body = kmp_element_again(body)) {
-        add_name(im, kmp_element_text(body, "bodyname"), body, NULL);
-        for (const kmp_element *j = kmp_element_find(body, "joint"); j; j = kmp_element_again(j))
-            add_name(im, kmp_element_text(j, "jointname"), body, j);
-    }
-    for (const kmp_element *cut = first_cut(im); cut; cut = cut->next)
-        add_name(im, kmp_element_text(cut, "name"), NULL, NULL);
-    if (im->name_count > 0)
-        qsort(im->names, (size_t)im->name_count, sizeof *im->names, compare_names);
-}
-
 /* Those that are one name in Kempe, one after the other: cuts, then the others in the order of the file. */
 static const kmp_mbs_name *first_like(const kmp_import *im, const char *text)
 {
@@ -142,16 +128,6 @@ static const kmp_element *find_body(const kmp_import *im, const char *name)
     return NULL;
 }
 
-static bool has_point(const kmp_element *body, const char *name)
-{
-    for (const kmp_element *p = kmp_element_find(body, "point"); p; p = kmp_element_again(p)) {
-        const char *own = kmp_element_text(p, "pointname");
-        if (own && strcmp(own, name) == 0)
-            return true;
-    }
-    return false;
-}
-
 /* Writes the points of a body. `origin` exists without declaration; elements between points name it. */
 static void put_points(kmp_import *im, kmp_yaml *map, const kmp_element *body)
 {
@@ -164,10 +140,8 @@ static void put_points(kmp_import *im, kmp_yaml *map, const kmp_element *body)
             kmp_import_put(im, points, p->place, name, vector(im, p));
     }
     if (!kmp_yaml_get(points, "origin")) {
-        kmp_yaml *zero = kmp_yaml_new(im->arena, KMP_YAML_LIST, body->place);
-        for (int k = 0; k < 3; k++)
-            kmp_yaml_append(im->arena, zero, NULL, kmp_yaml_word(im->arena, body->place, "0"));
-        kmp_import_put(im, points, body->place, "origin", zero);
+        static const double zero[3] = {0};
+        kmp_import_vector(im, points, body->place, "origin", zero);
     }
 }
 
@@ -180,7 +154,8 @@ static const kmp_yaml *place_on(kmp_import *im, const kmp_element *e, bool point
         return NULL;
     }
     const char *on = is_ground(body) ? "ground" : kmp_import_clean(im, body);
-    bool origin = !name || (strcmp(name, "origin") == 0 && !has_point(find_body(im, body), name));
+    bool origin =
+        !name || (strcmp(name, "origin") == 0 && !kmp_element_named(find_body(im, body), "point", "pointname", name));
     if (!on || (origin && !point))
         return on ? kmp_yaml_word(im->arena, e->place, on) : NULL;
     const char *at = kmp_import_clean(im, name ? name : "origin");
@@ -201,30 +176,15 @@ static const char *own_name(const kmp_import *im, const kmp_element *body, const
     return name;
 }
 
-/* The joint of a body: ROBOTRAN's where there is one, otherwise the body's name. NULL: no memory. */
-static const char *joint_name(kmp_import *im, const kmp_element *body, const char *body_name)
-{
-    const kmp_element *joint = kmp_element_find(body, "joint");
-    bool single = joint && !kmp_element_again(joint);
-    const char *name = single ? own_name(im, body, joint, true) : NULL;
-    return name ? kmp_import_clean(im, name) : body_name;
-}
-
-static bool is_cut(const kmp_import *im, const char *name)
-{
-    const kmp_mbs_name *first = first_like(im, name);
-    return first && !first->body;
-}
-
 /* The constraint of a driven joint: its start value, or the motion that begins with its start values. */
 static const kmp_yaml *drive(kmp_import *im, const kmp_element *joint, const char *coordinate, const char *type)
 {
     const kmp_element *start = kmp_element_find(joint, "initialvalue");
     const char *q = kmp_element_text(start, "q"), *qd = kmp_element_text(start, "qd");
     kmp_yaml *map = kmp_import_map(im, joint->place);
-    kmp_import_put(im, map, joint->place, "joint", kmp_yaml_word(im->arena, joint->place, coordinate));
+    kmp_import_word(im, map, joint->place, "joint", coordinate);
     if (!qd || strtod(qd, NULL) == 0) {
-        kmp_import_put(im, map, joint->place, "locked", kmp_yaml_word(im->arena, joint->place, "yes"));
+        kmp_import_word(im, map, joint->place, "locked", "yes");
         return map;
     }
     const char *law = kmp_arena_printf(im->arena, "(%s) + (%s)*t", q ? q : "0", qd);
@@ -234,35 +194,31 @@ static const kmp_yaml *drive(kmp_import *im, const kmp_element *joint, const cha
     return map;
 }
 
-/* Start value and `nature`: independent coordinates keep their values while the loops are closed, driven ones always.
- */
-static void put_start(kmp_import *im, const kmp_element *joint, const char *coordinate, const char *drive_name)
-{
-    const kmp_element *start = kmp_element_find(joint, "initialvalue");
-    const char *nature = kmp_element_text(joint, "nature");
-    kmp_yaml *begin = kmp_import_part(im, im->root, "start", KMP_YAML_MAP);
-    if (kmp_element_text(start, "q"))
-        put_number(im, kmp_import_part(im, begin, "q", KMP_YAML_MAP), coordinate, start, "q");
-    if (kmp_element_text(start, "qd"))
-        put_number(im, kmp_import_part(im, begin, "qd", KMP_YAML_MAP), coordinate, start, "qd");
-    if (nature && strcmp(nature, "driven") == 0)
-        kmp_import_add(im, "drives", joint, drive_name, drive(im, joint, coordinate, kmp_element_text(joint, "type")));
-    else if (nature && strcmp(nature, "independent") == 0)
-        kmp_yaml_append(im->arena, kmp_import_part(im, begin, "hold", KMP_YAML_LIST), NULL,
-                        kmp_yaml_word(im->arena, joint->place, coordinate));
-    else if (nature && strcmp(nature, "dependent") != 0)
-        kmp_import_complain(im, joint->place, "nature", nature, "is not independent, dependent or driven");
-}
-
 /* Coordinate and drive of joint k of a body. */
 static void put_motion(kmp_import *im, const kmp_element *joint, const char *coordinate, int k, bool several)
 {
     const char *drive_name = several ? kmp_arena_printf(im->arena, "%s_%d", coordinate, k) : coordinate;
     const char *full = several ? kmp_arena_printf(im->arena, "%s.%d", coordinate, k) : coordinate;
-    if (drive_name && is_cut(im, drive_name))
+    const kmp_mbs_name *same = drive_name ? first_like(im, drive_name) : NULL;
+    if (same && !same->body) /* a cut has this name */
         drive_name = kmp_arena_printf(im->arena, "%s_drive", drive_name);
-    if (full && drive_name)
-        put_start(im, joint, full, drive_name);
+    if (full && drive_name) {
+        /* Start value and `nature`: independent coordinates keep their values while the loops are closed, driven ones
+         * always. */
+        const kmp_element *start = kmp_element_find(joint, "initialvalue");
+        const char *nature = kmp_element_text(joint, "nature");
+        kmp_yaml *begin = kmp_import_part(im, im->root, "start", KMP_YAML_MAP);
+        if (kmp_element_text(start, "q"))
+            put_number(im, kmp_import_part(im, begin, "q", KMP_YAML_MAP), full, start, "q");
+        if (kmp_element_text(start, "qd"))
+            put_number(im, kmp_import_part(im, begin, "qd", KMP_YAML_MAP), full, start, "qd");
+        if (nature && strcmp(nature, "driven") == 0)
+            kmp_import_add(im, "drives", joint, drive_name, drive(im, joint, full, kmp_element_text(joint, "type")));
+        else if (nature && strcmp(nature, "independent") == 0)
+            kmp_import_hold(im, joint->place, full);
+        else if (nature && strcmp(nature, "dependent") != 0)
+            kmp_import_complain(im, joint->place, "nature", nature, "is not independent, dependent or driven");
+    }
 }
 
 /* The joints of a body in their order: motions, coordinates with the names of the joints, start and drives. */
@@ -294,7 +250,9 @@ static void put_joint(kmp_import *im, kmp_yaml *map, const kmp_element *body, co
 {
     const kmp_element *parent = kmp_element_find(body, "parent");
     const kmp_element *joint = kmp_element_find(body, "joint");
-    const char *name = joint_name(im, body, body_name);
+    bool single = joint && !kmp_element_again(joint);
+    const char *own_one = single ? own_name(im, body, joint, true) : NULL; /* otherwise the body's name */
+    const char *name = own_one ? kmp_import_clean(im, own_one) : body_name;
     kmp_yaml *own = kmp_import_map(im, joint ? joint->place : body->place);
     if (!parent) {
         kmp_import_complain(im, body->place, "body", body_name, "has no 'parent'");
@@ -302,28 +260,13 @@ static void put_joint(kmp_import *im, kmp_yaml *map, const kmp_element *body, co
     }
     if (!name || !own)
         return;
-    kmp_import_put(im, own, own->place, "name", kmp_yaml_word(im->arena, own->place, name));
+    kmp_import_word(im, own, own->place, "name", name);
     kmp_import_put(im, own, own->place, "at", place_on(im, parent, false));
     if (joint)
         put_motions(im, own, body, name);
     else
-        kmp_import_put(im, own, own->place, "weld", kmp_yaml_word(im->arena, own->place, "yes"));
+        kmp_import_word(im, own, own->place, "weld", "yes");
     kmp_import_put(im, map, own->place, "joint", own);
-}
-
-/* Inertias are accepted as given: published models contain some that no distribution of mass can have. */
-static void put_inertia(kmp_import *im, kmp_yaml *map, const kmp_element *body)
-{
-    static const char *const names[6][2] = {{"Ixx", "xx"}, {"Iyy", "yy"}, {"Izz", "zz"},
-                                            {"Ixy", "xy"}, {"Ixz", "xz"}, {"Iyz", "yz"}};
-    const kmp_element *inertia = kmp_element_find(body, "inertia");
-    if (!inertia)
-        return;
-    kmp_yaml *own = kmp_import_map(im, inertia->place);
-    for (int k = 0; k < 6; k++)
-        put_number(im, own, names[k][1], inertia, names[k][0]);
-    kmp_import_put(im, own, inertia->place, "as_given", kmp_yaml_word(im->arena, inertia->place, "yes"));
-    kmp_import_put(im, map, inertia->place, "inertia", own);
 }
 
 static void add_body(kmp_import *im, const kmp_element *body)
@@ -337,23 +280,28 @@ static void add_body(kmp_import *im, const kmp_element *body)
     put_number(im, map, "mass", body, "mass");
     if (com)
         kmp_import_put(im, map, com->place, "com", vector(im, com));
-    put_inertia(im, map, body);
+    /* Inertias are accepted as given: published models contain some that no distribution of mass can have. */
+    static const char *const names[6][2] = {{"Ixx", "xx"}, {"Iyy", "yy"}, {"Izz", "zz"},
+                                            {"Ixy", "xy"}, {"Ixz", "xz"}, {"Iyz", "yz"}};
+    const kmp_element *inertia = kmp_element_find(body, "inertia");
+    if (inertia) {
+        kmp_yaml *own = kmp_import_map(im, inertia->place);
+        for (int k = 0; k < 6; k++)
+            put_number(im, own, names[k][1], inertia, names[k][0]);
+        kmp_import_word(im, own, inertia->place, "as_given", "yes");
+        kmp_import_put(im, map, inertia->place, "inertia", own);
+    }
     put_points(im, map, body);
     kmp_import_add(im, "bodies", body, name, map);
 }
 
 /* -- cuts ------------------------------------------------------------------------------------------ */
 
-static bool is_left_out(const kmp_element *row)
-{
-    return strcmp(row->text, "false") != 0 && strcmp(row->text, "0") != 0;
-}
-
 static void refuse_ignored(kmp_import *im, const kmp_element *cut, const char *name)
 {
     const kmp_element *ignore = kmp_element_find(cut, "ignore");
     for (const kmp_element *row = ignore ? ignore->first : NULL; row; row = row->next)
-        if (is_left_out(row)) {
+        if (strcmp(row->text, "false") != 0 && strcmp(row->text, "0") != 0) {
             kmp_import_complain(
                 im, ignore->place, "cut", name,
                 "ignores some of its rows, which Kempe does not support: delete 'ignore', redundant rows are "
@@ -381,15 +329,6 @@ static void add_cut(kmp_import *im, const kmp_element *cut, const char *kind)
     put_number(im, map, "length", cut, "length");
     refuse_ignored(im, cut, name);
     kmp_import_add(im, "loops", cut, name, map);
-}
-
-static void add_cuts(kmp_import *im)
-{
-    static const char *const kinds[3][2] = {{"ball", "ball"}, {"rod", "rod"}, {"solid", "weld"}};
-    for (const kmp_element *cut = first_cut(im); cut; cut = cut->next)
-        for (int k = 0; k < 3; k++)
-            if (strcmp(cut->name, kinds[k][0]) == 0)
-                add_cut(im, cut, kinds[k][1]);
 }
 
 /* -- data of user code ----------------------------------------------------------------------------- */
@@ -427,17 +366,6 @@ static void add_parameters(kmp_import *im)
     }
 }
 
-/* -- models ---------------------------------------------------------------------------------------- */
-
-static void add_base(kmp_import *im)
-{
-    const kmp_element *base = kmp_element_find(im->model, "base");
-    const kmp_element *gravity = kmp_element_find(base, "gravity");
-    if (gravity)
-        kmp_import_put(im, im->root, gravity->place, "gravity", vector(im, gravity));
-    put_points(im, kmp_import_part(im, im->root, "ground", KMP_YAML_MAP), base ? base : im->model);
-}
-
 /* -- notes ----------------------------------------------------------------------------------------- */
 
 static void omit(kmp_import *im, const char *what, const kmp_element *e)
@@ -458,16 +386,6 @@ static void omit_force_points(kmp_import *im, const kmp_element *inside)
     }
 }
 
-static void note_rest(kmp_import *im)
-{
-    const kmp_element *links = kmp_element_find(im->model, "links");
-    for (const kmp_element *body = first_body(im); body; body = kmp_element_again(body))
-        omit_force_points(im, body);
-    for (const kmp_element *e = links ? links->first : NULL; e; e = e->next)
-        if (strcmp(e->name, "link") == 0 || strcmp(e->name, "link3D") == 0)
-            omit(im, "link", e);
-}
-
 void kmp_mbs_convert(kmp_import *im)
 {
     const kmp_element *name = kmp_element_find(im->model, "mbsname");
@@ -476,11 +394,33 @@ void kmp_mbs_convert(kmp_import *im)
     if (im->base == KMP_BASE_FREE)
         kmp_import_complain(im, im->model->place, "base", "free",
                             "is for robots: a ROBOTRAN model has the joints of its first body instead");
-    collect_names(im);
+    /* All names that bodies, joints and cuts have, sorted. */
+    for (const kmp_element *body = first_body(im); body; body = kmp_element_again(body)) {
+        add_name(im, kmp_element_text(body, "bodyname"), body, NULL);
+        for (const kmp_element *j = kmp_element_find(body, "joint"); j; j = kmp_element_again(j))
+            add_name(im, kmp_element_text(j, "jointname"), body, j);
+    }
+    for (const kmp_element *cut = first_cut(im); cut; cut = cut->next)
+        add_name(im, kmp_element_text(cut, "name"), NULL, NULL);
+    if (im->name_count > 0)
+        qsort(im->names, (size_t)im->name_count, sizeof *im->names, compare_names);
     add_parameters(im);
-    add_base(im);
+    const kmp_element *base = kmp_element_find(im->model, "base");
+    const kmp_element *gravity = kmp_element_find(base, "gravity");
+    if (gravity)
+        kmp_import_put(im, im->root, gravity->place, "gravity", vector(im, gravity));
+    put_points(im, kmp_import_part(im, im->root, "ground", KMP_YAML_MAP), base ? base : im->model);
     for (const kmp_element *body = first_body(im); body; body = kmp_element_again(body))
         add_body(im, body);
-    add_cuts(im);
-    note_rest(im);
+    static const char *const kinds[3][2] = {{"ball", "ball"}, {"rod", "rod"}, {"solid", "weld"}};
+    for (const kmp_element *cut = first_cut(im); cut; cut = cut->next)
+        for (int k = 0; k < 3; k++)
+            if (strcmp(cut->name, kinds[k][0]) == 0)
+                add_cut(im, cut, kinds[k][1]);
+    const kmp_element *links = kmp_element_find(im->model, "links");
+    for (const kmp_element *body = first_body(im); body; body = kmp_element_again(body))
+        omit_force_points(im, body);
+    for (const kmp_element *e = links ? links->first : NULL; e; e = e->next)
+        if (strcmp(e->name, "link") == 0 || strcmp(e->name, "link3D") == 0)
+            omit(im, "link", e);
 }

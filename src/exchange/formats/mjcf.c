@@ -1,16 +1,233 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* MuJoCo's format (docs/mjcf.md): other files that the model includes, settings, and the order in which its parts
- * become a document. */
+/* MuJoCo's format (docs/mjcf.md): other files that the model includes, classes of defaults, settings, and the order in
+ * which its parts become a document. */
 #include "exchange/formats/mjcf.h"
 #include "base/memory.h"
+#include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
 #include "exchange/formats/mjcf_bodies.h"
-#include "exchange/formats/mjcf_defaults.h"
-#include "exchange/formats/mjcf_equality.h"
-#include "exchange/formats/mjcf_tendons.h"
+#include "exchange/formats/mjcf_couplings.h"
 #include "model/data/model.h"
 #include "model/language/limits.h"
+#include <math.h>
 #include <string.h>
+
+/* -- classes ------------------------------------------------------------------------------------------- */
+
+static kmp_mjcf_class *find(const kmp_mjcf *m, const char *name)
+{
+    kmp_mjcf_class *c = m->classes;
+    while (c && strcmp(c->name, name) != 0)
+        c = c->next;
+    return c;
+}
+
+static void read_class(kmp_mjcf *m, const kmp_element *e, const kmp_mjcf_class *parent)
+{
+    kmp_import *im = m->im;
+    const char *name = kmp_element_text(e, "class");
+    if (!name && parent) {
+        kmp_import_complain(im, e->place, "attribute", "class", "is missing here");
+        return;
+    }
+    kmp_mjcf_class *c = find(m, name ? name : "main");
+    if (c && parent && c->parent != parent) {
+        kmp_import_complain(im, e->place, "the class", name, "exists with other classes around it");
+        return;
+    }
+    if (!c && !parent && m->classes)
+        c = m->classes;
+    if (!c) {
+        kmp_mjcf_class **end = &m->classes;
+        c = KMP_ARENA_NEW(im->arena, kmp_mjcf_class, 1);
+        if (!c)
+            return;
+        *c = (kmp_mjcf_class){.name = name ? name : "main", .parent = parent};
+        while (*end)
+            end = &(*end)->next;
+        *end = c;
+    }
+    const kmp_element **list = kmp_arena_room(im->arena, c->from, c->count, sizeof *list);
+    if (!list)
+        return;
+    c->from = list;
+    list[c->count++] = e;
+    for (const kmp_element *inner = kmp_element_find(e, "default"); inner; inner = kmp_element_again(inner))
+        read_class(m, inner, c);
+}
+
+const kmp_mjcf_class *kmp_mjcf_class_of(kmp_mjcf *m, const kmp_element *e, const char *name)
+{
+    const kmp_mjcf_class *c = find(m, name);
+    if (!c && strcmp(name, "main") != 0)
+        kmp_import_complain(m->im, e->place, "the class of defaults", name, "does not exist");
+    return c;
+}
+
+/* -- items --------------------------------------------------------------------------------------------- */
+
+kmp_mjcf_item kmp_mjcf_plain(const kmp_element *e)
+{
+    return (kmp_mjcf_item){.own = e};
+}
+
+kmp_mjcf_item kmp_mjcf_take(kmp_mjcf *m, const kmp_element *e, const char *word, const kmp_mjcf_class *around)
+{
+    kmp_mjcf_item item = {.own = e};
+    const char *name = kmp_element_text(e, "class");
+    const kmp_mjcf_class *c = name ? kmp_mjcf_class_of(m, e, name) : around ? around : m->classes;
+    for (; c; c = c->parent)
+        for (int k = c->count - 1; k >= 0; k--)
+            for (const kmp_element *from = c->from[k]->first; from; from = from->next)
+                if (word[0] == ' ' ? kmp_import_is_word(word, from->name) : strcmp(word, from->name) == 0) {
+                    const kmp_element **list = kmp_arena_room(m->im->arena, item.defaults, item.count, sizeof *list);
+                    if (!list)
+                        return item;
+                    item.defaults = list;
+                    list[item.count++] = from;
+                }
+    return item;
+}
+
+const char *kmp_mjcf_text(const kmp_mjcf_item *item, const char *key)
+{
+    const char *text = kmp_element_text(item->own, key);
+    for (int k = 0; !text && k < item->count; k++)
+        text = kmp_element_text(item->defaults[k], key);
+    return text;
+}
+
+int kmp_mjcf_numbers(kmp_mjcf *m, const kmp_mjcf_item *item, const char *key, int least, int most, double *values)
+{
+    int count = 0;
+    for (int k = item->count - 1; k >= -1; k--) {
+        int read = kmp_import_read_numbers(m->im, k < 0 ? item->own : item->defaults[k], key, least, most, values);
+        count = read > count ? read : count;
+    }
+    return count;
+}
+
+double kmp_mjcf_number(kmp_mjcf *m, const kmp_mjcf_item *item, const char *key, double absent)
+{
+    kmp_mjcf_numbers(m, item, key, 1, 1, &absent);
+    return absent;
+}
+
+bool kmp_mjcf_flag(kmp_mjcf *m, const kmp_mjcf_item *item, const char *key, bool absent)
+{
+    const char *text = kmp_mjcf_text(item, key);
+    if (text && strcmp(text, "true") != 0 && strcmp(text, "false") != 0)
+        kmp_import_complain(m->im, item->own->place, key, text, "is neither 'true' nor 'false'");
+    return text ? strcmp(text, "true") == 0 : absent;
+}
+
+/* -- frames -------------------------------------------------------------------------------------------- */
+
+static void multiply(double a[3][3], double b[3][3], double out[3][3])
+{
+    double product[3][3];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            product[i][j] = a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
+    memcpy(out, product, sizeof product);
+}
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* From x, and from y without its part along x. False: no such axes. */
+static bool set_axes(const double *x, const double *y, double r[3][3])
+{
+    double a[3], b[3], length = sqrt(dot(x, x));
+    for (int k = 0; k < 3; k++)
+        a[k] = length > 0 ? x[k] / length : 0;
+    double along = dot(a, y);
+    for (int k = 0; k < 3; k++)
+        b[k] = y[k] - along * a[k];
+    double across = sqrt(dot(b, b));
+    if (!(length > 0) || !(across > 0))
+        return false;
+    for (int k = 0; k < 3; k++) {
+        int i = (k + 1) % 3, j = (k + 2) % 3;
+        r[k][0] = a[k];
+        r[k][1] = b[k] / across;
+        r[k][2] = (a[i] * b[j] - a[j] * b[i]) / across;
+    }
+    return true;
+}
+
+bool kmp_mjcf_along(const double z[3], double r[3][3])
+{
+    double axis[3] = {-z[1], z[0], 0}, across = hypot(z[0], z[1]);
+    if (!(across > 0))
+        axis[0] = 1;
+    return (across > 0 || z[2] != 0) && kmp_frame_about(axis, atan2(across, z[2]), r);
+}
+
+static const struct {
+    const char *key;
+    int count;
+} ways[] = {{"axisangle", 4}, {"euler", 3}, {"xyaxes", 6}, {"zaxis", 3}, {"quat", 4}};
+
+enum { QUAT = 4, WAYS };
+
+/* The way that an element gives its orientation in, -1: none. */
+static int way_of(kmp_mjcf *m, const kmp_element *e)
+{
+    int found = -1;
+    for (int k = 0; k < WAYS; k++) {
+        if (!kmp_element_text(e, ways[k].key))
+            continue;
+        if (found >= 0)
+            kmp_import_complain(m->im, e->place, "attribute", ways[k].key, "is a second orientation: give one");
+        found = k;
+    }
+    return found;
+}
+
+kmp_pose kmp_mjcf_pose(kmp_mjcf *m, const kmp_mjcf_item *item)
+{
+    kmp_pose f = kmp_frame_none();
+    double v[6] = {0};
+    const kmp_element *from = item->own;
+    int way = way_of(m, from);
+    for (int k = 0; way < 0 && k < item->count; k++) {
+        from = item->defaults[k];
+        way = way_of(m, from);
+    }
+    kmp_mjcf_numbers(m, item, "pos", 3, 3, f.p);
+    if (way < 0 || kmp_import_read_numbers(m->im, from, ways[way].key, ways[way].count, ways[way].count, v) == 0)
+        return f;
+    bool good = true;
+    if (way == QUAT)
+        good = kmp_frame_turn(v, f.r);
+    else if (strcmp(ways[way].key, "axisangle") == 0)
+        good = kmp_frame_about(v, v[3] * m->angle, f.r);
+    else if (strcmp(ways[way].key, "euler") == 0) {
+        /* Each letter is a rotation about an axis: a small one of the turned axes, a capital one of the axes around. */
+        double whole[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+        for (int k = 0; k < 3; k++) {
+            bool fixed = m->order[k] < 'a';
+            int axis = m->order[k] - (fixed ? 'X' : 'x');
+            double rpy[3] = {0}, step[3][3];
+            rpy[axis] = v[k] * m->angle;
+            kmp_frame_rotate(rpy, step);
+            if (fixed)
+                multiply(step, whole, whole);
+            else
+                multiply(whole, step, whole);
+        }
+        memcpy(f.r, whole, sizeof whole);
+    } else
+        good = strcmp(ways[way].key, "zaxis") == 0 ? kmp_mjcf_along(v, f.r) : set_axes(v, v + 3, f.r);
+    if (!good)
+        kmp_import_complain(m->im, from->place, ways[way].key, kmp_element_text(from, ways[way].key),
+                            "gives no orientation: its length is zero, or its axes are parallel");
+    const kmp_pose none = kmp_frame_none(); /* entries of multiples of a right angle become exact */
+    return kmp_frame_in(&none, &f);
+}
 
 /* -- included files ------------------------------------------------------------------------------------ */
 
@@ -140,8 +357,7 @@ static void read_settings(kmp_mjcf *m)
         m->has_friction = m->has_friction && constraint;
         m->has_limits = m->has_limits && constraint;
     }
-    kmp_import_put(im, im->root, im->model->place, "gravity",
-                   kmp_import_numbers(im, im->model->place, 3, m->has_gravity ? gravity : none));
+    kmp_import_vector(im, im->root, im->model->place, "gravity", m->has_gravity ? gravity : none);
 }
 
 /* -- models -------------------------------------------------------------------------------------------- */
@@ -172,7 +388,8 @@ void kmp_mjcf_convert(kmp_import *im)
     if (name)
         kmp_import_word(im, im->root, im->model->place, "name", name);
     read_settings(&m);
-    kmp_mjcf_read_classes(&m);
+    for (const kmp_element *e = kmp_element_find(m.im->model, "default"); e; e = kmp_element_again(e))
+        read_class(&m, e, NULL);
     kmp_mjcf_add_bodies(&m);
     kmp_mjcf_add_equalities(&m);
     kmp_mjcf_add_tendons(&m);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A model in MJCF on its way into the document (docs/mjcf.md): classes of defaults, bodies, equalities, tendons,
- * actuators. */
+/* A model in MJCF on its way into the document (docs/mjcf.md), and attributes: an element has its own ones, and those
+ * of its class of defaults, which has those of its parent. */
 #pragma once
 
 #include "exchange/formats/foreign_parts.h"
@@ -68,25 +68,28 @@ typedef struct kmp_mjcf {
     bool has_equalities, has_springs, has_dampers, has_friction, has_gravity, has_limits, has_actuators, has_clamps;
 } kmp_mjcf;
 
-/* mjcf_geoms.c */
+/** The class of a name; NULL after a complaint. */
+const kmp_mjcf_class *kmp_mjcf_class_of(kmp_mjcf *m, const kmp_element *e, const char *name);
 
-/** An element of a body, or of a frame inside, with what applies to it. */
-typedef struct kmp_mjcf_part {
-    const kmp_element *element;
-    kmp_pose frame; /* around it, in the body */
-    const kmp_mjcf_class *around;
-    struct kmp_mjcf_part *next, *last; /* of the first one of a list: its last one */
-} kmp_mjcf_part;
+/** An element with the defaults for a word, or for several with blanks around, of its own class or else of this one
+ * (NULL: main). */
+kmp_mjcf_item kmp_mjcf_take(kmp_mjcf *m, const kmp_element *e, const char *word, const kmp_mjcf_class *around);
 
-/* mjcf_tendons.c */
+/** An element without defaults. */
+kmp_mjcf_item kmp_mjcf_plain(const kmp_element *e);
 
-/** A linear form of coordinates: one of them, or the length of a fixed tendon; and its value at the references. */
-typedef struct kmp_mjcf_form {
-    int count;
-    const char **joint;
-    double *factor, reference, rest; /* the latter: where the springs of joints are at rest */
-    bool slides;                     /* it is a length */
-} kmp_mjcf_form;
+/** The text of an attribute; NULL: neither the element nor a default has it. */
+const char *kmp_mjcf_text(const kmp_mjcf_item *item, const char *key);
 
-/** A conversion of formats.def. Errors are in import->status. */
-void kmp_mjcf_convert(kmp_import *import);
+/** Numbers of an attribute over those of the defaults, over `values`; the most that any of them gives, 0: none. */
+int kmp_mjcf_numbers(kmp_mjcf *m, const kmp_mjcf_item *item, const char *key, int least, int most, double *values);
+double kmp_mjcf_number(kmp_mjcf *m, const kmp_mjcf_item *item, const char *key, double absent);
+
+/** True where an attribute is "true", false where it is "false"; anything else is a complaint. */
+bool kmp_mjcf_flag(kmp_mjcf *m, const kmp_mjcf_item *item, const char *key, bool absent);
+
+/** The frame of `pos` and of the orientation that is given. */
+kmp_pose kmp_mjcf_pose(kmp_mjcf *m, const kmp_mjcf_item *item);
+
+/** The rotation whose axis z has this direction, by the smallest angle. False: it has no length. */
+bool kmp_mjcf_along(const double z[3], double r[3][3]);

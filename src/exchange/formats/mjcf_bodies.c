@@ -1,17 +1,26 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Bodies of MJCF. Several joints of a body act one after the other: each but the last one moves a body without mass. */
+/* Bodies of MJCF. Several joints of a body act one after the other: each but the last one moves a body without mass.
+ * Geoms are pictures, and masses: if a mesh gives a body a part of its mass, the masses of all its geoms are added
+ * here; otherwise they are those of the shapes in the document. */
 #include "exchange/formats/mjcf_bodies.h"
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
 #include "exchange/formats/mjcf.h"
-#include "exchange/formats/mjcf_defaults.h"
-#include "exchange/formats/mjcf_geoms.h"
+#include "model/data/mesh_volume.h"
 #include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 
+/* An element of a body, or of a frame inside, with what applies to it. */
+typedef struct part {
+    const kmp_element *element;
+    kmp_pose frame; /* around it, in the body */
+    const kmp_mjcf_class *around;
+    struct part *next, *last; /* of the first one of a list: its last one */
+} part;
+
 typedef struct parts {
-    kmp_mjcf_part *joints, *geoms, *sites, *bodies;
+    part *joints, *geoms, *sites, *bodies;
     const kmp_element *inertial;
 } parts;
 
@@ -31,7 +40,8 @@ void kmp_mjcf_take_name(kmp_mjcf_names *names, kmp_arena *arena, const char *nam
     list[names->count++] = name;
 }
 
-const char *kmp_mjcf_new_name(kmp_mjcf *m, kmp_mjcf_names *taken, const char *name)
+/* A name that no other part has: with `_` at its end while it is taken. */
+static const char *new_name(kmp_mjcf *m, kmp_mjcf_names *taken, const char *name)
 {
     while (name && kmp_mjcf_is_taken(taken, m->im->arena, name))
         name = kmp_arena_printf(m->im->arena, "%s_", name);
@@ -98,21 +108,6 @@ static int type_of(kmp_mjcf *m, const kmp_mjcf_item *item)
     return type;
 }
 
-/* A damper against all motions of a ball or free joint: of the body's origin, and of its turning. */
-static void add_damper(kmp_mjcf *m, const kmp_element *e, const char *name, const char *const points[2], int type,
-                       double damping)
-{
-    kmp_import *im = m->im;
-    kmp_yaml *map = kmp_import_map(im, e->place), *list = kmp_yaml_new(im->arena, KMP_YAML_LIST, e->place);
-    for (int end = 0; end < 2; end++)
-        kmp_yaml_append(im->arena, list, NULL, kmp_yaml_word(im->arena, e->place, points[end]));
-    kmp_import_put(im, map, e->place, "bushing", list);
-    if (type == FREE)
-        kmp_import_word(im, map, e->place, "damping", kmp_import_number(im, damping));
-    kmp_import_word(im, map, e->place, "rotational_damping", kmp_import_number(im, damping));
-    kmp_import_add(im, "forces", e, kmp_arena_printf(im->arena, "%s_damping", name), map);
-}
-
 static void add_losses(kmp_mjcf *m, const kmp_mjcf_item *item, const char *name, const char *const points[2], int type)
 {
     double stiffness = m->has_springs ? kmp_mjcf_number(m, item, "stiffness", 0) : 0,
@@ -124,8 +119,14 @@ static void add_losses(kmp_mjcf *m, const kmp_mjcf_item *item, const char *name,
         kmp_import_friction(m->im, item->own, name, type == SLIDE, friction);
         return;
     }
-    if (damping != 0)
-        add_damper(m, item->own, name, points, type, damping);
+    if (damping != 0) { /* against all motions: of the body's origin, and of its turning */
+        kmp_place place = item->own->place;
+        kmp_yaml *map = kmp_import_between(m->im, item->own, "forces",
+                                           kmp_arena_printf(m->im->arena, "%s_damping", name), "bushing", points);
+        if (type == FREE)
+            kmp_import_value(m->im, map, place, "damping", damping);
+        kmp_import_value(m->im, map, place, "rotational_damping", damping);
+    }
     if (stiffness != 0)
         kmp_import_leave_out(m->im, item->own->place, KMP_PART_MECHANICS, "stiffness",
                              "the stiffness of joint '%s' with several coordinates is not used", name);
@@ -157,17 +158,6 @@ static kmp_pose start_of(const kmp_pose *at, int type, const double pos[3], cons
     return kmp_frame_in(&f, &back);
 }
 
-static void put_armature(kmp_mjcf *m, const kmp_mjcf_item *item, kmp_yaml *map, const char *name, int type)
-{
-    double armature = kmp_mjcf_number(m, item, "armature", 0);
-    if (armature != 0 && (type == BALL || type == FREE))
-        kmp_import_leave_out(m->im, item->own->place, KMP_PART_MECHANICS, "armature",
-                             "the armature of joint '%s' with several coordinates is not used", name);
-    else if (armature != 0)
-        kmp_import_word(m->im, (kmp_yaml *)kmp_yaml_get(map, "joint"), item->own->place, "armature",
-                        kmp_import_number(m->im, armature));
-}
-
 static void add_range(kmp_mjcf *m, const kmp_mjcf_item *item, const kmp_mjcf_joint *j)
 {
     const char *limited = kmp_mjcf_text(item, "limited");
@@ -182,12 +172,11 @@ static void put_start(kmp_import *im, kmp_place place, const char *joint, double
 {
     kmp_yaml *start = kmp_import_part(im, im->root, "start", KMP_YAML_MAP);
     if (reference != 0)
-        kmp_import_word(im, kmp_import_part(im, start, "q", KMP_YAML_MAP), place, joint,
-                        kmp_import_number(im, reference));
+        kmp_import_value(im, kmp_import_part(im, start, "q", KMP_YAML_MAP), place, joint, reference);
 }
 
 /* From the parent, whose frame `at` has the joint's body at the reference, to `body`. Returns its type. */
-static int add_joint(kmp_mjcf *m, const kmp_mjcf_part *p, const char *parent, const kmp_pose *at, const char *name,
+static int add_joint(kmp_mjcf *m, const part *p, const char *parent, const kmp_pose *at, const char *name,
                      const char *body, kmp_yaml *map)
 {
     kmp_import *im = m->im;
@@ -225,7 +214,12 @@ static int add_joint(kmp_mjcf *m, const kmp_mjcf_part *p, const char *parent, co
     const char *dot = to ? strchr(to, '.') : NULL;
     if (dot && strcmp(dot, ".origin") != 0)
         kmp_import_word(im, (kmp_yaml *)kmp_yaml_get(map, "joint"), e->place, "to", dot + 1);
-    put_armature(m, &item, map, name, type);
+    double armature = kmp_mjcf_number(m, &item, "armature", 0);
+    if (armature != 0 && (type == BALL || type == FREE))
+        kmp_import_leave_out(m->im, item.own->place, KMP_PART_MECHANICS, "armature",
+                             "the armature of joint '%s' with several coordinates is not used", name);
+    else if (armature != 0)
+        kmp_import_value(m->im, (kmp_yaml *)kmp_yaml_get(map, "joint"), item.own->place, "armature", armature);
     add_range(m, &item, j);
     put_start(im, e->place, name, j->reference);
     const char *const points[2] = {point, to};
@@ -235,21 +229,20 @@ static int add_joint(kmp_mjcf *m, const kmp_mjcf_part *p, const char *parent, co
 
 /* The chain of joints from the parent to the body; `at`: the body's frame in the parent. */
 static void add_joints(kmp_mjcf *m, const kmp_mjcf_body *parent, kmp_mjcf_body *body, const kmp_element *e,
-                       const kmp_mjcf_part *joints, kmp_pose at)
+                       const part *joints, kmp_pose at)
 {
     kmp_import *im = m->im;
     const char *from = parent->own;
     int number = 0;
-    for (const kmp_mjcf_part *p = joints; p && body->own; p = p->next) {
+    for (const part *p = joints; p && body->own; p = p->next) {
         const char *name = kmp_element_text(p->element, "name"), *moved = body->own;
         number++;
         name = name ? kmp_import_clean(im, name)
-                    : kmp_mjcf_new_name(m, &m->joint_names,
-                                        number == 1 && !p->next
-                                            ? body->own
-                                            : kmp_arena_printf(im->arena, "%s_joint%d", body->own, number));
+                    : new_name(m, &m->joint_names,
+                               number == 1 && !p->next ? body->own
+                                                       : kmp_arena_printf(im->arena, "%s_joint%d", body->own, number));
         if (p->next && name)
-            moved = kmp_mjcf_new_name(m, &m->body_names, kmp_arena_printf(im->arena, "%s_%s", body->own, name));
+            moved = new_name(m, &m->body_names, kmp_arena_printf(im->arena, "%s_%s", body->own, name));
         kmp_yaml *map = moved ? kmp_import_add_body(im, p->element, moved) : NULL;
         if (!map)
             return;
@@ -263,37 +256,268 @@ static void add_joints(kmp_mjcf *m, const kmp_mjcf_body *parent, kmp_mjcf_body *
     }
     if (joints || !body->own)
         return;
-    const char *name = kmp_mjcf_new_name(m, &m->joint_names, body->own);
+    const char *name = new_name(m, &m->joint_names, body->own);
     body->map = kmp_import_add_body(im, e, body->own);
     if (body->map && name)
         kmp_import_joint(im, body->map, e->place, name, kmp_import_point(im, e->place, from, name, &at), "weld", NULL);
 }
 
-/* -- mass ---------------------------------------------------------------------------------------------- */
+/* -- kinds --------------------------------------------------------------------------------------------- */
 
-/* `full`: xx yy zz xy xz yz */
-static void put_mass(kmp_mjcf *m, const kmp_mjcf_body *body, const kmp_element *inertial)
+static const struct {
+    const char *type;
+    int solid, sizes; /* -1: no mass, and no picture; -2: mass that is not computed here */
+} geoms[] = {{"sphere", KMP_SOLID_SPHERE, 1},
+             {"capsule", KMP_SOLID_CAPSULE, 2},
+             {"cylinder", KMP_SOLID_CYLINDER, 2},
+             {"box", KMP_SOLID_BOX, 3},
+             {"ellipsoid", KMP_SOLID_ELLIPSOID, 3},
+             {"plane", -1, 0},
+             {"hfield", -1, 0},
+             {"mesh", -2, 0},
+             {"sdf", -2, 0}};
+
+enum { GEOMS = sizeof geoms / sizeof *geoms, GROUPS_DRAWN = 3 /* MuJoCo shows the first ones */ };
+
+/* Between two places, `fromto`: the centre, the axis z, and half the length as the second size, of a box or ellipsoid
+ * the third one. */
+static void put_between(kmp_mjcf *m, const kmp_mjcf_item *item, int solid, kmp_pose *f, double size[3])
 {
-    kmp_mjcf_item item = kmp_mjcf_plain(inertial);
-    const kmp_pose centre = kmp_mjcf_pose(m, &item);
-    double full[6] = {0};
-    int count =
-        kmp_mjcf_numbers(m, &item, "diaginertia", 3, 3, full) + kmp_mjcf_numbers(m, &item, "fullinertia", 6, 6, full);
-    const double tensor[3][3] = {{full[0], full[3], full[4]}, {full[3], full[1], full[5]}, {full[4], full[5], full[2]}};
-    if (kmp_import_attribute(m->im, inertial, "mass"))
-        kmp_import_mass(m->im, body->map, inertial->place, kmp_mjcf_number(m, &item, "mass", 0), &centre,
-                        count ? tensor : NULL);
+    double ends[6], z[3], half = 0;
+    if (kmp_mjcf_numbers(m, item, "fromto", 6, 6, ends) == 0)
+        return;
+    for (int k = 0; k < 3; k++) {
+        z[k] = ends[k] - ends[k + 3];
+        f->p[k] = (ends[k] + ends[k + 3]) / 2;
+        half = hypot(half, z[k] / 2);
+    }
+    if (!kmp_mjcf_along(z, f->r))
+        kmp_import_complain(m->im, item->own->place, "fromto", kmp_mjcf_text(item, "fromto"), "has two equal ends");
+    if (solid == KMP_SOLID_BOX || solid == KMP_SOLID_ELLIPSOID) {
+        size[1] = size[0];
+        size[2] = half;
+    } else
+        size[1] = half;
+}
+
+static bool has_mass(kmp_mjcf *m, const kmp_mjcf_item *item)
+{
+    double group = kmp_mjcf_number(m, item, "group", 0);
+    double matter = kmp_mjcf_number(m, item, kmp_mjcf_text(item, "mass") ? "mass" : "density", 1000);
+    return group >= m->groups[0] && group <= m->groups[1] && matter != 0;
+}
+
+/* The element of `asset` with a word and a name, which a mesh may have from its file; NULL: none. */
+static const kmp_element *asset_of(kmp_mjcf *m, const char *word, const char *name)
+{
+    const kmp_element *asset = name ? kmp_element_find(m->im->model, "asset") : NULL;
+    for (; asset; asset = kmp_element_again(asset))
+        for (const kmp_element *e = kmp_element_find(asset, word); e; e = kmp_element_again(e)) {
+            const char *own = kmp_element_text(e, "name"), *file = kmp_element_text(e, "file");
+            const char *last = file ? strrchr(file, '/') : NULL;
+            size_t length = strlen(name);
+            last = last ? last + 1 : file;
+            if (own ? strcmp(own, name) == 0 : last && strncmp(last, name, length) == 0 && last[length] == '.')
+                return e;
+        }
+    return NULL;
+}
+
+/* The colour of a geom or of its material; NULL: none. */
+static const char *colour_of(kmp_mjcf *m, const kmp_mjcf_item *item)
+{
+    double rgba[4] = {0.5, 0.5, 0.5, 1};
+    const kmp_element *e = asset_of(m, "material", kmp_mjcf_text(item, "material"));
+    const kmp_mjcf_item material = e ? kmp_mjcf_take(m, e, "material", NULL) : (kmp_mjcf_item){.own = NULL};
+    bool given = kmp_mjcf_numbers(m, item, "rgba", 4, 4, rgba) > 0;
+    if (!given && e)
+        given = kmp_mjcf_numbers(m, &material, "rgba", 4, 4, rgba) > 0;
+    return given ? kmp_import_colour(m->im, rgba) : NULL;
+}
+
+/* -- meshes -------------------------------------------------------------------------------------------- */
+
+/* A mesh of the assets: its places v are S R' (v - p), of the scale S and of R and p in `reference`. */
+typedef struct asset {
+    const char *path;
+    double scale[3];
+    kmp_pose reference;
+    const char *inertia;
+} asset;
+
+/* False: it has no file. */
+static bool find_asset(kmp_mjcf *m, const kmp_mjcf_item *item, asset *a)
+{
+    const kmp_element *e = asset_of(m, "mesh", kmp_mjcf_text(item, "mesh"));
+    const char *file = e ? kmp_element_text(e, "file") : NULL;
+    if (!file)
+        return false;
+    const kmp_mjcf_item mesh = kmp_mjcf_take(m, e, "mesh", NULL);
+    double turn[4] = {1, 0, 0, 0};
+    *a = (asset){.scale = {1, 1, 1}, .reference = kmp_frame_none(), .inertia = kmp_mjcf_text(&mesh, "inertia")};
+    kmp_mjcf_numbers(m, &mesh, "scale", 3, 3, a->scale);
+    kmp_mjcf_numbers(m, &mesh, "refpos", 3, 3, a->reference.p);
+    if (kmp_mjcf_numbers(m, &mesh, "refquat", 4, 4, turn) > 0 && !kmp_frame_turn(turn, a->reference.r))
+        kmp_import_complain(m->im, e->place, "refquat", kmp_mjcf_text(&mesh, "refquat"), "has no length");
+    a->path = m->meshes && file[0] != '/' ? kmp_arena_printf(m->im->arena, "%s/%s", m->meshes, file) : file;
+    return a->path;
+}
+
+/* Reads the mesh at its places; false: `why` has the reason. */
+static bool weigh_asset(kmp_mjcf *m, const asset *a, kmp_mesh_volume *volume, kmp_text *why)
+{
+    static const char *const kinds[] = {
+        [KMP_MESH_SOLID] = "exact", [KMP_MESH_SURFACE] = "shell", [KMP_MESH_PYRAMIDS] = "legacy"};
+    const kmp_pose back = kmp_frame_inverse(&a->reference);
+    kmp_mesh mesh;
+    int kind = KMP_MESH_SOLID;
+    while (a->inertia && kind <= KMP_MESH_PYRAMIDS && strcmp(kinds[kind], a->inertia) != 0)
+        kind++;
+    kind = a->inertia ? kind : KMP_MESH_PYRAMIDS;
+    if (kind > KMP_MESH_PYRAMIDS)
+        kmp_text_printf(why, "its inertia '%s' is not computed; available: exact, legacy, shell", a->inertia);
+    if (why->length > 0 || !kmp_import_read_mesh(m->im, a->path, &mesh, why))
+        return false;
+    for (int v = 0; v < mesh.vertex_count; v++) {
+        double place[3];
+        kmp_frame_vector(&back, mesh.vertex[v], place);
+        for (int k = 0; k < 3; k++)
+            mesh.vertex[v][k] = a->scale[k] * (place[k] + back.p[k]);
+    }
+    return kmp_mesh_weigh(&mesh, (kmp_mesh_matter)kind, volume, why);
+}
+
+/* -- masses -------------------------------------------------------------------------------------------- */
+
+/* The geoms that give a body its mass, where one of them is a mesh. */
+typedef struct weights {
+    kmp_shape *shape; /* NULL: the shapes in the document do */
+    int count;
+} weights;
+
+static kmp_shape *add_weight(kmp_mjcf *m, const kmp_mjcf_item *item, weights *w, int solid, const kmp_pose *at,
+                             const double size[3])
+{
+    bool massive = kmp_mjcf_text(item, "mass");
+    kmp_shape *s = &w->shape[w->count++];
+    *s = kmp_import_heavy((kmp_import_solid)solid, size, at,
+                          kmp_mjcf_number(m, item, massive ? "mass" : "density", 1000), !massive);
+    return s;
+}
+
+static void weigh_mesh(kmp_mjcf *m, const kmp_mjcf_body *body, const kmp_mjcf_item *item, weights *w, const asset *a,
+                       const kmp_pose *at)
+{
+    static const double none[3] = {0};
+    kmp_mesh_volume volume;
+    kmp_text why = {0};
+    if (!a)
+        kmp_text_put(&why, "it has no file");
+    if (a && weigh_asset(m, a, &volume, &why))
+        add_weight(m, item, w, KMP_SOLID_MESH, at, none)->enclosed = volume;
+    else if (why.length > 0)
+        kmp_import_complain(
+            m->im, item->own->place, "the body", body->own,
+            kmp_arena_printf(m->im->arena, "has its mass from a mesh, and %s: give it an element 'inertial'", why.s));
+    m->im->arena->failed = m->im->arena->failed || why.failed;
+    kmp_text_free(&why);
+}
+
+/* -- geoms --------------------------------------------------------------------------------------------- */
+
+static bool is_mesh(const kmp_mjcf_item *item)
+{
+    const char *type = kmp_mjcf_text(item, "type");
+    return type && strcmp(type, "mesh") == 0;
+}
+
+/* True if the geom gives its body a mass; what cannot is named. */
+static bool gives_mass(kmp_mjcf *m, const kmp_mjcf_body *body, const kmp_mjcf_item *item, int kind)
+{
+    kmp_import *im = m->im;
+    if (geoms[kind].solid == -1 || !has_mass(m, item))
+        return false;
+    bool shell = kmp_mjcf_flag(m, item, "shellinertia", false), mesh = is_mesh(item);
+    bool fitted = !mesh && (geoms[kind].solid == -2 || kmp_mjcf_text(item, "mesh"));
+    const char *what = shell ? "shell" : "mesh";
+    if (body->fixed && (shell || mesh || fitted))
+        kmp_import_leave_out(im, item->own->place, KMP_PART_REMARK, "geom",
+                             "the mass of a %s of body '%s' is not used: the body is fixed", what, body->own);
+    else if (shell || fitted)
+        kmp_import_complain(im, item->own->place, "the body", body->own,
+                            kmp_arena_printf(im->arena, "has its mass from a %s: give it an element 'inertial'",
+                                             shell ? what : "solid that is fitted to a mesh"));
+    else
+        return true;
+    return false;
+}
+
+static void add_geom(kmp_mjcf *m, const kmp_mjcf_body *body, bool heavy, const part *p, weights *w)
+{
+    const kmp_mjcf_item item = kmp_mjcf_take(m, p->element, "geom", p->around);
+    /* The row of `geoms`; GEOMS after a complaint. */
+    const char *type = kmp_mjcf_text(&item, "type");
+    int k = 0;
+    while (type && k < GEOMS && strcmp(geoms[k].type, type) != 0)
+        k++;
+    if (k == GEOMS)
+        kmp_import_complain(
+            m->im, item.own->place, "geom type", type,
+            "is unknown; available: plane, hfield, sphere, capsule, ellipsoid, cylinder, box, mesh, sdf");
+    if (k == GEOMS)
+        return;
+    heavy = heavy && gives_mass(m, body, &item, k);
+    bool drawn = kmp_mjcf_number(m, &item, "group", 0) < GROUPS_DRAWN;
+    if (is_mesh(&item)) {
+        asset a;
+        const kmp_pose own = kmp_mjcf_pose(m, &item), f = kmp_frame_in(&p->frame, &own);
+        bool known = find_asset(m, &item, &a);
+        if (drawn && known) {
+            /* A mesh whose reference is turned can be drawn if it has one scale. */
+            kmp_pose back = kmp_frame_inverse(&a.reference);
+            for (int i = 0; i < 3; i++)
+                back.p[i] *= a.scale[i];
+            const kmp_pose whole = kmp_frame_in(&f, &back);
+            kmp_import_mesh(m->im, body->map, item.own->place, a.path, a.scale, &whole, colour_of(m, &item));
+        }
+        if (heavy)
+            weigh_mesh(m, body, &item, w, known ? &a : NULL, &f);
+    } else if (geoms[k].solid >= 0 && !kmp_mjcf_text(&item, "mesh") && (drawn || heavy)) {
+        kmp_import *im = m->im;
+        double size[3] = {0};
+        kmp_pose f = kmp_mjcf_pose(m, &item);
+        int sizes = kmp_mjcf_numbers(m, &item, "size", 1, 3, size);
+        if (kmp_mjcf_text(&item, "fromto"))
+            put_between(m, &item, geoms[k].solid, &f, size);
+        else if (sizes < geoms[k].sizes)
+            kmp_import_complain(im, p->element->place, "geom type", geoms[k].type, "needs more numbers in its size");
+        f = kmp_frame_in(&p->frame, &f);
+        bool three = geoms[k].sizes == 3;
+        for (int i = 0; i < 3; i++)
+            size[i] *= geoms[k].solid == KMP_SOLID_BOX || (!three && i == 1) ? 2 : 1;
+        kmp_yaml *shape = kmp_import_shape(im, body->map, p->element->place, (kmp_import_solid)geoms[k].solid, size, &f,
+                                           colour_of(m, &item));
+        if (heavy && w->shape)
+            (void)add_weight(m, &item, w, geoms[k].solid, &f, size);
+        else if (heavy) {
+            /* Writes the mass or density of a shape that gives its body a mass. */
+            kmp_place place = item.own->place;
+            bool massive = kmp_mjcf_text(&item, "mass");
+            double matter = kmp_mjcf_number(m, &item, massive ? "mass" : "density", 1000);
+            if (matter != 0)
+                kmp_import_value(m->im, shape, place, massive ? "mass" : "density", matter);
+        }
+    }
 }
 
 /* -- bodies -------------------------------------------------------------------------------------------- */
 
-static void append(kmp_mjcf *m, kmp_mjcf_part **list, const kmp_element *e, const kmp_pose *frame,
-                   const kmp_mjcf_class *around)
+static void append(kmp_mjcf *m, part **list, const kmp_element *e, const kmp_pose *frame, const kmp_mjcf_class *around)
 {
-    kmp_mjcf_part *p = KMP_ARENA_NEW(m->im->arena, kmp_mjcf_part, 1);
+    part *p = KMP_ARENA_NEW(m->im->arena, part, 1);
     if (!p)
         return;
-    *p = (kmp_mjcf_part){.element = e, .frame = *frame, .around = around};
+    *p = (part){.element = e, .frame = *frame, .around = around};
     if (*list)
         (*list)->last->next = p;
     else
@@ -334,41 +558,67 @@ static void collect(kmp_mjcf *m, const kmp_element *in, const kmp_pose *frame, c
     }
 }
 
-static void add_site(kmp_mjcf *m, const kmp_mjcf_body *body, const kmp_mjcf_part *p)
-{
-    const char *name = kmp_element_text(p->element, "name");
-    kmp_mjcf_site *s = name ? KMP_ARENA_NEW(m->im->arena, kmp_mjcf_site, 1) : NULL;
-    if (!s)
-        return;
-    kmp_mjcf_item item = kmp_mjcf_take(m, p->element, "site", p->around);
-    double size[3];
-    kmp_pose f = kmp_mjcf_pose(m, &item);
-    if (kmp_mjcf_text(&item, "fromto"))
-        kmp_mjcf_put_between(m, &item, KMP_SOLID_CAPSULE, &f, size);
-    f = kmp_frame_in(&p->frame, &f);
-    const kmp_pose world = kmp_frame_in(&body->world, &f);
-    *s = (kmp_mjcf_site){.name = name,
-                         .point =
-                             kmp_import_point(m->im, p->element->place, body->own, kmp_import_clean(m->im, name), &f),
-                         .next = m->sites};
-    memcpy(s->world, world.p, sizeof s->world);
-    m->sites = s;
-}
-
 /* Geoms give the mass where there is no element `inertial`, or always. */
 static void put_contents(kmp_mjcf *m, const kmp_mjcf_body *body, const parts *in)
 {
     bool given = in->inertial && (m->inertia_from_geoms != KMP_MJCF_ALWAYS || !in->geoms);
     bool heavy = body != &m->world && !given && m->inertia_from_geoms != KMP_MJCF_NEVER;
-    if (given)
-        put_mass(m, body, in->inertial);
-    kmp_mjcf_add_geoms(m, body, heavy, in->geoms);
-    for (const kmp_mjcf_part *p = in->sites; p; p = p->next)
-        add_site(m, body, p);
+    if (given) {
+        /* `full`: xx yy zz xy xz yz */
+        kmp_mjcf_item item = kmp_mjcf_plain(in->inertial);
+        const kmp_pose centre = kmp_mjcf_pose(m, &item);
+        double full[6] = {0};
+        int count = kmp_mjcf_numbers(m, &item, "diaginertia", 3, 3, full) +
+                    kmp_mjcf_numbers(m, &item, "fullinertia", 6, 6, full);
+        const double tensor[3][3] = {
+            {full[0], full[3], full[4]}, {full[3], full[1], full[5]}, {full[4], full[5], full[2]}};
+        if (kmp_import_attribute(m->im, in->inertial, "mass"))
+            kmp_import_mass(m->im, body->map, in->inertial->place, kmp_mjcf_number(m, &item, "mass", 0), &centre,
+                            count ? tensor : NULL);
+    }
+    /* `heavy`: they give the body its mass. */
+    weights w = {.count = 0};
+    int count = 0;
+    bool meshes = false;
+    for (const part *p = in->geoms; p; p = p->next, count++) {
+        const kmp_mjcf_item item = kmp_mjcf_take(m, p->element, "geom", p->around);
+        meshes = meshes || (heavy && !body->fixed && is_mesh(&item) && has_mass(m, &item));
+    }
+    if (meshes)
+        w.shape = KMP_ARENA_NEW(m->im->arena, kmp_shape, count);
+    if (!m->im->arena->failed) {
+        for (const part *p = in->geoms; p; p = p->next)
+            add_geom(m, body, heavy, p, &w);
+        if (w.count > 0) {
+            double tensor[3][3];
+            kmp_pose centre;
+            double mass = kmp_import_weigh(m->im, w.count, w.shape, &centre, tensor);
+            kmp_import_mass(m->im, body->map, in->geoms->element->place, mass, &centre, (const double(*)[3])tensor);
+        }
+    }
+    for (const part *p = in->sites; p; p = p->next) {
+        const char *name = kmp_element_text(p->element, "name");
+        kmp_mjcf_site *s = name ? KMP_ARENA_NEW(m->im->arena, kmp_mjcf_site, 1) : NULL;
+        if (!s)
+            continue;
+        kmp_mjcf_item item = kmp_mjcf_take(m, p->element, "site", p->around);
+        double size[3];
+        kmp_pose f = kmp_mjcf_pose(m, &item);
+        if (kmp_mjcf_text(&item, "fromto"))
+            put_between(m, &item, KMP_SOLID_CAPSULE, &f, size);
+        f = kmp_frame_in(&p->frame, &f);
+        const kmp_pose world = kmp_frame_in(&body->world, &f);
+        *s = (kmp_mjcf_site){
+            .name = name,
+            .point = kmp_import_point(m->im, p->element->place, body->own, kmp_import_clean(m->im, name), &f),
+            .next = m->sites};
+        memcpy(s->world, world.p, sizeof s->world);
+        m->sites = s;
+    }
 }
 
 /* A body with its joints and contents; `in`: all its parts. NULL: there is none to carry others. */
-static const kmp_mjcf_body *add_body(kmp_mjcf *m, const kmp_mjcf_body *parent, const kmp_mjcf_part *p, parts *in)
+static const kmp_mjcf_body *add_body(kmp_mjcf *m, const kmp_mjcf_body *parent, const part *p, parts *in)
 {
     kmp_import *im = m->im;
     kmp_mjcf_body *body = KMP_ARENA_NEW(im->arena, kmp_mjcf_body, 1);
@@ -378,9 +628,8 @@ static const kmp_mjcf_body *add_body(kmp_mjcf *m, const kmp_mjcf_body *parent, c
         return NULL;
     m->body_count++;
     body->name = kmp_element_text(p->element, "name");
-    body->own = body->name
-                    ? kmp_import_clean(im, body->name)
-                    : kmp_mjcf_new_name(m, &m->body_names, kmp_arena_printf(im->arena, "body_%d", m->body_count));
+    body->own = body->name ? kmp_import_clean(im, body->name)
+                           : new_name(m, &m->body_names, kmp_arena_printf(im->arena, "body_%d", m->body_count));
     body->world = kmp_frame_in(&parent->world, &at);
     *(m->last_body ? &m->last_body->next : &m->bodies) = body;
     m->last_body = body;
@@ -396,7 +645,7 @@ static const kmp_mjcf_body *add_body(kmp_mjcf *m, const kmp_mjcf_body *parent, c
 /* Bodies on one parent that wait for those inside of earlier ones. */
 typedef struct waiting {
     const kmp_mjcf_body *parent;
-    const kmp_mjcf_part *next;
+    const part *next;
     struct waiting *below;
 } waiting;
 
@@ -407,19 +656,6 @@ static waiting *wait_for(kmp_mjcf *m, const kmp_mjcf_body *parent, const parts *
         return below;
     *w = (waiting){parent, in->bodies, below};
     return w;
-}
-
-/* All bodies inside of one, each before those that it carries. */
-static void add_children(kmp_mjcf *m, const kmp_mjcf_body *body, const parts *in)
-{
-    for (waiting *w = wait_for(m, body, in, NULL); w;) {
-        parts inside = {.joints = NULL};
-        const kmp_mjcf_part *p = w->next;
-        waiting *rest = p->next ? w : w->below;
-        w->next = p->next;
-        const kmp_mjcf_body *made = add_body(m, w->parent, p, &inside);
-        w = made ? wait_for(m, made, &inside, rest) : rest;
-    }
 }
 
 void kmp_mjcf_add_bodies(kmp_mjcf *m)
@@ -437,6 +673,14 @@ void kmp_mjcf_add_bodies(kmp_mjcf *m)
             kmp_import_complain(m->im, in.joints->element->place, "the joint",
                                 kmp_element_text(in.joints->element, "name"), "is in the world, which does not move");
         put_contents(m, &m->world, &in);
-        add_children(m, &m->world, &in);
+        /* All bodies inside of one, each before those that it carries. */
+        for (waiting *w = wait_for(m, &m->world, &in, NULL); w;) {
+            parts inside = {.joints = NULL};
+            const part *p = w->next;
+            waiting *rest = p->next ? w : w->below;
+            w->next = p->next;
+            const kmp_mjcf_body *made = add_body(m, w->parent, p, &inside);
+            w = made ? wait_for(m, made, &inside, rest) : rest;
+        }
     }
 }

@@ -14,6 +14,3 @@ const kmp_mjcf_joint *kmp_mjcf_joint_of(kmp_mjcf *m, const kmp_element *from, co
 /** True if a name is taken; takes it. */
 bool kmp_mjcf_is_taken(kmp_mjcf_names *names, kmp_arena *arena, const char *name);
 void kmp_mjcf_take_name(kmp_mjcf_names *names, kmp_arena *arena, const char *name);
-
-/** A name that no other part has: with `_` at its end while it is taken. */
-const char *kmp_mjcf_new_name(kmp_mjcf *m, kmp_mjcf_names *taken, const char *name);

@@ -1,29 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A model in MJCF, the format of MuJoCo. A body has all motions of its chain as joints. Loops are equalities between
  * sites, which MuJoCo keeps by soft forces: a hinge is two points of its axis. */
-#include "exchange/formats/mjcf_writer.h"
 #include "exchange/formats/foreign_frames.h"
-#include "exchange/formats/written_pictures.h"
 #include "exchange/formats/written_tree.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
-#include <string.h>
-
-static void put_value(kmp_text *text, const char *key, int count, const double *values)
-{
-    kmp_text_printf(text, " %s=\"", key);
-    kmp_export_numbers(text, count, values);
-    kmp_text_put(text, "\"");
-}
 
 static void put_place(kmp_text *text, const kmp_pose *f)
 {
-    put_value(text, "pos", 3, f->p);
+    kmp_export_attribute(text, "pos", 3, f->p);
     if (kmp_frame_is_turned(f)) {
         double xyzw[4];
         kmp_pose_quaternion(f, NULL, xyzw);
         const double wxyz[4] = {xyzw[3], xyzw[0], xyzw[1], xyzw[2]};
-        put_value(text, "quat", 4, wxyz);
+        kmp_export_attribute(text, "quat", 4, wxyz);
     }
 }
 
@@ -32,36 +22,11 @@ static void indent(kmp_text *text, int depth)
     kmp_text_printf(text, "%*s", 2 * depth + 4, "");
 }
 
-/* -- sites --------------------------------------------------------------------------------------------- */
-
 /* Pairs of sites: two along the axis of a hinge; one for a weld, which the format has. */
 static int count_pairs(const kmp_closure *c)
 {
     const int balls = kmp_closure_row_of(c)->balls;
     return balls == 3 ? 1 : balls;
-}
-
-/* The points of loops on a link: LOOP_1 and LOOP_2, and further ones along the axis of a hinge, LOOP_3 and LOOP_4. */
-static void put_sites(const kmp_export *w, int link, int depth)
-{
-    for (int k = 0; k < w->model->closure_count; k++) {
-        const kmp_closure *c = &w->model->closures[k];
-        for (int end = 0; count_pairs(c) > 0 && end < 2; end++) {
-            if (w->of_body[w->model->points[c->point[end]].body] != link)
-                continue;
-            kmp_pose f = kmp_export_point(w, c->point[end]);
-            for (int more = 0; more < count_pairs(c); more++) {
-                double along[3];
-                kmp_frame_vector(&f, c->axis[end], along);
-                for (int i = 0; i < 3 && more == 1; i++)
-                    f.p[i] += along[i];
-                indent(w->text, depth);
-                kmp_text_printf(w->text, "<site name=\"%s_%d\"", c->name, 1 + end + 2 * more);
-                put_place(w->text, &f);
-                kmp_text_put(w->text, "/>\n");
-            }
-        }
-    }
 }
 
 /* -- bodies -------------------------------------------------------------------------------------------- */
@@ -71,17 +36,17 @@ static void put_joint(const kmp_export *w, const char *name, bool turns, const d
 {
     indent(w->text, depth);
     kmp_text_printf(w->text, "<joint name=\"%s\" type=\"%s\"", name, turns ? "hinge" : "slide");
-    put_value(w->text, "axis", 3, axis);
+    kmp_export_attribute(w->text, "axis", 3, axis);
     if (l && l->damping != 0)
-        put_value(w->text, "damping", 1, &l->damping);
+        kmp_export_attribute(w->text, "damping", 1, &l->damping);
     if (l && l->stiffness != 0) {
-        put_value(w->text, "stiffness", 1, &l->stiffness);
-        put_value(w->text, "springref", 1, &l->rest);
+        kmp_export_attribute(w->text, "stiffness", 1, &l->stiffness);
+        kmp_export_attribute(w->text, "springref", 1, &l->rest);
     }
     if (l && l->friction != 0)
-        put_value(w->text, "frictionloss", 1, &l->friction);
+        kmp_export_attribute(w->text, "frictionloss", 1, &l->friction);
     if (l && l->armature != 0)
-        put_value(w->text, "armature", 1, &l->armature);
+        kmp_export_attribute(w->text, "armature", 1, &l->armature);
     kmp_text_put(w->text, "/>\n");
 }
 
@@ -111,22 +76,19 @@ static void put_mass(const kmp_export *w, int link, int depth)
         return;
     indent(w->text, depth);
     kmp_text_put(w->text, "<inertial");
-    put_value(w->text, "pos", 3, com);
-    put_value(w->text, "mass", 1, &mass);
+    kmp_export_attribute(w->text, "pos", 3, com);
+    kmp_export_attribute(w->text, "mass", 1, &mass);
     bool principal = inertia[3] == 0 && inertia[4] == 0 && inertia[5] == 0;
-    put_value(w->text, principal ? "diaginertia" : "fullinertia", principal ? 3 : 6, inertia);
+    kmp_export_attribute(w->text, principal ? "diaginertia" : "fullinertia", principal ? 3 : 6, inertia);
     kmp_text_put(w->text, "/>\n");
 }
-
-static const int shapes_known[] = {
-    KMP_SHAPE_BOX, KMP_SHAPE_SPHERE, KMP_SHAPE_CYLINDER, KMP_SHAPE_CAPSULE, KMP_SHAPE_ELLIPSOID, KMP_SHAPE_MESH, -1};
 
 /* Half lengths; pictures touch nothing. */
 static void put_pictures(kmp_export *w, int link, int depth)
 {
     kmp_writer_shape s;
     for (int k = 0; k < w->model->shape_count; k++) {
-        if (!kmp_export_shape(w, k, link, shapes_known, &s))
+        if (!kmp_export_shape(w, k, link, true, &s))
             continue;
         double half[3] = {s.size[0], s.size[1] / 2, s.size[2]};
         for (int i = 0; i < 3 && s.kind == KMP_SHAPE_BOX; i++)
@@ -138,38 +100,41 @@ static void put_pictures(kmp_export *w, int link, int depth)
         if (s.mesh)
             kmp_text_printf(w->text, " mesh=\"shape_%d\"", k + 1);
         else
-            put_value(w->text, "size",
-                      three                        ? 3
-                      : s.kind == KMP_SHAPE_SPHERE ? 1
-                                                   : 2,
-                      s.kind == KMP_SHAPE_ELLIPSOID ? s.size : half);
+            kmp_export_attribute(w->text, "size",
+                                 three                        ? 3
+                                 : s.kind == KMP_SHAPE_SPHERE ? 1
+                                                              : 2,
+                                 s.kind == KMP_SHAPE_ELLIPSOID ? s.size : half);
         if (s.coloured)
-            put_value(w->text, "rgba", 4, s.rgba);
+            kmp_export_attribute(w->text, "rgba", 4, s.rgba);
         kmp_text_put(w->text, "/>\n");
     }
 }
 
-static void put_meshes(const kmp_export *w)
+static void put_parts(kmp_export *w, int link, int depth)
 {
-    bool any = false;
-    for (int k = 0; k < w->model->shape_count; k++) {
-        const kmp_shape *s = &w->model->shapes[k];
-        if (!s->mesh)
-            continue;
-        const double scale[3] = {s->scale.value, s->scale.value, s->scale.value};
-        kmp_text_printf(w->text, "%s    <mesh name=\"shape_%d\" file=\"", any ? "" : "  <asset>\n", k + 1);
-        kmp_export_text(w->text, s->mesh->path);
-        kmp_text_put(w->text, "\"");
-        put_value(w->text, "scale", 3, scale);
-        kmp_text_put(w->text, "/>\n");
-        any = true;
+    put_pictures(w, link, depth);
+    /* The points of loops on a link: LOOP_1 and LOOP_2, and further ones along the axis of a hinge, LOOP_3 and LOOP_4.
+     */
+    for (int k = 0; k < w->model->closure_count; k++) {
+        const kmp_closure *c = &w->model->closures[k];
+        for (int end = 0; count_pairs(c) > 0 && end < 2; end++) {
+            if (w->of_body[w->model->points[c->point[end]].body] != link)
+                continue;
+            kmp_pose f = kmp_export_point(w, c->point[end]);
+            for (int more = 0; more < count_pairs(c); more++) {
+                double along[3];
+                kmp_frame_vector(&f, c->axis[end], along);
+                for (int i = 0; i < 3 && more == 1; i++)
+                    f.p[i] += along[i];
+                indent(w->text, depth);
+                kmp_text_printf(w->text, "<site name=\"%s_%d\"", c->name, 1 + end + 2 * more);
+                put_place(w->text, &f);
+                kmp_text_put(w->text, "/>\n");
+            }
+        }
     }
-    kmp_text_put(w->text, any ? "  </asset>\n" : "");
-}
-
-/* Points that no joint and no loop ends at. */
-static void put_points(kmp_export *w, int link, int depth)
-{
+    /* Points that no joint and no loop ends at. */
     for (int k = 0; k < w->model->point_count; k++) {
         const char *name = w->of_body[w->model->points[k].body] == link ? kmp_export_point_name(w, k) : NULL;
         if (!name)
@@ -182,26 +147,7 @@ static void put_points(kmp_export *w, int link, int depth)
     }
 }
 
-static void put_parts(kmp_export *w, int link, int depth)
-{
-    put_pictures(w, link, depth);
-    put_sites(w, link, depth);
-    put_points(w, link, depth);
-}
-
-/* Begins a body, which ends after the bodies that it carries. `first`: of the links of its chain. */
-static void begin_body(kmp_export *w, int first, int link, int depth)
-{
-    indent(w->text, depth);
-    kmp_text_printf(w->text, "<body name=\"%s\"", w->links[link].name);
-    put_place(w->text, &w->links[first].at);
-    kmp_text_put(w->text, ">\n");
-    put_joints(w, first, link, depth + 1);
-    put_mass(w, link, depth + 1);
-    put_parts(w, link, depth + 1);
-}
-
-/* All bodies, each inside the one that carries it. */
+/* All bodies, each inside the one that carries it. One has the motions of all links of its chain. */
 static void put_bodies(kmp_export *w)
 {
     const kempe_model *model = w->model;
@@ -217,7 +163,14 @@ static void put_bodies(kmp_export *w)
             int link = w->of_body[child], first = link;
             while (w->links[first].parent != w->of_body[at])
                 first = w->links[first].parent;
-            begin_body(w, first, link, depth++);
+            indent(w->text, depth);
+            kmp_text_printf(w->text, "<body name=\"%s\"", w->links[link].name);
+            put_place(w->text, &w->links[first].at);
+            kmp_text_put(w->text, ">\n");
+            depth++;
+            put_joints(w, first, link, depth);
+            put_mass(w, link, depth);
+            put_parts(w, link, depth);
             at = child;
         } else if (at > 0) {
             indent(w->text, --depth);
@@ -228,10 +181,34 @@ static void put_bodies(kmp_export *w)
     }
 }
 
-/* -- equalities ---------------------------------------------------------------------------------------- */
-
-static void put_equalities(kmp_export *w)
+void kmp_mjcf_write(kmp_export *w)
 {
+    double gravity[3];
+    for (int k = 0; k < 3; k++)
+        gravity[k] = w->model->gravity[k].value;
+    kmp_text_put(w->text, "<mujoco model=\"");
+    kmp_export_name(w->text, w->model->name);
+    kmp_text_put(w->text, "\">\n  <compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n  <option");
+    kmp_export_attribute(w->text, "gravity", 3, gravity);
+    kmp_text_put(w->text, "/>\n");
+    bool any = false;
+    for (int k = 0; k < w->model->shape_count; k++) {
+        const kmp_shape *s = &w->model->shapes[k];
+        if (!s->mesh)
+            continue;
+        const double scale[3] = {s->scale.value, s->scale.value, s->scale.value};
+        kmp_text_printf(w->text, "%s    <mesh name=\"shape_%d\" file=\"", any ? "" : "  <asset>\n", k + 1);
+        kmp_export_text(w->text, s->mesh->path);
+        kmp_text_put(w->text, "\"");
+        kmp_export_attribute(w->text, "scale", 3, scale);
+        kmp_text_put(w->text, "/>\n");
+        any = true;
+    }
+    kmp_text_put(w->text, any ? "  </asset>\n" : "");
+    kmp_text_put(w->text, "  <worldbody>\n");
+    put_parts(w, 0, 0);
+    put_bodies(w);
+    kmp_text_put(w->text, "  </worldbody>\n  <equality>\n");
     for (int k = 0; k < w->model->closure_count; k++) {
         const kmp_closure *c = &w->model->closures[k];
         int link, leader;
@@ -244,28 +221,10 @@ static void put_equalities(kmp_export *w)
         if (follows) {
             kmp_text_printf(w->text, "    <joint joint1=\"%s\" joint2=\"%s\"", w->links[link].joint,
                             w->links[leader].joint);
-            put_value(w->text, "polycoef", 5, poly);
+            kmp_export_attribute(w->text, "polycoef", 5, poly);
             kmp_text_put(w->text, "/>\n");
         }
         w->said[k] = count_pairs(c) > 0 || follows;
     }
-}
-
-void kmp_mjcf_write(kmp_export *w)
-{
-    double gravity[3];
-    for (int k = 0; k < 3; k++)
-        gravity[k] = w->model->gravity[k].value;
-    kmp_text_put(w->text, "<mujoco model=\"");
-    kmp_export_name(w->text, w->model->name);
-    kmp_text_put(w->text, "\">\n  <compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n  <option");
-    put_value(w->text, "gravity", 3, gravity);
-    kmp_text_put(w->text, "/>\n");
-    put_meshes(w);
-    kmp_text_put(w->text, "  <worldbody>\n");
-    put_parts(w, 0, 0);
-    put_bodies(w);
-    kmp_text_put(w->text, "  </worldbody>\n  <equality>\n");
-    put_equalities(w);
     kmp_text_put(w->text, "  </equality>\n</mujoco>\n");
 }

@@ -5,18 +5,11 @@
 #include "base/memory.h"
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
-#include "exchange/formats/sdf_parts.h"
 #include "model/data/model.h"
 #include "model/language/limits.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-bool kmp_sdf_yes(const kmp_element *e, const char *key)
-{
-    const char *text = kmp_element_text(e, key);
-    return text && (strcmp(text, "true") == 0 || strcmp(text, "1") == 0);
-}
 
 const char *kmp_sdf_relative(const kmp_element *e, int version)
 {
@@ -38,7 +31,7 @@ kmp_pose kmp_sdf_pose(kmp_import *im, const kmp_element *e)
         kmp_import_read_numbers(im, e, "pose", 6 + quaternion, 6 + quaternion, value);
     memcpy(f.p, value, sizeof f.p);
     const double wxyz[4] = {value[6], value[3], value[4], value[5]};
-    for (int k = 3; k < 6 && kmp_sdf_yes(pose, "degrees"); k++)
+    for (int k = 3; k < 6 && kmp_element_says(pose, "degrees", true); k++)
         value[k] *= acos(-1) / 180;
     if (!quaternion)
         kmp_frame_rotate(value + 3, f.r);
@@ -133,14 +126,6 @@ static int add_frame(kmp_sdf *s, kmp_sdf_kind kind, const kmp_element *e, const 
     return s->count++;
 }
 
-/* A nested model takes the place of a link only while the model has none of its own. */
-static void prefer_link(kmp_sdf *s, int model, int link)
-{
-    int first = model >= 0 ? s->frames[model].first : KMP_SDF_NONE;
-    if (first >= 0 && s->frames[first].kind == KMP_SDF_MODEL)
-        s->frames[model].first = link;
-}
-
 static void add_model(kmp_sdf *s, const kmp_element *e, const kmp_element *placed, const char *name, int model,
                       int version, int level)
 {
@@ -148,7 +133,7 @@ static void add_model(kmp_sdf *s, const kmp_element *e, const kmp_element *place
     if (k < 0)
         return;
     s->frames[k].placed = placed;
-    s->frames[k].fixed = kmp_sdf_yes(kmp_element_find(placed, "static") ? placed : e, "static") ||
+    s->frames[k].fixed = kmp_element_says(kmp_element_find(placed, "static") ? placed : e, "static", true) ||
                          (model >= 0 && s->frames[model].fixed);
     collect(s, e, k, version, level);
 }
@@ -165,7 +150,7 @@ static void add_included(kmp_sdf *s, const kmp_element *include, int model, int 
                             "is no file beside this one: only relative names are read; copy the model beside the file");
         return;
     }
-    if (kmp_sdf_yes(include, "merge")) {
+    if (kmp_element_says(include, "merge", true)) {
         kmp_import_complain(im, include->place, "include", uri, "cannot be merged: remove the attribute 'merge'");
         return;
     }
@@ -203,8 +188,12 @@ static void collect(kmp_sdf *s, const kmp_element *from, int model, int version,
                               : link ? KMP_SDF_LINK
                                      : KMP_SDF_FRAME,
                               e, kmp_import_attribute(s->im, e, "name"), model, version);
-            if (link && k >= 0)
-                prefer_link(s, model, k);
+            if (link && k >= 0) {
+                /* A nested model takes the place of a link only while the model has none of its own. */
+                int first = model >= 0 ? s->frames[model].first : KMP_SDF_NONE;
+                if (first >= 0 && s->frames[first].kind == KMP_SDF_MODEL)
+                    s->frames[model].first = k;
+            }
         }
     }
 }
@@ -237,17 +226,6 @@ static void rename_joints(kmp_sdf *s)
                 pair[i]->scoped = other ? other : pair[i]->scoped;
             }
     s->by_name = kmp_import_index_of(s->im, s->count, scoped_of, s->frames);
-}
-
-static void sort_names(kmp_sdf *s)
-{
-    kmp_sdf_frame *pair[2];
-    s->by_name = kmp_import_index_of(s->im, s->count, scoped_of, s->frames);
-    rename_joints(s);
-    for (int k = 1; k < s->by_name.count; k++)
-        if (are_equal(s, k, pair))
-            kmp_import_complain(s->im, pair[1]->element->place, "the name", pair[1]->scoped,
-                                "exists twice: links, joints, frames and models share their names");
 }
 
 static int find(const kmp_sdf *s, const char *scoped)
@@ -292,19 +270,6 @@ static int usual_frame(kmp_sdf *s, const kmp_sdf_frame *f)
     if (f->kind == KMP_SDF_FRAME && attached)
         return kmp_sdf_frame_named(s, f->model, attached, f->element);
     return f->model;
-}
-
-static void find_up(kmp_sdf *s, kmp_sdf_frame *f)
-{
-    kmp_import *im = s->im;
-    const char *given = kmp_sdf_relative(f->placed, f->version);
-    if (f->kind == KMP_SDF_JOINT) {
-        bool drake = strcmp(f->element->name, "joint") != 0;
-        f->end[0] = kmp_sdf_frame_of(s, f->model, f->element, drake ? "drake:parent" : "parent");
-        f->end[1] = kmp_sdf_frame_of(s, f->model, f->element, drake ? "drake:child" : "child");
-    }
-    f->up = given ? kmp_sdf_frame_named(s, f->model, given, f->placed) : usual_frame(s, f);
-    f->pose = kmp_sdf_pose(im, f->placed);
 }
 
 /* The number of frames from each to the world. */
@@ -357,10 +322,26 @@ void kmp_sdf_find_frames(kmp_sdf *s)
     int version = version_of(im, im->model);
     if (version)
         collect(s, world, KMP_SDF_WORLD, version, 0);
-    if (im->status == KEMPE_OK)
-        sort_names(s);
-    for (int k = 0; im->status == KEMPE_OK && k < s->by_name.count; k++)
-        find_up(s, &s->frames[k]);
+    if (im->status == KEMPE_OK) {
+        kmp_sdf_frame *pair[2];
+        s->by_name = kmp_import_index_of(s->im, s->count, scoped_of, s->frames);
+        rename_joints(s);
+        for (int k = 1; k < s->by_name.count; k++)
+            if (are_equal(s, k, pair))
+                kmp_import_complain(s->im, pair[1]->element->place, "the name", pair[1]->scoped,
+                                    "exists twice: links, joints, frames and models share their names");
+    }
+    for (int k = 0; im->status == KEMPE_OK && k < s->by_name.count; k++) {
+        kmp_sdf_frame *f = &s->frames[k];
+        const char *given = kmp_sdf_relative(f->placed, f->version);
+        if (f->kind == KMP_SDF_JOINT) {
+            bool drake = strcmp(f->element->name, "joint") != 0;
+            f->end[0] = kmp_sdf_frame_of(s, f->model, f->element, drake ? "drake:parent" : "parent");
+            f->end[1] = kmp_sdf_frame_of(s, f->model, f->element, drake ? "drake:child" : "child");
+        }
+        f->up = given ? kmp_sdf_frame_named(s, f->model, given, f->placed) : usual_frame(s, f);
+        f->pose = kmp_sdf_pose(im, f->placed);
+    }
     if (im->status == KEMPE_OK && s->by_name.entry)
         find_depths(s);
     for (int k = s->count - 1; k >= 0 && im->status == KEMPE_OK && s->by_name.entry; k--)

@@ -2,9 +2,7 @@
 /* A model in SDFormat (docs/sdf.md): a joint is given in the frame of its parent, its child in the frame of the joint.
  * Loops are joints of the graph whose frames on both links coincide where all coordinates are zero, or constraints of
  * Drake between two points. */
-#include "exchange/formats/sdf_writer.h"
 #include "exchange/formats/foreign_frames.h"
-#include "exchange/formats/written_pictures.h"
 #include "exchange/formats/written_tree.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
@@ -42,8 +40,14 @@ static void put_axis(kmp_text *text, const char *word, const double axis[3])
 
 /* -- links and joints ---------------------------------------------------------------------------------- */
 
-static void put_solid(kmp_text *text, const kmp_writer_shape *s)
+static void put_picture(kmp_text *text, int number, const kmp_writer_shape *s)
 {
+    double place[6];
+    memcpy(place, s->at.p, sizeof s->at.p);
+    kmp_export_angles(&s->at, place + 3);
+    kmp_text_printf(text, "      <visual name=\"shape_%d\">\n        <pose>", number);
+    kmp_export_numbers(text, 6, place);
+    kmp_text_printf(text, "</pose>\n        <geometry><%s>", kmp_shape_words[s->kind]);
     bool three = s->kind == KMP_SHAPE_BOX || s->kind == KMP_SHAPE_ELLIPSOID;
     if (s->mesh) {
         kmp_text_put(text, "<uri>");
@@ -60,17 +64,6 @@ static void put_solid(kmp_text *text, const kmp_writer_shape *s)
         put_number(text, "radius", s->size[0]);
     if (s->kind == KMP_SHAPE_CYLINDER || s->kind == KMP_SHAPE_CAPSULE)
         put_number(text, "length", s->size[1]);
-}
-
-static void put_picture(kmp_text *text, int number, const kmp_writer_shape *s)
-{
-    double place[6];
-    memcpy(place, s->at.p, sizeof s->at.p);
-    kmp_export_angles(&s->at, place + 3);
-    kmp_text_printf(text, "      <visual name=\"shape_%d\">\n        <pose>", number);
-    kmp_export_numbers(text, 6, place);
-    kmp_text_printf(text, "</pose>\n        <geometry><%s>", kmp_shape_words[s->kind]);
-    put_solid(text, s);
     kmp_text_printf(text, "</%s></geometry>\n", kmp_shape_words[s->kind]);
     if (s->coloured) {
         kmp_text_put(text, "        <material><diffuse>");
@@ -78,21 +71,6 @@ static void put_picture(kmp_text *text, int number, const kmp_writer_shape *s)
         kmp_text_put(text, "</diffuse></material>\n");
     }
     kmp_text_put(text, "      </visual>\n");
-}
-
-static void put_pictures(kmp_export *w, int link)
-{
-    static const int known[] = {KMP_SHAPE_BOX,
-                                KMP_SHAPE_SPHERE,
-                                KMP_SHAPE_CYLINDER,
-                                KMP_SHAPE_CAPSULE,
-                                KMP_SHAPE_ELLIPSOID,
-                                KMP_SHAPE_MESH,
-                                -1};
-    kmp_writer_shape shape;
-    for (int k = 0; k < w->model->shape_count; k++)
-        if (kmp_export_shape(w, k, link, known, &shape))
-            put_picture(w->text, k + 1, &shape);
 }
 
 static void put_link(kmp_export *w, int link)
@@ -115,21 +93,11 @@ static void put_link(kmp_export *w, int link)
     for (int k = 0; k < 6; k++)
         put_number(w->text, keys[k], inertia[k]);
     kmp_text_put(w->text, "</inertia>\n      </inertial>\n");
-    put_pictures(w, link);
+    kmp_writer_shape shape;
+    for (int k = 0; k < w->model->shape_count; k++)
+        if (kmp_export_shape(w, k, link, true, &shape))
+            put_picture(w->text, k + 1, &shape);
     kmp_text_put(w->text, "    </link>\n");
-}
-
-static void put_mimic(kmp_export *w, int link)
-{
-    int leader;
-    double multiplier, offset;
-    if (!kmp_export_mimic(w, link, &leader, &multiplier, &offset))
-        return;
-    kmp_text_printf(w->text, "        <mimic joint=\"%s\" axis=\"axis\">", w->links[leader].joint);
-    put_number(w->text, "multiplier", multiplier);
-    put_number(w->text, "offset", offset);
-    put_number(w->text, "reference", 0);
-    kmp_text_put(w->text, "</mimic>\n");
 }
 
 static void begin_joint(kmp_export *w, const char *name, const char *type, int parent, const char *child)
@@ -158,7 +126,15 @@ static void put_joint(kmp_export *w, int link)
             put_number(w->text, "spring_reference", l->rest);
             kmp_text_put(w->text, "</dynamics>\n");
         }
-        put_mimic(w, link);
+        int leader;
+        double multiplier, offset;
+        if (kmp_export_mimic(w, link, &leader, &multiplier, &offset)) {
+            kmp_text_printf(w->text, "        <mimic joint=\"%s\" axis=\"axis\">", w->links[leader].joint);
+            put_number(w->text, "multiplier", multiplier);
+            put_number(w->text, "offset", offset);
+            put_number(w->text, "reference", 0);
+            kmp_text_put(w->text, "</mimic>\n");
+        }
         kmp_text_put(w->text, "      </axis>\n");
     }
     kmp_text_put(w->text, "    </joint>\n");
@@ -228,20 +204,6 @@ static void put_drake(kmp_export *w, const kmp_closure *c, const char *tag, doub
     kmp_text_printf(w->text, "    </drake:%s>\n", tag);
 }
 
-/* A hinge is two ball constraints at its axis, a weld is three of them. */
-static void put_balls(kmp_export *w, const kmp_closure *c)
-{
-    const int balls = kmp_closure_row_of(c)->balls;
-    const bool weld = balls == 3;
-    for (int k = 0; k < balls; k++) {
-        double along[2][3] = {{0}};
-        for (int end = 0; end < 2 && k > 0; end++)
-            for (int i = 0; i < 3; i++)
-                along[end][i] = weld ? i == k : c->axis[end][i];
-        put_drake(w, c, "ball_constraint", along);
-    }
-}
-
 /* The name of a loop that no link and no joint has. */
 static const char *loop_name(kmp_export *w, const char *name)
 {
@@ -276,29 +238,24 @@ static void put_loop(kmp_export *w, int k)
         put_drake(w, c, rod ? "distance_constraint" : "ball_constraint", none);
         w->said[k] = true;
     } else if (row->balls > 1) {
-        put_balls(w, c);
+        /* A hinge is two ball constraints at its axis, a weld is three of them. */
+        const int balls = kmp_closure_row_of(c)->balls;
+        const bool weld = balls == 3;
+        for (int j = 0; j < balls; j++) {
+            double along[2][3] = {{0}};
+            for (int end = 0; end < 2 && j > 0; end++)
+                for (int i = 0; i < 3; i++)
+                    along[end][i] = weld ? i == j : c->axis[end][i];
+            put_drake(w, c, "ball_constraint", along);
+        }
         w->said[k] = true;
     }
 }
 
-/* Points that have a link of their own. */
-static void put_points(kmp_export *w)
+void kmp_sdf_write(kmp_export *w)
 {
-    for (int k = 0; k < w->model->point_count; k++) {
-        int link = w->of_body[w->model->points[k].body];
-        const char *name = link > 0 ? kmp_export_point_name(w, k) : NULL;
-        if (!name)
-            continue;
-        kmp_pose f = kmp_export_point(w, k);
-        kmp_text_printf(w->text, "    <frame name=\"%s\" attached_to=\"%s\">\n", name, w->links[link].name);
-        put_pose(w->text, w->links[link].name, &f);
-        kmp_text_put(w->text, "    </frame>\n");
-    }
-}
-
-/* Links, joints and loops share their names: a joint with that of a link gets another one. */
-static void rename_joints(kmp_export *w)
-{
+    double gravity[3];
+    /* Links, joints and loops share their names: a joint with that of a link gets another one. */
     for (int k = 1; k < w->count; k++)
         for (int i = 1; i < w->count; i++)
             if (w->links[k].kind != KMP_WRITER_FREE && strcmp(w->links[k].joint, w->links[i].name) == 0) {
@@ -306,12 +263,6 @@ static void rename_joints(kmp_export *w)
                 w->links[k].joint = other ? other : "";
                 i = 0;
             }
-}
-
-void kmp_sdf_write(kmp_export *w)
-{
-    double gravity[3];
-    rename_joints(w);
     for (int k = 0; k < 3; k++)
         gravity[k] = w->model->gravity[k].value;
     kmp_text_put(
@@ -327,6 +278,16 @@ void kmp_sdf_write(kmp_export *w)
         put_joint(w, k);
     for (int k = 0; k < w->model->closure_count; k++)
         put_loop(w, k);
-    put_points(w);
+    /* Points that have a link of their own. */
+    for (int k = 0; k < w->model->point_count; k++) {
+        int link = w->of_body[w->model->points[k].body];
+        const char *name = link > 0 ? kmp_export_point_name(w, k) : NULL;
+        if (!name)
+            continue;
+        kmp_pose f = kmp_export_point(w, k);
+        kmp_text_printf(w->text, "    <frame name=\"%s\" attached_to=\"%s\">\n", name, w->links[link].name);
+        put_pose(w->text, w->links[link].name, &f);
+        kmp_text_put(w->text, "    </frame>\n");
+    }
     kmp_text_put(w->text, "  </model>\n </world>\n</sdf>\n");
 }

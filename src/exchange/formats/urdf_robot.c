@@ -1,10 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A robot in URDF, with the loops and couplings of URDF+ (docs/urdf.md): links are bodies, joints are joints, and what
  * a file says in numbers of a rotated frame is turned into body axes here. */
-#include "exchange/formats/urdf_robot.h"
 #include "exchange/formats/drake_tags.h"
 #include "exchange/formats/foreign_frames.h"
-#include "exchange/formats/foreign_meshes.h"
 #include "exchange/formats/importing.h"
 #include "model/data/model.h"
 #include <string.h>
@@ -64,19 +62,6 @@ static kmp_yaml *axis_of(kmp_import *im, const kmp_element *e, const char *name)
 
 /* -- links --------------------------------------------------------------------------------------------- */
 
-static void put_mass(kmp_import *im, kmp_yaml *body, const kmp_element *inertial)
-{
-    static const char *const keys[3][3] = {{"ixx", "ixy", "ixz"}, {"ixy", "iyy", "iyz"}, {"ixz", "iyz", "izz"}};
-    const kmp_element *mass = kmp_element_find(inertial, "mass"), *inertia = kmp_element_find(inertial, "inertia");
-    kmp_pose centre = origin_of(im, inertial);
-    double tensor[3][3] = {{0}};
-    for (int i = 0; inertia && i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            tensor[i][j] = kmp_import_read_number(im, inertia, keys[i][j], 0);
-    kmp_import_mass(im, body, inertial->place, mass ? kmp_import_read_number(im, mass, "value", 0) : 0, &centre,
-                    inertia ? (const double(*)[3])tensor : NULL);
-}
-
 /* The colour of a material, which may stand outside with its name; NULL: none. */
 static const char *colour_of(kmp_import *im, const kmp_element *visual)
 {
@@ -128,8 +113,15 @@ static void add_link(kmp_import *im, const kmp_element *link)
     kmp_yaml *body = name ? kmp_import_add_body(im, link, name) : NULL;
     if (!body)
         return;
-    if (inertial)
-        put_mass(im, body, inertial);
+    if (inertial) {
+        const kmp_element *mass = kmp_element_find(inertial, "mass"), *inertia = kmp_element_find(inertial, "inertia");
+        kmp_pose centre = origin_of(im, inertial);
+        double tensor[3][3];
+        if (inertia)
+            kmp_import_read_tensor(im, inertia, 0, tensor);
+        kmp_import_mass(im, body, inertial->place, mass ? kmp_import_read_number(im, mass, "value", 0) : 0, &centre,
+                        inertia ? (const double(*)[3])tensor : NULL);
+    }
     for (const kmp_element *v = kmp_element_find(link, "visual"); v; v = kmp_element_again(v))
         add_shape(im, body, v);
 }
@@ -222,15 +214,6 @@ static void add_losses(kmp_import *im, const joint *j)
     kmp_import_friction(im, dynamics, j->name, strcmp(j->type, "prismatic") == 0, friction);
 }
 
-/* The range of a joint with one coordinate, but for continuous ones. Limits of effort and rate are those of a drive. */
-static void add_limits(kmp_import *im, const joint *j)
-{
-    const kmp_element *limit = kmp_element_find(j->element, "limit");
-    if (limit && is_single(j) && strcmp(j->type, "continuous") != 0)
-        kmp_import_limits(im, limit, j->name, kmp_import_read_number(im, limit, "lower", 0),
-                          kmp_import_read_number(im, limit, "upper", 0));
-}
-
 /* q = multiplier q(other) + offset. */
 static void add_mimic(const robot *r, const joint *j)
 {
@@ -276,7 +259,12 @@ static void add_joint(const robot *r, const joint *j)
         kmp_import_joint(im, body, j->element->place, j->name, at, kinds[k].joint,
                          kinds[k].has_axis ? axis_of(im, j->element, j->name) : NULL);
         add_losses(im, j);
-        add_limits(im, j);
+        /* The range of a joint with one coordinate, but for continuous ones. Limits of effort and rate are those of a
+         * drive. */
+        const kmp_element *limit = kmp_element_find(j->element, "limit");
+        if (limit && is_single(j) && strcmp(j->type, "continuous") != 0)
+            kmp_import_limits(im, limit, j->name, kmp_import_read_number(im, limit, "lower", 0),
+                              kmp_import_read_number(im, limit, "upper", 0));
         add_mimic(r, j);
         if (hold && strcmp(hold, "true") == 0 && kinds[k].single)
             kmp_import_hold(im, j->element->place, j->name);
@@ -373,25 +361,11 @@ static const char *link_named(kmp_import *im, const kmp_element *e, const char *
 static kmp_yaml *gazebo_axis(kmp_import *im, const kmp_element *axis, const char *name, const kmp_pose *at)
 {
     double xyz[3] = {0, 0, 1};
-    const char *old = kmp_element_text(axis, "use_parent_model_frame");
     const kmp_pose back = kmp_frame_inverse(at);
     kmp_import_read_numbers(im, axis, "xyz", 3, 3, xyz);
-    if (old && (strcmp(old, "1") == 0 || strcmp(old, "true") == 0))
+    if (kmp_element_says(axis, "use_parent_model_frame", true))
         kmp_frame_vector(&back, xyz, xyz);
     return kmp_import_direction(im, axis->place, name, xyz);
-}
-
-/* Names the losses and limits of a joint that closes a loop. */
-static void note_axis(kmp_import *im, const kmp_element *axis, const char *name)
-{
-    const kmp_element *dynamics = kmp_element_find(axis, "dynamics"), *limit = kmp_element_find(axis, "limit");
-    if (dynamics && (kmp_import_read_number(im, dynamics, "damping", 0) != 0 ||
-                     kmp_import_read_number(im, dynamics, "friction", 0) != 0))
-        kmp_import_leave_out(im, dynamics->place, KMP_PART_MECHANICS, "dynamics",
-                             "the dynamics of joint '%s', which closes a loop, are not used", name);
-    if (limit)
-        kmp_import_leave_out(im, limit->place, KMP_PART_AT_TIMES, "limit",
-                             "the limits of joint '%s', which closes a loop, are not used", name);
 }
 
 /* A joint in the words of SDFormat, between two links of the tree: it closes a loop. Its frame is given in that of the
@@ -425,16 +399,18 @@ static void add_gazebo_joint(const robot *r, const kmp_element *e)
                        f = kmp_frame_in(&back, &at);
         points[end] = kmp_import_point(im, e->place, end ? child : parent, name, &f);
     }
-    if (axis)
-        note_axis(im, axis, name);
+    if (axis) {
+        /* Names the losses and limits of a joint that closes a loop. */
+        const kmp_element *dynamics = kmp_element_find(axis, "dynamics"), *limit = kmp_element_find(axis, "limit");
+        if (dynamics && (kmp_import_read_number(im, dynamics, "damping", 0) != 0 ||
+                         kmp_import_read_number(im, dynamics, "friction", 0) != 0))
+            kmp_import_leave_out(im, dynamics->place, KMP_PART_MECHANICS, "dynamics",
+                                 "the dynamics of joint '%s', which closes a loop, are not used", name);
+        if (limit)
+            kmp_import_leave_out(im, limit->place, KMP_PART_AT_TIMES, "limit",
+                                 "the limits of joint '%s', which closes a loop, are not used", name);
+    }
     kmp_import_loop(im, e, name, kinds[k].closure, points, kinds[k].has_axis ? gazebo_axis(im, axis, name, &at) : NULL);
-}
-
-/* True if the element says `yes`, as a word or number. */
-static bool says(const kmp_element *e, const char *key, bool yes)
-{
-    const char *text = kmp_element_text(e, key);
-    return text && (strcmp(text, yes ? "true" : "false") == 0 || strcmp(text, yes ? "1" : "0") == 0);
 }
 
 /* An element `gazebo`: joints that close loops, the spring of the joint to which it refers. */
@@ -450,10 +426,10 @@ static void add_gazebo(const robot *r, const kmp_element *e)
         kmp_import_spring(im, e, j->name, "spring", stiffness, kmp_import_read_number(im, e, "springReference", 0), 0);
     else if (stiffness != 0)
         kmp_import_complain(im, e->place, "the joint", reference, "of springStiffness is none with one coordinate");
-    if (says(e, "gravity", false) || says(e, "turnGravityOff", true))
+    if (kmp_element_says(e, "gravity", false) || kmp_element_says(e, "turnGravityOff", true))
         kmp_import_leave_out(im, e->place, KMP_PART_MECHANICS, "gravity", "link '%s' without gravity is not read",
                              reference ? reference : "");
-    if (says(e, "static", true))
+    if (kmp_element_says(e, "static", true))
         kmp_import_leave_out(im, e->place, KMP_PART_MECHANICS, "static", "a robot that is static is not read");
 }
 
@@ -498,30 +474,13 @@ static void add_coupling(const robot *r, const kmp_element *coupling)
 
 /* -- constraints of Drake ------------------------------------------------------------------------------ */
 
-/* The frame of this name that Drake adds to a robot; NULL: there is none. */
-static const kmp_element *frame_named(const kmp_import *im, const char *name)
-{
-    for (const kmp_element *e = kmp_element_find(im->model, "frame"); e; e = kmp_element_again(e)) {
-        const char *own = kmp_element_text(e, "name");
-        if (own && strcmp(own, name) == 0)
-            return e;
-    }
-    return NULL;
-}
-
 /* A point of a link, of a frame, or of the world. */
 static const char *point_of(void *reader, const kmp_element *e, const char *name, const double at[3], const char *shown)
 {
     kmp_import *im = reader;
-    const kmp_element *frame = frame_named(im, name);
+    const kmp_element *frame = kmp_element_named(im->model, "frame", "name", name);
     const char *link = frame ? kmp_import_name(im, frame, "link") : kmp_import_clean(im, name);
-    kmp_pose f = kmp_frame_none();
-    double rpy[3] = {0};
-    if (frame) {
-        kmp_import_read_numbers(im, frame, "xyz", 3, 3, f.p);
-        kmp_import_read_numbers(im, frame, "rpy", 3, 3, rpy);
-        kmp_frame_rotate(rpy, f.r);
-    }
+    const kmp_pose f = frame_in(im, frame);
     if (link && !kmp_import_body(im, link))
         link = strcmp(link, "world") == 0 ? "ground" : NULL;
     if (!link) {
@@ -543,7 +502,7 @@ void kmp_urdf_convert(kmp_import *im)
     const char *name = kmp_element_text(im->model, "name");
     if (name)
         kmp_import_word(im, im->root, im->model->place, "name", name);
-    kmp_import_put(im, im->root, im->model->place, "gravity", kmp_import_numbers(im, im->model->place, 3, gravity));
+    kmp_import_vector(im, im->root, im->model->place, "gravity", gravity);
     for (const kmp_element *e = kmp_element_find(im->model, "link"); e; e = kmp_element_again(e))
         add_link(im, e);
     read_joints(&r);

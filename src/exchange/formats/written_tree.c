@@ -3,11 +3,9 @@
 #include "base/memory.h"
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
-#include "exchange/formats/mjcf_writer.h"
-#include "exchange/formats/sdf_writer.h"
-#include "exchange/formats/urdf_writer.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
+#include "model/read/read_axes.h"
 #include <math.h>
 #include <string.h>
 
@@ -67,6 +65,13 @@ void kmp_export_numbers(kmp_text *text, int count, const double *values)
         kmp_text_put(text, k > 0 ? " " : "");
         kmp_text_number(text, values[k] + 0.0);
     }
+}
+
+void kmp_export_attribute(kmp_text *text, const char *key, int count, const double *values)
+{
+    kmp_text_printf(text, " %s=\"", key);
+    kmp_export_numbers(text, count, values);
+    kmp_text_put(text, "\"");
 }
 
 void kmp_export_name(kmp_text *text, const char *name)
@@ -220,6 +225,98 @@ bool kmp_export_mimic(kmp_export *w, int link, int *leader, double *multiplier, 
     return false;
 }
 
+/* -- shapes -------------------------------------------------------------------------------------------- */
+
+bool kmp_export_shape(kmp_export *w, int shape, int link, bool ellipsoids, kmp_writer_shape *out)
+{
+    const kmp_shape *s = &w->model->shapes[shape];
+    if (s->body != w->links[link].body || s->kind == KMP_SHAPE_LINE || (s->kind == KMP_SHAPE_ELLIPSOID && !ellipsoids))
+        return false;
+    kmp_pose at = kmp_frame_none();
+    double along[3];
+    for (int k = 0; k < 3; k++) {
+        at.p[k] = s->at[k].value;
+        along[k] = s->along[k].value;
+    }
+    if (s->kind == KMP_SHAPE_CYLINDER || s->kind == KMP_SHAPE_CAPSULE)
+        kmp_complete_axes(2, along, at.r);
+    else if (s->turned)
+        memcpy(at.r, s->axes, sizeof at.r);
+    *out = (kmp_writer_shape){.kind = s->kind,
+                              .at = kmp_frame_in(&w->in_link[s->body], &at),
+                              .mesh = s->mesh ? s->mesh->path : NULL,
+                              .coloured = s->colour >= 0};
+    bool three = s->kind == KMP_SHAPE_BOX || s->kind == KMP_SHAPE_ELLIPSOID;
+    for (int k = 0; k < 3; k++)
+        out->size[k] = s->kind == KMP_SHAPE_MESH ? s->scale.value
+                       : three                   ? s->edge[k].value
+                       : k == 0                  ? s->radius.value
+                       : k == 1                  ? s->length.value
+                                                 : 0;
+    for (int k = 0; k < 3 && out->coloured; k++)
+        out->rgba[k] = (double)(s->colour >> (16 - 8 * k) & 255) / 255;
+    out->rgba[3] = s->opacity;
+    w->drawn++;
+    return true;
+}
+
+void kmp_export_text(kmp_text *text, const char *s)
+{
+    static const char *const signs[] = {"&&amp;", "<&lt;", ">&gt;", "\"&quot;"};
+    for (; *s; s++) {
+        size_t k = 0;
+        while (k < sizeof signs / sizeof *signs && signs[k][0] != *s)
+            k++;
+        if (k < sizeof signs / sizeof *signs)
+            kmp_text_put(text, signs[k] + 1);
+        else
+            kmp_text_printf(text, "%c", *s);
+    }
+}
+
+/* -- points -------------------------------------------------------------------------------------------- */
+
+static bool is_end(const kempe_model *model, int point)
+{
+    for (int b = 1; b < model->body_count; b++)
+        if (model->bodies[b].at == point || model->bodies[b].to == point)
+            return true;
+    for (int k = 0; k < model->closure_count; k++)
+        if (model->closures[k].point[0] == point || model->closures[k].point[1] == point)
+            return true;
+    return false;
+}
+
+static bool is_taken(kmp_export *w, int point, const char *name)
+{
+    for (int k = 0; k < w->count; k++)
+        if (strcmp(name, w->links[k].name) == 0 || (k > 0 && strcmp(name, w->links[k].joint) == 0))
+            return true;
+    for (int k = 0; k < w->model->closure_count; k++)
+        if (strcmp(name, w->model->closures[k].name) == 0)
+            return true;
+    for (int k = 0; k < point; k++)
+        if (w->point_name[k] && strcmp(name, w->point_name[k]) == 0)
+            return true;
+    return false;
+}
+
+const char *kmp_export_point_name(kmp_export *w, int point)
+{
+    const kmp_point *p = &w->model->points[point];
+    if (!p->name || strcmp(p->name, "origin") == 0 || is_end(w->model, point))
+        return NULL;
+    kmp_text text = {0};
+    kmp_export_name(&text, w->links[w->of_body[p->body]].name);
+    kmp_text_put(&text, "_");
+    kmp_export_name(&text, p->name);
+    const char *name = kmp_text_keep(&text, &w->arena);
+    while (name && is_taken(w, point, name))
+        name = kmp_arena_printf(&w->arena, "%s_", name);
+    w->point_name[point] = name;
+    return name;
+}
+
 /* -- the whole ----------------------------------------------------------------------------------------- */
 
 static const struct {
@@ -321,14 +418,12 @@ kempe_status kempe_model_export(const kempe_model *model, const char *format, ch
     while (k < WRITERS && strcmp(writers[k].word, format) != 0)
         k++;
     if (k == WRITERS) {
-        kmp_text known = {0};
+        kmp_text sentence = {0};
+        kmp_text_printf(&sentence, "unknown format '%s'; there are ", format);
         for (int i = 0; i < WRITERS; i++)
-            kmp_text_printf(&known, "%s, ", writers[i].word);
-        kempe_status status = known.failed ? kmp_fail_memory(model->context)
-                                           : kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                                                      "unknown format '%s'; there are %syaml", format, known.s);
-        kmp_text_free(&known);
-        return status;
+            kmp_text_printf(&sentence, "%s, ", writers[i].word);
+        kmp_text_put(&sentence, "yaml");
+        return kmp_fail_text(model->context, KEMPE_E_ARGUMENT, &sentence);
     }
     kmp_text out = {0};
     kmp_export w = {.model = model, .format = writers[k].name, .text = &out};

@@ -47,8 +47,6 @@ typedef struct kmp_export {
     kempe_status status;
 } kmp_export;
 
-/* written_tree.c */
-
 /** "FILE: WORDS" as a warning or error. */
 void kmp_export_leave_out(kmp_export *w, const char *sentence, ...) __attribute__((format(printf, 2, 3)));
 
@@ -59,8 +57,10 @@ kmp_pose kmp_export_point(const kmp_export *w, int point);
  */
 bool kmp_export_mass(const kmp_export *w, int link, double *mass, double com[3], double inertia[6]);
 
-/** Numbers between blanks; a pose as its place and angles about the fixed axes x, y, z. */
+/** Numbers between blanks; as an attribute, after a blank; a pose as its place and angles about the fixed axes x, y, z.
+ */
 void kmp_export_numbers(kmp_text *text, int count, const double *values);
+void kmp_export_attribute(kmp_text *text, const char *key, int count, const double *values);
 void kmp_export_angles(const kmp_pose *pose, double rpy[3]);
 
 /** A name of the file for attributes: letters, digits, blanks, - and _. */
@@ -75,8 +75,6 @@ bool kmp_export_mimic(kmp_export *w, int link, int *leader, double *multiplier, 
 bool kmp_export_follower(const kmp_export *w, const kmp_closure *closure, int *link, int *leader, double *multiplier,
                          double *offset);
 
-/* written_pictures.c */
-
 /** The picture of a shape in the frame of its link. Cylinders and capsules are along z. */
 typedef struct kmp_writer_shape {
     kmp_shape_kind kind;
@@ -86,3 +84,18 @@ typedef struct kmp_writer_shape {
     double rgba[4];
     bool coloured;
 } kmp_writer_shape;
+
+/** True for a shape of a link that the format has: no lines, and not all have ellipsoids. It counts as written. */
+bool kmp_export_shape(kmp_export *w, int shape, int link, bool ellipsoids, kmp_writer_shape *out);
+
+/** A text between quotes or tags of XML. */
+void kmp_export_text(kmp_text *text, const char *s);
+
+/** The name of a point that no joint and no closure ends at, BODY_POINT, which no link, joint, loop and other point
+ * has; NULL: it has one of these ends, or no name. */
+const char *kmp_export_point_name(kmp_export *w, int point);
+
+/* The writers. */
+#define KMP_WRITER(word, write, name, meaning) void write(kmp_export *w);
+#include "exchange/formats/writers.def"
+#undef KMP_WRITER

@@ -166,24 +166,19 @@ static void XMLCALL on_document_type(void *user, const char *name, const char *s
 
 /* -- documents ------------------------------------------------------------------------------------- */
 
-static void complain_syntax(loader *l)
-{
-    enum XML_Error error = XML_GetErrorCode(l->parser);
-    if (l->status != KEMPE_OK)
-        return;
-    if (error == XML_ERROR_NO_MEMORY || l->arena->failed)
-        l->status = kmp_fail_memory(l->context);
-    else
-        refuse(l, XML_ErrorString(error));
-}
-
 static void parse(loader *l, const char *text, size_t length)
 {
     bool last = false;
     for (size_t at = 0; !last; at += CHUNK) {
         last = length - at <= CHUNK;
         if (XML_Parse(l->parser, text + at, last ? (int)(length - at) : CHUNK, last) == XML_STATUS_ERROR) {
-            complain_syntax(l);
+            enum XML_Error error = XML_GetErrorCode(l->parser);
+            if (l->status == KEMPE_OK) {
+                if (error == XML_ERROR_NO_MEMORY || l->arena->failed)
+                    l->status = kmp_fail_memory(l->context);
+                else
+                    refuse(l, XML_ErrorString(error));
+            }
             return;
         }
     }
@@ -230,4 +225,21 @@ const char *kmp_element_text(const kmp_element *element, const char *name)
 {
     const kmp_element *e = kmp_element_find(element, name);
     return e && e->text[0] ? e->text : NULL;
+}
+
+const kmp_element *kmp_element_named(const kmp_element *element, const char *name, const char *key, const char *text)
+{
+    const kmp_element *e = kmp_element_find(element, name);
+    for (; e; e = kmp_element_again(e)) {
+        const char *own = kmp_element_text(e, key);
+        if (own && strcmp(own, text) == 0)
+            break;
+    }
+    return e;
+}
+
+bool kmp_element_says(const kmp_element *element, const char *name, bool yes)
+{
+    const char *text = kmp_element_text(element, name);
+    return text && (strcmp(text, yes ? "true" : "false") == 0 || strcmp(text, yes ? "1" : "0") == 0);
 }

@@ -27,5 +27,11 @@ const kmp_element *kmp_element_find(const kmp_element *element, const char *name
 /** The next sibling of the same name. */
 const kmp_element *kmp_element_again(const kmp_element *element);
 
+/** The child element with a name whose own child `key` has a text, NULL when there is none. */
+const kmp_element *kmp_element_named(const kmp_element *element, const char *name, const char *key, const char *text);
+
 /** The text of a child, NULL where it is absent or has none. */
 const char *kmp_element_text(const kmp_element *element, const char *name);
+
+/** True if a child says yes, or no, as a word or number. */
+bool kmp_element_says(const kmp_element *element, const char *name, bool yes);

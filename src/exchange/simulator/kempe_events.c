@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Search of events by bounds of the conditions, in the memory of a simulator: the function of kempe_watch in
- * kempe_simulator.h. The site is that of simulator_events.h. */
+ * kempe_simulator.h. The site is that of simulator_steps.h. */
 #include "exchange/simulator/kempe_simulator.h"
 #include "integrators/events/event_pieces.h"
 #include "integrators/events/watch_site.h"

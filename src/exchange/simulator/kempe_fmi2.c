@@ -1,55 +1,45 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The functions of the Functional Mock-up Interface 2.0. */
-#include "kempe_fmi2.h"
-
+#include "fmi2Functions.h"
+#include "kempe_fmu.h"
 #include <math.h>
 #include <stdlib.h>
 
-/* An instance; its numbers, then its name follow in the same memory. */
-typedef struct kempe_fmi2_instance {
+#define FMI(name)               fmi2##name
+#define FMI_OF_STATE(verb, end) fmi2##verb##FMUstate##end
+#define FMI_DESERIALIZE         fmi2DeSerializeFMUstate
+#define FMI_DERIVATIVES         fmi2GetDerivatives
+#define FMI_MORE
+#define FMI_CHECK_MORE
+typedef fmi2Component fmi_instance;
+typedef fmi2FMUstate fmi_state;
+
+/* Behind its numbers, an instance has its name. */
+typedef struct unit {
     kempe_fmu fmu;
     fmi2CallbackFunctions functions;
     const char *name;
     kempe_fmu_stride last; /* communication step */
-} kempe_fmi2_instance;
+} unit;
 
-static void *take(const fmi2CallbackFunctions *functions, size_t bytes)
+static void *take(const unit *instance, size_t bytes)
 {
-    return functions->allocateMemory ? functions->allocateMemory(1, bytes) : malloc(bytes);
+    return instance->functions.allocateMemory ? instance->functions.allocateMemory(1, bytes) : malloc(bytes);
 }
 
-static void *take_memory(kempe_fmu *fmu, size_t bytes)
+static void give_back(const unit *instance, void *memory)
 {
-    return take(&((const kempe_fmi2_instance *)(const void *)fmu)->functions, bytes);
-}
-
-static void give_back(kempe_fmu *fmu, void *memory)
-{
-    void (*release)(void *) = ((const kempe_fmi2_instance *)(const void *)fmu)->functions.freeMemory;
+    void (*release)(void *) = instance->functions.freeMemory;
     if (release)
         release(memory);
     else
         free(memory);
 }
 
-#define FMI(name)               fmi2##name
-#define FMI_OF_STATE(verb, end) fmi2##verb##FMUstate##end
-#define FMI_DESERIALIZE         fmi2DeSerializeFMUstate
-#define FMI_DERIVATIVES         fmi2GetDerivatives
-typedef fmi2Status fmi_status;
-typedef fmi2Component fmi_instance;
-typedef fmi2FMUstate fmi_state;
-typedef fmi2Boolean fmi_boolean;
-typedef fmi2String fmi_string;
-typedef fmi2Byte fmi_byte;
-#include "kempe_fmi.h"
-
-/* -- instances --------------------------------------------------------------------------------------- */
-
 /* The sentence as the format, because some importers show that alone. */
-static void tell(const fmi2CallbackFunctions *functions, const char *name, fmi2Status status, const char *category,
-                 const char *sentence)
+static void tell(const unit *instance, fmi2Status status, const char *category, const char *sentence)
 {
+    const fmi2CallbackFunctions *functions = &instance->functions;
     char format[1300];
     size_t used = 0;
     for (; *sentence && used + 3 < sizeof format; sentence++) {
@@ -58,81 +48,55 @@ static void tell(const fmi2CallbackFunctions *functions, const char *name, fmi2S
         format[used++] = *sentence;
     }
     format[used] = 0;
-    if (functions && functions->logger)
-        functions->logger(functions->componentEnvironment, name, status, category, format);
+    if (functions->logger)
+        functions->logger(functions->componentEnvironment, instance->name, status, category, format);
 }
 
-static void send(kempe_fmu *fmu, kempe_fmu_status status, const char *category, const char *sentence)
+#include "kempe_fmi.h"
+
+/* -- instances --------------------------------------------------------------------------------------- */
+
+const char *fmi2GetTypesPlatform(void)
 {
-    const kempe_fmi2_instance *instance = (const kempe_fmi2_instance *)(const void *)fmu;
-    tell(&instance->functions, instance->name, (fmi2Status)status, category, sentence);
+    return fmi2TypesPlatform;
 }
 
-static fmi2Component refuse(const fmi2CallbackFunctions *functions, const char *name, const char *sentence)
+const char *fmi2GetVersion(void)
 {
-    tell(functions, name ? name : "", fmi2Error, kempe_fmu_categories[KEMPE_FMU_LOG_ERROR], sentence);
-    return NULL;
+    return fmi2Version;
 }
 
-FMI2(const char *, fmi2GetTypesPlatform, void)
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                              const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logs)
 {
-    return "default";
-}
-
-FMI2(const char *, fmi2GetVersion, void)
-{
-    return "2.0";
-}
-
-FMI2(fmi2Component, fmi2Instantiate, fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
-     const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logs)
-{
-    char sentence[KEMPE_FMU_SENTENCE];
     const int kind = type == fmi2ModelExchange ? KEMPE_FMU_MODEL_EXCHANGE : KEMPE_FMU_CO_SIMULATION;
+    const size_t letters = name ? strlen(name) + 1 : 0;
+    unit asked = {.name = name ? name : ""};
     (void)visible;
     if (!functions)
         return NULL;
-    const kempe_fmu_model *model = kempe_fmu_open(name, guid, kind, resources, sentence);
-    const size_t numbers = model ? (size_t)kempe_fmu_memory(model) : 0, letters = model ? strlen(name) + 1 : 0;
-    kempe_fmi2_instance *instance =
-        model ? take(functions, sizeof *instance + numbers * sizeof(double) + letters) : NULL;
-    if (!instance) {
-        kempe_fmu_close(model);
-        return refuse(functions, name, model ? "There is no memory for the instance." : sentence);
-    }
-    memset(instance, 0, sizeof *instance);
-    double *memory = (double *)(void *)(instance + 1);
-    instance->functions = *functions;
-    instance->name = memcpy(memory + numbers, name, letters);
-    instance->fmu.log = send;
-    kempe_fmu_init(&instance->fmu, model, kind, memory);
-    (void)kempe_fmu_choose_categories(&instance->fmu, logs, 0, NULL);
+    asked.functions = *functions;
+    unit *instance = instantiate(&asked, kind, name, guid, resources, logs, letters);
+    if (instance)
+        instance->name =
+            memcpy((double *)(void *)(instance + 1) + kempe_fmu_memory(instance->fmu.model), name, letters);
     return instance;
 }
 
-FMI2(void, fmi2FreeInstance, fmi2Component c)
-{
-    kempe_fmi2_instance *instance = c;
-    if (instance) {
-        kempe_fmu_close(instance->fmu.model);
-        give_back(&instance->fmu, instance);
-    }
-}
-
-FMI2(fmi2Status, fmi2SetupExperiment, fmi2Component c, fmi2Boolean tolerance_given, fmi2Real tolerance, fmi2Real start,
-     fmi2Boolean stop_given, fmi2Real stop)
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_given, fmi2Real tolerance, fmi2Real start,
+                               fmi2Boolean stop_given, fmi2Real stop)
 {
     ALLOWED(KEMPE_FMU_INSTANTIATED);
     ANSWER(kempe_fmu_set_up(fmu, tolerance_given, tolerance, start, stop_given, stop));
 }
 
-FMI2(fmi2Status, fmi2EnterInitializationMode, fmi2Component c)
+fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
     ALLOWED(KEMPE_FMU_INSTANTIATED);
     ANSWER(kempe_fmu_enter_initialization(fmu));
 }
 
-FMI2(fmi2Status, fmi2ExitInitializationMode, fmi2Component c)
+fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     ALLOWED(KEMPE_FMU_INITIALIZATION);
     ANSWER(
@@ -141,27 +105,13 @@ FMI2(fmi2Status, fmi2ExitInitializationMode, fmi2Component c)
 
 /* -- variables --------------------------------------------------------------------------------------- */
 
-FMI2(fmi2Status, fmi2GetReal, fmi2Component c, FMI2_SOME, fmi2Real values[])
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    ANSWER(kempe_fmu_get(fmu, references, count, values));
-}
-
-FMI2(fmi2Status, fmi2SetReal, fmi2Component c, FMI2_SOME, const fmi2Real values[])
-{
-    ALLOWED(BEFORE_RUN | KEMPE_FMU_RUNS);
-    ANSWER(kempe_fmu_set(fmu, references, count, values));
-}
-
-FMI2(fmi2Status, fmi2GetInteger, fmi2Component c, FMI2_SOME, fmi2Integer values[])
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    ANSWER(kempe_fmu_get_integers(fmu, references, count, values));
-}
+VALUES(fmi2GetReal, fmi2Real, KEMPE_FMU_ANY, kempe_fmu_get)
+VALUES(fmi2SetReal, const fmi2Real, BEFORE_RUN | KEMPE_FMU_RUNS, kempe_fmu_set)
+VALUES(fmi2GetInteger, fmi2Integer, KEMPE_FMU_ANY, kempe_fmu_get_integers)
 
 /* Types without variables that can be read or set. */
 #define NONE(name, values_type, type)                                                                                  \
-    FMI2(fmi2Status, name, fmi2Component c, FMI2_SOME, values_type values[])                                           \
+    fmi2Status name(fmi2Component c, SOME, values_type values[])                                                       \
     {                                                                                                                  \
         ALLOWED(KEMPE_FMU_ANY);                                                                                        \
         (void)values;                                                                                                  \
@@ -175,9 +125,9 @@ NONE(fmi2SetString, const fmi2String, "String")
 
 /* -- derivatives ------------------------------------------------------------------------------------- */
 
-FMI2(fmi2Status, fmi2GetDirectionalDerivative, fmi2Component c, const fmi2ValueReference unknowns[],
-     size_t unknown_count, const fmi2ValueReference knowns[], size_t known_count, const fmi2Real seed[],
-     fmi2Real sensitivity[])
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknowns[], size_t unknown_count,
+                                        const fmi2ValueReference knowns[], size_t known_count, const fmi2Real seed[],
+                                        fmi2Real sensitivity[])
 {
     ALLOWED(KEMPE_FMU_INITIALIZATION | KEMPE_FMU_RUNS | KEMPE_FMU_TERMINATED);
     if (!unknowns || !knowns || !seed || !sensitivity)
@@ -185,15 +135,13 @@ FMI2(fmi2Status, fmi2GetDirectionalDerivative, fmi2Component c, const fmi2ValueR
     ANSWER(kempe_fmu_directional(fmu, unknowns, unknown_count, knowns, known_count, seed, sensitivity));
 }
 
-FMI2(fmi2Status, fmi2GetRealOutputDerivatives, fmi2Component c, FMI2_SOME, const fmi2Integer orders[],
-     fmi2Real values[])
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, SOME, const fmi2Integer orders[], fmi2Real values[])
 {
     ALLOWED(KEMPE_FMU_STEP | KEMPE_FMU_TERMINATED);
     ANSWER(kempe_fmu_output_rates(fmu, references, count, orders, values));
 }
 
-FMI2(fmi2Status, fmi2SetRealInputDerivatives, fmi2Component c, FMI2_SOME, const fmi2Integer orders[],
-     const fmi2Real values[])
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, SOME, const fmi2Integer orders[], const fmi2Real values[])
 {
     ALLOWED(BEFORE_RUN | KEMPE_FMU_STEP);
     (void)orders, (void)values;
@@ -206,14 +154,14 @@ FMI2(fmi2Status, fmi2SetRealInputDerivatives, fmi2Component c, FMI2_SOME, const 
 
 /* -- model exchange ---------------------------------------------------------------------------------- */
 
-FMI2(fmi2Status, fmi2EnterEventMode, fmi2Component c)
+fmi2Status fmi2EnterEventMode(fmi2Component c)
 {
     ALLOWED(KEMPE_FMU_EVENT | KEMPE_FMU_CONTINUOUS);
     fmu->now.mode = KEMPE_FMU_EVENT;
     return fmi2OK;
 }
 
-FMI2(fmi2Status, fmi2NewDiscreteStates, fmi2Component c, fmi2EventInfo *info)
+fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
 {
     ALLOWED(KEMPE_FMU_EVENT);
     int changed = 0, exchanged = 0, ended = 0;
@@ -232,17 +180,17 @@ FMI2(fmi2Status, fmi2NewDiscreteStates, fmi2Component c, fmi2EventInfo *info)
 
 /* -- co-simulation ----------------------------------------------------------------------------------- */
 
-FMI2(fmi2Status, fmi2DoStep, fmi2Component c, fmi2Real from, fmi2Real step, fmi2Boolean no_return)
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real from, fmi2Real step, fmi2Boolean no_return)
 {
     ALLOWED(KEMPE_FMU_STEP);
-    kempe_fmu_stride *last = &((kempe_fmi2_instance *)c)->last;
+    kempe_fmu_stride *last = &((unit *)c)->last;
     (void)no_return;
     memset(last, 0, sizeof *last);
     kempe_fmu_status status = kempe_fmu_do_step(fmu, from, step, last);
     return status == KEMPE_FMU_OK && last->ended ? fmi2Discard : (fmi2Status)status;
 }
 
-FMI2(fmi2Status, fmi2CancelStep, fmi2Component c)
+fmi2Status fmi2CancelStep(fmi2Component c)
 {
     ALLOWED(KEMPE_FMU_ANY);
     FAIL("Communication steps are made at once: there is none to be cancelled.");
@@ -255,7 +203,7 @@ static fmi2Status no_status(kempe_fmu *fmu)
 }
 
 #define NO_STATUS(name, type)                                                                                          \
-    FMI2(fmi2Status, name, fmi2Component c, const fmi2StatusKind kind, type *value)                                    \
+    fmi2Status name(fmi2Component c, const fmi2StatusKind kind, type *value)                                           \
     {                                                                                                                  \
         ALLOWED(KEMPE_FMU_ANY);                                                                                        \
         (void)kind, (void)value;                                                                                       \
@@ -266,7 +214,7 @@ NO_STATUS(fmi2GetIntegerStatus, fmi2Integer)
 NO_STATUS(fmi2GetStringStatus, fmi2String)
 
 #define STATUS(name, type, what, known)                                                                                \
-    FMI2(fmi2Status, name, fmi2Component c, const fmi2StatusKind kind, type *value)                                    \
+    fmi2Status name(fmi2Component c, const fmi2StatusKind kind, type *value)                                           \
     {                                                                                                                  \
         ALLOWED(KEMPE_FMU_ANY);                                                                                        \
         if (kind != (what) || !value)                                                                                  \

@@ -1,178 +1,121 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The functions of the Functional Mock-up Interface 3.0. Those of clocks, of structural parameters and of scheduled
  * execution are present, because importers look for all, and answer with an error. */
-#include "kempe_fmi3.h"
-
+#include "fmi3Functions.h"
+#include "kempe_fmu.h"
 #include <math.h>
-#include <stdlib.h>
-
-/* An instance; its numbers follow in the same memory. */
-typedef struct kempe_fmi3_instance {
-    kempe_fmu fmu;
-    fmi3InstanceEnvironment environment;
-    fmi3LogMessageCallback log;
-    fmi3IntermediateUpdateCallback update;
-    int has_events, returns_early;
-} kempe_fmi3_instance;
-
-static void *take_memory(kempe_fmu *fmu, size_t bytes)
-{
-    (void)fmu;
-    return malloc(bytes);
-}
-
-static void give_back(kempe_fmu *fmu, void *memory)
-{
-    (void)fmu;
-    free(memory);
-}
 
 #define FMI(name)               fmi3##name
 #define FMI_OF_STATE(verb, end) fmi3##verb##FMUState##end
 #define FMI_DESERIALIZE         fmi3DeserializeFMUState
 #define FMI_DERIVATIVES         fmi3GetContinuousStateDerivatives
-typedef fmi3Status fmi_status;
+#define FMI_MORE                , size_t value_count
+#define FMI_CHECK_MORE          COUNTS(value_count, count)
 typedef fmi3Instance fmi_instance;
 typedef fmi3FMUState fmi_state;
-typedef fmi3Boolean fmi_boolean;
-typedef fmi3String fmi_string;
-typedef fmi3Byte fmi_byte;
+
+typedef struct unit {
+    kempe_fmu fmu;
+    fmi3InstanceEnvironment environment;
+    fmi3LogMessageCallback log;
+    fmi3IntermediateUpdateCallback update;
+    int has_events, returns_early;
+} unit;
+
+static void *take(const unit *instance, size_t bytes)
+{
+    (void)instance;
+    return malloc(bytes);
+}
+
+static void give_back(const unit *instance, void *memory)
+{
+    (void)instance;
+    free(memory);
+}
+
+static void tell(const unit *instance, fmi3Status status, const char *category, const char *sentence)
+{
+    if (instance->log)
+        instance->log(instance->environment, status, category, sentence);
+}
+
 #include "kempe_fmi.h"
 
 #define COUNTS(given, expected)                                                                                        \
     if ((given) != (expected))                                                                                         \
     FAIL("%s needs as many values as value references: all variables are scalars. Given are %lu and %lu.", __func__,   \
          (unsigned long)(given), (unsigned long)(expected))
+
 /* -- instances --------------------------------------------------------------------------------------- */
 
-static void send(kempe_fmu *fmu, kempe_fmu_status status, const char *category, const char *sentence)
+const char *fmi3GetVersion(void)
 {
-    const kempe_fmi3_instance *instance = (const kempe_fmi3_instance *)(const void *)fmu;
-    if (instance->log)
-        instance->log(instance->environment, (fmi3Status)status, category, sentence);
+    return fmi3Version;
 }
 
-static kempe_fmi3_instance *refuse(fmi3LogMessageCallback log, fmi3InstanceEnvironment environment,
-                                   const char *sentence)
+fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+                                          fmi3Boolean logs, fmi3InstanceEnvironment environment,
+                                          fmi3LogMessageCallback log)
 {
-    if (log)
-        log(environment, fmi3Error, kempe_fmu_categories[KEMPE_FMU_LOG_ERROR], sentence);
+    const unit asked = {.environment = environment, .log = log};
+    (void)visible;
+    return instantiate(&asked, KEMPE_FMU_MODEL_EXCHANGE, name, token, resources, logs, 0);
+}
+
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+                                         fmi3Boolean logs, fmi3Boolean has_events, fmi3Boolean returns_early,
+                                         const fmi3ValueReference intermediate[], size_t intermediate_count,
+                                         fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+                                         fmi3IntermediateUpdateCallback update)
+{
+    const unit asked = {.environment = environment,
+                        .log = log,
+                        .update = update,
+                        .has_events = has_events,
+                        .returns_early = returns_early};
+    (void)visible, (void)intermediate, (void)intermediate_count;
+    return instantiate(&asked, KEMPE_FMU_CO_SIMULATION, name, token, resources, logs, 0);
+}
+
+fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources,
+                                               fmi3Boolean visible, fmi3Boolean logs,
+                                               fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+                                               fmi3ClockUpdateCallback clock, fmi3LockPreemptionCallback lock,
+                                               fmi3UnlockPreemptionCallback unlock)
+{
+    (void)name, (void)token, (void)resources, (void)visible, (void)logs, (void)clock, (void)lock, (void)unlock;
+    const unit asked = {.environment = environment, .log = log};
+    tell(&asked, fmi3Error, kempe_fmu_categories[KEMPE_FMU_LOG_ERROR],
+         "The unit has no scheduled execution: use model exchange or co-simulation.");
     return NULL;
 }
 
-static kempe_fmi3_instance *instantiate(int kind, fmi3String name, fmi3String token, fmi3Boolean logs,
-                                        fmi3String resources, fmi3InstanceEnvironment environment,
-                                        fmi3LogMessageCallback log)
-{
-    char sentence[KEMPE_FMU_SENTENCE];
-    const kempe_fmu_model *model = kempe_fmu_open(name, token, kind, resources, sentence);
-    kempe_fmi3_instance *instance =
-        model ? malloc(sizeof *instance + (size_t)kempe_fmu_memory(model) * sizeof(double)) : NULL;
-    if (!instance) {
-        kempe_fmu_close(model);
-        return refuse(log, environment, model ? "There is no memory for the instance." : sentence);
-    }
-    memset(instance, 0, sizeof *instance);
-    instance->environment = environment;
-    instance->log = log;
-    instance->fmu.log = send;
-    kempe_fmu_init(&instance->fmu, model, kind, (double *)(void *)(instance + 1));
-    (void)kempe_fmu_choose_categories(&instance->fmu, logs, 0, NULL);
-    return instance;
-}
-
-FMI3_RESULT(const char *, fmi3GetVersion, void)
-{
-    return "3.0";
-}
-
-FMI3_RESULT(fmi3Instance, fmi3InstantiateModelExchange, fmi3String name, fmi3String token, fmi3String resources,
-            fmi3Boolean visible, fmi3Boolean logs, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log)
-{
-    (void)visible;
-    return instantiate(KEMPE_FMU_MODEL_EXCHANGE, name, token, logs, resources, environment, log);
-}
-
-FMI3_RESULT(fmi3Instance, fmi3InstantiateCoSimulation, fmi3String name, fmi3String token, fmi3String resources,
-            fmi3Boolean visible, fmi3Boolean logs, fmi3Boolean has_events, fmi3Boolean returns_early,
-            const fmi3ValueReference intermediate[], size_t intermediate_count, fmi3InstanceEnvironment environment,
-            fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update)
-{
-    kempe_fmi3_instance *instance =
-        instantiate(KEMPE_FMU_CO_SIMULATION, name, token, logs, resources, environment, log);
-    (void)visible, (void)intermediate, (void)intermediate_count;
-    if (instance) {
-        instance->update = update;
-        instance->has_events = has_events;
-        instance->returns_early = returns_early;
-    }
-    return instance;
-}
-
-FMI3_RESULT(fmi3Instance, fmi3InstantiateScheduledExecution, fmi3String name, fmi3String token, fmi3String resources,
-            fmi3Boolean visible, fmi3Boolean logs, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
-            fmi3ClockUpdateCallback clock, fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock)
-{
-    (void)name, (void)token, (void)resources, (void)visible, (void)logs, (void)clock, (void)lock, (void)unlock;
-    return refuse(log, environment, "The unit has no scheduled execution: use model exchange or co-simulation.");
-}
-
-FMI3_RESULT(void, fmi3FreeInstance, fmi3Instance c)
-{
-    if (c)
-        kempe_fmu_close(((kempe_fmi3_instance *)c)->fmu.model);
-    free(c);
-}
-
-FMI3(fmi3EnterInitializationMode, fmi3Boolean tolerance_given, fmi3Float64 tolerance, fmi3Float64 start,
-     fmi3Boolean stop_given, fmi3Float64 stop)
+fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_given, fmi3Float64 tolerance,
+                                       fmi3Float64 start, fmi3Boolean stop_given, fmi3Float64 stop)
 {
     ALLOWED(KEMPE_FMU_INSTANTIATED);
     kempe_fmu_status status = kempe_fmu_set_up(fmu, tolerance_given, tolerance, start, stop_given, stop);
     ANSWER(status == KEMPE_FMU_OK ? kempe_fmu_enter_initialization(fmu) : status);
 }
 
-FMI3_ALONE(fmi3ExitInitializationMode)
+fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 {
     ALLOWED(KEMPE_FMU_INITIALIZATION);
-    const int events = fmu->kind == KEMPE_FMU_MODEL_EXCHANGE || ((kempe_fmi3_instance *)c)->has_events;
+    const int events = fmu->kind == KEMPE_FMU_MODEL_EXCHANGE || ((unit *)c)->has_events;
     ANSWER(kempe_fmu_exit_initialization(fmu, events ? KEMPE_FMU_EVENT : KEMPE_FMU_STEP));
 }
 
 /* -- variables --------------------------------------------------------------------------------------- */
 
-FMI3_GET(Float64)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    COUNTS(value_count, count);
-    ANSWER(kempe_fmu_get(fmu, references, count, values));
-}
-
-FMI3_SET(Float64)
-{
-    ALLOWED(BEFORE_RUN | KEMPE_FMU_RUNS);
-    COUNTS(value_count, count);
-    ANSWER(kempe_fmu_set(fmu, references, count, values));
-}
-
-FMI3_GET(Int32)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    COUNTS(value_count, count);
-    ANSWER(kempe_fmu_get_integers(fmu, references, count, values));
-}
-
-FMI3_SET(Int32)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    (void)values, (void)value_count;
-    ANSWER(kempe_fmu_no_variables(fmu, count, references, "Int32 that can be set"));
-}
+VALUES(fmi3GetFloat64, fmi3Float64, KEMPE_FMU_ANY, kempe_fmu_get)
+VALUES(fmi3SetFloat64, const fmi3Float64, BEFORE_RUN | KEMPE_FMU_RUNS, kempe_fmu_set)
+VALUES(fmi3GetInt32, fmi3Int32, KEMPE_FMU_ANY, kempe_fmu_get_integers)
 
 /* Types without variables. */
 #define KEMPE_FMI3_LIST(...) __VA_ARGS__
 #define NONE(name, type, arguments, unused)                                                                            \
-    FMI3(name, FMI3_SOME, KEMPE_FMI3_LIST arguments)                                                                   \
+    fmi3Status name(fmi3Instance c, SOME, KEMPE_FMI3_LIST arguments)                                                   \
     {                                                                                                                  \
         ALLOWED(KEMPE_FMU_ANY);                                                                                        \
         KEMPE_FMI3_LIST unused;                                                                                        \
@@ -181,7 +124,18 @@ FMI3_SET(Int32)
 #define NO_NUMBERS(type)                                                                                               \
     NONE(fmi3Get##type, #type, (fmi3##type values[], size_t value_count), ((void)values, (void)value_count))           \
     NONE(fmi3Set##type, #type, (const fmi3##type values[], size_t value_count), ((void)values, (void)value_count))
-FMI3_TYPES(NO_NUMBERS)
+NO_NUMBERS(Float32)
+NO_NUMBERS(Int8)
+NO_NUMBERS(UInt8)
+NO_NUMBERS(Int16)
+NO_NUMBERS(UInt16)
+NO_NUMBERS(UInt32)
+NO_NUMBERS(Int64)
+NO_NUMBERS(UInt64)
+NO_NUMBERS(Boolean)
+NO_NUMBERS(String)
+NONE(fmi3SetInt32, "Int32 that can be set", (const fmi3Int32 values[], size_t value_count),
+     ((void)values, (void)value_count))
 NONE(fmi3GetBinary, "Binary", (size_t sizes[], fmi3Binary values[], size_t value_count),
      ((void)sizes, (void)values, (void)value_count))
 NONE(fmi3SetBinary, "Binary", (const size_t sizes[], const fmi3Binary values[], size_t value_count),
@@ -193,9 +147,9 @@ NONE(fmi3SetClock, "Clock", (const fmi3Clock values[]), ((void)values))
 
 /* Seeds of knowns give sensitivities of unknowns, or the other way round. */
 #define DERIVATIVE(name, call, word, seeds, sensitivities)                                                             \
-    FMI3(name, const fmi3ValueReference unknowns[], size_t unknown_count, const fmi3ValueReference knowns[],           \
-         size_t known_count, const fmi3Float64 seed[], size_t seed_count, fmi3Float64 sensitivity[],                   \
-         size_t sensitivity_count)                                                                                     \
+    fmi3Status name(fmi3Instance c, const fmi3ValueReference unknowns[], size_t unknown_count,                         \
+                    const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[],                   \
+                    size_t seed_count, fmi3Float64 sensitivity[], size_t sensitivity_count)                            \
     {                                                                                                                  \
         ALLOWED(KEMPE_FMU_INITIALIZATION | KEMPE_FMU_RUNS | KEMPE_FMU_TERMINATED);                                     \
         if (!unknowns || !knowns || !seed || !sensitivity)                                                             \
@@ -207,7 +161,8 @@ NONE(fmi3SetClock, "Clock", (const fmi3Clock values[]), ((void)values))
 DERIVATIVE(fmi3GetDirectionalDerivative, kempe_fmu_directional, "directional", known_count, unknown_count)
 DERIVATIVE(fmi3GetAdjointDerivative, kempe_fmu_adjoint, "adjoint", unknown_count, known_count)
 
-FMI3(fmi3GetOutputDerivatives, FMI3_SOME, const fmi3Int32 orders[], fmi3Float64 values[], size_t value_count)
+fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, SOME, const fmi3Int32 orders[], fmi3Float64 values[],
+                                    size_t value_count)
 {
     ALLOWED(KEMPE_FMU_STEP | KEMPE_FMU_INTERMEDIATE | KEMPE_FMU_TERMINATED);
     COUNTS(value_count, count);
@@ -217,7 +172,7 @@ FMI3(fmi3GetOutputDerivatives, FMI3_SOME, const fmi3Int32 orders[], fmi3Float64 
 /* -- functions that the unit does without ------------------------------------------------------------ */
 
 #define WITHOUT(name, arguments, unused, sentence)                                                                     \
-    FMI3_RESULT(fmi3Status, name, fmi3Instance c KEMPE_FMI3_LIST arguments)                                            \
+    fmi3Status name(fmi3Instance c KEMPE_FMI3_LIST arguments)                                                          \
     {                                                                                                                  \
         ALLOWED(KEMPE_FMU_ANY);                                                                                        \
         KEMPE_FMI3_LIST unused;                                                                                        \
@@ -237,45 +192,45 @@ WITHOUT(fmi3GetVariableDependencies,
         NO_ELEMENTS)
 WITHOUT(fmi3EnterConfigurationMode, (), ((void)0), NO_STRUCTURE)
 WITHOUT(fmi3ExitConfigurationMode, (), ((void)0), NO_STRUCTURE)
-WITHOUT(fmi3GetIntervalDecimal, (, FMI3_SOME, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[]),
+WITHOUT(fmi3GetIntervalDecimal, (, SOME, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[]),
         ((void)references, (void)count, (void)intervals, (void)qualifiers), NO_CLOCKS)
 WITHOUT(fmi3GetIntervalFraction,
-        (, FMI3_SOME, fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[]),
+        (, SOME, fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[]),
         ((void)references, (void)count, (void)counters, (void)resolutions, (void)qualifiers), NO_CLOCKS)
-WITHOUT(fmi3GetShiftDecimal, (, FMI3_SOME, fmi3Float64 shifts[]), ((void)references, (void)count, (void)shifts),
-        NO_CLOCKS)
-WITHOUT(fmi3GetShiftFraction, (, FMI3_SOME, fmi3UInt64 counters[], fmi3UInt64 resolutions[]),
+WITHOUT(fmi3GetShiftDecimal, (, SOME, fmi3Float64 shifts[]), ((void)references, (void)count, (void)shifts), NO_CLOCKS)
+WITHOUT(fmi3GetShiftFraction, (, SOME, fmi3UInt64 counters[], fmi3UInt64 resolutions[]),
         ((void)references, (void)count, (void)counters, (void)resolutions), NO_CLOCKS)
-WITHOUT(fmi3SetIntervalDecimal, (, FMI3_SOME, const fmi3Float64 intervals[]),
+WITHOUT(fmi3SetIntervalDecimal, (, SOME, const fmi3Float64 intervals[]),
         ((void)references, (void)count, (void)intervals), NO_CLOCKS)
-WITHOUT(fmi3SetIntervalFraction, (, FMI3_SOME, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]),
+WITHOUT(fmi3SetIntervalFraction, (, SOME, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]),
         ((void)references, (void)count, (void)counters, (void)resolutions), NO_CLOCKS)
-WITHOUT(fmi3SetShiftDecimal, (, FMI3_SOME, const fmi3Float64 shifts[]), ((void)references, (void)count, (void)shifts),
+WITHOUT(fmi3SetShiftDecimal, (, SOME, const fmi3Float64 shifts[]), ((void)references, (void)count, (void)shifts),
         NO_CLOCKS)
-WITHOUT(fmi3SetShiftFraction, (, FMI3_SOME, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]),
+WITHOUT(fmi3SetShiftFraction, (, SOME, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]),
         ((void)references, (void)count, (void)counters, (void)resolutions), NO_CLOCKS)
 WITHOUT(fmi3ActivateModelPartition, (, fmi3ValueReference clock, fmi3Float64 t), ((void)clock, (void)t),
         "The unit has no scheduled execution: use model exchange or co-simulation.")
 
 /* -- events ------------------------------------------------------------------------------------------ */
 
-FMI3_ALONE(fmi3EnterEventMode)
+fmi3Status fmi3EnterEventMode(fmi3Instance c)
 {
     ALLOWED(KEMPE_FMU_EVENT | KEMPE_FMU_CONTINUOUS | KEMPE_FMU_STEP);
-    if (fmu->kind == KEMPE_FMU_CO_SIMULATION && !((kempe_fmi3_instance *)c)->has_events)
+    if (fmu->kind == KEMPE_FMU_CO_SIMULATION && !((unit *)c)->has_events)
         FAIL("Event Mode needs an instance that was made with eventModeUsed.");
     fmu->now.mode = KEMPE_FMU_EVENT;
     return fmi3OK;
 }
 
-FMI3_ALONE(fmi3EvaluateDiscreteStates)
+fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c)
 {
     ALLOWED(KEMPE_FMU_INITIALIZATION | KEMPE_FMU_EVENT);
     ANSWER(kempe_fmu_refresh(fmu));
 }
 
-FMI3(fmi3UpdateDiscreteStates, fmi3Boolean *again, fmi3Boolean *terminate, fmi3Boolean *nominals_changed,
-     fmi3Boolean *values_changed, fmi3Boolean *next_given, fmi3Float64 *next)
+fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Boolean *terminate,
+                                    fmi3Boolean *nominals_changed, fmi3Boolean *values_changed, fmi3Boolean *next_given,
+                                    fmi3Float64 *next)
 {
     ALLOWED(KEMPE_FMU_EVENT);
     int changed = 0, exchanged = 0, ended = fmu->now.ended;
@@ -296,7 +251,7 @@ FMI3(fmi3UpdateDiscreteStates, fmi3Boolean *again, fmi3Boolean *terminate, fmi3B
 
 /* -- model exchange ---------------------------------------------------------------------------------- */
 
-FMI3(fmi3GetNumberOfEventIndicators, size_t *count)
+fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *count)
 {
     ALLOWED(KEMPE_FMU_ANY);
     if (!count)
@@ -305,7 +260,7 @@ FMI3(fmi3GetNumberOfEventIndicators, size_t *count)
     return fmi3OK;
 }
 
-FMI3(fmi3GetNumberOfContinuousStates, size_t *count)
+fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *count)
 {
     ALLOWED(KEMPE_FMU_ANY);
     if (!count)
@@ -316,7 +271,7 @@ FMI3(fmi3GetNumberOfContinuousStates, size_t *count)
 
 /* -- co-simulation ----------------------------------------------------------------------------------- */
 
-FMI3_ALONE(fmi3EnterStepMode)
+fmi3Status fmi3EnterStepMode(fmi3Instance c)
 {
     ALLOWED(KEMPE_FMU_EVENT);
     SAME_KIND(KEMPE_FMU_CO_SIMULATION);
@@ -326,17 +281,17 @@ FMI3_ALONE(fmi3EnterStepMode)
 
 static int observe(kempe_fmu *fmu, double t, double *until)
 {
-    const kempe_fmi3_instance *instance = (const kempe_fmi3_instance *)(const void *)fmu;
+    const unit *instance = (const unit *)(const void *)fmu;
     fmi3Boolean wanted = false;
     instance->update(instance->environment, t, false, true, true, instance->returns_early, &wanted, until);
     return wanted && instance->returns_early;
 }
 
-FMI3(fmi3DoStep, fmi3Float64 from, fmi3Float64 step, fmi3Boolean no_return, fmi3Boolean *event, fmi3Boolean *terminate,
-     fmi3Boolean *early, fmi3Float64 *reached)
+fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 from, fmi3Float64 step, fmi3Boolean no_return, fmi3Boolean *event,
+                      fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *reached)
 {
     ALLOWED(KEMPE_FMU_STEP);
-    const kempe_fmi3_instance *instance = c;
+    const unit *instance = c;
     kempe_fmu_stride stride;
     (void)no_return;
     if (!event || !terminate || !early || !reached)

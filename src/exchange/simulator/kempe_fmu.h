@@ -58,20 +58,10 @@ typedef struct kempe_fmu_model {
 #define KEMPE_FMU_PREFIX FMI2_FUNCTION_PREFIX
 #else
 #define KEMPE_FMU_PREFIX
-#define KEMPE_FMU_SHARED /* an own dynamic library: its functions are exported */
 #endif
 #define KEMPE_FMU_JOIN_(prefix, name) prefix##name
 #define KEMPE_FMU_JOIN(prefix, name)  KEMPE_FMU_JOIN_(prefix, name)
 #define KEMPE_FMU_NAME(name)          KEMPE_FMU_JOIN(KEMPE_FMU_PREFIX, name)
-#if !defined(KEMPE_FMU_SHARED)
-#define KEMPE_FMU_EXPORT
-#elif defined(_WIN32) || defined(__CYGWIN__)
-#define KEMPE_FMU_EXPORT __declspec(dllexport)
-#elif defined(__GNUC__)
-#define KEMPE_FMU_EXPORT __attribute__((visibility("default")))
-#else
-#define KEMPE_FMU_EXPORT
-#endif
 
 #define kempe_fmu_exported KEMPE_FMU_NAME(kempe_fmu_exported)
 extern const kempe_fmu_model kempe_fmu_exported;

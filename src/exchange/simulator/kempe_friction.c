@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Decisions on friction that sticks and on impacts, in the memory of a simulator: the functions of kempe_friction in
- * kempe_simulator.h. The sites are those of simulator_friction.h and simulator_impact.h. */
+ * kempe_simulator.h. The sites are those of simulator_friction.h. */
 #include "exchange/simulator/kempe_simulator.h"
 #include "integrators/friction/friction_elements.h"
 #include "integrators/friction/friction_problem.h"

@@ -2,7 +2,7 @@
 /* Exact directional derivatives. A part of kempe_simulator.c. */
 #pragma once
 
-#include "exchange/simulator/simulator_states.h"
+#include "exchange/simulator/simulator_motion.h"
 
 static void call_along(kempe_simulator *s, const kempe_direction *direction)
 {
@@ -19,24 +19,6 @@ static void add_dependent(kempe_simulator *s, const double *rows, double *dx)
     solve_rows(s, rows, part->correction);
     for (int i = 0; i < rank_of(s); i++)
         dx[part->column[i]] += part->correction[i];
-}
-
-/* The changes of accelerations and multipliers, by the factors of the motion. */
-static void solve_along(kempe_simulator *s)
-{
-    struct kempe_simulator_parts *part = &s->part;
-    int f = freedom_of(s), r = rank_of(s);
-    add_constant(s, part->dynamics, part->daccelerations, part->load);
-    solve_motion(s, part->load, part->udd, part->correction);
-    for (int k = 0; k < f; k++)
-        part->dqdd[part->column[r + k]] = part->udd[k];
-    for (int i = 0; i < r; i++) {
-        double a = part->constant[i];
-        for (int k = 0; k < f; k++)
-            a += part->tangent[i + k * r] * part->udd[k];
-        part->dqdd[part->column[i]] = a;
-        part->dlambda[part->row[i]] = part->correction[i];
-    }
 }
 
 /* -- changes of a start -------------------------------------------------------------------------------------- */
@@ -179,7 +161,8 @@ kempe_simulator_status kempe_simulator_along(kempe_simulator *s, const kempe_sim
         add_dependent(s, part->drates, part->dqd);
     }
     call_along(s, &direction);
-    solve_along(s);
+    add_constant(s, part->dynamics, part->daccelerations, part->load);
+    solve_for(s, part->dqdd, part->dlambda); /* by the factors of the motion */
     if (change->y || change->value || e->friction)
         call_along(s, &direction);
     if (e->friction) { /* outputs read it as multipliers of its rows: show_friction */

@@ -1,8 +1,196 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Accelerations, multipliers, and the right-hand side. A part of kempe_simulator.c. */
+/* Closing of loops by Newton's method, accelerations, multipliers, the right-hand side, and their failures as
+ * sentences. A part of kempe_simulator.c. */
 #pragma once
 
-#include "exchange/simulator/simulator_loops.h"
+#include "exchange/simulator/simulator_memory.h"
+
+/* -- loops ----------------------------------------------------------------------------------------------- */
+
+static kempe_arguments arguments_at(const kempe_simulator *s, double t)
+{
+    const struct kempe_simulator_parts *part = &s->part;
+    kempe_arguments at = {t, part->k, part->q, part->qd, part->qdd, part->lambda, part->modes, part->held, part->chart};
+    return at;
+}
+
+/* Evaluates h, J and h_t at the placed q and factors Jv, whose rows are scaled: scaled columns have the same pivots. */
+static outcome evaluate_loops(kempe_simulator *s, double t)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int n = e->coordinates;
+    *factors_are_present(s) = 0;
+    if (e->rows == 0)
+        return GOOD;
+    kempe_arguments at = arguments_at(s, t);
+    e->closures(&at, part->h, part->jacobian, part->h_t);
+    s->work.closings++;
+    double *loop = part->loop;
+    for (int b = 0; b < part->blocks; b++) {
+        int from = part->block[b], count = part->block[b + 1] - from;
+        const int *column = part->column + from;
+        for (int i = 0; i < count; i++) {
+            const double *row = part->jacobian + (ptrdiff_t)part->row[from + i] * n;
+            double size = part->inverse_row[part->row[from + i]];
+            for (int k = 0; k < count; k++)
+                loop[i + k * count] = row[column[k]] * size;
+        }
+        if (kmp_lu_factor(count, loop, part->pivot + from))
+            return SINGULAR_LOOPS;
+        loop += (ptrdiff_t)count * count;
+    }
+    return GOOD;
+}
+
+/* x <- Jv^-1 x or x <- Jv^-T x, by the factors, whose rows are scaled. */
+static void solve_loops(const kempe_simulator *s, double *x, int transposed)
+{
+    const struct kempe_simulator_parts *part = &s->part;
+    const double *loop = part->loop;
+    for (int b = 0; b < part->blocks; b++) {
+        int from = part->block[b], count = part->block[b + 1] - from;
+        if (transposed)
+            kmp_lu_solve_transposed(count, loop, part->pivot + from, x + from);
+        else
+            kmp_lu_solve(count, loop, part->pivot + from, 1, x + from);
+        loop += (ptrdiff_t)count * count;
+    }
+}
+
+/* x = -Jv^-1 of rows; `rows` has all m. */
+static void solve_rows(const kempe_simulator *s, const double *rows, double *x)
+{
+    const struct kempe_simulator_parts *part = &s->part;
+    for (int i = 0; i < rank_of(s); i++)
+        x[i] = -rows[part->row[i]] * part->inverse_row[part->row[i]];
+    solve_loops(s, x, 0);
+}
+
+static double opening(const kempe_simulator *s, int row)
+{
+    return fabs(s->part.h[row]) * s->part.inverse_row[row];
+}
+
+/* The largest h of the rows that are kept, scaled; infinite where one is not finite. */
+static double residual(const kempe_simulator *s)
+{
+    double worst = 0;
+    for (int i = 0; i < rank_of(s); i++) {
+        double open = opening(s, s->part.row[i]);
+        worst = open <= worst ? worst : open <= DBL_MAX ? open : INFINITY;
+    }
+    return worst;
+}
+
+/* Closes the loops by Newton's method on v at the placed q; leaves J and its factors there. *first: the size of the
+ * first correction (may be NULL). */
+static outcome close_loops(kempe_simulator *s, double t, double *first)
+{
+    const kmp_close_rule rule = {.most = KMP_CLOSING_PASSES,
+                                 .contracting = true,
+                                 .longest = KMP_LONGEST_CORRECTION,
+                                 .enough = KMP_CLOSED_ENOUGH};
+    const double *scale = s->equations->scale, noise = kmp_close_noise(s->equations->coordinates, scale, s->part.q);
+    const int *v = s->part.column, r = rank_of(s);
+    kmp_closed out = {0};
+    double last = INFINITY, part;
+    while (out.corrections < rule.most) {
+        if (evaluate_loops(s, t) != GOOD)
+            return SINGULAR_LOOPS;
+        solve_rows(s, s->part.h, s->part.correction);
+        double size = 0; /* infinite where a correction is not finite */
+        for (int i = 0; i < r; i++) {
+            double d = fabs(s->part.correction[i]) / scale[v[i]];
+            size = d <= size ? size : d <= DBL_MAX ? d : INFINITY;
+        }
+        const kmp_closing_move move = kmp_closing_judge(&out, &rule, noise, size, INFINITY, residual(s), &last, &part);
+        if (first)
+            *first = out.first;
+        for (int i = 0; i < r && move != KMP_CLOSING_STOPS; i++)
+            s->part.q[v[i]] += part * s->part.correction[i];
+        if (move != KMP_CLOSING_GOES)
+            break;
+    }
+    return out.closed ? GOOD : OPEN;
+}
+
+/* Column k of B = -Jv^-1 Ju, of the loops that move with its coordinate; adds what they gain by its rate to vd. */
+static void evaluate_tangent(kempe_simulator *s, int k, double *restrict vd)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int n = e->coordinates, r = rank_of(s), at = part->column[r + k], block = 0;
+    double *restrict x = part->tangent + (ptrdiff_t)k * r, rate = part->qd[at];
+    const double *loop = part->loop;
+    for (int t = part->touch_begin[k]; t < part->touch_begin[k + 1]; t++) {
+        for (; block < part->touch[t]; block++)
+            loop += (ptrdiff_t)(part->block[block + 1] - part->block[block]) *
+                    (part->block[block + 1] - part->block[block]);
+        int from = part->block[block], end = part->block[block + 1];
+        for (int i = from; i < end; i++)
+            x[i] = -part->jacobian[(ptrdiff_t)part->row[i] * n + at] * part->inverse_row[part->row[i]];
+        kmp_lu_solve(end - from, loop, part->pivot + from, 1, x + from);
+        for (int i = from; i < end; i++)
+            vd[i] += x[i] * rate;
+    }
+}
+
+/* B, and vd = B ud - Jv^-1 h_t into the placed qd, which has ud. */
+static void evaluate_rates(kempe_simulator *s)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    int f = freedom_of(s), r = rank_of(s);
+    double *vd = part->tangent + (ptrdiff_t)f * r;
+    bool moves = false;
+    for (int i = 0; i < r; i++) {
+        vd[i] = -part->h_t[part->row[i]] * part->inverse_row[part->row[i]];
+        moves = moves || vd[i] != 0;
+    }
+    if (moves)
+        solve_loops(s, vd, 0);
+    for (int k = 0; k < f; k++)
+        evaluate_tangent(s, k, vd);
+    for (int i = 0; i < r; i++)
+        part->qd[part->column[i]] = vd[i];
+}
+
+/* The largest share of a kept row in a redundant one, scaled. */
+static double share_of_rows(const kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    const struct kempe_simulator_parts *part = &s->part;
+    int n = e->coordinates, r = rank_of(s);
+    double most = 0;
+    for (int i = r; i < e->rows; i++) {
+        const double *row = part->jacobian + (ptrdiff_t)part->row[i] * n;
+        for (int k = 0; k < r; k++)
+            part->correction[k] = row[part->column[k]] * part->inverse_row[part->row[i]];
+        solve_loops(s, part->correction, 1);
+        for (int k = 0; k < r; k++)
+            most = fmax(most, fabs(part->correction[k]));
+    }
+    return most;
+}
+
+/* The signs of the determinants of the blocks of Jv, as bits of a number; where there are many, of the last ones. */
+static double signs_of_loops(const kempe_simulator *s)
+{
+    const struct kempe_simulator_parts *part = &s->part;
+    const double *loop = part->loop;
+    double signs = 1;
+    for (int b = 0; b < part->blocks; b++) {
+        int from = part->block[b], count = part->block[b + 1] - from;
+        int negative = 0;
+        for (int i = 0; i < count; i++)
+            negative ^= (loop[i + i * count] < 0) ^ (part->pivot[from + i] != i);
+        signs = fmod(2 * signs + negative, 0x1p50);
+        loop += (ptrdiff_t)count * count;
+    }
+    return signs;
+}
+
+/* -- accelerations and multipliers ----------------------------------------------------------------------- */
 
 /* x += sum over v of b M, for b of dependent coordinates from `from` to `end`. */
 static void add_moved(const kempe_simulator *s, int from, int end, const double *b, double *restrict x)
@@ -154,7 +342,7 @@ static void solve_motion(kempe_simulator *s, const double *c, double *udd, doubl
             lambda[i] += part->moved[at + k * n] * udd[k];
     }
     if (lambda) {
-        solve_loops_transposed(s, lambda);
+        solve_loops(s, lambda, 1);
         for (int i = 0; i < r; i++)
             lambda[i] *= part->inverse_row[part->row[i]];
     }
@@ -226,21 +414,27 @@ static outcome accelerate(kempe_simulator *s, double t)
     return said;
 }
 
-/* qdd and lambda at the place of the last evaluation. */
-static void complete(kempe_simulator *s)
+/* Accelerations and multipliers of the load, by coordinates and rows. */
+static void solve_for(kempe_simulator *s, double *qdd, double *lambda)
 {
     struct kempe_simulator_parts *part = &s->part;
     int f = freedom_of(s), r = rank_of(s);
     solve_motion(s, part->load, part->udd, part->correction);
     for (int k = 0; k < f; k++)
-        part->qdd[part->column[r + k]] = part->udd[k];
+        qdd[part->column[r + k]] = part->udd[k];
     for (int i = 0; i < r; i++) {
         double a = part->constant[i];
         for (int k = 0; k < f; k++)
             a += part->tangent[i + k * r] * part->udd[k];
-        part->qdd[part->column[i]] = a;
-        part->lambda[part->row[i]] = part->correction[i];
+        qdd[part->column[i]] = a;
+        lambda[part->row[i]] = part->correction[i];
     }
+}
+
+/* qdd and lambda at the place of the last evaluation. */
+static void complete(kempe_simulator *s)
+{
+    solve_for(s, s->part.qdd, s->part.lambda);
 }
 
 /* -- the right-hand side -------------------------------------------------------------------------------- */
@@ -334,4 +528,79 @@ static outcome slopes_closed(kempe_simulator *s, double t, const double *y, doub
     place_y(s, y);
     outcome said = close_loops(s, t, NULL);
     return said == GOOD ? slopes_here(s, t, dy) : said;
+}
+
+/* -- failures -------------------------------------------------------------------------------------------- */
+
+static int widest_row(const kempe_simulator *s)
+{
+    int worst = 0;
+    double most = -1;
+    for (int i = 0; i < s->equations->rows; i++)
+        if (!(opening(s, i) <= most)) {
+            most = opening(s, i);
+            worst = i;
+        }
+    return worst;
+}
+
+/* The dependent coordinate whose pivot of Jv is least. */
+static int lost_column(const kempe_simulator *s)
+{
+    const int *column = s->part.column;
+    const double *loop = s->part.loop;
+    int least = 0;
+    double size = INFINITY;
+    for (int b = 0; b < s->part.blocks; b++) {
+        int from = s->part.block[b], count = s->part.block[b + 1] - from;
+        for (int i = 0; i < count; i++) {
+            double pivot = fabs(loop[i + i * count]) * s->equations->scale[column[from + i]];
+            if (!(pivot >= size)) {
+                least = from + i;
+                size = pivot;
+            }
+        }
+        loop += (ptrdiff_t)count * count;
+    }
+    return column[least];
+}
+
+static kempe_simulator_status explain(kempe_simulator *s, outcome said, double t)
+{
+    const kempe_equations *e = s->equations;
+    int row, bad;
+    switch (said) {
+    case TOLD:
+        return KEMPE_SIMULATOR_FAILED;
+    case OPEN:
+        row = widest_row(s);
+        return fail_with(
+            s,
+            "the loops cannot be closed at t = %.9g: row '%s' has the residual %.2g (scaled); start nearer to a "
+            "closed configuration, or change parameters so that the mechanism can reach this one",
+            t, e->row_names[row], opening(s, row));
+    case SINGULAR_LOOPS:
+        row = lost_column(s);
+        return fail_with(s,
+                         "the loops do not determine coordinate '%s' at t = %.9g: the mechanism is at a singular "
+                         "configuration, where its closures lose a row",
+                         e->coordinate_names[row], t);
+    case SINGULAR_MASS:
+        bad = e->loads ? 0 : (int)s->part.diagonal[0] - 1;
+        return fail_with(
+            s, "the motion of coordinate '%s' moves no mass at t = %.9g: give a body that it moves mass or inertia",
+            e->coordinate_names[s->part.column[rank_of(s) + bad]], t);
+    case UNSETTLED:
+        return fail_with(
+            s,
+            "forces that depend on reactions have no solution that is found from zero reactions at t = %.9g: "
+            "such friction locks or has several solutions; reduce the force",
+            t);
+    case MOVED_ANGLES:
+        return fail_with(
+            s, "the angles of a spherical joint are near to singular at the start: derivatives with respect to "
+               "start values are not defined there; start from other angles");
+    default:
+        return fail_with(s, "accelerations are not finite at t = %.9g: a force or an input there is not a number", t);
+    }
 }

@@ -1,8 +1,87 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Memory of a simulator: places of its arrays, saving and restoring. A part of kempe_simulator.c. */
+/* Numbers, memory and structure of a simulator. A part of kempe_simulator.c. */
 #pragma once
 
-#include "exchange/simulator/simulator_numbers.h"
+#include "base/bracket.h"
+#include "exchange/simulator/kempe_simulator.h"
+#include "integrators/decide/closing.h"
+#include "integrators/decide/conditions.h"
+#include "integrators/decide/coordinate_exchange.h"
+#include "integrators/decide/dropped_rows.h"
+#include "integrators/decide/endless_growth.h"
+#include "integrators/decide/event_location.h"
+#include "integrators/decide/restart.h"
+#include "integrators/decide/run_start.h"
+#include "integrators/decide/step_control.h"
+#include "integrators/steppers/explicit_methods.h"
+#include "integrators/steppers/sample_times.h"
+#include "linalg/dense/factors.h"
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { MOST_LOADS = 50, MOST_PARTS = 256, MOST_HALVINGS = 24 };
+
+/* Numbers that a structure fills. */
+#define KEMPE_NUMBERS_OF(type) ((sizeof(type) + sizeof(double) - 1) / sizeof(double))
+
+/* Places in the header of the state. */
+enum {
+    AT_T,
+    AT_BEGIN, /* of the last step, from which its dense output counts */
+    AT_END,   /* of the last step, or an event within it */
+    AT_TAKEN, /* length of the step that was made; 0: none */
+    AT_METHOD_TAKEN,
+    AT_NEXT,
+    AT_ERROR,
+    AT_REJECTED,
+    AT_HOPELESS,
+    AT_DENSE,    /* vectors of the dense output are there */
+    AT_COARSE,   /* they are too inexact: further steps take their place */
+    AT_FRESH,    /* the derivative at the end is not there */
+    AT_EVENT,    /* modes change at the end, by `flip` */
+    AT_EXCHANGE, /* the choice is bad at the end */
+    AT_ENDED,    /* 1 + the condition that ends the motion at the end; 0 */
+    AT_SIGN,     /* of det Jv, block by block */
+    AT_RATE,     /* of the motion at the start, 1/s */
+    AT_LOOSE,    /* largest h of a redundant row at the start */
+    AT_STARTED,
+    AT_BAD, /* the choice is bad at the present state for an integrator of the caller */
+    AT_SETTINGS,
+    AT_WORK = AT_SETTINGS + KEMPE_NUMBERS_OF(kempe_simulator_settings),
+    AT_RANK = AT_WORK + KEMPE_NUMBERS_OF(kempe_simulator_work),
+    AT_TRIED,                                                /* attempted steps since the start */
+    AT_GROWTH,                                               /* numbers of kmp_growth */
+    AT_CORRECTED = AT_GROWTH + KEMPE_NUMBERS_OF(kmp_growth), /* numbers of kmp_last_correction */
+    AT_PAST_CORRECTED = AT_CORRECTED + KEMPE_NUMBERS_OF(kmp_last_correction),
+    HEADER = 48
+};
+
+/* Results of an evaluation. */
+typedef enum outcome { GOOD, OPEN, SINGULAR_LOOPS, SINGULAR_MASS, NOT_FINITE, UNSETTLED, MOVED_ANGLES, TOLD } outcome;
+
+typedef char kinds_are_those[(int)KMP_CONDITION_TOLD == KEMPE_CONDITION_TOLD ? 1 : -1];
+typedef char header_fits[AT_PAST_CORRECTED <= HEADER ? 1 : -1];
+
+/* Sets the message: the name of the mechanism, then a sentence. */
+#ifdef __GNUC__
+__attribute__((format(printf, 2, 3)))
+#endif
+static kempe_simulator_status
+fail_with(kempe_simulator *s, const char *format, ...)
+{
+    va_list arguments;
+    int used = snprintf(s->message, sizeof s->message, "%s: ", s->equations->name);
+    used = used < (int)sizeof s->message ? used : (int)sizeof s->message - 1;
+    va_start(arguments, format);
+    vsnprintf(s->message + used, sizeof s->message - (size_t)used, format, arguments);
+    va_end(arguments);
+    return KEMPE_SIMULATOR_FAILED;
+}
+
+static const kmp_rk_numbers methods[] = {KMP_DOP853_NUMBERS, KMP_DOPRI5_NUMBERS};
+
+/* -- memory: places of arrays, saving and restoring ------------------------------------------------------ */
 
 static double *take(double **at, int count)
 {
@@ -302,4 +381,124 @@ void kempe_simulator_restore(kempe_simulator *s, const double *from)
     put_back(s, from);
     s->message[0] = 0;
     take_states(s);
+}
+
+/* -- entries of J and M that can be nonzero, and independent blocks of loops ----------------------------- */
+
+static bool can_be_nonzero(const char *const *zeros, int row, int column)
+{
+    return !zeros || zeros[row][column] != '0';
+}
+
+static void list_mass(kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int count = 0;
+    for (int i = 0; i < e->coordinates; i++) {
+        part->mass_begin[i] = count;
+        for (int j = 0; j < e->coordinates; j++)
+            if (can_be_nonzero(e->mass_zeros, i, j))
+                part->mass_at[count++] = j;
+    }
+    part->mass_begin[e->coordinates] = count;
+}
+
+/* Marks rows and columns of Jv that are connected by entries with the least index of their rows. */
+static void mark_loops(kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int r = rank_of(s);
+    for (int i = 0; i < r; i++) {
+        part->row_mark[i] = i;
+        part->column_mark[i] = r;
+    }
+    for (bool changed = true; changed;) {
+        changed = false;
+        for (int i = 0; i < r; i++)
+            for (int k = 0; k < r; k++) {
+                int *row = &part->row_mark[i], *column = &part->column_mark[k];
+                if (*row == *column || !can_be_nonzero(e->jacobian_zeros, part->row[i], part->column[k]))
+                    continue;
+                *row = *column = *row < *column ? *row : *column;
+                changed = true;
+            }
+    }
+}
+
+/* Sorts indices by their marks, equal ones in their order. */
+static void sort_by_marks(int count, int *mark, int *index)
+{
+    for (int i = 1; i < count; i++)
+        for (int j = i; j > 0 && mark[j - 1] > mark[j]; j--) {
+            kmp_swap_int(&mark[j - 1], &mark[j]);
+            kmp_swap_int(&index[j - 1], &index[j]);
+        }
+}
+
+/* Blocks of the sorted choice; 1 where rows and columns of a block differ in number. */
+static int count_blocks(struct kempe_simulator_parts *part, int r)
+{
+    int blocks = 0;
+    for (int i = 0; i < r; i++) {
+        if (part->row_mark[i] != part->column_mark[i])
+            return 1;
+        if (i == 0 || part->row_mark[i] != part->row_mark[i - 1])
+            part->block[blocks++] = i;
+    }
+    return blocks;
+}
+
+static bool contains(int count, const int *list, int entry)
+{
+    for (int i = 0; i < count; i++)
+        if (list[i] == entry)
+            return true;
+    return false;
+}
+
+/* The slopes of the equations for the choice, which hold in the model's own angles; NULL: there are none. */
+static const kempe_slopes *find_slopes(const kempe_simulator *s)
+{
+    const int r = rank_of(s);
+    if (charts_have_moved(s))
+        return NULL;
+    for (int k = 0; r == least_rank(s->equations) && k < s->equations->slopes_count; k++) {
+        const kempe_slopes *slopes = &s->equations->slopes[k];
+        bool fits = true;
+        for (int i = 0; i < r && fits; i++)
+            fits = contains(r, slopes->dependent, s->part.column[i]) && contains(r, slopes->rows, s->part.row[i]);
+        if (fits)
+            return slopes;
+    }
+    return NULL;
+}
+
+/* Orders the choice by loops that have no coordinate in common: blocks of Jv, one after another. Lists the blocks that
+ * move with each independent coordinate. The order depends on the choice alone. */
+static void find_structure(kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int f = freedom_of(s), r = rank_of(s), count = 0;
+    mark_loops(s);
+    sort_by_marks(r, part->row_mark, part->row);
+    sort_by_marks(r, part->column_mark, part->column);
+    part->block[0] = 0;
+    part->blocks = count_blocks(part, r);
+    part->block[part->blocks] = r;
+    clear(r * (f + 1), part->tangent);
+    for (int k = 0; k < f; k++) {
+        part->touch_begin[k] = count;
+        for (int b = 0; b < part->blocks; b++) {
+            bool touches = false;
+            for (int i = part->block[b]; i < part->block[b + 1]; i++)
+                touches = touches || can_be_nonzero(e->jacobian_zeros, part->row[i], part->column[r + k]);
+            if (touches)
+                part->touch[count++] = b;
+        }
+    }
+    part->touch_begin[f] = count;
+    part->slopes = find_slopes(s);
 }

@@ -3,7 +3,7 @@
  * kempe_simulator.c. */
 #pragma once
 
-#include "exchange/simulator/simulator_impact.h"
+#include "exchange/simulator/simulator_friction.h"
 
 static double next_sample_of(const kempe_simulator *s, int k)
 {

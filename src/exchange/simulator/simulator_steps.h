@@ -1,9 +1,374 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Steps and their errors. A part of kempe_simulator.c. */
+/* Steps and their errors, their dense output, and the search of events in them. Spherical joints: coordinates of the
+ * motion count from an orientation that changes between steps, before their angles become singular; those of the caller
+ * are followed. A part of kempe_simulator.c. */
 #pragma once
 
-#include "exchange/simulator/simulator_charts.h"
-#include "exchange/simulator/simulator_events.h"
+#include "exchange/simulator/simulator_samples.h"
+#include "integrators/events/watch_site.h"
+
+/* -- dense output ---------------------------------------------------------------------------------------- */
+
+static void list_stages(const kempe_simulator *s, double **k)
+{
+    for (int i = 0; i < KMP_RK_MAX_STAGES; i++)
+        k[i + 1] = s->part.stages + (ptrdiff_t)i * size_of_y(s);
+    k[0] = NULL;
+}
+
+static void list_vectors(const kempe_simulator *s, double **r)
+{
+    for (int i = 0; i < KMP_RK_MAX_INTERPOLANTS; i++)
+        r[i] = s->part.vectors + (ptrdiff_t)i * size_of_y(s);
+}
+
+/* k[number] = f(t + c h, y + h sum a k), within a function that has s, size, y, h, t, k and C. */
+#define STAGE(number, a, ...)                                                                                          \
+    do {                                                                                                               \
+        kmp_rk_combine(size, y, h, KMP_TERMS(a), a, (const double *const[]){__VA_ARGS__}, s->part.stage);              \
+        outcome at_stage = slopes_alone(s, t + C[number] * h, s->part.stage, k[number]);                               \
+        if (at_stage != GOOD)                                                                                          \
+            return at_stage;                                                                                           \
+    } while (0)
+
+/* The vectors of the dense output of the last step. */
+static outcome prepare_dense(kempe_simulator *s)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    int size = size_of_y(s);
+    double *state = part->state, *k[KMP_RK_MAX_STAGES + 1], *r[KMP_RK_MAX_INTERPOLANTS];
+    double t = state[AT_BEGIN], h = state[AT_TAKEN];
+    const double *y = part->y_old, *const C = kmp_dop853_c;
+    bool long_one = state[AT_METHOD_TAKEN] == (double)KEMPE_METHOD_DOP853;
+    if (state[AT_DENSE] > 0)
+        return GOOD;
+    list_stages(s, k);
+    list_vectors(s, r);
+    if (long_one)
+        KMP_DOP853_DENSE_STAGES(STAGE, k);
+    const kmp_rk_numbers *method = &methods[(int)state[AT_METHOD_TAKEN]];
+    const double *last = r[method->interpolants - 1];
+    kmp_rk_cubics(size, 1, h, y, part->y_new, k[1], k[method->end], r);
+    if (long_one)
+        kmp_dop853_dense_all(size, 0, 1, h, k, r);
+    for (int i = 0; i < size && !long_one; i++)
+        r[4][i] = kmp_dopri5_dense(h, k, i);
+    state[AT_DENSE] = 1;
+    state[AT_COARSE] =
+        !(s->settings.fixed_step > 0) && kmp_rk_is_coarse(size, method->interpolants, last, 1, part->weight, 1);
+    return GOOD;
+}
+
+static bool step_within(kempe_simulator *s, double t, double *y);
+
+/* y at t within the last step. */
+static outcome interpolate(kempe_simulator *s, double t, double *y)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    const double *state = part->state;
+    int size = size_of_y(s);
+    double *r[KMP_RK_MAX_INTERPOLANTS];
+    bool ends = !(t < state[AT_END]) || !(state[AT_TAKEN] > 0);
+    if (ends || !(t > state[AT_BEGIN])) {
+        copy(size, ends ? part->y_new : part->y_old, y);
+        return GOOD;
+    }
+    outcome said = prepare_dense(s);
+    list_vectors(s, r);
+    if (said == GOOD && state[AT_COARSE] > 0 && step_within(s, t, y))
+        return GOOD;
+    if (said == GOOD)
+        kmp_rk_interpolate(size, methods[(int)state[AT_METHOD_TAKEN]].interpolants, r,
+                           (t - state[AT_BEGIN]) / state[AT_TAKEN], y);
+    return said;
+}
+
+/* -- angles of spherical joints -------------------------------------------------------------------------- */
+
+/* Follows the caller's angles to the placed q. False, with nothing changed: they change too much to be continuous, and
+ * `anyhow` is not set. */
+static bool see_angles(kempe_simulator *s, bool anyhow)
+{
+    const kempe_charts *charts = s->equations->charts;
+    struct kempe_simulator_parts *part = &s->part;
+    copy(3 * charts->joints, part->seen, part->next_seen);
+    for (int c = 0; c < charts->joints; c++) {
+        const double *chart = chart_of(s, c);
+        double *next = part->next_seen + 3 * (ptrdiff_t)c;
+        if (is_own(chart))
+            copy(3, part->q + charts->first[c], next);
+        else if (charts->follow(charts, c, chart, part->seen + 3 * (ptrdiff_t)c, !anyhow, part->q, next) >
+                     KMP_AXES_NEAR_BY &&
+                 !anyhow)
+            return false;
+    }
+    copy(3 * charts->joints, part->next_seen, part->seen);
+    return true;
+}
+
+/* Follows the caller's angles to t within the last step. */
+static void follow_angles(kempe_simulator *s, double t)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    if (!charts_have_moved(s))
+        return;
+    *factors_are_present(s) = 0;
+    double end = t;
+    for (int halvings = 0; *part->seen_t < t;) {
+        const double from = *part->seen_t;
+        if (interpolate(s, end, part->probe) != GOOD)
+            return;
+        place_y(s, part->probe);
+        if (!see_angles(s, halvings >= MOST_HALVINGS)) {
+            end = from + (end - from) / 2;
+            halvings++;
+            continue;
+        }
+        *part->seen_t = end;
+        end = t;
+        halvings = 0;
+    }
+}
+
+/* The placed, complete state in the caller's coordinates, which are s->q, qd and qdd. */
+static void show_coordinates(kempe_simulator *s, double t)
+{
+    const kempe_charts *charts = s->equations->charts;
+    struct kempe_simulator_parts *part = &s->part;
+    const int n = s->equations->coordinates;
+    copy(n, part->q, s->q);
+    copy(n, part->qd, s->qd);
+    copy(n, part->qdd, s->qdd);
+    if (!charts)
+        return;
+    copy(n, part->q, part->inner_q);
+    copy(n, part->qd, part->inner_qd);
+    copy(n, part->qdd, part->inner_qdd);
+    for (int c = 0; c < charts->joints; c++) {
+        double *seen = part->seen + 3 * (ptrdiff_t)c;
+        if (!is_own(chart_of(s, c)))
+            charts->show(charts, c, chart_of(s, c), seen, s->q, s->qd, s->qdd);
+        copy(3, s->q + charts->first[c], seen);
+    }
+    *part->seen_t = t;
+}
+
+/* Changes of the motion's coordinates, rates and accelerations into those of the caller's. */
+static void carry_changes(kempe_simulator *s)
+{
+    const kempe_charts *charts = s->equations->charts;
+    struct kempe_simulator_parts *part = &s->part;
+    const double *const inner[] = {part->q, part->qd, part->qdd}, *const shown[] = {s->q, s->qd, s->qdd};
+    double *const change[] = {part->dq, part->dqd, part->dqdd};
+    for (int c = 0; charts && c < charts->joints; c++)
+        if (!is_own(chart_of(s, c)))
+            charts->carry(charts, c, chart_of(s, c), inner, shown, change);
+}
+
+/* -- events ---------------------------------------------------------------------------------------------- */
+
+/* The values of conditions at t within the last step, which is placed; with its accelerations if `rates`. */
+static outcome look_at(kempe_simulator *s, double t, bool rates, double *value)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    outcome said = interpolate(s, t, part->probe);
+    if (said != GOOD)
+        return said;
+    place_y(s, part->probe);
+    said = close_loops(s, t, NULL);
+    if (said != GOOD)
+        return said;
+    evaluate_rates(s);
+    if (rates || !s->equations->early) {
+        said = accelerate(s, t);
+        if (said != GOOD)
+            return said;
+        complete(s);
+    }
+    evaluate_changes(s, t, value);
+    return GOOD;
+}
+
+/* -- the site of kempe_events.c ------------------------------------------------------------------------------ */
+
+/* The simulator that watches; the last outcome that is not good. */
+typedef struct event_watcher {
+    kempe_simulator *s;
+    outcome said;
+} event_watcher;
+
+/* Ends of the step are there. */
+static int look_within(void *self, double t, double *change, double *solved)
+{
+    event_watcher *w = self;
+    kempe_simulator *s = w->s;
+    const kempe_watch *watch = s->equations->watch;
+    const double *state = s->part.state;
+    if (t == state[AT_BEGIN] || t == state[AT_END])
+        take_place(s, t == state[AT_END] ? s->part.end : s->part.begin);
+    else
+        w->said = look_at(s, t, true, change);
+    if (w->said != GOOD)
+        return 1;
+    if (!watch->values) {
+        evaluate_changes(s, t, change);
+        return 0;
+    }
+    kempe_arguments at = arguments_at(s, t);
+    double *value = s->part.watched + numbers_of_watch(s->equations) - s->equations->conditions - watch->solved;
+    watch->values(&at, value);
+    copy(s->equations->conditions, value, change);
+    copy(watch->solved, value + s->equations->conditions, solved);
+    return 0;
+}
+
+static bool is_sense(const kempe_simulator *s, int k, bool of_contact)
+{
+    const kempe_friction *friction = s->equations->friction;
+    bool found = false;
+    for (int i = 0; friction && i < friction->elements; i++)
+        found = found || (friction->slot[i] == k && (friction->contact[i] || !of_contact));
+    return found;
+}
+
+static bool may_change(const void *self, int k)
+{
+    const kempe_simulator *s = ((const event_watcher *)self)->s;
+    return kmp_condition_may_change(kind_of(s, k), is_sense(s, k, false), s->part.modes + k);
+}
+
+static bool is_held(const void *self, int k)
+{
+    const kempe_simulator *s = ((const event_watcher *)self)->s;
+    return kmp_condition_holds(kind_of(s, k), s->part.modes[k]);
+}
+
+/* -- location of an event ------------------------------------------------------------------------------------ */
+
+static int look_alone(void *self, double t)
+{
+    event_watcher *w = self;
+    w->said = look_at(w->s, t, false, w->s->part.changes + w->s->equations->conditions);
+    return w->said != GOOD;
+}
+
+static bool is_contact(const void *self, int k)
+{
+    return is_sense(((const event_watcher *)self)->s, k, true);
+}
+
+/* Ends a piece that its ends decide. The step then ends at the earliest change of a condition. */
+static int end_piece(void *self, double from, const double *before, double to, const double *change, bool *found)
+{
+    event_watcher *w = self;
+    kempe_simulator *s = w->s;
+    struct kempe_simulator_parts *part = &s->part;
+    const kempe_equations *e = s->equations;
+    const int count = e->conditions;
+    double *value = part->changes + count;
+    if (any_differs(s, change)) {
+        const kmp_location_site site = {w,    count, e->condition_kind, part->modes, value, look_alone,
+                                        NULL, NULL,  is_contact};
+        copy(count, change, value);
+        int status = kmp_location_earliest(&site, from, before, &to);
+        for (int k = 0; k < count; k++)
+            part->flip[k] = status == 0 && differs(s, k, value[k]);
+        if (status == 0)
+            status = kmp_location_surface(&site, from, &to);
+        if (status == 0) {
+            /* Cuts the step at the place where it has an event, at t. `flip` has the conditions that change there. */
+            for (int k = 0; k < s->equations->conditions; k++)
+                if (part->flip[k] > 0 && kind_of(s, k) == KMP_CONDITION_ENDS) {
+                    part->flip[k] = 0;
+                    part->state[AT_ENDED] = part->state[AT_ENDED] > 0 ? part->state[AT_ENDED] : k + 1;
+                }
+            pack_y(s, part->q, part->qd, part->y_new);
+            part->state[AT_END] = to;
+            part->state[AT_EVENT] = part->state[AT_FRESH] = 1;
+            part->state[AT_EXCHANGE] = is_choice_bad(s, KMP_EXCHANGE_GROWTH);
+        }
+        *found = status == 0;
+        return status;
+    }
+    note_sizes(s, change);
+    for (int k = 0; k < count; k++)
+        if (kind_of(s, k) == KMP_CONDITION_TOLD && change[k] < 0)
+            snprintf(s->message, sizeof s->message, "%s: %s at t = %.9g: the table goes straight on there", e->name,
+                     e->condition_names[k], to);
+    return 0;
+}
+
+/* Notes the branches of free kinks at the end of the last step. *again: the step has passed one, which now has the
+ * branch of the start of the step. */
+static outcome hold_branches(kempe_simulator *s, const double *end, bool *again)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    const int count = s->equations->conditions;
+    double *near = part->changes + count;
+    note_branches(s, end);
+    bool any = false;
+    for (int k = 0; k < count; k++)
+        any = any || fabs(part->flip[k]) > 1;
+    *again = false;
+    if (!any)
+        return GOOD;
+    const outcome said = look_at(s, part->state[AT_BEGIN] + KMP_STEP_NEAR * part->state[AT_TAKEN], false, near);
+    for (int k = 0; said == GOOD && k < count; k++)
+        *again = *again ||
+                 (fabs(part->flip[k]) > 1 && kmp_kink_is_passed(near[k], end[k], within_kinks(s), part->largest[k]));
+    if (*again) {
+        note_branches(s, near);
+        take_branches(s);
+    }
+    return said;
+}
+
+/* The length with which a step is made again up to the event found; 0: it is not. */
+static double shortened(const kempe_simulator *s)
+{
+    const struct kempe_simulator_parts *part = &s->part;
+    const double begin = part->state[AT_BEGIN];
+    bool parts = false, rough = false;
+    for (int k = 0; k < s->equations->conditions; k++) {
+        const int traits = s->equations->watch->traits[k];
+        const bool changes = part->flip[k] > 0;
+        parts = parts || (changes && (traits & KEMPE_WATCH_PRESSES) != 0 && part->modes[k] > 0);
+        rough = rough || (changes && (traits & KEMPE_WATCH_ROUGH) != 0);
+    }
+    return s->settings.fixed_step > 0
+               ? 0
+               : kmp_restart_again(begin, part->state[AT_END], begin + part->state[AT_TAKEN], parts, rough);
+}
+
+/* Finds the first change of a condition within the last step, whose ends are complete. *again: the length with which
+ * the step is to be made again; 0: it is not. */
+static outcome find_event(kempe_simulator *s, double *again)
+{
+    const kempe_equations *e = s->equations;
+    const struct kempe_simulator_parts *part = &s->part;
+    event_watcher w = {s, GOOD};
+    const kmp_watch_site site = {&w,          e->conditions, part->q,  part->qd,   part->qdd,     part->lambda,
+                                 part->modes, part->chart,   s->p,     part->held, part->changes, look_within,
+                                 may_change,  is_held,       end_piece};
+    int found = 0;
+    const int status =
+        e->watch->search(e->watch, s->part.watched, &site, part->state[AT_BEGIN], part->state[AT_END], &found);
+    if (status >= KMP_WATCH_UNDECIDED) {
+        fail_with(s,
+                  "%s: whether this changes is not decided in the step from t = %.9g on, by as many evaluations as a "
+                  "step may have: set 'longest' in the settings",
+                  e->condition_names[status - KMP_WATCH_UNDECIDED], part->state[AT_BEGIN]);
+        return TOLD;
+    }
+    if (status != 0)
+        return w.said;
+    bool passed = false;
+    const outcome said = found ? GOOD : hold_branches(s, part->changes, &passed);
+    *again = found ? shortened(s) : passed ? part->state[AT_TAKEN] : 0;
+    return said;
+}
+
+/* -- steps ----------------------------------------------------------------------------------------------- */
 
 /* Stages, solution, weights and error of a step h from y_new to `candidate`, whose loops are closed. */
 static outcome run_stages(kempe_simulator *s, double h, double *error)

@@ -1,18 +1,27 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Tendons and actuators of MJCF as forces. A fixed tendon is a linear form of coordinates, a spatial one a rope through
- * sites. An actuator is a force of its input, and of the length and rate of its transmission by affine laws. */
-#include "exchange/formats/mjcf_tendons.h"
+/* Equalities of MJCF as closures. One without positions keeps those of the file: the frames of the bodies at the
+ * reference coordinates. A fixed tendon is a linear form of coordinates, a spatial one a rope through sites. An
+ * actuator is a force of its input, and of the length and rate of its transmission by affine laws. */
+#include "exchange/formats/mjcf_couplings.h"
+#include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
 #include "exchange/formats/mjcf.h"
 #include "exchange/formats/mjcf_bodies.h"
-#include "exchange/formats/mjcf_defaults.h"
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
+
+/* A linear form of coordinates: one of them, or the length of a fixed tendon; and its value at the references. */
+typedef struct form {
+    int count;
+    const char **joint;
+    double *factor, reference, rest; /* the latter: where the springs of joints are at rest */
+    bool slides;                     /* it is a length */
+} form;
 
 /* -- forms --------------------------------------------------------------------------------------------- */
 
-void kmp_mjcf_add_term(kmp_mjcf *m, kmp_mjcf_form *f, const char *joint, double factor)
+/* Adds to a form: a coordinate of Kempe; a joint of the file; the joints of the fixed tendon of a name. */
+static void add_term(kmp_mjcf *m, form *f, const char *joint, double factor)
 {
     int k = 0;
     while (k < f->count && strcmp(f->joint[k], joint) != 0)
@@ -31,7 +40,7 @@ void kmp_mjcf_add_term(kmp_mjcf *m, kmp_mjcf_form *f, const char *joint, double 
     factors[f->count++] = factor;
 }
 
-void kmp_mjcf_add_joint(kmp_mjcf *m, kmp_mjcf_form *f, const kmp_element *from, const char *name, double factor)
+static void add_joint(kmp_mjcf *m, form *f, const kmp_element *from, const char *name, double factor)
 {
     const kmp_mjcf_joint *j = name ? kmp_mjcf_joint_of(m, from, name) : NULL;
     if (!j)
@@ -39,10 +48,11 @@ void kmp_mjcf_add_joint(kmp_mjcf *m, kmp_mjcf_form *f, const kmp_element *from, 
     f->slides = f->count == 0 ? j->slides : f->slides;
     f->reference += factor * j->reference;
     f->rest += factor * j->rest;
-    kmp_mjcf_add_term(m, f, j->own, factor);
+    add_term(m, f, j->own, factor);
 }
 
-void kmp_mjcf_put_form(kmp_text *text, const kmp_mjcf_form *f, const char *word)
+/* Prints a form, "1*q(a) + -0.5*q(b)"; `word`: q, or qd for its rate. */
+static void put_form(kmp_text *text, const form *f, const char *word)
 {
     for (int k = 0; k < f->count; k++)
         kmp_text_printf(text, "%s%.17g*%s(%s)", k > 0 ? " + " : "", f->factor[k], word, f->joint[k]);
@@ -68,80 +78,211 @@ static bool is_fixed(const kmp_element *tendon)
     return strcmp(tendon->name, "fixed") == 0;
 }
 
-static void add_joints(kmp_mjcf *m, kmp_mjcf_form *f, const kmp_element *tendon)
+static void add_joints(kmp_mjcf *m, form *f, const kmp_element *tendon)
 {
     for (const kmp_element *e = kmp_element_find(tendon, "joint"); e; e = kmp_element_again(e))
-        kmp_mjcf_add_joint(m, f, e, kmp_import_attribute(m->im, e, "joint"),
-                           kmp_import_read_number(m->im, e, "coef", 1));
+        add_joint(m, f, e, kmp_import_attribute(m->im, e, "joint"), kmp_import_read_number(m->im, e, "coef", 1));
 }
 
-void kmp_mjcf_add_tendon(kmp_mjcf *m, kmp_mjcf_form *f, const kmp_element *from, const char *name)
+static const char *equality_name(kmp_mjcf *m, const kmp_element *e, int number)
 {
-    const kmp_element *tendon = tendon_named(m, from, name);
-    if (tendon && !is_fixed(tendon))
-        kmp_import_complain(m->im, from->place, "the tendon", name, "is spatial: equalities of fixed tendons are read");
-    else if (tendon)
-        add_joints(m, f, tendon);
+    const char *name = kmp_element_text(e, "name");
+    return name ? kmp_import_clean(m->im, name) : kmp_arena_printf(m->im->arena, "%s_%d", e->name, number);
+}
+
+/* -- two bodies ---------------------------------------------------------------------------------------- */
+
+static const kmp_mjcf_body *body_of(kmp_mjcf *m, const kmp_mjcf_item *item, const char *key)
+{
+    const char *name = kmp_mjcf_text(item, key);
+    if (!name && strcmp(key, "body2") == 0)
+        return &m->world;
+    if (!name)
+        kmp_import_complain(m->im, item->own->place, "attribute", key, "is missing here");
+    return name ? kmp_mjcf_body_of(m, item->own, name) : NULL;
+}
+
+/* The site of a name; NULL after a complaint. */
+static const kmp_mjcf_site *site_named(kmp_mjcf *m, const kmp_element *from, const char *name)
+{
+    const kmp_mjcf_site *s = m->sites;
+    while (s && strcmp(s->name, name) != 0)
+        s = s->next;
+    if (!s)
+        kmp_import_complain(m->im, from->place, "the site", name, "does not exist");
+    return s;
+}
+
+static const char *site_of(kmp_mjcf *m, const kmp_mjcf_item *item, const char *key)
+{
+    const char *name = kmp_mjcf_text(item, key);
+    const kmp_mjcf_site *s = name ? site_named(m, item->own, name) : NULL;
+    if (!name)
+        kmp_import_complain(m->im, item->own->place, "attribute", key, "is missing here");
+    return s ? s->point : NULL;
+}
+
+/* The frames in both bodies that a connect or weld makes one. */
+static void meet(kmp_mjcf *m, const kmp_mjcf_item *item, const kmp_mjcf_body *const body[2], kmp_pose frame[2])
+{
+    bool connects = strcmp(item->own->name, "connect") == 0;
+    double anchor[3] = {0}, given[7] = {0};
+    const kmp_pose back[2] = {kmp_frame_inverse(&body[0]->world), kmp_frame_inverse(&body[1]->world)};
+    kmp_pose at = kmp_frame_none(), second = kmp_frame_in(&back[0], &body[1]->world);
+    if (kmp_mjcf_numbers(m, item, "anchor", 3, 3, anchor) == 0 && connects)
+        kmp_import_complain(m->im, item->own->place, "attribute", "anchor", "is missing here");
+    memcpy(at.p, anchor, sizeof at.p);
+    if (connects) {
+        const kmp_pose world = kmp_frame_in(&body[0]->world, &at);
+        frame[0] = at;
+        frame[1] = kmp_frame_in(&back[1], &world);
+        memcpy(frame[1].r, kmp_frame_none().r, sizeof frame[1].r);
+        return;
+    }
+    frame[0] = kmp_frame_in(&second, &at);
+    frame[1] = at;
+    if (kmp_mjcf_numbers(m, item, "relpose", 7, 7, given) && kmp_frame_turn(given + 3, frame[0].r))
+        memcpy(frame[0].p, given, sizeof frame[0].p); /* of the anchor */
+}
+
+static void add_pair(kmp_mjcf *m, const kmp_mjcf_item *item, const char *name)
+{
+    kmp_import *im = m->im;
+    bool connects = strcmp(item->own->name, "connect") == 0;
+    const char *points[2];
+    if (kmp_mjcf_text(item, "site1") || kmp_mjcf_text(item, "site2")) {
+        points[0] = site_of(m, item, "site1");
+        points[1] = site_of(m, item, "site2");
+    } else {
+        const kmp_mjcf_body *body[2] = {body_of(m, item, "body1"), body_of(m, item, "body2")};
+        kmp_pose frame[2];
+        if (!body[0] || !body[1])
+            return;
+        meet(m, item, body, frame);
+        for (int k = 0; k < 2; k++)
+            points[k] = kmp_import_point(im, item->own->place, body[k]->own, name, &frame[k]);
+    }
+    if (points[0] && points[1])
+        kmp_import_loop(im, item->own, name, connects ? "ball" : "weld", points, NULL);
+}
+
+/* -- coordinates --------------------------------------------------------------------------------------- */
+
+static void add_relation(kmp_mjcf *m, const kmp_mjcf_item *item, const char *name)
+{
+    bool joints = strcmp(item->own->name, "joint") == 0;
+    static const char *const keys[2][2] = {{"tendon1", "tendon2"}, {"joint1", "joint2"}};
+    double a[5] = {0, 1, 0, 0, 0};
+    form forms[2] = {{.count = 0}};
+    for (int k = 0; k < 2; k++) {
+        const char *word = kmp_mjcf_text(item, keys[joints][k]);
+        if (!word && k == 0)
+            kmp_import_complain(m->im, item->own->place, "attribute", keys[joints][k], "is missing here");
+        else if (word && joints)
+            add_joint(m, &forms[k], item->own, word, 1);
+        else if (word) {
+            const kmp_element *tendon = tendon_named(m, item->own, word);
+            if (tendon && !is_fixed(tendon))
+                kmp_import_complain(m->im, item->own->place, "the tendon", word,
+                                    "is spatial: equalities of fixed tendons are read");
+            else if (tendon)
+                add_joints(m, &forms[k], tendon);
+        }
+    }
+    form *y = &forms[0], *x = &forms[1];
+    kmp_mjcf_numbers(m, item, "polycoef", 1, 5, a);
+    if (y->count == 0)
+        return;
+    if (x->count == 0 ? y->count == 1 : a[2] != 0 || a[3] != 0 || a[4] != 0) {
+        /* y - y0 = a0 + a1 d + a2 d^2 + .., d = x - x0, by Horner's rule; without x the value of y is constant. */
+        const kmp_element *e = item->own;
+        kmp_import *im = m->im;
+        kmp_text text = {0};
+        kmp_yaml *map = kmp_import_map(im, e->place);
+        put_form(&text, y, "q");
+        kmp_text_printf(&text, " - (%.17g)", y->reference + a[0]);
+        int most = x->count > 0 ? 4 : 0;
+        while (most > 0 && a[most] == 0)
+            most--;
+        for (int k = 1; k <= most; k++) {
+            kmp_text_printf(&text, " %s (", k == 1 ? "-" : "+");
+            put_form(&text, x, "q");
+            kmp_text_printf(&text, " - (%.17g))*(%.17g", x->reference, a[k]);
+        }
+        for (int k = 0; k < most; k++)
+            kmp_text_put(&text, ")");
+        kmp_import_word(im, map, e->place, "constraint", kmp_text_keep(&text, im->arena));
+        kmp_import_word(im, map, e->place, "power", y->slides ? "1" : "0");
+        kmp_import_add(im, "loops", e, name, map);
+        return;
+    }
+    for (int k = 0; k < x->count; k++)
+        add_term(m, y, x->joint[k], -a[1] * x->factor[k]);
+    kmp_import_coupler(m->im, item->own, name, y->count, y->joint, y->factor,
+                       y->reference + a[0] - (x->count > 0 ? a[1] * x->reference : 0));
+}
+
+void kmp_mjcf_add_equalities(kmp_mjcf *m)
+{
+    int number = 0;
+    for (const kmp_element *section = kmp_element_find(m->im->model, "equality"); section && m->has_equalities;
+         section = kmp_element_again(section))
+        for (const kmp_element *e = section->first; e; e = e->next) {
+            bool pair = strcmp(e->name, "connect") == 0 || strcmp(e->name, "weld") == 0;
+            if (!pair && strcmp(e->name, "joint") != 0 && strcmp(e->name, "tendon") != 0)
+                continue;
+            kmp_mjcf_item item = kmp_mjcf_take(m, e, "equality", NULL);
+            const char *name = equality_name(m, e, ++number);
+            if (kmp_mjcf_flag(m, &item, "active", true))
+                (pair ? add_pair : add_relation)(m, &item, name);
+        }
 }
 
 /* -- transmissions ------------------------------------------------------------------------------------- */
 
 /* The place of a force: a form, or a rope through points. Its length and rate as expressions. */
 typedef struct transmission {
-    kmp_mjcf_form form;
+    form form;
     kmp_yaml *points; /* of a rope; NULL: the form */
     double rest;      /* the length where the springs of joints are at rest */
     const char *length, *rate;
 } transmission;
 
-/* The rope through the sites of a spatial tendon; false after a complaint. */
-static bool add_sites(kmp_mjcf *m, transmission *t, const kmp_element *tendon)
+static bool take_tendon(kmp_mjcf *m, transmission *t, const kmp_element *tendon)
 {
-    kmp_import *im = m->im;
-    const kmp_mjcf_site *last = NULL;
-    t->points = kmp_yaml_new(im->arena, KMP_YAML_LIST, tendon->place);
-    for (const kmp_element *e = tendon->first; e; e = e->next) {
-        const char *name = strcmp(e->name, "site") == 0 ? kmp_import_attribute(im, e, "site") : NULL;
-        if (strcmp(e->name, "geom") == 0 || strcmp(e->name, "pulley") == 0)
-            return false; /* it is named as not read */
-        if (!name)
-            continue;
-        const kmp_mjcf_site *s = m->sites;
-        while (s && strcmp(s->name, name) != 0)
-            s = s->next;
-        if (!s) {
-            kmp_import_complain(im, e->place, "the site", name, "does not exist");
-            return false;
+    if (!is_fixed(tendon)) {
+        /* The rope through the sites of a spatial tendon; false after a complaint. */
+        kmp_import *im = m->im;
+        const kmp_mjcf_site *last = NULL;
+        t->points = kmp_yaml_new(im->arena, KMP_YAML_LIST, tendon->place);
+        for (const kmp_element *e = tendon->first; e; e = e->next) {
+            const char *name = strcmp(e->name, "site") == 0 ? kmp_import_attribute(im, e, "site") : NULL;
+            if (strcmp(e->name, "geom") == 0 || strcmp(e->name, "pulley") == 0)
+                return false; /* it is named as not read */
+            if (!name)
+                continue;
+            const kmp_mjcf_site *s = site_named(m, e, name);
+            if (!s)
+                return false;
+            if (last)
+                t->rest += hypot(hypot(s->world[0] - last->world[0], s->world[1] - last->world[1]),
+                                 s->world[2] - last->world[2]);
+            kmp_yaml_append(im->arena, t->points, NULL, kmp_yaml_word(im->arena, e->place, s->point));
+            last = s;
         }
-        if (last)
-            t->rest +=
-                hypot(hypot(s->world[0] - last->world[0], s->world[1] - last->world[1]), s->world[2] - last->world[2]);
-        kmp_yaml_append(im->arena, t->points, NULL, kmp_yaml_word(im->arena, e->place, s->point));
-        last = s;
+        t->length = "distance";
+        t->rate = "rate";
+        return t->points && t->points->count > 1;
     }
-    t->length = "distance";
-    t->rate = "rate";
-    return t->points && t->points->count > 1;
-}
-
-/* A form whose joints are known. */
-static bool finish_form(kmp_mjcf *m, transmission *t)
-{
+    add_joints(m, &t->form, tendon);
+    /* A form whose joints are known. */
     kmp_text length = {0}, rate = {0};
-    kmp_mjcf_put_form(&length, &t->form, "q");
-    kmp_mjcf_put_form(&rate, &t->form, "qd");
+    put_form(&length, &t->form, "q");
+    put_form(&rate, &t->form, "qd");
     t->rest = t->form.rest;
     t->length = kmp_text_keep(&length, m->im->arena);
     t->rate = kmp_text_keep(&rate, m->im->arena);
     return t->form.count > 0 && t->length && t->rate;
-}
-
-static bool take_tendon(kmp_mjcf *m, transmission *t, const kmp_element *tendon)
-{
-    if (!is_fixed(tendon))
-        return add_sites(m, t, tendon);
-    add_joints(m, &t->form, tendon);
-    return finish_form(m, t);
 }
 
 /* A force `law` that lengthens what it acts on, as NAME; of several joints as NAME_JOINT. */
@@ -171,37 +312,6 @@ static void add_force(kmp_mjcf *m, const kmp_element *from, const char *name, co
 }
 
 /* -- tendons ------------------------------------------------------------------------------------------- */
-
-/* The force of spring and damper against lengthening, negative: k max(L - b, 0) + k min(L - a, 0) + d rate. */
-static const char *spring_law(kmp_mjcf *m, const transmission *t, double stiffness, const double rest[2],
-                              double damping)
-{
-    kmp_text law = {0};
-    if (stiffness != 0 && rest[0] == rest[1])
-        kmp_text_printf(&law, "%.17g*(%s - (%.17g))", 0 - stiffness, t->length, rest[0]);
-    else if (stiffness != 0)
-        kmp_text_printf(&law, "%.17g*(max(%s - (%.17g), 0) + min(%s - (%.17g), 0))", 0 - stiffness, t->length, rest[1],
-                        t->length, rest[0]);
-    if (damping != 0)
-        kmp_text_printf(&law, "%s%.17g*(%s)", stiffness != 0 ? " + " : "", 0 - damping, t->rate);
-    return kmp_text_keep(&law, m->im->arena);
-}
-
-/* Dry friction against the rate of the length. */
-static void add_friction(kmp_mjcf *m, const kmp_element *e, const char *name, const transmission *t, double level)
-{
-    kmp_import *im = m->im;
-    kmp_text length = {0};
-    for (int k = 0; t->points && k + 1 < t->points->count; k++)
-        kmp_text_printf(&length, "%sdistance(%s, %s)", k > 0 ? " + " : "", t->points->items[k]->text,
-                        t->points->items[k + 1]->text);
-    const char *slides = t->points ? kmp_text_keep(&length, im->arena) : t->length;
-    kmp_yaml *map = kmp_import_map(im, e->place), *law = kmp_import_map(im, e->place);
-    kmp_import_word(im, map, e->place, "sliding", slides);
-    kmp_import_word(im, law, e->place, t->points || t->form.slides ? "force" : "torque", kmp_import_number(im, level));
-    kmp_import_put(im, map, e->place, "friction", law);
-    kmp_import_add(im, "forces", e, kmp_arena_printf(im->arena, "%s_friction", name), map);
-}
 
 /* The length of a tendon whose spring has none. The bodies are known at the references of their joints alone. */
 static double rest_of(kmp_mjcf *m, const kmp_element *e, const char *name, const transmission *t)
@@ -233,11 +343,31 @@ static void add_tendon(kmp_mjcf *m, const kmp_element *e, int number)
         rest[1] = rest[0];
     if (rest[0] < 0)
         rest[0] = rest[1] = rest_of(m, e, name, &t);
-    if (stiffness != 0 || damping != 0)
-        add_force(m, e, kmp_arena_printf(im->arena, "%s_spring", name), &t, 1,
-                  spring_law(m, &t, stiffness, rest, damping));
-    if (friction != 0)
-        add_friction(m, e, name, &t, friction);
+    if (stiffness != 0 || damping != 0) {
+        /* The force of spring and damper against lengthening, negative: k max(L - b, 0) + k min(L - a, 0) + d rate. */
+        kmp_text law = {0};
+        if (stiffness != 0 && rest[0] == rest[1])
+            kmp_text_printf(&law, "%.17g*(%s - (%.17g))", 0 - stiffness, t.length, rest[0]);
+        else if (stiffness != 0)
+            kmp_text_printf(&law, "%.17g*(max(%s - (%.17g), 0) + min(%s - (%.17g), 0))", 0 - stiffness, t.length,
+                            rest[1], t.length, rest[0]);
+        if (damping != 0)
+            kmp_text_printf(&law, "%s%.17g*(%s)", stiffness != 0 ? " + " : "", 0 - damping, t.rate);
+        add_force(m, e, kmp_arena_printf(im->arena, "%s_spring", name), &t, 1, kmp_text_keep(&law, m->im->arena));
+    }
+    if (friction != 0) {
+        /* Dry friction against the rate of the length. */
+        kmp_text length = {0};
+        for (int k = 0; t.points && k + 1 < t.points->count; k++)
+            kmp_text_printf(&length, "%sdistance(%s, %s)", k > 0 ? " + " : "", t.points->items[k]->text,
+                            t.points->items[k + 1]->text);
+        const char *slides = t.points ? kmp_text_keep(&length, im->arena) : t.length;
+        kmp_yaml *map = kmp_import_map(im, e->place), *law = kmp_import_map(im, e->place);
+        kmp_import_word(im, map, e->place, "sliding", slides);
+        kmp_import_value(im, law, e->place, t.points || t.form.slides ? "force" : "torque", friction);
+        kmp_import_put(im, map, e->place, "friction", law);
+        kmp_import_add(im, "forces", e, kmp_arena_printf(im->arena, "%s_friction", name), map);
+    }
 }
 
 void kmp_mjcf_add_tendons(kmp_mjcf *m)
@@ -343,7 +473,7 @@ static bool take_transmission(kmp_mjcf *m, const kmp_mjcf_item *item, transmissi
         j = j->next;
     if (j && j->single) {
         t->form.slides = j->slides;
-        kmp_mjcf_add_term(m, &t->form, j->own, 1);
+        add_term(m, &t->form, j->own, 1);
         t->length = kmp_arena_printf(m->im->arena, "q(%s)", j->own);
         t->rate = kmp_arena_printf(m->im->arena, "qd(%s)", j->own);
         return t->length && t->rate;
@@ -387,9 +517,7 @@ void kmp_mjcf_add_actuators(kmp_mjcf *m)
 {
     for (const kmp_element *section = kmp_element_find(m->im->model, "actuator"); section && m->has_actuators;
          section = kmp_element_again(section))
-        for (const kmp_element *e = section->first; e; e = e->next) {
-            char word[40];
-            if (snprintf(word, sizeof word, " %s ", e->name) < (int)sizeof word && strstr(actuators, word))
+        for (const kmp_element *e = section->first; e; e = e->next)
+            if (kmp_import_is_word(actuators, e->name))
                 add_actuator(m, e);
-        }
 }
