@@ -15,7 +15,6 @@
 #include "constraints/partition/singularity_causes.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
-#include "model/read/law_warnings.h"
 #include "model/read/loads.h"
 #include <kempe/check.h>
 #include <string.h>

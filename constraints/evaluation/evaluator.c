@@ -15,7 +15,6 @@
 #include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "dynamics/motion.h"
-#include "dynamics/motion_choice.h"
 #include "model/data/model.h"
 #include <string.h>
 

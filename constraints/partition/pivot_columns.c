@@ -7,7 +7,6 @@
 #include "integrators/decide/coordinate_exchange.h"
 #include "linalg/dense/dense.h"
 #include "linalg/sparse.h"
-#include "linalg/sparse_complete.h"
 #include <math.h>
 #include <string.h>
 

@@ -8,9 +8,9 @@
 #include "model/language/expression_dimension.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
+#include "model/read/read_outputs.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
-#include "model/read/user_lists.h"
 #include <string.h>
 
 /* A reader of one text on a copy of a model. */

@@ -6,7 +6,6 @@
 #include "base/clones.h"
 #include "model/language/expression.h"
 #include "model/language/expression_value.h"
-#include "symbolic/surface.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 

@@ -3,7 +3,7 @@
 #include "dynamics/closures.h"
 #include "dynamics/equations.h"
 #include "dynamics/joint_loads.h"
-#include "model/data/carried.h"
+#include "model/data/coordinates.h"
 #include "model/data/model.h"
 
 static kempe_status derive(kmp_all_loads *loads, kmp_equations *eq, const kempe_system *system)

@@ -3,7 +3,7 @@
  * a reason; it is thinned. */
 #include "base/memory.h"
 #include "fuzz.h"
-#include "model/data/mesh_volume.h"
+#include "model/data/mesh.h"
 #include "report/thin_mesh.h"
 #include <math.h>
 #include <string.h>

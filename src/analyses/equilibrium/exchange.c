@@ -9,7 +9,7 @@
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/language/ranges.h"
-#include "model/read/user_lists.h"
+#include "model/read/read_outputs.h"
 #include "output/print.h"
 #include <string.h>
 

@@ -12,7 +12,7 @@
 #include "analyses/derivatives/linearized.h"
 #include "analyses/derivatives/parameter_slopes.h"
 #include "base/arena.h"
-#include "model/read/user_lists.h"
+#include "model/read/read_outputs.h"
 
 /** The source of an output's value: number `index` of q, qd, qdd, lambda, or of the additional outputs. */
 typedef enum kmp_output_kind_of_source {

@@ -3,7 +3,7 @@
 #include "ensemble/lanes/ensemble_engine.h"
 #include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
-#include "dynamics/motion_choice.h"
+#include "dynamics/motion.h"
 #include "ensemble/lanes/ensemble_apart.h"
 #include "ensemble/lanes/ensemble_conditions.h"
 #include "ensemble/lanes/ensemble_inside.h"

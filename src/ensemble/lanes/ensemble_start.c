@@ -27,7 +27,7 @@
 #include "integrators/run/friction_state.h"
 #include "integrators/run/runner.h"
 #include "model/data/model.h"
-#include "model/read/check_mass.h"
+#include "model/read/read_mass.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>

@@ -7,7 +7,7 @@
 #include "constraints/partition/partition.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
-#include "dynamics/kinematics/pressing.h"
+#include "dynamics/kinematics/touching.h"
 #include "dynamics/load_dependent.h"
 #include "exchange/code/slopes.h"
 #include "exchange/code/watch.h"

@@ -7,9 +7,8 @@
 #include "exchange/formats/importing.h"
 #include "exchange/formats/mjcf.h"
 #include "exchange/formats/mjcf_defaults.h"
-#include "model/data/mesh_volume.h"
+#include "model/data/mesh.h"
 #include "model/data/shape.h"
-#include "model/data/shape_mass.h"
 #include <math.h>
 #include <string.h>
 

@@ -9,7 +9,6 @@
 #include "exchange/formats/sdf_joints.h"
 #include "exchange/formats/sdf_parts.h"
 #include "model/data/shape.h"
-#include "model/data/shape_mass.h"
 #include <string.h>
 
 /* -- links --------------------------------------------------------------------------------------------- */

@@ -4,7 +4,7 @@
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/written_tree.h"
 #include "model/data/model.h"
-#include "model/read/read_axes.h"
+#include "model/read/read_values.h"
 #include <string.h>
 
 /* -- shapes -------------------------------------------------------------------------------------------- */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "rail/model/profile_files.h"
 #include "base/memory.h"
-#include "model/read/files.h"
-#include "model/read/read_points.h"
+#include "model/read/read_include.h"
+#include "model/read/read_tables.h"
 #include <math.h>
 #include <string.h>
 #include <strings.h>

@@ -2,7 +2,7 @@
 /* Profiles: cross-sections of wheels and rails, by points. */
 #include "rail/model/read_profiles.h"
 #include "model/data/model.h"
-#include "model/read/read_points.h"
+#include "model/read/read_tables.h"
 #include "model/read/read_values.h"
 #include "rail/model/profile_files.h"
 #include "symbolic/table_function.h"

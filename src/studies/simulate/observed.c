@@ -6,7 +6,7 @@
 #include "model/data/force_table.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
-#include "model/read/user_lists.h"
+#include "model/read/read_outputs.h"
 #include "output/print.h"
 #include <string.h>
 

@@ -14,7 +14,6 @@
 #include "studies/simulate/observed.h"
 #include "studies/simulate/stepper_inside.h"
 #include "symbolic/derivative.h"
-#include "symbolic/partials.h"
 #include <kempe/check.h>
 #include <kempe/output_handles.h>
 #include <math.h>
