@@ -189,8 +189,9 @@ static void read_kind(kmp_reader *r, const kmp_yaml *joint, const char *what, in
                 axis[i] = m[i][chain[1] - 'a'];
             add_motion(r, body, chain[0] == 'R', axis);
         }
-    } else if (count > 0)
+    } else if (count > 0) {
         read_motions(r, kmp_yaml_get(joint, "motions"), what, body);
+    }
     read_number(r, row, joint, what, &r->model->bodies[body]);
     read_armature(r, joint, what, &r->model->bodies[body]);
     if (count != 1)

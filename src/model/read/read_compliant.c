@@ -640,8 +640,9 @@ static void read_law(contact *c)
         c->force->effort =
             kmp_read_expr(c->r, own, c->what, c->force->turns ? KMP_DIM_TORQUE : KMP_DIM_FORCE, KMP_OF_LOADS);
         c->r->locals = NULL;
-    } else if (kmp_read_choice(c->r, word, c->what, law_words, "the law is", " or ") >= 0)
+    } else if (kmp_read_choice(c->r, word, c->what, law_words, "the law is", " or ") >= 0) {
         read_row(c, find_law(word->text, c->map));
+    }
 }
 
 /* -- friction -------------------------------------------------------------------------------------- */
@@ -695,12 +696,13 @@ static bool read_geometry(contact *c)
         c->made->clearance = journal.clearance;
         c->made->radius = journal.radius;
         c->made->ball = journal.ball;
-    } else if (kmp_yaml_get(c->map, "guide"))
+    } else if (kmp_yaml_get(c->map, "guide")) {
         return kmp_read_guide(c->r, c->map, c->what, force, &force->touch);
-    else if (kmp_read_touch(c->r, c->map, c->what, &force->touch))
+    } else if (kmp_read_touch(c->r, c->map, c->what, &force->touch)) {
         read_slip(c);
-    else
+    } else {
         return false;
+    }
     return true;
 }
 

@@ -152,8 +152,9 @@ static bool read_second(const reading *c, const kmp_yaml *map)
                                 "%s: a profile is a table by 'spline'; at corners of '%s' a contact "
                                 "would have two normals",
                                 c->what, side->table->name);
-    } else
+    } else {
         side->point = kmp_read_point(c->r, kmp_yaml_get(map, key), c->what);
+    }
     if (kind == 1 || kind == 2)
         read_radius(c, map, 1);
     for (int k = 0; k < 4; k++) {

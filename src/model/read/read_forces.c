@@ -412,9 +412,10 @@ static void read_between(element *e, const char *place)
         if (e->force->bore.value > 0 && e->force->rod.value >= e->force->bore.value)
             kmp_reader_complain(e->r, e->map->place, "%s: the rod, %.6g m, is not thinner than the bore, %.6g m",
                                 e->what, e->force->rod.value, e->force->bore.value);
-    } else
+    } else {
         force->effort = read_law(e, kmp_yaml_get(e->map, kmp_force_rows[force->kind].word),
                                  force->kind == KMP_FORCE_TORSION ? KMP_DIM_TORQUE : KMP_DIM_FORCE);
+    }
 }
 
 /* Reports keys that are known but belong to another kind. */
