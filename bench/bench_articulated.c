@@ -10,7 +10,7 @@
 #include "base/text.h"
 #include "bench.h"
 #include "constraints/partition/reduction.h"
-#include "dynamics/motion_choice.h"
+#include "dynamics/motion.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "linalg/dense/dense.h"

@@ -3,7 +3,7 @@
 #ifndef KEMPE_TESTS_TAKES_BODIES_H
 #define KEMPE_TESTS_TAKES_BODIES_H
 
-#include "dynamics/motion_choice.h"
+#include "dynamics/motion.h"
 #include "testing.h"
 
 static inline bool takes_bodies(const kempe_system *system)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Start values of coordinates of cut joints (model/data/cut_coordinates.h): they are part of the guess from which the
+/* Start values of coordinates of cut joints (model/data/coordinates.h): they are part of the guess from which the
  * loops are closed, and of the given rates. */
 #pragma once
 

@@ -20,7 +20,6 @@
 #include "linalg/dense/dot.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
-#include "model/read/law_warnings.h"
 #include "model/read/loads.h"
 #include <kempe/check.h>
 #include <math.h>

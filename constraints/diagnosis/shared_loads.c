@@ -12,7 +12,6 @@
 #include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"
 #include "linalg/sparse.h"
-#include "linalg/sparse_complete.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"

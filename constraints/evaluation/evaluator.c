@@ -14,7 +14,6 @@
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
 #include "dynamics/motion.h"
-#include "dynamics/motion_choice.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include <math.h>

@@ -10,7 +10,6 @@
 #include "integrators/decide/coordinate_exchange.h"
 #include "linalg/dense/dense.h"
 #include "linalg/sparse.h"
-#include "linalg/sparse_complete.h"
 #include "model/data/model.h"
 #include <math.h>
 #include <stdlib.h>

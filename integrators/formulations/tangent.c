@@ -9,9 +9,9 @@
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
 #include "dynamics/motion.h"
-#include "dynamics/tangent_variants.h"
+#include "dynamics/tangents.h"
 #include "integrators/formulations/tangent_record.h"
-#include "symbolic/partials.h"
+#include "symbolic/derivative.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

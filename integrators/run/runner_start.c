@@ -9,7 +9,7 @@
 #include "constraints/partition/undetermined_loads.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
-#include "dynamics/motion_choice.h"
+#include "dynamics/motion.h"
 #include "integrators/decide/restart.h"
 #include "integrators/decide/run_start.h"
 #include "integrators/formulations/projected.h"

@@ -6,7 +6,7 @@
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
-#include "dynamics/kinematics/pressing.h"
+#include "dynamics/kinematics/touching.h"
 #include "integrators/run/delays.h"
 #include "integrators/run/runner.h"
 #include "model/data/model.h"

@@ -155,7 +155,7 @@ void kmp_log(kempe_context *context, kempe_level level, const char *format, ...)
 /** Logs a warning that says why the result of the current computation cannot be trusted: a check of it failed, a bound
  * on work ended before the asked accuracy, a part of the model is not in the equations. The computation then ends with
  * the status "not trustworthy". A warning that leaves the result right is kmp_log. The reader of a model keeps
- * its doubts as notes (model/read/files.c), which each computation with the model takes up. */
+ * its doubts as notes (model/read/read_include.c), which each computation with the model takes up. */
 void kmp_doubt(kempe_context *context, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /** The end of each public study: the status that the caller gets, KEMPE_UNTRUSTED in place of KEMPE_OK where kmp_doubt

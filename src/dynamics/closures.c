@@ -16,9 +16,7 @@
 #include "model/language/expression_value.h"
 #include "model/read/loads.h"
 #include "symbolic/derivative.h"
-#include "symbolic/partials.h"
 #include "symbolic/substitute.h"
-#include "symbolic/surface.h"
 #include "symbolic/table_function.h"
 #include <float.h>
 #include <math.h>
@@ -36,22 +34,17 @@ static const char *component_name(const kmp_closure *closure, int component)
     return kmp_closure_row_of(closure)->balls == 1 ? names[component] : numbers[component];
 }
 
-static int count_charts(const kmp_tree *tree)
-{
-    int count = 1;
-    for (int i = 0; i < tree->count; i++) {
-        count = tree->links[i].before >= count ? tree->links[i].before + 1 : count;
-        count = tree->links[i].after >= count ? tree->links[i].after + 1 : count;
-    }
-    return count;
-}
-
 /* The value of an expression without coordinates, at t = 0; NaN when there is no memory. An expression of a rotation
  * by a chart alone is that of a vector without coordinates in turned axes: its size does not depend on the chart. */
 static double constant_value(const kmp_equations *eq, kmp_ref h)
 {
     double gap = NAN, *parameter, *times, *chart, *value;
-    const int charts = count_charts(&eq->tree);
+    const kmp_tree *tree = &eq->tree;
+    int charts = 1;
+    for (int i = 0; i < tree->count; i++) {
+        charts = tree->links[i].before >= charts ? tree->links[i].before + 1 : charts;
+        charts = tree->links[i].after >= charts ? tree->links[i].after + 1 : charts;
+    }
     kmp_arena room = {0};
     if (KMP_ARENA_MAKE(&room, KMP_ROOM(double, kmp_graph_count(eq->graph), &value),
                        KMP_ROOM(double, kmp_tree_symbol_count(&eq->tree), &parameter),

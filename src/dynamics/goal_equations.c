@@ -7,7 +7,6 @@
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "model/data/model.h"
 #include "symbolic/derivative.h"
-#include "symbolic/partials.h"
 #include <string.h>
 
 int kmp_goals_place_count(const kempe_model *model)

@@ -12,11 +12,11 @@
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/touching.h"
-#include "model/data/carried.h"
 #include "model/data/closure_table.h"
+#include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/language/expression_value.h"
-#include "symbolic/partials.h"
+#include "symbolic/derivative.h"
 #include "symbolic/substitute.h"
 
 enum { VIRTUAL = 6 }; /* three translations and three rotations, in the axes of the parent's link */

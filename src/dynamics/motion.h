@@ -31,9 +31,20 @@ bool kmp_motion_is_made(const kempe_system *system);
 /** The program by M and C if it has been made, otherwise that by articulated bodies (NULL: none). */
 const kmp_program *kmp_motion_known(const kempe_system *system);
 
-/** Makes the program and patterns of articulated bodies. False: no memory. */
-bool kmp_motion_make_bodies(const kempe_system *system, kmp_bodies *bodies, kmp_equations *eq);
-
 /** Lists operands of expressions of multipliers that do not depend on multipliers, in the order of the graph: they are
  * evaluated once, while the multipliers are solved for. `to` has room for one reference per node. False: no memory. */
 bool kmp_list_unloaded(const kmp_graph *graph, int count, const kmp_ref *of, kmp_ref *to, int *found);
+
+/** True if M and C of a new system wait: it is large, articulated bodies may cost less, and runs by these never need
+ * C. */
+bool kmp_motion_may_wait(const kempe_system *system);
+
+/** Room for articulated bodies; NULL: no memory. */
+kmp_bodies *kmp_bodies_new(void);
+void kmp_bodies_free(kmp_bodies *bodies);
+/** As new, with the variants to begin with. */
+void kmp_bodies_forget(kmp_bodies *bodies);
+
+/** Makes system->bodies when it is first called; no program where they were not requested and cost more or are
+ * impossible. Several threads may call. KEMPE_E_FAILED: they were requested and are impossible; KEMPE_E_MEMORY. */
+kempe_status kmp_motion_need_bodies(const kempe_system *system);

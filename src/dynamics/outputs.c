@@ -8,7 +8,6 @@
 #include "dynamics/formalisms/newton_euler.h"
 #include "dynamics/joint_loads.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
-#include "dynamics/kinematics/kinematics_measures.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"

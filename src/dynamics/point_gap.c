@@ -18,8 +18,8 @@
 #include "model/data/model.h"
 #include "symbolic/cost.h"
 #include "symbolic/derivative.h"
-#include "symbolic/rotation.h"
 #include "symbolic/substitute.h"
+#include "symbolic/trig.h"
 #include <string.h>
 
 /* The time of the search grows with the square of their number: larger mechanisms use derived rows. */
@@ -214,16 +214,13 @@ static bool is_axis(kmp_vec f)
     return numbers == 3;
 }
 
-static bool same_vector(kmp_vec a, kmp_vec b)
-{
-    return a.x[0] == b.x[0] && a.x[1] == b.x[1] && a.x[2] == b.x[2];
-}
-
 /* True if another joint between ancestor and point turns about an axis through the same point. */
 static bool is_concurrent(const gaps *s, const gap_side *p, int k)
 {
     for (int i = p->link; i != p->ancestor; i = s->eq->tree.links[i].parent)
-        if (i != k && s->eq->tree.links[i].rotation && same_vector(s->seen[i].origin, s->seen[k].origin))
+        if (i != k && s->eq->tree.links[i].rotation &&
+            (s->seen[i].origin.x[0] == s->seen[k].origin.x[0] && s->seen[i].origin.x[1] == s->seen[k].origin.x[1] &&
+             s->seen[i].origin.x[2] == s->seen[k].origin.x[2]))
             return true;
     return false;
 }

@@ -1,27 +1,44 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* From a model to the programs of the formulations. */
 #include "dynamics/system.h"
+#include "base/cache/digest.h"
 #include "base/clock.h"
+#include "base/context.h"
 #include "base/memory.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/closure_row.h"
 #include "dynamics/equations.h"
 #include "dynamics/goal_equations.h"
-#include "dynamics/kinematics/kinematics_charts.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "dynamics/kinematics/model_conditions.h"
 #include "dynamics/motion.h"
-#include "dynamics/motion_choice.h"
 #include "dynamics/program_cache.h"
+#include "dynamics/variants.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
+#include "model/data/run_settings.h"
 #include "model/data/spherical.h"
 #include "model/data/variant.h"
 #include "model/language/expression_value.h"
-#include "model/read/check_mass.h"
+#include "model/read/read_mass.h"
 #include "model/write/model_print.h"
+#include "symbolic/program.h"
 #include "symbolic/table_function.h"
+#include <kempe/extend.h>
 #include <math.h>
+#include <pthread.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* The default tolerance of closures that are redundant up to rounding, relative to the characteristic length. Four
+ * hundred lamps and as many linkages in space, to four digits, are open by up to 5.2e-4 of it (bench/rounded digits).
+ */
+#define KMP_CLOSURE_TOLERANCE 6e-4
+
+/* A start value below this part of a radius of gyration is a small displacement, no size of the mechanism. */
+#define KMP_START_IS_SMALL 0.1
 
 void kmp_pattern_init(kmp_pattern *pattern, kmp_arena *arena, int rows, int cols, const kmp_ref *matrix,
                       kmp_ref *values)

@@ -25,11 +25,6 @@ typedef struct kmp_pattern {
 void kmp_pattern_init(kmp_pattern *pattern, kmp_arena *arena, int rows, int cols, const kmp_ref *matrix,
                       kmp_ref *values);
 
-/** The default tolerance of closures that are redundant up to rounding, relative to the characteristic length. Four
- * hundred lamps and as many linkages in space, to four digits, are open by up to 5.2e-4 of it (bench/rounded digits).
- */
-#define KMP_CLOSURE_TOLERANCE 6e-4
-
 /* States of kmp_rounding. */
 enum {
     KMP_ROUNDING_UNKNOWN, /* no assembly at the start has looked yet */
@@ -157,9 +152,6 @@ kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe
 
 /** A system of closures alone, without masses and forces: for assembling, and for following closed configurations. */
 kempe_status kmp_system_of_closures(const kempe_model *model, kempe_system **system);
-
-/** A start value below this part of a radius of gyration is a small displacement, no size of the mechanism. */
-#define KMP_START_IS_SMALL 0.1
 
 /** A length of a mechanism: |to - from|. */
 typedef struct kmp_length_scale {

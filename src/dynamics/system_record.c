@@ -6,7 +6,6 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "dynamics/motion.h"
-#include "dynamics/motion_choice.h"
 #include "dynamics/program_cache.h"
 #include "model/data/model.h"
 #include "symbolic/program_bytes.h"

@@ -4,7 +4,7 @@
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "model/data/model.h"
-#include "symbolic/rotation.h"
+#include "symbolic/trig.h"
 #include <limits.h>
 #include <string.h>
 

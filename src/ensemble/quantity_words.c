@@ -12,9 +12,8 @@
 #include "model/language/nearest.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
-#include "model/read/user_lists.h"
+#include "model/read/read_outputs.h"
 #include "output/print.h"
-#include "symbolic/surface.h"
 #include "symbolic/table_function.h"
 #include <ctype.h>
 #include <math.h>

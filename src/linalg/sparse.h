@@ -58,3 +58,10 @@ bool kmp_sparse_solve(kmp_sparse *s, int m, double *x);
 /** ||A||_1 and an estimate, from below and rarely by more than 3 times too small, of ||A^-1||_1 (Hager 1984; Higham,
  * ACM TOMS 14 (1988) 381). */
 void kmp_sparse_norms(kmp_sparse *s, double *norm, double *inverse);
+
+/** Complete pivoting as kmp_lu_complete, without the factors: r, c and pivots agree to the last bit. If this order of
+ * pivots would fill the matrix, entries down to a quarter of the largest are also accepted, and the entry that fills
+ * least goes first. This is threshold complete pivoting (Gill, Murray, Saunders, SIAM Review 47 (2005) 99); r, c and
+ * pivots are then sorted by the size of the pivots. All pivots are NaN when an entry is not finite. *products (NULL:
+ * not wanted): the number of products formed. False: no memory. */
+bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots, long *products);

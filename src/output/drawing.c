@@ -2,8 +2,8 @@
 /* Points that coincide in the drawing are one: all marks are combined on it. */
 #include "output/drawing.h"
 #include "base/memory.h"
-#include "model/data/carried.h"
 #include "model/data/closure_table.h"
+#include "model/data/coordinates.h"
 #include "model/data/force_table.h"
 #include "model/data/pose.h"
 #include "output/plot.h"

@@ -5,7 +5,7 @@
 #include "dynamics/closures.h"
 #include "dynamics/equations.h"
 #include "dynamics/joint_loads.h"
-#include "model/data/carried.h"
+#include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include <math.h>
 #include <stdbool.h>

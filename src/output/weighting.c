@@ -4,7 +4,7 @@
  * samples (Van Loan 1978). */
 #include "output/weighting.h"
 #include "base/memory.h"
-#include "linalg/dense/exponential.h"
+#include "linalg/dense/dense.h"
 #include <complex.h>
 #include <math.h>
 #include <stddef.h>

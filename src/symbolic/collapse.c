@@ -3,8 +3,8 @@
  * factors; every rule removes a term, so that the pass ends. Squares are first: they leave less work. */
 #include "symbolic/cost.h"
 #include "symbolic/function_table.h"
-#include "symbolic/rewrite.h"
-#include "symbolic/rotation.h"
+#include "symbolic/shorten.h"
+#include "symbolic/trig.h"
 #include <string.h>
 
 enum { MOST_TERMS = 64, MOST_FACTORS = 16 };

@@ -19,15 +19,21 @@ void kmp_derivative_free(kmp_derivative *d);
 void kmp_derivative_forget(kmp_derivative *d);
 void kmp_derivative_discard(kmp_derivative *d);
 
-/** Differentiation along several directions in turn, where the caller gives for each the nodes that depend on it
- * (symbolic/partials.h). Between `begin` and `end` every other node is constant. begin: false when there is no memory.
- */
-kmp_derivative *kmp_derivative_of_few(kmp_graph *g);
-bool kmp_derivative_begin(kmp_derivative *d, kmp_ref leaf, kmp_ref direction, uint32_t count, const uint32_t *moved);
-void kmp_derivative_end(kmp_derivative *d, uint32_t count, const uint32_t *moved);
-
 /** The derivative of x. Results are remembered: many x share one pass. */
 kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x);
 
 /** The derivatives of several expressions by one input. */
 void kmp_derivatives_by(kmp_graph *g, kmp_ref leaf, int count, const kmp_ref *of, kmp_ref *slope);
+
+typedef struct kmp_partials kmp_partials;
+
+/** For the expressions of[0 .. count). NULL when there is no memory: the graph has then failed. */
+kmp_partials *kmp_partials_new(kmp_graph *g, int count, const kmp_ref *of);
+void kmp_partials_free(kmp_partials *p);
+
+/** Derivatives along a leaf: value[0 .. returned) of the expressions which[0 .. returned), ascending; all other
+ * derivatives are zero. Both arrays are the object's, until the next call. -1: no memory, also for NULL. */
+int kmp_partials_along(kmp_partials *p, kmp_ref leaf, const int **which, const kmp_ref **value);
+
+/** The matrix of derivatives by the inputs 0 .. `inputs` of a kind: row i, of expression i, at out + i inputs. */
+void kmp_partials_all(kmp_graph *g, int count, const kmp_ref *of, kmp_input_kind kind, int inputs, kmp_ref *out);

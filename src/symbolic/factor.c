@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Each sum is expanded to terms, each term that only the sum needs to factors. The factor of most terms is extracted,
  * and their remainder is treated as a sum of its own, until no factor is common to two terms. */
-#include "symbolic/rewrite.h"
+#include "symbolic/shorten.h"
 #include <string.h>
 
 enum { MOST_FACTORS = 12, MOST_TALLIED = KMP_MOST_TERMS * MOST_FACTORS, MOST_SLOTS = 4096 /* over twice as many */ };

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The graph of expressions: hash-consing, signs and commutative order. A node is only made when no rule has a shorter
- * form: the rules are those of rules.c. Equal expressions are one node, so that an expression that occurs twice is
- * an auxiliary variable (Fisette and Samin 1996, section 3.1).
+ * form, by the rules below. Equal expressions are one node, so that an expression that occurs twice is an
+ * auxiliary variable (Fisette and Samin 1996, section 3.1).
  *
  * A reference is the number of a node and a sign, so that a negative costs no node. Numbers follow the order of making:
  * operands are older than their uses, every traversal is a loop, and results do not depend on addresses. The table of
@@ -14,10 +14,9 @@
 #include "symbolic/implicit.h"
 #include "symbolic/label.h"
 #include "symbolic/ops.h"
-#include "symbolic/rotation.h"
-#include "symbolic/rules.h"
 #include "symbolic/solving.h"
 #include "symbolic/table_function.h"
+#include "symbolic/trig.h"
 #include <math.h>
 #include <string.h>
 
@@ -344,6 +343,159 @@ static bool is_number(const kmp_graph *g, kmp_ref r)
     return g->head.nodes[kmp_id(r)].op == KMP_OP_CONST;
 }
 
+/* -- rules at the birth of a node -------------------------------------------------------------------- */
+
+/* The rules of the graph: zeros and ones, cancellation of terms, squares collected, and sin^2 + cos^2 = 1. Each looks
+ * one or two levels deep, since it runs for every node that is made. */
+
+/* r = coefficient * base, the coefficient a number; the base, without sign. */
+static kmp_ref split_coefficient(const kmp_graph *g, kmp_ref r, double *coefficient)
+{
+    const kmp_node *n = kmp_graph_node(g, kmp_id(r));
+    double sign = kmp_is_negative(r) ? -1 : 1;
+    if (n->op == KMP_OP_MUL && kmp_is_const(g, n->a, coefficient)) {
+        *coefficient *= sign;
+        return n->b;
+    }
+    *coefficient = sign;
+    return r & ~(kmp_ref)1;
+}
+
+/* -- zeros ------------------------------------------------------------------------------------------ */
+
+/* Zero elimination: zeros and ones vanish, numbers are computed at once and come first in a product. */
+
+/* KMP_RULE_ZERO: zeros, ones, arithmetic of numbers. a and b of products and quotients are without sign, `sign` is
+ * that of the result; a product has its number first. */
+static bool fold_sum(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref *result)
+{
+    double x, y;
+    if (a == KMP_ZERO)
+        *result = b;
+    else if (b == KMP_ZERO)
+        *result = a;
+    else if (kmp_is_const(g, a, &x) && kmp_is_const(g, b, &y))
+        *result = kmp_const(g, x + y);
+    else
+        return false;
+    return true;
+}
+
+static bool fold_product(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref sign, kmp_ref *result)
+{
+    double x, y;
+    if (a == KMP_ZERO || b == KMP_ZERO) {
+        *result = KMP_ZERO;
+        return true;
+    }
+    if (a == KMP_ONE || b == KMP_ONE) {
+        *result = (a == KMP_ONE ? b : a) ^ sign;
+        return true;
+    }
+    if (!kmp_is_const(g, a, &x))
+        return false;
+    if (kmp_is_const(g, b, &y)) {
+        *result = kmp_const(g, sign ? -x * y : x * y);
+        return true;
+    }
+    kmp_ref base = split_coefficient(g, b, &y);
+    if (base == b)
+        return false;
+    *result = kmp_mul(g, kmp_const(g, sign ? -x * y : x * y), base);
+    return true;
+}
+
+static bool fold_quotient(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref sign, kmp_ref *result)
+{
+    double x, y;
+    if (kmp_is_const(g, b, &y)) {
+        bool number = kmp_is_const(g, a, &x);
+        *result = number ? kmp_const(g, sign ? -x / y : x / y) : kmp_mul(g, a, kmp_const(g, sign ? -1 / y : 1 / y));
+        return true;
+    }
+    *result = KMP_ZERO;
+    return a == KMP_ZERO;
+}
+
+/* -- cancellation ----------------------------------------------------------------------------------- */
+
+/* Cancellation: terms that differ by a numeric factor only become one. */
+
+static bool cancel_same(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref *result)
+{
+    double x, y;
+    *result = KMP_ZERO;
+    if (a == kmp_neg(b))
+        return true;
+    kmp_ref p = split_coefficient(g, a, &x), q = split_coefficient(g, b, &y);
+    if (p != q)
+        return false;
+    *result = kmp_mul(g, kmp_const(g, x + y), p);
+    return true;
+}
+
+/* (p + q) + b where b cancels p or q, or where p and b are numbers. */
+static bool add_to_sum(kmp_graph *g, kmp_ref sum, kmp_ref b, kmp_ref *result)
+{
+    kmp_node n = *kmp_graph_node(g, kmp_id(sum));
+    double x, y;
+    if (n.op != KMP_OP_ADD)
+        return false;
+    kmp_ref p = kmp_is_negative(sum) ? kmp_neg(n.a) : n.a;
+    kmp_ref q = kmp_is_negative(sum) ? kmp_neg(n.b) : n.b;
+    if (p == kmp_neg(b))
+        *result = q;
+    else if (q == kmp_neg(b))
+        *result = p;
+    else if (kmp_is_const(g, p, &x) && kmp_is_const(g, b, &y))
+        *result = kmp_add(g, kmp_const(g, x + y), q);
+    else
+        return false;
+    return true;
+}
+
+/* -- squares ---------------------------------------------------------------------------------------- */
+
+/* Squares are collected: squares of rates occur in many terms. */
+
+static bool collect(kmp_graph *g, kmp_ref product, kmp_ref w, kmp_ref *result)
+{
+    kmp_node n = *kmp_graph_node(g, kmp_id(product));
+    if (n.op != KMP_OP_MUL || is_number(g, w))
+        return false;
+    if (n.b == w && n.a != w)
+        *result = kmp_mul(g, n.a, kmp_mul(g, w, w));
+    else if (n.a == w && n.b != w)
+        *result = kmp_mul(g, n.b, kmp_mul(g, w, w));
+    else
+        return false;
+    return true;
+}
+
+/* -- sums of squares -------------------------------------------------------------------------------- */
+
+/* True for f(x)^2 with f = op; x in *argument. */
+static bool is_square_of(const kmp_graph *g, kmp_ref r, kmp_op op, kmp_ref *argument)
+{
+    const kmp_node *n = kmp_graph_node(g, kmp_id(r));
+    if (n->op != KMP_OP_MUL || n->a != n->b || kmp_graph_node(g, kmp_id(n->a))->op != op)
+        return false;
+    *argument = kmp_graph_node(g, kmp_id(n->a))->a;
+    return true;
+}
+
+static bool pythagoras(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref *result)
+{
+    double x, y;
+    kmp_ref p = split_coefficient(g, a, &x), q = split_coefficient(g, b, &y), v, w;
+    bool squares = (is_square_of(g, p, KMP_OP_SIN, &v) && is_square_of(g, q, KMP_OP_COS, &w)) ||
+                   (is_square_of(g, p, KMP_OP_COS, &v) && is_square_of(g, q, KMP_OP_SIN, &w));
+    if (x != y || !squares || v != w)
+        return false;
+    *result = kmp_const(g, x);
+    return true;
+}
+
 /* Numbers first, then by id. */
 static void order_operands(const kmp_graph *g, kmp_ref *a, kmp_ref *b)
 {
@@ -366,7 +518,7 @@ static inline unsigned rules_of_sum(const kmp_graph *g, kmp_ref a, kmp_ref b, bo
 {
     const kmp_node *x = &g->head.nodes[kmp_id(a)], *y = &g->head.nodes[kmp_id(b)];
     double coefficient;
-    kmp_ref p = kmp_split_coefficient(g, a, &coefficient), q = kmp_split_coefficient(g, b, &coefficient);
+    kmp_ref p = split_coefficient(g, a, &coefficient), q = split_coefficient(g, b, &coefficient);
     *same = p == q;
     bool numbers = x->op == KMP_OP_CONST && y->op == KMP_OP_CONST, sums = x->op == KMP_OP_ADD || y->op == KMP_OP_ADD;
     return g->head.rules &
@@ -379,10 +531,10 @@ kmp_ref kmp_graph_add(kmp_graph *g, kmp_ref a, kmp_ref b)
     kmp_ref r;
     bool same;
     unsigned rules = rules_of_sum(g, a, b, &same);
-    if (rules && ((rules & KMP_RULE_ZERO && kmp_sparse_tangent_add(g, a, b, &r)) ||
-                  (rules & KMP_RULE_CANCEL && same && kmp_cancel_same(g, a, b, &r)) ||
-                  (rules & KMP_RULE_TRIG && kmp_pythagoras(g, a, b, &r)) ||
-                  (rules & KMP_RULE_CANCEL && kmp_cancel_in_sums(g, a, b, &r))))
+    if (rules && ((rules & KMP_RULE_ZERO && fold_sum(g, a, b, &r)) ||
+                  (rules & KMP_RULE_CANCEL && same && cancel_same(g, a, b, &r)) ||
+                  (rules & KMP_RULE_TRIG && pythagoras(g, a, b, &r)) ||
+                  (rules & KMP_RULE_CANCEL && (add_to_sum(g, a, b, &r) || add_to_sum(g, b, a, &r)))))
         return r;
     order_operands(g, &a, &b);
     kmp_ref sign = a & 1;
@@ -402,10 +554,10 @@ kmp_ref kmp_graph_mul(kmp_graph *g, kmp_ref a, kmp_ref b)
     a &= ~(kmp_ref)1;
     b &= ~(kmp_ref)1;
     order_operands(g, &a, &b);
-    if (is_number(g, a) && g->head.rules & KMP_RULE_ZERO && kmp_sparse_tangent_mul(g, a, b, sign, &r))
+    if (is_number(g, a) && g->head.rules & KMP_RULE_ZERO && fold_product(g, a, b, sign, &r))
         return r;
     bool squares = g->head.rules & KMP_RULE_SHARE && (has_factor(g, a, b) || has_factor(g, b, a));
-    if (squares && kmp_squares(g, a, b, &r)) {
+    if (squares && (collect(g, a, b, &r) || collect(g, b, a, &r))) {
         if (g->failed)
             return KMP_ZERO;
         return sign ? kmp_neg(r) : r;
@@ -418,7 +570,7 @@ kmp_ref(kmp_div)(kmp_graph *g, kmp_ref a, kmp_ref b)
     kmp_ref r, sign = (a ^ b) & 1;
     a &= ~(kmp_ref)1;
     b &= ~(kmp_ref)1;
-    if (g->head.rules & KMP_RULE_ZERO && kmp_sparse_tangent_div(g, a, b, sign, &r))
+    if (g->head.rules & KMP_RULE_ZERO && fold_quotient(g, a, b, sign, &r))
         return r;
     if (g->head.rules & KMP_RULE_CANCEL && a == b)
         return KMP_ONE ^ sign;

@@ -239,7 +239,7 @@ uint64_t kmp_graph_digest(const kmp_graph *g, uint32_t first, int count, const k
 void kmp_graph_eval(const kmp_graph *g, const double *const inputs[KMP_IN_COUNT], double *value);
 
 struct kmp_rotations;
-/** The rotated pairs of this graph (src/symbolic/rotation.h). */
+/** The rotated pairs of this graph (src/symbolic/trig.h). */
 struct kmp_rotations *kmp_graph_rotations(kmp_graph *g);
 
 struct kmp_derivative;

@@ -6,7 +6,7 @@
  * is in a list twice. */
 #include "base/arena.h"
 #include "base/memory.h"
-#include "symbolic/rewrite.h"
+#include "symbolic/shorten.h"
 #include <stdlib.h>
 #include <string.h>
 

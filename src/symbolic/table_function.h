@@ -81,3 +81,23 @@ int kmp_graph_add_table(kmp_graph *g, kmp_table *table);
 int kmp_graph_find_points(const kmp_graph *g, kmp_table_method method, int count, const double *x, const double *y);
 /** NULL when there is no such number. Owned by the graph. */
 kmp_table *kmp_graph_table(const kmp_graph *g, int table);
+
+typedef struct kmp_surface {
+    kmp_arena arena; /* of all arrays */
+    int count[2];
+    double *knot[2], *z; /* z[i * count[1] + j] at (x_i, y_j) */
+    int sum;             /* the variable of the sum: 0 or 1 */
+    kmp_table **one;     /* count[sum]: c_j, tables of that variable */
+    kmp_table **through; /* s_j, of the other one */
+} kmp_surface;
+
+/** Copies the points; the knots of both variables have passed kmp_table_check. NULL: no memory. */
+kmp_surface *kmp_surface_new(kmp_table_method method, const int count[2], const double *x, const double *y,
+                             const double *z);
+void kmp_surface_free(kmp_surface *surface);
+
+double kmp_surface_value(const kmp_surface *surface, double x, double y);
+
+/** z(x, y) as a node. */
+kmp_ref kmp_surface_at(kmp_graph *g, const kmp_surface *surface, kmp_ref x, kmp_ref y);
+#define kmp_surface_at(g, surface, x, y) KMP_LAST_FIRST_3(kmp_surface_at, g, surface, x, y)

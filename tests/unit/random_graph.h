@@ -7,7 +7,7 @@
 #include "symbolic/function_table.h"
 #include "symbolic/graph.h"
 #include "symbolic/ops.h"
-#include "symbolic/rotation.h"
+#include "symbolic/trig.h"
 #include <math.h>
 
 enum { GRAPH_INPUTS = 5, GRAPH_STEPS = 60 };

@@ -7,7 +7,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "constraints/evaluation/evaluator.h"
-#include "dynamics/motion_choice.h"
+#include "dynamics/motion.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "output/reference.h"

@@ -3,7 +3,7 @@
  */
 #include "base/memory.h"
 #include "loaded.h"
-#include "model/data/mesh_volume.h"
+#include "model/data/mesh.h"
 #include "model/data/model.h"
 #include "report/motion_picture.h"
 #include <stdlib.h>

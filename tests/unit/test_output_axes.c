@@ -4,7 +4,7 @@
  * those of the nearest common ancestor; of one axis that is given alone, those of the shortest turn. */
 #include "balance_of_body.h"
 #include "constraints/evaluation/evaluator.h"
-#include "model/read/read_axes.h"
+#include "model/read/read_values.h"
 #include "studies/simulate/trajectory.h"
 #include "testing.h"
 #include <math.h>

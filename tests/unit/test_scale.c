@@ -12,7 +12,6 @@
 #include "integrators/run/runner.h"
 #include "linalg/dense/dense.h"
 #include "linalg/sparse.h"
-#include "linalg/sparse_complete.h"
 #include "loaded.h"
 #include "random.h"
 #include "takes_bodies.h"

@@ -4,7 +4,7 @@
 #include "random.h"
 #include "symbolic/cost.h"
 #include "symbolic/function_table.h"
-#include "symbolic/rewrite.h"
+#include "symbolic/shorten.h"
 #include "testing.h"
 #include <math.h>
 

@@ -3,7 +3,7 @@
  * equations with their derivatives; straight continuation beyond the grid; mistakes in files. */
 #include "loaded.h"
 #include "symbolic/derivative.h"
-#include "symbolic/surface.h"
+#include "symbolic/table_function.h"
 
 static const double xs[] = {-1, 0, 0.5, 1.2, 2, 3}, ys[] = {0, 0.4, 1, 2.5};
 enum { NX = 6, NY = 4 };

@@ -11,7 +11,7 @@
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
 #include "model/data/model.h"
-#include "model/read/check_mass.h"
+#include "model/read/read_mass.h"
 #include <string.h>
 
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend)

@@ -14,7 +14,6 @@
 #include "model/data/variant.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
-#include "symbolic/partials.h"
 #include <string.h>
 
 /* -- entries ----------------------------------------------------------------------------------------- */

@@ -5,7 +5,7 @@
 #include "analyses/derivatives/sampled_motion.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/exponential.h"
+#include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
 #include "model/data/model.h"
 #include <math.h>

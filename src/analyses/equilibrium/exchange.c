@@ -11,7 +11,7 @@
 #include "model/data/output_table.h"
 #include "model/language/ranges.h"
 #include "model/read/loads.h"
-#include "model/read/user_lists.h"
+#include "model/read/read_outputs.h"
 #include "output/print.h"
 #include <math.h>
 #include <string.h>

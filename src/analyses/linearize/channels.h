@@ -8,7 +8,7 @@
 #include "analyses/equilibrium/operating.h"
 #include "base/arena.h"
 #include "model/data/variant.h"
-#include "model/read/user_lists.h"
+#include "model/read/read_outputs.h"
 
 /** The source of an output's value: number `index` of q, qd, qdd, lambda, or of the additional outputs. */
 typedef enum kmp_output_kind_of_source {

@@ -7,7 +7,7 @@
 #include "dynamics/load_dependent.h"
 #include "model/data/model.h"
 #include "model/read/loads.h"
-#include "model/read/user_lists.h"
+#include "model/read/read_outputs.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <kempe/sensitivity.h>

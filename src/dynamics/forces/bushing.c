@@ -35,11 +35,6 @@ static bool alike(const kmp_ref k[3])
     return k[0] == k[1] && k[1] == k[2];
 }
 
-static bool is_zero(const kmp_ref k[3])
-{
-    return alike(k) && k[0] == KMP_ZERO;
-}
-
 /* sum_i x_i p_i */
 static kmp_vec along_axes(const bushing *b, const kmp_ref x[3])
 {
@@ -89,7 +84,7 @@ static kmp_vec turn_back(kmp_forces *forces, const bushing *b, const kmp_ref k[3
     kmp_graph *g = b->tree->graph;
     kmp_ref half = kmp_const(g, 0.5), trace = KMP_ZERO;
     kmp_vec s = kmp_vec_zero();
-    if (is_zero(k))
+    if (alike(k) && k[0] == KMP_ZERO)
         return s;
     for (int i = 0; i < 3; i++) {
         s = kmp_vec_add(g, s, kmp_vec_cross(g, b->p[i], b->q[i]));

@@ -20,11 +20,10 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "dynamics/kinematics/pressing.h"
+#include "dynamics/kinematics/touching.h"
 #include "model/data/model.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
-#include "symbolic/partials.h"
 
 enum { WORKS = 4, FILM = 3 }; /* rate of depth, slips */
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The law of a force element adds its wrenches and generalized forces. With `energy` it adds the requested parts: its
- * potential where it has one and its power otherwise. One file for each row of model/data/force_kinds.def. */
+ * potential where it has one and its power otherwise. The rows: model/data/force_kinds.def. */
 #pragma once
 
 #include "dynamics/forces/forces.h"

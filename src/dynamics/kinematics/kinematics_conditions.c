@@ -10,7 +10,6 @@
 #include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include "symbolic/function_table.h"
-#include "symbolic/surface.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <stdarg.h>

@@ -24,3 +24,10 @@ kmp_ref kmp_tree_multiplier(const kmp_tree *tree, int closure, int component);
 
 /** The declared row of number k, from 0, among those that a closure keeps: lambda.CLOSURE.k+1; -1: there is none. */
 int kmp_tree_kept(const kmp_tree *tree, int closure, int k);
+
+/** Position, velocity or angular velocity of a point: from the origin of the ground, in its axes; `from` >= 0: from
+ * that point, relative to its body, in its axes. */
+kmp_vec kmp_point_measure(const kmp_tree *tree, kmp_measure_kind kind, int point, int from);
+
+/** The rate of the distance of two points. */
+kmp_ref kmp_point_approach(const kmp_tree *tree, int a, int b);

@@ -6,7 +6,7 @@
 #include "dynamics/kinematics/link_tree.h"
 #include "model/data/model.h"
 #include "symbolic/derivative.h"
-#include "symbolic/rotation.h"
+#include "symbolic/trig.h"
 
 kmp_ref kmp_link_axes(const kmp_tree *tree, int i, int row, int column)
 {

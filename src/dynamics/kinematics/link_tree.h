@@ -145,3 +145,8 @@ typedef struct kmp_inertia {
     kmp_tensor about_com;
 } kmp_inertia;
 kmp_inertia kmp_body_inertia(const kmp_tree *tree, int body);
+
+/** The position of a spherical joint's chart: true for before its three rotations, false for after them, by the
+ * estimated cost. After them it rotates the data of the body once and each vector passed to carried bodies. Before them
+ * it rotates each vector that passes the joint, where the base itself turns or a point's position is needed. */
+bool kmp_tree_chart_before(const kempe_model *model, int first);

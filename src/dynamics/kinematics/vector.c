@@ -3,7 +3,7 @@
  * shift by products that share their terms, which are the operation counts of Fisette and Samin 1996. */
 #include "dynamics/kinematics/vector.h"
 #include "symbolic/function_table.h"
-#include "symbolic/rotation.h"
+#include "symbolic/trig.h"
 
 bool kmp_vec_is_zero(kmp_vec a)
 {

@@ -25,7 +25,7 @@
 #include "integrators/run/runner_start.h"
 #include "integrators/run/sampler.h"
 #include "model/data/model.h"
-#include "model/read/check_mass.h"
+#include "model/read/read_mass.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>

@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
-#include "model/data/shape_mass.h"
+#include "model/data/shape.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -6,7 +6,7 @@
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
 #include "exchange/formats/mjcf.h"
-#include "model/data/mesh_volume.h"
+#include "model/data/mesh.h"
 #include "model/data/model.h"
 #include <math.h>
 #include <string.h>

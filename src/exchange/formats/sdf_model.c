@@ -8,6 +8,8 @@
 #include "exchange/formats/importing.h"
 #include "exchange/formats/sdf_frames.h"
 #include <math.h>
+#include "sdf_frames.h"
+#include "model/data/shape.h"
 #include <string.h>
 
 /* -- links --------------------------------------------------------------------------------------------- */

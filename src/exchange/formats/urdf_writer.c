@@ -4,7 +4,7 @@
 #include "exchange/formats/written_tree.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
-#include "model/read/read_axes.h"
+#include "model/read/read_values.h"
 #include <string.h>
 
 static void put_origin(kmp_text *text, const char *indent, const kmp_pose *f)

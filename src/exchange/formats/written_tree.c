@@ -5,7 +5,7 @@
 #include "exchange/formats/importing.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
-#include "model/read/read_axes.h"
+#include "model/read/read_values.h"
 #include <math.h>
 #include <string.h>
 

@@ -32,3 +32,6 @@ kmp_flops kmp_cholesky_solve_flops(int n);
 /** The r, c and pivots of kmp_lu_complete to the last bit where no column is fixed, in less time. `a` and `largest` (n)
  * are left as scratch. */
 void kmp_pivots_complete(int m, int n, double *a, double *largest, int *r, int *c, double *pivots);
+
+/** e (n x n) = exp(a h), column-major. 0; -1: no memory, or a number that is not finite. */
+int kmp_exponential(int n, const double *a, double h, double *e);

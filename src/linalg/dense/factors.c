@@ -3,6 +3,13 @@
  * are right-looking eliminations (Golub, Van Loan, Matrix Computations, 4th ed., sections 3.4 and 4.2). */
 #include "linalg/dense/factors.h"
 
+static inline void kmp_swap(double *a, double *b)
+{
+    double t = *a;
+    *a = *b;
+    *b = t;
+}
+
 static void swap_rows(int n, double *a, int i, int k)
 {
     for (int j = 0; j < n; j++)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Dense factorisations of small column-major matrices without allocation, for the library and for generated simulators:
  * C99, no library but libm. Other operations are in linalg/dense/dense.h. */
+
 #ifndef KMP_FACTORS_H
 #define KMP_FACTORS_H
 
@@ -13,13 +14,6 @@
 #ifndef KMP_LOCAL
 #define KMP_LOCAL
 #endif
-
-static inline void kmp_swap(double *a, double *b)
-{
-    double t = *a;
-    *a = *b;
-    *b = t;
-}
 
 static inline void kmp_swap_int(int *a, int *b)
 {

@@ -87,14 +87,6 @@ static bool add_path(const kempe_model *model, int b, int ancestor, const double
     return true;
 }
 
-/* The angle from u to v about w; sine and cosine that are zero but for rounding are zero. */
-static double angle_at_rest(const double u[3], const double v[3], const double w[3])
-{
-    double across[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-    double s = kmp_dot(3, w, across), c = kmp_dot(3, u, v) - kmp_dot(3, w, u) * kmp_dot(3, w, v);
-    return atan2(fabs(s) > ROUNDING ? s : 0, fabs(c) > ROUNDING ? c : 0);
-}
-
 bool kmp_angle_sum(const kempe_model *model, const kmp_measure_argument axis[3], double *constant, double *factor)
 {
     double e[3][3];
@@ -104,7 +96,13 @@ bool kmp_angle_sum(const kempe_model *model, const kmp_measure_argument axis[3],
         body[k] = model->points[axis[k].point].body;
         common = k == 0 ? body[k] : kmp_model_common_body(model, common, body[k]);
     }
-    *constant = angle_at_rest(e[0], e[1], e[2]);
+    /* The angle from u to v about w; sine and cosine that are zero but for rounding are zero. */
+    const double *u = e[0];
+    const double *v = e[1];
+    const double *w = e[2];
+    double across[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+    double s = kmp_dot(3, w, across), c = kmp_dot(3, u, v) - kmp_dot(3, w, u) * kmp_dot(3, w, v);
+    *constant = atan2(fabs(s) > ROUNDING ? s : 0, fabs(c) > ROUNDING ? c : 0);
     return add_path(model, body[2], common, e[2], 0, factor) && add_path(model, body[0], common, e[2], -1, factor) &&
            add_path(model, body[1], common, e[2], 1, factor);
 }
@@ -116,4 +114,26 @@ bool kmp_moves_across(const kempe_model *model, int point, const kmp_measure_arg
     int common = kmp_model_common_body(model, first, second);
     rest_axis(model, axis, w);
     return add_path(model, first, common, w, 0, NULL) && add_path(model, second, common, w, 0, NULL);
+}
+
+/* -- surfaces that touch ----------------------------------------------------------------------------- */
+
+/* The plane in which two surfaces move and touch, from the normal of a plane or the plane of a profile. */
+
+/* The plane of motion has the normal of a plane, and the curve of a profile. */
+static bool may_be_across(const kmp_touch_side *side, int axis)
+{
+    return side->shape == KMP_TOUCH_PLANE ? axis != side->axis : side->shape == KMP_TOUCH_PROFILE ? axis == 2 : true;
+}
+
+int kmp_touch_plane(const kempe_model *model, const kmp_contact_pair *touch)
+{
+    const kmp_touch_side *side = touch->side;
+    for (int k = 0; k < 3; k++) {
+        int axis = (side[1].axis + k) % 3; /* that of a cylinder first */
+        const kmp_measure_argument normal = {.point = side[1].point, .axis = axis};
+        if (may_be_across(&side[1], axis) && kmp_moves_across(model, side[0].point, &normal))
+            return axis;
+    }
+    return -1;
 }

@@ -30,22 +30,9 @@ typedef struct kmp_mesh_volume {
  * its triangles to each of them, which count positive on both sides: of a convex mesh that is its volume, too. */
 typedef enum kmp_mesh_matter { KMP_MESH_SOLID, KMP_MESH_SURFACE, KMP_MESH_PYRAMIDS } kmp_mesh_matter;
 
-/* -- readers (mesh_stl.c, mesh_obj.c) ---------------------------------------------------------------- */
+/** False: the mesh is not closed, or its triangles do not all face one way; `why` (empty before) has the sentence. */
+bool kmp_mesh_enclose(const kmp_mesh *mesh, kmp_mesh_volume *volume, kmp_text *why);
 
-typedef struct kmp_mesh_maker kmp_mesh_maker;
-
-/** Adds a triangle of three vertices, or a vertex; -1 without memory. */
-int kmp_mesh_vertex(kmp_mesh_maker *maker, const double at[3]);
-bool kmp_mesh_triangle(kmp_mesh_maker *maker, int a, int b, int c);
-
-/** A place in a text that is read word by word, with the number of its line. */
-typedef struct kmp_token_reader {
-    const char *s;
-    int line;
-} kmp_token_reader;
-
-/** The next word of the line (of the text with `lines`); its length, 0: there is none. */
-size_t kmp_token_next(kmp_token_reader *words, bool lines, const char **word);
-
-/** Reads the next word as a finite number; false: `why` has "line 3: a number is expected, not 'x'". */
-bool kmp_token_number(kmp_token_reader *words, bool lines, double *x, kmp_text *why);
+/** The mass properties for a choice of matter; of triangles `volume` is their area. The inertia of pyramids is that of
+ * pyramids from their own centre. False: as kmp_mesh_enclose, or nothing has an extent. */
+bool kmp_mesh_weigh(const kmp_mesh *mesh, kmp_mesh_matter matter, kmp_mesh_volume *volume, kmp_text *why);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Shapes of bodies: a picture and, of those with a density or a mass, the body's mass, centre and inertia. */
+/* Shapes: kinds, colours, and their mass properties in closed form, as numbers that follow the parameters. A shape has
+ * its radii of gyration squared about its centre, times its mass; several are added by the theorem of parallel axes. */
 #pragma once
 
 #include "model/data/mesh.h"
@@ -47,3 +48,6 @@ extern const kmp_name_list kmp_colour_names;
 typedef struct kmp_mass_part {
     kmp_number mass, com[3], inertia[6];
 } kmp_mass_part;
+
+/** The sum of all shapes with a mass; expressions are in the arena. */
+void kmp_shapes_mass(kmp_arena *arena, int count, const kmp_shape *shapes, kmp_mass_part *sum);

@@ -3,7 +3,6 @@
  * error ends the parse. Nesting and size are limited, so that no text can exhaust the stack, here or in functions that
  * traverse the tree. */
 #include "model/language/expression.h"
-#include "model/language/expression_functions.h"
 #include "model/language/expression_parser.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
@@ -72,7 +71,7 @@ int kmp_parse_column(const kmp_parser *p, const char *where)
 }
 
 /* Reports a sentence, which is freed. */
-const kmp_expr *kmp_parse_say(const kmp_parser *p, const char *where, kmp_text *sentence)
+static const kmp_expr *parse_say(const kmp_parser *p, const char *where, kmp_text *sentence)
 {
     const kmp_expr_scope *scope = p->scope;
     bool failed = sentence->failed || scope->arena->failed;
@@ -88,7 +87,7 @@ __attribute__((format(printf, 3, 4))) const kmp_expr *kmp_parse_complain(const k
 {
     kmp_text sentence = {0};
     KMP_TEXT_ARGUMENTS(&sentence, format);
-    return kmp_parse_say(p, where, &sentence);
+    return parse_say(p, where, &sentence);
 }
 
 const kmp_expr *kmp_parse_unknown_name(const kmp_parser *p, const char *where, const char *name, kmp_expr_symbol symbol)
@@ -98,7 +97,7 @@ const kmp_expr *kmp_parse_unknown_name(const kmp_parser *p, const char *where, c
     kmp_text_printf(&sentence, "unknown %s '%s'", words[symbol], name);
     if (p->scope->suggest)
         p->scope->suggest(p->scope->user, name, symbol, &sentence);
-    return kmp_parse_say(p, where, &sentence);
+    return parse_say(p, where, &sentence);
 }
 
 /* Bytes of the character at s, so that a message never cuts one. */
@@ -145,7 +144,7 @@ KMP_NOINLINE static const kmp_expr *make_binary(kmp_parser *p, const char *where
 /* -- rules --------------------------------------------------------------------------------------- */
 
 /* a < b and its like. */
-const kmp_expr *kmp_parse_comparison(kmp_parser *p)
+static const kmp_expr *parse_comparison(kmp_parser *p)
 {
     static const kmp_expr_kind kinds[2][2] = {{KMP_EXPR_LESS, KMP_EXPR_AT_MOST}, {KMP_EXPR_GREATER, KMP_EXPR_AT_LEAST}};
     const kmp_expr *left = kmp_parse_sum(p);
@@ -296,6 +295,150 @@ KMP_NOINLINE static const kmp_expr *parse_variable(kmp_parser *p, const char *wh
     return NULL;
 }
 
+/* -- calls of functions ------------------------------------------------------------------------------ */
+
+/* Functions of the expression language: those with an operation of their own, and those that others are made of. */
+
+enum { MOST_ARGUMENTS = 5 };
+
+static const struct {
+    const char *name;
+    int arity;
+} functions[] = {
+#define KMP_FUNCTION(name, arity, value, node) {#name, arity},
+#include "model/language/functions.def"
+#undef KMP_FUNCTION
+};
+
+/* Functions that others are made of: their arguments, and what they are. */
+static const struct {
+    const char *name;
+    int arity;
+    const char *argument[MOST_ARGUMENTS];
+    const char *formula;
+} composites[] = {
+#define KMP_COMPOSITE(name, arity, arguments, formula) {#name, arity, arguments, formula},
+#define KMP_ARGUMENTS(...)                                                                                             \
+    {                                                                                                                  \
+        __VA_ARGS__                                                                                                    \
+    }
+#include "model/language/composites.def"
+#undef KMP_ARGUMENTS
+#undef KMP_COMPOSITE
+};
+
+static int find_function(const char *name)
+{
+    return kmp_name_find(KMP_NAMES_OF(functions), name);
+}
+
+const char *kmp_outside_word(kmp_outside outside)
+{
+    static const char *const words[] = {"", "linear", "hold", "error"};
+    return words[outside];
+}
+
+const char *kmp_function_name(kmp_function function)
+{
+    return functions[function].name;
+}
+
+/* -- errors ------------------------------------------------------------------------------------------ */
+
+KMP_NOINLINE static const kmp_expr *complain_function(const kmp_parser *p, const char *where, const char *name)
+{
+    kmp_text sentence = {0};
+    kmp_nearest nearest = kmp_nearest_of(name, KMP_NAMES_OF(functions));
+    kmp_nearest_offer_all(&nearest, KMP_NAMES_OF(composites));
+    kmp_nearest_offer_all(&nearest, kmp_measure_words);
+    kmp_text_printf(&sentence, "unknown function '%s'", name);
+    kmp_nearest_suggest(&nearest, &sentence);
+    return parse_say(p, where, &sentence);
+}
+
+/* -- calls ------------------------------------------------------------------------------------------- */
+
+/* The arguments of a function, from the opening parenthesis on: how many, -1 after an error. Those beyond the most are
+ * counted alone. */
+static int parse_arguments(kmp_parser *p, const char *where, const char *name, bool compares,
+                           const kmp_expr *arguments[MOST_ARGUMENTS])
+{
+    int count = 0;
+    if (!kmp_parse_take(p, '(')) {
+        kmp_parse_complain(p, where, "function '%s' needs its argument in parentheses", name);
+        return -1;
+    }
+    if (kmp_parse_take(p, ')'))
+        return 0;
+    do {
+        const kmp_expr *argument = compares && count == 0 ? parse_comparison(p) : kmp_parse_sum(p);
+        if (!argument)
+            return -1;
+        if (count < MOST_ARGUMENTS)
+            arguments[count] = argument;
+        count++;
+    } while (kmp_parse_take(p, ','));
+    if (kmp_parse_take(p, ')'))
+        return count;
+    kmp_parse_wanted(p, "an operator, ',' or ')'");
+    return -1;
+}
+
+/* Operations and operands of a tree, counted up to a limit: shared parts count each time, as others walk through them.
+ */
+static int size_up_to(const kmp_expr *e, int limit)
+{
+    if (!e || limit < 0)
+        return 0;
+    int size = 1 + size_up_to(e->a, limit - 1);
+    size += size_up_to(e->b, limit - size);
+    return size + size_up_to(e->c, limit - size);
+}
+
+KMP_NOINLINE static const kmp_expr *make_composite(kmp_parser *p, const char *where, int index,
+                                                   const kmp_expr *const *arguments)
+{
+    kmp_expr_locals locals = {.count = composites[index].arity};
+    for (int k = 0; k < locals.count; k++)
+        locals.local[k] = (kmp_expr_local){composites[index].argument[k], arguments[k], false};
+    const kmp_expr *made = kmp_expr_formula(p->scope->arena, composites[index].formula, &locals);
+    p->nodes += size_up_to(made, KMP_MOST_EXPRESSION_NODES);
+    return made ? kmp_parse_make(p, where, *made) : NULL;
+}
+
+KMP_NOINLINE static const kmp_expr *make_call(kmp_parser *p, const char *where, int function,
+                                              const kmp_expr *const *arguments)
+{
+    return kmp_parse_make(p, where,
+                          (kmp_expr){.kind = KMP_EXPR_CALL,
+                                     .function = (kmp_function)function,
+                                     .a = arguments[0],
+                                     .b = arguments[1],
+                                     .c = arguments[2]});
+}
+
+static const kmp_expr *parse_call(kmp_parser *p, const char *where, const char *name)
+{
+    const kmp_expr *arguments[MOST_ARGUMENTS] = {NULL};
+    int function = find_function(name), composite = kmp_name_find(KMP_NAMES_OF(composites), name);
+    if (composite < 0 && function < 0)
+        return complain_function(p, where, name);
+    int count = parse_arguments(p, where, name, composite < 0 && function == KMP_FUNCTION_if, arguments);
+    int arity = composite < 0 ? functions[function].arity : composites[composite].arity;
+    if (count >= 0 && count != arity)
+        return kmp_parse_complain(p, where, "function '%s' takes %d argument%s, not %d", name, arity,
+                                  arity == 1 ? "" : "s", count);
+    return count < 0       ? NULL
+           : composite < 0 ? make_call(p, where, function, arguments)
+                           : make_composite(p, where, composite, arguments);
+}
+
+const kmp_expr *kmp_expr_formula(kmp_arena *arena, const char *text, const kmp_expr_locals *locals)
+{
+    const kmp_expr_scope scope = {.arena = arena, .file = "", .locals = locals};
+    return kmp_expr_parse(&scope, text);
+}
+
 static const kmp_expr *parse_word(kmp_parser *p)
 {
     const char *where = p->at;
@@ -325,8 +468,8 @@ static const kmp_expr *parse_word(kmp_parser *p)
     const kmp_expr *variable = parse_variable(p, where, name, &found);
     if (found)
         return variable;
-    if (*p->at == '(' || kmp_parse_is_function(name))
-        return kmp_parse_call(p, where, name);
+    if (*p->at == '(' || find_function(name) >= 0 || kmp_name_find(KMP_NAMES_OF(composites), name) >= 0)
+        return parse_call(p, where, name);
     return kmp_parse_unknown_name(p, where, name, KMP_SYMBOL_PARAMETER);
 }
 
@@ -395,7 +538,7 @@ KMP_NOINLINE static const kmp_expr *parse_unit(kmp_parser *p, const char *number
         kmp_text sentence = {0};
         kmp_text_printf(&sentence, "an operator or a unit is expected here, not '%s'; units are ", name);
         kmp_name_list_print(&sentence, kmp_unit_names, ", ", ", ");
-        return kmp_parse_say(p, where, &sentence);
+        return parse_say(p, where, &sentence);
     }
     if (!parse_unit_power(p, &power))
         return NULL;
@@ -492,7 +635,7 @@ const kmp_expr *kmp_parse_sum(kmp_parser *p)
 const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text)
 {
     kmp_parser p = {.scope = scope, .text = text, .at = text};
-    const kmp_expr *expr = scope->compares ? kmp_parse_comparison(&p) : kmp_parse_sum(&p);
+    const kmp_expr *expr = scope->compares ? parse_comparison(&p) : kmp_parse_sum(&p);
     kmp_parse_skip_space(&p);
     if (!expr || *p.at == '\0')
         return expr;

@@ -244,12 +244,16 @@ const kmp_expr *kmp_parse_wanted(struct kmp_parser *p, const char *wanted);
 const kmp_expr *kmp_parse_unknown_name(const struct kmp_parser *p, const char *where, const char *name,
                                        kmp_expr_symbol symbol);
 
-/** Reports a sentence at a place, and frees it. */
-const kmp_expr *kmp_parse_say(const struct kmp_parser *p, const char *where, kmp_text *sentence);
-
 /** A node whose column is that of `where`. */
 const kmp_expr *kmp_parse_make(struct kmp_parser *p, const char *where, kmp_expr expr);
 
 /** The rule `sum`. */
 const kmp_expr *kmp_parse_sum(struct kmp_parser *p);
-const kmp_expr *kmp_parse_comparison(struct kmp_parser *p);
+
+const char *kmp_function_name(kmp_function function);
+
+/** Its word, "" if it is not said. */
+const char *kmp_outside_word(kmp_outside outside);
+
+/** An expression from a text of the program's own, which knows only the names in `locals`; NULL: no memory. */
+const kmp_expr *kmp_expr_formula(kmp_arena *arena, const char *text, const kmp_expr_locals *locals);

@@ -5,7 +5,6 @@
 #include "model/language/expression_dimension.h"
 #include "base/clones.h"
 #include "model/language/expression.h"
-#include "model/language/expression_functions.h"
 #include "model/language/expression_value.h"
 #include <string.h>
 

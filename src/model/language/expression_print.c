@@ -2,7 +2,6 @@
 /* Expressions as text that reads back to the same tree, with the fewest parentheses. */
 #include "model/language/expression_print.h"
 #include "model/language/expression.h"
-#include "model/language/expression_functions.h"
 
 /* Precedence of a node: a node of lower precedence than its position requires is put in parentheses. */
 enum { BIND_COMPARISON, BIND_SUM, BIND_PRODUCT, BIND_NEGATIVE, BIND_POWER, BIND_PRIMARY };

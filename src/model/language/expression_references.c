@@ -149,30 +149,23 @@ static bool parse_contact(kmp_parser *p, const char *word, kmp_measure_argument 
     return found;
 }
 
-static bool parse_loop(kmp_parser *p, kmp_measure_argument *argument)
-{
-    *argument = (kmp_measure_argument){.point = -1, .axis = -1};
-    argument->closure = parse_closure(p, &argument->name);
-    return argument->closure >= 0;
-}
-
-static bool parse_joint(kmp_parser *p, const char *word, kmp_measure_argument *argument)
-{
-    kmp_parse_skip_space(p);
-    const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_word_length(start)), *obstacle = NULL;
-    int body = name ? p->scope->joint(p->scope->user, &name, &obstacle) : -1;
-    *argument = (kmp_measure_argument){.point = -1, .axis = -1, .closure = body, .name = name};
-    if (obstacle)
-        kmp_parse_complain(p, start, "%s: the load of joint '%s' is not known: %s", word, name, obstacle);
-    return body >= 0 && !obstacle;
-}
-
 static bool parse_argument(kmp_parser *p, kmp_measure_kind kind, kmp_measure_argument *argument)
 {
-    if (rows[kind].of == OF_LOOP)
-        return parse_loop(p, argument);
-    if (rows[kind].of == OF_JOINT)
-        return parse_joint(p, rows[kind].word, argument);
+    if (rows[kind].of == OF_LOOP) {
+        *argument = (kmp_measure_argument){.point = -1, .axis = -1};
+        argument->closure = parse_closure(p, &argument->name);
+        return argument->closure >= 0;
+    }
+    if (rows[kind].of == OF_JOINT) {
+        kmp_parse_skip_space(p);
+        const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_word_length(start)), *obstacle = NULL;
+        int body = name ? p->scope->joint(p->scope->user, &name, &obstacle) : -1;
+        *argument = (kmp_measure_argument){.point = -1, .axis = -1, .closure = body, .name = name};
+        if (obstacle)
+            kmp_parse_complain(p, start, "%s: the load of joint '%s' is not known: %s", rows[kind].word, name,
+                               obstacle);
+        return body >= 0 && !obstacle;
+    }
     return rows[kind].of == OF_CONTACT ? parse_contact(p, rows[kind].word, argument)
                                        : parse_point_or_axis(p, rows[kind].word, rows[kind].of == OF_AXIS, argument);
 }

@@ -3,7 +3,7 @@
 #include "model/language/expression_value.h"
 #include "model/language/expression.h"
 #include "symbolic/function_table.h"
-#include "symbolic/surface.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 
 static double call(kmp_function function, double a, double b, double c)

@@ -5,8 +5,8 @@
  * JOINT_angle, and each corner of the slider is a contact. A ball closure is left out: its contact is all of it. */
 #include "model/read/clearance.h"
 #include "model/files/nodes.h"
+#include "model/read/read_compliant.h"
 #include "model/read/read_include.h"
-#include "model/read/read_journal.h"
 #include "model/read/reading.h"
 #include <string.h>
 
@@ -62,13 +62,6 @@ typedef struct loose {
     bool coordinate;   /* it has coordinates */
     int along, normal; /* of a slider: of its guide, of the plane of its motion */
 } loose;
-
-/* The direction of a slider: the joint's own, or the key `axis` of a joint between bodies, or of a closure. */
-static const kmp_yaml *direction_of(const loose *l)
-{
-    const kmp_yaml *own = kmp_yaml_get(l->map, "prismatic");
-    return own && own->kind == KMP_YAML_SCALAR ? own : kmp_yaml_get(l->map, "axis");
-}
 
 /* The names of the three coordinates: the two places, then the rotation. */
 static const kmp_yaml *coordinates(const rewriting *w, const loose *l, const char *name)
@@ -146,7 +139,10 @@ static void add_contacts(rewriting *w, const loose *l)
 /* The direction of the guide and the plane of motion, whose normal is the `axis` of the contact. */
 static bool find_directions(const rewriting *w, loose *l)
 {
-    const kmp_yaml *normal = kmp_yaml_get(kmp_yaml_get(l->map, "contact"), "axis"), *along = direction_of(l);
+    /* The direction of a slider: the joint's own, or the key `axis` of a joint between bodies, or of a closure. */
+    const kmp_yaml *own = kmp_yaml_get(l->map, "prismatic");
+    const kmp_yaml *normal = kmp_yaml_get(kmp_yaml_get(l->map, "contact"), "axis"),
+                   *along = own && own->kind == KMP_YAML_SCALAR ? own : kmp_yaml_get(l->map, "axis");
     const kmp_yaml *contact = kmp_yaml_get(l->map, "contact");
     const char *what = kmp_reader_say(w->r, "contact of %s", l->what);
     if (!kmp_read_required(w->r, contact, what, "length") || !kmp_read_required(w->r, contact, what, "height"))

@@ -4,6 +4,9 @@
  * the first in the file. The rank is the number of rows of the joint's cut, so that all cuts together have the fewest
  * rows (a spanning tree of greatest weight). Joints that must stay are first of all. */
 #include "model/read/linkage.h"
+#include "model/read/read_include.h"
+#include <ctype.h>
+#include <string.h>
 
 static bool must_stay(const kmp_edge *edge)
 {
@@ -19,7 +22,8 @@ kmp_edge *kmp_linkage_joint_named(kmp_reader *r, kmp_linkage *g, const char *nam
 
 /* -- paths --------------------------------------------------------------------------------------- */
 
-int kmp_edge_far_end(const kmp_edge *edge, int body)
+/* Its other body. */
+static int edge_far_end(const kmp_edge *edge, int body)
 {
     return edge->body[0] == body ? edge->body[1] : edge->body[0];
 }
@@ -34,10 +38,10 @@ static int path_in_tree(kmp_linkage *g, int from, int to)
     while (from != to)
         if (place[from] > place[to]) {
             g->path[count++] = g->by[from];
-            from = kmp_edge_far_end(&g->edges[g->by[from]], from);
+            from = edge_far_end(&g->edges[g->by[from]], from);
         } else {
             down[tail++] = g->by[to];
-            to = kmp_edge_far_end(&g->edges[g->by[to]], to);
+            to = edge_far_end(&g->edges[g->by[to]], to);
         }
     while (tail > 0)
         g->path[count++] = down[--tail];
@@ -57,13 +61,13 @@ static int path_among_staying(kmp_linkage *g, int from, int to)
             int here = g->order[k], there;
             if (!edge->stays || (edge->body[0] != here && edge->body[1] != here))
                 continue;
-            there = kmp_edge_far_end(edge, here);
+            there = edge_far_end(edge, here);
             if (there == to || g->by[there] >= 0)
                 continue;
             g->by[there] = e;
             g->order[count++] = there;
         }
-    for (int b = from; b != to; b = kmp_edge_far_end(&g->edges[g->by[b]], b))
+    for (int b = from; b != to; b = edge_far_end(&g->edges[g->by[b]], b))
         g->path[length++] = g->by[b];
     return length;
 }
@@ -71,6 +75,37 @@ static int path_among_staying(kmp_linkage *g, int from, int to)
 int kmp_linkage_path(kmp_linkage *g, int from, int to)
 {
     return g->depth[0] < 0 ? path_among_staying(g, from, to) : path_in_tree(g, from, to);
+}
+
+/* -- joints in messages ------------------------------------------------------------------------------- */
+
+const char *kmp_edge_what(kmp_reader *r, const kmp_edge *edge)
+{
+    return edge->own ? kmp_reader_say(r, "the joint of body '%s'", edge->key->text)
+                     : kmp_reader_say(r, "joint '%s'", edge->name);
+}
+
+/* Its name and the reason: "A (force 'motor' acts on it)". */
+static const char *edge_name_reason(kmp_reader *r, const kmp_edge *edge)
+{
+    const char *reason = edge->need ? edge->need : "";
+    if (edge->own)
+        reason = kmp_reader_say(r, "it is defined in body '%s'", edge->key->text);
+    else if (edge->wish == KMP_CUT_NO)
+        reason = "cut: no";
+    else if (!edge->cut)
+        reason = kmp_reader_say(r, "a %s cannot be cut", edge->kind ? edge->kind->name : "joint of motions");
+    return kmp_reader_say(r, "%s (%s)", edge->name, reason);
+}
+
+const char *kmp_linkage_bodies(kmp_reader *r, const kmp_linkage *g, int from, int count)
+{
+    const char *names = g->body_names[from];
+    for (int k = 0; k < count; k++) {
+        from = edge_far_end(&g->edges[g->path[k]], from);
+        names = kmp_reader_say(r, "%s - %s", names, g->body_names[from]);
+    }
+    return names;
 }
 
 /* -- joints that stay ---------------------------------------------------------------------------- */
@@ -93,9 +128,9 @@ static void complain_loop(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
 {
     int count = kmp_linkage_path(g, edge->body[0], edge->body[1]);
     const char *bodies = kmp_linkage_bodies(r, g, edge->body[0], count);
-    const char *reasons = kmp_edge_name_reason(r, edge);
+    const char *reasons = edge_name_reason(r, edge);
     for (int k = 0; k < count; k++)
-        reasons = kmp_reader_say(r, "%s, %s", reasons, kmp_edge_name_reason(r, &g->edges[g->path[k]]));
+        reasons = kmp_reader_say(r, "%s, %s", reasons, edge_name_reason(r, &g->edges[g->path[k]]));
     kmp_reader_complain(r, edge->key->place,
                         "%s: none of the joints of the loop %s can be cut: %s; permit the cut of one of them",
                         kmp_edge_what(r, edge), bodies, reasons);
@@ -317,35 +352,7 @@ void kmp_linkage_choose(kmp_reader *r, kmp_linkage *g)
     grow(r, g);
 }
 
-/* Messages about the choice of the tree. */
-
-const char *kmp_edge_what(kmp_reader *r, const kmp_edge *edge)
-{
-    return edge->own ? kmp_reader_say(r, "the joint of body '%s'", edge->key->text)
-                     : kmp_reader_say(r, "joint '%s'", edge->name);
-}
-
-const char *kmp_edge_name_reason(kmp_reader *r, const kmp_edge *edge)
-{
-    const char *reason = edge->need ? edge->need : "";
-    if (edge->own)
-        reason = kmp_reader_say(r, "it is defined in body '%s'", edge->key->text);
-    else if (edge->wish == KMP_CUT_NO)
-        reason = "cut: no";
-    else if (!edge->cut)
-        reason = kmp_reader_say(r, "a %s cannot be cut", edge->kind ? edge->kind->name : "joint of motions");
-    return kmp_reader_say(r, "%s (%s)", edge->name, reason);
-}
-
-const char *kmp_linkage_bodies(kmp_reader *r, const kmp_linkage *g, int from, int count)
-{
-    const char *names = g->body_names[from];
-    for (int k = 0; k < count; k++) {
-        from = kmp_edge_far_end(&g->edges[g->path[k]], from);
-        names = kmp_reader_say(r, "%s - %s", names, g->body_names[from]);
-    }
-    return names;
-}
+/* -- why a joint is cut ------------------------------------------------------------------------------- */
 
 /* Relations of the joints that could be cut as well, or not, to the one that is cut. */
 enum { MORE, STARTED, NEARER, BEFORE, STAYING, RELATIONS };
@@ -382,7 +389,7 @@ const char *kmp_linkage_why(kmp_reader *r, kmp_linkage *g, const kmp_edge *cut)
     for (int k = 0; k < count; k++) {
         const kmp_edge *edge = &g->edges[g->path[k]];
         int relation = relation_of(g, cut, edge);
-        const char *name = relation == STAYING ? kmp_edge_name_reason(r, edge) : edge->name;
+        const char *name = relation == STAYING ? edge_name_reason(r, edge) : edge->name;
         names[relation] = names[relation] ? kmp_reader_say(r, "%s, %s", names[relation], name) : name;
     }
     for (int k = 0; k < RELATIONS; k++)
@@ -393,4 +400,162 @@ const char *kmp_linkage_why(kmp_reader *r, kmp_linkage *g, const kmp_edge *cut)
                                             : "",
                             words[k], names[k]);
     return kmp_reader_take(r, &text);
+}
+
+/* -- uses that ask for a coordinate or multipliers --------------------------------------------------- */
+
+/* Joints that must have a coordinate, or multipliers, because the machine and its start use them. Outputs, sensors and
+ * `until` change no tree. Expressions are only searched for `q(JOINT)` and similar text here; they are read when there
+ * are coordinates. */
+
+typedef struct search {
+    kmp_reader *r;
+    kmp_linkage *g;
+    const char *reason; /* of the use found */
+    bool stops;         /* it is one of contacts */
+} search;
+
+/* The joint that a coordinate `JOINT` or `JOINT.k` of a file belongs to; NULL: none of `joints`. */
+static kmp_edge *find_edge(const search *s, int file, const char *text, size_t length)
+{
+    const char *dot = memchr(text, '.', length);
+    const char *said = kmp_reader_say(s->r, "%.*s", (int)(dot ? dot - text : (ptrdiff_t)length), text);
+    return kmp_linkage_joint_named(s->r, s->g, kmp_reader_name(s->r, file, said));
+}
+
+static void need(const search *s, int file, const char *text, size_t length)
+{
+    kmp_edge *edge = find_edge(s, file, text, length);
+    if (edge && (!edge->need || (edge->stopped && !s->stops))) {
+        edge->need = s->reason;
+        edge->stopped = s->stops;
+    }
+}
+
+static void need_node(const search *s, const kmp_yaml *node)
+{
+    if (node && node->kind == KMP_YAML_SCALAR)
+        need(s, node->place.file, node->text, strlen(node->text));
+}
+
+/* -- expressions ----------------------------------------------------------------------------------- */
+
+static bool in_name(char c)
+{
+    return isalnum((unsigned char)c) || c == '_' || c == '.' || (c & 0x80);
+}
+
+static bool is_word(const char *text, size_t length, const char *const *words)
+{
+    for (int k = 0; words[k]; k++)
+        if (strlen(words[k]) == length && strncmp(words[k], text, length) == 0)
+            return true;
+    return false;
+}
+
+static const char *skip_spaces(const char *s)
+{
+    return s + strspn(s, " \t");
+}
+
+const char *const kmp_words_of_loads[] = {"lambda", "reaction", "moment", NULL};
+
+/* Every WORD(NAME) of a text. */
+static void look_through(const search *s, const kmp_yaml *node)
+{
+    static const char *const coordinates[] = {"q", "qd", "qdd", "angle", NULL};
+    for (const char *at = node->text; *at;) {
+        if (!in_name(*at)) {
+            at++;
+            continue;
+        }
+        const char *word = at;
+        while (in_name(*at))
+            at++;
+        size_t length = (size_t)(at - word), count = 0;
+        const char *name = skip_spaces(at);
+        if (*name != '(')
+            continue;
+        name = skip_spaces(name + 1);
+        while (in_name(name[count]))
+            count++;
+        if (count == 0)
+            continue;
+        if (is_word(word, length, coordinates))
+            need(s, node->text_place.file, name, count);
+        kmp_edge *edge =
+            is_word(word, length, kmp_words_of_loads) ? find_edge(s, node->text_place.file, name, count) : NULL;
+        if (edge && !edge->requested)
+            edge->requested = kmp_reader_say(s->r, "the expression %s", node->text);
+    }
+}
+
+static void look_into(const search *s, const kmp_yaml *node)
+{
+    if (node->kind == KMP_YAML_SCALAR)
+        look_through(s, node);
+    for (int k = 0; k < node->count; k++)
+        look_into(s, node->items[k]);
+}
+
+/* -- sections -------------------------------------------------------------------------------------- */
+
+/* Searches entries whose `joint` is a coordinate, and which may contain expressions. */
+static void search_entries(search *s, const char *section, const char *acts, const char *depends)
+{
+    const kmp_yaml *map = kmp_yaml_get(s->r->root, section);
+    for (int k = 0; map && map->kind == KMP_YAML_MAP && k < map->count; k++) {
+        s->reason = kmp_reader_say(s->r, acts, map->keys[k]->text);
+        need_node(s, kmp_yaml_get(map->items[k], "joint"));
+        s->reason = kmp_reader_say(s->r, depends, map->keys[k]->text);
+        look_into(s, map->items[k]);
+        const kmp_yaml *coupler = kmp_yaml_get(map->items[k], "coupler");
+        for (int i = 0; coupler && coupler->kind == KMP_YAML_MAP && i < coupler->count; i++)
+            need_node(s, coupler->keys[i]);
+    }
+}
+
+static void search_list(search *s, const char *section, const char *key, const char *reason)
+{
+    const kmp_yaml *list = kmp_yaml_get(kmp_yaml_get(s->r->root, section), key);
+    s->reason = reason;
+    for (int k = 0; list && list->kind == KMP_YAML_LIST && k < list->count; k++)
+        need_node(s, list->items[k]);
+}
+
+static void search_keys(search *s, const char *section, const char *key, const char *reason)
+{
+    const kmp_yaml *map = kmp_yaml_get(kmp_yaml_get(s->r->root, section), key);
+    s->reason = reason;
+    for (int k = 0; map && map->kind == KMP_YAML_MAP && k < map->count; k++)
+        need_node(s, map->keys[k]);
+}
+
+static void find_start(const search *s, const char *key)
+{
+    const kmp_yaml *map = kmp_yaml_get(kmp_yaml_get(s->r->root, "start"), key);
+    for (int k = 0; map && map->kind == KMP_YAML_MAP && k < map->count; k++) {
+        const kmp_yaml *name = map->keys[k];
+        kmp_edge *edge = find_edge(s, name->place.file, name->text, strlen(name->text));
+        if (edge && !edge->start)
+            edge->start = name;
+    }
+}
+
+void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g)
+{
+    search s = {r, g, "", false};
+    search_list(&s, "start", "hold", "the start holds it");
+    search_keys(&s, "start", "goals", "the start has a goal for it");
+    search_list(&s, "run", "independent", "it is given as independent");
+    search_entries(&s, "drives", "drive '%s' moves it", "drive '%s' depends on it");
+    search_entries(&s, "forces", "force '%s' acts on it", "force '%s' depends on it");
+    search_entries(&s, "loops", "loop '%s' depends on it", "loop '%s' depends on it");
+    s.stops = true;
+    search_entries(&s, "contacts", "contact '%s' acts on it", "contact '%s' depends on it");
+    s.stops = false;
+    search_entries(&s, "states", "state '%s' depends on it", "state '%s' depends on it");
+    search_entries(&s, "algebraic", "variable '%s' depends on it", "variable '%s' depends on it");
+    find_start(&s, "q");
+    find_start(&s, "qd");
 }

@@ -47,14 +47,8 @@ struct kmp_linkage {
     kmp_yaml cuts;                       /* the cut joints as a mapping of closures */
 };
 
-/** Its name and the reason: "A (force 'motor' acts on it)". */
-const char *kmp_edge_name_reason(kmp_reader *r, const kmp_edge *edge);
-
 /** The joint of `joints` with a name; NULL: there is none. */
 kmp_edge *kmp_linkage_joint_named(kmp_reader *r, kmp_linkage *g, const char *name);
-
-/** Its other body. */
-int kmp_edge_far_end(const kmp_edge *edge, int body);
 
 /** "joint 'A'", or "the joint of body 'a'". */
 const char *kmp_edge_what(kmp_reader *r, const kmp_edge *edge);
@@ -72,3 +66,9 @@ const char *kmp_linkage_why(kmp_reader *r, kmp_linkage *g, const kmp_edge *cut);
 
 /** "ground, crank, rocker": the bodies of the path found from `from`. */
 const char *kmp_linkage_bodies(kmp_reader *r, const kmp_linkage *g, int from, int count);
+
+/** Sets need, asked and start of the edges from their uses elsewhere in the model. */
+void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g);
+
+/** Words of expressions whose argument is a closure with its multipliers; NULL ends the list. */
+extern const char *const kmp_words_of_loads[];

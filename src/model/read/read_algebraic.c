@@ -4,7 +4,7 @@
 #include "model/read/read_algebraic.h"
 #include "model/data/model.h"
 #include "model/language/expression_value.h"
-#include "model/read/linkage_uses.h"
+#include "model/read/linkage.h"
 #include "model/read/read_include.h"
 #include "model/read/read_tables.h"
 #include "model/read/read_values.h"

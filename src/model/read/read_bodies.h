@@ -8,3 +8,9 @@
 extern const kmp_key kmp_body_keys[];
 
 void kmp_read_bodies(kmp_reader *r);
+
+/** Reports keys of numbers that belong to another kind of joint than `row` (NULL: to any). */
+void kmp_check_joint_keys(kmp_reader *r, const kmp_joint_row *row, const kmp_yaml *joint, const char *what);
+
+/** The axes a, b and c of a joint's chain as columns of m: of an axis a, or, where b counts, of a list of two. */
+void kmp_read_chain_axes(kmp_reader *r, const char *chain, const kmp_yaml *node, const char *what, double m[3][3]);

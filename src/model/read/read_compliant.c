@@ -1,17 +1,337 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A contact with a law: its geometry, its law as an expression of depth and rate, its friction. */
+/* A contact with a law: its geometry, its law as an expression of depth and rate, its friction, the film of a journal.
+ * The geometry of joints with clearance serves rigid contacts, too. */
 #include "model/read/read_compliant.h"
 #include "base/memory.h"
+#include "model/data/compliant.h"
 #include "model/data/model.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_contacts.h"
-#include "model/read/read_film.h"
-#include "model/read/read_journal.h"
+#include "model/read/read_include.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include <math.h>
 #include <string.h>
+
+/* -- joints with clearance --------------------------------------------------------------------------- */
+
+/* Geometry of joints with clearance: the journal in its bearing, the ball in its socket, the slider in its guide. Each
+ * is read for compliant and for rigid contacts. */
+
+static const char *const axes[] = {"x", "y", "z"};
+
+/* A contact whose geometry is being read. */
+typedef struct geometry {
+    kmp_reader *r;
+    const kmp_yaml *map;
+    const char *what;
+    kmp_force *force;
+} geometry;
+
+/* -- numbers and formulas ------------------------------------------------------------------------------ */
+
+/* A number as an expression; a formula of this program over locals; a further local. NULL: no memory. */
+static const kmp_expr *read_as_expr(kmp_reader *r, const kmp_number *number)
+{
+    kmp_expr *e = number->expr ? NULL : KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
+    if (e)
+        *e = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = number->value, .symbol = number->symbol};
+    return number->expr ? number->expr : e;
+}
+
+static const kmp_expr *read_formula(kmp_reader *r, const char *text, const kmp_expr_locals *locals)
+{
+    const kmp_expr_scope scope = {.context = r->context, .arena = &r->model->arena, .file = r->file, .locals = locals};
+    return kmp_expr_parse(&scope, text);
+}
+
+static void add_local(kmp_expr_locals *locals, const char *name, const kmp_expr *expr)
+{
+    if (expr && locals->count < KMP_LOCALS_MOST)
+        locals->local[locals->count++] = (kmp_expr_local){name, expr, false};
+}
+
+/* A positive length, NULL without the key or after an error. */
+static const kmp_expr *read_length(const geometry *c, const char *key, bool required)
+{
+    const kmp_yaml *node = required ? kmp_read_required(c->r, c->map, c->what, key) : kmp_yaml_get(c->map, key);
+    const char *of = kmp_reader_say(c->r, "the %s of %s", key, c->what);
+    kmp_number number;
+    if (!node || !kmp_read_number(c->r, node, of, KMP_DIM_LENGTH, &number) ||
+        !kmp_check_rule(c->r, node, of, KMP_FIELD_POSITIVE, number.value, ""))
+        return NULL;
+    return read_as_expr(c->r, &number);
+}
+
+static double value_of(const geometry *c, const kmp_expr *e)
+{
+    return kmp_expr_value(e, c->r->parameter_values);
+}
+
+/* -- places ---------------------------------------------------------------------------------------------- */
+
+/* A motion in a plane: place along the axes after its normal, cosine and sine of the angle, the angular velocity. */
+typedef struct plane_motion {
+    int normal;
+    const kmp_expr *place[2], *cosine, *sine, *spin;
+} plane_motion;
+
+static const kmp_expr *coordinate(kmp_reader *r, kmp_expr_kind kind, const kmp_body *body, int number)
+{
+    kmp_expr *e = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
+    for (int k = body->first_motion; e && k < body->first_motion + body->motion_count; k++)
+        if (r->model->motions[k].number == number)
+            *e = (kmp_expr){.kind = kind, .index = k};
+    return e;
+}
+
+/* A component of a measure of the second point in the axes of the first. */
+static const kmp_expr *component(kmp_reader *r, kmp_measure_kind kind, const int point[2], int number)
+{
+    kmp_measure_argument arguments[2];
+    if (!kmp_reader_measure_argument(r, point[1], -1, &arguments[0]) ||
+        !kmp_reader_measure_argument(r, point[0], -1, &arguments[1]))
+        return NULL;
+    const kmp_expr *whole = kmp_expr_measure(&r->model->arena, kind, 2, arguments);
+    kmp_expr *e = whole ? KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1) : NULL;
+    if (e) {
+        *e = *whole;
+        e->number = number;
+    }
+    return e;
+}
+
+static void place_between(const geometry *c, const int point[2], int normal, plane_motion *out)
+{
+    int i = (normal + 1) % 3, j = (normal + 2) % 3;
+    memcpy(c->force->point, point, sizeof c->force->point);
+    *out = (plane_motion){.normal = normal};
+    out->place[0] = component(c->r, KMP_MEASURE_POSITION, point, i);
+    out->place[1] = component(c->r, KMP_MEASURE_POSITION, point, j);
+    out->cosine = component(c->r, KMP_MEASURE_AXES, point, 3 * i + i);
+    out->sine = component(c->r, KMP_MEASURE_AXES, point, 3 * i + j);
+    out->spin = component(c->r, KMP_MEASURE_ANGULAR_VELOCITY, point, normal);
+}
+
+/* The coordinate axis of both sides of a closure; -1: it is oblique. */
+static int axis_of(const double axis[3])
+{
+    for (int k = 0; k < 3; k++)
+        if (fabs(axis[k]) == 1)
+            return k;
+    return -1;
+}
+
+/* Of a joint of three motions in a plane: two translations and a rotation. */
+static bool place_by_coordinates(const geometry *c, const kmp_body *body, plane_motion *out)
+{
+    const kmp_motion *turn = NULL;
+    for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++)
+        if (c->r->model->motions[k].number == 3)
+            turn = &c->r->model->motions[k];
+    if (!turn || !turn->rotation || axis_of(turn->axis) < 0)
+        return false;
+    kmp_expr_locals locals = {0};
+    add_local(&locals, "a", coordinate(c->r, KMP_EXPR_Q, body, 3));
+    *out = (plane_motion){.normal = axis_of(turn->axis)};
+    for (int k = 0; k < 2; k++)
+        out->place[k] = coordinate(c->r, KMP_EXPR_Q, body, 1 + k);
+    out->cosine = read_formula(c->r, "cos(a)", &locals);
+    out->sine = read_formula(c->r, "sin(a)", &locals);
+    out->spin = coordinate(c->r, KMP_EXPR_QD, body, 3);
+    return true;
+}
+
+/* The joint of three motions in a plane, or its closure. */
+static bool place_in_joint(const geometry *c, const kmp_yaml *node, bool guide, plane_motion *out)
+{
+    const kempe_model *model = c->r->model;
+    const char *name = kmp_reader_name(c->r, node->place.file, node->text);
+    for (int b = 1; b < model->body_count; b++)
+        if (strcmp(model->bodies[b].joint, name) == 0 && model->bodies[b].motion_count == 3 &&
+            place_by_coordinates(c, &model->bodies[b], out))
+            return true;
+    int k = kmp_name_find(KMP_NAMED(model, closure), name);
+    if (k < 0 || model->closures[k].point[0] < 0)
+        return kmp_reader_complain(c->r, node->place, "%s: '%s' is not a joint with clearance", c->what, node->text);
+    if (axis_of(model->closures[k].axis[0]) < 0)
+        return kmp_reader_complain(c->r, node->place, "%s: the axis of a clearance is x, y or z of its points",
+                                   c->what);
+    if (guide && axis_of(model->closures[k].axis[1]) != axis_of(model->closures[k].axis[0]))
+        return kmp_reader_complain(c->r, node->place, "%s: both points of a guide need the same axis", c->what);
+    place_between(c, model->closures[k].point, axis_of(model->closures[k].axis[0]), out);
+    return true;
+}
+
+/* A length x over the clearance c; NULL without one of them. */
+static const kmp_expr *over_clearance(const geometry *g, const char *formula, const kmp_expr *x, const kmp_expr *c)
+{
+    kmp_expr_locals locals = {0};
+    add_local(&locals, "x", x);
+    add_local(&locals, "c", c);
+    return locals.count == 2 ? read_formula(g->r, formula, &locals) : NULL;
+}
+
+/* -- journals ---------------------------------------------------------------------------------------------- */
+
+static void place_journal(const geometry *c)
+{
+    const kmp_yaml *node = kmp_yaml_get(c->map, "journal"), *axis = kmp_yaml_get(c->map, "axis");
+    int about = axis ? kmp_read_choice(c->r, axis, c->what, KMP_NAMES_OF(axes), "the axis is", " or ") : 2, point[2];
+    plane_motion motion;
+    if (node->kind == KMP_YAML_SCALAR) {
+        if (!place_in_joint(c, node, false, &motion))
+            return;
+    } else if (!kmp_read_two_points(c->r, node, c->what, point) || about < 0) {
+        return;
+    } else {
+        place_between(c, point, about, &motion);
+    }
+    c->force->vector[0] = motion.place[0];
+    c->force->vector[1] = motion.place[1];
+    c->force->vector[2] = motion.spin;
+}
+
+static void place_ball(const geometry *c)
+{
+    int point[2];
+    if (!kmp_read_two_points(c->r, kmp_yaml_get(c->map, "socket"), c->what, point))
+        return;
+    memcpy(c->force->point, point, sizeof c->force->point);
+    for (int k = 0; k < 3; k++)
+        c->force->vector[k] = component(c->r, KMP_MEASURE_POSITION, point, k);
+}
+
+bool kmp_read_journal(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_force *force, kmp_journal *journal)
+{
+    const geometry c = {r, map, what, force};
+    journal->clearance = read_length(&c, "clearance", true);
+    journal->radius = read_length(&c, "radius", false);
+    journal->ball = kmp_yaml_get(map, "socket") != NULL;
+    if (journal->radius && journal->clearance && value_of(&c, journal->clearance) >= value_of(&c, journal->radius))
+        kmp_reader_complain(r, map->place, "%s: the clearance is not less than the radius of the bearing", what);
+    if (journal->ball)
+        place_ball(&c);
+    else
+        place_journal(&c);
+    for (int k = 0; k < (journal->ball ? 3 : 2); k++)
+        force->centred[k] = over_clearance(&c, "x/c", force->vector[k], journal->clearance);
+    return journal->clearance && force->vector[0] && force->vector[1];
+}
+
+static const kmp_expr *rate_of(kmp_reader *r, const kmp_expr *of)
+{
+    kmp_expr *e = of ? KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1) : NULL;
+    if (e)
+        *e = (kmp_expr){.kind = KMP_EXPR_RATE, .a = of};
+    return e;
+}
+
+/* The velocity of its surface along the bearing, where its centre is at the distance c: elsewhere there is no contact,
+ * and this is smooth at the centre. */
+static const kmp_expr *slip_of(kmp_reader *r, const kmp_force *force, const kmp_journal *journal)
+{
+    kmp_expr_locals locals = {0};
+    add_local(&locals, "c", journal->clearance);
+    add_local(&locals, "r", journal->radius);
+    add_local(&locals, "x", force->vector[0]);
+    add_local(&locals, "y", force->vector[1]);
+    add_local(&locals, "u", rate_of(r, force->vector[0]));
+    add_local(&locals, "v", rate_of(r, force->vector[1]));
+    add_local(&locals, "w", force->vector[2]);
+    return locals.count == 7 ? read_formula(r, "(x*v - y*u)/c + (r - c)*w", &locals) : NULL;
+}
+
+/* The surfaces of a ball with a radius: a sphere in a hollow one. */
+static void read_ball_surfaces(kmp_reader *r, const kmp_force *force, const kmp_journal *journal,
+                               kmp_contact_pair *pair)
+{
+    kmp_expr_locals locals = {0};
+    add_local(&locals, "c", journal->clearance);
+    add_local(&locals, "r", journal->radius);
+    const kmp_expr *inner = locals.count == 2 ? read_formula(r, "r - c", &locals) : NULL;
+    if (!inner)
+        return;
+    pair->side[0] = (kmp_touch_side){.shape = KMP_TOUCH_SPHERE, .point = force->point[1], .axis = 2};
+    pair->side[1] = (kmp_touch_side){.shape = KMP_TOUCH_SPHERE, .point = force->point[0], .axis = 2, .hollow = true};
+    pair->radius[0] = kmp_number_of(inner, kmp_expr_value(inner, r->parameter_values));
+    pair->radius[1] = kmp_number_of(journal->radius, kmp_expr_value(journal->radius, r->parameter_values));
+}
+
+/* With its centre at (x, y), e = |(x, y)|, the distance (c^2 - e^2)/(2 c) is zero where the surfaces touch, has the
+ * slope of their distance there, and is smooth at the centre. */
+void kmp_read_journal_gap(kmp_reader *r, kmp_force *force, const kmp_journal *journal, kmp_contact_pair *pair)
+{
+    kmp_expr_locals locals = {0};
+    add_local(&locals, "c", journal->clearance);
+    add_local(&locals, "x", force->vector[0]);
+    add_local(&locals, "y", force->vector[1]);
+    add_local(&locals, "z", journal->ball ? force->vector[2] : NULL);
+    *pair = (kmp_contact_pair){.motion = -1, .side = {{.point = -1}, {.point = -1}}, .clearance = journal->clearance};
+    pair->gap = read_formula(r, journal->ball ? "(c - (x^2 + y^2 + z^2)/c)/2" : "(c - (x^2 + y^2)/c)/2", &locals);
+    if (journal->radius && journal->ball)
+        read_ball_surfaces(r, force, journal, pair);
+    else if (journal->radius)
+        pair->slip = slip_of(r, force, journal);
+    force->vector[2] = journal->ball ? force->vector[2] : NULL; /* without friction the rotation has no effect */
+}
+
+/* -- guides ------------------------------------------------------------------------------------------------ */
+
+/* The corner of the slider, of its length along and its height across the guide. */
+static const struct {
+    const char *word;
+    int along, across;
+} corners[] = {{"front_upper", 1, 1}, {"front_lower", 1, -1}, {"rear_upper", -1, 1}, {"rear_lower", -1, -1}};
+
+const char *kmp_guide_corner(int k)
+{
+    return k < 4 ? corners[k].word : NULL;
+}
+
+/* A corner at (l, h) in the slider's axes is at (a + c l - s h, b + s l + c h) in those of the guide, of which the
+ * first is along the guide where `first`. */
+static bool find_corner(const geometry *c, const plane_motion *motion, int corner, bool first, kmp_contact_pair *pair,
+                        const kmp_expr **slip)
+{
+    static const char *const keys[] = {"clearance", "length", "height"}, *const names[] = {"g", "l", "h"};
+    const char *l = corners[corner].along > 0 ? "l/2" : "(-l/2)", *h = corners[corner].across > 0 ? "h/2" : "(-h/2)";
+    kmp_expr_locals locals = {0};
+    for (int k = 0; k < 3; k++)
+        add_local(&locals, names[k], read_length(c, keys[k], true));
+    add_local(&locals, "a", motion->place[0]);
+    add_local(&locals, "b", motion->place[1]);
+    add_local(&locals, "c", motion->cosine);
+    add_local(&locals, "s", motion->sine);
+    if (locals.count < 7)
+        return false;
+    const char *one = kmp_reader_say(c->r, "(a + c*%s - s*%s)", first ? l : h, first ? h : l);
+    const char *other = kmp_reader_say(c->r, "(b + s*%s + c*%s)", first ? l : h, first ? h : l);
+    pair->gap = read_formula(
+        c->r, kmp_reader_say(c->r, "h/2 + g %s %s", corners[corner].across > 0 ? "-" : "+", first ? other : one),
+        &locals);
+    c->force->centred[0] = over_clearance(c, "(x - c)/c", pair->gap, locals.local[0].expr);
+    pair->way = read_formula(c->r, first ? one : other, &locals);
+    *slip = rate_of(c->r, pair->way);
+    return pair->gap && *slip;
+}
+
+bool kmp_read_guide(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_force *force, kmp_contact_pair *pair)
+{
+    const geometry c = {r, map, what, force};
+    const kmp_yaml *node = kmp_yaml_get(map, "guide"), *word = kmp_read_required(r, map, what, "corner");
+    const kmp_yaml *axis = kmp_read_required(r, map, what, "axis");
+    plane_motion motion = {0};
+    *pair = (kmp_contact_pair){.motion = -1, .side = {{.point = -1}, {.point = -1}}};
+    int corner = word ? kmp_read_choice(r, word, what, KMP_NAMES(corners, 4), "the corner is", " or ") : -1;
+    int along = axis ? kmp_read_choice(r, axis, what, KMP_NAMES_OF(axes), "the axis is", " or ") : -1;
+    if (corner < 0 || along < 0 || !place_in_joint(&c, node, true, &motion))
+        return false;
+    if (along == motion.normal)
+        return kmp_reader_complain(r, axis->place, "%s: the guide is along the normal of the plane of motion", what);
+    return find_corner(&c, &motion, corner, along == (motion.normal + 1) % 3, pair, &force->vector[0]);
+}
 
 static const kmp_key contact_keys[] = {
 #include "model/read/contact_keys.def"
@@ -62,7 +382,7 @@ static const kmp_expr *read_one(const contact *c, const kmp_yaml *node, const ch
     if (!kmp_read_number(c->r, node, name, wanted, &number) ||
         !kmp_check_rule(c->r, node, name, rule, number.value, ""))
         return NULL;
-    return kmp_read_as_expr(c->r, &number);
+    return read_as_expr(c->r, &number);
 }
 
 /* The number of a key, NULL without it or after an error. */
@@ -78,7 +398,7 @@ static const kmp_expr *read_of_two(const contact *c, const char *key, int k, kmp
     const kmp_yaml *node = kmp_yaml_get(c->map, key);
     kmp_number absent = {0};
     if (!node && kmp_key_default(contact_keys, key, 1, &absent.value))
-        return kmp_read_as_expr(c->r, &absent);
+        return read_as_expr(c->r, &absent);
     if (node && node->kind == KMP_YAML_LIST &&
         !kmp_read_list(c->r, node, kmp_reader_say(c->r, "%s of %s", key, c->what), 2))
         return NULL;
@@ -87,7 +407,7 @@ static const kmp_expr *read_of_two(const contact *c, const char *key, int k, kmp
     return node ? read_one(c, node, key, kmp_key_dimension(contact_keys, key), rule) : NULL;
 }
 
-static double value_of(const contact *c, const kmp_expr *e)
+static double number_of(const contact *c, const kmp_expr *e)
 {
     return e ? kmp_expr_value(e, c->r->parameter_values) : NAN;
 }
@@ -141,11 +461,11 @@ static const kmp_expr *radius_of_sides(const contact *c)
 {
     const kmp_contact_pair *touch = &c->force->touch;
     kmp_expr_locals locals = {0};
-    kmp_add_local(&locals, "a", kmp_read_as_expr(c->r, &touch->radius[0]));
+    add_local(&locals, "a", read_as_expr(c->r, &touch->radius[0]));
     if (touch->side[1].shape == KMP_TOUCH_PLANE)
-        return kmp_read_formula(c->r, "a", &locals);
-    kmp_add_local(&locals, "b", kmp_read_as_expr(c->r, &touch->radius[1]));
-    return kmp_read_formula(c->r, touch->side[1].hollow ? "a*b/(b - a)" : "a*b/(a + b)", &locals);
+        return read_formula(c->r, "a", &locals);
+    add_local(&locals, "b", read_as_expr(c->r, &touch->radius[1]));
+    return read_formula(c->r, touch->side[1].hollow ? "a*b/(b - a)" : "a*b/(a + b)", &locals);
 }
 
 /* Radius of curvature of the pair: of a journal in its bearing, of two spheres, of a sphere on a plane. */
@@ -157,19 +477,19 @@ static const kmp_expr *reduced_radius(const contact *c)
     if (made->form == KMP_COMPLIANT_JOURNAL) {
         if (!made->radius)
             kmp_read_required(c->r, c->map, c->what, "radius");
-        kmp_add_local(&locals, "a", made->radius);
-        kmp_add_local(&locals, "c", made->clearance);
-        return locals.count == 2 ? kmp_read_formula(c->r, "a*(a - c)/c", &locals) : NULL;
+        add_local(&locals, "a", made->radius);
+        add_local(&locals, "c", made->clearance);
+        return locals.count == 2 ? read_formula(c->r, "a*(a - c)/c", &locals) : NULL;
     }
     if (!radii && is_of_spheres(&c->force->touch))
         return radius_of_sides(c);
     if (!radii)
         kmp_read_required(c->r, c->map, c->what, "radii");
-    kmp_add_local(&locals, "a", read_of_two(c, "radii", 0, KMP_FIELD_ANY));
+    add_local(&locals, "a", read_of_two(c, "radii", 0, KMP_FIELD_ANY));
     if (!radii || radii->kind != KMP_YAML_LIST)
-        return locals.count == 1 ? kmp_read_formula(c->r, "a", &locals) : NULL;
-    kmp_add_local(&locals, "b", read_of_two(c, "radii", 1, KMP_FIELD_ANY));
-    return locals.count == 2 ? kmp_read_formula(c->r, "a*b/(a + b)", &locals) : NULL;
+        return locals.count == 1 ? read_formula(c->r, "a", &locals) : NULL;
+    add_local(&locals, "b", read_of_two(c, "radii", 1, KMP_FIELD_ANY));
+    return locals.count == 2 ? read_formula(c->r, "a*b/(a + b)", &locals) : NULL;
 }
 
 static const kmp_expr *read_stiffness(const contact *c, double exponent)
@@ -189,21 +509,20 @@ static const kmp_expr *read_stiffness(const contact *c, double exponent)
                             c->what, exponent);
     /* Hertz's stiffness of two spheres: F = 4/3 E* sqrt(R) d^1.5, 1/E* = sum (1 - nu^2)/E (Johnson 1985, eq. 4.23). */
     kmp_expr_locals locals = {0};
-    kmp_add_local(&locals, "reduced", reduced_radius(c));
-    kmp_add_local(&locals, "young", read_of_two(c, "young", 0, KMP_FIELD_POSITIVE));
-    kmp_add_local(&locals, "other_young", read_of_two(c, "young", 1, KMP_FIELD_POSITIVE));
-    kmp_add_local(&locals, "poisson", read_of_two(c, "poisson", 0, KMP_FIELD_ANY));
-    kmp_add_local(&locals, "other_poisson", read_of_two(c, "poisson", 1, KMP_FIELD_ANY));
+    add_local(&locals, "reduced", reduced_radius(c));
+    add_local(&locals, "young", read_of_two(c, "young", 0, KMP_FIELD_POSITIVE));
+    add_local(&locals, "other_young", read_of_two(c, "young", 1, KMP_FIELD_POSITIVE));
+    add_local(&locals, "poisson", read_of_two(c, "poisson", 0, KMP_FIELD_ANY));
+    add_local(&locals, "other_poisson", read_of_two(c, "poisson", 1, KMP_FIELD_ANY));
     if (locals.count < 5)
         return NULL;
-    if (!(value_of(c, locals.local[0].expr) > 0)) {
+    if (!(number_of(c, locals.local[0].expr) > 0)) {
         kmp_reader_complain(c->r, c->map->place,
                             "%s: the radii do not touch from outside: their sum of curvatures is not positive",
                             c->what);
         return NULL;
     }
-    return kmp_read_formula(c->r, "4/3*sqrt(reduced)/((1 - poisson^2)/young + (1 - other_poisson^2)/other_young)",
-                            &locals);
+    return read_formula(c->r, "4/3*sqrt(reduced)/((1 - poisson^2)/young + (1 - other_poisson^2)/other_young)", &locals);
 }
 
 static const kmp_expr *read_exponent(const contact *c, bool has)
@@ -211,10 +530,10 @@ static const kmp_expr *read_exponent(const contact *c, bool has)
     kmp_number absent = {.value = has ? 1.5 : 1};
     const kmp_yaml *node = kmp_yaml_get(c->map, "exponent");
     const kmp_expr *e = node && has ? read_given(c, "exponent", KMP_DIM_NUMBER, KMP_FIELD_POSITIVE) : NULL;
-    if (e && value_of(c, e) < 1)
+    if (e && number_of(c, e) < 1)
         kmp_reader_complain(c->r, node->place, "the exponent of %s is %g: it must be at least 1", c->what,
-                            value_of(c, e));
-    return e ? e : kmp_read_as_expr(c->r, &absent);
+                            number_of(c, e));
+    return e ? e : read_as_expr(c->r, &absent);
 }
 
 /* Numbers that the law does not have. */
@@ -234,16 +553,16 @@ static const kmp_expr *johnson_root(const contact *c)
 {
     enum { STEPS = 6 };
     kmp_expr_locals locals = {0};
-    kmp_add_local(&locals, "c", c->made->clearance);
-    kmp_add_local(&locals, "depth", &quantities[0]);
-    const kmp_expr *w = kmp_read_formula(c->r, "log(1.4715177646857693*c/(depth + 1e-300))", &locals), *y;
+    add_local(&locals, "c", c->made->clearance);
+    add_local(&locals, "depth", &quantities[0]);
+    const kmp_expr *w = read_formula(c->r, "log(1.4715177646857693*c/(depth + 1e-300))", &locals), *y;
     locals.count = 0;
-    kmp_add_local(&locals, "w", w);
-    y = locals.count ? kmp_read_formula(c->r, "w + log(w)", &locals) : NULL;
+    add_local(&locals, "w", w);
+    y = locals.count ? read_formula(c->r, "w + log(w)", &locals) : NULL;
     for (int k = 0; k < STEPS && y; k++) {
         locals.count = 1;
-        kmp_add_local(&locals, "y", y);
-        y = kmp_read_formula(c->r, "y*(log(y) + w - 1)/(y - 1)", &locals);
+        add_local(&locals, "y", y);
+        y = read_formula(c->r, "y*(log(y) + w - 1)/(y - 1)", &locals);
     }
     return y;
 }
@@ -258,18 +577,17 @@ static void read_johnson(contact *c)
     }
     if (!kmp_read_required(c->r, c->map, c->what, "young") || !kmp_read_required(c->r, c->map, c->what, "length"))
         return;
-    kmp_add_local(&locals, "young", read_of_two(c, "young", 0, KMP_FIELD_POSITIVE));
-    kmp_add_local(&locals, "other_young", read_of_two(c, "young", 1, KMP_FIELD_POSITIVE));
-    kmp_add_local(&locals, "poisson", read_of_two(c, "poisson", 0, KMP_FIELD_ANY));
-    kmp_add_local(&locals, "other_poisson", read_of_two(c, "poisson", 1, KMP_FIELD_ANY));
-    kmp_add_local(&locals, "length", read_given(c, "length", KMP_DIM_LENGTH, KMP_FIELD_POSITIVE));
+    add_local(&locals, "young", read_of_two(c, "young", 0, KMP_FIELD_POSITIVE));
+    add_local(&locals, "other_young", read_of_two(c, "young", 1, KMP_FIELD_POSITIVE));
+    add_local(&locals, "poisson", read_of_two(c, "poisson", 0, KMP_FIELD_ANY));
+    add_local(&locals, "other_poisson", read_of_two(c, "poisson", 1, KMP_FIELD_ANY));
+    add_local(&locals, "length", read_given(c, "length", KMP_DIM_LENGTH, KMP_FIELD_POSITIVE));
     if (locals.count < 5 || !c->made->clearance)
         return;
     c->made->limited = true;
-    kmp_add_local(
-        &c->numbers, "modulus",
-        kmp_read_formula(c->r, "pi*length/((1 - poisson^2)/young + (1 - other_poisson^2)/other_young)", &locals));
-    kmp_add_local(&c->numbers, "y", johnson_root(c));
+    add_local(&c->numbers, "modulus",
+              read_formula(c->r, "pi*length/((1 - poisson^2)/young + (1 - other_poisson^2)/other_young)", &locals));
+    add_local(&c->numbers, "y", johnson_root(c));
 }
 
 static void read_row(contact *c, const law_row *row)
@@ -285,36 +603,24 @@ static void read_row(contact *c, const law_row *row)
                 read_given(c, own[k], k == 1 && !c->force->turns ? kmp_dimension_of(row->unit) : KMP_DIM_NUMBER,
                            KMP_FIELD_NOT_NEGATIVE);
             if (k == 2) {
-                double value = value_of(c, e);
+                double value = number_of(c, e);
                 if (e && (value <= 0 || value > 1))
                     kmp_reader_complain(c->r, kmp_yaml_get(c->map, "restitution")->place,
                                         "the restitution of %s is %g: it must be above 0 and at most 1", c->what,
                                         value);
             }
-            kmp_add_local(numbers, own[k], e);
+            add_local(numbers, own[k], e);
         }
-    kmp_add_local(numbers, "exponent", exponent);
+    add_local(numbers, "exponent", exponent);
     if (mentions(row->force, "modulus"))
         read_johnson(c);
     else
-        kmp_add_local(numbers, "stiffness", read_stiffness(c, value_of(c, exponent)));
+        add_local(numbers, "stiffness", read_stiffness(c, number_of(c, exponent)));
     if (c->r->wrong)
         return;
     c->made->law = row->word;
-    c->force->effort = kmp_read_formula(c->r, row->force, numbers);
-    c->made->store = row->store[0] ? kmp_read_formula(c->r, row->store, numbers) : NULL;
-}
-
-/* The law of the user, over the same quantities. */
-static void read_own_law(contact *c, const kmp_yaml *node)
-{
-    static const char *const numbers[] = {"stiffness", "exponent", "damping", "restitution",
-                                          "young",     "poisson",  "radii"};
-    refuse_numbers(c, NULL, numbers, 7);
-    c->r->locals = &c->numbers;
-    c->force->effort =
-        kmp_read_expr(c->r, node, c->what, c->force->turns ? KMP_DIM_TORQUE : KMP_DIM_FORCE, KMP_OF_LOADS);
-    c->r->locals = NULL;
+    c->force->effort = read_formula(c->r, row->force, numbers);
+    c->made->store = row->store[0] ? read_formula(c->r, row->store, numbers) : NULL;
 }
 
 static void read_law(contact *c)
@@ -324,11 +630,19 @@ static void read_law(contact *c)
         return;
     const kmp_yaml *word = kmp_yaml_get(c->map, "law"), *own = kmp_yaml_get(c->map, "force");
     for (int k = 0; k < 3; k++)
-        kmp_add_local(&c->numbers, quantity_names[k], &quantities[k]);
-    if (own)
-        read_own_law(c, own);
-    else if (kmp_read_choice(c->r, word, c->what, law_words, "the law is", " or ") >= 0)
+        add_local(&c->numbers, quantity_names[k], &quantities[k]);
+    if (own) {
+        /* The law of the user, over the same quantities. */
+        static const char *const numbers[] = {"stiffness", "exponent", "damping", "restitution",
+                                              "young",     "poisson",  "radii"};
+        refuse_numbers(c, NULL, numbers, 7);
+        c->r->locals = &c->numbers;
+        c->force->effort =
+            kmp_read_expr(c->r, own, c->what, c->force->turns ? KMP_DIM_TORQUE : KMP_DIM_FORCE, KMP_OF_LOADS);
+        c->r->locals = NULL;
+    } else if (kmp_read_choice(c->r, word, c->what, law_words, "the law is", " or ") >= 0) {
         read_row(c, find_law(word->text, c->map));
+    }
 }
 
 /* -- friction -------------------------------------------------------------------------------------- */
@@ -370,29 +684,25 @@ static void read_slip(const contact *c)
         c->force->vector[k] = kmp_read_expr(c->r, list ? node->items[k] : node, what, wanted, KMP_OF_STATE);
 }
 
-static void read_journal(contact *c)
-{
-    kmp_journal journal = {0};
-    (void)kmp_read_journal(c->r, c->map, c->what, c->force, &journal);
-    if (journal.ball && journal.radius && journal.clearance)
-        kmp_read_ball_surfaces(c->r, c->force, &journal, &c->force->touch);
-    c->made->clearance = journal.clearance;
-    c->made->radius = journal.radius;
-    c->made->ball = journal.ball;
-}
-
 /* The geometry in its words; false: it cannot be read any further. */
 static bool read_geometry(contact *c)
 {
     kmp_force *force = c->force;
-    if (c->made->form == KMP_COMPLIANT_JOURNAL)
-        read_journal(c);
-    else if (kmp_yaml_get(c->map, "guide"))
+    if (c->made->form == KMP_COMPLIANT_JOURNAL) {
+        kmp_journal journal = {0};
+        (void)kmp_read_journal(c->r, c->map, c->what, c->force, &journal);
+        if (journal.ball && journal.radius && journal.clearance)
+            read_ball_surfaces(c->r, c->force, &journal, &c->force->touch);
+        c->made->clearance = journal.clearance;
+        c->made->radius = journal.radius;
+        c->made->ball = journal.ball;
+    } else if (kmp_yaml_get(c->map, "guide")) {
         return kmp_read_guide(c->r, c->map, c->what, force, &force->touch);
-    else if (kmp_read_touch(c->r, c->map, c->what, &force->touch))
+    } else if (kmp_read_touch(c->r, c->map, c->what, &force->touch)) {
         read_slip(c);
-    else
+    } else {
         return false;
+    }
     return true;
 }
 
@@ -414,9 +724,101 @@ static void refuse_keys(const contact *c)
                             "%s: the key '%s' does not belong to this contact", c->what, kmp_name_at(keys, first));
 }
 
-/* -- the state of the impact ------------------------------------------------------------------------- */
+/* -- films of journals ------------------------------------------------------------------------------- */
 
-static void read_film(const contact *c)
+/* The film of a journal: its law over the place and the rate of the journal, as film_rows and steps of film_laws.def.
+ */
+
+static const kmp_key film_keys[] = {
+#include "model/read/film_keys.def"
+    {0}};
+
+/* A law's row, or a step of the law before it. */
+typedef struct film_row {
+    const char *law, *name, *formula;
+} film_row;
+
+static const film_row film_rows[] = {
+#define KMP_FILM_LAW(word, scale, source) {word, "scale", scale},
+#define KMP_FILM_STEP(name, formula)      {NULL, name, formula},
+#include "model/data/film_laws.def"
+#undef KMP_FILM_LAW
+#undef KMP_FILM_STEP
+};
+
+enum { FILM_ROWS = sizeof film_rows / sizeof *film_rows };
+
+#define KMP_PLACE(k)                                                                                                   \
+    {                                                                                                                  \
+        .kind = KMP_EXPR_PLACE, .index = (k)                                                                           \
+    }
+static const kmp_expr film_places[] = {KMP_PLACE(KMP_LOCAL_FILM_X), KMP_PLACE(KMP_LOCAL_FILM_Y),
+                                       KMP_PLACE(KMP_LOCAL_FILM_U), KMP_PLACE(KMP_LOCAL_FILM_V)};
+static const char *const place_names[] = {"x", "y", "u", "v"};
+
+/* The laws alone, for a choice. */
+static int find_film_law(kmp_reader *r, const kmp_yaml *node, const char *what)
+{
+    const char *words[FILM_ROWS];
+    int at[FILM_ROWS], count = 0;
+    for (int k = 0; k < FILM_ROWS; k++)
+        if (film_rows[k].law) {
+            words[count] = film_rows[k].law;
+            at[count++] = k;
+        }
+    int found = kmp_read_choice(r, node, what, KMP_NAMES(words, count), "the law is", " or ");
+    return found < 0 ? -1 : at[found];
+}
+
+static const kmp_expr *read_film_number(kmp_reader *r, const kmp_yaml *map, const char *what, const char *key)
+{
+    const kmp_yaml *node = kmp_read_required(r, map, what, key);
+    const char *of = kmp_reader_say(r, "the %s of %s", key, what);
+    kmp_number number;
+    if (!node || !kmp_read_number(r, node, of, kmp_key_dimension(film_keys, key), &number) ||
+        !kmp_check_rule(r, node, of, KMP_FIELD_POSITIVE, number.value, ""))
+        return NULL;
+    return read_as_expr(r, &number);
+}
+
+/* The film of a journal. NULL after an error. */
+static const kmp_film *read_film(kmp_reader *r, const kmp_yaml *map, const char *of, const kmp_expr *clearance,
+                                 const kmp_expr *radius)
+{
+    const char *what = kmp_reader_say(r, "film of %s", of);
+    kmp_film *film = KMP_ARENA_NEW(&r->model->arena, kmp_film, 1);
+    if (!film || !kmp_read_map(r, map, what, film_keys))
+        return NULL;
+    const kmp_yaml *word = kmp_read_required(r, map, what, "law");
+    int law = word ? find_film_law(r, word, what) : -1;
+    kmp_expr_locals numbers = {0};
+    add_local(&numbers, "viscosity", read_film_number(r, map, what, "viscosity"));
+    add_local(&numbers, "length", read_film_number(r, map, what, "length"));
+    add_local(&numbers, "least", read_film_number(r, map, what, "least"));
+    add_local(&numbers, "clearance", clearance);
+    add_local(&numbers, "radius", radius);
+    if (law < 0 || numbers.count < 5)
+        return NULL;
+    *film = (kmp_film){.law = film_rows[law].law};
+    film->scale = read_formula(r, film_rows[law].formula, &numbers);
+    film->drag = read_formula(r, "2*pi*viscosity*radius^3*length/clearance", &numbers);
+    film->most = read_formula(r, "1 - least/clearance", &numbers);
+    /* The steps of a law, of which the last two are its force. */
+    kmp_expr_locals locals = {0};
+    for (int k = 0; k < 4; k++)
+        add_local(&locals, place_names[k], &film_places[k]);
+    for (int k = law + 1; k < FILM_ROWS && !film_rows[k].law; k++) {
+        const kmp_expr *step = read_formula(r, film_rows[k].formula, &locals);
+        add_local(&locals, film_rows[k].name, step);
+        film->force[0] = film->force[1];
+        film->force[1] = step;
+    }
+    if (film->most && kmp_expr_value(film->most, r->parameter_values) <= 0)
+        kmp_reader_complain(r, map->place, "%s: the least thickness of the film is not below the clearance", what);
+    return film;
+}
+
+static void read_film_of(const contact *c)
 {
     const kmp_yaml *map = kmp_yaml_get(c->map, "film");
     if (!map)
@@ -424,8 +826,10 @@ static void read_film(const contact *c)
     if (c->made->form != KMP_COMPLIANT_JOURNAL || c->made->ball)
         kmp_reader_complain(c->r, map->place, "%s: a journal in its bearing has a film, and this is none", c->what);
     else if (kmp_read_required(c->r, c->map, c->what, "radius") && c->made->radius && c->made->clearance)
-        c->made->film = kmp_read_film(c->r, map, c->what, c->made->clearance, c->made->radius);
+        c->made->film = read_film(c->r, map, c->what, c->made->clearance, c->made->radius);
 }
+
+/* -- the whole --------------------------------------------------------------------------------------- */
 
 void kmp_read_compliant(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_force *force)
 {
@@ -443,7 +847,7 @@ void kmp_read_compliant(kmp_reader *r, const kmp_yaml *map, const char *what, km
     refuse_keys(&c);
     read_law(&c);
     read_friction(&c);
-    read_film(&c);
+    read_film_of(&c);
     /* The rate where contact begins, at least the smallest one. */
     kempe_model *model = c.r->model;
     kmp_number least = {0};
@@ -453,15 +857,15 @@ void kmp_read_compliant(kmp_reader *r, const kmp_yaml *map, const char *what, km
     (void)kmp_key_default(contact_keys, "least_rate", 1, &least.value);
     const kmp_expr *given =
         node ? read_given(&c, "least_rate", kmp_key_dimension(contact_keys, "least_rate"), KMP_FIELD_POSITIVE)
-             : kmp_read_as_expr(c.r, &least);
+             : read_as_expr(c.r, &least);
     if (c.made->state < 0 || !given)
         return;
     const kmp_measure_argument argument = {.point = -1, .axis = -1, .name = c.force->name};
     kmp_expr_locals locals = {0};
-    kmp_add_local(&locals, "least", given);
-    kmp_add_local(&locals, "rate", kmp_expr_measure(&model->arena, KMP_MEASURE_APPROACH, 1, &argument));
+    add_local(&locals, "least", given);
+    add_local(&locals, "rate", kmp_expr_measure(&model->arena, KMP_MEASURE_APPROACH, 1, &argument));
     kmp_state *state = &model->states[c.made->state];
-    state->next = kmp_read_formula(c.r, "max(rate, least)", &locals);
-    state->start = kmp_number_of(given, value_of(&c, given));
+    state->next = read_formula(c.r, "max(rate, least)", &locals);
+    state->start = kmp_number_of(given, number_of(&c, given));
     state->contact = 1 + (int)(c.force - model->forces);
 }

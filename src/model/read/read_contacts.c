@@ -3,15 +3,13 @@
  * with a row of its own. */
 #include "model/read/read_contacts.h"
 #include "model/data/angle_sum.h"
-#include "model/data/cut_coordinates.h"
+#include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/data/parallel_curve.h"
-#include "model/data/touch_plane.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_compliant.h"
 #include "model/read/read_include.h"
-#include "model/read/read_journal.h"
 #include "model/read/read_tables.h"
 #include "model/read/read_values.h"
 #include <math.h>
@@ -128,35 +126,6 @@ static void refuse_key(const reading *c, const kmp_yaml *map, const char *other,
         kmp_reader_complain(c->r, node->place, "%s: the key '%s' does not belong to a '%s'", c->what, other, key);
 }
 
-static bool read_first(const reading *c, int kind)
-{
-    kmp_touch_side *side = &c->touch->side[0];
-    bool rolls = kind == 4;
-    side->shape = rolls ? KMP_TOUCH_CYLINDER : KMP_TOUCH_SPHERE;
-    side->point = kmp_read_point(c->r, kmp_yaml_get(c->map, firsts[kind]), c->what);
-    if (kind > 2)
-        read_radius(c, c->map, 0);
-    else
-        refuse_key(c, c->map, "radius", firsts[kind]);
-    if (rolls)
-        side->axis = read_letter(c, c->map, "axis");
-    else
-        refuse_key(c, c->map, "axis", firsts[kind]);
-    return side->point >= 0;
-}
-
-static void read_curve(const reading *c, const kmp_yaml *map, kmp_touch_side *side)
-{
-    const kmp_yaml *at = kmp_read_required(c->r, map, c->what, "at"), *node = kmp_yaml_get(map, "profile");
-    side->table = kmp_read_table_name(c->r, node, c->what);
-    side->point = at ? kmp_read_point(c->r, at, c->what) : -1;
-    if (side->table && side->table->table && side->table->table->method != KMP_TABLE_CUBIC)
-        kmp_reader_complain(c->r, node->place,
-                            "%s: a profile is a table by 'spline'; at corners of '%s' a contact "
-                            "would have two normals",
-                            c->what, side->table->name);
-}
-
 static bool read_second(const reading *c, const kmp_yaml *map)
 {
     kmp_touch_side *side = &c->touch->side[1];
@@ -174,10 +143,18 @@ static bool read_second(const reading *c, const kmp_yaml *map)
                               : KMP_TOUCH_PROFILE;
     side->hollow = inside != NULL;
     side->axis = read_letter(c, map, kind == 0 ? "normal" : "axis");
-    if (kind == 3)
-        read_curve(c, map, side);
-    else
+    if (kind == 3) {
+        const kmp_yaml *at = kmp_read_required(c->r, map, c->what, "at"), *node = kmp_yaml_get(map, "profile");
+        side->table = kmp_read_table_name(c->r, node, c->what);
+        side->point = at ? kmp_read_point(c->r, at, c->what) : -1;
+        if (side->table && side->table->table && side->table->table->method != KMP_TABLE_CUBIC)
+            kmp_reader_complain(c->r, node->place,
+                                "%s: a profile is a table by 'spline'; at corners of '%s' a contact "
+                                "would have two normals",
+                                c->what, side->table->name);
+    } else {
         side->point = kmp_read_point(c->r, kmp_yaml_get(map, key), c->what);
+    }
     if (kind == 1 || kind == 2)
         read_radius(c, map, 1);
     for (int k = 0; k < 4; k++) {
@@ -269,7 +246,19 @@ bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_co
     if (kind < 2)
         return touch->motion >= 0 || touch->gap;
     const kmp_yaml *on = kmp_read_required(r, map, what, "on");
-    bool good = read_first(&c, kind);
+    kmp_touch_side *side = &c.touch->side[0];
+    bool rolls = kind == 4;
+    side->shape = rolls ? KMP_TOUCH_CYLINDER : KMP_TOUCH_SPHERE;
+    side->point = kmp_read_point(c.r, kmp_yaml_get(c.map, firsts[kind]), c.what);
+    if (kind > 2)
+        read_radius(&c, c.map, 0);
+    else
+        refuse_key(&c, c.map, "radius", firsts[kind]);
+    if (rolls)
+        side->axis = read_letter(&c, c.map, "axis");
+    else
+        refuse_key(&c, c.map, "axis", firsts[kind]);
+    bool good = side->point >= 0;
     good = on && read_second(&c, on) && good;
     if (good)
         check_shapes(&c);

@@ -132,31 +132,6 @@ static void read_fields(const element *e, const kmp_yaml *map, const char *what)
     }
 }
 
-/* The keys of an element's own mapping. */
-static const kmp_key *keys_of(const element *e)
-{
-    kmp_key *keys = KMP_ARENA_NEW(&e->r->scratch, kmp_key, kmp_force_field_count + 2);
-    int count = 0;
-    if (keys && e->force->kind == KMP_FORCE_FRICTION)
-        keys[count++].name = "reaction";
-    for (int k = 0; keys && k < kmp_force_field_count; k++)
-        if (kmp_force_fields[k].kind == e->force->kind)
-            keys[count++].name = kmp_force_key(e->r->model, e->force, kmp_force_fields[k].key);
-    return keys;
-}
-
-static void check_stops(const element *e, const kmp_yaml *map)
-{
-    kmp_force *force = e->force;
-    force->has_lower = kmp_yaml_get(map, "lower");
-    force->has_upper = kmp_yaml_get(map, "upper");
-    if (!force->has_lower && !force->has_upper)
-        kmp_reader_complain(e->r, map->place, "%s: at least one of the keys lower, upper is expected", e->what);
-    else if (force->has_lower && force->has_upper && force->lower.value >= force->upper.value && !e->r->wrong)
-        kmp_reader_complain(e->r, map->place, "%s: lower is %.6g, which is not below upper, %.6g", e->what,
-                            force->lower.value, force->upper.value);
-}
-
 static const kmp_expr *product(kmp_reader *r, const kmp_expr *a, const kmp_expr *b)
 {
     kmp_expr *e = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
@@ -278,52 +253,36 @@ static void set_joint_locals(element *e)
     set_locals(e, e->r->model->motions[motion].rotation ? "angle" : "distance", q, qd, true);
 }
 
-/* A rotation has a torque, a translation a force: the other word shows that another motion is intended. */
-static void read_effort(const element *e)
-{
-    kmp_reader *r = e->r;
-    const kmp_yaml *torque = kmp_yaml_get(e->map, "torque"), *effort = torque ? torque : kmp_yaml_get(e->map, "force");
-    int motion = e->force->motion;
-    kmp_dimension wanted = motion < 0 ? KMP_DIM_ANY : kmp_effort_dimension(r->model, motion);
-    if (effort && motion >= 0 && r->model->motions[motion].rotation != (effort == torque)) {
-        const kmp_motion *m = &r->model->motions[motion];
-        kmp_reader_complain(r, effort->place, "%s: '%s' is a %s, which takes a '%s', not a '%s'", e->what, m->name,
-                            m->rotation ? "rotation" : "translation", m->rotation ? "torque" : "force",
-                            m->rotation ? "force" : "torque");
-        wanted = KMP_DIM_ANY;
-    }
-    e->force->effort = read_law(e, effort, wanted);
-}
-
 /* The own mapping of a kind. */
 static void read_own(const element *e)
 {
     const kmp_yaml *map = kmp_yaml_get(e->map, kmp_force_rows[e->force->kind].word);
     const char *what = kmp_reader_say(e->r, "%s of %s", kmp_force_rows[e->force->kind].word, e->what);
-    const kmp_key *keys = keys_of(e);
+    /* The keys of an element's own mapping. */
+    kmp_key *keys = KMP_ARENA_NEW(&e->r->scratch, kmp_key, kmp_force_field_count + 2);
+    int count = 0;
+    if (keys && e->force->kind == KMP_FORCE_FRICTION)
+        keys[count++].name = "reaction";
+    for (int k = 0; keys && k < kmp_force_field_count; k++)
+        if (kmp_force_fields[k].kind == e->force->kind)
+            keys[count++].name = kmp_force_key(e->r->model, e->force, kmp_force_fields[k].key);
     if (!keys || !kmp_read_map(e->r, map, what, keys))
         return;
     read_fields(e, map, what);
-    if (e->force->kind == KMP_FORCE_STOPS)
-        check_stops(e, map);
+    if (e->force->kind == KMP_FORCE_STOPS) {
+        kmp_force *force = e->force;
+        force->has_lower = kmp_yaml_get(map, "lower");
+        force->has_upper = kmp_yaml_get(map, "upper");
+        if (!force->has_lower && !force->has_upper)
+            kmp_reader_complain(e->r, map->place, "%s: at least one of the keys lower, upper is expected", e->what);
+        else if (force->has_lower && force->has_upper && force->lower.value >= force->upper.value && !e->r->wrong)
+            kmp_reader_complain(e->r, map->place, "%s: lower is %.6g, which is not below upper, %.6g", e->what,
+                                force->lower.value, force->upper.value);
+    }
     if (e->force->kind == KMP_FORCE_FRICTION) {
         read_level(e, map, what);
         add_friction_row(e, map);
     }
-}
-
-/* Friction against the rate of an expression: an angle where its level is a torque. */
-static void read_sliding(const element *e)
-{
-    const kmp_yaml *node = kmp_yaml_get(e->map, "sliding"), *map = kmp_yaml_get(e->map, "friction");
-    e->force->turns = map->kind == KMP_YAML_MAP && (kmp_yaml_get(map, "torque") || kmp_yaml_get(map, "radius"));
-    e->force->sliding =
-        kmp_read_expr(e->r, node, e->what, e->force->turns ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, KMP_OF_STATE);
-    if (kmp_expr_find(e->force->sliding, kmp_expr_is_rate, NULL))
-        kmp_reader_complain(e->r, node->place, "%s: sliding may depend on t, q(..) and positions, not on rates",
-                            e->what);
-    else if (e->force->sliding)
-        read_own(e);
 }
 
 static void read_in_joint(element *e)
@@ -331,7 +290,20 @@ static void read_in_joint(element *e)
     e->force->motion = kmp_read_motion(e->r, kmp_yaml_get(e->map, "joint"), e->what);
     if (e->force->kind == KMP_FORCE_JOINT) {
         set_joint_locals(e);
-        read_effort(e);
+        /* A rotation has a torque, a translation a force: the other word shows that another motion is intended. */
+        kmp_reader *r = e->r;
+        const kmp_yaml *torque = kmp_yaml_get(e->map, "torque"),
+                       *effort = torque ? torque : kmp_yaml_get(e->map, "force");
+        int motion = e->force->motion;
+        kmp_dimension wanted = motion < 0 ? KMP_DIM_ANY : kmp_effort_dimension(r->model, motion);
+        if (effort && motion >= 0 && r->model->motions[motion].rotation != (effort == torque)) {
+            const kmp_motion *m = &r->model->motions[motion];
+            kmp_reader_complain(r, effort->place, "%s: '%s' is a %s, which takes a '%s', not a '%s'", e->what, m->name,
+                                m->rotation ? "rotation" : "translation", m->rotation ? "torque" : "force",
+                                m->rotation ? "force" : "torque");
+            wanted = KMP_DIM_ANY;
+        }
+        e->force->effort = read_law(e, effort, wanted);
     } else if (e->force->motion >= 0) {
         read_own(e);
     }
@@ -346,24 +318,6 @@ static void read_components(const element *e, const char *key)
     for (int i = 0; i < 3; i++)
         e->force->vector[i] = kmp_read_expr(
             e->r, list->items[i], kmp_reader_say(e->r, "%s, component %d,", e->what, i + 1), wanted, KMP_OF_LOADS);
-}
-
-static void read_at_point(const element *e)
-{
-    const kmp_yaml *at = kmp_yaml_get(e->map, "at");
-    e->force->point[0] = kmp_read_point(e->r, at, e->what);
-    if (e->force->point[0] >= 0 && e->r->model->points[e->force->point[0]].body == 0)
-        kmp_reader_complain(e->r, at->place, "%s: the ground does not move: a force on it has no effect", e->what);
-    read_components(e, "force");
-}
-
-static void read_on_body(const element *e)
-{
-    const kmp_yaml *on = kmp_yaml_get(e->map, "on");
-    e->force->body = kmp_read_body(e->r, on, e->what);
-    if (e->force->body == 0)
-        kmp_reader_complain(e->r, on->place, "%s: the ground does not move: a torque on it has no effect", e->what);
-    read_components(e, "torque");
 }
 
 /* -- between two points ---------------------------------------------------------------------------- */
@@ -402,27 +356,6 @@ static void set_angle(element *e)
     set_locals(e, "angle", angle, kmp_expr_rate(arena, angle), false);
 }
 
-static void read_axis_word(const element *e)
-{
-    static const char *const axes[] = {"x", "y", "z"};
-    const kmp_yaml *axis = kmp_yaml_get(e->map, "axis");
-    int found = axis ? kmp_read_choice(e->r, axis, e->what, KMP_NAMES_OF(axes), "the axis is", " or ") : 2;
-    e->force->axis = found < 0 ? 2 : found;
-}
-
-static void read_pressures(const element *e)
-{
-    static const char *const keys[] = {"pressure", "rod_pressure"};
-    for (int k = 0; k < 2; k++) {
-        const kmp_yaml *node = kmp_yaml_get(e->map, keys[k]);
-        if (node)
-            e->force->vector[k] = read_law(e, node, kmp_key_dimension(force_keys, keys[k]));
-    }
-    if (e->force->bore.value > 0 && e->force->rod.value >= e->force->bore.value)
-        kmp_reader_complain(e->r, e->map->place, "%s: the rod, %.6g m, is not thinner than the bore, %.6g m", e->what,
-                            e->force->rod.value, e->force->bore.value);
-}
-
 /* The points of a rope, two or more. Two points that follow each other differ, and not all are of one body. */
 static bool read_rope(const element *e, const kmp_yaml *list)
 {
@@ -450,30 +383,39 @@ static bool read_rope(const element *e, const kmp_yaml *list)
     return true;
 }
 
-static bool read_ends(const element *e, const kmp_yaml *list)
-{
-    bool rope = e->force->kind == KMP_FORCE_LINE && list->kind == KMP_YAML_LIST && list->count > 2;
-    return rope ? read_rope(e, list) : kmp_read_two_points(e->r, list, e->what, e->force->point);
-}
-
 static void read_between(element *e, const char *place)
 {
     kmp_force *force = e->force;
-    bool good = read_ends(e, kmp_yaml_get(e->map, place));
+    const kmp_yaml *list = kmp_yaml_get(e->map, place);
+    bool rope = e->force->kind == KMP_FORCE_LINE && list->kind == KMP_YAML_LIST && list->count > 2;
+    bool good = rope ? read_rope(e, list) : kmp_read_two_points(e->r, list, e->what, e->force->point);
     read_fields(e, e->map, e->what);
-    if (force->kind == KMP_FORCE_TORSION)
-        read_axis_word(e);
+    if (force->kind == KMP_FORCE_TORSION) {
+        static const char *const axes[] = {"x", "y", "z"};
+        const kmp_yaml *axis = kmp_yaml_get(e->map, "axis");
+        int found = axis ? kmp_read_choice(e->r, axis, e->what, KMP_NAMES_OF(axes), "the axis is", " or ") : 2;
+        e->force->axis = found < 0 ? 2 : found;
+    }
     if (!good || !kmp_force_rows[force->kind].word)
         return;
     if (force->kind == KMP_FORCE_TORSION)
         set_angle(e);
     else
         set_distance(e);
-    if (force->kind == KMP_FORCE_CYLINDER)
-        read_pressures(e);
-    else
+    if (force->kind == KMP_FORCE_CYLINDER) {
+        static const char *const keys[] = {"pressure", "rod_pressure"};
+        for (int k = 0; k < 2; k++) {
+            const kmp_yaml *node = kmp_yaml_get(e->map, keys[k]);
+            if (node)
+                e->force->vector[k] = read_law(e, node, kmp_key_dimension(force_keys, keys[k]));
+        }
+        if (e->force->bore.value > 0 && e->force->rod.value >= e->force->bore.value)
+            kmp_reader_complain(e->r, e->map->place, "%s: the rod, %.6g m, is not thinner than the bore, %.6g m",
+                                e->what, e->force->rod.value, e->force->bore.value);
+    } else {
         force->effort = read_law(e, kmp_yaml_get(e->map, kmp_force_rows[force->kind].word),
                                  force->kind == KMP_FORCE_TORSION ? KMP_DIM_TORQUE : KMP_DIM_FORCE);
+    }
 }
 
 /* Reports keys that are known but belong to another kind. */
@@ -510,11 +452,28 @@ static void read_force(element *e)
     if (strcmp(place, "joint") == 0) {
         read_in_joint(e);
     } else if (strcmp(place, "sliding") == 0) {
-        read_sliding(e);
+        /* Friction against the rate of an expression: an angle where its level is a torque. */
+        const kmp_yaml *node = kmp_yaml_get(e->map, "sliding"), *map = kmp_yaml_get(e->map, "friction");
+        e->force->turns = map->kind == KMP_YAML_MAP && (kmp_yaml_get(map, "torque") || kmp_yaml_get(map, "radius"));
+        e->force->sliding =
+            kmp_read_expr(e->r, node, e->what, e->force->turns ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, KMP_OF_STATE);
+        if (kmp_expr_find(e->force->sliding, kmp_expr_is_rate, NULL))
+            kmp_reader_complain(e->r, node->place, "%s: sliding may depend on t, q(..) and positions, not on rates",
+                                e->what);
+        else if (e->force->sliding)
+            read_own(e);
     } else if (strcmp(place, "at") == 0) {
-        read_at_point(e);
+        const kmp_yaml *at = kmp_yaml_get(e->map, "at");
+        e->force->point[0] = kmp_read_point(e->r, at, e->what);
+        if (e->force->point[0] >= 0 && e->r->model->points[e->force->point[0]].body == 0)
+            kmp_reader_complain(e->r, at->place, "%s: the ground does not move: a force on it has no effect", e->what);
+        read_components(e, "force");
     } else if (strcmp(place, "on") == 0) {
-        read_on_body(e);
+        const kmp_yaml *on = kmp_yaml_get(e->map, "on");
+        e->force->body = kmp_read_body(e->r, on, e->what);
+        if (e->force->body == 0)
+            kmp_reader_complain(e->r, on->place, "%s: the ground does not move: a torque on it has no effect", e->what);
+        read_components(e, "torque");
 
     } else {
         read_between(e, place);

@@ -3,13 +3,12 @@
  * joints in bodies, and closures. */
 #include "model/read/read_linkage.h"
 #include "base/context.h"
-#include "model/data/cut_coordinates.h"
+#include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/files/nodes.h"
 #include "model/read/linkage.h"
-#include "model/read/linkage_uses.h"
+#include "model/read/read_bodies.h"
 #include "model/read/read_include.h"
-#include "model/read/read_joints.h"
 #include "model/read/read_values.h"
 #include <stdint.h>
 #include <stdlib.h>
@@ -126,24 +125,6 @@ static bool read_kind(kmp_reader *r, kmp_edge *edge, const char *what)
     return false;
 }
 
-/* Reports keys that do not belong to the kind. */
-static void check_edge_keys(kmp_reader *r, const kmp_edge *edge, const char *what)
-{
-    const kmp_yaml *axis = kmp_yaml_get(edge->map, "axis"), *axes = kmp_yaml_get(edge->map, "axes");
-    const char *chain = edge->kind->chain;
-    if (axis && axes)
-        kmp_reader_complain(r, edge->map->place, "%s: 'axis' and 'axes' exclude each other", what);
-    else if (axis && !chain[0])
-        kmp_reader_complain(r, axis->place, "%s: a %s has no axis", what, edge->kind->name);
-    else if (axes && !strchr(chain, 'b'))
-        kmp_reader_complain(r, axes->place,
-                            "%s: a %s cannot have two axes: rotate the axes of one of the points instead", what,
-                            edge->kind->name);
-    else if (axes)
-        kmp_read_list(r, axes, kmp_reader_say(r, "%s: axes", what), 2);
-    kmp_check_joint_keys(r, edge->kind, edge->map, what);
-}
-
 static void read_wish(kmp_reader *r, kmp_edge *edge, const char *what)
 {
     const kmp_yaml *cut = kmp_yaml_get(edge->map, "cut");
@@ -209,7 +190,20 @@ static void take_edge(kmp_reader *r, kmp_linkage *g, const kmp_yaml *key, const 
         read_wish(r, edge, what);
     }
     if (good && read_kind(r, edge, what)) {
-        check_edge_keys(r, edge, what);
+        /* Reports keys that do not belong to the kind. */
+        const kmp_yaml *axis = kmp_yaml_get(edge->map, "axis"), *axes = kmp_yaml_get(edge->map, "axes");
+        const char *chain = edge->kind->chain;
+        if (axis && axes)
+            kmp_reader_complain(r, edge->map->place, "%s: 'axis' and 'axes' exclude each other", what);
+        else if (axis && !chain[0])
+            kmp_reader_complain(r, axis->place, "%s: a %s has no axis", what, edge->kind->name);
+        else if (axes && !strchr(chain, 'b'))
+            kmp_reader_complain(r, axes->place,
+                                "%s: a %s cannot have two axes: rotate the axes of one of the points instead", what,
+                                edge->kind->name);
+        else if (axes)
+            kmp_read_list(r, axes, kmp_reader_say(r, "%s: axes", what), 2);
+        kmp_check_joint_keys(r, edge->kind, edge->map, what);
         edge->faulty = !read_ends(r, g, edge, what);
     }
     g->broken = g->broken || edge->faulty;
@@ -284,18 +278,6 @@ static const kmp_yaml *both_axes(kmp_reader *r, const kmp_edge *edge)
     return both;
 }
 
-static const kmp_yaml *make_closure(kmp_reader *r, const kmp_edge *edge)
-{
-    kmp_yaml *closure = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, edge->map->place);
-    const kmp_yaml *axes = kmp_yaml_get(edge->map, "axes");
-    put(r, closure, edge->cut->closure, kmp_yaml_get(edge->map, edge->kind->name));
-    if (edge->cut->axes == KMP_CUT_BOTH)
-        put(r, closure, "axes", both_axes(r, edge));
-    if (edge->cut->axes == KMP_CUT_SAME)
-        put(r, closure, "axis", axes && axes->count > 0 ? axes->items[0] : axis_of(r, edge));
-    return closure;
-}
-
 static void add_cut(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
 {
     kempe_model *model = r->model;
@@ -311,7 +293,14 @@ static void add_cut(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
     if (!cut->loop || !cut->why)
         return;
     model->cut_count++;
-    edge->made = make_closure(r, edge);
+    kmp_yaml *closure = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, edge->map->place);
+    const kmp_yaml *axes = kmp_yaml_get(edge->map, "axes");
+    put(r, closure, edge->cut->closure, kmp_yaml_get(edge->map, edge->kind->name));
+    if (edge->cut->axes == KMP_CUT_BOTH)
+        put(r, closure, "axes", both_axes(r, edge));
+    if (edge->cut->axes == KMP_CUT_SAME)
+        put(r, closure, "axis", axes && axes->count > 0 ? axes->items[0] : axis_of(r, edge));
+    edge->made = closure;
     kmp_yaml_append(&r->scratch, &g->cuts, edge->key, edge->made);
 }
 

@@ -1,19 +1,415 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Mass, centre of mass and inertia, and the check that a body can have them. */
+/* Shapes; mass, centre of mass and inertia, and the check that a body can have them. */
 #include "model/read/read_mass.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "model/data/mesh.h"
 #include "model/data/model.h"
-#include "model/data/shape_mass.h"
-#include "model/read/files.h"
+#include "model/data/shape.h"
+#include "model/language/limits.h"
+#include "model/language/number_algebra.h"
 #include "model/read/read_bodies.h"
-#include "model/read/read_shapes.h"
+#include "model/read/read_include.h"
+#include "model/read/read_tables.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include <math.h>
 #include <string.h>
 
+/* -- shapes ------------------------------------------------------------------------------------------ */
+
+/* Shapes of bodies and of the ground. */
+
+static const kmp_key shape_keys[] = {
+#include "model/keys/shape_keys.def"
+    {0}};
+
+/* A shape that is read, and whose it is. */
+typedef struct reading {
+    kmp_reader *r;
+    const kmp_shape_owner *owner;
+    const kmp_yaml *map;
+    const char *what;
+    kmp_shape *shape;
+} reading;
+
+static const char *say_key(const reading *s, const char *key)
+{
+    return kmp_reader_say(s->r, "%s of %s", key, s->what);
+}
+
+/* -- numbers and places ------------------------------------------------------------------------------ */
+
+/* Parameters alone are symbols in masses by shapes: a number of a shape has no name, and one of a point moves the
+ * point. */
+static void drop_symbols(int count, kmp_number *number)
+{
+    for (int k = 0; k < count; k++)
+        number[k].symbol = 0;
+}
+
+static bool read_positive(const reading *s, const kmp_yaml *node, const char *key, kmp_number *number)
+{
+    const char *what = say_key(s, key);
+    bool good = kmp_read_number(s->r, node, what, kmp_key_dimension(shape_keys, key), number) &&
+                kmp_check_rule(s->r, node, what, KMP_FIELD_POSITIVE, number->value, "");
+    drop_symbols(good, number);
+    return good;
+}
+
+/* A point of the same body by its name. */
+static const kmp_point *read_point_name(const reading *s, const kmp_yaml *node, const char *what)
+{
+    kmp_reader *r = s->r;
+    const char *word = kmp_read_word(r, node, what);
+    if (!word)
+        return NULL;
+    const char *name = s->owner->origin ? kmp_reader_name(r, node->place.file, word) : word;
+    int found = kmp_read_point_of(r, node->place, s->owner->body, name, what);
+    return found < 0 ? NULL : &r->model->points[found];
+}
+
+/* [x, y, z], or the name of a point (`*point`; else NULL). */
+static bool read_place(const reading *s, const kmp_yaml *node, const char *what, kmp_number at[3],
+                       const kmp_point **point)
+{
+    kmp_arena *arena = &s->r->model->arena;
+    const kmp_number *origin = s->owner->origin;
+    *point = NULL;
+    if (node->kind == KMP_YAML_SCALAR && !node->empty) {
+        *point = read_point_name(s, node, what);
+        if (*point)
+            memcpy(at, (*point)->at, sizeof(*point)->at);
+        drop_symbols(*point ? 3 : 0, at);
+        return *point;
+    }
+    if (!kmp_read_vector(s->r, node, what, KMP_DIM_LENGTH, at))
+        return false;
+    drop_symbols(3, at);
+    for (int k = 0; origin && k < 3; k++)
+        at[k] = kmp_number_add(arena, at[k], origin[k]);
+    return true;
+}
+
+static bool is_same_place(const kmp_number a[3], const kmp_number b[3])
+{
+    return a[0].value == b[0].value && a[1].value == b[1].value && a[2].value == b[2].value;
+}
+
+/* Places in a list, each apart from the one before it; NULL after an error. */
+static kmp_number (*read_places(const reading *s, const kmp_yaml *node, const char *key))[3]
+{
+    kmp_number(*at)[3] = kmp_arena_alloc(&s->r->model->arena, (size_t)node->count, sizeof *at);
+    bool good = at;
+    const kmp_point *point;
+    for (int i = 0; at && i < node->count; i++) {
+        const char *what = kmp_reader_say(s->r, "%s, place %d,", say_key(s, key), i + 1);
+        bool read = read_place(s, node->items[i], what, at[i], &point);
+        if (read && good && i > 0 && is_same_place(at[i - 1], at[i])) {
+            kmp_reader_complain(s->r, node->items[i]->place, "%s is the same as the one before it", what);
+            read = false;
+        }
+        good = good && read;
+    }
+    return good ? at : NULL;
+}
+
+/* -- where and how it lies --------------------------------------------------------------------------- */
+
+/* Its centre, and its axes: given ones, else those of the point that it is put on, else those of the body. */
+static bool read_frame(const reading *s)
+{
+    kmp_shape *shape = s->shape;
+    const kmp_yaml *at = kmp_yaml_get(s->map, "at"), *axes = kmp_yaml_get(s->map, "axes");
+    const kmp_point *point = NULL;
+    for (int k = 0; !at && s->owner->origin && k < 3; k++)
+        shape->at[k] = s->owner->origin[k];
+    if (at && !read_place(s, at, say_key(s, "at"), shape->at, &point))
+        return false;
+    for (int k = 0; k < 3; k++)
+        shape->axes[k][k] = 1;
+    shape->turned = axes || (point && point->turned);
+    if (axes)
+        return kmp_read_axes(s->r, axes, say_key(s, "axes"), shape->axes);
+    if (point && point->turned)
+        memcpy(shape->axes, point->axes, sizeof shape->axes);
+    return true;
+}
+
+/* Between two places: centre, length and direction follow from them. */
+static bool read_between(const reading *s, const kmp_yaml *node, const char *key)
+{
+    kmp_shape *shape = s->shape;
+    kmp_arena *arena = &s->r->model->arena;
+    static const char *const none[] = {"at", "axis"};
+    for (int k = 0; k < 2; k++)
+        if (kmp_yaml_get(s->map, none[k]))
+            return kmp_reader_complain(s->r, kmp_yaml_get(s->map, none[k])->place,
+                                       "%s: a %s between two places has no '%s'; give its length in place of them",
+                                       s->what, key, none[k]);
+    kmp_number(*end)[3] = kmp_read_list(s->r, node, say_key(s, key), 2) ? read_places(s, node, key) : NULL;
+    kmp_number sum = {.value = 0}, way[3];
+    if (!end)
+        return false;
+    for (int k = 0; k < 3; k++) {
+        way[k] = kmp_number_subtract(arena, end[1][k], end[0][k]);
+        sum = kmp_number_add(arena, sum, kmp_number_times(arena, way[k], way[k]));
+        shape->at[k] = kmp_number_scale(arena, 0.5, kmp_number_add(arena, end[0][k], end[1][k]));
+    }
+    shape->length = kmp_number_root(arena, sum);
+    for (int k = 0; k < 3; k++)
+        shape->along[k] = kmp_number_over(arena, way[k], shape->length);
+    return true;
+}
+
+/* By its length: along an axis of the body, else along z of its own axes. */
+static bool read_along(const reading *s, const kmp_yaml *node, const char *key)
+{
+    kmp_shape *shape = s->shape;
+    const kmp_yaml *axis = kmp_yaml_get(s->map, "axis");
+    double along[3];
+    if (!read_positive(s, node, key, &shape->length) || !read_frame(s) ||
+        (axis && !kmp_read_axis(s->r, axis, say_key(s, "axis"), along)))
+        return false;
+    for (int k = 0; k < 3; k++)
+        shape->along[k] = (kmp_number){.value = axis ? along[k] : shape->axes[k][2]};
+    return true;
+}
+
+/* -- kinds ------------------------------------------------------------------------------------------- */
+
+/* Three lengths along its axes: edges of a box, radii of an ellipsoid. */
+static bool read_lengths(const reading *s, const kmp_yaml *node)
+{
+    const char *what = say_key(s, kmp_shape_words[s->shape->kind]);
+    if (!kmp_read_vector(s->r, node, what, KMP_DIM_LENGTH, s->shape->edge) || !read_frame(s))
+        return false;
+    drop_symbols(3, s->shape->edge);
+    bool good = true;
+    for (int k = 0; k < 3; k++)
+        good = kmp_check_rule(s->r, node->items[k], kmp_reader_say(s->r, "%s, component %d,", what, k + 1),
+                              KMP_FIELD_POSITIVE, s->shape->edge[k].value, "") &&
+               good;
+    return good;
+}
+
+static bool read_sphere(const reading *s, const kmp_yaml *node)
+{
+    return read_positive(s, node, "sphere", &s->shape->radius) && read_frame(s);
+}
+
+static bool read_round(const reading *s, const kmp_yaml *node)
+{
+    const char *key = kmp_shape_words[s->shape->kind];
+    const kmp_yaml *radius = kmp_read_required(s->r, s->map, s->what, "radius");
+    bool good = radius && read_positive(s, radius, "radius", &s->shape->radius);
+    return (node->kind == KMP_YAML_LIST ? read_between : read_along)(s, node, key) && good;
+}
+
+static bool read_line(const reading *s, const kmp_yaml *node)
+{
+    const kmp_yaml *radius = kmp_yaml_get(s->map, "radius");
+    if (!kmp_read_list(s->r, node, say_key(s, "line"), -1) ||
+        (radius && !read_positive(s, radius, "radius", &s->shape->radius)))
+        return false;
+    if (node->count < 2)
+        return kmp_reader_complain(s->r, node->place, "%s: a line needs two places or more", s->what);
+    s->shape->through = (const kmp_number(*)[3])read_places(s, node, "line");
+    s->shape->through_count = node->count;
+    return s->shape->through;
+}
+
+/* -- meshes ------------------------------------------------------------------------------------------ */
+
+/* A file that another shape has, too, is read once. */
+static const kmp_mesh *mesh_of(const kempe_model *model, const char *path)
+{
+    for (int k = 0; k < model->shape_count; k++)
+        if (model->shapes[k].mesh && strcmp(model->shapes[k].mesh->path, path) == 0)
+            return model->shapes[k].mesh;
+    return NULL;
+}
+
+static const kmp_mesh *load_mesh(const reading *s, const kmp_yaml *node, const char *path)
+{
+    kmp_reader *r = s->r;
+    kmp_arena *arena = &r->model->arena;
+    kmp_mesh *mesh = KMP_ARENA_NEW(arena, kmp_mesh, 1);
+    const char *own = kmp_arena_strdup(arena, path);
+    size_t length;
+    char *text = mesh && own ? kmp_read_file(r, KMP_FILE_MESH, node, s->what, path, &length) : NULL;
+    kmp_text why = {0};
+    bool good = text && kmp_mesh_read(arena, own, text, length, mesh, &why);
+    if (text && !good && why.length > 0)
+        kmp_reader_complain(r, node->place, "%s: '%s': %s", s->what, path, why.s);
+    r->scratch.failed = r->scratch.failed || why.failed;
+    kmp_text_free(&why);
+    kmp_free(text);
+    return good ? mesh : NULL;
+}
+
+static bool read_mesh(const reading *s, const kmp_yaml *node)
+{
+    const kmp_yaml *scale = kmp_yaml_get(s->map, "scale");
+    double one = 1;
+    (void)kmp_key_default(shape_keys, "scale", 1, &one);
+    s->shape->scale = (kmp_number){.value = one};
+    if (!kmp_read_word(s->r, node, say_key(s, "mesh")) || !read_frame(s) ||
+        (scale && !read_positive(s, scale, "scale", &s->shape->scale)))
+        return false;
+    const char *path = kmp_path_beside(s->r, node->place.file, node->text);
+    const kmp_mesh *known = mesh_of(s->r->model, path);
+    s->shape->mesh = known ? known : load_mesh(s, node, path);
+    return s->shape->mesh;
+}
+
+static bool read_kind(const reading *s)
+{
+    static bool (*const read[])(const reading *, const kmp_yaml *) = {
+        [KMP_SHAPE_BOX] = read_lengths,    [KMP_SHAPE_ELLIPSOID] = read_lengths, [KMP_SHAPE_SPHERE] = read_sphere,
+        [KMP_SHAPE_CYLINDER] = read_round, [KMP_SHAPE_CAPSULE] = read_round,     [KMP_SHAPE_LINE] = read_line,
+        [KMP_SHAPE_MESH] = read_mesh};
+    return read[s->shape->kind](s, kmp_yaml_get(s->map, kmp_shape_words[s->shape->kind]));
+}
+
+/* True for a word of a list with spaces between. */
+static bool is_among(const char *list, const char *word)
+{
+    size_t length = strlen(word);
+    for (; *list; list += strspn(list, " ")) {
+        size_t next = strcspn(list, " ");
+        if (next == length && strncmp(list, word, length) == 0)
+            return true;
+        list += next;
+    }
+    return false;
+}
+
+static bool is_key(const char *word)
+{
+    for (const kmp_key *key = shape_keys; key->name; key++)
+        if (strcmp(key->name, word) == 0)
+            return true;
+    return false;
+}
+
+/* Keys of other kinds are errors; unknown ones have been reported. */
+static bool check_keys(const reading *s)
+{
+    const char *kind = kmp_shape_words[s->shape->kind], *more = kmp_shape_more[s->shape->kind];
+    bool good = true;
+    for (int i = 0; i < s->map->count; i++) {
+        const kmp_yaml *key = s->map->keys[i];
+        if (is_among("density mass hole colour opacity", key->text) || is_among(more, key->text) ||
+            strcmp(key->text, kind) == 0 || !is_key(key->text))
+            continue;
+        kmp_reader_complain(s->r, key->place, "%s: a %s has no '%s'", s->what, kind, key->text);
+        good = false;
+    }
+    return good;
+}
+
+/* -- what it is made of ------------------------------------------------------------------------------ */
+
+static void read_matter(const reading *s)
+{
+    kmp_reader *r = s->r;
+    const kmp_yaml *density = kmp_yaml_get(s->map, "density"), *mass = kmp_yaml_get(s->map, "mass");
+    const kmp_yaml *given = density ? density : mass, *hole = kmp_yaml_get(s->map, "hole");
+    s->shape->hole = hole && hole->kind == KMP_YAML_SCALAR && strcmp(hole->text, "yes") == 0;
+    if (hole && !s->shape->hole)
+        kmp_reader_complain(r, hole->place, "%s: a hole is written 'hole: yes'", s->what);
+    if (density && mass)
+        kmp_reader_complain(r, mass->place, "%s has a density, which gives its mass: remove one of the two", s->what);
+    else if (given && s->owner->origin)
+        kmp_reader_complain(r, given->place, "%s: the ground has no mass", s->what);
+    else if (density && s->shape->kind == KMP_SHAPE_LINE)
+        kmp_reader_complain(r, density->place, "%s: a line has no volume; give its mass, or cylinders", s->what);
+    else if (given && read_positive(s, given, density ? "density" : "mass", &s->shape->matter))
+        s->shape->heavy = true;
+    s->shape->by_density = density;
+    if (s->shape->heavy && s->shape->kind == KMP_SHAPE_MESH) {
+        /* Computes the volume of a mesh that has a mass; a mesh that is drawn only may be open. */
+        kmp_text why = {0};
+        const kmp_yaml *node = kmp_yaml_get(s->map, "mesh");
+        bool good = kmp_mesh_enclose(s->shape->mesh, &s->shape->enclosed, &why);
+        if (!good && why.length > 0)
+            kmp_reader_complain(s->r, node->place, "%s: '%s' gives no mass: %s", s->what, s->shape->mesh->path, why.s);
+        if (good && s->shape->enclosed.inward)
+            kmp_log(s->r->context, KEMPE_LOG_WARNING,
+                    "%s:%d:%d: %s: the triangles of '%s' face inwards; they are turned",
+                    s->r->model->files[node->place.file], node->place.line, node->place.column, s->what,
+                    s->shape->mesh->path);
+        s->r->scratch.failed = s->r->scratch.failed || why.failed;
+        s->shape->heavy = good;
+        kmp_text_free(&why);
+    }
+}
+
+static void read_looks(const reading *s)
+{
+    kmp_reader *r = s->r;
+    const kmp_yaml *colour = kmp_yaml_get(s->map, "colour"), *opacity = kmp_yaml_get(s->map, "opacity");
+    const char *what = say_key(s, "opacity");
+    kmp_number number;
+    s->shape->colour = -1;
+    s->shape->opacity = 1;
+    if (colour && colour->empty) {
+        kmp_reader_complain(r, colour->place, "%s: a colour is a name, or \"#rrggbb\" in quotes", s->what);
+    } else if (colour && kmp_read_word(r, colour, say_key(s, "colour"))) {
+        s->shape->colour = kmp_colour_find(colour->text);
+        kmp_nearest nearest = kmp_nearest_of(colour->text, kmp_colour_names);
+        if (s->shape->colour < 0)
+            kmp_reader_complain_near(r, colour->place, &nearest, "%s: unknown colour '%s'", s->what, colour->text);
+    }
+    if (!opacity || !kmp_read_number(r, opacity, what, KMP_DIM_NUMBER, &number))
+        return;
+    if (!(number.value > 0) || number.value > 1)
+        kmp_reader_complain(r, opacity->place, "%s is %.6g: it must be more than 0 and at most 1", what, number.value);
+    s->shape->opacity = number.value;
+}
+
+/* -- all of a body ----------------------------------------------------------------------------------- */
+
+static void read_shape(kmp_reader *r, const kmp_shape_owner *owner, const kmp_yaml *map, const char *what)
+{
+    static const kmp_name_list kinds = {kmp_shape_words, sizeof *kmp_shape_words, KMP_SHAPE_KINDS};
+    kempe_model *model = r->model;
+    kmp_shape *list = kmp_arena_room(&model->arena, model->shapes, model->shape_count, sizeof *list);
+    if (!list || !kmp_read_map(r, map, what, shape_keys))
+        return;
+    model->shapes = list;
+    reading s = {r, owner, map, what, &list[model->shape_count]};
+    int kind = kmp_read_one_key(r, map, what, kinds);
+    *s.shape = (kmp_shape){.kind = kind < 0 ? KMP_SHAPE_BOX : (kmp_shape_kind)kind, .body = owner->body};
+    if (kind < 0 || !check_keys(&s) || !read_kind(&s))
+        return;
+    read_matter(&s);
+    read_looks(&s);
+    model->shape_count++;
+}
+
+void kmp_read_shapes(kmp_reader *r, const kmp_yaml *map, const kmp_shape_owner *owner)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, "shape");
+    if (!node)
+        return;
+    if (node->kind != KMP_YAML_LIST) {
+        read_shape(r, owner, node, kmp_reader_say(r, "the shape of %s", owner->name));
+        return;
+    }
+    if (node->count == 0 || node->count > KMP_MOST_SHAPES)
+        kmp_reader_complain(r, node->place, "the shapes of %s are %d: 1 to %d are possible", owner->name, node->count,
+                            KMP_MOST_SHAPES);
+    for (int i = 0; i < node->count && node->count <= KMP_MOST_SHAPES; i++)
+        read_shape(r, owner, node->items[i], kmp_reader_say(r, "shape %d of %s", i + 1, owner->name));
+}
+
 static const kmp_key inertia_keys[] = {
 #include "model/keys/inertia_keys.def"
     {0}};
+
+/* -- inertia ----------------------------------------------------------------------------------------- */
 
 /* Published data is rounded: a flat body's xx + yy may fall short of zz by that much. */
 static const double slack = 1e-4;
@@ -158,21 +554,6 @@ void kmp_note_moments(kmp_reader *r)
     }
 }
 
-static void read_given(kmp_reader *r, const kmp_yaml *map, kmp_body *body)
-{
-    const kmp_yaml *mass = kmp_yaml_get(map, "mass"), *com = kmp_yaml_get(map, "com");
-    const kmp_yaml *inertia = kmp_yaml_get(map, "inertia");
-    const char *what = kmp_reader_say(r, "the mass of body '%s'", body->name);
-    if (mass && kmp_read_number(r, mass, what, kmp_key_dimension(kmp_body_keys, "mass"), &body->mass) &&
-        body->mass.value < 0)
-        kmp_reader_complain(r, mass->place, "%s is negative: %.6g", what, body->mass.value);
-    if (com)
-        kmp_read_vector(r, com, kmp_reader_say(r, "the com of body '%s'", body->name),
-                        kmp_key_dimension(kmp_body_keys, "com"), body->com);
-    if (inertia)
-        read_inertia(r, inertia, body);
-}
-
 /* -- by shapes ------------------------------------------------------------------------------------- */
 
 /* A mass that is also given, and a hole in something heavy that is not. */
@@ -232,7 +613,17 @@ void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, int body)
     for (int k = first; k < model->shape_count; k++)
         heavy += model->shapes[k].heavy;
     if (heavy == 0) {
-        read_given(r, map, own);
+        const kmp_yaml *mass = kmp_yaml_get(map, "mass"), *com = kmp_yaml_get(map, "com");
+        const kmp_yaml *inertia = kmp_yaml_get(map, "inertia");
+        const char *what = kmp_reader_say(r, "the mass of body '%s'", own->name);
+        if (mass && kmp_read_number(r, mass, what, kmp_key_dimension(kmp_body_keys, "mass"), &own->mass) &&
+            own->mass.value < 0)
+            kmp_reader_complain(r, mass->place, "%s is negative: %.6g", what, own->mass.value);
+        if (com)
+            kmp_read_vector(r, com, kmp_reader_say(r, "the com of body '%s'", own->name),
+                            kmp_key_dimension(kmp_body_keys, "com"), own->com);
+        if (inertia)
+            read_inertia(r, inertia, own);
         return;
     }
     int count = model->shape_count - first;
@@ -242,4 +633,106 @@ void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, int body)
     kmp_shapes_mass(&model->arena, count, shapes, &sum);
     if (!model->arena.failed)
         take_sum(r, map, own, &sum);
+}
+
+/* -- motions without mass ---------------------------------------------------------------------------- */
+
+/* Massless motions that the tree shows: those of a massless body with massless descendants only, and a last motion that
+ * does not move its body's mass. Bodies with closures may be massless: the reduced mass alone shows whether their
+ * motions move a mass (constraints/partition/singularity_causes.h). */
+
+typedef struct branch {
+    bool heavy;    /* the body, or a descendant, has mass or inertia */
+    bool closed;   /* so with points of closures */
+    bool parent;   /* has a child */
+    bool reported; /* an error of a descendant was reported */
+} branch;
+
+static bool is_heavy(const kmp_body *body)
+{
+    bool heavy = body->mass.value != 0;
+    for (int k = 0; k < 6; k++)
+        heavy = heavy || body->inertia[k].value != 0;
+    return heavy;
+}
+
+/* The resistance to the body's last motion: its mass, or its inertia about the axis. */
+static double carried(const kmp_body *body, const kmp_motion *last)
+{
+    const double *a = last->axis;
+    const kmp_number *c = body->com, *i = body->inertia;
+    if (!last->rotation)
+        return body->mass.value;
+    double along = 0, squared = 0;
+    for (int k = 0; k < 3; k++) {
+        along += c[k].value * a[k];
+        squared += c[k].value * c[k].value;
+    }
+    return body->mass.value * fmax(squared - along * along, 0) + i[0].value * a[0] * a[0] + i[1].value * a[1] * a[1] +
+           i[2].value * a[2] * a[2] +
+           2 * (i[3].value * a[0] * a[1] + i[4].value * a[0] * a[2] + i[5].value * a[1] * a[2]);
+}
+
+static bool is_driven(const kempe_model *model, int motion)
+{
+    for (int c = 0; c < model->closure_count; c++)
+        if (model->closures[c].motion == motion)
+            return true;
+    return false;
+}
+
+static bool has_free_motion(const kempe_model *model, const kmp_body *body)
+{
+    for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++)
+        if (!is_driven(model, k))
+            return true;
+    return false;
+}
+
+static void complain_of(const kempe_model *model, const kmp_body *body, const char *what, const char *name,
+                        const char *advice)
+{
+    (void)kmp_complain(model->context, model->files[body->place.file], body->place.line, body->place.column,
+                       "%s '%s' moves no mass: %s", what, name, advice);
+}
+
+/* True if an error was reported here or for a descendant. */
+static bool complain(const kempe_model *model, const kmp_body *body, const branch *at)
+{
+    int last = body->first_motion + body->motion_count - 1;
+    if (at->closed || at->reported || !has_free_motion(model, body))
+        return at->reported;
+    if (body->motion_count == 1 && body->armature.value > 0)
+        return false;
+    if (!at->heavy) {
+        complain_of(model, body, "joint", body->joint, "its body has neither mass nor inertia");
+        return true;
+    }
+    if (at->parent || is_driven(model, last) || carried(body, &model->motions[last]) > 0)
+        return false;
+    complain_of(model, body, "coordinate", model->motions[last].name,
+                model->motions[last].rotation ? "its body has no inertia about the axis" : "its body has none");
+    return true;
+}
+
+kempe_status kmp_check_masses(const kempe_model *model)
+{
+    branch *at = KMP_NEW(branch, model->body_count);
+    KMP_TRY(kmp_made(model->context, at));
+    for (int c = 0; c < model->closure_count; c++)
+        for (int k = 0; k < 2; k++)
+            if (model->closures[c].point[k] >= 0)
+                at[model->points[model->closures[c].point[k]].body].closed = true;
+    for (int b = model->body_count - 1; b > 0; b--) { /* parents precede their children */
+        branch *own = &at[b], *parent = &at[model->bodies[b].parent];
+        own->heavy = own->heavy || is_heavy(&model->bodies[b]);
+        own->reported = complain(model, &model->bodies[b], own);
+        parent->parent = true;
+        parent->heavy = parent->heavy || own->heavy;
+        parent->closed = parent->closed || own->closed;
+        parent->reported = parent->reported || own->reported;
+    }
+    bool reported = at[0].reported;
+    kmp_free(at);
+    return reported ? KEMPE_E_INPUT : KEMPE_OK;
 }

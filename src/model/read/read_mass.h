@@ -3,8 +3,15 @@
 #pragma once
 
 #include "model/read/reading.h"
+#include <kempe/kempe.h>
 
 /** Warns of bodies that a coordinate turns about an axis whose moment of inertia is left out. */
 void kmp_note_moments(kmp_reader *r);
 
 void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, int body); /* and shapes */
+
+/** Massless motions that the tree shows. KEMPE_E_INPUT: each of them, at the place of its body; KEMPE_E_MEMORY. */
+kempe_status kmp_check_masses(const kempe_model *model);
+
+/** Appends the shapes that are without error to those of the model. */
+void kmp_read_shapes(kmp_reader *r, const kmp_yaml *map, const kmp_shape_owner *owner);

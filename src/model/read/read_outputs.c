@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Sensors, which are named expressions, and the outputs of a run: the rows of output_kinds.def. */
+/* Sensors, which are named expressions, and the outputs of a run: the rows of output_kinds.def. Lists of outputs and
+ * inputs in options are read by the same functions. */
 #include "model/read/read_outputs.h"
-#include "model/data/carried.h"
-#include "model/data/cut_coordinates.h"
+#include "base/memory.h"
+#include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/read/read_values.h"
@@ -95,16 +96,6 @@ static kmp_output_kind kind_for(const kmp_reader *r, kmp_output_kind kind, const
     return kind == KMP_OUTPUT_MOMENT ? KMP_OUTPUT_JOINT_MOMENT : KMP_OUTPUT_JOINT_REACTION;
 }
 
-/* A joint of the tree, less one. */
-static int find_carried(kmp_reader *r, const kmp_yaml *node, const char *word, const char *name)
-{
-    int body = kmp_joint_find(r->model, name);
-    const char *obstacle = kmp_joint_obstacle(r->model, body);
-    if (obstacle)
-        kmp_reader_complain(r, node->place, "output %s: the load of joint '%s' is not known: %s", word, name, obstacle);
-    return body - 1;
-}
-
 static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name)
 {
     const char *what = kmp_reader_say(r, "output %s", row->word);
@@ -114,8 +105,15 @@ static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_r
         return kmp_cut_coordinate_find(r->model, name);
     if (row->argument == KMP_OUTPUT_OF_POINT)
         return kmp_read_point_text(r, node->place, name, what);
-    if (row->argument == KMP_OUTPUT_OF_JOINT)
-        return find_carried(r, node, row->word, name);
+    if (row->argument == KMP_OUTPUT_OF_JOINT) {
+        /* A joint of the tree, less one. */
+        int body = kmp_joint_find(r->model, name);
+        const char *obstacle = kmp_joint_obstacle(r->model, body);
+        if (obstacle)
+            kmp_reader_complain(r, node->place, "output %s: the load of joint '%s' is not known: %s", row->word, name,
+                                obstacle);
+        return body - 1;
+    }
     bool loop = row->argument == KMP_OUTPUT_OF_MAYBE_LOOP || row->argument == KMP_OUTPUT_OF_LOOP;
     if (loop && is_elastic(r, node, row->word, name))
         return -1;
@@ -191,19 +189,14 @@ static void read_output(kmp_reader *r, const kmp_yaml *node, kmp_output *output)
     complain_output(r, node);
 }
 
-static void use_default_outputs(kempe_model *model)
-{
-    int last = model->state_count > 0 ? KMP_OUTPUT_STATE : KMP_OUTPUT_LAMBDA;
-    model->outputs = KMP_ARENA_NEW(&model->arena, kmp_output, last + 1);
-    for (int i = 0; model->outputs && i <= last; i++)
-        model->outputs[model->output_count++] = (kmp_output){.kind = (kmp_output_kind)i, .index = -1};
-}
-
 void kmp_read_outputs(kmp_reader *r, const kmp_yaml *list)
 {
     kempe_model *model = r->model;
     if (!list) {
-        use_default_outputs(model);
+        int last = model->state_count > 0 ? KMP_OUTPUT_STATE : KMP_OUTPUT_LAMBDA;
+        model->outputs = KMP_ARENA_NEW(&model->arena, kmp_output, last + 1);
+        for (int i = 0; model->outputs && i <= last; i++)
+            model->outputs[model->output_count++] = (kmp_output){.kind = (kmp_output_kind)i, .index = -1};
         return;
     }
     if (!kmp_read_list(r, list, "run outputs", -1))
@@ -211,4 +204,284 @@ void kmp_read_outputs(kmp_reader *r, const kmp_yaml *list)
     model->outputs = KMP_ARENA_NEW(&model->arena, kmp_output, list->count);
     for (int i = 0; model->outputs && i < list->count; i++)
         read_output(r, list->items[i], &model->outputs[model->output_count++]);
+}
+
+/* -- lists of users ---------------------------------------------------------------------------------- */
+
+/* Output and input names in options are parsed by the reader's own functions for a model file, on a copy of the model.
+ * Errors begin with the list's name in place of file, line and column. */
+
+/* A reader of words outside a file: the list's name takes the place of the file's. */
+typedef struct asking {
+    kmp_reader r;
+    kempe_model model; /* a copy, except for the names of its files, and its arena */
+    const char *label[1];
+    kmp_place place; /* of the words; no line: they are named by the label alone */
+    int count;
+    char **word;
+} asking;
+
+static const kmp_place nowhere = {0, 0, 0};
+
+static kempe_status begin(asking *a, const kempe_model *model, const char *what, const char *words)
+{
+    kempe_status status = kmp_model_check_finished(model);
+    *a = (asking){.model = *model, .label = {what}};
+    a->model.arena = (kmp_arena){0};
+    a->model.files = a->label;
+    a->model.file_count = 1;
+    a->r = (kmp_reader){.context = model->context, .model = &a->model, .file = what};
+    if (status != KEMPE_OK)
+        return status;
+    a->count = kmp_text_words(&a->r.scratch, words, &a->word);
+    return a->r.scratch.failed ? kmp_fail_memory(model->context) : KEMPE_OK;
+}
+
+/* Ends reading after errors: returns their status. */
+static kempe_status end(asking *a, kempe_status status)
+{
+    bool memory = !a->r.scratch.failed && !a->model.arena.failed;
+    if (status == KEMPE_OK && a->r.wrong)
+        status = KEMPE_E_ARGUMENT;
+    kmp_arena_free(&a->r.scratch);
+    kmp_arena_free(&a->model.arena);
+    return memory ? status : kmp_fail_memory(a->r.context);
+}
+
+/* -- outputs ----------------------------------------------------------------------------------------- */
+
+/* True if the word up to `length` is an output of several values without an object. */
+static bool stands_alone(const char *word, size_t length)
+{
+    for (int k = 0; k < KMP_OUTPUT_KINDS; k++)
+        if (kmp_output_stands_alone((kmp_output_kind)k) && kmp_output_rows[k].width > 1 &&
+            strlen(kmp_output_rows[k].word) == length && strncmp(word, kmp_output_rows[k].word, length) == 0)
+            return true;
+    return false;
+}
+
+/* A component by the end of its column's name: found when the object is known. */
+enum { NAMED = -2 };
+
+/* Removes ".x" from "position(b.P).x", ".total" from "energy.total". -1: the output has all its components. */
+static int cut_component(char *word)
+{
+    char *dot = strrchr(word, '.');
+    if (!dot || dot == word || (dot[-1] != ')' && !stands_alone(word, (size_t)(dot - word))))
+        return -1;
+    *dot = '\0';
+    return NAMED;
+}
+
+/* The words as the list of the file that they might be, and the component of each. */
+static bool list_words(asking *a, kmp_yaml *list, int *component)
+{
+    kmp_yaml *node = KMP_ARENA_NEW(&a->r.scratch, kmp_yaml, a->count);
+    const kmp_yaml **items = KMP_ARENA_NEW(&a->r.scratch, const kmp_yaml *, a->count);
+    for (int k = 0; node && items && k < a->count; k++) {
+        char *word = kmp_arena_strdup(&a->r.scratch, a->word[k]);
+        if (!word)
+            return false;
+        component[k] = cut_component(word);
+        node[k] = (kmp_yaml){.kind = KMP_YAML_SCALAR, .place = a->place, .text_place = a->place, .text = word};
+        items[k] = &node[k];
+    }
+    *list = (kmp_yaml){.kind = KMP_YAML_LIST, .count = a->count, .items = items, .text = ""};
+    return node && items;
+}
+
+/* The component of an output whose column ends with a word; -1 after a message. */
+static int component_named(asking *a, const kmp_output *output, const char *whole, const char *word)
+{
+    int width = kmp_output_width(&a->model, output);
+    const char *output_word = kmp_output_rows[output->kind].word;
+    if (width < 2) {
+        kmp_reader_complain(&a->r, a->place, "'%s': %s has no components", whole, output_word);
+        return -1;
+    }
+    const char **names = KMP_ARENA_NEW(&a->r.scratch, const char *, width);
+    for (int k = 0; names && k < width; k++) {
+        kmp_text column = {0};
+        kmp_output_column(&column, &a->model, output, k);
+        const char *name = kmp_reader_take(&a->r, &column), *dot = strrchr(name, '.');
+        names[k] = dot ? dot + 1 : name;
+    }
+    kmp_text why = {0};
+    const char *kind = kmp_reader_say(&a->r, "component of %s", output_word);
+    int found = names ? kmp_word_find(word, KMP_NAMES(names, width), kind, &why) : width;
+    if (names && found == width)
+        kmp_reader_complain(&a->r, a->place, "'%s': %s", whole, kmp_reader_take(&a->r, &why));
+    return found < width ? found : -1;
+}
+
+/* Lists each output once, in the order of the request, with all requested components. */
+static bool gather(kempe_model *model, const int *component, unsigned **parts)
+{
+    int count = model->output_count, kept = 0;
+    *parts = KMP_ARENA_NEW(&model->arena, unsigned, count);
+    for (int k = 0; *parts && k < count; k++) {
+        kmp_output output = model->outputs[k];
+        int at = 0;
+        while (at < kept && !kmp_output_equal(&model->outputs[at], &output))
+            at++;
+        kept += at == kept;
+        model->outputs[at] = output;
+        (*parts)[at] |= component[k] < 0 ? ~0u : 1u << component[k];
+    }
+    model->output_count = kept;
+    return *parts;
+}
+
+kempe_status kmp_requested_outputs(kempe_model *copy, const char *words, unsigned **parts)
+{
+    return kmp_requested_outputs_at(copy, "outputs", nowhere, words, parts);
+}
+
+kempe_status kmp_requested_outputs_at(kempe_model *copy, const char *label, kmp_place place, const char *words,
+                                      unsigned **parts)
+{
+    asking a;
+    kmp_yaml list;
+    int *component = NULL;
+    kempe_status status = begin(&a, copy, label, words);
+    if (status != KEMPE_OK)
+        return end(&a, status);
+    a.place = place;
+    component = KMP_ARENA_NEW(&a.r.scratch, int, a.count);
+    a.model.outputs = NULL;
+    a.model.output_count = 0;
+    a.model.arena = copy->arena;
+    if (component && list_words(&a, &list, component))
+        kmp_read_outputs(&a.r, &list);
+    if (a.model.output_count == a.count) {
+        /* Components that are asked for by name. */
+        for (int k = 0; k < a.count && !a.r.wrong; k++) {
+            const kmp_output *output = &a.model.outputs[k];
+            if (component[k] == NAMED)
+                component[k] = component_named(&a, output, a.word[k], strrchr(a.word[k], '.') + 1);
+        }
+    }
+    copy->arena = a.model.arena;
+    a.model.arena = (kmp_arena){.failed = copy->arena.failed};
+    if (a.r.wrong || a.r.scratch.failed || copy->arena.failed)
+        return end(&a, status);
+    copy->outputs = a.model.outputs;
+    copy->output_count = a.model.output_count;
+    return end(&a, gather(copy, component, parts) ? KEMPE_OK : kmp_fail_memory(copy->context));
+}
+
+int kmp_requested_position(kempe_model *copy, int point, unsigned **parts)
+{
+    int count = copy->output_count;
+    kmp_output *outputs = KMP_ARENA_NEW(&copy->arena, kmp_output, count + 1);
+    unsigned *bits = KMP_ARENA_NEW(&copy->arena, unsigned, count + 1);
+    if (!outputs || !bits)
+        return -1;
+    for (int k = 0; k < count; k++) {
+        outputs[k] = copy->outputs[k];
+        bits[k] = *parts ? (*parts)[k] : ~0u;
+    }
+    outputs[count] = (kmp_output){.kind = KMP_OUTPUT_POSITION, .index = point};
+    copy->outputs = outputs;
+    *parts = bits;
+    return copy->output_count++;
+}
+
+/* -- inputs ------------------------------------------------------------------------------------------ */
+
+static int find_drive(asking *a, const char *name)
+{
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    for (int k = 0; k < a->model.closure_count; k++) {
+        if (a->model.closures[k].kind != KMP_CLOSURE_drive)
+            continue;
+        if (strcmp(a->model.closures[k].name, name) == 0)
+            return k;
+        kmp_nearest_offer(&nearest, a->model.closures[k].name);
+    }
+    kmp_reader_complain_near(&a->r, nowhere, &nearest, "the model has no drive '%s'", name);
+    return -1;
+}
+
+static bool add(asking *a, kmp_requested_inputs *inputs, kmp_requested_input input, const char *name)
+{
+    for (int k = 0; k < inputs->count; k++)
+        if (strcmp(inputs->input[k].name, name) == 0) {
+            kmp_reader_complain(&a->r, nowhere, "'%s' is given twice", name);
+            return true;
+        }
+    input.name = kmp_strdup(name);
+    inputs->input[inputs->count] = input;
+    inputs->count += input.name != NULL;
+    return input.name;
+}
+
+/* BODY.POINT.x, or BODY.POINT for all three. */
+static bool add_force(asking *a, kmp_requested_inputs *inputs, const char *argument)
+{
+    static const char *const axes[] = {"x", "y", "z"};
+    const char *dot = strrchr(argument, '.');
+    bool three = !dot || dot == strchr(argument, '.');
+    int only = three ? -1 : kmp_name_find(KMP_NAMES_OF(axes), dot + 1);
+    if (only >= 0)
+        argument = kmp_reader_say(&a->r, "%.*s", (int)(dot - argument), argument);
+    int point = kmp_read_point_text(&a->r, nowhere, argument, "force");
+    bool ok = true;
+    for (int axis = 0; point >= 0 && ok && axis < 3; axis++)
+        if (only < 0 || only == axis)
+            ok = add(a, inputs, (kmp_requested_input){KMP_REQUESTED_FORCE, point, axis, NULL},
+                     kmp_reader_say(&a->r, "force(%s.%s)", argument, axes[axis]));
+    return ok;
+}
+
+static bool add_word(asking *a, kmp_requested_inputs *inputs, const char *word)
+{
+    const char *argument = kmp_read_argument(&a->r, word, "force");
+    if (argument)
+        return add_force(a, inputs, argument);
+    kmp_requested_input input = {KMP_REQUESTED_PARAMETER, -1, 0, NULL};
+    if ((argument = kmp_read_argument(&a->r, word, "effort"))) {
+        input.kind = KMP_REQUESTED_EFFORT;
+        input.index = kmp_read_motion_text(&a->r, nowhere, argument, "effort");
+    } else if ((argument = kmp_read_argument(&a->r, word, "drive"))) {
+        input.kind = KMP_REQUESTED_DRIVE;
+        input.index = find_drive(a, argument);
+    } else if ((input.index = kempe_model_input_find(&a->model, word)) >= 0) {
+        input.kind = KMP_REQUESTED_INPUT;
+    } else if (strchr(word, '(')) {
+        kmp_reader_complain(&a->r, nowhere,
+                            "unknown input '%s'; available: effort(JOINT), force(BODY.POINT.x), force(BODY.POINT), "
+                            "drive(DRIVE), and the names of inputs and parameters",
+                            word);
+        return true;
+    }
+    return input.kind != KMP_REQUESTED_PARAMETER && input.index < 0 ? true : add(a, inputs, input, word);
+}
+
+kempe_status kmp_requested_inputs_read(const kempe_model *model, const char *words, kmp_requested_inputs *inputs)
+{
+    asking a;
+    kmp_requested_inputs read = {0};
+    kempe_status status = begin(&a, model, "inputs", words);
+    if (status == KEMPE_OK) {
+        read.input = KMP_NEW(kmp_requested_input, 3 * a.count);
+        bool ok = read.input;
+        for (int k = 0; ok && k < a.count; k++)
+            ok = add_word(&a, &read, a.word[k]);
+        status = ok ? KEMPE_OK : kmp_fail_memory(model->context);
+    }
+    status = end(&a, status);
+    if (status == KEMPE_OK)
+        *inputs = read;
+    else
+        kmp_requested_inputs_free(&read);
+    return status;
+}
+
+void kmp_requested_inputs_free(kmp_requested_inputs *inputs)
+{
+    for (int k = 0; k < inputs->count; k++)
+        kmp_free(inputs->input[k].name);
+    kmp_free(inputs->input);
+    *inputs = (kmp_requested_inputs){0};
 }

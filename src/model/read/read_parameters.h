@@ -6,3 +6,12 @@
 #include "model/read/reading.h"
 
 void kmp_read_parameters(kmp_reader *r);
+
+/** After all reading: marks each parameter of the model as fixed or variable, used or unused, and warns of unused ones.
+ */
+void kmp_settle_parameters(kmp_reader *r);
+
+void kmp_read_inputs(kmp_reader *r);
+
+/** After all reading: warns of inputs that nothing uses. */
+void kmp_settle_inputs(const kmp_reader *r);

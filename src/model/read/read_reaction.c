@@ -5,8 +5,8 @@
  * nothing (dynamics/closures.c), so that a joint of a plane mechanism carries what presses it across the plane. */
 #include "model/read/read_reaction.h"
 #include "linalg/dense/dot.h"
-#include "model/data/carried.h"
 #include "model/data/closure_table.h"
+#include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/read/read_include.h"
 #include "model/read/reading.h"

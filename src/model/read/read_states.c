@@ -3,15 +3,12 @@
  * states after all that those may contain, the value of a block that is an expression where it is first used. */
 #include "model/read/read_states.h"
 #include "model/data/model.h"
-#include "model/language/expression_functions.h"
+#include "model/language/expression.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
-#include "model/read/function_block.h"
+#include "model/language/limits.h"
 #include "model/read/read_algebraic.h"
 #include "model/read/read_compliant.h"
-#include "model/read/read_controllers.h"
-#include "model/read/read_delays.h"
-#include "model/read/read_filters.h"
 #include "model/read/read_tables.h"
 #include "model/read/read_values.h"
 #include <math.h>
@@ -20,6 +17,32 @@
 static const kmp_key keys[] = {
 #include "model/keys/state_keys.def"
     {0}};
+
+/* A kind of entry: a row of `kinds`. */
+typedef struct kmp_function_block block;
+
+typedef struct block_kind {
+    const char *key;                       /* the key that only it has */
+    const char *keys;                      /* the others, beside `start` and `scale`, with a space around each */
+    int (*count)(kmp_reader *r, block *b); /* its states; sets b->direct */
+    const char *(*suffix)(const block *b, int state); /* of the name of a state that is not its value */
+    void (*read)(kmp_reader *r, block *b);            /* sets rates and next values, and the value if it is direct */
+    bool at_once;                                     /* its input depends on no multipliers */
+} block_kind;
+
+struct kmp_function_block {
+    const kmp_yaml *map;
+    const char *name, *what;
+    kmp_place place;
+    const block_kind *kind; /* NULL after an error */
+    int first, count;       /* its states */
+    bool direct; /* its value is an expression of the model, `output` among them; otherwise its first state */
+    int output;
+    bool sampled;
+    int signal;            /* of a continuous delay: the input of its rate */
+    const kmp_expr **rate; /* of its states */
+    enum { KMP_BLOCK_WAITS, KMP_BLOCK_BEGUN, KMP_BLOCK_READ } progress;
+};
 
 enum { MOST_NESTED_BLOCKS = 50 }; /* reading them recurses */
 
@@ -38,30 +61,35 @@ static const kmp_expr *zero(kmp_reader *r)
     return make(r, (kmp_expr){.kind = KMP_EXPR_NUMBER});
 }
 
-const kmp_expr *kmp_block_state(kmp_reader *r, const kmp_function_block *b, int i)
+/* The value of state i of a block. */
+static const kmp_expr *block_state(kmp_reader *r, const block *b, int i)
 {
     return make(r, (kmp_expr){.kind = KMP_EXPR_QD, .index = kmp_model_coordinates(r->model) + b->first + i});
 }
 
-void kmp_block_local(kmp_expr_locals *locals, const char *name, const kmp_expr *expr)
+/* Adds a name to the locals; nothing where `expr` is NULL. */
+static void block_local(kmp_expr_locals *locals, const char *name, const kmp_expr *expr)
 {
     if (expr)
         locals->local[locals->count++] = (kmp_expr_local){name, expr, false};
 }
 
-const kmp_expr *kmp_block_formula(kmp_reader *r, const char *text, const kmp_expr_locals *locals)
+/* An expression by a text with names of locals; NULL: no memory, or a local that is used is missing. */
+static const kmp_expr *block_formula(kmp_reader *r, const char *text, const kmp_expr_locals *locals)
 {
     const char *kept = kmp_arena_strdup(&r->scratch, text);
     return kept && !r->scratch.failed && !r->model->arena.failed ? kmp_expr_formula(&r->model->arena, kept, locals)
                                                                  : NULL;
 }
 
-const kmp_expr *kmp_block_number(kmp_reader *r, const kmp_number *x)
+/* A number as an expression. */
+static const kmp_expr *block_number(kmp_reader *r, const kmp_number *x)
 {
     return x->expr ? x->expr : make(r, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = x->value});
 }
 
-const kmp_expr *kmp_block_key(kmp_reader *r, const kmp_function_block *b, const char *key, double *value)
+/* Reads the number of a key; NULL when it is absent or wrong. `*value`: its value, if there is one. */
+static const kmp_expr *block_key(kmp_reader *r, const block *b, const char *key, double *value)
 {
     kmp_number number;
     const kmp_yaml *node = kmp_yaml_get(b->map, key);
@@ -70,10 +98,11 @@ const kmp_expr *kmp_block_key(kmp_reader *r, const kmp_function_block *b, const 
         return NULL;
     if (value)
         *value = number.value;
-    return kmp_block_number(r, &number);
+    return block_number(r, &number);
 }
 
-bool kmp_block_two(kmp_reader *r, const kmp_function_block *b, const char *key, kmp_number two[2])
+/* A list of two numbers; false when absent or wrong. */
+static bool block_two(kmp_reader *r, const block *b, const char *key, kmp_number two[2])
 {
     const kmp_yaml *list = kmp_yaml_get(b->map, key);
     const char *of = kmp_reader_say(r, "%s of %s", key, b->what);
@@ -83,10 +112,11 @@ bool kmp_block_two(kmp_reader *r, const kmp_function_block *b, const char *key, 
     return kmp_read_number(r, list->items[1], of, KMP_DIM_ANY, &two[1]) && good;
 }
 
-const kmp_expr *kmp_block_input(kmp_reader *r, const kmp_function_block *b)
+/* The input of a block, under the key of its kind; NULL after an error. It contains no multipliers where `direct`. */
+static const kmp_expr *block_input(kmp_reader *r, const block *b)
 {
     const char *key = b->kind->key, *of = kmp_reader_say(r, "%s of %s", key, b->what);
-    bool at_once = b->direct || b->sampled || b->kind == &kmp_block_delay;
+    bool at_once = b->direct || b->sampled || b->kind->at_once;
     const kmp_yaml *node = kmp_yaml_get(b->map, key);
     const kmp_expr *u = kmp_read_expr(r, node, of, KMP_DIM_ANY, at_once ? KMP_OF_STATE : KMP_OF_LOADS);
     if (at_once && kmp_expr_lambda(u))
@@ -94,32 +124,397 @@ const kmp_expr *kmp_block_input(kmp_reader *r, const kmp_function_block *b)
     return u;
 }
 
-const kmp_expr *kmp_block_period(kmp_reader *r, const kmp_function_block *b)
-{
-    return make(r, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = r->model->states[b->first].period});
-}
-
-void kmp_block_law(kmp_reader *r, kmp_function_block *b, int i, const kmp_expr *law)
+/* Gives state i its law: the next value of a sampled block, or its rate. */
+static void block_law(kmp_reader *r, block *b, int i, const kmp_expr *law)
 {
     if (b->sampled)
         r->model->states[b->first + i].next = law;
     b->rate[i] = b->sampled ? zero(r) : law;
 }
 
-void kmp_block_value(kmp_reader *r, const kmp_function_block *b, const kmp_expr *value)
+/* Gives a direct block its value. */
+static void block_value(kmp_reader *r, const block *b, const kmp_expr *value)
 {
     kmp_reader_take_named(r, b->map->place, b->what, value, &r->model->unknowns[b->output]);
 }
 
+/* -- controllers ------------------------------------------------------------------------------------- */
+
+/* Controllers with proportional, integral and derivative parts (Astrom and Hagglund 1995, chapter 3): v = Kp e + i + Kd
+ * d, u = v between its limits, i' = Ki e + (u - v)/Tt, where d is the derivative of e through a lag of Tf, (e - f)/Tf
+ * with f' = d. A sampled one has the integral by forward and the derivative by backward differences. */
+
+static bool has(const block *b, const char *key)
+{
+    return kmp_yaml_get(b->map, key);
+}
+
+/* Its states: the held output of a sampled one, the integral, the filtered input. */
+static int integral_of(const block *b)
+{
+    return b->sampled;
+}
+
+static int filtered_of(const block *b)
+{
+    return b->sampled + has(b, "integral");
+}
+
+static int count_pid(kmp_reader *r, block *b)
+{
+    int own = has(b, "integral") + has(b, "filter");
+    b->direct = !b->sampled;
+    if (own == 0 && !b->sampled)
+        kmp_reader_complain(
+            r, b->map->place,
+            "%s: a controller has an integral, or a derivative with a filter; write it as an expression", b->what);
+    return b->sampled + own > 0 ? b->sampled + own : 1;
+}
+
+static const char *suffix_of_pid(const block *b, int state)
+{
+    return has(b, "integral") && state == integral_of(b) ? "integral" : "filtered";
+}
+
+static bool check_pid(kmp_reader *r, const block *b)
+{
+    if (has(b, "derivative") && has(b, "filter") == has(b, "slope"))
+        return kmp_reader_complain(
+            r, b->map->place, "%s: a derivative has the time 'filter', or the rate of the input as 'slope'", b->what);
+    if (b->sampled && has(b, "start") && !has(b, "integral"))
+        return kmp_reader_complain(
+            r, kmp_yaml_get(b->map, "start")->place,
+            "%s: 'start' is where the integral begins, and this controller has none: leave it out", b->what);
+    if (!has(b, "derivative") && (has(b, "filter") || has(b, "slope")))
+        return kmp_reader_complain(r, b->map->place, "%s: 'filter' and 'slope' belong to a derivative", b->what);
+    if (has(b, "limits") && has(b, "integral") && !has(b, "tracking") && !has(b, "proportional"))
+        return kmp_reader_complain(r, b->map->place, "%s: limits of an integral alone need the time 'tracking'",
+                                   b->what);
+    return true;
+}
+
+/* A positive time, as a local. */
+static void read_time(kmp_reader *r, const block *b, const char *key, kmp_expr_locals *locals)
+{
+    double value = 1;
+    const kmp_yaml *node = kmp_yaml_get(b->map, key);
+    block_local(locals, key, block_key(r, b, key, &value));
+    if (node)
+        (void)kmp_check_rule(r, node, kmp_reader_say(r, "%s of %s", key, b->what), KMP_FIELD_POSITIVE, value, "");
+}
+
+/* The sum of its parts. */
+static const kmp_expr *sum_of(kmp_reader *r, const block *b, const kmp_expr_locals *locals)
+{
+    const char *derivative = has(b, "slope")     ? " + kd*slope"
+                             : !has(b, "filter") ? ""
+                             : b->sampled        ? " + kd*(e - f)/(filter + T)"
+                                                 : " + kd*(e - f)/filter";
+    return block_formula(r,
+                         kmp_reader_say(r, "%s%s%s", has(b, "proportional") ? "kp*e" : "0",
+                                        has(b, "integral") ? " + i" : "", derivative),
+                         locals);
+}
+
+/* The rate of the integral. Without a time the difference of both sums is taken back within the geometric mean of the
+ * integral's and the derivative's times, or the integral's time. */
+static const kmp_expr *integral_law(kmp_reader *r, const block *b, const kmp_expr_locals *locals)
+{
+    const char *back = !has(b, "limits")      ? ""
+                       : has(b, "tracking")   ? " + (u - v)/tracking"
+                       : has(b, "derivative") ? " + (u - v)/sqrt(kd/ki)"
+                                              : " + (u - v)/(kp/ki)";
+    return block_formula(r, kmp_reader_say(r, b->sampled ? "i + T*(ki*e%s)" : "ki*e%s", back), locals);
+}
+
+static void read_pid(kmp_reader *r, block *b)
+{
+    kmp_number limit[2];
+    kmp_expr_locals locals = {0}, ends = {0};
+    bool good = check_pid(r, b), limited = block_two(r, b, "limits", limit);
+    block_local(&locals, "e", block_input(r, b));
+    block_local(&locals, "kp", block_key(r, b, "proportional", NULL));
+    block_local(&locals, "ki", block_key(r, b, "integral", NULL));
+    block_local(&locals, "kd", block_key(r, b, "derivative", NULL));
+    read_time(r, b, "filter", &locals);
+    read_time(r, b, "tracking", &locals);
+    if (has(b, "slope"))
+        block_local(&locals, "slope",
+                    kmp_read_expr(r, kmp_yaml_get(b->map, "slope"), kmp_reader_say(r, "slope of %s", b->what),
+                                  KMP_DIM_ANY, KMP_OF_STATE));
+    if (b->sampled)
+        block_local(&locals, "T",
+                    make(r, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = r->model->states[b->first].period}));
+    if (has(b, "integral"))
+        block_local(&locals, "i", block_state(r, b, integral_of(b)));
+    if (has(b, "filter"))
+        block_local(&locals, "f", block_state(r, b, filtered_of(b)));
+    if (!good || r->wrong)
+        return;
+    const kmp_expr *v = sum_of(r, b, &locals), *u = v;
+    if (limited) {
+        block_local(&ends, "v", v);
+        block_local(&ends, "low", block_number(r, &limit[0]));
+        block_local(&ends, "high", block_number(r, &limit[1]));
+        u = block_formula(r, "min(high, max(low, v))", &ends);
+        block_local(&locals, "v", v);
+        block_local(&locals, "u", u);
+    }
+    if (b->direct)
+        block_value(r, b, u);
+    else
+        block_law(r, b, 0, u);
+    if (has(b, "integral")) {
+        block_law(r, b, integral_of(b), integral_law(r, b, &locals));
+        r->model->states[b->first + integral_of(b)].start = r->model->states[b->first].start;
+    }
+    if (has(b, "filter"))
+        block_law(r, b, filtered_of(b),
+                  block_formula(r, b->sampled ? "(filter*f + T*e)/(filter + T)" : "(e - f)/filter", &locals));
+}
+
+static const block_kind by_pid = {"pid",     " proportional integral derivative filter slope limits tracking sample ",
+                                  count_pid, suffix_of_pid,
+                                  read_pid,  false};
+
+/* -- transfer functions ------------------------------------------------------------------------------ */
+
+/* Transfer functions (b_0 s^n + b_1 s^(n-1) + .. + b_n) / (a_0 s^n + a_1 s^(n-1) + .. + a_n) u as states, in the
+ * observable canonical form (Kailath 1980, section 2.1):
+ *
+ *     y = x_1 + b_0 u / a_0,     x_i' = x_(i+1) + (b_i u - a_i y) / a_0,     x_(n+1) = 0.
+ *
+ * Without b_0 the output is the first state. A sampled one is a function of z in place of s: x_i' is the next value
+ * of x_i, and its output is held between samples in a state of its own, before the others. */
+
+static int length_of(const block *b, const char *key)
+{
+    const kmp_yaml *list = kmp_yaml_get(b->map, key);
+    return list && list->kind == KMP_YAML_LIST ? list->count : 0;
+}
+
+static int count_states(kmp_reader *r, block *b)
+{
+    int poles = length_of(b, "denominator");
+    (void)r;
+    b->direct = !b->sampled && poles > 1 && length_of(b, "numerator") == poles;
+    return b->sampled ? (poles > 1 ? poles : 1) : poles > 2 ? poles - 1 : 1;
+}
+
+/* The coefficients of a polynomial in falling powers; NULL after an error. */
+static kmp_number *read_polynomial(kmp_reader *r, const block *b, const char *key, int *count)
+{
+    const kmp_yaml *list = kmp_read_required(r, b->map, b->what, key);
+    const char *of = kmp_reader_say(r, "%s of %s", key, b->what);
+    bool good = list && kmp_read_list(r, list, of, -1);
+    *count = good ? list->count : 0;
+    kmp_number *x = good ? KMP_ARENA_NEW(&r->scratch, kmp_number, *count) : NULL;
+    for (int i = 0; x && i < *count; i++)
+        good = kmp_read_number(r, list->items[i], of, KMP_DIM_ANY, &x[i]) && good;
+    return good ? x : NULL;
+}
+
+static bool check(kmp_reader *r, const block *b, const kmp_number *a, int order, int zeros)
+{
+    bool good = order >= 1 && zeros <= order + 1 && a[0].value != 0;
+    if (!good)
+        kmp_reader_complain(r, b->map->place,
+                            "%s: the denominator of a transfer function has at least the degree of its numerator, and "
+                            "1, with a leading coefficient that is not zero",
+                            b->what);
+    return good;
+}
+
+/* Input, output and coefficients; of the i-th state its follower too. */
+typedef struct filter {
+    const kmp_expr *u, *y;
+    kmp_number *a, *b;
+    int order, zeros;
+} filter;
+
+/* The number b_i; NULL: it is zero. */
+static const kmp_expr *zero_of(kmp_reader *r, const filter *f, int i)
+{
+    int at = i - (f->order + 1 - f->zeros);
+    return at >= 0 ? block_number(r, &f->b[at]) : NULL;
+}
+
+static const kmp_expr *law_of(kmp_reader *r, const filter *f, int i, const kmp_expr *follower)
+{
+    kmp_expr_locals locals = {0};
+    const kmp_expr *b = zero_of(r, f, i);
+    block_local(&locals, "u", f->u);
+    block_local(&locals, "y", f->y);
+    block_local(&locals, "a", block_number(r, &f->a[i]));
+    block_local(&locals, "lead", block_number(r, &f->a[0]));
+    block_local(&locals, "b", b);
+    block_local(&locals, "next", follower);
+    return block_formula(r,
+                         follower && b ? "next + (b*u - a*y)/lead"
+                         : follower    ? "next + -(a*y)/lead"
+                         : b           ? "(b*u - a*y)/lead"
+                                       : "-(a*y)/lead",
+                         &locals);
+}
+
+/* x_1, and what the input adds to it at once. */
+static const kmp_expr *output_of(kmp_reader *r, const filter *f, const kmp_expr *first)
+{
+    kmp_expr_locals locals = {0};
+    const kmp_expr *b = zero_of(r, f, 0);
+    block_local(&locals, "u", f->u);
+    block_local(&locals, "first", first);
+    block_local(&locals, "lead", block_number(r, &f->a[0]));
+    block_local(&locals, "b", b);
+    return b ? block_formula(r, "first + b*u/lead", &locals) : first;
+}
+
+static void read_transfer(kmp_reader *r, block *b)
+{
+    int poles;
+    filter f = {.u = block_input(r, b)};
+    f.a = read_polynomial(r, b, "denominator", &poles);
+    f.b = read_polynomial(r, b, "numerator", &f.zeros);
+    f.order = poles - 1;
+    if (!f.u || !f.a || !f.b || !check(r, b, f.a, f.order, f.zeros))
+        return;
+    int held = b->sampled; /* the state that holds the output comes before the others */
+    f.y = output_of(r, &f, block_state(r, b, held));
+    if (b->direct)
+        block_value(r, b, f.y);
+    if (held) {
+        block_law(r, b, 0, f.y);
+        r->model->states[b->first + held].start = r->model->states[b->first].start;
+    }
+    for (int i = 1; i <= f.order; i++) {
+        block_law(r, b, held + i - 1, law_of(r, &f, i, i < f.order ? block_state(r, b, held + i) : NULL));
+        if (!held) {
+            double size = fabs(f.a[i].value / f.a[0].value);
+            kmp_state *states = r->model->states + b->first;
+            if (i < f.order)
+                states[i].scale = states[0].scale * (size > 0 ? size : 1);
+        }
+    }
+}
+
+static const block_kind by_transfer = {"transfer", " numerator denominator sample ", count_states, NULL, read_transfer,
+                                       false};
+
+/* -- delays ------------------------------------------------------------------------------------------ */
+
+/* Delays. One by samples is a chain of sampled states. A continuous one is a state that follows the past of its input
+ * u: with the delay T its rate is
+ *
+ *     y' = (w(t) - y)/T,     w(t) = u(t - T) + T u'(t - T),
+ *
+ * whose solution y(t) = u(t - T) is attracting. A run gives w, an input of the model without a name for users, by the
+ * recorded past (integrators/run/delays.h). The term 0 u makes conditions and kinks of u those of the equations, so
+ * that they are located. */
+
+enum { MOST_DELAYS = 1000 };
+
+/* The input of the rate of a continuous delay. Outside of runs it is zero. */
+static void add_signal(kmp_reader *r, block *b)
+{
+    static const double start = 0;
+    kempe_model *model = r->model;
+    kmp_model_input *inputs = kmp_arena_room(&model->arena, model->inputs, model->input_count, sizeof *inputs);
+    const char *name = kmp_arena_printf(&model->arena, "%s.signal", b->name);
+    if (!inputs || !name)
+        return;
+    model->inputs = inputs;
+    b->signal = model->input_count;
+    kmp_model_input *input = &inputs[model->input_count++];
+    *input =
+        (kmp_model_input){.name = name, .place = b->place, .unit = "", .si = 1, .used = true, .dimension = KMP_DIM_ANY};
+    (void)kmp_signal_init(&input->signal, &model->arena, KMP_SIGNAL_HOLD, 1, &start, &input->value);
+    model->delay_count++;
+}
+
+static int count_delay(kmp_reader *r, block *b)
+{
+    double time = 0, sample = 0;
+    const kmp_yaml *node = kmp_read_required(r, b->map, b->what, "time");
+    const kmp_yaml *period = kmp_yaml_get(b->map, "sample"), *before = kmp_yaml_get(b->map, "before");
+    if (!period)
+        add_signal(r, b);
+    if (before && (period || kmp_yaml_get(b->map, "start")))
+        kmp_reader_complain(r, before->place, "%s: 'before' cannot stand beside '%s'", b->what,
+                            period ? "sample" : "start");
+    if (!node || !period || !kmp_read_fixed(r, node, kmp_reader_say(r, "time of %s", b->what), KMP_DIM_TIME, &time) ||
+        !kmp_read_fixed(r, period, kmp_reader_say(r, "sample of %s", b->what), KMP_DIM_TIME, &sample))
+        return 1;
+    double samples = time / sample, whole = round(samples);
+    bool good = samples >= 0 && whole <= MOST_DELAYS && fabs(samples - whole) <= KMP_WHOLE_SAMPLES * whole;
+    if (!good)
+        kmp_reader_complain(r, node->place,
+                            "time of %s is %.9g samples: a whole number of them, %d at most, is expected", b->what,
+                            samples, MOST_DELAYS);
+    return good ? (int)whole + 1 : 1;
+}
+
+/* a + 0 u, with u itself, whose node may be a condition. */
+static const kmp_expr *add_none_of(kmp_reader *r, const kmp_expr *a, const kmp_expr *u)
+{
+    static const kmp_expr zero = {.kind = KMP_EXPR_NUMBER};
+    kmp_expr *none = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1), *sum = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
+    if (!none || !sum)
+        return NULL;
+    *none = (kmp_expr){.kind = KMP_EXPR_MUL, .a = &zero, .b = u};
+    *sum = (kmp_expr){.kind = KMP_EXPR_ADD, .a = a, .b = none};
+    return sum;
+}
+
+static void read_continuous(kmp_reader *r, block *b)
+{
+    const kmp_yaml *node = kmp_yaml_get(b->map, "time"), *before = kmp_yaml_get(b->map, "before");
+    kmp_state *state = &r->model->states[b->first];
+    const char *of = kmp_reader_say(r, "time of %s", b->what);
+    const kmp_expr *u = block_input(r, b);
+    if (!node || !kmp_read_number(r, node, of, KMP_DIM_TIME, &state->delay) ||
+        !kmp_check_rule(r, node, of, KMP_FIELD_POSITIVE, state->delay.value, ""))
+        return;
+    if (before)
+        state->before = kmp_read_expr(r, before, kmp_reader_say(r, "before of %s", b->what), KMP_DIM_ANY, KMP_OF_TIME);
+    kmp_expr_locals locals = {0};
+    kmp_expr *w = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
+    if (!w)
+        return;
+    state->signal = b->signal;
+    state->delayed = u;
+    state->began = kmp_yaml_get(b->map, "start");
+    *w = (kmp_expr){.kind = KMP_EXPR_INPUT, .index = state->signal, .unit = KMP_DIM_ANY};
+    block_local(&locals, "w", w);
+    block_local(&locals, "y", block_state(r, b, 0));
+    block_local(&locals, "time", block_number(r, &state->delay));
+    const kmp_expr *follows = u ? block_formula(r, "(w - y)/time", &locals) : NULL;
+    b->rate[0] = follows ? add_none_of(r, follows, u) : NULL;
+}
+
+static void read_delay(kmp_reader *r, block *b)
+{
+    if (!b->sampled) {
+        read_continuous(r, b);
+        return;
+    }
+    const kmp_expr *u = block_input(r, b);
+    for (int i = 0; i < b->count; i++) {
+        r->model->states[b->first + i].start = r->model->states[b->first].start;
+        block_law(r, b, i, i < b->count - 1 ? block_state(r, b, i + 1) : u);
+    }
+}
+
+static const block_kind by_delay = {"delay", " time sample before ", count_delay, NULL, read_delay, true};
+
 /* -- states with a law of their own ------------------------------------------------------------------ */
 
-static int one_state(kmp_reader *r, kmp_function_block *b)
+static int one_state(kmp_reader *r, block *b)
 {
     (void)r, (void)b;
     return 1;
 }
 
-static void read_rate(kmp_reader *r, kmp_function_block *b)
+static void read_rate(kmp_reader *r, block *b)
 {
     b->rate[0] = kmp_read_expr(r, kmp_yaml_get(b->map, "rate"), kmp_reader_say(r, "rate of %s", b->what), KMP_DIM_ANY,
                                KMP_OF_LOADS);
@@ -133,7 +528,7 @@ static const kmp_expr *rate_with(kmp_reader *r, const kmp_expr *when)
                 (kmp_expr){.kind = KMP_EXPR_CALL, .function = KMP_FUNCTION_if, .a = when, .b = zero(r), .c = zero(r)});
 }
 
-static void read_next(kmp_reader *r, kmp_function_block *b)
+static void read_next(kmp_reader *r, block *b)
 {
     static const char *const times[] = {"sample", "when"};
     const kmp_yaml *node = kmp_yaml_get(b->map, "when");
@@ -153,51 +548,37 @@ static void read_next(kmp_reader *r, kmp_function_block *b)
 }
 
 /* Hysteresis changes where its input leaves the interval of its limits; which limit it is, decides its value. */
-static void read_hysteresis(kmp_reader *r, kmp_function_block *b)
+static void read_hysteresis(kmp_reader *r, block *b)
 {
     kmp_number limit[2], value[2] = {{.value = 0}, {.value = 1}};
     kmp_expr_locals locals = {0};
-    kmp_block_local(&locals, "x", kmp_block_input(r, b));
-    bool good = kmp_read_required(r, b->map, b->what, "limits") && kmp_block_two(r, b, "limits", limit);
-    if (!good || locals.count < 1 || (kmp_yaml_get(b->map, "values") && !kmp_block_two(r, b, "values", value)))
+    block_local(&locals, "x", block_input(r, b));
+    bool good = kmp_read_required(r, b->map, b->what, "limits") && block_two(r, b, "limits", limit);
+    if (!good || locals.count < 1 || (kmp_yaml_get(b->map, "values") && !block_two(r, b, "values", value)))
         return;
     if (limit[0].value >= limit[1].value)
         kmp_reader_complain(r, b->map->place, "limits of %s: the first one, %g, must be below the second one, %g",
                             b->what, limit[0].value, limit[1].value);
-    kmp_block_local(&locals, "a", kmp_block_number(r, &limit[0]));
-    kmp_block_local(&locals, "b", kmp_block_number(r, &limit[1]));
-    kmp_block_local(&locals, "low", kmp_block_number(r, &value[0]));
-    kmp_block_local(&locals, "high", kmp_block_number(r, &value[1]));
+    block_local(&locals, "a", block_number(r, &limit[0]));
+    block_local(&locals, "b", block_number(r, &limit[1]));
+    block_local(&locals, "low", block_number(r, &value[0]));
+    block_local(&locals, "high", block_number(r, &value[1]));
     kmp_state *state = &r->model->states[b->first];
-    state->next = kmp_block_formula(r, "if(2*x > a + b, high, low)", &locals);
-    const kmp_expr *out = kmp_block_formula(r, "if((x - a)*(x - b) > 0, 0, 0)", &locals);
+    state->next = block_formula(r, "if(2*x > a + b, high, low)", &locals);
+    const kmp_expr *out = block_formula(r, "if((x - a)*(x - b) > 0, 0, 0)", &locals);
     b->rate[0] = out;
     state->settles = true;
     if (!kmp_yaml_get(b->map, "start"))
         state->start = value[0];
 }
 
-const kmp_block_kind kmp_block_hysteresis = {"hysteresis", " limits values ", one_state, NULL, read_hysteresis};
-static const kmp_block_kind by_rate = {"rate", "", one_state, NULL, read_rate},
-                            by_next = {"next", " sample when ", one_state, NULL, read_next};
+static const block_kind block_hysteresis = {"hysteresis", " limits values ", one_state, NULL, read_hysteresis, false};
+static const block_kind by_rate = {"rate", "", one_state, NULL, read_rate, false},
+                        by_next = {"next", " sample when ", one_state, NULL, read_next, false};
 
-static const kmp_block_kind *const kinds[] = {
-    &by_rate, &by_next, &kmp_block_transfer, &kmp_block_pid, &kmp_block_hysteresis, &kmp_block_delay};
+static const block_kind *const kinds[] = {&by_rate, &by_next, &by_transfer, &by_pid, &block_hysteresis, &by_delay};
 
 /* -- entries ----------------------------------------------------------------------------------------- */
-
-/* The kind of an entry; NULL after an error. */
-static const kmp_block_kind *kind_of(kmp_reader *r, const kmp_function_block *b)
-{
-    static const char *const words[] = {"rate", "next", "transfer", "pid", "hysteresis", "delay"};
-    int first = -1, count = kmp_count_keys(b->map, KMP_NAMES_OF(words), &first);
-    bool discrete = kmp_yaml_get(b->map, "sample") || kmp_yaml_get(b->map, "when");
-    if (count > 1)
-        kmp_complain_keys(r, b->map->place, b->what, KMP_NAMES_OF(words), count);
-    else if (count == 0)
-        (void)kmp_read_required(r, b->map, b->what, discrete ? "next" : "rate");
-    return count == 1 ? kinds[first] : NULL;
-}
 
 static void add_motion(kmp_reader *r, const kmp_state *state)
 {
@@ -209,7 +590,7 @@ static void add_motion(kmp_reader *r, const kmp_state *state)
     motions[model->motion_count++] = (kmp_motion){.name = state->name, .rotation = true, .axis = {1, 0, 0}};
 }
 
-static const char *name_of(kmp_reader *r, const kmp_function_block *b, int i)
+static const char *name_of(kmp_reader *r, const block *b, int i)
 {
     if (i == 0 && !b->direct)
         return b->name;
@@ -231,7 +612,7 @@ static void add_state(kmp_reader *r, const char *name, kmp_place place)
 }
 
 /* The first state, or the first one of the block, begins at `start`. */
-static void read_common(kmp_reader *r, const kmp_function_block *b)
+static void read_common(kmp_reader *r, const block *b)
 {
     const kmp_yaml *start = kmp_yaml_get(b->map, "start"), *node = kmp_yaml_get(b->map, "scale"),
                    *sample = kmp_yaml_get(b->map, "sample");
@@ -252,11 +633,19 @@ static void read_common(kmp_reader *r, const kmp_function_block *b)
 
 static void add_block(kmp_reader *r, const kmp_section *s)
 {
-    kmp_function_block *b = &r->blocks[r->block_count++];
-    *b = (kmp_function_block){
-        .map = s->node, .name = s->name ? s->name : "", .what = s->what, .place = s->key->place, .output = -1};
-    if (kmp_read_map(r, b->map, b->what, keys))
-        b->kind = kind_of(r, b);
+    block *b = &r->blocks[r->block_count++];
+    *b = (block){.map = s->node, .name = s->name ? s->name : "", .what = s->what, .place = s->key->place, .output = -1};
+    if (kmp_read_map(r, b->map, b->what, keys)) {
+        /* The kind of an entry; NULL after an error. */
+        static const char *const words[] = {"rate", "next", "transfer", "pid", "hysteresis", "delay"};
+        int first = -1, count = kmp_count_keys(b->map, KMP_NAMES_OF(words), &first);
+        bool discrete = kmp_yaml_get(b->map, "sample") || kmp_yaml_get(b->map, "when");
+        if (count > 1)
+            kmp_complain_keys(r, b->map->place, b->what, KMP_NAMES_OF(words), count);
+        else if (count == 0)
+            (void)kmp_read_required(r, b->map, b->what, discrete ? "next" : "rate");
+        b->kind = count == 1 ? kinds[first] : NULL;
+    }
     for (int k = 0; b->kind && k < b->map->count; k++) {
         const char *key = b->map->keys[k]->text;
         bool own = strcmp(key, b->kind->key) == 0 || strcmp(key, "start") == 0 || strcmp(key, "scale") == 0;
@@ -286,7 +675,7 @@ void kmp_read_states(kmp_reader *r)
     const kmp_yaml *map = kmp_yaml_get(r->root, "algebraic");
     int algebraic = map && map->kind == KMP_YAML_MAP ? map->count : 0;
     model->unknowns = KMP_ARENA_NEW(&model->arena, kmp_unknowns, s.count + algebraic);
-    r->blocks = KMP_ARENA_NEW(&r->scratch, kmp_function_block, s.count);
+    r->blocks = KMP_ARENA_NEW(&r->scratch, block, s.count);
     while (model->unknowns && r->blocks && kmp_section_next(&s)) {
         kmp_place place = s.key->place;
         const char *name = s.name;
@@ -309,7 +698,7 @@ void kmp_read_states(kmp_reader *r)
 /* -- laws -------------------------------------------------------------------------------------------- */
 
 /* The reader's scope is that of the expression that needs the block. */
-static void read_block(kmp_reader *r, kmp_function_block *b)
+static void read_block(kmp_reader *r, block *b)
 {
     int scope = r->scope, line = r->scope_line;
     const kmp_expr_locals *locals = r->locals;
@@ -328,7 +717,7 @@ static void read_block(kmp_reader *r, kmp_function_block *b)
 void kmp_read_block_of(kmp_reader *r, int unknown)
 {
     for (int k = 0; unknown < r->first_algebraic && k < r->block_count; k++) {
-        kmp_function_block *b = &r->blocks[k];
+        block *b = &r->blocks[k];
         if (b->output != unknown || b->progress == KMP_BLOCK_READ)
             continue;
         if (b->progress == KMP_BLOCK_BEGUN)
@@ -354,7 +743,7 @@ static void add_rate(kmp_reader *r, int k, const kmp_expr *rate)
 void kmp_add_state_rates(kmp_reader *r)
 {
     for (int k = 0; k < r->block_count; k++) {
-        kmp_function_block *b = &r->blocks[k];
+        block *b = &r->blocks[k];
         if (b->progress == KMP_BLOCK_WAITS)
             read_block(r, b);
         for (int i = 0; b->rate && !r->model->arena.failed && i < b->count; i++)

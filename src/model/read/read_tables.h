@@ -11,3 +11,20 @@ const kmp_named_table *kmp_read_table_name(kmp_reader *r, const kmp_yaml *node, 
 void kmp_read_tables(kmp_reader *r);
 /** True if expressions use a name already: a function, a parameter, a symbol. */
 bool kmp_name_means_something(const kmp_reader *r, const char *name);
+
+/** Reads the points; members up to `dimension` are set by the caller. False after an error. */
+bool kmp_read_points(kmp_points *p);
+
+/** Reads `unit`, of the columns of a CSV file: of this dimension, which an error calls so. Without it: SI. False after
+ * an error. */
+bool kmp_read_column_unit(const kmp_points *p, kmp_dimension dimension, const char *so, kmp_unit *unit);
+
+/** Turns the order of the points round. */
+void kmp_points_reverse(kmp_points *p);
+
+/** The path of a file that another one names, beside that one. */
+const char *kmp_path_beside(kmp_reader *r, int file, const char *name);
+
+/** Reads a file for the reader, to be freed; NULL after an error: "WHAT: reason". */
+char *kmp_read_file(kmp_reader *r, kmp_file_kind kind, const kmp_yaml *node, const char *what, const char *path,
+                    size_t *length);

@@ -10,14 +10,12 @@
 #include "model/data/variant.h"
 #include "model/files/document.h"
 #include "model/read/clearance.h"
-#include "model/read/files.h"
 #include "model/read/model_builder.h"
 #include "model/read/read_algebraic.h"
 #include "model/read/read_bodies.h"
 #include "model/read/read_closures.h"
 #include "model/read/read_forces.h"
 #include "model/read/read_include.h"
-#include "model/read/read_inputs.h"
 #include "model/read/read_mass.h"
 #include "model/read/read_outputs.h"
 #include "model/read/read_parameters.h"
@@ -27,8 +25,7 @@
 #include "model/read/read_tables.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
-#include "model/read/unused.h"
-#include "symbolic/surface.h"
+#include "symbolic/table_function.h"
 #include <kempe/settings.h>
 #include <math.h>
 #include <string.h>

@@ -152,7 +152,7 @@ typedef enum kmp_operands {
     KMP_OF_PLACE    /* t, x, y, z */
 } kmp_operands;
 
-/* -- points of curves (read_points.c) ----------------------------------------------------------------- */
+/* -- points of curves (read_tables.c) ----------------------------------------------------------------- */
 
 /** Points of a curve, and their places. */
 typedef struct kmp_points {
@@ -165,7 +165,7 @@ typedef struct kmp_points {
     kmp_place *place;
 } kmp_points;
 
-/* -- shapes (read_shapes.c), after points ------------------------------------------------------ */
+/* -- shapes (read_mass.c), after points ------------------------------------------------------ */
 
 /** Of what a mapping has the key `shape`. */
 typedef struct kmp_shape_owner {

@@ -5,12 +5,11 @@
 #include "model/data/compliant.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
-#include "model/language/expression_functions.h"
+#include "model/language/expression.h"
 #include "model/read/loads.h"
 #include "model/write/model_print.h"
-#include "model/write/model_tracks.h"
 #include "model/write/model_wheels.h"
-#include "symbolic/surface.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 
 /* -- pieces -------------------------------------------------------------------------------------- */
@@ -319,8 +318,9 @@ static void put_force(kmp_json *json, const kempe_model *model, const kmp_force 
         for (int k = 0; k < force->through_count + 2; k++)
             kmp_model_json_point(json, NULL, model, kmp_force_point(force, k));
         kmp_json_end(json);
-    } else
+    } else {
         kmp_model_json_point(json, "point", model, force->point[0]);
+    }
     kmp_model_json_fields(json, model, force);
     if (force->effort)
         put_expr(json, "effort", model, force->effort);

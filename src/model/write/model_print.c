@@ -166,8 +166,9 @@ void kmp_model_json_shape(kmp_json *json, const kmp_shape *s)
         for (int k = 0; k < s->through_count; k++)
             put_vector(json, NULL, 3, s->through[k]);
         kmp_json_end(json);
-    } else
+    } else {
         put_vector(json, "at", 3, s->at);
+    }
     if (s->turned && (s->kind == KMP_SHAPE_BOX || s->kind == KMP_SHAPE_ELLIPSOID || s->kind == KMP_SHAPE_MESH))
         put_axes(json, axes);
     if (s->heavy)

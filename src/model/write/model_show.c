@@ -7,13 +7,12 @@
 #include "model/data/model.h"
 #include "model/data/numbers.h"
 #include "model/data/output_table.h"
-#include "model/language/expression_functions.h"
+#include "model/language/expression.h"
 #include "model/read/loads.h"
 #include "model/write/model_json.h"
 #include "model/write/model_print.h"
-#include "model/write/model_tracks.h"
 #include "model/write/model_wheels.h"
-#include "symbolic/surface.h"
+#include "symbolic/table_function.h"
 #include <string.h>
 
 /* -- pieces, each after some words ----------------------------------------------------------------- */

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Wheels as the reader understood them, in both forms. */
+/* Wheels and tracks as the reader understood them, in both forms. */
 #include "model/write/model_wheels.h"
 #include "model/data/model.h"
 #include "model/write/model_json.h"
 #include "model/write/model_print.h"
+#include "symbolic/table_function.h"
 
 static void put_wheel(kmp_json *json, const kempe_model *model, const kmp_wheel *wheel)
 {
@@ -52,4 +53,113 @@ void kmp_model_json_wheels(kmp_json *json, const kempe_model *model)
         kmp_json_end(json);
     }
     kmp_json_end(json);
+}
+
+/* -- tracks ------------------------------------------------------------------------------------------ */
+
+/* Profiles and tracks, as they were understood, in both forms. */
+
+/* -- the summary --------------------------------------------------------------------------------- */
+
+static void show_track(kmp_text *text, const kempe_model *model, const kmp_track *track)
+{
+    kmp_text_printf(text, "  %s: at ", track->name);
+    kmp_model_put_point(text, model, track->point);
+    kmp_text_printf(text, ", rail %s, gauge %.9g at %.9g below the top, inclination %.9g\n", track->profile->name,
+                    track->gauge, track->gauge_depth, track->inclination);
+    for (int k = 0; k < track->course_count; k++) {
+        const kmp_course_piece *piece = &track->course[k];
+        kmp_text_printf(text, "    %s %.9g", kmp_course_words[piece->kind], piece->length);
+        if (piece->radius > 0)
+            kmp_text_printf(text, ", radius %.9g", piece->radius);
+        if (piece->cant != 0)
+            kmp_text_printf(text, ", cant %.9g", piece->cant);
+        kmp_text_put(text, "\n");
+    }
+    const kmp_irregularities *all = &track->irregularities;
+    const kmp_wave_spectrum *s = &all->spectrum;
+    for (int k = 0; k < KMP_IRREGULARITIES; k++)
+        if (all->named[k])
+            kmp_text_printf(text, "    %s by table %s\n", kmp_irregularity_words[k], all->named[k]->name);
+    if (s->kind >= 0)
+        kmp_text_printf(text, "    spectrum %s, seed %.9g, from %.9g to %.9g, wavelengths %.9g to %.9g, scale %.9g\n",
+                        kmp_name_at(kmp_wave_spectrum_words, s->kind), s->seed, s->from, s->to, s->shortest, s->longest,
+                        s->scale);
+}
+
+void kmp_model_show_tracks(kmp_text *text, const kempe_model *model)
+{
+    kmp_text_put(text, model->profile_count > 0 ? "profiles\n" : "");
+    for (int i = 0; i < model->profile_count; i++) {
+        const kmp_table *height = model->profiles[i].height;
+        kmp_text_printf(text, "  %s: %d points, y from %.9g to %.9g\n", model->profiles[i].name, height->count,
+                        height->x[0], height->x[height->count - 1]);
+    }
+    kmp_text_put(text, model->track_count > 0 ? "tracks\n" : "");
+    for (int i = 0; i < model->track_count; i++)
+        show_track(text, model, &model->tracks[i]);
+}
+
+/* -- JSON ---------------------------------------------------------------------------------------- */
+
+static void put_track(kmp_json *json, const kempe_model *model, const kmp_track *track)
+{
+    kmp_model_json_point(json, "at", model, track->point);
+    kmp_json_put(json, "rail %s gauge %g gauge_depth %g inclination %g", track->profile->name, track->gauge,
+                 track->gauge_depth, track->inclination);
+    if (track->course_count > 0) {
+        kmp_json_array(json, "course");
+        for (int k = 0; k < track->course_count; k++) {
+            const kmp_course_piece *piece = &track->course[k];
+            kmp_json_put(json, "{ %s %g", kmp_course_words[piece->kind], piece->length);
+            if (piece->radius > 0)
+                kmp_json_number(json, "radius", piece->radius);
+            if (piece->cant != 0)
+                kmp_json_number(json, "cant", piece->cant);
+            kmp_json_end(json);
+        }
+        kmp_json_end(json);
+    }
+    const kmp_irregularities *all = &track->irregularities;
+    const kmp_wave_spectrum *s = &all->spectrum;
+    bool any = s->kind >= 0;
+    for (int k = 0; k < KMP_IRREGULARITIES; k++)
+        any = any || all->named[k];
+    if (!any)
+        return;
+    kmp_json_object(json, "irregularities");
+    for (int k = 0; k < KMP_IRREGULARITIES; k++)
+        if (all->named[k])
+            kmp_json_string(json, kmp_irregularity_words[k], all->named[k]->name);
+    if (s->kind >= 0) {
+        kmp_json_put(json, "spectrum %s seed %g from %g to %g", kmp_name_at(kmp_wave_spectrum_words, s->kind), s->seed,
+                     s->from, s->to);
+        kmp_json_numbers(json, "wavelengths", 2, (const double[]){s->shortest, s->longest});
+        kmp_json_number(json, "scale", s->scale);
+    }
+    kmp_json_end(json);
+}
+
+void kmp_model_json_tracks(kmp_json *json, const kempe_model *model)
+{
+    if (model->profile_count > 0)
+        kmp_model_json_begin(json, "profiles");
+    for (int i = 0; i < model->profile_count; i++) {
+        const kmp_table *height = model->profiles[i].height;
+        kmp_model_json_item(json, model->profiles[i].name);
+        kmp_json_numbers(json, "y", height->count, height->x);
+        kmp_json_numbers(json, "z", height->count, height->y);
+        kmp_json_end(json);
+    }
+    if (model->profile_count > 0)
+        kmp_json_end(json);
+    if (model->track_count > 0)
+        kmp_model_json_begin(json, "tracks");
+    for (int i = 0; i < model->track_count; i++) {
+        kmp_model_json_item(json, model->tracks[i].name);
+        put_track(json, model, &model->tracks[i]);
+        kmp_json_end(json);
+    }
+    if (model->track_count > 0)
+        kmp_json_end(json);
 }

@@ -8,3 +8,7 @@
 /** Wheels in either form: nothing where there are none. */
 void kmp_model_show_wheels(kmp_text *text, const kempe_model *model);
 void kmp_model_json_wheels(kmp_json *json, const kempe_model *model);
+
+/** Profiles and tracks in either form: nothing where there are none. */
+void kmp_model_show_tracks(kmp_text *text, const kempe_model *model);
+void kmp_model_json_tracks(kmp_json *json, const kempe_model *model);

@@ -4,8 +4,8 @@
 #include "rail/model/read_profiles.h"
 #include "base/memory.h"
 #include "model/data/model.h"
-#include "model/read/files.h"
-#include "model/read/read_points.h"
+#include "model/read/read_include.h"
+#include "model/read/read_tables.h"
 #include "model/read/read_values.h"
 #include "symbolic/table_function.h"
 #include <math.h>

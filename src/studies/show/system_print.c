@@ -8,7 +8,6 @@
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/motion.h"
-#include "dynamics/motion_choice.h"
 #include "model/data/model.h"
 #include "output/print.h"
 #include "studies/show/sets.h"

@@ -12,11 +12,10 @@
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/read/loads.h"
-#include "model/read/user_lists.h"
+#include "model/read/read_outputs.h"
 #include "output/print.h"
 #include "studies/simulate/stepper_run.h"
 #include "symbolic/derivative.h"
-#include "symbolic/partials.h"
 #include <kempe/check.h>
 #include <kempe/output_handles.h>
 #include <math.h>
