@@ -3,8 +3,8 @@
  * a reason; it is thinned. */
 #include "base/memory.h"
 #include "fuzz.h"
-#include "report/motion_picture.h"
 #include "model/data/mesh.h"
+#include "report/motion_picture.h"
 #include <math.h>
 #include <string.h>
 

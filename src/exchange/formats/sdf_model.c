@@ -7,9 +7,9 @@
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
 #include "exchange/formats/sdf_frames.h"
-#include <math.h>
-#include "sdf_frames.h"
 #include "model/data/shape.h"
+#include "sdf_frames.h"
+#include <math.h>
 #include <string.h>
 
 /* -- links --------------------------------------------------------------------------------------------- */
