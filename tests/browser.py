@@ -115,7 +115,7 @@ class Chromium:
 
 
 def complaint(event):
-    """What an event says to the console; None: another event."""
+    """The words of an event of the console; None for all other events."""
     parameters = event.get("params", {})
     if event.get("method") == "Runtime.exceptionThrown":
         details = parameters["exceptionDetails"]

@@ -198,7 +198,7 @@ static bool moves_closure(const kempe_model *model, const kmp_present_inputs *in
     return false;
 }
 
-/* Goes on beyond a sample at which the step has ended: restarts where a value jumps (runner_inputs.c), at the site if
+/* Goes on beyond a sample at which the step has ended: restarts where a value jumps (runner_change.c), at the site if
  * there is one (*meets). Returns the reason why it cannot. */
 static const char *pass_sample(kmp_engine *e, size_t l, bool *meets)
 {

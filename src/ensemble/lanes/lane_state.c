@@ -69,7 +69,7 @@ static bool same_choice(const kmp_lane_group *pool, const kmp_partition *part)
            memcmp(pool->part.rows, part->rows, (size_t)part->r * sizeof *part->rows) == 0;
 }
 
-/* The load rows of the partition, in their order (take_loads of reduced_program_write.c). NULL: no memory. */
+/* The load rows of the partition, in their order (take_loads of reduced_program.c). NULL: no memory. */
 static int *load_rows_of(const kmp_engine *e, const kmp_lane_group *pool)
 {
     const kmp_partition *part = &pool->part;

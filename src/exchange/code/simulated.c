@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Data of a generated simulator: routines, slopes for choices of coordinates with their linear algebra written out
- * (constraints/programs/reduced_program_inside.h), the start, conditions and their bounds, elements of friction. */
+ * (constraints/programs/reduced_program.h), the start, conditions and their bounds, elements of friction. */
 #include "exchange/code/simulated.h"
 #include "backend/bounds.h"
 #include "base/context.h"
