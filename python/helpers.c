@@ -4,7 +4,7 @@
  * order matters: the handler may run in another thread, and Python must know of the signal before the computation ends.
  * No Python code runs between installing and restoring but that of callbacks. Without sigaction, guards do nothing. */
 #include "helpers.h"
-#include "ensemble/result_folder.h"
+#include "ensemble/manifest.h"
 #include <stdatomic.h>
 #include <string.h>
 

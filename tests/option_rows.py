@@ -32,7 +32,8 @@ REACHED = {
     "src/model/write/model_print.c": r'"dry_run", [\w()]+, \(double\)run->dry_run',
     "integrators/run/methods.c": r"spec->dry_run = spec->dry_run",
     "src/studies/simulate/trajectory.c": r"run->dry_run = spec->dry_run",
-    "src/ensemble/result_folder.c": r'\{"dry_run", [^"]*\}(?s:.*)"dry_run", &f->run\.dry_run',
+    "src/ensemble/manifest.c": r'\{"dry_run", [^"]*\}',
+    "src/ensemble/result_folder.c": r'"dry_run", &f->run\.dry_run',
     "src/ensemble/mechanisms.c": r"x->dry_run != y->dry_run",
 }
 

@@ -76,6 +76,26 @@ static void put_all_columns(const kempe_ensemble *e, kempe_table *table)
     kempe_table_free(results);
 }
 
+/* Refuses a quantity whose name another column of the results has. */
+static kempe_status check_columns(const kempe_ensemble *e)
+{
+    kempe_context *context = e->model->context;
+    kempe_table *table = kmp_tabulate(context, "instances");
+    put_all_columns(e, table);
+    kempe_status status = table ? kmp_tabulate_check(context, table) : kmp_fail_memory(context);
+    for (int c = 0; status == KEMPE_OK && c < kempe_table_column_count(table); c++) {
+        const char *name = kempe_table_column_name(table, c);
+        if (kempe_table_find(table, name) != c)
+            status =
+                kmp_fail(context, KEMPE_E_ARGUMENT,
+                         "quantity '%s': the results have another column of this name; give the quantity a name of "
+                         "its own, NAME = EXPRESSION",
+                         name);
+    }
+    kempe_table_free(table);
+    return status;
+}
+
 /* -- run --------------------------------------------------------------------------------------------- */
 
 kempe_status kempe_ensemble_new_with(const kempe_model *model, const kempe_values *values,
@@ -92,23 +112,8 @@ kempe_status kempe_ensemble_new_with(const kempe_model *model, const kempe_value
     if (status == KEMPE_OK)
         status =
             kmp_mechanisms_new(model, values->columns, (const char *const *)values->name, &e->quantities, &e->inner);
-    if (status == KEMPE_OK) {
-        /* Refuses a quantity whose name another column of the results has. */
-        kempe_context *context = e->model->context;
-        kempe_table *table = kmp_tabulate(context, "instances");
-        put_all_columns(e, table);
-        status = table ? kmp_tabulate_check(context, table) : kmp_fail_memory(context);
-        for (int c = 0; status == KEMPE_OK && c < kempe_table_column_count(table); c++) {
-            const char *name = kempe_table_column_name(table, c);
-            if (kempe_table_find(table, name) != c)
-                status =
-                    kmp_fail(context, KEMPE_E_ARGUMENT,
-                             "quantity '%s': the results have another column of this name; give the quantity a name of "
-                             "its own, NAME = EXPRESSION",
-                             name);
-        }
-        kempe_table_free(table);
-    }
+    if (status == KEMPE_OK)
+        status = check_columns(e);
     return KMP_GIVE_OR_FREE(status, ensemble, e, kempe_ensemble_free);
 }
 
@@ -482,6 +487,42 @@ static void put_reasons(const kempe_ensemble_result *b, const char *reason_of(co
     }
 }
 
+/* Lines about the run that the table of instances does not have. */
+static void put_run(const kempe_ensemble_result *b, kmp_text *text)
+{
+    kmp_text_printf(text, "run       to t = %g s, rtol %g, atol %g\n", b->t_end, b->rtol, b->atol);
+    if (b->work.lane_steps > 0)
+        kmp_text_printf(text,
+                        "lanes     %d, by %s; %d choice%s of independent coordinates; %.1f lanes used on average; %d "
+                        "instances separately\n",
+                        b->work.width, b->work.native ? "machine code" : "loops", b->work.pools,
+                        b->work.pools == 1 ? "" : "s", (double)b->work.lane_steps / (double)b->work.sweeps,
+                        b->work.alone);
+    else
+        kmp_text_printf(text, "lanes     none; every instance separately\n");
+    put_reasons(b, alone_of, "alone", text);
+    put_reasons(b, apart_of, "in part", text);
+    kmp_text_printf(text, "cpu       %.3f s of %d thread%s, %.2f us per instance; %.3f s wall-clock time\n",
+                    b->work.cpu_s, b->work.threads, b->work.threads == 1 ? "" : "s",
+                    b->count > 0 ? 1e6 * b->work.cpu_s / b->count : 0.0, b->work.wall_s);
+    /* The instance with the largest difference relative to its limit, or with an incomplete repeat run, and its
+     * coordinate. */
+    int worst = -1;
+    double most = 0;
+    for (int k = 0; k < b->count; k++) {
+        const kmp_convergence *c = &b->again[k];
+        double part = !c->known ? 0 : isnan(c->stopped) ? c->difference / c->limit : INFINITY;
+        if (c->known && (worst < 0 || part > most)) {
+            worst = k;
+            most = part;
+        }
+    }
+    if (worst >= 0)
+        kmp_text_printf(text, "repeat    worst: instance %d, '%s' %s by %.2e at rtol %.3g\n", b->first + worst + 1,
+                        again_name(b, worst), kmp_convergence_holds(&b->again[worst]) ? "differs" : "DIFFERS",
+                        b->again[worst].difference, b->again[worst].rtol);
+}
+
 /* The table of the instances, and their statistics where they have quantities; NULL otherwise. */
 typedef struct summary {
     kempe_table *table;
@@ -509,44 +550,34 @@ static void put_text(kmp_text *text, const void *result)
     summary s;
     kmp_text run = {0};
     bool good = summarise(b, &s);
-    /* Lines about the run that the table of instances does not have. */
-    kmp_text_printf(&run, "run       to t = %g s, rtol %g, atol %g\n", b->t_end, b->rtol, b->atol);
-    if (b->work.lane_steps > 0)
-        kmp_text_printf(&run,
-                        "lanes     %d, by %s; %d choice%s of independent coordinates; %.1f lanes used on average; %d "
-                        "instances separately\n",
-                        b->work.width, b->work.native ? "machine code" : "loops", b->work.pools,
-                        b->work.pools == 1 ? "" : "s", (double)b->work.lane_steps / (double)b->work.sweeps,
-                        b->work.alone);
-    else
-        kmp_text_printf(&run, "lanes     none; every instance separately\n");
-    put_reasons(b, alone_of, "alone", &run);
-    put_reasons(b, apart_of, "in part", &run);
-    kmp_text_printf(&run, "cpu       %.3f s of %d thread%s, %.2f us per instance; %.3f s wall-clock time\n",
-                    b->work.cpu_s, b->work.threads, b->work.threads == 1 ? "" : "s",
-                    b->count > 0 ? 1e6 * b->work.cpu_s / b->count : 0.0, b->work.wall_s);
-    /* The instance with the largest difference relative to its limit, or with an incomplete repeat run, and its
-     * coordinate. */
-    int worst = -1;
-    double most = 0;
-    for (int k = 0; k < b->count; k++) {
-        const kmp_convergence *c = &b->again[k];
-        double part = !c->known ? 0 : isnan(c->stopped) ? c->difference / c->limit : INFINITY;
-        if (c->known && (worst < 0 || part > most)) {
-            worst = k;
-            most = part;
-        }
-    }
-    if (worst >= 0)
-        kmp_text_printf(&run, "repeat    worst: instance %d, '%s' %s by %.2e at rtol %.3g\n", b->first + worst + 1,
-                        again_name(b, worst), kmp_convergence_holds(&b->again[worst]) ? "differs" : "DIFFERS",
-                        b->again[worst].difference, b->again[worst].rtol);
+    put_run(b, &run);
     if (good && !run.failed)
         kmp_instances_put(text, b->ensemble->model->name, s.table, b->first, run.s, s.statistics,
                           b->status == KEMPE_UNTRUSTED);
     text->failed = text->failed || !good || run.failed;
     kmp_text_free(&run);
     free_summary(&s);
+}
+
+static void put_instance(const kempe_ensemble_result *b, kmp_json *json, int k)
+{
+    const kmp_ensemble_result *r = &b->results[k];
+    kmp_json_object(json, NULL);
+    kmp_json_numbers(json, "values", b->ensemble->values->columns, row_of(b, k));
+    kmp_json_put(json, "status %s reason %s t %g", kempe_ensemble_result_status(b, k),
+                 kempe_ensemble_result_reason(b, k), r->t);
+    kmp_json_numbers(json, "q", b->n, kempe_ensemble_result_q(b, k));
+    kmp_json_numbers(json, "qd", b->n, kempe_ensemble_result_qd(b, k));
+    if (list_of(b)->run.values > 0) {
+        kmp_json_numbers(json, "quantities", list_of(b)->run.values, taken_of(b, k));
+        kmp_json_numbers(json, "quantity_differences", list_of(b)->run.values, differences_of(b, k));
+    }
+    if (list_of(b)->limit_count > 0)
+        kmp_json_put(json, "limits %s", kempe_ensemble_result_limits(b, k));
+    kmp_json_put(json, "steps %ld rejected %ld refused %ld rhs %ld exchanges %ld h %g hdot %g drift %g single_run %s",
+                 r->steps, r->rejected, r->refused, r->rhs, r->exchanges, r->h, r->hdot, r->drift, alone_of(r));
+    kmp_convergence_json(json, &b->again[k], again_name(b, k));
+    kmp_json_end(json);
 }
 
 static void put_json(kmp_text *text, const void *result)
@@ -576,26 +607,8 @@ static void put_json(kmp_text *text, const void *result)
     for (int k = 0; k < list_of(b)->run.values; k++)
         kmp_json_put(&json, "{ name %s unit %s }", list_of(b)->name[k], list_of(b)->unit[k]);
     kmp_json_put(&json, "] instances [");
-    for (int k = 0; k < b->count; k++) {
-        const kmp_ensemble_result *r = &b->results[k];
-        kmp_json_object(&json, NULL);
-        kmp_json_numbers(&json, "values", b->ensemble->values->columns, row_of(b, k));
-        kmp_json_put(&json, "status %s reason %s t %g", kempe_ensemble_result_status(b, k),
-                     kempe_ensemble_result_reason(b, k), r->t);
-        kmp_json_numbers(&json, "q", b->n, kempe_ensemble_result_q(b, k));
-        kmp_json_numbers(&json, "qd", b->n, kempe_ensemble_result_qd(b, k));
-        if (list_of(b)->run.values > 0) {
-            kmp_json_numbers(&json, "quantities", list_of(b)->run.values, taken_of(b, k));
-            kmp_json_numbers(&json, "quantity_differences", list_of(b)->run.values, differences_of(b, k));
-        }
-        if (list_of(b)->limit_count > 0)
-            kmp_json_put(&json, "limits %s", kempe_ensemble_result_limits(b, k));
-        kmp_json_put(&json,
-                     "steps %ld rejected %ld refused %ld rhs %ld exchanges %ld h %g hdot %g drift %g single_run %s",
-                     r->steps, r->rejected, r->refused, r->rhs, r->exchanges, r->h, r->hdot, r->drift, alone_of(r));
-        kmp_convergence_json(&json, &b->again[k], again_name(b, k));
-        kmp_json_end(&json);
-    }
+    for (int k = 0; k < b->count; k++)
+        put_instance(b, &json, k);
     kmp_json_put(&json, "]");
     if (made.statistics)
         kmp_statistics_put(&json, "statistics", made.statistics);
@@ -608,36 +621,40 @@ KMP_PRINT(kempe_ensemble_result, batch, batch->ensemble->model->context, put_jso
 
 /* -- as a table -------------------------------------------------------------------------------------- */
 
+static void put_row(const kempe_ensemble_result *b, kempe_table *table, int k)
+{
+    const kmp_ensemble_result *r = &b->results[k];
+    const kmp_convergence *again = &b->again[k];
+    const kempe_system *system = kmp_mechanisms_system(b->ensemble->inner);
+    kmp_tabulate_row(table);
+    kmp_tabulate_numbers(table, b->ensemble->values->columns, row_of(b, k));
+    kmp_tabulate_cells(table, "%s %g", kempe_ensemble_result_status(b, k), r->t);
+    kmp_tabulate_values(table, system, KMP_QUANTITY_Q, kempe_ensemble_result_q(b, k));
+    kmp_tabulate_values(table, system, KMP_QUANTITY_QD, kempe_ensemble_result_qd(b, k));
+    kmp_tabulate_numbers(table, list_of(b)->run.values, taken_of(b, k));
+    if (list_of(b)->limit_count > 0) {
+        kmp_text broken = {0};
+        bool known = broken_of(b, k, &broken) >= 0;
+        kmp_tabulate_cells(table, "%s %s", kempe_ensemble_result_limits(b, k), known && broken.s ? broken.s : "");
+        if (broken.failed)
+            kmp_tabulate_fail(table);
+        kmp_text_free(&broken);
+    }
+    kmp_tabulate_cells(table, "%ld %ld %ld %ld %ld %g %g %g", r->steps, r->rejected, r->refused, r->rhs, r->exchanges,
+                       r->h, r->hdot, r->drift);
+    kmp_tabulate_number(table, again->known ? again->difference : NAN);
+    kmp_tabulate_numbers(table, list_of(b)->run.values, differences_of(b, k));
+    kmp_tabulate_cells(table, "%s %s %s %s", kmp_convergence_word(again), r->rates_changed ? KMP_RATES_ADJUSTED : "",
+                       alone_of(r), kempe_ensemble_result_reason(b, k));
+}
+
 static void fill_instances(kempe_table *table, const void *result)
 {
     const kempe_ensemble_result *b = result;
     put_all_columns(b->ensemble, table);
     kmp_tabulate_apart(table);
-    for (int k = 0; k < b->count; k++) {
-        const kmp_ensemble_result *r = &b->results[k];
-        const kmp_convergence *again = &b->again[k];
-        const kempe_system *system = kmp_mechanisms_system(b->ensemble->inner);
-        kmp_tabulate_row(table);
-        kmp_tabulate_numbers(table, b->ensemble->values->columns, row_of(b, k));
-        kmp_tabulate_cells(table, "%s %g", kempe_ensemble_result_status(b, k), r->t);
-        kmp_tabulate_values(table, system, KMP_QUANTITY_Q, kempe_ensemble_result_q(b, k));
-        kmp_tabulate_values(table, system, KMP_QUANTITY_QD, kempe_ensemble_result_qd(b, k));
-        kmp_tabulate_numbers(table, list_of(b)->run.values, taken_of(b, k));
-        if (list_of(b)->limit_count > 0) {
-            kmp_text broken = {0};
-            bool known = broken_of(b, k, &broken) >= 0;
-            kmp_tabulate_cells(table, "%s %s", kempe_ensemble_result_limits(b, k), known && broken.s ? broken.s : "");
-            if (broken.failed)
-                kmp_tabulate_fail(table);
-            kmp_text_free(&broken);
-        }
-        kmp_tabulate_cells(table, "%ld %ld %ld %ld %ld %g %g %g", r->steps, r->rejected, r->refused, r->rhs,
-                           r->exchanges, r->h, r->hdot, r->drift);
-        kmp_tabulate_number(table, again->known ? again->difference : NAN);
-        kmp_tabulate_numbers(table, list_of(b)->run.values, differences_of(b, k));
-        kmp_tabulate_cells(table, "%s %s %s %s", kmp_convergence_word(again),
-                           r->rates_changed ? KMP_RATES_ADJUSTED : "", alone_of(r), kempe_ensemble_result_reason(b, k));
-    }
+    for (int k = 0; k < b->count; k++)
+        put_row(b, table, k);
 }
 
 KMP_TABLES(kempe_ensemble_result, batch, batch->ensemble->model->context, {"instances", fill_instances})

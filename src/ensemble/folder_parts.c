@@ -3,7 +3,9 @@
 #include "ensemble/folder_parts.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "ensemble/manifest.h"
 #include "ensemble/result_folder.h"
+#include "ensemble/sampling/model_instances.h"
 #include "ensemble/sampling/parquet_reader.h"
 #include "ensemble/sampling/values.h"
 #include "ensemble/statistics/statistics.h"
@@ -121,6 +123,25 @@ static kempe_status read_values(const kempe_folder *f, int instance, int count, 
     return all ? KEMPE_OK : kmp_complain(f->context, f->path, 0, 0, "part %d lacks the columns of the values", part);
 }
 
+static kempe_status instance_of(const kempe_folder *f, const kempe_model *model, int instance, kempe_model **made)
+{
+    kmp_arena arena = {0};
+    char **names = NULL;
+    /* The names of the columns of values, an array of words in one member of the manifest. */
+    kmp_text list = {0};
+    int count = kmp_manifest_text(f->manifest, "columns", &list) ? kmp_text_words(&arena, list.s, &names) : 0;
+    arena.failed = arena.failed || list.failed;
+    kmp_text_free(&list);
+    double *values = KMP_ARENA_NEW(&arena, double, count);
+    kempe_status status = kmp_made(f->context, !arena.failed);
+    if (status == KEMPE_OK)
+        status = read_values(f, instance, count, (const char *const *)names, values);
+    if (status == KEMPE_OK)
+        status = kmp_model_instance(model, count, (const char *const *)names, values, made);
+    kmp_arena_free(&arena);
+    return status;
+}
+
 kempe_status kmp_folder_check_model(const kempe_folder *f, const kempe_model *model)
 {
     kmp_text there = {0};
@@ -148,21 +169,7 @@ kempe_status kempe_folder_model(const kempe_folder *f, const kempe_model *model,
         return kmp_fail(f->context, KEMPE_E_ARGUMENT, "there is no instance %d: there are %d", instance + 1,
                         f->instances);
     KMP_TRY(kmp_folder_check_model(f, model));
-    kmp_arena arena = {0};
-    char **names = NULL;
-    /* The names of the columns of values, an array of words in one member of the manifest. */
-    kmp_text list = {0};
-    int count = kmp_manifest_text(f->manifest, "columns", &list) ? kmp_text_words(&arena, list.s, &names) : 0;
-    arena.failed = arena.failed || list.failed;
-    kmp_text_free(&list);
-    double *values = KMP_ARENA_NEW(&arena, double, count);
-    kempe_status status = kmp_made(f->context, !arena.failed);
-    if (status == KEMPE_OK)
-        status = read_values(f, instance, count, (const char *const *)names, values);
-    if (status == KEMPE_OK)
-        status = kmp_model_instance(model, count, (const char *const *)names, values, made);
-    kmp_arena_free(&arena);
-    return status;
+    return instance_of(f, model, instance, made);
 }
 
 static bool same_columns(const kempe_table *table, const kmp_parquet_file *file)

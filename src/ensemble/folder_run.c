@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "base/thread_pool.h"
 #include "ensemble/histories.h"
+#include "ensemble/manifest.h"
 #include "ensemble/result_folder.h"
 #include "ensemble/sampling/values.h"
 #include "output/parquet.h"
@@ -135,6 +136,17 @@ static void *beat(void *self)
     return NULL;
 }
 
+/* Signals go to the other threads. */
+static bool start_beat(process_claims *c)
+{
+    sigset_t all, old;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &old);
+    c->has_beat = kmp_thread_start(&c->beat, beat, c);
+    pthread_sigmask(SIG_SETMASK, &old, NULL);
+    return c->has_beat;
+}
+
 static void hold(process_claims *c, kmp_text path)
 {
     pthread_mutex_lock(&c->lock);
@@ -200,15 +212,8 @@ static kempe_status claims_new(kempe_context *context, const char *folder, proce
     kempe_status status = kmp_made(context, !c->folder.failed && !c->owner.failed);
     if (status == KEMPE_OK)
         status = kmp_folder_make(context, c->folder.s);
-    if (status == KEMPE_OK) {
-        /* Signals go to the other threads. */
-        sigset_t all, old;
-        sigfillset(&all);
-        pthread_sigmask(SIG_SETMASK, &all, &old);
-        c->has_beat = kmp_thread_start(&c->beat, beat, c);
-        pthread_sigmask(SIG_SETMASK, &old, NULL);
-        status = kmp_made(context, c->has_beat);
-    }
+    if (status == KEMPE_OK)
+        status = kmp_made(context, start_beat(c));
     return KMP_GIVE_OR_FREE(status, claims, c, claims_free);
 }
 
@@ -261,6 +266,19 @@ static void remove_files(const char *path, const char *part)
             (void)unlinkat(dirfd(folder), d->d_name, 0);
     if (folder)
         closedir(folder);
+}
+
+/* Removes all claims, their folder, and unfinished files of parts, when every part is whole. */
+static void claims_clear(const char *folder)
+{
+    kmp_text path = {0};
+    kmp_text_printf(&path, "%s/%s", folder, subfolder);
+    if (!path.failed) {
+        remove_files(path.s, NULL);
+        (void)rmdir(path.s);
+        remove_files(folder, unfinished);
+    }
+    kmp_text_free(&path);
 }
 
 /* -- shares of processes ------------------------------------------------------------------------------------ */
@@ -328,6 +346,21 @@ static kempe_status find_task(kempe_context *context, int *index, int *count, bo
     return KEMPE_OK;
 }
 
+/* The tasks of an array, each with the processes of its launcher. GNU parallel does not give the number of its jobs:
+ * they share all parts by claims. */
+static kempe_status find_auto(kempe_context *context, process_share *shard)
+{
+    int task, tasks, rank, ranks, job;
+    bool found = false;
+    KMP_TRY(find_task(context, &task, &tasks, &found));
+    KMP_TRY(find_rank(context, &rank, &ranks, &found));
+    if (!found && !to_whole(getenv("PARALLEL_SEQ"), &job))
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "shard auto: no variables of Slurm, Open MPI, PMI or GNU parallel are set; give I/N");
+    *shard = (process_share){task * ranks + rank + 1, tasks * ranks};
+    return KEMPE_OK;
+}
+
 /* Reads "I/N", or "auto": the variables of the engine that started this process. NULL: one share, all of it.
  * KEMPE_E_ARGUMENT: the word is neither, or no engine's variables are set. */
 static kempe_status shard_read(kempe_context *context, const char *word, process_share *shard)
@@ -336,19 +369,8 @@ static kempe_status shard_read(kempe_context *context, const char *word, process
     *shard = (process_share){1, 1};
     if (!word)
         return KEMPE_OK;
-    if (strcmp(word, "auto") == 0) {
-        /* The tasks of an array, each with the processes of its launcher. GNU parallel does not give the number of its
-         * jobs: they share all parts by claims. */
-        int task, tasks, rank, ranks, job;
-        bool found = false;
-        KMP_TRY(find_task(context, &task, &tasks, &found));
-        KMP_TRY(find_rank(context, &rank, &ranks, &found));
-        if (!found && !to_whole(getenv("PARALLEL_SEQ"), &job))
-            return kmp_fail(context, KEMPE_E_ARGUMENT,
-                            "shard auto: no variables of Slurm, Open MPI, PMI or GNU parallel are set; give I/N");
-        *shard = (process_share){task * ranks + rank + 1, tasks * ranks};
-        return KEMPE_OK;
-    }
+    if (strcmp(word, "auto") == 0)
+        return find_auto(context, shard);
     size_t length = strcspn(word, "/");
     if (length < sizeof number)
         memcpy(number, word, length);
@@ -576,6 +598,13 @@ static kempe_status try_part(folder_run *r, int part, bool *fresh)
 
 /* -- all parts --------------------------------------------------------------------------------------- */
 
+static void begin(folder_run *r)
+{
+    const kempe_folder *f = r->folder;
+    for (int k = f->first; k < f->parts; k += f->step)
+        r->total += kmp_folder_part_size(f, k);
+}
+
 static void end(folder_run *r)
 {
     kempe_folder *f = r->folder;
@@ -583,18 +612,8 @@ static void end(folder_run *r)
     for (int k = f->first; k < f->parts; k += f->step)
         f->missing += !r->done[k];
     f->elsewhere = f->interrupted ? 0 : f->missing;
-    if (f->whole == f->parts) {
-        /* Removes all claims, their folder, and unfinished files of parts, when every part is whole. */
-        const char *folder = f->path;
-        kmp_text path = {0};
-        kmp_text_printf(&path, "%s/%s", folder, subfolder);
-        if (!path.failed) {
-            remove_files(path.s, NULL);
-            (void)rmdir(path.s);
-            remove_files(folder, unfinished);
-        }
-        kmp_text_free(&path);
-    }
+    if (f->whole == f->parts)
+        claims_clear(f->path);
 }
 
 static kempe_status run_folder(folder_run *r)
@@ -604,9 +623,7 @@ static kempe_status run_folder(folder_run *r)
     r->folder->ran = true;
     r->done = KMP_NEW(bool, r->folder->parts);
     KMP_TRY(kmp_made(r->context, r->done));
-    const kempe_folder *folder = r->folder;
-    for (int k = folder->first; k < folder->parts; k += folder->step)
-        r->total += kmp_folder_part_size(folder, k);
+    begin(r);
     KMP_TRY(claims_new(r->context, r->folder->path, &r->claims));
     /* Parts of other processes are tried again as long as there is progress: their owners may have ended. */
     const kempe_folder *f = r->folder;

@@ -6,6 +6,7 @@
 #include "constraints/inexact/nearest_exact.h"
 #include "ensemble/batch.h"
 #include "ensemble/result_folder.h"
+#include "ensemble/sampling/model_instances.h"
 #include "ensemble/sampling/values.h"
 #include "model/read/loads.h"
 #include "output/result_table.h"
@@ -115,6 +116,25 @@ static kempe_status run_model(history *h, int instance, const kempe_model *model
     return status;
 }
 
+static kempe_status add_instance(history *h, int instance)
+{
+    const kempe_values *values = kmp_ensemble_values(h->ensemble);
+    kempe_model *model = NULL;
+    kmp_values_get(values, instance, 1, h->values);
+    kempe_status status = kmp_model_instance(kmp_ensemble_model(h->ensemble), values->columns,
+                                             (const char *const *)values->name, h->values, &model);
+    if (status == KEMPE_OK)
+        status = run_model(h, instance, model);
+    kempe_model_free(model);
+    if (status == KEMPE_STOPPED && !kmp_interrupted(h->context))
+        status = KEMPE_OK; /* a lock of the mechanism: the table ends there */
+    if (status == KEMPE_E_FAILED || status == KEMPE_E_INPUT) {
+        kmp_context_clear(h->context); /* the row of the instance has the reason */
+        status = KEMPE_OK;
+    }
+    return status == KEMPE_OK ? kmp_tabulate_check(h->context, h->table) : status;
+}
+
 /* The settings that all instances have, without those that concern the ensemble alone. */
 static kempe_status resolve(history *h, const kempe_run_options *run, kmp_arena *arena)
 {
@@ -139,23 +159,8 @@ kempe_status kmp_histories(kempe_ensemble *ensemble, const kempe_run_options *ru
     kmp_tabulate_columns(h.table, "instance");
     const bool quiet = kmp_context_quiet(h.context, true); /* warnings are those of the ensemble */
     for (int k = first; k < first + count && status == KEMPE_OK; k++)
-        if (kmp_instance_ranges_meet(ranges, k, 1)) {
-            const kempe_values *values = kmp_ensemble_values(h.ensemble);
-            kempe_model *model = NULL;
-            kmp_values_get(values, k, 1, h.values);
-            status = kmp_model_instance(kmp_ensemble_model(h.ensemble), values->columns,
-                                        (const char *const *)values->name, h.values, &model);
-            if (status == KEMPE_OK)
-                status = run_model(&h, k, model);
-            kempe_model_free(model);
-            if (status == KEMPE_STOPPED && !kmp_interrupted(h.context))
-                status = KEMPE_OK; /* a lock of the mechanism: the table ends there */
-            if (status == KEMPE_E_FAILED || status == KEMPE_E_INPUT) {
-                kmp_context_clear(h.context); /* the row of the instance has the reason */
-                status = KEMPE_OK;
-            }
-            status = status == KEMPE_OK ? kmp_tabulate_check(h.context, h.table) : status;
-        }
+        if (kmp_instance_ranges_meet(ranges, k, 1))
+            status = add_instance(&h, k);
     (void)kmp_context_quiet(h.context, quiet);
     kmp_arena_free(&arena);
     if (status == KEMPE_OK)

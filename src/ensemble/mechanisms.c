@@ -4,7 +4,7 @@
 #include "ensemble/mechanisms.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "ensemble/sampling/values.h"
+#include "ensemble/sampling/model_instances.h"
 #include "model/data/model.h"
 #include <math.h>
 #include <stdlib.h>
@@ -129,6 +129,16 @@ static kempe_status derive(const kmp_mechanisms *m, mechanism *one)
     return KEMPE_OK;
 }
 
+/* The first line of the context's message. */
+static char *reason_of(const kempe_context *context)
+{
+    const char *message = kempe_context_message(context);
+    char *reason = kmp_strdup(message);
+    if (reason)
+        reason[strcspn(reason, "\n")] = 0;
+    return reason;
+}
+
 static kempe_status make(const kmp_mechanisms *m, const double *shape, mechanism *one)
 {
     kempe_context *context = m->model->context;
@@ -144,11 +154,7 @@ static kempe_status make(const kmp_mechanisms *m, const double *shape, mechanism
         return status;
     kmp_ensemble_free(one->inner);
     one->inner = NULL;
-    /* The first line of the context's message. */
-    const char *message = kempe_context_message(context);
-    char *reason = kmp_strdup(message);
-    if (reason)
-        reason[strcspn(reason, "\n")] = 0;
+    one->reason = reason_of(context);
     kmp_context_clear(context);
     return kmp_made(context, one->reason);
 }
@@ -207,6 +213,23 @@ static int compare_keys(const void *a, const void *b)
         if (x[k] != y[k])
             return x[k] < y[k] ? -1 : 1;
     return 0;
+}
+
+static double *make_keys(const grouped_run *r, kmp_arena *arena)
+{
+    const kmp_mechanisms *m = r->m;
+    const int size = m->shaping + 2;
+    double *keys = KMP_ARENA_NEW(arena, double, (ptrdiff_t)size * r->instances);
+    for (int i = 0; keys && i < r->instances; i++) {
+        double *key = keys + (ptrdiff_t)i * size;
+        key[0] = m->shaping;
+        for (int k = 0; k < m->shaping; k++)
+            key[1 + k] = r->values[(ptrdiff_t)i * m->columns + m->column[k]];
+        key[1 + m->shaping] = i;
+    }
+    if (keys)
+        qsort(keys, (size_t)r->instances, (size_t)size * sizeof *keys, compare_keys);
+    return keys;
 }
 
 static void copy_numbers(double *to, const double *from, int count)
@@ -286,34 +309,29 @@ static kempe_status run_groups(grouped_run *r, const double *keys)
     return status;
 }
 
+static void clear_results(const grouped_run *r)
+{
+    const ptrdiff_t n = kmp_mechanisms_system(r->m)->n, values = r->m->quantities->run.values;
+    for (int i = 0; i < r->instances; i++)
+        r->results[i] = (kmp_ensemble_result){.status = KEMPE_STOPPED, .h = NAN, .hdot = NAN, .drift = NAN};
+    for (ptrdiff_t k = 0; k < r->instances * n; k++)
+        r->q[k] = r->qd[k] = NAN;
+    for (ptrdiff_t k = 0; r->execution->taken && k < r->instances * values; k++)
+        r->execution->taken[k] = NAN;
+}
+
 static kempe_status run_shaped(grouped_run *r)
 {
     const kmp_mechanisms *m = r->m;
     const ptrdiff_t many = r->instances, n = kmp_mechanisms_system(m)->n;
     kmp_arena arena = {0};
-    const int size = m->shaping + 2;
-    double *keys = KMP_ARENA_NEW(&arena, double, (ptrdiff_t)size * r->instances);
-    for (int i = 0; keys && i < r->instances; i++) {
-        double *key = keys + (ptrdiff_t)i * size;
-        key[0] = m->shaping;
-        for (int k = 0; k < m->shaping; k++)
-            key[1 + k] = r->values[(ptrdiff_t)i * m->columns + m->column[k]];
-        key[1 + m->shaping] = i;
-    }
-    if (keys)
-        qsort(keys, (size_t)r->instances, (size_t)size * sizeof *keys, compare_keys);
+    double *keys = make_keys(r, &arena);
     bool made = keys && KMP_ARENA_MAKE(&arena, KMP_ROOM(double, many * m->others + 1, &r->row),
                                        KMP_ROOM(double, many *n, &r->group_q, &r->group_qd),
                                        KMP_ROOM(double, many * m->quantities->run.values + 1, &r->taken),
                                        KMP_ROOM(kmp_ensemble_result, many, &r->result));
     kempe_status status = kmp_made(m->model->context, made);
-    const ptrdiff_t count = kmp_mechanisms_system(r->m)->n, values = r->m->quantities->run.values;
-    for (int i = 0; i < r->instances; i++)
-        r->results[i] = (kmp_ensemble_result){.status = KEMPE_STOPPED, .h = NAN, .hdot = NAN, .drift = NAN};
-    for (ptrdiff_t k = 0; k < r->instances * count; k++)
-        r->q[k] = r->qd[k] = NAN;
-    for (ptrdiff_t k = 0; r->execution->taken && k < r->instances * values; k++)
-        r->execution->taken[k] = NAN;
+    clear_results(r);
     if (status == KEMPE_OK)
         status = run_groups(r, keys);
     for (int i = 0; status != KEMPE_OK && i < r->instances; i++) {

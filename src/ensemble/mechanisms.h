@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Instances of mechanisms. Parameters that shape the equations (tracks, tables, axes) have a mechanism for each of
- * their values, whose model is read again (ensemble/sampling/values.h); all others are variables of its
+ * their values, whose model is read again (ensemble/sampling/model_instances.h); all others are variables of its
  * equations. */
 #pragma once
 

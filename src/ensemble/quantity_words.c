@@ -200,6 +200,15 @@ static void visit(listing *l, const kmp_expr *e)
     visit(l, e->c);
 }
 
+/* Lists the functions of an expression that are no polynomials. false: no memory. */
+static bool expr_arguments(kmp_arena *arena, const kmp_expr *expr, const kmp_expr_argument **list)
+{
+    listing l = {.arena = arena};
+    visit(&l, expr);
+    *list = l.first;
+    return !l.failed;
+}
+
 /* -- values at a state -------------------------------------------------------------------------------------- */
 
 /* Expressions become sensors of the copy, read by the functions of the file's reader. Parameters have no known
@@ -265,6 +274,26 @@ static bool is_output(const char *text)
             return true;
     }
     return false;
+}
+
+/* The unit of a component, from the row of its output. */
+static kempe_status add_output(kempe_model *copy, const char *label, kmp_added_value *v, kmp_output *output, int *part)
+{
+    unsigned *parts = NULL;
+    KMP_TRY(kmp_requested_outputs_at(copy, label, (kmp_place){1, v->column, 0}, v->text, &parts));
+    int width = copy->output_count == 1 ? kmp_output_width(copy, copy->outputs) : 0;
+    *part = 0;
+    while (width > 1 && *part < width && parts[0] != 1u << *part)
+        ++*part;
+    if (width == 0 || *part >= width)
+        return kmp_fail(copy->context, KEMPE_E_ARGUMENT, "%s:1:%d: '%s' is not one number: give one component of it",
+                        label, v->column, v->text);
+    *output = copy->outputs[0];
+    v->rates = true;
+    v->unit = kmp_output_unit(copy, output, *part);
+    v->late = output->kind != KMP_OUTPUT_ENERGY && output->kind != KMP_OUTPUT_MOMENTUM &&
+              output->kind != KMP_OUTPUT_ANGULAR_MOMENTUM && output->kind != KMP_OUTPUT_GAP;
+    return KEMPE_OK;
 }
 
 /* -- expressions ------------------------------------------------------------------------------------- */
@@ -387,11 +416,7 @@ static kempe_status read_value(making *m, const char *label, int k, kmp_added_va
     if (is_in_rows(m->copy, v, m->read[k].expr, n))
         return KEMPE_OK;
     m->turns = m->turns || v->late || kmp_expr_find(m->read[k].expr, is_measure, NULL);
-    /* The functions of the expression that are no polynomials. */
-    listing l = {.arena = &m->copy->arena};
-    visit(&l, m->read[k].expr);
-    m->list[k] = l.first;
-    bool listed = !l.failed;
+    bool listed = expr_arguments(&m->copy->arena, m->read[k].expr, &m->list[k]);
     for (const kmp_expr_argument *a = m->list[k]; a; a = a->next)
         m->known++;
     return kmp_made(m->copy->context, listed);
@@ -417,22 +442,7 @@ static kempe_status place_value(making *m, const char *label, int k, kmp_added_v
         v->shown = place_expression(m, v->text, m->read[k].expr);
         return KEMPE_OK;
     }
-    /* The unit of a component, from the row of its output. */
-    kempe_model *copy = m->copy;
-    unsigned *parts = NULL;
-    KMP_TRY(kmp_requested_outputs_at(copy, label, (kmp_place){1, v->column, 0}, v->text, &parts));
-    int width = copy->output_count == 1 ? kmp_output_width(copy, copy->outputs) : 0;
-    part = 0;
-    while (width > 1 && part < width && parts[0] != 1u << part)
-        ++part;
-    if (width == 0 || part >= width)
-        return kmp_fail(copy->context, KEMPE_E_ARGUMENT, "%s:1:%d: '%s' is not one number: give one component of it",
-                        label, v->column, v->text);
-    m->output[m->outputs] = copy->outputs[0];
-    v->rates = true;
-    v->unit = kmp_output_unit(copy, &m->output[m->outputs], part);
-    v->late = m->output[m->outputs].kind != KMP_OUTPUT_ENERGY && m->output[m->outputs].kind != KMP_OUTPUT_MOMENTUM &&
-              m->output[m->outputs].kind != KMP_OUTPUT_ANGULAR_MOMENTUM && m->output[m->outputs].kind != KMP_OUTPUT_GAP;
+    KMP_TRY(add_output(m->copy, label, v, &m->output[m->outputs], &part));
     v->shown = m->place + part;
     m->place += kmp_output_width(m->copy, &m->output[m->outputs++]);
     return KEMPE_OK;

@@ -65,22 +65,3 @@ int kmp_folder_chunk(int instances);
 
 /** A folder with the text of its manifest, which is freed. KEMPE_E_INPUT: it is not one of Kempe, or damaged. */
 kempe_status kmp_folder_of(kempe_context *context, const char *path, kmp_text *manifest, kempe_folder **folder);
-
-/** The manifest of a run with these options, the library's copy of them; history: words of the chosen instances. */
-kempe_status kmp_manifest_put(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes, int chunk,
-                              const char *history, kmp_text *text);
-
-/** The hash of all that was read to make a model; of a model built in code, of its print. */
-kempe_status kmp_manifest_hash_model(const kempe_model *model, char hash[KMP_HASH_SIZE + 1]);
-
-/** The hash of all members of a manifest that count. */
-void kmp_manifest_hash_text(const char *manifest, char hash[KMP_HASH_SIZE + 1]);
-
-/** The value of a key in a manifest, a string without quotes; false: it has none. */
-bool kmp_manifest_text(const char *manifest, const char *key, kmp_text *value);
-bool kmp_manifest_int(const char *manifest, const char *key, int low, int high, int *value);
-/** True if two manifests describe the same run; otherwise `why` has a sentence about the first difference. */
-bool kmp_manifest_same(const char *there, const char *here, kmp_text *why);
-
-/** Reads the manifest of a folder. *text is freed by the caller; NULL: there is none. */
-kempe_status kmp_manifest_read(kempe_context *context, const char *folder, char **text);

@@ -4,6 +4,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "ensemble/folder_parts.h"
+#include "ensemble/manifest.h"
 #include "ensemble/result_folder.h"
 #include "fuzz.h"
 #include "output/parquet.h"

@@ -130,6 +130,33 @@ const kmp_comfort_signal *kmp_comfort_signal_of(const kempe_comfort *c, kmp_comf
 
 /* -- samples ------------------------------------------------------------------------------------------ */
 
+static kempe_status check_times(study *s)
+{
+    kempe_comfort *c = s->c;
+    const kempe_comfort_options *o = s->options;
+    double end, length;
+    c->rate = o->rate > 0 ? o->rate : USUAL_RATE;
+    if (!s->run->recording || !kmp_recording_ends(s->run->recording, &s->start, &end))
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "the run has rows only: set keep_dense to judge its comfort");
+    c->from = fmax(o->from, s->start);
+    length = end - c->from;
+    if (o->rate != 0 && !(o->rate >= LEAST_RATE && o->rate <= LARGEST_RATE))
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                        "the rate of samples is %g per second; it must be between %g and %g, because weightings reach "
+                        "to 100 Hz",
+                        o->rate, LEAST_RATE, LARGEST_RATE);
+    c->windows = (int)floor(length / KMP_COMFORT_WINDOW + KMP_WINDOW_SLACK);
+    if (!(o->from >= 0) || c->windows < 1)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                        "comfort is judged in windows of %g s, but the run has %.6g s from t = %.6g s on: a longer run "
+                        "is needed (--t-end)",
+                        KMP_COMFORT_WINDOW, length, c->from);
+    s->window = 2 * (int)lround(KMP_COMFORT_WINDOW * c->rate / 2); /* even, for every other sample */
+    s->before = 2 * (int)lround((c->from - s->start) * c->rate / 2);
+    s->samples = s->before + c->windows * s->window + 1;
+    return KEMPE_OK;
+}
+
 static kempe_status take_samples(study *s)
 {
     kempe_comfort *c = s->c;
@@ -210,27 +237,7 @@ static kempe_status judge(study *s)
 {
     kempe_comfort *c = s->c;
     kmp_arena room = {0};
-    const kempe_comfort_options *o = s->options;
-    double end, length;
-    c->rate = o->rate > 0 ? o->rate : USUAL_RATE;
-    if (!s->run->recording || !kmp_recording_ends(s->run->recording, &s->start, &end))
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "the run has rows only: set keep_dense to judge its comfort");
-    c->from = fmax(o->from, s->start);
-    length = end - c->from;
-    if (o->rate != 0 && !(o->rate >= LEAST_RATE && o->rate <= LARGEST_RATE))
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                        "the rate of samples is %g per second; it must be between %g and %g, because weightings reach "
-                        "to 100 Hz",
-                        o->rate, LEAST_RATE, LARGEST_RATE);
-    c->windows = (int)floor(length / KMP_COMFORT_WINDOW + KMP_WINDOW_SLACK);
-    if (!(o->from >= 0) || c->windows < 1)
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                        "comfort is judged in windows of %g s, but the run has %.6g s from t = %.6g s on: a longer run "
-                        "is needed (--t-end)",
-                        KMP_COMFORT_WINDOW, length, c->from);
-    s->window = 2 * (int)lround(KMP_COMFORT_WINDOW * c->rate / 2); /* even, for every other sample */
-    s->before = 2 * (int)lround((c->from - s->start) * c->rate / 2);
-    s->samples = s->before + c->windows * s->window + 1;
+    KMP_TRY(check_times(s));
     bool quiet = kmp_context_quiet(s->context, true); /* outputs have no warnings of their own */
     kempe_status status = make_signals(s);
     bool made = KMP_ARENA_MAKE(&room, KMP_ROOM(double, c->count + 1, &s->row),

@@ -253,6 +253,20 @@ static void put(search *m, int row, int column, double x)
     m->generator[row + (ptrdiff_t)column * m->size] += x;
 }
 
+/* The signal before the delay of entry i has T (a x)_i + x_i, where a has (u - y)/T. */
+static void put_delay(search *m, int i, const double *differences)
+{
+    const int n = m->points, first = m->at[i] - n + 1;
+    const double T = delay_of(m, i);
+    for (int j = 1; j <= n; j++) {
+        const double *row = differences + (ptrdiff_t)j * (n + 1);
+        for (int k = 1; k <= n; k++)
+            put(m, first + j - 1, first + k - 1, 2 / T * row[k]);
+        for (int k = 0; k < m->width; k++)
+            put(m, first + j - 1, m->at[k], 2 / T * row[0] * (T * m->a[i + (ptrdiff_t)k * m->width] + (k == i)));
+    }
+}
+
 static kempe_status discretise(search *m, int points)
 {
     const ptrdiff_t most = m->plain + (ptrdiff_t)m->delays * points, n = points;
@@ -271,19 +285,9 @@ static kempe_status discretise(search *m, int points)
         for (int k = 0; k <= points; k++)
             differences[j * (n + 1) + k] = derivative(points, j, k);
     for (int i = 0; i < m->width; i++)
-        if (delay_of(m, i) > 0) {
-            /* The signal before the delay of entry i has T (a x)_i + x_i, where a has (u - y)/T. */
-            const int order = m->points, first = m->at[i] - order + 1;
-            const double T = delay_of(m, i);
-            for (int j = 1; j <= order; j++) {
-                const double *row = differences + (ptrdiff_t)j * (order + 1);
-                for (int k = 1; k <= order; k++)
-                    put(m, first + j - 1, first + k - 1, 2 / T * row[k]);
-                for (int k = 0; k < m->width; k++)
-                    put(m, first + j - 1, m->at[k],
-                        2 / T * row[0] * (T * m->a[i + (ptrdiff_t)k * m->width] + (k == i)));
-            }
-        } else
+        if (delay_of(m, i) > 0)
+            put_delay(m, i, differences);
+        else
             for (int k = 0; k < m->width; k++)
                 put(m, m->at[i], m->at[k], m->a[i + (ptrdiff_t)k * m->width]);
     if (kmp_eigen_general(m->size, m->generator, m->re, m->im, m->v_re, m->v_im, m->left, m->left) == 0)
@@ -388,6 +392,28 @@ static bool is_known(const search *m, double complex s)
     return false;
 }
 
+/* A real root has a real vector. One that an upper eigenvalue, which has a conjugate, has led to is double: the other
+ * part of its vector is that of the second one. */
+static void split(search *m, root *r, bool twice)
+{
+    const int n = m->equation.count;
+    double re = 0, im = 0;
+    for (int k = 0; k < n; k++) {
+        re = fmax(re, fabs(creal(r->x[k])));
+        im = fmax(im, fabs(cimag(r->x[k])));
+    }
+    r->s = creal(r->s);
+    root *other = &m->root[m->count];
+    for (int k = 0; twice && k < n; k++)
+        other->x[k] = im > KMP_DELAYED_NEAR * re ? cimag(r->x[k]) : creal(r->x[k]);
+    for (int k = 0; k < n; k++)
+        r->x[k] = re > 0 ? creal(r->x[k]) : cimag(r->x[k]);
+    if (twice) {
+        other->s = r->s;
+        other->k = m->count++;
+    }
+}
+
 /* Refines the root behind the last one, from s. It stays where it is a root within `reach` of s. */
 static void take(search *m, double complex s, double reach, double complex *next)
 {
@@ -400,27 +426,8 @@ static void take(search *m, double complex s, double reach, double complex *next
     if (!real && cimag(r->s) < 0)
         return;
     m->count++;
-    if (real) {
-        /* A real root has a real vector. One that an upper eigenvalue, which has a conjugate, has led to is double: the
-         * other part of its vector is that of the second one. */
-        const bool twice = cimag(s) > 0;
-        const int n = m->equation.count;
-        double re = 0, im = 0;
-        for (int k = 0; k < n; k++) {
-            re = fmax(re, fabs(creal(r->x[k])));
-            im = fmax(im, fabs(cimag(r->x[k])));
-        }
-        r->s = creal(r->s);
-        root *other = &m->root[m->count];
-        for (int k = 0; twice && k < n; k++)
-            other->x[k] = im > KMP_DELAYED_NEAR * re ? cimag(r->x[k]) : creal(r->x[k]);
-        for (int k = 0; k < n; k++)
-            r->x[k] = re > 0 ? creal(r->x[k]) : cimag(r->x[k]);
-        if (twice) {
-            other->s = r->s;
-            other->k = m->count++;
-        }
-    }
+    if (real)
+        split(m, r, cimag(s) > 0);
 }
 
 /* The eigenvector c of the discretised system: coordinates, values of states, and ends of delays. */
@@ -561,6 +568,20 @@ static kempe_status find(search *m, bool brief, int *kept, double *bound)
 
 /* -- result ------------------------------------------------------------------------------------------ */
 
+static void put_root(const search *m, kmp_delayed_spectrum *out, const root *r)
+{
+    for (int half = 0; half < multiplicity(r); half++) {
+        const int c = out->count++;
+        out->re[c] = creal(r->s);
+        out->im[c] = half ? -cimag(r->s) : cimag(r->s);
+        for (int k = 0; k < m->equation.count; k++) {
+            const ptrdiff_t at = m->equation.place[k] + (ptrdiff_t)c * out->p;
+            out->x_re[at] = creal(r->x[k]);
+            out->x_im[at] = half ? -cimag(r->x[k]) : cimag(r->x[k]);
+        }
+    }
+}
+
 /* A basis of the null space of P(0), its rows of the size one. */
 static kempe_status put_zeros(search *m, kmp_delayed_spectrum *out)
 {
@@ -606,16 +627,7 @@ static kempe_status give(search *m, int kept, kmp_delayed_spectrum *out)
     qsort(m->root, (size_t)kept, sizeof *m->root, by_modulus);
     for (int k = 0; k < m->count; k++) {
         out->shown = k == kept ? out->count : out->shown;
-        for (int half = 0; half < multiplicity(&m->root[k]); half++) {
-            const int c = out->count++;
-            out->re[c] = creal(m->root[k].s);
-            out->im[c] = half ? -cimag(m->root[k].s) : cimag(m->root[k].s);
-            for (int i = 0; i < m->equation.count; i++) {
-                const ptrdiff_t at = m->equation.place[i] + (ptrdiff_t)c * out->p;
-                out->x_re[at] = creal(m->root[k].x[i]);
-                out->x_im[at] = half ? -cimag(m->root[k].x[i]) : cimag(m->root[k].x[i]);
-            }
-        }
+        put_root(m, out, &m->root[k]);
     }
     out->shown = kept == m->count ? out->count : out->shown;
     return KEMPE_OK;

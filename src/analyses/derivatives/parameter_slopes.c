@@ -136,6 +136,17 @@ static int size_of(const kmp_slopes *s, int kind)
     return columns[kind] == KMP_IN_TIME ? 1 : columns[kind] == KMP_IN_LAMBDA ? s->m : s->n;
 }
 
+static bool add_column(gather *g, kmp_partials *partials, kmp_ref leaf)
+{
+    const int *which;
+    const kmp_ref *value;
+    int count = kmp_partials_along(partials, leaf, &which, &value);
+    for (int i = 0; i < count; i++)
+        kmp_listing_put(&g->list, 0, which[i], g->x->columns, value[i]);
+    end_column(g);
+    return count >= 0;
+}
+
 /* Adds the derivatives along a leaf, times `by`, to `total`. */
 static bool add_along(gather *g, kmp_partials *partials, kmp_ref leaf, kmp_ref by, kmp_ref *total)
 {
@@ -177,16 +188,8 @@ static bool add_state(gather *g)
     kmp_partials *partials = kmp_partials_new(graph, g->of_count, g->of);
     bool ok = partials && add_time(g, partials);
     for (int c = 1; c < COLUMN_KINDS; c++)
-        for (int k = 0; ok && k < size_of(g->s, c); k++) {
-            const kmp_ref leaf = kmp_input(graph, columns[c], (uint32_t)k);
-            const int *which;
-            const kmp_ref *value;
-            int count = kmp_partials_along(partials, leaf, &which, &value);
-            for (int i = 0; i < count; i++)
-                kmp_listing_put(&g->list, 0, which[i], g->x->columns, value[i]);
-            end_column(g);
-            ok = count >= 0;
-        }
+        for (int k = 0; ok && k < size_of(g->s, c); k++)
+            ok = add_column(g, partials, kmp_input(graph, columns[c], (uint32_t)k));
     kmp_partials_free(partials);
     return ok;
 }
@@ -541,29 +544,36 @@ static bool differentiate(const motion *x, kmp_graph *g, int count, kmp_ref *of)
     return d && !kmp_graph_failed(g);
 }
 
+/* Parameters go along b as given, and with them those that follow. */
+static bool derive_twice(kmp_second_derivatives *second, const kmp_equations *eq, const kmp_backend *backend,
+                         const int *parameter, const double *values)
+{
+    int state = 3 * eq->n + eq->m, count = eq->n + 3 * eq->m;
+    kmp_arena arena = {0};
+    kmp_ref *of = KMP_ARENA_NEW(&arena, kmp_ref, count);
+    motion a = motion_of(&arena, state), b = motion_of(&arena, state + eq->model->parameter_count);
+    bool ok = !arena.failed;
+    if (ok) {
+        collect_sets(eq, of);
+        move_state(&a, eq, 0);
+        move_state(&b, eq, state);
+        for (int i = 0; i < second->count; i++)
+            move(&b, eq->graph, KMP_IN_PARAMETER, parameter[i], 2 * state + i);
+        b.count = lead_parameters(&eq->tree, b.count, b.leaf, b.direction);
+        ok = b.count >= 0 && differentiate(&a, eq->graph, count, of) && differentiate(&b, eq->graph, count, of) &&
+             kmp_formulas_init(&second->bent, eq->graph, count, of, backend, values);
+    }
+    kmp_arena_free(&arena);
+    return ok;
+}
+
 static kempe_status derive_all(kmp_second_derivatives *second, const kempe_system *system, const kmp_backend *backend,
                                const int *parameter)
 {
     kmp_equations eq;
     kmp_events events;
     KMP_TRY(derive_for_slopes(&eq, system, &events, KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL));
-    /* Parameters go along b as given, and with them those that follow. */
-    int state = 3 * eq.n + eq.m, count = eq.n + 3 * eq.m;
-    kmp_arena arena = {0};
-    kmp_ref *of = KMP_ARENA_NEW(&arena, kmp_ref, count);
-    motion a = motion_of(&arena, state), b = motion_of(&arena, state + eq.model->parameter_count);
-    bool ok = !arena.failed;
-    if (ok) {
-        collect_sets(&eq, of);
-        move_state(&a, &eq, 0);
-        move_state(&b, &eq, state);
-        for (int i = 0; i < second->count; i++)
-            move(&b, eq.graph, KMP_IN_PARAMETER, parameter[i], 2 * state + i);
-        b.count = lead_parameters(&eq.tree, b.count, b.leaf, b.direction);
-        ok = b.count >= 0 && differentiate(&a, eq.graph, count, of) && differentiate(&b, eq.graph, count, of) &&
-             kmp_formulas_init(&second->bent, eq.graph, count, of, backend, system->parameters);
-    }
-    kmp_arena_free(&arena);
+    bool ok = derive_twice(second, &eq, backend, parameter, system->parameters);
     kmp_equations_free(&eq);
     return ok ? KEMPE_OK : kmp_fail_memory(system->context);
 }

@@ -8,11 +8,11 @@
 #include <float.h>
 #include <math.h>
 
-kempe_status kmp_state_sensitivity_init(kmp_state_sensitivity *sensitivity, const kempe_system *system, int count,
-                                        const char *const *names)
+kempe_status kmp_state_sensitivity_init(kmp_state_sensitivity *sensitivity_of_state, const kempe_system *system,
+                                        int count, const char *const *names)
 {
     int n = system->n, m = system->m;
-    kmp_state_sensitivity *s = sensitivity;
+    kmp_state_sensitivity *s = sensitivity_of_state;
     *s = (kmp_state_sensitivity){.system = system, .n = n, .m = m, .count = count, .names = names};
     s->r = KMP_ARENA_NEW(&s->arena, int, n);
     s->c = KMP_ARENA_NEW(&s->arena, int, n);
@@ -24,7 +24,7 @@ kempe_status kmp_state_sensitivity_init(kmp_state_sensitivity *sensitivity, cons
                : kmp_fail_memory(system->context);
 }
 
-KMP_CLEARS(kmp_state_sensitivity, sensitivity, kmp_arena_free(&sensitivity->arena))
+KMP_CLEARS(kmp_state_sensitivity, sensitivity_of_state, kmp_arena_free(&sensitivity_of_state->arena))
 
 /* -- consequences of R = 0 ----------------------------------------------------------------------------- */
 
@@ -94,6 +94,16 @@ static bool solve(kmp_state_sensitivity *s, const kmp_linear *l, int rank, const
     return rest <= sqrt(DBL_EPSILON) * size;
 }
 
+static kempe_status report_open(const kmp_state_sensitivity *s, const kmp_linear *l, int rank, int k)
+{
+    const char *name = l->system->model->motions[l->part.u[s->c[rank]]].name;
+    return kmp_fail(l->system->context, KEMPE_E_FAILED,
+                    "the equilibrium has no derivative with respect to '%s': nothing restrains '%s' there (%d "
+                    "independent coordinates, %d of them restrained, the last by %.3g of the stiffest), while the "
+                    "parameter changes the force along it; use another parameter value, or lock the coordinate",
+                    s->names[k], name, l->p, rank, s->pivots[0] > 0 ? s->pivots[rank] / s->pivots[0] : 0.0);
+}
+
 /* Takes the solution x (p) into the change: of u, of the rates of states, or of accelerations. */
 static void take(kmp_state_sensitivity *s, const kmp_linear *l, bool equilibrium, const double *x, kmp_change *change)
 {
@@ -126,33 +136,25 @@ static const double *gather(const kmp_linear *l, const double *column, double *o
     return column ? out : NULL;
 }
 
-kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity, kmp_linear *linear, kmp_slopes *slopes,
-                                      kmp_fixed_quantity fixed, const double *q, const double *qd)
+kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity_of_state, kmp_linear *linear,
+                                      kmp_slopes *slopes, kmp_fixed_quantity fixed, const double *q, const double *qd)
 {
     kmp_instant at = kmp_linear_instant(linear);
     kmp_slopes_at(slopes, &at);
     kmp_linear_matrices(linear);
     kmp_linear_tell_tables(linear);
     bool equilibrium = fixed == KMP_KEEP_EQUILIBRIUM;
-    int rank = factor(sensitivity, linear, equilibrium);
-    for (int k = 0; k < sensitivity->count; k++) {
-        kmp_change change = kmp_slopes_change(slopes, k, sensitivity->part);
-        kmp_response response = column(sensitivity, k);
-        change.u = gather(linear, q ? q + k * sensitivity->n : NULL, sensitivity->u);
-        change.ud = gather(linear, qd ? qd + k * sensitivity->n : NULL, sensitivity->ud);
+    int rank = factor(sensitivity_of_state, linear, equilibrium);
+    for (int k = 0; k < sensitivity_of_state->count; k++) {
+        kmp_change change = kmp_slopes_change(slopes, k, sensitivity_of_state->part);
+        kmp_response response = column(sensitivity_of_state, k);
+        change.u = gather(linear, q ? q + k * sensitivity_of_state->n : NULL, sensitivity_of_state->u);
+        change.ud = gather(linear, qd ? qd + k * sensitivity_of_state->n : NULL, sensitivity_of_state->ud);
         kmp_linear_follow(linear, &change, &response);
-        double *x = sensitivity->side + sensitivity->n;
-        if (!solve(sensitivity, linear, rank, response.residual, x)) {
-            const char *name = linear->system->model->motions[linear->part.u[sensitivity->c[rank]]].name;
-            return kmp_fail(
-                linear->system->context, KEMPE_E_FAILED,
-                "the equilibrium has no derivative with respect to '%s': nothing restrains '%s' there (%d "
-                "independent coordinates, %d of them restrained, the last by %.3g of the stiffest), while the "
-                "parameter changes the force along it; use another parameter value, or lock the coordinate",
-                sensitivity->names[k], name, linear->p, rank,
-                sensitivity->pivots[0] > 0 ? sensitivity->pivots[rank] / sensitivity->pivots[0] : 0.0);
-        }
-        take(sensitivity, linear, equilibrium, x, &change);
+        double *x = sensitivity_of_state->side + sensitivity_of_state->n;
+        if (!solve(sensitivity_of_state, linear, rank, response.residual, x))
+            return report_open(sensitivity_of_state, linear, rank, k);
+        take(sensitivity_of_state, linear, equilibrium, x, &change);
         kmp_linear_follow(linear, &change, &response);
     }
     return KEMPE_OK;

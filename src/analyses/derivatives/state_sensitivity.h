@@ -27,13 +27,13 @@ typedef struct kmp_state_sensitivity {
 } kmp_state_sensitivity;
 
 /** Makes room. KEMPE_E_MEMORY. */
-kempe_status kmp_state_sensitivity_init(kmp_state_sensitivity *sensitivity, const kempe_system *system, int count,
-                                        const char *const *names);
-void kmp_state_sensitivity_free(kmp_state_sensitivity *sensitivity);
+kempe_status kmp_state_sensitivity_init(kmp_state_sensitivity *sensitivity_of_state, const kempe_system *system,
+                                        int count, const char *const *names);
+void kmp_state_sensitivity_free(kmp_state_sensitivity *sensitivity_of_state);
 
 /** Sensitivities at the state of `linear`; takes the parameter derivatives there, and makes Mr, Gr and Kr. `q`, `qd` (n
  * per parameter; NULL: zero) are the changes of the coordinates and rates that are kept, as of a start. Coordinates
  * that nothing depends on stay constant. KEMPE_E_FAILED: R = 0 leaves other directions undetermined, which the message
  * names. */
-kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity, kmp_linear *linear, kmp_slopes *slopes,
-                                      kmp_fixed_quantity fixed, const double *q, const double *qd);
+kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity_of_state, kmp_linear *linear,
+                                      kmp_slopes *slopes, kmp_fixed_quantity fixed, const double *q, const double *qd);

@@ -308,6 +308,32 @@ static bool find_correction(beginning *b)
     return ok;
 }
 
+/* (J' mu)_q dq + (J' mu)_p of all parameters into b->with. */
+static void pull_all(beginning *b, const double *dq)
+{
+    kmp_sensitivity_equations *v = b->v;
+    int n = b->n, m = b->m;
+    memset(b->with, 0, (size_t)(v->count * n) * sizeof(double));
+    for (int side = 0; side < 2; side++) {
+        /* M qdd + C - J' lambda and its derivatives depend on lambda by J' lambda alone: (J' mu)_p and (J' mu)_q are
+         * the differences due to mu. First the parameter derivatives with mu, into b->with. */
+        const kmp_linear *l = &v->linear;
+        kmp_instant at = kmp_linear_instant(&v->linear);
+        at.qdd = b->zero;
+        at.lambda = side == 0 ? b->mu : b->zero;
+        at.qd = l->qd;
+        kmp_slopes_at(v->slopes, &at);
+        v->linear.d = kmp_tangents_derivatives(&v->linear.tangents, &at);
+        for (int k = 0; k < v->count; k++) {
+            double *force = b->without + 3 * m;
+            (void)kmp_slopes_change(v->slopes, k, b->without);
+            kmp_tangents_add(&v->linear.tangents, KMP_R_Q, v->linear.d, 1, dq + k * n, force);
+            for (int i = 0; i < n; i++)
+                b->with[k * n + i] += side == 0 ? -force[i] : force[i];
+        }
+    }
+}
+
 /* dqd of one parameter: given rates as they move, c = dS Jf' mu + S dJf' mu, and the least correction to the closures.
  */
 static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
@@ -341,30 +367,8 @@ static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
 static bool move_rates(beginning *b, const double *dq, double *dqd)
 {
     bool ok = b->m == 0 || find_correction(b);
-    if (ok) {
-        /* (J' mu)_q dq + (J' mu)_p of all parameters into b->with. */
-        kmp_sensitivity_equations *v = b->v;
-        int n = b->n, m = b->m;
-        memset(b->with, 0, (size_t)(v->count * n) * sizeof(double));
-        for (int side = 0; side < 2; side++) {
-            /* M qdd + C - J' lambda and its derivatives depend on lambda by J' lambda alone: (J' mu)_p and (J' mu)_q
-             * are the differences due to mu. First the parameter derivatives with mu, into b->with. */
-            const kmp_linear *l = &v->linear;
-            kmp_instant at = kmp_linear_instant(&v->linear);
-            at.qdd = b->zero;
-            at.lambda = side == 0 ? b->mu : b->zero;
-            at.qd = l->qd;
-            kmp_slopes_at(v->slopes, &at);
-            v->linear.d = kmp_tangents_derivatives(&v->linear.tangents, &at);
-            for (int k = 0; k < v->count; k++) {
-                double *force = b->without + 3 * m;
-                (void)kmp_slopes_change(v->slopes, k, b->without);
-                kmp_tangents_add(&v->linear.tangents, KMP_R_Q, v->linear.d, 1, dq + k * n, force);
-                for (int i = 0; i < n; i++)
-                    b->with[k * n + i] += side == 0 ? -force[i] : force[i];
-            }
-        }
-    }
+    if (ok)
+        pull_all(b, dq);
     for (int k = 0; ok && k < b->v->count; k++)
         ok = move_rate(b, k, dq + k * b->n, dqd + k * b->n);
     return ok;

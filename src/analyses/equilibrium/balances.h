@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The equilibria that were found, each with all its results, also those of dry friction that sticks there. */
+/* The equilibria that were found, each with all its results. */
 #pragma once
 
 #include "analyses/derivatives/averaged.h"
@@ -120,5 +120,6 @@ struct kempe_equilibrium {
     char *warnings; /* of the computation, one per line */
 };
 
-/** The word of an end for people and for tables. */
-const char *kmp_rest_text(kmp_rest_word word);
+/** Adds the forces of closures, and of joints of the tree at rest or at constant rates, by these multipliers. */
+kempe_status kmp_balance_add_loads(kempe_equilibrium *equilibrium, const kmp_linear *linear, const double *lambda,
+                                   kmp_balance *balance);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Output of `equilibrium`, as text and as JSON. */
+#include "analyses/equilibrium/balance_friction.h"
 #include "analyses/equilibrium/balances.h"
 #include "base/memory.h"
 #include "model/data/closure_table.h"

@@ -56,6 +56,25 @@ typedef struct descent {
 #define NO_CHANGE   1e-9  /* of R there, relative to the forces that act */
 #define SLACK       1e-4  /* relative to the largest work: smaller works count as rounding */
 
+static bool descent_init(descent *w)
+{
+    int n = w->n;
+    KMP_ARENA_MAKE(&w->arena,
+                   KMP_ROOM(double, n, &w->q, &w->begin, &w->rates, &w->work, &w->size, &w->values, &w->right, &w->step,
+                            &w->force, &w->move, &w->trial),
+                   KMP_ROOM(double, n *n, &w->matrix, &w->vectors, &w->factors),
+                   KMP_ROOM(int, n, &w->pivot, &w->place, &w->rate),
+                   KMP_ROOM(double, w->search->rate_count, &w->given));
+    for (int k = 0; w->given && k < w->search->rate_count; k++)
+        w->given[k] = w->search->rates[k].rate;
+    size_t charts = KMP_CHART_SIZE * (size_t)w->l->system->chart_count;
+    if (charts > 0)
+        w->given_chart = KMP_ARENA_NEW(&w->arena, double, charts);
+    if (w->given_chart)
+        memcpy(w->given_chart, w->l->eval->chart, charts * sizeof *w->given_chart);
+    return !w->arena.failed;
+}
+
 /* -- the measure of R -------------------------------------------------------------------------------- */
 
 double kmp_descent_scale(const kmp_linear *l, int k)
@@ -411,6 +430,19 @@ typedef struct solver {
     double *from, *to;           /* targets */
 } solver;
 
+static bool make_room(solver *s)
+{
+    int n = s->w->n, m = s->w->l->m, f = s->x->free_count, t = s->x->target_count, r = s->w->search->rate_count;
+    int rows = n + t, columns = n + f;
+    return KMP_ARENA_MAKE(
+        &s->w->arena, KMP_ROOM(double, n, &s->unit, &s->dqd, &s->dqdd, &s->dr), KMP_ROOM(double, m, &s->dlambda),
+        KMP_ROOM(double, 3 * m + n, &s->partial), KMP_ROOM(double, rows, &s->value, &s->row_size),
+        KMP_ROOM(double, columns, &s->column_size, &s->step), KMP_ROOM(double, rows *columns, &s->jacobian),
+        KMP_ROOM(double, (rows + columns) * columns, &s->damped), KMP_ROOM(double, rows + columns, &s->right),
+        KMP_ROOM(double, n *columns, &s->moves), KMP_ROOM(double, s->shown, &s->along),
+        KMP_ROOM(double, n + f + r, &s->kept, &s->good), KMP_ROOM(double, t, &s->from, &s->to));
+}
+
 /* -- the equations ----------------------------------------------------------------------------------- */
 
 /* All rows at l's state, in the current sizes; returns the largest. */
@@ -457,6 +489,53 @@ static double target_size(const solver *s, int row)
     for (int j = 0; j < s->p; j++)
         sum += fabs(s->jacobian[row + j * s->rows]);
     return sum > 0 ? sum : t->value != 0 ? fabs(t->value) : 1;
+}
+
+static void linearise(solver *s)
+{
+    kmp_linear *l = s->w->l;
+    kmp_instant at = kmp_linear_instant(l);
+    s->p = s->w->count;
+    s->rows = s->p + s->x->target_count;
+    s->columns = s->p + s->x->free_count;
+    if (s->x->slopes)
+        kmp_slopes_at(s->x->slopes, &at);
+    if (s->shown > 0)
+        (void)kmp_slopes_values(&s->x->slopes->outputs, &at);
+    /* The changes of all rows, and of q, by one unit of each unknown. */
+    for (int j = 0; j < s->columns; j++) {
+        double *move = s->moves + j * l->n, *column = s->jacobian + j * s->rows;
+        kmp_change change = change_by(s, j);
+        kmp_linear_follow(l, &change, &(kmp_response){move, s->dqd, s->dqdd, s->dlambda, s->dr});
+        if (s->shown > 0)
+            kmp_slopes_along(s->x->slopes, &s->x->slopes->outputs,
+                             &(kmp_direction){NULL, move, s->dqd, s->dqdd, s->dlambda, NULL},
+                             j < s->p + s->x->parameter_count ? j - s->p : -1, s->along);
+        for (int k = 0; k < s->p; k++)
+            column[k] = s->dr[s->w->place[k]];
+        for (int k = 0; k < s->x->target_count; k++) {
+            const kmp_exchange_target *t = &s->x->target[k];
+            column[s->p + k] = t->coordinate >= 0 ? move[t->coordinate] : s->along[t->shown];
+        }
+    }
+    for (int i = 0; i < s->rows; i++) {
+        int k = i < s->p ? s->w->place[i] : 0;
+        s->row_size[i] = i >= s->p           ? target_size(s, i)
+                         : s->w->work[k] > 0 ? s->w->work[k] / kmp_descent_scale(l, k)
+                                             : 1;
+    }
+    for (int j = 0; j < s->columns; j++) {
+        double most = 0, *column = s->jacobian + j * s->rows;
+        for (int i = 0; i < s->rows; i++) {
+            column[i] /= s->row_size[i];
+            most = fmax(most, fabs(column[i]));
+        }
+        s->column_size[j] = j < s->p || most == 0 ? 1 : 1 / most;
+        for (int i = 0; i < s->rows; i++)
+            column[i] *= s->column_size[j];
+        for (int i = 0; i < l->n; i++)
+            s->moves[i + j * l->n] *= s->column_size[j];
+    }
 }
 
 /* -- steps ------------------------------------------------------------------------------------------- */
@@ -612,49 +691,7 @@ static bool damped_down(solver *s, double *bound)
 
 static double take(solver *s)
 {
-    kmp_linear *l = s->w->l;
-    kmp_instant at = kmp_linear_instant(l);
-    s->p = s->w->count;
-    s->rows = s->p + s->x->target_count;
-    s->columns = s->p + s->x->free_count;
-    if (s->x->slopes)
-        kmp_slopes_at(s->x->slopes, &at);
-    if (s->shown > 0)
-        (void)kmp_slopes_values(&s->x->slopes->outputs, &at);
-    /* The changes of all rows, and of q, by one unit of each unknown. */
-    for (int j = 0; j < s->columns; j++) {
-        double *move = s->moves + j * l->n, *column = s->jacobian + j * s->rows;
-        kmp_change change = change_by(s, j);
-        kmp_linear_follow(l, &change, &(kmp_response){move, s->dqd, s->dqdd, s->dlambda, s->dr});
-        if (s->shown > 0)
-            kmp_slopes_along(s->x->slopes, &s->x->slopes->outputs,
-                             &(kmp_direction){NULL, move, s->dqd, s->dqdd, s->dlambda, NULL},
-                             j < s->p + s->x->parameter_count ? j - s->p : -1, s->along);
-        for (int k = 0; k < s->p; k++)
-            column[k] = s->dr[s->w->place[k]];
-        for (int k = 0; k < s->x->target_count; k++) {
-            const kmp_exchange_target *t = &s->x->target[k];
-            column[s->p + k] = t->coordinate >= 0 ? move[t->coordinate] : s->along[t->shown];
-        }
-    }
-    for (int i = 0; i < s->rows; i++) {
-        int k = i < s->p ? s->w->place[i] : 0;
-        s->row_size[i] = i >= s->p           ? target_size(s, i)
-                         : s->w->work[k] > 0 ? s->w->work[k] / kmp_descent_scale(l, k)
-                                             : 1;
-    }
-    for (int j = 0; j < s->columns; j++) {
-        double most = 0, *column = s->jacobian + j * s->rows;
-        for (int i = 0; i < s->rows; i++) {
-            column[i] /= s->row_size[i];
-            most = fmax(most, fabs(column[i]));
-        }
-        s->column_size[j] = j < s->p || most == 0 ? 1 : 1 / most;
-        for (int i = 0; i < s->rows; i++)
-            column[i] *= s->column_size[j];
-        for (int i = 0; i < l->n; i++)
-            s->moves[i + j * l->n] *= s->column_size[j];
-    }
+    linearise(s);
     return s->w->residual = evaluate(s, s->value);
 }
 
@@ -791,6 +828,41 @@ static kempe_status follow(solver *s)
             save(s, s->good);
     }
     return status;
+}
+
+static kempe_status solve_squares(solver *s)
+{
+    KMP_TRY(check_counts(s));
+    kempe_status status = follow(s);
+    if (status == KEMPE_E_FAILED && s->w->status == KEMPE_OK)
+        (void)complain(s);
+    for (int k = 0; k < s->x->target_count; k++)
+        s->x->target[k].value = s->to[k];
+    if (status == KEMPE_OK)
+        status = check_determined(s);
+    if (status == KEMPE_OK && !polish(s))
+        status = s->w->status != KEMPE_OK ? s->w->status : kmp_fail_memory(s->w->l->system->context);
+    return status;
+}
+
+/* Newton's method by damped least squares from the current state, with the additions of w->search->exchange; then to
+ * round-off. After a failure the state of l is undefined. */
+static kempe_status descent_least(descent *w)
+{
+    kmp_exchange none = {0};
+    solver s = {.w = w, .x = w->search->exchange ? w->search->exchange : &none};
+    s.shown = s.x->slopes ? s.x->slopes->shown : 0;
+    KMP_TRY(kmp_made(w->l->system->context, make_room(&s)));
+    KMP_TRY(solve_squares(&s));
+    /* The loops are closed to round-off, so that results do not depend on the choice of coordinates. With an
+     * ill-conditioned choice each correction is rounded in proportion to the dependent motion. */
+    bool there = true;
+    for (int k = 0; there && k < CLOSINGS && w->l->m > 0; k++) {
+        memcpy(w->trial, w->l->q, (size_t)w->n * sizeof *w->trial);
+        there = descent_at(w, w->trial);
+    }
+    there = there && (w->l->m == 0 || descent_arrive(w));
+    return there ? KEMPE_OK : w->status != KEMPE_OK ? w->status : descent_complain(w, "the state is lost");
 }
 
 /* -- descent from afar ------------------------------------------------------------------------------ */
@@ -1218,42 +1290,7 @@ static kempe_status find(descent *w)
     bool descends = !w->search->newton && !w->search->exchange, agrees = false;
     while (!agrees) {
         KMP_TRY(descends ? descend(w) : KEMPE_OK);
-        /* Newton's method by damped least squares from the current state, with the additions of w->search->exchange;
-         * then to round-off. After a failure the state of l is undefined. */
-        kmp_exchange none = {0};
-        solver s = {.w = w, .x = w->search->exchange ? w->search->exchange : &none};
-        s.shown = s.x->slopes ? s.x->slopes->shown : 0;
-        int n = s.w->n, m = s.w->l->m, f = s.x->free_count, t = s.x->target_count, r = s.w->search->rate_count;
-        int rows = n + t, columns = n + f;
-        KMP_TRY(kmp_made(
-            w->l->system->context,
-            KMP_ARENA_MAKE(
-                &s.w->arena, KMP_ROOM(double, n, &s.unit, &s.dqd, &s.dqdd, &s.dr), KMP_ROOM(double, m, &s.dlambda),
-                KMP_ROOM(double, 3 * m + n, &s.partial), KMP_ROOM(double, rows, &s.value, &s.row_size),
-                KMP_ROOM(double, columns, &s.column_size, &s.step), KMP_ROOM(double, rows *columns, &s.jacobian),
-                KMP_ROOM(double, (rows + columns) * columns, &s.damped), KMP_ROOM(double, rows + columns, &s.right),
-                KMP_ROOM(double, n *columns, &s.moves), KMP_ROOM(double, s.shown, &s.along),
-                KMP_ROOM(double, n + f + r, &s.kept, &s.good), KMP_ROOM(double, t, &s.from, &s.to))));
-        KMP_TRY(check_counts(&s));
-        kempe_status status = follow(&s);
-        if (status == KEMPE_E_FAILED && s.w->status == KEMPE_OK)
-            (void)complain(&s);
-        for (int k = 0; k < s.x->target_count; k++)
-            s.x->target[k].value = s.to[k];
-        if (status == KEMPE_OK)
-            status = check_determined(&s);
-        if (status == KEMPE_OK && !polish(&s))
-            status = s.w->status != KEMPE_OK ? s.w->status : kmp_fail_memory(s.w->l->system->context);
-        KMP_TRY(status);
-        /* The loops are closed to round-off, so that results do not depend on the choice of coordinates. With an
-         * ill-conditioned choice each correction is rounded in proportion to the dependent motion. */
-        bool there = true;
-        for (int k = 0; there && k < CLOSINGS && w->l->m > 0; k++) {
-            memcpy(w->trial, w->l->q, (size_t)w->n * sizeof *w->trial);
-            there = descent_at(w, w->trial);
-        }
-        there = there && (w->l->m == 0 || descent_arrive(w));
-        KMP_TRY(there ? KEMPE_OK : w->status != KEMPE_OK ? w->status : descent_complain(w, "the state is lost"));
+        KMP_TRY(descent_least(w));
         /* A contact that overlaps at the equilibrium is closed, or one that pulls is opened. */
         agrees = true;
         KMP_TRY(w->contacts ? kmp_contact_set_exchange(w->contacts, w->l, w->most, &agrees) : KEMPE_OK);
@@ -1268,20 +1305,7 @@ static kempe_status find_balance(kmp_linear *linear, double t, double *q, kmp_se
     descent w = {.l = linear, .search = search, .t = t, .n = linear->n, .reported = NAN};
     w.bound = search->balanced ? SHORT_BOUND : FIRST_BOUND;
     search->iterations = search->exchanges = 0;
-    int n = w.n;
-    KMP_ARENA_MAKE(&w.arena,
-                   KMP_ROOM(double, n, &w.q, &w.begin, &w.rates, &w.work, &w.size, &w.values, &w.right, &w.step,
-                            &w.force, &w.move, &w.trial),
-                   KMP_ROOM(double, n *n, &w.matrix, &w.vectors, &w.factors),
-                   KMP_ROOM(int, n, &w.pivot, &w.place, &w.rate), KMP_ROOM(double, w.search->rate_count, &w.given));
-    for (int k = 0; w.given && k < w.search->rate_count; k++)
-        w.given[k] = w.search->rates[k].rate;
-    size_t charts = KMP_CHART_SIZE * (size_t)w.l->system->chart_count;
-    if (charts > 0)
-        w.given_chart = KMP_ARENA_NEW(&w.arena, double, charts);
-    if (w.given_chart)
-        memcpy(w.given_chart, w.l->eval->chart, charts * sizeof *w.given_chart);
-    kempe_status status = !w.arena.failed ? KEMPE_OK : kmp_fail_memory(linear->system->context);
+    kempe_status status = descent_init(&w) ? KEMPE_OK : kmp_fail_memory(linear->system->context);
     if (status == KEMPE_OK) {
         memcpy(w.q, q, (size_t)w.n * sizeof *q);
         status = find(&w);

@@ -17,6 +17,15 @@
 #include <math.h>
 #include <string.h>
 
+static bool make_room(kmp_operating *o)
+{
+    int n = o->system->n, charts = o->system->chart_count;
+    if (charts > 0)
+        o->chart = KMP_ARENA_NEW(&o->arena, double, KMP_CHART_SIZE *charts);
+    return KMP_ARENA_EACH(&o->arena, int, n, &o->kept) &&
+           KMP_ARENA_EACH(&o->arena, double, n, &o->q, &o->qd, &o->inner_q, &o->inner_qd, &o->trial);
+}
+
 /* Takes the assembled start in its charts, none of them singular. */
 static void begin(kmp_operating *o, const kempe_assembly *a)
 {
@@ -148,13 +157,7 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
     kempe_status status = o ? KEMPE_OK : kmp_fail_memory(system->context);
     if (status == KEMPE_OK) {
         o->system = system;
-        int n = o->system->n, charts = o->system->chart_count;
-        if (charts > 0)
-            o->chart = KMP_ARENA_NEW(&o->arena, double, KMP_CHART_SIZE *charts);
-        status = KMP_ARENA_EACH(&o->arena, int, n, &o->kept) &&
-                         KMP_ARENA_EACH(&o->arena, double, n, &o->q, &o->qd, &o->inner_q, &o->inner_qd, &o->trial)
-                     ? KEMPE_OK
-                     : kmp_fail_memory(system->context);
+        status = make_room(o) ? KEMPE_OK : kmp_fail_memory(system->context);
     }
     if (status == KEMPE_OK) {
         begin(o, a);

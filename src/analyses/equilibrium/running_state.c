@@ -25,6 +25,38 @@ static bool is_resisted(const kmp_linear *l, int k, double rate, const double *w
     return fabs(l->damping[k + k * l->p]) * scale * fmax(scale, fabs(rate)) > KMP_WAY_FLAT * work[k];
 }
 
+/* Finds the coordinates that nothing depends on at the start: `steady` receives those whose rates a force resists, to
+ * be found beginning with the rates qd (n). `running` also receives those that keep the rate of the start, and has no
+ * entry if the start gives none of them a rate. */
+static kempe_status find_cyclic(kmp_linear *l, double t, const double *q, const double *qd, kmp_search *steady,
+                                kmp_search *running)
+{
+    double *work = KMP_NEW(double, l->n), most;
+    bool moves = false;
+    kempe_status status = work ? kmp_linear_choose(l, t, q, NULL, 0) : kmp_fail_memory(l->system->context);
+    if (status == KEMPE_OK && kmp_linear_at_rates(l, t, q, qd, false) == KEMPE_OK) {
+        kmp_linear_matrices(l);
+        (void)kmp_descent_measure(l, work, &most);
+        for (int k = 0; k < l->p; k++) {
+            int c = l->part.u[k];
+            if (!kmp_descent_is_idle(l, k, work))
+                continue;
+            if (l->damping[k + k * l->p] > 0)
+                steady->rates[steady->rate_count++] =
+                    (kmp_steady){.coordinate = c, .rate = qd[c], .how = KMP_RATE_FREED};
+            if (is_resisted(l, k, qd[c], work) || qd[c] != 0)
+                running->rates[running->rate_count++] =
+                    (kmp_steady){.coordinate = c,
+                                 .rate = qd[c],
+                                 .how = is_resisted(l, k, qd[c], work) ? KMP_RATE_FREED : KMP_RATE_KEPT};
+            moves = moves || qd[c] != 0;
+        }
+    }
+    running->rate_count = moves ? running->rate_count : 0;
+    kmp_free(work);
+    return status;
+}
+
 /* -- rates that no force decides ----------------------------------------------------------------------- */
 
 static bool is_held(const kmp_search *search, int coordinate)
@@ -319,34 +351,8 @@ static kempe_status run_from(kmp_linear *l, double t, double *q, const double *q
     kmp_search running = {.quiet = true, .told = search->told, .rates = KMP_ARENA_NEW(&arena, kmp_steady, l->n)};
     kempe_status status = kmp_made(l->system->context, running.rates);
     *found = false;
-    if (status == KEMPE_OK) {
-        /* Finds the coordinates that nothing depends on at the start: `steady` receives those whose rates a force
-         * resists, to be found beginning with the rates qd (n). `running` also receives those that keep the rate of the
-         * start, and has no entry if the start gives none of them a rate. */
-        double *work = KMP_NEW(double, l->n), most;
-        bool moves = false;
-        status = work ? kmp_linear_choose(l, t, q, NULL, 0) : kmp_fail_memory(l->system->context);
-        if (status == KEMPE_OK && kmp_linear_at_rates(l, t, q, qd, false) == KEMPE_OK) {
-            kmp_linear_matrices(l);
-            (void)kmp_descent_measure(l, work, &most);
-            for (int k = 0; k < l->p; k++) {
-                int c = l->part.u[k];
-                if (!kmp_descent_is_idle(l, k, work))
-                    continue;
-                if (l->damping[k + k * l->p] > 0)
-                    steady->rates[steady->rate_count++] =
-                        (kmp_steady){.coordinate = c, .rate = qd[c], .how = KMP_RATE_FREED};
-                if (is_resisted(l, k, qd[c], work) || qd[c] != 0)
-                    running.rates[running.rate_count++] =
-                        (kmp_steady){.coordinate = c,
-                                     .rate = qd[c],
-                                     .how = is_resisted(l, k, qd[c], work) ? KMP_RATE_FREED : KMP_RATE_KEPT};
-                moves = moves || qd[c] != 0;
-            }
-        }
-        running.rate_count = moves ? running.rate_count : 0;
-        kmp_free(work);
-    }
+    if (status == KEMPE_OK)
+        status = find_cyclic(l, t, q, qd, steady, &running);
     if (status == KEMPE_OK && running.rate_count > 0)
         status = run_on(l, t, q, qd, &running, &arena, found);
     if (status == KEMPE_OK && *found) {

@@ -86,6 +86,22 @@ static bool has_multiplier(const kempe_inverse *r, int row)
     return !kmp_closure_is_drive(&s->model->closures[s->rows[row].closure]);
 }
 
+static bool make_rows(kempe_inverse *r, ptrdiff_t rows)
+{
+    int multipliers = 0;
+    for (int k = 0; k < r->m; k++)
+        multipliers += has_multiplier(r, k);
+    const int coordinates = kmp_model_coordinates(r->system->model), loads = r->loops + r->joints;
+    const int size[] = {r->a, r->a, coordinates, r->n, coordinates, multipliers, 3 * loads, 3 * loads};
+    int *const at[] = {&r->at.tau, &r->at.power,  &r->at.q,     &r->at.qd,
+                       &r->at.qdd, &r->at.lambda, &r->at.force, &r->at.moment};
+    for (size_t k = 0; k < sizeof at / sizeof *at; k++) {
+        *at[k] = r->width;
+        r->width += size[k];
+    }
+    return KMP_ARENA_MAKE(&r->arena, KMP_ROOM(double, rows, &r->t), KMP_ROOM(double, rows * r->width, &r->value));
+}
+
 /* -- options ----------------------------------------------------------------------------------------- */
 
 /* Suitable coordinates as "a,b", and their number; -1 where the loops do not close. False: no memory. */
@@ -190,28 +206,34 @@ static kempe_status choose_motion(job *j)
 
 /* -- the motion -------------------------------------------------------------------------------------- */
 
+static kempe_status read_table(job *j)
+{
+    kmp_gap_in_table gap;
+    KMP_TRY(kmp_reference_read(j->system, j->options->motion, &j->reference));
+    kmp_reference *x = &j->reference;
+    if (j->options->t_end > 0)
+        kmp_samples_limit(x, j->options->t_end);
+    if (x->rows == 0)
+        return kmp_complain(j->context, j->options->motion, 0, 0, "there are no rows");
+    if (!kmp_prescribed_init(&j->table, x->rows, x->t, j->system->n, x->value[KMP_QUANTITY_Q],
+                             x->value[KMP_QUANTITY_QD], x->value[KMP_QUANTITY_QDD], &gap)) {
+        KMP_TRY(kmp_made(j->context, gap.coordinate >= 0));
+        return kmp_complain(j->context, j->options->motion, 0, 0,
+                            "column %s.%s has no value at t = %.9g s: fill the column, or omit it",
+                            kmp_quantity_prefix((kmp_quantity)gap.order),
+                            j->system->model->motions[gap.coordinate].name, j->reference.t[gap.row]);
+    }
+    if (j->table.count == 0)
+        return kmp_complain(j->context, j->options->motion, 0, 0, "column q.NAME is missing: positions are required");
+    return KEMPE_OK;
+}
+
 static kempe_status prepare_motion(job *j)
 {
     if (j->options->motion) {
-        kmp_gap_in_table gap;
-        KMP_TRY(kmp_reference_read(j->system, j->options->motion, &j->reference));
-        kmp_reference *x = &j->reference;
-        if (j->options->t_end > 0)
-            kmp_samples_limit(x, j->options->t_end);
-        if (x->rows == 0)
-            return kmp_complain(j->context, j->options->motion, 0, 0, "there are no rows");
-        if (!kmp_prescribed_init(&j->table, x->rows, x->t, j->system->n, x->value[KMP_QUANTITY_Q],
-                                 x->value[KMP_QUANTITY_QD], x->value[KMP_QUANTITY_QDD], &gap)) {
-            KMP_TRY(kmp_made(j->context, gap.coordinate >= 0));
-            return kmp_complain(j->context, j->options->motion, 0, 0,
-                                "column %s.%s has no value at t = %.9g s: fill the column, or omit it",
-                                kmp_quantity_prefix((kmp_quantity)gap.order),
-                                j->system->model->motions[gap.coordinate].name, x->t[gap.row]);
-        }
-        if (j->table.count == 0)
-            return kmp_complain(j->context, j->options->motion, 0, 0,
-                                "column q.NAME is missing: positions are required");
+        KMP_TRY(read_table(j));
         /* Rows of the table, or evenly from its first to its last. */
+        const kmp_reference *x = &j->reference;
         double every = 0, span = x->t[x->rows - 1] - x->t[0];
         j->t_first = x->t[0];
         if (j->options->output_step > 0 && span > 0) {
@@ -338,21 +360,7 @@ static kempe_status prepare(job *j)
     KMP_TRY(kmp_load_share_read(j->context, j->options->loads, &r->least_norm));
     j->load = KMP_ARENA_NEW(&j->arena, double, KMP_LOAD_VALUES *(j->system->model->closure_count + r->joints) + 1);
     KMP_TRY(kmp_made(j->context, j->load));
-    const ptrdiff_t rows = j->times.count;
-    int multipliers = 0;
-    for (int k = 0; k < r->m; k++)
-        multipliers += has_multiplier(r, k);
-    const int coordinates = kmp_model_coordinates(r->system->model), loads = r->loops + r->joints;
-    const int size[] = {r->a, r->a, coordinates, r->n, coordinates, multipliers, 3 * loads, 3 * loads};
-    int *const at[] = {&r->at.tau, &r->at.power,  &r->at.q,     &r->at.qd,
-                       &r->at.qdd, &r->at.lambda, &r->at.force, &r->at.moment};
-    for (size_t k = 0; k < sizeof at / sizeof *at; k++) {
-        *at[k] = r->width;
-        r->width += size[k];
-    }
-    return KMP_ARENA_MAKE(&r->arena, KMP_ROOM(double, rows, &r->t), KMP_ROOM(double, rows * r->width, &r->value))
-               ? KEMPE_OK
-               : kmp_fail_memory(j->context);
+    return make_rows(r, j->times.count) ? KEMPE_OK : kmp_fail_memory(j->context);
 }
 
 static void release(job *j)
@@ -413,6 +421,42 @@ static void note_row(job *j, double t)
         r->redundant[v->part.redundant[k]] = r->redundant[v->part.redundant[k]] || !v->left_out[v->part.redundant[k]];
 }
 
+static kempe_status keep_row(job *j)
+{
+    kempe_inverse *r = j->r;
+    const kmp_prescribed_motion *g = &j->prescribed;
+    const kmp_inverse *v = &j->inverse;
+    const kmp_instant at = {
+        .t = g->t, .q = g->q, .qd = g->qd, .qdd = g->qdd, .lambda = v->lambda, .inputs = &g->eval->inputs};
+    double *row = kmp_inverse_part(r, r->rows, 0), *lambda = row + r->at.lambda;
+    size_t state = (size_t)kmp_model_coordinates(j->system->model) * sizeof *row, rates = (size_t)r->n * sizeof *row,
+           vector = 3 * sizeof *row;
+    r->t[r->rows] = g->t;
+    memcpy(row + r->at.tau, v->tau, (size_t)r->a * sizeof *row);
+    for (int k = 0; k < r->a; k++)
+        row[r->at.power + k] = v->tau[k] * g->qd[r->actuator[k]] + 0.0; /* no -0 */
+    memcpy(row + r->at.q, g->q, state);
+    memcpy(row + r->at.qd, g->qd, rates);
+    memcpy(row + r->at.qdd, g->qdd, state);
+    for (int k = 0; k < r->m; k++)
+        if (has_multiplier(r, k))
+            *lambda++ = v->lambda[k];
+    const size_t loads = KMP_LOAD_VALUES * (size_t)(j->system->model->closure_count + r->joints);
+    if (loads > 0)
+        memcpy(j->load, kmp_all_loads_at(&j->loads, &at), loads * sizeof *row);
+    if (r->least_norm)
+        KMP_TRY(kmp_least_norm_loads(g->eval, g->t, g->q, r->joints, r->joint, j->load));
+    for (int l = 0; l < r->loops + r->joints; l++) {
+        const int place = l < r->loops ? r->loop[l] : j->system->model->closure_count + l - r->loops;
+        memcpy(row + r->at.force + 3 * l, j->load + KMP_LOAD_VALUES * place, vector);
+        memcpy(row + r->at.moment + 3 * l, j->load + KMP_LOAD_VALUES * place + 3, vector);
+    }
+    kmp_eval_tell_tables(g->eval, g->t, g->q, g->qd, g->qdd, v->lambda, true, NULL);
+    note_row(j, g->t);
+    r->rows++;
+    return KEMPE_OK;
+}
+
 /* States at the k-th instant, t: of the run; of the table, where those that change at instants keep the value of the
  * row before. */
 static void take_states(job *j, int k, double t)
@@ -450,43 +494,21 @@ static kempe_status follow(job *j)
         if (kmp_interrupted(j->context))
             return kmp_fail(j->context, KEMPE_STOPPED, "interrupted at t = %.9g s", j->prescribed.t);
         KMP_TRY(go_to(j, k, j->times.t[k] + j->t_first));
-        kempe_inverse *r = j->r;
-        const kmp_prescribed_motion *g = &j->prescribed;
-        const kmp_inverse *v = &j->inverse;
-        const kmp_instant at = {
-            .t = g->t, .q = g->q, .qd = g->qd, .qdd = g->qdd, .lambda = v->lambda, .inputs = &g->eval->inputs};
-        double *row = kmp_inverse_part(r, r->rows, 0), *lambda = row + r->at.lambda;
-        size_t state = (size_t)kmp_model_coordinates(j->system->model) * sizeof *row,
-               rates = (size_t)r->n * sizeof *row, vector = 3 * sizeof *row;
-        r->t[r->rows] = g->t;
-        memcpy(row + r->at.tau, v->tau, (size_t)r->a * sizeof *row);
-        for (int i = 0; i < r->a; i++)
-            row[r->at.power + i] = v->tau[i] * g->qd[r->actuator[i]] + 0.0; /* no -0 */
-        memcpy(row + r->at.q, g->q, state);
-        memcpy(row + r->at.qd, g->qd, rates);
-        memcpy(row + r->at.qdd, g->qdd, state);
-        for (int i = 0; i < r->m; i++)
-            if (has_multiplier(r, i))
-                *lambda++ = v->lambda[i];
-        const size_t loads = KMP_LOAD_VALUES * (size_t)(j->system->model->closure_count + r->joints);
-        if (loads > 0)
-            memcpy(j->load, kmp_all_loads_at(&j->loads, &at), loads * sizeof *row);
-        if (r->least_norm)
-            KMP_TRY(kmp_least_norm_loads(g->eval, g->t, g->q, r->joints, r->joint, j->load));
-        for (int l = 0; l < r->loops + r->joints; l++) {
-            const int place = l < r->loops ? r->loop[l] : j->system->model->closure_count + l - r->loops;
-            memcpy(row + r->at.force + 3 * l, j->load + KMP_LOAD_VALUES * place, vector);
-            memcpy(row + r->at.moment + 3 * l, j->load + KMP_LOAD_VALUES * place + 3, vector);
-        }
-        kmp_eval_tell_tables(g->eval, g->t, g->q, g->qd, g->qdd, v->lambda, true, NULL);
-        note_row(j, g->t);
-        r->rows++;
+        KMP_TRY(keep_row(j));
         kmp_progress(j->context, KMP_PROGRESS_STUDY, k + 1, j->times.count, "rows");
     }
     return KEMPE_OK;
 }
 
 /* -- check of derivatives from the table -------------------------------------------------------------- */
+
+static bool is_differentiated(const kmp_prescribed *table)
+{
+    bool any = false;
+    for (int k = 0; k < table->count; k++)
+        any = any || !table->given[1][k] || !table->given[2][k];
+    return any && table->rows >= FEWEST_ROWS;
+}
 
 /* The table with every other row of j's. False: no memory. */
 static bool thin_out(const job *j, job *thin)
@@ -629,10 +651,7 @@ static kempe_status run(job *j)
     KMP_TRY(r->reason ? r->status : kmp_fail_memory(r->system->context));
     warn_of_guides(j);
     KMP_TRY(tell_shared_loads(j));
-    bool any = false;
-    for (int k = 0; k < j->table.count; k++)
-        any = any || !j->table.given[1][k] || !j->table.given[2][k];
-    bool differentiated = any && j->table.rows >= FEWEST_ROWS;
+    bool differentiated = is_differentiated(&j->table);
     r->unchecked = j->options->no_convergence_check && differentiated;
     return differentiated && !r->unchecked ? check_again(j) : KEMPE_OK;
 }

@@ -70,6 +70,19 @@ static kempe_status refuse_name(const kempe_model *model, const char *name, bool
     return kmp_fail_text(model->context, KEMPE_E_ARGUMENT, &sentence);
 }
 
+/* The coordinate of a name, which may be that of its drive; -1: the time. */
+static kempe_status find(const kempe_model *model, const char *name, int *coordinate)
+{
+    int drive = find_drive(model, name);
+    *coordinate = drive >= 0 ? model->closures[drive].motion : -2;
+    for (int k = 0; k < model->motion_count; k++)
+        if (is_coordinate(model, k, name))
+            *coordinate = k;
+    if (*coordinate == -2 && strcmp(name, "t") == 0)
+        *coordinate = -1;
+    return *coordinate == -2 ? refuse_name(model, name, true, "coordinate or drive") : KEMPE_OK;
+}
+
 const char *kmp_kinematics_name(const kempe_kinematics *k, const kmp_sweep_parameter *parameter)
 {
     return parameter->coordinate < 0 ? "t" : k->system->model->motions[parameter->coordinate].name;
@@ -85,16 +98,7 @@ static kempe_status add_lead(kempe_kinematics *k, const kmp_range *range)
     kempe_context *context = k->system->context;
     const char *name = range->name;
     kmp_sweep_parameter parameter = {0, range->from, range->to};
-    /* The coordinate of a name, which may be that of its drive; -1: the time. */
-    const kempe_model *model = k->system->model;
-    int drive = find_drive(model, name);
-    parameter.coordinate = drive >= 0 ? model->closures[drive].motion : -2;
-    for (int j = 0; j < model->motion_count; j++)
-        if (is_coordinate(model, j, name))
-            parameter.coordinate = j;
-    if (parameter.coordinate == -2 && strcmp(name, "t") == 0)
-        parameter.coordinate = -1;
-    KMP_TRY(parameter.coordinate == -2 ? refuse_name(model, name, true, "coordinate or drive") : KEMPE_OK);
+    KMP_TRY(find(k->system->model, name, &parameter.coordinate));
     if (parameter.coordinate < 0)
         KMP_TRY(kmp_range_fits(context, "sweep", range, KMP_DIM_TIME));
     else
@@ -569,6 +573,26 @@ static kempe_status approach_along(job *j, double s)
     return reached ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
+static kempe_status follow(job *j)
+{
+    double s;
+    if (!on_line(j, &s)) {
+        KMP_TRY(approach_aside(j));
+        s = 0;
+    }
+    KMP_TRY(s != 0 ? approach_along(j, s) : sweep_to(j, j->k->parameter, 0));
+    kempe_kinematics *k = j->k;
+    int rows = k->requested - k->begin;
+    kmp_sweep_end end;
+    KMP_TRY(go(j, 1, rows, &end));
+    if (end == KMP_SWEEP_DEAD) {
+        KMP_TRY(take_dead(j, true));
+        if (k->count < rows)
+            say_dead(j, k->dead_count - 1);
+    }
+    return k->count < k->requested ? KEMPE_STOPPED : KEMPE_OK;
+}
+
 /* -- the study --------------------------------------------------------------------------------------- */
 
 static kempe_status run(job *j, const kempe_kinematics_options *options)
@@ -598,21 +622,7 @@ static kempe_status run(job *j, const kempe_kinematics_options *options)
     KMP_TRY(check_leads(k, &j->sweep));
     if (timed)
         KMP_TRY(kmp_sweep_let_move(&j->sweep, &from_zero, 0, q));
-    double reached;
-    if (!on_line(j, &reached)) {
-        KMP_TRY(approach_aside(j));
-        reached = 0;
-    }
-    KMP_TRY(reached != 0 ? approach_along(j, reached) : sweep_to(j, j->k->parameter, 0));
-    int rows = k->requested - k->begin;
-    kmp_sweep_end end;
-    KMP_TRY(go(j, 1, rows, &end));
-    if (end == KMP_SWEEP_DEAD) {
-        KMP_TRY(take_dead(j, true));
-        if (k->count < rows)
-            say_dead(j, k->dead_count - 1);
-    }
-    return k->count < k->requested ? KEMPE_STOPPED : KEMPE_OK;
+    return follow(j);
 }
 
 static kempe_status finish(job *j, kempe_status status)

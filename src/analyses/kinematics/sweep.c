@@ -359,18 +359,23 @@ static void poses_swap(kmp_sweep_pose *a, kmp_sweep_pose *b)
     *b = c;
 }
 
+static bool make_room(kmp_sweep *w)
+{
+    ptrdiff_t x = w->n + 1, m = w->system->m, entries = w->system->jacobian.count;
+    return KMP_ARENA_MAKE(&w->arena, KMP_ROOM(bool, m, &w->dropped), KMP_ROOM(int, m, &w->moving),
+                          KMP_ROOM(double, x, &w->here.x, &w->here.dx, &w->next.x, &w->next.dx, &w->between.x,
+                                   &w->between.dx, &w->entry.x, &w->entry.dx, &w->unit, &w->drift, &w->dx, &w->xs,
+                                   &w->xss),
+                          KMP_ROOM(double, m, &w->jd), KMP_ROOM(double, entries, &w->masked));
+}
+
 kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const char *backend, const bool *closures)
 {
     *sweep = (kmp_sweep){.system = system, .n = system->n, .time = -1};
     sweep->eval = kmp_eval_new(system, backend);
     if (!sweep->eval)
         return KEMPE_E_MEMORY;
-    ptrdiff_t x = sweep->n + 1, m = sweep->system->m, entries = sweep->system->jacobian.count;
-    if (!KMP_ARENA_MAKE(&sweep->arena, KMP_ROOM(bool, m, &sweep->dropped), KMP_ROOM(int, m, &sweep->moving),
-                        KMP_ROOM(double, x, &sweep->here.x, &sweep->here.dx, &sweep->next.x, &sweep->next.dx,
-                                 &sweep->between.x, &sweep->between.dx, &sweep->entry.x, &sweep->entry.dx, &sweep->unit,
-                                 &sweep->drift, &sweep->dx, &sweep->xs, &sweep->xss),
-                        KMP_ROOM(double, m, &sweep->jd), KMP_ROOM(double, entries, &sweep->masked))) {
+    if (!make_room(sweep)) {
         kmp_sweep_free(sweep);
         return kmp_fail_memory(system->context);
     }
@@ -553,6 +558,15 @@ static void x_at(const kmp_sweep *w, const stretch *e, double part, int order, d
         x[i] = hermite(e, i, part, order);
 }
 
+/* The closed pose at a part of the length, with its tangent, in between. */
+static bool pose_at(kmp_sweep *w, const stretch *e, double part)
+{
+    double first, ratio;
+    kmp_sweep_target target = {.base = e->a, .offset = part * e->length};
+    x_at(w, e, part, 0, w->between.x);
+    return close_pose(w, &target, &w->between, &first, &ratio) && find_tangent(w, &w->between, e->a);
+}
+
 /* The part of the cubic at which s is reached: s is monotonic. */
 static double guess_part(const kmp_sweep *w, const stretch *e, double s)
 {
@@ -573,11 +587,7 @@ static bool enclose(kmp_sweep *w, const stretch *e, bool turn, double s)
     double f1 = turn ? e->b->dx[n] : e->b->x[n] - s, part;
     kmp_bracket bracket = kmp_bracket_of(0, turn ? e->a->dx[n] : e->a->x[n] - s, 1, f1);
     while (kmp_bracket_next(&bracket, 4 * DBL_EPSILON, &part)) {
-        /* The closed pose at a part of the length, with its tangent, in between. */
-        double first, ratio;
-        kmp_sweep_target target = {.base = e->a, .offset = part * e->length};
-        x_at(w, e, part, 0, w->between.x);
-        if (!close_pose(w, &target, &w->between, &first, &ratio) || !find_tangent(w, &w->between, e->a))
+        if (!pose_at(w, e, part))
             return false;
         double f = turn ? w->between.dx[n] : w->between.x[n] - s;
         if (f == 0 || (!turn && fabs(f) <= DBL_EPSILON * (1 + fabs(s))))
@@ -708,6 +718,35 @@ static double slack_of(const kmp_sweep *w)
     return EPSILONS * DBL_EPSILON * most;
 }
 
+/* The row at x, with the derivatives in xs and xss; driven values are set without rounding. */
+static void give(trace *y, double *x)
+{
+    kmp_sweep *w = y->w;
+    double s = y->task->s[y->row++];
+    for (int k = 0; k < w->count; k++)
+        if (k != w->time) {
+            const kmp_sweep_parameter *parameter = &w->parameter[k];
+            x[parameter->coordinate] = kmp_sweep_parameter_value(parameter, s);
+            w->xs[parameter->coordinate] = parameter->to - parameter->from;
+            w->xss[parameter->coordinate] = 0;
+        }
+    y->task->row(y->task->user, s, x, w->xs, w->xss);
+}
+
+/* Derivatives by s of the cubic, where no state can be closed. */
+static void differentiate_cubic(kmp_sweep *w, const stretch *e, double s)
+{
+    double part = guess_part(w, e, s);
+    x_at(w, e, part, 0, w->between.x);
+    x_at(w, e, part, 1, w->xs);
+    x_at(w, e, part, 2, w->xss);
+    double s1 = w->xs[w->n], s2 = w->xss[w->n];
+    for (int i = 0; i < w->n; i++) {
+        w->xss[i] = (w->xss[i] - w->xs[i] / s1 * s2) / (s1 * s1);
+        w->xs[i] /= s1;
+    }
+}
+
 /* The rows of a stretch up to `limit`; `crossing`: a change point lies in it. False: the branch has been lost. */
 static bool give_rows(trace *y, const stretch *e, double limit, bool crossing)
 {
@@ -715,29 +754,11 @@ static bool give_rows(trace *y, const stretch *e, double limit, bool crossing)
     const kmp_sweep_task *t = y->task;
     while (y->row < t->count && reaches(y, limit, t->s[y->row])) {
         double s = t->s[y->row];
-        if (crossing) {
-            /* Derivatives by s of the cubic, where no state can be closed. */
-            double part = guess_part(w, e, s);
-            x_at(w, e, part, 0, w->between.x);
-            x_at(w, e, part, 1, w->xs);
-            x_at(w, e, part, 2, w->xss);
-            double s1 = w->xs[w->n], s2 = w->xss[w->n];
-            for (int i = 0; i < w->n; i++) {
-                w->xss[i] = (w->xss[i] - w->xs[i] / s1 * s2) / (s1 * s1);
-                w->xs[i] /= s1;
-            }
-        } else if (!land(w, e, s) || !find_derivatives(w, &w->between, w->xs, w->xss))
+        if (crossing)
+            differentiate_cubic(w, e, s);
+        else if (!land(w, e, s) || !find_derivatives(w, &w->between, w->xs, w->xss))
             return false;
-        /* The row at x, with the derivatives in xs and xss; driven values are set without rounding. */
-        for (int k = 0; k < w->count; k++)
-            if (k != w->time) {
-                const kmp_sweep_parameter *parameter = &w->parameter[k];
-                w->between.x[parameter->coordinate] = kmp_sweep_parameter_value(parameter, s);
-                w->xs[parameter->coordinate] = parameter->to - parameter->from;
-                w->xss[parameter->coordinate] = 0;
-            }
-        y->row++;
-        t->row(t->user, s, w->between.x, w->xs, w->xss);
+        give(y, w->between.x);
     }
     return true;
 }

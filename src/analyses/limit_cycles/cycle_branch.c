@@ -14,6 +14,8 @@
 #include <math.h>
 #include <string.h>
 
+/* -- a motion over a time -------------------------------------------------------------------------------- */
+
 /* -- construction ------------------------------------------------------------------------------------ */
 
 const char *const kmp_flow_kinds[] = {"q", "qd", "state"};
@@ -22,6 +24,16 @@ const char *kmp_flow_name(const kempe_model *model, const kmp_flow_entry *entry)
 {
     return entry->kind == KMP_FLOW_STATE ? kmp_state_of(model, entry->motion)->name
                                          : model->motions[entry->motion].name;
+}
+
+static bool make_room(kmp_flow *f)
+{
+    int n = f->size;
+    return KMP_ARENA_MAKE(
+        &f->arena, KMP_ROOM(kmp_flow_entry, n, &f->entry), KMP_ROOM(double, n + 1, &f->values, &f->sizes),
+        KMP_ROOM(double, n, &f->begin, &f->end, &f->begin_rate, &f->end_rate),
+        KMP_ROOM(double, n *(n + 1), &f->slope, &f->monodromy), KMP_ROOM(double, KMP_FLOW_PIECES + 1, &f->times),
+        KMP_ROOM(double, n *(KMP_FLOW_PIECES + 1), &f->history));
 }
 
 static double value_of(const kmp_flow_entry *e, const double *q, const double *qd)
@@ -81,14 +93,7 @@ kempe_status kmp_flow_new(const kempe_system *system, const char *name, const ch
     KMP_MAKE(system->context, kmp_flow, f);
     *f = (kmp_flow){.context = system->context, .system = system, .size = size, .pieces = 1};
     f->rtol = run->rtol > 0 ? run->rtol : KMP_CYCLE_RTOL;
-    int n = f->size;
-    kempe_status status =
-        kmp_made(system->context, KMP_ARENA_MAKE(&f->arena, KMP_ROOM(kmp_flow_entry, n, &f->entry),
-                                                 KMP_ROOM(double, n + 1, &f->values, &f->sizes),
-                                                 KMP_ROOM(double, n, &f->begin, &f->end, &f->begin_rate, &f->end_rate),
-                                                 KMP_ROOM(double, n *(n + 1), &f->slope, &f->monodromy),
-                                                 KMP_ROOM(double, KMP_FLOW_PIECES + 1, &f->times),
-                                                 KMP_ROOM(double, n *(KMP_FLOW_PIECES + 1), &f->history)));
+    kempe_status status = kmp_made(system->context, make_room(f));
     if (status == KEMPE_OK) {
         memcpy(f->entry, entry, (size_t)size * sizeof *entry);
         status = make_runs(f, name, outputs, run);
@@ -268,34 +273,39 @@ static kempe_status fail_newton(const kmp_shooting *s, const char *why)
                     s->z[s->width - 1], why);
 }
 
+/* A correction; *size: the largest part of it, *far: over the largest motions. */
+static kempe_status correct_once(kmp_shooting *s, const double *guess, const double *border, double *size, double *far)
+{
+    KMP_TRY(run_flow(s->flow, s->z, s->z[s->size], s->z[s->size + 1], 1));
+    fill_matrix(s, border);
+    const kmp_flow *f = s->flow;
+    int n = s->size;
+    double phase = 0, beside = 0;
+    for (int i = 0; i < n; i++) {
+        s->right[i] = (f->begin[i] - f->end[i]) / s->scale[i];
+        phase += s->direction[i] * s->scale[n] / s->scale[i] * (s->reference[i] - s->z[i]) / s->scale[i];
+    }
+    for (int j = 0; j < s->width; j++)
+        beside += border[j] * (guess[j] - s->z[j]) / s->span[j];
+    s->right[n] = phase;
+    s->right[n + 1] = beside;
+    if (kmp_lu_factor(s->width, s->matrix, s->pivot) != 0)
+        return fail_newton(s, "its equations are singular");
+    kmp_lu_solve(s->width, s->matrix, s->pivot, 1, s->right);
+    *size = *far = 0;
+    for (int j = 0; j < s->width; j++) {
+        *size = fmax(*size, fabs(s->right[j]));
+        *far = fmax(*far, fabs(s->right[j]) * s->scale[j] / s->whole[j]);
+    }
+    return isfinite(*size) ? KEMPE_OK : fail_newton(s, "a correction is not finite");
+}
+
 kempe_status kmp_shooting_correct(kmp_shooting *s, const double *guess, const double *border)
 {
     double last = FAR, size = 0, far = 0;
     memcpy(s->z, guess, (size_t)s->width * sizeof *guess);
     for (s->iterations = 1; s->iterations <= MOST_CORRECTIONS; s->iterations++) {
-        /* A correction; size: the largest part of it, far: over the largest motions. */
-        KMP_TRY(run_flow(s->flow, s->z, s->z[s->size], s->z[s->size + 1], 1));
-        fill_matrix(s, border);
-        const kmp_flow *f = s->flow;
-        int n = s->size;
-        double phase = 0, beside = 0;
-        for (int i = 0; i < n; i++) {
-            s->right[i] = (f->begin[i] - f->end[i]) / s->scale[i];
-            phase += s->direction[i] * s->scale[n] / s->scale[i] * (s->reference[i] - s->z[i]) / s->scale[i];
-        }
-        for (int j = 0; j < s->width; j++)
-            beside += border[j] * (guess[j] - s->z[j]) / s->span[j];
-        s->right[n] = phase;
-        s->right[n + 1] = beside;
-        if (kmp_lu_factor(s->width, s->matrix, s->pivot) != 0)
-            return fail_newton(s, "its equations are singular");
-        kmp_lu_solve(s->width, s->matrix, s->pivot, 1, s->right);
-        size = far = 0;
-        for (int j = 0; j < s->width; j++) {
-            size = fmax(size, fabs(s->right[j]));
-            far = fmax(far, fabs(s->right[j]) * s->scale[j] / s->whole[j]);
-        }
-        KMP_TRY(isfinite(size) ? KEMPE_OK : fail_newton(s, "a correction is not finite"));
+        KMP_TRY(correct_once(s, guess, border, &size, &far));
         if (far > GROWS * last || far > FAR || s->right[s->size] < -0.5)
             return fail_newton(s, "its corrections grow");
         for (int j = 0; j < s->width; j++)
@@ -366,6 +376,20 @@ static kempe_status take_multipliers(kmp_shooting *s, kmp_cycle *c)
     return KEMPE_OK;
 }
 
+/* The direction of the branch: along the conditions of a cycle, with `border` . tangent = 1 over the spans. */
+static kempe_status take_tangent(kmp_shooting *s, const double *border, kmp_cycle *c)
+{
+    fill_matrix(s, border);
+    if (kmp_lu_factor(s->width, s->matrix, s->pivot) != 0)
+        return fail_newton(s, "the branch has no direction there");
+    memset(s->right, 0, (size_t)s->width * sizeof *s->right);
+    s->right[s->width - 1] = 1;
+    kmp_lu_solve(s->width, s->matrix, s->pivot, 1, s->right);
+    for (int j = 0; j < s->width; j++)
+        c->tangent[j] = s->right[j] * s->scale[j];
+    return KEMPE_OK;
+}
+
 kempe_status kmp_shooting_finish(kmp_shooting *s, const double *border, kmp_cycle **cycle)
 {
     kmp_cycle *c = kmp_shooting_room(s);
@@ -408,15 +432,7 @@ kempe_status kmp_shooting_finish(kmp_shooting *s, const double *border, kmp_cycl
     }
     bool grows = c->multipliers > 0 && hypot(c->re[0], c->im[0]) > 1 + noise;
     c->stability = grows ? KMP_CYCLE_UNSTABLE : on_circle ? KMP_CYCLE_UNDECIDED : KMP_CYCLE_STABLE;
-    /* The direction of the branch: along the conditions of a cycle, with `border` . tangent = 1 over the spans. */
-    fill_matrix(s, border);
-    if (kmp_lu_factor(s->width, s->matrix, s->pivot) != 0)
-        return fail_newton(s, "the branch has no direction there");
-    memset(s->right, 0, (size_t)s->width * sizeof *s->right);
-    s->right[s->width - 1] = 1;
-    kmp_lu_solve(s->width, s->matrix, s->pivot, 1, s->right);
-    for (int j = 0; j < s->width; j++)
-        c->tangent[j] = s->right[j] * s->scale[j];
+    KMP_TRY(take_tangent(s, border, c));
     *cycle = c;
     return KEMPE_OK;
 }

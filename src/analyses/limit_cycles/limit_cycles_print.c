@@ -45,6 +45,23 @@ static int shown_outputs(const kempe_limit_cycles *c)
     return columns < MOST_OUTPUTS ? columns : MOST_OUTPUTS;
 }
 
+static void show_cycle(kmp_text *text, const kempe_limit_cycles *c, const kmp_cycle *x)
+{
+    bool hopf = x->word == KMP_CYCLE_HOPF;
+    kmp_text_printf(text, "  %-9s  %14.10g  %13.9g  %-9s  ", kmp_cycle_text(x),
+                    kmp_limit_cycles_shown(c).factor * x->value, x->period, hopf ? "" : kmp_cycle_stability_text(x));
+    if (hopf)
+        kmp_text_printf(text, "%11s", "");
+    else
+        kmp_print_cells(text, "%11.7f", x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN);
+    for (int k = 0; k < c->held; k++)
+        kmp_print_cells(text, "  %13.7g", x->load[k]);
+    for (int k = 0; k < shown_outputs(c); k++)
+        kmp_print_cells(text, "  %13.8g",
+                        kmp_shown_as(c->system->context, c->unit[k]).factor * kmp_cycle_amplitude(x, k));
+    kmp_text_put(text, "\n");
+}
+
 static void show_branch(kmp_text *text, const kempe_limit_cycles *c, int branch)
 {
     const kmp_cycle_branch *b = &c->branch[branch];
@@ -62,23 +79,8 @@ static void show_branch(kmp_text *text, const kempe_limit_cycles *c, int branch)
     for (int k = 0; k < shown_outputs(c); k++)
         kmp_text_printf(text, "  %13s", kmp_shown_as(c->system->context, c->unit[k]).unit);
     kmp_text_put(text, "\n");
-    for (int k = 0; k < b->count && k < MOST_ROWS; k++) {
-        const kmp_cycle *x = b->cycle[k];
-        bool hopf = x->word == KMP_CYCLE_HOPF;
-        kmp_text_printf(text, "  %-9s  %14.10g  %13.9g  %-9s  ", kmp_cycle_text(x),
-                        kmp_limit_cycles_shown(c).factor * x->value, x->period,
-                        hopf ? "" : kmp_cycle_stability_text(x));
-        if (hopf)
-            kmp_text_printf(text, "%11s", "");
-        else
-            kmp_print_cells(text, "%11.7f", x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN);
-        for (int i = 0; i < c->held; i++)
-            kmp_print_cells(text, "  %13.7g", x->load[i]);
-        for (int i = 0; i < shown_outputs(c); i++)
-            kmp_print_cells(text, "  %13.8g",
-                            kmp_shown_as(c->system->context, c->unit[i]).factor * kmp_cycle_amplitude(x, i));
-        kmp_text_put(text, "\n");
-    }
+    for (int k = 0; k < b->count && k < MOST_ROWS; k++)
+        show_cycle(text, c, b->cycle[k]);
     if (b->count > MOST_ROWS)
         kmp_text_printf(text, "  and %d more, in --output\n", b->count - MOST_ROWS);
 }
@@ -114,6 +116,26 @@ static void show(kmp_text *text, const void *result)
 
 /* -- JSON ---------------------------------------------------------------------------------------------------- */
 
+static void json_cycle(kmp_json *j, const kempe_limit_cycles *c, const kmp_cycle *x)
+{
+    bool hopf = x->word == KMP_CYCLE_HOPF;
+    kmp_json_put(j, "{ value %g period %g point %s", x->value, x->period, x->word ? kmp_cycle_text(x) : NULL);
+    for (int k = 0; k < c->held; k++)
+        kmp_json_put(j, k == 0 ? "loads { %s %g" : "%s %g", held_name(c, k), x->load[k]);
+    if (c->held > 0)
+        kmp_json_end(j);
+    if (!hopf) {
+        kmp_json_put(j, "stability %s along %g residual %g", kmp_cycle_stability_text(x), x->along, x->residual);
+        kmp_print_pairs(j, "multipliers", x->multipliers, x->re, x->im);
+        kmp_json_object(j, "outputs");
+        for (int k = 0; k < c->outputs; k++)
+            kmp_json_put(j, "%s { amplitude %g max %g min %g }", c->output[k], kmp_cycle_amplitude(x, k), x->high[k],
+                         x->low[k]);
+        kmp_json_end(j);
+    }
+    kmp_json_end(j);
+}
+
 static void json(kmp_text *text, const void *result)
 {
     const kempe_limit_cycles *c = result;
@@ -129,26 +151,8 @@ static void json(kmp_text *text, const void *result)
     kmp_json_put(&j, "] branches [");
     for (int b = 0; b < c->branches; b++) {
         kmp_json_put(&j, "{ end %s cycles [", c->branch[b].end);
-        for (int k = 0; k < c->branch[b].count; k++) {
-            const kmp_cycle *x = c->branch[b].cycle[k];
-            bool hopf = x->word == KMP_CYCLE_HOPF;
-            kmp_json_put(&j, "{ value %g period %g point %s", x->value, x->period, x->word ? kmp_cycle_text(x) : NULL);
-            for (int i = 0; i < c->held; i++)
-                kmp_json_put(&j, i == 0 ? "loads { %s %g" : "%s %g", held_name(c, i), x->load[i]);
-            if (c->held > 0)
-                kmp_json_end(&j);
-            if (!hopf) {
-                kmp_json_put(&j, "stability %s along %g residual %g", kmp_cycle_stability_text(x), x->along,
-                             x->residual);
-                kmp_print_pairs(&j, "multipliers", x->multipliers, x->re, x->im);
-                kmp_json_object(&j, "outputs");
-                for (int i = 0; i < c->outputs; i++)
-                    kmp_json_put(&j, "%s { amplitude %g max %g min %g }", c->output[i], kmp_cycle_amplitude(x, i),
-                                 x->high[i], x->low[i]);
-                kmp_json_end(&j);
-            }
-            kmp_json_end(&j);
-        }
+        for (int k = 0; k < c->branch[b].count; k++)
+            json_cycle(&j, c, c->branch[b].cycle[k]);
         kmp_json_put(&j, "] }");
     }
     kmp_json_put(&j, "] }");
@@ -159,6 +163,19 @@ KMP_PRINT(kempe_limit_cycles, cycles, cycles->system->context, json, show)
 static void add_parameter(kempe_table *table, const kempe_limit_cycles *c)
 {
     kmp_tabulate_column(table, kmp_quantity_unit_of(c->system, c->name), "%s", c->name);
+}
+
+static void put_row(kempe_table *table, const kempe_limit_cycles *c, int branch, const kmp_cycle *x)
+{
+    bool hopf = x->word == KMP_CYCLE_HOPF;
+    KMP_TABULATE(table, "%d %g %g %s %s %g %g %g", branch, x->value, x->period, kmp_cycle_text(x),
+                 hopf ? "" : kmp_cycle_stability_text(x), x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN,
+                 hopf ? NAN : x->along, hopf ? NAN : x->residual);
+    if (c->held > 0)
+        kmp_tabulate_numbers(table, c->held, x->load);
+    for (int k = 0; k < c->outputs; k++)
+        kmp_tabulate_cells(table, "%g %g %g", kmp_cycle_amplitude(x, k), hopf ? NAN : x->high[k],
+                           hopf ? NAN : x->low[k]);
 }
 
 static void fill_rows(kempe_table *table, const void *result)
@@ -176,19 +193,8 @@ static void fill_rows(kempe_table *table, const void *result)
         kmp_tabulate_column(table, c->unit[k], "%s.min", c->output[k]);
     }
     for (int b = 0; b < c->branches; b++)
-        for (int k = 0; k < c->branch[b].count; k++) {
-            const int branch = b + 1;
-            const kmp_cycle *x = c->branch[b].cycle[k];
-            bool hopf = x->word == KMP_CYCLE_HOPF;
-            KMP_TABULATE(table, "%d %g %g %s %s %g %g %g", branch, x->value, x->period, kmp_cycle_text(x),
-                         hopf ? "" : kmp_cycle_stability_text(x), x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN,
-                         hopf ? NAN : x->along, hopf ? NAN : x->residual);
-            if (c->held > 0)
-                kmp_tabulate_numbers(table, c->held, x->load);
-            for (int i = 0; i < c->outputs; i++)
-                kmp_tabulate_cells(table, "%g %g %g", kmp_cycle_amplitude(x, i), hopf ? NAN : x->high[i],
-                                   hopf ? NAN : x->low[i]);
-        }
+        for (int k = 0; k < c->branch[b].count; k++)
+            put_row(table, c, b + 1, c->branch[b].cycle[k]);
 }
 
 static void fill_multipliers(kempe_table *table, const void *result)
@@ -271,6 +277,24 @@ static double height(const drawing *d, const kmp_cycle *x)
     return d->output_factor * kmp_cycle_amplitude(x, d->output);
 }
 
+static void put_branch(drawing *d, const kmp_cycle_branch *b, const char *colour)
+{
+    int from = 0;
+    for (int k = 1; k < b->count; k++) {
+        bool stable = kmp_cycles_stable_between(b->cycle[k - 1], b->cycle[k]);
+        if (k + 1 < b->count && kmp_cycles_stable_between(b->cycle[k], b->cycle[k + 1]) == stable)
+            continue;
+        kmp_curve_begin(&d->plot, stable ? "curve" : "dashed", colour);
+        for (int i = from; i <= k; i++)
+            kmp_curve_to(&d->plot, d->factor * b->cycle[i]->value, height(d, b->cycle[i]));
+        kmp_curve_end(&d->plot);
+        from = k;
+    }
+    for (int k = 0; k < b->count; k++)
+        if (b->cycle[k]->word != KMP_CYCLE_REGULAR)
+            kmp_plot_dot(&d->plot, d->factor * b->cycle[k]->value, height(d, b->cycle[k]), colour);
+}
+
 /* The value between two of the locus at which the equilibrium loses its stability; the middle where it is no Hopf
  * point. */
 static double change_between(const kmp_locus *l, double a, double b)
@@ -308,25 +332,8 @@ static void put_plot(kmp_text *text, const kempe_limit_cycles *c, int output, in
             kmp_curve_end(&d.plot);
         }
     }
-    for (int b = 0; b < c->branches; b++) {
-        const char *colour = kmp_plot_colour(b);
-        int from = 0;
-        for (int k = 1; k < c->branch[b].count; k++) {
-            bool stable = kmp_cycles_stable_between(c->branch[b].cycle[k - 1], c->branch[b].cycle[k]);
-            if (k + 1 < c->branch[b].count &&
-                kmp_cycles_stable_between(c->branch[b].cycle[k], c->branch[b].cycle[k + 1]) == stable)
-                continue;
-            kmp_curve_begin(&d.plot, stable ? "curve" : "dashed", colour);
-            for (int i = from; i <= k; i++)
-                kmp_curve_to(&d.plot, d.factor * c->branch[b].cycle[i]->value, height(&d, c->branch[b].cycle[i]));
-            kmp_curve_end(&d.plot);
-            from = k;
-        }
-        for (int k = 0; k < c->branch[b].count; k++)
-            if (c->branch[b].cycle[k]->word != KMP_CYCLE_REGULAR)
-                kmp_plot_dot(&d.plot, d.factor * c->branch[b].cycle[k]->value, height(&d, c->branch[b].cycle[k]),
-                             colour);
-    }
+    for (int b = 0; b < c->branches; b++)
+        put_branch(&d, &c->branch[b], kmp_plot_colour(b));
     kmp_plot_end(&d.plot);
 }
 

@@ -184,6 +184,32 @@ enum { SMALLER_PARTS = 2 };
 
 /* -- the cycles ------------------------------------------------------------------------------------------ */
 
+/* The mode as the tangent of a Hopf point: the part of each start value in it at its phase 0, the change of that per
+ * time, and half its range. */
+static void take_mode(const kmp_flow *f, const kmp_modes *modes, int mode, kmp_cycle *hopf)
+{
+    double w = modes->spectrum.im[mode];
+    for (int i = 0; i < f->size; i++) {
+        ptrdiff_t at = f->entry[i].motion + (ptrdiff_t)mode * modes->n;
+        double re = KMP_CYCLE_FIRST * modes->shown_re[at], im = KMP_CYCLE_FIRST * modes->shown_im[at];
+        bool rate = f->entry[i].kind == KMP_FLOW_RATE;
+        hopf->tangent[i] = rate ? -w * im : re;
+        hopf->rate[i] = rate ? -w * w * re : -w * im;
+        hopf->reach[i] = KMP_CYCLE_FIRST * hypot(modes->shown_re[at], modes->shown_im[at]) * (rate ? w : 1);
+    }
+}
+
+/* The loads at the equilibrium of a Hopf point, the last state of the family. */
+static void loads_at_rest(const kempe_limit_cycles *cycles, kmp_cycle *hopf)
+{
+    const kmp_linear *l = &cycles->family->linear;
+    for (int r = 0; r < l->m; r++) {
+        int k = l->system->rows[r].closure - cycles->system->model->closure_count;
+        if (k >= 0 && k < cycles->held)
+            hopf->load[k] = l->lambda[r];
+    }
+}
+
 /* The Hopf point, with the mode as its tangent. */
 static kmp_cycle *make_hopf(kempe_limit_cycles *cycles, const kmp_critical *critical, const kmp_modes *modes, int mode)
 {
@@ -196,29 +222,12 @@ static kmp_cycle *make_hopf(kempe_limit_cycles *cycles, const kmp_critical *crit
     c->stability = KMP_CYCLE_UNDECIDED;
     c->value = critical->value;
     c->period = 2 * acos(-1) / critical->im;
-    /* The mode as the tangent of a Hopf point: the part of each start value in it at its phase 0, the change of that
-     * per time, and half its range. */
-    const kmp_flow *f = cycles->flow;
-    double w = modes->spectrum.im[mode];
-    for (int i = 0; i < f->size; i++) {
-        ptrdiff_t at = f->entry[i].motion + (ptrdiff_t)mode * modes->n;
-        double re = KMP_CYCLE_FIRST * modes->shown_re[at], im = KMP_CYCLE_FIRST * modes->shown_im[at];
-        bool rate = f->entry[i].kind == KMP_FLOW_RATE;
-        c->tangent[i] = rate ? -w * im : re;
-        c->rate[i] = rate ? -w * w * re : -w * im;
-        c->reach[i] = KMP_CYCLE_FIRST * hypot(modes->shown_re[at], modes->shown_im[at]) * (rate ? w : 1);
-    }
+    take_mode(cycles->flow, modes, mode, c);
     for (int i = 0; i < s->size; i++) {
         const kmp_flow_entry *e = &s->flow->entry[i];
         c->x[i] = (e->kind != KMP_FLOW_POSITION ? state->qd : state->q)[e->motion];
     }
-    /* The loads at the equilibrium of a Hopf point, the last state of the family. */
-    const kmp_linear *l = &cycles->family->linear;
-    for (int r = 0; r < l->m; r++) {
-        int k = l->system->rows[r].closure - cycles->system->model->closure_count;
-        if (k >= 0 && k < cycles->held)
-            c->load[k] = l->lambda[r];
-    }
+    loads_at_rest(cycles, c);
     return c;
 }
 
@@ -421,6 +430,23 @@ typedef struct stepped {
     double *start, *values; /* count + 1: those of the model; of the next simulation */
 } stepped;
 
+/* Records the model's start, and the coordinates that starts of simulations give: the independent ones that move, and
+ * that of the travel if no closure decides it. */
+static bool note_start(stepped *s, const kmp_operating *start, const kmp_linear *linear, int travel)
+{
+    const int n = start->system->n;
+    bool *keeps = KMP_ARENA_NEW(&s->arena, bool, n);
+    s->q = kmp_arena_copy(&s->arena, start->q, n, sizeof *start->q);
+    s->qd = kmp_arena_copy(&s->arena, start->qd, n, sizeof *start->qd);
+    for (int k = 0; keeps && k < s->count; k++)
+        if (s->entry[k].kind != KMP_FLOW_STATE)
+            keeps[s->entry[k].motion] = true;
+    for (int k = 0; keeps && k < linear->p; k++)
+        keeps[linear->part.u[k]] = keeps[linear->part.u[k]] || linear->part.u[k] == travel;
+    s->keeps = kmp_charts_are_own(start->system, start->chart) ? keeps : NULL;
+    return !s->arena.failed;
+}
+
 /* Takes the start with the coordinate of the travel as an independent one, unless closures decide it. */
 static kempe_status take_start(kmp_operating *start, kmp_linear *linear, int travel)
 {
@@ -453,21 +479,8 @@ static kempe_status find_entries(stepped *s)
         if (status == KEMPE_OK) {
             kmp_linear_matrices(&linear);
             status = list_entries(&linear, travel, &s->count, s->entry);
-            if (status == KEMPE_OK) {
-                /* Records the model's start, and the coordinates that starts of simulations give: the independent ones
-                 * that move, and that of the travel if no closure decides it. */
-                const int n = start->system->n;
-                bool *keeps = KMP_ARENA_NEW(&s->arena, bool, n);
-                s->q = kmp_arena_copy(&s->arena, start->q, n, sizeof *start->q);
-                s->qd = kmp_arena_copy(&s->arena, start->qd, n, sizeof *start->qd);
-                for (int k = 0; keeps && k < s->count; k++)
-                    if (s->entry[k].kind != KMP_FLOW_STATE)
-                        keeps[s->entry[k].motion] = true;
-                for (int k = 0; keeps && k < linear.p; k++)
-                    keeps[linear.part.u[k]] = keeps[linear.part.u[k]] || linear.part.u[k] == travel;
-                s->keeps = kmp_charts_are_own(start->system, start->chart) ? keeps : NULL;
-                status = kmp_made(system->context, !s->arena.failed);
-            }
+            if (status == KEMPE_OK)
+                status = kmp_made(system->context, note_start(s, start, &linear, travel));
         }
         kmp_linear_free(&linear);
     }
@@ -661,7 +674,8 @@ static kempe_status step_up_and_down(stepped *s)
     return KEMPE_OK;
 }
 
-/* Simulates at each value of the sweep, up and down, each time from the last state: a branch for each direction. */
+/* Simulates at each value of the sweep, up and down, each time from the last state: a branch for each direction.
+ * (settled_cycles.c) */
 static kempe_status settled_cycles(kempe_limit_cycles *cycles, const char *outputs, const kempe_run_options *run)
 {
     stepped s = {.c = cycles};

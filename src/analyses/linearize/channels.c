@@ -290,6 +290,24 @@ static bool names_init(kmp_channels *c, kmp_names *names, int count)
     return !c->arena.failed;
 }
 
+static bool name_states(kmp_channels *c)
+{
+    static const char *const turns[] = {"rad", "rad/s"}, *const slides[] = {"m", "m/s"};
+    int p = c->linear.p, width = kmp_transfer_width(&c->transfer);
+    bool ok = names_init(c, &c->states, width);
+    for (int i = 0; ok && i < width; i++) {
+        int k = kmp_transfer_state(&c->transfer, i), coordinate = c->linear.part.u[k % p];
+        const kmp_motion *motion = &c->system->model->motions[coordinate];
+        bool state = kmp_state_of(c->system->model, coordinate);
+        kmp_text name = {0};
+        kmp_text_printf(&name, "%s.%s", state ? "state" : k < p ? "q" : "qd", motion->name);
+        const char *unit = state ? "" : (motion->rotation ? turns : slides)[k / p];
+        c->states.name[i] = kmp_text_keep(&name, &c->arena);
+        c->states.unit[i] = kmp_arena_strdup(&c->arena, unit);
+    }
+    return !c->arena.failed;
+}
+
 /* In SI. */
 static char *unit_of_input(kmp_arena *arena, const kmp_model_input *input, int order)
 {
@@ -489,20 +507,7 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
     KMP_TRY(kmp_averaged_judge(c->averaged, &c->linear));
     KMP_TRY(kmp_slopes_new(c->system, backend, count, names, true, &c->slopes));
     KMP_TRY(transfer_init(&c->transfer, &c->linear, c->slopes, &c->inputs, place, c->outputs.count, source));
-    static const char *const turns[] = {"rad", "rad/s"}, *const slides[] = {"m", "m/s"};
-    int p = c->linear.p, width = kmp_transfer_width(&c->transfer);
-    bool ok = names_init(c, &c->states, width);
-    for (int i = 0; ok && i < width; i++) {
-        int k = kmp_transfer_state(&c->transfer, i), coordinate = c->linear.part.u[k % p];
-        const kmp_motion *motion = &c->system->model->motions[coordinate];
-        bool state = kmp_state_of(c->system->model, coordinate);
-        kmp_text name = {0};
-        kmp_text_printf(&name, "%s.%s", state ? "state" : k < p ? "q" : "qd", motion->name);
-        const char *unit = state ? "" : (motion->rotation ? turns : slides)[k / p];
-        c->states.name[i] = kmp_text_keep(&name, &c->arena);
-        c->states.unit[i] = kmp_arena_strdup(&c->arena, unit);
-    }
-    KMP_TRY(kmp_made(c->system->context, !c->arena.failed && name_loads(c)));
+    KMP_TRY(kmp_made(c->system->context, name_states(c) && name_loads(c)));
     transfer_eval(&c->transfer);
     return KEMPE_OK;
 }

@@ -427,6 +427,21 @@ static void json_names(kmp_json *j, const char *key, const kmp_names *names)
     kmp_json_end(j);
 }
 
+/* One array per row. */
+static void json_matrix(kmp_json *j, const kmp_matrix_row *row)
+{
+    double *room = KMP_NEW(double, row->columns);
+    j->text->failed = j->text->failed || !room;
+    kmp_json_array(j, row->name);
+    for (int i = 0; room && i < row->rows; i++) {
+        for (int k = 0; k < row->columns; k++)
+            room[k] = row->values[i + k * row->rows] + 0.0;
+        kmp_json_numbers(j, NULL, row->columns, room);
+    }
+    kmp_json_end(j);
+    kmp_free(room);
+}
+
 static void json(kmp_text *text, const void *result)
 {
     const kempe_linearization *l = result;
@@ -456,19 +471,8 @@ static void json(kmp_text *text, const void *result)
     kmp_json_numbers(&j, "y", c->outputs.count, l->y);
     for (int k = 0; k < KMP_MATRICES; k++) {
         kmp_matrix_row row = matrix_row(l, k);
-        if (k != KEMPE_MATRIX_Z || l->z) {
-            /* One array per row. */
-            double *room = KMP_NEW(double, row.columns);
-            j.text->failed = j.text->failed || !room;
-            kmp_json_array(&j, row.name);
-            for (int i = 0; room && i < row.rows; i++) {
-                for (int r = 0; r < row.columns; r++)
-                    room[r] = row.values[i + r * row.rows] + 0.0;
-                kmp_json_numbers(&j, NULL, row.columns, room);
-            }
-            kmp_json_end(&j);
-            kmp_free(room);
-        }
+        if (k != KEMPE_MATRIX_Z || l->z)
+            json_matrix(&j, &row);
     }
     kmp_json_end(&j);
 }

@@ -108,6 +108,20 @@ static void shares(int n, const double *re, const double *im, const double *a_re
         out[i] = some ? out[i] / sum : 0;
 }
 
+/* Converts shapes: rates of a chart are linear in those of another. */
+static void show_shapes(kmp_modes *s, const kmp_linear *l, double *q)
+{
+    const size_t n = (size_t)s->n;
+    for (int c = 0; s->shown_re != s->re && c < s->count; c++)
+        for (int part = 0; part < 2; part++) {
+            const double *from = (part ? s->im : s->re) + (size_t)c * n;
+            double *to = (part ? s->shown_im : s->shown_re) + (size_t)c * n;
+            memcpy(q, l->q, n * sizeof *q);
+            memcpy(to, from, n * sizeof *to);
+            kmp_charts_show(s->system, l->eval->chart, q, q, to);
+        }
+}
+
 static void measure(kmp_modes *s, kmp_linear *l, double *mass, double *work)
 {
     kmp_eval_dense_mass(l->eval, mass);
@@ -130,16 +144,7 @@ static void measure(kmp_modes *s, kmp_linear *l, double *mass, double *work)
         if (c >= s->spectrum.zeros)
             shares(bodies, re, im, k_re, k_im, s->potential + (ptrdiff_t)c * n);
     }
-    /* Converts shapes: rates of a chart are linear in those of another. */
-    const size_t size = (size_t)s->n;
-    for (int c = 0; s->shown_re != s->re && c < s->count; c++)
-        for (int part = 0; part < 2; part++) {
-            const double *from = (part ? s->im : s->re) + (size_t)c * size;
-            double *to = (part ? s->shown_im : s->shown_re) + (size_t)c * size;
-            memcpy(work, l->q, size * sizeof *work);
-            memcpy(to, from, size * sizeof *to);
-            kmp_charts_show(s->system, l->eval->chart, work, work, to);
-        }
+    show_shapes(s, l, work);
 }
 
 /* -- spectra ----------------------------------------------------------------------------------------- */
@@ -174,6 +179,38 @@ static void take_sampled_shape(kmp_modes *s, const kmp_linear *l, const kmp_samp
     }
 }
 
+/* The eigenvalues of the map in `mode` (count), sorted, and their shapes. */
+static void put_sampled(kmp_modes *s, const kmp_linear *l, const kmp_spectrum *averaged,
+                        const kmp_sampled_spectrum *map, sampled_mode *mode)
+{
+    for (int k = 0; k < map->count; k++) {
+        mode[k] = (sampled_mode){.from_one = hypot(map->re[k] - 1, map->im[k]), .k = k};
+        kmp_sampled_rate(map, k, &mode[k].s_re, &mode[k].s_im);
+    }
+    /* Free motions of the averaged equations are free from sample to sample, too: as many z are 1, the nearest ones.
+     * They come first, exactly; 0: the others are all that there is. */
+    int zeros = averaged->zeros < map->count ? averaged->zeros : 0;
+    qsort(mode, (size_t)map->count, sizeof *mode, by_nearness);
+    if (zeros > 0 && !(mode[zeros - 1].from_one <= KMP_SAMPLED_ONE))
+        zeros = 0;
+    qsort(mode + zeros, (size_t)(map->count - zeros), sizeof *mode, by_modulus);
+    kmp_spectrum *out = &s->spectrum;
+    out->zeros = zeros;
+    out->still = zeros > 0 ? averaged->still : 0;
+    for (int c = 0; c < s->count; c++) {
+        int k = mode[c].k;
+        bool zero = c < zeros;
+        out->re[c] = zero ? 0 : mode[c].s_re;
+        out->im[c] = zero ? 0 : mode[c].s_im;
+        s->z_re[c] = zero ? 1 : map->re[k];
+        s->z_im[c] = zero ? 0 : map->im[k];
+        if (zero)
+            take_shape(s, l, averaged, c, c);
+        else
+            take_sampled_shape(s, l, map, k, c);
+    }
+}
+
 static kempe_status solve_sampled(kmp_modes *s, const kmp_linear *l)
 {
     kmp_sampled_spectrum map = {0};
@@ -186,35 +223,8 @@ static kempe_status solve_sampled(kmp_modes *s, const kmp_linear *l)
         status = kmp_made(s->system->context, mode && make_values(s, map.count));
         s->period = map.period;
     }
-    if (status == KEMPE_OK) {
-        /* The eigenvalues of the map in `mode` (count), sorted, and their shapes. */
-        for (int k = 0; k < map.count; k++) {
-            mode[k] = (sampled_mode){.from_one = hypot(map.re[k] - 1, map.im[k]), .k = k};
-            kmp_sampled_rate(&map, k, &mode[k].s_re, &mode[k].s_im);
-        }
-        /* Free motions of the averaged equations are free from sample to sample, too: as many z are 1, the nearest
-         * ones. They come first, exactly; 0: the others are all that there is. */
-        int zeros = averaged.zeros < map.count ? averaged.zeros : 0;
-        qsort(mode, (size_t)map.count, sizeof *mode, by_nearness);
-        if (zeros > 0 && !(mode[zeros - 1].from_one <= KMP_SAMPLED_ONE))
-            zeros = 0;
-        qsort(mode + zeros, (size_t)(map.count - zeros), sizeof *mode, by_modulus);
-        kmp_spectrum *out = &s->spectrum;
-        out->zeros = zeros;
-        out->still = zeros > 0 ? averaged.still : 0;
-        for (int c = 0; c < s->count; c++) {
-            int k = mode[c].k;
-            bool zero = c < zeros;
-            out->re[c] = zero ? 0 : mode[c].s_re;
-            out->im[c] = zero ? 0 : mode[c].s_im;
-            s->z_re[c] = zero ? 1 : map.re[k];
-            s->z_im[c] = zero ? 0 : map.im[k];
-            if (zero)
-                take_shape(s, l, &averaged, c, c);
-            else
-                take_sampled_shape(s, l, &map, k, c);
-        }
-    }
+    if (status == KEMPE_OK)
+        put_sampled(s, l, &averaged, &map, mode);
     kmp_free(mode);
     kmp_sampled_spectrum_free(&map);
     kmp_spectrum_free(&averaged);

@@ -145,6 +145,21 @@ static void show_z(kmp_text *text, const kempe_modes *m, int c)
         show_pair(text, m->modes.z_re[c], m->modes.z_im[c]);
 }
 
+static void show_mode(kmp_text *text, const kempe_modes *m, int c)
+{
+    double re = m->modes.spectrum.re[c], im = m->modes.spectrum.im[c];
+    bool over = kmp_modes_is_over(&m->modes, c);
+    show_z(text, m, c);
+    if (over)
+        kmp_text_printf(text, "  %31s", "over within a sample");
+    else
+        show_pair(text, re, im);
+    kmp_print_cells(text, "  %13.6g  %9.6g  %11.6g  ", im > 0 ? kmp_mode_frequency(re, im) : NAN,
+                    im > 0 ? kmp_mode_damping(re, im) : NAN, over ? NAN : kmp_mode_time(re));
+    kmp_modes_put_movers(text, m, c);
+    kmp_text_put(text, "\n");
+}
+
 static void show_modes(kmp_text *text, const kempe_modes *m)
 {
     const kmp_spectrum *s = &m->modes.spectrum;
@@ -164,17 +179,7 @@ static void show_modes(kmp_text *text, const kempe_modes *m)
     for (int c = s->zeros; c < s->count; c++)
         if (s->im[c] >= 0) {
             kmp_text_printf(text, "  %3d", ++number);
-            double re = m->modes.spectrum.re[c], im = m->modes.spectrum.im[c];
-            bool over = kmp_modes_is_over(&m->modes, c);
-            show_z(text, m, c);
-            if (over)
-                kmp_text_printf(text, "  %31s", "over within a sample");
-            else
-                show_pair(text, re, im);
-            kmp_print_cells(text, "  %13.6g  %9.6g  %11.6g  ", im > 0 ? kmp_mode_frequency(re, im) : NAN,
-                            im > 0 ? kmp_mode_damping(re, im) : NAN, over ? NAN : kmp_mode_time(re));
-            kmp_modes_put_movers(text, m, c);
-            kmp_text_put(text, "\n");
+            show_mode(text, m, c);
         }
     if (m->modes.z_re) {
         kmp_shown as = kmp_shown_as(m->system->context, "s");
@@ -421,29 +426,34 @@ static void fill_modes(kempe_table *table, const void *result)
     }
 }
 
+static void fill_sweep(kempe_table *table, const kempe_modes *m)
+{
+    const kmp_locus *l = &m->locus;
+    const kmp_motion *motions = m->system->model->motions;
+    const int n = m->modes.n;
+    kmp_tabulate_column(table, kmp_quantity_unit_of(m->system, m->name), "%s", m->name);
+    for (int k = 0; k < 2 * l->count; k++)
+        kmp_tabulate_column(table, "1/s", "%s.%d", k % 2 ? "im" : "re", k / 2 + 1);
+    for (int i = 0; i < n; i++)
+        if (kmp_locus_has_load(l, n, i))
+            kmp_tabulate_column(table, motions[i].rotation ? "N m" : "N", "load.%s", motions[i].name);
+    for (int k = 0; k < l->reached; k++) {
+        ptrdiff_t at = (ptrdiff_t)k * l->count;
+        KMP_TABULATE(table, "%g", l->value[k]);
+        for (int b = 0; b < l->count; b++)
+            kmp_tabulate_cells(table, "%g %g", l->re[b + at], l->im[b + at]);
+        for (int i = 0; i < n; i++)
+            if (kmp_locus_has_load(l, n, i))
+                kmp_tabulate_number(table, l->load[i + (ptrdiff_t)k * n]);
+    }
+}
+
 static void fill_rows(kempe_table *table, const void *result)
 {
     const kempe_modes *m = result;
-    if (m->name) {
-        const kmp_locus *l = &m->locus;
-        const kmp_motion *motions = m->system->model->motions;
-        const int n = m->modes.n;
-        kmp_tabulate_column(table, kmp_quantity_unit_of(m->system, m->name), "%s", m->name);
-        for (int k = 0; k < 2 * l->count; k++)
-            kmp_tabulate_column(table, "1/s", "%s.%d", k % 2 ? "im" : "re", k / 2 + 1);
-        for (int i = 0; i < n; i++)
-            if (kmp_locus_has_load(l, n, i))
-                kmp_tabulate_column(table, motions[i].rotation ? "N m" : "N", "load.%s", motions[i].name);
-        for (int k = 0; k < l->reached; k++) {
-            ptrdiff_t at = (ptrdiff_t)k * l->count;
-            KMP_TABULATE(table, "%g", l->value[k]);
-            for (int b = 0; b < l->count; b++)
-                kmp_tabulate_cells(table, "%g %g", l->re[b + at], l->im[b + at]);
-            for (int i = 0; i < n; i++)
-                if (kmp_locus_has_load(l, n, i))
-                    kmp_tabulate_number(table, l->load[i + (ptrdiff_t)k * n]);
-        }
-    } else
+    if (m->name)
+        fill_sweep(table, m);
+    else
         fill_modes(table, m);
 }
 
@@ -569,6 +579,42 @@ static void put_campbell(kmp_text *text, const kempe_modes *m)
     kmp_plot_end(&p);
 }
 
+static void draw(kmp_text *text, const kempe_modes *m)
+{
+    kmp_picture_begin(text, 2 * WIDTH, HEIGHT,
+                      ".axis{stroke:#4a545a;fill:none}.critical{stroke:#111;stroke-dasharray:2 3;fill:none}"
+                      ".order{stroke:#8a949a;stroke-dasharray:7 4;fill:none}.order-name{fill:#6a747a}");
+    /* Distant real eigenvalues are cut off, with a note, so that the others remain visible. */
+    const kmp_locus *l = &m->locus;
+    kmp_plot p = kmp_plot_inside(text, 0, 0, WIDTH, HEIGHT);
+    kmp_axis *re = &p.axis[0], *im = &p.axis[1];
+    double left = 0;
+    kmp_plot_reach(&p, 0, 0);
+    reach_branches(&p, m, in_plane);
+    for (int k = 0; k < l->reached; k++)
+        for (int b = 0; b < l->count; b++)
+            left = in_plane(m, k, b).y > 0 ? fmin(left, in_plane(m, k, b).x) : left;
+    double least = re->low, bound = fmin(left, -FAR * im->high);
+    bool cut = im->high > 0 && least < bound;
+    if (cut)
+        re->low = bound;
+    re->name = "real part, 1/s";
+    im->name = "imaginary part, rad/s";
+    kmp_shown as = kmp_modes_shown(m);
+    kmp_plot_begin(&p, "Eigenvalues, %s from %.6g (dots) to %.6g%s%s", m->name, swept(m, 0), swept(m, l->reached - 1),
+                   as.unit[0] ? " " : "", as.unit);
+    if (re->low < 0 && re->high > 0)
+        put_line(&p, "axis", 0, im->low, 0, im->high);
+    put_branches(&p, m, in_plane);
+    if (cut)
+        kmp_picture_words(text, 8, 18, "", "\xe2\x86\x90 real ones as far as %.4g", least);
+    for (int k = 0; k < l->critical_count; k++)
+        kmp_plot_cross(&p, l->critical[k].re, l->critical[k].im);
+    kmp_plot_end(&p);
+    put_campbell(text, m);
+    kmp_picture_end(text);
+}
+
 kempe_status kempe_modes_write_picture(const kempe_modes *modes, const char *path)
 {
     KMP_WANTED(NULL, modes, "modes");
@@ -577,37 +623,6 @@ kempe_status kempe_modes_write_picture(const kempe_modes *modes, const char *pat
     kmp_context_clear(modes->system->context);
     if (!modes->name || modes->locus.reached == 0)
         return kmp_fail(modes->system->context, KEMPE_E_ARGUMENT, "a picture shows what varies, and nothing does");
-    kmp_picture_begin(&text, 2 * WIDTH, HEIGHT,
-                      ".axis{stroke:#4a545a;fill:none}.critical{stroke:#111;stroke-dasharray:2 3;fill:none}"
-                      ".order{stroke:#8a949a;stroke-dasharray:7 4;fill:none}.order-name{fill:#6a747a}");
-    /* Distant real eigenvalues are cut off, with a note, so that the others remain visible. */
-    const kmp_locus *l = &modes->locus;
-    kmp_plot p = kmp_plot_inside(&text, 0, 0, WIDTH, HEIGHT);
-    kmp_axis *re = &p.axis[0], *im = &p.axis[1];
-    double left = 0;
-    kmp_plot_reach(&p, 0, 0);
-    reach_branches(&p, modes, in_plane);
-    for (int k = 0; k < l->reached; k++)
-        for (int b = 0; b < l->count; b++)
-            left = in_plane(modes, k, b).y > 0 ? fmin(left, in_plane(modes, k, b).x) : left;
-    double least = re->low, bound = fmin(left, -FAR * im->high);
-    bool cut = im->high > 0 && least < bound;
-    if (cut)
-        re->low = bound;
-    re->name = "real part, 1/s";
-    im->name = "imaginary part, rad/s";
-    kmp_shown as = kmp_modes_shown(modes);
-    kmp_plot_begin(&p, "Eigenvalues, %s from %.6g (dots) to %.6g%s%s", modes->name, swept(modes, 0),
-                   swept(modes, l->reached - 1), as.unit[0] ? " " : "", as.unit);
-    if (re->low < 0 && re->high > 0)
-        put_line(&p, "axis", 0, im->low, 0, im->high);
-    put_branches(&p, modes, in_plane);
-    if (cut)
-        kmp_picture_words(&text, 8, 18, "", "\xe2\x86\x90 real ones as far as %.4g", least);
-    for (int k = 0; k < l->critical_count; k++)
-        kmp_plot_cross(&p, l->critical[k].re, l->critical[k].im);
-    kmp_plot_end(&p);
-    put_campbell(&text, modes);
-    kmp_picture_end(&text);
+    draw(&text, modes);
     return kmp_picture_write(modes->system->context, path, &text);
 }

@@ -17,6 +17,22 @@ enum { USUAL_VALUES = 61, MOST_VALUES = 100000 };
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
+static kempe_status read_orders(kempe_modes *m, const char *text)
+{
+    while (text && *text) {
+        double value;
+        size_t length = kmp_text_to_number(text, &value);
+        if (length == 0 || (text[length] && text[length] != ',') || !(value > 0))
+            return kmp_fail(m->system->context, KEMPE_E_ARGUMENT,
+                            "orders are positive numbers such as 1,2,0.5, not '%s'", text);
+        if (m->order_count == KMP_MOST_ORDERS)
+            return kmp_fail(m->system->context, KEMPE_E_ARGUMENT, "at most %d orders", KMP_MOST_ORDERS);
+        m->order[m->order_count++] = value;
+        text += length + (text[length] == ',');
+    }
+    return KEMPE_OK;
+}
+
 /* Largest difference of two states, angles modulo a turn and lengths over the characteristic length; `at`: its
  * coordinate. */
 static double apart(const kempe_system *system, const double *a, const double *b, int *at)
@@ -157,18 +173,7 @@ static kempe_status make(kempe_modes *m, const kempe_modes_options *options)
     int varies = -1, *wish = KMP_ARENA_NEW(&m->arena, int, m->system->n);
     KMP_TRY(kmp_made(m->system->context, wish));
     KMP_TRY(kmp_coordinates_read(m->system->model, "--independent", options->independent, wish, &at.wish_count));
-    const char *text = options->orders;
-    while (text && *text) {
-        double value;
-        size_t length = kmp_text_to_number(text, &value);
-        if (length == 0 || (text[length] && text[length] != ',') || !(value > 0))
-            return kmp_fail(m->system->context, KEMPE_E_ARGUMENT,
-                            "orders are positive numbers such as 1,2,0.5, not '%s'", text);
-        if (m->order_count == KMP_MOST_ORDERS)
-            return kmp_fail(m->system->context, KEMPE_E_ARGUMENT, "at most %d orders", KMP_MOST_ORDERS);
-        m->order[m->order_count++] = value;
-        text += length + (text[length] == ',');
-    }
+    KMP_TRY(read_orders(m, options->orders));
     double frequency = options->highest;
     m->highest = frequency > 0 ? 2 * acos(-1) * frequency : INFINITY;
     KMP_TRY(frequency >= 0 ? KEMPE_OK

@@ -118,6 +118,22 @@ static void show(kmp_text *text, const void *result)
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
 
+/* Amplitude and phase of one pair over all frequencies; null on poles. */
+static void json_pair(kmp_json *j, const kempe_response *r, int input, int output, double *amplitude, double *phase)
+{
+    int pair = input * r->frequency.outputs + output, count = r->frequency.count;
+    for (int k = 0; k < count; k++) {
+        kmp_response_point at = kmp_response_at(r, k, pair);
+        amplitude[k] = at.amplitude;
+        phase[k] = at.phase * (360 / two_pi);
+    }
+    kmp_json_put(j, "{ input %s output %s still %g", kmp_response_input(r, input), kmp_response_output(r, output),
+                 r->frequency.still[output + input * r->frequency.outputs]);
+    kmp_json_numbers(j, "amplitude", count, amplitude);
+    kmp_json_numbers(j, "phase_deg", count, phase);
+    kmp_json_end(j);
+}
+
 static void json(kmp_text *text, const void *result)
 {
     const kempe_response *r = result;
@@ -154,21 +170,8 @@ static void json(kmp_text *text, const void *result)
     double *room = KMP_NEW(double, 2 * f->count);
     text->failed = text->failed || !room;
     for (int i = 0; room && i < f->inputs; i++)
-        for (int o = 0; o < f->outputs; o++) {
-            /* Amplitude and phase of one pair over all frequencies; null on poles. */
-            double *phase = room + f->count;
-            int pair = i * r->frequency.outputs + o, count = r->frequency.count;
-            for (int k = 0; k < count; k++) {
-                kmp_response_point at = kmp_response_at(r, k, pair);
-                room[k] = at.amplitude;
-                phase[k] = at.phase * (360 / two_pi);
-            }
-            kmp_json_put(&j, "{ input %s output %s still %g", kmp_response_input(r, i), kmp_response_output(r, o),
-                         r->frequency.still[o + i * r->frequency.outputs]);
-            kmp_json_numbers(&j, "amplitude", count, room);
-            kmp_json_numbers(&j, "phase_deg", count, phase);
-            kmp_json_end(&j);
-        }
+        for (int o = 0; o < f->outputs; o++)
+            json_pair(&j, r, i, o, room, room + f->count);
     kmp_free(room);
     kmp_json_put(&j, "] }");
 }

@@ -203,6 +203,31 @@ static double complex seen_of(const kmp_frequency *f, double w, int output, int 
                           : t->by_u[at] - w * w * t->by_udd[at] + w * t->by_ud[at] * I;
 }
 
+/* Output sums that cancel to rounding are zero, and have no peaks. */
+static void put_output(kmp_frequency *f, double w, int output, int input)
+{
+    const kmp_transfer *t = f->transfer;
+    int e = output + input * f->outputs;
+    double complex sum = 0;
+    double size = 0; /* of its terms */
+    for (int k = 0; k < f->size; k++) {
+        double complex by = seen_of(f, w, output, k);
+        double complex du = f->du[k];
+        sum += by * du;
+        size += size_of(by) * size_of(du);
+    }
+    for (int c = 0; c < t->columns; c++)
+        if (t->load[c].input == input) {
+            double complex direct = f->phi ? f->d[output + c * t->outputs] : t->direct[output + c * t->outputs];
+            double complex term = direct * power(w, t->load[c].order);
+            sum += term;
+            size += size_of(term);
+        }
+    bool nothing = size_of(sum) <= 16 * (f->size + 1) * DBL_EPSILON * size;
+    f->h_re[e] = nothing ? 0 : creal(sum);
+    f->h_im[e] = nothing ? 0 : cimag(sum);
+}
+
 /* Evaluates h_re and h_im at a frequency. False: on an undamped pole. */
 static bool evaluate(kmp_frequency *f, double hz)
 {
@@ -212,29 +237,8 @@ static bool evaluate(kmp_frequency *f, double hz)
         return false;
     for (int i = 0; i < f->inputs; i++) {
         solve(f, w, i);
-        for (int o = 0; o < f->outputs; o++) {
-            /* Output sums that cancel to rounding are zero, and have no peaks. */
-            const kmp_transfer *t = f->transfer;
-            int e = o + i * f->outputs;
-            double complex sum = 0;
-            double size = 0; /* of its terms */
-            for (int k = 0; k < f->size; k++) {
-                double complex by = seen_of(f, w, o, k);
-                double complex du = f->du[k];
-                sum += by * du;
-                size += size_of(by) * size_of(du);
-            }
-            for (int c = 0; c < t->columns; c++)
-                if (t->load[c].input == i) {
-                    double complex direct = f->phi ? f->d[o + c * t->outputs] : t->direct[o + c * t->outputs];
-                    double complex term = direct * power(w, t->load[c].order);
-                    sum += term;
-                    size += size_of(term);
-                }
-            bool nothing = size_of(sum) <= 16 * (f->size + 1) * DBL_EPSILON * size;
-            f->h_re[e] = nothing ? 0 : creal(sum);
-            f->h_im[e] = nothing ? 0 : cimag(sum);
-        }
+        for (int o = 0; o < f->outputs; o++)
+            put_output(f, w, o, i);
     }
     return true;
 }
@@ -488,6 +492,34 @@ enum { DEFAULT_COUNT = 200 };
 
 /* -- frequencies ------------------------------------------------------------------------------------- */
 
+/* Whole decades around the natural frequencies; 0.1 to 100 Hz where there are none. */
+static kempe_status usual_range(const kmp_channels *c, kmp_range *range)
+{
+    const kmp_linear *l = &c->linear;
+    kmp_spectrum s;
+    double least = INFINITY, most = 0;
+    kempe_status status = kmp_linear_spectrum(l, &s);
+    if (status == KEMPE_E_MEMORY)
+        return status;
+    for (int k = 0; status == KEMPE_OK && k < s.count; k++) {
+        double hz = hypot(s.re[k], s.im[k]) / two_pi;
+        if (s.im[k] > 0) {
+            least = fmin(least, hz);
+            most = fmax(most, hz);
+        }
+    }
+    if (status == KEMPE_OK)
+        kmp_spectrum_free(&s);
+    else
+        kmp_context_clear(c->system->context);
+    *range = (kmp_range){.from = 0.1, .to = 100, .count = DEFAULT_COUNT};
+    if (most > 0) {
+        range->from = pow(10, floor(log10(least) - 0.5));
+        range->to = pow(10, ceil(log10(most) + 0.5));
+    }
+    return KEMPE_OK;
+}
+
 /* Frequencies are cycles per time: an angle per time, such as rad/s and rpm, is divided by that of a cycle. */
 static double in_cycles(double rate, int angle)
 {
@@ -527,32 +559,8 @@ static kempe_status read_range(const kmp_channels *c, const kempe_response_optio
     kempe_context *context = c->system->context;
     kmp_ranges ranges = {0};
     kmp_text text = {0};
-    if (!options->frequencies) {
-        /* Whole decades around the natural frequencies; 0.1 to 100 Hz where there are none. */
-        const kmp_linear *l = &c->linear;
-        kmp_spectrum s;
-        double least = INFINITY, most = 0;
-        kempe_status status = kmp_linear_spectrum(l, &s);
-        if (status == KEMPE_E_MEMORY)
-            return status;
-        for (int k = 0; status == KEMPE_OK && k < s.count; k++) {
-            double hz = hypot(s.re[k], s.im[k]) / two_pi;
-            if (s.im[k] > 0) {
-                least = fmin(least, hz);
-                most = fmax(most, hz);
-            }
-        }
-        if (status == KEMPE_OK)
-            kmp_spectrum_free(&s);
-        else
-            kmp_context_clear(c->system->context);
-        *range = (kmp_range){.from = 0.1, .to = 100, .count = DEFAULT_COUNT};
-        if (most > 0) {
-            range->from = pow(10, floor(log10(least) - 0.5));
-            range->to = pow(10, ceil(log10(most) + 0.5));
-        }
-        return KEMPE_OK;
-    }
+    if (!options->frequencies)
+        return usual_range(c, range);
     kmp_text_printf(&text, "frequencies=%s", options->frequencies);
     kempe_status status = text.failed ? kmp_fail_memory(context) : kmp_ranges_read(context, text.s, &ranges);
     kmp_text_free(&text);

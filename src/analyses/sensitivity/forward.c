@@ -320,6 +320,24 @@ static void explain(kmp_formulation *formulation)
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
+/* Makes y, weights and the ODE of the formulation for the current p or n unknowns. False: no memory. */
+static bool make_unknowns(kmp_forward_formulation *f)
+{
+    kmp_formulation *formulation = &f->formulation;
+    f->width = f->zone ? f->n : f->p;
+    formulation->rtol = f->zone ? fmax(f->start.rtol, ZONE_RTOL) : 0;
+    kmp_formulation_make_unknowns(formulation, 2 * kmp_forward_blocks(f) + f->integrals, false);
+    formulation->ode = (kmp_ode){.n = formulation->size,
+                                 .self = f,
+                                 .rhs = rhs,
+                                 .accept = accept,
+                                 .jacobian = jacobian,
+                                 .closed = closed,
+                                 .positions = kmp_forward_blocks(f),
+                                 .quadratures = f->integrals};
+    return !formulation->arena.failed;
+}
+
 /* An event whose condition changes no faster than this part of its usual rate is touched, not passed. */
 #define GRAZING 1e-9
 
@@ -979,20 +997,7 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
     f->begun = true;
     f->p = start->part->p;
     f->redundant = start->part->m - start->part->r;
-    /* y, weights and the ODE of the formulation for the current p or n unknowns. */
-    kmp_formulation *formulation = &f->formulation;
-    f->width = f->zone ? f->n : f->p;
-    formulation->rtol = f->zone ? fmax(f->start.rtol, ZONE_RTOL) : 0;
-    kmp_formulation_make_unknowns(formulation, 2 * kmp_forward_blocks(f) + f->integrals, false);
-    formulation->ode = (kmp_ode){.n = formulation->size,
-                                 .self = f,
-                                 .rhs = rhs,
-                                 .accept = accept,
-                                 .jacobian = jacobian,
-                                 .closed = closed,
-                                 .positions = kmp_forward_blocks(f),
-                                 .quadratures = f->integrals};
-    KMP_TRY(kmp_made(f->system->context, !formulation->arena.failed && kmp_partition_copy(&part, start->part)));
+    KMP_TRY(kmp_made(f->system->context, make_unknowns(f) && kmp_partition_copy(&part, start->part)));
     go_by(f, start->eval);
     f->v->linear.held = true;
     f->v->linear.plain = f->count == 0;
@@ -1056,11 +1061,8 @@ int kmp_state_of_sample(const kempe_model *model, int sample)
 
 /* -- the run ----------------------------------------------------------------------------------------- */
 
-/* Puts the start and its derivatives into the place. */
-static kempe_status prepare(kmp_forward_formulation *f)
+static bool make_room(kmp_forward_formulation *f)
 {
-    kmp_sensitivity_equations *v = f->v;
-    size_t slopes = (size_t)(f->n * v->count) * sizeof(double);
     kmp_arena *a = &f->arena;
     int n = f->n, count = f->v->count, conditions = f->system->events.count;
     KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &f->q, &f->qd, &f->su, &f->sud, &f->ud, &f->before, &f->old_q),
@@ -1080,7 +1082,15 @@ static kempe_status prepare(kmp_forward_formulation *f)
         f->swung_t[k] = NAN;
     for (int i = 0; !a->failed && i < f->n; i++)
         f->every[i] = i;
-    KMP_TRY(kmp_made(f->system->context, !a->failed && kmp_forward_delays_make(f)));
+    return !a->failed && kmp_forward_delays_make(f);
+}
+
+/* Puts the start and its derivatives into the place. */
+static kempe_status prepare(kmp_forward_formulation *f)
+{
+    kmp_sensitivity_equations *v = f->v;
+    size_t slopes = (size_t)(f->n * v->count) * sizeof(double);
+    KMP_TRY(kmp_made(f->system->context, make_room(f)));
     kmp_charts_reset(f->system, f->chart);
     kmp_eval_set_charts(f->own, f->chart);
     f->own->frozen = false; /* by the end of an earlier run */

@@ -104,6 +104,28 @@ void kmp_forward_delays_free(kmp_forward_formulation *f)
 
 /* -- recording --------------------------------------------------------------------------------------- */
 
+static kempe_status add_jump(kmp_forward_formulation *f, int signal)
+{
+    kmp_forward_delays *x = f->delays;
+    const size_t bytes = (size_t)x->parameters * sizeof(double);
+    if (x->t == x->past->known && x->mixed) {
+        kmp_text_printf(&f->formulation.reason,
+                        "the input of '%s' jumps at t = %.9g where several events meet: the motion has no derivative "
+                        "with respect to parameters after the delay",
+                        state_of(f, signal)->name, x->past->known);
+        return KEMPE_E_FAILED;
+    }
+    signal_jump *jump = kmp_calloc(1, sizeof *jump + bytes);
+    KMP_TRY(kmp_made(f->system->context, jump));
+    jump->before = x->jump;
+    jump->t = x->past->known;
+    jump->signal = signal;
+    for (int p = 0; p < x->parameters; p++)
+        jump->swing[p] = x->t == jump->t ? x->swing[p] : 0;
+    x->jump = jump;
+    return KEMPE_OK;
+}
+
 /* U of all signals by all parameters from u', du/dp and dT/dp of rows `first` on. */
 static void take_by(kmp_forward_formulation *f, int first, int p)
 {
@@ -129,25 +151,8 @@ static kempe_status sample(void *user, double t, const double **values)
         /* The first values after the end of the past, beside those before it. */
         for (int k = 0; k < x->count; k++) {
             double size = fmax(fmax(fabs(x->value[k]), fabs(x->last[k])), state_of(f, k)->scale);
-            if (fabs(x->value[k] - x->last[k]) > NO_JUMP * size) {
-                const size_t bytes = (size_t)x->parameters * sizeof(double);
-                if (x->t == x->past->known && x->mixed) {
-                    kmp_text_printf(
-                        &f->formulation.reason,
-                        "the input of '%s' jumps at t = %.9g where several events meet: the motion has no derivative "
-                        "with respect to parameters after the delay",
-                        state_of(f, k)->name, x->past->known);
-                    return KEMPE_E_FAILED;
-                }
-                signal_jump *jump = kmp_calloc(1, sizeof *jump + bytes);
-                KMP_TRY(kmp_made(f->system->context, jump));
-                jump->before = x->jump;
-                jump->t = x->past->known;
-                jump->signal = k;
-                for (int p = 0; p < x->parameters; p++)
-                    jump->swing[p] = x->t == jump->t ? x->swing[p] : 0;
-                x->jump = jump;
-            }
+            if (fabs(x->value[k] - x->last[k]) > NO_JUMP * size)
+                KMP_TRY(add_jump(f, k));
         }
     }
     x->begins = false;
@@ -359,6 +364,15 @@ void kmp_forward_delays_note(kmp_forward_formulation *f, double t, const double 
     memcpy(x->swing, swing, (size_t)x->parameters * sizeof *swing);
 }
 
+/* The jump of signal k at `from`; NULL: there is none. */
+static const signal_jump *jump_of(const kmp_forward_delays *x, int k, double from)
+{
+    const signal_jump *jump = x->jump;
+    while (jump && (jump->signal != k || jump->t != from))
+        jump = jump->before;
+    return jump;
+}
+
 int kmp_forward_delays_jump(kmp_forward_formulation *f, double t, const double **swing)
 {
     kmp_forward_delays *x = f->delays;
@@ -369,10 +383,7 @@ int kmp_forward_delays_jump(kmp_forward_formulation *f, double t, const double *
         if (kmp_present_inputs_past_jump(inputs_of(f), input, t) >= KMP_PAST_SMOOTH)
             continue;
         kmp_present_inputs_source(inputs_of(f), input, &from, &to);
-        /* The jump of signal k at `from`; NULL: there is none. */
-        const signal_jump *jump = x->jump;
-        while (jump && (jump->signal != k || jump->t != from))
-            jump = jump->before;
+        const signal_jump *jump = jump_of(x, k, from);
         if (!jump)
             continue;
         for (int p = 0; p < x->parameters; p++)

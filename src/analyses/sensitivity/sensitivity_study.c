@@ -39,6 +39,30 @@ static kempe_status find_kind(kempe_sensitivity *s)
     return kmp_fail_text(s->context, KEMPE_E_ARGUMENT, &sentence);
 }
 
+static kempe_status check_method(const kempe_sensitivity *s)
+{
+    const char *method = s->options->method;
+    if (method && strcmp(method, "forward") != 0 && strcmp(method, "adjoint") != 0)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "unknown method '%s'; available: forward, adjoint", method);
+    if ((method || s->options->integral) && !s->kind->integrals)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and only one method",
+                        s->kind->name);
+    bool start = s->options->at && strcmp(s->options->at, "start") == 0;
+    if (!s->differences)
+        KMP_TRY(kmp_refuse_friction(s->model, "sensitivities"));
+    if (!s->kind->rests || start) /* at an equilibrium contacts that press stay closed */
+        KMP_TRY(kmp_refuse_contacts(s->model, "sensitivities"));
+    if (s->run->checkpoint || s->run->resume)
+        return kmp_fail(
+            s->context, KEMPE_E_ARGUMENT,
+            "sensitivities have no checkpoints: the rows of a checkpoint have no derivatives to continue from");
+    if (s->options->at && s->kind->integrals && strcmp(s->options->at, "start") != 0)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                        "a trajectory begins at the start, not at '%s': use --of reactions, modes or equilibrium there",
+                        s->options->at);
+    return KEMPE_OK;
+}
+
 static void add_name(kempe_sensitivity *s, const char *name, size_t length)
 {
     s->name[s->count++] = kmp_arena_printf(&s->arena, "%.*s", (int)length, name);
@@ -126,25 +150,7 @@ static kempe_status begin(const kempe_model *model, const kempe_sensitivity_opti
     *sensitivity = s;
     KMP_TRY(find_kind(s));
     KMP_TRY(take_samples(s));
-    const char *method = s->options->method;
-    if (method && strcmp(method, "forward") != 0 && strcmp(method, "adjoint") != 0)
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "unknown method '%s'; available: forward, adjoint", method);
-    if ((method || s->options->integral) && !s->kind->integrals)
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and only one method",
-                        s->kind->name);
-    bool start = s->options->at && strcmp(s->options->at, "start") == 0;
-    if (!s->differences)
-        KMP_TRY(kmp_refuse_friction(s->model, "sensitivities"));
-    if (!s->kind->rests || start) /* at an equilibrium contacts that press stay closed */
-        KMP_TRY(kmp_refuse_contacts(s->model, "sensitivities"));
-    if (s->run->checkpoint || s->run->resume)
-        return kmp_fail(
-            s->context, KEMPE_E_ARGUMENT,
-            "sensitivities have no checkpoints: the rows of a checkpoint have no derivatives to continue from");
-    if (s->options->at && s->kind->integrals && strcmp(s->options->at, "start") != 0)
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                        "a trajectory begins at the start, not at '%s': use --of reactions, modes or equilibrium there",
-                        s->options->at);
+    KMP_TRY(check_method(s));
     name_parameters(s, s->options->parameters);
     KMP_TRY(kmp_made(s->context, !s->arena.failed));
     if (s->count == 0)
@@ -272,6 +278,26 @@ static void put_unit(kmp_text *text, const kempe_sensitivity *s, int column)
     kmp_text_printf(text, "%s%s", unit, s->integral && *unit ? " s" : "");
 }
 
+/* The last row by some of the parameters. */
+static void put_block(const kempe_sensitivity *s, kmp_text *text, int first, int name_width)
+{
+    int end = first + A_LINE < s->count ? first + A_LINE : s->count, row = s->rows - 1;
+    kmp_text_printf(text, "\n  %-*s  %15s", name_width, "", "value");
+    for (int k = first; k < end; k++)
+        kmp_text_printf(text, "  d/d %-*s", kmp_print_widest(1, &s->name[k], 11), s->name[k]);
+    kmp_text_put(text, "\n");
+    for (int c = 0; c < s->columns; c++) {
+        kmp_text_printf(text, "  %-*s", name_width, s->column[c]);
+        kmp_print_cells(text, "  %15.8g", factor_of(s, c) * kmp_sensitivity_value(s, row, c));
+        for (int k = first; k < end; k++)
+            kmp_print_cells(text, "  %*.8g", kmp_print_widest(1, &s->name[k], 11) + 4,
+                            factor_of(s, c) * kmp_sensitivity_slope(s, row, c, k));
+        kmp_text_put(text, "  ");
+        put_unit(text, s, c);
+        kmp_text_put(text, "\n");
+    }
+}
+
 static void put_text(kmp_text *text, const void *result)
 {
     const kempe_sensitivity *s = result;
@@ -292,24 +318,8 @@ static void put_text(kmp_text *text, const void *result)
     kmp_text_printf(text, "cpu       %.3f s, and %.3f s to derive the equations\n", s->cpu_s, s->build_s);
     if (s->rows > 0 && s->kind->row)
         kmp_text_printf(text, "rows      %d, the last one at %s = %.9g:\n", s->rows, s->kind->row, s->at[s->rows - 1]);
-    for (int first = 0; s->rows > 0 && first < s->count; first += A_LINE) {
-        /* The last row by some of the parameters. */
-        int end = first + A_LINE < s->count ? first + A_LINE : s->count, row = s->rows - 1;
-        kmp_text_printf(text, "\n  %-*s  %15s", name_width, "", "value");
-        for (int k = first; k < end; k++)
-            kmp_text_printf(text, "  d/d %-*s", kmp_print_widest(1, &s->name[k], 11), s->name[k]);
-        kmp_text_put(text, "\n");
-        for (int c = 0; c < s->columns; c++) {
-            kmp_text_printf(text, "  %-*s", name_width, s->column[c]);
-            kmp_print_cells(text, "  %15.8g", factor_of(s, c) * kmp_sensitivity_value(s, row, c));
-            for (int k = first; k < end; k++)
-                kmp_print_cells(text, "  %*.8g", kmp_print_widest(1, &s->name[k], 11) + 4,
-                                factor_of(s, c) * kmp_sensitivity_slope(s, row, c, k));
-            kmp_text_put(text, "  ");
-            put_unit(text, s, c);
-            kmp_text_put(text, "\n");
-        }
-    }
+    for (int first = 0; s->rows > 0 && first < s->count; first += A_LINE)
+        put_block(s, text, first, name_width);
     if (s->note)
         kmp_text_printf(text, "\nnote      %s\n", s->note);
 }

@@ -247,6 +247,15 @@ static kempe_status find_again(void *user, double rtol, int count, const int *wh
     return KEMPE_OK;
 }
 
+/* True if the number depends on the choice among redundant rows. */
+static bool is_ambiguous(const work *w, int column)
+{
+    kmp_output_kind kind = w->s->system->model->outputs[source_of(w, column)->output].kind;
+    return w->report.redundant > 0 &&
+           (kind == KMP_OUTPUT_LAMBDA || kind == KMP_OUTPUT_REACTION || kind == KMP_OUTPUT_MOMENT ||
+            kind == KMP_OUTPUT_JOINT_REACTION || kind == KMP_OUTPUT_JOINT_MOMENT);
+}
+
 /* The characteristic size of a unit in this run, where the equations have one; otherwise the largest number with it. */
 static double size_of_unit(const work *w, int column)
 {
@@ -274,13 +283,7 @@ static kempe_status check_again(work *w)
     /* The size of a small derivative is a value's size over the parameter's, as in its error control. */
     double integrated = s->options->integral ? s->t_end : 1;
     for (int c = 0; c < s->columns; c++) {
-        /* The number may depend on the choice among redundant rows. */
-        kmp_output_kind kind = w->s->system->model->outputs[source_of(w, c)->output].kind;
-        w->size[c] = (w->report.redundant > 0 &&
-                      (kind == KMP_OUTPUT_LAMBDA || kind == KMP_OUTPUT_REACTION || kind == KMP_OUTPUT_MOMENT ||
-                       kind == KMP_OUTPUT_JOINT_REACTION || kind == KMP_OUTPUT_JOINT_MOMENT))
-                         ? INFINITY
-                         : integrated * size_of_unit(w, c);
+        w->size[c] = is_ambiguous(w, c) ? INFINITY : integrated * size_of_unit(w, c);
         for (int k = 0; k < s->count; k++)
             w->size[s->columns + c * s->count + k] = w->size[c] / s->size[k];
     }
@@ -456,6 +459,22 @@ typedef struct differences {
     kmp_arena arena;
 } differences;
 
+static kempe_status fill_cells(differences *d, kempe_trajectory *motion, double *cells)
+{
+    const kempe_sensitivity *s = d->s;
+    kempe_outputs *outputs = NULL;
+    const bool quiet = kmp_context_quiet(s->context, true); /* outputs have no warnings of their own */
+    kempe_status status = kempe_outputs_new(s->system, d->words, &outputs);
+    for (int row = 0; row < d->count && status == KEMPE_OK; row++) {
+        status = kempe_outputs_at_time(outputs, motion, d->t[row], d->row);
+        for (int c = 0; c < s->columns && status == KEMPE_OK; c++)
+            cells[(ptrdiff_t)row * s->columns + c] = d->row[kempe_outputs_find(outputs, s->column[c])];
+    }
+    kempe_outputs_free(outputs);
+    (void)kmp_context_quiet(s->context, quiet);
+    return status;
+}
+
 /* The columns at all times. KEMPE_E_FAILED: the motion does not reach the last one. */
 static kempe_status run_beside(differences *d, const double *values, double *cells)
 {
@@ -466,18 +485,8 @@ static kempe_status run_beside(differences *d, const double *values, double *cel
     kempe_status status = kmp_simulate(s->system, &d->run, &motion);
     if (motion && (motion->report.requested || (status == KEMPE_STOPPED && !motion->interrupted)))
         status = kmp_fail(s->context, KEMPE_E_FAILED, "%s", motion->reason);
-    if (status == KEMPE_OK) {
-        kempe_outputs *outputs = NULL;
-        const bool quiet = kmp_context_quiet(s->context, true); /* outputs have no warnings of their own */
-        status = kempe_outputs_new(s->system, d->words, &outputs);
-        for (int row = 0; row < d->count && status == KEMPE_OK; row++) {
-            status = kempe_outputs_at_time(outputs, motion, d->t[row], d->row);
-            for (int c = 0; c < s->columns && status == KEMPE_OK; c++)
-                cells[(ptrdiff_t)row * s->columns + c] = d->row[kempe_outputs_find(outputs, s->column[c])];
-        }
-        kempe_outputs_free(outputs);
-        (void)kmp_context_quiet(s->context, quiet);
-    }
+    if (status == KEMPE_OK)
+        status = fill_cells(d, motion, cells);
     if (motion)
         d->report = motion->report;
     d->report.reason = NULL;

@@ -25,6 +25,24 @@ kempe_status kmp_box_bounds_number(kempe_context *context, const char *name, con
     return status;
 }
 
+static kempe_status read_bounds(kempe_context *context, kmp_box_bounds *b, int k, const char *text)
+{
+    const char *upper = strchr(text, ':');
+    if (!upper || strchr(upper + 1, ':'))
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "parameter '%s': two bounds are expected, NAME:LOW:HIGH; one may be left out, NAME:LOW: or "
+                        "NAME::HIGH",
+                        b->name[k]);
+    if (upper > text)
+        KMP_TRY(kmp_box_bounds_number(context, b->name[k], text, (size_t)(upper - text), &b->lower[k]));
+    if (upper[1])
+        KMP_TRY(kmp_box_bounds_number(context, b->name[k], upper + 1, strlen(upper + 1), &b->upper[k]));
+    if (!(b->lower[k] < b->upper[k]))
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "parameter '%s': the bound %g is not below %g", b->name[k],
+                        b->lower[k], b->upper[k]);
+    return KEMPE_OK;
+}
+
 kempe_status kmp_box_bounds_read(kempe_context *context, const char *list, kmp_arena *arena, kmp_box_bounds *bounded)
 {
     char **word = NULL;
@@ -42,25 +60,8 @@ kempe_status kmp_box_bounds_read(kempe_context *context, const char *list, kmp_a
         KMP_TRY(kmp_made(context, bounded->name[k]));
         bounded->lower[k] = -INFINITY;
         bounded->upper[k] = INFINITY;
-        if (word[k][length]) {
-            const char *text = word[k] + length + 1;
-            const char *upper = strchr(text, ':');
-            if (!upper || strchr(upper + 1, ':'))
-                return kmp_fail(
-                    context, KEMPE_E_ARGUMENT,
-                    "parameter '%s': two bounds are expected, NAME:LOW:HIGH; one may be left out, NAME:LOW: or "
-                    "NAME::HIGH",
-                    bounded->name[k]);
-            if (upper > text)
-                KMP_TRY(
-                    kmp_box_bounds_number(context, bounded->name[k], text, (size_t)(upper - text), &bounded->lower[k]));
-            if (upper[1])
-                KMP_TRY(
-                    kmp_box_bounds_number(context, bounded->name[k], upper + 1, strlen(upper + 1), &bounded->upper[k]));
-            if (!(bounded->lower[k] < bounded->upper[k]))
-                return kmp_fail(context, KEMPE_E_ARGUMENT, "parameter '%s': the bound %g is not below %g",
-                                bounded->name[k], bounded->lower[k], bounded->upper[k]);
-        }
+        if (word[k][length])
+            KMP_TRY(read_bounds(context, bounded, k, word[k] + length + 1));
     }
     return KEMPE_OK;
 }

@@ -75,6 +75,18 @@ static void put_head(kmp_text *text, const kempe_fit *f)
     kmp_text_printf(text, "rank      %d of %d, condition number %.3g\n", f->rank, f->free, f->condition);
 }
 
+static void put_columns(kmp_text *text, const kempe_fit *f)
+{
+    int width = kmp_print_widest(f->columns, f->column_name, 9);
+    kmp_text_printf(text, "\n  %-*s  %14s  %14s  %14s\n", width, "column", "measurements", "rms residual", "deviation");
+    for (int c = 0; c < f->columns; c++) {
+        const kmp_shown shown = kmp_shown_as(f->context, f->column_unit[c]);
+        kmp_text_printf(text, "  %-*s  %14d", width, f->column_name[c], f->number[c]);
+        kmp_print_cells(text, "  %14.8g  %14.8g  %s\n", shown.factor * f->rms[c], shown.factor * f->deviation[c],
+                        shown.unit);
+    }
+}
+
 static void put_correlation(kmp_text *text, const kempe_fit *f)
 {
     enum { A_LINE = 8 };
@@ -120,14 +132,7 @@ static void put_text(kmp_text *text, const void *result)
     }
     kmp_text_printf(text, "  values in SI, intervals of confidence %g, %d degrees of freedom\n", f->confidence,
                     f->freedoms);
-    int most = kmp_print_widest(f->columns, f->column_name, 9);
-    kmp_text_printf(text, "\n  %-*s  %14s  %14s  %14s\n", most, "column", "measurements", "rms residual", "deviation");
-    for (int c = 0; c < f->columns; c++) {
-        const kmp_shown shown = kmp_shown_as(f->context, f->column_unit[c]);
-        kmp_text_printf(text, "  %-*s  %14d", most, f->column_name[c], f->number[c]);
-        kmp_print_cells(text, "  %14.8g  %14.8g  %s\n", shown.factor * f->rms[c], shown.factor * f->deviation[c],
-                        shown.unit);
-    }
+    put_columns(text, f);
     put_correlation(text, f);
 }
 

@@ -27,6 +27,20 @@ typedef struct judge {
     kmp_singular svd;
 } judge;
 
+static void scale_columns(judge *j)
+{
+    const kempe_fit *f = j->f;
+    for (int k = 0; k < j->free; k++) {
+        const double *from = f->slope + (ptrdiff_t)j->which[k] * f->residuals;
+        double *to = j->scaled + (ptrdiff_t)k * f->residuals, sum = 0;
+        for (int i = 0; i < f->residuals; i++)
+            sum += from[i] * from[i];
+        j->norm[k] = sqrt(sum);
+        for (int i = 0; i < f->residuals; i++)
+            to[i] = sum > 0 ? from[i] / j->norm[k] : 0;
+    }
+}
+
 double kmp_fit_slope_error(const kempe_fit *fit)
 {
     double error = KMP_FIT_RANK * kmp_fit_rows(fit, 0)->rtol;
@@ -85,15 +99,7 @@ static kempe_status judge_free(judge *j)
                                     KMP_ROOM(double, j->free * j->free, &j->covariance),
                                     KMP_ROOM(double, f->columns, &j->share)) &&
                          kmp_singular_init(&j->svd, &j->arena, f->residuals, j->free)));
-    for (int k = 0; k < j->free; k++) {
-        const double *from = f->slope + (ptrdiff_t)j->which[k] * f->residuals;
-        double *to = j->scaled + (ptrdiff_t)k * f->residuals, sum = 0;
-        for (int i = 0; i < f->residuals; i++)
-            sum += from[i] * from[i];
-        j->norm[k] = sqrt(sum);
-        for (int i = 0; i < f->residuals; i++)
-            to[i] = sum > 0 ? from[i] / j->norm[k] : 0;
-    }
+    scale_columns(j);
     if (!kmp_singular_decompose(&j->svd, j->scaled))
         return kmp_fail(f->context, KEMPE_E_FAILED, "the singular values of the Jacobian could not be found");
     /* Right vectors of zero singular values have components of these parameters. */

@@ -215,6 +215,16 @@ static kmp_lm_message try(void *user, const double *x, double *residual, double 
 
 /* -- one thread -------------------------------------------------------------------------------------- */
 
+/* Another thread derives the equations anew, in a context of its own. */
+static kempe_status derive_again(searcher *w, int k)
+{
+    const kmp_fit_run *r = &w->f->run[k];
+    const kempe_sensitivity_options ask = {
+        .parameters = r->names, .outputs = r->measured.outputs, .run = &w->f->run_options};
+    KMP_TRY(kmp_variant_new_in(w->context, r->own ? r->own : w->f->model, 0, NULL, &w->copy[k]));
+    return kmp_slope_runs_new(kmp_variant_model(w->copy[k]), &ask, r->measured.rows, r->measured.t, true, &w->runs[k]);
+}
+
 static kempe_status begin_searcher(void *self, void *job, kempe_context *context, bool caller)
 {
     searcher *w = self;
@@ -230,15 +240,8 @@ static kempe_status begin_searcher(void *self, void *job, kempe_context *context
     for (int k = 0; k < w->f->run_count; k++)
         if (caller)
             w->runs[k] = w->f->run[k].runs;
-        else {
-            /* Another thread derives the equations anew, in a context of its own. */
-            const kmp_fit_run *r = &w->f->run[k];
-            const kempe_sensitivity_options ask = {
-                .parameters = r->names, .outputs = r->measured.outputs, .run = &w->f->run_options};
-            KMP_TRY(kmp_variant_new_in(w->context, r->own ? r->own : w->f->model, 0, NULL, &w->copy[k]));
-            KMP_TRY(kmp_slope_runs_new(kmp_variant_model(w->copy[k]), &ask, r->measured.rows, r->measured.t, true,
-                                       &w->runs[k]));
-        }
+        else
+            KMP_TRY(derive_again(w, k));
     return KEMPE_OK;
 }
 
@@ -538,6 +541,22 @@ static kempe_status set_own(kempe_fit *f, int k, const char *list)
     return own > 0 ? kmp_variant_instance(f->model, own, name, value, &f->run[k].own) : KEMPE_OK;
 }
 
+/* Columns of the data are columns of the rows, in any order, and one of the fit for all files that have its name. */
+static void match_columns(kempe_fit *f, kmp_fit_run *r)
+{
+    const kempe_sensitivity *rows = kmp_slope_runs_rows(r->runs);
+    for (int c = 0; c < r->measured.columns; c++) {
+        char *name = r->measured.name[c];
+        for (int k = 0; k < rows->columns; k++)
+            if (strcmp(rows->column[k], name) == 0)
+                r->column[c] = k;
+        r->among[c] = data_column(f, name, strlen(name));
+        f->column_name[r->among[c]] = name;
+        f->column_unit[r->among[c]] = rows->unit[r->column[c]];
+        f->columns += r->among[c] == f->columns;
+    }
+}
+
 static kempe_status derive_run(kempe_fit *f, int k, const kempe_fit_options *options)
 {
     kmp_fit_run *r = &f->run[k];
@@ -558,18 +577,7 @@ static kempe_status derive_run(kempe_fit *f, int k, const kempe_fit_options *opt
     KMP_TRY(kmp_slope_runs_new(r->own ? r->own : f->model, &ask, r->measured.rows, r->measured.t, true, &r->runs));
     r->most_steps = kmp_slope_runs_most(r->runs);
     KMP_TRY(kmp_measured_read(kmp_slope_runs_rows(r->runs), r->file, &r->measured));
-    /* Columns of the data are columns of the rows, in any order, and one of the fit for all files with its name. */
-    const kempe_sensitivity *rows = kmp_slope_runs_rows(r->runs);
-    for (int c = 0; c < r->measured.columns; c++) {
-        char *name = r->measured.name[c];
-        for (int i = 0; i < rows->columns; i++)
-            if (strcmp(rows->column[i], name) == 0)
-                r->column[c] = i;
-        r->among[c] = data_column(f, name, strlen(name));
-        f->column_name[r->among[c]] = name;
-        f->column_unit[r->among[c]] = rows->unit[r->column[c]];
-        f->columns += r->among[c] == f->columns;
-    }
+    match_columns(f, r);
     for (int p = 0; p < r->count; p++) {
         double *start = &f->start[r->parameter[p]];
         *start = isnan(*start) ? kmp_slope_runs_rows(r->runs)->parameter[p] : *start;
@@ -578,6 +586,20 @@ static kempe_status derive_run(kempe_fit *f, int k, const kempe_fit_options *opt
 }
 
 /* -- construction ------------------------------------------------------------------------------------ */
+
+static kempe_status count_run(kempe_fit *f, const kmp_fit_run *r)
+{
+    for (int c = 0; c < r->measured.columns; c++) {
+        int known = 0;
+        for (int row = 0; row < r->measured.rows; row++)
+            known += !isnan(r->measured.value[(ptrdiff_t)row * r->measured.columns + c]);
+        if (known == 0)
+            return kmp_complain(f->context, r->file, 0, 0, "the column '%s' is empty", r->measured.name[c]);
+        f->number[r->among[c]] += known;
+        f->residuals += known;
+    }
+    return KEMPE_OK;
+}
 
 /* Several starts need places between bounds; they are usual where all parameters have both. */
 static kempe_status choose_starts(kempe_fit *f, int asked)
@@ -618,15 +640,7 @@ static kempe_status derive(kempe_fit *f, const kempe_fit_options *options)
     memcpy(f->value, f->start, (size_t)f->count * sizeof *f->start);
     for (int k = 0; k < f->run_count; k++) {
         kmp_fit_run *r = &f->run[k];
-        for (int c = 0; c < r->measured.columns; c++) {
-            int known = 0;
-            for (int row = 0; row < r->measured.rows; row++)
-                known += !isnan(r->measured.value[(ptrdiff_t)row * r->measured.columns + c]);
-            if (known == 0)
-                return kmp_complain(f->context, r->file, 0, 0, "the column '%s' is empty", r->measured.name[c]);
-            f->number[r->among[c]] += known;
-            f->residuals += known;
-        }
+        KMP_TRY(count_run(f, r));
         r->motion = KMP_ARENA_NEW(&f->arena, double, (ptrdiff_t)r->measured.rows * r->measured.columns);
         KMP_TRY(kmp_made(f->context, r->motion));
     }
@@ -765,6 +779,16 @@ static kempe_status keep_best(kempe_fit *f)
     return KEMPE_STOPPED;
 }
 
+static kempe_status find(kempe_fit *f)
+{
+    kempe_status status = search(f);
+    if (status == KEMPE_OK)
+        status = kmp_fit_judge(f);
+    if (status == KEMPE_OK)
+        status = check_tolerance(f);
+    return status == KEMPE_STOPPED ? keep_best(f) : status;
+}
+
 kempe_status kempe_fit_new(const kempe_model *model, const kempe_fit_options *options, kempe_fit **fit)
 {
     KMP_WANTED_BOTH(model, fit);
@@ -777,12 +801,7 @@ kempe_status kempe_fit_new(const kempe_model *model, const kempe_fit_options *op
     kempe_status status = prepare(f, options);
     if (status == KEMPE_OK) {
         const bool quiet = kmp_context_quiet(f->context, true);
-        status = search(f);
-        if (status == KEMPE_OK)
-            status = kmp_fit_judge(f);
-        if (status == KEMPE_OK)
-            status = check_tolerance(f);
-        status = status == KEMPE_STOPPED ? keep_best(f) : status;
+        status = find(f);
         (void)kmp_context_quiet(f->context, quiet);
     }
     bool given = status == KEMPE_OK || (status == KEMPE_STOPPED && isfinite(f->size));

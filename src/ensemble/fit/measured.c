@@ -92,6 +92,22 @@ static void add_column(kmp_csv *csv, reader *r, kmp_csv_field f)
     m->name[m->columns++] = name;
 }
 
+/* The second pass: the unit of a column that counts. */
+static void check_unit(kmp_csv *csv, reader *r, kmp_csv_field f)
+{
+    for (int k = 0; k < r->m->columns; k++)
+        if (kmp_csv_is(f, r->m->name[k]))
+            r->meaning[r->fields] = k;
+    bool found = r->meaning[r->fields] == PASSED;
+    for (int c = 0; c < r->rows->columns; c++)
+        if (kmp_csv_is(f, r->rows->column[c])) {
+            kmp_csv_check_unit(csv, r->fields, f.s, r->rows->unit[c]);
+            found = true;
+        }
+    if (!found)
+        complain_unknown(csv, f);
+}
+
 static bool read_header(kmp_csv *csv, const char *line)
 {
     reader *r = csv->user;
@@ -109,18 +125,7 @@ static bool read_header(kmp_csv *csv, const char *line)
             r->time = true;
             kmp_csv_check_unit(csv, r->fields, f.s, "s");
         } else if (r->rows) {
-            /* The second pass: the unit of a column that counts. */
-            for (int k = 0; k < r->m->columns; k++)
-                if (kmp_csv_is(f, r->m->name[k]))
-                    r->meaning[r->fields] = k;
-            bool found = r->meaning[r->fields] == PASSED;
-            for (int c = 0; c < r->rows->columns; c++)
-                if (kmp_csv_is(f, r->rows->column[c])) {
-                    kmp_csv_check_unit(csv, r->fields, f.s, r->rows->unit[c]);
-                    found = true;
-                }
-            if (!found)
-                complain_unknown(csv, f);
+            check_unit(csv, r, f);
         } else {
             add_column(csv, r, f);
         }

@@ -353,6 +353,25 @@ bool kmp_lane_visit_event(kmp_engine *e, double t, bool pass)
     return true;
 }
 
+/* The conditions in the middle of the steps, for lanes that both ends do not decide. */
+static void look_at_middle(kmp_engine *e, kmp_lane_group *pool)
+{
+    kmp_lane_state *room = &e->room;
+    const kmp_dop853_step step = {.y = room->y, .h = room->step, .k = room->k, .y_new = room->y_new};
+    double *const *wide = e->conditions->wide;
+    kmp_lanes_interpolant(room->w, (size_t)e->size, &step, true, wide);
+    kmp_lanes_interpolate(room->w, (size_t)e->size, KMP_LANE_VECTORS, wide, 0.5, room->stage);
+    kmp_room_set_times(room, 0.5);
+    kmp_room_evaluate(e, pool, room->stage, room->k[2]);
+    for (size_t l = 0; l < room->w; l++) {
+        room->dense_bad[l] = room->dense_bad[l] || room->bad[l] != 0;
+        room->bad[l] = 0;
+    }
+    kmp_room_find_accelerations(e, pool, kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_END), room->k[2],
+                                room->vdd_middle);
+    evaluate(e, pool, 2, room->stage, room->k[2], room->vdd_middle);
+}
+
 /* Searches the step of a lane for an event. It is made again, with half its length, where the dense output is less
  * exact. */
 static kmp_attempt find_event(kmp_engine *e, kmp_lane_group *pool, size_t l)
@@ -404,22 +423,8 @@ bool kmp_taken_watch(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_watched
         return false;
     kmp_room_run_dense_stages(e, pool);
     const bool middle = room->late;
-    if (middle) {
-        /* The conditions in the middle of the steps, for lanes that both ends do not decide. */
-        const kmp_dop853_step step = {.y = room->y, .h = room->step, .k = room->k, .y_new = room->y_new};
-        double *const *wide = e->conditions->wide;
-        kmp_lanes_interpolant(room->w, (size_t)e->size, &step, true, wide);
-        kmp_lanes_interpolate(room->w, (size_t)e->size, KMP_LANE_VECTORS, wide, 0.5, room->stage);
-        kmp_room_set_times(room, 0.5);
-        kmp_room_evaluate(e, pool, room->stage, room->k[2]);
-        for (size_t l = 0; l < room->w; l++) {
-            room->dense_bad[l] = room->dense_bad[l] || room->bad[l] != 0;
-            room->bad[l] = 0;
-        }
-        kmp_room_find_accelerations(e, pool, kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_END), room->k[2],
-                                    room->vdd_middle);
-        evaluate(e, pool, 2, room->stage, room->k[2], room->vdd_middle);
-    }
+    if (middle)
+        look_at_middle(e, pool);
     for (size_t l = 0; l < room->w; l++) {
         if (!searched[l])
             continue;

@@ -174,6 +174,21 @@ static bool instance_nears_change(kmp_instance *x, double t, double h, double ma
 /* DOP853 on the lanes of a pool: an attempt of a step in every lane, then for each lane the decisions of rk.c and
  * reduced.c. Lanes of instances that have finished, or that another pool continues, are filled again. */
 
+/* -- one attempt ------------------------------------------------------------------------------------- */
+
+/* Chooses the steps to try; an instance with too small a step is left to a separate run. */
+static void choose_tries(kmp_engine *e)
+{
+    kmp_lane_state *room = &e->room;
+    double longest = e->spec.max_step > 0 ? e->spec.max_step : INFINITY;
+    int64_t none;
+    kmp_lanes_choose_tries(room->w, room, longest, &none);
+    memset(room->bad, 0, room->w * sizeof *room->bad);
+    for (size_t l = 0; none && l < room->w; l++)
+        if (room->step[l] == 0 && room->who[l] >= 0)
+            kmp_lane_evict(e, l, "a step size that becomes too small");
+}
+
 /* -- control ----------------------------------------------------------------------------------------- */
 
 static void refuse(kmp_engine *e, size_t l, kmp_attempt what)
@@ -392,6 +407,21 @@ static void pass_on(kmp_engine *e, const int64_t *stays)
         exchange_taken(room, (size_t)e->m, stays, &room->nu, &room->nu_end);
 }
 
+/* Computes the solutions of the steps in all lanes with their errors, infinite where a stage has failed, and the
+ * next step sizes. */
+static void solve(kmp_engine *e, double *failed)
+{
+    kmp_lane_state *room = &e->room;
+    const kmp_dop853_step solution = {room->y,      room->step,  room->atol,   room->k,
+                                      e->spec.rtol, room->y_new, room->weight, room->error};
+    kmp_lanes_solution(room->w, (size_t)e->size, &solution);
+    kmp_lanes_next_steps(room->w, room);
+    memcpy(failed, room->bad, room->w * sizeof *failed);
+    for (size_t l = 0; l < room->w; l++)
+        room->error[l] = failed[l] != 0 ? INFINITY : room->error[l];
+    memset(room->bad, 0, room->w * sizeof *room->bad);
+}
+
 /* Decides on the attempts of lanes that do not go on by themselves, and takes those that are accepted. */
 static kempe_status end_attempts(kmp_engine *e, kmp_lane_group *pool, kmp_lane_watched *seen, kmp_lane_attempts *ends)
 {
@@ -444,31 +474,14 @@ static kempe_status step(kmp_engine *e, kmp_lane_group *pool)
     int64_t all[KMP_LANES_MOST];
     kmp_lane_attempts ends;
     kmp_lane_watched seen;
-    /* Chooses the steps to try; an instance with too small a step is left to a separate run. */
-    double longest = e->spec.max_step > 0 ? e->spec.max_step : INFINITY;
-    int64_t none;
-    kmp_lanes_choose_tries(room->w, room, longest, &none);
-    memset(room->bad, 0, room->w * sizeof *room->bad);
-    for (size_t l = 0; none && l < room->w; l++)
-        if (room->step[l] == 0 && room->who[l] >= 0)
-            kmp_lane_evict(e, l, "a step size that becomes too small");
+    choose_tries(e);
     for (size_t l = 0; l < room->w; l++) {
         all[l] = true;
         e->work.lane_steps += room->who[l] >= 0;
     }
     e->work.sweeps++;
     kmp_room_run_stages(e, pool);
-    /* Computes the solutions of the steps in all lanes with their errors, infinite where a stage has failed, and the
-     * next step sizes. */
-    double *failed = ends.failed;
-    const kmp_dop853_step solution = {room->y,      room->step,  room->atol,   room->k,
-                                      e->spec.rtol, room->y_new, room->weight, room->error};
-    kmp_lanes_solution(room->w, (size_t)e->size, &solution);
-    kmp_lanes_next_steps(room->w, room);
-    memcpy(failed, room->bad, room->w * sizeof *failed);
-    for (size_t l = 0; l < room->w; l++)
-        room->error[l] = failed[l] != 0 ? INFINITY : room->error[l];
-    memset(room->bad, 0, room->w * sizeof *room->bad);
+    solve(e, ends.failed);
     memcpy(room->at, room->t_new, room->w * sizeof *room->at);
     kmp_lanes_take_sines(pool->lanes, KMP_SINES_RENEW, all);
     kmp_room_evaluate(e, pool, room->y_new, room->k[13]);
@@ -516,6 +529,20 @@ static bool makes_room(const kmp_engine *e, const kmp_lane_group *pool, size_t a
     return false;
 }
 
+/* Keeps the base of a lane's sines. false: no memory. */
+static bool keep_base(kmp_engine *e, const kmp_lane_group *pool, size_t l)
+{
+    kmp_instance *x = &e->instances[e->room.who[l]];
+    size_t size = kmp_lanes_base_size(pool->lanes);
+    if (size > x->base_size) {
+        x->base = KMP_ARENA_NEW(&e->arena, double, size);
+        x->base_size = x->base ? size : 0;
+    }
+    if (x->base)
+        kmp_lanes_get_base(pool->lanes, (int)l, x->base);
+    return x->base || size == 0;
+}
+
 /* Runs a pool until it is empty, or until another has more to do. */
 static kempe_status lane_group_run(kmp_engine *e, kmp_lane_group *pool)
 {
@@ -541,16 +568,7 @@ static kempe_status lane_group_run(kmp_engine *e, kmp_lane_group *pool)
     bool kept = true;
     for (size_t l = 0; l < e->room.w; l++)
         if (e->room.who[l] >= 0) {
-            /* The base of a lane's sines. */
-            kmp_instance *x = &e->instances[e->room.who[l]];
-            size_t size = kmp_lanes_base_size(pool->lanes);
-            if (size > x->base_size) {
-                x->base = KMP_ARENA_NEW(&e->arena, double, size);
-                x->base_size = x->base ? size : 0;
-            }
-            if (x->base)
-                kmp_lanes_get_base(pool->lanes, (int)l, x->base);
-            kept = (x->base || size == 0) && kept;
+            kept = keep_base(e, pool, l) && kept;
             kmp_room_store(e, l);
             kmp_lane_group_put(e, pool, e->room.who[l]);
             kmp_room_empty(&e->room, l);
@@ -691,6 +709,34 @@ static kmp_lane_group *fullest(const kmp_engine *e)
     return pool;
 }
 
+static kempe_status run_lanes(kmp_engine *e)
+{
+    kempe_status status = KEMPE_OK;
+    kmp_lane_group *pool;
+    for (int i = 0; i < e->count && status == KEMPE_OK && !kmp_interrupted(e->context); i++)
+        status = kmp_instance_start(e, i);
+    while (status == KEMPE_OK && !kmp_interrupted(e->context) && (pool = fullest(e)))
+        status = lane_group_run(e, pool);
+    for (int k = 0; k < e->pool_count; k++)
+        while (kmp_lane_group_take(e, e->pools[k]) >= 0)
+            ; /* those that an interrupt has left */
+    e->work.native = e->pool_count > 0 && kmp_lanes_native(e->pools[0]->lanes);
+    return status;
+}
+
+/* An instance still marked as stopped, but not by its own conditions, was interrupted. */
+static kempe_status run_alone(kmp_engine *e)
+{
+    kempe_status status = KEMPE_OK;
+    for (int i = 0; i < e->count && status == KEMPE_OK && !kmp_interrupted(e->context); i++)
+        if (e->results[i].alone) {
+            status = kmp_instance_alone(e, i);
+            e->work.alone++;
+            kmp_engine_count(e);
+        }
+    return status;
+}
+
 kempe_status kmp_engine_run(kmp_engine *e, int count, const double *values, kmp_ensemble_result *results, double *q,
                             double *qd)
 {
@@ -720,28 +766,10 @@ kempe_status kmp_engine_run(kmp_engine *e, int count, const double *values, kmp_
     kempe_status status = kmp_made(e->context, !a->failed && kmp_measuring_chunk(e));
     for (int i = 0; status == KEMPE_OK && why && i < count; i++)
         kmp_instance_leave(e, i, why);
-    if (status == KEMPE_OK && !why) {
-        status = KEMPE_OK;
-        kmp_lane_group *pool;
-        for (int i = 0; i < e->count && status == KEMPE_OK && !kmp_interrupted(e->context); i++)
-            status = kmp_instance_start(e, i);
-        while (status == KEMPE_OK && !kmp_interrupted(e->context) && (pool = fullest(e)))
-            status = lane_group_run(e, pool);
-        for (int k = 0; k < e->pool_count; k++)
-            while (kmp_lane_group_take(e, e->pools[k]) >= 0)
-                ; /* those that an interrupt has left */
-        e->work.native = e->pool_count > 0 && kmp_lanes_native(e->pools[0]->lanes);
-    }
-    if (status == KEMPE_OK) {
-        /* An instance still marked as stopped, but not by its own conditions, was interrupted. */
-        status = KEMPE_OK;
-        for (int i = 0; i < e->count && status == KEMPE_OK && !kmp_interrupted(e->context); i++)
-            if (e->results[i].alone) {
-                status = kmp_instance_alone(e, i);
-                e->work.alone++;
-                kmp_engine_count(e);
-            }
-    }
+    if (status == KEMPE_OK && !why)
+        status = run_lanes(e);
+    if (status == KEMPE_OK)
+        status = run_alone(e);
     kmp_arena_free(&e->arena);
     return status;
 }

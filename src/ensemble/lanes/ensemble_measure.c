@@ -290,6 +290,29 @@ static void sample_into(kmp_engine *e, const kmp_lane_group *pool, int point, co
     }
 }
 
+/* Samples a part of the step in all lanes: more than one may need it. Flags of the whole step stay as they are. */
+static void sample_part(kmp_engine *e, kmp_lane_group *pool, int halvings, int index, sampled_part *part,
+                        double *pieces)
+{
+    kmp_measuring *m = e->measuring;
+    kmp_lane_state *room = &e->room;
+    bool doubtful[KMP_LANES_MOST];
+    double bad[KMP_LANES_MOST];
+    memcpy(doubtful, m->doubtful, sizeof doubtful);
+    memcpy(bad, room->bad, room->w * sizeof *bad);
+    memset(m->doubtful, 0, sizeof m->doubtful);
+    memset(room->bad, 0, room->w * sizeof *bad);
+    for (int point = 1; point < KMP_PIECE_POINTS - 1; point++) {
+        evaluate_within(e, pool, ldexp(index + place_of(point), -halvings));
+        sample_into(e, pool, point, room->stage, room->k[2], pieces);
+    }
+    *part = (sampled_part){.halvings = halvings, .index = index};
+    for (size_t l = 0; l < room->w; l++)
+        part->bad[l] = m->doubtful[l] || room->bad[l] != 0;
+    memcpy(m->doubtful, doubtful, sizeof doubtful);
+    memcpy(room->bad, bad, room->w * sizeof *bad);
+}
+
 static bool lane_part(void *user, int halvings, int index, double *piece)
 {
     const within *in = user;
@@ -300,24 +323,7 @@ static bool lane_part(void *user, int halvings, int index, double *piece)
         k++;
     if (k == kept) {
         k = m->parts++ % MOST_PARTS;
-        /* A part of the step in all lanes: more than one may need it. Flags of the whole step stay as they are. */
-        kmp_lane_group *pool = in->pool;
-        kmp_lane_state *room = &e->room;
-        bool doubtful[KMP_LANES_MOST];
-        double bad[KMP_LANES_MOST];
-        memcpy(doubtful, m->doubtful, sizeof doubtful);
-        memcpy(bad, room->bad, room->w * sizeof *bad);
-        memset(m->doubtful, 0, sizeof m->doubtful);
-        memset(room->bad, 0, room->w * sizeof *bad);
-        for (int point = 1; point < KMP_PIECE_POINTS - 1; point++) {
-            evaluate_within(e, pool, ldexp(index + place_of(point), -halvings));
-            sample_into(e, pool, point, room->stage, room->k[2], m->in_part[k]);
-        }
-        m->part[k] = (sampled_part){.halvings = halvings, .index = index};
-        for (size_t l = 0; l < room->w; l++)
-            m->part[k].bad[l] = m->doubtful[l] || room->bad[l] != 0;
-        memcpy(m->doubtful, doubtful, sizeof doubtful);
-        memcpy(room->bad, bad, room->w * sizeof *bad);
+        sample_part(e, in->pool, halvings, index, &m->part[k], m->in_part[k]);
     }
     size_t size = kmp_account_piece(m->q), channels = (size_t)m->q->channels;
     if (m->part[k].bad[in->lane])

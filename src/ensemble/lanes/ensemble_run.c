@@ -147,6 +147,18 @@ static int width_of(const kmp_ensemble *e, const kmp_ensemble_execution *executi
     return best > ONE_REGISTER && (large || few) ? ONE_REGISTER : best;
 }
 
+/* Instances still marked as stopped, but not by their own conditions, were interrupted. */
+static kempe_status say_interrupted(const shared_run *r)
+{
+    bool ok = true;
+    for (int i = 0; i < r->count && ok; i++) {
+        kmp_ensemble_result *result = &r->results[i];
+        if (result->status == KEMPE_STOPPED && !result->reason)
+            ok = (result->reason = kmp_strdup("interrupted"));
+    }
+    return kmp_made(r->e->model->context, ok);
+}
+
 static kempe_status run_all(shared_run *r)
 {
     kempe_context *context = r->e->model->context;
@@ -190,16 +202,8 @@ static kempe_status run_all(shared_run *r)
     r->e->work.wall_s = kmp_wall_now() - wall;
     kmp_team_free(team);
     kempe_status status = (kempe_status)atomic_load(&r->status);
-    if (status == KEMPE_OK) {
-        /* Instances still marked as stopped, but not by their own conditions, were interrupted. */
-        bool ok = true;
-        for (int i = 0; i < r->count && ok; i++) {
-            kmp_ensemble_result *result = &r->results[i];
-            if (result->status == KEMPE_STOPPED && !result->reason)
-                ok = (result->reason = kmp_strdup("interrupted"));
-        }
-        return kmp_made(r->e->model->context, ok);
-    }
+    if (status == KEMPE_OK)
+        return say_interrupted(r);
     return *kempe_context_message(context) ? status : kmp_fail_memory(context); /* another thread's message is lost */
 }
 

@@ -537,6 +537,19 @@ static kempe_status look(kmp_engine *e, int i, kmp_runner *run, int rank, part_s
     return KEMPE_OK;
 }
 
+/* Steps until lanes can take the instance back, or to the end. */
+static kempe_status advance(kmp_engine *e, int i, kmp_runner *run, int rank, part_state *part, bool *returns)
+{
+    kempe_status status = KEMPE_OK;
+    *returns = false;
+    for (int steps = 1; status == KEMPE_OK && !*returns && kmp_runner_t(run) < e->spec.t_end; steps++) {
+        status = make_step(e, i, run);
+        if (status == KEMPE_OK && steps >= PART_STEPS && steps % PART_LOOKS == 0 && kmp_runner_t(run) < e->spec.t_end)
+            status = look(e, i, run, rank, part, returns);
+    }
+    return status;
+}
+
 /* Puts the instance into a pool where the part has ended. */
 static kempe_status come_back(kmp_engine *e, int i, kmp_runner *run, part_state *part)
 {
@@ -600,32 +613,18 @@ static kempe_status begin(kmp_engine *e, int i, double margin, kmp_run_spec *spe
     return status;
 }
 
-kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, double margin, const double *q, const double *qd,
-                                      double work, const char *why)
+/* The run of a part and what comes after it. */
+static kempe_status run_part(kmp_engine *e, int i, int rank, double margin, part_state *part, const char *why)
 {
-    part_state part = {.margin = -1, .work = work, .row = KMP_NEW(double, 3 * e->n + e->m)};
-    KMP_TRY(kmp_made(e->context, part.row));
-    memcpy(part.row, q, (size_t)e->n * sizeof *q);
-    memcpy(part.row + e->n, qd, (size_t)e->n * sizeof *qd);
-    /* The run of a part and what comes after it. */
     kmp_run_spec spec;
     kmp_runner *run = NULL;
     bool returns = false;
     e->results[i].why = why;
-    kempe_status status = begin(e, i, margin, &spec, &part, &run);
-    if (status == KEMPE_OK) {
-        /* Steps until lanes can take the instance back, or to the end. */
-        status = KEMPE_OK;
-        returns = false;
-        for (int steps = 1; status == KEMPE_OK && !returns && kmp_runner_t(run) < e->spec.t_end; steps++) {
-            status = make_step(e, i, run);
-            if (status == KEMPE_OK && steps >= PART_STEPS && steps % PART_LOOKS == 0 &&
-                kmp_runner_t(run) < e->spec.t_end)
-                status = look(e, i, run, rank, &part, &returns);
-        }
-    }
+    kempe_status status = begin(e, i, margin, &spec, part, &run);
+    if (status == KEMPE_OK)
+        status = advance(e, i, run, rank, part, &returns);
     if (status == KEMPE_OK && returns) {
-        status = come_back(e, i, run, &part);
+        status = come_back(e, i, run, part);
     } else if (status == KEMPE_OK || (status == KEMPE_STOPPED && run && kmp_runner_ended(run))) {
         e->results[i].parts++;
         status = finish(e, i, run, status);
@@ -637,6 +636,17 @@ kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, double mar
     kmp_runner_free(run);
     if (status == KEMPE_OK)
         kmp_context_clear(e->context);
+    return status;
+}
+
+kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, double margin, const double *q, const double *qd,
+                                      double work, const char *why)
+{
+    part_state part = {.margin = -1, .work = work, .row = KMP_NEW(double, 3 * e->n + e->m)};
+    KMP_TRY(kmp_made(e->context, part.row));
+    memcpy(part.row, q, (size_t)e->n * sizeof *q);
+    memcpy(part.row + e->n, qd, (size_t)e->n * sizeof *qd);
+    kempe_status status = run_part(e, i, rank, margin, &part, why);
     kmp_partition_free(&part.found);
     kmp_free(part.row);
     return status;

@@ -293,6 +293,33 @@ static bool is_settled(const kmp_engine *e, const kmp_lane_group *pool, const do
     return most <= KMP_LOAD_ROUNDING * size || (most <= KMP_LOAD_ROUNDED * size && !(most < 0.5 * before));
 }
 
+/* Solves for the multipliers that forces depend on, in each lane from those in the room. Lanes without a solution are
+ * marked in `bad`. */
+static void settle_loads(kmp_engine *e, kmp_lane_group *pool)
+{
+    kmp_lane_state *room = &e->room;
+    size_t w = room->w, loads = (size_t)pool->layout.loads;
+    double energy[KMP_LANES_MOST];
+    bool settled[KMP_LANES_MOST] = {false}, all = false;
+    memcpy(room->nu_now, room->nu, w * (size_t)e->m * sizeof *room->nu);
+    for (size_t l = 0; l < w; l++)
+        energy[l] = INFINITY;
+    (void)kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_CLOSE);
+    for (int pass = 0; !all && pass <= MOST_NEWTON; pass++) {
+        kmp_lanes_set(pool->lanes, KMP_IN_LAMBDA, room->nu_now);
+        const double *out = kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_RATES);
+        all = true;
+        for (size_t l = 0; l < w; l++) {
+            settled[l] = settled[l] || room->who[l] < 0 || is_settled(e, pool, out, l, &energy[l]);
+            all = all && settled[l];
+            for (size_t j = 0; j < loads && !settled[l] && pass < MOST_NEWTON; j++)
+                room->nu_now[(size_t)pool->load_row[j] * w + l] += out[((size_t)e->n + loads + j) * w + l];
+        }
+    }
+    for (size_t l = 0; l < w; l++)
+        room->bad[l] += !settled[l];
+}
+
 /* k = f(at, y) in all lanes, whose unknowns the program has; failed evaluations are marked in `bad`. */
 static void evaluate_placed(kmp_engine *e, kmp_lane_group *pool, const double *y, double *k)
 {
@@ -301,30 +328,8 @@ static void evaluate_placed(kmp_engine *e, kmp_lane_group *pool, const double *y
         kmp_room_put_inputs(e);
         kmp_lanes_set(pool->lanes, KMP_IN_TIME, room->at);
     }
-    if (room->nu) {
-        /* Solves for the multipliers that forces depend on, in each lane from those in the room. Lanes without a
-         * solution are marked in `bad`. */
-        size_t w = room->w, loads = (size_t)pool->layout.loads;
-        double energy[KMP_LANES_MOST];
-        bool settled[KMP_LANES_MOST] = {false}, all = false;
-        memcpy(room->nu_now, room->nu, w * (size_t)e->m * sizeof *room->nu);
-        for (size_t l = 0; l < w; l++)
-            energy[l] = INFINITY;
-        (void)kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_CLOSE);
-        for (int pass = 0; !all && pass <= MOST_NEWTON; pass++) {
-            kmp_lanes_set(pool->lanes, KMP_IN_LAMBDA, room->nu_now);
-            const double *out = kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_RATES);
-            all = true;
-            for (size_t l = 0; l < w; l++) {
-                settled[l] = settled[l] || room->who[l] < 0 || is_settled(e, pool, out, l, &energy[l]);
-                all = all && settled[l];
-                for (size_t j = 0; j < loads && !settled[l] && pass < MOST_NEWTON; j++)
-                    room->nu_now[(size_t)pool->load_row[j] * w + l] += out[((size_t)e->n + loads + j) * w + l];
-            }
-        }
-        for (size_t l = 0; l < w; l++)
-            room->bad[l] += !settled[l];
-    }
+    if (room->nu)
+        settle_loads(e, pool);
     kmp_lanes_run_in_place(pool->lanes, pool->slopes);
     kmp_lanes_publish(room->w, e, pool, y, k);
 }

@@ -413,30 +413,33 @@ static bool matters(const measuring *m, const kmp_run_argument *a, const part *a
     return false;
 }
 
+/* As excess_of_quantity, of an argument between the samples of its function. Of an argument that is not finite
+ * somewhere, as log 0, nothing is known. */
+static double excess_of_argument(const measuring *m, int k, const part *at, double *lacks)
+{
+    const kmp_run_argument *a = &m->q->argument[k];
+    int channel = channel_of(m->q, k);
+    double size = sizes_of(m->q, m->account)[channel], rounding = rounding_of(m->q, m->account)[channel];
+    bool kink = a->kind == KMP_ARGUMENT_SIZE || a->kind == KMP_ARGUMENT_KINK;
+    if (!matters(m, a, at))
+        return 0;
+    const course c = course_of(m, channel, at);
+    *lacks = c.error;
+    bool nothing = a->kind == KMP_ARGUMENT_PEAK && c.most < size - 2 * NOTHING - MARGIN * c.error;
+    bool random = !kink && c.error <= rounding && MARGIN * rounding > 1;
+    if (!(fabs(c.error) < INFINITY) || nothing || random)
+        return 0;
+    double excess = kink ? 0 : MARGIN * c.error;
+    for (int i = 0; i + 1 < KMP_PIECE_POINTS; i++)
+        excess = fmax(excess, hidden(a->kind, &c, i, size, fmax(m->step->rtol * size, MARGIN * rounding)));
+    return excess;
+}
+
 /* Quantities, then arguments. */
 static double excess_of(const measuring *m, int item, const part *at, double *lacks)
 {
-    if (item >= m->q->count) {
-        /* As excess_of_quantity, of an argument between the samples of its function. Of an argument that is not finite
-         * somewhere, as log 0, nothing is known. */
-        const int k = item - m->q->count;
-        const kmp_run_argument *a = &m->q->argument[k];
-        int channel = channel_of(m->q, k);
-        double size = sizes_of(m->q, m->account)[channel], rounding = rounding_of(m->q, m->account)[channel];
-        bool kink = a->kind == KMP_ARGUMENT_SIZE || a->kind == KMP_ARGUMENT_KINK;
-        if (!matters(m, a, at))
-            return 0;
-        const course c = course_of(m, channel, at);
-        *lacks = c.error;
-        bool nothing = a->kind == KMP_ARGUMENT_PEAK && c.most < size - 2 * NOTHING - MARGIN * c.error;
-        bool random = !kink && c.error <= rounding && MARGIN * rounding > 1;
-        if (!(fabs(c.error) < INFINITY) || nothing || random)
-            return 0;
-        double excess = kink ? 0 : MARGIN * c.error;
-        for (int i = 0; i + 1 < KMP_PIECE_POINTS; i++)
-            excess = fmax(excess, hidden(a->kind, &c, i, size, fmax(m->step->rtol * size, MARGIN * rounding)));
-        return excess;
-    }
+    if (item >= m->q->count)
+        return excess_of_argument(m, item - m->q->count, at, lacks);
     return takes_part(&m->q->of[item], at) ? excess_of_quantity(m, item, at, lacks) : 0;
 }
 
@@ -516,6 +519,21 @@ static bool find_rounding(const measuring *m, int item, const part *from)
     return true;
 }
 
+/* A jump: straight lines between the points, since a polynomial through all of them passes beyond the values. */
+static void take_lines(const measuring *m, const kmp_run_quantity *q, const part *at, double *x)
+{
+    for (int j = 0; j + 1 < KMP_PIECE_POINTS; j++) {
+        double size = 0.5 * (at->to - at->from), line[KMP_PIECE_POINTS];
+        double a = values_at(m, at, j)[q->channel], b = values_at(m, at, j + 1)[q->channel];
+        const part between = {.from = at->from + size * (1 + kmp_piece_point(j)),
+                              .to = at->from + size * (1 + kmp_piece_point(j + 1))};
+        for (int k = 0; k < KMP_PIECE_POINTS; k++)
+            line[k] = a + 0.5 * (1 + kmp_piece_point(k)) * (b - a);
+        const kmp_piece piece = piece_through(line, false, &between), square = piece_through(line, true, &between);
+        take_piece(q, &piece, &square, x);
+    }
+}
+
 static void take(const measuring *m, const part *at, bool resolved)
 {
     double lacks;
@@ -525,19 +543,7 @@ static void take(const measuring *m, const part *at, bool resolved)
         if (!takes_part(q, at))
             continue;
         if (!resolved && excess_of_quantity(m, k, at, &lacks) > 1) {
-            /* A jump: straight lines between the points, since a polynomial through all of them passes beyond the
-             * values. */
-            for (int j = 0; j + 1 < KMP_PIECE_POINTS; j++) {
-                double size = 0.5 * (at->to - at->from), line[KMP_PIECE_POINTS];
-                double a = values_at(m, at, j)[q->channel], b = values_at(m, at, j + 1)[q->channel];
-                const part between = {.from = at->from + size * (1 + kmp_piece_point(j)),
-                                      .to = at->from + size * (1 + kmp_piece_point(j + 1))};
-                for (int i = 0; i < KMP_PIECE_POINTS; i++)
-                    line[i] = a + 0.5 * (1 + kmp_piece_point(i)) * (b - a);
-                const kmp_piece piece = piece_through(line, false, &between),
-                                square = piece_through(line, true, &between);
-                take_piece(q, &piece, &square, x);
-            }
+            take_lines(m, q, at, x);
             continue;
         }
         const kmp_piece piece = piece_of(m, q->channel, false, at),

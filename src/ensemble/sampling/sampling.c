@@ -4,7 +4,7 @@
 #include "ensemble/sampling/sampling.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
-#include "ensemble/sampling/values.h"
+#include "ensemble/sampling/model_instances.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"
 #include "model/language/ranges.h"
@@ -135,6 +135,17 @@ static uint32_t direction(const sobol_row *row, int i, uint32_t *v)
     return v[i] = x;
 }
 
+/* Point k is the sum of the direction numbers of the bits of its Gray code (Antonov, Saleev, 1979). */
+static uint32_t sobol_point(uint64_t k, int column)
+{
+    uint32_t x = 0, v[32], gray = (uint32_t)(k ^ (k >> 1));
+    for (int i = 0; i < 32 && gray >> i; i++) {
+        uint32_t d = direction(&sobol_rows[column], i, v);
+        x ^= gray >> i & 1 ? d : 0;
+    }
+    return x;
+}
+
 double kmp_design_point(kmp_design design, uint64_t seed, uint64_t k, uint64_t count, int column, int columns)
 {
     if (design == KMP_DESIGN_SALTELLI) {
@@ -147,15 +158,8 @@ double kmp_design_point(kmp_design design, uint64_t seed, uint64_t k, uint64_t c
     double chance = design == KMP_DESIGN_SOBOL ? 0.5 : chance_at(seed, STREAM_POINTS, k, (uint64_t)column);
     if (design == KMP_DESIGN_LATIN)
         return ((double)permuted(seed, k, count, column) + chance) / (double)count;
-    if (design == KMP_DESIGN_SOBOL) {
-        /* Point k is the sum of the direction numbers of the bits of its Gray code (Antonov, Saleev, 1979). */
-        uint32_t x = 0, v[32], gray = (uint32_t)(k ^ (k >> 1));
-        for (int i = 0; i < 32 && gray >> i; i++) {
-            uint32_t d = direction(&sobol_rows[column], i, v);
-            x ^= gray >> i & 1 ? d : 0;
-        }
-        return (x + 0.5) * 0x1p-32;
-    }
+    if (design == KMP_DESIGN_SOBOL)
+        return (sobol_point(k, column) + 0.5) * 0x1p-32;
     return chance;
 }
 
@@ -304,6 +308,28 @@ static kempe_status read_numbers(const reader *r, const char *name, const char *
     return KEMPE_OK;
 }
 
+static kempe_status take_normal(const reader *r, int count, const double *x, kmp_distribution *d)
+{
+    *d = (kmp_distribution){KMP_NORMAL, count > 2 ? x[2] : -INFINITY, count > 2 ? x[3] : INFINITY, x[0], x[1]};
+    if (!(d->width > 0))
+        return refuse(r, "the standard deviation must be positive");
+    if (!(d->least < d->most))
+        return refuse(r, "the least value must be below the largest one");
+    double above = kmp_normal_share((d->centre - d->most) / d->width);
+    double below = kmp_normal_share((d->least - d->centre) / d->width);
+    return 1 - above - below > KMP_TRUNCATED_LEAST
+               ? KEMPE_OK
+               : refuse(r, "almost nothing of the distribution lies between its limits");
+}
+
+static kempe_status take_triangular(const reader *r, const double *x, kmp_distribution *d)
+{
+    *d = (kmp_distribution){.kind = KMP_TRIANGULAR, .least = x[0], .centre = x[1], .most = x[2]};
+    return d->least <= d->centre && d->centre <= d->most && d->least < d->most
+               ? KEMPE_OK
+               : refuse(r, "the least, the most frequent and the largest value must be in this order");
+}
+
 /* "IT7", "IT7(uniform)": about the model's own value. */
 static kempe_status take_grade(const reader *r, const char *name, const char *text, kmp_distribution *d)
 {
@@ -360,23 +386,11 @@ static kempe_status read_column(const reader *r, kmp_sampled_column *c)
     value++;
     if (strncmp(value, normal.form, strlen(normal.form)) == 0) {
         KMP_TRY(read_numbers(r, c->name, value + strlen(normal.form), &normal, x, &count));
-        c->d = (kmp_distribution){KMP_NORMAL, count > 2 ? x[2] : -INFINITY, count > 2 ? x[3] : INFINITY, x[0], x[1]};
-        if (!(c->d.width > 0))
-            return refuse(r, "the standard deviation must be positive");
-        if (!(c->d.least < c->d.most))
-            return refuse(r, "the least value must be below the largest one");
-        double above = kmp_normal_share((c->d.centre - c->d.most) / c->d.width);
-        double below = kmp_normal_share((c->d.least - c->d.centre) / c->d.width);
-        return 1 - above - below > KMP_TRUNCATED_LEAST
-                   ? KEMPE_OK
-                   : refuse(r, "almost nothing of the distribution lies between its limits");
+        return take_normal(r, count, x, &c->d);
     }
     if (strncmp(value, triangular.form, strlen(triangular.form)) == 0) {
         KMP_TRY(read_numbers(r, c->name, value + strlen(triangular.form), &triangular, x, &count));
-        c->d = (kmp_distribution){.kind = KMP_TRIANGULAR, .least = x[0], .centre = x[1], .most = x[2]};
-        return c->d.least <= c->d.centre && c->d.centre <= c->d.most && c->d.least < c->d.most
-                   ? KEMPE_OK
-                   : refuse(r, "the least, the most frequent and the largest value must be in this order");
+        return take_triangular(r, x, &c->d);
     }
     if (strncmp(value, "IT", 2) == 0)
         return take_grade(r, c->name, value, &c->d);

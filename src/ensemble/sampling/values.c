@@ -4,12 +4,11 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "ensemble/sampling/model_instances.h"
 #include "ensemble/sampling/parquet_reader.h"
 #include "ensemble/sampling/sampling.h"
 #include "model/data/model.h"
-#include "model/data/variant.h"
 #include "model/language/dimension.h"
-#include "model/read/reader.h"
 #include "output/csv_reader.h"
 #include "output/print.h"
 #include <kempe/ensemble.h>
@@ -17,125 +16,13 @@
 #include <math.h>
 #include <string.h>
 
-bool kmp_instance_reads(const kempe_model *model, const char *name)
-{
-    const int k = kmp_parameter_find(model, name);
-    return k >= 0 && model->parameters[k].shapes;
-}
-
-bool kmp_instance_may(const kempe_model *model, const char *name, kmp_text *why)
-{
-    if (!kmp_instance_reads(model, name))
-        return kmp_variant_may(model, name, why);
-    if (!model->from_file)
-        kmp_text_printf(
-            why,
-            "an axis, a table or a track depends on parameter '%s', and the model is not from a file that could "
-            "be read again with its values; use one model for each of them",
-            name);
-    return why->length == 0;
-}
-
-/* -- the file ----------------------------------------------------------------------------------------- */
-
-/* The files are those of the model: other ones would give results of another mechanism. */
-static kempe_status check_files(const kempe_model *model)
-{
-    kempe_model *same = NULL;
-    kempe_status status =
-        kmp_model_read_file(model->context, model->file, model->settings, model->setting_count, &same);
-    bool changed = status == KEMPE_E_INPUT || status == KEMPE_E_IO ||
-                   (status == KEMPE_OK && memcmp(same->digest, model->digest, sizeof model->digest) != 0);
-    kempe_model_free(same);
-    if (!changed)
-        return status;
-    kmp_context_clear(model->context);
-    return kmp_fail(model->context, KEMPE_E_INPUT,
-                    "%s: the file, or one that it includes, has changed since it was read; run the command again",
-                    model->file);
-}
-
-kempe_status kmp_model_read_again(const kempe_model *model, int count, const char *const *names, const double *values,
-                                  kempe_model **again)
-{
-    kempe_context *context = model->context;
-    kmp_arena arena = {0};
-    const bool quiet = kmp_context_quiet(context, true);
-    kempe_status status = check_files(model);
-    /* The settings with which the model was read, then the values. */
-    kempe_setting *given = KMP_ARENA_NEW(&arena, kempe_setting, model->setting_count + count);
-    for (int k = 0; given && k < model->setting_count; k++)
-        given[k] = model->settings[k];
-    for (int k = 0; given && k < count; k++) {
-        kmp_text value = {0};
-        kmp_text_printf(&value, "%.17g", values[k]);
-        given[model->setting_count + k] = (kempe_setting){names[k], kmp_text_keep(&value, &arena)};
-    }
-    kempe_setting *list = arena.failed ? NULL : given;
-    if (status == KEMPE_OK)
-        status = kmp_made(context, list);
-    if (status == KEMPE_OK) {
-        status = kmp_model_read_file(context, model->file, list, model->setting_count + count, again);
-        status = status == KEMPE_E_INPUT ? KEMPE_E_FAILED : status;
-    }
-    (void)kmp_context_quiet(context, quiet);
-    kmp_arena_free(&arena);
-    return status;
-}
-
-/* -- an instance -------------------------------------------------------------------------------------- */
-
-static kempe_status check_given(const kempe_model *model, int count, const char *const *names)
-{
-    for (int k = 0; k < count; k++) {
-        kmp_text why = {0};
-        if (!kmp_instance_may(model, names[k], &why))
-            return kmp_fail_text(model->context, KEMPE_E_ARGUMENT, &why);
-        for (int i = 0; i < k; i++)
-            if (strcmp(names[i], names[k]) == 0)
-                return kmp_fail(model->context, KEMPE_E_ARGUMENT, "'%s' is given twice", names[k]);
-    }
-    return KEMPE_OK;
-}
-
-kempe_status kmp_model_instance(const kempe_model *model, int count, const char *const *names, const double *values,
-                                kempe_model **instance)
-{
-    kmp_arena arena = {0};
-    const char **name = KMP_ARENA_NEW(&arena, const char *, count);
-    double *value = KMP_ARENA_NEW(&arena, double, count);
-    kempe_model *again = NULL;
-    int shapes = 0, others = count;
-    kempe_status status = kmp_made(model->context, name && value);
-    if (status == KEMPE_OK)
-        status = check_given(model, count, names);
-    for (int k = 0; status == KEMPE_OK && k < count; k++) {
-        const int at = kmp_instance_reads(model, names[k]) ? shapes++ : --others;
-        name[at] = names[k];
-        value[at] = values[k];
-    }
-    if (status == KEMPE_OK && shapes > 0)
-        status = kmp_model_read_again(model, shapes, name, value, &again);
-    if (status == KEMPE_OK)
-        status = kmp_variant_instance(again ? again : model, count - shapes, name + shapes, value + shapes, instance);
-    if (status == KEMPE_OK && again)
-        kmp_variant_own((*instance)->variant, again);
-    else
-        kempe_model_free(again);
-    kmp_arena_free(&arena);
-    return status;
-}
-
-/* -- values ------------------------------------------------------------------------------------------------- */
-
 const char *kmp_value_name(const char *column)
 {
     const size_t size = sizeof KMP_VALUE_PREFIX - 1;
     return strncmp(column, KMP_VALUE_PREFIX, size) == 0 ? column + size : column;
 }
 
-/* An empty table with a copy of the names. NULL: no memory. */
-static kempe_values *empty_table(int columns, const char *const *names)
+kempe_values *kmp_values_new(int columns, const char *const *names)
 {
     kempe_values *values = KMP_NEW(kempe_values, 1);
     if (!values)
@@ -150,8 +37,7 @@ static kempe_values *empty_table(int columns, const char *const *names)
     return NULL;
 }
 
-/* A row more, to be filled. NULL: no memory. */
-static double *add_row(kempe_values *values)
+double *kmp_values_add(kempe_values *values)
 {
     size_t row = (size_t)values->columns * sizeof *values->rows;
     double *rows = values->count < INT_MAX ? kmp_list_room(values->rows, (size_t)values->count, row) : NULL;
@@ -216,7 +102,7 @@ kempe_status kempe_values_new(const kempe_model *model, int columns, const char 
         return kmp_fail(model->context, KEMPE_E_ARGUMENT, "a table cannot have a negative number of columns or rows");
     KMP_TRY(check_names(model, columns, names));
     KMP_WANTED(model->context, rows || columns == 0 || count == 0, "rows");
-    kempe_values *made = empty_table(columns, names);
+    kempe_values *made = kmp_values_new(columns, names);
     if (made)
         made->rows = KMP_NEW(double, (size_t)count *(size_t)columns + 1);
     if (!made || !made->rows) {
@@ -236,7 +122,7 @@ kempe_status kempe_values_new(const kempe_model *model, int columns, const char 
 static kempe_status wrap(const kempe_model *model, kmp_sampling *sampling, const kempe_sample_options *options,
                          kempe_values **values)
 {
-    kempe_values *made = empty_table(sampling->columns, sampling->name);
+    kempe_values *made = kmp_values_new(sampling->columns, sampling->name);
     if (!made) {
         kmp_sampling_free(sampling);
         return kmp_fail_memory(model->context);
@@ -277,6 +163,21 @@ typedef struct reader {
     kempe_values *values;
 } reader;
 
+static bool check_name(kmp_csv *csv, const char *at, const char *name)
+{
+    const reader *r = csv->user;
+    kmp_text why = {0};
+    if (!*name)
+        kmp_text_put(&why, "a name is expected here: a parameter, or q.NAME or qd.NAME of a coordinate");
+    else
+        (void)kmp_instance_may(r->model, name, &why);
+    bool ok = !why.failed;
+    if (ok && why.length)
+        kmp_csv_complain(csv, at, "%s", why.s);
+    kmp_text_free(&why);
+    return ok;
+}
+
 static bool read_header(kmp_csv *csv, const char *line)
 {
     reader *r = csv->user;
@@ -288,21 +189,11 @@ static bool read_header(kmp_csv *csv, const char *line)
         kmp_csv_field f = kmp_csv_name(&s);
         names[k] = KMP_ARENA_NEW(&arena, char, f.length + 1);
         ok = names[k];
-        if (ok) {
-            const char *name = memcpy(names[k], f.s, f.length);
-            kmp_text why = {0};
-            if (!*name)
-                kmp_text_put(&why, "a name is expected here: a parameter, or q.NAME or qd.NAME of a coordinate");
-            else
-                (void)kmp_instance_may(r->model, name, &why);
-            ok = !why.failed;
-            if (ok && why.length)
-                kmp_csv_complain(csv, f.s, "%s", why.s);
-            kmp_text_free(&why);
-        }
+        if (ok)
+            ok = check_name(csv, f.s, memcpy(names[k], f.s, f.length));
     }
     if (ok)
-        ok = (r->values = empty_table(csv->columns, (const char *const *)names));
+        ok = (r->values = kmp_values_new(csv->columns, (const char *const *)names));
     kmp_arena_free(&arena);
     return ok;
 }
@@ -310,7 +201,7 @@ static bool read_header(kmp_csv *csv, const char *line)
 static bool read_row(kmp_csv *csv, const char *line)
 {
     reader *r = csv->user;
-    double *row = add_row(r->values);
+    double *row = kmp_values_add(r->values);
     const char *s = line;
     for (int k = 0; row && s && k < r->values->columns; k++) {
         kmp_csv_field f = kmp_csv_next(&s);
@@ -323,27 +214,25 @@ static bool read_row(kmp_csv *csv, const char *line)
 
 /* -- Parquet ----------------------------------------------------------------------------------------- */
 
-static kempe_status read_parquet(const kempe_model *model, const char *path, kempe_values **values)
+static kempe_status check_columns(const kempe_model *model, const char *path, const kmp_parquet_file *file)
 {
-    kmp_parquet_file file = {0};
-    KMP_TRY(kmp_parquet_read(model->context, path, &file));
     kempe_status status = KEMPE_OK;
-    if (file.rows == 0 || file.column_count == 0)
+    if (file->rows == 0 || file->column_count == 0)
         status = kmp_complain(model->context, path, 0, 0, "the table has no rows or no columns");
-    for (int c = 0; c < file.column_count; c++) {
-        const kmp_parquet_column *column = &file.column[c];
+    for (int c = 0; c < file->column_count; c++) {
+        const kmp_parquet_column *column = &file->column[c];
         kmp_text why = {0};
         if (!column->number)
             kmp_text_printf(&why, "column '%s' has words; values are numbers", column->name);
         else
             (void)kmp_instance_may(model, column->name, &why);
         for (int i = 0; i < c && !why.length; i++)
-            if (strcmp(file.column[i].name, column->name) == 0)
+            if (strcmp(file->column[i].name, column->name) == 0)
                 kmp_text_printf(&why, "column '%s' is given twice", column->name);
         kmp_unit unit;
         if (!why.length && *column->unit && !kmp_unit_read(column->unit, strlen(column->unit), &unit))
             kmp_text_printf(&why, "column '%s' has the unknown unit '%s'", column->name, column->unit);
-        for (int row = 0; column->number && row < file.rows && !why.length; row++)
+        for (int row = 0; column->number && row < file->rows && !why.length; row++)
             if (!isfinite(column->number[row]))
                 kmp_text_printf(&why, "column '%s', row %d: a finite number is expected", column->name, row + 1);
         if (why.length)
@@ -352,26 +241,38 @@ static kempe_status read_parquet(const kempe_model *model, const char *path, kem
             status = kmp_fail_memory(model->context);
         kmp_text_free(&why);
     }
-    if (status == KEMPE_OK) {
-        kmp_arena arena = {0};
-        const char **names = KMP_ARENA_NEW(&arena, const char *, file.column_count);
-        for (int c = 0; names && c < file.column_count; c++)
-            names[c] = file.column[c].name;
-        bool ok = names && (*values = empty_table(file.column_count, names));
-        for (int row = 0; ok && row < file.rows; row++) {
-            double *numbers = add_row(*values);
-            ok = numbers;
-            for (int c = 0; ok && c < file.column_count; c++) {
-                const kmp_parquet_column *column = &file.column[c];
-                kmp_unit unit = {.factor = 1, .divisor = 1};
-                if (*column->unit)
-                    (void)kmp_unit_read(column->unit, strlen(column->unit), &unit);
-                numbers[c] = column->number[row] * unit.factor / unit.divisor;
-            }
+    return status;
+}
+
+static kempe_status take_columns(const kempe_model *model, const kmp_parquet_file *file, kempe_values **values)
+{
+    kmp_arena arena = {0};
+    const char **names = KMP_ARENA_NEW(&arena, const char *, file->column_count);
+    for (int c = 0; names && c < file->column_count; c++)
+        names[c] = file->column[c].name;
+    bool ok = names && (*values = kmp_values_new(file->column_count, names));
+    for (int row = 0; ok && row < file->rows; row++) {
+        double *numbers = kmp_values_add(*values);
+        ok = numbers;
+        for (int c = 0; ok && c < file->column_count; c++) {
+            const kmp_parquet_column *column = &file->column[c];
+            kmp_unit unit = {.factor = 1, .divisor = 1};
+            if (*column->unit)
+                (void)kmp_unit_read(column->unit, strlen(column->unit), &unit);
+            numbers[c] = column->number[row] * unit.factor / unit.divisor;
         }
-        kmp_arena_free(&arena);
-        status = kmp_made(model->context, ok);
     }
+    kmp_arena_free(&arena);
+    return kmp_made(model->context, ok);
+}
+
+static kempe_status read_parquet(const kempe_model *model, const char *path, kempe_values **values)
+{
+    kmp_parquet_file file = {0};
+    KMP_TRY(kmp_parquet_read(model->context, path, &file));
+    kempe_status status = check_columns(model, path, &file);
+    if (status == KEMPE_OK)
+        status = take_columns(model, &file, values);
     kmp_parquet_file_free(&file);
     return status;
 }

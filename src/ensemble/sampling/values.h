@@ -3,29 +3,7 @@
 #pragma once
 
 #include "base/arena.h"
-#include "model/data/model.h"
 #include <kempe/ensemble.h>
-
-/* Instances of a model: other values of its parameters and start values. Most are variables of the equations
- * (model/data/variant.h). Parameters that shape the equations (tracks, tables, axes) have other equations for each
- * value: the file of the model is read again with them. */
-
-/** True if a name may differ between instances; otherwise `why` (empty before) receives the reason. */
-bool kmp_instance_may(const kempe_model *model, const char *name, kmp_text *why);
-
-/** True if other values of this name are other equations. */
-bool kmp_instance_reads(const kempe_model *model, const char *name);
-
-/** The model read again, with values of parameters that shape the equations. KEMPE_E_FAILED: it cannot have these
- * values; KEMPE_E_INPUT: its files have changed. */
-kempe_status kmp_model_read_again(const kempe_model *model, int count, const char *const *names, const double *values,
-                                  kempe_model **again);
-
-/** A model with other values of its parameters and start values: its own object, freed by kempe_model_free before the
- * model that it was made of. KEMPE_E_ARGUMENT: a name must not differ, or is given twice. KEMPE_E_FAILED, KEMPE_E_INPUT
- * as above. */
-kempe_status kmp_model_instance(const kempe_model *model, int count, const char *const *names, const double *values,
-                                kempe_model **instance);
 
 struct kmp_sampling;
 
@@ -47,3 +25,8 @@ void kmp_values_get(const kempe_values *values, int first, int count, double *ro
 /** The name of the value of a column of results, which is behind this prefix if a result has the same name. */
 #define KMP_VALUE_PREFIX "value."
 const char *kmp_value_name(const char *column);
+
+/** An empty table with a copy of the names. NULL: no memory. */
+kempe_values *kmp_values_new(int columns, const char *const *names);
+/** A row more, to be filled. NULL: no memory. */
+double *kmp_values_add(kempe_values *values);

@@ -407,6 +407,28 @@ static estimate quantile_of(int n, const double *x, double part, double confiden
     return found;
 }
 
+/* Values of the rows that have one, with these rows of the inputs; *count of them. */
+static void gather(const kempe_statistics *s, const double *x, double *kept, double *rows, quantity *q)
+{
+    q->least_at = q->largest_at = -1;
+    q->least = q->largest = NAN;
+    for (int k = 0; k < s->rows; k++) {
+        if (!s->ok[k] || !isfinite(x[k]))
+            continue;
+        if (q->least_at < 0 || x[k] < q->least) {
+            q->least = x[k];
+            q->least_at = k;
+        }
+        if (q->largest_at < 0 || x[k] > q->largest) {
+            q->largest = x[k];
+            q->largest_at = k;
+        }
+        memcpy(rows + (size_t)q->count * (size_t)s->inputs, s->values + (size_t)k * (size_t)s->inputs,
+               (size_t)s->inputs * sizeof *rows);
+        kept[q->count++] = x[k];
+    }
+}
+
 /* Regression and indices; *groups stays 0 where the rows are no groups. */
 static void take_contributions(const kempe_statistics *s, const double *x, const double *kept, const double *rows,
                                double *work, quantity *q)
@@ -435,24 +457,7 @@ static bool take_quantity(kempe_statistics *s, const kempe_table *t, int column,
     q->of = KMP_ARENA_NEW(&s->arena, contribution, d);
     bool good = !arena.failed && !s->arena.failed;
     if (good) {
-        /* Values of the rows that have one, with these rows of the inputs. */
-        q->least_at = q->largest_at = -1;
-        q->least = q->largest = NAN;
-        for (int k = 0; k < s->rows; k++) {
-            if (!s->ok[k] || !isfinite(x[k]))
-                continue;
-            if (q->least_at < 0 || x[k] < q->least) {
-                q->least = x[k];
-                q->least_at = k;
-            }
-            if (q->largest_at < 0 || x[k] > q->largest) {
-                q->largest = x[k];
-                q->largest_at = k;
-            }
-            memcpy(inputs + (size_t)q->count * (size_t)s->inputs, s->values + (size_t)k * (size_t)s->inputs,
-                   (size_t)s->inputs * sizeof *inputs);
-            kept[q->count++] = x[k];
-        }
+        gather(s, x, kept, inputs, q);
         take_contributions(s, x, kept, inputs, work, q);
         take_moments(q, kept, s->confidence);
         qsort(kept, (size_t)q->count, sizeof *kept, ascending);
@@ -699,6 +704,24 @@ static void put_estimate(kmp_json *json, const char *key, const estimate *e)
     kmp_json_put(json, "%s { value %g low %g high %g }", key, e->value, e->low, e->high);
 }
 
+static void put_quantity_json(kmp_json *json, const kempe_statistics *s, const quantity *q)
+{
+    kmp_json_put(json, "{ name %s unit %s count %d", q->name, q->unit, q->count);
+    put_estimate(json, "mean", &q->mean);
+    put_estimate(json, "deviation", &q->deviation);
+    kmp_json_put(json, "least { value %g instance %d } largest { value %g instance %d } quantiles [", q->least,
+                 q->least_at + 1, q->largest, q->largest_at + 1);
+    for (int k = 0; k < PARTS; k++)
+        kmp_json_put(json, "{ part %g value %g low %g high %g }", parts[k], q->quantile[k].value, q->quantile[k].low,
+                     q->quantile[k].high);
+    kmp_json_put(json, "] explained %g groups %d contributions [", q->explained, q->groups);
+    for (int i = 0; i < s->inputs; i++)
+        kmp_json_put(json, "{ input %s regression %g first %g first_error %g total %g total_error %g }", s->input[i],
+                     q->of[i].regression, q->of[i].sobol.first, q->of[i].sobol.first_error, q->of[i].sobol.total,
+                     q->of[i].sobol.total_error);
+    kmp_json_put(json, "] }");
+}
+
 static void put_all(kmp_json *json, const char *key, const kempe_statistics *s)
 {
     kmp_json_object(json, key);
@@ -706,25 +729,8 @@ static void put_all(kmp_json *json, const char *key, const kempe_statistics *s)
                  s->judged, s->passed);
     put_estimate(json, "yield", &s->yield);
     kmp_json_put(json, "quantities [");
-    for (int k = 0; k < s->quantities; k++) {
-        kmp_json_put(json, "{ name %s unit %s count %d", s->quantity[k].name, s->quantity[k].unit,
-                     s->quantity[k].count);
-        put_estimate(json, "mean", &s->quantity[k].mean);
-        put_estimate(json, "deviation", &s->quantity[k].deviation);
-        kmp_json_put(json, "least { value %g instance %d } largest { value %g instance %d } quantiles [",
-                     s->quantity[k].least, s->quantity[k].least_at + 1, s->quantity[k].largest,
-                     s->quantity[k].largest_at + 1);
-        for (int j = 0; j < PARTS; j++)
-            kmp_json_put(json, "{ part %g value %g low %g high %g }", parts[j], s->quantity[k].quantile[j].value,
-                         s->quantity[k].quantile[j].low, s->quantity[k].quantile[j].high);
-        kmp_json_put(json, "] explained %g groups %d contributions [", s->quantity[k].explained, s->quantity[k].groups);
-        for (int i = 0; i < s->inputs; i++)
-            kmp_json_put(json, "{ input %s regression %g first %g first_error %g total %g total_error %g }",
-                         s->input[i], s->quantity[k].of[i].regression, s->quantity[k].of[i].sobol.first,
-                         s->quantity[k].of[i].sobol.first_error, s->quantity[k].of[i].sobol.total,
-                         s->quantity[k].of[i].sobol.total_error);
-        kmp_json_put(json, "] }");
-    }
+    for (int k = 0; k < s->quantities; k++)
+        put_quantity_json(json, s, &s->quantity[k]);
     kmp_json_put(json, "] }");
 }
 
