@@ -440,27 +440,31 @@ static double fastest(const work *w)
     return size;
 }
 
+/* Makes the rates consistent with the closures. Given rates are kept if these allow it. */
+static void meet_closures(work *w)
+{
+    bool given = false;
+    for (int k = 0; k < w->n; k++)
+        given = given || w->fixed[k];
+    evaluate(w);
+    double size = fastest(w), left = correct_rates(w, w->fixed);
+    if (given && left > KMP_CLOSED_RATES * fmax(size, fastest(w))) {
+        w->a->rates_changed = true;
+        given_rates(w);
+        left = correct_rates(w, NULL);
+    }
+    size = fmax(size, fastest(w));
+    w->a->rates_left = left > KMP_CLOSED_RATES * size ? left / size : 0;
+}
+
 static void make_rates(work *w)
 {
     given_rates(w);
     evaluate(w);
     if (!kmp_cut_start_rates(w->eval, w->fixed, w->a->q, w->a->qd))
         w->arena.failed = true;
-    if (w->m > 0) {
-        /* Makes the rates consistent with the closures. Given rates are kept if these allow it. */
-        bool given = false;
-        for (int k = 0; k < w->n; k++)
-            given = given || w->fixed[k];
-        evaluate(w);
-        double size = fastest(w), left = correct_rates(w, w->fixed);
-        if (given && left > KMP_CLOSED_RATES * fmax(size, fastest(w))) {
-            w->a->rates_changed = true;
-            given_rates(w);
-            left = correct_rates(w, NULL);
-        }
-        size = fmax(size, fastest(w));
-        w->a->rates_left = left > KMP_CLOSED_RATES * size ? left / size : 0;
-    }
+    if (w->m > 0)
+        meet_closures(w);
     if (w->a->rates_changed)
         return;
     /* Joints with clearance rest in their bearings, as far as the given rates let them. */

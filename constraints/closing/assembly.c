@@ -409,6 +409,21 @@ kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **ass
     return KMP_GIVE_OR_FREE(status, assembly, a, kempe_assembly_free);
 }
 
+/* Warns of the row with the largest remaining gap, if the numbers were set after the system was made. */
+static void report_misfit(const kempe_assembly *a)
+{
+    const kempe_system *s = a->system;
+    int worst = -1;
+    for (int r = 0; r < s->m; r++)
+        if (a->dropped[r] && a->open[r] > (worst < 0 ? KMP_CLOSED_ENOUGH : a->open[worst]))
+            worst = r;
+    if (worst >= 0)
+        kmp_log(s->context, KEMPE_LOG_WARNING,
+                "closure row %s has a gap of %.2g m: accepted as rounding of the model's numbers (closure_tolerance "
+                "%.2g m)",
+                s->row_names[worst], a->open[worst] * s->length, s->closure_tolerance);
+}
+
 kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **assembly)
 {
     KMP_WANTED_BOTH(system, assembly);
@@ -421,20 +436,8 @@ kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **ass
     *assembly = a;
     if (!a->closed)
         return a->drives > a->freedoms && a->freedoms > 0 ? complain_drives(a) : complain_open(a);
-    if (!known) {
-        /* Warns of the row with the largest remaining gap, if the numbers were set after the system was made. */
-        const kempe_system *s = a->system;
-        int worst = -1;
-        for (int r = 0; r < s->m; r++)
-            if (a->dropped[r] && a->open[r] > (worst < 0 ? KMP_CLOSED_ENOUGH : a->open[worst]))
-                worst = r;
-        if (worst >= 0)
-            kmp_log(
-                s->context, KEMPE_LOG_WARNING,
-                "closure row %s has a gap of %.2g m: accepted as rounding of the model's numbers (closure_tolerance "
-                "%.2g m)",
-                s->row_names[worst], a->open[worst] * s->length, s->closure_tolerance);
-    }
+    if (!known)
+        report_misfit(a);
     KMP_TRY(warn_of_changes(a));
     KMP_TRY(warn_of_cut(a));
     return a->goals.end == KMP_GOALS_SINGULAR ? complain_goals(a) : KEMPE_OK;

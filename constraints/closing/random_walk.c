@@ -69,26 +69,30 @@ void kmp_walk_evaluate(kmp_walk *w, const double *q)
                 (w->hold && w->hold[k]) || (w->excluded && w->excluded[r]) ? 0 : s->scale[k] / s->row_scale[r];
 }
 
+/* Selects the rows that closing ignores: the excluded ones, and with a given rank the rows beyond it. These are
+ * dependent but for rounding, chosen at the start of closing and without regard to held coordinates. */
+static void leave_out(kmp_walk *w, const double *q)
+{
+    const bool *hold = w->hold;
+    w->hold = NULL;
+    kmp_walk_evaluate(w, q);
+    w->hold = hold;
+    if (w->rank >= 0)
+        kmp_walk_pivots(w, w->pivots);
+    for (int k = 0; k < w->m; k++) {
+        int r = w->rank >= 0 ? w->row_order[k] : k;
+        w->dropped[r] = (w->rank >= 0 && k >= w->rank) || (w->excluded && w->excluded[r]);
+    }
+    w->eval->left_out = w->dropped;
+}
+
 bool kmp_walk_close(kmp_walk *w, double *q)
 {
     const kmp_closer closer = kmp_least_change_closer(&w->least);
     const kmp_close_rule rule = kmp_least_change_rule(MOST_ITERATIONS);
     w->least.hold = w->hold;
-    if (w->rank >= 0 || w->excluded) {
-        /* Selects the rows that closing ignores: the excluded ones, and with a given rank the rows beyond it. These are
-         * dependent but for rounding, chosen at the start of closing and without regard to held coordinates. */
-        const bool *hold = w->hold;
-        w->hold = NULL;
-        kmp_walk_evaluate(w, q);
-        w->hold = hold;
-        if (w->rank >= 0)
-            kmp_walk_pivots(w, w->pivots);
-        for (int k = 0; k < w->m; k++) {
-            int r = w->rank >= 0 ? w->row_order[k] : k;
-            w->dropped[r] = (w->rank >= 0 && k >= w->rank) || (w->excluded && w->excluded[r]);
-        }
-        w->eval->left_out = w->dropped;
-    }
+    if (w->rank >= 0 || w->excluded)
+        leave_out(w, q);
     bool closed = kmp_close(&closer, &rule, 0, q).closed;
     w->eval->left_out = NULL;
     kmp_walk_evaluate(w, q);

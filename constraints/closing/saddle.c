@@ -157,26 +157,30 @@ bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_evaluator *eval, int rank)
 
 KMP_CLEARS(kmp_saddle, saddle, kmp_sparse_free(saddle->sparse), kmp_arena_free(&saddle->arena))
 
+/* Partitions all rows; those that are independent at the evaluator's last closure stay in. */
+static void choose_rows(kmp_saddle *saddle)
+{
+    const kempe_system *s = saddle->eval->system;
+    int m = s->m;
+    memset(saddle->scaled, 0, (size_t)(m * s->n) * sizeof *saddle->scaled);
+    for (int e = 0; e < s->jacobian.count; e++) {
+        int r = s->jacobian.row[e], k = s->jacobian.col[e];
+        saddle->scaled[r + k * m] = saddle->eval->jacobian[e] * s->scale[k] / s->row_scale[r];
+    }
+    kmp_pivots_complete(m, s->n, saddle->scaled, saddle->largest, saddle->row, saddle->col, saddle->pivots);
+    int rank = kmp_partition_rank(s, saddle->pivots);
+    double undecided = KMP_CLOSED_DECIDED * kmp_eval_residual(saddle->eval) * (rank > 0 ? saddle->pivots[0] : 0);
+    while (saddle->rank >= 0 && rank > saddle->rank && !(saddle->pivots[rank - 1] > undecided))
+        rank--;
+    for (int i = 0; i < m; i++)
+        saddle->out[saddle->row[i]] = i >= rank;
+}
+
 int kmp_saddle_factor(kmp_saddle *saddle)
 {
     saddle->factorizations++;
-    if (saddle->out) {
-        /* Partitions all rows; those that are independent at the evaluator's last closure stay in. */
-        const kempe_system *s = saddle->eval->system;
-        int m = s->m;
-        memset(saddle->scaled, 0, (size_t)(m * s->n) * sizeof *saddle->scaled);
-        for (int e = 0; e < s->jacobian.count; e++) {
-            int r = s->jacobian.row[e], k = s->jacobian.col[e];
-            saddle->scaled[r + k * m] = saddle->eval->jacobian[e] * s->scale[k] / s->row_scale[r];
-        }
-        kmp_pivots_complete(m, s->n, saddle->scaled, saddle->largest, saddle->row, saddle->col, saddle->pivots);
-        int rank = kmp_partition_rank(s, saddle->pivots);
-        double undecided = KMP_CLOSED_DECIDED * kmp_eval_residual(saddle->eval) * (rank > 0 ? saddle->pivots[0] : 0);
-        while (saddle->rank >= 0 && rank > saddle->rank && !(saddle->pivots[rank - 1] > undecided))
-            rank--;
-        for (int i = 0; i < m; i++)
-            saddle->out[saddle->row[i]] = i >= rank;
-    }
+    if (saddle->out)
+        choose_rows(saddle);
     if (saddle->kind == KMP_SADDLE_BY_BODIES)
         return factor_mobility(saddle);
     if (saddle->kind == KMP_SADDLE_SPARSE) {

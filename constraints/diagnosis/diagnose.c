@@ -328,6 +328,16 @@ static double probe(void *self, double h)
 
 /* -- one direction ------------------------------------------------------------------------------------- */
 
+/* Finds the minimum of the last pivot between `before` and `next`. */
+static void change_point(trace *w)
+{
+    copy(w, &w->here, &w->least);
+    (void)kmp_bracket_least(probe, w, w->before.arc - w->here.arc, w->next.arc - w->here.arc, 1e-8);
+    double margin = w->least.pivot / w->usual;
+    if (margin < NEAR)
+        remember(w, -1, w->least.q, margin < KMP_MARGIN_EXACT ? 0 : margin);
+}
+
 static void notice(trace *w)
 {
     for (int k = 0; k < w->n; k++) {
@@ -337,14 +347,8 @@ static void notice(trace *w)
         extend(&w->limits->range[k], w->next.q[k], false, 1);
     }
     if (w->here.pivot < 0.5 * w->usual && w->here.pivot < w->before.pivot && w->here.pivot <= w->next.pivot &&
-        w->before.arc < w->here.arc) {
-        /* Finds the minimum of the last pivot between `before` and `next`. */
-        copy(w, &w->here, &w->least);
-        (void)kmp_bracket_least(probe, w, w->before.arc - w->here.arc, w->next.arc - w->here.arc, 1e-8);
-        double margin = w->least.pivot / w->usual;
-        if (margin < NEAR)
-            remember(w, -1, w->least.q, margin < KMP_MARGIN_EXACT ? 0 : margin);
-    }
+        w->before.arc < w->here.arc)
+        change_point(w);
     w->usual = fmax(w->usual, w->next.pivot);
 }
 
@@ -574,16 +578,9 @@ static kempe_status foresee(kempe_check *check, kmp_evaluator *eval, const doubl
     return status;
 }
 
-/* Computes rank and choice at the assembled configuration, then examines them. */
-static kempe_status examine_at(kempe_check *check, kmp_evaluator *eval, const double *q)
+/* Runs the whole examination. Its cost grows with the cube of the coordinates, so that large models skip it. */
+static kempe_status examine_closures(kempe_check *check, kmp_evaluator *eval, const double *q)
 {
-    const kmp_run_settings *run = &check->system->model->run;
-    kmp_eval_closure(eval, 0, q);
-    KMP_TRY(kmp_partition_init(&check->part, check->system, eval->jacobian, run->independent, run->independent_count));
-    KMP_TRY(kmp_partition_condition(&check->part, check->system, eval->jacobian, &check->condition));
-    KMP_TRY(count_driven(check, eval));
-    KMP_TRY(foresee(check, eval, q));
-    /* Runs the whole examination. Its cost grows with the cube of the coordinates, so that large models skip it. */
     const kempe_system *s = check->system;
     kmp_diagnosis *diagnosis = &check->diagnosis;
     kmp_examination x = {.system = s, .q = q, .part = &check->part, .arena = &check->arena, .diagnosis = diagnosis};
@@ -603,6 +600,18 @@ static kempe_status examine_at(kempe_check *check, kmp_evaluator *eval, const do
     if (diagnosis->block_count < 0 && !check->arena.failed)
         return KEMPE_E_FAILED; /* the reduction has set the message */
     return check->arena.failed ? kmp_fail_memory(s->context) : status;
+}
+
+/* Computes rank and choice at the assembled configuration, then examines them. */
+static kempe_status examine_at(kempe_check *check, kmp_evaluator *eval, const double *q)
+{
+    const kmp_run_settings *run = &check->system->model->run;
+    kmp_eval_closure(eval, 0, q);
+    KMP_TRY(kmp_partition_init(&check->part, check->system, eval->jacobian, run->independent, run->independent_count));
+    KMP_TRY(kmp_partition_condition(&check->part, check->system, eval->jacobian, &check->condition));
+    KMP_TRY(count_driven(check, eval));
+    KMP_TRY(foresee(check, eval, q));
+    return examine_closures(check, eval, q);
 }
 
 static kempe_status examine(kempe_check *check)

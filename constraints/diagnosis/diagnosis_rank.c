@@ -305,6 +305,20 @@ static bool prepare(kmp_examination *x, int rank, quadratic *f)
     return !x->arena->failed;
 }
 
+static void contract(const kmp_examination *x, quadratic *f)
+{
+    int m = x->system->m;
+    for (int p = 0; p < f->pairs; p++)
+        for (int l = 0; l < f->l; l++) {
+            double sum = 0, size = 0;
+            for (int r = 0; r < m; r++) {
+                sum += f->left[r + l * m] * f->gamma[r + p * m];
+                size += f->left[r + l * m] * f->left[r + l * m];
+            }
+            f->form[l + p * f->l] = sum / sqrt(size);
+        }
+}
+
 void kmp_diagnosis_second_order(kmp_examination *x)
 {
     quadratic f = {0};
@@ -320,16 +334,7 @@ void kmp_diagnosis_second_order(kmp_examination *x)
     kmp_eval_mass(x->walk->eval);
     gamma_of(x, f.qd, NULL, &f, f.gamma0); /* d and gamma0 are both zero here */
     polarise(x, &f);
-    int m = x->system->m;
-    for (int p = 0; p < f.pairs; p++)
-        for (int l = 0; l < f.l; l++) {
-            double sum = 0, size = 0;
-            for (int r = 0; r < m; r++) {
-                sum += f.left[r + l * m] * f.gamma[r + p * m];
-                size += f.left[r + l * m] * f.left[r + l * m];
-            }
-            f.form[l + p * f.l] = sum / sqrt(size);
-        }
+    contract(x, &f);
     int first = -1; /* of the conditions that bind */
     for (int l = f.l - 1; l >= 0; l--)
         if (binds(&f, l)) {

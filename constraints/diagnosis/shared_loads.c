@@ -411,6 +411,22 @@ static kmp_sparse *factor(const search *x, int rank, kmp_arena *room)
     return NULL;
 }
 
+/* The set in which column c[k], which is not that of a pivot, has a part: z has the size 1. */
+static void find_set(const search *x, kmp_sparse *sparse, int rank, int k, double *right)
+{
+    memset(right, 0, ((size_t)rank + 1) * sizeof *right);
+    for (int e = x->start[x->c[k]]; e < x->start[x->c[k] + 1]; e++)
+        if (x->place_of_row[x->entry_row[e]] >= 0)
+            right[x->place_of_row[x->entry_row[e]]] = -x->entry[e];
+    if (sparse)
+        (void)kmp_sparse_solve(sparse, 1, right);
+    double size = sqrt(1 + kmp_dot(rank, right, right));
+    memset(x->z, 0, (size_t)x->count * sizeof *x->z);
+    for (int i = 0; i < rank; i++)
+        x->z[x->c[i]] = right[i] / size;
+    x->z[x->c[k]] = 1 / size;
+}
+
 static bool find_sets(search *x, kmp_arena *room)
 {
     bool moving = false;
@@ -421,18 +437,7 @@ static bool find_sets(search *x, kmp_arena *room)
     const int loads = x->joint ? KMP_LOAD_SIZE * (x->model->closure_count + x->joints) : 0;
     x->set = ok && loads > 0 ? KMP_ARENA_NEW(room, double, (size_t)loads *(size_t)(x->count - rank + 1)) : NULL;
     for (int k = rank; ok && !room->failed && k < x->count; k++) {
-        /* The set in which column c[k], which is not that of a pivot, has a part: z has the size 1. */
-        memset(right, 0, ((size_t)rank + 1) * sizeof *right);
-        for (int e = x->start[x->c[k]]; e < x->start[x->c[k] + 1]; e++)
-            if (x->place_of_row[x->entry_row[e]] >= 0)
-                right[x->place_of_row[x->entry_row[e]]] = -x->entry[e];
-        if (sparse)
-            (void)kmp_sparse_solve(sparse, 1, right);
-        double size = sqrt(1 + kmp_dot(rank, right, right));
-        memset(x->z, 0, (size_t)x->count * sizeof *x->z);
-        for (int i = 0; i < rank; i++)
-            x->z[x->c[i]] = right[i] / size;
-        x->z[x->c[k]] = 1 / size;
+        find_set(x, sparse, rank, k, right);
         for (int j = 0; j < x->count; j++)
             if (!x->columns[j].empty && fabs(x->z[j]) > PART)
                 moving = x->found->of_rows[x->columns[j].closure] = true;

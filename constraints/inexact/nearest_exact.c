@@ -658,14 +658,9 @@ static kempe_status derive_system(const kempe_model *model, kmp_variant *given, 
     return KMP_GIVE_OR_FREE(status, system, s, kempe_system_free);
 }
 
-static kempe_status new_system(const kempe_model *model, kmp_variant *given, const char *word, kempe_system **system)
+/* Reports the gaps as drawn, and that a mended system closes them. */
+static void report_misfits(const kempe_system *s)
 {
-    kempe_system *s = given ? NULL : kmp_system_recall(model, word);
-    if (s)
-        kmp_context_clear(model->context);
-    else
-        KMP_TRY(derive_system(model, given, word, &s));
-    /* Reports the gaps as drawn, and that a mended system closes them. */
     for (int c = 0; c < s->model->closure_count; c++) {
         kmp_text text = {0};
         kmp_put_misfit(&text, s, c);
@@ -673,6 +668,16 @@ static kempe_status new_system(const kempe_model *model, kmp_variant *given, con
             kmp_log(s->context, KEMPE_LOG_WARNING, "%s", text.s);
         kmp_text_free(&text);
     }
+}
+
+static kempe_status new_system(const kempe_model *model, kmp_variant *given, const char *word, kempe_system **system)
+{
+    kempe_system *s = given ? NULL : kmp_system_recall(model, word);
+    if (s)
+        kmp_context_clear(model->context);
+    else
+        KMP_TRY(derive_system(model, given, word, &s));
+    report_misfits(s);
     *system = s;
     return KEMPE_OK;
 }

@@ -137,6 +137,23 @@ static double change_of(const kmp_reduction *red, const double *s, int i)
     return x / scale[i];
 }
 
+/* Names the coordinates that move together: each alone may move a mass, as in a gimbal whose outer axes are parallel.
+ */
+static void name_motion(const kmp_reduction *red, const double *s, kmp_text *why)
+{
+    const kempe_model *model = red->eval->system->model;
+    int first = 0, others = 0; /* the coordinate with the largest change */
+    for (int i = 1; i < red->n; i++)
+        if (fabs(change_of(red, s, i)) > fabs(change_of(red, s, first)) * (1 + 1e-9))
+            first = i;
+    const kmp_body *body = &model->bodies[model->motions[first].body];
+    kmp_text_printf(why, "the accelerations are not determined: the motion of '%s'", model->motions[first].name);
+    for (int i = 0; i < red->n; i++)
+        if (i != first && fabs(change_of(red, s, i)) > TAKES_PART * fabs(change_of(red, s, first)))
+            kmp_text_printf(why, "%s'%s'", others++ ? ", " : " together with ", model->motions[i].name);
+    kmp_text_printf(why, " moves no mass; give body '%s', or one that moves with it, a mass or an inertia", body->name);
+}
+
 /* found: a regular reduced mass is not reported. false: no memory. */
 static bool find_massless(kmp_reduction *red, bool found, kmp_text *why)
 {
@@ -160,23 +177,8 @@ static bool find_massless(kmp_reduction *red, bool found, kmp_text *why)
     found = found || rank < p;
     rank = rank < p ? rank : p - 1;
     kmp_lu_null_vector(p, p, mr, col, rank, rank, s);
-    if (found) {
-        /* Names the coordinates that move together: each alone may move a mass, as in a gimbal whose outer axes are
-         * parallel.
-         */
-        const kempe_model *model = red->eval->system->model;
-        int first = 0, others = 0; /* the coordinate with the largest change */
-        for (int i = 1; i < red->n; i++)
-            if (fabs(change_of(red, s, i)) > fabs(change_of(red, s, first)) * (1 + 1e-9))
-                first = i;
-        const kmp_body *body = &model->bodies[model->motions[first].body];
-        kmp_text_printf(why, "the accelerations are not determined: the motion of '%s'", model->motions[first].name);
-        for (int i = 0; i < red->n; i++)
-            if (i != first && fabs(change_of(red, s, i)) > TAKES_PART * fabs(change_of(red, s, first)))
-                kmp_text_printf(why, "%s'%s'", others++ ? ", " : " together with ", model->motions[i].name);
-        kmp_text_printf(why, " moves no mass; give body '%s', or one that moves with it, a mass or an inertia",
-                        body->name);
-    }
+    if (found)
+        name_motion(red, s, why);
     return !why->failed;
 }
 

@@ -665,26 +665,32 @@ static kmp_ref reduce_diagonal(const kmp_writer_ldl *ldl, kmp_graph *g, int i, b
     return x;
 }
 
+/* Column k of L, from the columns before it. A trailing unknown's diagonal is that of the Schur complement. */
+static bool factor_column(kmp_writer_ldl *ldl, kmp_graph *g, int k, const kmp_ref *matrix)
+{
+    int i = ldl->order[k], size = ldl->size;
+    kmp_ref diagonal = matrix[i * size + i], reduced = reduce_diagonal(ldl, g, i, true, diagonal);
+    ldl->diagonal[i] = i < ldl->leading ? diagonal : reduced;
+    ldl->pivot[i] = reduce_diagonal(ldl, g, i, false, reduced);
+    if (ldl->pivot[i] == KMP_ZERO)
+        return false;
+    ldl->inverse[i] = kmp_div(g, KMP_ONE, ldl->pivot[i]);
+    for (int e = ldl->start[k]; e < ldl->start[k + 1]; e++) {
+        ldl->scaled[e] = reduce(ldl, g, ldl->row[e], i, matrix[ldl->row[e] * size + i]);
+        ldl->l[e] = kmp_mul(g, ldl->scaled[e], ldl->inverse[i]);
+    }
+    return true;
+}
+
 bool kmp_writer_ldl_factor(kmp_writer_ldl *ldl, kmp_arena *arena, kmp_graph *g, const kmp_ref *matrix)
 {
     int entries = ldl->start[ldl->size];
     KMP_ARENA_EACH(arena, kmp_ref, entries, &ldl->l, &ldl->scaled);
     if (!KMP_ARENA_EACH(arena, kmp_ref, ldl->size, &ldl->diagonal, &ldl->pivot, &ldl->inverse))
         return false;
-    for (int k = 0; k < ldl->size; k++) {
-        /* Column k of L, from the columns before it. A trailing unknown's diagonal is that of the Schur complement. */
-        int i = ldl->order[k], size = ldl->size;
-        kmp_ref diagonal = matrix[i * size + i], reduced = reduce_diagonal(ldl, g, i, true, diagonal);
-        ldl->diagonal[i] = i < ldl->leading ? diagonal : reduced;
-        ldl->pivot[i] = reduce_diagonal(ldl, g, i, false, reduced);
-        if (ldl->pivot[i] == KMP_ZERO)
+    for (int k = 0; k < ldl->size; k++)
+        if (!factor_column(ldl, g, k, matrix))
             return false;
-        ldl->inverse[i] = kmp_div(g, KMP_ONE, ldl->pivot[i]);
-        for (int e = ldl->start[k]; e < ldl->start[k + 1]; e++) {
-            ldl->scaled[e] = reduce(ldl, g, ldl->row[e], i, matrix[ldl->row[e] * size + i]);
-            ldl->l[e] = kmp_mul(g, ldl->scaled[e], ldl->inverse[i]);
-        }
-    }
     return true;
 }
 

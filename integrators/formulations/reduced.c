@@ -221,6 +221,22 @@ static int reduced_linearise_at(kmp_reduced *d, double t, const double *y)
     return KMP_GO;
 }
 
+static void log_exchange(const kmp_reduced *d, double t, const kmp_partition *before)
+{
+    kmp_text out = {0}, in = {0};
+    for (int k = 0; k < d->p; k++) {
+        if (!is_among(d->part.u, d->p, before->u[k]))
+            kmp_text_printf(&out, "%s'%s'", out.length ? ", " : "", name_of(d, before->u[k]));
+        if (!is_among(before->u, d->p, d->part.u[k]))
+            kmp_text_printf(&in, "%s'%s'", in.length ? ", " : "", name_of(d, d->part.u[k]));
+    }
+    kmp_run_log_add(d->start.log, "exchange", t, d->growth, d->part.max_b,
+                    "%s instead of %s as independent coordinate: |dv/du| %.3g -> %.3g", in.s ? in.s : "",
+                    out.s ? out.s : "", d->growth, d->part.max_b);
+    kmp_text_free(&out);
+    kmp_text_free(&in);
+}
+
 /* Makes a due exchange at d->q and d->qd, the evaluator's place; y becomes the state in the new unknowns. */
 static int reduced_exchange(kmp_reduced *d, double t, double *y)
 {
@@ -247,20 +263,8 @@ static int reduced_exchange(kmp_reduced *d, double t, double *y)
         bool worth = d->use.steps >= KMP_FORMULATION_BRIEF;
         said = reduced_linearise_at(d, t, y) == KMP_GO ? kmp_reduced_make_program(d, worth) : KMP_HALT;
     }
-    if (said == KMP_GO) {
-        kmp_text out = {0}, in = {0};
-        for (int k = 0; k < d->p; k++) {
-            if (!is_among(d->part.u, d->p, before.u[k]))
-                kmp_text_printf(&out, "%s'%s'", out.length ? ", " : "", name_of(d, before.u[k]));
-            if (!is_among(before.u, d->p, d->part.u[k]))
-                kmp_text_printf(&in, "%s'%s'", in.length ? ", " : "", name_of(d, d->part.u[k]));
-        }
-        kmp_run_log_add(d->start.log, "exchange", t, d->growth, d->part.max_b,
-                        "%s instead of %s as independent coordinate: |dv/du| %.3g -> %.3g", in.s ? in.s : "",
-                        out.s ? out.s : "", d->growth, d->part.max_b);
-        kmp_text_free(&out);
-        kmp_text_free(&in);
-    }
+    if (said == KMP_GO)
+        log_exchange(d, t, &before);
     kmp_partition_free(&before);
     return said;
 }
@@ -686,32 +690,36 @@ static int row_of_rates(kmp_reduced *d, double t, const double *y, double *qd, d
     return KMP_GO;
 }
 
+/* Reports the row that stays open, and its gap. */
+static void explain_open(kmp_reduced *d, double t)
+{
+    const kmp_partition *part = &d->part;
+    int worst = 0;
+    double most = -1;
+    for (int r = 0; r < part->m; r++) {
+        double open = kmp_eval_opening(d->eval, r);
+        if (!(open <= most)) {
+            most = open;
+            worst = r;
+        }
+    }
+    kmp_text_printf(
+        &d->formulation.reason,
+        "the closures could not be solved at the output time t = %.9g: row '%s' has the residual %.2g (scaled)", t,
+        part->m > 0 ? d->s->row_names[worst] : "", most);
+    for (int k = 0; k < part->m - part->r; k++)
+        if (part->redundant[k] == worst)
+            kmp_text_put(&d->formulation.reason, ". It is redundant, but agrees with the other rows only roughly: give "
+                                                 "the model's numbers more digits, or remove the row");
+}
+
 static int row(kmp_formulation *formulation, double t, const double *y, double *q, double *qd, double *qdd,
                double *lambda, double *work)
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
     put_q(d, t, y);
     if (kmp_reduction_close(&d->red, t, d->q, NULL, 0)) {
-        /* Reports the row that stays open, and its gap. */
-        const kmp_partition *part = &d->part;
-        int worst = 0;
-        double most = -1;
-        for (int r = 0; r < part->m; r++) {
-            double open = kmp_eval_opening(d->eval, r);
-            if (!(open <= most)) {
-                most = open;
-                worst = r;
-            }
-        }
-        kmp_text_printf(
-            &d->formulation.reason,
-            "the closures could not be solved at the output time t = %.9g: row '%s' has the residual %.2g (scaled)", t,
-            part->m > 0 ? d->s->row_names[worst] : "", most);
-        for (int k = 0; k < part->m - part->r; k++)
-            if (part->redundant[k] == worst)
-                kmp_text_put(&d->formulation.reason,
-                             ". It is redundant, but agrees with the other rows only roughly: give "
-                             "the model's numbers more digits, or remove the row");
+        explain_open(d, t);
         return KMP_HALT;
     }
     memcpy(q, d->q, (size_t)d->n * sizeof *q);

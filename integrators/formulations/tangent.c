@@ -116,6 +116,18 @@ static void along(const pass *p, kmp_input_kind kind)
         kmp_duals_along(p->numbers->duals, kind, (uint32_t)p->first);
 }
 
+static void add_mass(const pass *p)
+{
+    const kmp_pattern *mass = &p->numbers->system->mass;
+    const double *qdd = p->at ? p->at->qdd : NULL;
+    for (int e = 0; e < mass->count; e++) {
+        int row = mass->row[e], col = mass->col[e];
+        add_entry(p, KMP_R_Q, row, p->out.mass + e, entry(qdd, col));
+        if (row != col)
+            add_entry(p, KMP_R_Q, col, p->out.mass + e, entry(qdd, row));
+    }
+}
+
 /* All blocks but M and J. */
 static void add_all(kmp_tangent_numbers *x, const kmp_instant *at, bool *mark)
 {
@@ -124,14 +136,7 @@ static void add_all(kmp_tangent_numbers *x, const kmp_instant *at, bool *mark)
     for (p.first = 0; p.first < x->n; p.first += width) {
         p.count = x->n - p.first < width ? x->n - p.first : width;
         along(&p, KMP_IN_Q);
-        const kmp_pattern *mass = &p.numbers->system->mass;
-        const double *qdd = p.at ? p.at->qdd : NULL;
-        for (int e = 0; e < mass->count; e++) {
-            int row = mass->row[e], col = mass->col[e];
-            add_entry(&p, KMP_R_Q, row, p.out.mass + e, entry(qdd, col));
-            if (row != col)
-                add_entry(&p, KMP_R_Q, col, p.out.mass + e, entry(qdd, row));
-        }
+        add_mass(&p);
         add_jacobian(&p);
         add_rows(&p, KMP_R_Q, p.out.bias, x->n);
         add_rows(&p, KMP_CURVE_Q, p.out.jdqd, x->m);
@@ -360,6 +365,23 @@ static void add_effort(gather *g)
         kmp_listing_place(&g->list, k < n ? KMP_POWER_Q : KMP_POWER_QD, 0, k % n, source++);
 }
 
+static void add_mass_and_jacobian(gather *g)
+{
+    int n = g->eq.n;
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k <= i; k++) {
+            if (g->eq.mass[i * n + k] == KMP_ZERO)
+                continue;
+            int source = kmp_listing_add(&g->list, g->eq.mass[i * n + k]);
+            kmp_listing_place(&g->list, KMP_M, i, k, source);
+            if (i != k)
+                kmp_listing_place(&g->list, KMP_M, k, i, source);
+        }
+    for (int r = 0; r < g->eq.m; r++)
+        for (int k = 0; k < n; k++)
+            kmp_listing_put(&g->list, KMP_J, r, k, g->eq.jacobian[r * n + k]);
+}
+
 static kempe_status collect_tangents(gather *g, const kempe_system *system)
 {
     g->given = g->eq.closed_q && g->eq.n > LARGE ? g->eq.n : 0;
@@ -384,19 +406,7 @@ static kempe_status collect_tangents(gather *g, const kempe_system *system)
     for (int k = 0; k < g->eq.n && ok; k++)
         ok = add_column(g, partials, KMP_IN_Q, k) && add_column(g, partials, KMP_IN_QD, k);
     kmp_partials_free(partials);
-    int n = g->eq.n;
-    for (int i = 0; i < n; i++)
-        for (int k = 0; k <= i; k++) {
-            if (g->eq.mass[i * n + k] == KMP_ZERO)
-                continue;
-            int source = kmp_listing_add(&g->list, g->eq.mass[i * n + k]);
-            kmp_listing_place(&g->list, KMP_M, i, k, source);
-            if (i != k)
-                kmp_listing_place(&g->list, KMP_M, k, i, source);
-        }
-    for (int r = 0; r < g->eq.m; r++)
-        for (int k = 0; k < n; k++)
-            kmp_listing_put(&g->list, KMP_J, r, k, g->eq.jacobian[r * n + k]);
+    add_mass_and_jacobian(g);
     ok = ok && add_loads(g, system);
     add_matrices(g);
     add_effort(g);
@@ -608,27 +618,30 @@ static void differentiate_effort(kmp_tangents *t, const kmp_instant *at, double 
     }
 }
 
+/* Evaluates all entries; valid until the next call; no allocation. */
+static const double *tangent_numbers_eval(kmp_tangent_numbers *x, const kmp_instant *at)
+{
+    const output_places out = find_outputs(x->system);
+    kmp_duals_set(x->duals, KMP_IN_TIME, kmp_instant_times(at));
+    kmp_duals_set(x->duals, KMP_IN_Q, at->q);
+    kmp_duals_set(x->duals, KMP_IN_QD, at->qd);
+    kmp_duals_set(x->duals, KMP_IN_CHART, at->chart);
+    if (at->mode)
+        kmp_duals_set(x->duals, KMP_IN_MODE, at->mode);
+    kmp_duals_run(x->duals);
+    memset(x->value, 0, (size_t)x->size * sizeof *x->value);
+    add_all(x, at, NULL);
+    for (int e = 0; e < x->system->mass.count; e++)
+        x->value[x->at[KMP_M] + e] = kmp_duals_value(x->duals, out.mass + e);
+    for (int e = 0; e < x->system->jacobian.count; e++)
+        x->value[x->at[KMP_J] + e] = kmp_duals_value(x->duals, out.jacobian + e);
+    return x->value;
+}
+
 const double *kmp_tangents_derivatives(kmp_tangents *tangents, const kmp_instant *at)
 {
-    if (tangents->numbers) {
-        /* Evaluates all entries; valid until the next call; no allocation. */
-        kmp_tangent_numbers *x = tangents->numbers;
-        const output_places out = find_outputs(x->system);
-        kmp_duals_set(x->duals, KMP_IN_TIME, kmp_instant_times(at));
-        kmp_duals_set(x->duals, KMP_IN_Q, at->q);
-        kmp_duals_set(x->duals, KMP_IN_QD, at->qd);
-        kmp_duals_set(x->duals, KMP_IN_CHART, at->chart);
-        if (at->mode)
-            kmp_duals_set(x->duals, KMP_IN_MODE, at->mode);
-        kmp_duals_run(x->duals);
-        memset(x->value, 0, (size_t)x->size * sizeof *x->value);
-        add_all(x, at, NULL);
-        for (int e = 0; e < x->system->mass.count; e++)
-            x->value[x->at[KMP_M] + e] = kmp_duals_value(x->duals, out.mass + e);
-        for (int e = 0; e < x->system->jacobian.count; e++)
-            x->value[x->at[KMP_J] + e] = kmp_duals_value(x->duals, out.jacobian + e);
-        return x->value;
-    }
+    if (tangents->numbers)
+        return tangent_numbers_eval(tangents->numbers, at);
     const double *outputs = kmp_formulas_at(&tangents->tangent, at);
     int n = tangents->n;
     if (!tangents->forced)

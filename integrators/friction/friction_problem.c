@@ -654,6 +654,22 @@ static bool suffices(kmp_friction_run *x, double part)
     return holds;
 }
 
+/* Below the least part the largest acceleration falls linearly with the part, as long as the same forces are at their
+ * bounds: its zero is more exact than a bracket, where tolerances of rounding decide. */
+static double refine(kmp_friction_run *x, double part)
+{
+    double at[2] = {part * (1 - JUST_BELOW), part * (1 - 2 * JUST_BELOW)}, y[2];
+    int most = 0;
+    (void)suffices(x, at[0]);
+    for (int i = 0; i < x->rest; i++)
+        most = fabs(x->y[i]) > fabs(x->y[most]) ? i : most;
+    y[0] = x->y[most];
+    (void)suffices(x, at[1]);
+    y[1] = x->y[most];
+    double zero = at[0] + y[0] * (at[0] - at[1]) / (y[1] - y[0]);
+    return fabs(zero - part) <= CLOSE * part ? zero : part;
+}
+
 /* The least part with the levels in x->upper, and its forces. */
 static double least_part(kmp_friction_run *x)
 {
@@ -675,18 +691,7 @@ static double least_part(kmp_friction_run *x)
     if (unique)
         return high;
     memcpy(x->aside, x->f, (size_t)x->rest * sizeof *x->f);
-    /* Below the least part the largest acceleration falls linearly with the part, as long as the same forces are at
-     * their bounds: its zero is more exact than a bracket, where tolerances of rounding decide. */
-    double at[2] = {high * (1 - JUST_BELOW), high * (1 - 2 * JUST_BELOW)}, y[2];
-    int most = 0;
-    (void)suffices(x, at[0]);
-    for (int i = 0; i < x->rest; i++)
-        most = fabs(x->y[i]) > fabs(x->y[most]) ? i : most;
-    y[0] = x->y[most];
-    (void)suffices(x, at[1]);
-    y[1] = x->y[most];
-    double zero = at[0] + y[0] * (at[0] - at[1]) / (y[1] - y[0]);
-    double part = fabs(zero - high) <= CLOSE * high ? zero : high;
+    double part = refine(x, high);
     memcpy(x->f, x->aside, (size_t)x->rest * sizeof *x->f);
     return part;
 }

@@ -74,10 +74,9 @@ static double product(int n, const double *a, const double *b)
     return sum;
 }
 
-static int find_inverse_inertia(kmp_impact_run *p, double t, const double *q)
+/* The rows of all that take part. */
+static void find_rows(kmp_impact_run *p, double t, const double *q)
 {
-    int n = p->n;
-    /* The rows of all that take part. */
     for (int k = 0; k < p->count; k++) {
         p->rows[k] = kmp_impact_element(p, k)->row;
         kmp_friction_put(p->friction, kmp_impact_element(p, k), KMP_ROLE_HELD, 1);
@@ -85,6 +84,12 @@ static int find_inverse_inertia(kmp_impact_run *p, double t, const double *q)
     p->site->rows(self_of(p), t, q, p->count, p->rows, p->row);
     for (int k = 0; k < p->count; k++)
         kmp_friction_put(p->friction, kmp_impact_element(p, k), KMP_ROLE_HELD, 0);
+}
+
+static int find_inverse_inertia(kmp_impact_run *p, double t, const double *q)
+{
+    int n = p->n;
+    find_rows(p, t, q);
     KMP_FRICTION_TRY(clear_implied(p, t, q));
     KMP_FRICTION_TRY(p->site->ways(self_of(p), t, q, p->count, p->row, p->way));
     for (int i = 0; i < p->count; i++)
@@ -266,6 +271,24 @@ static void evaluate_contacts(kmp_impact_run *p, double t, const double *q, cons
     p->friction->site->look(self_of(p), t, q, qd, p->friction->change);
 }
 
+/* Ends sequences of impacts whose next one would follow at once. A contact that rebounds takes its rate away. When
+ * contacts strike in turn, each throws the others off by a rate that is no more than that of a fall in this time: they
+ * stay. */
+static void end_sequences(kmp_impact_run *p, double t, double rate)
+{
+    double least = KMP_IMPACT_SPACING * p->friction->site->numbers(self_of(p)).span;
+    for (int k = 0; k < p->count; k++) {
+        const kmp_friction_element *element = kmp_impact_element(p, k);
+        double e = p->e[k], since = t - element->last;
+        p->held[k] = element->contact && since < least && fabs(p->v[k]) < least * element->size * rate * rate;
+        if (!is_last(p, k, since, least))
+            continue;
+        if (p->site->tell_sequence)
+            p->site->tell_sequence(self_of(p), p->which[k], t, since, e < 1 ? t + e * since / (1 - e) : t);
+        p->e[k] = 0;
+    }
+}
+
 KMP_LOCAL int kmp_impact_decide(kmp_impact_run *p, double t, double *q, double *qd, double *gain)
 {
     *gain = 0;
@@ -281,20 +304,7 @@ KMP_LOCAL int kmp_impact_decide(kmp_impact_run *p, double t, double *q, double *
         (void)list_touching(p, rate);
         KMP_FRICTION_TRY(find_inverse_inertia(p, t, q));
     }
-    /* Ends sequences of impacts whose next one would follow at once. A contact that rebounds takes its rate away. When
-     * contacts strike in turn, each throws the others off by a rate that is no more than that of a fall in this time:
-     * they stay. */
-    double least = KMP_IMPACT_SPACING * p->friction->site->numbers(self_of(p)).span;
-    for (int k = 0; k < p->count; k++) {
-        const kmp_friction_element *element = kmp_impact_element(p, k);
-        double e = p->e[k], since = t - element->last;
-        p->held[k] = element->contact && since < least && fabs(p->v[k]) < least * element->size * rate * rate;
-        if (!is_last(p, k, since, least))
-            continue;
-        if (p->site->tell_sequence)
-            p->site->tell_sequence(self_of(p), p->which[k], t, since, e < 1 ? t + e * since / (1 - e) : t);
-        p->e[k] = 0;
-    }
+    end_sequences(p, t, rate);
     KMP_FRICTION_TRY(solve_impulses(p, t));
     *gain = apply(p, qd);
     KMP_FRICTION_TRY(keep_from_gaining(p, t, qd, gain));

@@ -172,17 +172,9 @@ static kempe_status add_pieces(kmp_runner *run, double from, double to, bool ear
     return status == KEMPE_E_MEMORY ? kmp_fail_memory(run->s->context) : status;
 }
 
-kempe_status kmp_delays_record(kmp_runner *run, double t)
+/* Forgets what neither a later step nor a checkpoint needs. */
+static void forget_past(kmp_runner *run)
 {
-    kmp_delays *x = run->delays;
-    if (!x || !(t > x->past->known))
-        return KEMPE_OK;
-    if (x->past->known < kmp_runner_t_old(run) && !kmp_same_time(x->past->known, kmp_runner_t_old(run)))
-        return kmp_fail(run->s->context, KEMPE_E_FAILED, "the past of delayed signals has a gap at t = %.9g s",
-                        x->past->known);
-    KMP_TRY(add_pieces(run, x->past->known, t, false, 0, x->count - 1));
-    x->past->known = t;
-    /* Forgets what neither a later step nor a checkpoint needs. */
     kmp_past *past = run->delays->past;
     const double since = run->spec.kept_past ? fmin(run->spec.kept_past->since, past->known) : past->known;
     for (int k = 0; !run->spec.recording && k < past->count; k++) {
@@ -196,6 +188,19 @@ kempe_status kmp_delays_record(kmp_runner *run, double t)
         run->eval->inputs.piece[state_of(run, k)->signal].c[0] = first;
         kmp_past_drop(signal, first);
     }
+}
+
+kempe_status kmp_delays_record(kmp_runner *run, double t)
+{
+    kmp_delays *x = run->delays;
+    if (!x || !(t > x->past->known))
+        return KEMPE_OK;
+    if (x->past->known < kmp_runner_t_old(run) && !kmp_same_time(x->past->known, kmp_runner_t_old(run)))
+        return kmp_fail(run->s->context, KEMPE_E_FAILED, "the past of delayed signals has a gap at t = %.9g s",
+                        x->past->known);
+    KMP_TRY(add_pieces(run, x->past->known, t, false, 0, x->count - 1));
+    x->past->known = t;
+    forget_past(run);
     kmp_present_inputs_renew(&run->eval->inputs);
     return KEMPE_OK;
 }
@@ -326,6 +331,23 @@ static kempe_status continue_past(kmp_runner *run, double t, const kmp_past *pas
     return KEMPE_OK;
 }
 
+static kempe_status check_delays(kmp_runner *run)
+{
+    kmp_delays *x = run->delays;
+    const double *delay = before_at(run, run->spec.t_start) + x->count;
+    for (int k = 0; k < x->count; k++) {
+        if (!(delay[k] > 0) || isinf(delay[k]))
+            return kmp_fail(run->s->context, KEMPE_E_INPUT, "the delay of '%s' is %.9g s: a positive time is expected",
+                            state_of(run, k)->name, delay[k]);
+        if (state_of(run, k)->before && begins_given(run, k))
+            return kmp_fail(run->s->context, KEMPE_E_INPUT,
+                            "a start value of '%s' cannot be given: the model has its 'before'",
+                            state_of(run, k)->name);
+        x->past->signal[k].delay = delay[k];
+    }
+    return KEMPE_OK;
+}
+
 kempe_status kmp_delays_begin(kmp_runner *run, double t)
 {
     if (run->s->model->delay_count == 0)
@@ -338,19 +360,7 @@ kempe_status kmp_delays_begin(kmp_runner *run, double t)
     } else {
         run->delays->past = kmp_past_new(run->delays->count);
         KMP_TRY(kmp_made(run->s->context, run->delays->past));
-        kmp_delays *x = run->delays;
-        const double *delay = before_at(run, run->spec.t_start) + x->count;
-        for (int k = 0; k < x->count; k++) {
-            if (!(delay[k] > 0) || isinf(delay[k]))
-                return kmp_fail(run->s->context, KEMPE_E_INPUT,
-                                "the delay of '%s' is %.9g s: a positive time is expected", state_of(run, k)->name,
-                                delay[k]);
-            if (state_of(run, k)->before && begins_given(run, k))
-                return kmp_fail(run->s->context, KEMPE_E_INPUT,
-                                "a start value of '%s' cannot be given: the model has its 'before'",
-                                state_of(run, k)->name);
-            x->past->signal[k].delay = delay[k];
-        }
+        KMP_TRY(check_delays(run));
         KMP_TRY(set_states(run, t));
         KMP_TRY(begin_past(run, t));
     }

@@ -244,25 +244,46 @@ static bool is_contact(const void *self, int k)
 
 /* -- the search -------------------------------------------------------------------------------------- */
 
+/* Finds the earliest change in (a, b]. Leaves c there. */
+static int find_earliest(kmp_event_tracker *c, const kmp_event_probe *a, const kmp_event_probe *b, double *t)
+{
+    const kmp_location_site location = {c,          c->s->events.count, c->kind,       c->mode,   c->change,
+                                        look_alone, note_before,        note_crossing, is_contact};
+    *t = b->t;
+    memcpy(c->change, b->change, (size_t)c->s->events.count * sizeof *c->change);
+    const int status = kmp_location_earliest(&location, a->t, a->change, t);
+    return status == KEMPE_OK ? kmp_location_surface(&location, a->t, t) : status;
+}
+
 /* Ends a piece that its ends decide. */
 static int end_piece(void *self, const kmp_event_probe *a, const kmp_event_probe *b, bool *found)
 {
     kmp_event_tracker *c = self;
     if (any_differs(c, b)) {
         *found = true;
-        /* Finds the earliest change in (a, b]. Leaves c there. */
-        const kmp_location_site location = {c,          c->s->events.count, c->kind,       c->mode,   c->change,
-                                            look_alone, note_before,        note_crossing, is_contact};
-        c->search.event = b->t;
-        memcpy(c->change, b->change, (size_t)c->s->events.count * sizeof *c->change);
-        const int status = kmp_location_earliest(&location, a->t, a->change, &c->search.event);
-        return status == KEMPE_OK ? kmp_location_surface(&location, a->t, &c->search.event) : status;
+        return find_earliest(c, a, b, &c->search.event);
     }
     note_sizes(c, b->t, b->change);
     return KEMPE_OK;
 }
 
 static const kmp_piece_site site = {look_at, bind, bound_of, may_change, holds, end_piece};
+
+/* Late conditions have an output in both stages; that of the first stage is zero. */
+static void find_outputs(kmp_event_search *s, const kempe_system *system)
+{
+    const int *outputs = system->changes->outputs;
+    int late = outputs[2];
+    for (int k = 0; k < system->events.count; k++) {
+        bool is_late = system->events.condition[k].late;
+        s->output[k] = is_late ? late++ : outputs[1] + k;
+        s->third[k] = is_late || s->bounds->given[s->output[k]];
+    }
+    s->first_solved[0] = outputs[1] + system->events.count;
+    s->first_solved[1] = late;
+    for (int i = 0; i < 2; i++)
+        s->solved[i] = outputs[i + 2] - s->first_solved[i];
+}
 
 /* Allocates a search in the arena; false: no memory. */
 static bool event_search_init(kmp_event_search *s, const kempe_system *system, bool closely, kmp_arena *arena)
@@ -275,18 +296,7 @@ static bool event_search_init(kmp_event_search *s, const kempe_system *system, b
         return false;
     s->pieces = (kmp_piece_search){
         .site = &site, .conditions = count, .third = s->third, .open = s->open, .least = closely ? CLOSELY : 0};
-    /* Late conditions have an output in both stages; that of the first stage is zero. */
-    const int *outputs = system->changes->outputs;
-    int late = outputs[2];
-    for (int k = 0; k < system->events.count; k++) {
-        bool is_late = system->events.condition[k].late;
-        s->output[k] = is_late ? late++ : outputs[1] + k;
-        s->third[k] = is_late || s->bounds->given[s->output[k]];
-    }
-    s->first_solved[0] = outputs[1] + system->events.count;
-    s->first_solved[1] = late;
-    for (int i = 0; i < 2; i++)
-        s->solved[i] = outputs[i + 2] - s->first_solved[i];
+    find_outputs(s, system);
     for (int i = 0; i < KMP_SEARCH_LOOKS; i++)
         KMP_ARENA_MAKE(arena, KMP_ROOM(double, count, &s->pieces.look[i].change),
                        KMP_ROOM(double, 3 * system->n + system->m, &s->pieces.look[i].state),

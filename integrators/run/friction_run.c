@@ -124,16 +124,22 @@ static const char *name_of(const kmp_runner *run, const kmp_friction_element *e)
     return force_of(run, e)->name;
 }
 
-void kmp_friction_put_spread(kmp_text *text, int n, const double *d)
+/* The largest ratio of inertias between directions of two rows of D; 0 where they are dependent. */
+static double spread_of(int n, const double *d)
 {
-    /* The largest ratio of inertias between directions of two rows of D; 0 where they are dependent. */
-    double spread = 0;
+    double most = 0;
     for (int i = 0; i < n; i++)
         for (int j = 0; j < i; j++) {
             double a = d[i + i * n], c = d[j + j * n], b = d[i + j * n], sum = a + c, rest = a * c - b * b;
             if (rest > KMP_SAME_ROW * sum * sum)
-                spread = fmax(spread, sum * sum / rest);
+                most = fmax(most, sum * sum / rest);
         }
+    return most;
+}
+
+void kmp_friction_put_spread(kmp_text *text, int n, const double *d)
+{
+    double spread = spread_of(n, d);
     if (spread > KMP_INERTIA_SPREAD)
         kmp_text_printf(text,
                         "; the inertia at its surface differs by the factor %.2g between directions: give the body a "

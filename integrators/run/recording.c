@@ -252,6 +252,29 @@ static const step *step_at(const kmp_recording *r, double t)
     return &r->steps[low];
 }
 
+/* Makes the formulation and the integrator of a stretch. */
+static kempe_status stand_in(kmp_runner *run, const stretch *s)
+{
+    int n = run->s->n;
+    kmp_runner_release_integrators(run);
+    if (run->formulation)
+        run->formulation->release(run->formulation);
+    run->formulation = NULL;
+    run->y = run->yp = NULL;
+    kmp_partition_free(&run->part);
+    KMP_TRY(kmp_made(run->s->context, kmp_partition_copy(&run->part, &s->part)));
+    run->method = s->method;
+    run->choice.kind = s->integrator;
+    run->near_singular = s->near_singular;
+    run->walks = s->walks;
+    run->by_bodies = s->by_bodies;
+    kmp_eval_set_charts(run->eval, s->chart);
+    kmp_eval_closure(run->eval, s->t, s->row);
+    kmp_eval_drop(run->eval, s->part.m - s->part.r, s->part.redundant);
+    memcpy(run->state, s->row, (size_t)(3 * n + run->s->m) * sizeof *s->row);
+    return kmp_runner_make(run, s->t, run->state, run->state + n, s->work);
+}
+
 /* Returns to a step. The polynomial of the present one is kept. */
 static kempe_status stand_at(kmp_recording *r, const step *at)
 {
@@ -266,25 +289,7 @@ static kempe_status stand_at(kmp_recording *r, const step *at)
     kmp_eval_set_modes(run->eval, run->eval->mode);
     if (r->present != at->stretch) {
         r->present = -1;
-        /* Makes the formulation and the integrator of a stretch. */
-        int n = run->s->n;
-        kmp_runner_release_integrators(run);
-        if (run->formulation)
-            run->formulation->release(run->formulation);
-        run->formulation = NULL;
-        run->y = run->yp = NULL;
-        kmp_partition_free(&run->part);
-        KMP_TRY(kmp_made(run->s->context, kmp_partition_copy(&run->part, &s->part)));
-        run->method = s->method;
-        run->choice.kind = s->integrator;
-        run->near_singular = s->near_singular;
-        run->walks = s->walks;
-        run->by_bodies = s->by_bodies;
-        kmp_eval_set_charts(run->eval, s->chart);
-        kmp_eval_closure(run->eval, s->t, s->row);
-        kmp_eval_drop(run->eval, s->part.m - s->part.r, s->part.redundant);
-        memcpy(run->state, s->row, (size_t)(3 * n + run->s->m) * sizeof *s->row);
-        KMP_TRY(kmp_runner_make(run, s->t, run->state, run->state + n, s->work));
+        KMP_TRY(stand_in(run, s));
         r->present = at->stretch;
         stream.count = 0;
         transfer_surroundings(run, &stream);

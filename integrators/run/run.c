@@ -264,6 +264,16 @@ static double cpu_of(const kmp_runner *run)
     return kmp_cpu_now() + kmp_team_cpu(run ? run->team : NULL);
 }
 
+/* Joints with clearance that start as without it, where the start follows from that. */
+static void log_loose(kmp_runner *run, const kempe_assembly *start)
+{
+    kmp_text names = {0};
+    if ((start->rested || start->centred) && kmp_assembly_put_loose(&names, start, KMP_LOOSE_REST) > 0)
+        kmp_run_log_add(run->log, "start", run->spec.t_start, NAN, NAN, "%s as without clearance%s", names.s,
+                        start->centred ? ", centred because a guess was outside its bearing" : "");
+    kmp_text_free(&names);
+}
+
 kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
                             kmp_runner **runner)
 {
@@ -293,14 +303,8 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
         status = find_time_scales(run);
     if (status == KEMPE_OK)
         status = kmp_runner_prepare(run, start);
-    if (status == KEMPE_OK) {
-        /* Joints with clearance that start as without it, where the start follows from that. */
-        kmp_text names = {0};
-        if ((start->rested || start->centred) && kmp_assembly_put_loose(&names, start, KMP_LOOSE_REST) > 0)
-            kmp_run_log_add(run->log, "start", run->spec.t_start, NAN, NAN, "%s as without clearance%s", names.s,
-                            start->centred ? ", centred because a guess was outside its bearing" : "");
-        kmp_text_free(&names);
-    }
+    if (status == KEMPE_OK)
+        log_loose(run, start);
     kempe_assembly_free(own);
     run->build_s = cpu_of(run) - begin_s;
     if (status != KEMPE_OK) {

@@ -159,6 +159,20 @@ static bool resume(kmp_runner *run, double t)
     return true;
 }
 
+/* Centres due joints and those to be centred with them, from q, qd, qdd on. */
+static void center(kmp_runner *run, double t, double *q, double *qd, double *qdd)
+{
+    for (int c = 0; c < kmp_charts_count(run->s); c++) {
+        double regular = kmp_chart_regular(run->s, c, q);
+        if (!may_center(run, c) || regular > KMP_AXES_ALONG)
+            continue;
+        kmp_chart_center(run->s, c, run->eval->chart, q, qd, qdd);
+        run->centrings++;
+        note_center(run, c, t, regular);
+    }
+    kmp_eval_set_charts(run->eval, run->eval->chart);
+}
+
 /* Centres as after an exchange: a one-step method keeps its step size, others restart. If the present choice of
  * coordinates is not possible in the new charts, another is made. */
 kempe_status kmp_runner_center(kmp_runner *run, double t)
@@ -171,16 +185,7 @@ kempe_status kmp_runner_center(kmp_runner *run, double t)
     if (!has_moved(run))
         memcpy(run->seen, q, (size_t)run->s->n * sizeof *q);
     run->seen_t = t;
-    /* Centres due joints and those to be centred with them, from q, qd, qdd on. */
-    for (int c = 0; c < kmp_charts_count(run->s); c++) {
-        double regular = kmp_chart_regular(run->s, c, q);
-        if (!may_center(run, c) || regular > KMP_AXES_ALONG)
-            continue;
-        kmp_chart_center(run->s, c, run->eval->chart, q, qd, run->qdd);
-        run->centrings++;
-        note_center(run, c, t, regular);
-    }
-    kmp_eval_set_charts(run->eval, run->eval->chart);
+    center(run, t, q, qd, run->qdd);
     kmp_eval_closure(run->eval, t, q);
     kmp_rank_margin_stand_anew(&run->margin, run->eval);
     if (!resume(run, t))

@@ -321,6 +321,18 @@ static kempe_status leave_near_singular(kmp_runner *run, double t)
     return KEMPE_OK;
 }
 
+/* Exchanges dropped rows with large coefficients in kept rows. */
+static kempe_status change_rows(kmp_runner *run, double t)
+{
+    double before = run->margin.rows, h = run->solver->h;
+    KMP_TRY(runner_change_formulation(run, t, false, h));
+    kmp_run_log_add(run->log, "rows", t, before, run->margin.rows,
+                    "the choice of independent closure rows changed: largest dependence of a redundant row on "
+                    "them %.2g, now %.2g",
+                    before, run->margin.rows);
+    return KEMPE_OK;
+}
+
 /* If J is near to losing a row, steps across a change point take over, and the formulation continues beyond it. If only
  * the independent rows become singular, others are taken. */
 static kempe_status watch_margin(kmp_runner *run, double t)
@@ -335,16 +347,8 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     kmp_rank_margin_stand(&run->margin);
     if (run->near_singular)
         return run->margin.last > KMP_NEAR_SINGULAR_OUT * run->margin.usual ? leave_near_singular(run, t) : KEMPE_OK;
-    if (kmp_dropped_judge(run->margin.rows) != KMP_KEPT_WELL) {
-        /* Exchanges dropped rows with large coefficients in kept rows. */
-        double before = run->margin.rows, h = run->solver->h;
-        KMP_TRY(runner_change_formulation(run, t, false, h));
-        kmp_run_log_add(run->log, "rows", t, before, run->margin.rows,
-                        "the choice of independent closure rows changed: largest dependence of a redundant row on "
-                        "them %.2g, now %.2g",
-                        before, run->margin.rows);
-        return KEMPE_OK;
-    }
+    if (kmp_dropped_judge(run->margin.rows) != KMP_KEPT_WELL)
+        return change_rows(run, t);
     if (!enters)
         return KEMPE_OK;
     double work;
@@ -391,6 +395,21 @@ static kempe_status renew(kmp_runner *run, double t)
     }
 }
 
+/* Removes the rows of friction and contacts, whose modes are decided anew. Small rates of closed contacts that remain
+ * from the integration would make them strike or part. */
+static kempe_status let_go(kmp_runner *run, double t, double *q, double *qd)
+{
+    memcpy(run->friction->change, run->crossing->change, (size_t)run->s->events.count * sizeof(double));
+    kmp_friction_note_values(run->friction);
+    if (run->impacts)
+        KMP_TRY(kmp_runner_project(run, t, q, qd));
+    kmp_friction_let_go(run->friction);
+    kmp_partition_free(&run->part);
+    KMP_TRY(kmp_runner_choose(run, t, q, -1, NULL, 0));
+    kmp_rank_margin_free(&run->margin);
+    return kmp_runner_compute_margin(run, t, q);
+}
+
 /* Makes rates consistent with the present closures: the nearest ones in the kinetic energy, as after impulses along the
  * rows' forces. This is a plastic impact with the least loss of energy. Conditions may depend on rates, so that further
  * ones change. Then contacts strike, and modes are decided. Gains of kinetic energy, J: *energy by closures that
@@ -401,19 +420,8 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     bool changed = true, any = false;
     KMP_TRY(kmp_eval_add_composite(run->eval));
     kmp_eval_set_by_bodies(run->eval, false);
-    if (run->friction) {
-        /* Removes the rows of friction and contacts, whose modes are decided anew. Small rates of closed contacts that
-         * remain from the integration would make them strike or part. */
-        memcpy(run->friction->change, run->crossing->change, (size_t)run->s->events.count * sizeof(double));
-        kmp_friction_note_values(run->friction);
-        if (run->impacts)
-            KMP_TRY(kmp_runner_project(run, t, q, qd));
-        kmp_friction_let_go(run->friction);
-        kmp_partition_free(&run->part);
-        KMP_TRY(kmp_runner_choose(run, t, q, -1, NULL, 0));
-        kmp_rank_margin_free(&run->margin);
-        KMP_TRY(kmp_runner_compute_margin(run, t, q));
-    }
+    if (run->friction)
+        KMP_TRY(let_go(run, t, q, qd));
     for (int pass = 0; changed; pass++) { /* each changes once at most */
         KMP_TRY(kmp_event_tracker_change(run->crossing, t, q, qd, pass > 0, &changed));
         if (changed || (pass == 0 && !run->friction)) /* which has let go */
@@ -543,22 +551,27 @@ static bool gives_switches(const kmp_runner *run)
     return (run->eval->inputs.count > 0 || run->sampler) && run->crossing && run->s->switches;
 }
 
-/* Takes inputs and states from t on, at the state in run->state. */
-static kempe_status renew_here(kmp_runner *run, double t)
+/* Sampled states and those of events, and the conditions that they change, which may be events of others. A state that
+ * changes without end is left as it is after some passes: conditions that change back and forth are reported elsewhere.
+ */
+static kempe_status take_discrete(kmp_runner *run, double t)
 {
-    if (run->crossing && run->sampler)
-        kmp_event_tracker_note(run->crossing, t, run->state, run->state + run->s->n);
-    KMP_TRY(runner_take_inputs(run, t));
-    /* Sampled states and those of events, and the conditions that they change, which may be events of others. A state
-     * that changes without end is left as it is after some passes: conditions that change back and forth are reported
-     * elsewhere.
-     */
     bool more = true;
     for (int pass = 0; more && pass <= run->s->model->state_count; pass++) {
         kmp_runner_take_samples(run, t);
         KMP_TRY(runner_take_conditions(run, t));
         more = kmp_runner_meets_events(run);
     }
+    return KEMPE_OK;
+}
+
+/* Takes inputs and states from t on, at the state in run->state. */
+static kempe_status renew_here(kmp_runner *run, double t)
+{
+    if (run->crossing && run->sampler)
+        kmp_event_tracker_note(run->crossing, t, run->state, run->state + run->s->n);
+    KMP_TRY(runner_take_inputs(run, t));
+    KMP_TRY(take_discrete(run, t));
     if (run->crossing)
         run->crossing->noted = false;
     return KEMPE_OK;

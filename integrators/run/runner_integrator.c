@@ -62,32 +62,41 @@ static const kmp_solver_kind *integrator_of(const kmp_runner *run)
     return cannot || run->near_singular || brief ? kmp_solver_find("dop853") : requested;
 }
 
-kempe_status kmp_runner_make_integrator(kmp_runner *run)
+/* The formulation has made lanes where they are worth while. */
+static void choose_first(kmp_runner *run)
+{
+    const kmp_ode *ode = &run->formulation->ode;
+    kmp_integrator_choice *c = &run->choice;
+    const kempe_model *model = run->s->model;
+    /* The force of a compliant contact begins and ends as a power of time, 1.5 in general. Steps are short there, and
+     * radau gains nothing by its higher order. */
+    bool rough = false;
+    for (int k = 0; k < model->force_count; k++)
+        rough = rough || model->forces[k].kind == KMP_FORCE_COMPLIANT;
+    c->kind = kmp_solver_find(rough ? "dop853" : ode->lanes ? "radau" : run->spec.integrator);
+    c->ratio = ode->cycles_of_lanes > 0 && !rough ? kmp_cycles_ratio(ode, run->spec.rtol) : 0;
+    c->patience = FIRST_TRIAL;
+}
+
+/* Beside change points errors of radau were 600 times the tolerance where those of dop853 were 15 times. */
+static void choose_for_change_points(kmp_runner *run)
 {
     kmp_integrator_choice *c = &run->choice;
-    if (c->open && !c->kind && !run->near_singular) {
-        /* The formulation has made lanes where they are worth while. */
-        const kmp_ode *ode = &run->formulation->ode;
-        const kempe_model *model = run->s->model;
-        /* The force of a compliant contact begins and ends as a power of time, 1.5 in general. Steps are short there,
-         * and radau gains nothing by its higher order. */
-        bool rough = false;
-        for (int k = 0; k < model->force_count; k++)
-            rough = rough || model->forces[k].kind == KMP_FORCE_COMPLIANT;
-        c->kind = kmp_solver_find(rough ? "dop853" : ode->lanes ? "radau" : run->spec.integrator);
-        c->ratio = ode->cycles_of_lanes > 0 && !rough ? kmp_cycles_ratio(ode, run->spec.rtol) : 0;
-        c->patience = FIRST_TRIAL;
-    }
-    if (c->open && run->near_singular) {
-        /* Beside change points errors of radau were 600 times the tolerance where those of dop853 were 15 times. */
-        if (c->kind && c->kind->lanes)
-            kmp_run_log_add(run->log, "integrator", run->near_singular_t, 0, 0,
-                            "dop853 continues in place of radau: the motion passes change points");
-        c->kind = kmp_solver_find("dop853");
-        c->open = false;
-    }
-    c->trial = KMP_TRIAL_LATER;
-    c->next = c->patience - MEASURED;
+    if (c->kind && c->kind->lanes)
+        kmp_run_log_add(run->log, "integrator", run->near_singular_t, 0, 0,
+                        "dop853 continues in place of radau: the motion passes change points");
+    c->kind = kmp_solver_find("dop853");
+    c->open = false;
+}
+
+kempe_status kmp_runner_make_integrator(kmp_runner *run)
+{
+    if (run->choice.open && !run->choice.kind && !run->near_singular)
+        choose_first(run);
+    if (run->choice.open && run->near_singular)
+        choose_for_change_points(run);
+    run->choice.trial = KMP_TRIAL_LATER;
+    run->choice.next = run->choice.patience - MEASURED;
     run->kind = integrator_of(run);
     run->solver = new_solver(run, run->kind);
     return run->solver ? KEMPE_OK : KEMPE_E_FAILED;

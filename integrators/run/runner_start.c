@@ -191,15 +191,9 @@ static kempe_status look_for_bodies(kmp_runner *run)
     return KEMPE_OK;
 }
 
-/* Articulated bodies divide by the inertia that each joint moves with the loops open. If only the loops determine the
- * accelerations, M and C are used instead. */
-static kempe_status choose_dynamics(kmp_runner *run, const double *q, const double *qd)
+/* Relative difference of the accelerations at the start between articulated bodies and M and C. */
+static kempe_status compare_bodies(kmp_runner *run, const double *q, const double *qd, double *off)
 {
-    double off = INFINITY;
-    if (!run->may_take_bodies)
-        return KEMPE_OK;
-    KMP_TRY(kmp_eval_add_articulated(run->eval));
-    /* Relative difference of the accelerations at the start between articulated bodies and M and C. */
     const kempe_system *s = run->s;
     kmp_saddle saddle;
     double *qdd = run->moved, size = run->rate_scale * run->rate_scale;
@@ -210,11 +204,23 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
     KMP_TRY(make_saddle(run, &saddle));
     if (!kmp_saddle_factor(&saddle)) {
         kmp_saddle_accelerations(&saddle, qdd, NULL);
-        off = 0;
+        *off = 0;
         for (int i = 0; i < s->n; i++)
-            off = isfinite(qdd[i]) ? fmax(off, fabs(qdd[i] - run->qdd[i]) / (s->scale[i] * size)) : INFINITY;
+            *off = isfinite(qdd[i]) ? fmax(*off, fabs(qdd[i] - run->qdd[i]) / (s->scale[i] * size)) : INFINITY;
     }
     kmp_saddle_free(&saddle);
+    return KEMPE_OK;
+}
+
+/* Articulated bodies divide by the inertia that each joint moves with the loops open. If only the loops determine the
+ * accelerations, M and C are used instead. */
+static kempe_status choose_dynamics(kmp_runner *run, const double *q, const double *qd)
+{
+    double off = INFINITY;
+    if (!run->may_take_bodies)
+        return KEMPE_OK;
+    KMP_TRY(kmp_eval_add_articulated(run->eval));
+    KMP_TRY(compare_bodies(run, q, qd, &off));
     run->by_bodies = off <= KMP_ARTICULATED_AGREE;
     if (!run->by_bodies && run->eval->weighs_only && run->s->dynamics == KMP_DYNAMICS_AUTO) {
         KMP_TRY(kmp_eval_add_composite(run->eval));
@@ -324,6 +330,32 @@ static kempe_status runner_make_parts(kmp_runner *run)
     return kmp_made(run->s->context, run->impacts || none);
 }
 
+/* Conditions of a run that continues may depend on its past. */
+static void take_modes(kmp_runner *run)
+{
+    const kmp_condition *condition = run->s->events.condition;
+    const double *mode = run->spec.mode_start;
+    for (int k = 0; mode && k < run->s->events.count; k++)
+        if (condition[k].role != KMP_ROLE_NONE && has_modes(run))
+            kmp_eval_set_kink(run->eval, k, mode[k]);
+        else if (!condition[k].kink && condition[k].role == KMP_ROLE_NONE)
+            kmp_eval_set_mode(run->eval, k, mode[k] > 0);
+    run->spec.mode_start = NULL;
+}
+
+/* Decides on modes at the start, after impacts there. */
+static kempe_status begin_modes(kmp_runner *run, double t, double *q, double *qd)
+{
+    double gain;
+    if (!run->friction || has_modes(run))
+        return kmp_runner_accelerate(run, t, q, qd);
+    if (run->impacts) {
+        KMP_TRY(kmp_impact_check_start(run, t, q, qd));
+        KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, &gain));
+    }
+    return kmp_friction_settle(run, t, q, qd);
+}
+
 kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
 {
     double t = run->spec.t_start, *q = run->state, *qd = q + run->s->n;
@@ -349,15 +381,7 @@ kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
     KMP_TRY(kmp_delays_begin(run, t));
     if (run->delays)
         kmp_eval_freeze(run->eval, t, q, qd);
-    /* Conditions of a run that continues may depend on its past. */
-    const kmp_condition *condition = run->s->events.condition;
-    const double *mode = run->spec.mode_start;
-    for (int k = 0; mode && k < run->s->events.count; k++)
-        if (condition[k].role != KMP_ROLE_NONE && has_modes(run))
-            kmp_eval_set_kink(run->eval, k, mode[k]);
-        else if (!condition[k].kink && condition[k].role == KMP_ROLE_NONE)
-            kmp_eval_set_mode(run->eval, k, mode[k] > 0);
-    run->spec.mode_start = NULL;
+    take_modes(run);
     if (!run->spec.memory_start)
         kmp_runner_note_events(run);
     run->spec.memory_start = NULL; /* the caller's, until here */
@@ -366,15 +390,7 @@ kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
     if (kmp_runner_is_off(run, t, q))
         KMP_TRY(kmp_runner_project(run, t, q, qd));
     KMP_TRY(check_rates(run, qd));
-    /* Decides on modes at the start, after impacts there. */
-    double gain;
-    if (!run->friction || has_modes(run))
-        return kmp_runner_accelerate(run, t, q, qd);
-    if (run->impacts) {
-        KMP_TRY(kmp_impact_check_start(run, t, q, qd));
-        KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, &gain));
-    }
-    return kmp_friction_settle(run, t, q, qd);
+    return begin_modes(run, t, q, qd);
 }
 
 kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)

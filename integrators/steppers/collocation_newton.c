@@ -82,6 +82,17 @@ static void add_difference(kmp_collocation *s)
     m->count++;
 }
 
+static void combine(kmp_collocation *s)
+{
+    kmp_mixing *m = &s->mixing;
+    memcpy(m->open, s->change, size_of(s) * sizeof *s->change);
+    for (int j = 0; j < m->count; j++) {
+        double part = product(s, m->by[j], m->open);
+        subtract(s, part, m->by[j], m->open);
+        subtract(s, part, m->to[j], s->change);
+    }
+}
+
 double kmp_collocation_mix(kmp_collocation *s, bool first)
 {
     kmp_mixing *m = &s->mixing;
@@ -95,12 +106,7 @@ double kmp_collocation_mix(kmp_collocation *s, bool first)
     m->size = size;
     if (!m->on)
         return size;
-    memcpy(m->open, s->change, size_of(s) * sizeof *s->change);
-    for (int j = 0; j < m->count; j++) {
-        double part = product(s, m->by[j], m->open);
-        subtract(s, part, m->by[j], m->open);
-        subtract(s, part, m->to[j], s->change);
-    }
+    combine(s);
     return fmax(size, kmp_collocation_square(s, s->change));
 }
 
