@@ -67,6 +67,20 @@ static int run_command(const cli_command *c, int count, char **words)
     return cli_run(c, &settings);
 }
 
+static int complain_unknown(const char *word)
+{
+    const char *names[32] = {"--help", "--version"}; /* more than there are commands */
+    for (int k = 0; cli_commands[k].name; k++)
+        names[k + 2] = cli_commands[k].name;
+    const char *near = cli_nearest(word, names);
+    fprintf(stderr, "kempe: unknown %s '%s'", word[0] == '-' ? "option" : "command", word);
+    if (near)
+        fprintf(stderr, ", did you mean '%s'?\n", near);
+    else
+        fputs("; 'kempe --help' lists the commands\n", stderr);
+    return CLI_USAGE;
+}
+
 static int choose(int argc, char **argv)
 {
     if (argc < 2) {
@@ -84,16 +98,7 @@ static int choose(int argc, char **argv)
     for (const cli_command *c = cli_commands; c->name; c++)
         if (strcmp(argv[1], c->name) == 0)
             return run_command(c, argc - 2, argv + 2);
-    const char *names[32] = {"--help", "--version"}; /* more than there are commands */
-    for (int k = 0; cli_commands[k].name; k++)
-        names[k + 2] = cli_commands[k].name;
-    const char *near = cli_nearest(argv[1], names);
-    fprintf(stderr, "kempe: unknown %s '%s'", argv[1][0] == '-' ? "option" : "command", argv[1]);
-    if (near)
-        fprintf(stderr, ", did you mean '%s'?\n", near);
-    else
-        fputs("; 'kempe --help' lists the commands\n", stderr);
-    return CLI_USAGE;
+    return complain_unknown(argv[1]);
 }
 
 int main(int argc, char **argv)

@@ -80,11 +80,9 @@ static int add_object(struct dl_phdr_info *object, size_t info, void *user)
     return 0;
 }
 
-bool kmp_cache_add_build(kmp_digest *digest)
+/* The features that decide which code of the C library and of Kempe runs. */
+static void add_processor(kmp_digest *digest)
 {
-    search s = {.digest = digest};
-    (void)dl_iterate_phdr(add_object, &s);
-    /* The features that decide which code of the C library and of Kempe runs. */
     uint32_t features[6] = {0};
 #if defined(__x86_64__)
     uint32_t rest;
@@ -94,6 +92,13 @@ bool kmp_cache_add_build(kmp_digest *digest)
 #endif
     kmp_digest_add_part(digest, features, sizeof features);
     kmp_digest_add_text(digest, getenv("GLIBC_TUNABLES"));
+}
+
+bool kmp_cache_add_build(kmp_digest *digest)
+{
+    search s = {.digest = digest};
+    (void)dl_iterate_phdr(add_object, &s);
+    add_processor(digest);
     return s.own;
 }
 

@@ -548,6 +548,20 @@ static const char *const view_names[] = {[KEMPE_VIEW_EQUATIONS] = "equations",
                                          [KEMPE_VIEW_STATS] = "stats",
                                          [KEMPE_VIEW_PASSES] = "passes"};
 
+/* Each line of a view as one string. */
+static void json_lines(kmp_json *json, kmp_text *view)
+{
+    kmp_json_array(json, "lines");
+    for (char *s = view->s; s && *s;) {
+        char *end = strchr(s, '\n');
+        if (end)
+            *end = '\0';
+        kmp_json_string(json, NULL, s);
+        s = end ? end + 1 : s + strlen(s);
+    }
+    kmp_json_end(json);
+}
+
 static kempe_status write_lines(kmp_text *out, const kempe_system *system, kempe_view view, kempe_format format)
 {
     kmp_text lines = {0};
@@ -563,16 +577,7 @@ static kempe_status write_lines(kmp_text *out, const kempe_system *system, kempe
         kmp_json json = kmp_json_begin(out);
         kmp_print_head(&json, system, kmp_status_word(KEMPE_OK), "", system->build_s, NULL);
         kmp_json_string(&json, "view", view_names[view]);
-        /* Each line of a view as one string. */
-        kmp_json_array(&json, "lines");
-        for (char *s = lines.s; s && *s;) {
-            char *end = strchr(s, '\n');
-            if (end)
-                *end = '\0';
-            kmp_json_string(&json, NULL, s);
-            s = end ? end + 1 : s + strlen(s);
-        }
-        kmp_json_end(&json);
+        json_lines(&json, &lines);
         kmp_json_end(&json);
     }
     kmp_text_free_part(out, &lines);
