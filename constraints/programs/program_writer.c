@@ -131,6 +131,7 @@ static bool import(kmp_program_writer *w, int stages)
     return true;
 }
 
+/* As kmp_writer_import, of the closures alone. */
 static bool writer_import_closure(kmp_program_writer *w)
 {
     return import(w, KMP_STAGE_CLOSURE + 1);

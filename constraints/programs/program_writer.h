@@ -52,8 +52,8 @@ int kmp_writer_plain_charts(const kmp_evaluator *eval, kmp_graph *g, kmp_ref *in
 /** Replaces an input of the source. */
 void kmp_writer_replace(kmp_program_writer *w, kmp_input_kind kind, int index, kmp_ref by);
 
-/** Brings the outputs of the source into the graph, with the present replacements, and sorts them; or those of the
- * closures alone. False: no memory, or implicit blocks. */
+/** Brings the outputs of the source into the graph, with the present replacements, and sorts them. False: no memory, or
+ * implicit blocks. */
 bool kmp_writer_import(kmp_program_writer *w);
 
 /** Replaces q and qd by positions in the state (u, ud, v) of a partition, given as q, and in the rates of v, which

@@ -159,8 +159,7 @@ static void reduced_set_tolerances(kmp_reduced *d)
         atol[reduced_work(d)] = KMP_UNCONTROLLED;
 }
 
-/* reduced_remember: records the end of a step, from which v is predicted. reduced_remember_place: without
- * anchor_c, which needs accelerations. */
+/* Records the end of a step, without anchor.c, which needs accelerations. */
 static void reduced_remember_place(kmp_reduced *d, double t, const double *y)
 {
     d->t = t;
@@ -195,6 +194,7 @@ static void reduced_remember_place(kmp_reduced *d, double t, const double *y)
     }
 }
 
+/* Records the end of a step, from which v is predicted. */
 static void reduced_remember(kmp_reduced *d, double t, const double *y)
 {
     reduced_remember_place(d, t, y);
@@ -336,8 +336,8 @@ static void close_rates(kmp_reduced *d, const double *ud)
         kmp_reduction_rates(&d->red, ud, d->qd);
 }
 
-/* Computes d->q and d->qd at (t, y), factors of Jv and the tangent; then d->udd, too. KMP_GO or KMP_RETRY.
- * Accelerations by articulated bodies need no tangent. */
+/* Computes d->q and d->qd at (t, y), factors of Jv and the tangent. KMP_GO or KMP_RETRY. Accelerations by articulated
+ * bodies need no tangent. */
 static int reduced_place(kmp_reduced *d, double t, const double *y)
 {
     put_q(d, t, y);
@@ -368,6 +368,7 @@ static int accelerate_closed(kmp_reduced *d)
     return KMP_GO;
 }
 
+/* As reduced_place; then d->udd, too. */
 static int reduced_evaluate(kmp_reduced *d, double t, const double *y)
 {
     return reduced_place(d, t, y) == KMP_GO ? accelerate_closed(d) : KMP_RETRY;

@@ -156,7 +156,9 @@ static void fastsim_flexibilities(const kempe_creep *c, const kempe_kalker *k, d
     flexibility[2] = pi * c->a * sqrt(ratio) / (4 * c->shear_modulus * k->c23);
 }
 
-/* Kalker 1982: L = (|x| L1 + |y| L2 + c |spin| L3) / sqrt(x^2 + y^2 + c^2 spin^2), c = sqrt(a b). */
+/* The one flexibility that replaces the three of Kalker's theory. Kalker 1982:
+ *
+ *     L = (|x| L1 + |y| L2 + c |spin| L3) / sqrt(x^2 + y^2 + c^2 spin^2), c = sqrt(a b). */
 static double fastsim_flexibility(const kempe_creep *c, const kempe_kalker *k)
 {
     double each[3], weight[3] = {fabs(c->slip[0]), fabs(c->slip[1]), fabs(c->spin) * sqrt(c->a * c->b)};

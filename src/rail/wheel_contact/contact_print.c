@@ -14,13 +14,14 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The SI unit of swept quantity k; "" for a parameter. Its form in results, and the unit of an angle. */
+/* The SI unit of swept quantity k; "" for a parameter. */
 static const char *contact_unit(const kempe_contacts *t, int k)
 {
     int hold = t->swept[k].hold;
     return hold < 0 ? "" : kmp_quantity_unit(t->system, KMP_QUANTITY_Q, t->hold[hold].coordinate);
 }
 
+/* The form of a unit in results. */
 static kmp_shown contact_shown(const kempe_contacts *t, const char *unit)
 {
     return kmp_shown_as(t->given->context, unit);

@@ -142,6 +142,7 @@ double kmp_compare_ratio(const kempe_comparison *c, int method, int level)
     return isnan(cpu_s) ? INFINITY : cpu_s / kmp_compare_cost(c, (int)(c->runs[best].method - c->methods), level).cpu_s;
 }
 
+/* The largest kmp_compare_ratio over the aims. */
 static double compare_worst(const kempe_comparison *c, const kmp_error_levels *aims, int method)
 {
     double worst = 0;

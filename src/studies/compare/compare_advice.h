@@ -10,8 +10,7 @@ void kmp_compare_tables(kempe_comparison *comparison);
 /** The cost of a method at a level. */
 kmp_method_cost kmp_compare_cost(const kempe_comparison *comparison, int method, int level);
 
-/** The time of a method at a level relative to the cheapest; infinite where the level is not attained. The largest of
- * these ratios over the aims. */
+/** The time of a method at a level relative to the cheapest; infinite where the level is not attained. */
 double kmp_compare_ratio(const kempe_comparison *comparison, int method, int level);
 
 /** The method that the others of its family are compared with in the table of equal integrators: the first that attains

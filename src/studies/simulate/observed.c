@@ -305,7 +305,7 @@ kempe_status kmp_output_program_init(kmp_output_program *observed, const kempe_s
 KMP_CLEARS(kmp_output_program, observed, kmp_machine_free(observed->machine), kmp_program_free(observed->program),
            kmp_columns_free(&observed->columns), kmp_variant_free(observed->variant), kmp_arena_free(&observed->arena))
 
-/* Sets a state (NULL: zero) with its inputs; kmp_output_program_at gives the values, without time. */
+/* Sets a state (NULL: zero) with its inputs. */
 static void output_program_place(kmp_output_program *o, double t, const double *q, const double *qd, const double *qdd,
                                  const double *lambda)
 {

@@ -59,6 +59,8 @@ typedef struct kmp_output_program_stages {
 kempe_status kmp_output_program_init(kmp_output_program *observed, const kempe_system *system, const char *words,
                                      int most, const kmp_output_program_stages *more);
 void kmp_output_program_free(kmp_output_program *observed);
+
+/** The values at a state (NULL: zero) with its inputs, without time. */
 void kmp_output_program_at(kmp_output_program *observed, double t, const double *q, const double *qd, const double *qdd,
                            const double *lambda, double *values);
 
