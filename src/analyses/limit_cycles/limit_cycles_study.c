@@ -675,7 +675,7 @@ static kempe_status step_up_and_down(stepped *s)
 }
 
 /* Simulates at each value of the sweep, up and down, each time from the last state: a branch for each direction.
- * (settled_cycles.c) */
+ * (limit_cycles_study.c) */
 static kempe_status settled_cycles(kempe_limit_cycles *cycles, const char *outputs, const kempe_run_options *run)
 {
     stepped s = {.c = cycles};
