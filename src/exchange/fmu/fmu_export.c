@@ -189,6 +189,7 @@ extern char **environ;
 
 enum { MOST_WORDS = 64, MOST_SHOWN = 160 };
 
+/* The name of the binary in the archive, "" on a platform without one. */
 static const char *binary_folder(int fmi)
 {
 #if defined(__linux__) && defined(__x86_64__)
@@ -296,6 +297,8 @@ static void remove_folder(kmp_arena *arena, const kmp_code_files *files, const c
     (void)rmdir(folder);
 }
 
+/* Compiles the files with `compiler`, in a folder that is removed afterwards; the bytes of the shared library are
+ * appended. */
 static kempe_status compile(kempe_context *context, const kmp_code_files *files, const kmp_unit_plan *plan,
                             const char *compiler, kmp_text *bytes)
 {

@@ -81,6 +81,7 @@ static void find_levels(structure *s)
     }
 }
 
+/* Dependencies of computed variables of a unit of sources; NULL: no memory. */
 static structure *find_structure(kmp_arena *arena, const kmp_code_source *source)
 {
     structure *s = KMP_ARENA_NEW(arena, structure, 1);
@@ -124,6 +125,7 @@ static level find_level(const structure *s, int block, int at)
     }
 }
 
+/* True where the computed variable may depend on a known one, a state or an input. */
 static bool depends(const structure *s, unsigned reference, unsigned known)
 {
     const int block = (int)(reference / KEMPE_FMU_BLOCK), at = (int)(reference % KEMPE_FMU_BLOCK);
@@ -139,6 +141,7 @@ static bool depends(const structure *s, unsigned reference, unsigned known)
     return s->read[known_at] || s->by_level[deepest][known_at];
 }
 
+/* True for a variable whose dependencies are known, by its reference. */
 static bool has_dependencies(unsigned reference)
 {
     const int block = (int)(reference / KEMPE_FMU_BLOCK);

@@ -8,7 +8,6 @@
 #include "exchange/formats/importing.h"
 #include "exchange/formats/sdf_frames.h"
 #include "model/data/shape.h"
-#include "sdf_frames.h"
 #include <math.h>
 #include <string.h>
 
@@ -550,6 +549,7 @@ static void add_roots(graph *g, const bool *child)
         }
 }
 
+/* Writes all joints, and attaches the models that no joint connects to the world. */
 static void add_joints(kmp_sdf *s)
 {
     kmp_import *im = s->im;
