@@ -25,6 +25,8 @@ kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x);
 /** The derivatives of several expressions by one input. */
 void kmp_derivatives_by(kmp_graph *g, kmp_ref leaf, int count, const kmp_ref *of, kmp_ref *slope);
 
+/** Derivatives of many expressions along one input after the other, each at the cost of the nodes that depend on that
+ * input: the columns of a Jacobian. */
 typedef struct kmp_partials kmp_partials;
 
 /** For the expressions of[0 .. count). NULL when there is no memory: the graph has then failed. */

@@ -421,6 +421,7 @@ static bool fold_quotient(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref sign, kmp_
 
 /* Cancellation: terms that differ by a numeric factor only become one. */
 
+/* KMP_RULE_CANCEL: a - a, 2 a + 3 a. */
 static bool cancel_same(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref *result)
 {
     double x, y;
@@ -458,6 +459,7 @@ static bool add_to_sum(kmp_graph *g, kmp_ref sum, kmp_ref b, kmp_ref *result)
 
 /* Squares are collected: squares of rates occur in many terms. */
 
+/* KMP_RULE_SHARE, in addition to equal nodes: (p w) w = p (w w), without sign. */
 static bool collect(kmp_graph *g, kmp_ref product, kmp_ref w, kmp_ref *result)
 {
     kmp_node n = *kmp_graph_node(g, kmp_id(product));
@@ -484,6 +486,7 @@ static bool is_square_of(const kmp_graph *g, kmp_ref r, kmp_op op, kmp_ref *argu
     return true;
 }
 
+/* KMP_RULE_TRIG, in addition to rotated pairs (symbolic/trig.h): x cos^2 + x sin^2 = x, x a number. */
 static bool pythagoras(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref *result)
 {
     double x, y;

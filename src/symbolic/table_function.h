@@ -82,6 +82,14 @@ int kmp_graph_find_points(const kmp_graph *g, kmp_table_method method, int count
 /** NULL when there is no such number. Owned by the graph. */
 kmp_table *kmp_graph_table(const kmp_graph *g, int table);
 
+/** A function of two variables given on a grid of points: the tensor product of the tables of one variable (de Boor, A
+ * Practical Guide to Splines, ch. XVII). With the table c_j that is 1 at the knot y_j and 0 at the others, and the
+ * table s_j through the values at y_j,
+ *
+ *     z(x, y) = sum over j of c_j(y) s_j(x)
+ *
+ * which is the bilinear or the bicubic interpolant, whatever the order of its variables; the sum is over the variable
+ * with fewer knots. Beyond the grid it goes on as tables do in either variable. */
 typedef struct kmp_surface {
     kmp_arena arena; /* of all arrays */
     int count[2];

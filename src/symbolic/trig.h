@@ -11,6 +11,9 @@ bool kmp_trig_sums(kmp_graph *g, int count, kmp_ref *outputs);
  * all. Of each angle both functions are nodes then. *changed is set if the outputs are others. */
 bool kmp_trig_sums_of(kmp_graph *g, uint32_t nodes, const uint8_t *live, int count, kmp_ref *outputs, bool *changed);
 
+/** Rotated pairs. Every elementary rotation of the model goes through kmp_rotate, which remembers its results. A
+ * rotation of a known result is a rotation of its source by the sum of the angles, so parallel axes and R R' = 1
+ * collapse in O(1). The derivative of a rotated pair is found in the pair itself. */
 typedef struct kmp_rotations kmp_rotations;
 
 kmp_rotations *kmp_rotations_new(void);

@@ -96,20 +96,27 @@ static void apply_friction(kmp_forces *forces, const kmp_tree *tree, const kmp_f
             kmp_apply_effort(forces, tree, k, kmp_mul(tree->graph, slope[k], effort));
 }
 
+/* The value of the output is the multiplier of the element's row: a run puts the friction of every mode there. If modes
+ * are the only inputs of conditions, there is no run. The static level has no part in the effort, but its conditions
+ * are among those of the law. */
+static void stick_and_slip(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
+                           kmp_ref *value)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref slip = kmp_mul(g, kmp_friction_sense(tree, force), kmp_friction_level(tree, force));
+    kmp_ref effort = kmp_sub(g, kmp_friction_input(tree, force, KMP_ROLE_GIVEN), slip);
+    *value = tree->settled ? kmp_friction_force(tree, force) : kmp_tree_multiplier(tree, force->closure, 0);
+    (void)kmp_friction_value(tree, &(kmp_condition){.of = force, .role = KMP_ROLE_STATIC});
+    apply_friction(forces, tree, force, effort);
+    if (energy & KMP_ENERGY_POWER)
+        kmp_add_power(forces, tree, effort, kmp_friction_rate(tree, force));
+}
+
 void kmp_law_friction(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
     if (kmp_force_sticks(force)) {
-        /* The value of the output is the multiplier of the element's row: a run puts the friction of every mode
-         * there. If modes are the only inputs of conditions, there is no run. The static level has no part in the
-         * effort, but its conditions are among those of the law. */
-        kmp_ref slip = kmp_mul(g, kmp_friction_sense(tree, force), kmp_friction_level(tree, force));
-        kmp_ref effort = kmp_sub(g, kmp_friction_input(tree, force, KMP_ROLE_GIVEN), slip);
-        *value = tree->settled ? kmp_friction_force(tree, force) : kmp_tree_multiplier(tree, force->closure, 0);
-        (void)kmp_friction_value(tree, &(kmp_condition){.of = force, .role = KMP_ROLE_STATIC});
-        apply_friction(forces, tree, force, effort);
-        if (energy & KMP_ENERGY_POWER)
-            kmp_add_power(forces, tree, effort, kmp_friction_rate(tree, force));
+        stick_and_slip(forces, tree, force, energy, value);
         return;
     }
     kmp_ref qd = kmp_friction_rate(tree, force), s = kmp_tree_number(tree, &force->speed);

@@ -70,7 +70,7 @@ static kempe_status check_iterations(const kempe_code *code, const char *set)
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
-static kempe_status make(kempe_code *code, const kempe_model *model, const kempe_generate_options *g)
+static kempe_status read_language(kempe_code *code, const kempe_generate_options *g)
 {
     const char *name = g->language ? g->language : "c";
     for (int k = 0; k < LANGUAGES; k++)
@@ -88,8 +88,12 @@ static kempe_status make(kempe_code *code, const kempe_model *model, const kempe
     if (g->vectorised && !code->language->arrays.function)
         return kmp_fail(code->context, KEMPE_E_ARGUMENT,
                         "%s has no vectorised form: omit --vectorised, or use an array language", name);
-    KMP_TRY(kmp_source_init(&code->source, model, g));
-    /* An operation that a language does not have is reported before anything is written. */
+    return KEMPE_OK;
+}
+
+/* An operation that a language does not have is reported before anything is written. */
+static kempe_status check_operations(const kempe_code *code)
+{
     for (int k = 0; k < code->source.count; k++) {
         const kmp_code_routine *r = &code->source.routines[k];
         for (int i = 0; i < r->program->code[r->program->stages]; i++) {
@@ -104,6 +108,14 @@ static kempe_status make(kempe_code *code, const kempe_model *model, const kempe
                                 r->name, kmp_op_text(op), code->language->name);
         }
     }
+    return KEMPE_OK;
+}
+
+static kempe_status make(kempe_code *code, const kempe_model *model, const kempe_generate_options *g)
+{
+    KMP_TRY(read_language(code, g));
+    KMP_TRY(kmp_source_init(&code->source, model, g));
+    KMP_TRY(check_operations(code));
     bool ok = kmp_language_write(code->language, &code->source, &code->files);
     if (ok && g->simulator)
         ok = kmp_simulator_pages(&code->source, &code->files);

@@ -75,6 +75,19 @@ static const kmp_function_spelling functions[KMP_OP_COUNT] = {
 
 /* -- implicit blocks ----------------------------------------------------------------------------------- */
 
+/* Values by place of a part as a matrix. */
+static void put_rows(const kmp_code_writer *w, const struct kmp_code_block *b, kmp_block_part part)
+{
+    const kmp_place_values *rows = &b->rows[part];
+    kmp_text_printf(w->text, "        %s_rows = [", kmp_block_part_names[part]);
+    for (int k = 0; k < b->block->candidates; k++)
+        for (int i = 0; i < rows->width; i++) {
+            kmp_text_put(w->text, i > 0 ? ", " : k > 0 ? "; ...\n            " : "");
+            kmp_language_number(w->text, w->language, rows->rows[k * rows->width + i]);
+        }
+    kmp_text_put(w->text, "];\n");
+}
+
 /* Matrices that a function keeps. */
 static void put_all_rows(const kmp_code_writer *w, const struct kmp_code_block *b)
 {
@@ -88,19 +101,18 @@ static void put_all_rows(const kmp_code_writer *w, const struct kmp_code_block *
         return;
     kmp_text_printf(w->text, "\n    if isempty(%s_rows)\n", first);
     for (int k = 0; k < KMP_BLOCK_PARTS; k++)
-        if (b->rows[k].width > 0) {
-            /* Values by place of a part as a matrix. */
-            kmp_block_part part = (kmp_block_part)k;
-            const kmp_place_values *rows = &b->rows[part];
-            kmp_text_printf(w->text, "        %s_rows = [", kmp_block_part_names[part]);
-            for (int j = 0; j < b->block->candidates; j++)
-                for (int i = 0; i < rows->width; i++) {
-                    kmp_text_put(w->text, i > 0 ? ", " : j > 0 ? "; ...\n            " : "");
-                    kmp_language_number(w->text, w->language, rows->rows[j * rows->width + i]);
-                }
-            kmp_text_put(w->text, "];\n");
-        }
+        if (b->rows[k].width > 0)
+            put_rows(w, b, (kmp_block_part)k);
     kmp_text_put(w->text, "    end\n");
+}
+
+/* ", @(q) M_C_block0_scan(scan, q)" for a part with its numbers of these arguments; []: the block lacks it. */
+static void put_part(const kmp_code_writer *w, const struct kmp_code_block *b, kmp_block_part part)
+{
+    if (b->part[part].program)
+        kmp_text_printf(w->text, ", @(q) %s(%s, q)", b->part[part].inner, kmp_block_part_names[part]);
+    else
+        kmp_text_put(w->text, ", []");
 }
 
 static void put_block(const kmp_code_writer *w, const struct kmp_code_block *b, int number)
@@ -116,15 +128,8 @@ static void put_block(const kmp_code_writer *w, const struct kmp_code_block *b, 
                     : b->rows[KMP_PART_SCAN].width > 0 ? "scan_rows"
                                                        : "[]");
     for (int k = 0; k < KMP_BLOCK_PARTS; k++)
-        if (!averages || b->part[k].program) {
-            /* ", @(q) M_C_block0_scan(scan, q)" for a part with its numbers of these arguments; []: the block lacks it.
-             */
-            kmp_block_part part = (kmp_block_part)k;
-            if (b->part[part].program)
-                kmp_text_printf(w->text, ", @(q) %s(%s, q)", b->part[part].inner, kmp_block_part_names[part]);
-            else
-                kmp_text_put(w->text, ", []");
-        }
+        if (!averages || b->part[k].program)
+            put_part(w, b, (kmp_block_part)k);
     kmp_text_put(w->text, ");\nend\n");
 }
 

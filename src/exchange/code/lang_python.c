@@ -57,25 +57,38 @@ static const kmp_function_spelling functions[KMP_OP_COUNT] = {
 
 /* -- implicit blocks ----------------------------------------------------------------------------------- */
 
+/* "rows=_M_C_block0_scan_rows, ": values by place of a part. */
+static void put_rows(const kmp_code_writer *w, const struct kmp_code_block *b, kmp_block_part part, const char *name)
+{
+    const kmp_place_values *rows = &b->rows[part];
+    const kmp_list_spelling *list = &w->language->numbers;
+    if (rows->width == 0)
+        return;
+    kmp_text_printf(w->text, "\n\n%s_%s_rows = [", name, kmp_block_part_names[part]);
+    for (int k = 0; k < b->block->candidates; k++) {
+        kmp_text_put(w->text, k > 0 ? ",\n    " : "");
+        kmp_put_numbers(w->text, w->language, list, rows->width, rows->rows + (ptrdiff_t)k * rows->width);
+    }
+    kmp_text_put(w->text, "]\n");
+}
+
+/* ", lambda q: _M_C_block0_scan(scan, q)" for a part with its numbers of these arguments; None: the block lacks it. */
+static void put_part(kmp_text *text, const struct kmp_code_block *b, kmp_block_part part, const char *name)
+{
+    const char *word = kmp_block_part_names[part];
+    if (b->part[part].program)
+        kmp_text_printf(text, ", lambda q: %s_%s(%s, q)", name, word, word);
+    else
+        kmp_text_put(text, ", None");
+}
+
 static void put_block(const kmp_code_writer *w, const struct kmp_code_block *b, int number)
 {
     const bool averages = b->block->averages;
     kmp_text name = {0};
     kmp_text_printf(&name, "_%s_block%d", w->routine->name, number);
-    for (int k = 0; name.s && k < KMP_BLOCK_PARTS; k++) {
-        /* "rows=_M_C_block0_scan_rows, ": values by place of a part. */
-        kmp_block_part part = (kmp_block_part)k;
-        const kmp_place_values *rows = &b->rows[part];
-        const kmp_list_spelling *list = &w->language->numbers;
-        if (rows->width != 0) {
-            kmp_text_printf(w->text, "\n\n%s_%s_rows = [", name.s, kmp_block_part_names[part]);
-            for (int j = 0; j < b->block->candidates; j++) {
-                kmp_text_put(w->text, j > 0 ? ",\n    " : "");
-                kmp_put_numbers(w->text, w->language, list, rows->width, rows->rows + (ptrdiff_t)j * rows->width);
-            }
-            kmp_text_put(w->text, "]\n");
-        }
-    }
+    for (int k = 0; name.s && k < KMP_BLOCK_PARTS; k++)
+        put_rows(w, b, (kmp_block_part)k, name.s);
     kmp_text_printf(w->text, "\n\ndef %s(p):\n", name.s ? name.s : "");
     for (int k = 0; k < KMP_BLOCK_PARTS; k++)
         if (b->part[k].program)
@@ -89,16 +102,8 @@ static void put_block(const kmp_code_writer *w, const struct kmp_code_block *b, 
     else
         kmp_text_put(w->text, ", None");
     for (int k = 0; name.s && k < KMP_BLOCK_PARTS; k++)
-        if (!averages || b->part[k].program) {
-            /* ", lambda q: _M_C_block0_scan(scan, q)" for a part with its numbers of these arguments; None: the block
-             * lacks it. */
-            kmp_block_part part = (kmp_block_part)k;
-            const char *word = kmp_block_part_names[part];
-            if (b->part[part].program)
-                kmp_text_printf(w->text, ", lambda q: %s_%s(%s, q)", name.s, word, word);
-            else
-                kmp_text_put(w->text, ", None");
-        }
+        if (!averages || b->part[k].program)
+            put_part(w->text, b, (kmp_block_part)k, name.s);
     kmp_text_put(w->text, ")\n");
     kmp_text_free_part(w->text, &name);
 }

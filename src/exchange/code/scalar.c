@@ -211,14 +211,18 @@ typedef struct taken {
     size_t size; /* a power of two */
 } taken;
 
-/* True when the name is new and now taken by instruction i. */
-static bool take(taken *t, char *const *name, const char *wanted, int i)
+static size_t hash_of(const char *s)
 {
-    const char *s = wanted;
     size_t hash = 5381;
     for (; *s; s++)
         hash = hash * 33 + (unsigned char)*s;
-    size_t k = hash & (t->size - 1);
+    return hash;
+}
+
+/* True when the name is new and now taken by instruction i. */
+static bool take(taken *t, char *const *name, const char *wanted, int i)
+{
+    size_t k = hash_of(wanted) & (t->size - 1);
     for (; t->slot[k]; k = (k + 1) & (t->size - 1))
         if (strcmp(name[t->slot[k] - 1], wanted) == 0)
             return false;
@@ -370,6 +374,32 @@ static bool binds_loosely(kmp_op op, const kmp_language *language, place at)
 
 static void put_expression(kmp_scalar *s, kmp_text *text, int i);
 
+static void put_input(kmp_scalar *s, kmp_text *text, const kmp_program_input *in)
+{
+    int argument = kmp_argument_of(in);
+    s->used |= 1u << argument;
+    if (argument == KMP_IN_TIME)
+        kmp_text_put(text, "t");
+    else
+        put_index(text, s->language, argument == KMP_IN_PARAMETER ? "p" : kmp_argument_names[argument],
+                  argument == KMP_IN_PARAMETER ? s->source->place[in->index] : kmp_place_in_argument(s->source, in));
+}
+
+/* Writes a value that is available before the stage. */
+static void put_leaf(kmp_scalar *s, kmp_text *text, int value)
+{
+    const kmp_program *p = s->p;
+    int kept = s->stage > 0 && value >= p->constant_count ? s->routine->kept[value] : 0;
+    if (kept) {
+        s->used |= 1u << KMP_IN_PARAMETER;
+        put_index(text, s->language, "k", kept - 1);
+    } else if (value < p->constant_count) {
+        kmp_language_number(text, s->language, p->constant[value]);
+    } else {
+        put_input(s, text, &p->input[value - p->constant_count]);
+    }
+}
+
 static void put_operand(kmp_scalar *s, kmp_text *text, uint32_t operand, place at)
 {
     int i = instruction_of(s, operand);
@@ -385,26 +415,7 @@ static void put_operand(kmp_scalar *s, kmp_text *text, uint32_t operand, place a
     } else if (i >= 0) {
         put_variable(s, text, i);
     } else {
-        /* Writes a value that is available before the stage. */
-        int value = (int)(operand >> 1);
-        const kmp_program *p = s->p;
-        int kept = s->stage > 0 && value >= p->constant_count ? s->routine->kept[value] : 0;
-        if (kept) {
-            s->used |= 1u << KMP_IN_PARAMETER;
-            put_index(text, s->language, "k", kept - 1);
-        } else if (value < p->constant_count) {
-            kmp_language_number(text, s->language, p->constant[value]);
-        } else {
-            const kmp_program_input *in = &p->input[value - p->constant_count];
-            int argument = kmp_argument_of(in);
-            s->used |= 1u << argument;
-            if (argument == KMP_IN_TIME)
-                kmp_text_put(text, "t");
-            else
-                put_index(text, s->language, argument == KMP_IN_PARAMETER ? "p" : kmp_argument_names[argument],
-                          argument == KMP_IN_PARAMETER ? s->source->place[in->index]
-                                                       : kmp_place_in_argument(s->source, in));
-        }
+        put_leaf(s, text, (int)(operand >> 1));
     }
     kmp_text_put(text, parentheses ? ")" : "");
 }
@@ -466,9 +477,9 @@ static bool is_mirrored(const kmp_scalar *s, const kmp_sink *sink)
     return sink->array >= 0 && s->routine->arrays[sink->array].symmetric && sink->row != sink->col;
 }
 
-static unsigned put_sink(kmp_scalar *s, kmp_text *text, const kmp_sink *sink)
+/* "M[3] = M[7] = " */
+static void put_places(kmp_scalar *s, kmp_text *text, const kmp_sink *sink)
 {
-    /* "M[3] = M[7] = " */
     kmp_text_put(text, "    ");
     if (sink->array < 0) {
         put_index(text, s->language, "k", sink->row);
@@ -481,6 +492,11 @@ static unsigned put_sink(kmp_scalar *s, kmp_text *text, const kmp_sink *sink)
         }
     }
     kmp_text_put(text, " = ");
+}
+
+static unsigned put_sink(kmp_scalar *s, kmp_text *text, const kmp_sink *sink)
+{
+    put_places(s, text, sink);
     put_operand(s, text, sink->operand, PLACE_TOP);
     kmp_text_printf(text, "%s\n", s->language->end);
     if (is_mirrored(s, sink) && !s->language->chains) {
@@ -559,19 +575,23 @@ static void put_solution(kmp_scalar *s, kmp_text *text, int i)
     kmp_text_free_part(text, &what);
 }
 
+/* A line where another quantity or link begins. */
+static void put_heading(kmp_scalar *s, kmp_text *text, int instruction)
+{
+    const kmp_label *label = s->name && s->p->label ? &s->p->label[instruction] : NULL;
+    if (!label || !label->quantity)
+        return;
+    if (!s->label || s->label->quantity != label->quantity || s->label->link != label->link ||
+        s->label->column != label->column)
+        kmp_text_printf(text, label->column ? "    %s link %d, %s of motion %d%s\n" : "    %s link %d, %s%.0d%s\n",
+                        s->language->comment, label->link, label->quantity->meaning, label->column,
+                        s->language->comment_end);
+    s->label = label;
+}
+
 static unsigned put_statement(kmp_scalar *s, kmp_text *text, const kmp_statement *st)
 {
-    /* A line where another quantity or link begins. */
-    int instruction = st->value;
-    const kmp_label *label = s->name && s->p->label ? &s->p->label[instruction] : NULL;
-    if (label && label->quantity) {
-        if (!s->label || s->label->quantity != label->quantity || s->label->link != label->link ||
-            s->label->column != label->column)
-            kmp_text_printf(text, label->column ? "    %s link %d, %s of motion %d%s\n" : "    %s link %d, %s%.0d%s\n",
-                            s->language->comment, label->link, label->quantity->meaning, label->column,
-                            s->language->comment_end);
-        s->label = label;
-    }
+    put_heading(s, text, st->value);
     if (s->p->instruction[st->value].op == KMP_OP_IMPLICIT)
         put_solution(s, text, st->value);
     if (s->language->pair && is_angle_function(s->p, st->value)) {

@@ -163,6 +163,25 @@ static bool is_known(const struct kmp_simulated *x, const kmp_partition *part)
     return false;
 }
 
+/* Follows a run of the model, with exchanges as the runtime makes them, and writes slopes for the choices of u. */
+static kempe_status follow(kmp_code_source *source, const kmp_program *motion, kmp_evaluator *eval, kmp_partition *part,
+                           kempe_stepper *stepper)
+{
+    const kempe_system *system = eval->system;
+    bool written = true;
+    for (int step = 0; written && step < TRIAL_STEPS && source->simulated->slopes_count < KMP_SLOPES_MOST; step++) {
+        if (kempe_stepper_step(stepper) != KEMPE_OK)
+            break;
+        kmp_eval_closure(eval, kempe_stepper_time(stepper), kempe_stepper_q(stepper));
+        if (kmp_partition_exchange(part, system, eval->jacobian, KMP_EXCHANGE_GROWTH) != KEMPE_OK)
+            break;
+        kmp_partition_sort(part);
+        if (!is_known(source->simulated, part))
+            KMP_TRY(write(source, motion, eval, part, &written));
+    }
+    return KEMPE_OK;
+}
+
 static kempe_status write_others(kmp_code_source *source, const kmp_program *motion, kmp_evaluator *eval,
                                  const kmp_partition *first)
 {
@@ -177,23 +196,8 @@ static kempe_status write_others(kmp_code_source *source, const kmp_program *mot
         return KEMPE_OK; /* the routine of the start is all */
     bool copied = kmp_partition_copy(&part, first);
     kempe_status status = kmp_made(source->context, copied);
-    if (copied) {
-        /* Follows a run of the model, with exchanges as the runtime makes them, and writes slopes for the choices of u.
-         */
-        const kempe_system *system = eval->system;
-        bool written = true;
-        for (int step = 0; written && step < TRIAL_STEPS && source->simulated->slopes_count < KMP_SLOPES_MOST; step++) {
-            if (kempe_stepper_step(stepper) != KEMPE_OK)
-                break;
-            kmp_eval_closure(eval, kempe_stepper_time(stepper), kempe_stepper_q(stepper));
-            if (kmp_partition_exchange(&part, system, eval->jacobian, KMP_EXCHANGE_GROWTH) != KEMPE_OK)
-                break;
-            kmp_partition_sort(&part);
-            if (!is_known(source->simulated, &part))
-                KMP_TRY(write(source, motion, eval, &part, &written));
-        }
-        status = KEMPE_OK;
-    }
+    if (copied)
+        status = follow(source, motion, eval, &part, stepper);
     if (copied)
         kmp_partition_free(&part);
     kempe_stepper_free(stepper);
@@ -361,6 +365,18 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
     return kmp_made(source->context, !source->arena.failed);
 }
 
+/* A speed that depends on parameters of the simulator would be another one after their change. */
+static kempe_status check_speeds(const kempe_model *model)
+{
+    for (int k = 0; k < model->force_count; k++)
+        if (kmp_force_sticks(&model->forces[k]) && model->forces[k].has_regularise && model->forces[k].regularise.expr)
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                            "generated simulators: the speed by which friction '%s' may be regularised is an "
+                            "expression, which is not supported there; give a number",
+                            model->forces[k].name);
+    return KEMPE_OK;
+}
+
 static kempe_status take_friction(kmp_code_source *source, const kempe_system *system, const kmp_events *events)
 {
     struct kmp_simulated *x = source->simulated;
@@ -389,15 +405,7 @@ static kempe_status take_friction(kmp_code_source *source, const kempe_system *s
     f->driven = system->rheonomic;
     for (int r = 0; r < system->m; r++) /* those of friction alone: constraints/kinds/mode_rows.c */
         f->rolls += system->rows[r].of_rates;
-    /* A speed that depends on parameters of the simulator would be another one after their change. */
-    const kempe_model *model = source->model;
-    for (int k = 0; k < model->force_count; k++)
-        if (kmp_force_sticks(&model->forces[k]) && model->forces[k].has_regularise && model->forces[k].regularise.expr)
-            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                            "generated simulators: the speed by which friction '%s' may be regularised is an "
-                            "expression, which is not supported there; give a number",
-                            model->forces[k].name);
-    return KEMPE_OK;
+    return check_speeds(source->model);
 }
 
 static kempe_status take_charts(kmp_code_source *source, const kempe_system *system)
@@ -490,6 +498,21 @@ static bool is_of_start(const kmp_code_source *source, int symbol)
     return alone;
 }
 
+/* Marks values that depend on accelerations or multipliers. */
+static void mark_late(const kmp_bound_code *code, const int *input, bool *late)
+{
+    const int first = code->constants + code->inputs;
+    for (int k = 0; k < code->inputs; k++)
+        late[code->constants + k] = input[2 * k] == KEMPE_WATCH_QDD || input[2 * k] == KEMPE_WATCH_LAMBDA;
+    for (int k = 0; k < code->steps; k++) {
+        const kmp_bound_step *in = &code->step[k];
+        const int count = in->op == KMP_OP_IMPLICIT ? 0 : in->op == KMP_OP_TABLE ? 1 : kmp_op_arity((kmp_op)in->op);
+        const unsigned operand[] = {in->a, in->b, in->c};
+        for (int i = 0; i < count; i++)
+            late[first + k] = late[first + k] || late[operand[i] >> 1];
+    }
+}
+
 /* Bounds of the conditions, by which the simulator finds their changes: kempe_watch. KEMPE_E_ARGUMENT with the name of
  * a condition that has no bounds. */
 static kempe_status find_watch(kmp_code_source *source)
@@ -519,18 +542,7 @@ static kempe_status find_watch(kmp_code_source *source)
                                     : in->kind == KMP_IN_PARAMETER            ? source->place[in->index]
                                                                               : kmp_place_in_argument(source, in);
     }
-    /* Marks values that depend on accelerations or multipliers. */
-    const int first = bounds->code.constants + bounds->code.inputs;
-    for (int k = 0; k < bounds->code.inputs; k++)
-        late[bounds->code.constants + k] =
-            x->watch_input[2 * k] == KEMPE_WATCH_QDD || x->watch_input[2 * k] == KEMPE_WATCH_LAMBDA;
-    for (int k = 0; k < bounds->code.steps; k++) {
-        const kmp_bound_step *in = &bounds->code.step[k];
-        const int count = in->op == KMP_OP_IMPLICIT ? 0 : in->op == KMP_OP_TABLE ? 1 : kmp_op_arity((kmp_op)in->op);
-        const unsigned operand[] = {in->a, in->b, in->c};
-        for (int i = 0; i < count; i++)
-            late[first + k] = late[first + k] || late[operand[i] >> 1];
-    }
+    mark_late(&bounds->code, x->watch_input, late);
     for (int k = 0; k < x->condition_count; k++) {
         const int output = x->watch_first + k;
         if (!bounds->known[output])

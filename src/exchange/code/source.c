@@ -382,20 +382,8 @@ bool kmp_code_take_program(kmp_code_source *source, kmp_code_routine *r)
            !source->arena.failed;
 }
 
-static bool take_routine(kmp_code_source *source, kmp_code_routine *r, const kmp_chosen *chosen,
-                         const kmp_equations *eq)
+static void shape_arrays(const kmp_code_source *source, kmp_code_routine *r, const kmp_equations *eq, unsigned sets)
 {
-    strcpy(r->name, chosen->name);
-    for (char *s = r->name; *s; s++)
-        *s = *s == '+' ? '_' : *s;
-    r->program = kmp_sets_program(eq, chosen->sets);
-    name_rows(source, eq);
-    if (!r->program || !take_symbols(source, &eq->tree))
-        return false;
-    take_values(source, &eq->tree);
-    if (eq->links.symbols)
-        take_values(source, &eq->links);
-    unsigned sets = chosen->sets;
     const bool inputs = source->inputs;
     const unsigned loads = 1u << KMP_IN_FORCE | 1u << KMP_IN_TORQUE;
     int first = 0;
@@ -416,6 +404,22 @@ static bool take_routine(kmp_code_source *source, kmp_code_routine *r, const kmp
         r->arguments |= inputs ? arguments_of(eq, &set) : arguments_of(eq, &set) & ~loads;
         first += kmp_set_size(&set);
     }
+}
+
+static bool take_routine(kmp_code_source *source, kmp_code_routine *r, const kmp_chosen *chosen,
+                         const kmp_equations *eq)
+{
+    strcpy(r->name, chosen->name);
+    for (char *s = r->name; *s; s++)
+        *s = *s == '+' ? '_' : *s;
+    r->program = kmp_sets_program(eq, chosen->sets);
+    name_rows(source, eq);
+    if (!r->program || !take_symbols(source, &eq->tree))
+        return false;
+    take_values(source, &eq->tree);
+    if (eq->links.symbols)
+        take_values(source, &eq->links);
+    shape_arrays(source, r, eq, chosen->sets);
     return kmp_code_take_program(source, r);
 }
 
@@ -539,6 +543,20 @@ static bool warn_of_shapes(const kempe_model *model)
     return ok;
 }
 
+/* The name of symbol k (parameters first, then numbers in the order of reading): a parameter's name, "crank.mass",
+ * "coupler.B.x". In the arena; NULL: no memory. */
+static char *symbol_name(kmp_arena *arena, const kempe_model *model, int k)
+{
+    kmp_text text = {0};
+    int symbol = k - model->parameter_count + 1;
+    search s = {&text, symbol};
+    if (symbol <= 0)
+        kmp_text_put(&text, model->parameters[k].name);
+    else if (kmp_numbers_visit(model, is_other, &s) && !find_law(&s, model))
+        kmp_text_printf(&text, "number.%d", symbol);
+    return kmp_text_keep(&text, arena);
+}
+
 /* Places in p, in the order of the symbols, for those that some routine needs. */
 static bool place_symbols(kmp_code_source *source)
 {
@@ -547,33 +565,27 @@ static bool place_symbols(kmp_code_source *source)
             continue;
         int at = source->place[k] = source->parameter_count++;
         source->value[at] = source->value[k]; /* at <= k */
-        /* The name of symbol k (parameters first, then numbers in the order of reading): a parameter's name,
-         * "crank.mass", "coupler.B.x". In the arena; NULL: no memory. */
-        const kempe_model *model = source->model;
-        kmp_text text = {0};
-        int symbol = k - model->parameter_count + 1;
-        search s = {&text, symbol};
-        if (symbol <= 0)
-            kmp_text_put(&text, model->parameters[k].name);
-        else if (kmp_numbers_visit(model, is_other, &s) && !find_law(&s, model))
-            kmp_text_printf(&text, "number.%d", symbol);
-        source->parameter_name[at] = kmp_text_keep(&text, &source->arena);
+        source->parameter_name[at] = symbol_name(&source->arena, source->model, k);
     }
     return !source->arena.failed;
+}
+
+/* The model's name as an identifier. */
+static char *identifier_of(kmp_arena *arena, const char *name)
+{
+    kmp_text text = {0};
+    if (!isalpha((unsigned char)name[0]))
+        kmp_text_put(&text, "m_");
+    for (; *name; name++)
+        kmp_text_printf(&text, "%c", isalnum((unsigned char)*name) ? *name : '_');
+    return kmp_text_keep(&text, arena);
 }
 
 static void name_all(kmp_code_source *source, const kempe_model *model)
 {
     kmp_arena *arena = &source->arena;
     source->title = kmp_arena_strdup(arena, model->name);
-    /* The model's name as an identifier. */
-    const char *name = model->name;
-    kmp_text text = {0};
-    if (!isalpha((unsigned char)name[0]))
-        kmp_text_put(&text, "m_");
-    for (; *name; name++)
-        kmp_text_printf(&text, "%c", isalnum((unsigned char)*name) ? *name : '_');
-    source->name = kmp_text_keep(&text, arena);
+    source->name = identifier_of(arena, model->name);
     source->coordinate_names = KMP_ARENA_NEW(arena, char *, source->n);
     for (int k = 0; source->coordinate_names && k < source->n; k++)
         source->coordinate_names[k] = kmp_arena_strdup(arena, model->motions[k].name);

@@ -59,21 +59,25 @@ static bool is_single_product(const builder *b, uint32_t operand)
     return i >= 0 && b->uses[i] == 1 && b->p->instruction[i].op == KMP_OP_MUL;
 }
 
+/* c + s a b for a sum: one operand unchanged, without a sign, the other as a product. */
+static item sum_of(builder *b, const kmp_instruction *in)
+{
+    bool second = !(in->a & 1) && (is_single_product(b, in->b) || (in->b & 1) || !is_single_product(b, in->a));
+    uint32_t whole = second ? in->a : in->b, product = second ? in->b : in->a;
+    item it = {.op = KMP_OP_MUL, .operand = {product & ~1u, number_one, whole}, .minus = product & 1};
+    if (is_single_product(b, product)) {
+        const kmp_instruction *m = &b->p->instruction[instruction_of(b, product)];
+        it.operand[0] = m->a;
+        it.operand[1] = m->b;
+        b->taken[instruction_of(b, product)] = true;
+    }
+    return it;
+}
+
 static item item_of(builder *b, const kmp_instruction *in)
 {
-    if (in->op == KMP_OP_ADD) {
-        /* c + s a b for a sum: one operand unchanged, without a sign, the other as a product. */
-        bool second = !(in->a & 1) && (is_single_product(b, in->b) || (in->b & 1) || !is_single_product(b, in->a));
-        uint32_t whole = second ? in->a : in->b, product = second ? in->b : in->a;
-        item it = {.op = KMP_OP_MUL, .operand = {product & ~1u, number_one, whole}, .minus = product & 1};
-        if (is_single_product(b, product)) {
-            const kmp_instruction *m = &b->p->instruction[instruction_of(b, product)];
-            it.operand[0] = m->a;
-            it.operand[1] = m->b;
-            b->taken[instruction_of(b, product)] = true;
-        }
-        return it;
-    }
+    if (in->op == KMP_OP_ADD)
+        return sum_of(b, in);
     item it = {.op = (kmp_op)in->op, .operand = {in->a, in->b, in->c}};
     if (in->op == KMP_OP_MUL)
         it.operand[2] = number_zero;
@@ -373,6 +377,23 @@ static void put_call(const kmp_code_writer *w, const kmp_group *g)
     kmp_text_put(w->text, ")");
 }
 
+/* c + s a b */
+static void put_sum(const kmp_code_writer *w, const kmp_group *g)
+{
+    if (g->adds) {
+        gather_operand(w, 2);
+        kmp_text_put(w->text, " + ");
+    }
+    put_operand_signs(w, w->language->arrays.signs, 0);
+    kmp_text_put(w->text, g->multiplies ? "(" : "");
+    gather_operand(w, 0);
+    if (g->multiplies) {
+        kmp_text_put(w->text, w->language->arrays.times);
+        gather_operand(w, 1);
+        kmp_text_put(w->text, ")");
+    }
+}
+
 void kmp_vectorised_groups(const kmp_code_writer *writer)
 {
     const kmp_array_spelling *spelling = &writer->language->arrays;
@@ -384,21 +405,9 @@ void kmp_vectorised_groups(const kmp_code_writer *writer)
         one.table = (int)g->table;
         one.derivative = (int)g->derivative;
         kmp_fill(&one, g->count == 1 && spelling->one ? spelling->one : spelling->range);
-        if (g->op == KMP_OP_MUL) {
-            /* c + s a b */
-            if (g->adds) {
-                gather_operand(&one, 2);
-                kmp_text_put(one.text, " + ");
-            }
-            put_operand_signs(&one, one.language->arrays.signs, 0);
-            kmp_text_put(one.text, g->multiplies ? "(" : "");
-            gather_operand(&one, 0);
-            if (g->multiplies) {
-                kmp_text_put(one.text, one.language->arrays.times);
-                gather_operand(&one, 1);
-                kmp_text_put(one.text, ")");
-            }
-        } else
+        if (g->op == KMP_OP_MUL)
+            put_sum(&one, g);
+        else
             put_call(&one, g);
         kmp_text_printf(one.text, "%s\n", writer->language->end);
     }

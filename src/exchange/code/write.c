@@ -120,6 +120,30 @@ static void put_functions(const kmp_code_writer *w)
 
 /* -- routines ---------------------------------------------------------------------------------------- */
 
+/* The statements of a stage: all of them, or a function for each chunk before, and its calls. */
+static void write_statements(kmp_code_writer *w, kmp_scalar *s, kmp_text *statements)
+{
+    unsigned used = 0;
+    for (int chunk = 0, at = 0; chunk < s->chunks; chunk++) {
+        kmp_text own = {0};
+        bool split = s->chunks > 1;
+        kmp_code_writer part = *w, call = *w;
+        part.arrays = kmp_scalar_chunk(s, split ? &own : statements, chunk, &at);
+        part.used = s->used;
+        part.part = chunk + 1;
+        part.statements = &own;
+        used |= s->used;
+        call = part;
+        call.text = statements;
+        if (split) {
+            kmp_fill(&part, w->language->part);
+            kmp_fill(&call, w->language->part_call);
+        }
+        kmp_text_free_part(w->text, &own);
+    }
+    w->used = used;
+}
+
 static void write_stage(const kmp_code_writer *w, int stage, const char *pattern)
 {
     kmp_scalar s;
@@ -131,26 +155,7 @@ static void write_stage(const kmp_code_writer *w, int stage, const char *pattern
     }
     in.scalar = &s;
     in.statements = &statements;
-    /* The statements of a stage: all of them, or a function for each chunk before, and its calls. */
-    unsigned used = 0;
-    for (int chunk = 0, at = 0; chunk < s.chunks; chunk++) {
-        kmp_text own = {0};
-        bool split = s.chunks > 1;
-        kmp_code_writer part = in, call = in;
-        part.arrays = kmp_scalar_chunk(&s, split ? &own : &statements, chunk, &at);
-        part.used = s.used;
-        part.part = chunk + 1;
-        part.statements = &own;
-        used |= s.used;
-        call = part;
-        call.text = &statements;
-        if (split) {
-            kmp_fill(&part, in.language->part);
-            kmp_fill(&call, in.language->part_call);
-        }
-        kmp_text_free_part(in.text, &own);
-    }
-    in.used = used;
+    write_statements(&in, &s, &statements);
     kmp_fill(&in, pattern);
     kmp_text_free_part(w->text, &statements);
     kmp_scalar_free(&s);

@@ -189,6 +189,7 @@ extern char **environ;
 
 enum { MOST_WORDS = 64, MOST_SHOWN = 160 };
 
+/* The name of the binary in the archive, "" on a platform without one. */
 static const char *binary_folder(int fmi)
 {
 #if defined(__linux__) && defined(__x86_64__)
@@ -280,6 +281,24 @@ static kempe_status build(kempe_context *context, kmp_arena *arena, const char *
     return kmp_made(context, !bytes->failed);
 }
 
+static void remove_folder(kmp_arena *arena, const kmp_code_files *files, const char *folder)
+{
+    static const char *const made[] = {"unit.so", "said.txt"};
+    for (int k = 0; k < files->count; k++) {
+        char *path = path_in(arena, folder, files->file[k].name);
+        if (path)
+            (void)unlink(path);
+    }
+    for (size_t k = 0; k < sizeof made / sizeof *made; k++) {
+        char *path = path_in(arena, folder, made[k]);
+        if (path)
+            (void)unlink(path);
+    }
+    (void)rmdir(folder);
+}
+
+/* Compiles the files with `compiler`, in a folder that is removed afterwards; the bytes of the shared library are
+ * appended. */
 static kempe_status compile(kempe_context *context, const kmp_code_files *files, const kmp_unit_plan *plan,
                             const char *compiler, kmp_text *bytes)
 {
@@ -297,18 +316,7 @@ static kempe_status compile(kempe_context *context, const kmp_code_files *files,
         }
         if (status == KEMPE_OK)
             status = build(context, &arena, folder, plan, compiler, bytes);
-        static const char *const made[] = {"unit.so", "said.txt"};
-        for (int k = 0; k < files->count; k++) {
-            char *path = path_in(&arena, folder, files->file[k].name);
-            if (path)
-                (void)unlink(path);
-        }
-        for (size_t k = 0; k < sizeof made / sizeof *made; k++) {
-            char *path = path_in(&arena, folder, made[k]);
-            if (path)
-                (void)unlink(path);
-        }
-        (void)rmdir(folder);
+        remove_folder(&arena, files, folder);
     }
     kmp_arena_free(&arena);
     return status == KEMPE_E_IO ? KEMPE_E_FAILED : status; /* files that the caller has not named */
@@ -378,6 +386,27 @@ static kempe_status add_files(kmp_code_files *files, kmp_arena *arena, const kem
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
+/* Adds the files of the model to the archive, below resources/. */
+static kempe_status add_resources(kmp_code_files *files, kmp_arena *arena, const kempe_model *model)
+{
+    const char *main_file = "model/model.yaml";
+    kmp_text list = {0};
+    const bool has_file = model->path_count > 0 && access(model->paths[0], R_OK) == 0;
+    if (model->document && !has_file) /* built in code, or read from a text */
+        KMP_TRY(add_bytes(model->context, files, main_file, model->document, strlen(model->document)));
+    else
+        KMP_TRY(add_files(files, arena, model, &main_file));
+    kmp_text_printf(&list, "%s\n", main_file);
+    for (int k = 0; k < model->setting_count; k++)
+        if (!strchr(model->settings[k].value, ':')) /* samples come from the importer */
+            kmp_text_printf(&list, "%s=%s\n", model->settings[k].name, model->settings[k].value);
+    kempe_status status = kmp_made(model->context, !list.failed);
+    if (status == KEMPE_OK)
+        status = add_bytes(model->context, files, KMP_UNIT_LIST, list.s, list.length);
+    kmp_text_free(&list);
+    return status;
+}
+
 static kempe_status make_on_library(kempe_fmu_export *made, const kempe_model *model, const kempe_fmu_options *o)
 {
     kmp_unit_plan *plan = &made->plan;
@@ -390,22 +419,7 @@ static kempe_status make_on_library(kempe_fmu_export *made, const kempe_model *m
     plan->source = made->named;
     kmp_unit_token(plan->token, plan);
     KMP_TRY(kmp_made(made->context, add_texts(made)));
-    const char *main_file = "model/model.yaml";
-    kmp_text list = {0};
-    const bool has_file = model->path_count > 0 && access(model->paths[0], R_OK) == 0;
-    if (model->document && !has_file) /* built in code, or read from a text */
-        KMP_TRY(add_bytes(model->context, &made->files, main_file, model->document, strlen(model->document)));
-    else
-        KMP_TRY(add_files(&made->files, &made->arena, model, &main_file));
-    kmp_text_printf(&list, "%s\n", main_file);
-    for (int k = 0; k < model->setting_count; k++)
-        if (!strchr(model->settings[k].value, ':')) /* samples come from the importer */
-            kmp_text_printf(&list, "%s=%s\n", model->settings[k].name, model->settings[k].value);
-    kempe_status status = kmp_made(model->context, !list.failed);
-    if (status == KEMPE_OK)
-        status = add_bytes(model->context, &made->files, KMP_UNIT_LIST, list.s, list.length);
-    kmp_text_free(&list);
-    KMP_TRY(status);
+    KMP_TRY(add_resources(&made->files, &made->arena, model));
     KMP_TRY(kmp_file_read(made->context, KMP_FILE_BINARY, o->unit_file, &bytes, &length));
     kmp_text *binary = kmp_code_add(&made->files, "binaries/%s/%s.so", binary_folder(plan->fmi), plan->source->name);
     if (binary)

@@ -60,6 +60,28 @@ static int size_of(const kmp_code_routine *r)
     return p->constant_count + p->input_count + p->code[p->stages];
 }
 
+/* Inputs of coordinates: the values that closures read; of rates: the derivatives, too; of accelerations: all. */
+static void find_levels(structure *s)
+{
+    static const char *const deep[] = {"motion", "loads", "changes"};
+    const kmp_code_routine *closures = kmp_simulated_routine(s->source, "closures");
+    bool *place = s->by_level[PLACE], *rate = s->by_level[RATE], *acceleration = s->by_level[ACCELERATION];
+    if (closures)
+        (void)read_outputs(s, closures, 0, closures->program->outputs[2] - closures->program->outputs[1], rate);
+    for (int k = 0; k < s->inputs; k += 3) {
+        place[k] = rate[k] = rate[k] || rate[k + 1]; /* h has the value, h_t its derivative */
+        acceleration[k] = acceleration[k + 1] = acceleration[k + 2] = rate[k];
+    }
+    for (int k = 0; k < s->inputs; k++)
+        acceleration[k] = acceleration[k] || rate[k];
+    for (size_t i = 0; i < sizeof deep / sizeof *deep; i++) {
+        const kmp_code_routine *r = kmp_simulated_routine(s->source, deep[i]);
+        if (r)
+            (void)read_outputs(s, r, 0, r->program->outputs[2] - r->program->outputs[1], acceleration);
+    }
+}
+
+/* Dependencies of computed variables of a unit of sources; NULL: no memory. */
 static structure *find_structure(kmp_arena *arena, const kmp_code_source *source)
 {
     structure *s = KMP_ARENA_NEW(arena, structure, 1);
@@ -77,23 +99,7 @@ static structure *find_structure(kmp_arena *arena, const kmp_code_source *source
                                  &s->by_level[ACCELERATION], &s->read),
                         KMP_ROOM(bool, most, &s->marked)))
         return NULL;
-    /* Inputs of coordinates: the values that closures read; of rates: the derivatives, too; of accelerations: all. */
-    static const char *const deep[] = {"motion", "loads", "changes"};
-    const kmp_code_routine *closures = kmp_simulated_routine(s->source, "closures");
-    bool *place = s->by_level[PLACE], *rate = s->by_level[RATE], *acceleration = s->by_level[ACCELERATION];
-    if (closures)
-        (void)read_outputs(s, closures, 0, closures->program->outputs[2] - closures->program->outputs[1], rate);
-    for (int k = 0; k < s->inputs; k += 3) {
-        place[k] = rate[k] = rate[k] || rate[k + 1]; /* h has the value, h_t its derivative */
-        acceleration[k] = acceleration[k + 1] = acceleration[k + 2] = rate[k];
-    }
-    for (int k = 0; k < s->inputs; k++)
-        acceleration[k] = acceleration[k] || rate[k];
-    for (size_t i = 0; i < sizeof deep / sizeof *deep; i++) {
-        const kmp_code_routine *r = kmp_simulated_routine(s->source, deep[i]);
-        if (r)
-            (void)read_outputs(s, r, 0, r->program->outputs[2] - r->program->outputs[1], acceleration);
-    }
+    find_levels(s);
     return s;
 }
 
@@ -119,6 +125,7 @@ static level find_level(const structure *s, int block, int at)
     }
 }
 
+/* True where the computed variable may depend on a known one, a state or an input. */
 static bool depends(const structure *s, unsigned reference, unsigned known)
 {
     const int block = (int)(reference / KEMPE_FMU_BLOCK), at = (int)(reference % KEMPE_FMU_BLOCK);
@@ -134,6 +141,7 @@ static bool depends(const structure *s, unsigned reference, unsigned known)
     return s->read[known_at] || s->by_level[deepest][known_at];
 }
 
+/* True for a variable whose dependencies are known, by its reference. */
 static bool has_dependencies(unsigned reference)
 {
     const int block = (int)(reference / KEMPE_FMU_BLOCK);
@@ -665,6 +673,20 @@ static void put_variables(kmp_text *xml, const description *d)
     kmp_text_put(xml, "  </ModelVariables>\n");
 }
 
+static void put_dependencies(kmp_text *xml, const description *d, unsigned reference)
+{
+    const char *between = "";
+    kmp_text_put(xml, " dependencies=\"");
+    for (int k = 0; k < d->count; k++) {
+        const unsigned known = d->variable[k].reference, block = known / KEMPE_FMU_BLOCK;
+        if ((block != KEMPE_FMU_STATES && block != KEMPE_FMU_INPUTS) || !depends(d->structure, reference, known))
+            continue;
+        kmp_text_printf(xml, "%s%u", between, d->plan->fmi == 2 ? (unsigned)k + 1 : known);
+        between = " ";
+    }
+    kmp_text_put(xml, "\"");
+}
+
 /* An entry of the model structure: by index in version 2, by reference in version 3. */
 static void put_entry(kmp_text *xml, const description *d, const char *element, int k, bool initial)
 {
@@ -674,17 +696,7 @@ static void put_entry(kmp_text *xml, const description *d, const char *element, 
     kmp_text_printf(xml, "    <%s %s=\"%u\"", element, second ? "index" : "valueReference",
                     second ? (unsigned)k + 1 : v->reference);
     if (!initial && d->structure && has_dependencies(v->reference)) {
-        unsigned reference = v->reference;
-        const char *between = "";
-        kmp_text_put(xml, " dependencies=\"");
-        for (int i = 0; i < d->count; i++) {
-            const unsigned known = d->variable[i].reference, block = known / KEMPE_FMU_BLOCK;
-            if ((block != KEMPE_FMU_STATES && block != KEMPE_FMU_INPUTS) || !depends(d->structure, reference, known))
-                continue;
-            kmp_text_printf(xml, "%s%u", between, d->plan->fmi == 2 ? (unsigned)i + 1 : known);
-            between = " ";
-        }
-        kmp_text_put(xml, "\"");
+        put_dependencies(xml, d, v->reference);
         if (v->state && at < f)
             kmp_text_put(xml, " dependenciesKind=\"constant\"");
     }
@@ -830,6 +842,26 @@ static void put_terminal(kmp_text *xml, const variable *variables, int count, in
 
 /* -- files -------------------------------------------------------------------------------------------- */
 
+/* terminalsAndIcons.xml: terminals for variables that belong together, and the place of the icon. */
+static void put_terminals(kmp_text *xml, const variable *variables, int count)
+{
+    bool open = false;
+    kmp_text_printf(xml,
+                    "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n"
+                    "  <GraphicalRepresentation>\n"
+                    "    <CoordinateSystem x1=\"0\" y1=\"0\" x2=\"%d\" y2=\"%d\" "
+                    "suggestedScalingFactorTo_mm=\"0.1\"/>\n"
+                    "    <Icon x1=\"0\" y1=\"0\" x2=\"%d\" y2=\"%d\"/>\n  </GraphicalRepresentation>\n",
+                    KMP_UNIT_ICON, KMP_UNIT_ICON, KMP_UNIT_ICON, KMP_UNIT_ICON);
+    for (int k = 0; k < count; k++)
+        if (seat_of(&variables[k]).kind) {
+            kmp_text_put(xml, open ? "" : "  <Terminals>\n");
+            open = true;
+            put_terminal(xml, variables, count, k);
+        }
+    kmp_text_put(xml, open ? "  </Terminals>\n</fmiTerminalsAndIcons>\n" : "</fmiTerminalsAndIcons>\n");
+}
+
 bool kmp_unit_describe(kmp_text *xml, kmp_text *terminals, const kmp_unit_plan *plan)
 {
     description d = {.plan = plan, .source = plan->source};
@@ -848,24 +880,8 @@ bool kmp_unit_describe(kmp_text *xml, kmp_text *terminals, const kmp_unit_plan *
         put_variables(xml, &d);
         put_structure(xml, &d);
         kmp_text_put(xml, "</fmiModelDescription>\n");
-        if (plan->fmi == 3) {
-            int count = d.count;
-            bool open = false;
-            kmp_text_printf(terminals,
-                            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n"
-                            "  <GraphicalRepresentation>\n"
-                            "    <CoordinateSystem x1=\"0\" y1=\"0\" x2=\"%d\" y2=\"%d\" "
-                            "suggestedScalingFactorTo_mm=\"0.1\"/>\n"
-                            "    <Icon x1=\"0\" y1=\"0\" x2=\"%d\" y2=\"%d\"/>\n  </GraphicalRepresentation>\n",
-                            KMP_UNIT_ICON, KMP_UNIT_ICON, KMP_UNIT_ICON, KMP_UNIT_ICON);
-            for (int k = 0; k < count; k++)
-                if (seat_of(&d.variable[k]).kind) {
-                    kmp_text_put(terminals, open ? "" : "  <Terminals>\n");
-                    open = true;
-                    put_terminal(terminals, d.variable, count, k);
-                }
-            kmp_text_put(terminals, open ? "  </Terminals>\n</fmiTerminalsAndIcons>\n" : "</fmiTerminalsAndIcons>\n");
-        }
+        if (plan->fmi == 3)
+            put_terminals(terminals, d.variable, d.count);
     }
     kmp_arena_free(&d.arena);
     return ok && !xml->failed && !terminals->failed;

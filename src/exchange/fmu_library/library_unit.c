@@ -136,7 +136,7 @@ static void fill_table(library_unit *unit)
                                     .longest = kmp_unit_longest_step(unit->model)};
 }
 
-static kempe_status make(library_unit *unit, const char *resources)
+static kempe_status read_resources(library_unit *unit, const char *resources)
 {
     char *text = NULL;
     size_t length = 0;
@@ -149,7 +149,12 @@ static kempe_status make(library_unit *unit, const char *resources)
     KMP_TRY(kmp_file_read(unit->context, KMP_FILE_RECORD, list, &text, &length));
     kempe_status status = read_list(unit, folder, text);
     kmp_free(text);
-    KMP_TRY(status);
+    return status;
+}
+
+static kempe_status make(library_unit *unit, const char *resources)
+{
+    KMP_TRY(read_resources(unit, resources));
     KMP_TRY(kempe_model_read_set(unit->context, unit->path, unit->settings, unit->setting_count, &unit->model));
     KMP_TRY(kempe_system_new(unit->model, &unit->system));
     KMP_TRY(kmp_source_describe(&unit->source, unit->model, unit->system));

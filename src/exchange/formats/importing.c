@@ -36,14 +36,19 @@ static bool ends_with(const char *name, const char *ending)
     return length > tail && strcmp(name + length - tail, ending) == 0;
 }
 
-bool kmp_is_foreign(const char *file, const char *text, size_t length)
+/* No model in YAML begins with this sign. */
+static bool is_xml(const char *text, size_t length)
 {
-    /* No model in YAML begins with this sign. */
     static const char mark[] = "\xef\xbb\xbf"; /* of UTF-8 */
     size_t at = length >= 3 && memcmp(text, mark, 3) == 0 ? 3 : 0;
     while (at < length && strchr(" \t\r\n", text[at]) && text[at])
         at++;
-    bool foreign = at < length && text[at] == '<';
+    return at < length && text[at] == '<';
+}
+
+bool kmp_is_foreign(const char *file, const char *text, size_t length)
+{
+    bool foreign = is_xml(text, length);
     for (int k = 0; k < FORMATS; k++)
         foreign = foreign || ends_with(file, formats[k].ending);
     return foreign;

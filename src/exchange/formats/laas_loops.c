@@ -97,6 +97,19 @@ static const char *loop_name(kmp_import *im, const kmp_yaml *pair, const kmp_yam
                : kmp_arena_printf(im->arena, "%s_%s", first ? first : "", second ? second : "");
 }
 
+/* LINK.origin of a frame, which is a link, or a joint: then that of the link behind it. */
+static const char *frame_of(const pairs *p, const kmp_yaml *node)
+{
+    const kmp_element *joint = kmp_element_named(p->robot, "link", "name", node->text)
+                                   ? NULL
+                                   : kmp_element_named(p->robot, "joint", "name", node->text);
+    const char *link = joint ? kmp_element_text(kmp_element_find(joint, "child"), "link") : node->text;
+    if (!joint && !kmp_element_named(p->robot, "link", "name", node->text))
+        kmp_import_complain(p->im, node->place, "the frame", node->text, "is neither a link nor a joint of the robot");
+    const char *clean = link ? kmp_import_clean(p->im, link) : NULL;
+    return clean ? kmp_arena_printf(p->im->arena, "%s.origin", clean) : NULL;
+}
+
 static void add_pair(pairs *p, const kmp_yaml *pair, const kmp_yaml *type)
 {
     kmp_import *im = p->im;
@@ -112,17 +125,7 @@ static void add_pair(pairs *p, const kmp_yaml *pair, const kmp_yaml *type)
     kmp_yaml *loops = kmp_import_part(im, im->root, "loops", KMP_YAML_MAP);
     kmp_yaml *map = kmp_import_map(im, pair->place), *points = kmp_yaml_new(im->arena, KMP_YAML_LIST, pair->place);
     for (int k = 0; k < 2; k++) {
-        /* LINK.origin of a frame, which is a link, or a joint: then that of the link behind it. */
-        const kmp_yaml *node = pair->items[k];
-        const kmp_element *joint = kmp_element_named(p->robot, "link", "name", node->text)
-                                       ? NULL
-                                       : kmp_element_named(p->robot, "joint", "name", node->text);
-        const char *link = joint ? kmp_element_text(kmp_element_find(joint, "child"), "link") : node->text;
-        if (!joint && !kmp_element_named(p->robot, "link", "name", node->text))
-            kmp_import_complain(p->im, node->place, "the frame", node->text,
-                                "is neither a link nor a joint of the robot");
-        const char *clean = link ? kmp_import_clean(p->im, link) : NULL;
-        const char *point = clean ? kmp_arena_printf(p->im->arena, "%s.origin", clean) : NULL;
+        const char *point = frame_of(p, pair->items[k]);
         kmp_yaml_append(im->arena, points, NULL, kmp_yaml_word(im->arena, pair->items[k]->place, point ? point : ""));
     }
     kmp_import_put(im, map, pair->place, ball ? "ball" : "weld", points);
@@ -184,6 +187,33 @@ static kmp_yaml *other_joints(const pairs *p, const kmp_yaml *source)
 
 /* -- documents ----------------------------------------------------------------------------------------- */
 
+static void note_unknown(kmp_import *im, const kmp_yaml *source)
+{
+    for (int i = 0; i < source->count; i++) {
+        size_t k = 0;
+        while (k < sizeof known / sizeof *known && strcmp(known[k], source->keys[i]->text) != 0)
+            k++;
+        if (k == sizeof known / sizeof *known)
+            kmp_import_leave_out(im, source->keys[i]->place, KMP_PART_MECHANICS, source->keys[i]->text,
+                                 "'%s' is not used", source->keys[i]->text);
+    }
+}
+
+/* A run takes independent coordinates by name only if they are as many as the degrees of freedom. */
+static void note_motors(kmp_import *im, const kmp_yaml *source)
+{
+    kmp_text names = {0};
+    const kmp_yaml *motors = kmp_yaml_get(source, "name_mot");
+    for (int i = 0; motors && i < motors->count; i++)
+        kmp_text_printf(&names, "%s%s", i > 0 ? ", " : "", motors->items[i]->text);
+    if (names.length > 0)
+        kmp_import_leave_out(im, motors->place, KMP_PART_REMARK, "name_mot",
+                             "the motors of 'name_mot' are not used: 'hold' of a start keeps them while the loops are "
+                             "closed, 'independent' of a run takes as many as there are degrees of freedom: %s",
+                             names.s);
+    kmp_text_free(&names);
+}
+
 void kmp_laas_convert(kmp_import *im)
 {
     pairs p = {.im = im};
@@ -209,23 +239,6 @@ void kmp_laas_convert(kmp_import *im)
     kmp_yaml_append(im->arena, list, NULL, entry);
     for (int k = 0; k < loops->count && im->status == KEMPE_OK; k++)
         add_pair(&p, loops->items[k], types ? types->items[k] : NULL);
-    /* A run takes independent coordinates by name only if they are as many as the degrees of freedom. */
-    kmp_text names = {0};
-    const kmp_yaml *motors = kmp_yaml_get(source, "name_mot");
-    for (int i = 0; motors && i < motors->count; i++)
-        kmp_text_printf(&names, "%s%s", i > 0 ? ", " : "", motors->items[i]->text);
-    if (names.length > 0)
-        kmp_import_leave_out(im, motors->place, KMP_PART_REMARK, "name_mot",
-                             "the motors of 'name_mot' are not used: 'hold' of a start keeps them while the loops are "
-                             "closed, 'independent' of a run takes as many as there are degrees of freedom: %s",
-                             names.s);
-    kmp_text_free(&names);
-    for (int i = 0; i < source->count; i++) {
-        size_t k = 0;
-        while (k < sizeof known / sizeof *known && strcmp(known[k], source->keys[i]->text) != 0)
-            k++;
-        if (k == sizeof known / sizeof *known)
-            kmp_import_leave_out(im, source->keys[i]->place, KMP_PART_MECHANICS, source->keys[i]->text,
-                                 "'%s' is not used", source->keys[i]->text);
-    }
+    note_motors(im, source);
+    note_unknown(im, source);
 }

@@ -194,31 +194,40 @@ static const kmp_yaml *drive(kmp_import *im, const kmp_element *joint, const cha
     return map;
 }
 
+/* Start value and `nature`: independent coordinates keep their values while the loops are closed, driven ones always.
+ */
+static void put_start(kmp_import *im, const kmp_element *joint, const char *coordinate, const char *drive_name)
+{
+    const kmp_element *start = kmp_element_find(joint, "initialvalue");
+    const char *nature = kmp_element_text(joint, "nature");
+    kmp_yaml *begin = kmp_import_part(im, im->root, "start", KMP_YAML_MAP);
+    if (kmp_element_text(start, "q"))
+        put_number(im, kmp_import_part(im, begin, "q", KMP_YAML_MAP), coordinate, start, "q");
+    if (kmp_element_text(start, "qd"))
+        put_number(im, kmp_import_part(im, begin, "qd", KMP_YAML_MAP), coordinate, start, "qd");
+    if (nature && strcmp(nature, "driven") == 0)
+        kmp_import_add(im, "drives", joint, drive_name, drive(im, joint, coordinate, kmp_element_text(joint, "type")));
+    else if (nature && strcmp(nature, "independent") == 0)
+        kmp_import_hold(im, joint->place, coordinate);
+    else if (nature && strcmp(nature, "dependent") != 0)
+        kmp_import_complain(im, joint->place, "nature", nature, "is not independent, dependent or driven");
+}
+
+static bool is_cut(const kmp_import *im, const char *name)
+{
+    const kmp_mbs_name *first = first_like(im, name);
+    return first && !first->body;
+}
+
 /* Coordinate and drive of joint k of a body. */
 static void put_motion(kmp_import *im, const kmp_element *joint, const char *coordinate, int k, bool several)
 {
     const char *drive_name = several ? kmp_arena_printf(im->arena, "%s_%d", coordinate, k) : coordinate;
     const char *full = several ? kmp_arena_printf(im->arena, "%s.%d", coordinate, k) : coordinate;
-    const kmp_mbs_name *same = drive_name ? first_like(im, drive_name) : NULL;
-    if (same && !same->body) /* a cut has this name */
+    if (drive_name && is_cut(im, drive_name))
         drive_name = kmp_arena_printf(im->arena, "%s_drive", drive_name);
-    if (full && drive_name) {
-        /* Start value and `nature`: independent coordinates keep their values while the loops are closed, driven ones
-         * always. */
-        const kmp_element *start = kmp_element_find(joint, "initialvalue");
-        const char *nature = kmp_element_text(joint, "nature");
-        kmp_yaml *begin = kmp_import_part(im, im->root, "start", KMP_YAML_MAP);
-        if (kmp_element_text(start, "q"))
-            put_number(im, kmp_import_part(im, begin, "q", KMP_YAML_MAP), full, start, "q");
-        if (kmp_element_text(start, "qd"))
-            put_number(im, kmp_import_part(im, begin, "qd", KMP_YAML_MAP), full, start, "qd");
-        if (nature && strcmp(nature, "driven") == 0)
-            kmp_import_add(im, "drives", joint, drive_name, drive(im, joint, full, kmp_element_text(joint, "type")));
-        else if (nature && strcmp(nature, "independent") == 0)
-            kmp_import_hold(im, joint->place, full);
-        else if (nature && strcmp(nature, "dependent") != 0)
-            kmp_import_complain(im, joint->place, "nature", nature, "is not independent, dependent or driven");
-    }
+    if (full && drive_name)
+        put_start(im, joint, full, drive_name);
 }
 
 /* The joints of a body in their order: motions, coordinates with the names of the joints, start and drives. */
@@ -246,13 +255,20 @@ static void put_motions(kmp_import *im, kmp_yaml *map, const kmp_element *body, 
 
 /* -- bodies ---------------------------------------------------------------------------------------- */
 
+/* The joint of a body: ROBOTRAN's where there is one, otherwise the body's name. NULL: no memory. */
+static const char *joint_name(kmp_import *im, const kmp_element *body, const char *body_name)
+{
+    const kmp_element *joint = kmp_element_find(body, "joint");
+    bool single = joint && !kmp_element_again(joint);
+    const char *name = single ? own_name(im, body, joint, true) : NULL;
+    return name ? kmp_import_clean(im, name) : body_name;
+}
+
 static void put_joint(kmp_import *im, kmp_yaml *map, const kmp_element *body, const char *body_name)
 {
     const kmp_element *parent = kmp_element_find(body, "parent");
     const kmp_element *joint = kmp_element_find(body, "joint");
-    bool single = joint && !kmp_element_again(joint);
-    const char *own_one = single ? own_name(im, body, joint, true) : NULL; /* otherwise the body's name */
-    const char *name = own_one ? kmp_import_clean(im, own_one) : body_name;
+    const char *name = joint_name(im, body, body_name);
     kmp_yaml *own = kmp_import_map(im, joint ? joint->place : body->place);
     if (!parent) {
         kmp_import_complain(im, body->place, "body", body_name, "has no 'parent'");
@@ -269,6 +285,21 @@ static void put_joint(kmp_import *im, kmp_yaml *map, const kmp_element *body, co
     kmp_import_put(im, map, own->place, "joint", own);
 }
 
+/* Inertias are accepted as given: published models contain some that no distribution of mass can have. */
+static void put_inertia(kmp_import *im, kmp_yaml *map, const kmp_element *body)
+{
+    static const char *const names[6][2] = {{"Ixx", "xx"}, {"Iyy", "yy"}, {"Izz", "zz"},
+                                            {"Ixy", "xy"}, {"Ixz", "xz"}, {"Iyz", "yz"}};
+    const kmp_element *inertia = kmp_element_find(body, "inertia");
+    if (!inertia)
+        return;
+    kmp_yaml *own = kmp_import_map(im, inertia->place);
+    for (int k = 0; k < 6; k++)
+        put_number(im, own, names[k][1], inertia, names[k][0]);
+    kmp_import_word(im, own, inertia->place, "as_given", "yes");
+    kmp_import_put(im, map, inertia->place, "inertia", own);
+}
+
 static void add_body(kmp_import *im, const kmp_element *body)
 {
     const char *name = name_of(im, body, "bodyname");
@@ -280,17 +311,7 @@ static void add_body(kmp_import *im, const kmp_element *body)
     put_number(im, map, "mass", body, "mass");
     if (com)
         kmp_import_put(im, map, com->place, "com", vector(im, com));
-    /* Inertias are accepted as given: published models contain some that no distribution of mass can have. */
-    static const char *const names[6][2] = {{"Ixx", "xx"}, {"Iyy", "yy"}, {"Izz", "zz"},
-                                            {"Ixy", "xy"}, {"Ixz", "xz"}, {"Iyz", "yz"}};
-    const kmp_element *inertia = kmp_element_find(body, "inertia");
-    if (inertia) {
-        kmp_yaml *own = kmp_import_map(im, inertia->place);
-        for (int k = 0; k < 6; k++)
-            put_number(im, own, names[k][1], inertia, names[k][0]);
-        kmp_import_word(im, own, inertia->place, "as_given", "yes");
-        kmp_import_put(im, map, inertia->place, "inertia", own);
-    }
+    put_inertia(im, map, body);
     put_points(im, map, body);
     kmp_import_add(im, "bodies", body, name, map);
 }
@@ -386,15 +407,9 @@ static void omit_force_points(kmp_import *im, const kmp_element *inside)
     }
 }
 
-void kmp_mbs_convert(kmp_import *im)
+/* All names that bodies, joints and cuts have, sorted. */
+static void collect_names(kmp_import *im)
 {
-    const kmp_element *name = kmp_element_find(im->model, "mbsname");
-    if (name && name->text[0])
-        kmp_import_put(im, im->root, name->place, "name", text_of(im, name));
-    if (im->base == KMP_BASE_FREE)
-        kmp_import_complain(im, im->model->place, "base", "free",
-                            "is for robots: a ROBOTRAN model has the joints of its first body instead");
-    /* All names that bodies, joints and cuts have, sorted. */
     for (const kmp_element *body = first_body(im); body; body = kmp_element_again(body)) {
         add_name(im, kmp_element_text(body, "bodyname"), body, NULL);
         for (const kmp_element *j = kmp_element_find(body, "joint"); j; j = kmp_element_again(j))
@@ -404,23 +419,49 @@ void kmp_mbs_convert(kmp_import *im)
         add_name(im, kmp_element_text(cut, "name"), NULL, NULL);
     if (im->name_count > 0)
         qsort(im->names, (size_t)im->name_count, sizeof *im->names, compare_names);
-    add_parameters(im);
+}
+
+static void add_base(kmp_import *im)
+{
     const kmp_element *base = kmp_element_find(im->model, "base");
     const kmp_element *gravity = kmp_element_find(base, "gravity");
     if (gravity)
         kmp_import_put(im, im->root, gravity->place, "gravity", vector(im, gravity));
     put_points(im, kmp_import_part(im, im->root, "ground", KMP_YAML_MAP), base ? base : im->model);
-    for (const kmp_element *body = first_body(im); body; body = kmp_element_again(body))
-        add_body(im, body);
+}
+
+static void add_cuts(kmp_import *im)
+{
     static const char *const kinds[3][2] = {{"ball", "ball"}, {"rod", "rod"}, {"solid", "weld"}};
     for (const kmp_element *cut = first_cut(im); cut; cut = cut->next)
         for (int k = 0; k < 3; k++)
             if (strcmp(cut->name, kinds[k][0]) == 0)
                 add_cut(im, cut, kinds[k][1]);
+}
+
+static void note_rest(kmp_import *im)
+{
     const kmp_element *links = kmp_element_find(im->model, "links");
     for (const kmp_element *body = first_body(im); body; body = kmp_element_again(body))
         omit_force_points(im, body);
     for (const kmp_element *e = links ? links->first : NULL; e; e = e->next)
         if (strcmp(e->name, "link") == 0 || strcmp(e->name, "link3D") == 0)
             omit(im, "link", e);
+}
+
+void kmp_mbs_convert(kmp_import *im)
+{
+    const kmp_element *name = kmp_element_find(im->model, "mbsname");
+    if (name && name->text[0])
+        kmp_import_put(im, im->root, name->place, "name", text_of(im, name));
+    if (im->base == KMP_BASE_FREE)
+        kmp_import_complain(im, im->model->place, "base", "free",
+                            "is for robots: a ROBOTRAN model has the joints of its first body instead");
+    collect_names(im);
+    add_parameters(im);
+    add_base(im);
+    for (const kmp_element *body = first_body(im); body; body = kmp_element_again(body))
+        add_body(im, body);
+    add_cuts(im);
+    note_rest(im);
 }

@@ -187,6 +187,24 @@ static int way_of(kmp_mjcf *m, const kmp_element *e)
     return found;
 }
 
+/* Each letter is a rotation about an axis: a small one of the turned axes, a capital one of the axes around. */
+static void turn_in_order(const kmp_mjcf *m, const double angle[3], double r[3][3])
+{
+    double whole[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (int k = 0; k < 3; k++) {
+        bool fixed = m->order[k] < 'a';
+        int axis = m->order[k] - (fixed ? 'X' : 'x');
+        double rpy[3] = {0}, step[3][3];
+        rpy[axis] = angle[k] * m->angle;
+        kmp_frame_rotate(rpy, step);
+        if (fixed)
+            multiply(step, whole, whole);
+        else
+            multiply(whole, step, whole);
+    }
+    memcpy(r, whole, sizeof whole);
+}
+
 kmp_pose kmp_mjcf_pose(kmp_mjcf *m, const kmp_mjcf_item *item)
 {
     kmp_pose f = kmp_frame_none();
@@ -205,22 +223,9 @@ kmp_pose kmp_mjcf_pose(kmp_mjcf *m, const kmp_mjcf_item *item)
         good = kmp_frame_turn(v, f.r);
     else if (strcmp(ways[way].key, "axisangle") == 0)
         good = kmp_frame_about(v, v[3] * m->angle, f.r);
-    else if (strcmp(ways[way].key, "euler") == 0) {
-        /* Each letter is a rotation about an axis: a small one of the turned axes, a capital one of the axes around. */
-        double whole[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-        for (int k = 0; k < 3; k++) {
-            bool fixed = m->order[k] < 'a';
-            int axis = m->order[k] - (fixed ? 'X' : 'x');
-            double rpy[3] = {0}, step[3][3];
-            rpy[axis] = v[k] * m->angle;
-            kmp_frame_rotate(rpy, step);
-            if (fixed)
-                multiply(step, whole, whole);
-            else
-                multiply(whole, step, whole);
-        }
-        memcpy(f.r, whole, sizeof whole);
-    } else
+    else if (strcmp(ways[way].key, "euler") == 0)
+        turn_in_order(m, v, f.r);
+    else
         good = strcmp(ways[way].key, "zaxis") == 0 ? kmp_mjcf_along(v, f.r) : set_axes(v, v + 3, f.r);
     if (!good)
         kmp_import_complain(m->im, from->place, ways[way].key, kmp_element_text(from, ways[way].key),

@@ -108,6 +108,17 @@ static int type_of(kmp_mjcf *m, const kmp_mjcf_item *item)
     return type;
 }
 
+/* A damper against all motions of a ball or free joint: of the body's origin, and of its turning. */
+static void add_damper(kmp_mjcf *m, const kmp_element *e, const char *name, const char *const points[2], int type,
+                       double damping)
+{
+    kmp_yaml *map =
+        kmp_import_between(m->im, e, "forces", kmp_arena_printf(m->im->arena, "%s_damping", name), "bushing", points);
+    if (type == FREE)
+        kmp_import_value(m->im, map, e->place, "damping", damping);
+    kmp_import_value(m->im, map, e->place, "rotational_damping", damping);
+}
+
 static void add_losses(kmp_mjcf *m, const kmp_mjcf_item *item, const char *name, const char *const points[2], int type)
 {
     double stiffness = m->has_springs ? kmp_mjcf_number(m, item, "stiffness", 0) : 0,
@@ -119,14 +130,8 @@ static void add_losses(kmp_mjcf *m, const kmp_mjcf_item *item, const char *name,
         kmp_import_friction(m->im, item->own, name, type == SLIDE, friction);
         return;
     }
-    if (damping != 0) { /* against all motions: of the body's origin, and of its turning */
-        kmp_place place = item->own->place;
-        kmp_yaml *map = kmp_import_between(m->im, item->own, "forces",
-                                           kmp_arena_printf(m->im->arena, "%s_damping", name), "bushing", points);
-        if (type == FREE)
-            kmp_import_value(m->im, map, place, "damping", damping);
-        kmp_import_value(m->im, map, place, "rotational_damping", damping);
-    }
+    if (damping != 0)
+        add_damper(m, item->own, name, points, type, damping);
     if (stiffness != 0)
         kmp_import_leave_out(m->im, item->own->place, KMP_PART_MECHANICS, "stiffness",
                              "the stiffness of joint '%s' with several coordinates is not used", name);
@@ -452,18 +457,68 @@ static bool gives_mass(kmp_mjcf *m, const kmp_mjcf_body *body, const kmp_mjcf_it
     return false;
 }
 
-static void add_geom(kmp_mjcf *m, const kmp_mjcf_body *body, bool heavy, const part *p, weights *w)
+/* The row of `geoms`; GEOMS after a complaint. */
+static int kind_of(kmp_mjcf *m, const kmp_mjcf_item *item)
 {
-    const kmp_mjcf_item item = kmp_mjcf_take(m, p->element, "geom", p->around);
-    /* The row of `geoms`; GEOMS after a complaint. */
-    const char *type = kmp_mjcf_text(&item, "type");
+    const char *type = kmp_mjcf_text(item, "type");
     int k = 0;
     while (type && k < GEOMS && strcmp(geoms[k].type, type) != 0)
         k++;
     if (k == GEOMS)
         kmp_import_complain(
-            m->im, item.own->place, "geom type", type,
+            m->im, item->own->place, "geom type", type,
             "is unknown; available: plane, hfield, sphere, capsule, ellipsoid, cylinder, box, mesh, sdf");
+    return k;
+}
+
+/* A mesh whose reference is turned can be drawn if it has one scale. */
+static void draw_mesh(kmp_mjcf *m, const kmp_mjcf_body *body, const kmp_mjcf_item *item, const asset *a,
+                      const kmp_pose *at)
+{
+    kmp_pose back = kmp_frame_inverse(&a->reference);
+    for (int k = 0; k < 3; k++)
+        back.p[k] *= a->scale[k];
+    const kmp_pose whole = kmp_frame_in(at, &back);
+    kmp_import_mesh(m->im, body->map, item->own->place, a->path, a->scale, &whole, colour_of(m, item));
+}
+
+/* Writes the mass or density of a shape that gives its body a mass. */
+static void put_matter(kmp_mjcf *m, const kmp_mjcf_item *item, kmp_yaml *shape)
+{
+    kmp_place place = item->own->place;
+    bool massive = kmp_mjcf_text(item, "mass");
+    double matter = kmp_mjcf_number(m, item, massive ? "mass" : "density", 1000);
+    if (matter != 0)
+        kmp_import_value(m->im, shape, place, massive ? "mass" : "density", matter);
+}
+
+static void add_solid(kmp_mjcf *m, const kmp_mjcf_body *body, const part *p, const kmp_mjcf_item *item, int k,
+                      bool heavy, weights *w)
+{
+    kmp_import *im = m->im;
+    double size[3] = {0};
+    kmp_pose f = kmp_mjcf_pose(m, item);
+    int sizes = kmp_mjcf_numbers(m, item, "size", 1, 3, size);
+    if (kmp_mjcf_text(item, "fromto"))
+        put_between(m, item, geoms[k].solid, &f, size);
+    else if (sizes < geoms[k].sizes)
+        kmp_import_complain(im, p->element->place, "geom type", geoms[k].type, "needs more numbers in its size");
+    f = kmp_frame_in(&p->frame, &f);
+    bool three = geoms[k].sizes == 3;
+    for (int i = 0; i < 3; i++)
+        size[i] *= geoms[k].solid == KMP_SOLID_BOX || (!three && i == 1) ? 2 : 1;
+    kmp_yaml *shape = kmp_import_shape(im, body->map, p->element->place, (kmp_import_solid)geoms[k].solid, size, &f,
+                                       colour_of(m, item));
+    if (heavy && w->shape)
+        (void)add_weight(m, item, w, geoms[k].solid, &f, size);
+    else if (heavy)
+        put_matter(m, item, shape);
+}
+
+static void add_geom(kmp_mjcf *m, const kmp_mjcf_body *body, bool heavy, const part *p, weights *w)
+{
+    const kmp_mjcf_item item = kmp_mjcf_take(m, p->element, "geom", p->around);
+    int k = kind_of(m, &item);
     if (k == GEOMS)
         return;
     heavy = heavy && gives_mass(m, body, &item, k);
@@ -472,42 +527,12 @@ static void add_geom(kmp_mjcf *m, const kmp_mjcf_body *body, bool heavy, const p
         asset a;
         const kmp_pose own = kmp_mjcf_pose(m, &item), f = kmp_frame_in(&p->frame, &own);
         bool known = find_asset(m, &item, &a);
-        if (drawn && known) {
-            /* A mesh whose reference is turned can be drawn if it has one scale. */
-            kmp_pose back = kmp_frame_inverse(&a.reference);
-            for (int i = 0; i < 3; i++)
-                back.p[i] *= a.scale[i];
-            const kmp_pose whole = kmp_frame_in(&f, &back);
-            kmp_import_mesh(m->im, body->map, item.own->place, a.path, a.scale, &whole, colour_of(m, &item));
-        }
+        if (drawn && known)
+            draw_mesh(m, body, &item, &a, &f);
         if (heavy)
             weigh_mesh(m, body, &item, w, known ? &a : NULL, &f);
-    } else if (geoms[k].solid >= 0 && !kmp_mjcf_text(&item, "mesh") && (drawn || heavy)) {
-        kmp_import *im = m->im;
-        double size[3] = {0};
-        kmp_pose f = kmp_mjcf_pose(m, &item);
-        int sizes = kmp_mjcf_numbers(m, &item, "size", 1, 3, size);
-        if (kmp_mjcf_text(&item, "fromto"))
-            put_between(m, &item, geoms[k].solid, &f, size);
-        else if (sizes < geoms[k].sizes)
-            kmp_import_complain(im, p->element->place, "geom type", geoms[k].type, "needs more numbers in its size");
-        f = kmp_frame_in(&p->frame, &f);
-        bool three = geoms[k].sizes == 3;
-        for (int i = 0; i < 3; i++)
-            size[i] *= geoms[k].solid == KMP_SOLID_BOX || (!three && i == 1) ? 2 : 1;
-        kmp_yaml *shape = kmp_import_shape(im, body->map, p->element->place, (kmp_import_solid)geoms[k].solid, size, &f,
-                                           colour_of(m, &item));
-        if (heavy && w->shape)
-            (void)add_weight(m, &item, w, geoms[k].solid, &f, size);
-        else if (heavy) {
-            /* Writes the mass or density of a shape that gives its body a mass. */
-            kmp_place place = item.own->place;
-            bool massive = kmp_mjcf_text(&item, "mass");
-            double matter = kmp_mjcf_number(m, &item, massive ? "mass" : "density", 1000);
-            if (matter != 0)
-                kmp_import_value(m->im, shape, place, massive ? "mass" : "density", matter);
-        }
-    }
+    } else if (geoms[k].solid >= 0 && !kmp_mjcf_text(&item, "mesh") && (drawn || heavy))
+        add_solid(m, body, p, &item, k, heavy, w);
 }
 
 /* -- bodies -------------------------------------------------------------------------------------------- */
@@ -558,63 +583,75 @@ static void collect(kmp_mjcf *m, const kmp_element *in, const kmp_pose *frame, c
     }
 }
 
-/* Geoms give the mass where there is no element `inertial`, or always. */
-static void put_contents(kmp_mjcf *m, const kmp_mjcf_body *body, const parts *in)
+/* `full`: xx yy zz xy xz yz */
+static void put_mass(kmp_mjcf *m, const kmp_mjcf_body *body, const kmp_element *inertial)
 {
-    bool given = in->inertial && (m->inertia_from_geoms != KMP_MJCF_ALWAYS || !in->geoms);
-    bool heavy = body != &m->world && !given && m->inertia_from_geoms != KMP_MJCF_NEVER;
-    if (given) {
-        /* `full`: xx yy zz xy xz yz */
-        kmp_mjcf_item item = kmp_mjcf_plain(in->inertial);
-        const kmp_pose centre = kmp_mjcf_pose(m, &item);
-        double full[6] = {0};
-        int count = kmp_mjcf_numbers(m, &item, "diaginertia", 3, 3, full) +
-                    kmp_mjcf_numbers(m, &item, "fullinertia", 6, 6, full);
-        const double tensor[3][3] = {
-            {full[0], full[3], full[4]}, {full[3], full[1], full[5]}, {full[4], full[5], full[2]}};
-        if (kmp_import_attribute(m->im, in->inertial, "mass"))
-            kmp_import_mass(m->im, body->map, in->inertial->place, kmp_mjcf_number(m, &item, "mass", 0), &centre,
-                            count ? tensor : NULL);
-    }
-    /* `heavy`: they give the body its mass. */
+    kmp_mjcf_item item = kmp_mjcf_plain(inertial);
+    const kmp_pose centre = kmp_mjcf_pose(m, &item);
+    double full[6] = {0};
+    int count =
+        kmp_mjcf_numbers(m, &item, "diaginertia", 3, 3, full) + kmp_mjcf_numbers(m, &item, "fullinertia", 6, 6, full);
+    const double tensor[3][3] = {{full[0], full[3], full[4]}, {full[3], full[1], full[5]}, {full[4], full[5], full[2]}};
+    if (kmp_import_attribute(m->im, inertial, "mass"))
+        kmp_import_mass(m->im, body->map, inertial->place, kmp_mjcf_number(m, &item, "mass", 0), &centre,
+                        count ? tensor : NULL);
+}
+
+/* `heavy`: they give the body its mass. */
+static void add_geoms(kmp_mjcf *m, const kmp_mjcf_body *body, bool heavy, const part *list)
+{
     weights w = {.count = 0};
     int count = 0;
     bool meshes = false;
-    for (const part *p = in->geoms; p; p = p->next, count++) {
+    for (const part *p = list; p; p = p->next, count++) {
         const kmp_mjcf_item item = kmp_mjcf_take(m, p->element, "geom", p->around);
         meshes = meshes || (heavy && !body->fixed && is_mesh(&item) && has_mass(m, &item));
     }
     if (meshes)
         w.shape = KMP_ARENA_NEW(m->im->arena, kmp_shape, count);
-    if (!m->im->arena->failed) {
-        for (const part *p = in->geoms; p; p = p->next)
-            add_geom(m, body, heavy, p, &w);
-        if (w.count > 0) {
-            double tensor[3][3];
-            kmp_pose centre;
-            double mass = kmp_import_weigh(m->im, w.count, w.shape, &centre, tensor);
-            kmp_import_mass(m->im, body->map, in->geoms->element->place, mass, &centre, (const double(*)[3])tensor);
-        }
+    if (m->im->arena->failed)
+        return;
+    for (const part *p = list; p; p = p->next)
+        add_geom(m, body, heavy, p, &w);
+    if (w.count > 0) {
+        double tensor[3][3];
+        kmp_pose centre;
+        double mass = kmp_import_weigh(m->im, w.count, w.shape, &centre, tensor);
+        kmp_import_mass(m->im, body->map, list->element->place, mass, &centre, (const double(*)[3])tensor);
     }
-    for (const part *p = in->sites; p; p = p->next) {
-        const char *name = kmp_element_text(p->element, "name");
-        kmp_mjcf_site *s = name ? KMP_ARENA_NEW(m->im->arena, kmp_mjcf_site, 1) : NULL;
-        if (!s)
-            continue;
-        kmp_mjcf_item item = kmp_mjcf_take(m, p->element, "site", p->around);
-        double size[3];
-        kmp_pose f = kmp_mjcf_pose(m, &item);
-        if (kmp_mjcf_text(&item, "fromto"))
-            put_between(m, &item, KMP_SOLID_CAPSULE, &f, size);
-        f = kmp_frame_in(&p->frame, &f);
-        const kmp_pose world = kmp_frame_in(&body->world, &f);
-        *s = (kmp_mjcf_site){
-            .name = name,
-            .point = kmp_import_point(m->im, p->element->place, body->own, kmp_import_clean(m->im, name), &f),
-            .next = m->sites};
-        memcpy(s->world, world.p, sizeof s->world);
-        m->sites = s;
-    }
+}
+
+static void add_site(kmp_mjcf *m, const kmp_mjcf_body *body, const part *p)
+{
+    const char *name = kmp_element_text(p->element, "name");
+    kmp_mjcf_site *s = name ? KMP_ARENA_NEW(m->im->arena, kmp_mjcf_site, 1) : NULL;
+    if (!s)
+        return;
+    kmp_mjcf_item item = kmp_mjcf_take(m, p->element, "site", p->around);
+    double size[3];
+    kmp_pose f = kmp_mjcf_pose(m, &item);
+    if (kmp_mjcf_text(&item, "fromto"))
+        put_between(m, &item, KMP_SOLID_CAPSULE, &f, size);
+    f = kmp_frame_in(&p->frame, &f);
+    const kmp_pose world = kmp_frame_in(&body->world, &f);
+    *s = (kmp_mjcf_site){.name = name,
+                         .point =
+                             kmp_import_point(m->im, p->element->place, body->own, kmp_import_clean(m->im, name), &f),
+                         .next = m->sites};
+    memcpy(s->world, world.p, sizeof s->world);
+    m->sites = s;
+}
+
+/* Geoms give the mass where there is no element `inertial`, or always. */
+static void put_contents(kmp_mjcf *m, const kmp_mjcf_body *body, const parts *in)
+{
+    bool given = in->inertial && (m->inertia_from_geoms != KMP_MJCF_ALWAYS || !in->geoms);
+    bool heavy = body != &m->world && !given && m->inertia_from_geoms != KMP_MJCF_NEVER;
+    if (given)
+        put_mass(m, body, in->inertial);
+    add_geoms(m, body, heavy, in->geoms);
+    for (const part *p = in->sites; p; p = p->next)
+        add_site(m, body, p);
 }
 
 /* A body with its joints and contents; `in`: all its parts. NULL: there is none to carry others. */
@@ -658,6 +695,19 @@ static waiting *wait_for(kmp_mjcf *m, const kmp_mjcf_body *parent, const parts *
     return w;
 }
 
+/* All bodies inside of one, each before those that it carries. */
+static void add_children(kmp_mjcf *m, const kmp_mjcf_body *body, const parts *in)
+{
+    for (waiting *w = wait_for(m, body, in, NULL); w;) {
+        parts inside = {.joints = NULL};
+        const part *p = w->next;
+        waiting *rest = p->next ? w : w->below;
+        w->next = p->next;
+        const kmp_mjcf_body *made = add_body(m, w->parent, p, &inside);
+        w = made ? wait_for(m, made, &inside, rest) : rest;
+    }
+}
+
 void kmp_mjcf_add_bodies(kmp_mjcf *m)
 {
     const kmp_element *first = kmp_element_find(m->im->model, "worldbody");
@@ -673,14 +723,6 @@ void kmp_mjcf_add_bodies(kmp_mjcf *m)
             kmp_import_complain(m->im, in.joints->element->place, "the joint",
                                 kmp_element_text(in.joints->element, "name"), "is in the world, which does not move");
         put_contents(m, &m->world, &in);
-        /* All bodies inside of one, each before those that it carries. */
-        for (waiting *w = wait_for(m, &m->world, &in, NULL); w;) {
-            parts inside = {.joints = NULL};
-            const part *p = w->next;
-            waiting *rest = p->next ? w : w->below;
-            w->next = p->next;
-            const kmp_mjcf_body *made = add_body(m, w->parent, p, &inside);
-            w = made ? wait_for(m, made, &inside, rest) : rest;
-        }
+        add_children(m, &m->world, &in);
     }
 }

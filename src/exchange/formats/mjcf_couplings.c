@@ -168,6 +168,30 @@ static void add_pair(kmp_mjcf *m, const kmp_mjcf_item *item, const char *name)
 
 /* -- coordinates --------------------------------------------------------------------------------------- */
 
+/* y - y0 = a0 + a1 d + a2 d^2 + .., d = x - x0, by Horner's rule; without x the value of y is constant. */
+static void add_polynomial(kmp_mjcf *m, const kmp_element *e, const char *name, const form *y, const form *x,
+                           const double a[5])
+{
+    kmp_import *im = m->im;
+    kmp_text text = {0};
+    kmp_yaml *map = kmp_import_map(im, e->place);
+    put_form(&text, y, "q");
+    kmp_text_printf(&text, " - (%.17g)", y->reference + a[0]);
+    int most = x->count > 0 ? 4 : 0;
+    while (most > 0 && a[most] == 0)
+        most--;
+    for (int k = 1; k <= most; k++) {
+        kmp_text_printf(&text, " %s (", k == 1 ? "-" : "+");
+        put_form(&text, x, "q");
+        kmp_text_printf(&text, " - (%.17g))*(%.17g", x->reference, a[k]);
+    }
+    for (int k = 0; k < most; k++)
+        kmp_text_put(&text, ")");
+    kmp_import_word(im, map, e->place, "constraint", kmp_text_keep(&text, im->arena));
+    kmp_import_word(im, map, e->place, "power", y->slides ? "1" : "0");
+    kmp_import_add(im, "loops", e, name, map);
+}
+
 static void add_relation(kmp_mjcf *m, const kmp_mjcf_item *item, const char *name)
 {
     bool joints = strcmp(item->own->name, "joint") == 0;
@@ -194,26 +218,7 @@ static void add_relation(kmp_mjcf *m, const kmp_mjcf_item *item, const char *nam
     if (y->count == 0)
         return;
     if (x->count == 0 ? y->count == 1 : a[2] != 0 || a[3] != 0 || a[4] != 0) {
-        /* y - y0 = a0 + a1 d + a2 d^2 + .., d = x - x0, by Horner's rule; without x the value of y is constant. */
-        const kmp_element *e = item->own;
-        kmp_import *im = m->im;
-        kmp_text text = {0};
-        kmp_yaml *map = kmp_import_map(im, e->place);
-        put_form(&text, y, "q");
-        kmp_text_printf(&text, " - (%.17g)", y->reference + a[0]);
-        int most = x->count > 0 ? 4 : 0;
-        while (most > 0 && a[most] == 0)
-            most--;
-        for (int k = 1; k <= most; k++) {
-            kmp_text_printf(&text, " %s (", k == 1 ? "-" : "+");
-            put_form(&text, x, "q");
-            kmp_text_printf(&text, " - (%.17g))*(%.17g", x->reference, a[k]);
-        }
-        for (int k = 0; k < most; k++)
-            kmp_text_put(&text, ")");
-        kmp_import_word(im, map, e->place, "constraint", kmp_text_keep(&text, im->arena));
-        kmp_import_word(im, map, e->place, "power", y->slides ? "1" : "0");
-        kmp_import_add(im, "loops", e, name, map);
+        add_polynomial(m, item->own, name, y, x, a);
         return;
     }
     for (int k = 0; k < x->count; k++)
@@ -248,34 +253,35 @@ typedef struct transmission {
     const char *length, *rate;
 } transmission;
 
-static bool take_tendon(kmp_mjcf *m, transmission *t, const kmp_element *tendon)
+/* The rope through the sites of a spatial tendon; false after a complaint. */
+static bool add_sites(kmp_mjcf *m, transmission *t, const kmp_element *tendon)
 {
-    if (!is_fixed(tendon)) {
-        /* The rope through the sites of a spatial tendon; false after a complaint. */
-        kmp_import *im = m->im;
-        const kmp_mjcf_site *last = NULL;
-        t->points = kmp_yaml_new(im->arena, KMP_YAML_LIST, tendon->place);
-        for (const kmp_element *e = tendon->first; e; e = e->next) {
-            const char *name = strcmp(e->name, "site") == 0 ? kmp_import_attribute(im, e, "site") : NULL;
-            if (strcmp(e->name, "geom") == 0 || strcmp(e->name, "pulley") == 0)
-                return false; /* it is named as not read */
-            if (!name)
-                continue;
-            const kmp_mjcf_site *s = site_named(m, e, name);
-            if (!s)
-                return false;
-            if (last)
-                t->rest += hypot(hypot(s->world[0] - last->world[0], s->world[1] - last->world[1]),
-                                 s->world[2] - last->world[2]);
-            kmp_yaml_append(im->arena, t->points, NULL, kmp_yaml_word(im->arena, e->place, s->point));
-            last = s;
-        }
-        t->length = "distance";
-        t->rate = "rate";
-        return t->points && t->points->count > 1;
+    kmp_import *im = m->im;
+    const kmp_mjcf_site *last = NULL;
+    t->points = kmp_yaml_new(im->arena, KMP_YAML_LIST, tendon->place);
+    for (const kmp_element *e = tendon->first; e; e = e->next) {
+        const char *name = strcmp(e->name, "site") == 0 ? kmp_import_attribute(im, e, "site") : NULL;
+        if (strcmp(e->name, "geom") == 0 || strcmp(e->name, "pulley") == 0)
+            return false; /* it is named as not read */
+        if (!name)
+            continue;
+        const kmp_mjcf_site *s = site_named(m, e, name);
+        if (!s)
+            return false;
+        if (last)
+            t->rest +=
+                hypot(hypot(s->world[0] - last->world[0], s->world[1] - last->world[1]), s->world[2] - last->world[2]);
+        kmp_yaml_append(im->arena, t->points, NULL, kmp_yaml_word(im->arena, e->place, s->point));
+        last = s;
     }
-    add_joints(m, &t->form, tendon);
-    /* A form whose joints are known. */
+    t->length = "distance";
+    t->rate = "rate";
+    return t->points && t->points->count > 1;
+}
+
+/* A form whose joints are known. */
+static bool finish_form(kmp_mjcf *m, transmission *t)
+{
     kmp_text length = {0}, rate = {0};
     put_form(&length, &t->form, "q");
     put_form(&rate, &t->form, "qd");
@@ -283,6 +289,14 @@ static bool take_tendon(kmp_mjcf *m, transmission *t, const kmp_element *tendon)
     t->length = kmp_text_keep(&length, m->im->arena);
     t->rate = kmp_text_keep(&rate, m->im->arena);
     return t->form.count > 0 && t->length && t->rate;
+}
+
+static bool take_tendon(kmp_mjcf *m, transmission *t, const kmp_element *tendon)
+{
+    if (!is_fixed(tendon))
+        return add_sites(m, t, tendon);
+    add_joints(m, &t->form, tendon);
+    return finish_form(m, t);
 }
 
 /* A force `law` that lengthens what it acts on, as NAME; of several joints as NAME_JOINT. */
@@ -325,6 +339,37 @@ static double rest_of(kmp_mjcf *m, const kmp_element *e, const char *name, const
     return t->rest;
 }
 
+/* The force of spring and damper against lengthening, negative: k max(L - b, 0) + k min(L - a, 0) + d rate. */
+static const char *spring_law(kmp_mjcf *m, const transmission *t, double stiffness, const double rest[2],
+                              double damping)
+{
+    kmp_text law = {0};
+    if (stiffness != 0 && rest[0] == rest[1])
+        kmp_text_printf(&law, "%.17g*(%s - (%.17g))", 0 - stiffness, t->length, rest[0]);
+    else if (stiffness != 0)
+        kmp_text_printf(&law, "%.17g*(max(%s - (%.17g), 0) + min(%s - (%.17g), 0))", 0 - stiffness, t->length, rest[1],
+                        t->length, rest[0]);
+    if (damping != 0)
+        kmp_text_printf(&law, "%s%.17g*(%s)", stiffness != 0 ? " + " : "", 0 - damping, t->rate);
+    return kmp_text_keep(&law, m->im->arena);
+}
+
+/* Dry friction against the rate of the length. */
+static void add_friction(kmp_mjcf *m, const kmp_element *e, const char *name, const transmission *t, double level)
+{
+    kmp_import *im = m->im;
+    kmp_text length = {0};
+    for (int k = 0; t->points && k + 1 < t->points->count; k++)
+        kmp_text_printf(&length, "%sdistance(%s, %s)", k > 0 ? " + " : "", t->points->items[k]->text,
+                        t->points->items[k + 1]->text);
+    const char *slides = t->points ? kmp_text_keep(&length, im->arena) : t->length;
+    kmp_yaml *map = kmp_import_map(im, e->place), *law = kmp_import_map(im, e->place);
+    kmp_import_word(im, map, e->place, "sliding", slides);
+    kmp_import_value(im, law, e->place, t->points || t->form.slides ? "force" : "torque", level);
+    kmp_import_put(im, map, e->place, "friction", law);
+    kmp_import_add(im, "forces", e, kmp_arena_printf(im->arena, "%s_friction", name), map);
+}
+
 static void add_tendon(kmp_mjcf *m, const kmp_element *e, int number)
 {
     kmp_import *im = m->im;
@@ -343,31 +388,11 @@ static void add_tendon(kmp_mjcf *m, const kmp_element *e, int number)
         rest[1] = rest[0];
     if (rest[0] < 0)
         rest[0] = rest[1] = rest_of(m, e, name, &t);
-    if (stiffness != 0 || damping != 0) {
-        /* The force of spring and damper against lengthening, negative: k max(L - b, 0) + k min(L - a, 0) + d rate. */
-        kmp_text law = {0};
-        if (stiffness != 0 && rest[0] == rest[1])
-            kmp_text_printf(&law, "%.17g*(%s - (%.17g))", 0 - stiffness, t.length, rest[0]);
-        else if (stiffness != 0)
-            kmp_text_printf(&law, "%.17g*(max(%s - (%.17g), 0) + min(%s - (%.17g), 0))", 0 - stiffness, t.length,
-                            rest[1], t.length, rest[0]);
-        if (damping != 0)
-            kmp_text_printf(&law, "%s%.17g*(%s)", stiffness != 0 ? " + " : "", 0 - damping, t.rate);
-        add_force(m, e, kmp_arena_printf(im->arena, "%s_spring", name), &t, 1, kmp_text_keep(&law, m->im->arena));
-    }
-    if (friction != 0) {
-        /* Dry friction against the rate of the length. */
-        kmp_text length = {0};
-        for (int k = 0; t.points && k + 1 < t.points->count; k++)
-            kmp_text_printf(&length, "%sdistance(%s, %s)", k > 0 ? " + " : "", t.points->items[k]->text,
-                            t.points->items[k + 1]->text);
-        const char *slides = t.points ? kmp_text_keep(&length, im->arena) : t.length;
-        kmp_yaml *map = kmp_import_map(im, e->place), *law = kmp_import_map(im, e->place);
-        kmp_import_word(im, map, e->place, "sliding", slides);
-        kmp_import_value(im, law, e->place, t.points || t.form.slides ? "force" : "torque", friction);
-        kmp_import_put(im, map, e->place, "friction", law);
-        kmp_import_add(im, "forces", e, kmp_arena_printf(im->arena, "%s_friction", name), map);
-    }
+    if (stiffness != 0 || damping != 0)
+        add_force(m, e, kmp_arena_printf(im->arena, "%s_spring", name), &t, 1,
+                  spring_law(m, &t, stiffness, rest, damping));
+    if (friction != 0)
+        add_friction(m, e, name, &t, friction);
 }
 
 void kmp_mjcf_add_tendons(kmp_mjcf *m)

@@ -111,11 +111,9 @@ static void put_pictures(kmp_export *w, int link, int depth)
     }
 }
 
-static void put_parts(kmp_export *w, int link, int depth)
+/* The points of loops on a link: LOOP_1 and LOOP_2, and further ones along the axis of a hinge, LOOP_3 and LOOP_4. */
+static void put_sites(const kmp_export *w, int link, int depth)
 {
-    put_pictures(w, link, depth);
-    /* The points of loops on a link: LOOP_1 and LOOP_2, and further ones along the axis of a hinge, LOOP_3 and LOOP_4.
-     */
     for (int k = 0; k < w->model->closure_count; k++) {
         const kmp_closure *c = &w->model->closures[k];
         for (int end = 0; count_pairs(c) > 0 && end < 2; end++) {
@@ -134,7 +132,11 @@ static void put_parts(kmp_export *w, int link, int depth)
             }
         }
     }
-    /* Points that no joint and no loop ends at. */
+}
+
+/* Points that no joint and no loop ends at. */
+static void put_points(kmp_export *w, int link, int depth)
+{
     for (int k = 0; k < w->model->point_count; k++) {
         const char *name = w->of_body[w->model->points[k].body] == link ? kmp_export_point_name(w, k) : NULL;
         if (!name)
@@ -145,6 +147,13 @@ static void put_parts(kmp_export *w, int link, int depth)
         put_place(w->text, &f);
         kmp_text_put(w->text, "/>\n");
     }
+}
+
+static void put_parts(kmp_export *w, int link, int depth)
+{
+    put_pictures(w, link, depth);
+    put_sites(w, link, depth);
+    put_points(w, link, depth);
 }
 
 /* All bodies, each inside the one that carries it. One has the motions of all links of its chain. */
@@ -181,16 +190,8 @@ static void put_bodies(kmp_export *w)
     }
 }
 
-void kmp_mjcf_write(kmp_export *w)
+static void put_meshes(const kmp_export *w)
 {
-    double gravity[3];
-    for (int k = 0; k < 3; k++)
-        gravity[k] = w->model->gravity[k].value;
-    kmp_text_put(w->text, "<mujoco model=\"");
-    kmp_export_name(w->text, w->model->name);
-    kmp_text_put(w->text, "\">\n  <compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n  <option");
-    kmp_export_attribute(w->text, "gravity", 3, gravity);
-    kmp_text_put(w->text, "/>\n");
     bool any = false;
     for (int k = 0; k < w->model->shape_count; k++) {
         const kmp_shape *s = &w->model->shapes[k];
@@ -205,10 +206,10 @@ void kmp_mjcf_write(kmp_export *w)
         any = true;
     }
     kmp_text_put(w->text, any ? "  </asset>\n" : "");
-    kmp_text_put(w->text, "  <worldbody>\n");
-    put_parts(w, 0, 0);
-    put_bodies(w);
-    kmp_text_put(w->text, "  </worldbody>\n  <equality>\n");
+}
+
+static void put_equalities(kmp_export *w)
+{
     for (int k = 0; k < w->model->closure_count; k++) {
         const kmp_closure *c = &w->model->closures[k];
         int link, leader;
@@ -226,5 +227,23 @@ void kmp_mjcf_write(kmp_export *w)
         }
         w->said[k] = count_pairs(c) > 0 || follows;
     }
+}
+
+void kmp_mjcf_write(kmp_export *w)
+{
+    double gravity[3];
+    for (int k = 0; k < 3; k++)
+        gravity[k] = w->model->gravity[k].value;
+    kmp_text_put(w->text, "<mujoco model=\"");
+    kmp_export_name(w->text, w->model->name);
+    kmp_text_put(w->text, "\">\n  <compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n  <option");
+    kmp_export_attribute(w->text, "gravity", 3, gravity);
+    kmp_text_put(w->text, "/>\n");
+    put_meshes(w);
+    kmp_text_put(w->text, "  <worldbody>\n");
+    put_parts(w, 0, 0);
+    put_bodies(w);
+    kmp_text_put(w->text, "  </worldbody>\n  <equality>\n");
+    put_equalities(w);
     kmp_text_put(w->text, "  </equality>\n</mujoco>\n");
 }

@@ -173,6 +173,14 @@ static void add_included(kmp_sdf *s, const kmp_element *include, int model, int 
     im->file = outer;
 }
 
+/* A nested model takes the place of a link only while the model has none of its own. */
+static void prefer_link(kmp_sdf *s, int model, int link)
+{
+    int first = model >= 0 ? s->frames[model].first : KMP_SDF_NONE;
+    if (first >= 0 && s->frames[first].kind == KMP_SDF_MODEL)
+        s->frames[model].first = link;
+}
+
 static void collect(kmp_sdf *s, const kmp_element *from, int model, int version, int level)
 {
     for (const kmp_element *e = from->first; e && s->im->status == KEMPE_OK; e = e->next) {
@@ -188,12 +196,8 @@ static void collect(kmp_sdf *s, const kmp_element *from, int model, int version,
                               : link ? KMP_SDF_LINK
                                      : KMP_SDF_FRAME,
                               e, kmp_import_attribute(s->im, e, "name"), model, version);
-            if (link && k >= 0) {
-                /* A nested model takes the place of a link only while the model has none of its own. */
-                int first = model >= 0 ? s->frames[model].first : KMP_SDF_NONE;
-                if (first >= 0 && s->frames[first].kind == KMP_SDF_MODEL)
-                    s->frames[model].first = k;
-            }
+            if (link && k >= 0)
+                prefer_link(s, model, k);
         }
     }
 }
@@ -310,6 +314,30 @@ static void place_model(kmp_sdf *s, int model)
         m->pose = kmp_frame_in(&m->pose, &back);
 }
 
+static void sort_names(kmp_sdf *s)
+{
+    kmp_sdf_frame *pair[2];
+    s->by_name = kmp_import_index_of(s->im, s->count, scoped_of, s->frames);
+    rename_joints(s);
+    for (int k = 1; k < s->by_name.count; k++)
+        if (are_equal(s, k, pair))
+            kmp_import_complain(s->im, pair[1]->element->place, "the name", pair[1]->scoped,
+                                "exists twice: links, joints, frames and models share their names");
+}
+
+static void find_up(kmp_sdf *s, kmp_sdf_frame *f)
+{
+    kmp_import *im = s->im;
+    const char *given = kmp_sdf_relative(f->placed, f->version);
+    if (f->kind == KMP_SDF_JOINT) {
+        bool drake = strcmp(f->element->name, "joint") != 0;
+        f->end[0] = kmp_sdf_frame_of(s, f->model, f->element, drake ? "drake:parent" : "parent");
+        f->end[1] = kmp_sdf_frame_of(s, f->model, f->element, drake ? "drake:child" : "child");
+    }
+    f->up = given ? kmp_sdf_frame_named(s, f->model, given, f->placed) : usual_frame(s, f);
+    f->pose = kmp_sdf_pose(im, f->placed);
+}
+
 void kmp_sdf_find_frames(kmp_sdf *s)
 {
     kmp_import *im = s->im;
@@ -322,26 +350,10 @@ void kmp_sdf_find_frames(kmp_sdf *s)
     int version = version_of(im, im->model);
     if (version)
         collect(s, world, KMP_SDF_WORLD, version, 0);
-    if (im->status == KEMPE_OK) {
-        kmp_sdf_frame *pair[2];
-        s->by_name = kmp_import_index_of(s->im, s->count, scoped_of, s->frames);
-        rename_joints(s);
-        for (int k = 1; k < s->by_name.count; k++)
-            if (are_equal(s, k, pair))
-                kmp_import_complain(s->im, pair[1]->element->place, "the name", pair[1]->scoped,
-                                    "exists twice: links, joints, frames and models share their names");
-    }
-    for (int k = 0; im->status == KEMPE_OK && k < s->by_name.count; k++) {
-        kmp_sdf_frame *f = &s->frames[k];
-        const char *given = kmp_sdf_relative(f->placed, f->version);
-        if (f->kind == KMP_SDF_JOINT) {
-            bool drake = strcmp(f->element->name, "joint") != 0;
-            f->end[0] = kmp_sdf_frame_of(s, f->model, f->element, drake ? "drake:parent" : "parent");
-            f->end[1] = kmp_sdf_frame_of(s, f->model, f->element, drake ? "drake:child" : "child");
-        }
-        f->up = given ? kmp_sdf_frame_named(s, f->model, given, f->placed) : usual_frame(s, f);
-        f->pose = kmp_sdf_pose(im, f->placed);
-    }
+    if (im->status == KEMPE_OK)
+        sort_names(s);
+    for (int k = 0; im->status == KEMPE_OK && k < s->by_name.count; k++)
+        find_up(s, &s->frames[k]);
     if (im->status == KEMPE_OK && s->by_name.entry)
         find_depths(s);
     for (int k = s->count - 1; k >= 0 && im->status == KEMPE_OK && s->by_name.entry; k--)

@@ -8,7 +8,6 @@
 #include "exchange/formats/importing.h"
 #include "exchange/formats/sdf_frames.h"
 #include "model/data/shape.h"
-#include "sdf_frames.h"
 #include <math.h>
 #include <string.h>
 
@@ -461,6 +460,19 @@ static const char *add_between(kmp_sdf *s, const joint *j, const char *word)
                : NULL;
 }
 
+/* The damper of a ball acts against the angular velocity, in the manner of a bushing. */
+static void add_ball_damping(kmp_sdf *s, const joint *j, const char *const points[2])
+{
+    const kmp_element *dynamics = kmp_element_find(axis_element(j, 0), "dynamics");
+    double damping = kmp_import_read_number(s->im, dynamics, "damping", 0);
+    if (damping != 0)
+        kmp_import_value(s->im,
+                         kmp_import_between(s->im, dynamics, "forces",
+                                            kmp_arena_printf(s->im->arena, "%s_damping", j->frame->name), "bushing",
+                                            points),
+                         dynamics->place, "rotational_damping", damping);
+}
+
 /* In a loop of joints whose coordinates are all needed, a weld to a body without mass is what can be cut. */
 static void add_joint(graph *g, joint *j)
 {
@@ -476,17 +488,8 @@ static void add_joint(graph *g, joint *j)
     }
     if (!points[0] || !points[1])
         return;
-    if (j->kind == BALL) {
-        /* The damper of a ball acts against the angular velocity, in the manner of a bushing. */
-        const kmp_element *dynamics = kmp_element_find(axis_element(j, 0), "dynamics");
-        double damping = kmp_import_read_number(s->im, dynamics, "damping", 0);
-        if (damping != 0)
-            kmp_import_value(s->im,
-                             kmp_import_between(s->im, dynamics, "forces",
-                                                kmp_arena_printf(s->im->arena, "%s_damping", j->frame->name), "bushing",
-                                                points),
-                             dynamics->place, "rotational_damping", damping);
-    }
+    if (j->kind == BALL)
+        add_ball_damping(s, j, points);
     if (j->needed && !connect(g->held, place_of(g, j->link[0]), place_of(g, j->link[1]))) {
         const char *end = add_between(s, j, "end");
         add_edge(s, j, kmp_arena_printf(im->arena, "%s_weld", name), "weld", (const char *const[]){end, points[1]});
@@ -546,6 +549,7 @@ static void add_roots(graph *g, const bool *child)
         }
 }
 
+/* Writes all joints, and attaches the models that no joint connects to the world. */
 static void add_joints(kmp_sdf *s)
 {
     kmp_import *im = s->im;
@@ -623,6 +627,17 @@ static const char *point_of(void *reader, const kmp_element *e, const char *name
 
 /* -- files --------------------------------------------------------------------------------------------- */
 
+static void add_drake(kmp_sdf *s)
+{
+    for (int k = 0; k < s->count; k++) {
+        const kmp_sdf_frame *f = &s->frames[k];
+        bool bare = strlen(f->scoped) + 2 <= s->hidden;
+        if (f->kind == KMP_SDF_MODEL)
+            kmp_drake_add(s->im, f->element, bare ? "" : kmp_arena_printf(s->im->arena, "%s__", f->name), point_of,
+                          &(scope){s, k});
+    }
+}
+
 void kmp_sdf_convert(kmp_import *im)
 {
     double gravity[3] = {0, 0, -9.8};
@@ -655,15 +670,8 @@ void kmp_sdf_convert(kmp_import *im)
         if (s.frames[k].kind == KMP_SDF_LINK)
             lift(&s, &s.frames[k], gravity);
     }
-    if (im->status == KEMPE_OK) {
-        for (int k = 0; k < s.count; k++) {
-            const kmp_sdf_frame *f = &s.frames[k];
-            bool bare = strlen(f->scoped) + 2 <= s.hidden;
-            if (f->kind == KMP_SDF_MODEL)
-                kmp_drake_add(s.im, f->element, bare ? "" : kmp_arena_printf(s.im->arena, "%s__", f->name), point_of,
-                              &(scope){&s, k});
-        }
-    }
+    if (im->status == KEMPE_OK)
+        add_drake(&s);
     if (im->status == KEMPE_OK)
         add_joints(&s);
 }

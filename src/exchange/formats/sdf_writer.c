@@ -215,6 +215,20 @@ static const char *loop_name(kmp_export *w, const char *name)
     return name ? name : "";
 }
 
+/* A hinge is two ball constraints at its axis, a weld is three of them. */
+static void put_balls(kmp_export *w, const kmp_closure *c)
+{
+    const int balls = kmp_closure_row_of(c)->balls;
+    const bool weld = balls == 3;
+    for (int k = 0; k < balls; k++) {
+        double along[2][3] = {{0}};
+        for (int end = 0; end < 2 && k > 0; end++)
+            for (int i = 0; i < 3; i++)
+                along[end][i] = weld ? i == k : c->axis[end][i];
+        put_drake(w, c, "ball_constraint", along);
+    }
+}
+
 static void put_loop(kmp_export *w, int k)
 {
     const kmp_closure *c = &w->model->closures[k];
@@ -238,24 +252,14 @@ static void put_loop(kmp_export *w, int k)
         put_drake(w, c, rod ? "distance_constraint" : "ball_constraint", none);
         w->said[k] = true;
     } else if (row->balls > 1) {
-        /* A hinge is two ball constraints at its axis, a weld is three of them. */
-        const int balls = kmp_closure_row_of(c)->balls;
-        const bool weld = balls == 3;
-        for (int j = 0; j < balls; j++) {
-            double along[2][3] = {{0}};
-            for (int end = 0; end < 2 && j > 0; end++)
-                for (int i = 0; i < 3; i++)
-                    along[end][i] = weld ? i == j : c->axis[end][i];
-            put_drake(w, c, "ball_constraint", along);
-        }
+        put_balls(w, c);
         w->said[k] = true;
     }
 }
 
-void kmp_sdf_write(kmp_export *w)
+/* Links, joints and loops share their names: a joint with that of a link gets another one. */
+static void rename_joints(kmp_export *w)
 {
-    double gravity[3];
-    /* Links, joints and loops share their names: a joint with that of a link gets another one. */
     for (int k = 1; k < w->count; k++)
         for (int i = 1; i < w->count; i++)
             if (w->links[k].kind != KMP_WRITER_FREE && strcmp(w->links[k].joint, w->links[i].name) == 0) {
@@ -263,6 +267,27 @@ void kmp_sdf_write(kmp_export *w)
                 w->links[k].joint = other ? other : "";
                 i = 0;
             }
+}
+
+/* Points that have a link of their own. */
+static void put_points(kmp_export *w)
+{
+    for (int k = 0; k < w->model->point_count; k++) {
+        int link = w->of_body[w->model->points[k].body];
+        const char *name = link > 0 ? kmp_export_point_name(w, k) : NULL;
+        if (!name)
+            continue;
+        kmp_pose f = kmp_export_point(w, k);
+        kmp_text_printf(w->text, "    <frame name=\"%s\" attached_to=\"%s\">\n", name, w->links[link].name);
+        put_pose(w->text, w->links[link].name, &f);
+        kmp_text_put(w->text, "    </frame>\n");
+    }
+}
+
+void kmp_sdf_write(kmp_export *w)
+{
+    double gravity[3];
+    rename_joints(w);
     for (int k = 0; k < 3; k++)
         gravity[k] = w->model->gravity[k].value;
     kmp_text_put(
@@ -278,16 +303,6 @@ void kmp_sdf_write(kmp_export *w)
         put_joint(w, k);
     for (int k = 0; k < w->model->closure_count; k++)
         put_loop(w, k);
-    /* Points that have a link of their own. */
-    for (int k = 0; k < w->model->point_count; k++) {
-        int link = w->of_body[w->model->points[k].body];
-        const char *name = link > 0 ? kmp_export_point_name(w, k) : NULL;
-        if (!name)
-            continue;
-        kmp_pose f = kmp_export_point(w, k);
-        kmp_text_printf(w->text, "    <frame name=\"%s\" attached_to=\"%s\">\n", name, w->links[link].name);
-        put_pose(w->text, w->links[link].name, &f);
-        kmp_text_put(w->text, "    </frame>\n");
-    }
+    put_points(w);
     kmp_text_put(w->text, "  </model>\n </world>\n</sdf>\n");
 }

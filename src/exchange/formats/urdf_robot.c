@@ -234,6 +234,15 @@ static void add_mimic(const robot *r, const joint *j)
                        kmp_import_read_number(im, mimic, "offset", 0));
 }
 
+/* The range of a joint with one coordinate, but for continuous ones. Limits of effort and rate are those of a drive. */
+static void add_limits(kmp_import *im, const joint *j)
+{
+    const kmp_element *limit = kmp_element_find(j->element, "limit");
+    if (limit && is_single(j) && strcmp(j->type, "continuous") != 0)
+        kmp_import_limits(im, limit, j->name, kmp_import_read_number(im, limit, "lower", 0),
+                          kmp_import_read_number(im, limit, "upper", 0));
+}
+
 static void add_joint(const robot *r, const joint *j)
 {
     kmp_import *im = r->im;
@@ -259,12 +268,7 @@ static void add_joint(const robot *r, const joint *j)
         kmp_import_joint(im, body, j->element->place, j->name, at, kinds[k].joint,
                          kinds[k].has_axis ? axis_of(im, j->element, j->name) : NULL);
         add_losses(im, j);
-        /* The range of a joint with one coordinate, but for continuous ones. Limits of effort and rate are those of a
-         * drive. */
-        const kmp_element *limit = kmp_element_find(j->element, "limit");
-        if (limit && is_single(j) && strcmp(j->type, "continuous") != 0)
-            kmp_import_limits(im, limit, j->name, kmp_import_read_number(im, limit, "lower", 0),
-                              kmp_import_read_number(im, limit, "upper", 0));
+        add_limits(im, j);
         add_mimic(r, j);
         if (hold && strcmp(hold, "true") == 0 && kinds[k].single)
             kmp_import_hold(im, j->element->place, j->name);
@@ -368,6 +372,19 @@ static kmp_yaml *gazebo_axis(kmp_import *im, const kmp_element *axis, const char
     return kmp_import_direction(im, axis->place, name, xyz);
 }
 
+/* Names the losses and limits of a joint that closes a loop. */
+static void note_axis(kmp_import *im, const kmp_element *axis, const char *name)
+{
+    const kmp_element *dynamics = kmp_element_find(axis, "dynamics"), *limit = kmp_element_find(axis, "limit");
+    if (dynamics && (kmp_import_read_number(im, dynamics, "damping", 0) != 0 ||
+                     kmp_import_read_number(im, dynamics, "friction", 0) != 0))
+        kmp_import_leave_out(im, dynamics->place, KMP_PART_MECHANICS, "dynamics",
+                             "the dynamics of joint '%s', which closes a loop, are not used", name);
+    if (limit)
+        kmp_import_leave_out(im, limit->place, KMP_PART_AT_TIMES, "limit",
+                             "the limits of joint '%s', which closes a loop, are not used", name);
+}
+
 /* A joint in the words of SDFormat, between two links of the tree: it closes a loop. Its frame is given in that of the
  * child, and is where the parent has it while all coordinates are zero. */
 static void add_gazebo_joint(const robot *r, const kmp_element *e)
@@ -399,17 +416,8 @@ static void add_gazebo_joint(const robot *r, const kmp_element *e)
                        f = kmp_frame_in(&back, &at);
         points[end] = kmp_import_point(im, e->place, end ? child : parent, name, &f);
     }
-    if (axis) {
-        /* Names the losses and limits of a joint that closes a loop. */
-        const kmp_element *dynamics = kmp_element_find(axis, "dynamics"), *limit = kmp_element_find(axis, "limit");
-        if (dynamics && (kmp_import_read_number(im, dynamics, "damping", 0) != 0 ||
-                         kmp_import_read_number(im, dynamics, "friction", 0) != 0))
-            kmp_import_leave_out(im, dynamics->place, KMP_PART_MECHANICS, "dynamics",
-                                 "the dynamics of joint '%s', which closes a loop, are not used", name);
-        if (limit)
-            kmp_import_leave_out(im, limit->place, KMP_PART_AT_TIMES, "limit",
-                                 "the limits of joint '%s', which closes a loop, are not used", name);
-    }
+    if (axis)
+        note_axis(im, axis, name);
     kmp_import_loop(im, e, name, kinds[k].closure, points, kinds[k].has_axis ? gazebo_axis(im, axis, name, &at) : NULL);
 }
 

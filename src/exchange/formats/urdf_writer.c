@@ -74,6 +74,19 @@ static void put_link(kmp_export *w, int link)
     kmp_text_put(w->text, "  </link>\n");
 }
 
+/* The coupler by which a coordinate follows another; a joint has one. */
+static void put_mimic(kmp_export *w, int link)
+{
+    int leader;
+    double multiplier, offset;
+    if (!kmp_export_mimic(w, link, &leader, &multiplier, &offset))
+        return;
+    kmp_text_printf(w->text, "    <mimic joint=\"%s\"", w->links[leader].joint);
+    kmp_export_attribute(w->text, "multiplier", 1, &multiplier);
+    kmp_export_attribute(w->text, "offset", 1, &offset);
+    kmp_text_put(w->text, "/>\n");
+}
+
 static void put_joint(kmp_export *w, int link)
 {
     static const char *const types[] = {[KMP_WRITER_FIXED] = "fixed",
@@ -94,16 +107,36 @@ static void put_joint(kmp_export *w, int link)
     }
     if (l->stiffness != 0)
         kmp_export_leave_out(w, "the spring of joint '%s' is not written: URDF+ has no springs", l->joint);
-    /* The coupler by which a coordinate follows another; a joint has one. */
-    int leader;
-    double multiplier, offset;
-    if (kmp_export_mimic(w, link, &leader, &multiplier, &offset)) {
-        kmp_text_printf(w->text, "    <mimic joint=\"%s\"", w->links[leader].joint);
-        kmp_export_attribute(w->text, "multiplier", 1, &multiplier);
-        kmp_export_attribute(w->text, "offset", 1, &offset);
-        kmp_text_put(w->text, "/>\n");
-    }
+    put_mimic(w, link);
     kmp_text_put(w->text, "  </joint>\n");
+}
+
+static void put_loop(kmp_export *w, int k)
+{
+    static const char *const sides[2] = {"predecessor", "successor"};
+    const kmp_closure *c = &w->model->closures[k];
+    const kmp_closure_row *row = kmp_closure_row_of(c);
+    const bool turns = row->needs == KMP_NEEDS_SAME_AXIS; /* its frames may turn about the axis */
+    if (!row->urdf)
+        return;
+    const double *axis = c->axis[0], z[3] = {0, 0, 1};
+    bool same = memcmp(c->axis[0], c->axis[1], sizeof c->axis[0]) == 0 || !turns;
+    kmp_text_printf(w->text, "  <loop name=\"%s\" type=\"%s\">\n", c->name, row->urdf);
+    for (int end = 0; end < 2; end++) {
+        kmp_pose f = kmp_export_point(w, c->point[end]), own = kmp_frame_none();
+        if (!same) {
+            kmp_complete_axes(2, c->axis[end], own.r);
+            f = kmp_frame_in(&f, &own);
+        }
+        kmp_text_printf(w->text, "    <%s link=\"%s\">\n", sides[end],
+                        w->links[w->of_body[w->model->points[c->point[end]].body]].name);
+        put_origin(w->text, "      ", &f);
+        kmp_text_printf(w->text, "    </%s>\n", sides[end]);
+    }
+    if (turns || row->needs == KMP_NEEDS_AXIS)
+        put_axis(w->text, same ? axis : z);
+    kmp_text_put(w->text, "  </loop>\n");
+    w->said[k] = true;
 }
 
 void kmp_urdf_write(kmp_export *w)
@@ -117,32 +150,8 @@ void kmp_urdf_write(kmp_export *w)
         put_link(w, k);
     for (int k = 1; k < w->count; k++)
         put_joint(w, k);
-    for (int k = 0; k < w->model->closure_count; k++) {
-        static const char *const sides[2] = {"predecessor", "successor"};
-        const kmp_closure *c = &w->model->closures[k];
-        const kmp_closure_row *row = kmp_closure_row_of(c);
-        const bool turns = row->needs == KMP_NEEDS_SAME_AXIS; /* its frames may turn about the axis */
-        if (row->urdf) {
-            const double *axis = c->axis[0], z[3] = {0, 0, 1};
-            bool same = memcmp(c->axis[0], c->axis[1], sizeof c->axis[0]) == 0 || !turns;
-            kmp_text_printf(w->text, "  <loop name=\"%s\" type=\"%s\">\n", c->name, row->urdf);
-            for (int end = 0; end < 2; end++) {
-                kmp_pose f = kmp_export_point(w, c->point[end]), own = kmp_frame_none();
-                if (!same) {
-                    kmp_complete_axes(2, c->axis[end], own.r);
-                    f = kmp_frame_in(&f, &own);
-                }
-                kmp_text_printf(w->text, "    <%s link=\"%s\">\n", sides[end],
-                                w->links[w->of_body[w->model->points[c->point[end]].body]].name);
-                put_origin(w->text, "      ", &f);
-                kmp_text_printf(w->text, "    </%s>\n", sides[end]);
-            }
-            if (turns || row->needs == KMP_NEEDS_AXIS)
-                put_axis(w->text, same ? axis : z);
-            kmp_text_put(w->text, "  </loop>\n");
-            w->said[k] = true;
-        }
-    }
+    for (int k = 0; k < w->model->closure_count; k++)
+        put_loop(w, k);
     kmp_text_put(w->text, "</robot>\n");
     if (g[0].value != usual[0] || g[1].value != usual[1] || g[2].value != usual[2])
         kmp_export_leave_out(w, "gravity [%g, %g, %g] is not written: readers of URDF+ take [0, 0, -9.81]", g[0].value,

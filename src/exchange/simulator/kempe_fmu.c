@@ -513,15 +513,9 @@ size_t kempe_fmu_state_bytes(kempe_fmu *fmu)
     return transfer(fmu, NULL, NULL);
 }
 
-/* The head of a state of this unit with the bytes after it. */
-static kempe_fmu_head head_of(kempe_fmu *fmu, const unsigned char *state)
+/* Adler's sum of the bytes after the head. */
+static unsigned long sum_of(const unsigned char *state, size_t size)
 {
-    kempe_fmu_head head;
-    memset(&head, 0, sizeof head);
-    (void)snprintf(head.hash, sizeof head.hash, "%s", fmu->model->equations->hash);
-    head.bytes = kempe_fmu_state_bytes(fmu);
-    /* Adler's sum of the bytes after the head. */
-    size_t size = head.bytes;
     unsigned long a = 1, b = 0;
     for (size_t i = sizeof(kempe_fmu_head); i < size;) {
         const size_t end = size - i > 5000 ? i + 5000 : size; /* no overflow of 32 bits before the remainder */
@@ -532,7 +526,17 @@ static kempe_fmu_head head_of(kempe_fmu *fmu, const unsigned char *state)
         a %= 65521;
         b %= 65521;
     }
-    head.sum = b << 16 | a;
+    return b << 16 | a;
+}
+
+/* The head of a state of this unit with the bytes after it. */
+static kempe_fmu_head head_of(kempe_fmu *fmu, const unsigned char *state)
+{
+    kempe_fmu_head head;
+    memset(&head, 0, sizeof head);
+    (void)snprintf(head.hash, sizeof head.hash, "%s", fmu->model->equations->hash);
+    head.bytes = kempe_fmu_state_bytes(fmu);
+    head.sum = sum_of(state, head.bytes);
     head.kind = fmu->kind;
     return head;
 }

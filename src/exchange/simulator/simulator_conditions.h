@@ -93,22 +93,27 @@ static bool charts_are_due(const kempe_simulator *s)
 
 /* -- exchanges ---------------------------------------------------------------------------------------------------- */
 
+/* Gives the joints that are due new angles at the placed q and qd, and others with them: each time ends steps. */
+static void center_charts(kempe_simulator *s, double t)
+{
+    const kempe_charts *charts = s->equations->charts;
+    struct kempe_simulator_parts *part = &s->part;
+    if (!charts_are_due(s))
+        return;
+    for (int c = 0; c < charts->joints; c++) {
+        if (charts->regular(charts, c, part->q) > KMP_AXES_ALONG)
+            continue;
+        if (is_own(chart_of(s, c)))
+            copy(3, part->q + charts->first[c], part->seen + 3 * (ptrdiff_t)c);
+        charts->center(charts, c, chart_of(s, c), part->q, part->qd);
+    }
+    *part->seen_t = t;
+}
+
 /* Exchanges the choice at the placed, closed q, and angles that are near to singular; qd is placed too. */
 static outcome exchange_choice(kempe_simulator *s, double t)
 {
-    /* Gives the joints that are due new angles at the placed q and qd, and others with them: each time ends steps. */
-    const kempe_charts *charts = s->equations->charts;
-    struct kempe_simulator_parts *part = &s->part;
-    if (charts_are_due(s)) {
-        for (int c = 0; c < charts->joints; c++) {
-            if (charts->regular(charts, c, part->q) > KMP_AXES_ALONG)
-                continue;
-            if (is_own(chart_of(s, c)))
-                copy(3, part->q + charts->first[c], part->seen + 3 * (ptrdiff_t)c);
-            charts->center(charts, c, chart_of(s, c), part->q, part->qd);
-        }
-        *part->seen_t = t;
-    }
+    center_charts(s, t);
     if (evaluate_loops(s, t) != GOOD || kmp_dropped_judge(share_of_rows(s)) != KMP_KEPT_WELL)
         choose(s, NULL);
     outcome said = improve_choice(s, t);

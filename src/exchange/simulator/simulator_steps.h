@@ -257,6 +257,21 @@ static bool is_contact(const void *self, int k)
     return is_sense(((const event_watcher *)self)->s, k, true);
 }
 
+/* Cuts the step at the place where it has an event, at t. `flip` has the conditions that change there. */
+static void cut_step(kempe_simulator *s, double t)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    for (int k = 0; k < s->equations->conditions; k++)
+        if (part->flip[k] > 0 && kind_of(s, k) == KMP_CONDITION_ENDS) {
+            part->flip[k] = 0;
+            part->state[AT_ENDED] = part->state[AT_ENDED] > 0 ? part->state[AT_ENDED] : k + 1;
+        }
+    pack_y(s, part->q, part->qd, part->y_new);
+    part->state[AT_END] = t;
+    part->state[AT_EVENT] = part->state[AT_FRESH] = 1;
+    part->state[AT_EXCHANGE] = is_choice_bad(s, KMP_EXCHANGE_GROWTH);
+}
+
 /* Ends a piece that its ends decide. The step then ends at the earliest change of a condition. */
 static int end_piece(void *self, double from, const double *before, double to, const double *change, bool *found)
 {
@@ -275,18 +290,8 @@ static int end_piece(void *self, double from, const double *before, double to, c
             part->flip[k] = status == 0 && differs(s, k, value[k]);
         if (status == 0)
             status = kmp_location_surface(&site, from, &to);
-        if (status == 0) {
-            /* Cuts the step at the place where it has an event, at t. `flip` has the conditions that change there. */
-            for (int k = 0; k < s->equations->conditions; k++)
-                if (part->flip[k] > 0 && kind_of(s, k) == KMP_CONDITION_ENDS) {
-                    part->flip[k] = 0;
-                    part->state[AT_ENDED] = part->state[AT_ENDED] > 0 ? part->state[AT_ENDED] : k + 1;
-                }
-            pack_y(s, part->q, part->qd, part->y_new);
-            part->state[AT_END] = to;
-            part->state[AT_EVENT] = part->state[AT_FRESH] = 1;
-            part->state[AT_EXCHANGE] = is_choice_bad(s, KMP_EXCHANGE_GROWTH);
-        }
+        if (status == 0)
+            cut_step(s, to);
         *found = status == 0;
         return status;
     }

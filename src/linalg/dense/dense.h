@@ -33,5 +33,6 @@ kmp_flops kmp_cholesky_solve_flops(int n);
  * are left as scratch. */
 void kmp_pivots_complete(int m, int n, double *a, double *largest, int *r, int *c, double *pivots);
 
-/** e (n x n) = exp(a h), column-major. 0; -1: no memory, or a number that is not finite. */
+/** e (n x n) = exp(a h), column-major. 0; -1: no memory, or a number that is not finite. Allocates: not for hot paths.
+ */
 int kmp_exponential(int n, const double *a, double h, double *e);

@@ -87,6 +87,14 @@ static bool add_path(const kempe_model *model, int b, int ancestor, const double
     return true;
 }
 
+/* The angle from u to v about w; sine and cosine that are zero but for rounding are zero. */
+static double angle_at_rest(const double u[3], const double v[3], const double w[3])
+{
+    double across[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+    double s = kmp_dot(3, w, across), c = kmp_dot(3, u, v) - kmp_dot(3, w, u) * kmp_dot(3, w, v);
+    return atan2(fabs(s) > ROUNDING ? s : 0, fabs(c) > ROUNDING ? c : 0);
+}
+
 bool kmp_angle_sum(const kempe_model *model, const kmp_measure_argument axis[3], double *constant, double *factor)
 {
     double e[3][3];
@@ -96,13 +104,7 @@ bool kmp_angle_sum(const kempe_model *model, const kmp_measure_argument axis[3],
         body[k] = model->points[axis[k].point].body;
         common = k == 0 ? body[k] : kmp_model_common_body(model, common, body[k]);
     }
-    /* The angle from u to v about w; sine and cosine that are zero but for rounding are zero. */
-    const double *u = e[0];
-    const double *v = e[1];
-    const double *w = e[2];
-    double across[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-    double s = kmp_dot(3, w, across), c = kmp_dot(3, u, v) - kmp_dot(3, w, u) * kmp_dot(3, w, v);
-    *constant = atan2(fabs(s) > ROUNDING ? s : 0, fabs(c) > ROUNDING ? c : 0);
+    *constant = angle_at_rest(e[0], e[1], e[2]);
     return add_path(model, body[2], common, e[2], 0, factor) && add_path(model, body[0], common, e[2], -1, factor) &&
            add_path(model, body[1], common, e[2], 1, factor);
 }

@@ -22,6 +22,8 @@ const kmp_expr *kmp_cut_coordinate_of(kmp_arena *arena, const char *name, const 
 /** The number of a coordinate by its name, or by JOINT.k, in model->cut_coordinates; -1: there is none. */
 int kmp_cut_coordinate_find(const kempe_model *model, const char *name);
 
+/* The load that a joint of the tree carries: force and moment that its motions leave undetermined. */
+
 /** The motions of a joint's chain that are free: without those that are locked for its reaction. */
 static inline int kmp_joint_first_free(const kmp_body *body)
 {

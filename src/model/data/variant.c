@@ -299,6 +299,14 @@ static void check_force(const kmp_force *force, kmp_text *why)
                         force->lower.value, force->upper.value);
 }
 
+/* `base` has a positive delay where it is one. */
+static void check_state(const kmp_state *state, const kmp_state *base, kmp_text *why)
+{
+    if (base->delay.value > 0 && !(state->delay.value > 0) && !why->length)
+        kmp_text_printf(why, "the delay of '%s' is %.6g s: a positive time is expected", state->name,
+                        state->delay.value);
+}
+
 /* The first rule for single numbers that the values break. */
 static void check_values(const kempe_model *m, const kempe_model *base, kmp_text *why)
 {
@@ -326,13 +334,8 @@ static void check_values(const kempe_model *m, const kempe_model *base, kmp_text
                 kmp_text_printf(why, "closure '%s': the factor of '%s' is zero", c->name,
                                 m->motions[c->terms[i].motion].name);
     }
-    for (int k = 0; k < m->state_count; k++) {
-        /* `base` has a positive delay where it is one. */
-        const kmp_state *state = &m->states[k];
-        if (base->states[k].delay.value > 0 && !(state->delay.value > 0) && !why->length)
-            kmp_text_printf(why, "the delay of '%s' is %.6g s: a positive time is expected", state->name,
-                            state->delay.value);
-    }
+    for (int k = 0; k < m->state_count; k++)
+        check_state(&m->states[k], &base->states[k], why);
     for (int k = 0; k < m->start.goal_count; k++) {
         const kmp_goal *goal = &m->start.goals[k];
         for (int i = 0; i < goal->width; i++)

@@ -417,6 +417,7 @@ KMP_NOINLINE static const kmp_expr *make_call(kmp_parser *p, const char *where, 
                                      .c = arguments[2]});
 }
 
+/* The call of a function, from the opening parenthesis on. */
 static const kmp_expr *parse_call(kmp_parser *p, const char *where, const char *name)
 {
     const kmp_expr *arguments[MOST_ARGUMENTS] = {NULL};

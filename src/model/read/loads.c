@@ -238,12 +238,9 @@ void kmp_model_begin(const kempe_model *model)
         kmp_context_recall(model->context, model->notes[k], model->altered);
 }
 
-void kmp_model_begin_forces(const kempe_model *model)
+/* Warns of reactions, as outputs and in friction by `mu`, of joints that a coupler moves: it has no force in space. */
+static void warn_of_couplers(const kempe_model *model)
 {
-    kmp_model_begin(model);
-    warn_of_directions(model);
-    /* Warns of reactions, as outputs and in friction by `mu`, of joints that a coupler moves: it has no force in
-     * space. */
     for (const kmp_closure *c = model->closures; c < model->closures + model->closure_count; c++)
         for (int k = 0; k < c->term_count; k++) {
             int body = model->motions[c->terms[k].motion].body;
@@ -253,6 +250,13 @@ void kmp_model_begin_forces(const kempe_model *model)
                         "has no force between teeth: that is lambda(%s) over the radius",
                         model->bodies[body].joint, c->name, c->name);
         }
+}
+
+void kmp_model_begin_forces(const kempe_model *model)
+{
+    kmp_model_begin(model);
+    warn_of_directions(model);
+    warn_of_couplers(model);
     warn_of_planes(model);
 }
 

@@ -421,16 +421,22 @@ static void complain_circle(sources *s, int on)
     s->list[first].at = NULL;
 }
 
-/* Places body i after its ancestors: the path to the root is written from the end of the free part of `order`. */
-static void place(sources *s, int i)
+static void cut_circle(sources *s, int i)
 {
-    int top = s->count, steps = 0, above = i;
-    while (above >= 0 && !s->list[above].placed && steps <= s->count) {
-        above = s->list[above].parent;
+    int steps = 0;
+    while (i >= 0 && !s->list[i].placed && steps <= s->count) {
+        i = s->list[i].parent;
         steps++;
     }
     if (steps > s->count)
-        complain_circle(s, above);
+        complain_circle(s, i);
+}
+
+/* Places body i after its ancestors: the path to the root is written from the end of the free part of `order`. */
+static void place(sources *s, int i)
+{
+    int top = s->count;
+    cut_circle(s, i);
     for (; i >= 0 && !s->list[i].placed; i = s->list[i].parent) {
         s->list[i].placed = true;
         s->order[--top] = i;

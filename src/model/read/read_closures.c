@@ -208,6 +208,22 @@ static void read_constraint(kmp_reader *r, const kmp_yaml *map, const char *what
     read_power(r, map, what, closure);
 }
 
+/* `axis` for both points, or `axes: [of the first, of the second]`; z without either. */
+static void read_closure_axes(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
+{
+    const kmp_yaml *axis = kmp_yaml_get(map, "axis"), *axes = kmp_yaml_get(map, "axes");
+    closure->axis[0][2] = closure->axis[1][2] = 1;
+    if (kmp_closure_row_of(closure)->needs == KMP_NEEDS_TWO_AXES && !axes)
+        kmp_read_required(r, map, what, "axes");
+    if (axis && axes)
+        kmp_reader_complain(r, map->place, "%s: 'axis' and 'axes' exclude each other", what);
+    if (axis && kmp_read_axis(r, axis, what, closure->axis[0]))
+        memcpy(closure->axis[1], closure->axis[0], sizeof closure->axis[1]);
+    if (axes && kmp_read_list(r, axes, kmp_reader_say(r, "%s: axes", what), 2))
+        for (int k = 0; k < 2; k++)
+            kmp_read_axis(r, axes->items[k], what, closure->axis[k]);
+}
+
 static void read_closure(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
     if (!kmp_read_map(r, map, what, closure_keys))
@@ -227,20 +243,8 @@ static void read_closure(kmp_reader *r, const kmp_yaml *map, const char *what, k
         return;
     }
     kmp_read_two_points(r, kmp_yaml_get(map, row->name), what, closure->point);
-    if (row->needs == KMP_NEEDS_AXIS || row->needs == KMP_NEEDS_SAME_AXIS || row->needs == KMP_NEEDS_TWO_AXES) {
-        /* `axis` for both points, or `axes: [of the first, of the second]`; z without either. */
-        const kmp_yaml *axis = kmp_yaml_get(map, "axis"), *axes = kmp_yaml_get(map, "axes");
-        closure->axis[0][2] = closure->axis[1][2] = 1;
-        if (kmp_closure_row_of(closure)->needs == KMP_NEEDS_TWO_AXES && !axes)
-            kmp_read_required(r, map, what, "axes");
-        if (axis && axes)
-            kmp_reader_complain(r, map->place, "%s: 'axis' and 'axes' exclude each other", what);
-        if (axis && kmp_read_axis(r, axis, what, closure->axis[0]))
-            memcpy(closure->axis[1], closure->axis[0], sizeof closure->axis[1]);
-        if (axes && kmp_read_list(r, axes, kmp_reader_say(r, "%s: axes", what), 2))
-            for (int k = 0; k < 2; k++)
-                kmp_read_axis(r, axes->items[k], what, closure->axis[k]);
-    }
+    if (row->needs == KMP_NEEDS_AXIS || row->needs == KMP_NEEDS_SAME_AXIS || row->needs == KMP_NEEDS_TWO_AXES)
+        read_closure_axes(r, map, what, closure);
     if (row->needs == KMP_NEEDS_NUMBER)
         read_number(r, map, what, closure);
     if (row->needs == KMP_NEEDS_CURVE)
@@ -344,6 +348,26 @@ static void read_drives(kmp_section *s)
     }
 }
 
+/* The coupling of a joint with a number, a closure of the kind's and of the joint's name. */
+static void add_couplings(kmp_reader *r)
+{
+    kempe_model *model = r->model;
+    for (int b = 1; b < model->body_count; b++) {
+        const kmp_body *body = &model->bodies[b];
+        if (!body->coupling || body->motion_count != 2)
+            continue;
+        int other = kmp_name_find(KMP_NAMED(model, closure), body->joint);
+        if (other >= 0)
+            kmp_reader_complain(r, model->closures[other].place,
+                                "'%s' is the name of a %s joint, whose coupling is a closure of that name: "
+                                "lambda(%s) would be ambiguous",
+                                body->joint, body->coupling->name, body->joint);
+        kmp_closure *closure = add_closure(r, body->joint, kmp_closure_kind_find(body->coupling->name), body->place);
+        closure->motion = body->first_motion;
+        closure->number = body->number;
+    }
+}
+
 void kmp_read_closures(kmp_reader *r)
 {
     kempe_model *model = r->model;
@@ -361,21 +385,7 @@ void kmp_read_closures(kmp_reader *r)
     if (cuts)
         read_cuts(r, cuts);
     read_drives(&drives);
-    /* The coupling of a joint with a number, a closure of the kind's and of the joint's name. */
-    for (int b = 1; b < model->body_count; b++) {
-        const kmp_body *body = &model->bodies[b];
-        if (!body->coupling || body->motion_count != 2)
-            continue;
-        int other = kmp_name_find(KMP_NAMED(model, closure), body->joint);
-        if (other >= 0)
-            kmp_reader_complain(r, model->closures[other].place,
-                                "'%s' is the name of a %s joint, whose coupling is a closure of that name: "
-                                "lambda(%s) would be ambiguous",
-                                body->joint, body->coupling->name, body->joint);
-        kmp_closure *closure = add_closure(r, body->joint, kmp_closure_kind_find(body->coupling->name), body->place);
-        closure->motion = body->first_motion;
-        closure->number = body->number;
-    }
+    add_couplings(r);
     kmp_lock_pressed(r);
     kmp_read_wings(r, KMP_READ_AFTER_CLOSURES);
 }

@@ -253,12 +253,9 @@ static void set_joint_locals(element *e)
     set_locals(e, e->r->model->motions[motion].rotation ? "angle" : "distance", q, qd, true);
 }
 
-/* The own mapping of a kind. */
-static void read_own(const element *e)
+/* The keys of an element's own mapping. */
+static const kmp_key *keys_of(const element *e)
 {
-    const kmp_yaml *map = kmp_yaml_get(e->map, kmp_force_rows[e->force->kind].word);
-    const char *what = kmp_reader_say(e->r, "%s of %s", kmp_force_rows[e->force->kind].word, e->what);
-    /* The keys of an element's own mapping. */
     kmp_key *keys = KMP_ARENA_NEW(&e->r->scratch, kmp_key, kmp_force_field_count + 2);
     int count = 0;
     if (keys && e->force->kind == KMP_FORCE_FRICTION)
@@ -266,23 +263,53 @@ static void read_own(const element *e)
     for (int k = 0; keys && k < kmp_force_field_count; k++)
         if (kmp_force_fields[k].kind == e->force->kind)
             keys[count++].name = kmp_force_key(e->r->model, e->force, kmp_force_fields[k].key);
+    return keys;
+}
+
+static void check_stops(const element *e, const kmp_yaml *map)
+{
+    kmp_force *force = e->force;
+    force->has_lower = kmp_yaml_get(map, "lower");
+    force->has_upper = kmp_yaml_get(map, "upper");
+    if (!force->has_lower && !force->has_upper)
+        kmp_reader_complain(e->r, map->place, "%s: at least one of the keys lower, upper is expected", e->what);
+    else if (force->has_lower && force->has_upper && force->lower.value >= force->upper.value && !e->r->wrong)
+        kmp_reader_complain(e->r, map->place, "%s: lower is %.6g, which is not below upper, %.6g", e->what,
+                            force->lower.value, force->upper.value);
+}
+
+/* The own mapping of a kind. */
+static void read_own(const element *e)
+{
+    const kmp_yaml *map = kmp_yaml_get(e->map, kmp_force_rows[e->force->kind].word);
+    const char *what = kmp_reader_say(e->r, "%s of %s", kmp_force_rows[e->force->kind].word, e->what);
+    const kmp_key *keys = keys_of(e);
     if (!keys || !kmp_read_map(e->r, map, what, keys))
         return;
     read_fields(e, map, what);
-    if (e->force->kind == KMP_FORCE_STOPS) {
-        kmp_force *force = e->force;
-        force->has_lower = kmp_yaml_get(map, "lower");
-        force->has_upper = kmp_yaml_get(map, "upper");
-        if (!force->has_lower && !force->has_upper)
-            kmp_reader_complain(e->r, map->place, "%s: at least one of the keys lower, upper is expected", e->what);
-        else if (force->has_lower && force->has_upper && force->lower.value >= force->upper.value && !e->r->wrong)
-            kmp_reader_complain(e->r, map->place, "%s: lower is %.6g, which is not below upper, %.6g", e->what,
-                                force->lower.value, force->upper.value);
-    }
+    if (e->force->kind == KMP_FORCE_STOPS)
+        check_stops(e, map);
     if (e->force->kind == KMP_FORCE_FRICTION) {
         read_level(e, map, what);
         add_friction_row(e, map);
     }
+}
+
+/* A rotation has a torque, a translation a force: the other word shows that another motion is intended. */
+static void read_effort(const element *e)
+{
+    kmp_reader *r = e->r;
+    const kmp_yaml *torque = kmp_yaml_get(e->map, "torque"), *effort = torque ? torque : kmp_yaml_get(e->map, "force");
+    int motion = e->force->motion;
+    kmp_dimension wanted = motion < 0 ? KMP_DIM_ANY : kmp_effort_dimension(r->model, motion);
+    if (effort && motion >= 0 && r->model->motions[motion].rotation != (effort == torque)) {
+        const kmp_motion *m = &r->model->motions[motion];
+        kmp_reader_complain(r, effort->place, "%s: '%s' is a %s, which takes a '%s', not a '%s'", e->what, m->name,
+                            m->rotation ? "rotation" : "translation", m->rotation ? "torque" : "force",
+                            m->rotation ? "force" : "torque");
+        wanted = KMP_DIM_ANY;
+    }
+    e->force->effort = read_law(e, effort, wanted);
 }
 
 static void read_in_joint(element *e)
@@ -290,20 +317,7 @@ static void read_in_joint(element *e)
     e->force->motion = kmp_read_motion(e->r, kmp_yaml_get(e->map, "joint"), e->what);
     if (e->force->kind == KMP_FORCE_JOINT) {
         set_joint_locals(e);
-        /* A rotation has a torque, a translation a force: the other word shows that another motion is intended. */
-        kmp_reader *r = e->r;
-        const kmp_yaml *torque = kmp_yaml_get(e->map, "torque"),
-                       *effort = torque ? torque : kmp_yaml_get(e->map, "force");
-        int motion = e->force->motion;
-        kmp_dimension wanted = motion < 0 ? KMP_DIM_ANY : kmp_effort_dimension(r->model, motion);
-        if (effort && motion >= 0 && r->model->motions[motion].rotation != (effort == torque)) {
-            const kmp_motion *m = &r->model->motions[motion];
-            kmp_reader_complain(r, effort->place, "%s: '%s' is a %s, which takes a '%s', not a '%s'", e->what, m->name,
-                                m->rotation ? "rotation" : "translation", m->rotation ? "torque" : "force",
-                                m->rotation ? "force" : "torque");
-            wanted = KMP_DIM_ANY;
-        }
-        e->force->effort = read_law(e, effort, wanted);
+        read_effort(e);
     } else if (e->force->motion >= 0) {
         read_own(e);
     }
@@ -440,6 +454,38 @@ static void refuse_others(const element *e, const char *place)
     }
 }
 
+/* Friction against the rate of an expression: an angle where its level is a torque. */
+static void read_sliding(const element *e)
+{
+    const kmp_yaml *node = kmp_yaml_get(e->map, "sliding"), *map = kmp_yaml_get(e->map, "friction");
+    e->force->turns = map->kind == KMP_YAML_MAP && (kmp_yaml_get(map, "torque") || kmp_yaml_get(map, "radius"));
+    e->force->sliding =
+        kmp_read_expr(e->r, node, e->what, e->force->turns ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, KMP_OF_STATE);
+    if (kmp_expr_find(e->force->sliding, kmp_expr_is_rate, NULL))
+        kmp_reader_complain(e->r, node->place, "%s: sliding may depend on t, q(..) and positions, not on rates",
+                            e->what);
+    else if (e->force->sliding)
+        read_own(e);
+}
+
+static void read_at_point(const element *e)
+{
+    const kmp_yaml *at = kmp_yaml_get(e->map, "at");
+    e->force->point[0] = kmp_read_point(e->r, at, e->what);
+    if (e->force->point[0] >= 0 && e->r->model->points[e->force->point[0]].body == 0)
+        kmp_reader_complain(e->r, at->place, "%s: the ground does not move: a force on it has no effect", e->what);
+    read_components(e, "force");
+}
+
+static void read_on_body(const element *e)
+{
+    const kmp_yaml *on = kmp_yaml_get(e->map, "on");
+    e->force->body = kmp_read_body(e->r, on, e->what);
+    if (e->force->body == 0)
+        kmp_reader_complain(e->r, on->place, "%s: the ground does not move: a torque on it has no effect", e->what);
+    read_components(e, "torque");
+}
+
 static void read_force(element *e)
 {
     if (!kmp_read_map(e->r, e->map, e->what, force_keys))
@@ -452,29 +498,11 @@ static void read_force(element *e)
     if (strcmp(place, "joint") == 0) {
         read_in_joint(e);
     } else if (strcmp(place, "sliding") == 0) {
-        /* Friction against the rate of an expression: an angle where its level is a torque. */
-        const kmp_yaml *node = kmp_yaml_get(e->map, "sliding"), *map = kmp_yaml_get(e->map, "friction");
-        e->force->turns = map->kind == KMP_YAML_MAP && (kmp_yaml_get(map, "torque") || kmp_yaml_get(map, "radius"));
-        e->force->sliding =
-            kmp_read_expr(e->r, node, e->what, e->force->turns ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, KMP_OF_STATE);
-        if (kmp_expr_find(e->force->sliding, kmp_expr_is_rate, NULL))
-            kmp_reader_complain(e->r, node->place, "%s: sliding may depend on t, q(..) and positions, not on rates",
-                                e->what);
-        else if (e->force->sliding)
-            read_own(e);
+        read_sliding(e);
     } else if (strcmp(place, "at") == 0) {
-        const kmp_yaml *at = kmp_yaml_get(e->map, "at");
-        e->force->point[0] = kmp_read_point(e->r, at, e->what);
-        if (e->force->point[0] >= 0 && e->r->model->points[e->force->point[0]].body == 0)
-            kmp_reader_complain(e->r, at->place, "%s: the ground does not move: a force on it has no effect", e->what);
-        read_components(e, "force");
+        read_at_point(e);
     } else if (strcmp(place, "on") == 0) {
-        const kmp_yaml *on = kmp_yaml_get(e->map, "on");
-        e->force->body = kmp_read_body(e->r, on, e->what);
-        if (e->force->body == 0)
-            kmp_reader_complain(e->r, on->place, "%s: the ground does not move: a torque on it has no effect", e->what);
-        read_components(e, "torque");
-
+        read_on_body(e);
     } else {
         read_between(e, place);
     }

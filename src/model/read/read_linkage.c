@@ -173,6 +173,24 @@ static void check_name(kmp_reader *r, kmp_linkage *g, const kmp_edge *edge)
                             g->edges[other].key->text);
 }
 
+/* Reports keys that do not belong to the kind. */
+static void check_edge_keys(kmp_reader *r, const kmp_edge *edge, const char *what)
+{
+    const kmp_yaml *axis = kmp_yaml_get(edge->map, "axis"), *axes = kmp_yaml_get(edge->map, "axes");
+    const char *chain = edge->kind->chain;
+    if (axis && axes)
+        kmp_reader_complain(r, edge->map->place, "%s: 'axis' and 'axes' exclude each other", what);
+    else if (axis && !chain[0])
+        kmp_reader_complain(r, axis->place, "%s: a %s has no axis", what, edge->kind->name);
+    else if (axes && !strchr(chain, 'b'))
+        kmp_reader_complain(r, axes->place,
+                            "%s: a %s cannot have two axes: rotate the axes of one of the points instead", what,
+                            edge->kind->name);
+    else if (axes)
+        kmp_read_list(r, axes, kmp_reader_say(r, "%s: axes", what), 2);
+    kmp_check_joint_keys(r, edge->kind, edge->map, what);
+}
+
 static void take_edge(kmp_reader *r, kmp_linkage *g, const kmp_yaml *key, const kmp_yaml *map)
 {
     kmp_edge *edge = &g->edges[g->edge_count++];
@@ -190,20 +208,7 @@ static void take_edge(kmp_reader *r, kmp_linkage *g, const kmp_yaml *key, const 
         read_wish(r, edge, what);
     }
     if (good && read_kind(r, edge, what)) {
-        /* Reports keys that do not belong to the kind. */
-        const kmp_yaml *axis = kmp_yaml_get(edge->map, "axis"), *axes = kmp_yaml_get(edge->map, "axes");
-        const char *chain = edge->kind->chain;
-        if (axis && axes)
-            kmp_reader_complain(r, edge->map->place, "%s: 'axis' and 'axes' exclude each other", what);
-        else if (axis && !chain[0])
-            kmp_reader_complain(r, axis->place, "%s: a %s has no axis", what, edge->kind->name);
-        else if (axes && !strchr(chain, 'b'))
-            kmp_reader_complain(r, axes->place,
-                                "%s: a %s cannot have two axes: rotate the axes of one of the points instead", what,
-                                edge->kind->name);
-        else if (axes)
-            kmp_read_list(r, axes, kmp_reader_say(r, "%s: axes", what), 2);
-        kmp_check_joint_keys(r, edge->kind, edge->map, what);
+        check_edge_keys(r, edge, what);
         edge->faulty = !read_ends(r, g, edge, what);
     }
     g->broken = g->broken || edge->faulty;

@@ -96,6 +96,16 @@ static kmp_output_kind kind_for(const kmp_reader *r, kmp_output_kind kind, const
     return kind == KMP_OUTPUT_MOMENT ? KMP_OUTPUT_JOINT_MOMENT : KMP_OUTPUT_JOINT_REACTION;
 }
 
+/* A joint of the tree, less one. */
+static int find_carried(kmp_reader *r, const kmp_yaml *node, const char *word, const char *name)
+{
+    int body = kmp_joint_find(r->model, name);
+    const char *obstacle = kmp_joint_obstacle(r->model, body);
+    if (obstacle)
+        kmp_reader_complain(r, node->place, "output %s: the load of joint '%s' is not known: %s", word, name, obstacle);
+    return body - 1;
+}
+
 static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name)
 {
     const char *what = kmp_reader_say(r, "output %s", row->word);
@@ -105,15 +115,8 @@ static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_r
         return kmp_cut_coordinate_find(r->model, name);
     if (row->argument == KMP_OUTPUT_OF_POINT)
         return kmp_read_point_text(r, node->place, name, what);
-    if (row->argument == KMP_OUTPUT_OF_JOINT) {
-        /* A joint of the tree, less one. */
-        int body = kmp_joint_find(r->model, name);
-        const char *obstacle = kmp_joint_obstacle(r->model, body);
-        if (obstacle)
-            kmp_reader_complain(r, node->place, "output %s: the load of joint '%s' is not known: %s", row->word, name,
-                                obstacle);
-        return body - 1;
-    }
+    if (row->argument == KMP_OUTPUT_OF_JOINT)
+        return find_carried(r, node, row->word, name);
     bool loop = row->argument == KMP_OUTPUT_OF_MAYBE_LOOP || row->argument == KMP_OUTPUT_OF_LOOP;
     if (loop && is_elastic(r, node, row->word, name))
         return -1;

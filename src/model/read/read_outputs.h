@@ -11,6 +11,9 @@ void kmp_read_outputs(kmp_reader *r, const kmp_yaml *list);
 /** The NAME of "word(NAME)"; NULL when `text` is not of that form. */
 const char *kmp_read_argument(kmp_reader *r, const char *text, const char *word);
 
+/* Lists of words separated by commas, by which users request outputs of a model from outside its file. They are checked
+ * like the words of the file, with the list's name in place of file, line and column. */
+
 /** Sets the outputs of a copy of a model (model/data/variant.h): "position(b.P).x,q(A),energy.total", the words of
  * `outputs` in the file, each with a component if one alone is requested. `*parts` (in the copy's arena): for each
  * output a bit for every component. KEMPE_E_ARGUMENT: the word, and the valid ones. */

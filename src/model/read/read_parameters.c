@@ -395,6 +395,14 @@ static void warn_of_file(const kmp_reader *r, const kmp_yaml *map, int i)
         warn(r, own, parameter->name, "");
 }
 
+/* Displaced values use parameters of the file, too: those are not unused. */
+static void spare_displaced(kmp_reader *r, const kmp_yaml *map)
+{
+    for (int i = 0; i < map->count; i++)
+        if (r->model->parameters[i].used && is_set(r, r->model->parameters[i].name))
+            kmp_reader_use(r, kmp_read_constant(r, map->items[i], r->model->parameters[i].name));
+}
+
 void kmp_settle_parameters(kmp_reader *r)
 {
     if (!r->wrong && !r->scratch.failed && r->model->parameter_count > 0) {
@@ -406,10 +414,7 @@ void kmp_settle_parameters(kmp_reader *r)
             if (model->parameters[i].unused)
                 warn(r, map->keys[i]->place, model->parameters[i].name, ": setting it has no effect");
         }
-        /* Displaced values use parameters of the file, too: those are not unused. */
-        for (int i = 0; i < map->count; i++)
-            if (r->model->parameters[i].used && is_set(r, r->model->parameters[i].name))
-                kmp_reader_use(r, kmp_read_constant(r, map->items[i], r->model->parameters[i].name));
+        spare_displaced(r, map);
         for (int i = 0; i < model->parameter_count; i++)
             if (!r->model->parameters[i].used && !is_set(r, model->parameters[i].name))
                 warn_of_file(r, map, i);

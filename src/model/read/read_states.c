@@ -631,21 +631,25 @@ static void read_common(kmp_reader *r, const block *b)
         r->model->states[b->first + i].period = period;
 }
 
+/* The kind of an entry; NULL after an error. */
+static const block_kind *kind_of(kmp_reader *r, const block *b)
+{
+    static const char *const words[] = {"rate", "next", "transfer", "pid", "hysteresis", "delay"};
+    int first = -1, count = kmp_count_keys(b->map, KMP_NAMES_OF(words), &first);
+    bool discrete = kmp_yaml_get(b->map, "sample") || kmp_yaml_get(b->map, "when");
+    if (count > 1)
+        kmp_complain_keys(r, b->map->place, b->what, KMP_NAMES_OF(words), count);
+    else if (count == 0)
+        (void)kmp_read_required(r, b->map, b->what, discrete ? "next" : "rate");
+    return count == 1 ? kinds[first] : NULL;
+}
+
 static void add_block(kmp_reader *r, const kmp_section *s)
 {
     block *b = &r->blocks[r->block_count++];
     *b = (block){.map = s->node, .name = s->name ? s->name : "", .what = s->what, .place = s->key->place, .output = -1};
-    if (kmp_read_map(r, b->map, b->what, keys)) {
-        /* The kind of an entry; NULL after an error. */
-        static const char *const words[] = {"rate", "next", "transfer", "pid", "hysteresis", "delay"};
-        int first = -1, count = kmp_count_keys(b->map, KMP_NAMES_OF(words), &first);
-        bool discrete = kmp_yaml_get(b->map, "sample") || kmp_yaml_get(b->map, "when");
-        if (count > 1)
-            kmp_complain_keys(r, b->map->place, b->what, KMP_NAMES_OF(words), count);
-        else if (count == 0)
-            (void)kmp_read_required(r, b->map, b->what, discrete ? "next" : "rate");
-        b->kind = count == 1 ? kinds[first] : NULL;
-    }
+    if (kmp_read_map(r, b->map, b->what, keys))
+        b->kind = kind_of(r, b);
     for (int k = 0; b->kind && k < b->map->count; k++) {
         const char *key = b->map->keys[k]->text;
         bool own = strcmp(key, b->kind->key) == 0 || strcmp(key, "start") == 0 || strcmp(key, "scale") == 0;
