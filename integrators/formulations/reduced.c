@@ -159,7 +159,7 @@ static void reduced_set_tolerances(kmp_reduced *d)
         atol[reduced_work(d)] = KMP_UNCONTROLLED;
 }
 
-/* Records the end of a step, without anchor.c, which needs accelerations. */
+/* Records the end of a step, without d->anchor, which needs accelerations. */
 static void reduced_remember_place(kmp_reduced *d, double t, const double *y)
 {
     d->t = t;
