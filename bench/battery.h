@@ -10,9 +10,12 @@
 #include "bench/four_bar_by_hand.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
+#include "model/data/force.h"
 #include "model/data/model.h"
 #include "output/verdict.h"
+#include <kempe/kempe.h>
 #include <kempe/settings.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

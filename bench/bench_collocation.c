@@ -14,7 +14,9 @@
 #include "stiffened.h"
 #include "trees.h"
 #include <kempe/check.h>
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 enum { ROWS = 240, TARGETS = 3, MOST_POINTS = 24, TURNS = 3 };

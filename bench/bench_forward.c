@@ -8,8 +8,8 @@
 #include "exchange/code/source.h"
 #include "linalg/dense/dense.h"
 #include "loaded_equations.h"
-#include "model/data/model.h"
 #include <kempe/generate.h>
+#include <kempe/kempe.h>
 #include <string.h>
 
 enum { MOST = 128, MOST_STATES = 64, ROUNDS = 9 };

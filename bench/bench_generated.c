@@ -8,9 +8,10 @@
 #include "constraints/evaluation/load_multipliers.h"
 #include "exchange/simulator/kempe_simulator.h"
 #include "followed_motion.h"
-#include "model/data/model.h"
 #include <dlfcn.h>
 #include <kempe/generate.h>
+#include <kempe/kempe.h>
+#include <stdbool.h>
 #include <unistd.h>
 
 /* Largest difference of an entry, as a part of the largest entry of its array. Generated C and the library differ by
@@ -204,8 +205,9 @@ static double measure(const bench *b, const char *path, const char *folder)
         for (int k = 0; k < 2; k++)
             ns[1 + k] = fmin(ns[1 + k], least_time(run_generated, &g[k]));
     }
-    printf("%-24s %4d %4d  %8.1e %10.2f %10.2f %10.2f %7.2f %7.2f %7.1f %6.1f\n", b->model->name, m.n, g[0].e->rows,
-           off, ns[0] / 1e3, ns[1] / 1e3, ns[2] / 1e3, ns[1] / ns[0], ns[2] / ns[0], seconds[0], seconds[1]);
+    printf("%-24s %4d %4d  %8.1e %10.2f %10.2f %10.2f %7.2f %7.2f %7.1f %6.1f\n", kempe_model_name(b->model), m.n,
+           g[0].e->rows, off, ns[0] / 1e3, ns[1] / 1e3, ns[2] / 1e3, ns[1] / ns[0], ns[2] / ns[0], seconds[0],
+           seconds[1]);
     (void)fflush(stdout);
     return off;
 }

@@ -10,11 +10,12 @@
 #include "bench/trees.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
-#include "model/data/model.h"
 #include "studies/show/sets.h"
 #include <dlfcn.h>
 #include <kempe/generate.h>
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/wait.h>

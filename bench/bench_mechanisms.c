@@ -15,7 +15,6 @@
  * A mechanism is assembled by construction: its tree is placed at random coordinates, and each closure joins the tip of
  * a chain to the point of another body where it lies. Coordinates are then disturbed for the guess. */
 #include "bench.h"
-#include "model/data/model.h"
 #include <kempe/check.h>
 #include <kempe/kempe.h>
 #include <math.h>

@@ -12,12 +12,13 @@
 #include "bench/numeric_classical.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
-#include "model/data/model.h"
 
 #include "backend/machine.h"
 #include "bench.h"
 #include "studies/show/sets.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 
 enum { STATES = 16, TURNS = 101, WAYS = 6, TASKS = 3 };
 

@@ -18,7 +18,9 @@
 #include "output/samples.h"
 #include "tests/solved_lanes.h"
 #include <kempe/check.h>
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 enum { W = KMP_COLLOCATION_LANES, MIDDLE = 3, ROWS = 240, TURNS = 5, TARGETS = 3, POINTS = 8, CALLS = 100 };

@@ -9,6 +9,7 @@
 #include "bench/trees.h"
 #include "dynamics/equations.h"
 #include "dynamics/forces/forces.h"
+#include "model/data/force.h"
 #include "studies/show/sets.h"
 #include "symbolic/program.h"
 

@@ -7,6 +7,7 @@
 #include "bench/battery.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
+#include "model/data/start.h"
 #include <kempe/check.h>
 
 typedef struct push_case {

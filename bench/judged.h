@@ -8,6 +8,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
+#include "model/data/force.h"
 #include "output/reference.h"
 #include <kempe/check.h>
 #include <math.h>

@@ -7,6 +7,8 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "exchange/code/write.h"
+#include "model/data/force.h"
+#include "model/data/model.h"
 #include <dlfcn.h>
 #include <kempe/generate.h>
 #include <stdio.h>

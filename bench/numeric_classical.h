@@ -6,6 +6,7 @@
 #define KEMPE_BENCH_NUMERIC_CLASSICAL_H
 
 #include "bench/numeric_closures.h"
+#include "model/data/force.h"
 
 /* About the centre of mass, link axes. */
 typedef struct numeric_mass_of {

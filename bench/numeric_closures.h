@@ -8,6 +8,8 @@
 #include "bench/numeric.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "model/data/force.h"
+#include "model/data/model.h"
 
 typedef struct numeric_place {
     double r[3][3], axis[3]; /* of the joint, with the sign of q */

@@ -9,6 +9,7 @@
 #include "constraints/diagnosis/diagnose.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/inexact/nearest_exact.h"
+#include "model/data/model.h"
 #include "model/data/variant.h"
 #include "model/read/loads.h"
 #include "model/read/reader.h"

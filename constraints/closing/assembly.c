@@ -1,17 +1,24 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Making and freeing an assembly, and messages about the closures that stay open. */
 #include "constraints/closing/assembly.h"
+#include "base/arena.h"
+#include "base/context.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/cut_start.h"
 #include "constraints/closing/rounding.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
+#include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
+#include "model/data/start.h"
 #include "model/write/model_print.h"
 #include <kempe/check.h>
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 enum { PUSHES = 4, MOST_NAMED = 5 };

@@ -4,7 +4,9 @@
 #pragma once
 
 #include "constraints/evaluation/evaluator.h"
-#include "model/data/model.h"
+#include "model/data/closure.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 struct kmp_walk;
 

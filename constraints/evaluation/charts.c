@@ -3,12 +3,14 @@
  * near their singular position. Angles and rates are converted by the exact rotation and its rate; the user's angles
  * are followed by continuity. */
 #include "constraints/evaluation/charts.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 #include <string.h>
 
 static kmp_chart_joint joint_of(const kempe_system *s, int c)
 {
-    const kmp_motion *m = &s->model->motions[s->chart_first[c]];
+    const kmp_motion *m = kmp_model_motion(s->model, s->chart_first[c]);
     return (kmp_chart_joint){m[0].axis, m[1].axis, m[2].axis, s->chart_first[c], s->chart_before[c]};
 }
 

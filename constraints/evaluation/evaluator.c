@@ -8,15 +8,20 @@
  * (t, q), then qd, then multipliers. A caller that needs h alone pays for nothing else. */
 #include "constraints/evaluation/evaluator.h"
 #include "backend/native.h"
+#include "base/arena.h"
+#include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
 #include "dynamics/motion.h"
-#include "model/data/model.h"
+#include "model/data/force.h"
 #include "model/data/output_table.h"
+#include "model/data/state.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* The intended rank of rounded closures, kept in the system once it is known, and tolerances that follow from it. */

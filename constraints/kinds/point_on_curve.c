@@ -8,7 +8,7 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "model/data/model.h"
+#include "model/data/closure.h"
 #include "symbolic/derivative.h"
 #include "symbolic/substitute.h"
 

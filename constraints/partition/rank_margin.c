@@ -3,12 +3,15 @@
  * that w is smooth in q. A line through the last two values predicts where it passes zero. Cheap tests of pivots and
  * signs exclude that in most steps. */
 #include "constraints/partition/rank_margin.h"
+#include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/dropped_rows.h"
 #include "linalg/dense/dot.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* Passes of inverse iteration from the same vector everywhere, so that u varies smoothly with the configuration. */
@@ -295,7 +298,7 @@ static double elsewhere(kmp_rank_margin *margin, kmp_evaluator *eval, double t, 
         for (int i = 0; i < margin->system->n; i++) {
             chance = chance * 1664525u + 1013904223u;
             double turn = KMP_MARGIN_ELSEWHERE * ((double)chance / 2147483648.0 - 1);
-            other[i] = margin->system->model->motions[i].rotation ? q[i] + turn : q[i] * (1 + turn);
+            other[i] = kmp_model_motion(margin->system->model, i)->rotation ? q[i] + turn : q[i] * (1 + turn);
         }
         double here = margin_at(margin, eval, t, other);
         int i = k;

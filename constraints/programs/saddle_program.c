@@ -3,6 +3,7 @@
  * would save. It serves corrections and closings as a kmp_closer, too, with the factors of its last run. */
 #include "constraints/programs/saddle_program.h"
 #include "base/arena.h"
+#include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/programs/program_records.h"
@@ -11,11 +12,14 @@
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
 #include "dynamics/motion.h"
-#include "model/data/model.h"
+#include "model/data/run_settings.h"
+#include "model/data/state.h"
 #include "symbolic/contraction.h"
 #include <float.h>
+#include <kempe/kempe.h>
 #include <limits.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* The solution of the saddle system written out, on the outputs of a motion program. By M and C it is L D L' of

@@ -5,6 +5,7 @@
 #include "backend/machine.h"
 #include "constraints/evaluation/evaluator.h"
 #include "dynamics/equations.h"
+#include "model/data/force.h"
 
 /** Lambda and mu have m entries, mu may be NULL when nothing depends on it. */
 typedef struct kmp_instant {

@@ -16,10 +16,15 @@
  *
  * Weights exclude multipliers from every error norm: the first steps are tiny, the condition of the iteration matrix
  * grows like h^-(index - 1), and corrections of multipliers never fall below rounding times that condition. */
+#include "base/arena.h"
+#include "base/context.h"
+#include "base/text.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/tangent.h"
 #include "linalg/dense/dot.h"
-#include "model/data/model.h"
+#include "model/data/state.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -8,6 +8,9 @@
  *   it, others along the tangent from the last accepted step only. An evaluation whose corrections stop contracting
  *   fails and shortens the step. */
 #include "integrators/formulations/reduced.h"
+#include "base/arena.h"
+#include "base/context.h"
+#include "base/text.h"
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/programs/reduced_program.h"
@@ -17,9 +20,12 @@
 #include "integrators/decide/run_start.h"
 #include "integrators/formulations/cost_model.h"
 #include "integrators/formulations/reduced_programs.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/state.h"
 #include <float.h>
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* The choice of u on the reduced formulation. It ends at a dead centre: |Bvu| grows without bound and det Jv changes
@@ -35,7 +41,7 @@
 
 static const char *name_of(const kmp_reduced *d, int k)
 {
-    return k >= 0 ? d->s->model->motions[k].name : "?";
+    return k >= 0 ? kmp_model_motion(d->s->model, k)->name : "?";
 }
 
 static int dead_centre(kmp_reduced *d, double t, const char *sign, int v, int u)

@@ -12,6 +12,7 @@
 #include "base/arena.h"
 #include "constraints/partition/reduction.h"
 #include "integrators/formulations/tangent.h"
+#include "model/data/force.h"
 
 /** A small change of the independent coordinates (p each), and of the equations, as by a parameter: of h, J qd + h_t
  * and J qdd + jdqd (m each) and of M qdd + C - J' lambda (n). NULL: none. */

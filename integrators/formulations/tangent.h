@@ -10,6 +10,7 @@
 #include "base/arena.h"
 #include "dynamics/tangents.h"
 #include "integrators/formulations/evaluation_point.h"
+#include "model/data/force.h"
 
 /** Values: n each for R and J' mu, m for closures, 1 for the power. */
 typedef enum kmp_value {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "integrators/formulations/tangent.h"
+#include "model/data/force.h"
 
 /** False: there are none, and the tangents are unchanged. */
 bool kmp_tangents_recall(kmp_tangents *tangents, const kempe_system *system, unsigned values);

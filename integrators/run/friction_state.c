@@ -2,6 +2,8 @@
 /* Modes at a state without a run: the decisions of runs (integrators/decide) on one state, with a site that evaluates
  * conditions there. */
 #include "integrators/run/friction_state.h"
+#include "base/arena.h"
+#include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
@@ -11,8 +13,10 @@
 #include "integrators/friction/friction_problem.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_start.h"
-#include "model/data/model.h"
+#include "model/data/force.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 kempe_status kmp_friction_state_new(kmp_evaluator *eval, kmp_friction_state **state, bool *none)

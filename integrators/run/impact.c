@@ -1,13 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Impacts of a run: the site of a runner, sentences and log. */
 #include "integrators/run/impact.h"
+#include "base/arena.h"
+#include "base/context.h"
+#include "base/text.h"
 #include "constraints/closing/saddle.h"
 #include "constraints/evaluation/evaluator.h"
 #include "integrators/friction/friction_elements.h"
 #include "integrators/impact/impact_problem.h"
 #include "integrators/run/runner.h"
-#include "model/data/model.h"
+#include "model/data/force.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* -- the site -------------------------------------------------------------------------------------------- */

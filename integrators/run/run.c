@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* One run, step by step: assembles, prepares, advances, delivers rows. */
 #include "integrators/run/run.h"
+#include "base/arena.h"
 #include "base/clock.h"
+#include "base/context.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/evaluation/evaluator.h"
 #include "integrators/decide/dropped_rows.h"
@@ -17,9 +20,12 @@
 #include "integrators/run/runner_integrator.h"
 #include "integrators/run/runner_start.h"
 #include "integrators/run/sampler.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/state.h"
+#include <kempe/kempe.h>
 #include <limits.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* The default bound judges progress over the last window, not a total: a run may be long while it advances, and a phase
@@ -213,8 +219,8 @@ static kempe_status check_growth(kmp_runner *run, double t)
         &why,
         "the motion grows without end: at t = %.6g s '%s' has a rate of %.3g %s, and the state is ten times as "
         "large as %.3g s before, for the third time",
-        t, run->s->model->motions[k].name, row[run->s->n + k], run->s->model->motions[k].rotation ? "rad/s" : "m/s",
-        run->growth.t[0] - run->growth.t[1]);
+        t, kmp_model_motion(run->s->model, k)->name, row[run->s->n + k],
+        kmp_model_motion(run->s->model, k)->rotation ? "rad/s" : "m/s", run->growth.t[0] - run->growth.t[1]);
     size_t said = why.length;
     kmp_runner_explain_angles(run, &why);
     if (why.length == said)

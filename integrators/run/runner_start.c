@@ -2,6 +2,8 @@
 /* The start of a run: independent rows and coordinates, consistent rates and accelerations, a formulation and an
  * integrator. */
 #include "integrators/run/runner_start.h"
+#include "base/arena.h"
+#include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
@@ -21,9 +23,12 @@
 #include "integrators/run/runner_explain.h"
 #include "integrators/run/runner_integrator.h"
 #include "integrators/run/sampler.h"
-#include "model/data/model.h"
+#include "model/data/run_settings.h"
+#include "model/data/state.h"
 #include <kempe/check.h>
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count)

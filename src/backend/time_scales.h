@@ -6,7 +6,7 @@
 #pragma once
 
 #include "base/arena.h"
-#include "model/data/model.h"
+#include <kempe/kempe.h>
 
 /** Intervals of a run from its start on, where some are much shorter than others; otherwise none. */
 typedef struct kmp_time_scales {

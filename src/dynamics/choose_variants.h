@@ -3,6 +3,7 @@
 #pragma once
 
 #include "dynamics/equations.h"
+#include "model/data/force.h"
 
 /** KEMPE_E_INPUT when a closure can never be met (a row that no coordinate moves). KEMPE_E_FAILED when accelerations
  * are requested and a coordinate moves no mass. KEMPE_E_MEMORY. */

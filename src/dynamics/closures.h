@@ -3,6 +3,7 @@
 #pragma once
 
 #include "dynamics/equations.h"
+#include "model/data/force.h"
 
 /** Derives the sets that the request requests. KEMPE_E_INPUT when a closure can never be met, KEMPE_E_MEMORY. */
 kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_derivation_request *request);

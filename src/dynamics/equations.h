@@ -8,6 +8,7 @@
 #include "dynamics/closure_row.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/variants.h"
+#include "model/data/force.h"
 
 /** The sets of equations to derive. */
 enum {

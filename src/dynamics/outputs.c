@@ -2,6 +2,8 @@
 /* Requested outputs as expressions: positions, energies, momenta about points, coordinates of cut joints, and values of
  * forces. Momenta are sums over rigid parts in ground axes. Outputs of wings come from their rows. */
 #include "dynamics/outputs.h"
+#include "base/context.h"
+#include "base/text.h"
 #include "base/wings.h"
 #include "dynamics/closures.h"
 #include "dynamics/equations.h"
@@ -12,9 +14,15 @@
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/touching.h"
+#include "model/data/force.h"
 #include "model/data/model.h"
+#include "model/data/output.h"
 #include "model/data/output_table.h"
+#include "model/data/run_settings.h"
+#include "model/language/expression.h"
 #include "model/write/model_print.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 bool kmp_outputs_need_forces(const kempe_model *model)
 {

@@ -4,6 +4,7 @@
 
 #include "dynamics/equations.h"
 #include "dynamics/forces/forces.h"
+#include "model/data/output.h"
 
 /** True when some output needs the values of force elements or an energy. */
 bool kmp_outputs_need_forces(const kempe_model *model);

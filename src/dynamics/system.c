@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* From a model to the programs of the formulations. */
 #include "dynamics/system.h"
+#include "base/arena.h"
 #include "base/cache/digest.h"
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/closure_row.h"
 #include "dynamics/equations.h"
@@ -15,20 +17,26 @@
 #include "dynamics/motion.h"
 #include "dynamics/program_cache.h"
 #include "dynamics/variants.h"
+#include "model/data/body.h"
+#include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
 #include "model/data/run_settings.h"
 #include "model/data/spherical.h"
+#include "model/data/state.h"
 #include "model/data/variant.h"
+#include "model/language/expression.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_mass.h"
 #include "model/write/model_print.h"
 #include "symbolic/program.h"
 #include "symbolic/table_function.h"
 #include <kempe/extend.h>
+#include <kempe/kempe.h>
 #include <math.h>
 #include <pthread.h>
 #include <stdatomic.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -9,6 +9,7 @@
 #include "ensemble/manifest.h"
 #include "ensemble/result_folder.h"
 #include "ensemble/sampling/values.h"
+#include "model/data/model.h"
 #include "output/parquet.h"
 #include <dirent.h>
 #include <errno.h>

@@ -8,6 +8,7 @@
 #include "ensemble/result_folder.h"
 #include "ensemble/sampling/model_instances.h"
 #include "ensemble/sampling/values.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/result_table.h"
 #include "pipeline.h"

@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "ensemble/instance_table.h"
+#include "base/context.h"
+#include "base/text.h"
 #include "ensemble/statistics/statistics.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 enum { MOST_TOLD = 5 };

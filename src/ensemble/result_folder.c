@@ -1,15 +1,20 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Result folders: opened, counted and described. */
 #include "ensemble/result_folder.h"
+#include "base/arena.h"
+#include "base/context.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "ensemble/histories.h"
 #include "ensemble/manifest.h"
 #include "ensemble/statistics/statistics.h"
-#include "model/data/model.h"
+#include "model/data/run_settings.h"
 #include "output/print.h"
+#include <kempe/kempe.h>
 #include <limits.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>

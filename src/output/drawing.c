@@ -1,13 +1,22 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Points that coincide in the drawing are one: all marks are combined on it. */
 #include "output/drawing.h"
+#include "base/arena.h"
 #include "base/memory.h"
+#include "base/text.h"
+#include "model/data/body.h"
+#include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/coordinates.h"
+#include "model/data/force.h"
 #include "model/data/force_table.h"
+#include "model/data/model.h"
 #include "model/data/pose.h"
+#include "model/language/expression.h"
 #include "output/plot.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 static void values(const kmp_number number[3], double out[3])

@@ -2,8 +2,10 @@
 /* The drawn parts of a model: the points of each body that make its shape, springs, guides of sliding joints. */
 #pragma once
 
+#include "base/arena.h"
 #include "base/text.h"
-#include "model/data/model.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 /** Marks at a point, as bits. */
 enum {

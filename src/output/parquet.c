@@ -4,10 +4,13 @@
 #include "output/parquet.h"
 #include "base/cache/digest.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "output/named_arrays.h"
 #include "output/result_table.h"
 #include <inttypes.h>
+#include <kempe/kempe.h>
 #include <limits.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 

@@ -2,11 +2,16 @@
 /* SVG plots: axes with ticks at 1, 2 and 5 times powers of ten, linear or logarithmic; curves as paths, with gaps where
  * values are missing. */
 #include "output/plot.h"
+#include "base/arena.h"
+#include "base/context.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "output/result_table.h"
 #include <dlfcn.h>
+#include <kempe/kempe.h>
 #include <kempe/table.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* Space around a frame for names and numbers; what curves may reach beyond it, with half their width. */

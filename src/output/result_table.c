@@ -1,14 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tables of columns, one array each, and their writers: CSV, JSON, text, and arrays of binary formats. */
 #include "output/result_table.h"
+#include "base/arena.h"
+#include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "model/data/model.h"
+#include "base/text.h"
+#include "model/data/state.h"
 #include "output/named_arrays.h"
 #include "output/parquet.h"
 #include "output/print.h"
+#include <kempe/kempe.h>
 #include <math.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -94,7 +99,7 @@ void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_q
 
 void kmp_tabulate_values(kempe_table *table, const kempe_system *system, kmp_quantity quantity, const double *values)
 {
-    int states = quantity == KMP_QUANTITY_QD ? system->model->state_count : 0;
+    int states = quantity == KMP_QUANTITY_QD ? system->n - kmp_model_coordinates(system->model) : 0;
     kmp_tabulate_numbers(table, kmp_quantity_size(system, quantity) + states, values);
 }
 

@@ -5,8 +5,10 @@
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
-#include "model/data/model.h"
+#include "model/data/state.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* Kinetic energy below this part of the potential's value counts as rounding, as in a mechanism at rest. */

@@ -5,8 +5,8 @@
 
 #include "base/json.h"
 #include "integrators/run/recording.h"
-#include "model/data/model.h"
 #include "studies/simulate/trajectory.h"
+#include <stdbool.h>
 
 /** A value with its time, s. NaN: unknown. */
 typedef struct kmp_safety_value {

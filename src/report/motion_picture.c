@@ -4,13 +4,20 @@
  * are thinned: their vertices are 16-bit integers within the box of their mesh. Rails are drawn over the range of the
  * wheels, and a little more. */
 #include "report/motion_picture.h"
+#include "base/arena.h"
 #include "base/memory.h"
+#include "model/data/body.h"
+#include "model/data/mesh.h"
 #include "model/data/model.h"
 #include "model/data/pose.h"
+#include "model/data/wheels.h"
+#include "model/language/expression.h"
 #include "model/write/model_print.h"
 #include "output/drawing.h"
 #include "symbolic/table_function.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
 

@@ -1,10 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "report/result_page.h"
+#include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "ensemble/statistics/statistics.h"
+#include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
+#include "model/data/parameter.h"
+#include "model/language/nearest.h"
 #include "model/write/model_print.h"
 #include "model/write/model_show.h"
 #include "output/print.h"
@@ -14,7 +19,9 @@
 #include "report/motion_picture.h"
 #include "report/page.h"
 #include "report/vehicle_drawing.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 

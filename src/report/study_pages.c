@@ -6,7 +6,10 @@
 #include "analyses/limit_cycles/cycle_branch.h"
 #include "analyses/limit_cycles/limit_cycles_study.h"
 #include "analyses/response/response_study.h"
+#include "base/arena.h"
+#include "base/context.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/inexact/nearest_exact.h"
@@ -17,6 +20,7 @@
 #include "ensemble/result_folder.h"
 #include "ensemble/statistics/statistics.h"
 #include "model/data/model.h"
+#include "model/data/signal.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/result_table.h"
@@ -28,7 +32,9 @@
 #include "studies/simulate/trajectory_print.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* A page under construction, with all that it refers to. */

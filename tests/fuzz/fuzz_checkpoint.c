@@ -2,9 +2,12 @@
 /* Checkpoints of a four-bar, and of a slider with a continuous delay. An input has the rows, before which the lines of
  * the head are put, and the last line after them; one that begins with `~` is of the slider, and one that begins with
  * `#` is the whole file. */
+#include "base/context.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "fuzz.h"
 #include "studies/simulate/trajectory.h"
+#include <kempe/kempe.h>
 
 enum { PLAIN, DELAYED, SYSTEMS };
 

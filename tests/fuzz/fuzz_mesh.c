@@ -1,11 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Meshes: STL, and OBJ where the text begins with `#` or `v`. A mesh that is read encloses a volume or is refused with
  * a reason; it is thinned. */
+#include "base/arena.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "fuzz.h"
 #include "model/data/mesh.h"
 #include "report/motion_picture.h"
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 static void check_triangles(const kmp_mesh *mesh)

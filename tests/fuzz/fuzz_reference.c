@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reference values of a four-bar. */
+#include "base/context.h"
 #include "fuzz.h"
 #include "output/reference.h"
+#include <kempe/kempe.h>
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {

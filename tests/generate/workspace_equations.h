@@ -5,6 +5,7 @@
 
 #include "constraints/evaluation/evaluator.h"
 #include "generate/compiled_equations.h"
+#include "model/data/model.h"
 
 static inline double largest(int count, const double *x)
 {

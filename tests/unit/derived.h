@@ -6,6 +6,7 @@
 #include "backend/machine.h"
 #include "base/memory.h"
 #include "dynamics/equations.h"
+#include "model/data/model.h"
 #include "random.h"
 #include "symbolic/program.h"
 #include <string.h>

@@ -5,10 +5,10 @@
 
 #include "base/text.h"
 #include "constraints/evaluation/evaluator.h"
-#include "model/data/model.h"
 #include "studies/simulate/observed.h"
 #include "testing.h"
 #include <kempe/kempe.h>
+#include <stdbool.h>
 
 static kempe_context *context;
 

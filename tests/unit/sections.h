@@ -4,11 +4,13 @@
 #define KEMPE_TESTS_SECTIONS_H
 
 #include "backend/machine.h"
-#include "model/data/model.h"
+#include "model/data/wheels.h"
 #include "rail/wheel/patch.h"
 #include "symbolic/derivative.h"
 #include "symbolic/table_function.h"
 #include "testing.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 enum { ALONG = 0, ORIGIN = 1, AXES = 4, OUTWARDS = 13, UPWARDS = 15, VALUES = 17 };
 

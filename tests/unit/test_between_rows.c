@@ -5,10 +5,12 @@
 #include "api/sampled.h"
 #include "four_bar_text.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include "model/data/output.h"
 #include "model/data/output_table.h"
+#include <kempe/kempe.h>
 #include <kempe/output_handles.h>
 #include <kempe/table.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <unistd.h>
 

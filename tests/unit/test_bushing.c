@@ -9,13 +9,16 @@
 #include "distance.h"
 #include "dynamics/equations.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include "model/data/force.h"
+#include "model/data/output.h"
 #include "model/data/output_table.h"
 #include "random_model.h"
 #include "studies/simulate/trajectory.h"
 #include "testing.h"
 #include <kempe/check.h>
+#include <kempe/kempe.h>
 #include <kempe/settings.h>
+#include <stdbool.h>
 
 enum { MODELS = 48, ROWS = 6 };
 

@@ -7,12 +7,14 @@
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/evaluation/charts.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
 #include "studies/simulate/trajectory.h"
 #include "testing.h"
 #include <kempe/check.h>
 #include <kempe/extend.h>
+#include <kempe/kempe.h>
 #include <kempe/stepper.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 typedef double matrix[3][3];
@@ -116,7 +118,7 @@ static void orientation(const kempe_model *model, int first, const double *q, co
     memcpy(r, one, sizeof one);
     memset(w, 0, 3 * sizeof *w);
     for (int k = first; k < first + 3; k++) {
-        const double *e = model->motions[k].axis;
+        const double *e = kmp_model_motion(model, k)->axis;
         for (int i = 0; i < 3; i++)
             w[i] += qd[k] * (r[i][0] * e[0] + r[i][1] * e[1] + r[i][2] * e[2]);
         turned(e, q[k], step);

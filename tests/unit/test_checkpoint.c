@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"
+#include <kempe/kempe.h>
 #include <kempe/settings.h>
 #include <stdlib.h>
 #include <unistd.h>

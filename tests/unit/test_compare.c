@@ -2,6 +2,7 @@
 /* ctest: slow not_sanitized 4 */
 /* Comparisons: which runs count at equal error, what is advised and why, how far the own reference may be off, stiff
  * models, motions that amplify all errors, and what there is no time for. */
+#include "base/arena.h"
 #include "base/memory.h"
 #include "integrators/run/methods.h"
 #include "loaded.h"
@@ -10,7 +11,9 @@
 #include "studies/compare/compare_study.h"
 #include "testing.h"
 #include <kempe/compare.h>
+#include <kempe/kempe.h>
 #include <kempe/settings.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 /* -- made by hand ------------------------------------------------------------------------------------ */

@@ -6,9 +6,10 @@
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "integrators/formulations/tangent.h"
-#include "model/data/model.h"
 #include "random_model.h"
 #include "testing.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 enum {
     MODELS = 96,

@@ -6,6 +6,7 @@
 #include "testing.h"
 #include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* wings: rail */
 /* Courses of tracks: the middle line against clothoids and circles, and what is beside it. */
+#include "model/data/model.h"
 #include "sections.h"
 
 static kempe_context *context;

@@ -6,9 +6,9 @@
 #include "constraints/evaluation/evaluator.h"
 #include "integrators/formulations/tangent.h"
 #include "loaded.h"
-#include "model/data/model.h"
 #include "random_model.h"
 #include "testing.h"
+#include <kempe/kempe.h>
 #include <kempe/settings.h>
 
 enum { MODELS = 64, SIZE = 96 };

@@ -8,11 +8,12 @@
 #include "ensemble/lanes/ensemble_kernels.h"
 #include "linalg/dense/dense.h"
 #include "loaded.h"
-#include "model/data/model.h"
 #include "random.h"
 #include "varied_models.h"
+#include <kempe/kempe.h>
 #include <kempe/settings.h>
 #include <kempe/stepper.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 /* -- lanes do not matter ----------------------------------------------------------------------------- */

@@ -2,12 +2,15 @@
 /* ctest: slow 2 */
 /* The equations of random spatial mechanisms against each other and against plain mechanics: Lagrange's equations by
  * differences, kinematics by rotation matrices. */
+#include "base/text.h"
 #include "constraints/evaluation/evaluator.h"
 #include "derived.h"
 #include "distance.h"
 #include "dynamics/equations.h"
+#include "model/data/closure.h"
 #include "model/data/closure_table.h"
-#include "model/data/model.h"
+#include "model/data/force.h"
+#include "model/data/output.h"
 #include "random_model.h"
 #include "symbolic/table_function.h"
 #include "testing.h"
@@ -425,6 +428,8 @@ static void test_closures(void)
     for_all_models(wrenches);
 #define KMP_CLOSURE(name, ...) CHECK(strstr(met, #name));
 #include "model/data/closure_kinds.def"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 #undef KMP_CLOSURE
 }
 

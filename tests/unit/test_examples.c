@@ -5,6 +5,7 @@
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "output/reference.h"
+#include <kempe/kempe.h>
 #include <math.h>
 
 enum { MOST_TIMES = 8, MOST = 64 };

@@ -3,9 +3,10 @@
  * their potential and their power say. */
 #include "derived.h"
 #include "dynamics/equations.h"
-#include "model/data/model.h"
 #include "testing.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 
 enum { SETS = KMP_SET_BIAS | KMP_SET_ENERGY };
 

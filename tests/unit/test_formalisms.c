@@ -3,6 +3,7 @@
 /* The formalisms against each other on random trees, with and without loops: implicit and semi-explicit recursive
  * Newton/Euler, composite bodies, the O(N) scheme, the same with full matrices, the classical virtual power, and plain
  * numeric programs. */
+#include "base/text.h"
 #include "bench/classical.h"
 #include "bench/numeric_classical.h"
 #include "bench/plain_articulated.h"
@@ -12,10 +13,11 @@
 #include "dynamics/equations.h"
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "model/data/model.h"
 #include "random_model.h"
 #include "testing.h"
+#include <kempe/kempe.h>
 #include <kempe/settings.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 enum { MODELS = 96, MOTION = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL };

@@ -9,6 +9,8 @@
 #include "loaded.h"
 #include "output/reference.h"
 #include "testing.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 enum { LARGEST = 32 };

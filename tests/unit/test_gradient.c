@@ -3,9 +3,9 @@
  * complex arithmetic, whose imaginary part at a step of 1e-30 is the derivative without any difference; velocities and
  * reactions against differences; the assembly mode kept over long ways; what cannot be had. */
 #include "loaded.h"
-#include "model/data/model.h"
 #include <complex.h>
 #include <kempe/gradient.h>
+#include <kempe/kempe.h>
 
 #define BODIES                                                                                                         \
     "ground: {points: {O: [x, y, 0], D: [x + base*cos(tilt), y + base*sin(tilt), 0]}}\n"                               \

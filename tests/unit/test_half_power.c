@@ -3,6 +3,7 @@
  * run there. */
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"
+#include <kempe/kempe.h>
 #include <math.h>
 
 #define RTOL 1e-8

@@ -2,10 +2,13 @@
 /* wings: exchange */
 /* Inputs of models: samples held, joined by lines or by a spline act at their times, on every formulation and
  * integrator; drives and conditions follow them; what cannot be followed is refused. */
+#include "base/text.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"
+#include <kempe/kempe.h>
+#include <kempe/settings.h>
 #include <kempe/table.h>
 
 /* Values after t = 0, 0.7, 1.3, 2.1 s: times that are no multiples of each other. */

@@ -2,12 +2,16 @@
 /* Inverse dynamics: against the multipliers of drives, closed forms, the balance of power, forward dynamics there and
  * back, and the conditions of least norm solved as one dense system. */
 #include "analyses/inverse/inverse_dynamics.h"
+#include "base/arena.h"
 #include "constraints/evaluation/evaluator.h"
 #include "inverted.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/closure.h"
 #include "model/data/model.h"
 #include "symbolic/table_function.h"
+#include <kempe/kempe.h>
 #include <kempe/workspace.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Irregularities of tracks: tables at either rail, and what is made of spectra against their densities. */
+#include "model/data/model.h"
 #include "rail/model/read_tracks.h"
 #include "sections.h"
 

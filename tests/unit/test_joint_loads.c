@@ -4,13 +4,16 @@
 #include "analyses/equilibrium/balances.h"
 #include "analyses/inverse/inverse_study.h"
 #include "balance_of_body.h"
+#include "base/arena.h"
+#include "base/text.h"
 #include "constraints/diagnosis/shared_loads.h"
-#include "model/data/model.h"
 #include "studies/simulate/trajectory.h"
 #include "ways.h"
 #include <kempe/check.h>
 #include <kempe/inverse.h>
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 
 /* -- balance of a body ------------------------------------------------------------------------------- */
 

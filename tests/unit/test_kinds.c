@@ -3,9 +3,9 @@
 #include "base/text.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "loaded.h"
-#include "model/data/model.h"
 #include "testing.h"
 #include <kempe/check.h>
+#include <kempe/kempe.h>
 
 enum { MOST = 32 };
 

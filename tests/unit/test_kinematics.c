@@ -4,7 +4,7 @@
 #include "analyses/kinematics/position_sweep.h"
 #include "analyses/kinematics/sweep.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include <kempe/kempe.h>
 #include <kempe/kinematics.h>
 #include <kempe/settings.h>
 #include <stdbool.h>

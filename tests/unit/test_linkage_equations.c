@@ -1,11 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Graphs of joints have the equations of trees and closures, wherever their bodies have their origins and axes. */
+#include "base/text.h"
 #include "derived.h"
 #include "distance.h"
 #include "dynamics/equations.h"
 #include "joint_graphs.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
 #include "testing.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 static void check_close(const char *what, int n, const double *a, const double *b)
 {

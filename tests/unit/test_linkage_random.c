@@ -2,11 +2,13 @@
 /* ctest: not_sanitized */
 /* Random graphs of joints in space: the same motion from every tree, and the tree that is chosen among all that there
  * are. */
+#include "base/text.h"
 #include "distance.h"
 #include "joint_graphs.h"
-#include "model/data/model.h"
 #include "random_model.h"
 #include "testing.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 enum { GRAPH_BODIES = 5, GRAPH_LOOPS = 3, GRAPH_JOINTS = GRAPH_BODIES + GRAPH_LOOPS };
 

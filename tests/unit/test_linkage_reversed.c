@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Joints seen from their second body, and a body's own joint that is turned round. */
+#include "base/text.h"
 #include "joint_graphs.h"
-#include "model/data/model.h"
 #include "random_model.h"
 #include "testing.h"
+#include <kempe/kempe.h>
 
 /* The second point of the joint against the first, for coordinates by name. */
 static pose between_points(const kempe_model *model, const double *q, const char *a, const char *b)

@@ -4,12 +4,15 @@
 #include "analyses/modes/locus.h"
 #include "analyses/modes/modes_study.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
 #include "testing.h"
 #include <complex.h>
+#include <kempe/kempe.h>
 #include <kempe/modes.h>
 #include <kempe/settings.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 enum { MOST = 64 };
@@ -574,7 +577,7 @@ static void a_start_that_goes_round_is_steady(void)
 static double rate_of(const kempe_modes *modes, const char *name)
 {
     for (int i = 0; i < modes->system->n; i++)
-        if (strcmp(modes->system->model->motions[i].name, name) == 0)
+        if (strcmp(kmp_model_motion(modes->system->model, i)->name, name) == 0)
             return modes->qd[i];
     return NAN;
 }
@@ -604,7 +607,7 @@ static void a_tram_runs_with_any_choice_of_its_way(void)
     for (int k = 0; k < 3; k++) {
         char list[1024] = "";
         for (int i = 0; i < first->modes.moving; i++) {
-            const char *name = a.model->motions[first->modes.u[i]].name;
+            const char *name = kmp_model_motion(a.model, first->modes.u[i])->name;
             size_t used = strlen(list);
             (void)snprintf(list + used, sizeof list - used, "%s%s", i ? "," : "",
                            strcmp(name, "c_x") == 0 ? ways[k] : name);

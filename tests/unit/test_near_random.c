@@ -4,13 +4,16 @@
  * change of the independent coordinates and of the parameters against differences of the state found anew; the same
  * backwards; eigenvalues' derivatives against differences of eigenvalues. */
 #include "analyses/modes/eigenmodes.h"
+#include "base/text.h"
 #include "constraints/closing/assemble.h"
-#include "model/data/model.h"
+#include "model/data/force.h"
 #include "model/data/variant.h"
 #include "random_model.h"
 #include "testing.h"
 #include <complex.h>
 #include <kempe/check.h>
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 enum { MOST = 64, MODELS = 1000, LEVELS = 6, PARAMETERS = 2 };
 

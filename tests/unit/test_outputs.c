@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Outputs and sensors against differences and formulas, and that those not asked for cost nothing. */
+#include "base/text.h"
 #include "constraints/evaluation/evaluator.h"
 #include "derived.h"
 #include "loaded.h"
-#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "testing.h"
+#include <kempe/kempe.h>
 #include <math.h>
 
 static const char form[] = "kempe: 1\ngravity: [0, -9.81, 0.5]\nparameters: {gain: 3, k: 20 N/m}\n"

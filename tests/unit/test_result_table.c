@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "output/result_table.h"
 #include "testing.h"
+#include <kempe/kempe.h>
 #include <math.h>
 #include <stdlib.h>
 #include <unistd.h>

@@ -2,14 +2,17 @@
 /* wings: exchange */
 /* Results: the JSON writer, tables, output times, reference files good and bad, verdicts on tables made by hand,
  * reports of what failed. */
+#include "base/context.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "loaded.h"
 #include "output/reference.h"
 #include "output/verdict.h"
 #include "testing.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
+#include <kempe/kempe.h>
 #include <stdlib.h>
 #include <unistd.h>
 

@@ -17,8 +17,10 @@
 #include "takes_bodies.h"
 #include "testing.h"
 #include <kempe/check.h>
+#include <kempe/kempe.h>
 #include <kempe/settings.h>
 #include <kempe/workspace.h>
+#include <stdbool.h>
 
 enum { MOST = 40, MOST_NZ = MOST * MOST };
 

@@ -5,8 +5,9 @@
 #include "derived.h"
 #include "dynamics/equations.h"
 #include "loaded.h"
-#include "model/data/model.h"
 #include "testing.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 enum { MOTION = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET_JDQD };
 

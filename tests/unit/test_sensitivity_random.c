@@ -3,15 +3,17 @@
 /* Motions of random mechanisms by parameters that stand in masses, lengths, springs, bushings and drives alike: forward
  * against adjoint, and against runs with moved parameters. */
 #include "analyses/sensitivity/sensitivity_study.h"
+#include "base/text.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
-#include "model/data/model.h"
 #include "random_model.h"
 #include "testing.h"
 #include <kempe/check.h>
+#include <kempe/kempe.h>
 #include <kempe/sensitivity.h>
 #include <kempe/settings.h>
+#include <stdbool.h>
 
 enum { MOST = 64, MODELS = 1000, LEVELS = 4, PARAMETERS = 2 };
 

@@ -3,7 +3,7 @@
  * are read anew with other values, with a sweep of steps; the governor's height by its speed; what is refused. */
 #include "analyses/sensitivity/sensitivity_study.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include <kempe/kempe.h>
 #include <kempe/sensitivity.h>
 #include <kempe/settings.h>
 #include <stdbool.h>

@@ -15,6 +15,8 @@
 #include "testing.h"
 #include <kempe/check.h>
 #include <kempe/extend.h>
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 enum { MOST = 64, STATES = 5 };
 

@@ -5,9 +5,9 @@
 #include "derived.h"
 #include "dynamics/equations.h"
 #include "loaded.h"
-#include "model/data/model.h"
 #include "symbolic/table_function.h"
 #include "testing.h"
+#include <kempe/kempe.h>
 
 static kempe_context *context;
 

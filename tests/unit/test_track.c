@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* wings: rail */
 /* Tracks: rails as the model has them, and where a cross-section is. */
+#include "model/data/model.h"
 #include "sections.h"
 
 static kempe_context *context;

@@ -4,8 +4,9 @@
 #include "derived.h"
 #include "dynamics/equations.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 
 static const char head[] = "kempe: 1\n"
                            "name: pair\n"

@@ -1,15 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Wheels on rails: the gap against the least distance of both surfaces in space, its derivatives against differences,
  * left and right, closed forms, and both forms of contact against each other. */
+#include "base/text.h"
 #include "derived.h"
 #include "dynamics/equations.h"
-#include "model/data/model.h"
+#include "model/data/wheels.h"
 #include "model/read/loads.h"
 #include "rail/wheel/patch.h"
 #include "symbolic/table_function.h"
 #include "testing.h"
 #include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 
 static kempe_context *context;
 

@@ -8,7 +8,9 @@
 #include "model/data/model.h"
 #include "random.h"
 #include "testing.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 enum { COUNT = 19, MOST = 8 };

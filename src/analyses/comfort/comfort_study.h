@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #pragma once
 
-#include "model/data/model.h"
+#include "base/arena.h"
 #include "output/weighting.h"
 #include <kempe/comfort.h>
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 typedef enum kmp_comfort_direction {
     KMP_COMFORT_LONGITUDINAL,

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "analyses/derivatives/linearized.h"
+#include "model/data/force.h"
 
 typedef struct kmp_averaged kmp_averaged;
 

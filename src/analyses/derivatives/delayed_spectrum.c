@@ -4,14 +4,18 @@
  * delay are doubled until none is. */
 #include "analyses/derivatives/delayed_spectrum.h"
 #include "analyses/derivatives/sampled_motion.h"
+#include "base/arena.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/state.h"
 #include <float.h>
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -677,7 +681,7 @@ static kempe_status check_order(search *m)
     return kmp_fail(m->linear->system->context, KEMPE_E_FAILED,
                     "the delayed signal '%s' depends on itself at once: eigenvalues of such neutral equations are not "
                     "supported; give it a lag in between, a state with a rate",
-                    m->linear->system->model->motions[m->linear->part.u[m->place[last] - m->linear->p]].name);
+                    kmp_model_motion(m->linear->system->model, m->linear->part.u[m->place[last] - m->linear->p])->name);
 }
 
 kempe_status kmp_delayed_spectrum_init(kmp_delayed_spectrum *spectrum, const kmp_linear *linear, int zeros, bool brief)

@@ -9,6 +9,7 @@
 #pragma once
 
 #include "analyses/derivatives/linearized.h"
+#include "model/data/force.h"
 #include <complex.h>
 
 /** The delay of unknown k; 0: it is none. */

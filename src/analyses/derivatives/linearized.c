@@ -3,15 +3,20 @@
  * by N = dq/du (linearized.h). Tangents are evaluated as numbers, and derived as expressions once they are used often.
  */
 #include "analyses/derivatives/linearized.h"
+#include "base/arena.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/left_tables.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/state.h"
 #include "model/read/read_mass.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 #include <string.h>
 
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend)
@@ -472,7 +477,7 @@ kempe_status kmp_linear_spectrum(const kmp_linear *l, kmp_spectrum *spectrum)
     if (info > 0)
         return kmp_fail(context, KEMPE_E_FAILED,
                         "the reduced mass is not positive for '%s': a body that moves along it has no mass",
-                        l->system->model->motions[l->part.u[info - 1]].name);
+                        kmp_model_motion(l->system->model, l->part.u[info - 1])->name);
     return kmp_fail(context, KEMPE_E_FAILED,
                     info == -2 ? "the state does not determine the accelerations: forces that depend on multipliers "
                                  "cancel the inertia of some motion, and there are no modes"

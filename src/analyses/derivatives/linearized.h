@@ -15,6 +15,7 @@
 #include "analyses/derivatives/spectrum.h"
 #include "base/arena.h"
 #include "integrators/formulations/reduced_jacobian.h"
+#include "model/data/force.h"
 #include "model/data/variant.h"
 
 typedef struct kmp_linear {

@@ -7,6 +7,7 @@
 
 #include "integrators/formulations/evaluation_point.h"
 #include "integrators/formulations/reduced_jacobian.h"
+#include "model/data/force.h"
 
 /** Derivatives of one program by columns, and the program. */
 typedef struct kmp_slope_matrix {

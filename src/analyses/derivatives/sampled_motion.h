@@ -3,6 +3,8 @@
 #pragma once
 
 #include "analyses/derivatives/linearized.h"
+#include "model/data/force.h"
+#include "model/data/state.h"
 
 /** True for a state that is sampled, of an averaged system (analyses/derivatives/averaged.h) too. */
 bool kmp_state_is_sampled(const kmp_state *state);

@@ -6,6 +6,7 @@
 #include "analyses/derivatives/linearized.h"
 #include "analyses/derivatives/parameter_slopes.h"
 #include "base/arena.h"
+#include "model/data/force.h"
 
 /** The quantity that is kept. */
 typedef enum kmp_fixed_quantity {

@@ -13,6 +13,7 @@
 #include "analyses/derivatives/parameter_slopes.h"
 #include "base/arena.h"
 #include "integrators/steppers/ode.h"
+#include "model/data/force.h"
 
 /** A state that positions are predicted from. */
 typedef struct kmp_sensitivity_equations_place {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "analyses/equilibrium/balances.h"
+#include "model/data/force.h"
 
 /** The word of an end for people and for tables. */
 const char *kmp_rest_text(kmp_rest_word word);

@@ -6,6 +6,7 @@
 #include "analyses/derivatives/linearized.h"
 #include "analyses/equilibrium/exchange.h"
 #include "integrators/run/friction_state.h"
+#include "model/data/force.h"
 #include "output/samples.h"
 #include <kempe/equilibrium.h>
 

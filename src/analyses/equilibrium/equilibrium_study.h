@@ -6,6 +6,7 @@
 
 #include "analyses/derivatives/linearized.h"
 #include "analyses/equilibrium/steady.h"
+#include "model/data/force.h"
 
 enum { KMP_MOST_ITERATIONS = 400 };
 

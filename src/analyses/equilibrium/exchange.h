@@ -8,6 +8,7 @@
 #include "analyses/derivatives/parameter_slopes.h"
 #include "analyses/equilibrium/equilibrium_study.h"
 #include "integrators/run/friction_state.h"
+#include "model/data/force.h"
 #include "model/data/variant.h"
 
 /** One additional equation. */

@@ -5,16 +5,21 @@
 #include "analyses/equilibrium/operating.h"
 #include "analyses/equilibrium/exchange.h"
 #include "analyses/equilibrium/running_state.h"
+#include "base/arena.h"
+#include "base/context.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/run/friction_state.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
 #include "output/print.h"
 #include <kempe/check.h>
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 static bool make_room(kmp_operating *o)
@@ -279,6 +284,6 @@ kempe_status kmp_operating_take(kmp_operating *operating, kmp_linear *linear, co
             context, KEMPE_E_FAILED,
             "the forces along '%s' or their derivatives are not finite at the state: possible causes are a spring of "
             "zero length, a bushing rotated by half a turn, or an expression outside its domain; use another state",
-            linear->system->model->motions[k].name);
+            kmp_model_motion(linear->system->model, k)->name);
     return say_why(context, status);
 }

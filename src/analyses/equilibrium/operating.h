@@ -4,6 +4,7 @@
 
 #include "analyses/equilibrium/equilibrium_study.h"
 #include "base/arena.h"
+#include "model/data/force.h"
 
 typedef struct kmp_operating {
     const kempe_system *system;

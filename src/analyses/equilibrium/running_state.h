@@ -4,6 +4,7 @@
 #pragma once
 
 #include "analyses/equilibrium/equilibrium_study.h"
+#include "model/data/force.h"
 
 /** Searches the steady motion that a start with the rates qd (n) leads to (running_state.c), if nothing depends on
  * coordinates that move there, and no other quantity is requested. Otherwise it searches an equilibrium at rest, and a

@@ -2,8 +2,10 @@
 /* Coordinates that keep on moving at constant rates, as users name them: "shaft=60 rpm,belt=2". */
 #pragma once
 
-#include "model/data/model.h"
+#include "base/arena.h"
+#include "base/text.h"
 #include "model/language/ranges.h"
+#include <kempe/kempe.h>
 
 typedef enum kmp_steady_options {
     KMP_RATE_GIVEN, /* and R = 0 along it */

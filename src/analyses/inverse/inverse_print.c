@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* An inverse dynamics as a report and as one JSON object. */
 #include "analyses/inverse/inverse_study.h"
+#include "base/text.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <kempe/inverse.h>
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 enum { MOST_TOLD = 8 };

@@ -4,8 +4,11 @@
 #include "analyses/inverse/inverse_study.h"
 #include "analyses/inverse/inverse_dynamics.h"
 #include "analyses/inverse/prescribed_motion.h"
+#include "base/arena.h"
 #include "base/clock.h"
+#include "base/context.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/left_tables.h"
 #include "dynamics/closures.h"
@@ -15,6 +18,7 @@
 #include "model/data/closure_table.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
+#include "model/language/dimension.h"
 #include "model/language/ranges.h"
 #include "model/read/loads.h"
 #include "output/print.h"
@@ -22,7 +26,9 @@
 #include "output/samples.h"
 #include <kempe/check.h>
 #include <kempe/inverse.h>
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* Unbalanced part of a motion that counts as rounding, relative to the largest required generalized force, for states
@@ -719,3 +725,9 @@ KMP_GETTER(const char *kempe_inverse_loads_not_unique(const kempe_inverse *inver
 KMP_GETTER(int kempe_inverse_dof(const kempe_inverse *inverse), inverse, inverse->freedoms, 0)
 KMP_GETTER(int kempe_inverse_rank(const kempe_inverse *inverse), inverse, inverse->rank, 0)
 KMP_GETTER(double kempe_inverse_residual(const kempe_inverse *inverse), inverse, inverse->residual, NAN)
+
+const char *kmp_inverse_load_name(const kempe_inverse *r, int load)
+{
+    const kempe_model *model = r->system->model;
+    return load < r->loops ? model->closures[r->loop[load]].name : model->bodies[r->joint[load - r->loops]].joint;
+}

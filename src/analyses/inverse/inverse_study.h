@@ -3,6 +3,7 @@
 #pragma once
 
 #include "integrators/formulations/evaluation_point.h"
+#include "model/data/force.h"
 #include "output/convergence.h"
 #include <kempe/inverse.h>
 
@@ -61,11 +62,7 @@ struct kempe_inverse {
 };
 
 /** The name of a loop or a joint by the number of its load. */
-static inline const char *kmp_inverse_load_name(const kempe_inverse *r, int load)
-{
-    const kempe_model *model = r->system->model;
-    return load < r->loops ? model->closures[r->loop[load]].name : model->bodies[r->joint[load - r->loops]].joint;
-}
+const char *kmp_inverse_load_name(const kempe_inverse *r, int load);
 
 /** A part of a row. */
 static inline double *kmp_inverse_part(const kempe_inverse *inverse, int row, int at)

@@ -2,6 +2,7 @@
 /* Pseudo-arclength continuation (Keller 1977; Allgower and Georg 1990): predictor along the tangent, Newton corrector
  * across it, step control by the angle of tangents and the convergence of corrections. */
 #include "analyses/kinematics/sweep.h"
+#include "base/arena.h"
 #include "base/bracket.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -12,7 +13,9 @@
 #include "linalg/dense/dot.h"
 #include "output/print.h"
 #include <float.h>
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* The end of a corrector: at s (base NULL), or at the distance `offset` along the tangent of `base`. */

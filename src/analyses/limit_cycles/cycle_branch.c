@@ -3,15 +3,21 @@
  * on. */
 #include "analyses/limit_cycles/cycle_branch.h"
 #include "analyses/sensitivity/sensitivity_trajectory.h"
+#include "base/arena.h"
 #include "base/bracket.h"
+#include "base/context.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/state.h"
 #include "model/language/ranges.h"
 #include "output/print.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* -- a motion over a time -------------------------------------------------------------------------------- */
@@ -23,7 +29,7 @@ const char *const kmp_flow_kinds[] = {"q", "qd", "state"};
 const char *kmp_flow_name(const kempe_model *model, const kmp_flow_entry *entry)
 {
     return entry->kind == KMP_FLOW_STATE ? kmp_state_of(model, entry->motion)->name
-                                         : model->motions[entry->motion].name;
+                                         : kmp_model_motion(model, entry->motion)->name;
 }
 
 static bool make_room(kmp_flow *f)

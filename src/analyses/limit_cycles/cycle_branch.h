@@ -3,6 +3,7 @@
 #pragma once
 
 #include "analyses/sensitivity/sensitivity_study.h"
+#include "model/data/force.h"
 
 /* -- a motion over a time -------------------------------------------------------------------------------- */
 

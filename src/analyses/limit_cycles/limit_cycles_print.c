@@ -2,12 +2,16 @@
 /* Output of cycles: Hopf points, and the cycles of each branch, as text, JSON, tables and a picture. */
 #include "analyses/limit_cycles/cycle_branch.h"
 #include "analyses/limit_cycles/limit_cycles_study.h"
+#include "base/context.h"
+#include "base/text.h"
 #include "constraints/tolerances.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
 #include "output/plot.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 enum { MOST_OUTPUTS = 4, MOST_ROWS = 200 };
@@ -36,7 +40,7 @@ static void show_critical(kmp_text *text, const kempe_limit_cycles *c)
 
 static const char *held_name(const kempe_limit_cycles *c, int k)
 {
-    return c->system->model->motions[c->held_motion[k]].name;
+    return kmp_model_motion(c->system->model, c->held_motion[k])->name;
 }
 
 static int shown_outputs(const kempe_limit_cycles *c)
@@ -186,7 +190,7 @@ static void fill_rows(kempe_table *table, const void *result)
     kmp_tabulate_columns(table, "period[s] point[words] stability[words] multiplier along residual");
     for (int k = 0; k < c->held; k++)
         kmp_tabulate_column(table, kmp_cycles_load_unit(c, k), "load.%s",
-                            c->system->model->motions[c->held_motion[k]].name);
+                            kmp_model_motion(c->system->model, c->held_motion[k])->name);
     for (int k = 0; k < c->outputs; k++) {
         kmp_tabulate_column(table, c->unit[k], "%s.amplitude", c->output[k]);
         kmp_tabulate_column(table, c->unit[k], "%s.max", c->output[k]);

@@ -1,19 +1,25 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The study of limit cycles: options, equilibria with their Hopf points, branches. */
 #include "analyses/limit_cycles/limit_cycles_study.h"
+#include "base/arena.h"
 #include "base/clock.h"
+#include "base/context.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "model/data/model.h"
+#include "model/data/wheels.h"
 #include "model/language/ranges.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "pipeline.h"
+#include <kempe/kempe.h>
 #include <kempe/limit_cycles.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* -- held speeds ----------------------------------------------------------------------------------------- */
@@ -772,3 +778,8 @@ KMP_FREES(kempe_limit_cycles, cycles, kmp_shooting_free(&cycles->shooting), kmp_
 KMP_GETTER(int kempe_limit_cycles_branch_count(const kempe_limit_cycles *cycles), cycles, cycles->branches, 0)
 KMP_GETTER_AT(int kempe_limit_cycles_count(const kempe_limit_cycles *cycles, int branch), cycles, branch,
               cycles->branches, cycles->branch[branch].count, 0)
+
+const char *kmp_cycles_load_unit(const kempe_limit_cycles *c, int k)
+{
+    return c->system->model->motions[c->held_motion[k]].rotation ? "N m" : "N";
+}

@@ -4,6 +4,7 @@
 
 #include "analyses/limit_cycles/cycle_branch.h"
 #include "analyses/modes/locus.h"
+#include "model/data/force.h"
 #include <kempe/limit_cycles.h>
 
 struct kempe_limit_cycles {
@@ -54,7 +55,4 @@ static inline const kempe_system *kmp_cycles_equations(const kempe_limit_cycles 
 }
 
 /** "N" or "N m": the unit of load k. */
-static inline const char *kmp_cycles_load_unit(const kempe_limit_cycles *c, int k)
-{
-    return c->system->model->motions[c->held_motion[k]].rotation ? "N m" : "N";
-}
+const char *kmp_cycles_load_unit(const kempe_limit_cycles *c, int k);

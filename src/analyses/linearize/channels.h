@@ -7,6 +7,7 @@
 #include "analyses/derivatives/parameter_slopes.h"
 #include "analyses/equilibrium/operating.h"
 #include "base/arena.h"
+#include "model/data/force.h"
 #include "model/data/variant.h"
 #include "model/read/read_outputs.h"
 

@@ -21,5 +21,6 @@ enum {
     KMP_MATRICES = 0
 #define KMP_MATRIX(name, word, rows, columns, values, meaning) +1
 #include "analyses/linearize/matrices.def"
+#include "model/data/force.h"
 #undef KMP_MATRIX
 };

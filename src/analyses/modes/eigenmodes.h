@@ -9,6 +9,7 @@
 #include "analyses/derivatives/spectrum.h"
 #include "analyses/derivatives/state_sensitivity.h"
 #include "base/arena.h"
+#include "model/data/force.h"
 
 typedef struct kmp_modes {
     const kempe_system *system;

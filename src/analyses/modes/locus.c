@@ -8,9 +8,10 @@
 #include "base/memory.h"
 #include "constraints/closing/close.h"
 #include "constraints/inexact/nearest_exact.h"
-#include "model/data/model.h"
 #include "output/print.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* -- states along a varied parameter ------------------------------------------------------------------------ */

@@ -7,6 +7,7 @@
 #include "analyses/derivatives/averaged.h"
 #include "analyses/equilibrium/operating.h"
 #include "analyses/modes/eigenmodes.h"
+#include "model/data/force.h"
 #include "model/data/variant.h"
 
 /* A family of states for modes while a parameter varies: the equations are derived once, and an equilibrium is searched

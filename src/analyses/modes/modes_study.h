@@ -5,6 +5,7 @@
 #include "analyses/derivatives/averaged.h"
 #include "analyses/modes/locus.h"
 #include "base/context.h"
+#include "model/data/force.h"
 #include <kempe/modes.h>
 #include <math.h>
 

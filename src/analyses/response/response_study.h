@@ -3,6 +3,7 @@
 
 #include "analyses/derivatives/spectrum.h"
 #include "analyses/linearize/channels.h"
+#include "model/data/force.h"
 #include <kempe/response.h>
 #include <math.h>
 

@@ -13,14 +13,18 @@
  * t_end - t. */
 #include "analyses/sensitivity/adjoint.h"
 #include "analyses/sensitivity/forward.h"
+#include "base/arena.h"
+#include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/steppers/solver.h"
 #include "linalg/dense/dot.h"
-#include "model/data/model.h"
+#include "model/data/state.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* Values of u and ud in each step, at Chebyshev's points: their polynomial is that of the integrators' dense outputs,

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "analyses/sensitivity/forward.h"
+#include "model/data/force.h"
 
 /** The scalar is `target`, at ask->t_end or, `integral`, integrated from 0 to there; gradient: count values. Rows and
  * watch of `options` are ignored. Errors as kmp_forward_run. */

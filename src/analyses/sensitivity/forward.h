@@ -17,6 +17,7 @@
 #include "analyses/derivatives/varied.h"
 #include "constraints/evaluation/charts.h"
 #include "integrators/run/run.h"
+#include "model/data/force.h"
 
 struct kmp_forward_formulation;
 

@@ -8,6 +8,7 @@
 #include "analyses/sensitivity/forward.h"
 #include "base/arena.h"
 #include "integrators/formulations/formulation.h"
+#include "model/data/force.h"
 
 typedef struct kmp_forward_delays kmp_forward_delays;
 

@@ -5,6 +5,7 @@
 #include "analyses/derivatives/averaged.h"
 #include "analyses/derivatives/parameter_slopes.h"
 #include "analyses/sensitivity/forward.h"
+#include "model/data/force.h"
 #include "model/data/variant.h"
 #include "output/convergence.h"
 #include "studies/simulate/observed.h"

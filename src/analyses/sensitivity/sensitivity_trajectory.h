@@ -4,6 +4,7 @@
 #pragma once
 
 #include "analyses/sensitivity/sensitivity_study.h"
+#include "model/data/force.h"
 
 /** `t`: times of the rows, ascending from 0 or later; they are copied. Of the options parameters, outputs and run
  * count. `differences`: of runs, for a model with friction that sticks; the options' texts must stay

@@ -20,7 +20,8 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "model/data/model.h"
+#include "model/data/force.h"
+#include <stdbool.h>
 
 typedef struct bushing {
     const kmp_tree *tree;

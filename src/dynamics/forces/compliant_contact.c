@@ -21,7 +21,8 @@
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/touching.h"
-#include "model/data/model.h"
+#include "model/data/force.h"
+#include "model/language/expression.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
 

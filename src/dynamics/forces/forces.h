@@ -3,6 +3,7 @@
 #pragma once
 
 #include "dynamics/formalisms/newton_euler.h"
+#include "model/data/force.h"
 
 enum { KMP_FORCE_WIDTH = 10 }; /* values of an element, at most (force_kinds.def) */
 

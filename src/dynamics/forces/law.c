@@ -7,11 +7,14 @@
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/touching.h"
+#include "model/data/force.h"
 #include "model/data/force_table.h"
-#include "model/data/model.h"
+#include "model/data/state.h"
+#include "model/language/expression.h"
 #include "model/language/expression_value.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
+#include <stdbool.h>
 
 /* Spring-damper in a joint: effort -k (q - rest) - c qd, potential k (q - rest)^2 / 2, power -c qd^2. */
 void kmp_law_joint_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,

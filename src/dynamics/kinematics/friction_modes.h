@@ -15,6 +15,7 @@
 
 #include "dynamics/kinematics/friction_roles.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "model/data/force.h"
 
 /** The number of the element's condition KMP_ROLE_SENSE, which those of the other roles follow; -1: conditions are
  * evaluated in place, or there is no memory. */

@@ -477,3 +477,8 @@ void kmp_tree_free(kmp_tree *tree)
 {
     kmp_arena_free(&tree->arena);
 }
+
+int kmp_tree_time_leaf_count(const kmp_tree *tree)
+{
+    return 1 + (KMP_TIME_NUMBERS - 1) * tree->model->input_count;
+}

@@ -6,9 +6,13 @@
  * rotation. Link 0 is the ground. */
 #pragma once
 
+#include "base/arena.h"
 #include "dynamics/kinematics/model_conditions.h"
 #include "dynamics/kinematics/vector.h"
-#include "model/data/model.h"
+#include "model/data/closure.h"
+#include "model/language/expression.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 typedef struct kmp_link {
     int parent; /* link; -1 for the ground */
@@ -128,10 +132,7 @@ kmp_ref kmp_tree_unknown(const kmp_tree *tree, const kmp_expr *expr);
 
 /** The inputs KMP_IN_TIME whose derivatives by t equations need, and these derivatives: of t, and of the inputs of the
  * model. No equation needs a third derivative of an input. The number of them. */
-static inline int kmp_tree_time_leaf_count(const kmp_tree *tree)
-{
-    return 1 + (KMP_TIME_NUMBERS - 1) * tree->model->input_count;
-}
+int kmp_tree_time_leaf_count(const kmp_tree *tree);
 
 /** v of a body's axes in the axes of its link, and the reverse. They differ where the joint's axis is oblique, the body
  * is attached by a point with axes, or it is welded. */

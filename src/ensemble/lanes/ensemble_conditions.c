@@ -2,6 +2,8 @@
 /* Conditions of instances in lanes. Their values at both ends of a step are evaluated in all lanes together, and bounds
  * between them decide most steps. The search of a run decides the others one by one, and locates the event. */
 #include "ensemble/lanes/ensemble_conditions.h"
+#include "base/arena.h"
+#include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
@@ -17,8 +19,10 @@
 #include "integrators/run/runner_start.h"
 #include "integrators/run/sampler.h"
 #include "integrators/steppers/rk.h"
-#include "model/data/model.h"
+#include "model/data/state.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* -- states within a step ----------------------------------------------------------------------------------- */

@@ -2,7 +2,9 @@
 /* Quantities of instances, in lanes and in separate runs: the account of each instance gets the states of its steps, so
  * that it does not depend on other instances. A lane's states are those of its interpolant on closed loops. */
 #include "ensemble/lanes/ensemble_measure.h"
+#include "base/arena.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/left_tables.h"
 #include "constraints/programs/saddle_program.h"
@@ -15,8 +17,10 @@
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_change.h"
 #include "integrators/steppers/rk.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* The last parts of a step that were sampled are kept, so many of them, for other lanes. */
@@ -357,7 +361,7 @@ static bool pass_over(kmp_engine *e, const kmp_lane_group *pool, size_t l)
 {
     kmp_measured_step step = step_of(e, pool, l, e->room.t_new[l]);
     for (size_t k = 0, p = (size_t)e->p; e->measuring->q->turns && k < p; k++)
-        if (e->s->model->motions[pool->part.u[k]].rotation)
+        if (kmp_model_motion(e->s->model, pool->part.u[k])->rotation)
             step.turn = fmax(step.turn, fabs(e->room.y[(p + k) * e->room.w + l]) * e->room.step[l]);
     return step.sampled && kmp_account_pass(e->measuring->q, account_of(e, e->room.who[l]), &step);
 }

@@ -4,7 +4,9 @@
  * value: the file of the model is read again with them. */
 #pragma once
 
-#include "model/data/model.h"
+#include "base/text.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 /** True if a name may differ between instances; otherwise `why` (empty before) receives the reason. */
 bool kmp_instance_may(const kempe_model *model, const char *name, kmp_text *why);

@@ -3,7 +3,9 @@
  * first. */
 #include "ensemble/statistics/statistics.h"
 #include "base/arena.h"
+#include "base/context.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "constraints/tolerances.h"
 #include "ensemble/sampling/sampling.h"
 #include "ensemble/sampling/values.h"
@@ -12,6 +14,7 @@
 #include "output/result_table.h"
 #include <float.h>
 #include <kempe/ensemble.h>
+#include <kempe/kempe.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>

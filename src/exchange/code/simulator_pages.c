@@ -4,12 +4,14 @@
 #include "exchange/code/simulator_pages.h"
 #include "backend/bounds.h"
 #include "backend/time_scales.h"
+#include "base/text.h"
 #include "dynamics/equations.h"
 #include "exchange/code/runtime_files.h"
 #include "exchange/code/simulated.h"
 #include "exchange/code/write.h"
-#include "model/data/model.h"
 #include "symbolic/table_function.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 

@@ -2,8 +2,10 @@
 /* Collects the input of a language: equations of the requested sets, one program for each routine, names of arguments
  * and shapes of results. */
 #include "exchange/code/source.h"
+#include "base/arena.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
@@ -13,15 +15,21 @@
 #include "dynamics/load_dependent.h"
 #include "exchange/code/block_parts.h"
 #include "exchange/code/simulated.h"
+#include "model/data/closure.h"
+#include "model/data/force.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
 #include "model/data/output_table.h"
+#include "model/data/state.h"
+#include "model/language/expression.h"
 #include "model/language/expression_value.h"
 #include "model/read/loads.h"
 #include "model/write/model_json.h"
 #include "model/write/model_print.h"
 #include "symbolic/table_function.h"
 #include <ctype.h>
+#include <kempe/kempe.h>
+#include <stdbool.h>
 #include <string.h>
 
 const char *const kmp_argument_names[KMP_ARGUMENTS] = {

@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "exchange/formats/importing.h"
+#include "base/arena.h"
+#include "base/context.h"
+#include "base/text.h"
 #include "exchange/formats/formats.h"
-#include "model/data/model.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* Kinds of parts that are named; further ones are counted. */
@@ -258,6 +262,7 @@ static const struct {
 } remedies[] = {
 #define KMP_REMEDY(part, words) {part, words},
 #include "exchange/formats/grammar.def"
+#include "model/data/place.h"
 };
 
 enum { ROWS = sizeof grammar / sizeof *grammar, REMEDIES = sizeof remedies / sizeof *remedies };

@@ -2,10 +2,13 @@
 /* A ROBOTRAN model, converted to an equivalent YAML document; its nodes have the places of the elements that they come
  * from. Values common to both languages are passed on unread: the reader checks them. Names lose the characters that
  * Kempe's names do not have. Laws of forces are functions in user code in ROBOTRAN, so they are not converted. */
+#include "base/arena.h"
+#include "base/context.h"
+#include "base/text.h"
 #include "exchange/formats/foreign_parts.h"
 #include "exchange/formats/formats.h"
 #include "exchange/formats/importing.h"
-#include "model/data/model.h"
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -2,14 +2,16 @@
 /* MuJoCo's format (docs/mjcf.md): other files that the model includes, classes of defaults, settings, and the order in
  * which its parts become a document. */
 #include "exchange/formats/mjcf.h"
+#include "base/arena.h"
 #include "base/memory.h"
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
 #include "exchange/formats/mjcf_bodies.h"
 #include "exchange/formats/mjcf_couplings.h"
-#include "model/data/model.h"
 #include "model/language/limits.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* -- classes ------------------------------------------------------------------------------------------- */

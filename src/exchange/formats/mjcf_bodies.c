@@ -3,12 +3,17 @@
  * Geoms are pictures, and masses: if a mesh gives a body a part of its mass, the masses of all its geoms are added
  * here; otherwise they are those of the shapes in the document. */
 #include "exchange/formats/mjcf_bodies.h"
+#include "base/arena.h"
+#include "base/text.h"
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
 #include "exchange/formats/mjcf.h"
 #include "model/data/mesh.h"
-#include "model/data/model.h"
+#include "model/data/place.h"
+#include "model/data/shape.h"
+#include "model/language/nearest.h"
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* An element of a body, or of a frame inside, with what applies to it. */

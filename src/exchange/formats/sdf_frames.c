@@ -1,13 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Frames of SDFormat: names, the frame in which each is given, and included files. */
 #include "exchange/formats/sdf_frames.h"
+#include "base/arena.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
-#include "model/data/model.h"
+#include "model/data/place.h"
 #include "model/language/limits.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A robot in URDF, with the loops and couplings of URDF+ (docs/urdf.md): links are bodies, joints are joints, and what
  * a file says in numbers of a rotated frame is turned into body axes here. */
+#include "base/arena.h"
+#include "base/context.h"
+#include "base/text.h"
 #include "exchange/formats/drake_tags.h"
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
-#include "model/data/model.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* An element with the names that Kempe gives to it and to what it connects. */

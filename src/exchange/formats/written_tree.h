@@ -6,6 +6,7 @@
 
 #include "base/text.h"
 #include "exchange/formats/foreign_parts.h"
+#include "model/data/closure.h"
 #include "model/data/shape.h"
 
 typedef enum kmp_writer_joint {

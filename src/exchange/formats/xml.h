@@ -5,7 +5,9 @@
 
 #include "base/arena.h"
 #include "base/context.h"
-#include "model/data/model.h"
+#include "model/data/place.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 typedef struct kmp_element {
     const char *name;

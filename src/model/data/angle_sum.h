@@ -2,7 +2,10 @@
 /* Angles that are sums of coordinates. */
 #pragma once
 
-#include "model/data/model.h"
+#include "model/data/touch.h"
+#include "model/language/expression.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 /** The angle from the first axis to the second about the third, where all rotations between their bodies are about the
  * third axis: `constant` + sum factor[k] q[k] with factors 1, -1 and 0 (one for each coordinate, initially zero), which

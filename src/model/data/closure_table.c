@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Look-ups in the tables of closures: kinds by name, numbers by key. */
 #include "model/data/closure_table.h"
-#include "model/data/model.h"
 #include <string.h>
 
 const kmp_closure_row kmp_closure_table[KMP_CLOSURE_KINDS] = {
@@ -9,6 +8,7 @@ const kmp_closure_row kmp_closure_table[KMP_CLOSURE_KINDS] = {
 #define KMP_CLOSURE(name, needs, force, moment, pressing, balls, figure, urdf, sdf)                                    \
     {#name, KMP_NEEDS_##needs, pressing, balls, KMP_FIGURE_##figure, urdf, sdf},
 #define KMP_INNER_CLOSURE KMP_CLOSURE
+#include "model/data/closure.h"
 #include "model/data/closure_kinds.def"
 #undef KMP_CLOSURE
 };
@@ -24,6 +24,8 @@ static const kmp_closure_number numbers[KMP_CLOSURE_KINDS] = {
     [KMP_CLOSURE_##kind] = {#key, unit, KMP_FIELD_##rule, hint},
 #define KMP_COUPLING_NUMBER(kind, joint_key, unit, key, ...) [KMP_CLOSURE_##kind] = {#key, unit, KMP_FIELD_ANY, ""},
 #include "model/data/closure_numbers.def"
+#include "model/language/expression.h"
+#include "model/language/nearest.h"
 };
 
 const kmp_closure_number *kmp_closure_number_of(kmp_closure_kind kind)

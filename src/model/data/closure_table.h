@@ -2,6 +2,7 @@
 /* The rows of closure_kinds.def and closure_numbers.def: all that depends on the kind of a closure. */
 #pragma once
 
+#include "model/data/closure.h"
 #include "model/data/force_table.h"
 
 typedef enum kmp_closure_needs {

@@ -6,7 +6,10 @@
  * none */
 #pragma once
 
-#include "model/data/model.h"
+#include "model/data/force.h"
+#include "model/language/expression.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 typedef enum kmp_compliant_form { KMP_COMPLIANT_GAP, KMP_COMPLIANT_JOURNAL } kmp_compliant_form;
 

@@ -2,7 +2,10 @@
 /* Coordinates as users write them: "A", and lists, "A,slide.2". */
 #pragma once
 
-#include "model/data/model.h"
+#include "base/arena.h"
+#include "model/data/body.h"
+#include "model/language/expression.h"
+#include <kempe/kempe.h>
 
 /** The coordinate with the name in the first `length` characters of `name`, without spaces around it. KEMPE_E_ARGUMENT:
  * there is none; the message has the nearest name; `what` (an option's name) begins it. */

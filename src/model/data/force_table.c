@@ -49,7 +49,7 @@ const char *kmp_force_key(const kempe_model *model, const kmp_force *force, cons
 {
     if (!key || strcmp(key, "effort") != 0)
         return key;
-    bool turns = force->motion >= 0 ? model->motions[force->motion].rotation : force->turns;
+    bool turns = force->motion >= 0 ? kmp_model_motion(model, force->motion)->rotation : force->turns;
     return turns ? "torque" : "force";
 }
 

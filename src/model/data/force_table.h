@@ -2,7 +2,10 @@
 /* The rows of force_kinds.def, for functions that read, print or describe force elements. */
 #pragma once
 
-#include "model/data/model.h"
+#include "model/data/force.h"
+#include "model/language/expression.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 typedef enum kmp_field_rule { KMP_FIELD_ANY, KMP_FIELD_NOT_NEGATIVE, KMP_FIELD_POSITIVE } kmp_field_rule;
 

@@ -2,7 +2,11 @@
 /* The rows of output_kinds.def, and the names of an output and its columns. */
 #pragma once
 
-#include "model/data/model.h"
+#include "base/text.h"
+#include "model/data/output.h"
+#include "model/language/nearest.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 typedef enum kmp_output_argument {
     KMP_OUTPUT_OF_NOTHING,

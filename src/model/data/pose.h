@@ -2,7 +2,8 @@
 /* Positions of the bodies at given coordinates, as numbers: for pictures, and for the angle between two points. */
 #pragma once
 
-#include "model/data/model.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 /** v_ground = p + r v_body */
 typedef struct kmp_pose {

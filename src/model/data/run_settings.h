@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Settings of runs that models and options share: words for the algorithm of the dynamics and for the treatment of
- * change points, and the largest number of rows. */
+/* The section `run` of a model, and what it shares with the options of runs: words for the algorithm of the dynamics
+ * and for the treatment of change points, and the largest number of rows. */
 #pragma once
 
+#include "model/data/place.h"
+#include "model/language/expression.h"
 #include "model/language/nearest.h"
 
 typedef enum kmp_dynamics {
@@ -18,6 +20,27 @@ typedef enum kmp_change_points {
 #undef KMP_CHANGE_POINTS
     KMP_CHANGE_POINTS_COUNT
 } kmp_change_points;
+
+/* The rows of run_options.def that are keys, 0 or NULL where not given: double t_end, long max_steps, const char *form,
+ * kmp_change_points change_points, int *independent and its independent_count, .. */
+typedef struct kmp_run_settings {
+#define KMP_SETTING_KEY(name, type)    KMP_RUN_TYPE_##type name;
+#define KMP_SETTING_NAMES(name, type)  int *name, name##_count;
+#define KMP_SETTING_CHOICE(name, type) kmp_##name name;
+#define KMP_SETTING_NO(name, type)
+#define KMP_RUN_OPTION(name, type, key, ...) KMP_SETTING_##key(name, type)
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
+#undef KMP_SETTING_KEY
+#undef KMP_SETTING_NAMES
+#undef KMP_SETTING_CHOICE
+#undef KMP_SETTING_NO
+    kmp_place every_place; /* of output_step */
+    kmp_dynamics dynamics;
+    const kmp_expr **until; /* comparisons: a run ends where one becomes true */
+    int until_count;
+    kmp_place until_place;
+} kmp_run_settings;
 
 extern const kmp_name_list kmp_dynamics_words, kmp_change_points_words;
 

@@ -4,7 +4,10 @@
  * inputs, independent of their current values. */
 #pragma once
 
-#include "model/data/model.h"
+#include "base/text.h"
+#include "model/language/expression.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 typedef struct kmp_variant kmp_variant;
 

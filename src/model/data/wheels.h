@@ -3,6 +3,7 @@
  * outwards, away from the middle of the track. Left and right differ by the sign alone. */
 #pragma once
 
+#include "model/data/place.h"
 #include "model/language/expression.h"
 #include <stdbool.h>
 
@@ -11,12 +12,6 @@ struct kmp_table;
 enum { KMP_TRACK_SIDES = 2, KMP_WHEEL_ZONES = 8, KMP_CONTACT_SHOWN = 13, KMP_POSE_SHOWN = 5, KMP_WHEEL_PLACES = 800 };
 
 typedef enum kmp_track_side { KMP_TRACK_LEFT, KMP_TRACK_RIGHT } kmp_track_side;
-
-/** The place of an element, for later messages. */
-typedef struct kmp_place {
-    int line, column;
-    int file; /* of the model's files */
-} kmp_place;
 
 /** A cross-section: the height of a surface over its lateral coordinate, m, upwards and outwards. Of a wheel, both from
  * the point where the radius is the nominal one, the wheel standing: the flange has negative lateral coordinates and

@@ -6,7 +6,9 @@
 #include "base/arena.h"
 #include "base/context.h"
 #include "base/text.h"
-#include "model/data/model.h"
+#include "model/data/place.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 typedef enum kmp_yaml_kind { KMP_YAML_SCALAR, KMP_YAML_LIST, KMP_YAML_MAP } kmp_yaml_kind;
 

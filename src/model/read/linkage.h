@@ -2,6 +2,7 @@
 /* The graph of bodies and joints: which joints make the tree, and which are cut. Body 0 is the ground. */
 #pragma once
 
+#include "model/data/joint_table.h"
 #include "model/read/reading.h"
 
 typedef enum kmp_cut_wish { KMP_CUT_CHOICE, KMP_CUT_YES, KMP_CUT_NO } kmp_cut_wish;

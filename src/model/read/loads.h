@@ -2,7 +2,12 @@
 /* Forces that depend on the multipliers of closures, and forces and closures that depend on time. */
 #pragma once
 
-#include "model/data/model.h"
+#include "model/data/closure.h"
+#include "model/data/force.h"
+#include "model/data/output.h"
+#include "model/language/expression.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 /** The number of these elements, whose rows are the last closures. */
 int kmp_model_friction_count(const kempe_model *model);

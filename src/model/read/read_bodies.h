@@ -3,6 +3,7 @@
  * the file's order kept otherwise. */
 #pragma once
 
+#include "model/data/joint_table.h"
 #include "model/read/reading.h"
 
 extern const kmp_key kmp_body_keys[];

@@ -3,6 +3,7 @@
  * joints in bodies, and closures. */
 #pragma once
 
+#include "model/data/closure.h"
 #include "model/read/reading.h"
 
 /** Reads `joints` and chooses those that make the tree; the others become closures: r->linkage. */

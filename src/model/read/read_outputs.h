@@ -2,8 +2,9 @@
 /* Sensors, which are named expressions, and the outputs of a run: the rows of output_kinds.def. */
 #pragma once
 
-#include "model/data/model.h"
+#include "model/data/place.h"
 #include "model/read/reading.h"
+#include <kempe/kempe.h>
 
 void kmp_read_sensors(kmp_reader *r);
 void kmp_read_outputs(kmp_reader *r, const kmp_yaml *list);

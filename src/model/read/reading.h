@@ -4,11 +4,20 @@
  * untouched when it has no result. The reader continues, so that all errors are reported at once. */
 #pragma once
 
+#include "base/arena.h"
+#include "base/cache/digest.h"
+#include "base/context.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "model/data/force_table.h"
-#include "model/data/model.h"
+#include "model/data/place.h"
 #include "model/files/yaml.h"
+#include "model/language/dimension.h"
+#include "model/language/expression.h"
+#include "model/language/nearest.h"
+#include <kempe/kempe.h>
 #include <kempe/settings.h>
+#include <stdbool.h>
 
 /** A key of a mapping: a row of a table of src/model/keys. */
 typedef struct kmp_key {

@@ -1,16 +1,27 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model as one JSON object. */
 #include "model/write/model_json.h"
+#include "base/text.h"
+#include "model/data/body.h"
+#include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/compliant.h"
+#include "model/data/force.h"
+#include "model/data/joint_table.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include "model/data/run_settings.h"
+#include "model/data/signal.h"
+#include "model/data/start.h"
 #include "model/language/expression.h"
+#include "model/language/nearest.h"
 #include "model/read/loads.h"
 #include "model/write/model_print.h"
 #include "model/write/model_wheels.h"
 #include "symbolic/table_function.h"
+#include <kempe/kempe.h>
 #include <math.h>
+#include <stdbool.h>
 
 /* -- pieces -------------------------------------------------------------------------------------- */
 

@@ -3,7 +3,10 @@
 #pragma once
 
 #include "base/json.h"
-#include "model/data/model.h"
+#include "base/text.h"
+#include "model/data/closure.h"
+#include "model/data/force.h"
+#include <kempe/kempe.h>
 
 /** One JSON object. */
 void kmp_model_json(kmp_text *text, const kempe_model *model);

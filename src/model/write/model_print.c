@@ -1,11 +1,22 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model as the reader understood it: common parts of its summary and its JSON, and the choice of one. */
 #include "model/write/model_print.h"
+#include "base/context.h"
+#include "base/text.h"
+#include "model/data/body.h"
+#include "model/data/closure.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
+#include "model/data/run_settings.h"
+#include "model/data/shape.h"
+#include "model/data/start.h"
+#include "model/data/touch.h"
+#include "model/language/expression.h"
 #include "model/language/expression_print.h"
 #include "model/write/model_json.h"
 #include "model/write/model_show.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 #include <string.h>
 
 void kmp_model_put_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr)

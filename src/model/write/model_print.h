@@ -3,7 +3,14 @@
 #pragma once
 
 #include "base/json.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/closure.h"
+#include "model/data/force.h"
+#include "model/data/run_settings.h"
+#include "model/data/shape.h"
+#include "model/data/start.h"
+#include "model/data/touch.h"
+#include <kempe/kempe.h>
 
 /** Pair of surfaces of a contact; in JSON as members of an open object. */
 void kmp_pair_show(kmp_text *text, const kempe_model *model, const kmp_contact_pair *pair);

@@ -2,17 +2,31 @@
 /* The model as a summary to read. */
 #include "model/write/model_show.h"
 #include "base/memory.h"
+#include "base/text.h"
+#include "model/data/body.h"
+#include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/compliant.h"
+#include "model/data/force.h"
+#include "model/data/joint_table.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
 #include "model/data/output_table.h"
+#include "model/data/parameter.h"
+#include "model/data/run_settings.h"
+#include "model/data/shape.h"
+#include "model/data/signal.h"
+#include "model/data/start.h"
+#include "model/data/state.h"
 #include "model/language/expression.h"
+#include "model/language/nearest.h"
 #include "model/read/loads.h"
 #include "model/write/model_json.h"
 #include "model/write/model_print.h"
 #include "model/write/model_wheels.h"
 #include "symbolic/table_function.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* -- pieces, each after some words ----------------------------------------------------------------- */

@@ -2,7 +2,9 @@
 /* The model as a summary to read. */
 #pragma once
 
-#include "model/data/model.h"
+#include "base/text.h"
+#include "model/data/closure.h"
+#include <kempe/kempe.h>
 
 /** A summary to read. */
 void kmp_model_show(kmp_text *text, const kempe_model *model);

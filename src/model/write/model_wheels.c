@@ -1,10 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Wheels and tracks as the reader understood them, in both forms. */
 #include "model/write/model_wheels.h"
+#include "base/text.h"
 #include "model/data/model.h"
+#include "model/data/wheels.h"
+#include "model/language/nearest.h"
 #include "model/write/model_json.h"
 #include "model/write/model_print.h"
 #include "symbolic/table_function.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 
 static void put_wheel(kmp_json *json, const kempe_model *model, const kmp_wheel *wheel)
 {

@@ -2,6 +2,7 @@
 /* Profiles: cross-sections of wheels and rails, by points. */
 #pragma once
 
+#include "model/data/wheels.h"
 #include "model/read/reading.h"
 
 void kmp_read_profiles(kmp_reader *r);

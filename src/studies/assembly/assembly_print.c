@@ -1,12 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Output of `assemble`, as text and as JSON. */
+#include "base/context.h"
+#include "base/text.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/closing/assembly_modes.h"
 #include "model/data/model.h"
+#include "model/data/start.h"
 #include "model/write/model_print.h"
 #include "output/print.h"
 #include <kempe/check.h>
+#include <kempe/kempe.h>
+#include <stdbool.h>
 #include <string.h>
 
 static bool is_done(const kempe_assembly *a)

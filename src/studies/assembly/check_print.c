@@ -1,18 +1,25 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* `check` for a person: a short form with the verdict, or one paragraph a question; and as one object. */
+#include "base/context.h"
+#include "base/text.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/diagnosis/diagnosis.h"
+#include "model/data/body.h"
+#include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
+#include "model/language/expression.h"
 #include "model/write/model_json.h"
 #include "model/write/model_print.h"
 #include "model/write/model_show.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <kempe/check.h>
+#include <kempe/kempe.h>
 #include <math.h>
 #include <stdarg.h>
+#include <stdbool.h>
 
 enum { MOST_LISTED = 12, MOST_RANGES = 4 };
 #define ROUNDING 1e-13 /* relative to the first pivot: zero */

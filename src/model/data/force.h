@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Force elements, of every kind. */
+#pragma once
+
+#include "model/data/place.h"
+#include "model/data/touch.h"
+#include "model/language/expression.h"
+#include <stdbool.h>
+
+/* The rows of force_kinds.def. */
+typedef enum kmp_force_kind {
+#define KMP_FORCE(kind, name, place, word, width) KMP_FORCE_##kind,
+#define KMP_FIELD(...)
+#include "model/data/force_kinds.def"
+#undef KMP_FORCE
+#undef KMP_FIELD
+    KMP_FORCE_KINDS
+} kmp_force_kind;
+
+/** A force element; members that a kind does not use stay zero. */
+typedef struct kmp_force {
+    const char *name;
+    kmp_force_kind kind;
+    kmp_place place;
+    int motion;                /* -1 when it acts on no joint */
+    const kmp_expr *effort;    /* JOINT, LINE, TORSION: N m or N */
+    const kmp_expr *vector[3]; /* POINT, BODY: ground axes; CYLINDER: two pressures */
+    int point[2], body;
+    const int *through; /* LINE: the points between its ends, through which it runs */
+    int through_count;
+    int axis; /* TORSION: of the first point, 0 to 2 */
+    kmp_number stiffness, damping, free_length, rest, lower, upper, width, level, speed, bore, rod, mu, mu_static,
+        radius;
+    kmp_number along[3], along_damping[3], about[3], about_damping[3],
+        preload[3]; /* BUSHING: axes of the first point */
+    bool has_lower, has_upper;
+    bool has_speed, has_static; /* FRICTION: regularised; a static level */
+    bool has_regularise;        /* FRICTION that sticks: it is regularised where no modes or several are possible */
+    kmp_number regularise;      /* its speed then */
+    kmp_number holding;         /* FRICTION: the static level */
+    const kmp_expr *sliding;    /* FRICTION without a coordinate: a length or an angle, against whose rate it acts */
+    bool turns;                 /* an angle */
+    const kmp_expr *holding_effort; /* as an expression, like `effort` for the level; NULL: a number */
+    int closure;                    /* FRICTION that sticks, TOUCH: of its row */
+    kmp_contact_pair touch;         /* TOUCH: what touches what */
+    kmp_number restitution;         /* TOUCH */
+    int contact; /* FRICTION: 1 + the contact whose surfaces rub, `level` being the coefficient; 0: none */
+    int across;  /* of these: 1 or 2, along the first or the second axis of a plane on which the slip has both
+                  * components,  whose forces follow each other; 0: the slip has one */
+    int wheel;   /* of a wheel's contact; meaningless otherwise */
+    const struct kmp_compliant *compliant; /* COMPLIANT: model/data/compliant.h */
+    const kmp_expr *centred[3]; /* of a joint with clearance: lengths over the clearance that are zero where it is
+                                 * centred; NULL: none further */
+} kmp_force;
+
+/** True for friction that sticks. */
+static inline bool kmp_force_sticks(const kmp_force *force)
+{
+    return force->kind == KMP_FORCE_FRICTION && !force->has_speed;
+}
+
+/** True for friction that sticks and for rigid contacts: elements with modes and a row, which runs decide on. */
+static inline bool kmp_force_has_modes(const kmp_force *force)
+{
+    return kmp_force_sticks(force) || force->kind == KMP_FORCE_TOUCH;
+}

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The start of a motion, and the goals of assembly. */
+#pragma once
+
+#include "model/language/expression.h"
+#include <stdbool.h>
+
+/** A goal of assembly, approached as far as the closures permit: a coordinate, or the position of a point. */
+typedef struct kmp_goal {
+    int motion, point; /* -1: not used */
+    int width;         /* 1, or 3: x, y, z in ground axes */
+    kmp_number value[3], weight[3];
+} kmp_goal;
+
+typedef struct kmp_start {
+    kmp_number *q, *qd; /* n each, 0 where not given */
+    bool *q_given, *qd_given;
+    bool *hold;
+    kmp_goal *goals;
+    int goal_count;
+} kmp_start;
