@@ -5,7 +5,6 @@
 #include "ensemble/fit/nonlinear_squares.h"
 #include "loaded.h"
 #include "random.h"
-#include "sanitized.h"
 #include <kempe/fit.h>
 #include <stdlib.h>
 
@@ -446,13 +445,8 @@ static void search_by_threads(const char *rod, int starts)
 
 static void threads_change_nothing(void)
 {
-#ifdef SANITIZED
-    const int starts = 3;
-#else
-    const int starts = 8;
-#endif
-    search_by_threads("0.3", starts);
-    search_by_threads("0.11", starts); /* the model does not run at the first start */
+    search_by_threads("0.3", 8);
+    search_by_threads("0.11", 8); /* the model does not run at the first start */
 }
 
 /* -- interrupts -------------------------------------------------------------------------------------- */
