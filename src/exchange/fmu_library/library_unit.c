@@ -329,7 +329,7 @@ static kempe_simulator_status show(kempe_simulator *s, kempe_status status)
     const kempe_equations *e = s->equations;
     const kempe_stepper *stepper = unit_of(s)->stepper;
     const size_t n = (size_t)e->coordinates * sizeof(double);
-    if (status != KEMPE_OK && status != KEMPE_STOPPED)
+    if (!stepper || (status != KEMPE_OK && status != KEMPE_STOPPED))
         return tell(s);
     s->t = stepper->t;
     memcpy(s->q, kempe_stepper_q(stepper), n);

@@ -70,16 +70,16 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logs)
 {
     const int kind = type == fmi2ModelExchange ? KEMPE_FMU_MODEL_EXCHANGE : KEMPE_FMU_CO_SIMULATION;
-    const size_t letters = name ? strlen(name) + 1 : 0;
-    unit asked = {.name = name ? name : ""};
+    const char *own = name ? name : "";
+    const size_t letters = strlen(own) + 1;
+    unit asked = {.name = own};
     (void)visible;
     if (!functions)
         return NULL;
     asked.functions = *functions;
     unit *instance = instantiate(&asked, kind, name, guid, resources, logs, letters);
     if (instance)
-        instance->name =
-            memcpy((double *)(void *)(instance + 1) + kempe_fmu_memory(instance->fmu.model), name, letters);
+        instance->name = memcpy((double *)(void *)(instance + 1) + kempe_fmu_memory(instance->fmu.model), own, letters);
     return instance;
 }
 
