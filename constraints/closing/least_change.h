@@ -15,10 +15,10 @@
 #include "model/data/pose.h"
 
 /* Closures that align the axes of two points, by rotation vectors. With R the rotation from the axes of the first point
- * to those of the second, of angle theta about the unit vector e, the closure's rows are sin(theta) e. They are zero at
- * half a turn too, where their rank is lower, and from more than a right angle on they lead there. The rotation vector
- * theta e has the same zeros but for that one, and leads to it from every angle. With w the angular velocity of the
- * second point's axes relative to the first's, in the latter, the rates of x = theta e are
+ * to the axes of the second, of angle theta about the unit vector e, the closure's rows are sin(theta) e. They are zero
+ * at half a turn too, where their rank is lower, and from more than a right angle on they lead there. The rotation
+ * vector theta e has the same zeros but for that one, and leads to it from every angle. With w the angular velocity of
+ * the second point's axes relative to the first's, in the latter, the rates of x = theta e are
  *
  *     x' = w - x cross w / 2 + (1 - theta/2 cot(theta/2)) e cross (e cross w)
  *

@@ -37,7 +37,7 @@
 
 enum { MOST_DECIMALS = 12, MOST_NUMBERS = 600, MOST_PLACES = 128, LEAST_PLACES = 12, PER_NUMBER = 4, STEPS = 24 };
 
-/* A coordinate of a point or a length, a component of an axis, or a rotation of a frame about one of its axes. */
+/* A coordinate of a point or a length, a component of an axis, or a rotation of a frame about an axis of the frame. */
 typedef struct quantity {
     kmp_number *scalar; /* NULL: the number belongs to an axis or a frame */
     double *axes;       /* the axis, or the frame row by row */
@@ -149,7 +149,8 @@ static int decimals_of(double value)
 
 /* Finds the rounding of each number. Numbers with more decimals than a drawing has were computed, at least in single
  * precision. The others have the decimals of most of them, since trailing zeros are not written. Axes lost their digits
- * when they were normalised and take those of the lengths. Returns the unit of the last digit of most numbers, scaled.
+ * when they were normalised, and take the digits of the lengths. Returns the unit of the last digit of most numbers,
+ * scaled.
  */
 static double find_rounding(quantity *list, int count, double length)
 {
@@ -370,7 +371,7 @@ static double farthest(const search *x, const quantity *n)
 }
 
 /* Moves to the goal of a step if every number stays within the permitted shift and the misfit is reduced there.
- * KEMPE_E_INPUT: a closure is no longer valid. */
+ * KEMPE_E_INPUT: a closure has become invalid. */
 static kempe_status try_goal(search *x, bool *reduced)
 {
     kempe_system *s = NULL;
@@ -390,7 +391,7 @@ static kempe_status try_goal(search *x, bool *reduced)
     if (s->m == x->s->m && !survey_place(x, s, &x->trial))
         status = KEMPE_E_MEMORY;
     if (s->m > x->s->m) {
-        /* Axes that are parallel as drawn are no longer parallel: the largest condition after the step, in the linear
+        /* Axes that are parallel as drawn have turned apart: the largest condition after the step, in the linear
          * model. */
         double most = 0;
         for (int c = 0; c < x->conditions; c++) {
@@ -497,8 +498,8 @@ static bool begin_search(search *x, kmp_arena *arena)
     return survey_place(x, s, &x->at);
 }
 
-/* Shifts the numbers of the variant if there is an exact mechanism. Its model is that of a rounded system, closures
- * alone, or equal to it; `a` is the system's assembly. *by: the largest shift, scaled. KEMPE_E_MEMORY. */
+/* Shifts the numbers of the variant if there is an exact mechanism. Its model belongs to a rounded system, has the
+ * closures only, or is equal to it; `a` is the system's assembly. *by: the largest shift, scaled. KEMPE_E_MEMORY. */
 static kempe_status exact_find(const kempe_system *s, const kempe_assembly *a, kmp_variant *variant,
                                kmp_drawn_model *found, double *by)
 {

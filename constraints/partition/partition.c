@@ -196,7 +196,7 @@ kmp_pick_outcome kmp_pick_condition(kmp_pick *c, int r, double *cond)
     return outcome;
 }
 
-/* Diagonal blocks of Jv as loops for reports: the permutation to block triangular form is that of the reduction. */
+/* Diagonal blocks of Jv as loops for reports: by the permutation to block triangular form of the reduction. */
 
 /* -- blocks ------------------------------------------------------------------------------------------ */
 

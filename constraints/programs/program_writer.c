@@ -102,7 +102,7 @@ bool kmp_writer_take_rates(kmp_program_writer *w, const kmp_partition *part, con
     return kmp_writer_import(w);
 }
 
-/* Adds corrections (r) to v of such a state: later imports are those of the corrected state. */
+/* Adds corrections (r) to v of such a state: later imports take the corrected state. */
 static bool writer_correct(kmp_program_writer *w, const kmp_partition *part, const kmp_ref *dv)
 {
     w->at = KMP_ARENA_NEW(&w->arena, kmp_ref, w->inputs);
@@ -324,8 +324,8 @@ bool kmp_writer_machine_applies(kmp_writer_machine *w)
 }
 
 /* Expressions for Jv^-1, block by block from the last to the first. The order of elimination in a block is that of
- * complete pivoting at the state where the program is written; bounds of the multipliers tell at other states that it
- * is no longer good. */
+ * complete pivoting at the state where the program is written; bounds of the multipliers tell at other states where it
+ * fails. */
 
 /* A diagonal block: its matrix, then its factors; rows in the order of elimination. */
 struct kmp_writer_block {
@@ -666,7 +666,7 @@ static kmp_ref reduce_diagonal(const kmp_writer_ldl *ldl, kmp_graph *g, int i, b
     return x;
 }
 
-/* Column k of L, from the columns before it. A trailing unknown's diagonal is that of the Schur complement. */
+/* Column k of L, from the columns before it. The Schur complement gives the diagonal of a trailing unknown. */
 static bool factor_column(kmp_writer_ldl *ldl, kmp_graph *g, int k, const kmp_ref *matrix)
 {
     int i = ldl->order[k], size = ldl->size;

@@ -187,7 +187,7 @@ kmp_ref kmp_writer_blocks_excess(const kmp_writer_blocks *k);
 /** A copy of `row`, which the caller frees; NULL: no memory. */
 kmp_eliminated *kmp_writer_rows(const kmp_writer_blocks *k);
 
-/** Writes the correction dv (r) of v of a state (kmp_writer_take_state), and adds it: later imports are those of the
+/** Writes the correction dv (r) of v of a state (kmp_writer_take_state), and adds it: later imports take the
  * corrected state. `k` has what the caller sets. False: no memory. */
 bool kmp_writer_close(kmp_program_writer *w, kmp_writer_blocks k, kmp_ref *dv);
 
@@ -195,7 +195,7 @@ bool kmp_writer_close(kmp_program_writer *w, kmp_writer_blocks k, kmp_ref *dv);
  * least degree (Tinney and Walker, Proc. IEEE 55 (1967) 1801), its fill is known before.
  *
  * Trailing unknowns may have a zero diagonal, as the multipliers of [M J'; J 0]. Each is eliminated after the leading
- * ones that it is coupled with, so that its pivot is that of the Schur complement -J M^-1 J'. */
+ * ones that it is coupled with, so that its pivot comes from the Schur complement -J M^-1 J'. */
 
 typedef struct kmp_writer_ldl {
     int size, leading;

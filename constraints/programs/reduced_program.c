@@ -116,7 +116,7 @@ static void solve_reduced(const maker *k, const reduced *mr, kmp_ref *x)
     }
 }
 
-/* Adds to a force of coordinate i that of the accelerations a0. */
+/* Adds to a force of coordinate i the force of the accelerations a0. */
 static void add_curvature(const maker *k, int i, kmp_ref *force)
 {
     const kmp_pattern *m = &k->w.s->mass;
@@ -243,7 +243,7 @@ static bool make_multipliers(maker *k, const kmp_ref *udd)
     return true;
 }
 
-/* Lists the load rows of the partition, whose multipliers are inputs; those of the others are zero. */
+/* Lists the load rows of the partition, whose multipliers are inputs; the other multipliers are zero. */
 static void take_loads(maker *k)
 {
     const kempe_system *s = k->w.s;

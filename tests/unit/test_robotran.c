@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: exchange */
 /* ctest: not_sanitized */
 /* ROBOTRAN's models: M, C, inverse dynamics, h, J and jdqd at a fixed state against the values of the code that
  * ROBOTRAN generates for them. Two of the models stand here in Kempe's own language; the others are read where the

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: rail */
 /* ctest: slow 2 */
 /* A team does every piece once and is done when it says so; equations in parts have the bits of those in one. */
 #include "backend/prepared.h"

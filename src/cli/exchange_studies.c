@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "study.h"
+
+#include <stdlib.h>
+#include <unistd.h>
+
+WRITER(kempe_fmu_export_write)
+
+STUDY(count, kempe_count, kempe_count_new(j->model, &s->generation, result), .table = NULL)
+
+STUDY(code, kempe_code, kempe_code_new(j->model, &s->generation, result), .table = NULL)
+
+/* Writes the files, then the report. */
+kempe_status cli_generate(const cli_job *j)
+{
+    const char *folder = j->settings->output ? j->settings->output : ".";
+    void *result = NULL;
+    if (j->settings->count)
+        return cli_run_study(j, &cli_count_study);
+    kempe_status status = cli_code_study.compute(j, &result);
+    cli_report_failure(j, status, result != NULL);
+    if (result) {
+        kempe_status written = cli_report_written(j, kempe_code_write(result, folder));
+        status = cli_worse(status, written == KEMPE_OK ? cli_report(j, cli_code_study.print, result) : written);
+    }
+    cli_code_study.free(result);
+    return status;
+}
+
+/* Beside the command where it was built, otherwise where it was installed. */
+static char *find_library(void)
+{
+    char *built = cli_from_command(CLI_UNITS);
+    if (built && access(built, R_OK) == 0)
+        return built;
+    free(built);
+    return cli_from_command(CLI_TO_LIBRARIES "/" CLI_UNITS);
+}
+
+/* With the library of units that belongs to this command. */
+static kempe_status export_unit(const kempe_model *model, const cli_settings *s, kempe_fmu_export **made)
+{
+    kempe_fmu_options options = s->fmu;
+    char *file = s->unit_on_library ? find_library() : NULL;
+    options.unit_file = file;
+    kempe_status status = kempe_fmu_export_new(model, &options, made);
+    free(file);
+    return status;
+}
+
+STUDY(fmu, kempe_fmu_export, export_unit(j->model, s, result), .files = {{AT(output), any_kempe_fmu_export_write}})
