@@ -24,24 +24,13 @@ const moved = (pose, v) => add(pose.p, turned(pose.q, v));
 
 /* -- frames ------------------------------------------------------------------------------------------------- */
 
-function shorts(text) {
-    const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-    return new Int16Array(bytes.buffer);
-}
-
 /* The frame of a time, and the part of the way to the next one. */
 function frameAt(frames, t) {
     if (!(frames.t_end > frames.t_start)) return 0;
     if (data.separate) return Math.round(t - frames.t_start);
     if (!frames.t) return Math.min(Math.max((t - frames.t_start) / (frames.t_end - frames.t_start), 0), 1) * (frames.count - 1);
-    let low = 0, high = frames.count - 1;
-    while (high - low > 1) {
-        const middle = (low + high) >> 1;
-        if (frames.t[middle] <= t) low = middle;
-        else high = middle;
-    }
-    const range = frames.t[high] - frames.t[low];
-    return low + (range > 0 ? Math.min(Math.max((t - frames.t[low]) / range, 0), 1) : 0);
+    const [low, , part] = placeIn(frames.t, t);
+    return low + part;
 }
 
 /* The time of one of several shots, evenly spaced. */
@@ -50,7 +39,7 @@ const timeOfShot = ({ frames }, shot, shots) => frames.t_start + ((frames.t_end 
 /* Poses of all bodies at a time, between two frames as between their neighbours. */
 function makeMotion(picture) {
     const frames = picture.frames, moving = picture.bodies.length - 1;
-    const position = shorts(frames.position), rotation = shorts(frames.rotation);
+    const position = shortsOf(frames.position), rotation = shortsOf(frames.rotation);
     const still = { p: [0, 0, 0], q: [0, 0, 0, 1] };
     return (t) => {
         const at = frameAt(frames, t);
@@ -362,9 +351,9 @@ function seenAlong(picture, motion, shapes, discs, tracks) {
 /* The data for either kind of drawing. `extent` is about the middle of the bodies when the view follows them. */
 function makeMechanism(picture) {
     const motion = makeMotion(picture), plain = picture.bodies.map(shapeOf);
-    const thin = 0.01 * breadthOf(plain.flatMap((shape) => shape.points)), shapes = picture.bodies.map((body, b) => withSolids(plain[b], body, thin, picture.meshes || []));
+    const thin = 0.01 * breadthOf(plain.flatMap((shape) => shape.points)), shapes = picture.bodies.map((body, b) => withSolids(plain[b], body, thin, picture.meshes));
     const pins = uncovered(groundPoints(picture), shapes[0]);
-    const discs = picture.discs || [], rails = picture.rails || [];
+    const { discs, rails } = picture;
     const tracks = samplePoints(picture, motion, shapes, pins, discs), basis = basisOf(picture, tracks);
     const home = basis.planar ? { yaw: 0, pitch: 0 } : { yaw: 0.6, pitch: 0.4 };
     const along = seenAlong(picture, motion, shapes, discs, tracks), extent = extentOf(basis, along || tracks, home.pitch);
