@@ -10,12 +10,6 @@ const bodyColour = (b) => curveColour((b - 1) % CURVES.length < 2 ? b % 2 : b - 
 const pinColour = () => (isDark() ? "#dfe6e9" : "#2c3437");
 const groundColour = () => (isDark() ? "#7f8c92" : "#8a949a");
 
-/* The radius of a cylinder's barrel beside that of a bar. */
-const BARREL = 1.7;
-
-/* A slider is a box, a smaller one on a body with other shapes. */
-const boxSize = (m, b) => (m.shapes[b].bars.length > 0 ? 3.3 : 5.5) * m.thick;
-
 /* -- the stage ---------------------------------------------------------------------------------------------- */
 
 /* A note, and what of many bodies and of large meshes is drawn. */

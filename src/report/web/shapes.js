@@ -348,6 +348,43 @@ function seenAlong(picture, motion, shapes, discs, tracks) {
     return far > 4 * wide && wide > 0 ? seen : null;
 }
 
+/* -- parts -------------------------------------------------------------------------------------------------- */
+
+/* The radius of a cylinder's barrel beside that of a bar. */
+const BARREL = 1.7;
+
+/* A slider is a box, a smaller one on a body with other shapes. */
+const boxSize = (m, b) => (m.shapes[b].bars.length > 0 ? 3.3 : 5.5) * m.thick;
+
+/* A hinge is a pin along its axis. */
+const hingeEnds = (m, { at, axis }) => [-1, 1].map((s) => add(at, scaled(2.6 * s * m.thick, unit(axis))));
+
+/* The ends of a guide, beyond its slider's range. */
+const guideEnds = (m, guide) => [guide.range[0] - 5 * m.thick, guide.range[1] + 5 * m.thick].map((s) => add(guide.at, scaled(s, guide.axis)));
+
+/* The drawn parts of a body for either kind of drawing, axes of the body. `lift`: how much nearer to the viewer than its
+ * points a part is sorted. */
+function partsOf(m, b) {
+    const shape = m.shapes[b], colour = bodyColour(b), pin = pinColour(), ground = groundColour(), t = m.thick, behind = -1e6 * m.size;
+    const bar = (points, radius, own, lift = 0) => ({ kind: "bar", points, radius, colour: own, lift });
+    const ball = (at, radius, own, lift) => ({ kind: "ball", points: [at], radius, colour: own, lift });
+    const parts = shape.solids.map((solid) => ({ kind: "solid", solid, colour: solidColour(solid, b) }));
+    parts.push(...m.guides.filter((guide) => guide.body === b).map((guide) => bar(guideEnds(m, guide), 0.35 * t, ground, behind)));
+    if (b === 0) return [...parts, ...m.pins.map((at) => ({ kind: "pin", points: [at], colour: ground, lift: behind })), ...m.rails.flatMap((rail) => rail.slice(1).map((p, k) => bar([rail[k], p], 0.8 * t, ground, behind)))];
+    return [
+        ...parts,
+        ...shape.faces.map((corners) => ({ kind: "face", points: corners.map((k) => shape.points[k]), colour, lift: 0 })),
+        ...shape.bars.map(([i, j]) => bar([shape.points[i], shape.points[j]], t, colour)),
+        ...shape.balls.map((at) => ball(at, 1.75 * t, pin, 3 * t)),
+        ...shape.hinges.map((hinge) => bar(hingeEnds(m, hinge), 1.75 * t, pin, 3 * t)),
+        ...shape.stops.map((at) => ({ kind: "stop", points: [at], radius: 4 * t, colour: STOP_COLOUR, lift: -behind })),
+        ...shape.weights.map((at) => ball(at, 2.6 * t, colour, t)),
+        ...shape.boxes.map((at) => ({ kind: "box", points: [at], radius: boxSize(m, b) / 2, colour, lift: t })),
+        ...m.discs.filter((disc) => disc.body === b).map((disc) => ({ kind: "disc", points: [disc.at], disc, rim: discRim(disc), colour, lift: 0 })),
+        ...m.barrels.filter((barrel) => barrel.body === b).map(({ ends }) => bar(ends, BARREL * t, colour, 2 * t)),
+    ];
+}
+
 /* The data for either kind of drawing. `extent` is about the middle of the bodies when the view follows them. */
 function makeMechanism(picture) {
     const motion = makeMotion(picture), plain = picture.bodies.map(shapeOf);
