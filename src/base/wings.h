@@ -4,6 +4,11 @@
  * the core runs through kmp_wings: the rows of the wings of this build, which CMake lists in wings.c. */
 #pragma once
 
+#include <stdbool.h>
+
+struct kempe_model;
+struct kmp_text;
+
 typedef struct kmp_wing {
     const char *name;
     const struct kmp_document_wing *documents;  /* model files of other programs (model/files/document.h) */
@@ -12,6 +17,8 @@ typedef struct kmp_wing {
     const struct kmp_law_row *laws;             /* one without a law ends them (dynamics/forces/law.h) */
     const struct kmp_output_of_wing *outputs;   /* one without a function ends them (dynamics/outputs.h) */
     const struct kmp_run_judge *judge;          /* of results of a run (studies/simulate/trajectory.h) */
+    /** Draws a mechanism: a square picture of `size` pixels at the user's coordinates q. false: no memory. */
+    bool (*picture)(struct kmp_text *svg, const struct kempe_model *model, const double *q, double size);
 } kmp_wing;
 
 /** NULL ends them. */

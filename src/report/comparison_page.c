@@ -152,7 +152,7 @@ void kmp_page_record(kmp_json *json, const kmp_record *record)
 static void page_data(kmp_text *text, const kempe_comparison *c, int count, const kmp_record *records,
                       const kmp_record *picture)
 {
-    kmp_json json = kmp_json_begin_compact(text);
+    kmp_json json = kmp_json_begin_as(text, KMP_JSON_COMPACT);
     kmp_json_put(&json, "{ kempe %s model %s status %s reason %s t_end %.7g n %d m %d", KEMPE_VERSION,
                  c->system->model->name, kmp_status_word(c->status), or_empty(c->reason), c->t_end, c->system->n,
                  c->system->m);

@@ -149,7 +149,7 @@ static kempe_status write_page(const maker *w, const char *path)
                                                  NULL};
     kmp_text data = {0};
     const kempe_modes *m = w->m;
-    kmp_json json = kmp_json_begin_compact(&data);
+    kmp_json json = kmp_json_begin_as(&data, KMP_JSON_COMPACT);
     kmp_text because = {0};
     kmp_json_put(&json, "{ kempe %s model %s at %s stability %s", KEMPE_VERSION, m->system->model->name,
                  m->family->state->equilibrium ? "the equilibrium" : "the assembled start", kmp_modes_verdict(m));

@@ -15,6 +15,7 @@
 #include "output/print.h"
 #include "output/result_table.h"
 #include "output/samples.h"
+#include "report/base64.h"
 #include "report/comparison_page.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
@@ -282,7 +283,7 @@ static void put_words(kmp_json *json, const kmp_result_page *page)
 
 static void put_data(kmp_text *text, const kmp_result_page *page)
 {
-    kmp_json json = kmp_json_begin_compact(text);
+    kmp_json json = kmp_json_begin_as(text, KMP_JSON_COMPACT);
     kmp_json_object(&json, NULL);
     put_words(&json, page);
     put_series(&json, page);
