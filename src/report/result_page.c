@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "report/result_page.h"
+#include "analyses/parts/series_summary.h"
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"

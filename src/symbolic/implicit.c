@@ -5,6 +5,7 @@
 #include "symbolic/implicit.h"
 #include "base/arena.h"
 #include "base/memory.h"
+#include "base/quantile.h"
 #include "symbolic/average.h"
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
@@ -12,7 +13,6 @@
 #include "symbolic/graph.h"
 #include "symbolic/live.h"
 #include "symbolic/ops.h"
-#include <stdlib.h>
 #include <string.h>
 
 enum { MOST = KMP_IMPLICIT_MOST };
@@ -43,12 +43,6 @@ static bool make_program(kmp_implicit *b, const kmp_ref *residual, const kmp_ref
     return b->block.program;
 }
 
-static int by_size(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 bool kmp_block_candidates(kmp_implicit *b, int count, const double *candidate)
 {
     double *to = KMP_GRAPH_NEW(b->local, double, count);
@@ -56,7 +50,7 @@ bool kmp_block_candidates(kmp_implicit *b, int count, const double *candidate)
     b->block.candidate = to;
     if (to && count > 0) {
         memcpy(to, candidate, (size_t)count * sizeof *to);
-        qsort(to, (size_t)count, sizeof *to, by_size);
+        kmp_order(count, to);
     }
     return to;
 }

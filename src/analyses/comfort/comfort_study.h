@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #pragma once
 
+#include "analyses/comfort/weighting.h"
 #include "base/arena.h"
-#include "output/weighting.h"
 #include <kempe/comfort.h>
 #include <kempe/kempe.h>
 #include <stdbool.h>

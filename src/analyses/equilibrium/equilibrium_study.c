@@ -4,6 +4,7 @@
  * positions u_k, or rates in their place; held rates are left out. */
 #include "analyses/equilibrium/equilibrium_study.h"
 #include "analyses/equilibrium/exchange.h"
+#include "analyses/equilibrium/friction_at_rest.h"
 #include "base/arena.h"
 #include "base/bracket.h"
 #include "base/memory.h"

@@ -2,6 +2,7 @@
 /* Follows a prescribed motion by prediction and correction: Taylor's series along the tangent, then Newton's method on
  * the dependent coordinates. Short steps and the signs of Jv's blocks keep the branch. */
 #include "analyses/inverse/prescribed_motion.h"
+#include "analyses/parts/closed_state.h"
 #include "base/memory.h"
 #include "base/spline.h"
 #include "base/substep.h"

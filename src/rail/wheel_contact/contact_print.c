@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A table of contacts as text, JSON, CSV and a picture. */
+#include "analyses/parts/study_print.h"
 #include "base/context.h"
 #include "model/data/model.h"
 #include "output/plot.h"
