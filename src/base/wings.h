@@ -17,6 +17,7 @@ typedef struct kmp_wing {
     const struct kmp_law_row *laws;             /* one without a law ends them (dynamics/forces/law.h) */
     const struct kmp_output_of_wing *outputs;   /* one without a function ends them (dynamics/outputs.h) */
     const struct kmp_run_judge *judge;          /* of results of a run (studies/simulate/trajectory.h) */
+    const struct kmp_places_wing *places;       /* of blocks over places (symbolic/implicit.h) */
     /** Draws a mechanism: a square picture of `size` pixels at the user's coordinates q. false: no memory. */
     bool (*picture)(struct kmp_text *svg, const struct kempe_model *model, const double *q, double size);
 } kmp_wing;
