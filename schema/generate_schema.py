@@ -32,7 +32,7 @@ def arguments(text):
 
 def rows(table, macro):
     """The arguments of every row `macro(..)` of a .def table."""
-    text = re.sub(r"/\*.*?\*/|^#.*?$", "", next((ROOT / "src/model").rglob(table)).read_text(), flags=re.S | re.M)
+    text = re.sub(r"/\*.*?\*/|^#.*?$", "", next((ROOT / "src").rglob(table)).read_text(), flags=re.S | re.M)
     return [arguments(text[match.end():]) for match in re.finditer(rf"^ *{macro}\(", text, re.M)]
 
 
@@ -212,12 +212,13 @@ def track():
 
 def words(source, array):
     """The strings of a list of words in a source."""
-    text = next((ROOT / "src/model").rglob(source)).read_text()
+    text = next((ROOT / "src").rglob(source)).read_text()
     return {"enum": re.findall(r'"(\w+)"', re.search(rf"{array}\[[^]]*\] = \{{(.*?)\}};", text, re.S).group(1))}
 
 
 def wheel():
-    return keyed("wheel", contact=words("wheels.c", "kmp_contact_form_words"), creep=words("wheels.c", "kmp_creep_law_words"))
+    return keyed("wheel", contact=words("wheel_words.c", "kmp_contact_form_words"),
+                 creep=words("wheel_words.c", "kmp_creep_law_words"))
 
 
 def run():

@@ -3,6 +3,7 @@
 #include "rail/model/read_profiles.h"
 #include "rail/model/read_tracks.h"
 #include "rail/model/read_wheels.h"
+#include "rail/model/write_wheels.h"
 #include "rail/places/average.h"
 #include "rail/places/scan.h"
 #include "rail/running_safety.h"
@@ -40,6 +41,7 @@ static const kmp_places_wing places = {
 const kmp_wing kmp_wing_rail = {
     .name = "rail",
     .reader = &reader,
+    .writer = &kmp_wheel_writer,
     .closures = kmp_wheel_closures,
     .laws = kmp_wheel_laws,
     .outputs = kmp_wheel_outputs,

@@ -5,6 +5,7 @@
 #include "model/data/compliant.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include "rail/model/wheel_words.h"
 #include "rail/running_safety.h"
 #include "report/base64.h"
 #include "studies/simulate/observed.h"

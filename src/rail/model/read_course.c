@@ -15,6 +15,7 @@
 #include "model/data/model.h"
 #include "model/language/limits.h"
 #include "model/read/read_values.h"
+#include "rail/model/wheel_words.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>

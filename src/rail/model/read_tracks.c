@@ -8,6 +8,7 @@
 #include "model/read/read_values.h"
 #include "rail/model/read_course.h"
 #include "rail/model/read_profiles.h"
+#include "rail/model/wheel_words.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <stdint.h>
@@ -166,7 +167,7 @@ typedef struct level {
 
 static const level levels[] = {
 #define KMP_SPECTRUM(word, alignment, level) {alignment, level},
-#include "model/data/spectra.def"
+#include "rail/model/spectra.def"
 #undef KMP_SPECTRUM
 };
 

@@ -6,6 +6,7 @@
 #include "model/data/numbers.h"
 #include "model/read/read_values.h"
 #include "rail/model/read_profiles.h"
+#include "rail/model/wheel_words.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <stdlib.h>

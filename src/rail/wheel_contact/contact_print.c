@@ -6,6 +6,7 @@
 #include "output/plot.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "rail/model/wheel_words.h"
 #include "rail/wheel_contact/contact_pressure.h"
 #include "rail/wheel_contact/contact_sweep.h"
 #include "symbolic/table_function.h"
