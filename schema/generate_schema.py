@@ -36,8 +36,13 @@ def rows(table, macro):
     return [arguments(text[match.end():]) for match in re.finditer(rf"^ *{macro}\(", text, re.M)]
 
 
+def key_tables():
+    """The tables of keys, those of wheels on rails too."""
+    return [path for folder in ("model", "rail") for path in sorted((ROOT / "src" / folder / "keys").glob("*_keys.def"))]
+
+
 class Key:
-    """A row of a table of src/model/keys."""
+    """A row of a table of keys."""
 
     def __init__(self, key, value, unit, absent, meaning):
         self.key, self.value, self.unit, self.absent, self.meaning = key, value, unit, absent, meaning
@@ -55,7 +60,7 @@ def run_keys():
 
 
 def keys(table):
-    """The rows of src/model/keys/TABLE_keys.def."""
+    """The rows of keys/TABLE_keys.def."""
     return [*(run_keys() if table == "run" else ()), *(Key(*row) for row in rows(f"{table}_keys.def", "KMP_KEY"))]
 
 
@@ -96,7 +101,7 @@ NUMBERS = {"type": "array", "items": NUMBER, "minItems": 1}
 COLUMN = {"anyOf": [WORD, {"type": "array", "items": NUMBER}]}
 WORDS = {"type": "array", "items": WORD}
 PAIR = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
-VALUES = {  # the words of the tables of src/model/keys
+VALUES = {  # the words of the tables of keys
     "word": WORD, "number": NUMBER, "expression": NUMBER, "point": WORD, "body": WORD, "coordinate": WORD, "rail": WORD,
     "[x, y, z]": ref("vector"), "axis": ref("axis"), "[a, b]": ref("two_axes"), "axes": ref("axes"), "`yes`": ref("yes"),
     "`1`": {"enum": [1, "1"]}, "yes or no": {"enum": ["yes", "no", True, False]}, "x, y or z": {"enum": ["x", "y", "z"]}, "two points": ref("two_points"), "two points or more": dict(WORDS, minItems=2), "names": WORDS,

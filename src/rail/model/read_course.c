@@ -376,7 +376,7 @@ static course_result course_lay(kmp_track *t)
 }
 
 static const kmp_key piece_keys[] = {
-#include "model/keys/piece_keys.def"
+#include "rail/keys/piece_keys.def"
     {0}};
 
 typedef struct reading {

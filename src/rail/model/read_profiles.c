@@ -467,7 +467,7 @@ static bool move_origin(const kmp_points *p, kmp_table **height)
 static void read_profile(kmp_reader *r, const kmp_yaml *map, kmp_profile *profile)
 {
     static const kmp_key keys[] = {
-#include "model/keys/profile_keys.def"
+#include "rail/keys/profile_keys.def"
         {0}};
     kmp_points p = {.r = r,
                     .map = map,

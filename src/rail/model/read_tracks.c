@@ -282,7 +282,7 @@ static kmp_table *wave_spectrum_make(const kmp_wave_spectrum *s, kmp_irregularit
 /* Irregularities of a track: tables over the arc length, or generated from a spectrum. */
 
 static const kmp_key irregularity_keys[] = {
-#include "model/keys/irregularity_keys.def"
+#include "rail/keys/irregularity_keys.def"
     {0}};
 static const char *const spectrum_keys[] = {"seed", "from", "to", "wavelengths", "scale"};
 
@@ -429,7 +429,7 @@ static void read_irregularities(kmp_reader *r, const kmp_yaml *map, const char *
 }
 
 static const kmp_key track_keys[] = {
-#include "model/keys/track_keys.def"
+#include "rail/keys/track_keys.def"
     {0}};
 
 static bool read_length(kmp_reader *r, const kmp_yaml *node, const char *key, const char *of, double *value)

@@ -478,7 +478,7 @@ static bool zones_space(const kmp_track *track, kmp_wheel *wheel)
 }
 
 static const kmp_key wheel_keys[] = {
-#include "model/keys/wheel_keys.def"
+#include "rail/keys/wheel_keys.def"
     {0}};
 
 /* A wheel being read. */
