@@ -313,7 +313,7 @@ def made():
 def without_page():
     """Tables of rows that no page shows."""
     shown = {(what, name) for text in texts().values() for what, name, _ in MARK.findall(text)}
-    wanted = {("keys", path.stem[:-5]) for path in (DOCS.parent / "src/model/keys").glob("*_keys.def")} - {("keys", "ground")}
+    wanted = {("keys", path.stem[:-5]) for path in generate_schema.key_tables()} - {("keys", "ground")}
     wanted |= {("force", row[0]) for row in generate_schema.rows("force_kinds.def", "KMP_FORCE") if row[2] not in ("wheel", "contact", "state")}
     return sorted(wanted - shown)
 

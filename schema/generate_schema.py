@@ -32,12 +32,17 @@ def arguments(text):
 
 def rows(table, macro):
     """The arguments of every row `macro(..)` of a .def table."""
-    text = re.sub(r"/\*.*?\*/|^#.*?$", "", next((ROOT / "src/model").rglob(table)).read_text(), flags=re.S | re.M)
+    text = re.sub(r"/\*.*?\*/|^#.*?$", "", next((ROOT / "src").rglob(table)).read_text(), flags=re.S | re.M)
     return [arguments(text[match.end():]) for match in re.finditer(rf"^ *{macro}\(", text, re.M)]
 
 
+def key_tables():
+    """The tables of keys, those of wheels on rails too."""
+    return [path for folder in ("model", "rail") for path in sorted((ROOT / "src" / folder / "keys").glob("*_keys.def"))]
+
+
 class Key:
-    """A row of a table of src/model/keys."""
+    """A row of a table of keys."""
 
     def __init__(self, key, value, unit, absent, meaning):
         self.key, self.value, self.unit, self.absent, self.meaning = key, value, unit, absent, meaning
@@ -55,7 +60,7 @@ def run_keys():
 
 
 def keys(table):
-    """The rows of src/model/keys/TABLE_keys.def."""
+    """The rows of keys/TABLE_keys.def."""
     return [*(run_keys() if table == "run" else ()), *(Key(*row) for row in rows(f"{table}_keys.def", "KMP_KEY"))]
 
 
@@ -96,7 +101,7 @@ NUMBERS = {"type": "array", "items": NUMBER, "minItems": 1}
 COLUMN = {"anyOf": [WORD, {"type": "array", "items": NUMBER}]}
 WORDS = {"type": "array", "items": WORD}
 PAIR = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
-VALUES = {  # the words of the tables of src/model/keys
+VALUES = {  # the words of the tables of keys
     "word": WORD, "number": NUMBER, "expression": NUMBER, "point": WORD, "body": WORD, "coordinate": WORD, "rail": WORD,
     "[x, y, z]": ref("vector"), "axis": ref("axis"), "[a, b]": ref("two_axes"), "axes": ref("axes"), "`yes`": ref("yes"),
     "`1`": {"enum": [1, "1"]}, "yes or no": {"enum": ["yes", "no", True, False]}, "x, y or z": {"enum": ["x", "y", "z"]}, "two points": ref("two_points"), "two points or more": dict(WORDS, minItems=2), "names": WORDS,
@@ -212,12 +217,13 @@ def track():
 
 def words(source, array):
     """The strings of a list of words in a source."""
-    text = next((ROOT / "src/model").rglob(source)).read_text()
+    text = next((ROOT / "src").rglob(source)).read_text()
     return {"enum": re.findall(r'"(\w+)"', re.search(rf"{array}\[[^]]*\] = \{{(.*?)\}};", text, re.S).group(1))}
 
 
 def wheel():
-    return keyed("wheel", contact=words("wheels.c", "kmp_contact_form_words"), creep=words("wheels.c", "kmp_creep_law_words"))
+    return keyed("wheel", contact=words("wheel_words.c", "kmp_contact_form_words"),
+                 creep=words("wheel_words.c", "kmp_creep_law_words"))
 
 
 def run():

@@ -215,7 +215,7 @@ class Tables(unittest.TestCase):
                     total[k] += (-1 if sign == "/" else 1) * float(power or 1) * (units[name][k] if name != "1" else 0)
             return total
         of_coordinates = ("rad or m", "rad/s or m/s", "unit of the first coordinate", "kg m^2 or kg")
-        tables = [path.stem.removesuffix("_keys") for path in (ROOT / "src/model/keys").glob("*.def")]
+        tables = [path.stem.removesuffix("_keys") for path in generate_schema.key_tables()]
         for table, row in [(table, row) for table in tables for row in generate_schema.keys(table)]:
             if row.unit and row.unit not in of_coordinates:
                 self.assertEqual(len(dimension(row.unit)), 3, f"{table} {row.key}")  # of units that there are

@@ -44,7 +44,9 @@ LAYERS["studies/show"] = CORE
 LAYERS["pipeline"] = f"{CORE} studies/assembly studies/simulate studies/compare studies/show"
 # The wings: what they see of each other; the core sees none of them.
 WINGS = {"analyses": "", "rail": "analyses", "exchange": "", "ensemble": "analyses", "report": "analyses rail ensemble"}
-ANALYSES = {  # an analysis: the others that it uses
+ANALYSES = {  # an analysis: the others that it uses, beside "dense" and "parts"
+    "dense": "",
+    "parts": "",
     "derivatives": "",
     "equilibrium": "derivatives",
     "kinematics": "derivatives",
@@ -58,7 +60,8 @@ ANALYSES = {  # an analysis: the others that it uses
 }
 WHOLE_CORE = f"{LAYERS['pipeline']} pipeline"
 for name, others in ANALYSES.items():
-    LAYERS[f"analyses/{name}"] = " ".join([WHOLE_CORE, *(f"analyses/{other}" for other in others.split())])
+    shared = [] if name in ("dense", "parts") else ["dense", "parts"]
+    LAYERS[f"analyses/{name}"] = " ".join([WHOLE_CORE, *(f"analyses/{other}" for other in [*shared, *others.split()])])
 for wing, others in WINGS.items():
     seen = [f"analyses/{name}" for name in ANALYSES] if "analyses" in others else []
     LAYERS[wing] = " ".join([WHOLE_CORE, others, *seen])

@@ -42,14 +42,6 @@ void kmp_rounding_keep_none(const kempe_system *system)
     (void)atomic_compare_exchange_strong(&system->rounding->state, &none, KMP_ROUNDING_NONE);
 }
 
-bool kmp_rounding_closed(const kmp_evaluator *eval)
-{
-    int row;
-    const kmp_rounding *rounding = kmp_rounding_of(eval->system);
-    return kmp_eval_residual(eval) <= KMP_CLOSED_DROPPED &&
-           kmp_eval_misfit(eval, &row) <= fmax(KMP_CLOSED_DROPPED, rounding ? rounding->tolerance : 0);
-}
-
 double kmp_rounding_zero(const kempe_system *system, double strict)
 {
     const kmp_rounding *rounding = kmp_rounding_of(system);
@@ -58,13 +50,6 @@ double kmp_rounding_zero(const kempe_system *system, double strict)
 
 /* Products with J and M, and dense copies of them, from the entries that the last evaluation gave. Entries are stored
  * by the patterns of the system: J in row-major order, M by its lower triangle. */
-
-void kmp_eval_mask(const kmp_evaluator *eval, const bool *left_out, double *masked)
-{
-    const kmp_pattern *j = &eval->system->jacobian;
-    for (int e = 0; e < j->count; e++)
-        masked[e] = left_out[j->row[e]] ? 0 : eval->jacobian[e];
-}
 
 void kmp_eval_dense_jacobian(const kmp_evaluator *eval, double *jacobian)
 {

@@ -118,9 +118,6 @@ const double *kmp_eval_effort(kmp_evaluator *eval, double t, const double *q, co
 
 /* Products with J and M of the last evaluation. */
 
-/** Copies J of the last closure with the rows in `left_out` (m) zero, into room for all entries of J. */
-void kmp_eval_mask(const kmp_evaluator *eval, const bool *left_out, double *masked);
-
 /** Dense copies of the last values, column-major: J is m x n, M n x n and symmetric. */
 void kmp_eval_dense_jacobian(const kmp_evaluator *eval, double *jacobian);
 void kmp_eval_dense_mass(const kmp_evaluator *eval, double *mass);
@@ -213,7 +210,3 @@ void kmp_rounding_keep_none(const kempe_system *system);
 
 /** Zero tolerance for pivots of J, and for directions of its rows: `strict`, or more if numbers are rounded. */
 double kmp_rounding_zero(const kempe_system *system, double strict);
-
-/** True if every row, dropped ones included, is closed at the evaluator's last closure up to rounding of the model's
- * numbers. With the kept rows alone a long step may reach another branch. */
-bool kmp_rounding_closed(const kmp_evaluator *eval);

@@ -4,12 +4,10 @@
 
 #include "constraints/evaluation/evaluator.h"
 
-/** Doubts tables that are used beyond their points at a state of a result, each once: in closures, where `forces` in
- * laws, and, with the values of kmp_eval_shown there (NULL: not), in outputs. */
-void kmp_eval_tell_tables(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
-                          const double *lambda, bool forces, const double *shown);
+/** Doubts a table that is used beyond an end at x, once for an evaluator. */
+void kmp_eval_tell_table(kmp_evaluator *eval, const kmp_named_table *table, int end, double x, double t);
 
-/** The same in outputs alone. */
+/** The same for tables of outputs, with the values of kmp_eval_shown at a state. */
 void kmp_eval_tell_shown(kmp_evaluator *eval, double t, const double *shown);
 
 /** The end of its table that use k of the system is beyond in the values of kmp_eval_shown; -1: none. *x: there. */

@@ -191,14 +191,6 @@ double kmp_present_inputs_until(const kmp_present_inputs *inputs)
     return until;
 }
 
-double kmp_present_inputs_from(const kmp_present_inputs *inputs, double t)
-{
-    double from = -INFINITY;
-    for (int k = 0; k < inputs->count; k++)
-        from = inputs->piece[k].from <= t ? fmax(from, inputs->piece[k].from) : from;
-    return from;
-}
-
 int kmp_present_inputs_enter(kmp_present_inputs *inputs, double t, int *input)
 {
     int least = KMP_SIGNAL_SMOOTH;
@@ -230,14 +222,6 @@ int kmp_present_inputs_enter(kmp_present_inputs *inputs, double t, int *input)
         }
     }
     return least;
-}
-
-bool kmp_present_inputs_jump(const kmp_present_inputs *inputs, double t)
-{
-    bool jumps = false;
-    for (int k = 0; k < inputs->count; k++)
-        jumps = jumps || (kmp_same_time(inputs->piece[k].from, t) && inputs->piece[k].jump == 0);
-    return jumps;
 }
 
 void kmp_present_inputs_stand(kmp_present_inputs *inputs, double t)

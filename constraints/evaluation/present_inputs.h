@@ -70,15 +70,9 @@ void kmp_present_inputs_forget(kmp_present_inputs *inputs);
 /** The first time after the present pieces began at which one of them ends; INFINITY: never. */
 double kmp_present_inputs_until(const kmp_present_inputs *inputs);
 
-/** The last time, not after t, at which a present piece begins; -INFINITY: none does. */
-double kmp_present_inputs_from(const kmp_present_inputs *inputs, double t);
-
 /** Takes the given pieces, and those of samples that begin at t or contain it. The least order of a derivative that
  * jumps there, KMP_SIGNAL_SMOOTH without a jump; *input: the one that jumps. */
 int kmp_present_inputs_enter(kmp_present_inputs *inputs, double t, int *input);
-
-/** True if the value of an input jumps at t, where its present piece begins. */
-bool kmp_present_inputs_jump(const kmp_present_inputs *inputs, double t);
 
 /** Takes the pieces of samples that contain t, at a sample the one that begins there; also back in time. */
 void kmp_present_inputs_stand(kmp_present_inputs *inputs, double t);

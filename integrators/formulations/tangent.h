@@ -42,8 +42,6 @@ typedef enum kmp_tangent_block {
     KMP_TANGENT_BLOCKS
 } kmp_tangent_block;
 
-typedef struct kmp_tangent_numbers kmp_tangent_numbers;
-
 typedef struct kmp_tangents {
     kmp_formulas value, tangent;
     int n, m;
@@ -58,7 +56,9 @@ typedef struct kmp_tangents {
     double *with_effort, *tangents_with_it; /* outputs of the programs including that force */
     int first_effort;                       /* source of the force's first tangent */
     kmp_arena arena;                        /* of the arrays here and of `column` */
-    kmp_tangent_numbers *numbers;           /* in place of the programs (kmp_tangents_init_few) */
+    /* Other derivatives in place of the programs, for the same entries; numbers NULL: none. */
+    void *numbers;
+    const double *(*by_numbers)(void *numbers, const kmp_instant *at);
     kmp_tangent_choice choice; /* R by composite bodies (0) or by differentiation (1); operations, 0: not counted */
 } kmp_tangents;
 
@@ -71,14 +71,13 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
                                unsigned values);
 void kmp_tangents_free(kmp_tangents *tangents);
 
+/** Sorts the entries of a list, which it takes, by their place; then lists the first entry of each column. false: no
+ * memory. */
+void kmp_tangents_sort(kmp_tangents *tangents, kmp_listing *list);
+bool kmp_tangents_list_columns(kmp_tangents *tangents);
+
 /** Prepares the program of the values, which must have been requested, for kmp_tangents_values. KEMPE_E_MEMORY. */
 kempe_status kmp_tangents_add_values(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend);
-
-/** Prepares R, rate and curve for a few places: derivatives alone, by dual numbers if possible. */
-kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend);
-
-/** Takes new values of the system's parameters. */
-void kmp_tangents_renew_parameters(kmp_tangents *tangents, const double *parameters);
 
 /** All values; all tangent outputs (entry e is [e.source]). Valid until the next call; no allocation. */
 const double *kmp_tangents_values(kmp_tangents *tangents, const kmp_instant *at);
@@ -87,7 +86,3 @@ const double *kmp_tangents_derivatives(kmp_tangents *tangents, const kmp_instant
 /** out += factor * block * x for the derivatives `d` last evaluated; columns with zero x are left out. */
 void kmp_tangents_add(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,
                       const double *x, double *out);
-
-/** out += factor * block' * x. */
-void kmp_tangents_add_transposed(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,
-                                 const double *x, double *out);

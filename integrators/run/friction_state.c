@@ -100,8 +100,7 @@ kmp_held_contact kmp_friction_state_closed(const kmp_friction_state *state, int 
     return *mode == KMP_FRICTION_CARRIES ? KMP_HELD_BY_OTHERS : KMP_HELD_NOT;
 }
 
-/* The state of the site, with all conditions as they are there. Contacts stay as they are. */
-static void evaluate_state(kmp_friction_state *x, double t, const double *q, const double *qd)
+void kmp_friction_state_evaluate(kmp_friction_state *x, double t, const double *q, const double *qd)
 {
     kmp_runner *run = x->site;
     int n = run->s->n;
@@ -157,8 +156,7 @@ static void take_views(kmp_friction_state *x, double t)
     }
 }
 
-/* Places and rates at the state. */
-static void take_places(kmp_friction_state *x)
+void kmp_friction_state_take_places(kmp_friction_state *x)
 {
     const kmp_friction_run *f = x->site->friction;
     for (int i = 0; i < x->count; i++) {
@@ -194,9 +192,9 @@ kempe_status kmp_friction_state_decide(kmp_friction_state *state, double t, cons
 {
     kmp_runner *run = state->site;
     kmp_friction_state_open(run->eval);
-    evaluate_state(state, t, q, qd);
+    kmp_friction_state_evaluate(state, t, q, qd);
     run->friction->pins = false;
-    take_places(state);
+    kmp_friction_state_take_places(state);
     KMP_TRY(check_contacts(state, t, run->state + run->s->n));
     kmp_partition_free(&run->part);
     KMP_TRY(kmp_runner_choose(run, t, run->state, -1, NULL, 0));
@@ -213,126 +211,6 @@ kempe_status kmp_friction_state_decide(kmp_friction_state *state, double t, cons
         const kmp_friction_element *e = &f->element[f->which[k]];
         double pushed = f->f[k] * f->d[k + k * f->rest], none = fmax(e->still, kmp_friction_rounding(f, k));
         state->view[f->which[k]].limit = e->contact && e->stance == KMP_FRICTION_HELD && pushed <= none;
-    }
-    return KEMPE_OK;
-}
-
-void kmp_friction_state_look(kmp_friction_state *state, double t, const double *q, const double *qd)
-{
-    evaluate_state(state, t, q, qd);
-    take_places(state);
-    kmp_friction_state_release(state->site->eval);
-}
-
-void kmp_friction_state_measure(kmp_friction_state *state, double t, const double *q, double *place)
-{
-    kmp_runner *run = state->site;
-    kmp_friction_run *f = run->friction;
-    memset(run->state + run->s->n, 0, (size_t)run->s->n * sizeof *q);
-    const double *now = kmp_eval_changes(run->eval, t, q, run->state + run->s->n);
-    memcpy(f->change, now, (size_t)run->s->events.count * sizeof *now);
-    for (int i = 0; i < state->count; i++)
-        place[i] = kmp_friction_at(f, &f->element[i], KMP_ROLE_PLACE);
-}
-
-bool kmp_friction_state_agrees(kmp_friction_state *state, double t, const double *q, double *place)
-{
-    bool agrees = true;
-    double most = 0;
-    for (int i = 0; i < state->count; i++)
-        most = fmax(most, state->view[i].contact ? fabs(state->view[i].force) : 0);
-    kmp_friction_state_measure(state, t, q, place);
-    for (int i = 0; i < state->count; i++) {
-        const kmp_friction_view *view = &state->view[i];
-        bool closed = kmp_friction_state_closed(state, i) != KMP_HELD_NOT;
-        bool overlaps = !closed && place[i] < -KMP_TOUCH_NEAR * view->size;
-        agrees = agrees && !(view->contact && (overlaps || view->force < -KMP_CONTACT_NONE * most));
-    }
-    return agrees;
-}
-
-/* Holds the row of an element if it is independent. */
-static kempe_status hold(kmp_friction_state *x, int i, double t, double place)
-{
-    kmp_runner *run = x->site;
-    kmp_friction_element *e = &run->friction->element[i];
-    bool adds;
-    KMP_TRY((kempe_status)kmp_friction_adds_row(run->friction, e, t, run->state, &adds));
-    x->view[i].word = adds ? KMP_FRICTION_WORD_STICKS : KMP_FRICTION_WORD_SHARES;
-    if (adds) {
-        kmp_friction_set_held(run->friction, e, place);
-        return KEMPE_OK;
-    }
-    kmp_friction_set_given(run->friction, e, 0, 0);
-    return (kempe_status)kmp_friction_choose(run->friction, t, run->state);
-}
-
-kempe_status kmp_friction_state_press(kmp_friction_state *state, double t, const double *q,
-                                      const kmp_normal_load *pressed)
-{
-    kmp_runner *run = state->site;
-    memcpy(run->state, q, (size_t)run->s->n * sizeof *q);
-    kmp_friction_state_open(run->eval);
-    KMP_TRY((kempe_status)kmp_friction_choose(run->friction, t, run->state));
-    for (int i = 0; i < state->count; i++)
-        if (state->view[i].contact)
-            state->view[i].word = KMP_FRICTION_WORD_SLIPS;
-    for (int how = KMP_PRESSED; how <= KMP_PRESSED_IF_IMPLIED; how++)
-        for (int i = 0; i < state->count; i++) {
-            kmp_friction_element *e = &run->friction->element[i];
-            if (!state->view[i].contact || (int)pressed[i] != how)
-                continue;
-            /* By its row, or by those of others. */
-            KMP_TRY(hold(state, i, t, 0));
-            if (state->view[i].word == KMP_FRICTION_WORD_SHARES) {
-                kmp_friction_put(run->friction, e, KMP_ROLE_SENSE, KMP_FRICTION_CARRIES);
-            } else if (how == KMP_PRESSED_IF_IMPLIED) {
-                kmp_friction_set_slip(run->friction, e, 0, 0);
-                state->view[i].word = KMP_FRICTION_WORD_SLIPS;
-                KMP_TRY((kempe_status)kmp_friction_choose(run->friction, t, run->state));
-            }
-        }
-    return KEMPE_OK;
-}
-
-kempe_status kmp_friction_state_lock(kmp_friction_state *state, double t, const double *q, const bool *which,
-                                     const double *place)
-{
-    kmp_runner *run = state->site;
-    kmp_friction_run *f = run->friction;
-    evaluate_state(state, t, q, NULL);
-    kmp_partition_free(&run->part);
-    KMP_TRY(kmp_runner_choose(run, t, run->state, -1, NULL, 0));
-    for (int i = 0; i < state->count; i++) {
-        kmp_friction_element *e = &f->element[i];
-        double at = kmp_friction_at(f, e, KMP_ROLE_PLACE);
-        bool level =
-            fmax(kmp_friction_level_at(f, e, KMP_ROLE_LEVEL), kmp_friction_level_at(f, e, KMP_ROLE_STATIC)) > 0;
-        bool wanted = !state->view[i].off && (which ? which[i] : level || run->loaded_friction);
-        if (e->contact)
-            continue;
-        kmp_friction_set_slip(run->friction, e, 0, 0);
-        state->view[i].word = KMP_FRICTION_WORD_SLIPS;
-        if (wanted)
-            KMP_TRY(hold(state, i, t, place ? place[i] : at));
-    }
-    return KEMPE_OK;
-}
-
-kempe_status kmp_friction_state_load(kmp_friction_state *state, double t, const double *q)
-{
-    kmp_runner *run = state->site;
-    kmp_friction_run *f = run->friction;
-    evaluate_state(state, t, q, NULL);
-    kmp_partition_free(&run->part);
-    KMP_TRY((kempe_status)kmp_friction_load(run->friction, t, run->state, run->state + run->s->n, &state->part));
-    for (int i = 0; i < state->count; i++) {
-        kmp_friction_element *e = &f->element[i];
-        state->view[i].force = e->contact ? kmp_friction_at(f, e, KMP_ROLE_GIVEN) : f->f[i];
-        state->view[i].largest = f->upper[i];
-        state->view[i].needs = hypot(f->f[i], e->twin < 0 ? 0 : f->f[e->twin]);
-        if (!e->contact)
-            state->view[i].word = e->implied ? KMP_FRICTION_WORD_OPEN : KMP_FRICTION_WORD_STICKS;
     }
     return KEMPE_OK;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Friction that sticks, and rigid contacts, at a state without a run: for equilibria and small motions. The inputs of
  * their elements are those of an evaluator of the caller; they stay as they are set until they are set again
- * (kmp_evaluator.holds_friction). Contacts are closed by kmp_friction_state_press or kmp_friction_state_decide, and
+ * (kmp_evaluator.holds_friction). Contacts are closed by kmp_friction_state_decide, or by callers, and
  * stay so for all other functions, also those of another object with the same evaluator. */
 #pragma once
 
@@ -44,31 +44,6 @@ void kmp_friction_state_free(kmp_friction_state *state);
  * surfaces overlap or strike. */
 kempe_status kmp_friction_state_decide(kmp_friction_state *state, double t, const double *q, const double *qd);
 
-/** Holds the rows of all elements with a level, or of those in `which` (count), at (t, q), as far as they are
- * independent, whether or not friction can. `place` (count; NULL: as at q): where. The words of the views follow. */
-kempe_status kmp_friction_state_lock(kmp_friction_state *state, double t, const double *q, const bool *which,
-                                     const double *place);
-
-/** Places and rates of all elements at (t, q, qd; NULL: zero). */
-void kmp_friction_state_look(kmp_friction_state *state, double t, const double *q, const double *qd);
-
-/** At a state at rest: the least part of the static levels with which friction keeps all elements at rest, INFINITY if
- * none does, and such forces. No row is held afterwards. */
-kempe_status kmp_friction_state_load(kmp_friction_state *state, double t, const double *q);
-
-typedef enum kmp_normal_load {
-    KMP_PRESSED_NOT,
-    KMP_PRESSED,           /* closed by its row, if that is independent; otherwise by the rows of others */
-    KMP_PRESSED_IF_IMPLIED /* closed where the rows of the others keep it so */
-} kmp_normal_load;
-
-/** Closes contacts at (t, q) as `pressed` (count) tells. Friction keeps its modes. The words of the contacts follow. */
-kempe_status kmp_friction_state_press(kmp_friction_state *state, double t, const double *q,
-                                      const kmp_normal_load *pressed);
-
-/** Distances of contacts, and places of friction, at (t, q); no mode changes. */
-void kmp_friction_state_measure(kmp_friction_state *state, double t, const double *q, double *place);
-
 typedef enum kmp_held_contact {
     KMP_HELD_NOT,
     KMP_HELD_BY_ROW,
@@ -78,9 +53,10 @@ typedef enum kmp_held_contact {
 /** The mode in which the evaluator closes the contact of a view; its friction is not closed. */
 kmp_held_contact kmp_friction_state_closed(const kmp_friction_state *state, int i);
 
-/** True if no contact overlaps at (t, q), and none pulls with the forces of the last kmp_friction_state_load. `place`
- * (count) is changed. */
-bool kmp_friction_state_agrees(kmp_friction_state *state, double t, const double *q, double *place);
+/** Evaluates all conditions at (t, q, qd; NULL: zero), with friction free and contacts as they are; then the places and
+ * rates of the views there. For callers that hold elements themselves. */
+void kmp_friction_state_evaluate(kmp_friction_state *state, double t, const double *q, const double *qd);
+void kmp_friction_state_take_places(kmp_friction_state *state);
 
 /** Gives up all rows and forces of friction: elements follow the sign of their rates, and have no force at rest. */
 void kmp_friction_state_release(kmp_evaluator *eval);

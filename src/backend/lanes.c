@@ -23,11 +23,9 @@ struct kmp_lanes {
     kmp_code code;               /* operations, where there is no machine code */
     kmp_routine *const *segment; /* machine code; NULL: there is none */
     int width;
-    bool fused;   /* sines by fused multiply-adds */
-    double *v;    /* slots x width */
-    double *base; /* of all angles: 3 x width each */
-    kmp_lanes_sines sines;
-    const int64_t *renewed; /* lanes whose base is */
+    double *v;                /* slots x width */
+    kmp_lanes_sincos *sincos; /* NULL: kmp_sincos_lanes */
+    void *user;               /* of it */
 };
 
 int kmp_lanes_best(void)
@@ -48,16 +46,10 @@ static kmp_x86_form form_of(int width)
     return 0;
 }
 
-size_t kmp_lanes_base_size(const kmp_lanes *lanes)
-{
-    return 3 * (size_t)lanes->frame.angles;
-}
-
 static bool add_room(kmp_lanes *lanes)
 {
     size_t w = (size_t)lanes->width, slots = lanes->frame.slots;
     lanes->v = kmp_arena_aligned(&lanes->frame.arena, slots * w);
-    lanes->base = kmp_arena_aligned(&lanes->frame.arena, kmp_lanes_base_size(lanes) * w);
     return !lanes->frame.arena.failed;
 }
 
@@ -115,27 +107,15 @@ void kmp_lanes_free(kmp_lanes *lanes)
     kmp_free(lanes);
 }
 
-void kmp_lanes_fuse_sines(kmp_lanes *lanes)
+void kmp_lanes_set_sincos(kmp_lanes *lanes, kmp_lanes_sincos *sincos, void *user)
 {
-    lanes->fused = true;
+    lanes->sincos = sincos;
+    lanes->user = user;
 }
 
-void kmp_lanes_take_sines(kmp_lanes *lanes, kmp_lanes_sines sines, const int64_t *renewed)
+int kmp_lanes_angles(const kmp_lanes *lanes)
 {
-    lanes->sines = lanes->fused ? sines : KMP_SINES_ALONE;
-    lanes->renewed = renewed;
-}
-
-void kmp_lanes_get_base(const kmp_lanes *lanes, int lane, double *base)
-{
-    for (size_t k = 0; k < kmp_lanes_base_size(lanes); k++)
-        base[k] = lanes->base[k * (size_t)lanes->width + (size_t)lane];
-}
-
-void kmp_lanes_put_base(kmp_lanes *lanes, int lane, const double *base)
-{
-    for (size_t k = 0; k < kmp_lanes_base_size(lanes); k++)
-        lanes->base[k * (size_t)lanes->width + (size_t)lane] = base[k];
+    return (int)lanes->frame.angles;
 }
 
 bool kmp_lanes_native(const kmp_lanes *lanes)
@@ -292,15 +272,10 @@ static void find_sines(kmp_lanes *lanes, const kmp_segment *here)
 {
     const kmp_frame *f = &lanes->frame;
     const uint32_t *x = f->angle + here->angle, *s = f->sine + here->angle, *c = f->cosine + here->angle;
-    double *base = lanes->base + 3 * (size_t)here->angle * (size_t)lanes->width;
-    int n = (int)here->angles;
-    if (lanes->sines == KMP_SINES_NEAR) {
-        kmp_sincos_near(n, lanes->width, lanes->v, x, s, c, base);
-        return;
-    }
-    kmp_sincos_lanes(lanes->fused, n, lanes->width, lanes->v, x, s, c);
-    if (lanes->sines == KMP_SINES_RENEW)
-        kmp_sincos_keep(n, lanes->width, lanes->v, x, s, c, lanes->renewed, base);
+    if (lanes->sincos)
+        lanes->sincos(lanes->user, (int)here->angle, (int)here->angles, lanes->v, x, s, c);
+    else
+        kmp_sincos_lanes((int)here->angles, lanes->width, lanes->v, x, s, c);
 }
 
 void kmp_lanes_run_in_place(kmp_lanes *lanes, int stage)

@@ -21,19 +21,16 @@ int kmp_lanes_best(void);
  * are set. */
 kmp_lanes *kmp_lanes_new(const kmp_program *program, int width, bool plain);
 
-/** Sines and cosines by fused multiply-adds, in half the time. Outputs then have other roundings than those of a
- * machine, otherwise the same bits. */
-void kmp_lanes_fuse_sines(kmp_lanes *lanes);
+/** Finds sines and cosines of n values in slots, as kmp_sincos_lanes; the first is number `first` of the angles of the
+ * program. */
+typedef void kmp_lanes_sincos(void *user, int first, int n, double *v, const uint32_t *x, const uint32_t *s,
+                              const uint32_t *c);
 
-/** Three ways in which stages find fused sines from now on: each alone, as at first; by rotation from the base, which
- * has angles nearby (kmp_sincos_near); alone, with a base that is renewed in the lanes that are not 0. */
-typedef enum kmp_lanes_sines { KMP_SINES_ALONE, KMP_SINES_NEAR, KMP_SINES_RENEW } kmp_lanes_sines;
-void kmp_lanes_take_sines(kmp_lanes *lanes, kmp_lanes_sines sines, const int64_t *renewed);
+/** Takes other sines and cosines than those of a machine; outputs then have other roundings. The number of all angles.
+ */
+void kmp_lanes_set_sincos(kmp_lanes *lanes, kmp_lanes_sincos *sincos, void *user);
+int kmp_lanes_angles(const kmp_lanes *lanes);
 
-/** The base of a lane: kmp_lanes_base_size numbers. */
-size_t kmp_lanes_base_size(const kmp_lanes *lanes);
-void kmp_lanes_get_base(const kmp_lanes *lanes, int lane, double *base);
-void kmp_lanes_put_base(kmp_lanes *lanes, int lane, const double *base);
 void kmp_lanes_free(kmp_lanes *lanes);
 
 /** True if it runs as machine code. */

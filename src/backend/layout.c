@@ -499,7 +499,7 @@ static bool begin(kmp_layout *l)
 kmp_block_runner kmp_layout_runner(const kmp_backend *backend)
 {
     return (kmp_block_runner){backend->prepare, backend->release, backend->set,
-                              backend->run,     backend->outputs, backend->rows};
+                              backend->run,     backend->outputs, backend->native};
 }
 
 bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program,

@@ -5,7 +5,6 @@
 
 #include "base/thread_pool.h"
 #include "symbolic/program.h"
-#include "symbolic/row_code.h"
 
 typedef struct kmp_machine kmp_machine;
 
@@ -25,7 +24,7 @@ typedef struct kmp_backend {
     const double *(*outputs)(const void *code, int stage);
     void (*count)(const void *code, kmp_block_counts *counts);  /* adds those since it was prepared */
     void *(*share)(const kmp_program *program, kmp_team *team); /* for a thread pool; NULL: unused */
-    kmp_row_writer *rows;                                       /* machine code of scans; NULL: there is none */
+    bool native;                                                /* blocks are machine code at many places at once */
     kmp_team *team; /* the thread pool that shares the work of prepared programs: NULL in the table, set in a copy;
                        outlives it */
 } kmp_backend;

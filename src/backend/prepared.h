@@ -7,7 +7,6 @@
 #include "backend/x86/registers.h"
 #include "base/cache/bytes.h"
 #include "symbolic/program_forms.h"
-#include "symbolic/row_code.h"
 
 /** A segment's arithmetic on all slots, of which each has as many doubles as the form. */
 typedef void kmp_routine(double *v);

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Sines and cosines of many arguments with the widest vectors of the machine: with the bits of kempe_sincos,
- * by fused multiply-adds, with half the operations, or by rotation from angles nearby, with fewer still. */
+/* Sines and cosines of many arguments with the widest vectors of the machine, with the bits of kempe_sincos. */
 #pragma once
 
 #include <stdbool.h>
@@ -12,18 +11,11 @@
  */
 void kmp_sincos_slots(uint32_t n, const uint32_t *angle, const double *v, double *out);
 
-/** The same by rotation from angles nearby, in 0.6 of the time of fused ones: `base` has for each of the n values
- * `width` angles, their fused sines and their cosines, as kmp_sincos_keep takes them. Lanes whose differences have a
- * norm above KMP_SINCOS_NEAR have fused results. Errors are below 3 units of 2^-53. */
-#define KMP_SINCOS_NEAR 0.375
-
 /** Sines and cosines of `width` lanes, at most 16, of n values in slots: values of slot x[k] at v + width x[k], results
- * in slots s[k] and c[k]. No slot is both read and written. The bits of a lane do not depend on the width. They are
- * those of kempe_sincos, or else `fused` ones within 1.5 ulp, in half the time; the fused sine of -0 is 0. */
-void kmp_sincos_lanes(bool fused, int n, int width, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c);
-void kmp_sincos_near(int n, int width, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c,
-                     const double *base);
+ * in slots s[k] and c[k]. No slot is both read and written. */
+void kmp_sincos_lanes(int n, int width, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c);
 
-/** Takes angles with their sines and cosines into a base, in the lanes that are not 0. */
-void kmp_sincos_keep(int n, int width, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c,
-                     const int64_t *lanes, double *base);
+/** The same where the value is no number below KEMPE_SINCOS_LIMIT, by the functions of C; other results stay. The bits
+ * of the limit: those of |x| that are larger, as integers, are beyond it or NaN. */
+void kmp_sincos_beyond(int n, int width, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c);
+#define KMP_SINCOS_LIMIT_BITS 0x40f86a0000000000

@@ -222,4 +222,4 @@ static void run(void *code, int stage)
 }
 
 const kmp_backend kmp_backend_tape = {"tape",          prepare, release, kmp_frame_set, run, kmp_frame_outputs,
-                                      kmp_frame_count, NULL,    NULL,    NULL};
+                                      kmp_frame_count, NULL,    false,   NULL};

@@ -3,12 +3,12 @@
  * halved until each is known by its values. The ends of the short ones limit steps. */
 #include "backend/time_scales.h"
 #include "backend/bounds.h"
+#include "base/quantile.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum {
@@ -203,12 +203,6 @@ static void divide(study *s, const double *parameters, double from, double to)
     (void)halve(s, parameters, 0, from, to, x, y);
 }
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Adds the intervals of a study to those of others. False: no memory. */
 static bool add_ends(const study *s, kmp_arena *arena, kmp_time_scales *found)
 {
@@ -222,7 +216,7 @@ static bool add_ends(const study *s, kmp_arena *arena, kmp_time_scales *found)
     found->count += s->ends;
     found->shortest = fmin(found->shortest, s->shortest);
     found->open = s->ends >= MOST_INTERVALS ? s->name[0] : found->open;
-    qsort(end, (size_t)found->count, sizeof *end, ascending);
+    kmp_order(found->count, end);
     return true;
 }
 

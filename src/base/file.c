@@ -3,11 +3,10 @@
  * or a pipe cannot be replaced and is written to directly. */
 #include "base/file.h"
 #include "base/memory.h"
-#include <dirent.h>
+#include "base/temporary_file.h"
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
-#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -98,151 +97,23 @@ kempe_status kmp_file_read(kempe_context *context, kmp_file_kind kind, const cha
     return status;
 }
 
-char *kmp_folder_find(const char *folder, const char *ending, int *count)
-{
-    DIR *stream = opendir(folder);
-    char *first = NULL;
-    *count = 0;
-    for (const struct dirent *d = stream ? readdir(stream) : NULL; d; d = readdir(stream)) {
-        if (d->d_name[0] == '.' || strcmp(kmp_file_ending(d->d_name), ending) != 0)
-            continue;
-        *count += 1;
-        if (first && strcmp(d->d_name, first) > 0)
-            continue;
-        kmp_free(first);
-        first = kmp_strdup(d->d_name);
-    }
-    if (stream)
-        closedir(stream);
-    return first;
-}
-
-/* Writes `left` bytes; 0 or an errno. */
-static int write_all(int fd, const char *text, size_t left)
-{
-    while (left > 0) {
-        ssize_t n = write(fd, text, left);
-        if (n < 0 && errno == EINTR)
-            continue;
-        if (n < 0)
-            return errno;
-        text += n;
-        left -= (size_t)n;
-    }
-    return 0;
-}
-
-/* Writes `left` bytes, to the disk where they are to last, and closes; 0 or an errno. */
-static int write_and_close(int fd, const char *text, size_t left, bool lasting)
-{
-    int written = write_all(fd, text, left);
-    if (written) {
-        close(fd);
-        return written;
-    }
-    int error = lasting && fsync(fd) != 0 && errno != EINVAL ? errno : 0;
-    int closed = close(fd) == 0 ? 0 : errno;
-    return error ? error : closed;
-}
-
 static int write_in_place(const char *path, const char *text, size_t length)
 {
     int fd = open(path, O_WRONLY | O_CLOEXEC);
-    return fd < 0 ? errno : write_and_close(fd, text, length, false);
-}
-
-/* A new file in the folder of `path`, with its name in `temporary`; -1 and errno when there is none. */
-static int open_temporary(const char *path, kmp_text *temporary)
-{
-    static atomic_uint counter;
-    for (int attempt = 0; attempt < 100; attempt++) {
-        kmp_text_free(temporary);
-        kmp_text_printf(temporary, "%s.tmp-%ld-%u", path, (long)getpid(), atomic_fetch_add(&counter, 1u));
-        if (temporary->failed) {
-            errno = ENOMEM;
-            return -1;
-        }
-        int fd = open(temporary->s, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        if (fd >= 0 || errno != EEXIST)
-            return fd;
-    }
-    return -1;
-}
-
-/* Makes the names in the folder of `path` last through a loss of power. Some file systems cannot; they lose nothing
- * that the file itself has. */
-static void keep_folder(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    kmp_text folder = {0};
-    kmp_text_append(&folder, slash ? path : ".", slash ? (size_t)(slash - path) + 1 : 1);
-    int fd = folder.failed ? -1 : open(folder.s, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd >= 0) {
-        (void)fsync(fd);
-        close(fd);
-    }
-    kmp_text_free(&folder);
-}
-
-/* The way in which a whole file gets its name. */
-typedef struct placing {
-    const struct stat *old; /* the existing file; NULL: none */
-    bool lasting;           /* through a loss of power */
-    bool exclusive;         /* EEXIST if there is one already */
-} placing;
-
-/* A file system without links has renaming alone, which replaces what another process has made in between. */
-static int give_name(const char *temporary, const char *path, bool exclusive)
-{
-    if (!exclusive)
-        return rename(temporary, path) == 0 ? 0 : errno;
-    int error = link(temporary, path) == 0 ? 0 : errno;
-    if (error == EPERM || error == ENOTSUP || error == ENOSYS || error == EMLINK)
-        return access(path, F_OK) == 0 ? EEXIST : give_name(temporary, path, false);
-    unlink(temporary);
-    return error;
-}
-
-/* Writes a temporary file; without an error its name is in `temporary`. */
-static int write_temporary(const char *path, const placing *place, const char *text, size_t length, kmp_text *temporary)
-{
-    int fd = open_temporary(path, temporary);
-    int error = fd < 0 ? errno : 0;
-    if (!error) {
-        if (place->old && fchmod(fd, place->old->st_mode & 07777) != 0)
-            error = errno;
-        int written = write_and_close(fd, text, length, place->lasting);
-        if (!error)
-            error = written;
-        if (error)
-            unlink(temporary->s);
-    }
-    return error;
+    return fd < 0 ? errno : kmp_temporary_end(fd, text, length);
 }
 
 /* Writes a temporary file that then gets its name. */
-static int write_by_name(const char *path, const placing *place, const char *text, size_t length)
+static int write_by_name(const char *path, const struct stat *old, const char *text, size_t length)
 {
     kmp_text temporary = {0};
-    int error = write_temporary(path, place, text, length, &temporary);
-    if (!error) {
-        error = give_name(temporary.s, path, place->exclusive);
-        if (error)
-            unlink(temporary.s);
-        else if (place->lasting)
-            keep_folder(path);
+    int error = kmp_temporary_write(path, old, text, length, &temporary);
+    if (!error && rename(temporary.s, path) != 0) {
+        error = errno;
+        unlink(temporary.s);
     }
     kmp_text_free(&temporary);
     return error;
-}
-
-static kempe_status report_written(kempe_context *context, const char *path, int error)
-{
-    if (error == ENOMEM)
-        return kmp_fail_memory(context);
-    if (error)
-        return kmp_fail(context, KEMPE_E_IO, "cannot write '%s': %s", path, strerror(error));
-    return KEMPE_OK;
 }
 
 static kempe_status write_bytes(kempe_context *context, const char *path, const char *text, size_t length)
@@ -259,8 +130,8 @@ static kempe_status write_bytes(kempe_context *context, const char *path, const 
     else if (exists && !S_ISREG(old.st_mode))
         error = write_in_place(path, text, length);
     else
-        error = write_by_name(real ? real : path, &(placing){.old = exists ? &old : NULL}, text, length);
-    return report_written(context, path, error);
+        error = write_by_name(real ? real : path, exists ? &old : NULL, text, length);
+    return kmp_temporary_report(context, path, error);
 }
 
 kempe_status kempe_write_file(kempe_context *context, const char *path, const char *text)
@@ -269,50 +140,6 @@ kempe_status kempe_write_file(kempe_context *context, const char *path, const ch
     KMP_WANTED(context, path, "path");
     KMP_WANTED(context, text, "text");
     return write_bytes(context, path, text, strlen(text));
-}
-
-/* The place of a file and what it replaces: the target of a symbolic link. */
-static int stage(const char *folder, const char *name, const char *text, kmp_text *path, kmp_text *temporary)
-{
-    char target[PATH_MAX];
-    struct stat old;
-    kmp_text_printf(path, "%s/%s", folder, name);
-    const bool exists = !path->failed && stat(path->s, &old) == 0;
-    if (exists && !S_ISREG(old.st_mode))
-        return S_ISDIR(old.st_mode) ? EISDIR : EINVAL;
-    if (exists && realpath(path->s, target)) {
-        kmp_text_free(path);
-        kmp_text_put(path, target);
-    }
-    return path->failed
-               ? ENOMEM
-               : write_temporary(path->s, &(placing){.old = exists ? &old : NULL}, text, strlen(text), temporary);
-}
-
-kempe_status kmp_files_write(kempe_context *context, const char *folder, int count, const char *const *names,
-                             const char *const *texts)
-{
-    kmp_text *path = KMP_NEW(kmp_text, count), *temporary = KMP_NEW(kmp_text, count);
-    int error = path && temporary ? 0 : ENOMEM, staged = 0, named = 0;
-    while (!error && staged < count) {
-        error = stage(folder, names[staged], texts[staged], &path[staged], &temporary[staged]);
-        staged += !error;
-    }
-    while (!error && named < count) {
-        error = give_name(temporary[named].s, path[named].s, false);
-        named += !error;
-    }
-    const char *wrong = error && error != ENOMEM ? path[staged < count ? staged : named].s : folder;
-    kempe_status status = report_written(context, wrong, error);
-    for (int k = named; k < staged; k++)
-        unlink(temporary[k].s);
-    for (int k = 0; path && temporary && k < count; k++) {
-        kmp_text_free(&path[k]);
-        kmp_text_free(&temporary[k]);
-    }
-    kmp_free(path);
-    kmp_free(temporary);
-    return status;
 }
 
 const char *kmp_file_ending(const char *path)
@@ -327,76 +154,6 @@ kempe_status kmp_file_write(kempe_context *context, const char *path, kmp_text *
         text->failed ? kmp_fail_memory(context) : write_bytes(context, path, text->s ? text->s : "", text->length);
     kmp_text_free(text);
     return status;
-}
-
-kempe_status kmp_file_write_lasting(kempe_context *context, const char *path, kmp_text *text)
-{
-    int error = text->failed ? ENOMEM : write_by_name(path, &(placing){.lasting = true}, text->s, text->length);
-    kmp_text_free(text);
-    return report_written(context, path, error);
-}
-
-/* -- piece by piece ---------------------------------------------------------------------------------- */
-
-struct kmp_file_stream {
-    kempe_context *context;
-    kmp_text path, temporary; /* temporary empty: a device, written in place */
-    int fd;
-};
-
-kempe_status kmp_file_stream_new(kempe_context *context, const char *path, kmp_file_stream **stream)
-{
-    struct stat old;
-    KMP_MAKE(context, kmp_file_stream, s);
-    s->context = context;
-    kmp_text_put(&s->path, path);
-    if (stat(path, &old) == 0 && !S_ISREG(old.st_mode))
-        s->fd = open(path, O_WRONLY | O_CLOEXEC);
-    else
-        s->fd = open_temporary(path, &s->temporary);
-    int error = s->fd < 0 ? errno : s->path.failed ? ENOMEM : 0;
-    kempe_status status = report_written(context, path, error);
-    return KMP_GIVE_OR_FREE(status, stream, s, kmp_file_stream_free);
-}
-
-kempe_status kmp_file_stream_put(kmp_file_stream *s, kmp_text *text)
-{
-    int error = text->failed ? ENOMEM : write_all(s->fd, text->s ? text->s : "", text->length);
-    kmp_text_free(text);
-    return report_written(s->context, s->path.s, error);
-}
-
-kempe_status kmp_file_stream_end(kmp_file_stream *s)
-{
-    int error = close(s->fd) == 0 ? 0 : errno;
-    s->fd = -1;
-    if (!error && s->temporary.length > 0)
-        error = give_name(s->temporary.s, s->path.s, false);
-    if (!error)
-        kmp_text_free(&s->temporary);
-    kempe_status status = report_written(s->context, s->path.s, error);
-    kmp_file_stream_free(s);
-    return status;
-}
-
-void kmp_file_stream_free(kmp_file_stream *s)
-{
-    if (!s)
-        return;
-    if (s->fd >= 0)
-        close(s->fd);
-    if (s->temporary.length > 0)
-        unlink(s->temporary.s);
-    kmp_text_free(&s->path);
-    kmp_text_free(&s->temporary);
-    kmp_free(s);
-}
-
-kempe_status kmp_file_make(kempe_context *context, const char *path, const char *text, bool lasting, bool *made)
-{
-    int error = write_by_name(path, &(placing){.lasting = lasting, .exclusive = true}, text, strlen(text));
-    *made = error == 0;
-    return error == EEXIST ? KEMPE_OK : report_written(context, path, error);
 }
 
 kempe_status kmp_folder_make(kempe_context *context, const char *path)

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The writer of JSON: levels, keys and commas, numbers with the fewest digits that read back, templates of members, and
- * arrays of numbers as base64. */
+/* The writer of JSON: levels, keys and commas, numbers with the fewest digits that read back, templates of members. */
 #include "base/json.h"
 #include <stdarg.h>
 #include <stdio.h>
@@ -15,11 +14,6 @@ kmp_json kmp_json_begin_as(kmp_text *text, kmp_json_layout layout)
 kmp_json kmp_json_begin(kmp_text *text)
 {
     return kmp_json_begin_as(text, KMP_JSON_LINES);
-}
-
-kmp_json kmp_json_begin_compact(kmp_text *text)
-{
-    return kmp_json_begin_as(text, KMP_JSON_COMPACT);
 }
 
 void kmp_json_line(kmp_json *json, const char *line)
@@ -47,8 +41,13 @@ static void quote(kmp_json *json, const char *s)
     if (json->layout != KMP_JSON_COMPACT)
         return;
     kmp_text_quote(&quoted, s);
-    for (const char *c = quoted.s; c && *c; c++)
-        kmp_text_printf(json->text, *c == '<' ? "\\u003c" : "%c", *c);
+    for (const char *c = quoted.s; c && *c;) {
+        const size_t plain = strcspn(c, "<");
+        kmp_text_append(json->text, c, plain);
+        c += plain;
+        if (*c && c++)
+            kmp_text_put(json->text, "\\u003c");
+    }
     kmp_text_free_part(json->text, &quoted);
 }
 
@@ -224,69 +223,4 @@ void kmp_json_rounded_numbers(kmp_json *json, const char *key, int count, const 
 void kmp_json_numbers(kmp_json *json, const char *key, int count, const double *x)
 {
     kmp_json_rounded_numbers(json, key, count, x, 0);
-}
-
-/* -- base64 ------------------------------------------------------------------------------------------ */
-
-/* Bytes that are written in threes. */
-typedef struct bytes {
-    kmp_text *text;
-    unsigned char byte[3];
-    int filled;
-} bytes;
-
-/* RFC 4648. */
-static void put_three(bytes *b)
-{
-    static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    unsigned bits = (unsigned)b->byte[0] << 16 | (unsigned)b->byte[1] << 8 | b->byte[2];
-    char out[5] = "====";
-    for (int k = 0; k <= b->filled; k++)
-        out[k] = letters[bits >> (18 - 6 * k) & 63];
-    kmp_text_put(b->text, out);
-    memset(b->byte, 0, sizeof b->byte);
-    b->filled = 0;
-}
-
-static void put_bytes(bytes *b, uint32_t value, int count)
-{
-    for (int k = 0; k < count; k++) {
-        b->byte[b->filled++] = (unsigned char)(value >> (8 * k) & 255);
-        if (b->filled == 3)
-            put_three(b);
-    }
-}
-
-static bytes begin_bytes(kmp_json *json, const char *key)
-{
-    put_key(json, key);
-    kmp_text_put(json->text, "\"");
-    return (bytes){.text = json->text};
-}
-
-static void end_bytes(bytes *b)
-{
-    if (b->filled > 0)
-        put_three(b);
-    kmp_text_put(b->text, "\"");
-}
-
-void kmp_json_shorts(kmp_json *json, const char *key, size_t count, const int16_t *x)
-{
-    bytes b = begin_bytes(json, key);
-    for (size_t k = 0; k < count; k++)
-        put_bytes(&b, (uint16_t)x[k], 2);
-    end_bytes(&b);
-}
-
-void kmp_json_floats(kmp_json *json, const char *key, size_t count, const double *x)
-{
-    bytes b = begin_bytes(json, key);
-    for (size_t k = 0; k < count; k++) {
-        float rounded = (float)x[k];
-        uint32_t bits;
-        memcpy(&bits, &rounded, sizeof bits);
-        put_bytes(&b, bits, 4);
-    }
-    end_bytes(&b);
 }

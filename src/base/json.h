@@ -26,7 +26,6 @@ typedef struct kmp_json {
 } kmp_json;
 
 kmp_json kmp_json_begin(kmp_text *text);
-kmp_json kmp_json_begin_compact(kmp_text *text);
 kmp_json kmp_json_begin_as(kmp_text *text, kmp_json_layout layout);
 
 /** The next member of a dense object begins with this text: "\n", with blanks for an indentation. */
@@ -50,10 +49,6 @@ void kmp_json_put(kmp_json *json, const char *format, ...) __attribute__((format
 /** An array of numbers on one line. */
 void kmp_json_numbers(kmp_json *json, const char *key, int count, const double *x);
 void kmp_json_rounded_numbers(kmp_json *json, const char *key, int count, const double *x, int digits);
-
-/** A string of base64, the lower byte of a number first: two bytes, or four as IEEE 754 single precision. */
-void kmp_json_shorts(kmp_json *json, const char *key, size_t count, const int16_t *x);
-void kmp_json_floats(kmp_json *json, const char *key, size_t count, const double *x);
 
 /** Closes the innermost object or array; the outermost one with a newline. */
 void kmp_json_end(kmp_json *json);

@@ -4,14 +4,23 @@
  * the core runs through kmp_wings: the rows of the wings of this build, which CMake lists in wings.c. */
 #pragma once
 
+#include <stdbool.h>
+
+struct kempe_model;
+struct kmp_text;
+
 typedef struct kmp_wing {
     const char *name;
     const struct kmp_document_wing *documents;  /* model files of other programs (model/files/document.h) */
     const struct kmp_reader_wing *reader;       /* sections of a model file (model/read/reading.h) */
+    const struct kmp_writer_wing *writer;       /* sections of a model that is printed (model/write/model_print.h) */
     const struct kmp_closure_of_wing *closures; /* one without parts ends them (constraints/kinds/kind.h) */
     const struct kmp_law_row *laws;             /* one without a law ends them (dynamics/forces/law.h) */
     const struct kmp_output_of_wing *outputs;   /* one without a function ends them (dynamics/outputs.h) */
     const struct kmp_run_judge *judge;          /* of results of a run (studies/simulate/trajectory.h) */
+    const struct kmp_places_wing *places;       /* of blocks over places (symbolic/implicit.h) */
+    /** Draws a mechanism: a square picture of `size` pixels at the user's coordinates q. false: no memory. */
+    bool (*picture)(struct kmp_text *svg, const struct kempe_model *model, const double *q, double size);
 } kmp_wing;
 
 /** NULL ends them. */

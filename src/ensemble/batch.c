@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Results of an ensemble: the state of each instance, as a summary, as JSON and as a table. */
 #include "ensemble/batch.h"
+#include "analyses/parts/study_print.h"
 #include "backend/lanes.h"
 #include "base/memory.h"
 #include "ensemble/instance_table.h"

@@ -3,6 +3,7 @@
 #include "ensemble/folder_parts.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "ensemble/lasting_files.h"
 #include "ensemble/manifest.h"
 #include "ensemble/result_folder.h"
 #include "ensemble/sampling/model_instances.h"

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "base/thread_pool.h"
 #include "ensemble/histories.h"
+#include "ensemble/lasting_files.h"
 #include "ensemble/manifest.h"
 #include "ensemble/result_folder.h"
 #include "ensemble/sampling/values.h"
@@ -510,7 +511,7 @@ static kempe_status write_table(const folder_run *r, kempe_table *table, int par
     kempe_table_free(table);
     kempe_status status = kmp_made(r->context, !path->failed && !text.failed);
     if (status == KEMPE_OK)
-        status = kmp_file_write_lasting(r->context, path->s, &text);
+        status = kmp_lasting_file_write(r->context, path->s, &text);
     kmp_text_free(&text);
     return status;
 }

@@ -10,9 +10,9 @@
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
 #include "model/language/nearest.h"
-#include "model/read/read_outputs.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
+#include "model/read/requests.h"
 #include "output/print.h"
 #include "symbolic/table_function.h"
 #include <ctype.h>

@@ -99,14 +99,6 @@ void kmp_print_unused_json(kmp_json *json, const kempe_model *model)
     kmp_json_end(json);
 }
 
-void kmp_print_pairs(kmp_json *json, const char *key, int count, const double *re, const double *im)
-{
-    kmp_json_array(json, key);
-    for (int k = 0; k < count; k++)
-        kmp_json_numbers(json, NULL, 2, (double[]){re[k], im[k]});
-    kmp_json_end(json);
-}
-
 void kmp_print_entries(kmp_json *json, const char *key, const kempe_system *system, kmp_quantity quantity,
                        const double *values)
 {
@@ -218,14 +210,6 @@ void kmp_print_cells(kmp_text *text, const char *format, ...)
     va_end(list);
 }
 
-int kmp_print_widest(int count, char *const *names, int least)
-{
-    int width = least;
-    for (int k = 0; k < count; k++)
-        width = (int)strlen(names[k]) > width ? (int)strlen(names[k]) : width;
-    return width;
-}
-
 int kmp_print_width(const kempe_system *system, kmp_quantity quantity)
 {
     int width = 0;
@@ -244,42 +228,6 @@ void kmp_print_states(kmp_text *text, const kempe_system *system, const double *
         kmp_text_printf(text, "  %-*s  %22s\n", width, "", "state");
     for (int k = 0; k < model->state_count; k++)
         kmp_text_printf(text, "  %-*s  %22.15g\n", width, model->states[k].name, qd[kmp_model_coordinates(model) + k]);
-}
-
-/* The next held state from k on; NULL: there is none. */
-static const kmp_state *next_held(const kempe_model *model, int *k)
-{
-    while (*k < model->state_count && !model->states[*k].held)
-        ++*k;
-    return *k < model->state_count ? &model->states[*k] : NULL;
-}
-
-void kmp_print_held(kmp_text *text, const char *label, const kempe_system *system, const double *qd)
-{
-    const kempe_model *model = system->model;
-    const double *value = qd + kmp_model_coordinates(model);
-    const kmp_state *state;
-    int count = 0;
-    for (int k = 0; (state = next_held(model, &k)); k++)
-        kmp_text_printf(text, "%s%s = %.9g", count++ ? ", " : label, state->name, value[k]);
-    if (count > 0)
-        kmp_text_put(text, count == 1 ? ": this state changes at events, and is constant in small motions\n"
-                                      : ": these states change at events, and are constant in small motions\n");
-}
-
-void kmp_print_held_json(kmp_json *json, const kempe_system *system, const double *qd)
-{
-    const kempe_model *model = system->model;
-    const double *value = qd + kmp_model_coordinates(model);
-    const kmp_state *state;
-    int count = 0;
-    for (int k = 0; (state = next_held(model, &k)); k++) {
-        if (count++ == 0)
-            kmp_json_object(json, "held");
-        kmp_json_number(json, state->name, value[k]);
-    }
-    if (count > 0)
-        kmp_json_end(json);
 }
 
 const char *kmp_print_unit(const kempe_system *system, int coordinate)

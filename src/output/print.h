@@ -29,9 +29,6 @@ void kmp_print_head(kmp_json *json, const kempe_system *system, const char *stat
 void kmp_print_unused(kmp_text *text, const kempe_model *model);
 void kmp_print_unused_json(kmp_json *json, const kempe_model *model);
 
-/** An array of pairs [re, im]. */
-void kmp_print_pairs(kmp_json *json, const char *key, int count, const double *re, const double *im);
-
 /** An object of named numbers: entries of `quantity`. */
 void kmp_print_entries(kmp_json *json, const char *key, const kempe_system *system, kmp_quantity quantity,
                        const double *values);
@@ -58,20 +55,14 @@ void kmp_print_work(kmp_json *json, const kmp_run_report *report);
 /** Like kmp_text_printf (%e, %f, %g, %d, %ld, %s), but with "-" in the width of a number that is not finite. */
 void kmp_print_cells(kmp_text *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/** The width of columns for these names, at least `least`; for the names of a quantity's entries. */
-int kmp_print_widest(int count, char *const *names, int least);
+/** The width of columns for the names of a quantity's entries. */
 int kmp_print_width(const kempe_system *system, kmp_quantity quantity);
 
-/** Unit of a coordinate, "rad", "deg" or "m", and a value in it from SI: of the coordinate, its rate or acceleration.
- */
 /** Lines of the states of a model with their values, from the rates qd (n); nothing without states. */
 void kmp_print_states(kmp_text *text, const kempe_system *system, const double *qd);
 
-/** A line, after `label`, with the states of an averaged system that change at events alone, and their values in the
- * rates qd (n); the object `held` of them. Nothing without such states. */
-void kmp_print_held(kmp_text *text, const char *label, const kempe_system *system, const double *qd);
-void kmp_print_held_json(kmp_json *json, const kempe_system *system, const double *qd);
-
+/** Unit of a coordinate, "rad", "deg" or "m", and a value in it from SI: of the coordinate, its rate or acceleration.
+ */
 const char *kmp_print_unit(const kempe_system *system, int coordinate);
 double kmp_print_value(const kempe_system *system, int coordinate, double x);
 

@@ -88,21 +88,6 @@ void kmp_tabulate_column(kempe_table *table, const char *unit, const char *forma
     kmp_text_free(&name);
 }
 
-void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_quantity quantity)
-{
-    for (int k = 0; k < kmp_quantity_size(system, quantity); k++)
-        kmp_tabulate_column(table, kmp_quantity_unit(system, quantity, k), "%s.%s", kmp_quantity_prefix(quantity),
-                            kmp_quantity_name(system, quantity, k));
-    if (quantity == KMP_QUANTITY_QD)
-        kmp_tabulate_quantity(table, system, KMP_QUANTITY_STATE);
-}
-
-void kmp_tabulate_values(kempe_table *table, const kempe_system *system, kmp_quantity quantity, const double *values)
-{
-    int states = quantity == KMP_QUANTITY_QD ? system->n - kmp_model_coordinates(system->model) : 0;
-    kmp_tabulate_numbers(table, kmp_quantity_size(system, quantity) + states, values);
-}
-
 void kmp_tabulate_columns(kempe_table *table, const char *columns)
 {
     for (const char *s = columns, *end; *s; s = end + strspn(end, "] ")) {

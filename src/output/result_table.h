@@ -24,10 +24,6 @@ kempe_table *kmp_tabulate(kempe_context *context, const char *name);
 void kmp_tabulate_column(kempe_table *table, const char *unit, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/** Columns of a quantity, those of rates with the states; values of a row for them (n or m). */
-void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_quantity quantity);
-void kmp_tabulate_values(kempe_table *table, const kempe_system *system, kmp_quantity quantity, const double *values);
-
 /** Columns more: names with blanks between, each with its unit behind it in brackets, [words] for a column of words. */
 void kmp_tabulate_columns(kempe_table *table, const char *columns);
 

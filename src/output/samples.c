@@ -46,72 +46,7 @@ const char *kmp_quantity_unit(const kempe_system *system, kmp_quantity quantity,
     return power >= 0 && power <= 2 ? multiplier[power] : "";
 }
 
-const char *kmp_quantity_unit_of(const kempe_system *system, const char *name)
-{
-    for (kmp_quantity quantity = KMP_QUANTITY_Q; quantity <= KMP_QUANTITY_QD; quantity++) {
-        const char *prefix = kmp_quantity_prefix(quantity);
-        size_t length = strlen(prefix);
-        for (int k = 0;
-             strncmp(name, prefix, length) == 0 && name[length] == '.' && k < kmp_model_coordinates(system->model); k++)
-            if (strcmp(name + length + 1, system->model->motions[k].name) == 0)
-                return kmp_quantity_unit(system, quantity, k);
-    }
-    return "";
-}
-
-/* -- summaries ------------------------------------------------------------------------------------------- */
-
-/* Integrals over the range, and the part of it without values. */
-typedef struct sums {
-    double first, last, gaps, values, squares;
-    double before; /* value of the last row, NaN: unknown */
-} sums;
-
-static void add(sums *s, double x, double y)
-{
-    double h = x - s->last;
-    if (isfinite(s->before) && isfinite(y)) {
-        s->values += h / 2 * (y + s->before);
-        s->squares += h / 2 * (y * y + s->before * s->before);
-    } else {
-        s->gaps += h;
-    }
-    s->last = x;
-    s->before = y;
-}
-
-static void reach(kmp_series_summary *all, double x, double y)
-{
-    if (!isfinite(y))
-        return;
-    if (!(y >= all->low)) {
-        all->low = y;
-        all->low_at = x;
-    }
-    if (!(y <= all->high)) {
-        all->high = y;
-        all->high_at = x;
-    }
-}
-
-kmp_series_summary kmp_series_summarise(int rows, const double *x, const double *y, int stride)
-{
-    kmp_series_summary all = {NAN, NAN, NAN, NAN, NAN, NAN};
-    sums s = {0};
-    for (int k = 0; k < rows; k++) {
-        double value = y[(ptrdiff_t)k * stride];
-        reach(&all, x[k], value);
-        if (k == 0)
-            s = (sums){.first = x[k], .last = x[k], .before = value};
-        else
-            add(&s, x[k], value);
-    }
-    double length = s.last - s.first - s.gaps;
-    bool any = length != 0;
-    all.mean = any ? s.values / length : all.high;
-    all.rms = any ? sqrt(s.squares / length) : fabs(all.high);
-    return all;
-}
+/* -- rows ---------------------------------------------------------------------------------------------- */
 
 void kmp_samples_init(kmp_samples *table, int n, int m)
 {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The quantities of a state in tables, references and errors. The rows of a run or of a reference: time, q, qd, qdd,
- * lambda, and the work of non-conservative forces so far. Grows as rows come. The extreme values, mean and root mean
- * square of a series. The loads of all joints and loops of a mechanism at an instant. */
+ * lambda, and the work of non-conservative forces so far. Grows as rows come. The loads of all joints and loops of a
+ * mechanism at an instant. */
 #pragma once
 
 #include "dynamics/system.h"
@@ -23,18 +23,6 @@ const char *kmp_quantity_prefix(kmp_quantity quantity);
 int kmp_quantity_size(const kempe_system *system, kmp_quantity quantity);
 const char *kmp_quantity_name(const kempe_system *system, kmp_quantity quantity, int k);
 const char *kmp_quantity_unit(const kempe_system *system, kmp_quantity quantity, int k);
-
-/** SI unit of a value that is named as a column, q.NAME or qd.NAME; "": another name, a parameter. */
-const char *kmp_quantity_unit_of(const kempe_system *system, const char *name);
-
-/** Extreme values are those of rows, the first of equal ones. Mean and root mean square are integrals over x by the
- * trapezoidal rule, over its range. All are NaN where no value is known. */
-typedef struct kmp_series_summary {
-    double low, low_at, high, high_at, mean, rms;
-} kmp_series_summary;
-
-/** x ascends or descends; value k is y[k * stride]; values that are not finite leave a gap. */
-kmp_series_summary kmp_series_summarise(int rows, const double *x, const double *y, int stride);
 
 typedef struct kmp_samples {
     int n, m;

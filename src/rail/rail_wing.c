@@ -3,6 +3,9 @@
 #include "rail/model/read_profiles.h"
 #include "rail/model/read_tracks.h"
 #include "rail/model/read_wheels.h"
+#include "rail/model/write_wheels.h"
+#include "rail/places/average.h"
+#include "rail/places/scan.h"
 #include "rail/running_safety.h"
 #include "rail/wheel/wheel_contact.h"
 
@@ -29,11 +32,19 @@ static void read_sections(kmp_reader *r, kmp_reader_stage stage)
 
 static const kmp_reader_wing reader = {sections, read_sections};
 
+static const kmp_places_wing places = {
+    .averages = {kmp_average_room, kmp_average_room_free, kmp_average_run, kmp_average_count},
+    .merits = {kmp_scan_of_candidates, kmp_scan_free, kmp_scan_run, kmp_scan_count},
+    .derivative = kmp_average_derivative,
+};
+
 const kmp_wing kmp_wing_rail = {
     .name = "rail",
     .reader = &reader,
+    .writer = &kmp_wheel_writer,
     .closures = kmp_wheel_closures,
     .laws = kmp_wheel_laws,
     .outputs = kmp_wheel_outputs,
     .judge = &kmp_safety_judge,
+    .places = &places,
 };

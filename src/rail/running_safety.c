@@ -13,7 +13,7 @@
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "output/print.h"
-#include "output/weighting.h"
+#include "rail/low_pass.h"
 #include "studies/simulate/observed.h"
 #include "symbolic/table_function.h"
 #include <kempe/equilibrium.h>

@@ -13,7 +13,8 @@
 #include "model/data/wheels.h"
 #include "model/language/expression.h"
 #include "model/write/model_print.h"
-#include "output/drawing.h"
+#include "report/base64.h"
+#include "report/drawing.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <stdbool.h>

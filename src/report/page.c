@@ -222,7 +222,7 @@ kempe_status kmp_page_write(const kmp_page_kind *kind, kempe_context *context, c
 {
     KMP_WANTED(context, path, "path");
     kmp_text data = {0};
-    kmp_result_page page = {.context = context, .data = kmp_json_begin_compact(&data)};
+    kmp_result_page page = {.context = context, .data = kmp_json_begin_as(&data, KMP_JSON_COMPACT)};
     kempe_status status = make_page(&page, kind, system, result, path);
     for (int k = 0; k < page.record_count; k++)
         kmp_record_free(&page.records[k]);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Data of pages whose results are rows, states, instances or a run: words, curves, contacts, wheels, the model. */
 #include "report/result_page.h"
+#include "analyses/parts/series_summary.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "ensemble/statistics/statistics.h"
@@ -13,6 +14,7 @@
 #include "model/write/model_show.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "report/base64.h"
 #include "report/vehicle_drawing.h"
 #include <math.h>
 #include <stdbool.h>

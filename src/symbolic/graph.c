@@ -722,23 +722,6 @@ uint64_t kmp_graph_digest(const kmp_graph *g, uint32_t first, int count, const k
     return digest;
 }
 
-bool kmp_graph_begins_as(const kmp_graph *g, const kmp_graph *other)
-{
-    uint32_t count = kmp_graph_count(other);
-    if (count > kmp_graph_count(g))
-        return false;
-    for (int k = 0; kmp_graph_table(other, k); k++)
-        if (kmp_graph_table(g, k) != kmp_graph_table(other, k))
-            return false;
-    for (uint32_t id = 0; id < count; id++) {
-        const kmp_node *n = kmp_graph_node(g, id), *m = kmp_graph_node(other, id);
-        if (n->op != m->op || n->a != m->a || n->b != m->b || n->c != m->c ||
-            (n->op == KMP_OP_CONST && bits_of(kmp_graph_value(g, id)) != bits_of(kmp_graph_value(other, id))))
-            return false;
-    }
-    return true;
-}
-
 /* -- values ---------------------------------------------------------------------------------------- */
 
 static double operand(const double *value, kmp_ref r)

@@ -229,9 +229,6 @@ static inline kmp_ref kmp_operand(const kmp_node *n, int k)
     return k == 0 ? n->a : k == 1 ? n->b : n->c;
 }
 
-/** True if the first nodes of g are those of the other graph, with the same numbers and tables. */
-bool kmp_graph_begins_as(const kmp_graph *g, const kmp_graph *other);
-
 /** A digest of the nodes from the first one on, and of the outputs. */
 uint64_t kmp_graph_digest(const kmp_graph *g, uint32_t first, int count, const kmp_ref *outputs);
 

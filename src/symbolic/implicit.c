@@ -5,14 +5,14 @@
 #include "symbolic/implicit.h"
 #include "base/arena.h"
 #include "base/memory.h"
-#include "symbolic/average.h"
+#include "base/quantile.h"
+#include "base/wings.h"
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
 #include "symbolic/graph.h"
 #include "symbolic/live.h"
 #include "symbolic/ops.h"
-#include <stdlib.h>
 #include <string.h>
 
 enum { MOST = KMP_IMPLICIT_MOST };
@@ -43,12 +43,6 @@ static bool make_program(kmp_implicit *b, const kmp_ref *residual, const kmp_ref
     return b->block.program;
 }
 
-static int by_size(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 bool kmp_block_candidates(kmp_implicit *b, int count, const double *candidate)
 {
     double *to = KMP_GRAPH_NEW(b->local, double, count);
@@ -56,7 +50,7 @@ bool kmp_block_candidates(kmp_implicit *b, int count, const double *candidate)
     b->block.candidate = to;
     if (to && count > 0) {
         memcpy(to, candidate, (size_t)count * sizeof *to);
-        qsort(to, (size_t)count, sizeof *to, by_size);
+        kmp_order(count, to);
     }
     return to;
 }
@@ -120,6 +114,14 @@ bool kmp_implicit_equal(const kmp_implicit *a, const kmp_implicit *b)
            x->averages == y->averages && x->candidates == y->candidates &&
            memcmp(x->candidate, y->candidate, (size_t)x->candidates * sizeof *x->candidate) == 0 &&
            kmp_program_equal(x->program, y->program);
+}
+
+const kmp_places_wing *kmp_places_of_build(void)
+{
+    const kmp_wing *const *wing = kmp_wings;
+    while (*wing && !(*wing)->places)
+        wing++;
+    return *wing ? (*wing)->places : NULL;
 }
 
 const kmp_program_block *kmp_implicit_block(const kmp_implicit *b)
@@ -238,8 +240,8 @@ static kmp_ref derivative_of_two(kmp_graph *g, const kmp_ref *equations, int com
 kmp_ref kmp_implicit_derivative(kmp_graph *g, int block, int component, kmp_ref list, kmp_ref differentials)
 {
     const kmp_implicit *b = kmp_graph_implicit(g, block);
-    if (b->block.averages)
-        return kmp_average_derivative(g, block, component, list, differentials);
+    if (b->block.averages && kmp_places_of_build())
+        return kmp_places_of_build()->derivative(g, block, component, list, differentials);
     int n = b->block.unknowns, m = b->block.arguments;
     kmp_ref *p = KMP_GRAPH_NEW(g, kmp_ref, 2 * m), y[MOST], dy[MOST] = {0}, equations[MOST * MOST + MOST] = {0};
     if (!p || differentials == KMP_ZERO)

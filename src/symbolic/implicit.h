@@ -3,11 +3,11 @@
  * with the exact dF/dy runs at each evaluation of the program; where it does not converge the unknowns are NaN, and an
  * integrator takes a smaller step. The derivative follows from the implicit-function theorem: F_y dy + F_p dp = 0.
  *
- * Averages over places (average.h) are blocks, too: their components take the position of unknowns. */
+ * Averages over places are blocks, too: their components take the position of unknowns. These, and the merits of
+ * candidates, are computed by a wing (base/wings.h), without which there are no such blocks. */
 #pragma once
 
 #include "symbolic/program.h"
-#include "symbolic/row_code.h"
 
 struct kmp_setting;
 
@@ -58,8 +58,24 @@ typedef struct kmp_block_runner {
     void (*set)(void *code, kmp_input_kind kind, const double *values);
     void (*run)(void *code, int stage);
     const double *(*outputs)(const void *code, int stage);
-    kmp_row_writer *rows; /* of scans; NULL: these are interpreted */
+    bool native; /* machine code: also at many places at once */
 } kmp_block_runner;
+
+/** Room to run a block at many places at once, for one thread. The block outlives it. */
+typedef struct kmp_places_room {
+    void *(*make)(const kmp_program_block *block, bool native); /* NULL: no memory */
+    void (*release)(void *room);
+    const double *(*run)(void *room, const double *arguments); /* until the next call; no allocation */
+    kmp_counts (*count)(const void *room);                     /* of operations since it was made */
+} kmp_places_room;
+
+typedef struct kmp_places_wing {
+    kmp_places_room averages, merits; /* all components; the merits of all candidates */
+    kmp_ref (*derivative)(kmp_graph *g, int block, int component, kmp_ref list, kmp_ref differentials);
+} kmp_places_wing;
+
+/** That of this build; NULL: there is none. */
+const kmp_places_wing *kmp_places_of_build(void);
 
 /* A block with one list of arguments, and room to solve it in: one for each thread. */
 typedef struct kmp_solving kmp_solving;

@@ -224,7 +224,9 @@ static bool is_block(const kmp_program_block *block)
 {
     const kmp_program *p = block->program;
     int unknowns = block->averages ? 1 : block->unknowns;
-    bool good = (block->averages ? block->candidates > 2 : unknowns <= KMP_IMPLICIT_MOST) && has_outputs(block);
+    const bool wide = block->averages || block->candidates > 0;
+    bool good = (!wide || kmp_places_of_build()) &&
+                (block->averages ? block->candidates > 2 : unknowns <= KMP_IMPLICIT_MOST) && has_outputs(block);
     for (int k = 1; good && k < block->candidates; k++)
         good = block->candidate[k] >= block->candidate[k - 1];
     for (int k = 0; good && k < p->input_count; k++) {

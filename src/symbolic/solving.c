@@ -3,10 +3,8 @@
 #include "symbolic/solving.h"
 #include "base/memory.h"
 #include "linalg/newton.h"
-#include "symbolic/average.h"
 #include "symbolic/implicit.h"
 #include "symbolic/interpreter.h"
-#include "symbolic/scan.h"
 #include <math.h>
 #include <string.h>
 
@@ -16,10 +14,10 @@ enum { KEPT = 8, BLOCK_STAGES = 4 };
 struct kmp_solving {
     const kmp_program_block *block;
     const kmp_block_runner *runner;
-    bool shares;    /* the next three belong to another one */
-    void *code;     /* the runner's */
-    kmp_scan *scan; /* of candidates, if there are some */
-    kmp_average *average;
+    bool shares;                 /* the next three belong to another one */
+    void *code;                  /* the runner's */
+    const kmp_places_room *kind; /* of averages, or of the merits of candidates; NULL: neither */
+    void *room;
     double *p;                  /* the current arguments */
     double *solved, *component; /* KEPT: arguments, and their solutions */
     long runs[BLOCK_STAGES];    /* of stages, one by one */
@@ -53,7 +51,7 @@ static const double *outputs(const void *code, int stage)
     return kmp_interpreter_outputs(code, stage);
 }
 
-static const kmp_block_runner interpreted = {prepare, release, set, run, outputs, NULL};
+static const kmp_block_runner interpreted = {prepare, release, set, run, outputs, false};
 
 static const double *run_stage(kmp_solving *s, int stage)
 {
@@ -64,14 +62,15 @@ static const double *run_stage(kmp_solving *s, int stage)
 
 static bool prepare_block(kmp_solving *s)
 {
-    if (s->block->averages) {
-        s->average = kmp_average_room(s->block, s->runner->rows);
-        return s->average;
+    const bool averages = s->block->averages, wide = averages || s->block->candidates > 0;
+    const kmp_places_wing *places = wide ? kmp_places_of_build() : NULL;
+    if (places) {
+        s->kind = averages ? &places->averages : &places->merits;
+        s->room = s->kind->make(s->block, s->runner->native);
     }
-    s->code = s->runner->prepare(s->block->program);
-    if (s->block->candidates > 0)
-        s->scan = kmp_scan_new(s->block, s->block->candidates, s->block->candidate, s->runner->rows);
-    return s->code && (s->block->candidates == 0 || s->scan);
+    if (!averages)
+        s->code = s->runner->prepare(s->block->program);
+    return (averages || s->code) && (!wide || s->room);
 }
 
 /* Without a program's code or room. */
@@ -115,8 +114,8 @@ kmp_solving *kmp_solving_beside(const kmp_solving *other)
 void kmp_solving_move(kmp_solving *s, const kmp_solving *other)
 {
     s->code = other->code;
-    s->scan = other->scan;
-    s->average = other->average;
+    s->kind = other->kind;
+    s->room = other->room;
 }
 
 void kmp_solving_free(kmp_solving *s)
@@ -126,8 +125,8 @@ void kmp_solving_free(kmp_solving *s)
     if (!s->shares) {
         if (s->code)
             s->runner->release(s->code);
-        kmp_scan_free(s->scan);
-        kmp_average_room_free(s->average);
+        if (s->room)
+            s->kind->release(s->room);
     }
     kmp_free(s->p);
     kmp_free(s);
@@ -136,10 +135,8 @@ void kmp_solving_free(kmp_solving *s)
 kmp_counts kmp_solving_count(const kmp_solving *s)
 {
     kmp_counts c = {0};
-    if (s->average && !s->shares)
-        return kmp_average_count(s->average);
-    if (s->scan && !s->shares)
-        c = kmp_scan_count(s->scan);
+    if (s->room && !s->shares)
+        c = s->kind->count(s->room);
     for (int stage = 0; stage < s->block->program->stages; stage++) {
         const kmp_counts once = kmp_program_count(s->block->program, stage, stage);
         kmp_counts_add(&c, &once, s->runs[stage]);
@@ -186,7 +183,7 @@ static void guess(void *self, double *y)
 static const double *merits(void *self)
 {
     kmp_solving *s = self;
-    return kmp_scan_run(s->scan, s->p);
+    return s->kind->run(s->room, s->p);
 }
 
 static bool solve(kmp_solving *s, double *y)
@@ -231,9 +228,8 @@ double kmp_solving_value(kmp_solving *s, int component)
         /* Solves for the current arguments; NaN where there is no solution. */
         double *y = s->component + k * unknowns;
         int n = s->block->unknowns;
-        if (s->average) {
-            kmp_average_run(s->average, s->p);
-            memcpy(y, kmp_average_values(s->average), (size_t)n * sizeof(double));
+        if (s->block->averages) {
+            memcpy(y, s->kind->run(s->room, s->p), (size_t)n * sizeof(double));
         } else if (!solve(s, y)) {
             for (int i = 0; i < n; i++)
                 y[i] = NAN;

@@ -56,14 +56,19 @@ double kmp_table_value_near(const kmp_table *table, int derivative, double x, in
 /** Bounds of the table, or of a derivative of a given order, while x is within [from, to]. */
 void kmp_table_bounds(const kmp_table *table, int derivative, double from, double to, double *low, double *high);
 
-/** Pieces and values of n points, a multiple of four, each times `sign`, equal to single calls to the bit.
- * kmp_table_find finds the pieces, which serve all derivatives. */
-void kmp_table_find(const kmp_table *table, int n, double sign, const double *x, int *piece);
-void kmp_table_values(const kmp_table *table, int derivative, int n, double sign, const double *x, const int *piece,
-                      double *y);
-/** Values and first derivatives. */
-void kmp_table_both(const kmp_table *table, int n, double sign, const double *x, const int *piece, double *y,
-                    double *slope);
+/** The last knot but one that is not right of x, of those of a part. Mostly one knot is tested. */
+static inline int kmp_table_knot(const kmp_table *t, int part, double x)
+{
+    int low = t->knot[part], high = t->knot[part + 1];
+    while (high - low > 1) {
+        int middle = low + (high - low) / 2;
+        if (t->x[middle] <= x)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low + (-(t->x[high] <= x) & (high - low)); /* without a jump, which nothing would predict */
+}
 
 /** Derivatives of a higher order are zero everywhere: 1 or 3. */
 int kmp_table_degree(const kmp_table *table);

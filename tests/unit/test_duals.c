@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tangents number by number against derived ones: of random mechanisms, of every function of the language, of loops
  * with functions of time; and that few evaluations and many give the same. */
+#include "analyses/derivatives/few_tangents.h"
 #include "analyses/derivatives/linearized.h"
 #include "base/text.h"
 #include "constraints/evaluation/evaluator.h"

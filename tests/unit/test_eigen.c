@@ -2,7 +2,6 @@
 /* Quadratic pencils: right and left vectors against the equations that they solve, both ways against each other, zeros
  * that are exact and their chains. */
 #include "analyses/derivatives/spectrum.h"
-#include "linalg/dense/lapack.h"
 #include "testing.h"
 
 enum { MOST = 12 };

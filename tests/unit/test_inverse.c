@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Inverse dynamics: against the multipliers of drives, closed forms, the balance of power, forward dynamics there and
  * back, and the conditions of least norm solved as one dense system. */
+#include "analyses/dense/singular_values.h"
 #include "analyses/inverse/inverse_dynamics.h"
 #include "base/arena.h"
 #include "constraints/evaluation/evaluator.h"

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Dense factorisations against random matrices, the block solver against dense LU. */
+#include "analyses/dense/complex_lu.h"
 #include "analyses/modes/locus.h"
 #include "base/memory.h"
 #include "linalg/block.h"

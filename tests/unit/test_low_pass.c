@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The low-pass filter of irregular samples against its transfer function and its step response. */
-#include "output/weighting.h"
+#include "rail/low_pass.h"
 #include "testing.h"
 #include <complex.h>
 #include <stdlib.h>

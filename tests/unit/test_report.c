@@ -9,9 +9,10 @@
 #include "loaded.h"
 #include "model/data/model.h"
 #include "model/data/pose.h"
-#include "output/drawing.h"
 #include "random.h"
+#include "report/base64.h"
 #include "report/comparison_page.h"
+#include "report/drawing.h"
 #include "report/motion_picture.h"
 #include "symbolic/interpreter.h"
 #include <glob.h>
@@ -247,7 +248,7 @@ static void numbers_in_few_characters(void)
     const double x[] = {1.0 / 3, -1234567.89, 0, -0.0, 6e-310, NAN, 1e300};
     const int16_t shorts[] = {1, -2, 258, 32767};
     kmp_text text = {0};
-    kmp_json json = kmp_json_begin_compact(&text);
+    kmp_json json = kmp_json_begin_as(&text, KMP_JSON_COMPACT);
     kmp_json_array(&json, NULL);
     kmp_json_rounded_numbers(&json, NULL, 7, x, 4);
     kmp_json_shorts(&json, NULL, 4, shorts);

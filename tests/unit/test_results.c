@@ -94,7 +94,7 @@ static void test_json(void)
 static void test_json_template(void)
 {
     kmp_text text = {0};
-    kmp_json json = kmp_json_begin_compact(&text);
+    kmp_json json = kmp_json_begin_as(&text, KMP_JSON_COMPACT);
     const char *volatile none = NULL;
     kmp_json_put(&json, "{ tenth %g none %s long %ld list [ { third %.3g } { no %i yes %i } ]", 0.1, none, -7L, 1.0 / 3,
                  false, true);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Small motions of models with sampled states: the map from one sample to the next against closed forms and against
  * runs of linear models, limits of stability, equilibria, modes, frequency responses. */
-#include "linalg/dense/dense.h"
+#include "analyses/dense/exponential.h"
 #include "loaded.h"
 #include <complex.h>
 #include <kempe/equilibrium.h>

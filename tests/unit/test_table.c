@@ -2,11 +2,9 @@
 /* Tables: what they reproduce exactly, their ends, their derivatives, and the same bits from graph and tape. */
 #include "backend/machine.h"
 #include "base/memory.h"
-#include "random.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
-#include "symbolic/table_function.h"
-#include "testing.h"
+#include "table_points.h"
 #include <kempe/runtime.h>
 #include <math.h>
 
@@ -166,65 +164,25 @@ static void test_bounds(void)
     kmp_table_free(t[1]);
 }
 
-/* The piece is that of a search among all knots, to the bit: knots near and far from each other, points on knots,
- * beside them and anywhere, beyond the ends and none; each for itself, from any other piece on, and some together,
- * turned round as well. */
+/* The piece is that of a search among all knots, to the bit; also from any other piece on. */
 static void check_pieces(const kmp_table *t)
 {
-    enum { POINTS = 400 };
-    double x[POINTS], back[POINTS], y[POINTS], turned[POINTS];
-    int piece[8], same[8];
-    for (int k = 0; k < POINTS; k++) {
-        double knot = t->x[k % t->count];
-        x[k] = k < 100   ? knot
-               : k < 200 ? nextafter(knot, INFINITY)
-               : k < 300 ? nextafter(knot, -INFINITY)
-               : k < 380 ? between(t->x[0], t->x[t->count - 1])
-               : k < 399 ? between(2 * t->x[0] - t->x[t->count - 1], 2 * t->x[t->count - 1] - t->x[0])
-                         : NAN;
-        back[k] = -x[k];
-    }
-    for (int derivative = 0; derivative <= 4; derivative++) {
-        for (int k = 0, n = 4; k < POINTS; k += n, n = k % 100 == 0 ? 8 : 4) {
-            kmp_table_find(t, n, 1, x + k, piece);
-            kmp_table_values(t, derivative, n, 1, x + k, piece, y + k);
-            kmp_table_find(t, n, -1, back + k, same);
-            kmp_table_values(t, derivative, n, -1, back + k, same, turned + k);
-        }
-        for (int k = 0; k < POINTS; k++) {
+    double x[TABLE_POINTS];
+    table_points(t, x);
+    for (int derivative = 0; derivative <= 4; derivative++)
+        for (int k = 0; k < TABLE_POINTS; k++) {
             double at = kmp_table_value(t, derivative, x[k]);
             int tried = pick(3) ? pick(t->count) : k - 200;
             double near = kmp_table_value_near(t, derivative, x[k], &tried);
             double searched = kempe_interpolate(t->count, t->x, t->y, (const double(*)[4])t->piece, derivative, x[k]);
             CHECK(memcmp(&at, &searched, sizeof at) == 0 || (isnan(at) && isnan(searched)));
             CHECK(memcmp(&near, &at, sizeof at) == 0 || (isnan(at) && isnan(near)));
-            CHECK(memcmp(&y[k], &at, sizeof at) == 0 || (isnan(at) && isnan(y[k])));
-            CHECK(memcmp(&turned[k], &at, sizeof at) == 0 || (isnan(at) && isnan(turned[k])));
         }
-    }
 }
 
 static void test_pieces(void)
 {
-    enum { MOST = 60 };
-    random_seed(8);
-    for (int round = 0; round < 40; round++) {
-        double x[MOST] = {between(-1, 1)}, y[MOST] = {0};
-        int count = 2 + pick(MOST - 1), wide = pick(14);
-        for (int k = 1; k < count; k++) {
-            x[k] = x[k - 1] + pow(10, -between(0, wide));
-            y[k] = between(-1, 1);
-        }
-        kmp_table *t = kmp_table_new(pick(2) ? KMP_TABLE_LINEAR : KMP_TABLE_CUBIC, count, x, y);
-        check_pieces(t);
-        kmp_table_free(t);
-    }
-    const double ends[][3] = {{0, 5e-324, 1e-323}, {-1.7e308, 0, 1.7e308}, {1, 1 + 2.3e-16, 1e300}}, y[3] = {0, 0, 0};
-    for (int k = 0; k < 3; k++) {
-        kmp_table *t = kmp_table_new(KMP_TABLE_LINEAR, 3, ends[k], y);
-        check_pieces(t);
-        kmp_table_free(t);
-    }
+    with_tables(check_pieces);
 }
 
 /* -- in graph and program ---------------------------------------------------------------------------- */

@@ -3,6 +3,7 @@
  * as one JSON object. */
 #include "analyses/comfort/comfort_study.h"
 #include "base/memory.h"
+#include "base/quantile.h"
 #include "constraints/tolerances.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"

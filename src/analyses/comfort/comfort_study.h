@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #pragma once
 
+#include "analyses/comfort/weighting.h"
 #include "base/arena.h"
 #include "base/json.h"
-#include "output/weighting.h"
 #include <kempe/comfort.h>
 #include <kempe/kempe.h>
 #include <stdbool.h>

@@ -3,13 +3,14 @@
  * (Ruhe 1973), a residual for each root, and a count by the argument that shows if one is missing. The points of a
  * delay are doubled until none is. */
 #include "analyses/derivatives/delayed_spectrum.h"
+#include "analyses/dense/complex_lu.h"
+#include "analyses/dense/eigenvalues.h"
 #include "analyses/derivatives/sampled_motion.h"
 #include "base/arena.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
-#include "linalg/dense/lapack.h"
 #include "model/data/body.h"
 #include "model/data/state.h"
 #include <float.h>

@@ -3,13 +3,15 @@
  * by N = dq/du (linearized.h). Tangents are evaluated as numbers, and derived as expressions once they are used often.
  */
 #include "analyses/derivatives/linearized.h"
+#include "analyses/derivatives/few_tangents.h"
+#include "analyses/parts/closed_state.h"
+#include "analyses/parts/told_tables.h"
 #include "base/arena.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/left_tables.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
 #include "model/data/body.h"
@@ -282,6 +284,16 @@ static void gather(kmp_linear *l, const double *w, double *du, double *rows)
         rows[r] = -rows[r];
 }
 
+/* out += factor * block' * x, for the derivatives `d` last evaluated. */
+static void add_transposed(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,
+                           const double *x, double *out)
+{
+    for (int k = tangents->start[block]; k < tangents->start[block + 1]; k++) {
+        const kmp_tangent *e = &tangents->entry[k];
+        out[e->col] += factor * d[e->source] * x[e->row];
+    }
+}
+
 void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_changes_weight *back)
 {
     int n = linear->n;
@@ -299,14 +311,14 @@ void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_c
             back->force[i] += red->x[i + k * linear->n] * weights->residual[k];
     if (weights->lambda)
         kmp_reduction_push_in(red, 1, weights->lambda, red->room, back->force);
-    kmp_tangents_add_transposed(t, KMP_M, d, 1, back->force, qdd);
-    kmp_tangents_add_transposed(t, KMP_R_QD, d, 1, back->force, qd);
-    kmp_tangents_add_transposed(t, KMP_R_Q, d, 1, back->force, q);
+    add_transposed(t, KMP_M, d, 1, back->force, qdd);
+    add_transposed(t, KMP_R_QD, d, 1, back->force, qd);
+    add_transposed(t, KMP_R_Q, d, 1, back->force, q);
     gather(linear, qdd, back->udd, back->curve);
-    kmp_tangents_add_transposed(t, KMP_CURVE_QD, d, 1, back->curve, qd);
-    kmp_tangents_add_transposed(t, KMP_CURVE_Q, d, 1, back->curve, q);
+    add_transposed(t, KMP_CURVE_QD, d, 1, back->curve, qd);
+    add_transposed(t, KMP_CURVE_Q, d, 1, back->curve, q);
     gather(linear, qd, back->ud, back->rate);
-    kmp_tangents_add_transposed(t, KMP_RATE_Q, d, 1, back->rate, q);
+    add_transposed(t, KMP_RATE_Q, d, 1, back->rate, q);
     gather(linear, q, back->u, back->h);
 }
 

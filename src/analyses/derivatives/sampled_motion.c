@@ -3,10 +3,10 @@
  * rest; between samples y is constant. So both the samples and the motion between them follow from one linear system
  * (Chen and Francis 1995, chapter 3; lifting over several sample times). */
 #include "analyses/derivatives/sampled_motion.h"
+#include "analyses/dense/eigenvalues.h"
+#include "analyses/dense/exponential.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/dense.h"
-#include "linalg/dense/lapack.h"
 #include "model/data/model.h"
 #include <math.h>
 #include <string.h>

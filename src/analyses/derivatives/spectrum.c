@@ -3,8 +3,9 @@
  * (Tisseur and Meerbergen 2001, section 3). Zeros are deflated first: null spaces are separated stage by stage, by
  * singular values (Kublanovskaya 1966). */
 #include "analyses/derivatives/spectrum.h"
+#include "analyses/dense/eigenvalues.h"
+#include "analyses/dense/singular_values.h"
 #include "linalg/dense/dense.h"
-#include "linalg/dense/lapack.h"
 #include <float.h>
 #include <math.h>
 #include <stddef.h>

@@ -3,6 +3,7 @@
 #include "analyses/equilibrium/balance_friction.h"
 #include "analyses/equilibrium/balances.h"
 #include "analyses/equilibrium/equilibrium_study.h"
+#include "analyses/equilibrium/friction_at_rest.h"
 #include "base/bracket.h"
 #include "base/context.h"
 #include "base/memory.h"

@@ -2,6 +2,7 @@
 /* Output of `equilibrium`, as text and as JSON. */
 #include "analyses/equilibrium/balance_friction.h"
 #include "analyses/equilibrium/balances.h"
+#include "analyses/parts/study_print.h"
 #include "base/memory.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"

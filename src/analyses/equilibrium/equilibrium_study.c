@@ -4,10 +4,11 @@
  * positions u_k, or rates in their place; held rates are left out. */
 #include "analyses/equilibrium/equilibrium_study.h"
 #include "analyses/equilibrium/exchange.h"
+#include "analyses/equilibrium/friction_at_rest.h"
+#include "analyses/parts/substep.h"
 #include "base/arena.h"
 #include "base/bracket.h"
 #include "base/memory.h"
-#include "base/substep.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "dynamics/choose_variants.h"

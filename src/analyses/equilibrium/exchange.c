@@ -2,6 +2,8 @@
 /* Reading of an inverse equilibrium: released parameters and rates, fixed coordinates, targets of outputs; their
  * numbers must be equal. The released parameters then are inputs of a variant. */
 #include "analyses/equilibrium/exchange.h"
+#include "analyses/equilibrium/friction_at_rest.h"
+#include "analyses/parts/ranges.h"
 #include "backend/machine.h"
 #include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
@@ -9,9 +11,8 @@
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
-#include "model/language/ranges.h"
 #include "model/read/loads.h"
-#include "model/read/read_outputs.h"
+#include "model/read/requests.h"
 #include "output/print.h"
 #include <math.h>
 #include <string.h>

@@ -7,6 +7,7 @@
 #include "analyses/derivatives/linearized.h"
 #include "analyses/derivatives/parameter_slopes.h"
 #include "analyses/equilibrium/equilibrium_study.h"
+#include "analyses/equilibrium/friction_at_rest.h"
 #include "integrators/run/friction_state.h"
 #include "model/data/force.h"
 #include "model/data/variant.h"

@@ -5,6 +5,7 @@
 #include "analyses/equilibrium/operating.h"
 #include "analyses/equilibrium/exchange.h"
 #include "analyses/equilibrium/running_state.h"
+#include "analyses/parts/unsupported.h"
 #include "base/arena.h"
 #include "base/context.h"
 #include "base/memory.h"

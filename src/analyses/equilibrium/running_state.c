@@ -4,9 +4,9 @@
  * constant. Rates that forces decide are unknowns in place of the positions. A rate that they leave undecided, as the
  * speed of a vehicle that rolls freely, is that of the start. */
 #include "analyses/equilibrium/running_state.h"
+#include "analyses/dense/singular_values.h"
 #include "analyses/equilibrium/equilibrium_study.h"
 #include "base/memory.h"
-#include "linalg/dense/lapack.h"
 #include "model/data/model.h"
 #include <math.h>
 #include <string.h>

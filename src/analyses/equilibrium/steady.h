@@ -2,9 +2,9 @@
 /* Coordinates that keep on moving at constant rates, as users name them: "shaft=60 rpm,belt=2". */
 #pragma once
 
+#include "analyses/parts/ranges.h"
 #include "base/arena.h"
 #include "base/text.h"
-#include "model/language/ranges.h"
 #include <kempe/kempe.h>
 
 typedef enum kmp_steady_options {

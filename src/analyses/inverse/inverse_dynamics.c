@@ -2,6 +2,7 @@
 /* Least-squares solution of N' S tau = N' (M qdd + C) by a singular value decomposition in scaled orthonormal
  * coordinates. The multipliers follow from the remaining rows (Fisette and Samin 1996, eq. 44). */
 #include "analyses/inverse/inverse_dynamics.h"
+#include "analyses/parts/closed_state.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"

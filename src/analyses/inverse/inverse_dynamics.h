@@ -16,9 +16,9 @@
  * States have an equation of their own, which no actuator has a part in: it is left out. */
 #pragma once
 
+#include "analyses/dense/singular_values.h"
 #include "base/arena.h"
 #include "constraints/partition/reduction.h"
-#include "linalg/dense/lapack.h"
 
 typedef struct kmp_inverse {
     const kempe_system *system;

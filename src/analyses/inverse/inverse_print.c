@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* An inverse dynamics as a report and as one JSON object. */
 #include "analyses/inverse/inverse_study.h"
+#include "analyses/parts/study_print.h"
 #include "base/text.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"

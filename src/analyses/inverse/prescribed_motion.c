@@ -2,9 +2,10 @@
 /* Follows a prescribed motion by prediction and correction: Taylor's series along the tangent, then Newton's method on
  * the dependent coordinates. Short steps and the signs of Jv's blocks keep the branch. */
 #include "analyses/inverse/prescribed_motion.h"
+#include "analyses/parts/closed_state.h"
+#include "analyses/parts/substep.h"
 #include "base/memory.h"
 #include "base/spline.h"
-#include "base/substep.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/evaluator.h"

@@ -2,6 +2,7 @@
 /* A sweep as text, JSON, tables and a picture. */
 #include "analyses/kinematics/position_sweep.h"
 #include "analyses/kinematics/sweep.h"
+#include "analyses/parts/study_print.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/read/loads.h"

@@ -2,6 +2,7 @@
 /* Pseudo-arclength continuation (Keller 1977; Allgower and Georg 1990): predictor along the tangent, Newton corrector
  * across it, step control by the angle of tangents and the convergence of corrections. */
 #include "analyses/kinematics/sweep.h"
+#include "analyses/parts/closed_state.h"
 #include "base/arena.h"
 #include "base/bracket.h"
 #include "base/context.h"

@@ -2,6 +2,8 @@
 /* Limit cycles: the motion over a period with its derivatives, Newton's method for a cycle, and the branch that it is
  * on. */
 #include "analyses/limit_cycles/cycle_branch.h"
+#include "analyses/dense/eigenvalues.h"
+#include "analyses/parts/ranges.h"
 #include "analyses/sensitivity/sensitivity_trajectory.h"
 #include "base/arena.h"
 #include "base/bracket.h"
@@ -10,10 +12,8 @@
 #include "base/text.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
-#include "linalg/dense/lapack.h"
 #include "model/data/body.h"
 #include "model/data/state.h"
-#include "model/language/ranges.h"
 #include "output/print.h"
 #include <kempe/kempe.h>
 #include <math.h>

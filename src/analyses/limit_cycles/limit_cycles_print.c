@@ -2,6 +2,7 @@
 /* Output of cycles: Hopf points, and the cycles of each branch, as text, JSON, tables and a picture. */
 #include "analyses/limit_cycles/cycle_branch.h"
 #include "analyses/limit_cycles/limit_cycles_study.h"
+#include "analyses/parts/study_print.h"
 #include "base/context.h"
 #include "base/text.h"
 #include "constraints/tolerances.h"

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The study of limit cycles: options, equilibria with their Hopf points, branches. */
 #include "analyses/limit_cycles/limit_cycles_study.h"
+#include "analyses/limit_cycles/driven_model.h"
+#include "analyses/parts/ranges.h"
+#include "analyses/parts/unsupported.h"
 #include "base/arena.h"
 #include "base/clock.h"
 #include "base/context.h"
@@ -12,7 +15,6 @@
 #include "dynamics/load_dependent.h"
 #include "model/data/model.h"
 #include "model/data/wheels.h"
-#include "model/language/ranges.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "pipeline.h"
@@ -51,7 +53,7 @@ static kempe_status make_copy(kempe_limit_cycles *c, bool as_given)
     const kmp_operating *state = c->family->state;
     as_given = as_given || !kmp_charts_are_own(c->system, state->chart);
     const kmp_driven driven = {c->held, c->held_motion, as_given ? NULL : hold, state->q};
-    KMP_TRY(kmp_variant_driven(c->system->model, &driven, &c->copy));
+    KMP_TRY(kmp_driven_model(c->system->model, &driven, &c->copy));
     return kmp_system_new(c->copy, NULL, &c->driven);
 }
 
@@ -638,7 +640,7 @@ static kempe_status step_up_and_down(stepped *s)
     const kempe_model *model = kmp_cycles_equations(s->c)->model;
     const kmp_driven start = {.hold = s->keeps, .q = s->q};
     if (s->keeps) {
-        KMP_TRY(kmp_variant_driven(model, &start, &s->model));
+        KMP_TRY(kmp_driven_model(model, &start, &s->model));
         model = s->model;
     }
     KMP_TRY(kmp_variant_new(model, s->count + 1, (const char *const *)s->name, &s->variant));

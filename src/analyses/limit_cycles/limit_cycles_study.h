@@ -4,6 +4,7 @@
 
 #include "analyses/limit_cycles/cycle_branch.h"
 #include "analyses/modes/locus.h"
+#include "analyses/parts/study_print.h"
 #include "model/data/force.h"
 #include <kempe/limit_cycles.h>
 

@@ -12,6 +12,7 @@
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/read/loads.h"
+#include "model/read/requests.h"
 #include "output/print.h"
 #include "studies/simulate/observed.h"
 #include <kempe/extend.h>
@@ -379,6 +380,25 @@ static kempe_status take_columns(kmp_channels *c, const unsigned *parts, bool no
     return c->arena.failed ? kmp_fail_memory(c->system->context) : KEMPE_OK;
 }
 
+/* Makes room for one more output of a copy, the position of a point, without requested components; its number, -1: no
+ * memory. */
+static int add_position(kempe_model *copy, int point, unsigned **parts)
+{
+    int count = copy->output_count;
+    kmp_output *outputs = KMP_ARENA_NEW(&copy->arena, kmp_output, count + 1);
+    unsigned *bits = KMP_ARENA_NEW(&copy->arena, unsigned, count + 1);
+    if (!outputs || !bits)
+        return -1;
+    for (int k = 0; k < count; k++) {
+        outputs[k] = copy->outputs[k];
+        bits[k] = *parts ? (*parts)[k] : ~0u;
+    }
+    outputs[count] = (kmp_output){.kind = KMP_OUTPUT_POSITION, .index = point};
+    copy->outputs = outputs;
+    *parts = bits;
+    return copy->output_count++;
+}
+
 /* -- the system -------------------------------------------------------------------------------------- */
 
 static kempe_status make_system(kmp_channels *c, const kmp_channels_options *options, int count,
@@ -393,7 +413,7 @@ static kempe_status make_system(kmp_channels *c, const kmp_channels_options *opt
     for (int k = 0; k < c->inputs.count; k++) {
         if (c->inputs.input[k].kind != KMP_REQUESTED_FORCE)
             continue;
-        int output = kmp_requested_position(copy, c->inputs.input[k].index, parts);
+        int output = add_position(copy, c->inputs.input[k].index, parts);
         KMP_TRY(kmp_made(copy->context, output >= 0));
         place[k] = 0;
         for (int o = 0; o < output; o++)

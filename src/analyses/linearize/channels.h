@@ -6,10 +6,10 @@
 #include "analyses/derivatives/linearized.h"
 #include "analyses/derivatives/parameter_slopes.h"
 #include "analyses/equilibrium/operating.h"
+#include "analyses/linearize/requested_inputs.h"
 #include "base/arena.h"
 #include "model/data/force.h"
 #include "model/data/variant.h"
-#include "model/read/read_outputs.h"
 
 /** The source of an output's value: number `index` of q, qd, qdd, lambda, or of the additional outputs. */
 typedef enum kmp_output_kind_of_source {

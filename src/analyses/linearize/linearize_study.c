@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* State spaces: one made, its matrices, their file, and their output. */
 #include "analyses/linearize/linearize_study.h"
+#include "analyses/dense/eigenvalues.h"
 #include "analyses/derivatives/delayed_spectrum.h"
 #include "analyses/derivatives/sampled_motion.h"
+#include "analyses/parts/study_print.h"
 #include "base/memory.h"
 #include "dynamics/load_dependent.h"
-#include "linalg/dense/lapack.h"
 #include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/named_arrays.h"

@@ -2,14 +2,14 @@
 /* Modes: the quadratic eigenvalue problem, or its substitutes for sampled states and delays; then shapes in all
  * coordinates, normalised, with the part of each coordinate, and converted to the angles of the user. */
 #include "analyses/modes/eigenmodes.h"
+#include "analyses/dense/complex_lu.h"
+#include "analyses/dense/eigenvalues.h"
 #include "analyses/derivatives/delayed_spectrum.h"
 #include "analyses/derivatives/sampled_motion.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/dense.h"
-#include "linalg/dense/lapack.h"
 #include "model/data/model.h"
 #include "output/print.h"
 #include <complex.h>

@@ -2,6 +2,7 @@
 /* Modes as text, JSON, tables and a picture. */
 #include "analyses/modes/modes_print.h"
 #include "analyses/modes/modes_study.h"
+#include "analyses/parts/study_print.h"
 #include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/plot.h"

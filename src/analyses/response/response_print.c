@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Output of `response`: undamped poles, peaks, the static response; as JSON every frequency; a picture. */
+#include "analyses/parts/study_print.h"
 #include "analyses/response/response_study.h"
 #include "base/memory.h"
 #include "model/data/model.h"

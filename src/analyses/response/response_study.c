@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The frequency response study: its computation, results and table. */
 #include "analyses/response/response_study.h"
+#include "analyses/dense/complex_lu.h"
 #include "analyses/derivatives/delayed_spectrum.h"
 #include "analyses/derivatives/sampled_motion.h"
+#include "analyses/parts/ranges.h"
 #include "base/bracket.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
-#include "linalg/dense/dense.h"
 #include "model/data/model.h"
-#include "model/language/ranges.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/result_table.h"

@@ -12,13 +12,13 @@
  * Backwards the unknowns are the weights of u and ud (p each), then the quadratures of all parameters; their time is
  * t_end - t. */
 #include "analyses/sensitivity/adjoint.h"
+#include "analyses/parts/unsupported.h"
 #include "analyses/sensitivity/forward.h"
 #include "base/arena.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
-#include "dynamics/load_dependent.h"
 #include "integrators/steppers/solver.h"
 #include "linalg/dense/dot.h"
 #include "model/data/state.h"
@@ -494,6 +494,15 @@ static kempe_status pass_segment(adjoint *a, double *h)
     return status == KEMPE_OK ? a->kind->dense(a->solver, end, a->y, NULL) : status;
 }
 
+/* The last time, not after t, at which a present piece begins; -INFINITY: none does. */
+static double inputs_begin(const kmp_present_inputs *inputs, double t)
+{
+    double from = -INFINITY;
+    for (int k = 0; k < inputs->count; k++)
+        from = inputs->piece[k].from <= t ? fmax(from, inputs->piece[k].from) : from;
+    return from;
+}
+
 /* Integrates backwards from the end of the step `last` to that of the step `before` (NULL: the start). */
 static kempe_status come_back(adjoint *a, const kept_step *before, kept_step *last, double *h)
 {
@@ -503,7 +512,7 @@ static kempe_status come_back(adjoint *a, const kept_step *before, kept_step *la
         kmp_present_inputs *inputs = &a->v->linear.eval->inputs;
         a->first = a->last = a->at = last;
         kmp_present_inputs_stand(inputs, last->from);
-        double from = kmp_present_inputs_from(inputs, last->from);
+        double from = inputs_begin(inputs, last->from);
         while (a->first->before != before && a->first->before->from >= from)
             a->first = a->first->before;
         KMP_TRY(pass_segment(a, h));

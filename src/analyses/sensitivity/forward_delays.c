@@ -318,6 +318,28 @@ kempe_status kmp_forward_delays_begin(kmp_forward_formulation *f, double t)
 
 /* -- values ------------------------------------------------------------------------------------------ */
 
+/* The numbers of the first and the last piece that lie between two times, which are ends of pieces. */
+static void pieces_between(const kmp_past_signal *signal, double from, double to, double *first, double *last)
+{
+    int low = 0, high = signal->count - 1;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (signal->piece[middle].from >= from)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    *first = signal->dropped + low;
+    for (high = signal->count - 1; low < high;) {
+        int middle = high - (high - low) / 2;
+        if (signal->piece[middle].to <= to)
+            low = middle;
+        else
+            high = middle - 1;
+    }
+    *last = signal->dropped + low;
+}
+
 /* U and U' of delay k by parameter p at t - T. */
 static void recall(const kmp_forward_formulation *f, int k, int p, double t, double values[4])
 {
@@ -325,7 +347,7 @@ static void recall(const kmp_forward_formulation *f, int k, int p, double t, dou
     const kmp_past_signal *signal = &x->past->signal[k * x->parameters + p];
     double from, to, first, last;
     kmp_present_inputs_source(inputs_of(f), state_of(f, k)->signal, &from, &to);
-    kmp_past_between(signal, from, to, &first, &last);
+    pieces_between(signal, from, to, &first, &last);
     kmp_past_values(signal, first, last, t, values);
 }
 

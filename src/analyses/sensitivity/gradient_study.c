@@ -4,9 +4,9 @@
  * small relative to the motion: another assembly mode is then out of reach. */
 #include "analyses/derivatives/state_sensitivity.h"
 #include "analyses/equilibrium/operating.h"
+#include "analyses/parts/substep.h"
 #include "base/arena.h"
 #include "base/memory.h"
-#include "base/substep.h"
 #include "constraints/closing/close.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/load_dependent.h"

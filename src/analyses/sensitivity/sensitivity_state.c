@@ -5,8 +5,8 @@
 #include "analyses/derivatives/varied.h"
 #include "analyses/equilibrium/operating.h"
 #include "analyses/modes/eigenmodes.h"
+#include "analyses/parts/unsupported.h"
 #include "analyses/sensitivity/sensitivity_study.h"
-#include "dynamics/load_dependent.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include <kempe/sensitivity.h>

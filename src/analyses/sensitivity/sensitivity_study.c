@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Derivatives by parameters: options, the equations with variable parameters, the table. */
 #include "analyses/sensitivity/sensitivity_study.h"
+#include "analyses/parts/study_print.h"
+#include "analyses/parts/unsupported.h"
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/load_dependent.h"
 #include "model/data/model.h"
 #include "model/read/loads.h"
-#include "model/read/read_outputs.h"
+#include "model/read/requests.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <kempe/sensitivity.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "ensemble/fit/bounded.h"
+#include "analyses/parts/ranges.h"
 #include "base/memory.h"
-#include "model/language/ranges.h"
 #include "output/csv_reader.h"
 #include <math.h>
 #include <string.h>

@@ -8,11 +8,11 @@
  * (Rao and Kleffe 1988, Estimation of Variance Components, section 5). A standard error whose columns' deviations come
  * from the residuals has the degrees of freedom of Satterthwaite (Biometrics Bulletin 2 (1946) 110). */
 #include "ensemble/fit/fit_statistics.h"
+#include "analyses/dense/singular_values.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "ensemble/fit/fit_study.h"
 #include "ensemble/statistics/statistics.h"
-#include "linalg/dense/lapack.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 #include "ensemble/fit/measured.h"
 #include "base/memory.h"
 #include "model/data/model.h"
-#include "model/read/read_outputs.h"
+#include "model/read/requests.h"
 #include <math.h>
 #include <string.h>
 

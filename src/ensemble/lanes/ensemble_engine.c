@@ -483,9 +483,9 @@ static kempe_status step(kmp_engine *e, kmp_lane_group *pool)
     kmp_room_run_stages(e, pool);
     solve(e, ends.failed);
     memcpy(room->at, room->t_new, room->w * sizeof *room->at);
-    kmp_lanes_take_sines(pool->lanes, KMP_SINES_RENEW, all);
+    kmp_fused_sines_take(&pool->sines, KMP_SINES_RENEW, all);
     kmp_room_evaluate(e, pool, room->y_new, room->k[13]);
-    kmp_lanes_take_sines(pool->lanes, KMP_SINES_ALONE, NULL);
+    kmp_fused_sines_take(&pool->sines, KMP_SINES_ALONE, NULL);
     if (room->nu)
         memcpy(room->nu_end, room->nu_now, room->w * (size_t)e->m * sizeof *room->nu);
     watch_lanes(e, pool, &seen);
@@ -533,13 +533,13 @@ static bool makes_room(const kmp_engine *e, const kmp_lane_group *pool, size_t a
 static bool keep_base(kmp_engine *e, const kmp_lane_group *pool, size_t l)
 {
     kmp_instance *x = &e->instances[e->room.who[l]];
-    size_t size = kmp_lanes_base_size(pool->lanes);
+    size_t size = pool->sines.size;
     if (size > x->base_size) {
         x->base = KMP_ARENA_NEW(&e->arena, double, size);
         x->base_size = x->base ? size : 0;
     }
     if (x->base)
-        kmp_lanes_get_base(pool->lanes, (int)l, x->base);
+        kmp_fused_sines_get(&pool->sines, (int)l, x->base);
     return x->base || size == 0;
 }
 

@@ -11,6 +11,7 @@
 #include "constraints/programs/saddle_program.h"
 #include "constraints/tolerances.h"
 #include "ensemble/lanes/ensemble_run.h"
+#include "ensemble/lanes/fused_sines.h"
 #include "integrators/decide/closing.h"
 #include "integrators/decide/endless_growth.h"
 #include "integrators/run/events.h"
@@ -55,7 +56,7 @@ typedef struct kmp_instance {
     int hopeless;         /* as in struct kmp_rk */
     int next;             /* in the queue of its pool; -1: the last one */
     kmp_lane_signs signs; /* of the blocks of Jv since the start or the last exchange, where it left a lane */
-    double *base;         /* of its sines (kmp_lanes_get_base), of `base_size` numbers; both as the signs */
+    double *base;         /* of its sines (kmp_fused_sines_get), of `base_size` numbers; both as the signs */
     size_t base_size;
     kmp_work_bound bound;
     kmp_growth growth;
@@ -87,6 +88,7 @@ typedef struct kmp_lane_group {
     int *order; /* r */
     kmp_program *program;
     kmp_lanes *lanes;
+    kmp_fused_sines sines; /* of these */
     kmp_reduced_program_layout layout;
     int slopes;                 /* the stage that has them */
     bool timed;                 /* it takes the time or inputs */

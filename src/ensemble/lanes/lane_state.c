@@ -27,6 +27,7 @@ void kmp_lane_group_free(kmp_lane_group *pool)
     if (!pool)
         return;
     kmp_lanes_free(pool->lanes);
+    kmp_arena_free(&pool->sines.arena);
     kmp_lanes_free(pool->complete_lanes);
     kmp_program_free(pool->complete);
     kmp_program_free(pool->program);
@@ -91,9 +92,9 @@ static bool prepare(const kmp_engine *e, kmp_lane_group *pool)
     pool->lanes = kmp_lanes_new(program, (int)e->room.w, e->execution.plain);
     pool->output = KMP_NEW(kmp_lanes_output, program->outputs[stage + 1] - program->outputs[stage] + 1);
     pool->place = KMP_NEW(double *, size);
-    if (!pool->lanes || !pool->output || !pool->place)
+    if (!pool->lanes || !pool->output || !pool->place ||
+        !kmp_fused_sines_init(&pool->sines, pool->lanes, (int)e->room.w))
         return false;
-    kmp_lanes_fuse_sines(pool->lanes);
     pool->timed = kmp_lanes_takes(pool->lanes, KMP_IN_TIME);
     kmp_lanes_outputs(pool->lanes, stage, pool->output);
     kmp_lanes_places(pool->lanes, KMP_IN_Q, size, pool->place);
@@ -364,9 +365,9 @@ void kmp_room_run_stages(kmp_engine *e, kmp_lane_group *pool)
 {
     kmp_lane_state *room = &e->room;
     double **k = room->k;
-    kmp_lanes_take_sines(pool->lanes, KMP_SINES_NEAR, NULL);
+    kmp_fused_sines_take(&pool->sines, KMP_SINES_NEAR, NULL);
     KMP_DOP853_STAGES(STAGE, k);
-    kmp_lanes_take_sines(pool->lanes, KMP_SINES_ALONE, NULL);
+    kmp_fused_sines_take(&pool->sines, KMP_SINES_ALONE, NULL);
 }
 
 void kmp_room_run_dense_stages(kmp_engine *e, kmp_lane_group *pool)
@@ -440,7 +441,7 @@ void kmp_room_load(kmp_engine *e, kmp_lane_group *pool, size_t l, int i)
     for (size_t k = 0; k < KMP_SIGN_WORDS; k++)
         room->negative[k * w + l] = x->signs.negative[k];
     if (x->signs.known)
-        kmp_lanes_put_base(pool->lanes, (int)l, x->base);
+        kmp_fused_sines_put(&pool->sines, (int)l, x->base);
     kmp_room_find_limit(e, l);
     put_lane(room->y, w, l, e->size, x->y);
     put_lane(room->k[1], w, l, e->size, x->dy);
@@ -604,9 +605,9 @@ void kmp_room_begin(kmp_engine *e, kmp_lane_group *pool)
     int64_t renewed[KMP_LANES_MOST];
     for (size_t l = 0; l < room->w; l++)
         renewed[l] = room->who[l] >= 0 && !e->instances[room->who[l]].signs.known;
-    kmp_lanes_take_sines(pool->lanes, KMP_SINES_RENEW, renewed);
+    kmp_fused_sines_take(&pool->sines, KMP_SINES_RENEW, renewed);
     kmp_room_evaluate(e, pool, room->y, room->k[2]);
-    kmp_lanes_take_sines(pool->lanes, KMP_SINES_ALONE, NULL);
+    kmp_fused_sines_take(&pool->sines, KMP_SINES_ALONE, NULL);
     const double *end = kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_END), *pivot = kmp_lanes_pivots(e, pool, end);
     uint64_t negative[KMP_SIGN_WORDS * KMP_LANES_MOST];
     kmp_lanes_signs(room->w, pool->layout.pivots, pool->pivot_block, pivot, negative);

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+#include "analyses/parts/study_print.h"
 #include "constraints/tolerances.h"
 #include "ensemble/batch.h"
 #include "ensemble/optimize/optimize_study.h"

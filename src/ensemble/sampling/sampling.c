@@ -2,12 +2,12 @@
 /* A sample is a point of a design, given the correlations as normal scores (Gaussian copula), and then the quantiles of
  * its distributions. */
 #include "ensemble/sampling/sampling.h"
+#include "analyses/parts/ranges.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "ensemble/sampling/model_instances.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"
-#include "model/language/ranges.h"
 #include "output/print.h"
 #include <ctype.h>
 #include <float.h>

@@ -5,6 +5,7 @@
 #include "base/arena.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "base/quantile.h"
 #include "base/text.h"
 #include "constraints/tolerances.h"
 #include "ensemble/sampling/sampling.h"
@@ -18,7 +19,6 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { MOST_TERMS = 20000, MOST_HALVINGS = 200 };
@@ -364,12 +364,6 @@ bool kmp_statistics_choose(const kempe_table *t, bool *chosen)
 
 /* -- one quantity -------------------------------------------------------------------------------------- */
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Moments: of the deviation the error by the fourth moment, for any distribution. */
 static void take_moments(quantity *q, const double *x, double confidence)
 {
@@ -463,7 +457,7 @@ static bool take_quantity(kempe_statistics *s, const kempe_table *t, int column,
         gather(s, x, kept, inputs, q);
         take_contributions(s, x, kept, inputs, work, q);
         take_moments(q, kept, s->confidence);
-        qsort(kept, (size_t)q->count, sizeof *kept, ascending);
+        kmp_order(q->count, kept);
         for (int k = 0; k < PARTS; k++)
             q->quantile[k] = quantile_of(q->count, kept, parts[k], s->confidence);
     }

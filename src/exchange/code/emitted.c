@@ -5,14 +5,21 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/temporary_file.h"
 #include "exchange/code/language.h"
 #include "exchange/code/simulator_pages.h"
 #include "exchange/code/write.h"
 #include "model/data/model.h"
 #include "output/print.h"
 #include "symbolic/ops.h"
+#include <errno.h>
 #include <kempe/generate.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 struct kempe_code {
     kempe_context *context;
@@ -152,24 +159,59 @@ const kmp_code_source *kmp_code_source_of(const kempe_code *code)
     return &code->source;
 }
 
+/* -- files ------------------------------------------------------------------------------------------- */
+
+/* The place of a file and what it replaces: the target of a symbolic link. */
+static int stage(const char *folder, const kmp_code_file *file, kmp_text *path, kmp_text *temporary)
+{
+    char target[PATH_MAX];
+    struct stat old;
+    kmp_text_printf(path, "%s/%s", folder, file->name);
+    const bool exists = !path->failed && stat(path->s, &old) == 0;
+    if (exists && !S_ISREG(old.st_mode))
+        return S_ISDIR(old.st_mode) ? EISDIR : EINVAL;
+    if (exists && realpath(path->s, target)) {
+        kmp_text_free(path);
+        kmp_text_put(path, target);
+    }
+    return path->failed
+               ? ENOMEM
+               : kmp_temporary_write(path->s, exists ? &old : NULL, file->text.s, file->text.length, temporary);
+}
+
+/* All files, or none where one cannot be written. */
+static kempe_status write_files(kempe_context *context, const char *folder, const kmp_code_files *files)
+{
+    const int count = files->count;
+    kmp_text *path = KMP_NEW(kmp_text, count), *temporary = KMP_NEW(kmp_text, count);
+    int error = path && temporary ? 0 : ENOMEM, staged = 0, named = 0;
+    while (!error && staged < count) {
+        error = stage(folder, &files->file[staged], &path[staged], &temporary[staged]);
+        staged += !error;
+    }
+    while (!error && named < count) {
+        error = rename(temporary[named].s, path[named].s) == 0 ? 0 : errno;
+        named += !error;
+    }
+    const char *wrong = error && error != ENOMEM ? path[staged < count ? staged : named].s : folder;
+    kempe_status status = kmp_temporary_report(context, wrong, error);
+    for (int k = named; k < staged; k++)
+        unlink(temporary[k].s);
+    for (int k = 0; path && temporary && k < count; k++) {
+        kmp_text_free(&path[k]);
+        kmp_text_free(&temporary[k]);
+    }
+    kmp_free(path);
+    kmp_free(temporary);
+    return status;
+}
+
 kempe_status kempe_code_write(const kempe_code *code, const char *folder)
 {
     KMP_WANTED_BOTH(code, folder);
     kmp_context_clear(code->context);
-    kmp_arena arena = {0};
-    const char **names = KMP_ARENA_NEW(&arena, const char *, code->files.count);
-    const char **texts = KMP_ARENA_NEW(&arena, const char *, code->files.count);
-    for (int k = 0; names && texts && k < code->files.count; k++) {
-        names[k] = code->files.file[k].name;
-        texts[k] = code->files.file[k].text.s;
-    }
-    kempe_status status = kmp_made(code->context, !arena.failed);
-    if (status == KEMPE_OK)
-        status = kmp_folder_make(code->context, folder);
-    if (status == KEMPE_OK)
-        status = kmp_files_write(code->context, folder, code->files.count, names, texts);
-    kmp_arena_free(&arena);
-    return status;
+    KMP_TRY(kmp_folder_make(code->context, folder));
+    return write_files(code->context, folder, &code->files);
 }
 
 /* -- printing ---------------------------------------------------------------------------------------- */

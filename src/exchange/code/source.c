@@ -15,6 +15,7 @@
 #include "dynamics/load_dependent.h"
 #include "exchange/code/block_parts.h"
 #include "exchange/code/simulated.h"
+#include "exchange/code/written_loads.h"
 #include "model/data/closure.h"
 #include "model/data/force.h"
 #include "model/data/model.h"

@@ -3,13 +3,13 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/wings.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "exchange/code/emitted.h"
 #include "exchange/fmu/unit_description.h"
 #include "exchange/fmu/unit_files.h"
 #include "exchange/fmu/unit_lines.h"
 #include "model/data/model.h"
-#include "output/drawing.h"
 #include "output/plot.h"
 #include "output/print.h"
 #include "output/zip_archive.h"
@@ -123,14 +123,19 @@ static bool add_sources(kempe_fmu_export *made)
     return plan->sources;
 }
 
-/* The mechanism at its start: icon.svg and icon.png, or model.png in version 2. A .png needs librsvg; without it the
- * unit has none. */
+/* The mechanism at its start: icon.svg and icon.png, or model.png in version 2. A .png needs librsvg, and a picture the
+ * wing that draws; without them the unit has none. */
 static bool add_picture(kempe_fmu_export *made)
 {
+    const kmp_wing *const *wing = kmp_wings;
+    while (*wing && !(*wing)->picture)
+        wing++;
+    if (!*wing)
+        return true;
     const kmp_code_source *source = made->plan.source;
     const bool second = made->plan.fmi == 2;
     kmp_text svg = {0}, png = {0};
-    bool ok = kmp_mechanism_picture(&svg, source->model, source->simulated->q, KMP_UNIT_ICON);
+    bool ok = (*wing)->picture(&svg, source->model, source->simulated->q, KMP_UNIT_ICON);
     kmp_text *text = ok && !second ? kmp_code_add(&made->files, "terminalsAndIcons/icon.svg") : NULL;
     if (text)
         kmp_text_append(text, svg.s, svg.length);

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "exchange/formats/importing.h"
 #include <ctype.h>
+#include <dirent.h>
 #include <string.h>
 
 typedef struct pairs {
@@ -25,6 +26,27 @@ static const char *robot_file(kmp_import *im)
     return kmp_arena_printf(im->arena, "%.*s.urdf", (int)length, from);
 }
 
+/* The file of a folder with this ending, ".urdf", the first one by name; NULL: none, or no memory. `*count`: how many
+ * files have it. */
+static char *find_file(const char *folder, const char *ending, int *count)
+{
+    DIR *stream = opendir(folder);
+    char *first = NULL;
+    *count = 0;
+    for (const struct dirent *d = stream ? readdir(stream) : NULL; d; d = readdir(stream)) {
+        if (d->d_name[0] == '.' || strcmp(kmp_file_ending(d->d_name), ending) != 0)
+            continue;
+        *count += 1;
+        if (first && strcmp(d->d_name, first) > 0)
+            continue;
+        kmp_free(first);
+        first = kmp_strdup(d->d_name);
+    }
+    if (stream)
+        closedir(stream);
+    return first;
+}
+
 static const char *beside(kmp_import *im, const char *name)
 {
     const char *slash = strrchr(im->file, '/');
@@ -36,7 +58,7 @@ static bool other_robot(pairs *p)
 {
     const char *folder = beside(p->im, "");
     int count = 0;
-    char *found = kmp_folder_find(folder && folder[0] ? folder : ".", ".urdf", &count);
+    char *found = find_file(folder && folder[0] ? folder : ".", ".urdf", &count);
     if (count == 1 && found) {
         p->file = kmp_arena_strdup(p->im->arena, found);
         p->path = p->file ? beside(p->im, p->file) : NULL;

@@ -5,13 +5,6 @@
 
 #include "linalg/dense/factors.h"
 
-/** C11's CMPLX, which clang has not with every C library. */
-#define KMP_COMPLEX(re, im) __builtin_complex((double)(re), (double)(im))
-
-/** LU of a complex matrix, whose pivots are kept as reciprocals, and the solution for one right-hand side. */
-int kmp_lu_complex_factor(int n, double _Complex *a, int *pivot);
-void kmp_lu_complex_solve(int n, const double _Complex *a, const int *pivot, double _Complex *b);
-
 /** Arithmetic of one call; comparisons, signs and moves are none. */
 typedef struct kmp_flops {
     long add, mul, div, root;
@@ -32,7 +25,3 @@ kmp_flops kmp_cholesky_solve_flops(int n);
 /** The r, c and pivots of kmp_lu_complete to the last bit where no column is fixed, in less time. `a` and `largest` (n)
  * are left as scratch. */
 void kmp_pivots_complete(int m, int n, double *a, double *largest, int *r, int *c, double *pivots);
-
-/** e (n x n) = exp(a h), column-major. 0; -1: no memory, or a number that is not finite. Allocates: not for hot paths.
- */
-int kmp_exponential(int n, const double *a, double h, double *e);

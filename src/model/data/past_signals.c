@@ -230,27 +230,6 @@ double kmp_past_last(const kmp_past_signal *signal, double number)
     return number;
 }
 
-void kmp_past_between(const kmp_past_signal *signal, double from, double to, double *first, double *last)
-{
-    int low = 0, high = signal->count - 1;
-    while (low < high) {
-        int middle = low + (high - low) / 2;
-        if (signal->piece[middle].from >= from)
-            high = middle;
-        else
-            low = middle + 1;
-    }
-    *first = signal->dropped + low;
-    for (high = signal->count - 1; low < high;) {
-        int middle = high - (high - low) / 2;
-        if (signal->piece[middle].to <= to)
-            low = middle;
-        else
-            high = middle - 1;
-    }
-    *last = signal->dropped + low;
-}
-
 void kmp_past_cut(kmp_past *past, double t)
 {
     for (int k = 0; k < past->count; k++) {

@@ -57,9 +57,6 @@ int kmp_past_room(int signals);
  * changes too fast to be recorded. */
 kempe_status kmp_past_record(const kmp_past_source *source, double from, double to, int *fast);
 
-/** The numbers of the first and the last piece that lie between two times, which are ends of pieces. */
-void kmp_past_between(const kmp_past_signal *signal, double from, double to, double *first, double *last);
-
 /** Forgets what is after t, at which the past then ends; no memory is taken. */
 void kmp_past_cut(kmp_past *past, double t);
 

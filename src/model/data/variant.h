@@ -37,18 +37,6 @@ kempe_status kmp_variant_instance(const kempe_model *model, int count, const cha
 /** The variant frees the model of which it was made. */
 void kmp_variant_own(kmp_variant *variant, kempe_model *model);
 
-/** Changes of a copy beside those of numbers (kmp_variant_driven). */
-typedef struct kmp_driven {
-    int count; /* coordinates that move at the rates of the start from there, by any load: drives "load.NAME" */
-    const int *motion;
-    const bool *hold; /* n: coordinates that the assembly of the start keeps, whose rates alone are given there; NULL:
-                       * as in the model */
-    const double *q;  /* n: start values, where `hold` is given */
-} kmp_driven;
-
-/** A model with further drives and another start: its own object, as that of kmp_variant_instance. */
-kempe_status kmp_variant_driven(const kempe_model *model, const kmp_driven *driven, kempe_model **instance);
-
 /** The parameter of a name; -1: there is none. */
 int kmp_parameter_find(const kempe_model *model, const char *name);
 

@@ -32,7 +32,7 @@ typedef enum kmp_irregularity {
 
 /** Irregularities from a spectral density (rail/model/read_tracks.c). */
 typedef struct kmp_wave_spectrum {
-    int kind; /* row of spectra.def; -1: there is none */
+    int kind; /* row of rail/model/spectra.def; -1: there is none */
     double seed, from, to, shortest, longest, scale;
 } kmp_wave_spectrum;
 
@@ -119,15 +119,8 @@ typedef struct kmp_wheel {
     kmp_number speed;   /* below it creepages are regularised, m/s */
 } kmp_wheel;
 
-/** The words of the language for these, in order; NULL ends each list. */
-extern const char *const kmp_track_side_words[], *const kmp_contact_form_words[], *const kmp_creep_law_words[];
-extern const char *const kmp_irregularity_words[], *const kmp_course_words[];
-
 /** The number of contacts of a wheel: one per zone if elastic, a single one if rigid. */
 int kmp_wheel_contacts(const kmp_wheel *wheel);
-
-/** The words of spectra.def. */
-extern const kmp_name_list kmp_wave_spectrum_words;
 
 /** Frees the tables owned by a profile; the named tables it refers to remain. */
 void kmp_profile_free(kmp_profile *profile);

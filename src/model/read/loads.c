@@ -214,23 +214,6 @@ bool kmp_model_has_contacts(const kempe_model *model)
     return false;
 }
 
-static bool force_has_time(const kmp_force *force)
-{
-    bool found = kmp_expr_has_time(force->effort) || kmp_expr_has_time(force->holding_effort) ||
-                 kmp_expr_has_time(force->sliding) || kmp_expr_has_time(force->touch.gap);
-    for (int k = 0; k < 3; k++)
-        found = found || kmp_expr_has_time(force->vector[k]);
-    return found;
-}
-
-static bool closure_has_time(const kmp_closure *closure)
-{
-    bool found = kmp_expr_has_time(closure->function);
-    for (int k = 0; k < closure->curve_count && k < 2; k++)
-        found = found || kmp_expr_has_time(closure->curve[k]);
-    return found;
-}
-
 void kmp_model_begin(const kempe_model *model)
 {
     kmp_context_begin(model->context);
@@ -258,16 +241,6 @@ void kmp_model_begin_forces(const kempe_model *model)
     warn_of_directions(model);
     warn_of_couplers(model);
     warn_of_planes(model);
-}
-
-bool kmp_model_has_time(const kempe_model *model)
-{
-    bool found = false;
-    for (int k = 0; k < model->force_count; k++)
-        found = found || force_has_time(&model->forces[k]);
-    for (int k = 0; k < model->closure_count; k++)
-        found = found || closure_has_time(&model->closures[k]);
-    return found;
 }
 
 typedef struct input_of {

@@ -24,9 +24,6 @@ bool kmp_force_has_load(const kmp_force *force);
 /** True if a force or a sensor may depend on multipliers of the closures. */
 bool kmp_model_has_loads(const kempe_model *model);
 
-/** True if a drive, a closure or a force of the model is a function of time. */
-bool kmp_model_has_time(const kempe_model *model);
-
 /** The first closure that depends on an input, NULL when there is none. */
 const kmp_closure *kmp_model_moved_by(const kempe_model *model, int input);
 

@@ -225,20 +225,6 @@ static bool read_csv(points *p)
     return good;
 }
 
-void kmp_points_reverse(kmp_points *p)
-{
-    for (int i = 0, k = p->count - 1; i < k; i++, k--) {
-        double x = p->x[i], y = p->y[i];
-        kmp_place place = p->place[i];
-        p->x[i] = p->x[k];
-        p->y[i] = p->y[k];
-        p->place[i] = p->place[k];
-        p->x[k] = x;
-        p->y[k] = y;
-        p->place[k] = place;
-    }
-}
-
 bool kmp_read_column_unit(const kmp_points *p, kmp_dimension dimension, const char *so, kmp_unit *unit)
 {
     kmp_reader *r = p->r;

@@ -19,9 +19,6 @@ bool kmp_read_points(kmp_points *p);
  * an error. */
 bool kmp_read_column_unit(const kmp_points *p, kmp_dimension dimension, const char *so, kmp_unit *unit);
 
-/** Turns the order of the points round. */
-void kmp_points_reverse(kmp_points *p);
-
 /** The path of a file that another one names, beside that one. */
 const char *kmp_path_beside(kmp_reader *r, int file, const char *name);
 

@@ -2,6 +2,7 @@
 /* The model as one JSON object. */
 #include "model/write/model_json.h"
 #include "base/text.h"
+#include "base/wings.h"
 #include "model/data/body.h"
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
@@ -17,7 +18,6 @@
 #include "model/language/nearest.h"
 #include "model/read/loads.h"
 #include "model/write/model_print.h"
-#include "model/write/model_wheels.h"
 #include "symbolic/table_function.h"
 #include <kempe/kempe.h>
 #include <math.h>
@@ -441,11 +441,15 @@ static kmp_json put_mechanism(kmp_text *text, const kempe_model *model)
         kmp_json_end(&json);
     }
     kmp_json_end(&json);
-    kmp_model_json_tracks(&json, model);
+    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
+        if ((*wing)->writer)
+            (*wing)->writer->put_behind_tables(&json, model);
     if (model->unknowns_count > 0)
         put_unknowns(&json, model);
     put_bodies(&json, model);
-    kmp_model_json_wheels(&json, model);
+    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
+        if ((*wing)->writer)
+            (*wing)->writer->put_behind_bodies(&json, model);
     put_closures(&json, model);
     put_forces(&json, model);
     put_start(&json, model);

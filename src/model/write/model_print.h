@@ -24,6 +24,15 @@ void kmp_model_json_shape(kmp_json *json, const kmp_shape *shape);
 /** Mass, com and inertia of a body as members of an open object. */
 void kmp_model_json_mass(kmp_json *json, const kmp_body *body);
 
+/** Sections of a wing (base/wings.h) in either form, those behind the tables and those behind the bodies: nothing where
+ * the model has none. */
+typedef struct kmp_writer_wing {
+    void (*show_behind_tables)(kmp_text *text, const kempe_model *model);
+    void (*show_behind_bodies)(kmp_text *text, const kempe_model *model);
+    void (*put_behind_tables)(kmp_json *json, const kempe_model *model);
+    void (*put_behind_bodies)(kmp_json *json, const kempe_model *model);
+} kmp_writer_wing;
+
 /* -- pieces of text ------------------------------------------------------------------ */
 
 void kmp_model_put_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr);

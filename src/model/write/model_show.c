@@ -3,6 +3,7 @@
 #include "model/write/model_show.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "base/wings.h"
 #include "model/data/body.h"
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
@@ -23,7 +24,6 @@
 #include "model/read/loads.h"
 #include "model/write/model_json.h"
 #include "model/write/model_print.h"
-#include "model/write/model_wheels.h"
 #include "symbolic/table_function.h"
 #include <kempe/kempe.h>
 #include <stdbool.h>
@@ -434,7 +434,9 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
     }
     show_states(text, model);
     show_tables(text, model);
-    kmp_model_show_tracks(text, model);
+    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
+        if ((*wing)->writer)
+            (*wing)->writer->show_behind_tables(text, model);
     begin(text, "unknowns", model->unknowns_count);
     for (int i = 0; i < model->unknowns_count; i++) {
         const kmp_unknowns *u = &model->unknowns[i];
@@ -446,7 +448,9 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
         kmp_text_put(text, "\n");
     }
     show_bodies(text, model);
-    kmp_model_show_wheels(text, model);
+    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
+        if ((*wing)->writer)
+            (*wing)->writer->show_behind_bodies(text, model);
     int count = model->closure_count - kmp_model_friction_count(model); /* without the rows of forces */
     begin(text, "loops", count);
     for (int i = 0; i < count; i++) {

@@ -15,6 +15,7 @@
 #include "model/data/model.h"
 #include "model/language/limits.h"
 #include "model/read/read_values.h"
+#include "rail/model/wheel_words.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
@@ -375,7 +376,7 @@ static course_result course_lay(kmp_track *t)
 }
 
 static const kmp_key piece_keys[] = {
-#include "model/keys/piece_keys.def"
+#include "rail/keys/piece_keys.def"
     {0}};
 
 typedef struct reading {

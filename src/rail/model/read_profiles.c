@@ -279,6 +279,20 @@ static void copy_point(kmp_points *p, int to, int from)
     p->place[to] = p->place[from];
 }
 
+static void turn_round(kmp_points *p)
+{
+    for (int i = 0, k = p->count - 1; i < k; i++, k--) {
+        double x = p->x[i], y = p->y[i];
+        kmp_place place = p->place[i];
+        p->x[i] = p->x[k];
+        p->y[i] = p->y[k];
+        p->place[i] = p->place[k];
+        p->x[k] = x;
+        p->y[k] = y;
+        p->place[k] = place;
+    }
+}
+
 /* From the tip, the lowest point of a wheel or the highest of a rail, only points further on in y can be reached. */
 static void leave_out_hidden(const source *s)
 {
@@ -287,7 +301,7 @@ static void leave_out_hidden(const source *s)
     if (p->count < 2)
         return;
     if (p->x[0] > p->x[p->count - 1])
-        kmp_points_reverse(p);
+        turn_round(p);
     for (int k = 0; k < p->count; k++)
         tip = (s->wheel ? p->y[k] < p->y[tip] : p->y[k] > p->y[tip]) ? k : tip;
     int first = tip, last = tip;
@@ -453,7 +467,7 @@ static bool move_origin(const kmp_points *p, kmp_table **height)
 static void read_profile(kmp_reader *r, const kmp_yaml *map, kmp_profile *profile)
 {
     static const kmp_key keys[] = {
-#include "model/keys/profile_keys.def"
+#include "rail/keys/profile_keys.def"
         {0}};
     kmp_points p = {.r = r,
                     .map = map,
@@ -469,7 +483,7 @@ static void read_profile(kmp_reader *r, const kmp_yaml *map, kmp_profile *profil
         !check_points(&p))
         return;
     if (p.x[0] > p.x[1])
-        kmp_points_reverse(&p);
+        turn_round(&p);
     for (int k = 0; k < p.count; k++) {
         p.x[k] = p.x[k] * unit.factor / unit.divisor;
         p.y[k] = p.y[k] * unit.factor / unit.divisor;

@@ -8,6 +8,7 @@
 #include "model/read/read_values.h"
 #include "rail/model/read_course.h"
 #include "rail/model/read_profiles.h"
+#include "rail/model/wheel_words.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <stdint.h>
@@ -166,7 +167,7 @@ typedef struct level {
 
 static const level levels[] = {
 #define KMP_SPECTRUM(word, alignment, level) {alignment, level},
-#include "model/data/spectra.def"
+#include "rail/model/spectra.def"
 #undef KMP_SPECTRUM
 };
 
@@ -281,7 +282,7 @@ static kmp_table *wave_spectrum_make(const kmp_wave_spectrum *s, kmp_irregularit
 /* Irregularities of a track: tables over the arc length, or generated from a spectrum. */
 
 static const kmp_key irregularity_keys[] = {
-#include "model/keys/irregularity_keys.def"
+#include "rail/keys/irregularity_keys.def"
     {0}};
 static const char *const spectrum_keys[] = {"seed", "from", "to", "wavelengths", "scale"};
 
@@ -428,7 +429,7 @@ static void read_irregularities(kmp_reader *r, const kmp_yaml *map, const char *
 }
 
 static const kmp_key track_keys[] = {
-#include "model/keys/track_keys.def"
+#include "rail/keys/track_keys.def"
     {0}};
 
 static bool read_length(kmp_reader *r, const kmp_yaml *node, const char *key, const char *of, double *value)

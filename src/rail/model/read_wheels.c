@@ -6,6 +6,7 @@
 #include "model/data/numbers.h"
 #include "model/read/read_values.h"
 #include "rail/model/read_profiles.h"
+#include "rail/model/wheel_words.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <stdlib.h>
@@ -477,7 +478,7 @@ static bool zones_space(const kmp_track *track, kmp_wheel *wheel)
 }
 
 static const kmp_key wheel_keys[] = {
-#include "model/keys/wheel_keys.def"
+#include "rail/keys/wheel_keys.def"
     {0}};
 
 /* A wheel being read. */

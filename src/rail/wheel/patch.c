@@ -6,7 +6,7 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "model/data/model.h"
-#include "symbolic/average.h"
+#include "rail/places/average.h"
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"

@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A table of contacts as text, JSON, CSV and a picture. */
+#include "analyses/parts/study_print.h"
 #include "base/context.h"
 #include "model/data/model.h"
 #include "output/plot.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "rail/model/wheel_words.h"
 #include "rail/wheel_contact/contact_pressure.h"
 #include "rail/wheel_contact/contact_sweep.h"
 #include "symbolic/table_function.h"

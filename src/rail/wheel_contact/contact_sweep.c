@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Computes each state from the last one, value by value; where that is too far, by parts of the step. */
 #include "rail/wheel_contact/contact_sweep.h"
+#include "analyses/parts/substep.h"
 #include "backend/machine.h"
 #include "base/clock.h"
 #include "base/memory.h"
-#include "base/substep.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/inexact/nearest_exact.h"

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "analyses/equilibrium/operating.h"
+#include "analyses/parts/ranges.h"
 #include "model/data/variant.h"
 #include "model/data/wheels.h"
-#include "model/language/ranges.h"
 #include <kempe/rolling_contact.h>
 #include <kempe/vehicle.h>
 

@@ -12,7 +12,7 @@
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/read/loads.h"
-#include "model/read/read_outputs.h"
+#include "model/read/requests.h"
 #include "output/print.h"
 #include "studies/simulate/stepper_run.h"
 #include "symbolic/derivative.h"

@@ -2,6 +2,7 @@
 /* A trajectory as a report and as one JSON object. */
 #include "studies/simulate/trajectory_print.h"
 #include "base/memory.h"
+#include "base/quantile.h"
 #include "integrators/formulations/cost_model.h"
 #include "model/data/closure_table.h"
 #include "model/data/compliant.h"
@@ -9,7 +10,6 @@
 #include "model/data/output_table.h"
 #include "output/print.h"
 #include "output/result_table.h"
-#include "output/weighting.h"
 #include "studies/simulate/observed.h"
 #include "studies/simulate/trajectory.h"
 #include <math.h>

@@ -2,17 +2,18 @@
 /* Averages over places as a block of the graph, and their evaluation. The largest exponent is subtracted from all, so
  * that nothing overflows. Sums run in four lanes, which are added at the end: the bits are the same with and without
  * vectors. */
-#include "symbolic/average.h"
+#include "rail/places/average.h"
 #include "base/arena.h"
 #include "base/clones.h"
 #include "base/memory.h"
 #include "base/simd4.h"
+#include "rail/places/scan.h"
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
 #include "symbolic/graph.h"
 #include "symbolic/implicit.h"
 #include "symbolic/places.h"
-#include "symbolic/scan.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -65,6 +66,30 @@ typedef struct wanted {
     const double *place;
 } wanted;
 
+/* True to the bit. */
+static bool is_same(double x, double y)
+{
+    return memcmp(&x, &y, sizeof x) == 0;
+}
+
+/* True if the first nodes of a graph, and its first tables, are those of another one. */
+static bool begins_as(const kmp_graph *g, const kmp_graph *other)
+{
+    uint32_t count = kmp_graph_count(other);
+    if (count > kmp_graph_count(g))
+        return false;
+    for (int k = 0; kmp_graph_table(other, k); k++)
+        if (kmp_graph_table(g, k) != kmp_graph_table(other, k))
+            return false;
+    for (uint32_t id = 0; id < count; id++) {
+        const kmp_node *n = kmp_graph_node(g, id), *m = kmp_graph_node(other, id);
+        if (n->op != m->op || n->a != m->a || n->b != m->b || n->c != m->c ||
+            (n->op == KMP_OP_CONST && !is_same(kmp_graph_value(g, id), kmp_graph_value(other, id))))
+            return false;
+    }
+    return true;
+}
+
 static bool is_of(const kmp_implicit *b, const void *user)
 {
     const wanted *w = user;
@@ -72,7 +97,7 @@ static bool is_of(const kmp_implicit *b, const void *user)
     return b->block.averages && b->block.unknowns == w->count + 1 && b->block.arguments == w->arguments &&
            b->block.candidates == w->places && b->row[0] == w->exponent && b->row[w->count + 1] == w->needed &&
            memcmp(b->row + 1, w->averaged, rows) == 0 && memcmp(b->block.candidate, w->place, places) == 0 &&
-           kmp_graph_begins_as(b->local, w->local);
+           begins_as(b->local, w->local);
 }
 
 int kmp_average_in(kmp_graph *g, kmp_graph *local, int arguments, kmp_ref exponent, kmp_ref needed, int count,
@@ -158,7 +183,7 @@ kmp_ref kmp_average_derivative(kmp_graph *g, int block, int component, kmp_ref l
 
 /* -- numbers ----------------------------------------------------------------------------------------- */
 
-struct kmp_average {
+typedef struct kmp_average {
     const kmp_program_block *block;
     kmp_arena arena; /* of all arrays */
     kmp_scan *scan;  /* at all places, filled up to groups of eight, then one of each group */
@@ -171,7 +196,7 @@ struct kmp_average {
     size_t *first; /* groups that count, and their number; then those of the middle places */
     size_t count;
     kmp_scan_row exponent, needed, *averaged; /* where the scan has them */
-};
+} kmp_average;
 
 /* The weights of places, and the places in the middle of groups. */
 static void set_places(kmp_average *a)
@@ -188,7 +213,7 @@ static void set_places(kmp_average *a)
         a->first[a->groups + k] = width + k * LANES;
 }
 
-kmp_average *kmp_average_room(const kmp_program_block *block, kmp_row_writer *rows)
+void *kmp_average_room(const kmp_program_block *block, bool native)
 {
     kmp_average *a = KMP_NEW(kmp_average, 1);
     if (!a)
@@ -203,7 +228,7 @@ kmp_average *kmp_average_room(const kmp_program_block *block, kmp_row_writer *ro
     a->weight = kmp_arena_aligned(&a->arena, width);
     if (!a->arena.failed) {
         set_places(a);
-        a->scan = kmp_scan_new(block, (int)(width + a->groups), a->place, rows);
+        a->scan = kmp_scan_new(block, (int)(width + a->groups), a->place, native);
     }
     if (!a->scan) {
         kmp_average_room_free(a);
@@ -216,8 +241,9 @@ kmp_average *kmp_average_room(const kmp_program_block *block, kmp_row_writer *ro
     return a;
 }
 
-void kmp_average_room_free(kmp_average *a)
+void kmp_average_room_free(void *average)
 {
+    kmp_average *a = average;
     if (!a)
         return;
     kmp_scan_free(a->scan);
@@ -225,14 +251,9 @@ void kmp_average_room_free(kmp_average *a)
     kmp_free(a);
 }
 
-kmp_counts kmp_average_count(const kmp_average *a)
+kmp_counts kmp_average_count(const void *average)
 {
-    return kmp_scan_count(a->scan);
-}
-
-const double *kmp_average_values(const kmp_average *a)
-{
-    return a->value;
+    return kmp_scan_count(((const kmp_average *)average)->scan);
 }
 
 /* exp(x) for x <= 0: x = n log 2 + r, |r| <= log(2)/2, and the series of exp(r), whose remainder is below 1e-17. A
@@ -310,8 +331,9 @@ KMP_CLONES static double largest(const kmp_average *a, const kmp_scan_row *expon
     return kmp_places_larger(kmp_places_larger(most[0], most[1]), kmp_places_larger(most[2], most[3]));
 }
 
-void kmp_average_run(kmp_average *a, const double *arguments)
+const double *kmp_average_run(void *average, const double *arguments)
 {
+    kmp_average *a = average;
     size_t best;
     kmp_scan_set(a->scan, arguments);
     /* Finds the groups that may count by the exponents in their middle; `best` as kmp_places_choose has it. */
@@ -330,7 +352,7 @@ void kmp_average_run(kmp_average *a, const double *arguments)
             const kmp_scan_row *x = &a->averaged[k];
             a->value[k] = x->sign * *kmp_scan_at(x, at, best);
         }
-        return;
+        return a->value;
     }
     kmp_scan_groups(a->scan, EXPONENT, a->count, a->first, 0);
     kmp_scan_groups(a->scan, AVERAGED, a->count, a->first, 0);
@@ -338,4 +360,5 @@ void kmp_average_run(kmp_average *a, const double *arguments)
     a->value[0] = most + log(all);
     for (int k = 1; k < a->block->unknowns; k++)
         a->value[k] = weighed(a, &a->averaged[k]) / all;
+    return a->value;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Points that coincide in the drawing are one: all marks are combined on it. */
-#include "output/drawing.h"
+#include "report/drawing.h"
 #include "base/arena.h"
 #include "base/memory.h"
 #include "base/text.h"

@@ -19,19 +19,11 @@ kmp_implicit *kmp_average_new(kmp_graph *local, int arguments, kmp_ref exponent,
 int kmp_average_in(kmp_graph *g, kmp_graph *local, int arguments, kmp_ref exponent, kmp_ref needed, int count,
                    const kmp_ref *averaged, int places, const double *place);
 
-/* Room to compute one in: one for each thread. */
-typedef struct kmp_average kmp_average;
-
-/** The block must outlive it. `rows`: as for kmp_scan_new. NULL: no memory. */
-kmp_average *kmp_average_room(const kmp_program_block *block, kmp_row_writer *rows);
-void kmp_average_room_free(kmp_average *average);
-
-/** The components for these arguments. No allocation. */
-void kmp_average_run(kmp_average *average, const double *arguments);
-/** Operations of the block's program since the room was made (scan.h). */
-kmp_counts kmp_average_count(const kmp_average *average);
-/** The values of the last computation. */
-const double *kmp_average_values(const kmp_average *average);
+/** A room to compute one in, for a kmp_places_room. */
+void *kmp_average_room(const kmp_program_block *block, bool native);
+void kmp_average_room_free(void *average);
+const double *kmp_average_run(void *average, const double *arguments);
+kmp_counts kmp_average_count(const void *average);
 
 /** kmp_implicit_derivative of a block of averages. */
 kmp_ref kmp_average_derivative(kmp_graph *g, int block, int component, kmp_ref list, kmp_ref differentials);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Machine code for the arithmetic of a scan (scan.h), which a back end may write: the operations between two functions
- * at once, for places side by side in registers. Values that nothing else reads stay there. */
+/* Machine code for the arithmetic of a scan (scan.h): the operations between two functions at once, for places side by
+ * side in registers. Values that nothing else reads stay there. */
 #pragma once
 
 #include "symbolic/program_forms.h"
@@ -36,5 +36,5 @@ typedef struct kmp_row_code {
 } kmp_row_code;
 
 /** The code for rows of `width` numbers; all scans of a program with this width have these addresses of values. NULL:
- * there is none, or no memory. */
-typedef const kmp_row_code *kmp_row_writer(const kmp_program *program, size_t width, const kmp_row_address *address);
+ * there is none on this machine, or no memory. */
+const kmp_row_code *kmp_row_code_of(const kmp_program *program, size_t width, const kmp_row_address *address);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The reader of ranges: name, ends with their units, count; an error names the place in the text. */
-#include "model/language/ranges.h"
+#include "analyses/parts/ranges.h"
 #include "base/memory.h"
 #include <ctype.h>
 #include <math.h>

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Wheels and tracks as the reader understood them, in both forms. */
-#include "model/write/model_wheels.h"
+#include "rail/model/write_wheels.h"
 #include "base/text.h"
 #include "model/data/model.h"
 #include "model/data/wheels.h"
 #include "model/language/nearest.h"
 #include "model/write/model_json.h"
 #include "model/write/model_print.h"
+#include "rail/model/wheel_words.h"
 #include "symbolic/table_function.h"
 #include <kempe/kempe.h>
 #include <stdbool.h>
@@ -36,7 +37,7 @@ static void put_wheel(kmp_json *json, const kempe_model *model, const kmp_wheel 
     kmp_json_end(json);
 }
 
-void kmp_model_show_wheels(kmp_text *text, const kempe_model *model)
+static void show_wheels(kmp_text *text, const kempe_model *model)
 {
     kmp_text_put(text, model->wheel_count > 0 ? "wheels\n" : "");
     for (int i = 0; i < model->wheel_count; i++) {
@@ -47,7 +48,7 @@ void kmp_model_show_wheels(kmp_text *text, const kempe_model *model)
     }
 }
 
-void kmp_model_json_wheels(kmp_json *json, const kempe_model *model)
+static void put_wheels(kmp_json *json, const kempe_model *model)
 {
     if (model->wheel_count == 0)
         return;
@@ -92,7 +93,7 @@ static void show_track(kmp_text *text, const kempe_model *model, const kmp_track
                         s->scale);
 }
 
-void kmp_model_show_tracks(kmp_text *text, const kempe_model *model)
+static void show_tracks(kmp_text *text, const kempe_model *model)
 {
     kmp_text_put(text, model->profile_count > 0 ? "profiles\n" : "");
     for (int i = 0; i < model->profile_count; i++) {
@@ -145,7 +146,7 @@ static void put_track(kmp_json *json, const kempe_model *model, const kmp_track 
     kmp_json_end(json);
 }
 
-void kmp_model_json_tracks(kmp_json *json, const kempe_model *model)
+static void put_tracks(kmp_json *json, const kempe_model *model)
 {
     if (model->profile_count > 0)
         kmp_model_json_begin(json, "profiles");
@@ -168,3 +169,5 @@ void kmp_model_json_tracks(kmp_json *json, const kempe_model *model)
     if (model->track_count > 0)
         kmp_json_end(json);
 }
+
+const kmp_writer_wing kmp_wheel_writer = {show_tracks, show_wheels, put_tracks, put_wheels};

@@ -2,13 +2,14 @@
 /* A value is a row of doubles, one per place, padded to a multiple of eight; a value that is equal at all places is
  * eight doubles alone. Values that depend on arguments are in the first slots of their rows, which the cache of the
  * processor keeps; it would not keep whole rows. */
-#include "symbolic/scan.h"
+#include "rail/places/scan.h"
 #include "base/arena.h"
 #include "base/clones.h"
 #include "base/memory.h"
 #include "base/simd4.h"
+#include "rail/places/row_code.h"
+#include "rail/places/table_rows.h"
 #include "symbolic/interpreter.h"
-#include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
 
@@ -452,7 +453,7 @@ static bool allocate(kmp_scan *s)
     return s->first && !s->arena.failed;
 }
 
-static bool init(kmp_scan *s, int places, const double *place, kmp_row_writer *rows)
+static bool init(kmp_scan *s, int places, const double *place, bool native)
 {
     if (!allocate(s))
         return false;
@@ -497,26 +498,27 @@ static bool init(kmp_scan *s, int places, const double *place, kmp_row_writer *r
             else
                 run_steps(p, &made, &made + 1, &all);
         }
-    s->code = rows ? rows(s->p, s->width, s->address) : NULL;
+    s->code = native ? kmp_row_code_of(s->p, s->width, s->address) : NULL;
     list_steps(s);
     return true;
 }
 
-kmp_scan *kmp_scan_new(const kmp_program_block *block, int places, const double *place, kmp_row_writer *rows)
+kmp_scan *kmp_scan_new(const kmp_program_block *block, int places, const double *place, bool native)
 {
     kmp_scan *s = KMP_NEW(kmp_scan, 1);
     if (!s)
         return NULL;
     s->p = block->program;
     s->width = ((size_t)places + LANES - 1) / LANES * LANES;
-    if (init(s, places, place, rows))
+    if (init(s, places, place, native))
         return s;
     kmp_scan_free(s);
     return NULL;
 }
 
-void kmp_scan_free(kmp_scan *s)
+void kmp_scan_free(void *scan)
 {
+    kmp_scan *s = scan;
     if (!s)
         return;
     kmp_interpreter_free(s->first);
@@ -543,8 +545,9 @@ void kmp_scan_groups(kmp_scan *s, int stage, size_t count, const size_t *first, 
     run_steps(s->p, s->steps + s->step_start[stage], s->steps + s->step_start[stage + 1], &n);
 }
 
-kmp_counts kmp_scan_count(const kmp_scan *s)
+kmp_counts kmp_scan_count(const void *scan)
 {
+    const kmp_scan *s = scan;
     kmp_counts c = {0};
     const kmp_counts common = kmp_program_count(s->p, 0, 0);
     kmp_counts_add(&c, &common, s->settings);
@@ -565,8 +568,14 @@ static void copy_row(const kmp_scan *s, const kmp_scan_row *from, double *to)
         to[k] = value_at(from, k / LANES * LANES, k / LANES * LANES, k % LANES);
 }
 
-const double *kmp_scan_run(kmp_scan *s, const double *arguments)
+void *kmp_scan_of_candidates(const kmp_program_block *block, bool native)
 {
+    return kmp_scan_new(block, block->candidates, block->candidate, native);
+}
+
+const double *kmp_scan_run(void *scan, const double *arguments)
+{
+    kmp_scan *s = scan;
     kmp_scan_set(s, arguments);
     kmp_scan_groups(s, FIRST, s->width / LANES, s->every, 0);
     /* Sets the other unknowns to their guesses. */

@@ -2,13 +2,11 @@
 /* A weighting is a chain of sections p(s)/d(s) of second degree. Each is a system of two states, advanced from sample
  * to sample by its matrix exponential together with the derivatives of the polynomial that its input is between the
  * samples (Van Loan 1978). */
-#include "output/weighting.h"
+#include "analyses/comfort/weighting.h"
+#include "analyses/dense/exponential.h"
 #include "base/memory.h"
-#include "linalg/dense/dense.h"
 #include <complex.h>
 #include <math.h>
-#include <stddef.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { ORDER = 2, POINTS = 4, SIZE = ORDER + POINTS, MOST_SECTIONS = 4 };
@@ -27,7 +25,7 @@ typedef struct weighting_row {
 
 static const weighting_row rows[] = {
 #define KMP_WEIGHTING(word, ...) {__VA_ARGS__},
-#include "output/weightings.def"
+#include "analyses/comfort/weightings.def"
 #undef KMP_WEIGHTING
 };
 
@@ -148,24 +146,6 @@ double kmp_root_mean_square(int steps, const double *x)
     return sqrt(sum / steps);
 }
 
-static int by_size(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-void kmp_order(int count, double *x)
-{
-    qsort(x, (size_t)count, sizeof *x, by_size);
-}
-
-double kmp_ordered_quantile(int count, const double *x, double part)
-{
-    double place = part * (count - 1);
-    int k = (int)place;
-    return count < 1 ? NAN : k + 1 < count ? x[k] + (place - k) * (x[k + 1] - x[k]) : x[count - 1];
-}
-
 /* Sperling's factor at a frequency, Hz: B = c sqrt((1.911 f^2 + (.25 f^2)^2) / ((1 - .277 f^2)^2 + (1.563 f - .0368
  * f^3)^2)), c = .588 of vertical, .737 of lateral accelerations. */
 static double sperling_factor(bool vertical, double f)
@@ -199,60 +179,4 @@ double kmp_sperling(bool vertical, double rate, int count, const double *x)
             sum += factor * factor * component(section_size, x + (long)s * section_size, turns) / sections;
     }
     return pow(sum, 1 / 6.67);
-}
-
-/* -- low-pass filter --------------------------------------------------------------------------------- */
-
-/* The transfer function is the sum of r/(s - p) over the poles p and their conjugates (S. Butterworth, Wireless
- * Engineer 7 (1930) 536). Each term is a state z' = p z + u, advanced exactly: u is linear between two samples. */
-enum { BUTTERWORTH = 4, PAIRS = BUTTERWORTH / 2 };
-
-/* z after a step h is grow z + first u0 + last u1. Without a step u jumps. */
-typedef struct advance {
-    double complex grow, first, last;
-} advance;
-
-static advance advance_over(double complex pole, double h)
-{
-    const double complex grow = cexp(pole * h), held = (grow - 1) / pole, ramp = h > 0 ? (held / h - 1) / pole : 0;
-    return (advance){grow, held - ramp, ramp};
-}
-
-bool kmp_low_pass(double cutoff, int count, int stride, const double *t, int signals, const double *in, double *out)
-{
-    double complex pole[PAIRS], residue[PAIRS], *state = KMP_NEW(double complex, PAIRS *signals);
-    /* The poles above the real axis, and their residues. */
-    const double w = two_pi * cutoff;
-    double complex all[BUTTERWORTH];
-    for (int k = 0; k < BUTTERWORTH; k++)
-        all[k] = w * cexp(I * (two_pi / 2) * (2 * k + BUTTERWORTH + 1) / (2 * BUTTERWORTH));
-    for (int k = 0; k < PAIRS; k++) {
-        pole[k] = all[k];
-        residue[k] = w * w * w * w;
-        for (int i = 0; i < BUTTERWORTH; i++)
-            residue[k] /= i == k ? 1 : all[k] - all[i];
-    }
-    for (int s = 0; state && s < signals; s++) {
-        out[(ptrdiff_t)s * count] = in[(ptrdiff_t)s * count];
-        for (int i = 0; i < PAIRS; i++)
-            state[PAIRS * s + i] = -in[(ptrdiff_t)s * count] / pole[i];
-    }
-    for (int k = stride; state && k < count; k += stride) {
-        advance step[PAIRS];
-        for (int i = 0; i < PAIRS; i++)
-            step[i] = advance_over(pole[i], t[k] - t[k - stride]);
-        for (int s = 0; s < signals; s++) {
-            const ptrdiff_t at = (ptrdiff_t)s * count + k;
-            double complex *z = state + PAIRS * s;
-            double sum = 0;
-            for (int i = 0; i < PAIRS; i++) {
-                z[i] = step[i].grow * z[i] + step[i].first * in[at - stride] + step[i].last * in[at];
-                sum += 2 * creal(residue[i] * z[i]);
-            }
-            out[at] = sum;
-        }
-    }
-    const bool good = state;
-    kmp_free(state);
-    return good;
 }

@@ -4,7 +4,6 @@
 #pragma once
 
 #include "symbolic/program.h"
-#include "symbolic/row_code.h"
 #include <stddef.h>
 
 typedef struct kmp_scan kmp_scan;
@@ -25,10 +24,10 @@ static inline const double *kmp_scan_at(const kmp_scan_row *row, size_t place, s
     return row->row + (place & row->by_place) + (slot & row->by_slot);
 }
 
-/** A scan of a block at places: values of unknown 0, padded to a multiple of eight with the first. `rows` writes
- * machine code for it; NULL: it is interpreted, with the same bits. NULL: no memory. */
-kmp_scan *kmp_scan_new(const kmp_program_block *block, int places, const double *place, kmp_row_writer *rows);
-void kmp_scan_free(kmp_scan *scan);
+/** A scan of a block at places: values of unknown 0, padded to a multiple of eight with the first. With
+ * machine code, where there is some, or interpreted, with the same bits. NULL: no memory. */
+kmp_scan *kmp_scan_new(const kmp_program_block *block, int places, const double *place, bool native);
+void kmp_scan_free(void *scan);
 
 /** kmp_scan_set: sets the arguments. The others run a stage (1, 2) of the block's program in these groups of eight, and
  * read output k of the stage there. Groups begin at place first[0] and so on; what depends on arguments is kept in
@@ -39,8 +38,9 @@ void kmp_scan_groups(kmp_scan *scan, int stage, size_t count, const size_t *firs
 kmp_scan_row kmp_scan_output(const kmp_scan *scan, int stage, int k);
 
 /** Operations since the scan was made, of all arguments and places, those that fill groups of eight included. */
-kmp_counts kmp_scan_count(const kmp_scan *scan);
+kmp_counts kmp_scan_count(const void *scan);
 
-/** The block's merits at its candidates, which are the places, for its arguments; padded to a multiple of eight. No
- * allocation. */
-const double *kmp_scan_run(kmp_scan *scan, const double *arguments);
+/** A scan of a block at its candidates, and the merits there for its arguments; padded to a multiple of eight. No
+ * allocation in the second one. */
+void *kmp_scan_of_candidates(const kmp_program_block *block, bool native);
+const double *kmp_scan_run(void *scan, const double *arguments);

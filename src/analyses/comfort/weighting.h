@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Vibration as people feel it: weighted accelerations, their root mean squares in windows, percentiles, Sperling's
- * ride index. Samples are equally spaced. */
+/* Vibration as people feel it: weighted accelerations, their root mean squares, Sperling's ride index. Samples are
+ * equally spaced. */
 #pragma once
 
-#include "base/arena.h"
+#include <stdbool.h>
 
 typedef enum kmp_weighting {
 #define KMP_WEIGHTING(word, ...) KMP_WEIGHTING_##word,
-#include "output/weightings.def"
+#include "analyses/comfort/weightings.def"
 #undef KMP_WEIGHTING
     KMP_WEIGHTINGS
 } kmp_weighting;
@@ -22,18 +22,7 @@ bool kmp_weight(kmp_weighting weighting, double rate, int count, const double *i
 /** The root of the mean square over a number of steps, from one more sample, by the trapezoidal rule. */
 double kmp_root_mean_square(int steps, const double *x);
 
-/** Orders numbers by size. The quantile of ordered numbers, by linear interpolation between them: the first is part 0,
- * the last part 1. NaN: there are none. */
-void kmp_order(int count, double *x);
-double kmp_ordered_quantile(int count, const double *x, double part);
-
 /** Sperling's Wz of samples in m/s^2: (sum of (100 a B)^2)^(1/6.67), a being the root mean square at a frequency, over
  * Fourier's components from 0.5 to 30 Hz of sections of 10 s, of the whole where it is shorter; the sum is the mean of
  * the sections. */
 double kmp_sperling(bool vertical, double rate, int count, const double *x);
-
-/** Low-pass filter of signals whose samples are not equally spaced: Butterworth's of fourth order: 24 dB an octave, -3
- * dB at the cutoff frequency, Hz. Signals begin at rest in their first value, and are straight between samples. Every
- * stride-th of the samples at t (count, increasing) is read and written; sample k of signal s is number s * count + k.
- * false: no memory. */
-bool kmp_low_pass(double cutoff, int count, int stride, const double *t, int signals, const double *in, double *out);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Each value has its derivatives along KMP_DUALS_WIDTH inputs. Values that no current input changes are skipped. */
-#include "backend/duals.h"
+#include "analyses/derivatives/duals.h"
 #include "symbolic/ops.h"
 #include "symbolic/table_function.h"
 #include <math.h>
