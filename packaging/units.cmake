@@ -1,29 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # kempe_unit.so: the library as a functional mock-up unit, which `kempe fmu --binary` copies into archives. It contains all
 # libraries that it needs but those of C, without UMFPACK (GPL), and exports the functions of the FMI alone.
-set(missing "")
-get_filename_component(sundials_folder ${LIB_sundials_ida} DIRECTORY) # others may be of another version than the headers
-set(sundials_core "")
-if(LIB_sundials_core)
-    set(sundials_core sundials_core)
-endif()
-foreach(name klu btf amd colamd suitesparseconfig yaml expat sundials_ida sundials_kinsol sundials_cvode sundials_arkode
-        sundials_nvecserial sundials_sunmatrixsparse sundials_sunmatrixdense sundials_sunmatrixband
-        sundials_sunlinsoldense sundials_sunlinsolband sundials_sunnonlinsolfixedpoint sundials_sunnonlinsolnewton ${sundials_core} lapack blas)
-    if(name MATCHES "^sundials_")
-        find_library(STATIC_${name} lib${name}.a PATHS ${sundials_folder} NO_DEFAULT_PATH)
-    else()
-        find_library(STATIC_${name} lib${name}.a)
-    endif()
-    mark_as_advanced(STATIC_${name})
-    if(STATIC_${name})
-        list(APPEND KEMPE_STATIC_LIBS ${STATIC_${name}})
-    else()
-        string(APPEND missing " lib${name}.a")
-    endif()
-endforeach()
-if(missing)
-    message(STATUS "static libraries are not there: kempe fmu --binary will refuse (${missing} )")
+if(KEMPE_STATIC_MISSING)
+    message(STATUS "static libraries are not there: kempe fmu --binary will refuse (${KEMPE_STATIC_MISSING} )")
     return()
 endif()
 

@@ -205,6 +205,10 @@ static kempe_status resolve_tools(const kempe_system *system, kmp_run_spec *spec
     if (!spec->linear)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT, "unknown linear solver '%s'; available: %s", linear,
                         kmp_linear_names());
+    const char *missing = kmp_linear_missing(spec->linear);
+    if (missing)
+        return kmp_fail(system->context, KEMPE_E_IO,
+                        "linear solver '%s' cannot be loaded: %s; install it, or choose klu", spec->linear, missing);
     if (strcmp(spec->linear, AUTO) != 0 && !kmp_solver_find(spec->integrator)->sparse)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT,
                         "linear solver '%s': integrator '%s' uses none of these, choose integrator 'ida'", spec->linear,

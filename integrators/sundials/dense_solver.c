@@ -50,4 +50,4 @@ static long fill(void *self)
     return n * n;
 }
 
-const kmp_linear_kind kmp_linear_dense = {"dense", create, factor, solve, NULL, fill};
+const kmp_linear_kind kmp_linear_dense = {"dense", NULL, create, factor, solve, NULL, fill};

@@ -48,4 +48,4 @@ static long fill(void *self)
     return kmp_sparse_fill(((klu *)self)->sparse);
 }
 
-const kmp_linear_kind kmp_linear_klu = {"klu", create, factor, solve, release, fill};
+const kmp_linear_kind kmp_linear_klu = {"klu", NULL, create, factor, solve, release, fill};

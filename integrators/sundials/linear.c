@@ -39,6 +39,12 @@ const char *kmp_linear_find(const char *name)
     return kind ? kind->name : strcmp(name, "auto") == 0 ? "auto" : NULL;
 }
 
+const char *kmp_linear_missing(const char *name)
+{
+    const kmp_linear_kind *kind = find(name);
+    return kind && kind->missing ? kind->missing() : NULL;
+}
+
 const char *kmp_linear_names(void)
 {
     return "auto"

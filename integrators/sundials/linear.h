@@ -21,6 +21,8 @@ long kmp_linear_fill(SUNLinearSolver solver);
 typedef struct kmp_linear_kind {
     const char *name;
 
+    /** Why a library that is loaded at its first use is not there; NULL: it is. NULL: no such library. */
+    const char *(*missing)(void);
     /** Makes the data for matrices like a, arrays in the arena. NULL: no memory. */
     void *(*create)(SUNMatrix a, kmp_arena *arena);
     int (*factor)(void *self, SUNMatrix a);
@@ -39,4 +41,6 @@ const char *kmp_linear_name(int k);
 /** The name in the table of the linear solver of that name (also "auto"); NULL: there is none. All names,
  * comma-separated. */
 const char *kmp_linear_find(const char *name);
+/** Why a linear solver of the table cannot be used here; NULL: it can. */
+const char *kmp_linear_missing(const char *name);
 const char *kmp_linear_names(void);

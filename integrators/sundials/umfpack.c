@@ -1,12 +1,48 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Hides UMFPACK (Davis, ACM TOMS 30 (2004) 196): one symbolic analysis, one numeric factorisation per setup, and solves
- * without iterative refinement in a separate workspace. */
+ * without iterative refinement in a separate workspace. Its libraries are loaded at its first use: they would
+ * be a third of the time that every process takes to begin. */
 #include "integrators/sundials/linear.h"
 
+#include <dlfcn.h>
+#include <pthread.h>
+#include <stdbool.h>
+#include <stdio.h>
 #include <string.h>
 #include <umfpack.h>
 
 _Static_assert(sizeof(SuiteSparse_long) == sizeof(sunindextype), "SuiteSparse and SUNDIALS must agree on indices");
+
+#define FUNCTIONS(ONE)                                                                                                 \
+    ONE(defaults) ONE(symbolic) ONE(numeric) ONE(wsolve) ONE(free_symbolic) ONE(free_numeric) ONE(get_lunz)
+
+/* The library's functions by their names without umfpack_dl_. */
+static struct library {
+#define ONE(name) __typeof__(&umfpack_dl_##name) name;
+    FUNCTIONS(ONE)
+#undef ONE
+    char missing[200]; /* why it is not there; "": it is */
+} library;
+
+static void load(void)
+{
+    void *handle = dlopen(KEMPE_UMFPACK_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+    bool found = handle;
+#define ONE(name)                                                                                                      \
+    *(void **)&library.name = found ? dlsym(handle, "umfpack_dl_" #name) : NULL;                                       \
+    found = library.name;
+    FUNCTIONS(ONE)
+#undef ONE
+    const char *why = found ? "" : dlerror();
+    (void)snprintf(library.missing, sizeof library.missing, "%s", why ? why : "unknown error of the loader");
+}
+
+static const char *missing(void)
+{
+    static pthread_once_t once = PTHREAD_ONCE_INIT;
+    (void)pthread_once(&once, load);
+    return *library.missing ? library.missing : NULL;
+}
 
 typedef struct umfpack {
     SuiteSparse_long n, *wi;
@@ -36,12 +72,12 @@ static int meaning(SuiteSparse_long status)
 
 static void *create(SUNMatrix a, kmp_arena *arena)
 {
-    umfpack *u = KMP_ARENA_NEW(arena, umfpack, 1);
+    umfpack *u = missing() ? NULL : KMP_ARENA_NEW(arena, umfpack, 1);
     if (!u)
         return NULL;
     u->n = SUNSparseMatrix_Columns(a);
     KMP_ARENA_MAKE(arena, KMP_ROOM(SuiteSparse_long, u->n, &u->wi), KMP_ROOM(double, u->n, &u->w, &u->b));
-    umfpack_dl_defaults(u->control);
+    library.defaults(u->control);
     u->control[UMFPACK_IRSTEP] = 0;
     return arena->failed ? NULL : u;
 }
@@ -51,11 +87,11 @@ static int factor(void *self, SUNMatrix a)
     umfpack *u = self;
     SuiteSparse_long status = UMFPACK_OK;
     if (!u->symbolic)
-        status = umfpack_dl_symbolic(u->n, u->n, columns(a), rows(a), NULL, &u->symbolic, u->control, NULL);
-    umfpack_dl_free_numeric(&u->numeric);
+        status = library.symbolic(u->n, u->n, columns(a), rows(a), NULL, &u->symbolic, u->control, NULL);
+    library.free_numeric(&u->numeric);
     if (status == UMFPACK_OK)
-        status = umfpack_dl_numeric(columns(a), rows(a), SUNSparseMatrix_Data(a), u->symbolic, &u->numeric, u->control,
-                                    NULL);
+        status =
+            library.numeric(columns(a), rows(a), SUNSparseMatrix_Data(a), u->symbolic, &u->numeric, u->control, NULL);
     return meaning(status);
 }
 
@@ -67,22 +103,22 @@ static int solve(void *self, SUNMatrix a, double *x, const double *b)
         return KMP_SUN_PACKAGE_FAILED;
     if (b == x)
         b = memcpy(u->b, b, (size_t)u->n * sizeof *b);
-    return meaning(umfpack_dl_wsolve(UMFPACK_A, columns(a), rows(a), SUNSparseMatrix_Data(a), x, b, u->numeric,
-                                     u->control, NULL, u->wi, u->w));
+    return meaning(library.wsolve(UMFPACK_A, columns(a), rows(a), SUNSparseMatrix_Data(a), x, b, u->numeric, u->control,
+                                  NULL, u->wi, u->w));
 }
 
 static void release(void *self)
 {
     umfpack *u = self;
-    umfpack_dl_free_numeric(&u->numeric);
-    umfpack_dl_free_symbolic(&u->symbolic);
+    library.free_numeric(&u->numeric);
+    library.free_symbolic(&u->symbolic);
 }
 
 static long fill(void *self)
 {
     SuiteSparse_long lower = 0, upper = 0, rows, columns, diagonal;
-    (void)umfpack_dl_get_lunz(&lower, &upper, &rows, &columns, &diagonal, ((umfpack *)self)->numeric);
+    (void)library.get_lunz(&lower, &upper, &rows, &columns, &diagonal, ((umfpack *)self)->numeric);
     return lower + upper;
 }
 
-const kmp_linear_kind kmp_linear_umfpack = {"umfpack", create, factor, solve, release, fill};
+const kmp_linear_kind kmp_linear_umfpack = {"umfpack", missing, create, factor, solve, release, fill};
