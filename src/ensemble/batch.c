@@ -169,14 +169,6 @@ static const double *row_of(const kempe_ensemble_result *b, int k)
     return b->rows + (size_t)k * (size_t)b->ensemble->values->columns;
 }
 
-static int count_of(const kempe_ensemble_result *b, const char *word)
-{
-    int count = 0;
-    for (int k = 0; k < b->count; k++)
-        count += strcmp(kempe_ensemble_result_status(b, k), word) == 0;
-    return count;
-}
-
 /* -- convergence ------------------------------------------------------------------------------------- */
 
 /* Complete instances as cases. */
@@ -306,7 +298,7 @@ static kempe_status run_batch(kempe_ensemble_result *b, const kmp_batch_range *r
     const kmp_instance_sums sums = kmp_instances_sum(table, b->first);
     kempe_table_free(table);
     KMP_TRY(kmp_instances_warn(context, &sums));
-    if (b->count > 0 && count_of(b, "failed") == b->count)
+    if (b->count > 0 && sums.failed == b->count)
         b->status = kmp_fail(e->model->context, KEMPE_E_FAILED, "no instance reached its end; the first one: %s",
                              kempe_ensemble_result_reason(b, 0));
     return KEMPE_OK;

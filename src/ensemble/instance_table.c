@@ -20,16 +20,6 @@ static const char *word_of(const kempe_table *t, int row, int column)
     return word ? word : "";
 }
 
-/* Rows whose word in a column is this one. */
-static long count_words(const kempe_table *t, const char *name, const char *word)
-{
-    int column = kempe_table_find(t, name);
-    long count = 0;
-    for (int row = 0; row < kempe_table_row_count(t); row++)
-        count += strcmp(word_of(t, row, column), word) == 0;
-    return count;
-}
-
 static long add_up(const kempe_table *t, const char *name)
 {
     const double *x = kempe_table_values(t, kempe_table_find(t, name));
@@ -59,14 +49,17 @@ static double worst_of(const kempe_table *t, const char *name)
     return fmax(largest_of(t, kempe_table_find(t, name), &at), 0);
 }
 
+void kmp_instances_count(kmp_instance_sums *s, const char *word)
+{
+    s->ok += kmp_word_is_complete(word);
+    s->distrusted += strcmp(word, kmp_status_word(KEMPE_UNTRUSTED)) == 0;
+    s->stopped += strcmp(word, kmp_status_word(KEMPE_STOPPED)) == 0;
+    s->failed += strcmp(word, kmp_status_word(KEMPE_E_FAILED)) == 0;
+}
+
 kmp_instance_sums kmp_instances_sum(const kempe_table *t, long first)
 {
     kmp_instance_sums s = {.count = kempe_table_row_count(t),
-                           .ok = count_words(t, "status", kmp_status_word(KEMPE_OK)) +
-                                 count_words(t, "status", kmp_status_word(KEMPE_UNTRUSTED)),
-                           .distrusted = count_words(t, "status", kmp_status_word(KEMPE_UNTRUSTED)),
-                           .stopped = count_words(t, "status", "stopped"),
-                           .failed = count_words(t, "status", "failed"),
                            .steps = add_up(t, "steps"),
                            .rejected = add_up(t, "rejected"),
                            .refused = add_up(t, "refused"),
@@ -75,10 +68,12 @@ kmp_instance_sums kmp_instances_sum(const kempe_table *t, long first)
                            .h = worst_of(t, "h"),
                            .hdot = worst_of(t, "hdot"),
                            .drift = worst_of(t, "drift")};
-    int start = kempe_table_find(t, "start");
-    for (int row = 0; row < kempe_table_row_count(t); row++)
+    int status = kempe_table_find(t, "status"), start = kempe_table_find(t, "start");
+    for (int row = 0; row < kempe_table_row_count(t); row++) {
+        kmp_instances_count(&s, word_of(t, row, status));
         if (strcmp(word_of(t, row, start), KMP_RATES_ADJUSTED) == 0 && s.rates_changed++ == 0)
             s.first_changed = first + row;
+    }
     /* The lists name instances that have not converged. */
     int verdict = kempe_table_find(t, "verdict"), difference = kempe_table_find(t, "difference");
     for (int row = 0; row < kempe_table_row_count(t); row++) {

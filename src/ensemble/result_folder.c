@@ -266,14 +266,14 @@ static void put_next(kmp_text *text, const kempe_folder *f)
 /* A run judges its own parts; those that were there before it are judged by a check. */
 static const char *word_of(const kempe_folder *f)
 {
-    const kmp_instance_sums *sums = &f->totals.sums;
+    const kmp_instance_sums *sums = &f->totals.sums, *rows = &f->rows;
     if (f->interrupted || (f->checked && (f->whole < f->parts || f->damaged > 0)))
         return kmp_status_word(f->interrupted ? KEMPE_STOPPED : KEMPE_E_FAILED);
-    if (!f->ran && f->failed > 0 && f->ok + f->distrusted == 0)
+    if (!f->ran && rows->failed > 0 && rows->ok == 0)
         return kmp_status_word(KEMPE_E_FAILED);
     if (!f->ran)
-        return kmp_checked_word(f->stopped + f->failed + f->distrusted > 0 ? KEMPE_UNTRUSTED : KEMPE_OK,
-                                f->repeated > 0);
+        return kmp_checked_word(rows->stopped + rows->failed + rows->distrusted > 0 ? KEMPE_UNTRUSTED : KEMPE_OK,
+                                rows->repeated > 0);
     bool right = sums->ok == sums->count && sums->not_converged == 0;
     return right ? kmp_checked_word(f->doubted ? KEMPE_UNTRUSTED : KEMPE_OK,
                                     sums->repeated > 0 && f->ran_parts == f->whole)
@@ -294,7 +294,7 @@ static void put_text(kmp_text *text, const void *result)
         put_run(text, f);
     if (f->checked)
         kmp_text_printf(text, "status    %ld complete, %ld stopped, %ld failed\nparts     %d checked, %d damaged\n",
-                        f->ok, f->stopped, f->failed, f->whole, f->damaged);
+                        f->rows.ok, f->rows.stopped, f->rows.failed, f->whole, f->damaged);
     if (f->history)
         kmp_text_printf(text, "history   of instances %s in %s/history\n", f->history, f->path);
     put_next(text, f);
@@ -318,7 +318,8 @@ static void put_json(kmp_text *text, const void *result)
     if (f->history)
         kmp_json_put(&json, "history %s", f->history);
     if (f->checked)
-        kmp_json_put(&json, "damaged %d complete %ld stopped %ld failed %ld", f->damaged, f->ok, f->stopped, f->failed);
+        kmp_json_put(&json, "damaged %d complete %ld stopped %ld failed %ld", f->damaged, f->rows.ok, f->rows.stopped,
+                     f->rows.failed);
     if (f->ran)
         kmp_json_put(&json,
                      "run { parts %d instances %ld complete %ld stopped %ld failed %ld not_converged %ld separate %ld "

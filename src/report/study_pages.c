@@ -327,7 +327,7 @@ kempe_status kempe_folder_write_report(kempe_folder *folder, const kempe_model *
     if (status != KEMPE_OK)
         return status == KEMPE_E_INPUT || status == KEMPE_E_IO ? KEMPE_E_FAILED : status;
     kempe_status verdict = kmp_folder_judge(folder, KEMPE_OK);
-    bool failed = folder->failed == folder->instances;
+    bool failed = folder->rows.failed == folder->instances;
     status = write_instances(model, table, failed ? KEMPE_E_FAILED : verdict, path);
     return status == KEMPE_OK ? verdict : status;
 }
