@@ -51,10 +51,11 @@ static double worst_of(const kempe_table *t, const char *name)
 
 void kmp_instances_count(kmp_instance_sums *s, const char *word)
 {
-    s->ok += kmp_word_is_complete(word);
-    s->distrusted += strcmp(word, kmp_status_word(KEMPE_UNTRUSTED)) == 0;
-    s->stopped += strcmp(word, kmp_status_word(KEMPE_STOPPED)) == 0;
-    s->failed += strcmp(word, kmp_status_word(KEMPE_E_FAILED)) == 0;
+    const kempe_outcome outcome = kmp_outcome_read(word);
+    s->ok += kmp_outcome_is_complete(outcome);
+    s->distrusted += outcome == KEMPE_OUTCOME_NOT_TRUSTWORTHY;
+    s->stopped += outcome == KEMPE_OUTCOME_STOPPED;
+    s->failed += outcome == KEMPE_OUTCOME_FAILED;
 }
 
 kmp_instance_sums kmp_instances_sum(const kempe_table *t, long first)
@@ -166,11 +167,11 @@ kempe_status kmp_instances_warn(kempe_context *context, const kmp_instance_sums 
     return status;
 }
 
-const char *kmp_instances_word(const kmp_instance_sums *s)
+kempe_outcome kmp_instances_outcome(const kmp_instance_sums *s)
 {
     bool doubted = s->doubted || s->ok < s->count || s->not_converged > 0 || s->distrusted > 0;
-    return s->count > 0 && s->ok == 0 ? kmp_status_word(s->failed > 0 ? KEMPE_E_FAILED : KEMPE_STOPPED)
-                                      : kmp_checked_word(doubted ? KEMPE_UNTRUSTED : KEMPE_OK, s->repeated > 0);
+    return s->count > 0 && s->ok == 0 ? (s->failed > 0 ? KEMPE_OUTCOME_FAILED : KEMPE_OUTCOME_STOPPED)
+                                      : kmp_outcome_checked(doubted ? KEMPE_UNTRUSTED : KEMPE_OK, s->repeated > 0);
 }
 
 void kmp_instances_put(kmp_text *text, const char *model, const kempe_table *instances, long first, const char *run,
@@ -180,7 +181,7 @@ void kmp_instances_put(kmp_text *text, const char *model, const kempe_table *ins
     s.doubted = doubted;
     char *said = NULL;
     kmp_text_printf(text, "%s: %s, %ld instances, %ld complete, %ld stopped, %ld failed\n\n%s", model,
-                    kmp_instances_word(&s), s.count, s.ok, s.stopped, s.failed, run);
+                    kempe_outcome_text(kmp_instances_outcome(&s)), s.count, s.ok, s.stopped, s.failed, run);
     kmp_text_printf(text, "closure   |h| %.3g, |hdot| %.3g at the end (worst, scaled by the characteristic length)\n",
                     s.h, s.hdot);
     kmp_text_printf(text, "energy    relative drift %.3g (worst)\n", s.drift);

@@ -20,14 +20,14 @@ typedef struct kmp_instance_sums {
 /** Sums of a table whose first row is instance number `first`, from 0 on. */
 kmp_instance_sums kmp_instances_sum(const kempe_table *instances, long first);
 
-/** Counts a row by the word of its status. */
+/** Counts a row by the word of its outcome. */
 void kmp_instances_count(kmp_instance_sums *sums, const char *word);
 
 /** Adds those of another part of the instances. */
 void kmp_instances_add(kmp_instance_sums *sums, const kmp_instance_sums *part);
 
-/** The word of the status of all. */
-const char *kmp_instances_word(const kmp_instance_sums *sums);
+/** The outcome of all. */
+kempe_outcome kmp_instances_outcome(const kmp_instance_sums *sums);
 
 /** The word of the column `start` where initial velocities were adjusted. */
 #define KMP_RATES_ADJUSTED "velocities adjusted"

@@ -70,7 +70,7 @@ static void put_run(kmp_json *json, const kempe_comparison *c, const kmp_compare
     for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
         error[k] = kmp_compare_error(c, run, kmp_compare_shown[k]);
     kmp_json_put(json, "{ method %ld rtol %.6g status %s reason %s left_out %i", run->method - c->methods, run->rtol,
-                 kmp_status_word(run->status), or_empty(run->reason), run->left_out);
+                 kempe_outcome_text(kmp_outcome_of(run->status)), or_empty(run->reason), run->left_out);
     kmp_json_rounded_numbers(json, "error", KMP_COMPARE_SHOWN, error, 3);
     kmp_json_put(json, "below %i h %.3g hdot %.3g drift %.3g", kmp_compared_is_below(c, run, KMP_QUANTITY_Q),
                  run->verdict.h_max, run->verdict.hdot_max, run->verdict.drift_rel);
@@ -154,8 +154,8 @@ static void page_data(kmp_text *text, const kempe_comparison *c, int count, cons
 {
     kmp_json json = kmp_json_begin_compact(text);
     kmp_json_put(&json, "{ kempe %s model %s status %s reason %s t_end %.7g n %d m %d", KEMPE_VERSION,
-                 c->system->model->name, kmp_status_word(c->status), or_empty(c->reason), c->t_end, c->system->n,
-                 c->system->m);
+                 c->system->model->name, kempe_outcome_text(kmp_outcome_of(c->status)), or_empty(c->reason), c->t_end,
+                 c->system->n, c->system->m);
     double uncertainty[KMP_COMPARE_SHOWN];
     for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
         uncertainty[k] = c->has_reference ? c->uncertainty[kmp_compare_shown[k]] : NAN;

@@ -269,7 +269,7 @@ static void put_words(kmp_json *json, const kmp_result_page *page)
     const kempe_system *s = page->system;
     kmp_json_put(json, "kempe %s model %s command %s subject %s scene %s", KEMPE_VERSION, s->model->name, page->command,
                  page->subject, page->scene);
-    const char *word = page->word ? page->word : kmp_status_word(page->status);
+    const char *word = kempe_outcome_text(page->outcome);
     kmp_text answer = {0};
     kmp_text_printf(&answer, "%c%s: %s", word[0] - 'a' + 'A', word + 1, page->answer);
     kmp_json_text(json, "answer", &answer);
@@ -291,9 +291,9 @@ static void put_data(kmp_text *text, const kmp_result_page *page)
         kmp_page_record(&json, page->record);
     kmp_json_end(&json);
     /* The parts to be marked where a run did not reach its end. */
-    bool stopped = page->reason && !kmp_is_complete(page->status);
+    bool stopped = page->reason && !kmp_outcome_is_complete(page->outcome);
     kmp_json_array(&json, "stopped_at");
-    if (stopped && put_named(&json, page->system->model, page->reason) == 0 && page->status != KEMPE_STOPPED &&
+    if (stopped && put_named(&json, page->system->model, page->reason) == 0 && page->outcome != KEMPE_OUTCOME_STOPPED &&
         page->record) {
         /* The joint with the largest acceleration for its size, at the last frame. */
         const kmp_samples *rows = page->frames;

@@ -23,8 +23,7 @@ typedef struct kmp_result_page {
     const char *command, *subject; /* "simulate"; of the title */
     const char *scene;             /* next to the name of the model */
     const char *answer;            /* the result in a few words */
-    kempe_status status;
-    const char *word;              /* of the status; NULL: as the status has it */
+    kempe_outcome outcome;
     bool locked;                   /* rates may grow without bound in the last row: no part of extreme values */
     const char *reason, *warnings; /* "" and NULL: none; one a line */
     const char *sentences;         /* further ones, one a line; NULL: none */

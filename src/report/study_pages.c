@@ -79,7 +79,7 @@ static kempe_status add_frames(study_page *s, int count, const double *q, ptrdif
 static void set_outcome(study_page *s, kempe_status status, const char *reason, const char *warnings, const char *words)
 {
     const kempe_system *system = s->page.system;
-    s->page.status = status;
+    s->page.outcome = kmp_outcome_of(status);
     s->page.reason = reason;
     s->page.warnings = warnings;
     s->page.scene = kmp_arena_printf(&s->arena, "%s \xc2\xb7 %d coordinate%s, %d closure row%s", words, system->n,
@@ -263,7 +263,7 @@ static kempe_status fill_instances(study_page *s, const void *result)
     s->page.scattered = true;
     /* Quantities are drawn in place of the states, with their statistics. */
     double part, low, high;
-    if (kmp_statistics_has_quantities(s->table) && kmp_is_complete(s->page.status)) {
+    if (kmp_statistics_has_quantities(s->table) && kmp_is_complete(i->status)) {
         KMP_TRY(kempe_statistics_new(s->table, 0, &s->statistics));
         s->page.statistics = s->statistics;
         for (int c = 0; c < kempe_table_column_count(s->table) && s->page.first_count < KMP_PAGE_FIRST / 2; c++)
@@ -274,8 +274,7 @@ static kempe_status fill_instances(study_page *s, const void *result)
     }
     /* Text and warnings are those of the table: a gathered run has no others. */
     kmp_text text = {0}, warnings = {0};
-    kmp_instances_put(&text, s->page.system->model->name, s->table, 0, "", s->statistics,
-                      s->page.status == KEMPE_UNTRUSTED);
+    kmp_instances_put(&text, s->page.system->model->name, s->table, 0, "", s->statistics, i->status == KEMPE_UNTRUSTED);
     kmp_instances_put_warnings(&warnings, &sums);
     s->page.warnings = warnings.s ? kmp_arena_strdup(&s->arena, warnings.s) : "";
     bool failed = warnings.failed;
@@ -293,10 +292,9 @@ static kempe_status fill_instances(study_page *s, const void *result)
 }
 
 /* Frees the table. The picture is that of the model's own values. */
-static kempe_status write_instances(const kempe_model *model, kempe_table *table, kempe_status outcome,
-                                    const char *path)
+static kempe_status write_instances(const kempe_model *model, kempe_table *table, kempe_status ended, const char *path)
 {
-    const instances shown = {&table, outcome};
+    const instances shown = {&table, ended};
     kempe_system *system = NULL;
     kempe_status status = kmp_system_new(model, NULL, &system);
     if (status == KEMPE_OK)
@@ -312,7 +310,7 @@ kempe_status kempe_ensemble_result_write_report(kempe_ensemble_result *batch, co
     KMP_WANTED(kmp_batch_model(batch)->context, path, "path");
     kempe_table *table = NULL;
     KMP_TRY(kempe_ensemble_result_table(batch, "instances", &table));
-    return write_instances(kmp_batch_model(batch), table, kmp_batch_outcome(batch), path);
+    return write_instances(kmp_batch_model(batch), table, kmp_batch_status(batch), path);
 }
 
 /* A folder whose instances have all failed is the result of a run that has failed. */
@@ -670,7 +668,7 @@ static kempe_status fill_simulation(study_page *s, const void *result)
                 kmp_arena_printf(&s->arena, "%s%s%s %s, rtol %g", t->spec.formulation, t->spec.form ? " " : "",
                                  t->spec.form ? t->spec.form : "", t->integrator, t->spec.rtol));
     s->page.answer = answer_of(t, &s->arena);
-    s->page.word = kmp_trajectory_word(t);
+    s->page.outcome = kempe_trajectory_outcome(t);
     s->page.locked = !kmp_is_complete(t->status) && !t->interrupted;
     s->page.sentences = sentences_of(t, &s->arena);
     s->page.x = "t";

@@ -345,7 +345,7 @@ static double worst(const kempe_comfort *c)
 static void show(kmp_text *text, const void *result)
 {
     const kempe_comfort *c = result;
-    kmp_print_title(text, c->system->model, kmp_status_word(c->status));
+    kmp_print_title(text, c->system->model, kmp_outcome_of(c->status));
     kmp_text_printf(text, "ride comfort from t = %.6g s to %.6g s, %d window%s of %g s\n\n", c->from,
                     c->from + c->windows * KMP_COMFORT_WINDOW, c->windows, c->windows == 1 ? "" : "s",
                     KMP_COMFORT_WINDOW);
@@ -378,7 +378,7 @@ static void json(kmp_text *text, const void *result)
 {
     const kempe_comfort *c = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, kmp_status_word(c->status), "", 0, c->warnings);
+    kmp_print_head(&j, c->system, kmp_outcome_of(c->status), "", 0, c->warnings);
     kmp_json_put(&j, "from %g windows %d window %g rate %g difference %g signals [", c->from, c->windows,
                  KMP_COMFORT_WINDOW, c->rate, worst(c));
     for (int k = 0; k < c->count; k++) {

@@ -170,7 +170,8 @@ static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compar
 {
     kmp_json_object(json, NULL);
     json_names(json, run->method);
-    kmp_json_put(json, "rtol %g status %s reason %s", run->rtol, kmp_status_word(run->status), run->reason);
+    kmp_json_put(json, "rtol %g status %s reason %s", run->rtol, kempe_outcome_text(kmp_outcome_of(run->status)),
+                 run->reason);
     kmp_verdict verdict = run->verdict;
     for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
         verdict.error[kmp_compare_shown[k]] = kmp_compare_error(c, run, kmp_compare_shown[k]);
@@ -261,7 +262,7 @@ static void json_all(kmp_text *text, const void *result)
 {
     const kempe_comparison *c = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, kmp_status_word(c->status), c->reason, c->system->build_s, NULL);
+    kmp_print_head(&j, c->system, kmp_outcome_of(c->status), c->reason, c->system->build_s, NULL);
     kmp_json_put(
         &j, "reference { source %s uncertainty %g uncertainty_qd %g uncertainty_lambda %g until %g instants %d",
         c->source, c->has_reference ? c->uncertainty[KMP_QUANTITY_Q] : NAN,
@@ -350,7 +351,8 @@ static void show_run(kmp_text *text, const kempe_comparison *c, const kmp_compar
     kmp_text_free_part(text, &name);
     if (run->status != KEMPE_OK) {
         /* The first line of the reason, as far as the table is wide. */
-        const char *word = run->left_out ? "" : kmp_status_word(run->status), *after = run->left_out ? "" : ": ";
+        const char *word = run->left_out ? "" : kempe_outcome_text(kmp_outcome_of(run->status)),
+                   *after = run->left_out ? "" : ": ";
         int length = (int)strcspn(run->reason, "\n"), room = LINE - width - 9 - (int)(strlen(word) + strlen(after));
         kmp_text_printf(text, " | %s%s%.*s%s\n", word, after, length > room ? room - 3 : length, run->reason,
                         length > room ? "..." : "");
@@ -439,7 +441,7 @@ static void show_levels(kmp_text *text, const kempe_comparison *c)
 static void show(kmp_text *text, const void *result)
 {
     const kempe_comparison *c = result;
-    kmp_print_title(text, c->system->model, kmp_status_word(c->status));
+    kmp_print_title(text, c->system->model, kmp_outcome_of(c->status));
     kmp_text_printf(text, "0 to %g s\n", c->t_end);
     show_wrapped(text, "reference: ", c->source);
     const double *u = c->uncertainty;
@@ -499,7 +501,7 @@ static void put_run(kempe_table *table, const kempe_comparison *c, const kmp_com
     const kmp_run_report *r = &run->report;
     kmp_tabulate_row(table);
     put_method(table, run->method);
-    kmp_tabulate_cells(table, "%g %s %s", run->rtol, kmp_status_word(run->status), run->reason);
+    kmp_tabulate_cells(table, "%g %s %s", run->rtol, kempe_outcome_text(kmp_outcome_of(run->status)), run->reason);
     for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
         kmp_tabulate_number(table, kmp_compare_error(c, run, kmp_compare_shown[k]));
     kmp_tabulate_cells(table, "%g %g %g %ld %ld %ld %ld", run->verdict.h_max, run->verdict.hdot_max,
