@@ -93,6 +93,10 @@ def kempe(*words, **environment):
                           env={**os.environ, **environment})
 
 
+def method_of(run):
+    return tuple(run.get(word) for word in ("formulation", "form", "integrator", "linear"))
+
+
 def open_page(page, screen=Screen()):
     """The page as it is drawn, and its complaints."""
     text, said = browser.draw(page, screen)
@@ -158,8 +162,7 @@ class Case(Folder):
     def check_words(self, name, page, data):
         self.assertTrue(page.words("answer"))
         if CASES[name][2] == 0:
-            best = data["runs"][data["advice"]["run"]]
-            self.assertTrue(page.words("answer").startswith("Use " + data["methods"][best["method"]]["name"].split()[0]))
+            self.assertTrue(page.words("answer").startswith("Use " + data["advice"]["formulation"]))
             self.assertEqual(len(re.findall("CPU time|error of q|evaluations", page.words("facts"))), 3)
             self.assertIn("Reference", page.words("reference"))
         else:
@@ -172,11 +175,11 @@ class Case(Folder):
         for plot in COST + HISTORY + (CLOSURES if data["m"] > 0 else []):
             drawn = page.by_id[plot]
             self.assertGreater(int(drawn["data-ink"]), 100, plot)
-            self.assertGreaterEqual(int(drawn["data-lines"]), len(data["methods"]) if plot in COST else shown)
-            steps = sum(run["step"]["count"] for run in data["shown"])  # of the runs that were the cheapest this time
+            self.assertGreaterEqual(int(drawn["data-lines"]), len({method_of(run) for run in data["runs"]}) if plot in COST else shown)
+            steps = sum(len(run["steps"]) for run in data["shown"])  # of the runs that were the cheapest this time
             least = {"over-step": steps, "over-energy": 20}.get(plot, 3)
             self.assertGreater(int(drawn["data-points"]), least, plot)
-        points = sum(run["error"][0] is not None for run in data["runs"])
+        points = sum(run["error"]["q"] is not None for run in data["runs"])
         self.assertEqual(int(page.by_id["by-cpu"]["data-points"]), points)
 
     def check_stage(self, name, stage, data):
@@ -196,7 +199,7 @@ class Case(Folder):
                 self.assertEqual(drawn.tags[0][1].get("data-ready"), "yes")
                 check_narrow(self, drawn, screen)
                 data = json.loads(drawn.data)
-                ended = {data["methods"][run["method"]]["name"].split()[0] for run in data["runs"] if run["status"].startswith("complete")}
+                ended = {run["formulation"] for run in data["runs"] if run["status"].startswith("complete")}
                 shown = len(ended) if name == "rolling" else shown  # slow runs are left out after a time
                 self.assertGreaterEqual(shown, 2 if code == 0 else 0)
                 self.assertEqual(len(data["shown"]), shown)
@@ -225,10 +228,11 @@ class Case(Folder):
         def without_times(page):
             data = json.loads(Page(page.read_text()).data)
             for run in data["runs"]:
-                for key in ("cpu", "ready", "memory"):
+                for key in ("cpu_s", "build_s", "first_s", "memory_bytes"):
                     del run[key]
             times = ("shown", "picture") if page.stem != "again" else ()
-            return {key: data[key] for key in data if key not in ("advice", "levels", "same", "bests", "failures", "warnings", *times)}, data
+            timed = ("advice", "build_s", "equal_error", "same_integrator", "best_of_formulation", "failures", "warnings", *times)
+            return {key: data[key] for key in data if key not in timed}, data
 
         again = self.folder / "again.html"
         model, options, *_ = CASES["pendulum"]
@@ -263,7 +267,7 @@ class Modes(Folder):
                 self.assertEqual(drawn.tags[0][1].get("data-ready"), "yes")
                 check_narrow(self, drawn, screen)
                 data = json.loads(drawn.data)
-                self.assertEqual((len(data["modes"]), sum(mode["zero"] for mode in data["modes"])), (modes, zeros))
+                self.assertEqual((len(data["modes"]), sum(mode["index"] < data["zeros"] for mode in data["modes"])), (modes, zeros))
                 buttons = [a for tag, a in drawn.tags if tag == "button" and "data-mode" in a]
                 self.assertEqual([a["aria-pressed"] for a in buttons].index("true"), zeros)
                 self.assertEqual(len(buttons), modes)
@@ -292,7 +296,7 @@ class Modes(Folder):
         height = [x * unit for x in struct.unpack(f"<{len(raw) // 2}h", raw)][2::6]  # of the wheel, frame by frame
         for k, mode in enumerate(data["modes"]):
             own = height[k * frames:(k + 1) * frames]
-            wanted = abs(complex(mode["shape_re"][0], mode["shape_im"][0])) * mode["amplitude"]
+            wanted = abs(complex(*mode["shape"]["wheel"])) * data["moving"][k]["amplitude"]
             self.assertEqual(own[0], own[-1])
             self.assertAlmostEqual((max(own) - min(own)) / 2, wanted, delta=0.01 * wanted + unit)
 

@@ -330,11 +330,11 @@ document.documentElement.dataset.said = JSON.stringify([m.barrels.length, m.guid
         model = self.folder / "curving.yaml"
         model.write_text(text.replace("outputs: [q, qd,", "outputs: [acceleration(wagon.front), q, qd,"))
         page = Page(self.make("simulate", model, "--t-end", "5", "--no-convergence-check", "--json", self.folder / "run.json").read_text())
-        vehicle, safety = json.loads(page.data)["vehicle"], json.loads((self.folder / "run.json").read_text())["running_safety"]
-        self.assertEqual([w["mean"] for w in vehicle["wheels"]], [w["YQ_mean"]["value"] for w in safety["wheels"]])
-        self.assertEqual([(w["wear"], w["most_wear"]) for w in vehicle["wheels"]], [(w["wear_mean"], w["wear"]["value"]) for w in safety["wheels"]])
-        self.assertEqual([a["limit"] for a in vehicle["axles"]], [a["prudhomme"] for a in safety["axles"]])
-        self.assertEqual([c["direction"] for c in vehicle["comfort"]], ["longitudinal", "lateral", "vertical"])
+        data, safety = json.loads(page.data), json.loads((self.folder / "run.json").read_text())["running_safety"]
+        vehicle = data["vehicle"]
+        self.assertEqual(data["running_safety"], safety)
+        self.assertEqual([len(vehicle[key]) for key in ("wheels", "axles")], [len(safety[key]) for key in ("wheels", "axles")])
+        self.assertEqual([c["direction"] for c in vehicle["comfort"]["signals"]], ["longitudinal", "lateral", "vertical"])
         self.assertEqual(sorted(vehicle["tracks"][0]), ["alignment", "cant", "cross", "curvature", "from", "level", "name", "to"])
         self.assertAlmostEqual(max(vehicle["tracks"][0]["curvature"]), 1 / 300, delta=1e-6)
         self.assertLess(max(abs(x) for axle in vehicle["axles"] for x in axle["aside"]), 0.02)

@@ -290,6 +290,38 @@ bool kmp_saddle_find_other(kmp_saddle *saddle, int *row, double *value)
     return kmp_load_find_other(saddle->eval, &pressed, row, value);
 }
 
+double kmp_saddle_backward_error(const kmp_saddle *saddle, const double *qdd, const double *lambda)
+{
+    const kmp_evaluator *eval = saddle->eval;
+    const kmp_pattern *mass = &eval->system->mass, *jacobian = &eval->system->jacobian;
+    const int n = saddle->n;
+    double *sum = KMP_NEW(double, 2 * (n + eval->m)), *size = sum + n + eval->m, worst = 0;
+    if (!sum)
+        return INFINITY;
+#define PUT(row, term) (sum[row] += (term), size[row] += fabs(term))
+    for (int k = 0; k < mass->count; k++) {
+        const int i = mass->row[k], j = mass->col[k];
+        PUT(i, eval->mass[k] * qdd[j]);
+        if (i != j)
+            PUT(j, eval->mass[k] * qdd[i]);
+    }
+    for (int k = 0; k < jacobian->count; k++) {
+        const int r = jacobian->row[k], j = jacobian->col[k];
+        PUT(j, -eval->jacobian[k] * lambda[r]);
+        PUT(n + r, eval->jacobian[k] * qdd[j]);
+    }
+    for (int i = 0; i < n; i++)
+        PUT(i, eval->bias[i]);
+    for (int r = 0; r < eval->m; r++)
+        PUT(n + r, eval->jdqd[r]);
+#undef PUT
+    for (int i = 0; i < n + eval->m; i++)
+        if (i < n || saddle->position[i - n] >= 0)
+            worst = isfinite(sum[i]) ? fmax(worst, size[i] > 0 ? fabs(sum[i]) / size[i] : 0) : INFINITY;
+    kmp_free(sum);
+    return worst;
+}
+
 static int place(void *self, double t, const double *q)
 {
     kmp_saddle *saddle = self;

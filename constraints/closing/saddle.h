@@ -69,6 +69,12 @@ void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, doub
  * multipliers update the bias (constraints/evaluation/load_multipliers.h); results are not finite if that fails. */
 void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda);
 
+/** The backward error of accelerations and multipliers (m; zero for dropped rows), however they were found: the largest
+ * residual of a row of the system over the sum of the sizes of its terms, by M, C, J and jdqd of the evaluator's last
+ * bias. It is some roundings where the solution is as good as the numbers of the system permit (Rigal and Gaches,
+ * J. ACM 14, 1967), whatever its condition. Infinite without memory. */
+double kmp_saddle_backward_error(const kmp_saddle *saddle, const double *qdd, const double *lambda);
+
 /** After kmp_saddle_accelerations: kmp_load_find_other with its factors. */
 bool kmp_saddle_find_other(kmp_saddle *saddle, int *row, double *value);
 

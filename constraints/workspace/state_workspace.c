@@ -344,12 +344,12 @@ static bool by_bodies(kempe_workspace *ws, double t, const double *q, const doub
     return good && kmp_all_finite(ws->n + ws->m, ws->answer);
 }
 
-/* Chooses articulated bodies if runs may use them, all rows are independent, and they agree with M and C at the
- * start (NULL: none). */
+/* Chooses articulated bodies if runs may use them, all rows are independent, and they agree with M and C at the start,
+ * or solve the same system to rounding there. */
 static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a)
 {
     const kempe_system *s = ws->system;
-    double size = 1, off = 0;
+    double size = 1, off = 0, error = INFINITY;
     if (!ws->chosen || ws->part.r < ws->m)
         return KEMPE_OK;
     kempe_status status = kmp_eval_add_articulated(ws->eval);
@@ -366,7 +366,11 @@ static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a)
         size = fmax(size, fabs(ws->trial[i]) / s->scale[i]);
         off = fmax(off, fabs(ws->answer[i] - ws->trial[i]) / s->scale[i]);
     }
-    ws->by_bodies = good && off <= KMP_ARTICULATED_AGREE * size;
+    if (good && off > KMP_ARTICULATED_AGREE * size && !ws->eval->weighs_only) {
+        KMP_TRY(evaluate(ws, 0, a->q, a->qd, NULL));
+        error = kmp_saddle_backward_error(&ws->bodies, ws->answer, ws->answer + ws->n);
+    }
+    ws->by_bodies = good && (off <= KMP_ARTICULATED_AGREE * size || error <= KMP_ARTICULATED_BACKWARD);
     return KEMPE_OK;
 }
 

@@ -25,7 +25,7 @@ KEMPE_API kempe_status kempe_assembly_print(const kempe_assembly *assembly, kemp
 
 /** Writes a self-contained HTML page: the mechanism as assembled, the printed result. KEMPE_E_IO: the path
  * cannot be written, or an error of kempe_report_check (compare.h). */
-KEMPE_API kempe_status kempe_assembly_write_report(kempe_assembly *assembly, const char *path);
+KEMPE_API kempe_status kempe_assembly_write_report(const kempe_assembly *assembly, const char *path);
 
 typedef struct kempe_check kempe_check;
 

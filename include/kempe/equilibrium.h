@@ -74,7 +74,7 @@ KEMPE_API kempe_status kempe_equilibrium_print(const kempe_equilibrium *equilibr
 
 /** Writes a self-contained HTML page: the equilibria one after another, the printed result. KEMPE_E_IO: the path
  * cannot be written, or an error of kempe_report_check (compare.h). */
-KEMPE_API kempe_status kempe_equilibrium_write_report(kempe_equilibrium *equilibrium, const char *path);
+KEMPE_API kempe_status kempe_equilibrium_write_report(const kempe_equilibrium *equilibrium, const char *path);
 
 KEMPE_END
 #endif

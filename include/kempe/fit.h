@@ -82,7 +82,7 @@ KEMPE_API kempe_status kempe_fit_table(const kempe_fit *fit, const char *name, k
 /** Writes a self-contained HTML page: the mechanism moving with the estimates, the fitted motion beside the data,
  * residuals, and the printed result. KEMPE_E_IO: the path cannot be written, or an error of kempe_report_check
  * (compare.h). */
-KEMPE_API kempe_status kempe_fit_write_report(kempe_fit *fit, const char *path);
+KEMPE_API kempe_status kempe_fit_write_report(const kempe_fit *fit, const char *path);
 
 KEMPE_END
 #endif

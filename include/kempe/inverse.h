@@ -74,7 +74,7 @@ KEMPE_API kempe_status kempe_inverse_table(const kempe_inverse *inverse, const c
 
 /** Writes a self-contained HTML page: the prescribed motion, all columns of "rows" as curves. KEMPE_E_IO: the path
  * cannot be written, or an error of kempe_report_check (compare.h). */
-KEMPE_API kempe_status kempe_inverse_write_report(kempe_inverse *inverse, const char *path);
+KEMPE_API kempe_status kempe_inverse_write_report(const kempe_inverse *inverse, const char *path);
 
 KEMPE_END
 #endif

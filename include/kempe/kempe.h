@@ -327,7 +327,7 @@ KEMPE_API kempe_status kempe_trajectory_outputs(const kempe_trajectory *trajecto
  * extreme values, events, energies, residuals, parameters and the text of the model. The run is repeated with
  * monitoring. KEMPE_E_IO: the path cannot be written, or an error of kempe_report_check (compare.h). As all functions
  * ..._write_report it is in libraries built with KEMPE_REPORT, the default. */
-KEMPE_API kempe_status kempe_trajectory_write_report(kempe_trajectory *trajectory, const char *path);
+KEMPE_API kempe_status kempe_trajectory_write_report(const kempe_trajectory *trajectory, const char *path);
 
 /** Writes text to a file whole or not at all (through a temporary file in the same folder, then renamed). */
 KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path, const char *text);

@@ -65,7 +65,7 @@ KEMPE_API kempe_status kempe_limit_cycles_table(const kempe_limit_cycles *cycles
 KEMPE_API kempe_status kempe_limit_cycles_write_picture(const kempe_limit_cycles *cycles, const char *path);
 
 /** Writes a self-contained HTML page: the diagram, and the printed result. KEMPE_E_IO as kempe_report_check. */
-KEMPE_API kempe_status kempe_limit_cycles_write_report(kempe_limit_cycles *cycles, const char *path);
+KEMPE_API kempe_status kempe_limit_cycles_write_report(const kempe_limit_cycles *cycles, const char *path);
 
 KEMPE_END
 #endif

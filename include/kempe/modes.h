@@ -70,7 +70,7 @@ KEMPE_API kempe_status kempe_modes_table(const kempe_modes *modes, const char *n
 KEMPE_API kempe_status kempe_modes_write_picture(const kempe_modes *modes, const char *path);
 
 /** Writes a self-contained HTML page: the modes, and an animation of each. KEMPE_E_IO as kempe_report_check. */
-KEMPE_API kempe_status kempe_modes_write_report(kempe_modes *modes, const char *path);
+KEMPE_API kempe_status kempe_modes_write_report(const kempe_modes *modes, const char *path);
 
 KEMPE_END
 #endif

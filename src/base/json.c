@@ -105,9 +105,10 @@ void kmp_json_end(kmp_json *json)
     json->filled = true;
 }
 
-/* With all digits for 0. */
+/* With those of the writer for 0. */
 static void put_number(kmp_json *json, double x, int digits)
 {
+    digits = digits > 0 ? digits : json->digits;
     if (digits > 0)
         kmp_text_rounded(json->text, x, digits);
     else

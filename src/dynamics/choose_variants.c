@@ -104,16 +104,6 @@ static void all_about(const kmp_tree *tree, kmp_savings *savings)
         savings->about[i - 1] = tree->links[i].mass != KMP_ZERO;
 }
 
-/* Rotations apart, where there is a sum of angles to replace. */
-static void rotations_apart(const kmp_tree *tree, kmp_savings *savings)
-{
-    for (int i = 1; i < tree->count; i++)
-        if (is_parallel(tree, i)) {
-            *savings->apart = !*savings->apart;
-            return;
-        }
-}
-
 /* Masses on the axes, and inertia: what a composite body can always pass on. */
 enum { MASS_AND_INERTIA = KMP_GIVE_MASS | KMP_GIVE_INERTIA };
 
@@ -138,14 +128,9 @@ static const cost_pattern patterns[] = {
              {LUMP, MASS_AND_INERTIA, MASS_AND_INERTIA},
              {GIVE, KMP_GIVE_INERTIA, KMP_GIVE_INERTIA}}},
     {FOR_ALL, .apply = on_the_ground},
-    {FOR_ALL, .apply = rotations_apart},
     {FOR_SMALL, .set = {{ORIGINS, KMP_ORIGIN_MASS, KMP_ORIGIN_MASS}}},
     {FOR_SMALL, .apply = all_about},
     {ON_DEMAND, .set = {{ORIGINS, KMP_ORIGIN_CHILD, KMP_ORIGIN_CHILD}}},
-    {ON_DEMAND, .set = {{LUMP, KMP_GIVE_ALL, KMP_GIVE_ALL}}},
-    {ON_DEMAND, .set = {{LUMP, 0, 0}}},
-    {ON_DEMAND, .set = {{GIVE, 0, 0}}},
-    {ON_DEMAND, .set = {{ORIGINS, KMP_ORIGIN_PARENT, KMP_ORIGIN_PARENT}}},
 };
 
 enum { PATTERNS = sizeof patterns / sizeof *patterns };
@@ -316,14 +301,14 @@ static kempe_status try_patterns(search *s, bool *better)
 static const uint8_t gifts[] = {0, KMP_GIVE_MASS, KMP_GIVE_INERTIA, KMP_GIVE_MASS | KMP_GIVE_INERTIA, KMP_GIVE_ALL};
 enum { GIFTS = sizeof gifts / sizeof *gifts };
 
-/* Tries the same gift of `count` motions, to wrenches and to composite bodies. */
-static kempe_status try_gifts(search *s, int first, int count, bool *better)
+/* Tries the gifts of one motion, to wrenches and to composite bodies. */
+static kempe_status try_gifts(search *s, int motion, bool *better)
 {
     uint8_t *const savings[] = {s->tried.give, s->tried.lump};
     for (int to = 0; to < (s->scene.sets & KMP_SET_MASS ? 2 : 1); to++)
         for (int v = 0; v < GIFTS; v++) {
             kmp_savings_copy(&s->tried, &s->best, s->model);
-            memset(savings[to] + first, gifts[v], (size_t)count);
+            savings[to][motion] = gifts[v];
             KMP_TRY(try_it(s, better));
         }
     return KEMPE_OK;
@@ -337,22 +322,14 @@ static kempe_status try_joints(search *s, bool *better)
             s->tried.stay[k] = !s->tried.stay[k];
             KMP_TRY(try_it(s, better));
         }
-        if (s->work->tree.links[k + 1].mass != KMP_ZERO) {
-            kmp_savings_copy(&s->tried, &s->best, s->model);
-            s->tried.about[k] = !s->tried.about[k];
-            KMP_TRY(try_it(s, better));
-        }
         for (int o = 0; o < KMP_ORIGINS; o++) {
             kmp_savings_copy(&s->tried, &s->best, s->model);
             s->tried.origin[k] = (uint8_t)o;
             KMP_TRY(try_it(s, better));
         }
         if (s->work->tree.links[k + 1].parent > 0)
-            KMP_TRY(try_gifts(s, k, 1, better));
+            KMP_TRY(try_gifts(s, k, better));
     }
-    for (int b = 1; b < s->model->body_count; b++)
-        if (s->model->bodies[b].motion_count > 1)
-            KMP_TRY(try_gifts(s, s->model->bodies[b].first_motion, s->model->bodies[b].motion_count, better));
     return KEMPE_OK;
 }
 

@@ -470,15 +470,9 @@ static void derive_along(kmp_equations *eq)
     kmp_derivative_free(d);
 }
 
-static void set_rules(const kmp_equations *eq, const kmp_derivation_request *request, bool apart)
-{
-    kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~(request->without | (apart ? KMP_RULE_RUNS : 0)));
-}
-
 static kempe_status derive_dynamics(kmp_equations *eq, const kmp_derivation_request *request)
 {
     const unsigned sets = request->sets, energy = requested_energy(eq, sets);
-    set_rules(eq, request, *eq->savings.apart);
     const unsigned loaded =
         KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_INVERSE | KMP_SET_ACCELERATION | TANGENT_SETS | KMP_SET_CLOSED;
     if (sets & KMP_SET_MASS)
@@ -619,7 +613,6 @@ void kmp_equations_swap_derived(kmp_equations *eq)
 
 kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_derivation_request *request)
 {
-    set_rules(eq, request, false);
     kmp_tree_free(&eq->links);
     eq->links.count = 0;
     kmp_graph_return(eq->graph, &eq->mark);
@@ -633,7 +626,7 @@ static kempe_status derive_sets(kmp_equations *eq, const kmp_derivation_request 
     KMP_TRY(kmp_made(eq->context, eq->graph));
     if (request->labels)
         kmp_graph_keep_labels(eq->graph);
-    set_rules(eq, request, false);
+    kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~request->without);
     KMP_TRY(kmp_made(eq->context, allocate_outputs(eq) && add_tree(eq, request) && add_savings(eq, request)));
     kmp_tree_runs(&eq->tree, eq->run);
     KMP_TRY(kmp_closures_derive(eq, request));

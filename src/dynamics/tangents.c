@@ -37,6 +37,7 @@
 #include "dynamics/kinematics/link_tree.h"
 #include "symbolic/cost.h"
 #include "symbolic/derivative.h"
+#include <string.h>
 
 /* Twice H and f of a subtree. */
 typedef struct flow {
@@ -367,13 +368,6 @@ void kmp_tangents_composite(const kmp_tree *tree, const kmp_ref *qdd, const kmp_
 
 /* The choice of the shorter derivation of the same matrices. */
 
-static void mirror(int n, const kmp_ref *from, bool upper, kmp_ref *to)
-{
-    for (int i = 0; i < n; i++)
-        for (int k = 0; k <= i; k++)
-            to[i * n + k] = to[k * n + i] = from[upper ? k * n + i : i * n + k];
-}
-
 /* The first of the lists with the fewest operations. false: no memory. */
 static bool find_shortest(const kmp_graph *g, int count, const kmp_ref *const *list, int lists, int *best)
 {
@@ -396,23 +390,19 @@ static bool find_shortest(const kmp_graph *g, int count, const kmp_ref *const *l
 
 bool kmp_tangents_mirror(const kmp_graph *g, int n, kmp_ref *matrix)
 {
-    kmp_ref *lower = KMP_NEW(kmp_ref, n * n), *upper = KMP_NEW(kmp_ref, n * n);
-    const kmp_ref *const savings[3] = {matrix, lower, upper};
-    bool ok = lower && upper;
-    if (ok) {
-        int best = 0;
-        /* An entry that is zero has a twin that is. */
-        for (int i = 0; i < n; i++)
-            for (int k = 0; k < i; k++)
-                if (matrix[i * n + k] == KMP_ZERO || matrix[k * n + i] == KMP_ZERO)
-                    matrix[i * n + k] = matrix[k * n + i] = KMP_ZERO;
-        mirror(n, matrix, false, lower);
-        mirror(n, matrix, true, upper);
-        ok = find_shortest(g, n * n, savings, 3, &best);
-        for (int k = 0; ok && k < n * n; k++)
-            matrix[k] = savings[best][k];
-    }
-    kmp_free(lower);
+    kmp_ref *upper = KMP_NEW(kmp_ref, n * n); /* the upper triangle and its mirror image */
+    const kmp_ref *const list[2] = {matrix, upper};
+    int best = 0;
+    for (int i = 0; upper && i < n; i++)
+        for (int k = 0; k <= i; k++) {
+            kmp_ref *below = &matrix[i * n + k], *above = &matrix[k * n + i];
+            if (*below == KMP_ZERO || *above == KMP_ZERO)
+                *below = *above = KMP_ZERO; /* a zero has a twin that is one */
+            upper[i * n + k] = upper[k * n + i] = *above;
+        }
+    bool ok = upper && find_shortest(g, n * n, list, 2, &best);
+    if (ok && best)
+        memcpy(matrix, upper, (size_t)(n * n) * sizeof *matrix);
     kmp_free(upper);
     return ok;
 }

@@ -8,7 +8,7 @@
 #include <limits.h>
 #include <string.h>
 
-/* The bytes of all motions, then those of all closures, then one. */
+/* The bytes of all motions, then those of all closures. */
 static size_t motion_savings(const kempe_model *model)
 {
     return 5 * (size_t)model->motion_count;
@@ -16,7 +16,7 @@ static size_t motion_savings(const kempe_model *model)
 
 static size_t savings_size(const kempe_model *model)
 {
-    return motion_savings(model) + 4 * (size_t)model->closure_count + 1;
+    return motion_savings(model) + 4 * (size_t)model->closure_count;
 }
 
 bool kmp_savings_init(kmp_savings *savings, const kempe_model *model)
@@ -30,8 +30,7 @@ bool kmp_savings_init(kmp_savings *savings, const kempe_model *model)
                                  .origin = all + 2 * n,
                                  .give = all + 3 * n,
                                  .lump = all + 4 * n,
-                                 .point = all + motion_savings(model),
-                                 .apart = all + savings_size(model) - 1};
+                                 .point = all + motion_savings(model)};
     return all;
 }
 
@@ -78,7 +77,6 @@ void kmp_savings_copy(kmp_savings *to, const kmp_savings *from, const kempe_mode
 void kmp_savings_copy_dynamics(kmp_savings *to, const kmp_savings *from, const kempe_model *model)
 {
     memcpy(to->stay, from->stay, motion_savings(model));
-    *to->apart = *from->apart;
     to->patterns = from->patterns;
 }
 

@@ -39,7 +39,6 @@ typedef struct kmp_savings {
     uint8_t *give;   /* a motion: the part of its link's mass that counts as its parent's, bits KMP_GIVE */
     uint8_t *lump;   /* a motion: the part for composite bodies, bits KMP_GIVE */
     uint8_t *point; /* four a closure: the variants of its two points, for h and J, and for their rates (point_gap.h) */
-    uint8_t *apart; /* one: consecutive rotations about parallel axes are not merged, except back to the source */
     kmp_tangent_method by_q, by_qd; /* SHORTER: both are chosen together */
     unsigned patterns;              /* bits of those that a search has taken (choose_variants.c) */
 } kmp_savings;

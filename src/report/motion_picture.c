@@ -15,7 +15,6 @@
 #include "model/write/model_print.h"
 #include "output/drawing.h"
 #include "symbolic/table_function.h"
-#include <kempe/kempe.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -303,24 +302,24 @@ static bool make_frames(picture *p)
     return true;
 }
 
-static void put_positions(kmp_json *json, picture *p)
+/* Places (count x 3) as 16-bit integers within the box of all of them, about its middle. */
+static void put_places(kmp_json *json, const char *key, size_t count, const double *place, int16_t *room, int digits)
 {
-    size_t count = 3 * (size_t)p->frames * (size_t)(p->drawing.body_count - 1);
     double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, middle[3] = {0};
-    double scale = 0;
-    for (size_t k = 0; k < count; k++) {
-        low[k % 3] = fmin(low[k % 3], p->position[k]);
-        high[k % 3] = fmax(high[k % 3], p->position[k]);
+    double unit = 0;
+    for (size_t k = 0; k < 3 * count; k++) {
+        low[k % 3] = fmin(low[k % 3], place[k]);
+        high[k % 3] = fmax(high[k % 3], place[k]);
     }
     for (int i = 0; i < 3 && count > 0; i++) {
-        middle[i] = (low[i] + high[i]) / 2;
-        scale = fmax(scale, (high[i] - low[i]) / 2);
+        middle[i] = low[i] + (high[i] - low[i]) / 2;
+        unit = fmax(unit, (high[i] - low[i]) / 2 / INT16_MAX);
     }
-    for (size_t k = 0; k < count; k++)
-        p->room[k] = (int16_t)lround(scale > 0 ? INT16_MAX * ((p->position[k] - middle[k % 3]) / scale) : 0);
-    kmp_json_rounded_numbers(json, "middle", 3, middle, 7);
-    kmp_json_rounded(json, "unit", scale / INT16_MAX, 7);
-    kmp_json_shorts(json, "position", count, p->room);
+    for (size_t k = 0; k < 3 * count; k++)
+        room[k] = (int16_t)lround(unit > 0 ? (place[k] - middle[k % 3]) / unit : 0);
+    kmp_json_rounded_numbers(json, "middle", 3, middle, digits);
+    kmp_json_rounded(json, "unit", unit, digits);
+    kmp_json_shorts(json, key, 3 * count, room);
 }
 
 static double time_of(const picture *p, int frame)
@@ -350,18 +349,14 @@ enum { MOST_TRIANGLES = 16000, LEAST_TRIANGLES = 500 }; /* a page has at most so
 
 static void put_solids(kmp_json *json, const kempe_model *model, int body)
 {
-    int count = 0;
-    for (int k = 0; k < model->shape_count; k++) {
-        if (model->shapes[k].body != body)
-            continue;
-        if (count++ == 0)
-            kmp_json_array(json, "solids");
-        kmp_json_put(json, "{ kind %s", kmp_shape_words[model->shapes[k].kind]);
-        kmp_model_json_shape(json, &model->shapes[k]);
-        kmp_json_end(json);
-    }
-    if (count > 0)
-        kmp_json_end(json);
+    kmp_json_array(json, "solids");
+    for (int k = 0; k < model->shape_count; k++)
+        if (model->shapes[k].body == body) {
+            kmp_json_put(json, "{ kind %s", kmp_shape_words[model->shapes[k].kind]);
+            kmp_model_json_shape(json, &model->shapes[k]);
+            kmp_json_end(json);
+        }
+    kmp_json_end(json);
 }
 
 /* -- meshes ------------------------------------------------------------------------------------------ */
@@ -375,41 +370,25 @@ static bool is_first_of_mesh(const kempe_model *model, int shape)
     return model->shapes[shape].mesh;
 }
 
-static void put_vertices(kmp_json *json, kmp_arena *arena, const kmp_mesh *mesh)
-{
-    int16_t *room = KMP_ARENA_NEW(arena, int16_t, 3 * (size_t)mesh->vertex_count);
-    double low[3], high[3], middle[3], unit = 0;
-    kmp_mesh_box(mesh, low, high);
-    for (int i = 0; i < 3; i++) {
-        middle[i] = low[i] + (high[i] - low[i]) / 2;
-        unit = fmax(unit, (high[i] - low[i]) / 2 / INT16_MAX);
-    }
-    for (int k = 0; room && k < 3 * mesh->vertex_count; k++)
-        room[k] = (int16_t)lround(unit > 0 ? (mesh->vertex[k / 3][k % 3] - middle[k % 3]) / unit : 0);
-    kmp_json_rounded_numbers(json, "middle", 3, middle, 9);
-    kmp_json_rounded(json, "unit", unit, 9);
-    if (room)
-        kmp_json_shorts(json, "points", 3 * (size_t)mesh->vertex_count, room);
-}
-
 static void put_mesh(kmp_json *json, const kmp_mesh *mesh, int most)
 {
     kmp_arena arena = {0};
     kmp_mesh thin;
-    bool good = kmp_mesh_thin(&arena, mesh, most, &thin);
+    int16_t *points = NULL, *corners = NULL;
+    bool good = kmp_mesh_thin(&arena, mesh, most, &thin) &&
+                KMP_ARENA_MAKE(&arena, KMP_ROOM(int16_t, 3 * (ptrdiff_t)thin.vertex_count, &points),
+                               KMP_ROOM(int16_t, 3 * (ptrdiff_t)thin.triangle_count, &corners));
     kmp_json_put(json, "{ file %s triangles %d", mesh->path, mesh->triangle_count);
     if (good) {
         kmp_json_whole(json, "drawn", thin.triangle_count);
-        put_vertices(json, &arena, &thin);
+        put_places(json, "points", (size_t)thin.vertex_count, thin.vertex[0], points, 9);
         /* Numbers up to 65,535, of which those above 32,767 are written as negative ones. */
-        int16_t *room = KMP_ARENA_NEW(&arena, int16_t, 3 * (size_t)thin.triangle_count);
-        for (int k = 0; room && k < 3 * thin.triangle_count; k++)
-            room[k] = (int16_t)(uint16_t)thin.triangle[k / 3][k % 3];
-        if (room)
-            kmp_json_shorts(json, "corners", 3 * (size_t)thin.triangle_count, room);
+        for (int k = 0; k < 3 * thin.triangle_count; k++)
+            corners[k] = (int16_t)(uint16_t)thin.triangle[k / 3][k % 3];
+        kmp_json_shorts(json, "corners", 3 * (size_t)thin.triangle_count, corners);
     }
     kmp_json_end(json);
-    json->text->failed = json->text->failed || !good || arena.failed;
+    json->text->failed = json->text->failed || !good;
     kmp_arena_free(&arena);
 }
 
@@ -418,8 +397,6 @@ static void put_meshes(kmp_json *json, const kempe_model *model)
     double all = 0;
     for (int k = 0; k < model->shape_count; k++)
         all += is_first_of_mesh(model, k) ? model->shapes[k].mesh->triangle_count : 0;
-    if (all == 0)
-        return;
     kmp_json_array(json, "meshes");
     for (int k = 0; k < model->shape_count; k++)
         if (is_first_of_mesh(model, k)) {
@@ -479,17 +456,24 @@ static double distance(const double a[3], const double b[3])
     return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
 }
 
-/* True if a body with a wheel on the track comes near a place of the ground. */
-static bool is_run_on(const kempe_model *model, int track, const picture *p, const double at[3])
+/* The place of a wheel's body in the first frame; NULL: the wheel is on another track, or its body is not drawn. */
+static const double *runner_of(const picture *p, int track, int w)
 {
-    int stride = 1 + p->frames / LOOKED_AT;
+    const kmp_wheel *wheel = &p->model->wheels[w];
+    int body = p->model->points[wheel->point].body;
+    bool drawn = wheel->track == track && body > 0 && body < p->drawing.body_count;
+    return drawn ? p->position + 3 * (ptrdiff_t)(body - 1) : NULL;
+}
+
+/* True if a body with a wheel on the track comes near a place of the ground. */
+static bool is_run_on(const kempe_model *model, int track, const picture *p, const double place[3])
+{
+    ptrdiff_t stride = 1 + p->frames / LOOKED_AT, moving = p->drawing.body_count - 1;
     for (int w = 0; w < model->wheel_count; w++) {
-        int body = model->points[model->wheels[w].point].body - 1;
-        if (model->wheels[w].track != track || body < 0 || body >= (p->drawing.body_count - 1))
-            continue;
-        for (int f = 0; f < p->frames; f += stride)
-            if (distance(p->position + 3 * ((ptrdiff_t)f * (p->drawing.body_count - 1) + body), at) <
-                2 * model->tracks[track].gauge + 4 * model->wheels[w].radius.value)
+        const double *at = runner_of(p, track, w);
+        double near = 2 * model->tracks[track].gauge + 4 * model->wheels[w].radius.value;
+        for (ptrdiff_t f = 0; at && f < p->frames; f += stride)
+            if (distance(at + 3 * f * moving, place) < near)
                 return true;
     }
     return false;
@@ -500,12 +484,9 @@ static void straight_range(const kempe_model *model, int track, const picture *p
 {
     const kmp_point *point = &model->points[model->tracks[track].point];
     for (int w = 0; w < model->wheel_count; w++) {
-        int body = model->points[model->wheels[w].point].body - 1;
+        const double *at = runner_of(p, track, w);
         double more = 3 * model->wheels[w].radius.value;
-        if (model->wheels[w].track != track || body < 0 || body >= (p->drawing.body_count - 1))
-            continue;
-        for (int f = 0; f < p->frames; f++) {
-            const double *at = p->position + 3 * ((ptrdiff_t)f * (p->drawing.body_count - 1) + body);
+        for (int f = 0; at && f < p->frames; f++, at += 3 * (ptrdiff_t)(p->drawing.body_count - 1)) {
             double along = 0;
             for (int i = 0; i < 3; i++)
                 along += axis_at(point, i, 0) * (at[i] - point->at[i].value);
@@ -539,8 +520,6 @@ static void put_rail(kmp_json *json, const kempe_model *model, int number, const
 static void put_railway(kmp_json *json, const picture *p)
 {
     const kempe_model *model = p->model;
-    if (model->wheel_count == 0)
-        return;
     kmp_json_array(json, "discs");
     for (int w = 0; w < model->wheel_count; w++)
         if (model->points[model->wheels[w].point].body <= (p->drawing.body_count - 1))
@@ -560,13 +539,10 @@ static void put_marks(kmp_json *json, const picture *p, int body)
         const kmp_mark *m = &p->drawing.marks[k];
         if (m->body != body)
             continue;
-        kmp_json_array(json, NULL);
-        for (int i = 0; i < 3; i++)
-            kmp_json_rounded(json, NULL, m->at[i], 7);
-        kmp_json_whole(json, NULL, m->marks);
-        kmp_json_string(json, NULL, m->name ? m->name : "");
-        for (int i = 0; m->marks & KMP_MARK_HINGE && i < 3; i++)
-            kmp_json_rounded(json, NULL, m->axis[i], 7);
+        kmp_json_put(json, "[ %.7g %.7g %.7g %d %s", m->at[0], m->at[1], m->at[2], (int)m->marks,
+                     m->name ? m->name : "");
+        if (m->marks & KMP_MARK_HINGE)
+            kmp_json_put(json, "%.7g %.7g %.7g", m->axis[0], m->axis[1], m->axis[2]);
         kmp_json_end(json);
     }
 }
@@ -585,8 +561,7 @@ static void put_slides(kmp_json *json, const picture *p)
         kmp_json_put(json, "{ body %d", slide->body);
         kmp_json_rounded_numbers(json, "at", 3, slide->at, 7);
         kmp_json_rounded_numbers(json, "axis", 3, slide->axis, 7);
-        kmp_json_rounded_numbers(json, "range", 2, range, 7);
-        kmp_json_whole(json, "slider", slide->slider);
+        kmp_json_put(json, "range [ %.7g %.7g ] slider %d", range[0], range[1], slide->slider);
         kmp_json_rounded_numbers(json, "end", 3, slide->end, 7);
         kmp_json_end(json);
     }
@@ -619,10 +594,8 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
         kmp_json_array(json, "lines");
         for (int k = 0; k < p.drawing.line_count; k++) {
             const kmp_line *line = &p.drawing.lines[k];
-            kmp_json_put(json, "{ name %s rod %i body [", line->name ? line->name : "", p.drawing.is_rod[k]);
-            for (int i = 0; i < 2; i++)
-                kmp_json_whole(json, NULL, line->body[i]);
-            kmp_json_put(json, "] at [");
+            kmp_json_put(json, "{ name %s rod %i body [ %d %d ] at [", line->name ? line->name : "",
+                         p.drawing.is_rod[k], line->body[0], line->body[1]);
             for (int i = 0; i < 2; i++)
                 kmp_json_rounded_numbers(json, NULL, 3, line->at[i], 7);
             kmp_json_put(json, "] }");
@@ -630,13 +603,13 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
         kmp_json_end(json);
         put_slides(json, &p);
         put_railway(json, &p);
-        size_t count = 4 * (size_t)p.frames * (size_t)(p.drawing.body_count - 1);
+        size_t poses = (size_t)p.frames * (size_t)(p.drawing.body_count - 1);
         kmp_json_put(json, "frames { count %d", p.frames);
         put_times(json, &p);
-        put_positions(json, &p);
-        for (size_t k = 0; k < count; k++)
+        put_places(json, "position", poses, p.position, p.room, 7);
+        for (size_t k = 0; k < 4 * poses; k++)
             p.room[k] = (int16_t)lround(INT16_MAX * p.rotation[k]);
-        kmp_json_shorts(json, "rotation", count, p.room);
+        kmp_json_shorts(json, "rotation", 4 * poses, p.room);
         kmp_json_put(json, "} }");
     } else {
         json->text->failed = true;

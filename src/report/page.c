@@ -1,8 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A page with its libraries and scripts, in one file. */
+/* A page with its libraries and scripts, in one file: lines of report.html that consist of a mark are replaced by what
+ * the mark means. */
 #include "report/page.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "model/data/model.h"
+#include "model/read/loads.h"
+#include "output/print.h"
+#include "report/motion_picture.h"
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -70,13 +75,11 @@ static void put_script(kmp_text *text, const char *script)
     kmp_text_put(text, "\n");
 }
 
-/* -- the page ---------------------------------------------------------------------------------------- */
+/* -- the file ---------------------------------------------------------------------------------------- */
 
-static void put_lines(kmp_text *text, const char *const *lines)
-{
-    for (; *lines; lines++)
-        kmp_text_put(text, *lines);
-}
+/* Scripts of all pages, in order. */
+static const char *const *const common[] = {kmp_phrases_js,     kmp_plots_js,        kmp_solids_js,    kmp_shapes_js,
+                                            kmp_scene_webgl_js, kmp_scene_canvas_js, kmp_animation_js, NULL};
 
 static bool is_mark(const char *line, const char *mark)
 {
@@ -84,60 +87,153 @@ static bool is_mark(const char *line, const char *mark)
     return strncmp(line, mark, length) == 0 && strcmp(line + length, "\n") == 0;
 }
 
-static void put_part(kmp_text *text, const kmp_sheet *sheet, const char *line)
+static void put_all(kmp_text *text, const char *const *lines)
 {
+    for (; *lines; lines++)
+        kmp_text_put(text, *lines);
+}
+
+static void put_scripts(kmp_text *text, const char *const *const *scripts)
+{
+    for (; *scripts; scripts++)
+        put_all(text, *scripts);
+}
+
+/* A line, or what it is the mark of. */
+static kempe_status put_line(kmp_text *text, const kmp_result_page *page, const kmp_page_kind *kind, const char *line)
+{
+    for (int k = 0; k < LIBRARIES; k++)
+        if (is_mark(line, libraries[k].mark)) {
+            char *script = NULL;
+            KMP_TRY(read_library(page->context, &libraries[k], &script));
+            KMP_TRY(kmp_made(page->context, script));
+            put_script(text, script);
+            kmp_free(script);
+            return KEMPE_OK;
+        }
     if (is_mark(line, "<!--TITLE-->")) {
         kmp_text_put(text, "<title>");
-        kmp_text_escape(text, sheet->model);
-        kmp_text_printf(text, ": %s</title>\n", sheet->subject);
+        kmp_text_escape(text, page->system->model->name);
+        kmp_text_printf(text, ": %s</title>\n", kind->title);
     } else if (is_mark(line, "<!--STYLE-->")) {
-        put_lines(text, kmp_report_css);
-    } else if (is_mark(line, "<!--BODY-->")) {
-        for (const char *const *body = sheet->body; *body; body++)
-            if (is_mark(*body, "<!--STAGE-->"))
-                put_lines(text, kmp_stage_html);
-            else
-                kmp_text_put(text, *body);
+        put_all(text, kmp_report_css);
+    } else if (is_mark(line, "<!--STAGE-->")) {
+        put_all(text, kmp_stage_html);
+    } else if (is_mark(line, "<!--RECORDS-->")) {
+        put_all(text, kmp_records_html);
     } else if (is_mark(line, "/*SCRIPT*/")) {
-        for (const char *const *const *script = sheet->scripts; *script; script++)
-            put_lines(text, *script);
+        put_scripts(text, common);
+        put_scripts(text, kind->view->scripts);
     } else if (is_mark(line, "/*DATA*/")) {
-        kmp_text_put(text, sheet->data->s ? sheet->data->s : "");
-        kmp_text_put(text, "\n");
+        kmp_text_printf(text, "%s\n", page->data.text->s ? page->data.text->s : "");
     } else {
         kmp_text_put(text, line);
     }
-}
-
-/* Puts the library whose mark the line is. */
-static kempe_status put_library(kempe_context *context, kmp_text *text, const char *line, bool *put)
-{
-    *put = false;
-    for (int k = 0; k < LIBRARIES && !*put; k++)
-        if (is_mark(line, libraries[k].mark)) {
-            char *script = NULL;
-            KMP_TRY(read_library(context, &libraries[k], &script));
-            KMP_TRY(kmp_made(context, script));
-            put_script(text, script);
-            kmp_free(script);
-            *put = true;
-        }
     return KEMPE_OK;
 }
 
-kempe_status kmp_sheet_write(kempe_context *context, const kmp_sheet *sheet, const char *path)
+static kempe_status put_page(kmp_text *text, const kmp_result_page *page, const kmp_page_kind *kind)
 {
-    kmp_text text = {.failed = sheet->data->failed};
-    kempe_status status = KEMPE_OK;
-    for (const char *const *line = kmp_report_html; *line && status == KEMPE_OK; line++) {
-        bool put;
-        status = put_library(context, &text, *line, &put);
-        if (!put)
-            put_part(&text, sheet, *line);
-    }
-    kmp_text_free(sheet->data);
+    for (const char *const *line = kmp_report_html; *line; line++)
+        if (is_mark(*line, "<!--SECTIONS-->"))
+            for (const char *const *own = kind->view->sections; *own; own++)
+                KMP_TRY(put_line(text, page, kind, *own));
+        else
+            KMP_TRY(put_line(text, page, kind, *line));
+    return KEMPE_OK;
+}
+
+static kempe_status write_file(const kmp_result_page *page, const kmp_page_kind *kind, const char *path)
+{
+    kmp_text text = {.failed = page->data.text->failed};
+    kempe_status status = put_page(&text, page, kind);
     if (status == KEMPE_OK)
-        return kmp_file_write(context, path, &text);
+        return kmp_file_write(page->context, path, &text);
     kmp_text_free(&text);
     return status;
+}
+
+/* -- the page ---------------------------------------------------------------------------------------- */
+
+kempe_status kmp_page_take(kmp_result_page *page, const kempe_system *system)
+{
+    page->system = system;
+    kmp_samples_init(&page->states, system->n, system->m);
+    kmp_model_begin(system->model);
+    page->zero = KMP_ARENA_NEW(&page->arena, double, system->n + system->m);
+    return kmp_made(page->context, page->zero);
+}
+
+void kmp_page_set_outcome(kmp_result_page *page, kempe_status status, const char *reason, const char *warnings,
+                          const char *words)
+{
+    int n = page->system->n, m = page->system->m;
+    page->outcome = kmp_outcome_of(status);
+    page->reason = reason;
+    page->warnings = warnings;
+    page->scene = kmp_arena_printf(&page->arena, "%s \xc2\xb7 %d coordinate%s, %d closure row%s", words, n,
+                                   n == 1 ? "" : "s", m, m == 1 ? "" : "s");
+}
+
+kempe_status kmp_page_add_frames(kmp_result_page *page, int count, const double *q, ptrdiff_t stride, const double *x)
+{
+    kmp_samples *states = &page->states;
+    const double *zero = page->zero;
+    page->frames = states;
+    for (int k = 0; k < count; k++)
+        if (kmp_samples_add(states, x ? x[k] : states->rows, q + k * stride, zero, zero, zero, 0))
+            return kmp_fail_memory(page->context);
+    return KEMPE_OK;
+}
+
+/* Ends the data: what all pages have. */
+static void put_rest(kmp_result_page *page, const kmp_page_kind *kind)
+{
+    kmp_json *json = &page->data;
+    const kempe_system *s = page->system;
+    kmp_json_put(json, "kempe %s model %s command %s scene %s status %s reason %s n %d m %d shown [", KEMPE_VERSION,
+                 s->model->name, kind->command, page->scene, kempe_outcome_text(page->outcome),
+                 page->reason ? page->reason : "", s->n, s->m);
+    for (int k = 0; k < page->record_count; k++)
+        if (page->records[k].row.rows > 0)
+            kmp_record_put(json, &page->records[k]);
+    kmp_json_end(json);
+    kmp_motion_picture(json, "picture", s->model, page->frames, page->frame_x);
+    kmp_json_end(json);
+}
+
+static kempe_status make_page(kmp_result_page *page, const kmp_page_kind *kind, const kempe_system *system,
+                              const void *result, const char *path)
+{
+    KMP_TRY(kempe_report_check(page->context));
+    if (system)
+        KMP_TRY(kmp_page_take(page, system));
+    kmp_json_object(&page->data, NULL);
+    KMP_TRY(kind->fill(page, result));
+    KMP_TRY(kmp_made(page->context, !page->arena.failed));
+    if (kind->view->put)
+        kind->view->put(page);
+    put_rest(page, kind);
+    return write_file(page, kind, path);
+}
+
+kempe_status kmp_page_write(const kmp_page_kind *kind, kempe_context *context, const kempe_system *system,
+                            const void *result, const char *path)
+{
+    KMP_WANTED(context, path, "path");
+    kmp_text data = {0};
+    kmp_result_page page = {.context = context, .data = kmp_json_begin_compact(&data)};
+    kempe_status status = make_page(&page, kind, system, result, path);
+    for (int k = 0; k < page.record_count; k++)
+        kmp_record_free(&page.records[k]);
+    kmp_record_free(&page.start);
+    kmp_samples_free(&page.states);
+    kempe_table_free(page.table);
+    kempe_statistics_free(page.statistics);
+    kempe_comfort_free(page.comfort);
+    kempe_text_free(page.text);
+    kempe_system_free(page.own);
+    kmp_arena_free(&page.arena);
+    kmp_text_free(&data);
+    return status == KEMPE_OK ? page.verdict : status;
 }

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Data of pages whose results are rows, states, instances or a run: words, curves, contacts, wheels, the model. */
 #include "report/result_page.h"
-#include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "base/text.h"
 #include "ensemble/statistics/statistics.h"
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
@@ -14,12 +13,7 @@
 #include "model/write/model_show.h"
 #include "output/print.h"
 #include "output/result_table.h"
-#include "output/samples.h"
-#include "report/comparison_page.h"
-#include "report/motion_picture.h"
-#include "report/page.h"
 #include "report/vehicle_drawing.h"
-#include <kempe/kempe.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -74,28 +68,17 @@ static int thin(int rows, int stride, const double *values, double *room)
 /* Of points mean and root mean square are those over their number; without any all are unknown. */
 static kmp_series_summary summary_of_points(int rows, const double *x, const double *y)
 {
-    kmp_series_summary s = {NAN, NAN, NAN, NAN, NAN, NAN};
+    kmp_series_summary s = kmp_series_summarise(rows, x, y, 1);
     double sum = 0, squares = 0;
     int count = 0;
-    for (int k = 0; k < rows; k++) {
-        if (!isfinite(y[k]))
-            continue;
-        if (count == 0 || y[k] < s.low) {
-            s.low = y[k];
-            s.low_at = x[k];
+    for (int k = 0; k < rows; k++)
+        if (isfinite(y[k])) {
+            sum += y[k];
+            squares += y[k] * y[k];
+            count++;
         }
-        if (count == 0 || y[k] > s.high) {
-            s.high = y[k];
-            s.high_at = x[k];
-        }
-        sum += y[k];
-        squares += y[k] * y[k];
-        count++;
-    }
-    if (count > 0) {
-        s.mean = sum / count;
-        s.rms = sqrt(squares / count);
-    }
+    s.mean = count > 0 ? sum / count : NAN;
+    s.rms = count > 0 ? sqrt(squares / count) : NAN;
     return s;
 }
 
@@ -266,91 +249,79 @@ static void put_files(kmp_json *json, const kempe_model *model)
 
 static void put_words(kmp_json *json, const kmp_result_page *page)
 {
-    const kempe_system *s = page->system;
-    kmp_json_put(json, "kempe %s model %s command %s subject %s scene %s", KEMPE_VERSION, s->model->name, page->command,
-                 page->subject, page->scene);
     const char *word = kempe_outcome_text(page->outcome);
     kmp_text answer = {0};
     kmp_text_printf(&answer, "%c%s: %s", word[0] - 'a' + 'A', word + 1, page->answer);
     kmp_json_text(json, "answer", &answer);
-    kmp_json_put(json, "status %s reason %s warnings %s sentences %s facts [", word, page->reason ? page->reason : "",
-                 page->warnings ? page->warnings : "", page->sentences ? page->sentences : "");
+    kmp_json_put(json, "warnings %s sentences %s text %s facts [", page->warnings ? page->warnings : "",
+                 page->sentences ? page->sentences : "", page->text ? page->text : "");
     for (int k = 0; k < page->fact_count; k++)
         kmp_json_put(json, "[ %s %s ]", page->fact[k].name, page->fact[k].value);
-    kmp_json_put(json, "] text %s n %d m %d", page->text ? page->text : "", s->n, s->m);
+    kmp_json_end(json);
 }
 
-static void put_data(kmp_text *text, const kmp_result_page *page)
+/* The parts to be marked where a run did not reach its end: those that the reason names, otherwise the joint with the
+ * largest acceleration for its size at the last frame. */
+static void put_stopped(kmp_json *json, const kmp_result_page *page)
 {
-    kmp_json json = kmp_json_begin_compact(text);
-    kmp_json_object(&json, NULL);
-    put_words(&json, page);
-    put_series(&json, page);
-    kmp_json_array(&json, "shown");
-    if (page->record && page->record->row.rows > 0)
-        kmp_page_record(&json, page->record);
-    kmp_json_end(&json);
-    /* The parts to be marked where a run did not reach its end. */
+    const kempe_system *system = page->system;
+    const kmp_samples *rows = page->frames;
     bool stopped = page->reason && !kmp_outcome_is_complete(page->outcome);
-    kmp_json_array(&json, "stopped_at");
-    if (stopped && put_named(&json, page->system->model, page->reason) == 0 && page->outcome != KEMPE_OUTCOME_STOPPED &&
-        page->record) {
-        /* The joint with the largest acceleration for its size, at the last frame. */
-        const kmp_samples *rows = page->frames;
+    kmp_json_array(json, "stopped_at");
+    if (stopped && put_named(json, system->model, page->reason) == 0 && page->outcome != KEMPE_OUTCOME_STOPPED &&
+        page->run) {
         int best = -1;
         double most = 0;
         for (int k = 0; rows && rows->rows > 0 && k < rows->n; k++) {
-            double size = fabs(kmp_samples_get(rows, KMP_QUANTITY_QDD, rows->rows - 1)[k]) / page->system->scale[k];
+            double size = fabs(kmp_samples_get(rows, KMP_QUANTITY_QDD, rows->rows - 1)[k]) / system->scale[k];
             if (size > most) {
                 most = size;
                 best = k;
             }
         }
         if (best >= 0)
-            kmp_json_string(&json, NULL, page->system->model->bodies[page->system->model->motions[best].body].joint);
+            kmp_json_string(json, NULL, system->model->bodies[system->model->motions[best].body].joint);
     }
-    kmp_json_end(&json);
-    kmp_contact_drawing(&json, page->contacts, page->record ? &page->record->row : NULL);
-    kmp_vehicle_drawing(&json, page->contacts, page->comfort);
-    kmp_json_put(&json, "separate %i locked %i", page->separate, page->locked);
-    kmp_statistics_put(&json, "statistics", page->statistics);
-    const kempe_model *model = page->system->model;
-    kmp_json_array(&json, "parameters");
+    kmp_json_end(json);
+}
+
+static void put_parameters(kmp_json *json, const kempe_model *model)
+{
+    kmp_json_array(json, "parameters");
     for (int k = 0; k < model->parameter_count; k++) {
         const kmp_parameter *p = &model->parameters[k];
         kmp_text words = {0};
         if (p->number.expr)
             kmp_model_put_expr(&words, model, p->number.expr);
-        kmp_json_put(&json, "{ name %s value %.9g", p->name, p->number.value);
-        kmp_json_text(&json, "expression", &words);
-        kmp_json_end(&json);
+        kmp_json_put(json, "{ name %s value %.9g", p->name, p->number.value);
+        kmp_json_text(json, "expression", &words);
+        kmp_json_end(json);
     }
-    kmp_json_end(&json);
+    kmp_json_end(json);
     /* Each with the value of its default in its own unit. */
-    kmp_json_array(&json, "inputs");
+    kmp_json_array(json, "inputs");
     for (int k = 0; k < kmp_model_given_inputs(model); k++) {
         const kmp_model_input *input = &model->inputs[k];
-        kmp_json_put(&json, "{ name %s unit %s value %.9g samples %d }", input->name, input->unit,
+        kmp_json_put(json, "{ name %s unit %s value %.9g samples %d }", input->name, input->unit,
                      input->value / input->si, input->signal.count);
     }
-    kmp_json_end(&json);
-    put_files(&json, page->system->model);
-    kmp_motion_picture(&json, "picture", page->system->model, page->frames, page->frame_x);
-    kmp_json_end(&json);
+    kmp_json_end(json);
 }
 
-kempe_status kmp_result_page_write(const kmp_result_page *page, const char *path)
+static void put(kmp_result_page *page)
 {
-    static const char *const *const scripts[] = {kmp_phrases_js,         kmp_plots_js,         kmp_records_js,
-                                                 KMP_PICTURE_SCRIPTS,    kmp_journal_paths_js, kmp_quantities_js,
-                                                 kmp_running_vehicle_js, kmp_result_js,        NULL};
-    kmp_text data = {0};
-    put_data(&data, page);
-    return kmp_sheet_write(page->system->context,
-                           &(kmp_sheet){.body = kmp_result_html,
-                                        .model = page->system->model->name,
-                                        .subject = page->subject,
-                                        .scripts = scripts,
-                                        .data = &data},
-                           path);
+    kmp_json *json = &page->data;
+    put_words(json, page);
+    put_series(json, page);
+    put_stopped(json, page);
+    kmp_contact_drawing(json, page->run, page->run ? &page->records->row : NULL);
+    kmp_vehicle_drawing(json, page->run, page->comfort);
+    kmp_json_put(json, "separate %i locked %i", page->separate, page->locked);
+    kmp_statistics_put(json, "statistics", page->statistics);
+    put_parameters(json, page->system->model);
+    put_files(json, page->system->model);
 }
+
+static const char *const *const scripts[] = {kmp_records_js,         kmp_journal_paths_js, kmp_quantities_js,
+                                             kmp_running_vehicle_js, kmp_result_js,        NULL};
+const kmp_page_view kmp_result_view = {kmp_result_html, scripts, put};

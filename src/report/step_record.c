@@ -202,5 +202,27 @@ kempe_status kmp_record_start(const kempe_system *system, kmp_record *record)
     return kmp_has_result(status) ? KEMPE_OK : status;
 }
 
+/* -- as data ----------------------------------------------------------------------------------------- */
+
+void kmp_record_put(kmp_json *json, const kmp_record *record)
+{
+    enum { MOST = 300 };
+    const kmp_samples *row = &record->row;
+    const kmp_run_log *log = &record->log;
+    double first = kmp_samples_time(row, 0), spacing = row->rows > 1 ? kmp_samples_time(row, 1) - first : 0;
+    kmp_json_put(json, "{ run %d t_start %.7g spacing %.9g t_end %.7g", record->run, first, spacing,
+                 kmp_samples_time(row, row->rows - 1));
+    kmp_json_rounded_numbers(json, "h", row->rows, record->h, 3);
+    kmp_json_rounded_numbers(json, "hdot", row->rows, record->hdot, 3);
+    kmp_json_rounded_numbers(json, "energy", row->rows, record->energy, 3);
+    kmp_json_put(json, "each %ld steps [", record->each);
+    for (const kmp_step_range *range = record->ranges; range < record->ranges + record->range_count; range++)
+        kmp_json_put(json, "[ %.6g %.3g %.3g ]", range->t, range->least, range->most);
+    kmp_json_put(json, "] log_count %ld log [", log->count);
+    for (int k = 0; k < log->kept && k < MOST; k++)
+        kmp_json_put(json, "{ t %.7g kind %s text %s }", log->entries[k].t, log->entries[k].kind, log->entries[k].text);
+    kmp_json_put(json, "] }");
+}
+
 KMP_CLEARS(kmp_record, record, kmp_samples_free(&record->row), kmp_arena_free(&record->arena),
            kmp_run_log_free(&record->log))

@@ -2,6 +2,7 @@
 /* A repeated run, monitored step by step: its residuals and energy over time, the lengths of its steps, its events. */
 #pragma once
 
+#include "base/json.h"
 #include "studies/compare/compare_study.h"
 #include <kempe/compare.h>
 
@@ -40,3 +41,6 @@ kempe_status kmp_record_make(const kempe_comparison *comparison, int run, double
 /** The mechanism without a run, as far as it can be assembled: one row, of which positions alone count. */
 kempe_status kmp_record_start(const kempe_system *system, kmp_record *record);
 void kmp_record_free(kmp_record *record);
+
+/** Puts the residuals, the energy, the steps and the log of a record with rows as one JSON object. */
+void kmp_record_put(kmp_json *json, const kmp_record *record);

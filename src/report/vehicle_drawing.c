@@ -4,7 +4,6 @@
 #include "base/memory.h"
 #include "model/data/compliant.h"
 #include "model/data/model.h"
-#include "model/data/output_table.h"
 #include "rail/running_safety.h"
 #include "studies/simulate/observed.h"
 #include "studies/simulate/trajectory_print.h"
@@ -29,21 +28,15 @@ static void put_samples(kmp_json *json, const char *key, const kmp_running_safet
     kmp_json_end(json);
 }
 
-static void put_wheels(kmp_json *json, const kempe_model *model, const kmp_running_safety *s)
+static void put_wheels(kmp_json *json, const kmp_running_safety *s)
 {
     kmp_json_array(json, "wheels");
     for (int w = 0; w < s->wheels; w++) {
-        const kmp_safety_wheel *wheel = &s->wheel[w];
         const ptrdiff_t at = (ptrdiff_t)w * s->samples;
-        kmp_json_put(json,
-                     "{ name %s load %g nadal %g flange %g friction %g unloading %g unloading_t %g smooth %g ratio %g",
-                     model->wheels[w].name, wheel->load, wheel->nadal, wheel->flange, model->wheels[w].friction.value,
-                     wheel->unloading.value, wheel->unloading.t, wheel->smooth_unloading.value, wheel->ratio.value);
-        kmp_json_put(json, "mean %g mean_t %g wear %g most_wear %g", wheel->mean.value, wheel->mean.t, wheel->wear,
-                     wheel->most_wear.value);
+        kmp_json_object(json, NULL);
         put_samples(json, "Q", s, s->load + at);
         put_samples(json, "Y", s, s->across + at);
-        put_samples(json, "wear_numbers", s, s->wear + at);
+        put_samples(json, "wear", s, s->wear + at);
         put_samples(json, "means", s, s->mean + at);
         kmp_json_end(json);
     }
@@ -55,12 +48,12 @@ static void put_axle_name(kmp_json *json, const kempe_model *model, const kmp_sa
 {
     const kmp_wheel *left = &model->wheels[axle->left], *right = &model->wheels[axle->right];
     const int body = model->points[left->point].body;
-    kmp_text both = {0};
-    kmp_text_printf(&both, "%s, %s", left->name, right->name);
-    json->text->failed = json->text->failed || both.failed;
-    if (!both.failed)
-        kmp_json_string(json, "name", model->points[right->point].body == body ? model->bodies[body].name : both.s);
-    kmp_text_free(&both);
+    kmp_text name = {0};
+    if (model->points[right->point].body == body)
+        kmp_text_put(&name, model->bodies[body].name);
+    else
+        kmp_text_printf(&name, "%s, %s", left->name, right->name);
+    kmp_json_text(json, "name", &name);
 }
 
 /* -- the track ---------------------------------------------------------------------------------------- */
@@ -117,24 +110,6 @@ static void put_tracks(kmp_json *json, const kempe_model *model, const kmp_runni
 
 /* -- comfort ------------------------------------------------------------------------------------------ */
 
-static void put_comfort(kmp_json *json, const kempe_comfort *c)
-{
-    kmp_json_array(json, "comfort");
-    for (int k = 0; c && k < c->count; k++) {
-        const kmp_comfort_signal *s = &c->signal[k];
-        kmp_json_put(json, "{ direction %s name %s weighting %s rms %g weighted %g percentile %g largest %g Wz %g",
-                     kmp_comfort_rows[s->direction].name, s->name,
-                     kmp_weighting_name(kmp_comfort_rows[s->direction].weighting), s->raw, s->weighted, s->percentile,
-                     s->largest, s->sperling);
-        kmp_json_numbers(json, "windows", c->windows, s->window);
-        kmp_json_end(json);
-    }
-    kmp_json_put(json, "] mean_comfort [");
-    for (int k = 0; c && k < c->places; k++)
-        kmp_json_number(json, NULL, kempe_comfort_mean_comfort(c, k));
-    kmp_json_end(json);
-}
-
 kempe_status kmp_vehicle_comfort(const kempe_trajectory *t, kempe_comfort **comfort)
 {
     const kempe_model *model = t->system->model;
@@ -164,43 +139,43 @@ kempe_status kmp_vehicle_comfort(const kempe_trajectory *t, kempe_comfort **comf
     return KEMPE_OK;
 }
 
-void kmp_vehicle_drawing(kmp_json *json, const kempe_trajectory *run, const kempe_comfort *comfort)
+/* Lateral positions are those of the middle between the wheels. */
+static void put_axles(kmp_json *json, const kempe_model *model, const kmp_running_safety *s)
 {
-    const kmp_running_safety *s = run ? run->judged : NULL;
-    if (!s || s->wheels == 0) {
-        kmp_json_string(json, "vehicle", NULL);
-        return;
-    }
-    const kempe_model *model = run->system->model;
     double *room = KMP_NEW(double, s->samples);
     json->text->failed = json->text->failed || !room;
-    kmp_json_put(json, "vehicle { way %g loads %s carried %g samples %d stride %d difference %g mean_over %g cutoff %g",
-                 s->way, kmp_safety_loads_from(s), s->carried, s->samples, stride_of(s), s->difference,
-                 KMP_SAFETY_LENGTH, KMP_SAFETY_CUTOFF);
-    if (room) {
-        put_samples(json, "t", s, s->t);
-        put_wheels(json, model, s);
-        /* Lateral positions are those of the middle between the wheels. */
-        kmp_json_array(json, "axles");
-        for (int a = 0; a < s->axles; a++) {
-            const kmp_safety_axle *axle = &s->axle[a];
-            const double *left = s->aside + (ptrdiff_t)axle->left * s->samples;
-            const double *right = s->aside + (ptrdiff_t)axle->right * s->samples;
-            for (int k = 0; k < s->samples; k++)
-                room[k] = (left[k] + right[k]) / 2;
-            kmp_json_object(json, NULL);
-            put_axle_name(json, model, axle);
-            kmp_json_put(json, "limit %g mean %g mean_t %g", axle->limit, axle->mean.value, axle->mean.t);
-            put_samples(json, "sums", s, s->sum + (ptrdiff_t)a * s->samples);
-            put_samples(json, "aside", s, room);
-            kmp_json_end(json);
-        }
+    kmp_json_array(json, "axles");
+    for (int a = 0; room && a < s->axles; a++) {
+        const double *left = s->aside + (ptrdiff_t)s->axle[a].left * s->samples;
+        const double *right = s->aside + (ptrdiff_t)s->axle[a].right * s->samples;
+        for (int k = 0; k < s->samples; k++)
+            room[k] = (left[k] + right[k]) / 2;
+        kmp_json_object(json, NULL);
+        put_axle_name(json, model, &s->axle[a]);
+        put_samples(json, "sums", s, s->sum + (ptrdiff_t)a * s->samples);
+        put_samples(json, "aside", s, room);
         kmp_json_end(json);
-        put_tracks(json, model, s);
-        put_comfort(json, comfort);
     }
     kmp_json_end(json);
     kmp_free(room);
+}
+
+void kmp_vehicle_drawing(kmp_json *json, const kempe_trajectory *run, const kempe_comfort *comfort)
+{
+    const kmp_running_safety *s = run ? run->judged : NULL;
+    if (!s || s->wheels == 0)
+        return;
+    const kempe_model *model = run->system->model;
+    kmp_safety_judge.json(json, model, s);
+    kmp_json_put(json, "vehicle { loads %s stride %d", kmp_safety_loads_from(s), stride_of(s));
+    put_samples(json, "t", s, s->t);
+    put_wheels(json, s);
+    put_axles(json, model, s);
+    put_tracks(json, model, s);
+    kmp_json_object(json, "comfort");
+    if (comfort)
+        kmp_comfort_json(json, comfort);
+    kmp_json_put(json, "} }");
 }
 
 /* -- contacts -------------------------------------------------------------------------------------------- */
@@ -226,23 +201,20 @@ bool kmp_contact_drawing_has_paths(const kempe_model *model)
 
 /* -- paths --------------------------------------------------------------------------------------------- */
 
-static int column_of(const kmp_output_program *observed, const char *name, const char *component)
+/* The last column with this ending behind that of the time, which it is where there is none. */
+static int column_of(const kmp_output_program *observed, const char *ending)
 {
-    kmp_text wanted = {0};
-    int found = -1;
-    kmp_text_printf(&wanted, "force.%s.%s", name, component);
-    for (int k = 0; wanted.s && k < observed->columns.count; k++)
-        if (strcmp(observed->columns.name[k], wanted.s) == 0)
-            found = k;
-    kmp_text_free(&wanted);
-    return found;
+    int k = observed->columns.count - 1;
+    while (k > 0 && strcmp(strrchr(observed->columns.name[k], '.'), ending) != 0)
+        k--;
+    return k;
 }
 
-static bool fill_path(kmp_output_program *observed, const char *name, const kmp_samples *rows, double *x, double *y)
+static bool fill_path(kmp_output_program *observed, const kmp_samples *rows, double *x, double *y)
 {
-    int at[2] = {column_of(observed, name, "x"), column_of(observed, name, "y")};
+    int at[2] = {column_of(observed, ".x"), column_of(observed, ".y")};
     double *values = KMP_NEW(double, observed->columns.count);
-    bool ok = values && at[0] >= 0 && at[1] >= 0;
+    bool ok = values && at[0] > 0 && at[1] > 0;
     for (int row = 0; ok && row < rows->rows; row++) {
         kmp_output_program_fill(observed, rows, row, values);
         x[row] = values[at[0]];
@@ -263,7 +235,7 @@ static void put_path(kmp_json *json, const kempe_system *system, const kmp_force
     kmp_text word = {0};
     kmp_text_printf(&word, "force(%s)", force->name);
     bool ok = x && word.s && kmp_output_program_init(&observed, system, word.s, 0, NULL) == KEMPE_OK &&
-              fill_path(&observed, force->name, rows, x, x + rows->rows);
+              fill_path(&observed, rows, x, x + rows->rows);
     json->text->failed = json->text->failed || !ok;
     if (ok) {
         kmp_json_number(json, "clearance", clearance);

@@ -6,9 +6,8 @@
 #include "base/json.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/comfort.h>
-#include <kempe/vehicle.h>
 
-/** Puts the member `vehicle`: null where the run (NULL: none) has no wheels. comfort: NULL for none. */
+/** Puts `running_safety` and its samples, `vehicle`, of a run (NULL: none) with wheels. comfort: NULL for none. */
 void kmp_vehicle_drawing(kmp_json *json, const kempe_trajectory *run, const kempe_comfort *comfort);
 
 /** Ride comfort of the accelerations that the model requests, by a run of the same settings; NULL where it has none, or

@@ -54,7 +54,7 @@ typedef struct kmp_pass {
 } kmp_pass;
 
 /** The passes in order. */
-enum { KMP_PASSES = 5 };
+enum { KMP_PASSES = 4 };
 extern const kmp_pass kmp_passes[KMP_PASSES];
 
 /** Runs all passes. Values are equal up to rounding. */

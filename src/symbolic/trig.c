@@ -292,12 +292,6 @@ bool kmp_rotated_pair(kmp_graph *g, uint32_t id, kmp_pair *pair)
 
 /* -- sums of angles ---------------------------------------------------------------------------------- */
 
-/* True if sin and cos of r cost nothing or come from calls that are needed anyway. */
-static bool at_hand(const kmp_graph *g, const uint8_t *angle_live, kmp_ref r)
-{
-    return angle_live[kmp_id(r)] || kmp_graph_node(g, kmp_id(r))->op == KMP_OP_CONST;
-}
-
 /* The needed sines and cosines, the last one first. false: no memory. */
 static bool list_trig(const kmp_graph *g, uint32_t nodes, const uint8_t *live, kmp_stack *trig)
 {
@@ -312,18 +306,55 @@ typedef struct sincos_of {
     kmp_ref s, c;
 } sincos_of;
 
-/* sin and cos of an angle, by the addition theorem when both parts are available. */
-static sincos_of expand(kmp_graph *g, const uint8_t *angle_live, kmp_ref angle)
+/* The expansion of sums of angles in one graph. An angle is expanded once: sums of many angles have their parts in
+ * common, and without a memory of these the work would grow with the square of the number of parts. */
+typedef struct expansion {
+    kmp_graph *graph;
+    uint8_t *angle_live; /* a node: it is the angle of a needed sine or cosine */
+    sincos_of *known;    /* a node: its functions, once they were made */
+    uint8_t *is_known;
+} expansion;
+
+static bool expansion_init(expansion *e, kmp_graph *g, uint32_t nodes, const kmp_stack *trig, kmp_arena *room)
 {
-    kmp_node n = *kmp_graph_node(g, kmp_id(angle));
-    sincos_of r;
-    if (n.op == KMP_OP_ADD && at_hand(g, angle_live, n.a) && at_hand(g, angle_live, n.b)) {
-        sincos_of p = expand(g, angle_live, n.a), q = expand(g, angle_live, n.b);
-        r.s = kmp_add(g, kmp_mul(g, p.s, q.c), kmp_mul(g, p.c, q.s));
-        r.c = kmp_sub(g, kmp_mul(g, p.c, q.c), kmp_mul(g, p.s, q.s));
-    } else {
-        r.s = kmp_sin(g, angle & ~(kmp_ref)1);
-        r.c = kmp_cos(g, angle & ~(kmp_ref)1);
+    *e = (expansion){.graph = g,
+                     .angle_live = KMP_ARENA_NEW(room, uint8_t, nodes),
+                     .known = KMP_ARENA_NEW(room, sincos_of, nodes),
+                     .is_known = KMP_ARENA_NEW(room, uint8_t, nodes)};
+    for (uint32_t k = 0; e->angle_live && k < trig->top; k++)
+        e->angle_live[kmp_id(kmp_graph_node(g, trig->id[k])->a)] = 1;
+    return e->angle_live && e->known && e->is_known;
+}
+
+/* True if sin and cos of r cost nothing or come from calls that are needed anyway. */
+static bool at_hand(const expansion *e, kmp_ref r)
+{
+    return e->angle_live[kmp_id(r)] || kmp_graph_node(e->graph, kmp_id(r))->op == KMP_OP_CONST;
+}
+
+static bool is_expandable(const expansion *e, const kmp_node *angle)
+{
+    return angle->op == KMP_OP_ADD && at_hand(e, angle->a) && at_hand(e, angle->b);
+}
+
+/* sin and cos of an angle of the graph as it was, by the addition theorem when both parts are available. */
+static sincos_of expand(expansion *e, kmp_ref angle)
+{
+    const uint32_t id = kmp_id(angle);
+    kmp_graph *g = e->graph;
+    sincos_of r = e->known[id];
+    if (!e->is_known[id]) {
+        const kmp_node n = *kmp_graph_node(g, id);
+        if (is_expandable(e, &n)) {
+            sincos_of p = expand(e, n.a), q = expand(e, n.b);
+            r.s = kmp_add(g, kmp_mul(g, p.s, q.c), kmp_mul(g, p.c, q.s));
+            r.c = kmp_sub(g, kmp_mul(g, p.c, q.c), kmp_mul(g, p.s, q.s));
+        } else {
+            r.s = kmp_sin(g, angle & ~(kmp_ref)1);
+            r.c = kmp_cos(g, angle & ~(kmp_ref)1);
+        }
+        e->known[id] = r;
+        e->is_known[id] = 1;
     }
     if (kmp_is_negative(angle))
         r.s = kmp_neg(r.s);
@@ -333,19 +364,16 @@ static sincos_of expand(kmp_graph *g, const uint8_t *angle_live, kmp_ref angle)
 static bool write_out(kmp_graph *g, uint32_t nodes, const uint8_t *live, const kmp_stack *trig, kmp_arena *room,
                       int count, kmp_ref *outputs, bool *changed)
 {
-    uint8_t *angle_live = KMP_ARENA_NEW(room, uint8_t, nodes);
-    for (uint32_t k = 0; angle_live && k < trig->top; k++)
-        angle_live[kmp_id(kmp_graph_node(g, trig->id[k])->a)] = 1;
-    if (!angle_live)
+    expansion e;
+    if (!expansion_init(&e, g, nodes, trig, room))
         return false;
     /* Makes both functions of each angle, up to one of a sum to be expanded. */
     bool any = false;
     for (uint32_t k = trig->top; k-- > 0 && !any;) {
-        kmp_node n = *kmp_graph_node(g, trig->id[k]);
-        const kmp_node *angle = kmp_graph_node(g, kmp_id(n.a));
-        any = angle->op == KMP_OP_ADD && at_hand(g, angle_live, angle->a) && at_hand(g, angle_live, angle->b);
+        kmp_ref angle = kmp_graph_node(g, trig->id[k])->a;
+        any = is_expandable(&e, kmp_graph_node(g, kmp_id(angle)));
         if (!any)
-            (void)expand(g, angle_live, n.a);
+            (void)expand(&e, angle);
     }
     if (!any)
         return true;
@@ -357,9 +385,9 @@ static bool write_out(kmp_graph *g, uint32_t nodes, const uint8_t *live, const k
             continue;
         kmp_node n = *kmp_graph_node(g, id);
         if (n.op == KMP_OP_SIN)
-            map[id] = expand(g, angle_live, n.a).s;
+            map[id] = expand(&e, n.a).s;
         else if (n.op == KMP_OP_COS)
-            map[id] = expand(g, angle_live, n.a).c;
+            map[id] = expand(&e, n.a).c;
         else
             map[id] = kmp_graph_rebuild_by(g, g, id, map);
         const kmp_label *label = kmp_graph_label_of(g, id);

@@ -614,6 +614,58 @@ static void rounding_is_no_inertia(void)
     kempe_context_free(context);
 }
 
+/* T + V of a row, by M and C. */
+static double energy_of(kempe_workspace *ws, const kempe_trajectory *t, int row)
+{
+    CHECK(kempe_workspace_evaluate(ws, kempe_trajectory_time(t, row), kempe_trajectory_q(t, row),
+                                   kempe_trajectory_qd(t, row)) == KEMPE_OK);
+    return kempe_workspace_kinetic(ws) + kempe_workspace_potential(ws);
+}
+
+/* A load at the end of a chain of light links, level at the start: by M and C and by articulated bodies accelerations
+ * differ by the condition of M, and both solve the system to rounding. */
+static void a_bad_condition_is_no_reason_against_them(void)
+{
+    enum { LINKS = 50 };
+    kmp_text text = {0};
+    kmp_text_put(&text, "kempe: 1\nname: load\ngravity: [0, -9.81, 0]\nbodies:\n");
+    for (int k = 0; k < LINKS; k++) {
+        char at[16] = "ground";
+        if (k > 0)
+            snprintf(at, sizeof at, "b%d.T", k - 1);
+        kmp_text_printf(&text,
+                        "  b%d: {joint: {revolute: z, at: %s}, mass: %g, com: [0.05, 0, 0], inertia: {zz: %g}, "
+                        "points: {T: [0.1, 0, 0]}}\n",
+                        k, at, k < LINKS - 1 ? 1e-3 : 1e3, k < LINKS - 1 ? 1e-6 : 1.0);
+    }
+    static const char *const algorithms[] = {"auto", "articulated"};
+    for (int way = 0; way < 2; way++) {
+        const kempe_run_options options = {
+            .t_end = 0.1, .rtol = 1e-9, .integrator = "dop853", .no_convergence_check = 1};
+        kempe_context *context = kempe_context_new();
+        kempe_model *model = NULL;
+        kempe_system *system = NULL;
+        kempe_trajectory *t = NULL;
+        kempe_workspace *ws = NULL;
+        char *printed = NULL;
+        CHECK(kempe_model_read_text(context, text.s, "load", &model) == KEMPE_OK);
+        CHECK(kempe_system_new_with_algorithm(model, algorithms[way], &system) == KEMPE_OK);
+        CHECK(system && kempe_simulate(system, &options, &t) == KEMPE_OK);
+        CHECK(kempe_trajectory_print(t, KEMPE_TEXT, &printed) == KEMPE_OK);
+        CHECK(printed && strstr(printed, "articulated-body algorithm"));
+        CHECK(kempe_workspace_new(system, &ws) == KEMPE_OK);
+        const double fall = 1e3 * 9.81 * 0.05; /* the size of what is exchanged */
+        CHECK_NEAR(energy_of(ws, t, kempe_trajectory_row_count(t) - 1) / fall, energy_of(ws, t, 0) / fall, 1e-9);
+        kempe_text_free(printed);
+        kempe_workspace_free(ws);
+        kempe_trajectory_free(t);
+        kempe_system_free(system);
+        kempe_model_free(model);
+        kempe_context_free(context);
+    }
+    kmp_text_free(&text);
+}
+
 /* It comes to rest where the first joint moves nothing with the loop open. */
 static void bodies_are_left_where_rounding_shows(void)
 {
@@ -694,6 +746,7 @@ int main(void)
     TEST(massless_links_between);
     TEST(massless_ends_fall_back);
     TEST(rounding_is_no_inertia);
+    TEST(a_bad_condition_is_no_reason_against_them);
     TEST(bodies_are_left_where_rounding_shows);
     TEST(too_many_rows_are_refused);
     TEST(forces_of_a_program);

@@ -147,28 +147,54 @@ static void a_start_on_a_change_point_is_refused(void)
         }
 }
 
-/* An odd and an even number of windows, whose det Jv does and does not change its sign at a change point. Nothing but
- * right-hand sides and one factorisation a step is done about it, and the motion goes straight on with the error of its
- * steps. */
+/* A step that ends close to a change point may leave the branch where these are ignored, and rounding decides. A motion
+ * that is reported as complete is the right one, at every tolerance. Of most tolerances it is, and there nothing
+ * but right-hand sides and one factorisation a step was done. The numbers of windows are odd and even: det Jv does and
+ * does not change its sign. */
 static void change_points_are_ignored(void)
 {
     for (int n = 1; n <= 12; n += n < 3 ? 1 : 9) {
+        loaded s = windows(n);
+        last_row exact = {0};
+        int right = 0, told = 0;
+        CHECK(run(&s, "reduced", "integrated", 1e-11, &exact) == KEMPE_OK);
+        for (int k = 0; k < 31; k++) {
+            kempe_run_options options = {
+                .t_end = 10, .rtol = pow(10, -7 - 0.1 * k), .integrator = "dop853", .change_points = "ignore"};
+            kempe_trajectory *t = NULL;
+            kempe_status status = kempe_simulate(s.system, &options, &t);
+            CHECK(t);
+            if (status == KEMPE_OK && kempe_trajectory_outcome(t) == KEMPE_OUTCOME_COMPLETE) {
+                const double *q = kempe_trajectory_q(t, kempe_trajectory_row_count(t) - 1);
+                for (int i = 0; i <= n; i++)
+                    CHECK_NEAR(q[i], exact.q[i], 1e-3); /* the other branch is radians away */
+                right++;
+            } else {
+                told++;
+            }
+            kempe_trajectory_free(t);
+        }
+        printf("  N = %d: %d motions are complete, of %d it is said that they are not trustworthy\n", n, right, told);
+        CHECK(right >= 2 * told);
+        unload(&s);
+    }
+}
+
+static void ignored_change_points_cost_nothing(void)
+{
+    for (int n = 2; n <= 12; n += 10) {
         const double end = 10;
         loaded s = windows(n);
         kmp_run_report report;
         kmp_run_log log = {.context = s.context};
-        last_row led = {0}, row = {.n = s.system->n};
+        last_row row = {.n = s.system->n};
         kmp_run_spec spec = {
-            .rtol = 1e-10, .t_end = end, .time_count = 1, .times = &end, .change_points = "ignore", .log = &log};
-        CHECK(run(&s, "reduced", "integrated", 1e-10, &led) == KEMPE_OK);
+            .rtol = 1e-8, .t_end = end, .time_count = 1, .times = &end, .change_points = "ignore", .log = &log};
         CHECK(kmp_run_resolve(s.system, &spec) == KEMPE_OK);
         CHECK(kmp_run(s.system, &spec, NULL, take_row, &row, &report) == KEMPE_OK);
-        printf("  N = %d: %ld steps, %ld factorisations, off by %.1e\n", n, report.steps, report.factorizations,
-               fabs(row.q[0] - led.q[0]));
+        printf("  N = %d: %ld steps, %ld factorisations\n", n, report.steps, report.factorizations);
         CHECK(log.count == 0 && report.refused == 0);
         CHECK(report.factorizations < report.steps + report.rejected + 10);
-        for (int i = 0; i <= n; i++)
-            CHECK_NEAR(row.q[i], led.q[0], 1e-5);
         kmp_free(report.reason);
         kmp_run_log_free(&log);
         unload(&s);
@@ -203,6 +229,7 @@ static void a_dead_centre_is_not_ignored(void)
 int main(void)
 {
     TEST(change_points_are_ignored);
+    TEST(ignored_change_points_cost_nothing);
     TEST(a_dead_centre_is_not_ignored);
     TEST(a_start_on_a_change_point_is_refused);
     TEST(windows_keep_their_branch);

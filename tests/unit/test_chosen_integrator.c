@@ -203,7 +203,9 @@ static void by_obstacles(void)
     resolves(slipping, (kmp_run_spec){.formulation = "dae"}, "stabilized1", "ida", ONE_BY_ONE, loaded_forces);
 }
 
-/* The default runs where a step of radau fails (a parallelogram that passes its change points). */
+/* The default runs where a step of radau fails (a parallelogram that passes its change points). The tolerance is one at
+ * which no step ends close to a change point: where one does, rounding decides whether the run goes on
+ * (test_change_points.c). */
 static void by_ignored_change_points(void)
 {
     static const char because[] = "a step of radau cannot extend over a change point that is ignored";
@@ -213,10 +215,10 @@ static void by_ignored_change_points(void)
              NULL);
     resolves(model, (kmp_run_spec){.formulation = "projected", .change_points = "ignore"}, "none", "dop853", because,
              NULL);
-    run_on("dae", NULL, "n_four_bar", NULL, 1e-10, 5, "ignore", &direct);
-    run_on("projected", NULL, "n_four_bar", NULL, 1e-10, 5, "ignore", &projected);
+    run_on("dae", NULL, "n_four_bar", NULL, 1e-8, 5, "ignore", &direct);
+    run_on("projected", NULL, "n_four_bar", NULL, 1e-8, 5, "ignore", &projected);
     run_on("reduced", NULL, "n_four_bar", NULL, 1e-10, 5, "cross", &crossed);
-    CHECK(apart(&direct.rows, &crossed.rows) < 1e-6 && apart(&projected.rows, &crossed.rows) < 1e-6);
+    CHECK(apart(&direct.rows, &crossed.rows) < 1e-5 && apart(&projected.rows, &crossed.rows) < 1e-6);
 }
 
 /* The lists of linear solvers are of IDA: another integrator is not run with one in silence. */

@@ -324,7 +324,6 @@ static void pick_ways(kmp_savings *savings, const kempe_model *model)
     }
     for (int k = 0; k < 4 * model->closure_count; k++)
         savings->point[k] = (uint8_t)pick(3);
-    *savings->apart = (uint8_t)pick(2);
 }
 
 static void check_ways(int number, const kempe_model *model)

@@ -374,27 +374,33 @@ static void show(kmp_text *text, const void *result)
         kmp_text_printf(text, "note      EN 12299 takes the percentile of %d windows, 5 min\n", KMP_COMFORT_WINDOWS);
 }
 
-static void json(kmp_text *text, const void *result)
+void kmp_comfort_json(kmp_json *json, const kempe_comfort *c)
 {
-    const kempe_comfort *c = result;
-    kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, kmp_outcome_of(c->status), "", 0, c->warnings);
-    kmp_json_put(&j, "from %g windows %d window %g rate %g difference %g signals [", c->from, c->windows,
+    kmp_json_put(json, "from %g windows %d window %g rate %g difference %g signals [", c->from, c->windows,
                  KMP_COMFORT_WINDOW, c->rate, worst(c));
     for (int k = 0; k < c->count; k++) {
         const kmp_comfort_signal *s = &c->signal[k];
         const kmp_comfort_row *row = &kmp_comfort_rows[s->direction];
-        kmp_json_put(&j, "{ direction %s name %s weighting %s rms %g weighted %g", row->name, s->name,
+        kmp_json_put(json, "{ direction %s name %s weighting %s rms %g weighted %g", row->name, s->name,
                      kmp_weighting_name(row->weighting), s->raw, s->weighted);
-        kmp_json_put(&j, "median %g percentile_95 %g largest %g Wz %g difference %g", s->median, s->percentile,
+        kmp_json_put(json, "median %g percentile_95 %g largest %g Wz %g difference %g", s->median, s->percentile,
                      s->largest, s->sperling, s->difference);
-        kmp_json_numbers(&j, "windows", c->windows, s->window);
-        kmp_json_end(&j);
+        kmp_json_numbers(json, "windows", c->windows, s->window);
+        kmp_json_end(json);
     }
-    kmp_json_put(&j, "] mean_comfort [");
+    kmp_json_put(json, "] mean_comfort [");
     for (int k = 0; k < c->places; k++)
-        kmp_json_number(&j, NULL, kempe_comfort_mean_comfort(c, k));
-    kmp_json_put(&j, "] }");
+        kmp_json_number(json, NULL, kempe_comfort_mean_comfort(c, k));
+    kmp_json_put(json, "]");
 }
 
-KMP_PRINT(kempe_comfort, comfort, comfort->system->context, json, show)
+static void json_all(kmp_text *text, const void *result)
+{
+    const kempe_comfort *c = result;
+    kmp_json json = kmp_json_begin(text);
+    kmp_print_head(&json, c->system, kmp_outcome_of(c->status), "", 0, c->warnings);
+    kmp_comfort_json(&json, c);
+    kmp_json_end(&json);
+}
+
+KMP_PRINT(kempe_comfort, comfort, comfort->system->context, json_all, show)

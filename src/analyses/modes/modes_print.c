@@ -362,44 +362,49 @@ static void json_locus(kmp_json *j, const kempe_modes *m)
     kmp_json_put(j, "] }");
 }
 
+void kmp_modes_json(kmp_json *j, const kempe_modes *m)
+{
+    const kmp_spectrum *s = &m->modes.spectrum;
+    kmp_text verdict = {0};
+    kmp_json_put(j, "at %s cyclic {", m->family->state->equilibrium ? "equilibrium" : "start");
+    for (int i = 0; i < m->family->rate_count; i++)
+        kmp_json_number(j, name_of(m, m->family->rates[i].coordinate), m->qd[m->family->rates[i].coordinate]);
+    kmp_json_put(j, "} loads {");
+    for (int i = 0; i < m->family->rate_count; i++)
+        if (m->family->rates[i].how == KMP_RATE_HELD)
+            kmp_json_number(j, name_of(m, m->family->rates[i].coordinate), m->family->rates[i].load);
+    kmp_json_end(j);
+    kmp_print_entries(j, "q", m->system, KMP_QUANTITY_Q, m->q);
+    kmp_print_entries(j, "qd", m->system, KMP_QUANTITY_QD, m->qd);
+    kmp_print_names(j, "u", m->system, kmp_name_of_coordinate, m->modes.moving, m->modes.u);
+    kmp_print_pairs(j, "eigenvalues", s->count, s->re, s->im);
+    /* All z in the order of the eigenvalues, which are ln(z)/T. */
+    if (m->modes.z_re) {
+        kmp_json_number(j, "sample_time", m->modes.period);
+        kmp_print_pairs(j, "z", s->count, m->modes.z_re, m->modes.z_im);
+    }
+    kmp_print_held_json(j, m->system, m->qd);
+    if (m->modes.endless)
+        kmp_json_put(j, "endless { shown %d bound %g }", m->modes.shown, m->modes.bound);
+    kmp_json_put(j, "zeros %d stability %s", s->zeros, kmp_modes_verdict(m));
+    kmp_modes_put_verdict(&verdict, m);
+    kmp_json_text(j, "reasons", &verdict);
+    kmp_json_array(j, "modes");
+    for (int c = 0; c < s->count; c++)
+        if (kmp_modes_is_listed(m, c))
+            json_mode(j, m, c);
+    kmp_json_end(j);
+    if (m->name)
+        json_locus(j, m);
+}
+
 static void json_all(kmp_text *text, const void *result)
 {
     const kempe_modes *m = result;
-    const kmp_spectrum *s = &m->modes.spectrum;
-    kmp_text verdict = {0};
-    kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, m->system, kmp_outcome_of(m->status), m->reason, m->system->build_s, m->warnings);
-    kmp_json_put(&j, "at %s cyclic {", m->family->state->equilibrium ? "equilibrium" : "start");
-    for (int i = 0; i < m->family->rate_count; i++)
-        kmp_json_number(&j, name_of(m, m->family->rates[i].coordinate), m->qd[m->family->rates[i].coordinate]);
-    kmp_json_put(&j, "} loads {");
-    for (int i = 0; i < m->family->rate_count; i++)
-        if (m->family->rates[i].how == KMP_RATE_HELD)
-            kmp_json_number(&j, name_of(m, m->family->rates[i].coordinate), m->family->rates[i].load);
-    kmp_json_end(&j);
-    kmp_print_entries(&j, "q", m->system, KMP_QUANTITY_Q, m->q);
-    kmp_print_entries(&j, "qd", m->system, KMP_QUANTITY_QD, m->qd);
-    kmp_print_names(&j, "u", m->system, kmp_name_of_coordinate, m->modes.moving, m->modes.u);
-    kmp_print_pairs(&j, "eigenvalues", s->count, s->re, s->im);
-    /* All z in the order of the eigenvalues, which are ln(z)/T. */
-    if (m->modes.z_re) {
-        kmp_json_number(&j, "sample_time", m->modes.period);
-        kmp_print_pairs(&j, "z", s->count, m->modes.z_re, m->modes.z_im);
-    }
-    kmp_print_held_json(&j, m->system, m->qd);
-    if (m->modes.endless)
-        kmp_json_put(&j, "endless { shown %d bound %g }", m->modes.shown, m->modes.bound);
-    kmp_json_put(&j, "zeros %d stability %s", s->zeros, kmp_modes_verdict(m));
-    kmp_modes_put_verdict(&verdict, m);
-    kmp_json_text(&j, "reasons", &verdict);
-    kmp_json_array(&j, "modes");
-    for (int c = 0; c < s->count; c++)
-        if (c < s->still || (c >= s->zeros && s->im[c] >= 0))
-            json_mode(&j, m, c);
-    kmp_json_end(&j);
-    if (m->name)
-        json_locus(&j, m);
-    kmp_json_put(&j, "cpu_s %g }", m->cpu_s);
+    kmp_json json = kmp_json_begin(text);
+    kmp_print_head(&json, m->system, kmp_outcome_of(m->status), m->reason, m->system->build_s, m->warnings);
+    kmp_modes_json(&json, m);
+    kmp_json_put(&json, "cpu_s %g }", m->cpu_s);
 }
 
 KMP_PRINT(kempe_modes, modes, modes->system->context, json_all, show_all)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/context.h"
+#include "base/json.h"
 #include <kempe/modes.h>
 
 /** The form in which results show values of the number that varies. */
@@ -13,6 +14,9 @@ void kmp_modes_put_movers(kmp_text *text, const kempe_modes *modes, int c);
 
 /** Appends the direction of a zero: "along X", or with other coordinates. */
 void kmp_modes_put_along(kmp_text *text, const kempe_modes *modes, int c);
+
+/** The results as members of an open object. */
+void kmp_modes_json(kmp_json *json, const kempe_modes *modes);
 
 /** Appends the summary, a sentence without its full stop; returns its keyword. */
 const char *kmp_modes_verdict(const kempe_modes *modes);

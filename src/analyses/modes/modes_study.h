@@ -8,6 +8,7 @@
 #include "model/data/force.h"
 #include <kempe/modes.h>
 #include <math.h>
+#include <stdbool.h>
 
 enum { KMP_MOST_ORDERS = 16 };
 
@@ -28,6 +29,13 @@ struct kempe_modes {
     double highest; /* modulus of drawn eigenvalues, rad/s; INFINITY: all */
     double cpu_s;
 };
+
+/** True for the eigenvalues that are listed: of a pair the one above, of zeros those that stay. */
+static inline bool kmp_modes_is_listed(const kempe_modes *modes, int c)
+{
+    const kmp_spectrum *s = &modes->modes.spectrum;
+    return c < s->still || (c >= s->zeros && s->im[c] >= 0);
+}
 
 /** Frequency, Hz, damping ratio and time constant, s (to decay to 1/e; negative: to grow so) of an eigenvalue; NaN
  * where that means nothing. */

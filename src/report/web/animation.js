@@ -2,53 +2,36 @@
 /* The moving picture: by three.js, or on a plain canvas where there is no WebGL; playing, and turning with the mouse. */
 "use strict";
 
-const LIGHT_BODIES = ["#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98", "#117a65", "#5d6d7e", "#a04000"];
-const DARK_BODIES = ["#ec7063", "#5dade2", "#58d68d", "#f5b041", "#bb8fce", "#48c9b0", "#aeb6bf", "#e59866"];
 const PLAY_SECONDS = 10;
 const STOP_COLOUR = "#e11d1d";
 
-const bodyColour = (b) => (isDark() ? DARK_BODIES : LIGHT_BODIES)[(b - 1) % LIGHT_BODIES.length];
+/* As of curves; the first two change places. */
+const bodyColour = (b) => curveColour((b - 1) % CURVES.length < 2 ? b % 2 : b - 1);
 const pinColour = () => (isDark() ? "#dfe6e9" : "#2c3437");
 const groundColour = () => (isDark() ? "#7f8c92" : "#8a949a");
 
-/* The radius of a cylinder's barrel beside that of a bar. */
-const BARREL = 1.7;
-
-/* A slider is a box, a smaller one on a body with other shapes. */
-const boxSize = (m, b) => (m.shapes[b].bars.length > 0 ? 3.3 : 5.5) * m.thick;
-
 /* -- the stage ---------------------------------------------------------------------------------------------- */
 
-function stageNote(picture) {
-    const notes = [], drawn = picture.bodies.length - 1;
-    if (picture.frames.t_end === 0) notes.push("The mechanism at its start, as far as it can be assembled.");
-    else if (picture.frames.t_end < 0.999 * data.t_end) notes.push(`The animation shows the first ${three(picture.frames.t_end)} s of ${three(data.t_end)} s.`);
-    if (drawn < picture.of_bodies) notes.push(`${drawn} of ${picture.of_bodies} bodies are drawn.`);
-    return notes.join(" ");
-}
-
-/* A note, and what of large meshes is drawn. */
+/* A note, and what of many bodies and of large meshes is drawn. */
 function tellNote(picture, note) {
-    const thinned = (picture.meshes || []).filter((mesh) => mesh.drawn < mesh.triangles);
+    const drawn = picture.bodies.length - 1, bodies = drawn < picture.of_bodies ? `${drawn} of ${picture.of_bodies} bodies are drawn.` : "";
+    const thinned = picture.meshes.filter((mesh) => mesh.drawn < mesh.triangles);
     const sum = (key) => thinned.reduce((all, mesh) => all + mesh[key], 0);
     const meshes = thinned.length === 0 ? "" : `${thinned.length === 1 ? `${thinned[0].file} is` : `${thinned.length} meshes are`} drawn by ${sum("drawn")} triangles for ${sum("triangles")}.`;
-    byId("stage-note").textContent = [note, meshes].filter(Boolean).join(" ");
+    byId("stage-note").textContent = [note, bodies, meshes].filter(Boolean).join(" ");
 }
 
 /* A legend of the bodies' colours, whose names switch them off and on, unless there are too many. */
 function tellNames(bodies, hidden, change) {
     const most = 40, names = bodies.slice(1).map((body, k) => {
-        const name = element("button", body.name), b = k + 1;
-        name.type = "button";
-        const solid = (body.solids || []).find((part) => part.colour && !part.hole);
-        if (solid) Object.assign(name.style, { borderBottom: `3px solid ${solid.colour}`, borderRadius: "0" });
-        else name.style.color = bodyColour(b);
-        name.setAttribute("aria-pressed", String(!hidden.has(b)));
-        name.title = `${hidden.has(b) ? "Show" : "Hide"} ${body.name}`;
-        name.addEventListener("click", () => {
+        const b = k + 1, name = buttonOf(body.name, !hidden.has(b), () => {
             if (!hidden.delete(b)) hidden.add(b);
             change();
         });
+        const solid = body.solids.find((part) => part.colour && !part.hole);
+        if (solid) Object.assign(name.style, { borderBottom: `3px solid ${solid.colour}`, borderRadius: "0" });
+        else name.style.color = bodyColour(b);
+        name.title = `${hidden.has(b) ? "Show" : "Hide"} ${body.name}`;
         return name;
     });
     byId("names").replaceChildren(...(names.length > most ? [] : names));
@@ -62,22 +45,16 @@ function projection(m, poses, view) {
     return (p) => [view.width / 2 + view.scale * dot(sub(p, from), view.right), view.height / 2 - view.scale * dot(sub(p, from), view.up)];
 }
 
-/* An element of SVG as text, of words of this page alone. */
-function svgPart(tag, attributes, text = "") {
-    const words = Object.entries(attributes).map(([name, value]) => `${name}="${value}"`);
-    return `<${tag} ${words.join(" ")}>${text}</${tag}>`;
-}
-
 /* An arrow from a place along a direction of the model as it is seen, with a letter at its tip; a dot where it points at
  * the viewer. */
 function arrow([x, y], direction, view, length, colour, name) {
     const dx = length * dot(direction, view.right), dy = -length * dot(direction, view.up), long = Math.hypot(dx, dy);
-    if (long < 3) return [svgPart("circle", { cx: x, cy: y, r: 2.5, fill: colour })];
+    if (long < 3) return [drawn2d("circle", { cx: x, cy: y, r: 2.5, fill: colour })];
     const [ux, uy] = [dx / long, dy / long], tip = [x + dx, y + dy];
     const barbs = [[-ux - 0.6 * uy, -uy + 0.6 * ux], [-ux + 0.6 * uy, -uy - 0.6 * ux]].map(([a, b]) => `${tip[0] + 5 * a},${tip[1] + 5 * b}`);
     return [
-        svgPart("path", { d: `M${x},${y}L${tip}M${barbs[0]}L${tip}L${barbs[1]}`, stroke: colour, "stroke-width": 1.6, fill: "none" }),
-        svgPart("text", { x: tip[0] + 8 * ux, y: tip[1] + 8 * uy + 4, fill: colour, "font-size": 11, "text-anchor": "middle" }, name),
+        drawn2d("path", { d: `M${x},${y}L${tip}M${barbs[0]}L${tip}L${barbs[1]}`, stroke: colour, "stroke-width": 1.6, fill: "none" }),
+        label2d(name, tip[0] + 8 * ux, tip[1] + 8 * uy + 4, "middle", { fill: colour, "font-size": 11 }),
     ];
 }
 
@@ -96,9 +73,9 @@ function drawGauge(gauge, m, view) {
     const ink = softColour(), low = view.height - 26, length = evenLength(90 / view.scale), wide = length * view.scale, right = view.width - 10;
     const parts = [["x", [1, 0, 0]], ["y", [0, 1, 0]], ["z", [0, 0, 1]]].flatMap(([name, axis]) => arrow([34, low], axis, view, 20, ink, name));
     if (norm(m.picture.gravity) > 0) parts.push(...arrow([92, low - 20], unit(m.picture.gravity), view, 22, ink, "g"));
-    parts.push(svgPart("path", { d: `M${right - wide},${low + 8}v6h${wide}v-6`, stroke: ink, "stroke-width": 1.4, fill: "none" }));
-    parts.push(svgPart("text", { x: right - wide / 2, y: low + 6, fill: ink, "font-size": 11, "text-anchor": "middle" }, lengthWords(length)));
-    gauge.innerHTML = parts.join("");
+    parts.push(drawn2d("path", { d: `M${right - wide},${low + 8}v6h${wide}v-6`, stroke: ink, "stroke-width": 1.4, fill: "none" }));
+    parts.push(label2d(lengthWords(length), right - wide / 2, low + 6, "middle", { fill: ink, "font-size": 11 }));
+    gauge.replaceChildren(...parts);
     gauge.dataset.scale = lengthWords(length);
 }
 
@@ -199,11 +176,9 @@ function beginStage(picture, ask) {
     const view = hasWebGL() ? glView(canvas, m) : canvasView(canvas, m);
     const calm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
     const length = () => ask.span()[1] - ask.span()[0];
-    const hidden = new Set(), over = element("div.over"), label = element("span.label-at");
+    const hidden = new Set(), gauge = drawn2d("svg", { class: "gauge", "aria-hidden": "true" }), label = element("span.label-at");
     let t = 0, playing = false, last = 0, shown = null;
-    over.innerHTML = svgPart("svg", { class: "gauge", "aria-hidden": "true" });
-    const gauge = over.firstChild;
-    canvas.parentElement.append(over, label);
+    canvas.parentElement.append(gauge, label);
 
     function draw() {
         const width = Math.max(canvas.clientWidth, 50), height = Math.max(canvas.clientHeight, 50);

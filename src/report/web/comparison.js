@@ -1,11 +1,29 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The texts and tables of the page, and its start: everything is drawn from the data in the page. */
+/* The page of a comparison: the recommendation, the work-precision diagram, the runs shown in detail, tables. */
 "use strict";
+
+/* -- methods ------------------------------------------------------------------------------------------------ */
+
+/* A part of the data that belongs to a method has its words; methods are numbered in the order of their runs. */
+const keyOf = (part) => ["formulation", "form", "integrator", "linear"].map((word) => part[word]).filter((word) => word && word !== "none").join(" ");
+const methods = [...new Map(data.runs.map((run) => [keyOf(run), run])).values()];
+for (const run of data.runs) run.method = methods.findIndex((method) => keyOf(method) === keyOf(run));
+
+const nameOf = (method) => keyOf(methods[method]);
+const runName = (run) => `${keyOf(run)}, rtol ${tolerance(run.rtol)}`;
+
+const QUANTITIES = ["q", "qd", "\u03bb"];
+const hasReference = isNumber(data.reference.until);
+const uncertainty = [data.reference.uncertainty, data.reference.uncertainty_qd, data.reference.uncertainty_lambda];
+const errorsOf = ({ error }) => [error.q, error.qd, error.lambda];
+const hiddenMethods = new Set();
+let quantity = 0;
+const errorOf = (run) => errorsOf(run)[quantity];
 
 /* -- colours ------------------------------------------------------------------------------------------------ */
 
 /* A hue for each formulation; its methods have lighter shades in turn. */
-const formulations = [...new Set(data.methods.map((method) => method.formulation))];
+const formulations = [...new Set(methods.map((method) => method.formulation))];
 const HUES = { reduced: 208, projected: 140, dae: 8 };
 const OTHER_HUES = [290, 335, 85, 60];
 const HUE_SPREAD = 54;
@@ -15,74 +33,58 @@ function hueOf(formulation) {
     return formulation in HUES ? HUES[formulation] : OTHER_HUES[formulations.filter((r) => !(r in HUES)).indexOf(formulation) % OTHER_HUES.length];
 }
 
-/* The rank of a method within its formulation. */
-const rankOf = (method) => data.methods.slice(0, method).filter((other) => other.formulation === data.methods[method].formulation).length;
+/* The numbers of the methods of a method's formulation; its rank among them. */
+const matesOf = (method) => methods.map((_, w) => w).filter((w) => methods[w].formulation === methods[method].formulation);
+const rankOf = (method) => matesOf(method).indexOf(method);
 
 function colourOf(method) {
-    const mates = data.methods.filter((other) => other.formulation === data.methods[method].formulation).length;
-    const part = mates > 1 ? rankOf(method) / (mates - 1) : 0;
-    const light = isDark() ? 70 - 8 * part : 36 + 16 * part, hue = hueOf(data.methods[method].formulation) + HUE_SPREAD * part;
+    const part = rankOf(method) / Math.max(matesOf(method).length - 1, 1);
+    const light = isDark() ? 70 - 8 * part : 36 + 16 * part, hue = hueOf(methods[method].formulation) + HUE_SPREAD * part;
     return `hsl(${hue} ${isDark() ? 70 : 78}% ${light}%)`;
 }
 
-const nameOf = (method) => data.methods[method].name.replace(" none ", " ");
-
-function runName(run) {
-    return `${nameOf(run.method)}, rtol ${tolerance(run.rtol)}`;
+function swatch(method) {
+    const made = swatchOf(colourOf(method));
+    made.dataset.method = method;
+    return made;
 }
 
 /* -- summary ------------------------------------------------------------------------------------------------ */
 
-const advised = data.advice.run >= 0 ? data.runs[data.advice.run] : null;
-const adviceLevel = data.levels.findIndex((l) => l.level === data.advice.level);
-
-function fact(name, value) {
-    return element("div", element("dt", name), element("dd", value));
-}
+const advised = data.runs.find((run) => run.rtol === data.advice.rtol && keyOf(run) === keyOf(data.advice));
 
 function tellAnswer() {
-    const answer = byId("answer");
-    if (advised) {
-        answer.append("Use ", element("em", nameOf(advised.method)), " ", element("small", `at rtol ${tolerance(advised.rtol)}`));
-        const error = isNumber(advised.error[0]) ? power(advised.error[0]) : advised.below ? "< " + power(10 * data.reference.uncertainty[0]) : "unknown";
-        byId("facts").append(fact("error of q", error), fact("CPU time", duration(advised.cpu)), fact("evaluations", count(advised.rhs)));
-    } else {
-        byId("facts").hidden = true;
-        answer.append(data.status.startsWith("complete") || data.status === "not trustworthy" ? "No recommendation is possible" : data.status === "stopped" ? "Stopped before the end" : "No run reached the end");
-    }
-    if (data.reason) byId("because").append(element("li.failed", data.reason));
-    fillList(byId("because"), data.advice.reasons);
-    byId("because").hidden = byId("because").children.length === 0;
+    const sentences = data.advice.reasons;
+    if (!advised)
+        return tellHead("Recommendation", [data.status.startsWith("complete") || data.status === "not trustworthy" ? "No recommendation is possible" : data.status === "stopped" ? "Stopped before the end" : "No run reached the end"], [], sentences);
+    const error = isNumber(advised.error.q) ? power(advised.error.q) : advised.below_reference ? "< " + power(10 * uncertainty[0]) : "unknown";
+    const answer = ["Use ", element("em", nameOf(advised.method)), " ", element("small", `at rtol ${tolerance(advised.rtol)}`)];
+    return tellHead("Recommendation", answer, [["error of q", error], ["CPU time", duration(advised.cpu_s)], ["evaluations", count(advised.work.rhs)]], sentences);
 }
 
 /* Bars of the times that the other methods take for the error of the advice; the scale is logarithmic. */
 function tellOthers() {
-    const others = byId("others"), most = 7;
-    if (!advised || adviceLevel < 0) return;
-    const level = data.levels[adviceLevel];
-    const best = level.cost[level.best][0];
-    const rows = data.methods.map((method, w) => ({ method: w, ratio: level.run[w] >= 0 ? level.cost[w][0] / best : Infinity }));
+    const level = data.equal_error.find((l) => l.error === data.advice.error), table = element("table"), most = 7;
+    if (!advised || !level) return;
+    const rows = level.methods.map((method, w) => ({ method: w, ratio: isNumber(method.ratio) ? method.ratio : Infinity }));
     rows.sort((a, b) => a.ratio - b.ratio || a.method - b.method);
     const top = Math.max(2, ...rows.map((row) => row.ratio).filter(isFinite));
-    others.append(element("h3", `CPU time for an error of q of ${power(level.level)}`));
-    const table = element("table");
     for (const row of rows.slice(0, most)) {
-        const bar = element("i");
-        bar.style.width = isFinite(row.ratio) ? `${8 + (92 * Math.log(row.ratio)) / Math.log(top)}%` : "0";
+        const bar = element("i"), attained = isFinite(row.ratio);
+        bar.style.width = attained ? `${8 + (92 * Math.log(row.ratio)) / Math.log(top)}%` : "0";
         bar.style.background = colourOf(row.method);
         bar.dataset.method = row.method;
-        if (!isFinite(row.ratio)) bar.hidden = true;
-        const words = isFinite(row.ratio) ? ratio(row.ratio) : "not attained";
-        table.append(element(isFinite(row.ratio) ? "tr" : "tr.none", element("td", nameOf(row.method)), element("td", bar), element("td", words)));
+        bar.hidden = !attained;
+        table.append(element(attained ? "tr" : "tr.none", element("td", nameOf(row.method)), element("td", bar), element("td", attained ? ratio(row.ratio) : "not attained")));
     }
-    others.append(table);
-    if (rows.length > most) others.append(element("p.note", `and ${rows.length - most} more in the table of CPU time at equal error`));
+    byId("others").append(element("h3", `CPU time for an error of q of ${power(level.error)}`), table);
+    if (rows.length > most) byId("others").append(element("p.note", `and ${rows.length - most} more in the table of CPU time at equal error`));
 }
 
 function tellReference() {
-    const [q, qd, lambda] = data.reference.uncertainty;
-    let words = data.reference.there ? `Reference: ${data.reference.source}` : `No reference: ${data.reference.source === "none" ? "errors are unknown" : data.reference.source.replace(/^none: /, "")}`;
-    if (data.reference.there && q > 0) words += `; its estimated error is ${power(q)} in q, ${power(qd)} in qd` + (isNumber(lambda) ? `, ${power(lambda)} in \u03bb` : "");
+    const [q, qd, lambda] = uncertainty, source = data.reference.source || "";
+    let words = hasReference ? `Reference: ${source}` : `No reference: ${source === "none" ? "errors are unknown" : source.replace(/^none: /, "")}`;
+    if (hasReference && q > 0) words += `; its estimated error is ${power(q)} in q, ${power(qd)} in qd` + (isNumber(lambda) ? `, ${power(lambda)} in \u03bb` : "");
     byId("reference").append(words + ".");
     const failed = data.runs.filter((run) => run.status !== "complete" && !run.left_out).length;
     if (failed + data.failures.length + data.warnings.length === 0) return;
@@ -91,75 +93,48 @@ function tellReference() {
     byId("trouble").append(link);
 }
 
-function tellScene() {
-    byId("model").append(data.model);
-    byId("scene").append(`0 to ${three(data.t_end)} s \u00b7 ${data.n} coordinate${data.n === 1 ? "" : "s"}, ${data.m} closure row${data.m === 1 ? "" : "s"}`);
-}
-
 /* -- tables ------------------------------------------------------------------------------------------------- */
 
-function swatch(method) {
-    const made = element("span.swatch");
-    made.style.background = colourOf(method);
-    made.dataset.method = method;
-    return made;
-}
-
-function levelCell(level, w) {
-    const run = data.runs[level.run[w]];
-    if (level.blank) return element("td");
-    if (!run) return element("td", "\u2013");
-    const cpu = level.cost[w][0];
-    const cell = element(w === level.best ? "td.best" : "td", three(1e3 * cpu));
-    if (w !== level.best) cell.append(element("small", ratio(cpu / level.cost[level.best][0])));
-    cell.title = runName(run);
+/* The time of a method at a level; that of the fastest one is marked. */
+function levelCell({ below_reference: blank, methods: costs }, w) {
+    if (blank) return element("td");
+    const { cpu_s: cpu, ratio: slower, rtol } = costs[w];
+    if (!isNumber(cpu)) return element("td", "\u2013");
+    const cell = element(slower === 1 ? "td.best" : "td", three(1e3 * cpu));
+    if (slower !== 1) cell.append(element("small", ratio(slower)));
+    cell.title = runName({ ...methods[w], rtol });
     return cell;
 }
 
 function tellLevels() {
-    const section = byId("levels");
-    if (data.levels.length === 0) {
-        section.hidden = true;
-        return;
-    }
-    const blank = data.levels.some((level) => level.blank);
-    section.querySelector(".note").append("CPU time in ms of each method for an error of q, and the ratio to the fastest method of the column." +
-        (blank ? " Columns below ten times the estimated error of the reference are blank." : ""));
-    const table = section.querySelector("table");
-    table.append(headRow(["error of q", ...data.levels.map((level) => power(level.level))]));
-    data.methods.forEach((method, w) => {
-        table.append(element("tr", element("td", swatch(w), nameOf(w)), ...data.levels.map((level) => levelCell(level, w))));
-    });
+    const levels = data.equal_error, table = byId("levels").querySelector("table");
+    byId("levels").hidden = levels.length === 0;
+    byId("levels").querySelector(".note").append("CPU time in ms of each method for an error of q, and the ratio to the fastest method of the column." +
+        (levels.some((level) => level.below_reference) ? " Columns below ten times the estimated error of the reference are blank." : ""));
+    table.append(headRow(["error of q", ...levels.map((level) => power(level.error))]));
+    methods.forEach((_, w) => table.append(rowOf(element("td", swatch(w), nameOf(w)), ...levels.map((level) => levelCell(level, w)))));
 }
 
 /* Time, steps, evaluations a step and time of an evaluation at a level, and what multiple of the base's time it is. */
-function costCells(level, method, base) {
-    const [cpu, steps, rhs] = level.cost[method];
-    if (!isNumber(cpu)) return [element("td", "\u2013"), ...Array.from({ length: 4 }, () => element("td"))];
-    const [ofCpu, ofSteps, ofRhs] = level.cost[base];
-    const cell = (value, multiple) => {
-        const made = element("td", value);
-        if (method !== base) made.append(element("small", ratio(multiple)));
-        return made;
-    };
-    return [element("td", three(1e3 * cpu)), element("td", method === base ? "1" : ratio(cpu / ofCpu)), cell(count(Math.round(steps)), steps / ofSteps),
-        cell(three(rhs / steps), ((rhs / steps) * ofSteps) / ofRhs), cell(three((1e6 * cpu) / rhs), ((cpu / rhs) * ofRhs) / ofCpu)];
+function costCells(cost) {
+    const { cpu_s: cpu, steps, evaluations, ratio: times, ratio_steps, ratio_evaluations_per_step, ratio_time_per_evaluation } = cost;
+    const isBase = times === 1 && ratio_steps === 1;
+    if (!isNumber(cpu)) return ["\u2013", "", "", "", ""];
+    const cell = (value, multiple) => element("td", value, ...(isBase ? [] : [element("small", ratio(multiple))]));
+    return [three(1e3 * cpu), isBase ? "1" : ratio(times), cell(count(Math.round(steps)), ratio_steps), cell(three(evaluations / steps), ratio_evaluations_per_step),
+        cell(three((1e6 * cpu) / evaluations), ratio_time_per_evaluation)];
 }
 
 function tellTable(id, rows) {
-    const section = byId(id);
-    section.hidden = rows.length === 0;
-    const table = section.querySelector("table"), levels = data.aims.map((l) => data.levels[l]);
-    table.append(headRow(["method", ...levels.flatMap((level) => [`ms for ${power(level.level)}`, "ratio", "steps", "evaluations a step", "\u00b5s an evaluation"])]));
-    for (const row of rows)
-        table.append(element("tr", element("td", swatch(row.method), nameOf(row.method)), ...levels.flatMap((level, k) => costCells(level, row.method, row.base[k]))));
+    const table = byId(id).querySelector("table"), errors = rows.length > 0 ? rows[0].errors : [];
+    byId(id).hidden = rows.length === 0;
+    table.append(headRow(["method", ...errors.flatMap(({ error }) => [`ms for ${power(error)}`, "ratio", "steps", "evaluations a step", "\u00b5s an evaluation"])]));
+    for (const row of rows) table.append(rowOf(element("td", swatch(methods.findIndex((method) => keyOf(method) === keyOf(row))), keyOf(row)), ...row.errors.flatMap(costCells)));
 }
 
 function tellFailures() {
-    const list = byId("failures").querySelector("ul");
-    fillList(list, data.failures);
-    fillList(list, data.warnings);
-    byId("failures").hidden = list.children.length === 0;
+    fillList(byId("failures").querySelector("ul"), [...data.failures, ...data.warnings]);
+    byId("failures").hidden = data.failures.length + data.warnings.length === 0;
 }
 
 const COLUMNS = ["method", "rtol", "error q", "qd", "\u03bb", "|h|", "|h\u2019|", "energy", "steps", "rejected", "evaluations", "Newton", "Jacobians", "factored", "exchanges", "CPU ms", "preparation ms", "memory kB"];
@@ -174,6 +149,7 @@ function runRow(run, k) {
     const begins = k > 0 && data.runs[k - 1].method !== run.method;
     const at = tolerance(run.rtol) + (last > k ? ` to ${tolerance(data.runs[last].rtol)}` : "");
     const row = element("tr" + (begins ? ".begins" : "") + (run === advised ? ".advised" : ""), element("td", swatch(run.method), nameOf(run.method)), element("td", at));
+    const { residual, work } = run;
     if (run.status !== "complete") {
         const reason = run.reason.split("\n")[0];
         const cell = run.left_out ? element("td.words", reason) : element("td.words", element("span.failed", run.status), ": " + reason);
@@ -181,9 +157,10 @@ function runRow(run, k) {
         row.append(cell);
         return row;
     }
-    for (const x of [...run.error, run.h, run.hdot, run.drift]) row.append(element("td", short(x)));
-    for (const x of [run.steps, run.rejected, run.rhs, run.newton, run.jacobians, run.factorizations, run.exchanges]) row.append(element("td", count(x)));
-    row.append(element("td", three(1e3 * run.cpu)), element("td", three(1e3 * run.ready)), element("td", isNumber(run.memory) ? three(run.memory / 1024) : "\u2013"));
+    for (const x of [...errorsOf(run), residual.h_max, residual.hdot_max, run.energy.drift_rel]) row.append(element("td", short(x)));
+    for (const x of [work.steps, work.rejected, work.rhs, work.newton, work.jacobians, work.factorizations, work.exchanges]) row.append(element("td", count(x)));
+    for (const x of [1e3 * run.cpu_s, 1e3 * (data.build_s + run.build_s)]) row.append(element("td", three(x)));
+    row.append(element("td", isNumber(run.memory_bytes) ? three(run.memory_bytes / 1024) : "\u2013"));
     return row;
 }
 
@@ -194,35 +171,123 @@ function tellRuns() {
     byId("runs").hidden = data.runs.length === 0;
 }
 
-/* -- the whole page ----------------------------------------------------------------------------------------- */
+/* -- legends ------------------------------------------------------------------------------------------------ */
 
-function recolour() {
-    for (const mark of document.querySelectorAll("[data-method]")) mark.style.background = colourOf(Number(mark.dataset.method));
-    drawPlots();
-    if (stage) stage.recolour();
+/* The entry of a member of what is drawn, which goes into the set of hidden ones and out of it. */
+function legendEntry(method, words, hidden, member) {
+    const colour = colourOf(method), dashes = DASHES[rankOf(method) % DASHES.length].join(" ");
+    const line = drawn2d("line", { x1: 0, y1: 6, x2: 30, y2: 6, "stroke-width": 2.5, stroke: colour, "stroke-dasharray": dashes });
+    const mark = drawn2d("svg", { width: 30, height: 12, "aria-hidden": "true" }, line, drawn2d("circle", { cx: 15, cy: 6, r: 4, fill: colour }));
+    return element("li", buttonOf([mark, words], !hidden.has(member), () => {
+        if (!hidden.delete(member)) hidden.add(member);
+        drawPlots();
+    }));
 }
 
-let stage = null;
+/* -- work-precision diagram --------------------------------------------------------------------------------- */
+
+function costSets(work) {
+    const sets = [];
+    methods.forEach((method, w) => {
+        if (hiddenMethods.has(w)) return;
+        const runs = data.runs.filter((run) => run.method === w && run.status === "complete" && errorOf(run) > 0);
+        const rank = rankOf(w), advisedHere = (run) => run === advised;
+        sets.push(curveOf(runs.map((run) => ({ x: work(run), y: errorOf(run), run })), colourOf(w), {
+            borderWidth: 2,
+            borderDash: DASHES[rank % DASHES.length],
+            pointStyle: STYLES[rank % STYLES.length],
+            pointRadius: runs.map((run) => (advisedHere(run) ? 8 : 4)),
+            pointBorderColor: runs.map((run) => (advisedHere(run) ? inkColour() : colourOf(w))),
+            pointBorderWidth: runs.map((run) => (advisedHere(run) ? 2.5 : 1)),
+            pointHoverRadius: 8,
+        }));
+    });
+    return sets;
+}
+
+/* The axis of errors ends at the uncertainty of the reference. */
+function errorAxis() {
+    const floor = 10 * uncertainty[quantity];
+    const range = rangeOf(data.runs.map((run) => errorOf(run)), 2) || [1e-12, 1];
+    const low = floor > 0 ? floor : range[0];
+    return logAxis(low, Math.max(range[1], 10 * low), `error of ${QUANTITIES[quantity]}`);
+}
+
+function drawCost(id, work, title) {
+    const range = rangeOf(data.runs.filter((run) => run.status === "complete").map(work), 1.5) || [1, 10];
+    const label = (item) => {
+        const run = item.raw.run;
+        return [runName(run), `error of ${QUANTITIES[quantity]} ${short(errorOf(run))}`, `${duration(run.cpu_s)}, ${count(run.work.rhs)} evaluations, ${count(run.work.steps)} steps`];
+    };
+    drawPlot(id, costSets(work), { x: logAxis(range[0], range[1], title), y: errorAxis() }, label);
+    byId(id).dataset.quantity = QUANTITIES[quantity];
+}
+
+function drawCosts() {
+    const floor = uncertainty[quantity], some = data.runs.some((run) => errorOf(run) > 0);
+    document.querySelector("#cost .pair").hidden = byId("methods-shown").hidden = !some;
+    byId("floor").textContent = !some ? "No run has an error above the accuracy of the reference." : floor > 0 ? `The axis ends at ten times the estimated error of the reference, ${power(10 * floor)}.` : "";
+    byId("methods-shown").replaceChildren(...methods.map((method, w) => legendEntry(w, nameOf(w), hiddenMethods, w)));
+    drawCost("by-cpu", (run) => 1e3 * run.cpu_s, "CPU ms");
+    drawCost("by-rhs", (run) => run.work.rhs, "evaluations");
+}
+
+/* -- all plots -------------------------------------------------------------------------------------------- */
+
+const recordName = (shown) => runName(data.runs[shown.run]);
+const recordColour = (shown) => colourOf(data.runs[shown.run].method);
+
+function drawPlots() {
+    if (hasReference) drawCosts();
+    byId("shown").replaceChildren(...data.shown.map((shown, k) => legendEntry(data.runs[shown.run].method, recordName(shown), hiddenRuns, k)));
+    drawRecords([0, data.t_end]);
+}
+
+/* -- the whole page ----------------------------------------------------------------------------------------- */
+
+function beginCost() {
+    const buttons = [...document.querySelectorAll(".switch button")];
+    byId("cost").hidden = !hasReference || data.runs.length === 0;
+    for (const button of buttons) {
+        const own = Number(button.dataset.quantity);
+        button.hidden = !data.runs.some((run) => isNumber(errorsOf(run)[own]));
+        button.addEventListener("click", () => {
+            quantity = own;
+            for (const other of buttons) other.setAttribute("aria-pressed", String(other === button));
+            drawCosts();
+        });
+    }
+}
+
+function drawAll() {
+    for (const mark of document.querySelectorAll("[data-method]")) mark.style.background = colourOf(Number(mark.dataset.method));
+    drawPlots();
+}
+
+function stageNote({ frames }) {
+    if (frames.t_end === 0) return "The mechanism at its start, as far as it can be assembled.";
+    return frames.t_end < 0.999 * data.t_end ? `The animation shows the first ${three(frames.t_end)} s of ${three(data.t_end)} s.` : "";
+}
 
 function begin() {
-    tellScene();
     tellAnswer();
     tellOthers();
     tellReference();
-    tellTable("same", data.same);
-    tellTable("bests", data.bests);
+    tellTable("same", data.same_integrator);
+    tellTable("bests", data.best_of_formulation);
     tellLevels();
     tellFailures();
     tellRuns();
-    beginPlots();
-    stage = beginStage(data.picture, {
+    beginCost();
+    beginRecords("Time histories of residuals and step size", "The recommended run and the best run of each other formulation, repeated with monitoring. The vertical line is the time of the animation.",
+        (shown) => [swatch(data.runs[shown.run].method), recordName(shown)]);
+    drawPage(drawAll, data.picture, {
         span: () => [0, data.picture.frames.t_end],
         seconds: () => PLAY_SECONDS,
         note: stageNote,
         clock: (t) => clockOf(t, data.picture.frames.t_end),
         shown: showCursor,
     });
-    tellReady(recolour);
 }
 
 begin();

@@ -5,21 +5,6 @@
 
 const BOX = { width: 420, height: 420, room: 34 };
 
-/* The name space of vector graphics, as the browser gives it to a parsed element. */
-const SVG_SPACE = Object.assign(document.createElement("div"), { innerHTML: "<svg></svg>" }).firstChild.namespaceURI;
-
-function drawn2d(tag, attributes, ...children) {
-    const made = document.createElementNS(SVG_SPACE, tag);
-    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-    made.append(...children);
-    return made;
-}
-
-function floatsOf(text) {
-    const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-    return new Float32Array(bytes.buffer);
-}
-
 /* A length with its unit in millimetres or micrometres. */
 function lengthOf(x, unit) {
     if (unit !== "m") return `${three(x)} ${unit}`;
@@ -48,39 +33,37 @@ function pathPicture(contact) {
     let reach = contact.clearance;
     for (let k = 0; k < x.length; k++) if (isFinite(x[k])) reach = Math.max(reach, Math.hypot(x[k], y[k]));
     const scale = (BOX.width / 2 - BOX.room) / reach, middle = BOX.width / 2, place = (a, b) => [middle + scale * a, middle - scale * b];
-    const lines = pathLines(contact, x, y, place), [start] = [place(x[0] || 0, y[0] || 0)], r = scale * contact.clearance;
-    const label = (text, a, b, anchor) => drawn2d("text", { x: a, y: b, "text-anchor": anchor }, text);
+    const lines = pathLines(contact, x, y, place), start = place(x[0] || 0, y[0] || 0), r = scale * contact.clearance;
     return drawn2d(
         "svg",
-        { viewBox: `0 0 ${BOX.width} ${BOX.height}`, role: "img", "aria-label": `Path of the journal of ${contact.name}`, "data-points": x.length },
-        drawn2d("path", { class: "axes", d: `M${middle - r - 12},${middle}H${middle + r + 12}M${middle},${middle - r - 12}V${middle + r + 12}` }),
+        { class: "diagram", viewBox: `0 0 ${BOX.width} ${BOX.height}`, role: "img", "aria-label": `Path of the journal of ${contact.name}`, "data-points": x.length },
+        drawn2d("path", { d: `M${middle - r - 12},${middle}H${middle + r + 12}M${middle},${middle - r - 12}V${middle + r + 12}` }),
         drawn2d("circle", { class: "clearance", cx: middle, cy: middle, r }),
         drawn2d("path", { class: "free", d: lines.free }),
         drawn2d("path", { class: "touching", d: lines.touching }),
         drawn2d("circle", { class: "start", cx: start[0], cy: start[1], r: 3.5 }),
-        label("x", middle + r + 16, middle + 4, "start"),
-        label("y", middle, middle - r - 17, "middle"),
-        label(`circle: ${lengthOf(contact.clearance, "m")}`, 6, BOX.height - 8, "start"),
+        label2d("x", middle + r + 16, middle + 4, "start"),
+        label2d("y", middle, middle - r - 17, "middle"),
+        label2d(`circle: ${lengthOf(contact.clearance, "m")}`, 6, BOX.height - 8, "start"),
     );
 }
 
 /* -- depths ------------------------------------------------------------------------------------------------ */
 
 function barsPicture(contact) {
-    const { bars, quartiles } = contact.depths, most = Math.max(...bars), left = 40, right = BOX.width - 14, foot = 250, top = 16;
-    const width = (right - left) / bars.length, height = (n) => ((foot - top) * n) / most, most_depth = quartiles[4];
-    const label = (text, x, y, anchor) => drawn2d("text", { x, y, "text-anchor": anchor }, text), across = (depth) => left + ((right - left) * depth) / most_depth;
+    const { bars, quartiles } = contact.depths, place = { left: 40, right: BOX.width - 14, top: 16, foot: 250 }, deepest = quartiles[4];
+    const { left, right, top, foot } = place, across = (depth) => left + ((right - left) * depth) / deepest;
     return drawn2d(
         "svg",
-        { viewBox: `0 0 ${BOX.width} 290`, role: "img", "aria-label": `Largest depths of the contacts of ${contact.name}`, "data-bars": bars.length },
-        ...bars.map((n, k) => drawn2d("rect", { class: "bar", x: left + k * width + 0.5, y: foot - height(n), width: width - 1, height: height(n) })),
-        drawn2d("path", { class: "axes", d: `M${left},${top}V${foot}H${right}` }),
+        { class: "diagram", viewBox: `0 0 ${BOX.width} 290`, role: "img", "aria-label": `Largest depths of the contacts of ${contact.name}`, "data-bars": bars.length },
+        ...bars2d(bars, place, 1),
+        drawn2d("path", { d: `M${left},${top}V${foot}H${right}` }),
         drawn2d("path", { class: "quartile", d: quartiles.slice(1, 4).map((depth) => `M${across(depth)},${foot}v-10`).join("") }),
-        label(count(most), left - 6, top + 5, "end"),
-        label("0", left - 6, foot + 4, "end"),
-        label("0", left, foot + 18, "middle"),
-        label(lengthOf(most_depth, contact.unit), right, foot + 18, "end"),
-        label("largest depth of a contact; marks: quartiles", (left + right) / 2, foot + 34, "middle"),
+        label2d(count(Math.max(...bars)), left - 6, top + 5, "end"),
+        label2d("0", left - 6, foot + 4, "end"),
+        label2d("0", left, foot + 18, "middle"),
+        label2d(lengthOf(deepest, contact.unit), right, foot + 18, "end"),
+        label2d("largest depth of a contact; marks: quartiles", (left + right) / 2, foot + 34, "middle"),
     );
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Common functions of all pages: numbers as words, elements, light and dark, and the signal for external tests that all
- * is drawn. */
+/* Common functions of all pages: numbers as words, elements, light and dark, what a page begins with, and the signal for
+ * external tests that all is drawn. */
 "use strict";
 
 const byId = (id) => document.getElementById(id);
@@ -43,6 +43,12 @@ function ratio(x) {
     return (x >= 99.5 ? Math.round(x).toLocaleString("en").replace(/,/g, "\u202f") : x.toPrecision(2).replace(/\.0$/, "")) + "\u00d7";
 }
 
+/* As many digits as a table has room for. */
+function digits(x, most = 6) {
+    if (!isNumber(x) || !isFinite(x)) return "\u2013";
+    return x !== 0 && (Math.abs(x) < 1e-3 || Math.abs(x) >= 1e7) ? x.toExponential(most - 1).replace(/\.?0+e/, "e") : String(Number(x.toPrecision(most)));
+}
+
 const count = (x) => String(x).replace(/\B(?=(\d{3})+$)/g, "\u202f");
 
 /* -- elements ----------------------------------------------------------------------------------------------- */
@@ -56,12 +62,77 @@ function element(kind, ...children) {
     return made;
 }
 
+/* A row of a table; words become cells. */
+const rowOf = (...cells) => element("tr", ...cells.map((cell) => (cell instanceof Node ? cell : element("td", cell))));
+
+/* The line before something, in its colour. */
+function swatchOf(background) {
+    const made = element("span.swatch");
+    made.style.background = background;
+    return made;
+}
+
+function buttonOf(words, pressed, press) {
+    const made = element("button", ...[words].flat());
+    made.type = "button";
+    made.setAttribute("aria-pressed", String(pressed));
+    made.addEventListener("click", press);
+    return made;
+}
+
+function optionOf(words, value) {
+    const made = element("option", words);
+    made.value = value;
+    return made;
+}
+
 function fillList(list, sentences) {
     for (const sentence of sentences) list.append(element("li", sentence));
 }
 
 function headRow(names) {
     return element("tr", ...names.map((name) => element("th", name)));
+}
+
+/* -- vector graphics ---------------------------------------------------------------------------------------- */
+
+/* The name space, as the browser gives it to a parsed element. */
+const SVG_SPACE = Object.assign(document.createElement("div"), { innerHTML: "<svg></svg>" }).firstChild.namespaceURI;
+
+function drawn2d(tag, attributes, ...children) {
+    const made = document.createElementNS(SVG_SPACE, tag);
+    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+    made.append(...children);
+    return made;
+}
+
+/* `anchor`: the part of the text that is at the place, "start", "middle" or "end". */
+const label2d = (text, x, y, anchor, more) => drawn2d("text", { x, y, "text-anchor": anchor, ...more }, text);
+
+/* Bars of a histogram that stand side by side from left to right, `room` apart; the largest number reaches the top. */
+function bars2d(numbers, { left, right, top, foot }, room) {
+    const wide = (right - left) / numbers.length, most = Math.max(...numbers);
+    const bar = (n, k) => ({ class: "bar", x: left + k * wide + room / 2, y: foot - ((foot - top) * n) / most, width: Math.max(wide - room, 0.5), height: ((foot - top) * n) / most });
+    return numbers.map((n, k) => drawn2d("rect", bar(n, k)));
+}
+
+/* -- data --------------------------------------------------------------------------------------------------- */
+
+const bytesOf = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
+const shortsOf = (text) => new Int16Array(bytesOf(text));
+const floatsOf = (text) => new Float32Array(bytesOf(text));
+
+/* The entries before and behind x in a list that ascends or descends, and the part of the way between them. */
+function placeIn(list, x) {
+    let low = 0, high = list.length - 1;
+    const up = list[high] >= list[0];
+    while (high - low > 1) {
+        const middle = (low + high) >> 1;
+        if (list[middle] <= x === up) low = middle;
+        else high = middle;
+    }
+    const range = list[high] - list[low];
+    return [low, high, range !== 0 ? Math.min(Math.max((x - list[low]) / range, 0), 1) : 0];
 }
 
 /* -- light and dark ----------------------------------------------------------------------------------------- */
@@ -93,17 +164,38 @@ function ink(canvas) {
     return different;
 }
 
-/* Redraws when colours change, and signals that all is drawn. */
-function tellReady(recolourAll) {
-    dark.addEventListener("change", recolourAll);
-    window.addEventListener("beforeprint", () => {
-        printing = true;
-        recolourAll();
-    });
-    window.addEventListener("afterprint", () => {
-        printing = false;
-        recolourAll();
-    });
+/* The top of the page: elements of the answer, facts [name, value], and sentences. */
+function tellHead(label, answer, facts, sentences) {
+    byId("model").append(data.model);
+    byId("scene").append(data.scene);
+    byId("command").append(`kempe ${data.command}`);
+    byId("label").append(label);
+    byId("answer").append(...answer);
+    for (const [name, value] of facts) byId("facts").append(element("div", element("dt", name), element("dd", value)));
+    byId("facts").hidden = facts.length === 0;
+    if (data.reason) byId("because").append(element("li.failed", data.reason));
+    fillList(byId("because"), sentences);
+    byId("because").hidden = byId("because").children.length === 0;
+}
+
+let stage = null; /* the moving picture; null: there is none */
+
+/* Draws all plots, and again when colours change; begins the picture (beginStage); signals that all is drawn. */
+function drawPage(drawAll, picture, ask) {
+    const recolour = () => {
+        drawAll();
+        if (stage) stage.recolour();
+    };
+    const print = (on) => {
+        printing = on;
+        recolour();
+    };
+    Chart.defaults.font.family = getComputedStyle(document.body).fontFamily;
+    drawAll();
+    stage = beginStage(picture, ask);
+    dark.addEventListener("change", recolour);
+    window.addEventListener("beforeprint", () => print(true));
+    window.addEventListener("afterprint", () => print(false));
     byId("maker").append(`Made by kempe ${data.kempe}. Drawn with three.js and Chart.js, both under the MIT License, whose text is in the source of this page.`);
     for (const canvas of document.querySelectorAll("canvas")) if (!canvas.closest("[hidden]")) canvas.dataset.ink = ink(canvas);
     document.documentElement.dataset.ready = "yes";

@@ -21,6 +21,9 @@ function markOf(colour, dashes) {
     return `repeating-linear-gradient(90deg, ${stops.join(", ")})`;
 }
 
+/* A curve without marks at its points. */
+const curveOf = (points, colour, more) => ({ data: points, borderColor: colour, backgroundColor: colour, borderWidth: 1.6, pointRadius: 0, pointHitRadius: 6, ...more });
+
 function axisOf(type, title, ticks, more) {
     return {
         type,

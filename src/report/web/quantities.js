@@ -5,7 +5,7 @@
 const FIGURE = { width: 360, height: 170, left: 8, right: 8, top: 10, bottom: 26 };
 const MOST_BINS = 40, MOST_BARS = 8;
 
-const figureNode = (height, label) => drawn2d("svg", { viewBox: `0 0 ${FIGURE.width} ${height}`, role: "img", "aria-label": label, class: "statistic" });
+const figureNode = (height, label) => drawn2d("svg", { viewBox: `0 0 ${FIGURE.width} ${height}`, role: "img", "aria-label": label, class: "diagram" });
 
 /* Numbers of values in equal intervals from the least to the largest, as many as the square root of the values. */
 function binsOf(values) {
@@ -19,26 +19,21 @@ function binsOf(values) {
 
 /* With the mean, and the quantiles of 5 and 95 %. */
 function histogramOf(quantity, values, number) {
-    const found = binsOf(values), { width, height, left, right, top, bottom } = FIGURE;
-    const svg = figureNode(height, `Histogram of ${quantity.name}`);
+    const found = binsOf(values), { width, height } = FIGURE, place = { left: FIGURE.left, right: width - FIGURE.right, top: FIGURE.top, foot: height - FIGURE.bottom };
+    const { left, right, top, foot } = place, svg = figureNode(height, `Histogram of ${quantity.name}`);
     svg.id = `histogram-${number}`;
     if (!found) {
-        svg.append(drawn2d("text", { x: left, y: height / 2 }, "all values are equal"));
+        svg.append(label2d("all values are equal", left, height / 2, "start"));
         return svg;
     }
     for (const key of ["low", "high"]) svg.setAttribute(`data-${key}`, digits(found[key]));
     svg.setAttribute("data-bars", found.bins.join(" "));
-    const most = Math.max(...found.bins), size = (width - left - right) / found.bins.length, floor = height - bottom;
-    const placeOf = (x) => left + ((x - found.low) / (found.high - found.low)) * (width - left - right);
-    found.bins.forEach((count, k) => {
-        const tall = (count / most) * (floor - top);
-        svg.append(drawn2d("rect", { x: left + k * size, y: floor - tall, width: Math.max(size - 1, 0.5), height: tall, class: "bar" }));
-    });
+    const placeOf = (x) => left + ((x - found.low) / (found.high - found.low)) * (right - left);
     const marks = [[quantity.mean.value, "mean"], ...quantity.quantiles.filter((q) => q.part === 0.05 || q.part === 0.95).map((q) => [q.value, "part"])];
-    for (const [x, kind] of marks)
-        if (isNumber(x) && x >= found.low && x <= found.high) svg.append(drawn2d("line", { x1: placeOf(x), x2: placeOf(x), y1: top, y2: floor, class: kind }));
-    svg.append(drawn2d("line", { x1: left, x2: width - right, y1: floor, y2: floor, class: "axis" }));
-    svg.append(drawn2d("text", { x: left, y: height - 8 }, digits(found.low)), drawn2d("text", { x: width - right, y: height - 8, "text-anchor": "end" }, digits(found.high)));
+    const inside = marks.filter(([x]) => isNumber(x) && x >= found.low && x <= found.high);
+    svg.append(...bars2d(found.bins, place, 1), ...inside.map(([x, kind]) => drawn2d("line", { x1: placeOf(x), x2: placeOf(x), y1: top, y2: foot, class: kind })));
+    svg.append(drawn2d("line", { x1: left, x2: right, y1: foot, y2: foot, class: "axis" }));
+    svg.append(label2d(digits(found.low), left, height - 8, "start"), label2d(digits(found.high), right, height - 8, "end"));
     return svg;
 }
 
@@ -55,10 +50,10 @@ function tornadoOf(quantity, number) {
     const middle = sobol ? name : (name + width - right) / 2, scale = (sobol ? width - right - 46 - name : (width - right - name) / 2 - 46) / most;
     known.forEach((c, k) => {
         const y = top + k * row, x = value(c), end = middle + x * scale, beside = x < 0 ? end - 4 : Math.max(end, middle) + 4;
-        svg.append(drawn2d("text", { x: left, y: y + 12 }, c.input));
+        svg.append(label2d(c.input, left, y + 12, "start"));
         svg.append(drawn2d("rect", { x: Math.min(middle, end), y, width: Math.abs(end - middle), height: row - 6, class: sobol ? "bar total" : "bar" }));
         if (sobol && c.first > 0) svg.append(drawn2d("rect", { x: middle, y, width: Math.min(c.first, x) * scale, height: row - 6, class: "bar" }));
-        svg.append(drawn2d("text", { x: beside, y: y + 12, "text-anchor": x < 0 ? "end" : "start" }, x.toFixed(2)));
+        svg.append(label2d(x.toFixed(2), beside, y + 12, x < 0 ? "end" : "start"));
     });
     svg.append(drawn2d("line", { x1: middle, x2: middle, y1: top - 4, y2: height - 2, class: "axis" }));
     return svg;
@@ -78,16 +73,8 @@ function tellQuantities() {
     if (!given) return;
     byId("quantities-note").append(`${given.used} of ${given.instances} instances; intervals have ${+(100 * given.confidence).toPrecision(4)} % confidence. Lines mark the mean, and the quantiles of 5 and 95 %.`);
     given.quantities.forEach((quantity, number) => {
-        const column = columns.find((each) => each.name === quantity.name), figure = document.createElement("figure");
-        const title = document.createElement("figcaption"), note = document.createElement("p"), tornado = tornadoOf(quantity, number);
-        figure.className = "card";
-        title.append(quantity.unit ? `${quantity.name}, ${quantity.unit}` : quantity.name);
-        note.className = "note";
-        note.append(wordsOfQuantity(quantity, tornado));
-        figure.append(title);
-        if (column) figure.append(histogramOf(quantity, column.values, number));
-        if (tornado) figure.append(tornado);
-        figure.append(note);
-        byId("quantity-figures").append(figure);
+        const column = columns.find((each) => each.name === quantity.name), tornado = tornadoOf(quantity, number);
+        const pictures = [column && histogramOf(quantity, column.values, number), tornado].filter(Boolean);
+        byId("quantity-figures").append(element("figure.card", element("figcaption", withUnit(quantity)), ...pictures, element("p.note", wordsOfQuantity(quantity, tornado))));
     });
 }

@@ -11,10 +11,7 @@ const KIND_STYLES = { exchange: "triangle", "change point": "star", event: "cros
 const markStyle = (kind) => KIND_STYLES[kind] || "rect";
 
 function shownSets(values) {
-    return data.shown.filter((shown, k) => !hiddenRuns.has(k)).map((shown) => {
-        const colour = recordColour(shown);
-        return { data: values(shown), borderColor: colour, backgroundColor: colour, borderWidth: 1.5, pointRadius: 0, pointHitRadius: 6, shown };
-    });
+    return data.shown.filter((shown, k) => !hiddenRuns.has(k)).map((shown) => curveOf(values(shown), recordColour(shown), { shown, spanGaps: true }));
 }
 
 /* Rows are evenly spaced, but for the last one of a run that ends early; zeros are left out on a logarithmic axis. */
@@ -25,21 +22,19 @@ function rowPoints(shown, values) {
 
 function drawHistory(id, values, span) {
     const sets = shownSets((shown) => rowPoints(shown, values(shown)));
-    const range = rangeOf(data.shown.flatMap((shown) => values(shown).map(Math.abs)), 1.5);
+    const range = rangeOf(data.shown.flatMap((shown) => values(shown).map(Math.abs)), 1.5) || [1e-17, 1e-15];
     const label = (item) => [recordName(item.dataset.shown), `${short(item.raw.y)} at ${three(item.raw.x)} s`];
-    for (const set of sets) set.spanGaps = true;
-    const axis = range || [1e-17, 1e-15];
-    drawPlot(id, sets, { x: evenAxis(span, "s"), y: logAxis(axis[0], axis[1]) }, label);
+    drawPlot(id, sets, { x: evenAxis(span, "s"), y: logAxis(...range) }, label);
 }
 
-function stepAt(shown, t) {
-    let k = 0;
-    while (k + 1 < shown.step.count && shown.step.t[k + 1] <= t) k++;
-    return shown.step.most[k];
+/* Steps in a row are [time, shortest, longest]. */
+function stepAt({ steps }, t) {
+    const [low, high, part] = placeIn(steps.map((step) => step[0]), t);
+    return (steps[part < 1 ? low : high] || [])[2];
 }
 
 function stepPoints(shown, part) {
-    const points = shown.step.t.map((t, k) => ({ x: t, y: shown.step[part][k] }));
+    const points = shown.steps.map((step) => ({ x: step[0], y: step[part] }));
     if (points.length > 0) points.push({ x: shown.t_end, y: points[points.length - 1].y });
     return points;
 }
@@ -47,58 +42,55 @@ function stepPoints(shown, part) {
 /* A line, or the band between the shortest and the longest of several steps; marks where something happened. */
 function stepSets() {
     const sets = [];
-    for (const set of shownSets((shown) => stepPoints(shown, "most"))) {
+    for (const set of shownSets((shown) => stepPoints(shown, 2))) {
         const shown = set.shown;
         Object.assign(set, { stepped: "before", each: shown.each });
         sets.push(set);
         if (shown.each > 1) {
             const fill = set.borderColor.replace(")", " / 0.3)");
-            sets.push({ ...set, data: stepPoints(shown, "least"), fill: "-1", backgroundColor: fill, borderWidth: 0.75 });
+            sets.push({ ...set, data: stepPoints(shown, 1), fill: "-1", backgroundColor: fill, borderWidth: 0.75 });
         }
-        if (shown.log.length > 0)
-            sets.push({
-                data: shown.log.map((entry) => ({ x: entry.t, y: stepAt(shown, entry.t), entry })),
-                shown,
-                showLine: false,
-                pointStyle: shown.log.map((entry) => markStyle(entry.kind)),
-                pointRadius: 5.5,
-                borderColor: inkColour(),
-                pointBorderWidth: 1.5,
-                backgroundColor: set.borderColor,
-            });
+        const marks = shown.log.map((entry) => ({ x: entry.t, y: stepAt(shown, entry.t), entry })), pointStyle = shown.log.map((entry) => markStyle(entry.kind));
+        if (marks.length > 0) sets.push(curveOf(marks, inkColour(), { shown, showLine: false, pointStyle, pointRadius: 5.5, pointBorderWidth: 1.5, backgroundColor: set.borderColor }));
     }
     return sets;
 }
 
 function drawSteps(span) {
-    const range = rangeOf(data.shown.flatMap((shown) => [...shown.step.least, ...shown.step.most]), 1.5) || [1e-3, 1];
+    const range = rangeOf(data.shown.flatMap((shown) => shown.steps.flatMap((step) => step.slice(1))), 1.5) || [1e-3, 1];
     const label = (item) => {
         const entry = item.raw.entry;
         if (entry) return [recordName(item.dataset.shown), `${entry.kind} at ${three(entry.t)} s: ${entry.text}`];
         const each = item.dataset.each > 1 ? ` (longest and shortest of ${item.dataset.each})` : "";
         return [recordName(item.dataset.shown), `step of ${short(item.raw.y, 2)} s at ${three(item.raw.x)} s${each}`];
     };
-    drawPlot("over-step", stepSets(), { x: evenAxis(span, "s"), y: logAxis(range[0], range[1]) }, label);
+    drawPlot("over-step", stepSets(), { x: evenAxis(span, "s"), y: logAxis(...range) }, label);
 }
 
-/* `title`: the elements that name the run of an entry. */
-function showLog(title) {
+/* `nameOf`: the elements that name the run of an entry. */
+function tellLog(nameOf) {
     const symbols = { triangle: "\u25b3", star: "\u2217", crossRot: "\u00d7", rectRot: "\u25c7", rect: "\u25a1" };
     const log = data.shown.flatMap((shown) => shown.log.map((entry) => ({ shown, ...entry })));
-    const all = data.shown.reduce((sum, shown) => sum + shown.log_count, 0);
-    const kinds = [...new Set(log.map((entry) => entry.kind))];
-    byId("marks").textContent = kinds.map((kind) => `${symbols[markStyle(kind)]} ${kind}`).join("  ");
+    const all = data.shown.reduce((sum, shown) => sum + shown.log_count, 0), table = byId("log").querySelector("table");
+    byId("marks").textContent = [...new Set(log.map((entry) => entry.kind))].map((kind) => `${symbols[markStyle(kind)]} ${kind}`).join("  ");
     byId("log").hidden = log.length === 0;
     if (log.length === 0) return;
     byId("log").querySelector("summary").append(`Log: ${count(all)}` + (all > log.length ? `, the first ${log.length} are listed` : ""));
-    const table = byId("log").querySelector("table");
     table.append(headRow(["run", "t, s", "", ""]));
-    for (const entry of log)
-        table.append(element("tr", element("td", ...title(entry.shown)), element("td", three(entry.t)), element("td.words", entry.kind), element("td.words", entry.text)));
+    for (const entry of log) table.append(rowOf(element("td", ...nameOf(entry.shown)), three(entry.t), element("td.words", entry.kind), element("td.words", entry.text)));
+}
+
+function beginRecords(title, note, nameOf) {
+    byId("history").hidden = data.shown.length === 0;
+    for (const figure of document.querySelectorAll(".closures")) figure.hidden = data.m === 0;
+    byId("history").querySelector("h2").append(title);
+    byId("history").querySelector(".note").append(note);
+    tellLog(nameOf);
 }
 
 /* All plots of the runs over a span of time. */
 function drawRecords(span) {
+    if (data.shown.length === 0) return;
     if (data.m > 0) {
         drawHistory("over-h", (shown) => shown.h, span);
         drawHistory("over-hdot", (shown) => shown.hdot, span);

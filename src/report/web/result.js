@@ -9,13 +9,13 @@ const abscissa = series ? columns.find((column) => column.name === series.x) : n
 const chosen = new Set(series ? series.first.filter((name) => columns.some((column) => column.name === name)) : []);
 const tied = abscissa !== null && !series.scattered && data.picture !== null && data.picture.frames.count > 1; /* to the animation */
 let colours = new Map(); /* of the columns that are drawn */
-let over = abscissa, range = abscissa ? wholeRange() : [0, 0], stage = null, seconds = PLAY_SECONDS;
+let over = abscissa, range = abscissa ? wholeRange() : [0, 0], seconds = PLAY_SECONDS;
 
 /* -- columns ------------------------------------------------------------------------------------------------ */
 
 /* Values between the rows of a column that has fewer of them are on straight lines. */
 function readColumn(column) {
-    const bytes = Uint8Array.from(atob(column.values), (c) => c.charCodeAt(0)), given = new Float32Array(bytes.buffer), last = series.drawn - 1;
+    const given = floatsOf(column.values), last = series.drawn - 1;
     if (column.every === 1) return { ...column, values: given };
     const values = Float32Array.from({ length: series.drawn }, (_, k) => {
         const at = Math.floor(k / column.every), begin = at * column.every, end = Math.min(begin + column.every, last);
@@ -33,41 +33,21 @@ function wholeRange() {
 
 const groupOf = ({ name }) => (/\.(amplitude|phase)$/.test(name) ? name.split(".").pop() + "s" : GROUPS[name.split(".")[0]] || "others");
 const drawn = () => columns.filter((column) => chosen.has(column.name));
-function digits(x) {
-    if (!isNumber(x) || !isFinite(x)) return "\u2013";
-    return x !== 0 && (Math.abs(x) < 1e-3 || Math.abs(x) >= 1e7) ? x.toExponential(5).replace(/\.?0+e/, "e") : String(Number(x.toPrecision(6)));
-}
-
 const withUnit = (column) => (column.unit ? `${column.name}, ${column.unit}` : column.name);
 
 /* The value of a column at a place of the abscissa, between two rows. */
 function valueAt(column, x) {
-    const xs = abscissa.values;
-    let low = 0, high = xs.length - 1;
-    const up = xs[high] >= xs[0];
-    while (high - low > 1) {
-        const middle = (low + high) >> 1;
-        if (xs[middle] <= x === up) low = middle;
-        else high = middle;
-    }
-    const part = xs[high] !== xs[low] ? Math.min(Math.max((x - xs[low]) / (xs[high] - xs[low]), 0), 1) : 0;
+    const [low, high, part] = placeIn(abscissa.values, x);
     return part === 0 ? column.values[low] : part === 1 ? column.values[high] : (1 - part) * column.values[low] + part * column.values[high];
 }
 
 /* -- words -------------------------------------------------------------------------------------------------- */
 
 function tellResult() {
-    byId("model").append(data.model);
-    byId("scene").append(data.scene);
-    byId("command").append(`kempe ${data.command}`);
     const marks = {"complete": "em", "complete, not checked": "em.unchecked", "stopped": "em.stopped"};
-    byId("answer").append(element(marks[data.status] || "em.failed", data.answer));
-    for (const [name, value] of data.facts) byId("facts").append(element("div", element("dt", name), element("dd", value)));
-    byId("facts").hidden = data.facts.length === 0;
-    if (data.reason) byId("because").append(element("li.failed", data.reason));
-    if (data.stopped_at.length > 0) byId("because").append(element("li", `Marked in the picture: ${data.stopped_at.join(", ")}`));
-    for (const text of [data.warnings, data.sentences]) fillList(byId("because"), text.split("\n").filter((line) => line));
-    byId("because").hidden = byId("because").children.length === 0;
+    const marked = data.stopped_at.length > 0 ? `Marked in the picture: ${data.stopped_at.join(", ")}` : "";
+    const sentences = [marked, data.warnings, data.sentences].flatMap((text) => text.split("\n")).filter((line) => line);
+    tellHead("Result", [element(marks[data.status] || "em.failed", data.answer)], data.facts, sentences);
     byId("text").textContent = data.text;
     byId("printed").hidden = !data.text;
     byId("printed").open = !series;
@@ -77,8 +57,8 @@ function tellModel() {
     const table = byId("parameters");
     byId("given").hidden = data.parameters.length + data.inputs.length === 0;
     table.append(headRow(["parameter", "value, SI", "given as"]));
-    for (const p of data.parameters) table.append(element("tr", element("td", p.name), element("td", digits(p.value)), element("td.words", p.expression)));
-    for (const input of data.inputs) table.append(element("tr", element("td", input.name), element("td", digits(input.value)), element("td.words", `input${input.unit ? `, ${input.unit}` : ""}${input.samples > 1 ? `, ${input.samples} samples` : ""}`)));
+    for (const p of data.parameters) table.append(rowOf(p.name, digits(p.value), element("td.words", p.expression)));
+    for (const input of data.inputs) table.append(rowOf(input.name, digits(input.value), element("td.words", `input${input.unit ? `, ${input.unit}` : ""}${input.samples > 1 ? `, ${input.samples} samples` : ""}`)));
     for (const file of data.files) {
         const more = file.cut ? "\n.. and more" : "";
         byId("files").append(element("details", element("summary", file.name), element("div.scroll", element("pre", file.text + more))));
@@ -118,11 +98,7 @@ function beginChoice() {
     const list = byId("across");
     byId("find").addEventListener("input", listChoices);
     byId("choice").addEventListener("toggle", listChoices);
-    for (const column of [abscissa, ...columns.filter((c) => c !== abscissa)]) {
-        const option = element("option", column.name);
-        option.value = column.name;
-        list.append(option);
-    }
+    for (const { name } of [abscissa, ...columns.filter((c) => c !== abscissa)]) list.append(optionOf(name, name));
     list.addEventListener("change", () => {
         over = columns.find((column) => column.name === list.value);
         drawCurves();
@@ -171,20 +147,20 @@ function pointsOf(column) {
 function joinedSet(column, colour) {
     const points = pointsOf(column), joinTo = (part) => series.joins[points[part.p1DataIndex].row];
     const segment = { borderDash: (part) => (joinTo(part) === 2 ? [6, 4] : undefined), borderColor: (part) => (joinTo(part) === 0 ? "transparent" : undefined) };
-    return { data: points, column, borderColor: colour, backgroundColor: colour, borderWidth: 1.6, segment, clip: 4, pointRadius: 1.5, pointHitRadius: 4 };
+    return curveOf(points, colour, { column, segment, clip: 4, pointRadius: 1.5, pointHitRadius: 4 });
 }
 
 function curveSet(column) {
     const colour = colours.get(column.name);
     if (series.joins) return joinedSet(column, colour);
-    if (series.scattered || column.look) return { data: pointsOf(column), column, borderColor: colour, backgroundColor: colour, showLine: false, clip: 4, pointRadius: 2.5, pointHitRadius: 4 };
-    return { data: pointsOf(column), column, borderColor: colour, backgroundColor: colour, borderWidth: 1.6, pointHitRadius: 6, pointRadius: (item) => (over !== abscissa && item.dataIndex === 0 ? 3.5 : 0) };
+    if (series.scattered || column.look) return curveOf(pointsOf(column), colour, { column, showLine: false, clip: 4, pointRadius: 2.5, pointHitRadius: 4 });
+    return curveOf(pointsOf(column), colour, { column, pointRadius: (item) => (over !== abscissa && item.dataIndex === 0 ? 3.5 : 0) });
 }
 
 /* The events between steps, at the foot of a plot. */
 function eventSet() {
     const log = data.shown.flatMap((shown) => shown.log);
-    return { data: log.map((entry) => ({ x: entry.t, y: 0.03, entry })), yAxisID: "marks", showLine: false, pointStyle: log.map((entry) => markStyle(entry.kind)), pointRadius: 4.5, borderColor: inkColour(), backgroundColor: softColour(), pointBorderWidth: 1.2 };
+    return curveOf(log.map((entry) => ({ x: entry.t, y: 0.03, entry })), inkColour(), { yAxisID: "marks", showLine: false, pointStyle: log.map((entry) => markStyle(entry.kind)), pointRadius: 4.5, backgroundColor: softColour(), pointBorderWidth: 1.2 });
 }
 
 /* Even, or logarithmic where the abscissa is and values extend over decades. */
@@ -223,7 +199,7 @@ function captionOf(list) {
         name.style.color = colours.get(column.name);
         caption.append(name, " ");
     }
-    if (list[0].unit) caption.append(element("span", list[0].unit));
+    if (list[0].unit) caption.append(element("small", list[0].unit));
     return caption;
 }
 
@@ -269,13 +245,12 @@ function drawCurves() {
 /* -- values ------------------------------------------------------------------------------------------------- */
 
 function tellExtremes(list) {
-    const x = abscissa.unit ? `${abscissa.name}, ${abscissa.unit}` : abscissa.name, table = byId("extremes");
+    const x = withUnit(abscissa), table = byId("extremes");
     table.replaceChildren(headRow(["output", tied ? "now" : "", "minimum", `at ${x}`, "maximum", `at ${x}`, "mean", "RMS"]));
     for (const column of list) {
-        const swatch = element("span.swatch"), now = element("td");
-        swatch.style.background = colours.get(column.name);
+        const now = element("td");
         now.dataset.column = column.name;
-        table.append(element("tr", element("td", swatch, withUnit(column)), now, ...column.summary.map((value) => element("td", digits(value)))));
+        table.append(rowOf(element("td", swatchOf(colours.get(column.name)), withUnit(column)), now, ...column.summary.map((value) => digits(value))));
     }
     table.parentElement.hidden = list.length === 0;
 }
@@ -298,11 +273,7 @@ function beginSpeeds() {
     list.setAttribute("aria-label", "Speed of the animation");
     byId("clock").after(list);
     list.hidden = !abscissa || abscissa.unit !== "s";
-    for (const [words, factor] of slower) {
-        const option = element("option", words);
-        option.value = factor;
-        list.append(option);
-    }
+    list.append(...slower.map(([words, factor]) => optionOf(words, factor)));
     list.addEventListener("change", () => (seconds = Number(list.value)));
 }
 
@@ -313,22 +284,9 @@ function spanOf() {
     return span[1] > span[0] ? span : [first, last];
 }
 
-function beginPicture() {
-    return beginStage(data.picture, {
-        span: spanOf,
-        seconds: () => (seconds > 0 && seconds !== PLAY_SECONDS ? seconds * (spanOf()[1] - spanOf()[0]) : PLAY_SECONDS),
-        note: resultNote,
-        clock: (t) => (data.separate ? `${Math.round(t) + 1} of ${data.picture.frames.count}` : tied ? clockOf(spanOf()[0] + t, spanOf()[1], abscissa.unit) : ""),
-        shown: (t) => showPlace(spanOf()[0] + t),
-    });
-}
-
-function resultNote(picture) {
-    const notes = [], shown = picture.bodies.length - 1;
-    if (data.picture_note) notes.push(data.picture_note);
-    if (tied && spanOf()[1] - spanOf()[0] < 0.999 * (picture.frames.t_end - picture.frames.t_start)) notes.push("The animation shows the range of the curves.");
-    if (shown < picture.of_bodies) notes.push(`${shown} of ${picture.of_bodies} bodies are drawn.`);
-    return notes.join(" ");
+function resultNote({ frames }) {
+    const part = tied && spanOf()[1] - spanOf()[0] < 0.999 * (frames.t_end - frames.t_start);
+    return part ? "The animation shows the range of the curves." : "";
 }
 
 /* -- the whole page ----------------------------------------------------------------------------------------- */
@@ -338,30 +296,21 @@ const recordColour = () => curveColour(0);
 
 function drawAll() {
     if (series) drawCurves();
-    if (data.shown.length > 0) drawRecords(range);
+    drawRecords(range);
     drawVehicle();
 }
 
-function beginCurves() {
-    Chart.defaults.font.family = getComputedStyle(document.body).fontFamily;
+function tellCurves() {
+    const notes = [];
     byId("curves").hidden = !series;
-    byId("history").hidden = data.shown.length === 0;
-    for (const figure of document.querySelectorAll(".closures")) figure.hidden = data.m === 0;
-    if (series) {
-        byId("curves-title").append(abscissa.name === "t" ? "Time histories" : series.scattered ? `Values over ${abscissa.name}` : `Curves over ${abscissa.name}`);
-        byId("curves-note").append("Drag across a plot to enlarge a range" + (tied ? ", click for the position of the mechanism." : ".") + (series.joins ? " Solid lines are stable, dashed ones unstable." : ""));
-        const notes = [];
-        if (series.stride > 1) notes.push(`Every ${series.stride}th of ${series.rows} rows is drawn; the extreme values are those of all rows.`);
-        if (data.locked) notes.push("The last row, where the run stopped, is no part of the extreme values.");
-        if (series.left_out > 0) notes.push(`${series.left_out} outputs of the model are left out for the size of the page.`);
-        byId("series-note").append(notes.join(" "));
-        beginChoice();
-    }
-    if (data.shown.length > 0) {
-        showLog(() => [""]);
-        for (const id of ["over-h", "over-hdot", "over-energy", "over-step"]) listenToRange(byId(id), () => plots[id], (low, high) => zoom([low, high]), (x) => stage && stage.seek(x));
-    }
-    drawAll();
+    if (!series) return;
+    byId("curves-title").append(abscissa.name === "t" ? "Time histories" : series.scattered ? `Values over ${abscissa.name}` : `Curves over ${abscissa.name}`);
+    byId("curves-note").append("Drag across a plot to enlarge a range" + (tied ? ", click for the position of the mechanism." : ".") + (series.joins ? " Solid lines are stable, dashed ones unstable." : ""));
+    if (series.stride > 1) notes.push(`Every ${series.stride}th of ${series.rows} rows is drawn; the extreme values are those of all rows.`);
+    if (data.locked) notes.push("The last row, where the run stopped, is no part of the extreme values.");
+    if (series.left_out > 0) notes.push(`${series.left_out} outputs of the model are left out for the size of the page.`);
+    byId("series-note").append(notes.join(" "));
+    beginChoice();
 }
 
 function begin() {
@@ -371,11 +320,15 @@ function begin() {
     tellQuantities();
     tellVehicle();
     beginSpeeds();
-    beginCurves();
-    stage = beginPicture();
-    tellReady(() => {
-        drawAll();
-        if (stage) stage.recolour();
+    tellCurves();
+    beginRecords("Accuracy over time", "The run, repeated with monitoring.", () => [""]);
+    for (const id of ["over-h", "over-hdot", "over-energy", "over-step"]) listenToRange(byId(id), () => plots[id], (low, high) => zoom([low, high]), (x) => stage && stage.seek(x));
+    drawPage(drawAll, data.picture, {
+        span: spanOf,
+        seconds: () => (seconds > 0 && seconds !== PLAY_SECONDS ? seconds * (spanOf()[1] - spanOf()[0]) : PLAY_SECONDS),
+        note: resultNote,
+        clock: (t) => (data.separate ? `${Math.round(t) + 1} of ${data.picture.frames.count}` : tied ? clockOf(spanOf()[0] + t, spanOf()[1], abscissa.unit) : ""),
+        shown: (t) => showPlace(spanOf()[0] + t),
     });
 }
 

@@ -11,16 +11,14 @@ const pointsOver = (x, y, factor) => x.map((at, k) => ({ x: at, y: y[k] === null
 const evenSteps = (from, to, count) => Array.from({ length: count }, (_, k) => from + ((to - from) * k) / (count - 1));
 
 /* A figure with curves {name, points, dashed}; of limits that are equal one line remains. */
-function vehicleFigure(place, id, title, note, unit, over, curves) {
+function vehicleFigure(place, id, title, unit, over, curves) {
     const canvas = element("canvas"), plot = element("div.plot", canvas, ...(over === "s" ? [element("i")] : [])), names = element("p.note.names");
     canvas.id = id;
     curves.forEach((curve, k) => {
-        const swatch = element("span.swatch");
         curve.number = curve.dashed ? null : k;
-        swatch.style.background = curve.dashed ? softColour() : markOf(curveColour(k), curveDashes(k));
-        names.append(element("span", swatch, curve.name), " ");
+        names.append(element("span", swatchOf(curve.dashed ? softColour() : markOf(curveColour(k), curveDashes(k))), curve.name), " ");
     });
-    place.append(element("figure.card", element("figcaption", title), plot, names, ...(note ? [element("p.note", note)] : [])));
+    place.append(element("figure.card", element("figcaption", title), plot, names));
     const [low, high] = shownRange(curves), all = curves.flatMap((curve) => curve.points.map((p) => p.y)).filter(isFinite);
     if (isNumber(low)) place.lastChild.append(element("p.note", `A few values are outside the picture: the least is ${three(all.reduce((a, b) => Math.min(a, b)))} ${unit}, the largest ${three(all.reduce((a, b) => Math.max(a, b)))} ${unit}.`));
     vehicleFigures.push({ id, unit, over, curves });
@@ -37,14 +35,8 @@ function shownRange(curves) {
 
 function drawVehicle() {
     for (const { id, unit, over, curves } of vehicleFigures) {
-        const sets = curves.map((curve) => ({
-            label: curve.name,
-            data: curve.points,
-            borderColor: curve.dashed ? softColour() : curveColour(curve.number),
-            borderDash: curve.dashed ? [6, 4] : curveDashes(curve.number),
-            borderWidth: 1.5,
-            pointRadius: 0,
-        }));
+        const lookOf = ({ dashed, number }) => (dashed ? [softColour(), [6, 4]] : [curveColour(number), curveDashes(number)]);
+        const sets = curves.map((curve) => curveOf(curve.points, lookOf(curve)[0], { label: curve.name, borderDash: lookOf(curve)[1] }));
         const [low, high] = shownRange(curves);
         const x = curves.flatMap((curve) => [curve.points[0].x, curve.points[curve.points.length - 1].x]);
         const scales = { x: evenAxis([Math.min(...x), Math.max(...x)], over), y: evenAxis([low, high], unit) };
@@ -63,57 +55,60 @@ function limitLines(limits, range, factor) {
     }));
 }
 
-const verdictCell = (value, limit) => element(value > limit ? "td.failed" : "td", !isNumber(value) || !isNumber(limit) ? "-" : value <= limit ? "kept" : "not kept");
-
 const fixed = (x, places) => (isNumber(x) ? x.toFixed(places) : "-");
+const keptCell = (kept) => element(kept === false ? "td.failed" : "td", kept === null ? "-" : kept ? "kept" : "not kept");
 
-function safetyTables(vehicle) {
-    const wheels = byId("vehicle-wheels"), axles = byId("vehicle-axles");
-    wheels.append(headRow(["wheel", "Q0, kN", "(Q0-Q)/Q0", "at t, s", `at ${vehicle.cutoff} Hz`, "largest Y/Q", `mean over ${vehicle.mean_over} m`, "at t, s", "Nadal's limit", "flange, deg", "friction", "verdict", "mean T\u03b3, J/m", "largest T\u03b3, J/m"]));
-    for (const w of vehicle.wheels)
-        wheels.append(element("tr", element("td", w.name), ...[fixed(w.load / 1e3, 2), fixed(w.unloading, 3), fixed(w.unloading_t, 3), fixed(w.smooth, 3), fixed(w.ratio, 3), fixed(w.mean, 3), fixed(w.mean_t, 3), fixed(w.nadal, 3), fixed((w.flange * 180) / Math.PI, 2), fixed(w.friction, 2)].map((words) => element("td", words)), verdictCell(w.mean, w.nadal), ...[fixed(w.wear, 2), fixed(w.most_wear, 1)].map((words) => element("td", words))));
-    axles.parentElement.hidden = vehicle.axles.length === 0;
-    axles.append(headRow(["axle", `sum of Y, mean over ${vehicle.mean_over} m, kN`, "at t, s", "Prud'homme's limit, kN", "verdict"]));
-    for (const a of vehicle.axles) axles.append(element("tr", element("td", a.name), ...[fixed(a.mean / 1e3, 2), fixed(a.mean_t, 3), fixed(a.limit / 1e3, 2)].map((words) => element("td", words)), verdictCell(a.mean, a.limit)));
+function safetyTables({ wheels, axles, mean_over, cutoff }) {
+    const ofWheels = byId("vehicle-wheels"), ofAxles = byId("vehicle-axles");
+    ofWheels.append(headRow(["wheel", "Q0, kN", "(Q0-Q)/Q0", "at t, s", `at ${cutoff} Hz`, "largest Y/Q", `mean over ${mean_over} m`, "at t, s", "Nadal's limit", "flange, deg", "friction", "verdict", "mean T\u03b3, J/m", "largest T\u03b3, J/m"]));
+    for (const w of wheels) {
+        const loads = [fixed(w.Q0 / 1e3, 2), fixed(w.unloading.value, 3), fixed(w.unloading.t, 3), fixed(w.unloading_filtered.value, 3)];
+        const ratios = [fixed(w.YQ.value, 3), fixed(w.YQ_mean.value, 3), fixed(w.YQ_mean.t, 3), fixed(w.nadal, 3), fixed((w.flange_angle * 180) / Math.PI, 2), fixed(w.friction, 2)];
+        ofWheels.append(rowOf(w.name, ...loads, ...ratios, keptCell(w.kept), fixed(w.wear_mean, 2), fixed(w.wear.value, 1)));
+    }
+    ofAxles.parentElement.hidden = axles.length === 0;
+    ofAxles.append(headRow(["axle", `sum of Y, mean over ${mean_over} m, kN`, "at t, s", "Prud'homme's limit, kN", "verdict"]));
+    axles.forEach((a, k) => ofAxles.append(rowOf(data.vehicle.axles[k].name, fixed(a.Y_mean.value / 1e3, 2), fixed(a.Y_mean.t, 3), fixed(a.prudhomme / 1e3, 2), keptCell(a.kept))));
 }
 
-function comfortTable(vehicle) {
+function comfortTable({ signals, window, windows, mean_comfort }) {
     const table = byId("vehicle-comfort");
-    byId("comfort").hidden = vehicle.comfort.length === 0;
-    if (vehicle.comfort.length === 0) return;
+    byId("comfort").hidden = !signals;
+    if (!signals) return;
     table.append(headRow(["direction", "acceleration", "weighting", "RMS, m/s^2", "weighted", "95 % of windows", "largest window", "Wz"]));
-    for (const c of vehicle.comfort)
-        table.append(element("tr", ...[c.direction, c.name, c.weighting, fixed(c.rms, 4), fixed(c.weighted, 4), fixed(c.percentile, 4), fixed(c.largest, 4), fixed(c.Wz, 3)].map((words) => element("td", words))));
-    const words = vehicle.mean_comfort.map((value) => value.toFixed(3)).join(", ");
-    byId("comfort-note").append(`Weightings of EN 12299 in ${vehicle.comfort[0].windows.length} windows of 5 s from the start of the run.${words ? ` Mean comfort N_MV: ${words}.` : ""}`);
+    for (const c of signals) table.append(rowOf(c.direction, c.name, c.weighting, fixed(c.rms, 4), fixed(c.weighted, 4), fixed(c.percentile_95, 4), fixed(c.largest, 4), fixed(c.Wz, 3)));
+    const words = mean_comfort.map((value) => value.toFixed(3)).join(", ");
+    byId("comfort-note").append(`Weightings of EN 12299 in ${windows} windows of ${window} s from the start of the run.${words ? ` Mean comfort N_MV: ${words}.` : ""}`);
 }
 
 function trackFigures(vehicle, place) {
     for (const track of vehicle.tracks) {
         const waves = ["alignment", "level", "cross", "gauge"].filter((name) => track[name]);
         const curve = (name, factor, words) => ({ name: words, points: pointsOver(evenSteps(track.from, track.to, track[name].length), track[name], factor) });
-        if (waves.length > 0) vehicleFigure(place, `irregularities-${track.name}`, `Irregularities of track ${track.name}, over its arc length`, "", "mm", "m", waves.map((name) => curve(name, 1e3, name)));
-        if (track.curvature) vehicleFigure(place, `curvature-${track.name}`, `Curvature of track ${track.name}, to the left, over its arc length`, "", "1/km", "m", [curve("curvature", 1e3, "curvature")]);
-        if (track.cant) vehicleFigure(place, `cant-${track.name}`, `Cant angle of track ${track.name}, over its arc length`, "", "deg", "m", [curve("cant", 180 / Math.PI, "cant")]);
+        if (waves.length > 0) vehicleFigure(place, `irregularities-${track.name}`, `Irregularities of track ${track.name}, over its arc length`, "mm", "m", waves.map((name) => curve(name, 1e3, name)));
+        if (track.curvature) vehicleFigure(place, `curvature-${track.name}`, `Curvature of track ${track.name}, to the left, over its arc length`, "1/km", "m", [curve("curvature", 1e3, "curvature")]);
+        if (track.cant) vehicleFigure(place, `cant-${track.name}`, `Cant angle of track ${track.name}, over its arc length`, "deg", "m", [curve("cant", 180 / Math.PI, "cant")]);
     }
 }
 
 function tellVehicle() {
-    const vehicle = data.vehicle, place = byId("vehicle-figures");
+    const { vehicle, running_safety: safety } = data, place = byId("vehicle-figures");
     byId("vehicle").hidden = !vehicle;
     if (!vehicle) return;
-    const { t, wheels, axles } = vehicle, ends = [t[0], t[t.length - 1]], each = (key, factor) => wheels.map((w) => ({ name: w.name, points: pointsOver(t, w[key], factor) }));
-    byId("vehicle-note").append(`${three(vehicle.way)} m of way. Q0, the static wheel load: ${vehicle.loads}${isNumber(vehicle.carried) ? `, together ${vehicle.carried.toFixed(3)} of the weight` : ""}. With every other of ${count(vehicle.samples)} samples values differ by ${vehicle.difference.toExponential(1)}.${vehicle.stride > 1 ? ` One of ${vehicle.stride} samples is drawn.` : ""}`);
-    safetyTables(vehicle);
-    vehicleFigure(place, "vehicle-q", "Wheel load Q", "", "kN", "s", each("Q", 1e-3));
-    vehicleFigure(place, "vehicle-y", "Lateral force Y, outwards", "", "kN", "s", each("Y", 1e-3));
-    if (wheels.some((w) => isNumber(w.mean))) vehicleFigure(place, "vehicle-ratio", `Y/Q, mean over ${vehicle.mean_over} m`, "", "", "s", [...each("means", 1), ...limitLines(wheels.map((w) => [w.name, w.nadal]), ends, 1)]);
-    if (axles.some((a) => isNumber(a.mean))) {
-        const limits = [1, -1].flatMap((side) => limitLines(axles.map((a) => [a.name, side * a.limit]), ends, 1e-3));
-        vehicleFigure(place, "vehicle-sum", `Sum of Y of an axle to the left, mean over ${vehicle.mean_over} m`, "", "kN", "s", [...axles.map((a) => ({ name: a.name, points: pointsOver(t, a.sums, 1e-3) })), ...limits]);
+    const { t, stride } = vehicle, ends = [t[0], t[t.length - 1]], { wheels, mean_over } = safety;
+    const each = (key, factor) => vehicle.wheels.map((w, k) => ({ name: wheels[k].name, points: pointsOver(t, w[key], factor) }));
+    const axles = (key, factor) => vehicle.axles.map((a) => ({ name: a.name, points: pointsOver(t, a[key], factor) }));
+    byId("vehicle-note").append(`${three(safety.way)} m of way. Q0, the static wheel load: ${vehicle.loads}${isNumber(safety.carried) ? `, together ${safety.carried.toFixed(3)} of the weight` : ""}. With every other of ${count(safety.samples)} samples values differ by ${safety.difference.toExponential(1)}.${stride > 1 ? ` One of ${stride} samples is drawn.` : ""}`);
+    safetyTables(safety);
+    vehicleFigure(place, "vehicle-q", "Wheel load Q", "kN", "s", each("Q", 1e-3));
+    vehicleFigure(place, "vehicle-y", "Lateral force Y, outwards", "kN", "s", each("Y", 1e-3));
+    if (wheels.some((w) => isNumber(w.YQ_mean.value))) vehicleFigure(place, "vehicle-ratio", `Y/Q, mean over ${mean_over} m`, "", "s", [...each("means", 1), ...limitLines(wheels.map((w) => [w.name, w.nadal]), ends, 1)]);
+    if (safety.axles.some((a) => isNumber(a.Y_mean.value))) {
+        const limits = [1, -1].flatMap((side) => limitLines(safety.axles.map((a, k) => [vehicle.axles[k].name, side * a.prudhomme]), ends, 1e-3));
+        vehicleFigure(place, "vehicle-sum", `Sum of Y of an axle to the left, mean over ${mean_over} m`, "kN", "s", [...axles("sums", 1e-3), ...limits]);
     }
-    vehicleFigure(place, "vehicle-wear", "Wear number T\u03b3 of wheels, from creep forces and creepages", "", "J/m", "s", each("wear_numbers", 1));
-    if (axles.length > 0) vehicleFigure(place, "vehicle-aside", "Lateral position of axles on the track, to the left", "", "mm", "s", axles.map((a) => ({ name: a.name, points: pointsOver(t, a.aside, 1e3) })));
+    vehicleFigure(place, "vehicle-wear", "Wear number T\u03b3 of wheels, from creep forces and creepages", "J/m", "s", each("wear", 1));
+    if (safety.axles.length > 0) vehicleFigure(place, "vehicle-aside", "Lateral position of axles on the track, to the left", "mm", "s", axles("aside", 1e3));
     trackFigures(vehicle, place);
-    comfortTable(vehicle);
+    comfortTable(vehicle.comfort);
 }

@@ -58,77 +58,55 @@ function solidJobs(part, colour, pose, view, see, depth) {
     });
 }
 
-/* The drawn parts of a body, each with its depth, so that distant parts are drawn first. */
-function bodyJobs(m, b, pose, see, depth, view) {
-    const shape = m.shapes[b], colour = bodyColour(b), jobs = [], world = shape.points.map((p) => moved(pose, p)), scale = view.scale;
-    const middle = (list) => list.reduce((sum, p) => sum + depth(p), 0) / list.length;
-    const push = (at, draw) => jobs.push({ depth: at, draw });
-    for (const part of shape.solids) jobs.push(...solidJobs(part, solidColour(part, b), pose, view, see, depth));
-    for (const corners of shape.faces) {
-        const points = corners.map((k) => world[k]);
-        push(middle(points), (c) => fillShape(c, points.map(see), colour, 0.25));
-    }
-    for (const [i, j] of shape.bars) push(middle([world[i], world[j]]), (c) => strokeLine(c, [see(world[i]), see(world[j])], 2 * m.thick * scale, colour));
-    for (const p of shape.balls) push(depth(moved(pose, p)) + 3 * m.thick, (c) => fillDisc(c, see(moved(pose, p)), 1.75 * m.thick * scale, pinColour()));
-    for (const hinge of shape.hinges) {
-        const ends = hingeEnds(m, hinge).map((p) => moved(pose, p));
-        push(middle(ends) + 3 * m.thick, (c) => strokeLine(c, ends.map(see), 3.5 * m.thick * scale, pinColour()));
-    }
-    for (const p of shape.stops) push(Infinity, (c) => ringAround(c, see(moved(pose, p)), 4 * m.thick * scale));
-    for (const p of shape.weights) push(depth(moved(pose, p)) + m.thick, (c) => fillDisc(c, see(moved(pose, p)), 2.6 * m.thick * scale, colour));
-    for (const p of shape.boxes) {
-        const corners = [[-1.5, -1], [1.5, -1], [1.5, 1], [-1.5, 1]].map(([x, y]) => moved(pose, add(p, scaled(boxSize(m, b) / 2, [x, y, 0]))));
-        push(depth(moved(pose, p)) + m.thick, (c) => fillShape(c, corners.map(see), colour, 1));
-    }
-    return jobs;
-}
+/* Each kind of part, given its points in the view, those of a wheel's rim behind them, and px(length) in pixels. */
+const STROKES = {
+    bar: (c, { radius, colour }, points, px) => strokeLine(c, points, px(2 * radius), colour),
+    ball: (c, { radius, colour }, [at], px) => fillDisc(c, at, px(radius), colour),
+    face: (c, { colour }, points) => fillShape(c, points, colour, 0.25),
+    box: (c, { colour }, points) => fillShape(c, points, colour, 1),
+    stop: (c, { radius }, [at], px) => ringAround(c, at, px(radius)),
+    pin: (c, { colour }, [[x, y]], px, m) => {
+        const high = px(6 * m.thick);
+        fillShape(c, [[x, y], [x - 0.6 * high, y + high], [x + 0.6 * high, y + high]], colour, 1);
+        fillDisc(c, [x, y], px(1.75 * m.thick), pinColour());
+    },
+    disc: (c, { colour }, [at, ...rim], px, m) => {
+        fillShape(c, rim, colour, 0.2);
+        strokeLine(c, [...rim, rim[0]], px(1.4 * m.thick), colour);
+        for (const end of discSpokes(rim)) strokeLine(c, [at, end], px(m.thick), colour);
+    },
+};
 
-/* Behind the bodies' bars, as far away as their middles. */
-function discJobs(m, poses, see, depth, scale, hidden) {
-    return m.discs.filter((disc) => !hidden.has(disc.body)).map((disc) => {
-        const rim = discRim(disc).map((p) => moved(poses[disc.body], p)), middle = moved(poses[disc.body], disc.at), colour = bodyColour(disc.body);
-        return { depth: depth(middle), draw: (c) => {
-            fillShape(c, rim.map(see), colour, 0.2);
-            strokeLine(c, [...rim, rim[0]].map(see), 1.4 * m.thick * scale, colour);
-            for (const end of discSpokes(rim)) strokeLine(c, [see(middle), see(end)], m.thick * scale, colour);
-        } };
+/* The corners of a slider's box, axes of its body. */
+const boxCorners = ({ points: [at], radius }) => [[-1.5, -1], [1.5, -1], [1.5, 1], [-1.5, 1]].map(([x, y]) => add(at, scaled(radius, [x, y, 0])));
+
+/* The drawn parts of a body, each with its depth, so that distant parts are drawn first. */
+function bodyJobs(m, parts, pose, see, depth, view) {
+    const px = (length) => length * view.scale;
+    return parts.flatMap((part) => {
+        if (part.kind === "solid") return solidJobs(part.solid, part.colour, pose, view, see, depth);
+        const away = part.points.reduce((sum, p) => sum + depth(moved(pose, p)), 0) / part.points.length;
+        const drawn = part.kind === "box" ? boxCorners(part) : [...part.points, ...(part.rim || [])];
+        return [{ depth: away + part.lift, draw: (c) => STROKES[part.kind](c, part, drawn.map((p) => see(moved(pose, p))), px, m) }];
     });
 }
 
-function drawPins(c, m, see, scale) {
-    const high = 6 * m.thick * scale;
-    for (const p of m.pins) {
-        const [x, y] = see(p);
-        fillShape(c, [[x, y], [x - 0.6 * high, y + high], [x + 0.6 * high, y + high]], groundColour(), 1);
-        fillDisc(c, [x, y], 1.75 * m.thick * scale, pinColour());
-    }
-}
-
 function canvasView(canvas, m) {
-    const c = canvas.getContext("2d");
+    const c = canvas.getContext("2d"), partsOfAll = () => m.shapes.map((_, b) => partsOf(m, b));
+    let parts = partsOfAll();
     return {
         kind: "canvas",
-        rebuild() {},
+        rebuild: () => (parts = partsOfAll()),
         draw(poses, view) {
             const sharp = window.devicePixelRatio || 1, scale = view.scale;
-            const depth = (p) => dot(p, view.out), from = m.centreAt(poses);
-            const see = (p) => [view.width / 2 + scale * dot(sub(p, from), view.right), view.height / 2 - scale * dot(sub(p, from), view.up)];
+            const depth = (p) => dot(p, view.out), see = projection(m, poses, view);
             canvas.width = Math.round(view.width * sharp);
             canvas.height = Math.round(view.height * sharp);
             c.scale(sharp, sharp);
-            for (const guide of m.guides) strokeLine(c, guideEnds(m, guide).map((p) => see(moved(poses[guide.body], p))), 0.7 * m.thick * scale, groundColour());
-            drawPins(c, m, see, scale);
-            for (const rail of m.rails) strokeLine(c, rail.map(see), 1.6 * m.thick * scale, groundColour());
             c.globalAlpha = 0.55;
             for (const path of m.paths) strokeLine(c, path.points.map(see), 1, bodyColour(path.b));
             c.globalAlpha = 1;
-            const jobs = poses.flatMap((pose, b) => (b === 0 || view.hidden.has(b) ? [] : bodyJobs(m, b, pose, see, depth, view)));
-            for (const part of m.shapes[0].solids) jobs.push(...solidJobs(part, solidColour(part, 0), poses[0], view, see, depth));
-            jobs.push(...discJobs(m, poses, see, depth, scale, view.hidden));
-            for (const { body, ends } of m.barrels.filter((barrel) => !view.hidden.has(barrel.body))) {
-                const [a, b] = ends.map((p) => moved(poses[body], p));
-                jobs.push({ depth: (depth(a) + depth(b)) / 2 + 2 * m.thick, draw: () => strokeLine(c, [see(a), see(b)], 2 * BARREL * m.thick * scale, bodyColour(body)) });
-            }
+            const jobs = poses.flatMap((pose, b) => (view.hidden.has(b) ? [] : bodyJobs(m, parts[b], pose, see, depth, view)));
             for (const line of m.lines) {
                 const ends = [0, 1].map((k) => moved(poses[line.body[k]], line.at[k]));
                 const path = line.rod ? ends.map(see) : zigzag(...ends.map(see), 2.4 * m.thick * scale);

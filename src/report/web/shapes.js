@@ -24,24 +24,13 @@ const moved = (pose, v) => add(pose.p, turned(pose.q, v));
 
 /* -- frames ------------------------------------------------------------------------------------------------- */
 
-function shorts(text) {
-    const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-    return new Int16Array(bytes.buffer);
-}
-
 /* The frame of a time, and the part of the way to the next one. */
 function frameAt(frames, t) {
     if (!(frames.t_end > frames.t_start)) return 0;
     if (data.separate) return Math.round(t - frames.t_start);
     if (!frames.t) return Math.min(Math.max((t - frames.t_start) / (frames.t_end - frames.t_start), 0), 1) * (frames.count - 1);
-    let low = 0, high = frames.count - 1;
-    while (high - low > 1) {
-        const middle = (low + high) >> 1;
-        if (frames.t[middle] <= t) low = middle;
-        else high = middle;
-    }
-    const range = frames.t[high] - frames.t[low];
-    return low + (range > 0 ? Math.min(Math.max((t - frames.t[low]) / range, 0), 1) : 0);
+    const [low, , part] = placeIn(frames.t, t);
+    return low + part;
 }
 
 /* The time of one of several shots, evenly spaced. */
@@ -50,7 +39,7 @@ const timeOfShot = ({ frames }, shot, shots) => frames.t_start + ((frames.t_end 
 /* Poses of all bodies at a time, between two frames as between their neighbours. */
 function makeMotion(picture) {
     const frames = picture.frames, moving = picture.bodies.length - 1;
-    const position = shorts(frames.position), rotation = shorts(frames.rotation);
+    const position = shortsOf(frames.position), rotation = shortsOf(frames.rotation);
     const still = { p: [0, 0, 0], q: [0, 0, 0, 1] };
     return (t) => {
         const at = frameAt(frames, t);
@@ -359,12 +348,49 @@ function seenAlong(picture, motion, shapes, discs, tracks) {
     return far > 4 * wide && wide > 0 ? seen : null;
 }
 
+/* -- parts -------------------------------------------------------------------------------------------------- */
+
+/* The radius of a cylinder's barrel beside that of a bar. */
+const BARREL = 1.7;
+
+/* A slider is a box, a smaller one on a body with other shapes. */
+const boxSize = (m, b) => (m.shapes[b].bars.length > 0 ? 3.3 : 5.5) * m.thick;
+
+/* A hinge is a pin along its axis. */
+const hingeEnds = (m, { at, axis }) => [-1, 1].map((s) => add(at, scaled(2.6 * s * m.thick, unit(axis))));
+
+/* The ends of a guide, beyond its slider's range. */
+const guideEnds = (m, guide) => [guide.range[0] - 5 * m.thick, guide.range[1] + 5 * m.thick].map((s) => add(guide.at, scaled(s, guide.axis)));
+
+/* The drawn parts of a body for either kind of drawing, axes of the body. `lift`: how much nearer to the viewer than its
+ * points a part is sorted. */
+function partsOf(m, b) {
+    const shape = m.shapes[b], colour = bodyColour(b), pin = pinColour(), ground = groundColour(), t = m.thick, behind = -1e6 * m.size;
+    const bar = (points, radius, own, lift = 0) => ({ kind: "bar", points, radius, colour: own, lift });
+    const ball = (at, radius, own, lift) => ({ kind: "ball", points: [at], radius, colour: own, lift });
+    const parts = shape.solids.map((solid) => ({ kind: "solid", solid, colour: solidColour(solid, b) }));
+    parts.push(...m.guides.filter((guide) => guide.body === b).map((guide) => bar(guideEnds(m, guide), 0.35 * t, ground, behind)));
+    if (b === 0) return [...parts, ...m.pins.map((at) => ({ kind: "pin", points: [at], colour: ground, lift: behind })), ...m.rails.flatMap((rail) => rail.slice(1).map((p, k) => bar([rail[k], p], 0.8 * t, ground, behind)))];
+    return [
+        ...parts,
+        ...shape.faces.map((corners) => ({ kind: "face", points: corners.map((k) => shape.points[k]), colour, lift: 0 })),
+        ...shape.bars.map(([i, j]) => bar([shape.points[i], shape.points[j]], t, colour)),
+        ...shape.balls.map((at) => ball(at, 1.75 * t, pin, 3 * t)),
+        ...shape.hinges.map((hinge) => bar(hingeEnds(m, hinge), 1.75 * t, pin, 3 * t)),
+        ...shape.stops.map((at) => ({ kind: "stop", points: [at], radius: 4 * t, colour: STOP_COLOUR, lift: -behind })),
+        ...shape.weights.map((at) => ball(at, 2.6 * t, colour, t)),
+        ...shape.boxes.map((at) => ({ kind: "box", points: [at], radius: boxSize(m, b) / 2, colour, lift: t })),
+        ...m.discs.filter((disc) => disc.body === b).map((disc) => ({ kind: "disc", points: [disc.at], disc, rim: discRim(disc), colour, lift: 0 })),
+        ...m.barrels.filter((barrel) => barrel.body === b).map(({ ends }) => bar(ends, BARREL * t, colour, 2 * t)),
+    ];
+}
+
 /* The data for either kind of drawing. `extent` is about the middle of the bodies when the view follows them. */
 function makeMechanism(picture) {
     const motion = makeMotion(picture), plain = picture.bodies.map(shapeOf);
-    const thin = 0.01 * breadthOf(plain.flatMap((shape) => shape.points)), shapes = picture.bodies.map((body, b) => withSolids(plain[b], body, thin, picture.meshes || []));
+    const thin = 0.01 * breadthOf(plain.flatMap((shape) => shape.points)), shapes = picture.bodies.map((body, b) => withSolids(plain[b], body, thin, picture.meshes));
     const pins = uncovered(groundPoints(picture), shapes[0]);
-    const discs = picture.discs || [], rails = picture.rails || [];
+    const { discs, rails } = picture;
     const tracks = samplePoints(picture, motion, shapes, pins, discs), basis = basisOf(picture, tracks);
     const home = basis.planar ? { yaw: 0, pitch: 0 } : { yaw: 0.6, pitch: 0.4 };
     const along = seenAlong(picture, motion, shapes, discs, tracks), extent = extentOf(basis, along || tracks, home.pitch);

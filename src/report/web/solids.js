@@ -82,7 +82,7 @@ function strut(a, b, radius) {
 
 /* A mesh of the page, in the axes of its file, m. */
 function meshSurface(mesh, scale) {
-    const points = shorts(mesh.points), corners = new Uint16Array(shorts(mesh.corners).buffer);
+    const points = shortsOf(mesh.points), corners = new Uint16Array(bytesOf(mesh.corners));
     const triple = (list, k) => [list[3 * k], list[3 * k + 1], list[3 * k + 2]];
     return {
         points: Array.from({ length: points.length / 3 }, (_, k) => triple(points, k).map((x, i) => scale * (mesh.middle[i] + mesh.unit * x))),
@@ -127,7 +127,7 @@ function endsOf({ points, triangles }) {
 /* Its solids as surfaces with normals and colours, the corners of their boxes, and how far towards the viewer a hole is lifted
  * where parts are sorted by their distance. */
 function solidsOf(body, thin, meshes) {
-    return (body.solids || []).map((solid) => {
+    return body.solids.map((solid) => {
         const whole = surfaceOf(solid, thin, meshes), surface = solid.hole && solid.kind === "cylinder" ? endsOf(whole) : whole, low = [Infinity, Infinity, Infinity], high = low.map((x) => -x);
         for (const p of surface.points) for (let i = 0; i < 3; i++) [low[i], high[i]] = [Math.min(low[i], p[i]), Math.max(high[i], p[i])];
         const bounds = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => low.map((x, i) => ((k >> i) & 1 ? high[i] : x)));

@@ -11,7 +11,15 @@
 #include <stdio.h>
 #include <string.h>
 
-const kmp_quantity kmp_compare_shown[KMP_COMPARE_SHOWN] = {KMP_QUANTITY_Q, KMP_QUANTITY_QD, KMP_QUANTITY_LAMBDA};
+/* The quantities whose errors are shown. */
+static const kmp_quantity shown[] = {KMP_QUANTITY_Q, KMP_QUANTITY_QD, KMP_QUANTITY_LAMBDA};
+enum { SHOWN = sizeof shown / sizeof *shown };
+
+/* NaN where it is unknown, or too close to the reference's own uncertainty. */
+static double shown_error(const kempe_comparison *c, const kmp_compared *run, kmp_quantity quantity)
+{
+    return kmp_compared_is_below(c, run, quantity) ? NAN : run->verdict.error[quantity];
+}
 
 enum { NAME = 28, NUMBER = 16, LINE = 100, INDENT = 4, FEW_RUNS = 24 };
 
@@ -124,7 +132,7 @@ static void put_beside(kmp_text *text, const kempe_comparison *c, int method)
     else
         kmp_text_printf(text, " %9s", "-");
     kmp_print_cells(text, "%8.0e%8.0e%9.1e%9.1e\n", run->verdict.h_max, run->verdict.drift_rel,
-                    kmp_compare_error(c, run, KMP_QUANTITY_QD), kmp_compare_error(c, run, KMP_QUANTITY_LAMBDA));
+                    shown_error(c, run, KMP_QUANTITY_QD), shown_error(c, run, KMP_QUANTITY_LAMBDA));
 }
 
 static void show_tables(kmp_text *text, const kempe_comparison *c)
@@ -161,11 +169,6 @@ static void json_names(kmp_json *json, const kmp_method *method)
         kmp_json_string(json, "linear", method->linear);
 }
 
-double kmp_compare_error(const kempe_comparison *c, const kmp_compared *run, kmp_quantity quantity)
-{
-    return kmp_compared_is_below(c, run, quantity) ? NAN : run->verdict.error[quantity];
-}
-
 static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compared *run)
 {
     kmp_json_object(json, NULL);
@@ -173,8 +176,8 @@ static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compar
     kmp_json_put(json, "rtol %g status %s reason %s", run->rtol, kempe_outcome_text(kmp_outcome_of(run->status)),
                  run->reason);
     kmp_verdict verdict = run->verdict;
-    for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
-        verdict.error[kmp_compare_shown[k]] = kmp_compare_error(c, run, kmp_compare_shown[k]);
+    for (int k = 0; k < SHOWN; k++)
+        verdict.error[shown[k]] = shown_error(c, run, shown[k]);
     kmp_print_errors(json, &verdict);
     if (kmp_compared_is_below(c, run, KMP_QUANTITY_Q))
         kmp_json_boolean(json, "below_reference", true);
@@ -187,7 +190,7 @@ static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compar
     kmp_json_end(json);
 }
 
-void kmp_sentences_json(kmp_json *json, const char *key, const kmp_sentences *list)
+static void json_sentences(kmp_json *json, const char *key, const kmp_sentences *list)
 {
     kmp_json_array(json, key);
     for (int k = 0; k < list->count; k++)
@@ -254,58 +257,62 @@ static void json_advice(kmp_json *json, const kempe_comparison *c)
     kmp_json_put(json, "rtol %g error %g", run ? run->rtol : NAN, advice->level);
     if (advice->stiff)
         kmp_json_boolean(json, "stiff", true);
-    kmp_sentences_json(json, "reasons", &advice->because);
+    json_sentences(json, "reasons", &advice->because);
     kmp_json_end(json);
+}
+
+void kmp_compare_json(kmp_json *j, const kempe_comparison *c)
+{
+    kmp_json_put(j, "reference { source %s uncertainty %g uncertainty_qd %g uncertainty_lambda %g until %g instants %d",
+                 c->source, c->has_reference ? c->uncertainty[KMP_QUANTITY_Q] : NAN,
+                 c->has_reference ? c->uncertainty[KMP_QUANTITY_QD] : NAN,
+                 c->has_reference ? c->uncertainty[KMP_QUANTITY_LAMBDA] : NAN, c->has_reference ? c->until : NAN,
+                 c->instants);
+    kmp_json_put(j, "scales { angle %g length %g rate %g load %g } amplification %g runs [", c->has_reference ? 1 : NAN,
+                 c->has_reference ? c->scales.length : NAN, c->has_reference ? c->scales.rate : NAN,
+                 c->has_reference && c->system->m > 0 ? c->scales.load : NAN, c->amplification);
+    for (int k = 0; k < c->source_count; k++) {
+        const kmp_source *source = &c->sources[k];
+        kmp_json_object(j, NULL);
+        json_names(j, &source->method);
+        kmp_json_put(j, "rtol %g own_difference %g distance %g }", source->rtol, source->own, source->distance);
+    }
+    kmp_json_put(j, "] } t_end %g runs [", c->t_end);
+    for (int k = 0; k < c->count; k++)
+        json_run(j, c, &c->runs[k]);
+    kmp_json_put(j, "] equal_error [");
+    for (int l = 0; l < c->levels.count; l++) {
+        kmp_json_put(j, "{ error %g", c->levels.level[l]);
+        if (c->levels.blank[l])
+            kmp_json_boolean(j, "below_reference", true);
+        kmp_json_array(j, "methods");
+        for (int w = 0; w < c->method_count && !c->levels.blank[l]; w++)
+            json_reached(j, c, w, l);
+        kmp_json_put(j, "] }");
+    }
+    kmp_json_end(j);
+    /* Writes both tables: (a) the members of each family, one after another; (b) the best method of each formulation.
+     */
+    kmp_json_array(j, "same_integrator");
+    for (int k = 0; k < c->tables.same_count; k++)
+        json_split_all(j, c, c->tables.same[k], true);
+    kmp_json_put(j, "] best_of_formulation [");
+    for (int k = 0; k < c->tables.best_count; k++)
+        json_split_all(j, c, c->tables.best[k], false);
+    kmp_json_end(j);
+    json_stiffness(j, c);
+    json_advice(j, c);
+    json_sentences(j, "failures", &c->failures);
+    json_sentences(j, "warnings", &c->warnings);
 }
 
 static void json_all(kmp_text *text, const void *result)
 {
     const kempe_comparison *c = result;
-    kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, kmp_outcome_of(c->status), c->reason, c->system->build_s, NULL);
-    kmp_json_put(
-        &j, "reference { source %s uncertainty %g uncertainty_qd %g uncertainty_lambda %g until %g instants %d",
-        c->source, c->has_reference ? c->uncertainty[KMP_QUANTITY_Q] : NAN,
-        c->has_reference ? c->uncertainty[KMP_QUANTITY_QD] : NAN,
-        c->has_reference ? c->uncertainty[KMP_QUANTITY_LAMBDA] : NAN, c->has_reference ? c->until : NAN, c->instants);
-    kmp_json_put(&j, "scales { angle %g length %g rate %g load %g } amplification %g runs [",
-                 c->has_reference ? 1 : NAN, c->has_reference ? c->scales.length : NAN,
-                 c->has_reference ? c->scales.rate : NAN, c->has_reference && c->system->m > 0 ? c->scales.load : NAN,
-                 c->amplification);
-    for (int k = 0; k < c->source_count; k++) {
-        const kmp_source *source = &c->sources[k];
-        kmp_json_object(&j, NULL);
-        json_names(&j, &source->method);
-        kmp_json_put(&j, "rtol %g own_difference %g distance %g }", source->rtol, source->own, source->distance);
-    }
-    kmp_json_put(&j, "] } t_end %g runs [", c->t_end);
-    for (int k = 0; k < c->count; k++)
-        json_run(&j, c, &c->runs[k]);
-    kmp_json_put(&j, "] equal_error [");
-    for (int l = 0; l < c->levels.count; l++) {
-        kmp_json_put(&j, "{ error %g", c->levels.level[l]);
-        if (c->levels.blank[l])
-            kmp_json_boolean(&j, "below_reference", true);
-        kmp_json_array(&j, "methods");
-        for (int w = 0; w < c->method_count && !c->levels.blank[l]; w++)
-            json_reached(&j, c, w, l);
-        kmp_json_put(&j, "] }");
-    }
-    kmp_json_end(&j);
-    /* Writes both tables: (a) the members of each family, one after another; (b) the best method of each formulation.
-     */
-    kmp_json_array(&j, "same_integrator");
-    for (int k = 0; k < c->tables.same_count; k++)
-        json_split_all(&j, c, c->tables.same[k], true);
-    kmp_json_put(&j, "] best_of_formulation [");
-    for (int k = 0; k < c->tables.best_count; k++)
-        json_split_all(&j, c, c->tables.best[k], false);
-    kmp_json_end(&j);
-    json_stiffness(&j, c);
-    json_advice(&j, c);
-    kmp_sentences_json(&j, "failures", &c->failures);
-    kmp_sentences_json(&j, "warnings", &c->warnings);
-    kmp_json_end(&j);
+    kmp_json json = kmp_json_begin(text);
+    kmp_print_head(&json, c->system, kmp_outcome_of(c->status), c->reason, c->system->build_s, NULL);
+    kmp_compare_json(&json, c);
+    kmp_json_end(&json);
 }
 
 /* -- text -------------------------------------------------------------------------------------------- */
@@ -359,11 +366,11 @@ static void show_run(kmp_text *text, const kempe_comparison *c, const kmp_compar
         return;
     }
     kmp_text_put(text, " |");
-    for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
-        if (kmp_compared_is_below(c, run, kmp_compare_shown[k]))
+    for (int k = 0; k < SHOWN; k++)
+        if (kmp_compared_is_below(c, run, shown[k]))
             kmp_text_printf(text, " %7s", "");
         else
-            kmp_print_cells(text, "%8.1e", run->verdict.error[kmp_compare_shown[k]]);
+            kmp_print_cells(text, "%8.1e", run->verdict.error[shown[k]]);
     kmp_print_cells(text, " |%6.0e%8.1e | %6ld %7ld", run->verdict.h_max, run->verdict.drift_rel, run->report.steps,
                     run->report.rhs);
     put_number(text, 6, 1e3 * run->cpu_s);
@@ -502,8 +509,8 @@ static void put_run(kempe_table *table, const kempe_comparison *c, const kmp_com
     kmp_tabulate_row(table);
     put_method(table, run->method);
     kmp_tabulate_cells(table, "%g %s %s", run->rtol, kempe_outcome_text(kmp_outcome_of(run->status)), run->reason);
-    for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
-        kmp_tabulate_number(table, kmp_compare_error(c, run, kmp_compare_shown[k]));
+    for (int k = 0; k < SHOWN; k++)
+        kmp_tabulate_number(table, shown_error(c, run, shown[k]));
     kmp_tabulate_cells(table, "%g %g %g %ld %ld %ld %ld", run->verdict.h_max, run->verdict.hdot_max,
                        run->verdict.drift_rel, r->steps, r->rejected, r->refused, r->rhs);
     kmp_tabulate_cells(table, "%ld %ld %ld %ld %g %g %g %g %g", r->newton, r->jacobians, r->factorizations,

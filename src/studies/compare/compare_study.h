@@ -127,8 +127,6 @@ typedef struct kmp_stiffness {
 
 bool kmp_is_implicit(const kmp_method *method);
 
-enum { KMP_COMPARE_SHOWN = 3 };
-
 /** The work of kempe_comparison_new. */
 kempe_status kmp_compare(const kempe_system *system, const kempe_compare_options *options,
                          kempe_comparison **comparison);

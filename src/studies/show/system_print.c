@@ -135,7 +135,7 @@ static kempe_status count_blocks(const kempe_system *system, kmp_block_counts *c
 /* The simplifications one after the other, each with those before it: M, C, h, J and jdqd as one program, numbers kept
  * as symbols. Rules applied when nodes are made are switched on in turn, then the variants of the equations are chosen,
  * then the passes run. The variants were chosen together; each one's gain is measured by removing it alone. */
-enum { MOST_STEPS = 16, VARIANTS = 6 };
+enum { MOST_STEPS = 16, VARIANTS = 5 };
 
 typedef struct step_gain {
     const char *name;
@@ -219,8 +219,8 @@ static kempe_status try_rules(const kempe_model *model, kmp_derivation_request s
     return status;
 }
 
-static const char *const kind_names[VARIANTS] = {"closures point by point", "origins along axes",   "base parameters",
-                                                 "axes that stay",          "moments about joints", "rotations apart"};
+static const char *const kind_names[VARIANTS] = {"closures point by point", "origins along axes", "base parameters",
+                                                 "axes that stay", "moments about joints"};
 
 static void take_away(kmp_savings *savings, const kempe_model *model, int kind)
 {
@@ -228,8 +228,8 @@ static void take_away(kmp_savings *savings, const kempe_model *model, int kind)
     const struct {
         uint8_t *choice;
         size_t count;
-    } list[VARIANTS] = {{savings->point, points}, {savings->origin, n}, {savings->give, n},
-                        {savings->stay, n},       {savings->about, n},  {savings->apart, 1}};
+    } list[VARIANTS] = {
+        {savings->point, points}, {savings->origin, n}, {savings->give, n}, {savings->stay, n}, {savings->about, n}};
     memset(list[kind].choice, 0, list[kind].count);
     if (list[kind].choice == savings->give)
         memset(savings->lump, 0, n);
