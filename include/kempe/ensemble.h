@@ -11,7 +11,7 @@
  *     kempe_ensemble_new(model, values, &ensemble);
  *     kempe_ensemble_run(ensemble, &run, 0, &batch);
  *     for (int i = 0; i < kempe_ensemble_result_count(batch); i++)
- *         show(kempe_ensemble_result_status(batch, i), kempe_ensemble_result_q(batch, i));
+ *         show(kempe_ensemble_result_outcome(batch, i), kempe_ensemble_result_q(batch, i));
  */
 #ifndef KEMPE_ENSEMBLE_H
 #define KEMPE_ENSEMBLE_H
@@ -104,10 +104,9 @@ KEMPE_API kempe_status kempe_ensemble_run_rows(kempe_ensemble *ensemble, const k
                                                int count, const double *rows, kempe_ensemble_result **batch);
 KEMPE_API void kempe_ensemble_result_free(kempe_ensemble_result *batch);
 
-/** The number of instances; the status of the k-th, "complete", "not trustworthy", "stopped" or "failed", and its
- * reason as a sentence ("" when complete). */
+/** The number of instances; the outcome of the k-th, and its reason as a sentence ("" when complete). */
 KEMPE_API int kempe_ensemble_result_count(const kempe_ensemble_result *batch);
-KEMPE_API const char *kempe_ensemble_result_status(const kempe_ensemble_result *batch, int k);
+KEMPE_API kempe_outcome kempe_ensemble_result_outcome(const kempe_ensemble_result *batch, int k);
 KEMPE_API const char *kempe_ensemble_result_reason(const kempe_ensemble_result *batch, int k);
 
 /** The final state: q and qd (n values), owned by the batch, NaN if there is no state. */

@@ -49,8 +49,8 @@ KEMPE_API kempe_status kempe_inverse_new(const kempe_system *system, const kempe
                                          kempe_inverse **inverse);
 KEMPE_API void kempe_inverse_free(kempe_inverse *inverse);
 
-/** "complete", "complete, not checked", "not trustworthy", "stopped" or "failed", and the reason ("" when complete). */
-KEMPE_API const char *kempe_inverse_status(const kempe_inverse *inverse);
+/** Its outcome, and the reason as a sentence ("" when complete). */
+KEMPE_API kempe_outcome kempe_inverse_outcome(const kempe_inverse *inverse);
 KEMPE_API const char *kempe_inverse_reason(const kempe_inverse *inverse);
 
 /** Degrees of freedom to be actuated, and the rank of the actuators on them, both at the worst row. Rows with singular

@@ -84,7 +84,7 @@ KEMPE_API const char *kempe_version(void);
 typedef enum kempe_status {
     KEMPE_OK = 0,
     KEMPE_STOPPED = 1,   /* stopped early by an event (a lock, an interrupt): see the reason */
-    KEMPE_UNTRUSTED = 2, /* complete, but a check of the result failed: the warnings say which; see its status */
+    KEMPE_UNTRUSTED = 2, /* complete, but a check of the result failed: the warnings say which */
     KEMPE_E_MEMORY = -1, /* out of memory */
     KEMPE_E_INPUT = -2,  /* the model, a reference, a quantity or a limit is wrong: the message has file:line:column */
     KEMPE_E_FAILED = -3, /* the computation is impossible as requested: the message has the reason */
@@ -95,6 +95,20 @@ typedef enum kempe_status {
 
 /** A status as text: "done", "out of memory", ...; never NULL. */
 KEMPE_API const char *kempe_status_text(kempe_status status);
+
+/** The end of a result. A kempe_status is the end of a call. */
+typedef enum kempe_outcome {
+    KEMPE_OUTCOME_NONE,            /* there is no result */
+    KEMPE_OUTCOME_COMPLETE,        /* it is whole, and no check of it failed */
+    KEMPE_OUTCOME_NOT_CHECKED,     /* complete, but not repeated to compare */
+    KEMPE_OUTCOME_NOT_TRUSTWORTHY, /* complete, but a check of it failed: the warnings say which */
+    KEMPE_OUTCOME_STOPPED,         /* it ends early, by an event: see the reason */
+    KEMPE_OUTCOME_FAILED           /* it ends where the computation became impossible: see the reason */
+} kempe_outcome;
+
+/** An outcome as text: "", "complete", "complete, not checked", "not trustworthy", "stopped", "failed", as `status` in
+ * JSON and tables; never NULL. */
+KEMPE_API const char *kempe_outcome_text(kempe_outcome outcome);
 
 /** KEMPE_FULL_TEXT: the text with all details, where KEMPE_TEXT is a short form (kempe_check_print). */
 typedef enum kempe_format { KEMPE_TEXT, KEMPE_JSON, KEMPE_FULL_TEXT } kempe_format;
@@ -290,8 +304,8 @@ KEMPE_API const double *kempe_trajectory_qd(const kempe_trajectory *trajectory, 
 KEMPE_API const double *kempe_trajectory_qdd(const kempe_trajectory *trajectory, int row);
 KEMPE_API const double *kempe_trajectory_lambda(const kempe_trajectory *trajectory, int row);
 
-/** "complete", "complete, not checked", "not trustworthy", "stopped" or "failed", and the reason ("" when complete). */
-KEMPE_API const char *kempe_trajectory_status(const kempe_trajectory *trajectory);
+/** Its outcome, and the reason as a sentence ("" when complete). */
+KEMPE_API kempe_outcome kempe_trajectory_outcome(const kempe_trajectory *trajectory);
 KEMPE_API const char *kempe_trajectory_reason(const kempe_trajectory *trajectory);
 
 KEMPE_API kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory, kempe_format format, char **text);

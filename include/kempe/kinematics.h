@@ -40,8 +40,8 @@ KEMPE_API kempe_status kempe_kinematics_new(const kempe_system *system, const ke
                                             kempe_kinematics **kinematics);
 KEMPE_API void kempe_kinematics_free(kempe_kinematics *kinematics);
 
-/** "complete", "complete, not checked", "not trustworthy", "stopped" or "failed", and the reason ("" when complete). */
-KEMPE_API const char *kempe_kinematics_status(const kempe_kinematics *kinematics);
+/** Its outcome, and the reason as a sentence ("" when complete). */
+KEMPE_API kempe_outcome kempe_kinematics_outcome(const kempe_kinematics *kinematics);
 KEMPE_API const char *kempe_kinematics_reason(const kempe_kinematics *kinematics);
 
 KEMPE_API kempe_status kempe_kinematics_print(const kempe_kinematics *kinematics, kempe_format format, char **text);

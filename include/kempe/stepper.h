@@ -124,10 +124,10 @@ KEMPE_API const double *kempe_stepper_lambda(const kempe_stepper *stepper);
 
 KEMPE_API kempe_work kempe_stepper_work(const kempe_stepper *stepper);
 
-/** "complete, not checked": all is well so far, and nothing repeats the run; "not trustworthy": a warning since the
- * start has the reason; "stopped" or "failed": the last call that moves it. And its reason as a sentence, "" if it is
- * neither of these. */
-KEMPE_API const char *kempe_stepper_status(const kempe_stepper *stepper);
+/** Not checked: all is well so far, and nothing repeats the run; not trustworthy: a warning since the start has the
+ * reason; stopped or failed: the last call that moves it. And its reason as a sentence, "" if it is neither of these.
+ */
+KEMPE_API kempe_outcome kempe_stepper_outcome(const kempe_stepper *stepper);
 KEMPE_API const char *kempe_stepper_reason(const kempe_stepper *stepper);
 
 KEMPE_END

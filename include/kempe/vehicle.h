@@ -83,8 +83,8 @@ KEMPE_API kempe_status kempe_contacts_new(const kempe_system *system, const kemp
                                           kempe_contacts **table);
 KEMPE_API void kempe_contacts_free(kempe_contacts *table);
 
-/** "complete", "not trustworthy" or "stopped", and the reason as a sentence ("" when complete). */
-KEMPE_API const char *kempe_contacts_status(const kempe_contacts *table);
+/** Its outcome, and the reason as a sentence ("" when complete). */
+KEMPE_API kempe_outcome kempe_contacts_outcome(const kempe_contacts *table);
 KEMPE_API const char *kempe_contacts_reason(const kempe_contacts *table);
 
 /** The zones of a wheel, and a patch at the k-th value: owned by the table, NULL for an index that does not exist. */

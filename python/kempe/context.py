@@ -36,6 +36,11 @@ def string(text: Any) -> str:
     return "" if text == NULL else str(ffi.string(text).decode())
 
 
+def outcome(number: int) -> str:
+    """The word of an outcome."""
+    return string(lib.kempe_outcome_text(number))
+
+
 def constant(group: str, name: str) -> int:
     """A constant of the library, KEMPE_GROUP_NAME."""
     prefix = f"KEMPE_{group}_"

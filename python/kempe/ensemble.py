@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ._native import ffi, lib
 from .arrays import Array, by_name, view
-from .context import Context, Fixed, string
+from .context import Context, Fixed, outcome, string
 from .errors import FailedError, InputError
 from .executors import once, run_shards
 from .lazy import np
@@ -105,7 +105,7 @@ class EnsembleResult(Reported):
     @property
     def status(self) -> list[str]:
         """Status of each instance: "complete", "not trustworthy", "stopped" or "failed"."""
-        return [string(lib.kempe_ensemble_result_status(self._pointer, k)) for k in range(len(self))]
+        return [outcome(lib.kempe_ensemble_result_outcome(self._pointer, k)) for k in range(len(self))]
 
     @property
     def reason(self) -> list[str]:

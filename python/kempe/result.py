@@ -11,7 +11,7 @@ from contextlib import AbstractContextManager, nullcontext
 from typing import Any, ClassVar
 
 from ._native import lib
-from .context import Fixed, Owned, T, string, text_written
+from .context import Fixed, Owned, T, outcome, string, text_written
 from .display import details, picture
 from .errors import Error
 from .kept import read_again, values_of
@@ -107,7 +107,7 @@ class Judged(Result):
     @property
     def status(self) -> str:
         """ "complete", "complete, not checked", "not trustworthy", "stopped" or "failed"."""
-        return string(self._call("status")(self._pointer))
+        return outcome(self._call("outcome")(self._pointer))
 
     @property
     def reason(self) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
 from .arrays import Array, optional, vector, view
-from .context import Owned, string
+from .context import Owned, outcome, string
 from .errors import ArgumentError, error_of
 from .options import members_of, words
 
@@ -179,7 +179,7 @@ class Stepper(Owned):
     @property
     def status(self) -> str:
         """ "complete, not checked" so far; "not trustworthy" by a warning since the start; "stopped" or "failed"."""
-        return string(lib.kempe_stepper_status(self._pointer))
+        return outcome(lib.kempe_stepper_outcome(self._pointer))
 
     @property
     def reason(self) -> str:

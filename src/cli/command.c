@@ -110,8 +110,15 @@ void cli_put_quoted(FILE *out, const char *s)
     putc('"', out);
 }
 
+void cli_put_done(FILE *out, const char *path)
+{
+    fprintf(out, "{\"status\": \"%s\", \"file\": ", kempe_outcome_text(KEMPE_OUTCOME_COMPLETE));
+    cli_put_quoted(out, path);
+    fputs("}\n", out);
+}
+
 /* The JSON of a failure before there was a result. */
-static kempe_status report_failure(const cli_job *j, const char *word, const char *reason)
+static kempe_status report_failure(const cli_job *j, kempe_outcome outcome, const char *reason)
 {
     char *text = NULL;
     size_t size;
@@ -123,7 +130,7 @@ static kempe_status report_failure(const cli_job *j, const char *word, const cha
         cli_put_quoted(out, kempe_model_name(j->model));
     else
         fputs("null", out);
-    fprintf(out, ", \"status\": \"%s\", \"reason\": ", word);
+    fprintf(out, ", \"status\": \"%s\", \"reason\": ", kempe_outcome_text(outcome));
     cli_put_quoted(out, reason);
     fputs(", \"build_s\": null}\n", out);
     kempe_status status = fclose(out) == 0 ? write_json(j, text) : KEMPE_E_MEMORY;
@@ -139,7 +146,7 @@ void cli_report_failure(const cli_job *j, kempe_status status, bool has_result)
     if (status == KEMPE_STOPPED && !has_result) {
         complain(status, stopped);
         if (j->settings->json)
-            report_failure(j, "stopped", stopped);
+            report_failure(j, KEMPE_OUTCOME_STOPPED, stopped);
     }
     if (status == KEMPE_STOPPED && has_result)
         complain(status, "stopped before the end; the result has the reason");
@@ -147,7 +154,7 @@ void cli_report_failure(const cli_job *j, kempe_status status, bool has_result)
         return;
     complain(status, kempe_context_message(j->context));
     if (j->settings->json && !has_result)
-        report_failure(j, "failed", kempe_context_message(j->context));
+        report_failure(j, KEMPE_OUTCOME_FAILED, kempe_context_message(j->context));
 }
 
 kempe_status cli_report_written(const cli_job *j, kempe_status written)
@@ -322,7 +329,7 @@ int cli_refuse(const char *json)
     j.settings = &settings;
     j.context = json ? kempe_context_new() : NULL;
     if (j.context)
-        report_failure(&j, "failed", cli_complaint());
+        report_failure(&j, KEMPE_OUTCOME_FAILED, cli_complaint());
     kempe_context_free(j.context);
     return CLI_USAGE;
 }

@@ -85,8 +85,9 @@ kempe_status cli_check_report(const cli_job *j);
 /** Computes, prints and writes the files. */
 kempe_status cli_run_study(const cli_job *j, const cli_study *study);
 
-/** Writes a string literal of JSON. */
+/** Writes a string literal of JSON; the JSON of a command that has written a file. */
 void cli_put_quoted(FILE *out, const char *s);
+void cli_put_done(FILE *out, const char *path);
 
 /** Prints text on stdout unless the JSON goes there, and the JSON where it was requested. */
 kempe_status cli_report(const cli_job *j, cli_print_fn *print, const void *object);

@@ -60,9 +60,7 @@ static kempe_status print_new(const cli_job *j, const void *object, kempe_format
     if (!out)
         return KEMPE_E_MEMORY;
     if (format == KEMPE_JSON) {
-        fputs("{\"status\": \"complete\", \"file\": ", out);
-        cli_put_quoted(out, path);
-        fputs("}\n", out);
+        cli_put_done(out, path);
     } else {
         fprintf(out, "%s: a four-bar linkage with a motor\n\n  kempe check %s\n  kempe simulate %s\n", path, path,
                 path);

@@ -90,12 +90,10 @@ static kempe_status print_page(const cli_job *j, const void *object, kempe_forma
     (void)j;
     if (!out)
         return KEMPE_E_MEMORY;
-    fputs(format == KEMPE_JSON ? "{\"status\": \"complete\", \"file\": " : "", out);
     if (format == KEMPE_JSON)
-        cli_put_quoted(out, object);
+        cli_put_done(out, object);
     else
-        fputs(object, out);
-    fputs(format == KEMPE_JSON ? "}\n" : "\n", out);
+        fprintf(out, "%s\n", (const char *)object);
     return fclose(out) == 0 ? KEMPE_OK : KEMPE_E_MEMORY;
 }
 

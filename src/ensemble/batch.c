@@ -170,14 +170,6 @@ static const double *row_of(const kempe_ensemble_result *b, int k)
     return b->rows + (size_t)k * (size_t)b->ensemble->values->columns;
 }
 
-static int count_of(const kempe_ensemble_result *b, const char *word)
-{
-    int count = 0;
-    for (int k = 0; k < b->count; k++)
-        count += strcmp(kempe_ensemble_result_status(b, k), word) == 0;
-    return count;
-}
-
 /* -- convergence ------------------------------------------------------------------------------------- */
 
 /* Complete instances as cases. */
@@ -307,7 +299,7 @@ static kempe_status run_batch(kempe_ensemble_result *b, const kmp_batch_range *r
     const kmp_instance_sums sums = kmp_instances_sum(table, b->first);
     kempe_table_free(table);
     KMP_TRY(kmp_instances_warn(context, &sums));
-    if (b->count > 0 && count_of(b, "failed") == b->count)
+    if (b->count > 0 && sums.failed == b->count)
         b->status = kmp_fail(e->model->context, KEMPE_E_FAILED, "no instance reached its end; the first one: %s",
                              kempe_ensemble_result_reason(b, 0));
     return KEMPE_OK;
@@ -385,16 +377,16 @@ kempe_status kempe_ensemble_run_rows(kempe_ensemble *e, const kempe_run_options 
 /* -- queries ----------------------------------------------------------------------------------------- */
 
 KMP_GETTER(int kempe_ensemble_result_count(const kempe_ensemble_result *b), b, b->count, 0)
-/* The word of an instance, which its own repeat, or a doubt of its model, may contradict. */
-static const char *word_of(const kempe_ensemble_result *b, int k)
+/* The outcome of an instance, which its own repeat, or a doubt of its model, may contradict. */
+static kempe_outcome outcome_of(const kempe_ensemble_result *b, int k)
 {
     kempe_status status = b->results[k].status;
     bool doubted = b->ensemble->doubted || !kmp_convergence_holds(&b->again[k]);
-    return kmp_status_word(status == KEMPE_OK && doubted ? KEMPE_UNTRUSTED : status);
+    return kmp_outcome_of(status == KEMPE_OK && doubted ? KEMPE_UNTRUSTED : status);
 }
 
-KMP_GETTER_AT(const char *kempe_ensemble_result_status(const kempe_ensemble_result *b, int k), b, k, b->count,
-              word_of(b, k), "")
+KMP_GETTER_AT(kempe_outcome kempe_ensemble_result_outcome(const kempe_ensemble_result *b, int k), b, k, b->count,
+              outcome_of(b, k), KEMPE_OUTCOME_NONE)
 KMP_GETTER_AT(const char *kempe_ensemble_result_reason(const kempe_ensemble_result *b, int k), b, k, b->count,
               b->results[k].reason ? b->results[k].reason : "", "")
 KMP_GETTER_AT(const double *kempe_ensemble_result_q(const kempe_ensemble_result *b, int k), b, k, b->count,
@@ -565,7 +557,7 @@ static void put_instance(const kempe_ensemble_result *b, kmp_json *json, int k)
     const kmp_ensemble_result *r = &b->results[k];
     kmp_json_object(json, NULL);
     kmp_json_numbers(json, "values", b->ensemble->values->columns, row_of(b, k));
-    kmp_json_put(json, "status %s reason %s t %g", kempe_ensemble_result_status(b, k),
+    kmp_json_put(json, "status %s reason %s t %g", kempe_outcome_text(outcome_of(b, k)),
                  kempe_ensemble_result_reason(b, k), r->t);
     kmp_json_numbers(json, "q", b->n, kempe_ensemble_result_q(b, k));
     kmp_json_numbers(json, "qd", b->n, kempe_ensemble_result_qd(b, k));
@@ -590,7 +582,7 @@ static void put_json(kmp_text *text, const void *result)
     bool good = summarise(b, &made);
     kmp_instance_sums s = good ? kmp_instances_sum(made.table, b->first) : (kmp_instance_sums){0};
     s.doubted = b->status == KEMPE_UNTRUSTED;
-    kmp_print_head(&json, system, b->status == KEMPE_STOPPED ? kmp_status_word(b->status) : kmp_instances_word(&s),
+    kmp_print_head(&json, system, b->status == KEMPE_STOPPED ? KEMPE_OUTCOME_STOPPED : kmp_instances_outcome(&s),
                    kmp_is_complete(b->status) ? "" : "not every instance reached its end", system->build_s,
                    b->warnings);
     kmp_json_put(&json, "count %ld complete %ld stopped %ld failed %ld", s.count, s.ok, s.stopped, s.failed);
@@ -629,7 +621,7 @@ static void put_row(const kempe_ensemble_result *b, kempe_table *table, int k)
     const kempe_system *system = kmp_mechanisms_system(b->ensemble->inner);
     kmp_tabulate_row(table);
     kmp_tabulate_numbers(table, b->ensemble->values->columns, row_of(b, k));
-    kmp_tabulate_cells(table, "%s %g", kempe_ensemble_result_status(b, k), r->t);
+    kmp_tabulate_cells(table, "%s %g", kempe_outcome_text(outcome_of(b, k)), r->t);
     kmp_tabulate_values(table, system, KMP_QUANTITY_Q, kempe_ensemble_result_q(b, k));
     kmp_tabulate_values(table, system, KMP_QUANTITY_QD, kempe_ensemble_result_qd(b, k));
     kmp_tabulate_numbers(table, list_of(b)->run.values, taken_of(b, k));
@@ -707,7 +699,7 @@ const kempe_model *kmp_batch_model(const kempe_ensemble_result *batch)
     return batch->ensemble->model;
 }
 
-kempe_status kmp_batch_outcome(const kempe_ensemble_result *batch)
+kempe_status kmp_batch_status(const kempe_ensemble_result *batch)
 {
     return batch->status;
 }

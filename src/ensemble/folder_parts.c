@@ -211,7 +211,7 @@ static kempe_status measure(kempe_folder *f, int part, const kmp_parquet_file *f
 /* Of a complete folder whose parts were all taken. */
 static kempe_status end_statistics(kempe_folder *f)
 {
-    if (f->measured && f->ok > 0 && f->damaged == 0)
+    if (f->measured && f->rows.ok > 0 && f->damaged == 0)
         KMP_TRY(kmp_statistics_of_folder(f->measured, f->path, &f->statistics));
     kempe_table_free(f->measured);
     f->measured = NULL;
@@ -224,12 +224,8 @@ static void count_rows(kempe_folder *f, const kmp_parquet_file *file)
 {
     int status = kmp_parquet_find(file, "status"), verdict = kmp_parquet_find(file, "verdict");
     for (int row = 0; status >= 0 && file->column[status].word && row < file->rows; row++) {
-        const char *word = file->column[status].word[row];
-        f->ok += kmp_word_is_complete(word);
-        f->distrusted += strcmp(word, kmp_status_word(KEMPE_UNTRUSTED)) == 0;
-        f->stopped += strcmp(word, "stopped") == 0;
-        f->failed += strcmp(word, "failed") == 0;
-        f->repeated += verdict >= 0 && file->column[verdict].word && *file->column[verdict].word[row] != '\0';
+        kmp_instances_count(&f->rows, file->column[status].word[row]);
+        f->rows.repeated += verdict >= 0 && file->column[verdict].word && *file->column[verdict].word[row] != '\0';
     }
 }
 
@@ -237,21 +233,22 @@ static void begin_check(kempe_folder *f)
 {
     f->checked = true;
     f->damaged = 0;
-    f->ok = f->stopped = f->failed = f->distrusted = f->repeated = 0;
+    f->rows = (kmp_instance_sums){0};
     kmp_folder_clear(f);
     kmp_folder_count(f);
 }
 
 kempe_status kmp_folder_judge(const kempe_folder *f, kempe_status status)
 {
-    if (status == KEMPE_OK && f->failed > 0 && f->ok + f->distrusted == 0)
+    const kmp_instance_sums *rows = &f->rows;
+    if (status == KEMPE_OK && rows->failed > 0 && rows->ok == 0)
         status = kmp_fail(f->context, KEMPE_E_FAILED, "no instance reached its end: %ld; their rows have the reasons",
-                          f->stopped + f->failed);
-    if (status == KEMPE_OK && f->stopped + f->failed + f->distrusted > 0)
+                          rows->stopped + rows->failed);
+    if (status == KEMPE_OK && rows->stopped + rows->failed + rows->distrusted > 0)
         kmp_doubt(f->context,
                   "instances that did not reach their end: %ld, that are not trustworthy: %ld; their rows have the "
                   "reasons",
-                  f->stopped + f->failed, f->distrusted);
+                  rows->stopped + rows->failed, rows->distrusted);
     return kmp_context_verdict(f->context, status);
 }
 

@@ -562,7 +562,7 @@ static kempe_status keep_part(folder_run *r, const kempe_ensemble_result *batch,
     r->folder->totals = totals;
     r->folder->ran_parts++;
     for (int k = 0; k < kempe_ensemble_result_count(batch) && !*r->first_failure; k++)
-        if (strcmp(kempe_ensemble_result_status(batch, k), "failed") == 0)
+        if (kempe_ensemble_result_outcome(batch, k) == KEMPE_OUTCOME_FAILED)
             (void)snprintf(r->first_failure, sizeof r->first_failure, "%s", kempe_ensemble_result_reason(batch, k));
     return KEMPE_OK;
 }

@@ -20,16 +20,6 @@ static const char *word_of(const kempe_table *t, int row, int column)
     return word ? word : "";
 }
 
-/* Rows whose word in a column is this one. */
-static long count_words(const kempe_table *t, const char *name, const char *word)
-{
-    int column = kempe_table_find(t, name);
-    long count = 0;
-    for (int row = 0; row < kempe_table_row_count(t); row++)
-        count += strcmp(word_of(t, row, column), word) == 0;
-    return count;
-}
-
 static long add_up(const kempe_table *t, const char *name)
 {
     const double *x = kempe_table_values(t, kempe_table_find(t, name));
@@ -59,14 +49,18 @@ static double worst_of(const kempe_table *t, const char *name)
     return fmax(largest_of(t, kempe_table_find(t, name), &at), 0);
 }
 
+void kmp_instances_count(kmp_instance_sums *s, const char *word)
+{
+    const kempe_outcome outcome = kmp_outcome_read(word);
+    s->ok += kmp_outcome_is_complete(outcome);
+    s->distrusted += outcome == KEMPE_OUTCOME_NOT_TRUSTWORTHY;
+    s->stopped += outcome == KEMPE_OUTCOME_STOPPED;
+    s->failed += outcome == KEMPE_OUTCOME_FAILED;
+}
+
 kmp_instance_sums kmp_instances_sum(const kempe_table *t, long first)
 {
     kmp_instance_sums s = {.count = kempe_table_row_count(t),
-                           .ok = count_words(t, "status", kmp_status_word(KEMPE_OK)) +
-                                 count_words(t, "status", kmp_status_word(KEMPE_UNTRUSTED)),
-                           .distrusted = count_words(t, "status", kmp_status_word(KEMPE_UNTRUSTED)),
-                           .stopped = count_words(t, "status", "stopped"),
-                           .failed = count_words(t, "status", "failed"),
                            .steps = add_up(t, "steps"),
                            .rejected = add_up(t, "rejected"),
                            .refused = add_up(t, "refused"),
@@ -75,10 +69,12 @@ kmp_instance_sums kmp_instances_sum(const kempe_table *t, long first)
                            .h = worst_of(t, "h"),
                            .hdot = worst_of(t, "hdot"),
                            .drift = worst_of(t, "drift")};
-    int start = kempe_table_find(t, "start");
-    for (int row = 0; row < kempe_table_row_count(t); row++)
+    int status = kempe_table_find(t, "status"), start = kempe_table_find(t, "start");
+    for (int row = 0; row < kempe_table_row_count(t); row++) {
+        kmp_instances_count(&s, word_of(t, row, status));
         if (strcmp(word_of(t, row, start), KMP_RATES_ADJUSTED) == 0 && s.rates_changed++ == 0)
             s.first_changed = first + row;
+    }
     /* The lists name instances that have not converged. */
     int verdict = kempe_table_find(t, "verdict"), difference = kempe_table_find(t, "difference");
     for (int row = 0; row < kempe_table_row_count(t); row++) {
@@ -171,11 +167,11 @@ kempe_status kmp_instances_warn(kempe_context *context, const kmp_instance_sums 
     return status;
 }
 
-const char *kmp_instances_word(const kmp_instance_sums *s)
+kempe_outcome kmp_instances_outcome(const kmp_instance_sums *s)
 {
     bool doubted = s->doubted || s->ok < s->count || s->not_converged > 0 || s->distrusted > 0;
-    return s->count > 0 && s->ok == 0 ? kmp_status_word(s->failed > 0 ? KEMPE_E_FAILED : KEMPE_STOPPED)
-                                      : kmp_checked_word(doubted ? KEMPE_UNTRUSTED : KEMPE_OK, s->repeated > 0);
+    return s->count > 0 && s->ok == 0 ? (s->failed > 0 ? KEMPE_OUTCOME_FAILED : KEMPE_OUTCOME_STOPPED)
+                                      : kmp_outcome_checked(doubted ? KEMPE_UNTRUSTED : KEMPE_OK, s->repeated > 0);
 }
 
 void kmp_instances_put(kmp_text *text, const char *model, const kempe_table *instances, long first, const char *run,
@@ -185,7 +181,7 @@ void kmp_instances_put(kmp_text *text, const char *model, const kempe_table *ins
     s.doubted = doubted;
     char *said = NULL;
     kmp_text_printf(text, "%s: %s, %ld instances, %ld complete, %ld stopped, %ld failed\n\n%s", model,
-                    kmp_instances_word(&s), s.count, s.ok, s.stopped, s.failed, run);
+                    kempe_outcome_text(kmp_instances_outcome(&s)), s.count, s.ok, s.stopped, s.failed, run);
     kmp_text_printf(text, "closure   |h| %.3g, |hdot| %.3g at the end (worst, scaled by the characteristic length)\n",
                     s.h, s.hdot);
     kmp_text_printf(text, "energy    relative drift %.3g (worst)\n", s.drift);

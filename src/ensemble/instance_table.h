@@ -5,7 +5,7 @@
 #include "base/context.h"
 #include <kempe/ensemble.h>
 
-/** Counts, sums and worst values of all rows. */
+/** Counts, sums and worst values of all rows. A row is ok if its result is complete. */
 typedef struct kmp_instance_sums {
     long count, ok, stopped, failed, distrusted; /* distrusted: of those that are ok */
     long steps, rejected, refused, rhs, exchanges;
@@ -20,11 +20,14 @@ typedef struct kmp_instance_sums {
 /** Sums of a table whose first row is instance number `first`, from 0 on. */
 kmp_instance_sums kmp_instances_sum(const kempe_table *instances, long first);
 
+/** Counts a row by the word of its outcome. */
+void kmp_instances_count(kmp_instance_sums *sums, const char *word);
+
 /** Adds those of another part of the instances. */
 void kmp_instances_add(kmp_instance_sums *sums, const kmp_instance_sums *part);
 
-/** The word of the status of all. */
-const char *kmp_instances_word(const kmp_instance_sums *sums);
+/** The outcome of all. */
+kempe_outcome kmp_instances_outcome(const kmp_instance_sums *sums);
 
 /** The word of the column `start` where initial velocities were adjusted. */
 #define KMP_RATES_ADJUSTED "velocities adjusted"

@@ -264,20 +264,20 @@ static void put_next(kmp_text *text, const kempe_folder *f)
 }
 
 /* A run judges its own parts; those that were there before it are judged by a check. */
-static const char *word_of(const kempe_folder *f)
+static kempe_outcome outcome_of(const kempe_folder *f)
 {
-    const kmp_instance_sums *sums = &f->totals.sums;
+    const kmp_instance_sums *sums = &f->totals.sums, *rows = &f->rows;
     if (f->interrupted || (f->checked && (f->whole < f->parts || f->damaged > 0)))
-        return kmp_status_word(f->interrupted ? KEMPE_STOPPED : KEMPE_E_FAILED);
-    if (!f->ran && f->failed > 0 && f->ok + f->distrusted == 0)
-        return kmp_status_word(KEMPE_E_FAILED);
+        return f->interrupted ? KEMPE_OUTCOME_STOPPED : KEMPE_OUTCOME_FAILED;
+    if (!f->ran && rows->failed > 0 && rows->ok == 0)
+        return KEMPE_OUTCOME_FAILED;
     if (!f->ran)
-        return kmp_checked_word(f->stopped + f->failed + f->distrusted > 0 ? KEMPE_UNTRUSTED : KEMPE_OK,
-                                f->repeated > 0);
+        return kmp_outcome_checked(rows->stopped + rows->failed + rows->distrusted > 0 ? KEMPE_UNTRUSTED : KEMPE_OK,
+                                   rows->repeated > 0);
     bool right = sums->ok == sums->count && sums->not_converged == 0;
-    return right ? kmp_checked_word(f->doubted ? KEMPE_UNTRUSTED : KEMPE_OK,
-                                    sums->repeated > 0 && f->ran_parts == f->whole)
-                 : kmp_instances_word(sums);
+    return right ? kmp_outcome_checked(f->doubted ? KEMPE_UNTRUSTED : KEMPE_OK,
+                                       sums->repeated > 0 && f->ran_parts == f->whole)
+                 : kmp_instances_outcome(sums);
 }
 
 static void put_text(kmp_text *text, const void *result)
@@ -286,15 +286,16 @@ static void put_text(kmp_text *text, const void *result)
     double rtol = 0, atol = 0, t_end = 0;
     (void)(kmp_manifest_double(f->manifest, "rtol", &rtol) && kmp_manifest_double(f->manifest, "atol", &atol) &&
            kmp_manifest_double(f->manifest, "t_end", &t_end));
-    kmp_text_printf(text, "%s: %s, %d instance%s in %d part%s of %d; %d part%s whole in %s%s\n\n", f->model, word_of(f),
-                    f->instances, plural(f->instances), f->parts, plural(f->parts), f->chunk, f->whole,
-                    f->whole == 1 ? " is" : "s are", f->path, f->interrupted ? "; interrupted" : "");
+    kmp_text_printf(text, "%s: %s, %d instance%s in %d part%s of %d; %d part%s whole in %s%s\n\n", f->model,
+                    kempe_outcome_text(outcome_of(f)), f->instances, plural(f->instances), f->parts, plural(f->parts),
+                    f->chunk, f->whole, f->whole == 1 ? " is" : "s are", f->path,
+                    f->interrupted ? "; interrupted" : "");
     kmp_text_printf(text, "run       to t = %g s, rtol %g, atol %g\n", t_end, rtol, atol);
     if (f->ran)
         put_run(text, f);
     if (f->checked)
         kmp_text_printf(text, "status    %ld complete, %ld stopped, %ld failed\nparts     %d checked, %d damaged\n",
-                        f->ok, f->stopped, f->failed, f->whole, f->damaged);
+                        f->rows.ok, f->rows.stopped, f->rows.failed, f->whole, f->damaged);
     if (f->history)
         kmp_text_printf(text, "history   of instances %s in %s/history\n", f->history, f->path);
     put_next(text, f);
@@ -311,14 +312,15 @@ static void put_json(kmp_text *text, const void *result)
 {
     const kempe_folder *f = result;
     kmp_json json = kmp_json_begin(text);
-    kmp_json_put(&json, "{ model %s status %s reason %s build_s %g", f->model, word_of(f),
+    kmp_json_put(&json, "{ model %s status %s reason %s build_s %g", f->model, kempe_outcome_text(outcome_of(f)),
                  f->interrupted ? "interrupted" : "", (double)NAN);
     kmp_json_put(&json, "folder %s hash %s instances %d parts %d chunk %d whole %d missing %d", f->path, f->hash,
                  f->instances, f->parts, f->chunk, f->whole, f->parts - f->whole);
     if (f->history)
         kmp_json_put(&json, "history %s", f->history);
     if (f->checked)
-        kmp_json_put(&json, "damaged %d complete %ld stopped %ld failed %ld", f->damaged, f->ok, f->stopped, f->failed);
+        kmp_json_put(&json, "damaged %d complete %ld stopped %ld failed %ld", f->damaged, f->rows.ok, f->rows.stopped,
+                     f->rows.failed);
     if (f->ran)
         kmp_json_put(&json,
                      "run { parts %d instances %ld complete %ld stopped %ld failed %ld not_converged %ld separate %ld "

@@ -34,7 +34,7 @@ struct kempe_folder {
     /* After a check: */
     bool checked;
     int damaged;
-    long ok, stopped, failed, distrusted, repeated;
+    kmp_instance_sums rows;        /* outcomes and `repeated` alone */
     kempe_table *shape, *measured; /* columns of the parts; rows of the columns `chosen` that statistics read */
     bool *chosen;
     kempe_statistics *statistics; /* NULL: no quantities, or parts are missing or damaged */

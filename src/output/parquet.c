@@ -217,9 +217,9 @@ static void put_notes(kmp_text *text, int *last, const kempe_table *t, int note_
     int columns = kempe_table_column_count(t), count = note_count > 0 ? note_count + 1 : 0;
     for (int c = 0; c < columns; c++)
         count += *kempe_table_unit(t, c) != '\0';
-    put_list(text, last, 5, STRUCT, count + (*kmp_table_status(t) != '\0'));
-    if (*kmp_table_status(t))
-        put_note(text, "status", kmp_table_status(t));
+    put_list(text, last, 5, STRUCT, count + (kmp_table_outcome(t) != KEMPE_OUTCOME_NONE));
+    if (kmp_table_outcome(t))
+        put_note(text, "status", kempe_outcome_text(kmp_table_outcome(t)));
     for (int c = 0; c < columns; c++) {
         kmp_text key = {0};
         if (!*kempe_table_unit(t, c))

@@ -14,27 +14,50 @@ bool kmp_has_result(kempe_status status)
     return kmp_is_complete(status) || status == KEMPE_STOPPED || status == KEMPE_E_FAILED;
 }
 
-const char *kmp_status_word(kempe_status status)
+static const char *const outcome_words[] = {
+    [KEMPE_OUTCOME_NONE] = "",
+    [KEMPE_OUTCOME_COMPLETE] = "complete",
+    [KEMPE_OUTCOME_NOT_CHECKED] = "complete, not checked",
+    [KEMPE_OUTCOME_NOT_TRUSTWORTHY] = "not trustworthy",
+    [KEMPE_OUTCOME_STOPPED] = "stopped",
+    [KEMPE_OUTCOME_FAILED] = "failed",
+};
+enum { OUTCOMES = sizeof outcome_words / sizeof *outcome_words };
+
+const char *kempe_outcome_text(kempe_outcome outcome)
 {
-    return status == KEMPE_OK          ? "complete"
-           : status == KEMPE_UNTRUSTED ? "not trustworthy"
-           : status == KEMPE_STOPPED   ? "stopped"
-                                       : "failed";
+    return outcome_words[(unsigned)outcome < OUTCOMES ? outcome : KEMPE_OUTCOME_NONE];
 }
 
-const char *kmp_checked_word(kempe_status status, bool checked)
+kempe_outcome kmp_outcome_read(const char *word)
 {
-    return status == KEMPE_OK && !checked ? "complete, not checked" : kmp_status_word(status);
+    int k = OUTCOMES - 1;
+    while (k > 0 && strcmp(word, outcome_words[k]) != 0)
+        k--;
+    return (kempe_outcome)k;
 }
 
-bool kmp_word_is_complete(const char *word)
+kempe_outcome kmp_outcome_of(kempe_status status)
 {
-    return strcmp(word, "stopped") != 0 && strcmp(word, "failed") != 0;
+    return status == KEMPE_OK          ? KEMPE_OUTCOME_COMPLETE
+           : status == KEMPE_UNTRUSTED ? KEMPE_OUTCOME_NOT_TRUSTWORTHY
+           : status == KEMPE_STOPPED   ? KEMPE_OUTCOME_STOPPED
+                                       : KEMPE_OUTCOME_FAILED;
 }
 
-void kmp_print_title(kmp_text *text, const kempe_model *model, const char *status)
+kempe_outcome kmp_outcome_checked(kempe_status status, bool checked)
 {
-    kmp_text_printf(text, "%s: %s, ", model->name, status);
+    return status == KEMPE_OK && !checked ? KEMPE_OUTCOME_NOT_CHECKED : kmp_outcome_of(status);
+}
+
+bool kmp_outcome_is_complete(kempe_outcome outcome)
+{
+    return outcome > KEMPE_OUTCOME_NONE && outcome < KEMPE_OUTCOME_STOPPED;
+}
+
+void kmp_print_title(kmp_text *text, const kempe_model *model, kempe_outcome outcome)
+{
+    kmp_text_printf(text, "%s: %s, ", model->name, kempe_outcome_text(outcome));
 }
 
 void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label, const char *more)
@@ -59,11 +82,11 @@ static void print_lines(kmp_json *json, const char *key, const char *lines)
     kmp_json_end(json);
 }
 
-void kmp_print_head(kmp_json *json, const kempe_system *system, const char *status, const char *reason, double build_s,
-                    const char *warnings)
+void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_outcome outcome, const char *reason,
+                    double build_s, const char *warnings)
 {
-    kmp_json_put(json, "{ model %s status %s reason %s build_s %g", system->model->name, status, reason ? reason : "",
-                 build_s);
+    kmp_json_put(json, "{ model %s status %s reason %s build_s %g", system->model->name, kempe_outcome_text(outcome),
+                 reason ? reason : "", build_s);
     /* Closures that stay open as drawn, where there are any. */
     bool some = false;
     for (int c = 0; c < system->model->closure_count; c++)

@@ -10,20 +10,23 @@
 /** True if a status comes with a result: complete, stopped or failed with a reason. */
 bool kmp_has_result(kempe_status status);
 
-/** "complete", "not trustworthy", "stopped" or "failed". */
-const char *kmp_status_word(kempe_status status);
+/** The outcome of a result with this status; the same where a check may be absent. */
+kempe_outcome kmp_outcome_of(kempe_status status);
+kempe_outcome kmp_outcome_checked(kempe_status status, bool checked);
 
-/** The same where a check may be absent: "complete, not checked". True for a word of a result that is complete. */
-const char *kmp_checked_word(kempe_status status, bool checked);
-bool kmp_word_is_complete(const char *word);
+/** The outcome that kempe_outcome_text writes so; KEMPE_OUTCOME_NONE: none of them. */
+kempe_outcome kmp_outcome_read(const char *word);
 
-/** Begins the first line of a result: "MODEL: STATUS, ". */
-void kmp_print_title(kmp_text *text, const kempe_model *model, const char *status);
+/** True if the whole result is there, also where it cannot be trusted. */
+bool kmp_outcome_is_complete(kempe_outcome outcome);
+
+/** Begins the first line of a result: "MODEL: OUTCOME, ". */
+void kmp_print_title(kmp_text *text, const kempe_model *model, kempe_outcome outcome);
 
 /** Opens the outermost object: model, status, reason, build_s, and the warnings, one a line (kmp_context_warnings);
  * NULL: the object has them elsewhere. */
-void kmp_print_head(kmp_json *json, const kempe_system *system, const char *status, const char *reason, double build_s,
-                    const char *warnings);
+void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_outcome outcome, const char *reason,
+                    double build_s, const char *warnings);
 
 /** Names of the parameters that nothing uses: "a, b" (nothing when there are none), and the array unused_parameters. */
 void kmp_print_unused(kmp_text *text, const kempe_model *model);

@@ -31,7 +31,8 @@ static char unknown_word[] = "";
 struct kempe_table {
     kempe_context *context;
     kmp_arena arena; /* names and words */
-    const char *name, *status;
+    const char *name;
+    kempe_outcome outcome;
     int columns, rows, row_room, next; /* next: cell of the last row */
     bool failed, units_named, apart;
     table_column *column;
@@ -186,15 +187,15 @@ void kmp_tabulate_cells(kempe_table *table, const char *format, ...)
     va_end(cells);
 }
 
-void kmp_tabulate_status(kempe_table *table, const char *word)
+void kmp_tabulate_outcome(kempe_table *table, kempe_outcome outcome)
 {
     if (table)
-        table->status = word;
+        table->outcome = outcome;
 }
 
-const char *kmp_table_status(const kempe_table *table)
+kempe_outcome kmp_table_outcome(const kempe_table *table)
 {
-    return table->status ? table->status : "";
+    return table->outcome;
 }
 
 void kmp_tabulate_fail(kempe_table *table)

@@ -65,9 +65,9 @@ void kmp_tabulate_numbers(kempe_table *table, int count, const double *x);
 /** The table cannot be completed, for want of memory. */
 void kmp_tabulate_fail(kempe_table *table);
 
-/** The word of the status of the result, "" if it is not given: a note of Parquet files. `word` outlives the table. */
-void kmp_tabulate_status(kempe_table *table, const char *word);
-const char *kmp_table_status(const kempe_table *table);
+/** The outcome of the result, if it is given: a note of Parquet files. */
+void kmp_tabulate_outcome(kempe_table *table, kempe_outcome outcome);
+kempe_outcome kmp_table_outcome(const kempe_table *table);
 
 /** Gives the table to the caller, or frees it with KEMPE_E_MEMORY. */
 kempe_status kmp_tabulate_finish(kempe_context *context, kempe_table *table, kempe_table **out);

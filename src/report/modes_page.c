@@ -82,7 +82,7 @@ kempe_status kmp_modes_fill(kmp_result_page *page, const void *result)
 {
     const kempe_modes *m = result;
     int freedoms = m->modes.moving;
-    page->status = m->status;
+    page->outcome = kmp_outcome_of(m->status);
     page->reason = m->reason;
     page->scene = kmp_arena_printf(&page->arena, "at %s \xc2\xb7 %d degree%s of freedom",
                                    m->family->state->equilibrium ? "the equilibrium" : "the assembled start", freedoms,

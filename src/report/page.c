@@ -168,7 +168,7 @@ void kmp_page_set_outcome(kmp_result_page *page, kempe_status status, const char
                           const char *words)
 {
     int n = page->system->n, m = page->system->m;
-    page->status = status;
+    page->outcome = kmp_outcome_of(status);
     page->reason = reason;
     page->warnings = warnings;
     page->scene = kmp_arena_printf(&page->arena, "%s \xc2\xb7 %d coordinate%s, %d closure row%s", words, n,
@@ -192,7 +192,7 @@ static void put_rest(kmp_result_page *page, const kmp_page_kind *kind)
     kmp_json *json = &page->data;
     const kempe_system *s = page->system;
     kmp_json_put(json, "kempe %s model %s command %s scene %s status %s reason %s n %d m %d shown [", KEMPE_VERSION,
-                 s->model->name, kind->command, page->scene, page->word ? page->word : kmp_status_word(page->status),
+                 s->model->name, kind->command, page->scene, kempe_outcome_text(page->outcome),
                  page->reason ? page->reason : "", s->n, s->m);
     for (int k = 0; k < page->record_count; k++)
         if (page->records[k].row.rows > 0)

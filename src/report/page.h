@@ -40,8 +40,7 @@ typedef struct kmp_result_page {
 
     const char *scene;             /* next to the name of the model */
     const char *answer;            /* the result in a few words */
-    kempe_status status;           /* of the result */
-    const char *word;              /* of the status; NULL: as the status has it */
+    kempe_outcome outcome;         /* of the result */
     const char *reason, *warnings; /* "" and NULL: none; one a line */
     const char *sentences;         /* further ones, one a line; NULL: none */
     kmp_page_fact fact[KMP_PAGE_FACTS];

@@ -251,7 +251,7 @@ static void put_files(kmp_json *json, const kempe_model *model)
 
 static void put_words(kmp_json *json, const kmp_result_page *page)
 {
-    const char *word = page->word ? page->word : kmp_status_word(page->status);
+    const char *word = kempe_outcome_text(page->outcome);
     kmp_text answer = {0};
     kmp_text_printf(&answer, "%c%s: %s", word[0] - 'a' + 'A', word + 1, page->answer);
     kmp_json_text(json, "answer", &answer);
@@ -268,9 +268,10 @@ static void put_stopped(kmp_json *json, const kmp_result_page *page)
 {
     const kempe_system *system = page->system;
     const kmp_samples *rows = page->frames;
-    bool stopped = page->reason && !kmp_is_complete(page->status);
+    bool stopped = page->reason && !kmp_outcome_is_complete(page->outcome);
     kmp_json_array(json, "stopped_at");
-    if (stopped && put_named(json, system->model, page->reason) == 0 && page->status != KEMPE_STOPPED && page->run) {
+    if (stopped && put_named(json, system->model, page->reason) == 0 && page->outcome != KEMPE_OUTCOME_STOPPED &&
+        page->run) {
         int best = -1;
         double most = 0;
         for (int k = 0; rows && rows->rows > 0 && k < rows->n; k++) {

@@ -180,7 +180,7 @@ static kempe_status fill_instances(kmp_result_page *page, const kempe_model *mod
     page->scattered = true;
     /* Quantities are drawn in place of the states, with their statistics. */
     double part, low, high;
-    if (kmp_statistics_has_quantities(page->table) && kmp_is_complete(page->status)) {
+    if (kmp_statistics_has_quantities(page->table) && kmp_outcome_is_complete(page->outcome)) {
         KMP_TRY(kempe_statistics_new(page->table, 0, &page->statistics));
         for (int c = 0; c < kempe_table_column_count(page->table) && page->first_count < KMP_PAGE_FIRST / 2; c++)
             if (kmp_statistics_is_quantity(page->table, c))
@@ -190,7 +190,8 @@ static kempe_status fill_instances(kmp_result_page *page, const kempe_model *mod
     }
     /* Text and warnings are those of the table: a gathered run has no others. */
     kmp_text text = {0}, warnings = {0};
-    kmp_instances_put(&text, model->name, page->table, 0, "", page->statistics, page->status == KEMPE_UNTRUSTED);
+    kmp_instances_put(&text, model->name, page->table, 0, "", page->statistics,
+                      page->outcome == KEMPE_OUTCOME_NOT_TRUSTWORTHY);
     kmp_instances_put_warnings(&warnings, &sums);
     page->warnings = kmp_text_keep(&warnings, &page->arena);
     KMP_TRY(kmp_print_finish(page->context, &text, &page->text));
@@ -207,7 +208,7 @@ static kempe_status fill_instances(kmp_result_page *page, const kempe_model *mod
 static kempe_status fill_batch(kmp_result_page *page, const void *result)
 {
     KMP_TRY(kempe_ensemble_result_table(result, "instances", &page->table));
-    return fill_instances(page, kmp_batch_model(result), kmp_batch_outcome(result));
+    return fill_instances(page, kmp_batch_model(result), kmp_batch_status(result));
 }
 
 /* A folder and the model of its run. */
@@ -225,7 +226,8 @@ static kempe_status fill_gathered(kmp_result_page *page, const void *result)
     if (status != KEMPE_OK)
         return status == KEMPE_E_INPUT || status == KEMPE_E_IO ? KEMPE_E_FAILED : status;
     page->verdict = kmp_folder_judge(g->folder, KEMPE_OK);
-    return fill_instances(page, g->model, g->folder->failed == g->folder->instances ? KEMPE_E_FAILED : page->verdict);
+    return fill_instances(page, g->model,
+                          g->folder->rows.failed == g->folder->instances ? KEMPE_E_FAILED : page->verdict);
 }
 
 /* -- fits -------------------------------------------------------------------------------------------- */
@@ -580,7 +582,7 @@ static kempe_status fill_simulation(kmp_result_page *page, const void *result)
                                           t->spec.form ? " " : "", t->spec.form ? t->spec.form : "", t->integrator,
                                           t->spec.rtol));
     page->answer = answer_of(t, &page->arena);
-    page->word = kmp_trajectory_word(t);
+    page->outcome = kempe_trajectory_outcome(t);
     page->locked = !kmp_is_complete(t->status) && !t->interrupted;
     page->sentences = sentences_of(t, &page->arena);
     page->x = "t";

@@ -42,7 +42,7 @@ static void test_batch(void)
     CHECK(kempe_ensemble_result_table(alone, "instances", &b) == KEMPE_OK);
     int why = kempe_table_find(a, "single_run");
     for (int i = 0; i < COUNT; i++) {
-        CHECK_TEXT(kempe_ensemble_result_status(batch, i), "complete");
+        CHECK(kempe_ensemble_result_outcome(batch, i) == KEMPE_OUTCOME_COMPLETE);
         CHECK_TEXT(kempe_ensemble_result_reason(batch, i), "");
         CHECK_TEXT(kempe_table_word(a, i, why), "");
         CHECK_TEXT(kempe_table_word(b, i, why), "a request for separate runs");

@@ -85,7 +85,7 @@ static void same_as_models_of_their_own(void)
     run.threads = 1;
     CHECK(kempe_ensemble_run_range(s.ensemble, &run, 1, 2, 5, &other) == KEMPE_OK);
     for (int i = 0; i < COUNT; i++) {
-        CHECK_TEXT(kempe_ensemble_result_status(batch, i), "complete");
+        CHECK(kempe_ensemble_result_outcome(batch, i) == KEMPE_OUTCOME_COMPLETE);
         run_one(s.context, rows[i], state);
         CHECK_NEAR(kempe_ensemble_result_q(batch, i)[0], state[0], 1e-8);
         CHECK_NEAR(kempe_ensemble_result_qd(batch, i)[0], state[1], 1e-8);
@@ -158,9 +158,9 @@ static void files(void)
     CHECK(opened >= 0 && copy_model(file, ""));
     study s = begin(file, COLUMNS, names, COUNT, rows[0]);
     CHECK(kempe_ensemble_run(s.ensemble, &run, 0, &batch) == KEMPE_UNTRUSTED);
-    CHECK_TEXT(kempe_ensemble_result_status(batch, 4), "failed");
+    CHECK(kempe_ensemble_result_outcome(batch, 4) == KEMPE_OUTCOME_FAILED);
     CHECK(strstr(kempe_ensemble_result_reason(batch, 4), "the mass of body 'slide' is negative"));
-    CHECK_TEXT(kempe_ensemble_result_status(batch, 3), "complete");
+    CHECK(kempe_ensemble_result_outcome(batch, 3) == KEMPE_OUTCOME_COMPLETE);
     kempe_ensemble_result_free(batch);
     end(&s);
     s = begin(file, COLUMNS, names, COUNT, rows[0]);
@@ -191,10 +191,10 @@ static void unreadable(void)
     CHECK(opened >= 0 && out && fputs(text, out) >= 0 && fclose(out) == 0);
     study s = begin(file, 1, columns, 3, rows);
     CHECK(kempe_ensemble_run(s.ensemble, &run, 0, &batch) == KEMPE_UNTRUSTED);
-    CHECK_TEXT(kempe_ensemble_result_status(batch, 0), "complete");
-    CHECK_TEXT(kempe_ensemble_result_status(batch, 1), "failed");
+    CHECK(kempe_ensemble_result_outcome(batch, 0) == KEMPE_OUTCOME_COMPLETE);
+    CHECK(kempe_ensemble_result_outcome(batch, 1) == KEMPE_OUTCOME_FAILED);
     CHECK(strstr(kempe_ensemble_result_reason(batch, 1), ".yaml:3:"));
-    CHECK_TEXT(kempe_ensemble_result_status(batch, 2), "complete");
+    CHECK(kempe_ensemble_result_outcome(batch, 2) == KEMPE_OUTCOME_COMPLETE);
     kempe_ensemble_result_free(batch);
     end(&s);
     if (opened >= 0)

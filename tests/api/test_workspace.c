@@ -225,6 +225,10 @@ static void statuses(void)
     CHECK_TEXT(kempe_status_text(KEMPE_E_MEMORY), "out of memory");
     for (int s = KEMPE_E_BUG; s <= KEMPE_UNTRUSTED; s++)
         CHECK(strlen(kempe_status_text((kempe_status)s)) > 3);
+    CHECK_TEXT(kempe_outcome_text(KEMPE_OUTCOME_NOT_CHECKED), "complete, not checked");
+    CHECK_TEXT(kempe_outcome_text(KEMPE_OUTCOME_NOT_TRUSTWORTHY), "not trustworthy");
+    CHECK_TEXT(kempe_outcome_text((kempe_outcome)99), "");
+    CHECK_TEXT(kempe_outcome_text(kempe_trajectory_outcome(NULL)), "");
 }
 
 int main(void)

@@ -252,7 +252,7 @@ static void ensemble(void)
     instances all = run_instances(&l, 0, 1, names, 3, rows);
     CHECK_NEAR(end_rate(&all, 0, 1), steps(4, 1), 1e-7);
     CHECK_NEAR(end_rate(&all, 1, 1), steps(8, 0.5), 1e-7);
-    CHECK_TEXT(kempe_ensemble_result_status(all.batch, 2), "failed");
+    CHECK(kempe_ensemble_result_outcome(all.batch, 2) == KEMPE_OUTCOME_FAILED);
     CHECK_TEXT(kempe_ensemble_result_reason(all.batch, 2), "the delay of 'late' is -1 s: a positive time is expected");
     free_instances(&all);
     unload(&l);

@@ -351,7 +351,7 @@ static void test_fall_simulated(void)
     CHECK_NEAR(kempe_trajectory_q(trajectory, 2)[0], -5, 1e-12);
     CHECK_NEAR(kempe_trajectory_qdd(trajectory, 1)[0], -10, 1e-12);
     CHECK(kempe_trajectory_q(trajectory, 3) == NULL);
-    CHECK_TEXT(kempe_trajectory_status(trajectory), "complete");
+    CHECK(kempe_trajectory_outcome(trajectory) == KEMPE_OUTCOME_COMPLETE);
     CHECK_TEXT(kempe_trajectory_reason(trajectory), "");
     kempe_trajectory_free(trajectory);
     close_scene(&s);
@@ -398,7 +398,7 @@ static void test_reports_of_failure(void)
     CHECK(kempe_assembly_new(s.system, &assembly) == KEMPE_E_FAILED);
     CHECK_REPORT(kempe_assembly_print, assembly, "reach");
     CHECK(kempe_simulate(s.system, &run, &trajectory) == KEMPE_E_FAILED);
-    CHECK_TEXT(kempe_trajectory_status(trajectory), "failed");
+    CHECK(kempe_trajectory_outcome(trajectory) == KEMPE_OUTCOME_FAILED);
     CHECK(strstr(kempe_context_message(s.context), "reach") != NULL);
     CHECK_REPORT(kempe_trajectory_print, trajectory, "reach");
     CHECK(kempe_comparison_new(s.system, &compare, &comparison) == KEMPE_E_FAILED);

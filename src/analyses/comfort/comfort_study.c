@@ -346,7 +346,7 @@ static double worst(const kempe_comfort *c)
 static void show(kmp_text *text, const void *result)
 {
     const kempe_comfort *c = result;
-    kmp_print_title(text, c->system->model, kmp_status_word(c->status));
+    kmp_print_title(text, c->system->model, kmp_outcome_of(c->status));
     kmp_text_printf(text, "ride comfort from t = %.6g s to %.6g s, %d window%s of %g s\n\n", c->from,
                     c->from + c->windows * KMP_COMFORT_WINDOW, c->windows, c->windows == 1 ? "" : "s",
                     KMP_COMFORT_WINDOW);
@@ -399,7 +399,7 @@ static void json_all(kmp_text *text, const void *result)
 {
     const kempe_comfort *c = result;
     kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, c->system, kmp_status_word(c->status), "", 0, c->warnings);
+    kmp_print_head(&json, c->system, kmp_outcome_of(c->status), "", 0, c->warnings);
     kmp_comfort_json(&json, c);
     kmp_json_end(&json);
 }

@@ -215,7 +215,7 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
 static void show_equilibrium(kmp_text *text, const void *result)
 {
     const kempe_equilibrium *e = result;
-    kmp_print_title(text, e->system->model, kmp_status_word(e->status));
+    kmp_print_title(text, e->system->model, kmp_outcome_of(e->status));
     kmp_text_printf(text, "%s%d %s found%s", e->many ? "more than " : "", e->count,
                     e->count == 1 ? "equilibrium" : "equilibria",
                     kmp_model_has_time(e->system->model) ? " at t = 0" : "");
@@ -305,7 +305,7 @@ static void json_equilibrium(kmp_text *text, const void *result)
 {
     const kempe_equilibrium *e = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, e->system, kmp_status_word(e->status), "", e->system->build_s, e->warnings);
+    kmp_print_head(&j, e->system, kmp_outcome_of(e->status), "", e->system->build_s, e->warnings);
     json_balance(&j, e, &e->balance[0]);
     kmp_json_put(&j, "count %d starts %d others [", e->count, e->starts);
     for (int k = 1; k < e->count; k++) {
@@ -322,7 +322,7 @@ static void fill_equilibria(kempe_table *table, const void *result)
 {
     const kempe_equilibrium *e = result;
     const kempe_system *s = e->system;
-    kmp_tabulate_status(table, kmp_status_word(e->status));
+    kmp_tabulate_outcome(table, kmp_outcome_of(e->status));
     kmp_tabulate_columns(table, "stability[words] residual potential[J] hits");
     for (int k = 0; k < e->freed_count; k++)
         kmp_tabulate_column(table, e->freed_unit[k], "%s", e->freed_name[k]);

@@ -162,7 +162,7 @@ static void show(kmp_text *text, const void *result)
         int length = (int)strlen(kmp_inverse_load_name(r, l));
         width = length > width ? length : width;
     }
-    kmp_print_title(text, r->system->model, kmp_checked_word(r->status, !r->unchecked));
+    kmp_print_title(text, r->system->model, kempe_inverse_outcome(r));
     kmp_text_put(text, "inverse dynamics ");
     if (r->motion == KMP_INVERSE_TABLE)
         kmp_text_printf(text, "along %s", r->source);
@@ -236,7 +236,7 @@ static void json(kmp_text *text, const void *result)
 {
     const kempe_inverse *r = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, r->system, kmp_checked_word(r->status, !r->unchecked), r->reason, r->build_s, r->warnings);
+    kmp_print_head(&j, r->system, kempe_inverse_outcome(r), r->reason, r->build_s, r->warnings);
     static const char *const words[] = {"drives", "table", "start"};
     kmp_json_put(&j, "motion %s source %s rows %d", words[r->motion], r->source, r->rows);
     if (r->off_coordinate >= 0)
@@ -297,7 +297,7 @@ static void fill_rows(kempe_table *table, const void *result)
 {
     const kempe_inverse *r = result;
     const kempe_model *model = r->system->model;
-    kmp_tabulate_status(table, kempe_inverse_status(r));
+    kmp_tabulate_outcome(table, kempe_inverse_outcome(r));
     kmp_tabulate_columns(table, "t[s]");
     for (int k = 0; k < r->a; k++)
         kmp_tabulate_column(table, model->motions[r->actuator[k]].rotation ? "N m" : "N", "tau.%s",

@@ -719,8 +719,8 @@ kmp_inverse_summary kmp_inverse_summarise(const kempe_inverse *inverse, int k)
     return s;
 }
 
-KMP_GETTER(const char *kempe_inverse_status(const kempe_inverse *inverse), inverse,
-           kmp_checked_word(inverse->status, !inverse->unchecked), "")
+KMP_GETTER(kempe_outcome kempe_inverse_outcome(const kempe_inverse *inverse), inverse,
+           kmp_outcome_checked(inverse->status, !inverse->unchecked), KEMPE_OUTCOME_NONE)
 KMP_GETTER(const char *kempe_inverse_reason(const kempe_inverse *inverse), inverse, inverse->reason, "")
 KMP_GETTER(const char *kempe_inverse_loads_not_unique(const kempe_inverse *inverse), inverse, inverse->not_unique, "")
 KMP_GETTER(int kempe_inverse_dof(const kempe_inverse *inverse), inverse, inverse->freedoms, 0)

@@ -82,8 +82,8 @@ static void show_dead(kmp_text *text, const kempe_kinematics *k)
 static void show_all(kmp_text *text, const void *result)
 {
     const kempe_kinematics *k = result;
-    kmp_text_printf(text, "%s: %s, %d of %d rows\n", k->system->model->name, kmp_status_word(k->status), k->count,
-                    k->requested);
+    kmp_print_title(text, k->system->model, kmp_outcome_of(k->status));
+    kmp_text_printf(text, "%d of %d rows\n", k->count, k->requested);
     for (int i = 0; i < k->parameter_count; i++) {
         const kmp_sweep_parameter *parameter = &k->parameter[i];
         kmp_shown as = shown_as(k, parameter);
@@ -148,7 +148,7 @@ static void json_all(kmp_text *text, const void *result)
 {
     const kempe_kinematics *k = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, k->system, kmp_status_word(k->status), k->reason, k->system->build_s, k->warnings);
+    kmp_print_head(&j, k->system, kmp_outcome_of(k->status), k->reason, k->system->build_s, k->warnings);
     kmp_json_array(&j, "driven");
     for (int i = 0; i < k->parameter_count; i++) {
         const kmp_sweep_parameter *parameter = &k->parameter[i];
@@ -211,7 +211,7 @@ static void fill_rows(kempe_table *table, const void *result)
 {
     const kempe_kinematics *k = result;
     const kempe_system *s = k->system;
-    kmp_tabulate_status(table, kmp_status_word(k->status));
+    kmp_tabulate_outcome(table, kmp_outcome_of(k->status));
     kmp_tabulate_columns(table, "s t[s]");
     for (kmp_quantity quantity = KMP_QUANTITY_Q; quantity <= KMP_QUANTITY_QDD; quantity++)
         kmp_tabulate_quantity(table, s, quantity);

@@ -672,5 +672,6 @@ KMP_FREES(kempe_kinematics, k, kmp_free(k->warnings), kmp_free(k->change), kmp_a
 
 /* -- queries ----------------------------------------------------------------------------------------- */
 
-KMP_GETTER(const char *kempe_kinematics_status(const kempe_kinematics *k), k, kmp_status_word(k->status), "")
+KMP_GETTER(kempe_outcome kempe_kinematics_outcome(const kempe_kinematics *k), k, kmp_outcome_of(k->status),
+           KEMPE_OUTCOME_NONE)
 KMP_GETTER(const char *kempe_kinematics_reason(const kempe_kinematics *k), k, k->reason ? k->reason : "", "")

@@ -94,7 +94,7 @@ static void show(kmp_text *text, const void *result)
 {
     const kempe_limit_cycles *c = result;
     kmp_shown as = kmp_limit_cycles_shown(c);
-    kmp_print_title(text, c->system->model, kmp_status_word(c->status));
+    kmp_print_title(text, c->system->model, kmp_outcome_of(c->status));
     kmp_text_printf(text, "limit cycles over %s from %.6g to %.6g%s%s\n", c->name, as.factor * c->from,
                     as.factor * c->to, as.unit[0] ? " " : "", as.unit);
     for (int k = 0; k < c->held; k++)
@@ -145,7 +145,7 @@ static void json(kmp_text *text, const void *result)
 {
     const kempe_limit_cycles *c = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, kmp_status_word(c->status), c->reason ? c->reason : "", 0, c->warnings);
+    kmp_print_head(&j, c->system, kmp_outcome_of(c->status), c->reason ? c->reason : "", 0, c->warnings);
     kmp_json_put(&j, "parameter %s from %g to %g cpu_s %g hopf [", c->name, c->from, c->to, c->cpu_s);
     for (int k = 0; k < c->locus.critical_count; k++) {
         const kmp_critical *at = &c->locus.critical[k];

@@ -394,7 +394,7 @@ static void show(kmp_text *text, const void *result)
     const kempe_linearization *l = result;
     const kmp_channels *c = &l->channels;
     int freedoms = c->linear.p - c->system->model->state_count;
-    kmp_print_title(text, c->system->model, kmp_status_word(c->status));
+    kmp_print_title(text, c->system->model, kmp_outcome_of(c->status));
     kmp_text_printf(text, "linear %s (t = 0), %d degree%s of freedom\n", state_sentence(c), freedoms,
                     freedoms == 1 ? "" : "s");
     if (l->period > 0)
@@ -448,7 +448,7 @@ static void json(kmp_text *text, const void *result)
     const kempe_linearization *l = result;
     const kmp_channels *c = &l->channels;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, kmp_status_word(c->status), "", c->build_s, c->warnings);
+    kmp_print_head(&j, c->system, kmp_outcome_of(c->status), "", c->build_s, c->warnings);
     kmp_json_put(&j, "at %s state %s residual %g", c->at->equilibrium ? "equilibrium" : "start",
                  c->goes_on ? "steady"
                  : c->rests ? "rests"

@@ -269,7 +269,7 @@ static void show_all(kmp_text *text, const void *result)
     int freedoms = 0, states = 0;
     for (int k = 0; k < m->modes.moving; k++)
         *(kmp_state_of(m->system->model, m->modes.u[k]) ? &states : &freedoms) += 1;
-    kmp_print_title(text, m->system->model, kmp_status_word(m->status));
+    kmp_print_title(text, m->system->model, kmp_outcome_of(m->status));
     kmp_text_printf(text, "%d degree%s of freedom at %s%s%s", freedoms, freedoms == 1 ? "" : "s",
                     m->family->state->equilibrium ? "the equilibrium" : "the assembled start",
                     kmp_model_has_time(m->system->model) ? " (t = 0)" : "", m->modes.moving > 0 ? ": " : "");
@@ -403,7 +403,7 @@ static void json_all(kmp_text *text, const void *result)
 {
     const kempe_modes *m = result;
     kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, m->system, kmp_status_word(m->status), m->reason, m->system->build_s, m->warnings);
+    kmp_print_head(&json, m->system, kmp_outcome_of(m->status), m->reason, m->system->build_s, m->warnings);
     kmp_modes_json(&json, m);
     kmp_json_put(&json, "cpu_s %g }", m->cpu_s);
 }

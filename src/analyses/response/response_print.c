@@ -83,7 +83,7 @@ static void show(kmp_text *text, const void *result)
             int length = snprintf(NULL, 0, "%s / %s", kmp_response_output(r, o), kmp_response_input(r, i));
             width = length > width ? length : width;
         }
-    kmp_print_title(text, r->channels.system->model, kmp_status_word(r->channels.status));
+    kmp_print_title(text, r->channels.system->model, kmp_outcome_of(r->channels.status));
     kmp_text_printf(text, "%d frequencies from %.6g to %.6g Hz, about %s%s\n", f->count, f->at[0], f->at[f->count - 1],
                     r->channels.at->equilibrium ? (r->channels.goes_on ? "the steady motion" : "the equilibrium")
                     : r->channels.goes_on       ? "the start, which is a steady motion"
@@ -141,7 +141,7 @@ static void json(kmp_text *text, const void *result)
     const kmp_channels *c = &r->channels;
     const kmp_frequency *f = &r->frequency;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, kmp_status_word(c->status), "", c->build_s, c->warnings);
+    kmp_print_head(&j, c->system, kmp_outcome_of(c->status), "", c->build_s, c->warnings);
     kmp_json_string(&j, "at", c->at->equilibrium ? "equilibrium" : "start");
     kmp_print_names(&j, "u", c->system, kmp_name_of_coordinate, c->linear.p, c->linear.part.u);
     kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);

@@ -304,7 +304,7 @@ static void put_text(kmp_text *text, const void *result)
 {
     const kempe_sensitivity *s = result;
     int name_width = kmp_print_widest(s->columns, s->column, 8);
-    kmp_print_title(text, s->model, kmp_checked_word(s->status, !s->unchecked));
+    kmp_print_title(text, s->model, kmp_outcome_checked(s->status, !s->unchecked));
     kmp_text_printf(text, "%s with respect to %d parameter%s\n\n", s->kind->name, s->count, s->count == 1 ? "" : "s");
     if (s->reason[0])
         kmp_text_printf(text, "reason    %s\n", s->reason);
@@ -332,7 +332,7 @@ static void put_json(kmp_text *text, const void *result)
 {
     const kempe_sensitivity *s = result;
     kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, s->system, kmp_checked_word(s->status, !s->unchecked), s->reason, s->build_s, s->warnings);
+    kmp_print_head(&json, s->system, kmp_outcome_checked(s->status, !s->unchecked), s->reason, s->build_s, s->warnings);
     kmp_json_string(&json, "of", s->kind->name);
     if (s->t_end > 0) {
         kmp_json_put(&json, "method %s integrator %s t_end %g rtol %g atol %g", s->method, s->integrator, s->t_end,

@@ -45,7 +45,7 @@ static void put_head(kmp_text *text, const kempe_fit *f)
     const kempe_sensitivity *rows = kmp_fit_rows(f, 0);
     double cpu_s, build_s;
     sum_times(f, &cpu_s, &build_s);
-    kmp_print_title(text, f->model, kmp_status_word(f->status));
+    kmp_print_title(text, f->model, kmp_outcome_of(f->status));
     kmp_text_printf(text, "fit of %d parameter%s\n\n", f->count, f->count == 1 ? "" : "s");
     if (f->reason[0])
         kmp_text_printf(text, "reason    %s\n", f->reason);
@@ -149,7 +149,7 @@ static void put_json(kmp_text *text, const void *result)
     for (int k = 0; k < f->run_count; k++)
         count += f->run[k].measured.rows;
     kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, rows->system, kmp_status_word(f->status), f->reason, build_s, f->warnings);
+    kmp_print_head(&json, rows->system, kmp_outcome_of(f->status), f->reason, build_s, f->warnings);
     kmp_json_put(&json,
                  "data %s rows %d measurements %d search %s searches %d iterations %d runs %d shortened %d refusal %s",
                  f->run[0].file, count, f->residuals, outcomes[f->outcome], f->searches, f->iterations, f->evaluations,

@@ -49,7 +49,7 @@ static void put_text(kmp_text *text, const void *result)
     int width = kmp_print_widest(o->count, o->bounded.name, 9);
     const kmp_searched *best = &o->search[o->best];
     const char *unit = o->objective.list->unit[0];
-    kmp_print_title(text, o->model, kmp_status_word(o->status));
+    kmp_print_title(text, o->model, kmp_outcome_of(o->status));
     kmp_text_printf(text, "%s of %s over %d parameter%s\n\n", o->most_wanted ? "largest value" : "least value",
                     o->quantity, o->count, o->count == 1 ? "" : "s");
     if (o->reason[0])
@@ -96,7 +96,7 @@ static void put_json(kmp_text *text, const void *result)
     const kempe_optimum *o = result;
     const kmp_quantity_list *list = o->objective.list;
     kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, kmp_ensemble_equations(o->objective.ensemble), kmp_status_word(o->status), o->reason, 0,
+    kmp_print_head(&json, kmp_ensemble_equations(o->objective.ensemble), kmp_outcome_of(o->status), o->reason, 0,
                    o->warnings);
     kmp_json_put(&json, "goal %s quantity %s value %g unit %s method %s obstacle %s search %s",
                  o->most_wanted ? "maximize" : "minimize", o->quantity, o->at_best[0], list->unit[0], o->method,

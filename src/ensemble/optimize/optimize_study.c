@@ -157,7 +157,7 @@ static kempe_status values_at(kmp_objective *objective, int rows, const double *
     if (status == KEMPE_E_FAILED && batch)
         status = KEMPE_OK; /* each row has its reason */
     for (int k = 0; k < rows && status == KEMPE_OK; k++) {
-        bool ok = kmp_word_is_complete(kempe_ensemble_result_status(batch, k));
+        bool ok = kmp_outcome_is_complete(kempe_ensemble_result_outcome(batch, k));
         for (int i = 0; i < width; i++)
             values[(ptrdiff_t)k * width + i] = ok ? kempe_ensemble_result_quantity(batch, k, i) : NAN;
         if (!ok)

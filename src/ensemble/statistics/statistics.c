@@ -476,7 +476,8 @@ static void take_rows(kempe_statistics *s, const kempe_table *t, int status)
             s->values[(ptrdiff_t)k * s->inputs + i] = kempe_table_number(t, k, i);
     s->groups = kmp_is_saltelli(s->rows, s->inputs, s->values);
     for (int k = 0; k < s->rows; k++) {
-        bool done = kmp_word_is_complete(kempe_table_word(t, k, status)), sample = !s->groups || k % size < 2;
+        bool done = kmp_outcome_is_complete(kmp_outcome_read(kempe_table_word(t, k, status)));
+        bool sample = !s->groups || k % size < 2;
         s->ok[k] = done && sample;
         s->samples += s->ok[k];
         s->done += done;

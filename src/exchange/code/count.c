@@ -93,7 +93,7 @@ static void json_count(kmp_text *text, const void *result)
     const kempe_count *c = result;
     kmp_json json = kmp_json_begin(text);
     kmp_json_put(&json, "{ model %s status %s reason %s build_s %g scheme %s sets {", c->model,
-                 kmp_status_word(KEMPE_OK), "", c->cpu_s, c->choice.scheme);
+                 kempe_outcome_text(KEMPE_OUTCOME_COMPLETE), "", c->cpu_s, c->choice.scheme);
     for (int k = 0; k < c->choice.count; k++)
         json_entry(&json, c->choice.chosen[k].name, &c->tally[k]);
     json_entry(&json, "all", &c->all);

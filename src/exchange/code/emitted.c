@@ -240,7 +240,7 @@ static void write_json(kmp_text *text, const void *result)
     const kmp_code_source *source = &code->source;
     kmp_json json = kmp_json_begin(text);
     kmp_json_put(&json, "{ model %s status %s reason %s build_s %g language %s hash %s routines {", source->title,
-                 kmp_status_word(KEMPE_OK), "", code->cpu_s, code->language->name, source->hash);
+                 kempe_outcome_text(KEMPE_OUTCOME_COMPLETE), "", code->cpu_s, code->language->name, source->hash);
     for (int k = 0; k < source->count; k++) {
         const kmp_tally *t = &source->routines[k].tally;
         kmp_json_put(&json, "%s { paper %ld robotran %ld prepare %ld }", source->routines[k].name, t->counts.paper,

@@ -515,8 +515,8 @@ static void write_json(kmp_text *text, const void *result)
     const kmp_code_source *s = made->plan.source;
     kmp_json json = kmp_json_begin(text);
     kmp_json_put(&json, "{ model %s status %s reason %s fmi %d token %s states %d inputs %d outputs %d", s->title,
-                 kmp_status_word(KEMPE_OK), "", made->plan.fmi, made->plan.token, 2 * s->simulated->freedom,
-                 s->input_count, s->output_count);
+                 kempe_outcome_text(KEMPE_OUTCOME_COMPLETE), "", made->plan.fmi, made->plan.token,
+                 2 * s->simulated->freedom, s->input_count, s->output_count);
     kmp_json_put(&json, "parameters %d conditions %d files [", s->parameter_count, s->simulated->condition_count);
     for (int k = 0; k < made->files.count; k++)
         kmp_json_string(&json, NULL, made->files.file[k].name);

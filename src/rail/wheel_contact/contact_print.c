@@ -169,8 +169,8 @@ static void say_pressures(kmp_text *text, const kempe_contacts *t)
 static void show_all(kmp_text *text, const void *result)
 {
     const kempe_contacts *t = result;
-    kmp_text_printf(text, "%s: %s, %d of %d values\n", t->system->model->name, kmp_status_word(t->status), t->count,
-                    t->requested);
+    kmp_print_title(text, t->system->model, kmp_outcome_of(t->status));
+    kmp_text_printf(text, "%d of %d values\n", t->count, t->requested);
     for (int k = 0; k < t->over.count; k++) {
         const kmp_range *r = &t->over.range[k];
         kmp_shown as = contact_shown(t, contact_unit(t, k));
@@ -262,7 +262,7 @@ static void show_json(kmp_text *text, const void *result)
 {
     const kempe_contacts *t = result;
     kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, t->system, kmp_status_word(t->status), t->reason, t->system->build_s, t->warnings);
+    kmp_print_head(&json, t->system, kmp_outcome_of(t->status), t->reason, t->system->build_s, t->warnings);
     kmp_json_put(&json, "over %s unit %s law %s pressure %s residual %g iterations %d cpu_s %g rows [",
                  t->over.range[0].name, contact_unit(t, 0), kmp_contact_law_word(t), kmp_pressure_word(t->pressure),
                  t->residual, t->iterations, t->cpu_s);

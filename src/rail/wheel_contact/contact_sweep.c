@@ -586,7 +586,8 @@ KMP_FREES(kempe_contacts, t, kempe_system_free(t->system), kmp_variant_free(t->v
 
 /* -- queries ----------------------------------------------------------------------------------------- */
 
-KMP_GETTER(const char *kempe_contacts_status(const kempe_contacts *t), t, kmp_status_word(t->status), "")
+KMP_GETTER(kempe_outcome kempe_contacts_outcome(const kempe_contacts *t), t, kmp_outcome_of(t->status),
+           KEMPE_OUTCOME_NONE)
 KMP_GETTER(const char *kempe_contacts_reason(const kempe_contacts *t), t, t->reason ? t->reason : "", "")
 KMP_GETTER(double kempe_contacts_nonlinearity(const kempe_contacts *t), t,
            t->conicities.count > 0 ? t->conicities.nonlinearity : NAN, NAN)

@@ -173,8 +173,8 @@ static void json_assembly(kmp_text *text, const void *result)
     kmp_text_put(&warnings, "");
     kmp_assembly_put_moves(&warnings, a);
     kmp_assembly_put_rates(&warnings, a);
-    kmp_print_head(&j, a->system, kmp_status_word(is_done(a) ? KEMPE_OK : KEMPE_E_FAILED), reason.s, a->system->build_s,
-                   warnings.s);
+    kmp_print_head(&j, a->system, is_done(a) ? KEMPE_OUTCOME_COMPLETE : KEMPE_OUTCOME_FAILED, reason.s,
+                   a->system->build_s, warnings.s);
     kmp_text_free_part(text, &warnings);
     kmp_text_free_part(text, &reason);
     kmp_print_entries(&j, "q", a->system, KMP_QUANTITY_Q, a->q);
@@ -229,7 +229,7 @@ static void show_start(kmp_text *text, const kempe_branches *b, const kmp_branch
 static void show_branches(kmp_text *text, const void *result)
 {
     const kempe_branches *b = result;
-    kmp_print_title(text, b->system->model, kmp_status_word(b->status));
+    kmp_print_title(text, b->system->model, kmp_outcome_of(b->status));
     kmp_text_printf(text, "%s%d assembly mode%s found, holding ", b->many ? "more than " : "", b->count,
                     b->count == 1 ? "" : "s");
     list_kept(text, b);
@@ -257,7 +257,7 @@ static void json_branches(kmp_text *text, const void *result)
 {
     const kempe_branches *b = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, b->system, kmp_status_word(b->status), "", b->system->build_s, b->warnings);
+    kmp_print_head(&j, b->system, kmp_outcome_of(b->status), "", b->system->build_s, b->warnings);
     kmp_json_array(&j, "kept");
     for (int k = 0; k < b->system->n; k++)
         if (b->kept[k])

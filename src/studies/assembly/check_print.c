@@ -491,7 +491,7 @@ static void put_culprit(kmp_text *text, const kempe_check *check, int k)
 static bool show_begin(kmp_text *text, const kempe_check *check)
 {
     kmp_text_printf(text, "%s%s%s\n", check->system->model->name, check->status == KEMPE_UNTRUSTED ? ": " : "",
-                    check->status == KEMPE_UNTRUSTED ? kmp_status_word(check->status) : "");
+                    check->status == KEMPE_UNTRUSTED ? kempe_outcome_text(KEMPE_OUTCOME_NOT_TRUSTWORTHY) : "");
     label(text, "verdict");
     check_verdict(text, check);
     kmp_text_put(text, "\n");
@@ -689,7 +689,7 @@ static void show_json(kmp_text *text, const void *result)
 {
     const kempe_check *check = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, check->system, kmp_status_word(check->status), check->reason, check->system->build_s,
+    kmp_print_head(&j, check->system, kmp_outcome_of(check->status), check->reason, check->system->build_s,
                    check->warnings);
     json_sentence(&j, "verdict", check, check_verdict);
     if (check->assembled)

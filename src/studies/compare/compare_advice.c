@@ -3,6 +3,7 @@
  * complete ones. Then the recommended method, by the rules in docs/compare.md, and the measurements that support it. */
 #include "studies/compare/compare_advice.h"
 #include "integrators/steppers/solver.h"
+#include "output/print.h"
 #include "studies/compare/compare_runs.h"
 #include <kempe/compare.h>
 #include <math.h>
@@ -362,7 +363,7 @@ void kmp_compare_remark(kempe_comparison *c)
             alike && c->runs[k].status != KEMPE_OK && c->runs[k].status == c->runs[0].status && !c->runs[k].left_out;
     if (alike) {
         kmp_sentences_add(&c->arena, &c->failures, "every run %s: %s",
-                          c->runs[0].status == KEMPE_E_FAILED ? "failed" : "stopped", c->runs[0].reason);
+                          kempe_outcome_text(kmp_outcome_of(c->runs[0].status)), c->runs[0].reason);
         return;
     }
     for (int w = 0; w < c->method_count; w++)

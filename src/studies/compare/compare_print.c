@@ -173,7 +173,8 @@ static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compar
 {
     kmp_json_object(json, NULL);
     json_names(json, run->method);
-    kmp_json_put(json, "rtol %g status %s reason %s", run->rtol, kmp_status_word(run->status), run->reason);
+    kmp_json_put(json, "rtol %g status %s reason %s", run->rtol, kempe_outcome_text(kmp_outcome_of(run->status)),
+                 run->reason);
     kmp_verdict verdict = run->verdict;
     for (int k = 0; k < SHOWN; k++)
         verdict.error[shown[k]] = shown_error(c, run, shown[k]);
@@ -309,7 +310,7 @@ static void json_all(kmp_text *text, const void *result)
 {
     const kempe_comparison *c = result;
     kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, c->system, kmp_status_word(c->status), c->reason, c->system->build_s, NULL);
+    kmp_print_head(&json, c->system, kmp_outcome_of(c->status), c->reason, c->system->build_s, NULL);
     kmp_compare_json(&json, c);
     kmp_json_end(&json);
 }
@@ -357,7 +358,8 @@ static void show_run(kmp_text *text, const kempe_comparison *c, const kmp_compar
     kmp_text_free_part(text, &name);
     if (run->status != KEMPE_OK) {
         /* The first line of the reason, as far as the table is wide. */
-        const char *word = run->left_out ? "" : kmp_status_word(run->status), *after = run->left_out ? "" : ": ";
+        const char *word = run->left_out ? "" : kempe_outcome_text(kmp_outcome_of(run->status)),
+                   *after = run->left_out ? "" : ": ";
         int length = (int)strcspn(run->reason, "\n"), room = LINE - width - 9 - (int)(strlen(word) + strlen(after));
         kmp_text_printf(text, " | %s%s%.*s%s\n", word, after, length > room ? room - 3 : length, run->reason,
                         length > room ? "..." : "");
@@ -446,7 +448,7 @@ static void show_levels(kmp_text *text, const kempe_comparison *c)
 static void show(kmp_text *text, const void *result)
 {
     const kempe_comparison *c = result;
-    kmp_print_title(text, c->system->model, kmp_status_word(c->status));
+    kmp_print_title(text, c->system->model, kmp_outcome_of(c->status));
     kmp_text_printf(text, "0 to %g s\n", c->t_end);
     show_wrapped(text, "reference: ", c->source);
     const double *u = c->uncertainty;
@@ -506,7 +508,7 @@ static void put_run(kempe_table *table, const kempe_comparison *c, const kmp_com
     const kmp_run_report *r = &run->report;
     kmp_tabulate_row(table);
     put_method(table, run->method);
-    kmp_tabulate_cells(table, "%g %s %s", run->rtol, kmp_status_word(run->status), run->reason);
+    kmp_tabulate_cells(table, "%g %s %s", run->rtol, kempe_outcome_text(kmp_outcome_of(run->status)), run->reason);
     for (int k = 0; k < SHOWN; k++)
         kmp_tabulate_number(table, shown_error(c, run, shown[k]));
     kmp_tabulate_cells(table, "%g %g %g %ld %ld %ld %ld", run->verdict.h_max, run->verdict.hdot_max,

@@ -244,9 +244,9 @@ kempe_work kempe_stepper_work(const kempe_stepper *stepper)
                         .centrings = r.centrings};
 }
 
-KMP_GETTER(const char *kempe_stepper_status(const kempe_stepper *stepper), stepper,
-           kmp_checked_word(stepper->status == KEMPE_OK && stepper->doubted ? KEMPE_UNTRUSTED : stepper->status, false),
-           "")
+KMP_GETTER(kempe_outcome kempe_stepper_outcome(const kempe_stepper *s), s,
+           kmp_outcome_checked(s->status == KEMPE_OK && s->doubted ? KEMPE_UNTRUSTED : s->status, false),
+           KEMPE_OUTCOME_NONE)
 KMP_GETTER(const char *kempe_stepper_reason(const kempe_stepper *stepper), stepper,
            stepper->reason ? stepper->reason : "", "")
 

@@ -877,6 +877,6 @@ ROW(qd, KMP_QUANTITY_QD)
 ROW(qdd, KMP_QUANTITY_QDD)
 ROW(lambda, KMP_QUANTITY_LAMBDA)
 
-KMP_GETTER(const char *kempe_trajectory_status(const kempe_trajectory *trajectory), trajectory,
-           kmp_trajectory_word(trajectory), "")
+KMP_GETTER(kempe_outcome kempe_trajectory_outcome(const kempe_trajectory *trajectory), trajectory,
+           kmp_outcome_checked(trajectory->status, trajectory->again.known), KEMPE_OUTCOME_NONE)
 KMP_GETTER(const char *kempe_trajectory_reason(const kempe_trajectory *trajectory), trajectory, trajectory->reason, "")

@@ -85,11 +85,6 @@ kempe_status kmp_contact_times_find(const kempe_trajectory *t, int force, kmp_co
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-const char *kmp_trajectory_word(const kempe_trajectory *t)
-{
-    return kmp_checked_word(t->status, t->again.known);
-}
-
 static void show_state(kmp_text *text, const kempe_trajectory *t)
 {
     const double *q = at_end(t, KMP_QUANTITY_Q), *qd = at_end(t, KMP_QUANTITY_QD), *qdd = at_end(t, KMP_QUANTITY_QDD);
@@ -236,7 +231,7 @@ static void show_mode(kmp_text *text, const kempe_trajectory *t)
 static void show(kmp_text *text, const void *result)
 {
     const kempe_trajectory *t = result;
-    kmp_print_title(text, t->system->model, kmp_trajectory_word(t));
+    kmp_print_title(text, t->system->model, kempe_trajectory_outcome(t));
     if (*t->reason)
         kmp_text_printf(text, "t = %.9g s: %s\n", t->report.t, t->reason);
     else
@@ -380,7 +375,7 @@ static void json(kmp_text *text, const void *result)
 {
     const kempe_trajectory *t = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, t->system, kmp_trajectory_word(t), t->reason, t->system->build_s + t->report.build_s,
+    kmp_print_head(&j, t->system, kempe_trajectory_outcome(t), t->reason, t->system->build_s + t->report.build_s,
                    t->warnings);
     kmp_json_put(&j, "formulation %s form %s integrator %s", t->spec.formulation, t->spec.form, t->integrator);
     const kmp_integrator_reason *reason = &t->spec.reason;
@@ -430,7 +425,7 @@ static void fill_rows(kempe_table *table, const void *result)
     double *values =
         eval && kmp_columns_init(&columns, t->system, t->system->model, NULL) ? KMP_NEW(double, columns.count) : NULL;
     if (values) {
-        kmp_tabulate_status(table, kmp_trajectory_word(t));
+        kmp_tabulate_outcome(table, kempe_trajectory_outcome(t));
         for (int k = 0; k < columns.count; k++)
             kmp_tabulate_column(table, columns.unit[k], "%s", columns.name[k]);
         for (int row = 0; row < t->table.rows; row++) {

@@ -3,9 +3,6 @@
 
 #include "studies/simulate/trajectory.h"
 
-/** The word of its status. */
-const char *kmp_trajectory_word(const kempe_trajectory *t);
-
 /** The contacts of one force element. KEMPE_E_MEMORY. */
 kempe_status kmp_contact_times_find(const kempe_trajectory *trajectory, int force, kmp_contact_times *times);
 
