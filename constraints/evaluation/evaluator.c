@@ -96,16 +96,6 @@ void kmp_eval_add_mass_times(const kmp_evaluator *eval, const double *x, double 
     }
 }
 
-double kmp_eval_kinetic(const kmp_evaluator *eval, const double *qd)
-{
-    const kmp_pattern *p = &eval->system->mass;
-    int coordinates = kmp_model_coordinates(eval->system->model);
-    double sum = 0;
-    for (int k = 0; k < p->count && p->row[k] < coordinates; k++)
-        sum += eval->mass[k] * qd[p->row[k]] * qd[p->col[k]] * (p->row[k] == p->col[k] ? 0.5 : 1);
-    return sum;
-}
-
 /* Residuals of closures, scaled by row, and the rows that count in them. A model of rounded numbers can have dependent
  * rows that agree only roughly. As many rows as the rank exceeds are dropped, and what stays open in them, the misfit,
  * is reported apart from the residual. */
@@ -317,6 +307,22 @@ double kmp_eval_potential(kmp_evaluator *eval, double t, const double *q)
     return *kmp_machine_run(eval->judge, KMP_STAGE_POTENTIAL);
 }
 
+/* qd' M qd / 2 of the last M, or link by link where M waits. */
+double kmp_eval_kinetic(kmp_evaluator *eval, const double *qd)
+{
+    const kmp_pattern *p = &eval->system->mass;
+    int coordinates = kmp_model_coordinates(eval->system->model);
+    double sum = 0;
+    if (eval->by_links) {
+        (void)kmp_eval_potential(eval, eval->t, eval->q);
+        kmp_machine_set(eval->judge, KMP_IN_QD, qd);
+        return kmp_machine_run(eval->judge, KMP_STAGE_POWER)[1];
+    }
+    for (int k = 0; k < p->count && p->row[k] < coordinates; k++)
+        sum += eval->mass[k] * qd[p->row[k]] * qd[p->col[k]] * (p->row[k] == p->col[k] ? 0.5 : 1);
+    return sum;
+}
+
 /* Stages build on each other: the power's needs the potential's. The power uses the multipliers of the last C. */
 double kmp_eval_power(kmp_evaluator *eval, double t, const double *q, const double *qd)
 {
@@ -442,6 +448,7 @@ kmp_evaluator *kmp_eval_new_for(const kempe_system *system, const char *backend,
         *eval = (kmp_evaluator){
             .system = system, .shared = *b, .closes_only = use == KMP_EVAL_CLOSES, .n = system->n, .m = system->m};
         eval->weighs_only = use == KMP_EVAL_WEIGHS && !kmp_motion_is_made(system);
+        eval->by_links = eval->weighs_only && system->late->by_links;
         eval->shared.team = team;
         eval->backend = team ? &eval->shared : b;
     }
@@ -491,7 +498,7 @@ kempe_status kmp_eval_add_composite(kmp_evaluator *eval)
     KMP_TRY(kmp_made(s->context, made));
     kmp_machine_free(eval->composite);
     eval->composite = made;
-    eval->weighs_only = false;
+    eval->weighs_only = eval->by_links = false;
     kmp_eval_set_by_bodies(eval, eval->by_bodies);
     set_constant_inputs(eval);
     return KEMPE_OK;

@@ -19,6 +19,7 @@ typedef struct kmp_evaluator {
     kmp_machine *composite, *articulated, *motion; /* by M and C; by articulated bodies, NULL: none; the active one */
     kmp_machine *judge, *changes;
     bool closes_only;   /* `motion` has the closures alone, and there is no `judge` */
+    bool by_links;      /* `composite` has closures alone: it needs articulated bodies for all but energies */
     bool weighs_only;   /* `composite` has closures and M alone: C is that of articulated bodies, by M */
     bool by_bodies;     /* `motion` is `articulated` */
     double *chart;      /* of the system's spherical joints: nine numbers each, initially C = 1 */
@@ -133,7 +134,7 @@ double kmp_eval_drive_power(const kmp_evaluator *eval, const double *lambda);
 void kmp_eval_add_mass_times(const kmp_evaluator *eval, const double *x, double *out);
 
 /** Kinetic energy qd' M qd / 2 of the last kmp_eval_mass. */
-double kmp_eval_kinetic(const kmp_evaluator *eval, const double *qd);
+double kmp_eval_kinetic(kmp_evaluator *eval, const double *qd);
 
 /* Residuals of closures, the rows that count in them, and rows that are dropped. */
 

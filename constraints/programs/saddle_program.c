@@ -99,7 +99,8 @@ static bool analyse(maker *k, bool by_bodies, elimination *p)
 static bool choose(maker *k)
 {
     elimination other;
-    bool bodies = k->eval->by_bodies, forced = k->s->dynamics == KMP_DYNAMICS_ARTICULATED && bodies;
+    bool bodies = k->eval->by_bodies;
+    bool forced = bodies && (k->s->dynamics == KMP_DYNAMICS_ARTICULATED || k->eval->by_links); /* M need not be made */
     if (!analyse(k, forced, &k->plan))
         return false;
     if (!bodies || forced)
@@ -313,7 +314,8 @@ static bool place_rows(maker *k)
 
 const char *kmp_saddle_program_obstacle(const kempe_system *s, int unknowns)
 {
-    return kmp_motion_known(s)->block_count > 0     ? "the model has equations that are solved by iteration"
+    const kmp_program *known = kmp_motion_known(s);
+    return known && known->block_count > 0          ? "the model has equations that are solved by iteration"
            : s->load_row_count > 0                  ? "the model has forces that depend on multipliers"
            : unknowns > KMP_SADDLE_PROGRAM_UNKNOWNS ? "the model has too many coordinates and closure rows"
                                                     : NULL;

@@ -23,6 +23,7 @@
 #include "integrators/run/runner_explain.h"
 #include "integrators/run/runner_integrator.h"
 #include "integrators/run/sampler.h"
+#include "linalg/dense/dot.h"
 #include "model/data/run_settings.h"
 #include "model/data/state.h"
 #include <kempe/check.h>
@@ -243,7 +244,10 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
     if (!run->may_take_bodies)
         return KEMPE_OK;
     KMP_TRY(kmp_eval_add_articulated(run->eval));
-    KMP_TRY(compare_bodies(run, q, qd, &off, &run->by_bodies));
+    if (run->eval->by_links) /* no loop makes a motion definite that is none with all loops open */
+        run->by_bodies = kmp_all_finite(run->s->n, run->qdd);
+    else
+        KMP_TRY(compare_bodies(run, q, qd, &off, &run->by_bodies));
     if (!run->by_bodies && run->eval->weighs_only && run->s->dynamics == KMP_DYNAMICS_AUTO) {
         KMP_TRY(kmp_eval_add_composite(run->eval));
         kmp_eval_set_by_bodies(run->eval, false);
@@ -427,6 +431,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     if (run->eval && run->eval->weighs_only)
         KMP_TRY(kmp_eval_add_articulated(run->eval));
     KMP_TRY(kmp_made(run->s->context, run->eval));
+    kmp_eval_set_by_bodies(run->eval, run->eval->by_links);
     KMP_TRY(runner_make_parts(run));
     KMP_TRY(kmp_runner_begin_at(run, start));
     const double *q = run->state, *qd = q + run->s->n;

@@ -269,7 +269,7 @@ static bool allocate_outputs(kmp_equations *eq)
 static unsigned requested_energy(const kmp_equations *eq, unsigned sets)
 {
     if (sets & KMP_SET_ENERGY || (sets & KMP_SET_OUTPUT && kmp_outputs_need_forces(eq->model)))
-        return KMP_ENERGY_POTENTIAL | KMP_ENERGY_POWER;
+        return KMP_ENERGY_POTENTIAL | KMP_ENERGY_POWER | (sets & KMP_SET_KINETIC ? KMP_ENERGY_BY_LINKS : 0);
     return sets & KMP_SET_POWER ? KMP_ENERGY_POWER : 0;
 }
 
@@ -481,6 +481,7 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_derivation_requ
         KMP_TRY(derive_loaded(eq, request, energy));
     else if (sets & KMP_SET_OUTPUT)
         KMP_TRY(kmp_outputs_derive(eq, NULL));
+    eq->kinetic = sets & KMP_SET_KINETIC ? kmp_kinetic_energy(&eq->tree, kmp_model_coordinates(eq->model)) : KMP_ZERO;
     eq->friction_count = 0;
     if (sets & KMP_SET_FRICTION) {
         /* Rates, levels and forces of all elements that stick. */

@@ -37,6 +37,7 @@ enum {
     KMP_SET_CONDITIONS = 2097152,  /* values of the request's conditions, of which all laws have been derived */
     KMP_SET_LOADS = 8388608,       /* derivatives of C by the multipliers; with C and the closures */
     KMP_SET_ALONG = 4194304,       /* changes along a direction; with the sets that it differentiates */
+    KMP_SET_KINETIC = 33554432,    /* the kinetic energy, link by link */
     KMP_SET_START = 16777216       /* start values of the coordinates and rates, as given */
 };
 
@@ -102,7 +103,7 @@ typedef struct kmp_equations {
     kmp_ref *jt_mu;                             /* n */
     kmp_ref *hdot;                              /* m */
     kmp_ref *derived; /* h, hdot, jdqd (m each) and J by differentiation; NULL: no search for variants */
-    kmp_ref potential, power;
+    kmp_ref potential, power, kinetic;
     kmp_ref *reaction; /* 3 a closure */
     kmp_ref *position; /* 3 a position output, in order */
     int position_count;

@@ -200,7 +200,8 @@ bool kmp_motion_make_weighing(kempe_system *s, kmp_equations *eq)
     if (!find_jacobian(s, eq) || !begin_groups(&g, s, eq))
         return false;
     g.last = 1;
-    put_pattern(&g, &s->arena, &s->mass, s->n, s->n, eq->mass);
+    if (!s->late->by_links)
+        put_pattern(&g, &s->arena, &s->mass, s->n, s->n, eq->mass);
     const kmp_ref *group[2] = {g.out, g.out + g.count[0]};
     if (!s->arena.failed) /* the passes would cost more than they save: it runs seldom */
         s->late->weighing = kmp_program_new(eq->graph, 2, g.count, group);
@@ -233,7 +234,9 @@ static bool motion_make_bodies(const kempe_system *s, kmp_bodies *bodies, kmp_eq
     g.last = 2;
     put_outputs(&g, s->n, eq->free_qdd);
     put_outputs(&g, s->m, eq->drift);
-    bool shorter = !s->late; /* their contacts take most of a right-hand side, which the passes do not shorten */
+    bool shorter =
+        !s->late ||
+        s->late->by_links; /* else their contacts take most of a right-hand side, which the passes do not shorten */
     bodies->program = bodies->arena.failed ? NULL : program_of(&g, s, eq, shorter);
     return bodies->program;
 }
@@ -268,7 +271,8 @@ void kmp_lazy_equations_free(kmp_lazy_equations *late)
 static kempe_status make_late(kmp_lazy_equations *late)
 {
     kempe_system *s = late->system;
-    s->motion = kmp_motion_recall(s);
+    s->motion =
+        late->by_links ? NULL : kmp_motion_recall(s); /* the record of the system has no pattern of M by links */
     if (s->motion)
         return KEMPE_OK;
     /* M and C by the variants that the search has chosen; without a search, by those of the model as it is. */
@@ -280,10 +284,14 @@ static kempe_status make_late(kmp_lazy_equations *late)
                                             .charted = true};
     kmp_equations eq;
     KMP_TRY(kmp_equations_derive(&eq, s->model, &request));
-    s->motion = kmp_motion_make_again(s, &eq);
+    kmp_ref *entries = late->by_links ? KMP_GRAPH_NEW(eq.graph, kmp_ref, s->n * s->n) : NULL;
+    if (entries)
+        kmp_pattern_init(&s->mass, &s->arena, s->n, s->n, eq.mass, entries);
+    s->motion = s->arena.failed ? NULL : kmp_motion_make_again(s, &eq);
     kmp_equations_free(&eq);
     KMP_TRY(kmp_made(s->context, s->motion));
-    kmp_motion_keep(s);
+    if (!late->by_links)
+        kmp_motion_keep(s);
     return KEMPE_OK;
 }
 
@@ -309,6 +317,9 @@ bool kmp_motion_is_made(const kempe_system *s)
 
 const kmp_program *kmp_motion_known(const kempe_system *s)
 {
+    if (!kmp_motion_is_made(s) && s->late->by_links && !(kmp_motion_need_bodies(s) == KEMPE_OK && s->bodies->program) &&
+        kmp_motion_need(s) != KEMPE_OK)
+        return NULL;
     return kmp_motion_is_made(s) ? s->motion : s->bodies->program;
 }
 
@@ -465,18 +476,27 @@ bool kmp_motion_may_wait(const kempe_system *s)
         iterates = iterates || model->closures[c].curve_count > 0;
     for (int k = 0; k < model->force_count; k++)
         pressed = pressed || kmp_force_has_load(&model->forces[k]);
-    return bodies && !pressed && iterates && kmp_equations_are_large(model) && n - rows >= FEW &&
-           (double)rows * n <= MOST_ENTRIES;
+    return bodies && !pressed && (iterates || kmp_motion_goes_by_links(model)) && kmp_equations_are_large(model) &&
+           n - rows >= FEW && (double)rows * n <= MOST_ENTRIES;
+}
+
+/* Large trees: nothing is closed, and nothing strikes or sticks. */
+bool kmp_motion_goes_by_links(const kempe_model *model)
+{
+    return model->motion_count == kmp_model_coordinates(model) && kmp_closure_all_rows(model) == 0 &&
+           kmp_equations_are_large(model);
 }
 
 /* -- the derivation ---------------------------------------------------------------------------------- */
 
 static kempe_status derive_bodies(const kempe_system *s, kmp_bodies *bodies)
 {
-    enum { QUARTERS = 4 }; /* operations of closures and M are a quarter of those by M and C, about */
-    bool passes = kmp_equations_are_large(s->model) && !s->late;
+    /* Operations of closures and M are a quarter of those by M and C, about. */
+    enum { QUARTERS = 4, NODES_OF_LINK = 60 };
+    bool passes = kmp_equations_are_large(s->model) && (!s->late || s->late->by_links);
     const kmp_program *p = s->late ? s->late->weighing : s->motion;
-    const uint32_t nodes = (uint32_t)(s->late ? QUARTERS * p->code[p->stages] : p->code[p->stages]);
+    const uint32_t nodes = s->late && s->late->by_links ? NODES_OF_LINK * (uint32_t)s->n
+                                                        : (uint32_t)((s->late ? QUARTERS : 1) * p->code[p->stages]);
     kmp_events events = s->events; /* the system has recorded all conditions: none is added */
     const kmp_derivation_request request = {.sets =
                                                 KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_POWER,

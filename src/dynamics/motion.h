@@ -28,7 +28,8 @@ kempe_status kmp_motion_need(const kempe_system *system);
 /** True if M and C have been made. */
 bool kmp_motion_is_made(const kempe_system *system);
 
-/** The program by M and C if it has been made, otherwise that by articulated bodies (NULL: none). */
+/** The program by M and C if it has been made, otherwise that by articulated bodies (NULL: none). A large tree may have
+ * neither: it makes one. */
 const kmp_program *kmp_motion_known(const kempe_system *system);
 
 /** Lists operands of expressions of multipliers that do not depend on multipliers, in the order of the graph: they are
@@ -38,6 +39,8 @@ bool kmp_list_unloaded(const kmp_graph *graph, int count, const kmp_ref *of, kmp
 /** True if M and C of a new system wait: it is large, articulated bodies may cost less, and runs by these never need
  * C. */
 bool kmp_motion_may_wait(const kempe_system *system);
+/** True if a system whose M and C wait does without M: it is a large tree. */
+bool kmp_motion_goes_by_links(const kempe_model *model);
 
 /** Room for articulated bodies; NULL: no memory. */
 kmp_bodies *kmp_bodies_new(void);

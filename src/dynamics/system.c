@@ -199,9 +199,12 @@ bool kmp_system_rescale(kempe_system *s)
 static bool make_judge(kempe_system *s, kmp_equations *eq)
 {
     const int uses = s->use_count = eq->uses.count;
-    const int count[5] = {1, 1, 3 * s->model->closure_count, 3 * eq->position_count, eq->shown_count + uses};
+    const bool by_links = s->late && s->late->by_links;
+    const int count[5] = {1, by_links ? 2 : 1, 3 * s->model->closure_count, 3 * eq->position_count,
+                          eq->shown_count + uses};
     kmp_ref *shown = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->shown_count + uses + 1);
-    const kmp_ref *groups[5] = {&eq->potential, &eq->power, eq->reaction, eq->position, shown};
+    const kmp_ref energies[2] = {eq->power, eq->kinetic};
+    const kmp_ref *groups[5] = {&eq->potential, energies, eq->reaction, eq->position, shown};
     s->use = KMP_ARENA_NEW(&s->arena, kmp_table_use, uses + 1);
     if (!shown || !s->use)
         return false;
@@ -341,14 +344,17 @@ static kempe_status derive_rest(kempe_system *s, kmp_equations *eq)
     return kmp_goals_program(eq, &s->goals) ? KEMPE_OK : kmp_fail_memory(s->context);
 }
 
-/* Derives closures, M and the programs that follow those of motion. The variants of M and C are found on the way. */
+/* Derives closures, M and the programs that follow those of motion. The variants of M and C are found on the way. By
+ * links there is no M, and variants are found where a program needs them. */
 static kempe_status derive_late(kempe_system *s)
 {
-    const kmp_derivation_request request = {.sets = KMP_MOTION_SETS | KMP_SET_REACTION,
-                                            .then = KMP_SET_CLOSURE | KMP_SET_MASS | JUDGE_SETS,
+    const bool by_links = s->late->by_links;
+    const unsigned sets = KMP_SET_CLOSURE | JUDGE_SETS | (by_links ? KMP_SET_KINETIC : KMP_SET_MASS);
+    const kmp_derivation_request request = {.sets = by_links ? sets : KMP_MOTION_SETS | KMP_SET_REACTION,
+                                            .then = by_links ? 0 : sets,
                                             .quick = true,
-                                            .found = &s->bodies->first,
-                                            .chosen = &s->late->chosen,
+                                            .found = by_links ? NULL : &s->bodies->first,
+                                            .chosen = by_links ? NULL : &s->late->chosen,
                                             .events = &s->events,
                                             .charted = true};
     kmp_equations eq;
@@ -376,6 +382,7 @@ static kempe_status derive_system(kempe_system *s, bool closures)
     if (!closures && kmp_motion_may_wait(s)) {
         s->late = kmp_lazy_equations_new(s);
         KMP_TRY(kmp_made(s->context, s->late));
+        s->late->by_links = kmp_motion_goes_by_links(s->model);
         KMP_TRY(derive_late(s));
         return s->dynamics == KMP_DYNAMICS_ARTICULATED ? kmp_motion_need_bodies(s) : KEMPE_OK;
     }

@@ -61,7 +61,7 @@ enum {
 /* Stages of the judging program. */
 enum {
     KMP_STAGE_POTENTIAL = 1, /* t, q: potential energy */
-    KMP_STAGE_POWER,         /* qd: power of the non-conservative forces */
+    KMP_STAGE_POWER,         /* qd: power of the non-conservative forces; late->by_links: kinetic energy */
     KMP_STAGE_REACTION,      /* q, lambda: 3 a closure */
     KMP_STAGE_POSITION,      /* q: 3 a position output */
     KMP_STAGE_SHOWN          /* all: outputs in addition to the table (model/data/output_table.h) */
@@ -81,11 +81,13 @@ typedef struct kmp_bodies {
 } kmp_bodies;
 
 /** M and C that wait for their first use (kmp_motion_need): runs of large mechanisms by articulated bodies evaluate M
- * alone, at the start and for energies. `motion` is written once, under the lock. */
+ * alone, at the start and for energies; those of large trees do without, and have the kinetic energy link by link.
+ * `motion` is written once, under the lock; so is the pattern of M where `weighing` does not have it. */
 typedef struct kmp_lazy_equations {
     pthread_mutex_t lock;
     atomic_bool made;      /* `motion` of the system counts when it is true */
-    kmp_program *weighing; /* closures and M */
+    bool by_links;         /* no program evaluates M before `motion` is made */
+    kmp_program *weighing; /* closures and M, which by_links leaves out */
     kmp_savings chosen;    /* the variants of M and C */
     struct kempe_system *system;
 } kmp_lazy_equations;

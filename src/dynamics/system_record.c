@@ -271,7 +271,7 @@ void kmp_system_keep(kempe_system *s)
     finish(s, whole, &b, &pool);
     if (atomic_load(&s->bodies->made))
         kmp_bodies_keep(s);
-    if (s->late && atomic_load(&s->late->made))
+    if (s->late && !s->late->by_links && atomic_load(&s->late->made))
         kmp_motion_keep(s);
 }
 
@@ -317,6 +317,7 @@ static bool read_system(kmp_byte_source *b, kempe_system *s)
         s->late = kmp_lazy_equations_new(s);
         if (!s->late)
             return false;
+        s->late->by_links = kmp_motion_goes_by_links(s->model);
         kmp_savings_take(b, &s->late->chosen, s->model);
     }
     kmp_savings_take(b, &s->bodies->first, s->model);

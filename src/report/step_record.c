@@ -110,7 +110,7 @@ static kempe_status advance(recording *r)
 
 static kempe_status judge(const kempe_system *system, const char *backend, kmp_record *record)
 {
-    kmp_evaluator *eval = record->row.rows > 0 ? kmp_eval_new(system, backend) : NULL;
+    kmp_evaluator *eval = record->row.rows > 0 ? kmp_eval_new_for(system, backend, NULL, KMP_EVAL_WEIGHS) : NULL;
     if (!eval)
         return record->row.rows > 0 ? KEMPE_E_MEMORY : KEMPE_OK;
     for (int row = 0; row < record->row.rows; row++) {

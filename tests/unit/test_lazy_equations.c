@@ -2,6 +2,8 @@
 /* wings: exchange */
 /* M and C that wait for their first use: runs by articulated bodies need none, and what takes their place equals them.
  */
+#include "base/memory.h"
+#include "bench/trees.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/evaluator.h"
 #include "dynamics/motion.h"
@@ -10,6 +12,8 @@
 #include "studies/simulate/trajectory.h"
 #include <kempe/check.h>
 #include <kempe/extend.h>
+#include <kempe/table.h>
+#include <kempe/workspace.h>
 #include <math.h>
 #include <pthread.h>
 #include <string.h>
@@ -166,6 +170,106 @@ static void values_are_those_of_m_and_c(void)
     }
 }
 
+/* -- large trees ---------------------------------------------------------------------------------------- */
+
+/* A tree of joints of all axes, with springs, dampers, armatures and a force that depends on time. */
+static loaded load_tree(tree_shape shape, int n)
+{
+    kmp_text text = {0};
+    char *bodies = tree_text(shape, n);
+    kmp_text_put(&text, bodies);
+    kmp_text_put(&text, "forces:\n");
+    for (int b = 1; b <= n; b += 3)
+        kmp_text_printf(&text, "  s%d: {joint: q%d, spring: {stiffness: 40, rest: 0.1, damping: 0.3}}\n", b, b);
+    kmp_text_printf(&text, "  e: {joint: q%d, force: 3 * sin(20 * t)}\n", n);
+    kmp_text_put(&text, "start: {qd: {q1: 0.2, q2: -0.1, q5: 0.3}}\n");
+    loaded l = load_text(text.s);
+    kmp_text_free(&text);
+    kmp_free(bodies);
+    return l;
+}
+
+/* Energies and power by links are those by M, at random states; M is then made, with the entries of a system that does
+ * not wait. */
+static void check_links(const loaded *l, const kempe_system *by_mass)
+{
+    kempe_system *s = l->system;
+    int n = s->n;
+    double q[MOST], qd[MOST];
+    CHECK(n <= MOST && s->late->by_links && s->mass.count == 0);
+    kmp_evaluator *links = kmp_eval_new_for(s, "tape", NULL, KMP_EVAL_WEIGHS), *whole = kmp_eval_new(by_mass, "tape");
+    CHECK(links && links->by_links && whole && kmp_eval_add_articulated(links) == KEMPE_OK);
+    kmp_eval_set_by_bodies(links, true);
+    random_seed(5);
+    for (int k = 0; k < STATES; k++) {
+        for (int i = 0; i < n; i++) {
+            q[i] = between(-1, 1);
+            qd[i] = between(-1, 1);
+        }
+        place(links, 0.1 * k, q, qd);
+        place(whole, 0.1 * k, q, qd);
+        double x = kmp_eval_kinetic(links, qd), y = kmp_eval_kinetic(whole, qd);
+        CHECK(fabs(x - y) <= 1e-13 * y);
+        x = kmp_eval_potential(links, 0.1 * k, q);
+        y = kmp_eval_potential(whole, 0.1 * k, q);
+        CHECK(fabs(x - y) <= 1e-12 * fabs(y));
+        x = kmp_eval_power(links, 0.1 * k, q, qd);
+        y = kmp_eval_power(whole, 0.1 * k, q, qd);
+        CHECK(fabs(x - y) <= 1e-12 * fabs(y));
+    }
+    kmp_eval_free(links);
+    kmp_eval_free(whole);
+    kempe_workspace *ws[2] = {NULL, NULL};
+    CHECK(!kmp_motion_is_made(s) && kempe_workspace_new(s, &ws[0]) == KEMPE_OK && kmp_motion_is_made(s));
+    CHECK(kempe_workspace_new(by_mass, &ws[1]) == KEMPE_OK && s->mass.count == by_mass->mass.count);
+    for (int k = 0; k < 2; k++)
+        CHECK(kempe_workspace_evaluate(ws[k], 0, q, qd) == KEMPE_OK);
+    CHECK(worst_of(n * n, kempe_workspace_mass(ws[0]), kempe_workspace_mass(ws[1])) < 1e-13);
+    CHECK(worst_of(n, kempe_workspace_bias(ws[0]), kempe_workspace_bias(ws[1])) < 1e-12);
+    CHECK_NEAR(kempe_workspace_kinetic(ws[0]), kempe_workspace_kinetic(ws[1]), 1e-12);
+    kempe_workspace_free(ws[0]);
+    kempe_workspace_free(ws[1]);
+}
+
+static void large_trees_go_by_links(void)
+{
+    for (int shape = 0; shape < TREE_SHAPES; shape++) {
+        loaded l = load_tree((tree_shape)shape, 60);
+        kempe_system *by_mass = NULL;
+        CHECK(waits(&l) && kempe_system_new_with_algorithm(l.model, "composite", &by_mass) == KEMPE_OK);
+        kempe_trajectory *t = run(l.system, "dop853"), *other = run(by_mass, "dop853");
+        kempe_table *table = NULL;
+        CHECK(waits(&l) && apart(t, other, l.system->n) < 1e-10);
+        CHECK(fabs(t->verdict.drift_rel - other->verdict.drift_rel) < 1e-11);
+        CHECK(kempe_trajectory_table(t, "rows", &table) == KEMPE_OK && waits(&l)); /* nor do tables need M */
+        check_links(&l, by_mass);
+        kempe_trajectory *implicit = run(l.system, "radau5");
+        CHECK(apart(implicit, other, l.system->n) < 1e-6);
+        kempe_table_free(table);
+        kempe_trajectory_free(t);
+        kempe_trajectory_free(other);
+        kempe_trajectory_free(implicit);
+        kempe_system_free(by_mass);
+        unload(&l);
+    }
+}
+
+/* A chain of two thousand links is prepared in a number of operations in proportion to them. */
+static void operations_grow_with_the_links(void)
+{
+    long count[2];
+    for (int k = 0; k < 2; k++) {
+        loaded l = load_tree(TREE_LINEAR, k ? 2000 : 200);
+        CHECK(waits(&l) && kmp_motion_need_bodies(l.system) == KEMPE_OK && l.system->bodies->program);
+        count[k] = kmp_program_count(l.system->bodies->program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper +
+                   kmp_program_count(l.system->judge, KMP_STAGE_POTENTIAL, KMP_STAGE_POWER).paper;
+        CHECK(waits(&l));
+        unload(&l);
+    }
+    printf("  operations of 200 and 2000 links: %ld, %ld\n", count[0], count[1]);
+    CHECK((double)count[1] < 10.5 * (double)count[0]);
+}
+
 /* M and C are made once by several threads, and have as many operations as those of a system that does not wait. */
 static void *need(void *system)
 {
@@ -197,6 +301,8 @@ int main(void)
     TEST(others_do_not_wait);
     TEST(runs_by_bodies_need_none);
     TEST(values_are_those_of_m_and_c);
+    TEST(large_trees_go_by_links);
+    TEST(operations_grow_with_the_links);
     TEST(threads_share_them);
     return check_report();
 }

@@ -66,6 +66,47 @@ void kmp_add_power(kmp_forces *forces, const kmp_tree *tree, kmp_ref effort, kmp
     forces->power = kmp_add(tree->graph, forces->power, kmp_mul(tree->graph, effort, rate));
 }
 
+/* - m g.x of every body, x in ground axes. */
+static kmp_ref potential_of_gravity(const kmp_tree *tree)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref v = KMP_ZERO;
+    for (int i = 1; i < tree->count; i++) {
+        if (tree->links[i].mass == KMP_ZERO)
+            continue;
+        kmp_vec x = tree->links[i].com;
+        for (int k = i; k > 0; k = tree->links[k].parent) {
+            x = kmp_link_to_parent(tree, k, kmp_vec_add(g, x, kmp_link_slide(tree, k)));
+            x = kmp_vec_add(g, x, tree->links[k].p);
+        }
+        v = kmp_sub(g, v, kmp_mul(g, tree->links[i].mass, kmp_vec_dot(g, tree->gravity, x)));
+    }
+    return v;
+}
+
+/* The same from the first moments of what each joint carries, from the leaves inwards: operations in proportion to the
+ * links. */
+static kmp_ref potential_by_links(const kmp_tree *tree)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref *mass = KMP_GRAPH_NEW(g, kmp_ref, tree->count);
+    kmp_vec *moment = KMP_GRAPH_NEW(g, kmp_vec, tree->count);
+    if (!mass || !moment)
+        return KMP_ZERO;
+    for (int i = 0; i < tree->count; i++)
+        moment[i] = kmp_vec_zero();
+    for (int i = tree->count - 1; i > 0; i--) {
+        const kmp_link *link = &tree->links[i];
+        mass[i] = kmp_add(g, mass[i], link->mass);
+        kmp_vec own = kmp_vec_add(g, moment[i], kmp_vec_scale(g, link->mass, link->com));
+        own = kmp_vec_add(g, own, kmp_vec_scale(g, mass[i], kmp_link_slide(tree, i)));
+        own = kmp_vec_add(g, kmp_link_to_parent(tree, i, own), kmp_vec_scale(g, mass[i], link->p));
+        mass[link->parent] = kmp_add(g, mass[link->parent], mass[i]);
+        moment[link->parent] = kmp_vec_add(g, moment[link->parent], own);
+    }
+    return kmp_neg(kmp_vec_dot(g, tree->gravity, moment[0]));
+}
+
 void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy, const kmp_force *alone)
 {
     const kempe_model *model = tree->model;
@@ -79,20 +120,8 @@ void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy, 
         if (!alone || alone == &model->forces[k])
             law_of(model->forces[k].kind)(forces, &kinked, &model->forces[k], energy,
                                           forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * k);
-    if (energy & KMP_ENERGY_POTENTIAL) {
-        /* - m g.x of every body, x in ground axes. */
-        kmp_graph *g = tree->graph;
-        kmp_ref v = KMP_ZERO;
-        for (int i = 1; i < tree->count; i++) {
-            if (tree->links[i].mass == KMP_ZERO)
-                continue;
-            kmp_vec x = tree->links[i].com;
-            for (int k = i; k > 0; k = tree->links[k].parent) {
-                x = kmp_link_to_parent(tree, k, kmp_vec_add(g, x, kmp_link_slide(tree, k)));
-                x = kmp_vec_add(g, x, tree->links[k].p);
-            }
-            v = kmp_sub(g, v, kmp_mul(g, tree->links[i].mass, kmp_vec_dot(g, tree->gravity, x)));
-        }
-        forces->potential = kmp_add(tree->graph, forces->potential, v);
-    }
+    if (energy & KMP_ENERGY_POTENTIAL)
+        forces->potential =
+            kmp_add(tree->graph, forces->potential,
+                    energy & KMP_ENERGY_BY_LINKS ? potential_by_links(tree) : potential_of_gravity(tree));
 }

@@ -17,7 +17,8 @@ typedef struct kmp_forces {
 } kmp_forces;
 
 /** Parts of the energy that are derived in addition to the forces. */
-enum { KMP_ENERGY_POTENTIAL = 1, KMP_ENERGY_POWER = 2 };
+/** BY_LINKS: the potential of gravity in a number of operations in proportion to the links; other roundings. */
+enum { KMP_ENERGY_POTENTIAL = 1, KMP_ENERGY_POWER = 2, KMP_ENERGY_BY_LINKS = 4 };
 
 /** All force elements of the model, with the requested parts `energy`; other parts are zero. `alone`: the one that
  * acts, none where the model has no such element; NULL: all. Arrays are in the room of the graph, which fails when

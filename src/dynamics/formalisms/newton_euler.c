@@ -352,3 +352,42 @@ void kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
             c[h] = kmp_composite_add(tree->graph, c[h], lumped_to_parent(tree, i, c[i]));
     }
 }
+
+/* -- energy ------------------------------------------------------------------------------------------ */
+
+/* m v^2 + w' I w of link i, v that of its centre of mass, and its armature's part. */
+static kmp_ref twice_the_energy(const kmp_tree *tree, int i, kmp_vec v, kmp_vec w)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_link *link = &tree->links[i];
+    kmp_vec centre = kmp_vec_add(g, v, kmp_vec_cross(g, w, link->com));
+    kmp_ref sum = kmp_mul(g, link->mass, kmp_vec_dot(g, centre, centre));
+    sum = kmp_add(g, sum, kmp_vec_dot(g, w, kmp_tensor_apply(g, link->inertia, w)));
+    return kmp_add(g, sum, kmp_mul(g, link->armature, kmp_mul(g, link->qd, link->qd)));
+}
+
+/* Velocities of origins and angular velocities in the axes of the links, from the ground outwards. */
+kmp_ref kmp_kinetic_energy(const kmp_tree *tree, int count)
+{
+    kmp_graph *g = tree->graph;
+    kmp_vec *v = KMP_GRAPH_NEW(g, kmp_vec, tree->count), *w = KMP_GRAPH_NEW(g, kmp_vec, tree->count);
+    kmp_ref sum = KMP_ZERO;
+    if (!v || !w)
+        return sum;
+    v[0] = w[0] = kmp_vec_zero();
+    for (int i = 1; i <= count; i++) {
+        const kmp_link *link = &tree->links[i];
+        const int h = link->parent;
+        kmp_vec rate = kmp_vec_axis(link->qd, link->axis);
+        w[i] = kmp_link_to_child(tree, i, w[h]);
+        v[i] = kmp_link_to_child(tree, i, kmp_vec_add(g, v[h], kmp_vec_cross(g, w[h], link->p)));
+        if (link->rotation) {
+            w[i] = kmp_vec_add(g, w[i], rate);
+        } else {
+            v[i] = kmp_vec_add(g, v[i], kmp_vec_cross(g, w[i], kmp_link_slide(tree, i)));
+            v[i] = kmp_vec_add(g, v[i], rate);
+        }
+        sum = kmp_add(g, sum, twice_the_energy(tree, i, v[i], w[i]));
+    }
+    return kmp_mul(g, kmp_const(g, 0.5), sum);
+}

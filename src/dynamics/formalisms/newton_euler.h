@@ -38,6 +38,10 @@ void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, km
 /** Adds link i's wrench about its origin to its parent's: the sums of (25) and (27). */
 void kmp_wrench_to_parent(const kmp_tree *tree, int i, kmp_wrench w, kmp_wrench *parent);
 
+/** The kinetic energy link by link, of `count` links from the first one: a number of operations in proportion to the
+ * links, where qd' M qd / 2 has that of the entries of M. */
+kmp_ref kmp_kinetic_energy(const kmp_tree *tree, int count);
+
 /** M[i, k] for k <= i as m[i * n + k]; entries off the tree are zero. */
 typedef void kmp_mass_scheme(const kmp_tree *tree, kmp_ref *m);
 

@@ -420,7 +420,7 @@ KMP_PRINT(kempe_trajectory, trajectory, trajectory->system->context, json, show)
 static void fill_rows(kempe_table *table, const void *result)
 {
     const kempe_trajectory *t = result;
-    kmp_evaluator *eval = kmp_eval_new(t->system, t->spec.backend);
+    kmp_evaluator *eval = kmp_eval_new_for(t->system, t->spec.backend, NULL, KMP_EVAL_WEIGHS);
     kmp_columns columns = {0};
     double *values =
         eval && kmp_columns_init(&columns, t->system, t->system->model, NULL) ? KMP_NEW(double, columns.count) : NULL;
