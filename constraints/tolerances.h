@@ -34,8 +34,8 @@
 #define KMP_ARTICULATED_AGREE 1e-9
 #define KMP_ARTICULATED_PIVOT 1e-8
 /** Both may differ by more where the system is badly conditioned, as on a long chain. Articulated bodies are used, too,
- * if their backward error is rounding: it is below 1e-16 on chains of 1000 links, and 7e-5 where a joint moves almost no
- * inertia. */
+ * if their backward error is rounding: it is below 1e-16 on chains of 1000 links, and 7e-5 where a joint moves almost
+ * no inertia. */
 #define KMP_ARTICULATED_BACKWARD 1e-12
 
 /** Pivots of M and J M^-1 J' over the diagonal before elimination: a smaller one has lost five digits or more, and the
