@@ -15,7 +15,7 @@ import time
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 HARMLESS = re.compile("software WebGL|GPU stall|GL Driver Message")  # of a machine without a graphics card
 SECONDS = 120  # for one page
-SETTLED = 500  # virtual milliseconds after the page was loaded, for what it draws by and by
+SETTLED = 100  # virtual milliseconds after the page was loaded, for what it draws by and by
 
 # Elements that are wider than the page, unless they scroll by themselves, and whether the page scrolls sideways.
 WIDTHS = """(() => {

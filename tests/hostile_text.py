@@ -150,15 +150,18 @@ def code(kempe, model, folder):
     for file in (folder / "py").glob("*.py"):
         compile(file.read_text(encoding="utf-8"), str(file), "exec")
     run(kempe, "generate", model, "--lang", "octave", "-o", folder / "m")
-    for file in (folder / "m").glob("*.m"):
-        if shutil.which("octave"):
-            run("octave", "--norc", "--eval", f"x = fileread('{file}'); __parse_file__('{file}');")
+    if shutil.which("octave"):
+        run("octave", "--norc", "--eval", " ".join(f"x = fileread('{file}'); __parse_file__('{file}');" for file in (folder / "m").glob("*.m")))
 
 
 def units(kempe, model, folder):
+    """Compiled without optimisation, which takes four fifths of the time, and what both have alike once."""
+    compiler = folder / "quick_cc"
+    compiler.write_text(f'#!/bin/sh\nexec {pathlib.Path(__file__).resolve().parent}/generate/cc_once {folder} cc "$@" -O0\n')
+    compiler.chmod(0o755)
     for fmi in ("2", "3"):
         file = folder / f"unit{fmi}.fmu"
-        run(kempe, "fmu", model, "--fmi", fmi, "-o", file)
+        run(kempe, "fmu", model, "--fmi", fmi, "-o", file, "--compiler", compiler)
         with zipfile.ZipFile(file) as archive:
             check(archive.testzip() is None, "the unit is damaged")
             for entry in archive.namelist():

@@ -249,7 +249,7 @@ const nameOver = (x, y) => {
     view.dispatchEvent(new PointerEvent("pointermove", { clientX: box.left + x * box.width, clientY: box.top + y * box.height }));
     return document.querySelector(".label-at").textContent;
 };
-root.found = [...new Set([...Array(40 * 40).keys()].map((k) => nameOver((k % 40) / 40, Math.floor(k / 40) / 40)))].join("|");
+root.found = [...new Set([...Array(20 * 20).keys()].map((k) => nameOver((k % 20) / 20, Math.floor(k / 20) / 20)))].join("|");
 root.solids = data.picture.bodies.map((body) => body.solids.map((solid) => solid.kind).join()).join("|");
 root.ink = all;
 byId("names").children[0].click();

@@ -2551,7 +2551,7 @@ class Guidance(Case):
         text = model.read_text().replace("examples/", str(ROOT / "examples") + "/").replace("../", str(ROOT / "examples") + "/")
         (self.folder / "model.yaml").write_text(text.replace("outputs: [q, qd,", "outputs: [guidance(FL), q, qd,"))
         common = ("model.yaml", "--t-end", "0.5", "--no-convergence-check")
-        self.expect(0, "simulate", *common, "--output-step", "0.00002", "-o", "rows.csv")
+        self.expect(0, "simulate", *common, "--output-step", "0.00005", "-o", "rows.csv")
         with open(self.folder / "rows.csv", newline="") as table:
             rows = [{name: float(row[f"guidance.FL.{name}"]) for name in names} for row in csv.DictReader(table)]
         (self.folder / "values.csv").write_text("V\n15\n")

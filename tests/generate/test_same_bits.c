@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow not_sanitized 31 */
-/* Every model of the examples whose equations can be written, one of three of the tests (./check full: all of them): C
- * computes the bits of Kempe's tape and machine code for the same functions, and to rounding the values of the
- * workspace, whose equations are derived all together.
+/* ctest: slow not_sanitized 18 */
+/* Models whose equations can be written: of each folder of the examples the one of its name, one of three of the others
+ * and of the tests (./check full: all of them). Others of a folder are the same mechanism with other numbers or
+ * tracks; test_wheel_equations compiles the same functions of its models and compares the same bits. C computes the
+ * bits of Kempe's tape and machine code for the same functions, and to rounding the values of the workspace, whose
+ * equations are derived all together.
  */
 #include "full.h"
 #include "generate/compiled_equations.h"
 #include "generate/models.h"
+#include "generate/wheel_models.h"
 #include "generate/workspace_equations.h"
 #include <kempe/generate.h>
 
@@ -84,6 +87,23 @@ static void try_model(const kempe_model *model, const char *path, found *f)
     kmp_source_free(&source);
 }
 
+/* "examples/NAME/NAME.yaml" */
+static bool is_named_as_folder(const char *path)
+{
+    const char *file = strrchr(path, '/');
+    const size_t length = file ? strcspn(file + 1, ".") : 0;
+    return strncmp(path, "examples/", 9) == 0 && strlen(path) == 9 + 2 * length + strlen("/.yaml") &&
+           strncmp(path + 9, file + 1, length) == 0;
+}
+
+static bool is_wanted(const char *path, int k)
+{
+    for (int i = 0; i < WHEEL_MODELS; i++)
+        if (strcmp(path, wheel_models[i]) == 0)
+            return false;
+    return k % 3 == 0 || is_named_as_folder(path);
+}
+
 static void every_model(void)
 {
     static char *paths[MOST_MODELS];
@@ -91,7 +111,7 @@ static void every_model(void)
     int count = models_list(paths);
     for (int k = 0; k < count; k++) {
         kempe_model *model = NULL;
-        bool wanted = check_full() || strncmp(paths[k], "examples", 8) == 0 || k % 3 == 0;
+        bool wanted = check_full() || is_wanted(paths[k], k);
         if (wanted && kempe_model_read(context, paths[k], &model) == KEMPE_OK)
             try_model(model, paths[k], &f);
         kempe_model_free(model);

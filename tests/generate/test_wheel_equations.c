@@ -4,24 +4,12 @@
  * where wheels are on their rails: C computes the bits of the tape. All agree with the workspace of the library to
  * ALLOWED beside the largest entry of each array. */
 #include "generate/interpreted_equations.h"
+#include "generate/wheel_models.h"
 #include "generate/workspace_equations.h"
 #include <kempe/check.h>
 #include <kempe/generate.h>
 
 #define ALLOWED 1e-12
-
-static const char *const paths[] = {"examples/tram/tram.yaml",
-                                    "examples/bogie_track/bogie_track.yaml",
-                                    "examples/wheelset/wheelset.yaml",
-                                    "examples/rolling_wheel/rolling_wheel.yaml",
-                                    "examples/curving/curving.yaml",
-                                    "examples/manchester/manchester.yaml",
-                                    "examples/manchester/manchester_wheelset.yaml",
-                                    "examples/bogie_track/bogie_on_rails.yaml",
-                                    "examples/restrained_wheelset/wheelset_on_rails.yaml",
-                                    "examples/conicity/conicity.yaml",
-                                    "tests/models/wheels.yaml",
-                                    "tests/models/one_wheel.yaml"};
 
 static double own[STATES][MOST_OUT];
 
@@ -143,9 +131,9 @@ static void try_model(const kempe_model *model)
 
 static void wheels(void)
 {
-    for (size_t k = 0; k < sizeof paths / sizeof *paths; k++) {
+    for (int k = 0; k < WHEEL_MODELS; k++) {
         kempe_model *model = NULL;
-        CHECK(kempe_model_read(context, paths[k], &model) == KEMPE_OK);
+        CHECK(kempe_model_read(context, wheel_models[k], &model) == KEMPE_OK);
         if (model)
             try_model(model);
         kempe_model_free(model);

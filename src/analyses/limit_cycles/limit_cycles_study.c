@@ -654,7 +654,7 @@ static kempe_status step_up_and_down(stepped *s)
         const kmp_range range = {.from = c->from, .to = c->to};
         double most = 0;
         for (int k = 0; k < c->values; k++) {
-            kmp_cycle *x;
+            kmp_cycle *x = NULL;
             KMP_TRY(simulate(s, kmp_range_value(&range, b == 0 ? k : c->values - 1 - k, c->values), &x));
             KMP_TRY(kmp_branch_add(c->system->context, &c->arena, &c->branch[b], x));
             most = fmax(most, x->amplitude);
