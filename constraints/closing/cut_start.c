@@ -79,8 +79,8 @@ static double error_of(const kmp_cut_coordinate *c, double value)
     return c->rotation ? remainder(value - c->q.value, 4 * acos(0)) : value - c->q.value;
 }
 
-/* The scaled rows without columns of fixed coordinates, and minus their values, at q, or of rates qd there; the norm of
- * the latter. */
+/* The scaled rows without columns of fixed coordinates, and minus their values, at q, or of rates qd there (else NULL);
+ * the norm of the latter. */
 static double fill_equations(search *x, const bool *fixed, const double *q, const double *qd)
 {
     const kempe_system *s = x->s;
@@ -92,7 +92,7 @@ static double fill_equations(search *x, const bool *fixed, const double *q, cons
         double open = x->rates ? (x->eval->h_t ? x->eval->h_t[r] : 0) : x->eval->h[r];
         for (int k = 0; k < x->n; k++) {
             double entry = x->jacobian[r + k * x->m];
-            open += x->rates ? entry * qd[k] : 0;
+            open += qd ? entry * qd[k] : 0;
             x->matrix[r + k * x->rows] = fixed[k] ? 0 : entry * s->scale[k] / s->row_scale[r];
         }
         x->right[r] = -open / s->row_scale[r];
@@ -111,7 +111,7 @@ static double fill_equations(search *x, const bool *fixed, const double *q, cons
         if (!is_given(c, x->rates))
             continue;
         for (int k = 0; k < x->n; k++) {
-            error += x->rates ? slope[i * x->n + k] * qd[k] : 0;
+            error += qd ? slope[i * x->n + k] * qd[k] : 0;
             x->matrix[at + k * x->rows] = fixed[k] ? 0 : slope[i * x->n + k] * s->scale[k] / size;
         }
         x->right[at++] = -error / size;
