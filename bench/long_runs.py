@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Runs of long mechanisms: time of preparation, time of a right-hand side, peak memory, and how each grows with the length.
+
+    bench/long_runs.py KEMPE [--most N]
+
+A chain of N equal links hangs from the ground, level at the start. A scissor lift of N cells stands on the ground: two bars a cell, and
+N - 1 closed loops. Each is simulated for 0.1 s with the default algorithm by dop853 at rtol 1e-8, without the cache and without a repetition.
+Processor times, the least of three runs. The exponent is that of the growth since the line before."""
+import argparse
+import json
+import math
+import os
+import subprocess
+import tempfile
+
+BAR = "mass: 1, com: [0.5, 0, 0], inertia: {zz: 0.0833}"
+LONGEST = 60  # s of a run; the next length is left out
+
+
+def chain(n):
+    text = "kempe: 1\nname: chain\ngravity: [0, -9.81, 0]\nbodies:\n"
+    for i in range(n):
+        at = f"b{i - 1}.T" if i else "ground"
+        text += f"  b{i}: {{joint: {{name: a{i}, revolute: z, at: {at}}}, {BAR}, points: {{T: [1, 0, 0]}}}}\n"
+    return text
+
+
+def scissors(n):
+    """Cell i has the bars l and r, which cross at their middles; the ends of a cell carry the next one."""
+    angle = 0.5
+    text = "kempe: 1\nname: scissors\ngravity: [0, -9.81, 0]\nbodies:\n"
+    for i in range(n):
+        at = f"l{i - 1}.E" if i else "ground"
+        sign = 1 if i % 2 == 0 else -1
+        text += f"  l{i}: {{joint: {{name: a{i}, revolute: z, at: {at}}}, {BAR}, points: {{M: [0.5, 0, 0], E: [1, 0, 0]}}}}\n"
+        text += (f"  r{i}: {{joint: {{name: c{i}, revolute: z, at: l{i}.M}}, mass: 1, inertia: {{zz: 0.0833}}, "
+                 f"points: {{A: [-0.5, 0, 0], E: [0.5, 0, 0]}}}}\n")
+    text += "loops:\n"
+    for i in range(1, n):
+        text += f"  k{i}: {{ball: [r{i}.A, r{i - 1}.E]}}\n"
+    text += "start:\n  q: {"
+    turns = []
+    for i in range(n):
+        # The bar l rises at +angle and -angle from the side that it begins on, r the other way.
+        direction = angle if i % 2 == 0 else math.pi - angle
+        before = 0 if i == 0 else (angle if (i - 1) % 2 == 0 else math.pi - angle)
+        turns += [f"a{i}: {direction - before:.17g}", f"c{i}: {math.pi - 2 * direction:.17g}"]
+    return text + ", ".join(turns) + "}\n"
+
+
+def measure(kempe, path):
+    """Preparation and right-hand side in s, peak memory in MB; None: it takes longer than LONGEST, or fails."""
+    words = [kempe, "simulate", path, "--no-cache", "-q", "--t-end", "0.1", "--integrator", "dop853", "--no-convergence-check", "--json", "-"]
+    found = None
+    for _ in range(3):
+        with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+            text = process.stdout.read()
+            _, status, used = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(status)
+        result = json.loads(text or "{}")
+        if process.returncode != 0 or "work" not in result:
+            return None
+        now = (result["build_s"], result["cpu_s"] / max(1, result["work"]["rhs"]), used.ru_maxrss / 1024)
+        found = tuple(map(min, found, now)) if found else now
+        if used.ru_utime > LONGEST / 3:
+            break
+    return found
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("kempe")
+    parser.add_argument("--most", type=int, default=10000, help="the largest number of links or cells")
+    given = parser.parse_args()
+    for name, make, lengths in (("chain", chain, (30, 100, 300, 1000, 3000, 10000)), ("scissors", scissors, (10, 30, 100, 300))):
+        print(f"\n{name}: preparation, ms; right-hand side with the steps around it, us; peak memory, MB; exponents of growth\n")
+        print("|  N | preparation | | right-hand side | | memory |\n|---|---|---|---|---|---|")
+        last = None
+        for n in lengths:
+            if n > given.most:
+                break
+            with tempfile.TemporaryDirectory() as folder:
+                path = os.path.join(folder, "long.yaml")
+                with open(path, "w", encoding="utf-8") as file:
+                    file.write(make(n))
+                now = measure(given.kempe, path)
+            if not now:
+                print(f"| {n} | - | | - | | - |")
+                break
+            grown = ["" if not last else f"{math.log(now[k] / last[1][k]) / math.log(n / last[0]):.2f}" for k in range(2)]
+            print(f"| {n} | {now[0] * 1e3:.3g} | {grown[0]} | {now[1] * 1e6:.3g} | {grown[1]} | {now[2]:.3g} |", flush=True)
+            last = (n, now)
+            if now[0] > LONGEST:
+                break
+
+
+if __name__ == "__main__":
+    main()
