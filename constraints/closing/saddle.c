@@ -290,6 +290,11 @@ bool kmp_saddle_find_other(kmp_saddle *saddle, int *row, double *value)
     return kmp_load_find_other(saddle->eval, &pressed, row, value);
 }
 
+bool kmp_saddle_bodies_agree(double difference, double backward_error)
+{
+    return difference <= KMP_ARTICULATED_AGREE || backward_error <= KMP_ARTICULATED_BACKWARD;
+}
+
 double kmp_saddle_backward_error(const kmp_saddle *saddle, const double *qdd, const double *lambda)
 {
     const kmp_evaluator *eval = saddle->eval;

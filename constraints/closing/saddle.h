@@ -75,6 +75,10 @@ void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda);
  * J. ACM 14, 1967), whatever its condition. Infinite without memory. */
 double kmp_saddle_backward_error(const kmp_saddle *saddle, const double *qdd, const double *lambda);
 
+/** True if accelerations by articulated bodies are as good as those by M and C: by their relative difference, or by
+ * their backward error (infinite: not known). */
+bool kmp_saddle_bodies_agree(double difference, double backward_error);
+
 /** After kmp_saddle_accelerations: kmp_load_find_other with its factors. */
 bool kmp_saddle_find_other(kmp_saddle *saddle, int *row, double *value);
 

@@ -307,20 +307,37 @@ double kmp_eval_potential(kmp_evaluator *eval, double t, const double *q)
     return *kmp_machine_run(eval->judge, KMP_STAGE_POTENTIAL);
 }
 
-/* qd' M qd / 2 of the last M, or link by link where M waits. */
-double kmp_eval_kinetic(kmp_evaluator *eval, const double *qd)
+bool kmp_eval_goes_by_links(const kmp_evaluator *eval)
+{
+    return eval->weighs_only && eval->system->late->by_links;
+}
+
+/* qd' M qd / 2 of the last M; or link by link, after the potential at the same place. */
+static double kinetic_here(const kmp_evaluator *eval, const double *qd)
 {
     const kmp_pattern *p = &eval->system->mass;
     int coordinates = kmp_model_coordinates(eval->system->model);
     double sum = 0;
-    if (eval->by_links) {
-        (void)kmp_eval_potential(eval, eval->t, eval->q);
+    if (kmp_eval_goes_by_links(eval)) {
         kmp_machine_set(eval->judge, KMP_IN_QD, qd);
         return kmp_machine_run(eval->judge, KMP_STAGE_POWER)[1];
     }
     for (int k = 0; k < p->count && p->row[k] < coordinates; k++)
         sum += eval->mass[k] * qd[p->row[k]] * qd[p->col[k]] * (p->row[k] == p->col[k] ? 0.5 : 1);
     return sum;
+}
+
+double kmp_eval_kinetic(kmp_evaluator *eval, const double *qd)
+{
+    if (kmp_eval_goes_by_links(eval))
+        (void)kmp_eval_potential(eval, eval->t, eval->q);
+    return kinetic_here(eval, qd);
+}
+
+void kmp_eval_energies(kmp_evaluator *eval, const double *qd, double *kinetic, double *potential)
+{
+    *potential = kmp_eval_potential(eval, eval->t, eval->q);
+    *kinetic = kinetic_here(eval, qd);
 }
 
 /* Stages build on each other: the power's needs the potential's. The power uses the multipliers of the last C. */
@@ -448,7 +465,6 @@ kmp_evaluator *kmp_eval_new_for(const kempe_system *system, const char *backend,
         *eval = (kmp_evaluator){
             .system = system, .shared = *b, .closes_only = use == KMP_EVAL_CLOSES, .n = system->n, .m = system->m};
         eval->weighs_only = use == KMP_EVAL_WEIGHS && !kmp_motion_is_made(system);
-        eval->by_links = eval->weighs_only && system->late->by_links;
         eval->shared.team = team;
         eval->backend = team ? &eval->shared : b;
     }
@@ -498,7 +514,7 @@ kempe_status kmp_eval_add_composite(kmp_evaluator *eval)
     KMP_TRY(kmp_made(s->context, made));
     kmp_machine_free(eval->composite);
     eval->composite = made;
-    eval->weighs_only = eval->by_links = false;
+    eval->weighs_only = false;
     kmp_eval_set_by_bodies(eval, eval->by_bodies);
     set_constant_inputs(eval);
     return KEMPE_OK;

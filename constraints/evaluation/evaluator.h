@@ -19,7 +19,6 @@ typedef struct kmp_evaluator {
     kmp_machine *composite, *articulated, *motion; /* by M and C; by articulated bodies, NULL: none; the active one */
     kmp_machine *judge, *changes;
     bool closes_only;   /* `motion` has the closures alone, and there is no `judge` */
-    bool by_links;      /* `composite` has closures alone: it needs articulated bodies for all but energies */
     bool weighs_only;   /* `composite` has closures and M alone: C is that of articulated bodies, by M */
     bool by_bodies;     /* `motion` is `articulated` */
     double *chart;      /* of the system's spherical joints: nine numbers each, initially C = 1 */
@@ -86,6 +85,9 @@ kempe_status kmp_eval_add_composite(kmp_evaluator *eval);
  * accepts either. */
 void kmp_eval_set_by_bodies(kmp_evaluator *eval, bool by_bodies);
 
+/** True if M waits and energies are found link by link: all but energies then needs articulated bodies. */
+bool kmp_eval_goes_by_links(const kmp_evaluator *eval);
+
 /** Evaluates h, J, h_t at (t, q); then M there; then C and jdqd at qd. Each call needs the ones before it. */
 void kmp_eval_closure(kmp_evaluator *eval, double t, const double *q);
 void kmp_eval_mass(kmp_evaluator *eval);
@@ -133,8 +135,9 @@ double kmp_eval_drive_power(const kmp_evaluator *eval, const double *lambda);
 /** out += M x. */
 void kmp_eval_add_mass_times(const kmp_evaluator *eval, const double *x, double *out);
 
-/** Kinetic energy qd' M qd / 2 of the last kmp_eval_mass. */
+/** Kinetic energy qd' M qd / 2 of the last kmp_eval_mass; both energies at its place. */
 double kmp_eval_kinetic(kmp_evaluator *eval, const double *qd);
+void kmp_eval_energies(kmp_evaluator *eval, const double *qd, double *kinetic, double *potential);
 
 /* Residuals of closures, the rows that count in them, and rows that are dropped. */
 

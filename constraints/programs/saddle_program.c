@@ -100,7 +100,8 @@ static bool choose(maker *k)
 {
     elimination other;
     bool bodies = k->eval->by_bodies;
-    bool forced = bodies && (k->s->dynamics == KMP_DYNAMICS_ARTICULATED || k->eval->by_links); /* M need not be made */
+    bool forced = bodies && (k->s->dynamics == KMP_DYNAMICS_ARTICULATED ||
+                             kmp_eval_goes_by_links(k->eval)); /* M need not be made */
     if (!analyse(k, forced, &k->plan))
         return false;
     if (!bodies || forced)

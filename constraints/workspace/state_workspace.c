@@ -366,11 +366,11 @@ static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a)
         size = fmax(size, fabs(ws->trial[i]) / s->scale[i]);
         off = fmax(off, fabs(ws->answer[i] - ws->trial[i]) / s->scale[i]);
     }
-    if (good && off > KMP_ARTICULATED_AGREE * size && !ws->eval->weighs_only) {
+    if (good && !kmp_saddle_bodies_agree(off / size, error) && !ws->eval->weighs_only) {
         KMP_TRY(evaluate(ws, 0, a->q, a->qd, NULL));
         error = kmp_saddle_backward_error(&ws->bodies, ws->answer, ws->answer + ws->n);
     }
-    ws->by_bodies = good && (off <= KMP_ARTICULATED_AGREE * size || error <= KMP_ARTICULATED_BACKWARD);
+    ws->by_bodies = good && kmp_saddle_bodies_agree(off / size, error);
     return KEMPE_OK;
 }
 

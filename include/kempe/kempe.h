@@ -98,7 +98,7 @@ KEMPE_API const char *kempe_status_text(kempe_status status);
 
 /** The end of a result. A kempe_status is the end of a call. */
 typedef enum kempe_outcome {
-    KEMPE_OUTCOME_NONE,            /* there is no result */
+    KEMPE_OUTCOME_NONE,            /* of no result */
     KEMPE_OUTCOME_COMPLETE,        /* it is whole, and no check of it failed */
     KEMPE_OUTCOME_NOT_CHECKED,     /* complete, but not repeated to compare */
     KEMPE_OUTCOME_NOT_TRUSTWORTHY, /* complete, but a check of it failed: the warnings say which */

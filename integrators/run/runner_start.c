@@ -230,9 +230,9 @@ static kempe_status compare_bodies(kmp_runner *run, const double *q, const doubl
             *off = isfinite(qdd[i]) ? fmax(*off, fabs(qdd[i] - run->qdd[i]) / (s->scale[i] * size)) : INFINITY;
     }
     kmp_saddle_free(&saddle);
-    if (isfinite(*off) && *off > KMP_ARTICULATED_AGREE && !run->eval->weighs_only)
+    if (isfinite(*off) && !kmp_saddle_bodies_agree(*off, error) && !run->eval->weighs_only)
         KMP_TRY(measure_bodies(run, q, qd, &error));
-    *good = *off <= KMP_ARTICULATED_AGREE || error <= KMP_ARTICULATED_BACKWARD;
+    *good = kmp_saddle_bodies_agree(*off, error);
     return KEMPE_OK;
 }
 
@@ -244,7 +244,7 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
     if (!run->may_take_bodies)
         return KEMPE_OK;
     KMP_TRY(kmp_eval_add_articulated(run->eval));
-    if (run->eval->by_links) /* no loop makes a motion definite that is none with all loops open */
+    if (kmp_eval_goes_by_links(run->eval)) /* no loop makes a motion definite that is none with all loops open */
         run->by_bodies = kmp_all_finite(run->s->n, run->qdd);
     else
         KMP_TRY(compare_bodies(run, q, qd, &off, &run->by_bodies));
@@ -431,7 +431,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     if (run->eval && run->eval->weighs_only)
         KMP_TRY(kmp_eval_add_articulated(run->eval));
     KMP_TRY(kmp_made(run->s->context, run->eval));
-    kmp_eval_set_by_bodies(run->eval, run->eval->by_links);
+    kmp_eval_set_by_bodies(run->eval, kmp_eval_goes_by_links(run->eval));
     KMP_TRY(runner_make_parts(run));
     KMP_TRY(kmp_runner_begin_at(run, start));
     const double *q = run->state, *qd = q + run->s->n;

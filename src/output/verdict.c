@@ -209,7 +209,8 @@ kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_evaluator *eval, const 
         judge_misfit(&verdict, t, eval);
         verdict.h_max = larger(verdict.h_max, kmp_eval_residual(eval));
         verdict.hdot_max = larger(verdict.hdot_max, kmp_eval_rate_residual(eval, qd));
-        double kinetic = kmp_eval_kinetic(eval, qd), potential = kmp_eval_potential(eval, t, q);
+        double kinetic, potential;
+        kmp_eval_energies(eval, qd, &kinetic, &potential);
         add_energy(&b, kinetic, potential, kmp_samples_work(table, row), row == 0);
     }
     verdict.moved = find_moved(table, eval->system);

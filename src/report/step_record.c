@@ -121,8 +121,7 @@ static kempe_status judge(const kempe_system *system, const char *backend, kmp_r
         kmp_eval_mass(eval);
         record->h[row] = kmp_eval_residual(eval);
         record->hdot[row] = kmp_eval_rate_residual(eval, qd);
-        record->kinetic[row] = kmp_eval_kinetic(eval, qd);
-        record->potential[row] = kmp_eval_potential(eval, t, q);
+        kmp_eval_energies(eval, qd, &record->kinetic[row], &record->potential[row]);
         record->energy[row] = record->kinetic[row] + record->potential[row] - kmp_samples_work(&record->row, row);
     }
     kmp_eval_free(eval);

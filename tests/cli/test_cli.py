@@ -313,6 +313,24 @@ class Settings(Case):
                 self.assertNotIn("is not used", self.expect(0, "show", "--model", path).stderr)
 
 
+class MissingLibrary(unittest.TestCase):
+    """A library that is loaded at its first use is named where it is not there."""
+
+    def test_umfpack(self):
+        command = pathlib.Path(KEMPE).read_bytes()
+        if b"libumfpack." not in command:
+            self.skipTest("built without UMFPACK")
+        with tempfile.TemporaryDirectory() as folder:
+            without = pathlib.Path(folder) / "kempe"
+            without.write_bytes(command.replace(b"libumfpack.", b"libabsent_."))
+            without.chmod(0o755)
+            run = [without, "simulate", FOUR_BAR, "--no-cache", "-q", "--t-end", "0.1", "--formulation", "dae", "--linear"]
+            done = subprocess.run([*run, "umfpack"], capture_output=True, text=True, timeout=100)
+            self.assertEqual((done.returncode, done.stdout), (2, ""))
+            self.assertRegex(done.stderr, r"linear solver 'umfpack' cannot be loaded: libabsent_\.\S+: .*; install it, or choose klu")
+            self.assertEqual(subprocess.run([*run, "klu"], capture_output=True, text=True, timeout=100).returncode, 0)
+
+
 class Angles(Case):
     """--angle-unit deg: texts and tables in degrees, JSON of results in SI; tables in degrees are read back."""
 

@@ -198,7 +198,7 @@ static void check_links(const loaded *l, const kempe_system *by_mass)
     double q[MOST], qd[MOST];
     CHECK(n <= MOST && s->late->by_links && s->mass.count == 0);
     kmp_evaluator *links = kmp_eval_new_for(s, "tape", NULL, KMP_EVAL_WEIGHS), *whole = kmp_eval_new(by_mass, "tape");
-    CHECK(links && links->by_links && whole && kmp_eval_add_articulated(links) == KEMPE_OK);
+    CHECK(links && kmp_eval_goes_by_links(links) && whole && kmp_eval_add_articulated(links) == KEMPE_OK);
     kmp_eval_set_by_bodies(links, true);
     random_seed(5);
     for (int k = 0; k < STATES; k++) {
@@ -242,6 +242,15 @@ static void large_trees_go_by_links(void)
         CHECK(waits(&l) && apart(t, other, l.system->n) < 1e-10);
         CHECK(fabs(t->verdict.drift_rel - other->verdict.drift_rel) < 1e-11);
         CHECK(kempe_trajectory_table(t, "rows", &table) == KEMPE_OK && waits(&l)); /* nor do tables need M */
+        int n = l.system->n;
+        kempe_system_set_force(l.system, push, &n);
+        kempe_system_set_force(by_mass, push, &n);
+        kempe_trajectory *pushed = run(l.system, "dop853"), *other_pushed = run(by_mass, "dop853");
+        CHECK(waits(&l) && apart(pushed, other_pushed, n) < 1e-10 && apart(pushed, t, n) > 1e-6);
+        kempe_trajectory_free(pushed);
+        kempe_trajectory_free(other_pushed);
+        kempe_system_set_force(l.system, NULL, NULL);
+        kempe_system_set_force(by_mass, NULL, NULL);
         check_links(&l, by_mass);
         kempe_trajectory *implicit = run(l.system, "radau5");
         CHECK(apart(implicit, other, l.system->n) < 1e-6);
@@ -252,6 +261,27 @@ static void large_trees_go_by_links(void)
         kempe_system_free(by_mass);
         unload(&l);
     }
+}
+
+/* Two joints about one axis at the end of a long chain, the first of which moves no mass: no algorithm determines its
+ * motion, and M, which waits, is made to say so. */
+static void massless_joints_of_large_trees_are_named(void)
+{
+    kmp_text text = {0};
+    char *bodies = tree_text(TREE_LINEAR, 60);
+    kmp_text_put(&text, bodies);
+    kmp_text_put(&text, "  c: {joint: {revolute: z, at: b60}}\n"
+                        "  d: {joint: {revolute: z, at: c}, mass: 1, com: [0.3, 0.2, 0], inertia: {zz: 0.1}}\n");
+    loaded l = load_text(text.s);
+    const kempe_run_options options = {.t_end = 1e-3};
+    kempe_trajectory *t = NULL;
+    CHECK(waits(&l) && l.system->late->by_links);
+    CHECK(kempe_simulate(l.system, &options, &t) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(l.context), "the motion of 'c' together with 'd' moves no mass"));
+    kempe_trajectory_free(t);
+    unload(&l);
+    kmp_text_free(&text);
+    kmp_free(bodies);
 }
 
 /* A chain of two thousand links is prepared in a number of operations in proportion to them. */
@@ -302,6 +332,7 @@ int main(void)
     TEST(runs_by_bodies_need_none);
     TEST(values_are_those_of_m_and_c);
     TEST(large_trees_go_by_links);
+    TEST(massless_joints_of_large_trees_are_named);
     TEST(operations_grow_with_the_links);
     TEST(threads_share_them);
     return check_report();

@@ -355,7 +355,7 @@ void kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
 
 /* -- energy ------------------------------------------------------------------------------------------ */
 
-/* m v^2 + w' I w of link i, v that of its centre of mass, and its armature's part. */
+/* m v^2 + w' I w of link i, with v of its centre of mass, and its armature's part. */
 static kmp_ref twice_the_energy(const kmp_tree *tree, int i, kmp_vec v, kmp_vec w)
 {
     kmp_graph *g = tree->graph;
