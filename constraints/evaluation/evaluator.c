@@ -76,11 +76,26 @@ double kmp_eval_drive_power(const kmp_evaluator *eval, const double *lambda)
     return power;
 }
 
+/* M x, until the next product. */
+static const double *product_with(const kmp_evaluator *eval, const double *x)
+{
+    kmp_machine_set(eval->composite, KMP_IN_QDD, x);
+    return kmp_machine_run(eval->composite, KMP_STAGE_PRODUCT);
+}
+
 void kmp_eval_dense_mass(const kmp_evaluator *eval, double *mass)
 {
     const kmp_pattern *p = &eval->system->mass;
     int n = eval->n;
     memset(mass, 0, (size_t)(n * n) * sizeof *mass);
+    if (eval->by_products) {
+        for (int k = 0; k < n; k++) {
+            memset(eval->by_mass, 0, (size_t)n * sizeof *eval->by_mass);
+            eval->by_mass[k] = 1;
+            memcpy(mass + (size_t)k * (size_t)n, product_with(eval, eval->by_mass), (size_t)n * sizeof *mass);
+        }
+        return;
+    }
     for (int k = 0; k < p->count; k++)
         mass[p->row[k] + p->col[k] * n] = mass[p->col[k] + p->row[k] * n] = eval->mass[k];
 }
@@ -88,6 +103,12 @@ void kmp_eval_dense_mass(const kmp_evaluator *eval, double *mass)
 void kmp_eval_add_mass_times(const kmp_evaluator *eval, const double *x, double *out)
 {
     const kmp_pattern *m = &eval->system->mass;
+    if (eval->by_products) {
+        const double *product = product_with(eval, x);
+        for (int i = 0; i < eval->n; i++)
+            out[i] += product[i];
+        return;
+    }
     for (int k = 0; k < m->count; k++) {
         int i = m->row[k], j = m->col[k];
         out[i] += eval->mass[k] * x[j];
@@ -312,13 +333,19 @@ bool kmp_eval_goes_by_links(const kmp_evaluator *eval)
     return eval->weighs_only && eval->system->late->by_links;
 }
 
+/* True if the judging program has the kinetic energy. */
+static bool has_links(const kmp_evaluator *eval)
+{
+    return eval->by_products || kmp_eval_goes_by_links(eval);
+}
+
 /* qd' M qd / 2 of the last M; or link by link, after the potential at the same place. */
 static double kinetic_here(const kmp_evaluator *eval, const double *qd)
 {
     const kmp_pattern *p = &eval->system->mass;
     int coordinates = kmp_model_coordinates(eval->system->model);
     double sum = 0;
-    if (kmp_eval_goes_by_links(eval)) {
+    if (has_links(eval)) {
         kmp_machine_set(eval->judge, KMP_IN_QD, qd);
         return kmp_machine_run(eval->judge, KMP_STAGE_POWER)[1];
     }
@@ -329,7 +356,7 @@ static double kinetic_here(const kmp_evaluator *eval, const double *qd)
 
 double kmp_eval_kinetic(kmp_evaluator *eval, const double *qd)
 {
-    if (kmp_eval_goes_by_links(eval))
+    if (has_links(eval))
         (void)kmp_eval_potential(eval, eval->t, eval->q);
     return kinetic_here(eval, qd);
 }
@@ -359,7 +386,7 @@ double kmp_eval_power_here(kmp_evaluator *eval, const double *qd)
 {
     if (eval->weighs_only && !eval->by_bodies)
         return kmp_eval_power(eval, eval->t, eval->q, qd);
-    const kmp_program *program = eval->by_bodies ? eval->system->bodies->program : eval->system->motion;
+    const kmp_program *program = kmp_eval_program(eval, eval->by_bodies);
     double power = program->stages > KMP_STAGE_WORKING ? *kmp_machine_run(eval->motion, KMP_STAGE_WORKING) : 0;
     for (int i = 0; eval->system->force && i < eval->n; i++)
         power += eval->effort[i] * qd[i];
@@ -423,7 +450,7 @@ static bool make_machines(kmp_evaluator *eval, kmp_eval_use use)
     const kempe_system *s = eval->system;
     const kmp_backend *seldom = kmp_backend_find("tape"), *waiting = kmp_backend_waiting(eval->backend);
     bool follows = s->changes && (!eval->closes_only || s->switches);
-    const kmp_program *program = eval->closes_only ? s->closing : eval->weighs_only ? s->late->weighing : s->motion;
+    const kmp_program *program = eval->closes_only ? s->closing : kmp_eval_program(eval, false);
     eval->motion = eval->composite = kmp_machine_new(program, use == KMP_EVAL_STEPS ? eval->backend : waiting);
     if (!eval->closes_only)
         eval->judge = kmp_machine_new(s->judge, s->dissipative ? waiting : seldom);
@@ -435,7 +462,7 @@ static bool make_machines(kmp_evaluator *eval, kmp_eval_use use)
                    KMP_ROOM(double, eval->system->events.count, &eval->mode),
                    KMP_ROOM(double, KMP_CHART_SIZE * eval->system->chart_count, &eval->chart),
                    KMP_ROOM(double, eval->n, &eval->q, &eval->with_force, &eval->effort));
-    if (eval->weighs_only)
+    if (eval->weighs_only || eval->by_products)
         eval->by_mass = KMP_ARENA_NEW(&eval->arena, double, eval->n + eval->m);
     if (eval->system->load_row_count > 0) {
         eval->nu = KMP_ARENA_NEW(&eval->arena, double, eval->m);
@@ -464,7 +491,9 @@ kmp_evaluator *kmp_eval_new_for(const kempe_system *system, const char *backend,
     if (eval) {
         *eval = (kmp_evaluator){
             .system = system, .shared = *b, .closes_only = use == KMP_EVAL_CLOSES, .n = system->n, .m = system->m};
-        eval->weighs_only = use == KMP_EVAL_WEIGHS && !kmp_motion_is_made(system);
+        bool waits = use == KMP_EVAL_WEIGHS && !kmp_motion_is_made(system);
+        eval->by_products = waits && system->late->by_products;
+        eval->weighs_only = waits && !eval->by_products;
         eval->shared.team = team;
         eval->backend = team ? &eval->shared : b;
     }
@@ -484,6 +513,12 @@ kmp_evaluator *kmp_eval_new(const kempe_system *system, const char *backend)
 kmp_evaluator *kmp_eval_new_of_closures(const kempe_system *system)
 {
     return kmp_eval_new_for(system, "tape", NULL, KMP_EVAL_CLOSES);
+}
+
+const kmp_program *kmp_eval_program(const kmp_evaluator *eval, bool by_bodies)
+{
+    const kempe_system *s = eval->system;
+    return by_bodies ? s->bodies->program : eval->weighs_only || eval->by_products ? s->late->weighing : s->motion;
 }
 
 kmp_team *kmp_eval_team(const kmp_evaluator *eval)
@@ -507,14 +542,14 @@ kempe_status kmp_eval_add_articulated(kmp_evaluator *eval)
 kempe_status kmp_eval_add_composite(kmp_evaluator *eval)
 {
     const kempe_system *s = eval->system;
-    if (!eval->weighs_only)
+    if (!eval->weighs_only && !eval->by_products)
         return KEMPE_OK;
     KMP_TRY(kmp_motion_need(s));
     kmp_machine *made = kmp_machine_new(s->motion, kmp_backend_waiting(eval->backend));
     KMP_TRY(kmp_made(s->context, made));
     kmp_machine_free(eval->composite);
     eval->composite = made;
-    eval->weighs_only = false;
+    eval->weighs_only = eval->by_products = false;
     kmp_eval_set_by_bodies(eval, eval->by_bodies);
     set_constant_inputs(eval);
     return KEMPE_OK;
@@ -569,7 +604,7 @@ void kmp_eval_mass(kmp_evaluator *eval)
     if (eval->by_bodies) {
         eval->compliance = out;
         eval->mobility = out + eval->system->bodies->compliance.count;
-    } else {
+    } else if (!eval->by_products) {
         eval->mass = out;
     }
 }

@@ -20,6 +20,7 @@ typedef struct kmp_evaluator {
     kmp_machine *judge, *changes;
     bool closes_only;   /* `motion` has the closures alone, and there is no `judge` */
     bool weighs_only;   /* `composite` has closures and M alone: C is that of articulated bodies, by M */
+    bool by_products;   /* `composite` has C and products M x, and no M */
     bool by_bodies;     /* `motion` is `articulated` */
     double *chart;      /* of the system's spherical joints: nine numbers each, initially C = 1 */
     long chart_version; /* number of their changes */
@@ -60,8 +61,8 @@ typedef struct kmp_evaluator {
 kmp_evaluator *kmp_eval_new(const kempe_system *system, const char *backend);
 
 /** Uses of an evaluator: closures alone; closures, M and energies, where kmp_eval_bias needs articulated bodies, or
- * kmp_eval_add_composite, if M and C of the system still wait for their first use; M and C, perhaps rarely; right-hand
- * sides by M and C. */
+ * kmp_eval_add_composite, if M and C of the system still wait for their first use (a system that goes by products has
+ * C, and M x for any x, in place of M); M and C, perhaps rarely; right-hand sides by M and C. */
 typedef enum kmp_eval_use { KMP_EVAL_CLOSES, KMP_EVAL_WEIGHS, KMP_EVAL_EVALUATES, KMP_EVAL_STEPS } kmp_eval_use;
 
 /** Makes an evaluator for a use with a thread pool (NULL: none), used if the back end can; the pool outlives it. */
@@ -72,13 +73,16 @@ kmp_evaluator *kmp_eval_new_for(const kempe_system *system, const char *backend,
 kmp_evaluator *kmp_eval_new_of_closures(const kempe_system *system);
 void kmp_eval_free(kmp_evaluator *eval);
 
+/** The program of its dynamics: by M and C, by products, or by articulated bodies. */
+const kmp_program *kmp_eval_program(const kmp_evaluator *eval, bool by_bodies);
+
 /** Its thread pool; NULL: none. */
 kmp_team *kmp_eval_team(const kmp_evaluator *eval);
 
 /** Prepares, once, the dynamics by articulated bodies, if the system has them. KEMPE_E_MEMORY. */
 kempe_status kmp_eval_add_articulated(kmp_evaluator *eval);
 
-/** Derives M and C, if the evaluator has M alone. Its last values are no longer valid. KEMPE_E_MEMORY. */
+/** Derives M and C, if the evaluator has M alone, or products. Its last values are no longer valid. KEMPE_E_MEMORY. */
 kempe_status kmp_eval_add_composite(kmp_evaluator *eval);
 
 /** Selects M and C (initially) or articulated bodies for the values from the next kmp_eval_closure on. A kmp_saddle
@@ -132,7 +136,7 @@ void kmp_eval_rates(const kmp_evaluator *eval, const double *qd, double *rates);
  * kmp_eval_closure. */
 double kmp_eval_drive_power(const kmp_evaluator *eval, const double *lambda);
 
-/** out += M x. */
+/** out += M x. By products the evaluator runs a stage of its program. */
 void kmp_eval_add_mass_times(const kmp_evaluator *eval, const double *x, double *out);
 
 /** Kinetic energy qd' M qd / 2 of the last kmp_eval_mass; both energies at its place. */

@@ -62,7 +62,7 @@ static bool prepare(kmp_reduction *red)
     red->block = red->r > 0 ? kmp_block_new(red->r, red->jv_count, red->jv_row, red->jv_col) : NULL;
     if (red->r > 0 && !red->block)
         return false;
-    red->zeros = kmp_sparse_tangent_new(red, &red->arena);
+    red->zeros = red->eval->by_products ? NULL : kmp_sparse_tangent_new(red, &red->arena);
     size_t order = (size_t)(red->zeros ? red->zeros->stride : red->p);
     red->mr = kmp_arena_aligned(&red->arena, order * order);
     red->mx = KMP_ARENA_NEW(&red->arena, double, (size_t)red->n *(size_t)(red->zeros || red->p == 0 ? 1 : red->p));
@@ -196,10 +196,10 @@ static void bias_force(kmp_reduction *red)
     set_force(red, red->eval->bias, red->r > 0 ? red->a0 : NULL);
 }
 
-/* On a tree X is a permutation: Mr = M but for the order of coordinates. */
+/* On a tree X is a permutation: Mr = M but for the order of coordinates. By products there is no M. */
 INLINE bool is_tree(const kmp_reduction *red)
 {
-    return red->r == 0 && !red->zeros;
+    return red->r == 0 && !red->zeros && !red->eval->by_products;
 }
 
 /* Mr = X' M X with a dense X. */
@@ -469,11 +469,13 @@ static void count_products(kmp_flops *sum, long products)
     kmp_flops_add(sum, products, (kmp_flops){.add = 1, .mul = 1});
 }
 
-/* Operation count of add_mass_times. */
+/* Operation count of add_mass_times, in products of two numbers. */
 static long mass_products(const kmp_evaluator *eval)
 {
     const kmp_pattern *m = &eval->system->mass;
     long products = 0;
+    if (eval->by_products)
+        return kmp_program_count(kmp_eval_program(eval, false), KMP_STAGE_PRODUCT, KMP_STAGE_PRODUCT).paper / 2;
     for (int k = 0; k < m->count; k++)
         products += m->row[k] == m->col[k] ? 1 : 2;
     return products;

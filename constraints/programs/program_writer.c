@@ -24,19 +24,30 @@ static int chart_entries(const kempe_system *s)
     return KMP_CHART_SIZE * s->chart_count;
 }
 
+static bool has_products(const kmp_program_writer *w)
+{
+    return w->s->late && w->s->late->by_products && w->source == w->s->late->weighing;
+}
+
 bool kmp_writer_init(kmp_program_writer *w, const kmp_evaluator *eval, const kmp_program *motion, bool by_bodies,
                      int inputs)
 {
     const kempe_system *s = eval->system;
-    if (!motion && !by_bodies && kmp_motion_need(s) != KEMPE_OK)
+    if (!motion && !by_bodies && !eval->by_products && kmp_motion_need(s) != KEMPE_OK)
         return false;
-    motion = motion ? motion : by_bodies ? s->bodies->program : s->motion;
+    motion = motion ? motion : kmp_eval_program(eval, by_bodies);
     *w = (kmp_program_writer){.s = s, .source = motion, .g = kmp_graph_new()};
     w->out = KMP_ARENA_NEW(&w->arena, kmp_ref, w->source->outputs[w->source->stages]);
-    if (!KMP_ARENA_EACH(&w->arena, kmp_ref, inputs + chart_entries(s), &w->input, &w->by) || !w->g)
+    if (!KMP_ARENA_EACH(&w->arena, kmp_ref, inputs + s->n + chart_entries(s), &w->input, &w->by) || !w->g)
         return false;
     w->inputs = kmp_writer_plain_charts(eval, w->g, w->input, w->by);
-    return true;
+    if (!has_products(w))
+        return true;
+    w->product = KMP_ARENA_NEW(&w->arena, kmp_ref, w->source->outputs[w->source->stages]);
+    w->accelerations = w->inputs;
+    for (int i = 0; i < s->n; i++)
+        kmp_writer_replace(w, KMP_IN_QDD, i, KMP_ZERO);
+    return w->product;
 }
 
 int kmp_writer_plain_charts(const kmp_evaluator *eval, kmp_graph *g, kmp_ref *input, kmp_ref *by)
@@ -117,13 +128,18 @@ static bool writer_correct(kmp_program_writer *w, const kmp_partition *part, con
     return true;
 }
 
-/* The first stages; 0: all. */
-static bool import(kmp_program_writer *w, int stages)
+/* The first stages, 0: all, into `out`. */
+static bool import_into(kmp_program_writer *w, int stages, kmp_ref *out)
 {
     const kmp_importing how = {
         .stages = stages, .count = w->inputs, .input = w->input, .by = w->by, .at = w->at, .turns = &w->turns};
+    return kmp_program_import(w->source, w->g, &how, out);
+}
+
+static bool import(kmp_program_writer *w, int stages)
+{
     const kempe_system *s = w->s;
-    if (!kmp_program_import(w->source, w->g, &how, w->out))
+    if (!import_into(w, stages, w->out))
         return false;
     w->closure = w->h = w->out + w->source->outputs[KMP_STAGE_CLOSURE];
     w->jacobian = w->h + s->m;
@@ -141,11 +157,11 @@ bool kmp_writer_import(kmp_program_writer *w)
 {
     const kempe_system *s = w->s;
     const int *first = w->source->outputs;
-    bool by_bodies = w->source == s->bodies->program;
+    bool by_bodies = w->source == s->bodies->program, by_products = has_products(w);
     if (!import(w, 0))
         return false;
     const kmp_ref *mass = w->out + first[KMP_STAGE_MASS];
-    w->mass = by_bodies ? NULL : mass;
+    w->mass = by_bodies || by_products ? NULL : mass;
     w->compliance = by_bodies ? mass : NULL;
     w->mobility = by_bodies ? mass + s->bodies->compliance.count : NULL;
     bool loaded = !by_bodies && s->load_row_count > 0;
@@ -153,6 +169,16 @@ bool kmp_writer_import(kmp_program_writer *w)
     w->load = loaded ? w->bias + s->n : NULL;
     w->jdqd = loaded ? w->out + first[KMP_STAGE_BIAS] : w->bias + s->n;
     w->power = w->source->stages > KMP_STAGE_WORKING ? w->out[first[KMP_STAGE_WORKING]] : KMP_ZERO;
+    return true;
+}
+
+bool kmp_writer_product(kmp_program_writer *w, const kmp_ref *x, kmp_ref *out)
+{
+    const size_t n = (size_t)w->s->n;
+    memcpy(w->by + w->accelerations, x, n * sizeof *x);
+    if (!import_into(w, 0, w->product))
+        return false;
+    memcpy(out, w->product + w->source->outputs[KMP_STAGE_PRODUCT], n * sizeof *out);
     return true;
 }
 
@@ -200,7 +226,8 @@ double kmp_writer_operations(const kmp_evaluator *eval, bool by_bodies)
 
 void kmp_writer_add_efforts(kmp_program_writer *w)
 {
-    for (int i = 0; w->s->force && w->mass && i < w->s->n; i++) /* C has generalized forces with their sign changed */
+    for (int i = 0; w->s->force && (w->mass || w->product) && i < w->s->n;
+         i++) /* C has generalized forces with their sign changed */
         w->bias[i] = kmp_sub(w->g, w->bias[i], kmp_input(w->g, KMP_IN_EFFORT, (uint32_t)i));
 }
 

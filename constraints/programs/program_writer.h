@@ -21,12 +21,14 @@ typedef struct kmp_program_writer {
     kmp_ref *at; /* replacements at a place nearby, from which sines and cosines are turned; NULL: there is none */
     kmp_angle_updates turns; /* by these angles */
     int inputs, named;       /* number; the first of those of kmp_writer_take_state */
+    int accelerations;       /* the first of those of kmp_writer_product */
+    kmp_ref *product;        /* outputs of the source at those; NULL: the source has no products */
     bool by_coordinate;      /* states are given as q and qd of the coordinates, not in the order (u, ud, v) */
     kmp_ref *out;            /* outputs of the source */
     /* in `out`: */
     const kmp_ref *closure;               /* h, J and h_t, one after the other */
     const kmp_ref *h, *jacobian, *h_t;    /* m, jacobian.count, m; h_t is NULL if there is none */
-    const kmp_ref *mass;                  /* mass.count */
+    const kmp_ref *mass;                  /* mass.count; NULL: the source has products, or articulated bodies */
     const kmp_ref *compliance, *mobility; /* of articulated bodies, instead of the mass */
     kmp_ref *bias;                        /* n: C; of articulated bodies: accelerations without closure forces */
     const kmp_ref *jdqd;                  /* m; of articulated bodies: the drift */
@@ -38,10 +40,10 @@ typedef struct kmp_program_writer {
     int stages, count[KMP_WRITER_STAGES];
 } kmp_program_writer;
 
-/** Begins with the motion program (NULL: that of the system), or articulated bodies, of an evaluator, and room for so
- * many replaced inputs. Charts that are C = 1, as they are until a joint comes near a singular position of its angles,
- * are numbers: that saves up to two fifths of the operations of a vehicle. False: no memory; kmp_writer_free in any
- * case. */
+/** Begins with the motion program (NULL: that of the evaluator, by M or by products), or articulated bodies, of an
+ * evaluator, and room for so many replaced inputs. Charts that are C = 1, as they are until a joint comes near a
+ * singular position of its angles, are numbers: that saves up to two fifths of the operations of a vehicle. False: no
+ * memory; kmp_writer_free in any case. */
 bool kmp_writer_init(kmp_program_writer *w, const kmp_evaluator *eval, const kmp_program *motion, bool by_bodies,
                      int inputs);
 void kmp_writer_free(kmp_program_writer *w);
@@ -66,6 +68,10 @@ kmp_ref kmp_writer_rate(const kmp_program_writer *w, const kmp_partition *part, 
 
 /** About the operations of an evaluation of the source, with charts as numbers. -1: no memory. */
 double kmp_writer_operations(const kmp_evaluator *eval, bool by_bodies);
+
+/** out = M x (n), where the source has products, which bring their operations into the graph. After
+ * kmp_writer_import. False: no memory. */
+bool kmp_writer_product(kmp_program_writer *w, const kmp_ref *x, kmp_ref *out);
 
 /** Takes the user-defined forces, which are inputs, into C. Articulated bodies have them. */
 void kmp_writer_add_efforts(kmp_program_writer *w);

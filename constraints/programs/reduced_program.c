@@ -30,6 +30,7 @@ typedef struct maker {
     kmp_ref *first;          /* r: the one before, with which v is closed */
     kmp_ref *rate;           /* r: qd of v */
     kmp_ref *mx;             /* n x p, row by row */
+    kmp_ref *ma;             /* n: M a0, where the source has products and forces are written */
     int loads, *load;        /* load rows in the partition: positions among its rows */
     kmp_ref *nu;             /* of these: the multipliers that C has, */
     kmp_ref *residual;       /* those that follow from C less these, */
@@ -120,7 +121,9 @@ static void solve_reduced(const maker *k, const reduced *mr, kmp_ref *x)
 static void add_curvature(const maker *k, int i, kmp_ref *force)
 {
     const kmp_pattern *m = &k->w.s->mass;
-    for (int e = 0; e < m->count; e++) {
+    if (k->ma)
+        *force = kmp_add(k->g, *force, k->ma[i]);
+    for (int e = 0; !k->ma && e < m->count; e++) {
         int other = m->row[e] == i ? m->col[e] : m->col[e] == i ? m->row[e] : -1;
         if (other >= 0 && k->red->place[other] >= 0)
             kmp_writer_add_product(k->g, force, k->w.mass[e], k->a0[k->red->place[other]]);
@@ -309,7 +312,7 @@ static bool schedule_loads(maker *k, const kmp_ref *end)
     kmp_writer_stage(w);
     put_loads(k);
     put_slopes(k, end);
-    if (!unloaded || !kmp_list_unloaded(k->g, (int)(w->to - from), from, unloaded, &found))
+    if (!unloaded || !kmp_list_independent(k->g, KMP_IN_LAMBDA, (int)(w->to - from), from, unloaded, &found))
         return false;
     w->stages = stages; /* they were put to be listed */
     w->count[stages] = 0;
@@ -375,6 +378,36 @@ static kmp_program *schedule_slopes(maker *k, const kmp_ref *end)
     return kmp_graph_failed(k->g) ? NULL : kmp_program_of_parameters(k->g, count, w->group[0]);
 }
 
+/* M X, and M a0 where it is needed for itself. False: no memory. */
+static bool make_mass_times(maker *k)
+{
+    const kmp_pattern *m = &k->w.s->mass;
+    for (int e = 0; k->w.mass && e < m->count; e++)
+        for (int c = 0; c < k->p; c++) {
+            int i = m->row[e], j = m->col[e];
+            kmp_writer_add_product(k->g, &k->mx[i * k->p + c], k->w.mass[e], x_entry(k, j, c));
+            if (i != j)
+                kmp_writer_add_product(k->g, &k->mx[j * k->p + c], k->w.mass[e], x_entry(k, i, c));
+        }
+    if (k->w.mass)
+        return true;
+    kmp_ref *x = KMP_ARENA_NEW(&k->w.arena, kmp_ref, k->n), *product = KMP_ARENA_NEW(&k->w.arena, kmp_ref, k->n);
+    bool made = x && product;
+    for (int c = 0; made && c < k->p; c++) {
+        for (int i = 0; i < k->n; i++)
+            x[i] = x_entry(k, i, c);
+        made = kmp_writer_product(&k->w, x, product);
+        for (int i = 0; made && i < k->n; i++)
+            k->mx[i * k->p + c] = product[i];
+    }
+    if (!made || !(k->plan->forces || (k->plan->drives && k->h_t)))
+        return made;
+    for (int i = 0; i < k->n; i++)
+        x[i] = k->red->place[i] >= 0 ? k->a0[k->red->place[i]] : KMP_ZERO;
+    k->ma = product;
+    return kmp_writer_product(&k->w, x, product);
+}
+
 static kmp_program *write_program(maker *k)
 {
     reduced mr = {0};
@@ -411,15 +444,8 @@ static kmp_program *write_program(maker *k)
     for (int number = kmp_block_count(k->red->block); number-- > 0;)
         kmp_writer_blocks_solve(&k->jv, number, 1, k->jdqd, k->a0);
     negate(k->r, k->a0);
-    /* M X. */
-    const kmp_pattern *m = &k->w.s->mass;
-    for (int e = 0; e < m->count; e++)
-        for (int c = 0; c < k->p; c++) {
-            int i = m->row[e], j = m->col[e];
-            kmp_writer_add_product(k->g, &k->mx[i * k->p + c], k->w.mass[e], x_entry(k, j, c));
-            if (i != j)
-                kmp_writer_add_product(k->g, &k->mx[j * k->p + c], k->w.mass[e], x_entry(k, i, c));
-        }
+    if (!make_mass_times(k))
+        return NULL;
     make_reduced(k, mr.m, end);
     factor_reduced(k, &mr, end + k->p);
     solve_reduced(k, &mr, end);
@@ -480,7 +506,8 @@ kmp_program *kmp_reduced_program_write_slopes(const kmp_reduction *red, const km
 kmp_reduced_program_written kmp_reduced_program_write(const kmp_reduction *red, const kmp_reduced_program_plan *plan)
 {
     const kempe_system *s = red->eval->system;
-    unsigned options = plan->power + 2u * plan->closes + 4u * plan->drives + 8u * plan->curvature + 16u * plan->forces;
+    unsigned options = plan->power + 2u * plan->closes + 4u * plan->drives + 8u * plan->curvature + 16u * plan->forces +
+                       32u * red->eval->by_products;
     const kmp_program_cache_name name = kmp_writer_name("fused", red->eval, red->part, plan->order, options);
     kmp_reduced_program_layout layout;
     kmp_program_record record = {.layout = (int *)&layout, .count = sizeof layout / sizeof(int)};
@@ -634,7 +661,7 @@ kempe_status kmp_reduced_program_new(kmp_reduced_program **out, const kmp_reduct
 {
     *out = NULL;
     /* The program must have all numbers, and the linear algebra be small. */
-    bool fits = red->p <= KMP_REDUCED_PROGRAM_FREEDOMS && kmp_motion_known(red->eval->system)->block_count == 0 &&
+    bool fits = red->p <= KMP_REDUCED_PROGRAM_FREEDOMS && kmp_eval_program(red->eval, false)->block_count == 0 &&
                 kmp_writer_blocks_fit(red);
     return fits ? build_program(out, red, closes, false) : KEMPE_OK;
 }

@@ -324,7 +324,7 @@ const char *kmp_saddle_program_obstacle(const kempe_system *s, int unknowns)
 
 double kmp_saddle_program_operations(const kmp_evaluator *eval, const kmp_partition *part)
 {
-    if (kmp_saddle_program_obstacle(eval->system, part->n + part->r))
+    if (eval->by_products || kmp_saddle_program_obstacle(eval->system, part->n + part->r))
         return INFINITY;
     const kmp_program_cache_name name = kmp_writer_name("operations", eval, part, NULL, 0);
     const double *kept = kmp_program_cache_find(eval->system, name);

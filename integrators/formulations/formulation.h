@@ -51,6 +51,7 @@ typedef struct kmp_formulation_kind {
     bool solved;      /* a DAE that integrators of several stages at once may solve for the accelerations */
     bool jacobian;    /* the Jacobian of the ODE is available, for implicit integrators */
     bool by_bodies;   /* uses articulated bodies if the evaluator has them */
+    bool by_products; /* needs products M x alone, unless the integrator is implicit */
     bool in_lanes;    /* evaluates several stages at once, if the integrator does (kmp_ode.lanes) */
     bool lanes_first; /* such an integrator is its default, where the stages have lanes */
     const struct kmp_formulation_kind

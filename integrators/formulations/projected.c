@@ -451,7 +451,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     }
     bool made = !d->formulation.arena.failed && kmp_saddle_init(&d->saddle, d->eval, d->part);
     bool solves = made && kind != &kmp_formulation_near_singular;
-    const kmp_program *program = d->eval->by_bodies ? d->s->bodies->program : d->s->motion;
+    const kmp_program *program = kmp_eval_program(d->eval, d->eval->by_bodies);
     double operations = 0; /* of an evaluation without the saddle program */
     if (made)
         operations =

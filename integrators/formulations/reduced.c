@@ -993,6 +993,7 @@ const kmp_formulation_kind kmp_formulation_integrated = {.formulation = "reduced
                                                          .standard = true,
                                                          .corrected = true,
                                                          .by_bodies = true,
+                                                         .by_products = true,
                                                          .in_lanes = true,
                                                          .create = create};
 const kmp_formulation_kind kmp_formulation_newton = {.formulation = "reduced",
@@ -1001,4 +1002,5 @@ const kmp_formulation_kind kmp_formulation_newton = {.formulation = "reduced",
                                                      .both = true,
                                                      .jacobian = true,
                                                      .by_bodies = true,
+                                                     .by_products = true,
                                                      .create = create};

@@ -91,7 +91,7 @@ static bool can_fuse(const kmp_reduced *d)
 /* Operations of a right-hand side by parts: of the program, and of the linear algebra. */
 static double operations_of(kmp_reduced *d)
 {
-    const kmp_program *program = d->eval->by_bodies ? d->s->bodies->program : d->s->motion;
+    const kmp_program *program = kmp_eval_program(d->eval, d->eval->by_bodies);
     if (!(d->use.of_program > 0))
         d->use.of_program = (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
     double sum = d->use.of_program;

@@ -418,7 +418,8 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
 {
     double *q = run->state, *qd = q + run->s->n, before = 0;
     bool changed = true, any = false;
-    KMP_TRY(kmp_eval_add_composite(run->eval));
+    if (!run->eval->by_products)
+        KMP_TRY(kmp_eval_add_composite(run->eval));
     kmp_eval_set_by_bodies(run->eval, false);
     if (run->friction)
         KMP_TRY(let_go(run, t, q, qd));

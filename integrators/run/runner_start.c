@@ -41,9 +41,11 @@ kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int r
     return kmp_load_check(run->eval, &run->part);
 }
 
-/* Makes a saddle system of the chosen rows. */
+/* Makes a saddle system of the chosen rows, with M in place of products. */
 static kempe_status make_saddle(kmp_runner *run, kmp_saddle *saddle)
 {
+    if (run->eval->by_products)
+        KMP_TRY(kmp_eval_add_composite(run->eval));
     if (kmp_saddle_init(saddle, run->eval, &run->part))
         return KEMPE_OK;
     kmp_saddle_free(saddle);
@@ -99,12 +101,33 @@ static kempe_status check_rates(kmp_runner *run, const double *qd)
                     s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
 }
 
+/* The same without M, by the reduced mass. */
+static kempe_status accelerate_reduced(kmp_runner *run, double t, const double *q)
+{
+    kmp_reduction red;
+    KMP_TRY(kmp_reduction_init(&red, run->eval, &run->part));
+    bool singular = kmp_reduction_factor(&red) != 0;
+    double *udd = run->moved;
+    if (!singular) {
+        kmp_reduction_tangent(&red);
+        singular = kmp_reduction_accelerate(&red, udd) != 0;
+    }
+    if (!singular) {
+        kmp_reduction_accelerations(&red, udd, run->qdd);
+        kmp_reduction_multipliers(&red, run->qdd, run->lambda);
+    }
+    kmp_reduction_free(&red);
+    return singular ? kmp_explain_massless(run->eval, &run->part, t, q) : KEMPE_OK;
+}
+
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd)
 {
     kmp_saddle saddle;
     kempe_status status = KEMPE_OK;
     kmp_eval_mass(run->eval);
     kmp_eval_bias(run->eval, qd);
+    if (run->eval->by_products)
+        return accelerate_reduced(run, t, q);
     KMP_TRY(make_saddle(run, &saddle));
     if (kmp_saddle_factor(&saddle))
         status = kmp_explain_massless(run->eval, &run->part, t, q);
@@ -170,7 +193,8 @@ static kempe_status make_formulation(kmp_runner *run, double t, const double *q,
     given.dae = solver->dae && !kmp_runner_is_followed(run);
     given.user = run->spec.user;
     bool by_bodies = run->by_bodies && kind->by_bodies && !given.implicit && !given.dae;
-    if (!by_bodies)
+    bool by_products = run->eval->by_products && kind->by_products && !given.implicit && !given.dae;
+    if (!by_bodies && !by_products)
         KMP_TRY(kmp_eval_add_composite(run->eval));
     kmp_eval_set_by_bodies(run->eval, by_bodies);
     run->before.by_bodies = run->before.by_bodies || run->eval->by_bodies;
@@ -426,8 +450,8 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     if (run->spec.threads > 1 && !(run->team = kmp_team_new(run->spec.threads)))
         return kmp_fail_memory(run->s->context);
     KMP_TRY(look_for_bodies(run));
-    run->eval =
-        kmp_eval_new_for(run->s, run->spec.backend, run->team, run->may_take_bodies ? KMP_EVAL_WEIGHS : KMP_EVAL_STEPS);
+    bool waits = run->may_take_bodies || (method_of(run)->by_products && run->s->late && run->s->late->by_products);
+    run->eval = kmp_eval_new_for(run->s, run->spec.backend, run->team, waits ? KMP_EVAL_WEIGHS : KMP_EVAL_STEPS);
     if (run->eval && run->eval->weighs_only)
         KMP_TRY(kmp_eval_add_articulated(run->eval));
     KMP_TRY(kmp_made(run->s->context, run->eval));

@@ -140,7 +140,7 @@ enum { PATTERNS = sizeof patterns / sizeof *patterns };
 int kmp_equations_most_outputs(const kmp_equations *eq)
 {
     int n = eq->n, m = eq->m;
-    return n * (4 * n + 6) + m * (2 * n + m + 4);
+    return n * (4 * n + 7) + m * (2 * n + m + 4);
 }
 
 int kmp_equations_outputs(const kmp_equations *eq, unsigned sets, kmp_ref *out)
@@ -152,6 +152,7 @@ int kmp_equations_outputs(const kmp_equations *eq, unsigned sets, kmp_ref *out)
         const kmp_ref *of;
     } list[] = {{KMP_SET_MASS, n * n, eq->mass},
                 {KMP_SET_BIAS, n, eq->bias},
+                {KMP_SET_PRODUCT, n, eq->product},
                 {KMP_SET_CLOSURE | KMP_SET_RESIDUAL, m, eq->h},
                 {KMP_SET_CLOSURE | KMP_SET_RESIDUAL, m * n, eq->jacobian},
                 {KMP_SET_JDQD, m, eq->jdqd},
@@ -338,8 +339,8 @@ static kempe_status try_joints(search *s, bool *better)
 /* True if only sets are requested that can be derived again with unchanged closures. */
 static bool can_share(const kmp_derivation_request *scene)
 {
-    const unsigned sets = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_SET_CLOSURE |
-                          KMP_SET_JDQD | KMP_SET_POWER;
+    const unsigned sets = KMP_SET_MASS | KMP_SET_PRODUCT | KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_ACCELERATION |
+                          KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_POWER;
     return !(scene->sets & ~(sets | (scene->then ? KMP_SET_REACTION : 0))); /* reactions are made with the closures */
 }
 

@@ -211,7 +211,7 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_derivation_request 
     const kempe_model *model = eq->model;
     kempe_status status = KEMPE_OK;
     /* The largest component of any point of the model, or of an axis. */
-    double size = 1;
+    double size = 1, length = kmp_system_length(model);
     for (int k = 0; k < model->point_count; k++)
         for (int i = 0; i < 3; i++)
             size = fmax(size, fabs(model->points[k].at[i].value));
@@ -246,8 +246,8 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_derivation_request 
             } else if (kmp_closure_is_of_modes(closure)) { /* evaluated in place it is zero */
                 status = eq->tree.events ? complain_still(eq, closure) : status;
             } else if (status != KEMPE_E_MEMORY) {
-                kempe_status met = constant_row(eq, closure, k, h[k], size,
-                                                pow(kmp_system_length(model), power_of(model, closure, kind, k)));
+                kempe_status met =
+                    constant_row(eq, closure, k, h[k], size, pow(length, power_of(model, closure, kind, k)));
                 status = met != KEMPE_OK ? met : status;
             }
         }

@@ -248,7 +248,8 @@ static bool allocate_outputs(kmp_equations *eq)
     int n = model->motion_count, rows = KMP_KIND_MAX_ROWS * model->closure_count;
     int forces = model->force_count, states = model->state_count, delays = model->delay_count;
     KMP_GRAPH_MAKE(eq->graph, KMP_ROOM(kmp_ref, n * n, &eq->mass),
-                   KMP_ROOM(kmp_ref, n, &eq->bias, &eq->residual, &eq->inverse, &eq->closed, &eq->jt_mu, &eq->free_qdd),
+                   KMP_ROOM(kmp_ref, n, &eq->bias, &eq->product, &eq->residual, &eq->inverse, &eq->closed, &eq->jt_mu,
+                            &eq->free_qdd),
                    KMP_ROOM(kmp_ref, rows, &eq->h, &eq->h_t, &eq->rate, &eq->jdqd, &eq->hdot, &eq->drift, &eq->after),
                    KMP_ROOM(kmp_ref, rows * n, &eq->jacobian, &eq->compliance),
                    KMP_ROOM(kmp_ref, rows * rows, &eq->mobility), KMP_ROOM(kmp_ref, 2 * n, &eq->start),
@@ -477,6 +478,13 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_derivation_requ
         KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_INVERSE | KMP_SET_ACCELERATION | TANGENT_SETS | KMP_SET_CLOSED;
     if (sets & KMP_SET_MASS)
         (request->scheme == KMP_SCHEME_NER ? kmp_mass_ner : kmp_mass_composite)(dynamic_links(eq), eq->mass);
+    if (sets & KMP_SET_PRODUCT) {
+        kmp_ref *x = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
+        for (int k = 0; x && k < eq->n; k++)
+            x[k] = kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k);
+        if (x)
+            kmp_mass_times(dynamic_links(eq), x, eq->product);
+    }
     if (sets & loaded || energy)
         KMP_TRY(derive_loaded(eq, request, energy));
     else if (sets & KMP_SET_OUTPUT)

@@ -38,6 +38,7 @@ enum {
     KMP_SET_LOADS = 8388608,       /* derivatives of C by the multipliers; with C and the closures */
     KMP_SET_ALONG = 4194304,       /* changes along a direction; with the sets that it differentiates */
     KMP_SET_KINETIC = 33554432,    /* the kinetic energy, link by link */
+    KMP_SET_PRODUCT = 67108864,    /* M x, of x as accelerations */
     KMP_SET_START = 16777216       /* start values of the coordinates and rates, as given */
 };
 
@@ -91,6 +92,7 @@ typedef struct kmp_equations {
     int *row;          /* of a closure's declared rows (kmp_tree) */
     kmp_ref *mass;     /* n x n, entry (i, k) at i n + k for k <= i */
     kmp_ref *bias;     /* n */
+    kmp_ref *product;  /* n: M x, of x as accelerations */
     kmp_ref *h, *h_t;  /* m */
     kmp_ref *rate;     /* m: of rows of rates; all others have that of h */
     kmp_ref *jacobian; /* m x n, entry (r, k) at r n + k */

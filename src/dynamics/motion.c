@@ -100,9 +100,9 @@ static bool find_jacobian(kempe_system *s, const kmp_equations *eq)
 
 /* -- forces that depend on multipliers --------------------------------------------------------------- */
 
-static bool depends_on_loads(const kmp_graph *g, kmp_ref x)
+static bool depends_on(const kmp_graph *g, kmp_input_kind kind, kmp_ref x)
 {
-    return kmp_graph_node(g, kmp_id(x))->depends & 1u << KMP_IN_LAMBDA;
+    return kmp_graph_node(g, kmp_id(x))->depends & 1u << kind;
 }
 
 /* dC/dlambda row by row (n x m), and which rows C depends on. NULL: no memory. */
@@ -126,7 +126,8 @@ static kmp_ref *find_load_jacobian(kempe_system *s, const kmp_equations *eq)
     return kmp_graph_failed(eq->graph) ? NULL : entry;
 }
 
-bool kmp_list_unloaded(const kmp_graph *g, int count, const kmp_ref *of, kmp_ref *to, int *found)
+bool kmp_list_independent(const kmp_graph *g, kmp_input_kind kind, int count, const kmp_ref *of, kmp_ref *to,
+                          int *found)
 {
     enum { NEEDED = 1, LISTED = 2 };
     uint32_t nodes = kmp_graph_count(g);
@@ -135,11 +136,11 @@ bool kmp_list_unloaded(const kmp_graph *g, int count, const kmp_ref *of, kmp_ref
     if (!mark)
         return false;
     for (int k = 0; k < count; k++)
-        mark[kmp_id(of[k])] |= depends_on_loads(g, of[k]) ? NEEDED : LISTED;
+        mark[kmp_id(of[k])] |= depends_on(g, kind, of[k]) ? NEEDED : LISTED;
     for (uint32_t id = nodes; id-- > 0;) {
         const kmp_node *node = kmp_graph_node(g, id);
         for (int k = 0; mark[id] & NEEDED && k < kmp_op_arity((kmp_op)node->op); k++)
-            mark[kmp_id(kmp_operand(node, k))] |= depends_on_loads(g, kmp_operand(node, k)) ? NEEDED : LISTED;
+            mark[kmp_id(kmp_operand(node, k))] |= depends_on(g, kind, kmp_operand(node, k)) ? NEEDED : LISTED;
     }
     for (uint32_t id = 0; id < nodes; id++)
         if (mark[id] & LISTED && kmp_op_arity((kmp_op)kmp_graph_node(g, id)->op) > 0)
@@ -158,7 +159,7 @@ static bool put_load_dependent(groups *g, kempe_system *s, const kmp_equations *
     memcpy(last, eq->bias, (size_t)n * sizeof *last);
     kmp_pattern_init(&s->load_jacobian, &s->arena, n, m, entry, last + n);
     put_outputs(g, m, eq->jdqd);
-    if (!kmp_list_unloaded(eq->graph, n + s->load_jacobian.count, last, g->out + g->total, &found))
+    if (!kmp_list_independent(eq->graph, KMP_IN_LAMBDA, n + s->load_jacobian.count, last, g->out + g->total, &found))
         return false;
     g->total += found;
     g->count[g->last++] += found;
@@ -170,7 +171,7 @@ static bool is_load_dependent(const kmp_equations *eq)
 {
     bool found = false;
     for (int k = 0; k < eq->n; k++)
-        found = found || depends_on_loads(eq->graph, eq->bias[k]);
+        found = found || depends_on(eq->graph, KMP_IN_LAMBDA, eq->bias[k]);
     return found;
 }
 
@@ -194,12 +195,32 @@ bool kmp_motion_make(kempe_system *s, kmp_equations *eq)
     return s->motion;
 }
 
+/* In place of M: what all products M x share, then C and jdqd, then a product. */
+static kmp_program *program_by_products(groups *g, const kempe_system *s, const kmp_equations *eq)
+{
+    int found;
+    if (!kmp_list_independent(eq->graph, KMP_IN_QDD, s->n, eq->product, g->out + g->total, &found))
+        return NULL;
+    g->total += found;
+    g->count[1] += found;
+    g->last = 2;
+    put_outputs(g, s->n, eq->bias);
+    put_outputs(g, s->m, eq->jdqd);
+    g->last = 3;
+    put_outputs(g, s->n, eq->product);
+    return program_of(g, s, eq, true);
+}
+
 bool kmp_motion_make_weighing(kempe_system *s, kmp_equations *eq)
 {
     groups g;
     if (!find_jacobian(s, eq) || !begin_groups(&g, s, eq))
         return false;
     g.last = 1;
+    if (s->late->by_products) {
+        s->late->weighing = program_by_products(&g, s, eq);
+        return s->late->weighing;
+    }
     if (!s->late->by_links)
         put_pattern(&g, &s->arena, &s->mass, s->n, s->n, eq->mass);
     const kmp_ref *group[2] = {g.out, g.out + g.count[0]};
@@ -246,6 +267,45 @@ static bool motion_make_bodies(const kempe_system *s, kmp_bodies *bodies, kmp_eq
 /* A system whose M and C wait knows the variants and patterns of both: they follow from the search and from M. The
  * program that is made later keeps all entries of these patterns, also those that its variants make zero. */
 
+/* Products M x are taken for at most so many independent coordinates. Their operations per link, of a tree whose root
+ * moves in space (14 to 22 in the plane), and those of an entry of M of a deep tree, where half of them do not count;
+ * each column of M X takes four more. */
+enum { MOST_PRODUCTS = 7 };
+#define OF_PRODUCT 50
+#define OF_ENTRY   10
+
+/* Entries of M: of each motion with itself and those that carry it. */
+static double count_entries(const kempe_model *model)
+{
+    int *depth = KMP_NEW(int, model->body_count);
+    double entries = 0;
+    for (int b = 1; depth && b < model->body_count; b++) {
+        const kmp_body *body = &model->bodies[b];
+        depth[b] = depth[body->parent] + body->motion_count;
+        entries += body->motion_count * (depth[body->parent] + 0.5 * (body->motion_count + 1));
+    }
+    kmp_free(depth);
+    return entries;
+}
+
+bool kmp_motion_may_go_by_products(const kempe_system *s)
+{
+    const kempe_model *model = s->model;
+    const int rows = kmp_closure_all_rows(model);
+    bool needed = s->dynamics != KMP_DYNAMICS_AUTO || kmp_model_has_loads(model) || model->wheel_count > 0;
+    for (int c = 0; c < model->closure_count; c++)
+        needed = needed || model->closures[c].curve_count > 0;
+    for (int k = 0; k < model->force_count; k++)
+        needed = needed || kmp_force_has_load(&model->forces[k]) || kmp_force_has_modes(&model->forces[k]);
+    return !needed && rows > 0 && model->motion_count - rows <= MOST_PRODUCTS && kmp_equations_are_large(model);
+}
+
+bool kmp_motion_goes_by_products(const kempe_system *s, int rows)
+{
+    const int n = s->model->motion_count, p = n > rows ? n - rows : 0;
+    return p <= MOST_PRODUCTS && p * OF_PRODUCT * (double)n < (OF_ENTRY + 4.0 * p) * count_entries(s->model);
+}
+
 kmp_lazy_equations *kmp_lazy_equations_new(kempe_system *s)
 {
     kmp_lazy_equations *late = KMP_NEW(kmp_lazy_equations, 1);
@@ -253,8 +313,10 @@ kmp_lazy_equations *kmp_lazy_equations_new(kempe_system *s)
         kmp_free(late);
         return NULL;
     }
-    if (late)
+    if (late) {
         late->system = s;
+        late->by_links = kmp_motion_goes_by_links(s->model);
+    }
     return late;
 }
 
@@ -268,11 +330,15 @@ void kmp_lazy_equations_free(kmp_lazy_equations *late)
     kmp_free(late);
 }
 
+static bool has_pattern(const kmp_lazy_equations *late)
+{
+    return !late->by_links && !late->by_products;
+}
+
 static kempe_status make_late(kmp_lazy_equations *late)
 {
     kempe_system *s = late->system;
-    s->motion =
-        late->by_links ? NULL : kmp_motion_recall(s); /* the record of the system has no pattern of M by links */
+    s->motion = has_pattern(late) ? kmp_motion_recall(s) : NULL; /* whose record of the system has it */
     if (s->motion)
         return KEMPE_OK;
     /* M and C by the variants that the search has chosen; without a search, by those of the model as it is. */
@@ -284,13 +350,13 @@ static kempe_status make_late(kmp_lazy_equations *late)
                                             .charted = true};
     kmp_equations eq;
     KMP_TRY(kmp_equations_derive(&eq, s->model, &request));
-    kmp_ref *entries = late->by_links ? KMP_GRAPH_NEW(eq.graph, kmp_ref, s->n * s->n) : NULL;
+    kmp_ref *entries = has_pattern(late) ? NULL : KMP_GRAPH_NEW(eq.graph, kmp_ref, s->n * s->n);
     if (entries)
         kmp_pattern_init(&s->mass, &s->arena, s->n, s->n, eq.mass, entries);
     s->motion = s->arena.failed ? NULL : kmp_motion_make_again(s, &eq);
     kmp_equations_free(&eq);
     KMP_TRY(kmp_made(s->context, s->motion));
-    if (!late->by_links)
+    if (has_pattern(late))
         kmp_motion_keep(s);
     return KEMPE_OK;
 }
@@ -317,6 +383,8 @@ bool kmp_motion_is_made(const kempe_system *s)
 
 const kmp_program *kmp_motion_known(const kempe_system *s)
 {
+    if (!kmp_motion_is_made(s) && s->late->by_products)
+        return s->late->weighing;
     if (!kmp_motion_is_made(s) && s->late->by_links && !(kmp_motion_need_bodies(s) == KEMPE_OK && s->bodies->program) &&
         kmp_motion_need(s) != KEMPE_OK)
         return NULL;

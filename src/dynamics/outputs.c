@@ -32,21 +32,11 @@ bool kmp_outputs_need_forces(const kempe_model *model)
     return false;
 }
 
-/* qd' M qd / 2, the potential, and their sum. */
+/* The kinetic energy, the potential, and their sum. */
 static kmp_vec energies(kmp_equations *eq, const kmp_forces *forces)
 {
     kmp_graph *g = eq->graph;
-    kmp_ref *mass = KMP_GRAPH_NEW(g, kmp_ref, eq->n * eq->n), kinetic = KMP_ZERO;
-    if (mass)
-        kmp_mass_composite(&eq->tree, mass);
-    for (int i = 0; mass && i < kmp_model_coordinates(eq->model); i++)
-        for (int k = 0; k <= i; k++) {
-            if (mass[i * eq->n + k] == KMP_ZERO)
-                continue;
-            kmp_ref rates = kmp_mul(g, kmp_input(g, KMP_IN_QD, (uint32_t)i), kmp_input(g, KMP_IN_QD, (uint32_t)k));
-            kmp_ref half = i == k ? kmp_const(g, 0.5) : KMP_ONE;
-            kinetic = kmp_add(g, kinetic, kmp_mul(g, kmp_mul(g, half, mass[i * eq->n + k]), rates));
-        }
+    kmp_ref kinetic = kmp_kinetic_energy(&eq->tree, kmp_model_coordinates(eq->model));
     return (kmp_vec){{kinetic, forces->potential, kmp_add(g, kinetic, forces->potential)}};
 }
 

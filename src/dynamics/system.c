@@ -199,8 +199,8 @@ bool kmp_system_rescale(kempe_system *s)
 static bool make_judge(kempe_system *s, kmp_equations *eq)
 {
     const int uses = s->use_count = eq->uses.count;
-    const bool by_links = s->late && s->late->by_links;
-    const int count[5] = {1, by_links ? 2 : 1, 3 * s->model->closure_count, 3 * eq->position_count,
+    const bool links = s->late && (s->late->by_links || s->late->by_products);
+    const int count[5] = {1, links ? 2 : 1, 3 * s->model->closure_count, 3 * eq->position_count,
                           eq->shown_count + uses};
     kmp_ref *shown = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->shown_count + uses + 1);
     const kmp_ref energies[2] = {eq->power, eq->kinetic};
@@ -345,16 +345,18 @@ static kempe_status derive_rest(kempe_system *s, kmp_equations *eq)
 }
 
 /* Derives closures, M and the programs that follow those of motion. The variants of M and C are found on the way. By
- * links there is no M, and variants are found where a program needs them. */
+ * links and by products there is no M, and variants are found where a program needs them. */
 static kempe_status derive_late(kempe_system *s)
 {
-    const bool by_links = s->late->by_links;
-    const unsigned sets = KMP_SET_CLOSURE | JUDGE_SETS | (by_links ? KMP_SET_KINETIC : KMP_SET_MASS);
-    const kmp_derivation_request request = {.sets = by_links ? sets : KMP_MOTION_SETS | KMP_SET_REACTION,
-                                            .then = by_links ? 0 : sets,
+    enum { OF_PRODUCTS = KMP_SET_PRODUCT | KMP_SET_BIAS | KMP_SET_JDQD | KMP_SET_POWER };
+    const bool weighs = !s->late->by_links && !s->late->by_products;
+    const unsigned products = s->late->by_products ? OF_PRODUCTS : 0;
+    const unsigned sets = KMP_SET_CLOSURE | JUDGE_SETS | products | (weighs ? KMP_SET_MASS : KMP_SET_KINETIC);
+    const kmp_derivation_request request = {.sets = weighs ? KMP_MOTION_SETS | KMP_SET_REACTION : sets,
+                                            .then = weighs ? sets : 0,
                                             .quick = true,
-                                            .found = by_links ? NULL : &s->bodies->first,
-                                            .chosen = by_links ? NULL : &s->late->chosen,
+                                            .found = weighs ? &s->bodies->first : NULL,
+                                            .chosen = weighs ? &s->late->chosen : NULL,
                                             .events = &s->events,
                                             .charted = true};
     kmp_equations eq;
@@ -376,13 +378,31 @@ static kempe_status derive_motion(kempe_system *s, kmp_equations *eq, bool closu
     return closures ? derive_rest(s, eq) : KEMPE_OK;
 }
 
+/* Derives the closures alone, for their rows: those of a kind that hold by themselves are none. */
+static kempe_status look_at_rows(const kempe_system *s, bool *by_products)
+{
+    kmp_events events = {0};
+    const kmp_derivation_request request = {.sets = KMP_SET_CLOSURE, .quick = true, .events = &events, .charted = true};
+    kmp_equations eq;
+    kempe_status status = kmp_equations_derive(&eq, s->model, &request);
+    if (status == KEMPE_OK) {
+        *by_products = kmp_motion_goes_by_products(s, eq.m);
+        kmp_equations_free(&eq);
+    }
+    kmp_events_free(&events);
+    return status;
+}
+
 static kempe_status derive_system(kempe_system *s, bool closures)
 {
     kmp_equations eq;
-    if (!closures && kmp_motion_may_wait(s)) {
+    bool by_products = false;
+    if (!closures && kmp_motion_may_go_by_products(s))
+        KMP_TRY(look_at_rows(s, &by_products));
+    if (by_products || (!closures && kmp_motion_may_wait(s))) {
         s->late = kmp_lazy_equations_new(s);
         KMP_TRY(kmp_made(s->context, s->late));
-        s->late->by_links = kmp_motion_goes_by_links(s->model);
+        s->late->by_products = by_products;
         KMP_TRY(derive_late(s));
         return s->dynamics == KMP_DYNAMICS_ARTICULATED ? kmp_motion_need_bodies(s) : KEMPE_OK;
     }

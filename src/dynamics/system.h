@@ -52,8 +52,10 @@ enum {
                           M^-1 J' (compliance.count), J M^-1 J', lower triangle (mobility.count) */
     KMP_STAGE_BIAS, /* qd: C (n), jdqd (m); qd, efforts: accelerations without closure forces (n), their product with J
                        and jdqd (m) */
-    KMP_STAGE_LOAD, /* where C depends on lambda, KMP_STAGE_BIAS has jdqd (m) and operands that do not depend on it;
-                           here qd, lambda: C (n), dC/dlambda (load_jacobian.count) */
+    KMP_STAGE_PRODUCT, /* of late->weighing where it goes by products: M x (n), with x as accelerations; KMP_STAGE_MASS
+                          has what all products share */
+    KMP_STAGE_LOAD = KMP_STAGE_PRODUCT, /* where C depends on lambda, KMP_STAGE_BIAS has jdqd (m) and operands that do
+                           not depend on it; here qd, lambda: C (n), dC/dlambda (load_jacobian.count) */
     KMP_STAGE_WORKING /* where forces are not conservative: their power, at the arguments of C or of the accelerations
                        */
 };
@@ -61,10 +63,10 @@ enum {
 /* Stages of the judging program. */
 enum {
     KMP_STAGE_POTENTIAL = 1, /* t, q: potential energy */
-    KMP_STAGE_POWER,         /* qd: power of the non-conservative forces; late->by_links: kinetic energy */
-    KMP_STAGE_REACTION,      /* q, lambda: 3 a closure */
-    KMP_STAGE_POSITION,      /* q: 3 a position output */
-    KMP_STAGE_SHOWN          /* all: outputs in addition to the table (model/data/output_table.h) */
+    KMP_STAGE_POWER, /* qd: power of the non-conservative forces; of late->by_links and by_products: kinetic energy */
+    KMP_STAGE_REACTION, /* q, lambda: 3 a closure */
+    KMP_STAGE_POSITION, /* q: 3 a position output */
+    KMP_STAGE_SHOWN     /* all: outputs in addition to the table (model/data/output_table.h) */
 };
 
 typedef struct kmp_program_cache kmp_program_cache; /* dynamics/program_cache.h */
@@ -81,12 +83,14 @@ typedef struct kmp_bodies {
 } kmp_bodies;
 
 /** M and C that wait for their first use (kmp_motion_need): runs of large mechanisms by articulated bodies evaluate M
- * alone, at the start and for energies; those of large trees do without, and have the kinetic energy link by link.
+ * alone, at the start and for energies; those of large trees do without, and have the kinetic energy link by link. Runs
+ * of large mechanisms with few independent coordinates take products M x and C, never M.
  * `motion` is written once, under the lock; so is the pattern of M where `weighing` does not have it. */
 typedef struct kmp_lazy_equations {
     pthread_mutex_t lock;
     atomic_bool made;      /* `motion` of the system counts when it is true */
-    bool by_links;         /* no program evaluates M before `motion` is made */
+    bool by_links;         /* no program evaluates M before `motion` is made; */
+    bool by_products;      /* nor here: `weighing` has products M x, C and jdqd */
     kmp_program *weighing; /* closures and M, which by_links leaves out */
     kmp_savings chosen;    /* the variants of M and C */
     struct kempe_system *system;

@@ -262,7 +262,7 @@ void kmp_system_keep(kempe_system *s)
     kmp_bytes_put_int(&b, s->load_row_count);
     KMP_BYTES_PUT(&b, s->load_rows, s->load_row_count);
     put_events(&b, s);
-    kmp_bytes_put_int(&b, s->late != NULL);
+    kmp_bytes_put_int(&b, s->late ? 1 + s->late->by_products : 0);
     if (s->late)
         kmp_savings_put(&b, &s->late->chosen, s->model);
     kmp_savings_put(&b, &s->bodies->first, s->model);
@@ -271,7 +271,7 @@ void kmp_system_keep(kempe_system *s)
     finish(s, whole, &b, &pool);
     if (atomic_load(&s->bodies->made))
         kmp_bodies_keep(s);
-    if (s->late && !s->late->by_links && atomic_load(&s->late->made))
+    if (s->late && !s->late->by_links && !s->late->by_products && atomic_load(&s->late->made))
         kmp_motion_keep(s);
 }
 
@@ -313,11 +313,12 @@ static bool read_system(kmp_byte_source *b, kempe_system *s)
         return false;
     KMP_BYTES_TAKE(b, s->load_rows, s->load_row_count);
     take_events(b, s);
-    if (kmp_bytes_take_int(b, 0, 1)) {
+    const int waits = kmp_bytes_take_int(b, 0, 2);
+    if (waits > 0) {
         s->late = kmp_lazy_equations_new(s);
         if (!s->late)
             return false;
-        s->late->by_links = kmp_motion_goes_by_links(s->model);
+        s->late->by_products = waits > 1;
         kmp_savings_take(b, &s->late->chosen, s->model);
     }
     kmp_savings_take(b, &s->bodies->first, s->model);

@@ -201,8 +201,9 @@ void kmp_sparse_norms(kmp_sparse *s, double *norm, double *inverse)
  * threshold it takes one with the fewest entries, and of these entries the one whose column has the fewest rows. When
  * none are left, the next threshold is a fraction of the largest entry then. */
 
-/* Beyond so many products for each entry, row and column thresholds are taken, of this part of the largest entry. */
-enum { PRODUCTS_EACH = 40 };
+/* Beyond so many products for each entry, row and column, or so many times more entries that are looked at, thresholds
+ * are taken, of this part of the largest entry. */
+enum { PRODUCTS_EACH = 40, LOOKS = 4 };
 #define THRESHOLD 0.25
 
 typedef struct entry {
@@ -234,7 +235,7 @@ typedef struct work {
     int heap_count;
     int *place; /* column -> 1 + its position in the current row, 0 when absent */
     int *r_at, *c_at, *r, *c;
-    long products, most_products;
+    long products, most_products, looks;
     bool exhausted;
 
     bool relaxed;                /* by thresholds; the members below are for that alone */
@@ -373,6 +374,7 @@ static void put_back(work *w, int i)
 {
     /* The best entry of the row. */
     w->best[i] = -1;
+    w->looks += w->row[i].count;
     for (int k = 0; k < w->row[i].count; k++) {
         entry e = w->entries[i][k];
         if (fabs(e.value) > 0 && (w->best[i] < 0 || better(w, e, i, w->entries[i][w->best[i]], i)))
@@ -484,7 +486,7 @@ static bool eliminate(work *w, int i, int j)
             return false;
         put_back(w, other);
     }
-    w->exhausted = !w->relaxed && w->products > w->most_products;
+    w->exhausted = !w->relaxed && (w->products > w->most_products || w->looks > LOOKS * w->most_products);
     return !w->exhausted;
 }
 

@@ -200,24 +200,26 @@ void kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench
 
 /* -- M by columns ------------------------------------------------------------------------------------ */
 
-/* (22), (23): the acceleration of link i by a unit acceleration of motion k - 1. */
+/* (22), (23): the acceleration of a link at rest by given accelerations of the motions: by a unit one in a column of M.
+ */
 typedef struct column {
     kmp_vec o, a;
 } column;
 
-static column forward_column(const kmp_tree *tree, int i, int k, column h)
+/* From the parent's, h, and the acceleration of the link's own motion. */
+static column forward_column(const kmp_tree *tree, int i, kmp_ref acceleration, column h)
 {
     kmp_graph *g = tree->graph;
     const kmp_link *link = &tree->links[i];
-    kmp_ref unit = signed_for(link, KMP_ONE);
+    kmp_vec own = kmp_vec_axis(signed_for(link, acceleration), link->axis);
     column c;
     c.o = kmp_link_to_child(tree, i, h.o);
     c.a = kmp_link_to_child(tree, i, kmp_vec_add(g, h.a, kmp_vec_cross(g, h.o, link->p)));
     c.a = kmp_vec_add(g, c.a, kmp_vec_cross(g, c.o, kmp_link_slide(tree, i)));
-    if (i == k && link->rotation)
-        c.o = kmp_vec_add(g, c.o, kmp_vec_axis(unit, link->axis));
-    else if (i == k)
-        c.a = kmp_vec_add(g, c.a, kmp_vec_axis(unit, link->axis));
+    if (link->rotation)
+        c.o = kmp_vec_add(g, c.o, own);
+    else
+        c.a = kmp_vec_add(g, c.a, own);
     return c;
 }
 
@@ -247,7 +249,7 @@ static void mass_column(const kmp_tree *tree, int k, column *c, kmp_wrench *w, k
     for (int i = k; i < tree->count; i++) {
         w[i] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
         if (kmp_tree_is_above(tree, k, i))
-            c[i] = forward_column(tree, i, k, i == k ? still : c[tree->links[i].parent]);
+            c[i] = forward_column(tree, i, i == k ? KMP_ONE : KMP_ZERO, i == k ? still : c[tree->links[i].parent]);
     }
     for (int i = tree->count - 1; i >= k; i--) {
         if (!kmp_tree_is_above(tree, k, i))
@@ -280,6 +282,25 @@ void kmp_mass_ner(const kmp_tree *tree, kmp_ref *m)
     clear(m, n * n);
     for (int k = 1; c && w && k < tree->count; k++)
         mass_column(tree, k, c, w, m);
+}
+
+void kmp_mass_times(const kmp_tree *tree, const kmp_ref *x, kmp_ref *out)
+{
+    kmp_graph *g = tree->graph;
+    column *c = KMP_GRAPH_NEW(g, column, tree->count);
+    kmp_wrench *w = KMP_GRAPH_NEW(g, kmp_wrench, tree->count);
+    if (!c || !w)
+        return;
+    c[0] = (column){kmp_vec_zero(), kmp_vec_zero()};
+    w[0] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
+    for (int i = 1; i < tree->count; i++) {
+        c[i] = forward_column(tree, i, x[i - 1], c[tree->links[i].parent]);
+        w[i] = column_wrench(tree, i, c[i]);
+    }
+    for (int i = tree->count - 1; i > 0; i--) {
+        out[i - 1] = with_armature(tree, i, project(&tree->links[i], &w[i]), x[i - 1]);
+        kmp_wrench_to_parent(tree, i, w[i], &w[tree->links[i].parent]);
+    }
 }
 
 /* -- M by composite bodies --------------------------------------------------------------------------- */

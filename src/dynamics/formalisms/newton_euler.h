@@ -48,6 +48,10 @@ typedef void kmp_mass_scheme(const kmp_tree *tree, kmp_ref *m);
 /** Column by column as the paper: eqs. (22), (23), (34)-(36), (38). */
 kmp_mass_scheme kmp_mass_ner;
 
+/** M x by one sweep outwards and one inwards, (22) and (34)-(38) with x in place of a unit acceleration: a number of
+ * operations in proportion to the links. */
+void kmp_mass_times(const kmp_tree *tree, const kmp_ref *x, kmp_ref *out);
+
 /** Mass matrix with composite bodies: the sums over the subtree in (35), (36) made once. Equal values from half the
  * operations.
  */

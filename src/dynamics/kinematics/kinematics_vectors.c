@@ -195,6 +195,10 @@ kmp_vec kmp_point_difference(const kmp_tree *tree, int a, int b, int *frame)
 
 kmp_vec kmp_link_direction(const kmp_tree *tree, int link, kmp_vec v, int ancestor)
 {
+    if (ancestor == 0 && tree->heading && tree->heading[link] != KMP_ZERO) {
+        kmp_link_turn(tree, &tree->links[link], tree->heading[link], &v);
+        return v;
+    }
     for (int i = link; i != ancestor; i = tree->links[i].parent)
         v = kmp_link_to_parent(tree, i, v);
     return v;

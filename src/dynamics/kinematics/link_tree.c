@@ -6,6 +6,7 @@
 #include "model/data/force_table.h"
 #include "model/data/model.h"
 #include "model/data/spherical.h"
+#include "symbolic/trig.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -401,6 +402,22 @@ bool kmp_tree_init_again(kmp_tree *tree, const kmp_tree *from)
     return true;
 }
 
+/* Angles from the ground, link by link: in a tree that may be so deep that a sum for each pair of links would cost the
+ * square of their number. */
+static void add_headings(kmp_tree *tree)
+{
+    enum { LONG = 64 };
+    if (tree->count <= LONG || !(tree->heading = KMP_ARENA_NEW(&tree->arena, kmp_ref, tree->count)))
+        return;
+    for (int i = 1; i < tree->count; i++) {
+        const kmp_link *link = &tree->links[i], *parent = &tree->links[link->parent];
+        bool parallel = link->rotation && !link->turned &&
+                        (link->parent == 0 || (parent->axis == link->axis && tree->heading[link->parent] != KMP_ZERO));
+        if (parallel)
+            tree->heading[i] = kmp_angle_add(tree->graph, tree->heading[link->parent], link->q);
+    }
+}
+
 bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
 {
     if (!allocate_tree(tree, g, model, keep, charted) || !tree_place_charts(tree)) {
@@ -419,7 +436,8 @@ bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_k
         tree->links[k + 1].inertia.x[0] = KMP_ONE;
     }
     tree->gravity = kmp_tree_vector(tree, model->gravity);
-    return !kmp_graph_failed(g);
+    add_headings(tree);
+    return !kmp_graph_failed(g) && !tree->arena.failed;
 }
 
 static bool is_there(const kmp_tree *tree, kmp_ref r)

@@ -80,9 +80,11 @@ typedef struct kmp_tree {
     const kempe_model *model;
     kmp_arena arena; /* of all arrays that it owns */
     kmp_keep keep;
-    double *symbols; /* KMP_KEEP_NUMBERS: values of all symbols, parameters first */
-    bool charted;    /* joints of kmp_spherical_find have inputs KMP_IN_CHART */
-    int count;       /* links, ground included: motion k is link k + 1 */
+    double *symbols;  /* KMP_KEEP_NUMBERS: values of all symbols, parameters first */
+    bool charted;     /* joints of kmp_spherical_find have inputs KMP_IN_CHART */
+    int count;        /* links, ground included: motion k is link k + 1 */
+    kmp_ref *heading; /* the angle of each link from the ground where all axes on the way are parallel, KMP_ZERO
+                         elsewhere; NULL: not known, as of a short tree, and with variants */
     kmp_link *links;
     kmp_body_on_link *mounts; /* of each body */
     kmp_vec gravity;
