@@ -58,10 +58,8 @@ static void count(way *w, bool by_bodies)
     const kempe_system *s = w->system;
     int n = s->n, m = s->m, p = n - m;
     const kmp_program *program = by_bodies ? s->bodies->program : s->motion;
-    w->program = kmp_program_count(program, 1, program->stages - 1).paper;
-    if (by_bodies)
-        w->solves = cholesky(m) + 2L * s->bodies->compliance.count;
-    else
+    w->program = kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
+    if (!by_bodies)
         w->solves =
             cholesky(p) + (m ? 2L * ((p + 1L) * 2 * s->mass.count + (long)p * n + (long)p * (p + 1) / 2 * n) : 0);
 }

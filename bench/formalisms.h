@@ -36,7 +36,7 @@ static inline kempe_status formalism_derive_plain(kmp_equations *eq, formalism f
     if (kmp_graph_failed(eq->graph))
         return KEMPE_E_MEMORY;
     bool ok = f == FORMALISM_CLASSICAL ? classical_derive(&eq->tree, forces.applied, eq->mass, eq->bias)
-                                       : plain_articulated(&eq->tree, forces.applied, forces.effort, eq->free_qdd);
+                                       : plain_articulated(&eq->tree, forces.applied, forces.effort, eq->accelerations);
     for (int k = 0; f == FORMALISM_CLASSICAL && k < eq->n; k++)
         eq->bias[k] = kmp_sub(eq->graph, eq->bias[k], forces.effort[k]);
     return ok ? KEMPE_OK : KEMPE_E_MEMORY;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The saddle system by three factorisations behind one interface: dense LU, sparse LU, or Cholesky's of the mobility J
- * M^-1 J' where articulated bodies give M^-1 J'. The cheaper of the first two is chosen by counts of operations. Rows
- * that are left out are those of a unit matrix, so that the pattern stays. */
+/* The saddle system by dense LU or sparse LU, whichever takes fewer operations, or by the recursion of articulated
+ * bodies, which eliminates the multipliers on its way. Rows that are left out are those of a unit matrix, so that the
+ * pattern stays. */
 #include "constraints/closing/saddle.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
@@ -68,26 +68,23 @@ static double value_of(const kmp_saddle *saddle, int entry)
 
 /* -- by articulated bodies ---------------------------------------------------------------------------- */
 
-static int factor_mobility(kmp_saddle *saddle)
+/* The recursion has eliminated the rows: 0, or 1 + the place of a row whose pivot is not positive. */
+static int judge_pivots(const kmp_saddle *saddle)
 {
-    const kmp_pattern *mobility = &saddle->eval->system->bodies->mobility;
-    int r = saddle->r;
-    memset(saddle->matrix, 0, (size_t)(r * r) * sizeof(double));
-    for (int k = 0; k < mobility->count; k++) {
-        int a = saddle->position[mobility->row[k]], b = saddle->position[mobility->col[k]];
-        if (a >= 0 && b >= 0)
-            saddle->matrix[(a > b ? a : b) + (a > b ? b : a) * r] = saddle->eval->mobility[k];
-    }
-    return kmp_cholesky_factor(r, saddle->matrix);
+    for (int k = 0; k < saddle->r; k++)
+        if (!(saddle->eval->pivots[saddle->part->rows[k]] > 0))
+            return 1 + k;
+    return 0;
 }
 
 double kmp_saddle_spread(const kmp_saddle *saddle)
 {
     double least = INFINITY, largest = 0;
     for (int k = 0; k < saddle->r; k++) {
-        double pivot = saddle->matrix[k * (saddle->r + 1)] / saddle->eval->system->row_scale[saddle->part->rows[k]];
-        least = fmin(least, pivot * pivot);
-        largest = fmax(largest, pivot * pivot);
+        const int row = saddle->part->rows[k];
+        const double scale = saddle->eval->system->row_scale[row], pivot = saddle->eval->pivots[row] / (scale * scale);
+        least = fmin(least, pivot);
+        largest = fmax(largest, pivot);
     }
     return saddle->r > 0 ? least / largest : 1;
 }
@@ -97,7 +94,7 @@ double kmp_saddle_spread(const kmp_saddle *saddle)
 static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_kind kind)
 {
     const kempe_system *s = saddle->eval->system;
-    int n = part->n, r = part->r, size = kind == KMP_SADDLE_BY_BODIES ? r : n + r;
+    int n = part->n, r = part->r, size = kind == KMP_SADDLE_BY_BODIES ? 0 : n + r;
     int entries = 2 * (s->mass.count + s->jacobian.count) + r;
     saddle->part = part;
     saddle->n = n;
@@ -114,8 +111,10 @@ static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_kind 
     for (int k = 0; k < r; k++)
         saddle->position[part->rows[k]] = k;
     kmp_eval_drop(saddle->eval, part->m - part->r, part->redundant);
-    if (kind == KMP_SADDLE_BY_BODIES)
+    if (kind == KMP_SADDLE_BY_BODIES) {
+        kmp_eval_keep_rows(saddle->eval, saddle->position);
         return true;
+    }
     list_entries(saddle);
     unsigned long failures = kmp_memory_failures();
     if (kind == KMP_SADDLE_SPARSE) /* NULL: singular by its pattern, or no memory */
@@ -182,7 +181,7 @@ int kmp_saddle_factor(kmp_saddle *saddle)
     if (saddle->out)
         choose_rows(saddle);
     if (saddle->kind == KMP_SADDLE_BY_BODIES)
-        return factor_mobility(saddle);
+        return judge_pivots(saddle);
     if (saddle->kind == KMP_SADDLE_SPARSE) {
         for (int e = 0; e < saddle->count; e++)
             saddle->matrix[e] = value_of(saddle, e);
@@ -197,36 +196,25 @@ int kmp_saddle_factor(kmp_saddle *saddle)
 
 double kmp_saddle_cost(const kmp_saddle *saddle)
 {
-    bool by_bodies = saddle->kind == KMP_SADDLE_BY_BODIES;
+    if (saddle->kind == KMP_SADDLE_BY_BODIES) /* the recursion is the solution */
+        return 0;
     if (saddle->sparse)
         return KMP_SPARSE_COST * kmp_sparse_operations(saddle->sparse);
-    int size = by_bodies ? saddle->r : saddle->n + saddle->r;
-    kmp_flops f = by_bodies ? kmp_cholesky_factor_flops(size) : kmp_lu_flops(size);
-    double entries = by_bodies ? 2.0 * saddle->eval->system->bodies->compliance.count : 0;
-    return KMP_LOOPS_COST * ((double)f.add + (double)f.mul + (double)f.div) + FILLING * size * size + entries;
+    int size = saddle->n + saddle->r;
+    kmp_flops f = kmp_lu_flops(size);
+    return KMP_LOOPS_COST * ((double)f.add + (double)f.mul + (double)f.div) + FILLING * size * size;
 }
 
-/* Computes x and the multipliers behind it. Input: the right-hand side of M in x, by bodies y; and b (NULL: zero), by
- * bodies b + J y. */
+/* Computes x and the multipliers behind it. Input: the right-hand side of M in x, and b (NULL: zero). */
 static void solve(kmp_saddle *saddle, const double *rows)
 {
-    const kmp_evaluator *eval = saddle->eval;
     double *x = saddle->x, *a = x + saddle->n;
     for (int k = 0; k < saddle->r; k++)
         a[k] = !rows || is_out(saddle, k) ? 0 : -rows[saddle->part->rows[k]];
     if (saddle->kind == KMP_SADDLE_SPARSE)
         kmp_sparse_solve(saddle->sparse, 1, x);
-    else if (saddle->kind == KMP_SADDLE_DENSE)
+    else
         kmp_lu_solve(saddle->n + saddle->r, saddle->matrix, saddle->pivot, 1, x);
-    else {
-        const kmp_pattern *compliance = &eval->system->bodies->compliance;
-        kmp_cholesky_solve(saddle->r, saddle->matrix, a);
-        for (int k = 0; k < compliance->count; k++) {
-            int at = saddle->position[compliance->row[k]];
-            if (at >= 0)
-                x[compliance->col[k]] += eval->compliance[k] * a[at];
-        }
-    }
 }
 
 static void put_force(kmp_saddle *saddle, const double *force)
@@ -245,6 +233,10 @@ static void take_multipliers(const kmp_saddle *saddle, double *lambda)
 
 void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, double *x, double *a)
 {
+    if (saddle->kind == KMP_SADDLE_BY_BODIES) {
+        memcpy(x, kmp_eval_correction(saddle->eval, b), (size_t)saddle->n * sizeof *x);
+        return;
+    }
     put_force(saddle, f);
     solve(saddle, b);
     if (x)
@@ -273,12 +265,14 @@ void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda)
             lambda[k] = NAN;
         return;
     }
-    bool by_bodies = saddle->kind == KMP_SADDLE_BY_BODIES;
-    if (by_bodies)
-        memcpy(saddle->x, eval->free_qdd, (size_t)saddle->n * sizeof *qdd);
-    else
-        put_force(saddle, eval->bias);
-    solve(saddle, by_bodies ? eval->drift : eval->jdqd);
+    if (saddle->kind == KMP_SADDLE_BY_BODIES) {
+        memcpy(qdd, eval->qdd, (size_t)saddle->n * sizeof *qdd);
+        for (int r = 0; lambda && r < eval->m; r++)
+            lambda[r] = saddle->position[r] >= 0 ? eval->multipliers[r] : 0;
+        return;
+    }
+    put_force(saddle, eval->bias);
+    solve(saddle, eval->jdqd);
     memcpy(qdd, saddle->x, (size_t)saddle->n * sizeof *qdd);
     if (lambda)
         take_multipliers(saddle, lambda);

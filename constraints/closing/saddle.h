@@ -3,10 +3,7 @@
  *
  *     M x - J' a = -f      J x = -b
  *
- * dense, or sparse when it is large. If the evaluator uses articulated bodies, it is solved for the multipliers alone,
- * whatever its size, and on a tree there is nothing to solve:
- *
- *     J M^-1 J' a = -(b + J y)      x = y + M^-1 J' a      y = -M^-1 f.
+ * dense, or sparse when it is large. If the evaluator uses articulated bodies, their recursion has solved it.
  *
  * For states without a chosen set of rows, complete pivoting of the scaled J selects the independent rows at each
  * factorisation. */
@@ -26,7 +23,7 @@ typedef struct kmp_saddle {
     int n, r;
     kmp_saddle_kind kind;
     kmp_arena arena;
-    double *matrix, *x; /* size x size when dense; the entries when sparse; r x r by bodies */
+    double *matrix, *x; /* size x size when dense; the entries when sparse; none by bodies */
     int *pivot;
     int count, *entry_row, *entry_col; /* entries of the matrix; not by bodies */
     int *entry_from;                   /* of each: an entry of M, then of J; -1: of a row that is left out */
@@ -62,7 +59,7 @@ double kmp_saddle_cost(const kmp_saddle *saddle);
 #define KMP_LOOPS_COST 2.0 /* of an operation in the loops of dense factors, or of a reduction */
 
 /** x (n) and a (m; zero for dropped rows; NULL: not wanted) of f (n; NULL: zero) and b (m; NULL: zero). Without f: the
- * mass-orthogonal correction x, of least qd-norm with J x = -b. Not by bodies. */
+ * mass-orthogonal correction x, of least qd-norm with J x = -b; by bodies that alone, without a. */
 void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, double *x, double *a);
 
 /** qdd and lambda (m; zero for dropped rows; NULL: not wanted) from the evaluator's last bias. Forces that depend on

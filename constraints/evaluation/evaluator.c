@@ -2,10 +2,10 @@
 /* The numbers of a mechanism at one state: programs of the system, each run stage by stage on its back end.
  *
  * An evaluator has up to four machines. `composite` gives h, J, M, C and jdqd, with M by composite rigid bodies;
- * `articulated` gives accelerations and compliance by the recursion of articulated bodies (Featherstone 1983), in place
- * of M and C; `judge` gives energies, reactions and outputs; `changes` gives conditions. `motion` is the one of the
- * first two that the caller has selected. Its stages are cut where the inputs become known: constants and charts, then
- * (t, q), then qd, then multipliers. A caller that needs h alone pays for nothing else. */
+ * `articulated` gives accelerations and multipliers by the recursion of articulated bodies (Featherstone 1983), in
+ * place of M and C; `judge` gives energies, reactions and outputs; `changes` gives conditions. `motion` is the one of
+ * the first two that the caller has selected. Its stages are cut where the inputs become known: constants and charts,
+ * then (t, q), then qd, then multipliers. A caller that needs h alone pays for nothing else. */
 #include "constraints/evaluation/evaluator.h"
 #include "backend/native.h"
 #include "base/arena.h"
@@ -535,6 +535,12 @@ kempe_status kmp_eval_add_articulated(kmp_evaluator *eval)
     eval->articulated = kmp_machine_new(s->bodies->program, eval->backend);
     KMP_TRY(kmp_made(s->context, eval->articulated));
     kmp_machine_set(eval->articulated, KMP_IN_EFFORT, eval->effort); /* zero, or set before use */
+    if (!eval->kept)
+        eval->kept = KMP_ARENA_NEW(&eval->arena, double, eval->m);
+    KMP_TRY(kmp_made(s->context, eval->kept));
+    for (int r = 0; r < eval->m; r++)
+        eval->kept[r] = 1;
+    kmp_machine_set(eval->articulated, KMP_IN_KEPT, eval->kept);
     set_constant_inputs(eval);
     return KEMPE_OK;
 }
@@ -561,7 +567,7 @@ void kmp_eval_set_by_bodies(kmp_evaluator *eval, bool by_bodies)
     eval->by_bodies = by_bodies && eval->articulated;
     eval->motion = eval->by_bodies ? eval->articulated : eval->composite;
     eval->mass = eval->bias = eval->jdqd = NULL;
-    eval->compliance = eval->mobility = eval->free_qdd = eval->drift = NULL;
+    eval->pivots = eval->diagonals = eval->qdd = eval->multipliers = NULL;
 }
 
 void kmp_eval_free(kmp_evaluator *eval)
@@ -602,14 +608,14 @@ void kmp_eval_mass(kmp_evaluator *eval)
 {
     const double *out = kmp_machine_run(eval->motion, KMP_STAGE_MASS);
     if (eval->by_bodies) {
-        eval->compliance = out;
-        eval->mobility = out + eval->system->bodies->compliance.count;
+        eval->pivots = out;
+        eval->diagonals = out + eval->m;
     } else if (!eval->by_products) {
         eval->mass = out;
     }
 }
 
-/* Accelerations without closure forces, by the recursion; adds efforts outside the program. `effort` is zero, or that
+/* Accelerations and multipliers by the recursion; adds efforts outside the program. `effort` is zero, or that
  * of the user-defined force. */
 static void accelerate_bodies(kmp_evaluator *eval)
 {
@@ -618,8 +624,36 @@ static void accelerate_bodies(kmp_evaluator *eval)
     if (eval->given || eval->gave || eval->system->force)
         kmp_machine_set(eval->motion, KMP_IN_EFFORT, eval->given ? eval->with_force : eval->effort);
     eval->gave = eval->given;
-    eval->free_qdd = kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
-    eval->drift = eval->free_qdd + eval->n;
+    eval->qdd = kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
+    eval->multipliers = eval->qdd + eval->n;
+}
+
+void kmp_eval_keep_rows(kmp_evaluator *eval, const int *position)
+{
+    bool same = true;
+    for (int r = 0; r < eval->m; r++) {
+        const double kept = position[r] >= 0 ? 1 : 0;
+        same = same && kept == eval->kept[r];
+        eval->kept[r] = kept;
+    }
+    if (same)
+        return;
+    kmp_machine_set(eval->articulated, KMP_IN_KEPT, eval->kept);
+    if (eval->pivots)
+        kmp_eval_mass(eval);
+    if (eval->qdd)
+        (void)kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
+}
+
+const double *kmp_eval_open(kmp_evaluator *eval)
+{
+    return eval->by_bodies && eval->qdd ? kmp_machine_run(eval->articulated, KMP_STAGE_OPEN) : NULL;
+}
+
+const double *kmp_eval_correction(kmp_evaluator *eval, const double *violation)
+{
+    kmp_machine_set(eval->articulated, KMP_IN_MU, violation);
+    return kmp_machine_run(eval->articulated, KMP_STAGE_CORRECT);
 }
 
 /* Adds generalized forces outside the program to C. */
@@ -657,12 +691,14 @@ static void run_load_dependent(kmp_evaluator *eval)
     eval->load_jacobian = eval->own_bias + eval->n;
 }
 
-/* Finds C and jdqd by M from the accelerations a0 without closure forces by articulated bodies: M a0 + C = 0. */
+/* Finds C and jdqd by M from the accelerations a0 without closure forces by articulated bodies, of which no row is
+ * kept: M a0 + C = 0. */
 static void find_bias(kmp_evaluator *eval, const double *qd)
 {
     kmp_machine *m = eval->articulated; /* which the caller has added */
-    const kmp_pattern *j = &eval->system->jacobian;
     double *bias = eval->by_mass, *jdqd = bias + eval->n;
+    memset(jdqd, 0, (size_t)eval->m * sizeof *jdqd); /* no row is kept */
+    kmp_machine_set(m, KMP_IN_KEPT, jdqd);
     kmp_machine_set(m, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, eval->t));
     kmp_machine_set(m, KMP_IN_Q, eval->q);
     kmp_machine_set(m, KMP_IN_QD, qd);
@@ -674,13 +710,13 @@ static void find_bias(kmp_evaluator *eval, const double *qd)
     for (int stage = KMP_STAGE_CLOSURE; stage < KMP_STAGE_BIAS; stage++)
         (void)kmp_machine_run(m, stage);
     const double *free_qdd = kmp_machine_run(m, KMP_STAGE_BIAS);
+    const double *open = kmp_machine_run(m, KMP_STAGE_OPEN);
     kmp_machine_set(m, KMP_IN_EFFORT, eval->effort);
+    kmp_machine_set(m, KMP_IN_KEPT, eval->kept);
     kmp_eval_add_mass_times(eval, free_qdd, bias);
     for (int i = 0; i < eval->n; i++)
         bias[i] = -bias[i];
-    memcpy(jdqd, free_qdd + eval->n, (size_t)eval->m * sizeof *jdqd);
-    for (int k = 0; k < j->count; k++)
-        jdqd[j->row[k]] -= eval->jacobian[k] * free_qdd[j->col[k]];
+    memcpy(jdqd, open + eval->n, (size_t)eval->m * sizeof *jdqd);
     eval->own_bias = bias;
     eval->jdqd = jdqd;
     add_outer_forces(eval);

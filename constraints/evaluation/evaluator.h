@@ -30,27 +30,26 @@ typedef struct kmp_evaluator {
     bool holds_friction; /* inputs of friction that sticks do not follow the state (friction_state.h); those of rigid
                           * contacts never do */
     int n, m;
-    const double *h;          /* m; the first four are those of the last kmp_eval_closure */
-    const double *jacobian;   /* system->jacobian.count values */
-    const double *h_t;        /* m, NULL when h does not depend on t */
-    const double *mass;       /* system->mass.count values, since kmp_eval_mass */
-    const double *bias;       /* n, since kmp_eval_bias */
-    const double *jdqd;       /* m */
-    const double *compliance; /* by bodies: compliance to drift replace mass to jdqd */
-    const double *mobility;   /* system->mobility.count */
-    const double *free_qdd;   /* n: accelerations without closure forces, since kmp_eval_bias */
-    const double *drift;      /* m: J free_qdd + jdqd */
-    const bool *left_out;     /* m, not owned: rows that need not be met; NULL: all must be */
-    bool *dropped;            /* m: rows that rounded numbers leave open: they need not be met either */
-    const double *solved[2];  /* solutions of implicit blocks in conditions: of all conditions, and of late ones, since
-                               * the last kmp_eval_all_changes */
-    double t, *q;             /* n: of the last kmp_eval_closure, for the user-defined force */
-    const double *own_bias;   /* n: C of the program alone */
-    const double *given;      /* n, not owned: further generalized forces; NULL: none */
-    bool gave;                /* by articulated bodies: the machine still has such forces */
-    double *with_force;       /* n: bias minus forces outside the program; by bodies their sum */
-    double *effort;           /* n */
-    double *by_mass;          /* n + m, where it weighs only: C and jdqd */
+    const double *h;                  /* m; the first four are those of the last kmp_eval_closure */
+    const double *jacobian;           /* system->jacobian.count values */
+    const double *h_t;                /* m, NULL when h does not depend on t */
+    const double *mass;               /* system->mass.count values, since kmp_eval_mass */
+    const double *bias;               /* n, since kmp_eval_bias */
+    const double *jdqd;               /* m */
+    const double *pivots, *diagonals; /* m: by bodies, of the rows, in place of M */
+    const double *qdd, *multipliers;  /* n, m: by bodies, since kmp_eval_bias, in place of C and jdqd */
+    double *kept;                     /* m: 1 for rows that may have multipliers by bodies, initially all */
+    const bool *left_out;             /* m, not owned: rows that need not be met; NULL: all must be */
+    bool *dropped;                    /* m: rows that rounded numbers leave open: they need not be met either */
+    const double *solved[2]; /* solutions of implicit blocks in conditions: of all conditions, and of late ones, since
+                              * the last kmp_eval_all_changes */
+    double t, *q;            /* n: of the last kmp_eval_closure, for the user-defined force */
+    const double *own_bias;  /* n: C of the program alone */
+    const double *given;     /* n, not owned: further generalized forces; NULL: none */
+    bool gave;               /* by articulated bodies: the machine still has such forces */
+    double *with_force;      /* n: bias minus forces outside the program; by bodies their sum */
+    double *effort;          /* n */
+    double *by_mass;         /* n + m, where it weighs only: C and jdqd */
     double *nu; /* m: multipliers in the last C (constraints/evaluation/load_multipliers.h); NULL: C has none */
     const double *load_jacobian; /* system->load_jacobian.count values: dC/dlambda, with C */
     kmp_load_work *load;         /* of kmp_load_settle */
@@ -88,6 +87,16 @@ kempe_status kmp_eval_add_composite(kmp_evaluator *eval);
 /** Selects M and C (initially) or articulated bodies for the values from the next kmp_eval_closure on. A kmp_saddle
  * accepts either. */
 void kmp_eval_set_by_bodies(kmp_evaluator *eval, bool by_bodies);
+
+/** By bodies: the rows that may have multipliers, those with a position of at least 0 (m). Values of the last state are
+ * found again. */
+void kmp_eval_keep_rows(kmp_evaluator *eval, const int *position);
+
+/** By bodies: what no multiplier makes of each acceleration of the last kmp_eval_bias (n); NULL: there was none. */
+const double *kmp_eval_open(kmp_evaluator *eval);
+
+/** By bodies, after kmp_eval_mass: the mass-orthogonal change (n) with J x = -violation (m) on those rows. */
+const double *kmp_eval_correction(kmp_evaluator *eval, const double *violation);
 
 /** True if M waits and energies are found link by link: all but energies then needs articulated bodies. */
 bool kmp_eval_goes_by_links(const kmp_evaluator *eval);

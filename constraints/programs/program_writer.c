@@ -162,8 +162,10 @@ bool kmp_writer_import(kmp_program_writer *w)
         return false;
     const kmp_ref *mass = w->out + first[KMP_STAGE_MASS];
     w->mass = by_bodies || by_products ? NULL : mass;
-    w->compliance = by_bodies ? mass : NULL;
-    w->mobility = by_bodies ? mass + s->bodies->compliance.count : NULL;
+    w->pivots = by_bodies ? mass : NULL;
+    w->diagonals = by_bodies ? mass + s->m : NULL;
+    w->open = by_bodies ? w->out + first[KMP_STAGE_OPEN] : NULL;
+    w->correction = by_bodies ? w->out + first[KMP_STAGE_CORRECT] : NULL;
     bool loaded = !by_bodies && s->load_row_count > 0;
     w->bias = w->out + first[loaded ? KMP_STAGE_LOAD : KMP_STAGE_BIAS];
     w->load = loaded ? w->bias + s->n : NULL;

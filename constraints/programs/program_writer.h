@@ -26,16 +26,17 @@ typedef struct kmp_program_writer {
     bool by_coordinate;      /* states are given as q and qd of the coordinates, not in the order (u, ud, v) */
     kmp_ref *out;            /* outputs of the source */
     /* in `out`: */
-    const kmp_ref *closure;               /* h, J and h_t, one after the other */
-    const kmp_ref *h, *jacobian, *h_t;    /* m, jacobian.count, m; h_t is NULL if there is none */
-    const kmp_ref *mass;                  /* mass.count; NULL: the source has products, or articulated bodies */
-    const kmp_ref *compliance, *mobility; /* of articulated bodies, instead of the mass */
-    kmp_ref *bias;                        /* n: C; of articulated bodies: accelerations without closure forces */
-    const kmp_ref *jdqd;                  /* m; of articulated bodies: the drift */
-    const kmp_ref *load;                  /* load_jacobian.count: dC/dlambda; NULL: C does not depend on it */
-    kmp_ref power;                        /* of the non-conservative forces in the source */
-    kmp_ref *all, *to;                    /* outputs of the new program */
-    int exact;                            /* the first of `closure` in `all` */
+    const kmp_ref *closure;            /* h, J and h_t, one after the other */
+    const kmp_ref *h, *jacobian, *h_t; /* m, jacobian.count, m; h_t is NULL if there is none */
+    const kmp_ref *mass;               /* mass.count; NULL: the source has products, or articulated bodies */
+    const kmp_ref *pivots, *diagonals; /* m: of articulated bodies, instead of the mass */
+    const kmp_ref *open, *correction;  /* n: likewise (KMP_STAGE_OPEN, KMP_STAGE_CORRECT) */
+    kmp_ref *bias;                     /* n: C; of articulated bodies: accelerations */
+    const kmp_ref *jdqd;               /* m; of articulated bodies: multipliers */
+    const kmp_ref *load;               /* load_jacobian.count: dC/dlambda; NULL: C does not depend on it */
+    kmp_ref power;                     /* of the non-conservative forces in the source */
+    kmp_ref *all, *to;                 /* outputs of the new program */
+    int exact;                         /* the first of `closure` in `all` */
     const kmp_ref *group[KMP_WRITER_STAGES];
     int stages, count[KMP_WRITER_STAGES];
 } kmp_program_writer;

@@ -26,14 +26,14 @@
  *
  *     [M J'; J 0] (qdd; -lambda) = (-C; -jdqd),
  *
- * in which each multiplier is eliminated after its coordinates: its pivot is that of -S. By articulated bodies it is
- * that of S alone. */
+ * in which each multiplier is eliminated after its coordinates: its pivot is that of -S. By articulated bodies the
+ * motion program has the solution. */
 
 /* A way to solve, before anything is written. */
 typedef struct elimination {
     bool by_bodies;
-    int coordinates; /* among the unknowns: n, or none by articulated bodies */
-    kmp_writer_ldl ldl;
+    int pivots;         /* n and r, or r by articulated bodies, which need no elimination: */
+    kmp_writer_ldl ldl; /* of n + r unknowns */
     double operations;
 } elimination;
 
@@ -74,24 +74,24 @@ static bool analyse(maker *k, bool by_bodies, elimination *p)
 {
     const kempe_system *s = k->s;
     double source = kmp_writer_operations(k->eval, by_bodies);
-    *p = (elimination){.by_bodies = by_bodies, .coordinates = by_bodies ? 0 : k->n};
-    int size = p->coordinates + k->r;
+    *p = (elimination){.by_bodies = by_bodies, .operations = source, .pivots = by_bodies ? k->r : k->n + k->r};
+    if (by_bodies)
+        return source >= 0;
+    int size = k->n + k->r;
     unsigned char *pattern = KMP_NEW(unsigned char, (size_t)size *(size_t)size);
     if (pattern) {
-        /* Pairs of unknowns that M^-1 or M and J couple. */
+        /* Pairs of unknowns that M or J couple. */
         const int *position = k->position;
-        const kmp_pattern *mobility = &s->bodies->mobility, *mass = &s->mass, *jacobian = &s->jacobian;
-        for (int i = 0; p->by_bodies && i < mobility->count; i++)
-            couple(pattern, size, position[mobility->row[i]], position[mobility->col[i]]);
-        for (int i = 0; !p->by_bodies && i < mass->count; i++)
+        const kmp_pattern *mass = &s->mass, *jacobian = &s->jacobian;
+        for (int i = 0; i < mass->count; i++)
             couple(pattern, size, mass->row[i], mass->col[i]);
-        for (int i = 0; !p->by_bodies && i < jacobian->count; i++)
+        for (int i = 0; i < jacobian->count; i++)
             if (position[jacobian->row[i]] >= 0)
-                couple(pattern, size, p->coordinates + position[jacobian->row[i]], jacobian->col[i]);
+                couple(pattern, size, k->n + position[jacobian->row[i]], jacobian->col[i]);
     }
-    bool made = pattern && kmp_writer_ldl_analyse(&p->ldl, &k->arena, size, p->coordinates, pattern);
+    bool made = pattern && kmp_writer_ldl_analyse(&p->ldl, &k->arena, size, k->n, pattern);
     kmp_free(pattern);
-    p->operations = (double)p->ldl.operations + (by_bodies ? 2.0 * s->bodies->compliance.count : 0) + source;
+    p->operations += (double)p->ldl.operations;
     return made && source >= 0;
 }
 
@@ -121,21 +121,15 @@ static void put_entry(maker *k, int i, int j, kmp_ref value)
         k->matrix[i * k->size + j] = k->matrix[j * k->size + i] = value;
 }
 
-/* Solves x, which has minus the right-hand side of J; and of M, -C. `alone` (NULL: zero): accelerations without closure
- * forces by articulated bodies. Results: coordinates (n) and multipliers (r, NULL: not wanted). */
-static void solve(maker *k, const kmp_ref *alone, kmp_ref *coordinates, kmp_ref *multipliers)
+/* Solves x, which has minus the right-hand sides of M and J, for coordinates (n) and multipliers (r, NULL: not wanted).
+ */
+static void solve(maker *k, kmp_ref *coordinates, kmp_ref *multipliers)
 {
-    const kmp_pattern *compliance = &k->s->bodies->compliance;
-    int rows = k->plan.coordinates;
     kmp_writer_ldl_solve(&k->plan.ldl, k->g, k->plan.ldl.size, k->x);
     for (int i = 0; i < k->n; i++)
-        coordinates[i] = rows ? k->x[i] : alone ? alone[i] : KMP_ZERO;
-    for (int e = 0; k->plan.by_bodies && e < compliance->count; e++)
-        if (k->position[compliance->row[e]] >= 0)
-            kmp_writer_add_product(k->g, &coordinates[compliance->col[e]], k->w.compliance[e],
-                                   k->x[k->position[compliance->row[e]]]);
+        coordinates[i] = k->x[i];
     for (int i = 0; multipliers && i < k->r; i++)
-        multipliers[i] = k->plan.by_bodies ? k->x[i] : kmp_neg(k->x[rows + i]);
+        multipliers[i] = kmp_neg(k->x[k->n + i]);
 }
 
 /* -- program ------------------------------------------------------------------------------------------- */
@@ -211,13 +205,15 @@ static kmp_program *schedule(maker *k)
 /* Efforts are inputs of articulated bodies, zero without the user's force. */
 static bool begin_writing(maker *k)
 {
-    int efforts = k->plan.by_bodies && !k->s->force ? k->n : 0;
-    if (!kmp_writer_init(&k->w, k->eval, NULL, k->plan.by_bodies, efforts + (k->red ? 2 * k->n : 0)))
+    int efforts = k->plan.by_bodies && !k->s->force ? k->n : 0, rows = k->plan.by_bodies ? k->s->m : 0;
+    if (!kmp_writer_init(&k->w, k->eval, NULL, k->plan.by_bodies, efforts + rows + (k->red ? 2 * k->n : 0)))
         return false;
     k->g = k->w.g;
     for (int i = 0; i < efforts; i++)
         kmp_writer_replace(&k->w, KMP_IN_EFFORT, i, KMP_ZERO);
-    k->size = k->plan.ldl.size;
+    for (int r = 0; r < rows; r++)
+        kmp_writer_replace(&k->w, KMP_IN_KEPT, r, k->position[r] >= 0 ? KMP_ONE : KMP_ZERO);
+    k->size = k->plan.pivots;
     k->matrix = KMP_ARENA_NEW(&k->arena, kmp_ref, (size_t)k->size * (size_t)k->size);
     KMP_ARENA_EACH(&k->arena, kmp_ref, k->r, &k->lambda, &k->rate, &k->right, &k->first, &k->left);
     if (k->red)
@@ -249,37 +245,69 @@ static bool make_rates(maker *k)
     return k->s->force || kmp_writer_take_rates(&k->w, k->part, k->rate);
 }
 
+/* By articulated bodies. */
+static bool take_solution(maker *k)
+{
+    for (int i = 0; i < k->n; i++) {
+        k->qdd[i] = k->w.bias[i];
+        k->open[i] = k->w.open[i];
+        k->dx[i] = k->w.correction[i];
+    }
+    for (int i = 0; i < k->r; i++) {
+        const int row = k->part->rows[i];
+        k->lambda[i] = k->w.jdqd[row];
+        k->pivot[i] = k->w.pivots[row];
+        k->diagonal[i] = k->w.diagonals[row];
+    }
+    return true;
+}
+
+/* By M and C. False: no memory, or a pivot is zero. */
+static bool write_solution(maker *k)
+{
+    const kmp_pattern *mass = &k->s->mass, *jacobian = &k->s->jacobian;
+    const kmp_writer_ldl *ldl = &k->plan.ldl;
+    for (int e = 0; e < mass->count; e++)
+        put_entry(k, mass->row[e], mass->col[e], k->w.mass[e]);
+    for (int e = 0; e < jacobian->count; e++)
+        if (k->position[jacobian->row[e]] >= 0)
+            put_entry(k, k->n + k->position[jacobian->row[e]], jacobian->col[e], k->w.jacobian[e]);
+    if (!kmp_writer_ldl_factor(&k->plan.ldl, &k->arena, k->g, k->matrix))
+        return false;
+    /* The right side, and the accelerations and multipliers. */
+    for (int i = 0; i < k->n; i++)
+        k->x[i] = kmp_neg(k->w.bias[i]);
+    for (int i = 0; i < k->r; i++)
+        k->x[k->n + i] = kmp_neg(k->w.jdqd[k->part->rows[i]]);
+    solve(k, k->qdd, k->lambda);
+    /* Pivots of M and S, which are positive. */
+    for (int i = 0; i < k->size; i++) {
+        k->pivot[i] = i >= k->n ? kmp_neg(ldl->pivot[i]) : ldl->pivot[i];
+        k->diagonal[i] = i >= k->n ? kmp_neg(ldl->diagonal[i]) : ldl->diagonal[i];
+    }
+    /* Accelerations with the loops open. */
+    for (int i = 0; i < k->n; i++)
+        k->x[i] = kmp_neg(k->w.bias[i]);
+    kmp_writer_ldl_solve(ldl, k->g, ldl->leading, k->x);
+    for (int i = 0; i < k->n; i++)
+        k->open[i] = k->x[i];
+    /* The mass-orthogonal correction. */
+    for (int i = 0; i < k->n; i++)
+        k->x[i] = KMP_ZERO;
+    for (int i = 0; i < k->r; i++)
+        k->x[k->n + i] = kmp_neg(kmp_input(k->g, KMP_IN_MU, (uint32_t)k->part->rows[i]));
+    solve(k, k->dx, NULL);
+    return true;
+}
+
 /* NULL: no memory, or a pivot is zero. */
 static kmp_program *write_program(maker *k)
 {
     if (k->red && !make_rates(k))
         return NULL;
-    /* The matrix of the saddle system. */
-    const kmp_pattern *mobility = &k->s->bodies->mobility, *mass = &k->s->mass, *jacobian = &k->s->jacobian;
-    for (int e = 0; k->w.mobility && e < mobility->count; e++)
-        put_entry(k, k->position[mobility->row[e]], k->position[mobility->col[e]], k->w.mobility[e]);
-    for (int e = 0; k->w.mass && e < mass->count; e++)
-        put_entry(k, mass->row[e], mass->col[e], k->w.mass[e]);
-    for (int e = 0; k->w.mass && e < jacobian->count; e++)
-        if (k->position[jacobian->row[e]] >= 0)
-            put_entry(k, k->n + k->position[jacobian->row[e]], jacobian->col[e], k->w.jacobian[e]);
     kmp_writer_add_efforts(&k->w);
-    if (!kmp_writer_ldl_factor(&k->plan.ldl, &k->arena, k->g, k->matrix))
+    if (!(k->plan.by_bodies ? take_solution(k) : write_solution(k)))
         return NULL;
-    /* Its right side, and the accelerations and multipliers. */
-    int rows = k->plan.coordinates;
-    for (int i = 0; i < rows; i++)
-        k->x[i] = kmp_neg(k->w.bias[i]);
-    for (int i = 0; i < k->r; i++)
-        k->x[rows + i] = kmp_neg(k->w.jdqd[k->part->rows[i]]);
-    solve(k, k->w.bias, k->qdd, k->lambda);
-    /* Pivots of M and S, which are positive. */
-    const kmp_writer_ldl *ldl = &k->plan.ldl;
-    for (int i = 0; i < k->size; i++) {
-        bool negative = i >= k->plan.coordinates && !k->plan.by_bodies;
-        k->pivot[i] = negative ? kmp_neg(ldl->pivot[i]) : ldl->pivot[i];
-        k->diagonal[i] = negative ? kmp_neg(ldl->diagonal[i]) : ldl->diagonal[i];
-    }
     /* Power of all that does work besides the potential: -lambda' h_t is that of moving closures. */
     k->power = k->w.power;
     for (int i = 0; k->s->force && i < k->n; i++) {
@@ -288,18 +316,6 @@ static kmp_program *write_program(maker *k)
     }
     for (int i = 0; k->w.h_t && i < k->r; i++)
         kmp_writer_add_product(k->g, &k->power, kmp_neg(k->lambda[i]), k->w.h_t[k->part->rows[i]]);
-    /* Accelerations with the loops open. */
-    for (int i = 0; i < k->plan.coordinates; i++)
-        k->x[i] = kmp_neg(k->w.bias[i]);
-    kmp_writer_ldl_solve(&k->plan.ldl, k->g, k->plan.ldl.leading, k->x);
-    for (int i = 0; i < k->n; i++)
-        k->open[i] = k->plan.by_bodies ? k->w.bias[i] : k->x[i];
-    /* The mass-orthogonal correction. */
-    for (int i = 0; i < rows; i++)
-        k->x[i] = KMP_ZERO;
-    for (int i = 0; i < k->r; i++)
-        k->x[rows + i] = kmp_neg(kmp_input(k->g, KMP_IN_MU, (uint32_t)k->part->rows[i]));
-    solve(k, NULL, k->dx, NULL);
     return schedule(k);
 }
 

@@ -357,11 +357,11 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     return ahead ? runner_change_formulation(run, t, true, 0) : KEMPE_OK;
 }
 
-/* By articulated bodies accelerations are the sum of those with the loops open and of the closure forces' part. If the
- * former are so large that their rounding shows, because a joint moves almost no inertia, M and C are used. */
+/* By articulated bodies each acceleration is the sum of what the multipliers make of it and of the rest. If the rest is
+ * so large that its rounding shows, because a joint moves almost no inertia, M and C are used. */
 static kempe_status watch_bodies(kmp_runner *run, double t)
 {
-    const double *open = run->eval->by_bodies && run->margin.r > 0 ? run->eval->free_qdd : NULL;
+    const double *open = run->margin.r > 0 ? kmp_eval_open(run->eval) : NULL;
     double most = 0;
     for (int i = 0; open && i < kmp_model_coordinates(run->s->model); i++)
         most = isfinite(open[i]) ? fmax(most, fabs(open[i]) / run->s->scale[i]) : INFINITY;

@@ -164,10 +164,8 @@ int kmp_equations_outputs(const kmp_equations *eq, unsigned sets, kmp_ref *out)
                 {KMP_SET_INVERSE_QD, n * n, eq->inverse_qd},
                 {KMP_SET_CLOSED, n, eq->closed},
                 {KMP_SET_CLOSED_Q, n * n, eq->closed_q},
-                {KMP_SET_ACCELERATION, n, eq->free_qdd},
-                {KMP_SET_ACCELERATION, m * n, eq->compliance},
-                {KMP_SET_ACCELERATION, m * m, eq->mobility},
-                {KMP_SET_ACCELERATION, m, eq->drift}};
+                {KMP_SET_ACCELERATION, n, eq->accelerations},
+                {KMP_SET_ACCELERATION, m, eq->multipliers}};
     for (size_t k = 0; k < sizeof list / sizeof *list; k++)
         for (int i = 0; sets & list[k].set && i < list[k].count; i++)
             if (list[k].of[i] != KMP_ZERO)

@@ -202,41 +202,34 @@ static void derive_tangents(kmp_equations *eq, const kmp_forces *forces, unsigne
 
 /* -- accelerations ----------------------------------------------------------------------------------- */
 
-static kmp_ref row_times(const kmp_equations *eq, int r, int count, const int *column, const kmp_ref *x)
+static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *forces,
+                                         const kmp_derivation_request *request)
 {
-    kmp_ref sum = KMP_ZERO;
-    for (int k = 0; k < count; k++)
-        sum = kmp_add(eq->graph, sum, kmp_mul(eq->graph, eq->jacobian[r * eq->n + column[k]], x[column[k]]));
-    return sum;
-}
-
-static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *forces, bool efforts)
-{
+    const int n = eq->n, m = request->closed ? eq->m : 0;
+    kmp_graph *g = eq->graph;
+    kmp_wrench *share = KMP_GRAPH_NEW(g, kmp_wrench, eq->tree.count);
+    kmp_ref *effort = KMP_GRAPH_NEW(g, kmp_ref, n), *kept = KMP_GRAPH_NEW(g, kmp_ref, 3 * m);
+    KMP_TRY(kmp_made(eq->context, share && effort && kept));
+    kmp_ref *violation = kept + m, *unused = violation + m;
+    for (int r = 0; r < m; r++) {
+        kept[r] = kmp_input(g, KMP_IN_KEPT, (uint32_t)r);
+        violation[r] = kmp_input(g, KMP_IN_MU, (uint32_t)r);
+    }
+    const kmp_carried carried = {.rows = m, .jacobian = eq->jacobian, .kept = kept};
     kmp_articulated bodies;
-    kmp_wrench *share = KMP_GRAPH_NEW(eq->graph, kmp_wrench, eq->tree.count);
-    kmp_ref *effort = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
-    KMP_TRY(kmp_articulated_init(&bodies, dynamic_links(eq)));
-    KMP_TRY(kmp_made(eq->context, share && effort));
+    KMP_TRY(kmp_articulated_init(&bodies, dynamic_links(eq), &carried));
+    eq->pivots = bodies.pivot;
+    eq->diagonals = bodies.diagonal;
     kmp_newton_euler_shares(dynamic_links(eq), forces->applied, share);
-    for (int k = 0; k < eq->n; k++) {
-        kmp_ref given = efforts ? kmp_input(eq->graph, KMP_IN_EFFORT, (uint32_t)k) : KMP_ZERO;
-        effort[k] = kmp_add(eq->graph, forces->effort[k], given);
+    for (int k = 0; k < n; k++) {
+        kmp_ref given = request->efforts ? kmp_input(g, KMP_IN_EFFORT, (uint32_t)k) : KMP_ZERO;
+        effort[k] = kmp_add(g, forces->effort[k], given);
     }
-    kmp_articulated_solve(&bodies, effort, share, eq->free_qdd);
-    /* Accelerations by the closure forces J' lambda as generalized forces in the recursion, one multiplier at a time,
-     * projected on all rows. lambda = - mobility^-1 drift is solved numerically. */
-    int n = eq->n, m = eq->m, *column = KMP_GRAPH_NEW(eq->graph, int, n);
-    for (int r = 0; column && r < m; r++) {
-        /* The columns of row r of J that are not zero, and their number. */
-        int count = 0;
-        for (int k = 0; k < eq->n; k++)
-            if (eq->jacobian[r * eq->n + k] != KMP_ZERO)
-                column[count++] = k;
-        kmp_articulated_solve(&bodies, eq->jacobian + r * n, NULL, eq->compliance + r * n);
-        for (int s = 0; s <= r; s++)
-            eq->mobility[r * m + s] = row_times(eq, r, count, column, eq->compliance + s * n);
-        eq->drift[r] = kmp_add(eq->graph, row_times(eq, r, count, column, eq->free_qdd), eq->jdqd[r]);
-    }
+    kmp_articulated_solve(&bodies, effort, share, eq->jdqd,
+                          &(kmp_articulated_result){eq->accelerations, eq->multipliers, eq->open});
+    if (m > 0)
+        kmp_articulated_solve(&bodies, NULL, NULL, violation,
+                              &(kmp_articulated_result){.qdd = eq->correction, .lambda = unused});
     return KEMPE_OK;
 }
 
@@ -247,21 +240,21 @@ static bool allocate_outputs(kmp_equations *eq)
     const kempe_model *model = eq->model;
     int n = model->motion_count, rows = KMP_KIND_MAX_ROWS * model->closure_count;
     int forces = model->force_count, states = model->state_count, delays = model->delay_count;
-    KMP_GRAPH_MAKE(eq->graph, KMP_ROOM(kmp_ref, n * n, &eq->mass),
-                   KMP_ROOM(kmp_ref, n, &eq->bias, &eq->product, &eq->residual, &eq->inverse, &eq->closed, &eq->jt_mu,
-                            &eq->free_qdd),
-                   KMP_ROOM(kmp_ref, rows, &eq->h, &eq->h_t, &eq->rate, &eq->jdqd, &eq->hdot, &eq->drift, &eq->after),
-                   KMP_ROOM(kmp_ref, rows * n, &eq->jacobian, &eq->compliance),
-                   KMP_ROOM(kmp_ref, rows * rows, &eq->mobility), KMP_ROOM(kmp_ref, 2 * n, &eq->start),
-                   KMP_ROOM(kmp_ref, 3 * model->closure_count, &eq->reaction),
-                   KMP_ROOM(kmp_ref, 3 * model->output_count, &eq->position),
-                   KMP_ROOM(kmp_ref, kmp_outputs_width(model), &eq->shown),
-                   KMP_ROOM(kmp_ref, forces, &eq->slip, &eq->level, &eq->holding, &eq->friction, &eq->gap,
-                            &eq->gap_rate, &eq->push),
-                   KMP_ROOM(kmp_ref, states, &eq->next, &eq->when),
-                   KMP_ROOM(kmp_ref, delays, &eq->delayed, &eq->before, &eq->delay), KMP_ROOM(kmp_row, rows, &eq->rows),
-                   KMP_ROOM(int, rows, &eq->row), KMP_ROOM(double, model->closure_count, &eq->misfit),
-                   KMP_ROOM(int, n, &eq->run), KMP_ROOM(kmp_noted, 1, &eq->noted));
+    KMP_GRAPH_MAKE(
+        eq->graph, KMP_ROOM(kmp_ref, n * n, &eq->mass),
+        KMP_ROOM(kmp_ref, n, &eq->bias, &eq->product, &eq->residual, &eq->inverse, &eq->closed, &eq->jt_mu,
+                 &eq->accelerations, &eq->open, &eq->correction),
+        KMP_ROOM(kmp_ref, rows, &eq->h, &eq->h_t, &eq->rate, &eq->jdqd, &eq->hdot, &eq->multipliers, &eq->after),
+        KMP_ROOM(kmp_ref, rows * n, &eq->jacobian), KMP_ROOM(kmp_ref, 2 * n, &eq->start),
+        KMP_ROOM(kmp_ref, 3 * model->closure_count, &eq->reaction),
+        KMP_ROOM(kmp_ref, 3 * model->output_count, &eq->position),
+        KMP_ROOM(kmp_ref, kmp_outputs_width(model), &eq->shown),
+        KMP_ROOM(kmp_ref, forces, &eq->slip, &eq->level, &eq->holding, &eq->friction, &eq->gap, &eq->gap_rate,
+                 &eq->push),
+        KMP_ROOM(kmp_ref, states, &eq->next, &eq->when),
+        KMP_ROOM(kmp_ref, delays, &eq->delayed, &eq->before, &eq->delay), KMP_ROOM(kmp_row, rows, &eq->rows),
+        KMP_ROOM(int, rows, &eq->row), KMP_ROOM(double, model->closure_count, &eq->misfit), KMP_ROOM(int, n, &eq->run),
+        KMP_ROOM(kmp_noted, 1, &eq->noted));
     for (int k = 0; eq->row && k < rows; k++)
         eq->row[k] = -1;
     return !kmp_graph_failed(eq->graph);
@@ -297,7 +290,7 @@ static kempe_status derive_loaded(kmp_equations *eq, const kmp_derivation_reques
     if (sets & tangents)
         derive_tangents(eq, &forces, sets);
     if (sets & KMP_SET_ACCELERATION)
-        KMP_TRY(derive_accelerations(eq, &forces, request->efforts));
+        KMP_TRY(derive_accelerations(eq, &forces, request));
     if (sets & KMP_SET_OUTPUT)
         KMP_TRY(kmp_outputs_derive(eq, &forces));
     eq->potential = forces.potential;

@@ -52,6 +52,7 @@ typedef struct kmp_derivation_request {
     bool body_inputs;            /* forces and torques on the bodies as inputs */
     const char *no_inputs;       /* names of bodies without, with commas between; NULL: none */
     bool efforts;                /* efforts on the coordinates as inputs: of the accelerations */
+    bool closed;                 /* the accelerations are those with the closures' multipliers */
     bool loops_alone;            /* no rows of drives */
     bool frictionless;           /* no rows of friction that sticks */
     bool keep_modes;             /* rows of modes also where they are evaluated in place, and zero */
@@ -109,11 +110,13 @@ typedef struct kmp_equations {
     kmp_ref *reaction; /* 3 a closure */
     kmp_ref *position; /* 3 a position output, in order */
     int position_count;
-    kmp_ref *free_qdd;   /* n: accelerations without closure forces */
-    kmp_ref *compliance; /* n a row: M^-1 J' of row r at r n, so that qdd = free_qdd + compliance' lambda */
-    kmp_ref *mobility;   /* m x m: J M^-1 J', entry (r, s) at r m + s for s <= r */
-    kmp_ref *drift;      /* m: J free_qdd + jdqd = - mobility lambda */
-    kmp_ref *shown;      /* all outputs in addition to the table, in order */
+    /* By articulated bodies: accelerations and multipliers; the part of each acceleration that no multiplier makes; of
+     * each row its pivot, and what it would be without the rows eliminated before; the mass-orthogonal change with
+     * J x = -KMP_IN_MU. Rows that are not KMP_IN_KEPT have the multiplier zero. */
+    kmp_ref *accelerations, *multipliers, *open; /* n, m, n */
+    kmp_ref *pivots, *diagonals;                 /* m */
+    kmp_ref *correction;                         /* n */
+    kmp_ref *shown;                              /* all outputs in addition to the table, in order */
     int shown_count;
     kmp_table_uses uses; /* tables in them */
     /* of each friction element that sticks, in the order of the forces: rate, sizes in slip and in stick, friction */

@@ -16,6 +16,7 @@
 #include "symbolic/derivative.h"
 #include "symbolic/live.h"
 #include <math.h>
+#include <stdint.h>
 #include <string.h>
 
 /* -- outputs ----------------------------------------------------------------------------------------- */
@@ -24,7 +25,7 @@
 typedef struct groups {
     kmp_ref *out;
     int total, last; /* outputs, and the group that grows */
-    int count[5];
+    int count[6];
 } groups;
 
 static void put_outputs(groups *g, int count, const kmp_ref *of)
@@ -45,7 +46,7 @@ static void put_pattern(groups *g, kmp_arena *arena, kmp_pattern *pattern, int r
 /* The rows, in room for all groups. False: no memory. */
 static bool begin_groups(groups *g, const kempe_system *s, const kmp_equations *eq)
 {
-    int n = s->n, m = s->m, most = m * (2 * n + m + 4) + n * (n + 1) + 1;
+    int n = s->n, m = s->m, most = m * (2 * n + m + 8) + n * (n + 4) + 1;
     *g = (groups){.out = KMP_GRAPH_NEW(eq->graph, kmp_ref, (uint32_t)(most + n * m) + kmp_graph_count(eq->graph))};
     if (!g->out)
         return false;
@@ -61,15 +62,19 @@ static bool begin_groups(groups *g, const kempe_system *s, const kmp_equations *
 static kmp_program *program_of(groups *g, const kempe_system *s, const kmp_equations *eq, bool shorter)
 {
     const int *count = g->count;
-    const kmp_ref *group[5] = {g->out};
-    g->last = 4;
-    if (eq->power != KMP_ZERO)
+    const kmp_ref *group[6] = {g->out};
+    int stages = 3;
+    if (g->last < 4 && eq->power != KMP_ZERO) {
+        g->last = 4;
         put_outputs(g, 1, &eq->power);
-    for (int k = 1; k < 5; k++)
+    }
+    for (int k = 1; k < 6; k++) {
         group[k] = group[k - 1] + count[k - 1];
+        stages = count[k] > 0 && k >= stages ? k + 1 : stages;
+    }
     if (s->arena.failed || (shorter && !kmp_equations_shorten(eq, g->total, g->out)))
         return NULL;
-    return kmp_program_new(eq->graph, count[4] > 0 ? 5 : count[3] > 0 ? 4 : 3, count, group);
+    return kmp_program_new(eq->graph, stages, count, group);
 }
 
 /* Finds the pattern of J, for both programs. */
@@ -243,22 +248,29 @@ kmp_program *kmp_motion_make_again(const kempe_system *s, kmp_equations *eq)
     return program_of(&g, s, eq, true);
 }
 
-/* Makes the program and patterns of articulated bodies. False: no memory. */
+/* Makes the program of articulated bodies. False: no memory. */
 static bool motion_make_bodies(const kempe_system *s, kmp_bodies *bodies, kmp_equations *eq)
 {
     groups g;
     if (!begin_groups(&g, s, eq))
         return false;
     g.last = 1;
-    put_pattern(&g, &bodies->arena, &bodies->compliance, s->m, s->n, eq->compliance);
-    put_pattern(&g, &bodies->arena, &bodies->mobility, s->m, s->m, eq->mobility);
+    put_outputs(&g, s->m, eq->pivots);
+    put_outputs(&g, s->m, eq->diagonals);
     g.last = 2;
-    put_outputs(&g, s->n, eq->free_qdd);
-    put_outputs(&g, s->m, eq->drift);
+    put_outputs(&g, s->n, eq->accelerations);
+    put_outputs(&g, s->m, eq->multipliers);
+    g.last = 3;
+    put_outputs(&g, s->n, eq->open);
+    put_outputs(&g, s->m, eq->jdqd);
+    g.last = 4;
+    put_outputs(&g, 1, &eq->power);
+    g.last = 5;
+    put_outputs(&g, s->n, eq->correction);
     bool shorter =
         !s->late ||
         s->late->by_links; /* else their contacts take most of a right-hand side, which the passes do not shorten */
-    bodies->program = bodies->arena.failed ? NULL : program_of(&g, s, eq, shorter);
+    bodies->program = program_of(&g, s, eq, shorter);
     return bodies->program;
 }
 
@@ -397,22 +409,21 @@ const kmp_program *kmp_motion_known(const kempe_system *s)
  *
  * The cost of a right-hand side is counted as in the reduced formulation: the program, and the solves with its values.
  * By M and C these are the mass of n - m independent coordinates and its Cholesky factors, or the sparse saddle system
- * where that costs less. By articulated bodies it is the m x m system of the multipliers, and none on a tree. The work
- * common to both, Jv and its tangent, is left out. bench/bench_articulated.c measures the size from which articulated
+ * where that costs less. By articulated bodies there are none. The work common to both, Jv and its tangent, is left
+ * out. bench/bench_articulated.c measures the size from which articulated
  * bodies are faster. */
 
 /* M and C cost fewer operations with fewer independent coordinates than this; nothing else is tried. */
 #define FEW 12
-/* A lower bound of the operations per coordinate by articulated bodies, in the plane, and per entry of M^-1 J'. If M
- * and C take fewer, articulated bodies are not tried. */
+/* A lower bound of the operations per coordinate by articulated bodies, in the plane, and for each row that is carried
+ * over a joint, and each pair of them. If M and C take fewer, articulated bodies are not tried. */
 #define LEAST_OF_COORDINATE 15
-#define LEAST_OF_ENTRY      8
+#define LEAST_OF_ROW        8
+#define LEAST_OF_PAIR       1
 /* Nodes of their graph, as a multiple of the operations by M and C, about. The graph of a large mechanism, which is
  * searched little, has room for those of the passes too, if these run. */
 #define NODES       3
 #define NODES_LARGE 6
-/* M^-1 J' has at most so many entries. */
-#define MOST_ENTRIES 250000
 
 static double operations(kmp_flops f)
 {
@@ -480,38 +491,124 @@ static double cost_by_mass(const kempe_system *s)
     return operations_of(s->motion) + cost_of_solves(s);
 }
 
-/* The multipliers, and M^-1 J' lambda. */
-static double cost_of_multipliers(const kempe_system *s, double entries)
+/* The link before each motion's: that of the motion before it on its body, or of the body that carries it; 0: the
+ * ground.
+ */
+static void list_parents(const kempe_model *model, int *parent)
 {
-    return cholesky(s->m) + 2 * entries;
+    for (int b = 1; b < model->body_count; b++) {
+        const kmp_body *body = &model->bodies[b];
+        int from = body->parent;
+        while (from > 0 && model->bodies[from].motion_count == 0)
+            from = model->bodies[from].parent;
+        const kmp_body *carrier = &model->bodies[from];
+        for (int k = 0; k < body->motion_count; k++)
+            parent[body->first_motion + k + 1] = k > 0      ? body->first_motion + k
+                                                 : from > 0 ? carrier->first_motion + carrier->motion_count
+                                                            : 0;
+    }
+}
+
+static int common(const int *parent, int i, int j)
+{
+    while (i != j) /* a parent has the smaller number */
+        if (i > j)
+            i = parent[i];
+        else
+            j = parent[j];
+    return i;
+}
+
+/* The rows that are carried over each link, and where each is eliminated: sets of rows, as bits. */
+typedef struct carried_sets {
+    kmp_arena arena;
+    int words, *parent, *home;
+    uint64_t *open, *coupled; /* of each link, of each row */
+} carried_sets;
+
+static uint64_t *set_of(const carried_sets *c, uint64_t *sets, int k)
+{
+    return sets + (size_t)k * (size_t)c->words;
+}
+
+static int size_of(const carried_sets *c, const uint64_t *set)
+{
+    int size = 0;
+    for (int w = 0; w < c->words; w++)
+        size += __builtin_popcountll(set[w]);
+    return size;
+}
+
+static void join(const carried_sets *c, uint64_t *into, const uint64_t *from)
+{
+    for (int w = 0; w < c->words; w++)
+        into[w] |= from[w];
+}
+
+/* False: no memory. */
+static bool find_carried(carried_sets *c, const kempe_system *s)
+{
+    const kmp_pattern *j = &s->jacobian;
+    c->words = (s->m + 63) / 64;
+    const size_t words = (size_t)c->words;
+    if (!KMP_ARENA_MAKE(&c->arena, KMP_ROOM(int, s->n + 1, &c->parent), KMP_ROOM(int, s->m, &c->home),
+                        KMP_ROOM(uint64_t, (size_t)(s->n + 1) * words, &c->open),
+                        KMP_ROOM(uint64_t, (size_t)s->m * words, &c->coupled)))
+        return false;
+    list_parents(s->model, c->parent);
+    for (int e = 0, end; e < j->count; e = end) { /* row by row */
+        const int row = j->row[e], word = row / 64;
+        const uint64_t bit = (uint64_t)1 << (row % 64);
+        int *home = &c->home[row];
+        *home = c->parent[j->col[e] + 1];
+        for (end = e; end < j->count && j->row[end] == row; end++)
+            *home = common(c->parent, *home, c->parent[j->col[end] + 1]);
+        for (int k = e; k < end; k++)
+            for (int i = j->col[k] + 1; i != *home && !(set_of(c, c->open, i)[word] & bit); i = c->parent[i])
+                set_of(c, c->open, i)[word] |= bit;
+    }
+    for (int i = 1; i <= s->n; i++)
+        for (int r = 0; r < s->m; r++)
+            if (set_of(c, c->open, i)[r / 64] >> (r % 64) & 1)
+                join(c, set_of(c, c->coupled, r), set_of(c, c->open, i));
+    return true;
+}
+
+/* A lower bound of the operations by which rows are carried and eliminated: some for each row at each link on its way,
+ * and for each pair there. -1: no memory. */
+static double least_of_rows(const kempe_system *s)
+{
+    carried_sets c = {0};
+    double sum = find_carried(&c, s) ? 0 : -1;
+    for (int i = s->n; i >= 0 && sum >= 0; i--) {
+        for (int r = 0; r < s->m; r++) { /* those eliminated here couple the later ones with each other */
+            uint64_t *later = set_of(&c, c.coupled, r);
+            if (c.home[r] != i)
+                continue;
+            for (int t = 0; t < s->m; t++)
+                if (later[t / 64] >> (t % 64) & 1 && (t == r || c.home[t] > i || (c.home[t] == i && t < r)))
+                    later[t / 64] &= ~((uint64_t)1 << (t % 64));
+            const double size = size_of(&c, later);
+            sum += LEAST_OF_ROW * size + LEAST_OF_PAIR * size * size;
+            for (int t = 0; t < s->m; t++)
+                if (later[t / 64] >> (t % 64) & 1)
+                    join(&c, set_of(&c, c.coupled, t), later);
+        }
+        const double size = i > 0 ? size_of(&c, set_of(&c, c.open, i)) : 0;
+        sum += LEAST_OF_ROW * size + LEAST_OF_PAIR * size * size;
+    }
+    kmp_arena_free(&c.arena);
+    return sum;
 }
 
 /* Finds whether articulated bodies may cost less, as far as this is visible before they are derived. */
 static kempe_status look_ahead(const kempe_system *s, bool *may_pay)
 {
     *may_pay = false;
-    if (independent(s) < FEW || (double)s->m * s->n > MOST_ENTRIES)
+    if (independent(s) < FEW)
         return KEMPE_OK;
-    int *room = KMP_NEW(int, 2 * s->n);
-    KMP_TRY(kmp_made(s->context, room));
-    /* Entries of M^-1 J': all coordinates coupled by M to those of a row. Each part of the tree that is attached to the
-     * ground separately is identified by the first coordinate that M couples. `of`, `size`: n. */
-    int *size = room + s->n;
-    const kmp_pattern *mass = &s->mass, *jacobian = &s->jacobian;
-    double entries = 0;
-    for (int k = 0; k < mass->count; k++) /* row by row */
-        if (k == 0 || mass->row[k] != mass->row[k - 1]) {
-            room[mass->row[k]] = mass->col[k] < mass->row[k] ? room[mass->col[k]] : mass->row[k];
-            size[room[mass->row[k]]]++;
-        }
-    for (int k = 0; k < jacobian->count; k++) {
-        bool again = false;
-        for (int j = k - 1; j >= 0 && jacobian->row[j] == jacobian->row[k] && !again; j--)
-            again = room[jacobian->col[j]] == room[jacobian->col[k]];
-        entries += again ? 0 : size[room[jacobian->col[k]]];
-    }
-    kmp_free(room);
-    double least = LEAST_OF_COORDINATE * (double)s->n + LEAST_OF_ENTRY * entries + cost_of_multipliers(s, entries);
+    const double rows = least_of_rows(s), least = LEAST_OF_COORDINATE * (double)s->n + rows;
+    KMP_TRY(kmp_made(s->context, rows >= 0));
     if (s->late && least < cost_of_solves(s)) {
         *may_pay = true;
         return KEMPE_OK;
@@ -524,7 +621,7 @@ static kempe_status look_ahead(const kempe_system *s, bool *may_pay)
 /* M and C need not be counted if articulated bodies cost less than the solves with M and C alone. */
 static kempe_status compare(const kempe_system *s, const kmp_bodies *bodies, bool *pay)
 {
-    double cost = operations_of(bodies->program) + cost_of_multipliers(s, bodies->compliance.count);
+    double cost = operations_of(bodies->program);
     *pay = s->late && cost < cost_of_solves(s);
     if (*pay)
         return KEMPE_OK;
@@ -545,7 +642,7 @@ bool kmp_motion_may_wait(const kempe_system *s)
     for (int k = 0; k < model->force_count; k++)
         pressed = pressed || kmp_force_has_load(&model->forces[k]);
     return bodies && !pressed && (iterates || kmp_motion_goes_by_links(model)) && kmp_equations_are_large(model) &&
-           n - rows >= FEW && (double)rows * n <= MOST_ENTRIES;
+           n - rows >= FEW;
 }
 
 /* Large trees: nothing is closed, and nothing strikes or sticks. */
@@ -569,6 +666,7 @@ static kempe_status derive_bodies(const kempe_system *s, kmp_bodies *bodies)
     const kmp_derivation_request request = {.sets =
                                                 KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_POWER,
                                             .efforts = true,
+                                            .closed = true,
                                             .nodes = (passes ? NODES_LARGE : NODES) * nodes,
                                             .first = &bodies->first,
                                             .quick = true,
@@ -616,11 +714,6 @@ static kempe_status make_bodies(const kempe_system *s, kmp_bodies *bodies)
                         "algorithm does not support; use the algorithm composite",
                         kmp_load_dependent_force(s, row), s->row_names[row]);
     }
-    if ((double)s->m * s->n > MOST_ENTRIES)
-        return kmp_fail(s->context, KEMPE_E_FAILED,
-                        "algorithm articulated: the forces of %d closure rows on %d coordinates exceed the limit of "
-                        "%d; use the algorithm composite",
-                        s->m, s->n, MOST_ENTRIES);
     return derive_bodies(s, bodies);
 }
 
@@ -640,8 +733,6 @@ void kmp_bodies_forget(kmp_bodies *bodies)
 {
     kmp_program_free(bodies->program);
     bodies->program = NULL;
-    bodies->compliance = bodies->mobility = (kmp_pattern){0};
-    kmp_arena_free(&bodies->arena);
 }
 
 void kmp_bodies_free(kmp_bodies *bodies)

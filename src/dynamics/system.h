@@ -49,15 +49,17 @@ enum {
     KMP_STAGE_CLOSURE, /* t, q: h (m), J (jacobian.count), h_t (m, only when rheonomic); by articulated bodies the same
                         */
     KMP_STAGE_MASS,    /* t, q: M, lower triangle (mass.count);
-                          M^-1 J' (compliance.count), J M^-1 J', lower triangle (mobility.count) */
-    KMP_STAGE_BIAS, /* qd: C (n), jdqd (m); qd, efforts: accelerations without closure forces (n), their product with J
-                       and jdqd (m) */
+                          pivots of the rows (m), and their diagonals (m) */
+    KMP_STAGE_BIAS, /* qd: C (n), jdqd (m); qd, efforts: accelerations (n), multipliers (m; 0 where not KMP_IN_KEPT) */
     KMP_STAGE_PRODUCT, /* of late->weighing where it goes by products: M x (n), with x as accelerations; KMP_STAGE_MASS
                           has what all products share */
     KMP_STAGE_LOAD = KMP_STAGE_PRODUCT, /* where C depends on lambda, KMP_STAGE_BIAS has jdqd (m) and operands that do
                            not depend on it; here qd, lambda: C (n), dC/dlambda (load_jacobian.count) */
-    KMP_STAGE_WORKING /* where forces are not conservative: their power, at the arguments of C or of the accelerations
-                       */
+    KMP_STAGE_OPEN = KMP_STAGE_PRODUCT, /* by articulated bodies, at the arguments of the accelerations: what no
+                           multiplier makes of them (n), jdqd (m) */
+    KMP_STAGE_WORKING, /* where forces are not conservative: their power, at the arguments of C or of the accelerations
+                        */
+    KMP_STAGE_CORRECT  /* by articulated bodies: t, q, KMP_IN_MU: the mass-orthogonal change x (n) with J x = -mu */
 };
 
 /* Stages of the judging program. */
@@ -75,11 +77,9 @@ typedef struct kmp_program_cache kmp_program_cache; /* dynamics/program_cache.h 
  * need M and C alone. Written once. */
 typedef struct kmp_bodies {
     pthread_mutex_t lock;
-    atomic_bool made;                 /* the next three count when it is true */
-    kmp_program *program;             /* NULL: runs take M and C */
-    kmp_pattern compliance, mobility; /* row of J and coordinate; rows of J */
-    kmp_savings first;                /* variants that M and C have; empty: without a search */
-    kmp_arena arena;                  /* of the patterns */
+    atomic_bool made;     /* the next one counts when it is true */
+    kmp_program *program; /* NULL: runs take M and C */
+    kmp_savings first;    /* variants that M and C have; empty: without a search */
 } kmp_bodies;
 
 /** M and C that wait for their first use (kmp_motion_need): runs of large mechanisms by articulated bodies evaluate M

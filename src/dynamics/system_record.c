@@ -152,8 +152,6 @@ void kmp_bodies_keep(const kempe_system *s)
     if (!s->has_key)
         return;
     name_bodies(s);
-    put_pattern(&b, &s->bodies->compliance);
-    put_pattern(&b, &s->bodies->mobility);
     kmp_program_put(&b, &pool, s->bodies->program);
     finish(s, by_bodies, &b, &pool);
 }
@@ -166,12 +164,10 @@ bool kmp_bodies_recall(const kempe_system *s)
     kmp_table_pool pool = {0};
     if (!file.whole)
         return false;
-    take_pattern(&b, &bodies->arena, s->m, s->n, &bodies->compliance);
-    take_pattern(&b, &bodies->arena, s->m, s->m, &bodies->mobility);
     bodies->program = kmp_program_get(&b, &pool);
     kmp_table_pool_free(&pool);
     kmp_free(file.whole);
-    if (!b.failed && b.at == b.end && !bodies->arena.failed) {
+    if (!b.failed && b.at == b.end) {
         name_bodies(s);
         return true;
     }

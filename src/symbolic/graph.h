@@ -46,6 +46,7 @@ typedef enum kmp_input_kind {
     KMP_IN_TORQUE, /* three per body, in body axes */
     KMP_IN_EFFORT, /* one per coordinate, in addition to the model's forces */
     KMP_IN_ALONG,  /* directions of differentiation, one after the other */
+    KMP_IN_KEPT,   /* of each closure row, by articulated bodies: 1, or 0 where it has no multiplier */
     KMP_IN_COUNT
 } kmp_input_kind;
 

@@ -704,8 +704,8 @@ bool kmp_program_import(const kmp_program *p, kmp_graph *g, const kmp_importing 
 
 /* -- text ------------------------------------------------------------------------------------------------- */
 
-static const char *const input_words[KMP_IN_COUNT] = {"p",    "t",     "q",     "qd",    "qdd",    "lambda", "mu",
-                                                      "mode", "place", "chart", "force", "torque", "effort", "along"};
+static const char *const input_words[KMP_IN_COUNT] = {
+    "p", "t", "q", "qd", "qdd", "lambda", "mu", "mode", "place", "chart", "force", "torque", "effort", "along", "kept"};
 
 static void print_operand(const kmp_program *p, uint32_t operand_, kmp_text *text)
 {

@@ -5,16 +5,17 @@
 
 #include "backend/machine.h"
 #include "base/memory.h"
+#include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
 #include "model/data/model.h"
 #include "random.h"
 #include "symbolic/program.h"
 #include <string.h>
 
-enum { STATE_MAX = 128, DERIVED_SETS = 25 };
+enum { STATE_MAX = 128, DERIVED_SETS = 26 };
 
 typedef struct state {
-    double t, q[STATE_MAX], qd[STATE_MAX], qdd[STATE_MAX], lambda[STATE_MAX], mu[STATE_MAX];
+    double t, q[STATE_MAX], qd[STATE_MAX], qdd[STATE_MAX], lambda[STATE_MAX], mu[STATE_MAX], kept[STATE_MAX];
 } state;
 
 typedef struct derived {
@@ -25,8 +26,8 @@ typedef struct derived {
     int n, m;
     /* owned by the machine; entries of M above the diagonal are zero */
     const double *mass, *bias, *h, *h_t, *jacobian, *jdqd, *residual, *jt_mu, *hdot, *potential, *power, *reaction,
-        *position, *shown, *free_qdd, *compliance, *mobility, *drift, *inverse, *closed, *inverse_q, *inverse_qd,
-        *closed_q, *power_q, *power_qd;
+        *position, *shown, *accelerations, *multipliers, *pivots, *diagonals, *correction, *inverse, *closed,
+        *inverse_q, *inverse_qd, *closed_q, *power_q, *power_qd;
 } derived;
 
 static inline state random_state_vectors(void)
@@ -38,6 +39,7 @@ static inline state random_state_vectors(void)
         s.qdd[k] = between(-5, 5);
         s.lambda[k] = between(-5, 5);
         s.mu[k] = between(-2, 2);
+        s.kept[k] = 1;
     }
     return s;
 }
@@ -66,10 +68,11 @@ static inline int derived_list(derived *d, derived_set *set)
                                {eq->reaction, 3 * eq->model->closure_count, &d->reaction},
                                {eq->position, 3 * eq->position_count, &d->position},
                                {eq->shown, eq->shown_count, &d->shown},
-                               {eq->free_qdd, n, &d->free_qdd},
-                               {eq->compliance, m * n, &d->compliance},
-                               {eq->mobility, m * m, &d->mobility},
-                               {eq->drift, m, &d->drift},
+                               {eq->accelerations, n, &d->accelerations},
+                               {eq->multipliers, m, &d->multipliers},
+                               {eq->pivots, eq->pivots ? m : 0, &d->pivots},
+                               {eq->diagonals, eq->diagonals ? m : 0, &d->diagonals},
+                               {eq->correction, n, &d->correction},
                                {eq->inverse, n, &d->inverse},
                                {eq->closed, n, &d->closed},
                                {eq->inverse_q, eq->inverse_q ? n * n : 0, &d->inverse_q},
@@ -113,6 +116,18 @@ static inline bool derived_init(derived *d, const kempe_model *model, unsigned s
     return true;
 }
 
+/* Accelerations with the multipliers of the closures. */
+static inline bool derived_init_closed(derived *d, const kempe_model *model)
+{
+    const kmp_derivation_request request = {.sets = KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD,
+                                            .closed = true};
+    *d = (derived){0};
+    if (kmp_equations_derive(&d->eq, model, &request) != KEMPE_OK)
+        return false;
+    derived_finish(d);
+    return true;
+}
+
 static inline void derived_free(derived *d)
 {
     kmp_machine_free(d->machine);
@@ -130,6 +145,7 @@ static inline void derived_eval(derived *d, const state *s)
     kmp_machine_set(d->machine, KMP_IN_QDD, s->qdd);
     kmp_machine_set(d->machine, KMP_IN_LAMBDA, s->lambda);
     kmp_machine_set(d->machine, KMP_IN_MU, s->mu);
+    kmp_machine_set(d->machine, KMP_IN_KEPT, s->kept);
     (void)kmp_machine_run(d->machine, 0);
     const double *out = kmp_machine_run(d->machine, 1);
     int count = derived_list(d, set);

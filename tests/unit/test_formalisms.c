@@ -53,50 +53,74 @@ static double balance(const derived *d, const double *x, const double *lambda, c
     return isfinite(worst) ? worst / size : INFINITY;
 }
 
-/* qdd = free + (M^-1 J') lambda for any lambda, as the residual by implicit Newton/Euler has it too. */
-static void check_accelerations(int number, derived *fast, derived *full, state *s)
+/* Leaves rows out until those that are kept are independent: one after the other, in the order of their elimination. */
+static void keep_independent(derived *closed, state *s)
 {
-    double zero[STATE_MAX] = {0}, qdd[STATE_MAX], drift[STATE_MAX];
+    bool independent = false;
+    while (!independent) {
+        derived_eval(closed, s);
+        int worst = -1;
+        for (int r = 0; r < closed->m; r++)
+            if (s->kept[r] > 0 && !(closed->pivots[r] > 1e-9 * closed->diagonals[r])) {
+                const bool before = worst < 0 || !isfinite(closed->pivots[worst]);
+                worst = before && (worst < 0 || isfinite(closed->pivots[r])) ? r : worst;
+            }
+        independent = worst < 0;
+        if (worst >= 0)
+            s->kept[worst] = 0;
+    }
+}
+
+/* Accelerations without closures, and with the multipliers of independent ones: M qdd + C = J' lambda, J qdd + jdqd =
+ * 0; the correction of violations, M x = J' y, J x = -mu, as the implicit residual by Newton/Euler has the
+ * accelerations. */
+static void check_accelerations(int number, derived *fast, derived *closed, derived *full, state *s)
+{
+    double zero[STATE_MAX] = {0}, rows[STATE_MAX], *qdd = s->qdd;
     int n = full->n, m = full->m;
     derived_eval(fast, s);
     derived_eval(full, s);
-    check_close(number, "free accelerations", balance(full, fast->free_qdd, zero, full->bias), 1e-12);
-    for (int k = 0; k < n; k++) {
-        qdd[k] = fast->free_qdd[k];
-        for (int r = 0; r < m; r++)
-            qdd[k] += fast->compliance[r * n + k] * s->lambda[r];
-    }
-    check_close(number, "accelerations with lambda", balance(full, qdd, s->lambda, full->bias), 1e-11);
-    derived_jacobian_times(full, qdd, drift);
-    for (int r = 0; r < m; r++) {
-        double sum = fast->drift[r], size = fabs(fast->drift[r]);
-        for (int k = 0; k < m; k++) {
-            double entry = fast->mobility[r > k ? r * m + k : k * m + r] * s->lambda[k];
-            sum += entry;
-            size = check_max(size, fabs(entry));
-        }
-        check_close(number, "rows", fabs(sum - drift[r] - full->jdqd[r]) / fmax(size, 1), 1e-11);
-    }
-    memcpy(s->qdd, qdd, (size_t)n * sizeof *qdd);
+    check_close(number, "free accelerations", balance(full, fast->accelerations, zero, full->bias), 1e-12);
+    keep_independent(closed, s);
+    memcpy(qdd, closed->accelerations, (size_t)n * sizeof *qdd);
+    memcpy(s->lambda, closed->multipliers, (size_t)m * sizeof *s->lambda);
     derived_eval(full, s);
+    check_close(number, "accelerations with multipliers", balance(full, qdd, s->lambda, full->bias), 1e-10);
+    derived_jacobian_times(full, qdd, rows);
+    for (int r = 0; r < m; r++) {
+        double size = fmax(1, fabs(full->jdqd[r]));
+        for (int k = 0; k < n; k++)
+            size = fmax(size, fabs(full->jacobian[r * n + k] * qdd[k]));
+        CHECK(s->kept[r] > 0 || s->lambda[r] == 0);
+        check_close(number, "rows", s->kept[r] * fabs(rows[r] + full->jdqd[r]) / size, 1e-10);
+    }
+    derived_jacobian_times(full, closed->correction, rows);
+    for (int r = 0; r < m; r++) {
+        double size = 1;
+        for (int k = 0; k < n; k++)
+            size = fmax(size, fabs(full->jacobian[r * n + k] * closed->correction[k]));
+        check_close(number, "corrections", s->kept[r] * fabs(rows[r] + s->mu[r]) / size, 1e-10);
+    }
     double size = 1;
     for (int k = 0; k < n; k++)
         size = check_max(size, fabs(full->bias[k]));
     for (int k = 0; k < n; k++)
         for (int i = 0; i <= k; i++)
             size = check_max(size, fabs(full->mass[k * n + i] * qdd[i]));
-    check_close(number, "implicit residual", distance(n, full->residual, zero) / size, 1e-12);
+    check_close(number, "implicit residual", distance(n, full->residual, zero) / size, 1e-10);
 }
 
 static void check_scheme(int number, const kempe_model *model, int *used)
 {
-    derived fast, full;
+    derived fast, closed, full;
     if (!derived_init(&fast, model, KMP_SET_ACCELERATION, KMP_SCHEME_COMPOSITE, false))
         return;
+    CHECK(derived_init_closed(&closed, model));
     CHECK(derived_init(&full, model, MOTION, number % 2 ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE, false));
     state s = random_state_vectors();
-    check_accelerations(number, &fast, &full, &s);
+    check_accelerations(number, &fast, &closed, &full, &s);
     derived_free(&fast);
+    derived_free(&closed);
     derived_free(&full);
     ++*used;
 }
@@ -258,8 +282,8 @@ static bool plain_init(derived *d, const kempe_model *model)
         return false;
     kmp_forces forces;
     kmp_forces_init(&forces, &d->eq.tree, false, NULL);
-    CHECK(plain_articulated(&d->eq.tree, forces.applied, forces.effort, d->eq.free_qdd));
-    const kmp_ref *const group = d->eq.free_qdd;
+    CHECK(plain_articulated(&d->eq.tree, forces.applied, forces.effort, d->eq.accelerations));
+    const kmp_ref *const group = d->eq.accelerations;
     d->program = kmp_program_new(d->eq.graph, 1, &d->n, &group);
     d->machine = kmp_machine_new(d->program, kmp_backend_find("tape"));
     return true;
@@ -364,7 +388,7 @@ static void check_ways(int number, const kempe_model *model)
     check_close(number, "J", distance(m * n, other.jacobian, plain.jacobian), 1e-12);
     check_close(number, "jdqd", distance(m, other.jdqd, plain.jdqd), 1e-12);
     double none[STATE_MAX] = {0};
-    check_close(number, "qdd", balance(&plain, other.free_qdd, none, plain.bias), 1e-12);
+    check_close(number, "qdd", balance(&plain, other.accelerations, none, plain.bias), 1e-12);
     derived_free(&other);
     derived_free(&plain);
 }
@@ -567,7 +591,7 @@ static long operations(kempe_context *context, int bodies)
     kmp_equations eq;
     long count = -1;
     if (model && kmp_equations_init(&eq, model, KMP_SET_ACCELERATION, KMP_SCHEME_COMPOSITE, false) == KEMPE_OK) {
-        const kmp_ref *group = eq.free_qdd;
+        const kmp_ref *group = eq.accelerations;
         kmp_program *p = kmp_program_new(eq.graph, 1, &eq.n, &group);
         count = kmp_program_count(p, 1, 1).paper;
         kmp_program_free(p);
@@ -594,7 +618,7 @@ static long acceleration_operations(const kempe_model *model, const kmp_savings 
     const kmp_derivation_request scene = {.sets = KMP_SET_ACCELERATION, .efforts = true, .first = first};
     kmp_equations eq;
     CHECK(kmp_equations_derive(&eq, model, &scene) == KEMPE_OK);
-    const kmp_ref *const group = eq.free_qdd;
+    const kmp_ref *const group = eq.accelerations;
     kmp_program *p = kmp_program_new(eq.graph, 1, &eq.n, &group);
     long count = kmp_program_count(p, 1, 1).paper;
     kmp_savings_copy(taken, &eq.savings, model);

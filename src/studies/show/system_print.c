@@ -20,10 +20,11 @@
 /* The sets of equations for a mechanism's motion. */
 static const unsigned shown = 1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_H | 1u << KMP_EQ_J | 1u << KMP_EQ_JDQD;
 
-static const char *const stage_names[3][6] = {
-    {"parameters", "closure: h, J, h_t", "mass: M", "bias: C, jdqd", "bias under loads: C", "power"},
-    {"parameters", "closure: h, J, h_t", "bodies: X, J X", "accelerations: a, d", "loads: none", "power"},
-    {"parameters", "closure: h, J, h_t", "links: for products", "bias: C, jdqd", "product: M x", "power"}};
+static const char *const stage_names[3][7] = {
+    {"parameters", "closure: h, J, h_t", "mass: M", "bias: C, jdqd", "bias under loads: C", "power", ""},
+    {"parameters", "closure: h, J, h_t", "bodies: inertias", "qdd, lambda", "qdd, open; jdqd", "power",
+     "correction of h"},
+    {"parameters", "closure: h, J, h_t", "links: for products", "bias: C, jdqd", "product: M x", "power", ""}};
 
 /* The program of the formulations that can use articulated bodies, which is derived where it was not needed yet. */
 static kempe_status find_program(const kempe_system *system, const kmp_program **p, const char *const **names)
