@@ -263,9 +263,12 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
     s->w = s->method->stages > 0 ? (s->method->stages > 4 ? 8 : 4) : ode->lanes ? ode->width : 8;
     s->s = s->method->stages > 0 ? s->method->stages : s->w == 4 ? 4 : 7;
     s->n = ode->n;
-    s->p = ode->positions;
+    s->all_p = ode->positions;
     s->q = ode->quadratures;
-    s->inner = s->n - s->p - s->q;
+    s->all = s->n - s->all_p - s->q;
+    s->columns = kmp_collocation_in_lanes(s) ? ode->followers : 0;
+    s->p = s->all_p / (1 + s->columns);
+    s->inner = s->columns ? s->p : s->all;
     s->table = kmp_collocation_table_of(s->s);
     kmp_collocation_begin_with(s, s->method->cheapest);
     /* The estimate is of order s, dense output of order s + 1, and the ends of steps of order 2 s - 1: for errors in
@@ -275,7 +278,7 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
     s->widen = rtol / s->base.tolerance.rtol;
     s->limit = fmax(10 * DBL_EPSILON / rtol, fmin(0.03, s->method->rest / s->widen));
     s->most_sweeps = MOST_SWEEPS;
-    int inner = s->inner + s->q;
+    int inner = s->all + s->q;
     kmp_arena *a = &s->base.arena;
     (void)KMP_ARENA_MAKE(a,
                          KMP_ROOM(double, s->n, &s->y, &s->y_old, &s->dy, &s->dy_new, &s->trial, &s->slope, &s->scale,
@@ -283,7 +286,7 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
                          KMP_ROOM(double, inner, &s->weight, &s->g_start, &s->g_start_old, &s->lead, &s->lead_old),
                          KMP_ROOM(double, (s->p + s->inner) * s->inner, &s->newton.jacobian),
                          KMP_ROOM(double, s->n, &s->newton.place), KMP_ROOM(int, s->inner, &s->newton.pivot));
-    s->newton.whole = ode->jacobian ? KMP_ARENA_NEW(a, double, s->n * s->n) : NULL;
+    s->newton.whole = ode->jacobian && !s->columns ? KMP_ARENA_NEW(a, double, s->n * s->n) : NULL;
     struct {
         double **to;
         int size;
@@ -291,9 +294,11 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
                  {&s->g_old, inner},
                  {&s->stage, s->n},
                  {&s->f, s->n},
-                 {&s->change, s->inner},
-                 {&s->g_before, s->inner},
-                 {&s->ends, s->inner},
+                 {&s->change, s->all},
+                 {&s->g_before, s->all},
+                 {&s->ends, s->all},
+                 {&s->of_motion, s->columns ? 2 * s->p * s->p : 0},
+                 {&s->of_parameters, s->columns * s->p},
                  {&s->at, 1},
                  {&s->once, s->s},
                  {&s->twice, s->s},
@@ -358,6 +363,19 @@ static kempe_status start(void *solver, double t, const double *y, const double 
 
 /* -- one attempt --------------------------------------------------------------------------------------- */
 
+/* dy_new at y_old: of the equations that follow from the last stage, which is there. */
+static int slopes_at_end(kmp_collocation *s, double t)
+{
+    if (s->columns == 0)
+        return kmp_solver_call(&s->base, t, s->y_old, s->dy_new);
+    s->base.work.rhs++;
+    s->base.cycles += s->base.ode.cycles;
+    memcpy(s->dy_new, s->y_old + s->all_p, (size_t)s->all_p * sizeof *s->dy_new);
+    for (int k = s->inner; k < s->all; k++)
+        s->dy_new[s->all_p + k] = s->g[k * s->w + s->s - 1];
+    return s->base.ode.alone(s->base.ode.self, t, s->y_old, s->dy_new);
+}
+
 /* Asks the formulation to accept the step's end, which is left in y_old, its derivative in dy_new. */
 static kmp_collocation_outcome finish(kmp_collocation *s, double h, double t_new)
 {
@@ -366,7 +384,7 @@ static kmp_collocation_outcome finish(kmp_collocation *s, double h, double t_new
         s->fix[k] = s->y_old[k];
         s->w_accept[k] = s->base.tolerance.atol[k] + s->base.tolerance.rtol * fmax(fabs(s->y[k]), fabs(s->y_old[k]));
     }
-    int said = kmp_solver_call(&s->base, t_new, s->y_old, s->dy_new);
+    int said = slopes_at_end(s, t_new);
     if (said != KMP_GO)
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
     if (s->base.ode.accept)
@@ -404,15 +422,15 @@ static void take(kmp_collocation *s, double h, double t_new, double error)
     /* The derivatives at the start of the step: those of f; without the stiff part of their difference from the stages'
      * polynomial where Newton's method has solved for these. */
     bool newton = iteration != KMP_ITERATION_PICARD;
-    memcpy(s->g_start, s->dy + s->p, (size_t)(s->inner + s->q) * sizeof *s->dy);
-    for (int k = 0; newton && k < s->inner; k++) {
-        double sum = s->error[s->p + k] / (h * s->table->filter);
+    memcpy(s->g_start, s->dy + s->all_p, (size_t)(s->all + s->q) * sizeof *s->dy);
+    for (int k = 0; newton && k < s->all; k++) {
+        double sum = s->error[s->all_p + k] / (h * s->table->filter);
         for (int j = 0; j < s->s; j++)
             sum += s->table->start[j] * s->g[k * s->w + j];
         s->g_start[k] = sum;
     }
     if (s->method->by_rates)
-        memcpy(s->slip, s->error + s->p, (size_t)s->p * sizeof *s->slip);
+        memcpy(s->slip, s->error + s->all_p, (size_t)s->all_p * sizeof *s->slip);
     collocation_choose(s, h, by_error, most);
     next = s->iteration > iteration ? next : fmin(next, most);
     if (s->rejected)
@@ -520,10 +538,10 @@ static kempe_status dense(void *solver, double t, double *y, double *yp)
                 twice[j + 1] += once[i + 1] * s->table->a[i][j];
         }
     }
-    for (int k = 0; k < s->p; k++)
-        y[k] += h * (x * s->y_old[s->p + k] + once[0] * s->slip[k] + h * between(s, k, twice)) + x * s->fix[k];
-    for (int k = s->p; k < s->n; k++)
-        y[k] += h * between(s, k - s->p, once) + x * s->fix[k];
+    for (int k = 0; k < s->all_p; k++)
+        y[k] += h * (x * s->y_old[s->all_p + k] + once[0] * s->slip[k] + h * between(s, k, twice)) + x * s->fix[k];
+    for (int k = s->all_p; k < s->n; k++)
+        y[k] += h * between(s, k - s->all_p, once) + x * s->fix[k];
     return KEMPE_OK;
 }
 
@@ -536,8 +554,8 @@ static void transfer(void *solver, kmp_number_stream *stream)
     if (!(s->base.t > s->base.t_old))
         return;
     kmp_stream_numbers(stream, s->n, s->y_old);
-    kmp_stream_numbers(stream, (s->inner + s->q) * s->w, s->g_old);
-    kmp_stream_numbers(stream, s->inner + s->q, s->g_start_old);
+    kmp_stream_numbers(stream, (s->all + s->q) * s->w, s->g_old);
+    kmp_stream_numbers(stream, s->all + s->q, s->g_start_old);
     kmp_stream_numbers(stream, s->n, s->slip);
     kmp_stream_numbers(stream, s->n, s->fix);
 }
