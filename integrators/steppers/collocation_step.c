@@ -416,19 +416,20 @@ static void begin(kmp_collocation *s, double h)
 
 /* -- equations that follow ------------------------------------------------------------------------------- */
 
-/* change = A (x, x') + b - g in all lanes, for a column of p unknowns: its positions, rates, derivatives of stages. */
-static KMP_CLONES void linear_residual(int p, int w, const double *a, const double *b, const double *x,
-                                       const double *rates, const double *g, double *change)
+/* change = A (x, x') + b - g in the eight lanes, for a column of p unknowns: its positions, rates, derivatives of
+ * stages. */
+static KMP_CLONES void linear_residual(int p, const double *a, const double *b, const double *x, const double *rates,
+                                       const double *g, double *change)
 {
-    for (int l = 0; l < w; l += 4)
-        for (int i = 0; i < p; i++) {
-            four sum = *(const four *)(b + i * w + l) - *(const four *)(g + i * w + l);
-            for (int j = 0; j < p; j++)
-                sum += *(const four *)(a + (j * p + i) * w + l) * *(const four *)(x + j * w + l);
-            for (int j = 0; j < p; j++)
-                sum += *(const four *)(a + ((p + j) * p + i) * w + l) * *(const four *)(rates + j * w + l);
-            *(four *)(change + i * w + l) = sum;
-        }
+    const eight *of = (const eight *)a, *half[] = {(const eight *)x, (const eight *)rates};
+    eight *out = (eight *)change;
+    for (int i = 0; i < p; i++)
+        out[i] = ((const eight *)b)[i] - ((const eight *)g)[i];
+    for (int j = 0; j < 2 * p; j++, of += p) {
+        const eight by = half[j >= p][j % p];
+        for (int i = 0; i < p; i++)
+            out[i] += of[i] * by;
+    }
 }
 
 /* One sweep of the stages of all columns, by the iteration of the motion. Returns the weighted size of the corrections.
@@ -440,7 +441,7 @@ static double sweep_columns(kmp_collocation *s)
     for (int c = 1; c <= s->columns; c++) {
         int first = c * s->p;
         double *stage = s->stage + first * s->w, *g = s->g + first * s->w;
-        linear_residual(s->p, s->w, s->of_motion, s->of_parameters + (first - s->p) * s->w, stage,
+        linear_residual(s->p, s->of_motion, s->of_parameters + (first - s->p) * s->w, stage,
                         stage + s->all_p * s->w, g, s->change);
         if (s->iteration == KMP_ITERATION_COUPLED)
             kmp_collocation_correct_coupled(s);

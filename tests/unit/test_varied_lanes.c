@@ -114,7 +114,7 @@ static void compare(const char *path)
                 u[k * W + l] = start->q[part->u[k]] + scale * (0.002 * l * cos(k + l) + 1e-4 * pass);
                 ud[k * W + l] = start->qd[part->u[k]] + scale * 0.1 * sin(3 * k + l + pass);
             }
-        CHECK(kmp_varied_lanes_run(&f.lanes, t, u, ud, udd) == KMP_GO);
+        CHECK(kmp_varied_lanes_run(&f.lanes, true, t, u, ud, udd) == KMP_GO);
         kmp_varied_lanes_matrices(&f.lanes, a, b);
         for (int l = 0; l < W; l++) {
             double one[MOST], rate[MOST];

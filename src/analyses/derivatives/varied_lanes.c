@@ -103,15 +103,23 @@ static void predict(kmp_varied_lanes *x, const double *t, const double *u)
     }
 }
 
-/* The same from these lanes, which are closed at other u: along their own tangents. */
-static void move_along(kmp_varied_lanes *x, const double *u)
+/* The same from these lanes, which are closed at other u: along their own tangents. Returns the largest change of u,
+ * scaled. */
+static double move_along(kmp_varied_lanes *x, const double *u)
 {
     const kmp_reduction_lanes *r = &x->red;
+    double most = 0;
     for (int c = 0; c < r->p; c++) {
+        double size = 0;
         const kmp_eight du = OF(u, c) - OF(x->u, c);
         for (int i = 0; r->full[c] && i < r->r; i++)
             AT(x->q, r->column[i]) += OF(r->bvu, c * r->r + i) * du;
+        for (int l = 0; l < W; l++)
+            size = du[l] > size ? du[l] : -du[l] > size ? -du[l] : size;
+        size /= x->v->system->scale[x->v->linear.part.u[c]];
+        most = size > most ? size : most;
     }
+    return most;
 }
 
 static void put_independent(kmp_varied_lanes *x, const double *u)
@@ -131,9 +139,11 @@ static double correction_size(const kmp_varied_lanes *x)
         return INFINITY;
     for (int i = 0; i < r->r; i++) {
         double size = 0, by = 1 / x->v->system->scale[r->column[i]];
-        for (int l = 0; l < W; l++)
-            size = fmax(size, fabs(r->dv[i * W + l]));
-        most = fmax(most, by * size);
+        for (int l = 0; l < W; l++) {
+            double of = fabs(r->dv[i * W + l]);
+            size = of > size ? of : size;
+        }
+        most = by * size > most ? by * size : most;
     }
     return most;
 }
@@ -145,6 +155,7 @@ static bool take_choice(kmp_varied_lanes *x)
     const kmp_sensitivity_equations_place *at = &x->v->anchor[0];
     x->number = -1;
     x->closed = false;
+    memset(x->a0, 0, (size_t)(x->v->n * W) * sizeof *x->a0); /* it remains zero for u */
     kmp_eval_closure(l->eval, at->t, at->q);
     if (kmp_reduction_lanes_init(&x->red, &l->red) != KEMPE_OK)
         return false;
@@ -152,8 +163,9 @@ static bool take_choice(kmp_varied_lanes *x)
     return true;
 }
 
-/* Closes v at the placed u; the Jacobian is then factored, the tangent found. */
-static int close_lanes(kmp_varied_lanes *x, const double *t)
+/* Closes v at the placed u, up to a correction of size `enough`. The Jacobian that is then factored is that before this
+ * correction, and so are M and C. */
+static int close_lanes(kmp_varied_lanes *x, const double *t, double enough)
 {
     double last = INFINITY;
     for (int pass = 0; pass < KMP_CLOSING_PASSES; pass++) {
@@ -165,7 +177,7 @@ static int close_lanes(kmp_varied_lanes *x, const double *t)
             return KMP_APART;
         kmp_reduction_lanes_solve(&x->red, h);
         double size = correction_size(x);
-        bool done = size <= KMP_CORRECTION_IN_LANES, stalled = !done && !kmp_closing_contracts(size, last);
+        bool done = size <= enough, stalled = !done && !kmp_closing_contracts(size, last);
         if (stalled && size > KMP_CLOSED_ENOUGH)
             return KMP_RETRY;
         for (int i = 0; i < x->red.r; i++)
@@ -177,21 +189,23 @@ static int close_lanes(kmp_varied_lanes *x, const double *t)
     return KMP_RETRY;
 }
 
-static int place(kmp_varied_lanes *x, const double *t, const double *u)
+static int place(kmp_varied_lanes *x, bool once, const double *t, const double *u)
 {
     bool again = x->closed && memcmp(t, x->t, sizeof x->t) == 0;
+    double enough = once ? KMP_CORRECTION_IN_LANES : KMP_CORRECTION_FIRST_IN_LANES;
     x->closed = false;
     if (again)
-        move_along(x, u);
+        enough = fmax(KMP_CORRECTION_IN_LANES, KMP_CORRECTION_LATER_IN_LANES * move_along(x, u));
     else
         predict(x, t, u);
     put_independent(x, u);
-    return close_lanes(x, t);
+    return close_lanes(x, t, enough);
 }
 
 /* -- the motion ------------------------------------------------------------------------------------------ */
 
-int kmp_varied_lanes_run(kmp_varied_lanes *x, const double *t, const double *u, const double *ud, double *udd)
+int kmp_varied_lanes_run(kmp_varied_lanes *x, bool once, const double *t, const double *u, const double *ud,
+                         double *udd)
 {
     kmp_sensitivity_equations *v = x->v;
     kmp_reduction_lanes *r = &x->red;
@@ -202,7 +216,7 @@ int kmp_varied_lanes_run(kmp_varied_lanes *x, const double *t, const double *u, 
          pass++) { /* with the order of elimination here, where it is bad */
         if (pass > 0 && !take_choice(x))
             return KMP_HALT;
-        said = place(x, t, u);
+        said = place(x, once, t, u);
     }
     if (said != KMP_GO)
         return KMP_RETRY;
@@ -215,8 +229,8 @@ int kmp_varied_lanes_run(kmp_varied_lanes *x, const double *t, const double *u, 
     const double *bias = kmp_lanes_run(x->motion.lanes, KMP_STAGE_BIAS);
     /* a0, C + M a0, and the accelerations that leave X' (M qdd + C) = 0. */
     kmp_reduction_lanes_solve(r, bias + n * W);
-    memset(udd, 0, (size_t)(r->p * W) * sizeof *udd);
-    kmp_reduction_lanes_spread(r, udd, true, x->a0);
+    for (int i = 0; i < r->r; i++)
+        AT(x->a0, r->column[i]) = OF(r->dv, i);
     memcpy(x->force, bias, (size_t)(n * W) * sizeof *bias);
     kmp_reduction_lanes_add_mass_times(r, x->mass, x->a0, x->force);
     bool positive = kmp_reduction_lanes_reduce(r, x->mass);

@@ -41,9 +41,10 @@ kempe_status kmp_varied_lanes_prepare(const kmp_sensitivity_equations *varied);
 kempe_status kmp_varied_lanes_begin(kmp_varied_lanes *lanes, kmp_sensitivity_equations *varied);
 void kmp_varied_lanes_free(kmp_varied_lanes *lanes);
 
-/** udd (p) at times, u and ud (p), with the loops closed from the last anchor, or from these lanes at the same times.
- * KMP_GO, or KMP_RETRY where loops do not close. Allocates after an exchange of u alone. */
-int kmp_varied_lanes_run(kmp_varied_lanes *lanes, const double *t, const double *u, const double *ud, double *udd);
+/** udd (p) at times, u and ud (p), with the loops closed from the last anchor, or from these lanes at the same times: to
+ * round-off if `once`, otherwise as exactly as sweeps at these times need, which converge. KMP_GO, or KMP_RETRY where loops do not close. Allocates after an exchange of u alone. */
+int kmp_varied_lanes_run(kmp_varied_lanes *lanes, bool once, const double *t, const double *u, const double *ud,
+                         double *udd);
 
 /** The matrices at the places of the last run: a (p x 2 p), b (p x count), column-major. */
 void kmp_varied_lanes_matrices(kmp_varied_lanes *lanes, double *a, double *b);

@@ -311,7 +311,7 @@ static int place_stages(adjoint *a, const double *back)
         for (size_t i = 0; i < 2 * p; i++)
             a->stages[i * W + l] = a->state[i];
     }
-    int said = kmp_varied_lanes_run(&a->lanes, t, a->stages, a->stages + p * W, a->udd);
+    int said = kmp_varied_lanes_run(&a->lanes, true, t, a->stages, a->stages + p * W, a->udd);
     if (said != KMP_GO)
         return said;
     kmp_varied_lanes_matrices(&a->lanes, a->of_state, a->of_parameters);

@@ -146,7 +146,7 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
 {
     kmp_forward_formulation *f = self;
     ptrdiff_t rates = (ptrdiff_t)kmp_forward_blocks(f) * KMP_STAGE_LANES;
-    return kmp_varied_lanes_run(&f->lanes, t, y, y + rates, dy + rates);
+    return kmp_varied_lanes_run(&f->lanes, false, t, y, y + rates, dy + rates);
 }
 
 static int follow_stages(void *self, double *a, double *b)
