@@ -97,7 +97,8 @@ static bool make_factors(kmp_reduction_lanes *x, const int *row, const int *colu
     if (!KMP_ARENA_MAKE(&x->arena, KMP_ROOM(int, r, &x->row, &x->column, &x->diagonal),
                         KMP_ROOM(int, r + 1, &x->lower_start, &x->upper_start, &x->eliminated),
                         KMP_ROOM(int, red->jv_count, &x->slot_of),
-                        KMP_ROOM(int, red->ju_count, &x->ju_row, &x->ju_column), KMP_ROOM(bool, x->p, &x->full)))
+                        KMP_ROOM(int, red->ju_count, &x->ju_row, &x->ju_column),
+                        KMP_ROOM(int, x->p, &x->full_of, &x->full_column)))
         return false;
     for (int k = 0; k < r; k++) {
         x->row[k] = red->part->rows[row[k]];
@@ -113,10 +114,18 @@ static bool make_factors(kmp_reduction_lanes *x, const int *row, const int *colu
         *of = *of < 0 ? x->slots++ : *of;
         x->slot_of[k] = *of;
     }
+    for (int c = 0; c < x->p; c++)
+        x->full_of[c] = -1;
+    for (int k = 0; k < red->ju_count; k++)
+        x->full_of[red->ju_col[k]] = 0;
+    for (int c = 0; c < x->p; c++)
+        if (x->full_of[c] == 0) {
+            x->full_column[x->full] = c;
+            x->full_of[c] = x->full++;
+        }
     for (int k = 0; k < red->ju_count; k++) {
         x->ju_row[k] = row_at[red->ju_row[k]];
-        x->ju_column[k] = red->ju_col[k];
-        x->full[red->ju_col[k]] = true;
+        x->ju_column[k] = x->full_of[red->ju_col[k]];
     }
     list_factors(x, slot);
     int lower = x->lower_start[r], upper = x->upper_start[r], eliminated = x->eliminated[r];
@@ -132,7 +141,7 @@ static bool make_factors(kmp_reduction_lanes *x, const int *row, const int *colu
     return true;
 }
 
-kempe_status kmp_reduction_lanes_init(kmp_reduction_lanes *lanes, const kmp_reduction *red)
+kempe_status kmp_reduction_lanes_init(kmp_reduction_lanes *lanes, const kmp_reduction *red, int vectors)
 {
     kmp_reduction_lanes_free(lanes);
     *lanes = (kmp_reduction_lanes){.red = red, .p = red->p, .r = red->r};
@@ -149,7 +158,8 @@ kempe_status kmp_reduction_lanes_init(kmp_reduction_lanes *lanes, const kmp_redu
         if (make_factors(lanes, row, column)) {
             lanes->factor = kmp_arena_aligned(a, (size_t)lanes->slots * W);
             lanes->inverse = kmp_arena_aligned(a, (size_t)r * W);
-            lanes->bvu = kmp_arena_aligned(a, (size_t)(r * lanes->p) * W);
+            lanes->bvu = kmp_arena_aligned(a, (size_t)(r * lanes->full) * W);
+            lanes->room = kmp_arena_aligned(a, (size_t)(r * vectors) * W);
             lanes->mx = kmp_arena_aligned(a, (size_t)(red->n * lanes->p) * W);
             lanes->mr = kmp_arena_aligned(a, (size_t)(lanes->p * lanes->p) * W);
             lanes->diagonal_of_mass = kmp_arena_aligned(a, (size_t)lanes->p * W);
@@ -202,46 +212,70 @@ bool kmp_reduction_lanes_factor(kmp_reduction_lanes *lanes, const double *jacobi
     return is_good(lanes);
 }
 
-/* x <- Jv^-1 x, by pivots. */
-static KMP_CLONES void solve(const kmp_reduction_lanes *x, double *b)
+/* b (count vectors) += factor x, and b *= factor. */
+static KMP_INTO_CLONES void add(int count, const double *factor, double sign, const double *x, double *b)
+{
+    const kmp_eight by = sign * OF(factor, 0);
+    for (int c = 0; c < count; c++)
+        AT(b, c) += by * OF(x, c);
+}
+
+static KMP_INTO_CLONES void multiply(int count, const double *factor, double *b)
+{
+    const kmp_eight by = OF(factor, 0);
+    for (int c = 0; c < count; c++)
+        AT(b, c) *= by;
+}
+
+#define ROW(b, k) ((b) + (ptrdiff_t)(k)*count * W)
+#define SLOT(k)   (x->factor + (ptrdiff_t)(k)*W)
+
+/* b <- Jv^-1 b, by pivots, of `count` vectors. */
+static KMP_CLONES void solve(const kmp_reduction_lanes *x, int count, double *b)
 {
     for (int k = 0; k < x->r; k++)
         for (int e = x->lower_start[k]; e < x->lower_start[k + 1]; e++)
-            AT(b, x->lower[e].row) -= OF(x->factor, x->lower[e].slot) * OF(b, k);
+            add(count, SLOT(x->lower[e].slot), -1, ROW(b, k), ROW(b, x->lower[e].row));
     for (int k = x->r; k-- > 0;) {
         for (int e = x->upper_start[k]; e < x->upper_start[k + 1]; e++)
-            AT(b, k) -= OF(x->factor, x->upper[e].slot) * OF(b, x->upper[e].column);
-        AT(b, k) *= OF(x->inverse, k);
+            add(count, SLOT(x->upper[e].slot), -1, ROW(b, x->upper[e].column), ROW(b, k));
+        multiply(count, x->inverse + (ptrdiff_t)k * W, ROW(b, k));
     }
 }
 
-static KMP_CLONES void solve_transposed(const kmp_reduction_lanes *x, double *b)
+static KMP_CLONES void solve_transposed(const kmp_reduction_lanes *x, int count, double *b)
 {
     for (int k = 0; k < x->r; k++) {
-        AT(b, k) *= OF(x->inverse, k);
+        multiply(count, x->inverse + (ptrdiff_t)k * W, ROW(b, k));
         for (int e = x->upper_start[k]; e < x->upper_start[k + 1]; e++)
-            AT(b, x->upper[e].column) -= OF(x->factor, x->upper[e].slot) * OF(b, k);
+            add(count, SLOT(x->upper[e].slot), -1, ROW(b, k), ROW(b, x->upper[e].column));
     }
     for (int k = x->r; k-- > 0;)
         for (int e = x->lower_start[k]; e < x->lower_start[k + 1]; e++)
-            AT(b, k) -= OF(x->factor, x->lower[e].slot) * OF(b, x->lower[e].row);
+            add(count, SLOT(x->lower[e].slot), -1, ROW(b, x->lower[e].row), ROW(b, k));
 }
 
 void kmp_reduction_lanes_solve(kmp_reduction_lanes *lanes, const double *rows)
 {
     for (int k = 0; k < lanes->r; k++)
         AT(lanes->dv, k) = -OF(rows, lanes->row[k]);
-    solve(lanes, lanes->dv);
+    solve(lanes, 1, lanes->dv);
 }
 
-void kmp_reduction_lanes_pull(kmp_reduction_lanes *lanes, const double *force, double *rows)
+static KMP_CLONES void scale_rows(int count, double factor, const double *from, double *to)
 {
-    memset(rows, 0, (size_t)lanes->red->part->m * W * sizeof *rows);
+    for (int c = 0; c < count; c++)
+        AT(to, c) = factor * OF(from, c);
+}
+
+void kmp_reduction_lanes_pull(kmp_reduction_lanes *lanes, int count, double factor, const double *force, double *rows)
+{
+    memset(rows, 0, (size_t)(lanes->red->part->m * count) * W * sizeof *rows);
     for (int k = 0; k < lanes->r; k++)
-        AT(lanes->dv, k) = OF(force, lanes->column[k]);
-    solve_transposed(lanes, lanes->dv);
+        scale_rows(count, factor, ROW(force, lanes->column[k]), ROW(lanes->room, k));
+    solve_transposed(lanes, count, lanes->room);
     for (int k = 0; k < lanes->r; k++)
-        AT(rows, lanes->row[k]) = OF(lanes->dv, k);
+        memcpy(ROW(rows, lanes->row[k]), ROW(lanes->room, k), (size_t)count * W * sizeof *rows);
 }
 
 /* -- the tangent space ----------------------------------------------------------------------------------- */
@@ -249,46 +283,42 @@ void kmp_reduction_lanes_pull(kmp_reduction_lanes *lanes, const double *force, d
 void kmp_reduction_lanes_tangent(kmp_reduction_lanes *lanes, const double *jacobian)
 {
     const kmp_reduction *red = lanes->red;
-    memset(lanes->bvu, 0, (size_t)(lanes->r * lanes->p) * W * sizeof *lanes->bvu);
+    memset(lanes->bvu, 0, (size_t)(lanes->r * lanes->full) * W * sizeof *lanes->bvu);
     for (int k = 0; k < red->ju_count; k++)
-        AT(lanes->bvu, lanes->ju_column[k] * lanes->r + lanes->ju_row[k]) = -OF(jacobian, red->ju_entry[k]);
-    for (int c = 0; c < lanes->p; c++)
-        if (lanes->full[c])
-            solve(lanes, lanes->bvu + (ptrdiff_t)(c * lanes->r) * W);
+        AT(lanes->bvu, lanes->ju_row[k] * lanes->full + lanes->ju_column[k]) = -OF(jacobian, red->ju_entry[k]);
+    solve(lanes, lanes->full, lanes->bvu);
 }
 
-static KMP_CLONES void spread(const kmp_reduction_lanes *x, const double *s, double *out)
+static KMP_CLONES void spread(const kmp_reduction_lanes *x, int count, const double *s, double *out)
 {
-    for (int c = 0; c < x->p; c++) {
-        AT(out, x->red->part->u[c]) = OF(s, c);
-        for (int i = 0; x->full[c] && i < x->r; i++)
-            AT(out, x->column[i]) += OF(x->bvu, c * x->r + i) * OF(s, c);
+    for (int i = 0; i < x->r; i++) {
+        double *row = ROW(out, x->column[i]);
+        memset(row, 0, (size_t)count * W * sizeof *row);
+        for (int f = 0; f < x->full; f++)
+            add(count, x->bvu + (ptrdiff_t)(i * x->full + f) * W, 1, ROW(s, x->full_column[f]), row);
     }
 }
 
-void kmp_reduction_lanes_spread(const kmp_reduction_lanes *lanes, const double *s, bool with_dv, double *out)
+void kmp_reduction_lanes_spread(const kmp_reduction_lanes *lanes, int count, const double *s, double *out)
 {
-    static const double none[W] = {0};
-    for (int i = 0; i < lanes->r; i++)
-        memcpy(out + lanes->column[i] * W, with_dv ? lanes->dv + i * W : none, sizeof none);
-    spread(lanes, s, out);
+    for (int c = 0; c < lanes->p; c++)
+        memcpy(ROW(out, lanes->red->part->u[c]), ROW(s, c), (size_t)count * W * sizeof *out);
+    spread(lanes, count, s, out);
 }
 
-static KMP_CLONES void project(kmp_reduction_lanes *x, const double *force, double *out)
+static KMP_CLONES void project(const kmp_reduction_lanes *x, int count, const double *force, double *out)
 {
     for (int i = 0; i < x->r; i++)
-        AT(x->dv, i) = OF(force, x->column[i]);
-    for (int c = 0; c < x->p; c++) {
-        kmp_eight sum = OF(force, x->red->part->u[c]);
-        for (int i = 0; x->full[c] && i < x->r; i++)
-            sum += OF(x->bvu, c * x->r + i) * OF(x->dv, i);
-        AT(out, c) = sum;
-    }
+        for (int f = 0; f < x->full; f++)
+            add(count, x->bvu + (ptrdiff_t)(i * x->full + f) * W, 1, ROW(force, x->column[i]),
+                ROW(out, x->full_column[f]));
 }
 
-void kmp_reduction_lanes_project(kmp_reduction_lanes *lanes, const double *force, double *out)
+void kmp_reduction_lanes_project(const kmp_reduction_lanes *lanes, int count, const double *force, double *out)
 {
-    project(lanes, force, out);
+    for (int c = 0; c < lanes->p; c++)
+        memcpy(ROW(out, c), ROW(force, lanes->red->part->u[c]), (size_t)count * W * sizeof *out);
+    project(lanes, count, force, out);
 }
 
 /* -- the reduced mass ------------------------------------------------------------------------------------ */
@@ -318,9 +348,8 @@ static KMP_INTO_CLONES void add_row_of_x(const kmp_reduction_lanes *x, const int
         AT(out, -1 - place) += OF(factor, 0);
         return;
     }
-    for (int c = 0; c < x->p; c++)
-        if (x->full[c])
-            AT(out, c) += OF(factor, 0) * OF(x->bvu, c * x->r + pivot_of[place]);
+    for (int f = 0; f < x->full; f++)
+        AT(out, x->full_column[f]) += OF(factor, 0) * OF(x->bvu, pivot_of[place] * x->full + f);
 }
 
 /* M X, then the lower triangle of X' M X. */
@@ -337,8 +366,8 @@ static KMP_CLONES void reduce(kmp_reduction_lanes *x, const int *pivot_of, const
     for (int c = 0; c < p; c++)
         for (int d = c; d < p; d++) {
             kmp_eight sum = OF(x->mx, x->red->part->u[d] * p + c);
-            for (int i = 0; x->full[d] && i < x->r; i++)
-                sum += OF(x->bvu, d * x->r + i) * OF(x->mx, x->column[i] * p + c);
+            for (int i = 0; x->full_of[d] >= 0 && i < x->r; i++)
+                sum += OF(x->bvu, i * x->full + x->full_of[d]) * OF(x->mx, x->column[i] * p + c);
             AT(x->mr, d + c * p) = sum;
         }
 }
@@ -371,20 +400,19 @@ bool kmp_reduction_lanes_reduce(kmp_reduction_lanes *lanes, const double *mass)
     return true;
 }
 
-static KMP_CLONES void solve_mass(int p, const double *a, const double *inverse, double *b)
+static KMP_CLONES void solve_mass(int p, int count, const double *a, const double *inverse, double *b)
 {
     for (int k = 0; k < p; k++)
         for (int i = k + 1; i < p; i++)
-            AT(b, i) -= OF(a, i + k * p) * OF(b, k);
+            add(count, a + (ptrdiff_t)(i + k * p) * W, -1, ROW(b, k), ROW(b, i));
     for (int k = p; k-- > 0;) {
-        kmp_eight sum = OF(b, k) * OF(inverse, k);
+        multiply(count, inverse + (ptrdiff_t)k * W, ROW(b, k));
         for (int i = k + 1; i < p; i++)
-            sum -= OF(a, i + k * p) * OF(b, i);
-        AT(b, k) = sum;
+            add(count, a + (ptrdiff_t)(i + k * p) * W, -1, ROW(b, i), ROW(b, k));
     }
 }
 
-void kmp_reduction_lanes_solve_mass(const kmp_reduction_lanes *lanes, double *b)
+void kmp_reduction_lanes_solve_mass(const kmp_reduction_lanes *lanes, int count, double *b)
 {
-    solve_mass(lanes->p, lanes->mr, lanes->diagonal_of_mass, b);
+    solve_mass(lanes->p, count, lanes->mr, lanes->diagonal_of_mass, b);
 }

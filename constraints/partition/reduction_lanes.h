@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Coordinate partitioning at several states at once, in the lanes of vector registers: for one choice of coordinates
  * and rows, Jv factored in one order of elimination, X = (1; Bvu), and the reduced mass (reduction.h). Value k of lane
- * l is at k KMP_STAGE_LANES + l. No allocation after kmp_reduction_lanes_init. */
+ * l is at k KMP_STAGE_LANES + l; of `count` vectors side by side, value k of vector c is number k count + c. No
+ * allocation after kmp_reduction_lanes_init. */
 #pragma once
 
 #include "base/arena.h"
@@ -27,15 +28,16 @@ typedef struct kmp_reduction_lanes {
     double *bound;                      /* of each entry of L: of its magnitude */
     int *pivot_of;                      /* r: of a position in v */
     int *ju_row, *ju_column;            /* of the entries of Ju: pivots, positions in u */
-    bool *full;                         /* p: the column of Bvu has entries */
-    double *factor, *inverse, *bvu;     /* slots; r; r x p by columns, rows by pivots */
+    int full, *full_column;             /* columns of Bvu with entries: number, positions in u */
+    int *full_of;                       /* p: number of a column among these, -1: it has none */
+    double *factor, *inverse, *bvu;     /* slots; r; r x full, by rows, which are pivots */
     double *mx, *mr, *diagonal_of_mass; /* n x p by rows; p x p, column-major, its factor; p: its reciprocal pivots */
-    double *dv;                         /* r, by pivots */
+    double *dv, *room;                  /* r, by pivots; r times vectors */
 } kmp_reduction_lanes;
 
 /** Takes the choice of a reduction, which must outlive it, with the order of elimination at the evaluator's last
- * closure. Frees what it was before; zero initially. KEMPE_E_MEMORY. */
-kempe_status kmp_reduction_lanes_init(kmp_reduction_lanes *lanes, const kmp_reduction *red);
+ * closure, and room for so many vectors. Frees what it was before; zero initially. KEMPE_E_MEMORY. */
+kempe_status kmp_reduction_lanes_init(kmp_reduction_lanes *lanes, const kmp_reduction *red, int vectors);
 void kmp_reduction_lanes_free(kmp_reduction_lanes *lanes);
 
 /** Factors Jv of the Jacobians (in the order of system->jacobian). false: the order of elimination is bad in some lane,
@@ -45,17 +47,17 @@ bool kmp_reduction_lanes_factor(kmp_reduction_lanes *lanes, const double *jacobi
 /** dv = -Jv^-1 rows, of m rows, into lanes->dv (by pivots). */
 void kmp_reduction_lanes_solve(kmp_reduction_lanes *lanes, const double *rows);
 
-/** rows (m; zero where dropped) = Jv'^-1 force_v. */
-void kmp_reduction_lanes_pull(kmp_reduction_lanes *lanes, const double *force, double *rows);
+/** rows (m; zero where dropped) = factor Jv'^-1 force_v, of `count` vectors. */
+void kmp_reduction_lanes_pull(kmp_reduction_lanes *lanes, int count, double factor, const double *force, double *rows);
 
 /** Bvu, from the factors. */
 void kmp_reduction_lanes_tangent(kmp_reduction_lanes *lanes, const double *jacobian);
 
-/** out (n) = X s, plus dv where `with_dv`. */
-void kmp_reduction_lanes_spread(const kmp_reduction_lanes *lanes, const double *s, bool with_dv, double *out);
+/** out (n) = X s, of `count` vectors. */
+void kmp_reduction_lanes_spread(const kmp_reduction_lanes *lanes, int count, const double *s, double *out);
 
-/** out (p) = X' force. */
-void kmp_reduction_lanes_project(kmp_reduction_lanes *lanes, const double *force, double *out);
+/** out (p) = X' force, of `count` vectors. */
+void kmp_reduction_lanes_project(const kmp_reduction_lanes *lanes, int count, const double *force, double *out);
 
 /** out (n) += M x, for M in the order of system->mass. */
 void kmp_reduction_lanes_add_mass_times(const kmp_reduction_lanes *lanes, const double *mass, const double *x,
@@ -64,5 +66,5 @@ void kmp_reduction_lanes_add_mass_times(const kmp_reduction_lanes *lanes, const 
 /** X' M X and its factor. false: it is not positive in some lane. */
 bool kmp_reduction_lanes_reduce(kmp_reduction_lanes *lanes, const double *mass);
 
-/** b (p) <- Mr^-1 b. */
-void kmp_reduction_lanes_solve_mass(const kmp_reduction_lanes *lanes, double *b);
+/** b (p) <- Mr^-1 b, of `count` vectors. */
+void kmp_reduction_lanes_solve_mass(const kmp_reduction_lanes *lanes, int count, double *b);

@@ -441,8 +441,8 @@ static double sweep_columns(kmp_collocation *s)
     for (int c = 1; c <= s->columns; c++) {
         int first = c * s->p;
         double *stage = s->stage + first * s->w, *g = s->g + first * s->w;
-        linear_residual(s->p, s->of_motion, s->of_parameters + (first - s->p) * s->w, stage,
-                        stage + s->all_p * s->w, g, s->change);
+        linear_residual(s->p, s->of_motion, s->of_parameters + (first - s->p) * s->w, stage, stage + s->all_p * s->w, g,
+                        s->change);
         if (s->iteration == KMP_ITERATION_COUPLED)
             kmp_collocation_correct_coupled(s);
         else if (s->iteration == KMP_ITERATION_NEWTON)

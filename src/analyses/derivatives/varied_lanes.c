@@ -16,6 +16,9 @@
 
 enum { W = KMP_STAGE_LANES, STAGE = 1 /* of tangents and slopes */ };
 
+/* Rows of the matrices at a time: their weights remain in the first cache. */
+enum { VECTORS = 8 };
+
 #define AT(p, k) KMP_EIGHT_AT((p) + (ptrdiff_t)(k)*W)
 #define OF(p, k) KMP_EIGHT_CONST((p) + (ptrdiff_t)(k)*W)
 
@@ -65,11 +68,14 @@ kempe_status kmp_varied_lanes_begin(kmp_varied_lanes *lanes, kmp_sensitivity_equ
     *lanes = (kmp_varied_lanes){.v = varied, .number = -1};
     KMP_TRY(kmp_motion_need(varied->system));
     int n = W * varied->n, m = W * varied->m;
-    const bool made = KMP_ARENA_MAKE(&lanes->arena,
-                                     KMP_ROOM(double, n, &lanes->q, &lanes->qd, &lanes->qdd, &lanes->force, &lanes->a0,
-                                              &lanes->wq, &lanes->wqd, &lanes->wqdd, &lanes->u, &lanes->udd, &lanes->w),
-                                     KMP_ROOM(double, m, &lanes->lambda, &lanes->h, &lanes->rate, &lanes->curve)) &&
-                      make_stages(lanes, varied);
+    const bool made =
+        KMP_ARENA_MAKE(
+            &lanes->arena,
+            KMP_ROOM(double, n, &lanes->q, &lanes->qd, &lanes->qdd, &lanes->force, &lanes->a0, &lanes->u, &lanes->udd),
+            KMP_ROOM(double, m, &lanes->lambda),
+            KMP_ROOM(double, VECTORS *n, &lanes->weights, &lanes->wq, &lanes->wqd, &lanes->wqdd, &lanes->w),
+            KMP_ROOM(double, VECTORS *m, &lanes->h, &lanes->rate, &lanes->curve)) &&
+        make_stages(lanes, varied);
     if (!made)
         kmp_varied_lanes_free(lanes);
     return kmp_made(varied->system->context, made);
@@ -112,8 +118,8 @@ static double move_along(kmp_varied_lanes *x, const double *u)
     for (int c = 0; c < r->p; c++) {
         double size = 0;
         const kmp_eight du = OF(u, c) - OF(x->u, c);
-        for (int i = 0; r->full[c] && i < r->r; i++)
-            AT(x->q, r->column[i]) += OF(r->bvu, c * r->r + i) * du;
+        for (int i = 0; r->full_of[c] >= 0 && i < r->r; i++)
+            AT(x->q, r->column[i]) += OF(r->bvu, i * r->full + r->full_of[c]) * du;
         for (int l = 0; l < W; l++)
             size = du[l] > size ? du[l] : -du[l] > size ? -du[l] : size;
         size /= x->v->system->scale[x->v->linear.part.u[c]];
@@ -157,7 +163,7 @@ static bool take_choice(kmp_varied_lanes *x)
     x->closed = false;
     memset(x->a0, 0, (size_t)(x->v->n * W) * sizeof *x->a0); /* it remains zero for u */
     kmp_eval_closure(l->eval, at->t, at->q);
-    if (kmp_reduction_lanes_init(&x->red, &l->red) != KEMPE_OK)
+    if (kmp_reduction_lanes_init(&x->red, &l->red, VECTORS) != KEMPE_OK)
         return false;
     x->number = l->number;
     return true;
@@ -194,10 +200,11 @@ static int place(kmp_varied_lanes *x, bool once, const double *t, const double *
     bool again = x->closed && memcmp(t, x->t, sizeof x->t) == 0;
     double enough = once ? KMP_CORRECTION_IN_LANES : KMP_CORRECTION_FIRST_IN_LANES;
     x->closed = false;
-    if (again)
-        enough = fmax(KMP_CORRECTION_IN_LANES, KMP_CORRECTION_LATER_IN_LANES * move_along(x, u));
-    else
+    const double moved = again ? move_along(x, u) : 0;
+    if (!again)
         predict(x, t, u);
+    else if (!once)
+        enough = fmax(KMP_CORRECTION_IN_LANES, KMP_CORRECTION_LATER_IN_LANES * moved);
     put_independent(x, u);
     return close_lanes(x, t, enough);
 }
@@ -221,9 +228,11 @@ int kmp_varied_lanes_run(kmp_varied_lanes *x, bool once, const double *t, const 
     if (said != KMP_GO)
         return KMP_RETRY;
     kmp_reduction_lanes_tangent(r, x->jacobian);
+    kmp_reduction_lanes_spread(r, 1, ud, x->qd);
     if (v->system->rheonomic)
         kmp_reduction_lanes_solve(r, x->jacobian + v->system->jacobian.count * W);
-    kmp_reduction_lanes_spread(r, ud, v->system->rheonomic, x->qd);
+    for (int i = 0; v->system->rheonomic && i < r->r; i++)
+        AT(x->qd, r->column[i]) += OF(r->dv, i);
     kmp_lanes_set(x->motion.lanes, KMP_IN_QD, x->qd);
     x->mass = kmp_lanes_run(x->motion.lanes, KMP_STAGE_MASS);
     const double *bias = kmp_lanes_run(x->motion.lanes, KMP_STAGE_BIAS);
@@ -234,10 +243,10 @@ int kmp_varied_lanes_run(kmp_varied_lanes *x, bool once, const double *t, const 
     memcpy(x->force, bias, (size_t)(n * W) * sizeof *bias);
     kmp_reduction_lanes_add_mass_times(r, x->mass, x->a0, x->force);
     bool positive = kmp_reduction_lanes_reduce(r, x->mass);
-    kmp_reduction_lanes_project(r, x->force, udd);
+    kmp_reduction_lanes_project(r, 1, x->force, udd);
     for (int k = 0; k < r->p; k++)
         AT(udd, k) = -OF(udd, k);
-    kmp_reduction_lanes_solve_mass(r, udd);
+    kmp_reduction_lanes_solve_mass(r, 1, udd);
     if (!positive || !kmp_stage_lanes_finite(r->p, udd))
         return KMP_RETRY;
     memcpy(x->udd, udd, (size_t)(r->p * W) * sizeof *udd);
@@ -248,33 +257,28 @@ int kmp_varied_lanes_run(kmp_varied_lanes *x, bool once, const double *t, const 
 
 /* -- the linear equations ---------------------------------------------------------------------------------- */
 
-/* out += block' x, at the derivatives d. */
-static KMP_CLONES void add_transposed(int count, const kmp_tangent *entry, const double *d, const double *x,
-                                      double *out)
+/* out += block' x, at the derivatives d, of `count` vectors side by side. */
+static KMP_CLONES void add_transposed(int entries, const kmp_tangent *entry, const double *d, int count,
+                                      const double *x, double *out)
 {
-    for (int k = 0; k < count; k++)
-        AT(out, entry[k].col) += OF(d, entry[k].source) * OF(x, entry[k].row);
+    for (int e = 0; e < entries; e++) {
+        const kmp_eight by = OF(d, entry[e].source);
+        const double *from = x + (ptrdiff_t)(entry[e].row * count) * W;
+        double *to = out + (ptrdiff_t)(entry[e].col * count) * W;
+        for (int c = 0; c < count; c++)
+            AT(to, c) += by * OF(from, c);
+    }
 }
 
-static void add_block(const kmp_varied_lanes *x, kmp_tangent_block block, const double *d, const double *from,
-                      double *out)
+static void add_block(const kmp_varied_lanes *x, kmp_tangent_block block, const double *d, int count,
+                      const double *from, double *out)
 {
     const kmp_tangents *t = &x->v->linear.tangents;
-    add_transposed(t->start[block + 1] - t->start[block], t->entry + t->start[block], d, from, out);
+    add_transposed(t->start[block + 1] - t->start[block], t->entry + t->start[block], d, count, from, out);
 }
 
-/* Weights on X du - (0; Jv^-1 rows) as those on du, if requested, and on rows. */
-static void gather(kmp_varied_lanes *x, const double *w, double *du, double *rows)
-{
-    if (du)
-        kmp_reduction_lanes_project(&x->red, w, du);
-    kmp_reduction_lanes_pull(&x->red, w, rows);
-    for (int i = 0; i < x->v->m; i++)
-        AT(rows, i) = -OF(rows, i);
-}
-
-/* b += the derivatives by parameters, weighted; row i of p. */
-static KMP_CLONES void add_parameters(const kmp_varied_lanes *x, const double *value, int row, double *b)
+/* b += the derivatives by parameters, weighted, in the rows from `row` on. */
+static KMP_CLONES void add_parameters(const kmp_varied_lanes *x, const double *value, int row, int count, double *b)
 {
     const kmp_slope_matrix *of = &x->v->slopes->equations;
     int m = x->v->m, n = x->v->n, p = x->red.p;
@@ -283,26 +287,23 @@ static KMP_CLONES void add_parameters(const kmp_varied_lanes *x, const double *v
         const kmp_tangent *y = &of->entry[e];
         if (y->row >= 3 * m + n)
             continue;
-        const double *w = y->row < 3 * m ? part[y->row / m] + (ptrdiff_t)(y->row % m) * W
-                                         : x->force + (ptrdiff_t)(y->row - 3 * m) * W;
-        AT(b, y->col * p + row) += OF(w, 0) * OF(value, y->source);
+        const double *w = y->row < 3 * m ? part[y->row / m] + (ptrdiff_t)(y->row % m * count) * W
+                                         : x->weights + (ptrdiff_t)((y->row - 3 * m) * count) * W;
+        const kmp_eight by = OF(value, y->source);
+        for (int c = 0; c < count; c++)
+            AT(b, y->col * p + row + c) += OF(w, c) * by;
     }
 }
 
 /* qdd and the multipliers of the last run, then the tangents and the derivatives by parameters there. */
 static void differentiate(kmp_varied_lanes *x, const double **d, const double **by)
 {
-    const kmp_sensitivity_equations *v = x->v;
-    size_t n = (size_t)(v->n * W);
-    kmp_reduction_lanes_spread(&x->red, x->udd, false, x->qdd);
+    /* M X udd + C + M a0 */
+    kmp_reduction_lanes_spread(&x->red, 1, x->udd, x->qdd);
+    kmp_reduction_lanes_add_mass_times(&x->red, x->mass, x->qdd, x->force);
+    kmp_reduction_lanes_pull(&x->red, 1, 1, x->force, x->lambda);
     for (int i = 0; i < x->red.r; i++)
         AT(x->qdd, x->red.column[i]) += OF(x->a0, x->red.column[i]);
-    /* M (qdd - a0) + C + M a0 */
-    memcpy(x->wq, x->qdd, n * sizeof *x->qdd);
-    for (int i = 0; i < x->red.r; i++)
-        AT(x->wq, x->red.column[i]) -= OF(x->a0, x->red.column[i]);
-    kmp_reduction_lanes_add_mass_times(&x->red, x->mass, x->wq, x->force);
-    kmp_reduction_lanes_pull(&x->red, x->force, x->lambda);
     kmp_lanes_set(x->tangent.lanes, KMP_IN_QDD, x->qdd);
     kmp_lanes_set(x->tangent.lanes, KMP_IN_LAMBDA, x->lambda);
     *d = kmp_stage_lanes_run(&x->tangent, STAGE, x->t, x->q, x->qd);
@@ -314,37 +315,51 @@ static void differentiate(kmp_varied_lanes *x, const double **d, const double **
     *by = kmp_stage_lanes_run(&x->slope, STAGE, x->t, x->q, x->qd);
 }
 
-void kmp_varied_lanes_matrices(kmp_varied_lanes *x, double *a, double *b)
+/* Puts weights on columns of a (p) in rows from `row` on, of `count` vectors. */
+static void put_rows(const kmp_varied_lanes *x, int row, int count, double *a)
+{
+    for (int c = 0; c < x->red.p; c++)
+        memcpy(a + (ptrdiff_t)(c * x->red.p + row) * W, x->w + (ptrdiff_t)(c * count) * W,
+               (size_t)(count * W) * sizeof *a);
+}
+
+/* Rows of the matrices, as kmp_linear_back has them from weights -X Mr^-1 e_k on the force. */
+static void find_rows(kmp_varied_lanes *x, const double *d, const double *by, int row, int count, double *a, double *b)
 {
     const kmp_sensitivity_equations *v = x->v;
     int p = x->red.p;
-    size_t n = (size_t)(v->n * W) * sizeof(double);
+    size_t n = (size_t)(v->n * count * W) * sizeof(double);
+    memset(x->w, 0, (size_t)(p * count * W) * sizeof *x->w);
+    for (int k = 0; k < count; k++)
+        AT(x->w, (row + k) * count + k) -= 1;
+    kmp_reduction_lanes_solve_mass(&x->red, count, x->w);
+    kmp_reduction_lanes_spread(&x->red, count, x->w, x->weights);
+    memset(x->wq, 0, n);
+    memset(x->wqd, 0, n);
+    memset(x->wqdd, 0, n);
+    add_block(x, KMP_M, d, count, x->weights, x->wqdd);
+    add_block(x, KMP_R_QD, d, count, x->weights, x->wqd);
+    add_block(x, KMP_R_Q, d, count, x->weights, x->wq);
+    kmp_reduction_lanes_pull(&x->red, count, -1, x->wqdd, x->curve);
+    add_block(x, KMP_CURVE_QD, d, count, x->curve, x->wqd);
+    add_block(x, KMP_CURVE_Q, d, count, x->curve, x->wq);
+    kmp_reduction_lanes_project(&x->red, count, x->wqd, x->w);
+    put_rows(x, row, count, a + (ptrdiff_t)(p * p) * W);
+    kmp_reduction_lanes_pull(&x->red, count, -1, x->wqd, x->rate);
+    add_block(x, KMP_RATE_Q, d, count, x->rate, x->wq);
+    kmp_reduction_lanes_project(&x->red, count, x->wq, x->w);
+    put_rows(x, row, count, a);
+    kmp_reduction_lanes_pull(&x->red, count, -1, x->wq, x->h);
+    if (by)
+        add_parameters(x, by, row, count, b);
+}
+
+void kmp_varied_lanes_matrices(kmp_varied_lanes *x, double *a, double *b)
+{
+    int p = x->red.p;
     const double *d, *by;
     differentiate(x, &d, &by);
-    memset(b, 0, (size_t)(p * v->count * W) * sizeof *b);
-    for (int k = 0; k < p; k++) {
-        /* Weights on the force: -X Mr^-1 e_k. Then as kmp_linear_back. */
-        memset(x->w, 0, (size_t)(p * W) * sizeof *x->w);
-        AT(x->w, k) -= 1;
-        kmp_reduction_lanes_solve_mass(&x->red, x->w);
-        kmp_reduction_lanes_spread(&x->red, x->w, false, x->force);
-        memset(x->wq, 0, n);
-        memset(x->wqd, 0, n);
-        memset(x->wqdd, 0, n);
-        add_block(x, KMP_M, d, x->force, x->wqdd);
-        add_block(x, KMP_R_QD, d, x->force, x->wqd);
-        add_block(x, KMP_R_Q, d, x->force, x->wq);
-        gather(x, x->wqdd, NULL, x->curve);
-        add_block(x, KMP_CURVE_QD, d, x->curve, x->wqd);
-        add_block(x, KMP_CURVE_Q, d, x->curve, x->wq);
-        gather(x, x->wqd, x->w, x->rate);
-        for (int c = 0; c < p; c++)
-            AT(a, (p + c) * p + k) = OF(x->w, c);
-        add_block(x, KMP_RATE_Q, d, x->rate, x->wq);
-        gather(x, x->wq, x->w, x->h);
-        for (int c = 0; c < p; c++)
-            AT(a, c * p + k) = OF(x->w, c);
-        if (by)
-            add_parameters(x, by, k, b);
-    }
+    memset(b, 0, (size_t)(p * x->v->count * W) * sizeof *b);
+    for (int row = 0; row < p; row += VECTORS)
+        find_rows(x, d, by, row, p - row < VECTORS ? p - row : VECTORS, a, b);
 }

@@ -23,9 +23,10 @@ typedef struct kmp_varied_lanes {
     double *q, *qd, *qdd, *lambda, *force; /* n, n, n, m, n */
     double *a0;                            /* n: qdd at udd = 0 */
     double *u;                             /* p: where v was closed */
-    double *udd, *w;                       /* p */
-    double *wq, *wqd, *wqdd;               /* n: weights */
-    double *h, *rate, *curve;              /* m: weights */
+    double *udd;                           /* p */
+    double *w;                             /* of some rows of the matrices side by side: p */
+    double *weights, *wq, *wqd, *wqdd;     /* n: on forces, q, qd, qdd */
+    double *h, *rate, *curve;              /* m */
     const double *mass, *jacobian;         /* of the last run */
 } kmp_varied_lanes;
 
@@ -41,8 +42,9 @@ kempe_status kmp_varied_lanes_prepare(const kmp_sensitivity_equations *varied);
 kempe_status kmp_varied_lanes_begin(kmp_varied_lanes *lanes, kmp_sensitivity_equations *varied);
 void kmp_varied_lanes_free(kmp_varied_lanes *lanes);
 
-/** udd (p) at times, u and ud (p), with the loops closed from the last anchor, or from these lanes at the same times: to
- * round-off if `once`, otherwise as exactly as sweeps at these times need, which converge. KMP_GO, or KMP_RETRY where loops do not close. Allocates after an exchange of u alone. */
+/** udd (p) at times, u and ud (p), with the loops closed from the last anchor, or from these lanes at the same times:
+ * to round-off if `once`, otherwise as exactly as sweeps at these times need, which converge. KMP_GO, or KMP_RETRY
+ * where loops do not close. Allocates after an exchange of u alone. */
 int kmp_varied_lanes_run(kmp_varied_lanes *lanes, bool once, const double *t, const double *u, const double *ud,
                          double *udd);
 

@@ -280,19 +280,6 @@ static int place(adjoint *a, double back)
     return kmp_sensitivity_equations_at(a->v, t, a->state, a->state + a->p);
 }
 
-static int rhs(void *self, double t, const double *y, double *dy)
-{
-    adjoint *a = self;
-    int p = a->p;
-    if (place(a, t) != KMP_GO)
-        return KMP_RETRY;
-    memset(dy, 0, (size_t)a->size * sizeof *dy);
-    memcpy(dy + p, y, (size_t)p * sizeof *dy);
-    memcpy(a->wu, y + p, (size_t)p * sizeof *dy);
-    go_back(a, a->integral, a->wu, dy, dy + p, dy + 2 * p);
-    return KMP_GO;
-}
-
 /* Several stages at once. Their times determine the matrices, which all sweeps of a step share. */
 
 enum { W = KMP_STAGE_LANES };
@@ -331,6 +318,31 @@ static KMP_CLONES void multiply_transposed(int p, int columns, const double *mat
     }
 }
 
+/* True at the end of a step, which is the last lane. */
+static bool is_last_stage(const adjoint *a, double back)
+{
+    double t = a->options->spec->t_end - back;
+    return a->known && t <= a->at_t[W - 1] && t >= a->at_t[W - 1];
+}
+
+/* The slopes there, by the matrices of that lane. The state is needed alone. */
+static int recall_stage(adjoint *a, double back, const double *y, double *dy)
+{
+    int p = a->p;
+    kmp_linear *l = &a->v->linear;
+    l->plain = true;
+    int said = place(a, back);
+    l->plain = false;
+    for (int c = 0; c < 2 * p + a->count; c++) {
+        const double *of =
+            c < 2 * p ? a->of_state + (ptrdiff_t)(c * p) * W : a->of_parameters + (ptrdiff_t)((c - 2 * p) * p) * W;
+        dy[c] = c < p || c >= 2 * p ? 0 : y[c - p];
+        for (int k = 0; k < p; k++)
+            dy[c] += of[k * W + W - 1] * y[p + k];
+    }
+    return said;
+}
+
 static int rhs_of_stages(void *self, const double *t, const double *y, double *dy)
 {
     adjoint *a = self;
@@ -341,6 +353,21 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     for (int k = 0; k < rates; k++)
         dy[rates + k] += y[k];
     multiply_transposed(p, a->count, a->of_parameters, y + rates, dy + 2 * rates);
+    return KMP_GO;
+}
+
+static int rhs(void *self, double t, const double *y, double *dy)
+{
+    adjoint *a = self;
+    int p = a->p;
+    if (is_last_stage(a, t))
+        return recall_stage(a, t, y, dy);
+    if (place(a, t) != KMP_GO)
+        return KMP_RETRY;
+    memset(dy, 0, (size_t)a->size * sizeof *dy);
+    memcpy(dy + p, y, (size_t)p * sizeof *dy);
+    memcpy(a->wu, y + p, (size_t)p * sizeof *dy);
+    go_back(a, a->integral, a->wu, dy, dy + p, dy + 2 * p);
     return KMP_GO;
 }
 

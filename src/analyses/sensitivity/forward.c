@@ -111,14 +111,16 @@ static void give(kmp_forward_formulation *f, const double *y, double *dy)
     for (int k = 0; k < f->count; k++) {
         const double *su = position_of(f, y, k), *sud = rate_of(f, y, k);
         if (f->zone)
-            kmp_sensitivity_equations_follow(v, k, su, sud, f->dq, f->dqd, dy + half + (k + 1) * w, f->dlambda);
+            kmp_sensitivity_equations_follow(v, k, su, sud, NULL, NULL, dy + half + (k + 1) * w, NULL);
         else
             kmp_sensitivity_equations_accelerate(v, k, su, sud, dy + half + (k + 1) * w);
         kmp_forward_delays_rates(f, y, k, dy + half + (k + 1) * w);
     }
     const kmp_forward_target *target = f->options->integrand;
-    if (f->integrals)
+    if (f->integrals) {
+        f->t = NAN; /* the place is lost below */
         dy[2 * half] = kmp_target_value(target, v);
+    }
     for (int k = 0; f->integrals && k < f->count; k++) {
         kmp_forward_follow(f, y, k, f->dq, f->dqd, f->dqdd, f->dlambda);
         if (target->shown)
@@ -966,6 +968,7 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     kmp_linear_tell_tables(&v->linear);
     const double *shown = kmp_slopes_values(&v->slopes->outputs, &at);
     kmp_charts_reset(f->system, f->new_chart);
+    f->t = NAN; /* the place is lost */
     for (int k = 0; k < f->count; k++) {
         /* The derivatives of the last whole row by parameter k: outputs in the current charts, and the user's
          * coordinates. */
