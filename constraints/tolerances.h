@@ -234,6 +234,14 @@
 /** Newton in an evaluation stops at this fraction of the error weights. The fused program has its accelerations before
  * the last correction: with 1e-2 errors of the newton form are 2 to 4 times as large. */
 #define KMP_CORRECTION_IN_STAGE 1e-3
+/** Largest multiplier of an elimination in a given order, rows scaled, for which its order is good. */
+#define KMP_ELIMINATION 10.0
+/** Scaled correction of v at which stages of a step in lanes are closed: it is added, and J is that before it, so that
+ * accelerations have an error of this size. In the first sweep a later one makes it good. In later ones it is a part of
+ * the change of u, which is that of the sweep before: sweeps contract by more. Rounding of h begins at the first. */
+#define KMP_CORRECTION_IN_LANES       1e-13
+#define KMP_CORRECTION_FIRST_IN_LANES 1e-7
+#define KMP_CORRECTION_LATER_IN_LANES 1e-3
 /** Largest angle (rad) by which a correction of v turns sines and cosines by series: their error, its fifth power over
  * 120, is 8e-18. After a larger one they are computed anew. */
 #define KMP_TURN_SMALL 1e-3

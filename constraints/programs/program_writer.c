@@ -5,6 +5,7 @@
 #include "constraints/programs/program_writer.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/tolerances.h"
 #include "dynamics/motion.h"
 #include "linalg/dense/dense.h"
 #include "symbolic/contraction.h"
@@ -363,15 +364,12 @@ struct kmp_writer_block {
     kmp_ref inverse[KMP_WRITER_BLOCK]; /* of the pivots; for two rows: of the determinant */
 };
 
-/* Largest multiplier of the elimination, rows scaled, for which its order is good. */
-#define MULTIPLIER 10.0
-
 bool kmp_writer_order_is_good(int count, const kmp_eliminated *rows, const double *multiplier, const double *row_scale,
                               size_t stride)
 {
     for (int k = 0; k < count; k++) {
         double by = row_scale[(size_t)rows[k].by * stride], row = row_scale[(size_t)rows[k].row * stride];
-        if (!(fabs(multiplier[(size_t)k * stride]) * by <= MULTIPLIER * row))
+        if (!(fabs(multiplier[(size_t)k * stride]) * by <= KMP_ELIMINATION * row))
             return false;
     }
     return true;
@@ -531,7 +529,7 @@ kmp_ref kmp_writer_blocks_excess(const kmp_writer_blocks *k)
     const double *row_scale = k->red->eval->system->row_scale;
     kmp_ref most = KMP_ZERO;
     for (int i = 0; i < k->multipliers; i++) {
-        double bound = MULTIPLIER * row_scale[k->row[i].row] / row_scale[k->row[i].by];
+        double bound = KMP_ELIMINATION * row_scale[k->row[i].row] / row_scale[k->row[i].by];
         kmp_ref part = kmp_mul(k->g, kmp_unary(k->g, KMP_OP_ABS, k->multiplier[i]), kmp_const(k->g, 1 / bound));
         most = i > 0 ? kmp_binary(k->g, KMP_OP_MAX, most, part) : part;
     }

@@ -28,8 +28,9 @@ typedef struct kempe_sensitivity_options {
                              * number of parameters. NULL: forward, and for integrals the cheaper one */
     int integral;           /* 1: the outputs are integrated from 0 to t_end */
     const char *at;         /* start | equilibrium: the state, if `of` is not a trajectory */
-    const kempe_run_options *run; /* tolerances, t_end, output_step, independent, back end; integrator: dop853, dopri5,
-                                   * radau, radau5, radau9, erk */
+    const kempe_run_options *run; /* tolerances, t_end, output_step, independent, back end; integrator: radau, dop853,
+                                   * dopri5, radau5, radau9, erk; NULL: that of the model, or radau where the stages of
+                                   * its steps share vector registers, dop853 elsewhere */
 } kempe_sensitivity_options;
 
 typedef struct kempe_sensitivity kempe_sensitivity;

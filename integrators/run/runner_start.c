@@ -451,7 +451,10 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
         return kmp_fail_memory(run->s->context);
     KMP_TRY(look_for_bodies(run));
     bool waits = run->may_take_bodies || (method_of(run)->by_products && run->s->late && run->s->late->by_products);
-    run->eval = kmp_eval_new_for(run->s, run->spec.backend, run->team, waits ? KMP_EVAL_WEIGHS : KMP_EVAL_STEPS);
+    /* A formulation of the caller's that evaluates the stages of a step in lanes evaluates the rest once a step. */
+    const kmp_solver_kind *solver = kmp_solver_find(run->spec.integrator);
+    kmp_eval_use steps = run->spec.kind && solver && solver->lanes ? KMP_EVAL_EVALUATES : KMP_EVAL_STEPS;
+    run->eval = kmp_eval_new_for(run->s, run->spec.backend, run->team, waits ? KMP_EVAL_WEIGHS : steps);
     if (run->eval && run->eval->weighs_only)
         KMP_TRY(kmp_eval_add_articulated(run->eval));
     KMP_TRY(kmp_made(run->s->context, run->eval));

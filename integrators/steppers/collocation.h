@@ -82,6 +82,8 @@ typedef struct kmp_collocation {
     const kmp_collocation_table *table;
     int n, s, w;     /* unknowns, stages, lanes: s <= w */
     int p, inner, q; /* unknowns: positions, those with stage derivatives, quadratures */
+    int columns;     /* of linear equations that follow (kmp_ode.followers), in all_p and all, not in p and inner */
+    int all_p, all;  /* all positions, which come first; all with stage derivatives, behind them */
     double widen;    /* weights of the estimate over those of the tolerance */
     double limit;    /* remainder of a correction at which an iteration stops */
     int most_sweeps;
@@ -92,20 +94,21 @@ typedef struct kmp_collocation {
     double *w_accept;                 /* n: weights of the tolerance */
     double *error;                    /* n: of the attempt */
     double *weight;                   /* inner: of a change of g in the norm */
-    double *lead, *lead_old;          /* inner: leading coefficients of the stages' polynomials, over their step */
+    double *lead, *lead_old;          /* all: leading coefficients of the stages' polynomials, over their step */
     double *slip;                     /* n: of the rates of positions at the start of the last step, their stiff part */
     double *fix;                      /* n: the formulation's correction of the last step's end */
-    double *g, *g_old;                /* (inner + q) w: derivatives of the stages; of the last step's */
-    double *g_start, *g_start_old;    /* inner + q: at the start of the step, and of the last one */
+    double *g, *g_old;                /* (all + q) w: derivatives of the stages; of the last step's */
+    double *g_start, *g_start_old;    /* all + q: at the start of the step, and of the last one */
     double *stage, *f;                /* n w: the stages and their derivatives */
-    double *change, *g_before, *ends; /* inner w */
-    double *at;                       /* w: times */
-    double *c, *a, *aa;               /* w, s w, s w: columns of c, A and A A */
-    double *once, *twice, *ahead;     /* s w, s w, (s + 1) w: columns of h A, (h A)^2, of the prediction */
-    double *end;                      /* s w: columns of the table's sums at the end */
-    double *decay, *decay_start;      /* s w and w: columns of the last Legendre coefficients */
-    double decay_power;               /* the error's power of their ratio */
-    double *one, *zero, *hc, *filter; /* w */
+    double *change, *g_before, *ends; /* all w */
+    double *of_motion, *of_parameters; /* of the equations that follow: A, b, in lanes */
+    double *at;                        /* w: times */
+    double *c, *a, *aa;                /* w, s w, s w: columns of c, A and A A */
+    double *once, *twice, *ahead;      /* s w, s w, (s + 1) w: columns of h A, (h A)^2, of the prediction */
+    double *end;                       /* s w: columns of the table's sums at the end */
+    double *decay, *decay_start;       /* s w and w: columns of the last Legendre coefficients */
+    double decay_power;                /* the error's power of their ratio */
+    double *one, *zero, *hc, *filter;  /* w */
     kmp_newton_stages newton;
     kmp_coupled_stages coupled;
     kmp_mixing mixing;
@@ -136,6 +139,12 @@ typedef enum kmp_collocation_outcome {
 /* Cycles of a step besides its sweeps and matrices, and of a sweep for each unknown besides its evaluation, about. */
 #define KMP_STEP_CYCLES             3900
 #define KMP_SWEEP_CYCLES_OF_UNKNOWN 45
+
+/* The place of unknown c of the iteration, positions first, among all. */
+static inline int kmp_collocation_unknown(const kmp_collocation *s, int c)
+{
+    return c < s->p ? c : s->all_p - s->p + c;
+}
 
 /** Takes an iteration, without the experience of steps before. */
 void kmp_collocation_begin_with(kmp_collocation *s, kmp_iteration iteration);

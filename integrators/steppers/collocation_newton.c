@@ -143,17 +143,19 @@ static double collocation_displace(const kmp_collocation *s, int k, double *x)
 static int differentiate(kmp_collocation *s, double t, const double *y)
 {
     int w = s->w, columns = s->p + s->inner, said = KMP_GO;
-    const double *f = s->f + s->p * w;
+    const double *f = s->f + s->all_p * w;
     double by[8];
     for (int l = 0; l < w; l++)
         s->at[l] = t;
     for (int c = 0; c < columns && said == KMP_GO; c += w - 1) {
         int count = columns - c < w - 1 ? columns - c : w - 1;
         for (int k = 0; k < columns; k++)
-            for (int l = 0; l < w; l++)
-                s->stage[k * w + l] = y[k];
-        for (int l = 1; l <= count; l++)
-            by[l] = collocation_displace(s, c + l - 1, &s->stage[(c + l - 1) * w + l]);
+            for (int l = 0, at = kmp_collocation_unknown(s, k); l < w; l++)
+                s->stage[at * w + l] = y[at];
+        for (int l = 1; l <= count; l++) {
+            int at = kmp_collocation_unknown(s, c + l - 1);
+            by[l] = collocation_displace(s, at, &s->stage[at * w + l]);
+        }
         said = kmp_collocation_evaluate(s, count + 1);
         for (int l = 1; l <= count && said == KMP_GO; l++)
             for (int k = 0; k < s->inner; k++)
@@ -165,8 +167,9 @@ static int differentiate(kmp_collocation *s, double t, const double *y)
 /* Copies the predicted stage i; returns its time. */
 static double collocation_copy_stage(const kmp_collocation *s, int i, double *y)
 {
-    for (int k = 0; k < s->n; k++)
-        y[k] = k < s->p + s->inner ? s->stage[k * s->w + i] : s->y[k];
+    memcpy(y, s->y, (size_t)s->n * sizeof *y);
+    for (int k = 0; k < s->p + s->inner; k++)
+        y[kmp_collocation_unknown(s, k)] = s->stage[kmp_collocation_unknown(s, k) * s->w + i];
     return s->at[i];
 }
 
@@ -366,15 +369,15 @@ void kmp_collocation_correct_newton(kmp_collocation *s)
 }
 
 /* With x = h filter: (I - x f_v - x^2 f_q) e_v <- e_v + x f_q e_q, e_q <- e_q + x e_v. */
-void kmp_collocation_filter(kmp_collocation *s)
+static void filter(kmp_collocation *s, double *of_positions, double *error)
 {
     int n = s->inner;
-    double x = s->newton.h_matrix * s->table->filter, *error = s->error + s->p;
+    double x = s->newton.h_matrix * s->table->filter;
     memset(s->newton.z, 0, (size_t)(2 * E * n) * sizeof *s->newton.z);
     for (int k = 0; k < n; k++) {
         double sum = error[k];
         for (int j = 0; j < s->p; j++)
-            sum += x * s->newton.jacobian[j * n + k] * s->error[j];
+            sum += x * s->newton.jacobian[j * n + k] * of_positions[j];
         for (int e = 0; e < E; e++)
             s->newton.z[2 * E * k + e] = sum;
     }
@@ -382,7 +385,13 @@ void kmp_collocation_filter(kmp_collocation *s)
     for (int k = 0; k < n; k++)
         error[k] = s->newton.z[2 * E * k];
     for (int k = 0; k < s->p; k++)
-        s->error[k] += x * error[k];
+        of_positions[k] += x * error[k];
+}
+
+void kmp_collocation_filter(kmp_collocation *s, int columns)
+{
+    for (int c = 0; c <= columns; c++)
+        filter(s, s->error + c * s->p, s->error + s->all_p + c * s->inner);
 }
 
 /* Newton's method for the stages with a Jacobian of each, in one system of all stages:
@@ -430,11 +439,12 @@ bool kmp_collocation_allocate_coupled(kmp_collocation *s)
 static int differentiate_at_stages(kmp_collocation *s, int c)
 {
     int w = s->w;
-    double before[V], by[V] = {0}, *x = s->stage + c * w, *column = s->coupled.all + c * s->inner * w;
-    const double *f = s->f + s->p * w, *base = s->coupled.at_prediction + s->p * w;
+    int at = kmp_collocation_unknown(s, c);
+    double before[V], by[V] = {0}, *x = s->stage + at * w, *column = s->coupled.all + c * s->inner * w;
+    const double *f = s->f + s->all_p * w, *base = s->coupled.at_prediction + s->all_p * w;
     memcpy(before, x, (size_t)w * sizeof *x);
     for (int l = 0; l < w; l++)
-        by[l] = collocation_displace(s, c, &x[l]);
+        by[l] = collocation_displace(s, at, &x[l]);
     int said = kmp_collocation_evaluate(s, s->s);
     memcpy(x, before, (size_t)w * sizeof *x);
     for (int k = 0; k < s->inner; k++)

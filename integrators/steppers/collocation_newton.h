@@ -12,8 +12,8 @@ kmp_collocation_outcome kmp_collocation_prepare_newton(kmp_collocation *s, doubl
 /** Turns the residuals in `change` into Newton's corrections. */
 void kmp_collocation_correct_newton(kmp_collocation *s);
 
-/** Removes the stiff part of the estimate in `error`. */
-void kmp_collocation_filter(kmp_collocation *s);
+/** Removes the stiff part of the estimate in `error`, of the motion and of so many columns that follow it. */
+void kmp_collocation_filter(kmp_collocation *s, int columns);
 
 /** Takes a correction s->change of g in a sweep, and combines it with those before where they fall slowly. Returns the
  * larger weighted square of the correction and of the combination. */

@@ -186,18 +186,25 @@ static void set_columns(kmp_collocation *s, double h)
     scale(s->s * s->w, h * h, s->aa, s->twice);
 }
 
+/* Of unknowns with stage derivatives from `from` to before `to`, and of positions from `from` to before `to_p`. */
+static void place_some(kmp_collocation *s, int from, int to_p, int to)
+{
+    const double *y = s->y + from, *v = s->y + s->all_p + from, *g = s->g + from * s->w;
+    double *stage = s->stage + from * s->w;
+    sum_lanes(s->w, to_p - from, s->s, g, s->twice, &(lane_terms){y, s->one, v, s->hc}, stage);
+    sum_lanes(s->w, to - from, s->s, g, s->once, &(lane_terms){v, s->one, v, s->zero}, stage + s->all_p * s->w);
+}
+
 static void place(kmp_collocation *s)
 {
-    const double *v = s->y + s->p;
-    sum_lanes(s->w, s->p, s->s, s->g, s->twice, &(lane_terms){s->y, s->one, v, s->hc}, s->stage);
-    sum_lanes(s->w, s->inner, s->s, s->g, s->once, &(lane_terms){v, s->one, v, s->zero}, s->stage + s->p * s->w);
+    place_some(s, 0, s->p, s->inner);
 }
 
 /* -- end ----------------------------------------------------------------------------------------------- */
 
-static void find_lead(kmp_collocation *s)
+static void find_lead(kmp_collocation *s, int inner)
 {
-    for (int k = 0; k < s->inner; k++) {
+    for (int k = 0; k < inner; k++) {
         s->lead[k] = 0;
         for (int j = 0; j < s->s; j++)
             s->lead[k] += s->table->lead[j] * s->g[k * s->w + j];
@@ -206,33 +213,33 @@ static void find_lead(kmp_collocation *s)
 
 /* Difference from a polynomial of one degree more, by the leading coefficients of two steps: the filter removes the
  * stiff part of the estimate, which dense output contains like the rest. */
-static double misfit(kmp_collocation *s, double h)
+static double misfit(kmp_collocation *s, double h, int inner)
 {
     double ratio = h / s->taken, power = pow(ratio, s->s - 1), sum = 0;
     double by = h * s->table->gap / ((s->s + 1) * (s->table->centre + (1 - s->table->centre) / ratio));
-    find_lead(s);
-    for (int k = 0; s->has_step && k < s->inner; k++) {
-        double e = by * (s->lead[k] - power * s->lead_old[k]) * s->per_scale[s->p + k];
+    find_lead(s, inner);
+    for (int k = 0; s->has_step && k < inner; k++) {
+        double e = by * (s->lead[k] - power * s->lead_old[k]) * s->per_scale[s->all_p + k];
         sum += e * e;
     }
-    return sqrt(sum / fmax(s->inner, 1));
+    return sqrt(sum / fmax(inner, 1));
 }
 
 /* The error at the end of a step, weighted as the tolerance, if the coefficients decay by a power of their degree, as
  * fast as the last two do after the two before them; a symmetric solution has every second one. The estimate is
  * 2 filter h times the last one, of degree s, unless that is zero by chance; the end is wrong by those from degree
  * 2 s - 1 on. */
-static double of_slow_decay(kmp_collocation *s, double h)
+static double of_slow_decay(kmp_collocation *s, double h, int p, int inner)
 {
     double size[KMP_COLLOCATION_DECAYS];
     /* Weighted sizes of the derivatives' Legendre coefficients of degrees s, s - 1, s - 2, s - 3, by the start and the
      * stages. */
-    const double *start = s->dy + s->p;
+    const double *start = s->dy + s->all_p;
     double sum[KMP_COLLOCATION_DECAYS] = {0};
-    sum_lanes(s->w, s->inner, s->s, s->g, s->decay, &(lane_terms){start, s->decay_start, start, s->zero}, s->g_before);
-    for (int k = 0; k < s->inner; k++)
+    sum_lanes(s->w, inner, s->s, s->g, s->decay, &(lane_terms){start, s->decay_start, start, s->zero}, s->g_before);
+    for (int k = 0; k < inner; k++)
         for (int d = 0; d < KMP_COLLOCATION_DECAYS; d++) {
-            double c = s->g_before[k * s->w + d] * s->per_scale[s->p + k];
+            double c = s->g_before[k * s->w + d] * s->per_scale[s->all_p + k];
             sum[d] += c * c;
         }
     for (int d = 0; d < KMP_COLLOCATION_DECAYS; d++)
@@ -241,45 +248,48 @@ static double of_slow_decay(kmp_collocation *s, double h)
     if (!(high > 0))
         return 0;
     double decay = high / low, part = pow(decay, s->decay_power);
-    return s->widen * 2 * s->table->filter * h * part * fmax(last, next * sqrt(decay)) / sqrt(s->p + s->inner);
+    return s->widen * 2 * s->table->filter * h * part * fmax(last, next * sqrt(decay)) / sqrt(p + inner);
 }
 
-/* The estimate h filter (f - p'(0)), p the stages' polynomial (Hairer, Wanner, II, IV.8.19). */
-static double estimate(kmp_collocation *s, double h)
+/* The estimate h filter (f - p'(0)), p the stages' polynomial (Hairer, Wanner, II, IV.8.19): of the motion alone, or
+ * with the equations that follow it. */
+static double estimate(kmp_collocation *s, double h, bool whole)
 {
     double sum = 0;
-    const double *v = s->dy + s->p;
-    sum_lanes(s->w, s->inner, s->s, s->g, s->end, &(lane_terms){v, s->filter, v, s->zero}, s->ends);
-    for (int k = 0; k < s->p; k++)
+    const double *v = s->dy + s->all_p;
+    int p = whole ? s->all_p : s->p, inner = whole ? s->all : s->inner;
+    sum_lanes(s->w, inner, s->s, s->g, s->end, &(lane_terms){v, s->filter, v, s->zero}, s->ends);
+    for (int k = 0; k < p; k++)
         s->error[k] = h * h * s->ends[k * s->w + KMP_END_SLOPE_TWICE];
-    for (int k = 0; k < s->inner; k++)
-        s->error[s->p + k] = h * s->ends[k * s->w + KMP_END_SLOPE];
+    for (int k = 0; k < inner; k++)
+        s->error[s->all_p + k] = h * s->ends[k * s->w + KMP_END_SLOPE];
     if (s->iteration != KMP_ITERATION_PICARD)
-        kmp_collocation_filter(s);
-    for (int k = 0; k < s->p + s->inner; k++) {
-        double e = s->error[k] * s->per_scale[k];
+        kmp_collocation_filter(s, whole ? s->columns : 0);
+    for (int k = 0; k < p + inner; k++) {
+        int at = k < p ? k : s->all_p - p + k;
+        double e = s->error[at] * s->per_scale[at];
         sum += e * e;
     }
-    double error = sqrt(sum / fmax(s->p + s->inner, 1));
+    double error = sqrt(sum / fmax(p + inner, 1));
     if (s->iteration != KMP_ITERATION_PICARD) {
-        double gap = misfit(s, h);
+        double gap = misfit(s, h, inner);
         error = isfinite(error + gap) ? fmax(error, gap) : INFINITY;
     } else if (!s->method->by_rates) {
-        error = fmax(error, of_slow_decay(s, h));
+        error = fmax(error, of_slow_decay(s, h, p, inner));
     }
     return isfinite(error) ? fmax(error, ERROR_FLOOR) : INFINITY;
 }
 
 void kmp_collocation_end(kmp_collocation *s, double h)
 {
-    int end = s->p + s->inner;
-    const double *v = s->y + s->p;
-    for (int k = 0; k < s->p; k++)
+    int end = s->all_p + s->all;
+    const double *v = s->y + s->all_p;
+    for (int k = 0; k < s->all_p; k++)
         s->y_old[k] = s->y[k] + h * (v[k] + h * s->ends[k * s->w + KMP_END_TWICE]);
-    for (int k = 0; k < s->inner; k++)
-        s->y_old[s->p + k] = v[k] + h * s->ends[k * s->w + KMP_END_ONCE];
+    for (int k = 0; k < s->all; k++)
+        s->y_old[s->all_p + k] = v[k] + h * s->ends[k * s->w + KMP_END_ONCE];
     for (int k = end; k < s->n; k++) {
-        const double *rate = s->g + (k - s->p) * s->w;
+        const double *rate = s->g + (k - s->all_p) * s->w;
         s->y_old[k] = s->y[k];
         for (int j = 0; j < s->s; j++)
             s->y_old[k] += h * s->table->end[j][KMP_END_ONCE] * rate[j];
@@ -316,7 +326,7 @@ static kmp_collocation_outcome sweep(kmp_collocation *s, bool first, double *siz
     s->evaluated = false;
     if (said != KMP_GO)
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
-    subtract(s->w * s->inner, s->f + s->p * s->w, s->g, s->change);
+    subtract(s->w * s->inner, s->f + s->all_p * s->w, s->g, s->change);
     double mixed = 0;
     if (s->iteration != KMP_ITERATION_PICARD)
         correct(s, first);
@@ -368,7 +378,7 @@ static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *err
         if (s->contraction < SLOW && s->ready * size <= s->limit)
             return KMP_COLLOCATION_TAKEN;
         if (k == 2 || k == 4) {
-            *error = estimate(s, h);
+            *error = estimate(s, h, false);
             if (*error > fmax(TOO_LARGE, MANY * size))
                 return KMP_COLLOCATION_BAD_ERROR;
         }
@@ -387,8 +397,8 @@ static void predict(kmp_collocation *s, double h)
             x[l] = 1 + s->c[l] * h / s->taken;
         kmp_collocation_weights(s->table, s->w, x, s->ahead);
     }
-    const double *base = s->has_step ? s->g_start_old : s->dy + s->p, *lanes = s->has_step ? s->ahead : s->one;
-    sum_lanes(s->w, s->inner, stages, s->g_old, s->ahead + s->w, &(lane_terms){base, lanes, base, s->zero}, s->g);
+    const double *base = s->has_step ? s->g_start_old : s->dy + s->all_p, *lanes = s->has_step ? s->ahead : s->one;
+    sum_lanes(s->w, s->all, stages, s->g_old, s->ahead + s->w, &(lane_terms){base, lanes, base, s->zero}, s->g);
 }
 
 static void begin(kmp_collocation *s, double h)
@@ -404,11 +414,72 @@ static void begin(kmp_collocation *s, double h)
     predict(s, h);
 }
 
+/* -- equations that follow ------------------------------------------------------------------------------- */
+
+/* change = A (x, x') + b - g in the eight lanes, for a column of p unknowns: its positions, rates, derivatives of
+ * stages. */
+static KMP_CLONES void linear_residual(int p, const double *a, const double *b, const double *x, const double *rates,
+                                       const double *g, double *change)
+{
+    const eight *of = (const eight *)a, *half[] = {(const eight *)x, (const eight *)rates};
+    eight *out = (eight *)change;
+    for (int i = 0; i < p; i++)
+        out[i] = ((const eight *)b)[i] - ((const eight *)g)[i];
+    for (int j = 0; j < 2 * p; j++, of += p) {
+        const eight by = half[j >= p][j % p];
+        for (int i = 0; i < p; i++)
+            out[i] += of[i] * by;
+    }
+}
+
+/* One sweep of the stages of all columns, by the iteration of the motion. Returns the weighted size of the corrections.
+ */
+static double sweep_columns(kmp_collocation *s)
+{
+    double sum = 0;
+    place_some(s, s->p, s->all_p, s->all);
+    for (int c = 1; c <= s->columns; c++) {
+        int first = c * s->p;
+        double *stage = s->stage + first * s->w, *g = s->g + first * s->w;
+        linear_residual(s->p, s->of_motion, s->of_parameters + (first - s->p) * s->w, stage, stage + s->all_p * s->w, g,
+                        s->change);
+        if (s->iteration == KMP_ITERATION_COUPLED)
+            kmp_collocation_correct_coupled(s);
+        else if (s->iteration == KMP_ITERATION_NEWTON)
+            kmp_collocation_correct_newton(s);
+        sum += advance(s->w, s->p, s->s, s->weight + first, s->change, g);
+    }
+    return sqrt(sum / fmax(s->columns * s->p * s->s, 1));
+}
+
+/* The derivatives of the stages of all columns, along those of the motion. The equations are linear: the motion's
+ * iteration converges as it did there. */
+static kmp_collocation_outcome follow(kmp_collocation *s, double *shorter)
+{
+    double before = 0, contraction = 0, ready = 1;
+    int said = s->base.ode.follow(s->base.ode.self, s->of_motion, s->of_parameters);
+    if (said != KMP_GO)
+        return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
+    *shorter = 0.5;
+    for (int k = 1; k <= 2 * s->most_sweeps; k++) {
+        double size = sweep_columns(s);
+        if (!(size <= DBL_MAX))
+            return KMP_COLLOCATION_BAD_STAGE;
+        if (k > 1)
+            contraction = k == 2 ? size / before : sqrt(contraction * size / before);
+        ready = k > 1 ? contraction / (1 - contraction) : 1;
+        if (contraction < SLOW && ready * size <= s->limit)
+            return KMP_COLLOCATION_TAKEN;
+        before = fmax(size, DBL_MIN);
+    }
+    return KMP_COLLOCATION_BAD_ITERATION;
+}
+
 kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h, double *error, double *shorter)
 {
-    int end = s->p + s->inner;
-    for (int k = 0; k < s->inner; k++)
-        s->weight[k] = h * s->per_scale[s->p + k];
+    int end = s->all_p + s->all;
+    for (int k = 0; k < s->all; k++)
+        s->weight[k] = h * s->per_scale[s->all_p + k];
     begin(s, h);
     kmp_collocation_outcome what = KMP_COLLOCATION_TAKEN;
     if (s->iteration != KMP_ITERATION_PICARD) {
@@ -431,11 +502,13 @@ kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h
         if (what == KMP_COLLOCATION_TAKEN)
             kmp_collocation_go_far(s);
     }
+    if (what == KMP_COLLOCATION_TAKEN && s->columns > 0)
+        what = follow(s, shorter);
     if (what != KMP_COLLOCATION_TAKEN)
         return what;
     if (s->iteration == KMP_ITERATION_PICARD)
-        find_lead(s);
-    memcpy(s->g + s->inner * s->w, s->f + end * s->w, (size_t)(s->q * s->w) * sizeof(double));
-    *error = estimate(s, h);
+        find_lead(s, s->all);
+    memcpy(s->g + s->all * s->w, s->f + end * s->w, (size_t)(s->q * s->w) * sizeof(double));
+    *error = estimate(s, h, true);
     return *error < 1 ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_ERROR;
 }

@@ -46,6 +46,16 @@ typedef struct kmp_ode {
     int positions;   /* y[positions + i] is the derivative of y[i] for i < positions */
     int quadratures; /* the last of y, on which f does not depend */
 
+    /* Linear equations that follow a motion. Positions and rates are then those of the motion, n_m = positions / (1 +
+     * followers) each, and after them those of each of so many columns x, with x'' = A (x, x') + b along the motion.
+     * `lanes` gives slopes of the motion alone, never KMP_APART. 0: none. */
+    int followers;
+    /** A (n_m x 2 n_m) and b (n_m x followers), column-major, at the places of the last `lanes`, in lanes like these.
+     */
+    int (*follow)(void *self, double *a, double *b);
+    /** The slopes of the motion alone, of dy = f(t, y). */
+    int (*alone)(void *self, double t, const double *y, double *dy);
+
     /** Makes `lanes` ready at t, where cycles_of_lanes is not 0 and the formulation was made without them. NULL: none.
      * KMP_GO or KMP_HALT. */
     int (*make_lanes)(void *self, double t);

@@ -262,7 +262,8 @@ static const option options[] = {
 #include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
     {CLI_SENSITIVITY | CLI_FIT | CLI_OPTIMIZE | CLI_CYCLES, IN_RUN, "integrator", TEXT(run.integrator), "NAME",
-     "integrator: dop853 (default), dopri5, radau, radau5, radau9, erk"},
+     "integrator: radau, dop853, dopri5, radau5, radau9, erk (default: that of the model, or radau where its stages "
+     "share vector registers, dop853 elsewhere)"},
     {CLI_CYCLES, IN_RUN, "rtol", VALUE(NUMBER, run.rtol), "X", "relative tolerance of runs (default: 1e-10)"},
     {CLI_INVERSE, IN_RUN, "no-convergence-check", FLAG(inverse.no_convergence_check),
      "do not repeat the run with every other row of the table"},

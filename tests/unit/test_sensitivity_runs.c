@@ -162,7 +162,8 @@ static double slope_of_cart(scene *s, const char *method, double t_end, double r
         .parameters = "m",
         .outputs = "q(x)",
         .method = method,
-        .run = &(kempe_run_options){.rtol = rtol, .t_end = t_end, .output_step = t_end, .no_convergence_check = once}};
+        .run = &(kempe_run_options){
+            .rtol = rtol, .t_end = t_end, .output_step = t_end, .integrator = "dop853", .no_convergence_check = once}};
     char *json = NULL;
     s->warnings = 0;
     s->words[0] = '\0';
@@ -203,7 +204,7 @@ static void an_error_is_told_with_its_size(void)
     for (int k = 0; k < 2; k++) {
         scene s = {.context = kempe_context_new()};
         kempe_sensitivity *found = NULL, *truth = NULL;
-        kempe_run_options run = {.rtol = rtol[k], .t_end = 5};
+        kempe_run_options run = {.rtol = rtol[k], .t_end = 5, .integrator = "dop853"};
         kempe_sensitivity_options options = {.parameters = "base", .outputs = "lambda(C)", .run = &run};
         CHECK(kempe_model_read(s.context, KEMPE_ROOT "/examples/four_bar/four_bar.yaml", &s.model) == KEMPE_OK);
         kempe_context_set_log(s.context, listen, &s);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Each value has its derivatives along KMP_DUALS_WIDTH inputs. Values that no current input changes are skipped. */
 #include "analyses/derivatives/duals.h"
+#include "base/clones.h"
 #include "symbolic/ops.h"
 #include "symbolic/table_function.h"
 #include <math.h>
@@ -165,22 +166,39 @@ double kmp_duals_value(const kmp_duals *duals, int k)
 
 /* -- derivatives ------------------------------------------------------------------------------------- */
 
-static void one(const double *restrict a, double by, double *restrict out)
+static KMP_INTO_CLONES void one(const double *restrict a, double by, double *restrict out)
 {
     for (int j = 0; j < KMP_DUALS_WIDTH; j++)
         out[j] = by * a[j];
 }
 
-static void two(const double *restrict a, double by_a, const double *restrict b, double by_b, double *restrict out)
+static KMP_INTO_CLONES void two(const double *restrict a, double by_a, const double *restrict b, double by_b,
+                                double *restrict out)
 {
     for (int j = 0; j < KMP_DUALS_WIDTH; j++)
         out[j] = by_a * a[j] + by_b * b[j];
 }
 
+/* The derivatives of all operations, from those of the inputs. */
+static KMP_CLONES void pass_on(kmp_duals *duals)
+{
+    bool *moves = duals->moves;
+    double *slopes = duals->slopes;
+    for (int i = 0; i < duals->count - duals->first; i++) {
+        const step *s = &duals->steps[i];
+        bool a = s->from[0] != NOTHING && moves[s->from[0]], b = s->from[1] != NOTHING && moves[s->from[1]];
+        double *out = slopes + (size_t)(duals->first + i) * KMP_DUALS_WIDTH;
+        moves[duals->first + i] = a || b;
+        if (a && b)
+            two(slopes + (size_t)s->from[0] * KMP_DUALS_WIDTH, s->by[0], slopes + (size_t)s->from[1] * KMP_DUALS_WIDTH,
+                s->by[1], out);
+        else if (a || b)
+            one(slopes + (size_t)s->from[b] * KMP_DUALS_WIDTH, s->by[b], out);
+    }
+}
+
 void kmp_duals_along(kmp_duals *duals, kmp_input_kind kind, uint32_t first)
 {
-    const bool *moves = duals->moves;
-    double *slopes = duals->slopes;
     /* The inputs that move, each with its own direction. */
     const kmp_program *p = duals->program;
     memset(duals->moves, 0, (size_t)duals->first * sizeof *duals->moves);
@@ -193,17 +211,7 @@ void kmp_duals_along(kmp_duals *duals, kmp_input_kind kind, uint32_t first)
         slope[index - first] = 1;
         duals->moves[duals->inputs + k] = true;
     }
-    for (int i = 0; i < duals->count - duals->first; i++) {
-        const step *s = &duals->steps[i];
-        bool a = s->from[0] != NOTHING && moves[s->from[0]], b = s->from[1] != NOTHING && moves[s->from[1]];
-        double *out = slopes + (size_t)(duals->first + i) * KMP_DUALS_WIDTH;
-        duals->moves[duals->first + i] = a || b;
-        if (a && b)
-            two(slopes + (size_t)s->from[0] * KMP_DUALS_WIDTH, s->by[0], slopes + (size_t)s->from[1] * KMP_DUALS_WIDTH,
-                s->by[1], out);
-        else if (a || b)
-            one(slopes + (size_t)s->from[b] * KMP_DUALS_WIDTH, s->by[b], out);
-    }
+    pass_on(duals);
 }
 
 bool kmp_duals_get(const kmp_duals *duals, int k, double slope[KMP_DUALS_WIDTH])

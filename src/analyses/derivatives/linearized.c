@@ -124,6 +124,7 @@ kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part)
 {
     const kempe_system *s = linear->system;
     forget_choice(linear);
+    linear->number++;
     linear->part = *part;
     *part = (kmp_partition){0};
     int p = linear->p = linear->part.p;

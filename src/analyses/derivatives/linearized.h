@@ -27,6 +27,7 @@ typedef struct kmp_linear {
     kmp_tangents tangents;
     const double *d; /* values of the tangents at the state */
     int looks;       /* states so far */
+    long number;     /* of the choice of coordinates: how many there have been */
     int n, m, p;
     bool chosen;                        /* part and red are there */
     bool held;                          /* set by the caller: conditions of the model keep the evaluator's values */

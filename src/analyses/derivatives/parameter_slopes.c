@@ -359,7 +359,7 @@ static kempe_status fill(kmp_slopes *s, const char *backend, const char *const *
         return kmp_fail(c, KEMPE_E_ARGUMENT, "unknown back end '%s'; available: %s", backend, kmp_backend_names());
     int *named = KMP_NEW(int, s->count);
     kempe_status status = named ? find_names(s->system, s->count, names, named) : kmp_fail_memory(c);
-    if (status == KEMPE_OK)
+    if (status == KEMPE_OK && s->count > 0)
         status =
             derive(s, KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL, add_equations, &s->equations, named, found);
     if (status == KEMPE_OK && with_outputs)

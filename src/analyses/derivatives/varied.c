@@ -350,14 +350,18 @@ static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
     }
     (void)kmp_slopes_change(v->slopes, k, b->without);
     kmp_tangents_add(&v->linear.tangents, KMP_RATE_Q, v->linear.d, 1, dq, rows);
+    bool open = false;
     for (int r = 0; r < m; r++) {
         for (int i = 0; i < n; i++)
             rows[r] += b->jacobian[r + i * m] * dqd[i];
         rows[r] /= -row_scale(b, r);
+        open = open || rows[r] != 0;
     }
-    if (m > 0 && kmp_least_squares(m, n, b->scaled, rows, kmp_rounding_zero(b->v->system, KMP_RANK), b->x) < 0)
+    if (!open)
+        return true;
+    if (kmp_least_squares(m, n, b->scaled, rows, kmp_rounding_zero(b->v->system, KMP_RANK), b->x) < 0)
         return false;
-    for (int i = 0; m > 0 && i < n; i++)
+    for (int i = 0; i < n; i++)
         dqd[i] += scale[i] * b->x[i];
     return true;
 }

@@ -454,7 +454,10 @@ static kempe_status judge_steady(kmp_channels *c, bool *steady)
 static kempe_status judge_rest(kmp_channels *c, const int *wish, int wish_count)
 {
     kmp_linear *l = &c->linear;
-    KMP_TRY(kmp_operating_take(c->at, l, wish, wish_count));
+    l->plain = !c->at->equilibrium; /* another state is linear below */
+    kempe_status status = kmp_operating_take(c->at, l, wish, wish_count);
+    l->plain = false;
+    KMP_TRY(status);
     if (c->at->equilibrium) {
         c->rests = true;
         c->residual = c->at->residual;
@@ -504,10 +507,10 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
     KMP_TRY(kmp_made(c->system->context, !c->arena.failed));
     int count = list_slopes(c, names, place, &parameters);
     KMP_TRY(kmp_made(c->system->context, !c->arena.failed));
-    bool own = parameters > 0 || options->outputs;
+    bool forces = false; /* act at points, whose positions are outputs */
     for (int k = 0; k < c->inputs.count; k++)
-        own = own || c->inputs.input[k].kind == KMP_REQUESTED_FORCE;
-    if (own)
+        forces = forces || c->inputs.input[k].kind == KMP_REQUESTED_FORCE;
+    if (parameters > 0 || options->outputs || forces)
         KMP_TRY(make_system(c, options, parameters, names, &parts, place));
     KMP_TRY(take_columns(c, parts, none, &source));
     /* The state, in whose charts and coordinates the equations are linear. */
@@ -525,7 +528,7 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
     KMP_TRY(status);
     kmp_linear_tell_tables(&c->linear);
     KMP_TRY(kmp_averaged_judge(c->averaged, &c->linear));
-    KMP_TRY(kmp_slopes_new(c->system, backend, count, names, true, &c->slopes));
+    KMP_TRY(kmp_slopes_new(c->system, backend, count, names, forces || c->outputs.count > 0, &c->slopes));
     KMP_TRY(transfer_init(&c->transfer, &c->linear, c->slopes, &c->inputs, place, c->outputs.count, source));
     KMP_TRY(kmp_made(c->system->context, name_states(c) && name_loads(c)));
     transfer_eval(&c->transfer);

@@ -12,11 +12,14 @@
  * Backwards the unknowns are the weights of u and ud (p each), then the quadratures of all parameters; their time is
  * t_end - t. */
 #include "analyses/sensitivity/adjoint.h"
+#include "analyses/derivatives/varied_lanes.h"
 #include "analyses/parts/unsupported.h"
 #include "analyses/sensitivity/forward.h"
 #include "base/arena.h"
+#include "base/clones.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "base/simd4.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "integrators/steppers/solver.h"
@@ -70,6 +73,11 @@ typedef struct adjoint {
     double *unit, *matrix;                        /* conditions; p x 2 p */
     double *rates, *wnext;                        /* n of each pass of a reset; states with next values */
     kmp_changes_weight back;
+    kmp_varied_lanes lanes; /* of the stages of a step, if the integrator evaluates them at once */
+    bool known;             /* the matrices are those of these times, and of this segment */
+    double at_t[KMP_STAGE_LANES];
+    double *stages;                         /* 2 p: u and ud, in lanes */
+    double *of_state, *of_parameters, *udd; /* in lanes: p x 2 p; p x count; p */
 } adjoint;
 
 /* -- the stored motion ------------------------------------------------------------------------------- */
@@ -272,10 +280,88 @@ static int place(adjoint *a, double back)
     return kmp_sensitivity_equations_at(a->v, t, a->state, a->state + a->p);
 }
 
+/* Several stages at once. Their times determine the matrices, which all sweeps of a step share. */
+
+enum { W = KMP_STAGE_LANES };
+
+static int place_stages(adjoint *a, const double *back)
+{
+    double t[W];
+    size_t p = (size_t)a->p;
+    for (int l = 0; l < W; l++)
+        t[l] = fmin(fmax(a->options->spec->t_end - back[l], a->first->from), a->last->to);
+    if (a->known && memcmp(t, a->at_t, sizeof t) == 0)
+        return KMP_GO;
+    a->known = false;
+    for (size_t l = 0; l < W; l++) {
+        recall(a, step_at(a, t[l]), t[l], a->state);
+        for (size_t i = 0; i < 2 * p; i++)
+            a->stages[i * W + l] = a->state[i];
+    }
+    int said = kmp_varied_lanes_run(&a->lanes, true, t, a->stages, a->stages + p * W, a->udd);
+    if (said != KMP_GO)
+        return said;
+    kmp_varied_lanes_matrices(&a->lanes, a->of_state, a->of_parameters);
+    memcpy(a->at_t, t, sizeof t);
+    a->known = true;
+    return KMP_GO;
+}
+
+/* out (columns) = matrix' x for a matrix of p rows, in lanes. */
+static KMP_CLONES void multiply_transposed(int p, int columns, const double *matrix, const double *x, double *out)
+{
+    for (int c = 0; c < columns; c++) {
+        kmp_eight sum = {0};
+        for (int k = 0; k < p; k++)
+            sum += KMP_EIGHT_CONST(matrix + (ptrdiff_t)(c * p + k) * W) * KMP_EIGHT_CONST(x + (ptrdiff_t)k * W);
+        KMP_EIGHT_AT(out + (ptrdiff_t)c * W) = sum;
+    }
+}
+
+/* True at the end of a step, which is the last lane. */
+static bool is_last_stage(const adjoint *a, double back)
+{
+    double t = a->options->spec->t_end - back;
+    return a->known && t <= a->at_t[W - 1] && t >= a->at_t[W - 1];
+}
+
+/* The slopes there, by the matrices of that lane. The state is needed alone. */
+static int recall_stage(adjoint *a, double back, const double *y, double *dy)
+{
+    int p = a->p;
+    kmp_linear *l = &a->v->linear;
+    l->plain = true;
+    int said = place(a, back);
+    l->plain = false;
+    for (int c = 0; c < 2 * p + a->count; c++) {
+        const double *of =
+            c < 2 * p ? a->of_state + (ptrdiff_t)(c * p) * W : a->of_parameters + (ptrdiff_t)((c - 2 * p) * p) * W;
+        dy[c] = c < p || c >= 2 * p ? 0 : y[c - p];
+        for (int k = 0; k < p; k++)
+            dy[c] += of[k * W + W - 1] * y[p + k];
+    }
+    return said;
+}
+
+static int rhs_of_stages(void *self, const double *t, const double *y, double *dy)
+{
+    adjoint *a = self;
+    int p = a->p, rates = p * W, said = place_stages(a, t);
+    if (said != KMP_GO)
+        return said;
+    multiply_transposed(p, 2 * p, a->of_state, y + rates, dy);
+    for (int k = 0; k < rates; k++)
+        dy[rates + k] += y[k];
+    multiply_transposed(p, a->count, a->of_parameters, y + rates, dy + 2 * rates);
+    return KMP_GO;
+}
+
 static int rhs(void *self, double t, const double *y, double *dy)
 {
     adjoint *a = self;
     int p = a->p;
+    if (is_last_stage(a, t))
+        return recall_stage(a, t, y, dy);
     if (place(a, t) != KMP_GO)
         return KMP_RETRY;
     memset(dy, 0, (size_t)a->size * sizeof *dy);
@@ -321,6 +407,7 @@ static kempe_status fail(adjoint *a, double t)
 /* Takes the state (t, y) near q, of these independent coordinates. */
 static kempe_status stand(adjoint *a, double t, const double *q, const int *u, const double *y)
 {
+    a->known = false;
     KMP_TRY(kmp_sensitivity_equations_choose(a->v, t, q, q, u, a->p));
     if (kmp_sensitivity_equations_at(a->v, t, y, y + a->p) != KMP_GO)
         return fail(a, t);
@@ -478,6 +565,7 @@ static kempe_status pass_segment(adjoint *a, double *h)
 {
     kempe_context *context = a->v->system->context;
     double end = a->options->spec->t_end - a->first->from;
+    a->known = false;
     if (a->last->to - a->first->from <= KMP_SAME_TIME * a->options->spec->t_end) /* between two events of one time */
         return KEMPE_OK;
     kempe_status status = a->kind->start(a->solver, a->options->spec->t_end - a->last->to, a->y, NULL, end, *h);
@@ -554,6 +642,21 @@ static bool make_room(adjoint *a)
         KMP_ROOM(double, samples_of(a), &a->wnext), KMP_ROOM(double, a->v->system->events.count, &a->unit));
 }
 
+/* Makes the lanes, if the integrator uses them and the equations can. */
+static kempe_status add_lanes(adjoint *a)
+{
+    const size_t p = (size_t)a->p, count = (size_t)a->count;
+    if (!a->kind->lanes || a->integral || !kmp_varied_lanes_can(a->v))
+        return KEMPE_OK;
+    KMP_TRY(kmp_varied_lanes_begin(&a->lanes, a->v));
+    a->ode.lanes = rhs_of_stages;
+    a->ode.width = W;
+    return kmp_made(a->v->system->context,
+                    KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, 2 * p * W, &a->stages), KMP_ROOM(double, p *W, &a->udd),
+                                   KMP_ROOM(double, 2 * p * p * W, &a->of_state),
+                                   KMP_ROOM(double, p *count *W, &a->of_parameters)));
+}
+
 static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
 {
     kempe_context *context = a->v->system->context;
@@ -588,6 +691,7 @@ static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
         a->atol[2 * p + k] = a->options->spec->atol * size / a->sizes[k];
     report->value = a->integral ? report->forward.integral : a->value;
     a->kind = kmp_solver_find(a->options->spec->integrator);
+    KMP_TRY(add_lanes(a));
     a->solver = a->kind->create(a->kind, &(kmp_solver_setup){.context = context,
                                                              .ode = &a->ode,
                                                              .tolerance = {a->options->spec->rtol, a->atol},
@@ -648,6 +752,7 @@ kempe_status kmp_adjoint_run(kmp_sensitivity_equations *varied, const kmp_forwar
     }
     if (a.solver)
         a.kind->release(a.solver);
+    kmp_varied_lanes_free(&a.lanes);
     kmp_arena_free(&a.arena);
     return status;
 }

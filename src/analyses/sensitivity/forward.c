@@ -9,6 +9,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/run_start.h"
+#include "integrators/formulations/cost_model.h"
 #include "model/data/model.h"
 #include "model/data/run_settings.h"
 #include <kempe/check.h>
@@ -110,14 +111,16 @@ static void give(kmp_forward_formulation *f, const double *y, double *dy)
     for (int k = 0; k < f->count; k++) {
         const double *su = position_of(f, y, k), *sud = rate_of(f, y, k);
         if (f->zone)
-            kmp_sensitivity_equations_follow(v, k, su, sud, f->dq, f->dqd, dy + half + (k + 1) * w, f->dlambda);
+            kmp_sensitivity_equations_follow(v, k, su, sud, NULL, NULL, dy + half + (k + 1) * w, NULL);
         else
             kmp_sensitivity_equations_accelerate(v, k, su, sud, dy + half + (k + 1) * w);
         kmp_forward_delays_rates(f, y, k, dy + half + (k + 1) * w);
     }
     const kmp_forward_target *target = f->options->integrand;
-    if (f->integrals)
+    if (f->integrals) {
+        f->t = NAN; /* the place is lost below */
         dy[2 * half] = kmp_target_value(target, v);
+    }
     for (int k = 0; f->integrals && k < f->count; k++) {
         kmp_forward_follow(f, y, k, f->dq, f->dqd, f->dqdd, f->dlambda);
         if (target->shown)
@@ -136,6 +139,58 @@ static int rhs(void *self, double t, const double *y, double *dy)
         return KMP_RETRY;
     give(f, y, dy);
     return KMP_GO;
+}
+
+/* -- several stages at once -------------------------------------------------------------------------------- */
+
+/* The motion alone; its sensitivities follow it (kmp_ode.follow). */
+static int rhs_of_stages(void *self, const double *t, const double *y, double *dy)
+{
+    kmp_forward_formulation *f = self;
+    ptrdiff_t rates = (ptrdiff_t)kmp_forward_blocks(f) * KMP_STAGE_LANES;
+    return kmp_varied_lanes_run(&f->lanes, false, t, y, y + rates, dy + rates);
+}
+
+static int follow_stages(void *self, double *a, double *b)
+{
+    kmp_forward_formulation *f = self;
+    kmp_varied_lanes_matrices(&f->lanes, a, b);
+    return KMP_GO;
+}
+
+static int motion_alone(void *self, double t, const double *y, double *dy)
+{
+    kmp_forward_formulation *f = self;
+    kmp_linear *l = &f->v->linear;
+    const int half = kmp_forward_blocks(f);
+    l->plain = true;
+    int said = come_to(f, t, y);
+    l->plain = f->count == 0;
+    for (int i = 0; said == KMP_GO && i < f->p; i++) {
+        dy[i] = y[half + i];
+        dy[half + i] = l->qdd[l->part.u[i]];
+    }
+    return said;
+}
+
+/* Makes the lanes, if the integrator uses them and the equations can. */
+static kempe_status add_lanes(kmp_forward_formulation *f)
+{
+    kmp_sensitivity_equations *v = f->v;
+    kmp_ode *ode = &f->formulation.ode;
+    if (!f->start.lanes || f->zone || f->integrals || !kmp_varied_lanes_can(v))
+        return KEMPE_OK;
+    KMP_TRY(kmp_varied_lanes_begin(&f->lanes, v));
+    kmp_counts count = kmp_program_count(f->system->motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
+    count.paper += kmp_reduction_count(&v->linear.red).paper;
+    ode->lanes = rhs_of_stages;
+    ode->width = KMP_STAGE_LANES;
+    ode->followers = f->count;
+    ode->follow = follow_stages;
+    ode->alone = motion_alone;
+    ode->cycles = kmp_cycles_by_parts((double)count.paper, false);
+    ode->cycles_of_lanes = kmp_cycles_of_lanes(count, false);
+    return KEMPE_OK;
 }
 
 /* df/dy of (u, ud) is also the Jacobian of the sensitivities by their own values. Its change with u, which Newton's
@@ -497,6 +552,38 @@ static __attribute__((format(printf, 2, 3))) int halt(kmp_forward_formulation *f
     return KMP_HALT;
 }
 
+/* The same where a sample and an event have one time, of which only that of the sample is the same for all parameters.
+ */
+static int halt_at_event(kmp_forward_formulation *f, int sample, double t)
+{
+    const kempe_model *model = f->system->model;
+    return halt(
+        f,
+        "the state '%s' changes at t = %.9g together with an event whose time depends on parameters: the motion "
+        "has no derivative with respect to them there",
+        model->states[kmp_state_of_sample(model, sample)].name, t);
+}
+
+/* Events of one time have derivatives that are equal up to rounding. */
+#define SAME_SWING 1e-6
+
+bool kmp_forward_same_swing(int count, const double *a, const double *b)
+{
+    for (int i = 0; i < count; i++)
+        if (fabs(a[i] - b[i]) > SAME_SWING * fmax(fabs(a[i]), fabs(b[i])))
+            return false;
+    return true;
+}
+
+/* NULL is zero. */
+static bool are_different(const kmp_forward_formulation *f, const double *a, const double *b)
+{
+    for (int i = 0; !(a && b) && i < f->swing_size; i++)
+        if ((a && a[i] != 0) || (b && b[i] != 0))
+            return true;
+    return a && b && !kmp_forward_same_swing(f->swing_size, a, b);
+}
+
 static double integrand_here(kmp_forward_formulation *f)
 {
     return f->integrals ? kmp_target_value(f->options->integrand, f->v) : 0;
@@ -541,6 +628,8 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
                     "the condition %s is touched at t = %.9g without crossing: the motion has no derivative with "
                     "respect to parameters there",
                     f->system->event_text[k], t);
+    if (kmp_same_time(f->sampled_t, t) && are_different(f, f->swing, NULL))
+        return halt_at_event(f, f->sampled, t);
     keep_old(f);
     /* The conditions that change here do so at times with these derivatives. */
     for (int i = 0; i < f->system->events.count; i++)
@@ -590,12 +679,9 @@ static int pass_conditions(kmp_forward_formulation *f, double t, double *y)
 
 /* -- next values of states ------------------------------------------------------------------------------ */
 
-/* Events of one time have derivatives that are equal up to rounding. */
-#define SAME_SWING 1e-6
-
 static bool has_passed(const kmp_forward_formulation *f, int condition, double t)
 {
-    return f->swung_t[condition] >= t && f->swung_t[condition] <= t;
+    return kmp_same_time(f->swung_t[condition], t);
 }
 
 /* The condition at whose time state `sample` changes; -1: a time that depends on no parameter. A change that has not
@@ -622,23 +708,6 @@ static bool is_still(const kmp_forward_formulation *f, int condition)
     return true;
 }
 
-bool kmp_forward_same_swing(int count, const double *a, const double *b)
-{
-    for (int i = 0; i < count; i++)
-        if (fabs(a[i] - b[i]) > SAME_SWING * fmax(fabs(a[i]), fabs(b[i])))
-            return false;
-    return true;
-}
-
-/* NULL is zero. */
-static bool are_different(const kmp_forward_formulation *f, const double *a, const double *b)
-{
-    for (int i = 0; !(a && b) && i < f->swing_size; i++)
-        if ((a && a[i] != 0) || (b && b[i] != 0))
-            return true;
-    return a && b && !kmp_forward_same_swing(f->swing_size, a, b);
-}
-
 /* An event of the motion at t, with or without a state, whose time depends on parameters as `swing` does not. */
 static bool any_other(const kmp_forward_formulation *f, const double *swing, double t)
 {
@@ -652,7 +721,6 @@ static bool any_other(const kmp_forward_formulation *f, const double *swing, dou
  * NULL without any. */
 static int find_reset_swing(kmp_forward_formulation *f, const double *jump, double t)
 {
-    const kempe_model *model = f->system->model;
     const double *common = jump;
     bool any = jump;
     f->reset_cause = -1;
@@ -665,10 +733,7 @@ static int find_reset_swing(kmp_forward_formulation *f, const double *jump, doub
         const int cause = cause_of(f, k, t);
         const double *swing = cause < 0 && f->cause_of[k] >= 0 ? jump : swing_of(f, cause);
         if ((any && are_different(f, common, swing)) || any_other(f, swing, t))
-            return halt(f,
-                        "the state '%s' changes at t = %.9g together with an event whose time depends on "
-                        "parameters: the motion has no derivative with respect to them there",
-                        model->states[kmp_state_of_sample(model, k)].name, t);
+            return halt_at_event(f, k, t);
         f->reset_cause = any ? f->reset_cause : cause;
         common = any ? common : swing;
         any = true;
@@ -678,6 +743,11 @@ static int find_reset_swing(kmp_forward_formulation *f, const double *jump, doub
                     "a delayed signal jumps at t = %.9g together with an event: the motion has no derivative with "
                     "respect to parameters there",
                     t);
+    if (f->resets > 0 && !common) {
+        f->sampled_t = t;
+        for (int k = 0; k < f->samples; k++)
+            f->sampled = f->taken[k] ? k : f->sampled;
+    }
     memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
     if (common)
         memcpy(f->swing, common, (size_t)f->swing_size * sizeof *f->swing);
@@ -898,6 +968,7 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     kmp_linear_tell_tables(&v->linear);
     const double *shown = kmp_slopes_values(&v->slopes->outputs, &at);
     kmp_charts_reset(f->system, f->new_chart);
+    f->t = NAN; /* the place is lost */
     for (int k = 0; k < f->count; k++) {
         /* The derivatives of the last whole row by parameter k: outputs in the current charts, and the user's
          * coordinates. */
@@ -946,6 +1017,7 @@ static void release(kmp_formulation *formulation)
 {
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     const kmp_evaluator *eval = kmp_forward_eval(f);
+    kmp_varied_lanes_free(&f->lanes);
     kmp_arena_free(&formulation->arena);
     if (eval == f->own)
         return;
@@ -1011,6 +1083,7 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
     f->v->linear.held = true;
     f->v->linear.plain = f->count == 0;
     KMP_TRY(kmp_sensitivity_equations_take(f->v, start->t, start->q, &part));
+    KMP_TRY(add_lanes(f));
     if (first)
         memcpy(f->mode, start->eval->mode, mode_bytes(f));
     if (f->resets > 0 && reset_place(f, start->t) != KMP_GO)
@@ -1087,6 +1160,7 @@ static bool make_room(kmp_forward_formulation *f)
                    KMP_ROOM(double, f->samples, &f->next), KMP_ROOM(double, 2 * n, &f->next_y),
                    KMP_ROOM(bool, most_resets(f) * f->samples, &f->taken),
                    KMP_ROOM(int, most_resets(f) * f->samples, &f->cause_of));
+    f->sampled_t = NAN;
     for (int k = 0; !a->failed && k < conditions; k++)
         f->swung_t[k] = NAN;
     for (int i = 0; !a->failed && i < f->n; i++)
@@ -1178,6 +1252,7 @@ kempe_status kmp_forward_run(kmp_sensitivity_equations *varied, const kmp_forwar
         integral[k] = f.tail[1 + k];
     kmp_text_free(&f.formulation.reason);
     kmp_forward_delays_free(&f);
+    kmp_varied_lanes_free(&f.lanes);
     kmp_arena_free(&f.arena);
     varied->linear.plain = false;
     return status;

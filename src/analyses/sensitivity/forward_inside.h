@@ -5,6 +5,7 @@
  * of its sensitivities, stored before the unknowns change their meaning. */
 #pragma once
 
+#include "analyses/derivatives/varied_lanes.h"
 #include "analyses/sensitivity/forward.h"
 #include "base/arena.h"
 #include "integrators/formulations/formulation.h"
@@ -16,7 +17,8 @@ typedef struct kmp_forward_formulation {
     kmp_formulation formulation; /* first */
     kmp_arena arena;
     kmp_sensitivity_equations *v;
-    kmp_evaluator *own; /* of v, while the runner's is lent */
+    kmp_varied_lanes lanes; /* of the stages of a step, if the integrator evaluates them at once */
+    kmp_evaluator *own;     /* of v, while the runner's is lent */
     const kmp_forward *options;
     const kempe_system *system;
     const double *sizes;
@@ -42,11 +44,13 @@ typedef struct kmp_forward_formulation {
     int swing_size;                      /* count; in a run alone 2 n + parameters: how t_e depends on q, qd and them */
     double *before, *swing;              /* p; swing_size: dt_e/dp */
     double *changes, *along, *new_chart; /* conditions; charts */
-    double *swings, *swung_t;   /* conditions x swing_size: dt_e/dp of each where it changed last, and that time */
-    int *swung_by;              /* by conditions: the one whose change took it along; -1: an input's jump */
-    int samples, resets;        /* states with next values; times that some took them since the last start */
-    bool *taken, missed;        /* of each time, by states; there was no room for a time */
-    int *cause_of;              /* of each time, by states: the condition; -1: a sample */
+    double *swings, *swung_t; /* conditions x swing_size: dt_e/dp of each where it changed last, and that time */
+    int *swung_by;            /* by conditions: the one whose change took it along; -1: an input's jump */
+    int samples, resets;      /* states with next values; times that some took them since the last start */
+    bool *taken, missed;      /* of each time, by states; there was no room for a time */
+    int *cause_of;            /* of each time, by states: the condition; -1: a sample */
+    double sampled_t;         /* of the last next values at a sample, and one of the states that took them */
+    int sampled;
     int reset_cause;            /* as in kmp_sensitivity_equations_reset */
     double *next, *next_y;      /* by states: derivatives of next values; 2 p: of kmp_sensitivity_equations_reset */
     kmp_forward_delays *delays; /* NULL without delayed signals or derivatives */

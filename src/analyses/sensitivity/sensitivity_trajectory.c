@@ -3,6 +3,7 @@
  * method. */
 #include "analyses/sensitivity/sensitivity_trajectory.h"
 #include "analyses/derivatives/linearized.h"
+#include "analyses/derivatives/varied_lanes.h"
 #include "analyses/sensitivity/adjoint.h"
 #include "analyses/sensitivity/forward.h"
 #include "analyses/sensitivity/sensitivity_study.h"
@@ -61,7 +62,8 @@ static kempe_status choose_integrator(work *w, kempe_run_options *run)
     const kmp_solver_kind *kind = wished ? kmp_solver_find(wished) : NULL;
     if (kind && !carries(kind))
         wished = kind->implicit || kind->dae ? "radau9" : NULL;
-    run->integrator = s->run->integrator ? s->run->integrator : wished ? wished : "dop853";
+    const bool lanes = kmp_varied_lanes_suit(s->system) && !s->options->integral;
+    run->integrator = s->run->integrator ? s->run->integrator : wished ? wished : lanes ? "radau" : "dop853";
     kind = kmp_solver_find(run->integrator);
     if (kind && carries(kind))
         return KEMPE_OK;
@@ -102,6 +104,8 @@ static kempe_status prepare(work *w)
     KMP_TRY(kmp_slopes_new(s->system, w->spec.backend, s->count, (const char *const *)s->name, shown, &w->slopes));
     KMP_TRY(kmp_sensitivity_equations_init(&w->varied, s->system, w->spec.backend, w->slopes));
     kmp_linear_derive(&w->varied.linear);
+    if (kmp_solver_find(w->spec.integrator)->lanes && kmp_varied_lanes_can(&w->varied))
+        KMP_TRY(kmp_varied_lanes_prepare(&w->varied));
     w->options = (kmp_forward){.spec = &w->spec};
     return kmp_made(s->context, KMP_ARENA_MAKE(&w->arena,
                                                KMP_ROOM(double, s->system->n, &w->w[KMP_QUANTITY_Q],

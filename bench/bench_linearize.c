@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Cost of the linear equations about the start, beside a forward dynamics of the public workspace there: processor time
+ * of the first linearization of a system and the least of many, in forward dynamics, and for each column of A. Fails
+ * where a column takes more than BOUND of them, with more than FEW columns: with fewer the object costs more. */
+#include "bench.h"
+#include <kempe/kempe.h>
+#include <kempe/linearize.h>
+#include <kempe/workspace.h>
+#include <math.h>
+
+enum { TIMES = 60, CALLS = 200, FEW = 4 };
+#define BOUND 8
+
+static const char *const models[] = {"examples/four_bar/four_bar.yaml", "examples/parallel_robot/parallel_robot.yaml",
+                                     "examples/stewart/stewart.yaml", "examples/suspension/suspension.yaml",
+                                     "examples/limousine/limousine.yaml"};
+
+static kempe_linearization *linearize(const bench *b, double *seconds)
+{
+    kempe_linearization *l = NULL;
+    double begin = bench_now();
+    if (kempe_linearization_new(b->system, &(kempe_linearize_options){.at = "start"}, &l)) {
+        fprintf(stderr, "%s\n", kempe_context_message(b->context));
+        exit(1);
+    }
+    *seconds = bench_now() - begin;
+    return l;
+}
+
+/* The least time of a forward dynamics at the state. */
+static double accelerate(const bench *b, const kempe_linearization *l)
+{
+    kempe_workspace *ws = NULL;
+    double *qdd = calloc((size_t)kempe_model_coordinate_count(b->model), sizeof *qdd), least = INFINITY;
+    if (!qdd || kempe_workspace_new(b->system, &ws))
+        exit(1);
+    for (int k = 0; k < TIMES; k++) {
+        double begin = bench_now();
+        for (int i = 0; i < CALLS; i++)
+            (void)kempe_workspace_forward_dynamics(ws, 0, kempe_linearization_q(l), kempe_linearization_qd(l), NULL,
+                                                   qdd, NULL);
+        least = fmin(least, (bench_now() - begin) / CALLS);
+    }
+    kempe_workspace_free(ws);
+    free(qdd);
+    return least;
+}
+
+/* True if it takes too long. */
+static int run_model(const char *path)
+{
+    bench b = bench_load(path);
+    double first = 0, least = INFINITY, seconds;
+    kempe_linearization *l = linearize(&b, &first);
+    int columns = kempe_linearization_count(l, KEMPE_CHANNEL_STATE);
+    double dynamics = accelerate(&b, l);
+    kempe_linearization_free(l);
+    for (int k = 0; k < TIMES; k++) {
+        kempe_linearization_free(linearize(&b, &seconds));
+        least = fmin(least, seconds);
+    }
+    printf("%-44s %3d %9.3f %9.3f %9.4f %8.0f %8.1f\n", path, columns, 1e3 * first, 1e3 * least, 1e3 * dynamics,
+           least / dynamics, least / dynamics / columns);
+    bench_free(&b);
+    return columns > FEW && least > BOUND * columns * dynamics;
+}
+
+int bench_linearize(int argc, char **argv)
+{
+    (void)argc, (void)argv;
+    int slow = 0;
+    printf("%-44s %3s %9s %9s %9s %8s %8s\n", "", "A", "first, ms", "later, ms", "dyn., ms", "dynamics", "a column");
+    for (size_t k = 0; k < sizeof models / sizeof *models; k++)
+        slow += run_model(models[k]);
+    return slow > 0;
+}

@@ -1,0 +1,365 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* States are closed by Newton's method with the Jacobian of each lane. The programs are those of the evaluator, of the
+ * tangents and of the derivatives by parameters; the linear algebra between them is kmp_reduction_lanes. */
+#include "analyses/derivatives/varied_lanes.h"
+#include "backend/x86/x86.h"
+#include "base/clones.h"
+#include "base/simd4.h"
+#include "constraints/evaluation/evaluator.h"
+#include "constraints/tolerances.h"
+#include "dynamics/motion.h"
+#include "integrators/decide/closing.h"
+#include "integrators/steppers/ode.h"
+#include "model/data/model.h"
+#include <math.h>
+#include <string.h>
+
+enum { W = KMP_STAGE_LANES, STAGE = 1 /* of tangents and slopes */ };
+
+/* Rows of the matrices at a time: their weights remain in the first cache. */
+enum { VECTORS = 8 };
+
+#define AT(p, k) KMP_EIGHT_AT((p) + (ptrdiff_t)(k)*W)
+#define OF(p, k) KMP_EIGHT_CONST((p) + (ptrdiff_t)(k)*W)
+
+/* Larger mechanisms have programs that are not worth lanes. */
+enum { MOST_COORDINATES = 512 };
+
+bool kmp_varied_lanes_suit(const kempe_system *system)
+{
+    bool registers = kmp_x86_runs(KMP_X86_FOUR) || kmp_x86_runs(KMP_X86_EIGHT);
+    return registers && !system->force && system->load_row_count == 0 && system->model->delay_count == 0 &&
+           system->n <= MOST_COORDINATES;
+}
+
+bool kmp_varied_lanes_can(const kmp_sensitivity_equations *varied)
+{
+    return kmp_varied_lanes_suit(varied->system) && varied->linear.tangents.tangent.program &&
+           (varied->count == 0 || varied->slopes->equations.formulas.program);
+}
+
+static bool make_stages(kmp_varied_lanes *x, const kmp_sensitivity_equations *v)
+{
+    const kmp_evaluator *eval = v->linear.eval;
+    return kmp_stage_lanes_init(&x->motion, v->system->motion, eval) &&
+           kmp_stage_lanes_init(&x->tangent, v->linear.tangents.tangent.program, eval) &&
+           kmp_stage_lanes_init(&x->slope, v->slopes->equations.formulas.program, eval);
+}
+
+static void free_stages(kmp_varied_lanes *x)
+{
+    kmp_stage_lanes_free(&x->motion);
+    kmp_stage_lanes_free(&x->tangent);
+    kmp_stage_lanes_free(&x->slope);
+}
+
+kempe_status kmp_varied_lanes_prepare(const kmp_sensitivity_equations *varied)
+{
+    kmp_varied_lanes x = {0};
+    KMP_TRY(kmp_motion_need(varied->system));
+    bool made = make_stages(&x, varied);
+    free_stages(&x);
+    return kmp_made(varied->system->context, made);
+}
+
+kempe_status kmp_varied_lanes_begin(kmp_varied_lanes *lanes, kmp_sensitivity_equations *varied)
+{
+    kmp_varied_lanes_free(lanes);
+    *lanes = (kmp_varied_lanes){.v = varied, .number = -1};
+    KMP_TRY(kmp_motion_need(varied->system));
+    int n = W * varied->n, m = W * varied->m;
+    const bool made =
+        KMP_ARENA_MAKE(
+            &lanes->arena,
+            KMP_ROOM(double, n, &lanes->q, &lanes->qd, &lanes->qdd, &lanes->force, &lanes->a0, &lanes->u, &lanes->udd),
+            KMP_ROOM(double, m, &lanes->lambda),
+            KMP_ROOM(double, VECTORS *n, &lanes->weights, &lanes->wq, &lanes->wqd, &lanes->wqdd, &lanes->w),
+            KMP_ROOM(double, VECTORS *m, &lanes->h, &lanes->rate, &lanes->curve)) &&
+        make_stages(lanes, varied);
+    if (!made)
+        kmp_varied_lanes_free(lanes);
+    return kmp_made(varied->system->context, made);
+}
+
+void kmp_varied_lanes_free(kmp_varied_lanes *lanes)
+{
+    free_stages(lanes);
+    kmp_reduction_lanes_free(&lanes->red);
+    kmp_arena_free(&lanes->arena);
+    *lanes = (kmp_varied_lanes){0};
+}
+
+/* -- closing ------------------------------------------------------------------------------------------- */
+
+/* q where closing begins: along the tangent and curvature of the last anchor. */
+static void predict(kmp_varied_lanes *x, const double *t, const double *u)
+{
+    const kmp_sensitivity_equations *v = x->v;
+    const kmp_sensitivity_equations_place *at = &v->anchor[0];
+    const kmp_partition *part = &v->linear.part;
+    const double *curve = at->drift + v->n, *tangent = curve + v->n;
+    const kmp_eight tau = KMP_EIGHT_CONST(t) - at->t;
+    for (int i = 0; i < v->n; i++)
+        AT(x->q, i) = at->q[i] + tau * (at->drift[i] + 0.5 * tau * curve[i]);
+    for (int k = 0; k < part->p; k++) {
+        const kmp_eight du = OF(u, k) - at->q[part->u[k]];
+        for (int i = 0; i < v->n; i++)
+            if (tangent[i + k * v->n] != 0)
+                AT(x->q, i) += tangent[i + k * v->n] * du;
+    }
+}
+
+/* The same from these lanes, which are closed at other u: along their own tangents. Returns the largest change of u,
+ * scaled. */
+static double move_along(kmp_varied_lanes *x, const double *u)
+{
+    const kmp_reduction_lanes *r = &x->red;
+    double most = 0;
+    for (int c = 0; c < r->p; c++) {
+        double size = 0;
+        const kmp_eight du = OF(u, c) - OF(x->u, c);
+        for (int i = 0; r->full_of[c] >= 0 && i < r->r; i++)
+            AT(x->q, r->column[i]) += OF(r->bvu, i * r->full + r->full_of[c]) * du;
+        for (int l = 0; l < W; l++)
+            size = du[l] > size ? du[l] : -du[l] > size ? -du[l] : size;
+        size /= x->v->system->scale[x->v->linear.part.u[c]];
+        most = size > most ? size : most;
+    }
+    return most;
+}
+
+static void put_independent(kmp_varied_lanes *x, const double *u)
+{
+    const kmp_partition *part = &x->v->linear.part;
+    for (int k = 0; k < part->p; k++)
+        AT(x->q, part->u[k]) = OF(u, k);
+    memcpy(x->u, u, (size_t)(part->p * W) * sizeof *u);
+}
+
+/* The largest component of the last correction, scaled; infinite if one is not finite. */
+static double correction_size(const kmp_varied_lanes *x)
+{
+    const kmp_reduction_lanes *r = &x->red;
+    double most = 0;
+    if (!kmp_stage_lanes_finite(r->r, r->dv))
+        return INFINITY;
+    for (int i = 0; i < r->r; i++) {
+        double size = 0, by = 1 / x->v->system->scale[r->column[i]];
+        for (int l = 0; l < W; l++) {
+            double of = fabs(r->dv[i * W + l]);
+            size = of > size ? of : size;
+        }
+        most = by * size > most ? by * size : most;
+    }
+    return most;
+}
+
+/* Takes the order of elimination at the last anchor. */
+static bool take_choice(kmp_varied_lanes *x)
+{
+    kmp_linear *l = &x->v->linear;
+    const kmp_sensitivity_equations_place *at = &x->v->anchor[0];
+    x->number = -1;
+    x->closed = false;
+    memset(x->a0, 0, (size_t)(x->v->n * W) * sizeof *x->a0); /* it remains zero for u */
+    kmp_eval_closure(l->eval, at->t, at->q);
+    if (kmp_reduction_lanes_init(&x->red, &l->red, VECTORS) != KEMPE_OK)
+        return false;
+    x->number = l->number;
+    return true;
+}
+
+/* Closes v at the placed u, up to a correction of size `enough`. The Jacobian that is then factored is that before this
+ * correction, and so are M and C. */
+static int close_lanes(kmp_varied_lanes *x, const double *t, double enough)
+{
+    double last = INFINITY;
+    for (int pass = 0; pass < KMP_CLOSING_PASSES; pass++) {
+        const double *h = kmp_stage_lanes_run(&x->motion, KMP_STAGE_CLOSURE, t, x->q, NULL);
+        x->jacobian = h + x->v->m * W;
+        if (x->red.r == 0)
+            return KMP_GO;
+        if (!kmp_reduction_lanes_factor(&x->red, x->jacobian))
+            return KMP_APART;
+        kmp_reduction_lanes_solve(&x->red, h);
+        double size = correction_size(x);
+        bool done = size <= enough, stalled = !done && !kmp_closing_contracts(size, last);
+        if (stalled && size > KMP_CLOSED_ENOUGH)
+            return KMP_RETRY;
+        for (int i = 0; i < x->red.r; i++)
+            AT(x->q, x->red.column[i]) += OF(x->red.dv, i);
+        if (done || stalled)
+            return KMP_GO;
+        last = size;
+    }
+    return KMP_RETRY;
+}
+
+static int place(kmp_varied_lanes *x, bool once, const double *t, const double *u)
+{
+    bool again = x->closed && memcmp(t, x->t, sizeof x->t) == 0;
+    double enough = once ? KMP_CORRECTION_IN_LANES : KMP_CORRECTION_FIRST_IN_LANES;
+    x->closed = false;
+    const double moved = again ? move_along(x, u) : 0;
+    if (!again)
+        predict(x, t, u);
+    else if (!once)
+        enough = fmax(KMP_CORRECTION_IN_LANES, KMP_CORRECTION_LATER_IN_LANES * moved);
+    put_independent(x, u);
+    return close_lanes(x, t, enough);
+}
+
+/* -- the motion ------------------------------------------------------------------------------------------ */
+
+int kmp_varied_lanes_run(kmp_varied_lanes *x, bool once, const double *t, const double *u, const double *ud,
+                         double *udd)
+{
+    kmp_sensitivity_equations *v = x->v;
+    kmp_reduction_lanes *r = &x->red;
+    int n = v->n, said = KMP_APART;
+    if (x->number != v->linear.number && !take_choice(x))
+        return KMP_HALT;
+    for (int pass = 0; said == KMP_APART && pass < 2;
+         pass++) { /* with the order of elimination here, where it is bad */
+        if (pass > 0 && !take_choice(x))
+            return KMP_HALT;
+        said = place(x, once, t, u);
+    }
+    if (said != KMP_GO)
+        return KMP_RETRY;
+    kmp_reduction_lanes_tangent(r, x->jacobian);
+    kmp_reduction_lanes_spread(r, 1, ud, x->qd);
+    if (v->system->rheonomic)
+        kmp_reduction_lanes_solve(r, x->jacobian + v->system->jacobian.count * W);
+    for (int i = 0; v->system->rheonomic && i < r->r; i++)
+        AT(x->qd, r->column[i]) += OF(r->dv, i);
+    kmp_lanes_set(x->motion.lanes, KMP_IN_QD, x->qd);
+    x->mass = kmp_lanes_run(x->motion.lanes, KMP_STAGE_MASS);
+    const double *bias = kmp_lanes_run(x->motion.lanes, KMP_STAGE_BIAS);
+    /* a0, C + M a0, and the accelerations that leave X' (M qdd + C) = 0. */
+    kmp_reduction_lanes_solve(r, bias + n * W);
+    for (int i = 0; i < r->r; i++)
+        AT(x->a0, r->column[i]) = OF(r->dv, i);
+    memcpy(x->force, bias, (size_t)(n * W) * sizeof *bias);
+    kmp_reduction_lanes_add_mass_times(r, x->mass, x->a0, x->force);
+    bool positive = kmp_reduction_lanes_reduce(r, x->mass);
+    kmp_reduction_lanes_project(r, 1, x->force, udd);
+    for (int k = 0; k < r->p; k++)
+        AT(udd, k) = -OF(udd, k);
+    kmp_reduction_lanes_solve_mass(r, 1, udd);
+    if (!positive || !kmp_stage_lanes_finite(r->p, udd))
+        return KMP_RETRY;
+    memcpy(x->udd, udd, (size_t)(r->p * W) * sizeof *udd);
+    memcpy(x->t, t, sizeof x->t);
+    x->closed = true;
+    return KMP_GO;
+}
+
+/* -- the linear equations ---------------------------------------------------------------------------------- */
+
+/* out += block' x, at the derivatives d, of `count` vectors side by side. */
+static KMP_CLONES void add_transposed(int entries, const kmp_tangent *entry, const double *d, int count,
+                                      const double *x, double *out)
+{
+    for (int e = 0; e < entries; e++) {
+        const kmp_eight by = OF(d, entry[e].source);
+        const double *from = x + (ptrdiff_t)(entry[e].row * count) * W;
+        double *to = out + (ptrdiff_t)(entry[e].col * count) * W;
+        for (int c = 0; c < count; c++)
+            AT(to, c) += by * OF(from, c);
+    }
+}
+
+static void add_block(const kmp_varied_lanes *x, kmp_tangent_block block, const double *d, int count,
+                      const double *from, double *out)
+{
+    const kmp_tangents *t = &x->v->linear.tangents;
+    add_transposed(t->start[block + 1] - t->start[block], t->entry + t->start[block], d, count, from, out);
+}
+
+/* b += the derivatives by parameters, weighted, in the rows from `row` on. */
+static KMP_CLONES void add_parameters(const kmp_varied_lanes *x, const double *value, int row, int count, double *b)
+{
+    const kmp_slope_matrix *of = &x->v->slopes->equations;
+    int m = x->v->m, n = x->v->n, p = x->red.p;
+    const double *part[] = {x->h, x->rate, x->curve};
+    for (int e = 0; e < of->count; e++) {
+        const kmp_tangent *y = &of->entry[e];
+        if (y->row >= 3 * m + n)
+            continue;
+        const double *w = y->row < 3 * m ? part[y->row / m] + (ptrdiff_t)(y->row % m * count) * W
+                                         : x->weights + (ptrdiff_t)((y->row - 3 * m) * count) * W;
+        const kmp_eight by = OF(value, y->source);
+        for (int c = 0; c < count; c++)
+            AT(b, y->col * p + row + c) += OF(w, c) * by;
+    }
+}
+
+/* qdd and the multipliers of the last run, then the tangents and the derivatives by parameters there. */
+static void differentiate(kmp_varied_lanes *x, const double **d, const double **by)
+{
+    /* M X udd + C + M a0 */
+    kmp_reduction_lanes_spread(&x->red, 1, x->udd, x->qdd);
+    kmp_reduction_lanes_add_mass_times(&x->red, x->mass, x->qdd, x->force);
+    kmp_reduction_lanes_pull(&x->red, 1, 1, x->force, x->lambda);
+    for (int i = 0; i < x->red.r; i++)
+        AT(x->qdd, x->red.column[i]) += OF(x->a0, x->red.column[i]);
+    kmp_lanes_set(x->tangent.lanes, KMP_IN_QDD, x->qdd);
+    kmp_lanes_set(x->tangent.lanes, KMP_IN_LAMBDA, x->lambda);
+    *d = kmp_stage_lanes_run(&x->tangent, STAGE, x->t, x->q, x->qd);
+    *by = NULL;
+    if (!x->slope.lanes)
+        return;
+    kmp_lanes_set(x->slope.lanes, KMP_IN_QDD, x->qdd);
+    kmp_lanes_set(x->slope.lanes, KMP_IN_LAMBDA, x->lambda);
+    *by = kmp_stage_lanes_run(&x->slope, STAGE, x->t, x->q, x->qd);
+}
+
+/* Puts weights on columns of a (p) in rows from `row` on, of `count` vectors. */
+static void put_rows(const kmp_varied_lanes *x, int row, int count, double *a)
+{
+    for (int c = 0; c < x->red.p; c++)
+        memcpy(a + (ptrdiff_t)(c * x->red.p + row) * W, x->w + (ptrdiff_t)(c * count) * W,
+               (size_t)(count * W) * sizeof *a);
+}
+
+/* Rows of the matrices, as kmp_linear_back has them from weights -X Mr^-1 e_k on the force. */
+static void find_rows(kmp_varied_lanes *x, const double *d, const double *by, int row, int count, double *a, double *b)
+{
+    const kmp_sensitivity_equations *v = x->v;
+    int p = x->red.p;
+    size_t n = (size_t)(v->n * count * W) * sizeof(double);
+    memset(x->w, 0, (size_t)(p * count * W) * sizeof *x->w);
+    for (int k = 0; k < count; k++)
+        AT(x->w, (row + k) * count + k) -= 1;
+    kmp_reduction_lanes_solve_mass(&x->red, count, x->w);
+    kmp_reduction_lanes_spread(&x->red, count, x->w, x->weights);
+    memset(x->wq, 0, n);
+    memset(x->wqd, 0, n);
+    memset(x->wqdd, 0, n);
+    add_block(x, KMP_M, d, count, x->weights, x->wqdd);
+    add_block(x, KMP_R_QD, d, count, x->weights, x->wqd);
+    add_block(x, KMP_R_Q, d, count, x->weights, x->wq);
+    kmp_reduction_lanes_pull(&x->red, count, -1, x->wqdd, x->curve);
+    add_block(x, KMP_CURVE_QD, d, count, x->curve, x->wqd);
+    add_block(x, KMP_CURVE_Q, d, count, x->curve, x->wq);
+    kmp_reduction_lanes_project(&x->red, count, x->wqd, x->w);
+    put_rows(x, row, count, a + (ptrdiff_t)(p * p) * W);
+    kmp_reduction_lanes_pull(&x->red, count, -1, x->wqd, x->rate);
+    add_block(x, KMP_RATE_Q, d, count, x->rate, x->wq);
+    kmp_reduction_lanes_project(&x->red, count, x->wq, x->w);
+    put_rows(x, row, count, a);
+    kmp_reduction_lanes_pull(&x->red, count, -1, x->wq, x->h);
+    if (by)
+        add_parameters(x, by, row, count, b);
+}
+
+void kmp_varied_lanes_matrices(kmp_varied_lanes *x, double *a, double *b)
+{
+    int p = x->red.p;
+    const double *d, *by;
+    differentiate(x, &d, &by);
+    memset(b, 0, (size_t)(p * x->v->count * W) * sizeof *b);
+    for (int row = 0; row < p; row += VECTORS)
+        find_rows(x, d, by, row, p - row < VECTORS ? p - row : VECTORS, a, b);
+}

@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A motion with sensitivities (varied.h) at several places at once, in the lanes of vector registers: accelerations of
+ * u, and the matrices of their linear equations,
+ *
+ *     dudd = A (du, dud) + B dp.
+ *
+ * A row of both is one adjoint of the small change of a state (kmp_linear_back), so that they take as many passes as
+ * there are degrees of freedom, whatever the number of parameters. Value k of lane l is at k KMP_STAGE_LANES + l. */
+#pragma once
+
+#include "analyses/derivatives/varied.h"
+#include "constraints/evaluation/stage_lanes.h"
+#include "constraints/partition/reduction_lanes.h"
+
+typedef struct kmp_varied_lanes {
+    kmp_sensitivity_equations *v;
+    kmp_arena arena, choice;
+    kmp_stage_lanes motion, tangent, slope; /* programs */
+    kmp_reduction_lanes red;
+    long number; /* of the choice of u that `red` has; -1: none */
+    bool closed; /* the lanes are closed, at these times: */
+    double t[KMP_STAGE_LANES];
+    double *q, *qd, *qdd, *lambda, *force; /* n, n, n, m, n */
+    double *a0;                            /* n: qdd at udd = 0 */
+    double *u;                             /* p: where v was closed */
+    double *udd;                           /* p */
+    double *w;                             /* of some rows of the matrices side by side: p */
+    double *weights, *wq, *wqd, *wqdd;     /* n: on forces, q, qd, qdd */
+    double *h, *rate, *curve;              /* m */
+    const double *mass, *jacobian;         /* of the last run */
+} kmp_varied_lanes;
+
+/** True if the equations of a system run in lanes here: vector registers, no user-defined force, no forces that depend
+ * on multipliers, no delayed signals. The second: and their tangents have been derived as expressions. */
+bool kmp_varied_lanes_suit(const kempe_system *system);
+bool kmp_varied_lanes_can(const kmp_sensitivity_equations *varied);
+
+/** Writes the machine code of the programs, which later kmp_varied_lanes_begin take. KEMPE_E_MEMORY. */
+kempe_status kmp_varied_lanes_prepare(const kmp_sensitivity_equations *varied);
+
+/** Takes the present evaluator and parameters; zero initially, or freed. KEMPE_E_MEMORY. */
+kempe_status kmp_varied_lanes_begin(kmp_varied_lanes *lanes, kmp_sensitivity_equations *varied);
+void kmp_varied_lanes_free(kmp_varied_lanes *lanes);
+
+/** udd (p) at times, u and ud (p), with the loops closed from the last anchor, or from these lanes at the same times:
+ * to round-off if `once`, otherwise as exactly as sweeps at these times need, which converge. KMP_GO, or KMP_RETRY
+ * where loops do not close. Allocates after an exchange of u alone. */
+int kmp_varied_lanes_run(kmp_varied_lanes *lanes, bool once, const double *t, const double *u, const double *ud,
+                         double *udd);
+
+/** The matrices at the places of the last run: a (p x 2 p), b (p x count), column-major. */
+void kmp_varied_lanes_matrices(kmp_varied_lanes *lanes, double *a, double *b);

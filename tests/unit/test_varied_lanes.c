@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A motion with sensitivities at eight places at once (analyses/derivatives/varied_lanes.h) has the accelerations and
+ * the matrices that it has at each of them alone: loops, redundant rows, moving closures, trees, events. Then the
+ * derivatives of whole runs whose stages run in lanes, beside those of dop853, and of other methods of an integrator in
+ * lanes. */
+#include "analyses/derivatives/varied_lanes.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/evaluation/evaluator.h"
+#include "dynamics/motion.h"
+#include "loaded.h"
+#include "model/data/model.h"
+#include "model/data/variant.h"
+#include "testing.h"
+#include <kempe/check.h>
+#include <kempe/sensitivity.h>
+
+enum { W = KMP_STAGE_LANES, MOST = 64 };
+
+typedef struct fixture {
+    kempe_context *context;
+    kempe_model *model;
+    kmp_variant *variant;
+    kempe_system *system;
+    kmp_slopes *slopes;
+    kmp_sensitivity_equations v;
+    kmp_varied_lanes lanes;
+    int count;
+    const char *names[MOST];
+} fixture;
+
+static bool open_fixture(fixture *f, const char *path)
+{
+    char full[1024];
+    *f = (fixture){.context = kempe_context_new()};
+    (void)snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
+    CHECK(kempe_model_read(f->context, full, &f->model) == KEMPE_OK);
+    for (int k = 0; k < f->model->parameter_count && f->count < MOST; k++)
+        if (!f->model->parameters[k].number.expr && !f->model->parameters[k].fixed)
+            f->names[f->count++] = f->model->parameters[k].name;
+    CHECK(kmp_variant_new(f->model, f->count, f->names, &f->variant) == KEMPE_OK);
+    CHECK(kempe_system_new(kmp_variant_model(f->variant), &f->system) == KEMPE_OK);
+    CHECK(kmp_slopes_new(f->system, "native", f->count, f->names, false, &f->slopes) == KEMPE_OK);
+    CHECK(kmp_sensitivity_equations_init(&f->v, f->system, "native", f->slopes) == KEMPE_OK);
+    kmp_linear_derive(&f->v.linear);
+    bool can = kmp_varied_lanes_can(&f->v);
+    CHECK(can == kmp_varied_lanes_suit(f->system));
+    CHECK(!can || kmp_varied_lanes_prepare(&f->v) == KEMPE_OK);
+    return can;
+}
+
+static void close_fixture(fixture *f)
+{
+    kmp_varied_lanes_free(&f->lanes);
+    kmp_sensitivity_equations_free(&f->v);
+    kmp_slopes_free(f->slopes);
+    kempe_system_free(f->system);
+    kmp_variant_free(f->variant);
+    kempe_model_free(f->model);
+    kempe_context_free(f->context);
+}
+
+/* The largest difference over the largest number. */
+static double off(int count, const double *lanes, int lane, const double *alone)
+{
+    double worst = 0, size = 1e-12;
+    for (int k = 0; k < count; k++) {
+        size = fmax(size, fabs(alone[k]));
+        worst = fmax(worst, fabs(lanes[k * W + lane] - alone[k]));
+    }
+    return worst / size;
+}
+
+/* udd, and the matrices column by column, of a lane. */
+static void compare_lane(fixture *f, double t, const double *u, const double *ud, int lane, const double *udd,
+                         const double *a, const double *b)
+{
+    static double matrix[2 * MOST * MOST], by[MOST * MOST], zero[MOST];
+    kmp_sensitivity_equations *v = &f->v;
+    int p = v->linear.p;
+    double own[MOST];
+    CHECK(kmp_sensitivity_equations_at(v, t, u, ud) == KMP_GO);
+    for (int k = 0; k < p; k++)
+        own[k] = v->linear.qdd[v->linear.part.u[k]];
+    CHECK(off(p, udd, lane, own) < 1e-9);
+    kmp_sensitivity_equations_matrix(v, matrix);
+    CHECK(off(2 * p * p, a, lane, matrix) < 1e-9);
+    for (int k = 0; k < f->count; k++)
+        kmp_sensitivity_equations_accelerate(v, k, zero, zero, by + k * p);
+    CHECK(off(p * f->count, b, lane, by) < 1e-9);
+}
+
+/* Places around the start, each at a time, a position and rates of its own; then nearby, at the same times. */
+static void compare(const char *path)
+{
+    fixture f;
+    kempe_assembly *start = NULL;
+    static double u[W * MOST], ud[W * MOST], udd[W * MOST], a[W * 2 * MOST * MOST], b[W * MOST * MOST];
+    if (!open_fixture(&f, path)) {
+        close_fixture(&f);
+        return;
+    }
+    kmp_sensitivity_equations *v = &f.v;
+    CHECK(kempe_assembly_new(f.system, &start) == KEMPE_OK);
+    CHECK(kmp_sensitivity_equations_choose(v, 0, start->q, start->qd, NULL, 0) == KEMPE_OK);
+    CHECK(kmp_varied_lanes_begin(&f.lanes, v) == KEMPE_OK);
+    const kmp_partition *part = &v->linear.part;
+    for (int pass = 0; pass < 2; pass++) {
+        double t[W];
+        for (int l = 0; l < W; l++)
+            t[l] = 1e-3 * l;
+        for (int k = 0; k < part->p; k++)
+            for (int l = 0; l < W; l++) {
+                double scale = f.system->scale[part->u[k]];
+                u[k * W + l] = start->q[part->u[k]] + scale * (0.002 * l * cos(k + l) + 1e-4 * pass);
+                ud[k * W + l] = start->qd[part->u[k]] + scale * 0.1 * sin(3 * k + l + pass);
+            }
+        CHECK(kmp_varied_lanes_run(&f.lanes, true, t, u, ud, udd) == KMP_GO);
+        kmp_varied_lanes_matrices(&f.lanes, a, b);
+        for (int l = 0; l < W; l++) {
+            double one[MOST], rate[MOST];
+            for (int k = 0; k < part->p; k++) {
+                one[k] = u[k * W + l];
+                rate[k] = ud[k * W + l];
+            }
+            compare_lane(&f, t[l], one, rate, l, udd, a, b);
+        }
+    }
+    kempe_assembly_free(start);
+    close_fixture(&f);
+}
+
+static void places(void)
+{
+    static const char *const paths[] = {
+        "examples/four_bar/four_bar.yaml",       "examples/parallel_robot/parallel_robot.yaml",
+        "examples/stewart/stewart.yaml",         "examples/suspension/suspension.yaml",
+        "examples/governor/governor.yaml",       "examples/slider_crank/slider_crank.yaml",
+        "examples/andrews/andrews.yaml",         "examples/double_wishbone/double_wishbone.yaml",
+        "examples/delta_robot/delta_robot.yaml", "examples/driven_slider_crank/driven_slider_crank.yaml",
+    };
+    for (size_t k = 0; k < sizeof paths / sizeof *paths; k++) {
+        printf("  %s\n", paths[k]);
+        compare(paths[k]);
+    }
+}
+
+/* -- runs ------------------------------------------------------------------------------------------------ */
+
+static kempe_table *run_by(kempe_model *model, const char *integrator, const char *method, const char *outputs)
+{
+    kempe_run_options run = {.t_end = 0.5, .output_step = 0.5, .rtol = 1e-10, .integrator = integrator};
+    kempe_sensitivity_options options = {.outputs = outputs, .method = method, .run = &run};
+    kempe_sensitivity *s = NULL;
+    kempe_table *table = NULL;
+    run.no_convergence_check = 1;
+    CHECK(kempe_sensitivity_new(model, &options, &s) == KEMPE_OK);
+    CHECK(s && kempe_sensitivity_table(s, "rows", &table) == KEMPE_OK);
+    kempe_sensitivity_free(s);
+    return table;
+}
+
+/* The last rows agree. */
+static void same_ends(const kempe_table *a, const kempe_table *b)
+{
+    CHECK(a && b && kempe_table_column_count(a) == kempe_table_column_count(b));
+    int row_a = a ? kempe_table_row_count(a) - 1 : 0, row_b = b ? kempe_table_row_count(b) - 1 : 0;
+    for (int c = 0; a && b && c < kempe_table_column_count(a); c++) {
+        double x = kempe_table_number(a, row_a, c), y = kempe_table_number(b, row_b, c);
+        CHECK(fabs(x - y) <= 1e-6 * (1 + fabs(y)));
+    }
+}
+
+static void runs(void)
+{
+    static const char *const paths[] = {"examples/four_bar/four_bar.yaml", "examples/suspension/suspension.yaml",
+                                        "examples/parallel_robot/parallel_robot.yaml"};
+    static const char *const outputs[] = {"q(rocker)", "q(z)", "q(p)"};
+    static const char *const integrators[] = {NULL, "radau", "radau9", "radau5"};
+    for (size_t k = 0; k < sizeof paths / sizeof *paths; k++) {
+        loaded l = load(paths[k]);
+        kempe_table *by_dop853 = run_by(l.model, "dop853", "forward", outputs[k]);
+        for (size_t i = 0; i < sizeof integrators / sizeof *integrators; i++) {
+            kempe_table *forward = run_by(l.model, integrators[i], "forward", outputs[k]);
+            kempe_table *adjoint = run_by(l.model, integrators[i], "adjoint", outputs[k]);
+            same_ends(forward, by_dop853);
+            same_ends(adjoint, by_dop853);
+            kempe_table_free(forward);
+            kempe_table_free(adjoint);
+        }
+        kempe_table_free(by_dop853);
+        unload(&l);
+    }
+}
+
+int main(void)
+{
+    TEST(places);
+    TEST(runs);
+    return check_report();
+}
