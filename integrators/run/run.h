@@ -80,6 +80,7 @@ typedef struct kmp_run_spec {
     double rate_scale;                 /* 0: by the start */
     double first_step;                 /* of a one-step method; 0: of its own choice */
     kmp_stand_in stand_in;             /* zero: the integrator itself begins */
+    int part, parts;                   /* of a run by parts: its number, and how many there are; 0: it is whole */
     bool open; /* the user chose no formulation, form or u: another formulation may continue where this one
                 * stops */
     bool
