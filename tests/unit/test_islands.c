@@ -125,7 +125,7 @@ static int parts_of(const char *text)
 
 /* -- which parts ------------------------------------------------------------------------------------------- */
 
-/* What connects two balls makes one part of both. */
+/* Two balls are one part where anything connects them. */
 static void connections(void)
 {
     static const struct {
