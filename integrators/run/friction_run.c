@@ -18,13 +18,23 @@
 #include <math.h>
 #include <string.h>
 
-/* Rows of elements that are held: which one was the last, and whether independent rows are to be chosen again. */
+/* Rows of elements that are held: which one was the last, whether independent rows are to be chosen again, and their
+ * factors, which all evaluations of a decision share. */
 struct kmp_held_rows {
     kmp_row_links links;
     int *row_of; /* by conditions that hold a row; -1: no coordinate moves it */
     int last;
-    bool stale;
+    bool stale, factored;
+    kmp_saddle saddle; /* if factored: of the state and the rows of the decision under way */
 };
+
+void kmp_friction_release(kmp_runner *run)
+{
+    if (run->held && run->held->factored)
+        kmp_saddle_free(&run->held->saddle);
+    if (run->held)
+        run->held->factored = false;
+}
 
 /* -- the site -------------------------------------------------------------------------------------------- */
 
@@ -79,6 +89,7 @@ static int choose_now(kmp_runner *run, double t, const double *q)
     if (!run->held->stale)
         return 0;
     run->held->stale = false;
+    kmp_friction_release(run);
     kmp_partition_free(&run->part);
     return (int)kmp_runner_choose(run, t, q, -1, NULL, 0);
 }
@@ -113,7 +124,7 @@ static int measure(void *self, double t, const double *q, const double *qd, doub
     kmp_runner *run = self;
     KMP_FRICTION_TRY(choose_now(run, t, q));
     kmp_eval_closure(run->eval, t, q);
-    kempe_status status = kmp_runner_accelerate(run, t, q, qd);
+    kempe_status status = kmp_runner_accelerate_by(run, t, q, qd, &run->held->saddle, &run->held->factored);
     if (status == KEMPE_OK)
         kmp_eval_all_changes(run->eval, t, q, qd, run->qdd, run->lambda, change);
     return (int)status;
@@ -130,6 +141,7 @@ static int finish(void *self, double t, double *q, double *qd)
 {
     kmp_runner *run = self;
     KMP_FRICTION_TRY(choose_now(run, t, q));
+    kmp_friction_release(run);
     kempe_status status = kmp_runner_project(run, t, q, qd);
     return (int)(status == KEMPE_OK ? kmp_runner_accelerate(run, t, q, qd) : status);
 }

@@ -209,7 +209,7 @@ static kempe_status run_part(part_runs *all, int i)
     spec.limit_s = spec.limit_s > 0 ? fmax(spec.limit_s - all->report->cpu_s, DBL_MIN) : 0;
     spec.part = i;
     spec.parts = all->parts->islands->count;
-    kempe_status status = kmp_run(s, &spec, &start, keep_row, rows, &report);
+    kempe_status status = kmp_run_whole(s, &spec, &start, keep_row, rows, &report);
     add_report(all, &report, i);
     const bool first = status != KEMPE_OK && (all->status == KEMPE_OK || report.t < all->report->t);
     if (first) {

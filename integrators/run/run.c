@@ -11,6 +11,7 @@
 #include "integrators/decide/dropped_rows.h"
 #include "integrators/run/delays.h"
 #include "integrators/run/events.h"
+#include "integrators/run/friction_run.h"
 #include "integrators/run/island_runs.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/recording.h"
@@ -340,6 +341,7 @@ void kmp_runner_free(kmp_runner *run)
     kmp_delays_free(run);
     if (run->formulation)
         run->formulation->release(run->formulation);
+    kmp_friction_release(run);
     kmp_partition_free(&run->part);
     kmp_eval_free(run->eval);
     kmp_team_free(run->team);
@@ -654,11 +656,11 @@ static kempe_status give_past(kmp_runner *run, kempe_status status, kmp_program_
     return recalled == KEMPE_OK ? status : recalled;
 }
 
-/* A run of one mechanism. */
-static kempe_status run_whole(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
-                              kmp_row_fn *row, void *user, kmp_run_report *report)
+kempe_status kmp_run_whole(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
+                           kmp_row_fn *row, void *user, kmp_run_report *report)
 {
     kmp_runner *run = NULL;
+    *report = (kmp_run_report){0};
     const size_t heap = spec->parts > 0 ? 0 : kmp_heap_in_use(); /* which takes as long as the run of a small part */
     kempe_status status = kmp_runner_new(system, spec, start, &run);
     double begin_s = cpu_of(run), wall_s = kmp_wall_now();
@@ -688,7 +690,7 @@ kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const
     *report = (kmp_run_report){0};
     KMP_TRY(kmp_island_systems_of(system, spec, &parts));
     if (!parts)
-        return run_whole(system, spec, start, row, user, report);
+        return kmp_run_whole(system, spec, start, row, user, report);
     kempe_status status = start ? KEMPE_OK : kempe_assembly_new(system, &own);
     if (status == KEMPE_OK)
         status = kmp_island_runs(parts, system, spec, start ? start : own, row, user, report);

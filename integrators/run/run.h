@@ -118,6 +118,10 @@ typedef struct kmp_run_report {
 kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start, kmp_row_fn *row,
                      void *user, kmp_run_report *report);
 
+/** The same as one mechanism, where kmp_run runs parts that share nothing one by one (island_runs.h). */
+kempe_status kmp_run_whole(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
+                           kmp_row_fn *row, void *user, kmp_run_report *report);
+
 /* Stepwise runs: a runner is at an accepted step of its integrator and gives rows within it. */
 
 /** Makes a runner. *runner is given on KEMPE_E_FAILED and KEMPE_STOPPED too, for its report; spec (resolved) and its

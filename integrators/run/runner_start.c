@@ -99,20 +99,30 @@ static kempe_status check_rates(kmp_runner *run, const double *qd)
                     s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
 }
 
+kempe_status kmp_runner_accelerate_by(kmp_runner *run, double t, const double *q, const double *qd, kmp_saddle *saddle,
+                                      bool *factored)
+{
+    kmp_eval_mass(run->eval);
+    kmp_eval_bias(run->eval, qd);
+    if (!*factored) {
+        KMP_TRY(make_saddle(run, saddle));
+        if (kmp_saddle_factor(saddle)) {
+            kmp_saddle_free(saddle);
+            return kmp_explain_massless(run->eval, &run->part, t, q);
+        }
+        *factored = true;
+    }
+    kmp_saddle_accelerations(saddle, run->qdd, run->lambda);
+    return kmp_is_unsettled(run->eval) ? kmp_runner_fail_unsettled(run, t, q, qd) : KEMPE_OK;
+}
+
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd)
 {
     kmp_saddle saddle;
-    kempe_status status = KEMPE_OK;
-    kmp_eval_mass(run->eval);
-    kmp_eval_bias(run->eval, qd);
-    KMP_TRY(make_saddle(run, &saddle));
-    if (kmp_saddle_factor(&saddle))
-        status = kmp_explain_massless(run->eval, &run->part, t, q);
-    else
-        kmp_saddle_accelerations(&saddle, run->qdd, run->lambda);
-    if (status == KEMPE_OK && kmp_is_unsettled(run->eval))
-        status = kmp_runner_fail_unsettled(run, t, q, qd);
-    kmp_saddle_free(&saddle);
+    bool factored = false;
+    kempe_status status = kmp_runner_accelerate_by(run, t, q, qd, &saddle, &factored);
+    if (factored)
+        kmp_saddle_free(&saddle);
     return status;
 }
 

@@ -80,13 +80,7 @@ static int keep(void *user, double t, const double *q, const double *qd, const d
     return 0;
 }
 
-static int pass(void *user, kmp_runner *runner, double from, double to)
-{
-    (void)user, (void)runner, (void)from, (void)to;
-    return 0;
-}
-
-/* A run of the model; `whole`: its steps are asked for, which parts do not have. */
+/* A run of the model; `whole`: as one mechanism. */
 static void simulate(const loaded *l, bool whole, kmp_run_log *log, run_rows *found)
 {
     double times[ROWS];
@@ -100,12 +94,11 @@ static void simulate(const loaded *l, bool whole, kmp_run_log *log, run_rows *fo
                          .t_end = end,
                          .times = times,
                          .time_count = ROWS,
-                         .step = whole ? pass : NULL,
                          .log = log};
     CHECK(kmp_run_resolve(l->system, &spec) == KEMPE_OK);
     *found = (run_rows){.n = l->system->n, .m = l->system->m};
     CHECK(3 * found->n + found->m <= 5 * COORDINATES);
-    found->status = kmp_run(l->system, &spec, NULL, keep, found, &found->report);
+    found->status = (whole ? kmp_run_whole : kmp_run)(l->system, &spec, NULL, keep, found, &found->report);
     if (found->status != KEMPE_OK)
         printf("  ends at t = %g: %s\n", found->report.t, found->report.reason ? found->report.reason : "");
     kmp_free(found->report.reason);

@@ -2,6 +2,7 @@
 /* Bodies, closures and forces are united by all that they refer to (base/union_find.h). The same walk over the
  * references of an element unites them first, and gives them their new numbers in the copies afterwards. */
 #include "model/data/islands.h"
+#include "base/clones.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/union_find.h"
@@ -98,7 +99,7 @@ static int to_force(walk *w, int f)
     return f;
 }
 
-static const kmp_measure *to_measure(walk *w, const kmp_measure *measure)
+static KMP_NOINLINE const kmp_measure *to_measure(walk *w, const kmp_measure *measure)
 {
     kmp_measure own = *measure;
     for (int i = 0; i < own.count; i++) {
@@ -108,28 +109,39 @@ static const kmp_measure *to_measure(walk *w, const kmp_measure *measure)
     return w->arena ? kmp_arena_copy(w->arena, &own, 1, sizeof own) : measure;
 }
 
+/* The index of an expression: of a coordinate or a closure. */
+static KMP_NOINLINE int to_index(walk *w, const kmp_expr *expr)
+{
+    if (expr->kind == KMP_EXPR_Q || expr->kind == KMP_EXPR_QD)
+        return to_motion(w, expr->index);
+    if (expr->kind != KMP_EXPR_LAMBDA)
+        return expr->index;
+    for (int k = expr->number + 1; k < 0; k++) /* the size of several */
+        (void)to_closure(w, expr->index - k);
+    return to_closure(w, expr->index);
+}
+
 static const kmp_expr *to_expr(walk *w, const kmp_expr *expr)
 {
     if (!expr)
         return NULL;
-    kmp_expr own = *expr;
-    const bool alone = own.kind == KMP_EXPR_INPUT || own.kind == KMP_EXPR_UNKNOWN || own.kind == KMP_EXPR_CUT ||
-                       (own.kind == KMP_EXPR_LAMBDA && own.measure);
+    const bool alone = expr->kind == KMP_EXPR_INPUT || expr->kind == KMP_EXPR_UNKNOWN || expr->kind == KMP_EXPR_CUT ||
+                       (expr->kind == KMP_EXPR_LAMBDA && expr->measure);
+    kmp_expr *own = w->arena ? kmp_arena_copy(w->arena, expr, 1, sizeof *expr) : NULL;
     w->apart = w->apart && !alone;
     if (alone)
         return expr;
-    if (own.kind == KMP_EXPR_Q || own.kind == KMP_EXPR_QD)
-        own.index = to_motion(w, own.index);
-    for (int k = own.number + 1; own.kind == KMP_EXPR_LAMBDA && k < 0; k++) /* the size of several */
-        (void)to_closure(w, expr->index - k);
-    if (own.kind == KMP_EXPR_LAMBDA)
-        own.index = to_closure(w, own.index);
-    if (own.kind == KMP_EXPR_MEASURE)
-        own.measure = to_measure(w, own.measure);
-    own.a = to_expr(w, own.a);
-    own.b = to_expr(w, own.b);
-    own.c = to_expr(w, own.c);
-    return w->arena ? kmp_arena_copy(w->arena, &own, 1, sizeof own) : expr;
+    const int index = to_index(w, expr);
+    const kmp_measure *measure = expr->kind == KMP_EXPR_MEASURE ? to_measure(w, expr->measure) : expr->measure;
+    const kmp_expr *a = to_expr(w, expr->a), *b = to_expr(w, expr->b), *c = to_expr(w, expr->c);
+    if (!own)
+        return expr;
+    own->index = index;
+    own->measure = measure;
+    own->a = a;
+    own->b = b;
+    own->c = c;
+    return own;
 }
 
 /* -- elements -------------------------------------------------------------------------------------------- */
