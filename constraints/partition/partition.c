@@ -413,6 +413,116 @@ bool kmp_partition_pivots(const kempe_system *system, const double *jacobian, do
     return ok;
 }
 
+/* -- one row more ---------------------------------------------------------------------------------------- */
+
+bool kmp_row_links_init(kmp_row_links *x, const kempe_system *s, kmp_arena *arena)
+{
+    const kmp_pattern *j = &s->jacobian;
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(int, s->m + 1, &x->row_start), KMP_ROOM(int, s->n + 1, &x->col_start),
+                        KMP_ROOM(int, j->count, &x->in_col), KMP_ROOM(int, s->m, &x->row, &x->row_at),
+                        KMP_ROOM(int, s->n, &x->col, &x->col_at)))
+        return false;
+    for (int e = 0; e < j->count; e++) {
+        x->row_start[j->row[e] + 1]++;
+        x->col_start[j->col[e] + 1]++;
+    }
+    for (int r = 0; r < s->m; r++)
+        x->row_start[r + 1] += x->row_start[r];
+    for (int c = 0; c < s->n; c++)
+        x->col_start[c + 1] += x->col_start[c];
+    for (int e = 0; e < j->count; e++)
+        x->in_col[x->col_start[j->col[e]] + x->col_at[j->col[e]]++] = e;
+    for (int r = 0; r < s->m; r++)
+        x->row_at[r] = -1;
+    for (int c = 0; c < s->n; c++)
+        x->col_at[c] = -1;
+    return true;
+}
+
+/* The rows and columns that non-zeros connect with a row, which is the first; returns the number of non-zeros. */
+static int gather(kmp_row_links *x, const kmp_pattern *j, const double *jacobian, int row, int *rows, int *cols)
+{
+    int entries = 0;
+    *rows = *cols = 0;
+    x->row_at[row] = 0;
+    x->row[(*rows)++] = row;
+    for (int i = 0; i < *rows; i++)
+        for (int e = x->row_start[x->row[i]]; e < x->row_start[x->row[i] + 1]; e++) {
+            const int col = j->col[e];
+            entries += jacobian[e] != 0;
+            if (jacobian[e] == 0 || x->col_at[col] >= 0)
+                continue;
+            x->col_at[col] = *cols;
+            x->col[(*cols)++] = col;
+            for (int k = x->col_start[col]; k < x->col_start[col + 1]; k++) {
+                const int other = j->row[x->in_col[k]];
+                if (jacobian[x->in_col[k]] == 0 || x->row_at[other] >= 0)
+                    continue;
+                x->row_at[other] = *rows;
+                x->row[(*rows)++] = other;
+            }
+        }
+    return entries;
+}
+
+/* The rank of the gathered rows from `first` on, and its last pivot. */
+static bool rank_of_gathered(const kempe_system *s, const double *jacobian, const kmp_row_links *x, int first, int rows,
+                             int cols, int entries, int *rank, double *last)
+{
+    kmp_pick c;
+    kmp_arena_lent room;
+    const double zero = kmp_rounding_zero(s, KMP_RANK);
+    double *pivots = kmp_pick_init(&c, rows - first, cols, entries, &room)
+                         ? KMP_ARENA_NEW(&c.arena, double, rows - first + cols)
+                         : NULL;
+    for (int i = first; pivots && i < rows; i++)
+        for (int e = x->row_start[x->row[i]]; e < x->row_start[x->row[i] + 1]; e++)
+            if (jacobian[e] != 0) {
+                const int col = s->jacobian.col[e];
+                kmp_pick_add(&c, i - first, x->col_at[col], jacobian[e] * s->scale[col] / s->row_scale[x->row[i]]);
+            }
+    const bool made = pivots && kmp_pick_pivot(&c, NULL, pivots);
+    const int most = rows - first < cols ? rows - first : cols;
+    *rank = 0;
+    while (made && *rank < most && pivots[0] > KMP_RANK_FIRST && pivots[*rank] > zero * pivots[0])
+        ++*rank;
+    *last = *rank > 0 ? pivots[*rank - 1] : 0;
+    kmp_pick_free(&c);
+    return made;
+}
+
+/* The largest scaled entry of a row: its pivot where no other has its coordinates. */
+static double largest_entry(const kempe_system *s, const double *jacobian, const kmp_row_links *x, int row)
+{
+    double most = 0;
+    for (int e = x->row_start[row]; e < x->row_start[row + 1]; e++)
+        most = fmax(most, fabs(jacobian[e]) * s->scale[s->jacobian.col[e]] / s->row_scale[row]);
+    return most;
+}
+
+kempe_status kmp_partition_adds(const kempe_system *s, const double *jacobian, kmp_row_links *x, int row, double least,
+                                bool *adds)
+{
+    int rows, cols, rank[2];
+    double last[2];
+    const int entries = gather(x, &s->jacobian, jacobian, row, &rows, &cols);
+    bool made = true;
+    if (rows == 1) {
+        *adds = largest_entry(s, jacobian, x, row) > KMP_RANK_FIRST;
+    } else {
+        for (int i = 0; i < 2 && made; i++) /* with the row, and without it */
+            made = rank_of_gathered(s, jacobian, x, i, rows, cols, entries, &rank[i], &last[i]);
+        *adds = made && rank[0] > rank[1] && last[0] > least * last[1];
+    }
+    for (int i = 0; i < rows; i++)
+        x->row_at[x->row[i]] = -1;
+    for (int k = 0; k < cols; k++)
+        x->col_at[x->col[k]] = -1;
+    return kmp_made(s->context, made);
+}
+
+/* -- copies and exchanges -------------------------------------------------------------------------------- */
+
 void kmp_partition_take_rows(kmp_partition *part, const kmp_partition *from)
 {
     memcpy(part->rows, from->rows, (size_t)from->r * sizeof *part->rows);

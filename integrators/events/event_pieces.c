@@ -6,9 +6,15 @@
 enum {
     MOST_LOOKS = 100000, /* evaluations in one step, without those that narrow a change */
     FEW_LOOKS = 256,     /* the same after a step in which so many have not decided */
-    ZERO_FROM = 5        /* number of halvings from which a condition that is exactly zero at three points counts as
+    ZERO_FROM = 5,       /* number of halvings from which a condition that is exactly zero at three points counts as
                           * constantly zero */
+    CONSTANT_FROM = 2    /* likewise one that is the same at three points but for rounding, by cancellation */
 };
+
+/* Cancellation: the value is below this part of the width of its bounds, and varies by less than this part of itself.
+ * Bounds of two bodies that move together do not know that their distance stays. */
+#define CANCELLED 1e-6
+#define VARIES    0.0625
 
 /* A polynomial of higher degree may exceed the control values of the cubic by this part of their distance from the
  * chord. It does not at twice the longest steps that integrators take of an oscillation, half a period. */
@@ -88,6 +94,15 @@ static bool is_settled(const kmp_piece_search *s, int k, const kmp_event_probe *
     return holds ? low > 0 : low >= 0;
 }
 
+/* True if a condition is constant by cancellation at the three points of a piece, over which it has been bounded. */
+static bool stays_by_cancellation(const kmp_piece_search *s, int k, const kmp_step_piece *p)
+{
+    const double a = p->a->change[k], m = p->m->change[k], b = p->b->change[k];
+    const kmp_bound r = s->site->bound(s->self, k);
+    return fmax(fabs(a - m), fabs(b - m)) <= VARIES * fabs(m) && fabs(m) <= CANCELLED * (r.high - r.low) &&
+           r.high - r.low < INFINITY;
+}
+
 /* Decides open conditions: those that need a third point if the piece has one, otherwise the others. Returns true if
  * any is still open. */
 static bool find_open(kmp_piece_search *s, int depth, const kmp_step_piece *p)
@@ -101,6 +116,8 @@ static bool find_open(kmp_piece_search *s, int depth, const kmp_step_piece *p)
     for (int k = 0; k < count; k++) {
         if (p->m && depth >= ZERO_FROM && p->a->change[k] == 0 && p->m->change[k] == 0 && p->b->change[k] == 0)
             open[k] = false; /* by cancellation, as the difference of two equal coordinates: bounds have both signs */
+        if (p->m && open[k] && depth >= CONSTANT_FROM && depth >= s->least && stays_by_cancellation(s, k, p))
+            open[k] = false;
         if (s->third[k] == (p->m != NULL) && depth >= s->least)
             open[k] = open[k] && !is_settled(s, k, p->a, p->b);
         any = any || open[k];

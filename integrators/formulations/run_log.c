@@ -3,6 +3,7 @@
 #include "integrators/formulations/run_log.h"
 #include "base/memory.h"
 #include <math.h>
+#include <stdlib.h>
 
 enum { MOST_ENTRIES = 1000, MOST_CONTACTS = 100000 };
 
@@ -14,7 +15,7 @@ void kmp_run_log_add(kmp_run_log *log, const char *kind, double t, double before
     KMP_TEXT_ARGUMENTS(&text, format);
     char *line = kmp_text_take(&text);
     log->count++;
-    if (line)
+    if (line && log->context)
         kmp_log(log->context, KEMPE_LOG_INFO, "t = %.9g: %s", t, line);
     kmp_log_entry *entries = NULL;
     if (line && log->kept < MOST_ENTRIES)
@@ -24,6 +25,45 @@ void kmp_run_log_add(kmp_run_log *log, const char *kind, double t, double before
         log->entries[log->kept++] = (kmp_log_entry){t, kind, before, after, line};
     else
         kmp_free(line);
+}
+
+/* An entry of a part of a run. */
+typedef struct placed {
+    const kmp_log_entry *entry;
+    int part, number;
+} placed;
+
+static int compare_places(const void *a, const void *b)
+{
+    const placed *x = a, *y = b;
+    if (x->entry->t != y->entry->t)
+        return x->entry->t < y->entry->t ? -1 : 1;
+    return x->part != y->part ? x->part - y->part : x->number - y->number;
+}
+
+bool kmp_run_log_merge(kmp_run_log *log, kempe_context *context, kmp_run_log *parts, int count)
+{
+    kmp_run_log own = {.context = context};
+    size_t total = 0, at = 0;
+    for (int i = 0; i < count; i++)
+        total += (size_t)parts[i].kept;
+    placed *all = KMP_NEW(placed, total);
+    for (int i = 0; all && i < count; i++)
+        for (int k = 0; k < parts[i].kept; k++)
+            all[at++] = (placed){&parts[i].entries[k], i, k};
+    if (at > 1)
+        qsort(all, at, sizeof *all, compare_places);
+    for (size_t k = 0; k < at; k++)
+        kmp_run_log_add(log ? log : &own, all[k].entry->kind, all[k].entry->t, all[k].entry->before,
+                        all[k].entry->after, "%s", all[k].entry->text);
+    for (int i = 0; i < count; i++) {
+        if (log)
+            log->count += parts[i].count - parts[i].kept;
+        kmp_run_log_free(&parts[i]);
+    }
+    kmp_free(all);
+    kmp_run_log_free(&own);
+    return all;
 }
 
 /* The last contact of the element that has not ended; NULL: none. */

@@ -21,7 +21,7 @@ typedef struct kmp_contact_time {
 
 /* The first entries are kept, all are counted. */
 typedef struct kmp_run_log {
-    kempe_context *context;
+    kempe_context *context; /* NULL: entries are handed to no other log */
     kmp_log_entry *entries;
     int kept;
     long count;
@@ -38,3 +38,7 @@ void kmp_run_log_add(kmp_run_log *log, const char *kind, double t, double before
  * does nothing. */
 void kmp_run_log_contact(kmp_run_log *log, int force, double t, bool begins, double most);
 void kmp_run_log_free(kmp_run_log *log);
+
+/** Moves the entries of some logs without a context, of parts of a run, into one in the order of their times (NULL:
+ * into the log of the context alone), and empties them. False: no memory. */
+bool kmp_run_log_merge(kmp_run_log *log, kempe_context *context, kmp_run_log *parts, int count);

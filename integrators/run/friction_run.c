@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Friction of a run: its elements, the site of a runner, sentences and log. */
 #include "integrators/run/friction_run.h"
+#include "constraints/closing/rounding.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/partition/partition.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/friction_modes.h"
 #include "integrators/friction/friction_elements.h"
@@ -15,6 +17,24 @@
 #include "model/read/loads.h"
 #include <math.h>
 #include <string.h>
+
+/* Rows of elements that are held: which one was the last, whether independent rows are to be chosen again, and their
+ * factors, which all evaluations of a decision share. */
+struct kmp_held_rows {
+    kmp_row_links links;
+    int *row_of; /* by conditions that hold a row; -1: no coordinate moves it */
+    int last;
+    bool stale, factored;
+    kmp_saddle saddle; /* if factored: of the state and the rows of the decision under way */
+};
+
+void kmp_friction_release(kmp_runner *run)
+{
+    if (run->held && run->held->factored)
+        kmp_saddle_free(&run->held->saddle);
+    if (run->held)
+        run->held->factored = false;
+}
 
 /* -- the site -------------------------------------------------------------------------------------------- */
 
@@ -48,19 +68,45 @@ static double pace(const void *self, const double *qd)
 
 static void put(void *self, int condition, double input)
 {
-    kmp_eval_set_kink(((kmp_runner *)self)->eval, condition, input);
+    kmp_runner *run = self;
+    const bool holds = run->s->events.condition[condition].role == KMP_ROLE_HELD && input != 0;
+    run->held->last = holds ? run->held->row_of[condition] : run->held->last;
+    if (run->eval->mode[condition] != input)
+        kmp_eval_set_kink(run->eval, condition, input);
 }
 
+/* Rows are held one after the other, and chosen once they are needed. */
 static int choose(void *self, double t, const double *q)
 {
     kmp_runner *run = self;
+    (void)t, (void)q;
+    run->held->stale = true;
+    return 0;
+}
+
+static int choose_now(kmp_runner *run, double t, const double *q)
+{
+    if (!run->held->stale)
+        return 0;
+    run->held->stale = false;
+    kmp_friction_release(run);
     kmp_partition_free(&run->part);
     return (int)kmp_runner_choose(run, t, q, -1, NULL, 0);
 }
 
+/* Beside rows that are redundant up to rounding of the model's numbers alone the rank of the whole counts. */
 static int adds_row(void *self, double t, const double *q, bool *adds)
 {
     kmp_runner *run = self;
+    if (!kmp_rounding_of(run->s)) {
+        *adds = false;
+        if (run->held->last < 0)
+            return 0;
+        kmp_eval_closure(run->eval, t, q);
+        return (int)kmp_partition_adds(run->s, run->eval->jacobian, &run->held->links, run->held->last,
+                                       KMP_FRICTION_RANK, adds);
+    }
+    KMP_FRICTION_TRY(choose_now(run, t, q));
     int rank = run->part.r;
     kmp_partition with;
     kmp_eval_closure(run->eval, t, q);
@@ -76,8 +122,9 @@ static int adds_row(void *self, double t, const double *q, bool *adds)
 static int measure(void *self, double t, const double *q, const double *qd, double *change)
 {
     kmp_runner *run = self;
+    KMP_FRICTION_TRY(choose_now(run, t, q));
     kmp_eval_closure(run->eval, t, q);
-    kempe_status status = kmp_runner_accelerate(run, t, q, qd);
+    kempe_status status = kmp_runner_accelerate_by(run, t, q, qd, &run->held->saddle, &run->held->factored);
     if (status == KEMPE_OK)
         kmp_eval_all_changes(run->eval, t, q, qd, run->qdd, run->lambda, change);
     return (int)status;
@@ -93,6 +140,8 @@ static void look(void *self, double t, const double *q, const double *qd, double
 static int finish(void *self, double t, double *q, double *qd)
 {
     kmp_runner *run = self;
+    KMP_FRICTION_TRY(choose_now(run, t, q));
+    kmp_friction_release(run);
     kempe_status status = kmp_runner_project(run, t, q, qd);
     return (int)(status == KEMPE_OK ? kmp_runner_accelerate(run, t, q, qd) : status);
 }
@@ -303,6 +352,22 @@ void kmp_friction_list(const kempe_system *s, const kmp_events *events, kmp_fric
     take_numbers(s, events, count, element);
 }
 
+/* Makes the list of rows that conditions hold. False: no memory. */
+static bool find_held_rows(kmp_runner *run, const kmp_friction_run *x)
+{
+    const kempe_system *s = run->s;
+    struct kmp_held_rows *held = run->held = KMP_ARENA_NEW(&run->arena, struct kmp_held_rows, 1);
+    if (!held || !kmp_row_links_init(&held->links, s, &run->arena) ||
+        !KMP_ARENA_MAKE(&run->arena, KMP_ROOM(int, s->events.count, &held->row_of)))
+        return false;
+    for (int i = 0; i < x->count; i++) {
+        const kmp_friction_element *e = &x->element[i];
+        const bool moves = e->row < s->m && s->rows[e->row].closure == force_at(&s->events, e)->closure;
+        held->row_of[e->slot + KMP_ROLE_HELD - KMP_ROLE_SENSE] = moves ? e->row : -1;
+    }
+    return true;
+}
+
 void kmp_friction_renew(kmp_runner *run)
 {
     if (run->friction)
@@ -345,7 +410,7 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
     x->count = count;
     kmp_friction_list(run->s, events, x->element);
     kmp_friction_begin(x);
-    return x;
+    return find_held_rows(run, x) ? x : NULL;
 }
 
 size_t kmp_friction_memory_size(const kmp_events *events)

@@ -24,6 +24,9 @@ void kmp_friction_list(const kempe_system *s, const kmp_events *events, struct k
 /** Makes the workspace in the run's arena. NULL: no memory, or the system has no such elements (*none). */
 kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none);
 
+/** Frees what a decision under way has kept. */
+void kmp_friction_release(kmp_runner *run);
+
 /** Appends that a body has almost no inertia in one direction, if this may be why a decision with D (n x n) fails. */
 void kmp_friction_put_spread(kmp_text *text, int n, const double *d);
 

@@ -59,6 +59,7 @@ void kmp_friction_state_free(kmp_friction_state *state)
     if (!state)
         return;
     if (state->site) {
+        kmp_friction_release(state->site);
         kmp_partition_free(&state->site->part);
         kmp_arena_free(&state->site->arena);
     }

@@ -11,6 +11,8 @@
 #include "integrators/decide/dropped_rows.h"
 #include "integrators/run/delays.h"
 #include "integrators/run/events.h"
+#include "integrators/run/friction_run.h"
+#include "integrators/run/island_runs.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/recording.h"
 #include "integrators/run/runner.h"
@@ -232,8 +234,9 @@ static kempe_status check_growth(kmp_runner *run, double t)
 /* Reports progress and checks for interrupts, growth and the bound of work. */
 static kempe_status attend(kmp_runner *run)
 {
-    double t = kmp_runner_t(run);
-    kmp_progress(run->s->context, KMP_PROGRESS_RUN, t, run->spec.t_end, "s");
+    double t = kmp_runner_t(run), parts = fmax(run->spec.parts, 1); /* one after the other */
+    kmp_progress(run->s->context, KMP_PROGRESS_RUN, (t + run->spec.part * run->spec.t_end) / parts, run->spec.t_end,
+                 "s");
     if (kmp_interrupted(run->s->context)) {
         run->reason = kmp_strdup("interrupted");
         return KEMPE_STOPPED;
@@ -338,6 +341,7 @@ void kmp_runner_free(kmp_runner *run)
     kmp_delays_free(run);
     if (run->formulation)
         run->formulation->release(run->formulation);
+    kmp_friction_release(run);
     kmp_partition_free(&run->part);
     kmp_eval_free(run->eval);
     kmp_team_free(run->team);
@@ -652,12 +656,12 @@ static kempe_status give_past(kmp_runner *run, kempe_status status, kmp_program_
     return recalled == KEMPE_OK ? status : recalled;
 }
 
-kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start, kmp_row_fn *row,
-                     void *user, kmp_run_report *report)
+kempe_status kmp_run_whole(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
+                           kmp_row_fn *row, void *user, kmp_run_report *report)
 {
     kmp_runner *run = NULL;
-    size_t heap = kmp_heap_in_use();
     *report = (kmp_run_report){0};
+    const size_t heap = spec->parts > 0 ? 0 : kmp_heap_in_use(); /* which takes as long as the run of a small part */
     kempe_status status = kmp_runner_new(system, spec, start, &run);
     double begin_s = cpu_of(run), wall_s = kmp_wall_now();
     if (status == KEMPE_OK && run)
@@ -675,5 +679,21 @@ kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const
         kmp_recording_take(spec->recording, run);
     else
         kmp_runner_free(run);
+    return status;
+}
+
+kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start, kmp_row_fn *row,
+                     void *user, kmp_run_report *report)
+{
+    const struct kmp_island_systems *parts = NULL;
+    kempe_assembly *own = NULL;
+    *report = (kmp_run_report){0};
+    KMP_TRY(kmp_island_systems_of(system, spec, &parts));
+    if (!parts)
+        return kmp_run_whole(system, spec, start, row, user, report);
+    kempe_status status = start ? KEMPE_OK : kempe_assembly_new(system, &own);
+    if (status == KEMPE_OK)
+        status = kmp_island_runs(parts, system, spec, start ? start : own, row, user, report);
+    kempe_assembly_free(own);
     return status;
 }

@@ -80,6 +80,7 @@ typedef struct kmp_run_spec {
     double rate_scale;                 /* 0: by the start */
     double first_step;                 /* of a one-step method; 0: of its own choice */
     kmp_stand_in stand_in;             /* zero: the integrator itself begins */
+    int part, parts;                   /* of a run by parts: its number, and how many there are; 0: it is whole */
     bool open; /* the user chose no formulation, form or u: another formulation may continue where this one
                 * stops */
     bool
@@ -116,6 +117,10 @@ typedef struct kmp_run_report {
  * report->reason; other errors by message. `start`: an assembly made before; NULL: the model is assembled here. */
 kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start, kmp_row_fn *row,
                      void *user, kmp_run_report *report);
+
+/** The same as one mechanism, where kmp_run runs parts that share nothing one by one (island_runs.h). */
+kempe_status kmp_run_whole(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
+                           kmp_row_fn *row, void *user, kmp_run_report *report);
 
 /* Stepwise runs: a runner is at an accepted step of its integrator and gives rows within it. */
 

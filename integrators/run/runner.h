@@ -62,6 +62,7 @@ struct kmp_runner {
     long centrings;
     kmp_event_tracker *crossing; /* NULL without conditions */
     kmp_friction_run *friction;  /* NULL without friction that sticks */
+    struct kmp_held_rows *held;  /* rows of these (friction_run.c) */
     bool loaded_friction;        /* some level depends on multipliers */
     kmp_impacts *impacts;        /* NULL without rigid contacts */
     bool at_event;

@@ -120,22 +120,35 @@ static kempe_status accelerate_reduced(kmp_runner *run, double t, const double *
     return singular ? kmp_explain_massless(run->eval, &run->part, t, q) : KEMPE_OK;
 }
 
+kempe_status kmp_runner_accelerate_by(kmp_runner *run, double t, const double *q, const double *qd, kmp_saddle *saddle,
+                                      bool *factored)
+{
+    kmp_eval_mass(run->eval);
+    kmp_eval_bias(run->eval, qd);
+    if (!*factored) {
+        KMP_TRY(make_saddle(run, saddle));
+        if (kmp_saddle_factor(saddle)) {
+            kmp_saddle_free(saddle);
+            return kmp_explain_massless(run->eval, &run->part, t, q);
+        }
+        *factored = true;
+    }
+    kmp_saddle_accelerations(saddle, run->qdd, run->lambda);
+    return kmp_is_unsettled(run->eval) ? kmp_runner_fail_unsettled(run, t, q, qd) : KEMPE_OK;
+}
+
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd)
 {
     kmp_saddle saddle;
-    kempe_status status = KEMPE_OK;
-    kmp_eval_mass(run->eval);
-    kmp_eval_bias(run->eval, qd);
-    if (run->eval->by_products)
+    bool factored = false;
+    if (run->eval->by_products) {
+        kmp_eval_mass(run->eval);
+        kmp_eval_bias(run->eval, qd);
         return accelerate_reduced(run, t, q);
-    KMP_TRY(make_saddle(run, &saddle));
-    if (kmp_saddle_factor(&saddle))
-        status = kmp_explain_massless(run->eval, &run->part, t, q);
-    else
-        kmp_saddle_accelerations(&saddle, run->qdd, run->lambda);
-    if (status == KEMPE_OK && kmp_is_unsettled(run->eval))
-        status = kmp_runner_fail_unsettled(run, t, q, qd);
-    kmp_saddle_free(&saddle);
+    }
+    kempe_status status = kmp_runner_accelerate_by(run, t, q, qd, &saddle, &factored);
+    if (factored)
+        kmp_saddle_free(&saddle);
     return status;
 }
 

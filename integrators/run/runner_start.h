@@ -3,6 +3,7 @@
  * integrator. */
 #pragma once
 
+#include "constraints/closing/saddle.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/run.h"
 
@@ -26,6 +27,11 @@ kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd
 
 /** Computes qdd and lambda of the chosen rows at the evaluator's last closure, which was at (t, q). */
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd);
+
+/** The same with the saddle system of the state and the chosen rows, which is made and factored unless *factored. It is
+ * then the caller's to free. */
+kempe_status kmp_runner_accelerate_by(kmp_runner *run, double t, const double *q, const double *qd, kmp_saddle *saddle,
+                                      bool *factored);
 
 /** The start of a formulation at a state, with the rows and the margin of the run. */
 kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *q, const double *qd, double work);

@@ -26,6 +26,8 @@ struct kmp_graph {
     uint32_t room_for; /* nodes, before `nodes` or `table` grows */
     uint32_t *table;   /* id + 1, 0 = free */
     uint32_t table_size, first_size;
+    uint32_t *input[KMP_IN_COUNT]; /* by kind and index: id + 1 of a node that was this input; of as many */
+    uint32_t inputs[KMP_IN_COUNT];
     kmp_rotations *rotations;
     struct kmp_derivative *spare;
     kmp_label *labels; /* by id; fewer than nodes */
@@ -78,10 +80,21 @@ static uint32_t youngest_operand(const kmp_node *n)
 enum { WINDOW = 4096, NEAR = 16, LEAST = 1024, WIDER = 4 };
 
 /* The search for a node's slot begins near its youngest operand, mostly one of the last nodes made, so that a large
- * graph uses a small part of its table. After a few probes it continues anywhere. */
+ * graph uses a small part of its table. After each few probes it continues anywhere: windows of operands that many
+ * nodes share are full from end to end. */
 static uint32_t first_slot(const kmp_graph *g, const kmp_node *n, uint32_t hash)
 {
     return ((2 * youngest_operand(n) & ~(WINDOW - 1u)) + (hash & (WINDOW - 1u))) & (g->table_size - 1);
+}
+
+/* The place after k, where `step` probes have been made. */
+static inline uint32_t next_slot(uint32_t *hash, int step, uint32_t k)
+{
+    if (step % NEAR != 0)
+        return k + 1;
+    k = *hash;
+    *hash = *hash * 0x9e3779b1u + 1;
+    return k;
 }
 
 /* The slot of the equal node (if `shared`), or a free one. */
@@ -89,7 +102,7 @@ static uint32_t find_slot(const kmp_graph *g, const kmp_node *n, bool shared)
 {
     uint32_t hash = hash_node(g, n), last = g->table_size - 1, k = first_slot(g, n, hash);
     for (int step = 1; g->table[k] && !(shared && same_node(g, &g->head.nodes[g->table[k] - 1], n)); step++)
-        k = (step == NEAR ? hash : k + 1) & last;
+        k = next_slot(&hash, step, k) & last;
     return k;
 }
 
@@ -174,7 +187,7 @@ static inline kmp_ref intern_pair(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b)
         const kmp_node *m = &g->head.nodes[slot - 1];
         if (m->a == a && m->b == b && m->op == op)
             return (slot - 1) << 1;
-        k = (step == NEAR ? hash : k + 1) & last;
+        k = next_slot(&hash, step, k) & last;
     }
     uint16_t depends = g->head.nodes[kmp_id(a)].depends | g->head.nodes[kmp_id(b)].depends;
     return add_node(g, (kmp_node){.op = (uint8_t)op, .depends = depends, .a = a, .b = b}, k);
@@ -227,6 +240,8 @@ void kmp_graph_free(kmp_graph *g)
     kmp_free(g->head.nodes);
     kmp_free(g->head.values);
     kmp_free(g->table);
+    for (int kind = 0; kind < KMP_IN_COUNT; kind++)
+        kmp_free(g->input[kind]);
     kmp_arena_free(&g->arena);
     kmp_free(g);
 }
@@ -333,9 +348,34 @@ kmp_ref kmp_const(kmp_graph *g, double value)
     return negative ? kmp_neg(r) : r;
 }
 
+/* Notes the node of an input. */
+static void note_input(kmp_graph *g, kmp_input_kind kind, uint32_t index, uint32_t id)
+{
+    if (index >= g->inputs[kind]) {
+        const uint32_t more = 2 * index + 8;
+        uint32_t *grown = kmp_realloc(g->input[kind], more, sizeof *grown);
+        g->failed = g->failed || !grown;
+        if (!grown)
+            return;
+        memset(grown + g->inputs[kind], 0, (more - g->inputs[kind]) * sizeof *grown);
+        g->input[kind] = grown;
+        g->inputs[kind] = more;
+    }
+    g->input[kind][index] = id + 1;
+}
+
 kmp_ref kmp_input(kmp_graph *g, kmp_input_kind kind, uint32_t index)
 {
-    return kmp_graph_intern(g, (kmp_node){.op = KMP_OP_INPUT, .a = (uint32_t)kind, .b = index});
+    const uint32_t known = index < g->inputs[kind] ? g->input[kind][index] : 0;
+    if (known > 0 && known <= g->head.count) { /* the graph may have returned from that node */
+        const kmp_node *n = &g->head.nodes[known - 1];
+        if (n->op == KMP_OP_INPUT && n->a == (uint32_t)kind && n->b == index)
+            return (known - 1) << 1;
+    }
+    const kmp_ref made = kmp_graph_intern(g, (kmp_node){.op = KMP_OP_INPUT, .a = (uint32_t)kind, .b = index});
+    if (!g->failed)
+        note_input(g, kind, index, kmp_id(made));
+    return made;
 }
 
 static bool is_number(const kmp_graph *g, kmp_ref r)

@@ -329,6 +329,29 @@ static kempe_status simulate_bodies(scene *s)
     return status;
 }
 
+/* Two balls that share nothing: parts, their systems, rows and logs. */
+static kempe_status simulate_parts(scene *s)
+{
+    static const char text[] = "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\n"
+                               "bodies:\n"
+                               "  a: {joint: {prismatic: y, at: ground}, mass: 1, points: {C: [0, 0, 0]}}\n"
+                               "  b: {joint: {prismatic: y, at: ground}, mass: 1, points: {C: [0, 0, 0]}}\n"
+                               "contacts:\n"
+                               "  k: {point: a.C, on: {plane: ground.O, normal: y}, restitution: 0.5}\n"
+                               "  l: {point: b.C, on: {plane: ground.O, normal: y}, restitution: 0.5}\n"
+                               "start: {q: {a: 0.1, b: 0.12}}\n";
+    kempe_run_options run = {.rtol = 1e-4, .t_end = 0.2, .output_step = 0.1, .no_convergence_check = 1};
+    scene by = {.context = s->context};
+    kempe_status status = kempe_model_read_text(s->context, text, "parts.yaml", &by.model);
+    if (status == KEMPE_OK)
+        status = kempe_system_new(by.model, &by.system);
+    if (status == KEMPE_OK)
+        status = simulate_run(&by, &run);
+    kempe_system_free(by.system);
+    kempe_model_free(by.model);
+    return status;
+}
+
 static kempe_status simulate_stabilized1(scene *s)
 {
     return simulate(s, "dae", "stabilized1", "ida");
@@ -455,6 +478,7 @@ static const named_stage stages[] = {{"read", read_model},
                                      {"reduced ida", simulate_reduced_ida},
                                      {"projected", simulate_projected},
                                      {"articulated bodies", simulate_bodies},
+                                     {"parts", simulate_parts},
                                      {"stabilized1", simulate_stabilized1},
                                      {"kept", simulate_kept},
                                      {"index1", simulate_index1},

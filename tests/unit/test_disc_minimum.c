@@ -90,6 +90,46 @@ static void conditions_hold(void)
     }
 }
 
+/* Problems that share nothing, their entries mixed: each has the minimum that it has alone, to the last bit. */
+static void groups(void)
+{
+    enum { COUNT = 3, EACH = 4, ALL = COUNT * EACH };
+    double x[ALL], y[ALL], d[ALL * ALL], a[ALL], lower[ALL], upper[ALL];
+    double room[2 * ALL * ALL + 8 * ALL];
+    int side[ALL], partner[ALL];
+    CHECK(sizeof room / sizeof *room >= (size_t)kmp_disc_room(ALL));
+    random_seed(17);
+    for (int k = 0; k < 200; k++) {
+        problem p[COUNT];
+        memset(d, 0, sizeof d);
+        for (int g = 0; g < COUNT; g++) {
+            randomise(&p[g], 1, EACH - 2, 1 + pick(EACH));
+            for (int i = 0; i < EACH; i++) {
+                const int at = COUNT * i + g;
+                a[at] = p[g].a[i];
+                lower[at] = p[g].lower[i];
+                upper[at] = p[g].upper[i];
+                partner[at] = p[g].partner[i] < 0 ? -1 : COUNT * p[g].partner[i] + g;
+                x[at] = 0;
+                for (int j = 0; j < EACH; j++)
+                    d[at + (COUNT * j + g) * ALL] = p[g].d[i + j * EACH];
+            }
+        }
+        const kmp_box all = {ALL, d, a, lower, upper};
+        CHECK(kmp_disc_minimum(&all, partner, x, y, side, room) == KMP_BOX_FOUND);
+        for (int g = 0; g < COUNT; g++) {
+            double own_x[EACH] = {0}, own_y[EACH];
+            int own_side[EACH];
+            const kmp_box own = {EACH, p[g].d, p[g].a, p[g].lower, p[g].upper};
+            CHECK(kmp_disc_minimum(&own, p[g].partner, own_x, own_y, own_side, room) == KMP_BOX_FOUND);
+            for (int i = 0; i < EACH; i++) {
+                const int at = COUNT * i + g;
+                CHECK(x[at] == own_x[i] && y[at] == own_y[i] && side[at] == own_side[i]);
+            }
+        }
+    }
+}
+
 /* An isotropic pair: the force is opposite to the load. One that is fixed stays where it is. */
 static void a_known_pair(void)
 {
@@ -108,6 +148,7 @@ static void a_known_pair(void)
 int main(void)
 {
     TEST(conditions_hold);
+    TEST(groups);
     TEST(a_known_pair);
     return check_report();
 }

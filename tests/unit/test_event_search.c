@@ -3,6 +3,7 @@
  * seen that is not there. A mass without forces goes on at 1 m/s, so that steps become as long as the run and the
  * conditions' forces, too weak to matter, happen at places known beforehand; a mass on a spring swings as a cosine. */
 #include "base/memory.h"
+#include "integrators/events/event_pieces.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
@@ -280,6 +281,82 @@ static void near_peaks(void)
     }
 }
 
+/* -- values by cancellation ------------------------------------------------------------------------------ */
+
+/* A distance of two bodies that move together, or nearly: bounds of their places alone know it to a metre a second. */
+typedef struct pair {
+    double distance, rate, bend; /* at t = 0 */
+    double width;                /* of the last piece */
+    int looks;
+} pair;
+
+static int look_at_pair(void *self, double t, kmp_event_probe *probe)
+{
+    pair *p = self;
+    p->looks++;
+    probe->t = t;
+    probe->change[0] = p->distance + t * (p->rate + t * p->bend) + 1e-16 * sin(1e7 * t);
+    return 0;
+}
+
+static void bind_pair(void *self, const kmp_step_piece *piece)
+{
+    ((pair *)self)->width = piece->b->t - piece->a->t;
+}
+
+static kmp_bound bound_of_pair(const void *self, int k)
+{
+    const pair *p = self;
+    (void)k;
+    return (kmp_bound){-p->width, p->width, -1, 1};
+}
+
+static bool always(const void *self, int k)
+{
+    (void)self, (void)k;
+    return true;
+}
+
+static bool never(const void *self, int k)
+{
+    (void)self, (void)k;
+    return false;
+}
+
+static int end_of_pair(void *self, const kmp_event_probe *a, const kmp_event_probe *b, bool *found)
+{
+    (void)self, (void)a;
+    *found = b->change[0] < 0;
+    return 0;
+}
+
+static bool search_pair(pair *p)
+{
+    static const kmp_piece_site site = {look_at_pair, bind_pair, bound_of_pair, always, never, end_of_pair};
+    static bool open[KMP_SEARCH_DEPTH + 1], third[1];
+    static double change[KMP_SEARCH_LOOKS];
+    kmp_piece_search s = {.site = &site, .self = p, .conditions = 1, .third = third, .open = open};
+    bool found = false;
+    for (int i = 0; i < KMP_SEARCH_LOOKS; i++)
+        s.look[i].change = &change[i];
+    p->looks = 0;
+    for (int i = 0; i < 2; i++)
+        CHECK(look_at_pair(p, 0.03 * i, &s.look[i]) == 0);
+    CHECK(kmp_pieces_search(&s, &found) == 0 && s.undecided == 0);
+    return found;
+}
+
+/* A distance that stays is known from few places, and one that changes is found however small it is. */
+static void by_cancellation(void)
+{
+    pair stays = {.distance = 6.5e-13}, comes = {.distance = 6.5e-13, .rate = -6.5e-11},
+         turns = {.distance = 6.5e-13, .rate = -2e-10, .bend = 5e-9}, large = {.distance = 1e-5};
+    CHECK(!search_pair(&stays) && stays.looks <= 12);
+    CHECK(search_pair(&comes));
+    CHECK(search_pair(&turns));
+    CHECK(!search_pair(&large) && large.looks > 1000); /* no cancellation: by the bounds alone */
+}
+
 int main(void)
 {
     TEST(windows);
@@ -292,5 +369,6 @@ int main(void)
     TEST(of_a_multiplier);
     TEST(what_is_far_costs_little);
     TEST(near_peaks);
+    TEST(by_cancellation);
     return check_report();
 }

@@ -114,6 +114,96 @@ static void random_matrices_have_their_rank(void)
     kempe_context_free(context);
 }
 
+/* -- one row more ------------------------------------------------------------------------------------ */
+
+/* All places of an m x n matrix, row by row. */
+static kmp_pattern by_rows(int m, int n)
+{
+    static int row[MOST * MOST], col[MOST * MOST];
+    for (int k = 0; k < m * n; k++) {
+        row[k] = k / n;
+        col[k] = k % n;
+    }
+    return (kmp_pattern){m * n, row, col};
+}
+
+/* Mostly zeros; some rows are sums of two others. */
+static void make_sparse(int m, int n, double *a)
+{
+    for (int i = 0; i < m; i++) {
+        const int first = i > 1 && pick(4) == 0 ? pick(i) : -1, second = first < 0 ? 0 : pick(i);
+        for (int k = 0; k < n; k++)
+            a[i * n + k] = first >= 0 ? a[first * n + k] - 2 * a[second * n + k] : pick(4) == 0 ? between(-1, 1) : 0;
+    }
+}
+
+static int rank_of(const kempe_system *s, const double *a)
+{
+    kmp_partition part;
+    CHECK(kmp_partition_init(&part, s, a, NULL, 0) == KEMPE_OK);
+    const int rank = part.r;
+    kmp_partition_free(&part);
+    return rank;
+}
+
+/* The rank of the rows that share coordinates tells what that of all rows does. */
+static void a_row_adds_what_it_adds_to_all(void)
+{
+    kempe_context *context = kempe_context_new();
+    double a[MOST * MOST], without[MOST * MOST], ones[MOST];
+    int seen[2] = {0};
+    for (int k = 0; k < MOST; k++)
+        ones[k] = 1;
+    random_seed(8);
+    for (int trial = 0; trial < 1000; trial++) {
+        const int n = 2 + pick(MOST - 2), m = 2 + pick(MOST - 2), row = pick(m);
+        kempe_system s = {.n = n, .m = m, .scale = ones, .row_scale = ones, .context = context};
+        kmp_row_links links;
+        kmp_arena arena = {0};
+        bool adds[2] = {false, true};
+        s.jacobian = by_rows(m, n);
+        make_sparse(m, n, a);
+        memcpy(without, a, sizeof a);
+        memset(without + row * n, 0, (size_t)n * sizeof *without);
+        CHECK(kmp_row_links_init(&links, &s, &arena));
+        for (int again = 0; again < 2; again++) /* the links are as before */
+            CHECK(kmp_partition_adds(&s, a, &links, row, 1e-7, &adds[again]) == KEMPE_OK);
+        CHECK(adds[0] == adds[1] && adds[0] == (rank_of(&s, a) > rank_of(&s, without)));
+        seen[adds[0]]++;
+        kmp_arena_free(&arena);
+    }
+    CHECK(seen[0] > 100 && seen[1] > 100);
+    kempe_context_free(context);
+}
+
+/* Rows of other parts cost nothing: of many pairs one is looked at, in memory that is there. */
+static void far_rows_cost_nothing(void)
+{
+    enum { PAIRS = 2000 };
+    static int row[4 * PAIRS], col[4 * PAIRS];
+    static double a[4 * PAIRS], ones[2 * PAIRS];
+    kempe_context *context = kempe_context_new();
+    kempe_system s = {.n = 2 * PAIRS, .m = 2 * PAIRS, .scale = ones, .row_scale = ones, .context = context};
+    kmp_row_links links;
+    kmp_arena arena = {0};
+    for (int e = 0; e < 4 * PAIRS; e++) {
+        row[e] = e / 2;
+        col[e] = e / 4 * 2 + e % 2;
+        a[e] = e % 4 == 3 && e / 4 % 2 ? -1 : 1; /* the rows of each second pair are equal */
+        ones[e / 2] = 1;
+    }
+    s.jacobian = (kmp_pattern){4 * PAIRS, row, col};
+    CHECK(kmp_row_links_init(&links, &s, &arena));
+    const unsigned long before = kmp_memory_count();
+    for (int k = 0; k < 2 * PAIRS; k++) {
+        bool adds;
+        CHECK(kmp_partition_adds(&s, a, &links, k, 1e-7, &adds) == KEMPE_OK && adds == (k / 2 % 2 == 1));
+    }
+    CHECK(kmp_memory_count() == before);
+    kmp_arena_free(&arena);
+    kempe_context_free(context);
+}
+
 /* -- metres and millimetres -------------------------------------------------------------------------- */
 
 static char *file_text(const char *path)
@@ -346,6 +436,8 @@ static void accelerations_obey_the_whole_equations(void)
 int main(void)
 {
     TEST(random_matrices_have_their_rank);
+    TEST(a_row_adds_what_it_adds_to_all);
+    TEST(far_rows_cost_nothing);
     TEST(metres_and_millimetres_agree);
     TEST(the_arithmetic_is_that_counted_by_hand);
     TEST(accelerations_obey_the_whole_equations);

@@ -11,7 +11,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-enum { SWEEPS = 60, MOST_SWEEPS = 1000, MOST_DOUBLINGS = 200, MOST_MOVES = 300 };
+enum { LEAST_GROUPED = 4, SWEEPS = 60, MOST_SWEEPS = 1000, MOST_DOUBLINGS = 200, MOST_MOVES = 300 };
 
 #define ROUND 4e-15 /* |x| over the radius, less 1, that is rounding */
 #define FINE  1e-16 /* of a multiplier */
@@ -158,8 +158,9 @@ static void approach(discs *w)
     }
 }
 
-KMP_LOCAL kmp_box_outcome kmp_disc_minimum(const kmp_box *box, const int *partner, double *x, double *y, int *side,
-                                           double *room)
+/* The minimum of a problem as a whole. */
+static kmp_box_outcome minimum_of_one(const kmp_box *box, const int *partner, double *x, double *y, int *side,
+                                      double *room)
 {
     int n = box->n, count = 0;
     discs w = {.box = box, .partner = partner, .x = x, .y = y, .side = side, .room = room};
@@ -190,4 +191,98 @@ KMP_LOCAL kmp_box_outcome kmp_disc_minimum(const kmp_box *box, const int *partne
             }
     }
     return w.outcome;
+}
+
+/* -- groups ------------------------------------------------------------------------------------------------ */
+
+static double *take_numbers(double **room, int count)
+{
+    double *taken = *room;
+    *room += count;
+    return taken;
+}
+
+static int *take_places(double **room, int count)
+{
+    return (int *)(void *)take_numbers(room, count);
+}
+
+/* Numbers the groups of entries that D or discs connect; returns the size of the largest. `queue`: n. */
+static int find_groups(const kmp_box *box, const int *partner, int *group, int *queue, int *count)
+{
+    const int n = box->n;
+    int largest = 0;
+    *count = 0;
+    for (int i = 0; i < n; i++)
+        group[i] = -1;
+    for (int first = 0; first < n; first++) {
+        int size = 0;
+        if (group[first] >= 0)
+            continue;
+        group[first] = *count;
+        queue[size++] = first;
+        for (int at = 0; at < size; at++)
+            for (int j = 0; j < n; j++)
+                if (group[j] < 0 && (box->d[j + queue[at] * n] != 0 || partner[queue[at]] == j)) {
+                    group[j] = *count;
+                    queue[size++] = j;
+                }
+        largest = size > largest ? size : largest;
+        ++*count;
+    }
+    return largest;
+}
+
+/* Solves the problem of one group of at most `most` entries. */
+static kmp_box_outcome minimum_of_group(const kmp_box *box, const int *partner, const int *group, int which, int most,
+                                        double *x, double *y, int *side, double *room)
+{
+    const int n = box->n;
+    int *member = take_places(&room, most), *mate = take_places(&room, most), *own_side = take_places(&room, most);
+    double *a = take_numbers(&room, most), *lower = take_numbers(&room, most), *upper = take_numbers(&room, most);
+    double *own_x = take_numbers(&room, most), *own_y = take_numbers(&room, most);
+    double *d = take_numbers(&room, most * most);
+    int size = 0;
+    for (int i = 0; i < n; i++)
+        if (group[i] == which)
+            member[size++] = i;
+    for (int k = 0; k < size; k++) {
+        const int i = member[k];
+        a[k] = box->a[i];
+        lower[k] = box->lower[i];
+        upper[k] = box->upper[i];
+        own_x[k] = x[i];
+        mate[k] = -1;
+        for (int j = 0; j < size; j++) {
+            d[k + j * size] = box->d[i + member[j] * n];
+            mate[k] = partner[i] == member[j] ? j : mate[k];
+        }
+    }
+    const kmp_box own = {size, d, a, lower, upper};
+    const kmp_box_outcome outcome = minimum_of_one(&own, mate, own_x, own_y, own_side, room);
+    for (int k = 0; k < size; k++) {
+        x[member[k]] = own_x[k];
+        y[member[k]] = own_y[k];
+        side[member[k]] = own_side[k];
+    }
+    return outcome;
+}
+
+/* Groups that share nothing are solved one after the other, where the largest has at most half of all entries: the room
+ * of the whole then suffices, and the cost falls from the cube of their number. */
+KMP_LOCAL kmp_box_outcome kmp_disc_minimum(const kmp_box *box, const int *partner, double *x, double *y, int *side,
+                                           double *room)
+{
+    const int n = box->n;
+    kmp_box_outcome outcome = KMP_BOX_FOUND;
+    if (n < LEAST_GROUPED)
+        return minimum_of_one(box, partner, x, y, side, room);
+    double *rest = room;
+    int count, *group = take_places(&rest, n);
+    const int most = find_groups(box, partner, group, (int *)(void *)rest, &count);
+    if (2 * most > n)
+        return minimum_of_one(box, partner, x, y, side, room);
+    for (int which = 0; which < count && outcome == KMP_BOX_FOUND; which++)
+        outcome = minimum_of_group(box, partner, group, which, most, x, y, side, rest);
+    return outcome;
 }

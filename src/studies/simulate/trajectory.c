@@ -683,7 +683,8 @@ static kempe_status integrate(kmp_simulation *j, kempe_trajectory *t)
 {
     /* Numbers of steps, for a check of parts. */
     const int rows = j->spec.time_count;
-    if (!j->run->no_convergence_check && !j->run->full_convergence_check && rows > 0) {
+    if (j->system->model->wheel_count > 0 && !j->run->no_convergence_check && !j->run->full_convergence_check &&
+        rows > 0) {
         j->counts =
             (kmp_step_counts){.rows = rows, .time = j->spec.times, .steps = KMP_ARENA_NEW(&j->arena, long, rows)};
         j->spec.step = count_step;

@@ -1,0 +1,289 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Rows of all parts are kept until the last part has run; then they are put together by their times. */
+#include "integrators/run/island_runs.h"
+#include "base/arena.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "constraints/closing/assembly.h"
+#include "constraints/closing/rounding.h"
+#include "dynamics/program_cache.h"
+#include "integrators/formulations/run_log.h"
+#include "model/data/islands.h"
+#include "model/data/model.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { CHART = 9 }; /* numbers of a chart */
+
+/* -- systems of the parts -------------------------------------------------------------------------------- */
+
+struct kmp_island_systems {
+    kmp_arena arena;
+    kmp_islands *islands;
+    kempe_system **system; /* by parts */
+    int **row;             /* by rows of a part: that of the whole */
+};
+
+static void systems_free(void *made)
+{
+    struct kmp_island_systems *all = made;
+    for (int i = 0; all->system && i < all->islands->count; i++)
+        kempe_system_free(all->system[i]);
+    kmp_islands_free(all->islands);
+    kmp_arena_free(&all->arena);
+    kmp_free(all);
+}
+
+/* Rows of the whole by those of part i. False: no memory, or a row is not there. `first`: row of each closure. */
+static bool find_rows(struct kmp_island_systems *all, int i, const kempe_system *whole, const int *first)
+{
+    const kempe_system *s = all->system[i];
+    const int *closure = all->islands->island[i].closure;
+    int *rows = all->row[i] = KMP_ARENA_NEW(&all->arena, int, s->m);
+    for (int r = 0; rows && r < s->m; r++) {
+        const kmp_row *own = &s->rows[r];
+        rows[r] = first[closure[own->closure]] + own->number;
+        const kmp_row *there = rows[r] < whole->m ? &whole->rows[rows[r]] : own;
+        if (there->closure != closure[own->closure] || there->component != own->component)
+            return false;
+    }
+    return rows;
+}
+
+static kempe_status make_systems(struct kmp_island_systems *all, const kempe_system *whole)
+{
+    const int count = all->islands->count;
+    int *first = KMP_ARENA_NEW(&all->arena, int, whole->model->closure_count + 1), rows = 0;
+    all->system = KMP_ARENA_NEW(&all->arena, kempe_system *, count);
+    all->row = KMP_ARENA_NEW(&all->arena, int *, count);
+    KMP_TRY(kmp_made(whole->context, !all->arena.failed));
+    for (int r = whole->m; r-- > 0;)
+        first[whole->rows[r].closure] = r;
+    for (int i = 0; i < count; i++) {
+        kempe_model *model = all->islands->island[i].model;
+        model->run.dynamics = whole->dynamics;
+        KMP_TRY(kmp_system_new_by(model, NULL, &all->system[i]));
+        if (!find_rows(all, i, whole, first))
+            return all->arena.failed ? kmp_fail_memory(whole->context)
+                                     : kmp_fail(whole->context, KEMPE_E_BUG, "a part of the model has other rows");
+        rows += all->system[i]->m;
+    }
+    return rows == whole->m ? KEMPE_OK : kmp_fail(whole->context, KEMPE_E_BUG, "parts of the model lack rows");
+}
+
+static bool needs_whole(const kempe_system *s, const kmp_run_spec *spec)
+{
+    return s->force || kmp_rounding_of(s) || spec->u_count > 0 || spec->max_steps > 0 || spec->recording ||
+           spec->kept_past || spec->kind || spec->step || spec->sample || spec->slopes || spec->mode_start ||
+           spec->memory_start || spec->due || spec->inputs_start || spec->past_start;
+}
+
+kempe_status kmp_island_systems_of(const kempe_system *s, const kmp_run_spec *spec,
+                                   const struct kmp_island_systems **parts)
+{
+    static const kmp_program_cache_name name = {.what = "islands"};
+    *parts = NULL;
+    if (needs_whole(s, spec) || s->frictionless)
+        return KEMPE_OK;
+    const struct kmp_island_systems *found = kmp_program_cache_find(s, name);
+    if (!found) {
+        KMP_MAKE(s->context, struct kmp_island_systems, all);
+        kempe_status status = kmp_islands_new(s->model, &all->islands);
+        if (status == KEMPE_OK && all->islands->count > 0)
+            status = make_systems(all, s);
+        if (status != KEMPE_OK) {
+            systems_free(all);
+            return status;
+        }
+        found = kmp_program_cache_add(s, name, all, systems_free);
+        KMP_TRY(kmp_made(s->context, found));
+    }
+    *parts = found->islands->count > 0 ? found : NULL;
+    return KEMPE_OK;
+}
+
+/* -- runs ------------------------------------------------------------------------------------------------ */
+
+/* The rows of a part: q, qd, qdd, lambda, work. */
+typedef struct part_rows {
+    int width, count, most;
+    double *row;
+} part_rows;
+
+static int keep_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
+{
+    part_rows *rows = user;
+    (void)t, (void)qd, (void)qdd, (void)lambda; /* they follow q */
+    if (rows->count == rows->most)
+        return 0;
+    double *to = rows->row + (ptrdiff_t)rows->count++ * rows->width;
+    memcpy(to, q, (size_t)(rows->width - 1) * sizeof *to);
+    to[rows->width - 1] = work;
+    return 0;
+}
+
+/* A run by parts, under way. */
+typedef struct part_runs {
+    const struct kmp_island_systems *parts;
+    const kempe_system *system;
+    const kmp_run_spec *spec;
+    const kempe_assembly *start;
+    kmp_arena arena;
+    part_rows *rows; /* by parts */
+    kmp_run_log *log;
+    kmp_run_report *report; /* of all */
+    kempe_status status;    /* of the first part that did not come to its end */
+} part_runs;
+
+/* Adds the report of a part. */
+static void add_report(part_runs *all, const kmp_run_report *part, int i)
+{
+    kmp_run_report *sum = all->report;
+    sum->steps += part->steps;
+    sum->rejected += part->rejected;
+    sum->refused += part->refused;
+    sum->rhs += part->rhs;
+    sum->newton += part->newton;
+    sum->jacobians += part->jacobians;
+    sum->factorizations += part->factorizations;
+    sum->exchanges += part->exchanges;
+    sum->centrings += part->centrings;
+    sum->events += part->events;
+    sum->impacts = part->impacts < 0 ? sum->impacts : (sum->impacts < 0 ? 0 : sum->impacts) + part->impacts;
+    sum->changes = part->changes < 0 ? sum->changes : (sum->changes < 0 ? 0 : sum->changes) + part->changes;
+    sum->cut = sum->cut || part->cut;
+    sum->prescribed = (i == 0 || sum->prescribed) && part->prescribed;
+    sum->least += part->least;
+    sum->most += part->most;
+    sum->by_bodies = sum->by_bodies || part->by_bodies;
+    sum->rate_scale = fmax(sum->rate_scale, part->rate_scale);
+    sum->cpu_s += part->cpu_s;
+    sum->build_s += part->build_s;
+    sum->chosen_ratio = fmax(sum->chosen_ratio, part->chosen_ratio);
+    sum->integrator = part->integrator ? part->integrator : sum->integrator;
+}
+
+/* The start of part i; false: no memory. */
+static bool take_start(part_runs *all, int i, kempe_assembly *start)
+{
+    const kempe_assembly *from = all->start;
+    const kempe_system *s = all->parts->system[i], *whole = all->system;
+    const int *motion = all->parts->islands->island[i].motion, charts = from->inner_q ? s->chart_count : 0;
+    *start = (kempe_assembly){.system = s, .closed = true};
+    if (!KMP_ARENA_MAKE(&all->arena, KMP_ROOM(double, s->n, &start->q, &start->qd)) ||
+        (charts > 0 && !KMP_ARENA_MAKE(&all->arena, KMP_ROOM(double, s->n, &start->inner_q, &start->inner_qd),
+                                       KMP_ROOM(double, CHART *charts, &start->chart))))
+        return false;
+    for (int k = 0; k < s->n; k++) {
+        start->q[k] = from->q[motion[k]];
+        start->qd[k] = from->qd[motion[k]];
+        if (charts > 0) {
+            start->inner_q[k] = from->inner_q[motion[k]];
+            start->inner_qd[k] = from->inner_qd[motion[k]];
+        }
+    }
+    for (int c = 0, there = 0; c < charts; c++) {
+        while (whole->chart_first[there] != motion[s->chart_first[c]])
+            there++;
+        memcpy(start->chart + (ptrdiff_t)CHART * c, from->chart + (ptrdiff_t)CHART * there, CHART * sizeof(double));
+    }
+    return true;
+}
+
+/* Runs part i. The reason and the time of the part that ends first are those of the whole. */
+static kempe_status run_part(part_runs *all, int i)
+{
+    const kempe_system *s = all->parts->system[i];
+    kmp_run_spec spec = *all->spec;
+    kmp_run_report report = {0};
+    part_rows *rows = &all->rows[i];
+    kempe_assembly start;
+    *rows = (part_rows){.width = 3 * s->n + s->m + 1, .most = spec.time_count};
+    rows->row = KMP_ARENA_NEW(&all->arena, double, rows->most * rows->width);
+    KMP_TRY(kmp_made(s->context, take_start(all, i, &start) && !all->arena.failed));
+    spec.log = &all->log[i];
+    spec.work_start = i == 0 ? spec.work_start : 0;
+    spec.threads = 1;
+    spec.limit_s = spec.limit_s > 0 ? fmax(spec.limit_s - all->report->cpu_s, DBL_MIN) : 0;
+    spec.part = i;
+    spec.parts = all->parts->islands->count;
+    kempe_status status = kmp_run_whole(s, &spec, &start, keep_row, rows, &report);
+    add_report(all, &report, i);
+    const bool first = status != KEMPE_OK && (all->status == KEMPE_OK || report.t < all->report->t);
+    if (first) {
+        kmp_free(all->report->reason);
+        all->report->reason = report.reason;
+        all->report->t = report.t;
+        all->status = status;
+    } else {
+        kmp_free(report.reason);
+    }
+    const bool goes_on = status == KEMPE_OK || status == KEMPE_E_FAILED || status == KEMPE_STOPPED;
+    return report.cut || !goes_on ? status : KEMPE_OK;
+}
+
+/* -- together -------------------------------------------------------------------------------------------- */
+
+/* Delivers the rows that all parts have. */
+static kempe_status deliver(const part_runs *all, kmp_row_fn *take, void *user)
+{
+    const kempe_system *s = all->system;
+    const int parts = all->parts->islands->count;
+    int count = all->spec->time_count;
+    double *row = KMP_NEW(double, 3 * s->n + s->m + 1);
+    KMP_TRY(kmp_made(s->context, row));
+    for (int i = 0; i < parts; i++)
+        count = all->rows[i].count < count ? all->rows[i].count : count;
+    int given = 0;
+    for (; given < count; given++) {
+        double work = 0;
+        for (int i = 0; i < parts; i++) {
+            const part_rows *rows = &all->rows[i];
+            const double *from = rows->row + (ptrdiff_t)given * rows->width;
+            const int n = all->parts->system[i]->n, m = all->parts->system[i]->m;
+            const int *motion = all->parts->islands->island[i].motion;
+            for (int k = 0; k < n; k++)
+                for (int part = 0; part < 3; part++)
+                    row[part * s->n + motion[k]] = from[part * n + k];
+            for (int r = 0; r < m; r++)
+                row[3 * s->n + all->parts->row[i][r]] = from[3 * n + r];
+            work += from[3 * n + m];
+        }
+        if (take(user, all->spec->times[given], row, row + s->n, row + 2 * s->n, row + 3 * s->n, work))
+            break;
+    }
+    kmp_free(row);
+    return kmp_made(s->context, given == count);
+}
+
+static kempe_status run_all(part_runs *all)
+{
+    const int parts = all->parts->islands->count;
+    if (!KMP_ARENA_MAKE(&all->arena, KMP_ROOM(part_rows, parts, &all->rows), KMP_ROOM(kmp_run_log, parts, &all->log)))
+        return kmp_fail_memory(all->system->context);
+    for (int i = 0; i < parts; i++)
+        KMP_TRY(run_part(all, i));
+    return KEMPE_OK;
+}
+
+kempe_status kmp_island_runs(const struct kmp_island_systems *parts, const kempe_system *system,
+                             const kmp_run_spec *spec, const kempe_assembly *start, kmp_row_fn *row, void *user,
+                             kmp_run_report *report)
+{
+    const size_t heap = kmp_heap_in_use();
+    part_runs all = {.parts = parts, .system = system, .spec = spec, .start = start, .report = report};
+    *report = (kmp_run_report){.t = spec->t_end, .impacts = -1, .changes = -1};
+    kempe_status status = run_all(&all);
+    if (all.log && !kmp_run_log_merge(spec->log, system->context, all.log, parts->islands->count))
+        status = kmp_fail_memory(system->context);
+    const bool complete = status == KEMPE_OK;
+    if (complete || status == KEMPE_STOPPED) {
+        const kempe_status given = deliver(&all, row, user);
+        status = given != KEMPE_OK ? given : complete ? all.status : status;
+    }
+    report->heap = heap > 0 ? kmp_heap_in_use() - heap : 0;
+    kmp_arena_free(&all.arena);
+    return status;
+}
