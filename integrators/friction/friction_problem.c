@@ -765,17 +765,16 @@ static bool is_before(const kmp_friction_run *x, int j, int i)
     return first != second ? first : a > b || (a == b && j < i);
 }
 
-/* The element at rest with the k-th largest reserve; of equal ones the first. */
-static int with_reserve(const kmp_friction_run *x, int k)
+/* Lists the elements at rest in x->side, which the decision has used: those with the largest reserve first. */
+static void order_by_reserve(kmp_friction_run *x)
 {
+    memset(x->side, 0, (size_t)x->rest * sizeof *x->side);
     for (int i = 0; i < x->rest; i++) {
         int above = 0;
         for (int j = 0; j < x->rest; j++)
             above += is_before(x, j, i);
-        if (above == k)
-            return i;
+        x->side[above] = i;
     }
-    return 0;
 }
 
 /* Sets the modes of the elements at rest. Rows that others imply are not added: those of the elements with the largest
@@ -795,8 +794,9 @@ static int set_modes(kmp_friction_run *x, double t, const double *q, double rate
         if (x->element[i].base >= 0 && x->element[x->element[i].base].broken)
             kmp_friction_set_off(x, &x->element[i]);
     KMP_FRICTION_TRY(kmp_friction_choose(x, t, q));
+    order_by_reserve(x);
     for (int k = 0; k < x->rest; k++) {
-        int i = with_reserve(x, k);
+        int i = x->side[k];
         kmp_friction_element *e = &x->element[x->which[i]];
         bool adds = false;
         if (e->broken || (e->base >= 0 && x->element[e->base].broken))
