@@ -407,7 +407,7 @@ static void in_python(void)
 
 static void in_octave(void)
 {
-    if (runs("octave-cli --version >/dev/null 2>&1"))
+    if (has_octave())
         try_all("octave");
     else
         printf("skipped: no octave-cli here\n");

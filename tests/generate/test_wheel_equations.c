@@ -68,7 +68,7 @@ static void take_workspace(const kempe_system *system)
 static bool runs_in(const char *language)
 {
     return strcmp(language, "python") == 0   ? python() != NULL
-           : strcmp(language, "octave") == 0 ? runs("octave-cli --version >/dev/null 2>&1")
+           : strcmp(language, "octave") == 0 ? has_octave()
                                              : true;
 }
 
