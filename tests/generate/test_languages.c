@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow not_sanitized 31 */
+/* ctest: slow not_sanitized 20 */
 /* Equations written in other languages: compiled or run where their tools are, and compared with the tape at random
  * states, C to the last bit, the others to rounding. */
 #include "unit/random_model.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow 13 */
+/* ctest: slow 14 */
 /* Generated equations in programs with integrators of their own, which need nothing of Kempe: friction that sticks,
  * with a choice of modes (belt_loop.c), whose transitions are closed forms; states with samples and events
  * (sampled_loop.c); continuous delays (delay_loop.c) and rigid contacts (contact_loop.c), in all languages, and the

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow 10 */
+/* ctest: slow 22 */
 /* Parameters from measured motions, against the normal equations of a linear fit, motions in closed form, and exact
  * combinations that a motion does not determine. */
 #include "ensemble/fit/nonlinear_squares.h"
