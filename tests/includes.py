@@ -79,6 +79,7 @@ FOLDERS = [  # first match wins
     ("examples/", "examples"),
     ("tests/api/", "api"),
     ("tests/testing.h", "check"),
+    ("tests/sanitized.h", "check"),
     ("tests/counted_memory.h", "check"),
     ("tests/loaded.h", "check"),
     ("tests/four_bar_text.h", "check"),

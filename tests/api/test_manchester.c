@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: 6 */
 /* The Manchester contact benchmark, case A-2.2, against what CONTACT gives for it (examples/manchester): where wheels
  * touch, normal forces, creepages, and creep forces by the wheel's law and by FASTSIM. Rows where a contact goes over
  * from one place to another are told apart by what is seen in them, not by how well they do. */

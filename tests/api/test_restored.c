@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: 8 */
 /* States of a stepper are set, saved, restored and copied to the bit; parameters change, and stops are met. */
 #include "four_bar_text.h"
 #include "sampled.h"
+#include "sanitized.h"
 
 static void check_equal(const kempe_stepper *a, const kempe_stepper *b, int n)
 {
@@ -317,8 +319,10 @@ static void instants_are_taken_once(void)
         x += 0.1 * v + 0.005 * a;
         v += 0.1 * a;
     }
-    check_ways(text, 2, x, 1e-11, -1);
     check_ways(text, 2, x, 1e-11, 1);
+#ifndef SANITIZED /* the calls of the ways above but for the one that sets the input */
+    check_ways(text, 2, x, 1e-11, -1);
+#endif
 }
 
 /* A state that counts how often a falling mass on a spring passes a place, x = cos(2 t): 0 at t = pi/4 + k pi/2. The

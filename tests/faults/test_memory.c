@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow sanitized_only 60 */
+/* ctest: slow sanitized_only 16 */
 /* Every allocation fails once. Each stage of a whole small run is repeated with its n-th allocation failing, for n = 1
  * until none is left: nothing crashes or leaks (under the address sanitizer), the stage says that there is no memory,
  * and leaves its outputs untouched. A stage may also do without what it did not get, and then it is done. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow sanitized_only 13 */
+/* ctest: slow sanitized_only 7 */
 /* Every allocation fails once (test_memory.c), of what is done with wheels on rails, unknowns, and forces that depend
  * on multipliers. */
 #include "exhaust.h"

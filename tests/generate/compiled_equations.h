@@ -145,17 +145,26 @@ static inline bool runs(const char *command)
     return system(command) == 0;
 }
 
-/* A Python with NumPy; NULL: none. */
+/* A Python with NumPy; NULL: none. It is looked for once. */
 static inline const char *python(void)
 {
-    static const char *const choices[] = {"python3", "/usr/bin/python3"};
-    for (int k = 0; k < 2; k++) {
+    static const char *const choices[] = {"python3", "/usr/bin/python3", NULL};
+    static int found = -1;
+    for (int k = 0; found < 0; k++) {
         char command[128];
-        snprintf(command, sizeof command, "%s -c 'import numpy' >/dev/null 2>&1", choices[k]);
-        if (runs(command))
-            return choices[k];
+        snprintf(command, sizeof command, "%s -c 'import numpy' >/dev/null 2>&1", choices[k] ? choices[k] : "");
+        if (!choices[k] || runs(command))
+            found = k;
     }
-    return NULL;
+    return choices[found];
+}
+
+static inline bool has_octave(void)
+{
+    static int found = -1;
+    if (found < 0)
+        found = runs("octave-cli --version >/dev/null 2>&1");
+    return found;
 }
 
 /* -- C ----------------------------------------------------------------------------------------------- */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow not_sanitized 31 */
+/* ctest: slow not_sanitized 20 */
 /* Equations written in other languages: compiled or run where their tools are, and compared with the tape at random
  * states, C to the last bit, the others to rounding. */
 #include "unit/random_model.h"
@@ -407,7 +407,7 @@ static void in_python(void)
 
 static void in_octave(void)
 {
-    if (runs("octave-cli --version >/dev/null 2>&1"))
+    if (has_octave())
         try_all("octave");
     else
         printf("skipped: no octave-cli here\n");

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow not_sanitized 18 */
+/* ctest: slow not_sanitized 15 */
 /* Models whose equations can be written: of each folder of the examples the one of its name, one of three of the others
  * and of the tests (./check full: all of them). Others of a folder are the same mechanism with other numbers or
  * tracks; test_wheel_equations compiles the same functions of its models and compares the same bits. C computes the

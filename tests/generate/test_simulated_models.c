@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow not_sanitized 32 */
+/* ctest: slow not_sanitized 34 */
 /* Generated simulators of models of the examples, as programs of their own: their motions are those of the library, and
  * the bits do not depend on the times at which a caller looks, nor on saving and restoring. */
 #include "full.h"

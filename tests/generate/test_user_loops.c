@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow 13 */
+/* ctest: slow 14 */
 /* Generated equations in programs with integrators of their own, which need nothing of Kempe: friction that sticks,
  * with a choice of modes (belt_loop.c), whose transitions are closed forms; states with samples and events
  * (sampled_loop.c); continuous delays (delay_loop.c) and rigid contacts (contact_loop.c), in all languages, and the
@@ -125,7 +125,7 @@ static void find_loop(int language, const char *loop, char command[512])
                  KEMPE_CC, KEMPE_ROOT, loop);
     else if (language == PYTHON && python())
         snprintf(command, 512, "%s %s/tests/generate/%s_numpy.py . machine", python(), KEMPE_ROOT, loop);
-    else if (language == OCTAVE && runs("octave-cli --version >/dev/null 2>&1"))
+    else if (language == OCTAVE && has_octave())
         snprintf(command, 512, "octave-cli --norc --no-history --quiet %s/tests/generate/%s_octave.m .", KEMPE_ROOT,
                  loop);
 }

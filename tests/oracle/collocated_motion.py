@@ -16,12 +16,15 @@ SMOOTH = 1e-9  # last coefficients of the accelerations times the window's lengt
 
 PLACES = 0.5 - 0.5 * np.cos(np.pi * np.arange(ORDER) / (ORDER - 1))
 TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(2 * PLACES - 1, ORDER - 1))
+INTEGRALS = np.stack([chebyshev.chebint(row, lbnd=-1) for row in np.eye(ORDER)])  # from 0, of Chebyshev's polynomials
 
 
 def integral(places):
     """The matrix that brings values at PLACES to integrals from 0 to other places of [0, 1]."""
-    lows = np.stack([chebyshev.chebint(row, lbnd=-1) for row in np.eye(ORDER)])
-    return 0.5 * chebyshev.chebvander(2 * places - 1, ORDER) @ lows.T @ TO_COEFFICIENTS
+    return 0.5 * chebyshev.chebvander(2 * places - 1, ORDER) @ INTEGRALS.T @ TO_COEFFICIENTS
+
+
+WHOLE = integral(PLACES)
 
 
 class TooManyWindows(Exception):
@@ -43,7 +46,7 @@ class Integration:
     def __init__(self, mechanism, t, q, qd, y):
         self.mechanism, self.t, self.q, self.qd, self.y, self.taken = mechanism, t, q, qd, y, t
         self.look()
-        self.whole, self.windows = integral(PLACES), 0
+        self.windows = 0
 
     def motion(self, t, q, qd, y, conditions=None):
         return Motion(self.mechanism, self.t + t, q, qd, conditions=conditions, states=y)
@@ -91,9 +94,10 @@ class Integration:
     def places(self, h, a, at):
         """Positions, rates and states at parts of a window."""
         n = len(self.q)
-        rates = self.qd + h * integral(PLACES) @ a[:, :n]
-        whole = h * integral(at) @ a
-        return self.q + h * integral(at) @ rates, self.qd + whole[:, :n], self.y + whole[:, n:]
+        over = WHOLE if at is PLACES else integral(at)
+        rates = self.qd + h * WHOLE @ a[:, :n]
+        whole = h * over @ a
+        return self.q + h * over @ rates, self.qd + whole[:, :n], self.y + whole[:, n:]
 
     def advance(self, end):
         h = LONGEST

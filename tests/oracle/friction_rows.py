@@ -44,7 +44,7 @@ class FrictionRows(Comparison):
         self.mechanism, self.table, self.complaints, self.worst, self.fault = mechanism, table, [], 0.0, fault
         names = mechanism.columns
         self.q, self.qd, self.qdd = (table.columns(word, names) for word in ("q", "qd", "qdd"))
-        self.cond = None
+        self.cond, self.plain = None, plain
         self.clear = np.ones(len(self.q), bool)
         if plain and fault not in FACTORS:
             self.motion, self.joint_forces = plain.motion, plain.joint_forces
@@ -56,6 +56,13 @@ class FrictionRows(Comparison):
         self.motion.solve()
         k, b, (_, z, y) = self.motion.system()
         self.joint_forces = np.linalg.solve(k, b[..., None])[:, z.stop:y.start, 0]
+
+    def allowed(self):
+        """The condition is that of the rows without a fault: friction is not in the matrix."""
+        if self.cond is None and self.plain:
+            self.plain.allowed()
+            self.cond = self.plain.cond
+        return super().allowed()
 
     def elements(self):
         return [f for f in self.mechanism.forces if f.kind == "joint_friction"]

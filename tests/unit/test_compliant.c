@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: 4 */
 /* Compliant contact and clearance: restitution of each law against its closed form, depth, force and duration of
  * contacts against their digits, stiffness by Hertz, a slider-crank with a loose pin against digits of two programs,
  * one of them examples/loose_pin/reference_loose_pin.py; its energy balance over twenty revolutions; times and depths

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: 9 */
 /* Equivalent conicity: against the reference values of EN 15302, from its differences of the rolling radii and from its
  * profiles; against closed forms of cones, of a jump and of arcs; and the sentences of wrong requests. */
 #include "loaded.h"

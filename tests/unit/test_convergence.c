@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: 5 */
 /* wings: rail */
 /* No run ends well with a wrong answer and without a word: what makes errors grow warns, what does not keeps silent. */
 #include "loaded.h"

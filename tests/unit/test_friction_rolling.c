@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: 6 */
 /* Friction of rigid contacts whose slip is the rate of no function of the coordinates: spheres that roll in space, and
  * profiles, against the digits of bench/machines/contact_digits.py and closed forms; what is refused. */
 #include "ways.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow not_sanitized 8 */
+/* ctest: slow not_sanitized 9 */
 /* The quick part of the hard battery (bench/hard runs all of it): every case on every formulation within its bars. A
  * case known to miss its bar must miss it by no more than is known. */
 #include "bench/battery.h"

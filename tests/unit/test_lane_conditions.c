@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* wings: ensemble */
-/* ctest: slow not_sanitized 20 */
+/* ctest: slow not_sanitized 21 */
 /* Conditions and kinks of instances in lanes, and what they decide at the site of an engine: friction that sticks,
  * rigid contacts, states that take next values, forces that depend on multipliers, points on curves. The same bits
  * whatever the number of lanes and threads, the motions of separate runs and of closed forms, ends by conditions, and

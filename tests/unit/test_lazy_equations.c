@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: 4 */
 /* wings: exchange */
 /* M and C that wait for their first use: runs by articulated bodies need none, and what takes their place equals them.
  */

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: 4 */
 /* Good models: every part of the language, as the reader understands it. */
 #include "base/memory.h"
 #include "model/data/model.h"

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: 6 */
 /* wings: exchange */
 /* Drawings whose closures are redundant but for their last digit: taken as the mechanism that is meant, on every
  * formulation, with the misfit told; what is no rounding stays as it is, to the last bit. */

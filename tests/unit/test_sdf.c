@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: 6 */
 /* wings: exchange */
 /* Models in SDFormat: one file with all elements is the same model as one in Kempe's language; frames of each version;
  * joints that close loops; what is refused, and what is named because it is not used. Drake's numbers:

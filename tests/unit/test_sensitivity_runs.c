@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: 4 */
 /* Sensitivities see what a run sees, and say when their digits do not hold: events that lie within a step, against the
  * exact motion; an ill-conditioned motion, forward and backward; an interrupt; ensembles of such motions. */
 #include "analyses/sensitivity/sensitivity_study.h"
