@@ -565,6 +565,7 @@ static kempe_status pass_segment(adjoint *a, double *h)
 {
     kempe_context *context = a->v->system->context;
     double end = a->options->spec->t_end - a->first->from;
+    unsigned long failures = kmp_memory_failures();
     a->known = false;
     if (a->last->to - a->first->from <= KMP_SAME_TIME * a->options->spec->t_end) /* between two events of one time */
         return KEMPE_OK;
@@ -575,6 +576,8 @@ static kempe_status pass_segment(adjoint *a, double *h)
         if (status == KEMPE_OK && kmp_interrupted(context))
             return kmp_fail(context, KEMPE_STOPPED, "interrupted");
     }
+    if (status == KEMPE_E_FAILED && kmp_memory_failures() != failures)
+        return kmp_fail_memory(context);
     if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == '\0')
         return kmp_fail(context, status, "the step size of the adjoint integration became too small at t = %.9g",
                         a->options->spec->t_end - a->solver->t);
