@@ -234,7 +234,9 @@ static void take_multipliers(const kmp_saddle *saddle, double *lambda)
 void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, double *x, double *a)
 {
     if (saddle->kind == KMP_SADDLE_BY_BODIES) {
-        memcpy(x, kmp_eval_correction(saddle->eval, b), (size_t)saddle->n * sizeof *x);
+        const double *correction = !f && !a && b ? kmp_eval_correction(saddle->eval, b) : NULL;
+        for (int i = 0; i < saddle->n; i++)
+            x[i] = correction ? correction[i] : NAN;
         return;
     }
     put_force(saddle, f);

@@ -4,19 +4,15 @@
  * (late): patterns and variants are known before, the program is made under a lock. */
 #include "dynamics/motion.h"
 #include "base/memory.h"
-#include "constraints/kinds/kind.h"
+#include "dynamics/choose_algorithm.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
 #include "dynamics/load_dependent.h"
 #include "dynamics/system_record.h"
-#include "linalg/dense/dense.h"
-#include "linalg/sparse.h"
 #include "model/data/model.h"
-#include "model/read/loads.h"
 #include "symbolic/derivative.h"
 #include "symbolic/live.h"
 #include <math.h>
-#include <stdint.h>
 #include <string.h>
 
 /* -- outputs ----------------------------------------------------------------------------------------- */
@@ -279,45 +275,6 @@ static bool motion_make_bodies(const kempe_system *s, kmp_bodies *bodies, kmp_eq
 /* A system whose M and C wait knows the variants and patterns of both: they follow from the search and from M. The
  * program that is made later keeps all entries of these patterns, also those that its variants make zero. */
 
-/* Products M x are taken for at most so many independent coordinates. Their operations per link, of a tree whose root
- * moves in space (14 to 22 in the plane), and those of an entry of M of a deep tree, where half of them do not count;
- * each column of M X takes four more. */
-enum { MOST_PRODUCTS = 7 };
-#define OF_PRODUCT 50
-#define OF_ENTRY   10
-
-/* Entries of M: of each motion with itself and those that carry it. */
-static double count_entries(const kempe_model *model)
-{
-    int *depth = KMP_NEW(int, model->body_count);
-    double entries = 0;
-    for (int b = 1; depth && b < model->body_count; b++) {
-        const kmp_body *body = &model->bodies[b];
-        depth[b] = depth[body->parent] + body->motion_count;
-        entries += body->motion_count * (depth[body->parent] + 0.5 * (body->motion_count + 1));
-    }
-    kmp_free(depth);
-    return entries;
-}
-
-bool kmp_motion_may_go_by_products(const kempe_system *s)
-{
-    const kempe_model *model = s->model;
-    const int rows = kmp_closure_all_rows(model);
-    bool needed = s->dynamics != KMP_DYNAMICS_AUTO || kmp_model_has_loads(model) || model->wheel_count > 0;
-    for (int c = 0; c < model->closure_count; c++)
-        needed = needed || model->closures[c].curve_count > 0;
-    for (int k = 0; k < model->force_count; k++)
-        needed = needed || kmp_force_has_load(&model->forces[k]) || kmp_force_has_modes(&model->forces[k]);
-    return !needed && rows > 0 && model->motion_count - rows <= MOST_PRODUCTS && kmp_equations_are_large(model);
-}
-
-bool kmp_motion_goes_by_products(const kempe_system *s, int rows)
-{
-    const int n = s->model->motion_count, p = n > rows ? n - rows : 0;
-    return p <= MOST_PRODUCTS && p * OF_PRODUCT * (double)n < (OF_ENTRY + 4.0 * p) * count_entries(s->model);
-}
-
 kmp_lazy_equations *kmp_lazy_equations_new(kempe_system *s)
 {
     kmp_lazy_equations *late = KMP_NEW(kmp_lazy_equations, 1);
@@ -403,256 +360,12 @@ const kmp_program *kmp_motion_known(const kempe_system *s)
     return kmp_motion_is_made(s) ? s->motion : s->bodies->program;
 }
 
-/* -- the choice of an algorithm ---------------------------------------------------------------------- */
+/* -- articulated bodies ------------------------------------------------------------------------------ */
 
-/* The choice between M and C and articulated bodies, made when articulated bodies are first asked for.
- *
- * The cost of a right-hand side is counted as in the reduced formulation: the program, and the solves with its values.
- * By M and C these are the mass of n - m independent coordinates and its Cholesky factors, or the sparse saddle system
- * where that costs less. By articulated bodies there are none. The work common to both, Jv and its tangent, is left
- * out. bench/bench_articulated.c measures the size from which articulated
- * bodies are faster. */
-
-/* M and C cost fewer operations with fewer independent coordinates than this; nothing else is tried. */
-#define FEW 12
-/* A lower bound of the operations per coordinate by articulated bodies, in the plane, and for each row that is carried
- * over a joint, and each pair of them. If M and C take fewer, articulated bodies are not tried. */
-#define LEAST_OF_COORDINATE 15
-#define LEAST_OF_ROW        8
-#define LEAST_OF_PAIR       1
 /* Nodes of their graph, as a multiple of the operations by M and C, about. The graph of a large mechanism, which is
  * searched little, has room for those of the passes too, if these run. */
 #define NODES       3
 #define NODES_LARGE 6
-
-static double operations(kmp_flops f)
-{
-    return (double)f.add + (double)f.mul + (double)f.div;
-}
-
-static double operations_of(const kmp_program *program)
-{
-    return (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
-}
-
-/* Factors of a symmetric k x k matrix, and one solution. */
-static double cholesky(int k)
-{
-    return operations(kmp_cholesky_factor_flops(k)) + operations(kmp_cholesky_solve_flops(k));
-}
-
-static int independent(const kempe_system *s)
-{
-    return s->n > s->m ? s->n - s->m : 0;
-}
-
-/* Entry k of [M -J'; J 0], of M with both its triangles; false after the last. */
-static bool saddle_entry(const kempe_system *s, int k, int *row, int *col)
-{
-    int side = k % 2, e = k / 2 - s->mass.count;
-    const kmp_pattern *pattern = e < 0 ? &s->mass : &s->jacobian;
-    if (e >= s->jacobian.count)
-        return false;
-    int i = e < 0 ? pattern->row[k / 2] : s->n + pattern->row[e], j = pattern->col[e < 0 ? k / 2 : e];
-    *row = side ? j : i;
-    *col = side ? i : j;
-    return true;
-}
-
-/* Cost of the saddle system's sparse factors, in operations of dense ones; infinite when there is no memory or no
- * pattern.
- */
-static double cost_of_saddle(const kempe_system *s)
-{
-    int most = 2 * (s->mass.count + s->jacobian.count), count = 0;
-    int *row = KMP_NEW(int, most), *col = KMP_NEW(int, most);
-    for (int k = 0; row && col && saddle_entry(s, k, &row[count], &col[count]); k++)
-        count += k % 2 == 0 || row[count] != col[count];
-    kmp_sparse *sparse = row && col ? kmp_sparse_new(s->n + s->m, count, row, col, true) : NULL;
-    double cost = sparse ? KMP_SPARSE_COST * kmp_sparse_operations(sparse) : INFINITY;
-    kmp_sparse_free(sparse);
-    kmp_free(row);
-    kmp_free(col);
-    return cost;
-}
-
-/* Cost of M a0, M X, X' force and X' M X, then the factors; on a tree X is 1. With many coordinates and loops, where X'
- * M X is dense, the saddle system. */
-static double cost_of_solves(const kempe_system *s)
-{
-    double n = s->n, p = independent(s), mass = 2.0 * s->mass.count;
-    double products = s->m > 0 ? mass * (p + 1) + p * n + p * (p + 1) / 2 * n : 0;
-    double dense = 2 * products + cholesky(independent(s));
-    return s->m > 0 ? fmin(dense, cost_of_saddle(s)) : dense;
-}
-
-static double cost_by_mass(const kempe_system *s)
-{
-    return operations_of(s->motion) + cost_of_solves(s);
-}
-
-/* The link before each motion's: that of the motion before it on its body, or of the body that carries it; 0: the
- * ground.
- */
-static void list_parents(const kempe_model *model, int *parent)
-{
-    for (int b = 1; b < model->body_count; b++) {
-        const kmp_body *body = &model->bodies[b];
-        int from = body->parent;
-        while (from > 0 && model->bodies[from].motion_count == 0)
-            from = model->bodies[from].parent;
-        const kmp_body *carrier = &model->bodies[from];
-        for (int k = 0; k < body->motion_count; k++)
-            parent[body->first_motion + k + 1] = k > 0      ? body->first_motion + k
-                                                 : from > 0 ? carrier->first_motion + carrier->motion_count
-                                                            : 0;
-    }
-}
-
-static int common(const int *parent, int i, int j)
-{
-    while (i != j) /* a parent has the smaller number */
-        if (i > j)
-            i = parent[i];
-        else
-            j = parent[j];
-    return i;
-}
-
-/* The rows that are carried over each link, and where each is eliminated: sets of rows, as bits. */
-typedef struct carried_sets {
-    kmp_arena arena;
-    int words, *parent, *home;
-    uint64_t *open, *coupled; /* of each link, of each row */
-} carried_sets;
-
-static uint64_t *set_of(const carried_sets *c, uint64_t *sets, int k)
-{
-    return sets + (size_t)k * (size_t)c->words;
-}
-
-static int size_of(const carried_sets *c, const uint64_t *set)
-{
-    int size = 0;
-    for (int w = 0; w < c->words; w++)
-        size += __builtin_popcountll(set[w]);
-    return size;
-}
-
-static void join(const carried_sets *c, uint64_t *into, const uint64_t *from)
-{
-    for (int w = 0; w < c->words; w++)
-        into[w] |= from[w];
-}
-
-/* False: no memory. */
-static bool find_carried(carried_sets *c, const kempe_system *s)
-{
-    const kmp_pattern *j = &s->jacobian;
-    c->words = (s->m + 63) / 64;
-    const size_t words = (size_t)c->words;
-    if (!KMP_ARENA_MAKE(&c->arena, KMP_ROOM(int, s->n + 1, &c->parent), KMP_ROOM(int, s->m, &c->home),
-                        KMP_ROOM(uint64_t, (size_t)(s->n + 1) * words, &c->open),
-                        KMP_ROOM(uint64_t, (size_t)s->m * words, &c->coupled)))
-        return false;
-    list_parents(s->model, c->parent);
-    for (int e = 0, end; e < j->count; e = end) { /* row by row */
-        const int row = j->row[e], word = row / 64;
-        const uint64_t bit = (uint64_t)1 << (row % 64);
-        int *home = &c->home[row];
-        *home = c->parent[j->col[e] + 1];
-        for (end = e; end < j->count && j->row[end] == row; end++)
-            *home = common(c->parent, *home, c->parent[j->col[end] + 1]);
-        for (int k = e; k < end; k++)
-            for (int i = j->col[k] + 1; i != *home && !(set_of(c, c->open, i)[word] & bit); i = c->parent[i])
-                set_of(c, c->open, i)[word] |= bit;
-    }
-    for (int i = 1; i <= s->n; i++)
-        for (int r = 0; r < s->m; r++)
-            if (set_of(c, c->open, i)[r / 64] >> (r % 64) & 1)
-                join(c, set_of(c, c->coupled, r), set_of(c, c->open, i));
-    return true;
-}
-
-/* A lower bound of the operations by which rows are carried and eliminated: some for each row at each link on its way,
- * and for each pair there. -1: no memory. */
-static double least_of_rows(const kempe_system *s)
-{
-    carried_sets c = {0};
-    double sum = find_carried(&c, s) ? 0 : -1;
-    for (int i = s->n; i >= 0 && sum >= 0; i--) {
-        for (int r = 0; r < s->m; r++) { /* those eliminated here couple the later ones with each other */
-            uint64_t *later = set_of(&c, c.coupled, r);
-            if (c.home[r] != i)
-                continue;
-            for (int t = 0; t < s->m; t++)
-                if (later[t / 64] >> (t % 64) & 1 && (t == r || c.home[t] > i || (c.home[t] == i && t < r)))
-                    later[t / 64] &= ~((uint64_t)1 << (t % 64));
-            const double size = size_of(&c, later);
-            sum += LEAST_OF_ROW * size + LEAST_OF_PAIR * size * size;
-            for (int t = 0; t < s->m; t++)
-                if (later[t / 64] >> (t % 64) & 1)
-                    join(&c, set_of(&c, c.coupled, t), later);
-        }
-        const double size = i > 0 ? size_of(&c, set_of(&c, c.open, i)) : 0;
-        sum += LEAST_OF_ROW * size + LEAST_OF_PAIR * size * size;
-    }
-    kmp_arena_free(&c.arena);
-    return sum;
-}
-
-/* Finds whether articulated bodies may cost less, as far as this is visible before they are derived. */
-static kempe_status look_ahead(const kempe_system *s, bool *may_pay)
-{
-    *may_pay = false;
-    if (independent(s) < FEW)
-        return KEMPE_OK;
-    const double rows = least_of_rows(s), least = LEAST_OF_COORDINATE * (double)s->n + rows;
-    KMP_TRY(kmp_made(s->context, rows >= 0));
-    if (s->late && least < cost_of_solves(s)) {
-        *may_pay = true;
-        return KEMPE_OK;
-    }
-    KMP_TRY(kmp_motion_need(s));
-    *may_pay = least < cost_by_mass(s);
-    return KEMPE_OK;
-}
-
-/* M and C need not be counted if articulated bodies cost less than the solves with M and C alone. */
-static kempe_status compare(const kempe_system *s, const kmp_bodies *bodies, bool *pay)
-{
-    double cost = operations_of(bodies->program);
-    *pay = s->late && cost < cost_of_solves(s);
-    if (*pay)
-        return KEMPE_OK;
-    KMP_TRY(kmp_motion_need(s));
-    *pay = cost < cost_by_mass(s);
-    return KEMPE_OK;
-}
-
-/* Without iteration runs may write out the solution by M and C, which they would need soon. */
-bool kmp_motion_may_wait(const kempe_system *s)
-{
-    const kempe_model *model = s->model;
-    int rows = kmp_closure_all_rows(model), n = model->motion_count;
-    bool bodies = s->dynamics == KMP_DYNAMICS_AUTO || s->dynamics == KMP_DYNAMICS_ARTICULATED;
-    bool pressed = kmp_model_has_loads(model), iterates = model->wheel_count > 0; /* wheels, and points on curves */
-    for (int c = 0; c < model->closure_count; c++)
-        iterates = iterates || model->closures[c].curve_count > 0;
-    for (int k = 0; k < model->force_count; k++)
-        pressed = pressed || kmp_force_has_load(&model->forces[k]);
-    return bodies && !pressed && (iterates || kmp_motion_goes_by_links(model)) && kmp_equations_are_large(model) &&
-           n - rows >= FEW;
-}
-
-/* Large trees: nothing is closed, and nothing strikes or sticks. */
-bool kmp_motion_goes_by_links(const kempe_model *model)
-{
-    return model->motion_count == kmp_model_coordinates(model) && kmp_closure_all_rows(model) == 0 &&
-           kmp_equations_are_large(model);
-}
-
-/* -- the derivation ---------------------------------------------------------------------------------- */
 
 static kempe_status derive_bodies(const kempe_system *s, kmp_bodies *bodies)
 {
@@ -684,13 +397,13 @@ static kempe_status derive_bodies(const kempe_system *s, kmp_bodies *bodies)
 static kempe_status try_them(const kempe_system *s, kmp_bodies *bodies)
 {
     bool may_pay;
-    kempe_status status = look_ahead(s, &may_pay);
+    kempe_status status = kmp_bodies_may_pay(s, &may_pay);
     if (status != KEMPE_OK || !may_pay)
         return status;
     bool pay = true;
     status = derive_bodies(s, bodies);
     if (status == KEMPE_OK)
-        status = compare(s, bodies, &pay);
+        status = kmp_bodies_pay(s, bodies->program, &pay);
     if (status == KEMPE_OK && !pay)
         kmp_bodies_forget(bodies);
     if (status != KEMPE_E_FAILED)

@@ -38,17 +38,6 @@ const kmp_program *kmp_motion_known(const kempe_system *system);
 bool kmp_list_independent(const kmp_graph *graph, kmp_input_kind kind, int count, const kmp_ref *of, kmp_ref *to,
                           int *found);
 
-/** True if M and C of a new system wait: it is large, articulated bodies may cost less, and runs by these never need
- * C. */
-bool kmp_motion_may_wait(const kempe_system *system);
-/** True if a system whose M and C wait does without M: it is a large tree. */
-bool kmp_motion_goes_by_links(const kempe_model *model);
-/** True if the runs of a system may take products M x in place of M: it is a large mechanism with loops, and nothing
- * needs M itself for modes and impulses. Then, with its rows: they do, where independent coordinates are so few that
- * the entries of M outnumber the operations of the products. */
-bool kmp_motion_may_go_by_products(const kempe_system *system);
-bool kmp_motion_goes_by_products(const kempe_system *system, int rows);
-
 /** Room for articulated bodies; NULL: no memory. */
 kmp_bodies *kmp_bodies_new(void);
 void kmp_bodies_free(kmp_bodies *bodies);

@@ -7,6 +7,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "dynamics/choose_algorithm.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/closure_row.h"
 #include "dynamics/equations.h"

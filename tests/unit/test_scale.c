@@ -485,22 +485,25 @@ static loaded pendulums(int n)
     return l;
 }
 
-/* As many freedoms as loops: by the sparse saddle system, whose operations grow with their number, and auto does not
- * take articulated bodies, whose multipliers are dense. The reduced formulation gives what the projected one does. */
+/* As many freedoms as loops: by the sparse saddle system of M and C, and by articulated bodies, which auto takes. The
+ * operations of both grow with the number of loops. The reduced formulation gives what the projected one does. */
 static void many_freedoms_stay_sparse(void)
 {
     double cost[2];
-    long factorizations[2];
+    long factorizations[2], operations[2];
     for (int k = 0; k < 2; k++) {
         loaded l = pendulums(100 << k);
-        last reduced, projected;
-        kempe_system *by_auto = NULL;
+        last reduced, projected, by_bodies;
+        kempe_system *by_auto = l.system;
+        CHECK(takes_bodies(by_auto));
+        operations[k] = kmp_program_count(by_auto->bodies->program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
+        run(&l, "reduced", "integrated", 1e-9, 0.5, &by_bodies);
+        CHECK(kempe_system_new_with_algorithm(l.model, "composite", &l.system) == KEMPE_OK);
         kmp_run_report report = run(&l, "reduced", "integrated", 1e-9, 0.5, &reduced);
         factorizations[k] = report.factorizations;
         CHECK(report.factorizations > 2 * report.rhs - 5); /* Jv's and the saddle system's */
         run(&l, "projected", NULL, 1e-9, 0.5, &projected);
-        CHECK(distance(&reduced, &projected) < 1e-8);
-        CHECK(kempe_system_new_with_algorithm(l.model, "auto", &by_auto) == KEMPE_OK && !takes_bodies(by_auto));
+        CHECK(distance(&reduced, &projected) < 1e-8 && distance(&reduced, &by_bodies) < 1e-8);
         kmp_evaluator *eval = kmp_eval_new(l.system, "tape");
         kmp_partition part;
         kmp_saddle saddle;
@@ -514,10 +517,13 @@ static void many_freedoms_stay_sparse(void)
         kempe_system_free(by_auto);
         kmp_free(reduced.q);
         kmp_free(projected.q);
+        kmp_free(by_bodies.q);
         unload(&l);
     }
-    printf("  operations of a saddle system: %.0f, %.0f\n", cost[0], cost[1]);
+    printf("  operations of a saddle system: %.0f, %.0f; by articulated bodies: %ld, %ld\n", cost[0], cost[1],
+           operations[0], operations[1]);
     CHECK(cost[1] < 2.1 * cost[0] && factorizations[1] < 2 * factorizations[0]);
+    CHECK((double)operations[1] < 2.1 * (double)operations[0]);
 }
 
 static void a_chain_apart_is_assembled(void)
