@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which algorithm makes the accelerations of a mechanism with the fewest operations: M and C, products with M, or
+/* The algorithm that makes the accelerations of a mechanism with the fewest operations: M and C, products with M, or
  * articulated bodies. */
 #pragma once
 
