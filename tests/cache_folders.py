@@ -42,7 +42,7 @@ def simulation(name, *more):
 
 def stamps(folder):
     """The files of a folder: content, and the file itself."""
-    return {f.name: (f.read_bytes(), f.stat().st_ino) for f in sorted(folder.iterdir())} if folder.exists() else {}
+    return {f.name: (f.read_bytes(), f.stat().st_ino) for f in sorted(folder.glob("*.kempe"))} if folder.exists() else {}
 
 
 def expect(good, what):
@@ -118,6 +118,7 @@ def damage_files(kempe, folder):
         if other:
             (folder / name).write_bytes(files[other][0])
             expect(run(kempe, folder, words) == without, "a file under another name changes the result")
+    files = [*files, "counted"]
     for name in files:
         (folder / name).unlink()
         (folder / name).mkdir()
@@ -194,7 +195,7 @@ def share(kempe, folder):
         for p in running:
             out, err = p.communicate(timeout=300)
             expect((p.returncode, TIMES.sub(r'"\1": T', out), err) == without, "processes at the same time differ")
-        expect(all(f.endswith(".kempe") for f in stamps(folder)), "temporary files stay")
+        expect(all(f.endswith(".kempe") or f == "counted" for f in stamps_names(folder)), "temporary files stay")
 
 
 def spoil_folder(kempe, folder):
@@ -240,6 +241,18 @@ def keep_bound(kempe, folder):
     expect(names[0] not in left and names[1] not in left and {names[2], names[3]} <= left,
            "not the oldest files were removed")
     expect("new.old" not in left and {"other", "new.young"} <= left, "other files were removed, or old ones stay")
+    # The folder is looked through again when the count of what has been written exceeds the bound, and not before.
+    size = (folder / "counted").stat().st_size
+    expect(160 << 20 <= size << 12 < 161 << 20, f"the count is {size} after the folder was looked through")
+    with open(folder / names[0], "wb") as f:
+        f.truncate(200 << 20)
+    os.utime(folder / names[0], (1000, 1000))
+    run(kempe, folder, simulation("andrews"))
+    expect(names[0] in stamps_names(folder), "a folder whose count is below the bound was looked through")
+    expect((folder / "counted").stat().st_size > size, "what is written is not counted")
+    os.truncate(folder / "counted", 256 << 8)
+    run(kempe, folder, simulation("stephenson"))
+    expect(names[0] not in stamps_names(folder), "a folder whose count exceeds the bound was not looked through")
 
 
 def stamps_names(folder):

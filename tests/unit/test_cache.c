@@ -18,7 +18,7 @@
 
 static char folder[] = "/tmp/kempe_test_cache_XXXXXX";
 
-/* The folder's files; removes them if asked. */
+/* The results in the folder; removes all files if asked. */
 static int count_files(bool remove_them)
 {
     char path[1024];
@@ -26,7 +26,7 @@ static int count_files(bool remove_them)
     DIR *d = opendir(folder);
     for (const struct dirent *e = d ? readdir(d) : NULL; e; e = readdir(d)) {
         bool file = e->d_name[0] != '.';
-        count += file;
+        count += file && strcmp(e->d_name, "counted") != 0;
         (void)snprintf(path, sizeof path, "%s/%s", folder, e->d_name);
         if (file && remove_them)
             (void)unlink(path);

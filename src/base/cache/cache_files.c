@@ -187,6 +187,61 @@ kmp_cached kmp_cache_read(const char *folder, const kmp_cache_key *key)
 
 /* -- the bound --------------------------------------------------------------------------------------- */
 
+/* The folder is looked through only when its files may exceed the bound. Until then their size is known from the length
+ * of one more file, which grows by a byte for each begun unit that is written: appending needs no lock. Files that are
+ * replaced count twice, until the folder is looked through. */
+enum { UNIT = 4096 };
+static const char counted[] = "counted";
+
+static uint64_t units_of(uint64_t bytes)
+{
+    return (bytes + UNIT - 1) / UNIT;
+}
+
+static bool write_whole(int fd, const void *bytes, size_t size)
+{
+    const unsigned char *from = bytes;
+    while (size > 0) {
+        ssize_t n = write(fd, from, size);
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n <= 0)
+            return false;
+        from += n;
+        size -= (size_t)n;
+    }
+    return true;
+}
+
+/* Counts what has been added. False: the bound may be exceeded, or the size is not known. */
+static bool fits(const char *folder, size_t added, uint64_t most)
+{
+    static const unsigned char nothing[UNIT];
+    kmp_text path = {0};
+    kmp_text_printf(&path, "%s/%s", folder, counted);
+    int fd = path.failed ? -1 : open(path.s, O_WRONLY | O_APPEND | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
+    kmp_text_free(&path);
+    struct stat about;
+    bool known = fd >= 0 && fstat(fd, &about) == 0 && is_own(&about) && about.st_size > 0;
+    uint64_t more = units_of(added), all = known ? (uint64_t)about.st_size + more : 0;
+    for (; known && more > 0; more -= more < UNIT ? more : UNIT)
+        known = write_whole(fd, nothing, more < UNIT ? more : UNIT);
+    if (fd >= 0)
+        close(fd);
+    return known && all <= most / UNIT;
+}
+
+/* Keeps the size found by looking through the folder. */
+static void keep_count(int folder, uint64_t units)
+{
+    int fd = openat(folder, counted, O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW, 0600);
+    if (fd < 0)
+        return;
+    if (ftruncate(fd, (off_t)units) != 0)
+        (void)unlinkat(folder, counted, 0);
+    close(fd);
+}
+
 typedef struct entry {
     char name[NAME + sizeof ending];
     struct timespec used;
@@ -251,9 +306,14 @@ static void shrink(const char *path, uint64_t most)
     bool full = all.bytes > most;
     if (full)
         qsort(all.list, all.count, sizeof *all.list, by_use);
-    for (size_t k = 0; full && k < all.count && all.bytes > most - most / 8; k++)
-        if (unlinkat(dirfd(folder), all.list[k].name, 0) == 0)
-            all.bytes -= all.list[k].size;
+    size_t removed = 0;
+    for (; full && removed < all.count && all.bytes > most - most / 8; removed++)
+        if (unlinkat(dirfd(folder), all.list[removed].name, 0) == 0)
+            all.bytes -= all.list[removed].size;
+    uint64_t units = 0;
+    for (size_t k = removed; k < all.count; k++)
+        units += units_of(all.list[k].size);
+    keep_count(dirfd(folder), units);
     closedir(folder);
     kmp_free(all.list);
 }
@@ -274,21 +334,6 @@ static bool make_folders(const char *folder)
     bool made = path && mkdir(path, 0700) == 0;
     kmp_free(path);
     return made || (stat(folder, &about) == 0 && S_ISDIR(about.st_mode));
-}
-
-static bool write_whole(int fd, const void *bytes, size_t size)
-{
-    const unsigned char *from = bytes;
-    while (size > 0) {
-        ssize_t n = write(fd, from, size);
-        if (n < 0 && errno == EINTR)
-            continue;
-        if (n <= 0)
-            return false;
-        from += n;
-        size -= (size_t)n;
-    }
-    return true;
 }
 
 /* True if files may be as large: a process that exceeds its limit is ended by a signal. */
@@ -313,7 +358,8 @@ void kmp_cache_write(const char *folder, const kmp_cache_key *key, const void *b
         written = close(fd) == 0 && written;
         if (!written || rename(new.s, path.s) != 0)
             (void)unlink(new.s);
-        shrink(folder, most);
+        if (!fits(folder, whole, most))
+            shrink(folder, most);
     }
     kmp_text_free(&path);
     kmp_text_free(&new);
