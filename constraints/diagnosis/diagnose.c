@@ -539,6 +539,23 @@ static kempe_status count_driven(kempe_check *check, const kmp_evaluator *eval)
     return KEMPE_OK;
 }
 
+/* An evaluator that makes M only where it must: a large tree has articulated bodies, a long mechanism products with M.
+ * NULL after a message. */
+static kmp_evaluator *make_evaluator(const kempe_system *s)
+{
+    const kmp_lazy_equations *late = s->late;
+    bool waits = late && (late->by_links || late->by_products);
+    kmp_evaluator *eval = kmp_eval_new_for(s, "tape", NULL, waits ? KMP_EVAL_WEIGHS : KMP_EVAL_EVALUATES);
+    if (!eval || !eval->weighs_only)
+        return eval;
+    if (kmp_eval_add_articulated(eval) == KEMPE_OK && (eval->articulated || kmp_eval_add_composite(eval) == KEMPE_OK)) {
+        kmp_eval_set_by_bodies(eval, eval->articulated != NULL);
+        return eval;
+    }
+    kmp_eval_free(eval);
+    return NULL;
+}
+
 /* Appends a sentence about a value of the caller's system at the start that is not finite, with its states and forces.
  */
 static kempe_status foresee_values(const kempe_check *check, const double *q, const double *qd, const double *chart,
@@ -546,7 +563,7 @@ static kempe_status foresee_values(const kempe_check *check, const double *q, co
 {
     const kempe_system *s = check->given;
     int own = check->system->n;
-    kmp_evaluator *eval = kmp_eval_new(s, "tape");
+    kmp_evaluator *eval = make_evaluator(s);
     double *state = eval ? KMP_ARENA_NEW(&eval->arena, double, 2 * s->n) : NULL;
     for (int k = 0; state && k < s->n; k++) {
         state[k] = k < own ? q[k] : 0;
@@ -617,7 +634,7 @@ static kempe_status examine_at(kempe_check *check, kmp_evaluator *eval, const do
 static kempe_status examine(kempe_check *check)
 {
     const kempe_assembly *a = check->assembly;
-    kmp_evaluator *eval = kmp_eval_new(check->system, "tape");
+    kmp_evaluator *eval = make_evaluator(check->system);
     KMP_TRY(kmp_made(check->system->context, eval));
     if (a->chart)
         kmp_eval_set_charts(eval, a->chart);

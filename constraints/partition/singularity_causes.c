@@ -3,6 +3,7 @@
  * angles, a value that is not finite, a motion without mass. The last is a null vector of the scaled reduced mass,
  * found by complete pivoting. */
 #include "constraints/partition/singularity_causes.h"
+#include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
@@ -111,8 +112,24 @@ static bool put_not_finite(kmp_evaluator *eval, double t, const double *q, const
     return true;
 }
 
+/* True if all values are finite, as far as an evaluator without M tells. */
+static bool is_finite_without_mass(kmp_evaluator *eval, double t, const double *q, const double *qd)
+{
+    const kempe_system *s = eval->system;
+    if (!eval->by_products && !(eval->weighs_only && eval->by_bodies))
+        return false;
+    kmp_eval_closure(eval, t, q);
+    kmp_eval_mass(eval);
+    kmp_eval_bias(eval, qd);
+    const double *values = eval->by_products ? eval->bias : eval->qdd; /* of M x the bias has all operands */
+    return kmp_all_finite(s->m, eval->h) && kmp_all_finite(s->jacobian.count, eval->jacobian) &&
+           kmp_all_finite(s->n, values);
+}
+
 bool kmp_put_not_finite(kmp_evaluator *eval, double t, const double *q, const double *qd, kmp_text *text)
 {
+    if (is_finite_without_mass(eval, t, q, qd))
+        return false;
     bool by_bodies = eval->by_bodies;
     if (kmp_eval_add_composite(eval) != KEMPE_OK)
         return false;
@@ -218,8 +235,30 @@ kempe_status kmp_explain_massless(kmp_evaluator *eval, const kmp_partition *part
     return status;
 }
 
+/* True if a large tree has moderate accelerations at rest by articulated bodies: then each motion moves a mass. */
+static bool accelerates(kmp_evaluator *eval, double t, const double *q)
+{
+    const int n = eval->n;
+    double *still = kmp_eval_goes_by_links(eval) && eval->by_bodies ? KMP_NEW(double, n) : NULL;
+    bool found = false;
+    if (still) {
+        kmp_eval_closure(eval, t, q);
+        kmp_eval_mass(eval);
+        kmp_eval_bias(eval, still);
+        found = kmp_all_finite(n, eval->qdd) && kmp_eval_size(eval, eval->qdd) < KMP_ARTICULATED_DOUBTFUL;
+    }
+    kmp_free(still);
+    return found;
+}
+
 kempe_status kmp_foresee_massless(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q,
                                   kmp_text *why)
 {
+    if (accelerates(eval, t, q))
+        return KEMPE_OK;
+    if (eval->weighs_only) {
+        KMP_TRY(kmp_eval_add_composite(eval));
+        kmp_eval_set_by_bodies(eval, false);
+    }
     return part->p > 0 ? look_for_massless(eval, part, t, q, false, why) : KEMPE_OK;
 }

@@ -9,6 +9,7 @@
 #include "loaded.h"
 #include "random.h"
 #include "studies/simulate/trajectory.h"
+#include <kempe/check.h>
 #include <kempe/extend.h>
 #include <math.h>
 #include <string.h>
@@ -212,7 +213,7 @@ static void others_have_mass(void)
     unload(&rubbing);
 }
 
-/* Operations of a right-hand side but for the linear algebra, and of energies. */
+/* Operations of a right-hand side but for the linear algebra, and of energies. A check of a large one needs no M. */
 static void operations_grow_with_the_cells(void)
 {
     long count[2];
@@ -221,6 +222,9 @@ static void operations_grow_with_the_cells(void)
         CHECK(goes_by_products(&l));
         count[k] = kmp_program_count(l.system->late->weighing, KMP_STAGE_CLOSURE, KMP_STAGE_PRODUCT).paper +
                    kmp_program_count(l.system->judge, KMP_STAGE_POTENTIAL, KMP_STAGE_POWER).paper;
+        kempe_check *check = NULL;
+        CHECK(k > 0 || (kempe_check_new(l.system, &check) == KEMPE_OK && goes_by_products(&l)));
+        kempe_check_free(check);
         unload(&l);
     }
     printf("  operations of 100 and 1000 cells: %ld, %ld\n", count[0], count[1]);
