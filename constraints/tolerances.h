@@ -37,8 +37,8 @@
  * if their backward error is rounding: it is below 1e-16 on chains of 1000 links, and 7e-5 where a joint moves almost
  * no inertia. */
 #define KMP_ARTICULATED_BACKWARD 1e-12
-/** Accelerations at rest, 1/s^2 in the scales of coordinates, beyond which a joint may move no mass but rounding: then M
- * decides. */
+/** Accelerations at rest, 1/s^2 in the scales of coordinates, beyond which a joint may move no mass but rounding: then
+ * M decides. */
 #define KMP_ARTICULATED_DOUBTFUL 1e8
 
 /** Pivots of M and J M^-1 J' over the diagonal before elimination: a smaller one has lost five digits or more, and the
