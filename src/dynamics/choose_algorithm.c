@@ -38,6 +38,13 @@ static double count_entries(const kempe_model *model)
     return entries;
 }
 
+/* Of p independent coordinates; with none as with one. */
+static bool products_pay(const kempe_model *model, int p)
+{
+    const double columns = p > 1 ? p : 1;
+    return columns * OF_PRODUCT * model->motion_count < (OF_ENTRY + 4 * columns) * count_entries(model);
+}
+
 bool kmp_motion_may_go_by_products(const kempe_system *s)
 {
     const kempe_model *model = s->model;
@@ -47,13 +54,14 @@ bool kmp_motion_may_go_by_products(const kempe_system *s)
         needed = needed || model->closures[c].curve_count > 0;
     for (int k = 0; k < model->force_count; k++)
         needed = needed || kmp_force_has_load(&model->forces[k]) || kmp_force_has_modes(&model->forces[k]);
-    return !needed && rows > 0 && model->motion_count - rows <= MOST_PRODUCTS && kmp_equations_are_large(model);
+    return !needed && rows > 0 && model->motion_count - rows <= MOST_PRODUCTS && kmp_equations_are_large(model) &&
+           products_pay(model, 1);
 }
 
 bool kmp_motion_goes_by_products(const kempe_system *s, int rows)
 {
-    const int n = s->model->motion_count, p = n > rows ? n - rows : 0;
-    return p <= MOST_PRODUCTS && p * OF_PRODUCT * (double)n < (OF_ENTRY + 4.0 * p) * count_entries(s->model);
+    const int p = s->model->motion_count - rows;
+    return p <= MOST_PRODUCTS && products_pay(s->model, p);
 }
 
 /* -- articulated bodies ------------------------------------------------------------------------------ */
