@@ -68,9 +68,11 @@ static double value_of(const kmp_saddle *saddle, int entry)
 
 /* -- by articulated bodies ---------------------------------------------------------------------------- */
 
-/* The recursion has eliminated the rows: 0, or 1 + the place of a row whose pivot is not positive. */
+/* The recursion has eliminated the rows, those of this system also where another one has kept others since: 0, or 1 +
+ * the place of a row whose pivot is not positive. */
 static int judge_pivots(const kmp_saddle *saddle)
 {
+    kmp_eval_keep_rows(saddle->eval, saddle->position);
     for (int k = 0; k < saddle->r; k++)
         if (!(saddle->eval->pivots[saddle->part->rows[k]] > 0))
             return 1 + k;

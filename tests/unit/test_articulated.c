@@ -6,6 +6,7 @@
 #include "backend/machine.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "constraints/closing/saddle.h"
 #include "constraints/evaluation/evaluator.h"
 #include "dynamics/motion.h"
 #include "integrators/run/methods.h"
@@ -719,6 +720,53 @@ static void many_rows_are_carried(void)
     kempe_context_free(context);
 }
 
+/* -- choices of rows ------------------------------------------------------------------------------------ */
+
+/* Two systems with other rows of a loop that is given twice share an evaluator: each has its own multipliers, also
+ * after the other one has been made. */
+static void choices_of_rows_stay_apart(void)
+{
+    scene s = read_text("kempe: 1\nname: twice\nground: {points: {G: [1, 0, 0]}}\ngravity: [0, -9.81, 0]\nbodies:\n"
+                        "  a: {joint: {revolute: z, at: ground}, mass: 1, com: [0.2, 0, 0], inertia: {zz: 0.1}, "
+                        "points: {P: [0.5, 0, 0]}}\n"
+                        "  b: {joint: {revolute: z, at: a.P}, mass: 1, com: [0.5, 0, 0], inertia: {zz: 0.1}, "
+                        "points: {P: [1, 0, 0]}}\n"
+                        "  c: {joint: {revolute: z, at: ground.G}, mass: 1, com: [0.2, 0, 0], inertia: {zz: 0.1}, "
+                        "points: {P: [0.5, 0, 0]}}\n"
+                        "loops:\n  k: {ball: [b.P, c.P]}\n  l: {ball: [b.P, c.P]}\n"
+                        "start: {q: {a: 1, b: -1, c: 1}}\n");
+    kmp_evaluator *eval = kmp_eval_new(s.by[1], "tape");
+    const double q[3] = {1, -1, 1}, qd[3] = {0};
+    double qdd[2][3], lambda[2][4];
+    int kept[2][2] = {{0, 1}, {2, 3}}, left[2][2] = {{2, 3}, {0, 1}};
+    kmp_saddle saddle[2];
+    kmp_partition part[2];
+    CHECK(s.by[1]->m == 4 && kmp_eval_add_articulated(eval) == KEMPE_OK);
+    kmp_eval_set_by_bodies(eval, true);
+    for (int k = 0; k < 2; k++) {
+        part[k] = (kmp_partition){.n = 3, .m = 4, .r = 2, .p = 1, .rows = kept[k], .redundant = left[k]};
+        CHECK(kmp_saddle_init(&saddle[k], eval, &part[k]));
+    }
+    for (int turn = 0; turn < 2; turn++)
+        for (int k = 0; k < 2; k++) {
+            kmp_eval_closure(eval, 0, q);
+            kmp_eval_mass(eval);
+            kmp_eval_bias(eval, qd);
+            CHECK(kmp_saddle_factor(&saddle[k]) == 0);
+            kmp_saddle_accelerations(&saddle[k], qdd[k], lambda[k]);
+        }
+    for (int i = 0; i < 3; i++)
+        CHECK_NEAR(qdd[0][i], qdd[1][i], 1e-12);
+    for (int r = 0; r < 2; r++) {
+        CHECK(fabs(lambda[0][r]) > 1e-3 && lambda[0][2 + r] == 0 && lambda[1][r] == 0);
+        CHECK_NEAR(lambda[0][r], lambda[1][2 + r], 1e-12);
+    }
+    for (int k = 0; k < 2; k++)
+        kmp_saddle_free(&saddle[k]);
+    kmp_eval_free(eval);
+    unload(&s);
+}
+
 /* -- a program's force ---------------------------------------------------------------------------------- */
 
 static int brake(void *user, double t, const double *q, const double *qd, double *effort)
@@ -758,6 +806,7 @@ int main(void)
     TEST(a_bad_condition_is_no_reason_against_them);
     TEST(bodies_are_left_where_rounding_shows);
     TEST(many_rows_are_carried);
+    TEST(choices_of_rows_stay_apart);
     TEST(forces_of_a_program);
     return check_report();
 }
