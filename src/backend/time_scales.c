@@ -12,11 +12,12 @@
 #include <string.h>
 
 enum {
-    MOST = 32,              /* functions that are studied together */
-    FIRST = 8,              /* equal intervals whose ends give the first sizes, which may be too small */
-    DEEPEST = 26,           /* halvings: a jump is not resolved further */
-    MOST_INTERVALS = 20000, /* of a run; more of them have no place in memory */
-    CONTRAST = 64           /* times the shortest interval: the longest one, where some are short */
+    MOST = 32,               /* functions that are studied together */
+    FIRST = 8,               /* equal intervals whose ends give the first sizes, which may be too small */
+    DEEPEST = 26,            /* halvings: a jump is not resolved further */
+    MOST_INTERVALS = 20000,  /* of a run; more of them have no place in memory */
+    MOST_HALVINGS = 500000, /* of a study: a second for a short function */
+    CONTRAST = 64            /* times the shortest interval: the longest one, where some are short */
 };
 /* Part of the largest value of a function by which it may differ from a straight line within half an interval. */
 static const double KNOWN = 0.05;
@@ -32,7 +33,7 @@ typedef struct study {
     kmp_bounds *bounds;
     kmp_arena *aside; /* of this study */
     double *end;      /* NULL: none, or no memory */
-    int ends;
+    int ends, halvings;
     double shortest, longest;
     double size[MOST]; /* largest values so far */
 } study;
@@ -138,13 +139,16 @@ static void values_at(study *s, const double *parameters, double t, double *valu
     }
 }
 
-/* True if the functions stay near their values at the ends of an interval. */
+/* True if the functions stay near their values at the ends of an interval. A function without values at both ends, as
+ * sqrt(1 - t) for t > 1, is not asked: the motion has ended before. */
 static bool is_known(study *s, const double *parameters, double a, double b, const double *x, const double *y)
 {
     look(s, parameters, a, b);
     for (int k = 0; k < s->count; k++) {
         kmp_bound bound = kmp_bounds_get(s->bounds, k);
         double off = KNOWN * s->size[k];
+        if (isnan(x[k]) && isnan(y[k]))
+            continue;
         if (!(bound.low >= fmin(x[k], y[k]) - off && bound.high <= fmax(x[k], y[k]) + off))
             return false;
     }
@@ -162,14 +166,21 @@ static bool is_straight(const study *s, const double *x, const double *middle, c
 /* Sources of what is known of an interval: bounds of the functions, their values alone, or its parts. */
 typedef enum knowledge { BY_BOUNDS, BY_VALUES, BY_PARTS } knowledge;
 
+/* True if some functions change in more intervals than are kept, or were not known after many halvings. */
+static bool ended_early(const study *s)
+{
+    return s->ends >= MOST_INTERVALS || s->halvings >= MOST_HALVINGS;
+}
+
 /* Bounds do not know a function around a place where it is continuous by jumps that cancel, as a periodic table where a
  * period ends: intervals there are joined with those beside them while the values show nothing. */
 static knowledge halve(study *s, const double *parameters, int depth, double a, double b, const double *x,
                        const double *y)
 {
     double m = a + (b - a) / 2, middle[MOST] = {0};
-    if (s->ends >= MOST_INTERVALS || s->aside->failed)
+    if (ended_early(s) || s->aside->failed)
         return BY_PARTS;
+    s->halvings++;
     values_at(s, parameters, m, middle);
     const bool even = is_straight(s, x, middle, y);
     const bool known = even && is_known(s, parameters, a, m, x, middle) && is_known(s, parameters, m, b, middle, y);
@@ -194,7 +205,7 @@ static knowledge halve(study *s, const double *parameters, int depth, double a, 
 static void divide(study *s, const double *parameters, double from, double to)
 {
     double x[MOST] = {0}, y[MOST] = {0};
-    s->ends = 0;
+    s->ends = s->halvings = 0;
     s->end = NULL;
     s->longest = 0;
     s->shortest = INFINITY;
@@ -215,7 +226,6 @@ static bool add_ends(const study *s, kmp_arena *arena, kmp_time_scales *found)
     found->end = end;
     found->count += s->ends;
     found->shortest = fmin(found->shortest, s->shortest);
-    found->open = s->ends >= MOST_INTERVALS ? s->name[0] : found->open;
     kmp_order(found->count, end);
     return true;
 }
@@ -245,6 +255,10 @@ static bool find_together(study *s, const double *parameters, const double span[
     bool made = s->bounds && !aside.failed;
     if (made && s->longest >= CONTRAST * s->shortest)
         made = add_ends(s, arena, found);
+    if (ended_early(s)) {
+        found->open = s->name[0];
+        found->shortest = fmin(found->shortest, s->shortest);
+    }
     s->aside = NULL;
     kmp_arena_free(&aside);
     kmp_program_free(program);

@@ -2,6 +2,7 @@
 /* Pulses in functions of time and of the motion, much shorter than the steps of a calm motion: the impulse is that of
  * the integral, on every formulation and integrator. Functions without short intervals have none. */
 #include "backend/time_scales.h"
+#include "base/clock.h"
 #include "base/memory.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
@@ -148,6 +149,30 @@ static void many_functions(void)
     unload(&l);
 }
 
+/* Where a function has no values nothing is searched; and a search that finds neither bounds nor changes ends. */
+static void searches_end(void)
+{
+    const double parameters[] = {5.0123, 0.01};
+    static const struct {
+        const char *force;
+        bool open;
+    } cases[] = {{"sqrt(3.5 - t)", false},
+                 {"sqrt(t - 3.5) + sqrt(6 - t)", false},
+                 {"exp(1e9*sin(t) - 1e9*sin(t + 2*pi))", true}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        loaded l = pulsed(cases[k].force);
+        kmp_arena arena = {0};
+        kmp_time_scales scales;
+        const double before = kmp_cpu_now();
+        CHECK(kmp_time_scales_find(l.model, parameters, 0, 10, &arena, &scales) == KEMPE_OK);
+        CHECK((scales.open != NULL) == cases[k].open && kmp_cpu_now() - before < 5);
+        printf("  %s: %.2g s, %d intervals%s\n", cases[k].force, kmp_cpu_now() - before, scales.count,
+               scales.open ? ", open" : "");
+        kmp_arena_free(&arena);
+        unload(&l);
+    }
+}
+
 int main(void)
 {
     TEST(impulses);
@@ -155,5 +180,6 @@ int main(void)
     TEST(no_pulses);
     TEST(ends);
     TEST(many_functions);
+    TEST(searches_end);
     return check_report();
 }
