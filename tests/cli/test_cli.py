@@ -36,6 +36,8 @@ REFERENCE = ROOT / "examples/andrews/reference.csv"
 COMMANDS = re.findall(r"^    \{CLI_\w+, \"(\w+)\"", (ROOT / "src/cli/commands.c").read_text(), re.M)
 ANGLES = "beta theta gamma Phi delta Omega epsilon".split()
 KEMPE = "kempe"  # set by main
+# Of motions that are long under sanitizers, the functions are called there by the unit tests of the same name or subject.
+long_motion = unittest.skipIf("KEMPE_SANITIZED" in os.environ, "long under sanitizers")
 
 
 def kempe(*words, cwd=None):
@@ -120,6 +122,7 @@ class Terminal(Case):
         os.close(parent)
         return text
 
+    @long_motion
     def test_progress_is_one_line(self):
         words = ["simulate", ROOT / "examples/tram/tram.yaml", "--rtol", "1e-11", "--no-convergence-check"]
         text = self.on_terminal(*words, until=" left")
@@ -1871,6 +1874,7 @@ run: {t_end: 1}
               "forces: {f: {joint: x, force: '3*sin(4*t) - k*(q(x) - x0) - c*qd(x) - 20*q(x)^3'}}\n"
               "run: {t_end: 4, output_step: 0.05, outputs: [q, qd]}\n")
 
+    @long_motion
     def test_a_fitted_column_with_few_measurements(self):
         """Four positions among 80 rates with noise: an interval of 95 % holds the mass that made the data."""
         self.expect(0, "simulate", self.model(self.SPRING), "-o", "exact.csv", "--no-convergence-check")
@@ -1889,6 +1893,7 @@ run: {t_end: 1}
         self.assertGreaterEqual(held, 0.85 * seeds)
         self.assertIn("the column 'q.x' has 4 measurements for 4 parameters", "".join(found["warnings"]))
 
+    @long_motion
     def test_a_fit_begins_at_several_places(self):
         """The angle of a rocker over several turns of its crank has minima of the residual that are not the motion."""
         self.expect(0, "new", "four_bar")
@@ -1899,6 +1904,7 @@ run: {t_end: 1}
         one = kempe(*asked, "--starts", "1", cwd=self.folder)
         self.assertIn("the fitted motion is not that of the data", one.stderr)
 
+    @long_motion
     def test_cycles_at_nearly_one_value_are_followed(self):
         """Roessler's oscillator, whose parameter hardly changes with small amplitudes (a period doubling at a = 0.109639), and an
         oscillator that is linear up to a rate of 1 m/s (amplitude 1.46 m at mu = 0.1, where its damping gains as much as it loses)."""
@@ -2006,6 +2012,7 @@ run: {t_end: 6, output_step: 1, outputs: [q, qd]%s}
                 self.assertAlmostEqual(float(row["at(qd(x), 6)"]), float(row["F"]) / 100 * impulse, 5)
         self.assertIn("--max-step needs a positive time", self.expect(3, "simulate", path, "--max-step", "0").stderr)
 
+    @long_motion
     def test_an_absurd_force_ends(self):
         path = self.model(FOUR_BAR.read_text() + "forces: {push: {joint: crank, torque: 1e200}}\n")
         self.assertIn("too much work", self.object(1, "simulate", path, "--no-convergence-check")["reason"])
@@ -2563,6 +2570,7 @@ class Guidance(Case):
             self.assertGreater(lateral, 0.1 * load, "both wheels of the front axle are pressed outwards by their creep")
 
 
+    @long_motion
     def test_limits_of_a_run(self):
         """Extremes, means and limits of Q, Y/Q and the wear number as quantities, against the rows of the same run."""
         model, names = ROOT / "examples/curving/curving.yaml", "Q Y YQ wear".split()
@@ -2625,6 +2633,7 @@ class RunningSafety(Case):
             force = y[2:]
         return force
 
+    @long_motion
     def test_against_rows(self):
         text, safety = self.run_curve("--t-end", 4, "--output-step", 0.001, "-o", "rows.csv")
         with open(self.folder / "rows.csv", newline="") as file:
@@ -2683,6 +2692,7 @@ class RunningSafety(Case):
         self.assertIn("the way is too short for means over 2 m", text)
         self.assertEqual((safety["wheels"][0]["YQ_mean"]["value"], safety["wheels"][0]["kept"]), (None, None))
 
+    @long_motion
     def test_a_limit_that_is_not_kept(self):
         text, safety = self.run_curve("--t-end", 3.1, "--set", "R=120", "--set", "V=22", "--set", "cant=0")
         self.assertEqual([axle["kept"] for axle in safety["axles"]], [False, False])
