@@ -163,8 +163,12 @@ static void put_decades(const kmp_plot *p, int axis)
 kmp_plot kmp_plot_inside(kmp_text *text, double x, double y, double width, double height)
 {
     const kmp_axis empty = {.name = "", .low = INFINITY, .high = -INFINITY};
-    return (kmp_plot){text,           x + LEFT, y + TOP, width - LEFT - RIGHT, height - TOP - BOTTOM,
-                      {empty, empty}, false,    false};
+    return (kmp_plot){.text = text,
+                      .x = x + LEFT,
+                      .y = y + TOP,
+                      .width = width - LEFT - RIGHT,
+                      .height = height - TOP - BOTTOM,
+                      .axis = {empty, empty}};
 }
 
 void kmp_plot_reach(kmp_plot *plot, double x, double y)
@@ -258,19 +262,68 @@ void kmp_curve_begin(kmp_plot *plot, const char *class, const char *colour)
         kmp_text_printf(plot->text, " stroke=\"%s\"", colour);
     kmp_text_put(plot->text, " d=\"");
     plot->open = false;
+    plot->strip.count = 0;
+}
+
+/* Many points within a strip of half a pixel are drawn as four of them: the first, the lowest, the highest, the last.
+ */
+static const double STRIP = 0.5;
+
+static void put_point(kmp_plot *plot, const double at[2])
+{
+    kmp_text_printf(plot->text, "%c%.2f %.2f", plot->open ? 'L' : 'M', at[0], at[1]);
+    plot->open = true;
+}
+
+static void begin_strip(kmp_plot *plot, const double at[2])
+{
+    put_point(plot, at);
+    plot->strip = (kmp_thin_strip){.x = at[0], .count = 1};
+    for (int k = 0; k < KMP_STRIP_PLACES; k++)
+        memcpy(plot->strip.at[k], at, sizeof plot->strip.at[k]);
+}
+
+static void widen_strip(kmp_thin_strip *s, const double at[2])
+{
+    const bool taken[KMP_STRIP_PLACES] = {at[1]<s->at[0][1], at[1]> s->at[1][1], true};
+    for (int k = 0; k < KMP_STRIP_PLACES; k++)
+        if (taken[k]) {
+            memcpy(s->at[k], at, sizeof s->at[k]);
+            s->number[k] = s->count;
+        }
+    s->count++;
+}
+
+/* The points of the strip behind its first one, in their order. */
+static void end_strip(kmp_plot *plot)
+{
+    kmp_thin_strip *s = &plot->strip;
+    const int early = s->number[0] < s->number[1] ? 0 : 1, order[] = {early, 1 - early, 2};
+    for (int k = 0, before = 0; k < KMP_STRIP_PLACES; before = s->number[order[k++]])
+        if (s->number[order[k]] > before)
+            put_point(plot, s->at[order[k]]);
+    s->count = 0;
 }
 
 void kmp_curve_to(kmp_plot *plot, double x, double y)
 {
-    double at[2] = {kmp_plot_x(plot, x), kmp_plot_y(plot, y)};
-    bool there = isfinite(at[0]) && isfinite(at[1]);
+    const double at[2] = {kmp_plot_x(plot, x), kmp_plot_y(plot, y)};
+    const bool there = isfinite(at[0]) && isfinite(at[1]);
+    if (there && plot->strip.count > 0 && fabs(at[0] - plot->strip.x) < STRIP) {
+        widen_strip(&plot->strip, at);
+        return;
+    }
+    if (plot->strip.count > 0)
+        end_strip(plot);
     if (there)
-        kmp_text_printf(plot->text, "%c%.2f %.2f", plot->open ? 'L' : 'M', at[0], at[1]);
+        begin_strip(plot, at);
     plot->open = there;
 }
 
 void kmp_curve_end(kmp_plot *plot)
 {
+    if (plot->strip.count > 0)
+        end_strip(plot);
     kmp_text_put(plot->text, "\"/>\n");
 }
 

@@ -30,12 +30,23 @@ typedef struct kmp_axis {
     double tick; /* between its numbers; 0: chosen */
 } kmp_axis;
 
+/* Points of a curve that are drawn together: the lowest, the highest, the last, with their numbers in the order of the
+ * curve. */
+enum { KMP_STRIP_PLACES = 3 };
+
+typedef struct kmp_thin_strip {
+    double x; /* of the first */
+    double at[KMP_STRIP_PLACES][2];
+    int number[KMP_STRIP_PLACES], count;
+} kmp_thin_strip;
+
 typedef struct kmp_plot {
     kmp_text *text;
     double x, y, width, height; /* the frame, without names and numbers around it */
     kmp_axis axis[2];           /* to the right, upwards */
     bool square;                /* one range is extended until both axes have the same scale */
     bool open;                  /* the curve continues */
+    kmp_thin_strip strip;       /* its last points */
 } kmp_plot;
 
 /** A plot inside a rectangle of the picture, its axes linear and still without a range. */

@@ -162,6 +162,47 @@ static void drawn(void)
     kempe_table_free(made);
 }
 
+/* The points of the first curve of the picture of rows (k, y) with a peak at one of them: their number, and the lowest
+ * and highest places. */
+static int points_drawn(int rows, int step, int peak, double range[2])
+{
+    char path[] = "/tmp/kempe_table_XXXXXX.svg";
+    kempe_table *t = kmp_tabulate(context, "rows"), *made = NULL;
+    kmp_tabulate_columns(t, "t[s] y[m]");
+    for (int k = 0; k < rows; k += step) {
+        kmp_tabulate_row(t);
+        kmp_tabulate_numbers(t, 2, (double[]){k, k == peak ? 5 : k == peak + step ? -3 : sin(1e-3 * k)});
+    }
+    CHECK(kmp_tabulate_finish(context, t, &made) == KEMPE_OK);
+    close(mkstemps(path, 4));
+    CHECK(kempe_table_write_picture(made, NULL, "y", path) == KEMPE_OK);
+    char *text = read_back(path), *s = text ? strstr(text, "<path class=\"curve\"") : NULL,
+         *end = s ? strstr(s, "\"/>") : NULL;
+    s = s ? strstr(s, " d=\"M") : NULL;
+    int count = 0;
+    for (s = s ? s + 4 : NULL; s && s < end; count++) {
+        (void)strtod(s + 1, &s);
+        double y = strtod(s, &s);
+        range[0] = count == 0 ? y : fmin(range[0], y);
+        range[1] = count == 0 ? y : fmax(range[1], y);
+    }
+    kmp_free(text);
+    unlink(path);
+    kempe_table_free(made);
+    return count;
+}
+
+/* A picture of many rows has as many points as can be seen, with each peak; one of few rows has all. */
+static void many_rows_drawn(void)
+{
+    double few[2], many[2];
+    CHECK(points_drawn(300000, 1000, 123000, few) == 300);
+    const int count = points_drawn(300000, 1, 123456, many);
+    CHECK(count > 1000 && count < 5000);
+    CHECK_NEAR(few[0], many[0], 0.011);
+    CHECK_NEAR(few[1], many[1], 0.011);
+}
+
 static void names_with_units(void)
 {
     char path[] = "/tmp/kempe_table_XXXXXX.csv";
@@ -187,6 +228,7 @@ int main(void)
     TEST(degrees);
     TEST(zipped);
     TEST(drawn);
+    TEST(many_rows_drawn);
     TEST(names_with_units);
     TEST(without_memory);
     kempe_context_free(context);
