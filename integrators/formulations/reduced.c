@@ -918,7 +918,7 @@ static kempe_status prepare(kmp_reduced *d, const kmp_formulation_start *start)
     if (!implicit || d->integrated)
         return KEMPE_OK;
     d->formulation.ode.jacobian = jacobian;
-    KMP_TRY(kmp_reduced_jacobian_init(&d->tangents, &d->red, d->has_work));
+    KMP_TRY(kmp_reduced_jacobian_init(&d->tangents, &d->red));
     return start->dae ? reduced_describe(d, start->t) : KEMPE_OK;
 }
 

@@ -69,7 +69,7 @@ static void choose_pieces(kmp_reduced_jacobian *jacobian)
                               KMP_FOUR * ((size_t)red->p + KMP_FOUR);
 }
 
-kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduction *red, bool power)
+kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduction *red)
 {
     *jacobian = (kmp_reduced_jacobian){.red = red};
     choose_pieces(jacobian);
@@ -77,8 +77,8 @@ kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduc
                         KMP_ROOM(double, red->part->m, &jacobian->lambda),
                         KMP_ROOM(double, (size_t)jacobian->pieces * jacobian->room_of_piece, &jacobian->room)))
         return kmp_fail_memory(red->eval->system->context);
-    return kmp_tangents_init(&jacobian->tangents, red->eval->system, red->eval->backend,
-                             KMP_TANGENTS_NEAR | (power ? 1u << KMP_VALUE_POWER : 0));
+    const kempe_system *system = red->eval->system;
+    return kmp_tangents_init(&jacobian->tangents, system, red->eval->backend, kmp_tangents_of_runs(system));
 }
 
 KMP_CLEARS(kmp_reduced_jacobian, jacobian, kmp_tangents_free(&jacobian->tangents), kmp_arena_free(&jacobian->arena))

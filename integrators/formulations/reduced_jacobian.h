@@ -50,8 +50,7 @@ typedef struct kmp_reduced_jacobian {
     size_t room_of_piece;
 } kmp_reduced_jacobian;
 
-/** `power`: the state has the work of non-conservative forces as its last entry. */
-kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduction *red, bool power);
+kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduction *red);
 void kmp_reduced_jacobian_free(kmp_reduced_jacobian *jacobian);
 
 /** j = d(ud, udd[, power]) / d(u, ud[, work]), column-major of leading dimension `size`, zeroed before, at a state

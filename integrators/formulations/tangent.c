@@ -327,6 +327,11 @@ kempe_status kmp_tangents_add_values(kmp_tangents *t, const kempe_system *system
     return kmp_formulas_prepare(&t->value, backend, system->parameters) ? KEMPE_OK : kmp_fail_memory(system->context);
 }
 
+unsigned kmp_tangents_of_runs(const kempe_system *system)
+{
+    return KMP_TANGENTS_NEAR | (system->dissipative ? 1u << KMP_VALUE_POWER : 0);
+}
+
 kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend,
                                unsigned values)
 {

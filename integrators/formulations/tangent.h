@@ -71,6 +71,10 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
                                unsigned values);
 void kmp_tangents_free(kmp_tangents *tangents);
 
+/** KMP_TANGENTS_NEAR, with the power where forces dissipate: what reduced runs take. Who linearises a system before a
+ * run of it takes them, too, so that they are derived once. */
+unsigned kmp_tangents_of_runs(const kempe_system *system);
+
 /** Sorts the entries of a list, which it takes, by their place; then lists the first entry of each column. false: no
  * memory. */
 void kmp_tangents_sort(kmp_tangents *tangents, kmp_listing *list);

@@ -12,12 +12,12 @@
 #include <string.h>
 
 enum {
-    MOST = 32,               /* functions that are studied together */
-    FIRST = 8,               /* equal intervals whose ends give the first sizes, which may be too small */
-    DEEPEST = 26,            /* halvings: a jump is not resolved further */
-    MOST_INTERVALS = 20000,  /* of a run; more of them have no place in memory */
+    MOST = 32,              /* functions that are studied together */
+    FIRST = 8,              /* equal intervals whose ends give the first sizes, which may be too small */
+    DEEPEST = 26,           /* halvings: a jump is not resolved further */
+    MOST_INTERVALS = 20000, /* of a run; more of them have no place in memory */
     MOST_HALVINGS = 500000, /* of a study: a second for a short function */
-    CONTRAST = 64            /* times the shortest interval: the longest one, where some are short */
+    CONTRAST = 64           /* times the shortest interval: the longest one, where some are short */
 };
 /* Part of the largest value of a function by which it may differ from a straight line within half an interval. */
 static const double KNOWN = 0.05;

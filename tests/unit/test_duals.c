@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: rail */
 /* Tangents number by number against derived ones: of random mechanisms, of every function of the language, of loops
  * with functions of time; and that few evaluations and many give the same. */
 #include "analyses/derivatives/few_tangents.h"
@@ -214,6 +215,20 @@ static void many_states_are_as_few(void)
     unload(&m);
 }
 
+/* What a mechanism is linearised with before a run is derived once: the programs of the run are the same. */
+static void derived_once(void)
+{
+    loaded l = load("examples/tram/tram.yaml");
+    const kmp_backend *tape = kmp_backend_find("tape");
+    kmp_tangents few, runs;
+    CHECK(kmp_tangents_init_few(&few, l.system, tape) == KEMPE_OK && !few.numbers);
+    CHECK(kmp_tangents_init(&runs, l.system, tape, kmp_tangents_of_runs(l.system)) == KEMPE_OK);
+    CHECK(runs.at[KMP_VALUE_POWER] >= 0 && runs.tangent.program == few.tangent.program);
+    kmp_tangents_free(&few);
+    kmp_tangents_free(&runs);
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(random_mechanisms);
@@ -221,5 +236,6 @@ int main(void)
     TEST(loops_that_follow_time);
     TEST(a_large_mechanism);
     TEST(many_states_are_as_few);
+    TEST(derived_once);
     return check_report();
 }

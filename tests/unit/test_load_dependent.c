@@ -439,7 +439,7 @@ static void jacobian(void)
         kmp_reduced_jacobian j;
         double m[4] = {0}, q[2] = {phi, asin(-0.3 * sin(phi) / 0.7) - phi}, qd[2];
         set_up(&b, &l, phi, rate);
-        CHECK(kmp_reduced_jacobian_init(&j, &b.red, false) == KEMPE_OK);
+        CHECK(kmp_reduced_jacobian_init(&j, &b.red) == KEMPE_OK);
         double by_u = (reduced(&b, phi + e, rate, false, 0) - reduced(&b, phi - e, rate, false, 0)) / (2 * e);
         double by_ud = (reduced(&b, phi, rate + e, false, 0) - reduced(&b, phi, rate - e, false, 0)) / (2 * e);
         double udd = reduced(&b, phi, rate, false, 0);

@@ -24,7 +24,7 @@ static bool jacobian(const kempe_linearization *l, double *j)
     kmp_reduced_jacobian jac;
     double udd[MOST];
     bool ok = eval && kmp_reduction_init(&red, eval, &from->part) == KEMPE_OK &&
-              kmp_reduced_jacobian_init(&jac, &red, false) == KEMPE_OK;
+              kmp_reduced_jacobian_init(&jac, &red) == KEMPE_OK;
     if (!ok)
         return false;
     if (from->eval->system->chart_count)

@@ -215,7 +215,7 @@ static const double *evaluate(void *numbers, const kmp_instant *at)
 kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend)
 {
     if (!tangent_numbers_can(system))
-        return kmp_tangents_init(tangents, system, backend, KMP_TANGENTS_NEAR);
+        return kmp_tangents_init(tangents, system, backend, kmp_tangents_of_runs(system));
     *tangents = (kmp_tangents){.n = system->n, .m = system->m};
     for (int v = 0; v < KMP_VALUES; v++)
         tangents->at[v] = -1;

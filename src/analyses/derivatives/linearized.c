@@ -172,7 +172,8 @@ void kmp_linear_derive(kmp_linear *linear)
     kmp_tangents derived;
     if (!linear->tangents.numbers)
         return;
-    if (kmp_tangents_init(&derived, linear->system, linear->eval->backend, KMP_TANGENTS_NEAR) != KEMPE_OK) {
+    if (kmp_tangents_init(&derived, linear->system, linear->eval->backend, kmp_tangents_of_runs(linear->system)) !=
+        KEMPE_OK) {
         kmp_context_clear(linear->system->context);
         return;
     }
