@@ -11,12 +11,19 @@
 double kmp_cycles_of_one(kmp_counts count);
 double kmp_cycles_of_lanes(kmp_counts count, bool by_bodies);
 
+/** Writing such a program, with its machine code, for one instance and in lanes. */
+double kmp_cycles_to_make(kmp_counts count);
+
 /** An evaluation by a program and loops of linear algebra of so many operations. */
 double kmp_cycles_by_parts(double operations, bool by_bodies);
 
 /** The counted time of radau over that of dop853 for the same motion, not stiff, of n unknowns, at a tolerance;
  * infinite where stages have no lanes. */
 double kmp_cycles_ratio(const kmp_ode *ode, double rtol);
+
+/** Counted cycles of dop853 in which radau in lanes, with this ratio, saves what it takes to make the lanes; some steps
+ * where the ratio promises nothing, because a trial has found what it does not count. */
+double kmp_cycles_until_lanes_pay(const kmp_ode *ode, double ratio);
 
 /** Below this ratio radau is taken. On the bench set the expected ratio is too large by half on many models, too small
  * by a quarter on chains of loops and trees. */

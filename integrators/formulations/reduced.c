@@ -266,8 +266,11 @@ static int reduced_exchange(kmp_reduced *d, double t, double *y)
         kmp_reduced_pack(&d->part, d->has_v, d->q, d->qd, y);
         reduced_set_tolerances(d);
         d->formulation.exchanges++;
-        bool worth = d->use.steps >= KMP_FORMULATION_BRIEF;
+        bool worth = d->use.steps >= KMP_FORMULATION_BRIEF, lanes = d->start.lanes;
+        d->start.lanes = lanes && !d->formulation.spares;
         said = reduced_linearise_at(d, t, y) == KMP_GO ? kmp_reduced_make_program(d, worth) : KMP_HALT;
+        d->start.lanes = d->start.lanes || d->programs.stages.lanes;
+        d->formulation.lacks_lanes = lanes && !d->start.lanes;
     }
     if (said == KMP_GO)
         log_exchange(d, t, &before);
@@ -551,6 +554,7 @@ static int make_lanes(void *self, double t)
     kmp_reduced *d = self;
     d->formulation.ode.lanes = rhs_of_stages;
     d->formulation.ode.width = KMP_STAGE_LANES;
+    d->formulation.lacks_lanes = false;
     return kmp_reduced_make_lanes(d, t);
 }
 

@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The integrator where the user chose none. On the reduced formulation it is chosen by counted work at the start, and
- * exchanged on trial during a run; the same result each time, rows across an exchange, runs that keep theirs. On the
- * others it is radau where its stages have lanes; the reasons of another choice. */
+ * exchanged on trial during a run; lanes are made where they pay; the same result each time, rows across an exchange,
+ * runs that keep theirs. On the others it is radau where its stages have lanes; the reasons of another choice. */
 #include "backend/x86/x86.h"
 #include "base/memory.h"
 #include "integrators/formulations/cost_model.h"
+#include "integrators/formulations/reduced.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
+#include "integrators/run/runner.h"
+#include "integrators/run/runner_change.h"
 #include "loaded.h"
 #include <math.h>
 #include <string.h>
@@ -125,6 +128,70 @@ static void without_success(void)
     CHECK(open.exchanges == 0);
     CHECK(apart(&open.rows, &radau.rows) < 1e-8);
     CHECK(!has_lanes() || open.report.steps > radau.report.steps); /* those of the trial are counted, too */
+}
+
+/* True if the reduced formulation has lanes for its present unknowns. */
+static bool keeps_lanes(const kmp_runner *runner)
+{
+    return ((const kmp_reduced *)runner->formulation)->programs.stages.lanes;
+}
+
+/* Steps in lanes and without; how often lanes were made after steps without them. */
+typedef struct seen {
+    int with, without, made;
+} seen;
+
+/* A new formulation after a single step. */
+static void restart(kmp_runner *runner)
+{
+    double work;
+    CHECK(kmp_runner_step(runner) == KEMPE_OK);
+    double t = kmp_runner_t(runner), h = runner->solver->h;
+    CHECK(kmp_runner_inner_row(runner, t, true, runner->state, &work) == KEMPE_OK);
+    CHECK(kmp_runner_restart(runner, t, false, work, h) == KEMPE_OK);
+    CHECK(!runner->kind->lanes);
+}
+
+/* Lanes are there for the integrator that uses them, and are not made for one that waits for them. `again`: with a new
+ * formulation after a single step. */
+static seen step_through(const char *path, double rtol, double t_end, bool again)
+{
+    loaded l = load(path);
+    kmp_runner *runner = NULL;
+    kmp_run_log log = {.context = l.context};
+    kmp_run_spec spec = {.formulation = "reduced", .form = "integrated", .rtol = rtol, .t_end = t_end, .log = &log};
+    seen count = {0};
+    bool before = false;
+    CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
+    CHECK(kmp_runner_new(l.system, &spec, NULL, &runner) == KEMPE_OK);
+    CHECK(runner->kind->lanes && keeps_lanes(runner));
+    if (again)
+        restart(runner);
+    while (kmp_runner_t(runner) < t_end) {
+        CHECK(kmp_runner_step(runner) == KEMPE_OK);
+        bool waits = runner->choice.waits && !runner->kind->lanes;
+        CHECK(!(waits && keeps_lanes(runner)) && !(runner->kind->lanes && !keeps_lanes(runner)));
+        count.with += runner->kind->lanes;
+        count.without += waits;
+        count.made += before && runner->kind->lanes;
+        before = waits;
+    }
+    kmp_runner_free(runner);
+    kmp_run_log_free(&log);
+    unload(&l);
+    return count;
+}
+
+/* Choices of rows or coordinates that last for a few steps are worth no lanes; one that lasts is. */
+static void lanes_once_they_pay(void)
+{
+    if (!has_lanes())
+        return;
+    seen of_rows = step_through("tests/models/two_armed_lamp.yaml", 1e-8, 3, false);
+    seen of_coordinates = step_through("tests/models/closed_arm_own.yaml", 1e-8, 1, false);
+    seen lasting = step_through("examples/spatial_slider_crank/spatial_slider_crank.yaml", 1e-10, 5, true);
+    CHECK(of_rows.without > 5 * of_rows.with && of_coordinates.without > 5 * of_coordinates.with);
+    CHECK(lasting.made == 1 && lasting.without > 10 && lasting.with > lasting.without);
 }
 
 /* An integrator that the user gave, and dop853 where change points are ignored. */
@@ -271,6 +338,7 @@ int main(void)
     TEST(at_the_start);
     TEST(on_trial);
     TEST(without_success);
+    TEST(lanes_once_they_pay);
     TEST(that_is_kept);
     TEST(by_lanes);
     TEST(by_what_is_given);
