@@ -31,12 +31,12 @@ double kmp_cycles_of_lanes(kmp_counts count, bool by_bodies)
     return kmp_x86_runs(KMP_X86_FOUR) ? cycles : KMP_STAGE_LANES * kmp_cycles_of_one(count);
 }
 
-/* Of an operation, measured by restarts on two-armed lamps (bench/lamps). */
-static const double MAKING = 1700;
+/* Measured by restarts on two-armed lamps (bench/lamps) and exchanges of small mechanisms. */
+static const double MAKING = 2e5, MAKING_EACH = 1500;
 
 double kmp_cycles_to_make(kmp_counts count)
 {
-    return MAKING * (double)count.paper;
+    return MAKING + MAKING_EACH * (double)count.paper;
 }
 
 double kmp_cycles_by_parts(double operations, bool by_bodies)

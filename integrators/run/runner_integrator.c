@@ -14,6 +14,10 @@
 /* Steps until the first trial, before which the present integrator is measured, and of the trial itself, without those
  * at its beginning. */
 enum { FIRST_TRIAL = 200, MEASURED = 40, TRIAL = 12, SETTLE = 3 };
+/* A trial, with what it makes, must cost no more than this part of the rest of the run. Where it is less by far the
+ * first one begins early: an explicit method whose steps are short may be limited by stability. */
+static const double TRIAL_SHARE = 0.1, EARLY_SHARE = 0.03;
+enum { EARLY = 16 };
 /* A successful trial simulates this many times as much in a cycle: at the same tolerance errors of radau are smaller,
  * and are worth 1.3 times the steps of dop853 in the mean over the bench set. */
 static const double BETTER_RADAU = 1, BETTER_DOP853 = 1.4;
@@ -72,15 +76,23 @@ static void begin_count(kmp_runner *run)
 {
     kmp_integrator_choice *c = &run->choice;
     c->from = run->solver->cycles + (c->other ? c->other->cycles : 0);
+    c->from_t = kmp_runner_t(run);
+}
+
+/* The rest of the run over its part from `begin` to t. */
+static double rest_over(const kmp_runner *run, double begin, double t)
+{
+    return (run->spec.t_end - t) / (t - begin);
 }
 
 /* True if lanes have saved, of the time with the present unknowns, what it takes to make them, or would have. Unknowns
- * that lasted so long are the best forecast for the next ones, and for their own rest. */
+ * that lasted so long are the best forecast for the next ones, and for their own rest, within that of the run. */
 static bool lanes_pay(const kmp_runner *run)
 {
     const kmp_integrator_choice *c = &run->choice;
     double spent = run->solver->cycles + (c->other ? c->other->cycles : 0) - c->from;
-    return spent >= (run->kind->lanes ? c->price_in_lanes : c->price);
+    double rest = rest_over(run, c->from_t, kmp_runner_t(run));
+    return spent * fmin(1, rest) >= (run->kind->lanes ? c->price_in_lanes : c->price);
 }
 
 /* A trial that unknowns do not outlast has no result. */
@@ -237,13 +249,22 @@ static kempe_status end_waiting(kmp_runner *run, double t)
     return KEMPE_OK;
 }
 
-/* Newton's method has no rival among explicit methods. */
+/* The cost of a trial, with the lanes that it may make, over that of the rest of the run. */
+static double share_of_trial(const kmp_runner *run, double t)
+{
+    const kmp_solver *solver = run->solver;
+    double rest = rest_over(run, run->choice.from_t, t), steps = (double)solver->work.steps;
+    double made = run->kind->lanes || run->choice.other ? 0 : run->formulation->ode.cycles_to_make;
+    return ((SETTLE + TRIAL) / steps + made / (solver->cycles - run->choice.from)) / rest;
+}
+
+/* Newton's method has no rival among explicit methods. A trial that the rest of the run does not pay is left out. */
 static kempe_status begin_trial(kmp_runner *run, double t)
 {
     kmp_integrator_choice *c = &run->choice;
     double h = run->solver->h;
     c->patience *= 2;
-    if (run->solver->stiff) {
+    if (run->solver->stiff || share_of_trial(run, t) > TRIAL_SHARE) {
         wait(run, t);
         return KEMPE_OK;
     }
@@ -276,7 +297,8 @@ kempe_status kmp_runner_try_integrator(kmp_runner *run, double t)
         return KEMPE_OK;
     if (waits_for_lanes(run) && !run->near_singular && run->formulation->ode.make_lanes)
         return end_waiting(run, t);
-    if (run->solver->work.steps < c->next)
+    const bool early = run->solver->work.steps == EARLY && !run->kind->lanes && share_of_trial(run, t) < EARLY_SHARE;
+    if (run->solver->work.steps < c->next && !early)
         return KEMPE_OK;
     if (!run->formulation->ode.make_lanes || run->near_singular || run->kind != c->kind) {
         c->next = run->solver->work.steps + FIRST_TRIAL;
