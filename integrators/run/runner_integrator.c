@@ -14,8 +14,8 @@
 /* Steps until the first trial, before which the present integrator is measured, and of the trial itself, without those
  * at its beginning. */
 enum { FIRST_TRIAL = 200, MEASURED = 40, TRIAL = 12, SETTLE = 3 };
-/* A trial, with what it makes, must cost no more than this part of the rest of the run. Where it is less by far the
- * first one begins early: an explicit method whose steps are short may be limited by stability. */
+/* A trial, with what it makes, must cost no more than this part of the rest of the run. Far below
+ * this share the first one begins early: an explicit method whose steps are short may be limited by stability. */
 static const double TRIAL_SHARE = 0.1, EARLY_SHARE = 0.03;
 enum { EARLY = 16 };
 /* A successful trial simulates this many times as much in a cycle: at the same tolerance errors of radau are smaller,
@@ -123,14 +123,8 @@ static void choose_first(kmp_runner *run)
 {
     const kmp_ode *ode = &run->formulation->ode;
     kmp_integrator_choice *c = &run->choice;
-    const kempe_model *model = run->s->model;
-    /* The force of a compliant contact begins and ends as a power of time, 1.5 in general. Steps are short there, and
-     * radau gains nothing by its higher order. */
-    bool rough = false;
-    for (int k = 0; k < model->force_count; k++)
-        rough = rough || model->forces[k].kind == KMP_FORCE_COMPLIANT;
-    c->kind = kmp_solver_find(rough ? "dop853" : ode->lanes ? "radau" : run->spec.integrator);
-    c->ratio = ode->cycles_of_lanes > 0 && !rough ? kmp_cycles_ratio(ode, run->spec.rtol) : 0;
+    c->kind = kmp_solver_find(ode->lanes ? "radau" : run->spec.integrator);
+    c->ratio = ode->cycles_of_lanes > 0 ? kmp_cycles_ratio(ode, run->spec.rtol) : 0;
     c->patience = FIRST_TRIAL;
 }
 

@@ -192,7 +192,7 @@ static void lanes_once_they_pay(void)
 {
     if (!has_lanes())
         return;
-    seen of_rows = step_through("tests/models/two_armed_lamp.yaml", 1e-8, 3, false);
+    seen of_rows = step_through("tests/models/two_armed_lamp.yaml", 1e-10, 3, false);
     seen of_coordinates = step_through("tests/models/closed_arm_own.yaml", 1e-8, 1, false);
     seen lasting = step_through("examples/spatial_slider_crank/spatial_slider_crank.yaml", 1e-10, 5, true);
     CHECK(of_rows.without > 5 * of_rows.with && of_coordinates.without > 5 * of_coordinates.with);
