@@ -394,6 +394,17 @@ static kempe_status resume(kmp_runner *run, double t, const double *q, const dou
                                               : kmp_runner_start(run, t, run->y, run->yp, h);
 }
 
+/* Continues with the projected formulation, which needs no choice of unknowns. */
+static kempe_status leave_unknowns(kmp_runner *run, double t)
+{
+    run->method = kmp_formulation_find("projected", NULL);
+    KMP_TRY(runner_change_formulation(run, t, false, run->solver->h));
+    kmp_run_log_add(run->log, "formulation", t, NAN, NAN,
+                    "the independent coordinates near their dead centre: the run continues with the projected "
+                    "formulation, which needs none");
+    return KEMPE_OK;
+}
+
 /* Lets the formulation change its unknowns at the end of the last step; the integrator then restarts, a one-step method
  * with its present step size. */
 static kempe_status renew(kmp_runner *run, double t)
@@ -401,6 +412,8 @@ static kempe_status renew(kmp_runner *run, double t)
     double h = t - kmp_runner_t_old(run);
     if (!run->formulation->renew || !(h > 0))
         return KEMPE_OK;
+    if (kmp_runner_leaves_unknowns(run, t))
+        return leave_unknowns(run, t);
     KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
     kmp_runner_end_unknowns(run);
     switch (run->formulation->renew(run->formulation, t, run->y, run->yp)) {

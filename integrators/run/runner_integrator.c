@@ -105,9 +105,31 @@ static bool give_up_trial(kmp_runner *run)
     return runs;
 }
 
+/* True if the projected formulation may take the place of the present one: it was nobody's wish, and the rows are the
+ * same to the end of the run. */
+static bool may_leave_unknowns(const kmp_runner *run)
+{
+    const bool steady = run->part.m == run->part.r && !run->friction && !run->impacts && !run->s->switches;
+    const bool wished = !run->spec.open || run->spec.kind || run->method->dae;
+    return run->choice.open && !wished && steady && !run->near_singular && run->choice.trial < KMP_TRIAL_BEGINS;
+}
+
+bool kmp_runner_leaves_unknowns(kmp_runner *run, double t)
+{
+    kmp_integrator_choice *c = &run->choice;
+    if (!run->formulation->due || !run->kind->lanes || !may_leave_unknowns(run))
+        return false;
+    double spent = run->solver->cycles + (c->other ? c->other->cycles : 0) - c->from;
+    if (spent * rest_over(run, c->from_t, t) < c->price_in_lanes)
+        return false;
+    c->open = false;
+    c->kind = run->kind;
+    return true;
+}
+
 void kmp_runner_end_formulation(kmp_runner *run)
 {
-    run->brief = run->solver->work.steps < KMP_FORMULATION_BRIEF;
+    run->brief = !run->formulation->due && run->solver->work.steps < KMP_FORMULATION_BRIEF;
     run->choice.waits = run->brief || !lanes_pay(run);
     give_up_trial(run);
     kmp_runner_release_integrators(run);

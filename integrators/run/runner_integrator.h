@@ -26,6 +26,11 @@ kempe_status kmp_runner_try_integrator(kmp_runner *run, double t);
 void kmp_runner_end_formulation(kmp_runner *run);
 void kmp_runner_release_integrators(kmp_runner *run);
 
+/** True if the formulation is about to change its unknowns at t, and the projected one, which needs no choice of them,
+ * shall continue: programs of stages must be written again in any case, and those serve to the end of the run. The user
+ * chose no formulation. Asked before kmp_runner_restart, which makes it so. */
+bool kmp_runner_leaves_unknowns(kmp_runner *run, double t);
+
 /** Before the formulation may change its unknowns, and after it did: the first tells it whether they have lasted long
  * enough for lanes; the second, before the start at t with a step *h, takes an integrator without lanes where it has
  * made none. */

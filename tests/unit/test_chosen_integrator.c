@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The integrator where the user chose none. On the reduced formulation it is chosen by counted work at the start, and
- * exchanged on trial during a run; lanes are made where they pay; the same result each time, rows across an exchange,
- * runs that keep theirs. On the others it is radau where its stages have lanes; the reasons of another choice. */
+ * exchanged on trial during a run; lanes are made where they pay; the projected formulation where coordinates must be
+ * exchanged; the same result each time, rows across an exchange, runs that keep theirs. On the others it is radau where
+ * its stages have lanes; the reasons of another choice. */
 #include "backend/x86/x86.h"
 #include "base/memory.h"
 #include "integrators/formulations/cost_model.h"
@@ -41,6 +42,7 @@ typedef struct result {
     rows rows;
     kmp_run_report report;
     long exchanges; /* of integrators */
+    long left;      /* changes of formulation */
 } result;
 
 /* A run of an example; form, integrator and change_points NULL: the default. */
@@ -70,6 +72,8 @@ static void run_on(const char *formulation, const char *form, const char *name, 
     CHECK(kmp_run(l.system, &spec, NULL, take, &r->rows, &r->report) == KEMPE_OK && r->rows.count == MOST_ROWS);
     for (int k = 0; k < log.kept; k++)
         r->exchanges += strcmp(log.entries[k].kind, "integrator") == 0;
+    for (int k = 0; k < log.kept; k++)
+        r->left += strcmp(log.entries[k].kind, "formulation") == 0;
     kmp_free(r->report.reason);
     r->report.reason = NULL;
     kmp_run_log_free(&log);
@@ -197,6 +201,23 @@ static void lanes_once_they_pay(void)
     seen lasting = step_through("examples/spatial_slider_crank/spatial_slider_crank.yaml", 1e-10, 5, true);
     CHECK(of_rows.without > 5 * of_rows.with && of_coordinates.without > 5 * of_coordinates.with);
     CHECK(lasting.made == 1 && lasting.without > 10 && lasting.with > lasting.without);
+}
+
+/* The projected formulation continues to the end where coordinates must be exchanged, unless the user gave one, or the
+ * coordinates. */
+static void without_unknowns(void)
+{
+    static result open, again, given, other;
+    if (!has_lanes())
+        return;
+    run_on(NULL, NULL, "four_bar", NULL, 1e-10, 3, NULL, &open);
+    run_on(NULL, NULL, "four_bar", NULL, 1e-10, 3, NULL, &again);
+    run_on("reduced", NULL, "four_bar", NULL, 1e-10, 3, NULL, &given);
+    run_on("projected", NULL, "four_bar", "dop853", 1e-12, 3, NULL, &other);
+    CHECK(open.left == 1 && open.report.exchanges == 0 && given.left == 0 && given.report.exchanges > 1);
+    CHECK_TEXT(open.report.integrator, "radau");
+    CHECK(memcmp(&open.rows, &again.rows, sizeof open.rows) == 0);
+    CHECK(apart(&open.rows, &given.rows) < 1e-8 && apart(&open.rows, &other.rows) < 1e-8);
 }
 
 /* An integrator that the user gave, and dop853 where change points are ignored. */
@@ -344,6 +365,7 @@ int main(void)
     TEST(on_trial);
     TEST(without_success);
     TEST(lanes_once_they_pay);
+    TEST(without_unknowns);
     TEST(that_is_kept);
     TEST(by_lanes);
     TEST(by_what_is_given);
