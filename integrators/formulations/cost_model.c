@@ -31,6 +31,14 @@ double kmp_cycles_of_lanes(kmp_counts count, bool by_bodies)
     return kmp_x86_runs(KMP_X86_FOUR) ? cycles : KMP_STAGE_LANES * kmp_cycles_of_one(count);
 }
 
+/* Measured by restarts on two-armed lamps (bench/lamps) and exchanges of small mechanisms. */
+static const double MAKING = 2e5, MAKING_EACH = 1500;
+
+double kmp_cycles_to_make(kmp_counts count)
+{
+    return MAKING + MAKING_EACH * (double)count.paper;
+}
+
 double kmp_cycles_by_parts(double operations, bool by_bodies)
 {
     return BY_PARTS + (by_bodies ? EACH_OF_BODIES : EACH_BY_PARTS) * operations;
@@ -40,13 +48,24 @@ double kmp_cycles_by_parts(double operations, bool by_bodies)
  * rejected ones. Dependent coordinates are integrated once, not twice, and their errors contract less in a sweep. */
 static const double STAGES = 12.5, SWEEPS = 5.5, DEPENDENT = 2, MANY_DEPENDENT = 2;
 
+static double cycles_of_stage(const kmp_ode *ode)
+{
+    return ode->cycles + KMP_CYCLES_OF_STAGE + KMP_CYCLES_OF_UNKNOWN * (ode->n - ode->quadratures);
+}
+
+double kmp_cycles_until_lanes_pay(const kmp_ode *ode, double ratio)
+{
+    const double several = 16;
+    return ratio < 1 ? ode->cycles_to_make / (1 - ratio) : several * STAGES * cycles_of_stage(ode);
+}
+
 double kmp_cycles_ratio(const kmp_ode *ode, double rtol)
 {
     double n = ode->n - ode->quadratures, dependent = n - 2 * ode->positions;
     if (!(ode->cycles_of_lanes > 0))
         return INFINITY;
     double sweep = ode->cycles_of_lanes + KMP_SWEEP_CYCLES_OF_UNKNOWN * n;
-    double one = ode->cycles + KMP_CYCLES_OF_STAGE + KMP_CYCLES_OF_UNKNOWN * n;
+    double one = cycles_of_stage(ode);
     double sweeps = SWEEPS + (dependent > 0 ? DEPENDENT : 0) + MANY_DEPENDENT * fmin(1, dependent / 20);
     /* Steps of dop853 over those of radau at equal error, by the tolerance: the estimates are of orders 8 and 7, and
      * radau's is compared with another power of it (collocation.c). */

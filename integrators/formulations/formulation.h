@@ -105,6 +105,9 @@ struct kmp_formulation {
     double rtol;     /* 0: that of the run */
     kmp_text reason; /* reason of a failure */
     long newton, factorizations, exchanges;
+    bool due;         /* `renew` will change the unknowns before the next step, because these near their dead centre */
+    bool spares;      /* where `renew` changes the unknowns it makes no lanes for them: those before were brief */
+    bool lacks_lanes; /* it has made none */
 };
 
 /** Makes a zeroed struct of `bytes` bytes that begins with a kmp_formulation; kmp_formulation_free frees it unless the

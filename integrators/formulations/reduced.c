@@ -67,7 +67,7 @@ static void reduced_judge(kmp_reduced *d)
     if (d->r == 0)
         return;
     d->growth = kmp_reduction_growth(&d->red, &d->growth_v, &d->growth_u);
-    d->due = !d->start.fixed && d->growth > exchange_limit(d, d->part.user);
+    d->formulation.due = !d->start.fixed && d->growth > exchange_limit(d, d->part.user);
 }
 
 /* Judges |Bvu| at the step's end, with the signs of Jv's blocks there: KMP_GO, KMP_RETRY, KMP_HALT. */
@@ -247,7 +247,7 @@ static void log_exchange(const kmp_reduced *d, double t, const kmp_partition *be
 static int reduced_exchange(kmp_reduced *d, double t, double *y)
 {
     kmp_partition before;
-    d->due = false;
+    d->formulation.due = false;
     if (!kmp_reduced_keep(d) || !kmp_partition_copy(&before, &d->part))
         return KMP_HALT;
     /* The workspace of the new partition, then the state in its unknowns. */
@@ -266,8 +266,11 @@ static int reduced_exchange(kmp_reduced *d, double t, double *y)
         kmp_reduced_pack(&d->part, d->has_v, d->q, d->qd, y);
         reduced_set_tolerances(d);
         d->formulation.exchanges++;
-        bool worth = d->use.steps >= KMP_FORMULATION_BRIEF;
+        bool worth = d->use.steps >= KMP_FORMULATION_BRIEF, lanes = d->start.lanes;
+        d->start.lanes = lanes && !d->formulation.spares;
         said = reduced_linearise_at(d, t, y) == KMP_GO ? kmp_reduced_make_program(d, worth) : KMP_HALT;
+        d->start.lanes = d->start.lanes || d->programs.stages.lanes;
+        d->formulation.lacks_lanes = lanes && !d->start.lanes;
     }
     if (said == KMP_GO)
         log_exchange(d, t, &before);
@@ -551,6 +554,7 @@ static int make_lanes(void *self, double t)
     kmp_reduced *d = self;
     d->formulation.ode.lanes = rhs_of_stages;
     d->formulation.ode.width = KMP_STAGE_LANES;
+    d->formulation.lacks_lanes = false;
     return kmp_reduced_make_lanes(d, t);
 }
 
@@ -745,7 +749,7 @@ static int put_slope(kmp_reduced *d, double t, const double *y, double *yp)
 static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
-    if (!d->due)
+    if (!d->formulation.due)
         return kmp_reduced_solve(d, t);
     int said = reduced_place(d, t, y) == KMP_GO ? reduced_exchange(d, t, y) : KMP_HALT;
     return said == KMP_GO && put_slope(d, t, y, yp) == KMP_GO ? KMP_CHANGED : KMP_HALT;
@@ -760,7 +764,7 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
     if (reduced_linearise_at(d, t, y) != KMP_GO)
         return KMP_HALT;
     reduced_judge(d);
-    if (d->due && reduced_exchange(d, t, y) != KMP_GO)
+    if (d->formulation.due && reduced_exchange(d, t, y) != KMP_GO)
         return KMP_HALT;
     if (d->programs.scalar && kmp_reduced_program_is_stale(d->programs.scalar) &&
         kmp_reduced_make_program(d, true) != KMP_GO)

@@ -62,7 +62,6 @@ typedef struct kmp_reduced {
     bool integrated, has_work;
     bool has_v; /* v is among the unknowns: integrated; or predicted for the newton form by an explicit one-step method
                  */
-    bool due;   /* an exchange is due before the next step */
     int n, p, r;
     double *q, *qd; /* n */
     double *weight; /* n: error weights of coordinates at the last accepted step */

@@ -159,6 +159,7 @@ int kmp_reduced_count(kmp_reduced *d)
                                              KMP_REDUCED_PROGRAM_RATES);
         ode->cycles = kmp_cycles_of_one(count);
         ode->cycles_of_lanes = kmp_cycles_of_lanes(count, false);
+        ode->cycles_to_make = kmp_cycles_to_make(count);
     } else if (operations >= 0 && isfinite(operations)) {
         /* The program by the saddle system is counted before it is written. Explicit methods wait for it, some runs to
          * their end. */
@@ -167,6 +168,7 @@ int kmp_reduced_count(kmp_reduced *d)
         if (d->use.due_saddle_program <= d->use.evaluations || d->programs.scalar)
             ode->cycles = kmp_cycles_of_one(count);
         ode->cycles_of_lanes = kmp_cycles_of_lanes(count, d->eval->by_bodies);
+        ode->cycles_to_make = kmp_cycles_to_make(count);
     } else {
         ode->make_lanes = NULL;
     }

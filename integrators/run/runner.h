@@ -20,10 +20,14 @@
 typedef enum kmp_trial { KMP_TRIAL_LATER, KMP_TRIAL_BEFORE, KMP_TRIAL_BEGINS, KMP_TRIAL_RUNS } kmp_trial;
 
 typedef struct kmp_integrator_choice {
-    bool open;                   /* it may be changed */
-    const kmp_solver_kind *kind; /* in use; NULL: not yet chosen */
-    double ratio;                /* counted time of radau over that of dop853, expected at the start; 0: not counted */
-    kmp_solver *other;           /* made before, now resting; NULL: none */
+    bool open;     /* it may be changed */
+    bool waits;    /* the last unknowns did not last long enough for lanes: they are made once they pay */
+    double from;   /* cycles of both integrators when the present unknowns were taken */
+    double from_t; /* then */
+    double price, price_in_lanes; /* cycles of dop853, of radau, in which lanes save what it takes to make them */
+    const kmp_solver_kind *kind;  /* in use; NULL: not yet chosen */
+    double ratio;                 /* counted time of radau over that of dop853, expected at the start; 0: not counted */
+    kmp_solver *other;            /* made before, now resting; NULL: none */
     const kmp_solver_kind *other_kind;
     kmp_trial trial;
     long next;        /* steps of the present solver until the next part of a trial */

@@ -225,8 +225,7 @@ kempe_status kmp_runner_restart(kmp_runner *run, double t, bool near_singular, d
                                    run->formulation->keep(run->formulation, t, run->y) != KMP_GO))
         return KEMPE_E_FAILED;
     kmp_runner_add_report(run, &run->before);
-    run->brief = run->solver->work.steps < KMP_FORMULATION_BRIEF;
-    kmp_runner_release_integrators(run);
+    kmp_runner_end_formulation(run);
     run->formulation->release(run->formulation);
     run->formulation = NULL;
     run->y = run->yp = NULL;
@@ -376,6 +375,36 @@ static kempe_status watch_bodies(kmp_runner *run, double t)
     return KEMPE_OK;
 }
 
+/* Continues at t with new unknowns and a step h. */
+static kempe_status begin_unknowns(kmp_runner *run, double t, double h)
+{
+    KMP_TRY(kmp_runner_begin_unknowns(run, t, &h));
+    return kmp_runner_start(run, t, run->y, run->yp, h);
+}
+
+/* Puts the closed state at t into the unknowns, which may change for it, and continues with a step h. */
+static kempe_status resume(kmp_runner *run, double t, const double *q, const double *qd, double h)
+{
+    kmp_formulation *formulation = run->formulation;
+    const long exchanges = formulation->exchanges;
+    kmp_runner_end_unknowns(run);
+    if (formulation->resume(formulation, t, q, qd, run->y, run->yp) != KMP_GO)
+        return KEMPE_E_FAILED;
+    return formulation->exchanges > exchanges ? begin_unknowns(run, t, h)
+                                              : kmp_runner_start(run, t, run->y, run->yp, h);
+}
+
+/* Continues with the projected formulation, which needs no choice of unknowns. */
+static kempe_status leave_unknowns(kmp_runner *run, double t)
+{
+    run->method = kmp_formulation_find("projected", NULL);
+    KMP_TRY(runner_change_formulation(run, t, false, run->solver->h));
+    kmp_run_log_add(run->log, "formulation", t, NAN, NAN,
+                    "the independent coordinates near their dead centre: the run continues with the projected "
+                    "formulation, which needs none");
+    return KEMPE_OK;
+}
+
 /* Lets the formulation change its unknowns at the end of the last step; the integrator then restarts, a one-step method
  * with its present step size. */
 static kempe_status renew(kmp_runner *run, double t)
@@ -383,13 +412,15 @@ static kempe_status renew(kmp_runner *run, double t)
     double h = t - kmp_runner_t_old(run);
     if (!run->formulation->renew || !(h > 0))
         return KEMPE_OK;
+    if (kmp_runner_leaves_unknowns(run, t))
+        return leave_unknowns(run, t);
     KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
+    kmp_runner_end_unknowns(run);
     switch (run->formulation->renew(run->formulation, t, run->y, run->yp)) {
     case KMP_GO:
         return KEMPE_OK;
     case KMP_CHANGED:
-        h = run->solver->h > 0 ? run->solver->h : h;
-        return kmp_runner_start(run, t, run->y, run->yp, h);
+        return begin_unknowns(run, t, run->solver->h > 0 ? run->solver->h : h);
     default:
         return KEMPE_E_FAILED;
     }
@@ -525,9 +556,7 @@ static kempe_status pass_event(kmp_runner *run, double t)
     kmp_event_tracker *c = run->crossing;
     kempe_status status = switches ? pass_switch(run, t) : kmp_event_tracker_pass(c, t, true);
     if (status == KEMPE_OK && !switches) /* the state there, on closed loops, into the unknowns */
-        status = run->formulation->resume(run->formulation, t, c->q, c->qd, run->y, run->yp) == KMP_GO
-                     ? kmp_runner_start(run, t, run->y, run->yp, h)
-                     : KEMPE_E_FAILED;
+        status = resume(run, t, c->q, c->qd, h);
     run->at_event = status != KEMPE_OK;
     return status;
 }
@@ -611,13 +640,11 @@ kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
         run->anew = false;
         return kmp_runner_restart(run, t, false, work, 0);
     }
-    if (run->formulation->resume(run->formulation, t, q, qd, run->y, run->yp) != KMP_GO)
-        return KEMPE_E_FAILED;
     if (run->crossing)
         run->crossing->search.ready = false; /* accelerations have changed */
     run->anew = false;
     run->pace = h;
-    return kmp_runner_start(run, t, run->y, run->yp, h);
+    return resume(run, t, q, qd, h);
 }
 
 kempe_status kmp_runner_change(kmp_runner *run, double t)

@@ -14,6 +14,10 @@
 /* Steps until the first trial, before which the present integrator is measured, and of the trial itself, without those
  * at its beginning. */
 enum { FIRST_TRIAL = 200, MEASURED = 40, TRIAL = 12, SETTLE = 3 };
+/* A trial, with what it makes, must cost no more than this part of the rest of the run. Far below
+ * this share the first one begins early: an explicit method whose steps are short may be limited by stability. */
+static const double TRIAL_SHARE = 0.1, EARLY_SHARE = 0.03;
+enum { EARLY = 16 };
 /* A successful trial simulates this many times as much in a cycle: at the same tolerance errors of radau are smaller,
  * and are worth 1.3 times the steps of dop853 in the mean over the bench set. */
 static const double BETTER_RADAU = 1, BETTER_DOP853 = 1.4;
@@ -50,16 +54,90 @@ static kmp_solver *new_solver(const kmp_runner *run, const kmp_solver_kind *kind
     return kind->create(kind, &setup);
 }
 
+/* True while an integrator of lanes waits until these pay in the present formulation. */
+static bool waits_for_lanes(const kmp_runner *run)
+{
+    return run->choice.open && run->choice.waits && kmp_runner_integrator(run)->lanes;
+}
+
 /* Steps across change points have their own integrator, and following the closures corrects every step. A formulation
- * that may last for a few steps only makes no lanes. */
-static const kmp_solver_kind *integrator_of(const kmp_runner *run)
+ * that may last for a few steps only makes no lanes at once. */
+const kmp_solver_kind *kmp_runner_begins_with(const kmp_runner *run)
 {
     const kmp_solver_kind *requested = kmp_runner_integrator(run);
     bool cannot = (requested->dae || requested->implicit || !requested->corrects) && kmp_runner_is_followed(run);
-    bool brief = run->choice.open && run->brief && requested->lanes;
     if (run->near_singular && !run->walks)
         return &kmp_solver_singular_step;
-    return cannot || run->near_singular || brief ? kmp_solver_find("dop853") : requested;
+    return cannot || run->near_singular || waits_for_lanes(run) ? kmp_solver_find("dop853") : requested;
+}
+
+/* Begins to count the time that lanes may save with the present unknowns. */
+static void begin_count(kmp_runner *run)
+{
+    kmp_integrator_choice *c = &run->choice;
+    c->from = run->solver->cycles + (c->other ? c->other->cycles : 0);
+    c->from_t = kmp_runner_t(run);
+}
+
+/* The rest of the run over its part from `begin` to t. */
+static double rest_over(const kmp_runner *run, double begin, double t)
+{
+    return (run->spec.t_end - t) / (t - begin);
+}
+
+/* True if lanes have saved, of the time with the present unknowns, what it takes to make them, or would have. Unknowns
+ * that lasted so long are the best forecast for the next ones, and for their own rest, within that of the run. */
+static bool lanes_pay(const kmp_runner *run)
+{
+    const kmp_integrator_choice *c = &run->choice;
+    double spent = run->solver->cycles + (c->other ? c->other->cycles : 0) - c->from;
+    double rest = rest_over(run, c->from_t, kmp_runner_t(run));
+    return spent * fmin(1, rest) >= (run->kind->lanes ? c->price_in_lanes : c->price);
+}
+
+/* A trial that unknowns do not outlast has no result. */
+static bool give_up_trial(kmp_runner *run)
+{
+    kmp_integrator_choice *c = &run->choice;
+    const bool runs = c->trial == KMP_TRIAL_BEGINS || c->trial == KMP_TRIAL_RUNS;
+    c->kind = runs ? c->other_kind : c->kind;
+    c->trial = KMP_TRIAL_LATER;
+    return runs;
+}
+
+/* True if the projected formulation may take the place of the present one: it was nobody's wish, and the rows are the
+ * same to the end of the run. */
+static bool may_leave_unknowns(const kmp_runner *run)
+{
+    const bool steady = run->part.m == run->part.r && !run->friction && !run->impacts && !run->s->switches;
+    const bool wished = !run->spec.open || run->spec.kind || run->method->dae;
+    return run->choice.open && !wished && steady && !run->near_singular && run->choice.trial < KMP_TRIAL_BEGINS;
+}
+
+bool kmp_runner_leaves_unknowns(kmp_runner *run, double t)
+{
+    kmp_integrator_choice *c = &run->choice;
+    if (!run->formulation->due || !run->kind->lanes || !may_leave_unknowns(run))
+        return false;
+    double spent = run->solver->cycles + (c->other ? c->other->cycles : 0) - c->from;
+    if (spent * rest_over(run, c->from_t, t) < c->price_in_lanes)
+        return false;
+    c->open = false;
+    c->kind = run->kind;
+    return true;
+}
+
+void kmp_runner_end_formulation(kmp_runner *run)
+{
+    run->brief = !run->formulation->due && run->solver->work.steps < KMP_FORMULATION_BRIEF;
+    run->choice.waits = run->brief || !lanes_pay(run);
+    give_up_trial(run);
+    kmp_runner_release_integrators(run);
+}
+
+void kmp_runner_end_unknowns(kmp_runner *run)
+{
+    run->formulation->spares = run->choice.open && run->kind->lanes && !lanes_pay(run);
 }
 
 /* The formulation has made lanes where they are worth while. */
@@ -67,14 +145,8 @@ static void choose_first(kmp_runner *run)
 {
     const kmp_ode *ode = &run->formulation->ode;
     kmp_integrator_choice *c = &run->choice;
-    const kempe_model *model = run->s->model;
-    /* The force of a compliant contact begins and ends as a power of time, 1.5 in general. Steps are short there, and
-     * radau gains nothing by its higher order. */
-    bool rough = false;
-    for (int k = 0; k < model->force_count; k++)
-        rough = rough || model->forces[k].kind == KMP_FORCE_COMPLIANT;
-    c->kind = kmp_solver_find(rough ? "dop853" : ode->lanes ? "radau" : run->spec.integrator);
-    c->ratio = ode->cycles_of_lanes > 0 && !rough ? kmp_cycles_ratio(ode, run->spec.rtol) : 0;
+    c->kind = kmp_solver_find(ode->lanes ? "radau" : run->spec.integrator);
+    c->ratio = ode->cycles_of_lanes > 0 ? kmp_cycles_ratio(ode, run->spec.rtol) : 0;
     c->patience = FIRST_TRIAL;
 }
 
@@ -97,9 +169,17 @@ kempe_status kmp_runner_make_integrator(kmp_runner *run)
         choose_for_change_points(run);
     run->choice.trial = KMP_TRIAL_LATER;
     run->choice.next = run->choice.patience - MEASURED;
-    run->kind = integrator_of(run);
+    run->kind = kmp_runner_begins_with(run);
     run->solver = new_solver(run, run->kind);
-    return run->solver ? KEMPE_OK : KEMPE_E_FAILED;
+    if (!run->solver)
+        return KEMPE_E_FAILED;
+    if (run->choice.open) {
+        double ratio = kmp_cycles_ratio(&run->formulation->ode, run->spec.rtol);
+        run->choice.price = kmp_cycles_until_lanes_pay(&run->formulation->ode, ratio);
+        run->choice.price_in_lanes = fmin(ratio, 1) * run->choice.price;
+        begin_count(run);
+    }
+    return KEMPE_OK;
 }
 
 void kmp_runner_release_integrators(kmp_runner *run)
@@ -114,23 +194,30 @@ void kmp_runner_release_integrators(kmp_runner *run)
 
 /* -- trials -------------------------------------------------------------------------------------------- */
 
-/* Continues at t with the resting integrator, or a new one, with a step h. */
-static kempe_status exchange(kmp_runner *run, double t, double h)
+/* Takes the resting integrator, or a new one, which may need lanes. */
+static kempe_status take_other(kmp_runner *run, double t)
 {
     kmp_integrator_choice *c = &run->choice;
-    kmp_formulation *formulation = run->formulation;
+    const kmp_ode *ode = &run->formulation->ode;
     const kmp_solver_kind *before = run->kind, *kind = kmp_solver_find(before->lanes ? "dop853" : "radau");
     kmp_solver *solver = c->other;
-    KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
-    if (!solver && kind->lanes && formulation->ode.make_lanes &&
-        formulation->ode.make_lanes(formulation->ode.self, t) != KMP_GO)
+    if (kind->lanes && ode->make_lanes && ode->make_lanes(ode->self, t) != KMP_GO)
         return KEMPE_E_FAILED;
     if (!solver && !(solver = new_solver(run, kind)))
         return KEMPE_E_FAILED;
     c->other = run->solver;
     c->other_kind = before;
-    c->kind = run->kind = kind;
+    run->kind = kind;
     run->solver = solver;
+    return KEMPE_OK;
+}
+
+/* Continues at t with the other integrator, with a step h. */
+static kempe_status exchange(kmp_runner *run, double t, double h)
+{
+    KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
+    KMP_TRY(take_other(run, t));
+    run->choice.kind = run->kind;
     return kmp_runner_start(run, t, run->y, run->yp, h);
 }
 
@@ -153,13 +240,47 @@ static void wait(kmp_runner *run, double t)
     measure_from(run, t, KMP_TRIAL_LATER, run->choice.patience);
 }
 
-/* Newton's method has no rival among explicit methods. */
+kempe_status kmp_runner_begin_unknowns(kmp_runner *run, double t, double *h)
+{
+    kmp_integrator_choice *c = &run->choice;
+    if (run->formulation->lacks_lanes && run->kind->lanes) {
+        c->waits = !give_up_trial(run);
+        *h /= LONGER;
+        KMP_TRY(take_other(run, t));
+        wait(run, t);
+    }
+    begin_count(run);
+    return KEMPE_OK;
+}
+
+/* Makes the lanes that the integrator has waited for, once they pay. */
+static kempe_status end_waiting(kmp_runner *run, double t)
+{
+    kmp_integrator_choice *c = &run->choice;
+    if (!lanes_pay(run))
+        return KEMPE_OK;
+    c->waits = false;
+    KMP_TRY(exchange(run, t, run->solver->h * LONGER));
+    wait(run, t);
+    return KEMPE_OK;
+}
+
+/* The cost of a trial, with the lanes that it may make, over that of the rest of the run. */
+static double share_of_trial(const kmp_runner *run, double t)
+{
+    const kmp_solver *solver = run->solver;
+    double rest = rest_over(run, run->choice.from_t, t), steps = (double)solver->work.steps;
+    double made = run->kind->lanes || run->choice.other ? 0 : run->formulation->ode.cycles_to_make;
+    return ((SETTLE + TRIAL) / steps + made / (solver->cycles - run->choice.from)) / rest;
+}
+
+/* Newton's method has no rival among explicit methods. A trial that the rest of the run does not pay is left out. */
 static kempe_status begin_trial(kmp_runner *run, double t)
 {
     kmp_integrator_choice *c = &run->choice;
     double h = run->solver->h;
     c->patience *= 2;
-    if (run->solver->stiff) {
+    if (run->solver->stiff || share_of_trial(run, t) > TRIAL_SHARE) {
         wait(run, t);
         return KEMPE_OK;
     }
@@ -188,7 +309,12 @@ static kempe_status end_trial(kmp_runner *run, double t)
 kempe_status kmp_runner_try_integrator(kmp_runner *run, double t)
 {
     kmp_integrator_choice *c = &run->choice;
-    if (!c->open || !(t > kmp_runner_t_old(run)) || run->solver->work.steps < c->next)
+    if (!c->open || !(t > kmp_runner_t_old(run)))
+        return KEMPE_OK;
+    if (waits_for_lanes(run) && !run->near_singular && run->formulation->ode.make_lanes)
+        return end_waiting(run, t);
+    const bool early = run->solver->work.steps == EARLY && !run->kind->lanes && share_of_trial(run, t) < EARLY_SHARE;
+    if (run->solver->work.steps < c->next && !early)
         return KEMPE_OK;
     if (!run->formulation->ode.make_lanes || run->near_singular || run->kind != c->kind) {
         c->next = run->solver->work.steps + FIRST_TRIAL;

@@ -16,8 +16,23 @@ bool kmp_runner_is_followed(const kmp_runner *run);
 /** The integrator for which a formulation is made. */
 const kmp_solver_kind *kmp_runner_integrator(const kmp_runner *run);
 
+/** The integrator of the first steps with a formulation, which needs nothing that a few steps do not pay. */
+const kmp_solver_kind *kmp_runner_begins_with(const kmp_runner *run);
+
 /** Between steps, at t: tries another integrator where the user chose none. */
 kempe_status kmp_runner_try_integrator(kmp_runner *run, double t);
 
-/** Frees the integrators of the present formulation. */
+/** Frees the integrators of the present formulation, after a note of whether it lasted long enough for lanes. */
+void kmp_runner_end_formulation(kmp_runner *run);
 void kmp_runner_release_integrators(kmp_runner *run);
+
+/** True if the formulation is about to change its unknowns at t, and the projected one, which needs no choice of them,
+ * shall continue: programs of stages must be written again in any case, and those serve to the end of the run. The user
+ * chose no formulation. Asked before kmp_runner_restart, which makes it so. */
+bool kmp_runner_leaves_unknowns(kmp_runner *run, double t);
+
+/** Before the formulation may change its unknowns, and after it did: the first tells it whether they have lasted long
+ * enough for lanes; the second, before the start at t with a step *h, takes an integrator without lanes where it has
+ * made none. */
+void kmp_runner_end_unknowns(kmp_runner *run);
+kempe_status kmp_runner_begin_unknowns(kmp_runner *run, double t, double *h);

@@ -201,7 +201,7 @@ static kempe_status make_formulation(kmp_runner *run, double t, const double *q,
     given.fixed = run->spec.keep_independent;
     given.restarts = !solver->corrects;
     given.implicit = solver->implicit;
-    given.lanes = solver->lanes;
+    given.lanes = kmp_runner_begins_with(run)->lanes;
     given.may_change = run->choice.open && !run->choice.kind;
     given.dae = solver->dae && !kmp_runner_is_followed(run);
     given.user = run->spec.user;
