@@ -141,16 +141,18 @@ enum { SPARSE_FROM = 24, SPARSE_BELOW = 8 };
 
 static bool make_sparse(kmp_least_change *c, const kmp_pattern *jac, int n, int m)
 {
-    int count = n + m + 2 * jac->count, at = n + m, *row, *col;
+    int count = n + m + 2 * jac->count, at = n + m, *row, *col, *group;
     kmp_arena room = {0};
-    if (KMP_ARENA_EACH(&room, int, count, &row, &col)) {
+    if (KMP_ARENA_MAKE(&room, KMP_ROOM(int, count, &row, &col), KMP_ROOM(int, m, &group))) {
+        for (int r = 0; r < m; r++)
+            group[r] = c->eval->system->rows[r].closure;
         for (int k = 0; k < n + m; k++)
             row[k] = col[k] = k;
         for (int e = 0; e < jac->count; e++, at += 2) {
             row[at] = col[at + 1] = n + jac->row[e];
             col[at] = row[at + 1] = jac->col[e];
         }
-        c->sparse = kmp_sparse_new(n + m, count, row, col, true);
+        c->sparse = kmp_sparse_new_saddle(n, m, count, row, col, group);
     }
     kmp_arena_free(&room);
     return c->sparse;

@@ -91,6 +91,19 @@ double kmp_saddle_spread(const kmp_saddle *saddle)
     return saddle->r > 0 ? least / largest : 1;
 }
 
+/* NULL: no memory. */
+static kmp_sparse *make_sparse(const kmp_saddle *saddle)
+{
+    int *group = KMP_NEW(int, saddle->r + 1);
+    for (int k = 0; group && k < saddle->r; k++)
+        group[k] = saddle->eval->system->rows[saddle->part->rows[k]].closure;
+    kmp_sparse *sparse =
+        group ? kmp_sparse_new_saddle(saddle->n, saddle->r, saddle->count, saddle->entry_row, saddle->entry_col, group)
+              : NULL;
+    kmp_free(group);
+    return sparse;
+}
+
 /* -- all together -------------------------------------------------------------------------------------- */
 
 static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_kind kind)
@@ -120,7 +133,7 @@ static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_kind 
     list_entries(saddle);
     unsigned long failures = kmp_memory_failures();
     if (kind == KMP_SADDLE_SPARSE) /* NULL: singular by its pattern, or no memory */
-        saddle->sparse = kmp_sparse_new(n + r, saddle->count, saddle->entry_row, saddle->entry_col, true);
+        saddle->sparse = make_sparse(saddle);
     return kmp_memory_failures() == failures;
 }
 

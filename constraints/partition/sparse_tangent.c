@@ -4,6 +4,7 @@
 #include "constraints/partition/sparse_tangent.h"
 #include "base/clones.h"
 #include "constraints/partition/reduction.h"
+#include "linalg/sparse.h"
 #include <float.h>
 #include <math.h>
 #include <stdint.h>
@@ -11,7 +12,9 @@
 
 /* Bounds on degrees of freedom: fewer gain nothing by indices, and more need too much memory for dense matrices. */
 enum { LEAST = 8, MOST = 1024 };
-/* Parts of X, and of the products of the factor, below which sparse operations cost less than dense ones. */
+/* Parts of X, and of the products of the factor, below which sparse operations cost less than dense ones. A larger X is
+ * taken without zeros too: its rows are computed in fours. */
+enum { LARGE_X = 1024 };
 #define MOST_OF_X      0.5
 #define MOST_OF_FACTOR 0.5
 
@@ -55,6 +58,17 @@ static void join(sets s, int k, const uint64_t *other)
         own[w] |= other[w];
 }
 
+/* The least member of a set beyond k, of sets as `s`; -1: none. */
+static int next_member(sets s, const uint64_t *set, int k)
+{
+    for (int w = (k + 1) / 64, first = (k + 1) % 64; w < s.words; w++, first = 0) {
+        const uint64_t left = set[w] >> first;
+        if (left)
+            return 64 * w + first + __builtin_ctzll(left);
+    }
+    return -1;
+}
+
 static int size_of(sets s, int k, int most)
 {
     int size = 0;
@@ -89,15 +103,6 @@ static bool list_all(kmp_sparse_tangent *z, sets s, int count, int size, bool ru
     return true;
 }
 
-static bool meet(sets s, int k, const uint64_t *other)
-{
-    const uint64_t *own = set_at(s, k);
-    for (int w = 0; w < s.words; w++)
-        if (own[w] & other[w])
-            return true;
-    return false;
-}
-
 /* -- X ------------------------------------------------------------------------------------------------- */
 
 /* Sets of u, then of positions. */
@@ -105,7 +110,6 @@ typedef struct finder {
     kmp_sparse_tangent *z;
     const kmp_reduction *red;
     sets reach;   /* of each block of Jv: the u that move its v */
-    sets x;       /* of each u: the coordinates that it moves */
     sets coupled; /* of each u: those that the reduced mass couples with it */
     sets factor;  /* of each position: the later ones in its column of the factor */
 } finder;
@@ -115,10 +119,13 @@ static bool find_reach(finder *f)
 {
     kmp_sparse_tangent *z = f->z;
     const kmp_reduction *red = f->red;
-    int *block_of_row = KMP_ARENA_NEW(&z->scratch, int, red->r + 1);
+    int *block_of_row, *block_of_entry, *start, *entry;
     f->reach = sets_new(z, z->blocks + 1, z->p);
     z->block_of = KMP_ARENA_NEW(z->arena, int, red->r + 1);
-    if (z->scratch.failed || !z->block_of)
+    if (!KMP_ARENA_MAKE(&z->scratch, KMP_ROOM(int, red->r + 1, &block_of_row),
+                        KMP_ROOM(int, red->jv_count + 1, &block_of_entry, &entry),
+                        KMP_ROOM(int, z->blocks + 1, &start)) ||
+        !z->block_of)
         return false;
     for (int b = 0, count; b < z->blocks; b++) {
         const int *columns = kmp_block_columns(red->block, b, &count), *rows = kmp_block_rows(red->block, b);
@@ -129,41 +136,62 @@ static bool find_reach(finder *f)
     }
     for (int k = 0; k < red->ju_count; k++)
         put(f->reach, block_of_row[red->ju_row[k]], red->ju_col[k]);
+    for (int k = 0; k < red->jv_count; k++)
+        block_of_entry[k] = block_of_row[red->jv_row[k]];
+    kmp_sort_entries(z->blocks, red->jv_count, block_of_entry, start, entry);
     for (int b = z->blocks - 1; b >= 0; b--)
-        for (int k = 0; k < red->jv_count; k++)
-            if (block_of_row[red->jv_row[k]] == b && z->block_of[red->jv_col[k]] != b)
-                join(f->reach, b, set_at(f->reach, z->block_of[red->jv_col[k]]));
+        for (int e = start[b]; e < start[b + 1]; e++) {
+            const int other = z->block_of[red->jv_col[entry[e]]];
+            if (other != b)
+                join(f->reach, b, set_at(f->reach, other));
+        }
     return true;
 }
 
-/* Columns of X as sets of coordinates, and lists of them. */
+/* The u that move coordinate i: one of u, or those of its block. `own` has room for a set of one. */
+static const uint64_t *moved_by(const finder *f, sets own, int i)
+{
+    const int place = f->red->place[i];
+    if (place >= 0)
+        return set_at(f->reach, f->z->block_of[place]);
+    memset(own.bits, 0, (size_t)own.words * sizeof *own.bits);
+    put(own, 0, -1 - place);
+    return own.bits;
+}
+
+/* Lists of columns of X: of coordinates, and of v. */
 static bool list_x(finder *f)
 {
     kmp_sparse_tangent *z = f->z;
     const kmp_partition *part = z->part;
-    long count = z->p;
-    for (int i = 0; i < part->r; i++)
-        count += size_of(f->reach, z->block_of[i], z->p);
-    f->x = sets_new(z, z->p, z->n);
-    if ((double)count > MOST_OF_X * z->n * z->p)
+    sets own = sets_new(z, 1, z->p);
+    int *next = KMP_ARENA_NEW(&z->scratch, int, z->p);
+    z->x_start = KMP_ARENA_NEW(z->arena, int, z->p + 1);
+    if (z->scratch.failed || !z->x_start)
         return false;
-    if (z->scratch.failed ||
-        !KMP_ARENA_MAKE(z->arena, KMP_ROOM(int, z->p + 1, &z->x_start), KMP_ROOM(int, count, &z->x_row),
-                        KMP_ROOM(int, count - z->p + 1, &z->b_row)))
-        return false;
-    int *b = z->b_row;
-    for (int k = 0; k < z->p; k++) {
-        put(f->x, k, part->u[k]);
-        for (int i = 0; i < part->r; i++)
-            if (has(f->reach, z->block_of[i], k)) {
-                put(f->x, k, part->v[i]);
-                *b++ = i;
-            }
-        z->x_start[k + 1] = z->x_start[k];
-        for (int i = 0; i < z->n; i++)
-            if (has(f->x, k, i))
-                z->x_row[z->x_start[k + 1]++] = i;
+    for (int i = 0; i < z->n; i++) {
+        const uint64_t *by = moved_by(f, own, i);
+        for (int k = -1; (k = next_member(own, by, k)) >= 0;)
+            z->x_start[k + 1]++;
     }
+    for (int k = 0; k < z->p; k++) {
+        z->x_start[k + 1] += z->x_start[k];
+        next[k] = z->x_start[k];
+    }
+    const int count = z->x_start[z->p];
+    if ((z->n * z->p < LARGE_X && (double)count > MOST_OF_X * z->n * z->p) ||
+        !KMP_ARENA_MAKE(z->arena, KMP_ROOM(int, count, &z->x_row), KMP_ROOM(int, count - z->p + 1, &z->b_row)))
+        return false;
+    for (int i = 0; i < z->n; i++) {
+        const uint64_t *by = moved_by(f, own, i);
+        for (int k = -1; (k = next_member(own, by, k)) >= 0;)
+            z->x_row[next[k]++] = i;
+    }
+    for (int k = 0; k < z->p; k++)
+        next[k] = z->x_start[k] - k;
+    for (int i = 0; i < part->r; i++)
+        for (int k = -1; (k = next_member(own, set_at(f->reach, z->block_of[i]), k)) >= 0;)
+            z->b_row[next[k]++] = i;
     return true;
 }
 
@@ -194,27 +222,26 @@ static bool list_mass(kmp_sparse_tangent *z, const kmp_pattern *m)
     return true;
 }
 
-/* Pairs of u that the reduced mass couples. */
+/* Pairs of u that the reduced mass couples: those that move a coordinate, with those that move a row of M X. */
 static bool find_coupled(finder *f)
 {
     kmp_sparse_tangent *z = f->z;
-    sets mx = sets_new(z, 1, z->n);
+    sets mx = sets_new(z, 1, z->p), own = sets_new(z, 1, z->p);
     f->coupled = sets_new(z, z->p, z->p);
     if (z->scratch.failed)
         return false;
     for (int k = 0; k < z->p; k++) {
-        memset(mx.bits, 0, (size_t)mx.words * sizeof *mx.bits);
         for (int e = z->x_start[k]; e < z->x_start[k + 1]; e++)
-            for (int i = z->m_start[z->x_row[e]]; i < z->m_start[z->x_row[e] + 1]; i++) {
-                put(mx, 0, z->m_place[i]);
-                z->mass_products++;
-            }
+            z->mass_products += z->m_start[z->x_row[e] + 1] - z->m_start[z->x_row[e]];
         put(f->coupled, k, k);
-        for (int i = 0; i < z->p; i++)
-            if (meet(f->x, i, mx.bits)) {
-                put(f->coupled, k, i);
-                put(f->coupled, i, k);
-            }
+    }
+    for (int i = 0; i < z->n; i++) {
+        memset(mx.bits, 0, (size_t)mx.words * sizeof *mx.bits);
+        for (int e = z->m_start[i]; e < z->m_start[i + 1]; e++)
+            join(mx, 0, moved_by(f, own, z->m_place[e]));
+        const uint64_t *by = moved_by(f, own, i);
+        for (int k = -1; (k = next_member(own, by, k)) >= 0;)
+            join(f->coupled, k, mx.bits);
     }
     return true;
 }

@@ -1,18 +1,23 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Hides the permutation C = A(P, Q) to upper block-triangular form (Pothen, Fan, ACM TOMS 16 (1990) 303, by
  * SuiteSparse BTF), the storage of its blocks, and the pivoting inside them: `order` gives the row of C in each pivoted
- * position, so a solve applies both permutations in its gather. */
+ * position, so a solve applies both permutations in its gather. Large blocks with few entries have sparse factors;
+ * their columns of C are in the order of elimination. */
 #include "linalg/block.h"
 #include "base/arena.h"
 #include "base/clones.h"
 #include "base/memory.h"
 #include "base/simd4.h"
 #include "linalg/sparse.h"
+#include "linalg/sparse_lu.h"
 #include <btf.h>
 #include <float.h>
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
+
+/* Smaller blocks are dense. */
+enum { SPARSE_FROM = 32 };
 
 struct kmp_block {
     kmp_arena arena;
@@ -23,11 +28,12 @@ struct kmp_block {
     char *due;              /* blocks that a right-hand side of few entries has reached */
     bool pairs;             /* every block has two rows */
 
-    double *lu; /* the dense diagonal blocks, one after another */
+    double *lu; /* the dense diagonal blocks, one after another; of a sparse one, its entries */
     int lu_size;
-    int *lu_start;   /* start of each block in lu */
-    int *order;      /* row of C in each pivoted row */
-    double *inverse; /* 1 / u_ii */
+    kmp_sparse_lu **sparse; /* of each block; NULL: it is dense, or all are */
+    int *lu_start;          /* start of each block in lu */
+    int *order;             /* row of C in each pivoted row */
+    double *inverse;        /* 1 / u_ii */
     int *pivot;
 
     int *off_start, *off_column; /* entries of C outside the blocks, by rows */
@@ -71,30 +77,94 @@ static bool permute(kmp_block *b, const int *row, const int *col)
     return ok && matched == n;
 }
 
-static bool analyse(kmp_block *b, const int *row, const int *col)
+/* The position of each block, row and column of A in C. */
+static void place_blocks(kmp_block *b)
 {
-    if (!permute(b, row, col))
-        return false;
-    /* The position of each block, row and column of A in C. */
-    for (int k = 0; k < b->count; k++) {
-        int size = b->start[k + 1] - b->start[k];
-        b->lu_start[k + 1] = b->lu_start[k] + size * size;
+    for (int k = 0; k < b->count; k++)
         for (int i = b->start[k]; i < b->start[k + 1]; i++) {
             b->row_place[b->p[i]] = i;
             b->place[b->q[i]] = i;
             b->block_of[i] = k;
         }
+}
+
+static bool is_sparse(const kmp_block *b, int k)
+{
+    return b->sparse && b->sparse[k];
+}
+
+/* True for an entry of a diagonal block; *k: its block. */
+static bool is_within(const kmp_block *b, int row, int col, int *k)
+{
+    *k = b->block_of[b->row_place[row]];
+    return *k == b->block_of[b->place[col]];
+}
+
+/* Lists the entries of block k, by their rows and columns in it; their number. */
+static int list_entries(const kmp_block *b, int k, const int *row, const int *col, int *own_row, int *own_col)
+{
+    int count = 0, of;
+    for (int e = 0; e < b->nz; e++) {
+        if (!is_within(b, row[e], col[e], &of) || of != k)
+            continue;
+        own_row[count] = b->row_place[row[e]] - b->start[k];
+        own_col[count++] = b->place[col[e]] - b->start[k];
+    }
+    return count;
+}
+
+/* Takes sparse factors for large blocks, where these cost less, and the order of their columns. */
+static bool make_sparse(kmp_block *b, const int *row, const int *col)
+{
+    unsigned long failures = kmp_memory_failures();
+    kmp_arena room = {0};
+    int *own_row, *own_col, *order, *q;
+    if (kmp_block_largest(b) < SPARSE_FROM)
+        return true;
+    b->sparse = KMP_ARENA_NEW(&b->arena, kmp_sparse_lu *, b->count);
+    bool ok =
+        b->sparse && KMP_ARENA_MAKE(&room, KMP_ROOM(int, b->nz, &own_row, &own_col), KMP_ROOM(int, b->n, &order, &q));
+    for (int k = 0; ok && k < b->count; k++) {
+        const int first = b->start[k], size = b->start[k + 1] - first;
+        if (size < SPARSE_FROM)
+            continue;
+        const int count = list_entries(b, k, row, col, own_row, own_col);
+        b->sparse[k] = kmp_sparse_lu_new(size, count, own_row, own_col, order);
+        if (!b->sparse[k])
+            continue;
+        for (int i = 0; i < size; i++)
+            q[i] = b->q[first + order[i]];
+        memcpy(b->q + first, q, (size_t)size * sizeof *q);
+    }
+    kmp_arena_free(&room);
+    place_blocks(b);
+    return ok && kmp_memory_failures() == failures;
+}
+
+static bool analyse(kmp_block *b, const int *row, const int *col)
+{
+    if (!permute(b, row, col))
+        return false;
+    place_blocks(b);
+    if (!make_sparse(b, row, col))
+        return false;
+    for (int k = 0; k < b->count; k++) {
+        int size = b->start[k + 1] - b->start[k];
+        b->lu_start[k + 1] = b->lu_start[k] + (is_sparse(b, k) ? kmp_sparse_lu_entries(b->sparse[k]) : size * size);
     }
     b->lu_size = b->lu_start[b->count];
     b->pairs = b->n == 2 * b->count;
     for (int k = 0; k < b->count; k++)
         b->pairs = b->pairs && b->start[k] == 2 * k;
     /* Each entry's position in its diagonal block; -1 for an entry outside the blocks, counted in off_start[row + 1].
-     */
-    for (int e = 0; e < b->nz; e++) {
-        int i = b->row_place[row[e]], j = b->place[col[e]], k = b->block_of[i], first = b->start[k];
-        if (k == b->block_of[j]) {
-            b->target[e] = b->lu_start[k] + (i - first) + (j - first) * (b->start[k + 1] - first);
+     * Of a sparse block, entries are listed in their order; order[k], not in use yet, counts them. */
+    memset(b->order, 0, (size_t)b->n * sizeof *b->order);
+    for (int e = 0, k; e < b->nz; e++) {
+        int i = b->row_place[row[e]], j = b->place[col[e]];
+        if (is_within(b, row[e], col[e], &k)) {
+            const int first = b->start[k];
+            b->target[e] = b->lu_start[k] +
+                           (is_sparse(b, k) ? b->order[k]++ : (i - first) + (j - first) * (b->start[k + 1] - first));
         } else {
             b->target[e] = -1;
             b->off_start[i + 1]++;
@@ -127,6 +197,8 @@ kmp_block *kmp_block_new(int n, int nz, const int *row, const int *col)
 
 void kmp_block_free(kmp_block *b)
 {
+    for (int k = 0; b && b->sparse && k < b->count; k++)
+        kmp_sparse_lu_free(b->sparse[k]);
     if (b)
         kmp_arena_free(&b->arena);
     kmp_free(b);
@@ -139,6 +211,12 @@ static int factor_block(kmp_block *b, int k)
 {
     int first = b->start[k], size = b->start[k + 1] - first, *order = b->order + first;
     double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
+    if (is_sparse(b, k)) {
+        int fault = kmp_sparse_lu_factor(b->sparse[k], lu, order, inverse, &b->signs[k]);
+        for (int i = 0; i < size; i++)
+            order[i] += first;
+        return fault;
+    }
     int fault = kmp_lu_factor(size, lu, b->pivot);
     if (fault)
         return fault;
@@ -265,6 +343,27 @@ INLINE void solve_block_transposed(int size, const double *lu, const double *inv
         }                                                                                                              \
     } while (0)
 
+/* The same within block k. */
+INLINE void solve_at(const kmp_block *b, int k, int lanes, double *w)
+{
+    const int size = b->start[k + 1] - b->start[k];
+    const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + b->start[k];
+    if (is_sparse(b, k))
+        kmp_sparse_lu_solve(b->sparse[k], inverse, lanes, w);
+    else
+        FOR_SIZE(solve_block, lanes, lu, inverse, w);
+}
+
+INLINE void solve_transposed_at(const kmp_block *b, int k, double *w)
+{
+    const int size = b->start[k + 1] - b->start[k];
+    const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + b->start[k];
+    if (is_sparse(b, k))
+        kmp_sparse_lu_solve_transposed(b->sparse[k], inverse, w);
+    else
+        FOR_SIZE(solve_block_transposed, lu, inverse, w);
+}
+
 /* The right-hand side of row `row` of C, less the contributions of later unknowns. */
 INLINE double remainder_of(const kmp_block *b, int row, const double *x, const double *solved)
 {
@@ -293,7 +392,6 @@ INLINE void solve(const kmp_block *b, int lanes, double *restrict scratch, doubl
     int n = b->n;
     for (int k = b->count - 1; k >= 0; k--) {
         int first = b->start[k], size = b->start[k + 1] - first;
-        const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
         double *w = scratch + first * lanes;
         for (int i = 0; i < size; i++) {
             int row = b->order[first + i];
@@ -304,7 +402,7 @@ INLINE void solve(const kmp_block *b, int lanes, double *restrict scratch, doubl
                 w[i * lanes + l] = s;
             }
         }
-        FOR_SIZE(solve_block, lanes, lu, inverse, w);
+        solve_at(b, k, lanes, w);
     }
     for (int j = 0; j < n; j++)
         for (int l = 0; l < lanes; l++)
@@ -321,9 +419,8 @@ void kmp_block_solve_transposed(const kmp_block *b, double *restrict x)
         scratch[j] = x[b->q[j]];
     for (int k = 0; k < b->count; k++) {
         int first = b->start[k], size = b->start[k + 1] - first;
-        const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
         double *w = scratch + first;
-        FOR_SIZE(solve_block_transposed, lu, inverse, w);
+        solve_transposed_at(b, k, w);
         for (int i = 0; i < size; i++) {
             int row = b->order[first + i];
             x[b->p[row]] = w[i];
@@ -363,13 +460,12 @@ int kmp_block_solve_transposed_few(const kmp_block *b, double nothing, int count
     }
     for (int k = first_due; k <= last; k++) {
         int first = b->start[k], size = b->start[k + 1] - first;
-        const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
         double *w = b->scratch + first;
         bool due = b->due[k];
         b->due[k] = 0;
         if (!due || is_nothing(size, nothing, w))
             continue;
-        FOR_SIZE(solve_block_transposed, lu, inverse, w);
+        solve_transposed_at(b, k, w);
         for (int i = 0; i < size; i++) {
             int at = b->order[first + i];
             if (!(fabs(w[i]) <= nothing)) {
@@ -454,7 +550,10 @@ static KMP_CLONES void solve_rows(const kmp_block *b, int stride, const int *sta
             for (int i = 0; i < size; i++)
                 start_row(b, b->order[first + i], stride, run[2 * e], run[2 * e + 1], right, x,
                           x + (ptrdiff_t)column[i] * stride);
-            for (int c = run[2 * e]; c < run[2 * e + 1]; c += KMP_FOUR)
+            if (is_sparse(b, k))
+                kmp_sparse_lu_solve_rows(b->sparse[k], b->inverse + first, column, stride, run[2 * e], run[2 * e + 1],
+                                         x);
+            for (int c = run[2 * e]; !is_sparse(b, k) && c < run[2 * e + 1]; c += KMP_FOUR)
                 solve_four(size, b->lu + b->lu_start[k], b->inverse + first, column, stride, x + c);
         }
     }
@@ -508,7 +607,8 @@ double kmp_block_smallest(const kmp_block *b)
     double smallest = b->factored ? INFINITY : 0.0;
     for (int k = 0; b->factored && k < b->count; k++)
         for (int i = 0, size = b->start[k + 1] - b->start[k]; i < size; i++)
-            smallest = fmin(smallest, fabs(b->lu[b->lu_start[k] + i * (size + 1)]));
+            smallest = fmin(smallest, is_sparse(b, k) ? fabs(1 / b->inverse[b->start[k] + i])
+                                                      : fabs(b->lu[b->lu_start[k] + i * (size + 1)]));
     return smallest;
 }
 
@@ -519,8 +619,13 @@ kmp_flops kmp_block_factor_flops(const kmp_block *b)
     kmp_flops sum = {0};
     for (int k = 0; k < b->count; k++) {
         int size = b->start[k + 1] - b->start[k];
-        kmp_flops_add(&sum, 1, kmp_lu_flops(size));
         sum.div += size;
+        if (!is_sparse(b, k)) {
+            kmp_flops_add(&sum, 1, kmp_lu_flops(size));
+            continue;
+        }
+        const long products = kmp_sparse_lu_factor_products(b->sparse[k]);
+        kmp_flops_add(&sum, 1, (kmp_flops){.add = products, .mul = products});
     }
     return sum;
 }
@@ -530,7 +635,7 @@ kmp_flops kmp_block_solve_flops(const kmp_block *b, const char *used)
     kmp_flops sum = {0};
     for (int k = 0; k < b->count; k++) {
         long size = b->start[k + 1] - b->start[k], off = b->off_start[b->start[k + 1]] - b->off_start[b->start[k]];
-        long products = size * (size - 1) + off;
+        long products = (is_sparse(b, k) ? kmp_sparse_lu_solve_products(b->sparse[k]) - size : size * (size - 1)) + off;
         if (!used || used[k])
             kmp_flops_add(&sum, 1, (kmp_flops){.add = products, .mul = products + size});
     }

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A small sparse square matrix in block-triangular form (SuiteSparse BTF), each diagonal block dense: the
- * loops of a mechanism are blocks of 2, 3 or 6. Analysed once for a pattern; refactored at every evaluation
- * without allocation. */
+/* A sparse square matrix in block-triangular form (SuiteSparse BTF), each diagonal block dense: the
+ * loops of a mechanism are blocks of 2, 3 or 6. Large blocks with few entries, as of a grid of loops, have sparse
+ * factors. Analysed once for a pattern; refactored at every evaluation without allocation, but where a large block
+ * needs other pivots. */
 #pragma once
 
 #include "linalg/dense/dense.h"

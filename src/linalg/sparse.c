@@ -5,6 +5,7 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "linalg/dense/dot.h"
+#include "linalg/saddle_order.h"
 #include <float.h>
 #include <klu.h>
 #include <math.h>
@@ -22,6 +23,10 @@
  * is one block. */
 enum { BLOCKS_UP_TO = 4000 };
 
+/* Off-diagonal pivots that fill the factors of a saddle system beyond so many times the estimate show that its order
+ * does not serve. */
+#define MOST_FILL 2
+
 struct kmp_sparse {
     kmp_arena arena;
     int n, nz;
@@ -31,8 +36,11 @@ struct kmp_sparse {
     klu_l_common common;
     klu_l_symbolic *symbolic;
     klu_l_numeric *numeric;
-    double growth; /* reciprocal, of the last factorisation with pivoting */
-    bool good;     /* the factors are those of the last values */
+    int coordinates;   /* of a saddle system; 0: the order of elimination is final */
+    int *group;        /* of its multipliers */
+    double operations; /* of a factorisation and a solution */
+    double growth;     /* reciprocal, of the last factorisation with pivoting */
+    bool good;         /* the factors are those of the last values */
 };
 
 /* A matrix without entries; freed and NULL when there is no memory. */
@@ -50,6 +58,11 @@ static kmp_sparse *make(int n, int nz)
         return s;
     kmp_sparse_free(s);
     return NULL;
+}
+
+static void estimate(kmp_sparse *s)
+{
+    s->operations = s->symbolic->est_flops + 2 * (s->symbolic->lnz + s->symbolic->unz);
 }
 
 kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool symmetric)
@@ -75,10 +88,28 @@ kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool s
         s->start[0] = 0;
     }
     s->symbolic = s->place && n > 0 ? klu_l_analyze(n, s->start, s->row, &s->common) : NULL;
-    if (s->symbolic && (symmetric || s->symbolic->structural_rank == n))
+    if (s->symbolic && (symmetric || s->symbolic->structural_rank == n)) {
+        estimate(s);
         return s;
+    }
     kmp_sparse_free(s);
     return NULL;
+}
+
+kmp_sparse *kmp_sparse_new_saddle(int n, int r, int nz, const int *row, const int *col, const int *group)
+{
+    kmp_sparse *s = kmp_sparse_new(n + r, nz, row, col, true);
+    if (!s)
+        return NULL;
+    s->group = KMP_ARENA_NEW(&s->arena, int, r);
+    if (!s->group) {
+        kmp_sparse_free(s);
+        return NULL;
+    }
+    if (r > 0)
+        memcpy(s->group, group, (size_t)r * sizeof *group);
+    s->coordinates = n;
+    return s;
 }
 
 kmp_sparse *kmp_sparse_new_columns(int n, int nz)
@@ -97,6 +128,8 @@ bool kmp_sparse_take_columns(kmp_sparse *s, const long *start, const long *row)
     memcpy(s->start, start, ((size_t)s->n + 1) * sizeof *start);
     memcpy(s->row, row, (size_t)s->nz * sizeof *row);
     s->symbolic = klu_l_analyze(s->n, s->start, s->row, &s->common);
+    if (s->symbolic)
+        estimate(s);
     return s->symbolic;
 }
 
@@ -112,7 +145,7 @@ void kmp_sparse_free(kmp_sparse *s)
 
 double kmp_sparse_operations(const kmp_sparse *s)
 {
-    return s->symbolic->est_flops + 2 * (s->symbolic->lnz + s->symbolic->unz);
+    return s->operations;
 }
 
 /* In common.rgrowth. */
@@ -128,11 +161,64 @@ static bool refactor(kmp_sparse *s)
            s->common.status == KLU_OK && measure_growth(s) && s->common.rgrowth >= GROWTH_KEPT * s->growth;
 }
 
-static bool factor(kmp_sparse *s)
+/* Factors with new pivots. */
+static bool pivot(kmp_sparse *s)
 {
     klu_l_free_numeric(&s->numeric, &s->common);
     s->numeric = klu_l_factor(s->start, s->row, s->value, s->symbolic, &s->common);
-    bool ok = s->numeric && s->common.status == KLU_OK && measure_growth(s);
+    return s->numeric && s->common.status == KLU_OK && measure_growth(s);
+}
+
+static bool is_filled(const kmp_sparse *s)
+{
+    return s->coordinates > 0 &&
+           (double)(s->numeric->lnz + s->numeric->unz) > MOST_FILL * (s->symbolic->lnz + s->symbolic->unz);
+}
+
+/* Operations of the present factors, as if L had the entries of U. */
+static void count_operations(kmp_sparse *s)
+{
+    const klu_l_numeric *numeric = s->numeric;
+    s->operations = 2.0 * (double)(numeric->lnz + numeric->unz);
+    for (int k = 0; k < s->n; k++)
+        s->operations += (double)numeric->Llen[k] * (double)(1 + 2 * numeric->Ulen[k]);
+}
+
+/* Takes an order in which the diagonal serves as pivots, once. The order stays as it is without memory. */
+static void order_again(kmp_sparse *s)
+{
+    kmp_arena room = {0};
+    int *row, *col;
+    long *order;
+    const int n = s->coordinates;
+    s->coordinates = 0;
+    if (KMP_ARENA_MAKE(&room, KMP_ROOM(int, s->nz, &row, &col), KMP_ROOM(long, s->n, &order))) {
+        for (int j = 0; j < s->n; j++)
+            for (long e = s->start[j]; e < s->start[j + 1]; e++) {
+                row[e] = (int)s->row[e];
+                col[e] = j;
+            }
+        klu_l_symbolic *symbolic = kmp_saddle_order(n, s->n - n, s->nz, row, col, s->group, order)
+                                       ? klu_l_analyze_given(s->n, s->start, s->row, order, order, &s->common)
+                                       : NULL;
+        if (symbolic) {
+            klu_l_free_numeric(&s->numeric, &s->common);
+            klu_l_free_symbolic(&s->symbolic, &s->common);
+            s->symbolic = symbolic;
+        }
+    }
+    kmp_arena_free(&room);
+}
+
+static bool factor(kmp_sparse *s)
+{
+    bool ok = pivot(s);
+    if (ok && is_filled(s)) {
+        order_again(s);
+        ok = pivot(s);
+        if (ok)
+            count_operations(s);
+    }
     s->growth = ok ? s->common.rgrowth : 0;
     return ok;
 }

@@ -574,6 +574,135 @@ static void test_assign(void)
         }
 }
 
+/* -- sparse blocks ------------------------------------------------------------------------------------- */
+
+/* A ring of n - before unknowns with some chords, before which `before` unknowns follow from it one by one; rows and
+ * columns by p and q. The diagonal of the ring may be small. */
+static void make_ring(pattern *s, int n, int before, const int *p, const int *q, bool small)
+{
+    const int size = n - before;
+    memset(s, 0, sizeof *s);
+    s->n = n;
+    for (int i = 0; i < n; i++) {
+        const int at = i - before;
+        const double scale = pow(10, 0.5 * uniform());
+        add(s, p[i], q[i], at >= 0 && small ? 1e-5 * uniform() : scale * (2 + uniform()));
+        if (at >= 0)
+            add(s, p[i], q[before + (at + 1) % size], scale * (1 + 0.2 * uniform()));
+        if (at >= 0 && at % 5 == 0)
+            add(s, p[i], q[before + (at + size / 2) % size], 0.3 * scale * uniform());
+        if (at < 0)
+            add(s, p[i], q[before + i], uniform());
+    }
+}
+
+/* The same matrix with other values, by a tenth. */
+static void change(pattern *s)
+{
+    for (int e = 0; e < s->nz; e++) {
+        s->value[e] *= 1 + 0.1 * uniform();
+        s->dense[s->row[e] + s->col[e] * s->n] = s->value[e];
+    }
+}
+
+/* The sign of det A by the dense factors. */
+static int sign_of(const pattern *s)
+{
+    static double lu[MAX * MAX];
+    int pivot[MAX], sign = 1;
+    memcpy(lu, s->dense, sizeof lu);
+    CHECK(kmp_lu_factor(s->n, lu, pivot) == 0);
+    for (int i = 0; i < s->n; i++)
+        sign *= (lu[i + i * s->n] < 0 ? -1 : 1) * (pivot[i] != i ? -1 : 1);
+    return sign;
+}
+
+/* Rows of right-hand sides beside single ones, to the bit. */
+static void compare_rows(const kmp_block *b, int n)
+{
+    enum { STRIDE = 8 };
+    static double right[MAX * STRIDE], rows[MAX * STRIDE], one[MAX];
+    int start[MAX + 1], run[2 * MAX];
+    randomise(n * STRIDE, right);
+    for (int k = 0; k < kmp_block_count(b); k++) {
+        start[k] = k;
+        start[k + 1] = k + 1;
+        run[2 * k] = 0;
+        run[2 * k + 1] = STRIDE;
+    }
+    kmp_block_solve_rows(b, STRIDE, start, run, right, rows);
+    for (int c = 0; c < STRIDE; c++) {
+        for (int i = 0; i < n; i++)
+            one[i] = right[i * STRIDE + c];
+        kmp_block_solve(b, 1, one);
+        for (int i = 0; i < n; i++)
+            CHECK(memcmp(&one[i], &rows[i * STRIDE + c], sizeof *one) == 0);
+    }
+}
+
+/* Blocks large enough to be sparse: pivots stay while they suit, and are chosen anew where they no longer do. */
+static void large_blocks_are_sparse(void)
+{
+    static pattern s;
+    int kept = 0, chosen = 0;
+    for (int n = 34; n <= MAX; n++)
+        for (int trial = 0; trial < 20; trial++) {
+            const int before = n - 34 > 3 ? 3 : 0;
+            int p[MAX], q[MAX];
+            shuffle(n, p);
+            shuffle(n, q);
+            make_ring(&s, n, before, p, q, false);
+            kmp_block *b = kmp_block_new(n, s.nz, s.row, s.col);
+            CHECK(b && kmp_block_largest(b) == n - before);
+            const kmp_flops f = kmp_block_factor_flops(b);
+            CHECK(f.mul < n * n); /* a dense one takes n^3 / 3 */
+            int parity = 0;
+            for (int turn = 0; turn < 6; turn++) {
+                if (turn % 2 == 1)
+                    change(&s);
+                else
+                    make_ring(&s, n, before, p, q, turn == 2);
+                unsigned long memory = kmp_memory_count();
+                CHECK(kmp_block_factor(b, s.value) == 0);
+                kept += kmp_memory_count() == memory;
+                chosen += kmp_memory_count() != memory;
+                compare_with_dense(&s, b);
+                compare_rows(b, n);
+                compare_few(&s, b);
+                CHECK(kmp_block_smallest(b) > 0);
+                int signs[MAX], sign = sign_of(&s);
+                kmp_block_take_signs(b, signs);
+                for (int k = 0; k < kmp_block_count(b); k++)
+                    sign *= signs[k];
+                CHECK(turn == 0 || sign == parity);
+                parity = sign;
+            }
+            kmp_block_free(b);
+        }
+    CHECK(kept > 100 && chosen > 100);
+}
+
+/* A block without an inverse is reported with a column of it, and a later one with others is solved. */
+static void sparse_blocks_may_be_singular(void)
+{
+    static pattern s;
+    int order[MAX];
+    shuffle(MAX, order);
+    make_ring(&s, MAX, 0, order, order, false);
+    kmp_block *b = kmp_block_new(MAX, s.nz, s.row, s.col);
+    CHECK(b && kmp_block_factor(b, s.value) == 0);
+    for (int turn = 0; turn < 2; turn++) {
+        static double zero[MAX * MAX];
+        memcpy(zero, s.value, sizeof zero);
+        for (int e = 0; e < s.nz; e++)
+            zero[e] = s.col[e] == 7 ? 0 : zero[e];
+        CHECK(kmp_block_factor(b, zero) > 0 && !(kmp_block_smallest(b) > 0));
+        CHECK(kmp_block_factor(b, s.value) == 0);
+        compare_with_dense(&s, b);
+    }
+    kmp_block_free(b);
+}
+
 int main(void)
 {
     TEST(every_block_has_its_sign);
@@ -588,6 +717,8 @@ int main(void)
     TEST(test_complete_pivoting_ends_without_numbers);
     TEST(test_blocks_of_triangular_matrices);
     TEST(test_blocks_of_random_patterns);
+    TEST(large_blocks_are_sparse);
+    TEST(sparse_blocks_may_be_singular);
     TEST(few_entries_are_solved_as_all);
     TEST(few_entries_end_where_they_are_nothing);
     TEST(test_block_names_the_singular_column);
