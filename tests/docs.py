@@ -410,7 +410,7 @@ class Pages(unittest.TestCase):
 
     def test_counts(self):
         """Counts on the page are those that are recorded."""
-        recorded = {line.strip() for name in ("opcounts", "robotran", "paper")
+        recorded = {line.strip() for name in ("opcounts", "loop_counts", "robotran", "paper")
                     for line in (ROOT / f"bench/results/{name}.txt").read_text().split("\n")}
         page = (ROOT / "docs/counts.md").read_text()
         lines = [line.strip() for block in blocks(page) for line in block.split("\n") if re.search(r"\d", line)]
