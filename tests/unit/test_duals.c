@@ -215,7 +215,7 @@ static void many_states_are_as_few(void)
     unload(&m);
 }
 
-/* What a mechanism is linearised with before a run is derived once: the programs of the run are the same. */
+/* The programs of a linearisation before a run are those of the run: they are derived once. */
 static void derived_once(void)
 {
     loaded l = load("examples/tram/tram.yaml");

@@ -149,7 +149,7 @@ static void many_functions(void)
     unload(&l);
 }
 
-/* Where a function has no values nothing is searched; and a search that finds neither bounds nor changes ends. */
+/* Nothing is searched where a function has no values; and a search that finds neither bounds nor changes ends. */
 static void searches_end(void)
 {
     const double parameters[] = {5.0123, 0.01};
