@@ -19,6 +19,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT / "bench/peers"))
 import planar  # noqa: E402
+import spheres  # noqa: E402
 import tree  # noqa: E402
 import urdf  # noqa: E402
 
@@ -168,6 +169,26 @@ class Robots(unittest.TestCase):
         near(arm["com"], [0, 1, 0])
         near([arm["inertia"][k] for k in tree.KEYS], [2, 1, 3, -0.5, 0, 0])
         near(arm["motions"][0][1], [0, 1, 0])
+
+
+class Growth(unittest.TestCase):
+    def test_spheres(self):
+        """The laws of free fall and impact are those of Kempe's contacts."""
+        with tempfile.TemporaryDirectory() as folder:
+            path, table = pathlib.Path(folder, "spheres.yaml"), pathlib.Path(folder, "spheres.csv")
+            path.write_text(spheres.model(7))
+            subprocess.run([KEMPE, "simulate", path, "-q", "--no-convergence-check", "--output-step", str(spheres.END), "-o", table], check=True,
+                           stdout=subprocess.DEVNULL)
+            names, *_, last = [line.split(",") for line in table.read_text().splitlines() if not line.startswith("#")]
+        found = dict(zip(names, map(float, last)))
+        for i, x in enumerate(spheres.exact(7)):
+            self.assertAlmostEqual(found[f"q.j{i // 2}.{i % 2 + 1}"], x, delta=1e-12)
+
+    def test_depth(self):
+        """Each body is followed by all that it carries, however deep."""
+        bodies = [{"name": f"b{k}", "parent": f"b{k - 2}" if k > 1 else "ground"} for k in range(6000)]
+        found = [b["name"] for b in tree.depth_first(bodies)]
+        self.assertEqual(found, [f"b{k}" for first in (0, 1) for k in range(first, 6000, 2)])
 
 
 if __name__ == "__main__":

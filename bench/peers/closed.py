@@ -52,8 +52,8 @@ class Given:
         return [absolute[k] - (absolute[b["parent"]] if b["parent"] >= 0 else 0) for k, b in enumerate(self.bodies)]
 
 
-def exudyn_run(given, end, steps, index2, radius):
-    """Rigid bodies in the plane, a revolute joint each, a further one each loop. Returns seconds and q."""
+def exudyn_make(given):
+    """Rigid bodies in the plane, a revolute joint each, a further one each loop: the container, the system, its nodes, the poses at the start."""
     import exudyn as exu
     import exudyn.itemInterface as items
 
@@ -91,7 +91,16 @@ def exudyn_run(given, end, steps, index2, radius):
         mbs.AddObject(items.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers_of, stiffness=stiffness, damping=damping,
                                                                   offset=rest - given.q[k]))
     mbs.Assemble()
+    return system, mbs, nodes, poses # the first owns the second
+
+
+def exudyn_settings(given, end, steps, index2, radius, linear_solver=None):
+    """The linear solver is Exudyn's default, unless another one is named."""
+    import exudyn as exu
+
     settings = exu.SimulationSettings()
+    if linear_solver:
+        settings.linearSolverType = getattr(exu.LinearSolverType, linear_solver)
     integration = settings.timeIntegration
     integration.numberOfSteps, integration.endTime = int(steps), end
     integration.generalizedAlpha.spectralRadius = radius
@@ -105,11 +114,22 @@ def exudyn_run(given, end, steps, index2, radius):
         settings.linearSolverSettings.ignoreSingularJacobian = True
     integration.verboseMode = 0
     settings.displayStatistics = settings.displayComputationTime = False
+    return settings
+
+
+def exudyn_relative(given, mbs, nodes, poses):
+    import exudyn as exu
+    turned = [mbs.GetNodeOutput(n, exu.OutputVariableType.Coordinates)[2] for n in nodes]
+    return given.relative([pose[1] + x for pose, x in zip(poses, turned)])
+
+
+def exudyn_run(given, end, *options):
+    """Seconds of the integration, and q."""
+    _system, mbs, nodes, poses = exudyn_make(given)
+    settings = exudyn_settings(given, end, *options)
     begin = time.process_time()
     mbs.SolveDynamic(settings)
-    seconds = time.process_time() - begin
-    angles = [given.poses()[k][1] + mbs.GetNodeOutput(n, exu.OutputVariableType.Coordinates)[2] for k, n in enumerate(nodes)]
-    return seconds, given.relative(angles)
+    return time.process_time() - begin, exudyn_relative(given, mbs, nodes, poses)
 
 
 def exudyn(given, end):

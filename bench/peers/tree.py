@@ -47,10 +47,11 @@ def depth_first(bodies):
     for b in bodies:
         children.setdefault(b["parent"], []).append(b)
 
-    def after(name):
-        return [c for b in children.get(name, []) for c in (b, *after(b["name"]))]
-
-    return after("ground")
+    found, waiting = [], children.get("ground", [])[::-1]
+    while waiting:
+        found.append(waiting.pop())
+        waiting += children.get(found[-1]["name"], [])[::-1]
+    return found
 
 
 def linear(effort, parameters, coordinates):

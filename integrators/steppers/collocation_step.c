@@ -90,18 +90,31 @@ KERNELS(four, four, 1, 4)
 KERNELS(two_fours, four, 2, 7)
 KERNELS(eight, eight, 1, 7)
 
-/* out = f - x, for count values, a multiple of four. */
-static KMP_CLONES void subtract(int count, const double *f, const double *x, double *out)
+/* out = f - x, and out = by x, for count values, a multiple of the type's. */
+#define MAPS(type)                                                                                                     \
+    static KMP_CLONES void subtract_##type(int count, const double *f, const double *x, double *out)                   \
+    {                                                                                                                  \
+        for (int k = 0; k < count; k += (int)(sizeof(type) / sizeof(double)))                                          \
+            *(type *)(out + k) = *(const type *)(f + k) - *(const type *)(x + k);                                      \
+    }                                                                                                                  \
+    static KMP_CLONES void scale_##type(int count, double by, const double *x, double *restrict out)                   \
+    {                                                                                                                  \
+        for (int k = 0; k < count; k += (int)(sizeof(type) / sizeof(double)))                                          \
+            *(type *)(out + k) = by * *(const type *)(x + k);                                                          \
+    }
+
+MAPS(four)
+MAPS(eight)
+
+/* The store is as wide as the load of what is stored: a wider load would wait for both. */
+static void subtract(int width, int count, const double *f, const double *x, double *out)
 {
-    for (int k = 0; k < count; k += 4)
-        *(four *)(out + k) = *(const four *)(f + k) - *(const four *)(x + k);
+    (width == 8 && kmp_has_eight() ? subtract_eight : subtract_four)(width * count, f, x, out);
 }
 
-/* out = by x, for as many. */
-static KMP_CLONES void scale(int count, double by, const double *x, double *restrict out)
+static void scale(int width, int count, double by, const double *x, double *out)
 {
-    for (int k = 0; k < count; k += 4)
-        *(four *)(out + k) = by * *(const four *)(x + k);
+    (width == 8 && kmp_has_eight() ? scale_eight : scale_four)(width * count, by, x, out);
 }
 
 /* out[k] = a[k] a_lanes + b[k] b_lanes + sum over the stages j of x[k][j] column[j], for k < count; width 4 or 8. */
@@ -182,8 +195,8 @@ static void set_columns(kmp_collocation *s, double h)
         s->hc[l] = h * s->c[l];
         s->at[l] = s->base.t + s->hc[l];
     }
-    scale(s->s * s->w, h, s->a, s->once);
-    scale(s->s * s->w, h * h, s->aa, s->twice);
+    scale(s->w, s->s, h, s->a, s->once);
+    scale(s->w, s->s, h * h, s->aa, s->twice);
 }
 
 /* Of unknowns with stage derivatives from `from` to before `to`, and of positions from `from` to before `to_p`. */
@@ -311,7 +324,7 @@ static void correct(kmp_collocation *s, bool first)
         kmp_collocation_correct_newton(s);
     if (!first)
         return;
-    subtract(s->w * s->inner, s->change, s->g_before, s->g_before);
+    subtract(s->w, s->inner, s->change, s->g_before, s->g_before);
     s->choice.picard = sqrt(kmp_collocation_square(s, s->g_before) / fmax(residual, DBL_MIN));
 }
 
@@ -326,7 +339,7 @@ static kmp_collocation_outcome sweep(kmp_collocation *s, bool first, double *siz
     s->evaluated = false;
     if (said != KMP_GO)
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
-    subtract(s->w * s->inner, s->f + s->all_p * s->w, s->g, s->change);
+    subtract(s->w, s->inner, s->f + s->all_p * s->w, s->g, s->change);
     double mixed = 0;
     if (s->iteration != KMP_ITERATION_PICARD)
         correct(s, first);

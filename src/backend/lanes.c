@@ -123,16 +123,23 @@ bool kmp_lanes_native(const kmp_lanes *lanes)
     return lanes->segment;
 }
 
+/* Slots are written by the widest stores, since machine code reads them at once by the widest loads: a load of what
+ * several stores have just written has to wait until these have reached the cache. */
+static KMP_CLONES void set_eights(size_t w, const kmp_input_slot *feed, const kmp_input_slot *end, const double *values,
+                                  double *v)
+{
+    for (; feed < end; feed++)
+        for (size_t l = 0; l < w; l += 8)
+            KMP_EIGHT_AT(v + w * feed->slot + l) = KMP_EIGHT_CONST(values + w * (size_t)feed->index + l);
+}
+
 void kmp_lanes_set(kmp_lanes *lanes, kmp_input_kind kind, const double *values)
 {
     const kmp_frame *f = &lanes->frame;
     size_t w = (size_t)lanes->width;
     int first = f->feed_start[kind], end = f->feed_start[kind + 1];
-    if (w % 8 == 0 && end > first) {
-        for (const kmp_input_slot *feed = f->feeds + first; feed < f->feeds + end; feed++)
-            for (size_t l = 0; l < w; l += 8)
-                KMP_EIGHT_AT(lanes->v + w * feed->slot + l) = KMP_EIGHT_CONST(values + w * (size_t)feed->index + l);
-    }
+    if (w % 8 == 0 && end > first)
+        set_eights(w, f->feeds + first, f->feeds + end, values, lanes->v);
     for (int k = first; k < end && w % 8 != 0; k++)
         lanes_copy(w, lanes->v + f->feeds[k].slot * w, values + f->feeds[k].index * w);
 }
@@ -233,6 +240,13 @@ static size_t first_output(const kmp_frame *f, int stage)
     return f->out + (size_t)f->program->outputs[stage];
 }
 
+static KMP_CLONES void copy_eights(size_t w, const kmp_copy *copy, const kmp_copy *end, double *v)
+{
+    for (; copy < end; copy++)
+        for (size_t l = 0; l < w; l += 8)
+            KMP_EIGHT_AT(v + w * copy->to + l) = KMP_EIGHT_CONST(v + w * copy->from + l) * copy->factor;
+}
+
 void kmp_lanes_gather(kmp_lanes *lanes, int stage, int first, int end)
 {
     const kmp_frame *f = &lanes->frame;
@@ -242,12 +256,8 @@ void kmp_lanes_gather(kmp_lanes *lanes, int stage, int first, int end)
         begin++;
     while (past > begin && f->copies[past - 1].to >= to)
         past--;
-    if (w % 8 == 0 && begin < past) {
-        for (uint32_t k = begin; k < past; k++)
-            for (size_t l = 0; l < w; l += 8)
-                KMP_EIGHT_AT(lanes->v + w * f->copies[k].to + l) =
-                    KMP_EIGHT_CONST(lanes->v + w * f->copies[k].from + l) * f->copies[k].factor;
-    }
+    if (w % 8 == 0 && begin < past)
+        copy_eights(w, f->copies + begin, f->copies + past, lanes->v);
     for (uint32_t k = begin; k < past && w % 8 != 0; k++)
         for (size_t l = 0; l < w; l++)
             lanes->v[f->copies[k].to * w + l] = lanes->v[f->copies[k].from * w + l] * f->copies[k].factor;
