@@ -333,7 +333,7 @@ kempe_status kmp_runner_try_integrator(kmp_runner *run, double t)
         return KEMPE_OK;
     if (waits_for_lanes(run) && !run->near_singular && run->formulation->ode.make_lanes)
         return end_waiting(run, t);
-    const bool early = run->solver->work.steps == EARLY && !run->kind->lanes && share_of_trial(run, t) < EARLY_SHARE;
+    const bool early = !run->kind->lanes && run->solver->work.steps == EARLY && share_of_trial(run, t) < EARLY_SHARE;
     if (run->solver->work.steps < c->next && !early)
         return KEMPE_OK;
     if (!run->formulation->ode.make_lanes || run->near_singular || run->kind != c->kind) {
