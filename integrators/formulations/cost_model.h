@@ -18,14 +18,14 @@ double kmp_cycles_to_make(kmp_counts count);
 double kmp_cycles_by_parts(double operations, bool by_bodies);
 
 /** The counted time of radau over that of dop853 for the same motion, not stiff, of n unknowns, at a tolerance;
- * infinite where stages have no lanes. */
-double kmp_cycles_ratio(const kmp_ode *ode, double rtol);
+ * infinite where stages have no lanes. `length`: of the motion in units of its time, the reciprocal of its rate scale;
+ * infinite for a long one. */
+double kmp_cycles_ratio(const kmp_ode *ode, double rtol, double length);
 
 /** Counted cycles of dop853 in which radau in lanes, with this ratio, saves what it takes to make the lanes; some steps
  * where the ratio promises nothing, because a trial has found what it does not count. */
 double kmp_cycles_until_lanes_pay(const kmp_ode *ode, double ratio);
 
-/** Below this ratio radau is taken. It is one at equal error, between motions of many steps. Over examples and
- * tests/models, at equal tolerance and with short runs among them, this limit leaves the fewest models at which the
- * other method is faster by 1.15: 20 of 153, where 0.75 leaves 21 and 0.95 leaves 44. */
-#define KMP_RATIO_WORTH 0.85
+/** Below this ratio radau is taken. On the bench set the expected ratio is too large by half on many models, too small
+ * by a quarter on chains of loops and trees. */
+#define KMP_RATIO_WORTH 0.95

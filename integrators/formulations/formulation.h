@@ -29,6 +29,7 @@ typedef struct kmp_formulation_start {
     const double *qdd, *lambda;
     double work; /* of non-conservative forces so far */
     double rtol, atol, rate_scale;
+    double length; /* of the rest of the run, in units of the reciprocal of rate_scale */
     kmp_run_log *log;
     bool brief;      /* the formulation before lasted for a few steps: preparations that pay only over many steps are
                       * skipped */

@@ -916,7 +916,8 @@ static kempe_status prepare(kmp_reduced *d, const kmp_formulation_start *start)
     if (kmp_reduced_make_program(d, !start->brief) != KMP_GO || kmp_reduced_count(d) != KMP_GO)
         return KEMPE_E_FAILED;
     const kmp_ode *ode = &d->formulation.ode;
-    bool lanes = start->lanes || (start->may_change && kmp_cycles_ratio(ode, start->rtol) < KMP_RATIO_WORTH);
+    bool lanes =
+        start->lanes || (start->may_change && kmp_cycles_ratio(ode, start->rtol, start->length) < KMP_RATIO_WORTH);
     if (lanes && d->integrated && make_lanes(d, start->t) != KMP_GO)
         return KEMPE_E_FAILED;
     if (!implicit || d->integrated)

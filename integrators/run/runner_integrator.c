@@ -4,6 +4,7 @@
  * part of the run. No clock decides, so the same input has the same result. */
 #include "integrators/run/runner_integrator.h"
 #include "integrators/formulations/cost_model.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_start.h"
 #include "integrators/steppers/singular_step.h"
@@ -105,11 +106,11 @@ static bool give_up_trial(kmp_runner *run)
     return runs;
 }
 
-/* True if the projected formulation may take the place of the present one: it was nobody's wish, and the rows are the
- * same to the end of the run. */
+/* True if the projected formulation may take the place of the present one: it was nobody's wish, and nothing has
+ * changed the rows. */
 static bool may_leave_unknowns(const kmp_runner *run)
 {
-    const bool steady = run->part.m == run->part.r && !run->friction && !run->impacts && !run->s->switches;
+    const bool steady = !run->choice.rows && !run->friction && !run->impacts && !run->s->switches;
     const bool wished = !run->spec.open || run->spec.kind || run->method->dae;
     return run->choice.open && !wished && steady && !run->near_singular && run->choice.trial < KMP_TRIAL_BEGINS;
 }
@@ -117,14 +118,27 @@ static bool may_leave_unknowns(const kmp_runner *run)
 bool kmp_runner_leaves_unknowns(kmp_runner *run, double t)
 {
     kmp_integrator_choice *c = &run->choice;
-    if (!run->formulation->due || !run->kind->lanes || !may_leave_unknowns(run))
+    const kmp_solver_kind *kind = waits_for_lanes(run) ? c->kind : run->kind;
+    if (!run->formulation->due || !kind->lanes || !may_leave_unknowns(run))
         return false;
     double spent = run->solver->cycles + (c->other ? c->other->cycles : 0) - c->from;
-    if (spent * rest_over(run, c->from_t, t) < c->price_in_lanes)
+    if (spent * rest_over(run, c->from_t, t) < run->formulation->ode.cycles_to_make)
         return false;
     c->open = false;
-    c->kind = run->kind;
+    c->left = true;
+    c->kind = kind;
     return true;
+}
+
+void kmp_runner_note_rows(kmp_runner *run)
+{
+    kmp_integrator_choice *c = &run->choice;
+    c->rows = true;
+    if (!c->left)
+        return;
+    c->left = false;
+    c->open = true;
+    run->method = kmp_formulation_find(run->spec.formulation, run->spec.form);
 }
 
 void kmp_runner_end_formulation(kmp_runner *run)
@@ -140,13 +154,19 @@ void kmp_runner_end_unknowns(kmp_runner *run)
     run->formulation->spares = run->choice.open && run->kind->lanes && !lanes_pay(run);
 }
 
+double kmp_runner_length(const kmp_runner *run, double t)
+{
+    return run->rate_scale * (run->spec.t_end - t);
+}
+
 /* The formulation has made lanes where they are worth while. */
 static void choose_first(kmp_runner *run)
 {
     const kmp_ode *ode = &run->formulation->ode;
     kmp_integrator_choice *c = &run->choice;
     c->kind = kmp_solver_find(ode->lanes ? "radau" : run->spec.integrator);
-    c->ratio = ode->cycles_of_lanes > 0 ? kmp_cycles_ratio(ode, run->spec.rtol) : 0;
+    const double length = kmp_runner_length(run, run->spec.t_start);
+    c->ratio = ode->cycles_of_lanes > 0 ? kmp_cycles_ratio(ode, run->spec.rtol, length) : 0;
     c->patience = FIRST_TRIAL;
 }
 
@@ -174,7 +194,7 @@ kempe_status kmp_runner_make_integrator(kmp_runner *run)
     if (!run->solver)
         return KEMPE_E_FAILED;
     if (run->choice.open) {
-        double ratio = kmp_cycles_ratio(&run->formulation->ode, run->spec.rtol);
+        double ratio = kmp_cycles_ratio(&run->formulation->ode, run->spec.rtol, INFINITY);
         run->choice.price = kmp_cycles_until_lanes_pay(&run->formulation->ode, ratio);
         run->choice.price_in_lanes = fmin(ratio, 1) * run->choice.price;
         begin_count(run);
@@ -313,7 +333,7 @@ kempe_status kmp_runner_try_integrator(kmp_runner *run, double t)
         return KEMPE_OK;
     if (waits_for_lanes(run) && !run->near_singular && run->formulation->ode.make_lanes)
         return end_waiting(run, t);
-    const bool early = run->solver->work.steps == EARLY && !run->kind->lanes && share_of_trial(run, t) < EARLY_SHARE;
+    const bool early = !run->kind->lanes && run->solver->work.steps == EARLY && share_of_trial(run, t) < EARLY_SHARE;
     if (run->solver->work.steps < c->next && !early)
         return KEMPE_OK;
     if (!run->formulation->ode.make_lanes || run->near_singular || run->kind != c->kind) {

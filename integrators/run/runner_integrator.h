@@ -19,6 +19,9 @@ const kmp_solver_kind *kmp_runner_integrator(const kmp_runner *run);
 /** The integrator of the first steps with a formulation, which needs nothing that a few steps do not pay. */
 const kmp_solver_kind *kmp_runner_begins_with(const kmp_runner *run);
 
+/** The rest of the run from t on, in units of the time of its motion. */
+double kmp_runner_length(const kmp_runner *run, double t);
+
 /** Between steps, at t: tries another integrator where the user chose none. */
 kempe_status kmp_runner_try_integrator(kmp_runner *run, double t);
 
@@ -30,6 +33,10 @@ void kmp_runner_release_integrators(kmp_runner *run);
  * shall continue: programs of stages must be written again in any case, and those serve to the end of the run. The user
  * chose no formulation. Asked before kmp_runner_restart, which makes it so. */
 bool kmp_runner_leaves_unknowns(kmp_runner *run, double t);
+
+/** Before a new formulation with other closure rows: each choice of these needs programs of its own, and the run
+ * returns from the projected formulation. */
+void kmp_runner_note_rows(kmp_runner *run);
 
 /** Before the formulation may change its unknowns, and after it did: the first tells it whether they have lasted long
  * enough for lanes; the second, before the start at t with a step *h, takes an integrator without lanes where it has

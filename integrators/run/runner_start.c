@@ -184,6 +184,7 @@ kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *
                                    .rtol = run->spec.rtol,
                                    .atol = run->spec.atol,
                                    .rate_scale = run->rate_scale,
+                                   .length = kmp_runner_length(run, t),
                                    .log = run->log};
 }
 

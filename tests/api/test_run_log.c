@@ -30,6 +30,7 @@ static void entries_are_kept_in_order(void)
     kempe_table *entries = NULL;
     double before = 0;
     settings.t_end = 3;
+    settings.formulation = "reduced"; /* the default leaves them for the projected one */
     kempe_context_set_log(context, listen, &heard);
     CHECK(kempe_model_read(context, KEMPE_ROOT "/tests/models/triple_rocker.yaml", &model) == KEMPE_OK);
     CHECK(kempe_system_new(model, &system) == KEMPE_OK);
