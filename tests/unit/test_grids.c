@@ -125,7 +125,7 @@ static double apart(int count, const double *x, const double *y)
     return size > 0 ? worst / size : worst;
 }
 
-/* What a battery has met. */
+/* Counts of what a battery has met, and its largest differences. */
 typedef struct met {
     int mechanisms, sparse_blocks, full_rows, saddles, by_bodies;
     double worst, worst_load; /* accelerations, multipliers: over the condition of the rows */
