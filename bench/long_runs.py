@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Runs of long mechanisms: time of preparation, time of a right-hand side, peak memory, and how each grows with the length.
 
-    bench/long_runs.py KEMPE [--most N]
+    bench/long_runs.py KEMPE [--most N] [--only NAME]
 
 A chain of N equal links hangs from the ground, level at the start. A scissor lift of N cells stands on the ground: two bars a cell, and
-N - 1 closed loops. Each is simulated for 0.1 s with the default algorithm by dop853 at rtol 1e-8, without the cache and without a repetition.
+N - 1 closed loops. A grid of N x N meshes of rods hangs from N + 1 points: 2 N^2 + N rods and N^2 loops. Each is simulated for 0.1 s with the default algorithm by dop853 at rtol 1e-8, without the cache and without a repetition.
 A right-hand side is that of steps of at most 2 ms, with the integrator's own work: the time and the evaluations beyond those of a run of
 long steps, whose start and output they share. Processor times, the least of three runs. The exponent is that of the growth since the line
 before."""
@@ -51,6 +51,27 @@ def scissors(n):
     return text + ", ".join(turns) + "}\n"
 
 
+def grid(n):
+    """Rods v hang one below the other in zigzag, rods h join the columns; the loops are assembled."""
+    text = "kempe: 1\nname: grid\ngravity: [0, -9.81, 0]\nground: {points: {"
+    text += ", ".join(f"G{c}: [{c}, 0, 0]" for c in range(n + 1)) + "}}\nbodies:\n"
+    loops, turns = "", []
+    for r in range(1, n + 1):
+        for c in range(n + 1):
+            at = f"v{r - 1}x{c}.T" if r > 1 else f"ground.G{c}"
+            text += f"  v{r}x{c}: {{joint: {{name: a{r}x{c}, revolute: z, at: {at}}}, {BAR}, points: {{T: [1, 0, 0]}}}}\n"
+            turns.append(f"a{r}x{c}: {-80 if r == 1 else 10 if r % 2 == 0 else -10} deg")
+        for c in range(n):
+            text += f"  h{r}x{c}: {{joint: {{name: b{r}x{c}, revolute: z, at: v{r}x{c}.T}}, {BAR}, points: {{T: [1, 0, 0]}}}}\n"
+            loops += f"  C{r}x{c}: {{ball: [h{r}x{c}.T, v{r}x{c + 1}.T]}}\n"
+            turns.append(f"b{r}x{c}: {80 if r % 2 == 1 else 90} deg")
+    return text + "loops:\n" + loops + "start:\n  q: {" + ", ".join(turns) + "}\n"
+
+
+KINDS = (("chain", chain, (30, 100, 300, 1000, 3000, 10000)), ("scissors", scissors, (10, 30, 100, 300, 1000, 3000)),
+         ("grid", grid, (4, 7, 10, 16, 22)))
+
+
 def run(kempe, path, *more):
     """The result and its peak memory in MB; None: it fails."""
     words = [kempe, "simulate", path, "--no-cache", "-q", "--t-end", "0.1", "--output-step", "0.1", "--integrator", "dop853",
@@ -82,8 +103,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("kempe")
     parser.add_argument("--most", type=int, default=10000, help="the largest number of links or cells")
+    parser.add_argument("--only", help="chain, scissors or grid")
     given = parser.parse_args()
-    for name, make, lengths in (("chain", chain, (30, 100, 300, 1000, 3000, 10000)), ("scissors", scissors, (10, 30, 100, 300, 1000, 3000))):
+    for name, make, lengths in KINDS:
+        if given.only not in (None, name):
+            continue
         print(f"\n{name}: preparation, ms; right-hand side, us; peak memory, MB; exponents of growth\n")
         print("|  N | preparation | | right-hand side | | memory |\n|---|---|---|---|---|---|")
         last = None

@@ -22,8 +22,8 @@ typedef struct kmp_sparse kmp_sparse;
 kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool symmetric);
 
 /** A saddle system [A -J'; J D] of n coordinates and then r multipliers, A positive definite; group (r): equal numbers
- * for the rows of a closure, one after another. Where its diagonal has too few pivots in the order of least degree, it
- * is ordered by closures (saddle_order.h). NULL: no memory. */
+ * for the rows of a closure, one after another. A diagonal with too few pivots in the order of least degree
+ * brings an order by closures (saddle_order.h). NULL: no memory. */
 kmp_sparse *kmp_sparse_new_saddle(int n, int r, int nz, const int *row, const int *col, const int *group);
 
 /** Sorts entries by their columns, which are below n. order (count) lists their numbers, column after column; start

@@ -246,8 +246,8 @@ int kmp_sparse_lu_factor(kmp_sparse_lu *s, const double *values, int *pivoted, d
 
 /* -- solutions --------------------------------------------------------------------------------------- */
 
-static inline __attribute__((always_inline)) void solve(const kmp_sparse_lu *s, const double *inverse, int lanes,
-                                                        double *restrict w)
+static inline __attribute__((always_inline)) void solve_lanes(const kmp_sparse_lu *s, const double *inverse, int lanes,
+                                                              double *restrict w)
 {
     for (int k = 0; k < s->n; k++)
         for (int e = s->l.start[k]; e < s->l.start[k + 1]; e++)
@@ -265,9 +265,9 @@ static inline __attribute__((always_inline)) void solve(const kmp_sparse_lu *s, 
 void kmp_sparse_lu_solve(const kmp_sparse_lu *s, const double *inverse, int lanes, double *w)
 {
     if (lanes == 1)
-        solve(s, inverse, 1, w);
+        solve_lanes(s, inverse, 1, w);
     else
-        solve(s, inverse, lanes, w);
+        solve_lanes(s, inverse, lanes, w);
 }
 
 void kmp_sparse_lu_solve_transposed(const kmp_sparse_lu *s, const double *inverse, double *w)

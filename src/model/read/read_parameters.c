@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Parameters and inputs. Any parameter may refer to any other. Each is valued as soon as its operands are; those left
+/* Parameters and inputs. Any parameter may refer to any other. Each is valued behind its operands; those left
  * when nothing more can be valued form a cycle. */
 #include "model/read/read_parameters.h"
 #include "base/context.h"
@@ -220,10 +220,38 @@ static state value_one(valuation *v, int i)
     return kmp_check_dimension(r, node, what, v->exprs[i], KMP_DIM_ANY, &r->parameter_dimensions[i]) ? KNOWN : BAD;
 }
 
-static void value_all(valuation *v)
+/* A parameter that parameter i waits for. */
+static int next_in_wait(const void *user, int i)
 {
-    bool progress = true;
-    while (progress) {
+    const valuation *v = user;
+    return kmp_expr_find(v->exprs[i], is_waiting, v)->index;
+}
+
+/* Values parameter i, and before it those that it waits for; room (count). False: they form a cycle. */
+static bool value_from(valuation *v, int i, int *room)
+{
+    int depth = 0;
+    for (room[depth++] = i; depth > 0;) {
+        const int top = room[depth - 1];
+        v->states[top] = v->states[top] == WAITING ? value_one(v, top) : v->states[top];
+        if (v->states[top] != WAITING)
+            depth--;
+        else if (depth < v->map->count)
+            room[depth++] = next_in_wait(v, top);
+        else
+            return false;
+    }
+    return true;
+}
+
+/* Values all parameters but those of a cycle and its users. False: no memory. */
+static bool value_all(valuation *v)
+{
+    int *room = KMP_ARENA_NEW(&v->r->scratch, int, v->map->count);
+    bool progress = true, circle = false;
+    for (int i = 0; room && !circle && i < v->map->count; i++)
+        circle = !value_from(v, i, room);
+    while (circle && progress) {
         progress = false;
         for (int i = 0; i < v->map->count; i++) {
             if (v->states[i] != WAITING)
@@ -232,13 +260,7 @@ static void value_all(valuation *v)
             progress = progress || v->states[i] != WAITING;
         }
     }
-}
-
-/* A parameter that parameter i waits for. */
-static int next_in_wait(const void *user, int i)
-{
-    const valuation *v = user;
-    return kmp_expr_find(v->exprs[i], is_waiting, v)->index;
+    return room;
 }
 
 /* Follows dependences from `i`: after as many steps as there are parameters it is on the cycle. */
@@ -344,11 +366,13 @@ void kmp_read_parameters(kmp_reader *r)
         v.items[i] = v.map->items[i];
     if (!take_settings(r, v.items) || count == 0 || !take_expressions(&v))
         return;
-    value_all(&v);
+    if (!value_all(&v))
+        return;
     for (int i = 0; i < v.map->count; i++)
         if (v.states[i] == WAITING) {
             complain_circle(&v, i);
-            value_all(&v);
+            if (!value_all(&v))
+                return;
         }
     for (int i = 0; i < v.map->count; i++) {
         warn_of_unit(&v, i);
