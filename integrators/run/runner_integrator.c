@@ -50,13 +50,17 @@ static kmp_solver *new_solver(const kmp_runner *run, const kmp_solver_kind *kind
     return kind->create(kind, &setup);
 }
 
-/* Steps across change points have their own integrator, and following the closures corrects every step. A formulation
- * that may last for a few steps only makes no lanes. */
+bool kmp_runner_makes_lanes(const kmp_runner *run)
+{
+    return kmp_runner_integrator(run)->lanes && !(run->choice.open && run->brief);
+}
+
+/* Steps across change points have their own integrator, and following the closures corrects every step. */
 static const kmp_solver_kind *integrator_of(const kmp_runner *run)
 {
     const kmp_solver_kind *requested = kmp_runner_integrator(run);
     bool cannot = (requested->dae || requested->implicit || !requested->corrects) && kmp_runner_is_followed(run);
-    bool brief = run->choice.open && run->brief && requested->lanes;
+    bool brief = requested->lanes && !kmp_runner_makes_lanes(run);
     if (run->near_singular && !run->walks)
         return &kmp_solver_singular_step;
     return cannot || run->near_singular || brief ? kmp_solver_find("dop853") : requested;

@@ -16,6 +16,10 @@ bool kmp_runner_is_followed(const kmp_runner *run);
 /** The integrator for which a formulation is made. */
 const kmp_solver_kind *kmp_runner_integrator(const kmp_runner *run);
 
+/** True if the formulation is made with lanes for it; one that may last for a few steps only makes none, and another
+ * integrator takes them. */
+bool kmp_runner_makes_lanes(const kmp_runner *run);
+
 /** Between steps, at t: tries another integrator where the user chose none. */
 kempe_status kmp_runner_try_integrator(kmp_runner *run, double t);
 
