@@ -5,7 +5,7 @@
     bench/contact_scenes.py KEMPE [--most N]
 
 Spheres bounce with friction on a plane, each apart from the others. Blocks slide on two corners each. Balls of one column fall on the
-ground and on each other. All at rtol 1e-6, without the cache. Processor times, the least of three runs: of the whole command, with its
+ground and on each other. Balls bounce on the ground, and each may touch each other one. All at rtol 1e-6, without the cache. Processor times, the least of three runs: of the whole command, with its
 preparation and the repetition at another tolerance; and of an event, of the first run alone. The exponent is that of the growth of the
 command's time since the line before."""
 import argparse
@@ -13,7 +13,8 @@ import json
 import math
 import os
 import subprocess
-import tempfile
+
+import tables
 
 LONGEST = 60  # s of a command; the next number is left out
 HEAD = "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
@@ -48,6 +49,18 @@ def column(n):
     contacts = f"  f: {{sphere: s0.C, radius: 0.1, {PLANE}, restitution: 0.5}}\n"
     contacts += "".join(f"  c{i}: {{gap: q(j{i}) - q(j{i - 1}) - 0.2, restitution: 0.5}}\n" for i in range(1, n))
     return HEAD + balls + "contacts:\n" + contacts + start([f"j{i}: {0.12 + 0.22 * i}" for i in range(n)]) + END
+
+
+def box(n):
+    """Balls in a row of rows fall on the ground, and each may touch each other one: N (N + 1) / 2 contacts."""
+    contacts = ""
+    for i in range(n):
+        contacts += f"  c{i}: {{sphere: s{i}.C, radius: 0.1, {PLANE}, restitution: 0.5}}\n"
+        contacts += "".join(f"  c{i}_{k}: {{sphere: s{i}.C, radius: 0.1, on: {{sphere: s{k}.C, radius: 0.1}}, restitution: 0.5}}\n" for k in range(i))
+    wide = max(1, int(math.sqrt(n)))
+    q = [f"j{i}.1: {0.3 * (i % wide)}, j{i}.2: {0.3 + 0.3 * (i // wide)}" for i in range(n)]
+    qd = [f"j{i}.1: {(i * 7919 % 17 - 8) / 8}, j{i}.2: {(i * 104729 % 17 - 8) / 8}" for i in range(n)]
+    return HEAD + planar(n, "C: [0, 0, 0]") + "contacts:\n" + contacts + start(q, qd) + END
 
 
 def measure(kempe, path):
@@ -86,27 +99,11 @@ def main():
     parser.add_argument("kempe")
     parser.add_argument("--most", type=int, default=1000, help="the largest number of bodies")
     given = parser.parse_args()
+    columns = (("command", 1, True), ("event", 1e3, False), ("events", 1, False), ("steps", 1, False))
     for name, make, numbers in (("spheres over a plane", spheres, (1, 10, 30, 100, 300, 1000)), ("blocks on two corners", blocks, (1, 3, 10, 30, 100)),
-                                ("column of balls", column, (3, 10, 30))):
-        print(f"\n{name}: the command, s; its growth; an event, ms; events; steps\n")
-        print("| N | command | | event | events | steps |\n|---|---|---|---|---|---|")
-        last = None
-        for n in numbers:
-            if n > given.most:
-                break
-            with tempfile.TemporaryDirectory() as folder:
-                path = os.path.join(folder, "scene.yaml")
-                with open(path, "w", encoding="utf-8") as file:
-                    file.write(make(n))
-                now = measure(given.kempe, path)
-            if not now:
-                print(f"| {n} | - | | - | | |")
-                break
-            grown = "" if not last else f"{math.log(now[0] / last[1]) / math.log(n / last[0]):.2f}"
-            print(f"| {n} | {now[0]:.3g} | {grown} | {now[1] * 1e3:.3g} | {now[2]} | {now[3]} |", flush=True)
-            last = (n, now[0])
-            if now[0] > LONGEST:
-                break
+                                ("column of balls", column, (3, 10, 30)), ("balls that may all touch", box, (4, 8, 16, 32))):
+        tables.growth(f"{name}: the command, s; its growth; an event, ms; events; steps", columns, make, [n for n in numbers if n <= given.most],
+                      lambda path: measure(given.kempe, path), LONGEST)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,8 @@ import json
 import math
 import os
 import subprocess
-import tempfile
+
+import tables
 
 BAR = "mass: 1, com: [0.5, 0, 0], inertia: {zz: 0.0833}"
 LONGEST = 60  # s of a run; the next length is left out
@@ -105,28 +106,11 @@ def main():
     parser.add_argument("--most", type=int, default=10000, help="the largest number of links or cells")
     parser.add_argument("--only", help="chain, scissors or grid")
     given = parser.parse_args()
+    columns = (("preparation", 1e3, True), ("right-hand side", 1e6, True), ("memory", 1, False))
     for name, make, lengths in KINDS:
-        if given.only not in (None, name):
-            continue
-        print(f"\n{name}: preparation, ms; right-hand side, us; peak memory, MB; exponents of growth\n")
-        print("|  N | preparation | | right-hand side | | memory |\n|---|---|---|---|---|---|")
-        last = None
-        for n in lengths:
-            if n > given.most:
-                break
-            with tempfile.TemporaryDirectory() as folder:
-                path = os.path.join(folder, "long.yaml")
-                with open(path, "w", encoding="utf-8") as file:
-                    file.write(make(n))
-                now = measure(given.kempe, path)
-            if not now:
-                print(f"| {n} | - | | - | | - |")
-                break
-            grown = ["" if not last else f"{math.log(now[k] / last[1][k]) / math.log(n / last[0]):.2f}" for k in range(2)]
-            print(f"| {n} | {now[0] * 1e3:.3g} | {grown[0]} | {now[1] * 1e6:.3g} | {grown[1]} | {now[2]:.3g} |", flush=True)
-            last = (n, now)
-            if now[0] > LONGEST:
-                break
+        if given.only in (None, name):
+            tables.growth(f"{name}: preparation, ms; right-hand side, us; peak memory, MB; exponents of growth", columns, make,
+                          [n for n in lengths if n <= given.most], lambda path: measure(given.kempe, path), LONGEST)
 
 
 if __name__ == "__main__":

@@ -2,9 +2,11 @@
 """The parts that the commands `standard` and `peers` share: the machine in words, tables in Markdown, tables at equal error."""
 import datetime
 import math
+import os
 import pathlib
 import re
 import subprocess
+import tempfile
 
 LEVELS = [10.0**-k for k in range(3, 12)]
 
@@ -46,6 +48,30 @@ def markdown(columns, rows):
     """The first column to the left, the others to the right."""
     lines = ["| " + " | ".join(columns) + " |", "|---" + "|--:" * (len(columns) - 1) + "|"]
     return lines + ["| " + " | ".join(str(x) for x in row) + " |" for row in rows] + [""]
+
+
+def growth(title, columns, make, numbers, measure, longest):
+    """Prints measurements of models that grow. columns: (name, factor, grows) of each number of measure(path), None: it fails; those
+    that grow have the exponent since the line before behind them. make(n): the text of a model. Ends after a first number above
+    `longest`."""
+    print(f"\n{title}\n")
+    names = [part for name, _, grows in columns for part in ([name, ""] if grows else [name])]
+    print("| N | " + " | ".join(names) + " |\n" + "|---" * (1 + len(names)) + "|")
+    last = None
+    for n in numbers:
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "model.yaml")
+            pathlib.Path(path).write_text(make(n), encoding="utf-8")
+            now = measure(path)
+        row = []
+        for k, (_, factor, grows) in enumerate(columns):
+            row.append(f"{now[k] * factor:.3g}" if now and not isinstance(now[k], int) else str(now[k]) if now else "-")
+            if grows:
+                row.append(f"{math.log(now[k] / last[1][k]) / math.log(n / last[0]):.2f}" if now and last else "")
+        print(f"| {n} | " + " | ".join(row) + " |", flush=True)
+        if not now or now[0] > longest:
+            break
+        last = (n, now)
 
 
 def digits(x):

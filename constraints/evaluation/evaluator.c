@@ -214,9 +214,13 @@ static void eval_set_all(kmp_evaluator *eval, kmp_input_kind kind, const double 
             kmp_machine_set(machines[k], kind, values);
 }
 
-static void set_modes(kmp_evaluator *eval)
+/* Runs a stage with the present modes. A decision sets many modes one after the other before an evaluation. */
+static const double *run_stage(kmp_evaluator *eval, kmp_machine *machine, int stage)
 {
-    eval_set_all(eval, KMP_IN_MODE, eval->mode);
+    if (eval->modes_wait)
+        eval_set_all(eval, KMP_IN_MODE, eval->mode);
+    eval->modes_wait = false;
+    return kmp_machine_run(machine, stage);
 }
 
 /* The mode of a condition at its value. Friction slips by the sign of its rate. */
@@ -244,7 +248,7 @@ static void eval_follow_conditions(kmp_evaluator *eval, const double *t, const d
     int count = eval->system->events.count;
     for (int pass = 0; pass <= count; pass++) {
         bool same = true;
-        const double *change = kmp_machine_run(eval->changes, 1);
+        const double *change = run_stage(eval, eval->changes, 1);
         for (int k = 0; k < count; k++) {
             const kmp_condition *condition = &eval->system->events.condition[k];
             bool held = condition->role != KMP_ROLE_NONE &&
@@ -256,7 +260,7 @@ static void eval_follow_conditions(kmp_evaluator *eval, const double *t, const d
         }
         if (same)
             return;
-        set_modes(eval);
+        eval->modes_wait = true;
     }
 }
 
@@ -267,7 +271,7 @@ const double *kmp_eval_changes(kmp_evaluator *eval, double t, const double *q, c
     kmp_machine_set(eval->changes, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, t));
     kmp_machine_set(eval->changes, KMP_IN_Q, q);
     kmp_machine_set(eval->changes, KMP_IN_QD, qd);
-    return kmp_machine_run(eval->changes, 1);
+    return run_stage(eval, eval->changes, 1);
 }
 
 void kmp_eval_all_changes(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
@@ -283,7 +287,7 @@ void kmp_eval_all_changes(kmp_evaluator *eval, double t, const double *q, const 
         if (!late) {
             kmp_machine_set(eval->changes, KMP_IN_QDD, qdd);
             kmp_machine_set(eval->changes, KMP_IN_LAMBDA, lambda);
-            late = kmp_machine_run(eval->changes, 2);
+            late = run_stage(eval, eval->changes, 2);
         }
         change[k] = *late++;
     }
@@ -301,19 +305,19 @@ void kmp_eval_freeze(kmp_evaluator *eval, double t, const double *q, const doubl
 void kmp_eval_set_mode(kmp_evaluator *eval, int condition, bool holds)
 {
     eval->mode[condition] = holds && !eval->system->events.condition[condition].kink ? 1 : 0;
-    set_modes(eval);
+    eval->modes_wait = true;
 }
 
 void kmp_eval_set_modes(kmp_evaluator *eval, const double *mode)
 {
     memmove(eval->mode, mode, (size_t)eval->system->events.count * sizeof *mode);
-    set_modes(eval);
+    eval->modes_wait = true;
 }
 
 void kmp_eval_set_kink(kmp_evaluator *eval, int condition, double side)
 {
     eval->mode[condition] = side;
-    set_modes(eval);
+    eval->modes_wait = true;
 }
 
 /* Values that judge or show a motion and do not make it: energy, power, reactions, outputs. They have a program of
@@ -325,7 +329,7 @@ double kmp_eval_potential(kmp_evaluator *eval, double t, const double *q)
     eval_follow_conditions(eval, &t, q, NULL);
     kmp_machine_set(eval->judge, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, t));
     kmp_machine_set(eval->judge, KMP_IN_Q, q);
-    return *kmp_machine_run(eval->judge, KMP_STAGE_POTENTIAL);
+    return *run_stage(eval, eval->judge, KMP_STAGE_POTENTIAL);
 }
 
 bool kmp_eval_goes_by_links(const kmp_evaluator *eval)
@@ -340,14 +344,14 @@ static bool has_links(const kmp_evaluator *eval)
 }
 
 /* qd' M qd / 2 of the last M; or link by link, after the potential at the same place. */
-static double kinetic_here(const kmp_evaluator *eval, const double *qd)
+static double kinetic_here(kmp_evaluator *eval, const double *qd)
 {
     const kmp_pattern *p = &eval->system->mass;
     int coordinates = kmp_model_coordinates(eval->system->model);
     double sum = 0;
     if (has_links(eval)) {
         kmp_machine_set(eval->judge, KMP_IN_QD, qd);
-        return kmp_machine_run(eval->judge, KMP_STAGE_POWER)[1];
+        return run_stage(eval, eval->judge, KMP_STAGE_POWER)[1];
     }
     for (int k = 0; k < p->count && p->row[k] < coordinates; k++)
         sum += eval->mass[k] * qd[p->row[k]] * qd[p->col[k]] * (p->row[k] == p->col[k] ? 0.5 : 1);
@@ -375,7 +379,7 @@ double kmp_eval_power(kmp_evaluator *eval, double t, const double *q, const doub
     kmp_machine_set(eval->judge, KMP_IN_QD, qd);
     if (eval->nu)
         kmp_machine_set(eval->judge, KMP_IN_LAMBDA, eval->nu);
-    double power = *kmp_machine_run(eval->judge, KMP_STAGE_POWER);
+    double power = *run_stage(eval, eval->judge, KMP_STAGE_POWER);
     const double *effort = kmp_eval_effort(eval, t, q, qd);
     for (int i = 0; effort && i < eval->n; i++)
         power += effort[i] * qd[i];
@@ -387,7 +391,7 @@ double kmp_eval_power_here(kmp_evaluator *eval, const double *qd)
     if (eval->weighs_only && !eval->by_bodies)
         return kmp_eval_power(eval, eval->t, eval->q, qd);
     const kmp_program *program = kmp_eval_program(eval, eval->by_bodies);
-    double power = program->stages > KMP_STAGE_WORKING ? *kmp_machine_run(eval->motion, KMP_STAGE_WORKING) : 0;
+    double power = program->stages > KMP_STAGE_WORKING ? *run_stage(eval, eval->motion, KMP_STAGE_WORKING) : 0;
     for (int i = 0; eval->system->force && i < eval->n; i++)
         power += eval->effort[i] * qd[i];
     return power;
@@ -397,8 +401,8 @@ const double *kmp_eval_reactions(kmp_evaluator *eval, double t, const double *q,
 {
     (void)kmp_eval_potential(eval, t, q);
     kmp_machine_set(eval->judge, KMP_IN_LAMBDA, lambda);
-    (void)kmp_machine_run(eval->judge, KMP_STAGE_POWER);
-    return kmp_machine_run(eval->judge, KMP_STAGE_REACTION);
+    (void)run_stage(eval, eval->judge, KMP_STAGE_POWER);
+    return run_stage(eval, eval->judge, KMP_STAGE_REACTION);
 }
 
 const double *kmp_eval_shown(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
@@ -408,8 +412,8 @@ const double *kmp_eval_shown(kmp_evaluator *eval, double t, const double *q, con
     kmp_machine_set(eval->judge, KMP_IN_QD, qd);
     kmp_machine_set(eval->judge, KMP_IN_QDD, qdd);
     (void)kmp_eval_reactions(eval, t, q, lambda);
-    (void)kmp_machine_run(eval->judge, KMP_STAGE_POSITION);
-    return kmp_machine_run(eval->judge, KMP_STAGE_SHOWN);
+    (void)run_stage(eval, eval->judge, KMP_STAGE_POSITION);
+    return run_stage(eval, eval->judge, KMP_STAGE_SHOWN);
 }
 
 /* Evaluates all values that are constant during steps. */
@@ -419,7 +423,7 @@ static void evaluate_constants(kmp_evaluator *eval)
     eval_set_all(eval, KMP_IN_CHART, eval->chart);
     for (size_t k = 0; k < sizeof machines / sizeof *machines; k++)
         if (machines[k])
-            (void)kmp_machine_run(machines[k], KMP_STAGE_PARAMETERS);
+            (void)run_stage(eval, machines[k], KMP_STAGE_PARAMETERS);
 }
 
 void kmp_eval_renew_parameters(kmp_evaluator *eval)
@@ -455,7 +459,7 @@ static bool make_machines(kmp_evaluator *eval, kmp_eval_use use)
     if (!eval->closes_only)
         eval->judge = kmp_machine_new(s->judge, s->dissipative ? waiting : seldom);
     if (follows)
-        eval->changes = kmp_machine_new(s->changes, seldom);
+        eval->changes = kmp_machine_new(s->changes, use == KMP_EVAL_STEPS ? waiting : seldom);
     bool made = eval->motion && (eval->closes_only || eval->judge) && (eval->changes || !follows);
     eval->left_tables = kmp_left_tables_new(s, &eval->arena);
     KMP_ARENA_MAKE(&eval->arena, KMP_ROOM(bool, eval->m, &eval->dropped),
@@ -587,7 +591,7 @@ void kmp_eval_closure(kmp_evaluator *eval, double t, const double *q)
     eval_follow_conditions(eval, &t, q, NULL);
     kmp_machine_set(eval->motion, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, t));
     kmp_machine_set(eval->motion, KMP_IN_Q, q);
-    eval->h = kmp_machine_run(eval->motion, KMP_STAGE_CLOSURE);
+    eval->h = run_stage(eval, eval->motion, KMP_STAGE_CLOSURE);
     eval->jacobian = eval->h + eval->m;
     eval->h_t = eval->system->rheonomic ? eval->jacobian + eval->system->jacobian.count : NULL;
     eval->t = t;
@@ -606,7 +610,7 @@ void kmp_eval_use_closure(kmp_evaluator *eval, double t, const double *q, const 
 
 void kmp_eval_mass(kmp_evaluator *eval)
 {
-    const double *out = kmp_machine_run(eval->motion, KMP_STAGE_MASS);
+    const double *out = run_stage(eval, eval->motion, KMP_STAGE_MASS);
     if (eval->by_bodies) {
         eval->pivots = out;
         eval->diagonals = out + eval->m;
@@ -624,7 +628,7 @@ static void accelerate_bodies(kmp_evaluator *eval)
     if (eval->given || eval->gave || eval->system->force)
         kmp_machine_set(eval->motion, KMP_IN_EFFORT, eval->given ? eval->with_force : eval->effort);
     eval->gave = eval->given;
-    eval->qdd = kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
+    eval->qdd = run_stage(eval, eval->motion, KMP_STAGE_BIAS);
     eval->multipliers = eval->qdd + eval->n;
 }
 
@@ -642,18 +646,18 @@ void kmp_eval_keep_rows(kmp_evaluator *eval, const int *position)
     if (eval->pivots)
         kmp_eval_mass(eval);
     if (eval->qdd)
-        (void)kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
+        (void)run_stage(eval, eval->motion, KMP_STAGE_BIAS);
 }
 
 const double *kmp_eval_open(kmp_evaluator *eval)
 {
-    return eval->by_bodies && eval->qdd ? kmp_machine_run(eval->articulated, KMP_STAGE_OPEN) : NULL;
+    return eval->by_bodies && eval->qdd ? run_stage(eval, eval->articulated, KMP_STAGE_OPEN) : NULL;
 }
 
 const double *kmp_eval_correction(kmp_evaluator *eval, const double *violation)
 {
     kmp_machine_set(eval->articulated, KMP_IN_MU, violation);
-    return kmp_machine_run(eval->articulated, KMP_STAGE_CORRECT);
+    return run_stage(eval, eval->articulated, KMP_STAGE_CORRECT);
 }
 
 /* Adds generalized forces outside the program to C. */
@@ -687,7 +691,7 @@ void kmp_eval_lend_motion(kmp_evaluator *eval, const double *mass, const double 
 static void run_load_dependent(kmp_evaluator *eval)
 {
     kmp_machine_set(eval->motion, KMP_IN_LAMBDA, eval->nu);
-    eval->own_bias = kmp_machine_run(eval->motion, KMP_STAGE_LOAD);
+    eval->own_bias = run_stage(eval, eval->motion, KMP_STAGE_LOAD);
     eval->load_jacobian = eval->own_bias + eval->n;
 }
 
@@ -708,9 +712,9 @@ static void find_bias(kmp_evaluator *eval, const double *qd)
     }
     kmp_machine_set(m, KMP_IN_EFFORT, eval->with_force);
     for (int stage = KMP_STAGE_CLOSURE; stage < KMP_STAGE_BIAS; stage++)
-        (void)kmp_machine_run(m, stage);
-    const double *free_qdd = kmp_machine_run(m, KMP_STAGE_BIAS);
-    const double *open = kmp_machine_run(m, KMP_STAGE_OPEN);
+        (void)run_stage(eval, m, stage);
+    const double *free_qdd = run_stage(eval, m, KMP_STAGE_BIAS);
+    const double *open = run_stage(eval, m, KMP_STAGE_OPEN);
     kmp_machine_set(m, KMP_IN_EFFORT, eval->effort);
     kmp_machine_set(m, KMP_IN_KEPT, eval->kept);
     kmp_eval_add_mass_times(eval, free_qdd, bias);
@@ -739,7 +743,7 @@ void kmp_eval_bias(kmp_evaluator *eval, const double *qd)
     else if (eval->weighs_only)
         find_bias(eval, qd);
     else {
-        eval->own_bias = kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
+        eval->own_bias = run_stage(eval, eval->motion, KMP_STAGE_BIAS);
         eval->jdqd = eval->nu ? eval->own_bias : eval->own_bias + eval->n;
         if (eval->nu)
             run_load_dependent(eval);

@@ -25,6 +25,7 @@ typedef struct kmp_evaluator {
     double *chart;      /* of the system's spherical joints: nine numbers each, initially C = 1 */
     long chart_version; /* number of their changes */
     double *mode;       /* the conditions (1 or 0), branches of kinks */
+    bool modes_wait;    /* the machines do not have the present ones yet */
     kmp_present_inputs inputs;
     bool frozen;         /* conditions are fixed; otherwise they follow the state */
     bool holds_friction; /* inputs of friction that sticks do not follow the state (friction_state.h); those of rigid

@@ -16,6 +16,8 @@ typedef struct kmp_location_site {
     const double *change; /* values of the conditions where the site stands */
     /** Goes to a time within the step. */
     int (*look)(void *self, double t);
+    /** The same for the value of one condition; the others may be those of another time. NULL: as `look`. */
+    int (*look_for)(void *self, double t, int condition);
     /** Takes the value of a condition before its change. NULL: it is not wanted. */
     void (*before)(void *self, int condition, double value);
     /** A condition has been located between two times, at the second of which the site stands. NULL: no matter. */
@@ -27,6 +29,11 @@ typedef struct kmp_location_site {
 static inline bool kmp_location_has_changed(const kmp_location_site *s, int k)
 {
     return kmp_condition_differs((kmp_condition_kind)s->kind[k], s->mode[k], s->change[k]);
+}
+
+static inline int kmp_location_look_for(const kmp_location_site *s, double t, int k)
+{
+    return s->look_for ? s->look_for(s->self, t, k) : s->look(s->self, t);
 }
 
 /* Narrows (from, *high], at whose end condition k has changed, to rounding; its value at `from` is f_low. First finds a
@@ -41,21 +48,22 @@ static inline int kmp_location_narrow(const kmp_location_site *s, int k, double 
     while (status == 0 && !found && width > least) {
         width /= 2;
         near = from + width;
-        status = s->look(s->self, near);
+        status = kmp_location_look_for(s, near, k);
         f_low = s->change[k];
         found = !kmp_location_has_changed(s, k);
     }
     kmp_bracket bracket = kmp_bracket_of(found ? near : from, f_low, found ? *high : from, f_high);
     while (status == 0 &&
            kmp_bracket_next(&bracket, 4 * DBL_EPSILON * fmax(fabs(bracket.near), fabs(bracket.far)), &x)) {
-        status = s->look(s->self, x);
+        status = kmp_location_look_for(s, x, k);
         const bool beyond = kmp_location_has_changed(s, k);
         kmp_bracket_take(&bracket, x, s->change[k], beyond);
         if (status == 0 && !beyond && s->before)
             s->before(s->self, k, s->change[k]);
     }
     *high = bracket.far;
-    return status != 0 || *high == x ? status : s->look(s->self, *high);
+    const bool is_there = *high == x && !s->look_for;
+    return status != 0 || is_there ? status : s->look(s->self, *high);
 }
 
 /** Finds the earliest change in (from, *t], with the values of the conditions at `from`; the site stands at *t. It is

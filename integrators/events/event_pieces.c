@@ -109,11 +109,13 @@ static bool find_open(kmp_piece_search *s, int depth, const kmp_step_piece *p)
 {
     int count = s->conditions;
     bool *open = s->open + (size_t)depth * (size_t)count, wanted = false, any = false;
-    for (int k = 0; k < count; k++)
-        wanted = wanted || (open[k] && s->third[k] == (p->m != NULL));
+    for (int k = 0; k < count && !wanted; k++)
+        wanted = open[k] && s->third[k] == (p->m != NULL);
     if (wanted && depth >= s->least)
-        s->site->bind(s->self, p);
+        s->site->bind(s->self, p, open);
     for (int k = 0; k < count; k++) {
+        if (!open[k])
+            continue;
         if (p->m && depth >= ZERO_FROM && p->a->change[k] == 0 && p->m->change[k] == 0 && p->b->change[k] == 0)
             open[k] = false; /* by cancellation, as the difference of two equal coordinates: bounds have both signs */
         if (p->m && open[k] && depth >= CONSTANT_FROM && depth >= s->least && stays_by_cancellation(s, k, p))

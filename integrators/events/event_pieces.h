@@ -29,8 +29,8 @@ typedef struct kmp_step_piece {
 /** The motion and its conditions. A status is 0, or a number that ends the search. */
 typedef struct kmp_piece_site {
     int (*look)(void *self, double t, kmp_event_probe *look);
-    /** Computes bounds over a piece. */
-    void (*bind)(void *self, const kmp_step_piece *piece);
+    /** Computes bounds over a piece, at least of those conditions that are open. */
+    void (*bind)(void *self, const kmp_step_piece *piece, const bool *open);
     /** Those of a condition, after `bind`. */
     kmp_bound (*bound)(const void *self, int condition);
     /** False for a condition that is no event. */

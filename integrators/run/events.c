@@ -165,20 +165,27 @@ static kmp_bound input_over(const kmp_event_tracker *c, const kmp_program_input 
     }
 }
 
-static void bind(void *self, const kmp_step_piece *p)
+static void bind(void *self, const kmp_step_piece *p, const bool *open)
 {
     kmp_event_tracker *c = self;
     const kmp_program *program = c->s->changes;
     kmp_event_search *s = &c->search;
-    for (int k = 0; k < program->input_count; k++)
+    const int inputs = s->stills ? s->move_count : program->input_count;
+    for (int i = 0; i < inputs; i++) {
+        const int k = s->stills ? s->moves[i] : i;
         kmp_bounds_set(s->bounds, k, input_over(c, &program->input[k], p));
+    }
+    s->stills = true;
     for (int i = 0, at = 0; p->m && i < 2; i++)
         for (int k = 0; k < s->solved[i]; k++, at++)
             if (kmp_bounds_is_solved(s->bounds, s->first_solved[i] + k))
                 kmp_bound_give(
                     s->bounds->value, s->bounds->output[s->first_solved[i] + k],
                     kmp_bound_through(p->b->t - p->a->t, p->a->solved[at], p->m->solved[at], p->b->solved[at]));
-    kmp_bounds_run(s->bounds, s->charts != c->eval->chart_version);
+    if (s->charts != c->eval->chart_version)
+        kmp_bounds_run(s->bounds, true);
+    else
+        kmp_bounds_run_wanted(s->bounds, c->s->events.count, s->output, open);
     s->charts = c->eval->chart_version;
 }
 
@@ -219,6 +226,19 @@ static int look_alone(void *self, double t)
     return kmp_event_tracker_look(self, t);
 }
 
+/* A distance depends on the place alone, and is looked for at many. */
+static int look_for(void *self, double t, int k)
+{
+    kmp_event_tracker *c = self;
+    const kmp_condition *condition = &c->s->events.condition[k];
+    if (condition->late)
+        return kmp_event_tracker_look(c, t);
+    const kmp_state_depth depth = condition->by_rates ? KMP_STATE_RATES : KMP_STATE_PLACE;
+    KMP_TRY(c->plan.state(c->plan.user, t, depth, false, c->q, c->qd, c->qdd, c->lambda));
+    c->change[k] = kmp_eval_changes(c->eval, t, c->q, c->qd)[k];
+    return KEMPE_OK;
+}
+
 static void note_before(void *self, int k, double value)
 {
     kmp_event_tracker *c = self;
@@ -247,8 +267,8 @@ static bool is_contact(const void *self, int k)
 /* Finds the earliest change in (a, b]. Leaves c there. */
 static int find_earliest(kmp_event_tracker *c, const kmp_event_probe *a, const kmp_event_probe *b, double *t)
 {
-    const kmp_location_site location = {c,          c->s->events.count, c->kind,       c->mode,   c->change,
-                                        look_alone, note_before,        note_crossing, is_contact};
+    const kmp_location_site location = {c,          c->s->events.count, c->kind,     c->mode,       c->change,
+                                        look_alone, look_for,           note_before, note_crossing, is_contact};
     *t = b->t;
     memcpy(c->change, b->change, (size_t)c->s->events.count * sizeof *c->change);
     const int status = kmp_location_earliest(&location, a->t, a->change, t);
@@ -291,12 +311,18 @@ static bool event_search_init(kmp_event_search *s, const kempe_system *system, b
     int count = system->events.count;
     s->charts = -1;
     s->bounds = kmp_bounds_new(system->changes, arena);
-    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(int, count, &s->output), KMP_ROOM(bool, count, &s->third),
-                        KMP_ROOM(bool, count *(KMP_SEARCH_DEPTH + 1), &s->open)))
+    const kmp_program *program = system->changes;
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(int, count, &s->output), KMP_ROOM(int, program->input_count, &s->moves),
+                        KMP_ROOM(bool, count, &s->third), KMP_ROOM(bool, count *(KMP_SEARCH_DEPTH + 1), &s->open)))
         return false;
     s->pieces = (kmp_piece_search){
         .site = &site, .conditions = count, .third = s->third, .open = s->open, .least = closely ? CLOSELY : 0};
     find_outputs(s, system);
+    for (int k = 0; k < program->input_count; k++) {
+        const kmp_input_kind kind = program->input[k].kind;
+        if (kind != KMP_IN_MODE && kind != KMP_IN_CHART && kind != KMP_IN_PARAMETER)
+            s->moves[s->move_count++] = k;
+    }
     for (int i = 0; i < KMP_SEARCH_LOOKS; i++)
         KMP_ARENA_MAKE(arena, KMP_ROOM(double, count, &s->pieces.look[i].change),
                        KMP_ROOM(double, 3 * system->n + system->m, &s->pieces.look[i].state),
@@ -323,6 +349,7 @@ bool kmp_event_tracker_is_clear(kmp_event_tracker *c, const kmp_event_probe *a, 
                                 const kmp_event_probe *b)
 {
     c->search.pieces.self = c;
+    c->search.stills = false;
     note_outside(c, NULL);
     note_outside(c, b->change);
     if (m)
@@ -389,6 +416,7 @@ kempe_status kmp_event_tracker_find(kmp_event_tracker *c, double from, double to
         KMP_TRY((kempe_status)look_at(c, from, &s->pieces.look[0]));
     KMP_TRY((kempe_status)look_at(c, to, &s->pieces.look[1]));
     s->pieces.self = c;
+    s->stills = false;
     const long before = s->pieces.undecided;
     KMP_TRY((kempe_status)kmp_pieces_search(&s->pieces, found));
     kmp_text why = {0};
@@ -495,16 +523,16 @@ static int first_switched(const kmp_event_tracker *c)
     return -1;
 }
 
-static kempe_status complete(kmp_event_tracker *c, double t, bool rates, bool again)
+static kempe_status complete(kmp_event_tracker *c, double t, kmp_state_depth depth, bool again)
 {
-    KMP_TRY(c->plan.state(c->plan.user, t, rates, again, c->q, c->qd, c->qdd, c->lambda));
+    KMP_TRY(c->plan.state(c->plan.user, t, depth, again, c->q, c->qd, c->qdd, c->lambda));
     kmp_eval_all_changes(c->eval, t, c->q, c->qd, c->qdd, c->lambda, c->change);
     return KEMPE_OK;
 }
 
 kempe_status kmp_event_tracker_look(kmp_event_tracker *c, double t)
 {
-    return complete(c, t, c->s->changes_by_rates, false);
+    return complete(c, t, c->s->changes_by_rates ? KMP_STATE_WHOLE : KMP_STATE_RATES, false);
 }
 
 void kmp_event_tracker_hold_free(kmp_event_tracker *c, const double *before, const double *change)
@@ -642,7 +670,7 @@ kempe_status kmp_event_tracker_pass(kmp_event_tracker *c, double t, bool rates)
 {
     KMP_TRY(kmp_event_tracker_look(c, t));
     KMP_TRY(change_conditions(c, t));
-    kempe_status status = rates ? complete(c, t, true, true) : KEMPE_OK; /* after the change */
+    kempe_status status = rates ? complete(c, t, KMP_STATE_WHOLE, true) : KEMPE_OK; /* after the change */
     if (status == KEMPE_OK)
         kmp_event_tracker_hold_free(c, NULL, c->change); /* a step that follows the event may pass the kink */
     return status;

@@ -22,6 +22,9 @@ typedef struct kmp_event_search {
     int first_solved[2];
     bool ready;  /* the evaluation at the end of the last step is still valid: accelerations are unchanged */
     long charts; /* version of the charts in the bounds' constants */
+    int *moves;  /* inputs of the bounds that change within a step; move_count of them */
+    int move_count;
+    bool stills; /* the others are those of this step */
 } kmp_event_search;
 
 /** The last two values of a condition since its last change, for the largest value between them and the next. */
@@ -41,10 +44,13 @@ typedef struct kmp_condition_past {
     int repeats;            /* changes without time between them */
 } kmp_condition_past;
 
-/** Completes the state at t within the last step: q, qd, and, if `rates`, qdd and lambda. `again`: that of the last
- * call, after conditions have changed, with which some integrators cannot interpolate. */
-typedef kempe_status kmp_state_fn(void *user, double t, bool rates, bool again, double *q, double *qd, double *qdd,
-                                  double *lambda);
+/** The numbers that a state is completed to: q; q and qd; q, qd, qdd and lambda. */
+typedef enum kmp_state_depth { KMP_STATE_PLACE, KMP_STATE_RATES, KMP_STATE_WHOLE } kmp_state_depth;
+
+/** Completes the state at t within the last step: q, qd, qdd and lambda, at least to that depth. `again`: that of the
+ * last call, after conditions have changed, with which some integrators cannot interpolate. */
+typedef kempe_status kmp_state_fn(void *user, double t, kmp_state_depth depth, bool again, double *q, double *qd,
+                                  double *qdd, double *lambda);
 
 /** The motion whose conditions are watched. */
 typedef struct kmp_event_setup {

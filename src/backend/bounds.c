@@ -3,6 +3,7 @@
 #include "backend/bounds.h"
 #include "symbolic/table_function.h"
 #include <math.h>
+#include <string.h>
 
 bool kmp_bounds_is_solved(const kmp_bounds *b, int k)
 {
@@ -80,7 +81,7 @@ kmp_bounds *kmp_bounds_new(const kmp_program *program, kmp_arena *arena)
                                .tables = program,
                                .table = bound_table}};
     if (!KMP_ARENA_MAKE(arena, KMP_ROOM(uint32_t, outputs, &r->output), KMP_ROOM(bool, outputs, &r->known, &r->given),
-                        KMP_ROOM(kmp_bound, values, &r->value)))
+                        KMP_ROOM(bool, values, &r->needed), KMP_ROOM(kmp_bound, values, &r->value)))
         return NULL;
     /* Values whose bounds follow from operands, and values that are given. */
     const kmp_program *p = r->program;
@@ -124,6 +125,18 @@ void kmp_bounds_set(kmp_bounds *bounds, int k, kmp_bound bound)
 void kmp_bounds_run(kmp_bounds *r, bool constants)
 {
     kmp_bound_run(&r->code, constants ? 0 : r->code.fixed, r->value);
+}
+
+void kmp_bounds_run_wanted(kmp_bounds *r, int count, const int *output, const bool *wanted)
+{
+    kmp_bound_code code = r->code;
+    memset(r->needed, 0, (size_t)kmp_bound_values(&code) * sizeof *r->needed);
+    for (int k = 0; k < count; k++)
+        if (wanted[k] && r->known[output[k]])
+            r->needed[r->output[output[k]] >> 1] = true;
+    kmp_bound_mark(&code, r->value, r->needed);
+    code.needed = r->needed;
+    kmp_bound_run(&code, code.fixed, r->value);
 }
 
 kmp_bound kmp_bounds_get(const kmp_bounds *bounds, int k)

@@ -13,6 +13,7 @@ typedef struct kmp_bounds {
     bool *known;      /* by output: it has bounds */
     bool *given;      /* by output: a given value is needed for it */
     kmp_bound *value;
+    bool *needed; /* by value: a wanted output needs it */
 } kmp_bounds;
 
 /** Bounds of a program, which must outlive them, in the arena. NULL: no memory. */
@@ -27,6 +28,10 @@ void kmp_bounds_set(kmp_bounds *bounds, int k, kmp_bound bound);
 
 /** Computes all bounds. `constants`: values of parameters alone are evaluated again, after a change. No allocation. */
 void kmp_bounds_run(kmp_bounds *bounds, bool constants);
+
+/** Computes the bounds of those of `count` outputs that are wanted, with the constants of the last run. No allocation.
+ */
+void kmp_bounds_run_wanted(kmp_bounds *bounds, int count, const int *output, const bool *wanted);
 
 /** Bounds of output k; infinite where none are known. */
 kmp_bound kmp_bounds_get(const kmp_bounds *bounds, int k);

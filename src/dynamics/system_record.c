@@ -79,7 +79,7 @@ static void take_condition(kmp_byte_source *b, kempe_system *s, int k)
     c->text = text ? kmp_strdup(text) : NULL;
     c->advice = kmp_bytes_take_text(b, &s->arena);
     const char *shown = kmp_bytes_take_text(b, &aside);
-    int flags = kmp_bytes_take_int(b, 0, 128 * KMP_ROLE_END - 1);
+    int flags = kmp_bytes_take_int(b, 0, 256 * KMP_ROLE_END - 1);
     c->ends = flags & 1;
     c->kink = flags >> 1 & 1;
     c->late = flags >> 2 & 1;
@@ -87,7 +87,8 @@ static void take_condition(kmp_byte_source *b, kempe_system *s, int k)
     c->bend = flags >> 4 & 1;
     c->told = flags >> 5 & 1;
     c->rough = flags >> 6 & 1;
-    c->role = (kmp_role)(flags >> 7);
+    c->by_rates = flags >> 7 & 1;
+    c->role = (kmp_role)(flags >> 8);
     kmp_bytes_take(b, &c->lag, sizeof c->lag);
     b->failed = b->failed || !c->of || (!c->expr && !c->text) || (text && !c->text);
     s->event_text[k] = b->failed ? NULL : kmp_system_event_text(s, c);
@@ -112,7 +113,7 @@ static void put_events(kmp_bytes *b, const kempe_system *s)
         kmp_bytes_put_text(b, c->advice);
         kmp_bytes_put_text(b, s->event_text[k]);
         kmp_bytes_put_int(b, c->ends | c->kink << 1 | c->late << 2 | c->measured << 3 | c->bend << 4 | c->told << 5 |
-                                 c->rough << 6 | (int)c->role << 7);
+                                 c->rough << 6 | c->by_rates << 7 | (int)c->role << 8);
         kmp_bytes_put(b, &c->lag, sizeof c->lag);
     }
 }

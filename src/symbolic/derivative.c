@@ -16,7 +16,8 @@
 
 struct kmp_derivative {
     kmp_graph *g;
-    kmp_ref *memo; /* by id; UNKNOWN where not yet derived */
+    kmp_derivative *next; /* another one that is not in use */
+    kmp_ref *memo;        /* by id; UNKNOWN where not yet derived */
     uint32_t capacity;
     uint32_t *known, known_count; /* ids of the nodes in memo; unused with `few` */
     kmp_stack stack;
@@ -54,7 +55,7 @@ static void set(kmp_derivative *d, uint32_t id, kmp_ref value)
     d->memo[id] = value;
 }
 
-void kmp_derivative_forget(kmp_derivative *d)
+static void forget(kmp_derivative *d)
 {
     for (uint32_t k = 0; k < d->known_count; k++)
         d->memo[d->known[k]] = UNKNOWN;
@@ -93,7 +94,7 @@ static bool continues(const kmp_derivative *d, int count, const kmp_ref *leaf, c
 
 bool kmp_derivative_restart(kmp_derivative *d, int count, const kmp_ref *leaf, const kmp_ref *direction)
 {
-    kmp_derivative_forget(d);
+    forget(d);
     if (!reserve(d, kmp_graph_count(d->g))) {
         kmp_graph_fail(d->g);
         return false;
@@ -106,32 +107,7 @@ bool kmp_derivative_restart(kmp_derivative *d, int count, const kmp_ref *leaf, c
     return true;
 }
 
-static kmp_derivative *allocate(kmp_graph *g, bool few)
-{
-    kmp_derivative **spare = kmp_graph_spare(g), *d = few ? NULL : *spare;
-    if (d) {
-        *spare = NULL;
-        return d;
-    }
-    d = KMP_NEW(kmp_derivative, 1);
-    if (d)
-        *d = (kmp_derivative){.g = g, .few = few};
-    if (d && reserve(d, kmp_graph_count(g)))
-        return d;
-    kmp_graph_fail(g);
-    kmp_derivative_discard(d);
-    return NULL;
-}
-
-kmp_derivative *kmp_derivative_new(kmp_graph *g, int count, const kmp_ref *leaf, const kmp_ref *direction)
-{
-    kmp_derivative *d = allocate(g, false);
-    if (d && !continues(d, count, leaf, direction))
-        (void)kmp_derivative_restart(d, count, leaf, direction);
-    return d;
-}
-
-void kmp_derivative_discard(kmp_derivative *d)
+static void discard(kmp_derivative *d)
 {
     if (!d)
         return;
@@ -142,14 +118,68 @@ void kmp_derivative_discard(kmp_derivative *d)
     kmp_free(d);
 }
 
+static kmp_derivative *allocate(kmp_graph *g, bool few)
+{
+    kmp_derivative *d = KMP_NEW(kmp_derivative, 1);
+    if (d)
+        *d = (kmp_derivative){.g = g, .few = few};
+    if (d && reserve(d, kmp_graph_count(g)))
+        return d;
+    kmp_graph_fail(g);
+    discard(d);
+    return NULL;
+}
+
+/* Rates and accelerations are derived in turn. */
+enum { SPARES = 2 };
+
+/* One that is not in use: that which continues along the same direction, otherwise the last one of as many as are kept.
+ * NULL: none. */
+static kmp_derivative *take_spare(kmp_graph *g, int count, const kmp_ref *leaf, const kmp_ref *direction)
+{
+    kmp_derivative **at = kmp_graph_spare(g);
+    int number = 0;
+    while (*at && !continues(*at, count, leaf, direction) && (++number < SPARES || (*at)->next))
+        at = &(*at)->next;
+    kmp_derivative *d = *at;
+    if (d)
+        *at = d->next;
+    return d;
+}
+
+kmp_derivative *kmp_derivative_new(kmp_graph *g, int count, const kmp_ref *leaf, const kmp_ref *direction)
+{
+    kmp_derivative *d = take_spare(g, count, leaf, direction);
+    d = d ? d : allocate(g, false);
+    if (d && !continues(d, count, leaf, direction))
+        (void)kmp_derivative_restart(d, count, leaf, direction);
+    return d;
+}
+
 void kmp_derivative_free(kmp_derivative *d)
 {
     kmp_derivative **spare = d && !d->few ? kmp_graph_spare(d->g) : NULL;
-    if (!spare || *spare) {
-        kmp_derivative_discard(d);
+    if (!spare || (*spare && (*spare)->next)) {
+        discard(d);
         return;
     }
+    d->next = *spare;
     *spare = d;
+}
+
+void kmp_derivatives_forget(kmp_derivative *d)
+{
+    for (; d; d = d->next)
+        forget(d);
+}
+
+void kmp_derivatives_discard(kmp_derivative *d)
+{
+    while (d) {
+        kmp_derivative *next = d->next;
+        discard(d);
+        d = next;
+    }
 }
 
 /* Differentiation along several directions in turn, where the caller gives for each the nodes that depend on it
@@ -374,7 +404,9 @@ struct kmp_partials {
     kmp_derivative *derivative;
     uint32_t count;         /* nodes up to the last of the expressions */
     uint32_t *rank;         /* of each node: 1 + its number among the needed ones; 0: not needed */
+    uint32_t capacity;      /* of rank */
     uint32_t needed;        /* nodes that derivatives of the expressions need */
+    kmp_stack cone;         /* their ids, ascending */
     uint32_t *first, *user; /* users of each needed node */
     uint32_t *first_root;   /* expressions that are each needed node */
     int *root;
@@ -406,49 +438,86 @@ static uint32_t number_of(const kmp_partials *p, uint32_t id)
     return p->rank[id] - 1;
 }
 
+/* Notes that a node is needed. False: no memory. */
+static bool need(kmp_partials *p, uint32_t id)
+{
+    if (p->rank[id])
+        return true;
+    p->rank[id] = 1;
+    return kmp_push(&p->cone, id);
+}
+
+static int compare_ids(const void *a, const void *b)
+{
+    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* Lists the nodes that derivatives of the expressions need: their operands, and the sources of rotated pairs; and
+ * numbers them. False: no memory. */
+static bool find_cone(kmp_partials *p)
+{
+    kmp_pair pair;
+    bool ok = true;
+    for (int k = 0; ok && k < p->roots; k++)
+        ok = need(p, kmp_id(p->of[k]));
+    for (uint32_t at = 0; ok && at < p->cone.top; at++) {
+        const uint32_t id = p->cone.id[at];
+        const kmp_node *n = kmp_graph_node(p->g, id);
+        for (int k = 0; ok && k < kmp_op_arity((kmp_op)n->op); k++)
+            ok = need(p, kmp_id(kmp_operand(n, k)));
+        if (ok && kmp_rotated_pair(p->g, id, &pair))
+            ok = need(p, kmp_id(pair.y)) && need(p, kmp_id(pair.z)) && need(p, kmp_id(pair.angle));
+    }
+    if (ok && p->cone.top > 1)
+        qsort(p->cone.id, p->cone.top, sizeof *p->cone.id, compare_ids);
+    p->needed = p->cone.top;
+    for (uint32_t i = 0; ok && i < p->needed; i++)
+        p->rank[p->cone.id[i]] = i + 1;
+    return ok;
+}
+
+/* Ranks of all nodes, as zero. False: no memory. */
+static bool reserve_ranks(kmp_partials *p)
+{
+    if (p->rank && p->count <= p->capacity)
+        return true;
+    const uint32_t capacity = p->count + p->count / 2 + 64;
+    uint32_t *rank = kmp_realloc(p->rank, capacity, sizeof *rank);
+    if (!rank)
+        return false;
+    memset(rank + p->capacity, 0, (capacity - p->capacity) * sizeof *rank);
+    p->rank = rank;
+    p->capacity = capacity;
+    return true;
+}
+
 /* False: no memory. */
 static bool init(kmp_partials *p)
 {
+    p->count = 0;
     for (int k = 0; k < p->roots; k++)
         p->count = kmp_id(p->of[k]) < p->count ? p->count : kmp_id(p->of[k]) + 1;
-    p->derivative = derivative_of_few(p->g);
-    p->rank = KMP_ARENA_NEW(&p->room, uint32_t, p->count);
-    if (!p->rank || !p->derivative)
+    p->derivative = p->derivative ? p->derivative : derivative_of_few(p->g);
+    if (!p->derivative || !reserve_ranks(p) || !find_cone(p))
         return false;
-    /* Numbers the nodes that derivatives of the expressions need: their operands, and the sources of rotated pairs. */
-    uint32_t *rank = p->rank;
-    kmp_pair pair;
-    for (int k = 0; k < p->roots; k++)
-        rank[kmp_id(p->of[k])] = 1;
-    for (uint32_t id = p->count; id-- > 0;) {
-        if (!rank[id])
-            continue;
-        const kmp_node *n = kmp_graph_node(p->g, id);
-        for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
-            rank[kmp_id(kmp_operand(n, k))] = 1;
-        if (kmp_rotated_pair(p->g, id, &pair))
-            rank[kmp_id(pair.y)] = rank[kmp_id(pair.z)] = rank[kmp_id(pair.angle)] = 1;
-    }
-    for (uint32_t id = 0; id < p->count; id++)
-        if (rank[id])
-            rank[id] = ++p->needed;
     KMP_ARENA_MAKE(&p->room, KMP_ROOM(uint32_t, p->needed + 1, &p->first, &p->first_root),
                    KMP_ROOM(int, p->roots, &p->root, &p->which), KMP_ROOM(bool, p->needed, &p->met),
                    KMP_ROOM(uint32_t, p->needed, &p->found), KMP_ROOM(kmp_ref, p->roots, &p->value));
     if (p->room.failed)
         return false;
     /* The users among the needed nodes. */
-    for (uint32_t id = 0; id < p->count; id++) {
-        const kmp_node *n = kmp_graph_node(p->g, id);
-        for (int k = 0; p->rank[id] && k < kmp_op_arity((kmp_op)n->op); k++)
+    for (uint32_t i = 0; i < p->needed; i++) {
+        const kmp_node *n = kmp_graph_node(p->g, p->cone.id[i]);
+        for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
             p->first[number_of(p, kmp_id(kmp_operand(n, k))) + 1]++;
     }
     add_up(p->first, p->needed);
     p->user = KMP_ARENA_NEW(&p->room, uint32_t, p->first[p->needed]);
-    for (uint32_t id = 0; p->user && id < p->count; id++) {
-        const kmp_node *n = kmp_graph_node(p->g, id);
-        for (int k = 0; p->rank[id] && k < kmp_op_arity((kmp_op)n->op); k++)
-            p->user[p->first[number_of(p, kmp_id(kmp_operand(n, k)))]++] = id;
+    for (uint32_t i = 0; p->user && i < p->needed; i++) {
+        const kmp_node *n = kmp_graph_node(p->g, p->cone.id[i]);
+        for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
+            p->user[p->first[number_of(p, kmp_id(kmp_operand(n, k)))]++] = p->cone.id[i];
     }
     begin_again(p->first, p->needed);
     for (int k = 0; k < p->roots; k++)
@@ -460,25 +529,46 @@ static bool init(kmp_partials *p)
     return !p->room.failed;
 }
 
-kmp_partials *kmp_partials_new(kmp_graph *g, int count, const kmp_ref *of)
-{
-    kmp_partials *p = KMP_NEW(kmp_partials, 1);
-    if (p)
-        *p = (kmp_partials){.g = g, .roots = count, .of = of};
-    if (p && init(p))
-        return p;
-    kmp_partials_free(p);
-    kmp_graph_fail(g);
-    return NULL;
-}
-
-void kmp_partials_free(kmp_partials *p)
+void kmp_partials_discard(kmp_partials *p)
 {
     if (!p)
         return;
     kmp_derivative_free(p->derivative);
     kmp_arena_free(&p->room);
+    kmp_free(p->rank);
+    kmp_free(p->cone.id);
     kmp_free(p);
+}
+
+kmp_partials *kmp_partials_new(kmp_graph *g, int count, const kmp_ref *of)
+{
+    kmp_partials **spare = kmp_graph_spare_partials(g), *p = *spare ? *spare : KMP_NEW(kmp_partials, 1);
+    *spare = NULL;
+    if (p) {
+        p->g = g;
+        p->roots = count;
+        p->of = of;
+    }
+    if (p && init(p))
+        return p;
+    kmp_partials_discard(p);
+    kmp_graph_fail(g);
+    return NULL;
+}
+
+/* Its arrays by nodes are left to the graph, for the next: most expressions in a large graph have few of its nodes. */
+void kmp_partials_free(kmp_partials *p)
+{
+    kmp_partials **spare = p ? kmp_graph_spare_partials(p->g) : NULL;
+    if (!spare || *spare) {
+        kmp_partials_discard(p);
+        return;
+    }
+    for (uint32_t i = 0; i < p->cone.top; i++)
+        p->rank[p->cone.id[i]] = 0;
+    p->cone.top = 0;
+    kmp_arena_free(&p->room);
+    *spare = p;
 }
 
 /* Marks a node that depends on the leaf, unless it is marked. */
@@ -533,6 +623,40 @@ int kmp_partials_along(kmp_partials *p, kmp_ref leaf, const int **which, const k
     for (uint32_t i = 0; i < found && p->found[i] < p->derivative->capacity; i++)
         p->derivative->memo[p->found[i]] = KMP_ZERO;
     return ok && !kmp_graph_failed(p->g) ? count : -1;
+}
+
+/* The number of inputs of a kind among the needed nodes; notes their indices, in any order. */
+static int inputs_of(const kmp_partials *p, kmp_input_kind kind, int inputs, int *index)
+{
+    int count = 0;
+    for (uint32_t i = 0; i < p->needed; i++) {
+        const kmp_node *n = kmp_graph_node(p->g, p->cone.id[i]);
+        if (n->op == KMP_OP_INPUT && n->a == (uint32_t)kind && n->b < (uint32_t)inputs)
+            index[count++] = (int)n->b;
+    }
+    return count;
+}
+
+int kmp_gradient(kmp_graph *g, kmp_ref of, kmp_input_kind kind, int inputs, int **index, kmp_ref **slope)
+{
+    kmp_partials *partials = kmp_partials_new(g, 1, &of);
+    int count = 0;
+    if (!partials || !KMP_ARENA_MAKE(kmp_graph_arena(g), KMP_ROOM(int, partials->needed, index),
+                                     KMP_ROOM(kmp_ref, partials->needed, slope))) {
+        kmp_partials_free(partials);
+        return 0;
+    }
+    count = inputs_of(partials, kind, inputs, *index);
+    if (count > 1)
+        qsort(*index, (size_t)count, sizeof **index, compare);
+    for (int i = 0; i < count; i++) {
+        const int *row;
+        const kmp_ref *value;
+        const int found = kmp_partials_along(partials, kmp_input(g, kind, (uint32_t)(*index)[i]), &row, &value);
+        (*slope)[i] = found > 0 ? value[0] : KMP_ZERO;
+    }
+    kmp_partials_free(partials);
+    return count;
 }
 
 void kmp_partials_all(kmp_graph *g, int count, const kmp_ref *of, kmp_input_kind kind, int inputs, kmp_ref *out)

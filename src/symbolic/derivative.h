@@ -15,9 +15,10 @@ bool kmp_derivative_restart(kmp_derivative *d, int count, const kmp_ref *leaf, c
 /** Leaves one to the graph, for the next: most derivatives in a large graph touch few of its nodes. The next one has
  * its results, if it is along the same direction. Before the graph is freed. */
 void kmp_derivative_free(kmp_derivative *d);
-/** Forgets all results: the graph returns to a state that lacks some of their nodes. */
-void kmp_derivative_forget(kmp_derivative *d);
-void kmp_derivative_discard(kmp_derivative *d);
+/** Of those that are left to a graph: forgets all results, as the graph returns to a state that lacks some of their
+ * nodes; frees them. */
+void kmp_derivatives_forget(kmp_derivative *left);
+void kmp_derivatives_discard(kmp_derivative *left);
 
 /** The derivative of x. Results are remembered: many x share one pass. */
 kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x);
@@ -32,10 +33,17 @@ typedef struct kmp_partials kmp_partials;
 /** For the expressions of[0 .. count). NULL when there is no memory: the graph has then failed. */
 kmp_partials *kmp_partials_new(kmp_graph *g, int count, const kmp_ref *of);
 void kmp_partials_free(kmp_partials *p);
+/** Before the graph is freed: those that it keeps. */
+void kmp_partials_discard(kmp_partials *p);
 
 /** Derivatives along a leaf: value[0 .. returned) of the expressions which[0 .. returned), ascending; all other
  * derivatives are zero. Both arrays are the object's, until the next call. -1: no memory, also for NULL. */
 int kmp_partials_along(kmp_partials *p, kmp_ref leaf, const int **which, const kmp_ref **value);
+
+/** The derivatives of one expression by those inputs 0 .. `inputs` of a kind on which it may depend: their numbers,
+ * ascending, and the slopes, in the graph's arena; returns how many. At the cost of the expression, not of the graph.
+ */
+int kmp_gradient(kmp_graph *g, kmp_ref of, kmp_input_kind kind, int inputs, int **index, kmp_ref **slope);
 
 /** The matrix of derivatives by the inputs 0 .. `inputs` of a kind: row i, of expression i, at out + i inputs. */
 void kmp_partials_all(kmp_graph *g, int count, const kmp_ref *of, kmp_input_kind kind, int inputs, kmp_ref *out);

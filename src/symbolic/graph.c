@@ -30,6 +30,7 @@ struct kmp_graph {
     uint32_t inputs[KMP_IN_COUNT];
     kmp_rotations *rotations;
     struct kmp_derivative *spare;
+    struct kmp_partials *spare_partials;
     kmp_label *labels; /* by id; fewer than nodes */
     uint32_t label_count;
     kmp_table **tables;
@@ -225,7 +226,8 @@ void kmp_graph_free(kmp_graph *g)
 {
     if (!g)
         return;
-    kmp_derivative_discard(g->spare);
+    kmp_derivatives_discard(g->spare);
+    kmp_partials_discard(g->spare_partials);
     kmp_rotations_free(g->rotations);
     kmp_free(g->labels);
     for (int k = 0; k < g->table_count; k++)
@@ -266,6 +268,11 @@ struct kmp_derivative **kmp_graph_spare(kmp_graph *g)
     return &g->spare;
 }
 
+struct kmp_partials **kmp_graph_spare_partials(kmp_graph *g)
+{
+    return &g->spare_partials;
+}
+
 kmp_rotations *kmp_graph_rotations(kmp_graph *g)
 {
     return g->rotations;
@@ -284,8 +291,7 @@ KMP_CLEARS(kmp_graph_mark, mark, kmp_rotations_free(mark->rotations))
 
 void kmp_graph_return(kmp_graph *g, const kmp_graph_mark *mark)
 {
-    if (g->spare)
-        kmp_derivative_forget(g->spare);
+    kmp_derivatives_forget(g->spare);
     /* Forgets the nodes from this number on. No search for an older node passes the slot of a younger one: nodes are
      * entered in their order, also into a wider table. */
     uint32_t first = mark->nodes;

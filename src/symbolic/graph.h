@@ -244,6 +244,10 @@ struct kmp_derivative;
 /** The place of a derivative that is not in use (src/symbolic/derivative.h); it remembers what it has derived. */
 struct kmp_derivative **kmp_graph_spare(kmp_graph *g);
 
+struct kmp_partials;
+/** The place of partial derivatives that are not in use: their arrays by nodes are zero. */
+struct kmp_partials **kmp_graph_spare_partials(kmp_graph *g);
+
 /** Number of the block in the graph, which owns it from now on; the number of an equal block if the graph has one. -1:
  * no memory, or no block: the graph has then failed. */
 int kmp_graph_add_implicit(kmp_graph *g, struct kmp_implicit *block);

@@ -150,6 +150,37 @@ static void what_stands_still_is_known(void)
     }
 }
 
+/* Bounds of one output alone are those of a run of all, to the last bit, also after those of another motion. */
+static void wanted_ones_are_those_of_all(void)
+{
+    static int output[GRAPH_STEPS];
+    static bool wanted[GRAPH_STEPS];
+    for (int i = 0; i < 200; i++) {
+        double x[GRAPH_INPUTS];
+        int count;
+        random_seed((uint64_t)(i + 2 * GRAPHS));
+        for (int k = 0; k < GRAPH_INPUTS; k++)
+            x[k] = between(-2, 2);
+        kmp_program *p = random_program(x, &count);
+        kmp_arena arena = {0};
+        kmp_bounds *all = kmp_bounds_new(p, &arena), *few = kmp_bounds_new(p, &arena);
+        const motion before = random_motion(x, 3), m = random_motion(x, 0.1);
+        run_bounds(few, p, &before);
+        run_bounds(all, p, &m);
+        for (int k = 0; k < p->input_count; k++)
+            kmp_bounds_set(few, k, bound_of(&m, (int)p->input[k].index));
+        for (int k = 0; k < count; k++) {
+            output[k] = k;
+            wanted[k] = k == i % count;
+        }
+        kmp_bounds_run_wanted(few, count, output, wanted);
+        const kmp_bound a = kmp_bounds_get(all, i % count), b = kmp_bounds_get(few, i % count);
+        CHECK(memcmp(&a, &b, sizeof a) == 0);
+        kmp_arena_free(&arena);
+        kmp_program_free(p);
+    }
+}
+
 /* |x| - 1/4 through its kink, a window (x - c)^2 < w^2, and a bump that points would miss. */
 static void kinks_and_bumps(void)
 {
@@ -177,6 +208,7 @@ int main(void)
 {
     TEST(nothing_lies_outside);
     TEST(what_stands_still_is_known);
+    TEST(wanted_ones_are_those_of_all);
     TEST(kinks_and_bumps);
     return check_report();
 }

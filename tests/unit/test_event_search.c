@@ -299,8 +299,9 @@ static int look_at_pair(void *self, double t, kmp_event_probe *probe)
     return 0;
 }
 
-static void bind_pair(void *self, const kmp_step_piece *piece)
+static void bind_pair(void *self, const kmp_step_piece *piece, const bool *open)
 {
+    (void)open;
     ((pair *)self)->width = piece->b->t - piece->a->t;
 }
 

@@ -502,6 +502,36 @@ static void test_order_of_arguments(void)
     kmp_graph_free(g);
 }
 
+/* The gradient of an expression is its row of the matrix of partial derivatives, node by node; again after others. */
+static void gradient_of_one(void)
+{
+    for (int i = 0; i < 50; i++) {
+        steps s;
+        kmp_ref r[GRAPH_STEPS], all[GRAPH_INPUTS], *slope;
+        double x[GRAPH_INPUTS];
+        int *index;
+        random_seed((uint64_t)i);
+        for (int k = 0; k < GRAPH_INPUTS; k++)
+            x[k] = between(-2, 2);
+        kmp_graph *g = kmp_graph_new();
+        random_steps(&s, GRAPH_STEPS / 2, x);
+        steps_build(&s, g, r);
+        for (int of = 0; of < s.count; of += 7) {
+            kmp_partials_all(g, 1, &r[of], KMP_IN_Q, GRAPH_INPUTS, all);
+            const int count = kmp_gradient(g, r[of], KMP_IN_Q, GRAPH_INPUTS, &index, &slope);
+            for (int k = 0; k < count; k++) {
+                CHECK(k == 0 || index[k] > index[k - 1]);
+                CHECK(slope[k] == all[index[k]]);
+                all[index[k]] = KMP_ZERO;
+            }
+            for (int k = 0; k < GRAPH_INPUTS; k++)
+                CHECK(all[k] == KMP_ZERO);
+        }
+        CHECK(!kmp_graph_failed(g));
+        kmp_graph_free(g);
+    }
+}
+
 int main(void)
 {
     TEST(test_numbers);
@@ -523,5 +553,6 @@ int main(void)
     TEST(test_pair_derivative);
     TEST(test_determinism);
     TEST(test_order_of_arguments);
+    TEST(gradient_of_one);
     return check_report();
 }

@@ -134,6 +134,7 @@ static void connections(void)
         {"loops: {k: {rod: [s0.C, s3.C], length: 0.91}}\n", 3},
         {"loops: {k: {constraint: \"q(j0.3) - q(j1.3)\"}}\n", 3},
         {"  d: {gap: q(j1.1) - q(j0.1) - 0.1, restitution: 0}\n", 3},
+        {"inputs: {u: {unit: N}}\nforces: {s: {joint: j0.1, force: \"0.1*u\"}}\n", 4},
         {"states: {y: {rate: \"-y\"}}\n", 0},
     };
     for (size_t k = 0; k < sizeof scenes / sizeof *scenes; k++) {
@@ -218,6 +219,36 @@ static void as_alone(void)
     unload(&l);
 }
 
+/* Balls with inputs, whose samples end the steps of each: as alone, to the last bit. */
+static void with_inputs(void)
+{
+    static const char inputs[] = "inputs: {u: {t: [0, 0.2, 0.5, 1], value: [0, 1, -1, 2], method: linear}}\n";
+    static run_rows all, one;
+    char more[512];
+    (void)snprintf(more, sizeof more, "%sforces: {%s, %s}\n", inputs, "g0: {joint: j0.1, force: \"0.3*u\"}",
+                   "g1: {joint: j1.1, force: \"0.5*u\"}");
+    const scene s = balls(0, 2, more);
+    loaded l = load_text(s.text);
+    CHECK(parts_of(s.text) == 3);
+    simulate(&l, false, NULL, &all);
+    CHECK(all.status == KEMPE_OK && all.count == ROWS);
+    for (int i = 0; i < 3; i++) {
+        (void)snprintf(more, sizeof more, i < 2 ? "%sforces: {g: {joint: j%d.1, force: \"%g*u\"}}\n" : "%s", inputs, i,
+                       i == 0 ? 0.3 : 0.5);
+        const scene alone = balls(i, i, more);
+        loaded a = load_text(alone.text);
+        simulate(&a, false, NULL, &one);
+        CHECK(one.status == KEMPE_OK && one.count == ROWS);
+        bool same = true;
+        for (int k = 0; k < ROWS; k++)
+            for (int j = 0; j < 9; j++)
+                same = same && one.row[k][j] == all.row[k][j / 3 * all.n + 3 * i + j % 3];
+        CHECK(same);
+        unload(&a);
+    }
+    unload(&l);
+}
+
 /* The same scene in steps of its own as one mechanism: events and motions agree to the tolerance. */
 static void as_one(void)
 {
@@ -297,6 +328,7 @@ int main(void)
     TEST(connections);
     TEST(rest_and_fixed);
     TEST(as_alone);
+    TEST(with_inputs);
     TEST(as_one);
     TEST(log_in_order);
     TEST(in_space);

@@ -86,17 +86,17 @@ void kmp_law_stops(kmp_forces *forces, const kmp_tree *tree, const kmp_force *fo
 /* On the coordinate, or on all that the place, or the rate, depends on. */
 static void apply_friction(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_ref effort)
 {
-    kmp_ref of;
-    kmp_input_kind by = kmp_friction_slopes_of(tree, force, &of);
-    int count = kmp_friction_is_along(force) ? tree->count - 1 : 0;
-    kmp_ref *slope = KMP_GRAPH_NEW(tree->graph, kmp_ref, count);
-    if (count == 0)
+    kmp_ref of, *slope;
+    int *motion;
+    if (!kmp_friction_is_along(force)) {
         kmp_apply_effort(forces, tree, force->motion, effort);
-    if (slope && count > 0)
-        kmp_partials_all(tree->graph, 1, &of, by, count, slope);
-    for (int k = 0; slope && k < count; k++)
-        if (slope[k] != KMP_ZERO)
-            kmp_apply_effort(forces, tree, k, kmp_mul(tree->graph, slope[k], effort));
+        return;
+    }
+    const kmp_input_kind by = kmp_friction_slopes_of(tree, force, &of);
+    const int count = kmp_gradient(tree->graph, of, by, tree->count - 1, &motion, &slope);
+    for (int i = 0; i < count; i++)
+        if (slope[i] != KMP_ZERO)
+            kmp_apply_effort(forces, tree, motion[i], kmp_mul(tree->graph, slope[i], effort));
 }
 
 /* The value of the output is the multiplier of the element's row: a run puts the friction of every mode there. If modes
@@ -305,7 +305,8 @@ void kmp_law_torsion(kmp_forces *forces, const kmp_tree *tree, const kmp_force *
 void kmp_law_touch(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
-    kmp_ref given = kmp_friction_input(tree, force, KMP_ROLE_GIVEN), *slope = KMP_GRAPH_NEW(g, kmp_ref, tree->count);
+    kmp_ref given = kmp_friction_input(tree, force, KMP_ROLE_GIVEN), *slope;
+    int *motion;
     value[0] = kmp_tree_multiplier(tree, force->closure, 0);
     /* The place of its centre in the bearing. */
     kmp_ref square = KMP_ZERO;
@@ -317,15 +318,13 @@ void kmp_law_touch(kmp_forces *forces, const kmp_tree *tree, const kmp_force *fo
     }
     if (force->touch.clearance)
         value[3] = kmp_sqrt(g, square);
-    if (!slope)
-        return;
-    kmp_touching_slopes(tree, &force->touch, slope);
-    for (int k = 0; k < tree->count - 1; k++) {
-        if (slope[k] == KMP_ZERO)
+    const int count = kmp_touching_slopes(tree, &force->touch, &motion, &slope);
+    for (int i = 0; i < count; i++) {
+        if (slope[i] == KMP_ZERO)
             continue;
-        kmp_ref effort = kmp_mul(g, slope[k], given);
-        kmp_apply_effort(forces, tree, k, effort);
+        kmp_ref effort = kmp_mul(g, slope[i], given);
+        kmp_apply_effort(forces, tree, motion[i], effort);
         if (energy & KMP_ENERGY_POWER)
-            kmp_add_power(forces, tree, effort, kmp_input(g, KMP_IN_QD, (uint32_t)k));
+            kmp_add_power(forces, tree, effort, kmp_input(g, KMP_IN_QD, (uint32_t)motion[i]));
     }
 }

@@ -24,6 +24,7 @@ void kmp_events_free(kmp_events *events)
     for (int k = 0; k < events->count; k++)
         kmp_free(events->condition[k].text);
     kmp_free(events->condition);
+    kmp_free(events->place);
     *events = (kmp_events){0};
 }
 
@@ -35,24 +36,67 @@ void kmp_noted_free(kmp_noted *noted)
 
 /* -- numbers of conditions --------------------------------------------------------------------------- */
 
+static bool is_condition(const kmp_condition *condition, const void *of, int number)
+{
+    return condition->of == of && condition->number == number;
+}
+
+/* The place of a condition, or the free one for it. An address decides on the place alone, never on an order. */
+static int *place_of(const kmp_events *events, const void *of, int number)
+{
+    uint64_t hash = ((uint64_t)(uintptr_t)of + (uint64_t)number) * 0x9e3779b97f4a7c15u;
+    int k = (int)((hash >> 32) % (uint64_t)events->places);
+    while (events->place[k] > 0 && !is_condition(&events->condition[events->place[k] - 1], of, number))
+        k = k + 1 < events->places ? k + 1 : 0;
+    return &events->place[k];
+}
+
 int kmp_events_find(const kmp_events *events, const void *of, int number)
 {
+    if (events->places > 0)
+        return *place_of(events, of, number) - 1;
     for (int k = 0; k < events->count; k++)
-        if (events->condition[k].of == of && events->condition[k].number == number)
+        if (is_condition(&events->condition[k], of, number))
             return k;
     return -1;
+}
+
+static void put_place(kmp_events *events, int k)
+{
+    int *place = place_of(events, events->condition[k].of, events->condition[k].number);
+    *place = *place > 0 ? *place : k + 1; /* the first of equal ones counts */
+}
+
+/* Makes places for one condition more. False: no memory. */
+static bool grow_places(kmp_events *events)
+{
+    enum { FIRST = 64 };
+    int places = events->places > 0 ? events->places : FIRST;
+    while (places < 2 * (events->count + 1))
+        places *= 2;
+    if (places == events->places)
+        return true;
+    int *place = KMP_NEW(int, places);
+    if (!place)
+        return false;
+    kmp_free(events->place);
+    events->place = place;
+    events->places = places;
+    for (int k = 0; k < events->count; k++)
+        put_place(events, k);
+    return true;
 }
 
 int kmp_events_add(kmp_events *events, kmp_condition condition)
 {
     kmp_condition *grown = kmp_realloc(events->condition, (size_t)events->count + 1, sizeof *grown);
-    if (!grown || (!condition.expr && !condition.text)) {
-        events->condition = grown ? grown : events->condition;
+    events->condition = grown ? grown : events->condition;
+    if (!grown || (!condition.expr && !condition.text) || !grow_places(events)) {
         kmp_free(condition.text);
         return -1;
     }
-    events->condition = grown;
     events->condition[events->count] = condition;
+    put_place(events, events->count);
     return events->count++;
 }
 

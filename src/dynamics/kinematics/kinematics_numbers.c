@@ -14,6 +14,7 @@
 #include "symbolic/function_table.h"
 #include "symbolic/table_function.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* -- measures ---------------------------------------------------------------------------------------- */
@@ -85,18 +86,42 @@ static kmp_ref distance(const kmp_tree *tree, int a, int b)
     return kmp_sqrt(tree->graph, kmp_vec_dot(tree->graph, d, d));
 }
 
-/* An angle that is a sum of coordinates; false: it is none. */
-static bool sum_of_angles(const kmp_tree *tree, const kmp_measure_argument axis[3], kmp_ref *sum)
+static int compare_motions(const void *a, const void *b)
+{
+    int x = *(const int *)a, y = *(const int *)b;
+    return (x > y) - (x < y);
+}
+
+/* Moves the factors of the rotations from a body to the ground out of the tree's room, into the list of their motions
+ * and factors. */
+static void take_factors(const kmp_tree *tree, int body, int *count, kmp_turn *turn)
+{
+    for (; body > 0; body = tree->model->bodies[body].parent) {
+        const kmp_body *b = &tree->model->bodies[body];
+        for (int k = b->first_motion; k < b->first_motion + b->motion_count; k++) {
+            if (tree->factor[k] != 0)
+                turn[(*count)++] = (kmp_turn){k, tree->factor[k]};
+            tree->factor[k] = 0;
+        }
+    }
+}
+
+bool kmp_tree_angle_sum(const kmp_tree *tree, const kmp_measure_argument axis[3], bool at_rest, kmp_ref *sum)
 {
     kmp_graph *g = tree->graph;
-    double constant, *factor = KMP_GRAPH_NEW(g, double, tree->count);
-    if (!factor || !kmp_angle_sum(tree->model, axis, &constant, factor))
+    double constant;
+    int count = 0;
+    const bool found = kmp_angle_sum(tree->model, axis, &constant, tree->factor);
+    for (int i = 0; i < 3; i++)
+        take_factors(tree, tree->model->points[axis[i].point].body, &count, tree->turn);
+    if (!found)
         return false;
-    *sum = kmp_const(g, constant);
-    for (int k = 0; k < tree->count - 1; k++) {
-        kmp_ref q = kmp_input(g, KMP_IN_Q, (uint32_t)k);
-        if (factor[k] != 0)
-            *sum = kmp_add(g, *sum, kmp_mul(g, kmp_const(g, factor[k]), q));
+    if (count > 1)
+        qsort(tree->turn, (size_t)count, sizeof *tree->turn, compare_motions);
+    *sum = at_rest ? kmp_const(g, constant) : KMP_ZERO;
+    for (int i = 0; i < count; i++) {
+        kmp_ref q = kmp_input(g, KMP_IN_Q, (uint32_t)tree->turn[i].motion);
+        *sum = kmp_add(g, *sum, kmp_mul(g, kmp_const(g, tree->turn[i].factor), q));
     }
     return true;
 }
@@ -108,7 +133,7 @@ static kmp_ref angle(const kmp_tree *tree, const kmp_measure *measure)
     kmp_graph *g = tree->graph;
     const kmp_measure_argument *of = measure->argument;
     kmp_ref sum;
-    if (measure->count == 3 && sum_of_angles(tree, of, &sum))
+    if (measure->count == 3 && kmp_tree_angle_sum(tree, of, true, &sum))
         return sum;
     int frame = kmp_point_link(tree, of[0].point);
     for (int k = 1; k < measure->count; k++)

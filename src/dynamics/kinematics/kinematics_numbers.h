@@ -10,6 +10,10 @@ void kmp_tree_symbol_values(const kmp_tree *tree, double *value);
 
 /** A number of the model as a node: a constant, or its expression over parameters. */
 kmp_ref kmp_tree_number(const kmp_tree *tree, const kmp_number *number);
+
+/** An angle about an axis as a sum of coordinates (model/data/angle_sum.h), `at_rest` with that where all of them are
+ * zero; false: it is none. At the cost of the way between its bodies. */
+bool kmp_tree_angle_sum(const kmp_tree *tree, const kmp_measure_argument axis[3], bool at_rest, kmp_ref *sum);
 kmp_vec kmp_tree_vector(const kmp_tree *tree, const kmp_number number[3]);
 
 /** An expression of the model language over q, qd, t and parameters as a node. */

@@ -247,14 +247,16 @@ kmp_derivative *kmp_partial_time_derivative(const kmp_tree *tree)
     return kmp_derivative_new(tree->graph, kmp_tree_time_leaves(tree, leaf, leaf + count), leaf, leaf + count);
 }
 
-static kmp_derivative *along_time(const kmp_tree *tree, bool rates)
+/* False: no memory. */
+static bool make_seeds(const kmp_tree *tree, bool rates)
 {
     kmp_graph *g = tree->graph;
     int n = tree->count - 1, last = rates ? 2 * n : n;
     int room = last + kmp_tree_time_leaf_count(tree);
-    kmp_ref *leaf = KMP_GRAPH_NEW(g, kmp_ref, 2 * room);
+    kmp_ref *leaf = tree->seeds->leaf[rates];
+    leaf = leaf ? leaf : KMP_GRAPH_NEW(g, kmp_ref, 2 * room);
     if (!leaf)
-        return NULL;
+        return false;
     kmp_ref *direction = leaf + room;
     for (int k = 0; k < n; k++) { /* the inputs themselves, whatever the sign of both in the joint */
         leaf[k] = tree->links[k + 1].q & ~(kmp_ref)1;
@@ -265,7 +267,18 @@ static kmp_derivative *along_time(const kmp_tree *tree, bool rates)
         }
     }
     last += kmp_tree_time_leaves(tree, leaf + last, direction + last);
-    return kmp_derivative_new(g, last, leaf, direction);
+    tree->seeds->leaf[rates] = leaf;
+    tree->seeds->count[rates] = last;
+    return true;
+}
+
+static kmp_derivative *along_time(const kmp_tree *tree, bool rates)
+{
+    const kmp_time_seeds *seeds = tree->seeds;
+    if (seeds->count[rates] == 0 && !make_seeds(tree, rates))
+        return NULL;
+    const int count = seeds->count[rates];
+    return kmp_derivative_new(tree->graph, count, seeds->leaf[rates], seeds->leaf[rates] + count);
 }
 
 kmp_derivative *kmp_time_derivative(const kmp_tree *tree)

@@ -385,6 +385,8 @@ static bool allocate_tree(kmp_tree *tree, kmp_graph *g, const kempe_model *model
     *tree = (kmp_tree){.graph = g, .model = model, .keep = keep, .charted = charted, .count = model->motion_count + 1};
     KMP_ARENA_MAKE(&tree->arena, KMP_ROOM(kmp_link, tree->count, &tree->links),
                    KMP_ROOM(kmp_body_on_link, model->body_count, &tree->mounts),
+                   KMP_ROOM(double, tree->count, &tree->factor), KMP_ROOM(kmp_turn, tree->count, &tree->turn),
+                   KMP_ROOM(kmp_time_seeds, 1, &tree->seeds),
                    KMP_ROOM(double, kmp_tree_symbol_count(tree), &tree->symbols),
                    KMP_ROOM(kmp_ref, KMP_UNKNOWNS_MOST * model->unknowns_count, &tree->unknown),
                    KMP_ROOM(bool, model->unknowns_count, &tree->solved));
@@ -447,6 +449,7 @@ static bool is_there(const kmp_tree *tree, kmp_ref r)
 
 void kmp_tree_forget(kmp_tree *tree)
 {
+    tree->seeds->count[0] = tree->seeds->count[1] = 0;
     for (int k = 0; k < KMP_UNKNOWNS_MOST * tree->model->unknowns_count; k++)
         if (!is_there(tree, tree->unknown[k])) {
             tree->solved[k / KMP_UNKNOWNS_MOST] = false;

@@ -75,6 +75,19 @@ typedef enum kmp_keep { KMP_KEEP_NOTHING, KMP_KEEP_PARAMETERS, KMP_KEEP_NUMBERS 
 /** Rows that a closure may have, at most. */
 enum { KMP_CLOSURE_ROWS = 6 };
 
+/** A factor of an angle that is a sum of coordinates. */
+typedef struct kmp_turn {
+    int motion;
+    double factor;
+} kmp_turn;
+
+/** Leaves and directions of derivatives along time, of motions by their rates, and of rates by accelerations too; made
+ * at their first use. */
+typedef struct kmp_time_seeds {
+    int count[2];
+    kmp_ref *leaf[2]; /* then the directions */
+} kmp_time_seeds;
+
 typedef struct kmp_tree {
     kmp_graph *graph;
     const kempe_model *model;
@@ -87,6 +100,9 @@ typedef struct kmp_tree {
                          elsewhere; NULL: not known, as of a short tree, and with variants */
     kmp_link *links;
     kmp_body_on_link *mounts; /* of each body */
+    double *factor;           /* of each motion, for kmp_tree_angle_sum; zero between its calls */
+    kmp_turn *turn;
+    kmp_time_seeds *seeds;
     kmp_vec gravity;
     const kmp_ref *place; /* 3: the values of x, y, z in expressions; NULL: they have none */
     kmp_ref *unknown;     /* KMP_UNKNOWNS_MOST for each group of the model: their values, once used; of a named

@@ -18,6 +18,7 @@ typedef struct kmp_condition {
     bool rough;           /* its change is not noted; a step that meets it is made again up to it */
     bool told;            /* an end of a table: that it is left is reported; no event, and no input */
     bool late;            /* a kink whose value depends on accelerations or multipliers */
+    bool by_rates;        /* its value depends on qd */
     bool measured;        /* the log has the largest value that it had while it was true */
     kmp_role role;        /* of a friction element; otherwise KMP_ROLE_NONE */
     double lag;           /* of an element: it changes where its value has passed zero by this amount; 0: at zero */
@@ -30,6 +31,7 @@ typedef struct kmp_condition {
 typedef struct kmp_events {
     int count;
     kmp_condition *condition;
+    int *place, places; /* 1 + number of each condition by a hash of `of` and `number`, 0: free; 0 places: not kept */
 } kmp_events;
 
 /** Arguments of tables whose points may be left, in outputs: the number of the table, the variable, its value. */

@@ -154,10 +154,9 @@ kmp_ref kmp_touching_rate(const kmp_tree *tree, const kmp_contact_pair *touch)
     return kmp_vec_rate(tree, (kmp_vec){{kmp_touching_gap(tree, touch), KMP_ZERO, KMP_ZERO}}).x[0];
 }
 
-void kmp_touching_slopes(const kmp_tree *tree, const kmp_contact_pair *touch, kmp_ref *slope)
+int kmp_touching_slopes(const kmp_tree *tree, const kmp_contact_pair *touch, int **motion, kmp_ref **slope)
 {
-    kmp_ref gap = kmp_touching_gap(tree, touch);
-    kmp_partials_all(tree->graph, 1, &gap, KMP_IN_Q, tree->count - 1, slope);
+    return kmp_gradient(tree->graph, kmp_touching_gap(tree, touch), KMP_IN_Q, tree->count - 1, motion, slope);
 }
 
 /* -- the way ----------------------------------------------------------------------------------------------- */
@@ -166,18 +165,10 @@ void kmp_touching_slopes(const kmp_tree *tree, const kmp_contact_pair *touch, km
  * coordinates. */
 static bool turned_about(const kmp_tree *tree, const kmp_contact_pair *touch, int axis, kmp_ref *angle)
 {
-    kmp_graph *g = tree->graph;
     int first = touch->side[0].point, second = touch->side[1].point, from = (axis + 1) % 3;
     const kmp_measure_argument axes[3] = {
         {.point = second, .axis = from}, {.point = first, .axis = from}, {.point = second, .axis = axis}};
-    double constant, *factor = KMP_GRAPH_NEW(g, double, tree->count);
-    if (!factor || !kmp_angle_sum(tree->model, axes, &constant, factor))
-        return false;
-    *angle = KMP_ZERO;
-    for (int k = 0; k < tree->count - 1; k++)
-        if (factor[k] != 0)
-            *angle = kmp_add(g, *angle, kmp_mul(g, kmp_const(g, factor[k]), kmp_input(g, KMP_IN_Q, (uint32_t)k)));
-    return true;
+    return kmp_tree_angle_sum(tree, axes, false, angle);
 }
 
 /* True if the first body does not turn relative to the second: no sum of coordinates is its angle about any axis. */

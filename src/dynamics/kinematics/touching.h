@@ -27,8 +27,9 @@ kmp_ref kmp_touching_gap(const kmp_tree *tree, const kmp_contact_pair *touch);
 kmp_ref kmp_touching_rate(const kmp_tree *tree, const kmp_contact_pair *touch);
 
 /** The generalized forces of 1 N along the normal, on the first body and opposite on the second: partial derivatives of
- * the distance by the coordinates (tree->count - 1). */
-void kmp_touching_slopes(const kmp_tree *tree, const kmp_contact_pair *touch, kmp_ref *slope);
+ * the distance by those coordinates on which it may depend, which are listed, in the graph's arena; returns how many.
+ */
+int kmp_touching_slopes(const kmp_tree *tree, const kmp_contact_pair *touch, int **motion, kmp_ref **slope);
 
 /** The way that the first side slides and rolls along the second, m. `along` 0: in the plane of motion, its rate is the
  * only component of `across`; 1, 2: along the first or the second axis of a plane's point after its normal, for a point

@@ -160,11 +160,11 @@ bool kmp_has_late_conditions(const kempe_system *s)
     return any;
 }
 
-static kempe_status state_within(void *user, double t, bool rates, bool again, double *q, double *qd, double *qdd,
-                                 double *lambda)
+static kempe_status state_within(void *user, double t, kmp_state_depth depth, bool again, double *q, double *qd,
+                                 double *qdd, double *lambda)
 {
     (void)again;
-    return kmp_within_state(user, t, rates, q, qd, qdd, lambda) ? KEMPE_OK : KEMPE_E_FAILED;
+    return kmp_within_state(user, t, depth >= KMP_STATE_WHOLE, q, qd, qdd, lambda) ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
 bool kmp_conditions_init(kmp_engine *e)

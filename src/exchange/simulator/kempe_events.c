@@ -102,9 +102,11 @@ static kmp_bound input_over(const watcher *w, int k, const kmp_step_piece *p)
     }
 }
 
-static void bind(void *self, const kmp_step_piece *p)
+/* `begin` has marked those that may change. */
+static void bind(void *self, const kmp_step_piece *p, const bool *open)
 {
     const watcher *w = self;
+    (void)open;
     const unsigned *unknown = w->watch->output + w->site->conditions;
     for (int k = 0; k < w->watch->inputs; k++)
         if (w->watch->input[2 * (ptrdiff_t)k] < KEMPE_WATCH_STILL)

@@ -282,7 +282,7 @@ static int end_piece(void *self, double from, const double *before, double to, c
     const int count = e->conditions;
     double *value = part->changes + count;
     if (any_differs(s, change)) {
-        const kmp_location_site site = {w,    count, e->condition_kind, part->modes, value, look_alone,
+        const kmp_location_site site = {w,    count, e->condition_kind, part->modes, value, look_alone, NULL,
                                         NULL, NULL,  is_contact};
         copy(count, change, value);
         int status = kmp_location_earliest(&site, from, before, &to);

@@ -64,14 +64,16 @@ static void substitute_back(search *s, int count, bool whole)
 static bool find_step(search *s)
 {
     int count = 0, p;
-    /* Copies the scaled D, and the scaled -y of entries inside as a right-hand side. */
+    /* Copies the scaled D of entries inside, and the scaled -y as a right-hand side. */
     int n = s->box->n;
     for (int i = 0; i < n; i++) {
-        s->y[i] = slope_in_box(s->box, s->x, i);
-        s->rest[i] = s->side[i] == 0 ? -s->y[i] / s->scale[i] : 0;
-        s->part[i] = s->step[i] = 0;
+        s->rest[i] = s->part[i] = s->step[i] = 0;
+        if (s->side[i] != 0)
+            continue;
+        s->rest[i] = -slope_in_box(s->box, s->x, i) / s->scale[i];
         for (int j = 0; j < n; j++)
-            s->work[i + j * n] = s->box->d[i + j * n] / (s->scale[i] * s->scale[j]);
+            if (s->side[j] == 0)
+                s->work[i + j * n] = s->box->d[i + j * n] / (s->scale[i] * s->scale[j]);
     }
     while ((p = find_pivot(s)) >= 0) {
         s->pivots[count] = p;

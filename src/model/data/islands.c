@@ -125,7 +125,7 @@ static const kmp_expr *to_expr(walk *w, const kmp_expr *expr)
 {
     if (!expr)
         return NULL;
-    const bool alone = expr->kind == KMP_EXPR_INPUT || expr->kind == KMP_EXPR_UNKNOWN || expr->kind == KMP_EXPR_CUT ||
+    const bool alone = expr->kind == KMP_EXPR_UNKNOWN || expr->kind == KMP_EXPR_CUT ||
                        (expr->kind == KMP_EXPR_LAMBDA && expr->measure);
     kmp_expr *own = w->arena ? kmp_arena_copy(w->arena, expr, 1, sizeof *expr) : NULL;
     w->apart = w->apart && !alone;
@@ -228,7 +228,7 @@ static void walk_force(walk *w, kmp_force *f)
 /* True unless something belongs to the whole, wherever it is. */
 static bool may_part(const kempe_model *m)
 {
-    return m->state_count == 0 && m->input_count == 0 && m->wheel_count == 0 && m->track_count == 0 &&
+    return m->state_count == 0 && m->delay_count == 0 && m->wheel_count == 0 && m->track_count == 0 &&
            m->run.until_count == 0;
 }
 
