@@ -302,14 +302,15 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
 }
 
 /* The state within the last step, for the search for events. */
-static kempe_status state_within(void *user, double t, bool rates, bool again, double *q, double *qd, double *qdd,
-                                 double *lambda)
+static kempe_status state_within(void *user, double t, kmp_state_depth depth, bool again, double *q, double *qd,
+                                 double *qdd, double *lambda)
 {
     kmp_runner *run = user;
     double work;
     if (!again)
         KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
-    int said = run->formulation->row(run->formulation, t, run->y, q, qd, rates ? qdd : NULL, lambda, &work);
+    double *rates = depth >= KMP_STATE_RATES ? qd : NULL, *accelerations = depth >= KMP_STATE_WHOLE ? qdd : NULL;
+    int said = run->formulation->row(run->formulation, t, run->y, q, rates, accelerations, lambda, &work);
     return said == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
