@@ -163,6 +163,10 @@ static void add_report(part_runs *all, const kmp_run_report *part, int i)
     sum->build_s += part->build_s;
     sum->chosen_ratio = fmax(sum->chosen_ratio, part->chosen_ratio);
     sum->integrator = part->integrator ? part->integrator : sum->integrator;
+    if (part->continued && (!sum->continued || part->continued_t < sum->continued_t)) {
+        sum->continued = part->continued;
+        sum->continued_t = part->continued_t;
+    }
 }
 
 /* The start of part i; false: no memory. */

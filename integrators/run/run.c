@@ -573,6 +573,8 @@ void kmp_runner_count(const kmp_runner *run, kmp_run_report *report)
     kmp_runner_add_report(run, report);
     report->centrings = run->centrings;
     report->integrator = kmp_runner_integrator(run)->name;
+    report->continued = run->choice.left ? run->method->formulation : NULL;
+    report->continued_t = run->choice.left_t;
     report->chosen_ratio = run->choice.ratio;
     report->events = run->crossing ? run->crossing->count : 0;
     report->impacts = run->impacts ? run->impacts->run.total : -1;

@@ -109,6 +109,8 @@ typedef struct kmp_run_report {
                              * included) */
     size_t heap;            /* bytes of the heap that the run holds at its end; 0: unknown */
     const char *integrator; /* the last one in use; static */
+    const char *continued;  /* the formulation that took the place of the default one, static; NULL: none did */
+    double continued_t;     /* since then */
     double chosen_ratio;    /* counted time of radau over that of dop853, expected at the start; 0: not compared */
     double wall_s;          /* of the integration, if threads share it; 0: one thread */
 } kmp_run_report;

@@ -22,6 +22,7 @@ typedef enum kmp_trial { KMP_TRIAL_LATER, KMP_TRIAL_BEFORE, KMP_TRIAL_BEGINS, KM
 typedef struct kmp_integrator_choice {
     bool open;     /* it may be changed */
     bool left;     /* the projected formulation continues in place of an exchange of coordinates */
+    double left_t; /* since then */
     bool rows;     /* closure rows have changed */
     bool waits;    /* the last unknowns did not last long enough for lanes: they are made once they pay */
     double from;   /* cycles of both integrators when the present unknowns were taken */

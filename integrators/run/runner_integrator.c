@@ -126,6 +126,7 @@ bool kmp_runner_leaves_unknowns(kmp_runner *run, double t)
         return false;
     c->open = false;
     c->left = true;
+    c->left_t = t;
     c->kind = kind;
     return true;
 }

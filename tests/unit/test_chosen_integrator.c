@@ -216,6 +216,8 @@ static void without_unknowns(void)
     run_on("projected", NULL, "four_bar", "dop853", 1e-12, 3, NULL, &other);
     CHECK(open.left == 1 && open.report.exchanges == 0 && given.left == 0 && given.report.exchanges > 1);
     CHECK_TEXT(open.report.integrator, "radau");
+    CHECK_TEXT(open.report.continued, "projected");
+    CHECK(open.report.continued_t > 0 && open.report.continued_t < 1 && !given.report.continued);
     CHECK(memcmp(&open.rows, &again.rows, sizeof open.rows) == 0);
     CHECK(apart(&open.rows, &given.rows) < 1e-8 && apart(&open.rows, &other.rows) < 1e-8);
 }

@@ -239,6 +239,8 @@ static void show(kmp_text *text, const void *result)
     kmp_text_printf(text, "formulation %s", t->spec.formulation);
     if (t->spec.form)
         kmp_text_printf(text, ", form %s", t->spec.form);
+    if (t->report.continued)
+        kmp_text_printf(text, ", from t = %.4g s on %s", t->report.continued_t, t->report.continued);
     kmp_text_printf(text, ", integrator %s, rtol %g, atol %g%s%s\n", t->integrator, t->spec.rtol, t->spec.atol,
                     t->report.by_bodies ? ", articulated-body algorithm" : "",
                     strcmp(t->spec.change_points, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0
@@ -379,8 +381,12 @@ static void json(kmp_text *text, const void *result)
                    t->warnings);
     kmp_json_put(&j, "formulation %s form %s integrator %s", t->spec.formulation, t->spec.form, t->integrator);
     const kmp_integrator_reason *reason = &t->spec.reason;
-    if (t->report.chosen_ratio > 0)
-        kmp_json_put(&j, "integrator_choice { radau_over_dop853 %g }", t->report.chosen_ratio);
+    if (t->report.chosen_ratio > 0 || t->report.continued) {
+        kmp_json_put(&j, "integrator_choice { radau_over_dop853 %g", t->report.chosen_ratio);
+        if (t->report.continued)
+            kmp_json_put(&j, "continued_on %s continued_t %g", t->report.continued, t->report.continued_t);
+        kmp_json_end(&j);
+    }
     if (reason->integrator && !reason->obstacle)
         kmp_json_put(&j, "integrator_choice { because %s }", reason->because);
     if (reason->integrator && reason->obstacle)
