@@ -293,7 +293,8 @@ static void saddle_systems_are_ordered_by_closures(void)
     }
     printf("  entries of factors: %ld by closures, %ld by least degree\n", kmp_sparse_fill(ordered),
            kmp_sparse_fill(plain));
-    CHECK(kmp_sparse_fill(ordered) < 0.7 * (double)kmp_sparse_fill(plain) && kmp_sparse_operations(ordered) > estimate);
+    CHECK((double)kmp_sparse_fill(ordered) < 0.7 * (double)kmp_sparse_fill(plain) &&
+          kmp_sparse_operations(ordered) > estimate);
     kmp_sparse_free(plain);
     kmp_sparse_free(ordered);
     kmp_free(row);
