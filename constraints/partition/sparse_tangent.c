@@ -148,7 +148,7 @@ static bool find_reach(finder *f)
     return true;
 }
 
-/* The u that move coordinate i: one of u, or those of its block. `own` has room for a set of one. */
+/* The independent coordinates that move coordinate i: itself, or those that move its block. `own` has room for one. */
 static const uint64_t *moved_by(const finder *f, sets own, int i)
 {
     const int place = f->red->place[i];

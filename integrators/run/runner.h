@@ -23,7 +23,6 @@ typedef struct kmp_integrator_choice {
     bool open;     /* it may be changed */
     bool left;     /* the projected formulation continues in place of an exchange of coordinates */
     double left_t; /* since then */
-    bool rows;     /* closure rows have changed */
     bool waits;    /* the last unknowns did not last long enough for lanes: they are made once they pay */
     double from;   /* cycles of both integrators when the present unknowns were taken */
     double from_t; /* then */

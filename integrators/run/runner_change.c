@@ -324,7 +324,6 @@ static kempe_status leave_near_singular(kmp_runner *run, double t)
 static kempe_status change_rows(kmp_runner *run, double t)
 {
     double before = run->margin.rows, h = run->solver->h;
-    kmp_runner_note_rows(run);
     KMP_TRY(runner_change_formulation(run, t, false, h));
     kmp_run_log_add(run->log, "rows", t, before, run->margin.rows,
                     "the choice of independent closure rows changed: largest dependence of a redundant row on "

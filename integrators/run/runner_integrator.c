@@ -86,8 +86,9 @@ static double rest_over(const kmp_runner *run, double begin, double t)
     return (run->spec.t_end - t) / (t - begin);
 }
 
-/* True if lanes have saved, of the time with the present unknowns, what it takes to make them, or would have. Unknowns
- * that lasted so long are the best forecast for the next ones, and for their own rest, within that of the run. */
+/* True if lanes have saved what it takes to make them, or would have, since the present unknowns were chosen. The time
+ * that these have lasted is the forecast of how long they, or the next ones, will last, at most to the end of the run.
+ */
 static bool lanes_pay(const kmp_runner *run)
 {
     const kmp_integrator_choice *c = &run->choice;
@@ -106,11 +107,11 @@ static bool give_up_trial(kmp_runner *run)
     return runs;
 }
 
-/* True if the projected formulation may take the place of the present one: it was nobody's wish, and nothing has
- * changed the rows. */
+/* True if the projected formulation may take the place of the present one, which nobody asked for. With redundant rows
+ * it may not: it would choose others, and the multipliers of a redundant closure would jump. */
 static bool may_leave_unknowns(const kmp_runner *run)
 {
-    const bool steady = !run->choice.rows && !run->friction && !run->impacts && !run->s->switches;
+    const bool steady = run->part.m == run->part.r && !run->friction && !run->impacts && !run->s->switches;
     const bool wished = !run->spec.open || run->spec.kind || run->method->dae;
     return run->choice.open && !wished && steady && !run->near_singular && run->choice.trial < KMP_TRIAL_BEGINS;
 }
@@ -129,17 +130,6 @@ bool kmp_runner_leaves_unknowns(kmp_runner *run, double t)
     c->left_t = t;
     c->kind = kind;
     return true;
-}
-
-void kmp_runner_note_rows(kmp_runner *run)
-{
-    kmp_integrator_choice *c = &run->choice;
-    c->rows = true;
-    if (!c->left)
-        return;
-    c->left = false;
-    c->open = true;
-    run->method = kmp_formulation_find(run->spec.formulation, run->spec.form);
 }
 
 void kmp_runner_end_formulation(kmp_runner *run)
@@ -286,7 +276,7 @@ static kempe_status end_waiting(kmp_runner *run, double t)
     return KEMPE_OK;
 }
 
-/* The cost of a trial, with the lanes that it may make, over that of the rest of the run. */
+/* The cost of a trial, including the lanes that it may have to make, divided by the cost of the rest of the run. */
 static double share_of_trial(const kmp_runner *run, double t)
 {
     const kmp_solver *solver = run->solver;

@@ -34,10 +34,6 @@ void kmp_runner_release_integrators(kmp_runner *run);
  * chose no formulation. Asked before kmp_runner_restart, which makes it so. */
 bool kmp_runner_leaves_unknowns(kmp_runner *run, double t);
 
-/** Before a new formulation with other closure rows: each choice of these needs programs of its own, and the run
- * returns from the projected formulation. */
-void kmp_runner_note_rows(kmp_runner *run);
-
 /** Before the formulation may change its unknowns, and after it did: the first tells it whether they have lasted long
  * enough for lanes; the second, before the start at t with a step *h, takes an integrator without lanes where it has
  * made none. */

@@ -12,7 +12,7 @@
 #include <math.h>
 #include <string.h>
 
-/* A product by lists costs so many times one of a dense block. */
+/* Cost of a product by lists of entries, in products of a dense block. */
 #define BY_LISTS 4
 /* Pivots are chosen as the largest entries of their columns, so that no entry of L exceeds 1; and again where an entry
  * of L of later values exceeds the limit, or one of U so many times the largest entry of the matrix. */
