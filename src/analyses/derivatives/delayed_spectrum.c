@@ -594,6 +594,8 @@ static kempe_status put_zeros(search *m, kmp_delayed_spectrum *out)
     const int n = e->count;
     double *a = NULL, *pivots = NULL, *x = NULL;
     int *row = NULL, *column = NULL;
+    if (n < 1)
+        return KEMPE_OK; /* nothing moves */
     KMP_TRY(kmp_made(m->linear->system->context,
                      KMP_ARENA_MAKE(&m->arena, KMP_ROOM(double, n, &pivots, &x), KMP_ROOM(double, n *n, &a),
                                     KMP_ROOM(int, n, &row, &column))));
