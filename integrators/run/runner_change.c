@@ -202,8 +202,18 @@ enum { PROBES = 10 };
 /* Least number of steps between two rescues of an implicit integrator. */
 enum { RESCUE_WAY = 100 };
 
-/* Chooses rows and coordinates again at q, as many as at the start; a fixed u is kept. Bvu is that of any rows. */
-static kempe_status choose_again(kmp_runner *run, double t, const double *q)
+/* Keeps the closure rows that are in force where the dropped ones depend well on them: others would have other
+ * multipliers. J is that at q. */
+static void keep_rows(kmp_runner *run)
+{
+    (void)kmp_rank_margin_at(&run->margin, run->eval);
+    if (kmp_dropped_judge(run->margin.rows) == KMP_KEPT_WELL)
+        kmp_partition_take_rows(&run->part, &run->margin.part);
+}
+
+/* Chooses coordinates again at q, as many as at the start, and rows where those in force do not serve or closures have
+ * switched; a fixed u is kept. Bvu is that of any rows. */
+static kempe_status choose_again(kmp_runner *run, double t, const double *q, bool switched)
 {
     kmp_partition before = run->part;
     run->part = (kmp_partition){0};
@@ -212,9 +222,12 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q)
     kmp_partition_free(&before);
     if (status != KEMPE_OK || run->margin.r == 0)
         return status;
+    if (!switched)
+        keep_rows(run);
     KMP_TRY(kmp_made(run->s->context, kmp_rank_margin_choose(&run->margin, &run->part) &&
                                           kmp_rank_margin_exchange_rows(&run->margin, run->eval)));
     kmp_partition_take_rows(&run->part, &run->margin.part);
+    kmp_eval_drop(run->eval, run->part.m - run->part.r, run->part.redundant);
     return KEMPE_OK;
 }
 
@@ -233,7 +246,7 @@ kempe_status kmp_runner_restart(kmp_runner *run, double t, bool near_singular, d
     run->near_singular = near_singular;
     run->work = work;
     run->work_t = t;
-    KMP_TRY(choose_again(run, t, q));
+    KMP_TRY(choose_again(run, t, q, false));
     if ((run->method->dae && !near_singular) || kmp_runner_is_off(run, t, q)) {
         KMP_TRY(kmp_runner_project(run, t, q, qd));
         KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
@@ -457,7 +470,7 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     for (int pass = 0; changed; pass++) { /* each changes once at most */
         KMP_TRY(kmp_event_tracker_change(run->crossing, t, q, qd, pass > 0, &changed));
         if (changed || (pass == 0 && !run->friction)) /* which has let go */
-            KMP_TRY(choose_again(run, t, q));
+            KMP_TRY(choose_again(run, t, q, true));
         if (pass == 0) {
             kmp_eval_mass(run->eval);
             before = kmp_eval_kinetic(run->eval, qd);

@@ -107,11 +107,10 @@ static bool give_up_trial(kmp_runner *run)
     return runs;
 }
 
-/* True if the projected formulation may take the place of the present one, which nobody asked for. With redundant rows
- * it may not: it would choose others, and the multipliers of a redundant closure would jump. */
+/* True if the projected formulation may take the place of the present one, which nobody asked for. */
 static bool may_leave_unknowns(const kmp_runner *run)
 {
-    const bool steady = run->part.m == run->part.r && !run->friction && !run->impacts && !run->s->switches;
+    const bool steady = !run->friction && !run->impacts && !run->s->switches;
     const bool wished = !run->spec.open || run->spec.kind || run->method->dae;
     return run->choice.open && !wished && steady && !run->near_singular && run->choice.trial < KMP_TRIAL_BEGINS;
 }
