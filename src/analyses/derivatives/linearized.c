@@ -222,6 +222,15 @@ kempe_status kmp_linear_at(kmp_linear *linear, double t, const double *q, const 
     return KEMPE_OK;
 }
 
+kempe_status kmp_linear_residual_at(kmp_linear *linear, double t, const double *q, const double *ud)
+{
+    const bool plain = linear->plain;
+    linear->plain = true;
+    kempe_status status = kmp_linear_at(linear, t, q, ud, NULL);
+    linear->plain = plain;
+    return status;
+}
+
 kempe_status kmp_linear_at_motion(kmp_linear *linear, double t, const double *q, const double *ud)
 {
     KMP_TRY(place(linear, t, q, ud));

@@ -152,7 +152,7 @@ int kmp_equilibrium_idle(kmp_linear *l, int *idle)
         int c = l->part.u[idle[i]];
         memcpy(moved, q, (size_t)n * sizeof *moved);
         moved[c] += ELSEWHERE * l->system->scale[c];
-        bool same = kmp_linear_at(l, l->t, moved, ud, NULL) == KEMPE_OK;
+        bool same = kmp_linear_residual_at(l, l->t, moved, ud) == KEMPE_OK;
         for (int k = 0; same && k < l->p; k++)
             same = fabs(l->residual[k] - residual[k]) * kmp_descent_scale(l, k) <= NO_CHANGE * work[k];
         if (same)

@@ -187,7 +187,7 @@ static double find_change(kmp_linear *l, double t, const double *q, const double
         double far = copysign(distances[d] * kmp_descent_scale(l, k), ud[k]);
         for (int i = 0; i < l->n; i++)
             moved[i] = q[i] + far * way[i];
-        if (kmp_linear_at(l, t, moved, ud, NULL) != KEMPE_OK)
+        if (kmp_linear_residual_at(l, t, moved, ud) != KEMPE_OK)
             return 0;
         for (int i = 0; i < l->p; i++)
             if (!(fabs(l->residual[i] - residual[i]) * kmp_descent_scale(l, i) <= UNCHANGED * work[i]))
@@ -220,8 +220,9 @@ static kempe_status warn_of_changes(kmp_linear *l, double t, const kmp_search *s
                     "because of a "
                     "curve, a gradient or irregularities of a track, or an expression; the result is valid until then",
                     model->motions[c].name, as.factor * far, as.unit);
-        KMP_TRY(kmp_linear_at(l, t, q, ud, NULL));
+        KMP_TRY(kmp_linear_residual_at(l, t, q, ud));
     }
+    KMP_TRY(kmp_linear_at(l, t, q, ud, NULL));
     kmp_linear_matrices(l);
     return KEMPE_OK;
 }
