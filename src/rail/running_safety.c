@@ -715,10 +715,8 @@ static kempe_status loads_at_rest(const kempe_system *system, kmp_output_program
     kempe_equilibrium *e = NULL;
     double *value = KMP_ARENA_NEW(room, double, o->columns.count), least = INFINITY;
     kempe_status status = kmp_made(system->context, value);
-    for (int newton = 0; newton < 2 && !e && status != KEMPE_E_MEMORY && status != KEMPE_STOPPED; newton++) {
-        const kempe_equilibrium_options options = {.size = sizeof options, .newton = newton};
-        status = kempe_equilibrium_new(system, &options, &e);
-    }
+    for (int newton = 0; newton < 2 && !e && status != KEMPE_E_MEMORY && status != KEMPE_STOPPED; newton++)
+        status = kmp_equilibrium_states_new(system, newton, &e);
     if (status == KEMPE_OK && e->count > 0 && !e->averaged) {
         const kmp_balance *b = &e->balance[0];
         kmp_output_program_at(o, 0, b->q, b->qd, NULL, b->lambda, value);

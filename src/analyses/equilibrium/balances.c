@@ -291,6 +291,18 @@ static void add_contacts(kempe_equilibrium *equilibrium, kmp_balance *balance)
 
 /* -- a balance ---------------------------------------------------------------------------------------- */
 
+/* Forces, coordinates without effect and stability. */
+static kempe_status examine(kempe_equilibrium *e, kmp_linear *linear, kmp_balance *b)
+{
+    KMP_TRY(kmp_balance_add_loads(e, linear, linear->lambda, b));
+    b->stability.along = KMP_ARENA_NEW(&e->arena, int, linear->p);
+    b->idle = KMP_ARENA_NEW(&e->arena, int, linear->p);
+    b->idle_count = b->idle ? kmp_equilibrium_idle(linear, b->idle) : -1;
+    KMP_TRY(kmp_made(e->system->context, b->idle_count >= 0 && !e->arena.failed));
+    KMP_TRY(kmp_averaged_judge(e->averaged, linear));
+    return kmp_stability_judge(linear, &b->stability);
+}
+
 /* Stores l's state, in its charts, if it is a new one. `near` (n): angles are stored within half a turn of these. */
 static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_search *search, const double *near)
 {
@@ -320,21 +332,16 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
     b->lambda = copy(e, s->m, linear->lambda);
     (void)kmp_descent_measure(linear, linear->unit, &b->work);
     b->potential = kmp_eval_potential(linear->eval, linear->t, linear->q);
-    KMP_TRY(kmp_balance_add_loads(e, linear, linear->lambda, b));
     b->freed = copy(e, e->freed_count, e->exchange ? e->exchange->value : NULL);
     for (int i = 0, f = 0; !e->exchange && b->freed && i < e->rate_count; i++)
         if (e->rates[i].how == KMP_RATE_FREED)
             b->freed[f++] = e->rates[i].rate;
-    b->stability.along = KMP_ARENA_NEW(&e->arena, int, linear->p);
     b->iterations = search->iterations;
     b->exchanges = search->exchanges;
     b->residuals = copy(e, b->iterations, search->residuals);
     b->steps = copy(e, b->iterations, search->steps);
-    b->idle = KMP_ARENA_NEW(&e->arena, int, linear->p);
-    b->idle_count = b->idle ? kmp_equilibrium_idle(linear, b->idle) : -1;
-    KMP_TRY(kmp_made(s->context, b->idle_count >= 0 && !e->arena.failed));
-    KMP_TRY(kmp_averaged_judge(e->averaged, linear));
-    KMP_TRY(kmp_stability_judge(linear, &b->stability));
+    KMP_TRY(kmp_made(s->context, !e->arena.failed));
+    KMP_TRY(e->state_alone ? KEMPE_OK : examine(e, linear, b));
     KMP_TRY(look_at_contacts(e, linear, b));
     KMP_TRY(kmp_balance_add_friction(e, linear, b));
     add_contacts(e, b);
@@ -466,7 +473,11 @@ static kempe_status compare_modes(kempe_equilibrium *e, const kempe_assembly *st
 
 static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start)
 {
-    kmp_search search = {.rates = e->rates, .rate_count = e->rate_count, .newton = e->newton, .exchange = e->exchange};
+    kmp_search search = {.rates = e->rates,
+                         .rate_count = e->rate_count,
+                         .newton = e->newton,
+                         .exchange = e->exchange,
+                         .told = e->state_alone};
     double *q = KMP_ARENA_NEW(&e->arena, double, e->system->n);
     KMP_TRY(kmp_made(e->system->context, q));
     KMP_TRY(e->exchange ? find_exchanged(e, linear, start, q, &search) : search_from(e, linear, start, q, &search));
@@ -571,25 +582,38 @@ static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *
     return status;
 }
 
-kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equilibrium_options *options,
-                                   kempe_equilibrium **equilibrium)
+static kempe_status make(const kempe_system *system, const kempe_equilibrium_options *options, bool state_alone,
+                         kempe_equilibrium **equilibrium)
 {
-    KMP_WANTED_BOTH(system, equilibrium);
-    KMP_OPTIONS(system->context, kempe_equilibrium_options, options);
     kmp_model_begin_forces(system->model);
     KMP_MAKE(system->context, kempe_equilibrium, e);
     kempe_status status = kmp_averaged_new(system, &e->averaged);
+    e->state_alone = state_alone;
     e->given = system;
     e->requested = e->system = kmp_averaged_system(e->averaged, system);
     if (status == KEMPE_OK)
         status = read_options(e, options);
     if (status == KEMPE_OK)
         status = find(e, options);
-    if (status == KEMPE_OK)
+    if (status == KEMPE_OK && !state_alone)
         status = look_again(e);
     e->warnings = kmp_context_warnings(system->context);
     e->status = status = kmp_context_verdict(system->context, status);
     return KMP_GIVE_OR_FREE(status, equilibrium, e, kempe_equilibrium_free);
+}
+
+kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equilibrium_options *options,
+                                   kempe_equilibrium **equilibrium)
+{
+    KMP_WANTED_BOTH(system, equilibrium);
+    KMP_OPTIONS(system->context, kempe_equilibrium_options, options);
+    return make(system, options, false, equilibrium);
+}
+
+kempe_status kmp_equilibrium_states_new(const kempe_system *system, bool newton, kempe_equilibrium **equilibrium)
+{
+    const kempe_equilibrium_options options = {.size = sizeof options, .newton = newton};
+    return make(system, &options, true, equilibrium);
 }
 
 KMP_FREES(kempe_equilibrium, equilibrium, kmp_exchange_free(equilibrium->exchange),

@@ -109,6 +109,7 @@ struct kempe_equilibrium {
     int rate_count;
     int freed_count;                       /* solved for: parameters, and rates as "qd(NAME)" */
     const char **freed_name, **freed_unit; /* unit "" of a parameter */
+    bool state_alone;                      /* states and multipliers are wanted, without what is said of them */
     bool newton, all, many;                /* many: ended before its time, more than KMP_MOST_BALANCES */
     bool from_start;                       /* the first was reached from the start */
     int starts, closed, found;
@@ -120,6 +121,9 @@ struct kempe_equilibrium {
     kempe_status status;
     char *warnings; /* of the computation, one per line */
 };
+
+/** kempe_equilibrium_new for the states alone: no loads, no stability, no coordinates without effect. */
+kempe_status kmp_equilibrium_states_new(const kempe_system *system, bool newton, kempe_equilibrium **equilibrium);
 
 /** Adds the forces of closures, and of joints of the tree at rest or at constant rates, by these multipliers. */
 kempe_status kmp_balance_add_loads(kempe_equilibrium *equilibrium, const kmp_linear *linear, const double *lambda,
