@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Runs of long mechanisms: time of preparation, time of a right-hand side, peak memory, and how each grows with the length.
 
-    bench/long_runs.py KEMPE [--most N] [--only NAME]
+    bench/long_runs.py KEMPE [--most N] [--only NAME] [--formulation NAME]
 
 A chain of N equal links hangs from the ground, level at the start. A scissor lift of N cells stands on the ground: two bars a cell, and
-N - 1 closed loops. A grid of N x N meshes of rods hangs from N + 1 points: 2 N^2 + N rods and N^2 loops. Each is simulated for 0.1 s with the default algorithm by dop853 at rtol 1e-8, without the cache and without a repetition.
-A right-hand side is that of steps of at most 2 ms, with the integrator's own work: the time and the evaluations beyond those of a run of
+N - 1 closed loops. A grid of N x N meshes of rods hangs from N + 1 points: 2 N^2 + N rods and N^2 loops. Each is simulated for 0.1 s with the default algorithm at rtol 1e-8, without the cache and without a repetition: on the reduced
+formulation by dop853, trees and lifts also on the projected one by dop853 and on the dae by radau. A right-hand side is that of steps of at most 2 ms, with the integrator's own work: the time and the evaluations beyond those of a run of
 long steps, whose start and output they share. Processor times, the least of three runs. The exponent is that of the growth since the line
 before."""
 import argparse
@@ -73,10 +73,13 @@ KINDS = (("chain", chain, (30, 100, 300, 1000, 3000, 10000)), ("scissors", sciss
          ("grid", grid, (4, 7, 10, 16, 22)))
 
 
-def run(kempe, path, *more):
+INTEGRATORS = {"reduced": "dop853", "projected": "dop853", "dae": "radau"}
+
+
+def run(kempe, formulation, path, *more):
     """The result and its peak memory in MB; None: it fails."""
-    words = [kempe, "simulate", path, "--no-cache", "-q", "--t-end", "0.1", "--output-step", "0.1", "--integrator", "dop853",
-             "--no-convergence-check", "--json", "-", *more]
+    words = [kempe, "simulate", path, "--no-cache", "-q", "--t-end", "0.1", "--output-step", "0.1", "--formulation", formulation,
+             "--integrator", INTEGRATORS[formulation], "--no-convergence-check", "--json", "-", *more]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         text = process.stdout.read()
         _, status, used = os.wait4(process.pid, 0)
@@ -85,11 +88,11 @@ def run(kempe, path, *more):
     return (result, used.ru_maxrss / 1024) if process.returncode == 0 and "work" in result else None
 
 
-def measure(kempe, path):
+def measure(kempe, formulation, path):
     """Preparation and right-hand side in s, peak memory in MB; None: it fails."""
     found = None
     for _ in range(3):
-        long, short = run(kempe, path), run(kempe, path, "--max-step", "2e-3")
+        long, short = run(kempe, formulation, path), run(kempe, formulation, path, "--max-step", "2e-3")
         if not long or not short:
             return None
         evaluations = short[0]["work"]["rhs"] - long[0]["work"]["rhs"]
@@ -105,12 +108,16 @@ def main():
     parser.add_argument("kempe")
     parser.add_argument("--most", type=int, default=10000, help="the largest number of links or cells")
     parser.add_argument("--only", help="chain, scissors or grid")
+    parser.add_argument("--formulation", choices=INTEGRATORS, help="this one alone")
     given = parser.parse_args()
     columns = (("preparation", 1e3, True), ("right-hand side", 1e6, True), ("memory", 1, False))
-    for name, make, lengths in KINDS:
-        if given.only in (None, name):
-            tables.growth(f"{name}: preparation, ms; right-hand side, us; peak memory, MB; exponents of growth", columns, make,
-                          [n for n in lengths if n <= given.most], lambda path: measure(given.kempe, path), LONGEST)
+    for formulation, integrator in INTEGRATORS.items():
+        for name, make, lengths in KINDS:
+            wanted = given.only in (None, name) and given.formulation in (None, formulation)
+            if wanted and (formulation == "reduced" or name != "grid"):
+                tables.growth(f"{name}, {formulation} by {integrator}: preparation, ms; right-hand side, us; peak memory, MB; "
+                              "exponents of growth", columns, make, [n for n in lengths if n <= given.most],
+                              lambda path, on=formulation: measure(given.kempe, on, path), LONGEST)
 
 
 if __name__ == "__main__":

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The saddle system by dense LU or sparse LU, whichever takes fewer operations, or by the recursion of articulated
- * bodies, which eliminates the multipliers on its way. Rows that are left out are those of a unit matrix, so that the
- * pattern stays. */
+/* The saddle system by dense LU or sparse LU, whichever takes fewer operations, by the recursion of articulated bodies,
+ * which eliminates the multipliers on its way, or by a partition of coordinates, which needs no M. Rows that are left
+ * out are those of a unit matrix, so that the pattern stays. */
 #include "constraints/closing/saddle.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
+#include "integrators/decide/coordinate_exchange.h"
 #include "linalg/dense/dense.h"
 #include <math.h>
 #include <string.h>
@@ -91,6 +92,69 @@ double kmp_saddle_spread(const kmp_saddle *saddle)
     return saddle->r > 0 ? least / largest : 1;
 }
 
+/* -- by products with M --------------------------------------------------------------------------------- */
+
+static void free_reduction(kmp_saddle_reduction *r)
+{
+    if (!r)
+        return;
+    kmp_reduction_free(&r->red);
+    kmp_partition_free(&r->part);
+    kmp_free(r);
+}
+
+/* Takes the coordinates of a partition, whose memory it owns then. false: no memory, or Jv is singular by its pattern.
+ */
+static bool take_reduction(kmp_saddle *saddle, kmp_partition *part)
+{
+    kmp_saddle_reduction *r = KMP_NEW(kmp_saddle_reduction, 1);
+    if (!r) {
+        kmp_partition_free(part);
+        return false;
+    }
+    r->part = *part;
+    if (kmp_reduction_init(&r->red, saddle->eval, &r->part) != KEMPE_OK) {
+        free_reduction(r);
+        return false;
+    }
+    free_reduction(saddle->reduction);
+    saddle->reduction = r;
+    return true;
+}
+
+/* Chooses other independent coordinates, for the same rows. */
+static bool choose_coordinates(kmp_saddle *saddle)
+{
+    const kempe_system *s = saddle->eval->system;
+    const kmp_pattern *pattern = &s->jacobian;
+    kmp_partition part = {0};
+    double *kept = KMP_NEW(double, pattern->count);
+    for (int e = 0; kept && e < pattern->count; e++)
+        kept[e] = saddle->position[pattern->row[e]] >= 0 ? saddle->eval->jacobian[e] : 0;
+    bool made = kept && kmp_partition_of_rank(&part, s, kept, saddle->r, NULL, 0) == KEMPE_OK;
+    kmp_free(kept);
+    return made && take_reduction(saddle, &part);
+}
+
+/* The factors of Jv, and X. False: singular, or near to a dead centre. */
+static bool is_regular(kmp_reduction *red)
+{
+    int v, u;
+    if (kmp_reduction_factor(red))
+        return false;
+    kmp_reduction_tangent(red);
+    return kmp_reduction_growth(red, &v, &u) <= KMP_EXCHANGE_WISH;
+}
+
+static int factor_by_products(kmp_saddle *saddle)
+{
+    bool good =
+        is_regular(&saddle->reduction->red) || (choose_coordinates(saddle) && is_regular(&saddle->reduction->red));
+    return good ? kmp_reduction_factor_mass(&saddle->reduction->red) : 1;
+}
+
+/* -- setting up ----------------------------------------------------------------------------------------- */
+
 /* NULL: no memory. */
 static kmp_sparse *make_sparse(const kmp_saddle *saddle)
 {
@@ -104,12 +168,11 @@ static kmp_sparse *make_sparse(const kmp_saddle *saddle)
     return sparse;
 }
 
-/* -- all together -------------------------------------------------------------------------------------- */
-
 static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_kind kind)
 {
     const kempe_system *s = saddle->eval->system;
-    int n = part->n, r = part->r, size = kind == KMP_SADDLE_BY_BODIES ? 0 : n + r;
+    const bool matrix = kind == KMP_SADDLE_DENSE || kind == KMP_SADDLE_SPARSE;
+    int n = part->n, r = part->r, size = matrix ? n + r : 0;
     int entries = 2 * (s->mass.count + s->jacobian.count) + r;
     saddle->part = part;
     saddle->n = n;
@@ -117,9 +180,10 @@ static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_kind 
     saddle->kind = kind;
     KMP_ARENA_MAKE(&saddle->arena, KMP_ROOM(double, kind == KMP_SADDLE_SPARSE ? entries : size * size, &saddle->matrix),
                    KMP_ROOM(double, n + r, &saddle->x), KMP_ROOM(int, n + r, &saddle->pivot),
-                   KMP_ROOM(int, part->m, &saddle->position));
-    if (!KMP_ARENA_EACH(&saddle->arena, int, kind == KMP_SADDLE_BY_BODIES ? 0 : entries, &saddle->entry_row,
-                        &saddle->entry_col, &saddle->entry_from))
+                   KMP_ROOM(int, part->m, &saddle->position),
+                   KMP_ROOM(double, kind == KMP_SADDLE_BY_PRODUCTS ? part->m : 0, &saddle->rows));
+    if (!KMP_ARENA_EACH(&saddle->arena, int, matrix ? entries : 0, &saddle->entry_row, &saddle->entry_col,
+                        &saddle->entry_from))
         return false;
     for (int k = 0; k < part->m; k++)
         saddle->position[k] = -1;
@@ -129,6 +193,10 @@ static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_kind 
     if (kind == KMP_SADDLE_BY_BODIES) {
         kmp_eval_keep_rows(saddle->eval, saddle->position);
         return true;
+    }
+    if (kind == KMP_SADDLE_BY_PRODUCTS) {
+        kmp_partition own;
+        return kmp_partition_copy(&own, part) && take_reduction(saddle, &own);
     }
     list_entries(saddle);
     unsigned long failures = kmp_memory_failures();
@@ -153,7 +221,10 @@ static kmp_saddle_kind by_size(const kempe_system *s, int rows)
 bool kmp_saddle_init(kmp_saddle *saddle, kmp_evaluator *eval, const kmp_partition *part)
 {
     *saddle = (kmp_saddle){.eval = eval};
-    return init(saddle, part, eval->by_bodies ? KMP_SADDLE_BY_BODIES : by_size(eval->system, part->r));
+    return init(saddle, part,
+                eval->by_bodies     ? KMP_SADDLE_BY_BODIES
+                : eval->by_products ? KMP_SADDLE_BY_PRODUCTS
+                                    : by_size(eval->system, part->r));
 }
 
 bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_evaluator *eval, int rank)
@@ -169,7 +240,10 @@ bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_evaluator *eval, int rank)
     return saddle->all.rows && init(saddle, &saddle->all, by_size(eval->system, m));
 }
 
-KMP_CLEARS(kmp_saddle, saddle, kmp_sparse_free(saddle->sparse), kmp_arena_free(&saddle->arena))
+KMP_CLEARS(kmp_saddle, saddle, kmp_sparse_free(saddle->sparse), free_reduction(saddle->reduction),
+           kmp_arena_free(&saddle->arena))
+
+/* -- all together -------------------------------------------------------------------------------------- */
 
 /* Partitions all rows; those that are independent at the evaluator's last closure stay in. */
 static void choose_rows(kmp_saddle *saddle)
@@ -197,6 +271,8 @@ int kmp_saddle_factor(kmp_saddle *saddle)
         choose_rows(saddle);
     if (saddle->kind == KMP_SADDLE_BY_BODIES)
         return judge_pivots(saddle);
+    if (saddle->kind == KMP_SADDLE_BY_PRODUCTS)
+        return factor_by_products(saddle);
     if (saddle->kind == KMP_SADDLE_SPARSE) {
         for (int e = 0; e < saddle->count; e++)
             saddle->matrix[e] = value_of(saddle, e);
@@ -213,6 +289,8 @@ double kmp_saddle_cost(const kmp_saddle *saddle)
 {
     if (saddle->kind == KMP_SADDLE_BY_BODIES) /* the recursion is the solution */
         return 0;
+    if (saddle->kind == KMP_SADDLE_BY_PRODUCTS)
+        return KMP_LOOPS_COST * (double)kmp_reduction_count(&saddle->reduction->red).paper;
     if (saddle->sparse)
         return KMP_SPARSE_COST * kmp_sparse_operations(saddle->sparse);
     int size = saddle->n + saddle->r;
@@ -220,22 +298,24 @@ double kmp_saddle_cost(const kmp_saddle *saddle)
     return KMP_LOOPS_COST * ((double)f.add + (double)f.mul + (double)f.div) + FILLING * size * size;
 }
 
-/* Computes x and the multipliers behind it. Input: the right-hand side of M in x, and b (NULL: zero). */
-static void solve(kmp_saddle *saddle, const double *rows)
+/* Computes x and the multipliers behind it, those by products if wanted. force, rows: NULL: zero. */
+static void solve(kmp_saddle *saddle, const double *force, const double *rows, bool multipliers)
 {
     double *x = saddle->x, *a = x + saddle->n;
+    if (saddle->kind == KMP_SADDLE_BY_PRODUCTS) {
+        kmp_reduction_solve_saddle(&saddle->reduction->red, force, rows, x, multipliers ? saddle->rows : NULL);
+        for (int k = 0; multipliers && k < saddle->r; k++)
+            a[k] = saddle->rows[saddle->part->rows[k]];
+        return;
+    }
+    for (int i = 0; i < saddle->n; i++)
+        x[i] = force ? -force[i] : 0;
     for (int k = 0; k < saddle->r; k++)
         a[k] = !rows || is_out(saddle, k) ? 0 : -rows[saddle->part->rows[k]];
     if (saddle->kind == KMP_SADDLE_SPARSE)
         kmp_sparse_solve(saddle->sparse, 1, x);
     else
         kmp_lu_solve(saddle->n + saddle->r, saddle->matrix, saddle->pivot, 1, x);
-}
-
-static void put_force(kmp_saddle *saddle, const double *force)
-{
-    for (int i = 0; i < saddle->n; i++)
-        saddle->x[i] = force ? -force[i] : 0;
 }
 
 /* Copies the multipliers of the independent rows to their places among all. */
@@ -254,8 +334,7 @@ void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, doub
             x[i] = correction ? correction[i] : NAN;
         return;
     }
-    put_force(saddle, f);
-    solve(saddle, b);
+    solve(saddle, f, b, a != NULL);
     if (x)
         memcpy(x, saddle->x, (size_t)saddle->n * sizeof *x);
     if (a)
@@ -266,8 +345,7 @@ void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, doub
 static void multipliers(void *self, const double *bias, bool change, double *lambda)
 {
     kmp_saddle *saddle = self;
-    put_force(saddle, bias);
-    solve(saddle, change ? NULL : saddle->eval->jdqd);
+    solve(saddle, bias, change ? NULL : saddle->eval->jdqd, true);
     take_multipliers(saddle, lambda);
 }
 
@@ -288,8 +366,7 @@ void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda)
             lambda[r] = saddle->position[r] >= 0 ? eval->multipliers[r] : 0;
         return;
     }
-    put_force(saddle, eval->bias);
-    solve(saddle, eval->jdqd);
+    solve(saddle, eval->bias, eval->jdqd, lambda != NULL);
     memcpy(qdd, saddle->x, (size_t)saddle->n * sizeof *qdd);
     if (lambda)
         take_multipliers(saddle, lambda);

@@ -3,7 +3,9 @@
  *
  *     M x - J' a = -f      J x = -b
  *
- * dense, or sparse when it is large. If the evaluator uses articulated bodies, their recursion has solved it.
+ * dense, or sparse when it is large. If the evaluator uses articulated bodies, their recursion has solved it. If it has
+ * products M x in place of M, coordinates are partitioned (constraints/partition/reduction.h): which ones is not seen
+ * in the results, and others are taken where these come near to a dead centre.
  *
  * For states without a chosen set of rows, complete pivoting of the scaled J selects the independent rows at each
  * factorisation. */
@@ -13,9 +15,21 @@
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
+#include "constraints/partition/reduction.h"
 #include "linalg/sparse.h"
 
-typedef enum kmp_saddle_kind { KMP_SADDLE_DENSE, KMP_SADDLE_SPARSE, KMP_SADDLE_BY_BODIES } kmp_saddle_kind;
+typedef enum kmp_saddle_kind {
+    KMP_SADDLE_DENSE,
+    KMP_SADDLE_SPARSE,
+    KMP_SADDLE_BY_BODIES,
+    KMP_SADDLE_BY_PRODUCTS
+} kmp_saddle_kind;
+
+/* Coordinates that are independent in the rows of a saddle system. */
+typedef struct kmp_saddle_reduction {
+    kmp_partition part;
+    kmp_reduction red;
+} kmp_saddle_reduction;
 
 typedef struct kmp_saddle {
     kmp_evaluator *eval;
@@ -23,11 +37,13 @@ typedef struct kmp_saddle {
     int n, r;
     kmp_saddle_kind kind;
     kmp_arena arena;
-    double *matrix, *x; /* size x size when dense; the entries when sparse; none by bodies */
+    double *matrix, *x; /* size x size when dense; the entries when sparse; otherwise none */
     int *pivot;
-    int count, *entry_row, *entry_col; /* entries of the matrix; not by bodies */
+    int count, *entry_row, *entry_col; /* entries of the matrix, if there is one */
     int *entry_from;                   /* of each: an entry of M, then of J; -1: of a row that is left out */
     kmp_sparse *sparse;                /* NULL: not sparse, or singular by its pattern */
+    kmp_saddle_reduction *reduction;   /* by products; NULL: otherwise */
+    double *rows;                      /* m: work space by products */
     int *position;                     /* m: of a row among the independent ones, -1 when dropped */
     long factorizations;
 

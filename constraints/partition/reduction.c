@@ -233,6 +233,12 @@ INLINE void factor_mass(kmp_reduction *red)
     red->fault = red->zeros ? kmp_sparse_tangent_factor(red->zeros, red->mr) : kmp_cholesky_factor(red->p, red->mr);
 }
 
+int kmp_reduction_factor_mass(kmp_reduction *red)
+{
+    factor_mass(red);
+    return red->fault;
+}
+
 void kmp_reduction_solve_mass(const kmp_reduction *red, double *b)
 {
     if (red->zeros)
@@ -290,6 +296,32 @@ void kmp_reduction_pull(kmp_reduction *red, const double *force, double *rows)
     kmp_block_solve_transposed(red->block, red->dv);
     for (int i = 0; i < red->r; i++)
         rows[red->part->rows[i]] = red->dv[i];
+}
+
+void kmp_reduction_solve_saddle(kmp_reduction *red, const double *f, const double *b, double *x, double *a)
+{
+    const size_t bytes = (size_t)red->n * sizeof *f;
+    memset(red->a0, 0, bytes);
+    memset(red->force, 0, bytes);
+    if (f)
+        memcpy(red->force, f, bytes);
+    if (b) {
+        solve_rows(red, -1, b);
+        put_dependent(red, red->a0);
+        kmp_eval_add_mass_times(red->eval, red->a0, red->force);
+    }
+    project(red, red->force, red->answer);
+    kmp_reduction_solve_mass(red, red->answer);
+    if (a) { /* M x + f = J' a in the rows of v */
+        memset(red->force, 0, bytes);
+        if (f)
+            memcpy(red->force, f, bytes);
+    }
+    spread(red, red->answer, red->a0, x);
+    if (a) {
+        kmp_eval_add_mass_times(red->eval, x, red->force);
+        kmp_reduction_pull(red, red->force, a);
+    }
 }
 
 static int fail(int p, double *out)

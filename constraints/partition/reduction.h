@@ -62,6 +62,14 @@ int kmp_reduction_accelerate(kmp_reduction *red, double *udd);
  * mass is computed beside C. */
 int kmp_reduction_move(kmp_reduction *red, const double *qd, double *udd);
 
+/** The reduced mass and its factors from X, and from the evaluator's M or products with it. 0, or 1 + k when it is not
+ * positive for u[k]. */
+int kmp_reduction_factor_mass(kmp_reduction *red);
+
+/** x (n) and a (m; zero for dropped rows; NULL: not wanted) of M x - J' a = -f, J x = -b, for f (n; NULL: zero) and b
+ * (m; NULL: zero), after kmp_reduction_factor_mass: J is solved for v, and X' eliminates a. */
+void kmp_reduction_solve_saddle(kmp_reduction *red, const double *f, const double *b, double *x, double *a);
+
 /** b (p) <- Mr^-1 b, after kmp_reduction_accelerate. */
 void kmp_reduction_solve_mass(const kmp_reduction *red, double *b);
 

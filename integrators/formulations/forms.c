@@ -428,6 +428,8 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
                                                        .standard = is_standard,                                        \
                                                        .solved = is_solved,                                            \
                                                        .lanes_first = is_solved,                                       \
+                                                       .by_bodies = is_solved,                                         \
+                                                       .by_products = is_solved,                                       \
                                                        .detail = &form_##id,                                           \
                                                        .create = create}
 

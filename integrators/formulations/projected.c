@@ -481,6 +481,7 @@ const kmp_formulation_kind kmp_formulation_projected = {.formulation = "projecte
                                                         .standard = true,
                                                         .corrected = true,
                                                         .by_bodies = true,
+                                                        .by_products = true,
                                                         .in_lanes = true,
                                                         .lanes_first = true,
                                                         .create = create};

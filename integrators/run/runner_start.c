@@ -41,11 +41,9 @@ kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int r
     return kmp_load_check(run->eval, &run->part);
 }
 
-/* Makes a saddle system of the chosen rows, with M in place of products. */
+/* Makes a saddle system of the chosen rows. */
 static kempe_status make_saddle(kmp_runner *run, kmp_saddle *saddle)
 {
-    if (run->eval->by_products)
-        KMP_TRY(kmp_eval_add_composite(run->eval));
     if (kmp_saddle_init(saddle, run->eval, &run->part))
         return KEMPE_OK;
     kmp_saddle_free(saddle);
@@ -101,25 +99,6 @@ static kempe_status check_rates(kmp_runner *run, const double *qd)
                     s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
 }
 
-/* The same without M, by the reduced mass. */
-static kempe_status accelerate_reduced(kmp_runner *run, double t, const double *q)
-{
-    kmp_reduction red;
-    KMP_TRY(kmp_reduction_init(&red, run->eval, &run->part));
-    bool singular = kmp_reduction_factor(&red) != 0;
-    double *udd = run->moved;
-    if (!singular) {
-        kmp_reduction_tangent(&red);
-        singular = kmp_reduction_accelerate(&red, udd) != 0;
-    }
-    if (!singular) {
-        kmp_reduction_accelerations(&red, udd, run->qdd);
-        kmp_reduction_multipliers(&red, run->qdd, run->lambda);
-    }
-    kmp_reduction_free(&red);
-    return singular ? kmp_explain_massless(run->eval, &run->part, t, q) : KEMPE_OK;
-}
-
 kempe_status kmp_runner_accelerate_by(kmp_runner *run, double t, const double *q, const double *qd, kmp_saddle *saddle,
                                       bool *factored)
 {
@@ -141,11 +120,6 @@ kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, c
 {
     kmp_saddle saddle;
     bool factored = false;
-    if (run->eval->by_products) {
-        kmp_eval_mass(run->eval);
-        kmp_eval_bias(run->eval, qd);
-        return accelerate_reduced(run, t, q);
-    }
     kempe_status status = kmp_runner_accelerate_by(run, t, q, qd, &saddle, &factored);
     if (factored)
         kmp_saddle_free(&saddle);
@@ -227,7 +201,7 @@ static kempe_status look_for_bodies(kmp_runner *run)
     const bool requested = run->s->dynamics == KMP_DYNAMICS_ARTICULATED;
     const kmp_solver_kind *kind = kmp_solver_find(run->spec.integrator);
     /* One integrator, which solves for M and C. */
-    const bool implicit = kind->implicit && !kind->stand_in && !run->choice.open && !run->choice.kind;
+    const bool implicit = kind->dae || (kind->implicit && !kind->stand_in && !run->choice.open && !run->choice.kind);
     if (!method_of(run)->by_bodies || (!requested && implicit))
         return KEMPE_OK;
     KMP_TRY(kmp_motion_need_bodies(run->s));
@@ -239,6 +213,7 @@ static kempe_status look_for_bodies(kmp_runner *run)
 static kempe_status measure_bodies(kmp_runner *run, const double *q, const double *qd, double *error)
 {
     kmp_saddle saddle;
+    KMP_TRY(kmp_eval_add_composite(run->eval));
     kmp_eval_set_by_bodies(run->eval, false);
     kmp_eval_closure(run->eval, run->spec.t_start, q);
     kmp_eval_mass(run->eval);

@@ -4,6 +4,7 @@
  * grow with the bodies. */
 #include "base/memory.h"
 #include "base/text.h"
+#include "constraints/closing/saddle.h"
 #include "constraints/evaluation/evaluator.h"
 #include "dynamics/motion.h"
 #include "loaded.h"
@@ -126,30 +127,39 @@ static void set_push(loaded *l, kempe_system *by_mass, kempe_force_fn *force)
     kempe_system_set_force(by_mass, force, NULL);
 }
 
-/* Runs by explicit integrators make no M, with their events, tables and energies; others make it. */
+typedef struct method {
+    const char *formulation, *integrator;
+} method;
+
+/* The same motion by a method with products and with M. */
+static void run_both(const loaded *l, const kempe_system *by_mass, method m)
+{
+    kempe_trajectory *t = run(l->system, m.formulation, m.integrator);
+    kempe_trajectory *other = run(by_mass, m.formulation, m.integrator);
+    CHECK(apart(t, other, l->system->n, l->system->m) < 1e-8);
+    CHECK(fabs(t->verdict.drift_rel - other->verdict.drift_rel) < 1e-8);
+    kempe_trajectory_free(t);
+    kempe_trajectory_free(other);
+}
+
+/* Runs whose integrators need no derivatives make no M, with their events, tables and energies; others make it. */
 static void runs_equal_those_by_mass(void)
 {
-    static const char *const integrators[] = {"dop853", "radau", "adams"};
+    static const method methods[] = {{"reduced", "dop853"},   {"reduced", "radau"},   {"reduced", "adams"},
+                                     {"projected", "dop853"}, {"projected", "radau"}, {"dae", "radau"}};
     for (int kind = 0; kind < LIFTS; kind++) {
         loaded l = load_lift((lift)kind, CELLS);
         kempe_system *by_mass = NULL;
         CHECK(goes_by_products(&l) && kempe_system_new_with_algorithm(l.model, "composite", &by_mass) == KEMPE_OK);
-        int n = l.system->n, m = l.system->m;
-        for (size_t k = 0; k < sizeof integrators / sizeof *integrators; k++)
+        for (size_t k = 0; k < sizeof methods / sizeof *methods; k++)
             for (int pushed = 0; pushed < 2; pushed++) {
                 set_push(&l, by_mass, pushed ? push : NULL);
-                kempe_trajectory *t = run(l.system, "reduced", integrators[k]);
-                kempe_trajectory *other = run(by_mass, "reduced", integrators[k]);
-                CHECK(goes_by_products(&l) && apart(t, other, n, m) < 1e-8);
-                CHECK(fabs(t->verdict.drift_rel - other->verdict.drift_rel) < 1e-8);
-                kempe_trajectory_free(t);
-                kempe_trajectory_free(other);
+                run_both(&l, by_mass, methods[k]);
+                CHECK(goes_by_products(&l));
             }
         set_push(&l, by_mass, NULL);
-        kempe_trajectory *t = run(l.system, "projected", "dop853"), *other = run(by_mass, "projected", "dop853");
-        CHECK(!goes_by_products(&l) && apart(t, other, n, m) < 1e-8);
-        kempe_trajectory_free(t);
-        kempe_trajectory_free(other);
+        run_both(&l, by_mass, (method){"dae", "ida"});
+        CHECK(!goes_by_products(&l));
         kempe_system_free(by_mass);
         unload(&l);
     }
@@ -203,6 +213,60 @@ static void values_equal_those_by_mass(void)
     }
 }
 
+/* Accelerations, multipliers and corrections at states far from that of the chosen coordinates, by their residuals in
+ * the system with M. */
+static void saddles_equal_those_by_mass(void)
+{
+    random_seed(11);
+    int others = 0;
+    for (int kind = 0; kind < LIFTS; kind++) {
+        loaded l = load_lift((lift)kind, CELLS);
+        kempe_system *by_mass = NULL;
+        CHECK(goes_by_products(&l) && kempe_system_new_with_algorithm(l.model, "composite", &by_mass) == KEMPE_OK);
+        kmp_evaluator *eval[2] = {kmp_eval_new_for(l.system, "tape", NULL, KMP_EVAL_WEIGHS),
+                                  kmp_eval_new(by_mass, "tape")};
+        kempe_assembly *start = NULL;
+        CHECK(eval[0] && eval[1] && kempe_assembly_new(l.system, &start) == KEMPE_OK);
+        const double *closed = kempe_assembly_q(start);
+        kmp_partition part;
+        kmp_saddle saddle[2];
+        double q[MOST], qd[MOST], qdd[MOST], lambda[2 * MOST], dx[2][MOST];
+        const int n = l.system->n;
+        kmp_eval_closure(eval[0], 0, closed);
+        CHECK(l.system->m <= 2 * MOST && kmp_partition_init(&part, l.system, eval[0]->jacobian, NULL, 0) == KEMPE_OK);
+        for (int k = 0; k < 2; k++)
+            CHECK(kmp_saddle_init(&saddle[k], eval[k], &part));
+        CHECK(saddle[0].kind == KMP_SADDLE_BY_PRODUCTS && saddle[1].kind != KMP_SADDLE_BY_PRODUCTS);
+        for (int state = 0; state < 20; state++) {
+            for (int i = 0; i < n; i++) {
+                q[i] = closed[i] + between(-0.5, 0.5);
+                qd[i] = between(-1, 1);
+            }
+            for (int k = 0; k < 2; k++) {
+                kmp_eval_closure(eval[k], 0.1, q);
+                kmp_eval_mass(eval[k]);
+                kmp_eval_bias(eval[k], qd);
+                CHECK(kmp_saddle_factor(&saddle[k]) == 0);
+                kmp_saddle_solve(&saddle[k], NULL, eval[k]->h, dx[k], NULL);
+            }
+            kmp_saddle_accelerations(&saddle[0], qdd, lambda);
+            CHECK(kmp_saddle_backward_error(&saddle[1], qdd, lambda) < 1e-12);
+            CHECK(worst_of(n, dx[0], dx[1]) < 1e-8);
+            const int *u = saddle[0].reduction->part.u;
+            others += memcmp(u, part.u, (size_t)part.p * sizeof *u) != 0;
+        }
+        for (int k = 0; k < 2; k++) {
+            kmp_saddle_free(&saddle[k]);
+            kmp_eval_free(eval[k]);
+        }
+        kmp_partition_free(&part);
+        kempe_assembly_free(start);
+        kempe_system_free(by_mass);
+        unload(&l);
+    }
+    CHECK(others > 0); /* other coordinates were taken */
+}
+
 /* Small mechanisms have M at once, and friction that sticks needs it. */
 static void others_have_mass(void)
 {
@@ -235,6 +299,7 @@ int main(void)
 {
     TEST(runs_equal_those_by_mass);
     TEST(values_equal_those_by_mass);
+    TEST(saddles_equal_those_by_mass);
     TEST(others_have_mass);
     TEST(operations_grow_with_the_cells);
     return check_report();
