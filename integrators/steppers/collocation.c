@@ -140,7 +140,8 @@ static bool is_slower(const kmp_collocation *s, kmp_iteration other)
 static double step_cost(const kmp_collocation *s, kmp_iteration iteration)
 {
     double sweep = kmp_collocation_sweep_cost(s), matrix = kmp_collocation_matrix_cost(s, iteration);
-    double stages = KMP_STEP_CYCLES + s->sweeps * (sweep + kmp_collocation_correction_cost(s, iteration));
+    double stages = KMP_STEP_CYCLES + s->base.ode.cycles_of_step +
+                    s->sweeps * (sweep + kmp_collocation_correction_cost(s, iteration));
     double one = kmp_collocation_jacobian_cost(s), all = s->newton.whole ? s->s * one : (1 + s->p + s->inner) * sweep;
     return stages + (iteration == KMP_ITERATION_PICARD   ? 0
                      : iteration == KMP_ITERATION_NEWTON ? (one + matrix) / TRIAL
@@ -163,7 +164,7 @@ static void collocation_choose(kmp_collocation *s, double h, double by_error, do
 {
     /* Adds a step to the time simulated and the cycles spent of its iteration; those of steps before fade. */
     double *simulated = &s->choice.simulated[s->iteration], *spent = &s->choice.spent[s->iteration];
-    s->base.cycles += KMP_STEP_CYCLES;
+    s->base.cycles += KMP_STEP_CYCLES + s->base.ode.cycles_of_step;
     double fades = h > GROWS * s->h_old ? 0 : FADES;
     *simulated = fades * *simulated + h;
     *spent = fades * *spent + s->base.cycles - s->choice.cycles_before;

@@ -173,9 +173,11 @@ static double collocation_copy_stage(const kmp_collocation *s, int i, double *y)
     return s->at[i];
 }
 
-/* At the predicted middle stage; after an attempt that failed, when predictions are not to be trusted, at the start. */
+/* At the predicted middle stage; after an attempt that failed, when predictions are not to be trusted, at the start. The
+ * stages are evaluated before, for the first sweep: an exact Jacobian may follow from that. */
 static int renew_jacobian(kmp_collocation *s)
 {
+    int said = KMP_GO;
     double t = collocation_copy_stage(s, s->s / 2, s->newton.place);
     if (s->rejected) {
         t = s->base.t;
@@ -183,7 +185,12 @@ static int renew_jacobian(kmp_collocation *s)
     }
     s->base.work.matrices++;
     s->newton.factored = false;
-    int said = s->newton.whole ? collocation_take_exact(s, t, s->newton.place, s->newton.jacobian)
+    if (s->newton.whole && kmp_collocation_in_lanes(s)) {
+        said = kmp_collocation_evaluate(s, s->s);
+        s->evaluated = said == KMP_GO;
+    }
+    if (said == KMP_GO)
+        said = s->newton.whole ? collocation_take_exact(s, t, s->newton.place, s->newton.jacobian)
                                : differentiate(s, t, s->newton.place);
     s->newton.has_jacobian = s->newton.fresh = said == KMP_GO;
     s->newton.age = 0;

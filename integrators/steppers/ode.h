@@ -63,6 +63,7 @@ typedef struct kmp_ode {
     /* About the processor cycles of an evaluation, and of one at `width` places, by counted operations: integrators
      * compare costs by them. 0: unknown, or one by one. */
     double cycles, cycles_of_lanes;
+    double cycles_of_step;           /* of what the evaluations of a step share, and of `follow` */
     double cycles_to_make;           /* those of making `lanes` where a formulation begins; 0: unknown */
     const double *cycles_of_improve; /* the same of `improve` now, 0: it is KMP_APART */
 } kmp_ode;

@@ -44,7 +44,7 @@ static bool open_fixture(fixture *f, const char *path)
     kmp_linear_derive(&f->v.linear);
     bool can = kmp_varied_lanes_can(&f->v);
     CHECK(can == kmp_varied_lanes_suit(f->system));
-    CHECK(!can || kmp_varied_lanes_prepare(&f->v) == KEMPE_OK);
+    CHECK(!can || kmp_varied_lanes_init(&f->lanes, &f->v) == KEMPE_OK);
     return can;
 }
 
@@ -102,7 +102,7 @@ static void compare(const char *path)
     kmp_sensitivity_equations *v = &f.v;
     CHECK(kempe_assembly_new(f.system, &start) == KEMPE_OK);
     CHECK(kmp_sensitivity_equations_choose(v, 0, start->q, start->qd, NULL, 0) == KEMPE_OK);
-    CHECK(kmp_varied_lanes_begin(&f.lanes, v) == KEMPE_OK);
+    kmp_varied_lanes_begin(&f.lanes);
     const kmp_partition *part = &v->linear.part;
     for (int pass = 0; pass < 2; pass++) {
         double t[W];

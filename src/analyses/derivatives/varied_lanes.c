@@ -4,11 +4,13 @@
 #include "analyses/derivatives/varied_lanes.h"
 #include "backend/x86/x86.h"
 #include "base/clones.h"
+#include "base/memory.h"
 #include "base/simd4.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "dynamics/motion.h"
 #include "integrators/decide/closing.h"
+#include "integrators/formulations/cost_model.h"
 #include "integrators/steppers/ode.h"
 #include "model/data/model.h"
 #include <math.h>
@@ -46,25 +48,8 @@ static bool make_stages(kmp_varied_lanes *x, const kmp_sensitivity_equations *v)
            kmp_stage_lanes_init(&x->slope, v->slopes->equations.formulas.program, eval);
 }
 
-static void free_stages(kmp_varied_lanes *x)
+kempe_status kmp_varied_lanes_init(kmp_varied_lanes *lanes, kmp_sensitivity_equations *varied)
 {
-    kmp_stage_lanes_free(&x->motion);
-    kmp_stage_lanes_free(&x->tangent);
-    kmp_stage_lanes_free(&x->slope);
-}
-
-kempe_status kmp_varied_lanes_prepare(const kmp_sensitivity_equations *varied)
-{
-    kmp_varied_lanes x = {0};
-    KMP_TRY(kmp_motion_need(varied->system));
-    bool made = make_stages(&x, varied);
-    free_stages(&x);
-    return kmp_made(varied->system->context, made);
-}
-
-kempe_status kmp_varied_lanes_begin(kmp_varied_lanes *lanes, kmp_sensitivity_equations *varied)
-{
-    kmp_varied_lanes_free(lanes);
     *lanes = (kmp_varied_lanes){.v = varied, .number = -1};
     KMP_TRY(kmp_motion_need(varied->system));
     int n = W * varied->n, m = W * varied->m;
@@ -76,17 +61,42 @@ kempe_status kmp_varied_lanes_begin(kmp_varied_lanes *lanes, kmp_sensitivity_equ
             KMP_ROOM(double, VECTORS *n, &lanes->weights, &lanes->wq, &lanes->wqd, &lanes->wqdd, &lanes->w),
             KMP_ROOM(double, VECTORS *m, &lanes->h, &lanes->rate, &lanes->curve)) &&
         make_stages(lanes, varied);
-    if (!made)
-        kmp_varied_lanes_free(lanes);
     return kmp_made(varied->system->context, made);
 }
 
-void kmp_varied_lanes_free(kmp_varied_lanes *lanes)
+KMP_CLEARS(kmp_varied_lanes, lanes, kmp_stage_lanes_free(&lanes->motion), kmp_stage_lanes_free(&lanes->tangent),
+           kmp_stage_lanes_free(&lanes->slope), kmp_reduction_lanes_free(&lanes->red), kmp_arena_free(&lanes->arena))
+
+void kmp_varied_lanes_begin(kmp_varied_lanes *lanes)
 {
-    free_stages(lanes);
-    kmp_reduction_lanes_free(&lanes->red);
-    kmp_arena_free(&lanes->arena);
-    *lanes = (kmp_varied_lanes){0};
+    const kmp_evaluator *eval = lanes->v->linear.eval;
+    kmp_stage_lanes_take(&lanes->motion, eval);
+    kmp_stage_lanes_take(&lanes->tangent, eval);
+    kmp_stage_lanes_take(&lanes->slope, eval);
+    lanes->number = -1;
+    lanes->closed = false;
+}
+
+/* Processor cycles of an entry of a matrix times a vector in lanes, with its transfers. */
+#define CYCLES_OF_ENTRY 2.5
+
+double kmp_varied_lanes_cycles(const kmp_varied_lanes *lanes)
+{
+    kmp_counts count = kmp_program_count(lanes->v->system->motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
+    count.paper += kmp_reduction_count(&lanes->v->linear.red).paper;
+    return kmp_cycles_of_lanes(count, false);
+}
+
+double kmp_varied_lanes_matrix_cycles(const kmp_varied_lanes *lanes)
+{
+    const kmp_sensitivity_equations *v = lanes->v;
+    const kmp_tangents *t = &v->linear.tangents;
+    double cycles = kmp_cycles_of_lanes(kmp_program_count(t->tangent.program, STAGE, STAGE), false);
+    if (v->slopes->equations.formulas.program)
+        cycles +=
+            kmp_cycles_of_lanes(kmp_program_count(v->slopes->equations.formulas.program, STAGE, STAGE), false);
+    const double rows = v->linear.p, entries = t->start[KMP_TANGENT_BLOCKS] + v->slopes->equations.count;
+    return cycles + CYCLES_OF_ENTRY * rows * entries;
 }
 
 /* -- closing ------------------------------------------------------------------------------------------- */

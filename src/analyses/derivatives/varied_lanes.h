@@ -35,18 +35,23 @@ typedef struct kmp_varied_lanes {
 bool kmp_varied_lanes_suit(const kempe_system *system);
 bool kmp_varied_lanes_can(const kmp_sensitivity_equations *varied);
 
-/** Writes the machine code of the programs, which later kmp_varied_lanes_begin take. KEMPE_E_MEMORY. */
-kempe_status kmp_varied_lanes_prepare(const kmp_sensitivity_equations *varied);
-
-/** Takes the present evaluator and parameters; zero initially, or freed. KEMPE_E_MEMORY. */
-kempe_status kmp_varied_lanes_begin(kmp_varied_lanes *lanes, kmp_sensitivity_equations *varied);
+/** Makes the lanes, with the machine code of the programs, for as many runs as `varied`, which must outlive them.
+ * KEMPE_E_MEMORY; kmp_varied_lanes_free in any case. */
+kempe_status kmp_varied_lanes_init(kmp_varied_lanes *lanes, kmp_sensitivity_equations *varied);
 void kmp_varied_lanes_free(kmp_varied_lanes *lanes);
+
+/** Takes the present evaluator and parameters at the start of a run. No allocation. */
+void kmp_varied_lanes_begin(kmp_varied_lanes *lanes);
 
 /** udd (p) at times, u and ud (p), with the loops closed from the last anchor, or from these lanes at the same times:
  * to round-off if `once`, otherwise as exactly as sweeps at these times need, which converge. KMP_GO, or KMP_RETRY
  * where loops do not close. Allocates after an exchange of u alone. */
 int kmp_varied_lanes_run(kmp_varied_lanes *lanes, bool once, const double *t, const double *u, const double *ud,
                          double *udd);
+
+/** About the processor cycles of kmp_varied_lanes_run, and of the matrices, by counted operations. */
+double kmp_varied_lanes_cycles(const kmp_varied_lanes *lanes);
+double kmp_varied_lanes_matrix_cycles(const kmp_varied_lanes *lanes);
 
 /** The matrices at the places of the last run: a (p x 2 p), b (p x count), column-major. */
 void kmp_varied_lanes_matrices(kmp_varied_lanes *lanes, double *a, double *b);

@@ -73,8 +73,7 @@ typedef struct adjoint {
     double *unit, *matrix;                        /* conditions; p x 2 p */
     double *rates, *wnext;                        /* n of each pass of a reset; states with next values */
     kmp_changes_weight back;
-    kmp_varied_lanes lanes; /* of the stages of a step, if the integrator evaluates them at once */
-    bool known;             /* the matrices are those of these times, and of this segment */
+    bool known; /* the matrices in lanes are those of these times, and of this segment */
     double at_t[KMP_STAGE_LANES];
     double *stages;                         /* 2 p: u and ud, in lanes */
     double *of_state, *of_parameters, *udd; /* in lanes: p x 2 p; p x count; p */
@@ -298,10 +297,10 @@ static int place_stages(adjoint *a, const double *back)
         for (size_t i = 0; i < 2 * p; i++)
             a->stages[i * W + l] = a->state[i];
     }
-    int said = kmp_varied_lanes_run(&a->lanes, true, t, a->stages, a->stages + p * W, a->udd);
+    int said = kmp_varied_lanes_run(a->options->lanes, true, t, a->stages, a->stages + p * W, a->udd);
     if (said != KMP_GO)
         return said;
-    kmp_varied_lanes_matrices(&a->lanes, a->of_state, a->of_parameters);
+    kmp_varied_lanes_matrices(a->options->lanes, a->of_state, a->of_parameters);
     memcpy(a->at_t, t, sizeof t);
     a->known = true;
     return KMP_GO;
@@ -379,15 +378,31 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     return KMP_GO;
 }
 
+/* dudd by u and ud at a time: that of a stage, or of a state of its own. */
+static int find_matrix(adjoint *a, double back)
+{
+    double t = a->options->spec->t_end - back;
+    for (int l = 0; a->known && l < W; l++) {
+        if (t < a->at_t[l] || t > a->at_t[l])
+            continue;
+        for (int k = 0; k < 2 * a->p * a->p; k++)
+            a->matrix[k] = a->of_state[k * W + l];
+        return KMP_GO;
+    }
+    if (place(a, back) != KMP_GO)
+        return KMP_RETRY;
+    kmp_sensitivity_equations_matrix(a->v, a->matrix);
+    return KMP_GO;
+}
+
 /* Jacobian of the weights alone: the quadratures follow from them. */
 static int jacobian(void *self, double t, const double *y, double *j)
 {
     adjoint *a = self;
     int p = a->p;
     (void)y;
-    if (place(a, t) != KMP_GO)
+    if (find_matrix(a, t) != KMP_GO)
         return KMP_RETRY;
-    kmp_sensitivity_equations_matrix(a->v, a->matrix);
     for (int k = 0; k < p; k++) {
         for (int i = 0; i < 2 * p; i++)
             j[i + (p + k) * a->size] = a->matrix[k + i * p];
@@ -645,15 +660,17 @@ static bool make_room(adjoint *a)
         KMP_ROOM(double, samples_of(a), &a->wnext), KMP_ROOM(double, a->v->system->events.count, &a->unit));
 }
 
-/* Makes the lanes, if the integrator uses them and the equations can. */
+/* Begins the lanes, if the integrator uses them. */
 static kempe_status add_lanes(adjoint *a)
 {
     const size_t p = (size_t)a->p, count = (size_t)a->count;
-    if (!a->kind->lanes || a->integral || !kmp_varied_lanes_can(a->v))
+    if (!a->kind->lanes || a->integral || !a->options->lanes)
         return KEMPE_OK;
-    KMP_TRY(kmp_varied_lanes_begin(&a->lanes, a->v));
+    kmp_varied_lanes_begin(a->options->lanes);
     a->ode.lanes = rhs_of_stages;
     a->ode.width = W;
+    a->ode.cycles_of_step =
+        kmp_varied_lanes_cycles(a->options->lanes) + kmp_varied_lanes_matrix_cycles(a->options->lanes);
     return kmp_made(a->v->system->context,
                     KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, 2 * p * W, &a->stages), KMP_ROOM(double, p *W, &a->udd),
                                    KMP_ROOM(double, 2 * p * p * W, &a->of_state),
@@ -739,6 +756,7 @@ kempe_status kmp_adjoint_run(kmp_sensitivity_equations *varied, const kmp_forwar
                                 .integrand = integral ? target : NULL,
                                 .start_q = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
                                 .start_qd = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
+                                .lanes = options->lanes,
                                 .watch = {.user = &a, .row = keep_end, .step = keep_step, .mark = keep_mark}};
     a.options = &motion;
     if (KMP_ARENA_MAKE(&a.arena, KMP_ROOM(double, a.n, &a.end_q, &a.own_q, &a.own_qd, &a.own_qdd),
@@ -755,7 +773,6 @@ kempe_status kmp_adjoint_run(kmp_sensitivity_equations *varied, const kmp_forwar
     }
     if (a.solver)
         a.kind->release(a.solver);
-    kmp_varied_lanes_free(&a.lanes);
     kmp_arena_free(&a.arena);
     return status;
 }

@@ -17,7 +17,6 @@ typedef struct kmp_forward_formulation {
     kmp_formulation formulation; /* first */
     kmp_arena arena;
     kmp_sensitivity_equations *v;
-    kmp_varied_lanes lanes; /* of the stages of a step, if the integrator evaluates them at once */
     kmp_evaluator *own;     /* of v, while the runner's is lent */
     const kmp_forward *options;
     const kempe_system *system;
