@@ -72,12 +72,18 @@ kempe_status kmp_sensitivity_equations_take(kmp_sensitivity_equations *varied, d
     return status;
 }
 
-void kmp_sensitivity_equations_anchor(kmp_sensitivity_equations *varied)
+kmp_sensitivity_equations_place *kmp_sensitivity_equations_next_anchor(kmp_sensitivity_equations *varied)
 {
-    const kmp_linear *l = &varied->linear;
     kmp_sensitivity_equations_place *at = varied->anchor, last = at[0];
     at[0] = at[1];
     at[1] = last;
+    return at;
+}
+
+void kmp_sensitivity_equations_anchor(kmp_sensitivity_equations *varied)
+{
+    const kmp_linear *l = &varied->linear;
+    kmp_sensitivity_equations_place *at = kmp_sensitivity_equations_next_anchor(varied);
     memcpy(at->q, l->q, (size_t)varied->n * sizeof *l->q);
     memcpy(at->drift, l->red.x_t, (size_t)varied->n * sizeof *l->q);
     memcpy(at->drift + varied->n, l->red.a0, (size_t)varied->n * sizeof *l->q);

@@ -60,8 +60,9 @@ int kmp_sensitivity_equations_near(kmp_sensitivity_equations *varied, double t, 
 /** dudd by u and by ud (p x 2 p) at the last state, at constant parameters. */
 void kmp_sensitivity_equations_matrix(kmp_sensitivity_equations *varied, double *matrix);
 
-/** Predictions of positions begin at the last state from now on. */
+/** Predictions of positions begin at the last state from now on; or at a place that the caller then fills. */
 void kmp_sensitivity_equations_anchor(kmp_sensitivity_equations *varied);
+kmp_sensitivity_equations_place *kmp_sensitivity_equations_next_anchor(kmp_sensitivity_equations *varied);
 
 /** The distance of the last state from the prediction of the last anchor, scaled: the largest of all coordinates. */
 double kmp_sensitivity_equations_miss(kmp_sensitivity_equations *varied, const double *u);

@@ -56,7 +56,8 @@ kempe_status kmp_varied_lanes_init(kmp_varied_lanes *lanes, kmp_sensitivity_equa
     const bool made =
         KMP_ARENA_MAKE(
             &lanes->arena,
-            KMP_ROOM(double, n, &lanes->q, &lanes->qd, &lanes->qdd, &lanes->force, &lanes->a0, &lanes->u, &lanes->udd),
+            KMP_ROOM(double, n, &lanes->q, &lanes->qd, &lanes->qdd, &lanes->force, &lanes->drift, &lanes->a0, &lanes->u,
+                     &lanes->udd),
             KMP_ROOM(double, m, &lanes->lambda),
             KMP_ROOM(double, VECTORS *n, &lanes->weights, &lanes->wq, &lanes->wqd, &lanes->wqdd, &lanes->w),
             KMP_ROOM(double, VECTORS *m, &lanes->h, &lanes->rate, &lanes->curve)) &&
@@ -171,7 +172,8 @@ static bool take_choice(kmp_varied_lanes *x)
     const kmp_sensitivity_equations_place *at = &x->v->anchor[0];
     x->number = -1;
     x->closed = false;
-    memset(x->a0, 0, (size_t)(x->v->n * W) * sizeof *x->a0); /* it remains zero for u */
+    memset(x->a0, 0, (size_t)(x->v->n * W) * sizeof *x->a0); /* they remain zero for u */
+    memset(x->drift, 0, (size_t)(x->v->n * W) * sizeof *x->drift);
     kmp_eval_closure(l->eval, at->t, at->q);
     if (kmp_reduction_lanes_init(&x->red, &l->red, VECTORS) != KEMPE_OK)
         return false;
@@ -241,8 +243,10 @@ int kmp_varied_lanes_run(kmp_varied_lanes *x, bool once, const double *t, const 
     kmp_reduction_lanes_spread(r, 1, ud, x->qd);
     if (v->system->rheonomic)
         kmp_reduction_lanes_solve(r, x->jacobian + v->system->jacobian.count * W);
-    for (int i = 0; v->system->rheonomic && i < r->r; i++)
+    for (int i = 0; v->system->rheonomic && i < r->r; i++) {
+        AT(x->drift, r->column[i]) = OF(r->dv, i);
         AT(x->qd, r->column[i]) += OF(r->dv, i);
+    }
     kmp_lanes_set(x->motion.lanes, KMP_IN_QD, x->qd);
     x->mass = kmp_lanes_run(x->motion.lanes, KMP_STAGE_MASS);
     const double *bias = kmp_lanes_run(x->motion.lanes, KMP_STAGE_BIAS);
@@ -263,6 +267,26 @@ int kmp_varied_lanes_run(kmp_varied_lanes *x, bool once, const double *t, const 
     memcpy(x->t, t, sizeof x->t);
     x->closed = true;
     return KMP_GO;
+}
+
+void kmp_varied_lanes_anchor(const kmp_varied_lanes *x, int lane)
+{
+    kmp_sensitivity_equations *v = x->v;
+    const kmp_reduction_lanes *r = &x->red;
+    kmp_sensitivity_equations_place *at = kmp_sensitivity_equations_next_anchor(v);
+    double *curve = at->drift + v->n, *tangent = curve + v->n;
+    at->t = x->t[lane];
+    for (int i = 0; i < v->n; i++) {
+        at->q[i] = x->q[i * W + lane];
+        at->drift[i] = x->drift[i * W + lane];
+        curve[i] = x->a0[i * W + lane];
+    }
+    memset(tangent, 0, (size_t)(v->n * r->p) * sizeof *tangent);
+    for (int c = 0; c < r->p; c++) {
+        tangent[v->linear.part.u[c] + c * v->n] = 1;
+        for (int i = 0; r->full_of[c] >= 0 && i < r->r; i++)
+            tangent[r->column[i] + c * v->n] = r->bvu[(i * r->full + r->full_of[c]) * W + lane];
+    }
 }
 
 /* -- the linear equations ---------------------------------------------------------------------------------- */

@@ -21,7 +21,7 @@ typedef struct kmp_varied_lanes {
     bool closed; /* the lanes are closed, at these times: */
     double t[KMP_STAGE_LANES];
     double *q, *qd, *qdd, *lambda, *force; /* n, n, n, m, n */
-    double *a0;                            /* n: qdd at udd = 0 */
+    double *drift, *a0;                    /* n: qd at ud = 0, qdd at udd = 0 */
     double *u;                             /* p: where v was closed */
     double *udd;                           /* p */
     double *w;                             /* of some rows of the matrices side by side: p */
@@ -52,6 +52,9 @@ int kmp_varied_lanes_run(kmp_varied_lanes *lanes, bool once, const double *t, co
 /** About the processor cycles of kmp_varied_lanes_run, and of the matrices, by counted operations. */
 double kmp_varied_lanes_cycles(const kmp_varied_lanes *lanes);
 double kmp_varied_lanes_matrix_cycles(const kmp_varied_lanes *lanes);
+
+/** Predictions of positions begin at the place of a lane from now on. */
+void kmp_varied_lanes_anchor(const kmp_varied_lanes *lanes, int lane);
 
 /** The matrices at the places of the last run: a (p x 2 p), b (p x count), column-major. */
 void kmp_varied_lanes_matrices(kmp_varied_lanes *lanes, double *a, double *b);

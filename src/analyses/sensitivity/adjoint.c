@@ -324,14 +324,10 @@ static bool is_last_stage(const adjoint *a, double back)
     return a->known && t <= a->at_t[W - 1] && t >= a->at_t[W - 1];
 }
 
-/* The slopes there, by the matrices of that lane. The state is needed alone. */
-static int recall_stage(adjoint *a, double back, const double *y, double *dy)
+/* The slopes there, by the matrices of that lane. */
+static void recall_stage(const adjoint *a, const double *y, double *dy)
 {
     int p = a->p;
-    kmp_linear *l = &a->v->linear;
-    l->plain = true;
-    int said = place(a, back);
-    l->plain = false;
     for (int c = 0; c < 2 * p + a->count; c++) {
         const double *of =
             c < 2 * p ? a->of_state + (ptrdiff_t)(c * p) * W : a->of_parameters + (ptrdiff_t)((c - 2 * p) * p) * W;
@@ -339,7 +335,6 @@ static int recall_stage(adjoint *a, double back, const double *y, double *dy)
         for (int k = 0; k < p; k++)
             dy[c] += of[k * W + W - 1] * y[p + k];
     }
-    return said;
 }
 
 static int rhs_of_stages(void *self, const double *t, const double *y, double *dy)
@@ -359,8 +354,10 @@ static int rhs(void *self, double t, const double *y, double *dy)
 {
     adjoint *a = self;
     int p = a->p;
-    if (is_last_stage(a, t))
-        return recall_stage(a, t, y, dy);
+    if (is_last_stage(a, t)) {
+        recall_stage(a, y, dy);
+        return KMP_GO;
+    }
     if (place(a, t) != KMP_GO)
         return KMP_RETRY;
     memset(dy, 0, (size_t)a->size * sizeof *dy);
@@ -373,8 +370,11 @@ static int rhs(void *self, double t, const double *y, double *dy)
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
     adjoint *a = self;
-    (void)t, (void)y, (void)dy, (void)w;
-    kmp_sensitivity_equations_anchor(a->v);
+    (void)y, (void)dy, (void)w;
+    if (is_last_stage(a, t))
+        kmp_varied_lanes_anchor(a->options->lanes, W - 1);
+    else
+        kmp_sensitivity_equations_anchor(a->v);
     return KMP_GO;
 }
 
