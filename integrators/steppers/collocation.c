@@ -279,9 +279,10 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
      * proportion to rtol the estimate is compared with a power of rtol of the values. Iterations continue to `rest` of
      * rtol. */
     double rtol = s->method->part * pow(s->base.tolerance.rtol, s->method->power);
-    double rest = s->method->rest * (s->columns > 0 ? FOLLOWED : 1);
     s->widen = rtol / s->base.tolerance.rtol;
-    s->limit = fmax(10 * DBL_EPSILON / rtol, fmin(0.03, rest / s->widen));
+    double rest = s->method->rest / s->widen, least = 10 * DBL_EPSILON / rtol;
+    s->limit = fmax(least, fmin(0.03, rest * (s->columns > 0 ? FOLLOWED : 1)));
+    s->limit_of_columns = fmax(least, fmin(0.03, rest));
     s->most_sweeps = MOST_SWEEPS;
     int inner = s->all + s->q;
     kmp_arena *a = &s->base.arena;

@@ -626,22 +626,26 @@ kmp_collocation_outcome kmp_collocation_prepare_coupled(kmp_collocation *s, doub
         s->newton.jacobian[k] = s->coupled.all[k * s->w];
     if (said != KMP_GO)
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
-    if (!collocation_factor(s, h))
-        return KMP_COLLOCATION_BAD_ITERATION;
+    bool ready = collocation_factor(s, h) && kmp_collocation_couple(s, s->coupled.all);
+    return ready ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_ITERATION;
+}
+
+bool kmp_collocation_couple(kmp_collocation *s, const double *of)
+{
     /* Columns of unknowns c of stages j; rows of an unknown are its lanes. */
     int n = s->inner, w = s->w, rows = row_count(s), size = n * w;
     for (int c = 0; c < n; c++)
         for (int j = 0; j < s->s; j++) {
             double *column = s->coupled.system + (ptrdiff_t)(c * s->s + j) * rows;
-            fill_column(n, w, s->once + j * w, s->coupled.all + (s->p + c) * size, s->twice + j * w,
-                        c < s->p ? s->coupled.all + c * size : NULL, column);
+            fill_column(n, w, s->once + j * w, of + (s->p + c) * size, s->twice + j * w, c < s->p ? of + c * size : NULL,
+                        column);
             column[c * w + j] += 1;
             memset(column + size, 0, (size_t)(rows - size) * sizeof *column);
+            for (int k = s->s; k < size; k += k % w == w - 1 ? 1 + s->s : 1)
+                column[k] = 0;
         }
     s->base.cycles += kmp_collocation_matrix_cost(s, KMP_ITERATION_COUPLED);
-    return invert(row_count(s), s->inner * s->s, s->coupled.system, s->coupled.joint, s->coupled.open, s->coupled.pivot)
-               ? KMP_COLLOCATION_TAKEN
-               : KMP_COLLOCATION_BAD_ITERATION;
+    return invert(rows, n * s->s, s->coupled.system, s->coupled.joint, s->coupled.open, s->coupled.pivot);
 }
 
 void kmp_collocation_correct_coupled(kmp_collocation *s)

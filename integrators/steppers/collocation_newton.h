@@ -27,3 +27,7 @@ double kmp_collocation_square(const kmp_collocation *s, const double *x);
 bool kmp_collocation_allocate_coupled(kmp_collocation *s);
 kmp_collocation_outcome kmp_collocation_prepare_coupled(kmp_collocation *s, double h);
 void kmp_collocation_correct_coupled(kmp_collocation *s);
+
+/** Inverts the system of all stages with the Jacobians `of` them, inner x (p + inner), column-major, in lanes. false: it
+ * is singular. */
+bool kmp_collocation_couple(kmp_collocation *s, const double *of);

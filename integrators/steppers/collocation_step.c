@@ -445,9 +445,8 @@ static KMP_CLONES void linear_residual(int p, const double *a, const double *b, 
     }
 }
 
-/* One sweep of the stages of all columns, by the iteration of the motion. Returns the weighted size of the corrections.
- */
-static double sweep_columns(kmp_collocation *s)
+/* One sweep of the stages of all columns, by an iteration. Returns the weighted size of the corrections. */
+static double sweep_columns(kmp_collocation *s, kmp_iteration iteration)
 {
     double sum = 0;
     place_some(s, s->p, s->all_p, s->all);
@@ -456,17 +455,27 @@ static double sweep_columns(kmp_collocation *s)
         double *stage = s->stage + first * s->w, *g = s->g + first * s->w;
         linear_residual(s->p, s->of_motion, s->of_parameters + (first - s->p) * s->w, stage, stage + s->all_p * s->w, g,
                         s->change);
-        if (s->iteration == KMP_ITERATION_COUPLED)
+        if (iteration == KMP_ITERATION_COUPLED)
             kmp_collocation_correct_coupled(s);
-        else if (s->iteration == KMP_ITERATION_NEWTON)
+        else if (iteration == KMP_ITERATION_NEWTON)
             kmp_collocation_correct_newton(s);
         sum += advance(s->w, s->p, s->s, s->weight + first, s->change, g);
     }
     return sqrt(sum / fmax(s->columns * s->p * s->s, 1));
 }
 
-/* The derivatives of the stages of all columns, along those of the motion. The equations are linear: the motion's
- * iteration converges as it did there. */
+/* True if one system of all stages, which all columns share, costs less than as many sweeps as the motion's. */
+static bool is_direct(const kmp_collocation *s)
+{
+    const double n = s->inner, columns = s->columns, residual = 4 * n * n;
+    const double sweep = KMP_SWEEP_CYCLES_OF_UNKNOWN * (s->p + n) + residual;
+    const double direct = sweep + kmp_collocation_correction_cost(s, KMP_ITERATION_COUPLED);
+    const double again = s->sweeps * (sweep + kmp_collocation_correction_cost(s, s->iteration));
+    return s->coupled.system && kmp_collocation_matrix_cost(s, KMP_ITERATION_COUPLED) + columns * direct < columns * again;
+}
+
+/* The derivatives of the stages of all columns, along those of the motion. The equations are linear: at once, by the
+ * matrices of all stages, or by the motion's iteration, which converges as it did there. */
 static kmp_collocation_outcome follow(kmp_collocation *s, double *shorter)
 {
     double before = 0, contraction = 0, ready = 1;
@@ -474,14 +483,16 @@ static kmp_collocation_outcome follow(kmp_collocation *s, double *shorter)
     if (said != KMP_GO)
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
     *shorter = 0.5;
+    if (is_direct(s) && kmp_collocation_couple(s, s->of_motion))
+        return sweep_columns(s, KMP_ITERATION_COUPLED) <= DBL_MAX ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_STAGE;
     for (int k = 1; k <= 2 * s->most_sweeps; k++) {
-        double size = sweep_columns(s);
+        double size = sweep_columns(s, s->iteration);
         if (!(size <= DBL_MAX))
             return KMP_COLLOCATION_BAD_STAGE;
         if (k > 1)
             contraction = k == 2 ? size / before : sqrt(contraction * size / before);
         ready = k > 1 ? contraction / (1 - contraction) : 1;
-        if (contraction < SLOW && ready * size <= s->limit)
+        if (contraction < SLOW && ready * size <= s->limit_of_columns)
             return KMP_COLLOCATION_TAKEN;
         before = fmax(size, DBL_MIN);
     }
