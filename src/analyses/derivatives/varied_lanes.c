@@ -4,6 +4,7 @@
 #include "analyses/derivatives/varied_lanes.h"
 #include "backend/x86/x86.h"
 #include "base/clones.h"
+#include "base/context.h"
 #include "base/memory.h"
 #include "base/simd4.h"
 #include "constraints/evaluation/evaluator.h"
@@ -11,6 +12,7 @@
 #include "dynamics/motion.h"
 #include "integrators/decide/closing.h"
 #include "integrators/formulations/cost_model.h"
+#include "integrators/formulations/formulation.h"
 #include "integrators/steppers/ode.h"
 #include "model/data/model.h"
 #include <math.h>
@@ -57,7 +59,7 @@ kempe_status kmp_varied_lanes_init(kmp_varied_lanes *lanes, kmp_sensitivity_equa
         KMP_ARENA_MAKE(
             &lanes->arena,
             KMP_ROOM(double, n, &lanes->q, &lanes->qd, &lanes->qdd, &lanes->force, &lanes->drift, &lanes->a0, &lanes->u,
-                     &lanes->udd),
+                     &lanes->ud, &lanes->udd),
             KMP_ROOM(double, m, &lanes->lambda),
             KMP_ROOM(double, VECTORS *n, &lanes->weights, &lanes->wq, &lanes->wqd, &lanes->wqdd, &lanes->w),
             KMP_ROOM(double, VECTORS *m, &lanes->h, &lanes->rate, &lanes->curve)) &&
@@ -65,8 +67,34 @@ kempe_status kmp_varied_lanes_init(kmp_varied_lanes *lanes, kmp_sensitivity_equa
     return kmp_made(varied->system->context, made);
 }
 
-KMP_CLEARS(kmp_varied_lanes, lanes, kmp_stage_lanes_free(&lanes->motion), kmp_stage_lanes_free(&lanes->tangent),
+KMP_CLEARS(kmp_varied_lanes, lanes, kmp_fused_lanes_free(&lanes->fused), kmp_stage_lanes_free(&lanes->motion), kmp_stage_lanes_free(&lanes->tangent),
            kmp_stage_lanes_free(&lanes->slope), kmp_reduction_lanes_free(&lanes->red), kmp_arena_free(&lanes->arena))
+
+kempe_status kmp_varied_lanes_expect(kmp_varied_lanes *lanes, const int *wish, int wish_count)
+{
+    kmp_sensitivity_equations *v = lanes->v;
+    kmp_linear *l = &v->linear;
+    kempe_context *context = v->system->context;
+    kempe_assembly *start = NULL;
+    kmp_partition part;
+    const bool quiet = kmp_context_quiet(context, true);
+    kempe_status status = kempe_assembly_new(v->system, &start);
+    if (status == KEMPE_OK) {
+        kmp_eval_closure(l->eval, 0, start->q);
+        status = kmp_partition_init(&part, v->system, l->eval->jacobian, wish, wish_count);
+    }
+    if (status == KEMPE_OK)
+        status = kmp_sensitivity_equations_take(v, 0, start->q, &part);
+    if (status == KEMPE_OK)
+        status = kmp_fused_lanes_init(&lanes->fused, &l->red);
+    kempe_assembly_free(start);
+    (void)kmp_context_quiet(context, quiet);
+    if (status != KEMPE_OK && status != KEMPE_E_MEMORY) {
+        kmp_context_clear(context); /* the run says why */
+        return KEMPE_OK;
+    }
+    return status;
+}
 
 void kmp_varied_lanes_begin(kmp_varied_lanes *lanes)
 {
@@ -75,24 +103,30 @@ void kmp_varied_lanes_begin(kmp_varied_lanes *lanes)
     kmp_stage_lanes_take(&lanes->tangent, eval);
     kmp_stage_lanes_take(&lanes->slope, eval);
     lanes->number = -1;
+    lanes->lasted = KMP_FORMULATION_BRIEF;
     lanes->closed = false;
 }
 
 /* Processor cycles of an entry of a matrix times a vector in lanes, with its transfers. */
 #define CYCLES_OF_ENTRY 2.5
 
+static double cycles_by_parts(const kmp_varied_lanes *x)
+{
+    kmp_counts count = kmp_program_count(x->v->system->motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
+    count.paper += kmp_reduction_count(&x->v->linear.red).paper;
+    return kmp_cycles_of_lanes(count, false);
+}
+
 double kmp_varied_lanes_cycles(const kmp_varied_lanes *lanes)
 {
-    kmp_counts count = kmp_program_count(lanes->v->system->motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
-    count.paper += kmp_reduction_count(&lanes->v->linear.red).paper;
-    return kmp_cycles_of_lanes(count, false);
+    return lanes->fused.program ? kmp_fused_lanes_cycles(&lanes->fused) : cycles_by_parts(lanes);
 }
 
 double kmp_varied_lanes_matrix_cycles(const kmp_varied_lanes *lanes)
 {
     const kmp_sensitivity_equations *v = lanes->v;
     const kmp_tangents *t = &v->linear.tangents;
-    double cycles = kmp_cycles_of_lanes(kmp_program_count(t->tangent.program, STAGE, STAGE), false);
+    double cycles = cycles_by_parts(lanes) + kmp_cycles_of_lanes(kmp_program_count(t->tangent.program, STAGE, STAGE), false);
     if (v->slopes->equations.formulas.program)
         cycles +=
             kmp_cycles_of_lanes(kmp_program_count(v->slopes->equations.formulas.program, STAGE, STAGE), false);
@@ -144,7 +178,6 @@ static void put_independent(kmp_varied_lanes *x, const double *u)
     const kmp_partition *part = &x->v->linear.part;
     for (int k = 0; k < part->p; k++)
         AT(x->q, part->u[k]) = OF(u, k);
-    memcpy(x->u, u, (size_t)(part->p * W) * sizeof *u);
 }
 
 /* The largest component of the last correction, scaled; infinite if one is not finite. */
@@ -166,19 +199,35 @@ static double correction_size(const kmp_varied_lanes *x)
 }
 
 /* Takes the order of elimination at the last anchor. */
-static bool take_choice(kmp_varied_lanes *x)
+static bool take_order(kmp_varied_lanes *x)
 {
     kmp_linear *l = &x->v->linear;
     const kmp_sensitivity_equations_place *at = &x->v->anchor[0];
-    x->number = -1;
     x->closed = false;
     memset(x->a0, 0, (size_t)(x->v->n * W) * sizeof *x->a0); /* they remain zero for u */
     memset(x->drift, 0, (size_t)(x->v->n * W) * sizeof *x->drift);
     kmp_eval_closure(l->eval, at->t, at->q);
-    if (kmp_reduction_lanes_init(&x->red, &l->red, VECTORS) != KEMPE_OK)
+    return kmp_reduction_lanes_init(&x->red, &l->red, VECTORS) == KEMPE_OK;
+}
+
+/* Takes the present choice of u. A program is written where the choice before has lasted. */
+static bool take_choice(kmp_varied_lanes *x)
+{
+    const kmp_linear *l = &x->v->linear;
+    const bool worth = x->lasted >= KMP_FORMULATION_BRIEF;
+    kmp_fused_lanes_free(&x->fused);
+    x->number = -1;
+    x->lasted = 0;
+    if (!take_order(x) || (worth && kmp_fused_lanes_init(&x->fused, &l->red) != KEMPE_OK))
         return false;
     x->number = l->number;
     return true;
+}
+
+/* The program of the present choice, with the present charts. NULL: there is none. */
+static kmp_fused_lanes *fused_of(kmp_varied_lanes *x)
+{
+    return kmp_fused_lanes_applies(&x->fused) ? &x->fused : NULL;
 }
 
 /* Closes v at the placed u, up to a correction of size `enough`. The Jacobian that is then factored is that before this
@@ -207,38 +256,51 @@ static int close_lanes(kmp_varied_lanes *x, const double *t, double enough)
     return KMP_RETRY;
 }
 
+/* The correction of v at which sweeps later than the first end, after a change of u. */
+static double enough_after(double moved)
+{
+    return fmax(KMP_CORRECTION_IN_LANES, KMP_CORRECTION_LATER_IN_LANES * moved);
+}
+
+static bool is_again(const kmp_varied_lanes *x, const double *t)
+{
+    return x->closed && memcmp(t, x->t, sizeof x->t) == 0;
+}
+
 static int place(kmp_varied_lanes *x, bool once, const double *t, const double *u)
 {
-    bool again = x->closed && memcmp(t, x->t, sizeof x->t) == 0;
-    double enough = once ? KMP_CORRECTION_IN_LANES : KMP_CORRECTION_FIRST_IN_LANES;
+    bool again = is_again(x, t) && x->whole;
     x->closed = false;
     const double moved = again ? move_along(x, u) : 0;
     if (!again)
         predict(x, t, u);
-    else if (!once)
-        enough = fmax(KMP_CORRECTION_IN_LANES, KMP_CORRECTION_LATER_IN_LANES * moved);
     put_independent(x, u);
-    return close_lanes(x, t, enough);
+    return close_lanes(x, t,
+                       once    ? KMP_CORRECTION_IN_LANES
+                       : again ? enough_after(moved)
+                               : KMP_CORRECTION_FIRST_IN_LANES);
 }
 
 /* -- the motion ------------------------------------------------------------------------------------------ */
 
-int kmp_varied_lanes_run(kmp_varied_lanes *x, bool once, const double *t, const double *u, const double *ud,
-                         double *udd)
+/* By the program. */
+static int run_fused(kmp_varied_lanes *x, kmp_fused_lanes *fused, const double *t, const double *u, const double *ud,
+                     double *udd)
+{
+    bool again = is_again(x, t) && !x->whole;
+    x->closed = false;
+    const double moved = again ? kmp_fused_lanes_move(fused, u, x->q) : 0;
+    if (!again)
+        predict(x, t, u);
+    return kmp_fused_lanes_run(fused, again ? enough_after(moved) : KMP_CORRECTION_FIRST_IN_LANES, t, u, ud, x->q, udd);
+}
+
+/* By parts, at the closed q. */
+static int accelerate(kmp_varied_lanes *x, const double *ud, double *udd)
 {
     kmp_sensitivity_equations *v = x->v;
     kmp_reduction_lanes *r = &x->red;
-    int n = v->n, said = KMP_APART;
-    if (x->number != v->linear.number && !take_choice(x))
-        return KMP_HALT;
-    for (int pass = 0; said == KMP_APART && pass < 2;
-         pass++) { /* with the order of elimination here, where it is bad */
-        if (pass > 0 && !take_choice(x))
-            return KMP_HALT;
-        said = place(x, once, t, u);
-    }
-    if (said != KMP_GO)
-        return KMP_RETRY;
+    const int n = v->n;
     kmp_reduction_lanes_tangent(r, x->jacobian);
     kmp_reduction_lanes_spread(r, 1, ud, x->qd);
     if (v->system->rheonomic)
@@ -261,12 +323,50 @@ int kmp_varied_lanes_run(kmp_varied_lanes *x, bool once, const double *t, const 
     for (int k = 0; k < r->p; k++)
         AT(udd, k) = -OF(udd, k);
     kmp_reduction_lanes_solve_mass(r, 1, udd);
-    if (!positive || !kmp_stage_lanes_finite(r->p, udd))
-        return KMP_RETRY;
-    memcpy(x->udd, udd, (size_t)(r->p * W) * sizeof *udd);
+    return positive && kmp_stage_lanes_finite(r->p, udd) ? KMP_GO : KMP_RETRY;
+}
+
+static int run_by_parts(kmp_varied_lanes *x, bool once, const double *t, const double *u, const double *ud, double *udd)
+{
+    int said = place(x, once, t, u);
+    if (said == KMP_APART) /* the order of elimination is bad here */
+        said = take_order(x) ? place(x, once, t, u) : KMP_HALT;
+    return said == KMP_GO ? accelerate(x, ud, udd) : said == KMP_HALT ? KMP_HALT : KMP_RETRY;
+}
+
+int kmp_varied_lanes_run(kmp_varied_lanes *x, bool once, const double *t, const double *u, const double *ud,
+                         double *udd)
+{
+    if (x->number != x->v->linear.number && !take_choice(x))
+        return KMP_HALT;
+    kmp_fused_lanes *fused = once ? NULL : fused_of(x);
+    int said = fused ? run_fused(x, fused, t, u, ud, udd) : KMP_APART;
+    x->whole = said == KMP_APART;
+    if (said == KMP_APART)
+        said = run_by_parts(x, once, t, u, ud, udd);
+    if (said != KMP_GO)
+        return said;
+    size_t half = (size_t)(x->red.p * W) * sizeof *u;
+    memcpy(x->u, u, half);
+    memcpy(x->ud, ud, half);
+    memcpy(x->udd, udd, half);
     memcpy(x->t, t, sizeof x->t);
     x->closed = true;
     return KMP_GO;
+}
+
+/* What the program leaves out, at the places of the last run, which it has closed. */
+static int complete(kmp_varied_lanes *x)
+{
+    if (x->whole)
+        return KMP_GO;
+    int said = close_lanes(x, x->t, KMP_CORRECTION_FIRST_IN_LANES);
+    if (said == KMP_GO)
+        said = accelerate(x, x->ud, x->udd);
+    else if (said == KMP_APART)
+        said = run_by_parts(x, false, x->t, x->u, x->ud, x->udd);
+    x->whole = x->closed = said == KMP_GO;
+    return said == KMP_APART ? KMP_RETRY : said;
 }
 
 void kmp_varied_lanes_anchor(const kmp_varied_lanes *x, int lane)
@@ -388,12 +488,16 @@ static void find_rows(kmp_varied_lanes *x, const double *d, const double *by, in
         add_parameters(x, by, row, count, b);
 }
 
-void kmp_varied_lanes_matrices(kmp_varied_lanes *x, double *a, double *b)
+int kmp_varied_lanes_matrices(kmp_varied_lanes *x, double *a, double *b)
 {
-    int p = x->red.p;
+    int p = x->red.p, said = complete(x);
     const double *d, *by;
+    if (said != KMP_GO)
+        return said;
+    x->lasted++;
     differentiate(x, &d, &by);
     memset(b, 0, (size_t)(p * x->v->count * W) * sizeof *b);
     for (int row = 0; row < p; row += VECTORS)
         find_rows(x, d, by, row, p - row < VECTORS ? p - row : VECTORS, a, b);
+    return KMP_GO;
 }

@@ -298,9 +298,10 @@ static int place_stages(adjoint *a, const double *back)
             a->stages[i * W + l] = a->state[i];
     }
     int said = kmp_varied_lanes_run(a->options->lanes, true, t, a->stages, a->stages + p * W, a->udd);
+    if (said == KMP_GO)
+        said = kmp_varied_lanes_matrices(a->options->lanes, a->of_state, a->of_parameters);
     if (said != KMP_GO)
         return said;
-    kmp_varied_lanes_matrices(a->options->lanes, a->of_state, a->of_parameters);
     memcpy(a->at_t, t, sizeof t);
     a->known = true;
     return KMP_GO;

@@ -154,8 +154,7 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
 static int follow_stages(void *self, double *a, double *b)
 {
     kmp_forward_formulation *f = self;
-    kmp_varied_lanes_matrices(f->options->lanes, a, b);
-    return KMP_GO;
+    return kmp_varied_lanes_matrices(f->options->lanes, a, b);
 }
 
 static int motion_alone(void *self, double t, const double *y, double *dy)

@@ -108,6 +108,8 @@ static kempe_status prepare(work *w)
     bool lanes = kmp_solver_find(w->spec.integrator)->lanes && kmp_varied_lanes_can(&w->varied);
     if (lanes)
         KMP_TRY(kmp_varied_lanes_init(&w->lanes, &w->varied));
+    if (lanes)
+        KMP_TRY(kmp_varied_lanes_expect(&w->lanes, w->spec.u, w->spec.u_count));
     w->options = (kmp_forward){.spec = &w->spec, .lanes = lanes ? &w->lanes : NULL};
     return kmp_made(s->context, KMP_ARENA_MAKE(&w->arena,
                                                KMP_ROOM(double, s->system->n, &w->w[KMP_QUANTITY_Q],
