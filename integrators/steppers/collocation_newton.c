@@ -368,11 +368,11 @@ static KMP_CLONES void transform_back(int n, int w, const double *outof, const d
         }
 }
 
-void kmp_collocation_correct_newton(kmp_collocation *s)
+void kmp_collocation_correct_newton(kmp_collocation *s, double *change)
 {
-    transform(s->inner, s->s, s->w, s->newton.into, s->change, s->newton.z);
+    transform(s->inner, s->s, s->w, s->newton.into, change, s->newton.z);
     solve_lanes(s->inner, s->newton.lu, s->newton.pivot, s->newton.z);
-    transform_back(s->inner, s->w, s->newton.outof, s->newton.z, s->change);
+    transform_back(s->inner, s->w, s->newton.outof, s->newton.z, change);
 }
 
 /* With x = h filter: (I - x f_v - x^2 f_q) e_v <- e_v + x f_q e_q, e_q <- e_q + x e_v. */
@@ -648,10 +648,10 @@ bool kmp_collocation_couple(kmp_collocation *s, const double *of)
     return invert(rows, n * s->s, s->coupled.system, s->coupled.joint, s->coupled.open, s->coupled.pivot);
 }
 
-void kmp_collocation_correct_coupled(kmp_collocation *s)
+void kmp_collocation_correct_coupled(kmp_collocation *s, double *change)
 {
     int w = s->w, count = s->inner * s->s;
-    multiply(row_count(s), count, s->coupled.system, s->coupled.pivot, s->change, s->coupled.joint);
+    multiply(row_count(s), count, s->coupled.system, s->coupled.pivot, change, s->coupled.joint);
     for (int k = 0; k < count; k++)
-        s->change[k / s->s * w + k % s->s] = s->coupled.joint[s->coupled.pivot[k]];
+        change[k / s->s * w + k % s->s] = s->coupled.joint[s->coupled.pivot[k]];
 }

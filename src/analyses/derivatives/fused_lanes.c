@@ -33,6 +33,8 @@ static kempe_status write_program(kmp_fused_lanes *x)
     const kmp_reduced_program_layout *l = &written.layout;
     KMP_TRY(kmp_made(s->context, written.program));
     x->program = written.program;
+    x->cycles = kmp_cycles_of_lanes(
+        kmp_program_count(x->program, KMP_REDUCED_PROGRAM_RATES, KMP_REDUCED_PROGRAM_END), false);
     x->multipliers = l->multipliers;
     x->tangent = l->multipliers + l->pivots + kmp_writer_closure_count(s);
     bool made = kmp_stage_lanes_init(&x->stages, x->program, red->eval) &&
@@ -65,12 +67,6 @@ bool kmp_fused_lanes_applies(const kmp_fused_lanes *fused)
 {
     return fused->program &&
            memcmp(fused->chart, fused->red->eval->chart, chart_bytes(fused->red->eval->system)) == 0;
-}
-
-double kmp_fused_lanes_cycles(const kmp_fused_lanes *fused)
-{
-    return kmp_cycles_of_lanes(
-        kmp_program_count(fused->program, KMP_REDUCED_PROGRAM_RATES, KMP_REDUCED_PROGRAM_END), false);
 }
 
 /* -- closing ------------------------------------------------------------------------------------------- */

@@ -17,6 +17,7 @@ typedef struct kmp_fused_lanes {
     double *bound;            /* of the magnitude of each multiplier */
     double *state;            /* u, ud, v */
     double *chart;            /* where the program was written: it has some as numbers */
+    double cycles;            /* of a pass, by counted operations, about */
     const double *end;        /* Bvu, by columns, then the correction of v: of the last pass */
 } kmp_fused_lanes;
 
@@ -28,9 +29,6 @@ void kmp_fused_lanes_free(kmp_fused_lanes *fused);
 
 /** True if there is a program, and charts are those with which it was written. */
 bool kmp_fused_lanes_applies(const kmp_fused_lanes *fused);
-
-/** About the processor cycles of a pass, by counted operations. */
-double kmp_fused_lanes_cycles(const kmp_fused_lanes *fused);
 
 /** Moves v in q (n) along the tangent of the last pass, to u (p). Returns the largest change of u, scaled. */
 double kmp_fused_lanes_move(const kmp_fused_lanes *fused, const double *u, double *q);

@@ -50,6 +50,38 @@ static bool make_stages(kmp_varied_lanes *x, const kmp_sensitivity_equations *v)
            kmp_stage_lanes_init(&x->slope, v->slopes->equations.formulas.program, eval);
 }
 
+/* Processor cycles of an entry of a matrix times a vector in lanes, with its transfers. */
+#define CYCLES_OF_ENTRY 2.5
+
+/* The loops of linear algebra have about as many operations as in one state. */
+static double cycles_by_parts(const kmp_varied_lanes *x)
+{
+    kmp_counts count = x->count_of_motion;
+    count.paper += kmp_reduction_count(&x->v->linear.red).paper;
+    return kmp_cycles_of_lanes(count, false);
+}
+
+double kmp_varied_lanes_cycles(const kmp_varied_lanes *lanes)
+{
+    return lanes->fused.program ? lanes->fused.cycles : cycles_by_parts(lanes);
+}
+
+double kmp_varied_lanes_matrix_cycles(const kmp_varied_lanes *lanes)
+{
+    const kmp_sensitivity_equations *v = lanes->v;
+    const double entries = v->linear.tangents.start[KMP_TANGENT_BLOCKS] + v->slopes->equations.count;
+    return cycles_by_parts(lanes) + lanes->cycles_of_tangents + CYCLES_OF_ENTRY * v->linear.p * entries;
+}
+
+/* Counts the programs, which takes as long as some evaluations. */
+static void count_programs(kmp_varied_lanes *x)
+{
+    const kmp_program *by[] = {x->v->linear.tangents.tangent.program, x->v->slopes->equations.formulas.program};
+    x->count_of_motion = kmp_program_count(x->v->system->motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
+    for (int k = 0; k < 2; k++)
+        x->cycles_of_tangents += by[k] ? kmp_cycles_of_lanes(kmp_program_count(by[k], STAGE, STAGE), false) : 0;
+}
+
 kempe_status kmp_varied_lanes_init(kmp_varied_lanes *lanes, kmp_sensitivity_equations *varied)
 {
     *lanes = (kmp_varied_lanes){.v = varied, .number = -1};
@@ -64,6 +96,7 @@ kempe_status kmp_varied_lanes_init(kmp_varied_lanes *lanes, kmp_sensitivity_equa
             KMP_ROOM(double, VECTORS *n, &lanes->weights, &lanes->wq, &lanes->wqd, &lanes->wqdd, &lanes->w),
             KMP_ROOM(double, VECTORS *m, &lanes->h, &lanes->rate, &lanes->curve)) &&
         make_stages(lanes, varied);
+    count_programs(lanes);
     return kmp_made(varied->system->context, made);
 }
 
@@ -105,33 +138,6 @@ void kmp_varied_lanes_begin(kmp_varied_lanes *lanes)
     lanes->number = -1;
     lanes->lasted = KMP_FORMULATION_BRIEF;
     lanes->closed = false;
-}
-
-/* Processor cycles of an entry of a matrix times a vector in lanes, with its transfers. */
-#define CYCLES_OF_ENTRY 2.5
-
-static double cycles_by_parts(const kmp_varied_lanes *x)
-{
-    kmp_counts count = kmp_program_count(x->v->system->motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
-    count.paper += kmp_reduction_count(&x->v->linear.red).paper;
-    return kmp_cycles_of_lanes(count, false);
-}
-
-double kmp_varied_lanes_cycles(const kmp_varied_lanes *lanes)
-{
-    return lanes->fused.program ? kmp_fused_lanes_cycles(&lanes->fused) : cycles_by_parts(lanes);
-}
-
-double kmp_varied_lanes_matrix_cycles(const kmp_varied_lanes *lanes)
-{
-    const kmp_sensitivity_equations *v = lanes->v;
-    const kmp_tangents *t = &v->linear.tangents;
-    double cycles = cycles_by_parts(lanes) + kmp_cycles_of_lanes(kmp_program_count(t->tangent.program, STAGE, STAGE), false);
-    if (v->slopes->equations.formulas.program)
-        cycles +=
-            kmp_cycles_of_lanes(kmp_program_count(v->slopes->equations.formulas.program, STAGE, STAGE), false);
-    const double rows = v->linear.p, entries = t->start[KMP_TANGENT_BLOCKS] + v->slopes->equations.count;
-    return cycles + CYCLES_OF_ENTRY * rows * entries;
 }
 
 /* -- closing ------------------------------------------------------------------------------------------- */

@@ -23,6 +23,8 @@ typedef struct kmp_varied_lanes {
     int lasted;            /* steps with this choice */
     bool closed;           /* the lanes are closed, at these times: */
     bool whole;            /* by parts: Jv, M and C are those of these places, too */
+    kmp_counts count_of_motion; /* operations of its program */
+    double cycles_of_tangents;  /* of the programs of tangents and slopes, in lanes */
     double t[KMP_STAGE_LANES];
     double *q, *qd, *qdd, *lambda, *force; /* n, n, n, m, n */
     double *drift, *a0;                    /* n: qd at ud = 0, qdd at udd = 0 */
