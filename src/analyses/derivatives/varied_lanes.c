@@ -216,24 +216,30 @@ static bool take_order(kmp_varied_lanes *x)
     return kmp_reduction_lanes_init(&x->red, &l->red, VECTORS) == KEMPE_OK;
 }
 
-/* Takes the present choice of u. A program is written where the choice before has lasted. */
+/* Takes the present choice of u. A program is due where the choice before has lasted. */
 static bool take_choice(kmp_varied_lanes *x)
 {
-    const kmp_linear *l = &x->v->linear;
-    const bool worth = x->lasted >= KMP_FORMULATION_BRIEF;
     kmp_fused_lanes_free(&x->fused);
-    x->number = -1;
+    x->due = x->lasted >= KMP_FORMULATION_BRIEF;
     x->lasted = 0;
-    if (!take_order(x) || (worth && kmp_fused_lanes_init(&x->fused, &l->red) != KEMPE_OK))
+    x->number = -1;
+    if (!take_order(x))
         return false;
-    x->number = l->number;
+    x->number = x->v->linear.number;
     return true;
 }
 
-/* The program of the present choice, with the present charts. NULL: there is none. */
-static kmp_fused_lanes *fused_of(kmp_varied_lanes *x)
+/* Writes the program where it is due, or its charts are not the present ones. */
+static bool renew_fused(kmp_varied_lanes *x)
 {
-    return kmp_fused_lanes_applies(&x->fused) ? &x->fused : NULL;
+    x->due = x->due || (x->fused.program && !kmp_fused_lanes_applies(&x->fused));
+    if (!x->due)
+        return true;
+    const kmp_sensitivity_equations_place *at = &x->v->anchor[0];
+    x->due = x->closed = false;
+    kmp_eval_closure(x->v->linear.eval, at->t, at->q);
+    kmp_fused_lanes_free(&x->fused);
+    return kmp_fused_lanes_init(&x->fused, &x->v->linear.red) == KEMPE_OK;
 }
 
 /* Closes v at the placed u, up to a correction of size `enough`. The Jacobian that is then factored is that before this
@@ -290,15 +296,15 @@ static int place(kmp_varied_lanes *x, bool once, const double *t, const double *
 /* -- the motion ------------------------------------------------------------------------------------------ */
 
 /* By the program. */
-static int run_fused(kmp_varied_lanes *x, kmp_fused_lanes *fused, const double *t, const double *u, const double *ud,
-                     double *udd)
+static int run_fused(kmp_varied_lanes *x, const double *t, const double *u, const double *ud, double *udd)
 {
     bool again = is_again(x, t) && !x->whole;
     x->closed = false;
-    const double moved = again ? kmp_fused_lanes_move(fused, u, x->q) : 0;
+    const double moved = again ? kmp_fused_lanes_move(&x->fused, u, x->q) : 0;
     if (!again)
         predict(x, t, u);
-    return kmp_fused_lanes_run(fused, again ? enough_after(moved) : KMP_CORRECTION_FIRST_IN_LANES, t, u, ud, x->q, udd);
+    return kmp_fused_lanes_run(&x->fused, again ? enough_after(moved) : KMP_CORRECTION_FIRST_IN_LANES, t, u, ud, x->q,
+                               udd);
 }
 
 /* By parts, at the closed q. */
@@ -345,8 +351,10 @@ int kmp_varied_lanes_run(kmp_varied_lanes *x, bool once, const double *t, const 
 {
     if (x->number != x->v->linear.number && !take_choice(x))
         return KMP_HALT;
-    kmp_fused_lanes *fused = once ? NULL : fused_of(x);
-    int said = fused ? run_fused(x, fused, t, u, ud, udd) : KMP_APART;
+    if (!once && !renew_fused(x))
+        return KMP_HALT;
+    x->lasted += !is_again(x, t);
+    int said = !once && x->fused.program ? run_fused(x, t, u, ud, udd) : KMP_APART;
     x->whole = said == KMP_APART;
     if (said == KMP_APART)
         said = run_by_parts(x, once, t, u, ud, udd);
@@ -500,7 +508,6 @@ int kmp_varied_lanes_matrices(kmp_varied_lanes *x, double *a, double *b)
     const double *d, *by;
     if (said != KMP_GO)
         return said;
-    x->lasted++;
     differentiate(x, &d, &by);
     memset(b, 0, (size_t)(p * x->v->count * W) * sizeof *b);
     for (int row = 0; row < p; row += VECTORS)

@@ -20,7 +20,8 @@ typedef struct kmp_varied_lanes {
     kmp_reduction_lanes red;
     kmp_fused_lanes fused; /* for the present choice of u, where that is worth */
     long number;           /* of the choice of u that `red` has; -1: none */
-    int lasted;            /* steps with this choice */
+    int lasted;            /* steps with this choice, as far as they are counted */
+    bool due;              /* the program is to be written */
     bool closed;           /* the lanes are closed, at these times: */
     bool whole;            /* by parts: Jv, M and C are those of these places, too */
     kmp_counts count_of_motion; /* operations of its program */

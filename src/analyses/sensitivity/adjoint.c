@@ -75,6 +75,7 @@ typedef struct adjoint {
     kmp_changes_weight back;
     bool known; /* the matrices in lanes are those of these times, and of this segment */
     double at_t[KMP_STAGE_LANES];
+    double stood;                           /* time of the whole state at the end of the motion; NAN: it is left */
     double *stages;                         /* 2 p: u and ud, in lanes */
     double *of_state, *of_parameters, *udd; /* in lanes: p x 2 p; p x count; p */
 } adjoint;
@@ -275,6 +276,9 @@ static void go_back(adjoint *a, bool with_target, double *udd, double *u, double
 static int place(adjoint *a, double back)
 {
     double t = fmin(fmax(a->options->spec->t_end - back, a->first->from), a->last->to);
+    if (t <= a->stood && t >= a->stood)
+        return KMP_GO;
+    a->stood = NAN;
     recall(a, step_at(a, t), t, a->state);
     return kmp_sensitivity_equations_at(a->v, t, a->state, a->state + a->p);
 }
@@ -424,6 +428,7 @@ static kempe_status fail(adjoint *a, double t)
 static kempe_status stand(adjoint *a, double t, const double *q, const int *u, const double *y)
 {
     a->known = false;
+    a->stood = NAN;
     KMP_TRY(kmp_sensitivity_equations_choose(a->v, t, q, q, u, a->p));
     if (kmp_sensitivity_equations_at(a->v, t, y, y + a->p) != KMP_GO)
         return fail(a, t);
@@ -692,6 +697,7 @@ static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
     recall(a, a->end, a->options->spec->t_end, a->state);
     kmp_present_inputs_stand(&v->linear.eval->inputs, a->end->from);
     KMP_TRY(stand(a, a->options->spec->t_end, a->end_q, a->end_u, a->state));
+    a->stood = a->options->spec->t_end;
     memset(a->wu, 0, (size_t)p * sizeof *a->wu);
     go_back(a, true, a->wu, a->y, a->y + p, a->y + 2 * p);
     for (int i = 0; i < p; i++) {
