@@ -369,17 +369,17 @@ static kempe_status start(void *solver, double t, const double *y, const double 
 
 /* -- one attempt --------------------------------------------------------------------------------------- */
 
-/* dy_new at y_old: of the equations that follow from the last stage, which is there. */
+/* dy_new at y_old: from the last stage, which is there, if the formulation says so. */
 static int slopes_at_end(kmp_collocation *s, double t)
 {
-    if (s->columns == 0)
+    if (!s->base.ode.end || !kmp_collocation_in_lanes(s))
         return kmp_solver_call(&s->base, t, s->y_old, s->dy_new);
     s->base.work.rhs++;
     s->base.cycles += s->base.ode.cycles;
     memcpy(s->dy_new, s->y_old + s->all_p, (size_t)s->all_p * sizeof *s->dy_new);
-    for (int k = s->inner; k < s->all; k++)
+    for (int k = 0; k < s->all; k++)
         s->dy_new[s->all_p + k] = s->g[k * s->w + s->s - 1];
-    return s->base.ode.alone(s->base.ode.self, t, s->y_old, s->dy_new);
+    return s->base.ode.end(s->base.ode.self, t, s->y_old, s->dy_new);
 }
 
 /* Asks the formulation to accept the step's end, which is left in y_old, its derivative in dy_new. */

@@ -173,8 +173,8 @@ static double collocation_copy_stage(const kmp_collocation *s, int i, double *y)
     return s->at[i];
 }
 
-/* At the predicted middle stage; after an attempt that failed, when predictions are not to be trusted, at the start. The
- * stages are evaluated before, for the first sweep: an exact Jacobian may follow from that. */
+/* At the predicted middle stage; after an attempt that failed, when predictions are not to be trusted, at the start.
+ * The stages are evaluated before, for the first sweep: an exact Jacobian may follow from that. */
 static int renew_jacobian(kmp_collocation *s)
 {
     int said = KMP_GO;
@@ -637,8 +637,8 @@ bool kmp_collocation_couple(kmp_collocation *s, const double *of)
     for (int c = 0; c < n; c++)
         for (int j = 0; j < s->s; j++) {
             double *column = s->coupled.system + (ptrdiff_t)(c * s->s + j) * rows;
-            fill_column(n, w, s->once + j * w, of + (s->p + c) * size, s->twice + j * w, c < s->p ? of + c * size : NULL,
-                        column);
+            fill_column(n, w, s->once + j * w, of + (s->p + c) * size, s->twice + j * w,
+                        c < s->p ? of + c * size : NULL, column);
             column[c * w + j] += 1;
             memset(column + size, 0, (size_t)(rows - size) * sizeof *column);
             for (int k = s->s; k < size; k += k % w == w - 1 ? 1 + s->s : 1)

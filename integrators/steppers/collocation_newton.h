@@ -28,6 +28,6 @@ bool kmp_collocation_allocate_coupled(kmp_collocation *s);
 kmp_collocation_outcome kmp_collocation_prepare_coupled(kmp_collocation *s, double h);
 void kmp_collocation_correct_coupled(kmp_collocation *s, double *change);
 
-/** Inverts the system of all stages with the Jacobians `of` them, inner x (p + inner), column-major, in lanes. false: it
- * is singular. */
+/** Inverts the system of all stages with the Jacobians `of` them, inner x (p + inner), column-major, in lanes. false:
+ * it is singular. */
 bool kmp_collocation_couple(kmp_collocation *s, const double *of);

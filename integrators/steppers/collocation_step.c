@@ -445,8 +445,8 @@ static KMP_INTO_CLONES void linear_rows(int rows, int count, int p, int i, const
     eight sum[2][TOGETHER];
     for (int r = 0; r < rows; r++)
         for (int k = 0; k < count; k++)
-            sum[r][k] = *(const eight *)(c->b + k * c->next + (i + r) * 8) -
-                        *(const eight *)(c->g + k * c->next + (i + r) * 8);
+            sum[r][k] =
+                *(const eight *)(c->b + k * c->next + (i + r) * 8) - *(const eight *)(c->g + k * c->next + (i + r) * 8);
     for (int j = 0; j < 2 * p; j++) {
         const double *x = j < p ? c->x + j * 8 : c->rates + (j - p) * 8, *of = a + (ptrdiff_t)(j * p + i) * 8;
         for (int k = 0; k < count; k++)

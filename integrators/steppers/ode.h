@@ -55,6 +55,9 @@ typedef struct kmp_ode {
     int (*follow)(void *self, double *a, double *b);
     /** The slopes of the motion alone, of dy = f(t, y). */
     int (*alone)(void *self, double t, const double *y, double *dy);
+    /** The same at the end of a step, which is the last lane of the last `lanes`, also without followers: dy has the
+     * slopes of that, which may remain. NULL: by rhs. For y without quadratures. */
+    int (*end)(void *self, double t, const double *y, double *dy);
 
     /** Makes `lanes` ready at t, where cycles_of_lanes is not 0 and the formulation was made without them. NULL: none.
      * KMP_GO or KMP_HALT. */

@@ -29,12 +29,12 @@ static kempe_status write_program(kmp_fused_lanes *x)
     KMP_TRY(kmp_made(s->context, order));
     kmp_writer_order(red, order);
     kmp_reduced_program_written written =
-        kmp_reduced_program_write(red, &(kmp_reduced_program_plan){.order = order});
+        kmp_reduced_program_write(red, &(kmp_reduced_program_plan){.order = order, .curvature = true});
     const kmp_reduced_program_layout *l = &written.layout;
     KMP_TRY(kmp_made(s->context, written.program));
     x->program = written.program;
-    x->cycles = kmp_cycles_of_lanes(
-        kmp_program_count(x->program, KMP_REDUCED_PROGRAM_RATES, KMP_REDUCED_PROGRAM_END), false);
+    x->cycles =
+        kmp_cycles_of_lanes(kmp_program_count(x->program, KMP_REDUCED_PROGRAM_RATES, KMP_REDUCED_PROGRAM_END), false);
     x->multipliers = l->multipliers;
     x->tangent = l->multipliers + l->pivots + kmp_writer_closure_count(s);
     bool made = kmp_stage_lanes_init(&x->stages, x->program, red->eval) &&
@@ -65,8 +65,7 @@ KMP_CLEARS(kmp_fused_lanes, fused, kmp_stage_lanes_free(&fused->stages), kmp_pro
 
 bool kmp_fused_lanes_applies(const kmp_fused_lanes *fused)
 {
-    return fused->program &&
-           memcmp(fused->chart, fused->red->eval->chart, chart_bytes(fused->red->eval->system)) == 0;
+    return fused->program && memcmp(fused->chart, fused->red->eval->chart, chart_bytes(fused->red->eval->system)) == 0;
 }
 
 /* -- closing ------------------------------------------------------------------------------------------- */
@@ -102,6 +101,27 @@ double kmp_fused_lanes_move(const kmp_fused_lanes *fused, const double *u, doubl
     return most;
 }
 
+void kmp_fused_lanes_place(const kmp_fused_lanes *fused, int lane, double *drift, double *curve, double *tangent)
+{
+    const kmp_partition *part = fused->red->part;
+    const int n = fused->red->n, p = part->p, r = part->r;
+    memset(drift, 0, (size_t)n * sizeof *drift);
+    memset(curve, 0, (size_t)n * sizeof *curve);
+    memset(tangent, 0, (size_t)(n * p) * sizeof *tangent);
+    for (int i = 0; i < r; i++) {
+        drift[part->v[i]] = fused->rates[i * W + lane];
+        curve[part->v[i]] = fused->end[(r * (p + 1) + i) * W + lane];
+    }
+    for (int c = 0; c < p; c++) {
+        tangent[part->u[c] + c * n] = 1;
+        for (int i = 0; i < r; i++) {
+            const double by = fused->end[(c * r + i) * W + lane];
+            tangent[part->v[i] + c * n] = by;
+            drift[part->v[i]] -= by * fused->state[(p + c) * W + lane];
+        }
+    }
+}
+
 /* True if no multiplier of the elimination exceeds its bound. */
 static KMP_CLONES bool order_is_good(int count, const double *multiplier, const double *bound)
 {
@@ -122,11 +142,12 @@ static int pass(kmp_fused_lanes *x, const double *t, const double *q, double *ud
         AT(x->state, 2 * p + i) = OF(q, part->v[i]);
     const double *out = kmp_stage_lanes_run(&x->stages, KMP_REDUCED_PROGRAM_RATES, t, x->state, NULL);
     memcpy(udd, out, (size_t)(p * W) * sizeof *udd);
+    x->rates = out + (ptrdiff_t)p * W;
     if (!kmp_stage_lanes_exceed(p, out + (ptrdiff_t)(p + r) * W, 0, NULL) || !kmp_stage_lanes_finite(p, udd))
         return KMP_RETRY;
     kmp_lanes_run_in_place(lanes, KMP_REDUCED_PROGRAM_END);
     kmp_lanes_gather(lanes, KMP_REDUCED_PROGRAM_END, 0, x->multipliers);
-    kmp_lanes_gather(lanes, KMP_REDUCED_PROGRAM_END, x->tangent, x->tangent + r * p + r);
+    kmp_lanes_gather(lanes, KMP_REDUCED_PROGRAM_END, x->tangent, x->tangent + r * (p + 2));
     const double *end = kmp_lanes_values(lanes, KMP_REDUCED_PROGRAM_END);
     x->end = end + (ptrdiff_t)x->tangent * W;
     return order_is_good(x->multipliers, end, x->bound) ? KMP_GO : KMP_APART;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The motion of varied_lanes.h as one program (constraints/programs/reduced_program.h) in the lanes of vector registers:
- * accelerations of u where v is closed. It is written for one choice of coordinates. A pass gives the accelerations at
- * v, and the correction of v that is left there. Value k of lane l is at k KMP_STAGE_LANES + l. */
+/* The motion of varied_lanes.h as one program (constraints/programs/reduced_program.h) in the lanes of vector
+ * registers: accelerations of u where v is closed. It is written for one choice of coordinates. A pass gives the
+ * accelerations at v, and the correction of v that is left there. Value k of lane l is at k KMP_STAGE_LANES + l. */
 #pragma once
 
 #include "base/arena.h"
@@ -18,7 +18,8 @@ typedef struct kmp_fused_lanes {
     double *state;            /* u, ud, v */
     double *chart;            /* where the program was written: it has some as numbers */
     double cycles;            /* of a pass, by counted operations, about */
-    const double *end;        /* Bvu, by columns, then the correction of v: of the last pass */
+    const double *rates;      /* of the last pass: qd of v */
+    const double *end;        /* the same: Bvu, by columns; the correction of v; its qdd at udd = 0 */
 } kmp_fused_lanes;
 
 /** Writes the program for the choice of a reduction, which must outlive it, at the evaluator's last closure, or takes
@@ -32,6 +33,9 @@ bool kmp_fused_lanes_applies(const kmp_fused_lanes *fused);
 
 /** Moves v in q (n) along the tangent of the last pass, to u (p). Returns the largest change of u, scaled. */
 double kmp_fused_lanes_move(const kmp_fused_lanes *fused, const double *u, double *q);
+
+/** Tangent, drift and curvature of a place from which positions are predicted, of a lane of the last pass. */
+void kmp_fused_lanes_place(const kmp_fused_lanes *fused, int lane, double *drift, double *curve, double *tangent);
 
 /** udd (p) at times, u and ud (p), with v in q (n) corrected until the correction is at most `enough`, scaled; that is
  * added. KMP_GO; KMP_RETRY where loops do not close or udd is not finite, KMP_APART where the order of elimination is

@@ -155,6 +155,11 @@ int kmp_sensitivity_equations_near(kmp_sensitivity_equations *varied, double t, 
     return KMP_GO;
 }
 
+int kmp_sensitivity_equations_close(kmp_sensitivity_equations *varied, double t, const double *q, const double *ud)
+{
+    return kmp_linear_close(&varied->linear, t, q, ud) == KEMPE_OK ? KMP_GO : KMP_RETRY;
+}
+
 void kmp_sensitivity_equations_matrix(kmp_sensitivity_equations *varied, double *matrix)
 {
     kmp_linear *l = &varied->linear;
@@ -370,8 +375,8 @@ static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
     return any;
 }
 
-/* Derivatives of the rates, with the least correction to the closures. Afterwards parameter derivatives and tangents are
- * those at the start, with its own rates. False: no memory. */
+/* Derivatives of the rates, with the least correction to the closures. Afterwards parameter derivatives and tangents
+ * are those at the start, with its own rates. False: no memory. */
 static bool move_rates(beginning *b, const double *dq, double *dqd)
 {
     const kempe_system *s = b->v->system;

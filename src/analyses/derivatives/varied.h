@@ -57,6 +57,9 @@ int kmp_sensitivity_equations_at(kmp_sensitivity_equations *varied, double t, co
 /** Takes a state like kmp_sensitivity_equations_at, with q (n) near the closed state in place of the prediction. */
 int kmp_sensitivity_equations_near(kmp_sensitivity_equations *varied, double t, const double *q, const double *ud);
 
+/** The same of q and qd alone: no accelerations (kmp_linear_close). */
+int kmp_sensitivity_equations_close(kmp_sensitivity_equations *varied, double t, const double *q, const double *ud);
+
 /** dudd by u and by ud (p x 2 p) at the last state, at constant parameters. */
 void kmp_sensitivity_equations_matrix(kmp_sensitivity_equations *varied, double *matrix);
 

@@ -88,20 +88,20 @@ kempe_status kmp_varied_lanes_init(kmp_varied_lanes *lanes, kmp_sensitivity_equa
     KMP_TRY(kmp_motion_need(varied->system));
     int n = W * varied->n, m = W * varied->m;
     const bool made =
-        KMP_ARENA_MAKE(
-            &lanes->arena,
-            KMP_ROOM(double, n, &lanes->q, &lanes->qd, &lanes->qdd, &lanes->force, &lanes->drift, &lanes->a0, &lanes->u,
-                     &lanes->ud, &lanes->udd),
-            KMP_ROOM(double, m, &lanes->lambda),
-            KMP_ROOM(double, VECTORS *n, &lanes->weights, &lanes->wq, &lanes->wqd, &lanes->wqdd, &lanes->w),
-            KMP_ROOM(double, VECTORS *m, &lanes->h, &lanes->rate, &lanes->curve)) &&
+        KMP_ARENA_MAKE(&lanes->arena,
+                       KMP_ROOM(double, n, &lanes->q, &lanes->qd, &lanes->qdd, &lanes->force, &lanes->drift, &lanes->a0,
+                                &lanes->u, &lanes->ud, &lanes->udd),
+                       KMP_ROOM(double, m, &lanes->lambda),
+                       KMP_ROOM(double, VECTORS *n, &lanes->weights, &lanes->wq, &lanes->wqd, &lanes->wqdd, &lanes->w),
+                       KMP_ROOM(double, VECTORS *m, &lanes->h, &lanes->rate, &lanes->curve)) &&
         make_stages(lanes, varied);
     count_programs(lanes);
     return kmp_made(varied->system->context, made);
 }
 
-KMP_CLEARS(kmp_varied_lanes, lanes, kmp_fused_lanes_free(&lanes->fused), kmp_stage_lanes_free(&lanes->motion), kmp_stage_lanes_free(&lanes->tangent),
-           kmp_stage_lanes_free(&lanes->slope), kmp_reduction_lanes_free(&lanes->red), kmp_arena_free(&lanes->arena))
+KMP_CLEARS(kmp_varied_lanes, lanes, kmp_fused_lanes_free(&lanes->fused), kmp_stage_lanes_free(&lanes->motion),
+           kmp_stage_lanes_free(&lanes->tangent), kmp_stage_lanes_free(&lanes->slope),
+           kmp_reduction_lanes_free(&lanes->red), kmp_arena_free(&lanes->arena))
 
 kempe_status kmp_varied_lanes_expect(kmp_varied_lanes *lanes, const int *wish, int wish_count)
 {
@@ -383,24 +383,44 @@ static int complete(kmp_varied_lanes *x)
     return said == KMP_APART ? KMP_RETRY : said;
 }
 
-void kmp_varied_lanes_anchor(const kmp_varied_lanes *x, int lane)
+bool kmp_varied_lanes_last(const kmp_varied_lanes *x, double t, double *q)
 {
-    kmp_sensitivity_equations *v = x->v;
+    enum { LAST = W - 1 };
+    if (!x->closed || x->number != x->v->linear.number || t < x->t[LAST] || t > x->t[LAST])
+        return false;
+    for (int i = 0; i < x->v->n; i++)
+        q[i] = x->q[i * W + LAST];
+    return true;
+}
+
+/* As kmp_fused_lanes_place, by parts. */
+static void place_by_parts(const kmp_varied_lanes *x, int lane, double *drift, double *curve, double *tangent)
+{
     const kmp_reduction_lanes *r = &x->red;
-    kmp_sensitivity_equations_place *at = kmp_sensitivity_equations_next_anchor(v);
-    double *curve = at->drift + v->n, *tangent = curve + v->n;
-    at->t = x->t[lane];
-    for (int i = 0; i < v->n; i++) {
-        at->q[i] = x->q[i * W + lane];
-        at->drift[i] = x->drift[i * W + lane];
+    const int n = x->v->n;
+    for (int i = 0; i < n; i++) {
+        drift[i] = x->drift[i * W + lane];
         curve[i] = x->a0[i * W + lane];
     }
-    memset(tangent, 0, (size_t)(v->n * r->p) * sizeof *tangent);
+    memset(tangent, 0, (size_t)(n * r->p) * sizeof *tangent);
     for (int c = 0; c < r->p; c++) {
-        tangent[v->linear.part.u[c] + c * v->n] = 1;
+        tangent[x->v->linear.part.u[c] + c * n] = 1;
         for (int i = 0; r->full_of[c] >= 0 && i < r->r; i++)
-            tangent[r->column[i] + c * v->n] = r->bvu[(i * r->full + r->full_of[c]) * W + lane];
+            tangent[r->column[i] + c * n] = r->bvu[(i * r->full + r->full_of[c]) * W + lane];
     }
+}
+
+void kmp_varied_lanes_anchor(const kmp_varied_lanes *x, int lane)
+{
+    const int n = x->v->n;
+    kmp_sensitivity_equations_place *at = kmp_sensitivity_equations_next_anchor(x->v);
+    at->t = x->t[lane];
+    for (int i = 0; i < n; i++)
+        at->q[i] = x->q[i * W + lane];
+    if (x->whole)
+        place_by_parts(x, lane, at->drift, at->drift + n, at->drift + 2 * n);
+    else
+        kmp_fused_lanes_place(&x->fused, lane, at->drift, at->drift + n, at->drift + 2 * n);
 }
 
 /* -- the linear equations ---------------------------------------------------------------------------------- */

@@ -18,12 +18,12 @@ typedef struct kmp_varied_lanes {
     kmp_arena arena, choice;
     kmp_stage_lanes motion, tangent, slope; /* programs */
     kmp_reduction_lanes red;
-    kmp_fused_lanes fused; /* for the present choice of u, where that is worth */
-    long number;           /* of the choice of u that `red` has; -1: none */
-    int lasted;            /* steps with this choice, as far as they are counted */
-    bool due;              /* the program is to be written */
-    bool closed;           /* the lanes are closed, at these times: */
-    bool whole;            /* by parts: Jv, M and C are those of these places, too */
+    kmp_fused_lanes fused;      /* for the present choice of u, where that is worth */
+    long number;                /* of the choice of u that `red` has; -1: none */
+    int lasted;                 /* steps with this choice, as far as they are counted */
+    bool due;                   /* the program is to be written */
+    bool closed;                /* the lanes are closed, at these times: */
+    bool whole;                 /* by parts: Jv, M and C are those of these places, too */
     kmp_counts count_of_motion; /* operations of its program */
     double cycles_of_tangents;  /* of the programs of tangents and slopes, in lanes */
     double t[KMP_STAGE_LANES];
@@ -56,8 +56,8 @@ void kmp_varied_lanes_begin(kmp_varied_lanes *lanes);
 
 /** udd (p) at times, u and ud (p), with the loops closed from the last anchor, or from these lanes at the same times:
  * to round-off if `once`, otherwise as exactly as sweeps at these times need, which converge. KMP_GO, or KMP_RETRY
- * where loops do not close; KMP_HALT: no memory. Allocates after an exchange of u alone, and where a joint takes another
- * chart. */
+ * where loops do not close; KMP_HALT: no memory. Allocates after an exchange of u alone, and where a joint takes
+ * another chart. */
 int kmp_varied_lanes_run(kmp_varied_lanes *lanes, bool once, const double *t, const double *u, const double *ud,
                          double *udd);
 
@@ -65,7 +65,10 @@ int kmp_varied_lanes_run(kmp_varied_lanes *lanes, bool once, const double *t, co
 double kmp_varied_lanes_cycles(const kmp_varied_lanes *lanes);
 double kmp_varied_lanes_matrix_cycles(const kmp_varied_lanes *lanes);
 
-/** Predictions of positions begin at the place of a lane of the last matrices from now on. */
+/** q (n) of the last lane, where the last run was at t there. false: it was elsewhere. */
+bool kmp_varied_lanes_last(const kmp_varied_lanes *lanes, double t, double *q);
+
+/** Predictions of positions begin at the place of a lane of the last run from now on. */
 void kmp_varied_lanes_anchor(const kmp_varied_lanes *lanes, int lane);
 
 /** The matrices at the places of the last run: a (p x 2 p), b (p x count), column-major. Results as of that. */

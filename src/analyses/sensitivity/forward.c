@@ -89,6 +89,7 @@ static const double *rate_of(const kmp_forward_formulation *f, const double *y, 
 static int come_to(kmp_forward_formulation *f, double t, const double *y)
 {
     const double *ud = rows_of(f, y + kmp_forward_blocks(f), f->ud);
+    f->in_lanes = false;
     return f->zone ? kmp_sensitivity_equations_near(f->v, t, y, ud) : kmp_sensitivity_equations_at(f->v, t, y, ud);
 }
 
@@ -172,6 +173,20 @@ static int motion_alone(void *self, double t, const double *y, double *dy)
     return said;
 }
 
+/* The end of a step: accelerations are those of the last stage, which has the loops closed nearby. */
+static int end_of_step(void *self, double t, const double *y, double *dy)
+{
+    kmp_forward_formulation *f = self;
+    kmp_sensitivity_equations *v = f->v;
+    if (!kmp_varied_lanes_last(f->options->lanes, t, v->q))
+        return motion_alone(self, t, y, dy);
+    memcpy(dy, y + kmp_forward_blocks(f), (size_t)f->p * sizeof *dy);
+    for (int i = 0; i < f->p; i++)
+        v->q[v->linear.part.u[i]] = y[i];
+    f->in_lanes = true;
+    return kmp_sensitivity_equations_close(v, t, v->q, y + kmp_forward_blocks(f));
+}
+
 /* Begins the lanes, if the integrator uses them. */
 static void add_lanes(kmp_forward_formulation *f)
 {
@@ -185,6 +200,7 @@ static void add_lanes(kmp_forward_formulation *f)
     ode->followers = f->count;
     ode->follow = follow_stages;
     ode->alone = motion_alone;
+    ode->end = end_of_step;
     kmp_counts count = kmp_program_count(f->system->motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
     count.paper += kmp_reduction_count(&v->linear.red).paper;
     ode->cycles = kmp_cycles_by_parts((double)count.paper, false);
@@ -249,7 +265,10 @@ static void settle(kmp_forward_formulation *f)
     kmp_linear *l = &f->v->linear;
     int row, column;
     memcpy(f->mode, l->eval->mode, mode_bytes(f));
-    kmp_sensitivity_equations_anchor(f->v);
+    if (f->in_lanes)
+        kmp_varied_lanes_anchor(f->options->lanes, KMP_STAGE_LANES - 1);
+    else
+        kmp_sensitivity_equations_anchor(f->v);
     f->crossed = false;
     if (l->red.r == 0)
         return;
