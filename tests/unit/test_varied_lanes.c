@@ -101,7 +101,7 @@ static double differ(int count, const double *x, const double *y)
     return worst / size;
 }
 
-/* Where predictions begin: the last lane, and the same state alone. */
+/* Predictions begin at the last lane as at the same state alone. */
 static void compare_anchors(fixture *f, double t, const double *u, const double *ud)
 {
     kmp_sensitivity_equations *v = &f->v;

@@ -369,7 +369,7 @@ int kmp_varied_lanes_run(kmp_varied_lanes *x, bool once, const double *t, const 
     return KMP_GO;
 }
 
-/* What the program leaves out, at the places of the last run, which it has closed. */
+/* Finds what the program leaves out, at the places of the last run, which it has closed. */
 static int complete(kmp_varied_lanes *x)
 {
     if (x->whole)
