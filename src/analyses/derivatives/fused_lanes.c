@@ -157,7 +157,7 @@ int kmp_fused_lanes_run(kmp_fused_lanes *fused, double enough, const double *t, 
                         double *q, double *udd)
 {
     const kmp_partition *part = fused->red->part;
-    size_t half = (size_t)(part->p * W);
+    size_t half = (size_t)part->p * W;
     double last = INFINITY;
     memcpy(fused->state, u, half * sizeof *u);
     memcpy(fused->state + half, ud, half * sizeof *ud);
