@@ -23,6 +23,9 @@ enum { W = KMP_STAGE_LANES, STAGE = 1 /* of tangents and slopes */ };
 /* Rows of the matrices at a time: their weights remain in the first cache. */
 enum { VECTORS = 8 };
 
+/* Earlier choices that are known again. */
+enum { KEPT = 8 };
+
 #define AT(p, k) KMP_EIGHT_AT((p) + (ptrdiff_t)(k)*W)
 #define OF(p, k) KMP_EIGHT_CONST((p) + (ptrdiff_t)(k)*W)
 
@@ -92,6 +95,7 @@ kempe_status kmp_varied_lanes_init(kmp_varied_lanes *lanes, kmp_sensitivity_equa
                        KMP_ROOM(double, n, &lanes->q, &lanes->qd, &lanes->qdd, &lanes->force, &lanes->drift, &lanes->a0,
                                 &lanes->u, &lanes->ud, &lanes->udd),
                        KMP_ROOM(double, m, &lanes->lambda),
+                       KMP_ROOM(int, KEPT *(varied->n + varied->m), &lanes->written),
                        KMP_ROOM(double, VECTORS *n, &lanes->weights, &lanes->wq, &lanes->wqd, &lanes->wqdd, &lanes->w),
                        KMP_ROOM(double, VECTORS *m, &lanes->h, &lanes->rate, &lanes->curve)) &&
         make_stages(lanes, varied);
@@ -137,6 +141,7 @@ void kmp_varied_lanes_begin(kmp_varied_lanes *lanes)
     kmp_stage_lanes_take(&lanes->slope, eval);
     lanes->number = -1;
     lanes->lasted = KMP_FORMULATION_BRIEF;
+    lanes->writings = 0;
     lanes->closed = false;
 }
 
@@ -216,11 +221,37 @@ static bool take_order(kmp_varied_lanes *x)
     return kmp_reduction_lanes_init(&x->red, &l->red, VECTORS) == KEMPE_OK;
 }
 
-/* Takes the present choice of u. A program is due where the choice before has lasted. */
+/* The place of a choice among those whose programs were written in this run, which the system keeps. */
+static int *written_at(const kmp_varied_lanes *x, int k)
+{
+    return x->written + (ptrdiff_t)(k % KEPT) * (x->v->n + x->v->m);
+}
+
+static void note_choice(kmp_varied_lanes *x)
+{
+    const kmp_partition *part = &x->v->linear.part;
+    int *to = written_at(x, x->writings++);
+    memcpy(to, part->rows, (size_t)part->r * sizeof *to);
+    memcpy(to + part->r, part->u, (size_t)part->p * sizeof *to);
+}
+
+static bool was_written(const kmp_varied_lanes *x)
+{
+    const kmp_partition *part = &x->v->linear.part;
+    bool found = false;
+    for (int k = 0; k < KEPT && k < x->writings; k++) {
+        const int *at = written_at(x, k);
+        found = found || (memcmp(at, part->rows, (size_t)part->r * sizeof *at) == 0 &&
+                          memcmp(at + part->r, part->u, (size_t)part->p * sizeof *at) == 0);
+    }
+    return found;
+}
+
+/* Takes the present choice of u. A program is due where the choice before has lasted, or this one returns. */
 static bool take_choice(kmp_varied_lanes *x)
 {
     kmp_fused_lanes_free(&x->fused);
-    x->due = x->lasted >= KMP_FORMULATION_BRIEF;
+    x->due = x->lasted >= KMP_FORMULATION_BRIEF || was_written(x);
     x->lasted = 0;
     x->number = -1;
     if (!take_order(x))
@@ -239,6 +270,8 @@ static bool renew_fused(kmp_varied_lanes *x)
     x->due = x->closed = false;
     kmp_eval_closure(x->v->linear.eval, at->t, at->q);
     kmp_fused_lanes_free(&x->fused);
+    if (!was_written(x))
+        note_choice(x);
     return kmp_fused_lanes_init(&x->fused, &x->v->linear.red) == KEMPE_OK;
 }
 

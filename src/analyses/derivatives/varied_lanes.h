@@ -22,6 +22,7 @@ typedef struct kmp_varied_lanes {
     long number;                /* of the choice of u that `red` has; -1: none */
     int lasted;                 /* steps with this choice, as far as they are counted */
     bool due;                   /* the program is to be written */
+    int *written, writings;     /* choices of this run whose program was written: rows and u, each n + m; number */
     bool closed;                /* the lanes are closed, at these times: */
     bool whole;                 /* by parts: Jv, M and C are those of these places, too */
     kmp_counts count_of_motion; /* operations of its program */
