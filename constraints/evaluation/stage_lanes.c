@@ -41,11 +41,19 @@ bool kmp_stage_lanes_init(kmp_stage_lanes *stages, const kmp_program *program, c
         kmp_stage_lanes_free(stages);
         return false;
     }
+    kmp_stage_lanes_take(stages, eval);
+    return true;
+}
+
+void kmp_stage_lanes_take(kmp_stage_lanes *stages, const kmp_evaluator *eval)
+{
+    stages->eval = eval;
+    if (!stages->lanes)
+        return;
     set_all_lanes(stages, KMP_IN_PARAMETER, eval->system->parameters);
     if (stages->mode)
         set_modes(stages);
     set_charts(stages);
-    return true;
 }
 
 KMP_CLEARS(kmp_stage_lanes, stages, kmp_lanes_free(stages->lanes), kmp_free(stages->mode), kmp_free(stages->times))

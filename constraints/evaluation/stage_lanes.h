@@ -22,6 +22,9 @@ typedef struct kmp_stage_lanes {
 bool kmp_stage_lanes_init(kmp_stage_lanes *stages, const kmp_program *program, const kmp_evaluator *eval);
 void kmp_stage_lanes_free(kmp_stage_lanes *stages);
 
+/** Takes another evaluator of the same system, and the present parameters. No allocation. */
+void kmp_stage_lanes_take(kmp_stage_lanes *stages, const kmp_evaluator *eval);
+
 /** Runs a stage of the program at t, q and qd (NULL: it has none), with the evaluator's charts and frozen conditions.
  * Value k of lane l, also of the outputs, is at k KMP_STAGE_LANES + l. */
 const double *kmp_stage_lanes_run(kmp_stage_lanes *stages, int stage, const double *t, const double *q,

@@ -140,7 +140,8 @@ static bool is_slower(const kmp_collocation *s, kmp_iteration other)
 static double step_cost(const kmp_collocation *s, kmp_iteration iteration)
 {
     double sweep = kmp_collocation_sweep_cost(s), matrix = kmp_collocation_matrix_cost(s, iteration);
-    double stages = KMP_STEP_CYCLES + s->sweeps * (sweep + kmp_collocation_correction_cost(s, iteration));
+    double stages = KMP_STEP_CYCLES + s->base.ode.cycles_of_step +
+                    s->sweeps * (sweep + kmp_collocation_correction_cost(s, iteration));
     double one = kmp_collocation_jacobian_cost(s), all = s->newton.whole ? s->s * one : (1 + s->p + s->inner) * sweep;
     return stages + (iteration == KMP_ITERATION_PICARD   ? 0
                      : iteration == KMP_ITERATION_NEWTON ? (one + matrix) / TRIAL
@@ -163,7 +164,7 @@ static void collocation_choose(kmp_collocation *s, double h, double by_error, do
 {
     /* Adds a step to the time simulated and the cycles spent of its iteration; those of steps before fade. */
     double *simulated = &s->choice.simulated[s->iteration], *spent = &s->choice.spent[s->iteration];
-    s->base.cycles += KMP_STEP_CYCLES;
+    s->base.cycles += KMP_STEP_CYCLES + s->base.ode.cycles_of_step;
     double fades = h > GROWS * s->h_old ? 0 : FADES;
     *simulated = fades * *simulated + h;
     *spent = fades * *spent + s->base.cycles - s->choice.cycles_before;
@@ -278,9 +279,10 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
      * proportion to rtol the estimate is compared with a power of rtol of the values. Iterations continue to `rest` of
      * rtol. */
     double rtol = s->method->part * pow(s->base.tolerance.rtol, s->method->power);
-    double rest = s->method->rest * (s->columns > 0 ? FOLLOWED : 1);
     s->widen = rtol / s->base.tolerance.rtol;
-    s->limit = fmax(10 * DBL_EPSILON / rtol, fmin(0.03, rest / s->widen));
+    double rest = s->method->rest / s->widen, least = 10 * DBL_EPSILON / rtol;
+    s->limit = fmax(least, fmin(0.03, rest * (s->columns > 0 ? FOLLOWED : 1)));
+    s->limit_of_columns = fmax(least, fmin(0.03, rest));
     s->most_sweeps = MOST_SWEEPS;
     int inner = s->all + s->q;
     kmp_arena *a = &s->base.arena;
@@ -367,17 +369,17 @@ static kempe_status start(void *solver, double t, const double *y, const double 
 
 /* -- one attempt --------------------------------------------------------------------------------------- */
 
-/* dy_new at y_old: of the equations that follow from the last stage, which is there. */
+/* dy_new at y_old: from the last stage, which is there, if the formulation says so. */
 static int slopes_at_end(kmp_collocation *s, double t)
 {
-    if (s->columns == 0)
+    if (!s->base.ode.end || !kmp_collocation_in_lanes(s))
         return kmp_solver_call(&s->base, t, s->y_old, s->dy_new);
     s->base.work.rhs++;
     s->base.cycles += s->base.ode.cycles;
     memcpy(s->dy_new, s->y_old + s->all_p, (size_t)s->all_p * sizeof *s->dy_new);
-    for (int k = s->inner; k < s->all; k++)
+    for (int k = 0; k < s->all; k++)
         s->dy_new[s->all_p + k] = s->g[k * s->w + s->s - 1];
-    return s->base.ode.alone(s->base.ode.self, t, s->y_old, s->dy_new);
+    return s->base.ode.end(s->base.ode.self, t, s->y_old, s->dy_new);
 }
 
 /* Asks the formulation to accept the step's end, which is left in y_old, its derivative in dy_new. */

@@ -86,6 +86,7 @@ typedef struct kmp_collocation {
     int all_p, all;  /* all positions, which come first; all with stage derivatives, behind them */
     double widen;    /* weights of the estimate over those of the tolerance */
     double limit;    /* remainder of a correction at which an iteration stops */
+    double limit_of_columns;
     int most_sweeps;
     double taken;                     /* the last step */
     double *y, *y_old, *dy, *dy_new;  /* n; dy = f(t, y) */

@@ -173,9 +173,11 @@ static double collocation_copy_stage(const kmp_collocation *s, int i, double *y)
     return s->at[i];
 }
 
-/* At the predicted middle stage; after an attempt that failed, when predictions are not to be trusted, at the start. */
+/* At the predicted middle stage; after an attempt that failed, when predictions are not to be trusted, at the start.
+ * The stages are evaluated before, for the first sweep: an exact Jacobian may follow from that. */
 static int renew_jacobian(kmp_collocation *s)
 {
+    int said = KMP_GO;
     double t = collocation_copy_stage(s, s->s / 2, s->newton.place);
     if (s->rejected) {
         t = s->base.t;
@@ -183,7 +185,12 @@ static int renew_jacobian(kmp_collocation *s)
     }
     s->base.work.matrices++;
     s->newton.factored = false;
-    int said = s->newton.whole ? collocation_take_exact(s, t, s->newton.place, s->newton.jacobian)
+    if (s->newton.whole && kmp_collocation_in_lanes(s)) {
+        said = kmp_collocation_evaluate(s, s->s);
+        s->evaluated = said == KMP_GO;
+    }
+    if (said == KMP_GO)
+        said = s->newton.whole ? collocation_take_exact(s, t, s->newton.place, s->newton.jacobian)
                                : differentiate(s, t, s->newton.place);
     s->newton.has_jacobian = s->newton.fresh = said == KMP_GO;
     s->newton.age = 0;
@@ -361,11 +368,11 @@ static KMP_CLONES void transform_back(int n, int w, const double *outof, const d
         }
 }
 
-void kmp_collocation_correct_newton(kmp_collocation *s)
+void kmp_collocation_correct_newton(kmp_collocation *s, double *change)
 {
-    transform(s->inner, s->s, s->w, s->newton.into, s->change, s->newton.z);
+    transform(s->inner, s->s, s->w, s->newton.into, change, s->newton.z);
     solve_lanes(s->inner, s->newton.lu, s->newton.pivot, s->newton.z);
-    transform_back(s->inner, s->w, s->newton.outof, s->newton.z, s->change);
+    transform_back(s->inner, s->w, s->newton.outof, s->newton.z, change);
 }
 
 /* With x = h filter: (I - x f_v - x^2 f_q) e_v <- e_v + x f_q e_q, e_q <- e_q + x e_v. */
@@ -619,28 +626,32 @@ kmp_collocation_outcome kmp_collocation_prepare_coupled(kmp_collocation *s, doub
         s->newton.jacobian[k] = s->coupled.all[k * s->w];
     if (said != KMP_GO)
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
-    if (!collocation_factor(s, h))
-        return KMP_COLLOCATION_BAD_ITERATION;
+    bool ready = collocation_factor(s, h) && kmp_collocation_couple(s, s->coupled.all);
+    return ready ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_ITERATION;
+}
+
+bool kmp_collocation_couple(kmp_collocation *s, const double *of)
+{
     /* Columns of unknowns c of stages j; rows of an unknown are its lanes. */
     int n = s->inner, w = s->w, rows = row_count(s), size = n * w;
     for (int c = 0; c < n; c++)
         for (int j = 0; j < s->s; j++) {
             double *column = s->coupled.system + (ptrdiff_t)(c * s->s + j) * rows;
-            fill_column(n, w, s->once + j * w, s->coupled.all + (s->p + c) * size, s->twice + j * w,
-                        c < s->p ? s->coupled.all + c * size : NULL, column);
+            fill_column(n, w, s->once + j * w, of + (s->p + c) * size, s->twice + j * w,
+                        c < s->p ? of + c * size : NULL, column);
             column[c * w + j] += 1;
             memset(column + size, 0, (size_t)(rows - size) * sizeof *column);
+            for (int k = s->s; k < size; k += k % w == w - 1 ? 1 + s->s : 1)
+                column[k] = 0;
         }
     s->base.cycles += kmp_collocation_matrix_cost(s, KMP_ITERATION_COUPLED);
-    return invert(row_count(s), s->inner * s->s, s->coupled.system, s->coupled.joint, s->coupled.open, s->coupled.pivot)
-               ? KMP_COLLOCATION_TAKEN
-               : KMP_COLLOCATION_BAD_ITERATION;
+    return invert(rows, n * s->s, s->coupled.system, s->coupled.joint, s->coupled.open, s->coupled.pivot);
 }
 
-void kmp_collocation_correct_coupled(kmp_collocation *s)
+void kmp_collocation_correct_coupled(kmp_collocation *s, double *change)
 {
     int w = s->w, count = s->inner * s->s;
-    multiply(row_count(s), count, s->coupled.system, s->coupled.pivot, s->change, s->coupled.joint);
+    multiply(row_count(s), count, s->coupled.system, s->coupled.pivot, change, s->coupled.joint);
     for (int k = 0; k < count; k++)
-        s->change[k / s->s * w + k % s->s] = s->coupled.joint[s->coupled.pivot[k]];
+        change[k / s->s * w + k % s->s] = s->coupled.joint[s->coupled.pivot[k]];
 }

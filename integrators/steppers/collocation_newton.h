@@ -9,8 +9,8 @@
  * are singular. */
 kmp_collocation_outcome kmp_collocation_prepare_newton(kmp_collocation *s, double h);
 
-/** Turns the residuals in `change` into Newton's corrections. */
-void kmp_collocation_correct_newton(kmp_collocation *s);
+/** Turns residuals (inner x w) into Newton's corrections. */
+void kmp_collocation_correct_newton(kmp_collocation *s, double *change);
 
 /** Removes the stiff part of the estimate in `error`, of the motion and of so many columns that follow it. */
 void kmp_collocation_filter(kmp_collocation *s, int columns);
@@ -26,4 +26,8 @@ double kmp_collocation_square(const kmp_collocation *s, const double *x);
 
 bool kmp_collocation_allocate_coupled(kmp_collocation *s);
 kmp_collocation_outcome kmp_collocation_prepare_coupled(kmp_collocation *s, double h);
-void kmp_collocation_correct_coupled(kmp_collocation *s);
+void kmp_collocation_correct_coupled(kmp_collocation *s, double *change);
+
+/** Inverts the system of all stages with the Jacobians `of` them, inner x (p + inner), column-major, in lanes. false:
+ * it is singular. */
+bool kmp_collocation_couple(kmp_collocation *s, const double *of);

@@ -319,9 +319,9 @@ static void correct(kmp_collocation *s, bool first)
         memcpy(s->g_before, s->change, (size_t)(s->inner * s->w) * sizeof *s->change);
     s->base.cycles += kmp_collocation_correction_cost(s, s->iteration);
     if (s->iteration == KMP_ITERATION_COUPLED)
-        kmp_collocation_correct_coupled(s);
+        kmp_collocation_correct_coupled(s, s->change);
     else
-        kmp_collocation_correct_newton(s);
+        kmp_collocation_correct_newton(s, s->change);
     if (!first)
         return;
     subtract(s->w, s->inner, s->change, s->g_before, s->g_before);
@@ -429,44 +429,92 @@ static void begin(kmp_collocation *s, double h)
 
 /* -- equations that follow ------------------------------------------------------------------------------- */
 
-/* change = A (x, x') + b - g in the eight lanes, for a column of p unknowns: its positions, rates, derivatives of
- * stages. */
-static KMP_CLONES void linear_residual(int p, const double *a, const double *b, const double *x, const double *rates,
-                                       const double *g, double *change)
+/* Equations of so many columns are evaluated together: an entry of A is loaded once for them. */
+enum { TOGETHER = 4 };
+
+/* Columns side by side: place of the first one, and the distance to the next. */
+typedef struct columns_at {
+    const double *x, *rates, *b, *g;
+    double *change;
+    ptrdiff_t next;
+} columns_at;
+
+/* change = A (x, x') + b - g in the eight lanes, for `rows` rows from i on, of p, of `count` columns. */
+static KMP_INTO_CLONES void linear_rows(int rows, int count, int p, int i, const double *a, const columns_at *c)
 {
-    const eight *of = (const eight *)a, *half[] = {(const eight *)x, (const eight *)rates};
-    eight *out = (eight *)change;
-    for (int i = 0; i < p; i++)
-        out[i] = ((const eight *)b)[i] - ((const eight *)g)[i];
-    for (int j = 0; j < 2 * p; j++, of += p) {
-        const eight by = half[j >= p][j % p];
-        for (int i = 0; i < p; i++)
-            out[i] += of[i] * by;
+    eight sum[2][TOGETHER];
+    for (int r = 0; r < rows; r++)
+        for (int k = 0; k < count; k++)
+            sum[r][k] =
+                *(const eight *)(c->b + k * c->next + (i + r) * 8) - *(const eight *)(c->g + k * c->next + (i + r) * 8);
+    for (int j = 0; j < 2 * p; j++) {
+        const double *x = j < p ? c->x + j * 8 : c->rates + (j - p) * 8, *of = a + (ptrdiff_t)(j * p + i) * 8;
+        for (int k = 0; k < count; k++)
+            for (int r = 0; r < rows; r++)
+                sum[r][k] += *(const eight *)(of + r * 8) * *(const eight *)(x + k * c->next);
     }
+    for (int r = 0; r < rows; r++)
+        for (int k = 0; k < count; k++)
+            *(eight *)(c->change + k * c->next + (i + r) * 8) = sum[r][k];
 }
 
-/* One sweep of the stages of all columns, by the iteration of the motion. Returns the weighted size of the corrections.
- */
-static double sweep_columns(kmp_collocation *s)
+static KMP_CLONES void linear_residuals(int count, int p, const double *a, const columns_at *first)
 {
+    columns_at c = *first;
+    for (; count >= TOGETHER; count -= TOGETHER) {
+        int i = 0;
+        for (; i + 2 <= p; i += 2)
+            linear_rows(2, TOGETHER, p, i, a, &c);
+        if (i < p)
+            linear_rows(1, TOGETHER, p, i, a, &c);
+        c.x += TOGETHER * c.next;
+        c.rates += TOGETHER * c.next;
+        c.b += TOGETHER * c.next;
+        c.g += TOGETHER * c.next;
+        c.change += TOGETHER * c.next;
+    }
+    for (int i = 0; count > 0 && i < p; i++)
+        linear_rows(1, count, p, i, a, &c);
+}
+
+/* One sweep of the stages of all columns, by an iteration. Returns the weighted size of the corrections. */
+static double sweep_columns(kmp_collocation *s, kmp_iteration iteration)
+{
+    const ptrdiff_t next = s->p * s->w;
     double sum = 0;
     place_some(s, s->p, s->all_p, s->all);
+    linear_residuals(s->columns, s->p, s->of_motion,
+                     &(columns_at){s->stage + next, s->stage + s->all_p * s->w + next, s->of_parameters, s->g + next,
+                                   s->change + next, next});
     for (int c = 1; c <= s->columns; c++) {
-        int first = c * s->p;
-        double *stage = s->stage + first * s->w, *g = s->g + first * s->w;
-        linear_residual(s->p, s->of_motion, s->of_parameters + (first - s->p) * s->w, stage, stage + s->all_p * s->w, g,
-                        s->change);
-        if (s->iteration == KMP_ITERATION_COUPLED)
-            kmp_collocation_correct_coupled(s);
-        else if (s->iteration == KMP_ITERATION_NEWTON)
-            kmp_collocation_correct_newton(s);
-        sum += advance(s->w, s->p, s->s, s->weight + first, s->change, g);
+        double *change = s->change + c * next;
+        if (iteration == KMP_ITERATION_COUPLED)
+            kmp_collocation_correct_coupled(s, change);
+        else if (iteration == KMP_ITERATION_NEWTON)
+            kmp_collocation_correct_newton(s, change);
+        sum += advance(s->w, s->p, s->s, s->weight + c * s->p, change, s->g + c * next);
     }
     return sqrt(sum / fmax(s->columns * s->p * s->s, 1));
 }
 
-/* The derivatives of the stages of all columns, along those of the motion. The equations are linear: the motion's
- * iteration converges as it did there. */
+/* Cycles of a column's sweep, of n unknowns, about: its places and residuals; its correction by Newton's factors. */
+static double column_cycles(double n, kmp_iteration iteration)
+{
+    return 60 + 40 * n + 2 * n * n + (iteration == KMP_ITERATION_NEWTON ? 60 + 25 * n + 3.3 * n * n : 0);
+}
+
+/* True if one system of all stages, which all columns share, costs less than as many sweeps as the motion's. */
+static bool is_direct(const kmp_collocation *s)
+{
+    const double n = s->inner, columns = s->columns, once = kmp_collocation_correction_cost(s, KMP_ITERATION_COUPLED);
+    const double matrix = kmp_collocation_matrix_cost(s, KMP_ITERATION_COUPLED);
+    const double direct = matrix + columns * (column_cycles(n, KMP_ITERATION_PICARD) + once);
+    return s->coupled.system &&
+           (s->iteration == KMP_ITERATION_COUPLED || direct < columns * s->sweeps * column_cycles(n, s->iteration));
+}
+
+/* The derivatives of the stages of all columns, along those of the motion. The equations are linear: at once, by the
+ * matrices of all stages, or by the motion's iteration, which converges as it did there. */
 static kmp_collocation_outcome follow(kmp_collocation *s, double *shorter)
 {
     double before = 0, contraction = 0, ready = 1;
@@ -474,14 +522,16 @@ static kmp_collocation_outcome follow(kmp_collocation *s, double *shorter)
     if (said != KMP_GO)
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
     *shorter = 0.5;
+    if (is_direct(s) && kmp_collocation_couple(s, s->of_motion))
+        return sweep_columns(s, KMP_ITERATION_COUPLED) <= DBL_MAX ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_STAGE;
     for (int k = 1; k <= 2 * s->most_sweeps; k++) {
-        double size = sweep_columns(s);
+        double size = sweep_columns(s, s->iteration);
         if (!(size <= DBL_MAX))
             return KMP_COLLOCATION_BAD_STAGE;
         if (k > 1)
             contraction = k == 2 ? size / before : sqrt(contraction * size / before);
         ready = k > 1 ? contraction / (1 - contraction) : 1;
-        if (contraction < SLOW && ready * size <= s->limit)
+        if (contraction < SLOW && ready * size <= s->limit_of_columns)
             return KMP_COLLOCATION_TAKEN;
         before = fmax(size, DBL_MIN);
     }

@@ -55,6 +55,9 @@ typedef struct kmp_ode {
     int (*follow)(void *self, double *a, double *b);
     /** The slopes of the motion alone, of dy = f(t, y). */
     int (*alone)(void *self, double t, const double *y, double *dy);
+    /** The same at the end of a step, which is the last lane of the last `lanes`, also without followers: dy has the
+     * slopes of that, which may remain. NULL: by rhs. For y without quadratures. */
+    int (*end)(void *self, double t, const double *y, double *dy);
 
     /** Makes `lanes` ready at t, where cycles_of_lanes is not 0 and the formulation was made without them. NULL: none.
      * KMP_GO or KMP_HALT. */
@@ -63,6 +66,7 @@ typedef struct kmp_ode {
     /* About the processor cycles of an evaluation, and of one at `width` places, by counted operations: integrators
      * compare costs by them. 0: unknown, or one by one. */
     double cycles, cycles_of_lanes;
+    double cycles_of_step;           /* of what the evaluations of a step share, and of `follow` */
     double cycles_to_make;           /* those of making `lanes` where a formulation begins; 0: unknown */
     const double *cycles_of_improve; /* the same of `improve` now, 0: it is KMP_APART */
 } kmp_ode;

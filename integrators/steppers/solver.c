@@ -95,6 +95,17 @@ int kmp_solver_call(kmp_solver *solver, double t, const double *y, double *dy)
     return solver->ode.rhs(solver->ode.self, t, y, dy);
 }
 
+/* f near (t, y), of a motion alone where equations follow it: their slopes remain those of dy. */
+static int call_near(kmp_solver *solver, double t, const double *y, const double *dy, double *f)
+{
+    const kmp_ode *ode = &solver->ode;
+    if (ode->followers == 0)
+        return kmp_solver_call(solver, t, y, f);
+    solver->work.rhs++;
+    memcpy(f, dy, (size_t)ode->n * sizeof *f);
+    return ode->alone(ode->self, t, y, f);
+}
+
 int kmp_solver_euler(kmp_solver *solver, double *h, const double *y, const double *dy, double *y1, double *f)
 {
     int said = KMP_RETRY;
@@ -102,7 +113,7 @@ int kmp_solver_euler(kmp_solver *solver, double *h, const double *y, const doubl
         *h = attempt ? *h / 4 : *h;
         for (int i = 0; i < solver->ode.n; i++)
             y1[i] = y[i] + *h * dy[i];
-        said = kmp_solver_call(solver, solver->t + *h, y1, f);
+        said = call_near(solver, solver->t + *h, y1, dy, f);
         solver->work.refused += said == KMP_RETRY;
     }
     return said;

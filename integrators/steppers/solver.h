@@ -128,7 +128,8 @@ void kmp_solver_transfer_times(kmp_solver *solver, kmp_number_stream *stream);
 /** dy = f(t, y) of the ODE, counted. */
 int kmp_solver_call(kmp_solver *solver, double t, const double *y, double *dy);
 
-/** f after an Euler step of length *h from y with slope dy, in `y1`; *h is quartered until f can be evaluated. */
+/** f after an Euler step of length *h from y with slope dy, in `y1`, of a motion alone where equations follow it; *h is
+ * quartered until f can be evaluated. */
 int kmp_solver_euler(kmp_solver *solver, double *h, const double *y, const double *dy, double *y1, double *f);
 
 /** First step as for explicit methods (Hairer, Norsett, Wanner, I, II.4), of an error of order `order` in h, into

@@ -46,11 +46,15 @@ static kmp_x86_form form_of(int width)
     return 0;
 }
 
+/* The pages of the values are touched here: their first use in a run would interrupt it for each of them. */
 static bool add_room(kmp_lanes *lanes)
 {
     size_t w = (size_t)lanes->width, slots = lanes->frame.slots;
     lanes->v = kmp_arena_aligned(&lanes->frame.arena, slots * w);
-    return !lanes->frame.arena.failed;
+    if (lanes->frame.arena.failed)
+        return false;
+    memset(lanes->v, 0, slots * w * sizeof *lanes->v);
+    return true;
 }
 
 /* A constant in all lanes. */

@@ -141,8 +141,7 @@ kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part)
 
 /* -- the state --------------------------------------------------------------------------------------- */
 
-/* q closed, qd, M and C there, with the conditions of the state. */
-static kempe_status place(kmp_linear *l, double t, const double *q, const double *ud)
+kempe_status kmp_linear_close(kmp_linear *l, double t, const double *q, const double *ud)
 {
     kmp_evaluator *eval = l->eval;
     l->t = t;
@@ -162,8 +161,15 @@ static kempe_status place(kmp_linear *l, double t, const double *q, const double
         kmp_eval_freeze(eval, t, l->q, l->qd);
         kmp_eval_closure(eval, t, l->q);
     }
-    kmp_eval_mass(eval);
-    kmp_eval_bias(eval, l->qd);
+    return KEMPE_OK;
+}
+
+/* q closed, qd, M and C there, with the conditions of the state. */
+static kempe_status place(kmp_linear *l, double t, const double *q, const double *ud)
+{
+    KMP_TRY(kmp_linear_close(l, t, q, ud));
+    kmp_eval_mass(l->eval);
+    kmp_eval_bias(l->eval, l->qd);
     return KEMPE_OK;
 }
 

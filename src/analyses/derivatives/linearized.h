@@ -96,6 +96,10 @@ kempe_status kmp_linear_residual_at(kmp_linear *linear, double t, const double *
  * without message also where the reduced mass is not positive. */
 kempe_status kmp_linear_at_motion(kmp_linear *linear, double t, const double *q, const double *ud);
 
+/** Takes q, closed, and qd of a state alone, with the factors and the tangent of the closures. Errors as kmp_linear_at.
+ */
+kempe_status kmp_linear_close(kmp_linear *linear, double t, const double *q, const double *ud);
+
 /** Calls kmp_linear_at_motion if `motion`, otherwise kmp_linear_at, with the rates of u taken from those of all
  * coordinates (n). */
 kempe_status kmp_linear_at_rates(kmp_linear *linear, double t, const double *q, const double *qd, bool motion);

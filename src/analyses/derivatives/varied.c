@@ -72,12 +72,18 @@ kempe_status kmp_sensitivity_equations_take(kmp_sensitivity_equations *varied, d
     return status;
 }
 
-void kmp_sensitivity_equations_anchor(kmp_sensitivity_equations *varied)
+kmp_sensitivity_equations_place *kmp_sensitivity_equations_next_anchor(kmp_sensitivity_equations *varied)
 {
-    const kmp_linear *l = &varied->linear;
     kmp_sensitivity_equations_place *at = varied->anchor, last = at[0];
     at[0] = at[1];
     at[1] = last;
+    return at;
+}
+
+void kmp_sensitivity_equations_anchor(kmp_sensitivity_equations *varied)
+{
+    const kmp_linear *l = &varied->linear;
+    kmp_sensitivity_equations_place *at = kmp_sensitivity_equations_next_anchor(varied);
     memcpy(at->q, l->q, (size_t)varied->n * sizeof *l->q);
     memcpy(at->drift, l->red.x_t, (size_t)varied->n * sizeof *l->q);
     memcpy(at->drift + varied->n, l->red.a0, (size_t)varied->n * sizeof *l->q);
@@ -147,6 +153,11 @@ int kmp_sensitivity_equations_near(kmp_sensitivity_equations *varied, double t, 
     kmp_instant at = kmp_linear_instant(l);
     kmp_slopes_at(varied->slopes, &at);
     return KMP_GO;
+}
+
+int kmp_sensitivity_equations_close(kmp_sensitivity_equations *varied, double t, const double *q, const double *ud)
+{
+    return kmp_linear_close(&varied->linear, t, q, ud) == KEMPE_OK ? KMP_GO : KMP_RETRY;
 }
 
 void kmp_sensitivity_equations_matrix(kmp_sensitivity_equations *varied, double *matrix)
@@ -232,6 +243,7 @@ typedef struct beginning {
     double *jacobian, *scaled; /* m x n; the free columns over the row scales */
     double *mu, *x, *zero;     /* m; n; n */
     double *with, *without;    /* count x n: N' of J' mu by parameters; room */
+    double *open, *closing;    /* count x m, count x n: what rates leave open, and their correction */
     double *pulled;            /* n */
 } beginning;
 
@@ -313,8 +325,11 @@ static void pull_all(beginning *b, const double *dq)
 {
     kmp_sensitivity_equations *v = b->v;
     int n = b->n, m = b->m;
+    bool corrected = false;
     memset(b->with, 0, (size_t)(v->count * n) * sizeof(double));
-    for (int side = 0; side < 2; side++) {
+    for (int r = 0; r < m; r++)
+        corrected = corrected || b->mu[r] != 0;
+    for (int side = 0; corrected && side < 2; side++) {
         /* M qdd + C - J' lambda and its derivatives depend on lambda by J' lambda alone: (J' mu)_p and (J' mu)_q are
          * the differences due to mu. First the parameter derivatives with mu, into b->with. */
         const kmp_linear *l = &v->linear;
@@ -334,14 +349,14 @@ static void pull_all(beginning *b, const double *dq)
     }
 }
 
-/* dqd of one parameter: given rates as they move, c = dS Jf' mu + S dJf' mu, and the least correction to the closures.
- */
+/* dqd of one parameter without the correction to the closures: given rates as they move, c = dS Jf' mu + S dJf' mu.
+ * True if the closures are open then. */
 static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
 {
     kmp_sensitivity_equations *v = b->v;
     int n = b->n, m = b->m;
     const double *scale = v->system->scale;
-    double *rows = b->without + m; /* of the rate */
+    double *open = b->open + (ptrdiff_t)k * m, *rows = b->without + m; /* of the rate */
     double longer = 2 * kmp_slopes_of_start(v->slopes, k, b->x, dqd) / v->system->length;
     for (int i = 0; i < n; i++) {
         bool moves = b->free[i] && !v->system->model->motions[i].rotation;
@@ -350,32 +365,35 @@ static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
     }
     (void)kmp_slopes_change(v->slopes, k, b->without);
     kmp_tangents_add(&v->linear.tangents, KMP_RATE_Q, v->linear.d, 1, dq, rows);
-    bool open = false;
+    bool any = false;
     for (int r = 0; r < m; r++) {
         for (int i = 0; i < n; i++)
             rows[r] += b->jacobian[r + i * m] * dqd[i];
-        rows[r] /= -row_scale(b, r);
-        open = open || rows[r] != 0;
+        open[r] = rows[r] / -row_scale(b, r);
+        any = any || open[r] != 0;
     }
-    if (!open)
-        return true;
-    if (kmp_least_squares(m, n, b->scaled, rows, kmp_rounding_zero(b->v->system, KMP_RANK), b->x) < 0)
-        return false;
-    for (int i = 0; i < n; i++)
-        dqd[i] += scale[i] * b->x[i];
-    return true;
+    return any;
 }
 
-/* Derivatives of the rates. Afterwards parameter derivatives and tangents are those at the start, with its own rates.
- */
+/* Derivatives of the rates, with the least correction to the closures. Afterwards parameter derivatives and tangents
+ * are those at the start, with its own rates. False: no memory. */
 static bool move_rates(beginning *b, const double *dq, double *dqd)
 {
-    bool ok = b->m == 0 || find_correction(b);
-    if (ok)
-        pull_all(b, dq);
-    for (int k = 0; ok && k < b->v->count; k++)
-        ok = move_rate(b, k, dq + k * b->n, dqd + k * b->n);
-    return ok;
+    const kempe_system *s = b->v->system;
+    const int n = b->n, m = b->m, count = b->v->count;
+    bool open = false;
+    if (m > 0 && !find_correction(b))
+        return false;
+    pull_all(b, dq);
+    for (int k = 0; k < count; k++)
+        open |= move_rate(b, k, dq + k * n, dqd + k * n);
+    if (!open)
+        return true;
+    if (kmp_least_squares_of(m, n, b->scaled, count, b->open, kmp_rounding_zero(s, KMP_RANK), b->closing) < 0)
+        return false;
+    for (int k = 0; k < count * n; k++)
+        dqd[k] += s->scale[k % n] * b->closing[k];
+    return true;
 }
 
 /* -- the whole --------------------------------------------------------------------------------------- */
@@ -408,7 +426,8 @@ static kempe_status differentiate(beginning *b, double *dq, double *dqd)
                                     KMP_ROOM(double, n, &b->x, &b->pulled), KMP_ROOM(double, m, &b->mu),
                                     KMP_ROOM(double, n + m, &b->zero), KMP_ROOM(double, 3 * m + n, &b->without),
                                     KMP_ROOM(double, m *n, &b->jacobian, &b->scaled),
-                                    KMP_ROOM(double, b->v->count *n, &b->with))));
+                                    KMP_ROOM(double, b->v->count *n, &b->with, &b->closing),
+                                    KMP_ROOM(double, b->v->count *m, &b->open))));
     KMP_TRY(choose_as_assembled(b));
     /* The linear state stands at the start; tangents and parameter derivatives have its rates. */
     kmp_sensitivity_equations *v = b->v;

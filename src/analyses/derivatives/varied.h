@@ -57,11 +57,15 @@ int kmp_sensitivity_equations_at(kmp_sensitivity_equations *varied, double t, co
 /** Takes a state like kmp_sensitivity_equations_at, with q (n) near the closed state in place of the prediction. */
 int kmp_sensitivity_equations_near(kmp_sensitivity_equations *varied, double t, const double *q, const double *ud);
 
+/** The same of q and qd alone: no accelerations (kmp_linear_close). */
+int kmp_sensitivity_equations_close(kmp_sensitivity_equations *varied, double t, const double *q, const double *ud);
+
 /** dudd by u and by ud (p x 2 p) at the last state, at constant parameters. */
 void kmp_sensitivity_equations_matrix(kmp_sensitivity_equations *varied, double *matrix);
 
-/** Predictions of positions begin at the last state from now on. */
+/** Predictions of positions begin at the last state from now on; or at a place that the caller then fills. */
 void kmp_sensitivity_equations_anchor(kmp_sensitivity_equations *varied);
+kmp_sensitivity_equations_place *kmp_sensitivity_equations_next_anchor(kmp_sensitivity_equations *varied);
 
 /** The distance of the last state from the prediction of the last anchor, scaled: the largest of all coordinates. */
 double kmp_sensitivity_equations_miss(kmp_sensitivity_equations *varied, const double *u);

@@ -4,11 +4,15 @@
 #include "analyses/derivatives/varied_lanes.h"
 #include "backend/x86/x86.h"
 #include "base/clones.h"
+#include "base/context.h"
+#include "base/memory.h"
 #include "base/simd4.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "dynamics/motion.h"
 #include "integrators/decide/closing.h"
+#include "integrators/formulations/cost_model.h"
+#include "integrators/formulations/formulation.h"
 #include "integrators/steppers/ode.h"
 #include "model/data/model.h"
 #include <math.h>
@@ -18,6 +22,9 @@ enum { W = KMP_STAGE_LANES, STAGE = 1 /* of tangents and slopes */ };
 
 /* Rows of the matrices at a time: their weights remain in the first cache. */
 enum { VECTORS = 8 };
+
+/* Earlier choices that are known again. */
+enum { KEPT = 8 };
 
 #define AT(p, k) KMP_EIGHT_AT((p) + (ptrdiff_t)(k)*W)
 #define OF(p, k) KMP_EIGHT_CONST((p) + (ptrdiff_t)(k)*W)
@@ -46,47 +53,96 @@ static bool make_stages(kmp_varied_lanes *x, const kmp_sensitivity_equations *v)
            kmp_stage_lanes_init(&x->slope, v->slopes->equations.formulas.program, eval);
 }
 
-static void free_stages(kmp_varied_lanes *x)
+/* Processor cycles of an entry of a matrix times a vector in lanes, with its transfers. */
+#define CYCLES_OF_ENTRY 2.5
+
+/* The loops of linear algebra have about as many operations as in one state. */
+static double cycles_by_parts(const kmp_varied_lanes *x)
 {
-    kmp_stage_lanes_free(&x->motion);
-    kmp_stage_lanes_free(&x->tangent);
-    kmp_stage_lanes_free(&x->slope);
+    kmp_counts count = x->count_of_motion;
+    count.paper += kmp_reduction_count(&x->v->linear.red).paper;
+    return kmp_cycles_of_lanes(count, false);
 }
 
-kempe_status kmp_varied_lanes_prepare(const kmp_sensitivity_equations *varied)
+double kmp_varied_lanes_cycles(const kmp_varied_lanes *lanes)
 {
-    kmp_varied_lanes x = {0};
-    KMP_TRY(kmp_motion_need(varied->system));
-    bool made = make_stages(&x, varied);
-    free_stages(&x);
-    return kmp_made(varied->system->context, made);
+    return lanes->fused.program ? lanes->fused.cycles : cycles_by_parts(lanes);
 }
 
-kempe_status kmp_varied_lanes_begin(kmp_varied_lanes *lanes, kmp_sensitivity_equations *varied)
+double kmp_varied_lanes_matrix_cycles(const kmp_varied_lanes *lanes)
 {
-    kmp_varied_lanes_free(lanes);
+    const kmp_sensitivity_equations *v = lanes->v;
+    const double entries = v->linear.tangents.start[KMP_TANGENT_BLOCKS] + v->slopes->equations.count;
+    return cycles_by_parts(lanes) + lanes->cycles_of_tangents + CYCLES_OF_ENTRY * v->linear.p * entries;
+}
+
+/* Counts the programs, which takes as long as some evaluations. */
+static void count_programs(kmp_varied_lanes *x)
+{
+    const kmp_program *by[] = {x->v->linear.tangents.tangent.program, x->v->slopes->equations.formulas.program};
+    x->count_of_motion = kmp_program_count(x->v->system->motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
+    for (int k = 0; k < 2; k++)
+        x->cycles_of_tangents += by[k] ? kmp_cycles_of_lanes(kmp_program_count(by[k], STAGE, STAGE), false) : 0;
+}
+
+kempe_status kmp_varied_lanes_init(kmp_varied_lanes *lanes, kmp_sensitivity_equations *varied)
+{
     *lanes = (kmp_varied_lanes){.v = varied, .number = -1};
     KMP_TRY(kmp_motion_need(varied->system));
     int n = W * varied->n, m = W * varied->m;
     const bool made =
-        KMP_ARENA_MAKE(
-            &lanes->arena,
-            KMP_ROOM(double, n, &lanes->q, &lanes->qd, &lanes->qdd, &lanes->force, &lanes->a0, &lanes->u, &lanes->udd),
-            KMP_ROOM(double, m, &lanes->lambda),
-            KMP_ROOM(double, VECTORS *n, &lanes->weights, &lanes->wq, &lanes->wqd, &lanes->wqdd, &lanes->w),
-            KMP_ROOM(double, VECTORS *m, &lanes->h, &lanes->rate, &lanes->curve)) &&
+        KMP_ARENA_MAKE(&lanes->arena,
+                       KMP_ROOM(double, n, &lanes->q, &lanes->qd, &lanes->qdd, &lanes->force, &lanes->drift, &lanes->a0,
+                                &lanes->u, &lanes->ud, &lanes->udd),
+                       KMP_ROOM(double, m, &lanes->lambda),
+                       KMP_ROOM(int, KEPT *(varied->n + varied->m), &lanes->written),
+                       KMP_ROOM(double, VECTORS *n, &lanes->weights, &lanes->wq, &lanes->wqd, &lanes->wqdd, &lanes->w),
+                       KMP_ROOM(double, VECTORS *m, &lanes->h, &lanes->rate, &lanes->curve)) &&
         make_stages(lanes, varied);
-    if (!made)
-        kmp_varied_lanes_free(lanes);
+    count_programs(lanes);
     return kmp_made(varied->system->context, made);
 }
 
-void kmp_varied_lanes_free(kmp_varied_lanes *lanes)
+KMP_CLEARS(kmp_varied_lanes, lanes, kmp_fused_lanes_free(&lanes->fused), kmp_stage_lanes_free(&lanes->motion),
+           kmp_stage_lanes_free(&lanes->tangent), kmp_stage_lanes_free(&lanes->slope),
+           kmp_reduction_lanes_free(&lanes->red), kmp_arena_free(&lanes->arena))
+
+kempe_status kmp_varied_lanes_expect(kmp_varied_lanes *lanes, const int *wish, int wish_count)
 {
-    free_stages(lanes);
-    kmp_reduction_lanes_free(&lanes->red);
-    kmp_arena_free(&lanes->arena);
-    *lanes = (kmp_varied_lanes){0};
+    kmp_sensitivity_equations *v = lanes->v;
+    kmp_linear *l = &v->linear;
+    kempe_context *context = v->system->context;
+    kempe_assembly *start = NULL;
+    kmp_partition part;
+    const bool quiet = kmp_context_quiet(context, true);
+    kempe_status status = kempe_assembly_new(v->system, &start);
+    if (status == KEMPE_OK) {
+        kmp_eval_closure(l->eval, 0, start->q);
+        status = kmp_partition_init(&part, v->system, l->eval->jacobian, wish, wish_count);
+    }
+    if (status == KEMPE_OK)
+        status = kmp_sensitivity_equations_take(v, 0, start->q, &part);
+    if (status == KEMPE_OK)
+        status = kmp_fused_lanes_init(&lanes->fused, &l->red);
+    kempe_assembly_free(start);
+    (void)kmp_context_quiet(context, quiet);
+    if (status != KEMPE_OK && status != KEMPE_E_MEMORY) {
+        kmp_context_clear(context); /* the run says why */
+        return KEMPE_OK;
+    }
+    return status;
+}
+
+void kmp_varied_lanes_begin(kmp_varied_lanes *lanes)
+{
+    const kmp_evaluator *eval = lanes->v->linear.eval;
+    kmp_stage_lanes_take(&lanes->motion, eval);
+    kmp_stage_lanes_take(&lanes->tangent, eval);
+    kmp_stage_lanes_take(&lanes->slope, eval);
+    lanes->number = -1;
+    lanes->lasted = KMP_FORMULATION_BRIEF;
+    lanes->writings = 0;
+    lanes->closed = false;
 }
 
 /* -- closing ------------------------------------------------------------------------------------------- */
@@ -133,7 +189,6 @@ static void put_independent(kmp_varied_lanes *x, const double *u)
     const kmp_partition *part = &x->v->linear.part;
     for (int k = 0; k < part->p; k++)
         AT(x->q, part->u[k]) = OF(u, k);
-    memcpy(x->u, u, (size_t)(part->p * W) * sizeof *u);
 }
 
 /* The largest component of the last correction, scaled; infinite if one is not finite. */
@@ -155,18 +210,69 @@ static double correction_size(const kmp_varied_lanes *x)
 }
 
 /* Takes the order of elimination at the last anchor. */
-static bool take_choice(kmp_varied_lanes *x)
+static bool take_order(kmp_varied_lanes *x)
 {
     kmp_linear *l = &x->v->linear;
     const kmp_sensitivity_equations_place *at = &x->v->anchor[0];
-    x->number = -1;
     x->closed = false;
-    memset(x->a0, 0, (size_t)(x->v->n * W) * sizeof *x->a0); /* it remains zero for u */
+    memset(x->a0, 0, (size_t)(x->v->n * W) * sizeof *x->a0); /* they remain zero for u */
+    memset(x->drift, 0, (size_t)(x->v->n * W) * sizeof *x->drift);
     kmp_eval_closure(l->eval, at->t, at->q);
-    if (kmp_reduction_lanes_init(&x->red, &l->red, VECTORS) != KEMPE_OK)
+    return kmp_reduction_lanes_init(&x->red, &l->red, VECTORS) == KEMPE_OK;
+}
+
+/* The place of a choice among those whose programs were written in this run, which the system keeps. */
+static int *written_at(const kmp_varied_lanes *x, int k)
+{
+    return x->written + (ptrdiff_t)(k % KEPT) * (x->v->n + x->v->m);
+}
+
+static void note_choice(kmp_varied_lanes *x)
+{
+    const kmp_partition *part = &x->v->linear.part;
+    int *to = written_at(x, x->writings++);
+    memcpy(to, part->rows, (size_t)part->r * sizeof *to);
+    memcpy(to + part->r, part->u, (size_t)part->p * sizeof *to);
+}
+
+static bool was_written(const kmp_varied_lanes *x)
+{
+    const kmp_partition *part = &x->v->linear.part;
+    bool found = false;
+    for (int k = 0; k < KEPT && k < x->writings; k++) {
+        const int *at = written_at(x, k);
+        found = found || (memcmp(at, part->rows, (size_t)part->r * sizeof *at) == 0 &&
+                          memcmp(at + part->r, part->u, (size_t)part->p * sizeof *at) == 0);
+    }
+    return found;
+}
+
+/* Takes the present choice of u. A program is due where the choice before has lasted, or this one returns. */
+static bool take_choice(kmp_varied_lanes *x)
+{
+    kmp_fused_lanes_free(&x->fused);
+    x->due = x->lasted >= KMP_FORMULATION_BRIEF || was_written(x);
+    x->lasted = 0;
+    x->number = -1;
+    if (!take_order(x))
         return false;
-    x->number = l->number;
+    x->number = x->v->linear.number;
     return true;
+}
+
+/* Writes the program where it is due, or its charts are not the present ones. */
+static bool renew_fused(kmp_varied_lanes *x)
+{
+    x->due = x->due || (x->fused.program && !kmp_fused_lanes_applies(&x->fused));
+    if (!x->due)
+        return true;
+    const kmp_sensitivity_equations_place *at = &x->v->anchor[0];
+    x->due = x->closed = false;
+    kmp_eval_closure(x->v->linear.eval, at->t, at->q);
+    kmp_fused_lanes_free(&x->fused);
+    if (!was_written(x))
+        note_choice(x);
+    return kmp_fused_lanes_init(&x->fused, &x->v->linear.red) == KEMPE_OK;
 }
 
 /* Closes v at the placed u, up to a correction of size `enough`. The Jacobian that is then factored is that before this
@@ -195,44 +301,59 @@ static int close_lanes(kmp_varied_lanes *x, const double *t, double enough)
     return KMP_RETRY;
 }
 
+/* The correction of v at which sweeps later than the first end, after a change of u. */
+static double enough_after(double moved)
+{
+    return fmax(KMP_CORRECTION_IN_LANES, KMP_CORRECTION_LATER_IN_LANES * moved);
+}
+
+static bool is_again(const kmp_varied_lanes *x, const double *t)
+{
+    return x->closed && memcmp(t, x->t, sizeof x->t) == 0;
+}
+
 static int place(kmp_varied_lanes *x, bool once, const double *t, const double *u)
 {
-    bool again = x->closed && memcmp(t, x->t, sizeof x->t) == 0;
-    double enough = once ? KMP_CORRECTION_IN_LANES : KMP_CORRECTION_FIRST_IN_LANES;
+    bool again = is_again(x, t) && x->whole;
     x->closed = false;
     const double moved = again ? move_along(x, u) : 0;
     if (!again)
         predict(x, t, u);
-    else if (!once)
-        enough = fmax(KMP_CORRECTION_IN_LANES, KMP_CORRECTION_LATER_IN_LANES * moved);
     put_independent(x, u);
-    return close_lanes(x, t, enough);
+    return close_lanes(x, t,
+                       once    ? KMP_CORRECTION_IN_LANES
+                       : again ? enough_after(moved)
+                               : KMP_CORRECTION_FIRST_IN_LANES);
 }
 
 /* -- the motion ------------------------------------------------------------------------------------------ */
 
-int kmp_varied_lanes_run(kmp_varied_lanes *x, bool once, const double *t, const double *u, const double *ud,
-                         double *udd)
+/* By the program. */
+static int run_fused(kmp_varied_lanes *x, const double *t, const double *u, const double *ud, double *udd)
+{
+    bool again = is_again(x, t) && !x->whole;
+    x->closed = false;
+    const double moved = again ? kmp_fused_lanes_move(&x->fused, u, x->q) : 0;
+    if (!again)
+        predict(x, t, u);
+    return kmp_fused_lanes_run(&x->fused, again ? enough_after(moved) : KMP_CORRECTION_FIRST_IN_LANES, t, u, ud, x->q,
+                               udd);
+}
+
+/* By parts, at the closed q. */
+static int accelerate(kmp_varied_lanes *x, const double *ud, double *udd)
 {
     kmp_sensitivity_equations *v = x->v;
     kmp_reduction_lanes *r = &x->red;
-    int n = v->n, said = KMP_APART;
-    if (x->number != v->linear.number && !take_choice(x))
-        return KMP_HALT;
-    for (int pass = 0; said == KMP_APART && pass < 2;
-         pass++) { /* with the order of elimination here, where it is bad */
-        if (pass > 0 && !take_choice(x))
-            return KMP_HALT;
-        said = place(x, once, t, u);
-    }
-    if (said != KMP_GO)
-        return KMP_RETRY;
+    const int n = v->n;
     kmp_reduction_lanes_tangent(r, x->jacobian);
     kmp_reduction_lanes_spread(r, 1, ud, x->qd);
     if (v->system->rheonomic)
         kmp_reduction_lanes_solve(r, x->jacobian + v->system->jacobian.count * W);
-    for (int i = 0; v->system->rheonomic && i < r->r; i++)
+    for (int i = 0; v->system->rheonomic && i < r->r; i++) {
+        AT(x->drift, r->column[i]) = OF(r->dv, i);
         AT(x->qd, r->column[i]) += OF(r->dv, i);
+    }
     kmp_lanes_set(x->motion.lanes, KMP_IN_QD, x->qd);
     x->mass = kmp_lanes_run(x->motion.lanes, KMP_STAGE_MASS);
     const double *bias = kmp_lanes_run(x->motion.lanes, KMP_STAGE_BIAS);
@@ -247,12 +368,92 @@ int kmp_varied_lanes_run(kmp_varied_lanes *x, bool once, const double *t, const 
     for (int k = 0; k < r->p; k++)
         AT(udd, k) = -OF(udd, k);
     kmp_reduction_lanes_solve_mass(r, 1, udd);
-    if (!positive || !kmp_stage_lanes_finite(r->p, udd))
-        return KMP_RETRY;
-    memcpy(x->udd, udd, (size_t)(r->p * W) * sizeof *udd);
+    return positive && kmp_stage_lanes_finite(r->p, udd) ? KMP_GO : KMP_RETRY;
+}
+
+static int run_by_parts(kmp_varied_lanes *x, bool once, const double *t, const double *u, const double *ud, double *udd)
+{
+    int said = place(x, once, t, u);
+    if (said == KMP_APART) /* the order of elimination is bad here */
+        said = take_order(x) ? place(x, once, t, u) : KMP_HALT;
+    return said == KMP_GO ? accelerate(x, ud, udd) : said == KMP_HALT ? KMP_HALT : KMP_RETRY;
+}
+
+int kmp_varied_lanes_run(kmp_varied_lanes *x, bool once, const double *t, const double *u, const double *ud,
+                         double *udd)
+{
+    if (x->number != x->v->linear.number && !take_choice(x))
+        return KMP_HALT;
+    if (!once && !renew_fused(x))
+        return KMP_HALT;
+    x->lasted += !is_again(x, t);
+    int said = !once && x->fused.program ? run_fused(x, t, u, ud, udd) : KMP_APART;
+    x->whole = said == KMP_APART;
+    if (said == KMP_APART)
+        said = run_by_parts(x, once, t, u, ud, udd);
+    if (said != KMP_GO)
+        return said;
+    size_t half = (size_t)(x->red.p * W) * sizeof *u;
+    memcpy(x->u, u, half);
+    memcpy(x->ud, ud, half);
+    memcpy(x->udd, udd, half);
     memcpy(x->t, t, sizeof x->t);
     x->closed = true;
     return KMP_GO;
+}
+
+/* Finds what the program leaves out, at the places of the last run, which it has closed. */
+static int complete(kmp_varied_lanes *x)
+{
+    if (x->whole)
+        return KMP_GO;
+    int said = close_lanes(x, x->t, KMP_CORRECTION_FIRST_IN_LANES);
+    if (said == KMP_GO)
+        said = accelerate(x, x->ud, x->udd);
+    else if (said == KMP_APART)
+        said = run_by_parts(x, false, x->t, x->u, x->ud, x->udd);
+    x->whole = x->closed = said == KMP_GO;
+    return said == KMP_APART ? KMP_RETRY : said;
+}
+
+bool kmp_varied_lanes_last(const kmp_varied_lanes *x, double t, double *q)
+{
+    enum { LAST = W - 1 };
+    if (!x->closed || x->number != x->v->linear.number || t < x->t[LAST] || t > x->t[LAST])
+        return false;
+    for (int i = 0; i < x->v->n; i++)
+        q[i] = x->q[i * W + LAST];
+    return true;
+}
+
+/* As kmp_fused_lanes_place, by parts. */
+static void place_by_parts(const kmp_varied_lanes *x, int lane, double *drift, double *curve, double *tangent)
+{
+    const kmp_reduction_lanes *r = &x->red;
+    const int n = x->v->n;
+    for (int i = 0; i < n; i++) {
+        drift[i] = x->drift[i * W + lane];
+        curve[i] = x->a0[i * W + lane];
+    }
+    memset(tangent, 0, (size_t)(n * r->p) * sizeof *tangent);
+    for (int c = 0; c < r->p; c++) {
+        tangent[x->v->linear.part.u[c] + c * n] = 1;
+        for (int i = 0; r->full_of[c] >= 0 && i < r->r; i++)
+            tangent[r->column[i] + c * n] = r->bvu[(i * r->full + r->full_of[c]) * W + lane];
+    }
+}
+
+void kmp_varied_lanes_anchor(const kmp_varied_lanes *x, int lane)
+{
+    const int n = x->v->n;
+    kmp_sensitivity_equations_place *at = kmp_sensitivity_equations_next_anchor(x->v);
+    at->t = x->t[lane];
+    for (int i = 0; i < n; i++)
+        at->q[i] = x->q[i * W + lane];
+    if (x->whole)
+        place_by_parts(x, lane, at->drift, at->drift + n, at->drift + 2 * n);
+    else
+        kmp_fused_lanes_place(&x->fused, lane, at->drift, at->drift + n, at->drift + 2 * n);
 }
 
 /* -- the linear equations ---------------------------------------------------------------------------------- */
@@ -354,12 +555,15 @@ static void find_rows(kmp_varied_lanes *x, const double *d, const double *by, in
         add_parameters(x, by, row, count, b);
 }
 
-void kmp_varied_lanes_matrices(kmp_varied_lanes *x, double *a, double *b)
+int kmp_varied_lanes_matrices(kmp_varied_lanes *x, double *a, double *b)
 {
-    int p = x->red.p;
+    int p = x->red.p, said = complete(x);
     const double *d, *by;
+    if (said != KMP_GO)
+        return said;
     differentiate(x, &d, &by);
     memset(b, 0, (size_t)(p * x->v->count * W) * sizeof *b);
     for (int row = 0; row < p; row += VECTORS)
         find_rows(x, d, by, row, p - row < VECTORS ? p - row : VECTORS, a, b);
+    return KMP_GO;
 }

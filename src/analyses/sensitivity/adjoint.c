@@ -73,9 +73,9 @@ typedef struct adjoint {
     double *unit, *matrix;                        /* conditions; p x 2 p */
     double *rates, *wnext;                        /* n of each pass of a reset; states with next values */
     kmp_changes_weight back;
-    kmp_varied_lanes lanes; /* of the stages of a step, if the integrator evaluates them at once */
-    bool known;             /* the matrices are those of these times, and of this segment */
+    bool known; /* the matrices in lanes are those of these times, and of this segment */
     double at_t[KMP_STAGE_LANES];
+    double stood;                           /* time of the whole state at the end of the motion; NAN: it is left */
     double *stages;                         /* 2 p: u and ud, in lanes */
     double *of_state, *of_parameters, *udd; /* in lanes: p x 2 p; p x count; p */
 } adjoint;
@@ -276,6 +276,9 @@ static void go_back(adjoint *a, bool with_target, double *udd, double *u, double
 static int place(adjoint *a, double back)
 {
     double t = fmin(fmax(a->options->spec->t_end - back, a->first->from), a->last->to);
+    if (t <= a->stood && t >= a->stood)
+        return KMP_GO;
+    a->stood = NAN;
     recall(a, step_at(a, t), t, a->state);
     return kmp_sensitivity_equations_at(a->v, t, a->state, a->state + a->p);
 }
@@ -298,10 +301,11 @@ static int place_stages(adjoint *a, const double *back)
         for (size_t i = 0; i < 2 * p; i++)
             a->stages[i * W + l] = a->state[i];
     }
-    int said = kmp_varied_lanes_run(&a->lanes, true, t, a->stages, a->stages + p * W, a->udd);
+    int said = kmp_varied_lanes_run(a->options->lanes, true, t, a->stages, a->stages + p * W, a->udd);
+    if (said == KMP_GO)
+        said = kmp_varied_lanes_matrices(a->options->lanes, a->of_state, a->of_parameters);
     if (said != KMP_GO)
         return said;
-    kmp_varied_lanes_matrices(&a->lanes, a->of_state, a->of_parameters);
     memcpy(a->at_t, t, sizeof t);
     a->known = true;
     return KMP_GO;
@@ -325,14 +329,10 @@ static bool is_last_stage(const adjoint *a, double back)
     return a->known && t <= a->at_t[W - 1] && t >= a->at_t[W - 1];
 }
 
-/* The slopes there, by the matrices of that lane. The state is needed alone. */
-static int recall_stage(adjoint *a, double back, const double *y, double *dy)
+/* The slopes there, by the matrices of that lane. */
+static void recall_stage(const adjoint *a, const double *y, double *dy)
 {
     int p = a->p;
-    kmp_linear *l = &a->v->linear;
-    l->plain = true;
-    int said = place(a, back);
-    l->plain = false;
     for (int c = 0; c < 2 * p + a->count; c++) {
         const double *of =
             c < 2 * p ? a->of_state + (ptrdiff_t)(c * p) * W : a->of_parameters + (ptrdiff_t)((c - 2 * p) * p) * W;
@@ -340,7 +340,6 @@ static int recall_stage(adjoint *a, double back, const double *y, double *dy)
         for (int k = 0; k < p; k++)
             dy[c] += of[k * W + W - 1] * y[p + k];
     }
-    return said;
 }
 
 static int rhs_of_stages(void *self, const double *t, const double *y, double *dy)
@@ -360,8 +359,10 @@ static int rhs(void *self, double t, const double *y, double *dy)
 {
     adjoint *a = self;
     int p = a->p;
-    if (is_last_stage(a, t))
-        return recall_stage(a, t, y, dy);
+    if (is_last_stage(a, t)) {
+        recall_stage(a, y, dy);
+        return KMP_GO;
+    }
     if (place(a, t) != KMP_GO)
         return KMP_RETRY;
     memset(dy, 0, (size_t)a->size * sizeof *dy);
@@ -374,8 +375,28 @@ static int rhs(void *self, double t, const double *y, double *dy)
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
     adjoint *a = self;
-    (void)t, (void)y, (void)dy, (void)w;
-    kmp_sensitivity_equations_anchor(a->v);
+    (void)y, (void)dy, (void)w;
+    if (is_last_stage(a, t))
+        kmp_varied_lanes_anchor(a->options->lanes, W - 1);
+    else
+        kmp_sensitivity_equations_anchor(a->v);
+    return KMP_GO;
+}
+
+/* dudd by u and ud at a time: that of a stage, or of a state of its own. */
+static int find_matrix(adjoint *a, double back)
+{
+    double t = a->options->spec->t_end - back;
+    for (int l = 0; a->known && l < W; l++) {
+        if (t < a->at_t[l] || t > a->at_t[l])
+            continue;
+        for (int k = 0; k < 2 * a->p * a->p; k++)
+            a->matrix[k] = a->of_state[k * W + l];
+        return KMP_GO;
+    }
+    if (place(a, back) != KMP_GO)
+        return KMP_RETRY;
+    kmp_sensitivity_equations_matrix(a->v, a->matrix);
     return KMP_GO;
 }
 
@@ -385,9 +406,8 @@ static int jacobian(void *self, double t, const double *y, double *j)
     adjoint *a = self;
     int p = a->p;
     (void)y;
-    if (place(a, t) != KMP_GO)
+    if (find_matrix(a, t) != KMP_GO)
         return KMP_RETRY;
-    kmp_sensitivity_equations_matrix(a->v, a->matrix);
     for (int k = 0; k < p; k++) {
         for (int i = 0; i < 2 * p; i++)
             j[i + (p + k) * a->size] = a->matrix[k + i * p];
@@ -408,6 +428,7 @@ static kempe_status fail(adjoint *a, double t)
 static kempe_status stand(adjoint *a, double t, const double *q, const int *u, const double *y)
 {
     a->known = false;
+    a->stood = NAN;
     KMP_TRY(kmp_sensitivity_equations_choose(a->v, t, q, q, u, a->p));
     if (kmp_sensitivity_equations_at(a->v, t, y, y + a->p) != KMP_GO)
         return fail(a, t);
@@ -645,15 +666,17 @@ static bool make_room(adjoint *a)
         KMP_ROOM(double, samples_of(a), &a->wnext), KMP_ROOM(double, a->v->system->events.count, &a->unit));
 }
 
-/* Makes the lanes, if the integrator uses them and the equations can. */
+/* Begins the lanes, if the integrator uses them. */
 static kempe_status add_lanes(adjoint *a)
 {
     const size_t p = (size_t)a->p, count = (size_t)a->count;
-    if (!a->kind->lanes || a->integral || !kmp_varied_lanes_can(a->v))
+    if (!a->kind->lanes || a->integral || !a->options->lanes)
         return KEMPE_OK;
-    KMP_TRY(kmp_varied_lanes_begin(&a->lanes, a->v));
+    kmp_varied_lanes_begin(a->options->lanes);
     a->ode.lanes = rhs_of_stages;
     a->ode.width = W;
+    a->ode.cycles_of_step =
+        kmp_varied_lanes_cycles(a->options->lanes) + kmp_varied_lanes_matrix_cycles(a->options->lanes);
     return kmp_made(a->v->system->context,
                     KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, 2 * p * W, &a->stages), KMP_ROOM(double, p *W, &a->udd),
                                    KMP_ROOM(double, 2 * p * p * W, &a->of_state),
@@ -674,6 +697,7 @@ static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
     recall(a, a->end, a->options->spec->t_end, a->state);
     kmp_present_inputs_stand(&v->linear.eval->inputs, a->end->from);
     KMP_TRY(stand(a, a->options->spec->t_end, a->end_q, a->end_u, a->state));
+    a->stood = a->options->spec->t_end;
     memset(a->wu, 0, (size_t)p * sizeof *a->wu);
     go_back(a, true, a->wu, a->y, a->y + p, a->y + 2 * p);
     for (int i = 0; i < p; i++) {
@@ -739,6 +763,7 @@ kempe_status kmp_adjoint_run(kmp_sensitivity_equations *varied, const kmp_forwar
                                 .integrand = integral ? target : NULL,
                                 .start_q = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
                                 .start_qd = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
+                                .lanes = options->lanes,
                                 .watch = {.user = &a, .row = keep_end, .step = keep_step, .mark = keep_mark}};
     a.options = &motion;
     if (KMP_ARENA_MAKE(&a.arena, KMP_ROOM(double, a.n, &a.end_q, &a.own_q, &a.own_qd, &a.own_qdd),
@@ -755,7 +780,6 @@ kempe_status kmp_adjoint_run(kmp_sensitivity_equations *varied, const kmp_forwar
     }
     if (a.solver)
         a.kind->release(a.solver);
-    kmp_varied_lanes_free(&a.lanes);
     kmp_arena_free(&a.arena);
     return status;
 }

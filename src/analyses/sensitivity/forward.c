@@ -89,6 +89,7 @@ static const double *rate_of(const kmp_forward_formulation *f, const double *y, 
 static int come_to(kmp_forward_formulation *f, double t, const double *y)
 {
     const double *ud = rows_of(f, y + kmp_forward_blocks(f), f->ud);
+    f->in_lanes = false;
     return f->zone ? kmp_sensitivity_equations_near(f->v, t, y, ud) : kmp_sensitivity_equations_at(f->v, t, y, ud);
 }
 
@@ -148,14 +149,13 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
 {
     kmp_forward_formulation *f = self;
     ptrdiff_t rates = (ptrdiff_t)kmp_forward_blocks(f) * KMP_STAGE_LANES;
-    return kmp_varied_lanes_run(&f->lanes, false, t, y, y + rates, dy + rates);
+    return kmp_varied_lanes_run(f->options->lanes, false, t, y, y + rates, dy + rates);
 }
 
 static int follow_stages(void *self, double *a, double *b)
 {
     kmp_forward_formulation *f = self;
-    kmp_varied_lanes_matrices(&f->lanes, a, b);
-    return KMP_GO;
+    return kmp_varied_lanes_matrices(f->options->lanes, a, b);
 }
 
 static int motion_alone(void *self, double t, const double *y, double *dy)
@@ -173,24 +173,39 @@ static int motion_alone(void *self, double t, const double *y, double *dy)
     return said;
 }
 
-/* Makes the lanes, if the integrator uses them and the equations can. */
-static kempe_status add_lanes(kmp_forward_formulation *f)
+/* The end of a step: accelerations are those of the last stage, which has the loops closed nearby. */
+static int end_of_step(void *self, double t, const double *y, double *dy)
+{
+    kmp_forward_formulation *f = self;
+    kmp_sensitivity_equations *v = f->v;
+    if (!kmp_varied_lanes_last(f->options->lanes, t, v->q))
+        return motion_alone(self, t, y, dy);
+    memcpy(dy, y + kmp_forward_blocks(f), (size_t)f->p * sizeof *dy);
+    for (int i = 0; i < f->p; i++)
+        v->q[v->linear.part.u[i]] = y[i];
+    f->in_lanes = true;
+    return kmp_sensitivity_equations_close(v, t, v->q, y + kmp_forward_blocks(f));
+}
+
+/* Begins the lanes, if the integrator uses them. */
+static void add_lanes(kmp_forward_formulation *f)
 {
     kmp_sensitivity_equations *v = f->v;
     kmp_ode *ode = &f->formulation.ode;
-    if (!f->start.lanes || f->zone || f->integrals || !kmp_varied_lanes_can(v))
-        return KEMPE_OK;
-    KMP_TRY(kmp_varied_lanes_begin(&f->lanes, v));
-    kmp_counts count = kmp_program_count(f->system->motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
-    count.paper += kmp_reduction_count(&v->linear.red).paper;
+    if (!f->start.lanes || f->zone || f->integrals || !f->options->lanes)
+        return;
+    kmp_varied_lanes_begin(f->options->lanes);
     ode->lanes = rhs_of_stages;
     ode->width = KMP_STAGE_LANES;
     ode->followers = f->count;
     ode->follow = follow_stages;
     ode->alone = motion_alone;
+    ode->end = end_of_step;
+    kmp_counts count = kmp_program_count(f->system->motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
+    count.paper += kmp_reduction_count(&v->linear.red).paper;
     ode->cycles = kmp_cycles_by_parts((double)count.paper, false);
-    ode->cycles_of_lanes = kmp_cycles_of_lanes(count, false);
-    return KEMPE_OK;
+    ode->cycles_of_lanes = kmp_varied_lanes_cycles(f->options->lanes);
+    ode->cycles_of_step = f->count > 0 ? kmp_varied_lanes_matrix_cycles(f->options->lanes) : 0;
 }
 
 /* df/dy of (u, ud) is also the Jacobian of the sensitivities by their own values. Its change with u, which Newton's
@@ -250,7 +265,10 @@ static void settle(kmp_forward_formulation *f)
     kmp_linear *l = &f->v->linear;
     int row, column;
     memcpy(f->mode, l->eval->mode, mode_bytes(f));
-    kmp_sensitivity_equations_anchor(f->v);
+    if (f->in_lanes)
+        kmp_varied_lanes_anchor(f->options->lanes, KMP_STAGE_LANES - 1);
+    else
+        kmp_sensitivity_equations_anchor(f->v);
     f->crossed = false;
     if (l->red.r == 0)
         return;
@@ -1017,7 +1035,6 @@ static void release(kmp_formulation *formulation)
 {
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     const kmp_evaluator *eval = kmp_forward_eval(f);
-    kmp_varied_lanes_free(&f->lanes);
     kmp_arena_free(&formulation->arena);
     if (eval == f->own)
         return;
@@ -1083,7 +1100,7 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
     f->v->linear.held = true;
     f->v->linear.plain = f->count == 0;
     KMP_TRY(kmp_sensitivity_equations_take(f->v, start->t, start->q, &part));
-    KMP_TRY(add_lanes(f));
+    add_lanes(f);
     if (first)
         memcpy(f->mode, start->eval->mode, mode_bytes(f));
     if (f->resets > 0 && reset_place(f, start->t) != KMP_GO)
@@ -1252,7 +1269,6 @@ kempe_status kmp_forward_run(kmp_sensitivity_equations *varied, const kmp_forwar
         integral[k] = f.tail[1 + k];
     kmp_text_free(&f.formulation.reason);
     kmp_forward_delays_free(&f);
-    kmp_varied_lanes_free(&f.lanes);
     kmp_arena_free(&f.arena);
     varied->linear.plain = false;
     return status;

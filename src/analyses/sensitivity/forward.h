@@ -14,7 +14,7 @@
  * (Rozenvasser 1967; Hiskens and Pai, IEEE Trans. Circuits and Systems I 47 (2000) 204, eqs. 36-38). */
 #pragma once
 
-#include "analyses/derivatives/varied.h"
+#include "analyses/derivatives/varied_lanes.h"
 #include "constraints/evaluation/charts.h"
 #include "integrators/run/run.h"
 #include "model/data/force.h"
@@ -67,6 +67,7 @@ typedef struct kmp_forward {
     const kmp_forward_target *integrand; /* whose integral over time is requested; NULL: none */
     bool alone;                          /* without sensitivities, except those of the start */
     double *start_q, *start_qd;          /* sensitivities of the start, n x count; NULL: not needed */
+    kmp_varied_lanes *lanes;             /* of these equations, for the stages of a step; NULL: one after the other */
     kmp_sensitivity_equations_watch watch;
 } kmp_forward;
 

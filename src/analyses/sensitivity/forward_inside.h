@@ -17,8 +17,7 @@ typedef struct kmp_forward_formulation {
     kmp_formulation formulation; /* first */
     kmp_arena arena;
     kmp_sensitivity_equations *v;
-    kmp_varied_lanes lanes; /* of the stages of a step, if the integrator evaluates them at once */
-    kmp_evaluator *own;     /* of v, while the runner's is lent */
+    kmp_evaluator *own; /* of v, while the runner's is lent */
     const kmp_forward *options;
     const kempe_system *system;
     const double *sizes;
@@ -28,6 +27,7 @@ typedef struct kmp_forward_formulation {
     int width, *every;             /* of the coordinates that are unknowns: p, in a zone n; 0 .. n - 1 */
     double growth;
     bool begun, due, crossed, zone, own_angles;
+    bool in_lanes;                   /* the last state is the last lane's, without accelerations */
     double t;                        /* of the place that is kept between two formulations or charts: */
     double *chart, *q, *qd;          /* all charts; n */
     double *dq, *dqd;                /* count x n */

@@ -32,6 +32,7 @@ typedef struct work {
     kempe_sensitivity *s;
     kmp_slopes *slopes;
     kmp_sensitivity_equations varied;
+    kmp_varied_lanes lanes; /* of them, for the integrators that use these */
     kmp_run_spec spec;
     kmp_times times;
     kmp_forward options;
@@ -104,9 +105,12 @@ static kempe_status prepare(work *w)
     KMP_TRY(kmp_slopes_new(s->system, w->spec.backend, s->count, (const char *const *)s->name, shown, &w->slopes));
     KMP_TRY(kmp_sensitivity_equations_init(&w->varied, s->system, w->spec.backend, w->slopes));
     kmp_linear_derive(&w->varied.linear);
-    if (kmp_solver_find(w->spec.integrator)->lanes && kmp_varied_lanes_can(&w->varied))
-        KMP_TRY(kmp_varied_lanes_prepare(&w->varied));
-    w->options = (kmp_forward){.spec = &w->spec};
+    bool lanes = kmp_solver_find(w->spec.integrator)->lanes && kmp_varied_lanes_can(&w->varied);
+    if (lanes)
+        KMP_TRY(kmp_varied_lanes_init(&w->lanes, &w->varied));
+    if (lanes)
+        KMP_TRY(kmp_varied_lanes_expect(&w->lanes, w->spec.u, w->spec.u_count));
+    w->options = (kmp_forward){.spec = &w->spec, .lanes = lanes ? &w->lanes : NULL};
     return kmp_made(s->context, KMP_ARENA_MAKE(&w->arena,
                                                KMP_ROOM(double, s->system->n, &w->w[KMP_QUANTITY_Q],
                                                         &w->w[KMP_QUANTITY_QD], &w->w[KMP_QUANTITY_QDD]),
@@ -311,6 +315,7 @@ static kempe_status check_again(work *w)
 static void free_work(work *w)
 {
     kmp_times_free(&w->times);
+    kmp_varied_lanes_free(&w->lanes);
     kmp_sensitivity_equations_free(&w->varied);
     kmp_slopes_free(w->slopes);
     kmp_arena_free(&w->arena);

@@ -2,6 +2,7 @@
 /* Hides LAPACK's Fortran binding and its workspace. The lengths of character arguments are left out, as all of them are
  * one letter. */
 #include "linalg/dense/lapack.h"
+#include <stddef.h>
 #include <string.h>
 
 extern void dgelsy_(const int *m, const int *n, const int *nrhs, double *a, const int *lda, double *b, const int *ldb,
@@ -26,22 +27,28 @@ int kmp_symmetric_eigen(int n, double *a, double *values)
     return made && info == 0 ? 0 : -1;
 }
 
-int kmp_least_squares(int m, int n, const double *a, const double *b, double rcond, double *x)
+int kmp_least_squares_of(int m, int n, const double *a, int count, const double *b, double rcond, double *x)
 {
-    int one = 1, rank = 0, info = 0, rows = imax(m, 1), ldb = imax(rows, n), small = m < n ? m : n;
-    int lwork = imax(small + 3 * n + 1, 2 * small + 1) * 4;
+    int rank = 0, info = 0, rows = imax(m, 1), ldb = imax(rows, n), small = m < n ? m : n;
+    int lwork = imax(small + 3 * n + 1, 2 * small + count) * 4;
     kmp_arena room = {0};
-    double *copy = KMP_ARENA_NEW(&room, double, m *n), *rhs = KMP_ARENA_NEW(&room, double, ldb),
+    double *copy = KMP_ARENA_NEW(&room, double, m *n), *rhs = KMP_ARENA_NEW(&room, double, (size_t)ldb *(size_t)count),
            *work = KMP_ARENA_NEW(&room, double, lwork);
     int *pivot = KMP_ARENA_NEW(&room, int, n);
     bool made = !room.failed;
     if (made && m > 0 && n > 0) {
         memcpy(copy, a, (size_t)(m * n) * sizeof *copy);
-        memcpy(rhs, b, (size_t)m * sizeof *rhs);
-        dgelsy_(&m, &n, &one, copy, &rows, rhs, &ldb, pivot, &rcond, &rank, work, &lwork, &info);
+        for (int k = 0; k < count; k++)
+            memcpy(rhs + (ptrdiff_t)k * ldb, b + (ptrdiff_t)k * m, (size_t)m * sizeof *rhs);
+        dgelsy_(&m, &n, &count, copy, &rows, rhs, &ldb, pivot, &rcond, &rank, work, &lwork, &info);
     }
-    if (made && n > 0)
-        memcpy(x, rhs, (size_t)n * sizeof *x); /* zeros when there are no rows */
+    for (int k = 0; made && n > 0 && k < count; k++) /* zeros when there are no rows */
+        memcpy(x + (ptrdiff_t)k * n, rhs + (ptrdiff_t)k * ldb, (size_t)n * sizeof *x);
     kmp_arena_free(&room);
     return made ? rank : -1;
+}
+
+int kmp_least_squares(int m, int n, const double *a, const double *b, double rcond, double *x)
+{
+    return kmp_least_squares_of(m, n, a, 1, b, rcond, x);
 }
