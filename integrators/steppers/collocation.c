@@ -6,6 +6,7 @@
  *
  * A one-step method: the formulation corrects y between steps. */
 #include "integrators/steppers/collocation.h"
+#include "integrators/decide/inlined.h"
 #include "integrators/decide/step_control.h"
 #include "integrators/steppers/collocation_newton.h"
 #include "integrators/steppers/collocation_step.h"
@@ -512,14 +513,20 @@ static void undo(void *solver, double h)
 
 /* -- dense output -------------------------------------------------------------------------------------- */
 
-/* start[k] weight[0] + sum of the last step's stages. */
-static double between(const kmp_collocation *s, int k, const double *weight)
+/* start[k] weight[0] + sum of `stages` stages of the last step. */
+KMP_INLINE double sum_of(const kmp_collocation *s, int stages, int k, const double *weight)
 {
     const double *g = s->g_old + k * s->w;
     double sum = weight[0] * s->g_start_old[k];
-    for (int j = 0; j < s->s; j++)
+    for (int j = 0; j < stages; j++)
         sum += weight[j + 1] * g[j];
     return sum;
+}
+
+/* Written out for the seven stages of lanes: each row of results needs it for each unknown. */
+static double between(const kmp_collocation *s, int k, const double *weight)
+{
+    return s->s == KMP_COLLOCATION_STAGES ? sum_of(s, KMP_COLLOCATION_STAGES, k, weight) : sum_of(s, s->s, k, weight);
 }
 
 /* The polynomial through the derivatives at the start and the stages, integrated once or twice; the formulation's

@@ -344,27 +344,41 @@ void kmp_collocation_weights(const kmp_collocation_table *table, int places, con
     lagrange(places, table->stages + 1, table->node, table->barycentric, x, weight);
 }
 
-/* out = sum over i < count of row i times by[i]. */
-static KMP_CLONES void combine(const double *rows, int count, const double *by, double *out)
+/* The integral of P_i from 0 is (P_i+1 - P_i-1) / (2 (2 i + 1)) for i > 0. 1 / (2 (2 i + 1)) for i = 1, 2, .. */
+#define OF(i) (0.5 / (2 * (i) + 1))
+static const double PER_INTEGRAL[S + 1] = {OF(1), OF(2), OF(3), OF(4), OF(5), OF(6), OF(7), OF(8)};
+#undef OF
+/* P_i = RISE[i] z P_i-1 - FALL[i] P_i-2 with z = 2 x - 1. */
+#define RISE(i) ((2.0 * (i)-1) / (i))
+#define FALL(i) (((i)-1.0) / (i))
+static const double RISE[S + 3] = {0, 1, RISE(2), RISE(3), RISE(4), RISE(5), RISE(6), RISE(7), RISE(8), RISE(9)};
+static const double FALL[S + 3] = {0, 0, FALL(2), FALL(3), FALL(4), FALL(5), FALL(6), FALL(7), FALL(8), FALL(9)};
+#undef RISE
+#undef FALL
+
+/* Each row of results needs these weights: both sums are made in one pass, without divisions. For fewer stages the
+ * table has zeros beyond its polynomials. */
+static KMP_CLONES void integrals(const kmp_collocation_table *table, double x, double *once, double *twice)
 {
-    kmp_eight sum = {0};
-    for (int i = 0; i < count; i++)
-        sum += KMP_EIGHT_CONST(rows + i * (S + 1)) * by[i];
-    KMP_EIGHT_AT(out) = sum;
+    const double z = 2 * x - 1;
+    double p[S + 3] = {1, z}, first[S + 2] = {0}, second[S + 1] = {0};
+    for (int i = 2; i < S + 3; i++)
+        p[i] = RISE[i] * z * p[i - 1] - FALL[i] * p[i - 2];
+    first[0] = 0.5 * (p[1] + p[0]);
+    KMP_EIGHT_AT(first + 1) = (KMP_EIGHT_CONST(p + 2) - KMP_EIGHT_CONST(p)) * KMP_EIGHT_CONST(PER_INTEGRAL);
+    second[0] = 0.5 * (first[1] + first[0]);
+    for (int i = 1; i <= S; i++)
+        second[i] = (first[i + 1] - first[i - 1]) * PER_INTEGRAL[i - 1];
+    kmp_eight sum = {0}, of_sum = {0};
+    for (int i = 0; i <= table->stages; i++) {
+        sum += KMP_EIGHT_CONST(table->legendre[i]) * first[i];
+        of_sum += KMP_EIGHT_CONST(table->legendre[i]) * second[i];
+    }
+    KMP_EIGHT_AT(once) = sum;
+    KMP_EIGHT_AT(twice) = of_sum;
 }
 
-/* The integral of P_i from 0 is (P_i+1 - P_i-1) / (2 (2 i + 1)), of P_0 it is (P_1 + P_0) / 2. */
 void kmp_collocation_integrals(const kmp_collocation_table *table, double x, double *once, double *twice)
 {
-    int s = table->stages;
-    double p[S + 3] = {0}, first[S + 2] = {0}, second[S + 1] = {0};
-    legendre(s + 2, x, p);
-    first[0] = 0.5 * (p[1] + p[0]);
-    for (int i = 1; i <= s + 1; i++)
-        first[i] = (p[i + 1] - p[i - 1]) / (2 * (2 * i + 1));
-    second[0] = 0.5 * (first[1] + first[0]);
-    for (int i = 1; i <= s; i++)
-        second[i] = (first[i + 1] - first[i - 1]) / (2 * (2 * i + 1));
-    combine(&table->legendre[0][0], s + 1, first, once);
-    combine(&table->legendre[0][0], s + 1, second, twice);
+    integrals(table, x, once, twice);
 }
