@@ -178,6 +178,12 @@ static bool correct(void *self, const double *violation, double *dv)
     return true;
 }
 
+kmp_close_rule kmp_reduction_close_rule(const kmp_reduction *red)
+{
+    return (kmp_close_rule){
+        .most = KMP_CLOSING_PASSES, .contracting = true, .enough = kmp_close_rounding(red->eval->system)};
+}
+
 int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction)
 {
     const kempe_system *s = red->eval->system;
@@ -191,7 +197,8 @@ int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w
                                .row_count = red->r,
                                .place = place,
                                .correct = correct};
-    const kmp_close_rule rule = {
-        .most = KMP_CLOSING_PASSES, .contracting = true, .enough = kmp_close_rounding(s), .w = w, .fraction = fraction};
+    kmp_close_rule rule = kmp_reduction_close_rule(red);
+    rule.w = w;
+    rule.fraction = fraction;
     return !kmp_close(&closer, &rule, t, q).closed;
 }

@@ -60,4 +60,5 @@ bool kmp_close_state(const kmp_closer *closer, double *room, double t, double *q
 /** Closes v of q for its u by Newton's method from the given v, with a new Jacobian in each iteration. Ends when a
  * correction is within `fraction` of the weights w (n; NULL: to round-off). The evaluator's closure and the factors are
  * then those of q to that accuracy. 0; 1 when corrections no longer contract or Jv is singular. */
+kmp_close_rule kmp_reduction_close_rule(const kmp_reduction *red); /* to round-off */
 int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction);

@@ -503,6 +503,50 @@ void kmp_writer_blocks_factor(kmp_writer_blocks *k, int number)
     }
 }
 
+static void solve_block_transposed(kmp_graph *g, const struct kmp_writer_block *b, kmp_ref *x)
+{
+    if (b->size == 2) {
+        kmp_ref y = x[0], z = x[1], w = b->inverse[0];
+        x[0] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[1][1], w), y), kmp_mul(g, kmp_mul(g, b->a[1][0], w), z));
+        x[1] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[0][0], w), z), kmp_mul(g, kmp_mul(g, b->a[0][1], w), y));
+        return;
+    }
+    for (int i = 0; i < b->size; i++) {
+        for (int j = 0; j < i; j++)
+            x[i] = kmp_sub(g, x[i], kmp_mul(g, b->a[j][i], x[j]));
+        x[i] = kmp_mul(g, x[i], b->inverse[i]);
+    }
+    for (int i = b->size - 2; i >= 0; i--)
+        for (int j = i + 1; j < b->size; j++)
+            x[i] = kmp_sub(g, x[i], kmp_mul(g, b->a[j][i], x[j]));
+}
+
+/* The right-hand side of a column minus the known part of the solution: rows of earlier blocks. */
+static kmp_ref left_over_transposed(const kmp_writer_blocks *k, int col, kmp_ref rhs, const kmp_ref *x, int number)
+{
+    for (int before = 0; before < number; before++)
+        for (int i = 0; i < k->block[before].size; i++) {
+            const int row = k->block[before].row[i];
+            kmp_ref entry = k->jv[row * k->red->r + col];
+            if (entry != KMP_ZERO)
+                rhs = kmp_sub(k->g, rhs, kmp_mul(k->g, entry, x[row]));
+        }
+    return rhs;
+}
+
+void kmp_writer_blocks_solve_transposed(const kmp_writer_blocks *k, const kmp_ref *rhs, kmp_ref *x)
+{
+    for (int number = 0; number < kmp_block_count(k->red->block); number++) {
+        const struct kmp_writer_block *b = &k->block[number];
+        kmp_ref y[KMP_WRITER_BLOCK] = {0};
+        for (int i = 0; i < b->size; i++)
+            y[i] = left_over_transposed(k, b->col[i], rhs[b->col[i]], x, number);
+        solve_block_transposed(k->g, b, y);
+        for (int i = 0; i < b->size; i++)
+            x[b->row[i]] = y[i];
+    }
+}
+
 void kmp_writer_blocks_correct(const kmp_writer_blocks *k, const kmp_ref *h, kmp_ref *room, kmp_ref *x)
 {
     for (int i = 0; i < k->red->r; i++)

@@ -185,6 +185,9 @@ bool kmp_writer_blocks_init(kmp_writer_blocks *k, kmp_arena *arena, kmp_graph *g
 void kmp_writer_blocks_factor(kmp_writer_blocks *k, int number);
 void kmp_writer_blocks_solve(const kmp_writer_blocks *k, int number, int columns, const kmp_ref *rhs, kmp_ref *x);
 
+/** Solves Jv' x = rhs, r values by rows of Jv and by its columns, of factored blocks. */
+void kmp_writer_blocks_solve_transposed(const kmp_writer_blocks *k, const kmp_ref *rhs, kmp_ref *x);
+
 /** x = -Jv^-1 of all rows (m) of h, in the order of the partition; `room`: r. */
 void kmp_writer_blocks_correct(const kmp_writer_blocks *k, const kmp_ref *h, kmp_ref *room, kmp_ref *x);
 

@@ -5,6 +5,7 @@
 #include "constraints/programs/reduced_program.h"
 #include "base/arena.h"
 #include "base/memory.h"
+#include "constraints/closing/close.h"
 #include "constraints/programs/program_records.h"
 #include "constraints/programs/program_writer.h"
 #include "constraints/programs/saddle_program.h"
@@ -37,6 +38,7 @@ typedef struct maker {
     kmp_ref *newton;         /* and the step to their solution */
     kmp_ref *column;         /* r x r: of Jv^-1, by independent rows, where they are needed */
     kmp_ref *lambda;         /* r */
+    kmp_ref *vdd;            /* r: qdd of v */
 } maker;
 
 /* Factors of the reduced mass, L D L'. */
@@ -236,13 +238,7 @@ static bool make_multipliers(maker *k, const kmp_ref *udd)
     for (int i = 0; i < k->n; i++)
         if (k->red->place[i] >= 0)
             force[k->red->place[i]] = force_of(k, i, udd);
-    for (int row = 0; row < k->r; row++)
-        (void)column_of(k, row);
-    for (int row = 0; row < k->r; row++) {
-        k->lambda[row] = KMP_ZERO;
-        for (int i = 0; i < k->r; i++)
-            kmp_writer_add_product(k->g, &k->lambda[row], k->column[row * k->r + i], force[i]);
-    }
+    kmp_writer_blocks_solve_transposed(&k->jv, force, k->lambda);
     return true;
 }
 
@@ -283,6 +279,11 @@ static kmp_program *finish(maker *k)
         kmp_writer_put(w, k->r, k->a0);
     if (k->plan->forces)
         kmp_writer_put(w, k->r, k->lambda);
+    if (k->plan->rows) {
+        kmp_writer_stage(w);
+        kmp_writer_put(w, k->r, k->vdd);
+        kmp_writer_put(w, k->r, k->lambda);
+    }
     return kmp_writer_program(w);
 }
 
@@ -332,7 +333,7 @@ static kmp_program *schedule(maker *k, const kmp_ref *end)
     kmp_program_writer *w = &k->w;
     int closures = kmp_writer_closure_count(w->s);
     int loaded = w->load ? k->n + 2 * k->loads + (int)kmp_graph_count(k->g) : 0;
-    if (!kmp_writer_room(w, 7 * k->r + 2 * k->p + 1 + w->turns.count + k->jv.multipliers + k->jv.pivots + closures +
+    if (!kmp_writer_room(w, 9 * k->r + 2 * k->p + 1 + w->turns.count + k->jv.multipliers + k->jv.pivots + closures +
                                 k->r * k->p + loaded))
         return NULL;
     if (w->load)
@@ -400,7 +401,7 @@ static bool make_mass_times(maker *k)
         for (int i = 0; made && i < k->n; i++)
             k->mx[i * k->p + c] = product[i];
     }
-    if (!made || !(k->plan->forces || (k->plan->drives && k->h_t)))
+    if (!made || !(k->plan->forces || k->plan->rows || (k->plan->drives && k->h_t)))
         return made;
     for (int i = 0; i < k->n; i++)
         x[i] = k->red->place[i] >= 0 ? k->a0[k->red->place[i]] : KMP_ZERO;
@@ -458,8 +459,14 @@ static kmp_program *write_program(maker *k)
         if (place >= 0 && k->x_t[place] != KMP_ZERO)
             kmp_writer_add_product(k->g, &k->w.power, force_of(k, i, end), k->x_t[place]);
     }
-    if ((k->w.load && !make_loads(k, &mr)) || (k->plan->forces && !make_multipliers(k, end)))
+    const bool forces = k->plan->forces || k->plan->rows;
+    if ((k->w.load && !make_loads(k, &mr)) || (forces && !make_multipliers(k, end)))
         return NULL;
+    for (int i = 0; k->plan->rows && i < k->r; i++) {
+        k->vdd[i] = k->a0[i];
+        for (int c = 0; c < k->p; c++)
+            kmp_writer_add_product(k->g, &k->vdd[i], k->b[i * k->p + c], end[c]);
+    }
     return schedule(k, end);
 }
 
@@ -479,7 +486,7 @@ static kmp_program *make_program(maker *k, bool by_coordinate)
     k->column = KMP_ARENA_NEW(a, kmp_ref, r * r);
     k->load = KMP_ARENA_NEW(a, int, r);
     if (!KMP_ARENA_EACH(a, kmp_ref, r, &k->h, &k->jdqd, &k->x_t, &k->a0, &k->dv, &k->first, &k->rate, &k->nu,
-                        &k->residual, &k->newton, &k->lambda) ||
+                        &k->residual, &k->newton, &k->lambda, &k->vdd) ||
         !k->column || !k->load)
         return NULL;
     take_loads(k);
@@ -507,7 +514,7 @@ kmp_reduced_program_written kmp_reduced_program_write(const kmp_reduction *red, 
 {
     const kempe_system *s = red->eval->system;
     unsigned options = plan->power + 2u * plan->closes + 4u * plan->drives + 8u * plan->curvature + 16u * plan->forces +
-                       32u * red->eval->by_products;
+                       32u * red->eval->by_products + 64u * plan->rows;
     const kmp_program_cache_name name = kmp_writer_name("fused", red->eval, red->part, plan->order, options);
     kmp_reduced_program_layout layout;
     kmp_program_record record = {.layout = (int *)&layout, .count = sizeof layout / sizeof(int)};
@@ -529,7 +536,8 @@ kmp_reduced_program_written kmp_reduced_program_write(const kmp_reduction *red, 
 
 _Static_assert((int)KMP_REDUCED_PROGRAM_CLOSE == KMP_SADDLE_PROGRAM_CLOSE &&
                    (int)KMP_REDUCED_PROGRAM_RATES == KMP_SADDLE_PROGRAM_RATES &&
-                   (int)KMP_REDUCED_PROGRAM_END == KMP_SADDLE_PROGRAM_END,
+                   (int)KMP_REDUCED_PROGRAM_END == KMP_SADDLE_PROGRAM_END &&
+                   (int)KMP_REDUCED_PROGRAM_ROW == KMP_SADDLE_PROGRAM_ROW,
                "programs by the reduced mass and by the saddle system have their stages in the same order");
 
 struct kmp_reduced_program {
@@ -594,7 +602,8 @@ static bool choose_program(kmp_reduced_program *f, kmp_program **program)
         *program = written.program;
         return made;
     }
-    const kmp_reduced_program_plan plan = {.order = order, .power = s->dissipative, .closes = f->closes};
+    const kmp_reduced_program_plan plan = {
+        .order = order, .power = s->dissipative, .closes = f->closes, .rows = !f->closes};
     kmp_reduced_program_written written = kmp_reduced_program_write(f->red, &plan);
     kmp_saddle_program_layout *l = &f->layout;
     *l = (kmp_saddle_program_layout){.stage = s->force ? KMP_REDUCED_PROGRAM_ACCELERATIONS : KMP_REDUCED_PROGRAM_RATES,
@@ -608,6 +617,7 @@ static bool choose_program(kmp_reduced_program *f, kmp_program **program)
     l->left = l->power + s->dissipative;
     l->jacobian = l->h + s->m;
     l->h_t = s->rheonomic ? l->jacobian + s->jacobian.count : -1;
+    l->dv = l->h + kmp_writer_closure_count(s) + r * p;
     f->row = written.row;
     *program = written.program;
     return written.program;
@@ -793,6 +803,72 @@ bool kmp_reduced_program_is_good(kmp_reduced_program *f, double t, const double 
     const double *out = run_stages(f, t, y);
     return (!f->by_saddle || kmp_saddle_program_is_good(&f->layout, out, 1)) &&
            is_good(f, kmp_machine_run(f->made.machine, KMP_REDUCED_PROGRAM_END));
+}
+
+/* -- rows ---------------------------------------------------------------------------------------------- */
+
+static int place(void *self, double t, const double *q)
+{
+    kmp_reduced_program_row *row = self;
+    kmp_reduced_program *f = row->program;
+    kmp_evaluator *eval = f->red->eval;
+    for (int i = 0; i < f->red->r; i++)
+        row->y[2 * f->red->p + i] = q[f->red->part->v[i]];
+    bool good = kmp_reduced_program_run(f, t, row->y, row->dy), regular = f->by_saddle;
+    const double *end = kmp_saddle_program_end(&f->made, &f->layout, eval, t, q);
+    regular = regular || find_signs(f, end + f->layout.multipliers, f->signs);
+    row->dv = end + f->layout.dv;
+    return !(good && regular && is_good(f, end));
+}
+
+static bool correct(void *self, const double *violation, double *dx)
+{
+    const kmp_reduced_program_row *row = self;
+    (void)violation; /* h, in place */
+    memcpy(dx, row->dv, (size_t)row->program->red->r * sizeof *dx);
+    return true;
+}
+
+bool kmp_reduced_program_close_row(kmp_reduced_program_row *row, double t, double *q)
+{
+    const kmp_reduction *red = row->program->red;
+    const kmp_closer closer = {.self = row,
+                               .eval = red->eval,
+                               .scale = red->eval->system->scale,
+                               .count = red->r,
+                               .at = red->part->v,
+                               .dx = row->dx,
+                               .rows = red->part->rows,
+                               .row_count = red->r,
+                               .place = place,
+                               .correct = correct};
+    const kmp_close_rule rule = kmp_reduction_close_rule(red);
+    const kmp_closed closed = kmp_close(&closer, &rule, t, q);
+    row->corrections = closed.corrections;
+    return closed.closed;
+}
+
+void kmp_reduced_program_rates(const kmp_reduced_program_row *row, double *qd)
+{
+    const kmp_reduction *red = row->program->red;
+    for (int c = 0; c < red->p; c++)
+        qd[red->part->u[c]] = row->y[red->p + c];
+    for (int i = 0; i < red->r; i++)
+        qd[red->part->v[i]] = row->dy[2 * red->p + i];
+}
+
+void kmp_reduced_program_complete_row(const kmp_reduced_program_row *row, double *qdd, double *lambda)
+{
+    const kmp_reduction *red = row->program->red;
+    const kmp_partition *part = red->part;
+    const double *out = kmp_machine_run(row->program->made.machine, KMP_REDUCED_PROGRAM_ROW);
+    for (int c = 0; c < red->p; c++)
+        qdd[part->u[c]] = row->dy[red->p + c];
+    memset(lambda, 0, (size_t)part->m * sizeof *lambda);
+    for (int i = 0; i < red->r; i++) {
+        qdd[part->v[i]] = out[i];
+        lambda[part->rows[i]] = out[red->r + i];
+    }
 }
 
 const kmp_program *kmp_reduced_program_code(const kmp_reduced_program *f)

@@ -64,6 +64,21 @@ bool kmp_reduced_program_lend(kmp_reduced_program *program, double t, const doub
 /** True if the order of elimination is good at (t, y); by the saddle system, also its pivots. */
 bool kmp_reduced_program_is_good(kmp_reduced_program *program, double t, const double *y);
 
+/** A row of results at a state (u, ud, v) whose loops are to be closed, by a program that does not close stages. */
+typedef struct kmp_reduced_program_row {
+    kmp_reduced_program *program;
+    double *y, *dy, *dx; /* 2 p + r, 2 p + r, r: the state, its derivative, room for corrections */
+    const double *dv;    /* the last one */
+    int corrections;     /* their number */
+} kmp_reduced_program_row;
+
+/** Closes v of q (n), which has u and v of row->y, to round-off, as kmp_reduction_close does. The evaluator's closure
+ * is then that of q, until the next run. false: it stays open, or the order of elimination or pivots are bad there.
+ * After it qd, and accelerations and multipliers (m; zero for dropped rows). No allocation. */
+bool kmp_reduced_program_close_row(kmp_reduced_program_row *row, double t, double *q);
+void kmp_reduced_program_rates(const kmp_reduced_program_row *row, double *qd);
+void kmp_reduced_program_complete_row(const kmp_reduced_program_row *row, double *qdd, double *lambda);
+
 /** The program for kmp_lanes, whose inputs and outputs are as below, or those of saddle_program.h; NULL:
  * with user-defined forces it does not have all of the right-hand side. Positions of its outputs: of its stage of
  * slopes, and of END. */
@@ -82,6 +97,7 @@ enum {
     KMP_REDUCED_PROGRAM_RATES,
     KMP_REDUCED_PROGRAM_ACCELERATIONS,
     KMP_REDUCED_PROGRAM_END,
+    KMP_REDUCED_PROGRAM_ROW, /* on request: qdd of v, and the multipliers of the independent rows */
     KMP_REDUCED_PROGRAM_STAGES
 };
 
@@ -114,6 +130,7 @@ typedef struct kmp_reduced_program_plan {
     bool drives;               /* the power has that of closures that move in time */
     bool curvature;            /* the last stage ends with the part of qdd of v that does not depend on udd */
     bool forces;               /* and then with the multipliers of the independent rows */
+    bool rows;                 /* with KMP_REDUCED_PROGRAM_ROW; not where forces depend on multipliers */
 } kmp_reduced_program_plan;
 
 /** The right-hand side alone, in one stage, with the power left out, as a function of t, q and qd of the coordinates:

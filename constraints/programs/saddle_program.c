@@ -156,6 +156,7 @@ static kmp_saddle_program_layout lay_out(const maker *k)
     l.h_t = s->rheonomic ? l.jacobian + s->jacobian.count : -1;
     l.open = kmp_writer_closure_count(s);
     l.multiplier = l.open + k->n;
+    l.dv = l.multiplier + k->jv.multipliers;
     l.by_bodies = k->plan.by_bodies;
     l.factors = has_factors(k) ? k->plan.ldl.start[k->size] + k->size : 0;
     return l;
@@ -165,7 +166,7 @@ static kmp_program *schedule(maker *k)
 {
     kmp_program_writer *w = &k->w;
     int closures = kmp_writer_closure_count(k->s), factors = has_factors(k) ? k->plan.ldl.start[k->size] + k->size : 0;
-    if (!kmp_writer_room(w, 3 * k->n + 4 * k->r + w->turns.count + k->jv.multipliers + 1 + 2 * k->size + closures +
+    if (!kmp_writer_room(w, 4 * k->n + 6 * k->r + w->turns.count + k->jv.multipliers + 1 + 2 * k->size + closures +
                                 factors))
         return NULL;
     kmp_writer_stage(w);
@@ -191,9 +192,14 @@ static kmp_program *schedule(maker *k)
     kmp_writer_put(w, closures, w->closure);
     kmp_writer_put(w, k->n, k->open);
     kmp_writer_put(w, k->jv.multipliers, k->jv.multiplier);
+    const bool rows = k->red && !k->closes;
+    kmp_writer_put(w, rows ? k->r : 0, k->left);
     kmp_writer_stage(w);
     if (!k->red)
         kmp_writer_put(w, k->n, k->dx);
+    for (int i = 0; rows && i < k->r; i++)
+        kmp_writer_put(w, 1, &k->qdd[k->part->v[i]]);
+    kmp_writer_put(w, rows ? k->r : 0, k->lambda);
     kmp_writer_stage(w);
     if (has_factors(k)) {
         kmp_writer_put(w, k->plan.ldl.start[k->size], k->plan.ldl.l);
@@ -240,8 +246,7 @@ static bool make_rates(maker *k)
         kmp_writer_blocks_factor(&k->jv, number);
         kmp_writer_blocks_solve(&k->jv, number, 1, k->right, k->rate);
     }
-    if (k->closes)
-        kmp_writer_blocks_correct(&k->jv, k->w.h, k->right, k->left);
+    kmp_writer_blocks_correct(&k->jv, k->w.h, k->right, k->left);
     return k->s->force || kmp_writer_take_rates(&k->w, k->part, k->rate);
 }
 

@@ -20,7 +20,8 @@
  * kmp_saddle_program_is_cancelled needs. CORRECT has the input KMP_IN_MU, a violation by rows of h (m; those that are
  * not independent are not read), and uses the factors of RUN. FACTORS has these factors.
  *
- * Of a state (u, ud, v) of the reduced formulation, given as KMP_IN_Q, RUN gives udd and qd of v. RATES gives qd of v
+ * Of a state (u, ud, v) of the reduced formulation, given as KMP_IN_Q, RUN gives udd and qd of v. ROW, in the place of
+ * CORRECT, has qdd of v and the multipliers, by independent rows in the order of the partition. RATES gives qd of v
  * to a user-defined force that needs it before; otherwise RATES is empty and need not be run. */
 enum {
     KMP_SADDLE_PROGRAM_CLOSE = 1,
@@ -28,7 +29,8 @@ enum {
     KMP_SADDLE_PROGRAM_RUN,
     KMP_SADDLE_PROGRAM_END,
     KMP_SADDLE_PROGRAM_CORRECT,
-    KMP_SADDLE_PROGRAM_FACTORS
+    KMP_SADDLE_PROGRAM_FACTORS,
+    KMP_SADDLE_PROGRAM_ROW = KMP_SADDLE_PROGRAM_CORRECT /* of a state */
 };
 
 /** Positions of the outputs in their stages. */
@@ -43,6 +45,7 @@ typedef struct kmp_saddle_program_layout {
     int h, jacobian, h_t; /* END: m, jacobian.count, m; h_t is -1 if there is none */
     int open;             /* END: n, accelerations with the loops open */
     int multiplier;       /* END: of a state: multipliers of the elimination of v */
+    int dv;               /* END: of a state, in a program that does not close: r, the correction of v */
     int dx;               /* CORRECT: n, the mass-orthogonal correction with J dx = -violation */
     int factors;          /* FACTORS: their number; 0: by articulated bodies, or of a state */
     int by_bodies;        /* 1: the dynamics are those of articulated bodies; 0: M and C */

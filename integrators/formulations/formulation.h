@@ -43,6 +43,10 @@ typedef struct kmp_formulation_start {
     void *user;      /* of a caller's own formulation (kmp_run_spec) */
 } kmp_formulation_start;
 
+/* The ways to a row of results on the reduced formulation: the program by the reduced mass, that by the saddle system,
+ * or parts that are evaluated one after the other. */
+typedef enum kmp_rows_by { KMP_ROWS_BY_PROGRAM, KMP_ROWS_BY_SADDLE_PROGRAM, KMP_ROWS_BY_PARTS } kmp_rows_by;
+
 typedef struct kmp_formulation_kind {
     const char *formulation, *form;
     bool dae;
@@ -106,6 +110,7 @@ struct kmp_formulation {
     double rtol;     /* 0: that of the run */
     kmp_text reason; /* reason of a failure */
     long newton, factorizations, exchanges;
+    kmp_rows_by rows_by; /* of the last step */
     bool due;         /* `renew` will change the unknowns before the next step, because these near their dead centre */
     bool spares;      /* where `renew` changes the unknowns it makes no lanes for them: those before were brief */
     bool lacks_lanes; /* it has made none */

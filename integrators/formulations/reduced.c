@@ -667,6 +667,9 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         said = reduced_may_end(d, t, y, &end);
     for (int i = 0; said == KMP_GO && d->has_v && !d->integrated && i < d->r; i++)
         y[2 * d->p + i] = d->q[d->part.v[i]];
+    d->formulation.rows_by = !d->integrated || !applies(d)       ? KMP_ROWS_BY_PARTS
+                             : kmp_reduced_has_saddle_program(d) ? KMP_ROWS_BY_SADDLE_PROGRAM
+                                                                 : KMP_ROWS_BY_PROGRAM;
     return said;
 }
 
@@ -724,17 +727,40 @@ static void explain_open(kmp_reduced *d, double t)
                                                  "the model's numbers more digits, or remove the row");
 }
 
+/* The row by the program of the present choice: an evaluation for each correction, and what is left out in others. It
+ * takes a third to a half of the time of a row by parts. false: there is none, or it fails here. */
+static bool row_by_program(kmp_reduced *d, double t, double *qd, double *qdd, double *lambda)
+{
+    if (!d->integrated || d->formulation.rows_by == KMP_ROWS_BY_PARTS || !applies(d))
+        return false;
+    kmp_reduced_program_row row = {.program = d->programs.scalar, .y = d->state, .dy = d->slope, .dx = d->red.dv};
+    bool closed = kmp_reduced_program_close_row(&row, t, d->q);
+    d->red.newton += row.corrections;
+    if (closed && qd)
+        kmp_reduced_program_rates(&row, qd);
+    if (closed && qdd)
+        kmp_reduced_program_complete_row(&row, qdd, lambda);
+    return closed;
+}
+
 static int row(kmp_formulation *formulation, double t, const double *y, double *q, double *qd, double *qdd,
                double *lambda, double *work)
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
+    *work = d->has_work ? y[reduced_work(d)] : 0;
+    put_q(d, t, y);
+    if (d->integrated)
+        memcpy(d->state, y, (size_t)(2 * d->p + d->r) * sizeof *y);
+    if (row_by_program(d, t, qd, qdd, lambda)) {
+        memcpy(q, d->q, (size_t)d->n * sizeof *q);
+        return KMP_GO;
+    }
     put_q(d, t, y);
     if (kmp_reduction_close(&d->red, t, d->q, NULL, 0)) {
         explain_open(d, t);
         return KMP_HALT;
     }
     memcpy(q, d->q, (size_t)d->n * sizeof *q);
-    *work = d->has_work ? y[reduced_work(d)] : 0;
     return qd ? row_of_rates(d, t, y, qd, qdd, lambda) : KMP_GO;
 }
 
@@ -913,7 +939,10 @@ static kempe_status prepare(kmp_reduced *d, const kmp_formulation_start *start)
     if (reduced_linearise_at(d, start->t, d->formulation.y) != KMP_GO)
         return kmp_fail(d->s->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", start->t);
     reduced_set_tolerances(d);
-    if (kmp_reduced_make_program(d, !start->brief) != KMP_GO || kmp_reduced_count(d) != KMP_GO)
+    bool made = kmp_reduced_make_program(d, !start->brief) == KMP_GO;
+    if (made && start->early)
+        made = kmp_reduced_solve(d, start->t) == KMP_GO;
+    if (!made || kmp_reduced_count(d) != KMP_GO)
         return KEMPE_E_FAILED;
     const kmp_ode *ode = &d->formulation.ode;
     bool lanes =

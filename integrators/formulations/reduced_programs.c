@@ -177,7 +177,8 @@ int kmp_reduced_count(kmp_reduced *d)
 
 int kmp_reduced_make_program(kmp_reduced *d, bool worth)
 {
-    bool at_once = worth && (kmp_reduced_has_saddle_program(d) || d->use.had_saddle_program || d->start.lanes);
+    bool had = kmp_reduced_has_saddle_program(d) || d->use.had_saddle_program;
+    bool at_once = d->start.early || (worth && (had || d->start.lanes));
     release(&d->programs);
     d->use.by_saddle_program = false;
     d->use.apart = false;

@@ -17,6 +17,7 @@ typedef struct stretch {
     const kmp_formulation_kind *method;
     const kmp_solver_kind *integrator;
     bool near_singular, walks, by_bodies;
+    kmp_rows_by rows_by;
     kmp_partition part;
     double *chart;
     double t, *row, work; /* a state to begin with: q, qd, qdd, lambda */
@@ -130,9 +131,9 @@ static bool is_same(const stretch *s, const kmp_runner *run)
 {
     const kmp_partition *part = run->formulation->part;
     return s->method == run->method && s->integrator == run->kind && s->near_singular == run->near_singular &&
-           s->walks == run->walks && s->by_bodies == run->by_bodies && s->part.p == part->p && s->part.r == part->r &&
-           same_numbers(part->p, s->part.u, part->u) && same_numbers(part->r, s->part.rows, part->rows) &&
-           memcmp(s->chart, run->eval->chart, chart_size(run)) == 0;
+           s->walks == run->walks && s->by_bodies == run->by_bodies && s->rows_by == run->formulation->rows_by &&
+           s->part.p == part->p && s->part.r == part->r && same_numbers(part->p, s->part.u, part->u) &&
+           same_numbers(part->r, s->part.rows, part->rows) && memcmp(s->chart, run->eval->chart, chart_size(run)) == 0;
 }
 
 static bool add_stretch(kmp_recording *r, kmp_runner *run)
@@ -147,6 +148,7 @@ static bool add_stretch(kmp_recording *r, kmp_runner *run)
                    .near_singular = run->near_singular,
                    .walks = run->walks,
                    .by_bodies = run->by_bodies,
+                   .rows_by = run->formulation->rows_by,
                    .chart = KMP_ARENA_NEW(&r->arena, double, chart_size(run) / sizeof(double)),
                    .row = KMP_ARENA_NEW(&r->arena, double, 3 * run->s->n + run->s->m)};
     if (r->arena.failed || !kmp_partition_copy(&s->part, run->formulation->part))
@@ -268,11 +270,15 @@ static kempe_status stand_in(kmp_runner *run, const stretch *s)
     run->near_singular = s->near_singular;
     run->walks = s->walks;
     run->by_bodies = s->by_bodies;
+    run->brief = s->rows_by != KMP_ROWS_BY_PROGRAM;
+    run->early = s->rows_by == KMP_ROWS_BY_SADDLE_PROGRAM;
     kmp_eval_set_charts(run->eval, s->chart);
     kmp_eval_closure(run->eval, s->t, s->row);
     kmp_eval_drop(run->eval, s->part.m - s->part.r, s->part.redundant);
     memcpy(run->state, s->row, (size_t)(3 * n + run->s->m) * sizeof *s->row);
-    return kmp_runner_make(run, s->t, run->state, run->state + n, s->work);
+    KMP_TRY(kmp_runner_make(run, s->t, run->state, run->state + n, s->work));
+    run->formulation->rows_by = s->rows_by; /* rows then have the same bits */
+    return KEMPE_OK;
 }
 
 /* Returns to a step. The polynomial of the present one is kept. */

@@ -59,6 +59,7 @@ struct kmp_runner {
     bool walks; /* crosses a change point in dop853 steps, after the integrator and all steps across failed */
     double near_singular_t; /* time of entry into the surroundings of a change point */
     bool brief;             /* the formulation before lasted for a few steps */
+    bool early;             /* programs are made where a formulation begins, as for the rows of a recording */
     const kmp_solver_kind *kind;
     kmp_solver *solver;
     kmp_run_report before;        /* work of earlier formulations and solvers */

@@ -172,7 +172,7 @@ static kempe_status make_formulation(kmp_runner *run, double t, const double *q,
     given.qdd = run->qdd;
     given.lambda = run->lambda;
     given.brief = run->brief;
-    given.early = run->spec.fixed_step > 0;
+    given.early = run->early || run->spec.fixed_step > 0;
     given.fixed = run->spec.keep_independent;
     given.restarts = !solver->corrects;
     given.implicit = solver->implicit;

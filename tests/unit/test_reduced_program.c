@@ -106,6 +106,60 @@ static double difference(kmp_reduced_program *fused, kmp_reduction *red, double 
     return worst;
 }
 
+/* As `apart`; numbers are at least of this size. */
+static double apart_of(int count, const double *a, const double *b, double least)
+{
+    double off = 0, size = least;
+    for (int i = 0; i < count; i++) {
+        off = check_max(off, fabs(a[i] - b[i]));
+        size = check_max(size, fabs(b[i]));
+    }
+    return off / size;
+}
+
+/* Rows of results from states whose v is off by some 1e-6 scales, beside those by parts: the largest difference of q,
+ * qd, qdd and multipliers, each beside its own largest number. Coordinates are closed to round-off. */
+static double difference_of_row(kmp_reduced_program *fused, kmp_reduction *red, double t, const double *q,
+                                const double *all)
+{
+    const kmp_evaluator *eval = red->eval;
+    const kmp_partition *part = red->part;
+    int n = red->n, p = red->p, r = red->r, m = part->m;
+    double *own = KMP_NEW(double, 6 * n + 6 * p + 2 * m + 2 * r), *qd = own + n, *qdd = qd + n, *beside = qdd + n;
+    double *rates = beside + n, *accelerations = rates + n, *ud = accelerations + n, *udd = ud + p;
+    double *lambda = udd + p, *other = lambda + m;
+    kmp_reduced_program_row row = {.program = fused, .y = other + m};
+    row.dy = row.y + 2 * p + r;
+    row.dx = red->dv;
+    memcpy(own, q, (size_t)n * sizeof *own);
+    for (int i = 0; i < r; i++)
+        own[part->v[i]] += 1e-6 * cos(1 + i) * eval->system->scale[part->v[i]];
+    memcpy(beside, own, (size_t)n * sizeof *own);
+    put_state(part, own, all, row.y);
+    CHECK(kmp_reduced_program_close_row(&row, t, own) && (r == 0 || row.corrections > 1));
+    kmp_reduced_program_rates(&row, qd);
+    kmp_reduced_program_complete_row(&row, qdd, lambda);
+    for (int k = 0; k < p; k++)
+        ud[k] = all[part->u[k]];
+    CHECK(kmp_reduction_close(red, t, beside, NULL, 0) == 0);
+    kmp_eval_closure(red->eval, t, beside);
+    CHECK(kmp_reduction_factor(red) == 0);
+    kmp_reduction_tangent(red);
+    kmp_reduction_rates(red, ud, rates);
+    kmp_eval_mass(red->eval);
+    CHECK(kmp_reduction_move(red, rates, udd) == 0);
+    kmp_reduction_accelerations(red, udd, accelerations);
+    kmp_reduction_multipliers(red, accelerations, other);
+    double fastest = 1e-300; /* where accelerations are but rounding */
+    for (int i = 0; i < n; i++)
+        fastest = check_max(fastest, fabs(rates[i]));
+    double worst = check_max(apart_of(n, own, beside, 1), apart_of(n, qd, rates, 1e-300));
+    worst = check_max(worst, apart_of(n, qdd, accelerations, fastest * fastest));
+    worst = check_max(worst, apart_of(m, lambda, other, 1e-300));
+    kmp_free(own);
+    return worst;
+}
+
 /* Predicted v, off by `off` scales, is corrected, and the rest is evaluated at the corrected v, whose sines and cosines
  * are turned: beside the program without corrections there. Returns the largest difference, relative to the largest
  * number. */
@@ -198,6 +252,7 @@ static void along_the_motion(const kempe_system *system, const states *at, const
     for (int k = 0; fused && k < at->count; k++) {
         double t = at->t[k], d = difference(fused, &red, t, at->q + k * at->n, at->qd + k * at->n);
         bad += !is_good(fused, &red, t, at->q + k * at->n);
+        d = check_max(d, 0.1 * difference_of_row(fused, &red, t, at->q + k * at->n, at->qd + k * at->n));
         worst = check_max(worst, red.block ? d * fmin(1, kmp_block_smallest(red.block)) : d);
     }
     CHECK(fused && worst < 1e-13 && bad == 0);
