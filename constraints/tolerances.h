@@ -203,8 +203,9 @@
  * of the sequence is then below rounding of most positions, its square. */
 #define KMP_IMPACT_SPACING 2e-7
 /** The first step of a flight is at most this many times as long as the flight before. Dense output has the rounding of
- * the whole way of its step, and the last flights before a rest are shorter than steps by many powers of ten. */
-#define KMP_IMPACT_STEP 2
+ * the whole way of its step, and the last flights before a rest are shorter than steps by many powers of ten. No power
+ * of two: the next flight is e times the last one, and with e = 0.5 halves of the step would end where it does. */
+#define KMP_IMPACT_STEP 1.9
 /** Height that an impact takes from a rebound, in overlaps at the located time, which are added to it: below this the
  * sequence ends. A dae has overlaps of the errors of its steps, other formulations of rounding. */
 #define KMP_IMPACT_DEEP 4

@@ -359,6 +359,14 @@ static bool is_kept(const kmp_friction_run *x, int i)
     return kept;
 }
 
+/* True for a contact that was open, whose surfaces touch without a force: it stays open. Closed, it would open again at
+ * once, as the sign of its force is that of rounding. */
+static bool stays_open(const kmp_friction_run *x, int i)
+{
+    const kmp_friction_element *e = &x->element[x->which[i]];
+    return e->contact && e->known && e->was == KMP_FRICTION_SLIPS && !e->struck && is_at_bound(x, i);
+}
+
 /* Lets both components slip where the solution accelerates them, or their reserve is used up. True: they are new. */
 static bool break_across(kmp_friction_run *x, int i)
 {
@@ -387,7 +395,7 @@ static bool break_away(kmp_friction_run *x)
             continue;
         }
         bool moves = x->side[i] != 0 && fabs(x->y[i]) > kmp_friction_rounding(x, i);
-        if (e->broken || !(moves || is_exhausted(x, i)) || is_kept(x, i))
+        if (e->broken || !(moves || is_exhausted(x, i) || stays_open(x, i)) || is_kept(x, i))
             continue;
         e->broken = any = true;
         e->sense = e->contact ? 1 : moves ? (x->y[i] > 0 ? 1 : -1) : (x->f[i] > 0 ? -1 : 1);

@@ -256,10 +256,9 @@ static int note_crossing(void *self, int k, double low, double high)
     return kmp_event_tracker_look(c, high);
 }
 
-static bool is_contact(const void *self, int k)
+static double size_of(const void *self, int k)
 {
-    const kmp_condition *condition = &((const kmp_event_tracker *)self)->s->events.condition[k];
-    return condition->role == KMP_ROLE_SENSE && ((const kmp_force *)condition->of)->kind == KMP_FORCE_TOUCH;
+    return ((const kmp_event_tracker *)self)->size[k];
 }
 
 /* -- the search -------------------------------------------------------------------------------------- */
@@ -268,7 +267,7 @@ static bool is_contact(const void *self, int k)
 static int find_earliest(kmp_event_tracker *c, const kmp_event_probe *a, const kmp_event_probe *b, double *t)
 {
     const kmp_location_site location = {c,          c->s->events.count, c->kind,     c->mode,       c->change,
-                                        look_alone, look_for,           note_before, note_crossing, is_contact};
+                                        look_alone, look_for,           note_before, note_crossing, size_of};
     *t = b->t;
     memcpy(c->change, b->change, (size_t)c->s->events.count * sizeof *c->change);
     const int status = kmp_location_earliest(&location, a->t, a->change, t);
@@ -450,6 +449,18 @@ void kmp_event_tracker_begin_past(const kempe_system *system, kmp_condition_past
         past[k] = (kmp_condition_past){.last = -INFINITY};
 }
 
+/* The size of the place of a contact, for its sense; 0 for other conditions; 1 where no coordinate moves it. */
+static double place_size(const kempe_system *s, const kmp_condition *condition)
+{
+    const kmp_force *force = condition->of;
+    if (condition->role != KMP_ROLE_SENSE || force->kind != KMP_FORCE_TOUCH)
+        return 0;
+    for (int r = 0; r < s->m; r++)
+        if (s->rows[r].closure == force->closure)
+            return s->row_scale[r];
+    return 1;
+}
+
 kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena *a)
 {
     const kempe_system *system = plan->system;
@@ -474,6 +485,9 @@ kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena 
                                                                            : KMP_CONDITION_SWITCHES;
         c->tells = c->tells || x->told;
     }
+    c->size = KMP_ARENA_NEW(a, double, count);
+    for (int k = 0; c->size && k < count; k++)
+        c->size[k] = place_size(system, &system->events.condition[k]);
     c->stays = KMP_ARENA_NEW(a, bool, count);
     c->past = KMP_ARENA_NEW(a, kmp_condition_past, count);
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &c->q, &c->qd, &c->qdd), KMP_ROOM(double, system->m, &c->lambda),

@@ -70,6 +70,7 @@ typedef struct kmp_event_tracker {
     const kempe_system *s;
     kmp_evaluator *eval;
     int *kind;                       /* of each condition: kmp_condition_kind */
+    double *size;                    /* of the place of a contact, for its sense; 0 for other conditions */
     const double *mode, *parameters; /* the present ones */
     const kmp_present_inputs *inputs;
     double *q, *qd, *qdd, *lambda; /* at the last evaluated point */
