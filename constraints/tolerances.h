@@ -14,6 +14,10 @@
 /** The first pivot itself: of size 1, smaller if lengths differ much. A first pivot of the size of the root of rounding
  * belongs to closures that hold to second order alone, as of a rod across its end: pivots give no rank. */
 #define KMP_RANK_FIRST 1e-6
+/** A row with a column that no other row has is independent of them where its entry there is at least this part of its
+ * largest one; so is a sequence of such rows by the product of these parts. It is far above the least pivot of a row
+ * that counts, KMP_FRICTION_RANK. */
+#define KMP_ROW_OWN 1e-2
 /** Rows of a dependent set: their components in it, over the largest. */
 #define KMP_RANK_MEMBER 1e-6
 /** Least share of another row in a dropped row with which that other row's multiplier is not determined. */

@@ -61,6 +61,7 @@ typedef struct kmp_row_links {
     int *col_start, *in_col; /* n + 1; the non-zeros of a column */
     int *row, *col;          /* m, n: members of a group of rows and columns, and whether one is in it */
     int *row_at, *col_at;
+    int *shared; /* n: rows of the group that have a column, without those that are set aside */
 } kmp_row_links;
 
 /** Makes them in an arena. false: no memory. */

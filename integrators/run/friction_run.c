@@ -130,6 +130,32 @@ static int measure(void *self, double t, const double *q, const double *qd, doub
     return (int)status;
 }
 
+static int inertia(void *self, double t, const double *q, int count, const int *row, double *d, bool *known)
+{
+    kmp_runner *run = self;
+    const kempe_system *s = run->s;
+    const kmp_row_links *links = &run->held->links;
+    const double *jacobian = run->eval->jacobian;
+    double *g = run->moved, *way = g + s->n;
+    *known = run->held->factored && run->held->saddle.kind != KMP_SADDLE_BY_BODIES && s->load_row_count == 0;
+    if (!*known)
+        return 0;
+    kmp_eval_closure(run->eval, t, q);
+    for (int j = 0; j < count; j++) {
+        memset(g, 0, (size_t)s->n * sizeof *g);
+        for (int e = links->row_start[row[j]]; e < links->row_start[row[j] + 1]; e++)
+            g[s->jacobian.col[e]] = -jacobian[e];
+        kmp_saddle_solve(&run->held->saddle, g, NULL, way, NULL);
+        for (int i = 0; i < count; i++) {
+            double sum = 0;
+            for (int e = links->row_start[row[i]]; e < links->row_start[row[i] + 1]; e++)
+                sum += jacobian[e] * way[s->jacobian.col[e]];
+            d[i + j * count] = sum;
+        }
+    }
+    return 0;
+}
+
 static void look(void *self, double t, const double *q, const double *qd, double *change)
 {
     const kmp_runner *run = self;
@@ -398,6 +424,7 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
                                 .choose = choose,
                                 .adds = adds_row,
                                 .measure = measure,
+                                .inertia = inertia,
                                 .look = look,
                                 .finish = finish,
                                 .is_unsettled = is_unsettled,
