@@ -440,7 +440,8 @@ bool kmp_row_links_init(kmp_row_links *x, const kempe_system *s, kmp_arena *aren
 }
 
 /* The rows and columns that non-zeros connect with a row, which is the first; returns the number of non-zeros. */
-static int gather(kmp_row_links *x, const kmp_pattern *j, const double *jacobian, int row, int *rows, int *cols)
+static int gather(kmp_row_links *x, const kmp_pattern *j, const double *jacobian, const bool *out, int row, int *rows,
+                  int *cols)
 {
     int entries = 0;
     *rows = *cols = 0;
@@ -456,7 +457,7 @@ static int gather(kmp_row_links *x, const kmp_pattern *j, const double *jacobian
             x->col[(*cols)++] = col;
             for (int k = x->col_start[col]; k < x->col_start[col + 1]; k++) {
                 const int other = j->row[x->in_col[k]];
-                if (jacobian[x->in_col[k]] == 0 || x->row_at[other] >= 0)
+                if (jacobian[x->in_col[k]] == 0 || x->row_at[other] >= 0 || (out && out[other]))
                     continue;
                 x->row_at[other] = *rows;
                 x->row[(*rows)++] = other;
@@ -542,12 +543,12 @@ static bool rank_of_gathered(const kempe_system *s, const double *jacobian, cons
     return made;
 }
 
-kempe_status kmp_partition_adds(const kempe_system *s, const double *jacobian, kmp_row_links *x, int row, double least,
-                                bool *adds)
+kempe_status kmp_partition_adds(const kempe_system *s, const double *jacobian, kmp_row_links *x, const bool *out,
+                                int row, double least, bool *adds)
 {
     int rows, cols, rank[2];
     double last[2];
-    const int entries = gather(x, &s->jacobian, jacobian, row, &rows, &cols);
+    const int entries = gather(x, &s->jacobian, jacobian, out, row, &rows, &cols);
     bool made = true;
     if (rows == 1) {
         *adds = largest_entry(s, jacobian, x, row, false) > KMP_RANK_FIRST;

@@ -25,6 +25,10 @@ struct kmp_held_rows {
     kmp_row_links links;
     int *row_of; /* by conditions that hold a row; -1: no coordinate moves it */
     int last;
+    double *entry, *place, t; /* non-zeros of J as if all elements held their rows, at a place (n) and time */
+    double *mode;             /* by conditions: room for modes put aside */
+    bool *out;                /* by rows: of an element that holds none now */
+    bool placed;              /* these are known */
     bool stale;
     kmp_shared_saddle saddle; /* of the rows that are chosen now */
     bool *chosen, known;      /* by conditions: it held a row when the event chose rows, which is so still */
@@ -96,6 +100,7 @@ bool kmp_friction_holds_as_before(const kmp_runner *run)
 kempe_status kmp_friction_release_rows(kmp_runner *run, double t, double *q, double *qd)
 {
     struct kmp_held_rows *held = run->held;
+    kmp_friction_forget_rows(run);
     if (run->formulation)
         KMP_TRY(keep_rows(run, t, q));
     if (run->impacts)
@@ -143,8 +148,12 @@ static double pace(const void *self, const double *qd)
 static void put(void *self, int condition, double input)
 {
     kmp_runner *run = self;
-    const bool holds = run->s->events.condition[condition].role == KMP_ROLE_HELD && input != 0;
-    run->held->last = holds ? run->held->row_of[condition] : run->held->last;
+    if (run->s->events.condition[condition].role == KMP_ROLE_HELD) {
+        const int row = run->held->row_of[condition];
+        run->held->last = input != 0 ? row : run->held->last;
+        if (row >= 0)
+            run->held->out[row] = input == 0;
+    }
     if (run->eval->mode[condition] != input)
         kmp_eval_set_kink(run->eval, condition, input);
 }
@@ -168,18 +177,57 @@ static int choose_now(kmp_runner *run, double t, const double *q)
     return (int)kmp_runner_choose(run, t, q, -1, NULL, 0);
 }
 
+/* The non-zeros of J as if all elements held their rows where they are. Those of an element do not depend on others. */
+static const double *all_rows(kmp_runner *run, double t, const double *q)
+{
+    struct kmp_held_rows *held = run->held;
+    const kempe_system *s = run->s;
+    const size_t place = (size_t)s->n * sizeof *q, modes = (size_t)s->events.count * sizeof(double);
+    if (held->placed && held->t == t && memcmp(held->place, q, place) == 0)
+        return held->entry;
+    memcpy(held->mode, run->eval->mode, modes);
+    for (int i = 0; i < run->friction->count; i++) {
+        const kmp_friction_element *e = &run->friction->element[i];
+        const int slot = e->slot;
+        kmp_eval_set_kink(run->eval, slot + KMP_ROLE_PLACE - KMP_ROLE_SENSE,
+                          kmp_friction_at(run->friction, e, KMP_ROLE_PLACE));
+        kmp_eval_set_kink(run->eval, slot + KMP_ROLE_HELD - KMP_ROLE_SENSE, 1);
+    }
+    kmp_eval_closure(run->eval, t, q);
+    memcpy(held->entry, run->eval->jacobian, (size_t)s->jacobian.count * sizeof *held->entry);
+    for (int k = 0; k < s->events.count; k++) {
+        if (run->eval->mode[k] != held->mode[k])
+            kmp_eval_set_kink(run->eval, k, held->mode[k]);
+        if (s->events.condition[k].role == KMP_ROLE_HELD && held->row_of[k] >= 0)
+            held->out[held->row_of[k]] = held->mode[k] == 0;
+    }
+    memcpy(held->place, q, place);
+    held->t = t;
+    held->placed = true;
+    return held->entry;
+}
+
+void kmp_friction_forget_rows(kmp_runner *run)
+{
+    run->held->placed = false;
+}
+
+static int adds_alone(kmp_runner *run, double t, const double *q, bool *adds)
+{
+    struct kmp_held_rows *held = run->held;
+    *adds = false;
+    if (held->last < 0)
+        return 0;
+    const double *entry = all_rows(run, t, q);
+    return (int)kmp_partition_adds(run->s, entry, &held->links, held->out, held->last, KMP_FRICTION_RANK, adds);
+}
+
 /* Beside rows that are redundant up to rounding of the model's numbers alone the rank of the whole counts. */
 static int adds_row(void *self, double t, const double *q, bool *adds)
 {
     kmp_runner *run = self;
-    if (!kmp_rounding_of(run->s)) {
-        *adds = false;
-        if (run->held->last < 0)
-            return 0;
-        kmp_eval_closure(run->eval, t, q);
-        return (int)kmp_partition_adds(run->s, run->eval->jacobian, &run->held->links, run->held->last,
-                                       KMP_FRICTION_RANK, adds);
-    }
+    if (!kmp_rounding_of(run->s))
+        return adds_alone(run, t, q, adds);
     KMP_FRICTION_TRY(choose_now(run, t, q));
     int rank = run->part.r;
     kmp_partition with;
@@ -465,7 +513,9 @@ static bool find_held_rows(kmp_runner *run, const kmp_friction_run *x)
     struct kmp_held_rows *held = run->held = KMP_ARENA_NEW(&run->arena, struct kmp_held_rows, 1);
     if (!held || !kmp_row_links_init(&held->links, s, &run->arena) ||
         !KMP_ARENA_MAKE(&run->arena, KMP_ROOM(int, s->events.count, &held->row_of),
-                        KMP_ROOM(bool, s->events.count, &held->before, &held->chosen)))
+                        KMP_ROOM(bool, s->events.count, &held->before, &held->chosen), KMP_ROOM(bool, s->m, &held->out),
+                        KMP_ROOM(double, s->jacobian.count, &held->entry), KMP_ROOM(double, s->n, &held->place),
+                        KMP_ROOM(double, s->events.count, &held->mode)))
         return false;
     for (int i = 0; i < x->count; i++) {
         const kmp_friction_element *e = &x->element[i];
@@ -557,6 +607,7 @@ bool kmp_friction_is_smooth(const kmp_friction_run *x)
 
 kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *qd)
 {
+    kmp_friction_forget_rows(run);
     return (kempe_status)kmp_friction_settle_modes(run->friction, t, q, qd);
 }
 

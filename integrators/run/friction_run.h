@@ -29,6 +29,10 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none);
 void kmp_friction_release(kmp_runner *run);
 struct kmp_shared_saddle *kmp_friction_saddle(const kmp_runner *run);
 
+/** Forgets the rows of elements, which a decision evaluates once at a place: conditions or parameters may have changed.
+ */
+void kmp_friction_forget_rows(kmp_runner *run);
+
 /** Lets go of all rows at an event, after small rates along rows of contacts have been removed, and chooses rows and
  * coordinates without them. Notes those of the formulation, if there is one. */
 kempe_status kmp_friction_release_rows(kmp_runner *run, double t, double *q, double *qd);

@@ -20,8 +20,9 @@
 
 static void rows(void *self, double t, const double *q, int count, const int *row, double *g)
 {
-    const kmp_runner *run = self;
+    kmp_runner *run = self;
     const int n = run->s->n, m = run->s->m;
+    kmp_friction_forget_rows(run);
     double *jacobian = run->impacts->jacobian;
     kmp_eval_closure(run->eval, t, q);
     kmp_eval_dense_jacobian(run->eval, jacobian);
