@@ -381,11 +381,14 @@ KMP_LOCAL void kmp_bound_run(const kmp_bound_code *code, int from, kmp_bound *va
         value[k] = (kmp_bound){code->constant[k], code->constant[k], 0, 0};
     const bool *needed = code->needed ? code->needed + code->constants + code->inputs : NULL;
     const int *listed = code->listed;
-    for (int i = listed ? 0 : from, k; i < (listed ? code->count : code->steps); i++)
-        if (k = listed ? listed[i] : i, needed && !needed[k])
+    const int count = listed ? code->count : code->steps;
+    for (int i = listed ? 0 : from; i < count; i++) {
+        const int k = listed ? listed[i] : i;
+        if (needed && !needed[k])
             continue;
-        else if (code->step[k].op == KMP_OP_ADD)
+        if (code->step[k].op == KMP_OP_ADD)
             result[k] = added(kmp_bound_of(value, code->step[k].a), kmp_bound_of(value, code->step[k].b));
         else if (code->step[k].op != KMP_OP_IMPLICIT)
             result[k] = evaluated(code, &code->step[k], value);
+    }
 }
