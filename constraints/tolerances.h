@@ -14,6 +14,10 @@
 /** The first pivot itself: of size 1, smaller if lengths differ much. A first pivot of the size of the root of rounding
  * belongs to closures that hold to second order alone, as of a rod across its end: pivots give no rank. */
 #define KMP_RANK_FIRST 1e-6
+/** A row with a column that no other row has is independent of them where its entry there is at least this part of its
+ * largest one; so is a sequence of such rows by the product of these parts. It is far above the least pivot of a row
+ * that counts, KMP_FRICTION_RANK. */
+#define KMP_ROW_OWN 1e-2
 /** Rows of a dependent set: their components in it, over the largest. */
 #define KMP_RANK_MEMBER 1e-6
 /** Least share of another row in a dropped row with which that other row's multiplier is not determined. */
@@ -203,8 +207,9 @@
  * of the sequence is then below rounding of most positions, its square. */
 #define KMP_IMPACT_SPACING 2e-7
 /** The first step of a flight is at most this many times as long as the flight before. Dense output has the rounding of
- * the whole way of its step, and the last flights before a rest are shorter than steps by many powers of ten. */
-#define KMP_IMPACT_STEP 2
+ * the whole way of its step, and the last flights before a rest are shorter than steps by many powers of ten. No power
+ * of two: the next flight is e times the last one, and with e = 0.5 halves of the step would end where it does. */
+#define KMP_IMPACT_STEP 1.9
 /** Height that an impact takes from a rebound, in overlaps at the located time, which are added to it: below this the
  * sequence ends. A dae has overlaps of the errors of its steps, other formulations of rounding. */
 #define KMP_IMPACT_DEEP 4

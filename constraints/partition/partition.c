@@ -420,7 +420,7 @@ bool kmp_row_links_init(kmp_row_links *x, const kempe_system *s, kmp_arena *aren
     const kmp_pattern *j = &s->jacobian;
     if (!KMP_ARENA_MAKE(arena, KMP_ROOM(int, s->m + 1, &x->row_start), KMP_ROOM(int, s->n + 1, &x->col_start),
                         KMP_ROOM(int, j->count, &x->in_col), KMP_ROOM(int, s->m, &x->row, &x->row_at),
-                        KMP_ROOM(int, s->n, &x->col, &x->col_at)))
+                        KMP_ROOM(int, s->n, &x->col, &x->col_at, &x->shared)))
         return false;
     for (int e = 0; e < j->count; e++) {
         x->row_start[j->row[e] + 1]++;
@@ -440,7 +440,8 @@ bool kmp_row_links_init(kmp_row_links *x, const kempe_system *s, kmp_arena *aren
 }
 
 /* The rows and columns that non-zeros connect with a row, which is the first; returns the number of non-zeros. */
-static int gather(kmp_row_links *x, const kmp_pattern *j, const double *jacobian, int row, int *rows, int *cols)
+static int gather(kmp_row_links *x, const kmp_pattern *j, const double *jacobian, const bool *out, int row, int *rows,
+                  int *cols)
 {
     int entries = 0;
     *rows = *cols = 0;
@@ -456,13 +457,64 @@ static int gather(kmp_row_links *x, const kmp_pattern *j, const double *jacobian
             x->col[(*cols)++] = col;
             for (int k = x->col_start[col]; k < x->col_start[col + 1]; k++) {
                 const int other = j->row[x->in_col[k]];
-                if (jacobian[x->in_col[k]] == 0 || x->row_at[other] >= 0)
+                if (jacobian[x->in_col[k]] == 0 || x->row_at[other] >= 0 || (out && out[other]))
                     continue;
                 x->row_at[other] = *rows;
                 x->row[(*rows)++] = other;
             }
         }
     return entries;
+}
+
+/* The largest scaled entry of a row, of all its columns or of those that no other row of the group has. */
+static double largest_entry(const kempe_system *s, const double *jacobian, const kmp_row_links *x, int row, bool own)
+{
+    double most = 0;
+    for (int e = x->row_start[row]; e < x->row_start[row + 1]; e++) {
+        const int col = s->jacobian.col[e];
+        if (!own || x->shared[col] == 1)
+            most = fmax(most, fabs(jacobian[e]) * s->scale[col] / s->row_scale[row]);
+    }
+    return most;
+}
+
+static void count_columns(const kempe_system *s, const double *jacobian, const kmp_row_links *x, int row, int by)
+{
+    for (int e = x->row_start[row]; e < x->row_start[row + 1]; e++)
+        if (jacobian[e] != 0)
+            x->shared[s->jacobian.col[e]] += by;
+}
+
+/* True if the first of the gathered rows is independent by its pattern alone: a row with a column of its own takes part
+ * in no dependence, and is set aside; so are then those that shared columns with it alone. The first row can be set
+ * aside after others, as where contacts form chains. Pivots would be about the parts of the rows' largest entries. */
+static bool stands_alone(const kempe_system *s, const double *jacobian, const kmp_row_links *x, int rows)
+{
+    double part = 1;
+    bool goes_on = true;
+    for (int i = 0; i < rows; i++)
+        count_columns(s, jacobian, x, x->row[i], 1);
+    while (goes_on && x->row_at[x->row[0]] >= 0) {
+        goes_on = false;
+        for (int i = rows; i-- > 0;) {
+            const int row = x->row[i];
+            if (x->row_at[row] < 0)
+                continue;
+            const double own = largest_entry(s, jacobian, x, row, true),
+                         all = largest_entry(s, jacobian, x, row, false);
+            if (!(own > KMP_ROW_OWN * all && own > KMP_RANK_FIRST))
+                continue;
+            part *= own / all;
+            x->row_at[row] = -1;
+            count_columns(s, jacobian, x, row, -1);
+            goes_on = true;
+        }
+    }
+    const bool alone = x->row_at[x->row[0]] < 0 && part > KMP_ROW_OWN;
+    for (int i = 0; i < rows; i++)
+        for (int e = x->row_start[x->row[i]]; e < x->row_start[x->row[i] + 1]; e++)
+            x->shared[s->jacobian.col[e]] = 0;
+    return alone;
 }
 
 /* The rank of the gathered rows from `first` on, and its last pivot. */
@@ -491,24 +543,17 @@ static bool rank_of_gathered(const kempe_system *s, const double *jacobian, cons
     return made;
 }
 
-/* The largest scaled entry of a row: its pivot where no other has its coordinates. */
-static double largest_entry(const kempe_system *s, const double *jacobian, const kmp_row_links *x, int row)
-{
-    double most = 0;
-    for (int e = x->row_start[row]; e < x->row_start[row + 1]; e++)
-        most = fmax(most, fabs(jacobian[e]) * s->scale[s->jacobian.col[e]] / s->row_scale[row]);
-    return most;
-}
-
-kempe_status kmp_partition_adds(const kempe_system *s, const double *jacobian, kmp_row_links *x, int row, double least,
-                                bool *adds)
+kempe_status kmp_partition_adds(const kempe_system *s, const double *jacobian, kmp_row_links *x, const bool *out,
+                                int row, double least, bool *adds)
 {
     int rows, cols, rank[2];
     double last[2];
-    const int entries = gather(x, &s->jacobian, jacobian, row, &rows, &cols);
+    const int entries = gather(x, &s->jacobian, jacobian, out, row, &rows, &cols);
     bool made = true;
     if (rows == 1) {
-        *adds = largest_entry(s, jacobian, x, row) > KMP_RANK_FIRST;
+        *adds = largest_entry(s, jacobian, x, row, false) > KMP_RANK_FIRST;
+    } else if (stands_alone(s, jacobian, x, rows)) {
+        *adds = true;
     } else {
         for (int i = 0; i < 2 && made; i++) /* with the row, and without it */
             made = rank_of_gathered(s, jacobian, x, i, rows, cols, entries, &rank[i], &last[i]);

@@ -61,15 +61,17 @@ typedef struct kmp_row_links {
     int *col_start, *in_col; /* n + 1; the non-zeros of a column */
     int *row, *col;          /* m, n: members of a group of rows and columns, and whether one is in it */
     int *row_at, *col_at;
+    int *shared; /* n: rows of the group that have a column, without those that are set aside */
 } kmp_row_links;
 
 /** Makes them in an arena. false: no memory. */
 bool kmp_row_links_init(kmp_row_links *links, const kempe_system *system, kmp_arena *arena);
 
-/** True if a row of J is independent of the others: its pivot is above the part `least` of the last one of the rows
- * that share coordinates with it, directly or through others. The cost is that of these rows. */
-kempe_status kmp_partition_adds(const kempe_system *system, const double *jacobian, kmp_row_links *links, int row,
-                                double least, bool *adds);
+/** True if a row of J is independent of the others without those that are `out` (m; NULL: none): its pivot is above the
+ * part `least` of the last one of the rows that share coordinates with it, directly or through others. The cost is that
+ * of these rows. */
+kempe_status kmp_partition_adds(const kempe_system *system, const double *jacobian, kmp_row_links *links,
+                                const bool *out, int row, double least, bool *adds);
 
 /** Makes an independent copy. false: no memory. */
 bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from);

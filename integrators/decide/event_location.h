@@ -22,9 +22,13 @@ typedef struct kmp_location_site {
     void (*before)(void *self, int condition, double value);
     /** A condition has been located between two times, at the second of which the site stands. NULL: no matter. */
     int (*located)(void *self, int condition, double from, double to);
-    /** True for the sense of an open contact, whose numbers follow by their roles. */
-    bool (*is_contact)(const void *self, int condition);
+    /** The size of the place of a contact, for its sense, whose numbers follow by their roles; 0: another condition. */
+    double (*size)(const void *self, int condition);
 } kmp_location_site;
+
+/** Halvings of the way back to a start behind which a condition has its fixed state; then the way falls faster. */
+#define KMP_LOCATION_HALVINGS 8
+#define KMP_LOCATION_FASTER   16
 
 static inline bool kmp_location_has_changed(const kmp_location_site *s, int k)
 {
@@ -36,25 +40,33 @@ static inline int kmp_location_look_for(const kmp_location_site *s, double t, in
     return s->look_for ? s->look_for(s->self, t, k) : s->look(s->self, t);
 }
 
+/* The bracket that is narrow enough: rounding of the time, or of a distance. The distance of surfaces that meet slowly
+ * is rounding for a longer time, within which kmp_location_surface finds the place. */
+static inline double kmp_location_tolerance(const kmp_bracket *b, double rounding)
+{
+    const double of_time = 4 * DBL_EPSILON * fmax(fabs(b->near), fabs(b->far));
+    const double slope = fabs((b->f_far - b->f_near) / (b->far - b->near));
+    return rounding > 0 && slope > 0 ? fmax(of_time, rounding / slope) : of_time;
+}
+
 /* Narrows (from, *high], at whose end condition k has changed, to rounding; its value at `from` is f_low. First finds a
  * point from there on where it has its fixed state: after a start just behind an event rounding decides. If there is
  * none, it changes at once. The site is left at *high. */
 static inline int kmp_location_narrow(const kmp_location_site *s, int k, double from, double f_low, double *high)
 {
-    const double f_high = s->change[k];
+    const double f_high = s->change[k], rounding = DBL_EPSILON * s->size(s->self, k);
     double width = *high - from, least = 4 * DBL_EPSILON * fmax(fabs(from), width), near = from, x = NAN;
     int status = 0;
     bool found = !kmp_condition_differs((kmp_condition_kind)s->kind[k], s->mode[k], f_low);
-    while (status == 0 && !found && width > least) {
-        width /= 2;
+    for (int i = 0; status == 0 && !found && width > least; i++) {
+        width /= i < KMP_LOCATION_HALVINGS ? 2 : KMP_LOCATION_FASTER;
         near = from + width;
         status = kmp_location_look_for(s, near, k);
         f_low = s->change[k];
         found = !kmp_location_has_changed(s, k);
     }
     kmp_bracket bracket = kmp_bracket_of(found ? near : from, f_low, found ? *high : from, f_high);
-    while (status == 0 &&
-           kmp_bracket_next(&bracket, 4 * DBL_EPSILON * fmax(fabs(bracket.near), fabs(bracket.far)), &x)) {
+    while (status == 0 && kmp_bracket_next(&bracket, kmp_location_tolerance(&bracket, rounding), &x)) {
         status = kmp_location_look_for(s, x, k);
         const bool beyond = kmp_location_has_changed(s, k);
         kmp_bracket_take(&bracket, x, s->change[k], beyond);
@@ -93,7 +105,7 @@ static inline int kmp_location_surface(const kmp_location_site *s, double from, 
         if (!kmp_location_has_changed(s, k))
             continue;
         /* The time since the surfaces have met; 0: they have not. */
-        const bool deep = s->is_contact(s->self, k) && s->change[k + place] < 0 && s->change[k + rate] < 0;
+        const bool deep = s->size(s->self, k) > 0 && s->change[k + place] < 0 && s->change[k + rate] < 0;
         const double since = deep ? s->change[k + place] / s->change[k + rate] : 0;
         which = since < back ? k : which;
         back = fmin(back, since);

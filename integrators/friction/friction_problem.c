@@ -185,8 +185,41 @@ static int find_implied(kmp_friction_run *x, double t, const double *q)
     return 0;
 }
 
-/* a0 and D, column by column, by forces of a size that occurs; rounding of what closures imply is removed. Elements
- * that slip with levels that depend on multipliers make accelerations nonlinear in the forces: then these are small. */
+/* D from the rows of all elements at rest. *known: false where accelerations are not linear in the forces. */
+static int find_inertia(kmp_friction_run *x, double t, const double *q, bool *known)
+{
+    *known = false;
+    if (!x->site->inertia)
+        return 0;
+    for (int k = 0; k < x->rest; k++) {
+        kmp_friction_element *e = &x->element[x->which[k]];
+        x->side[k] = e->row;
+        kmp_friction_set_held(x, e, kmp_friction_at(x, e, KMP_ROLE_PLACE));
+    }
+    const int status = x->site->inertia(x->site->self, t, q, x->rest, x->side, x->d, known);
+    for (int k = 0; k < x->rest; k++)
+        kmp_friction_set_given(x, &x->element[x->which[k]], 0, 0);
+    return status;
+}
+
+/* D column by column, by forces of a size that occurs. Elements that slip with levels that depend on multipliers make
+ * accelerations nonlinear in the forces: then these are small. */
+static int measure_inertia(kmp_friction_run *x, double t, const double *q, const double *qd, bool nonlinear)
+{
+    const int n = x->rest;
+    for (int j = 0; j < n; j++) {
+        kmp_friction_element *by = &x->element[x->which[j]];
+        double unit = (nonlinear ? KMP_FRICTION_UNIT : 1) * (x->upper[j] > 0 ? x->upper[j] : 1);
+        kmp_friction_set_given(x, by, unit, 0);
+        KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
+        for (int i = 0; i < n; i++)
+            x->d[i + j * n] = (kmp_friction_at(x, &x->element[x->which[i]], KMP_ROLE_ACCELERATION) - x->a[i]) / unit;
+        kmp_friction_set_given(x, by, 0, 0);
+    }
+    return 0;
+}
+
+/* a0 and D; rounding of what closures imply is removed. */
 static int find_matrix(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
 {
     int n = x->rest, decided = 0;
@@ -201,18 +234,15 @@ static int find_matrix(kmp_friction_run *x, double t, const double *q, const dou
         x->a[i] = none ? 0 : kmp_friction_at(x, e, KMP_ROLE_ACCELERATION);
         x->upper[i] = kmp_friction_level_at(x, e, KMP_ROLE_LEVEL);
     }
-    for (int j = 0; j < n; j++) {
-        kmp_friction_element *by = &x->element[x->which[j]];
-        double unit = (nonlinear ? KMP_FRICTION_UNIT : 1) * (x->upper[j] > 0 ? x->upper[j] : 1);
-        kmp_friction_set_given(x, by, unit, 0);
-        KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
-        for (int i = 0; i < n; i++) {
-            const kmp_friction_element *e = &x->element[x->which[i]];
-            bool none = e->implied || by->implied;
-            x->d[i + j * n] = none ? 0 : (kmp_friction_at(x, e, KMP_ROLE_ACCELERATION) - x->a[i]) / unit;
-        }
-        kmp_friction_set_given(x, by, 0, 0);
-    }
+    bool known = false;
+    if (!nonlinear)
+        KMP_FRICTION_TRY(find_inertia(x, t, q, &known));
+    if (!known)
+        KMP_FRICTION_TRY(measure_inertia(x, t, q, qd, nonlinear));
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            if (x->element[x->which[i]].implied || x->element[x->which[j]].implied)
+                x->d[i + j * n] = 0;
     for (int i = 0; i < n; i++)
         for (int j = 0; j < i; j++)
             x->d[i + j * n] = x->d[j + i * n] = (x->d[i + j * n] + x->d[j + i * n]) / 2;
@@ -359,6 +389,14 @@ static bool is_kept(const kmp_friction_run *x, int i)
     return kept;
 }
 
+/* True for a contact that was open, whose surfaces touch without a force: it stays open. Closed, it would open again at
+ * once, as the sign of its force is that of rounding. */
+static bool stays_open(const kmp_friction_run *x, int i)
+{
+    const kmp_friction_element *e = &x->element[x->which[i]];
+    return e->contact && e->known && e->was == KMP_FRICTION_SLIPS && !e->struck && is_at_bound(x, i);
+}
+
 /* Lets both components slip where the solution accelerates them, or their reserve is used up. True: they are new. */
 static bool break_across(kmp_friction_run *x, int i)
 {
@@ -387,7 +425,7 @@ static bool break_away(kmp_friction_run *x)
             continue;
         }
         bool moves = x->side[i] != 0 && fabs(x->y[i]) > kmp_friction_rounding(x, i);
-        if (e->broken || !(moves || is_exhausted(x, i)) || is_kept(x, i))
+        if (e->broken || !(moves || is_exhausted(x, i) || stays_open(x, i)) || is_kept(x, i))
             continue;
         e->broken = any = true;
         e->sense = e->contact ? 1 : moves ? (x->y[i] > 0 ? 1 : -1) : (x->f[i] > 0 ? -1 : 1);

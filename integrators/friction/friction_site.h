@@ -49,6 +49,10 @@ typedef struct kmp_friction_site {
     int (*adds)(void *self, double t, const double *q, bool *adds);
     /** Accelerations and multipliers with the present inputs and rows, and the values of all conditions there. */
     int (*measure)(void *self, double t, const double *q, const double *qd, double *change);
+    /** The inverse inertia of rows of J (count x count, column-major) with the chosen rows, after a measurement and
+     * with the present inputs. *known: false where it is that of no linear system, as with forces that depend on
+     * multipliers: then D is not touched. NULL: it never is. */
+    int (*inertia)(void *self, double t, const double *q, int count, const int *row, double *d, bool *known);
     /** The values of all conditions at the multipliers before. */
     void (*look)(void *self, double t, const double *q, const double *qd, double *change);
     /** Makes rates consistent with the chosen rows, and evaluates accelerations and multipliers. */

@@ -165,6 +165,17 @@ static kmp_bound input_over(const kmp_event_tracker *c, const kmp_program_input 
     }
 }
 
+/* Runs the bounds of wanted conditions. */
+static void run_bounds(kmp_event_tracker *c, const bool *wanted)
+{
+    kmp_event_search *s = &c->search;
+    if (s->charts != c->eval->chart_version)
+        kmp_bounds_run(s->bounds, true);
+    else
+        kmp_bounds_run_wanted(s->bounds, c->s->events.count, s->output, wanted);
+    s->charts = c->eval->chart_version;
+}
+
 static void bind(void *self, const kmp_step_piece *p, const bool *open)
 {
     kmp_event_tracker *c = self;
@@ -182,11 +193,7 @@ static void bind(void *self, const kmp_step_piece *p, const bool *open)
                 kmp_bound_give(
                     s->bounds->value, s->bounds->output[s->first_solved[i] + k],
                     kmp_bound_through(p->b->t - p->a->t, p->a->solved[at], p->m->solved[at], p->b->solved[at]));
-    if (s->charts != c->eval->chart_version)
-        kmp_bounds_run(s->bounds, true);
-    else
-        kmp_bounds_run_wanted(s->bounds, c->s->events.count, s->output, open);
-    s->charts = c->eval->chart_version;
+    run_bounds(c, open);
 }
 
 static kmp_bound bound_of(const void *self, int k)
@@ -214,9 +221,124 @@ static bool holds(const void *self, int k)
 static bool may_change(const void *self, int k)
 {
     const kmp_event_tracker *c = self;
+    if (c->search.away.now && c->search.away.far[k])
+        return false;
     const bool sense = c->s->events.condition[k].role == KMP_ROLE_SENSE;
     return c->kind[k] == KMP_CONDITION_TOLD ||
            kmp_condition_may_change((kmp_condition_kind)c->kind[k], sense, &c->mode[k]);
+}
+
+/* -- contacts that are far away ------------------------------------------------------------------------- */
+
+enum {
+    FAR_LEAST = 24, /* open contacts from which on a box pays */
+    FAR_STEPS = 8,  /* lengths of the step in which rates as now stay within the box */
+    FAR_LASTS = 16  /* steps after which a box is made anew: that of long steps is wide */
+};
+#define FAR_PART 1e-3 /* of the size of a coordinate: a box is at least so much wider than the step */
+
+/* True for inputs that a distance can depend on, which change within a step. */
+static bool is_placing(const kmp_program_input *in)
+{
+    return in->kind == KMP_IN_TIME || in->kind == KMP_IN_Q;
+}
+
+/* The distance of an open contact that depends on places and times alone. */
+static bool may_be_far(const kmp_event_tracker *c, int k)
+{
+    const kmp_condition *condition = &c->s->events.condition[k];
+    return c->size[k] > 0 && c->mode[k] != 0 && c->mode[k + KMP_ROLE_HELD - KMP_ROLE_SENSE] == 0 && !condition->late &&
+           !condition->by_rates && !c->search.third[k];
+}
+
+static bool is_in_box(const kmp_event_tracker *c, const kmp_step_piece *p)
+{
+    const kmp_event_search *s = &c->search;
+    bool inside = s->away.known && s->away.steps < FAR_LASTS && s->away.charts == c->eval->chart_version;
+    const int held = KMP_ROLE_HELD - KMP_ROLE_SENSE;
+    for (int k = 0; inside && k < c->s->events.count; k++)
+        if (s->away.far[k] || c->s->events.condition[k].role == KMP_ROLE_NONE)
+            inside = s->away.mode[k] == c->mode[k] && (!s->away.far[k] || s->away.mode[k + held] == c->mode[k + held]);
+    for (int i = 0; inside && i < s->move_count; i++) {
+        const kmp_program_input *in = &c->s->changes->input[s->moves[i]];
+        if (!is_placing(in))
+            continue;
+        const kmp_bound bound = input_over(c, in, p);
+        inside = bound.low >= s->away.low[i] && bound.high <= s->away.high[i];
+    }
+    return inside;
+}
+
+/* Sets the inputs to a box around those of a step. */
+static void take_box(kmp_event_tracker *c, const kmp_step_piece *p)
+{
+    kmp_event_search *s = &c->search;
+    const kmp_program *program = c->s->changes;
+    for (int k = 0; k < program->input_count; k++)
+        kmp_bounds_set(s->bounds, k, input_over(c, &program->input[k], p));
+    for (int i = 0; i < s->move_count; i++) {
+        const kmp_program_input *in = &program->input[s->moves[i]];
+        if (!is_placing(in))
+            continue;
+        kmp_bound bound = input_over(c, in, p);
+        const double least = in->kind == KMP_IN_Q ? FAR_PART * c->s->scale[in->index] : 0;
+        const double reach = FAR_STEPS * (p->b->t - p->a->t) * fmax(fabs(bound.down), fabs(bound.up)) + least;
+        s->away.low[i] = bound.low -= reach;
+        s->away.high[i] = bound.high += reach;
+        kmp_bounds_set(s->bounds, s->moves[i], bound);
+    }
+}
+
+/* Finds the contacts whose surfaces do not meet within a box around the step: their distance without the part that
+ * counts as none has a positive bound. */
+static void find_far(kmp_event_tracker *c, const kmp_step_piece *p)
+{
+    kmp_event_search *s = &c->search;
+    const int place = KMP_ROLE_PLACE - KMP_ROLE_SENSE;
+    int asked = 0;
+    for (int k = 0; k < c->s->events.count; k++) {
+        s->away.asked[k] = may_be_far(c, k);
+        s->away.far[k] = false;
+        s->away.mode[k] = c->mode[k];
+        asked += s->away.asked[k];
+    }
+    s->away.known = asked >= FAR_LEAST;
+    s->away.steps = 0;
+    if (!s->away.known)
+        return;
+    take_box(c, p);
+    run_bounds(c, s->away.asked);
+    for (int k = 0; k < c->s->events.count; k++)
+        s->away.far[k] = s->away.asked[k] && kmp_bounds_get(s->bounds, s->output[k]).low > fmax(c->mode[k + place], 0);
+    s->away.charts = c->eval->chart_version;
+    s->stills = false;
+    for (int k = 0; k < c->s->events.count; k++) /* events that remain, whatever their modes will be */
+        s->away.asked[k] = c->kind[k] != KMP_CONDITION_NUMBER && !s->away.far[k];
+    for (int k = 0; k < c->s->events.count; k++)
+        if (s->away.far[k])
+            s->away.asked[k + KMP_ROLE_HELD - KMP_ROLE_SENSE] = false;
+}
+
+/* Before a step is searched: the contacts that are far away within it. */
+static void watch_far(kmp_event_tracker *c, const kmp_step_piece *p)
+{
+    kmp_event_search *s = &c->search;
+    const bool inside = is_in_box(c, p);
+    if (!inside) {
+        kmp_bounds_limit(s->bounds, 0, NULL, NULL);
+        find_far(c, p);
+    }
+    s->away.steps++;
+    s->away.now = s->away.known;
+    if (s->away.now && (!inside || !s->away.limits))
+        kmp_bounds_limit(s->bounds, c->s->events.count, s->output, s->away.asked);
+    s->away.limits = s->away.now;
+}
+
+static void forget_far(kmp_event_tracker *c)
+{
+    c->search.away.known = c->search.away.now = c->search.away.limits = false;
+    kmp_bounds_limit(c->search.bounds, 0, NULL, NULL);
 }
 
 /* -- narrowing --------------------------------------------------------------------------------------- */
@@ -256,10 +378,9 @@ static int note_crossing(void *self, int k, double low, double high)
     return kmp_event_tracker_look(c, high);
 }
 
-static bool is_contact(const void *self, int k)
+static double size_of(const void *self, int k)
 {
-    const kmp_condition *condition = &((const kmp_event_tracker *)self)->s->events.condition[k];
-    return condition->role == KMP_ROLE_SENSE && ((const kmp_force *)condition->of)->kind == KMP_FORCE_TOUCH;
+    return ((const kmp_event_tracker *)self)->size[k];
 }
 
 /* -- the search -------------------------------------------------------------------------------------- */
@@ -268,7 +389,7 @@ static bool is_contact(const void *self, int k)
 static int find_earliest(kmp_event_tracker *c, const kmp_event_probe *a, const kmp_event_probe *b, double *t)
 {
     const kmp_location_site location = {c,          c->s->events.count, c->kind,     c->mode,       c->change,
-                                        look_alone, look_for,           note_before, note_crossing, is_contact};
+                                        look_alone, look_for,           note_before, note_crossing, size_of};
     *t = b->t;
     memcpy(c->change, b->change, (size_t)c->s->events.count * sizeof *c->change);
     const int status = kmp_location_earliest(&location, a->t, a->change, t);
@@ -313,7 +434,10 @@ static bool event_search_init(kmp_event_search *s, const kempe_system *system, b
     s->bounds = kmp_bounds_new(system->changes, arena);
     const kmp_program *program = system->changes;
     if (!KMP_ARENA_MAKE(arena, KMP_ROOM(int, count, &s->output), KMP_ROOM(int, program->input_count, &s->moves),
-                        KMP_ROOM(bool, count, &s->third), KMP_ROOM(bool, count *(KMP_SEARCH_DEPTH + 1), &s->open)))
+                        KMP_ROOM(bool, count, &s->third, &s->away.far, &s->away.asked),
+                        KMP_ROOM(double, program->input_count, &s->away.low, &s->away.high),
+                        KMP_ROOM(double, count, &s->away.mode),
+                        KMP_ROOM(bool, count *(KMP_SEARCH_DEPTH + 1), &s->open)))
         return false;
     s->pieces = (kmp_piece_search){
         .site = &site, .conditions = count, .third = s->third, .open = s->open, .least = closely ? CLOSELY : 0};
@@ -350,6 +474,7 @@ bool kmp_event_tracker_is_clear(kmp_event_tracker *c, const kmp_event_probe *a, 
 {
     c->search.pieces.self = c;
     c->search.stills = false;
+    forget_far(c);
     note_outside(c, NULL);
     note_outside(c, b->change);
     if (m)
@@ -372,6 +497,7 @@ void kmp_event_tracker_take(kmp_event_tracker *c, const double *mode, const doub
     c->past = past;
     c->search.ready = false;
     c->search.charts = -1;
+    forget_far(c);
     c->search.pieces.undecided = 0;
 }
 
@@ -417,6 +543,7 @@ kempe_status kmp_event_tracker_find(kmp_event_tracker *c, double from, double to
     KMP_TRY((kempe_status)look_at(c, to, &s->pieces.look[1]));
     s->pieces.self = c;
     s->stills = false;
+    watch_far(c, &(kmp_step_piece){&s->pieces.look[0], NULL, &s->pieces.look[1]});
     const long before = s->pieces.undecided;
     KMP_TRY((kempe_status)kmp_pieces_search(&s->pieces, found));
     kmp_text why = {0};
@@ -450,6 +577,18 @@ void kmp_event_tracker_begin_past(const kempe_system *system, kmp_condition_past
         past[k] = (kmp_condition_past){.last = -INFINITY};
 }
 
+/* The size of the place of a contact, for its sense; 0 for other conditions; 1 where no coordinate moves it. */
+static double place_size(const kempe_system *s, const kmp_condition *condition)
+{
+    const kmp_force *force = condition->of;
+    if (condition->role != KMP_ROLE_SENSE || force->kind != KMP_FORCE_TOUCH)
+        return 0;
+    for (int r = 0; r < s->m; r++)
+        if (s->rows[r].closure == force->closure)
+            return s->row_scale[r];
+    return 1;
+}
+
 kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena *a)
 {
     const kempe_system *system = plan->system;
@@ -474,6 +613,9 @@ kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena 
                                                                            : KMP_CONDITION_SWITCHES;
         c->tells = c->tells || x->told;
     }
+    c->size = KMP_ARENA_NEW(a, double, count);
+    for (int k = 0; c->size && k < count; k++)
+        c->size[k] = place_size(system, &system->events.condition[k]);
     c->stays = KMP_ARENA_NEW(a, bool, count);
     c->past = KMP_ARENA_NEW(a, kmp_condition_past, count);
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &c->q, &c->qd, &c->qdd), KMP_ROOM(double, system->m, &c->lambda),

@@ -10,6 +10,20 @@
 #include "integrators/formulations/run_log.h"
 #include "integrators/steppers/solver.h"
 
+/** Contacts whose surfaces cannot meet while coordinates and times stay within a box, by bounds over it. Their
+ * distances are not bounded in the pieces of a step within the box. */
+typedef struct kmp_far_contacts {
+    bool *far;          /* of each condition: it is the distance of such a contact */
+    bool *asked;        /* of each condition: it may change within the box */
+    double *low, *high; /* of each input that changes within a step: the box */
+    double *mode;       /* of each condition: the mode with which the box was made */
+    long charts;        /* version of the charts then */
+    int steps;          /* since then */
+    bool known;         /* there is a box */
+    bool now;           /* the present step is within it */
+    bool limits;        /* bounds are limited to the other conditions */
+} kmp_far_contacts;
+
 /** Workspace of the search for events. */
 typedef struct kmp_event_search {
     kmp_bounds *bounds; /* of the conditions */
@@ -25,6 +39,7 @@ typedef struct kmp_event_search {
     int *moves;  /* inputs of the bounds that change within a step; move_count of them */
     int move_count;
     bool stills; /* the others are those of this step */
+    kmp_far_contacts away;
 } kmp_event_search;
 
 /** The last two values of a condition since its last change, for the largest value between them and the next. */
@@ -70,6 +85,7 @@ typedef struct kmp_event_tracker {
     const kempe_system *s;
     kmp_evaluator *eval;
     int *kind;                       /* of each condition: kmp_condition_kind */
+    double *size;                    /* of the place of a contact, for its sense; 0 for other conditions */
     const double *mode, *parameters; /* the present ones */
     const kmp_present_inputs *inputs;
     double *q, *qd, *qdd, *lambda; /* at the last evaluated point */

@@ -18,22 +18,101 @@
 #include <math.h>
 #include <string.h>
 
-/* Rows of elements that are held: which one was the last, whether independent rows are to be chosen again, and their
- * factors, which all evaluations of a decision share. */
+/* Rows of elements that are held: which one was the last, whether independent rows are to be chosen again, and the
+ * saddle system of the rows of a decision, which all its evaluations share. After most impacts the rows are those
+ * before, and so are then the rows and coordinates of the formulation. */
 struct kmp_held_rows {
     kmp_row_links links;
     int *row_of; /* by conditions that hold a row; -1: no coordinate moves it */
     int last;
-    bool stale, factored;
-    kmp_saddle saddle; /* if factored: of the state and the rows of the decision under way */
+    double *entry, *place, t; /* non-zeros of J as if all elements held their rows, at a place (n) and time */
+    double *mode;             /* by conditions: room for modes put aside */
+    bool *out;                /* by rows: of an element that holds none now */
+    bool placed;              /* these are known */
+    bool stale;
+    kmp_shared_saddle saddle; /* of the rows that are chosen now */
+    bool *chosen, known;      /* by conditions: it held a row when the event chose rows, which is so still */
+    bool *before;             /* by conditions: it held a row before the decision */
+    bool keeps;
+    kmp_partition kept;     /* if so: the rows and coordinates then */
+    kmp_shared_saddle with; /* of these */
 };
 
 void kmp_friction_release(kmp_runner *run)
 {
-    if (run->held && run->held->factored)
-        kmp_saddle_free(&run->held->saddle);
     if (run->held)
-        run->held->factored = false;
+        kmp_shared_saddle_free(&run->held->saddle);
+}
+
+kmp_shared_saddle *kmp_friction_saddle(const kmp_runner *run)
+{
+    return &run->held->saddle;
+}
+
+static bool holds(const kmp_runner *run, int condition)
+{
+    return run->s->events.condition[condition].role == KMP_ROLE_HELD && run->eval->mode[condition] != 0;
+}
+
+static bool holds_the_same(const kmp_runner *run, const bool *as)
+{
+    bool same = true;
+    for (int k = 0; same && k < run->s->events.count; k++)
+        same = holds(run, k) == as[k];
+    return same;
+}
+
+void kmp_friction_drop_kept(kmp_runner *run)
+{
+    if (!run->held || !run->held->keeps)
+        return;
+    kmp_shared_saddle_free(&run->held->with);
+    kmp_partition_free(&run->held->kept);
+    run->held->keeps = false;
+}
+
+/* Takes the rows and coordinates of the formulation, which are those before the decision. */
+static kempe_status take_kept(kmp_runner *run, double t, const double *q)
+{
+    kmp_friction_release(run);
+    kmp_partition_free(&run->part);
+    KMP_TRY(kmp_made(run->s->context, kmp_partition_copy(&run->part, &run->held->kept)));
+    kmp_eval_closure(run->eval, t, q);
+    kmp_eval_drop(run->eval, run->part.m - run->part.r, run->part.redundant);
+    return KEMPE_OK;
+}
+
+static kempe_status keep_rows(kmp_runner *run, double t, const double *q)
+{
+    struct kmp_held_rows *held = run->held;
+    kmp_friction_drop_kept(run);
+    for (int k = 0; k < run->s->events.count; k++)
+        held->before[k] = holds(run, k);
+    held->keeps = kmp_partition_copy(&held->kept, run->formulation->part);
+    return held->keeps ? take_kept(run, t, q) : kmp_fail_memory(run->s->context);
+}
+
+bool kmp_friction_holds_as_before(const kmp_runner *run)
+{
+    return run->held->keeps && holds_the_same(run, run->held->before);
+}
+
+kempe_status kmp_friction_release_rows(kmp_runner *run, double t, double *q, double *qd)
+{
+    struct kmp_held_rows *held = run->held;
+    kmp_friction_forget_rows(run);
+    if (run->formulation)
+        KMP_TRY(keep_rows(run, t, q));
+    if (run->impacts)
+        KMP_TRY(held->keeps ? kmp_runner_project_by(run, t, q, qd, &held->with) : kmp_runner_project(run, t, q, qd));
+    kmp_friction_let_go(run->friction);
+    kmp_friction_release(run);
+    kmp_partition_free(&run->part);
+    KMP_TRY(kmp_runner_choose(run, t, q, -1, NULL, 0));
+    for (int k = 0; k < run->s->events.count; k++)
+        held->chosen[k] = holds(run, k);
+    held->known = true;
+    return KEMPE_OK;
 }
 
 /* -- the site -------------------------------------------------------------------------------------------- */
@@ -69,8 +148,12 @@ static double pace(const void *self, const double *qd)
 static void put(void *self, int condition, double input)
 {
     kmp_runner *run = self;
-    const bool holds = run->s->events.condition[condition].role == KMP_ROLE_HELD && input != 0;
-    run->held->last = holds ? run->held->row_of[condition] : run->held->last;
+    if (run->s->events.condition[condition].role == KMP_ROLE_HELD) {
+        const int row = run->held->row_of[condition];
+        run->held->last = input != 0 ? row : run->held->last;
+        if (row >= 0)
+            run->held->out[row] = input == 0;
+    }
     if (run->eval->mode[condition] != input)
         kmp_eval_set_kink(run->eval, condition, input);
 }
@@ -80,7 +163,7 @@ static int choose(void *self, double t, const double *q)
 {
     kmp_runner *run = self;
     (void)t, (void)q;
-    run->held->stale = true;
+    run->held->stale = run->held->stale || !run->held->known || !holds_the_same(run, run->held->chosen);
     return 0;
 }
 
@@ -88,24 +171,63 @@ static int choose_now(kmp_runner *run, double t, const double *q)
 {
     if (!run->held->stale)
         return 0;
-    run->held->stale = false;
+    run->held->stale = run->held->known = false;
     kmp_friction_release(run);
     kmp_partition_free(&run->part);
     return (int)kmp_runner_choose(run, t, q, -1, NULL, 0);
+}
+
+/* The non-zeros of J as if all elements held their rows where they are. Those of an element do not depend on others. */
+static const double *all_rows(kmp_runner *run, double t, const double *q)
+{
+    struct kmp_held_rows *held = run->held;
+    const kempe_system *s = run->s;
+    const size_t place = (size_t)s->n * sizeof *q, modes = (size_t)s->events.count * sizeof(double);
+    if (held->placed && held->t == t && memcmp(held->place, q, place) == 0)
+        return held->entry;
+    memcpy(held->mode, run->eval->mode, modes);
+    for (int i = 0; i < run->friction->count; i++) {
+        const kmp_friction_element *e = &run->friction->element[i];
+        const int slot = e->slot;
+        kmp_eval_set_kink(run->eval, slot + KMP_ROLE_PLACE - KMP_ROLE_SENSE,
+                          kmp_friction_at(run->friction, e, KMP_ROLE_PLACE));
+        kmp_eval_set_kink(run->eval, slot + KMP_ROLE_HELD - KMP_ROLE_SENSE, 1);
+    }
+    kmp_eval_closure(run->eval, t, q);
+    memcpy(held->entry, run->eval->jacobian, (size_t)s->jacobian.count * sizeof *held->entry);
+    for (int k = 0; k < s->events.count; k++) {
+        if (run->eval->mode[k] != held->mode[k])
+            kmp_eval_set_kink(run->eval, k, held->mode[k]);
+        if (s->events.condition[k].role == KMP_ROLE_HELD && held->row_of[k] >= 0)
+            held->out[held->row_of[k]] = held->mode[k] == 0;
+    }
+    memcpy(held->place, q, place);
+    held->t = t;
+    held->placed = true;
+    return held->entry;
+}
+
+void kmp_friction_forget_rows(kmp_runner *run)
+{
+    run->held->placed = false;
+}
+
+static int adds_alone(kmp_runner *run, double t, const double *q, bool *adds)
+{
+    struct kmp_held_rows *held = run->held;
+    *adds = false;
+    if (held->last < 0)
+        return 0;
+    const double *entry = all_rows(run, t, q);
+    return (int)kmp_partition_adds(run->s, entry, &held->links, held->out, held->last, KMP_FRICTION_RANK, adds);
 }
 
 /* Beside rows that are redundant up to rounding of the model's numbers alone the rank of the whole counts. */
 static int adds_row(void *self, double t, const double *q, bool *adds)
 {
     kmp_runner *run = self;
-    if (!kmp_rounding_of(run->s)) {
-        *adds = false;
-        if (run->held->last < 0)
-            return 0;
-        kmp_eval_closure(run->eval, t, q);
-        return (int)kmp_partition_adds(run->s, run->eval->jacobian, &run->held->links, run->held->last,
-                                       KMP_FRICTION_RANK, adds);
-    }
+    if (!kmp_rounding_of(run->s))
+        return adds_alone(run, t, q, adds);
     KMP_FRICTION_TRY(choose_now(run, t, q));
     int rank = run->part.r;
     kmp_partition with;
@@ -124,10 +246,37 @@ static int measure(void *self, double t, const double *q, const double *qd, doub
     kmp_runner *run = self;
     KMP_FRICTION_TRY(choose_now(run, t, q));
     kmp_eval_closure(run->eval, t, q);
-    kempe_status status = kmp_runner_accelerate_by(run, t, q, qd, &run->held->saddle, &run->held->factored);
+    kempe_status status = kmp_runner_accelerate_by(run, t, q, qd, &run->held->saddle);
     if (status == KEMPE_OK)
         kmp_eval_all_changes(run->eval, t, q, qd, run->qdd, run->lambda, change);
     return (int)status;
+}
+
+static int inertia(void *self, double t, const double *q, int count, const int *row, double *d, bool *known)
+{
+    kmp_runner *run = self;
+    const kempe_system *s = run->s;
+    const kmp_row_links *links = &run->held->links;
+    const double *jacobian = run->eval->jacobian;
+    double *g = run->moved, *way = g + s->n;
+    *known =
+        run->held->saddle.factored && run->held->saddle.saddle.kind != KMP_SADDLE_BY_BODIES && s->load_row_count == 0;
+    if (!*known)
+        return 0;
+    kmp_eval_closure(run->eval, t, q);
+    for (int j = 0; j < count; j++) {
+        memset(g, 0, (size_t)s->n * sizeof *g);
+        for (int e = links->row_start[row[j]]; e < links->row_start[row[j] + 1]; e++)
+            g[s->jacobian.col[e]] = -jacobian[e];
+        kmp_saddle_solve(&run->held->saddle.saddle, g, NULL, way, NULL);
+        for (int i = 0; i < count; i++) {
+            double sum = 0;
+            for (int e = links->row_start[row[i]]; e < links->row_start[row[i] + 1]; e++)
+                sum += jacobian[e] * way[s->jacobian.col[e]];
+            d[i + j * count] = sum;
+        }
+    }
+    return 0;
 }
 
 static void look(void *self, double t, const double *q, const double *qd, double *change)
@@ -140,10 +289,15 @@ static void look(void *self, double t, const double *q, const double *qd, double
 static int finish(void *self, double t, double *q, double *qd)
 {
     kmp_runner *run = self;
-    KMP_FRICTION_TRY(choose_now(run, t, q));
+    const bool same = kmp_friction_holds_as_before(run);
+    kmp_shared_saddle *shared = same ? &run->held->with : &run->held->saddle;
+    KMP_FRICTION_TRY(same ? (int)take_kept(run, t, q) : choose_now(run, t, q));
+    run->held->stale = run->held->known = false;
+    kempe_status status = kmp_runner_project_by(run, t, q, qd, shared);
+    if (status == KEMPE_OK)
+        status = kmp_runner_accelerate_by(run, t, q, qd, shared);
     kmp_friction_release(run);
-    kempe_status status = kmp_runner_project(run, t, q, qd);
-    return (int)(status == KEMPE_OK ? kmp_runner_accelerate(run, t, q, qd) : status);
+    return (int)status;
 }
 
 static bool is_unsettled(const void *self)
@@ -358,7 +512,10 @@ static bool find_held_rows(kmp_runner *run, const kmp_friction_run *x)
     const kempe_system *s = run->s;
     struct kmp_held_rows *held = run->held = KMP_ARENA_NEW(&run->arena, struct kmp_held_rows, 1);
     if (!held || !kmp_row_links_init(&held->links, s, &run->arena) ||
-        !KMP_ARENA_MAKE(&run->arena, KMP_ROOM(int, s->events.count, &held->row_of)))
+        !KMP_ARENA_MAKE(&run->arena, KMP_ROOM(int, s->events.count, &held->row_of),
+                        KMP_ROOM(bool, s->events.count, &held->before, &held->chosen), KMP_ROOM(bool, s->m, &held->out),
+                        KMP_ROOM(double, s->jacobian.count, &held->entry), KMP_ROOM(double, s->n, &held->place),
+                        KMP_ROOM(double, s->events.count, &held->mode)))
         return false;
     for (int i = 0; i < x->count; i++) {
         const kmp_friction_element *e = &x->element[i];
@@ -398,6 +555,7 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
                                 .choose = choose,
                                 .adds = adds_row,
                                 .measure = measure,
+                                .inertia = inertia,
                                 .look = look,
                                 .finish = finish,
                                 .is_unsettled = is_unsettled,
@@ -449,6 +607,7 @@ bool kmp_friction_is_smooth(const kmp_friction_run *x)
 
 kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *qd)
 {
+    kmp_friction_forget_rows(run);
     return (kempe_status)kmp_friction_settle_modes(run->friction, t, q, qd);
 }
 

@@ -24,8 +24,23 @@ void kmp_friction_list(const kempe_system *s, const kmp_events *events, struct k
 /** Makes the workspace in the run's arena. NULL: no memory, or the system has no such elements (*none). */
 kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none);
 
-/** Frees what a decision under way has kept. */
+/** Frees the saddle system of a decision under way, which a site shares: that of run->part, before other rows are
+ * chosen. */
 void kmp_friction_release(kmp_runner *run);
+struct kmp_shared_saddle *kmp_friction_saddle(const kmp_runner *run);
+
+/** Forgets the rows of elements, which a decision evaluates once at a place: conditions or parameters may have changed.
+ */
+void kmp_friction_forget_rows(kmp_runner *run);
+
+/** Lets go of all rows at an event, after small rates along rows of contacts have been removed, and chooses rows and
+ * coordinates without them. Notes those of the formulation, if there is one. */
+kempe_status kmp_friction_release_rows(kmp_runner *run, double t, double *q, double *qd);
+
+/** True after a decision if the same elements hold rows as before it; run->part is then that of the formulation.
+ * Forgets what is noted for this: other closures have changed, or the decision is over. */
+bool kmp_friction_holds_as_before(const kmp_runner *run);
+void kmp_friction_drop_kept(kmp_runner *run);
 
 /** Appends that a body has almost no inertia in one direction, if this may be why a decision with D (n x n) fails. */
 void kmp_friction_put_spread(kmp_text *text, int n, const double *d);

@@ -110,6 +110,7 @@ void kmp_friction_state_evaluate(kmp_friction_state *x, double t, const double *
     if (qd)
         memcpy(run->state + n, qd, (size_t)n * sizeof *qd);
     kmp_friction_state_release(run->eval);
+    kmp_friction_forget_rows(run);
     /* Takes the contacts that are closed in the evaluator. */
     kmp_friction_run *f = run->friction;
     f->pins = true;

@@ -9,6 +9,7 @@
 #include "integrators/friction/friction_elements.h"
 #include "integrators/impact/impact_problem.h"
 #include "integrators/run/runner.h"
+#include "integrators/run/runner_start.h"
 #include "model/data/force.h"
 #include <kempe/kempe.h>
 #include <math.h>
@@ -19,8 +20,9 @@
 
 static void rows(void *self, double t, const double *q, int count, const int *row, double *g)
 {
-    const kmp_runner *run = self;
+    kmp_runner *run = self;
     const int n = run->s->n, m = run->s->m;
+    kmp_friction_forget_rows(run);
     double *jacobian = run->impacts->jacobian;
     kmp_eval_closure(run->eval, t, q);
     kmp_eval_dense_jacobian(run->eval, jacobian);
@@ -39,18 +41,17 @@ static void weigh(void *self, double t, const double *q)
 static int ways(void *self, double t, const double *q, int count, const double *g, double *way)
 {
     kmp_runner *run = self;
-    kmp_saddle saddle;
     const int n = run->s->n;
+    kmp_shared_saddle *shared = kmp_friction_saddle(run);
     weigh(self, t, q);
-    bool made = kmp_saddle_init(&saddle, run->eval, &run->part);
-    bool singular = made && kmp_saddle_factor(&saddle);
-    for (int k = 0; made && !singular && k < count; k++) {
+    kempe_status status = kmp_shared_saddle_need(run, shared);
+    const bool singular = status == KEMPE_OK && kmp_saddle_factor(&shared->saddle);
+    shared->factored = status == KEMPE_OK && !singular;
+    for (int k = 0; shared->factored && k < count; k++) {
         for (int i = 0; i < n; i++)
             run->moved[i] = -g[k * n + i];
-        kmp_saddle_solve(&saddle, run->moved, NULL, way + k * n, NULL);
+        kmp_saddle_solve(&shared->saddle, run->moved, NULL, way + k * n, NULL);
     }
-    kmp_saddle_free(&saddle);
-    kempe_status status = kmp_made(run->s->context, made);
     if (singular)
         status = kmp_fail(run->s->context, KEMPE_E_FAILED, "an impact at t = %.9g meets a singular mechanism", t);
     return (int)status;

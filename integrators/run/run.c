@@ -347,6 +347,7 @@ void kmp_runner_free(kmp_runner *run)
     if (run->formulation)
         run->formulation->release(run->formulation);
     kmp_friction_release(run);
+    kmp_friction_drop_kept(run);
     kmp_partition_free(&run->part);
     kmp_eval_free(run->eval);
     kmp_team_free(run->team);

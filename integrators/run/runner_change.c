@@ -2,6 +2,7 @@
 /* Changes between steps: events, change points, other rows or unknowns, a second chance for a stopped integrator. */
 #include "integrators/run/runner_change.h"
 #include "base/memory.h"
+#include "constraints/closing/rounding.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/dropped_rows.h"
@@ -445,11 +446,11 @@ static kempe_status let_go(kmp_runner *run, double t, double *q, double *qd)
 {
     memcpy(run->friction->change, run->crossing->change, (size_t)run->s->events.count * sizeof(double));
     kmp_friction_note_values(run->friction);
-    if (run->impacts)
-        KMP_TRY(kmp_runner_project(run, t, q, qd));
-    kmp_friction_let_go(run->friction);
-    kmp_partition_free(&run->part);
-    KMP_TRY(kmp_runner_choose(run, t, q, -1, NULL, 0));
+    return kmp_friction_release_rows(run, t, q, qd);
+}
+
+static kempe_status renew_margin(kmp_runner *run, double t, const double *q)
+{
     kmp_rank_margin_free(&run->margin);
     return kmp_runner_compute_margin(run, t, q);
 }
@@ -457,8 +458,8 @@ static kempe_status let_go(kmp_runner *run, double t, double *q, double *qd)
 /* Makes rates consistent with the present closures: the nearest ones in the kinetic energy, as after impulses along the
  * rows' forces. This is a plastic impact with the least loss of energy. Conditions may depend on rates, so that further
  * ones change. Then contacts strike, and modes are decided. Gains of kinetic energy, J: *energy by closures that
- * switch, *gain by contacts. */
-static kempe_status meet_closures(kmp_runner *run, double t, double *energy, double *gain)
+ * switch, *gain by contacts. *same: the rows are those before. */
+static kempe_status meet_closures(kmp_runner *run, double t, double *energy, double *gain, bool *same)
 {
     double *q = run->state, *qd = q + run->s->n, before = 0;
     bool changed = true, any = false;
@@ -469,6 +470,10 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
         KMP_TRY(let_go(run, t, q, qd));
     for (int pass = 0; changed; pass++) { /* each changes once at most */
         KMP_TRY(kmp_event_tracker_change(run->crossing, t, q, qd, pass > 0, &changed));
+        if (changed && run->friction && !any) {
+            kmp_friction_drop_kept(run);
+            KMP_TRY(renew_margin(run, t, q));
+        }
         if (changed || (pass == 0 && !run->friction)) /* which has let go */
             KMP_TRY(choose_again(run, t, q, true));
         if (pass == 0) {
@@ -480,13 +485,16 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
             KMP_TRY(kmp_runner_project(run, t, q, qd));
     }
     *gain = 0;
+    *same = false;
     if (run->impacts)
         KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, gain));
     if (run->friction) { /* rows that begin or cease to be held change the rank */
         KMP_TRY(kmp_friction_settle(run, t, q, qd));
-        kmp_rank_margin_free(&run->margin);
         run->crossing->count++;
-        KMP_TRY(kmp_runner_compute_margin(run, t, q));
+        *same = kmp_friction_holds_as_before(run);
+        kmp_friction_drop_kept(run);
+        if (!*same)
+            KMP_TRY(renew_margin(run, t, q));
     } else {
         KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
     }
@@ -495,11 +503,11 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
 }
 
 /* Meets the closures at t from the state before it in run->state. */
-static kempe_status switch_here(kmp_runner *run, double t, double *energy, double *gain)
+static kempe_status switch_here(kmp_runner *run, double t, double *energy, double *gain, bool *same)
 {
     KMP_TRY(runner_take_inputs(run, t));
     kmp_runner_take_samples(run, t);
-    return meet_closures(run, t, energy, gain);
+    return meet_closures(run, t, energy, gain, same);
 }
 
 /* The kinetic energy of rates that count as none. */
@@ -511,20 +519,33 @@ static double energy_of_rest(const kmp_runner *run)
     return kmp_eval_kinetic(run->eval, rates);
 }
 
+/* True if the formulation can go on with other rates where the rows are those before: its equations are explicit, it
+ * needs no exact closing of dropped rows, and keeps no unknowns of its own. */
+static bool goes_on_after_switch(const kmp_runner *run)
+{
+    return run->formulation->resume && !run->formulation->keep && !run->spec.kind && !run->yp && !run->near_singular &&
+           !kmp_rounding_of(run->s);
+}
+
 /* Switches closures: the state before, then consistent rates. The energy lost in the impact counts as work; one of
  * rounding is no impact. */
 static kempe_status pass_switch(kmp_runner *run, double t)
 {
     double *q = run->state, work, energy, gain;
+    bool same, plain = !run->eval->by_bodies && !run->eval->by_products;
     KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
-    KMP_TRY(switch_here(run, t, &energy, &gain));
+    KMP_TRY(switch_here(run, t, &energy, &gain, &same));
     double after = kmp_eval_kinetic(run->eval, q + run->s->n), before = after - energy;
     if (-energy > fmax(run->spec.rtol * before, energy_of_rest(run)))
         kmp_run_log_add(run->log, "impact", t, before, after,
                         "closures switch and rates jump: %.4g of %.4g J of kinetic energy are lost", -energy, before);
     const double begin = run->solver->t_old, instant = KMP_FRICTION_INSTANT * kmp_friction_span(run);
     const double h = kmp_restart_length(run->solver->t - begin, t - begin, instant, kmp_impact_since(run->impacts));
-    return kmp_runner_restart(run, t, false, work + energy + gain, h);
+    if (!same || !plain || !goes_on_after_switch(run))
+        return kmp_runner_restart(run, t, false, work + energy + gain, h);
+    if (run->s->dissipative) /* the last unknown */
+        run->y[run->formulation->size - 1] += energy + gain;
+    return resume(run, t, q, q + run->s->n, h);
 }
 
 /* Part of the largest entry of J within which it does not jump at an event, which is located to rounding. */
@@ -623,9 +644,10 @@ static kempe_status renew_here(kmp_runner *run, double t)
 kempe_status kmp_runner_pass_here(kmp_runner *run, double t, bool event, double *work)
 {
     double energy = 0, gain = 0;
+    bool same;
     *work = 0;
     if (event && run->s->switches)
-        KMP_TRY(switch_here(run, t, &energy, &gain));
+        KMP_TRY(switch_here(run, t, &energy, &gain, &same));
     else if (event)
         KMP_TRY(kmp_event_tracker_pass(run->crossing, t, false));
     *work = energy + gain;
@@ -633,7 +655,7 @@ kempe_status kmp_runner_pass_here(kmp_runner *run, double t, bool event, double 
         return KEMPE_OK;
     if (!gives_switches(run))
         return renew_here(run, t);
-    KMP_TRY(switch_here(run, t, &energy, &gain));
+    KMP_TRY(switch_here(run, t, &energy, &gain, &same));
     *work += energy + gain;
     return runner_take_conditions(run, t);
 }

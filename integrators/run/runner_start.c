@@ -50,17 +50,39 @@ static kempe_status make_saddle(kmp_runner *run, kmp_saddle *saddle)
     return kmp_fail_memory(run->s->context);
 }
 
+kempe_status kmp_shared_saddle_need(kmp_runner *run, kmp_shared_saddle *shared)
+{
+    if (!shared->made)
+        KMP_TRY(make_saddle(run, &shared->saddle));
+    shared->made = true;
+    return KEMPE_OK;
+}
+
+void kmp_shared_saddle_free(kmp_shared_saddle *shared)
+{
+    if (shared->made)
+        kmp_saddle_free(&shared->saddle);
+    shared->made = shared->factored = false;
+}
+
 /* Closes q and qd on the rows that are now independent. The rows before closed only themselves, and a DAE integrator
  * would take the remaining gap of the others for a jump. */
+kempe_status kmp_runner_project_by(kmp_runner *run, double t, double *q, double *qd, kmp_shared_saddle *shared)
+{
+    KMP_TRY(kmp_shared_saddle_need(run, shared));
+    const kmp_closer closer = kmp_saddle_closer(&shared->saddle, run->moved);
+    shared->factored = false;
+    return kmp_close_state(&closer, run->lambda, t, q, qd)
+               ? KEMPE_OK
+               : kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures cannot be solved at t = %.9g", t);
+}
+
 kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd)
 {
-    kmp_saddle saddle;
-    KMP_TRY(make_saddle(run, &saddle));
-    const kmp_closer closer = kmp_saddle_closer(&saddle, run->moved);
-    bool closed = kmp_close_state(&closer, run->lambda, t, q, qd);
-    kmp_saddle_free(&saddle);
-    return closed ? KEMPE_OK
-                  : kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures cannot be solved at t = %.9g", t);
+    kmp_shared_saddle own = {.made = false};
+    kempe_status status = kmp_runner_project_by(run, t, q, qd, &own);
+    kmp_shared_saddle_free(&own);
+    return status;
 }
 
 /* True for rounded numbers, whose dropped rows are open, if q was closed on other rows than those kept now. */
@@ -99,30 +121,26 @@ static kempe_status check_rates(kmp_runner *run, const double *qd)
                     s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
 }
 
-kempe_status kmp_runner_accelerate_by(kmp_runner *run, double t, const double *q, const double *qd, kmp_saddle *saddle,
-                                      bool *factored)
+kempe_status kmp_runner_accelerate_by(kmp_runner *run, double t, const double *q, const double *qd,
+                                      kmp_shared_saddle *shared)
 {
     kmp_eval_mass(run->eval);
     kmp_eval_bias(run->eval, qd);
-    if (!*factored) {
-        KMP_TRY(make_saddle(run, saddle));
-        if (kmp_saddle_factor(saddle)) {
-            kmp_saddle_free(saddle);
-            return kmp_explain_massless(run->eval, &run->part, t, q);
-        }
-        *factored = true;
+    KMP_TRY(kmp_shared_saddle_need(run, shared));
+    if (!shared->factored && kmp_saddle_factor(&shared->saddle)) {
+        kmp_shared_saddle_free(shared);
+        return kmp_explain_massless(run->eval, &run->part, t, q);
     }
-    kmp_saddle_accelerations(saddle, run->qdd, run->lambda);
+    shared->factored = true;
+    kmp_saddle_accelerations(&shared->saddle, run->qdd, run->lambda);
     return kmp_is_unsettled(run->eval) ? kmp_runner_fail_unsettled(run, t, q, qd) : KEMPE_OK;
 }
 
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd)
 {
-    kmp_saddle saddle;
-    bool factored = false;
-    kempe_status status = kmp_runner_accelerate_by(run, t, q, qd, &saddle, &factored);
-    if (factored)
-        kmp_saddle_free(&saddle);
+    kmp_shared_saddle own = {.made = false};
+    kempe_status status = kmp_runner_accelerate_by(run, t, q, qd, &own);
+    kmp_shared_saddle_free(&own);
     return status;
 }
 

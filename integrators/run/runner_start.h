@@ -28,10 +28,22 @@ kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd
 /** Computes qdd and lambda of the chosen rows at the evaluator's last closure, which was at (t, q). */
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd);
 
-/** The same with the saddle system of the state and the chosen rows, which is made and factored unless *factored. It is
- * then the caller's to free. */
-kempe_status kmp_runner_accelerate_by(kmp_runner *run, double t, const double *q, const double *qd, kmp_saddle *saddle,
-                                      bool *factored);
+/** The saddle system of the chosen rows, which several computations of a decision share. `factored`: at the state of
+ * the last one. It is the caller's to free, before other rows are chosen. */
+typedef struct kmp_shared_saddle {
+    kmp_saddle saddle;
+    bool made, factored;
+} kmp_shared_saddle;
+
+/** Makes it unless it is made, with M in place of products. */
+kempe_status kmp_shared_saddle_need(kmp_runner *run, kmp_shared_saddle *shared);
+void kmp_shared_saddle_free(kmp_shared_saddle *shared);
+
+/** The same as kmp_runner_project and kmp_runner_accelerate with such a system, which is made, and for accelerations
+ * factored, if it is not. */
+kempe_status kmp_runner_project_by(kmp_runner *run, double t, double *q, double *qd, kmp_shared_saddle *shared);
+kempe_status kmp_runner_accelerate_by(kmp_runner *run, double t, const double *q, const double *qd,
+                                      kmp_shared_saddle *shared);
 
 /** The start of a formulation at a state, with the rows and the margin of the run. */
 kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *q, const double *qd, double work);

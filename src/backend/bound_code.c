@@ -359,7 +359,8 @@ KMP_LOCAL int kmp_bound_values(const kmp_bound_code *code)
 KMP_LOCAL void kmp_bound_mark(const kmp_bound_code *code, const kmp_bound *value, bool *needed)
 {
     const int first = code->constants + code->inputs;
-    for (int k = code->steps; k-- > 0;) {
+    for (int i = code->listed ? code->count : code->steps; i-- > 0;) {
+        const int k = code->listed ? code->listed[i] : i;
         const kmp_bound_step *in = &code->step[k];
         if (!needed[first + k] || in->op == KMP_OP_IMPLICIT)
             continue;
@@ -379,11 +380,15 @@ KMP_LOCAL void kmp_bound_run(const kmp_bound_code *code, int from, kmp_bound *va
     for (int k = 0; from == 0 && k < code->constants; k++)
         value[k] = (kmp_bound){code->constant[k], code->constant[k], 0, 0};
     const bool *needed = code->needed ? code->needed + code->constants + code->inputs : NULL;
-    for (int k = from; k < code->steps; k++)
+    const int *listed = code->listed;
+    const int count = listed ? code->count : code->steps;
+    for (int i = listed ? 0 : from; i < count; i++) {
+        const int k = listed ? listed[i] : i;
         if (needed && !needed[k])
             continue;
-        else if (code->step[k].op == KMP_OP_ADD)
+        if (code->step[k].op == KMP_OP_ADD)
             result[k] = added(kmp_bound_of(value, code->step[k].a), kmp_bound_of(value, code->step[k].b));
         else if (code->step[k].op != KMP_OP_IMPLICIT)
             result[k] = evaluated(code, &code->step[k], value);
+    }
 }

@@ -31,6 +31,8 @@ typedef struct kmp_bound_code {
     const double *constant;
     const kmp_bound_step *step;
     const bool *needed; /* of each value: operations that others, or outputs, need; NULL: all */
+    const int *listed;  /* operations from `fixed` on that may be needed, in order; NULL: all */
+    int count;          /* their number */
     const void *tables;
     /** Bounds of a table, or of a derivative of it: kmp_table_bounds; its highest derivative that is continuous, + 1.
      */

@@ -81,7 +81,8 @@ kmp_bounds *kmp_bounds_new(const kmp_program *program, kmp_arena *arena)
                                .tables = program,
                                .table = bound_table}};
     if (!KMP_ARENA_MAKE(arena, KMP_ROOM(uint32_t, outputs, &r->output), KMP_ROOM(bool, outputs, &r->known, &r->given),
-                        KMP_ROOM(bool, values, &r->needed), KMP_ROOM(kmp_bound, values, &r->value)))
+                        KMP_ROOM(bool, values, &r->needed), KMP_ROOM(int, operations, &r->listed),
+                        KMP_ROOM(kmp_bound, values, &r->value)))
         return NULL;
     /* Values whose bounds follow from operands, and values that are given. */
     const kmp_program *p = r->program;
@@ -124,19 +125,48 @@ void kmp_bounds_set(kmp_bounds *bounds, int k, kmp_bound bound)
 
 void kmp_bounds_run(kmp_bounds *r, bool constants)
 {
-    kmp_bound_run(&r->code, constants ? 0 : r->code.fixed, r->value);
+    kmp_bound_code code = r->code;
+    code.listed = NULL;
+    kmp_bound_run(&code, constants ? 0 : code.fixed, r->value);
+}
+
+/* Marks what wanted outputs need, among the operations that are looked at. */
+static void mark_wanted(kmp_bounds *r, int count, const int *output, const bool *wanted)
+{
+    const kmp_bound_code *code = &r->code;
+    const int first = code->constants + code->inputs;
+    if (code->listed)
+        for (int i = 0; i < code->count; i++)
+            r->needed[first + code->listed[i]] = false;
+    else
+        memset(r->needed, 0, (size_t)kmp_bound_values(code) * sizeof *r->needed);
+    for (int k = 0; k < count; k++)
+        if (wanted[k] && r->known[output[k]])
+            r->needed[r->output[output[k]] >> 1] = true;
+    kmp_bound_mark(code, r->value, r->needed);
 }
 
 void kmp_bounds_run_wanted(kmp_bounds *r, int count, const int *output, const bool *wanted)
 {
+    mark_wanted(r, count, output, wanted);
     kmp_bound_code code = r->code;
-    memset(r->needed, 0, (size_t)kmp_bound_values(&code) * sizeof *r->needed);
-    for (int k = 0; k < count; k++)
-        if (wanted[k] && r->known[output[k]])
-            r->needed[r->output[output[k]] >> 1] = true;
-    kmp_bound_mark(&code, r->value, r->needed);
     code.needed = r->needed;
     kmp_bound_run(&code, code.fixed, r->value);
+}
+
+void kmp_bounds_limit(kmp_bounds *r, int count, const int *output, const bool *among)
+{
+    kmp_bound_code *code = &r->code;
+    const int first = code->constants + code->inputs;
+    code->listed = NULL;
+    if (!among)
+        return;
+    mark_wanted(r, count, output, among);
+    code->count = 0;
+    for (int k = code->fixed; k < code->steps; k++)
+        if (r->needed[first + k])
+            r->listed[code->count++] = k;
+    code->listed = r->listed;
 }
 
 kmp_bound kmp_bounds_get(const kmp_bounds *bounds, int k)

@@ -14,6 +14,7 @@ typedef struct kmp_bounds {
     bool *given;      /* by output: a given value is needed for it */
     kmp_bound *value;
     bool *needed; /* by value: a wanted output needs it */
+    int *listed;  /* operations that some outputs need (kmp_bounds_limit) */
 } kmp_bounds;
 
 /** Bounds of a program, which must outlive them, in the arena. NULL: no memory. */
@@ -32,6 +33,9 @@ void kmp_bounds_run(kmp_bounds *bounds, bool constants);
 /** Computes the bounds of those of `count` outputs that are wanted, with the constants of the last run. No allocation.
  */
 void kmp_bounds_run_wanted(kmp_bounds *bounds, int count, const int *output, const bool *wanted);
+
+/** Limits the next calls to outputs among these, whose operations alone are then looked at; NULL: no limit. */
+void kmp_bounds_limit(kmp_bounds *bounds, int count, const int *output, const bool *among);
 
 /** Bounds of output k; infinite where none are known. */
 kmp_bound kmp_bounds_get(const kmp_bounds *bounds, int k);

@@ -95,7 +95,7 @@ static void groups(void)
 {
     enum { COUNT = 3, EACH = 4, ALL = COUNT * EACH };
     double x[ALL], y[ALL], d[ALL * ALL], a[ALL], lower[ALL], upper[ALL];
-    double room[2 * ALL * ALL + 8 * ALL];
+    double room[3 * ALL * ALL + 16 * ALL];
     int side[ALL], partner[ALL];
     CHECK(sizeof room / sizeof *room >= (size_t)kmp_disc_room(ALL));
     random_seed(17);

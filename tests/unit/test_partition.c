@@ -167,7 +167,7 @@ static void a_row_adds_what_it_adds_to_all(void)
         memset(without + row * n, 0, (size_t)n * sizeof *without);
         CHECK(kmp_row_links_init(&links, &s, &arena));
         for (int again = 0; again < 2; again++) /* the links are as before */
-            CHECK(kmp_partition_adds(&s, a, &links, row, 1e-7, &adds[again]) == KEMPE_OK);
+            CHECK(kmp_partition_adds(&s, a, &links, NULL, row, 1e-7, &adds[again]) == KEMPE_OK);
         CHECK(adds[0] == adds[1] && adds[0] == (rank_of(&s, a) > rank_of(&s, without)));
         seen[adds[0]]++;
         kmp_arena_free(&arena);
@@ -197,7 +197,7 @@ static void far_rows_cost_nothing(void)
     const unsigned long before = kmp_memory_count();
     for (int k = 0; k < 2 * PAIRS; k++) {
         bool adds;
-        CHECK(kmp_partition_adds(&s, a, &links, k, 1e-7, &adds) == KEMPE_OK && adds == (k / 2 % 2 == 1));
+        CHECK(kmp_partition_adds(&s, a, &links, NULL, k, 1e-7, &adds) == KEMPE_OK && adds == (k / 2 % 2 == 1));
     }
     CHECK(kmp_memory_count() == before);
     kmp_arena_free(&arena);

@@ -487,6 +487,49 @@ static void singular_decision(void)
     unload(&l);
 }
 
+/* Discs in a row, far from each other: an elastic impact hands the rate on to the next one. Each may touch each other
+ * one, and a wall beyond: most distances are not bounded in most steps, and none may be missed. */
+static void handed_on(void)
+{
+    enum { DISCS = 9 };
+    static const way ways_of_row[] = {{"reduced", NULL, "dop853", 1e-9, 0}, {"projected", NULL, "dopri5", 1e-9, 0}};
+    FILE *file = fopen("handed_on.yaml", "w");
+    CHECK(file != NULL);
+    if (!file)
+        return;
+    fprintf(file, "kempe: 1\ngravity: [0, 0, 0]\nground: {points: {O: [0, 0, 0], W: [-11, 0, 0]}}\nbodies:\n");
+    for (int i = 0; i < DISCS; i++)
+        fprintf(file,
+                "  s%d: {joint: {name: j%d, planar: z, at: ground}, mass: 1, inertia: {zz: 0.01}, points: {C: [0, 0, "
+                "0]}}\n",
+                i, i);
+    fprintf(file, "contacts:\n");
+    for (int i = 0; i < DISCS; i++) {
+        fprintf(file, "  w%d: {sphere: s%d.C, radius: 0.1, on: {plane: ground.W, normal: x}, restitution: 1}\n", i, i);
+        for (int k = 0; k < i; k++)
+            fprintf(file, "  c%d_%d: {sphere: s%d.C, radius: 0.1, on: {sphere: s%d.C, radius: 0.1}, restitution: 1}\n",
+                    i, k, i, k);
+    }
+    fprintf(file, "start: {q: {");
+    for (int i = 0; i < DISCS; i++)
+        fprintf(file, "j%d.1: %d%s", i, i, i + 1 < DISCS ? ", " : "}, ");
+    fprintf(file, "qd: {j%d.1: -4}}\n", DISCS - 1);
+    fclose(file);
+    loaded l = load("handed_on.yaml");
+    for (int w = 0; w < 2; w++) {
+        kempe_trajectory *run = simulate(&l, &ways_of_row[w], 9);
+        double t = 0;
+        for (int i = 0; run && i < DISCS; i++) {
+            t += (i + 1 < DISCS ? 0.8 : 10.9) / 4;
+            CHECK_NEAR(time_of(run, "impact", i), t, 1e-9);
+        }
+        CHECK(run && run->report.impacts == 2 * DISCS - 1);
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+    remove("handed_on.yaml");
+}
+
 int main(void)
 {
     TEST(stop);
@@ -506,5 +549,6 @@ int main(void)
     TEST(round_surfaces);
     TEST(refused_runs);
     TEST(rough_ground);
+    TEST(handed_on);
     return check_report();
 }

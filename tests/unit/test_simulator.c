@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The runtime of generated simulators, on equations written by hand whose motions have closed forms. */
 #include "exchange/simulator/kempe_simulator.h"
+#include "linalg/dense/disc_minimum.h"
 #include "testing.h"
 #include "unit/simulated_mechanisms.h"
 
@@ -708,8 +709,19 @@ static void memory_is_counted(void)
     CHECK(sizeof room / sizeof *room == (size_t)kempe_simulator_memory(&pendulum));
 }
 
+/* The room for decisions (kempe_friction.c): eleven numbers of an element, D and a minimum, and of impacts sixteen. */
+static void room_of_decisions(void)
+{
+    for (int n = 1; n < 50; n++) {
+        const int minimum = n * n + kmp_disc_room(n);
+        CHECK(KEMPE_SIMULATOR_FRICTION_ROOM(0, n) >= 11 * n + minimum);
+        CHECK(KEMPE_SIMULATOR_FRICTION_ROOM(0, n) + KEMPE_SIMULATOR_CONTACTS(0, n) >= 16 * n + minimum);
+    }
+}
+
 int main(void)
 {
+    TEST(room_of_decisions);
     TEST(pendulum_has_its_period);
     TEST(crank_turns_in_its_time);
     TEST(redundant_rows_are_left_out);

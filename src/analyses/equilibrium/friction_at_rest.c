@@ -67,6 +67,7 @@ kempe_status kmp_friction_state_press(kmp_friction_state *state, double t, const
     kmp_runner *run = state->site;
     memcpy(run->state, q, (size_t)run->s->n * sizeof *q);
     kmp_friction_state_open(run->eval);
+    kmp_friction_forget_rows(run);
     KMP_TRY((kempe_status)kmp_friction_choose(run->friction, t, run->state));
     for (int i = 0; i < state->count; i++)
         if (state->view[i].contact)

@@ -222,19 +222,20 @@ static int look_within(void *self, double t, double *change, double *solved)
     return 0;
 }
 
-static bool is_sense(const kempe_simulator *s, int k, bool of_contact)
+/* The element whose sense a condition is; -1: none. */
+static int element_of(const kempe_simulator *s, int k)
 {
     const kempe_friction *friction = s->equations->friction;
-    bool found = false;
+    int found = -1;
     for (int i = 0; friction && i < friction->elements; i++)
-        found = found || (friction->slot[i] == k && (friction->contact[i] || !of_contact));
+        found = friction->slot[i] == k ? i : found;
     return found;
 }
 
 static bool may_change(const void *self, int k)
 {
     const kempe_simulator *s = ((const event_watcher *)self)->s;
-    return kmp_condition_may_change(kind_of(s, k), is_sense(s, k, false), s->part.modes + k);
+    return kmp_condition_may_change(kind_of(s, k), element_of(s, k) >= 0, s->part.modes + k);
 }
 
 static bool is_held(const void *self, int k)
@@ -252,9 +253,12 @@ static int look_alone(void *self, double t)
     return w->said != GOOD;
 }
 
-static bool is_contact(const void *self, int k)
+static double size_of(const void *self, int k)
 {
-    return is_sense(((const event_watcher *)self)->s, k, true);
+    const kempe_simulator *s = ((const event_watcher *)self)->s;
+    const kempe_friction *friction = s->equations->friction;
+    const int i = element_of(s, k);
+    return i >= 0 && friction->contact[i] ? friction->size[i] : 0;
 }
 
 /* Cuts the step at the place where it has an event, at t. `flip` has the conditions that change there. */
@@ -282,8 +286,8 @@ static int end_piece(void *self, double from, const double *before, double to, c
     const int count = e->conditions;
     double *value = part->changes + count;
     if (any_differs(s, change)) {
-        const kmp_location_site site = {w,    count, e->condition_kind, part->modes, value, look_alone, NULL,
-                                        NULL, NULL,  is_contact};
+        const kmp_location_site site = {w,    count,  e->condition_kind, part->modes, value, look_alone, NULL, NULL,
+                                        NULL, size_of};
         copy(count, change, value);
         int status = kmp_location_earliest(&site, from, before, &to);
         for (int k = 0; k < count; k++)

@@ -21,11 +21,12 @@ enum {
 
 typedef struct search {
     const kmp_box *box;
-    double *x, *y, *scale, *part, *rest, *step;
+    double *x, *y, *scale, *rest, *step;
     double *work; /* n x n */
     int *side;
     double flat;
-    double *pivots; /* order of the pivots, as numbers */
+    int *order;        /* entries inside, the pivots first */
+    int inside, count; /* their number; that of pivots */
 } search;
 
 static double slope_in_box(const kmp_box *box, const double *x, int i)
@@ -36,26 +37,44 @@ static double slope_in_box(const kmp_box *box, const double *x, int i)
     return sum;
 }
 
-/* The largest remaining diagonal element of an entry inside; -1: none that is not zero. */
+/* The largest remaining diagonal element of an entry inside, by its place among these; -1: none that is not zero. */
 static int find_pivot(const search *s)
 {
     int n = s->box->n, best = -1;
-    for (int i = 0; i < n; i++)
-        if (s->side[i] == 0 && s->part[i] == 0 && s->work[i + i * n] > SINGULAR &&
-            (best < 0 || s->work[i + i * n] > s->work[best + best * n]))
-            best = i;
+    double most = SINGULAR;
+    for (int k = s->count; k < s->inside; k++) {
+        const double own = s->work[s->order[k] * (n + 1)];
+        /* Of equal ones the first entry. */
+        if (own > most || (own == most && best >= 0 && s->order[k] < s->order[best])) {
+            best = k;
+            most = own;
+        }
+    }
     return best;
 }
 
-/* Sets the step of pivots from that of the last ones. */
-static void substitute_back(search *s, int count, bool whole)
+/* Eliminates a pivot from the entries inside that have been none. */
+static void eliminate(search *s, int p)
+{
+    const int n = s->box->n;
+    for (int k = s->count; k < s->inside; k++) {
+        const int i = s->order[k];
+        const double by = s->work[i + p * n] / s->work[p + p * n];
+        for (int l = s->count; l < s->inside; l++)
+            s->work[i + s->order[l] * n] -= by * s->work[p + s->order[l] * n];
+        s->rest[i] -= by * s->rest[p];
+    }
+}
+
+/* Sets the step of pivots from that of the entries behind them. */
+static void substitute_back(search *s, bool whole)
 {
     int n = s->box->n;
-    for (int k = count; k-- > 0;) {
-        int p = (int)s->pivots[k];
+    for (int k = s->count; k-- > 0;) {
+        int p = s->order[k];
         double sum = whole ? s->rest[p] : 0;
-        for (int j = 0; j < n; j++)
-            sum -= s->side[j] == 0 && (s->part[j] == 0 || s->part[j] > k + 1) ? s->work[p + j * n] * s->step[j] : 0;
+        for (int l = k + 1; l < s->inside; l++)
+            sum -= s->work[p + s->order[l] * n] * s->step[s->order[l]];
         s->step[p] = sum / s->work[p + p * n];
     }
 }
@@ -63,41 +82,40 @@ static void substitute_back(search *s, int count, bool whole)
 /* The step to the minimum over the entries inside; true: the function falls along it without end. */
 static bool find_step(search *s)
 {
-    int count = 0, p;
-    /* Copies the scaled D of entries inside, and the scaled -y as a right-hand side. */
-    int n = s->box->n;
+    int n = s->box->n, p;
+    s->count = s->inside = 0;
     for (int i = 0; i < n; i++) {
-        s->rest[i] = s->part[i] = s->step[i] = 0;
-        if (s->side[i] != 0)
-            continue;
+        s->step[i] = 0;
+        if (s->side[i] == 0)
+            s->order[s->inside++] = i;
+    }
+    /* Copies the scaled D of entries inside, and the scaled -y as a right-hand side. */
+    for (int k = 0; k < s->inside; k++) {
+        const int i = s->order[k];
         s->rest[i] = -slope_in_box(s->box, s->x, i) / s->scale[i];
-        for (int j = 0; j < n; j++)
-            if (s->side[j] == 0)
-                s->work[i + j * n] = s->box->d[i + j * n] / (s->scale[i] * s->scale[j]);
+        for (int l = 0; l < s->inside; l++) {
+            const int j = s->order[l];
+            s->work[i + j * n] = s->box->d[i + j * n] / (s->scale[i] * s->scale[j]);
+        }
     }
     while ((p = find_pivot(s)) >= 0) {
-        s->pivots[count] = p;
-        s->part[p] = ++count;
-        /* Entry p is eliminated from those inside without a pivot. */
-        for (int i = 0; i < n; i++) {
-            if (s->side[i] != 0 || s->part[i] != 0)
-                continue;
-            double by = s->work[i + p * n] / s->work[p + p * n];
-            for (int j = 0; j < n; j++)
-                s->work[i + j * n] -= s->side[j] == 0 && s->part[j] == 0 ? by * s->work[p + j * n] : 0;
-            s->rest[i] -= by * s->rest[p];
-        }
+        const int pivot = s->order[p];
+        s->order[p] = s->order[s->count];
+        s->order[s->count++] = pivot;
+        eliminate(s, pivot);
     }
     /* The entry with the largest slope that remains where D is singular; -1: none. */
     int fall = -1;
-    for (int i = 0; i < s->box->n; i++)
-        if (s->side[i] == 0 && s->part[i] == 0 && fabs(s->rest[i]) > s->flat &&
-            (fall < 0 || fabs(s->rest[i]) > fabs(s->rest[fall])))
+    for (int k = s->count; k < s->inside; k++) {
+        const int i = s->order[k];
+        const double slope = fabs(s->rest[i]), most = fall < 0 ? s->flat : fabs(s->rest[fall]);
+        if (slope > most || (slope == most && fall >= 0 && i < fall))
             fall = i;
+    }
     if (fall >= 0)
         s->step[fall] = s->rest[fall];
-    substitute_back(s, count, fall < 0);
-    for (int i = 0; i < s->box->n; i++)
+    substitute_back(s, fall < 0);
+    for (int i = 0; i < n; i++)
         s->step[i] /= s->scale[i];
     return fall >= 0;
 }
@@ -181,10 +199,9 @@ KMP_LOCAL kmp_box_outcome kmp_box_minimum(const kmp_box *box, double *x, double 
                 .side = side,
                 .work = room,
                 .scale = room + n * n,
-                .part = room + n * n + n,
-                .rest = room + n * n + 2 * n,
-                .step = room + n * n + 3 * n,
-                .pivots = room + n * n + 4 * n};
+                .rest = room + n * n + n,
+                .step = room + n * n + 2 * n,
+                .order = (int *)(void *)(room + n * n + 3 * n)};
     for (int i = 0; i < box->n; i++) {
         x[i] = fmin(fmax(x[i], box->lower[i]), box->upper[i]);
         side[i] = x[i] <= box->lower[i] ? -1 : x[i] >= box->upper[i] ? 1 : 0;

@@ -29,7 +29,7 @@ typedef enum kmp_box_outcome {
 /** Number of doubles of `room`. */
 static inline int kmp_box_room(int n)
 {
-    return n * n + 5 * n;
+    return n * n + 4 * n;
 }
 
 /** x: a guess, then the minimum; y: D x + a there; side: -1 at the lower bound, 1 at the upper one, 0 inside. If there

@@ -268,8 +268,7 @@ static kmp_box_outcome minimum_of_group(const kmp_box *box, const int *partner, 
     return outcome;
 }
 
-/* Groups that share nothing are solved one after the other, where the largest has at most half of all entries: the room
- * of the whole then suffices, and the cost falls from the cube of their number. */
+/* Groups that share nothing are solved one after the other: the cost is the sum of their cubes. */
 KMP_LOCAL kmp_box_outcome kmp_disc_minimum(const kmp_box *box, const int *partner, double *x, double *y, int *side,
                                            double *room)
 {
@@ -280,7 +279,7 @@ KMP_LOCAL kmp_box_outcome kmp_disc_minimum(const kmp_box *box, const int *partne
     double *rest = room;
     int count, *group = take_places(&rest, n);
     const int most = find_groups(box, partner, group, (int *)(void *)rest, &count);
-    if (2 * most > n)
+    if (count == 1)
         return minimum_of_one(box, partner, x, y, side, room);
     for (int which = 0; which < count && outcome == KMP_BOX_FOUND; which++)
         outcome = minimum_of_group(box, partner, group, which, most, x, y, side, rest);
