@@ -44,6 +44,17 @@ static inline double check_max(double a, double b)
     return isnan(a) || b <= a ? a : b;
 }
 
+/* The largest difference of numbers over the largest of the second ones; no number, if any is none. */
+static inline double check_apart(int count, const double *a, const double *b)
+{
+    double off = 0, size = 1e-300;
+    for (int i = 0; i < count; i++) {
+        off = check_max(off, fabs(a[i] - b[i]));
+        size = check_max(size, fabs(b[i]));
+    }
+    return off / size;
+}
+
 #define TEST(function)                                                                                                 \
     do {                                                                                                               \
         int check_before = check_failures;                                                                             \

@@ -67,9 +67,9 @@ typedef struct kmp_row_links {
 /** Makes them in an arena. false: no memory. */
 bool kmp_row_links_init(kmp_row_links *links, const kempe_system *system, kmp_arena *arena);
 
-/** True if a row of J is independent of the others without those that are `out` (m; NULL: none): its pivot is above the
- * part `least` of the last one of the rows that share coordinates with it, directly or through others. The cost is that
- * of these rows. */
+/** True if a row of J is independent of the other rows, of which some may be left `out` (m; NULL: none). The row and
+ * those that share coordinates with it, directly or through others, are eliminated; the row is independent if its pivot
+ * exceeds `least` times the last pivot of the others. */
 kempe_status kmp_partition_adds(const kempe_system *system, const double *jacobian, kmp_row_links *links,
                                 const bool *out, int row, double least, bool *adds);
 

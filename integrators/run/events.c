@@ -233,7 +233,7 @@ static bool may_change(const void *self, int k)
 enum {
     FAR_LEAST = 24, /* open contacts from which on a box pays */
     FAR_STEPS = 8,  /* lengths of the step in which rates as now stay within the box */
-    FAR_LASTS = 16  /* steps after which a box is made anew: that of long steps is wide */
+    FAR_LASTS = 16  /* steps after which the box is computed again, because one around long steps is wide */
 };
 #define FAR_PART 1e-3 /* of the size of a coordinate: a box is at least so much wider than the step */
 
@@ -269,7 +269,7 @@ static bool is_in_box(const kmp_event_tracker *c, const kmp_step_piece *p)
     return inside;
 }
 
-/* Sets the inputs to a box around those of a step. */
+/* Sets the bounds of the inputs to a box that contains their values within the step. */
 static void take_box(kmp_event_tracker *c, const kmp_step_piece *p)
 {
     kmp_event_search *s = &c->search;

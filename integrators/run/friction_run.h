@@ -34,12 +34,12 @@ struct kmp_shared_saddle *kmp_friction_saddle(const kmp_runner *run);
 void kmp_friction_forget_rows(kmp_runner *run);
 
 /** Lets go of all rows at an event, after small rates along rows of contacts have been removed, and chooses rows and
- * coordinates without them. Notes those of the formulation, if there is one. */
+ * coordinates without them. If there is a formulation, its rows and coordinates are noted. */
 kempe_status kmp_friction_release_rows(kmp_runner *run, double t, double *q, double *qd);
 
-/** True after a decision if the same elements hold rows as before it; run->part is then that of the formulation.
- * Forgets what is noted for this: other closures have changed, or the decision is over. */
+/** True after a decision if the same elements hold rows as before it; run->part is then that of the formulation. */
 bool kmp_friction_holds_as_before(const kmp_runner *run);
+/** Forgets what kmp_friction_release_rows has noted: closures have changed, or the decision is over. */
 void kmp_friction_drop_kept(kmp_runner *run);
 
 /** Appends that a body has almost no inertia in one direction, if this may be why a decision with D (n x n) fails. */

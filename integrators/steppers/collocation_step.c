@@ -513,8 +513,8 @@ static bool is_direct(const kmp_collocation *s)
            (s->iteration == KMP_ITERATION_COUPLED || direct < columns * s->sweeps * column_cycles(n, s->iteration));
 }
 
-/* The derivatives of the stages of all columns, along those of the motion. The equations are linear: at once, by the
- * matrices of all stages, or by the motion's iteration, which converges as it did there. */
+/* The derivatives of the stages of all columns, along those of the motion. Their equations are linear. They are solved
+ * at once by the matrices of all stages, or by the motion's iteration, which converges as fast as it did there. */
 static kmp_collocation_outcome follow(kmp_collocation *s, double *shorter)
 {
     double before = 0, contraction = 0, ready = 1;

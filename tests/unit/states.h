@@ -49,15 +49,4 @@ static inline bool follow(const kempe_system *system, int count, states *at)
     return ok;
 }
 
-/** Largest difference of numbers, beside the largest of them. */
-static inline double apart(int count, const double *a, const double *b)
-{
-    double off = 0, size = 1e-300;
-    for (int i = 0; i < count; i++) {
-        off = check_max(off, fabs(a[i] - b[i]));
-        size = check_max(size, fabs(b[i]));
-    }
-    return off / size;
-}
-
 #endif

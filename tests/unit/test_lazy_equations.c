@@ -94,16 +94,6 @@ static void runs_by_bodies_need_none(void)
 
 /* -- values ------------------------------------------------------------------------------------------- */
 
-static double worst_of(int count, const double *x, const double *y)
-{
-    double size = 0, worst = 0;
-    for (int i = 0; i < count; i++) {
-        size = fmax(size, fabs(y[i]));
-        worst = fmax(worst, fabs(x[i] - y[i]));
-    }
-    return worst / size;
-}
-
 static void place(kmp_evaluator *eval, double t, const double *q, const double *qd)
 {
     kmp_eval_closure(eval, t, q);
@@ -139,10 +129,10 @@ static void check_values(kempe_system *s, const kempe_assembly *at, bool pushed)
         place(whole, 0.1 * k, at->q, qd);
         kmp_eval_set_effort(weighing, pushed ? given : NULL);
         kmp_eval_set_effort(whole, pushed ? given : NULL);
-        CHECK(worst_of(s->mass.count, weighing->mass, whole->mass) < 1e-12);
-        CHECK(worst_of(n, weighing->bias, whole->bias) < 1e-9);
-        CHECK(worst_of(s->m, weighing->jdqd, whole->jdqd) < 1e-9);
-        CHECK(worst_of(s->jacobian.count, weighing->jacobian, whole->jacobian) < 1e-12);
+        CHECK(check_apart(s->mass.count, weighing->mass, whole->mass) < 1e-12);
+        CHECK(check_apart(n, weighing->bias, whole->bias) < 1e-9);
+        CHECK(check_apart(s->m, weighing->jdqd, whole->jdqd) < 1e-9);
+        CHECK(check_apart(s->jacobian.count, weighing->jacobian, whole->jacobian) < 1e-12);
         double power = kmp_eval_power_here(weighing, qd), other = kmp_eval_power_here(whole, qd);
         CHECK(fabs(power - other) <= 1e-9 * fabs(other) && fabs(other) > 0);
         power = kmp_eval_kinetic(weighing, qd);
@@ -225,8 +215,8 @@ static void check_links(const loaded *l, const kempe_system *by_mass)
     CHECK(kempe_workspace_new(by_mass, &ws[1]) == KEMPE_OK && s->mass.count == by_mass->mass.count);
     for (int k = 0; k < 2; k++)
         CHECK(kempe_workspace_evaluate(ws[k], 0, q, qd) == KEMPE_OK);
-    CHECK(worst_of(n * n, kempe_workspace_mass(ws[0]), kempe_workspace_mass(ws[1])) < 1e-13);
-    CHECK(worst_of(n, kempe_workspace_bias(ws[0]), kempe_workspace_bias(ws[1])) < 1e-12);
+    CHECK(check_apart(n * n, kempe_workspace_mass(ws[0]), kempe_workspace_mass(ws[1])) < 1e-13);
+    CHECK(check_apart(n, kempe_workspace_bias(ws[0]), kempe_workspace_bias(ws[1])) < 1e-12);
     CHECK_NEAR(kempe_workspace_kinetic(ws[0]), kempe_workspace_kinetic(ws[1]), 1e-12);
     kempe_workspace_free(ws[0]);
     kempe_workspace_free(ws[1]);

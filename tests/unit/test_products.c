@@ -104,14 +104,14 @@ static double apart(const kempe_trajectory *a, const kempe_trajectory *b, int n,
     int row = kempe_trajectory_row_count(a) - 1;
     double most = row == kempe_trajectory_row_count(b) - 1 ? 0 : INFINITY, size = 1, load = 0;
     for (int i = 0; i < n && most < INFINITY; i++) {
-        most = fmax(most, fabs(kempe_trajectory_q(a, row)[i] - kempe_trajectory_q(b, row)[i]));
-        most = fmax(most, fabs(kempe_trajectory_qd(a, row)[i] - kempe_trajectory_qd(b, row)[i]));
+        most = check_max(most, fabs(kempe_trajectory_q(a, row)[i] - kempe_trajectory_q(b, row)[i]));
+        most = check_max(most, fabs(kempe_trajectory_qd(a, row)[i] - kempe_trajectory_qd(b, row)[i]));
     }
     for (int i = 0; i < m && most < INFINITY; i++) {
-        size = fmax(size, fabs(kempe_trajectory_lambda(b, row)[i]));
-        load = fmax(load, fabs(kempe_trajectory_lambda(a, row)[i] - kempe_trajectory_lambda(b, row)[i]));
+        size = check_max(size, fabs(kempe_trajectory_lambda(b, row)[i]));
+        load = check_max(load, fabs(kempe_trajectory_lambda(a, row)[i] - kempe_trajectory_lambda(b, row)[i]));
     }
-    return fmax(most, load / size);
+    return check_max(most, load / size);
 }
 
 static int push(void *user, double t, const double *q, const double *qd, double *effort)
@@ -165,16 +165,6 @@ static void runs_equal_those_by_mass(void)
     }
 }
 
-static double worst_of(int count, const double *x, const double *y)
-{
-    double size = 0, worst = 0;
-    for (int i = 0; i < count; i++) {
-        size = fmax(size, fabs(y[i]));
-        worst = fmax(worst, fabs(x[i] - y[i]));
-    }
-    return worst / size;
-}
-
 /* M, unit vector by unit vector, C, jdqd and energies at random states, which no loop closes. */
 static void values_equal_those_by_mass(void)
 {
@@ -199,9 +189,9 @@ static void values_equal_those_by_mass(void)
             kmp_eval_dense_mass(eval[k], mass[k]);
             kmp_eval_energies(eval[k], qd, &kinetic[k], &potential[k]);
         }
-        CHECK(worst_of(n * n, mass[0], mass[1]) < 1e-13);
-        CHECK(worst_of(n, eval[0]->bias, eval[1]->bias) < 1e-12);
-        CHECK(worst_of(l.system->m, eval[0]->jdqd, eval[1]->jdqd) < 1e-12);
+        CHECK(check_apart(n * n, mass[0], mass[1]) < 1e-13);
+        CHECK(check_apart(n, eval[0]->bias, eval[1]->bias) < 1e-12);
+        CHECK(check_apart(l.system->m, eval[0]->jdqd, eval[1]->jdqd) < 1e-12);
         CHECK_NEAR(kinetic[0], kinetic[1], 1e-12 * kinetic[1]);
         CHECK_NEAR(potential[0], potential[1], 1e-12 * fabs(potential[1]));
         CHECK(goes_by_products(&l) && kmp_eval_add_composite(eval[0]) == KEMPE_OK && !eval[0]->by_products);
@@ -251,7 +241,7 @@ static void saddles_equal_those_by_mass(void)
             }
             kmp_saddle_accelerations(&saddle[0], qdd, lambda);
             CHECK(kmp_saddle_backward_error(&saddle[1], qdd, lambda) < 1e-12);
-            CHECK(worst_of(n, dx[0], dx[1]) < 1e-8);
+            CHECK(check_apart(n, dx[0], dx[1]) < 1e-8);
             const int *u = saddle[0].reduction->part.u;
             others += memcmp(u, part.u, (size_t)part.p * sizeof *u) != 0;
         }

@@ -52,10 +52,10 @@ static double difference_at_end(kmp_reduced_program *fused, kmp_reduction *red)
     double worst = 0, closed = kmp_eval_residual(eval);
     for (int k = 0; k < s->m; k++)
         worst = check_max(worst, fabs(end.h[k] - eval->h[k]) / s->row_scale[k]);
-    worst = check_max(worst, apart(s->jacobian.count, end.jacobian, eval->jacobian));
+    worst = check_max(worst, check_apart(s->jacobian.count, end.jacobian, eval->jacobian));
     CHECK(!end.h_t == !eval->h_t);
     if (end.h_t)
-        worst = check_max(worst, apart(s->m, end.h_t, eval->h_t));
+        worst = check_max(worst, check_apart(s->m, end.h_t, eval->h_t));
     CHECK(end.regular);
     if (red->r == 0)
         return worst;
@@ -65,8 +65,8 @@ static double difference_at_end(kmp_reduced_program *fused, kmp_reduction *red)
     kmp_block_take_signs(red->block, signs);
     for (int b = kmp_block_count(red->block); end.good && b-- > 0;)
         CHECK(end.signs[b] == signs[b]);
-    worst = check_max(worst, apart(red->r * red->p, end.bvu, red->bvu));
-    return closed > 1e-6 ? check_max(worst, apart(red->r, end.dv, red->dv)) : worst;
+    worst = check_max(worst, check_apart(red->r * red->p, end.bvu, red->bvu));
+    return closed > 1e-6 ? check_max(worst, check_apart(red->r, end.dv, red->dv)) : worst;
 }
 
 /* The largest difference of qd and udd, and of what the end of a step is told, each beside its own largest number. */

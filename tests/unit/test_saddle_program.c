@@ -112,9 +112,9 @@ static double difference_at_end(bench *b, double t, const double *q)
     kmp_saddle_program_lend(b->solved, t, q);
     for (int k = 0; k < s->m; k++)
         worst = check_max(worst, fabs(b->eval->h[k] - b->by_mass->h[k]) / s->row_scale[k]);
-    worst = check_max(worst, apart(s->jacobian.count, b->eval->jacobian, b->by_mass->jacobian));
+    worst = check_max(worst, check_apart(s->jacobian.count, b->eval->jacobian, b->by_mass->jacobian));
     CHECK(!b->eval->h_t == !b->by_mass->h_t);
-    return b->eval->h_t ? check_max(worst, apart(s->m, b->eval->h_t, b->by_mass->h_t)) : worst;
+    return b->eval->h_t ? check_max(worst, check_apart(s->m, b->eval->h_t, b->by_mass->h_t)) : worst;
 }
 
 /* Accelerations with the loops open: M qdd + C, beside C. By bodies: what no multiplier makes of them, all on a tree.
@@ -144,7 +144,7 @@ static double difference_of_corrections(bench *b)
         b->violation[k] = between(-1, 1) * s->row_scale[k];
     kmp_saddle_program_correct(b->solved, b->violation, b->dx);
     kmp_saddle_solve(&b->saddle, NULL, b->violation, b->expected, NULL);
-    return apart(s->n, b->dx, b->expected);
+    return check_apart(s->n, b->dx, b->expected);
 }
 
 /* Difference of accelerations, beside those of each coordinate alone and the squares of rates, which may cancel. */
@@ -206,7 +206,7 @@ static double difference_of_state(bench *b, double t, const double *q, const dou
     double off = check_max(apart_of_accelerations(b, qdd, qd), rates / fastest);
     CHECK(fabs(own - power) <= 1e-9 * size);
     CHECK(kmp_reduced_program_lend(b->reduced, t, q, 1e-8, 1, &cancelled));
-    off = check_max(off, apart(b->eval->system->jacobian.count, b->eval->jacobian, b->by_mass->jacobian));
+    off = check_max(off, check_apart(b->eval->system->jacobian.count, b->eval->jacobian, b->by_mass->jacobian));
     kmp_free(y);
     kmp_free(qdd);
     return off;
@@ -341,16 +341,16 @@ static void improve_nearby(const bench *b, double t, const double *q, const doub
     put_states(lanes, n, times, x, xd);
     put_states(near, n, times, x, xd);
     run = kmp_lanes_run(lanes, KMP_SADDLE_PROGRAM_RUN) + l->qdd * W;
-    first = check_max(apart(W * n, got, run), apart(W * l->r, got + n * W, run + n * W));
+    first = check_max(check_apart(W * n, got, run), check_apart(W * l->r, got + n * W, run + n * W));
     for (int k = 0; k < TIMES; k++) {
         kmp_lanes_set(near, KMP_IN_QDD, got);
         kmp_lanes_set(near, KMP_IN_LAMBDA, got + n * W);
         memcpy(got, kmp_lanes_run(near, 1), (size_t)(count * W) * sizeof *got);
     }
-    last = check_max(apart(W * n, got, run), apart(W * l->r, got + n * W, run + n * W));
+    last = check_max(check_apart(W * n, got, run), check_apart(W * l->r, got + n * W, run + n * W));
     CHECK(first > 1e-6 && last < 1e-10);
     if (l->power >= 0)
-        CHECK(apart(W, got + (n + l->r) * W, run + (l->power - l->qdd) * W) < 1e-8);
+        CHECK(check_apart(W, got + (n + l->r) * W, run + (l->power - l->qdd) * W) < 1e-8);
     printf("    by factors nearby, %ld operations: from %.1e to %.1e\n", kmp_program_count(program, 1, 1).paper, first,
            last);
     kmp_lanes_free(lanes);

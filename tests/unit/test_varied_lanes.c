@@ -64,8 +64,8 @@ static double off(int count, const double *lanes, int lane, const double *alone)
 {
     double worst = 0, size = 1e-12;
     for (int k = 0; k < count; k++) {
-        size = fmax(size, fabs(alone[k]));
-        worst = fmax(worst, fabs(lanes[k * W + lane] - alone[k]));
+        size = check_max(size, fabs(alone[k]));
+        worst = check_max(worst, fabs(lanes[k * W + lane] - alone[k]));
     }
     return worst / size;
 }
@@ -95,8 +95,8 @@ static double differ(int count, const double *x, const double *y)
 {
     double worst = 0, size = 1;
     for (int k = 0; k < count; k++) {
-        size = fmax(size, fabs(y[k]));
-        worst = fmax(worst, fabs(x[k] - y[k]));
+        size = check_max(size, fabs(y[k]));
+        worst = check_max(worst, fabs(x[k] - y[k]));
     }
     return worst / size;
 }

@@ -89,7 +89,8 @@ kmp_instant kmp_linear_instant(const kmp_linear *linear);
  * singular, or the loops do not close. */
 kempe_status kmp_linear_at(kmp_linear *linear, double t, const double *q, const double *ud, const double *udd);
 
-/** The same at accelerations zero for the residual alone: tangents and small changes are those of a state before. */
+/** Takes the state as kmp_linear_at does with udd = 0, for the residual alone. Tangents, and what follows small
+ * changes, stay those of the state before. */
 kempe_status kmp_linear_residual_at(kmp_linear *linear, double t, const double *q, const double *ud);
 
 /** Takes the state with the accelerations of the equations of motion, R = 0; otherwise as kmp_linear_at. KEMPE_E_FAILED

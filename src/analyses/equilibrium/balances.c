@@ -343,7 +343,7 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
     KMP_TRY(kmp_made(s->context, !e->arena.failed));
     KMP_TRY(e->state_alone ? KEMPE_OK : examine(e, linear, b));
     KMP_TRY(look_at_contacts(e, linear, b));
-    KMP_TRY(kmp_balance_add_friction(e, linear, b));
+    KMP_TRY(e->state_alone ? KEMPE_OK : kmp_balance_add_friction(e, linear, b));
     add_contacts(e, b);
     e->count++;
     return KEMPE_OK;

@@ -383,7 +383,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     return KMP_GO;
 }
 
-/* dudd by u and ud at a time: that of a stage, or of a state of its own. */
+/* The derivatives of udd by u and ud at a time, from a stage of the step or from an evaluation at that time. */
 static int find_matrix(adjoint *a, double back)
 {
     double t = a->options->spec->t_end - back;

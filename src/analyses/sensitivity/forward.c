@@ -173,7 +173,7 @@ static int motion_alone(void *self, double t, const double *y, double *dy)
     return said;
 }
 
-/* The end of a step: accelerations are those of the last stage, which has the loops closed nearby. */
+/* At the end of a step the accelerations are those of its last stage, which lies there; its loops are closed. */
 static int end_of_step(void *self, double t, const double *y, double *dy)
 {
     kmp_forward_formulation *f = self;

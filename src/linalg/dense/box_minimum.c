@@ -66,7 +66,7 @@ static void eliminate(search *s, int p)
     }
 }
 
-/* Sets the step of pivots from that of the entries behind them. */
+/* Back substitution: the step of each pivot follows from those of the entries behind it. */
 static void substitute_back(search *s, bool whole)
 {
     int n = s->box->n;

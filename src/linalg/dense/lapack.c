@@ -42,7 +42,7 @@ int kmp_least_squares_of(int m, int n, const double *a, int count, const double 
             memcpy(rhs + (ptrdiff_t)k * ldb, b + (ptrdiff_t)k * m, (size_t)m * sizeof *rhs);
         dgelsy_(&m, &n, &count, copy, &rows, rhs, &ldb, pivot, &rcond, &rank, work, &lwork, &info);
     }
-    for (int k = 0; made && n > 0 && k < count; k++) /* zeros when there are no rows */
+    for (int k = 0; made && n > 0 && k < count; k++) /* without rows, the solution is zero */
         memcpy(x + (ptrdiff_t)k * n, rhs + (ptrdiff_t)k * ldb, (size_t)n * sizeof *x);
     kmp_arena_free(&room);
     return made ? rank : -1;
