@@ -12,9 +12,11 @@
 typedef struct kmp_point {
     const char *name; /* without the body's name */
     int body;
-    kmp_number at[3];
-    bool turned;       /* its axes are not those of the body */
-    double axes[3][3]; /* v_body = axes v_point, when turned */
+    kmp_number at[3];     /* of a flexible body: without deformation */
+    bool turned;          /* its axes are not those of the body */
+    double axes[3][3];    /* v_body = axes v_point, when turned */
+    int station;          /* of a flexible body: 1 + the station that it moves with; 0: none, it moves with the frame */
+    kmp_number offset[3]; /* from there, in the axes of the station */
 } kmp_point;
 
 /** One elementary motion: a rotation about (or translation along) a unit axis, which is fixed in the axes reached by
@@ -24,6 +26,8 @@ typedef struct kmp_motion {
     int number;       /* of the joint's coordinates, from 1: joint.k denotes it */
     int body;
     bool rotation;
+    bool elastic; /* a coordinate of a flexible body's deformation, without axis; these follow those of joints. Its unit
+                     is that of an angle or of a length */
     double axis[3];
 } kmp_motion;
 
@@ -51,6 +55,7 @@ typedef struct kmp_body {
     bool by_shape;         /* these three follow from its shapes */
     bool partial;          /* some moments are given, and others left out: */
     bool left_out[3];
+    int flexible; /* 1 + which of the model's flexible bodies it is; 0: it is rigid */
 } kmp_body;
 
 /** True for a body without moments of inertia. */

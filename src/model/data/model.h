@@ -7,6 +7,7 @@
 #include "base/cache/digest.h"
 #include "model/data/body.h"
 #include "model/data/closure.h"
+#include "model/data/flexible.h"
 #include "model/data/force.h"
 #include "model/data/output.h"
 #include "model/data/parameter.h"
@@ -70,12 +71,14 @@ struct kempe_model {
     int wheel_count;
     kmp_body *bodies; /* bodies[0] is "ground" */
     int body_count;   /* ground included */
+    kmp_flexible *flexibles;
+    int flexible_count;
     kmp_point *points;
     int point_count;
     kmp_shape *shapes; /* those of a body are next to each other, but for those of grounds put on it */
     int shape_count;
     kmp_motion *motions;
-    int motion_count; /* n, with those of states, which are the last ones */
+    int motion_count; /* n: of joints, of flexible bodies, of states */
     kmp_state *states;
     int state_count;
     kmp_closure *closures;

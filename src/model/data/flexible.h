@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Flexible bodies: displacements u = sum phi_k z_k in the axes of the body, linear in N coordinates z. The first n of
+ * them are coordinates q of the model; the others are quadratic functions of these, z_j = q' E_j q / 2, which have all
+ * that is of second order (shortening by bending, for one). Integrals of the fields phi over the mass are all that the
+ * equations of motion need (Wallrapp 1994, in another order). */
+#pragma once
+
+#include "model/language/expression.h"
+#include <stdbool.h>
+
+/** The terms of second order that a body has: all of them; those of the quadratic functions alone, without their
+ * inertia; none. */
+typedef enum kmp_stiffening { KMP_STIFFENING_NONE, KMP_STIFFENING_FIRST, KMP_STIFFENING_FULL } kmp_stiffening;
+
+/** The axes that displacements are measured from: those of the end that carries the body's joint; the line between both
+ * ends. */
+typedef enum kmp_flexible_frame { KMP_FRAME_CLAMPED, KMP_FRAME_CHORD } kmp_flexible_frame;
+
+/** A place of a flexible body that joints, closures and forces may use. Its axes are turned by small angles about x, y
+ * and z: v_body = R_z R_y R_x v_station. Places and angles are a q + q' A q / 2. */
+typedef struct kmp_station {
+    kmp_number *at;         /* 3: where it is without deformation, from the body's origin, body axes, m */
+    kmp_number *shift;      /* 3 x n: its displacement, by coordinates */
+    kmp_number *shift_more; /* 3 x n x n, symmetric: second derivatives */
+    kmp_number *turn;       /* 3 x n: its angles about x, y, z, by coordinates */
+    kmp_number *turn_more;  /* 3 x n x n, symmetric: second derivatives */
+} kmp_station;
+
+typedef struct kmp_flexible {
+    int body;
+    int first, count;    /* its coordinates q: motions of the model; n */
+    int quadratic_count; /* N - n */
+    kmp_stiffening stiffening;
+    kmp_flexible_frame frame;
+    int number_count;
+    kmp_number *numbers;   /* all that follow, and those of stations, one after the other */
+    kmp_number *mass;      /* 1, kg */
+    kmp_number *moment;    /* 3: int X dm, X from the body's origin without deformation */
+    kmp_number *second;    /* 6: int X X' dm; xx yy zz xy xz yz */
+    kmp_number *field;     /* N x 3: int phi_k dm */
+    kmp_number *by_place;  /* N x 3 x 3: int phi_k X' dm */
+    kmp_number *by_field;  /* N x N x 3 x 3: int phi_k phi_l' dm, (l, k) the transpose of (k, l) */
+    kmp_number *quadratic; /* (N - n) x n x n: E_j, symmetric */
+    kmp_number *stiffness; /* n x n, symmetric */
+    kmp_number *damping;   /* n x n, symmetric */
+    bool moved;            /* the place of its joint, station 0, moves or turns with q; otherwise it is at the origin */
+    int station_count;
+    kmp_station *stations;
+} kmp_flexible;
