@@ -37,7 +37,8 @@ typedef struct column {
 typedef struct search {
     const kempe_system *s;
     const kempe_model *model;
-    kmp_pose *poses;
+    const double *q;
+    kmp_pose *poses;                /* at q */
     double (*axis)[3], (*place)[3]; /* of motions, ground axes */
     column *columns;
     int n, count;
@@ -58,12 +59,9 @@ typedef struct search {
 
 static void point_place(const search *x, int point, double out[3])
 {
-    const kmp_point *p = &x->model->points[point];
-    for (int i = 0; i < 3; i++) {
-        out[i] = x->poses[p->body].p[i];
-        for (int k = 0; k < 3; k++)
-            out[i] += x->poses[p->body].r[i][k] * p->at[k].value;
-    }
+    kmp_pose at;
+    kmp_pose_of_point(x->model, x->poses, x->q, point, &at);
+    memcpy(out, at.p, sizeof at.p);
 }
 
 static void turned(double r[3][3], const double v[3], double out[3])
@@ -107,7 +105,8 @@ static bool add_loads(search *x, int c)
     const kmp_closure *closure = &x->model->closures[c];
     const kmp_closure_parts *kind = kmp_closure_parts_of(closure->kind);
     const kmp_part *force = kind->force, *moment = kind->moment;
-    double p[3], q[3], d[3], r[3][3], e[2][3], both[3];
+    double p[3], q[3], d[3], e[2][3], both[3];
+    kmp_pose at;
     if (closure->point[0] < 0 || force == &kmp_part_point_on_curve || force->load == kmp_part_effort)
         return false;
     point_place(x, closure->point[0], p);
@@ -115,8 +114,8 @@ static bool add_loads(search *x, int c)
     for (int k = 0; k < 3; k++)
         d[k] = q[k] - p[k];
     for (int side = 0; side < 2; side++) {
-        kmp_pose_of_point(x->model, x->poses, closure->point[side], r);
-        turned(r, closure->axis[side], e[side]);
+        kmp_pose_of_point(x->model, x->poses, x->q, closure->point[side], &at);
+        turned(at.r, closure->axis[side], e[side]);
     }
     if (force == &kmp_part_ball)
         add_all(x, c, false);
@@ -499,9 +498,11 @@ static kempe_status distribute_loads(kmp_evaluator *eval, double t, const double
         kmp_pose_motions(model, q, x.poses, x.axis, x.place);
         /* Columns. */
         for (int c = 0; c < x.model->closure_count; c++) {
-            if (kmp_closure_is_of_modes(&x.model->closures[c]) || add_loads(&x, c))
+            /* Work on coordinates of flexible bodies is that of the rows. */
+            const bool flexible = x.model->flexible_count > 0;
+            if (kmp_closure_is_of_modes(&x.model->closures[c]) || (!flexible && add_loads(&x, c)))
                 continue;
-            if (x.model->closures[c].curve_count > 0) {
+            if (!flexible && x.model->closures[c].curve_count > 0) {
                 add_curve(&x, c);
                 continue;
             }

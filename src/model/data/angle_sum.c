@@ -62,12 +62,22 @@ static void rest_axis(const kempe_model *model, const kmp_measure_argument *argu
     apply(&r, argument->along ? argument->along : unit, out);
 }
 
+/* True if a flexible body turns the beginning of a body's joint, or its end at itself. */
+static bool turns_by_deformation(const kempe_model *model, int b)
+{
+    const kmp_body *body = &model->bodies[b];
+    return (body->at >= 0 && model->points[body->at].station > 0) ||
+           (body->flexible > 0 && model->flexibles[body->flexible - 1].moved);
+}
+
 /* Adds `sign` for each rotation between a body and its ancestor; false where one is about another axis than w. Without
  * `factor` also where a translation is along w. */
 static bool add_path(const kempe_model *model, int b, int ancestor, const double w[3], int sign, double *factor)
 {
     for (; b != ancestor; b = model->bodies[b].parent) {
         const kmp_body *body = &model->bodies[b];
+        if (turns_by_deformation(model, b))
+            return false;
         rotation base = rest(model, b, true);
         for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++) {
             double e[3];
@@ -105,6 +115,9 @@ bool kmp_angle_sum(const kempe_model *model, const kmp_measure_argument axis[3],
         common = k == 0 ? body[k] : kmp_model_common_body(model, common, body[k]);
     }
     *constant = angle_at_rest(e[0], e[1], e[2]);
+    for (int k = 0; k < 3; k++)
+        if (model->points[axis[k].point].station > 0)
+            return false;
     return add_path(model, body[2], common, e[2], 0, factor) && add_path(model, body[0], common, e[2], -1, factor) &&
            add_path(model, body[1], common, e[2], 1, factor);
 }
@@ -115,6 +128,8 @@ bool kmp_moves_across(const kempe_model *model, int point, const kmp_measure_arg
     int first = model->points[point].body, second = model->points[axis->point].body;
     int common = kmp_model_common_body(model, first, second);
     rest_axis(model, axis, w);
+    if (model->points[point].station > 0 || model->points[axis->point].station > 0)
+        return false;
     return add_path(model, first, common, w, 0, NULL) && add_path(model, second, common, w, 0, NULL);
 }
 

@@ -47,6 +47,61 @@ static void rotate(kmp_pose *pose, const double e[3], double angle)
     turn(pose->r, &m[0][0], false);
 }
 
+/* -- flexible bodies --------------------------------------------------------------------------------- */
+
+/* a q + q' A q / 2, component c of each. */
+static double quadratic_value(const kmp_number *a, const kmp_number *more, int c, int n, const double *q)
+{
+    double sum = 0;
+    for (int k = 0; k < n; k++) {
+        double slope = a[n * c + k].value;
+        for (int l = 0; l < n; l++)
+            slope += more[((ptrdiff_t)n * c + k) * n + l].value * q[l] / 2;
+        sum += slope * q[k];
+    }
+    return sum;
+}
+
+/* Turns as a station of a flexible body does, and moves there. */
+static void move_to_station(const kmp_flexible *flexible, const kmp_station *station, const double *q, kmp_pose *pose)
+{
+    static const double axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const double *own = q + flexible->first;
+    const int n = flexible->count;
+    double place[3];
+    for (int c = 0; c < 3; c++)
+        place[c] = station->at[c].value + quadratic_value(station->shift, station->shift_more, c, n, own);
+    move(pose, place, 1);
+    for (int c = 2; c >= 0; c--)
+        rotate(pose, axis[c], quadratic_value(station->turn, station->turn_more, c, n, own));
+}
+
+/* To a point of a body, without its own axes. */
+static void move_to_point(const kempe_model *model, const kmp_point *point, const double *q, kmp_pose *pose)
+{
+    if (point->station == 0) {
+        move_to(pose, point->at, 1);
+        return;
+    }
+    const kmp_flexible *flexible = &model->flexibles[model->bodies[point->body].flexible - 1];
+    move_to_station(flexible, &flexible->stations[point->station - 1], q, pose);
+    move_to(pose, point->offset, 1);
+}
+
+/* From the place that carries a flexible body to its frame. */
+static void leave_station(const kempe_model *model, const kmp_body *body, const double *q, kmp_pose *pose)
+{
+    const kmp_flexible *flexible = body->flexible > 0 ? &model->flexibles[body->flexible - 1] : NULL;
+    kmp_pose own = {.r = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    if (!flexible || !flexible->moved)
+        return;
+    move_to_station(flexible, &flexible->stations[0], q, &own);
+    turn(pose->r, &own.r[0][0], true);
+    move(pose, own.p, -1);
+}
+
+/* -- chains ------------------------------------------------------------------------------------------ */
+
 /* More than poses at the user's coordinates. */
 typedef struct further {
     const kmp_pose_charts *charts;
@@ -75,7 +130,7 @@ static void hang(const kempe_model *model, const kmp_body *body, const further *
 {
     if (body->at >= 0) {
         const kmp_point *at = &model->points[body->at];
-        move_to(pose, at->at, 1);
+        move_to_point(model, at, q, pose);
         if (at->turned)
             turn(pose->r, &at->axes[0][0], false);
     }
@@ -96,6 +151,7 @@ static void hang(const kempe_model *model, const kmp_body *body, const further *
     }
     if (body->turned && body->reversed)
         turn(pose->r, &body->frame[0][0], true);
+    leave_station(model, body, q, pose);
     if (body->to < 0)
         return;
     const kmp_point *to = &model->points[body->to];
@@ -132,12 +188,13 @@ void kmp_pose_motions(const kempe_model *model, const double *q, kmp_pose *poses
     place_all(model, &also, q, poses);
 }
 
-void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, int point, double r[3][3])
+void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, const double *q, int point, kmp_pose *pose)
 {
     const kmp_point *at = &model->points[point];
-    memcpy(r, poses[at->body].r, sizeof poses->r);
+    *pose = poses[at->body];
+    move_to_point(model, at, q, pose);
     if (at->turned)
-        turn(r, &at->axes[0][0], false);
+        turn(pose->r, &at->axes[0][0], false);
 }
 
 /* Computes the quaternion from its largest component, which is at least a half (Shepperd 1978). */
