@@ -134,6 +134,8 @@ static bool derive_by_both(kmp_equations *eq, const kmp_tree *tree, const kmp_fo
                            const both_methods *b, kmp_ref *qdd)
 {
     kmp_savings *savings = &eq->savings;
+    if (eq->model->flexible_count > 0) /* the recursion by composite bodies does not know their coordinates */
+        savings->by_q = savings->by_qd = KMP_TANGENT_FORWARD;
     const bool open = savings->by_q == KMP_TANGENT_SHORTER || savings->by_qd == KMP_TANGENT_SHORTER;
     if (open)
         savings->by_q = savings->by_qd = KMP_TANGENT_SHORTER;
@@ -482,7 +484,7 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_derivation_requ
         KMP_TRY(derive_loaded(eq, request, energy));
     else if (sets & KMP_SET_OUTPUT)
         KMP_TRY(kmp_outputs_derive(eq, NULL));
-    eq->kinetic = sets & KMP_SET_KINETIC ? kmp_kinetic_energy(&eq->tree, kmp_model_coordinates(eq->model)) : KMP_ZERO;
+    eq->kinetic = sets & KMP_SET_KINETIC ? kmp_kinetic_energy(&eq->tree) : KMP_ZERO;
     eq->friction_count = 0;
     if (sets & KMP_SET_FRICTION) {
         /* Rates, levels and forces of all elements that stick. */

@@ -36,7 +36,7 @@ bool kmp_outputs_need_forces(const kempe_model *model)
 static kmp_vec energies(kmp_equations *eq, const kmp_forces *forces)
 {
     kmp_graph *g = eq->graph;
-    kmp_ref kinetic = kmp_kinetic_energy(&eq->tree, kmp_model_coordinates(eq->model));
+    kmp_ref kinetic = kmp_kinetic_energy(&eq->tree);
     return (kmp_vec){{kinetic, forces->potential, kmp_add(g, kinetic, forces->potential)}};
 }
 
@@ -55,7 +55,10 @@ static part in_motion(const kmp_tree *tree, int link, const kmp_inertia *of)
     part p = {.mass = of->mass, .centre = kmp_link_position(tree, link, of->com, 0)};
     kmp_vec w = kmp_from_ancestor(tree, link, 0, kmp_link_spin(tree, link, 0));
     p.momentum = kmp_vec_scale(g, of->mass, kmp_vec_rate(tree, p.centre));
-    p.spin = kmp_link_direction(tree, link, kmp_tensor_apply(g, of->about_com, w), 0);
+    kmp_vec spin = kmp_tensor_apply(g, of->about_com, w);
+    if (tree->links[link].deformation)
+        spin = kmp_vec_add(g, spin, kmp_deformation_spin(g, tree->links[link].deformation));
+    p.spin = kmp_link_direction(tree, link, spin, 0);
     return p;
 }
 
@@ -63,7 +66,7 @@ static part in_motion(const kmp_tree *tree, int link, const kmp_inertia *of)
 static bool next_part(const kmp_tree *tree, int body, int *at, part *p)
 {
     int link = body < 0 ? *at + 1 : tree->mounts[body].link;
-    if (link > kmp_model_coordinates(tree->model) || (body >= 0 && *at > 0))
+    if (link >= tree->count - tree->model->state_count || (body >= 0 && *at > 0))
         return false;
     *at = link;
     const kmp_link *l = &tree->links[link];

@@ -20,6 +20,7 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "dynamics/kinematics/touching.h"
 #include "model/data/force.h"
 #include "model/language/expression.h"
@@ -99,7 +100,7 @@ static void apply(kmp_forces *forces, const kmp_tree *tree, kmp_ref holds, int c
                   const kmp_ref *size)
 {
     kmp_graph *g = tree->graph;
-    int n = tree->count - 1;
+    int n = tree->model->motion_count;
     kmp_ref *slope = KMP_GRAPH_NEW(g, kmp_ref, count * n);
     if (slope)
         kmp_partials_all(g, count, against, KMP_IN_QD, n, slope);
