@@ -105,14 +105,16 @@ void kmp_rotation_vectors_measure(kmp_rotation_vectors *v, const kmp_evaluator *
         kmp_pose_of_charts(s->model, &charts, eval->q, v->poses, v->axes);
     for (int i = 0; i < v->count; i++) {
         const kmp_closure *closure = &s->model->closures[v->closure[i]];
-        double first[3][3], second[3][3], r[3][3];
-        kmp_pose_of_point(s->model, v->poses, closure->point[0], first);
-        kmp_pose_of_point(s->model, v->poses, closure->point[1], second);
+        double r[3][3];
+        kmp_pose first, second;
+        kmp_pose_of_point(s->model, v->poses, eval->q, closure->point[0], &first);
+        kmp_pose_of_point(s->model, v->poses, eval->q, closure->point[1], &second);
         for (int a = 0; a < 3; a++)
             for (int b = 0; b < 3; b++)
-                r[a][b] = first[0][a] * second[0][b] + first[1][a] * second[1][b] + first[2][a] * second[2][b];
+                r[a][b] =
+                    first.r[0][a] * second.r[0][b] + first.r[1][a] * second.r[1][b] + first.r[2][a] * second.r[2][b];
         v->angle[i] = rotation_vector(r, v->vector[i]);
-        rates_of(v->vector[i], v->angle[i], first, v->rates[i]);
+        rates_of(v->vector[i], v->angle[i], first.r, v->rates[i]);
     }
 }
 

@@ -161,10 +161,11 @@ bool kmp_system_rescale(kempe_system *s)
 {
     s->length = s->kept_length > 0 ? s->kept_length : kmp_system_length(s->model);
     for (int k = 0; k < s->n; k++) {
-        /* Scale of a coordinate: 1 for an angle, the length of the model for a displacement. The scale of a state is
-         * the size of its values, as rates of one second. */
+        /* Scale of a coordinate: 1 for an angle, the length of the model for a displacement, a part of these for a
+         * flexible body. The scale of a state is the size of its values, as rates of one second. */
         const kmp_state *state = kmp_state_of(s->model, k);
         s->scale[k] = state ? state->scale : s->model->motions[k].rotation ? 1 : s->length;
+        s->scale[k] *= s->model->motions[k].elastic ? KMP_ELASTIC_SIZE : 1;
     }
     for (int r = 0; r < s->m; r++)
         s->row_scale[r] = pow(s->length, s->rows[r].length_power);

@@ -47,6 +47,49 @@ static void rotate(kmp_pose *pose, const double e[3], double angle)
     turn(pose->r, &m[0][0], false);
 }
 
+/* A number that moves with the coordinates of a flexible body: linear_k q_k + q' more q / 2. */
+static double guided(const kmp_flexible *f, const kmp_number *linear, const kmp_number *more, const double *q)
+{
+    double sum = 0;
+    for (int k = 0; k < f->count; k++) {
+        double bent = 0;
+        for (int l = 0; l < f->count; l++)
+            bent += more[k * f->count + l].value * q[f->first + l];
+        sum += (linear[k].value + bent / 2) * q[f->first + k];
+    }
+    return sum;
+}
+
+/* From a flexible body's frame to a station, or from the station to the frame. */
+static void pass_station(const kmp_flexible *f, const kmp_station *s, const double *q, bool inverse, kmp_pose *pose)
+{
+    static const double unit[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const ptrdiff_t n = f->count;
+    double shift[3], turned[3];
+    for (int k = 0; k < 3; k++) {
+        shift[k] = s->at[k].value + guided(f, s->shift + k * n, s->shift_more + k * n * n, q);
+        turned[k] = guided(f, s->turn + k * n, s->turn_more + k * n * n, q);
+    }
+    if (!inverse)
+        move(pose, shift, 1);
+    for (int k = 0; k < 3; k++) {
+        const int axis = inverse ? k : 2 - k;
+        rotate(pose, unit[axis], inverse ? -turned[axis] : turned[axis]);
+    }
+    if (inverse)
+        move(pose, shift, -1);
+}
+
+/* From a body to one of its points, without its axes. */
+static void pass_point(const kempe_model *model, const kmp_point *point, const double *q, kmp_pose *pose)
+{
+    const int flexible = model->bodies[point->body].flexible - 1;
+    if (point->station > 0)
+        pass_station(&model->flexibles[flexible], &model->flexibles[flexible].stations[point->station - 1], q, false,
+                     pose);
+    move_to(pose, point->station > 0 ? point->offset : point->at, 1);
+}
+
 /* More than poses at the user's coordinates. */
 typedef struct further {
     const kmp_pose_charts *charts;
@@ -75,7 +118,7 @@ static void hang(const kempe_model *model, const kmp_body *body, const further *
 {
     if (body->at >= 0) {
         const kmp_point *at = &model->points[body->at];
-        move_to(pose, at->at, 1);
+        pass_point(model, at, q, pose);
         if (at->turned)
             turn(pose->r, &at->axes[0][0], false);
     }
@@ -96,6 +139,9 @@ static void hang(const kempe_model *model, const kmp_body *body, const further *
     }
     if (body->turned && body->reversed)
         turn(pose->r, &body->frame[0][0], true);
+    if (body->flexible && model->flexibles[body->flexible - 1].moved)
+        pass_station(&model->flexibles[body->flexible - 1], model->flexibles[body->flexible - 1].stations, q, true,
+                     pose);
     if (body->to < 0)
         return;
     const kmp_point *to = &model->points[body->to];
@@ -132,12 +178,13 @@ void kmp_pose_motions(const kempe_model *model, const double *q, kmp_pose *poses
     place_all(model, &also, q, poses);
 }
 
-void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, int point, double r[3][3])
+void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, const double *q, int point, kmp_pose *pose)
 {
     const kmp_point *at = &model->points[point];
-    memcpy(r, poses[at->body].r, sizeof poses->r);
+    *pose = poses[at->body];
+    pass_point(model, at, q, pose);
     if (at->turned)
-        turn(r, &at->axes[0][0], false);
+        turn(pose->r, &at->axes[0][0], false);
 }
 
 /* Computes the quaternion from its largest component, which is at least a half (Shepperd 1978). */

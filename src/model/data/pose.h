@@ -31,8 +31,8 @@ void kmp_pose_of_charts(const kempe_model *model, const kmp_pose_charts *charts,
 void kmp_pose_motions(const kempe_model *model, const double *q, kmp_pose *poses, double (*axes)[3],
                       double (*places)[3]);
 
-/** The axes of a point, as columns, in those of the ground. */
-void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, int point, double r[3][3]);
+/** The place of a point and its axes, as columns, in those of the ground, from the poses at q. */
+void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, const double *q, int point, kmp_pose *pose);
 
 /** Unit quaternion x, y, z, w of the rotation; of the two that mean it, the one nearer to `near` (NULL: w >= 0). */
 void kmp_pose_quaternion(const kmp_pose *pose, const double *near, double out[4]);
