@@ -85,8 +85,7 @@ void kmp_flexible_wrench(const kmp_tree *tree, const kmp_deformation *d, const k
         effort[d->first + e] = kmp_add(g, effort[d->first + e], of_coordinate(g, d, e, row));
 }
 
-/* What accelerations of the coordinates of a flexible body add to the wrench of its link, and its own inertial forces.
- */
+/* The same for accelerations of a body at rest. */
 void kmp_flexible_column(const kmp_tree *tree, const kmp_deformation *d, const kmp_ref *qdd, kmp_vec o, kmp_vec a,
                          kmp_wrench *w, kmp_ref *effort)
 {

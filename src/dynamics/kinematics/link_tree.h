@@ -3,8 +3,8 @@
  * h through a joint of one degree of freedom). Intermediate links of a joint with several motions are massless.
  *
  * The stations of a flexible body are guided links: massless, with motions that are functions of the body's
- * coordinates. What is attached there is a rigid body on such a link, so that each recursion meets flexible bodies in
- * two places alone: at guided links and in the body's own inertia.
+ * coordinates. Bodies and points that are attached there are on such a link, so that each recursion meets flexible
+ * bodies in two places alone: at guided links and in the body's own inertia.
  *
  * Link axes are chosen so that every motion is about or along a coordinate axis: an oblique axis costs one constant
  * rotation. Link 0 is the ground. */
