@@ -4,13 +4,6 @@
  * coordinates over theirs. Step lengths and stopping rules of a single search are in the file of that search. */
 #pragma once
 
-/* -- scales -------------------------------------------------------------------------------------------- */
-
-/** Coordinates of flexible bodies over the length of the model, or over 1 for angles. Linear elasticity with terms of
- * second order holds to a tenth. A smaller scale than that of joints makes joints the dependent coordinates of loops,
- * and deflections as accurate as their size needs. */
-#define KMP_ELASTIC_SIZE 1e-2
-
 /* -- rank of the scaled J: a pivot or singular value over the first ------------------------------------ */
 
 /** At a closed state. bench/bench_ranks.c measured 430 random mechanisms, redundant lamps, linkages and hard cases at

@@ -48,6 +48,10 @@
 
 /* A start value below this part of a radius of gyration is a small displacement, no size of the mechanism. */
 #define KMP_START_IS_SMALL 0.1
+/* Coordinates of flexible bodies over the length of the model, or over 1 for angles. Linear elasticity with terms of
+ * second order holds to a tenth. A smaller scale than that of joints makes joints the dependent coordinates of loops,
+ * and deflections as accurate as their size needs. */
+#define KMP_ELASTIC_SIZE 1e-2
 
 void kmp_pattern_init(kmp_pattern *pattern, kmp_arena *arena, int rows, int cols, const kmp_ref *matrix,
                       kmp_ref *values)

@@ -47,7 +47,7 @@ static kmp_ref field_inertia(kmp_graph *g, const kmp_deformation *d, int k, cons
     return sum;
 }
 
-/* What the deformation adds to the wrench of its link, and its own inertial forces:
+/* The deformation adds to the wrench of its link, and has its own inertial forces:
  *
  *     force   2 w x sd + S zdd                    sd = S zd
  *     moment  2 (tr N w - N w) + ax(sum zdd_k Z_k)          N = sum zd_k Z_k
