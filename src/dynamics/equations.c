@@ -211,7 +211,8 @@ static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *fo
     kmp_graph *g = eq->graph;
     kmp_wrench *share = KMP_GRAPH_NEW(g, kmp_wrench, eq->tree.count);
     kmp_ref *effort = KMP_GRAPH_NEW(g, kmp_ref, n), *kept = KMP_GRAPH_NEW(g, kmp_ref, 3 * m);
-    KMP_TRY(kmp_made(eq->context, share && effort && kept));
+    kmp_ref *elastic = KMP_GRAPH_NEW(g, kmp_ref, n);
+    KMP_TRY(kmp_made(eq->context, share && effort && kept && elastic));
     kmp_ref *violation = kept + m, *unused = violation + m;
     for (int r = 0; r < m; r++) {
         kept[r] = kmp_input(g, KMP_IN_KEPT, (uint32_t)r);
@@ -222,10 +223,12 @@ static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *fo
     KMP_TRY(kmp_articulated_init(&bodies, dynamic_links(eq), &carried));
     eq->pivots = bodies.pivot;
     eq->diagonals = bodies.diagonal;
-    kmp_newton_euler_shares(dynamic_links(eq), forces->applied, share);
+    kmp_newton_euler_shares(dynamic_links(eq), forces->applied, share, elastic);
     for (int k = 0; k < n; k++) {
         kmp_ref given = request->efforts ? kmp_input(g, KMP_IN_EFFORT, (uint32_t)k) : KMP_ZERO;
         effort[k] = kmp_add(g, forces->effort[k], given);
+        if (elastic[k] != KMP_ZERO)
+            effort[k] = kmp_sub(g, effort[k], elastic[k]);
     }
     kmp_articulated_solve(&bodies, effort, share, eq->jdqd,
                           &(kmp_articulated_result){eq->accelerations, eq->multipliers, eq->open});

@@ -427,11 +427,6 @@ static kempe_status make_bodies(const kempe_system *s, kmp_bodies *bodies)
                         "algorithm does not support; use the algorithm composite",
                         kmp_load_dependent_force(s, row), s->row_names[row]);
     }
-    if (s->model->flexible_count > 0)
-        return kmp_fail(s->context, KEMPE_E_FAILED,
-                        "algorithm articulated: body '%s' is flexible, which this algorithm does not support; use the "
-                        "algorithm composite",
-                        s->model->bodies[s->model->flexibles[0].body].name);
     return derive_bodies(s, bodies);
 }
 

@@ -131,20 +131,14 @@ void kmp_mass_couple(const kmp_tree *tree, int h, int k, kmp_wrench *w, kmp_ref 
         add_to_entry(tree, m, k, link->guide->first + e, kmp_mul(tree->graph, link->guide->slope[e], along));
 }
 
-/* Columns of a flexible body's coordinates at each link, and where there are any. */
-typedef struct elastic_columns {
-    kmp_wrench *at; /* count x links */
-    bool *present;
-} elastic_columns;
-
 static void add_wrench(kmp_graph *g, kmp_wrench *w, kmp_ref factor, const kmp_wrench *more)
 {
     w->force = kmp_vec_add(g, w->force, kmp_vec_scale(g, factor, more->force));
     w->moment = kmp_vec_add(g, w->moment, kmp_vec_scale(g, factor, more->moment));
 }
 
-/* The body's own inertia: to the columns at its link, and to the entries of its coordinates with each other. */
-static void add_own_columns(const kmp_tree *tree, const kmp_deformation *d, kmp_wrench *at, kmp_ref *m)
+/* The body's own inertia: S T_m and ax(Z T_m) to the columns, T_m' tr T T_m to the inertia of the coordinates. */
+void kmp_flexible_own(const kmp_tree *tree, const kmp_deformation *d, kmp_wrench *column, kmp_ref *inertia)
 {
     kmp_graph *g = tree->graph;
     kmp_ref *zdd = KMP_GRAPH_NEW(g, kmp_ref, d->fields), *row = KMP_GRAPH_NEW(g, kmp_ref, d->fields);
@@ -152,33 +146,33 @@ static void add_own_columns(const kmp_tree *tree, const kmp_deformation *d, kmp_
         for (int k = 0; k < d->fields; k++)
             zdd[k] = d->slope[k * d->count + e];
         const kmp_wrench own = field_wrench(g, d, zdd);
-        add_wrench(g, &at[e], KMP_ONE, &own);
+        add_wrench(g, &column[e], KMP_ONE, &own);
         for (int k = 0; k < d->fields; k++)
             row[k] = field_inertia(g, d, k, zdd);
-        for (int f = 0; f <= e; f++)
-            add_to_entry(tree, m, d->first + e, d->first + f, of_coordinate(g, d, f, row));
+        for (int f = 0; f <= e; f++) {
+            kmp_ref *entry = &inertia[e * d->count + f];
+            *entry = kmp_add(g, *entry, of_coordinate(g, d, f, row));
+        }
     }
 }
 
-/* A guided link of the body itself accelerates what it carries (the composite body c) and is accelerated by what moves
- * behind it. */
-static void add_guided_columns(const kmp_tree *tree, int i, const kmp_composite *c, kmp_wrench *at, kmp_ref *m)
+void kmp_flexible_guide(const kmp_tree *tree, int i, const kmp_wrench *unit, kmp_wrench *column, kmp_ref *inertia)
 {
     kmp_graph *g = tree->graph;
     const kmp_link *link = &tree->links[i];
     const kmp_guide *guide = link->guide;
-    const kmp_wrench unit = kmp_unit_wrench(tree, i, c);
-    for (int e = 0; e < guide->count; e++) {
-        const kmp_ref behind = kmp_wrench_project(link, &at[e]);
+    const int n = guide->count;
+    for (int e = 0; e < n; e++) {
+        const kmp_ref behind = kmp_wrench_project(link, &column[e]);
         for (int f = 0; f <= e; f++)
-            add_to_entry(tree, m, guide->first + e, guide->first + f, kmp_mul(g, guide->slope[f], behind));
+            inertia[e * n + f] = kmp_add(g, inertia[e * n + f], kmp_mul(g, guide->slope[f], behind));
     }
-    for (int e = 0; e < guide->count; e++)
-        add_wrench(g, &at[e], guide->slope[e], &unit);
-    for (int f = 0; f < guide->count; f++) {
-        const kmp_ref whole = kmp_wrench_project(link, &at[f]);
-        for (int e = f; e < guide->count; e++)
-            add_to_entry(tree, m, guide->first + e, guide->first + f, kmp_mul(g, guide->slope[e], whole));
+    for (int e = 0; e < n; e++)
+        add_wrench(g, &column[e], guide->slope[e], unit);
+    for (int f = 0; f < n; f++) {
+        const kmp_ref whole = kmp_wrench_project(link, &column[f]);
+        for (int e = f; e < n; e++)
+            inertia[e * n + f] = kmp_add(g, inertia[e * n + f], kmp_mul(g, guide->slope[e], whole));
     }
 }
 
@@ -187,23 +181,31 @@ void kmp_flexible_mass(const kmp_tree *tree, int frame, const kmp_composite *c, 
 {
     kmp_graph *g = tree->graph;
     const kmp_deformation *d = tree->links[frame].deformation;
-    elastic_columns of = {KMP_GRAPH_NEW(g, kmp_wrench, d->count * tree->count), KMP_GRAPH_NEW(g, bool, tree->count)};
-    for (int i = tree->count - 1; of.at && of.present && i > 0; i--) {
+    const int n = d->count;
+    kmp_wrench *columns = KMP_GRAPH_NEW(g, kmp_wrench, n * tree->count); /* of each link */
+    kmp_ref *inertia = KMP_GRAPH_NEW(g, kmp_ref, n * n);
+    bool *present = KMP_GRAPH_NEW(g, bool, tree->count);
+    for (int i = tree->count - 1; columns && inertia && present && i > 0; i--) {
         const kmp_link *link = &tree->links[i];
         const bool guided = link->guide && link->guide->first == d->first;
-        kmp_wrench *at = of.at + (ptrdiff_t)d->count * i;
-        if (i != frame && !guided && !of.present[i])
+        kmp_wrench *column = columns + (ptrdiff_t)n * i;
+        if (i != frame && !guided && !present[i])
             continue;
         if (i == frame)
-            add_own_columns(tree, d, at, m);
-        if (guided)
-            add_guided_columns(tree, i, &c[i], at, m);
-        for (int e = 0; e < d->count; e++) {
-            if (!guided)
-                kmp_mass_couple(tree, i, d->first + e, &at[e], m);
-            if (link->parent > 0)
-                kmp_wrench_to_parent(tree, i, at[e], of.at + (ptrdiff_t)d->count * link->parent + e);
+            kmp_flexible_own(tree, d, column, inertia);
+        if (guided) {
+            const kmp_wrench unit = kmp_unit_wrench(tree, i, &c[i]);
+            kmp_flexible_guide(tree, i, &unit, column, inertia);
         }
-        of.present[link->parent] = true;
+        for (int e = 0; e < n; e++) {
+            if (!guided)
+                kmp_mass_couple(tree, i, d->first + e, &column[e], m);
+            if (link->parent > 0)
+                kmp_wrench_to_parent(tree, i, column[e], columns + (ptrdiff_t)n * link->parent + e);
+        }
+        present[link->parent] = true;
     }
+    for (int e = 0; inertia && e < n; e++)
+        for (int f = 0; f <= e; f++)
+            *mass_entry(tree, m, d->first + e, d->first + f) = inertia[e * n + f];
 }

@@ -194,7 +194,7 @@ static void clear_elastic(const kmp_tree *tree, kmp_ref *effort)
             effort[k] = KMP_ZERO;
 }
 
-void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share)
+void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share, kmp_ref *elastic)
 {
     kmp_link_motion *m = KMP_GRAPH_NEW(tree->graph, kmp_link_motion, tree->count);
     if (!m)
@@ -204,6 +204,8 @@ void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, km
         share[i] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
         forward(tree, i, KMP_ZERO, m);
         body_wrench(tree, i, &m[i], &applied[i], &share[i]);
+        if (tree->links[i].deformation)
+            kmp_flexible_wrench(tree, tree->links[i].deformation, NULL, &m[i], &share[i], elastic);
     }
 }
 

@@ -38,8 +38,9 @@ void kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench
 void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_link_motion *m,
                             kmp_wrench *w, kmp_ref *effort);
 
-/** Each link's own share of (25) and (27) with the coordinates at rest in their rates (qdd = 0), about its origin. */
-void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share);
+/** Each link's own share of (25) and (27) with the coordinates at rest in their rates (qdd = 0), about its origin, and
+ * the inertial forces on coordinates of flexible bodies then (n, zero for others). */
+void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share, kmp_ref *elastic);
 
 /** Adds link i's wrench about its origin to its parent's: the sums of (25) and (27). */
 void kmp_wrench_to_parent(const kmp_tree *tree, int i, kmp_wrench w, kmp_wrench *parent);

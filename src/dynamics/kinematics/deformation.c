@@ -117,14 +117,14 @@ static void set_moments(const kmp_tree *tree, const kmp_flexible *f, kmp_deforma
     }
 }
 
-kmp_deformation *kmp_deformation_new(const kmp_tree *tree, const kmp_flexible *f)
+kmp_deformation *kmp_deformation_new(const kmp_tree *tree, const kmp_flexible *f, int innermost)
 {
     kmp_graph *g = tree->graph;
     const int n = f->count, fields = n + f->quadratic_count;
     kmp_deformation *d = KMP_GRAPH_NEW(g, kmp_deformation, 1);
     if (!d)
         return NULL;
-    *d = (kmp_deformation){.first = f->first, .count = n, .fields = fields};
+    *d = (kmp_deformation){.first = f->first, .count = n, .fields = fields, .innermost = innermost};
     kmp_ref *z, *row;
     KMP_GRAPH_MAKE(g, KMP_ROOM(kmp_ref, fields * n, &d->slope), KMP_ROOM(kmp_ref, fields, &d->rate, &d->curve, &z),
                    KMP_ROOM(kmp_ref, n, &row), KMP_ROOM(kmp_vec, fields, &d->field),

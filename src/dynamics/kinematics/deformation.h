@@ -18,18 +18,19 @@ typedef struct kmp_guide {
 /** With N fields z, of which the first n are coordinates; axes of the body. The rates of z are `slope` qd, their
  * accelerations slope qdd + curve. */
 typedef struct kmp_deformation {
-    int first, count, fields;     /* motions of the coordinates; n; N */
-    kmp_ref *slope;               /* N x n */
-    kmp_ref *rate, *curve;        /* N */
-    kmp_vec *field;               /* N: int phi_k dm */
-    kmp_matrix *moment;           /* N: int phi_k x' dm, x the place in the deformed body */
-    kmp_matrix *by_field;         /* N x N: int phi_k phi_l' dm */
-    kmp_composite whole;          /* mass, first and second moments of the deformed body about the body's origin */
+    int first, count, fields; /* motions of the coordinates; n; N */
+    int innermost;         /* the link nearest to the ground that the coordinates move: the frame's, or a guided one */
+    kmp_ref *slope;        /* N x n */
+    kmp_ref *rate, *curve; /* N */
+    kmp_vec *field;        /* N: int phi_k dm */
+    kmp_matrix *moment;    /* N: int phi_k x' dm, x the place in the deformed body */
+    kmp_matrix *by_field;  /* N x N: int phi_k phi_l' dm */
+    kmp_composite whole;   /* mass, first and second moments of the deformed body about the body's origin */
     kmp_ref *stiffness, *damping; /* n x n */
 } kmp_deformation;
 
 /** In the room of the tree's graph; NULL: no memory, and the graph has failed. */
-kmp_deformation *kmp_deformation_new(const struct kmp_tree *tree, const kmp_flexible *flexible);
+kmp_deformation *kmp_deformation_new(const struct kmp_tree *tree, const kmp_flexible *flexible, int innermost);
 
 /** A number that moves with a flexible body's coordinates, sum_k linear_k q_k + q' more q / 2 times `sign`: its value
  * and rate, with the guide of a link that moves by it. False: it is constantly zero. */

@@ -395,10 +395,12 @@ static void add_guided(kmp_tree *tree, const kmp_flexible *flexible, bool rotati
 }
 
 /* The frame of a flexible body, on a link of its own whose axes are the body's: behind the station where its joint is,
- * if that moves; otherwise fixed to the end of the joint's chain. */
-static void add_frame(kmp_tree *tree, int b, const kmp_flexible *flexible, kmp_body_on_link *base)
+ * if that moves; otherwise fixed to the end of the joint's chain. The link nearest to the ground that the body's
+ * coordinates move. */
+static int add_frame(kmp_tree *tree, int b, const kmp_flexible *flexible, kmp_body_on_link *base)
 {
     const kmp_station *station = &flexible->stations[0];
+    const int before = tree->count;
     for (int axis = 0; flexible->moved && axis < 3; axis++)
         add_guided(tree, flexible, true, axis, station, -1, base);
     for (int axis = 0; flexible->moved && axis < 3; axis++)
@@ -408,15 +410,16 @@ static void add_frame(kmp_tree *tree, int b, const kmp_flexible *flexible, kmp_b
         !is_identity(tree->links[base->link].a) || !kmp_vec_is_zero(base->p) || (end->body != b && end->body >= 0))
         add_link(tree, -1, false, unit_axes[0], base);
     tree->links[base->link].body = b;
+    return base->link < before ? base->link : before;
 }
 
 /* The inertia of a flexible body, and its stations. */
-static void set_flexible(kmp_tree *tree, int b)
+static void set_flexible(kmp_tree *tree, int b, int innermost)
 {
     const int which = tree->model->bodies[b].flexible - 1;
     const kmp_flexible *flexible = &tree->model->flexibles[which];
     kmp_link *frame = &tree->links[tree->mounts[b].link];
-    frame->deformation = kmp_deformation_new(tree, flexible);
+    frame->deformation = kmp_deformation_new(tree, flexible, innermost);
     if (!frame->deformation)
         return;
     const kmp_inertia own = about_centre(tree->graph, frame->deformation->whole);
@@ -451,9 +454,9 @@ static void set_body(kmp_tree *tree, int b)
         if (body->turned && body->reversed)
             turn_back(base.r, tree->model->bodies[b].frame);
         base.turned = !is_identity(base.r);
-        add_frame(tree, b, &tree->model->flexibles[body->flexible - 1], &base);
+        const int innermost = add_frame(tree, b, &tree->model->flexibles[body->flexible - 1], &base);
         tree->mounts[b] = base;
-        set_flexible(tree, b);
+        set_flexible(tree, b, innermost);
         return;
     }
     hang(tree, b, &base);
