@@ -128,6 +128,14 @@ static kmp_vec cut_coordinate(const kmp_tree *tree, const kmp_output *output)
     return output->kind == KMP_OUTPUT_CUT_QDD ? kmp_vec_acceleration(tree, x) : x;
 }
 
+/* From the place of a point without deformation, in the axes of its flexible body. */
+static kmp_vec deflection(const kmp_tree *tree, int point)
+{
+    const kmp_point *p = &tree->model->points[point];
+    kmp_vec place = kmp_point_position(tree, point, tree->mounts[p->body].link);
+    return kmp_vec_sub(tree->graph, place, kmp_tree_vector(tree, p->at));
+}
+
 static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output)
 {
     switch (output->kind) {
@@ -139,6 +147,8 @@ static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp
         return kmp_point_measure(&eq->tree, KMP_MEASURE_ACCELERATION, output->index, -1);
     case KMP_OUTPUT_ANGULAR_VELOCITY:
         return kmp_point_measure(&eq->tree, KMP_MEASURE_ANGULAR_VELOCITY, output->index, -1);
+    case KMP_OUTPUT_DEFLECTION:
+        return deflection(&eq->tree, output->index);
     case KMP_OUTPUT_REACTION:
     case KMP_OUTPUT_MOMENT:
         return kmp_closure_load(&eq->tree, output->index, output->kind == KMP_OUTPUT_MOMENT);
