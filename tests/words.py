@@ -43,7 +43,6 @@ RETIRED = {  # pattern: the word instead
     r"\bon (the|its|their) way\b": "during the run, towards",
     r"\b(bends?|bent)\b": "curvature, kink",
     r"\bhouses?\b": "folder, owner",
-    r"\bstations?\b": "place, state",
     r"\bruns? out\b": "ends",
 }
 OPTIONS = r"--(road|roads|once|every|fixed-u|u|dynamics|over|vary|drive|nearest|require|fix|free)\b"

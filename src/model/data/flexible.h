@@ -5,6 +5,7 @@
  * equations of motion need (Wallrapp 1994, in another order). */
 #pragma once
 
+#include "model/data/body.h"
 #include "model/language/expression.h"
 #include <stdbool.h>
 
@@ -34,6 +35,7 @@ typedef struct kmp_flexible {
     kmp_flexible_frame frame;
     int number_count;
     kmp_number *numbers;   /* all that follow, and those of stations, one after the other */
+    kmp_number *length;    /* 1, m: of the beam */
     kmp_number *mass;      /* 1, kg */
     kmp_number *moment;    /* 3: int X dm, X from the body's origin without deformation */
     kmp_number *second;    /* 6: int X X' dm; xx yy zz xy xz yz */
@@ -47,3 +49,12 @@ typedef struct kmp_flexible {
     int station_count;
     kmp_station *stations;
 } kmp_flexible;
+
+/** Numbers of a body of these counts, and of its stations: the pointers go to `numbers`, which may be NULL, and
+ * number_count is set. */
+void kmp_flexible_lay(kmp_flexible *flexible, kmp_number *numbers);
+
+/** A copy of a body; a flexible one has the mass, centre and inertia that it has without deformation, as values. */
+kmp_body kmp_body_undeformed(const kempe_model *model, int body);
+
+extern const char *const kmp_stiffening_words[3], *const kmp_flexible_frame_words[2];

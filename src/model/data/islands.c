@@ -229,7 +229,7 @@ static void walk_force(walk *w, kmp_force *f)
 static bool may_part(const kempe_model *m)
 {
     return m->state_count == 0 && m->delay_count == 0 && m->wheel_count == 0 && m->track_count == 0 &&
-           m->run.until_count == 0;
+           m->flexible_count == 0 && m->run.until_count == 0;
 }
 
 static void unite_all(walk *w)

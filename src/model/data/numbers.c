@@ -53,8 +53,15 @@ bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *u
             visit(&w, body->name, "armature", 1, &body->armature);
         visit(&w, body->name, "inertia", 6, body->inertia);
     }
-    for (int k = 0; k < model->point_count; k++)
-        visit(&w, model->bodies[model->points[k].body].name, model->points[k].name, 3, model->points[k].at);
+    for (int k = 0; k < model->point_count; k++) {
+        const kmp_point *point = &model->points[k];
+        visit(&w, model->bodies[point->body].name, point->name, 3, point->at);
+        if (point->station > 0)
+            visit(&w, model->bodies[point->body].name, point->name, 3, point->offset);
+    }
+    for (int k = 0; k < model->flexible_count; k++)
+        for (int i = 0; i < model->flexibles[k].number_count; i++)
+            visit(&w, model->bodies[model->flexibles[k].body].name, "flexible", 1, &model->flexibles[k].numbers[i]);
     for (int k = 0; k < model->closure_count; k++)
         visit_closure(&w, model, &model->closures[k]);
     for (int k = 0; k < model->force_count; k++) {

@@ -62,6 +62,19 @@ static void copy_closures(kmp_variant *v)
     }
 }
 
+static void copy_flexibles(kmp_variant *v)
+{
+    kempe_model *m = &v->model;
+    m->flexibles = COPY(v, m->flexibles, m->flexible_count, 0);
+    for (int i = 0; m->flexibles && i < m->flexible_count; i++) {
+        kmp_flexible *flexible = &m->flexibles[i];
+        flexible->stations = COPY(v, flexible->stations, flexible->station_count, 0);
+        kmp_number *numbers = COPY(v, flexible->numbers, flexible->number_count, 0);
+        if (flexible->stations && numbers)
+            kmp_flexible_lay(flexible, numbers);
+    }
+}
+
 /* -- variable parameters ----------------------------------------------------------------------------- */
 
 int kmp_parameter_find(const kempe_model *model, const char *name)
@@ -244,6 +257,7 @@ kempe_status kmp_variant_new_in(kempe_context *context, const kempe_model *model
     m->wheels = COPY(v, m->wheels, m->wheel_count, 0);
     m->states = COPY(v, m->states, m->state_count, 0);
     copy_closures(v);
+    copy_flexibles(v);
     m->start.q = COPY(v, m->start.q, n, 0);
     m->start.qd = COPY(v, m->start.qd, n, 0);
     m->start.q_given = COPY(v, m->start.q_given, n, 0);
@@ -307,6 +321,26 @@ static void check_state(const kmp_state *state, const kmp_state *base, kmp_text 
                         state->delay.value);
 }
 
+/* Numbers that a beam has, and stations on it. */
+static void check_flexible(const kempe_model *m, const kmp_flexible *flexible, kmp_text *why)
+{
+    const char *name = m->bodies[flexible->body].name;
+    const double length = flexible->length->value, rounding = 1e-12;
+    bool good = length > 0 && flexible->mass->value > 0;
+    for (int k = 0; k < flexible->count; k++)
+        good = good && flexible->stiffness[k * (flexible->count + 1)].value > 0 &&
+               flexible->damping[k * (flexible->count + 1)].value >= 0;
+    if (!good && !why->length)
+        kmp_text_printf(
+            why, "the length, mass or stiffness of flexible body '%s' is not positive, or its damping negative", name);
+    for (int k = 0; k < flexible->station_count; k++) {
+        const double x = flexible->stations[k].at[0].value;
+        if (!(x >= 0 && x <= length * (1 + rounding)) && !why->length)
+            kmp_text_printf(why, "a station of flexible body '%s' is at %.6g m, and its beam is %.6g m long", name, x,
+                            length);
+    }
+}
+
 /* The first rule for single numbers that the values break. */
 static void check_values(const kempe_model *m, const kempe_model *base, kmp_text *why)
 {
@@ -321,6 +355,8 @@ static void check_values(const kempe_model *m, const kempe_model *base, kmp_text
                 kmp_text_printf(why, "the inertia of body '%s' is impossible: %s = %.6g is negative", b->name,
                                 kmp_inertia_names[i], b->inertia[i].value);
     }
+    for (int k = 0; k < m->flexible_count; k++)
+        check_flexible(m, &m->flexibles[k], why);
     for (int k = 0; k < m->force_count; k++)
         check_force(&m->forces[k], why);
     for (int k = 0; k < m->closure_count; k++) {

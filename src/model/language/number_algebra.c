@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Sums, products and roots of model numbers: values where all operands are values, expressions where one is a
+/* Sums, products and functions of model numbers: values where all operands are values, expressions where one is a
  * parameter. */
 #include "model/language/number_algebra.h"
 #include <math.h>
@@ -64,6 +64,25 @@ kmp_number kmp_number_over(kmp_arena *arena, kmp_number a, kmp_number b)
 kmp_number kmp_number_root(kmp_arena *arena, kmp_number a)
 {
     return join(arena, (kmp_expr){.kind = KMP_EXPR_CALL, .function = KMP_FUNCTION_sqrt}, a, NULL, sqrt(a.value));
+}
+
+kmp_number kmp_number_tanh(kmp_arena *arena, kmp_number a)
+{
+    return join(arena, (kmp_expr){.kind = KMP_EXPR_CALL, .function = KMP_FUNCTION_tanh}, a, NULL, tanh(a.value));
+}
+
+static bool is_same(const kmp_expr *a, const kmp_expr *b)
+{
+    if (a == b || !a || !b)
+        return a == b;
+    return a->kind == b->kind && a->function == b->function && a->index == b->index && a->number == b->number &&
+           a->value == b->value && a->table == b->table && is_same(a->a, b->a) && is_same(a->b, b->b) &&
+           is_same(a->c, b->c);
+}
+
+bool kmp_number_same(kmp_number a, kmp_number b)
+{
+    return a.value == b.value && is_same(a.expr, b.expr);
 }
 
 kmp_number kmp_number_scale(kmp_arena *arena, double factor, kmp_number a)

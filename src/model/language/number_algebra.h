@@ -13,3 +13,8 @@ kmp_number kmp_number_root(kmp_arena *arena, kmp_number a);
 
 /** factor * a */
 kmp_number kmp_number_scale(kmp_arena *arena, double factor, kmp_number a);
+
+kmp_number kmp_number_tanh(kmp_arena *arena, kmp_number a);
+
+/** True if both have one value and one expression of parameters, written alike, or none. */
+bool kmp_number_same(kmp_number a, kmp_number b);

@@ -4,6 +4,7 @@
 #include "model/read/read_bodies.h"
 #include "model/data/model.h"
 #include "model/language/number_algebra.h"
+#include "model/read/read_flexible.h"
 #include "model/read/read_include.h"
 #include "model/read/read_linkage.h"
 #include "model/read/read_mass.h"
@@ -500,15 +501,26 @@ static const kmp_key point_keys[] = {
 #include "model/keys/point_keys.def"
     {0}};
 
-/* [x, y, z], or {at: [x, y, z], axes: {..}}. */
+/* [x, y, z], or {at: [x, y, z], axes: {..}}; on a flexible body {station: x, offset: [x, y, z], axes: {..}}. */
 static void read_point(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_point *point)
 {
+    static const char *const others[] = {"station", "offset"};
+    const bool flexible = r->model->bodies[point->body].flexible > 0;
     if (node->kind == KMP_YAML_MAP) {
         kmp_read_map(r, node, what, point_keys);
         const kmp_yaml *axes = kmp_yaml_get(node, "axes");
         point->turned = axes && kmp_read_axes(r, axes, what, point->axes);
-        node = kmp_read_required(r, node, what, "at");
+        for (int k = 0; !flexible && k < 2; k++)
+            if (kmp_yaml_get(node, others[k]))
+                kmp_reader_complain(r, kmp_yaml_get(node, others[k])->place,
+                                    "%s: only a point of a flexible body has the key '%s'", what, others[k]);
     }
+    if (flexible) {
+        kmp_read_station(r, node, what, point);
+        return;
+    }
+    if (node->kind == KMP_YAML_MAP)
+        node = kmp_read_required(r, node, what, "at");
     if (node)
         kmp_read_vector(r, node, what, kmp_key_dimension(point_keys, "at"), point->at);
 }
@@ -570,6 +582,10 @@ static int place_ground(kmp_reader *r, const kmp_include_instance *instance)
             r, instance->at->place,
             "'at' of an include: the axes of point '%s' are rotated: a file is included in the axes of a body",
             instance->at->text);
+    if (instance->at && model->bodies[body < 0 ? 0 : body].flexible > 0)
+        kmp_reader_complain(r, instance->at->place,
+                            "'at' of an include: body '%s' is flexible: a file is included in the axes of a rigid body",
+                            model->bodies[body].name);
     if (instance->offset)
         kmp_read_vector(r, instance->offset, "the offset of an include", kmp_key_dimension(kmp_include_keys, "offset"),
                         offset);
@@ -667,13 +683,15 @@ static void read_joints(sources *s)
         kmp_body *body = &s->r->model->bodies[k + 1];
         body->at = resolve_end(s->r, from->at, what_of(s->r, from->joint, "at", body->name));
         body->to = resolve_own_end(s->r, from->to, k + 1, what_of(s->r, from->joint, "to", body->name));
+        kmp_check_flexible_joint(s->r, k + 1, from->at, from->to);
         joints[k] = s->list[s->order[k]].joint;
     }
     if (joints) {
         kmp_reader *r = s->r;
         for (int i = 1; i < r->model->body_count; i++)
             read_joint(r, joints[i - 1], i);
-        if (r->model->body_count > 1 && r->model->motion_count == 0 && !r->wrong && !kmp_yaml_get(r->root, "states"))
+        if (r->model->body_count > 1 && r->model->motion_count == 0 && r->model->flexible_count == 0 && !r->wrong &&
+            !kmp_yaml_get(r->root, "states"))
             kmp_reader_complain(r, r->model->bodies[1].place,
                                 "the mechanism cannot move: all bodies are welded to the ground");
     }
@@ -694,7 +712,11 @@ void kmp_read_bodies(kmp_reader *r)
         find_parent(&s, &s.list[i]);
     for (int i = 0; i < s.count; i++)
         place(&s, i);
-    if (!make_bodies(&s) || !read_all_points(&s, kmp_yaml_get(r->root, "ground")))
+    if (!make_bodies(&s))
+        return;
+    for (int k = 0; k < s.count; k++)
+        kmp_begin_flexible(r, s.list[s.order[k]].map, k + 1);
+    if (!read_all_points(&s, kmp_yaml_get(r->root, "ground")))
         return;
     read_joints(&s);
     for (int k = 0; k < s.count; k++)

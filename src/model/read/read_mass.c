@@ -9,6 +9,7 @@
 #include "model/language/limits.h"
 #include "model/language/number_algebra.h"
 #include "model/read/read_bodies.h"
+#include "model/read/read_flexible.h"
 #include "model/read/read_include.h"
 #include "model/read/read_tables.h"
 #include "model/read/read_values.h"
@@ -612,6 +613,16 @@ void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, int body)
     kmp_read_shapes(r, map, &(kmp_shape_owner){body, kmp_reader_say(r, "body '%s'", own->name), NULL});
     for (int k = first; k < model->shape_count; k++)
         heavy += model->shapes[k].heavy;
+    if (own->flexible > 0) {
+        kmp_check_flexible_mass(r, map, body);
+        if (heavy > 0)
+            kmp_reader_complain(
+                r, kmp_yaml_get(map, "shape")->place,
+                "body '%s' is flexible, and its beam gives its mass: a shape of it has neither density nor "
+                "mass",
+                own->name);
+        return;
+    }
     if (heavy == 0) {
         const kmp_yaml *mass = kmp_yaml_get(map, "mass"), *com = kmp_yaml_get(map, "com");
         const kmp_yaml *inertia = kmp_yaml_get(map, "inertia");
@@ -650,15 +661,29 @@ typedef struct branch {
 
 static bool is_heavy(const kmp_body *body)
 {
-    bool heavy = body->mass.value != 0;
+    bool heavy = body->mass.value != 0 || body->flexible > 0;
     for (int k = 0; k < 6; k++)
         heavy = heavy || body->inertia[k].value != 0;
     return heavy;
 }
 
-/* The resistance to the body's last motion: its mass, or its inertia about the axis. */
-static double carried(const kmp_body *body, const kmp_motion *last)
+/* Of a flexible body without deformation, whose joint is at its origin. */
+static double carried_by_flexible(const kmp_flexible *flexible, const kmp_motion *last)
 {
+    const double *a = last->axis;
+    double across = 0;
+    if (!last->rotation)
+        return flexible->mass->value;
+    for (int k = 0; k < 3; k++) /* tr P - a' P a, where P is diagonal */
+        across += flexible->second[k].value * (1 - a[k] * a[k]);
+    return across;
+}
+
+/* The resistance to the body's last motion: its mass, or its inertia about the axis. */
+static double carried(const kempe_model *model, const kmp_body *body, const kmp_motion *last)
+{
+    if (body->flexible > 0)
+        return carried_by_flexible(&model->flexibles[body->flexible - 1], last);
     const double *a = last->axis;
     const kmp_number *c = body->com, *i = body->inertia;
     if (!last->rotation)
@@ -708,7 +733,7 @@ static bool complain(const kempe_model *model, const kmp_body *body, const branc
         complain_of(model, body, "joint", body->joint, "its body has neither mass nor inertia");
         return true;
     }
-    if (at->parent || is_driven(model, last) || carried(body, &model->motions[last]) > 0)
+    if (at->parent || is_driven(model, last) || carried(model, body, &model->motions[last]) > 0)
         return false;
     complain_of(model, body, "coordinate", model->motions[last].name,
                 model->motions[last].rotation ? "its body has no inertia about the axis" : "its body has none");

@@ -8,6 +8,7 @@
 #include "model/data/closure_table.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
+#include "model/read/read_flexible.h"
 #include "model/read/read_include.h"
 #include "model/read/reading.h"
 #include <float.h>
@@ -71,18 +72,19 @@ static bool is_pressed(const kempe_model *model, const kmp_yaml *root, const dou
 
 /* The normal of a plane mechanism: all rotations are about it, no translation is along it. *pressed: gravity or
  * something else may push along it. */
-static bool find_normal(const kempe_model *model, const kmp_yaml *root, double normal[3], bool *pressed)
+static bool find_normal(const kmp_reader *r, double normal[3], bool *pressed)
 {
+    const kempe_model *model = r->model;
     bool found = false;
     for (int k = 0; k < model->motion_count && !found; k++) {
         found = model->motions[k].rotation;
         memcpy(normal, model->motions[k].axis, 3 * sizeof *normal);
     }
-    *pressed = !pushes_in_plane(root);
+    *pressed = !pushes_in_plane(r->root);
     for (int i = 0; i < 3; i++)
         *pressed = *pressed || normal[i] * model->gravity[i].value != 0 || (normal[i] != 0 && model->gravity[i].expr);
     for (int i = 1; i < model->body_count; i++)
-        found = found && !is_turned(model, &model->bodies[i]);
+        found = found && !is_turned(model, &model->bodies[i]) && kmp_flexible_in_plane(r, i, normal);
     for (int k = 0; found && k < model->motion_count; k++) {
         const kmp_motion *m = &model->motions[k];
         found = m->rotation ? is_parallel(m->axis, normal) : fabs(kmp_dot(3, m->axis, normal)) <= PARALLEL;
@@ -207,7 +209,7 @@ void kmp_read_pressed(kmp_reader *r)
     kempe_model *model = r->model;
     const kmp_yaml *forces = kmp_yaml_get(r->root, "forces");
     double normal[3] = {0};
-    bool pressed, plane = find_normal(model, r->root, normal, &pressed);
+    bool pressed, plane = find_normal(r, normal, &pressed);
     model->pressed_plane = plane && is_pressed(model, r->root, normal);
     for (int i = 0; forces && forces->kind == KMP_YAML_MAP && i < forces->count; i++) {
         double direction[DIRECTIONS][3];

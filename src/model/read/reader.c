@@ -14,6 +14,7 @@
 #include "model/read/read_algebraic.h"
 #include "model/read/read_bodies.h"
 #include "model/read/read_closures.h"
+#include "model/read/read_flexible.h"
 #include "model/read/read_forces.h"
 #include "model/read/read_include.h"
 #include "model/read/read_mass.h"
@@ -131,6 +132,7 @@ static void read_parts(kmp_reader *r)
     read_head(r);
     kmp_read_bodies(r);
     kmp_read_pressed(r);
+    kmp_read_flexibles(r);
     kmp_read_states(r);
     kmp_read_wings(r, KMP_READ_AFTER_STATES);
     kmp_read_unknowns(r);

@@ -58,6 +58,7 @@ typedef struct kmp_reader {
     kmp_digest digest;                              /* of all files and settings so far */
     kmp_linkage *linkage;                           /* NULL without joints between bodies */
     kmp_name_index bodies, points, motions, joints; /* of the model's; of bodies' joints */
+    struct kmp_flexible_reading *flexibles;         /* of the flexible bodies of the model */
     struct kmp_function_block *blocks; /* the entries of `states`, whose laws are read when they are needed */
     int first_algebraic;               /* of the model's variables: those before it are values of blocks */
     int first_contact_state;           /* of the states that contacts have, the last ones */

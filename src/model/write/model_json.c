@@ -163,6 +163,35 @@ static void put_points(kmp_json *json, const kempe_model *model, int body)
     kmp_json_end(json);
 }
 
+static void put_matrix(kmp_json *json, const char *key, int n, const kmp_number *entries)
+{
+    kmp_json_array(json, key);
+    for (int i = 0; i < n; i++) {
+        kmp_json_array(json, NULL);
+        for (int k = 0; k < n; k++)
+            kmp_json_number(json, NULL, entries[n * i + k].value);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+static void put_flexible(kmp_json *json, const kempe_model *model, const kmp_flexible *flexible)
+{
+    kmp_json_put(json, "flexible { length %g frame %s stiffening %s", flexible->length->value,
+                 kmp_flexible_frame_words[flexible->frame], kmp_stiffening_words[flexible->stiffening]);
+    kmp_json_array(json, "coordinates");
+    for (int k = flexible->first; k < flexible->first + flexible->count; k++)
+        kmp_json_string(json, NULL, model->motions[k].name);
+    kmp_json_end(json);
+    put_matrix(json, "stiffness", flexible->count, flexible->stiffness);
+    put_matrix(json, "damping", flexible->count, flexible->damping);
+    kmp_json_object(json, "stations");
+    for (int k = 0; k < model->point_count; k++)
+        if (model->points[k].body == flexible->body && model->points[k].station > 0)
+            kmp_json_number(json, model->points[k].name, flexible->stations[model->points[k].station - 1].at[0].value);
+    kmp_json_put(json, "} }");
+}
+
 static void put_body(kmp_json *json, const kempe_model *model, int i)
 {
     kmp_body *body = &model->bodies[i];
@@ -188,7 +217,9 @@ static void put_body(kmp_json *json, const kempe_model *model, int i)
         kmp_json_number(json, kmp_joint_key(body->coupling), body->number.value);
     if (kmp_body_has_armature(body))
         kmp_json_number(json, "armature", body->armature.value);
-    kmp_model_json_mass(json, body);
+    kmp_model_json_mass(json, model, i);
+    if (body->flexible > 0)
+        put_flexible(json, model, &model->flexibles[body->flexible - 1]);
     put_points(json, model, i);
     kmp_json_end(json);
 }

@@ -221,12 +221,13 @@ void kmp_model_show_shape(kmp_text *text, const kmp_shape *shape)
     kmp_text_put(text, "\n");
 }
 
-void kmp_model_json_mass(kmp_json *json, const kmp_body *body)
+void kmp_model_json_mass(kmp_json *json, const kempe_model *model, int body)
 {
-    kmp_json_number(json, "mass", body->mass.value);
-    put_vector(json, "com", 3, body->com);
+    const kmp_body rigid = kmp_body_undeformed(model, body);
+    kmp_json_number(json, "mass", rigid.mass.value);
+    put_vector(json, "com", 3, rigid.com);
     kmp_json_object(json, "inertia");
     for (int k = 0; k < 6; k++)
-        kmp_json_number(json, kmp_inertia_names[k], body->inertia[k].value);
+        kmp_json_number(json, kmp_inertia_names[k], rigid.inertia[k].value);
     kmp_json_end(json);
 }

@@ -21,8 +21,8 @@ void kmp_model_show_shape(kmp_text *text, const kmp_shape *shape);
 void kmp_model_json_shapes(kmp_json *json, const kempe_model *model);
 void kmp_model_json_shape(kmp_json *json, const kmp_shape *shape);
 
-/** Mass, com and inertia of a body as members of an open object. */
-void kmp_model_json_mass(kmp_json *json, const kmp_body *body);
+/** Mass, com and inertia of a body, without deformation, as members of an open object. */
+void kmp_model_json_mass(kmp_json *json, const kempe_model *model, int body);
 
 /** Sections of a wing (base/wings.h) in either form, those behind the tables and those behind the bodies: nothing where
  * the model has none. */

@@ -169,6 +169,9 @@ static void show_points(kmp_text *text, const kempe_model *model, const by_body 
         kmp_point *point = &model->points[i];
         kmp_text_printf(text, "    point %s", point->name);
         put_vector(text, " ", point->at);
+        if (point->station > 0)
+            put_number(text, ", moves with the section at ",
+                       model->flexibles[model->bodies[body].flexible - 1].stations[point->station - 1].at[0].value);
         if (point->turned)
             put_axes(text, ", axes ", point->axes);
         kmp_text_put(text, "\n");
@@ -185,6 +188,16 @@ static void show_inertia(kmp_text *text, const kmp_body *body)
             kmp_text_printf(text, " %s", kmp_inertia_names[i]);
             put_number(text, " ", body->inertia[i].value);
         }
+    kmp_text_put(text, "\n");
+}
+
+static void show_flexible(kmp_text *text, const kempe_model *model, const kmp_flexible *flexible)
+{
+    put_number(text, "    flexible: beam of length ", flexible->length->value);
+    kmp_text_printf(text, ", frame %s, stiffening %s, coordinates", kmp_flexible_frame_words[flexible->frame],
+                    kmp_stiffening_words[flexible->stiffening]);
+    for (int k = flexible->first; k < flexible->first + flexible->count; k++)
+        kmp_text_printf(text, " %s", model->motions[k].name);
     kmp_text_put(text, "\n");
 }
 
@@ -213,7 +226,10 @@ static void show_body(kmp_text *text, const kempe_model *model, int i)
     if (body->turned)
         put_axes(text, ", frame ", body->frame);
     kmp_text_put(text, "\n");
-    show_inertia(text, body);
+    const kmp_body rigid = kmp_body_undeformed(model, i);
+    show_inertia(text, &rigid);
+    if (body->flexible > 0)
+        show_flexible(text, model, &model->flexibles[body->flexible - 1]);
 }
 
 static void show_bodies(kmp_text *text, const kempe_model *model)

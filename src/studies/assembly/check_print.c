@@ -713,7 +713,7 @@ static void show_json(kmp_text *text, const void *result)
         if (count++ == 0)
             kmp_json_array(&j, "mass_by_shapes");
         kmp_json_put(&j, "{ body %s", model->bodies[b].name);
-        kmp_model_json_mass(&j, &model->bodies[b]);
+        kmp_model_json_mass(&j, model, b);
         kmp_json_end(&j);
     }
     if (count > 0)

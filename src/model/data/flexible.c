@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The order of a flexible body's numbers in their block; what it is without deformation. */
+#include "model/data/flexible.h"
+#include "model/data/model.h"
+#include <stddef.h>
+
+const char *const kmp_stiffening_words[3] = {"none", "first", "full"};
+const char *const kmp_flexible_frame_words[2] = {"clamped", "chord"};
+
+/* The next `count` numbers of the block. */
+static kmp_number *take(kmp_flexible *f, int count)
+{
+    kmp_number *next = f->numbers ? f->numbers + f->number_count : NULL;
+    f->number_count += count;
+    return next;
+}
+
+void kmp_flexible_lay(kmp_flexible *f, kmp_number *numbers)
+{
+    const int n = f->count, all = n + f->quadratic_count;
+    f->numbers = numbers;
+    f->number_count = 0;
+    f->length = take(f, 1);
+    f->mass = take(f, 1);
+    f->moment = take(f, 3);
+    f->second = take(f, 6);
+    f->field = take(f, 3 * all);
+    f->by_place = take(f, 9 * all);
+    f->by_field = take(f, 9 * all * all);
+    f->quadratic = take(f, f->quadratic_count * n * n);
+    f->stiffness = take(f, n * n);
+    f->damping = take(f, n * n);
+    for (int k = 0; k < f->station_count; k++) {
+        kmp_station *station = &f->stations[k];
+        station->at = take(f, 3);
+        station->shift = take(f, 3 * n);
+        station->shift_more = take(f, 3 * n * n);
+        station->turn = take(f, 3 * n);
+        station->turn_more = take(f, 3 * n * n);
+    }
+}
+
+kmp_body kmp_body_undeformed(const kempe_model *model, int body)
+{
+    static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
+    kmp_body rigid = model->bodies[body];
+    if (rigid.flexible == 0)
+        return rigid;
+    const kmp_flexible *f = &model->flexibles[rigid.flexible - 1];
+    const double mass = f->mass->value;
+    double trace = 0, c[3];
+    rigid.mass = (kmp_number){.value = mass};
+    for (int k = 0; k < 3; k++) {
+        c[k] = f->moment[k].value / mass;
+        rigid.com[k] = (kmp_number){.value = c[k]};
+        trace += f->second[k].value - mass * c[k] * c[k];
+    }
+    for (int k = 0; k < 6; k++) {
+        const double about = f->second[k].value - mass * c[row[k]] * c[column[k]];
+        rigid.inertia[k] = (kmp_number){.value = (k < 3 ? trace : 0) - about};
+    }
+    return rigid;
+}

@@ -1,0 +1,487 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Integrals over xi are doubles; what they are multiplied by, powers of the length among them, are numbers of the
+ * model. A displacement of a coordinate in metres is dimensionless: it has one power of the length less than that of an
+ * angle.
+ *
+ * Quadratic functions of the coordinates. Full: the axis' displacement r2 in shifted Legendre polynomials P_j of each
+ * direction, whose integrals of products are diagonal. First: without products of second order only the moments of r2
+ * count, each of which is one function. In both, the turn R2 of the sections counts by its second moments alone. */
+#include "model/flexible/beam.h"
+#include "model/flexible/beam_fields.h"
+#include <math.h>
+
+/* A pair of shapes, and the numbers of a power of the length. */
+enum { LEAST_POWER = -5, MOST_POWER = 4, POWERS = MOST_POWER - LEAST_POWER + 1 };
+
+typedef struct maker {
+    kmp_arena *arena;
+    kmp_arena scratch;
+    const kmp_beam *beam;
+    kmp_flexible *to;
+    kmp_beam_shape *shapes;
+    kmp_beam_second *second; /* of shapes k <= l, by l (l + 1)/2 + k */
+    kmp_number power[POWERS];
+    kmp_number part[KMP_BEAM_PARTS];
+    int used; /* quadratic functions that are made */
+} maker;
+
+static const kmp_polynomial one = {.count = 1, .c = {1}};
+
+static kmp_number power(const maker *m, int exponent)
+{
+    return m->power[exponent - LEAST_POWER];
+}
+
+/* 1 for a coordinate in metres. */
+static int metres(const maker *m, int k)
+{
+    return m->shapes[k].family != KMP_BEAM_TORSION;
+}
+
+static kmp_number scaled(const maker *m, kmp_number a, int exponent)
+{
+    return kmp_number_times(m->arena, a, power(m, exponent));
+}
+
+/* scale times an integral */
+static kmp_number number_of(const maker *m, kmp_number scale, const kmp_beam_amount *amount)
+{
+    kmp_number sum = {.value = 0};
+    for (int i = 0; i < KMP_BEAM_PARTS; i++)
+        sum = kmp_number_add(m->arena, sum, kmp_number_scale(m->arena, amount->part[i], m->part[i]));
+    return kmp_number_times(m->arena, scale, sum);
+}
+
+static bool is_nothing(kmp_number a)
+{
+    return a.value == 0 && !a.expr;
+}
+
+static void add(const maker *m, kmp_number *to, kmp_number number)
+{
+    *to = kmp_number_add(m->arena, *to, number);
+}
+
+static const kmp_beam_second *second_of(const maker *m, int k, int l)
+{
+    return &m->second[k < l ? l * (l + 1) / 2 + k : k * (k + 1) / 2 + l];
+}
+
+/* -- first order ------------------------------------------------------------------------------------- */
+
+static void put_rigid(const maker *m)
+{
+    const kmp_beam *b = m->beam;
+    kmp_flexible *to = m->to;
+    *to->length = b->length;
+    *to->mass = scaled(m, b->line_mass, 1);
+    to->moment[0] = kmp_number_scale(m->arena, 0.5, scaled(m, b->line_mass, 2));
+    to->second[0] = kmp_number_scale(m->arena, 1 / 3.0, scaled(m, b->line_mass, 3));
+    to->second[1] = scaled(m, b->section_mass[0], 1);
+    to->second[2] = scaled(m, b->section_mass[1], 1);
+}
+
+/* Of a section's point at y, or z (c: 1, 2), the component a of theta x (0, y, z) by y: the component of theta, and its
+ * sign, 0 where there is none. */
+static int section_part(int c, int a, int *component)
+{
+    *component = 3 - a - c;
+    return a == c ? 0 : (a + 1) % 3 == c ? -1 : 1;
+}
+
+static void put_place(const maker *m, int k)
+{
+    static const kmp_polynomial place = {.count = 2, .c = {0.5, 0.5}};
+    const kmp_beam *b = m->beam;
+    const kmp_beam_shape *shape = &m->shapes[k];
+    const int less = metres(m, k);
+    kmp_number *z = m->to->by_place + (ptrdiff_t)9 * k;
+    for (int a = 0; a < 3; a++) {
+        kmp_beam_amount sum = kmp_beam_field_mean_with(&shape->way[a], &one);
+        m->to->field[3 * k + a] = number_of(m, scaled(m, b->line_mass, 2 - less), &sum);
+        sum = kmp_beam_field_mean_with(&shape->way[a], &place);
+        z[3 * a] = number_of(m, scaled(m, b->line_mass, 3 - less), &sum);
+        for (int c = 1, i; c < 3; c++) {
+            const int sign = section_part(c, a, &i);
+            if (sign == 0)
+                continue;
+            sum = kmp_beam_field_mean_with(&shape->turn[i], &one);
+            const kmp_number section = number_of(m, scaled(m, b->section_mass[c - 1], 1 - less), &sum);
+            z[3 * a + c] = kmp_number_scale(m->arena, sign, section);
+        }
+    }
+}
+
+/* Entries (a, b) of the integral of phi_k phi_l' dm. */
+static void put_product(const maker *m, int k, int l)
+{
+    const kmp_beam *beam = m->beam;
+    const kmp_beam_shape *first = &m->shapes[k], *other = &m->shapes[l];
+    const int n = m->to->count + m->to->quadratic_count, less = metres(m, k) + metres(m, l);
+    kmp_number *t = m->to->by_field + 9 * ((ptrdiff_t)n * k + l);
+    for (int a = 0; a < 3; a++)
+        for (int b = 0; b < 3; b++) {
+            kmp_beam_amount sum = kmp_beam_field_mean(&first->way[a], &other->way[b]);
+            t[3 * a + b] = number_of(m, scaled(m, beam->line_mass, 3 - less), &sum);
+            for (int c = 1, i, j; c < 3; c++) {
+                const int sign = section_part(c, a, &i) * section_part(c, b, &j);
+                if (sign == 0)
+                    continue;
+                sum = kmp_beam_field_mean(&first->turn[i], &other->turn[j]);
+                const kmp_number section = number_of(m, scaled(m, beam->section_mass[c - 1], 1 - less), &sum);
+                add(m, &t[3 * a + b], kmp_number_scale(m->arena, sign, section));
+            }
+        }
+}
+
+/* The stiffness between two shapes of a family. */
+static void put_stiffness(const maker *m, int k, int l)
+{
+    const kmp_beam_family family = m->shapes[k].family;
+    kmp_polynomial u = kmp_polynomial_derivative(&m->shapes[k].own), w = kmp_polynomial_derivative(&m->shapes[l].own);
+    kmp_beam_amount sum = {{0}};
+    const bool bends = family == KMP_BEAM_Y || family == KMP_BEAM_Z;
+    if (bends) {
+        u = kmp_polynomial_derivative(&u);
+        w = kmp_polynomial_derivative(&w);
+    }
+    sum.part[0] = kmp_polynomial_mean(&u, &w);
+    u = kmp_polynomial_derivative(&u);
+    w = kmp_polynomial_derivative(&w);
+    if (bends && m->beam->sheared)
+        sum.part[1 + (int)family] = kmp_polynomial_mean(&u, &w);
+    m->to->stiffness[m->to->count * k + l] = number_of(m, scaled(m, m->beam->stiffness[family], bends ? -3 : -1), &sum);
+}
+
+/* Modes have no mass or stiffness between them. Numbers that follow parameters have it for other values of these. */
+static void clear_between_modes(const maker *m, int k, int l)
+{
+    const int n = m->to->count + m->to->quadratic_count, own = m->shapes[k].family;
+    const int along = own == KMP_BEAM_AXIAL ? 0 : 1 + own; /* of the axis' displacement */
+    kmp_number *t = m->to->by_field + 9 * ((ptrdiff_t)n * k + l), *stiffness = &m->to->stiffness[m->to->count * k + l];
+    const bool fixed = !t[0].expr && !t[4].expr && !t[8].expr;
+    const bool straight = own == KMP_BEAM_TORSION || own == KMP_BEAM_AXIAL;
+    const bool alone = straight || (!m->beam->sheared && is_nothing(m->beam->section_mass[own]));
+    if (alone)
+        for (int a = 0; a < 3; a++)
+            t[4 * a] = (kmp_number){.value = 0};
+    else if (fixed)
+        t[4 * along] = (kmp_number){.value = 0 - (t[4 * ((along + 1) % 3)].value + t[4 * ((along + 2) % 3)].value)};
+    if (straight || !m->beam->sheared || !stiffness->expr)
+        *stiffness = (kmp_number){.value = 0};
+}
+
+static void put_first_order(const maker *m)
+{
+    kmp_flexible *to = m->to;
+    const int n = to->count, all = n + to->quadratic_count;
+    for (int k = 0; k < n; k++)
+        put_place(m, k);
+    for (int k = 0; k < n; k++)
+        for (int l = k; l < n; l++) {
+            const bool related = m->shapes[k].family == m->shapes[l].family;
+            put_product(m, k, l);
+            if (related)
+                put_stiffness(m, k, l);
+            if (related && k < l && !m->beam->raw)
+                clear_between_modes(m, k, l);
+            to->stiffness[n * l + k] = to->stiffness[n * k + l];
+            for (int a = 0; a < 9 && k < l; a++)
+                to->by_field[9 * ((ptrdiff_t)all * l + k) + a] =
+                    to->by_field[9 * ((ptrdiff_t)all * k + l) + 3 * (a % 3) + a / 3];
+        }
+}
+
+/* -- quadratic functions ----------------------------------------------------------------------------- */
+
+/* The next function: factor length^exponent times q' A q, with these amounts in A, in the order of `second`. Its number
+ * among all fields; -1: it is zero. While functions are counted there is no room for it. */
+static int put_quadratic(maker *m, const kmp_beam_amount *amounts, double least, kmp_number factor, int exponent)
+{
+    const int n = m->to->count;
+    double largest = 0;
+    for (int i = 0; i < n * (n + 1) / 2; i++)
+        for (int p = 0; p < KMP_BEAM_PARTS; p++)
+            largest = fmax(largest, fabs(amounts[i].part[p]));
+    if (is_nothing(factor) || !(largest > least))
+        return -1;
+    const int own = m->used++;
+    if (!m->to->numbers)
+        return -1;
+    kmp_number *e = m->to->quadratic + (ptrdiff_t)own * n * n;
+    for (int l = 0, i = 0; l < n; l++)
+        for (int k = 0; k <= l; k++, i++) {
+            const int less = metres(m, k) + metres(m, l);
+            const kmp_number number = number_of(m, scaled(m, factor, exponent - less), &amounts[i]);
+            e[n * k + l] = e[n * l + k] = kmp_number_scale(m->arena, 2, number);
+        }
+    return n + own;
+}
+
+/* Integrals of the field P_j along axis c, which is number `own` of all fields; `same`: of the fields P_j along the
+ * other axes, 0 where there is none yet. */
+static void put_axis_field(const maker *m, int own, int c, int j, int same[3])
+{
+    const kmp_number by_length = scaled(m, m->beam->line_mass, 1);
+    const int n = m->to->count, all = n + m->to->quadratic_count;
+    kmp_polynomial legendre = {.count = j + 1};
+    legendre.c[j] = 1;
+    same[c] = own;
+    if (j == 0)
+        m->to->field[3 * own + c] = by_length;
+    if (j < 2)
+        m->to->by_place[9 * own + 3 * c] =
+            kmp_number_scale(m->arena, j == 0 ? 0.5 : 1 / 6.0, scaled(m, m->beam->line_mass, 2));
+    for (int a = 0; a < 3; a++)
+        if (same[a] > 0) {
+            const kmp_number square = kmp_number_scale(m->arena, 1.0 / (2 * j + 1), by_length);
+            m->to->by_field[9 * ((ptrdiff_t)all * own + same[a]) + 3 * c + a] = square;
+            m->to->by_field[9 * ((ptrdiff_t)all * same[a] + own) + 3 * a + c] = square;
+        }
+    for (int k = 0; k < n; k++)
+        for (int b = 0; b < 3; b++) {
+            const kmp_beam_amount sum = kmp_beam_field_mean_with(&m->shapes[k].way[b], &legendre);
+            const kmp_number number = number_of(m, scaled(m, m->beam->line_mass, 2 - metres(m, k)), &sum);
+            m->to->by_field[9 * ((ptrdiff_t)all * own + k) + 3 * c + b] = number;
+            m->to->by_field[9 * ((ptrdiff_t)all * k + own) + 3 * b + c] = number;
+        }
+}
+
+/* Coefficients of P_j in the axis' displacement along c, for all pairs; what is within the rounding of the largest one
+ * of all is zero. */
+static void take_coefficients(const maker *m, int c, int j, double largest, kmp_beam_amount *amounts)
+{
+    for (int i = 0; i < m->to->count * (m->to->count + 1) / 2; i++)
+        for (int p = 0; p < KMP_BEAM_PARTS; p++) {
+            const kmp_polynomial *way = &m->second[i].way[c].part[p];
+            const double value = j < way->count ? way->c[j] : 0;
+            amounts[i].part[p] = fabs(value) > 1e-15 * largest ? value : 0;
+        }
+}
+
+static void put_whole_axis(maker *m, kmp_beam_amount *amounts)
+{
+    double largest = 0;
+    for (int i = 0; i < m->to->count * (m->to->count + 1) / 2; i++)
+        for (int p = 0; p < 3 * KMP_BEAM_PARTS; p++) {
+            const kmp_polynomial *way = &m->second[i].way[p / KMP_BEAM_PARTS].part[p % KMP_BEAM_PARTS];
+            for (int j = 0; j < way->count; j++)
+                largest = fmax(largest, fabs(way->c[j]));
+        }
+    for (int j = 0; j < KMP_POLYNOMIAL_ROOM; j++)
+        for (int c = 0, same[3] = {0}; c < 3; c++) {
+            take_coefficients(m, c, j, largest, amounts);
+            const int own = put_quadratic(m, amounts, 1e-13 * largest, (kmp_number){.value = 1}, 1);
+            if (own >= 0)
+                put_axis_field(m, own, c, j, same);
+        }
+}
+
+/* One function for each component of the axis' first moment and of its moment by x. */
+static void put_moments_of_axis(maker *m, kmp_beam_amount *amounts)
+{
+    static const kmp_polynomial place = {.count = 2, .c = {0.5, 0.5}};
+    for (int by_x = 0; by_x < 2; by_x++)
+        for (int c = 0; c < 3; c++) {
+            for (int i = 0; i < m->to->count * (m->to->count + 1) / 2; i++)
+                amounts[i] = kmp_beam_field_mean_with(&m->second[i].way[c], by_x ? &place : &one);
+            const int own = put_quadratic(m, amounts, 0, m->beam->line_mass, 2 + by_x);
+            if (own >= 0 && by_x)
+                m->to->by_place[9 * own + 3 * c] = (kmp_number){.value = 1};
+            else if (own >= 0)
+                m->to->field[3 * own + c] = (kmp_number){.value = 1};
+        }
+}
+
+static void put_moments_of_sections(maker *m, kmp_beam_amount *amounts)
+{
+    for (int a = 0; a < 3; a++)
+        for (int c = 1; c < 3; c++) {
+            for (int i = 0; i < m->to->count * (m->to->count + 1) / 2; i++)
+                amounts[i] = m->second[i].section[a][c - 1];
+            const int own = put_quadratic(m, amounts, 0, m->beam->section_mass[c - 1], 1);
+            if (own >= 0)
+                m->to->by_place[9 * own + 3 * a + c] = (kmp_number){.value = 1};
+        }
+}
+
+static void put_second_order(maker *m, kmp_beam_amount *amounts)
+{
+    m->used = 0;
+    if (m->beam->stiffening == KMP_STIFFENING_FULL)
+        put_whole_axis(m, amounts);
+    if (m->beam->stiffening == KMP_STIFFENING_FIRST)
+        put_moments_of_axis(m, amounts);
+    if (m->beam->stiffening != KMP_STIFFENING_NONE)
+        put_moments_of_sections(m, amounts);
+}
+
+/* -- stations ---------------------------------------------------------------------------------------- */
+
+/* The value of a field at a place, times a power of the length. */
+static kmp_number value_of(const maker *m, const kmp_beam_field *field, kmp_number xi, int exponent)
+{
+    kmp_number sum = {.value = 0};
+    for (int p = 0; p < KMP_BEAM_PARTS; p++)
+        if (field->part[p].count > 0)
+            add(m, &sum, kmp_number_times(m->arena, m->part[p], kmp_polynomial_number(m->arena, &field->part[p], xi)));
+    return scaled(m, sum, exponent);
+}
+
+static void put_station(const maker *m, kmp_station *station, kmp_number x)
+{
+    const int n = m->to->count;
+    const kmp_number xi =
+        kmp_number_same(x, m->beam->length) ? (kmp_number){.value = 1} : kmp_number_over(m->arena, x, m->beam->length);
+    station->at[0] = x;
+    if (is_nothing(x) && m->beam->frame == KMP_FRAME_CLAMPED)
+        return;
+    for (int k = 0; k < n; k++)
+        for (int c = 0; c < 3; c++) {
+            station->shift[n * c + k] = value_of(m, &m->shapes[k].way[c], xi, 1 - metres(m, k));
+            station->turn[n * c + k] = value_of(m, &m->shapes[k].turn[c], xi, -metres(m, k));
+        }
+    for (int l = 0; l < n && m->beam->stiffening != KMP_STIFFENING_NONE; l++)
+        for (int k = 0; k <= l; k++) {
+            const int less = metres(m, k) + metres(m, l);
+            kmp_beam_field angle[3];
+            kmp_beam_second_angles(&m->shapes[k], &m->shapes[l], angle);
+            for (int c = 0; c < 3; c++) {
+                const kmp_number way = value_of(m, &second_of(m, k, l)->way[c], xi, 1 - less);
+                const ptrdiff_t at = ((ptrdiff_t)c * n + k) * n + l, across = ((ptrdiff_t)c * n + l) * n + k;
+                station->shift_more[at] = station->shift_more[across] = kmp_number_scale(m->arena, 2, way);
+                station->turn_more[at] = station->turn_more[across] = value_of(m, &angle[c], xi, -less);
+            }
+        }
+}
+
+/* True if the station moves or turns. */
+static bool is_moved(const kmp_flexible *flexible, const kmp_station *station)
+{
+    const int n = flexible->count;
+    bool moved = false;
+    for (int k = 0; k < 3 * n; k++)
+        moved = moved || !is_nothing(station->shift[k]) || !is_nothing(station->turn[k]);
+    for (int k = 0; k < 3 * n * n; k++)
+        moved = moved || !is_nothing(station->shift_more[k]) || !is_nothing(station->turn_more[k]);
+    return moved;
+}
+
+/* -- damping ----------------------------------------------------------------------------------------- */
+
+static kmp_number mass_of(const maker *m, int k, int l)
+{
+    const kmp_number *t = m->to->by_field + 9 * ((ptrdiff_t)(m->to->count + m->to->quadratic_count) * k + l);
+    return kmp_number_add(m->arena, kmp_number_add(m->arena, t[0], t[4]), t[8]);
+}
+
+/* 2 ratio times M V diag(w) V' M of the modes of a family, whose shapes begin with `first`, by nominal values. */
+static void damp_modes(const maker *m, int first, int count)
+{
+    double k[KMP_BEAM_MOST * KMP_BEAM_MOST], mass[KMP_BEAM_MOST * KMP_BEAM_MOST], x[KMP_BEAM_MOST * KMP_BEAM_MOST];
+    double load[KMP_BEAM_MOST * KMP_BEAM_MOST] = {0}, values[KMP_BEAM_MOST];
+    const int n = m->to->count;
+    for (int i = 0; i < count * count; i++) {
+        const int row = i % count, column = i / count;
+        k[i] = m->to->stiffness[n * (first + row) + first + column].value;
+        mass[i] = mass_of(m, first + row, first + column).value;
+    }
+    if (!kmp_beam_modes(count, k, mass, x, values))
+        return;
+    for (int i = 0; i < count * count; i++)
+        for (int j = 0; j < count; j++)
+            load[i] += mass_of(m, first + i % count, first + j).value * x[j + count * (i / count)];
+    for (int i = 0; i < count; i++)
+        for (int j = 0; j < count; j++) {
+            double sum = 0;
+            for (int e = 0; e < count; e++)
+                sum += load[i + count * e] * load[j + count * e] / (values[e] * sqrt(values[e]));
+            m->to->damping[n * (first + i) + first + j] = kmp_number_scale(m->arena, 2 * sum, m->beam->ratio);
+        }
+}
+
+static void put_damping(const maker *m)
+{
+    const int n = m->to->count;
+    for (int k = 0; k < n; k++)
+        for (int l = 0; l < n; l++) {
+            kmp_number *d = &m->to->damping[n * k + l];
+            add(m, d, kmp_number_times(m->arena, m->beam->rayleigh[0], mass_of(m, k, l)));
+            add(m, d, kmp_number_times(m->arena, m->beam->rayleigh[1], m->to->stiffness[n * k + l]));
+        }
+    if (is_nothing(m->beam->ratio))
+        return;
+    for (int k = 0; k < n && !m->beam->raw; k++) {
+        const kmp_number product = kmp_number_times(m->arena, m->to->stiffness[n * k + k], mass_of(m, k, k));
+        const kmp_number twice = kmp_number_scale(m->arena, 2, m->beam->ratio);
+        m->to->damping[n * k + k] = kmp_number_times(m->arena, twice, kmp_number_root(m->arena, product));
+    }
+    for (int f = 0, first = 0; f < KMP_BEAM_FAMILIES && m->beam->raw; first += m->beam->count[f++])
+        if (m->beam->count[f] > 0)
+            damp_modes(m, first, m->beam->count[f]);
+}
+
+/* -- the whole --------------------------------------------------------------------------------------- */
+
+static void make_factors(maker *m)
+{
+    const kmp_beam *b = m->beam;
+    m->power[-LEAST_POWER] = m->part[0] = (kmp_number){.value = 1};
+    for (int e = 1; e <= MOST_POWER; e++)
+        m->power[e - LEAST_POWER] = kmp_number_times(m->arena, power(m, e - 1), b->length);
+    for (int e = 1; e <= -LEAST_POWER; e++) {
+        const kmp_number up = e <= MOST_POWER ? power(m, e) : kmp_number_times(m->arena, power(m, e - 1), b->length);
+        m->power[-e - LEAST_POWER] = kmp_number_over(m->arena, m->part[0], up);
+    }
+    for (int plane = 0; plane < 2 && b->sheared; plane++)
+        if (b->count[plane] > 0)
+            m->part[1 + plane] = scaled(m, kmp_number_over(m->arena, b->stiffness[plane], b->shear[plane]), -2);
+    m->part[3] = kmp_number_times(m->arena, m->part[1], m->part[1]);
+    m->part[4] = kmp_number_times(m->arena, m->part[1], m->part[2]);
+    m->part[5] = kmp_number_times(m->arena, m->part[2], m->part[2]);
+}
+
+static bool make_all(maker *m)
+{
+    kmp_flexible *to = m->to;
+    const int n = to->count, pairs = n * (n + 1) / 2;
+    kmp_beam_amount *amounts;
+    make_factors(m);
+    if (!KMP_ARENA_MAKE(&m->scratch, KMP_ROOM(kmp_beam_shape, n, &m->shapes),
+                        KMP_ROOM(kmp_beam_second, pairs, &m->second), KMP_ROOM(kmp_beam_amount, pairs, &amounts)) ||
+        !kmp_beam_shapes(m->beam, (const double[]){m->part[1].value, m->part[2].value}, m->shapes))
+        return false;
+    for (int l = 0, i = 0; l < n && m->beam->stiffening != KMP_STIFFENING_NONE; l++)
+        for (int k = 0; k <= l; k++, i++)
+            kmp_beam_second_order(&m->shapes[k], &m->shapes[l], &m->second[i]);
+    put_second_order(m, amounts);
+    to->quadratic_count = m->used;
+    kmp_flexible_lay(to, NULL);
+    kmp_number *numbers = KMP_ARENA_NEW(m->arena, kmp_number, to->number_count);
+    if (!numbers)
+        return false;
+    kmp_flexible_lay(to, numbers);
+    put_rigid(m);
+    put_first_order(m);
+    put_second_order(m, amounts);
+    put_damping(m);
+    for (int k = 0; k < to->station_count; k++)
+        put_station(m, &to->stations[k], m->beam->stations[k]);
+    to->moved = is_moved(to, &to->stations[0]);
+    return !m->arena->failed;
+}
+
+bool kmp_beam_make(kmp_arena *arena, const kmp_beam *beam, kmp_flexible *flexible)
+{
+    maker m = {.arena = arena, .beam = beam, .to = flexible};
+    flexible->count = 0;
+    for (int f = 0; f < KMP_BEAM_FAMILIES; f++)
+        flexible->count += beam->count[f];
+    flexible->stiffening = beam->stiffening;
+    flexible->frame = beam->frame;
+    flexible->station_count = beam->station_count;
+    flexible->stations = KMP_ARENA_NEW(arena, kmp_station, beam->station_count);
+    const bool made = flexible->stations && make_all(&m);
+    kmp_arena_free(&m.scratch);
+    return made;
+}

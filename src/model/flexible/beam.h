@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The constants of a beam as a flexible body: shapes that are polynomials of xi = x/length, their integrals, the terms
+ * of second order of an axis that keeps its length and of sections that turn with it. */
+#pragma once
+
+#include "model/data/flexible.h"
+
+/** Shapes by what they move: the axis along y and z, the sections about x, the axis along x. Coordinates are in this
+ * order. */
+typedef enum kmp_beam_family {
+    KMP_BEAM_Y,
+    KMP_BEAM_Z,
+    KMP_BEAM_TORSION,
+    KMP_BEAM_AXIAL,
+    KMP_BEAM_FAMILIES
+} kmp_beam_family;
+
+enum { KMP_BEAM_MOST = 12 }; /* shapes of a family */
+
+/** A beam along x from the body's origin, with y and z along the principal axes of its sections. */
+typedef struct kmp_beam {
+    kmp_number length;
+    kmp_number line_mass;       /* kg/m */
+    kmp_number section_mass[2]; /* kg m: the second moments rho int y^2 and rho int z^2 of a section; without rotary
+                                   inertia zero */
+    kmp_number stiffness[KMP_BEAM_FAMILIES]; /* E Iz, E Iy, G J, E A; of families with shapes */
+    kmp_number shear[2];                     /* k G A along y and z, where `sheared` */
+    bool sheared;                            /* Timoshenko, with the shear force of the bending moment's slope */
+    bool raw;                                /* shapes are monomials; otherwise modes of their span */
+    int count[KMP_BEAM_FAMILIES];
+    kmp_flexible_frame frame;
+    kmp_stiffening stiffening;
+    kmp_number ratio;       /* of damping, of each mode */
+    kmp_number rayleigh[2]; /* damping = [0] mass + [1] stiffness */
+    int station_count;
+    const kmp_number *stations; /* their x; the first is 0 */
+} kmp_beam;
+
+/** Makes the numbers and stations of a flexible body in the arena, for coordinates in the order of the families; body,
+ * first and names are the caller's. False: no memory. */
+bool kmp_beam_make(kmp_arena *arena, const kmp_beam *beam, kmp_flexible *flexible);

@@ -1,0 +1,643 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The mappings under `flexible`. Its numbers are numbers of the model; which of them are wanted follows from the
+ * shapes. */
+#include "model/read/read_flexible.h"
+#include "model/data/model.h"
+#include "model/flexible/beam.h"
+#include "model/language/number_algebra.h"
+#include "model/read/read_values.h"
+#include <math.h>
+#include <string.h>
+
+static const kmp_key flexible_keys[] = {
+#include "model/keys/flexible_keys.def"
+    {0}};
+static const kmp_key beam_keys[] = {
+#include "model/keys/beam_keys.def"
+    {0}};
+static const kmp_key section_keys[] = {
+#include "model/keys/section_keys.def"
+    {0}};
+static const kmp_key section_number_keys[] = {
+#include "model/keys/section_number_keys.def"
+    {0}};
+static const kmp_key shape_keys[] = {
+#include "model/keys/beam_shape_keys.def"
+    {0}};
+static const kmp_key damping_keys[] = {
+#include "model/keys/damping_keys.def"
+    {0}};
+
+/* A flexible body while it is read. */
+typedef struct kmp_flexible_reading {
+    kmp_reader *r;
+    const char *body; /* "body 'rod'" */
+    kmp_beam beam;
+    bool rotary, wrong;
+    kmp_number *stations;
+    int station_count;
+} entry;
+
+static const char *const families[KMP_BEAM_FAMILIES] = {"y", "z", "torsion", "axial"};
+
+/* -- pieces ------------------------------------------------------------------------------------------ */
+
+static const char *say(const entry *e, const char *key)
+{
+    return kmp_reader_say(e->r, "%s of the beam of %s", key, e->body);
+}
+
+static bool fail(entry *e)
+{
+    e->wrong = true;
+    return false;
+}
+
+/* A positive number without a name of its own: the constants that it is a part of have none. */
+static bool read_positive(entry *e, const kmp_yaml *node, const char *what, kmp_dimension unit, kmp_number *number)
+{
+    if (!kmp_read_number(e->r, node, what, unit, number) ||
+        !kmp_check_rule(e->r, node, what, KMP_FIELD_POSITIVE, number->value, ""))
+        return fail(e);
+    number->symbol = 0;
+    return true;
+}
+
+/* A key of a mapping that is wanted for a reason, which says what has or needs it; "": it may be absent. */
+static bool read_wanted(entry *e, const kmp_yaml *map, const kmp_key *keys, const char *key, const char *reason,
+                        kmp_number *number)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, key);
+    if (node)
+        return read_positive(e, node, say(e, key), kmp_key_dimension(keys, key), number);
+    if (!reason[0])
+        return false;
+    kmp_reader_complain(e->r, map->place, "the beam of %s has no key '%s': %s", e->body, key, reason);
+    return fail(e);
+}
+
+/* A number, or two of a list. */
+static bool read_two(entry *e, const kmp_yaml *map, const char *key, const char *reason, kmp_number two[2])
+{
+    const kmp_yaml *node = kmp_yaml_get(map, key);
+    if (!node || node->kind != KMP_YAML_LIST) {
+        const bool good = read_wanted(e, map, beam_keys, key, reason, &two[0]);
+        two[1] = two[0];
+        return good;
+    }
+    bool good = kmp_read_list(e->r, node, say(e, key), 2);
+    for (int k = 0; k < 2 && good; k++)
+        good = read_positive(e, node->items[k], say(e, key), kmp_key_dimension(beam_keys, key), &two[k]);
+    return good || fail(e);
+}
+
+/* yes or no; `absent` without the key. */
+static bool read_flag(entry *e, const kmp_yaml *map, const char *key, bool absent)
+{
+    static const char *const words[] = {"no", "yes"};
+    const kmp_yaml *node = kmp_yaml_get(map, key);
+    const char *what = kmp_reader_say(e->r, "%s of %s", key, e->body);
+    int found = node ? kmp_read_choice(e->r, node, what, KMP_NAMES_OF(words), "the word is", " or ") : absent;
+    return found < 0 ? fail(e) : found;
+}
+
+static int read_word(entry *e, const kmp_yaml *map, const char *key, kmp_name_list words, int absent)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, key);
+    const char *what = kmp_reader_say(e->r, "%s of %s", key, e->body);
+    int found = node ? kmp_read_choice(e->r, node, what, words, "the word is", " or ") : absent;
+    if (found < 0)
+        fail(e);
+    return found < 0 ? absent : found;
+}
+
+/* -- cross-sections ---------------------------------------------------------------------------------- */
+
+typedef struct section {
+    kmp_number area, about[2], twist, shear[2]; /* about: int y^2, int z^2; shear: parts of the area */
+} section;
+
+static kmp_number number(double value)
+{
+    return (kmp_number){.value = value};
+}
+
+static kmp_number times(const entry *e, kmp_number a, kmp_number b)
+{
+    return kmp_number_times(&e->r->model->arena, a, b);
+}
+
+static kmp_number scale(const entry *e, double factor, kmp_number a)
+{
+    return kmp_number_scale(&e->r->model->arena, factor, a);
+}
+
+static kmp_number plus(const entry *e, kmp_number a, kmp_number b)
+{
+    return kmp_number_add(&e->r->model->arena, a, b);
+}
+
+static kmp_number over(const entry *e, kmp_number a, kmp_number b)
+{
+    return kmp_number_over(&e->r->model->arena, a, b);
+}
+
+static kmp_number fourth_power(const entry *e, kmp_number a)
+{
+    const kmp_number square = times(e, a, a);
+    return times(e, square, square);
+}
+
+/* (a + b u) / (c + d u) */
+static kmp_number quotient(const entry *e, double a, double b, double c, double d, kmp_number u)
+{
+    return over(e, plus(e, number(a), scale(e, b, u)), plus(e, number(c), scale(e, d, u)));
+}
+
+/* St. Venant's torsion of a rectangle (Timoshenko and Goodier 1970, section 109), edges a and b: a b^3 (1/3 - 64
+ * b/(pi^5 a) sum of tanh(n pi a/2b)/n^5 over odd n). The sum is that of 1/n^5, 31/32 zeta(5), less a few terms, which
+ * decrease by exp(-pi a/b) where b is the shorter edge. */
+static kmp_number twist_of_rectangle(const entry *e, kmp_number a, kmp_number b)
+{
+    const double pi = 3.14159265358979323846, whole = 1.00452376279513961613;
+    const kmp_number longer = a.value >= b.value ? a : b, shorter = a.value >= b.value ? b : a;
+    const kmp_number ratio = over(e, longer, shorter);
+    kmp_number sum = number(whole);
+    for (int n = 1; n <= 7; n += 2) {
+        const kmp_number bow = kmp_number_tanh(&e->r->model->arena, scale(e, n * pi / 2, ratio));
+        const double by = 1 / pow(n, 5);
+        sum = plus(e, sum, plus(e, number(-by), scale(e, by, bow)));
+    }
+    const kmp_number less = over(e, scale(e, -64 / pow(pi, 5), sum), ratio);
+    const kmp_number cube = times(e, shorter, times(e, shorter, shorter));
+    return times(e, times(e, longer, cube), plus(e, number(1 / 3.0), less));
+}
+
+/* Parts of the area that carry shear: Cowper 1966. */
+static bool read_rectangle(entry *e, const kmp_yaml *node, kmp_number poisson, section *s)
+{
+    kmp_number edge[2];
+    bool good = kmp_read_list(e->r, node, say(e, "rectangle"), 2) || fail(e);
+    for (int k = 0; k < 2 && good; k++)
+        good = read_positive(e, node->items[k], say(e, "rectangle"), KMP_DIM_LENGTH, &edge[k]);
+    if (!good)
+        return false;
+    s->area = times(e, edge[0], edge[1]);
+    for (int k = 0; k < 2; k++)
+        s->about[k] = scale(e, 1 / 12.0, times(e, s->area, times(e, edge[k], edge[k])));
+    s->twist = twist_of_rectangle(e, edge[0], edge[1]);
+    s->shear[0] = s->shear[1] = quotient(e, 10, 10, 12, 11, poisson);
+    return true;
+}
+
+/* A ring of diameters D and d; d = 0: a disc. */
+static void take_ring(const entry *e, kmp_number outer, kmp_number inner, kmp_number poisson, section *s)
+{
+    const double pi = 3.14159265358979323846;
+    const kmp_number ratio = over(e, inner, outer), part = times(e, ratio, ratio), sum = plus(e, number(1), part);
+    const kmp_number whole = times(e, sum, sum);
+    s->area = scale(e, pi / 4, plus(e, times(e, outer, outer), scale(e, -1, times(e, inner, inner))));
+    s->about[0] = scale(e, pi / 64, plus(e, fourth_power(e, outer), scale(e, -1, fourth_power(e, inner))));
+    s->about[1] = s->about[0];
+    s->twist = scale(e, 2, s->about[0]);
+    const kmp_number up = scale(e, 6, times(e, whole, plus(e, number(1), poisson)));
+    const kmp_number down = plus(e, times(e, whole, plus(e, number(7), scale(e, 6, poisson))),
+                                 times(e, part, plus(e, number(20), scale(e, 12, poisson))));
+    s->shear[0] = s->shear[1] = over(e, up, down);
+}
+
+static bool read_tube(entry *e, const kmp_yaml *node, kmp_number poisson, section *s)
+{
+    kmp_number d[2];
+    bool good = kmp_read_list(e->r, node, say(e, "tube"), 2) || fail(e);
+    for (int k = 0; k < 2 && good; k++)
+        good = read_positive(e, node->items[k], say(e, "tube"), KMP_DIM_LENGTH, &d[k]);
+    if (good && !(d[0].value > d[1].value)) {
+        kmp_reader_complain(e->r, node->place, "%s: the outer diameter, %.6g m, is not more than the inner one, %.6g m",
+                            say(e, "tube"), d[0].value, d[1].value);
+        return fail(e);
+    }
+    if (good)
+        take_ring(e, d[0], d[1], poisson, s);
+    return good;
+}
+
+static bool has(const entry *e, kmp_beam_family family)
+{
+    return e->beam.count[family] > 0;
+}
+
+static bool read_integrals(entry *e, const kmp_yaml *map, section *s)
+{
+    static const char *const moments[2] = {"Iz", "Iy"}, *const parts[2] = {"ky", "kz"};
+    if (!kmp_read_map(e->r, map, kmp_reader_say(e->r, "the section of %s", e->body), section_number_keys))
+        return fail(e);
+    read_wanted(e, map, section_number_keys, "A", "a section has an area", &s->area);
+    for (int k = 0; k < 2; k++) {
+        const char *bends = k == 0 ? "shapes along y need it" : "shapes along z need it";
+        const char *why = has(e, k) ? bends : e->rotary ? "rotary inertia needs it" : "";
+        read_wanted(e, map, section_number_keys, moments[k], why, &s->about[k]);
+        const bool sheared = e->beam.sheared && has(e, k);
+        read_wanted(e, map, section_number_keys, parts[k], sheared ? "'shear: yes' needs it" : "", &s->shear[k]);
+    }
+    read_wanted(e, map, section_number_keys, "J", has(e, KMP_BEAM_TORSION) ? "torsion needs it" : "", &s->twist);
+    return !e->wrong;
+}
+
+static bool read_section(entry *e, const kmp_yaml *map, kmp_number poisson, section *s)
+{
+    static const char *const kinds[] = {"rectangle", "circle", "tube", "numbers"};
+    const char *what = kmp_reader_say(e->r, "the section of %s", e->body);
+    const int kind =
+        kmp_read_map(e->r, map, what, section_keys) ? kmp_read_one_key(e->r, map, what, KMP_NAMES_OF(kinds)) : -1;
+    const kmp_yaml *node = kind >= 0 ? kmp_yaml_get(map, kinds[kind]) : NULL;
+    kmp_number diameter;
+    if (!node)
+        return fail(e);
+    if (kind == 0)
+        return read_rectangle(e, node, poisson, s);
+    if (kind == 2)
+        return read_tube(e, node, poisson, s);
+    if (kind == 3)
+        return read_integrals(e, node, s);
+    if (!read_positive(e, node, say(e, "circle"), KMP_DIM_LENGTH, &diameter))
+        return false;
+    take_ring(e, diameter, number(0), poisson, s);
+    return true;
+}
+
+/* -- what it is made of ------------------------------------------------------------------------------ */
+
+/* Young's modulus is known. Poisson's ratio follows from the shear modulus, or it from that. */
+static bool read_shear_modulus(entry *e, const kmp_yaml *map, kmp_number young, kmp_number *modulus,
+                               kmp_number *poisson)
+{
+    const kmp_yaml *shear = kmp_yaml_get(map, "shear"), *ratio = kmp_yaml_get(map, "poisson");
+    if (shear && ratio) {
+        kmp_reader_complain(e->r, ratio->place,
+                            "the beam of %s has a shear modulus, which gives Poisson's ratio: remove one of the two",
+                            e->body);
+        return fail(e);
+    }
+    if (shear && read_positive(e, shear, say(e, "shear"), kmp_key_dimension(beam_keys, "shear"), modulus))
+        *poisson = plus(e, over(e, young, scale(e, 2, *modulus)), number(-1));
+    if (ratio && !kmp_read_number(e->r, ratio, say(e, "poisson"), KMP_DIM_NUMBER, poisson))
+        return fail(e);
+    if (ratio && !(poisson->value > -1 && poisson->value <= 0.5)) {
+        kmp_reader_complain(e->r, ratio->place, "%s is %.6g: it must be more than -1 and at most 0.5",
+                            say(e, "poisson"), poisson->value);
+        return fail(e);
+    }
+    poisson->symbol = 0;
+    if (ratio)
+        *modulus = over(e, young, scale(e, 2, plus(e, number(1), *poisson)));
+    if (shear || ratio || (!has(e, KMP_BEAM_TORSION) && !e->beam.sheared))
+        return !e->wrong;
+    kmp_reader_complain(e->r, map->place, "the beam of %s has neither 'shear' nor 'poisson': %s needs one of them",
+                        e->body, has(e, KMP_BEAM_TORSION) ? "torsion" : "'shear: yes'");
+    return fail(e);
+}
+
+static void read_by_section(entry *e, const kmp_yaml *map)
+{
+    static const char *const others[] = {"EA", "EIy", "EIz", "GJ", "kGA", "rhoA", "rhoI"};
+    kmp_number young = number(1), density = number(1), modulus = number(0), poisson = number(0);
+    kmp_beam *b = &e->beam;
+    section s = {.area = number(0)};
+    for (size_t k = 0; k < sizeof others / sizeof *others; k++)
+        if (kmp_yaml_get(map, others[k])) {
+            kmp_reader_complain(e->r, kmp_yaml_get(map, others[k])->place,
+                                "the beam of %s has a section, which gives '%s': remove one of the two", e->body,
+                                others[k]);
+            fail(e);
+        }
+    read_wanted(e, map, beam_keys, "young", "its section needs it", &young);
+    read_wanted(e, map, beam_keys, "density", "its section needs it", &density);
+    if (!read_shear_modulus(e, map, young, &modulus, &poisson) ||
+        !read_section(e, kmp_yaml_get(map, "section"), poisson, &s))
+        return;
+    b->line_mass = times(e, density, s.area);
+    for (int k = 0; k < 2; k++) {
+        b->section_mass[k] = e->rotary ? times(e, density, s.about[k]) : number(0);
+        b->stiffness[k] = times(e, young, s.about[k]);
+        b->shear[k] = times(e, modulus, times(e, s.area, s.shear[k]));
+    }
+    b->stiffness[KMP_BEAM_TORSION] = times(e, modulus, s.twist);
+    b->stiffness[KMP_BEAM_AXIAL] = times(e, young, s.area);
+}
+
+static void read_by_numbers(entry *e, const kmp_yaml *map)
+{
+    static const char *const keys[KMP_BEAM_FAMILIES] = {"EIz", "EIy", "GJ", "EA"};
+    static const char *const others[] = {"young", "shear", "poisson", "density"};
+    kmp_beam *b = &e->beam;
+    kmp_number inertia[2] = {number(0), number(0)};
+    for (size_t k = 0; k < sizeof others / sizeof *others; k++)
+        if (kmp_yaml_get(map, others[k])) {
+            kmp_reader_complain(e->r, kmp_yaml_get(map, others[k])->place,
+                                "the beam of %s has '%s' without a section: give the section", e->body, others[k]);
+            fail(e);
+        }
+    if (e->wrong)
+        return;
+    read_wanted(e, map, beam_keys, "rhoA", "give it, or a section with its density", &b->line_mass);
+    for (int k = 0; k < KMP_BEAM_FAMILIES; k++)
+        read_wanted(e, map, beam_keys, keys[k],
+                    has(e, k) ? kmp_reader_say(e->r, "shapes '%s' need it", families[k]) : "", &b->stiffness[k]);
+    read_two(e, map, "kGA", b->sheared ? "'shear: yes' needs it" : "", b->shear);
+    read_two(e, map, "rhoI", e->rotary ? "rotary inertia needs it" : "", inertia);
+    for (int k = 0; k < 2 && e->rotary; k++)
+        b->section_mass[k] = inertia[1 - k]; /* rho Iy is of z^2 */
+}
+
+static void read_beam(entry *e, const kmp_yaml *map)
+{
+    if (!kmp_read_map(e->r, map, kmp_reader_say(e->r, "the beam of %s", e->body), beam_keys)) {
+        fail(e);
+        return;
+    }
+    read_wanted(e, map, beam_keys, "length", "a beam has a length", &e->beam.length);
+    if (kmp_yaml_get(map, "section"))
+        read_by_section(e, map);
+    else
+        read_by_numbers(e, map);
+}
+
+/* -- shapes, damping --------------------------------------------------------------------------------- */
+
+static void read_count(entry *e, const kmp_yaml *map, kmp_beam_family family)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, families[family]);
+    const char *what = kmp_reader_say(e->r, "shapes '%s' of %s", families[family], e->body);
+    double count = 0;
+    if (node && !kmp_read_fixed(e->r, node, what, KMP_DIM_NUMBER, &count))
+        fail(e);
+    else if (!(count >= 0 && count <= KMP_BEAM_MOST && count == floor(count))) {
+        kmp_reader_complain(e->r, node->place, "%s are %.6g: a whole number from 0 to %d is expected", what, count,
+                            KMP_BEAM_MOST);
+        fail(e);
+    } else
+        e->beam.count[family] = (int)count;
+}
+
+static void read_shapes(entry *e, const kmp_yaml *map)
+{
+    int sum = 0;
+    if (!kmp_read_map(e->r, map, kmp_reader_say(e->r, "the shapes of %s", e->body), shape_keys)) {
+        fail(e);
+        return;
+    }
+    for (int f = 0; f < KMP_BEAM_FAMILIES; f++) {
+        read_count(e, map, (kmp_beam_family)f);
+        sum += e->beam.count[f];
+    }
+    if (sum > 0 || e->wrong)
+        return;
+    kmp_reader_complain(e->r, map->place,
+                        "%s has no shapes: without them it is rigid; give 'y', 'z', 'torsion' or 'axial'", e->body);
+    fail(e);
+}
+
+static bool read_not_negative(entry *e, const kmp_yaml *node, const char *what, kmp_dimension unit, kmp_number *to)
+{
+    if (!kmp_read_number(e->r, node, what, unit, to) ||
+        !kmp_check_rule(e->r, node, what, KMP_FIELD_NOT_NEGATIVE, to->value, ""))
+        return fail(e);
+    to->symbol = 0;
+    return true;
+}
+
+static void read_damping(entry *e, const kmp_yaml *map)
+{
+    static const char *const kinds[] = {"ratio", "rayleigh"};
+    const char *what = kmp_reader_say(e->r, "the damping of %s", e->body);
+    const int kind =
+        kmp_read_map(e->r, map, what, damping_keys) ? kmp_read_one_key(e->r, map, what, KMP_NAMES_OF(kinds)) : -1;
+    const kmp_yaml *node = kind >= 0 ? kmp_yaml_get(map, kinds[kind]) : NULL;
+    const char *of = node ? kmp_reader_say(e->r, "%s of the damping of %s", kinds[kind], e->body) : "";
+    if (!node || (kind == 1 && !kmp_read_list(e->r, node, of, 2)))
+        fail(e);
+    else if (kind == 0)
+        read_not_negative(e, node, of, KMP_DIM_NUMBER, &e->beam.ratio);
+    else
+        for (int k = 0; k < 2; k++)
+            read_not_negative(e, node->items[k], of, KMP_DIM(0, 0, 2 * k - 1), &e->beam.rayleigh[k]);
+}
+
+/* -- the whole key ----------------------------------------------------------------------------------- */
+
+static void check_rotary(entry *e, const kmp_yaml *map)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, "rotary");
+    if (e->rotary || !has(e, KMP_BEAM_TORSION) || !node)
+        return;
+    kmp_reader_complain(e->r, node->place, "rotary of %s: torsion moves no mass without the inertia of its sections",
+                        e->body);
+    fail(e);
+}
+
+static void read_flexible(entry *e, const kmp_yaml *map)
+{
+    static const char *const frames[] = {"clamped", "chord"}, *const stiffenings[] = {"none", "first", "full"};
+    kmp_reader *r = e->r;
+    const char *what = kmp_reader_say(r, "flexible of %s", e->body);
+    if (!kmp_read_map(r, map, what, flexible_keys)) {
+        fail(e);
+        return;
+    }
+    const kmp_yaml *beam = kmp_read_required(r, map, what, "beam"), *shapes = kmp_read_required(r, map, what, "shapes");
+    if (shapes)
+        read_shapes(e, shapes);
+    const bool twists = has(e, KMP_BEAM_TORSION);
+    e->beam.sheared = read_flag(e, map, "shear", false);
+    e->beam.raw = read_flag(e, map, "raw", false);
+    e->rotary = read_flag(e, map, "rotary", twists);
+    check_rotary(e, map);
+    e->beam.frame = (kmp_flexible_frame)read_word(e, map, "frame", KMP_NAMES_OF(frames), KMP_FRAME_CLAMPED);
+    e->beam.stiffening = (kmp_stiffening)read_word(e, map, "stiffening", KMP_NAMES_OF(stiffenings),
+                                                   twists ? KMP_STIFFENING_FULL : KMP_STIFFENING_FIRST);
+    if (kmp_yaml_get(map, "damping"))
+        read_damping(e, kmp_yaml_get(map, "damping"));
+    if (beam && shapes)
+        read_beam(e, beam);
+    else
+        fail(e);
+}
+
+void kmp_begin_flexible(kmp_reader *r, const kmp_yaml *map, int body)
+{
+    kempe_model *model = r->model;
+    const kmp_yaml *node = kmp_yaml_get(map, "flexible");
+    if (!node)
+        return;
+    kmp_flexible *flexibles = kmp_arena_room(&model->arena, model->flexibles, model->flexible_count, sizeof *flexibles);
+    entry *entries = kmp_arena_room(&r->scratch, r->flexibles, model->flexible_count, sizeof *entries);
+    if (!flexibles || !entries)
+        return;
+    model->flexibles = flexibles;
+    r->flexibles = entries;
+    entry *e = &entries[model->flexible_count];
+    *e = (entry){.r = r, .body = kmp_reader_say(r, "body '%s'", model->bodies[body].name)};
+    flexibles[model->flexible_count] = (kmp_flexible){.body = body};
+    model->bodies[body].flexible = ++model->flexible_count;
+    kmp_number *stations = kmp_arena_room(&r->scratch, NULL, 0, sizeof *stations);
+    if (!stations)
+        return;
+    stations[0] = number(0);
+    e->stations = stations;
+    e->station_count = 1;
+    read_flexible(e, node);
+}
+
+static entry *entry_of(const kmp_reader *r, int body)
+{
+    const int own = r->model->bodies[body].flexible;
+    return own > 0 ? &r->flexibles[own - 1] : NULL;
+}
+
+/* -- points ------------------------------------------------------------------------------------------ */
+
+static bool is_origin(const kmp_number at[3])
+{
+    bool origin = true;
+    for (int k = 0; k < 3; k++)
+        origin = origin && at[k].value == 0 && !at[k].expr;
+    return origin;
+}
+
+/* The station at x, 1 and on; 0: no memory. */
+static int find_station(entry *e, kmp_number x)
+{
+    for (int k = 0; k < e->station_count; k++)
+        if (kmp_number_same(e->stations[k], x))
+            return k + 1;
+    kmp_number *stations = kmp_arena_room(&e->r->scratch, e->stations, e->station_count, sizeof *stations);
+    if (!stations)
+        return 0;
+    e->stations = stations;
+    stations[e->station_count] = x;
+    return ++e->station_count;
+}
+
+/* A place by station and offset. */
+static void take_station(entry *e, const kmp_yaml *map, const char *what, kmp_point *point)
+{
+    kmp_reader *r = e->r;
+    const kmp_yaml *node = kmp_yaml_get(map, "station"), *offset = kmp_yaml_get(map, "offset");
+    const char *of = kmp_reader_say(r, "the station of %s", what);
+    const double rounding = 1e-12;
+    kmp_number x;
+    if (kmp_yaml_get(map, "at"))
+        kmp_reader_complain(r, kmp_yaml_get(map, "at")->place, "%s has a station, which is its place: remove 'at'",
+                            what);
+    if (offset &&
+        kmp_read_vector(r, offset, kmp_reader_say(r, "the offset of %s", what), KMP_DIM_LENGTH, point->offset))
+        for (int k = 0; k < 3; k++)
+            point->offset[k].symbol = 0;
+    if (!kmp_read_number(r, node, of, KMP_DIM_LENGTH, &x) ||
+        !kmp_check_rule(r, node, of, KMP_FIELD_NOT_NEGATIVE, x.value, ""))
+        return;
+    if (!e->wrong && x.value > e->beam.length.value * (1 + rounding)) {
+        kmp_reader_complain(r, node->place, "%s is %.6g m: the beam is %.6g m long", of, x.value, e->beam.length.value);
+        return;
+    }
+    x.symbol = 0;
+    point->station = find_station(e, x);
+    for (int k = 0; k < 3; k++)
+        point->at[k] = point->offset[k];
+    point->at[0] = plus(e, x, point->offset[0]);
+}
+
+void kmp_read_station(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_point *point)
+{
+    entry *e = entry_of(r, point->body);
+    const kmp_yaml *offset = kmp_yaml_get(node, "offset");
+    if (kmp_yaml_get(node, "station")) {
+        take_station(e, node, what, point);
+        return;
+    }
+    if (offset)
+        kmp_reader_complain(r, offset->place, "%s: an offset is from a station, which is missing", what);
+    if (node->kind == KMP_YAML_MAP)
+        node = kmp_read_required(r, node, what, "at");
+    if (!node || !kmp_read_vector(r, node, what, KMP_DIM_LENGTH, point->at) || e->wrong)
+        return;
+    if (point->at[0].value != 0 || point->at[0].expr || e->beam.frame != KMP_FRAME_CLAMPED)
+        kmp_reader_complain(
+            r, node->place,
+            "%s: %s is flexible, so that its points are moved by its sections: give the station in place "
+            "of x, such as {station: %s, offset: [0, 0, 0]}",
+            what, e->body, node->items[0]->text);
+}
+
+void kmp_check_flexible_joint(kmp_reader *r, int body, const kmp_yaml *at, const kmp_yaml *to)
+{
+    kmp_body *own = &r->model->bodies[body];
+    const entry *e = entry_of(r, body), *parent = entry_of(r, own->parent);
+    const kmp_point *point = own->to >= 0 ? &r->model->points[own->to] : NULL;
+    if (e && point && point->station == 1 && is_origin(point->offset) && !point->turned)
+        own->to = -1;
+    else if (e && point)
+        kmp_reader_complain(
+            r, to->place,
+            "the joint of %s holds it at '%s': the joint that carries a flexible body is at its origin; "
+            "another joint of its loop can be cut, or carry it",
+            e->body, point->name);
+    if (parent && at && own->at < 0 && parent->beam.frame != KMP_FRAME_CLAMPED)
+        kmp_reader_complain(
+            r, at->place,
+            "the joint of body '%s' is at the origin of %s, whose sections turn in its frame: give a point "
+            "with the station 0",
+            own->name, parent->body);
+}
+
+void kmp_check_flexible_mass(kmp_reader *r, const kmp_yaml *map, int body)
+{
+    static const char *const given[] = {"mass", "com", "inertia"};
+    const entry *e = entry_of(r, body);
+    for (int k = 0; e && k < 3; k++)
+        if (kmp_yaml_get(map, given[k]))
+            kmp_reader_complain(r, kmp_yaml_get(map, given[k])->place,
+                                "%s is flexible, and its beam gives its %s: remove one of the two", e->body, given[k]);
+}
+
+/* -- constants and coordinates ----------------------------------------------------------------------- */
+
+static void add_coordinate(kmp_reader *r, int body, kmp_beam_family family, int number_of_family)
+{
+    static const char *const names[KMP_BEAM_FAMILIES] = {"y", "z", "phi", "x"};
+    kempe_model *model = r->model;
+    kmp_motion *motions = kmp_arena_room(&model->arena, model->motions, model->motion_count, sizeof *motions);
+    const char *name =
+        kmp_arena_printf(&model->arena, "%s.%s%d", model->bodies[body].name, names[family], number_of_family);
+    if (!motions || !name)
+        return;
+    model->motions = motions;
+    motions[model->motion_count++] = (kmp_motion){
+        .name = name, .body = body, .rotation = family == KMP_BEAM_TORSION, .elastic = true, .axis = {0, 0, 1}};
+}
+
+void kmp_read_flexibles(kmp_reader *r)
+{
+    kempe_model *model = r->model;
+    for (int i = 0; i < model->flexible_count; i++) {
+        kmp_flexible *flexible = &model->flexibles[i];
+        entry *e = &r->flexibles[i];
+        flexible->first = model->motion_count;
+        for (int f = 0; f < KMP_BEAM_FAMILIES; f++)
+            for (int k = 0; k < e->beam.count[f]; k++)
+                add_coordinate(r, flexible->body, (kmp_beam_family)f, k + 1);
+        e->beam.stations = e->stations;
+        e->beam.station_count = e->station_count;
+        if (!e->wrong && e->stations && !kmp_beam_make(&model->arena, &e->beam, flexible))
+            model->arena.failed = true;
+    }
+}
+
+/* Deflections along one axis stay in the plane across the other. */
+bool kmp_flexible_in_plane(const kmp_reader *r, int body, const double normal[3])
+{
+    const entry *e = entry_of(r, body);
+    return !e || (!has(e, KMP_BEAM_TORSION) && normal[0] == 0 && (!has(e, KMP_BEAM_Y) || normal[1] == 0) &&
+                  (!has(e, KMP_BEAM_Z) || normal[2] == 0));
+}
