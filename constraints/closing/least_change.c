@@ -105,8 +105,8 @@ void kmp_rotation_vectors_measure(kmp_rotation_vectors *v, const kmp_evaluator *
         kmp_pose_of_charts(s->model, &charts, eval->q, v->poses, v->axes);
     for (int i = 0; i < v->count; i++) {
         const kmp_closure *closure = &s->model->closures[v->closure[i]];
-        double r[3][3];
         kmp_pose first, second;
+        double r[3][3];
         kmp_pose_of_point(s->model, v->poses, eval->q, closure->point[0], &first);
         kmp_pose_of_point(s->model, v->poses, eval->q, closure->point[1], &second);
         for (int a = 0; a < 3; a++)

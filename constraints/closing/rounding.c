@@ -14,7 +14,7 @@
 #include <string.h>
 
 /* The sides of a loop: on each body from its joint to the next, up to the common ancestor on both branches. A body that
- * slides can change its side, and excludes the test. */
+ * slides or deforms can change its side, and excludes the test. */
 
 static void position(const kempe_model *model, int point, double at[3])
 {
@@ -49,7 +49,7 @@ static bool turns_only(const kempe_model *model, int body)
 static void climb(kmp_loop_polygon *p, int body, int top, int *at)
 {
     for (; body != top; body = p->model->bodies[body].parent) {
-        p->slides = p->slides || !turns_only(p->model, body);
+        p->slides = p->slides || !turns_only(p->model, body) || p->model->bodies[body].flexible > 0;
         add_side(p, body, p->model->bodies[body].to, *at);
         *at = p->model->bodies[body].at;
     }

@@ -37,7 +37,8 @@ typedef struct column {
 typedef struct search {
     const kempe_system *s;
     const kempe_model *model;
-    kmp_pose *poses;
+    const double *q;
+    kmp_pose *poses;                /* at q */
     double (*axis)[3], (*place)[3]; /* of motions, ground axes */
     column *columns;
     int n, count;
@@ -48,7 +49,6 @@ typedef struct search {
     double *entry;
     int *r, *c, *place_of_row; /* pivots, from the largest: n, count; n */
     double *pivots;
-    const double *q;
     double (*on_body)[KMP_LOAD_SIZE]; /* of body_count: about the origin of the ground */
     kmp_shared_loads *found;
     int joints, sets; /* of loads of least norm */
@@ -59,9 +59,9 @@ typedef struct search {
 
 static void point_place(const search *x, int point, double out[3])
 {
-    kmp_pose pose;
-    kmp_pose_of_point(x->model, x->poses, x->q, point, &pose);
-    memcpy(out, pose.p, sizeof pose.p);
+    kmp_pose at;
+    kmp_pose_of_point(x->model, x->poses, x->q, point, &at);
+    memcpy(out, at.p, sizeof at.p);
 }
 
 static void turned(double r[3][3], const double v[3], double out[3])
@@ -106,6 +106,7 @@ static bool add_loads(search *x, int c)
     const kmp_closure_parts *kind = kmp_closure_parts_of(closure->kind);
     const kmp_part *force = kind->force, *moment = kind->moment;
     double p[3], q[3], d[3], e[2][3], both[3];
+    kmp_pose at;
     if (closure->point[0] < 0 || force == &kmp_part_point_on_curve || force->load == kmp_part_effort)
         return false;
     point_place(x, closure->point[0], p);
@@ -113,9 +114,8 @@ static bool add_loads(search *x, int c)
     for (int k = 0; k < 3; k++)
         d[k] = q[k] - p[k];
     for (int side = 0; side < 2; side++) {
-        kmp_pose pose;
-        kmp_pose_of_point(x->model, x->poses, x->q, closure->point[side], &pose);
-        turned(pose.r, closure->axis[side], e[side]);
+        kmp_pose_of_point(x->model, x->poses, x->q, closure->point[side], &at);
+        turned(at.r, closure->axis[side], e[side]);
     }
     if (force == &kmp_part_ball)
         add_all(x, c, false);
@@ -472,7 +472,6 @@ static kempe_status distribute_loads(kmp_evaluator *eval, double t, const double
     const size_t bodies = (size_t)model->body_count;
     search x = {.s = s, .model = model, .n = kmp_model_coordinates(model), .found = found};
     x.joints = joints;
-    x.q = q;
     x.joint = joint;
     x.unknown = -1;
     kmp_arena room = {0};
@@ -497,11 +496,13 @@ static kempe_status distribute_loads(kmp_evaluator *eval, double t, const double
         kmp_eval_closure(eval, t, q);
         x.jacobian = eval->jacobian;
         kmp_pose_motions(model, q, x.poses, x.axis, x.place);
-        /* Columns. Loads at places of flexible bodies are known by their rows alone. */
+        /* Columns. */
         for (int c = 0; c < x.model->closure_count; c++) {
-            if (kmp_closure_is_of_modes(&x.model->closures[c]) || (model->flexible_count == 0 && add_loads(&x, c)))
+            /* Work on coordinates of flexible bodies is that of the rows. */
+            const bool flexible = x.model->flexible_count > 0;
+            if (kmp_closure_is_of_modes(&x.model->closures[c]) || (!flexible && add_loads(&x, c)))
                 continue;
-            if (x.model->closures[c].curve_count > 0) {
+            if (!flexible && x.model->closures[c].curve_count > 0) {
                 add_curve(&x, c);
                 continue;
             }

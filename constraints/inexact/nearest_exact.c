@@ -104,7 +104,7 @@ static void add_point(listing *x, int point)
         return;
     kmp_point *p = &x->model->points[point];
     for (int k = 0; k < 3; k++)
-        add_scalar(x, &p->at[k]);
+        add_scalar(x, p->station > 0 ? &p->offset[k] : &p->at[k]);
     add_frame(x, p->turned, p->axes);
 }
 

@@ -495,7 +495,7 @@ static void take_loads(judging *j)
         least = fmin(least, wheel->load);
     }
     for (int b = 1; b < model->body_count; b++)
-        mass += model->bodies[b].mass.value;
+        mass += kmp_body_undeformed(model, b).mass.value;
     for (int i = 0; i < 3; i++)
         g = hypot(g, model->gravity[i].value);
     s->carried = mass * g > 0 ? loads / (mass * g) : NAN;

@@ -184,8 +184,9 @@ bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_b
         mark_point(drawing, model, p, KMP_MARK_NAMED, NULL);
     for (int b = 1; b < bodies; b++) {
         double at[3];
-        values(model->bodies[b].com, at);
-        if (model->bodies[b].mass.value > 0)
+        const kmp_body rigid = kmp_body_undeformed(model, b);
+        values(rigid.com, at);
+        if (rigid.mass.value > 0)
             mark(drawing, b, KMP_MARK_COM, NULL, at);
     }
     for (int f = 0; f < model->force_count; f++)

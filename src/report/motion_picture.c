@@ -225,7 +225,8 @@ static void measure(const kmp_number *at, const double axis[3], double *across, 
 static bool is_on_axis(const kempe_model *model, int body, const double axis[3])
 {
     double across = 0, away = 0;
-    measure(model->bodies[body].com, axis, &across, &away);
+    const kmp_body rigid = kmp_body_undeformed(model, body);
+    measure(rigid.com, axis, &across, &away);
     for (int k = 0; k < model->point_count; k++)
         if (model->points[k].body == body)
             measure(model->points[k].at, axis, &across, &away);
@@ -241,7 +242,8 @@ static bool is_spin(const kempe_model *model, int k)
     const kmp_motion *motion = &model->motions[k];
     const kmp_body *body = &model->bodies[motion->body];
     bool last = k + 1 == model->motion_count || model->motions[k + 1].body != motion->body;
-    return last && !body->turned && !body->reversed && body->to < 0 && is_on_axis(model, motion->body, motion->axis);
+    return last && !motion->elastic && !body->turned && !body->reversed && body->to < 0 &&
+           is_on_axis(model, motion->body, motion->axis);
 }
 
 double kmp_motion_picture_end(const kempe_model *model, const kmp_record *record)

@@ -138,6 +138,9 @@ bool kmp_angle_sum(const kempe_model *model, const kmp_measure_argument axis[3],
         common = k == 0 ? body[k] : kmp_model_common_body(model, common, body[k]);
     }
     *constant = angle_at_rest(e[0], e[1], e[2]);
+    for (int k = 0; k < 3; k++)
+        if (model->points[axis[k].point].station > 0)
+            return false;
     return add_path(model, body[2], common, e[2], 0, factor) && add_path(model, body[0], common, e[2], -1, factor) &&
            add_path(model, body[1], common, e[2], 1, factor);
 }
@@ -148,6 +151,8 @@ bool kmp_moves_across(const kempe_model *model, int point, const kmp_measure_arg
     int first = model->points[point].body, second = model->points[axis->point].body;
     int common = kmp_model_common_body(model, first, second);
     rest_axis(model, axis, w);
+    if (model->points[point].station > 0 || model->points[axis->point].station > 0)
+        return false;
     return add_path(model, first, common, w, 0, NULL) && add_path(model, second, common, w, 0, NULL);
 }
 

@@ -58,10 +58,10 @@ typedef struct kmp_body {
     int flexible; /* 1 + which of the model's flexible bodies it is; 0: it is rigid */
 } kmp_body;
 
-/** True for a body without moments of inertia. */
+/** True for a rigid body without moments of inertia. */
 static inline bool kmp_body_is_bare(const kmp_body *body)
 {
-    bool bare = true;
+    bool bare = body->flexible == 0;
     for (int k = 0; k < 6; k++)
         bare = bare && body->inertia[k].value == 0;
     return bare;

@@ -47,48 +47,60 @@ static void rotate(kmp_pose *pose, const double e[3], double angle)
     turn(pose->r, &m[0][0], false);
 }
 
-/* A number that moves with the coordinates of a flexible body: linear_k q_k + q' more q / 2. */
-static double guided(const kmp_flexible *f, const kmp_number *linear, const kmp_number *more, const double *q)
+/* -- flexible bodies --------------------------------------------------------------------------------- */
+
+/* a q + q' A q / 2, component c of each. */
+static double quadratic_value(const kmp_number *a, const kmp_number *more, int c, int n, const double *q)
 {
     double sum = 0;
-    for (int k = 0; k < f->count; k++) {
-        double bent = 0;
-        for (int l = 0; l < f->count; l++)
-            bent += more[k * f->count + l].value * q[f->first + l];
-        sum += (linear[k].value + bent / 2) * q[f->first + k];
+    for (int k = 0; k < n; k++) {
+        double slope = a[n * c + k].value;
+        for (int l = 0; l < n; l++)
+            slope += more[((ptrdiff_t)n * c + k) * n + l].value * q[l] / 2;
+        sum += slope * q[k];
     }
     return sum;
 }
 
-/* From a flexible body's frame to a station, or from the station to the frame. */
-static void pass_station(const kmp_flexible *f, const kmp_station *s, const double *q, bool inverse, kmp_pose *pose)
+/* Turns as a station of a flexible body does, and moves there. */
+static void move_to_station(const kmp_flexible *flexible, const kmp_station *station, const double *q, kmp_pose *pose)
 {
-    static const double unit[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    const ptrdiff_t n = f->count;
-    double shift[3], turned[3];
-    for (int k = 0; k < 3; k++) {
-        shift[k] = s->at[k].value + guided(f, s->shift + k * n, s->shift_more + k * n * n, q);
-        turned[k] = guided(f, s->turn + k * n, s->turn_more + k * n * n, q);
-    }
-    if (!inverse)
-        move(pose, shift, 1);
-    for (int k = 0; k < 3; k++) {
-        const int axis = inverse ? k : 2 - k;
-        rotate(pose, unit[axis], inverse ? -turned[axis] : turned[axis]);
-    }
-    if (inverse)
-        move(pose, shift, -1);
+    static const double axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const double *own = q + flexible->first;
+    const int n = flexible->count;
+    double place[3];
+    for (int c = 0; c < 3; c++)
+        place[c] = station->at[c].value + quadratic_value(station->shift, station->shift_more, c, n, own);
+    move(pose, place, 1);
+    for (int c = 2; c >= 0; c--)
+        rotate(pose, axis[c], quadratic_value(station->turn, station->turn_more, c, n, own));
 }
 
-/* From a body to one of its points, without its axes. */
-static void pass_point(const kempe_model *model, const kmp_point *point, const double *q, kmp_pose *pose)
+/* To a point of a body, without its own axes. */
+static void move_to_point(const kempe_model *model, const kmp_point *point, const double *q, kmp_pose *pose)
 {
-    const int flexible = model->bodies[point->body].flexible - 1;
-    if (point->station > 0)
-        pass_station(&model->flexibles[flexible], &model->flexibles[flexible].stations[point->station - 1], q, false,
-                     pose);
-    move_to(pose, point->station > 0 ? point->offset : point->at, 1);
+    if (point->station == 0) {
+        move_to(pose, point->at, 1);
+        return;
+    }
+    const kmp_flexible *flexible = &model->flexibles[model->bodies[point->body].flexible - 1];
+    move_to_station(flexible, &flexible->stations[point->station - 1], q, pose);
+    move_to(pose, point->offset, 1);
 }
+
+/* From the place that carries a flexible body to its frame. */
+static void leave_station(const kempe_model *model, const kmp_body *body, const double *q, kmp_pose *pose)
+{
+    const kmp_flexible *flexible = body->flexible > 0 ? &model->flexibles[body->flexible - 1] : NULL;
+    kmp_pose own = {.r = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    if (!flexible || !flexible->moved)
+        return;
+    move_to_station(flexible, &flexible->stations[0], q, &own);
+    turn(pose->r, &own.r[0][0], true);
+    move(pose, own.p, -1);
+}
+
+/* -- chains ------------------------------------------------------------------------------------------ */
 
 /* More than poses at the user's coordinates. */
 typedef struct further {
@@ -118,7 +130,7 @@ static void hang(const kempe_model *model, const kmp_body *body, const further *
 {
     if (body->at >= 0) {
         const kmp_point *at = &model->points[body->at];
-        pass_point(model, at, q, pose);
+        move_to_point(model, at, q, pose);
         if (at->turned)
             turn(pose->r, &at->axes[0][0], false);
     }
@@ -139,9 +151,7 @@ static void hang(const kempe_model *model, const kmp_body *body, const further *
     }
     if (body->turned && body->reversed)
         turn(pose->r, &body->frame[0][0], true);
-    if (body->flexible && model->flexibles[body->flexible - 1].moved)
-        pass_station(&model->flexibles[body->flexible - 1], model->flexibles[body->flexible - 1].stations, q, true,
-                     pose);
+    leave_station(model, body, q, pose);
     if (body->to < 0)
         return;
     const kmp_point *to = &model->points[body->to];
@@ -182,7 +192,7 @@ void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, const do
 {
     const kmp_point *at = &model->points[point];
     *pose = poses[at->body];
-    pass_point(model, at, q, pose);
+    move_to_point(model, at, q, pose);
     if (at->turned)
         turn(pose->r, &at->axes[0][0], false);
 }

@@ -31,7 +31,7 @@ void kmp_pose_of_charts(const kempe_model *model, const kmp_pose_charts *charts,
 void kmp_pose_motions(const kempe_model *model, const double *q, kmp_pose *poses, double (*axes)[3],
                       double (*places)[3]);
 
-/** The place of a point and its axes, as columns, in those of the ground, from the poses at q. */
+/** A point with its axes, at the coordinates of the poses. */
 void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, const double *q, int point, kmp_pose *pose);
 
 /** Unit quaternion x, y, z, w of the rotation; of the two that mean it, the one nearer to `near` (NULL: w >= 0). */

@@ -504,25 +504,12 @@ static const kmp_key point_keys[] = {
 /* [x, y, z], or {at: [x, y, z], axes: {..}}; on a flexible body {station: x, offset: [x, y, z], axes: {..}}. */
 static void read_point(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_point *point)
 {
-    static const char *const others[] = {"station", "offset"};
-    const bool flexible = r->model->bodies[point->body].flexible > 0;
     if (node->kind == KMP_YAML_MAP) {
         kmp_read_map(r, node, what, point_keys);
         const kmp_yaml *axes = kmp_yaml_get(node, "axes");
         point->turned = axes && kmp_read_axes(r, axes, what, point->axes);
-        for (int k = 0; !flexible && k < 2; k++)
-            if (kmp_yaml_get(node, others[k]))
-                kmp_reader_complain(r, kmp_yaml_get(node, others[k])->place,
-                                    "%s: only a point of a flexible body has the key '%s'", what, others[k]);
     }
-    if (flexible) {
-        kmp_read_station(r, node, what, point);
-        return;
-    }
-    if (node->kind == KMP_YAML_MAP)
-        node = kmp_read_required(r, node, what, "at");
-    if (node)
-        kmp_read_vector(r, node, what, kmp_key_dimension(point_keys, "at"), point->at);
+    kmp_read_point_place(r, node, what, point);
 }
 
 static void read_points(kmp_reader *r, const kmp_yaml *owner, int body)

@@ -548,19 +548,31 @@ static void take_station(entry *e, const kmp_yaml *map, const char *what, kmp_po
     point->at[0] = plus(e, x, point->offset[0]);
 }
 
-void kmp_read_station(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_point *point)
+/* Reports keys of stations; false: the point has one of them. */
+static bool has_no_station(kmp_reader *r, const kmp_yaml *node, const char *what, const char *why)
+{
+    static const char *const keys[] = {"station", "offset"};
+    for (int k = 0; k < 2; k++) {
+        const kmp_yaml *own = kmp_yaml_get(node, keys[k]);
+        if (own)
+            return kmp_reader_complain(r, own->place, "%s has the key '%s': %s", what, keys[k], why);
+    }
+    return true;
+}
+
+void kmp_read_point_place(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_point *point)
 {
     entry *e = entry_of(r, point->body);
-    const kmp_yaml *offset = kmp_yaml_get(node, "offset");
-    if (kmp_yaml_get(node, "station")) {
+    if (e && kmp_yaml_get(node, "station")) {
         take_station(e, node, what, point);
         return;
     }
-    if (offset)
-        kmp_reader_complain(r, offset->place, "%s: an offset is from a station, which is missing", what);
+    if (!has_no_station(r, node, what,
+                        e ? "it is from a station, which is missing" : "its body is rigid, and has no stations"))
+        return;
     if (node->kind == KMP_YAML_MAP)
         node = kmp_read_required(r, node, what, "at");
-    if (!node || !kmp_read_vector(r, node, what, KMP_DIM_LENGTH, point->at) || e->wrong)
+    if (!node || !kmp_read_vector(r, node, what, KMP_DIM_LENGTH, point->at) || !e || e->wrong)
         return;
     if (point->at[0].value != 0 || point->at[0].expr || e->beam.frame != KMP_FRAME_CLAMPED)
         kmp_reader_complain(

@@ -8,9 +8,9 @@
 /** Reads the key `flexible` of a body, if it has one: before the points. */
 void kmp_begin_flexible(kmp_reader *r, const kmp_yaml *map, int body);
 
-/** Reads the place of a point of a flexible body: its station and offset, or a place that moves with the body's axes.
- */
-void kmp_read_station(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_point *point);
+/** Reads the place of a point, [x, y, z] or a mapping: its station and offset on a flexible body, a place that moves
+ * with the body's axes otherwise. */
+void kmp_read_point_place(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_point *point);
 
 /** The ends of a flexible body's joint: it is held at the origin. `at`, `to`: where they are written, NULL: they are
  * not. The joint of a body on a flexible one is at one of its points. */

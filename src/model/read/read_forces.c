@@ -483,6 +483,12 @@ static void read_on_body(const element *e)
     e->force->body = kmp_read_body(e->r, on, e->what);
     if (e->force->body == 0)
         kmp_reader_complain(e->r, on->place, "%s: the ground does not move: a torque on it has no effect", e->what);
+    if (e->force->body > 0 && e->r->model->bodies[e->force->body].flexible > 0)
+        kmp_reader_complain(
+            e->r, on->place,
+            "%s: body '%s' is flexible, and a torque on it deforms it by where it acts: put it on a rigid "
+            "body that is welded to one of its points",
+            e->what, e->r->model->bodies[e->force->body].name);
     read_components(e, "torque");
 }
 

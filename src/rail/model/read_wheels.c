@@ -527,7 +527,11 @@ static bool read_centre(const reading *w, const kmp_yaml *node)
     w->wheel->point = kmp_read_point(w->r, node, w->what);
     if (w->wheel->point < 0)
         return false;
-    if (w->r->model->points[w->wheel->point].body > 0)
+    const kmp_body *body = &w->r->model->bodies[w->r->model->points[w->wheel->point].body];
+    if (body->flexible > 0)
+        return kmp_reader_complain(w->r, node->place, "%s: a wheel is at a point of a rigid body, and '%s' is flexible",
+                                   w->what, body->name);
+    if (body > w->r->model->bodies)
         return true;
     return kmp_reader_complain(w->r, node->place,
                                "%s: a wheel is at a point of a body that rotates with it, not of the ground", w->what);
