@@ -93,8 +93,10 @@ static bool choose_kept(search *s)
     const kempe_model *model = system->model;
     bool *kept = s->b->kept;
     int n = system->n, count = 0;
-    for (int k = 0; k < n; k++)
-        count += kept[k] = model->start.hold[k];
+    for (int k = 0; k < n; k++) {
+        kept[k] = model->start.hold[k];
+        count += kept[k] && !model->motions[k].elastic;
+    }
     for (int k = 0; count == 0 && k < model->run.independent_count; k++)
         kept[model->run.independent[k]] = true;
     for (int k = count = 0; k < n; k++)

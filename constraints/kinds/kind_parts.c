@@ -10,7 +10,7 @@
 
 int kmp_part_frame(const kmp_tree *tree, const kmp_closure *closure)
 {
-    return kmp_tree_common(tree, kmp_point_link(tree, closure->point[0]), kmp_point_link(tree, closure->point[1]));
+    return kmp_point_frame(tree, closure->point[0], closure->point[1]);
 }
 
 /* Numbers of bodies increase from parents to children. */

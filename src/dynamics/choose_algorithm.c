@@ -288,7 +288,7 @@ static double least_of_rows(const kempe_system *s)
 kempe_status kmp_bodies_may_pay(const kempe_system *s, bool *may_pay)
 {
     *may_pay = false;
-    if (independent(s) < FEW)
+    if (independent(s) < FEW || s->model->flexible_count > 0)
         return KEMPE_OK;
     const double rows = least_of_rows(s), least = LEAST_OF_COORDINATE * (double)s->n + rows;
     KMP_TRY(kmp_made(s->context, rows >= 0));
@@ -329,13 +329,13 @@ bool kmp_motion_may_wait(const kempe_system *s)
         iterates = iterates || model->closures[c].curve_count > 0;
     for (int k = 0; k < model->force_count; k++)
         pressed = pressed || kmp_force_has_load(&model->forces[k]);
-    return bodies && !pressed && (iterates || kmp_motion_goes_by_links(model)) && kmp_equations_are_large(model) &&
-           n - rows >= FEW;
+    return bodies && !pressed && model->flexible_count == 0 && (iterates || kmp_motion_goes_by_links(model)) &&
+           kmp_equations_are_large(model) && n - rows >= FEW;
 }
 
 /* Large trees: nothing is closed, and nothing strikes or sticks. */
 bool kmp_motion_goes_by_links(const kempe_model *model)
 {
-    return model->motion_count == kmp_model_coordinates(model) && kmp_closure_all_rows(model) == 0 &&
-           kmp_equations_are_large(model);
+    return model->motion_count == kmp_model_coordinates(model) && model->flexible_count == 0 &&
+           kmp_closure_all_rows(model) == 0 && kmp_equations_are_large(model);
 }

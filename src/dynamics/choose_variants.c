@@ -414,8 +414,8 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
 {
     const unsigned dynamic = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_SET_INVERSE_Q |
                              KMP_SET_INVERSE_QD | KMP_SET_CLOSED | KMP_SET_CLOSED_Q;
-    bool searches = !scene->plain && !scene->savings && scene->sets & dynamic && !(scene->sets & KMP_SET_RESIDUAL) &&
-                    model->motion_count <= MOST_MOTIONS;
+    bool searches = !scene->plain && !scene->savings && model->flexible_count == 0 && scene->sets & dynamic &&
+                    !(scene->sets & KMP_SET_RESIDUAL) && model->motion_count <= MOST_MOTIONS;
     kmp_derivation_request first = *scene;
     const bool begun = kmp_equations_are_large(model) && !scene->optimize && scene->first && scene->first->stay;
     first.first = searches && begun ? scene->first : NULL; /* of other sets, in a large mechanism */

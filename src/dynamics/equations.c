@@ -134,6 +134,8 @@ static bool derive_by_both(kmp_equations *eq, const kmp_tree *tree, const kmp_fo
                            const both_methods *b, kmp_ref *qdd)
 {
     kmp_savings *savings = &eq->savings;
+    if (eq->model->flexible_count > 0) /* the recursion by composite bodies does not know their coordinates */
+        savings->by_q = savings->by_qd = KMP_TANGENT_FORWARD;
     const bool open = savings->by_q == KMP_TANGENT_SHORTER || savings->by_qd == KMP_TANGENT_SHORTER;
     if (open)
         savings->by_q = savings->by_qd = KMP_TANGENT_SHORTER;
@@ -209,7 +211,8 @@ static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *fo
     kmp_graph *g = eq->graph;
     kmp_wrench *share = KMP_GRAPH_NEW(g, kmp_wrench, eq->tree.count);
     kmp_ref *effort = KMP_GRAPH_NEW(g, kmp_ref, n), *kept = KMP_GRAPH_NEW(g, kmp_ref, 3 * m);
-    KMP_TRY(kmp_made(eq->context, share && effort && kept));
+    kmp_ref *elastic = KMP_GRAPH_NEW(g, kmp_ref, n);
+    KMP_TRY(kmp_made(eq->context, share && effort && kept && elastic));
     kmp_ref *violation = kept + m, *unused = violation + m;
     for (int r = 0; r < m; r++) {
         kept[r] = kmp_input(g, KMP_IN_KEPT, (uint32_t)r);
@@ -220,10 +223,12 @@ static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *fo
     KMP_TRY(kmp_articulated_init(&bodies, dynamic_links(eq), &carried));
     eq->pivots = bodies.pivot;
     eq->diagonals = bodies.diagonal;
-    kmp_newton_euler_shares(dynamic_links(eq), forces->applied, share);
+    kmp_newton_euler_shares(dynamic_links(eq), forces->applied, share, elastic);
     for (int k = 0; k < n; k++) {
         kmp_ref given = request->efforts ? kmp_input(g, KMP_IN_EFFORT, (uint32_t)k) : KMP_ZERO;
         effort[k] = kmp_add(g, forces->effort[k], given);
+        if (elastic[k] != KMP_ZERO)
+            effort[k] = kmp_sub(g, effort[k], elastic[k]);
     }
     kmp_articulated_solve(&bodies, effort, share, eq->jdqd,
                           &(kmp_articulated_result){eq->accelerations, eq->multipliers, eq->open});
@@ -482,7 +487,7 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_derivation_requ
         KMP_TRY(derive_loaded(eq, request, energy));
     else if (sets & KMP_SET_OUTPUT)
         KMP_TRY(kmp_outputs_derive(eq, NULL));
-    eq->kinetic = sets & KMP_SET_KINETIC ? kmp_kinetic_energy(&eq->tree, kmp_model_coordinates(eq->model)) : KMP_ZERO;
+    eq->kinetic = sets & KMP_SET_KINETIC ? kmp_kinetic_energy(&eq->tree) : KMP_ZERO;
     eq->friction_count = 0;
     if (sets & KMP_SET_FRICTION) {
         /* Rates, levels and forces of all elements that stick. */

@@ -126,7 +126,7 @@ static void find_acting(kmp_joint_loads *loads, const kmp_tree *tree, int body, 
     acting a = {0, KMP_GRAPH_NEW(g, kmp_ref, room + 1), KMP_GRAPH_NEW(g, kmp_ref, room + 1)};
     kmp_tree moved;
     uint16_t through;
-    if (!slope || !a.of || !a.force || !displace(tree, model->bodies[body].first_motion + 1, &moved))
+    if (!slope || !a.of || !a.force || !displace(tree, tree->of_motion[model->bodies[body].first_motion], &moved))
         return;
     add_rows(&moved, &a);
     add_elements(loads, &moved, body, &a);
@@ -163,17 +163,18 @@ static void constrain(const kmp_tree *tree, const kmp_body *body, kmp_wrench *w)
 {
     kmp_graph *g = tree->graph;
     const kempe_model *model = tree->model;
-    int parent = tree->links[body->first_motion + 1].parent, first = kmp_joint_first_free(body);
-    int last = body->first_motion + body->motion_count, count[2] = {0, 0};
+    const int begin = tree->of_motion[body->first_motion], parent = tree->links[begin].parent;
+    int first = kmp_joint_first_free(body), last = body->first_motion + body->motion_count, count[2] = {0, 0};
     kmp_vec along[2][3];
     for (int k = first; k < last; k++) {
         bool rotation = model->motions[k].rotation;
-        kmp_vec e = kmp_vec_axis(KMP_ONE, tree->links[k + 1].axis);
+        const int link = tree->of_motion[k];
+        kmp_vec e = kmp_vec_axis(KMP_ONE, tree->links[link].axis);
         if (count[rotation] < 3)
-            along[rotation][count[rotation]++] = kmp_link_direction(tree, k + 1, e, parent);
+            along[rotation][count[rotation]++] = kmp_link_direction(tree, link, e, parent);
     }
-    kmp_vec end = kmp_link_position(tree, last, kmp_vec_zero(), parent);
-    kmp_vec arm = kmp_vec_sub(g, end, tree->links[body->first_motion + 1].p);
+    kmp_vec end = kmp_link_position(tree, tree->of_motion[last - 1], kmp_vec_zero(), parent);
+    kmp_vec arm = kmp_vec_sub(g, end, tree->links[begin].p);
     bool at_end = !model->motions[first].rotation;
     kmp_vec lever = kmp_vec_cross(g, arm, w->force), moment = w->moment;
     moment = across(g, count[1], along[1], at_end ? kmp_vec_sub(g, moment, lever) : moment);
@@ -190,7 +191,7 @@ static void find_load(kmp_joint_loads *loads, const kmp_tree *tree, int body)
 {
     kmp_graph *g = tree->graph;
     const kmp_body *b = &tree->model->bodies[body];
-    int first = b->first_motion + 1;
+    int first = tree->of_motion[b->first_motion];
     kmp_wrench w = loads->inertial[first];
     kmp_ref generalized[VIRTUAL] = {KMP_ZERO};
     find_acting(loads, tree, body, generalized);
@@ -249,14 +250,14 @@ kempe_status kmp_joint_loads_begin(kmp_equations *eq, bool all)
         return KEMPE_OK;
     kmp_joint_loads *loads = KMP_GRAPH_NEW(g, kmp_joint_loads, 1);
     kmp_link_motion *movement = KMP_GRAPH_NEW(g, kmp_link_motion, tree->count);
-    kmp_ref *qdd = KMP_GRAPH_NEW(g, kmp_ref, tree->count), *effort = KMP_GRAPH_NEW(g, kmp_ref, tree->count);
+    kmp_ref *qdd = KMP_GRAPH_NEW(g, kmp_ref, eq->n + 1), *effort = KMP_GRAPH_NEW(g, kmp_ref, eq->n + 1);
     KMP_TRY(kmp_made(eq->context, loads && movement && qdd && effort));
     kmp_forces_init(&loads->forces, tree, 0, NULL);
     loads->inertial = KMP_GRAPH_NEW(g, kmp_wrench, tree->count);
     loads->of = KMP_GRAPH_NEW(g, kmp_wrench, eq->model->body_count);
     loads->known = KMP_GRAPH_NEW(g, bool, eq->model->body_count);
     KMP_TRY(kmp_made(eq->context, !kmp_graph_failed(g)));
-    for (int k = 0; k < tree->count - 1; k++)
+    for (int k = 0; k < eq->n; k++)
         qdd[k] = kmp_input(g, KMP_IN_QDD, (uint32_t)k);
     kmp_newton_euler_whole(tree, qdd, loads->forces.applied, movement, loads->inertial, effort);
     tree->loads = loads;

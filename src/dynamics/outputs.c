@@ -36,7 +36,7 @@ bool kmp_outputs_need_forces(const kempe_model *model)
 static kmp_vec energies(kmp_equations *eq, const kmp_forces *forces)
 {
     kmp_graph *g = eq->graph;
-    kmp_ref kinetic = kmp_kinetic_energy(&eq->tree, kmp_model_coordinates(eq->model));
+    kmp_ref kinetic = kmp_kinetic_energy(&eq->tree);
     return (kmp_vec){{kinetic, forces->potential, kmp_add(g, kinetic, forces->potential)}};
 }
 
@@ -55,7 +55,10 @@ static part in_motion(const kmp_tree *tree, int link, const kmp_inertia *of)
     part p = {.mass = of->mass, .centre = kmp_link_position(tree, link, of->com, 0)};
     kmp_vec w = kmp_from_ancestor(tree, link, 0, kmp_link_spin(tree, link, 0));
     p.momentum = kmp_vec_scale(g, of->mass, kmp_vec_rate(tree, p.centre));
-    p.spin = kmp_link_direction(tree, link, kmp_tensor_apply(g, of->about_com, w), 0);
+    kmp_vec spin = kmp_tensor_apply(g, of->about_com, w);
+    if (tree->links[link].deformation)
+        spin = kmp_vec_add(g, spin, kmp_deformation_spin(g, tree->links[link].deformation));
+    p.spin = kmp_link_direction(tree, link, spin, 0);
     return p;
 }
 
@@ -63,7 +66,7 @@ static part in_motion(const kmp_tree *tree, int link, const kmp_inertia *of)
 static bool next_part(const kmp_tree *tree, int body, int *at, part *p)
 {
     int link = body < 0 ? *at + 1 : tree->mounts[body].link;
-    if (link > kmp_model_coordinates(tree->model) || (body >= 0 && *at > 0))
+    if (link >= tree->count - tree->model->state_count || (body >= 0 && *at > 0))
         return false;
     *at = link;
     const kmp_link *l = &tree->links[link];
@@ -125,6 +128,14 @@ static kmp_vec cut_coordinate(const kmp_tree *tree, const kmp_output *output)
     return output->kind == KMP_OUTPUT_CUT_QDD ? kmp_vec_acceleration(tree, x) : x;
 }
 
+/* From the place of a point without deformation, in the axes of its flexible body. */
+static kmp_vec deflection(const kmp_tree *tree, int point)
+{
+    const kmp_point *p = &tree->model->points[point];
+    kmp_vec place = kmp_point_position(tree, point, tree->mounts[p->body].link);
+    return kmp_vec_sub(tree->graph, place, kmp_tree_vector(tree, p->at));
+}
+
 static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output)
 {
     switch (output->kind) {
@@ -136,6 +147,8 @@ static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp
         return kmp_point_measure(&eq->tree, KMP_MEASURE_ACCELERATION, output->index, -1);
     case KMP_OUTPUT_ANGULAR_VELOCITY:
         return kmp_point_measure(&eq->tree, KMP_MEASURE_ANGULAR_VELOCITY, output->index, -1);
+    case KMP_OUTPUT_DEFLECTION:
+        return deflection(&eq->tree, output->index);
     case KMP_OUTPUT_REACTION:
     case KMP_OUTPUT_MOMENT:
         return kmp_closure_load(&eq->tree, output->index, output->kind == KMP_OUTPUT_MOMENT);

@@ -22,7 +22,8 @@
 #include "symbolic/trig.h"
 #include <string.h>
 
-/* The time of the search grows with the square of their number: larger mechanisms use derived rows. */
+/* The time of the search grows with the square of their number: larger mechanisms use derived rows, as do those with
+ * flexible bodies. */
 enum { MOST_CLOSURES = 64, MOST_PASSES = 3 };
 
 typedef enum gap_variant { DERIVED, INWARD, OUTWARD, VARIANTS } gap_variant;
@@ -612,7 +613,8 @@ static uint8_t *variants_of(gaps *s, const gap *p)
 bool kmp_gaps_shorten(kmp_equations *eq, unsigned sets, bool search)
 {
     gaps s = {.eq = eq, .sets = sets, .view = -1};
-    if (eq->model->closure_count > MOST_CLOSURES || (!is_requested(&s, PLACE) && !is_requested(&s, RATE)))
+    if (eq->model->closure_count > MOST_CLOSURES || eq->model->flexible_count > 0 ||
+        (!is_requested(&s, PLACE) && !is_requested(&s, RATE)))
         return true;
     const int links = eq->tree.count;
     KMP_GRAPH_MAKE(eq->graph, KMP_ROOM(gap, eq->model->closure_count, &s.list), KMP_ROOM(gap_seen, links, &s.seen),

@@ -48,6 +48,10 @@
 
 /* A start value below this part of a radius of gyration is a small displacement, no size of the mechanism. */
 #define KMP_START_IS_SMALL 0.1
+/* Coordinates of flexible bodies over the length of the model, or over 1 for angles. Linear elasticity with terms of
+ * second order holds to a tenth. A smaller scale than that of joints makes joints the dependent coordinates of loops,
+ * and deflections as accurate as their size needs. */
+#define KMP_ELASTIC_SIZE 1e-2
 
 void kmp_pattern_init(kmp_pattern *pattern, kmp_arena *arena, int rows, int cols, const kmp_ref *matrix,
                       kmp_ref *values)
@@ -161,10 +165,11 @@ bool kmp_system_rescale(kempe_system *s)
 {
     s->length = s->kept_length > 0 ? s->kept_length : kmp_system_length(s->model);
     for (int k = 0; k < s->n; k++) {
-        /* Scale of a coordinate: 1 for an angle, the length of the model for a displacement. The scale of a state is
-         * the size of its values, as rates of one second. */
+        /* Scale of a coordinate: 1 for an angle, the length of the model for a displacement, a part of these for a
+         * flexible body. The scale of a state is the size of its values, as rates of one second. */
         const kmp_state *state = kmp_state_of(s->model, k);
         s->scale[k] = state ? state->scale : s->model->motions[k].rotation ? 1 : s->length;
+        s->scale[k] *= s->model->motions[k].elastic ? KMP_ELASTIC_SIZE : 1;
     }
     for (int r = 0; r < s->m; r++)
         s->row_scale[r] = pow(s->length, s->rows[r].length_power);

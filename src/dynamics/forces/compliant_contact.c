@@ -22,6 +22,7 @@
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/touching.h"
 #include "model/data/force.h"
+#include "model/data/model.h"
 #include "model/language/expression.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
@@ -99,7 +100,7 @@ static void apply(kmp_forces *forces, const kmp_tree *tree, kmp_ref holds, int c
                   const kmp_ref *size)
 {
     kmp_graph *g = tree->graph;
-    int n = tree->count - 1;
+    int n = tree->model->motion_count;
     kmp_ref *slope = KMP_GRAPH_NEW(g, kmp_ref, count * n);
     if (slope)
         kmp_partials_all(g, count, against, KMP_IN_QD, n, slope);

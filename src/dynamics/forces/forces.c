@@ -107,6 +107,27 @@ static kmp_ref potential_by_links(const kmp_tree *tree)
     return kmp_neg(kmp_vec_dot(g, tree->gravity, moment[0]));
 }
 
+/* -K q - D qd of a flexible body. */
+static void add_elastic(kmp_forces *forces, const kmp_tree *tree, const kmp_deformation *d, unsigned energy)
+{
+    kmp_graph *g = tree->graph;
+    for (int k = 0; k < d->count; k++) {
+        kmp_ref pull = KMP_ZERO, drag = KMP_ZERO;
+        const kmp_ref q = kmp_input(g, KMP_IN_Q, (uint32_t)(d->first + k));
+        const kmp_ref qd = kmp_input(g, KMP_IN_QD, (uint32_t)(d->first + k));
+        for (int l = 0; l < d->count; l++) {
+            const uint32_t of = (uint32_t)(d->first + l);
+            pull = kmp_add(g, pull, kmp_mul(g, d->stiffness[k * d->count + l], kmp_input(g, KMP_IN_Q, of)));
+            drag = kmp_add(g, drag, kmp_mul(g, d->damping[k * d->count + l], kmp_input(g, KMP_IN_QD, of)));
+        }
+        kmp_apply_effort(forces, tree, d->first + k, kmp_neg(kmp_add(g, pull, drag)));
+        if (energy & KMP_ENERGY_POTENTIAL)
+            forces->potential = kmp_add(g, forces->potential, kmp_mul(g, kmp_const(g, 0.5), kmp_mul(g, pull, q)));
+        if (energy & KMP_ENERGY_POWER)
+            kmp_add_power(forces, tree, kmp_neg(drag), qd);
+    }
+}
+
 void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy, const kmp_force *alone)
 {
     const kempe_model *model = tree->model;
@@ -114,12 +135,15 @@ void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy, 
     kinked.kinks = kinked.watches = true;
     *forces = (kmp_forces){.potential = KMP_ZERO, .power = KMP_ZERO};
     forces->applied = KMP_GRAPH_NEW(tree->graph, kmp_wrench, tree->count);
-    forces->effort = KMP_GRAPH_NEW(tree->graph, kmp_ref, tree->count);
+    forces->effort = KMP_GRAPH_NEW(tree->graph, kmp_ref, model->motion_count + 1);
     forces->value = KMP_GRAPH_NEW(tree->graph, kmp_ref, KMP_FORCE_WIDTH * model->force_count);
     for (int k = 0; !kmp_graph_failed(tree->graph) && k < model->force_count; k++)
         if (!alone || alone == &model->forces[k])
             law_of(model->forces[k].kind)(forces, &kinked, &model->forces[k], energy,
                                           forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * k);
+    for (int i = 1; !alone && !kmp_graph_failed(tree->graph) && i < tree->count; i++)
+        if (tree->links[i].deformation)
+            add_elastic(forces, tree, tree->links[i].deformation, energy);
     if (energy & KMP_ENERGY_POTENTIAL)
         forces->potential =
             kmp_add(tree->graph, forces->potential,

@@ -9,6 +9,7 @@
 #include "dynamics/kinematics/touching.h"
 #include "model/data/force.h"
 #include "model/data/force_table.h"
+#include "model/data/model.h"
 #include "model/data/state.h"
 #include "model/language/expression.h"
 #include "model/language/expression_value.h"
@@ -93,7 +94,7 @@ static void apply_friction(kmp_forces *forces, const kmp_tree *tree, const kmp_f
         return;
     }
     const kmp_input_kind by = kmp_friction_slopes_of(tree, force, &of);
-    const int count = kmp_gradient(tree->graph, of, by, tree->count - 1, &motion, &slope);
+    const int count = kmp_gradient(tree->graph, of, by, tree->model->motion_count, &motion, &slope);
     for (int i = 0; i < count; i++)
         if (slope[i] != KMP_ZERO)
             kmp_apply_effort(forces, tree, motion[i], kmp_mul(tree->graph, slope[i], effort));

@@ -12,6 +12,7 @@
  * An armature r of the joint makes it I - U U' / (S.U + r), whose row along the joint is not zero. */
 #include "dynamics/formalisms/articulated.h"
 #include "base/context.h"
+#include "dynamics/formalisms/flexible_body.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "model/data/model.h"
@@ -127,12 +128,24 @@ static void add_coupling(const kmp_articulated *a, int r, int t, kmp_ref more)
     *coupling(a, r, t) = *coupling(a, t, r) = kmp_add(a->tree->graph, *coupling(a, r, t), more);
 }
 
+/* The link of a coordinate; of one of a flexible body the link where it is eliminated. */
+static int link_of(const kmp_articulated *a, int motion)
+{
+    const int link = a->tree->of_motion[motion];
+    for (int k = 0; link == 0 && k < a->tree->model->flexible_count; k++) {
+        const kmp_deformation *d = a->elastic[k].of;
+        if (motion >= d->first && motion < d->first + d->count)
+            return d->innermost;
+    }
+    return link;
+}
+
 /* Finds the link where each row is eliminated, and the links where it is present. False: no memory. */
 static bool place_rows(kmp_articulated *a)
 {
     const kmp_tree *tree = a->tree;
     kmp_graph *g = tree->graph;
-    const int rows = a->carried.rows, n = tree->count - 1;
+    const int rows = a->carried.rows, n = tree->model->motion_count;
     int *stamp = KMP_GRAPH_NEW(g, int, tree->count);
     a->first = KMP_GRAPH_NEW(g, int, tree->count + 1);
     a->home = KMP_GRAPH_NEW(g, int, rows);
@@ -142,10 +155,12 @@ static bool place_rows(kmp_articulated *a)
         a->home[r] = -1;
         for (int k = 0; k < n; k++)
             if (a->carried.jacobian[(ptrdiff_t)r * n + k] != KMP_ZERO) {
-                const int parent = tree->links[k + 1].parent;
+                const int parent = tree->links[link_of(a, k)].parent;
                 a->home[r] = a->home[r] < 0 ? parent : kmp_tree_common(tree, a->home[r], parent);
             }
         a->home[r] = a->home[r] < 0 ? 0 : a->home[r];
+        if (a->region[a->home[r]] > 0) /* coordinates of this body may still couple with it */
+            a->home[r] = tree->links[a->elastic[a->region[a->home[r]] - 1].of->innermost].parent;
     }
     /* Counts them, then lists them. */
     for (int pass = 0; pass < 2; pass++) {
@@ -154,7 +169,7 @@ static bool place_rows(kmp_articulated *a)
             for (int k = -1; k < n; k++) {
                 if (k >= 0 && a->carried.jacobian[(ptrdiff_t)r * n + k] == KMP_ZERO)
                     continue;
-                for (int i = k < 0 ? a->home[r] : k + 1; stamp[i] != mark; i = tree->links[i].parent) {
+                for (int i = k < 0 ? a->home[r] : link_of(a, k); stamp[i] != mark; i = tree->links[i].parent) {
                     stamp[i] = mark;
                     if (pass == 0)
                         a->first[i + 1]++;
@@ -242,7 +257,7 @@ static void carry_rows(kmp_articulated *a, int i)
         kmp_carried_row *c = &a->at[e];
         if (a->home[c->row] == i)
             continue;
-        kmp_ref own = a->carried.jacobian[(ptrdiff_t)c->row * (tree->count - 1) + i - 1];
+        kmp_ref own = a->carried.jacobian[(ptrdiff_t)c->row * tree->model->motion_count + link->motion];
         own = kmp_mul(g, a->carried.kept[c->row], link->reversed ? kmp_neg(own) : own);
         c->effort = kmp_sub(g, own, *kmp_wrench_along(link, &c->force));
         c->share = kmp_mul(g, c->effort, a->inverse[i]);
@@ -265,6 +280,140 @@ static void carry_rows(kmp_articulated *a, int i)
         }
 }
 
+/* -- coordinates of flexible bodies ---------------------------------------------------------------------- */
+
+/* Links of a flexible body need the wrench I a + sum f_e qdd_e + p + sum F lambda. Its own inertia and each guided
+ * link, which moves by s(q) along S, add to f_e and to the inertia A of the coordinates (formalisms/flexible_body.c),
+ * and J_e - sum s_e S.F is the coefficient of qdd_e in a row. At the innermost link, eliminating qdd_e with the pivot D
+ * = A_ee makes
+ *
+ *     I - f_e f_e' / D      f - f_e A_e / D      A - A_e A_e' / D      F + f_e s / D      s - A_e s_e / D      L + s s'
+ * / D. */
+
+static kmp_wrench *column_at(const kmp_articulated_elastic *x, int link)
+{
+    return x->at + (ptrdiff_t)x->of->count * link;
+}
+
+static kmp_wrench inertia_column(const kmp_link *link, const inertia *r)
+{
+    return (kmp_wrench){.moment =
+                            link->rotation ? tensor_column(r->k, link->axis) : kmp_vec_of_column(&r->h, link->axis),
+                        .force = link->rotation ? kmp_vec_of_row(&r->h, link->axis) : tensor_column(r->a, link->axis)};
+}
+
+static void subtract_product(kmp_graph *g, inertia *r, const kmp_wrench *u, const kmp_wrench *v)
+{
+    reduce_tensor(g, &r->k, u->moment, v->moment, -1);
+    reduce_tensor(g, &r->a, u->force, v->force, -1);
+    for (int p = 0; p < 3; p++)
+        for (int q = 0; q < 3; q++)
+            r->h.x[p][q] = kmp_sub(g, r->h.x[p][q], kmp_mul(g, u->moment.x[p], v->force.x[q]));
+}
+
+static void add_multiple(kmp_graph *g, kmp_wrench *w, kmp_ref factor, const kmp_wrench *more)
+{
+    w->moment = kmp_vec_add(g, w->moment, kmp_vec_scale(g, factor, more->moment));
+    w->force = kmp_vec_add(g, w->force, kmp_vec_scale(g, factor, more->force));
+}
+
+/* The coefficients of a guided link in the rows that pass it. */
+static void guide_rows(kmp_articulated *a, const kmp_articulated_elastic *x, int i)
+{
+    kmp_graph *g = a->tree->graph;
+    const kmp_guide *guide = a->tree->links[i].guide;
+    for (int k = a->first[i]; k < a->first[i + 1]; k++) {
+        const kmp_ref along = *kmp_wrench_along(&a->tree->links[i], &a->at[k].force);
+        for (int e = 0; e < guide->count; e++) {
+            kmp_ref *sum = &x->row[a->at[k].row * guide->count + e];
+            *sum = kmp_sub(g, *sum, kmp_mul(g, guide->slope[e], along));
+        }
+    }
+}
+
+/* Rows after the elimination of coordinate e. */
+static void reduce_rows(kmp_articulated *a, const kmp_articulated_elastic *x, int e)
+{
+    kmp_graph *g = a->tree->graph;
+    const int n = x->of->count, link = x->of->innermost;
+    for (int k = a->first[link]; k < a->first[link + 1]; k++) {
+        kmp_carried_row *c = &a->at[k];
+        const kmp_ref share = kmp_mul(g, x->row[c->row * n + e], x->inverse[e]);
+        add_multiple(g, &c->force, share, &column_at(x, link)[e]);
+        for (int f = 0; f < e; f++) {
+            kmp_ref *other = &x->row[c->row * n + f];
+            *other = kmp_sub(g, *other, kmp_mul(g, x->inertia[e * n + f], share));
+        }
+        for (int h = k; h < a->first[link + 1]; h++) {
+            const kmp_ref product = kmp_mul(g, share, x->row[a->at[h].row * n + e]);
+            add_coupling(a, c->row, a->at[h].row, product);
+            if (h == k)
+                a->diagonal[c->row] = kmp_add(g, a->diagonal[c->row], product);
+        }
+    }
+}
+
+/* Eliminates the coordinates of a flexible body, the last one first. The motion that moves no mass; -1: none. */
+static int eliminate_elastic(kmp_articulated *a, const kmp_articulated_elastic *x, inertia *r)
+{
+    kmp_graph *g = a->tree->graph;
+    const int n = x->of->count, link = x->of->innermost;
+    kmp_wrench *column = column_at(x, link);
+    for (int k = a->first[link]; k < a->first[link + 1]; k++)
+        for (int e = 0; e < n; e++) {
+            const int row = a->at[k].row;
+            const kmp_ref own = a->carried.jacobian[(ptrdiff_t)row * a->tree->model->motion_count + x->of->first + e];
+            kmp_ref *sum = &x->row[row * n + e];
+            *sum = kmp_add(g, *sum, kmp_mul(g, a->carried.kept[row], own));
+        }
+    for (int e = n; e-- > 0;) {
+        if (x->inertia[e * n + e] == KMP_ZERO)
+            return x->of->first + e;
+        x->inverse[e] = kmp_div(g, KMP_ONE, x->inertia[e * n + e]);
+        const kmp_wrench part = {kmp_vec_scale(g, x->inverse[e], column[e].force),
+                                 kmp_vec_scale(g, x->inverse[e], column[e].moment)};
+        subtract_product(g, r, &column[e], &part);
+        reduce_rows(a, x, e);
+        for (int f = 0; f < e; f++) {
+            const kmp_ref share = kmp_mul(g, x->inertia[e * n + f], x->inverse[e]);
+            add_multiple(g, &column[f], kmp_neg(share), &column[e]);
+            for (int h = 0; h <= f; h++)
+                x->inertia[f * n + h] = kmp_sub(g, x->inertia[f * n + h], kmp_mul(g, share, x->inertia[e * n + h]));
+        }
+    }
+    return -1;
+}
+
+/* A link that coordinates of a flexible body move, or its frame; it has no motion of its own. -1, or the motion that
+ * moves no mass. */
+static int pass_elastic(kmp_articulated *a, int i, inertia *r)
+{
+    const kmp_tree *tree = a->tree;
+    kmp_articulated_elastic *x = &a->elastic[a->region[i] - 1];
+    const kmp_link *link = &tree->links[i];
+    if (i == x->frame)
+        kmp_flexible_own(tree, x->of, column_at(x, i), x->inertia);
+    if (link->guide) {
+        const kmp_wrench unit = inertia_column(link, r);
+        guide_rows(a, x, i);
+        kmp_flexible_guide(tree, i, &unit, column_at(x, i), x->inertia);
+    }
+    if (i == x->of->innermost)
+        return eliminate_elastic(a, x, r);
+    for (int e = 0; e < x->of->count; e++)
+        kmp_wrench_to_parent(tree, i, column_at(x, i)[e], &column_at(x, link->parent)[e]);
+    return -1;
+}
+
+/* Rows at a link without a motion of its own go on as they are. */
+static void pass_rows(kmp_articulated *a, int i)
+{
+    const int parent = a->tree->links[i].parent;
+    for (int e = a->first[i]; e < a->first[i + 1]; e++)
+        if (a->home[a->at[e].row] != i)
+            kmp_wrench_to_parent(a->tree, i, a->at[e].force, &row_at(a, parent, a->at[e].row)->force);
+}
+
 /* -- inertias -------------------------------------------------------------------------------------------- */
 
 static kempe_status fail_massless(const kempe_model *model, int k)
@@ -277,6 +426,31 @@ static kempe_status fail_massless(const kempe_model *model, int k)
                     motion->rotation ? "an inertia about its axis" : "a mass");
 }
 
+/* The links of each flexible body: from its stations to the innermost one. */
+static bool place_elastic(kmp_articulated *a)
+{
+    const kmp_tree *tree = a->tree;
+    kmp_graph *g = tree->graph;
+    for (int k = 0; k < tree->model->flexible_count; k++) {
+        const kmp_flexible *flexible = &tree->model->flexibles[k];
+        kmp_articulated_elastic *x = &a->elastic[k];
+        x->frame = tree->mounts[flexible->body].link;
+        x->of = tree->links[x->frame].deformation;
+        const int n = x->of->count;
+        if (!KMP_GRAPH_MAKE(g, KMP_ROOM(kmp_wrench, n * tree->count, &x->at), KMP_ROOM(kmp_ref, n * n, &x->inertia),
+                            KMP_ROOM(kmp_ref, n, &x->inverse, &x->force),
+                            KMP_ROOM(kmp_ref, n * a->carried.rows, &x->row)))
+            return false;
+        for (int s = -1; s < flexible->station_count; s++)
+            for (int i = s < 0 ? x->frame : tree->stations[k][s]; a->region[i] == 0; i = tree->links[i].parent) {
+                a->region[i] = k + 1;
+                if (i == x->of->innermost)
+                    break;
+            }
+    }
+    return true;
+}
+
 static bool allocate(kmp_articulated *a)
 {
     kmp_graph *g = a->tree->graph;
@@ -284,8 +458,10 @@ static bool allocate(kmp_articulated *a)
     return KMP_GRAPH_MAKE(g, KMP_ROOM(kmp_ref, a->tree->count, &a->inverse),
                           KMP_ROOM(kmp_wrench, a->tree->count, &a->passed, &a->down),
                           KMP_ROOM(kmp_ref, rows, &a->pivot, &a->diagonal, &a->over, &a->left),
-                          KMP_ROOM(kmp_ref, (size_t)rows * (size_t)rows, &a->coupling)) &&
-           place_rows(a);
+                          KMP_ROOM(kmp_ref, (size_t)rows * (size_t)rows, &a->coupling),
+                          KMP_ROOM(kmp_articulated_elastic, a->tree->model->flexible_count, &a->elastic),
+                          KMP_ROOM(int, a->tree->count, &a->region)) &&
+           place_elastic(a) && place_rows(a);
 }
 
 kempe_status kmp_articulated_init(kmp_articulated *a, const kmp_tree *tree, const kmp_carried *carried)
@@ -308,9 +484,20 @@ kempe_status kmp_articulated_init(kmp_articulated *a, const kmp_tree *tree, cons
     }
     for (int i = tree->count - 1; !kmp_graph_failed(g) && i > 0; i--) {
         eliminate_rows(a, i, &r[i]);
+        if (a->region[i] > 0) {
+            const int massless = pass_elastic(a, i, &r[i]);
+            if (!kmp_graph_failed(g) && massless >= 0)
+                return fail_massless(tree->model, massless);
+        }
+        if (tree->links[i].motion < 0) {
+            pass_rows(a, i);
+            if (tree->links[i].parent > 0)
+                add_to_parent(tree, i, r[i], &r[tree->links[i].parent]);
+            continue;
+        }
         a->inverse[i] = release(tree, i, &r[i], &a->passed[i]);
         if (!kmp_graph_failed(g) && a->inverse[i] == KMP_ZERO)
-            return fail_massless(tree->model, i - 1);
+            return fail_massless(tree->model, tree->links[i].motion);
         carry_rows(a, i);
         if (tree->links[i].parent > 0)
             add_to_parent(tree, i, r[i], &r[tree->links[i].parent]);
@@ -368,6 +555,51 @@ static bool rests(const kmp_graph *g, const kmp_wrench *parent, kmp_ref load)
            kmp_vec_is_zero(parent->force);
 }
 
+/* The load of a link that coordinates of a flexible body move on these, and at the innermost one theirs on the link. */
+static void load_elastic(kmp_articulated *a, int i, const kmp_ref *effort, kmp_wrench *w)
+{
+    kmp_graph *g = a->tree->graph;
+    kmp_articulated_elastic *x = &a->elastic[a->region[i] - 1];
+    const kmp_link *link = &a->tree->links[i];
+    const int n = x->of->count;
+    for (int e = 0; link->guide && e < n; e++)
+        x->force[e] = kmp_sub(g, x->force[e], kmp_mul(g, link->guide->slope[e], *kmp_wrench_along(link, w)));
+    for (int e = n; i == x->of->innermost && e-- > 0;) {
+        x->force[e] = kmp_add(g, x->force[e], effort ? effort[x->of->first + e] : KMP_ZERO);
+        const kmp_ref part = kmp_mul(g, x->inverse[e], x->force[e]);
+        add_multiple(g, w, part, &column_at(x, i)[e]);
+        for (int f = 0; f < e; f++)
+            x->force[f] = kmp_sub(g, x->force[f], kmp_mul(g, x->inertia[e * n + f], part));
+        for (int k = a->first[i]; k < a->first[i + 1]; k++) {
+            const int row = a->at[k].row;
+            a->left[row] = kmp_add(g, a->left[row], kmp_mul(g, x->row[row * n + e], part));
+        }
+    }
+}
+
+/* Accelerations of a flexible body's coordinates from that of the innermost link before it moves by them. */
+static void accelerate_elastic(const kmp_articulated *a, int i, const kmp_wrench *m,
+                               const kmp_articulated_result *result)
+{
+    kmp_graph *g = a->tree->graph;
+    const kmp_articulated_elastic *x = &a->elastic[a->region[i] - 1];
+    const int n = x->of->count;
+    for (int e = 0; e < n; e++) {
+        const kmp_wrench *column = &column_at(x, i)[e];
+        kmp_ref sum = kmp_sub(g, x->force[e], kmp_vec_dot(g, column->moment, m->moment));
+        sum = kmp_sub(g, sum, kmp_vec_dot(g, column->force, m->force));
+        for (int f = 0; f < e; f++)
+            sum = kmp_sub(g, sum, kmp_mul(g, x->inertia[e * n + f], result->qdd[x->of->first + f]));
+        if (result->open)
+            result->open[x->of->first + e] = kmp_mul(g, sum, x->inverse[e]);
+        for (int k = a->first[i]; k < a->first[i + 1]; k++) {
+            const int row = a->at[k].row;
+            sum = kmp_add(g, sum, kmp_mul(g, x->row[row * n + e], result->lambda[row]));
+        }
+        result->qdd[x->of->first + e] = kmp_mul(g, sum, x->inverse[e]);
+    }
+}
+
 /* The generalized force left for each joint's own acceleration, in `qdd`, and the load on its parent. */
 static void sweep_inwards(kmp_articulated *a, const kmp_ref *effort, kmp_ref *qdd)
 {
@@ -375,22 +607,57 @@ static void sweep_inwards(kmp_articulated *a, const kmp_ref *effort, kmp_ref *qd
     kmp_graph *g = tree->graph;
     for (int i = tree->count - 1; i > 0; i--) {
         const kmp_link *link = &tree->links[i];
+        const int motion = link->motion;
         leave_curves(a, i);
         kmp_wrench w = a->down[i], *passed = &a->passed[i];
-        kmp_ref own = effort ? effort[i - 1] : KMP_ZERO, *along = kmp_wrench_along(link, &w);
+        if (a->region[i] > 0)
+            load_elastic(a, i, effort, &w);
+        if (motion < 0) {
+            if (link->parent > 0)
+                kmp_wrench_to_parent(tree, i, w, &a->down[link->parent]);
+            continue;
+        }
+        kmp_ref own = effort ? effort[motion] : KMP_ZERO, *along = kmp_wrench_along(link, &w);
         own = link->reversed ? kmp_neg(own) : own;
-        qdd[i - 1] = kmp_sub(g, own, *along);
+        qdd[motion] = kmp_sub(g, own, *along);
         for (int e = a->first[i]; e < a->first[i + 1]; e++)
             if (a->home[a->at[e].row] != i)
-                a->left[a->at[e].row] = kmp_add(g, a->left[a->at[e].row], kmp_mul(g, a->at[e].share, qdd[i - 1]));
-        w.moment = kmp_vec_add(g, w.moment, kmp_vec_scale(g, qdd[i - 1], passed->moment));
-        w.force = kmp_vec_add(g, w.force, kmp_vec_scale(g, qdd[i - 1], passed->force));
+                a->left[a->at[e].row] = kmp_add(g, a->left[a->at[e].row], kmp_mul(g, a->at[e].share, qdd[motion]));
+        w.moment = kmp_vec_add(g, w.moment, kmp_vec_scale(g, qdd[motion], passed->moment));
+        w.force = kmp_vec_add(g, w.force, kmp_vec_scale(g, qdd[motion], passed->force));
         if (link->armature == KMP_ZERO)
             *along = own;
         if (link->parent > 0)
             kmp_wrench_to_parent(tree, i, w, &a->down[link->parent]);
     }
     leave_curves(a, 0);
+}
+
+/* The acceleration of link i, where its own motion has none, from its parent's. */
+static kmp_wrench carried_acceleration(const kmp_tree *tree, int i, const kmp_wrench *h)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_link *link = &tree->links[i];
+    kmp_wrench m;
+    m.moment = kmp_link_to_child(tree, i, h->moment);
+    m.force = kmp_link_to_child(tree, i, kmp_vec_add(g, h->force, kmp_vec_cross(g, h->moment, link->p)));
+    m.force = kmp_vec_add(g, m.force, kmp_vec_cross(g, m.moment, kmp_link_slide(tree, i)));
+    return m;
+}
+
+/* Of a link without a motion of its own: with that of its guide. */
+static void pass_acceleration(const kmp_articulated *a, int i, const kmp_articulated_result *result)
+{
+    kmp_graph *g = a->tree->graph;
+    const kmp_link *link = &a->tree->links[i];
+    kmp_wrench *m = &a->down[i];
+    *m = carried_acceleration(a->tree, i, &a->down[link->parent]);
+    if (a->region[i] > 0 && i == a->elastic[a->region[i] - 1].of->innermost)
+        accelerate_elastic(a, i, m, result);
+    kmp_ref *along = kmp_wrench_along(link, m);
+    for (int e = 0; link->guide && e < link->guide->count; e++)
+        *along = kmp_add(g, *along, kmp_mul(g, link->guide->slope[e], result->qdd[link->guide->first + e]));
+    find_multipliers(a, i, m, result->lambda);
 }
 
 /* Accelerations relative to qdd = 0; `moment` is the angular one, `force` that of the origin. */
@@ -405,31 +672,34 @@ static void sweep_outwards(kmp_articulated *a, const kmp_articulated_result *res
     for (int i = 1; i < tree->count; i++) {
         const kmp_link *link = &tree->links[i];
         const kmp_wrench *h = &m[link->parent], *passed = &a->passed[i];
+        const int motion = link->motion;
+        if (motion < 0) {
+            pass_acceleration(a, i, result);
+            continue;
+        }
         kmp_ref pushed = KMP_ZERO; /* by multipliers */
         for (int e = a->first[i]; e < a->first[i + 1]; e++)
             if (a->home[a->at[e].row] != i)
                 pushed = kmp_add(g, pushed, kmp_mul(g, a->at[e].share, result->lambda[a->at[e].row]));
-        if (a->first[i] == a->first[i + 1] && rests(g, h, qdd[i - 1])) {
+        if (a->first[i] == a->first[i + 1] && rests(g, h, qdd[motion])) {
             m[i] = *h;
             if (result->open)
-                result->open[i - 1] = qdd[i - 1];
+                result->open[motion] = qdd[motion];
             continue;
         }
-        m[i].moment = kmp_link_to_child(tree, i, h->moment);
-        m[i].force = kmp_link_to_child(tree, i, kmp_vec_add(g, h->force, kmp_vec_cross(g, h->moment, link->p)));
-        m[i].force = kmp_vec_add(g, m[i].force, kmp_vec_cross(g, m[i].moment, kmp_link_slide(tree, i)));
+        m[i] = carried_acceleration(tree, i, h);
         kmp_ref along =
             kmp_add(g, kmp_vec_dot(g, passed->moment, m[i].moment), kmp_vec_dot(g, passed->force, m[i].force));
-        kmp_ref open = kmp_sub(g, kmp_mul(g, a->inverse[i], qdd[i - 1]), along), *x = kmp_wrench_along(link, &m[i]);
+        kmp_ref open = kmp_sub(g, kmp_mul(g, a->inverse[i], qdd[motion]), along), *x = kmp_wrench_along(link, &m[i]);
         kmp_ref total = kmp_add(g, open, pushed);
         bool geared = link->armature != KMP_ZERO; /* its own acceleration is a part of `along` then */
-        qdd[i - 1] = geared ? total : kmp_sub(g, total, *x);
+        qdd[motion] = geared ? total : kmp_sub(g, total, *x);
         open = geared ? open : kmp_sub(g, open, *x);
         *x = geared ? kmp_add(g, *x, total) : total;
         if (link->reversed)
-            qdd[i - 1] = kmp_neg(qdd[i - 1]);
+            qdd[motion] = kmp_neg(qdd[motion]);
         if (result->open)
-            result->open[i - 1] = link->reversed ? kmp_neg(open) : open;
+            result->open[motion] = link->reversed ? kmp_neg(open) : open;
         find_multipliers(a, i, &m[i], result->lambda);
     }
 }
@@ -439,6 +709,9 @@ void kmp_articulated_solve(kmp_articulated *a, const kmp_ref *effort, const kmp_
 {
     for (int i = 0; i < a->tree->count; i++)
         a->down[i] = share ? share[i] : (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
+    for (int k = 0; k < a->tree->model->flexible_count; k++)
+        for (int e = 0; e < a->elastic[k].of->count; e++)
+            a->elastic[k].force[e] = KMP_ZERO;
     for (int r = 0; r < a->carried.rows; r++)
         a->left[r] = kmp_mul(a->tree->graph, a->carried.kept[r], curve[r]);
     sweep_inwards(a, effort, result->qdd);

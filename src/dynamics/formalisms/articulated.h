@@ -22,6 +22,18 @@ typedef struct kmp_carried_row {
     kmp_ref effort, share; /* what the multiplier leaves of its force for the joint's own acceleration; over S.U */
 } kmp_carried_row;
 
+/** Coordinates of a flexible body, eliminated at the link nearest to the ground that they move, the last one first: for
+ * each its pivot, the wrench about that link's origin that its unit acceleration needs, its inertia with those that are
+ * eliminated later, and its coefficients in rows. */
+typedef struct kmp_articulated_elastic {
+    const kmp_deformation *of;
+    int frame;
+    kmp_wrench *at; /* count x links of the body: until they are eliminated at the innermost one */
+    kmp_ref *inertia, *inverse; /* count x count; count */
+    kmp_ref *row;               /* rows x count */
+    kmp_ref *force;             /* count: what is left of the generalized force, of a solve */
+} kmp_articulated_elastic;
+
 /** In the room of the tree's graph, values of the recursion for each joint: its inertia S.U and U / S.U, the wrench
  * that a unit generalized force transmits; and for each row: its pivot, and what couples it with rows that are
  * eliminated later. */
@@ -37,6 +49,8 @@ typedef struct kmp_articulated {
     kmp_ref *pivot, *diagonal, *over; /* of each row: it, what it would be without rows eliminated before, 1 / pivot */
     kmp_ref *coupling;                /* rows x rows: of a row with those that are not eliminated before it */
     kmp_ref *left;                    /* of each row: the curve that is left for its multiplier, of a solve */
+    kmp_articulated_elastic *elastic; /* of each flexible body */
+    int *region;                      /* of each link: 1 + the flexible body whose coordinates move it; 0: none */
 } kmp_articulated;
 
 /** Articulated inertias from the leaves inwards; carried NULL: no rows. KEMPE_E_FAILED: a joint that moves no mass,

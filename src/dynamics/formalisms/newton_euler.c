@@ -2,8 +2,10 @@
 /* All quantities of link i are in its own axes. p_z^{hi} is the joint's offset p plus, for a translation, its slide.
  * Applied forces enter with their moment about the link's origin instead of the centre of mass. */
 #include "dynamics/formalisms/newton_euler.h"
+#include "dynamics/formalisms/flexible_body.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "symbolic/graph.h"
 #include "symbolic/label.h"
 
@@ -55,14 +57,27 @@ static kmp_ref signed_for(const kmp_link *link, kmp_ref r)
     return link->reversed ? kmp_neg(r) : r;
 }
 
-/* Recursion (11)-(14) from link h to i. */
-static void forward(const kmp_tree *tree, int i, kmp_ref qdd, kmp_link_motion *m)
+/* The acceleration of link i's own motion by those of the coordinates, signed like q; without its part at constant
+ * rates. */
+static kmp_ref own_acceleration(const kmp_tree *tree, int i, const kmp_ref *qdd)
+{
+    const kmp_link *link = &tree->links[i];
+    kmp_ref sum = KMP_ZERO;
+    if (link->motion >= 0)
+        return qdd[link->motion];
+    for (int k = 0; link->guide && k < link->guide->count; k++)
+        sum = kmp_add(tree->graph, sum, kmp_mul(tree->graph, link->guide->slope[k], qdd[link->guide->first + k]));
+    return sum;
+}
+
+/* Recursion (11)-(14) from link h to i, with the acceleration of its own motion. */
+static void forward(const kmp_tree *tree, int i, kmp_ref own, kmp_link_motion *m)
 {
     kmp_graph *g = tree->graph;
     const kmp_link *link = &tree->links[i];
     const kmp_link_motion *h = &m[link->parent];
     kmp_link_motion *mi = &m[i];
-    kmp_ref acceleration = signed_for(link, qdd);
+    kmp_ref acceleration = link->guide ? kmp_add(g, own, link->guide->curve) : signed_for(link, own);
     kmp_vec rate = kmp_vec_axis(link->qd, link->axis);
     mi->w = kmp_link_to_child(tree, i, h->w);
     mi->wd = kmp_link_to_child(tree, i, h->wd);
@@ -145,7 +160,7 @@ void kmp_wrench_to_parent(const kmp_tree *tree, int i, kmp_wrench w, kmp_wrench 
 }
 
 /* (37), (38): the component along the joint's motion, signed like q. */
-static kmp_ref project(const kmp_link *link, kmp_wrench *w)
+kmp_ref kmp_wrench_project(const kmp_link *link, kmp_wrench *w)
 {
     return signed_for(link, *kmp_wrench_along(link, w));
 }
@@ -157,7 +172,29 @@ static kmp_ref with_armature(const kmp_tree *tree, int i, kmp_ref x, kmp_ref qdd
     return armature == KMP_ZERO ? x : kmp_add(tree->graph, x, kmp_mul(tree->graph, armature, qdd));
 }
 
-void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share)
+/* The force of link i's own motion to its coordinate, or by its guide to those of a flexible body. */
+static void to_coordinates(const kmp_tree *tree, int i, kmp_wrench *w, const kmp_ref *qdd, kmp_ref *effort)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_link *link = &tree->links[i];
+    const kmp_ref along = kmp_wrench_project(link, w);
+    if (link->motion >= 0)
+        effort[link->motion] = with_armature(tree, i, along, qdd[link->motion]);
+    for (int k = 0; link->guide && k < link->guide->count; k++) {
+        kmp_ref *sum = &effort[link->guide->first + k];
+        *sum = kmp_add(g, *sum, kmp_mul(g, link->guide->slope[k], along));
+    }
+}
+
+/* The coordinates of flexible bodies have no force yet. */
+static void clear_elastic(const kmp_tree *tree, kmp_ref *effort)
+{
+    for (int k = 0; k < tree->model->motion_count; k++)
+        if (tree->of_motion[k] == 0)
+            effort[k] = KMP_ZERO;
+}
+
+void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share, kmp_ref *elastic)
 {
     kmp_link_motion *m = KMP_GRAPH_NEW(tree->graph, kmp_link_motion, tree->count);
     if (!m)
@@ -167,6 +204,8 @@ void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, km
         share[i] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
         forward(tree, i, KMP_ZERO, m);
         body_wrench(tree, i, &m[i], &applied[i], &share[i]);
+        if (tree->links[i].deformation)
+            kmp_flexible_wrench(tree, tree->links[i].deformation, NULL, &m[i], &share[i], elastic);
     }
 }
 
@@ -177,13 +216,17 @@ void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_
     for (int i = 0; i < tree->count; i++)
         w[i] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
     for (int i = 1; i < tree->count; i++) {
-        forward(tree, i, qdd[i - 1], m);
+        forward(tree, i, own_acceleration(tree, i, qdd), m);
         name_motion(tree->graph, i, &m[i]);
     }
-    for (int i = 1; i < tree->count; i++)
+    clear_elastic(tree, effort);
+    for (int i = 1; i < tree->count; i++) {
         body_wrench(tree, i, &m[i], &applied[i], &w[i]);
+        if (tree->links[i].deformation)
+            kmp_flexible_wrench(tree, tree->links[i].deformation, qdd, &m[i], &w[i], effort);
+    }
     for (int i = tree->count - 1; i > 0; i--) {
-        effort[i - 1] = with_armature(tree, i, project(&tree->links[i], &w[i]), qdd[i - 1]);
+        to_coordinates(tree, i, &w[i], qdd, effort);
         name_vector(tree->graph, &name_force, w[i].force, i, 0);
         name_vector(tree->graph, &name_moment, w[i].moment, i, 0);
         kmp_wrench_to_parent(tree, i, w[i], &w[tree->links[i].parent]);
@@ -244,7 +287,7 @@ static kmp_wrench column_wrench(const kmp_tree *tree, int i, column c)
  * entries M[k, h] equal M[h, k]. */
 static void mass_column(const kmp_tree *tree, int k, column *c, kmp_wrench *w, kmp_ref *m)
 {
-    int n = tree->count - 1;
+    int n = tree->model->motion_count, of_k = tree->links[k].motion;
     const column still = {kmp_vec_zero(), kmp_vec_zero()};
     for (int i = k; i < tree->count; i++) {
         w[i] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
@@ -257,7 +300,7 @@ static void mass_column(const kmp_tree *tree, int k, column *c, kmp_wrench *w, k
         kmp_wrench own = column_wrench(tree, i, c[i]);
         w[i].force = kmp_vec_add(tree->graph, w[i].force, own.force);
         w[i].moment = kmp_vec_add(tree->graph, w[i].moment, own.moment);
-        m[(i - 1) * n + k - 1] = project(&tree->links[i], &w[i]); /* (38) */
+        m[tree->links[i].motion * n + of_k] = kmp_wrench_project(&tree->links[i], &w[i]); /* (38) */
         name_vector(tree->graph, &name_column_rate, c[i].o, i, k);
         name_vector(tree->graph, &name_column_linear, c[i].a, i, k);
         name_vector(tree->graph, &name_column_force, w[i].force, i, k);
@@ -265,7 +308,7 @@ static void mass_column(const kmp_tree *tree, int k, column *c, kmp_wrench *w, k
         if (i > k)
             kmp_wrench_to_parent(tree, i, w[i], &w[tree->links[i].parent]);
     }
-    m[(k - 1) * n + k - 1] = with_armature(tree, k, m[(k - 1) * n + k - 1], KMP_ONE);
+    m[of_k * n + of_k] = with_armature(tree, k, m[of_k * n + of_k], KMP_ONE);
 }
 
 static void clear(kmp_ref *m, int count)
@@ -274,12 +317,30 @@ static void clear(kmp_ref *m, int count)
         m[k] = KMP_ZERO;
 }
 
+/* Each column by one product, of which half is not needed. */
+static void mass_by_products(const kmp_tree *tree, kmp_ref *m)
+{
+    const int n = tree->model->motion_count;
+    kmp_ref *x = KMP_GRAPH_NEW(tree->graph, kmp_ref, n), *entry = KMP_GRAPH_NEW(tree->graph, kmp_ref, n);
+    for (int k = 0; x && entry && k < n; k++) {
+        x[k] = KMP_ONE;
+        kmp_mass_times(tree, x, entry);
+        x[k] = KMP_ZERO;
+        for (int i = k; i < n; i++)
+            m[i * n + k] = entry[i];
+    }
+}
+
 void kmp_mass_ner(const kmp_tree *tree, kmp_ref *m)
 {
-    int n = tree->count - 1;
+    int n = tree->model->motion_count;
     column *c = KMP_GRAPH_NEW(tree->graph, column, tree->count);
     kmp_wrench *w = KMP_GRAPH_NEW(tree->graph, kmp_wrench, tree->count);
     clear(m, n * n);
+    if (tree->model->flexible_count > 0) {
+        mass_by_products(tree, m);
+        return;
+    }
     for (int k = 1; c && w && k < tree->count; k++)
         mass_column(tree, k, c, w, m);
 }
@@ -293,12 +354,15 @@ void kmp_mass_times(const kmp_tree *tree, const kmp_ref *x, kmp_ref *out)
         return;
     c[0] = (column){kmp_vec_zero(), kmp_vec_zero()};
     w[0] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
+    clear_elastic(tree, out);
     for (int i = 1; i < tree->count; i++) {
-        c[i] = forward_column(tree, i, x[i - 1], c[tree->links[i].parent]);
+        c[i] = forward_column(tree, i, own_acceleration(tree, i, x), c[tree->links[i].parent]);
         w[i] = column_wrench(tree, i, c[i]);
+        if (tree->links[i].deformation)
+            kmp_flexible_column(tree, tree->links[i].deformation, x, c[i].o, c[i].a, &w[i], out);
     }
     for (int i = tree->count - 1; i > 0; i--) {
-        out[i - 1] = with_armature(tree, i, project(&tree->links[i], &w[i]), x[i - 1]);
+        to_coordinates(tree, i, &w[i], x, out);
         kmp_wrench_to_parent(tree, i, w[i], &w[tree->links[i].parent]);
     }
 }
@@ -333,7 +397,7 @@ static kmp_composite lumped_to_parent(const kmp_tree *tree, int i, kmp_composite
 }
 
 /* The wrench about the origin that accelerates the composite body of link i along its own joint. */
-static kmp_wrench unit_wrench(const kmp_tree *tree, int i, const kmp_composite *c)
+kmp_wrench kmp_unit_wrench(const kmp_tree *tree, int i, const kmp_composite *c)
 {
     kmp_graph *g = tree->graph;
     const kmp_link *link = &tree->links[i];
@@ -345,7 +409,7 @@ static kmp_wrench unit_wrench(const kmp_tree *tree, int i, const kmp_composite *
 
 void kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
 {
-    int n = tree->count - 1;
+    int n = tree->model->motion_count;
     kmp_composite *c = KMP_GRAPH_NEW(tree->graph, kmp_composite, tree->count);
     clear(m, n * n);
     for (int i = 1; c && i < tree->count; i++)
@@ -357,14 +421,18 @@ void kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
         name_vector(g, &name_first, c[i].moment, i, 0);
         for (int k = 0; k < 6; k++)
             name_entry(g, &name_second, c[i].inertia.x[k], entry[k], i, 0);
-        kmp_wrench w = unit_wrench(tree, i, &c[i]);
-        m[(i - 1) * n + i - 1] = with_armature(tree, i, project(&tree->links[i], &w), KMP_ONE);
-        for (int k = i; tree->links[k].parent > 0; k = tree->links[k].parent) {
+        const int of_i = tree->links[i].motion;
+        kmp_wrench w = {kmp_vec_zero(), kmp_vec_zero()};
+        if (of_i >= 0) {
+            w = kmp_unit_wrench(tree, i, &c[i]);
+            m[of_i * n + of_i] = with_armature(tree, i, kmp_wrench_project(&tree->links[i], &w), KMP_ONE);
+        }
+        for (int k = i; of_i >= 0 && tree->links[k].parent > 0; k = tree->links[k].parent) {
             kmp_wrench below = {kmp_vec_zero(), kmp_vec_zero()};
             int h = tree->links[k].parent;
             kmp_wrench_to_parent(tree, k, w, &below);
             w = below;
-            m[(i - 1) * n + h - 1] = project(&tree->links[h], &w);
+            kmp_mass_couple(tree, h, of_i, &w, m);
             name_vector(tree->graph, &name_column_force, w.force, h, i);
             name_vector(tree->graph, &name_column_moment, w.moment, h, i);
         }
@@ -372,31 +440,43 @@ void kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
         if (h > 0)
             c[h] = kmp_composite_add(tree->graph, c[h], lumped_to_parent(tree, i, c[i]));
     }
+    for (int i = 1; c && i < tree->count; i++)
+        if (tree->links[i].deformation)
+            kmp_flexible_mass(tree, i, c, m);
 }
 
 /* -- energy ------------------------------------------------------------------------------------------ */
 
-/* m v^2 + w' I w of link i, with v of its centre of mass, and its armature's part. */
+/* m v^2 + w' I w of link i, with v of its centre of mass, the part of its deformation, and its armature's part. */
 static kmp_ref twice_the_energy(const kmp_tree *tree, int i, kmp_vec v, kmp_vec w)
 {
     kmp_graph *g = tree->graph;
     const kmp_link *link = &tree->links[i];
+    const kmp_deformation *d = link->deformation;
     kmp_vec centre = kmp_vec_add(g, v, kmp_vec_cross(g, w, link->com));
+    if (d)
+        centre =
+            kmp_vec_add(g, centre, kmp_vec_scale(g, kmp_div(g, KMP_ONE, link->mass), kmp_deformation_momentum(g, d)));
     kmp_ref sum = kmp_mul(g, link->mass, kmp_vec_dot(g, centre, centre));
+    if (d) {
+        sum = kmp_add(g, sum, kmp_mul(g, kmp_const(g, 2), kmp_vec_dot(g, w, kmp_deformation_spin(g, d))));
+        sum = kmp_add(g, sum, kmp_deformation_energy(g, d));
+    }
     sum = kmp_add(g, sum, kmp_vec_dot(g, w, kmp_tensor_apply(g, link->inertia, w)));
     return kmp_add(g, sum, kmp_mul(g, link->armature, kmp_mul(g, link->qd, link->qd)));
 }
 
 /* Velocities of origins and angular velocities in the axes of the links, from the ground outwards. */
-kmp_ref kmp_kinetic_energy(const kmp_tree *tree, int count)
+kmp_ref kmp_kinetic_energy(const kmp_tree *tree)
 {
     kmp_graph *g = tree->graph;
     kmp_vec *v = KMP_GRAPH_NEW(g, kmp_vec, tree->count), *w = KMP_GRAPH_NEW(g, kmp_vec, tree->count);
+    const int count = tree->count - tree->model->state_count;
     kmp_ref sum = KMP_ZERO;
     if (!v || !w)
         return sum;
     v[0] = w[0] = kmp_vec_zero();
-    for (int i = 1; i <= count; i++) {
+    for (int i = 1; i < count; i++) {
         const kmp_link *link = &tree->links[i];
         const int h = link->parent;
         kmp_vec rate = kmp_vec_axis(link->qd, link->axis);

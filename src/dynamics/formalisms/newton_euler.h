@@ -15,6 +15,12 @@ static inline kmp_ref *kmp_wrench_along(const kmp_link *link, kmp_wrench *w)
     return link->rotation ? &w->moment.x[link->axis] : &w->force.x[link->axis];
 }
 
+/** The component along the link's motion, signed like q. */
+kmp_ref kmp_wrench_project(const kmp_link *link, kmp_wrench *w);
+
+/** The wrench about the origin that accelerates the composite body of link i along its own motion. */
+kmp_wrench kmp_unit_wrench(const kmp_tree *tree, int i, const kmp_composite *c);
+
 /** Motion of a link: omega, omega dot, beta = omega dot~ + omega~ omega~ (13), alpha = acceleration - g (10) of its
  *  origin. */
 typedef struct kmp_link_motion {
@@ -32,15 +38,16 @@ void kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench
 void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_link_motion *m,
                             kmp_wrench *w, kmp_ref *effort);
 
-/** Each link's own share of (25) and (27) with the coordinates at rest in their rates (qdd = 0), about its origin. */
-void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share);
+/** Each link's own share of (25) and (27) with the coordinates at rest in their rates (qdd = 0), about its origin, and
+ * the inertial forces on coordinates of flexible bodies then (n, zero for others). */
+void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share, kmp_ref *elastic);
 
 /** Adds link i's wrench about its origin to its parent's: the sums of (25) and (27). */
 void kmp_wrench_to_parent(const kmp_tree *tree, int i, kmp_wrench w, kmp_wrench *parent);
 
-/** The kinetic energy link by link, of `count` links from the first one: a number of operations in proportion to the
- * links, where qd' M qd / 2 has that of the entries of M. */
-kmp_ref kmp_kinetic_energy(const kmp_tree *tree, int count);
+/** The kinetic energy of all bodies link by link: a number of operations in proportion to the links, where qd' M qd / 2
+ * has that of the entries of M. */
+kmp_ref kmp_kinetic_energy(const kmp_tree *tree);
 
 /** M[i, k] for k <= i as m[i * n + k]; entries off the tree are zero. */
 typedef void kmp_mass_scheme(const kmp_tree *tree, kmp_ref *m);

@@ -277,7 +277,7 @@ static void press_pin(const kmp_tree *tree, int c, kmp_ref force[3])
     const kempe_model *model = tree->model;
     const kmp_closure *closure = &model->closures[c];
     const int *point = closure->point;
-    int frame = kmp_tree_common(tree, kmp_point_link(tree, point[0]), kmp_point_link(tree, point[1]));
+    int frame = kmp_point_frame(tree, point[0], point[1]);
     int body = kmp_model_common_body(model, model->points[point[0]].body, model->points[point[1]].body);
     kmp_vec axis = kmp_point_direction(tree, point[0], closure->axis[0], frame);
     axis = kmp_body_vector_back(tree, body, axis);

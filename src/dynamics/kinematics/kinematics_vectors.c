@@ -97,14 +97,18 @@ kmp_vec kmp_link_slide(const kmp_tree *tree, int i)
 
 void kmp_tree_runs(const kmp_tree *tree, int *run)
 {
+    for (int k = 0; k < tree->model->motion_count; k++)
+        run[k] = -1;
     for (int i = 1; i < tree->count; i++) {
         const kmp_link *link = &tree->links[i];
         int before = link->parent;
         bool same = !link->turned;
+        if (link->motion < 0 || !link->rotation)
+            continue;
         for (; before > 0 && !tree->links[before].rotation; before = tree->links[before].parent)
             same = same && !tree->links[before].turned;
-        same = same && before > 0 && tree->links[before].axis == link->axis;
-        run[i - 1] = !link->rotation ? -1 : same ? run[before - 1] : i - 1;
+        same = same && before > 0 && tree->links[before].axis == link->axis && tree->links[before].motion >= 0;
+        run[link->motion] = same ? run[tree->links[before].motion] : link->motion;
     }
 }
 
@@ -132,12 +136,16 @@ bool kmp_tree_is_above(const kmp_tree *tree, int a, int i)
  * of vectors rotated by absolute angles. */
 int kmp_point_link(const kmp_tree *tree, int point)
 {
-    return tree->mounts[tree->model->points[point].body].link;
+    const kmp_point *p = &tree->model->points[point];
+    const int flexible = tree->model->bodies[p->body].flexible - 1;
+    return p->station > 0 ? tree->stations[flexible][p->station - 1] : tree->mounts[p->body].link;
 }
 
 kmp_vec kmp_point_local(const kmp_tree *tree, int point)
 {
     const kmp_point *p = &tree->model->points[point];
+    if (p->station > 0) /* whose link has the axes of the body */
+        return kmp_tree_vector(tree, p->offset);
     kmp_vec at = kmp_body_vector(tree, p->body, kmp_tree_vector(tree, p->at));
     return kmp_vec_add(tree->graph, tree->mounts[p->body].p, at);
 }
@@ -187,9 +195,17 @@ kmp_vec kmp_point_position(const kmp_tree *tree, int point, int ancestor)
     return kmp_link_position(tree, kmp_point_link(tree, point), kmp_point_local(tree, point), ancestor);
 }
 
+int kmp_point_frame(const kmp_tree *tree, int a, int b)
+{
+    const kmp_point *points = tree->model->points;
+    const int body = kmp_model_common_body(tree->model, points[a].body, points[b].body);
+    return tree->model->bodies[body].flexible ? tree->mounts[body].link
+                                              : kmp_tree_common(tree, kmp_point_link(tree, a), kmp_point_link(tree, b));
+}
+
 kmp_vec kmp_point_difference(const kmp_tree *tree, int a, int b, int *frame)
 {
-    *frame = kmp_tree_common(tree, kmp_point_link(tree, a), kmp_point_link(tree, b));
+    *frame = kmp_point_frame(tree, a, b);
     return kmp_vec_sub(tree->graph, kmp_point_position(tree, b, *frame), kmp_point_position(tree, a, *frame));
 }
 
@@ -251,16 +267,16 @@ kmp_derivative *kmp_partial_time_derivative(const kmp_tree *tree)
 static bool make_seeds(const kmp_tree *tree, bool rates)
 {
     kmp_graph *g = tree->graph;
-    int n = tree->count - 1, last = rates ? 2 * n : n;
+    int n = tree->model->motion_count, last = rates ? 2 * n : n;
     int room = last + kmp_tree_time_leaf_count(tree);
     kmp_ref *leaf = tree->seeds->leaf[rates];
     leaf = leaf ? leaf : KMP_GRAPH_NEW(g, kmp_ref, 2 * room);
     if (!leaf)
         return false;
     kmp_ref *direction = leaf + room;
-    for (int k = 0; k < n; k++) { /* the inputs themselves, whatever the sign of both in the joint */
-        leaf[k] = tree->links[k + 1].q & ~(kmp_ref)1;
-        direction[k] = tree->links[k + 1].qd & ~(kmp_ref)1;
+    for (int k = 0; k < n; k++) {
+        leaf[k] = kmp_input(g, KMP_IN_Q, (uint32_t)k);
+        direction[k] = kmp_input(g, KMP_IN_QD, (uint32_t)k);
         if (rates) {
             leaf[n + k] = direction[k];
             direction[n + k] = kmp_input(g, KMP_IN_QDD, (uint32_t)k);

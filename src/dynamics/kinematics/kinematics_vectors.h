@@ -71,5 +71,9 @@ kmp_vec kmp_point_direction(const kmp_tree *tree, int point, const double v[3], 
 /** A point's three axes as vectors in the axes of an ancestor link. */
 void kmp_point_axes(const kmp_tree *tree, int point, int ancestor, kmp_vec axes[3]);
 
-/** From point a to point b in the axes of the nearest common ancestor, whose link is stored in *frame. */
+/** The nearest common link of two points; where they are on stations of one flexible body, the link of its frame, which
+ * has the axes of the body. */
+int kmp_point_frame(const kmp_tree *tree, int a, int b);
+
+/** From point a to point b in the axes of their frame, which is stored in *frame. */
 kmp_vec kmp_point_difference(const kmp_tree *tree, int a, int b, int *frame);

@@ -66,19 +66,20 @@ bool kmp_tree_chart_before(const kempe_model *model, int first)
     return before <= OWN_DATA + CARRIED * count;
 }
 
-/* Sets `before` and `after` of all links, none with a chart unless the tree is charted. false: no memory. */
+/* Finds the charts of all motions, none unless the tree is charted. false: no memory. */
 static bool tree_place_charts(kmp_tree *tree)
 {
-    int *first = KMP_ARENA_NEW(&tree->arena, int, tree->count), count = 0;
+    const int n = tree->model->motion_count;
+    int *first = KMP_ARENA_NEW(&tree->arena, int, n + 1), count = 0;
     if (first && tree->charted)
         count = kmp_spherical_find(tree->model, first);
-    for (int i = 0; i < tree->count; i++)
-        tree->links[i].before = tree->links[i].after = -1;
+    for (int k = 0; k < n; k++)
+        tree->chart_before[k] = tree->chart_after[k] = -1;
     for (int c = 0; c < count; c++)
         if (kmp_tree_chart_before(tree->model, first[c]))
-            tree->links[first[c] + 1].before = c;
+            tree->chart_before[first[c]] = c;
         else
-            tree->links[first[c] + 3].after = c;
+            tree->chart_after[first[c] + 2] = c;
     return first && count >= 0;
 }
 
@@ -228,6 +229,16 @@ kmp_vec kmp_body_vector_back(const kmp_tree *tree, int body, kmp_vec v)
 
 /* -- the tree ---------------------------------------------------------------------------------------- */
 
+/* A composite as mass, centre and inertia about the centre. */
+static kmp_inertia about_centre(kmp_graph *g, kmp_composite c)
+{
+    kmp_inertia r = {c.mass, kmp_vec_scale(g, kmp_div(g, KMP_ONE, c.mass), c.moment), c.inertia};
+    const kmp_tensor steiner = kmp_tensor_steiner(g, c.mass, r.com, r.com);
+    for (int k = 0; k < 6; k++)
+        r.about_com.x[k] = kmp_sub(g, c.inertia.x[k], steiner.x[k]);
+    return r;
+}
+
 /* A body's tensor in link axes: b' I b with v_body = b v_link, by columns. */
 static kmp_tensor body_inertia(const kmp_tree *tree, int body)
 {
@@ -260,6 +271,9 @@ static kmp_tensor body_inertia(const kmp_tree *tree, int body)
 kmp_inertia kmp_body_inertia(const kmp_tree *tree, int b)
 {
     const kmp_body *body = &tree->model->bodies[b];
+    const kmp_link *link = &tree->links[tree->mounts[b].link];
+    if (link->deformation)
+        return (kmp_inertia){link->mass, link->com, link->inertia};
     kmp_vec com = kmp_body_vector(tree, b, kmp_tree_vector(tree, body->com));
     com = kmp_vec_add(tree->graph, com, tree->mounts[b].p);
     return (kmp_inertia){kmp_tree_number(tree, &body->mass), com, body_inertia(tree, b)};
@@ -273,6 +287,7 @@ static kmp_body_on_link find_base(const kmp_tree *tree, int b)
     kmp_body_on_link base = tree->mounts[body->parent];
     double axes[3][3], frame[3][3];
     if (body->at >= 0) {
+        base.link = kmp_point_link(tree, body->at);
         base.p = kmp_point_local(tree, body->at);
         memcpy(axes, model->points[body->at].axes, sizeof axes);
         if (model->points[body->at].turned)
@@ -286,17 +301,18 @@ static kmp_body_on_link find_base(const kmp_tree *tree, int b)
     return base;
 }
 
-static void set_motion(kmp_tree *tree, int k, kmp_body_on_link *base)
+/* The next link, whose parent, origin and axes are at `base`, which becomes the link's own; motion -1: it has none. */
+static kmp_link *add_link(kmp_tree *tree, int motion, bool rotation, const double axis[3], kmp_body_on_link *base)
 {
-    const kmp_motion *motion = &tree->model->motions[k];
-    const kmp_body *body = &tree->model->bodies[motion->body];
-    kmp_link *link = &tree->links[k + 1];
-    bool last = k == body->first_motion + body->motion_count - 1;
+    kmp_link *link = &tree->links[tree->count];
     link->parent = base->link;
-    link->body = last ? motion->body : -1;
-    link->rotation = motion->rotation;
+    link->body = -1;
+    link->motion = motion;
+    link->before = motion >= 0 ? tree->chart_before[motion] : -1;
+    link->after = motion >= 0 ? tree->chart_after[motion] : -1;
+    link->rotation = rotation;
     link->p = base->p;
-    choose_axes(link, motion->axis);
+    choose_axes(link, axis);
     /* g = a_parent' r a_link, where v_parent = r v_child in model axes at q = 0; `turned` unless it is the identity. */
     kmp_link *parent = &tree->links[link->parent];
     bool same = memcmp(link->a, parent->a, sizeof link->a) == 0;
@@ -307,14 +323,25 @@ static void set_motion(kmp_tree *tree, int k, kmp_body_on_link *base)
     }
     link->turned = !is_identity(link->g);
     relate_chart(tree->graph, link, &tree->links[link->parent], base->r);
+    *base = (kmp_body_on_link){.link = tree->count++, .p = kmp_vec_zero()};
+    identity(base->r);
+    return link;
+}
+
+static void set_motion(kmp_tree *tree, int k, kmp_body_on_link *base)
+{
+    const kmp_motion *motion = &tree->model->motions[k];
+    const kmp_body *body = &tree->model->bodies[motion->body];
+    kmp_link *link = add_link(tree, k, motion->rotation, motion->axis, base);
+    if (k == body->first_motion + body->motion_count - 1)
+        link->body = motion->body;
+    tree->of_motion[k] = base->link;
     link->q = kmp_input(tree->graph, KMP_IN_Q, (uint32_t)k);
     link->qd = kmp_input(tree->graph, KMP_IN_QD, (uint32_t)k);
     if (link->reversed) {
         link->q = kmp_neg(link->q);
         link->qd = kmp_neg(link->qd);
     }
-    *base = (kmp_body_on_link){.link = k + 1, .p = kmp_vec_zero()};
-    identity(base->r);
 }
 
 /* r m' */
@@ -346,6 +373,75 @@ static void hang(kmp_tree *tree, int b, const kmp_body_on_link *end)
     place->p = kmp_vec_sub(tree->graph, place->p, at);
 }
 
+/* -- flexible bodies --------------------------------------------------------------------------------- */
+
+static const double unit_axes[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+
+/* A link that moves by a function of the body's coordinates; none where it is constantly zero. */
+static void add_guided(kmp_tree *tree, const kmp_flexible *flexible, bool rotation, int axis, const kmp_station *at,
+                       double sign, kmp_body_on_link *base)
+{
+    const int n = flexible->count;
+    const kmp_number *linear = (rotation ? at->turn : at->shift) + (ptrdiff_t)axis * n;
+    const kmp_number *more = (rotation ? at->turn_more : at->shift_more) + (ptrdiff_t)axis * n * n;
+    kmp_guide *guide = KMP_GRAPH_NEW(tree->graph, kmp_guide, 1);
+    kmp_ref value = KMP_ZERO, rate = KMP_ZERO;
+    if (!guide || !kmp_guide_make(tree, flexible, linear, more, sign, guide, &value, &rate))
+        return;
+    kmp_link *link = add_link(tree, -1, rotation, unit_axes[axis], base);
+    link->guide = guide;
+    link->q = value;
+    link->qd = rate;
+}
+
+/* The frame of a flexible body, on a link of its own whose axes are the body's: behind the station where its joint is,
+ * if that moves; otherwise fixed to the end of the joint's chain. The link nearest to the ground that the body's
+ * coordinates move. */
+static int add_frame(kmp_tree *tree, int b, const kmp_flexible *flexible, kmp_body_on_link *base)
+{
+    const kmp_station *station = &flexible->stations[0];
+    const int before = tree->count;
+    for (int axis = 0; flexible->moved && axis < 3; axis++)
+        add_guided(tree, flexible, true, axis, station, -1, base);
+    for (int axis = 0; flexible->moved && axis < 3; axis++)
+        add_guided(tree, flexible, false, axis, station, -1, base);
+    const kmp_link *end = &tree->links[base->link];
+    if (base->link == 0 || base->turned || end->deformation || end->after >= 0 ||
+        !is_identity(tree->links[base->link].a) || !kmp_vec_is_zero(base->p) || (end->body != b && end->body >= 0))
+        add_link(tree, -1, false, unit_axes[0], base);
+    tree->links[base->link].body = b;
+    return base->link < before ? base->link : before;
+}
+
+/* The inertia of a flexible body, and its stations. */
+static void set_flexible(kmp_tree *tree, int b, int innermost)
+{
+    const int which = tree->model->bodies[b].flexible - 1;
+    const kmp_flexible *flexible = &tree->model->flexibles[which];
+    kmp_link *frame = &tree->links[tree->mounts[b].link];
+    frame->deformation = kmp_deformation_new(tree, flexible, innermost);
+    if (!frame->deformation)
+        return;
+    const kmp_inertia own = about_centre(tree->graph, frame->deformation->whole);
+    frame->mass = own.mass;
+    frame->com = own.com;
+    frame->inertia = own.about_com;
+    for (int s = 0; s < flexible->station_count; s++) {
+        const kmp_station *station = &flexible->stations[s];
+        kmp_body_on_link base = tree->mounts[b];
+        base.p = kmp_tree_vector(tree, station->at);
+        for (int axis = 0; axis < 3; axis++)
+            add_guided(tree, flexible, false, axis, station, 1, &base);
+        for (int axis = 3; axis-- > 0;)
+            add_guided(tree, flexible, true, axis, station, 1, &base);
+        if (base.link == tree->mounts[b].link) /* it does not move */
+            add_link(tree, -1, false, unit_axes[0], &base);
+        tree->stations[which][s] = base.link;
+    }
+}
+
+/* -- bodies ------------------------------------------------------------------------------------------ */
+
 static void set_body(kmp_tree *tree, int b)
 {
     const kmp_body *body = &tree->model->bodies[b];
@@ -353,7 +449,16 @@ static void set_body(kmp_tree *tree, int b)
     for (int k = 0; k < body->motion_count; k++)
         set_motion(tree, body->first_motion + k, &base);
     if (kmp_body_has_armature(body))
-        tree->links[body->first_motion + 1].armature = kmp_tree_number(tree, &body->armature);
+        tree->links[tree->of_motion[body->first_motion]].armature = kmp_tree_number(tree, &body->armature);
+    if (body->flexible) {
+        if (body->turned && body->reversed)
+            turn_back(base.r, tree->model->bodies[b].frame);
+        base.turned = !is_identity(base.r);
+        const int innermost = add_frame(tree, b, &tree->model->flexibles[body->flexible - 1], &base);
+        tree->mounts[b] = base;
+        set_flexible(tree, b, innermost);
+        return;
+    }
     hang(tree, b, &base);
     /* Adds a body to the link that carries it; the ground needs no mass. */
     kmp_link *link = &tree->links[tree->mounts[b].link];
@@ -382,14 +487,22 @@ static void set_body(kmp_tree *tree, int b)
 /* A tree with room for its arrays. False: no memory. */
 static bool allocate_tree(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
 {
-    *tree = (kmp_tree){.graph = g, .model = model, .keep = keep, .charted = charted, .count = model->motion_count + 1};
-    KMP_ARENA_MAKE(&tree->arena, KMP_ROOM(kmp_link, tree->count, &tree->links),
+    enum { GUIDED_MOST = 7 }; /* of a station, or of a frame */
+    int most = model->motion_count + 1;
+    *tree = (kmp_tree){.graph = g, .model = model, .keep = keep, .charted = charted, .count = 1};
+    for (int k = 0; k < model->flexible_count; k++)
+        most += GUIDED_MOST * (1 + model->flexibles[k].station_count);
+    KMP_ARENA_MAKE(&tree->arena, KMP_ROOM(kmp_link, most, &tree->links),
                    KMP_ROOM(kmp_body_on_link, model->body_count, &tree->mounts),
-                   KMP_ROOM(double, tree->count, &tree->factor), KMP_ROOM(kmp_turn, tree->count, &tree->turn),
-                   KMP_ROOM(kmp_time_seeds, 1, &tree->seeds),
+                   KMP_ROOM(double, model->motion_count + 1, &tree->factor),
+                   KMP_ROOM(kmp_turn, model->motion_count + 1, &tree->turn),
+                   KMP_ROOM(int, model->motion_count, &tree->of_motion, &tree->chart_before, &tree->chart_after),
+                   KMP_ROOM(int *, model->flexible_count, &tree->stations), KMP_ROOM(kmp_time_seeds, 1, &tree->seeds),
                    KMP_ROOM(double, kmp_tree_symbol_count(tree), &tree->symbols),
                    KMP_ROOM(kmp_ref, KMP_UNKNOWNS_MOST * model->unknowns_count, &tree->unknown),
                    KMP_ROOM(bool, model->unknowns_count, &tree->solved));
+    for (int k = 0; tree->stations && k < model->flexible_count; k++)
+        tree->stations[k] = KMP_ARENA_NEW(&tree->arena, int, model->flexibles[k].station_count);
     return !tree->arena.failed;
 }
 
@@ -397,7 +510,12 @@ bool kmp_tree_init_again(kmp_tree *tree, const kmp_tree *from)
 {
     if (!allocate_tree(tree, from->graph, from->model, from->keep, from->charted))
         return false;
+    tree->count = from->count;
     memcpy(tree->links, from->links, (size_t)from->count * sizeof *from->links);
+    memcpy(tree->of_motion, from->of_motion, (size_t)from->model->motion_count * sizeof *from->of_motion);
+    for (int k = 0; k < from->model->flexible_count; k++)
+        memcpy(tree->stations[k], from->stations[k],
+               (size_t)from->model->flexibles[k].station_count * sizeof *from->stations[k]);
     memcpy(tree->mounts, from->mounts, (size_t)from->model->body_count * sizeof *from->mounts);
     memcpy(tree->symbols, from->symbols, (size_t)kmp_tree_symbol_count(from) * sizeof *from->symbols);
     tree->gravity = from->gravity;
@@ -413,7 +531,7 @@ static void add_headings(kmp_tree *tree)
         return;
     for (int i = 1; i < tree->count; i++) {
         const kmp_link *link = &tree->links[i], *parent = &tree->links[link->parent];
-        bool parallel = link->rotation && !link->turned &&
+        bool parallel = link->rotation && !link->turned && !link->guide &&
                         (link->parent == 0 || (parent->axis == link->axis && tree->heading[link->parent] != KMP_ZERO));
         if (parallel)
             tree->heading[i] = kmp_angle_add(tree->graph, tree->heading[link->parent], link->q);
@@ -426,7 +544,7 @@ bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_k
         kmp_tree_free(tree);
         return false;
     }
-    tree->links[0].parent = -1;
+    tree->links[0].parent = tree->links[0].motion = tree->links[0].before = tree->links[0].after = -1;
     identity(tree->links[0].a);
     identity(tree->mounts[0].r);
     for (int b = 1; b < model->body_count; b++)
@@ -435,7 +553,7 @@ bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_k
         /* The motion of a state: a rotation of a unit inertia on the ground. */
         kmp_body_on_link base = tree->mounts[0];
         set_motion(tree, k, &base);
-        tree->links[k + 1].inertia.x[0] = KMP_ONE;
+        tree->links[base.link].inertia.x[0] = KMP_ONE;
     }
     tree->gravity = kmp_tree_vector(tree, model->gravity);
     add_headings(tree);
@@ -464,7 +582,10 @@ void kmp_tree_sum_up(kmp_tree *tree)
 {
     for (int i = 1; i < tree->count; i++) {
         kmp_link *link = &tree->links[i];
-        link->own = link->base = kmp_composite_of(tree->graph, link->mass, link->com, link->inertia);
+        link->about = link->deformation;
+        link->own = link->deformation ? link->deformation->whole
+                                      : kmp_composite_of(tree->graph, link->mass, link->com, link->inertia);
+        link->base = link->own;
     }
 }
 

@@ -2,11 +2,16 @@
 /* The tree of links: one link a motion, as the paper's bodies (Fisette and Samin 1996, Fig. 2: body i carried by body
  * h through a joint of one degree of freedom). Intermediate links of a joint with several motions are massless.
  *
+ * The stations of a flexible body are guided links: massless, with motions that are functions of the body's
+ * coordinates. Bodies and points that are attached there are on such a link, so that each recursion meets flexible
+ * bodies in two places alone: at guided links and in the body's own inertia.
+ *
  * Link axes are chosen so that every motion is about or along a coordinate axis: an oblique axis costs one constant
  * rotation. Link 0 is the ground. */
 #pragma once
 
 #include "base/arena.h"
+#include "dynamics/kinematics/deformation.h"
 #include "dynamics/kinematics/model_conditions.h"
 #include "dynamics/kinematics/vector.h"
 #include "model/data/closure.h"
@@ -15,8 +20,11 @@
 #include <stdbool.h>
 
 typedef struct kmp_link {
-    int parent; /* link; -1 for the ground */
-    int body;   /* the body that it carries, except welded ones; -1 for an intermediate link */
+    int parent;                         /* link; -1 for the ground */
+    int body;                           /* the body that it carries, except welded ones; -1 for an intermediate link */
+    int motion;                         /* of the model; -1: it is guided */
+    const kmp_guide *guide;             /* of a guided link; NULL: it has a motion, or it is fixed to its parent */
+    const kmp_deformation *deformation; /* of its body; NULL: it is rigid */
     bool rotation;
     int axis;            /* 0, 1, 2 of the link's axes */
     kmp_ref q, qd;       /* of the motion, with a sign when the axis is a negative coordinate axis */
@@ -93,9 +101,12 @@ typedef struct kmp_tree {
     const kempe_model *model;
     kmp_arena arena; /* of all arrays that it owns */
     kmp_keep keep;
-    double *symbols;  /* KMP_KEEP_NUMBERS: values of all symbols, parameters first */
-    bool charted;     /* joints of kmp_spherical_find have inputs KMP_IN_CHART */
-    int count;        /* links, ground included: motion k is link k + 1 */
+    double *symbols;                 /* KMP_KEEP_NUMBERS: values of all symbols, parameters first */
+    bool charted;                    /* joints of kmp_spherical_find have inputs KMP_IN_CHART */
+    int count;                       /* links, ground included */
+    int *of_motion;                  /* of each motion of the model: its link; 0: a coordinate of a flexible body */
+    int **stations;                  /* of each flexible body, of each of its stations: its link */
+    int *chart_before, *chart_after; /* of each motion: charts, as of its link */
     kmp_ref *heading; /* the angle of each link from the ground where all axes on the way are parallel, KMP_ZERO
                          elsewhere; NULL: not known, as of a short tree, and with variants */
     kmp_link *links;

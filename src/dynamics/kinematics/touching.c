@@ -156,7 +156,7 @@ kmp_ref kmp_touching_rate(const kmp_tree *tree, const kmp_contact_pair *touch)
 
 int kmp_touching_slopes(const kmp_tree *tree, const kmp_contact_pair *touch, int **motion, kmp_ref **slope)
 {
-    return kmp_gradient(tree->graph, kmp_touching_gap(tree, touch), KMP_IN_Q, tree->count - 1, motion, slope);
+    return kmp_gradient(tree->graph, kmp_touching_gap(tree, touch), KMP_IN_Q, tree->model->motion_count, motion, slope);
 }
 
 /* -- the way ----------------------------------------------------------------------------------------------- */

@@ -167,6 +167,12 @@ kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_opti
                                          .given_delays = true,
                                          .charted = g->simulator,
                                          .modes_alone = !g->simulator}};
+    if (g->body_inputs && model->flexible_count > 0)
+        return kmp_fail(
+            context, KEMPE_E_ARGUMENT,
+            "forces on bodies as inputs: body '%s' is flexible, and a force moves the point where it acts; give "
+            "forces at points in the model, with inputs",
+            model->bodies[model->flexibles[0].body].name);
     for (int k = 0; k < model->parameter_count && choice->scene.keep != KMP_KEEP_NOTHING; k++)
         if (kmp_extent_is_long(model->parameters[k].extent))
             return kmp_fail(context, KEMPE_E_ARGUMENT,

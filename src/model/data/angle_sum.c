@@ -62,22 +62,46 @@ static void rest_axis(const kempe_model *model, const kmp_measure_argument *argu
     apply(&r, argument->along ? argument->along : unit, out);
 }
 
-/* True if a flexible body turns the beginning of a body's joint, or its end at itself. */
-static bool turns_by_deformation(const kempe_model *model, int b)
+/* True if all stations of a flexible body stay in the plane across w, which is in the body's axes. */
+static bool stays_in_plane(const kmp_flexible *f, const double w[3])
 {
-    const kmp_body *body = &model->bodies[b];
-    return (body->at >= 0 && model->points[body->at].station > 0) ||
-           (body->flexible > 0 && model->flexibles[body->flexible - 1].moved);
+    const ptrdiff_t n = f->count;
+    for (int s = 0; s < f->station_count; s++)
+        for (ptrdiff_t k = 0; k < n + n * n; k++) {
+            double shift[3], turned[3], across[3];
+            for (int i = 0; i < 3; i++) {
+                const kmp_station *at = &f->stations[s];
+                shift[i] = k < n ? at->shift[i * n + k].value : at->shift_more[i * n * n + k - n].value;
+                turned[i] = k < n ? at->turn[i * n + k].value : at->turn_more[i * n * n + k - n].value;
+            }
+            kmp_cross3(turned, w, across);
+            const double size = fabs(across[0]) + fabs(across[1]) + fabs(across[2]);
+            if (fabs(kmp_dot(3, shift, w)) > ROUNDING || size > ROUNDING)
+                return false;
+        }
+    return true;
 }
 
-/* Adds `sign` for each rotation between a body and its ancestor; false where one is about another axis than w. Without
- * `factor` also where a translation is along w. */
+/* True if a flexible body bends in the plane across w alone. */
+static bool is_plane(const kempe_model *model, int b, const double w[3])
+{
+    const rotation r = rest(model, b, false);
+    double own[3];
+    for (int i = 0; i < 3; i++)
+        own[i] = r.x[0][i] * w[0] + r.x[1][i] * w[1] + r.x[2][i] * w[2];
+    return stays_in_plane(&model->flexibles[model->bodies[b].flexible - 1], own);
+}
+
+/* Adds `sign` for each rotation between a body and its ancestor; false where one is about another axis than w, or a
+ * body is flexible. Without `factor` also where a translation is along w. */
 static bool add_path(const kempe_model *model, int b, int ancestor, const double w[3], int sign, double *factor)
 {
-    for (; b != ancestor; b = model->bodies[b].parent) {
+    for (;; b = model->bodies[b].parent) {
         const kmp_body *body = &model->bodies[b];
-        if (turns_by_deformation(model, b))
+        if (body->flexible && (factor || !is_plane(model, b, w)))
             return false;
+        if (b == ancestor)
+            return true;
         rotation base = rest(model, b, true);
         for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++) {
             double e[3];
@@ -94,7 +118,6 @@ static bool add_path(const kempe_model *model, int b, int ancestor, const double
                 factor[k] += sign * copysign(1, along);
         }
     }
-    return true;
 }
 
 /* The angle from u to v about w; sine and cosine that are zero but for rounding are zero. */

@@ -83,7 +83,7 @@ static int run_length(const kempe_model *model, int k)
 {
     const kmp_motion *m = model->motions;
     int end = k;
-    while (end < model->motion_count && m[end].rotation && m[end].body == m[k].body)
+    while (end < model->motion_count && m[end].rotation && !m[end].elastic && m[end].body == m[k].body)
         end++;
     return end - k;
 }

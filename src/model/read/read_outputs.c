@@ -112,8 +112,13 @@ static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_r
         return kmp_read_motion_text(r, node->place, name, what);
     if (row->argument == KMP_OUTPUT_OF_CUT)
         return kmp_cut_coordinate_find(r->model, name);
-    if (row->argument == KMP_OUTPUT_OF_POINT)
-        return kmp_read_point_text(r, node->place, name, what);
+    if (row->argument == KMP_OUTPUT_OF_POINT) {
+        const int point = kmp_read_point_text(r, node->place, name, what);
+        const int body = point < 0 ? 0 : r->model->points[point].body;
+        if (point >= 0 && row == &kmp_output_rows[KMP_OUTPUT_DEFLECTION] && !r->model->bodies[body].flexible)
+            kmp_reader_complain(r, node->place, "output deflection: body '%s' is rigid", r->model->bodies[body].name);
+        return point;
+    }
     if (row->argument == KMP_OUTPUT_OF_JOINT)
         return find_carried(r, node, row->word, name);
     bool loop = row->argument == KMP_OUTPUT_OF_MAYBE_LOOP || row->argument == KMP_OUTPUT_OF_LOOP;

@@ -158,6 +158,19 @@ static void read_values(kmp_reader *r, const kmp_yaml *map, const char *what, do
     }
 }
 
+/* Loops close by joints alone: a deflection is the consequence of a motion, not of inexact guesses. */
+static void hold_elastic(kmp_reader *r, const kmp_yaml *node)
+{
+    const char *word = node ? kmp_read_word(r, node, "start elastic") : "held";
+    if (!word || strcmp(word, "free") == 0)
+        return;
+    if (strcmp(word, "held") != 0)
+        kmp_reader_complain(r, node->place, "start elastic: 'held' or 'free', not '%s'", word);
+    for (int k = 0; k < r->model->motion_count; k++)
+        if (r->model->motions[k].elastic)
+            r->model->start.hold[k] = r->model->start.qd_given[k] = true;
+}
+
 void kmp_read_start(kmp_reader *r)
 {
     kempe_model *model = r->model;
@@ -170,7 +183,10 @@ void kmp_read_start(kmp_reader *r)
         start->qd_given[kmp_model_coordinates(model) + k] = true;
     }
     const kmp_yaml *map = kmp_yaml_get(r->root, "start");
-    if (model->arena.failed || !map || !kmp_read_map(r, map, "start", start_keys))
+    if (model->arena.failed)
+        return;
+    hold_elastic(r, kmp_yaml_get(map, "elastic"));
+    if (!map || !kmp_read_map(r, map, "start", start_keys))
         return;
     read_values(r, kmp_yaml_get(map, "q"), "start q", 0, start->q, start->q_given);
     read_values(r, kmp_yaml_get(map, "qd"), "start qd", -1, start->qd, start->qd_given);

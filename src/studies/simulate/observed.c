@@ -171,6 +171,8 @@ static bool has_output(const kempe_model *model, kmp_output_kind kind, int index
         return false;
     if (of_loop)
         return !kmp_closure_is_drive(&model->closures[index]);
+    if (kind == KMP_OUTPUT_DEFLECTION)
+        return model->bodies[model->points[index].body].flexible;
     if (kmp_output_rows[kind].argument == KMP_OUTPUT_OF_POINT)
         return model->points[index].body > 0; /* points of the ground rest */
     if (kind == KMP_OUTPUT_GAP)
@@ -216,6 +218,7 @@ static kempe_status list_all(kmp_output_program *o, int most)
                                             KMP_OUTPUT_POSITION,
                                             KMP_OUTPUT_VELOCITY,
                                             KMP_OUTPUT_ACCELERATION,
+                                            KMP_OUTPUT_DEFLECTION,
                                             KMP_OUTPUT_CONTACT,
                                             KMP_OUTPUT_GUIDANCE,
                                             KMP_OUTPUT_POSE,
@@ -225,7 +228,7 @@ static kempe_status list_all(kmp_output_program *o, int most)
                                             KMP_OUTPUT_AXES};
     kempe_model *model = kmp_variant_model(o->variant);
     int room = model->output_count + 8 + model->sensor_count + 2 * model->force_count + 2 * model->closure_count +
-               3 * model->cut_coordinate_count + 5 * model->point_count + 3 * model->wheel_count;
+               3 * model->cut_coordinate_count + 6 * model->point_count + 3 * model->wheel_count;
     listing l = {.model = model, .list = KMP_ARENA_NEW(&model->arena, kmp_output, room), .most = most};
     KMP_TRY(kmp_made(model->context, l.list));
     for (int k = 0; k < model->output_count; k++)

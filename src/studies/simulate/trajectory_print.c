@@ -218,7 +218,7 @@ static void show_mode(kmp_text *text, const kempe_trajectory *t)
     const kempe_model *model = t->system->model;
     const char *before = "";
     for (int k = 0; k < model->motion_count; k++)
-        if (model->start.hold[k]) {
+        if (model->start.hold[k] && !model->motions[k].elastic) {
             kmp_text_printf(text, "%s'%s'", before, model->motions[k].name);
             before = ", ";
         }
