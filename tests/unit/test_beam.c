@@ -847,12 +847,17 @@ static void the_joint_at_the_far_end_is_cut(void)
                   "  rocker: {mass: 1, inertia: {zz: 1}, points: {C: [0.3, 0, 0], D: [0, 0, 0]}}\n"
                   "joints:\n  A: {revolute: [ground.O, crank.A]}\n  B: {revolute: [crank.B, rod.B]}\n"
                   "  C: {revolute: [rod.C, rocker.C]}\n  D: {revolute: [ground.Q, rocker.D]}\n"
-                  "start: {q: {D: 60 deg, C: 20 deg}}\n");
+                  "sensors: {s: q(rod.y2)*qd(rod.y1) + q(A)}\nstart: {q: {D: 60 deg, C: 20 deg, rod.y1: 1 mm}}\n");
     CHECK(m && m->cut_count == 1);
     if (m)
         CHECK_TEXT(m->cuts[0].joint, "C");
     if (m)
         CHECK_TEXT(m->cuts[0].why, "it does not hold the flexible body at its origin");
+    if (m && m->sensor_count == 1) {
+        const kmp_expr *factors = m->sensors[0].expr->a;
+        CHECK(factors->a->index == 4 && factors->b->kind == KMP_EXPR_QD && factors->b->index == 3);
+        CHECK(m->start.q[3].value == 0.001);
+    }
     kempe_model_free(m);
 }
 

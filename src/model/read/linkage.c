@@ -425,6 +425,8 @@ typedef struct search {
 static kmp_edge *find_edge(const search *s, int file, const char *text, size_t length)
 {
     const char *dot = memchr(text, '.', length);
+    if (dot && !isdigit((unsigned char)dot[1])) /* of a flexible body */
+        return NULL;
     const char *said = kmp_reader_say(s->r, "%.*s", (int)(dot ? dot - text : (ptrdiff_t)length), text);
     return kmp_linkage_joint_named(s->r, s->g, kmp_reader_name(s->r, file, said));
 }
