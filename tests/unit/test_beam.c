@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Constants of beams: deformed moments, energies and stations beside numbers of another program (integrals of powers of
- * x in NumPy, by the formulas of docs/theory.md), exact frequencies and compliances, other values of parameters, the
+ * x in NumPy), exact frequencies and compliances, other values of parameters, the
  * parts that are zero, poses of what is attached. */
 #include "loaded.h"
 #include "model/data/flexible.h"
@@ -836,6 +836,31 @@ static void poses(void)
     kempe_model_free(m);
 }
 
+/* A loop whose start values would else make the tree through the far end. */
+static void the_joint_at_the_far_end_is_cut(void)
+{
+    kempe_model *m =
+        read_text("kempe: 1\nground: {points: {O: [0, 0, 0], Q: [0.5, 0, 0]}}\nbodies:\n"
+                  "  crank: {mass: 1, inertia: {zz: 1}, points: {A: [0, 0, 0], B: [0.2, 0, 0]}}\n"
+                  "  rod:\n    flexible: {beam: {length: 0.5, rhoA: 1, EIz: 6}, shapes: {y: 2}, frame: chord}\n"
+                  "    points: {B: {station: 0 mm}, C: {station: 0.5}}\n"
+                  "  rocker: {mass: 1, inertia: {zz: 1}, points: {C: [0.3, 0, 0], D: [0, 0, 0]}}\n"
+                  "joints:\n  A: {revolute: [ground.O, crank.A]}\n  B: {revolute: [crank.B, rod.B]}\n"
+                  "  C: {revolute: [rod.C, rocker.C]}\n  D: {revolute: [ground.Q, rocker.D]}\n"
+                  "sensors: {s: q(rod.y2)*qd(rod.y1) + q(A)}\nstart: {q: {D: 60 deg, C: 20 deg, rod.y1: 1 mm}}\n");
+    CHECK(m && m->cut_count == 1);
+    if (m)
+        CHECK_TEXT(m->cuts[0].joint, "C");
+    if (m)
+        CHECK_TEXT(m->cuts[0].why, "it does not hold the flexible body at its origin");
+    if (m && m->sensor_count == 1) {
+        const kmp_expr *factors = m->sensors[0].expr->a;
+        CHECK(factors->a->index == 4 && factors->b->kind == KMP_EXPR_QD && factors->b->index == 3);
+        CHECK(m->start.q[3].value == 0.001);
+    }
+    kempe_model_free(m);
+}
+
 int main(void)
 {
     context = kempe_context_new();
@@ -849,6 +874,7 @@ int main(void)
     TEST(impossible_values);
     TEST(small_models);
     TEST(poses);
+    TEST(the_joint_at_the_far_end_is_cut);
     kempe_context_free(context);
     return check_report();
 }
