@@ -641,8 +641,10 @@ void kmp_read_flexibles(kmp_reader *r)
                 add_coordinate(r, flexible->body, (kmp_beam_family)f, k + 1);
         e->beam.stations = e->stations;
         e->beam.station_count = e->station_count;
-        if (!e->wrong && e->stations && !kmp_beam_make(&model->arena, &e->beam, flexible))
-            model->arena.failed = true;
+        if (!e->wrong && e->stations && !kmp_beam_make(&model->arena, &e->beam, flexible) && !model->arena.failed)
+            kmp_reader_complain(r, model->bodies[flexible->body].place,
+                                "the beam of %s: its constants are not finite: its numbers are too large or too small",
+                                e->body);
     }
 }
 
