@@ -37,5 +37,5 @@ typedef struct kmp_beam {
 } kmp_beam;
 
 /** Makes the numbers and stations of a flexible body in the arena, for coordinates in the order of the families; body,
- * first and names are the caller's. False: no memory. */
+ * first and names are the caller's. False: no memory, which the arena has, or numbers that are not finite. */
 bool kmp_beam_make(kmp_arena *arena, const kmp_beam *beam, kmp_flexible *flexible);

@@ -369,15 +369,18 @@ static void read_count(entry *e, const kmp_yaml *map, kmp_beam_family family)
 {
     const kmp_yaml *node = kmp_yaml_get(map, families[family]);
     const char *what = kmp_reader_say(e->r, "shapes '%s' of %s", families[family], e->body);
-    double count = 0;
-    if (node && !kmp_read_fixed(e->r, node, what, KMP_DIM_NUMBER, &count))
+    double count;
+    if (!node)
+        return;
+    if (!kmp_read_fixed(e->r, node, what, KMP_DIM_NUMBER, &count)) {
         fail(e);
-    else if (!(count >= 0 && count <= KMP_BEAM_MOST && count == floor(count))) {
+    } else if (!(count >= 0 && count <= KMP_BEAM_MOST && count == floor(count))) {
         kmp_reader_complain(e->r, node->place, "%s are %.6g: a whole number from 0 to %d is expected", what, count,
                             KMP_BEAM_MOST);
         fail(e);
-    } else
+    } else {
         e->beam.count[family] = (int)count;
+    }
 }
 
 static void read_shapes(entry *e, const kmp_yaml *map)
@@ -641,8 +644,10 @@ void kmp_read_flexibles(kmp_reader *r)
                 add_coordinate(r, flexible->body, (kmp_beam_family)f, k + 1);
         e->beam.stations = e->stations;
         e->beam.station_count = e->station_count;
-        if (!e->wrong && e->stations && !kmp_beam_make(&model->arena, &e->beam, flexible))
-            model->arena.failed = true;
+        if (!e->wrong && e->stations && !kmp_beam_make(&model->arena, &e->beam, flexible) && !model->arena.failed)
+            kmp_reader_complain(r, model->bodies[flexible->body].place,
+                                "the beam of %s: its constants are not finite: its numbers are too large or too small",
+                                e->body);
     }
 }
 
