@@ -459,12 +459,20 @@ static void read_flexible(entry *e, const kmp_yaml *map)
     e->beam.frame = (kmp_flexible_frame)read_word(e, map, "frame", KMP_NAMES_OF(frames), KMP_FRAME_CLAMPED);
     e->beam.stiffening = (kmp_stiffening)read_word(e, map, "stiffening", KMP_NAMES_OF(stiffenings),
                                                    twists ? KMP_STIFFENING_FULL : KMP_STIFFENING_FIRST);
-    if (kmp_yaml_get(map, "damping"))
+    if (kmp_yaml_get(map, "damping") && !kmp_yaml_get(map, "segments"))
         read_damping(e, kmp_yaml_get(map, "damping"));
     if (beam && shapes)
         read_beam(e, beam);
     else
         fail(e);
+}
+
+bool kmp_read_beam(kmp_reader *r, const kmp_yaml *map, const char *body, kmp_beam *beam)
+{
+    entry e = {.r = r, .body = body};
+    read_flexible(&e, map);
+    *beam = e.beam;
+    return !e.wrong;
 }
 
 void kmp_begin_flexible(kmp_reader *r, const kmp_yaml *map, int body)
