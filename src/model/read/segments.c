@@ -85,17 +85,25 @@ static bool is_of_name(char c)
     return isalnum((unsigned char)c) || c == '_' || c == '.';
 }
 
-/* The text with BODY.POINT replaced wherever it is a whole name; NULL: it is nowhere. */
-static const char *renamed(const renaming *n, const char *text)
+/* The next whole name in a text; NULL: there is none. */
+static const char *find_name(const renaming *n, const char *text, const char *begin)
 {
     const size_t length = strlen(n->from);
-    const char *found = text ? strstr(text, n->from) : NULL;
-    while (found && ((found > text && is_of_name(found[-1])) || is_of_name(found[length])))
+    const char *found = strstr(text, n->from);
+    while (found && ((found > begin && is_of_name(found[-1])) || is_of_name(found[length])))
         found = strstr(found + 1, n->from);
-    if (!found)
-        return NULL;
-    const char *rest = renamed(n, found + length);
-    return kmp_reader_say(n->r, "%.*s%s%s", (int)(found - text), text, n->to, rest ? rest : found + length);
+    return found;
+}
+
+/* The text with all of them replaced; NULL: there is none. */
+static const char *renamed(const renaming *n, const char *text)
+{
+    const char *made = NULL, *rest = text, *found;
+    while (text && (found = find_name(n, rest, text))) {
+        made = kmp_reader_say(n->r, "%s%.*s%s", made ? made : "", (int)(found - rest), rest, n->to);
+        rest = found + strlen(n->from);
+    }
+    return made ? kmp_reader_say(n->r, "%s%s", made, rest) : NULL;
 }
 
 /* A node with other names, or the node itself. */
