@@ -640,6 +640,17 @@ static void add_coordinate(kmp_reader *r, int body, kmp_beam_family family, int 
         .name = name, .body = body, .rotation = family == KMP_BEAM_TORSION, .elastic = true, .axis = {0, 0, 1}};
 }
 
+static void keep_beam(kempe_model *model, const kmp_beam *beam, kmp_flexible *flexible)
+{
+    kmp_beam *kept = KMP_ARENA_NEW(&model->arena, kmp_beam, 1);
+    if (!kept)
+        return;
+    *kept = *beam;
+    kept->stations = NULL;
+    kept->station_count = 0;
+    flexible->beam = kept;
+}
+
 void kmp_read_flexibles(kmp_reader *r)
 {
     kempe_model *model = r->model;
@@ -656,6 +667,7 @@ void kmp_read_flexibles(kmp_reader *r)
             kmp_reader_complain(r, model->bodies[flexible->body].place,
                                 "the beam of %s: its constants are not finite: its numbers are too large or too small",
                                 e->body);
+        keep_beam(model, &e->beam, flexible);
     }
 }
 
