@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Flexible bodies: time against error, shapes against segments, operations, preparation.
 
-    bench/flexible.py KEMPE
+    bench/elastic_links.py KEMPE
 
 A robot of five bars, whose two distal links bend (0.4 s, driven, undamped), and a slider-crank in space, whose rod bends in two planes and
 twists (0.2 s). Errors are those of the tool's or slider's place, largest at the instants of digits that an independent program gives (Lagrange's
