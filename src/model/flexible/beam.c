@@ -158,7 +158,7 @@ static void put_stiffness(const maker *m, int k, int l)
 /* Modes have no mass or stiffness between them. Numbers that follow parameters have it for other values of these. */
 static void clear_between_modes(const maker *m, int k, int l)
 {
-    const int n = m->to->count + m->to->quadratic_count, own = m->shapes[k].family;
+    const int n = m->to->count + m->to->quadratic_count, own = (int)m->shapes[k].family;
     const int along = own == KMP_BEAM_AXIAL ? 0 : 1 + own; /* of the axis' displacement */
     kmp_number *t = m->to->by_field + 9 * ((ptrdiff_t)n * k + l), *stiffness = &m->to->stiffness[m->to->count * k + l];
     const bool fixed = !t[0].expr && !t[4].expr && !t[8].expr;

@@ -171,6 +171,7 @@ static void hold_elastic(kmp_reader *r, const kmp_yaml *node)
         if (r->model->motions[k].elastic)
             r->model->start.hold[k] = r->model->start.qd_given[k] = true;
     kmp_segments_hold(r);
+    r->model->start.keeps_deformation = r->model->flexible_count > 0 || r->segmented_count > 0;
 }
 
 void kmp_read_start(kmp_reader *r)
