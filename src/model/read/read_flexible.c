@@ -222,7 +222,7 @@ static bool read_tube(entry *e, const kmp_yaml *node, kmp_number poisson, sectio
     return good;
 }
 
-static bool has(const entry *e, kmp_beam_family family)
+static bool has(const entry *e, int family)
 {
     return e->beam.count[family] > 0;
 }
