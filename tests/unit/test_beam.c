@@ -810,6 +810,27 @@ static void small_models(void)
     kempe_model_free(m);
 }
 
+/* Quadratic functions of the whole second order: of the axis as many as its displacements are independent, which are at
+ * most the pairs of shapes; of turned sections six moments. */
+static void functions_of_second_order(void)
+{
+    static const struct {
+        const char *shapes, *frame;
+        int count;
+    } row[] = {{"y: 1", "clamped", 1},     {"y: 2", "chord", 3},
+               {"y: 3", "clamped", 5},     {"y: 3", "chord", 6},
+               {"y: 1, z: 1", "chord", 1}, {"y: 2, z: 2, torsion: 1", "clamped", 3 + 2 + 2 + 6}};
+    for (size_t k = 0; k < sizeof row / sizeof *row; k++) {
+        char more[128];
+        (void)snprintf(more, sizeof more, "      frame: %s\n      stiffening: full\n", row[k].frame);
+        kempe_model *m = read_beam(section, row[k].shapes, more);
+        if (m && m->flexibles->quadratic_count != row[k].count)
+            printf("  %s: %d\n", row[k].shapes, m->flexibles->quadratic_count);
+        CHECK(m && m->flexibles->quadratic_count == row[k].count);
+        kempe_model_free(m);
+    }
+}
+
 /* A body on the end of a deformed rod, in the frame of the chord. */
 static void poses(void)
 {
@@ -873,6 +894,7 @@ int main(void)
     TEST(other_values);
     TEST(impossible_values);
     TEST(small_models);
+    TEST(functions_of_second_order);
     TEST(poses);
     TEST(the_joint_at_the_far_end_is_cut);
     kempe_context_free(context);
