@@ -8,6 +8,7 @@
  * function. In both, the turn R2 of the sections counts by its second moments alone. */
 #include "model/flexible/beam.h"
 #include "model/flexible/beam_fields.h"
+#include "model/language/expression_value.h"
 #include <math.h>
 
 /* A pair of shapes, and the numbers of a power of the length. */
@@ -19,8 +20,9 @@ typedef struct maker {
     const kmp_beam *beam;
     kmp_flexible *to;
     kmp_beam_shape *shapes;
-    kmp_beam_second *second; /* of shapes k <= l, by l (l + 1)/2 + k */
-    kmp_beam_basis *basis;   /* of the displacements of second order along x, y, z */
+    kmp_beam_second *second;  /* of shapes k <= l, by l (l + 1)/2 + k */
+    kmp_beam_basis *basis;    /* of the displacements of second order along x, y, z */
+    kmp_beam_amount *amounts; /* room for as many */
     kmp_number power[POWERS];
     kmp_number part[KMP_BEAM_PARTS];
     int used; /* quadratic functions that are made */
@@ -428,24 +430,31 @@ static void make_factors(maker *m)
     m->part[5] = kmp_number_times(m->arena, m->part[2], m->part[2]);
 }
 
-static bool make_all(maker *m)
+/* The shapes of both orders. */
+static bool make_shapes(maker *m)
 {
-    kmp_flexible *to = m->to;
-    const int n = to->count, pairs = n * (n + 1) / 2;
-    kmp_beam_amount *amounts;
+    const int n = m->to->count, pairs = n * (n + 1) / 2;
     make_factors(m);
     if (!KMP_ARENA_MAKE(&m->scratch, KMP_ROOM(kmp_beam_shape, n, &m->shapes),
-                        KMP_ROOM(kmp_beam_second, pairs, &m->second), KMP_ROOM(kmp_beam_amount, pairs, &amounts),
+                        KMP_ROOM(kmp_beam_second, pairs, &m->second), KMP_ROOM(kmp_beam_amount, pairs, &m->amounts),
                         KMP_ROOM(kmp_beam_basis, 3, &m->basis)) ||
         !kmp_beam_shapes(m->beam, (const double[]){m->part[1].value, m->part[2].value}, m->shapes))
         return false;
     for (int l = 0, i = 0; l < n && m->beam->stiffening != KMP_STIFFENING_NONE; l++)
         for (int k = 0; k <= l; k++, i++)
             kmp_beam_second_order(&m->shapes[k], &m->shapes[l], &m->second[i]);
+    return true;
+}
+
+static bool make_all(maker *m)
+{
+    kmp_flexible *to = m->to;
+    if (!make_shapes(m))
+        return false;
     for (int c = 0; c < 3 && m->beam->stiffening == KMP_STIFFENING_FULL; c++)
-        if (!kmp_beam_basis_of(&m->scratch, pairs, m->second, c, &m->basis[c]))
+        if (!kmp_beam_basis_of(&m->scratch, to->count * (to->count + 1) / 2, m->second, c, &m->basis[c]))
             return false;
-    put_second_order(m, amounts);
+    put_second_order(m, m->amounts);
     to->quadratic_count = m->used;
     kmp_flexible_lay(to, NULL);
     kmp_number *numbers = KMP_ARENA_NEW(m->arena, kmp_number, to->number_count);
@@ -454,7 +463,7 @@ static bool make_all(maker *m)
     kmp_flexible_lay(to, numbers);
     put_rigid(m);
     put_first_order(m);
-    put_second_order(m, amounts);
+    put_second_order(m, m->amounts);
     put_damping(m);
     for (int k = 0; k < to->station_count; k++)
         put_station(m, &to->stations[k], m->beam->stations[k]);
@@ -484,4 +493,24 @@ bool kmp_beam_make(kmp_arena *arena, const kmp_beam *beam, kmp_flexible *flexibl
     arena->failed = arena->failed || m.scratch.failed;
     kmp_arena_free(&m.scratch);
     return made && are_finite(flexible);
+}
+
+kmp_station *kmp_beam_stations(kmp_arena *arena, const kmp_flexible *flexible, const double *parameters, int count)
+{
+    const kmp_beam *beam = flexible->beam;
+    kmp_flexible own = {.count = flexible->count, .station_count = count};
+    maker m = {.arena = arena, .beam = beam, .to = &own};
+    own.stations = KMP_ARENA_NEW(arena, kmp_station, count);
+    kmp_flexible_lay(&own, NULL);
+    kmp_number *numbers = KMP_ARENA_NEW(arena, kmp_number, own.number_count);
+    bool made = own.stations && numbers && make_shapes(&m);
+    if (made)
+        kmp_flexible_lay(&own, numbers);
+    for (int k = 0; made && k < count; k++)
+        put_station(&m, &own.stations[k], kmp_number_scale(arena, k / fmax(count - 1, 1), beam->length));
+    for (int k = 0; made && k < own.number_count; k++)
+        if (own.numbers[k].expr)
+            own.numbers[k].value = kmp_expr_value(own.numbers[k].expr, parameters);
+    kmp_arena_free(&m.scratch);
+    return made && !arena->failed ? own.stations : NULL;
 }

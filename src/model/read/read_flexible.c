@@ -459,12 +459,20 @@ static void read_flexible(entry *e, const kmp_yaml *map)
     e->beam.frame = (kmp_flexible_frame)read_word(e, map, "frame", KMP_NAMES_OF(frames), KMP_FRAME_CLAMPED);
     e->beam.stiffening = (kmp_stiffening)read_word(e, map, "stiffening", KMP_NAMES_OF(stiffenings),
                                                    twists ? KMP_STIFFENING_FULL : KMP_STIFFENING_FIRST);
-    if (kmp_yaml_get(map, "damping"))
+    if (kmp_yaml_get(map, "damping") && !kmp_yaml_get(map, "segments"))
         read_damping(e, kmp_yaml_get(map, "damping"));
     if (beam && shapes)
         read_beam(e, beam);
     else
         fail(e);
+}
+
+bool kmp_read_beam(kmp_reader *r, const kmp_yaml *map, const char *body, kmp_beam *beam)
+{
+    entry e = {.r = r, .body = body};
+    read_flexible(&e, map);
+    *beam = e.beam;
+    return !e.wrong;
 }
 
 void kmp_begin_flexible(kmp_reader *r, const kmp_yaml *map, int body)
@@ -632,6 +640,17 @@ static void add_coordinate(kmp_reader *r, int body, kmp_beam_family family, int 
         .name = name, .body = body, .rotation = family == KMP_BEAM_TORSION, .elastic = true, .axis = {0, 0, 1}};
 }
 
+static void keep_beam(kempe_model *model, const kmp_beam *beam, kmp_flexible *flexible)
+{
+    kmp_beam *kept = KMP_ARENA_NEW(&model->arena, kmp_beam, 1);
+    if (!kept)
+        return;
+    *kept = *beam;
+    kept->stations = NULL;
+    kept->station_count = 0;
+    flexible->beam = kept;
+}
+
 void kmp_read_flexibles(kmp_reader *r)
 {
     kempe_model *model = r->model;
@@ -648,6 +667,7 @@ void kmp_read_flexibles(kmp_reader *r)
             kmp_reader_complain(r, model->bodies[flexible->body].place,
                                 "the beam of %s: its constants are not finite: its numbers are too large or too small",
                                 e->body);
+        keep_beam(model, &e->beam, flexible);
     }
 }
 
