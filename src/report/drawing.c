@@ -40,49 +40,55 @@ static bool is_same(const double a[3], const double b[3])
 
 /* -- places of flexible bodies ----------------------------------------------------------------------- */
 
-/* A place in the axes of a body, or of a drawn place; body -1: it is not drawn. */
-typedef struct spot {
-    int body;
-    double at[3];
-} spot;
-
 static const kmp_flexible *flexible_of(const kempe_model *model, int body)
 {
     const int own = model->bodies[body].flexible;
     return own > 0 ? &model->flexibles[own - 1] : NULL;
 }
 
-/* A place with this offset from the station. */
-static int find_place(kmp_drawing *drawing, int body, const kmp_station *station, const double offset[3])
+/* The place with this offset from the station; place_count: there is none. */
+static int find_place(const kmp_drawing *drawing, const kmp_station *station, const double offset[3])
 {
-    for (int k = 0; k < drawing->place_count; k++)
-        if (drawing->places[k].station == station && memcmp(drawing->places[k].offset, offset, 3 * sizeof *offset) == 0)
-            return drawing->body_count + k;
-    kmp_drawn_place *place = &drawing->places[drawing->place_count++];
-    *place = (kmp_drawn_place){.body = body, .station = station};
-    memcpy(place->offset, offset, sizeof place->offset);
-    return drawing->body_count + drawing->place_count - 1;
+    int k = 0;
+    while (k < drawing->place_count && (drawing->places[k].station != station ||
+                                        memcmp(drawing->places[k].offset, offset, 3 * sizeof *offset) != 0))
+        k++;
+    return k;
 }
 
-/* The origin of a flexible body does not move in its axes. */
-static spot spot_of_point(kmp_drawing *drawing, const kempe_model *model, int point)
+static int add_place(kmp_drawing *drawing, int body, const kmp_station *station, const double offset[3])
+{
+    const int k = find_place(drawing, station, offset);
+    if (k == drawing->place_count) {
+        drawing->places[drawing->place_count++] = (kmp_drawn_place){.body = body, .station = station};
+        memcpy(drawing->places[k].offset, offset, sizeof drawing->places[k].offset);
+    }
+    return drawing->body_count + k;
+}
+
+/* The station that moves a point; NULL: its body does. The origin of a flexible body does not move in its axes. */
+static const kmp_station *station_of(const kempe_model *model, int point, double offset[3])
 {
     const kmp_point *p = &model->points[point];
-    spot s = {.body = p->body};
-    if (p->body >= drawing->body_count) {
-        s.body = -1;
-        return s;
-    }
-    if (p->station == 0) {
-        values(p->at, s.at);
-        return s;
-    }
-    double offset[3];
-    const kmp_station *station = &flexible_of(model, p->body)->stations[p->station - 1];
+    if (p->station == 0)
+        return NULL;
     values(p->offset, offset);
-    if (p->station > 1 || offset[0] != 0 || offset[1] != 0 || offset[2] != 0)
-        s.body = find_place(drawing, p->body, station, offset);
-    return s;
+    const bool origin = p->station == 1 && offset[0] == 0 && offset[1] == 0 && offset[2] == 0;
+    return origin ? NULL : &flexible_of(model, p->body)->stations[p->station - 1];
+}
+
+kmp_drawn_point kmp_drawing_point(const kmp_drawing *drawing, const kempe_model *model, int point)
+{
+    double offset[3];
+    kmp_drawn_point at = {.body = model->points[point].body};
+    const kmp_station *station = station_of(model, point, offset);
+    if (at.body >= drawing->body_count)
+        at.body = -1;
+    else if (station)
+        at.body = drawing->body_count + find_place(drawing, station, offset);
+    else if (model->points[point].station == 0)
+        values(model->points[point].at, at.at);
+    return at;
 }
 
 static void add_piece(kmp_drawing *drawing, const kempe_model *model, int body, int from, int to)
@@ -120,7 +126,7 @@ static kmp_mark *mark(kmp_drawing *drawing, int body, unsigned marks, const char
 
 static kmp_mark *mark_point(kmp_drawing *drawing, const kempe_model *model, int point, unsigned marks, const char *name)
 {
-    const spot s = spot_of_point(drawing, model, point);
+    const kmp_drawn_point s = kmp_drawing_point(drawing, model, point);
     return mark(drawing, s.body, marks, name ? name : model->points[point].name, s.at);
 }
 
@@ -191,7 +197,7 @@ static void mark_joint(kmp_drawing *drawing, const kempe_model *model, int b)
     if (!guided || body->parent >= drawing->body_count)
         return;
     if (body->at >= 0) {
-        const spot at = spot_of_point(drawing, model, body->at);
+        const kmp_drawn_point at = kmp_drawing_point(drawing, model, body->at);
         slide.body = at.body;
         memcpy(slide.at, at.at, sizeof slide.at);
     }
@@ -205,7 +211,7 @@ static void add_line(kmp_drawing *drawing, const kempe_model *model, const char 
 {
     kmp_line line = {.name = name};
     for (int k = 0; k < 2; k++) {
-        const spot s = spot_of_point(drawing, model, point[k]);
+        const kmp_drawn_point s = kmp_drawing_point(drawing, model, point[k]);
         line.body[k] = s.body;
         if (line.body[k] < 0)
             return;
@@ -238,7 +244,7 @@ static bool add_curve(kmp_drawing *drawing, const kempe_model *model, const doub
     const kmp_station *stations =
         kmp_beam_stations(&drawing->arena, flexible_of(model, body), parameters, KMP_BEAM_PIECES + 1);
     for (int k = 0, before = 0; stations && k <= KMP_BEAM_PIECES; k++) {
-        const int place = find_place(drawing, body, &stations[k], nothing);
+        const int place = add_place(drawing, body, &stations[k], nothing);
         mark(drawing, place, 0, NULL, nothing);
         if (k > 0)
             add_piece(drawing, model, body, before, place);
@@ -247,20 +253,18 @@ static bool add_curve(kmp_drawing *drawing, const kempe_model *model, const doub
     return stations;
 }
 
-/* A point beside the curve is joined to it. */
-static void add_branch(kmp_drawing *drawing, const kempe_model *model, int point)
+/* The place of a point; one beside the curve is joined to it. */
+static void add_point(kmp_drawing *drawing, const kempe_model *model, int point)
 {
     const double nothing[3] = {0};
-    const spot s = spot_of_point(drawing, model, point);
-    if (s.body < drawing->body_count)
+    double offset[3];
+    const int body = model->points[point].body, before = drawing->place_count;
+    const kmp_station *station = body < drawing->body_count ? station_of(model, point, offset) : NULL;
+    if (!station)
         return;
-    const kmp_drawn_place place = drawing->places[s.body - drawing->body_count];
-    const int foot = find_place(drawing, place.body, place.station, nothing);
-    bool drawn = foot == s.body;
-    for (int k = 0; k < drawing->line_count; k++)
-        drawn = drawn || (drawing->lines[k].of > 0 && drawing->lines[k].body[1] == s.body);
-    if (!drawn)
-        add_piece(drawing, model, place.body, foot, s.body);
+    const int place = add_place(drawing, body, station, offset), foot = add_place(drawing, body, station, nothing);
+    if (place != foot && place >= drawing->body_count + before)
+        add_piece(drawing, model, body, foot, place);
 }
 
 static bool is_beneath(const kempe_model *model, int body, int top)
@@ -300,7 +304,7 @@ static void add_riders(kmp_drawing *drawing, const kempe_model *model)
 {
     for (int b = 1; b < drawing->body_count; b++) {
         const int at = model->bodies[b].at;
-        const spot s = at >= 0 ? spot_of_point(drawing, model, at) : (spot){.body = 0};
+        const kmp_drawn_point s = at >= 0 ? kmp_drawing_point(drawing, model, at) : (kmp_drawn_point){.body = 0};
         if (s.body < drawing->body_count)
             continue;
         if (is_in_loop(model, b))
@@ -325,7 +329,7 @@ static bool add_flexibles(kmp_drawing *drawing, const kempe_model *model)
         good = good && (!flexible_of(model, b) || add_curve(drawing, model, parameters, b));
     kmp_free(parameters);
     for (int p = 0; good && p < model->point_count; p++)
-        add_branch(drawing, model, p);
+        add_point(drawing, model, p);
     add_riders(drawing, model);
     return good;
 }

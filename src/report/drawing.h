@@ -80,6 +80,14 @@ typedef struct kmp_drawing {
 bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_bodies);
 void kmp_drawing_free(kmp_drawing *drawing);
 
+/** A point in the axes of a body, or of a place; body -1: it is not drawn. */
+typedef struct kmp_drawn_point {
+    int body;
+    double at[3];
+} kmp_drawn_point;
+
+kmp_drawn_point kmp_drawing_point(const kmp_drawing *drawing, const kempe_model *model, int point);
+
 /** Poses of all bodies of the model at the user's coordinates q, and of all places from body_count on, without bodies
  * that are not drawn: room for both. */
 void kmp_drawing_poses(const kmp_drawing *drawing, const kempe_model *model, const double *q, kmp_pose *poses);

@@ -435,16 +435,16 @@ static double axis_at(const kmp_point *point, int i, int k)
     return point->turned ? point->axes[i][k] : i == k;
 }
 
-static void put_disc(kmp_json *json, const kempe_model *model, const kmp_wheel *wheel)
+static void put_disc(kmp_json *json, const picture *p, const kmp_wheel *wheel)
 {
-    const kmp_point *point = &model->points[wheel->point];
-    double at[3], axis[3];
-    for (int i = 0; i < 3; i++) {
-        at[i] = point->at[i].value;
-        axis[i] = axis_at(point, i, 1);
-    }
-    kmp_json_put(json, "{ body %d", point->body);
-    kmp_json_rounded_numbers(json, "at", 3, at, 7);
+    const kmp_drawn_point at = kmp_drawing_point(&p->drawing, p->model, wheel->point);
+    double axis[3];
+    if (at.body < 0)
+        return;
+    for (int i = 0; i < 3; i++)
+        axis[i] = axis_at(&p->model->points[wheel->point], i, 1);
+    kmp_json_put(json, "{ body %d", at.body);
+    kmp_json_rounded_numbers(json, "at", 3, at.at, 7);
     kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
     kmp_json_put(json, "radius %.7g }", wheel->radius.value);
 }
@@ -542,8 +542,7 @@ static void put_railway(kmp_json *json, const picture *p)
     const kempe_model *model = p->model;
     kmp_json_array(json, "discs");
     for (int w = 0; w < model->wheel_count; w++)
-        if (model->points[model->wheels[w].point].body <= (p->drawing.body_count - 1))
-            put_disc(json, model, &model->wheels[w]);
+        put_disc(json, p, &model->wheels[w]);
     kmp_json_put(json, "] rails [");
     for (int k = 0; k < model->track_count; k++)
         for (int side = 0; side < KMP_TRACK_SIDES; side++)
