@@ -38,6 +38,7 @@ struct kempe_assembly {
     int drives;     /* not closed: rows of drives, and the motions that the other rows leave to them */
     int freedoms;
     double misfit;      /* the widest of the dropped rows, scaled */
+    bool deformed;      /* deformations that hold at the start took part: the loops do not close by joints alone */
     bool rates_changed; /* the given rates contradict the closures: they were corrected */
     double rates_left;  /* part of the prescribed rates that the closures do not allow, over the fastest scaled rate */
     bool centred;       /* a joint with clearance was outside its bearing: all were centred */

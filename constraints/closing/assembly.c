@@ -196,6 +196,9 @@ static int count_pivots(const kempe_assembly *a, double part)
 static bool is_doubtful(const kempe_assembly *a)
 {
     const kempe_system *s = a->system;
+    /* Deformations are small, and so are pivots that are due to them. */
+    if (s->model->flexible_count > 0)
+        return false;
     if (s->m == 0 || s->strict || !(s->closure_tolerance > 0) || !(a->pivots[0] > KMP_RANK_FIRST))
         return false;
     if (a->closed)
@@ -392,11 +395,29 @@ static kempe_status warn_of_cut(const kempe_assembly *a)
     return KEMPE_OK;
 }
 
+/* Once more with deformations that were held, where the loops do not close by joints alone. `hold`: room for n. */
+static kempe_status free_deformation(const kempe_system *system, kmp_guess *guess, bool *hold, kempe_assembly **a)
+{
+    const kmp_start *start = &system->model->start;
+    if (!start->undeformed || (*a)->closed)
+        return KEMPE_OK;
+    kempe_assembly_free(*a);
+    *a = NULL;
+    for (int k = 0; k < system->n; k++)
+        hold[k] = start->hold[k] && !start->undeformed[k];
+    guess->hold = hold;
+    KMP_TRY(kmp_assemble_from(system, guess, a));
+    if (*a)
+        (*a)->deformed = (*a)->closed;
+    return KEMPE_OK;
+}
+
 kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **assembly)
 {
     const kmp_start *start = &system->model->start;
     kempe_assembly *a = NULL;
     double *q = KMP_NEW(double, system->n);
+    bool *hold = KMP_NEW(bool, system->n);
     for (int k = 0; q && k < system->n; k++)
         q[k] = start->q[k].value;
     if (q && !kmp_cut_start_guess(system, start->hold, q)) {
@@ -404,7 +425,9 @@ kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **ass
         q = NULL;
     }
     kmp_guess guess = {q, start->hold, PUSHES, true, 0};
-    kempe_status status = q ? kmp_assemble_from(system, &guess, &a) : kmp_fail_memory(system->context);
+    kempe_status status = q && hold ? kmp_assemble_from(system, &guess, &a) : kmp_fail_memory(system->context);
+    if (status == KEMPE_OK && a)
+        status = free_deformation(system, &guess, hold, &a);
     if (status == KEMPE_OK && a && !kmp_rounding_is_known(system)) {
         status = look_for_rounding(system, &guess, &a);
         if (status == KEMPE_OK && !kmp_rounding_of(system))
@@ -413,6 +436,7 @@ kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **ass
     for (int k = 0; a && k < system->n; k++)
         a->moved[k] = a->q[k] - start->q[k].value;
     kmp_free(q);
+    kmp_free(hold);
     return KMP_GIVE_OR_FREE(status, assembly, a, kempe_assembly_free);
 }
 
@@ -431,6 +455,23 @@ static void report_misfit(const kempe_assembly *a)
                 s->row_names[worst], a->open[worst] * s->length, s->closure_tolerance);
 }
 
+/* Names the deformation that moved most. */
+static void warn_of_deformation(const kempe_assembly *a)
+{
+    const kempe_system *s = a->system;
+    const kmp_start *start = &s->model->start;
+    int most = -1;
+    for (int k = 0; a->deformed && k < s->n; k++)
+        if (start->undeformed[k] &&
+            (most < 0 || fabs(a->moved[k] / s->scale[k]) > fabs(a->moved[most] / s->scale[most])))
+            most = k;
+    if (most >= 0)
+        kmp_log(s->context, KEMPE_LOG_WARNING,
+                "start: the loops do not close by joints alone, so that deformations take part, '%s' by %.2g %s; give "
+                "better guesses of joints, or 'elastic: free' if this is meant",
+                s->model->motions[most].name, a->moved[most], s->model->motions[most].rotation ? "rad" : "m");
+}
+
 kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **assembly)
 {
     KMP_WANTED_BOTH(system, assembly);
@@ -445,6 +486,7 @@ kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **ass
         return a->drives > a->freedoms && a->freedoms > 0 ? complain_drives(a) : complain_open(a);
     if (!known)
         report_misfit(a);
+    warn_of_deformation(a);
     KMP_TRY(warn_of_changes(a));
     KMP_TRY(warn_of_cut(a));
     return a->goals.end == KMP_GOALS_SINGULAR ? complain_goals(a) : KEMPE_OK;

@@ -267,7 +267,7 @@ static kempe_status choose_as_assembled(beginning *b)
             b->hold[b->held++] = i;
     bool near = b->m > 0 && (long)b->m * b->n <= LARGE && is_nearly_closed(b);
     /* Deformations that hold are some of the independent coordinates, beside those that the user holds. */
-    kempe_status status = s->model->start.keeps_deformation ? kmp_linear_prefer(l, 0, b->a->q, b->held, b->hold)
+    kempe_status status = s->model->start.undeformed ? kmp_linear_prefer(l, 0, b->a->q, b->held, b->hold)
                                                             : kmp_linear_choose(l, 0, b->a->q, b->hold, b->held);
     if (status == KEMPE_E_MEMORY)
         return status;

@@ -406,8 +406,9 @@ static int add_frame(kmp_tree *tree, int b, const kmp_flexible *flexible, kmp_bo
     for (int axis = 0; flexible->moved && axis < 3; axis++)
         add_guided(tree, flexible, false, axis, station, -1, base);
     const kmp_link *end = &tree->links[base->link];
-    if (base->link == 0 || base->turned || end->deformation || end->after >= 0 ||
-        !is_identity(tree->links[base->link].a) || !kmp_vec_is_zero(base->p) || (end->body != b && end->body >= 0))
+    const bool own = base->link >= before || end->body == b; /* a link of this body alone */
+    if (!own || base->turned || end->after >= 0 || !is_identity(tree->links[base->link].a) ||
+        !kmp_vec_is_zero(base->p))
         add_link(tree, -1, false, unit_axes[0], base);
     tree->links[base->link].body = b;
     return base->link < before ? base->link : before;

@@ -171,7 +171,12 @@ static void hold_elastic(kmp_reader *r, const kmp_yaml *node)
         if (r->model->motions[k].elastic)
             r->model->start.hold[k] = r->model->start.qd_given[k] = true;
     kmp_segments_hold(r);
-    r->model->start.keeps_deformation = r->model->flexible_count > 0 || r->segmented_count > 0;
+    bool *held = r->model->flexible_count > 0 || r->segmented_count > 0
+                     ? KMP_ARENA_NEW(&r->model->arena, bool, r->model->motion_count)
+                     : NULL;
+    if (held)
+        memcpy(held, r->model->start.hold, (size_t)r->model->motion_count * sizeof *held);
+    r->model->start.undeformed = held;
 }
 
 void kmp_read_start(kmp_reader *r)
@@ -197,8 +202,11 @@ void kmp_read_start(kmp_reader *r)
     bool good = list && kmp_read_list(r, list, "start hold", -1);
     for (int i = 0; good && i < list->count; i++) {
         int motion = kmp_read_motion(r, list->items[i], "start hold");
-        if (motion >= 0)
+        if (motion >= 0) {
             r->model->start.hold[motion] = true;
+            if (r->model->start.undeformed)
+                r->model->start.undeformed[motion] = false;
+        }
     }
     read_goals(r, kmp_yaml_get(map, "goals"));
 }
