@@ -166,6 +166,36 @@ static char *robot(int shapes, const char *stiffening, const char *algorithm)
     return text.s;
 }
 
+/* The links as chains of rigid pieces: digits of such a chain, written out; errors fall with the square of their
+ * number. */
+static void segments_converge(void)
+{
+    static const digit pieces_32[] = {{0.05, "position(tool.Q).x", 0.25823206096, 1e-11},
+                                      {0.05, "position(tool.Q).y", 0.43783595737, 1e-11},
+                                      {0.1, "position(tool.Q).x", 0.26440071152, 1e-11},
+                                      {0.1, "position(tool.Q).y", 0.50913121605, 1e-11}};
+    static const char shapes[] = "shapes: {y: 3}, frame: chord, stiffening: first",
+                      limit_of[] = "shapes: {y: 1}, segments: ";
+    const double limit = 0.509131217377; /* of 16 and 32 pieces, by Richardson's extrapolation */
+    const kempe_run_options run = {.rtol = 1e-10, .integrator = "radau"};
+    for (int pieces = 4; pieces <= 32; pieces *= 2) {
+        char *text = robot(3, "first", "auto");
+        kmp_text made = {0};
+        for (const char *at = text, *found; *at; at = found ? found + sizeof shapes - 1 : at + strlen(at)) {
+            found = strstr(at, shapes);
+            kmp_text_printf(&made, "%.*s", found ? (int)(found - at) : (int)strlen(at), at);
+            if (found)
+                kmp_text_printf(&made, "%s%d", limit_of, pieces);
+        }
+        const double allowed = 1.8e-6 / (pieces * pieces);
+        check_run(made.s, &run, 0.05, &(digit){0.1, "position(tool.Q).y", limit, allowed}, 1);
+        if (pieces == 32)
+            check_run(made.s, &run, 0.05, pieces_32, 4);
+        kmp_text_free(&made);
+        free(text);
+    }
+}
+
 static void robot_moves_as_other_programs_say(void)
 {
     static const digit full_2[] = {{0.1, "position(tool.Q).x", 0.264400778195, 2e-12},
@@ -384,6 +414,7 @@ int main(void)
 {
     TEST(falls_as_other_programs_say);
     TEST(robot_moves_as_other_programs_say);
+    TEST(segments_converge);
     TEST(rod_bends_and_twists_as_another_program_says);
     TEST(rotating_beams_stiffen);
     TEST(shafts_whirl);

@@ -37,7 +37,7 @@ struct kmp_beam {
 };
 
 /** Makes the numbers and stations of a flexible body in the arena, for coordinates in the order of the families; body,
- * first and names are the caller's. False: no memory. */
+ * first and names are the caller's. False: no memory, which the arena has, or numbers that are not finite. */
 bool kmp_beam_make(kmp_arena *arena, const kmp_beam *beam, kmp_flexible *flexible);
 
 /** Stations of a body that is a beam, evenly spaced from end to end, in the arena: for pictures. `parameters`: values

@@ -222,7 +222,7 @@ static bool read_tube(entry *e, const kmp_yaml *node, kmp_number poisson, sectio
     return good;
 }
 
-static bool has(const entry *e, kmp_beam_family family)
+static bool has(const entry *e, int family)
 {
     return e->beam.count[family] > 0;
 }
@@ -369,15 +369,18 @@ static void read_count(entry *e, const kmp_yaml *map, kmp_beam_family family)
 {
     const kmp_yaml *node = kmp_yaml_get(map, families[family]);
     const char *what = kmp_reader_say(e->r, "shapes '%s' of %s", families[family], e->body);
-    double count = 0;
-    if (node && !kmp_read_fixed(e->r, node, what, KMP_DIM_NUMBER, &count))
+    double count;
+    if (!node)
+        return;
+    if (!kmp_read_fixed(e->r, node, what, KMP_DIM_NUMBER, &count)) {
         fail(e);
-    else if (!(count >= 0 && count <= KMP_BEAM_MOST && count == floor(count))) {
+    } else if (!(count >= 0 && count <= KMP_BEAM_MOST && count == floor(count))) {
         kmp_reader_complain(e->r, node->place, "%s are %.6g: a whole number from 0 to %d is expected", what, count,
                             KMP_BEAM_MOST);
         fail(e);
-    } else
+    } else {
         e->beam.count[family] = (int)count;
+    }
 }
 
 static void read_shapes(entry *e, const kmp_yaml *map)
@@ -456,12 +459,20 @@ static void read_flexible(entry *e, const kmp_yaml *map)
     e->beam.frame = (kmp_flexible_frame)read_word(e, map, "frame", KMP_NAMES_OF(frames), KMP_FRAME_CLAMPED);
     e->beam.stiffening = (kmp_stiffening)read_word(e, map, "stiffening", KMP_NAMES_OF(stiffenings),
                                                    twists ? KMP_STIFFENING_FULL : KMP_STIFFENING_FIRST);
-    if (kmp_yaml_get(map, "damping"))
+    if (kmp_yaml_get(map, "damping") && !kmp_yaml_get(map, "segments"))
         read_damping(e, kmp_yaml_get(map, "damping"));
     if (beam && shapes)
         read_beam(e, beam);
     else
         fail(e);
+}
+
+bool kmp_read_beam(kmp_reader *r, const kmp_yaml *map, const char *body, kmp_beam *beam)
+{
+    entry e = {.r = r, .body = body};
+    read_flexible(&e, map);
+    *beam = e.beam;
+    return !e.wrong;
 }
 
 void kmp_begin_flexible(kmp_reader *r, const kmp_yaml *map, int body)
@@ -652,8 +663,10 @@ void kmp_read_flexibles(kmp_reader *r)
                 add_coordinate(r, flexible->body, (kmp_beam_family)f, k + 1);
         e->beam.stations = e->stations;
         e->beam.station_count = e->station_count;
-        if (!e->wrong && e->stations && !kmp_beam_make(&model->arena, &e->beam, flexible))
-            model->arena.failed = true;
+        if (!e->wrong && e->stations && !kmp_beam_make(&model->arena, &e->beam, flexible) && !model->arena.failed)
+            kmp_reader_complain(r, model->bodies[flexible->body].place,
+                                "the beam of %s: its constants are not finite: its numbers are too large or too small",
+                                e->body);
         keep_beam(model, &e->beam, flexible);
     }
 }
