@@ -183,7 +183,7 @@ class FlexibleBodies(Case):
             self.assertEqual(int(drawn.by_id["view"]["data-planar"] == "true"), 1)
 
     def run_script(self, page, script):
-        """What a script of the page leaves in the title of its document's element, after the page was drawn."""
+        """The value of a script in the page, after it was drawn; and the page after that."""
         other = self.folder / "scripted.html"
         told = f"document.documentElement.title = JSON.stringify((() => {{ {script} }})());"
         other.write_text(page.read_text().replace("\nbegin();\n", f"\nbegin();\n{told}\n"))
