@@ -67,6 +67,8 @@ PARTS = (
          "1e-12"),
         ("Planar parallel robot", "30 digits, as a five-bar", "parallel_robot/parallel_robot", "parallel_robot/reference", "1e-12"),
         ("Leg of a robot, from URDF+", "30 digits, as two double pendulums", "robot_leg/robot_leg", "robot_leg/reference", "1e-12"),
+        ("Five-bar robot with flexible links", "virtual work at points of Gauss, SciPy at 1e-13", "flexible_robot/flexible_robot",
+         "flexible_robot/reference", "1e-12"),
         ("Gough-Stewart platform", "113-bit arithmetic", "stewart/stewart", "stewart/reference", "1e-12"),
         ("Suspension", "absolute coordinates, long doubles", "suspension/suspension", "suspension/reference", "1e-12"),
         ("Excavator with hydraulics and a digital controller", "113-bit arithmetic", "hydraulic_excavator/hydraulic_excavator",

@@ -37,6 +37,11 @@ class Picture:
         self.see(*points)
         self.shapes.append(("body", (name, other_side, shift, colour), points))
 
+    def curve(self, name, *points, shift=(0, 0)):
+        """An open line in the next colour, its name at its middle."""
+        self.see(*points)
+        self.shapes.append(("curve", (name, shift), points))
+
     def spring(self, a, b):
         self.see(a, b)
         self.shapes.append(("spring", None, (a, b)))
@@ -62,7 +67,7 @@ class Picture:
                  f'height="{height}" font-family="sans-serif" font-size="15">',
                  f"<title>{self.title}</title>", f'<rect width="{WIDTH}" height="{height}" fill="white"/>']
         bodies = 0
-        for order in (("guide",), ("fixed",), ("spring", "body", "slider"), ("joint", "fixed")):
+        for order in (("guide",), ("fixed",), ("spring", "body", "curve", "slider"), ("joint", "fixed")):
             for kind, note, points in self.shapes:
                 if kind not in order:
                     continue
@@ -71,6 +76,9 @@ class Picture:
                     colour = bodies if note[3] is None else note[3]
                     lines += draw_body(*note[:3], pixels, PALETTE[colour % len(PALETTE)])
                     bodies += note[3] is None
+                elif kind == "curve":
+                    lines += draw_curve(*note, pixels, PALETTE[bodies % len(PALETTE)])
+                    bodies += 1
                 elif kind == "fixed" and order == ("fixed",):
                     lines += draw_ground(*pixels[0])
                 else:
@@ -94,6 +102,13 @@ def draw_body(name, other_side, shift, pixels, colour):
     return [f'<path d="M {path}{close}" fill="{fill}" fill-opacity="0.15" stroke="{colour}" stroke-width="6" '
             'stroke-linejoin="round" stroke-linecap="round"/>',
             f'<text x="{x:.1f}" y="{y + 5:.1f}" text-anchor="middle" fill="{colour}">{name}</text>']
+
+
+def draw_curve(name, shift, pixels, colour):
+    path = " L ".join(f"{x:.1f} {y:.1f}" for x, y in pixels)
+    x, y = pixels[len(pixels) // 2]
+    return [f'<path d="M {path}" fill="none" stroke="{colour}" stroke-width="6" stroke-linejoin="round" stroke-linecap="round"/>',
+            f'<text x="{x + shift[0]:.1f}" y="{y + shift[1] + 5:.1f}" text-anchor="middle" fill="{colour}">{name}</text>']
 
 
 def draw_ground(x, y):
@@ -833,10 +848,29 @@ def robot_leg():
     return p
 
 
+def flexible_robot():
+    """At 0.4 s; the links are half waves of the deflections in their middles, drawn 40 times as large."""
+    tool, larger = (0.25579, 0.40346), 40
+    p = Picture("A five-bar robot with flexible links at 0.4 s: deflections times 40")
+    elbows = []
+    for side, way, origin, crank, middle in (("l", -1, (0, 0), 2.1983, -1.5e-4), ("r", 1, (0.5, 0), 0.90136, 6.9e-4)):
+        elbow = at(origin, crank, (0.25, 0))
+        length, angle = math.dist(elbow, tool), math.atan2(tool[1] - elbow[1], tool[0] - elbow[0])
+        p.body(f"crank_{side}", origin, elbow, other_side=way < 0)
+        p.curve(f"link_{side}", *(at(elbow, angle, (length * k / 16, larger * middle * math.sin(math.pi * k / 16))) for k in range(17)),
+                shift=(34 * way, -14))
+        p.pivot(origin, f"motor_{side}", True, (16, 4))
+        elbows.append(elbow)
+    for elbow in elbows:
+        p.pivot(elbow)
+    p.pivot(tool, "tool", shift=(-16, -14))
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
-            rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg)
+            rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg, flexible_robot)
 
 if __name__ == "__main__":
     for make in PICTURES:

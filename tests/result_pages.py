@@ -59,6 +59,27 @@ run: {t_end: 0.5}
 """
 
 
+# An arm on a motor carries a second one, without a loop; a block is drawn at its root.
+CHAIN = """kempe: 1
+gravity: [0, 0, -9.81]
+bodies:
+  arm:
+    joint: {name: motor, revolute: z, at: ground}
+    flexible:
+      beam: {length: 600 mm, young: 70 GPa, poisson: 0.3, density: 2700, section: {rectangle: [20 mm, 10 mm]}}
+      shapes: {y: 2, z: 2, torsion: 1}
+      damping: {ratio: 0.02}
+    points: {end: {station: 600 mm}, side: {station: 300 mm, offset: [0, 60 mm, 0]}}
+    shape: {box: [0.1, 0.1, 0.1]}
+  forearm:
+    joint: {name: elbow, revolute: y, at: arm.end}
+    flexible: {beam: {length: 500 mm, young: 70 GPa, density: 2700, section: {circle: 12 mm}}, shapes: {y: 2, z: 2}, damping: {ratio: 0.02}}
+    points: {tip: {station: 500 mm}}
+drives: {m: {joint: motor, angle: sin(3*t)}}
+run: {t_end: 0.5, outputs: [q, position(arm.end), position(arm.side), position(forearm.tip)]}
+"""
+
+
 def numbers(text):
     values = array.array("f")
     values.frombytes(base64.b64decode(text))
@@ -105,6 +126,134 @@ class Case(report_pages.Folder):
             self.assertGreaterEqual(int(drawn.by_id[key]["data-points"]), min(101, fewest), key)
         for name in data["series"]["first"]:
             self.assertIn(name, drawn.words("extremes"))
+
+
+class FlexibleBodies(Case):
+    ROBOT = "examples/flexible_robot/flexible_robot.yaml"
+
+    def chain(self):
+        model = self.folder / "chain.yaml"
+        model.write_text(CHAIN)
+        return self.make("simulate", model)
+
+    def places(self, data, name):
+        """Of all frames: the place that is marked with a name, m, and the unit that they are rounded to."""
+        picture, frames = data["picture"], data["picture"]["frames"]
+        body = next(b for b, body in enumerate(picture["bodies"]) if "of" in body and any(p[4] == name for p in body["points"]))
+        raw, moving = base64.b64decode(frames["position"]), len(picture["bodies"]) - 1
+        values = struct.unpack(f"<{len(raw) // 2}h", raw)
+        own = [values[3 * (f * moving + body - 1):][:3] for f in range(frames["count"])]
+        return [[m + frames["unit"] * x for m, x in zip(frames["middle"], p)] for p in own], frames["unit"], body
+
+    def check_points(self, data, **points):
+        """Frames have the points of outputs, here by the names of their marks, where the outputs have them."""
+        for name, point in points.items():
+            own, unit, body = self.places(data, name)
+            self.assertEqual(data["picture"]["bodies"][data["picture"]["bodies"][body]["of"]]["name"], point.split(".")[0])
+            for k, axis in enumerate("xyz"):
+                wanted = numbers(column(data, f"position.{point}.{axis}")["values"])
+                self.assertEqual((len(wanted) - 1) % (len(own) - 1), 0)
+                rows = wanted[::(len(wanted) - 1) // (len(own) - 1)]
+                self.assertLess(max(abs(p[k] - x) for p, x in zip(own, rows)), 0.51 * unit + 1e-6)
+
+    def check_pieces(self, data, body, count):
+        """A chain of pieces in the order of places, which move apart from each other by next to nothing."""
+        bodies = [b["name"] for b in data["picture"]["bodies"]]
+        pieces = [line["body"] for line in data["picture"]["lines"] if line.get("of") == bodies.index(body)]
+        self.assertEqual(len(pieces), count)
+        for one, two in zip(pieces, pieces[1:16]):
+            self.assertEqual(one[1], two[0])
+
+    def test_frames_are_outputs(self):
+        _, data = self.open(self.chain())
+        self.check_points(data, elbow="arm.end", side="arm.side", tip="forearm.tip")
+        self.check_pieces(data, "arm", 17)  # and one to the point beside it
+        self.check_pieces(data, "forearm", 16)
+        self.assertEqual((data["picture"]["flexible"]["held"], data["picture"]["flexible"]["stiff"]), ([], ["arm"]))
+
+    def test_drawn(self):
+        for screen in (DESKTOP, TELEPHONE, FLAT):
+            drawn, data = self.open(self.make("simulate", self.ROBOT), screen)
+            self.check_drawn(drawn, data)
+            flexible = data["picture"]["flexible"]
+            self.assertEqual((flexible["factor"], flexible["held"]), (20, ["link_l", "link_r"]))
+            self.assertEqual(drawn.words("deformed"), "deformation \u00d7 20")
+            self.assertIn("of link_l and link_r only the deformation between them is multiplied", drawn.words("stage-note"))
+            self.assertEqual(drawn.words("names"), "crank_llink_lcrank_rlink_rtool")
+            self.assertEqual(int(drawn.by_id["view"]["data-planar"] == "true"), 1)
+
+    def run_script(self, page, script):
+        """The value of a script in the page, after it was drawn; and the page after that."""
+        other = self.folder / "scripted.html"
+        told = f"document.documentElement.title = JSON.stringify((() => {{ {script} }})());"
+        other.write_text(page.read_text().replace("\nbegin();\n", f"\nbegin();\n{told}\n"))
+        drawn, _ = self.open(other)
+        return json.loads(drawn.tags[0][1]["title"]), drawn
+
+    POSES = "const { picture } = data, motion = makeMotion(picture), own = picture.flexible.parents.length; picture.flexible.factor = 10;"
+
+    def test_bodies_ride_on_deformations(self):
+        """However large the deformation is drawn, an arm begins where the one before it ends, and deflects from there."""
+        script = self.POSES + """
+            const { place } = picture.flexible.riders[0], far = [], gap = [];
+            for (let k = 0; k <= 20; k++) {
+                const poses = motion(k / 40);
+                gap.push(norm(sub(poses[2].p, poses[own + place].p)));
+                far.push(turned([...scaled(-1, poses[1].q), poses[1].q[3]], sub(poses[own + place].p, poses[1].p)));
+            }
+            return { gap, far };"""
+        page = self.chain()
+        tens, _ = self.run_script(page, script)
+        ones, _ = self.run_script(page, script.replace("factor = 10", "factor = 1"))
+        self.assertLess(max(tens["gap"]), 1e-4)
+        least = max(abs(p[2]) for p in ones["far"])
+        self.assertGreater(least, 1e-3)
+        for one, ten in zip(ones["far"], tens["far"]):
+            for k in range(3):
+                self.assertAlmostEqual(ten[k] - 0.6 * (k == 0), 10 * (one[k] - 0.6 * (k == 0)), delta=1e-3)
+
+    def test_loops_stay_closed(self):
+        """However large the deformation is drawn, joints of a loop are where they are."""
+        script = self.POSES + """
+            const tool = picture.bodies.findIndex(({ name }) => name === "tool"), line = picture.lines.filter(({ of }) => of);
+            const pin = picture.bodies.findIndex(({ of, points }) => of && points.some((p) => p[4] === "pin")), gap = [], bent = [];
+            for (let k = 0; k <= 20; k++) {
+                const poses = motion(k / 50);
+                gap.push(...[pin, line[15].body[1], line[31].body[1]].map((end) => norm(sub(poses[tool].p, poses[end].p))));
+                bent.push(norm(sub(poses[line[7].body[1]].p, scaled(0.5, add(poses[line[0].body[0]].p, poses[line[15].body[1]].p)))));
+            }
+            return { gap, bent };"""
+        told, _ = self.run_script(self.make("simulate", self.ROBOT), script.replace("factor = 10", "factor = 100"))
+        self.assertLess(max(told["gap"]), 1e-4)
+        self.assertGreater(max(told["bent"]), 0.03)
+
+    def test_slider(self):
+        move = ("const slider = byId('deformation'); slider.value = '{}';"
+                "for (const kind of ['input', 'change']) slider.dispatchEvent(new Event(kind)); return 0;")
+        page = self.make("simulate", self.ROBOT)
+        for value, factor in ((0, "1"), (1000, "100")):
+            _, drawn = self.run_script(page, move.format(value))
+            self.assertEqual(drawn.words("deformed"), f"deformation \u00d7 {factor}")
+        _, drawn = self.run_script(page, "document.querySelectorAll('#names button')[1].click(); return 0;")
+        self.assertIn("title", [a for tag, a in drawn.tags if tag == "button" and a.get("title") == "Show link_l"][0])
+
+    def test_modes_and_equilibria(self):
+        drawn, data = self.open(self.make("modes", self.ROBOT))
+        self.assertRegex(drawn.words("deformed"), "^deformation \u00d7 [0-9]+$")
+        shift = data["picture"]["flexible"]["shift"]
+        self.assertGreater(shift["unit"] * 32767 * data["picture"]["flexible"]["factor"], 0.005)
+        model = self.folder / "sag.yaml"
+        still = CHAIN.replace("revolute: z, at: ground}", "weld: yes, at: ground}")
+        model.write_text(still.replace("drives: {m: {joint: motor, angle: sin(3*t)}}", ""))
+        drawn, _ = self.open(self.make("equilibrium", model))
+        self.assertRegex(drawn.words("deformed"), "^deformation \u00d7 [0-9]+$")
+
+    def test_pages_without_any(self):
+        text = self.make("simulate", "examples/four_bar/four_bar.yaml", "--t-end", "0.1").read_text()
+        ours = text[text.rindex("<script>"):]
+        for word in ("FLEXIBLE", "deform", "Places", "flexible"):
+            self.assertNotIn(word, ours)
+        self.assertNotIn("FLEXIBLE", self.make("simulate", self.ROBOT).read_text())
 
 
 class Simulations(Case):

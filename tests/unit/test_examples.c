@@ -127,6 +127,15 @@ static void test_robot_leg(void)
     follow(model, digits, "dae", NULL, 1e-9, 1e-6, 1e-4);
 }
 
+static void test_flexible_robot(void)
+{
+    static const char model[] = "examples/flexible_robot/flexible_robot.yaml",
+                      digits[] = "examples/flexible_robot/reference.csv";
+    follow(model, digits, "reduced", NULL, 1e-12, 1e-12, 1e-10);
+    follow(model, digits, "projected", NULL, 1e-12, 1e-12, 1e-10);
+    follow(model, digits, "dae", NULL, 1e-9, 1e-8, 1e-5);
+}
+
 int main(void)
 {
     TEST(test_car_axis);
@@ -135,5 +144,6 @@ int main(void)
     TEST(test_bogie);
     TEST(test_hydraulics);
     TEST(test_robot_leg);
+    TEST(test_flexible_robot);
     return check_report();
 }

@@ -89,7 +89,7 @@ function listed(names) {
 }
 
 function deformationNote({ flexible }) {
-    const held = flexible.held.length === 0 ? "" : `Joints in loops are where they are: of ${listed(flexible.held)} the deformation between these is multiplied.`;
+    const held = flexible.held.length === 0 ? "" : `Joints of loops stay at their true places: of ${listed(flexible.held)} only the deformation between them is multiplied.`;
     const stiff = flexible.stiff.length === 0 ? "" : `Shapes of ${listed(flexible.stiff)} are drawn without deformation.`;
     return [held, stiff].filter(Boolean).join(" ");
 }
