@@ -24,6 +24,7 @@ static const struct {
     [KMP_FILE_MODEL] = {1024, true, "a model"},
     [KMP_FILE_INCLUDED] = {1024, false, "a file of a model"},
     [KMP_FILE_MESH] = {512, false, "a mesh"},
+    [KMP_FILE_MODES] = {512, false, "a file of modes"},
     [KMP_FILE_POINTS] = {64, false, "a table of points"},
     [KMP_FILE_TABLE] = {1024, true, "a table in CSV"},
     [KMP_FILE_PARQUET] = {1024, false, "a Parquet file"},

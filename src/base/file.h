@@ -9,6 +9,7 @@ typedef enum kmp_file_kind {
     KMP_FILE_MODEL,
     KMP_FILE_INCLUDED,
     KMP_FILE_MESH,
+    KMP_FILE_MODES,
     KMP_FILE_POINTS,
     KMP_FILE_TABLE,
     KMP_FILE_PARQUET,

@@ -412,6 +412,18 @@ static kempe_status try_them(const kempe_system *s, kmp_bodies *bodies)
     return KEMPE_OK;
 }
 
+/* A flexible body whose mass matrix is not positive at all deflections; NULL: there is none. */
+static const char *may_lose_its_sign(const kempe_model *model)
+{
+    for (int f = 0; f < model->flexible_count; f++) {
+        const kmp_flexible *flexible = &model->flexibles[f];
+        for (int k = flexible->first; k < flexible->first + flexible->count; k++)
+            if (flexible->stiffening == KMP_STIFFENING_FIRST && model->motions[k].rotation)
+                return model->bodies[flexible->body].name;
+    }
+    return NULL;
+}
+
 static kempe_status make_bodies(const kempe_system *s, kmp_bodies *bodies)
 {
     bool pressed = s->load_row_count > 0;
@@ -427,6 +439,13 @@ static kempe_status make_bodies(const kempe_system *s, kmp_bodies *bodies)
                         "algorithm does not support; use the algorithm composite",
                         kmp_load_dependent_force(s, row), s->row_names[row]);
     }
+    const char *uncertain = may_lose_its_sign(s->model);
+    if (uncertain)
+        return kmp_fail(
+            s->context, KEMPE_E_FAILED,
+            "algorithm articulated: body '%s' has 'stiffening: first' with torsion, whose inertia may lose its "
+            "sign, which this algorithm does not see; use the algorithm composite, or 'full'",
+            uncertain);
     return derive_bodies(s, bodies);
 }
 

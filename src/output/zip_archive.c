@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "output/zip_archive.h"
+#include "base/crc32.h"
 #include "base/memory.h"
 #include "output/named_arrays.h"
 #include <string.h>
@@ -11,20 +12,6 @@ enum { VERSION = 20, VERSION_WIDE = 45, DATE = 0x21, LONG = 1, CHECKSUM_AT = 14,
 static int version(const kmp_zip *zip)
 {
     return zip->wide ? VERSION_WIDE : VERSION;
-}
-
-/* CRC-32, a byte at a time (ISO 3309). */
-static uint32_t checksum(const char *bytes, size_t size)
-{
-    uint32_t table[256], sum = ELSEWHERE;
-    for (uint32_t k = 0; k < 256; k++) {
-        table[k] = k;
-        for (int i = 0; i < 8; i++)
-            table[k] = table[k] & 1 ? table[k] >> 1 ^ 0xedb88320u : table[k] >> 1;
-    }
-    for (size_t k = 0; k < size; k++)
-        sum = table[(sum ^ (unsigned char)bytes[k]) & 0xff] ^ sum >> 8;
-    return ~sum;
 }
 
 /* The local and the central header have these fields after their signatures, up to the length of the name. */
@@ -80,7 +67,7 @@ void kmp_zip_end_member(kmp_zip *zip)
     size_t data = m->at + 30 + strlen(m->name) + (zip->wide ? 20 : 0);
     char *bytes = zip->text.s;
     m->size = zip->text.length - data;
-    m->checksum = checksum(bytes + data, m->size);
+    m->checksum = kmp_crc32(bytes + data, m->size);
     kmp_put_little(bytes + m->at + CHECKSUM_AT, m->checksum, 4);
     for (int k = 0; k < 2; k++)
         if (zip->wide)

@@ -283,7 +283,8 @@ static void rod_bends_and_twists_as_another_program_says(void)
         for (int a = 0; a < (way < 2 ? 3 : 1); a++) {
             kempe_run_options run = ways[way];
             run.rtol = 1e-13;
-            char *text[] = {slider_crank("full", algorithms[a]), slider_crank("first", algorithms[a])};
+            /* Articulated bodies refuse `first` with torsion. */
+            char *text[] = {slider_crank("full", algorithms[a]), slider_crank("first", algorithms[a > 1 ? 0 : a])};
             check_run(text[0], &run, 0.01, full, 14);
             check_run(text[1], &run, 0.01, first, 8);
             for (int k = 0; k < 2; k++)

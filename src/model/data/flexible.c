@@ -40,6 +40,22 @@ void kmp_flexible_lay(kmp_flexible *f, kmp_number *numbers)
     }
 }
 
+static bool is_nothing(kmp_number a)
+{
+    return a.value == 0 && !a.expr;
+}
+
+bool kmp_station_moves(const kmp_flexible *flexible, const kmp_station *station)
+{
+    const int n = flexible->count;
+    bool moved = false;
+    for (int k = 0; k < 3 * n; k++)
+        moved = moved || !is_nothing(station->shift[k]) || !is_nothing(station->turn[k]);
+    for (int k = 0; k < 3 * n * n; k++)
+        moved = moved || !is_nothing(station->shift_more[k]) || !is_nothing(station->turn_more[k]);
+    return moved;
+}
+
 kmp_body kmp_body_undeformed(const kempe_model *model, int body)
 {
     static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};

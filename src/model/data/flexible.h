@@ -36,9 +36,10 @@ typedef struct kmp_flexible {
     int quadratic_count; /* N - n */
     kmp_stiffening stiffening;
     kmp_flexible_frame frame;
+    const char *file; /* that its modes are from; NULL: a beam */
     int number_count;
     kmp_number *numbers;   /* all that follow, and those of stations, one after the other */
-    kmp_number *length;    /* 1, m: of the beam */
+    kmp_number *length;    /* 1, m: of the beam; of a body from a file, its farthest node or place */
     kmp_number *mass;      /* 1, kg */
     kmp_number *moment;    /* 3: int X dm, X from the body's origin without deformation */
     kmp_number *second;    /* 6: int X X' dm; xx yy zz xy xz yz */
@@ -57,6 +58,9 @@ typedef struct kmp_flexible {
 /** Numbers of a body of these counts, and of its stations: the pointers go to `numbers`, which may be NULL, and
  * number_count is set. */
 void kmp_flexible_lay(kmp_flexible *flexible, kmp_number *numbers);
+
+/** True if the station moves or turns with the coordinates. */
+bool kmp_station_moves(const kmp_flexible *flexible, const kmp_station *station);
 
 /** A copy of a body; a flexible one has the mass, centre and inertia that it has without deformation, as values. */
 kmp_body kmp_body_undeformed(const kempe_model *model, int body);

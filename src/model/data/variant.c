@@ -335,7 +335,7 @@ static void check_flexible(const kempe_model *m, const kmp_flexible *flexible, k
             why, "the length, mass or stiffness of flexible body '%s' is not positive, or its damping negative", name);
     for (int k = 0; k < flexible->station_count; k++) {
         const double x = flexible->stations[k].at[0].value;
-        if (!(x >= 0 && x <= length * (1 + rounding)) && !why->length)
+        if (!flexible->file && !(x >= 0 && x <= length * (1 + rounding)) && !why->length)
             kmp_text_printf(why, "a station of flexible body '%s' is at %.6g m, and its beam is %.6g m long", name, x,
                             length);
     }

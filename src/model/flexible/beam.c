@@ -344,18 +344,6 @@ static void put_station(const maker *m, kmp_station *station, kmp_number x)
         }
 }
 
-/* True if the station moves or turns. */
-static bool is_moved(const kmp_flexible *flexible, const kmp_station *station)
-{
-    const int n = flexible->count;
-    bool moved = false;
-    for (int k = 0; k < 3 * n; k++)
-        moved = moved || !is_nothing(station->shift[k]) || !is_nothing(station->turn[k]);
-    for (int k = 0; k < 3 * n * n; k++)
-        moved = moved || !is_nothing(station->shift_more[k]) || !is_nothing(station->turn_more[k]);
-    return moved;
-}
-
 /* -- damping ----------------------------------------------------------------------------------------- */
 
 static kmp_number mass_of(const maker *m, int k, int l)
@@ -467,7 +455,7 @@ static bool make_all(maker *m)
     put_damping(m);
     for (int k = 0; k < to->station_count; k++)
         put_station(m, &to->stations[k], m->beam->stations[k]);
-    to->moved = is_moved(to, &to->stations[0]);
+    to->moved = kmp_station_moves(to, &to->stations[0]);
     return !m->arena->failed;
 }
 

@@ -5,6 +5,7 @@
 #include "model/data/model.h"
 #include "model/flexible/beam.h"
 #include "model/language/number_algebra.h"
+#include "model/read/read_modal_body.h"
 #include "model/read/read_values.h"
 #include <math.h>
 #include <string.h>
@@ -31,8 +32,9 @@ static const kmp_key damping_keys[] = {
 /* A flexible body while it is read. */
 typedef struct kmp_flexible_reading {
     kmp_reader *r;
-    const char *body; /* "body 'rod'" */
-    kmp_beam beam;
+    const char *body;        /* "body 'rod'" */
+    kmp_beam beam;           /* of a body from a file its frame and damping */
+    kmp_modal_reading *file; /* NULL: a beam, or errors */
     bool rotary, wrong;
     kmp_number *stations;
     int station_count;
@@ -439,6 +441,33 @@ static void check_rotary(entry *e, const kmp_yaml *map)
     fail(e);
 }
 
+/* Keys of beams and keys of files are not mixed. */
+static void check_source(entry *e, const kmp_yaml *map, bool file)
+{
+    static const char *const of_beams[] = {"beam", "shapes", "shear", "rotary", "raw", NULL}, *const of_files[] = {
+                                                                                                  "interfaces", "modes",
+                                                                                                  "scale", NULL};
+    for (const char *const *key = file ? of_beams : of_files; *key; key++)
+        if (kmp_yaml_get(map, *key)) {
+            kmp_reader_complain(e->r, kmp_yaml_get(map, *key)->place, "flexible of %s: '%s' is a key of %s", e->body,
+                                *key,
+                                file ? "beams, and its modes are in a file" : "bodies from files, and it has none");
+            fail(e);
+        }
+}
+
+static void read_file(entry *e, const kmp_yaml *map)
+{
+    check_source(e, map, true);
+    if (kmp_yaml_get(map, "damping"))
+        read_damping(e, kmp_yaml_get(map, "damping"));
+    e->file = kmp_read_modal_body(e->r, map, e->body, e->beam.frame);
+    if (e->file)
+        e->file->damped = kmp_yaml_get(map, "damping");
+    else
+        fail(e);
+}
+
 static void read_flexible(entry *e, const kmp_yaml *map)
 {
     static const char *const frames[] = {"clamped", "chord"}, *const stiffenings[] = {"none", "first", "full"};
@@ -448,6 +477,12 @@ static void read_flexible(entry *e, const kmp_yaml *map)
         fail(e);
         return;
     }
+    e->beam.frame = (kmp_flexible_frame)read_word(e, map, "frame", KMP_NAMES_OF(frames), KMP_FRAME_CLAMPED);
+    if (kmp_yaml_get(map, "file")) {
+        read_file(e, map);
+        return;
+    }
+    check_source(e, map, false);
     const kmp_yaml *beam = kmp_read_required(r, map, what, "beam"), *shapes = kmp_read_required(r, map, what, "shapes");
     if (shapes)
         read_shapes(e, shapes);
@@ -456,7 +491,6 @@ static void read_flexible(entry *e, const kmp_yaml *map)
     e->beam.raw = read_flag(e, map, "raw", false);
     e->rotary = read_flag(e, map, "rotary", twists);
     check_rotary(e, map);
-    e->beam.frame = (kmp_flexible_frame)read_word(e, map, "frame", KMP_NAMES_OF(frames), KMP_FRAME_CLAMPED);
     e->beam.stiffening = (kmp_stiffening)read_word(e, map, "stiffening", KMP_NAMES_OF(stiffenings),
                                                    twists ? KMP_STIFFENING_FULL : KMP_STIFFENING_FIRST);
     if (kmp_yaml_get(map, "damping") && !kmp_yaml_get(map, "segments"))
@@ -562,8 +596,8 @@ static void take_station(entry *e, const kmp_yaml *map, const char *what, kmp_po
 /* Reports keys of stations; false: the point has one of them. */
 static bool has_no_station(kmp_reader *r, const kmp_yaml *node, const char *what, const char *why)
 {
-    static const char *const keys[] = {"station", "offset"};
-    for (int k = 0; k < 2; k++) {
+    static const char *const keys[] = {"station", "interface", "node", "offset"};
+    for (int k = 0; k < 4; k++) {
         const kmp_yaml *own = kmp_yaml_get(node, keys[k]);
         if (own)
             return kmp_reader_complain(r, own->place, "%s has the key '%s': %s", what, keys[k], why);
@@ -574,6 +608,10 @@ static bool has_no_station(kmp_reader *r, const kmp_yaml *node, const char *what
 void kmp_read_point_place(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_point *point)
 {
     entry *e = entry_of(r, point->body);
+    if (e && e->file) {
+        kmp_read_modal_point(r, e->file, node, what, point);
+        return;
+    }
     if (e && kmp_yaml_get(node, "station")) {
         take_station(e, node, what, point);
         return;
@@ -618,26 +656,27 @@ void kmp_check_flexible_mass(kmp_reader *r, const kmp_yaml *map, int body)
 {
     static const char *const given[] = {"mass", "com", "inertia"};
     const entry *e = entry_of(r, body);
-    for (int k = 0; e && k < 3; k++)
+    if (e && e->file && kmp_yaml_get(map, "mass"))
+        kmp_check_modal_mass(r, e->file, kmp_yaml_get(map, "mass"));
+    for (int k = e && e->file; e && k < 3; k++)
         if (kmp_yaml_get(map, given[k]))
             kmp_reader_complain(r, kmp_yaml_get(map, given[k])->place,
-                                "%s is flexible, and its beam gives its %s: remove one of the two", e->body, given[k]);
+                                "%s is flexible, and its %s gives its %s: remove one of the two", e->body,
+                                e->file ? "file" : "beam", given[k]);
 }
 
 /* -- constants and coordinates ----------------------------------------------------------------------- */
 
-static void add_coordinate(kmp_reader *r, int body, kmp_beam_family family, int number_of_family)
+static void add_coordinate(kmp_reader *r, int body, const char *kind, int number_of_kind, bool rotation)
 {
-    static const char *const names[KMP_BEAM_FAMILIES] = {"y", "z", "phi", "x"};
     kempe_model *model = r->model;
     kmp_motion *motions = kmp_arena_room(&model->arena, model->motions, model->motion_count, sizeof *motions);
-    const char *name =
-        kmp_arena_printf(&model->arena, "%s.%s%d", model->bodies[body].name, names[family], number_of_family);
+    const char *name = kmp_arena_printf(&model->arena, "%s.%s%d", model->bodies[body].name, kind, number_of_kind);
     if (!motions || !name)
         return;
     model->motions = motions;
-    motions[model->motion_count++] = (kmp_motion){
-        .name = name, .body = body, .rotation = family == KMP_BEAM_TORSION, .elastic = true, .axis = {0, 0, 1}};
+    motions[model->motion_count++] =
+        (kmp_motion){.name = name, .body = body, .rotation = rotation, .elastic = true, .axis = {0, 0, 1}};
 }
 
 static void keep_beam(kempe_model *model, const kmp_beam *beam, kmp_flexible *flexible)
@@ -651,6 +690,34 @@ static void keep_beam(kempe_model *model, const kmp_beam *beam, kmp_flexible *fl
     flexible->beam = kept;
 }
 
+static void make_beam(entry *e, kmp_flexible *flexible)
+{
+    kempe_model *model = e->r->model;
+    static const char *const names[KMP_BEAM_FAMILIES] = {"y", "z", "phi", "x"};
+    for (int f = 0; f < KMP_BEAM_FAMILIES; f++)
+        for (int k = 0; k < e->beam.count[f]; k++)
+            add_coordinate(e->r, flexible->body, names[f], k + 1, f == KMP_BEAM_TORSION);
+    e->beam.stations = e->stations;
+    e->beam.station_count = e->station_count;
+    if (!e->wrong && e->stations && !kmp_beam_make(&model->arena, &e->beam, flexible) && !model->arena.failed)
+        kmp_reader_complain(e->r, model->bodies[flexible->body].place,
+                            "the beam of %s: its constants are not finite: its numbers are too large or too small",
+                            e->body);
+    keep_beam(model, &e->beam, flexible);
+}
+
+static void make_modal_body(entry *e, kmp_flexible *flexible)
+{
+    flexible->file = e->file->path;
+    flexible->frame = e->beam.frame;
+    flexible->stiffening = e->file->stiffening;
+    for (int k = 0; k < e->file->modal.count; k++)
+        add_coordinate(e->r, flexible->body, "mode", k + 1, false);
+    if (!kmp_modal_make(&e->r->model->arena, &e->file->modal, e->file->damped, e->beam.ratio, e->beam.rayleigh,
+                        flexible))
+        e->r->model->arena.failed = true;
+}
+
 void kmp_read_flexibles(kmp_reader *r)
 {
     kempe_model *model = r->model;
@@ -658,23 +725,19 @@ void kmp_read_flexibles(kmp_reader *r)
         kmp_flexible *flexible = &model->flexibles[i];
         entry *e = &r->flexibles[i];
         flexible->first = model->motion_count;
-        for (int f = 0; f < KMP_BEAM_FAMILIES; f++)
-            for (int k = 0; k < e->beam.count[f]; k++)
-                add_coordinate(r, flexible->body, (kmp_beam_family)f, k + 1);
-        e->beam.stations = e->stations;
-        e->beam.station_count = e->station_count;
-        if (!e->wrong && e->stations && !kmp_beam_make(&model->arena, &e->beam, flexible) && !model->arena.failed)
-            kmp_reader_complain(r, model->bodies[flexible->body].place,
-                                "the beam of %s: its constants are not finite: its numbers are too large or too small",
-                                e->body);
-        keep_beam(model, &e->beam, flexible);
+        if (e->file)
+            make_modal_body(e, flexible);
+        else
+            make_beam(e, flexible);
     }
 }
 
-/* Deflections along one axis stay in the plane across the other. */
+/* Deflections along one axis stay in the plane across the other. Modes of a file may be in space. */
 bool kmp_flexible_in_plane(const kmp_reader *r, int body, const double normal[3])
 {
     const entry *e = entry_of(r, body);
+    if (e && e->file)
+        return false;
     return !e || (!has(e, KMP_BEAM_TORSION) && normal[0] == 0 && (!has(e, KMP_BEAM_Y) || normal[1] == 0) &&
                   (!has(e, KMP_BEAM_Z) || normal[2] == 0));
 }

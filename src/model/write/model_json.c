@@ -177,7 +177,10 @@ static void put_matrix(kmp_json *json, const char *key, int n, const kmp_number 
 
 static void put_flexible(kmp_json *json, const kempe_model *model, const kmp_flexible *flexible)
 {
-    kmp_json_put(json, "flexible { length %g frame %s stiffening %s", flexible->length->value,
+    kmp_json_object(json, "flexible");
+    if (flexible->file)
+        kmp_json_string(json, "file", flexible->file);
+    kmp_json_put(json, "length %g frame %s stiffening %s", flexible->length->value,
                  kmp_flexible_frame_words[flexible->frame], kmp_stiffening_words[flexible->stiffening]);
     kmp_json_array(json, "coordinates");
     for (int k = flexible->first; k < flexible->first + flexible->count; k++)
@@ -185,8 +188,8 @@ static void put_flexible(kmp_json *json, const kempe_model *model, const kmp_fle
     kmp_json_end(json);
     put_matrix(json, "stiffness", flexible->count, flexible->stiffness);
     put_matrix(json, "damping", flexible->count, flexible->damping);
-    kmp_json_object(json, "stations");
-    for (int k = 0; k < model->point_count; k++)
+    kmp_json_object(json, "stations"); /* by their distances along the beam */
+    for (int k = 0; k < model->point_count && !flexible->file; k++)
         if (model->points[k].body == flexible->body && model->points[k].station > 0)
             kmp_json_number(json, model->points[k].name, flexible->stations[model->points[k].station - 1].at[0].value);
     kmp_json_put(json, "} }");

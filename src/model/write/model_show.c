@@ -163,6 +163,14 @@ static void free_sorted(by_body *sorted)
     kmp_free(sorted->next);
 }
 
+static void show_station(kmp_text *text, const kmp_flexible *flexible, int station)
+{
+    if (flexible->file)
+        kmp_text_put(text, ", moves with the modes there");
+    else
+        put_number(text, ", moves with the section at ", flexible->stations[station].at[0].value);
+}
+
 static void show_points(kmp_text *text, const kempe_model *model, const by_body *points, int body)
 {
     for (int i = points->first[body]; i >= 0; i = points->next[i]) {
@@ -170,8 +178,7 @@ static void show_points(kmp_text *text, const kempe_model *model, const by_body 
         kmp_text_printf(text, "    point %s", point->name);
         put_vector(text, " ", point->at);
         if (point->station > 0)
-            put_number(text, ", moves with the section at ",
-                       model->flexibles[model->bodies[body].flexible - 1].stations[point->station - 1].at[0].value);
+            show_station(text, &model->flexibles[model->bodies[body].flexible - 1], point->station - 1);
         if (point->turned)
             put_axes(text, ", axes ", point->axes);
         kmp_text_put(text, "\n");
@@ -193,7 +200,10 @@ static void show_inertia(kmp_text *text, const kmp_body *body)
 
 static void show_flexible(kmp_text *text, const kempe_model *model, const kmp_flexible *flexible)
 {
-    put_number(text, "    flexible: beam of length ", flexible->length->value);
+    if (flexible->file)
+        kmp_text_printf(text, "    flexible: modes of '%s'", flexible->file);
+    else
+        put_number(text, "    flexible: beam of length ", flexible->length->value);
     kmp_text_printf(text, ", frame %s, stiffening %s, coordinates", kmp_flexible_frame_words[flexible->frame],
                     kmp_stiffening_words[flexible->stiffening]);
     for (int k = flexible->first; k < flexible->first + flexible->count; k++)

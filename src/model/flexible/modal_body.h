@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Flexible bodies of modes that another program has computed: displacements u = sum phi_k q_k, known by their integrals
+ * over the mass, and at places. Numbers in SI; modes have no unit, coordinates are in metres. */
+#pragma once
+
+#include "base/text.h"
+#include "model/data/flexible.h"
+
+/** A place that moves and turns with the modes. */
+typedef struct kmp_modal_place {
+    double at[3];         /* without deformation */
+    double *shift, *turn; /* 3 x n: displacement, and rotation in rad/m, by coordinates */
+    double *more;         /* 3 x n x n: second derivatives of its displacement; NULL: not known */
+} kmp_modal_place;
+
+/** All matrices by rows. Integrals dm over the body; X the place without deformation. */
+typedef struct kmp_modal_body {
+    kmp_arena *arena;
+    int count;                           /* of modes, n */
+    double mass, moment[3], second[9];   /* int dm, int X dm, int X X' dm */
+    double *field, *by_place, *by_field; /* n x 3: int phi_k dm; n x 3 x 3: int phi_k X' dm;
+                                            n x n x 3 x 3: int phi_k phi_l' dm */
+    double *stiffness, *damping;         /* n x n; damping NULL: none is given */
+    double *moment_more, *second_more;   /* 3 x n x n and 3 x 3 x n x n: second derivatives of int u dm and
+                                            int u X' dm by terms of second order; NULL: not known */
+    int node_count;
+    double *node, *mode; /* node_count x 3, node_count x 3 x n */
+    int place_count;
+    kmp_modal_place *places;
+} kmp_modal_body;
+
+/** Values x' K x = value x' M x of n x n matrices, ascending, with x' M x = 1; x by rows: mode k is at x + n k. False:
+ * M is not positive, or no memory. */
+bool kmp_modal_values(kmp_arena *arena, int n, const double *stiffness, const double *mass, double *values, double *x);
+
+/** The trace of int phi_k phi_l' dm: n x n. */
+void kmp_modal_mass(const kmp_modal_body *body, double *mass);
+
+/** The number of rigid motions that the modes can make up, by their integrals; combinations of the modes without them
+ * are the rows of `elastic` (n x n), that number less. -1: `why` says what is wrong with mass or stiffness, or there is
+ * no memory. */
+int kmp_modal_rigid(const kmp_modal_body *body, double *elastic, kmp_text *why);
+
+/** Makes the integrals those of places from `origin`. */
+void kmp_modal_move_origin(kmp_modal_body *body, const double origin[3]);
+
+/** Subtracts from mode k the rigid motion c + w x X of row k of `rigid` (n x 6: c, w). */
+void kmp_modal_subtract(kmp_modal_body *body, const double *rigid);
+
+/** Replaces the modes by `count` combinations of them, the rows of `v` (count x n). False: no memory. */
+bool kmp_modal_combine(kmp_modal_body *body, int count, const double *v);
+
+/** Adds a place at the mean of nodes that moves and turns as they do by least squares; a single node moves by itself,
+ * and turns as the nodes about it do. Its number; -1: no rotation follows from the nodes, because they are in a line,
+ * or there is no memory. */
+int kmp_modal_add_nodes(kmp_modal_body *body, int count, const int *nodes);
+
+/** Makes the numbers and stations of a flexible body, one for each place, of terms `none` or `first`, in the arena; its
+ * stiffening is known. Numbers of `body` that are zero but for rounding become zero. Damping is that of the file, or
+ * else of a ratio of each mode and of mass and stiffness. False: no memory. */
+bool kmp_modal_make(kmp_arena *arena, kmp_modal_body *body, bool damped, kmp_number ratio, const kmp_number rayleigh[2],
+                    kmp_flexible *flexible);
