@@ -548,6 +548,7 @@ struct kmp_reduced_program {
     kmp_writer_machine made;
     kmp_saddle_program_layout layout;
     kmp_eliminated *row; /* of multipliers */
+    int *order, *other;  /* r: of rows in the elimination; room for another */
     int *turn, *signs;   /* of each block of Jv: the factor from its pivots' signs to the block's sign; the block's
                           * sign */
     kmp_writer_efforts given;
@@ -589,12 +590,13 @@ static const double *run_stages(kmp_reduced_program *f, double t, const double *
 static bool choose_program(kmp_reduced_program *f, kmp_program **program)
 {
     const kempe_system *s = f->red->eval->system;
-    int *order = KMP_ARENA_NEW(&f->arena, int, f->red->r), p = f->red->p, r = f->red->r;
-    if (!order)
+    int p = f->red->p, r = f->red->r;
+    if (!KMP_ARENA_MAKE(&f->arena, KMP_ROOM(int, r, &f->order, &f->other)))
         return false;
-    kmp_writer_order(f->red, order);
+    kmp_writer_order(f->red, f->order);
     if (f->by_saddle) {
-        const kmp_saddle_program_plan plan = {.part = f->red->part, .red = f->red, .order = order, .closes = f->closes};
+        const kmp_saddle_program_plan plan = {
+            .part = f->red->part, .red = f->red, .order = f->order, .closes = f->closes};
         kmp_saddle_program_written written;
         bool made = kmp_saddle_program_write(f->red->eval, &plan, &written);
         f->layout = written.layout;
@@ -603,7 +605,7 @@ static bool choose_program(kmp_reduced_program *f, kmp_program **program)
         return made;
     }
     const kmp_reduced_program_plan plan = {
-        .order = order, .power = s->dissipative, .closes = f->closes, .rows = !f->closes};
+        .order = f->order, .power = s->dissipative, .closes = f->closes, .rows = !f->closes};
     kmp_reduced_program_written written = kmp_reduced_program_write(f->red, &plan);
     kmp_saddle_program_layout *l = &f->layout;
     *l = (kmp_saddle_program_layout){.stage = s->force ? KMP_REDUCED_PROGRAM_ACCELERATIONS : KMP_REDUCED_PROGRAM_RATES,
@@ -758,6 +760,12 @@ bool kmp_reduced_program_applies(kmp_reduced_program *f)
     if (f->by_saddle && f->red->eval->given)
         return false;
     return kmp_writer_machine_applies(&f->made);
+}
+
+bool kmp_reduced_program_fits(const kmp_reduced_program *f)
+{
+    kmp_writer_order(f->red, f->other);
+    return memcmp(f->order, f->other, (size_t)f->red->r * sizeof *f->order) == 0;
 }
 
 bool kmp_reduced_program_is_stale(kmp_reduced_program *f)

@@ -42,6 +42,10 @@ double kmp_reduced_program_power(const kmp_reduced_program *program);
 bool kmp_reduced_program_applies(kmp_reduced_program *program);
 bool kmp_reduced_program_is_stale(kmp_reduced_program *program);
 
+/** True if the program has the order of elimination that one would have that is made at the evaluator's last closure,
+ * where the reduction is factored. */
+bool kmp_reduced_program_fits(const kmp_reduced_program *program);
+
 /** Values needed at the end of a step, at the place of the last kmp_reduced_program_run; valid until the next run. Not
  * by the saddle system. */
 typedef struct kmp_reduced_program_end {

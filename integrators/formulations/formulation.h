@@ -111,6 +111,10 @@ struct kmp_formulation {
     kmp_text reason; /* reason of a failure */
     long newton, factorizations, exchanges;
     kmp_rows_by rows_by; /* of the last step */
+    bool rests; /* it may be put aside after a step, and resumed at another state with the same rows and coordinates, of
+                 * which `part` is its own copy; its last unknown is the work, if the system is dissipative */
+    bool by_bodies, by_products; /* the dynamics of its evaluator */
+    bool rested;                 /* it has been put aside: cleared by `resume` */
     bool due;         /* `renew` will change the unknowns before the next step, because these near their dead centre */
     bool spares;      /* where `renew` changes the unknowns it makes no lanes for them: those before were brief */
     bool lacks_lanes; /* it has made none */

@@ -33,7 +33,7 @@ typedef struct projected {
     const kempe_system *s;
     kmp_evaluator *eval;
     kmp_rank_margin *margin;
-    const kmp_partition *part;
+    kmp_partition part; /* a copy: the run chooses rows again before it leaves these */
     kmp_saddle saddle;
     kmp_saddle_program *saddle_program; /* NULL: there is none */
     kmp_stage_lanes stages;             /* the saddle program for several stages at once */
@@ -164,7 +164,7 @@ static int improve_stages(void *self, const double *t, const double *y, double *
     kmp_lanes_set(d->near.lanes, KMP_IN_LAMBDA, lambda);
     memcpy(dy + n * w, out, n * w * sizeof *dy);
     if (d->has_work)
-        memcpy(dy + 2 * n * w, lambda + (size_t)d->part->r * w, w * sizeof *dy);
+        memcpy(dy + 2 * n * w, lambda + (size_t)d->part.r * w, w * sizeof *dy);
     return kmp_stage_lanes_finite(d->n, dy + n * w) ? KMP_GO : KMP_RETRY;
 }
 
@@ -246,7 +246,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         kmp_saddle_program_lend(d->saddle_program, t, y);
         d->cancelled = kmp_saddle_program_is_cancelled(d->saddle_program, d->rtol, d->rate_scale);
     }
-    if (kmp_redundant_check(d->eval, d->part, t, d->tolerance, &d->formulation.reason) != KMP_GO)
+    if (kmp_redundant_check(d->eval, &d->part, t, d->tolerance, &d->formulation.reason) != KMP_GO)
         return KMP_HALT;
     correct(d, d->eval->h, d->dx);
     bool small = is_small(n, d->dx, w);
@@ -301,7 +301,7 @@ static void accelerate_row(projected *d, double t, const double *q, const double
         memcpy(qdd, out + layout->qdd, (size_t)d->n * sizeof *qdd);
         memset(lambda, 0, (size_t)d->m * sizeof *lambda);
         for (int k = 0; k < layout->r; k++)
-            lambda[d->part->rows[k]] = out[layout->lambda + k];
+            lambda[d->part.rows[k]] = out[layout->lambda + k];
         return;
     }
     if (closed_by_program)
@@ -342,7 +342,7 @@ static void drop_nearby(projected *d)
 static int make_nearby(projected *d)
 {
     d->sweeps = LONG_MIN; /* once for a saddle program */
-    if (kmp_saddle_program_write_nearby(d->saddle_program, d->part, &d->nearby) != KEMPE_OK)
+    if (kmp_saddle_program_write_nearby(d->saddle_program, &d->part, &d->nearby) != KEMPE_OK)
         return KMP_HALT;
     if (!d->nearby)
         return KMP_GO;
@@ -365,7 +365,7 @@ static int make_program(projected *d, double t, const double *q)
     d->saddle_program = NULL;
     d->by_program = false;
     kmp_eval_closure(d->eval, t, q);
-    if (kmp_saddle_program_new(&d->saddle_program, d->eval, d->part) != KEMPE_OK)
+    if (kmp_saddle_program_new(&d->saddle_program, d->eval, &d->part) != KEMPE_OK)
         return KMP_HALT;
     const kmp_program *program =
         d->lanes && d->saddle_program && !d->s->force ? kmp_saddle_program_code(d->saddle_program) : NULL;
@@ -395,9 +395,20 @@ static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
     return renew_program((projected *)formulation, t, y);
 }
 
+/* Forgets what the last steps have shown, which were elsewhere. */
+static void forget_place(projected *d)
+{
+    d->formulation.rested = false;
+    d->cancelled = d->by_program = d->is_near = false;
+    d->of_run = NULL;
+    d->refused_h = d->noise = 0;
+}
+
 static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
 {
     projected *d = (projected *)formulation;
+    if (formulation->rested)
+        forget_place(d);
     d->t = t;
     (void)yp;
     memcpy(y, q, (size_t)d->n * sizeof *y);
@@ -411,6 +422,7 @@ static void release(kmp_formulation *formulation)
     drop_nearby((projected *)formulation);
     kmp_stage_lanes_free(&((projected *)formulation)->stages);
     kmp_saddle_program_free(((projected *)formulation)->saddle_program);
+    kmp_partition_free(&((projected *)formulation)->part);
     kmp_formulation_free(formulation);
 }
 
@@ -423,7 +435,6 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->s = start->system;
     d->eval = start->eval;
     d->margin = start->margin;
-    d->part = start->part;
     d->m = start->part->m;
     d->has_work = start->system->dissipative;
     d->tolerance = start->atol + start->rtol;
@@ -433,11 +444,13 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     (void)KMP_ARENA_MAKE(&d->formulation.arena, KMP_ROOM(double, d->m, &d->violation, &d->lambda),
                          KMP_ROOM(double, n, &d->dx, &d->q, &d->qd));
     kmp_formulation_make_unknowns(&d->formulation, 2 * n + d->has_work, false);
+    d->formulation.part = &d->part;
     d->formulation.release = release;
     d->formulation.row = row;
     d->formulation.position = kmp_formulation_position_of_state;
     d->formulation.resume = resume;
     d->formulation.renew = renew;
+    d->formulation.rests = true;
     d->formulation.ode =
         (kmp_ode){.n = d->formulation.size, .self = d, .rhs = rhs, .accept = accept, .closed = closed, .positions = n};
     d->lanes = start->lanes;
@@ -449,7 +462,8 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
         d->formulation.ode.width = KMP_STAGE_LANES;
         d->formulation.ode.quadratures = d->has_work;
     }
-    bool made = !d->formulation.arena.failed && kmp_saddle_init(&d->saddle, d->eval, d->part);
+    bool made = !d->formulation.arena.failed && kmp_partition_copy(&d->part, start->part) &&
+                kmp_saddle_init(&d->saddle, d->eval, &d->part);
     bool solves = made && kind != &kmp_formulation_near_singular;
     const kmp_program *program = kmp_eval_program(d->eval, d->eval->by_bodies);
     double operations = 0; /* of an evaluation without the saddle program */
@@ -457,7 +471,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
         operations =
             (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper + kmp_saddle_cost(&d->saddle);
     d->formulation.ode.cycles = kmp_cycles_by_parts(operations, d->eval->by_bodies);
-    d->due = solves ? kmp_saddle_program_wait(d->eval, d->part, operations, start->lanes) : LONG_MAX;
+    d->due = solves ? kmp_saddle_program_wait(d->eval, &d->part, operations, start->lanes) : LONG_MAX;
     if (start->early && d->due > 0 && d->due < LONG_MAX)
         d->due = 0;
     bool failed = !made || d->due < 0;

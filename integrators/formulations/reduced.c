@@ -781,18 +781,31 @@ static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
     return said == KMP_GO && put_slope(d, t, y, yp) == KMP_GO ? KMP_CHANGED : KMP_HALT;
 }
 
+/* Forgets what the last steps have shown, which were elsewhere. */
+static void forget_place(kmp_reduced *d)
+{
+    d->formulation.rested = false;
+    d->use.apart = d->use.cancelled = d->use.by_saddle_program = false;
+    d->corrected = (kmp_last_correction){.t = NAN};
+}
+
 static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
+    const bool elsewhere = formulation->rested;
     memcpy(d->q, q, (size_t)d->n * sizeof *q);
     memcpy(d->qd, qd, (size_t)d->n * sizeof *qd);
     kmp_reduced_pack(&d->part, d->has_v, q, qd, y);
     if (reduced_linearise_at(d, t, y) != KMP_GO)
         return KMP_HALT;
+    if (elsewhere)
+        forget_place(d);
     reduced_judge(d);
     if (d->formulation.due && reduced_exchange(d, t, y) != KMP_GO)
         return KMP_HALT;
-    if (d->programs.scalar && kmp_reduced_program_is_stale(d->programs.scalar) &&
+    if (d->programs.scalar &&
+        (kmp_reduced_program_is_stale(d->programs.scalar) ||
+         (elsewhere && !kmp_reduced_program_fits(d->programs.scalar))) &&
         kmp_reduced_make_program(d, true) != KMP_GO)
         return KMP_HALT;
     return put_slope(d, t, y, yp);
@@ -994,6 +1007,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->formulation.explain = reduced_explain;
     d->formulation.stand = d->has_v ? NULL : stand;
     d->formulation.curves = d->has_v ? 0 : d->r;
+    d->formulation.rests = !start->dae;
     d->formulation.part = &d->part;
     kmp_formulation_make_unknowns(&d->formulation, reduced_work(d) + d->has_work, false);
     bool made =

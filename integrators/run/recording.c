@@ -10,6 +10,7 @@
 #include "integrators/run/runner_explain.h"
 #include "integrators/run/runner_integrator.h"
 #include "integrators/run/runner_start.h"
+#include "integrators/run/runner_visits.h"
 #include <string.h>
 
 /* Successive steps with the same unknowns: formulation, coordinates, rows, charts, integrator. */
@@ -259,6 +260,7 @@ static kempe_status stand_in(kmp_runner *run, const stretch *s)
 {
     int n = run->s->n;
     kmp_runner_release_integrators(run);
+    kmp_runner_forget_visits(run);
     if (run->formulation)
         run->formulation->release(run->formulation);
     run->formulation = NULL;

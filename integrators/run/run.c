@@ -21,6 +21,7 @@
 #include "integrators/run/runner_explain.h"
 #include "integrators/run/runner_integrator.h"
 #include "integrators/run/runner_start.h"
+#include "integrators/run/runner_visits.h"
 #include "integrators/run/sampler.h"
 #include "model/data/body.h"
 #include "model/data/state.h"
@@ -342,6 +343,7 @@ void kmp_runner_free(kmp_runner *run)
     if (!run)
         return;
     kmp_runner_release_integrators(run);
+    kmp_runner_forget_visits(run);
     kmp_runner_free_sampler(run);
     kmp_delays_free(run);
     if (run->formulation)

@@ -20,12 +20,14 @@
 typedef enum kmp_trial { KMP_TRIAL_LATER, KMP_TRIAL_BEFORE, KMP_TRIAL_BEGINS, KMP_TRIAL_RUNS } kmp_trial;
 
 typedef struct kmp_integrator_choice {
-    bool open;     /* it may be changed */
-    bool left;     /* the projected formulation continues in place of an exchange of coordinates */
-    double left_t; /* since then */
-    bool waits;    /* the last unknowns did not last long enough for lanes: they are made once they pay */
-    double from;   /* cycles of both integrators when the present unknowns were taken */
-    double from_t; /* then */
+    bool open;             /* it may be changed */
+    bool left;             /* the projected formulation continues in place of an exchange of coordinates */
+    double left_t;         /* since then */
+    bool waits;            /* the last unknowns did not last long enough for lanes: they are made once they pay */
+    double from;           /* cycles of both integrators when the present unknowns were taken */
+    double from_t;         /* then; if the run has left and taken them again, the present time less that with them */
+    double since, since_t; /* the same of the present visit alone */
+    long since_steps;      /* steps of both integrators at its beginning */
     double price, price_in_lanes; /* cycles of dop853, of radau, in which lanes save what it takes to make them */
     const kmp_solver_kind *kind;  /* in use; NULL: not yet chosen */
     double ratio;                 /* counted time of radau over that of dop853, expected at the start; 0: not counted */
@@ -37,6 +39,20 @@ typedef struct kmp_integrator_choice {
     double t, cycles; /* at the beginning of a measurement */
     double pace, h;   /* of the other integrator before the trial: time simulated in a counted cycle; its step */
 } kmp_integrator_choice;
+
+/* A formulation that the run has left and may return to (runner_visits.c). */
+typedef struct kmp_visit {
+    kmp_formulation *formulation; /* NULL: none */
+    const kmp_formulation_kind *method;
+    double *y, *yp; /* in its arena */
+    const kmp_solver_kind *kind;
+    kmp_solver *solver;
+    kmp_integrator_choice choice; /* when it was left */
+    double t;                     /* then */
+} kmp_visit;
+
+/* Formulations that rest at a time. */
+enum { KMP_MOST_VISITS = 8 };
 
 /* Sampled states (sampler.c). */
 typedef struct kmp_sampler kmp_sampler;
@@ -58,8 +74,10 @@ struct kmp_runner {
     bool near_singular;
     bool walks; /* crosses a change point in dop853 steps, after the integrator and all steps across failed */
     double near_singular_t; /* time of entry into the surroundings of a change point */
-    bool brief;             /* the formulation before lasted for a few steps */
-    bool early;             /* programs are made where a formulation begins, as for the rows of a recording */
+    kmp_visit *visit;       /* KMP_MOST_VISITS, of which the last one that was left comes last; NULL: none was left */
+    int visits;
+    bool brief; /* the formulation before lasted for a few steps */
+    bool early; /* programs are made where a formulation begins, as for the rows of a recording */
     const kmp_solver_kind *kind;
     kmp_solver *solver;
     kmp_run_report before;        /* work of earlier formulations and solvers */

@@ -17,6 +17,7 @@
 #include "integrators/run/runner_explain.h"
 #include "integrators/run/runner_integrator.h"
 #include "integrators/run/runner_start.h"
+#include "integrators/run/runner_visits.h"
 #include "integrators/run/sampler.h"
 #include "integrators/steppers/singular_step.h"
 #include "model/data/model.h"
@@ -232,17 +233,16 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q, boo
     return KEMPE_OK;
 }
 
-kempe_status kmp_runner_restart(kmp_runner *run, double t, bool near_singular, double work, double first_step)
+/* Continues with the formulation for rows that are chosen anew. `held`: these change because conditions hold others,
+ * which may return. */
+static kempe_status restart(kmp_runner *run, double t, bool near_singular, double work, double first_step, bool held)
 {
+    bool returned = false;
     double *q = run->state, *qd = q + run->s->n;
     if (run->formulation->keep && (run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
                                    run->formulation->keep(run->formulation, t, run->y) != KMP_GO))
         return KEMPE_E_FAILED;
-    kmp_runner_add_report(run, &run->before);
-    kmp_runner_end_formulation(run);
-    run->formulation->release(run->formulation);
-    run->formulation = NULL;
-    run->y = run->yp = NULL;
+    kmp_runner_leave(run, held);
     run->near_singular_t = run->near_singular ? run->near_singular_t : t;
     run->near_singular = near_singular;
     run->work = work;
@@ -252,8 +252,17 @@ kempe_status kmp_runner_restart(kmp_runner *run, double t, bool near_singular, d
         KMP_TRY(kmp_runner_project(run, t, q, qd));
         KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
     }
+    if (held)
+        KMP_TRY(kmp_runner_return(run, t, &returned));
+    if (returned)
+        return kmp_runner_start(run, t, run->y, run->yp, first_step);
     KMP_TRY(kmp_runner_make(run, t, q, qd, work));
     return kmp_runner_start(run, t, run->formulation->y, run->formulation->yp, first_step);
+}
+
+kempe_status kmp_runner_restart(kmp_runner *run, double t, bool near_singular, double work, double first_step)
+{
+    return restart(run, t, near_singular, work, first_step, false);
 }
 
 /* Continues at t with another formulation, and makes a step. */
@@ -542,7 +551,7 @@ static kempe_status pass_switch(kmp_runner *run, double t)
     const double begin = run->solver->t_old, instant = KMP_FRICTION_INSTANT * kmp_friction_span(run);
     const double h = kmp_restart_length(run->solver->t - begin, t - begin, instant, kmp_impact_since(run->impacts));
     if (!same || !plain || !goes_on_after_switch(run))
-        return kmp_runner_restart(run, t, false, work + energy + gain, h);
+        return restart(run, t, false, work + energy + gain, h, true);
     if (run->s->dissipative) /* the last unknown */
         run->y[run->formulation->size - 1] += energy + gain;
     return resume(run, t, q, q + run->s->n, h);

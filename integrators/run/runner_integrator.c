@@ -72,12 +72,33 @@ const kmp_solver_kind *kmp_runner_begins_with(const kmp_runner *run)
     return cannot || run->near_singular || waits_for_lanes(run) ? kmp_solver_find("dop853") : requested;
 }
 
+static double cycles_of_both(const kmp_runner *run)
+{
+    const kmp_solver *other = run->choice.other;
+    return run->solver->cycles + (other ? other->cycles : 0);
+}
+
+static long steps_of_both(const kmp_runner *run)
+{
+    const kmp_solver *other = run->choice.other;
+    return run->solver->work.steps + (other ? other->work.steps : 0);
+}
+
+static void begin_visit(kmp_runner *run, double t)
+{
+    kmp_integrator_choice *c = &run->choice;
+    c->since = cycles_of_both(run);
+    c->since_t = t;
+    c->since_steps = steps_of_both(run);
+}
+
 /* Begins to count the time that lanes may save with the present unknowns. */
 static void begin_count(kmp_runner *run)
 {
     kmp_integrator_choice *c = &run->choice;
-    c->from = run->solver->cycles + (c->other ? c->other->cycles : 0);
-    c->from_t = kmp_runner_t(run);
+    begin_visit(run, kmp_runner_t(run));
+    c->from = c->since;
+    c->from_t = c->since_t;
 }
 
 /* The rest of the run over its part from `begin` to t. */
@@ -86,15 +107,19 @@ static double rest_over(const kmp_runner *run, double begin, double t)
     return (run->spec.t_end - t) / (t - begin);
 }
 
-/* True if lanes have saved what it takes to make them, or would have, since the present unknowns were chosen. The time
- * that these have lasted is the forecast of how long they, or the next ones, will last, at most to the end of the run.
- */
-static bool lanes_pay(const kmp_runner *run)
+/* True if lanes have saved what it takes to make them, or would have, since so many cycles at a time. The time that the
+ * present unknowns have lasted is the forecast of how long they, or the next ones, will last, at most to the end of the
+ * run. */
+static bool lanes_pay_since(const kmp_runner *run, double cycles, double t)
 {
     const kmp_integrator_choice *c = &run->choice;
-    double spent = run->solver->cycles + (c->other ? c->other->cycles : 0) - c->from;
-    double rest = rest_over(run, c->from_t, kmp_runner_t(run));
+    double spent = cycles_of_both(run) - cycles, rest = rest_over(run, t, kmp_runner_t(run));
     return spent * fmin(1, rest) >= (run->kind->lanes ? c->price_in_lanes : c->price);
+}
+
+static bool lanes_pay(const kmp_runner *run)
+{
+    return lanes_pay_since(run, run->choice.from, run->choice.from_t);
 }
 
 /* A trial that unknowns do not outlast has no result. */
@@ -121,7 +146,7 @@ bool kmp_runner_leaves_unknowns(kmp_runner *run, double t)
     const kmp_solver_kind *kind = waits_for_lanes(run) ? c->kind : run->kind;
     if (!run->formulation->due || !kind->lanes || !may_leave_unknowns(run))
         return false;
-    double spent = run->solver->cycles + (c->other ? c->other->cycles : 0) - c->from;
+    double spent = cycles_of_both(run) - c->from;
     if (spent * rest_over(run, c->from_t, t) < run->formulation->ode.cycles_to_make)
         return false;
     c->open = false;
@@ -133,10 +158,10 @@ bool kmp_runner_leaves_unknowns(kmp_runner *run, double t)
 
 void kmp_runner_end_formulation(kmp_runner *run)
 {
-    run->brief = !run->formulation->due && run->solver->work.steps < KMP_FORMULATION_BRIEF;
-    run->choice.waits = run->brief || !lanes_pay(run);
+    kmp_integrator_choice *c = &run->choice;
+    run->brief = !run->formulation->due && steps_of_both(run) - c->since_steps < KMP_FORMULATION_BRIEF;
+    c->waits = run->brief || !lanes_pay_since(run, c->since, c->since_t);
     give_up_trial(run);
-    kmp_runner_release_integrators(run);
 }
 
 void kmp_runner_end_unknowns(kmp_runner *run)
@@ -248,6 +273,32 @@ static double pace(const kmp_runner *run, double t)
 static void wait(kmp_runner *run, double t)
 {
     measure_from(run, t, KMP_TRIAL_LATER, run->choice.patience);
+}
+
+bool kmp_runner_suits(const kmp_runner *run, const kmp_visit *visit)
+{
+    return run->choice.open ? !kmp_runner_integrator(run)->implicit : kmp_runner_begins_with(run) == visit->kind;
+}
+
+/* Lanes that the formulation has are used at once; others wait until all visits pay them. */
+kempe_status kmp_runner_return_to_integrator(kmp_runner *run, double t, const kmp_visit *visit)
+{
+    kmp_integrator_choice *c = &run->choice;
+    run->kind = visit->kind;
+    run->solver = visit->solver;
+    c->other = visit->choice.other;
+    c->other_kind = visit->choice.other_kind;
+    c->waits = !run->formulation->ode.lanes;
+    c->price = visit->choice.price;
+    c->price_in_lanes = visit->choice.price_in_lanes;
+    c->from = visit->choice.from;
+    c->from_t = visit->choice.from_t + t - visit->t;
+    c->trial = KMP_TRIAL_LATER;
+    c->next = visit->choice.next;
+    if (c->open && kmp_runner_begins_with(run) != run->kind)
+        KMP_TRY(take_other(run, t));
+    begin_visit(run, t);
+    return KEMPE_OK;
 }
 
 kempe_status kmp_runner_begin_unknowns(kmp_runner *run, double t, double *h)

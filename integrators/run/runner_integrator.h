@@ -4,6 +4,7 @@
 #pragma once
 
 #include "integrators/run/run.h"
+#include "integrators/run/runner.h"
 #include "integrators/steppers/solver.h"
 
 /** Makes the integrator for the present formulation and state; the first one is chosen by counted work. */
@@ -25,9 +26,15 @@ double kmp_runner_length(const kmp_runner *run, double t);
 /** Between steps, at t: tries another integrator where the user chose none. */
 kempe_status kmp_runner_try_integrator(kmp_runner *run, double t);
 
-/** Frees the integrators of the present formulation, after a note of whether it lasted long enough for lanes. */
+/** Notes whether the present formulation, which the run leaves, lasted long enough for programs and lanes. */
 void kmp_runner_end_formulation(kmp_runner *run);
 void kmp_runner_release_integrators(kmp_runner *run);
+
+/** True if its integrators are those that the run uses now, or one that is tried beside it. */
+bool kmp_runner_suits(const kmp_runner *run, const kmp_visit *visit);
+
+/** Takes the integrators of a visit whose formulation continues at t. */
+kempe_status kmp_runner_return_to_integrator(kmp_runner *run, double t, const kmp_visit *visit);
 
 /** True if the formulation is about to change its unknowns at t, and the projected one, which needs no choice of them,
  * shall continue: programs of stages must be written again in any case, and those serve to the end of the run. The user

@@ -180,11 +180,35 @@ kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *
                                    .log = run->log};
 }
 
-static kempe_status make_formulation(kmp_runner *run, double t, const double *q, const double *qd, double work)
+/* The kind of the next formulation. */
+static const kmp_formulation_kind *present_kind(const kmp_runner *run)
 {
     const kmp_formulation_kind *across =
         run->method->near_singular ? run->method->near_singular : &kmp_formulation_near_singular;
-    const kmp_formulation_kind *kind = run->near_singular ? across : run->method;
+    return run->near_singular ? across : run->method;
+}
+
+static bool as_dae(const kmp_runner *run)
+{
+    return kmp_runner_integrator(run)->dae && !kmp_runner_is_followed(run);
+}
+
+kempe_status kmp_runner_take_dynamics(kmp_runner *run)
+{
+    const kmp_formulation_kind *kind = present_kind(run);
+    const bool explicit = !kmp_runner_integrator(run)->implicit && !as_dae(run);
+    const bool by_bodies = run->by_bodies && kind->by_bodies && explicit;
+    const bool by_products = run->eval->by_products && kind->by_products && explicit;
+    if (!by_bodies && !by_products)
+        KMP_TRY(kmp_eval_add_composite(run->eval));
+    kmp_eval_set_by_bodies(run->eval, by_bodies);
+    run->before.by_bodies = run->before.by_bodies || run->eval->by_bodies;
+    return KEMPE_OK;
+}
+
+static kempe_status make_formulation(kmp_runner *run, double t, const double *q, const double *qd, double work)
+{
+    const kmp_formulation_kind *kind = present_kind(run);
     const kmp_solver_kind *solver = kmp_runner_integrator(run);
     kmp_formulation_start given = kmp_runner_given(run, t, q, qd, work);
     given.qdd = run->qdd;
@@ -196,16 +220,15 @@ static kempe_status make_formulation(kmp_runner *run, double t, const double *q,
     given.implicit = solver->implicit;
     given.lanes = kmp_runner_begins_with(run)->lanes;
     given.may_change = run->choice.open && !run->choice.kind;
-    given.dae = solver->dae && !kmp_runner_is_followed(run);
+    given.dae = as_dae(run);
     given.user = run->spec.user;
-    bool by_bodies = run->by_bodies && kind->by_bodies && !given.implicit && !given.dae;
-    bool by_products = run->eval->by_products && kind->by_products && !given.implicit && !given.dae;
-    if (!by_bodies && !by_products)
-        KMP_TRY(kmp_eval_add_composite(run->eval));
-    kmp_eval_set_by_bodies(run->eval, by_bodies);
-    run->before.by_bodies = run->before.by_bodies || run->eval->by_bodies;
+    KMP_TRY(kmp_runner_take_dynamics(run));
     run->formulation = kind->create(kind, &given);
-    return run->formulation ? KEMPE_OK : KEMPE_E_FAILED;
+    if (!run->formulation)
+        return KEMPE_E_FAILED;
+    run->formulation->by_bodies = run->eval->by_bodies;
+    run->formulation->by_products = run->eval->by_products;
+    return KEMPE_OK;
 }
 
 static const kmp_formulation_kind *method_of(const kmp_runner *run)

@@ -45,6 +45,9 @@ kempe_status kmp_runner_project_by(kmp_runner *run, double t, double *q, double 
 kempe_status kmp_runner_accelerate_by(kmp_runner *run, double t, const double *q, const double *qd,
                                       kmp_shared_saddle *shared);
 
+/** Sets the evaluator to the dynamics of the next formulation: articulated bodies, products, or M and C. */
+kempe_status kmp_runner_take_dynamics(kmp_runner *run);
+
 /** The start of a formulation at a state, with the rows and the margin of the run. */
 kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *q, const double *qd, double work);
 

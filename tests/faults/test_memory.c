@@ -369,6 +369,21 @@ static kempe_status simulate_parts(scene *s)
     return status;
 }
 
+/* A block on a belt, whose formulations rest and return. */
+static kempe_status simulate_visits(scene *s)
+{
+    kempe_run_options run = {.rtol = 1e-4, .t_end = 20, .output_step = 20, .no_convergence_check = 1};
+    scene by = {.context = s->context};
+    kempe_status status = kempe_model_read(s->context, KEMPE_ROOT "/tests/models/friction_belt.yaml", &by.model);
+    if (status == KEMPE_OK)
+        status = kempe_system_new(by.model, &by.system);
+    if (status == KEMPE_OK)
+        status = simulate_run(&by, &run);
+    kempe_system_free(by.system);
+    kempe_model_free(by.model);
+    return status;
+}
+
 static kempe_status simulate_stabilized1(scene *s)
 {
     return simulate(s, "dae", "stabilized1", "ida");
@@ -497,6 +512,7 @@ static const named_stage stages[] = {{"read", read_model},
                                      {"projected", simulate_projected},
                                      {"articulated bodies", simulate_bodies},
                                      {"parts", simulate_parts},
+                                     {"visits", simulate_visits},
                                      {"stabilized1", simulate_stabilized1},
                                      {"kept", simulate_kept},
                                      {"index1", simulate_index1},
