@@ -165,15 +165,23 @@ static kmp_bound input_over(const kmp_event_tracker *c, const kmp_program_input 
     }
 }
 
-/* Runs the bounds of wanted conditions. */
-static void run_bounds(kmp_event_tracker *c, const bool *wanted)
+/* Says which conditions are wanted; false: all bounds are, with constants that have changed. */
+static bool want_bounds(kmp_event_tracker *c, const bool *wanted)
 {
     kmp_event_search *s = &c->search;
     if (s->charts != c->eval->chart_version)
-        kmp_bounds_run(s->bounds, true);
+        return false;
+    kmp_bounds_want(s->bounds, c->s->events.count, s->output, wanted);
+    return true;
+}
+
+static void run_bounds(kmp_event_tracker *c, bool few)
+{
+    if (few)
+        kmp_bounds_run_wanted(c->search.bounds);
     else
-        kmp_bounds_run_wanted(s->bounds, c->s->events.count, s->output, wanted);
-    s->charts = c->eval->chart_version;
+        kmp_bounds_run(c->search.bounds, true);
+    c->search.charts = c->eval->chart_version;
 }
 
 static void bind(void *self, const kmp_step_piece *p, const bool *open)
@@ -181,11 +189,15 @@ static void bind(void *self, const kmp_step_piece *p, const bool *open)
     kmp_event_tracker *c = self;
     const kmp_program *program = c->s->changes;
     kmp_event_search *s = &c->search;
-    const int inputs = s->stills ? s->move_count : program->input_count;
-    for (int i = 0; i < inputs; i++) {
-        const int k = s->stills ? s->moves[i] : i;
+    for (int k = 0; k < program->input_count && !s->stills; k++)
         kmp_bounds_set(s->bounds, k, input_over(c, &program->input[k], p));
-    }
+    for (int i = 0; i < s->move_count; i++)
+        if (s->bounds->chooses[s->moves[i]])
+            kmp_bounds_set(s->bounds, s->moves[i], input_over(c, &program->input[s->moves[i]], p));
+    const bool few = want_bounds(c, open);
+    for (int i = 0; i < s->move_count && s->stills; i++)
+        if (!few || kmp_bounds_needs(s->bounds, s->moves[i]))
+            kmp_bounds_set(s->bounds, s->moves[i], input_over(c, &program->input[s->moves[i]], p));
     s->stills = true;
     for (int i = 0, at = 0; p->m && i < 2; i++)
         for (int k = 0; k < s->solved[i]; k++, at++)
@@ -193,7 +205,7 @@ static void bind(void *self, const kmp_step_piece *p, const bool *open)
                 kmp_bound_give(
                     s->bounds->value, s->bounds->output[s->first_solved[i] + k],
                     kmp_bound_through(p->b->t - p->a->t, p->a->solved[at], p->m->solved[at], p->b->solved[at]));
-    run_bounds(c, open);
+    run_bounds(c, few);
 }
 
 static kmp_bound bound_of(const void *self, int k)
@@ -307,7 +319,7 @@ static void find_far(kmp_event_tracker *c, const kmp_step_piece *p)
     if (!s->away.known)
         return;
     take_box(c, p);
-    run_bounds(c, s->away.asked);
+    run_bounds(c, want_bounds(c, s->away.asked));
     for (int k = 0; k < c->s->events.count; k++)
         s->away.far[k] = s->away.asked[k] && kmp_bounds_get(s->bounds, s->output[k]).low > fmax(c->mode[k + place], 0);
     s->away.charts = c->eval->chart_version;

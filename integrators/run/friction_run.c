@@ -33,9 +33,10 @@ struct kmp_held_rows {
     kmp_shared_saddle saddle; /* of the rows that are chosen now */
     bool *chosen, known;      /* by conditions: it held a row when the event chose rows, which is so still */
     bool *before;             /* by conditions: it held a row before the decision */
-    bool keeps;
-    kmp_partition kept;     /* if so: the rows and coordinates then */
-    kmp_shared_saddle with; /* of these */
+    bool keeps;               /* a decision is being made: these are of the formulation before it */
+    kmp_partition kept;       /* rows and coordinates, of the last formulation */
+    kmp_shared_saddle with;   /* of these: as long as its rows stay, decisions share it */
+    bool by_products;         /* the dynamics of the evaluator then */
 };
 
 void kmp_friction_release(kmp_runner *run)
@@ -64,11 +65,25 @@ static bool holds_the_same(const kmp_runner *run, const bool *as)
 
 void kmp_friction_drop_kept(kmp_runner *run)
 {
-    if (!run->held || !run->held->keeps)
+    if (!run->held)
         return;
     kmp_shared_saddle_free(&run->held->with);
     kmp_partition_free(&run->held->kept);
     run->held->keeps = false;
+}
+
+void kmp_friction_end_decision(kmp_runner *run)
+{
+    run->held->keeps = false;
+}
+
+/* True if a formulation has the rows of the one before, and so the saddle system that was made for these. */
+static bool has_kept_rows(const kmp_runner *run, const kmp_partition *part)
+{
+    const struct kmp_held_rows *held = run->held;
+    return held->with.made && held->by_products == run->eval->by_products && !run->eval->by_bodies &&
+           held->kept.r == part->r &&
+           (part->r == 0 || memcmp(held->kept.rows, part->rows, (size_t)part->r * sizeof *part->rows) == 0);
 }
 
 /* Takes the rows and coordinates of the formulation, which are those before the decision. */
@@ -85,10 +100,16 @@ static kempe_status take_kept(kmp_runner *run, double t, const double *q)
 static kempe_status keep_rows(kmp_runner *run, double t, const double *q)
 {
     struct kmp_held_rows *held = run->held;
-    kmp_friction_drop_kept(run);
+    const kmp_partition *part = run->formulation->part;
+    if (has_kept_rows(run, part))
+        kmp_partition_free(&held->kept);
+    else
+        kmp_friction_drop_kept(run);
+    held->with.factored = false;
+    held->by_products = run->eval->by_products;
     for (int k = 0; k < run->s->events.count; k++)
         held->before[k] = holds(run, k);
-    held->keeps = kmp_partition_copy(&held->kept, run->formulation->part);
+    held->keeps = kmp_partition_copy(&held->kept, part);
     return held->keeps ? take_kept(run, t, q) : kmp_fail_memory(run->s->context);
 }
 

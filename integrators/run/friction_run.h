@@ -39,7 +39,11 @@ kempe_status kmp_friction_release_rows(kmp_runner *run, double t, double *q, dou
 
 /** True after a decision if the same elements hold rows as before it; run->part is then that of the formulation. */
 bool kmp_friction_holds_as_before(const kmp_runner *run);
-/** Forgets what kmp_friction_release_rows has noted: closures have changed, or the decision is over. */
+
+/** Ends the decision that kmp_friction_release_rows has begun: its saddle system remains for the next one. */
+void kmp_friction_end_decision(kmp_runner *run);
+
+/** Forgets what kmp_friction_release_rows has noted: closures have changed. */
 void kmp_friction_drop_kept(kmp_runner *run);
 
 /** Appends that a body has almost no inertia in one direction, if this may be why a decision with D (n x n) fails. */

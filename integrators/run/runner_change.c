@@ -501,7 +501,7 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
         KMP_TRY(kmp_friction_settle(run, t, q, qd));
         run->crossing->count++;
         *same = kmp_friction_holds_as_before(run);
-        kmp_friction_drop_kept(run);
+        kmp_friction_end_decision(run);
         if (!*same)
             KMP_TRY(renew_margin(run, t, q));
     } else {

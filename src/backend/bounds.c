@@ -81,8 +81,8 @@ kmp_bounds *kmp_bounds_new(const kmp_program *program, kmp_arena *arena)
                                .tables = program,
                                .table = bound_table}};
     if (!KMP_ARENA_MAKE(arena, KMP_ROOM(uint32_t, outputs, &r->output), KMP_ROOM(bool, outputs, &r->known, &r->given),
-                        KMP_ROOM(bool, values, &r->needed), KMP_ROOM(int, operations, &r->listed),
-                        KMP_ROOM(kmp_bound, values, &r->value)))
+                        KMP_ROOM(bool, values, &r->needed), KMP_ROOM(bool, program->input_count, &r->chooses),
+                        KMP_ROOM(int, operations, &r->listed), KMP_ROOM(kmp_bound, values, &r->value)))
         return NULL;
     /* Values whose bounds follow from operands, and values that are given. */
     const kmp_program *p = r->program;
@@ -115,6 +115,11 @@ kmp_bounds *kmp_bounds_new(const kmp_program *program, kmp_arena *arena)
         for (int k = 0; marks[first + i].needed && k < operands(&p->instruction[i]); k++)
             marks[kmp_instruction_operand(&p->instruction[i], k) >> 1].needed = true;
     put_code(r, step, marks);
+    for (int k = 0; k < r->code.steps; k++) {
+        const int input = (int)(step[k].a >> 1) - r->code.constants;
+        if (step[k].op == KMP_OP_SELECT && input >= 0 && input < r->code.inputs)
+            r->chooses[input] = true;
+    }
     return r;
 }
 
@@ -130,25 +135,25 @@ void kmp_bounds_run(kmp_bounds *r, bool constants)
     kmp_bound_run(&code, constants ? 0 : code.fixed, r->value);
 }
 
-/* Marks what wanted outputs need, among the operations that are looked at. */
-static void mark_wanted(kmp_bounds *r, int count, const int *output, const bool *wanted)
+/* Among the operations that are looked at. */
+void kmp_bounds_want(kmp_bounds *r, int count, const int *output, const bool *wanted)
 {
     const kmp_bound_code *code = &r->code;
     const int first = code->constants + code->inputs;
+    memset(r->needed, 0, (size_t)first * sizeof *r->needed);
     if (code->listed)
         for (int i = 0; i < code->count; i++)
             r->needed[first + code->listed[i]] = false;
     else
-        memset(r->needed, 0, (size_t)kmp_bound_values(code) * sizeof *r->needed);
+        memset(r->needed + first, 0, (size_t)(kmp_bound_values(code) - first) * sizeof *r->needed);
     for (int k = 0; k < count; k++)
         if (wanted[k] && r->known[output[k]])
             r->needed[r->output[output[k]] >> 1] = true;
     kmp_bound_mark(code, r->value, r->needed);
 }
 
-void kmp_bounds_run_wanted(kmp_bounds *r, int count, const int *output, const bool *wanted)
+void kmp_bounds_run_wanted(kmp_bounds *r)
 {
-    mark_wanted(r, count, output, wanted);
     kmp_bound_code code = r->code;
     code.needed = r->needed;
     kmp_bound_run(&code, code.fixed, r->value);
@@ -161,7 +166,7 @@ void kmp_bounds_limit(kmp_bounds *r, int count, const int *output, const bool *a
     code->listed = NULL;
     if (!among)
         return;
-    mark_wanted(r, count, output, among);
+    kmp_bounds_want(r, count, output, among);
     code->count = 0;
     for (int k = code->fixed; k < code->steps; k++)
         if (r->needed[first + k])

@@ -13,8 +13,9 @@ typedef struct kmp_bounds {
     bool *known;      /* by output: it has bounds */
     bool *given;      /* by output: a given value is needed for it */
     kmp_bound *value;
-    bool *needed; /* by value: a wanted output needs it */
-    int *listed;  /* operations that some outputs need (kmp_bounds_limit) */
+    bool *needed;  /* by value: a wanted output needs it */
+    bool *chooses; /* by input: it is the condition of a choice, whose value says what is needed */
+    int *listed;   /* operations that some outputs need (kmp_bounds_limit) */
 } kmp_bounds;
 
 /** Bounds of a program, which must outlive them, in the arena. NULL: no memory. */
@@ -30,9 +31,16 @@ void kmp_bounds_set(kmp_bounds *bounds, int k, kmp_bound bound);
 /** Computes all bounds. `constants`: values of parameters alone are evaluated again, after a change. No allocation. */
 void kmp_bounds_run(kmp_bounds *bounds, bool constants);
 
-/** Computes the bounds of those of `count` outputs that are wanted, with the constants of the last run. No allocation.
- */
-void kmp_bounds_run_wanted(kmp_bounds *bounds, int count, const int *output, const bool *wanted);
+/** Marks, by inputs that choose, what those of `count` outputs that are wanted need. kmp_bounds_run_wanted then
+ * computes their bounds, with the constants of the last run, from the inputs that they need. No allocation. */
+void kmp_bounds_want(kmp_bounds *bounds, int count, const int *output, const bool *wanted);
+void kmp_bounds_run_wanted(kmp_bounds *bounds);
+
+/** True if a wanted output needs input k. */
+static inline bool kmp_bounds_needs(const kmp_bounds *bounds, int k)
+{
+    return bounds->needed[bounds->code.constants + k];
+}
 
 /** Limits the next calls to outputs among these, whose operations alone are then looked at; NULL: no limit. */
 void kmp_bounds_limit(kmp_bounds *bounds, int count, const int *output, const bool *among);

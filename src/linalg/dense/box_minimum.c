@@ -7,6 +7,7 @@
 #include "linalg/dense/box_minimum.h"
 #include <math.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <string.h>
 
 enum {
@@ -22,28 +23,32 @@ enum {
 typedef struct search {
     const kmp_box *box;
     double *x, *y, *scale, *rest, *step;
-    double *work; /* n x n */
+    double *work; /* n x n: rows and columns of entries inside, in their order */
     int *side;
     double flat;
     int *order;        /* entries inside, the pivots first */
     int inside, count; /* their number; that of pivots */
 } search;
 
-static double slope_in_box(const kmp_box *box, const double *x, int i)
+/* y = D x + a, column by column: compilers do several entries at once, and each sum has one order. */
+static void find_slopes(const kmp_box *box, const double *x, double *y)
 {
-    double sum = box->a[i];
-    for (int j = 0; j < box->n; j++)
-        sum += box->d[i + j * box->n] * x[j];
-    return sum;
+    const int n = box->n;
+    memcpy(y, box->a, (size_t)n * sizeof *y);
+    for (int j = 0; j < n; j++) {
+        const double *column = box->d + (ptrdiff_t)j * n, by = x[j];
+        for (int i = 0; i < n; i++)
+            y[i] += column[i] * by;
+    }
 }
 
 /* The largest remaining diagonal element of an entry inside, by its place among these; -1: none that is not zero. */
 static int find_pivot(const search *s)
 {
-    int n = s->box->n, best = -1;
+    int best = -1;
     double most = SINGULAR;
     for (int k = s->count; k < s->inside; k++) {
-        const double own = s->work[s->order[k] * (n + 1)];
+        const double own = s->work[k * (s->inside + 1)];
         /* Of equal ones the first entry. */
         if (own > most || (own == most && best >= 0 && s->order[k] < s->order[best])) {
             best = k;
@@ -53,70 +58,98 @@ static int find_pivot(const search *s)
     return best;
 }
 
-/* Eliminates a pivot from the entries inside that have been none. */
-static void eliminate(search *s, int p)
+static void swap_numbers(double *a, double *b)
 {
-    const int n = s->box->n;
-    for (int k = s->count; k < s->inside; k++) {
-        const int i = s->order[k];
-        const double by = s->work[i + p * n] / s->work[p + p * n];
-        for (int l = s->count; l < s->inside; l++)
-            s->work[i + s->order[l] * n] -= by * s->work[p + s->order[l] * n];
-        s->rest[i] -= by * s->rest[p];
+    const double kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+/* Exchanges the places k and l of entries inside. */
+static void swap_places(search *s, int k, int l)
+{
+    const int size = s->inside, kept = s->order[k];
+    if (k == l)
+        return;
+    s->order[k] = s->order[l];
+    s->order[l] = kept;
+    swap_numbers(&s->rest[k], &s->rest[l]);
+    for (int i = 0; i < size; i++)
+        swap_numbers(&s->work[k * size + i], &s->work[l * size + i]);
+    for (int i = 0; i < size; i++)
+        swap_numbers(&s->work[i * size + k], &s->work[i * size + l]);
+}
+
+/* Eliminates the last pivot from the entries inside that have been none. */
+static void eliminate(search *s)
+{
+    const int size = s->inside, p = s->count - 1;
+    const double *row = s->work + p * size;
+    for (int k = s->count; k < size; k++) {
+        double *own = s->work + k * size;
+        const double by = own[p] / row[p];
+        for (int l = s->count; l < size; l++)
+            own[l] -= by * row[l];
+        s->rest[k] -= by * s->rest[p];
     }
 }
 
-/* Back substitution: the step of each pivot follows from those of the entries behind it. */
-static void substitute_back(search *s, bool whole)
+/* Back substitution, by places: the step of each pivot follows from those of the entries behind it. */
+static void substitute_back(const search *s, bool whole, double *step)
 {
-    int n = s->box->n;
     for (int k = s->count; k-- > 0;) {
-        int p = s->order[k];
-        double sum = whole ? s->rest[p] : 0;
+        const double *row = s->work + k * s->inside;
+        double sum = whole ? s->rest[k] : 0;
         for (int l = k + 1; l < s->inside; l++)
-            sum -= s->work[p + s->order[l] * n] * s->step[s->order[l]];
-        s->step[p] = sum / s->work[p + p * n];
+            sum -= row[l] * step[l];
+        step[k] = sum / row[k];
+    }
+}
+
+/* The scaled D of entries inside, row by row, and the scaled -y as a right-hand side. */
+static void take_inside(search *s)
+{
+    const kmp_box *box = s->box;
+    const int n = box->n;
+    s->count = s->inside = 0;
+    for (int i = 0; i < n; i++)
+        if (s->side[i] == 0)
+            s->order[s->inside++] = i;
+    find_slopes(box, s->x, s->y);
+    for (int k = 0; k < s->inside; k++) {
+        const int i = s->order[k];
+        double *row = s->work + k * s->inside;
+        s->rest[k] = -s->y[i] / s->scale[i];
+        for (int l = 0; l < s->inside; l++) {
+            const int j = s->order[l];
+            row[l] = box->d[i + j * n] / (s->scale[i] * s->scale[j]);
+        }
     }
 }
 
 /* The step to the minimum over the entries inside; true: the function falls along it without end. */
 static bool find_step(search *s)
 {
-    int n = s->box->n, p;
-    s->count = s->inside = 0;
-    for (int i = 0; i < n; i++) {
-        s->step[i] = 0;
-        if (s->side[i] == 0)
-            s->order[s->inside++] = i;
-    }
-    /* Copies the scaled D of entries inside, and the scaled -y as a right-hand side. */
-    for (int k = 0; k < s->inside; k++) {
-        const int i = s->order[k];
-        s->rest[i] = -slope_in_box(s->box, s->x, i) / s->scale[i];
-        for (int l = 0; l < s->inside; l++) {
-            const int j = s->order[l];
-            s->work[i + j * n] = s->box->d[i + j * n] / (s->scale[i] * s->scale[j]);
-        }
-    }
+    int p;
+    take_inside(s);
     while ((p = find_pivot(s)) >= 0) {
-        const int pivot = s->order[p];
-        s->order[p] = s->order[s->count];
-        s->order[s->count++] = pivot;
-        eliminate(s, pivot);
+        swap_places(s, p, s->count++);
+        eliminate(s);
     }
     /* The entry with the largest slope that remains where D is singular; -1: none. */
     int fall = -1;
     for (int k = s->count; k < s->inside; k++) {
-        const int i = s->order[k];
-        const double slope = fabs(s->rest[i]), most = fall < 0 ? s->flat : fabs(s->rest[fall]);
-        if (slope > most || (slope == most && fall >= 0 && i < fall))
-            fall = i;
+        const double slope = fabs(s->rest[k]), most = fall < 0 ? s->flat : fabs(s->rest[fall]);
+        if (slope > most || (slope == most && fall >= 0 && s->order[k] < s->order[fall]))
+            fall = k;
     }
-    if (fall >= 0)
-        s->step[fall] = s->rest[fall];
-    substitute_back(s, fall < 0);
-    for (int i = 0; i < n; i++)
-        s->step[i] /= s->scale[i];
+    double *by_place = s->y; /* its slopes have been taken */
+    for (int k = s->count; k < s->inside; k++)
+        by_place[k] = k == fall ? s->rest[k] : 0;
+    substitute_back(s, fall < 0, by_place);
+    memset(s->step, 0, (size_t)s->box->n * sizeof *s->step);
+    for (int k = 0; k < s->inside; k++)
+        s->step[s->order[k]] = by_place[k] / s->scale[s->order[k]];
     return fall >= 0;
 }
 
@@ -146,16 +179,18 @@ static int advance(search *s, bool endless, bool *done)
 
 static void set_scales(search *s)
 {
-    int n = s->box->n;
+    const int n = s->box->n;
+    double *most = s->y;
     s->flat = 0;
+    for (int i = 0; i < n; i++)
+        most[i] = fabs(s->box->a[i]);
+    for (int j = 0; j < n; j++)
+        for (int i = 0; s->x[j] != 0 && isfinite(s->x[j]) && i < n; i++)
+            most[i] = fmax(most[i], fabs(s->box->d[i + j * n] * s->x[j]));
     for (int i = 0; i < n; i++) {
-        double own = s->box->d[i + i * n];
+        const double own = s->box->d[i + i * n];
         s->scale[i] = own > 0 ? sqrt(own) : 1;
-        double most = fabs(s->box->a[i]);
-        for (int j = 0; j < n; j++)
-            if (isfinite(s->x[j]))
-                most = fmax(most, fabs(s->box->d[i + j * n] * s->x[j]));
-        s->flat = fmax(s->flat, FLAT * most / s->scale[i]);
+        s->flat = fmax(s->flat, FLAT * most[i] / s->scale[i]);
     }
 }
 
@@ -175,8 +210,8 @@ static kmp_box_outcome visit_faces(search *s)
         const kmp_box *box = s->box;
         int leaving = -1;
         double most = s->flat;
+        find_slopes(box, s->x, s->y);
         for (int i = 0; i < box->n && (leaving < 0 || largest); i++) {
-            s->y[i] = slope_in_box(box, s->x, i);
             double off = s->side[i] * s->y[i] / s->scale[i];
             if (box->lower[i] < box->upper[i] && off > most) {
                 leaving = i;
@@ -208,7 +243,8 @@ KMP_LOCAL kmp_box_outcome kmp_box_minimum(const kmp_box *box, double *x, double 
     }
     set_scales(&s);
     kmp_box_outcome outcome = visit_faces(&s);
+    find_slopes(box, x, y);
     for (int i = 0; i < n; i++)
-        y[i] = side[i] == 0 && outcome == KMP_BOX_FOUND ? 0 : slope_in_box(box, x, i);
+        y[i] = side[i] == 0 && outcome == KMP_BOX_FOUND ? 0 : y[i];
     return outcome;
 }
