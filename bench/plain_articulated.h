@@ -148,9 +148,10 @@ static inline bool plain_articulated(const kmp_tree *tree, const kmp_wrench *app
 {
     plain_link *l = KMP_NEW(plain_link, tree->count);
     kmp_wrench *share = KMP_NEW(kmp_wrench, tree->count);
-    bool ok = l && share;
+    kmp_ref *elastic = KMP_NEW(kmp_ref, tree->count); /* of rigid bodies: not used */
+    bool ok = l && share && elastic;
     if (ok)
-        kmp_newton_euler_shares(tree, applied, share);
+        kmp_newton_euler_shares(tree, applied, share, elastic);
     for (int i = 1; ok && i < tree->count; i++) {
         plain_own_inertia(tree, i, l[i].inertia);
         l[i].p = (plain_six){{share[i].moment, share[i].force}};
@@ -159,6 +160,7 @@ static inline bool plain_articulated(const kmp_tree *tree, const kmp_wrench *app
         plain_inwards(tree, i, effort[i - 1], l);
     for (int i = 1; ok && i < tree->count; i++)
         plain_outwards(tree, i, l, &qdd[i - 1]);
+    kmp_free(elastic);
     kmp_free(share);
     kmp_free(l);
     return ok && !kmp_graph_failed(tree->graph);

@@ -45,6 +45,10 @@
  * M decides. */
 #define KMP_ARTICULATED_DOUBTFUL 1e8
 
+/** The least pivot of M at the end of a run over that without the deflection of a flexible body, below which the
+ * deflection is named as the cause of the end. M changes its sign soon after. */
+#define KMP_INERTIA_LOST 0.3
+
 /** Pivots of M and J M^-1 J' over the diagonal before elimination: a smaller one has lost five digits or more, and the
  * saddle system is solved with pivots chosen by their size (constraints/programs/saddle_program.h). */
 #define KMP_SADDLE_PROGRAM_PIVOT 1e-5

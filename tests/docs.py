@@ -31,6 +31,7 @@ import model_pages  # noqa: E402
 import pictures  # noqa: E402
 import problems  # noqa: E402
 import python_pages  # noqa: E402
+from generate.quick_cc import quick_compiler  # noqa: E402
 
 KEMPE = "kempe"  # set by main
 QUICK_CC = "cc"  # without optimisation, set where commands run
@@ -449,9 +450,7 @@ class Commands(unittest.TestCase):
         count = 0
         global QUICK_CC
         with tempfile.TemporaryDirectory() as shared:
-            QUICK_CC = f"{shared}/quick_cc"
-            pathlib.Path(QUICK_CC).write_text(f'#!/bin/sh\nexec {ROOT}/tests/generate/cc_once {shared} cc "$@" -O0\n')
-            os.chmod(QUICK_CC, 0o755)
+            QUICK_CC = quick_compiler(shared)
             shutil.copytree(ROOT / "examples", pathlib.Path(shared) / "examples")
             for page in PAGES:
                 with tempfile.TemporaryDirectory() as folder:

@@ -18,6 +18,8 @@ import tempfile
 import xml.etree.ElementTree as ElementTree
 import zipfile
 
+from generate.quick_cc import quick_compiler
+
 NAME = ("".join(map(chr, range(0x21, 0x7f))) + ' é ??/" ??/\' */ // /* %n%s%d $(name) ${x} `id` </script><b> <!-- --> ]]> &amp; '
         '\\n \\" "; int hostile; // {{x}} ../../x')
 UNFIT = [*range(1, 0x20), 0x7f, 0x80, 0x9b, 0x9f, 0x2028, 0x2029, *range(0x202a, 0x202f), *range(0x2066, 0x206a), 0xfeff, 0xfffe, 0xffff]
@@ -155,10 +157,7 @@ def code(kempe, model, folder):
 
 
 def units(kempe, model, folder):
-    """Compiled without optimisation, which takes four fifths of the time, and what both have alike once."""
-    compiler = folder / "quick_cc"
-    compiler.write_text(f'#!/bin/sh\nexec {pathlib.Path(__file__).resolve().parent}/generate/cc_once {folder} cc "$@" -O0\n')
-    compiler.chmod(0o755)
+    compiler = quick_compiler(folder)
     for fmi in ("2", "3"):
         file = folder / f"unit{fmi}.fmu"
         run(kempe, "fmu", model, "--fmi", fmi, "-o", file, "--compiler", compiler)

@@ -471,6 +471,7 @@ static kempe_status distribute_loads(kmp_evaluator *eval, double t, const double
     const size_t most = KMP_KIND_MAX_ROWS * (size_t)model->closure_count + (size_t)s->m, n = (size_t)s->n;
     const size_t bodies = (size_t)model->body_count;
     search x = {.s = s, .model = model, .n = kmp_model_coordinates(model), .found = found};
+    x.q = q;
     x.joints = joints;
     x.joint = joint;
     x.unknown = -1;

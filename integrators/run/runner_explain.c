@@ -8,7 +8,9 @@
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_center.h"
+#include "linalg/dense/factors.h"
 #include "model/data/model.h"
+#include <math.h>
 
 const char *kmp_runner_driven_by(const kempe_system *s, int row)
 {
@@ -93,6 +95,60 @@ static void name_unknowns(const kmp_runner *run, kmp_text *text)
         }
 }
 
+/* The least pivot of M, scaled to a unit diagonal; 0: it is not positive definite, or there is no memory. */
+static double least_pivot(kmp_evaluator *eval, double t, const double *q)
+{
+    const kmp_pattern *mass = &eval->system->mass;
+    const int n = eval->n;
+    double *a = KMP_NEW(double, n *n), least = 0;
+    kmp_eval_closure(eval, t, q);
+    kmp_eval_mass(eval);
+    for (int e = 0; a && e < mass->count; e++)
+        a[mass->row[e] + n * mass->col[e]] = a[mass->col[e] + n * mass->row[e]] = eval->mass[e];
+    for (int i = 0; a && i < n; i++)
+        for (int k = 0; k < n; k++)
+            if (i != k)
+                a[i + n * k] /= sqrt(fabs(a[i + n * i] * a[k + n * k]));
+    for (int i = 0; a && i < n; i++)
+        a[i + n * i] = a[i + n * i] > 0 ? 1 : -1;
+    if (a && kmp_cholesky_factor(n, a) == 0) {
+        least = 1;
+        for (int i = 0; i < n; i++)
+            least = fmin(least, a[i + n * i] * a[i + n * i]);
+    }
+    kmp_free(a);
+    return least;
+}
+
+/* Names a flexible body whose terms of second order have no inertia: with torsion M is not positive beyond a deflection
+ * of the size of its sections. It is the cause where M without its deflection is far from that. */
+static void explain_inertia(kmp_runner *run, kmp_text *text)
+{
+    const kempe_model *model = run->s->model;
+    if (model->flexible_count == 0 || !run->formulation || !run->solver || kmp_eval_goes_by_links(run->eval) ||
+        kmp_runner_position(run, run->solver->t, run->state) != KEMPE_OK)
+        return;
+    const double here = least_pivot(run->eval, run->solver->t, run->state);
+    for (int f = 0; f < model->flexible_count; f++) {
+        const kmp_flexible *flexible = &model->flexibles[f];
+        bool twists = false;
+        for (int k = flexible->first; k < flexible->first + flexible->count; k++)
+            twists = twists || model->motions[k].rotation;
+        if (flexible->stiffening != KMP_STIFFENING_FIRST || !twists)
+            continue;
+        for (int k = flexible->first; k < flexible->first + flexible->count; k++)
+            run->state[k] = 0;
+        if (here < KMP_INERTIA_LOST * least_pivot(run->eval, run->solver->t, run->state)) {
+            kmp_text_printf(
+                text,
+                "; the mass matrix is hardly positive there, because body '%s' has 'stiffening: first' with "
+                "torsion, which leaves inertia out: use 'full'",
+                model->bodies[flexible->body].name);
+            return;
+        }
+    }
+}
+
 bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_text *text)
 {
     const char *said = kempe_context_message(run->s->context);
@@ -119,6 +175,8 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
     if (!locks && run->formulation && !kmp_is_unsettled(run->eval) && !(run->crossing && run->crossing->stuck))
         name_unknowns(run, text);
     kmp_runner_explain_angles(run, text);
+    if (!locks)
+        explain_inertia(run, text);
     return locks;
 }
 

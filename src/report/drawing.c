@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Points that coincide in the drawing are one: all marks are combined on it. */
+/* Points that coincide in the drawing are one: all marks are combined on it. Places of flexible bodies are drawn like
+ * bodies, behind these. */
 #include "report/drawing.h"
 #include "base/arena.h"
 #include "base/memory.h"
@@ -12,6 +13,7 @@
 #include "model/data/force_table.h"
 #include "model/data/model.h"
 #include "model/data/pose.h"
+#include "model/flexible/beam.h"
 #include "model/language/expression.h"
 #include "output/plot.h"
 #include <kempe/kempe.h>
@@ -36,10 +38,77 @@ static bool is_same(const double a[3], const double b[3])
     return distance <= 1e-9 * size;
 }
 
+/* -- places of flexible bodies ----------------------------------------------------------------------- */
+
+static const kmp_flexible *flexible_of(const kempe_model *model, int body)
+{
+    const int own = model->bodies[body].flexible;
+    return own > 0 ? &model->flexibles[own - 1] : NULL;
+}
+
+/* The place with this offset from the station; place_count: there is none. */
+static int find_place(const kmp_drawing *drawing, const kmp_station *station, const double offset[3])
+{
+    int k = 0;
+    while (k < drawing->place_count && (drawing->places[k].station != station ||
+                                        memcmp(drawing->places[k].offset, offset, 3 * sizeof *offset) != 0))
+        k++;
+    return k;
+}
+
+static int add_place(kmp_drawing *drawing, int body, const kmp_station *station, const double offset[3])
+{
+    const int k = find_place(drawing, station, offset);
+    if (k == drawing->place_count) {
+        drawing->places[drawing->place_count++] = (kmp_drawn_place){.body = body, .station = station};
+        memcpy(drawing->places[k].offset, offset, sizeof drawing->places[k].offset);
+    }
+    return drawing->body_count + k;
+}
+
+/* The station that moves a point; NULL: its body does. The origin of a flexible body does not move in its axes. */
+static const kmp_station *station_of(const kempe_model *model, int point, double offset[3])
+{
+    const kmp_point *p = &model->points[point];
+    if (p->station == 0)
+        return NULL;
+    values(p->offset, offset);
+    const bool origin = p->station == 1 && offset[0] == 0 && offset[1] == 0 && offset[2] == 0;
+    return origin ? NULL : &flexible_of(model, p->body)->stations[p->station - 1];
+}
+
+kmp_drawn_point kmp_drawing_point(const kmp_drawing *drawing, const kempe_model *model, int point)
+{
+    double offset[3];
+    kmp_drawn_point at = {.body = model->points[point].body};
+    const kmp_station *station = station_of(model, point, offset);
+    if (at.body >= drawing->body_count)
+        at.body = -1;
+    else if (station)
+        at.body = drawing->body_count + find_place(drawing, station, offset);
+    else if (model->points[point].station == 0)
+        values(model->points[point].at, at.at);
+    return at;
+}
+
+static void add_piece(kmp_drawing *drawing, const kempe_model *model, int body, int from, int to)
+{
+    drawing->is_rod[drawing->line_count] = true;
+    drawing->lines[drawing->line_count++] =
+        (kmp_line){.name = model->bodies[body].name, .body = {from, to}, .of = body};
+}
+
+int kmp_drawing_most_places(const kempe_model *model)
+{
+    return model->flexible_count > 0 ? (KMP_BEAM_PIECES + 1) * model->flexible_count + 2 * model->point_count : 0;
+}
+
+/* -- marks ------------------------------------------------------------------------------------------- */
+
 /* NULL: the body is not drawn. */
 static kmp_mark *mark(kmp_drawing *drawing, int body, unsigned marks, const char *name, const double at[3])
 {
-    if (body >= drawing->body_count)
+    if (body < 0 || (body >= drawing->body_count && body - drawing->body_count >= drawing->place_count))
         return NULL;
     kmp_mark *m = NULL;
     for (int k = 0; k < drawing->mark_count && !m; k++)
@@ -57,9 +126,15 @@ static kmp_mark *mark(kmp_drawing *drawing, int body, unsigned marks, const char
 
 static kmp_mark *mark_point(kmp_drawing *drawing, const kempe_model *model, int point, unsigned marks, const char *name)
 {
-    double at[3];
-    values(model->points[point].at, at);
-    return mark(drawing, model->points[point].body, marks, name ? name : model->points[point].name, at);
+    const kmp_drawn_point s = kmp_drawing_point(drawing, model, point);
+    return mark(drawing, s.body, marks, name ? name : model->points[point].name, s.at);
+}
+
+/* The mark of a body's origin; NULL: the body is not drawn. */
+static kmp_mark *mark_origin(kmp_drawing *drawing, int body, unsigned marks, const char *name)
+{
+    const double origin[3] = {0};
+    return body < drawing->body_count ? mark(drawing, body, marks, name, origin) : NULL;
 }
 
 /* out = m v; m row by row. */
@@ -97,7 +172,6 @@ static void to_parent(const kempe_model *model, const kmp_body *body, const doub
 
 static void mark_joint(kmp_drawing *drawing, const kempe_model *model, int b)
 {
-    const double origin[3] = {0};
     const kmp_body *body = &model->bodies[b];
     const int free_count = kmp_joint_free_count(body);
     const kmp_motion *first = free_count > 0 ? &model->motions[kmp_joint_first_free(body)] : NULL;
@@ -106,7 +180,7 @@ static void mark_joint(kmp_drawing *drawing, const kempe_model *model, int b)
     unsigned marks = !slides ? KMP_MARK_JOINT : is_free ? KMP_MARK_NAMED : KMP_MARK_SLIDE;
     kmp_picture_slide slide = {.motion = kmp_joint_first_free(body), .body = body->parent, .slider = b};
     kmp_mark *own = body->to >= 0 ? mark_point(drawing, model, body->to, marks, body->joint)
-                                  : mark(drawing, b, marks, body->joint, origin);
+                                  : mark_origin(drawing, b, marks, body->joint);
     if (first && first->rotation && free_count == 1) {
         /* The axis of a body's only rotation in the axes of the body, as positions follow from its chain (pose.c). */
         double axis[3];
@@ -119,11 +193,14 @@ static void mark_joint(kmp_drawing *drawing, const kempe_model *model, int b)
     if (!slides && body->at >= 0)
         mark_point(drawing, model, body->at, marks, body->joint);
     else if (!slides)
-        mark(drawing, body->parent, marks, body->joint, origin);
+        mark_origin(drawing, body->parent, marks, body->joint);
     if (!guided || body->parent >= drawing->body_count)
         return;
-    if (body->at >= 0)
-        values(model->points[body->at].at, slide.at);
+    if (body->at >= 0) {
+        const kmp_drawn_point at = kmp_drawing_point(drawing, model, body->at);
+        slide.body = at.body;
+        memcpy(slide.at, at.at, sizeof slide.at);
+    }
     if (body->to >= 0)
         values(model->points[body->to].at, slide.end);
     to_parent(model, body, first->axis, slide.axis);
@@ -134,10 +211,11 @@ static void add_line(kmp_drawing *drawing, const kempe_model *model, const char 
 {
     kmp_line line = {.name = name};
     for (int k = 0; k < 2; k++) {
-        line.body[k] = model->points[point[k]].body;
-        if (line.body[k] >= drawing->body_count)
+        const kmp_drawn_point s = kmp_drawing_point(drawing, model, point[k]);
+        line.body[k] = s.body;
+        if (line.body[k] < 0)
             return;
-        values(model->points[point[k]].at, line.at[k]);
+        memcpy(line.at[k], s.at, sizeof line.at[k]);
     }
     drawing->is_rod[drawing->line_count] = is_rod;
     drawing->lines[drawing->line_count++] = line;
@@ -157,19 +235,220 @@ static void mark_closure(kmp_drawing *drawing, const kempe_model *model, const k
         add_line(drawing, model, closure->name, closure->point, true);
 }
 
+/* -- curves of flexible bodies ----------------------------------------------------------------------- */
+
+/* The curve of a body: places from end to end, which are in view, and pieces between them. */
+static bool add_curve(kmp_drawing *drawing, const kempe_model *model, const double *parameters, int body)
+{
+    const double nothing[3] = {0};
+    const kmp_station *stations =
+        kmp_beam_stations(&drawing->arena, flexible_of(model, body), parameters, KMP_BEAM_PIECES + 1);
+    for (int k = 0, before = 0; stations && k <= KMP_BEAM_PIECES; k++) {
+        const int place = add_place(drawing, body, &stations[k], nothing);
+        mark(drawing, place, 0, NULL, nothing);
+        if (k > 0)
+            add_piece(drawing, model, body, before, place);
+        before = place;
+    }
+    return stations;
+}
+
+/* The place of a point; one beside the curve is joined to it. */
+static void add_point(kmp_drawing *drawing, const kempe_model *model, int point)
+{
+    const double nothing[3] = {0};
+    double offset[3];
+    const int body = model->points[point].body, before = drawing->place_count;
+    const kmp_station *station = body < drawing->body_count ? station_of(model, point, offset) : NULL;
+    if (!station)
+        return;
+    const int place = add_place(drawing, body, station, offset), foot = add_place(drawing, body, station, nothing);
+    if (place != foot && place >= drawing->body_count + before)
+        add_piece(drawing, model, body, foot, place);
+}
+
+static bool is_beneath(const kempe_model *model, int body, int top)
+{
+    while (body > top)
+        body = model->bodies[body].parent;
+    return body == top;
+}
+
+/* True if a loop closes between what a body carries, itself included, and the rest. */
+static bool is_in_loop(const kempe_model *model, int body)
+{
+    bool in_loop = false;
+    for (int c = 0; c < model->closure_count; c++) {
+        const kmp_closure *closure = &model->closures[c];
+        if (closure->point[0] >= 0 && closure->point[1] >= 0)
+            in_loop = in_loop || is_beneath(model, model->points[closure->point[0]].body, body) !=
+                                     is_beneath(model, model->points[closure->point[1]].body, body);
+    }
+    return in_loop;
+}
+
+/* All places of the station that a point has. */
+static void hold_station(kmp_drawing *drawing, const kempe_model *model, int point)
+{
+    const kmp_point *p = &model->points[point];
+    if (p->body >= drawing->body_count || p->station == 0)
+        return;
+    const kmp_station *station = &flexible_of(model, p->body)->stations[p->station - 1];
+    for (int k = 0; k < drawing->place_count; k++)
+        if (drawing->places[k].station == station)
+            drawing->places[k].held = true;
+}
+
+/* Bodies on flexible bodies, and the places where loops close. */
+static void add_riders(kmp_drawing *drawing, const kempe_model *model)
+{
+    for (int b = 1; b < drawing->body_count; b++) {
+        const int at = model->bodies[b].at;
+        const kmp_drawn_point s = at >= 0 ? kmp_drawing_point(drawing, model, at) : (kmp_drawn_point){.body = 0};
+        if (s.body < drawing->body_count)
+            continue;
+        if (is_in_loop(model, b))
+            hold_station(drawing, model, at);
+        drawing->riders[drawing->rider_count++] = (kmp_drawn_rider){b, s.body - drawing->body_count};
+    }
+    for (int c = 0; c < model->closure_count; c++) {
+        const int *point = model->closures[c].point;
+        for (int k = 0; point[0] >= 0 && point[1] >= 0 && k < 2; k++)
+            if (model->points[point[0]].body != model->points[point[1]].body)
+                hold_station(drawing, model, point[k]);
+    }
+}
+
+static bool add_flexibles(kmp_drawing *drawing, const kempe_model *model)
+{
+    double *parameters = KMP_NEW(double, model->parameter_count + 1);
+    bool good = parameters;
+    for (int k = 0; good && k < model->parameter_count; k++)
+        parameters[k] = model->parameters[k].number.value;
+    for (int b = 1; b < drawing->body_count; b++)
+        good = good && (!flexible_of(model, b) || add_curve(drawing, model, parameters, b));
+    kmp_free(parameters);
+    for (int p = 0; good && p < model->point_count; p++)
+        add_point(drawing, model, p);
+    add_riders(drawing, model);
+    return good;
+}
+
+/* -- the deformation --------------------------------------------------------------------------------- */
+
+void kmp_drawing_poses(const kmp_drawing *drawing, const kempe_model *model, const double *q, kmp_pose *poses)
+{
+    kmp_pose_all(model, q, poses);
+    for (int k = 0; k < drawing->place_count; k++) {
+        const kmp_drawn_place *place = &drawing->places[k];
+        kmp_pose pose = poses[place->body];
+        kmp_pose_to_station(flexible_of(model, place->body), place->station, q, &pose);
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++)
+                pose.p[i] += pose.r[i][j] * place->offset[j];
+        poses[drawing->body_count + k] = pose;
+    }
+}
+
+/* The pose of a station in the axes of its body. */
+static kmp_pose pose_in_body(const kempe_model *model, int body, const kmp_station *station, const double *q)
+{
+    kmp_pose pose = {.r = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    kmp_pose_to_station(flexible_of(model, body), station, q, &pose);
+    return pose;
+}
+
+/* An end of a line along which a body would be straight. */
+typedef struct line_end {
+    double x, shift[3];
+} line_end;
+
+/* The line between the two places that are held, the origin among them, and between which x is, or to which it is
+ * nearest: its displacement at x, and its slope. Both are zero where only the origin is held. */
+static void find_line(const kmp_drawing *drawing, const kempe_model *model, int body, double x, const double *q,
+                      double shift[3], double slope[3])
+{
+    line_end below = {0}, end = {0}; /* the last two, end beyond x where there is one */
+    for (;;) {
+        const kmp_station *next = NULL;
+        for (int k = 0; k < drawing->place_count; k++) {
+            const kmp_drawn_place *place = &drawing->places[k];
+            if (place->body == body && place->held && place->station->at[0].value > end.x &&
+                (!next || place->station->at[0].value < next->at[0].value))
+                next = place->station;
+        }
+        if (!next || (end.x > 0 && end.x >= x))
+            break;
+        const kmp_pose pose = pose_in_body(model, body, next, q);
+        below = end;
+        end.x = next->at[0].value;
+        for (int i = 0; i < 3; i++)
+            end.shift[i] = pose.p[i] - next->at[i].value;
+    }
+    for (int i = 0; i < 3; i++) {
+        slope[i] = end.x > 0 ? (end.shift[i] - below.shift[i]) / (end.x - below.x) : 0;
+        shift[i] = below.shift[i] + slope[i] * (x - below.x);
+    }
+}
+
+static void to_ground_axes(const kmp_pose *pose, const double v[3], double out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = pose->r[i][0] * v[0] + pose->r[i][1] * v[1] + pose->r[i][2] * v[2];
+}
+
+/* The vector of a rotation. */
+static void rotation_vector(const kmp_pose *pose, double out[3])
+{
+    double r[4];
+    kmp_pose_quaternion(pose, NULL, r);
+    const double size = sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
+    for (int i = 0; i < 3; i++)
+        out[i] = size > 0 ? 2 * atan2(size, r[3]) / size * r[i] : 0;
+}
+
+void kmp_drawing_deformation(const kmp_drawing *drawing, const kempe_model *model, const double *q,
+                             const kmp_pose *poses, double *shift, double *turn)
+{
+    for (int k = 0; k < drawing->place_count; k++) {
+        const kmp_drawn_place *place = &drawing->places[k];
+        const kmp_pose own = pose_in_body(model, place->body, place->station, q);
+        const double *o = place->offset;
+        double line[3], slope[3], away[3], angle[3];
+        find_line(drawing, model, place->body, place->station->at[0].value, q, line, slope);
+        rotation_vector(&own, angle);
+        const double leaning[3] = {0, -slope[2], slope[1]};
+        for (int i = 0; i < 3; i++) {
+            const int j = (i + 1) % 3, l = (i + 2) % 3;
+            const double straight = o[i] + leaning[j] * o[l] - leaning[l] * o[j];
+            away[i] = own.p[i] + own.r[i][0] * o[0] + own.r[i][1] * o[1] + own.r[i][2] * o[2] -
+                      (place->station->at[i].value + line[i] + straight);
+            angle[i] -= leaning[i];
+            if (place->held)
+                away[i] = angle[i] = 0;
+        }
+        to_ground_axes(&poses[place->body], away, shift + 3 * (ptrdiff_t)k);
+        to_ground_axes(&poses[place->body], angle, turn + 3 * (ptrdiff_t)k);
+    }
+}
+
+/* -- all parts --------------------------------------------------------------------------------------- */
+
 bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_bodies)
 {
     int bodies = model->body_count < most_bodies ? model->body_count : most_bodies;
-    int lines = model->force_count + model->closure_count;
+    int places = kmp_drawing_most_places(model), lines = model->force_count + model->closure_count + places;
     for (int f = 0; f < model->force_count; f++)
         lines += model->forces[f].through_count;
     *drawing = (kmp_drawing){.body_count = bodies};
-    drawing->marks =
-        KMP_ARENA_NEW(&drawing->arena, kmp_mark,
-                      3 * model->body_count + 2 * (model->closure_count + model->force_count) + model->point_count);
+    drawing->marks = KMP_ARENA_NEW(&drawing->arena, kmp_mark,
+                                   3 * model->body_count + 2 * (model->closure_count + model->force_count) +
+                                       model->point_count + places);
     KMP_ARENA_MAKE(&drawing->arena, KMP_ROOM(kmp_line, lines, &drawing->lines), KMP_ROOM(bool, lines, &drawing->is_rod),
-                   KMP_ROOM(kmp_picture_slide, model->body_count, &drawing->slides));
-    if (drawing->arena.failed) {
+                   KMP_ROOM(kmp_picture_slide, model->body_count, &drawing->slides),
+                   KMP_ROOM(kmp_drawn_place, places, &drawing->places),
+                   KMP_ROOM(kmp_drawn_rider, model->body_count, &drawing->riders));
+    if (drawing->arena.failed || (model->flexible_count > 0 && !add_flexibles(drawing, model))) {
         kmp_drawing_free(drawing);
         return false;
     }
@@ -184,9 +463,8 @@ bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_b
         mark_point(drawing, model, p, KMP_MARK_NAMED, NULL);
     for (int b = 1; b < bodies; b++) {
         double at[3];
-        const kmp_body rigid = kmp_body_undeformed(model, b);
-        values(rigid.com, at);
-        if (rigid.mass.value > 0)
+        values(model->bodies[b].com, at);
+        if (model->bodies[b].mass.value > 0 && !flexible_of(model, b))
             mark(drawing, b, KMP_MARK_COM, NULL, at);
     }
     for (int f = 0; f < model->force_count; f++)
@@ -440,7 +718,7 @@ static void put_pin(const picture *p, place at)
     put_path(p, corners, 3, "Z\" fill=\"#8a8f98\"/>\n");
 }
 
-/* A spring is a zigzag, a rod a line. */
+/* A spring is a zigzag, a rod a line, a piece of a flexible body a bar. */
 static void put_connection(const picture *p, const kmp_line *line, bool is_rod)
 {
     const place a = see(p, line->body[0], line->at[0]), b = see(p, line->body[1], line->at[1]);
@@ -455,7 +733,7 @@ static void put_connection(const picture *p, const kmp_line *line, bool is_rod)
         points[ZIGZAGS + 2] = b;
         count = ZIGZAGS + 3;
     }
-    put_line(p, points, count, LINE, "#5d6d7e");
+    put_line(p, points, count, line->of > 0 ? BAR : LINE, line->of > 0 ? kmp_plot_colour(line->of - 1) : "#5d6d7e");
 }
 
 bool kmp_mechanism_picture(kmp_text *svg, const kempe_model *model, const double *q, double size)
@@ -463,11 +741,11 @@ bool kmp_mechanism_picture(kmp_text *svg, const kempe_model *model, const double
     kmp_arena arena = {0};
     picture p = {.svg = svg, .size = size};
     bool ok = kmp_drawing_init(&p.drawing, model, MOST_BODIES) &&
-              KMP_ARENA_MAKE(&arena, KMP_ROOM(kmp_pose, model->body_count, &p.poses),
+              KMP_ARENA_MAKE(&arena, KMP_ROOM(kmp_pose, model->body_count + p.drawing.place_count, &p.poses),
                              KMP_ROOM(place, p.drawing.mark_count + 1, &p.at),
                              KMP_ROOM(place, 3 * (ptrdiff_t)p.drawing.mark_count + 3, &p.hull));
     if (ok) {
-        kmp_pose_all(model, q, p.poses);
+        kmp_drawing_poses(&p.drawing, model, q, p.poses);
         place_viewer(&p, model->gravity);
         fit(&p);
         kmp_picture_begin(svg, size, size, "");

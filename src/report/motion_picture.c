@@ -192,13 +192,18 @@ bool kmp_mesh_thin(kmp_arena *arena, const kmp_mesh *mesh, int most, kmp_mesh *t
     return good;
 }
 
-enum { MOST_BODIES = 350, MOST_NUMBERS = 360000, BODY_NUMBERS = 7 };
+enum { MOST_BODIES = 350, MOST_NUMBERS = 360000, BODY_NUMBERS = 7, PLACE_NUMBERS = 13 };
 
 /* Largest rotation of a joint between two frames, and the excess that is accepted. Another limit applies to rotations
  * that move no visible point, such as the spin of a wheel, of which only the direction must be visible. */
 #define FOLLOWED 0.35
 #define SPARED   1.5
 #define SPUN     1.2
+
+/* Part of its length that the largest deformation of a flexible body is drawn with, and the part below which there is
+ * none but rounding. */
+#define SEEN    0.05
+#define NOTHING 1e-9
 
 typedef struct picture {
     const kempe_model *model;
@@ -207,7 +212,9 @@ typedef struct picture {
     kmp_drawing drawing;
     int frames, stride; /* every so many rows is a frame, and the last row */
     kmp_pose *poses;
-    double *position, *rotation; /* 3 and 4 a frame and body, without the ground */
+    int moving;                  /* bodies without the ground, and places of flexible bodies */
+    double *position, *rotation; /* 3 and 4 a frame and one of these */
+    double *shift, *turn;        /* 3 a frame and place each */
     int16_t *room;
     kmp_arena arena;
 } picture;
@@ -242,7 +249,7 @@ static bool is_spin(const kempe_model *model, int k)
     const kmp_motion *motion = &model->motions[k];
     const kmp_body *body = &model->bodies[motion->body];
     bool last = k + 1 == model->motion_count || model->motions[k + 1].body != motion->body;
-    return last && !motion->elastic && !body->turned && !body->reversed && body->to < 0 &&
+    return last && !motion->elastic && body->flexible == 0 && !body->turned && !body->reversed && body->to < 0 &&
            is_on_axis(model, motion->body, motion->axis);
 }
 
@@ -274,32 +281,42 @@ static const double *row_of(const picture *p, int frame)
     return kmp_samples_get(p->row, KMP_QUANTITY_Q, row_index(p, frame));
 }
 
+static int most_frames(int moving, int places)
+{
+    const int numbers = BODY_NUMBERS * moving + PLACE_NUMBERS * places;
+    return numbers > 0 ? MOST_NUMBERS / numbers : MOST_NUMBERS;
+}
+
 int kmp_motion_picture_frames(const kempe_model *model)
 {
     int moving = (model->body_count < MOST_BODIES ? model->body_count : MOST_BODIES) - 1;
-    return moving > 0 ? MOST_NUMBERS / (BODY_NUMBERS * moving) : MOST_NUMBERS;
+    return most_frames(moving, kmp_drawing_most_places(model));
 }
 
 static bool make_frames(picture *p)
 {
-    int moving = p->drawing.body_count - 1, rows = p->row->rows;
-    int most = moving > 0 ? MOST_NUMBERS / (BODY_NUMBERS * moving) : rows;
+    const int bodies = p->drawing.body_count - 1, places = p->drawing.place_count, rows = p->row->rows;
+    const ptrdiff_t moving = p->moving = bodies + places;
+    int most = moving > 0 ? most_frames(bodies, places) : rows;
     p->stride = 1;
     while ((rows + p->stride - 2) / p->stride + 1 > most && p->stride < rows)
         p->stride++;
     p->frames = (rows + p->stride - 2) / p->stride + 1;
-    if (!KMP_ARENA_MAKE(&p->arena, KMP_ROOM(kmp_pose, p->model->body_count, &p->poses),
-                        KMP_ROOM(double, 3 * (ptrdiff_t)p->frames * moving, &p->position),
-                        KMP_ROOM(double, 4 * (ptrdiff_t)p->frames * moving, &p->rotation),
-                        KMP_ROOM(int16_t, 4 * (ptrdiff_t)p->frames * moving, &p->room)))
+    if (!KMP_ARENA_MAKE(&p->arena, KMP_ROOM(kmp_pose, p->model->body_count + places, &p->poses),
+                        KMP_ROOM(double, 3 * p->frames * moving, &p->position),
+                        KMP_ROOM(double, 4 * p->frames * moving, &p->rotation),
+                        KMP_ROOM(double, 3 * (ptrdiff_t)p->frames * places, &p->shift),
+                        KMP_ROOM(double, 3 * (ptrdiff_t)p->frames * places, &p->turn),
+                        KMP_ROOM(int16_t, 4 * p->frames * moving, &p->room)))
         return false;
-    for (int f = 0; f < p->frames; f++) {
-        kmp_pose_all(p->model, row_of(p, f), p->poses);
+    for (ptrdiff_t f = 0; f < p->frames; f++) {
+        kmp_drawing_poses(&p->drawing, p->model, row_of(p, (int)f), p->poses);
+        kmp_drawing_deformation(&p->drawing, p->model, row_of(p, (int)f), p->poses, p->shift + 3 * f * places,
+                                p->turn + 3 * f * places);
         for (int b = 0; b < moving; b++) {
-            double *x = p->position + 3 * ((ptrdiff_t)f * moving + b),
-                   *r = p->rotation + 4 * ((ptrdiff_t)f * moving + b);
+            double *x = p->position + 3 * (f * moving + b), *r = p->rotation + 4 * (f * moving + b);
             memcpy(x, p->poses[b + 1].p, 3 * sizeof *x);
-            kmp_pose_quaternion(&p->poses[b + 1], f > 0 ? r - 4 * (ptrdiff_t)moving : NULL, r);
+            kmp_pose_quaternion(&p->poses[b + 1], f > 0 ? r - 4 * moving : NULL, r);
         }
     }
     return true;
@@ -418,16 +435,16 @@ static double axis_at(const kmp_point *point, int i, int k)
     return point->turned ? point->axes[i][k] : i == k;
 }
 
-static void put_disc(kmp_json *json, const kempe_model *model, const kmp_wheel *wheel)
+static void put_disc(kmp_json *json, const picture *p, const kmp_wheel *wheel)
 {
-    const kmp_point *point = &model->points[wheel->point];
-    double at[3], axis[3];
-    for (int i = 0; i < 3; i++) {
-        at[i] = point->at[i].value;
-        axis[i] = axis_at(point, i, 1);
-    }
-    kmp_json_put(json, "{ body %d", point->body);
-    kmp_json_rounded_numbers(json, "at", 3, at, 7);
+    const kmp_drawn_point at = kmp_drawing_point(&p->drawing, p->model, wheel->point);
+    double axis[3];
+    if (at.body < 0)
+        return;
+    for (int i = 0; i < 3; i++)
+        axis[i] = axis_at(&p->model->points[wheel->point], i, 1);
+    kmp_json_put(json, "{ body %d", at.body);
+    kmp_json_rounded_numbers(json, "at", 3, at.at, 7);
     kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
     kmp_json_put(json, "radius %.7g }", wheel->radius.value);
 }
@@ -471,7 +488,7 @@ static const double *runner_of(const picture *p, int track, int w)
 /* True if a body with a wheel on the track comes near a place of the ground. */
 static bool is_run_on(const kempe_model *model, int track, const picture *p, const double place[3])
 {
-    ptrdiff_t stride = 1 + p->frames / LOOKED_AT, moving = p->drawing.body_count - 1;
+    ptrdiff_t stride = 1 + p->frames / LOOKED_AT, moving = p->moving;
     for (int w = 0; w < model->wheel_count; w++) {
         const double *at = runner_of(p, track, w);
         double near = 2 * model->tracks[track].gauge + 4 * model->wheels[w].radius.value;
@@ -489,7 +506,7 @@ static void straight_range(const kempe_model *model, int track, const picture *p
     for (int w = 0; w < model->wheel_count; w++) {
         const double *at = runner_of(p, track, w);
         double more = 3 * model->wheels[w].radius.value;
-        for (int f = 0; at && f < p->frames; f++, at += 3 * (ptrdiff_t)(p->drawing.body_count - 1)) {
+        for (int f = 0; at && f < p->frames; f++, at += 3 * (ptrdiff_t)p->moving) {
             double along = 0;
             for (int i = 0; i < 3; i++)
                 along += axis_at(point, i, 0) * (at[i] - point->at[i].value);
@@ -525,8 +542,7 @@ static void put_railway(kmp_json *json, const picture *p)
     const kempe_model *model = p->model;
     kmp_json_array(json, "discs");
     for (int w = 0; w < model->wheel_count; w++)
-        if (model->points[model->wheels[w].point].body <= (p->drawing.body_count - 1))
-            put_disc(json, model, &model->wheels[w]);
+        put_disc(json, p, &model->wheels[w]);
     kmp_json_put(json, "] rails [");
     for (int k = 0; k < model->track_count; k++)
         for (int side = 0; side < KMP_TRACK_SIDES; side++)
@@ -571,6 +587,82 @@ static void put_slides(kmp_json *json, const picture *p)
     kmp_json_end(json);
 }
 
+/* -- flexible bodies --------------------------------------------------------------------------------- */
+
+/* Places are listed as bodies after these, with the number of the body that they are on. */
+static void put_drawn_places(kmp_json *json, const picture *p)
+{
+    for (int k = 0; k < p->drawing.place_count; k++) {
+        const int body = p->drawing.places[k].body;
+        kmp_json_put(json, "{ name %s of %d points [", p->model->bodies[body].name, body);
+        put_marks(json, p, p->drawing.body_count + k);
+        kmp_json_put(json, "] solids [ ] }");
+    }
+}
+
+/* The factor of the deformation at first: 1, or one digit and zeros. */
+static double choose_factor(const picture *p)
+{
+    double most = 0;
+    for (ptrdiff_t k = 0; k < (ptrdiff_t)p->frames * p->drawing.place_count; k++) {
+        const int body = p->drawing.places[k % p->drawing.place_count].body;
+        const double *v = p->shift + 3 * k;
+        most = fmax(most, sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) /
+                              p->model->flexibles[p->model->bodies[body].flexible - 1].length->value);
+    }
+    if (!(most > NOTHING && most < SEEN))
+        return 1;
+    const double digit = pow(10, floor(log10(SEEN / most)));
+    return floor(SEEN / most / digit) * digit;
+}
+
+/* True if a place of the body other than its origin is held. */
+static bool is_held(const picture *p, int body)
+{
+    bool held = false;
+    for (int k = 0; k < p->drawing.place_count; k++)
+        held = held || (p->drawing.places[k].body == body && p->drawing.places[k].held);
+    return held;
+}
+
+/* Names of flexible bodies that are held, and of those with solids, which do not deform. */
+static void put_names(kmp_json *json, const picture *p)
+{
+    kmp_json_array(json, "held");
+    for (int b = 1; b < p->drawing.body_count; b++)
+        if (is_held(p, b))
+            kmp_json_string(json, NULL, p->model->bodies[b].name);
+    kmp_json_put(json, "] stiff [");
+    for (int b = 1; b < p->drawing.body_count; b++) {
+        bool stiff = false;
+        for (int k = 0; p->model->bodies[b].flexible > 0 && k < p->model->shape_count; k++)
+            stiff = stiff || p->model->shapes[k].body == b;
+        if (stiff)
+            kmp_json_string(json, NULL, p->model->bodies[b].name);
+    }
+    kmp_json_end(json);
+}
+
+static void put_flexible(kmp_json *json, const picture *p)
+{
+    const size_t places = (size_t)p->frames * (size_t)p->drawing.place_count;
+    if (p->model->flexible_count == 0)
+        return;
+    kmp_json_put(json, "flexible { factor %g", choose_factor(p));
+    put_names(json, p);
+    kmp_json_array(json, "parents");
+    for (int b = 0; b < p->drawing.body_count; b++)
+        kmp_json_whole(json, NULL, p->model->bodies[b].parent);
+    kmp_json_put(json, "] riders [");
+    for (int k = 0; k < p->drawing.rider_count; k++)
+        kmp_json_put(json, "{ body %d place %d }", p->drawing.riders[k].body, p->drawing.riders[k].place);
+    kmp_json_put(json, "] shift {");
+    put_places(json, "numbers", places, p->shift, p->room, 7);
+    kmp_json_put(json, "} turn {");
+    put_places(json, "numbers", places, p->turn, p->room, 7);
+    kmp_json_put(json, "} }");
+}
+
 void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *model, const kmp_samples *row,
                         const double *at)
 {
@@ -592,6 +684,7 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
             put_solids(json, p.model, b);
             kmp_json_end(json);
         }
+        put_drawn_places(json, &p);
         kmp_json_end(json);
         put_meshes(json, model);
         kmp_json_array(json, "lines");
@@ -601,12 +694,16 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
                          p.drawing.is_rod[k], line->body[0], line->body[1]);
             for (int i = 0; i < 2; i++)
                 kmp_json_rounded_numbers(json, NULL, 3, line->at[i], 7);
-            kmp_json_put(json, "] }");
+            kmp_json_end(json);
+            if (line->of > 0)
+                kmp_json_whole(json, "of", line->of);
+            kmp_json_end(json);
         }
         kmp_json_end(json);
         put_slides(json, &p);
         put_railway(json, &p);
-        size_t poses = (size_t)p.frames * (size_t)(p.drawing.body_count - 1);
+        put_flexible(json, &p);
+        size_t poses = (size_t)p.frames * (size_t)p.moving;
         kmp_json_put(json, "frames { count %d", p.frames);
         put_times(json, &p);
         put_places(json, "position", poses, p.position, p.room, 7);

@@ -93,10 +93,20 @@ static void put_all(kmp_text *text, const char *const *lines)
         kmp_text_put(text, *lines);
 }
 
-static void put_scripts(kmp_text *text, const char *const *const *scripts)
+/* Lines of scripts that begin with this mark are for pages with flexible bodies alone. */
+static const char of_flexible[] = "/*FLEXIBLE*/ ";
+
+static void put_scripts(kmp_text *text, const char *const *const *scripts, bool flexible)
 {
     for (; *scripts; scripts++)
-        put_all(text, *scripts);
+        for (const char *const *line = *scripts; *line; line++) {
+            const size_t indent = strspn(*line, " "), mark = sizeof of_flexible - 1;
+            const bool marked = strncmp(*line + indent, of_flexible, mark) == 0;
+            if (!marked)
+                kmp_text_put(text, *line);
+            else if (flexible)
+                kmp_text_printf(text, "%.*s%s", (int)indent, *line, *line + indent + mark);
+        }
 }
 
 /* A line, or what it is the mark of. */
@@ -122,8 +132,11 @@ static kempe_status put_line(kmp_text *text, const kmp_result_page *page, const 
     } else if (is_mark(line, "<!--RECORDS-->")) {
         put_all(text, kmp_records_html);
     } else if (is_mark(line, "/*SCRIPT*/")) {
-        put_scripts(text, common);
-        put_scripts(text, kind->view->scripts);
+        const bool flexible = page->system->model->flexible_count > 0;
+        put_scripts(text, common, flexible);
+        if (flexible)
+            put_all(text, kmp_scene_flexible_js);
+        put_scripts(text, kind->view->scripts, flexible);
     } else if (is_mark(line, "/*DATA*/")) {
         kmp_text_printf(text, "%s\n", page->data.text->s ? page->data.text->s : "");
     } else {

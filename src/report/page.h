@@ -17,7 +17,7 @@ extern const char *const kmp_phrases_js[], *const kmp_plots_js[], *const kmp_rec
 extern const char *const kmp_solids_js[], *const kmp_shapes_js[], *const kmp_scene_webgl_js[];
 extern const char *const kmp_scene_canvas_js[], *const kmp_journal_paths_js[], *const kmp_quantities_js[];
 extern const char *const kmp_running_vehicle_js[], *const kmp_comparison_js[], *const kmp_modes_view_js[];
-extern const char *const kmp_result_js[];
+extern const char *const kmp_result_js[], *const kmp_scene_flexible_js[];
 
 /** A number with a name, in words. */
 typedef struct kmp_page_fact {

@@ -51,6 +51,23 @@ static kempe_status read_shapes(scene *s)
     return read_file(s, KEMPE_ROOT "/tests/models/shapes.yaml");
 }
 
+/* Beams, with a number of a parameter and with none; joints between bodies. */
+static kempe_status read_flexible(scene *s)
+{
+    static const char text[] = "kempe: 1\nparameters: {E: 70 GPa}\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+                               "  a:\n    flexible: {beam: {length: 1, rhoA: 1, EIz: 6}, shapes: {y: 2}, frame: chord, "
+                               "damping: {ratio: 0.1}}\n"
+                               "    points: {A: {station: 0}, B: {station: 1}}\n"
+                               "  b:\n    flexible:\n      beam: {length: 1, young: E, poisson: 0.3, density: 1, "
+                               "section: {rectangle: [1, 2]}}\n"
+                               "      shapes: {y: 1, torsion: 1}\n      raw: yes\n      damping: {ratio: 0.1}\n"
+                               "    points: {A: {station: 0}, B: {station: 0.5, offset: [0, 1, 0]}}\n"
+                               "joints: {A: {revolute: [ground.O, a.A]}, B: {revolute: [a.B, b.A]}}\n";
+    kempe_model *model = NULL;
+    kempe_status status = kempe_model_read_text(s->context, text, "beams.yaml", &model);
+    return drop_model(status, model);
+}
+
 /* A track with a course and waves. */
 static kempe_status read_track(scene *s)
 {
@@ -455,6 +472,7 @@ static const named_stage stages[] = {{"read", read_model},
                                      {"read ROBOTRAN", read_robotran},
                                      {"read its mistakes", read_wrong_robotran},
                                      {"read shapes", read_shapes},
+                                     {"read flexible bodies", read_flexible},
                                      {"read a graph of joints", read_graph},
                                      {"read its mistakes", read_wrong_graph},
                                      {"build", build_model},

@@ -21,6 +21,8 @@ import tempfile
 import threading
 import xml.etree.ElementTree as ElementTree
 
+from quick_cc import quick_compiler
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 try:
@@ -61,15 +63,6 @@ def check(true, *words):
     if not true:
         failures.append(" ".join(str(word) for word in words))
         print("FAIL", failures[-1], flush=True)
-
-
-def quick_compiler(folder):
-    """The C compiler without optimisation, which takes four fifths of its time. Sources that units share are compiled once."""
-    script = folder / "quick_cc"
-    if not script.exists():
-        script.write_text(f'#!/bin/sh\nexec {ROOT}/tests/generate/cc_once {folder} cc "$@" -O0\n')
-        script.chmod(0o755)
-    return script
 
 
 class Unit:

@@ -33,6 +33,7 @@ class Body:
     def __init__(self, name, number):
         self.name, self.number = name, number
         self.mass, self.com, self.inertia, self.points = 0.0, np.zeros(3), np.zeros((3, 3)), {}
+        self.stations = {}  # bodies in place of this one that have some of its points
 
 
 class Joint:
@@ -136,7 +137,7 @@ class Scope:
             place, axes = self.grounds[name]
             return Point(self.base.body, self.base.place + place, axes)
         body = self.mechanism.body(self.full(body))
-        return Point(body.number, *body.points[name]) if name else Point(body.number, np.zeros(3))
+        return Point(body.stations.get(name, body.number), *body.points[name]) if name else Point(body.number, np.zeros(3))
 
 
 def shortest_turn(a, b):

@@ -1,11 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Generated simulators of models, compiled by cc: the table of a motion."""
+"""Generated simulators of models, compiled without optimisation: the table of a motion."""
 import pathlib
 import re
 import shutil
 import subprocess
+import sys
+import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests"))
+from generate.quick_cc import quick_compiler  # noqa: E402
+
+OBJECTS = tempfile.TemporaryDirectory()
 
 
 def table_of(kempe, path, folder, end, tolerance, steps, run):
@@ -16,7 +22,7 @@ def table_of(kempe, path, folder, end, tolerance, steps, run):
     if made.returncode:
         return "", made.stderr.strip(), 0
     name = next(file.name.removesuffix("_simulator.h") for file in sources.glob("*_simulator.h") if file.name != "kempe_simulator.h")
-    made = subprocess.run(["cc", "-std=c99", "-O1", "-ffp-contract=off", f"-I{sources}", f"-DMODEL={name}", f'-DMODEL_HEADER="{name}_simulator.h"',
+    made = subprocess.run([quick_compiler(OBJECTS.name), "-std=c99", "-ffp-contract=off", f"-I{sources}", f"-DMODEL={name}", f'-DMODEL_HEADER="{name}_simulator.h"',
                            "-o", str(sources / "run"), str(ROOT / "tests/generate/simulated_run.c"), *map(str, sources.glob("*.c")), "-lm"],
                           capture_output=True, text=True)
     if made.returncode:

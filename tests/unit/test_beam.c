@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Constants of beams: deformed moments, energies and stations beside numbers of another program (integrals of powers of
- * x in NumPy, by the formulas of docs/theory.md), exact frequencies and compliances, other values of parameters, the
+ * x in NumPy), exact frequencies and compliances, other values of parameters, the
  * parts that are zero, poses of what is attached. */
 #include "loaded.h"
 #include "model/data/flexible.h"
@@ -430,6 +430,55 @@ static const known table[] = {
       0,
       0,
       0}},
+    {"y: 2, z: 2, torsion: 1, axial: 1",
+     "chord",
+     "none",
+     "yes",
+     "yes",
+     {1.77631232332611,
+      0.0737512647510011,
+      0.0387198883157303,
+      1.54560824607975,
+      0.0695088635963527,
+      0.0419428021516216,
+      0.019039609960218,
+      0.0459196374123248,
+      -0.00317141968766848,
+      -0.0472951009989247,
+      -0.19810000536278,
+      0.179981678612741,
+      0.298289800178552,
+      4.68828593947622,
+      0.297173127338822,
+      1.30132770939642,
+      0,
+      0,
+      -0.189234746699125,
+      0.13121070676259,
+      0.077764659493508,
+      0,
+      0.262934788064036,
+      0.542401599191515}},
+    {"y: 2, z: 2, torsion: 1, axial: 1",
+     "chord",
+     "first",
+     "yes",
+     "yes",
+     {1.80470510711309,   0.102282646128117,  0.0902393753714135, 1.59940360997029,     0.0645465209149799,
+      0.0397497692794373, 0.0443420418643915, 0.0944066836151926, -0.00134535570934324, -0.048751924520564,
+      -0.385346905209624, 0.0111886579040647, 0.298289800178552,  4.68828593947622,     0.297173127338822,
+      1.32509174514653,   0.0199331629658727, 0.0481888553960508, -0.185173439946824,   0.107968898481868,
+      0.0744485858914405, 0.0713081247645076, 0.262934788064036,  0.542401599191515}},
+    {"y: 2, z: 2, torsion: 1, axial: 1",
+     "chord",
+     "full",
+     "yes",
+     "yes",
+     {1.80470510711309,   0.102282646128117,  0.0902393753714135, 1.59994052244863,     0.0657382123230269,
+      0.0439851175421612, 0.0452046006170358, 0.0960522184078063, 0.000759689315915083, -0.037704705731666,
+      -0.429764850236579, 0.0332784903102929, 0.437770867891484,  4.68828593947622,     0.297173127338822,
+      1.32509174514653,   0.0199331629658727, 0.0481888553960508, -0.185173439946824,   0.107968898481868,
+      0.0744485858914405, 0.0713081247645076, 0.262934788064036,  0.542401599191515}},
 };
 
 typedef struct state {
@@ -810,6 +859,27 @@ static void small_models(void)
     kempe_model_free(m);
 }
 
+/* Quadratic functions of the whole second order: of the axis as many as its displacements are independent, which are at
+ * most the pairs of shapes; of turned sections six moments. */
+static void functions_of_second_order(void)
+{
+    static const struct {
+        const char *shapes, *frame;
+        int count;
+    } row[] = {{"y: 1", "clamped", 1},     {"y: 2", "chord", 3},
+               {"y: 3", "clamped", 5},     {"y: 3", "chord", 6},
+               {"y: 1, z: 1", "chord", 1}, {"y: 2, z: 2, torsion: 1", "clamped", 3 + 2 + 2 + 6}};
+    for (size_t k = 0; k < sizeof row / sizeof *row; k++) {
+        char more[128];
+        (void)snprintf(more, sizeof more, "      frame: %s\n      stiffening: full\n", row[k].frame);
+        kempe_model *m = read_beam(section, row[k].shapes, more);
+        if (m && m->flexibles->quadratic_count != row[k].count)
+            printf("  %s: %d\n", row[k].shapes, m->flexibles->quadratic_count);
+        CHECK(m && m->flexibles->quadratic_count == row[k].count);
+        kempe_model_free(m);
+    }
+}
+
 /* A body on the end of a deformed rod, in the frame of the chord. */
 static void poses(void)
 {
@@ -836,6 +906,31 @@ static void poses(void)
     kempe_model_free(m);
 }
 
+/* A loop whose start values would else make the tree through the far end. */
+static void the_joint_at_the_far_end_is_cut(void)
+{
+    kempe_model *m =
+        read_text("kempe: 1\nground: {points: {O: [0, 0, 0], Q: [0.5, 0, 0]}}\nbodies:\n"
+                  "  crank: {mass: 1, inertia: {zz: 1}, points: {A: [0, 0, 0], B: [0.2, 0, 0]}}\n"
+                  "  rod:\n    flexible: {beam: {length: 0.5, rhoA: 1, EIz: 6}, shapes: {y: 2}, frame: chord}\n"
+                  "    points: {B: {station: 0 mm}, C: {station: 0.5}}\n"
+                  "  rocker: {mass: 1, inertia: {zz: 1}, points: {C: [0.3, 0, 0], D: [0, 0, 0]}}\n"
+                  "joints:\n  A: {revolute: [ground.O, crank.A]}\n  B: {revolute: [crank.B, rod.B]}\n"
+                  "  C: {revolute: [rod.C, rocker.C]}\n  D: {revolute: [ground.Q, rocker.D]}\n"
+                  "sensors: {s: q(rod.y2)*qd(rod.y1) + q(A)}\nstart: {q: {D: 60 deg, C: 20 deg, rod.y1: 1 mm}}\n");
+    CHECK(m && m->cut_count == 1);
+    if (m)
+        CHECK_TEXT(m->cuts[0].joint, "C");
+    if (m)
+        CHECK_TEXT(m->cuts[0].why, "it does not hold the flexible body at its origin");
+    if (m && m->sensor_count == 1) {
+        const kmp_expr *factors = m->sensors[0].expr->a;
+        CHECK(factors->a->index == 4 && factors->b->kind == KMP_EXPR_QD && factors->b->index == 3);
+        CHECK(m->start.q[3].value == 0.001);
+    }
+    kempe_model_free(m);
+}
+
 int main(void)
 {
     context = kempe_context_new();
@@ -848,7 +943,9 @@ int main(void)
     TEST(other_values);
     TEST(impossible_values);
     TEST(small_models);
+    TEST(functions_of_second_order);
     TEST(poses);
+    TEST(the_joint_at_the_far_end_is_cut);
     kempe_context_free(context);
     return check_report();
 }

@@ -198,7 +198,10 @@ static const struct {
      "bodies: {ball: {joint: {name: z, prismatic: z, at: ground}, mass: 1, points: {C: [0, 0, 0]}}}\n"
      "contacts: {floor: {sphere: ball.C, radius: 0.1, on: {plane: ground.O}, restitution: 0.8}}\n"
      "start: {q: {z: 1.1}}\n",
-     "gap(floor), force(floor), lambda, q, qd, qdd, energy, momentum, momentum(ball)"}};
+     "gap(floor), force(floor), lambda, q, qd, qdd, energy, momentum, momentum(ball)"},
+    {"kempe: 1\ngravity: [0, -9.81, 0]\nbodies:\n  rod:\n    joint: {name: A, revolute: z, at: ground}\n"
+     "    flexible: {beam: {length: 1, rhoA: 1, EIz: 10}, shapes: {y: 2}}\n    points: {tip: {station: 1}}\n",
+     "deflection(rod.tip), position(rod.tip), angular_momentum(rod), q, qd, qdd, energy, momentum(rod)"}};
 
 static void every_output(void)
 {

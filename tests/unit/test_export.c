@@ -299,6 +299,23 @@ static void own_language(void)
     kempe_model_free(own);
 }
 
+static void flexible_bodies(void)
+{
+    static const char *const formats[] = {"urdf+", "sdf", "mjcf"}, *const names[] = {"URDF", "SDFormat", "MJCF"};
+    kempe_model *model = NULL;
+    char *text = NULL, expected[128];
+    CHECK(kempe_model_read_text(context,
+                                "kempe: 1\nbodies: {rod: {joint: {revolute: z, at: ground}, flexible: "
+                                "{beam: {length: 1, rhoA: 1, EIz: 1}, shapes: {y: 1}}}}\n",
+                                "rod.yaml", &model) == KEMPE_OK);
+    for (int k = 0; k < 3 && model; k++) {
+        CHECK(kempe_model_export(model, formats[k], &text) == KEMPE_E_ARGUMENT && !text);
+        (void)snprintf(expected, sizeof expected, "body 'rod' is flexible: %s", names[k]);
+        CHECK(strncmp(kempe_context_message(context), expected, strlen(expected)) == 0);
+    }
+    kempe_model_free(model);
+}
+
 int main(void)
 {
     context = kempe_context_new();
@@ -306,6 +323,7 @@ int main(void)
     TEST(pictures_and_points);
     TEST(what_is_left_out);
     TEST(own_language);
+    TEST(flexible_bodies);
     kempe_context_free(context);
     return check_report();
 }

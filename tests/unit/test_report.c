@@ -9,6 +9,8 @@
 #include "loaded.h"
 #include "model/data/model.h"
 #include "model/data/pose.h"
+#include "model/data/variant.h"
+#include "output/plot.h"
 #include "random.h"
 #include "report/base64.h"
 #include "report/comparison_page.h"
@@ -45,16 +47,13 @@ static kmp_program *positions(const kempe_model *model)
     return program;
 }
 
-static void compare_points(const kempe_model *model, const kmp_pose *poses, const double *wanted)
+static void compare_points(const kempe_model *model, const kmp_pose *poses, const double *q, const double *wanted)
 {
     for (int p = 0; p < model->point_count; p++) {
-        const kmp_point *point = &model->points[p];
-        double at[3] = {point->at[0].value, point->at[1].value, point->at[2].value};
-        const kmp_pose *pose = &poses[point->body];
-        for (int k = 0; k < 3; k++) {
-            double x = pose->p[k] + pose->r[k][0] * at[0] + pose->r[k][1] * at[1] + pose->r[k][2] * at[2];
-            CHECK_NEAR(x, wanted[3 * p + k], 1e-13 * (1 + model->motion_count));
-        }
+        kmp_pose pose;
+        kmp_pose_of_point(model, poses, q, p, &pose);
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR(pose.p[k], wanted[3 * p + k], 1e-13 * (1 + model->motion_count));
     }
 }
 
@@ -70,11 +69,11 @@ static int compare_model(const char *path)
         double *q = KMP_NEW(double, model->motion_count);
         for (int trial = 0; trial < 3; trial++) {
             for (int k = 0; k < model->motion_count; k++)
-                q[k] = between(-2, 2);
+                q[k] = (model->motions[k].elastic ? 0.01 : 1) * between(-2, 2);
             kmp_interpreter_set(run, KMP_IN_Q, q);
             (void)kmp_interpreter_run(run, 0);
             kmp_pose_all(model, q, poses);
-            compare_points(model, poses, kmp_interpreter_run(run, 1));
+            compare_points(model, poses, q, kmp_interpreter_run(run, 1));
         }
         compared = model->point_count;
         kmp_free(q);
@@ -410,6 +409,207 @@ static void drawing_of_a_slider(void)
     unload(&l);
 }
 
+/* -- flexible bodies --------------------------------------------------------------------------------------- */
+
+#define RECTANGLE "young: 70 GPa, poisson: 0.3, density: 2700, section: {rectangle: [20 mm, 30 mm]}"
+
+/* An open chain in space. */
+static const char open_chain[] =
+    "kempe: 1\nparameters: {L: 600 mm}\nbodies:\n"
+    "  arm:\n    joint: {name: M, revolute: z, at: ground}\n"
+    "    flexible: {beam: {length: L, " RECTANGLE "}, shapes: {y: 2, z: 2, torsion: 1}}\n"
+    "    points: {end: {station: L}, mid: {station: L/2}, top: {station: L, offset: [0, 50 mm, 80 mm]}}\n"
+    "  rod:\n    joint: {name: E, revolute: y, at: arm.top}\n"
+    "    flexible: {beam: {length: 500 mm, " RECTANGLE "}, shapes: {y: 2, z: 1}, frame: chord}\n"
+    "    points: {end: {station: 500 mm}, mid: {station: 250 mm}}\n"
+    "  load: {joint: {name: L1, revolute: x, at: rod.end}, mass: 1, com: [0, 0, -0.1], inertia: {xx: 0.01}}\n";
+
+/* A loop with an arm that is clamped, and a rod between pins. */
+static const char closed_loop[] =
+    "kempe: 1\nground: {points: {B: [500 mm, 0, 0]}}\nbodies:\n"
+    "  arm:\n    joint: {name: M, revolute: z, at: ground}\n"
+    "    flexible: {beam: {length: 300 mm, " RECTANGLE "}, shapes: {y: 2}}\n"
+    "    points: {end: {station: 300 mm}, mid: {station: 150 mm}}\n"
+    "  rod:\n    joint: {name: E, revolute: z, at: arm.end}\n"
+    "    flexible: {beam: {length: 400 mm, " RECTANGLE "}, shapes: {y: 1}, frame: chord}\n"
+    "    points: {end: {station: 400 mm}, mid: {station: 200 mm}}\n"
+    "  crank: {joint: {name: C, revolute: z, at: ground.B}, mass: 1, inertia: {zz: 0.01}, points: {P: [0, 200 mm, "
+    "0]}}\n"
+    "loops: {pin: {revolute: [rod.end, crank.P]}}\nstart: {q: {M: 80 deg, E: -70 deg}}\n";
+
+static int point_named(const kempe_model *model, int body, const char *name)
+{
+    int found = -1;
+    for (int p = 0; p < model->point_count; p++)
+        if (model->points[p].body == body && strcmp(model->points[p].name, name) == 0)
+            found = p;
+    CHECK(found >= 0);
+    return found;
+}
+
+/* Place k of 17 of a body's curve, among the poses. */
+static int curve_place(const kmp_drawing *drawing, int body, int k)
+{
+    int first = 0;
+    while (drawing->lines[first].of != body)
+        first++;
+    return k == 0 ? drawing->lines[first].body[0] : drawing->lines[first + k - 1].body[1];
+}
+
+typedef struct drawn {
+    kmp_drawing drawing;
+    kmp_pose *poses;
+    double *shift, *turn;
+} drawn;
+
+static void draw(const kempe_model *model, const double *q, drawn *d)
+{
+    CHECK(kmp_drawing_init(&d->drawing, model, model->body_count));
+    d->poses = KMP_NEW(kmp_pose, model->body_count + d->drawing.place_count);
+    d->shift = KMP_NEW(double, 3 * d->drawing.place_count);
+    d->turn = KMP_NEW(double, 3 * d->drawing.place_count);
+    kmp_drawing_poses(&d->drawing, model, q, d->poses);
+    kmp_drawing_deformation(&d->drawing, model, q, d->poses, d->shift, d->turn);
+}
+
+static void wipe(drawn *d)
+{
+    kmp_drawing_free(&d->drawing);
+    kmp_free(d->poses);
+    kmp_free(d->shift);
+    kmp_free(d->turn);
+}
+
+/* Joint angles of some tenths, deflections of some centimetres. */
+static void bend(const kempe_model *model, double *q)
+{
+    random_seed(7);
+    for (int k = 0; k < model->motion_count; k++)
+        q[k] = (model->motions[k].elastic ? 0.03 : 0.6) * between(0.5, 1.5);
+}
+
+/* Points are drawn where the equations have them, and so are the middles and ends of curves. */
+static void check_places(const kempe_model *model)
+{
+    double q[16] = {0};
+    drawn d;
+    bend(model, q);
+    draw(model, q, &d);
+    kmp_program *program = positions(model);
+    kmp_interpreter *run = kmp_interpreter_new(program);
+    kmp_interpreter_set(run, KMP_IN_Q, q);
+    (void)kmp_interpreter_run(run, 0);
+    const double *wanted = kmp_interpreter_run(run, 1);
+    for (int b = 1; b < 3; b++)
+        for (int k = 8; k <= 16; k += 8) {
+            const int point = point_named(model, b, k == 8 ? "mid" : "end"), place = curve_place(&d.drawing, b, k);
+            const kmp_drawn_point at = kmp_drawing_point(&d.drawing, model, point);
+            CHECK(at.body >= d.drawing.body_count && at.body != place);
+            for (int i = 0; i < 3; i++) {
+                CHECK_NEAR(d.poses[at.body].p[i], wanted[3 * point + i], 1e-14);
+                CHECK_NEAR(d.poses[place].p[i], wanted[3 * point + i], 1e-14);
+            }
+        }
+    kmp_interpreter_free(run);
+    kmp_program_free(program);
+    wipe(&d);
+}
+
+static void curves_are_where_points_are(void)
+{
+    const char *const name = "L";
+    const double longer = 0.85;
+    loaded l = load_text(open_chain), loop = load_text(closed_loop);
+    kempe_model *other = NULL;
+    check_places(l.model);
+    check_places(loop.model);
+    CHECK(kmp_variant_instance(l.model, 1, &name, &longer, &other) == KEMPE_OK);
+    check_places(other);
+    kempe_model_free(other);
+    unload(&l);
+    unload(&loop);
+}
+
+/* The displacement of a place of a curve from x of the body's axis, in the axes of the ground. */
+static void displacement(const drawn *d, int body, int k, double x, double out[3])
+{
+    const kmp_pose *pose = &d->poses[body], *place = &d->poses[curve_place(&d->drawing, body, k)];
+    for (int i = 0; i < 3; i++)
+        out[i] = place->p[i] - pose->p[i] - pose->r[i][0] * x;
+}
+
+static const double *shift_of(const drawn *d, int body, int k)
+{
+    return d->shift + 3 * (ptrdiff_t)(curve_place(&d->drawing, body, k) - d->drawing.body_count);
+}
+
+/* Without loops all of the displacement is deformation, and bodies ride on it. */
+static void chains_deform_as_a_whole(void)
+{
+    loaded l = load_text(open_chain);
+    double q[16] = {0}, u[3];
+    drawn d;
+    bend(l.model, q);
+    draw(l.model, q, &d);
+    for (int k = 0; k <= 16; k++) {
+        displacement(&d, 1, k, 0.6 * k / 16, u);
+        for (int i = 0; i < 3; i++)
+            CHECK_NEAR(shift_of(&d, 1, k)[i], u[i], 1e-14);
+    }
+    CHECK(fabs(u[0]) + fabs(u[1]) + fabs(u[2]) > 0.02);
+    CHECK(d.drawing.rider_count == 2 && d.drawing.riders[0].body == 2 && d.drawing.riders[1].body == 3);
+    for (int k = 0; k < d.drawing.place_count; k++)
+        CHECK(!d.drawing.places[k].held);
+    wipe(&d);
+    unload(&l);
+}
+
+/* In loops the deformation is that between the places that are held, where it is none. */
+static void loops_hold_places(void)
+{
+    const double length[] = {0, 0.3, 0.4};
+    loaded l = load_text(closed_loop);
+    double q[16] = {0}, u[3], end[3];
+    drawn d;
+    bend(l.model, q);
+    draw(l.model, q, &d);
+    for (int b = 1; b < 3; b++) {
+        const int tip = kmp_drawing_point(&d.drawing, l.model, point_named(l.model, b, "end")).body;
+        CHECK(d.drawing.places[tip - d.drawing.body_count].held);
+        displacement(&d, b, 16, length[b], end);
+        for (int k = 0; k <= 16; k++) {
+            displacement(&d, b, k, length[b] * k / 16, u);
+            for (int i = 0; i < 3; i++)
+                CHECK_NEAR(shift_of(&d, b, k)[i], u[i] - end[i] * k / 16, 1e-14);
+        }
+        for (int i = 0; i < 3; i++)
+            CHECK_NEAR(d.shift[3 * (tip - d.drawing.body_count) + i], 0, 0);
+        CHECK(fabs(shift_of(&d, b, 8)[0]) + fabs(shift_of(&d, b, 8)[1]) > 0.002);
+    }
+    wipe(&d);
+    unload(&l);
+}
+
+/* A still picture has the pieces, in the colour of their body. */
+static void still_pictures_have_pieces(void)
+{
+    loaded l = load_text(open_chain);
+    double q[16] = {0};
+    kmp_text svg = {0};
+    bend(l.model, q);
+    CHECK(kmp_mechanism_picture(&svg, l.model, q, 200));
+    char words[64];
+    for (int b = 1; b < 3; b++) {
+        int count = 0;
+        (void)snprintf(words, sizeof words, "fill=\"none\" stroke=\"%s\"", kmp_plot_colour(b - 1));
+        for (const char *s = svg.s; (s = strstr(s, words)); s++)
+            count++;
+        CHECK(count == (b == 1 ? 17 : 16)); /* and one to the point beside the arm */
+    }
+    kmp_text_free(&svg);
+    unload(&l);
+}
+
 /* -- the page ---------------------------------------------------------------------------------------------- */
 
 static char folder[] = "/tmp/kempe_report_XXXXXX";
@@ -494,6 +694,10 @@ int main(void)
     TEST(a_spin_is_shown_whole);
     TEST(happenings_are_kept);
     TEST(drawing_of_a_slider);
+    TEST(curves_are_where_points_are);
+    TEST(chains_deform_as_a_whole);
+    TEST(loops_hold_places);
+    TEST(still_pictures_have_pieces);
     if (!mkdtemp(folder) || setenv("KEMPE_JAVASCRIPT", folder, 1) != 0)
         return 1;
     TEST(page_holds_together);

@@ -266,10 +266,15 @@ static kempe_status choose_as_assembled(beginning *b)
         if (s->model->start.hold[i])
             b->hold[b->held++] = i;
     bool near = b->m > 0 && (long)b->m * b->n <= LARGE && is_nearly_closed(b);
-    kempe_status status = kmp_linear_choose(l, 0, b->a->q, b->hold, b->held);
+    /* Deformations that hold are some of the independent coordinates, beside those that the user holds. */
+    kempe_status status = s->model->start.keeps_deformation ? kmp_linear_prefer(l, 0, b->a->q, b->held, b->hold)
+                                                            : kmp_linear_choose(l, 0, b->a->q, b->hold, b->held);
     if (status == KEMPE_E_MEMORY)
         return status;
-    if (status != KEMPE_OK)
+    bool independent = status == KEMPE_OK;
+    for (int k = 0; independent && k < b->held; k++)
+        independent = kmp_linear_place(l, b->hold[k]) >= 0;
+    if (!independent)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "the start has no derivative with respect to parameters: not all held coordinates can be "
                         "independent there; hold others, as many as the degrees of freedom (start: hold)");

@@ -348,6 +348,12 @@ static kempe_status prepare(job *j)
         if (!(numbers[k] >= 0 && isfinite(numbers[k])))
             return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is expected", names[k],
                             numbers[k]);
+    if (j->system->model->flexible_count > 0)
+        return kmp_fail(
+            j->context, KEMPE_E_ARGUMENT,
+            "inverse dynamics: body '%s' is flexible, and its deformation follows from the motion; simulate the "
+            "model with drives, whose multipliers are the actuator forces",
+            j->system->model->bodies[j->system->model->flexibles[0].body].name);
     KMP_TRY(choose_motion(j));
     KMP_TRY(kmp_coordinates_read(j->system->model, "actuators", j->options->actuators, r->actuator, &r->a));
     if (r->a == 0) {

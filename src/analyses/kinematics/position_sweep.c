@@ -174,13 +174,27 @@ static kempe_status read_speed(const kempe_kinematics *k, const char *speed, dou
     return status;
 }
 
+/* Flexible bodies keep the deformation of the assembled position, unless it is swept. */
+static void hold_elastic(kempe_kinematics *k)
+{
+    const kempe_model *model = k->system->model;
+    const int given = k->parameter_count;
+    for (int i = 0; i < model->motion_count; i++) {
+        bool free = model->motions[i].elastic;
+        for (int p = 0; p < given; p++)
+            free = free && k->parameter[p].coordinate != i;
+        if (free)
+            k->parameter[k->parameter_count++] = (kmp_sweep_parameter){.coordinate = i};
+    }
+}
+
 static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options *options, const kmp_ranges *ranges)
 {
     char **held, **released;
     int hold_count = kmp_text_words(&k->arena, options->hold, &held);
     int release_count = kmp_text_words(&k->arena, options->release, &released);
     k->parameter =
-        KMP_ARENA_NEW(&k->arena, kmp_sweep_parameter, ranges->count + hold_count + k->system->model->state_count);
+        KMP_ARENA_NEW(&k->arena, kmp_sweep_parameter, ranges->count + hold_count + k->system->model->motion_count);
     k->released = KMP_ARENA_NEW(&k->arena, bool, k->system->model->closure_count);
     KMP_TRY(kmp_made(k->system->context, !k->arena.failed));
     KMP_TRY(add_ranges(k, ranges));
@@ -190,6 +204,7 @@ static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options
         if (k->time == k->parameter_count - 1)
             return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "the time cannot be held: without a sweep it is 0");
     }
+    hold_elastic(k);
     /* States keep their values: the integrals that stand for them move nothing, and rest. */
     const kempe_model *model = k->system->model;
     for (int i = 0; i < model->state_count; i++)

@@ -577,6 +577,11 @@ static void load_elastic(kmp_articulated *a, int i, const kmp_ref *effort, kmp_w
     }
 }
 
+static bool is_innermost(const kmp_articulated *a, int i)
+{
+    return a->region[i] > 0 && i == a->elastic[a->region[i] - 1].of->innermost;
+}
+
 /* Accelerations of a flexible body's coordinates from that of the innermost link before it moves by them. */
 static void accelerate_elastic(const kmp_articulated *a, int i, const kmp_wrench *m,
                                const kmp_articulated_result *result)
@@ -652,7 +657,7 @@ static void pass_acceleration(const kmp_articulated *a, int i, const kmp_articul
     const kmp_link *link = &a->tree->links[i];
     kmp_wrench *m = &a->down[i];
     *m = carried_acceleration(a->tree, i, &a->down[link->parent]);
-    if (a->region[i] > 0 && i == a->elastic[a->region[i] - 1].of->innermost)
+    if (is_innermost(a, i))
         accelerate_elastic(a, i, m, result);
     kmp_ref *along = kmp_wrench_along(link, m);
     for (int e = 0; link->guide && e < link->guide->count; e++)
@@ -681,7 +686,7 @@ static void sweep_outwards(kmp_articulated *a, const kmp_articulated_result *res
         for (int e = a->first[i]; e < a->first[i + 1]; e++)
             if (a->home[a->at[e].row] != i)
                 pushed = kmp_add(g, pushed, kmp_mul(g, a->at[e].share, result->lambda[a->at[e].row]));
-        if (a->first[i] == a->first[i + 1] && rests(g, h, qdd[motion])) {
+        if (a->first[i] == a->first[i + 1] && a->region[i] == 0 && rests(g, h, qdd[motion])) {
             m[i] = *h;
             if (result->open)
                 result->open[motion] = qdd[motion];
@@ -700,6 +705,8 @@ static void sweep_outwards(kmp_articulated *a, const kmp_articulated_result *res
             qdd[motion] = kmp_neg(qdd[motion]);
         if (result->open)
             result->open[motion] = link->reversed ? kmp_neg(open) : open;
+        if (is_innermost(a, i))
+            accelerate_elastic(a, i, &m[i], result);
         find_multipliers(a, i, &m[i], result->lambda);
     }
 }

@@ -28,7 +28,7 @@ typedef struct kmp_carried_row {
 typedef struct kmp_articulated_elastic {
     const kmp_deformation *of;
     int frame;
-    kmp_wrench *at; /* count x links of the body: until they are eliminated at the innermost one */
+    kmp_wrench *at;             /* count x links of the body: until they are eliminated at the innermost one */
     kmp_ref *inertia, *inverse; /* count x count; count */
     kmp_ref *row;               /* rows x count */
     kmp_ref *force;             /* count: what is left of the generalized force, of a solve */

@@ -27,6 +27,9 @@ typedef struct kmp_station {
     kmp_number *turn_more;  /* 3 x n x n, symmetric: second derivatives */
 } kmp_station;
 
+/** The numbers of a beam before its constants are made (model/flexible/beam.h). */
+typedef struct kmp_beam kmp_beam;
+
 typedef struct kmp_flexible {
     int body;
     int first, count;    /* its coordinates q: motions of the model; n */
@@ -49,6 +52,7 @@ typedef struct kmp_flexible {
     bool moved;            /* the place of its joint, station 0, moves or turns with q; otherwise it is at the origin */
     int station_count;
     kmp_station *stations;
+    const kmp_beam *beam; /* without its stations */
 } kmp_flexible;
 
 /** Numbers of a body of these counts, and of its stations: the pointers go to `numbers`, which may be NULL, and

@@ -62,8 +62,7 @@ static double quadratic_value(const kmp_number *a, const kmp_number *more, int c
     return sum;
 }
 
-/* Turns as a station of a flexible body does, and moves there. */
-static void move_to_station(const kmp_flexible *flexible, const kmp_station *station, const double *q, kmp_pose *pose)
+void kmp_pose_to_station(const kmp_flexible *flexible, const kmp_station *station, const double *q, kmp_pose *pose)
 {
     static const double axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     const double *own = q + flexible->first;
@@ -84,7 +83,7 @@ static void move_to_point(const kempe_model *model, const kmp_point *point, cons
         return;
     }
     const kmp_flexible *flexible = &model->flexibles[model->bodies[point->body].flexible - 1];
-    move_to_station(flexible, &flexible->stations[point->station - 1], q, pose);
+    kmp_pose_to_station(flexible, &flexible->stations[point->station - 1], q, pose);
     move_to(pose, point->offset, 1);
 }
 
@@ -95,7 +94,7 @@ static void leave_station(const kempe_model *model, const kmp_body *body, const 
     kmp_pose own = {.r = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     if (!flexible || !flexible->moved)
         return;
-    move_to_station(flexible, &flexible->stations[0], q, &own);
+    kmp_pose_to_station(flexible, &flexible->stations[0], q, &own);
     turn(pose->r, &own.r[0][0], true);
     move(pose, own.p, -1);
 }

@@ -16,6 +16,7 @@ typedef struct kmp_start {
     kmp_number *q, *qd; /* n each, 0 where not given */
     bool *q_given, *qd_given;
     bool *hold;
+    bool keeps_deformation; /* some hold because they are deformations, which the user did not say */
     kmp_goal *goals;
     int goal_count;
 } kmp_start;

@@ -3,11 +3,12 @@
  * model. A displacement of a coordinate in metres is dimensionless: it has one power of the length less than that of an
  * angle.
  *
- * Quadratic functions of the coordinates. Full: the axis' displacement r2 in shifted Legendre polynomials P_j of each
- * direction, whose integrals of products are diagonal. First: without products of second order only the moments of r2
- * count, each of which is one function. In both, the turn R2 of the sections counts by its second moments alone. */
+ * Quadratic functions of the coordinates. Full: the axis' displacement r2 along x, y and z in a basis of orthogonal
+ * polynomials each. First: without products of second order only the moments of r2 count, each of which is one
+ * function. In both, the turn R2 of the sections counts by its second moments alone. */
 #include "model/flexible/beam.h"
 #include "model/flexible/beam_fields.h"
+#include "model/language/expression_value.h"
 #include <math.h>
 
 /* A pair of shapes, and the numbers of a power of the length. */
@@ -19,13 +20,15 @@ typedef struct maker {
     const kmp_beam *beam;
     kmp_flexible *to;
     kmp_beam_shape *shapes;
-    kmp_beam_second *second; /* of shapes k <= l, by l (l + 1)/2 + k */
+    kmp_beam_second *second;  /* of shapes k <= l, by l (l + 1)/2 + k */
+    kmp_beam_basis *basis;    /* of the displacements of second order along x, y, z */
+    kmp_beam_amount *amounts; /* room for as many */
     kmp_number power[POWERS];
     kmp_number part[KMP_BEAM_PARTS];
     int used; /* quadratic functions that are made */
 } maker;
 
-static const kmp_polynomial one = {.count = 1, .c = {1}};
+static const kmp_polynomial one = {.count = 1, .c = {1}}, place = {.count = 2, .c = {0.5, 0.5}};
 
 static kmp_number power(const maker *m, int exponent)
 {
@@ -91,7 +94,6 @@ static int section_part(int c, int a, int *component)
 
 static void put_place(const maker *m, int k)
 {
-    static const kmp_polynomial place = {.count = 2, .c = {0.5, 0.5}};
     const kmp_beam *b = m->beam;
     const kmp_beam_shape *shape = &m->shapes[k];
     const int less = metres(m, k);
@@ -156,7 +158,7 @@ static void put_stiffness(const maker *m, int k, int l)
 /* Modes have no mass or stiffness between them. Numbers that follow parameters have it for other values of these. */
 static void clear_between_modes(const maker *m, int k, int l)
 {
-    const int n = m->to->count + m->to->quadratic_count, own = m->shapes[k].family;
+    const int n = m->to->count + m->to->quadratic_count, own = (int)m->shapes[k].family;
     const int along = own == KMP_BEAM_AXIAL ? 0 : 1 + own; /* of the axis' displacement */
     kmp_number *t = m->to->by_field + 9 * ((ptrdiff_t)n * k + l), *stiffness = &m->to->stiffness[m->to->count * k + l];
     const bool fixed = !t[0].expr && !t[4].expr && !t[8].expr;
@@ -196,14 +198,14 @@ static void put_first_order(const maker *m)
 
 /* The next function: factor length^exponent times q' A q, with these amounts in A, in the order of `second`. Its number
  * among all fields; -1: it is zero. While functions are counted there is no room for it. */
-static int put_quadratic(maker *m, const kmp_beam_amount *amounts, double least, kmp_number factor, int exponent)
+static int put_quadratic(maker *m, const kmp_beam_amount *amounts, kmp_number factor, int exponent)
 {
     const int n = m->to->count;
     double largest = 0;
     for (int i = 0; i < n * (n + 1) / 2; i++)
         for (int p = 0; p < KMP_BEAM_PARTS; p++)
             largest = fmax(largest, fabs(amounts[i].part[p]));
-    if (is_nothing(factor) || !(largest > least))
+    if (is_nothing(factor) || largest == 0)
         return -1;
     const int own = m->used++;
     if (!m->to->numbers)
@@ -218,74 +220,61 @@ static int put_quadratic(maker *m, const kmp_beam_amount *amounts, double least,
     return n + own;
 }
 
-/* Integrals of the field P_j along axis c, which is number `own` of all fields; `same`: of the fields P_j along the
- * other axes, 0 where there is none yet. */
-static void put_axis_field(const maker *m, int own, int c, int j, int same[3])
+/* Products of two functions of the basis along c and a, which are numbers `own` and `other` of all fields. */
+static void put_axis_product(const maker *m, int own, int other, int c, int a, double mean)
 {
-    const kmp_number by_length = scaled(m, m->beam->line_mass, 1);
+    const kmp_number product = kmp_number_scale(m->arena, mean, scaled(m, m->beam->line_mass, 1));
+    const ptrdiff_t all = m->to->count + m->to->quadratic_count;
+    m->to->by_field[9 * (all * own + other) + 3 * c + a] = product;
+    m->to->by_field[9 * (all * other + own) + 3 * a + c] = product;
+}
+
+/* Integrals of a function of the basis along axis c, which is number `own` of all fields. */
+static void put_axis_field(const maker *m, int own, int c, const kmp_polynomial *function)
+{
     const int n = m->to->count, all = n + m->to->quadratic_count;
-    kmp_polynomial legendre = {.count = j + 1};
-    legendre.c[j] = 1;
-    same[c] = own;
-    if (j == 0)
-        m->to->field[3 * own + c] = by_length;
-    if (j < 2)
-        m->to->by_place[9 * own + 3 * c] =
-            kmp_number_scale(m->arena, j == 0 ? 0.5 : 1 / 6.0, scaled(m, m->beam->line_mass, 2));
-    for (int a = 0; a < 3; a++)
-        if (same[a] > 0) {
-            const kmp_number square = kmp_number_scale(m->arena, 1.0 / (2 * j + 1), by_length);
-            m->to->by_field[9 * ((ptrdiff_t)all * own + same[a]) + 3 * c + a] = square;
-            m->to->by_field[9 * ((ptrdiff_t)all * same[a] + own) + 3 * a + c] = square;
-        }
+    m->to->field[3 * own + c] =
+        kmp_number_scale(m->arena, kmp_polynomial_mean(function, &one), scaled(m, m->beam->line_mass, 1));
+    m->to->by_place[9 * own + 3 * c] =
+        kmp_number_scale(m->arena, kmp_polynomial_mean(function, &place), scaled(m, m->beam->line_mass, 2));
     for (int k = 0; k < n; k++)
         for (int b = 0; b < 3; b++) {
-            const kmp_beam_amount sum = kmp_beam_field_mean_with(&m->shapes[k].way[b], &legendre);
+            const kmp_beam_amount sum = kmp_beam_field_mean_with(&m->shapes[k].way[b], function);
             const kmp_number number = number_of(m, scaled(m, m->beam->line_mass, 2 - metres(m, k)), &sum);
             m->to->by_field[9 * ((ptrdiff_t)all * own + k) + 3 * c + b] = number;
             m->to->by_field[9 * ((ptrdiff_t)all * k + own) + 3 * b + c] = number;
         }
 }
 
-/* Coefficients of P_j in the axis' displacement along c, for all pairs; what is within the rounding of the largest one
- * of all is zero. */
-static void take_coefficients(const maker *m, int c, int j, double largest, kmp_beam_amount *amounts)
+static void put_whole_axis(maker *m)
 {
-    for (int i = 0; i < m->to->count * (m->to->count + 1) / 2; i++)
-        for (int p = 0; p < KMP_BEAM_PARTS; p++) {
-            const kmp_polynomial *way = &m->second[i].way[c].part[p];
-            const double value = j < way->count ? way->c[j] : 0;
-            amounts[i].part[p] = fabs(value) > 1e-15 * largest ? value : 0;
+    const int pairs = m->to->count * (m->to->count + 1) / 2;
+    int first[3];
+    for (int c = 0; c < 3; c++) {
+        const kmp_beam_basis *basis = &m->basis[c];
+        first[c] = m->to->count + m->used;
+        for (int j = 0; j < basis->count; j++) {
+            const int own = put_quadratic(m, basis->part + (ptrdiff_t)j * pairs, (kmp_number){.value = 1}, 1);
+            if (own < 0)
+                continue;
+            put_axis_field(m, own, c, &basis->function[j]);
+            put_axis_product(m, own, own, c, c, kmp_polynomial_mean(&basis->function[j], &basis->function[j]));
+            for (int a = 0; a < c; a++)
+                for (int k = 0; k < m->basis[a].count; k++)
+                    put_axis_product(m, own, first[a] + k, c, a,
+                                     kmp_polynomial_mean(&basis->function[j], &m->basis[a].function[k]));
         }
-}
-
-static void put_whole_axis(maker *m, kmp_beam_amount *amounts)
-{
-    double largest = 0;
-    for (int i = 0; i < m->to->count * (m->to->count + 1) / 2; i++)
-        for (int p = 0; p < 3 * KMP_BEAM_PARTS; p++) {
-            const kmp_polynomial *way = &m->second[i].way[p / KMP_BEAM_PARTS].part[p % KMP_BEAM_PARTS];
-            for (int j = 0; j < way->count; j++)
-                largest = fmax(largest, fabs(way->c[j]));
-        }
-    for (int j = 0; j < KMP_POLYNOMIAL_ROOM; j++)
-        for (int c = 0, same[3] = {0}; c < 3; c++) {
-            take_coefficients(m, c, j, largest, amounts);
-            const int own = put_quadratic(m, amounts, 1e-13 * largest, (kmp_number){.value = 1}, 1);
-            if (own >= 0)
-                put_axis_field(m, own, c, j, same);
-        }
+    }
 }
 
 /* One function for each component of the axis' first moment and of its moment by x. */
 static void put_moments_of_axis(maker *m, kmp_beam_amount *amounts)
 {
-    static const kmp_polynomial place = {.count = 2, .c = {0.5, 0.5}};
     for (int by_x = 0; by_x < 2; by_x++)
         for (int c = 0; c < 3; c++) {
             for (int i = 0; i < m->to->count * (m->to->count + 1) / 2; i++)
                 amounts[i] = kmp_beam_field_mean_with(&m->second[i].way[c], by_x ? &place : &one);
-            const int own = put_quadratic(m, amounts, 0, m->beam->line_mass, 2 + by_x);
+            const int own = put_quadratic(m, amounts, m->beam->line_mass, 2 + by_x);
             if (own >= 0 && by_x)
                 m->to->by_place[9 * own + 3 * c] = (kmp_number){.value = 1};
             else if (own >= 0)
@@ -299,7 +288,7 @@ static void put_moments_of_sections(maker *m, kmp_beam_amount *amounts)
         for (int c = 1; c < 3; c++) {
             for (int i = 0; i < m->to->count * (m->to->count + 1) / 2; i++)
                 amounts[i] = m->second[i].section[a][c - 1];
-            const int own = put_quadratic(m, amounts, 0, m->beam->section_mass[c - 1], 1);
+            const int own = put_quadratic(m, amounts, m->beam->section_mass[c - 1], 1);
             if (own >= 0)
                 m->to->by_place[9 * own + 3 * a + c] = (kmp_number){.value = 1};
         }
@@ -309,7 +298,7 @@ static void put_second_order(maker *m, kmp_beam_amount *amounts)
 {
     m->used = 0;
     if (m->beam->stiffening == KMP_STIFFENING_FULL)
-        put_whole_axis(m, amounts);
+        put_whole_axis(m);
     if (m->beam->stiffening == KMP_STIFFENING_FIRST)
         put_moments_of_axis(m, amounts);
     if (m->beam->stiffening != KMP_STIFFENING_NONE)
@@ -429,20 +418,31 @@ static void make_factors(maker *m)
     m->part[5] = kmp_number_times(m->arena, m->part[2], m->part[2]);
 }
 
-static bool make_all(maker *m)
+/* The shapes of both orders. */
+static bool make_shapes(maker *m)
 {
-    kmp_flexible *to = m->to;
-    const int n = to->count, pairs = n * (n + 1) / 2;
-    kmp_beam_amount *amounts;
+    const int n = m->to->count, pairs = n * (n + 1) / 2;
     make_factors(m);
     if (!KMP_ARENA_MAKE(&m->scratch, KMP_ROOM(kmp_beam_shape, n, &m->shapes),
-                        KMP_ROOM(kmp_beam_second, pairs, &m->second), KMP_ROOM(kmp_beam_amount, pairs, &amounts)) ||
+                        KMP_ROOM(kmp_beam_second, pairs, &m->second), KMP_ROOM(kmp_beam_amount, pairs, &m->amounts),
+                        KMP_ROOM(kmp_beam_basis, 3, &m->basis)) ||
         !kmp_beam_shapes(m->beam, (const double[]){m->part[1].value, m->part[2].value}, m->shapes))
         return false;
     for (int l = 0, i = 0; l < n && m->beam->stiffening != KMP_STIFFENING_NONE; l++)
         for (int k = 0; k <= l; k++, i++)
             kmp_beam_second_order(&m->shapes[k], &m->shapes[l], &m->second[i]);
-    put_second_order(m, amounts);
+    return true;
+}
+
+static bool make_all(maker *m)
+{
+    kmp_flexible *to = m->to;
+    if (!make_shapes(m))
+        return false;
+    for (int c = 0; c < 3 && m->beam->stiffening == KMP_STIFFENING_FULL; c++)
+        if (!kmp_beam_basis_of(&m->scratch, to->count * (to->count + 1) / 2, m->second, c, &m->basis[c]))
+            return false;
+    put_second_order(m, m->amounts);
     to->quadratic_count = m->used;
     kmp_flexible_lay(to, NULL);
     kmp_number *numbers = KMP_ARENA_NEW(m->arena, kmp_number, to->number_count);
@@ -451,12 +451,20 @@ static bool make_all(maker *m)
     kmp_flexible_lay(to, numbers);
     put_rigid(m);
     put_first_order(m);
-    put_second_order(m, amounts);
+    put_second_order(m, m->amounts);
     put_damping(m);
     for (int k = 0; k < to->station_count; k++)
         put_station(m, &to->stations[k], m->beam->stations[k]);
     to->moved = kmp_station_moves(to, &to->stations[0]);
     return !m->arena->failed;
+}
+
+static bool are_finite(const kmp_flexible *flexible)
+{
+    bool finite = true;
+    for (int k = 0; k < flexible->number_count; k++)
+        finite = finite && isfinite(flexible->numbers[k].value);
+    return finite;
 }
 
 bool kmp_beam_make(kmp_arena *arena, const kmp_beam *beam, kmp_flexible *flexible)
@@ -470,6 +478,27 @@ bool kmp_beam_make(kmp_arena *arena, const kmp_beam *beam, kmp_flexible *flexibl
     flexible->station_count = beam->station_count;
     flexible->stations = KMP_ARENA_NEW(arena, kmp_station, beam->station_count);
     const bool made = flexible->stations && make_all(&m);
+    arena->failed = arena->failed || m.scratch.failed;
     kmp_arena_free(&m.scratch);
-    return made;
+    return made && are_finite(flexible);
+}
+
+kmp_station *kmp_beam_stations(kmp_arena *arena, const kmp_flexible *flexible, const double *parameters, int count)
+{
+    const kmp_beam *beam = flexible->beam;
+    kmp_flexible own = {.count = flexible->count, .station_count = count};
+    maker m = {.arena = arena, .beam = beam, .to = &own};
+    own.stations = KMP_ARENA_NEW(arena, kmp_station, count);
+    kmp_flexible_lay(&own, NULL);
+    kmp_number *numbers = KMP_ARENA_NEW(arena, kmp_number, own.number_count);
+    bool made = own.stations && numbers && make_shapes(&m);
+    if (made)
+        kmp_flexible_lay(&own, numbers);
+    for (int k = 0; made && k < count; k++)
+        put_station(&m, &own.stations[k], kmp_number_scale(arena, k / fmax(count - 1, 1), beam->length));
+    for (int k = 0; made && k < own.number_count; k++)
+        if (own.numbers[k].expr)
+            own.numbers[k].value = kmp_expr_value(own.numbers[k].expr, parameters);
+    kmp_arena_free(&m.scratch);
+    return made && !arena->failed ? own.stations : NULL;
 }

@@ -18,7 +18,7 @@ typedef enum kmp_beam_family {
 enum { KMP_BEAM_MOST = 12 }; /* shapes of a family */
 
 /** A beam along x from the body's origin, with y and z along the principal axes of its sections. */
-typedef struct kmp_beam {
+struct kmp_beam {
     kmp_number length;
     kmp_number line_mass;       /* kg/m */
     kmp_number section_mass[2]; /* kg m: the second moments rho int y^2 and rho int z^2 of a section; without rotary
@@ -34,8 +34,12 @@ typedef struct kmp_beam {
     kmp_number rayleigh[2]; /* damping = [0] mass + [1] stiffness */
     int station_count;
     const kmp_number *stations; /* their x; the first is 0 */
-} kmp_beam;
+};
 
 /** Makes the numbers and stations of a flexible body in the arena, for coordinates in the order of the families; body,
- * first and names are the caller's. False: no memory. */
+ * first and names are the caller's. False: no memory, which the arena has, or numbers that are not finite. */
 bool kmp_beam_make(kmp_arena *arena, const kmp_beam *beam, kmp_flexible *flexible);
+
+/** Stations of a body that is a beam, evenly spaced from end to end, in the arena: for pictures. `parameters`: values
+ * of all parameters of the model. NULL: no memory. */
+kmp_station *kmp_beam_stations(kmp_arena *arena, const kmp_flexible *flexible, const double *parameters, int count);

@@ -421,3 +421,70 @@ void kmp_beam_second_angles(const kmp_beam_shape *a, const kmp_beam_shape *b, km
     add_angles(a, b, angle);
     add_angles(b, a, angle);
 }
+
+/* -- a basis of second order ------------------------------------------------------------------------- */
+
+/* By Gram and Schmidt, the largest remainder first (Golub and Van Loan 2013, section 5.4.2): most displacements are
+ * sums of few functions of the basis, and the first one is its multiple. */
+
+/* Remainders within this part of the largest displacement are rounding. */
+#define REMAINDER 1e-13
+
+static double size_of(const kmp_polynomial *p)
+{
+    return sqrt(kmp_polynomial_mean(p, p));
+}
+
+/* Takes a multiple of a function off from a polynomial; returns it. */
+static double take_off(kmp_polynomial *from, const kmp_polynomial *function, double square, double least)
+{
+    const double part = kmp_polynomial_mean(from, function) / square;
+    if (fabs(part) * sqrt(square) <= least)
+        return 0;
+    kmp_polynomial_add(from, -part, function);
+    return part;
+}
+
+/* The largest remainder, without what it has of the functions before it. */
+static kmp_polynomial next_function(const kmp_beam_basis *basis, const kmp_polynomial *largest)
+{
+    kmp_polynomial next = *largest;
+    for (int k = 0; k < basis->count; k++)
+        (void)take_off(&next, &basis->function[k], kmp_polynomial_mean(&basis->function[k], &basis->function[k]), 0);
+    return next;
+}
+
+bool kmp_beam_basis_of(kmp_arena *arena, int pairs, const kmp_beam_second *second, int c, kmp_beam_basis *basis)
+{
+    const int count = pairs * KMP_BEAM_PARTS;
+    kmp_polynomial *rest = KMP_ARENA_NEW(arena, kmp_polynomial, count);
+    double size = 0, found = 0;
+    basis->count = 0;
+    basis->part = KMP_ARENA_NEW(arena, kmp_beam_amount, KMP_POLYNOMIAL_ROOM * pairs);
+    if (!rest || !basis->part)
+        return false;
+    for (int i = 0; i < count; i++) {
+        rest[i] = second[i / KMP_BEAM_PARTS].way[c].part[i % KMP_BEAM_PARTS];
+        size = fmax(size, size_of(&rest[i]));
+    }
+    for (; size > 0 && basis->count < KMP_POLYNOMIAL_ROOM; basis->count++) {
+        int largest = 0;
+        found = 0;
+        for (int i = 0; i < count; i++)
+            if (size_of(&rest[i]) > found * (1 + REMAINDER)) {
+                largest = i;
+                found = size_of(&rest[i]);
+            }
+        if (found <= REMAINDER * size)
+            break;
+        kmp_polynomial *function = &basis->function[basis->count];
+        *function = next_function(basis, &rest[largest]);
+        const double square = kmp_polynomial_mean(function, function);
+        kmp_beam_amount *own = basis->part + (ptrdiff_t)basis->count * pairs;
+        for (int i = 0; i < count; i++)
+            own[i / KMP_BEAM_PARTS].part[i % KMP_BEAM_PARTS] =
+                i == largest ? 1 : take_off(&rest[i], function, square, REMAINDER * size / 100);
+        rest[largest].count = 0;
+    }
+    return true;
+}

@@ -60,3 +60,13 @@ typedef struct kmp_beam_second {
 
 void kmp_beam_second_order(const kmp_beam_shape *a, const kmp_beam_shape *b, kmp_beam_second *second);
 void kmp_beam_second_angles(const kmp_beam_shape *a, const kmp_beam_shape *b, kmp_beam_field angle[3]);
+
+/** Orthogonal polynomials whose sums the displacements of second order along one axis are, for all pairs of shapes. */
+typedef struct kmp_beam_basis {
+    int count;
+    kmp_polynomial function[KMP_POLYNOMIAL_ROOM];
+    kmp_beam_amount *part; /* count x pairs: of each function in the displacement of each pair */
+} kmp_beam_basis;
+
+/** The basis along axis c, with as few functions as the displacements have; false: no memory. */
+bool kmp_beam_basis_of(kmp_arena *arena, int pairs, const kmp_beam_second *second, int c, kmp_beam_basis *basis);

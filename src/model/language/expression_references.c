@@ -52,9 +52,11 @@ const kmp_expr *kmp_parse_coordinate(kmp_parser *p, const char *where, kmp_expr_
     size_t n = kmp_parse_word_length(start);
     if (n == 0)
         return kmp_parse_wanted(p, "the name of a coordinate");
-    if (start[n] == '.' && is_digit(start[n + 1]))
+    if (start[n] == '.' && is_digit(start[n + 1])) /* JOINT.1, or BODY.y1 of a flexible body */
         for (n++; is_digit(start[n]);)
             n++;
+    else if (start[n] == '.' && kmp_parse_word_length(start + n + 1) > 0)
+        n += 1 + kmp_parse_word_length(start + n + 1);
     const char *name = kmp_parse_copy(p, n);
     int index = name ? p->scope->coordinate(p->scope->user, name) : -1;
     const kmp_expr *cut = name && index < 0 && p->scope->cut ? p->scope->cut(p->scope->user, name) : NULL;

@@ -219,12 +219,16 @@ static int depth_beyond(const kmp_linkage *g, const kmp_edge *edge)
 static bool goes_before(const kmp_linkage *g, int a, int b)
 {
     int rank = rank_of(&g->edges[a]) - rank_of(&g->edges[b]), depth = g->reach[a] - g->reach[b];
+    if (g->edges[a].last != g->edges[b].last)
+        return g->edges[b].last;
     return rank != 0 ? rank > 0 : depth != 0 ? depth < 0 : a < b;
 }
 
 static void let_wait(kmp_linkage *g, int e)
 {
     int k = g->waiting_count++;
+    kmp_edge *edge = &g->edges[e];
+    edge->last = !edge->stays && edge->off[is_reached(g, edge->body[0]) ? 1 : 0];
     g->reach[e] = depth_beyond(g, &g->edges[e]);
     for (; k > 0 && goes_before(g, e, g->waiting[(k - 1) / 2]); k = (k - 1) / 2)
         g->waiting[k] = g->waiting[(k - 1) / 2];
@@ -385,6 +389,8 @@ const char *kmp_linkage_why(kmp_reader *r, kmp_linkage *g, const kmp_edge *cut)
         return "the model prescribes it (cut: yes)";
     if (cut->requested)
         return kmp_reader_say(r, "%s needs its reaction", cut->requested);
+    if (cut->last)
+        return "it does not hold the flexible body at its origin";
     int count = kmp_linkage_path(g, cut->body[0], cut->body[1]);
     for (int k = 0; k < count; k++) {
         const kmp_edge *edge = &g->edges[g->path[k]];
@@ -419,6 +425,8 @@ typedef struct search {
 static kmp_edge *find_edge(const search *s, int file, const char *text, size_t length)
 {
     const char *dot = memchr(text, '.', length);
+    if (dot && !isdigit((unsigned char)dot[1])) /* of a flexible body */
+        return NULL;
     const char *said = kmp_reader_say(s->r, "%.*s", (int)(dot ? dot - text : (ptrdiff_t)length), text);
     return kmp_linkage_joint_named(s->r, s->g, kmp_reader_name(s->r, file, said));
 }

@@ -11,9 +11,11 @@ typedef enum kmp_cut_wish { KMP_CUT_CHOICE, KMP_CUT_YES, KMP_CUT_NO } kmp_cut_wi
 typedef struct kmp_edge {
     const char *name; /* as the model has it */
     const kmp_yaml *key, *map;
-    bool own;                  /* it is declared in its second body */
-    int body[2];               /* the first and the second, as the joint's coordinates are counted */
-    const kmp_yaml *point[2];  /* BODY.POINT; of an own joint `at` and `to`, which may be absent */
+    bool own;                 /* it is declared in its second body */
+    int body[2];              /* the first and the second, as the joint's coordinates are counted */
+    const kmp_yaml *point[2]; /* BODY.POINT; of an own joint `at` and `to`, which may be absent */
+    bool off[2]; /* its body there is flexible, and cannot be carried by that point, which is not its origin */
+    bool last;   /* it would carry one there: it is in the tree where nothing else connects the body */
     const kmp_joint_row *kind; /* NULL: unknown, or motions */
     const kmp_cut_row *cut;    /* NULL: it cannot be cut */
     int freedoms;

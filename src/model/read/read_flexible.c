@@ -225,7 +225,7 @@ static bool read_tube(entry *e, const kmp_yaml *node, kmp_number poisson, sectio
     return good;
 }
 
-static bool has(const entry *e, kmp_beam_family family)
+static bool has(const entry *e, int family)
 {
     return e->beam.count[family] > 0;
 }
@@ -372,15 +372,18 @@ static void read_count(entry *e, const kmp_yaml *map, kmp_beam_family family)
 {
     const kmp_yaml *node = kmp_yaml_get(map, families[family]);
     const char *what = kmp_reader_say(e->r, "shapes '%s' of %s", families[family], e->body);
-    double count = 0;
-    if (node && !kmp_read_fixed(e->r, node, what, KMP_DIM_NUMBER, &count))
+    double count;
+    if (!node)
+        return;
+    if (!kmp_read_fixed(e->r, node, what, KMP_DIM_NUMBER, &count)) {
         fail(e);
-    else if (!(count >= 0 && count <= KMP_BEAM_MOST && count == floor(count))) {
+    } else if (!(count >= 0 && count <= KMP_BEAM_MOST && count == floor(count))) {
         kmp_reader_complain(e->r, node->place, "%s are %.6g: a whole number from 0 to %d is expected", what, count,
                             KMP_BEAM_MOST);
         fail(e);
-    } else
+    } else {
         e->beam.count[family] = (int)count;
+    }
 }
 
 static void read_shapes(entry *e, const kmp_yaml *map)
@@ -442,9 +445,8 @@ static void check_rotary(entry *e, const kmp_yaml *map)
 /* Keys of beams and keys of files are not mixed. */
 static void check_source(entry *e, const kmp_yaml *map, bool file)
 {
-    static const char *const of_beams[] = {"beam", "shapes", "shear", "rotary", "raw", NULL}, *const of_files[] = {
-                                                                                                  "interfaces", "modes",
-                                                                                                  "scale", NULL};
+    static const char *const of_beams[] = {"beam", "segments", "shapes", "shear", "rotary", "raw", NULL},
+                             *const of_files[] = {"interfaces", "modes", "scale", NULL};
     for (const char *const *key = file ? of_beams : of_files; *key; key++)
         if (kmp_yaml_get(map, *key)) {
             kmp_reader_complain(e->r, kmp_yaml_get(map, *key)->place, "flexible of %s: '%s' is a key of %s", e->body,
@@ -492,12 +494,20 @@ static void read_flexible(entry *e, const kmp_yaml *map)
     check_rotary(e, map);
     e->beam.stiffening = (kmp_stiffening)read_word(e, map, "stiffening", KMP_NAMES_OF(stiffenings),
                                                    twists ? KMP_STIFFENING_FULL : KMP_STIFFENING_FIRST);
-    if (kmp_yaml_get(map, "damping"))
+    if (kmp_yaml_get(map, "damping") && !kmp_yaml_get(map, "segments"))
         read_damping(e, kmp_yaml_get(map, "damping"));
     if (beam && shapes)
         read_beam(e, beam);
     else
         fail(e);
+}
+
+bool kmp_read_beam(kmp_reader *r, const kmp_yaml *map, const char *body, kmp_beam *beam)
+{
+    entry e = {.r = r, .body = body};
+    read_flexible(&e, map);
+    *beam = e.beam;
+    return !e.wrong;
 }
 
 void kmp_begin_flexible(kmp_reader *r, const kmp_yaml *map, int body)
@@ -671,6 +681,17 @@ static void add_coordinate(kmp_reader *r, int body, const char *kind, int number
         (kmp_motion){.name = name, .body = body, .rotation = rotation, .elastic = true, .axis = {0, 0, 1}};
 }
 
+static void keep_beam(kempe_model *model, const kmp_beam *beam, kmp_flexible *flexible)
+{
+    kmp_beam *kept = KMP_ARENA_NEW(&model->arena, kmp_beam, 1);
+    if (!kept)
+        return;
+    *kept = *beam;
+    kept->stations = NULL;
+    kept->station_count = 0;
+    flexible->beam = kept;
+}
+
 static void make_beam(entry *e, kmp_flexible *flexible)
 {
     static const char *const names[KMP_BEAM_FAMILIES] = {"y", "z", "phi", "x"};
@@ -679,8 +700,12 @@ static void make_beam(entry *e, kmp_flexible *flexible)
             add_coordinate(e->r, flexible->body, names[f], k + 1, f == KMP_BEAM_TORSION);
     e->beam.stations = e->stations;
     e->beam.station_count = e->station_count;
-    if (!e->wrong && e->stations && !kmp_beam_make(&e->r->model->arena, &e->beam, flexible))
-        e->r->model->arena.failed = true;
+    kempe_model *model = e->r->model;
+    if (!e->wrong && e->stations && !kmp_beam_make(&model->arena, &e->beam, flexible) && !model->arena.failed)
+        kmp_reader_complain(e->r, model->bodies[flexible->body].place,
+                            "the beam of %s: its constants are not finite: its numbers are too large or too small",
+                            e->body);
+    keep_beam(model, &e->beam, flexible);
 }
 
 static void make_modal_body(entry *e, kmp_flexible *flexible)

@@ -3,10 +3,15 @@
 #pragma once
 
 #include "model/data/body.h"
+#include "model/flexible/beam.h"
 #include "model/read/reading.h"
 
 /** Reads the key `flexible` of a body, if it has one: before the points. */
 void kmp_begin_flexible(kmp_reader *r, const kmp_yaml *map, int body);
+
+/** The beam of a mapping under `flexible`, without its damping where it is in segments; `body`: "body 'rod'". False
+ * after an error. */
+bool kmp_read_beam(kmp_reader *r, const kmp_yaml *map, const char *body, kmp_beam *beam);
 
 /** Reads the place of a point, [x, y, z] or a mapping: its station and offset on a flexible body, a place that moves
  * with the body's axes otherwise. */

@@ -74,6 +74,18 @@ static void set_kind(kmp_edge *edge, int kind)
     edge->freedoms = kmp_joint_motions(edge->kind);
 }
 
+/* True if a flexible body cannot be carried at a point of it: it has another station than 0. NULL: its origin. */
+static bool is_off_origin(const kmp_linkage *g, int body, const kmp_yaml *node)
+{
+    if (body <= 0 || !node || node->kind != KMP_YAML_SCALAR || !kmp_yaml_get(g->body_maps[body], "flexible"))
+        return false;
+    const char *dot = strchr(node->text, '.');
+    const kmp_yaml *point = kmp_yaml_get(kmp_yaml_get(g->body_maps[body], "points"), dot ? dot + 1 : node->text);
+    const kmp_yaml *station = kmp_yaml_get(point, "station");
+    double x;
+    return !station || kmp_text_to_number(station->text, &x) == 0 || x != 0;
+}
+
 /* The joint in a body; its errors are reported when it is read. */
 static void take_own_joint(kmp_reader *r, kmp_linkage *g, int body)
 {
@@ -94,6 +106,8 @@ static void take_own_joint(kmp_reader *r, kmp_linkage *g, int body)
     int parent = body_named(r, g, said), kind;
     edge->body[0] = parent < 0 ? 0 : parent;
     edge->faulty = edge->body[0] == body;
+    edge->off[0] = at && strchr(at->text, '.') && is_off_origin(g, edge->body[0], at);
+    edge->off[1] = is_off_origin(g, body, edge->point[1]);
     const kmp_yaml *motions = kmp_yaml_get(joint, "motions");
     edge->freedoms = motions ? motions->count : 0;
     if (kmp_count_keys(joint, kmp_joint_names, &kind) > 0)
@@ -147,6 +161,7 @@ static bool read_ends(kmp_reader *r, kmp_linkage *g, kmp_edge *edge, const char 
         if (text && !strchr(text, '.'))
             kmp_reader_complain(r, edge->point[k]->place, "%s: a point is written BODY.POINT, not '%s'", what, text);
         edge->body[k] = text && strchr(text, '.') ? find_body(r, g, edge->point[k], what) : -1;
+        edge->off[k] = is_off_origin(g, edge->body[k], edge->point[k]);
     }
     if (!good || edge->body[0] < 0 || edge->body[1] < 0)
         return false;

@@ -10,6 +10,7 @@
 #include "model/read/read_outputs.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
+#include "model/read/segments.h"
 #include <math.h>
 #include <string.h>
 
@@ -169,6 +170,8 @@ static void hold_elastic(kmp_reader *r, const kmp_yaml *node)
     for (int k = 0; k < r->model->motion_count; k++)
         if (r->model->motions[k].elastic)
             r->model->start.hold[k] = r->model->start.qd_given[k] = true;
+    kmp_segments_hold(r);
+    r->model->start.keeps_deformation = r->model->flexible_count > 0 || r->segmented_count > 0;
 }
 
 void kmp_read_start(kmp_reader *r)

@@ -26,6 +26,7 @@
 #include "model/read/read_tables.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
+#include "model/read/segments.h"
 #include "symbolic/table_function.h"
 #include <kempe/settings.h>
 #include <math.h>
@@ -129,8 +130,10 @@ static void read_parts(kmp_reader *r)
     kmp_read_inputs(r);
     kmp_read_tables(r);
     kmp_read_wings(r, KMP_READ_AFTER_TABLES);
+    kmp_read_segments(r);
     read_head(r);
     kmp_read_bodies(r);
+    kmp_segments_place(r);
     kmp_read_pressed(r);
     kmp_read_flexibles(r);
     kmp_read_states(r);
@@ -140,6 +143,7 @@ static void read_parts(kmp_reader *r)
     read_closure_tolerance(r);
     kmp_read_late_unknowns(r);
     kmp_read_forces(r);
+    kmp_segments_stiffen(r);
     kmp_read_start(r);
     kmp_read_sensors(r);
     kmp_read_run(r);

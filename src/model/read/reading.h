@@ -58,13 +58,15 @@ typedef struct kmp_reader {
     kmp_digest digest;                              /* of all files and settings so far */
     kmp_linkage *linkage;                           /* NULL without joints between bodies */
     kmp_name_index bodies, points, motions, joints; /* of the model's; of bodies' joints */
-    struct kmp_flexible_reading *flexibles;         /* of the flexible bodies of the model */
-    struct kmp_function_block *blocks; /* the entries of `states`, whose laws are read when they are needed */
-    int first_algebraic;               /* of the model's variables: those before it are values of blocks */
-    int first_contact_state;           /* of the states that contacts have, the last ones */
-    int block_count, block_level;      /* level: blocks that are being read, each for the one before */
-    bool wrong;                        /* an error was reported */
-    bool *parameter_known;             /* its value is good; dependents of others are skipped without message */
+    struct kmp_segmented *segmented;                /* beams in segments (segments.h) */
+    int segmented_count;
+    struct kmp_flexible_reading *flexibles; /* of the flexible bodies of the model */
+    struct kmp_function_block *blocks;      /* the entries of `states`, whose laws are read when they are needed */
+    int first_algebraic;                    /* of the model's variables: those before it are values of blocks */
+    int first_contact_state;                /* of the states that contacts have, the last ones */
+    int block_count, block_level;           /* level: blocks that are being read, each for the one before */
+    bool wrong;                             /* an error was reported */
+    bool *parameter_known;                  /* its value is good; dependents of others are skipped without message */
     double *parameter_values;
     kmp_dimension *parameter_dimensions;
 } kmp_reader;

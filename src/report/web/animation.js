@@ -14,6 +14,8 @@ const groundColour = () => (isDark() ? "#7f8c92" : "#8a949a");
 
 /* A note, and what of many bodies and of large meshes is drawn. */
 function tellNote(picture, note) {
+    /*FLEXIBLE*/ note = [note, deformationNote(picture)].filter(Boolean).join(" ");
+    /*FLEXIBLE*/ picture = withoutPlaces(picture);
     const drawn = picture.bodies.length - 1, bodies = drawn < picture.of_bodies ? `${drawn} of ${picture.of_bodies} bodies are drawn.` : "";
     const thinned = picture.meshes.filter((mesh) => mesh.drawn < mesh.triangles);
     const sum = (key) => thinned.reduce((all, mesh) => all + mesh[key], 0);
@@ -23,6 +25,7 @@ function tellNote(picture, note) {
 
 /* A legend of the bodies' colours, whose names switch them off and on, unless there are too many. */
 function tellNames(bodies, hidden, change) {
+    /*FLEXIBLE*/ bodies = withoutPlaces({ bodies }).bodies;
     const most = 40, names = bodies.slice(1).map((body, k) => {
         const b = k + 1, name = buttonOf(body.name, !hidden.has(b), () => {
             if (!hidden.delete(b)) hidden.add(b);
@@ -75,6 +78,7 @@ function drawGauge(gauge, m, view) {
     if (norm(m.picture.gravity) > 0) parts.push(...arrow([92, low - 20], unit(m.picture.gravity), view, 22, ink, "g"));
     parts.push(drawn2d("path", { d: `M${right - wide},${low + 8}v6h${wide}v-6`, stroke: ink, "stroke-width": 1.4, fill: "none" }));
     parts.push(label2d(lengthWords(length), right - wide / 2, low + 6, "middle", { fill: ink, "font-size": 11 }));
+    /*FLEXIBLE*/ parts.push(label2d(deformationWords(m.picture), 12, 20, "start", { fill: ink, "font-size": 12, id: "deformed" }));
     gauge.replaceChildren(...parts);
     gauge.dataset.scale = lengthWords(length);
 }
@@ -211,6 +215,7 @@ function beginStage(picture, ask) {
     }
 
     function renew() {
+        /*FLEXIBLE*/ hidePlaces(picture, hidden);
         tellNames(picture.bodies, hidden, renew);
         draw();
     }
@@ -231,6 +236,7 @@ function beginStage(picture, ask) {
     new ResizeObserver(draw).observe(canvas);
     tellNote(picture, ask.note(picture));
     tellNames(picture.bodies, hidden, renew);
+    /*FLEXIBLE*/ beginDeformation(m, view.rebuild, draw);
     byId("play").parentElement.hidden = !(length() > 0);
     canvas.dataset.frames = picture.frames.count;
     canvas.dataset.bodies = picture.bodies.length;

@@ -108,6 +108,8 @@ function canvasView(canvas, m) {
             c.globalAlpha = 1;
             const jobs = poses.flatMap((pose, b) => (view.hidden.has(b) ? [] : bodyJobs(m, parts[b], pose, see, depth, view)));
             for (const line of m.lines) {
+                /*FLEXIBLE*/ if (line.of && !view.hidden.has(line.of)) jobs.push(pieceJob(m, line, poses, view, see, depth));
+                /*FLEXIBLE*/ if (line.of) continue;
                 const ends = [0, 1].map((k) => moved(poses[line.body[k]], line.at[k]));
                 const path = line.rod ? ends.map(see) : zigzag(...ends.map(see), 2.4 * m.thick * scale);
                 jobs.push({ depth: (depth(ends[0]) + depth(ends[1])) / 2, draw: () => strokeLine(c, path, (line.rod ? 1.4 : 0.8) * m.thick * scale, groundColour()) });

@@ -90,6 +90,7 @@ const MESHES = {
 
 /* Without solids the ends of bars are rounded. */
 function bodyGroup(m, b) {
+    /*FLEXIBLE*/ if (m.picture.bodies[b].of) return placeGroup(m, b);
     const group = new THREE.Group(), shape = m.shapes[b], knots = b === 0 || shape.solids.length > 0 ? [] : shape.points;
     for (const part of partsOf(m, b)) group.add(...MESHES[part.kind](m, part));
     for (const at of knots) group.add(ballMesh(at, 1.02 * m.thick, shining(bodyColour(b))));
@@ -100,6 +101,7 @@ function buildScene(m) {
     const scene = new THREE.Scene(), key = new THREE.DirectionalLight(0xffffff, 0.75), fill = new THREE.DirectionalLight(0xffffff, 0.3);
     const groups = m.shapes.map((_, b) => bodyGroup(m, b)), material = shining(groundColour());
     const lines = m.lines.map((line) => (line.rod ? barMesh([[0, 0, -0.5], [0, 0, 0.5]], 0.7 * m.thick, material) : springMesh(2.4 * m.thick, 0.4 * m.thick, material)));
+    /*FLEXIBLE*/ dressPieces(m, lines);
     for (const path of m.paths) {
         const geometry = new THREE.BufferGeometry().setFromPoints(path.points.map(vector));
         scene.add(new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: bodyColour(path.b), transparent: true, opacity: 0.55 })));
@@ -151,6 +153,7 @@ function glView(canvas, m) {
                 built.groups[b].quaternion.set(...pose.q);
             });
             built.lines.forEach((mesh, k) => placeLine(mesh, m.lines[k], poses));
+            /*FLEXIBLE*/ m.lines.forEach((line, k) => (built.lines[k].visible = !line.of || !view.hidden.has(line.of)));
             renderer.render(built.scene, camera);
         },
     };

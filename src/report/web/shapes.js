@@ -53,6 +53,7 @@ function makeMotion(picture) {
             const length = Math.hypot(...q);
             poses.push({ p, q: q.map((x) => x / length) });
         }
+        /*FLEXIBLE*/ deform(picture, poses, first, second, part);
         return poses;
     };
 }
@@ -222,6 +223,7 @@ function pathsOf(picture) {
         const poses = motion(timeOfShot(picture, f, count));
         for (const path of paths) path.points.push(moved(poses[path.b], path.at));
     }
+    /*FLEXIBLE*/ for (const path of paths) path.b = picture.bodies[path.b].of || path.b;
     return paths;
 }
 

@@ -1,0 +1,451 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Pieces 0 .. N - 1 of the length l = L/N are the bodies BODY, BODY_1, .. The joint between two of them turns about z,
+ * then y, then x, where the beam has shapes of these, by the coordinates BODY_z1, BODY_y1, BODY_phi1, .., each with a
+ * spring of the stiffness E I/l or G J/l and the damping that many seconds times this. The nodes of the model have
+ * places for these numbers; the numbers themselves are set when they have been read, because they may follow
+ * parameters. */
+#include "model/read/segments.h"
+#include "model/data/model.h"
+#include "model/files/nodes.h"
+#include "model/flexible/beam.h"
+#include "model/language/number_algebra.h"
+#include "model/read/read_flexible.h"
+#include "model/read/read_include.h"
+#include "model/read/read_values.h"
+#include <ctype.h>
+#include <math.h>
+#include <string.h>
+
+enum { MOST_SEGMENTS = 500 };
+
+/* The coordinates of a joint between two pieces, in their order. */
+static const struct {
+    kmp_beam_family family;
+    const char *motion, *letter;
+} turns[] = {{KMP_BEAM_Y, "R3", "z"}, {KMP_BEAM_Z, "R2", "y"}, {KMP_BEAM_TORSION, "R1", "phi"}};
+enum { TURNS = sizeof turns / sizeof *turns };
+
+typedef struct kmp_segmented {
+    const char *name, *bare; /* with the prefix of its file, and without */
+    kmp_place place;
+    kmp_beam beam;
+    kmp_number time; /* of damping, s */
+    int pieces;
+    const kmp_yaml *points;
+} segmented;
+
+/* The point where the next piece is. */
+static const char next_piece[] = "next_piece";
+
+static const char *name_of(const kmp_reader *r, const char *name, int piece)
+{
+    return piece == 0 ? name : kmp_reader_say((kmp_reader *)(void *)r, "%s_%d", name, piece);
+}
+
+/* -- which piece ------------------------------------------------------------------------------------- */
+
+static kmp_number number(double value)
+{
+    return (kmp_number){.value = value};
+}
+
+static kmp_number piece_length(kmp_reader *r, const segmented *s)
+{
+    return kmp_number_scale(&r->model->arena, 1.0 / s->pieces, s->beam.length);
+}
+
+/* The piece that a station is on: at a node the one before it. */
+static int piece_of(const segmented *s, double x)
+{
+    const double rounding = 1e-9, at = x / s->beam.length.value * s->pieces;
+    return !(at > 1 + rounding) ? 0 : at > s->pieces - 1 ? s->pieces - 1 : (int)ceil(at - rounding) - 1;
+}
+
+/* A point's station, x. False: it has none, or it is wrong, which is reported with the bodies. */
+static bool station_of(kmp_reader *r, const kmp_yaml *point, double *x)
+{
+    const kmp_yaml *node = kmp_yaml_get(point, "station");
+    kmp_number station;
+    if (!node || !kmp_read_number(r, node, "a station", KMP_DIM_LENGTH, &station))
+        return false;
+    *x = station.value;
+    return true;
+}
+
+/* -- names in other parts of the model --------------------------------------------------------------- */
+
+typedef struct renaming {
+    kmp_reader *r;
+    const segmented *s;
+    const char *from, *to; /* BODY.POINT */
+} renaming;
+
+static bool is_of_name(char c)
+{
+    return isalnum((unsigned char)c) || c == '_' || c == '.';
+}
+
+/* The next whole name in a text; NULL: there is none. */
+static const char *find_name(const renaming *n, const char *text, const char *begin)
+{
+    const size_t length = strlen(n->from);
+    const char *found = strstr(text, n->from);
+    while (found && ((found > begin && is_of_name(found[-1])) || is_of_name(found[length])))
+        found = strstr(found + 1, n->from);
+    return found;
+}
+
+/* The text with all of them replaced; NULL: there is none. */
+static const char *renamed(const renaming *n, const char *text)
+{
+    const char *made = NULL, *rest = text, *found;
+    while (text && (found = find_name(n, rest, text))) {
+        made = kmp_reader_say(n->r, "%s%.*s%s", made ? made : "", (int)(found - rest), rest, n->to);
+        rest = found + strlen(n->from);
+    }
+    return made ? kmp_reader_say(n->r, "%s%s", made, rest) : NULL;
+}
+
+/* A node with other names, or the node itself. */
+static const kmp_yaml *rename_in(const renaming *n, const kmp_yaml *node)
+{
+    kmp_arena *arena = &n->r->scratch;
+    if (!node || (node->kind == KMP_YAML_SCALAR && node->place.file != n->s->place.file))
+        return node;
+    if (node->kind == KMP_YAML_SCALAR) {
+        const char *text = renamed(n, node->text);
+        return text ? kmp_yaml_word(arena, node->place, text) : node;
+    }
+    kmp_yaml *copy = NULL;
+    for (int k = 0; k < node->count; k++) {
+        const kmp_yaml *item = rename_in(n, node->items[k]);
+        if (item == node->items[k])
+            continue;
+        copy = copy ? copy : kmp_yaml_copy(arena, node);
+        if (copy)
+            copy->items[k] = item;
+    }
+    return copy ? copy : node;
+}
+
+static void rename_points(kmp_reader *r, const segmented *s)
+{
+    for (int k = 0; s->points && k < s->points->count; k++) {
+        double x;
+        if (!station_of(r, s->points->items[k], &x) || piece_of(s, x) == 0)
+            continue;
+        const char *point = s->points->keys[k]->text;
+        const renaming n = {r, s, kmp_reader_say(r, "%s.%s", s->bare, point),
+                            kmp_reader_say(r, "%s.%s", name_of(r, s->bare, piece_of(s, x)), point)};
+        r->root = rename_in(&n, r->root);
+    }
+}
+
+/* -- pieces ------------------------------------------------------------------------------------------ */
+
+static const kmp_yaml *word(kmp_reader *r, kmp_place place, const char *text)
+{
+    return kmp_yaml_word(&r->scratch, place, text);
+}
+
+static const kmp_yaml *origin(kmp_reader *r, kmp_place place)
+{
+    kmp_yaml *list = kmp_yaml_new(&r->scratch, KMP_YAML_LIST, place);
+    for (int k = 0; k < 3; k++)
+        kmp_yaml_append(&r->scratch, list, NULL, word(r, place, "0"));
+    return list;
+}
+
+/* The points of a piece, with the place of the next one; places are set later, axes are as given. */
+static const kmp_yaml *points_of(kmp_reader *r, const segmented *s, int piece)
+{
+    kmp_yaml *map = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, s->place);
+    for (int k = 0; s->points && k < s->points->count; k++) {
+        const kmp_yaml *point = s->points->items[k], *axes = kmp_yaml_get(point, "axes");
+        double x = 0;
+        if ((station_of(r, point, &x) ? piece_of(s, x) : 0) != piece)
+            continue;
+        const kmp_yaml *place = origin(r, point->place);
+        if (axes) {
+            kmp_yaml *made = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, point->place);
+            kmp_yaml_put(&r->scratch, made, point->place, "at", place);
+            kmp_yaml_put(&r->scratch, made, axes->place, "axes", axes);
+            place = made;
+        }
+        kmp_yaml_append(&r->scratch, map, s->points->keys[k], place);
+    }
+    kmp_yaml_put(&r->scratch, map, s->place, next_piece, origin(r, s->place));
+    return map;
+}
+
+static const char *coordinate(kmp_reader *r, const segmented *s, bool bare, int turn, int piece)
+{
+    return kmp_reader_say(r, "%s_%s%d", bare ? s->bare : s->name, turns[turn].letter, piece);
+}
+
+static const kmp_yaml *joint_of(kmp_reader *r, const segmented *s, int piece)
+{
+    kmp_yaml *joint = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, s->place);
+    kmp_yaml *motions = kmp_yaml_new(&r->scratch, KMP_YAML_LIST, s->place);
+    kmp_yaml *names = kmp_yaml_new(&r->scratch, KMP_YAML_LIST, s->place);
+    for (int t = 0; t < TURNS; t++)
+        if (s->beam.count[turns[t].family] > 0) {
+            kmp_yaml_append(&r->scratch, motions, NULL, word(r, s->place, turns[t].motion));
+            kmp_yaml_append(&r->scratch, names, NULL, word(r, s->place, coordinate(r, s, true, t, piece)));
+        }
+    kmp_yaml_put(&r->scratch, joint, s->place, "motions", motions);
+    kmp_yaml_put(&r->scratch, joint, s->place, "coordinates", names);
+    const char *before = kmp_reader_say(r, "%s.%s", name_of(r, s->bare, piece - 1), next_piece);
+    kmp_yaml_put(&r->scratch, joint, s->place, "at", word(r, s->place, before));
+    return joint;
+}
+
+/* The first piece keeps the body's joint. */
+static void put_pieces(kmp_reader *r, const segmented *s, const kmp_yaml *key, const kmp_yaml *body, kmp_yaml *bodies)
+{
+    for (int piece = 0; piece < s->pieces; piece++) {
+        kmp_yaml *made = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, body->place);
+        const kmp_yaml *joint = piece == 0 ? kmp_yaml_get(body, "joint") : joint_of(r, s, piece);
+        kmp_yaml_put(&r->scratch, made, s->place, "joint", joint);
+        kmp_yaml_put(&r->scratch, made, s->place, "points", points_of(r, s, piece));
+        if (piece == 0)
+            kmp_yaml_append(&r->scratch, bodies, key, made);
+        else
+            kmp_yaml_put(&r->scratch, bodies, s->place, name_of(r, s->name, piece), made);
+    }
+}
+
+static void put_springs(kmp_reader *r, const segmented *s, kmp_yaml *forces)
+{
+    for (int piece = 1; piece < s->pieces; piece++)
+        for (int t = 0; t < TURNS; t++) {
+            if (s->beam.count[turns[t].family] == 0)
+                continue;
+            kmp_yaml *spring = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, s->place);
+            kmp_yaml *force = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, s->place);
+            kmp_yaml_put(&r->scratch, spring, s->place, "stiffness", word(r, s->place, "1"));
+            kmp_yaml_put(&r->scratch, force, s->place, "joint", word(r, s->place, coordinate(r, s, true, t, piece)));
+            kmp_yaml_put(&r->scratch, force, s->place, "spring", spring);
+            kmp_yaml_put(&r->scratch, forces, s->place, coordinate(r, s, false, t, piece), force);
+        }
+}
+
+/* -- the beam ---------------------------------------------------------------------------------------- */
+
+/* Keys that say how a sum of shapes is made have no meaning for pieces. */
+static bool check_keys(kmp_reader *r, const kmp_yaml *body, const kmp_yaml *flexible, const segmented *s)
+{
+    static const char *const own[] = {"frame", "stiffening", "raw", "shear"};
+    static const char *const others[] = {"shape", "mass", "com", "inertia"};
+    bool good = true;
+    for (size_t k = 0; k < sizeof own / sizeof *own; k++)
+        if (kmp_yaml_get(flexible, own[k])) {
+            kmp_reader_complain(r, kmp_yaml_get(flexible, own[k])->place,
+                                "body '%s' is in segments, which have no '%s': remove one of the two", s->name, own[k]);
+            good = false;
+        }
+    for (size_t k = 0; k < sizeof others / sizeof *others; k++)
+        if (kmp_yaml_get(body, others[k])) {
+            kmp_reader_complain(r, kmp_yaml_get(body, others[k])->place, "body '%s' is in segments: remove its '%s'",
+                                s->name, others[k]);
+            good = false;
+        }
+    if (s->beam.count[KMP_BEAM_AXIAL] > 0) {
+        kmp_reader_complain(r, kmp_yaml_get(flexible, "shapes")->place,
+                            "body '%s' is in segments, whose length is constant: remove its axial shapes", s->name);
+        good = false;
+    }
+    return good;
+}
+
+static bool read_pieces(kmp_reader *r, const kmp_yaml *node, segmented *s)
+{
+    const char *what = kmp_reader_say(r, "segments of body '%s'", s->name);
+    double count;
+    if (!kmp_read_fixed(r, node, what, KMP_DIM_NUMBER, &count))
+        return false;
+    s->pieces = (int)count;
+    if (count >= 2 && count <= MOST_SEGMENTS && count == floor(count))
+        return true;
+    return kmp_reader_complain(r, node->place, "%s are %.6g: a whole number from 2 to %d is expected", what, count,
+                               MOST_SEGMENTS);
+}
+
+/* damping: {time: T} */
+static bool read_time(kmp_reader *r, const kmp_yaml *damping, segmented *s)
+{
+    const kmp_yaml *node = kmp_yaml_get(damping, "time");
+    const char *what = kmp_reader_say(r, "time of the damping of body '%s'", s->name);
+    s->time = number(0);
+    if (!damping)
+        return true;
+    if (!node || damping->count != 1)
+        return kmp_reader_complain(
+            r, damping->place,
+            "the damping of body '%s', which is in segments, is {time: T}, in seconds: its joints "
+            "have the damping T times their stiffness",
+            s->name);
+    return kmp_read_number(r, node, what, KMP_DIM_TIME, &s->time) &&
+           kmp_check_rule(r, node, what, KMP_FIELD_NOT_NEGATIVE, s->time.value, "");
+}
+
+static bool read_segmented(kmp_reader *r, const kmp_yaml *key, const kmp_yaml *body, segmented *s)
+{
+    const kmp_yaml *flexible = kmp_yaml_get(body, "flexible"), *points = kmp_yaml_get(body, "points");
+    const kmp_include_instance *instance = kmp_reader_instance(r, key->place.file);
+    *s = (segmented){.name = key->text, .place = key->place, .points = points};
+    s->bare = s->name + (instance ? strlen(instance->prefix) : 0);
+    if (points && points->kind != KMP_YAML_MAP)
+        s->points = NULL;
+    return read_pieces(r, kmp_yaml_get(flexible, "segments"), s) &&
+           read_time(r, kmp_yaml_get(flexible, "damping"), s) &&
+           kmp_read_beam(r, flexible, kmp_reader_say(r, "body '%s'", s->name), &s->beam) &&
+           check_keys(r, body, flexible, s);
+}
+
+void kmp_read_segments(kmp_reader *r)
+{
+    const kmp_yaml *map = kmp_yaml_get(r->root, "bodies"), *given = kmp_yaml_get(r->root, "forces");
+    int count = 0;
+    for (int k = 0; map && map->kind == KMP_YAML_MAP && k < map->count; k++)
+        count += kmp_yaml_get(kmp_yaml_get(map->items[k], "flexible"), "segments") != NULL;
+    if (count == 0)
+        return;
+    r->segmented = KMP_ARENA_NEW(&r->scratch, segmented, count);
+    kmp_yaml *root = kmp_yaml_copy(&r->scratch, r->root);
+    kmp_yaml *bodies = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, map->place);
+    kmp_yaml *forces = given ? kmp_yaml_copy(&r->scratch, given) : kmp_yaml_new(&r->scratch, KMP_YAML_MAP, map->place);
+    if (!r->segmented || !root || !bodies || !forces)
+        return;
+    for (int k = 0; k < map->count; k++) {
+        segmented *s = &r->segmented[r->segmented_count];
+        const bool is = kmp_yaml_get(kmp_yaml_get(map->items[k], "flexible"), "segments");
+        if (is && read_segmented(r, map->keys[k], map->items[k], s)) {
+            put_pieces(r, s, map->keys[k], map->items[k], bodies);
+            put_springs(r, s, forces);
+            r->segmented_count++;
+        } else if (!is) {
+            kmp_yaml_append(&r->scratch, bodies, map->keys[k], map->items[k]);
+        } else { /* a rigid body, so that references to it cause no further errors */
+            s->pieces = 1;
+            put_pieces(r, s, map->keys[k], map->items[k], bodies);
+        }
+    }
+    root->items[kmp_yaml_find(root, "bodies")] = bodies;
+    if (given)
+        root->items[kmp_yaml_find(root, "forces")] = forces;
+    else
+        kmp_yaml_put(&r->scratch, root, map->place, "forces", forces);
+    r->root = root;
+    for (int k = 0; k < r->segmented_count; k++)
+        rename_points(r, &r->segmented[k]);
+}
+
+/* -- numbers ----------------------------------------------------------------------------------------- */
+
+/* A station less the beginning of its piece, plus the offset. */
+static void place_point(kmp_reader *r, const segmented *s, int piece, const kmp_yaml *node, kmp_point *point)
+{
+    kmp_arena *arena = &r->model->arena;
+    const kmp_yaml *station = kmp_yaml_get(node, "station"), *offset = kmp_yaml_get(node, "offset");
+    const char *what = kmp_reader_say(r, "point '%s.%s'", s->name, point->name);
+    kmp_number x;
+    if (!station) {
+        kmp_reader_complain(r, node->place,
+                            "%s: body '%s' is in segments: give the station in place of x, such as {station: 0, "
+                            "offset: [0, 0, 0]}",
+                            what, s->name);
+        return;
+    }
+    if (offset && !kmp_read_vector(r, offset, what, KMP_DIM_LENGTH, point->at))
+        return;
+    if (!kmp_read_number(r, station, what, KMP_DIM_LENGTH, &x))
+        return;
+    const double rounding = 1e-12;
+    if (x.value < 0 || x.value > s->beam.length.value * (1 + rounding)) {
+        kmp_reader_complain(r, station->place, "the station of %s is %.6g m: the beam is %.6g m long", what, x.value,
+                            s->beam.length.value);
+        return;
+    }
+    for (int k = 0; k < 3; k++)
+        point->at[k].symbol = 0;
+    x = kmp_number_subtract(arena, x, kmp_number_scale(arena, (double)piece / s->pieces, s->beam.length));
+    x.symbol = 0;
+    point->at[0] = kmp_number_add(arena, point->at[0], x);
+}
+
+static void place_points(kmp_reader *r, const segmented *s, int piece, int body)
+{
+    for (int k = 0; k < r->model->point_count; k++) {
+        kmp_point *point = &r->model->points[k];
+        if (point->body != body)
+            continue;
+        const kmp_yaml *node = kmp_yaml_get(s->points, point->name);
+        if (node)
+            place_point(r, s, piece, node, point);
+        else if (strcmp(point->name, next_piece) == 0)
+            point->at[0] = piece_length(r, s);
+    }
+}
+
+/* A uniform rigid rod with the sections of the beam. */
+static void set_mass(kmp_reader *r, const segmented *s, kmp_body *body)
+{
+    kmp_arena *arena = &r->model->arena;
+    const kmp_number length = piece_length(r, s), mass = kmp_number_times(arena, s->beam.line_mass, length);
+    const kmp_number square = kmp_number_times(arena, length, length);
+    const kmp_number along = kmp_number_scale(arena, 1 / 12.0, kmp_number_times(arena, mass, square));
+    kmp_number section[2];
+    for (int k = 0; k < 2; k++)
+        section[k] = kmp_number_times(arena, s->beam.section_mass[k], length);
+    body->mass = mass;
+    body->com[0] = kmp_number_scale(arena, 0.5, length);
+    body->inertia[0] = kmp_number_add(arena, section[0], section[1]);
+    body->inertia[1] = kmp_number_add(arena, along, section[1]);
+    body->inertia[2] = kmp_number_add(arena, along, section[0]);
+}
+
+void kmp_segments_place(kmp_reader *r)
+{
+    kempe_model *model = r->model;
+    for (int k = 0; k < r->segmented_count; k++)
+        for (int piece = 0; piece < r->segmented[k].pieces; piece++) {
+            const segmented *s = &r->segmented[k];
+            const int body = kmp_name_find(KMP_BODY_NAMES(model), name_of(r, s->name, piece));
+            if (body <= 0)
+                continue;
+            set_mass(r, s, &model->bodies[body]);
+            place_points(r, s, piece, body);
+        }
+}
+
+void kmp_segments_stiffen(kmp_reader *r)
+{
+    kmp_arena *arena = &r->model->arena;
+    for (int k = 0; k < r->segmented_count; k++)
+        for (int piece = 1; piece < r->segmented[k].pieces; piece++)
+            for (int t = 0; t < TURNS; t++) {
+                const segmented *s = &r->segmented[k];
+                const int found = s->beam.count[turns[t].family] > 0
+                                      ? kmp_name_find(KMP_NAMED(r->model, force), coordinate(r, s, false, t, piece))
+                                      : -1;
+                if (found < 0)
+                    continue;
+                kmp_force *force = &r->model->forces[found];
+                force->stiffness = kmp_number_over(arena, s->beam.stiffness[turns[t].family], piece_length(r, s));
+                force->damping = kmp_number_times(arena, s->time, force->stiffness);
+            }
+}
+
+void kmp_segments_hold(kmp_reader *r)
+{
+    const kempe_model *model = r->model;
+    for (int k = 0; k < r->segmented_count; k++)
+        for (int piece = 1; piece < r->segmented[k].pieces; piece++)
+            for (int t = 0; t < TURNS; t++) {
+                const int motion =
+                    kmp_name_find(KMP_COORDINATES(model), coordinate(r, &r->segmented[k], false, t, piece));
+                if (motion >= 0)
+                    model->start.hold[motion] = model->start.qd_given[motion] = true;
+            }
+}

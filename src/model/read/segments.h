@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Beams in segments: a flexible body with the key `segments` becomes as many rigid pieces, with joints and springs
+ * between them, which is geometrically exact as their number grows; errors fall with its square. */
+#pragma once
+
+#include "model/read/reading.h"
+
+/** Replaces such bodies by their pieces in r->root: after the parameters. The points of a piece are BODY_k.POINT then,
+ * also where the model names BODY.POINT. */
+void kmp_read_segments(kmp_reader *r);
+
+/** Sets masses and places of all pieces, after the bodies; the springs between them, after the forces; and that they
+ * hold at the start, unless they are free. */
+void kmp_segments_place(kmp_reader *r);
+void kmp_segments_stiffen(kmp_reader *r);
+void kmp_segments_hold(kmp_reader *r);
