@@ -323,6 +323,13 @@ class Blade(Folder):
         free = {key: file[key] for key in ("format", "units", "K", "nodes", "mass_row", "mass_col", "mass_value")} | {"modes": file["modes"] + moved}
         self.check(self.put(BLADE.replace("blade.npz,", f"blade.npz, {place}"), "blade.npz", free))
 
+    def test_report(self):
+        """The page draws the body by pieces from its joint to its points."""
+        model = self.put(BLADE, "blade.npz", blade())
+        page = model.parent / "run.html"
+        runs.kempe("simulate", model, "--t-end", "0.02", "--report", page)
+        self.assertIn("blade", page.read_text())
+
     def test_modes(self):
         """The first modes alone are those of a file that has no others."""
         file = blade()
