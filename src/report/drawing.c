@@ -237,10 +237,33 @@ static void mark_closure(kmp_drawing *drawing, const kempe_model *model, const k
 
 /* -- curves of flexible bodies ----------------------------------------------------------------------- */
 
+/* Pieces from the place of a body's joint to those that its points move with, where its modes are from a file. */
+static void add_star(kmp_drawing *drawing, const kempe_model *model, int body)
+{
+    const double nothing[3] = {0};
+    const kmp_flexible *flexible = flexible_of(model, body);
+    const int origin = add_place(drawing, body, &flexible->stations[0], nothing);
+    mark(drawing, origin, 0, NULL, nothing);
+    for (int k = 0; k < model->point_count; k++) {
+        const kmp_point *point = &model->points[k];
+        const int before = drawing->place_count;
+        if (point->body != body || point->station <= 1)
+            continue;
+        const int place = add_place(drawing, body, &flexible->stations[point->station - 1], nothing);
+        mark(drawing, place, 0, NULL, nothing);
+        if (place >= drawing->body_count + before)
+            add_piece(drawing, model, body, origin, place);
+    }
+}
+
 /* The curve of a body: places from end to end, which are in view, and pieces between them. */
 static bool add_curve(kmp_drawing *drawing, const kempe_model *model, const double *parameters, int body)
 {
     const double nothing[3] = {0};
+    if (flexible_of(model, body)->file) {
+        add_star(drawing, model, body);
+        return true;
+    }
     const kmp_station *stations =
         kmp_beam_stations(&drawing->arena, flexible_of(model, body), parameters, KMP_BEAM_PIECES + 1);
     for (int k = 0, before = 0; stations && k <= KMP_BEAM_PIECES; k++) {

@@ -15,6 +15,14 @@ static const double ROUNDING = 1e-10;
 
 /* -- eigenvalues ------------------------------------------------------------------------------------- */
 
+/* The matrix is finite: there is no memory where it fails. */
+static bool eigen(kmp_arena *arena, int n, double *a, double *values)
+{
+    const bool good = kmp_symmetric_eigen(n, a, values) == 0;
+    arena->failed = arena->failed || !good;
+    return good;
+}
+
 bool kmp_modal_values(kmp_arena *arena, int n, const double *stiffness, const double *mass, double *values, double *x)
 {
     double *l;
@@ -35,7 +43,7 @@ bool kmp_modal_values(kmp_arena *arena, int n, const double *stiffness, const do
                 x[j * n + i] = kept;
             }
     }
-    if (kmp_symmetric_eigen(n, x, values) != 0)
+    if (!eigen(arena, n, x, values))
         return false;
     for (int k = 0; k < n; k++)
         kmp_cholesky_backward(n, l, x + (ptrdiff_t)n * k);
@@ -87,7 +95,7 @@ static bool elastic_mass(const kmp_modal_body *b, const double *mass, double *el
     for (int i = 0; i < 9; i++)
         second[i] = b->second[i] - b->mass * centre[i / 3] * centre[i % 3];
     inertia_of(second, axes);
-    if (!spin || kmp_symmetric_eigen(3, axes, values) != 0)
+    if (!spin || !eigen(b->arena, 3, axes, values))
         return false;
     for (int k = 0; k < n; k++) {
         double z[9];
@@ -361,7 +369,7 @@ static bool spread_of(const kmp_modal_body *b, int count, const int *nodes, cons
         add_outer(second, 1, r, r);
     }
     inertia_of(second, axes);
-    return kmp_symmetric_eigen(3, axes, values) == 0;
+    return eigen(b->arena, 3, axes, values);
 }
 
 /* The rotation that the displacements of nodes have by least squares. */

@@ -387,6 +387,11 @@ static bool take_units(const reading *f, const char *words, double units[3])
         kmp_unit unit;
         at += strspn(at, " ");
         const size_t length = strcspn(at, " ");
+        if (k == 1 && length == 1 && *at == 't') { /* a tonne, which has no word in models: there t is the time */
+            units[k] = 1000;
+            at += length;
+            continue;
+        }
         good = kmp_unit_find(at, length, &unit) && memcmp(unit.dimension.power, power[k], sizeof power[k]) == 0;
         units[k] = good ? unit.factor / unit.divisor : 1;
         at += length;

@@ -34,6 +34,7 @@ typedef struct kmp_flexible_reading {
     kmp_reader *r;
     const char *body;        /* "body 'rod'" */
     kmp_beam beam;           /* of a body from a file its frame and damping */
+    bool of_file;            /* not a beam */
     kmp_modal_reading *file; /* NULL: a beam, or errors */
     bool rotary, wrong;
     kmp_number *stations;
@@ -444,9 +445,8 @@ static void check_rotary(entry *e, const kmp_yaml *map)
 /* Keys of beams and keys of files are not mixed. */
 static void check_source(entry *e, const kmp_yaml *map, bool file)
 {
-    static const char *const of_beams[] = {"beam", "shapes", "shear", "rotary", "raw", NULL}, *const of_files[] = {
-                                                                                                  "interfaces", "modes",
-                                                                                                  "scale", NULL};
+    static const char *const of_beams[] = {"beam", "segments", "shapes", "shear", "rotary", "raw", NULL},
+                             *const of_files[] = {"interfaces", "modes", "scale", NULL};
     for (const char *const *key = file ? of_beams : of_files; *key; key++)
         if (kmp_yaml_get(map, *key)) {
             kmp_reader_complain(e->r, kmp_yaml_get(map, *key)->place, "flexible of %s: '%s' is a key of %s", e->body,
@@ -458,6 +458,7 @@ static void check_source(entry *e, const kmp_yaml *map, bool file)
 
 static void read_file(entry *e, const kmp_yaml *map)
 {
+    e->of_file = true;
     check_source(e, map, true);
     if (kmp_yaml_get(map, "damping"))
         read_damping(e, kmp_yaml_get(map, "damping"));
@@ -608,8 +609,9 @@ static bool has_no_station(kmp_reader *r, const kmp_yaml *node, const char *what
 void kmp_read_point_place(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_point *point)
 {
     entry *e = entry_of(r, point->body);
-    if (e && e->file) {
-        kmp_read_modal_point(r, e->file, node, what, point);
+    if (e && e->of_file) {
+        if (e->file)
+            kmp_read_modal_point(r, e->file, node, what, point);
         return;
     }
     if (e && kmp_yaml_get(node, "station")) {
@@ -658,11 +660,11 @@ void kmp_check_flexible_mass(kmp_reader *r, const kmp_yaml *map, int body)
     const entry *e = entry_of(r, body);
     if (e && e->file && kmp_yaml_get(map, "mass"))
         kmp_check_modal_mass(r, e->file, kmp_yaml_get(map, "mass"));
-    for (int k = e && e->file; e && k < 3; k++)
+    for (int k = e && e->of_file; e && k < 3; k++)
         if (kmp_yaml_get(map, given[k]))
             kmp_reader_complain(r, kmp_yaml_get(map, given[k])->place,
                                 "%s is flexible, and its %s gives its %s: remove one of the two", e->body,
-                                e->file ? "file" : "beam", given[k]);
+                                e->of_file ? "file" : "beam", given[k]);
 }
 
 /* -- constants and coordinates ----------------------------------------------------------------------- */
@@ -727,7 +729,7 @@ void kmp_read_flexibles(kmp_reader *r)
         flexible->first = model->motion_count;
         if (e->file)
             make_modal_body(e, flexible);
-        else
+        else if (!e->of_file)
             make_beam(e, flexible);
     }
 }
@@ -736,7 +738,7 @@ void kmp_read_flexibles(kmp_reader *r)
 bool kmp_flexible_in_plane(const kmp_reader *r, int body, const double normal[3])
 {
     const entry *e = entry_of(r, body);
-    if (e && e->file)
+    if (e && e->of_file)
         return false;
     return !e || (!has(e, KMP_BEAM_TORSION) && normal[0] == 0 && (!has(e, KMP_BEAM_Y) || normal[1] == 0) &&
                   (!has(e, KMP_BEAM_Z) || normal[2] == 0));

@@ -193,11 +193,13 @@ void kmp_read_start(kmp_reader *r)
     const kmp_yaml *map = kmp_yaml_get(r->root, "start");
     if (model->arena.failed)
         return;
-    hold_elastic(r, kmp_yaml_get(map, "elastic"));
-    if (!map || !kmp_read_map(r, map, "start", start_keys))
+    if (!map || !kmp_read_map(r, map, "start", start_keys)) {
+        hold_elastic(r, NULL);
         return;
+    }
     read_values(r, kmp_yaml_get(map, "q"), "start q", 0, start->q, start->q_given);
     read_values(r, kmp_yaml_get(map, "qd"), "start qd", -1, start->qd, start->qd_given);
+    hold_elastic(r, kmp_yaml_get(map, "elastic"));
     const kmp_yaml *list = kmp_yaml_get(map, "hold");
     bool good = list && kmp_read_list(r, list, "start hold", -1);
     for (int i = 0; good && i < list->count; i++) {
