@@ -406,7 +406,8 @@ static int add_frame(kmp_tree *tree, int b, const kmp_flexible *flexible, kmp_bo
     for (int axis = 0; flexible->moved && axis < 3; axis++)
         add_guided(tree, flexible, false, axis, station, -1, base);
     const kmp_link *end = &tree->links[base->link];
-    if (base->link == 0 || base->turned || end->deformation || end->after >= 0 ||
+    const bool of_other = end->guide && base->link < before; /* it is a station of the body that carries this one */
+    if (base->link == 0 || base->turned || end->deformation || of_other || end->after >= 0 ||
         !is_identity(tree->links[base->link].a) || !kmp_vec_is_zero(base->p) || (end->body != b && end->body >= 0))
         add_link(tree, -1, false, unit_axes[0], base);
     tree->links[base->link].body = b;
