@@ -258,6 +258,19 @@ static bool is_nearly_closed(beginning *b)
     return kmp_eval_residual(b->v->linear.eval) <= KMP_CLOSED_NEAR;
 }
 
+/* Held coordinates as independent ones, and more of them where they are less than the degrees of freedom. */
+static kempe_status choose_with_held(beginning *b)
+{
+    kmp_linear *l = &b->v->linear;
+    KMP_TRY(b->held > 0 ? kmp_linear_prefer(l, 0, b->a->q, b->held, b->hold)
+                        : kmp_linear_choose(l, 0, b->a->q, NULL, 0));
+    int found = 0;
+    for (int k = 0; k < l->p; k++)
+        for (int i = 0; i < b->held; i++)
+            found += l->part.u[k] == b->hold[i];
+    return found == b->held ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
 static kempe_status choose_as_assembled(beginning *b)
 {
     const kempe_system *s = b->v->system;
@@ -266,7 +279,7 @@ static kempe_status choose_as_assembled(beginning *b)
         if (s->model->start.hold[i])
             b->hold[b->held++] = i;
     bool near = b->m > 0 && (long)b->m * b->n <= LARGE && is_nearly_closed(b);
-    kempe_status status = kmp_linear_choose(l, 0, b->a->q, b->hold, b->held);
+    kempe_status status = choose_with_held(b);
     if (status == KEMPE_E_MEMORY)
         return status;
     if (status != KEMPE_OK)
