@@ -7,12 +7,24 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 
 enum { MOST_ITERATIONS = 40, TRIES = 5 };
 #define STEP  0.3 /* scaled, of the coordinate that moves most */
 #define MOVED 0.2 /* least part of the step after closing */
+
+/* A row that deflections alone move opens by no more than they do: by a small unit it would pass for one of rounding.
+ */
+static void set_scale(kmp_walk *w)
+{
+    const kempe_system *s = w->system;
+    for (int k = 0; k < w->n; k++) {
+        const kmp_motion *motion = &s->model->motions[k];
+        w->scale[k] = !motion->elastic ? s->scale[k] : motion->rotation ? 1 : s->length;
+    }
+}
 
 /* Takes the evaluator. NULL: no memory. */
 static kmp_walk *new_walk(const kempe_system *system, kmp_evaluator *eval)
@@ -27,11 +39,13 @@ static kmp_walk *new_walk(const kempe_system *system, kmp_evaluator *eval)
     const kmp_rounding *rounding = kmp_rounding_of(system);
     w->rank = rounding ? rounding->rank : -1;
     KMP_ARENA_MAKE(&w->arena, KMP_ROOM(double, m *n, &w->jacobian), KMP_ROOM(double, m, &w->h),
-                   KMP_ROOM(double, m + n, &w->pivots), KMP_ROOM(double, n, &w->largest),
+                   KMP_ROOM(double, m + n, &w->pivots), KMP_ROOM(double, n, &w->largest, &w->scale),
                    KMP_ROOM(int, size, &w->order, &w->row_order), KMP_ROOM(bool, m, &w->dropped));
     if (KMP_ARENA_EACH(&w->arena, double, size *size, &w->copy, &w->basis) && w->eval &&
-        kmp_least_change_init(&w->least, w->eval))
+        kmp_least_change_init(&w->least, w->eval)) {
+        set_scale(w);
         return w;
+    }
     kmp_walk_free(w);
     return NULL;
 }
@@ -66,7 +80,7 @@ void kmp_walk_evaluate(kmp_walk *w, const double *q)
     for (int k = 0; k < w->n; k++)
         for (int r = 0; r < w->m; r++)
             w->jacobian[r + k * w->m] *=
-                (w->hold && w->hold[k]) || (w->excluded && w->excluded[r]) ? 0 : s->scale[k] / s->row_scale[r];
+                (w->hold && w->hold[k]) || (w->excluded && w->excluded[r]) ? 0 : w->scale[k] / s->row_scale[r];
 }
 
 /* Selects the rows that closing ignores: the excluded ones, and with a given rank the rows beyond it. These are
@@ -170,7 +184,7 @@ double kmp_walk_distance(const kmp_walk *w, const double *a, const double *b)
 {
     double most = 0;
     for (int k = 0; k < w->n; k++)
-        most = fmax(most, fabs(a[k] - b[k]) / w->system->scale[k]);
+        most = fmax(most, fabs(a[k] - b[k]) / w->scale[k]);
     return most;
 }
 
@@ -182,7 +196,7 @@ bool kmp_walk_wander(kmp_walk *w, const double *from, unsigned *state, double *d
     for (int k = 0; k < TRIES && count > 0; k++, step *= 0.4) {
         random_tangent(w, count, state, direction);
         for (int c = 0; c < w->n; c++)
-            to[c] = from[c] + step * direction[c] * w->system->scale[c];
+            to[c] = from[c] + step * direction[c] * w->scale[c];
         if (kmp_walk_close(w, to) && kmp_walk_distance(w, to, from) > MOVED * step &&
             kmp_walk_distance(w, to, from) < 3 * step)
             return true;

@@ -16,6 +16,7 @@ typedef struct kmp_walk {
     int n, m;
     int rank;         /* rank of J for a system of rounded numbers, or one tried as such; -1: by pivots */
     bool *dropped;    /* m: rows that are dependent but for rounding, during kmp_walk_close */
+    double *scale;    /* n: units of coordinates; deflections go as far as other coordinates do */
     double *jacobian; /* m x n, scaled, of the last kmp_walk_evaluate */
     double *h;        /* m, scaled */
     double last;      /* the last kept pivot of the last kmp_walk_tangents */

@@ -504,7 +504,8 @@ static kempe_status exact_find(const kempe_system *s, const kempe_assembly *a, k
                                kmp_drawn_model *found, double *by)
 {
     /* Numbers of flexible bodies are not among those that may be rounded. */
-    bool explained = s->model->closure_tolerance_given || s->model->flexible_count > 0, exact = false; /* or there are too many numbers to decide */
+    bool explained = s->model->closure_tolerance_given || s->model->flexible_count > 0,
+         exact = false; /* or there are too many numbers to decide */
     kempe_status status = KEMPE_OK;
     for (int strict = 0; strict < 2 && status != KEMPE_E_MEMORY && !exact; strict++) {
         search x = {.s = s, .a = a, .model = kmp_variant_model(variant), .strict = strict, .foreseen = INFINITY};

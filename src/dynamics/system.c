@@ -171,8 +171,12 @@ bool kmp_system_rescale(kempe_system *s)
         s->scale[k] = state ? state->scale : s->model->motions[k].rotation ? 1 : s->length;
         s->scale[k] *= s->model->motions[k].elastic ? KMP_ELASTIC_SIZE : 1;
     }
-    for (int r = 0; r < s->m; r++)
-        s->row_scale[r] = pow(s->length, s->rows[r].length_power);
+    for (int r = 0; r < s->m; r++) {
+        /* A drive of a deflection has that alone: its unit keeps the row as large as others. */
+        const kmp_closure *closure = &s->model->closures[s->rows[r].closure];
+        const bool small = kmp_closure_is_drive(closure) && s->model->motions[closure->motion].elastic;
+        s->row_scale[r] = pow(s->length, s->rows[r].length_power) * (small ? KMP_ELASTIC_SIZE : 1);
+    }
     for (int k = 0; k < s->model->parameter_count; k++)
         s->parameters[k] = s->model->parameters[k].number.value;
     s->closure_tolerance = kmp_closure_tolerance(s->model);

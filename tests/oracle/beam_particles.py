@@ -11,7 +11,7 @@ from numpy.polynomial import Polynomial
 
 NODES = 16  # Gauss points of an integral: exact to degree 31
 FAMILIES = (("y", "y"), ("z", "z"), ("torsion", "phi"), ("axial", "x"))
-FAULTS = """shortening of the axis; turn of sections; angles of second order; order of angles; turn of the chord; place of the joint;
+FAULTS = """shortening of the axis; turn of sections; angles of second order; order of angles; turn of the chord;
 shear of sections; line of the chord; inertia of sections; inertia of second order; products of second order; damping; stiffness;
 offset of stations; order of modes; size of modes; constant of torsion; coupled displacement""".replace("\n", " ").split("; ")
 PLANTED = set()

@@ -155,11 +155,9 @@ class Particles(Motion):
         axes, place = self.relative(joint) if section is None else self.station(joint.beam, section)
         beam = getattr(self.mechanism.bodies[joint.child], "beam", None)
         if beam is not None and beam.frame == "chord":  # its section at the origin is where the joint has it
-            turned, moved = self.station(beam, 0.0)
+            turned, _ = self.station(beam, 0.0)  # it turns and does not move
             if not planted("turn of the chord"):
                 axes = matmul(axes, transposed(turned))
-            if not planted("place of the joint"):
-                place = place - matvec(axes, moved)
         turn, at = matmul(up, axes), origin + matvec(up, place)
         c = joint.child
         self.poses[c] = turn, at

@@ -262,7 +262,7 @@ class Mechanisms(Choices):
         rank, least = self.rank()
         gap = np.max(np.abs(self.motion.h), initial=0)
         assert gap < 1e-9, (kind, gap, self.document)
-        if rank > before and least > LEAST and rank < len(self.built.columns):
+        if rank > before and least > LEAST and rank < len(self.built.columns) and rank == self.rank_beside():
             self.feature(kind), self.feature("closed")
             return True
         for key, text in kept.items():
@@ -282,6 +282,15 @@ class Mechanisms(Choices):
         size = np.linalg.norm(jacobian, axis=1)
         values = np.linalg.svd(jacobian / np.where(size < 1e-12, 1, size)[:, None])[1]
         return int(np.sum(values > 1e-9)), float(np.min(values[values > 1e-9], initial=1.0))
+
+    def rank_beside(self):
+        """Of the closures near the start: a larger one would make that a singular position."""
+        kept, columns = self.motion, self.built.columns
+        q = np.array([[self.start[name] for name in columns]]) + 0.003 * self.random.normal(size=len(columns))
+        self.motion = Particles(self.built, np.zeros(1), q, 0 * q)
+        rank = self.rank()[0]
+        self.motion = kept
+        return rank
 
     # -- drives and forces
 

@@ -258,6 +258,18 @@ static bool is_nearly_closed(beginning *b)
     return kmp_eval_residual(b->v->linear.eval) <= KMP_CLOSED_NEAR;
 }
 
+/* Held coordinates as independent ones; deformations that hold are some of them, beside those that the user holds. */
+static kempe_status choose_with_held(beginning *b)
+{
+    kmp_linear *l = &b->v->linear;
+    KMP_TRY(b->v->system->model->start.undeformed ? kmp_linear_prefer(l, 0, b->a->q, b->held, b->hold)
+                                                  : kmp_linear_choose(l, 0, b->a->q, b->hold, b->held));
+    bool independent = true;
+    for (int k = 0; k < b->held; k++)
+        independent = independent && kmp_linear_place(l, b->hold[k]) >= 0;
+    return independent ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
 static kempe_status choose_as_assembled(beginning *b)
 {
     const kempe_system *s = b->v->system;
@@ -266,15 +278,10 @@ static kempe_status choose_as_assembled(beginning *b)
         if (s->model->start.hold[i])
             b->hold[b->held++] = i;
     bool near = b->m > 0 && (long)b->m * b->n <= LARGE && is_nearly_closed(b);
-    /* Deformations that hold are some of the independent coordinates, beside those that the user holds. */
-    kempe_status status = s->model->start.undeformed ? kmp_linear_prefer(l, 0, b->a->q, b->held, b->hold)
-                                                            : kmp_linear_choose(l, 0, b->a->q, b->hold, b->held);
+    kempe_status status = choose_with_held(b);
     if (status == KEMPE_E_MEMORY)
         return status;
-    bool independent = status == KEMPE_OK;
-    for (int k = 0; independent && k < b->held; k++)
-        independent = kmp_linear_place(l, b->hold[k]) >= 0;
-    if (!independent)
+    if (status != KEMPE_OK)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "the start has no derivative with respect to parameters: not all held coordinates can be "
                         "independent there; hold others, as many as the degrees of freedom (start: hold)");

@@ -407,8 +407,7 @@ static int add_frame(kmp_tree *tree, int b, const kmp_flexible *flexible, kmp_bo
         add_guided(tree, flexible, false, axis, station, -1, base);
     const kmp_link *end = &tree->links[base->link];
     const bool own = base->link >= before || end->body == b; /* a link of this body alone */
-    if (!own || base->turned || end->after >= 0 || !is_identity(tree->links[base->link].a) ||
-        !kmp_vec_is_zero(base->p))
+    if (!own || base->turned || end->after >= 0 || !is_identity(tree->links[base->link].a) || !kmp_vec_is_zero(base->p))
         add_link(tree, -1, false, unit_axes[0], base);
     tree->links[base->link].body = b;
     return base->link < before ? base->link : before;
