@@ -4,6 +4,7 @@
 #include "model/read/read_flexible.h"
 #include "model/data/model.h"
 #include "model/flexible/beam.h"
+#include "model/language/expression_value.h"
 #include "model/language/number_algebra.h"
 #include "model/read/read_values.h"
 #include <math.h>
@@ -322,6 +323,9 @@ static void read_by_section(entry *e, const kmp_yaml *map)
         b->stiffness[k] = times(e, young, s.about[k]);
         b->shear[k] = times(e, modulus, times(e, s.area, s.shear[k]));
     }
+    b->section[0] = s.area;
+    b->section[1] = s.about[0];
+    b->section[2] = s.about[1];
     b->stiffness[KMP_BEAM_TORSION] = times(e, modulus, s.twist);
     b->stiffness[KMP_BEAM_AXIAL] = times(e, young, s.area);
 }
@@ -629,6 +633,31 @@ static void add_coordinate(kmp_reader *r, int body, kmp_beam_family family, int 
         .name = name, .body = body, .rotation = family == KMP_BEAM_TORSION, .elastic = true, .axis = {0, 0, 1}};
 }
 
+/* True if x is a part of the length that does not depend on parameters: x/length for others of them. */
+static bool is_fixed_part(const entry *e, kmp_number x)
+{
+    const kempe_model *model = e->r->model;
+    const double nominal = x.value / e->beam.length.value, rounding = 1e-12;
+    if (!x.expr && !e->beam.length.expr)
+        return true;
+    double *other = KMP_ARENA_NEW(&e->r->scratch, double, model->parameter_count);
+    for (int k = 0; other && k < model->parameter_count; k++)
+        other[k] = model->parameters[k].number.value * (1 + 0.1 / (k + 1.7)) + 1e-3 / (k + 2.3);
+    const double part =
+        other ? (x.expr ? kmp_expr_value(x.expr, other) : x.value) /
+                    (e->beam.length.expr ? kmp_expr_value(e->beam.length.expr, other) : e->beam.length.value)
+              : NAN;
+    return fabs(part - nominal) <= rounding;
+}
+
+static const bool *fixed_parts(entry *e)
+{
+    bool *fixed = KMP_ARENA_NEW(&e->r->scratch, bool, e->station_count);
+    for (int k = 0; fixed && k < e->station_count; k++)
+        fixed[k] = is_fixed_part(e, e->stations[k]);
+    return fixed;
+}
+
 void kmp_read_flexibles(kmp_reader *r)
 {
     kempe_model *model = r->model;
@@ -641,7 +670,8 @@ void kmp_read_flexibles(kmp_reader *r)
                 add_coordinate(r, flexible->body, (kmp_beam_family)f, k + 1);
         e->beam.stations = e->stations;
         e->beam.station_count = e->station_count;
-        if (!e->wrong && e->stations && !kmp_beam_make(&model->arena, &e->beam, flexible))
+        e->beam.fixed = fixed_parts(e);
+        if (!e->wrong && e->stations && e->beam.fixed && !kmp_beam_make(&model->arena, &e->beam, flexible))
             model->arena.failed = true;
     }
 }
