@@ -376,7 +376,7 @@ static void read_count(entry *e, const kmp_yaml *map, kmp_beam_family family)
     double count = 0;
     if (node && !kmp_read_fixed(e->r, node, what, KMP_DIM_NUMBER, &count))
         fail(e);
-    else if (!(count >= 0 && count <= KMP_BEAM_MOST && count == floor(count))) {
+    else if (node && !(count >= 0 && count <= KMP_BEAM_MOST && count == floor(count))) {
         kmp_reader_complain(e->r, node->place, "%s are %.6g: a whole number from 0 to %d is expected", what, count,
                             KMP_BEAM_MOST);
         fail(e);
