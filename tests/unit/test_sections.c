@@ -134,6 +134,43 @@ static void closures_beyond_load_a_section(void)
     CHECK(tip[1] > 0 && fabs(root[5]) < 1e-9);
 }
 
+/* The rod of a spatial slider-crank bends in both planes and twists, with all terms of second order: its ends have the
+ * loads of its joint and its closure, a station next to the joint those of the joint. */
+static void ends_of_a_twisted_rod(void)
+{
+    static const char text[] =
+        "kempe: 1\ngravity: [0, 0, -9.81]\nground: {points: {O: [0, 0, 0], S: [0, 0.02, -0.03]}}\nbodies:\n"
+        "  crank: {joint: {name: A, revolute: x, at: ground.O}, mass: 0.1, inertia: {xx: 0.001}, points: {P: [0, 0.1, "
+        "0]}}\n"
+        "  rod:\n    joint: {name: B, motions: [R3, R2], coordinates: [B1, B2], at: crank.P}\n    flexible:\n"
+        "      beam: {length: 0.4, young: 7 GPa, shear: 2.6 GPa, density: 1500, section: {numbers: {A: 9.6e-05, Iy: "
+        "5.12e-10, Iz: 1.152e-09, J: 1.2e-9}}}\n"
+        "      shapes: {y: 2, z: 2, torsion: 1}\n      raw: yes\n"
+        "    points: {root: {station: 0}, near: {station: 1e-10}, E: {station: 0.4, offset: [0, 0.02, 0]}}\n"
+        "  slider: {joint: {name: X, prismatic: x, at: ground.S}, mass: 0.4, points: {C: [0, 0, 0]}}\n"
+        "loops: {L: {ball: [slider.C, rod.E]}}\ndrives: {d: {joint: A, angle: 50*t}}\n"
+        "start: {q: {B1: -0.2517768967649, B2: 0.0750705111, X: 0.39127995}}\n";
+    const kempe_run_options run = {.t_end = 0.02, .rtol = 1e-11};
+    double root[6], near[6], end[6], joint[3], closure[3], size[4] = {0};
+    take(text, &run, "section(rod.root)", 1, 6, root);
+    take(text, &run, "section(rod.near)", 1, 6, near);
+    take(text, &run, "section(rod.E)", 1, 6, end);
+    take(text, &run, "reaction(B)", 1, 3, joint);
+    take(text, &run, "reaction(L)", 1, 3, closure);
+    for (int k = 0; k < 3; k++) {
+        size[0] += root[k] * root[k];
+        size[1] += joint[k] * joint[k];
+        size[2] += end[k] * end[k];
+        size[3] += closure[k] * closure[k];
+    }
+    CHECK_NEAR(size[0], size[1], 1e-8);
+    CHECK_NEAR(size[2], size[3], 1e-8);
+    for (int k = 0; k < 6; k++)
+        CHECK_NEAR(near[k], root[k], 1e-8);
+    CHECK_NEAR(hypot(end[3], end[5]), 0.02 * hypot(end[0], end[2]), 1e-8); /* about the axis of the rod */
+    CHECK(fabs(root[3]) > 1e-3);
+}
+
 static void refused(const char *text, const char *reason)
 {
     kempe_context *context = kempe_context_new();
@@ -164,6 +201,7 @@ int main(void)
     TEST(pendulum_has_the_digits_of_another_program);
     TEST(spinning_bar_pulls);
     TEST(closures_beyond_load_a_section);
+    TEST(ends_of_a_twisted_rod);
     TEST(refuses_what_is_not_known);
     return check_report();
 }
