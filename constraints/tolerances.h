@@ -597,3 +597,19 @@
 /** An eigenvalue z is the 1 of a free motion that the averaged equations have exactly: a double one is the root of
  * rounding away, a triple one its cube root. */
 #define KMP_SAMPLED_ONE 1e-4
+/** A flexible body that deflects by more than this part of its length is out of the range of shapes with terms of
+ * second order, whose places are off by the cube of the slope: by a part of 1e-3 of the length there. */
+#define KMP_DEFLECTION_LARGE 0.1
+/** A flexible body without terms of second order may turn with this part of its first frequency: its stiffness is then
+ * off by the square, some percent. */
+#define KMP_ROTATION_SLOW 0.3
+/** Moments of a section by its loads and by the strain of shapes that differ by more than this part of the largest one
+ * are not resolved. */
+#define KMP_SECTION_RESOLVED 0.05
+/** Moments of sections below this part of forces times the length are rounding. */
+#define KMP_SECTION_REST 1e-9
+/** Explicit integrators take steps of at most this over the fastest frequency: the limit of stability of DOP853 is
+ * about 6 on the imaginary axis. */
+#define KMP_EXPLICIT_REACH 5.0
+/** Directions of a flexible body whose inertia is this part of the largest one move no mass, but for rounding. */
+#define KMP_FLEXIBLE_STILL 1e-13

@@ -23,18 +23,19 @@ enum { VIRTUAL = 6 }; /* three translations and three rotations, in the axes of 
 
 struct kmp_joint_loads {
     kmp_forces forces;
-    kmp_wrench *inertial; /* a link: of all that it carries, about its origin, its axes */
-    kmp_wrench *of;       /* a body: the load of its joint */
+    kmp_ref *qdd;
+    kmp_link_motion *motion; /* of each link */
+    kmp_wrench *inertial;    /* a link: of all that it carries, about its origin, its axes */
+    kmp_wrench *of;          /* a body: the load of its joint */
     bool *known;
     const kmp_force *obstacle; /* an element whose load on a joint is not known; NULL: none */
-    int obstructed;            /* the body of that joint */
+    int obstructed;            /* the body of that joint; less one, negative: the point of a section */
 };
 
 /* -- virtual motions --------------------------------------------------------------------------------- */
 
-/* A copy of the tree with the joint of link `first` displaced and turned before its motions by the inputs KMP_IN_ALONG.
- * Conditions are evaluated in place. NULL: no memory. */
-static kmp_link *displace(const kmp_tree *tree, int first, kmp_tree *moved)
+/* A copy of the tree whose links can be displaced. Conditions are evaluated in place. False: no memory. */
+static bool copy_links(const kmp_tree *tree, kmp_tree *moved)
 {
     kmp_graph *g = tree->graph;
     *moved = *tree;
@@ -43,15 +44,25 @@ static kmp_link *displace(const kmp_tree *tree, int first, kmp_tree *moved)
     moved->events = NULL;
     moved->noted = NULL;
     if (!moved->links)
-        return NULL;
+        return false;
     for (int i = 0; i < tree->count; i++)
         moved->links[i] = tree->links[i];
+    return true;
+}
+
+/* Displaces and turns link `first` of the copy before its motion by the inputs KMP_IN_ALONG: about its own place, or
+ * about its parent's origin. */
+static void displace(const kmp_tree *tree, int first, bool about_parent, kmp_tree *moved)
+{
+    kmp_graph *g = tree->graph;
     kmp_link *link = &moved->links[first];
     kmp_vec shift, turn;
     for (uint32_t k = 0; k < 3; k++) {
         shift.x[k] = kmp_input(g, KMP_IN_ALONG, k);
         turn.x[k] = kmp_input(g, KMP_IN_ALONG, 3 + k);
     }
+    if (about_parent)
+        shift = kmp_vec_add(g, shift, kmp_vec_cross(g, turn, link->p));
     link->p = kmp_vec_add(g, link->p, shift);
     for (int column = 0; column < 3; column++) { /* (1 + turn x) g */
         kmp_vec e;
@@ -63,10 +74,9 @@ static kmp_link *displace(const kmp_tree *tree, int first, kmp_tree *moved)
     }
     link->before = link->before < 0 ? 0 : link->before;
     link->turned = true;
-    return link;
 }
 
-/* -- what acts across a joint ------------------------------------------------------------------------ */
+/* -- what acts across a joint or a section ------------------------------------------------------------------------ */
 
 /* Quantities of virtual motions, and the generalized force along each. */
 typedef struct acting {
@@ -97,7 +107,7 @@ static void add_rows(const kmp_tree *moved, acting *a)
 }
 
 /* Friction along a length or an angle, and rigid contacts: their forces are in the values of all modes. */
-static void add_elements(kmp_joint_loads *loads, const kmp_tree *moved, int body, acting *a)
+static void add_elements(kmp_joint_loads *loads, const kmp_tree *moved, int across, acting *a)
 {
     const kempe_model *model = moved->model;
     for (int k = 0; k < model->force_count; k++) {
@@ -109,27 +119,28 @@ static void add_elements(kmp_joint_loads *loads, const kmp_tree *moved, int body
                    kmp_friction_slopes_of(moved, force, &of) == KMP_IN_QD) {
             bool crosses = kmp_graph_node(moved->graph, kmp_id(of))->depends & (1u << KMP_IN_ALONG);
             loads->obstacle = crosses ? force : loads->obstacle;
-            loads->obstructed = crosses ? body : loads->obstructed;
+            loads->obstructed = crosses ? across : loads->obstructed;
             of = KMP_ZERO;
         }
         add_acting(a, of, value);
     }
 }
 
-/* The generalized forces of closures and elements along the virtual motions of a joint. */
-static void find_acting(kmp_joint_loads *loads, const kmp_tree *tree, int body, kmp_ref generalized[VIRTUAL])
+/* The generalized forces of closures and elements along the virtual motions of a copy of the tree; `across`: as
+ * loads->obstructed. */
+static void find_acting(kmp_joint_loads *loads, const kmp_tree *tree, const kmp_tree *moved, int across,
+                        kmp_ref generalized[VIRTUAL])
 {
     kmp_graph *g = tree->graph;
     const kempe_model *model = tree->model;
     const int room = KMP_KIND_MAX_ROWS * model->closure_count + model->force_count;
     kmp_ref from[VIRTUAL], to[VIRTUAL], *slope = KMP_GRAPH_NEW(g, kmp_ref, VIRTUAL * room);
     acting a = {0, KMP_GRAPH_NEW(g, kmp_ref, room + 1), KMP_GRAPH_NEW(g, kmp_ref, room + 1)};
-    kmp_tree moved;
     uint16_t through;
-    if (!slope || !a.of || !a.force || !displace(tree, tree->of_motion[model->bodies[body].first_motion], &moved))
+    if (!slope || !a.of || !a.force)
         return;
-    add_rows(&moved, &a);
-    add_elements(loads, &moved, body, &a);
+    add_rows(moved, &a);
+    add_elements(loads, moved, across, &a);
     kmp_partials_all(g, a.count, a.of, KMP_IN_ALONG, VIRTUAL, slope);
     for (int k = 0; k < VIRTUAL; k++) {
         from[k] = kmp_input(g, KMP_IN_ALONG, (uint32_t)k);
@@ -194,7 +205,11 @@ static void find_load(kmp_joint_loads *loads, const kmp_tree *tree, int body)
     int first = tree->of_motion[b->first_motion];
     kmp_wrench w = loads->inertial[first];
     kmp_ref generalized[VIRTUAL] = {KMP_ZERO};
-    find_acting(loads, tree, body, generalized);
+    kmp_tree moved;
+    if (!copy_links(tree, &moved))
+        return;
+    displace(tree, first, false, &moved);
+    find_acting(loads, tree, &moved, body, generalized);
     w.moment = kmp_vec_add(g, w.moment, kmp_vec_cross(g, kmp_link_slide(tree, first), w.force));
     w.force = kmp_link_to_parent(tree, first, w.force);
     w.moment = kmp_link_to_parent(tree, first, w.moment);
@@ -220,6 +235,104 @@ kmp_vec kmp_joint_load(const kmp_tree *tree, int body, bool moment)
     return moment ? loads->of[body].moment : loads->of[body].force;
 }
 
+/* -- sections of beams ------------------------------------------------------------------------------- */
+
+/* The link that carries a station, nearest to the frame. */
+static int outermost(const kmp_tree *tree, int frame, int station)
+{
+    int link = station;
+    while (tree->links[link].parent != frame)
+        link = tree->links[link].parent;
+    return link;
+}
+
+/* True if link i, which the frame of a flexible body carries, is beyond its station s. */
+static bool is_beyond(const kmp_tree *tree, int which, int frame, int s, int i)
+{
+    const double rounding = 1e-12;
+    const kmp_flexible *flexible = &tree->model->flexibles[which];
+    const double from = flexible->stations[s].at[0].value - rounding * flexible->length->value;
+    bool beyond = s == 0;
+    for (int k = 0; k < flexible->station_count && !beyond; k++)
+        beyond = flexible->stations[k].at[0].value >= from && outermost(tree, frame, tree->stations[which][k]) == i;
+    return beyond;
+}
+
+static int station_of(const kempe_model *model, int point)
+{
+    return model->points[point].station > 0 ? model->points[point].station - 1 : 0;
+}
+
+/* About the origin of the frame and in its axes. */
+static kmp_wrench beyond_section(const kmp_tree *tree, int point)
+{
+    kmp_joint_loads *loads = tree->loads;
+    kmp_graph *g = tree->graph;
+    const int body = tree->model->points[point].body, which = tree->model->bodies[body].flexible - 1;
+    const int frame = tree->mounts[body].link, s = station_of(tree->model, point);
+    const kmp_flexible *part = tree->model->flexibles[which].stations[s].beyond;
+    const kmp_deformation *own = s == 0 ? tree->links[frame].deformation : kmp_deformation_new(tree, part, frame);
+    kmp_ref generalized[VIRTUAL] = {KMP_ZERO};
+    kmp_wrench w = {kmp_vec_zero(), kmp_vec_zero()};
+    kmp_tree moved;
+    if (!own || !copy_links(tree, &moved))
+        return w;
+    w = kmp_newton_euler_part(tree, own, loads->qdd, &loads->motion[frame]);
+    for (int i = frame + 1; i < tree->count; i++)
+        if (tree->links[i].parent == frame && is_beyond(tree, which, frame, s, i)) {
+            kmp_wrench_to_parent(tree, i, loads->inertial[i], &w);
+            displace(tree, i, true, &moved);
+        }
+    find_acting(loads, tree, &moved, -1 - point, generalized);
+    for (int k = 0; k < 3; k++) {
+        w.force.x[k] = kmp_sub(g, generalized[k], w.force.x[k]);
+        w.moment.x[k] = kmp_sub(g, generalized[3 + k], w.moment.x[k]);
+    }
+    return w;
+}
+
+kmp_wrench kmp_section_load(const kmp_tree *tree, int point)
+{
+    kmp_graph *g = tree->graph;
+    const int body = tree->model->points[point].body, which = tree->model->bodies[body].flexible - 1;
+    const int frame = tree->mounts[body].link, section = tree->stations[which][station_of(tree->model, point)];
+    kmp_wrench w = beyond_section(tree, point);
+    const kmp_vec place = kmp_link_position(tree, section, kmp_vec_zero(), frame);
+    w.moment = kmp_vec_sub(g, w.moment, kmp_vec_cross(g, place, w.force));
+    w.force = kmp_from_ancestor(tree, section, frame, w.force);
+    w.moment = kmp_from_ancestor(tree, section, frame, w.moment);
+    return w;
+}
+
+kmp_ref kmp_section_stress(const kmp_tree *tree, int point)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_point *p = &tree->model->points[point];
+    const kmp_flexible *flexible = &tree->model->flexibles[tree->model->bodies[p->body].flexible - 1];
+    const kmp_vec section = kmp_tree_vector(tree, flexible->section);
+    const kmp_number *offset = p->station > 0 ? p->offset : p->at;
+    const kmp_ref y = kmp_tree_number(tree, &offset[1]), z = kmp_tree_number(tree, &offset[2]);
+    const kmp_wrench load = kmp_section_load(tree, point);
+    kmp_ref sum = kmp_div(g, load.force.x[0], section.x[0]);
+    sum = kmp_sub(g, sum, kmp_div(g, kmp_mul(g, load.moment.x[2], y), section.x[1]));
+    return kmp_add(g, sum, kmp_div(g, kmp_mul(g, load.moment.x[1], z), section.x[2]));
+}
+
+kmp_vec kmp_section_strained(const kmp_tree *tree, int point)
+{
+    kmp_graph *g = tree->graph;
+    const kempe_model *model = tree->model;
+    const kmp_flexible *flexible = &model->flexibles[model->bodies[model->points[point].body].flexible - 1];
+    const kmp_number *row = flexible->stations[station_of(model, point)].strained;
+    kmp_vec moment = kmp_vec_zero();
+    for (int c = 0; c < 3; c++)
+        for (int k = 0; k < flexible->count; k++) {
+            const kmp_ref q = kmp_input(g, KMP_IN_Q, (uint32_t)(flexible->first + k));
+            moment.x[c] = kmp_add(g, moment.x[c], kmp_mul(g, kmp_tree_number(tree, &row[c * flexible->count + k]), q));
+        }
+    return moment;
+}
+
 /* -- the whole --------------------------------------------------------------------------------------- */
 
 static bool is_of_joint(const kmp_expr *expr, const void *unused)
@@ -234,7 +347,8 @@ static bool is_wanted(const kempe_model *model)
     bool wanted = false;
     for (int k = 0; k < model->output_count; k++)
         wanted = wanted || model->outputs[k].kind == KMP_OUTPUT_JOINT_REACTION ||
-                 model->outputs[k].kind == KMP_OUTPUT_JOINT_MOMENT;
+                 model->outputs[k].kind == KMP_OUTPUT_JOINT_MOMENT || model->outputs[k].kind == KMP_OUTPUT_SECTION ||
+                 model->outputs[k].kind == KMP_OUTPUT_STRESS;
     for (int k = 0; k < model->sensor_count; k++)
         wanted = wanted || kmp_expr_find(model->sensors[k].expr, is_of_joint, NULL);
     for (int k = 0; k < model->run.until_count; k++)
@@ -260,6 +374,8 @@ kempe_status kmp_joint_loads_begin(kmp_equations *eq, bool all)
     for (int k = 0; k < eq->n; k++)
         qdd[k] = kmp_input(g, KMP_IN_QDD, (uint32_t)k);
     kmp_newton_euler_whole(tree, qdd, loads->forces.applied, movement, loads->inertial, effort);
+    loads->qdd = qdd;
+    loads->motion = movement;
     tree->loads = loads;
     tree->carried = kmp_joint_load;
     return KEMPE_OK;
@@ -272,6 +388,15 @@ kempe_status kmp_joint_loads_end(kmp_equations *eq)
     eq->tree.loads = NULL;
     if (!loads || !loads->obstacle)
         return KEMPE_OK;
+    if (loads->obstructed < 0) {
+        const kmp_point *point = &model->points[-1 - loads->obstructed];
+        return kmp_complain(
+            eq->context, model->files[loads->obstacle->place.file], loads->obstacle->place.line,
+            loads->obstacle->place.column,
+            "friction '%s' rolls along no length that is a function of the coordinates: the loads of the "
+            "section of '%s.%s' are not known then; take its section and stress away from the outputs",
+            loads->obstacle->name, model->bodies[point->body].name, point->name);
+    }
     return kmp_complain(eq->context, model->files[loads->obstacle->place.file], loads->obstacle->place.line,
                         loads->obstacle->place.column,
                         "friction '%s' rolls along no length that is a function of the coordinates: the load of joint "

@@ -149,6 +149,10 @@ static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp
         return kmp_point_measure(&eq->tree, KMP_MEASURE_ANGULAR_VELOCITY, output->index, -1);
     case KMP_OUTPUT_DEFLECTION:
         return deflection(&eq->tree, output->index);
+    case KMP_OUTPUT_STRESS:
+        return kmp_vec_axis(kmp_section_stress(&eq->tree, output->index), 0);
+    case KMP_OUTPUT_STRAINED:
+        return kmp_section_strained(&eq->tree, output->index);
     case KMP_OUTPUT_REACTION:
     case KMP_OUTPUT_MOMENT:
         return kmp_closure_load(&eq->tree, output->index, output->kind == KMP_OUTPUT_MOMENT);
@@ -207,17 +211,35 @@ static void show_axes(kmp_equations *eq, int point)
         eq->shown[eq->shown_count++] = axes[k / 3].x[k % 3];
 }
 
+static void show_section(kmp_equations *eq, int point)
+{
+    const kmp_wrench load = kmp_section_load(&eq->tree, point);
+    for (int k = 0; k < 3; k++) {
+        eq->shown[eq->shown_count + k] = load.force.x[k];
+        eq->shown[eq->shown_count + 3 + k] = load.moment.x[k];
+    }
+    eq->shown_count += 6;
+}
+
 static void derive_output(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output)
 {
-    if (output->kind == KMP_OUTPUT_AXES) {
+    kmp_vec x;
+    switch (output->kind) {
+    case KMP_OUTPUT_AXES:
         show_axes(eq, output->index);
         return;
+    case KMP_OUTPUT_SECTION:
+        show_section(eq, output->index);
+        return;
+    case KMP_OUTPUT_FORCE:
+        for (int k = 0; k < kmp_output_width(eq->model, output); k++)
+            eq->shown[eq->shown_count++] = forces->value[(ptrdiff_t)KMP_FORCE_WIDTH * output->index + k];
+        return;
+    default:
+        x = derive_one(eq, forces, output);
     }
-    kmp_vec x = derive_one(eq, forces, output);
-    const kmp_ref *values =
-        output->kind == KMP_OUTPUT_FORCE ? forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * output->index : x.x;
-    for (int k = 0; k < kmp_output_width(eq->model, output); k++)
-        eq->shown[eq->shown_count++] = values[k];
+    for (int k = 0; k < 3 && k < kmp_output_width(eq->model, output); k++)
+        eq->shown[eq->shown_count++] = x.x[k];
     for (int k = 0; output->kind == KMP_OUTPUT_POSITION && k < 3; k++)
         eq->position[3 * eq->position_count + k] = x.x[k];
     eq->position_count += output->kind == KMP_OUTPUT_POSITION;

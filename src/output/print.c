@@ -60,6 +60,27 @@ void kmp_print_title(kmp_text *text, const kempe_model *model, kempe_outcome out
     kmp_text_printf(text, "%s: %s, ", model->name, kempe_outcome_text(outcome));
 }
 
+void kmp_print_flexible(kmp_text *text, const kempe_model *model, const char *label)
+{
+    for (int k = 0; k < model->flexible_count; k++) {
+        const kmp_flexible *f = &model->flexibles[k];
+        kmp_text_printf(text, "%s%s: stiffening %s, frame %s, %d coordinate%s\n", label, model->bodies[f->body].name,
+                        kmp_stiffening_words[f->stiffening], kmp_flexible_frame_words[f->frame], f->count,
+                        f->count == 1 ? "" : "s");
+    }
+}
+
+static void put_flexible(kmp_json *json, const kempe_model *model)
+{
+    kmp_json_object(json, "flexible");
+    for (int k = 0; k < model->flexible_count; k++) {
+        const kmp_flexible *f = &model->flexibles[k];
+        kmp_json_put(json, "%s { stiffening %s frame %s coordinates %d }", model->bodies[f->body].name,
+                     kmp_stiffening_words[f->stiffening], kmp_flexible_frame_words[f->frame], f->count);
+    }
+    kmp_json_end(json);
+}
+
 void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label, const char *more)
 {
     for (int c = 0, reported = 0; c < system->model->closure_count; c++) {
@@ -99,6 +120,8 @@ void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_outcome ou
         kmp_json_put(json, "} closure_tolerance %g corrected %i moved %g length %g }", system->closure_tolerance,
                      system->mended, system->mended_by * system->length, system->length);
     }
+    if (system->model->flexible_count > 0)
+        put_flexible(json, system->model);
     if (warnings)
         print_lines(json, "warnings", warnings);
 }

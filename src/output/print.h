@@ -28,6 +28,10 @@ void kmp_print_title(kmp_text *text, const kempe_model *model, kempe_outcome out
 void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_outcome outcome, const char *reason,
                     double build_s, const char *warnings);
 
+/** A line for each flexible body, after a label: the words of its terms of second order and of its frame. The head of a
+ * JSON object has them as `flexible`. */
+void kmp_print_flexible(kmp_text *text, const kempe_model *model, const char *label);
+
 /** Names of the parameters that nothing uses: "a, b" (nothing when there are none), and the array unused_parameters. */
 void kmp_print_unused(kmp_text *text, const kempe_model *model);
 void kmp_print_unused_json(kmp_json *json, const kempe_model *model);

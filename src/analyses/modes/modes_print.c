@@ -146,6 +146,30 @@ static void show_z(kmp_text *text, const kempe_modes *m, int c)
         show_pair(text, m->modes.z_re[c], m->modes.z_im[c]);
 }
 
+/* The part of a flexible body in the elastic energy of mode c. */
+static double strain_of(const kempe_modes *m, const kmp_flexible *f, int c)
+{
+    double sum = 0;
+    for (int k = f->first; k < f->first + f->count; k++)
+        sum += m->modes.potential[k + (ptrdiff_t)c * m->modes.n];
+    return sum;
+}
+
+/* "; elastic energy: rod 0.98" */
+static void put_strain(kmp_text *text, const kempe_modes *m, int c)
+{
+    const double visible = 0.005;
+    const kempe_model *model = m->system->model;
+    const char *before = "; elastic energy: ";
+    for (int k = 0; k < model->flexible_count; k++) {
+        const double part = strain_of(m, &model->flexibles[k], c);
+        if (fabs(part) < visible)
+            continue;
+        kmp_text_printf(text, "%s%s %.2f", before, model->bodies[model->flexibles[k].body].name, part);
+        before = ", ";
+    }
+}
+
 static void show_mode(kmp_text *text, const kempe_modes *m, int c)
 {
     double re = m->modes.spectrum.re[c], im = m->modes.spectrum.im[c];
@@ -158,6 +182,7 @@ static void show_mode(kmp_text *text, const kempe_modes *m, int c)
     kmp_print_cells(text, "  %13.6g  %9.6g  %11.6g  ", im > 0 ? kmp_mode_frequency(re, im) : NAN,
                     im > 0 ? kmp_mode_damping(re, im) : NAN, over ? NAN : kmp_mode_time(re));
     kmp_modes_put_movers(text, m, c);
+    put_strain(text, m, c);
     kmp_text_put(text, "\n");
 }
 
@@ -279,6 +304,7 @@ static void show_all(kmp_text *text, const void *result)
         list_coordinates(text, m, true);
     }
     kmp_text_put(text, "\n");
+    kmp_print_flexible(text, m->system->model, "flexible  ");
     if (m->family->rate_count > 0) {
         kmp_text_put(text, "steady    ");
         kmp_steady_list(text, m->system->model, m->family->rate_count, m->family->rates, m->qd);
@@ -330,6 +356,13 @@ static void json_mode(kmp_json *j, const kempe_modes *m, int c)
     kmp_json_end(j);
     kmp_print_entries(j, "kinetic", m->system, KMP_QUANTITY_Q, m->modes.kinetic + (ptrdiff_t)c * m->modes.n);
     kmp_print_entries(j, "potential", m->system, KMP_QUANTITY_Q, m->modes.potential + (ptrdiff_t)c * m->modes.n);
+    const kempe_model *model = m->system->model;
+    if (model->flexible_count > 0) {
+        kmp_json_object(j, "strain");
+        for (int k = 0; k < model->flexible_count; k++)
+            kmp_json_number(j, model->bodies[model->flexibles[k].body].name, strain_of(m, &model->flexibles[k], c));
+        kmp_json_end(j);
+    }
     kmp_json_end(j);
 }
 

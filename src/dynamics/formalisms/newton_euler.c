@@ -125,6 +125,15 @@ static kmp_vec gyroscopic(kmp_graph *g, kmp_tensor inertia, const kmp_link_motio
     return r;
 }
 
+/* m alpha + beta b and b x alpha + I wd + w x (I w), about the origin of the link. */
+static kmp_wrench composite_wrench(kmp_graph *g, const kmp_composite *own, const kmp_link_motion *m)
+{
+    kmp_wrench w;
+    w.force = kmp_vec_add(g, kmp_vec_scale(g, own->mass, m->alpha), kmp_matrix_apply(g, &m->beta, false, own->moment));
+    w.moment = kmp_vec_add(g, kmp_vec_cross(g, own->moment, m->alpha), gyroscopic(g, own->inertia, m));
+    return w;
+}
+
 /* The link's own share of (25) and (27): with f = m (alpha + beta l) - F and l x f. Or by the first moment b = m l and
  * the second moments about the origin, with f = m alpha + beta b - F and b x alpha - l x F. */
 static void body_wrench(const kmp_tree *tree, int i, const kmp_link_motion *m, const kmp_wrench *applied, kmp_wrench *w)
@@ -133,9 +142,9 @@ static void body_wrench(const kmp_tree *tree, int i, const kmp_link_motion *m, c
     const kmp_link *link = &tree->links[i];
     kmp_vec f, moment;
     if (link->about) {
-        const kmp_composite *own = &link->own;
-        f = kmp_vec_add(g, kmp_vec_scale(g, own->mass, m->alpha), kmp_matrix_apply(g, &m->beta, false, own->moment));
-        moment = kmp_vec_add(g, kmp_vec_cross(g, own->moment, m->alpha), gyroscopic(g, own->inertia, m));
+        const kmp_wrench inertial = composite_wrench(g, &link->own, m);
+        f = inertial.force;
+        moment = inertial.moment;
         moment = kmp_vec_sub(g, moment, kmp_vec_cross(g, link->com, link->push));
     } else {
         f = kmp_vec_scale(g, link->mass, kmp_vec_add(g, m->alpha, kmp_matrix_apply(g, &m->beta, false, link->com)));
@@ -207,6 +216,16 @@ void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, km
         if (tree->links[i].deformation)
             kmp_flexible_wrench(tree, tree->links[i].deformation, NULL, &m[i], &share[i], elastic);
     }
+}
+
+kmp_wrench kmp_newton_euler_part(const kmp_tree *tree, const kmp_deformation *part, const kmp_ref *qdd,
+                                 const kmp_link_motion *m)
+{
+    kmp_wrench w = composite_wrench(tree->graph, &part->whole, m);
+    kmp_ref *effort = KMP_GRAPH_NEW(tree->graph, kmp_ref, tree->model->motion_count);
+    if (effort)
+        kmp_flexible_wrench(tree, part, qdd, m, &w, effort);
+    return w;
 }
 
 void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_link_motion *m,

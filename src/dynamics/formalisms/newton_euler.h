@@ -38,6 +38,11 @@ void kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench
 void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_link_motion *m,
                             kmp_wrench *w, kmp_ref *effort);
 
+/** The wrench about the origin of the link of a flexible body that accelerates a part of its mass, where the link moves
+ * by m: what acts on the part alone is not among it. */
+kmp_wrench kmp_newton_euler_part(const kmp_tree *tree, const kmp_deformation *part, const kmp_ref *qdd,
+                                 const kmp_link_motion *m);
+
 /** Each link's own share of (25) and (27) with the coordinates at rest in their rates (qdd = 0), about its origin, and
  * the inertial forces on coordinates of flexible bodies then (n, zero for others). */
 void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share, kmp_ref *elastic);

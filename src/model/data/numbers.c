@@ -39,6 +39,16 @@ static void visit_closure(walk *w, const kempe_model *model, const kmp_closure *
         visit(w, closure->name, model->motions[closure->terms[k].motion].name, 1, &closure->terms[k].factor);
 }
 
+static void visit_flexible(walk *w, const kempe_model *model, const kmp_flexible *flexible)
+{
+    const char *name = model->bodies[flexible->body].name;
+    for (int i = 0; i < flexible->number_count; i++)
+        visit(w, name, "flexible", 1, &flexible->numbers[i]);
+    for (int k = 0; k < flexible->station_count; k++)
+        if (flexible->stations[k].beyond)
+            visit_flexible(w, model, flexible->stations[k].beyond);
+}
+
 bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *user)
 {
     walk w = {each, user, true};
@@ -60,8 +70,7 @@ bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *u
             visit(&w, model->bodies[point->body].name, point->name, 3, point->offset);
     }
     for (int k = 0; k < model->flexible_count; k++)
-        for (int i = 0; i < model->flexibles[k].number_count; i++)
-            visit(&w, model->bodies[model->flexibles[k].body].name, "flexible", 1, &model->flexibles[k].numbers[i]);
+        visit_flexible(&w, model, &model->flexibles[k]);
     for (int k = 0; k < model->closure_count; k++)
         visit_closure(&w, model, &model->closures[k]);
     for (int k = 0; k < model->force_count; k++) {

@@ -40,6 +40,27 @@ static int force_width(const kmp_force *force)
     return gap ? 5 : force->compliant->film ? width : force->compliant->ball ? width - 1 : width - 2;
 }
 
+const char *kmp_output_obstacle(const kempe_model *model, kmp_output_kind kind, int point)
+{
+    const kmp_point *p = &model->points[point];
+    const kmp_body *body = &model->bodies[p->body];
+    if (kind != KMP_OUTPUT_DEFLECTION && kind != KMP_OUTPUT_SECTION && kind != KMP_OUTPUT_STRAINED &&
+        kind != KMP_OUTPUT_STRESS)
+        return NULL;
+    if (!body->flexible)
+        return "is rigid";
+    const kmp_flexible *flexible = &model->flexibles[body->flexible - 1];
+    if (kind == KMP_OUTPUT_DEFLECTION || kind == KMP_OUTPUT_STRAINED || !flexible->numbers)
+        return NULL;
+    if (p->station > 1 && !flexible->stations[p->station - 1].beyond)
+        return "has a station there whose part of the length depends on parameters, and its section divides the beam: "
+               "write the station as a fixed part of the length";
+    const kmp_number *section = flexible->section;
+    if (kind == KMP_OUTPUT_STRESS && !(section[0].value > 0 && section[1].value > 0 && section[2].value > 0))
+        return "is a beam without a known section: stresses need A, Iy and Iz, by the key 'section'";
+    return NULL;
+}
+
 int kmp_output_width(const kempe_model *model, const kmp_output *output)
 {
     if (output->kind == KMP_OUTPUT_CONTACT)
@@ -160,6 +181,7 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
 {
     static const char *const components[] = {"x", "y", "z", "mx", "my", "mz"};
     static const char *const axes[] = {"x.x", "x.y", "x.z", "y.x", "y.y", "y.z", "z.x", "z.y", "z.z"};
+    static const char *const loads[] = {"N", "Vy", "Vz", "Mx", "My", "Mz"};
     static const char *const energies[] = {"kinetic", "potential", "total"};
     kmp_text argument = {0};
     bool any = put_argument(&argument, model, output, '.');
@@ -168,6 +190,8 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
     kmp_text_free_part(text, &argument);
     if (output->kind == KMP_OUTPUT_ENERGY)
         kmp_text_printf(text, ".%s", energies[k]);
+    else if (output->kind == KMP_OUTPUT_SECTION || output->kind == KMP_OUTPUT_STRAINED)
+        kmp_text_printf(text, ".%s", loads[output->kind == KMP_OUTPUT_SECTION ? k : 3 + k]);
     else if (output->kind == KMP_OUTPUT_AXES)
         kmp_text_printf(text, ".%s", axes[k]);
     else if (output->kind == KMP_OUTPUT_CONTACT)
@@ -199,6 +223,8 @@ const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, 
                                            : force->kind == KMP_FORCE_BODY || force->kind == KMP_FORCE_TORSION;
         return torque ? "N m" : "N";
     }
+    if (output->kind == KMP_OUTPUT_SECTION)
+        return k < 3 ? "N" : "N m";
     if (output->kind == KMP_OUTPUT_GAP)
         return model->forces[output->index].turns ? "rad" : "m";
     if (output->kind == KMP_OUTPUT_CONTACT)

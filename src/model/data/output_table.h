@@ -43,6 +43,10 @@ bool kmp_output_includes(const kmp_output *a, const kmp_output *b);
 /** The names that an argument is one of; of points, without those of their bodies. */
 kmp_name_list kmp_output_names(const kempe_model *model, kmp_output_argument argument);
 
+/** Why an output of a point of a body that is not fit for it is refused, "is rigid": words after the body's name. NULL:
+ * it is known. */
+const char *kmp_output_obstacle(const kempe_model *model, kmp_output_kind kind, int point);
+
 /** Values a row that are computed for an output; 0: it is in the table of every run. */
 int kmp_output_width(const kempe_model *model, const kmp_output *output);
 

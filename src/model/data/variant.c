@@ -62,6 +62,13 @@ static void copy_closures(kmp_variant *v)
     }
 }
 
+static void copy_numbers(kmp_variant *v, kmp_flexible *flexible)
+{
+    kmp_number *numbers = flexible ? COPY(v, flexible->numbers, flexible->number_count, 0) : NULL;
+    if (numbers && (flexible->stations || flexible->station_count == 0))
+        kmp_flexible_lay(flexible, numbers);
+}
+
 static void copy_flexibles(kmp_variant *v)
 {
     kempe_model *m = &v->model;
@@ -69,9 +76,13 @@ static void copy_flexibles(kmp_variant *v)
     for (int i = 0; m->flexibles && i < m->flexible_count; i++) {
         kmp_flexible *flexible = &m->flexibles[i];
         flexible->stations = COPY(v, flexible->stations, flexible->station_count, 0);
-        kmp_number *numbers = COPY(v, flexible->numbers, flexible->number_count, 0);
-        if (flexible->stations && numbers)
-            kmp_flexible_lay(flexible, numbers);
+        copy_numbers(v, flexible);
+        for (int k = 0; flexible->stations && k < flexible->station_count; k++)
+            if (flexible->stations[k].beyond) {
+                kmp_flexible *beyond = COPY(v, flexible->stations[k].beyond, 1, 0);
+                flexible->stations[k].beyond = beyond;
+                copy_numbers(v, beyond);
+            }
     }
 }
 

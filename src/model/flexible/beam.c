@@ -15,6 +15,8 @@
 enum { LEAST_POWER = -5, MOST_POWER = 4, POWERS = MOST_POWER - LEAST_POWER + 1 };
 
 typedef struct maker {
+    const kmp_number *line_mass, *section_mass; /* of the part, by the length of the whole beam */
+    kmp_polynomial place;                       /* xi over the part */
     kmp_arena *arena;
     kmp_arena scratch;
     const kmp_beam *beam;
@@ -25,10 +27,11 @@ typedef struct maker {
     kmp_beam_amount *amounts; /* room for as many */
     kmp_number power[POWERS];
     kmp_number part[KMP_BEAM_PARTS];
-    int used; /* quadratic functions that are made */
+    int used;   /* quadratic functions that are made */
+    bool whole; /* not a part */
 } maker;
 
-static const kmp_polynomial one = {.count = 1, .c = {1}}, place = {.count = 2, .c = {0.5, 0.5}};
+static const kmp_polynomial one = {.count = 1, .c = {1}};
 
 static kmp_number power(const maker *m, int exponent)
 {
@@ -74,14 +77,13 @@ static const kmp_beam_second *second_of(const maker *m, int k, int l)
 
 static void put_rigid(const maker *m)
 {
-    const kmp_beam *b = m->beam;
     kmp_flexible *to = m->to;
-    *to->length = b->length;
-    *to->mass = scaled(m, b->line_mass, 1);
-    to->moment[0] = kmp_number_scale(m->arena, 0.5, scaled(m, b->line_mass, 2));
-    to->second[0] = kmp_number_scale(m->arena, 1 / 3.0, scaled(m, b->line_mass, 3));
-    to->second[1] = scaled(m, b->section_mass[0], 1);
-    to->second[2] = scaled(m, b->section_mass[1], 1);
+    *to->length = m->beam->length;
+    *to->mass = scaled(m, *m->line_mass, 1);
+    to->moment[0] = kmp_number_scale(m->arena, m->place.c[0], scaled(m, *m->line_mass, 2));
+    to->second[0] = kmp_number_scale(m->arena, kmp_polynomial_mean(&m->place, &m->place), scaled(m, *m->line_mass, 3));
+    to->second[1] = scaled(m, m->section_mass[0], 1);
+    to->second[2] = scaled(m, m->section_mass[1], 1);
 }
 
 /* Of a section's point at y, or z (c: 1, 2), the component a of theta x (0, y, z) by y: the component of theta, and its
@@ -94,21 +96,20 @@ static int section_part(int c, int a, int *component)
 
 static void put_place(const maker *m, int k)
 {
-    const kmp_beam *b = m->beam;
     const kmp_beam_shape *shape = &m->shapes[k];
     const int less = metres(m, k);
     kmp_number *z = m->to->by_place + (ptrdiff_t)9 * k;
     for (int a = 0; a < 3; a++) {
         kmp_beam_amount sum = kmp_beam_field_mean_with(&shape->way[a], &one);
-        m->to->field[3 * k + a] = number_of(m, scaled(m, b->line_mass, 2 - less), &sum);
-        sum = kmp_beam_field_mean_with(&shape->way[a], &place);
-        z[3 * a] = number_of(m, scaled(m, b->line_mass, 3 - less), &sum);
+        m->to->field[3 * k + a] = number_of(m, scaled(m, *m->line_mass, 2 - less), &sum);
+        sum = kmp_beam_field_mean_with(&shape->way[a], &m->place);
+        z[3 * a] = number_of(m, scaled(m, *m->line_mass, 3 - less), &sum);
         for (int c = 1, i; c < 3; c++) {
             const int sign = section_part(c, a, &i);
             if (sign == 0)
                 continue;
             sum = kmp_beam_field_mean_with(&shape->turn[i], &one);
-            const kmp_number section = number_of(m, scaled(m, b->section_mass[c - 1], 1 - less), &sum);
+            const kmp_number section = number_of(m, scaled(m, m->section_mass[c - 1], 1 - less), &sum);
             z[3 * a + c] = kmp_number_scale(m->arena, sign, section);
         }
     }
@@ -117,20 +118,19 @@ static void put_place(const maker *m, int k)
 /* Entries (a, b) of the integral of phi_k phi_l' dm. */
 static void put_product(const maker *m, int k, int l)
 {
-    const kmp_beam *beam = m->beam;
     const kmp_beam_shape *first = &m->shapes[k], *other = &m->shapes[l];
     const int n = m->to->count + m->to->quadratic_count, less = metres(m, k) + metres(m, l);
     kmp_number *t = m->to->by_field + 9 * ((ptrdiff_t)n * k + l);
     for (int a = 0; a < 3; a++)
         for (int b = 0; b < 3; b++) {
             kmp_beam_amount sum = kmp_beam_field_mean(&first->way[a], &other->way[b]);
-            t[3 * a + b] = number_of(m, scaled(m, beam->line_mass, 3 - less), &sum);
+            t[3 * a + b] = number_of(m, scaled(m, *m->line_mass, 3 - less), &sum);
             for (int c = 1, i, j; c < 3; c++) {
                 const int sign = section_part(c, a, &i) * section_part(c, b, &j);
                 if (sign == 0)
                     continue;
                 sum = kmp_beam_field_mean(&first->turn[i], &other->turn[j]);
-                const kmp_number section = number_of(m, scaled(m, beam->section_mass[c - 1], 1 - less), &sum);
+                const kmp_number section = number_of(m, scaled(m, m->section_mass[c - 1], 1 - less), &sum);
                 add(m, &t[3 * a + b], kmp_number_scale(m->arena, sign, section));
             }
         }
@@ -183,9 +183,9 @@ static void put_first_order(const maker *m)
         for (int l = k; l < n; l++) {
             const bool related = m->shapes[k].family == m->shapes[l].family;
             put_product(m, k, l);
-            if (related)
+            if (m->whole && related)
                 put_stiffness(m, k, l);
-            if (related && k < l && !m->beam->raw)
+            if (m->whole && related && k < l && !m->beam->raw)
                 clear_between_modes(m, k, l);
             to->stiffness[n * l + k] = to->stiffness[n * k + l];
             for (int a = 0; a < 9 && k < l; a++)
@@ -223,7 +223,7 @@ static int put_quadratic(maker *m, const kmp_beam_amount *amounts, kmp_number fa
 /* Products of two functions of the basis along c and a, which are numbers `own` and `other` of all fields. */
 static void put_axis_product(const maker *m, int own, int other, int c, int a, double mean)
 {
-    const kmp_number product = kmp_number_scale(m->arena, mean, scaled(m, m->beam->line_mass, 1));
+    const kmp_number product = kmp_number_scale(m->arena, mean, scaled(m, *m->line_mass, 1));
     const ptrdiff_t all = m->to->count + m->to->quadratic_count;
     m->to->by_field[9 * (all * own + other) + 3 * c + a] = product;
     m->to->by_field[9 * (all * other + own) + 3 * a + c] = product;
@@ -234,13 +234,13 @@ static void put_axis_field(const maker *m, int own, int c, const kmp_polynomial 
 {
     const int n = m->to->count, all = n + m->to->quadratic_count;
     m->to->field[3 * own + c] =
-        kmp_number_scale(m->arena, kmp_polynomial_mean(function, &one), scaled(m, m->beam->line_mass, 1));
+        kmp_number_scale(m->arena, kmp_polynomial_mean(function, &one), scaled(m, *m->line_mass, 1));
     m->to->by_place[9 * own + 3 * c] =
-        kmp_number_scale(m->arena, kmp_polynomial_mean(function, &place), scaled(m, m->beam->line_mass, 2));
+        kmp_number_scale(m->arena, kmp_polynomial_mean(function, &m->place), scaled(m, *m->line_mass, 2));
     for (int k = 0; k < n; k++)
         for (int b = 0; b < 3; b++) {
             const kmp_beam_amount sum = kmp_beam_field_mean_with(&m->shapes[k].way[b], function);
-            const kmp_number number = number_of(m, scaled(m, m->beam->line_mass, 2 - metres(m, k)), &sum);
+            const kmp_number number = number_of(m, scaled(m, *m->line_mass, 2 - metres(m, k)), &sum);
             m->to->by_field[9 * ((ptrdiff_t)all * own + k) + 3 * c + b] = number;
             m->to->by_field[9 * ((ptrdiff_t)all * k + own) + 3 * b + c] = number;
         }
@@ -273,8 +273,8 @@ static void put_moments_of_axis(maker *m, kmp_beam_amount *amounts)
     for (int by_x = 0; by_x < 2; by_x++)
         for (int c = 0; c < 3; c++) {
             for (int i = 0; i < m->to->count * (m->to->count + 1) / 2; i++)
-                amounts[i] = kmp_beam_field_mean_with(&m->second[i].way[c], by_x ? &place : &one);
-            const int own = put_quadratic(m, amounts, m->beam->line_mass, 2 + by_x);
+                amounts[i] = kmp_beam_field_mean_with(&m->second[i].way[c], by_x ? &m->place : &one);
+            const int own = put_quadratic(m, amounts, *m->line_mass, 2 + by_x);
             if (own >= 0 && by_x)
                 m->to->by_place[9 * own + 3 * c] = (kmp_number){.value = 1};
             else if (own >= 0)
@@ -287,8 +287,8 @@ static void put_moments_of_sections(maker *m, kmp_beam_amount *amounts)
     for (int a = 0; a < 3; a++)
         for (int c = 1; c < 3; c++) {
             for (int i = 0; i < m->to->count * (m->to->count + 1) / 2; i++)
-                amounts[i] = m->second[i].section[a][c - 1];
-            const int own = put_quadratic(m, amounts, m->beam->section_mass[c - 1], 1);
+                amounts[i] = kmp_beam_field_mean_with(&m->second[i].section[a][c - 1], &one);
+            const int own = put_quadratic(m, amounts, m->section_mass[c - 1], 1);
             if (own >= 0)
                 m->to->by_place[9 * own + 3 * a + c] = (kmp_number){.value = 1};
         }
@@ -317,12 +317,31 @@ static kmp_number value_of(const maker *m, const kmp_beam_field *field, kmp_numb
     return scaled(m, sum, exponent);
 }
 
+/* Moments of a section by the curvature and twist of the axis: G J phi', -E Iy w'', E Iz v''. */
+static void put_strained(const maker *m, kmp_station *station, kmp_number xi)
+{
+    static const int axis[] = {[KMP_BEAM_Y] = 2, [KMP_BEAM_Z] = 1, [KMP_BEAM_TORSION] = 0};
+    const int n = m->to->count;
+    for (int k = 0; k < n; k++) {
+        const kmp_beam_family family = m->shapes[k].family;
+        if (family == KMP_BEAM_AXIAL)
+            continue;
+        kmp_polynomial curve = kmp_polynomial_derivative(&m->shapes[k].own);
+        if (family != KMP_BEAM_TORSION)
+            curve = kmp_polynomial_derivative(&curve);
+        const kmp_number stiffness = scaled(m, m->beam->stiffness[family], family == KMP_BEAM_TORSION ? -1 : -2);
+        const kmp_number moment = kmp_number_times(m->arena, stiffness, kmp_polynomial_number(m->arena, &curve, xi));
+        station->strained[n * axis[family] + k] = kmp_number_scale(m->arena, family == KMP_BEAM_Z ? -1 : 1, moment);
+    }
+}
+
 static void put_station(const maker *m, kmp_station *station, kmp_number x)
 {
     const int n = m->to->count;
     const kmp_number xi =
         kmp_number_same(x, m->beam->length) ? (kmp_number){.value = 1} : kmp_number_over(m->arena, x, m->beam->length);
     station->at[0] = x;
+    put_strained(m, station, xi);
     if (is_nothing(x) && m->beam->frame == KMP_FRAME_CLAMPED)
         return;
     for (int k = 0; k < n; k++)
@@ -422,6 +441,10 @@ static void make_factors(maker *m)
 static bool make_shapes(maker *m)
 {
     const int n = m->to->count, pairs = n * (n + 1) / 2;
+    m->whole = true;
+    m->line_mass = &m->beam->line_mass;
+    m->section_mass = m->beam->section_mass;
+    m->place = (kmp_polynomial){.count = 2, .c = {0.5, 0.5}};
     make_factors(m);
     if (!KMP_ARENA_MAKE(&m->scratch, KMP_ROOM(kmp_beam_shape, n, &m->shapes),
                         KMP_ROOM(kmp_beam_second, pairs, &m->second), KMP_ROOM(kmp_beam_amount, pairs, &m->amounts),
@@ -434,11 +457,10 @@ static bool make_shapes(maker *m)
     return true;
 }
 
-static bool make_all(maker *m)
+/* The moments of a body, or of a part of it. */
+static bool put_moments(maker *m)
 {
     kmp_flexible *to = m->to;
-    if (!make_shapes(m))
-        return false;
     for (int c = 0; c < 3 && m->beam->stiffening == KMP_STIFFENING_FULL; c++)
         if (!kmp_beam_basis_of(&m->scratch, to->count * (to->count + 1) / 2, m->second, c, &m->basis[c]))
             return false;
@@ -452,9 +474,64 @@ static bool make_all(maker *m)
     put_rigid(m);
     put_first_order(m);
     put_second_order(m, m->amounts);
+    return true;
+}
+
+/* The part beyond xi = from, by fields over 0 .. 1 and masses by length that are as much less as it is shorter. */
+static kmp_flexible *part_beyond(const maker *m, double from)
+{
+    const int n = m->to->count, pairs = n * (n + 1) / 2;
+    kmp_flexible *part = KMP_ARENA_NEW(m->arena, kmp_flexible, 1);
+    maker own = *m;
+    own.scratch = (kmp_arena){0};
+    own.to = part;
+    own.whole = false;
+    kmp_number masses[3] = {kmp_number_scale(m->arena, 1 - from, *m->line_mass)};
+    for (int c = 0; c < 2; c++)
+        masses[1 + c] = kmp_number_scale(m->arena, 1 - from, m->section_mass[c]);
+    own.line_mass = masses;
+    own.section_mass = masses + 1;
+    own.place = kmp_polynomial_beyond(&m->place, from);
+    bool made =
+        part && KMP_ARENA_MAKE(&own.scratch, KMP_ROOM(kmp_beam_shape, n, &own.shapes),
+                               KMP_ROOM(kmp_beam_second, pairs, &own.second), KMP_ROOM(kmp_beam_basis, 3, &own.basis));
+    if (made) {
+        *part = (kmp_flexible){.body = m->to->body, .first = m->to->first, .count = n};
+        for (int k = 0; k < n; k++) {
+            own.shapes[k] = m->shapes[k];
+            for (int c = 0; c < 3; c++) {
+                kmp_beam_field_cut(&own.shapes[k].way[c], from);
+                kmp_beam_field_cut(&own.shapes[k].turn[c], from);
+            }
+        }
+        for (int i = 0; i < pairs; i++) {
+            own.second[i] = m->second[i];
+            for (int c = 0; c < 3; c++) {
+                kmp_beam_field_cut(&own.second[i].way[c], from);
+                for (int b = 0; b < 2; b++)
+                    kmp_beam_field_cut(&own.second[i].section[c][b], from);
+            }
+        }
+        made = put_moments(&own);
+    }
+    kmp_arena_free(&own.scratch);
+    return made ? part : NULL;
+}
+
+static bool make_all(maker *m)
+{
+    kmp_flexible *to = m->to;
+    if (!make_shapes(m) || !put_moments(m))
+        return false;
     put_damping(m);
-    for (int k = 0; k < to->station_count; k++)
+    for (int c = 0; c < 3; c++)
+        to->section[c] = m->beam->section[c];
+    for (int k = 0; k < to->station_count; k++) {
+        const double from = m->beam->stations[k].value / m->beam->length.value;
         put_station(m, &to->stations[k], m->beam->stations[k]);
+        if (k > 0 && m->beam->fixed[k] && !(to->stations[k].beyond = part_beyond(m, fmin(from, 1))))
+            return false;
+    }
     to->moved = kmp_station_moves(to, &to->stations[0]);
     return !m->arena->failed;
 }

@@ -32,8 +32,10 @@ struct kmp_beam {
     kmp_stiffening stiffening;
     kmp_number ratio;       /* of damping, of each mode */
     kmp_number rayleigh[2]; /* damping = [0] mass + [1] stiffness */
+    kmp_number section[3];  /* its area, int y^2, int z^2; 0 where they are not given */
     int station_count;
     const kmp_number *stations; /* their x; the first is 0 */
+    const bool *fixed;          /* of each: x is a part of the length that does not depend on parameters */
 };
 
 /** Makes the numbers and stations of a flexible body in the arena, for coordinates in the order of the families; body,

@@ -45,6 +45,12 @@ void kmp_beam_field_integrate(kmp_beam_field *field)
         field->part[i] = kmp_polynomial_integral(&field->part[i]);
 }
 
+void kmp_beam_field_cut(kmp_beam_field *field, double from)
+{
+    for (int i = 0; i < KMP_BEAM_PARTS; i++)
+        field->part[i] = kmp_polynomial_beyond(&field->part[i], from);
+}
+
 kmp_beam_amount kmp_beam_field_mean(const kmp_beam_field *a, const kmp_beam_field *b)
 {
     kmp_beam_amount sum = {{0}};
@@ -365,7 +371,6 @@ static void add_cross_product(kmp_beam_field *field, double factor, const kmp_be
 /* Adds half of what is of shape a before shape b. */
 static void add_ordered(const kmp_beam_shape *a, const kmp_beam_shape *b, kmp_beam_second *second)
 {
-    const kmp_polynomial one = {.count = 1, .c = {1}};
     kmp_beam_field start[2][3], slope[3];
     for (int c = 0; c < 3; c++) {
         start[0][c] = start_of(&a->turn[c]);
@@ -379,11 +384,10 @@ static void add_ordered(const kmp_beam_shape *a, const kmp_beam_shape *b, kmp_be
             add_cross_product(&entry, 0.5, a->turn, slope, i, j);
             kmp_beam_field_integrate(&entry);
             add_cross_product(&entry, 0.25, start[0], start[1], i, j);
-            const kmp_beam_amount mean = kmp_beam_field_mean_with(&entry, &one);
-            for (int p = 0; p < KMP_BEAM_PARTS && j > 0; p++)
-                second->section[i][j - 1].part[p] += mean.part[p];
-            if (j > 0)
+            if (j > 0) {
+                kmp_beam_field_add(&second->section[i][j - 1], 1, &entry);
                 continue;
+            }
             const int k = (i + 1) % 3, l = (i + 2) % 3;
             kmp_beam_field_add_product(&entry, 0.5, &a->turn[k], &b->strain[l]);
             kmp_beam_field_add_product(&entry, -0.5, &a->turn[l], &b->strain[k]);

@@ -33,6 +33,9 @@ void kmp_beam_field_add_product(kmp_beam_field *to, double factor, const kmp_bea
 void kmp_beam_field_differentiate(kmp_beam_field *field);
 void kmp_beam_field_integrate(kmp_beam_field *field); /* from xi = 0 */
 
+/** The field beyond xi = from, over 0 .. 1. */
+void kmp_beam_field_cut(kmp_beam_field *field, double from);
+
 /** The integral of a b over the beam; a or b may have the squares of s if the other one has none. */
 kmp_beam_amount kmp_beam_field_mean(const kmp_beam_field *a, const kmp_beam_field *b);
 
@@ -51,11 +54,11 @@ bool kmp_beam_shapes(const kmp_beam *beam, const double s[2], kmp_beam_shape *sh
  * False: the stiffness is not positive. n is at most KMP_BEAM_MOST. */
 bool kmp_beam_modes(int n, double *stiffness, double *mass, double *x, double *values);
 
-/** Of the fields of second order, symmetric in two shapes: the displacement r2 of the axis; the integrals over the beam
- * of columns y and z of the sections' turn R2, [a][b - 1]; the second derivatives of the three angles. */
+/** Of the fields of second order, symmetric in two shapes: the displacement r2 of the axis; columns y and
+ * z of the sections' turn R2, [a][b - 1]; the second derivatives of the three angles. */
 typedef struct kmp_beam_second {
     kmp_beam_field way[3];
-    kmp_beam_amount section[3][2];
+    kmp_beam_field section[3][2];
 } kmp_beam_second;
 
 void kmp_beam_second_order(const kmp_beam_shape *a, const kmp_beam_shape *b, kmp_beam_second *second);

@@ -73,6 +73,21 @@ kmp_polynomial kmp_polynomial_integral(const kmp_polynomial *p)
     return made;
 }
 
+/* With t = from + (1 - from) (2 s - 1). */
+kmp_polynomial kmp_polynomial_beyond(const kmp_polynomial *p, double from)
+{
+    kmp_polynomial last = {0}, before = {0};
+    for (int j = p->count - 1; j >= 0; j--) {
+        kmp_polynomial next = {.count = 1, .c = {p->c[j]}}, turned = times_t(&last);
+        kmp_polynomial_add(&next, (2 * j + 1.0) / (j + 1) * from, &last);
+        kmp_polynomial_add(&next, (2 * j + 1.0) / (j + 1) * (1 - from), &turned);
+        kmp_polynomial_add(&next, -(j + 1.0) / (j + 2), &before);
+        before = last;
+        last = next;
+    }
+    return last;
+}
+
 double kmp_polynomial_at(const kmp_polynomial *p, double xi)
 {
     double t = 2 * xi - 1, last = 0, before = 0, size = 0;

@@ -4,6 +4,7 @@
 #include "model/read/read_flexible.h"
 #include "model/data/model.h"
 #include "model/flexible/beam.h"
+#include "model/language/expression_value.h"
 #include "model/language/number_algebra.h"
 #include "model/read/read_modal_body.h"
 #include "model/read/read_values.h"
@@ -325,6 +326,9 @@ static void read_by_section(entry *e, const kmp_yaml *map)
         b->stiffness[k] = times(e, young, s.about[k]);
         b->shear[k] = times(e, modulus, times(e, s.area, s.shear[k]));
     }
+    b->section[0] = s.area;
+    b->section[1] = s.about[0];
+    b->section[2] = s.about[1];
     b->stiffness[KMP_BEAM_TORSION] = times(e, modulus, s.twist);
     b->stiffness[KMP_BEAM_AXIAL] = times(e, young, s.area);
 }
@@ -681,6 +685,43 @@ static void add_coordinate(kmp_reader *r, int body, const char *kind, int number
         (kmp_motion){.name = name, .body = body, .rotation = rotation, .elastic = true, .axis = {0, 0, 1}};
 }
 
+static void make_modal_body(entry *e, kmp_flexible *flexible)
+{
+    flexible->file = e->file->path;
+    flexible->frame = e->beam.frame;
+    flexible->stiffening = e->file->stiffening;
+    for (int k = 0; k < e->file->modal.count; k++)
+        add_coordinate(e->r, flexible->body, "mode", k + 1, false);
+    if (!kmp_modal_make(&e->r->model->arena, &e->file->modal, e->file->damped, e->beam.ratio, e->beam.rayleigh,
+                        flexible))
+        e->r->model->arena.failed = true;
+}
+
+/* True if x is a part of the length that does not depend on parameters: x/length for others of them. */
+static bool is_fixed_part(const entry *e, kmp_number x)
+{
+    const kempe_model *model = e->r->model;
+    const double nominal = x.value / e->beam.length.value, rounding = 1e-12;
+    if (!x.expr && !e->beam.length.expr)
+        return true;
+    double *other = KMP_ARENA_NEW(&e->r->scratch, double, model->parameter_count);
+    for (int k = 0; other && k < model->parameter_count; k++)
+        other[k] = model->parameters[k].number.value * (1 + 0.1 / (k + 1.7)) + 1e-3 / (k + 2.3);
+    const double part =
+        other ? (x.expr ? kmp_expr_value(x.expr, other) : x.value) /
+                    (e->beam.length.expr ? kmp_expr_value(e->beam.length.expr, other) : e->beam.length.value)
+              : NAN;
+    return fabs(part - nominal) <= rounding;
+}
+
+static const bool *fixed_parts(entry *e)
+{
+    bool *fixed = KMP_ARENA_NEW(&e->r->scratch, bool, e->station_count);
+    for (int k = 0; fixed && k < e->station_count; k++)
+        fixed[k] = is_fixed_part(e, e->stations[k]);
+    return fixed;
+}
+
 static void keep_beam(kempe_model *model, const kmp_beam *beam, kmp_flexible *flexible)
 {
     kmp_beam *kept = KMP_ARENA_NEW(&model->arena, kmp_beam, 1);
@@ -689,6 +730,7 @@ static void keep_beam(kempe_model *model, const kmp_beam *beam, kmp_flexible *fl
     *kept = *beam;
     kept->stations = NULL;
     kept->station_count = 0;
+    kept->fixed = NULL;
     flexible->beam = kept;
 }
 
@@ -701,23 +743,13 @@ static void make_beam(entry *e, kmp_flexible *flexible)
             add_coordinate(e->r, flexible->body, names[f], k + 1, f == KMP_BEAM_TORSION);
     e->beam.stations = e->stations;
     e->beam.station_count = e->station_count;
-    if (!e->wrong && e->stations && !kmp_beam_make(&model->arena, &e->beam, flexible) && !model->arena.failed)
+    e->beam.fixed = fixed_parts(e);
+    if (!e->wrong && e->stations && e->beam.fixed && !kmp_beam_make(&model->arena, &e->beam, flexible) &&
+        !model->arena.failed)
         kmp_reader_complain(e->r, model->bodies[flexible->body].place,
                             "the beam of %s: its constants are not finite: its numbers are too large or too small",
                             e->body);
     keep_beam(model, &e->beam, flexible);
-}
-
-static void make_modal_body(entry *e, kmp_flexible *flexible)
-{
-    flexible->file = e->file->path;
-    flexible->frame = e->beam.frame;
-    flexible->stiffening = e->file->stiffening;
-    for (int k = 0; k < e->file->modal.count; k++)
-        add_coordinate(e->r, flexible->body, "mode", k + 1, false);
-    if (!kmp_modal_make(&e->r->model->arena, &e->file->modal, e->file->damped, e->beam.ratio, e->beam.rayleigh,
-                        flexible))
-        e->r->model->arena.failed = true;
 }
 
 void kmp_read_flexibles(kmp_reader *r)

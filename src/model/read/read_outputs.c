@@ -105,6 +105,17 @@ static int find_carried(kmp_reader *r, const kmp_yaml *node, const char *word, c
     return body - 1;
 }
 
+/* Outputs that only flexible bodies have. */
+static void check_flexible_output(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, int point)
+{
+    const kmp_output_kind kind = (kmp_output_kind)(row - kmp_output_rows);
+    const kmp_point *p = &r->model->points[point];
+    const kmp_body *body = &r->model->bodies[p->body];
+    const char *obstacle = kmp_output_obstacle(r->model, kind, point);
+    if (obstacle)
+        kmp_reader_complain(r, node->place, "output %s: body '%s' %s", row->word, body->name, obstacle);
+}
+
 static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name)
 {
     const char *what = kmp_reader_say(r, "output %s", row->word);
@@ -114,9 +125,8 @@ static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_r
         return kmp_cut_coordinate_find(r->model, name);
     if (row->argument == KMP_OUTPUT_OF_POINT) {
         const int point = kmp_read_point_text(r, node->place, name, what);
-        const int body = point < 0 ? 0 : r->model->points[point].body;
-        if (point >= 0 && row == &kmp_output_rows[KMP_OUTPUT_DEFLECTION] && !r->model->bodies[body].flexible)
-            kmp_reader_complain(r, node->place, "output deflection: body '%s' is rigid", r->model->bodies[body].name);
+        if (point >= 0)
+            check_flexible_output(r, node, row, point);
         return point;
     }
     if (row->argument == KMP_OUTPUT_OF_JOINT)

@@ -4,6 +4,7 @@
 #include "base/text.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/diagnosis/diagnosis.h"
+#include "constraints/tolerances.h"
 #include "model/data/body.h"
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
@@ -15,6 +16,7 @@
 #include "model/write/model_show.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "studies/assembly/flexible_check.h"
 #include <kempe/check.h>
 #include <kempe/kempe.h>
 #include <math.h>
@@ -262,6 +264,45 @@ static void write_unused(kmp_text *text, const kempe_check *check)
     kmp_print_unused(text, check->system->model);
 }
 
+/* 'rod', 'arm': those that move closures. */
+static void list_loaded(kmp_text *text, const kempe_check *check, const kmp_rigid_mobility *rigid)
+{
+    const kempe_model *model = check->system->model;
+    const char *before = "";
+    for (int k = 0; k < model->flexible_count; k++)
+        if (rigid->loads[k]) {
+            kmp_text_printf(text, "%s'%s'", before, model->bodies[model->flexibles[k].body].name);
+            before = ", ";
+        }
+}
+
+/* The changes by elasticity: the rank of J, and whether the loops move. */
+static void put_elastic_mobility(kmp_text *text, const kempe_check *check)
+{
+    const kmp_partition *part = &check->part;
+    kmp_rigid_mobility rigid;
+    kmp_text_put(text, "");
+    if (check->system->model->flexible_count == 0 || part->m == 0)
+        return;
+    if (!kmp_rigid_mobility_find(check->system, check->assembly->q, &rigid)) {
+        text->failed = true;
+        return;
+    }
+    const int more = part->r - rigid.rank;
+    if (more > 0) {
+        kmp_text_printf(text, "%d row%s that would be redundant between rigid bodies load%s ", more, ending(more),
+                        more == 1 ? "s" : "");
+        list_loaded(text, check, &rigid);
+    }
+    if (rigid.freedom == 0 && part->p > 0) {
+        kmp_text_put(text, more > 0 ? "; " : "");
+        kmp_text_put(text, check->driven > 0 ? "beside the drives it moves by the elasticity of "
+                                             : "it is mobile only by the elasticity of ");
+        list_loaded(text, check, &rigid);
+    }
+    kmp_rigid_mobility_free(&rigid);
+}
+
 static void show_mobility(kmp_text *text, const kempe_check *check)
 {
     const kmp_partition *part = &check->part;
@@ -281,6 +322,7 @@ static void show_mobility(kmp_text *text, const kempe_check *check)
     if (check->undetermined)
         line(text, "no run is possible", "%s", check->undetermined);
     sentence(text, check, "", check_mobility);
+    sentence(text, check, "", put_elastic_mobility);
     sentence(text, check, "", put_second);
     if (check->diagnosis.ran && check->diagnosis.margin > 0 && check->diagnosis.margin < 1e-4)
         line(text, "", "a change point (bifurcation) is near: the last pivot is %.2g of its usual size",
@@ -318,6 +360,104 @@ static void put_shaped(kmp_text *text, const kempe_check *check, int k)
         if (i < 3 || body->inertia[i].value != 0)
             kmp_text_printf(text, " %s %.6g", kmp_inertia_names[i], body->inertia[i].value);
     kmp_text_put(text, " kg m^2");
+}
+
+/* -- flexible bodies --------------------------------------------------------------------------------- */
+
+static void put_frequencies(kmp_text *text, int count, const double *w)
+{
+    const double turn = 2 * acos(-1);
+    for (int k = 0; k < count; k++)
+        if (isfinite(w[k]))
+            kmp_text_printf(text, "%s%.5g", k ? ", " : "", w[k] / turn);
+    kmp_text_put(text, " Hz");
+}
+
+/* The largest rate about an axis that the start gives or a drive prescribes, of the joint of a body and of those that
+ * carry it. */
+static double start_rate(const kempe_check *check, int body)
+{
+    const kempe_model *model = check->given->model;
+    double rate = 0;
+    for (int b = body; b > 0; b = model->bodies[b].parent)
+        for (int k = model->bodies[b].first_motion; k < model->bodies[b].first_motion + model->bodies[b].motion_count;
+             k++)
+            rate = model->motions[k].rotation ? fmax(rate, fabs(model->start.qd[k].value)) : rate;
+    return rate;
+}
+
+/* The motions of the sections without shapes. */
+static void put_rigid_directions(kmp_text *text, const kmp_flexible *f)
+{
+    static const char *const words[3] = {"torsion", "bending along z", "bending along y"};
+    kmp_text none = {0};
+    for (int c = 3; c-- > 0;)
+        if (!kmp_flexible_bends(f, c))
+            kmp_text_printf(&none, "%s%s", none.length > 0 ? " and " : "", words[c]);
+    if (none.length > 0)
+        line(text, "", "it is rigid in %s: loads there do not deform it", none.s);
+    kmp_text_free_part(text, &none);
+}
+
+static void show_flexible(kmp_text *text, const kempe_check *check)
+{
+    const kempe_model *model = check->given->model;
+    for (int k = 0; k < model->flexible_count; k++) {
+        const kmp_flexible *f = &model->flexibles[k];
+        const kmp_body body = kmp_body_undeformed(model, f->body);
+        kmp_flexible_spectrum s;
+        kmp_text own = {0};
+        for (int i = f->first; i < f->first + f->count; i++)
+            kmp_text_printf(&own, "%s%s", i > f->first ? ", " : "", model->motions[i].name);
+        line(text, "flexible body", "%s: stiffening %s, frame %s, coordinates %s", body.name,
+             kmp_stiffening_words[f->stiffening], kmp_flexible_frame_words[f->frame], own.s ? own.s : "");
+        kmp_text_free_part(text, &own);
+        if (!kmp_flexible_spectrum_find(f, &s)) {
+            text->failed = true;
+            return;
+        }
+        label(text, "");
+        kmp_text_put(text, "in its frame it vibrates at ");
+        put_frequencies(text, s.count, s.fixed);
+        kmp_text_put(text, ", free at ");
+        put_frequencies(text, s.count, s.free);
+        kmp_text_put(text, "\n");
+        line(text, "",
+             "its fastest vibration has %.4g rad/s: explicit integrators need steps below %.2g s; radau does "
+             "not",
+             s.highest, KMP_EXPLICIT_REACH / s.highest);
+        line(text, "",
+             "without deformation it has %.6g kg, centre [%.6g, %.6g, %.6g] m, inertia xx %.6g yy %.6g zz "
+             "%.6g kg m^2",
+             body.mass.value, body.com[0].value, body.com[1].value, body.com[2].value, body.inertia[0].value,
+             body.inertia[1].value, body.inertia[2].value);
+        put_rigid_directions(text, f);
+        const double rate = start_rate(check, f->body);
+        if (f->stiffening == KMP_STIFFENING_NONE && rate > KMP_ROTATION_SLOW * s.fixed[0])
+            line(text, "",
+                 "warning: it starts with %.4g rad/s, more than %.1f of its first frequency, without terms of "
+                 "second order: take stiffening 'first' or 'full'",
+                 rate, KMP_ROTATION_SLOW);
+    }
+}
+
+static void json_flexible(kmp_json *json, const kempe_check *check)
+{
+    const kempe_model *model = check->given->model;
+    if (model->flexible_count == 0)
+        return;
+    kmp_json_array(json, "flexible_bodies");
+    for (int k = 0; k < model->flexible_count; k++) {
+        const kmp_flexible *f = &model->flexibles[k];
+        kmp_flexible_spectrum s;
+        if (!kmp_flexible_spectrum_find(f, &s))
+            s = (kmp_flexible_spectrum){0};
+        kmp_json_put(json, "{ body %s", model->bodies[f->body].name);
+        kmp_json_numbers(json, "fixed", s.count, s.fixed);
+        kmp_json_numbers(json, "free", s.count, s.free);
+        kmp_json_put(json, "highest %g explicit_step %g }", s.highest, KMP_EXPLICIT_REACH / s.highest);
+    }
+    kmp_json_end(json);
 }
 
 /* Bodies with mass or without it (`heavy`), whose inertia is zero. */
@@ -503,6 +643,7 @@ static bool show_begin(kmp_text *text, const kempe_check *check)
     while (shaped(check, count))
         count++;
     list(text, check, "mass by shapes", "", count, put_shaped);
+    show_flexible(text, check);
     show_bare(text, check, "without inertia", true);
     show_bare(text, check, "without mass", false);
     if (!check->assembled) {
@@ -632,6 +773,8 @@ static void json_assembled(kmp_json *json, const kempe_check *check)
                  d->moved || check->part.p == 0 ? (double)(check->part.n - d->generic_rank) : (double)NAN, d->declared,
                  d->margin);
     json_sentence(json, "explanation", check, check_mobility);
+    if (check->system->model->flexible_count > 0)
+        json_sentence(json, "by_elasticity", check, put_elastic_mobility);
     kmp_json_put(json, "second_order %s branches %g }", words[d->second],
                  d->second == KMP_SECOND_BRANCHES ? (double)d->branches : (double)NAN);
     json_redundancy(json, check);
@@ -718,6 +861,7 @@ static void show_json(kmp_text *text, const void *result)
     }
     if (count > 0)
         kmp_json_end(&j);
+    json_flexible(&j, check);
     kmp_print_unused_json(&j, check->system->model);
     kmp_json_end(&j);
 }

@@ -171,7 +171,9 @@ static bool has_output(const kempe_model *model, kmp_output_kind kind, int index
         return false;
     if (of_loop)
         return !kmp_closure_is_drive(&model->closures[index]);
-    if (kind == KMP_OUTPUT_DEFLECTION)
+    if (kind == KMP_OUTPUT_SECTION || kind == KMP_OUTPUT_STRESS)
+        return false; /* on request alone, as loads of joints */
+    if (kind == KMP_OUTPUT_DEFLECTION || kind == KMP_OUTPUT_STRAINED)
         return model->bodies[model->points[index].body].flexible;
     if (kmp_output_rows[kind].argument == KMP_OUTPUT_OF_POINT)
         return model->points[index].body > 0; /* points of the ground rest */
@@ -219,6 +221,9 @@ static kempe_status list_all(kmp_output_program *o, int most)
                                             KMP_OUTPUT_VELOCITY,
                                             KMP_OUTPUT_ACCELERATION,
                                             KMP_OUTPUT_DEFLECTION,
+                                            KMP_OUTPUT_SECTION,
+                                            KMP_OUTPUT_STRAINED,
+                                            KMP_OUTPUT_STRESS,
                                             KMP_OUTPUT_CONTACT,
                                             KMP_OUTPUT_GUIDANCE,
                                             KMP_OUTPUT_POSE,
@@ -228,7 +233,7 @@ static kempe_status list_all(kmp_output_program *o, int most)
                                             KMP_OUTPUT_AXES};
     kempe_model *model = kmp_variant_model(o->variant);
     int room = model->output_count + 8 + model->sensor_count + 2 * model->force_count + 2 * model->closure_count +
-               3 * model->cut_coordinate_count + 6 * model->point_count + 3 * model->wheel_count;
+               3 * model->cut_coordinate_count + 7 * model->point_count + 3 * model->wheel_count;
     listing l = {.model = model, .list = KMP_ARENA_NEW(&model->arena, kmp_output, room), .most = most};
     KMP_TRY(kmp_made(model->context, l.list));
     for (int k = 0; k < model->output_count; k++)

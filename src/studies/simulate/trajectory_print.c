@@ -130,6 +130,7 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     const kmp_run_report *r = &t->report;
     kmp_print_cells(text, "closure   |h| %.2e  |hdot| %.2e  (scaled by the characteristic length, %.6g m)\n",
                     t->verdict.h_max, t->verdict.hdot_max, t->system->length);
+    kmp_print_flexible(text, t->system->model, "flexible  ");
     kmp_print_rounding(text, t->system, "rounding  ", "          ");
     if (t->verdict.misfit_row >= 0)
         kmp_text_printf(text, "rounding  rows omitted as redundant have gaps of at most %.2e m ('%s' at t = %.6g)\n",

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A flexible body by its constants alone, its frequencies; the mechanism without its coordinates. */
+#pragma once
+
+#include "model/data/flexible.h"
+#include <kempe/kempe.h>
+
+enum { KMP_OWN_FREQUENCIES = 3 };
+
+typedef struct kmp_flexible_spectrum {
+    int count;                         /* of shown frequencies */
+    double fixed[KMP_OWN_FREQUENCIES]; /* rad/s, ascending: with its joint fixed */
+    double free[KMP_OWN_FREQUENCIES];  /* without any joint */
+    double highest;                    /* rad/s: of the free body */
+} kmp_flexible_spectrum;
+
+/** By nominal values. False: no memory. */
+bool kmp_flexible_spectrum_find(const kmp_flexible *flexible, kmp_flexible_spectrum *spectrum);
+
+/** False: the body has no shape that twists it (c = 0) or bends it about y or z (1, 2). */
+bool kmp_flexible_bends(const kmp_flexible *flexible, int c);
+
+/** The mechanism as if its flexible bodies were rigid. */
+typedef struct kmp_rigid_mobility {
+    int rank, freedom;
+    bool *loads; /* of each flexible body: closures depend on its coordinates */
+} kmp_rigid_mobility;
+
+/** At closed q (n). False: no memory; otherwise the caller frees it. */
+bool kmp_rigid_mobility_find(const kempe_system *system, const double *q, kmp_rigid_mobility *rigid);
+void kmp_rigid_mobility_free(kmp_rigid_mobility *rigid);

@@ -1,0 +1,125 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Deflections are those of stations in the axes of the body; of a body without any beyond its origin, its coordinates
+ * in metres. */
+#include "studies/simulate/flexible_doubts.h"
+#include "base/context.h"
+#include "constraints/tolerances.h"
+#include "model/data/model.h"
+#include "model/data/output_table.h"
+#include "studies/assembly/flexible_check.h"
+#include "studies/simulate/trajectory.h"
+#include <math.h>
+
+static double deflection_at(const kmp_flexible *f, const kmp_station *station, const double *q)
+{
+    double sum = 0;
+    for (int c = 0; c < 3; c++) {
+        double way = 0;
+        for (int k = 0; k < f->count; k++) {
+            way += station->shift[f->count * c + k].value * q[k];
+            for (int l = 0; l < f->count; l++)
+                way += station->shift_more[(ptrdiff_t)(f->count * c + k) * f->count + l].value * q[k] * q[l] / 2;
+        }
+        sum += way * way;
+    }
+    return sqrt(sum);
+}
+
+static double deflection_of(const kempe_model *model, const kmp_flexible *f, const double *q)
+{
+    double most = 0;
+    for (int s = 0; s < f->station_count; s++)
+        most = fmax(most, deflection_at(f, &f->stations[s], q + f->first));
+    for (int k = f->first; k < f->first + f->count && f->station_count == 1; k++)
+        most = model->motions[k].rotation ? most : fmax(most, fabs(q[k]));
+    return most;
+}
+
+static void doubt_deflection(const kempe_system *system, const kmp_samples *table, const kmp_flexible *f)
+{
+    const kempe_model *model = system->model;
+    double most = 0, t = 0;
+    for (int row = 0; row < table->rows; row++) {
+        const double way = deflection_of(model, f, kmp_samples_get(table, KMP_QUANTITY_Q, row));
+        t = way > most ? kmp_samples_time(table, row) : t;
+        most = fmax(most, way);
+    }
+    if (most > KMP_DEFLECTION_LARGE * f->length->value)
+        kmp_doubt(
+            system->context,
+            "flexible body '%s' deflects by %.3g m at t = %.6g s, %.2f of its length: shapes with terms of second "
+            "order are right for up to %.1f; divide it into several bodies",
+            model->bodies[f->body].name, most, t, most / f->length->value, KMP_DEFLECTION_LARGE);
+}
+
+/* Without terms of second order rotation softens a beam in place of stiffening it. */
+static void warn_of_rotation(const kempe_system *system, const kmp_samples *table, const kmp_flexible *f)
+{
+    const kempe_model *model = system->model;
+    kmp_flexible_spectrum s;
+    double most = 0;
+    if (f->stiffening != KMP_STIFFENING_NONE || !kmp_flexible_spectrum_find(f, &s))
+        return;
+    for (int row = 0; row < table->rows; row++) {
+        const double *qd = kmp_samples_get(table, KMP_QUANTITY_QD, row);
+        for (int b = f->body; b > 0; b = model->bodies[b].parent)
+            for (int k = 0; k < model->bodies[b].motion_count; k++) {
+                const int motion = model->bodies[b].first_motion + k;
+                most = model->motions[motion].rotation ? fmax(most, fabs(qd[motion])) : most;
+            }
+    }
+    if (most > KMP_ROTATION_SLOW * s.fixed[0])
+        kmp_log(system->context, KEMPE_LOG_WARNING,
+                "flexible body '%s' turns with %.4g rad/s, %.2f of its first frequency, without terms of second order, "
+                "which stiffen it: take stiffening 'first' or 'full'",
+                model->bodies[f->body].name, most, most / s.fixed[0]);
+}
+
+/* Moments of a section by its loads (about x, y, z in `load`) and by the strain of shapes. */
+static void compare_moments(const kmp_flexible *f, const kmp_station *station, const double *q, const double load[3],
+                            double *off, double *size)
+{
+    for (int c = 0; c < 3; c++) {
+        double strained = 0;
+        bool has = false;
+        for (int k = 0; k < f->count; k++) {
+            strained += station->strained[f->count * c + k].value * q[f->first + k];
+            has = has || station->strained[f->count * c + k].value != 0;
+        }
+        if (has)
+            *off = fmax(*off, fabs(strained - load[c]));
+        *size = has ? fmax(*size, fabs(load[c])) : *size;
+    }
+}
+
+static void warn_of_section(const kmp_samples *table, kmp_evaluator *eval, const kmp_output *output, int at)
+{
+    const kempe_model *model = eval->system->model;
+    const kmp_point *point = &model->points[output->index];
+    const kmp_flexible *f = &model->flexibles[model->bodies[point->body].flexible - 1];
+    const kmp_station *station = &f->stations[point->station > 0 ? point->station - 1 : 0];
+    double off = 0, size = 0, force = 0;
+    for (int row = 0; row < table->rows; row++) {
+        const double *load = kmp_samples_shown(table, eval, row) + at;
+        for (int c = 0; c < 3; c++)
+            force = fmax(force, fabs(load[c]));
+        compare_moments(f, station, kmp_samples_get(table, KMP_QUANTITY_Q, row), load + 3, &off, &size);
+    }
+    if (size > KMP_SECTION_REST * force * f->length->value && off > KMP_SECTION_RESOLVED * size)
+        kmp_log(eval->system->context, KEMPE_LOG_WARNING,
+                "the moments of section '%s.%s' by its loads and by the strain of the shapes differ by up to %.2g N m, "
+                "%.0f %% of the largest: few shapes; compare with more",
+                model->bodies[point->body].name, point->name, off, 100 * off / size);
+}
+
+void kmp_doubt_flexible(const kmp_samples *table, kmp_evaluator *eval)
+{
+    const kempe_model *model = eval->system->model;
+    for (int k = 0; k < model->flexible_count; k++) {
+        doubt_deflection(eval->system, table, &model->flexibles[k]);
+        warn_of_rotation(eval->system, table, &model->flexibles[k]);
+    }
+    for (int o = 0, at = 0; o < model->output_count; at += kmp_output_width(model, &model->outputs[o++]))
+        if (model->outputs[o].kind == KMP_OUTPUT_SECTION)
+            warn_of_section(table, eval, &model->outputs[o], at);
+}

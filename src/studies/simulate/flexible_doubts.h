@@ -1,0 +1,10 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Doubts about flexible bodies that the rows of a run show. */
+#pragma once
+
+#include "constraints/evaluation/evaluator.h"
+#include "output/samples.h"
+
+/** Logs them: deflections beyond what the terms of second order are right for are a doubt about the run; loads of
+ * sections that differ from those by the strain, and fast rotations without terms of second order, are warnings. */
+void kmp_doubt_flexible(const kmp_samples *table, kmp_evaluator *eval);

@@ -1,0 +1,180 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Sentences about flexible bodies: their own frequencies and rigid body, loops that elasticity makes mobile, doubts
+ * about large deflections, few shapes and fast rotation, parts of elastic energy in modes, the words of a model in
+ * results. */
+#include "loaded.h"
+#include "model/data/model.h"
+#include "studies/assembly/flexible_check.h"
+#include "studies/simulate/trajectory.h"
+#include "testing.h"
+#include <kempe/check.h>
+#include <kempe/equilibrium.h>
+#include <kempe/modes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define ROD(joint, EI, flexible)                                                                                       \
+    "kempe: 1\ngravity: [0, -9.81, 0]\nbodies:\n  rod:\n    joint: {" joint ", at: ground}\n    flexible: {beam: "     \
+    "{length: 2, rhoA: 3, EIz: " EI "}, " flexible "}\n    points: {mid: {station: 1}, tip: {station: 2}}\n"
+
+static void has(const char *text, const char *words)
+{
+    CHECK(text && strstr(text, words));
+    if (text && !strstr(text, words))
+        printf("without '%s':\n%s\n", words, text);
+}
+
+/* beta^2 sqrt(EI/rho A)/L^2: beta 1.875104, 4.694091 clamped, pi, 2 pi pinned, 4.730041, 7.853205 free. */
+static void own_frequencies(void)
+{
+    static const struct {
+        const char *text;
+        double fixed[2], free[2];
+    } list[] = {{ROD("weld: yes", "7", "shapes: {y: 8}"), {1.8751040687, 4.6940911330}, {4.7300407449, 7.8532046241}},
+                {ROD("name: A, revolute: z", "7", "shapes: {y: 8}, frame: chord"),
+                 {3.1415926536, 6.2831853072},
+                 {4.7300407449, 7.8532046241}}};
+    for (size_t k = 0; k < sizeof list / sizeof *list; k++) {
+        loaded l = load_text(list[k].text);
+        kmp_flexible_spectrum s;
+        CHECK(l.model && kmp_flexible_spectrum_find(&l.model->flexibles[0], &s));
+        for (int i = 0; i < 2; i++) {
+            const double unit = sqrt(7 / 3.0) / 4, *fixed = list[k].fixed, *free = list[k].free;
+            CHECK_NEAR(s.fixed[i], fixed[i] * fixed[i] * unit, 1e-6 * s.fixed[i]);
+            CHECK_NEAR(s.free[i], free[i] * free[i] * unit, 1e-4 * s.free[i]);
+        }
+        CHECK(s.count == 3 && s.highest > s.free[2]);
+        unload(&l);
+    }
+}
+
+static char *checked(const char *model, kempe_format format)
+{
+    loaded l = load_text(model);
+    kempe_check *check = NULL;
+    char *text = NULL;
+    CHECK(l.system && kempe_check_new(l.system, &check) == KEMPE_OK);
+    CHECK(check && kempe_check_print(check, format, &text) == KEMPE_OK);
+    kempe_check_free(check);
+    unload(&l);
+    return text;
+}
+
+static void check_describes_a_body(void)
+{
+    char *text = checked(ROD("name: A, revolute: z", "7", "shapes: {y: 2}, frame: chord, stiffening: none") "start: "
+                                                                                                            "{qd: {A: "
+                                                                                                            "3}}\n",
+                         KEMPE_TEXT);
+    has(text, "rod: stiffening none, frame chord, coordinates rod.y1, rod.y2");
+    has(text, "in its frame it vibrates at 0.6");
+    has(text, "explicit integrators need steps below");
+    has(text, "it has 6 kg, centre [1, 0, 0] m, inertia xx 0 yy 2 zz 2 kg m^2");
+    has(text, "it is rigid in bending along z and torsion");
+    has(text, "warning: it starts with 3 rad/s");
+    free(text);
+    text = checked(ROD("name: A, revolute: z", "7", "shapes: {y: 2}, frame: chord"), KEMPE_TEXT);
+    CHECK(text && !strstr(text, "warning"));
+    free(text);
+    text = checked(ROD("name: A, revolute: z", "7", "shapes: {y: 2}, frame: chord"), KEMPE_JSON);
+    has(text, "\"flexible_bodies\"");
+    has(text, "\"explicit_step\"");
+    has(text, "\"stiffening\": \"first\"");
+    free(text);
+}
+
+/* Two parallel cranks, a coupler, and a third support in its middle. */
+#define PARALLEL(third, point, loop)                                                                                   \
+    "kempe: 1\nground: {points: {O: [0, 0, 0], P: [0, 1, 0], Q: " point "}}\nbodies:\n"                                \
+    "  a: {joint: {name: A, revolute: z, at: ground.O}, mass: 1, inertia: {zz: 0.1}, points: {T: [1, 0, 0]}}\n"        \
+    "  b: {joint: {name: B, revolute: z, at: ground.P}, mass: 1, inertia: {zz: 0.1}, points: {T: [1, 0, 0]}}\n" third  \
+    "  rod:\n    joint: {name: C, revolute: z, at: a.T}\n"                                                             \
+    "    flexible: {beam: {length: 1, rhoA: 1, EIz: 10}, shapes: {y: 3}, frame: chord}\n"                              \
+    "    points: {mid: {station: 0.5}, tip: {station: 1}}\n"                                                           \
+    "loops: {L: {ball: [rod.tip, b.T]}, K: {ball: [rod.mid, " loop "]}}\nstart: {q: {C: 90 deg, A: 0, B: 0}}\n"
+
+static void elasticity_makes_loops_mobile(void)
+{
+    char *text = checked(PARALLEL("  m: {joint: {name: M, revolute: z, at: ground.Q}, mass: 1, inertia: {zz: 0.1}, "
+                                  "points: {T: [1, 0, 0]}}\n",
+                                  "[0, 0.5, 0]", "m.T"),
+                         KEMPE_TEXT);
+    has(text, "1 row that would be redundant between rigid bodies loads 'rod'");
+    CHECK(text && !strstr(text, "mobile only"));
+    free(text);
+    text = checked(PARALLEL("", "[1, 0.5, 0]", "ground.Q"), KEMPE_TEXT);
+    has(text, "mobile only by the elasticity of 'rod'");
+    free(text);
+}
+
+/* The warnings and the text of a run. */
+static kempe_status run_text(const char *model, char **text, char *messages, size_t room)
+{
+    loaded l = load_text(model);
+    kempe_trajectory *t = NULL;
+    kempe_run_options run = {.t_end = 0.3, .rtol = 1e-8, .no_convergence_check = 1};
+    *text = NULL;
+    kempe_status status = kempe_simulate(l.system, &run, &t);
+    (void)snprintf(messages, room, "%s", t && t->warnings ? t->warnings : "");
+    CHECK(t && kempe_trajectory_print(t, KEMPE_TEXT, text) == KEMPE_OK);
+    kempe_trajectory_free(t);
+    unload(&l);
+    return status;
+}
+
+static void runs_doubt_themselves(void)
+{
+    char *text, said[4000];
+    CHECK(run_text(ROD("weld: yes", "7", "shapes: {y: 3}"), &text, said, sizeof said) == KEMPE_UNTRUSTED);
+    has(said, "flexible body 'rod' deflects by");
+    has(text, "not trustworthy");
+    free(text);
+    CHECK(run_text(ROD("weld: yes", "7000", "shapes: {y: 3}"), &text, said, sizeof said) == KEMPE_OK);
+    CHECK(!strstr(said, "deflects"));
+    has(text, "flexible  rod: stiffening first, frame clamped, 3 coordinates");
+    free(text);
+    CHECK(run_text(ROD("weld: yes", "7000", "shapes: {y: 1}") "run: {outputs: [section(rod.mid)]}\n", &text, said,
+                   sizeof said) == KEMPE_OK);
+    has(said, "the moments of section 'rod.mid' by its loads and by the strain of the shapes differ");
+    free(text);
+    CHECK(run_text(ROD("name: A, revolute: z", "7000", "shapes: {y: 2}, stiffening: none") "start: {qd: {A: 60}}\n",
+                   &text, said, sizeof said) != KEMPE_E_INPUT);
+    has(said, "without terms of second order");
+    free(text);
+}
+
+static void modes_name_the_strained_body(void)
+{
+    loaded l = load_text(ROD("weld: yes", "7000", "shapes: {y: 3}"));
+    kempe_modes *modes = NULL;
+    kempe_equilibrium *e = NULL;
+    char *text = NULL;
+    CHECK(l.system && kempe_modes_new(l.system, NULL, &modes) == KEMPE_OK);
+    CHECK(modes && kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK);
+    has(text, "elastic energy: rod 1.00");
+    has(text, "flexible  rod: stiffening first, frame clamped");
+    free(text);
+    text = NULL;
+    CHECK(modes && kempe_modes_print(modes, KEMPE_JSON, &text) == KEMPE_OK);
+    has(text, "\"strain\"");
+    free(text);
+    text = NULL;
+    CHECK(kempe_equilibrium_new(l.system, NULL, &e) == KEMPE_OK);
+    CHECK(e && kempe_equilibrium_print(e, KEMPE_TEXT, &text) == KEMPE_OK);
+    has(text, "flexible  rod: stiffening first, frame clamped");
+    free(text);
+    kempe_equilibrium_free(e);
+    kempe_modes_free(modes);
+    unload(&l);
+}
+
+int main(void)
+{
+    TEST(own_frequencies);
+    TEST(check_describes_a_body);
+    TEST(elasticity_makes_loops_mobile);
+    TEST(runs_doubt_themselves);
+    TEST(modes_name_the_strained_body);
+    return check_report();
+}
