@@ -445,6 +445,7 @@ MISTAKES = [
     (changed("interface_rotation", None, np.zeros((2, 8))), None, "array 'interface_rotation' is 2 x 8: 2 x 3 x 8 is expected"),
     (changed("K", (0, 1), 5.0), None, "array 'K' is not symmetric: entry (1, 0)"),
     (changed("K", (0, 1), np.nan), None, "array 'K' has the entry nan, number 1: all must be finite"),
+    (changed("P0", (0, 0), 1e200), None, "array 'P0' has the entry 1e+200, number 0: all must be finite, at most 1e+100"),
     (changed("M", (2, 2), 9.0), None, "arrays 'M' and 'T' differ: M[2, 2] is 9, the trace of T[2, 2] is"),
     (changed("T", (0, 1, 0, 1), 5.0), None, "array 'T': T[1, 0] is not the transpose of T[0, 1] (entry (1, 0)"),
     (changed("m", None, -1.0), None, "array 'm', the mass, is -1: it must be positive"),

@@ -12,6 +12,8 @@
  * array differs by much more. */
 static const double ALIKE = 1e-7;
 
+static const double LARGEST = 1e100; /* so that squares and their sums are numbers */
+
 enum { MODES_MOST = 200, PLACES_MOST = 100, NODES_MOST = 1 << 22 };
 
 typedef struct reading {
@@ -78,8 +80,9 @@ static bool read_array(const reading *f, const char *name, bool words, int rank,
     }
     kmp_text_free(&own);
     for (size_t k = 0; !words && array->value && k < array->count; k++)
-        if (!isfinite(array->value[k])) {
-            refuse(f, "array '%s' has the entry %g, number %zu: all must be finite", name, array->value[k], k);
+        if (!(fabs(array->value[k]) <= LARGEST)) {
+            refuse(f, "array '%s' has the entry %g, number %zu: all must be finite, at most %g", name, array->value[k],
+                   k, LARGEST);
             break;
         }
     return f->why->length == 0 && !f->arena->failed;
