@@ -39,14 +39,19 @@ static void visit_closure(walk *w, const kempe_model *model, const kmp_closure *
         visit(w, closure->name, model->motions[closure->terms[k].motion].name, 1, &closure->terms[k].factor);
 }
 
+static void visit_constants(walk *w, const kempe_model *model, const kmp_flexible *flexible)
+{
+    for (int i = 0; i < flexible->number_count; i++)
+        visit(w, model->bodies[flexible->body].name, "flexible", 1, &flexible->numbers[i]);
+}
+
+/* The body, and its parts beyond stations. */
 static void visit_flexible(walk *w, const kempe_model *model, const kmp_flexible *flexible)
 {
-    const char *name = model->bodies[flexible->body].name;
-    for (int i = 0; i < flexible->number_count; i++)
-        visit(w, name, "flexible", 1, &flexible->numbers[i]);
+    visit_constants(w, model, flexible);
     for (int k = 0; k < flexible->station_count; k++)
         if (flexible->stations[k].beyond)
-            visit_flexible(w, model, flexible->stations[k].beyond);
+            visit_constants(w, model, flexible->stations[k].beyond);
 }
 
 bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *user)
