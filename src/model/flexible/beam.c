@@ -514,6 +514,7 @@ static kmp_flexible *part_beyond(const maker *m, double from)
         }
         made = put_moments(&own);
     }
+    m->arena->failed = m->arena->failed || own.scratch.failed;
     kmp_arena_free(&own.scratch);
     return made ? part : NULL;
 }
