@@ -474,6 +474,8 @@ MISTAKES = [
     (None, ("points:", "mass: 9, points:"), "mass of body 'beam' is 9 kg, that of its file 'beam.npz' 7.85 kg: one of them is in other units, or of another body"),
     (None, ("points:", "inertia: {zz: 1}, points:"), "body 'beam' is flexible, and its file gives its inertia: remove one of the two"),
     (None, ("file: beam.npz", "file: other.npz"), "cannot read"),
+    *((None, ("bodies:", f"run: {{outputs: ['{word}(beam.B)']}}\nbodies:"), f"output {word}: body 'beam' is read from a file, which has no cross-sections: take 'reaction' and 'moment' of its joints")
+      for word in ("section", "section_by_shapes", "stress")),
 ]
 
 

@@ -26,6 +26,7 @@ static const char *name_of(const kempe_modes *m, int coordinate)
 
 /* -- words ------------------------------------------------------------------------------------------- */
 
+/* Shares add up to 1; coordinates that move against each other with a common inertia have one below zero. */
 void kmp_modes_put_movers(kmp_text *text, const kempe_modes *m, int c)
 {
     const double *share = m->modes.kinetic + (ptrdiff_t)c * m->modes.n;
@@ -34,14 +35,15 @@ void kmp_modes_put_movers(kmp_text *text, const kempe_modes *m, int c)
     for (int reported = 0; reported < MOST_MOVERS; reported++) {
         int best = -1;
         for (int k = 0; k < m->modes.n; k++) { /* the next one in order: less, or equal and later */
-            bool later = share[k] < last || (share[k] == last && k > last_k);
-            if (later && share[k] >= LEAST_SHARE && (best < 0 || share[k] > share[best]))
+            const double size = fabs(share[k]);
+            bool later = size < last || (size == last && k > last_k);
+            if (later && size >= LEAST_SHARE && (best < 0 || size > fabs(share[best])))
                 best = k;
         }
         if (best < 0)
             return;
         kmp_text_printf(text, "%s%s %.2f", reported ? ", " : "", name_of(m, best), share[best]);
-        last = share[best];
+        last = fabs(share[best]);
         last_k = best;
     }
 }

@@ -50,6 +50,8 @@ const char *kmp_output_obstacle(const kempe_model *model, kmp_output_kind kind, 
     if (!body->flexible)
         return "is rigid";
     const kmp_flexible *flexible = &model->flexibles[body->flexible - 1];
+    if (flexible->file && kind != KMP_OUTPUT_DEFLECTION)
+        return "is read from a file, which has no cross-sections: take 'reaction' and 'moment' of its joints";
     if (kind == KMP_OUTPUT_DEFLECTION || kind == KMP_OUTPUT_STRAINED || !flexible->numbers)
         return NULL;
     if (p->station > 1 && !flexible->stations[p->station - 1].beyond)

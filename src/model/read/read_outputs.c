@@ -7,6 +7,7 @@
 #include "model/data/output_table.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
+#include "model/read/segments.h"
 #include <string.h>
 
 /* -- sensors ------------------------------------------------------------------------------------- */
@@ -112,7 +113,14 @@ static void check_flexible_output(kmp_reader *r, const kmp_yaml *node, const kmp
     const kmp_point *p = &r->model->points[point];
     const kmp_body *body = &r->model->bodies[p->body];
     const char *obstacle = kmp_output_obstacle(r->model, kind, point);
-    if (obstacle)
+    const char *divided = obstacle ? kmp_segments_name(r, p->body) : NULL;
+    if (divided)
+        kmp_reader_complain(r, node->place,
+                            "output %s: body '%s' is divided into rigid segments, which have none: take 'position' of "
+                            "its points, or 'reaction' and 'moment' of the joints between segments, such as "
+                            "'moment(%s_1)'",
+                            row->word, divided, divided);
+    else if (obstacle)
         kmp_reader_complain(r, node->place, "output %s: body '%s' %s", row->word, body->name, obstacle);
 }
 

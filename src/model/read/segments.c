@@ -405,6 +405,15 @@ static void set_mass(kmp_reader *r, const segmented *s, kmp_body *body)
     body->inertia[2] = kmp_number_add(arena, along, section[0]);
 }
 
+const char *kmp_segments_name(const kmp_reader *r, int body)
+{
+    for (int k = 0; k < r->segmented_count; k++)
+        for (int piece = 0; piece < r->segmented[k].pieces; piece++)
+            if (strcmp(r->model->bodies[body].name, name_of(r, r->segmented[k].name, piece)) == 0)
+                return r->segmented[k].name;
+    return NULL;
+}
+
 void kmp_segments_place(kmp_reader *r)
 {
     kempe_model *model = r->model;

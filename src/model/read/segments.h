@@ -9,6 +9,9 @@
  * also where the model names BODY.POINT. */
 void kmp_read_segments(kmp_reader *r);
 
+/** The body of the model file that a body is a piece of; NULL: it is not one. */
+const char *kmp_segments_name(const kmp_reader *r, int body);
+
 /** Sets masses and places of all pieces, after the bodies; the springs between them, after the forces; and that they
  * hold at the start, unless they are free. */
 void kmp_segments_place(kmp_reader *r);

@@ -48,8 +48,9 @@ static void doubt_deflection(const kempe_system *system, const kmp_samples *tabl
         kmp_doubt(
             system->context,
             "flexible body '%s' deflects by %.3g m at t = %.6g s, %.2f of its length: shapes with terms of second "
-            "order are right for up to %.1f; divide it into several bodies",
-            model->bodies[f->body].name, most, t, most / f->length->value, KMP_DEFLECTION_LARGE);
+            "order are right for up to %.1f; divide it into %s",
+            model->bodies[f->body].name, most, t, most / f->length->value, KMP_DEFLECTION_LARGE,
+            f->file ? "several bodies" : "'segments'");
 }
 
 /* Without terms of second order rotation softens a beam in place of stiffening it. */
@@ -68,11 +69,19 @@ static void warn_of_rotation(const kempe_system *system, const kmp_samples *tabl
                 most = model->motions[motion].rotation ? fmax(most, fabs(qd[motion])) : most;
             }
     }
-    if (most > KMP_ROTATION_SLOW * s.fixed[0])
+    const char *name = model->bodies[f->body].name;
+    const char *remedy = f->file ? "write terms of second order into its file" : "take stiffening 'first' or 'full'";
+    if (most > s.fixed[0])
+        kmp_doubt(
+            system->context,
+            "flexible body '%s' turns with %.4g rad/s, faster than its first frequency, %.4g rad/s: without terms "
+            "of second order its stiffness is lost at this speed; %s",
+            name, most, s.fixed[0], remedy);
+    else if (most > KMP_ROTATION_SLOW * s.fixed[0])
         kmp_log(system->context, KEMPE_LOG_WARNING,
                 "flexible body '%s' turns with %.4g rad/s, %.2f of its first frequency, without terms of second order, "
-                "which stiffen it: take stiffening 'first' or 'full'",
-                model->bodies[f->body].name, most, most / s.fixed[0]);
+                "which stiffen it: %s",
+                name, most, most / s.fixed[0], remedy);
 }
 
 /* Moments of a section by its loads (about x, y, z in `load`) and by the strain of shapes. */

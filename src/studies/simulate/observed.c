@@ -174,7 +174,7 @@ static bool has_output(const kempe_model *model, kmp_output_kind kind, int index
     if (kind == KMP_OUTPUT_SECTION || kind == KMP_OUTPUT_STRESS)
         return false; /* on request alone, as loads of joints */
     if (kind == KMP_OUTPUT_DEFLECTION || kind == KMP_OUTPUT_STRAINED)
-        return model->bodies[model->points[index].body].flexible;
+        return !kmp_output_obstacle(model, kind, index);
     if (kmp_output_rows[kind].argument == KMP_OUTPUT_OF_POINT)
         return model->points[index].body > 0; /* points of the ground rest */
     if (kind == KMP_OUTPUT_GAP)
