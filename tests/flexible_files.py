@@ -433,7 +433,7 @@ MISTAKES = [
     (removed("format"), None, FILE + "it has no array 'format' with the word 'kempe-flexible-1'"),
     (changed("format", None, "kempe-flexible-2"), None, "array 'format' is 'kempe-flexible-2': 'kempe-flexible-1' is read"),
     (changed("format", None, 1.0), None, "array 'format' has numbers where words are expected"),
-    (removed("units"), None, "it has no array 'units', such as 'm kg s': say those of its numbers by 'scale: {length: 1, mass: 1}'"),
+    (removed("units"), None, "it has no array 'units', such as 'm kg s': give the units of its numbers by 'scale: {length: 1, mass: 1}'"),
     (changed("units", None, "m N s"), None, "array 'units' is 'm N s': units of length, mass and time are expected"),
     (None, ("frame: clamped", "scale: {length: 1 mm}"), "it has its units in the array 'units': remove 'scale'"),
     (removed("T"), None, "it has no array 'T'"),
@@ -471,7 +471,7 @@ MISTAKES = [
     (many(*(changed(name, None, np.zeros(shape)) for name, shape in (("h", (3, 8, 8)), ("Y", (3, 3, 8, 8)), ("interface_H", (2, 3, 8, 8))))), None,
      "its terms of second order are in the frame of its modes, and these move or turn the first interface"),
     (None, ("frame: clamped", "shapes: {y: 2}"), "flexible of body 'beam': 'shapes' is a key of beams, and its modes are in a file"),
-    (None, ("points:", "mass: 9, points:"), "mass of body 'beam' is 9 kg, that of its file 'beam.npz' 7.85 kg: one of them is in other units, or of another body"),
+    (None, ("points:", "mass: 9, points:"), "mass of body 'beam' is 9 kg, and in its file 'beam.npz' it is 7.85 kg: one of them is in other units, or of another body"),
     (None, ("points:", "inertia: {zz: 1}, points:"), "body 'beam' is flexible, and its file gives its inertia: remove one of the two"),
     (None, ("file: beam.npz", "file: other.npz"), "cannot read"),
     *((None, ("bodies:", f"run: {{outputs: ['{word}(beam.B)']}}\nbodies:"), f"output {word}: body 'beam' is read from a file, which has no cross-sections: take 'reaction' and 'moment' of its joints")

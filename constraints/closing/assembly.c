@@ -395,7 +395,7 @@ static kempe_status warn_of_cut(const kempe_assembly *a)
     return KEMPE_OK;
 }
 
-/* Once more with deformations that were held, where the loops do not close by joints alone. `hold`: room for n. */
+/* Once more with deformations that were held, where joints cannot close the loops. `hold`: room for n. */
 static kempe_status free_deformation(const kempe_system *system, kmp_guess *guess, bool *hold, kempe_assembly **a)
 {
     const kmp_start *start = &system->model->start;
@@ -467,7 +467,7 @@ static void warn_of_deformation(const kempe_assembly *a)
             most = k;
     if (most >= 0)
         kmp_log(s->context, KEMPE_LOG_WARNING,
-                "start: the loops do not close by joints alone, so that deformations take part, '%s' by %.2g %s; give "
+                "start: the joints cannot close the loops, so that deformations take part, '%s' by %.2g %s; give "
                 "better guesses of joints, or 'elastic: free' if this is meant",
                 s->model->motions[most].name, a->moved[most], s->model->motions[most].rotation ? "rad" : "m");
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The saddle system by dense LU or sparse LU, whichever takes fewer operations, by the recursion of articulated bodies,
  * which eliminates the multipliers on its way, or by a partition of coordinates, which needs no M. A row that is
- * left out is replaced by that of a unit matrix, so that the pattern of the matrix stays the same. */
+ * left out is replaced by a row and column of a unit matrix, so that the pattern of the matrix stays the same. */
 #include "constraints/closing/saddle.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"

@@ -499,7 +499,7 @@ static kempe_status distribute_loads(kmp_evaluator *eval, double t, const double
         kmp_pose_motions(model, q, x.poses, x.axis, x.place);
         /* Columns. */
         for (int c = 0; c < x.model->closure_count; c++) {
-            /* Work on coordinates of flexible bodies is that of the rows. */
+            /* In a model with flexible bodies a column is a row of J, which also does work on their coordinates. */
             const bool flexible = x.model->flexible_count > 0;
             if (kmp_closure_is_of_modes(&x.model->closures[c]) || (!flexible && add_loads(&x, c)))
                 continue;

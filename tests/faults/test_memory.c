@@ -22,16 +22,28 @@ static kempe_status read_model(scene *s)
     return read_file(s, path);
 }
 
+static kempe_status read_text(scene *s, const char *text, const char *label)
+{
+    kempe_model *model = NULL;
+    kempe_status status = kempe_model_read_text(s->context, text, label, &model);
+    return drop_model(status, model);
+}
+
 /* A model with mistakes: KEMPE_E_INPUT is what it should say. */
+static kempe_status reject_text(scene *s, const char *text, const char *label)
+{
+    kempe_model *model = NULL;
+    kempe_status status = kempe_model_read_text(s->context, text, label, &model);
+    CHECK(!model);
+    return status == KEMPE_E_INPUT ? KEMPE_OK : status;
+}
+
 static kempe_status read_wrong_model(scene *s)
 {
     static const char text[] =
         "kempe: 1\nbodies:\n  a: {joint: {revolut: z, at: gruond}, mass: m, masss: 1, inertia: {zz: -1}}\n"
         "forces: {f: {joint: b, torque: q(c) + (}}\n";
-    kempe_model *model = NULL;
-    kempe_status status = kempe_model_read_text(s->context, text, "wrong", &model);
-    CHECK(!model);
-    return status == KEMPE_E_INPUT ? KEMPE_OK : status;
+    return reject_text(s, text, "wrong");
 }
 
 static kempe_status read_robotran(scene *s)
@@ -63,9 +75,7 @@ static kempe_status read_flexible(scene *s)
                                "      shapes: {y: 1, torsion: 1}\n      raw: yes\n      damping: {ratio: 0.1}\n"
                                "    points: {A: {station: 0}, B: {station: 0.5, offset: [0, 1, 0]}}\n"
                                "joints: {A: {revolute: [ground.O, a.A]}, B: {revolute: [a.B, b.A]}}\n";
-    kempe_model *model = NULL;
-    kempe_status status = kempe_model_read_text(s->context, text, "beams.yaml", &model);
-    return drop_model(status, model);
+    return read_text(s, text, "beams.yaml");
 }
 
 /* A track with a course and waves. */
@@ -76,19 +86,14 @@ static kempe_status read_track(scene *s)
         "-9 mm]}}\ntracks: {line: {at: ground.O, rail: head, gauge: 1, course: [{transition: 5}, {left: 9, radius: 90, "
         "cant: 0.1}, {transition: 5}], irregularities: {spectrum: low, seed: 1, to: 20, wavelengths: [5, 9]}}}\n"
         "ground: {points: {O: [0, 0, 0]}}\nbodies: {a: {joint: {prismatic: x, at: ground}, mass: 1}}\n";
-    kempe_model *model = NULL;
-    kempe_status status = kempe_model_read_text(s->context, text, "track.yaml", &model);
-    return drop_model(status, model);
+    return read_text(s, text, "track.yaml");
 }
 
 static kempe_status read_wrong_robotran(scene *s)
 {
     static const char text[] = "<mbsDescR7><bodytree><body/><body><bodyname>a b</bodyname><parent/></body></bodytree>"
                                "<cuts><ball/></cuts><rain/></mbsDescR7>";
-    kempe_model *model = NULL;
-    kempe_status status = kempe_model_read_text(s->context, text, "wrong.mbs", &model);
-    CHECK(!model);
-    return status == KEMPE_E_INPUT ? KEMPE_OK : status;
+    return reject_text(s, text, "wrong.mbs");
 }
 
 /* And with mistakes. */

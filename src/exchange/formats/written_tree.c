@@ -426,10 +426,9 @@ kempe_status kempe_model_export(const kempe_model *model, const char *format, ch
         return kmp_fail_text(model->context, KEMPE_E_ARGUMENT, &sentence);
     }
     if (model->flexible_count > 0)
-        return kmp_fail(
-            model->context, KEMPE_E_ARGUMENT,
-            "body '%s' is flexible: %s has rigid bodies alone; write the model with a rigid body in its place",
-            model->bodies[model->flexibles[0].body].name, writers[k].name);
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                        "body '%s' is flexible: %s has only rigid bodies; write the model with a rigid body instead",
+                        model->bodies[model->flexibles[0].body].name, writers[k].name);
     kmp_text out = {0};
     kmp_export w = {.model = model, .format = writers[k].name, .text = &out};
     kempe_status status = write(&w, writers[k].write);

@@ -107,7 +107,7 @@ bool kmp_npz_open(kmp_arena *arena, const char *bytes, size_t length, kmp_npz *n
     uint64_t at, count;
     *npz = (kmp_npz){.arena = arena, .bytes = (const unsigned char *)bytes, .length = length};
     if (!find_directory(npz, &at, &count))
-        return refuse(why, "it is no .npz, a ZIP archive of arrays, or a part of one");
+        return refuse(why, "it is not an .npz, a ZIP archive of arrays, or is incomplete");
     if (count > length / ENTRY)
         return refuse(why, "its directory is damaged: write it again");
     npz->members = KMP_ARENA_NEW(arena, member, count + 1);
@@ -222,7 +222,7 @@ static bool take_type(const char *text, header *h, kmp_text *why)
     if (!known || h->width < 0 || h->width > 4096)
         return refuse(why, "its type is none of real numbers or words: write it as float64");
     if (h->swapped && (number ? h->width > 1 : h->kind == 'U'))
-        return refuse(why, "its bytes are in big-endian order: write it in that of '<f8'");
+        return refuse(why, "its bytes are in big-endian order: write it in little-endian order, '<f8'");
     return true;
 }
 
@@ -231,7 +231,7 @@ static bool take_header(kmp_npz *npz, const unsigned char *bytes, size_t size, h
 {
     const int wide = size > 8 && bytes[6] > 1 ? 4 : 2;
     if (size < 12 || memcmp(bytes, "\x93NUMPY", 6) != 0 || bytes[6] < 1 || bytes[6] > 3)
-        return refuse(why, "it is no array of NumPy (.npy, version 1, 2 or 3)");
+        return refuse(why, "it is not an array of NumPy (.npy, version 1, 2 or 3)");
     const size_t length = little(bytes + 8, wide), skip = 8 + (size_t)wide;
     char *text = length <= size - skip ? kmp_arena_alloc(npz->arena, length + 1, 1) : NULL;
     if (!text)

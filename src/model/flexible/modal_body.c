@@ -131,7 +131,7 @@ static bool check_stiffness(int n, int rigid, const double *values, kmp_text *wh
     else if (rigid > 0 && values[rigid - 1] > small * values[rigid])
         kmp_text_printf(why,
                         "the modes have %d rigid motion%s, and K resists them: its value %d is %.3g 1/s^2, that of the "
-                        "first elastic mode %.3g; K must be that of the free body",
+                        "first elastic mode %.3g; K must be the stiffness of the free body",
                         rigid, rigid == 1 ? "" : "s", rigid, values[rigid - 1], values[rigid]);
     else if (zeros > rigid)
         kmp_text_printf(why,

@@ -251,8 +251,8 @@ static bool take_nodes(const reading *f, kmp_modal_body *b)
     if (!read_array(f, "nodes", false, 2, SHAPE(0, 3), &nodes))
         return false;
     if (nodes.shape[0] > NODES_MOST)
-        return refuse(f, "array 'nodes' has %zu nodes, the most are %d: write those of its surface", nodes.shape[0],
-                      NODES_MOST);
+        return refuse(f, "array 'nodes' has %zu nodes, at most %d are read: write only the nodes of its surface",
+                      nodes.shape[0], NODES_MOST);
     b->node_count = (int)nodes.shape[0];
     b->node = nodes.value;
     b->mode = numbers(f, "modes", 3, SHAPE(nodes.shape[0], 3, (size_t)b->count));
@@ -457,8 +457,9 @@ bool kmp_modal_file_read(kmp_arena *arena, const char *bytes, size_t length, con
     if (has(&f, "units") && units->length > 0)
         return refuse(&f, "it has its units in the array 'units': remove 'scale'");
     if (!has(&f, "units") && !(units->length > 0))
-        return refuse(&f, "it has no array 'units', such as 'm kg s': say those of its numbers by 'scale: {length: 1, "
-                          "mass: 1}'");
+        return refuse(&f,
+                      "it has no array 'units', such as 'm kg s': give the units of its numbers by 'scale: {length: 1, "
+                      "mass: 1}'");
     if (has(&f, "units") && (!read_array(&f, "units", true, 0, NULL, &words) || !take_units(&f, words.word[0], unit)))
         return false;
     kmp_modal_body *b = &file->body;

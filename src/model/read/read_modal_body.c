@@ -416,7 +416,7 @@ void kmp_check_modal_mass(kmp_reader *r, const kmp_modal_reading *m, const kmp_y
     if (!(fabs(number.value - m->modal.mass) <= rounded * m->modal.mass))
         kmp_reader_complain(
             r, mass->place,
-            "%s is %.6g kg, that of its file '%s' %.6g kg: one of them is in other units, or of another "
+            "%s is %.6g kg, and in its file '%s' it is %.6g kg: one of them is in other units, or of another "
             "body",
             what, number.value, m->path, m->modal.mass);
 }

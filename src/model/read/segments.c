@@ -352,7 +352,7 @@ static void place_point(kmp_reader *r, const segmented *s, int piece, const kmp_
     kmp_number x;
     if (!station) {
         kmp_reader_complain(r, node->place,
-                            "%s: body '%s' is in segments: give the station in place of x, such as {station: 0, "
+                            "%s: body '%s' is in segments: give the station instead of x, such as {station: 0, "
                             "offset: [0, 0, 0]}",
                             what, s->name);
         return;

@@ -296,7 +296,7 @@ static void put_elastic_mobility(kmp_text *text, const kempe_check *check)
     }
     if (rigid.freedom == 0 && part->p > 0) {
         kmp_text_put(text, more > 0 ? "; " : "");
-        kmp_text_put(text, check->driven > 0 ? "beside the drives it moves by the elasticity of "
+        kmp_text_put(text, check->driven > 0 ? "in addition to its drives it moves by the elasticity of "
                                              : "it is mobile only by the elasticity of ");
         list_loaded(text, check, &rigid);
     }
