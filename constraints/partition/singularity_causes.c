@@ -168,7 +168,9 @@ static void name_motion(const kmp_reduction *red, const double *s, kmp_text *why
     for (int i = 0; i < red->n; i++)
         if (i != first && fabs(change_of(red, s, i)) > TAKES_PART * fabs(change_of(red, s, first)))
             kmp_text_printf(why, "%s'%s'", others++ ? ", " : " together with ", model->motions[i].name);
-    kmp_text_printf(why, " moves no mass; give body '%s', or one that moves with it, a mass or an inertia", body->name);
+    const bool beam = body->flexible > 0 && !model->flexibles[body->flexible - 1].file;
+    kmp_text_printf(why, " moves no mass; give body '%s', or one that moves with it, a mass or an inertia%s",
+                    body->name, beam ? ": the sections of this beam have one with 'rotary: yes'" : "");
 }
 
 /* found: a regular reduced mass is not reported. false: no memory. */

@@ -67,7 +67,8 @@ KMP_LOCAL kmp_box_outcome kmp_friction_minimum(kmp_friction_run *x, const double
 
 /* Slip in two directions follows its own direction. From rest it has none yet: a rate in that of its acceleration is
  * added until it has begun. If the reserve is used up gradually, the direction of small rates is stiff; so this rate
- * is larger than what counts as none.
+ * is larger than what counts as none. It is so large, too, that slip which turns round at the rate of its event has
+ * not come back at once.
  *
  * A contact that opens is open from where it is, and slip begins with the rate that it has: what rounding leaves of an
  * overlap, or of a rate against the slip, is none. Decisions about others before its surfaces are apart leave the
@@ -76,10 +77,13 @@ KMP_LOCAL void kmp_friction_set_moving(kmp_friction_run *x, kmp_friction_element
 {
     const double size = e->size;
     if (e->twin >= 0) {
-        e->back = kmp_friction_halt(x, e, rate);
+        const double slip =
+            hypot(kmp_friction_at(x, e, KMP_ROLE_RATE), kmp_friction_at(x, &x->element[e->twin], KMP_ROLE_RATE));
+        const double back = kmp_friction_halt(x, e, rate), least = fmax(10 * back, 2 / KMP_FRICTION_BACK * slip);
+        e->back = e->begins ? e->back : back;
+        e->ahead = e->begins ? e->ahead : e->rubs ? 0 : fmax(KMP_FRICTION_BEGIN * (size * rate), least) * sense;
         kmp_friction_set_slip(x, e, 1, e->back);
-        kmp_friction_put(x, e, KMP_ROLE_RATE,
-                         e->rubs ? 0 : fmax(KMP_FRICTION_BEGIN * (size * rate), 10 * e->back) * sense);
+        kmp_friction_put(x, e, KMP_ROLE_RATE, e->ahead);
         return;
     }
     double gap = kmp_friction_at(x, e, KMP_ROLE_PLACE);
@@ -159,6 +163,7 @@ KMP_LOCAL void kmp_friction_note_values(kmp_friction_run *x)
         const kmp_friction_element *twin = e->twin < 0 ? e : &x->element[e->twin];
         keeps = keeps || twin->stance == KMP_FRICTION_HELD || twin->stance == KMP_FRICTION_CARRIED;
         e->fired = keeps && kmp_friction_at(x, e, KMP_ROLE_HELD) < 0;
+        e->turned = kmp_friction_at(x, e->across == 2 ? twin : e, KMP_ROLE_SENSE) < 0;
         e->before = kmp_friction_at(x, e, KMP_ROLE_GIVEN);
     }
 }

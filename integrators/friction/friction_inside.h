@@ -28,6 +28,7 @@ typedef struct kmp_friction_element {
     int across;        /* 1 and 2: the components of slip in two directions; 0: it has one */
     int twin;          /* slip in two directions: the element of the other component; -1: none */
     double along;      /* of these while it slips: the component of the direction */
+    double ahead;      /* of these while slip begins: the rate that is added to its own, which gives the direction */
     int rubs;          /* friction of a closed contact that slips, 1 or -1: its force takes part in the decision, not
                         * its mode; 0: none */
     double lift;       /* contact: an overlap that is none while it is open; 0: it is closed */
@@ -40,6 +41,8 @@ typedef struct kmp_friction_element {
     kmp_friction_mode stance, was; /* now, and before the decision */
     double sense, before_sense;    /* of slip */
     bool fired, known;             /* its reserve was used up at the event; it has been decided before */
+    bool turned;                   /* the event was one of its slip */
+    bool begins;                   /* its slip begins, and goes on beginning in this decision */
     bool implied;                  /* its row follows from closures */
     bool broken;                   /* it slips in this decision */
     bool loaded;                   /* its level depends on multipliers */

@@ -64,8 +64,8 @@ static int friction_complain(kmp_friction_run *x, double t, const double *q, con
 }
 
 enum {
-    MOST_LEVELS = 60, /* passes of the iteration for levels that depend on multipliers */
-    MOST_TRIED = 6    /* elements whose modes are tried one after the other where it does not end */
+    MOST_LEVELS = 200, /* passes of the iteration for levels that depend on multipliers */
+    MOST_TRIED = 6     /* elements whose modes are tried one after the other where it does not end */
 };
 
 /* -- the problem at a state ------------------------------------------------------------------------------ */
@@ -122,6 +122,26 @@ static void list_friction(kmp_friction_run *x, int i, double rate)
     }
 }
 
+/* The direction of slip that begins, at an event of others: of its rates v and the rates w that are added to them, as
+ * in the equations. False: it does not begin, or its own event or an impact decides on it anew. */
+static bool goes_on_beginning(const kmp_friction_run *x, kmp_friction_element **pair, const double *v)
+{
+    const kmp_friction_element *contact = &x->element[pair[0]->base];
+    double ww = 0, vv = 0, way[2];
+    for (int k = 0; k < 2; k++) {
+        ww += pair[k]->ahead * pair[k]->ahead;
+        vv += v[k] * v[k];
+    }
+    if (!(ww > 0) || pair[0]->was != KMP_FRICTION_SLIPS || pair[0]->sense == 0 || pair[0]->turned || contact->struck)
+        return false;
+    for (int k = 0; k < 2; k++)
+        way[k] = v[k] + pair[k]->ahead * (ww / (ww + vv));
+    const double size = hypot(way[0], way[1]);
+    for (int k = 0; k < 2; k++)
+        pair[k]->along = way[k] / size;
+    return size > 0;
+}
+
 /* Both components of slip in two directions. */
 static void list_across(kmp_friction_run *x, int i, double rate)
 {
@@ -132,14 +152,16 @@ static void list_across(kmp_friction_run *x, int i, double rate)
     if (pair[0]->was == KMP_FRICTION_SLIPS && pair[0]->sense != 0) /* at the event it has this rate */
         still = fmax(still, 2 * pair[0]->back);
     double size = hypot(v[0], v[1]);
+    const bool begins = goes_on_beginning(x, pair, v);
     for (int k = 0; k < 2; k++) {
         if (is_open(x, &x->element[pair[k]->base], rate)) {
             kmp_friction_set_off(x, pair[k]);
             continue;
         }
         list_element(x, k == 0 ? i : pair[0]->twin);
-        pair[k]->rubs = size > still;
-        pair[k]->along = size > still ? v[k] / size : 0;
+        pair[k]->rubs = begins || size > still;
+        pair[k]->begins = begins;
+        pair[k]->along = begins ? pair[k]->along : size > still ? v[k] / size : 0;
     }
 }
 
@@ -149,7 +171,7 @@ static void list_resting(kmp_friction_run *x, double rate)
     x->rest = 0;
     for (int i = 0; i < x->count; i++) {
         kmp_friction_element *e = &x->element[i];
-        e->broken = e->implied = false;
+        e->broken = e->implied = e->begins = false;
         e->rubs = 0;
         e->still = KMP_FRICTION_STILL * e->size * rate * rate;
     }
@@ -299,23 +321,44 @@ static int find_forces(kmp_friction_run *x, double t)
     return x->site->fail(x->site->self, outcome == KMP_BOX_UNBOUNDED ? KMP_FRICTION_FORCED : KMP_FRICTION_UNDECIDED, t);
 }
 
-/* Largest change of a force from the last pass, x->tried, over the largest force. */
+/* Largest change of a force from the last pass, x->tried, over the largest force, or over those that accelerate as the
+ * motion does: where all of them vanish, as those of a contact that closes without a load, changes are rounding. */
 static double friction_changed(const kmp_friction_run *x)
 {
     double most = 0, size = 0;
     for (int i = 0; i < x->rest; i++) {
+        double inertia = x->d[i + i * x->rest], pace = x->element[x->which[i]].still / KMP_FRICTION_STILL;
         most = fmax(most, fabs(x->f[i] - x->tried[i]));
         size = fmax(size, fmax(fabs(x->f[i]), fabs(x->tried[i])));
+        size = inertia > 0 ? fmax(size, pace / inertia) : size;
     }
     return size > 0 ? most / size : 0;
+}
+
+/* True if the change from the last pass accelerates nothing: where D is nearly singular, forces that hold an element
+ * are not unique, and differ from pass to pass. */
+static bool is_without_effect(const kmp_friction_run *x)
+{
+    double most = 0, size = 0;
+    for (int i = 0; i < x->rest; i++) {
+        double sum = 0, all = 0;
+        for (int j = 0; j < x->rest; j++) {
+            sum += x->d[i + j * x->rest] * (x->f[j] - x->tried[j]);
+            all += fabs(x->d[i + j * x->rest] * x->f[j]);
+        }
+        most = fmax(most, fabs(sum));
+        size = fmax(size, all);
+    }
+    return most <= KMP_FRICTION_ROUNDING * size;
 }
 
 /* Solves with levels that fit the multipliers of the solution. */
 static int solve_levels(kmp_friction_run *x, double t, const double *q, const double *qd)
 {
+    double changed = INFINITY;
     set_bounds(x);
     KMP_FRICTION_TRY(find_forces(x, t));
-    for (int pass = 0; pass < MOST_LEVELS && x->loads && !x->open; pass++) {
+    for (int pass = 0; pass < MOST_LEVELS && changed > KMP_FRICTION_SETTLED && x->loads && !x->open; pass++) {
         memcpy(x->tried, x->f, (size_t)x->rest * sizeof *x->f);
         for (int i = 0; i < x->rest; i++)
             kmp_friction_put(x, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
@@ -332,10 +375,9 @@ static int solve_levels(kmp_friction_run *x, double t, const double *q, const do
                 x->a[i] -= x->d[i + j * n] * x->f[j];
         }
         KMP_FRICTION_TRY(find_forces(x, t));
-        if (!x->open && friction_changed(x) <= KMP_FRICTION_SETTLED)
-            return 0;
+        changed = friction_changed(x);
     }
-    x->open = x->open || x->loads;
+    x->open = x->open || (x->loads && changed > KMP_FRICTION_TIE && !is_without_effect(x));
     return 0;
 }
 
@@ -941,7 +983,7 @@ KMP_LOCAL int kmp_friction_settle_modes(kmp_friction_run *x, double t, double *q
         e->known = true;
         e->struck = false;
         e->stopped = 0;
-        e->fired = false;
+        e->fired = e->turned = false;
     }
     return status;
 }

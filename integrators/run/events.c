@@ -14,6 +14,7 @@
 #include "integrators/decide/restart.h"
 #include "model/data/model.h"
 #include "model/language/expression_value.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -379,10 +380,12 @@ static void note_before(void *self, int k, double value)
     c->past[k].most = fmax(c->past[k].most, fabs(value));
 }
 
-/* Records the distance that a condition with a lag has covered since its last change, to distinguish chattering. */
+/* Records that a condition is the earliest one so far, and the distance that one with a lag has covered since its last
+ * change, to distinguish chattering. */
 static int note_crossing(void *self, int k, double low, double high)
 {
     kmp_event_tracker *c = self;
+    c->earliest = k;
     if (!(c->s->events.condition[k].lag > 0))
         return KEMPE_OK;
     KMP_TRY(kmp_event_tracker_look(c, low + (high - low) / 2));
@@ -565,6 +568,8 @@ kempe_status kmp_event_tracker_find(kmp_event_tracker *c, double from, double to
     if (*found) {
         *t = s->event;
         c->end = kmp_event_tracker_first_end(c);
+        for (int k = 0; k < c->s->events.count; k++)
+            c->located[k] = c->kind[k] == KMP_CONDITION_PASSES && (k == c->earliest || kmp_event_tracker_changed(c, k));
         return KEMPE_OK;
     }
     /* Free kinks that the step has not passed are fixed. */
@@ -631,7 +636,7 @@ kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena 
     c->stays = KMP_ARENA_NEW(a, bool, count);
     c->past = KMP_ARENA_NEW(a, kmp_condition_past, count);
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &c->q, &c->qd, &c->qdd), KMP_ROOM(double, system->m, &c->lambda),
-                        KMP_ROOM(double, count, &c->change, &c->before)) ||
+                        KMP_ROOM(double, count, &c->change, &c->before), KMP_ROOM(bool, count, &c->located)) ||
         !event_search_init(&c->search, system, plan->closely, a))
         return NULL;
     kmp_event_tracker_begin_past(system, c->past);
@@ -687,6 +692,12 @@ static kempe_status complete(kmp_event_tracker *c, double t, kmp_state_depth dep
 kempe_status kmp_event_tracker_look(kmp_event_tracker *c, double t)
 {
     return complete(c, t, c->s->changes_by_rates ? KMP_STATE_WHOLE : KMP_STATE_RATES, false);
+}
+
+void kmp_event_tracker_put_beyond(const kmp_event_tracker *c, double t, double *change)
+{
+    for (int k = 0; c->search.event == t && k < c->s->events.count; k++)
+        change[k] = c->located[k] ? fmin(change[k], -DBL_MIN) : change[k];
 }
 
 void kmp_event_tracker_hold_free(kmp_event_tracker *c, const double *before, const double *change)

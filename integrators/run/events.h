@@ -90,6 +90,8 @@ typedef struct kmp_event_tracker {
     const kmp_present_inputs *inputs;
     double *q, *qd, *qdd, *lambda; /* at the last evaluated point */
     double *change;                /* first - second there */
+    int earliest;                  /* the condition that was located last */
+    bool *located;                 /* of each condition of friction or of a contact: the last event is one of it */
     kmp_condition_past *past;      /* of each condition */
     double kink;                   /* part of the largest value of a kink beyond which it is fixed; 0: none is */
     bool stuck;                    /* a condition changed back and forth without end */
@@ -150,6 +152,10 @@ static inline bool kmp_event_tracker_changed(const kmp_event_tracker *c, int k)
 {
     return kmp_event_tracker_differs(c, k, c->change[k]);
 }
+
+/** Sets the values of those conditions of friction and contacts below zero whose event at t has been found: at a state
+ * that is computed again they may be zero, or above it by rounding. */
+void kmp_event_tracker_put_beyond(const kmp_event_tracker *tracker, double t, double *change);
 
 /** Fixes free kinks that are away from zero in an evaluation at the end of a step. A kink that was away on the other
  * side in an evaluation before (NULL: there is none) stays free. */

@@ -454,6 +454,7 @@ static kempe_status renew(kmp_runner *run, double t)
 static kempe_status let_go(kmp_runner *run, double t, double *q, double *qd)
 {
     memcpy(run->friction->change, run->crossing->change, (size_t)run->s->events.count * sizeof(double));
+    kmp_event_tracker_put_beyond(run->crossing, t, run->friction->change);
     kmp_friction_note_values(run->friction);
     return kmp_friction_release_rows(run, t, q, qd);
 }

@@ -120,8 +120,9 @@ static double least_pivot(kmp_evaluator *eval, double t, const double *q)
     return least;
 }
 
-/* Names a flexible body whose terms of second order have no inertia: with torsion M is not positive beyond a deflection
- * of the size of its sections. It is the cause where M without its deflection is far from that. */
+/* Names a flexible body whose terms of second order have no inertia: where it turns about its own axis M is not
+ * positive beyond a deflection of the size of its sections. It is the cause where M without its deflection is far from
+ * that. */
 static void explain_inertia(kmp_runner *run, kmp_text *text)
 {
     const kempe_model *model = run->s->model;
@@ -131,19 +132,16 @@ static void explain_inertia(kmp_runner *run, kmp_text *text)
     const double here = least_pivot(run->eval, run->solver->t, run->state);
     for (int f = 0; f < model->flexible_count; f++) {
         const kmp_flexible *flexible = &model->flexibles[f];
-        bool twists = false;
-        for (int k = flexible->first; k < flexible->first + flexible->count; k++)
-            twists = twists || model->motions[k].rotation;
-        if (flexible->stiffening != KMP_STIFFENING_FIRST || !twists)
+        if (flexible->stiffening != KMP_STIFFENING_FIRST)
             continue;
         for (int k = flexible->first; k < flexible->first + flexible->count; k++)
             run->state[k] = 0;
         if (here < KMP_INERTIA_LOST * least_pivot(run->eval, run->solver->t, run->state)) {
             kmp_text_printf(
                 text,
-                "; the mass matrix is hardly positive there, because body '%s' has 'stiffening: first' with "
-                "torsion, which leaves inertia out: use 'full'",
-                model->bodies[flexible->body].name);
+                "; the mass matrix is hardly positive there, because body '%s' has 'stiffening: first', which leaves "
+                "inertia out: use '%s'",
+                model->bodies[flexible->body].name, flexible->file ? "none" : "full");
             return;
         }
     }

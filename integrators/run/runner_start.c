@@ -65,6 +65,19 @@ void kmp_shared_saddle_free(kmp_shared_saddle *shared)
     shared->made = shared->factored = false;
 }
 
+/* The rows are closed by least motion in the mass: one that moves none is the cause where there is one. */
+static kempe_status fail_closing(kmp_runner *run, double t, const double *q)
+{
+    kmp_text why = {0};
+    kempe_status status = kmp_foresee_massless(run->eval, &run->part, t, q, &why);
+    if (status == KEMPE_OK && why.s)
+        status = kmp_fail(run->s->context, KEMPE_E_FAILED, "%s", why.s);
+    else if (status == KEMPE_OK)
+        status = kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures cannot be solved at t = %.9g", t);
+    kmp_text_free(&why);
+    return status;
+}
+
 /* Closes q and qd on the rows that are now independent. The rows before closed only themselves, and a DAE integrator
  * would take the remaining gap of the others for a jump. */
 kempe_status kmp_runner_project_by(kmp_runner *run, double t, double *q, double *qd, kmp_shared_saddle *shared)
@@ -72,9 +85,7 @@ kempe_status kmp_runner_project_by(kmp_runner *run, double t, double *q, double 
     KMP_TRY(kmp_shared_saddle_need(run, shared));
     const kmp_closer closer = kmp_saddle_closer(&shared->saddle, run->moved);
     shared->factored = false;
-    return kmp_close_state(&closer, run->lambda, t, q, qd)
-               ? KEMPE_OK
-               : kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures cannot be solved at t = %.9g", t);
+    return kmp_close_state(&closer, run->lambda, t, q, qd) ? KEMPE_OK : fail_closing(run, t, q);
 }
 
 kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd)

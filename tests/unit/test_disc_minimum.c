@@ -8,7 +8,7 @@
 #include <math.h>
 #include <stdbool.h>
 
-enum { MOST = 8, ROOM = 2 * MOST * MOST + 8 * MOST };
+enum { MOST = 8, ROOM = 3 * MOST * MOST + 20 * MOST };
 
 typedef struct problem {
     int n, partner[MOST];
@@ -90,12 +90,45 @@ static void conditions_hold(void)
     }
 }
 
+/* Pairs that rounding keeps from their circle by more than a few last digits: where it meets the square of its bounds,
+ * the minimum in the square keeps to these; where D is nearly singular, |x| has lost digits. Numbers of an impact and
+ * of a contact of a rod's tip; x[2] by the root of |x(s)| = R with 40 digits. */
+static void near_the_circle(void)
+{
+    static const struct {
+        double d[9], a[3], radius, x2;
+    } cases[] = {
+        {{64.608317010534989, 16.155091078576124, 0.0012606021991487025, 16.155091078576124, 4.1239454285479074,
+          -0.0039969263133684818, 0.0012606021991487025, -0.0039969263133684818, 42.268808855082206},
+         {-0.031048325089267824, -7.5400958566368848e-05, -1.4072372577542646e-06},
+         0.00019222494270640175,
+         -3.341540010668487e-10},
+        {{64.455664213923455, 16.374766257743122, 8.8456484410657523e-05, 16.374766257743122, 4.2595816383554732,
+          -0.00028478084290002641, 8.8456484410657523e-05, -0.00028478084290002641, 42.231287736122098},
+         {-36.961049900608984, -9.3816309993091789, -7.0856079822043561e-05},
+         0.029040568331262496,
+         2.642815052675030e-07}};
+    for (int k = 0; k < 2; k++) {
+        const double radius = cases[k].radius;
+        problem p = {
+            .n = 3, .partner = {-1, 2, 1}, .lower = {0, -radius, -radius}, .upper = {INFINITY, radius, radius}};
+        memcpy(p.d, cases[k].d, sizeof cases[k].d);
+        memcpy(p.a, cases[k].a, sizeof cases[k].a);
+        double x[3] = {0}, y[3], room[ROOM];
+        int side[3];
+        const kmp_box box = {p.n, p.d, p.a, p.lower, p.upper};
+        CHECK(kmp_disc_minimum(&box, p.partner, x, y, side, room) == KMP_BOX_FOUND);
+        check_pair(&p, x, y, side, 1);
+        CHECK(side[1] == 1 && fabs(x[2] / cases[k].x2 - 1) < 1e-9);
+    }
+}
+
 /* Problems that share nothing, their entries mixed: each has the minimum that it has alone, to the last bit. */
 static void groups(void)
 {
     enum { COUNT = 3, EACH = 4, ALL = COUNT * EACH };
     double x[ALL], y[ALL], d[ALL * ALL], a[ALL], lower[ALL], upper[ALL];
-    double room[3 * ALL * ALL + 16 * ALL];
+    double room[3 * ALL * ALL + 20 * ALL];
     int side[ALL], partner[ALL];
     CHECK(sizeof room / sizeof *room >= (size_t)kmp_disc_room(ALL));
     random_seed(17);
@@ -148,6 +181,7 @@ static void a_known_pair(void)
 int main(void)
 {
     TEST(conditions_hold);
+    TEST(near_the_circle);
     TEST(groups);
     TEST(a_known_pair);
     return check_report();

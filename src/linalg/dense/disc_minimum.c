@@ -14,6 +14,7 @@
 enum { LEAST_GROUPED = 4, SWEEPS = 60, MOST_SWEEPS = 1000, MOST_DOUBLINGS = 200, MOST_MOVES = 300 };
 
 #define ROUND 4e-15 /* |x| over the radius, less 1, that is rounding */
+#define ROUGH 1e-9  /* the same where D is nearly singular, or the minimum of the box keeps to its bound by rounding */
 #define FINE  1e-16 /* of a multiplier */
 #define NEAR  0.1   /* of the diagonal of D */
 #define LEAST 1e-10 /* of the diagonal of D: the first guess of a multiplier */
@@ -24,6 +25,8 @@ typedef struct discs {
     const int *partner;
     double *x, *y, *d, *s; /* d: n x n; s: of the first entry of a pair */
     double *a, *last;      /* n: a of the present problem; x of the last one */
+    double *rough; /* n, of the first entry of a pair: |x| over the radius, less 1, at multipliers that differ by
+                      rounding alone; 0: not above ROUND */
     int *side;
     double *room;
     double near; /* part of the diagonal of D that keeps x near to `last` */
@@ -89,6 +92,8 @@ static void find_multiplier(discs *w, int i, double low, double guess)
         double f = solve_with(w, i, next);
         kmp_bracket_take(&bracket, next, f, f >= 0);
     }
+    const double left = fmax(fabs(bracket.f_near), fabs(bracket.f_far));
+    w->rough[i] = fabs(beyond_disc(w, i)) > ROUND && left <= ROUGH ? left : 0;
 }
 
 /* Settles one pair with the others as they are. */
@@ -110,7 +115,8 @@ static bool agree(const discs *w)
     bool all = true;
     for (int i = 0; i < w->box->n; i++)
         if (is_disc(w, i))
-            all = all && (w->s[i] > 0 ? fabs(beyond_disc(w, i)) : beyond_disc(w, i)) <= 4 * ROUND;
+            all =
+                all && (w->s[i] > 0 ? fabs(beyond_disc(w, i)) : beyond_disc(w, i)) <= fmax(4 * ROUND, 2 * w->rough[i]);
     return all;
 }
 
@@ -121,6 +127,7 @@ static void sweep(discs *w, int most)
     w->outcome = KMP_BOX_FOUND;
     memcpy(w->d, w->box->d, (size_t)(n * n) * sizeof *w->d);
     memset(w->s, 0, (size_t)n * sizeof *w->s);
+    memset(w->rough, 0, (size_t)n * sizeof *w->rough);
     for (int i = 0; i < n; i++) {
         w->d[i + i * n] += w->near * w->box->d[i + i * n];
         w->a[i] = w->box->a[i] - w->near * w->box->d[i + i * n] * w->last[i];
@@ -158,6 +165,14 @@ static void approach(discs *w)
     }
 }
 
+/* Removes rounding of |x| of a pair on its circle. */
+static void place_on_circle(const discs *w, int i)
+{
+    const double far = 1 + beyond_disc(w, i);
+    for (int k = 0; k < 2 && w->s[i] > 0 && w->rough[i] > 0; k++)
+        w->x[k ? w->partner[i] : i] /= far;
+}
+
 /* The minimum of a problem as a whole. */
 static kmp_box_outcome minimum_of_one(const kmp_box *box, const int *partner, double *x, double *y, int *side,
                                       double *room)
@@ -172,6 +187,7 @@ static kmp_box_outcome minimum_of_one(const kmp_box *box, const int *partner, do
     w.s = w.d + n * n;
     w.a = w.s + n;
     w.last = w.a + n;
+    w.rough = w.last + n;
     w.with = *box;
     w.with.d = w.d;
     w.with.a = w.a;
@@ -184,6 +200,7 @@ static kmp_box_outcome minimum_of_one(const kmp_box *box, const int *partner, do
         for (int i = 0; i < w.box->n; i++)
             if (is_disc(&w, i)) {
                 int j = w.partner[i];
+                place_on_circle(&w, i);
                 bool on = w.s[i] > 0 || beyond_disc(&w, i) >= -ROUND;
                 w.side[i] = w.side[j] = on ? 1 : 0;
                 w.y[i] = on ? slope_of_disc(&w, i) : 0;

@@ -9,7 +9,7 @@
 /** Number of doubles of `room`: for the groups of the entries, and for the problem of the largest. */
 static inline int kmp_disc_room(int n)
 {
-    return n + (n * n + 8 * n) + (kmp_box_room(n) + n * n + 3 * n);
+    return n + (n * n + 8 * n) + (kmp_box_room(n) + n * n + 4 * n);
 }
 
 /** As kmp_box_minimum. `partner` (n): the other entry of a disc, whose radius is the upper bound of both and whose
