@@ -30,7 +30,6 @@ void kmp_flexible_lay(kmp_flexible *f, kmp_number *numbers)
     f->quadratic = take(f, f->quadratic_count * n * n);
     f->stiffness = take(f, n * n);
     f->damping = take(f, n * n);
-    f->section = take(f, 3);
     for (int k = 0; k < f->station_count; k++) {
         kmp_station *station = &f->stations[k];
         station->at = take(f, 3);
@@ -38,6 +37,7 @@ void kmp_flexible_lay(kmp_flexible *f, kmp_number *numbers)
         station->shift_more = take(f, 3 * n * n);
         station->turn = take(f, 3 * n);
         station->turn_more = take(f, 3 * n * n);
+        station->section = take(f, 3);
         station->strained = take(f, 3 * n);
     }
 }

@@ -27,6 +27,7 @@ typedef struct kmp_station {
     kmp_number *shift_more;      /* 3 x n x n, symmetric: second derivatives */
     kmp_number *turn;            /* 3 x n: its angles about x, y, z, by coordinates */
     kmp_number *turn_more;       /* 3 x n x n, symmetric: second derivatives */
+    kmp_number *section;         /* 3: area, int y^2, int z^2 of its section; zero where they are not given */
     kmp_number *strained;        /* 3 x n: torsion and bending moments about x, y, z of its section by the strain, by
                                     coordinates; zero about axes without shapes */
     struct kmp_flexible *beyond; /* the body's part beyond it, with the same coordinates, as moments alone; NULL: of the
@@ -46,7 +47,6 @@ typedef struct kmp_flexible {
     int number_count;
     kmp_number *numbers;   /* all that follow, and those of stations, one after the other */
     kmp_number *length;    /* 1, m: of the beam; of a body from a file, its farthest node or place */
-    kmp_number *section;   /* 3: area, int y^2, int z^2 of its section; zero where they are not given */
     kmp_number *mass;      /* 1, kg */
     kmp_number *moment;    /* 3: int X dm, X from the body's origin without deformation */
     kmp_number *second;    /* 6: int X X' dm; xx yy zz xy xz yz */

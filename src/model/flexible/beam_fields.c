@@ -48,16 +48,19 @@ void kmp_beam_field_integrate(kmp_beam_field *field)
 void kmp_beam_field_cut(kmp_beam_field *field, double from)
 {
     for (int i = 0; i < KMP_BEAM_PARTS; i++)
-        field->part[i] = kmp_polynomial_beyond(&field->part[i], from);
+        field->part[i] = kmp_polynomial_part(&field->part[i], from, 1);
 }
 
-kmp_beam_amount kmp_beam_field_mean(const kmp_beam_field *a, const kmp_beam_field *b)
+kmp_beam_amount kmp_beam_field_mean(const kmp_beam_field *a, const kmp_beam_field *b, int term)
 {
+    const kmp_polynomial weight = kmp_taper_term(term);
     kmp_beam_amount sum = {{0}};
-    for (int i = 0; i < KMP_BEAM_PARTS; i++)
-        for (int j = 0; j < KMP_BEAM_PARTS && a->part[i].count > 0; j++)
+    for (int i = 0; i < KMP_BEAM_PARTS; i++) {
+        const kmp_polynomial own = term == 0 ? a->part[i] : kmp_polynomial_product(&weight, &a->part[i]);
+        for (int j = 0; j < KMP_BEAM_PARTS && own.count > 0; j++)
             if (part_of(i, j) >= 0)
-                sum.part[part_of(i, j)] += kmp_polynomial_mean(&a->part[i], &b->part[j]);
+                sum.part[part_of(i, j)] += kmp_polynomial_mean(&own, &b->part[j]);
+    }
     return sum;
 }
 
@@ -152,22 +155,46 @@ static kmp_polynomial monomial(const kmp_beam *beam, kmp_beam_family family, int
  * and have small relative errors. Rotations of Jacobi keep these (Demmel and Veselic 1992), and keep what is even apart
  * from what is odd. */
 
-static double field_value_mean(const kmp_beam_field *a, const kmp_beam_field *b, const double s[2])
+static double field_value_mean(const kmp_beam_field *a, const kmp_beam_field *b, int term, const double s[2])
 {
-    const kmp_beam_amount m = kmp_beam_field_mean(a, b);
+    const kmp_beam_amount m = kmp_beam_field_mean(a, b, term);
     const double *p = m.part;
     return p[0] + p[1] * s[0] + p[2] * s[1] + p[3] * s[0] * s[0] + p[4] * s[0] * s[1] + p[5] * s[1] * s[1];
 }
 
-/* The mass between two shapes by line_mass * length, with the rotary inertia of the sections. */
+/* The value of term j by that of a scale. */
+static double part_of_term(const kmp_taper *taper, int j, double scale)
+{
+    return j < taper->count ? taper->c[j].value / scale : 0;
+}
+
+/* The mass between two shapes by the mean mass by length * length, with the rotary inertia of the sections. */
 static double mass_between(const kmp_beam *beam, const double s[2], const kmp_beam_shape *a, const kmp_beam_shape *b)
 {
-    const double scale = beam->line_mass.value * beam->length.value * beam->length.value;
-    const double section[2] = {beam->section_mass[0].value / scale, beam->section_mass[1].value / scale};
-    const double about[3] = {section[0] + section[1], section[1], section[0]};
+    const double mass = beam->line_mass.c[0].value, scale = mass * beam->length.value * beam->length.value;
     double sum = 0;
-    for (int c = 0; c < 3; c++)
-        sum += field_value_mean(&a->way[c], &b->way[c], s) + about[c] * field_value_mean(&a->turn[c], &b->turn[c], s);
+    for (int j = 0; j < KMP_TAPER_TERMS; j++) {
+        const double line = part_of_term(&beam->line_mass, j, mass);
+        const double section[2] = {part_of_term(&beam->section_mass[0], j, scale),
+                                   part_of_term(&beam->section_mass[1], j, scale)};
+        const double about[3] = {section[0] + section[1], section[1], section[0]};
+        for (int c = 0; c < 3; c++) {
+            const double way = line == 0 ? 0 : line * field_value_mean(&a->way[c], &b->way[c], j, s);
+            const double turn = about[c] == 0 ? 0 : about[c] * field_value_mean(&a->turn[c], &b->turn[c], j, s);
+            sum += way + turn;
+        }
+    }
+    return sum;
+}
+
+/* The integral of u w by the stiffness of a family over its mean. */
+static double stiff_mean(const kmp_taper *stiffness, const kmp_polynomial *u, const kmp_polynomial *w)
+{
+    double sum = kmp_polynomial_mean(u, w);
+    for (int j = 1; j < stiffness->count; j++) {
+        const kmp_polynomial term = kmp_taper_term(j), own = kmp_polynomial_product(&term, u);
+        sum += part_of_term(stiffness, j, stiffness->c[0].value) * kmp_polynomial_mean(&own, w);
+    }
     return sum;
 }
 
@@ -176,10 +203,10 @@ static double stiffness_between(const kmp_beam *beam, const double s[2], const k
 {
     kmp_polynomial u = kmp_polynomial_derivative(&a->own), w = kmp_polynomial_derivative(&b->own);
     if (a->family == KMP_BEAM_TORSION || a->family == KMP_BEAM_AXIAL)
-        return kmp_polynomial_mean(&u, &w);
+        return stiff_mean(&beam->stiffness[a->family], &u, &w);
     u = kmp_polynomial_derivative(&u);
     w = kmp_polynomial_derivative(&w);
-    double sum = kmp_polynomial_mean(&u, &w);
+    double sum = stiff_mean(&beam->stiffness[a->family], &u, &w);
     u = kmp_polynomial_derivative(&u);
     w = kmp_polynomial_derivative(&w);
     return beam->sheared ? sum + s[a->family] * kmp_polynomial_mean(&u, &w) : sum;
