@@ -611,5 +611,10 @@
 /** Explicit integrators take steps of at most this over the fastest frequency: the limit of stability of DOP853 is
  * about 6 on the imaginary axis. */
 #define KMP_EXPLICIT_REACH 5.0
+/** Deformations of a static start are found where a step is below this part of the length, or where steps below the
+ * second part no longer shrink: rounding of forces over soft stiffness. Differences of this part give their matrix. */
+#define KMP_STATIC_STEP       1e-13
+#define KMP_STATIC_ROUNDED    1e-9
+#define KMP_STATIC_DIFFERENCE 1e-7
 /** Directions of a flexible body whose inertia is this part of the largest one move no mass, but for rounding. */
 #define KMP_FLEXIBLE_STILL 1e-13
