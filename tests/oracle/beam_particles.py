@@ -13,7 +13,7 @@ NODES = 16  # Gauss points of an integral: exact to degree 31
 FAMILIES = (("y", "y"), ("z", "z"), ("torsion", "phi"), ("axial", "x"))
 FAULTS = """shortening of the axis; turn of sections; angles of second order; order of angles; turn of the chord;
 shear of sections; line of the chord; inertia of sections; inertia of second order; products of second order; damping; stiffness;
-offset of stations; order of modes; size of modes; constant of torsion; coupled displacement; taper""".replace("\n", " ").split("; ")
+offset of stations; order of modes; size of modes; constant of torsion; coupled displacement; taper; momentum of shapes""".replace("\n", " ").split("; ")
 PLANTED = set()
 
 
@@ -55,6 +55,9 @@ class Shape:
             self.strain[0] = own.deriv()
         rates = [self.strain[0], self.strain[1] + self.turn[2], self.strain[2] - self.turn[1]]
         self.way = [rate.integ() - rate.integ()(0) for rate in rates]
+        if beam.frame == "mean" and family != "torsion":
+            c = ("axial", "y", "z").index(family)
+            self.way[c] = self.way[c] + own(0)
 
     def measured(self):
         return {"y": self.way[1], "z": self.way[2], "torsion": self.turn[0], "axial": self.way[0]}[self.family]
@@ -156,13 +159,19 @@ class Beam:
         """The shapes of a family: powers, or the modes of their span with largest deflection 1, slowest first."""
         count, xi = self.counts[family], Polynomial([0.0, 1 / self.length])
         chord = self.frame == "chord"
-        if family in "yz":
+        if family in "yz" and self.frame == "mean":
+            made = [(2 * xi - 1)**(k + 2) for k in range(count)]
+        elif family in "yz":
             made = [xi * (1 - xi) * (2 * xi - 1)**k if chord else xi**(k + 2) for k in range(count)]
+        elif self.frame == "mean":
+            made = [(2 * xi - 1)**(k + 1) for k in range(count)]
         elif family == "torsion" and chord:
             made = [(xi - 0.5)**(k + 1) - (-0.5)**(k + 1) for k in range(count)]
         else:
             made = [xi**(k + 1) for k in range(count)]
         shapes = [Shape(self, family, own) for own in made]
+        if self.frame == "mean" and not planted("momentum of shapes"):
+            shapes = [self.without_rigid(shape) for shape in shapes]
         if self.keys.get("raw", "no") == "yes":
             return shapes
         for _ in range(2):  # the second pass has nearly diagonal matrices, and little rounding
@@ -171,6 +180,13 @@ class Beam:
         if planted("order of modes"):
             shapes.reverse()
         return [Shape(self, family, shape.own / self.peak(shape.measured())) for shape in shapes]
+
+    def without_rigid(self, shape):
+        """Less the rigid motion with which it has mass: then it has no momentum."""
+        rigid = [Shape(self, shape.family, Polynomial([0.0] * k + [1.0])) for k in range(2 if shape.family in "yz" else 1)]
+        mass = self.mass_between([*rigid, shape])
+        parts = np.linalg.solve(mass[:-1, :-1], mass[:-1, -1])
+        return Shape(self, shape.family, shape.own - sum(c * r.own for c, r in zip(parts, rigid)))
 
     def modes(self, shapes):
         stiffness, mass = self.strain_energy(shapes), self.mass_between(shapes)

@@ -14,8 +14,8 @@
 typedef enum kmp_stiffening { KMP_STIFFENING_NONE, KMP_STIFFENING_FIRST, KMP_STIFFENING_FULL } kmp_stiffening;
 
 /** The axes that displacements are measured from: those of the end that carries the body's joint; the line between both
- * ends. */
-typedef enum kmp_flexible_frame { KMP_FRAME_CLAMPED, KMP_FRAME_CHORD } kmp_flexible_frame;
+ * ends; the mean axes, in which shapes have neither momentum nor angular momentum (Buckens). */
+typedef enum kmp_flexible_frame { KMP_FRAME_CLAMPED, KMP_FRAME_CHORD, KMP_FRAME_MEAN } kmp_flexible_frame;
 
 /** A place of a flexible body that joints, closures and forces may use. Its axes are turned by small angles about x, y
  * and z: v_body = R_z R_y R_x v_station. Places and angles are a q + q' A q / 2. */
@@ -56,7 +56,8 @@ typedef struct kmp_flexible {
     kmp_number *quadratic; /* (N - n) x n x n: E_j, symmetric */
     kmp_number *stiffness; /* n x n, symmetric */
     kmp_number *damping;   /* n x n, symmetric */
-    bool moved;            /* the place of its joint, station 0, moves or turns with q; otherwise it is at the origin */
+    bool moved;            /* the place of its joint, station 0, moves or turns with q; otherwise its joint holds the
+                              origin of its axes */
     int station_count;
     kmp_station *stations;
     const kmp_beam *beam; /* without its stations */
@@ -69,7 +70,10 @@ void kmp_flexible_lay(kmp_flexible *flexible, kmp_number *numbers);
 /** True if the station moves or turns with the coordinates. */
 bool kmp_station_moves(const kmp_flexible *flexible, const kmp_station *station);
 
+/** True if the joint of the body is at a station 0 that moves: in mean axes it holds these. */
+bool kmp_flexible_joint_moves(const kmp_flexible *flexible);
+
 /** A copy of a body; a flexible one has the mass, centre and inertia that it has without deformation, as values. */
 kmp_body kmp_body_undeformed(const kempe_model *model, int body);
 
-extern const char *const kmp_stiffening_words[3], *const kmp_flexible_frame_words[2];
+extern const char *const kmp_stiffening_words[3], *const kmp_flexible_frame_words[3];

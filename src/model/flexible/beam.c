@@ -138,6 +138,20 @@ static int section_part(int c, int a, int *component)
     return a == c ? 0 : (a + 1) % 3 == c ? -1 : 1;
 }
 
+/* In mean axes a shape has no momentum and no angular momentum: numbers that do not follow parameters say so exactly.
+ */
+static void clear_rigid(const maker *m, int k)
+{
+    static const int own[KMP_BEAM_FAMILIES] = {3, 6, 7, -1}, other[KMP_BEAM_FAMILIES] = {1, 2, 5, -1};
+    const kmp_beam_family family = m->shapes[k].family;
+    kmp_number *z = m->to->by_place + (ptrdiff_t)9 * k;
+    for (int a = 0; a < 3; a++)
+        if (!m->to->field[3 * k + a].expr)
+            m->to->field[3 * k + a] = (kmp_number){.value = 0};
+    if (own[family] >= 0 && !z[own[family]].expr && !z[other[family]].expr)
+        z[own[family]] = z[other[family]];
+}
+
 static void put_place(const maker *m, int k)
 {
     const kmp_beam_shape *shape = &m->shapes[k];
@@ -221,8 +235,11 @@ static void put_first_order(const maker *m)
 {
     kmp_flexible *to = m->to;
     const int n = to->count, all = n + to->quadratic_count;
-    for (int k = 0; k < n; k++)
+    for (int k = 0; k < n; k++) {
         put_place(m, k);
+        if (m->whole && m->beam->frame == KMP_FRAME_MEAN)
+            clear_rigid(m, k);
+    }
     for (int k = 0; k < n; k++)
         for (int l = k; l < n; l++) {
             const bool related = m->shapes[k].family == m->shapes[l].family;
@@ -583,7 +600,7 @@ static bool make_all(maker *m)
         if (k > 0 && m->beam->fixed[k] && !(to->stations[k].beyond = part_beyond(m, fmin(from, 1))))
             return false;
     }
-    to->moved = kmp_station_moves(to, &to->stations[0]);
+    to->moved = kmp_flexible_joint_moves(to);
     return !m->arena->failed;
 }
 

@@ -110,6 +110,8 @@ kmp_beam_shape kmp_beam_shape_of(const kmp_beam *beam, kmp_beam_family family, c
     kmp_beam_field_add(&s.way[2], -1, &s.turn[1]);
     for (int c = 0; c < 3; c++)
         kmp_beam_field_integrate(&s.way[c]);
+    if (beam->frame == KMP_FRAME_MEAN && family != KMP_BEAM_TORSION)
+        s.way[family == KMP_BEAM_AXIAL ? 0 : 1 + (int)family].part[0] = *own;
     return s;
 }
 
@@ -126,6 +128,12 @@ static kmp_polynomial frame_factor(const kmp_beam *beam, kmp_beam_family family)
     return place;
 }
 
+/* Of a shape in mean axes the degree of the first polynomial, above those of rigid motions. */
+static int first_degree(kmp_beam_family family)
+{
+    return family == KMP_BEAM_TORSION || family == KMP_BEAM_AXIAL ? 1 : 2;
+}
+
 /* 2 xi - 1, or xi - 1/2 */
 static kmp_polynomial centred(double factor)
 {
@@ -133,12 +141,18 @@ static kmp_polynomial centred(double factor)
 }
 
 /* The polynomial number k of a family as they are written: xi^2 and on, xi (1 - xi) (2 xi - 1)^k, (xi - 1/2)^(k + 1)
- * less its start, xi and on. */
+ * less its start, xi and on; in mean axes (2 xi - 1)^2 and on, or (2 xi - 1) and on. */
 static kmp_polynomial monomial(const kmp_beam *beam, kmp_beam_family family, int k)
 {
     bool chord = beam->frame == KMP_FRAME_CHORD, twist = chord && family == KMP_BEAM_TORSION;
     kmp_polynomial made = twist ? (kmp_polynomial){.count = 1, .c = {1}} : frame_factor(beam, family);
     const kmp_polynomial step = centred(twist ? 0.5 : 1);
+    if (beam->frame == KMP_FRAME_MEAN) {
+        made = (kmp_polynomial){.count = 1, .c = {1}};
+        for (int i = 0; i < k + first_degree(family); i++)
+            made = kmp_polynomial_product(&step, &made);
+        return made;
+    }
     for (int i = 0; i < k + twist; i++)
         made = chord && family != KMP_BEAM_AXIAL ? kmp_polynomial_product(&step, &made)
                                                  : kmp_polynomial_times_place(&made);
@@ -350,17 +364,43 @@ static void scale(const kmp_beam *beam, const double s[2], kmp_beam_shape *shape
     *shape = kmp_beam_shape_of(beam, shape->family, &own);
 }
 
+/* Subtracts the rigid motions that have the momentum and angular momentum of a shape: it has no mass with either. */
+static void leave_rigid(const kmp_beam *beam, const double s[2], kmp_beam_shape *shape)
+{
+    const kmp_beam_family family = shape->family;
+    for (int degree = 0; degree < first_degree(family); degree++) {
+        const kmp_polynomial power = kmp_taper_term(degree), still = kmp_taper_term(0);
+        kmp_beam_shape rigid = kmp_beam_shape_of(beam, family, &power), shift = kmp_beam_shape_of(beam, family, &still);
+        kmp_polynomial turn = power, own = shape->own;
+        if (degree > 0) { /* about the centre of mass, so that it has no momentum itself */
+            kmp_polynomial_add(&turn, -mass_between(beam, s, &rigid, &shift) / mass_between(beam, s, &shift, &shift),
+                               &still);
+            rigid = kmp_beam_shape_of(beam, family, &turn);
+        }
+        kmp_polynomial_add(&own, -mass_between(beam, s, shape, &rigid) / mass_between(beam, s, &rigid, &rigid), &turn);
+        *shape = kmp_beam_shape_of(beam, family, &own);
+    }
+}
+
+static kmp_polynomial first_polynomial(const kmp_beam *beam, kmp_beam_family family, int k)
+{
+    const kmp_polynomial base = frame_factor(beam, family), term = kmp_taper_term(k);
+    if (beam->raw)
+        return monomial(beam, family, k);
+    return beam->frame == KMP_FRAME_MEAN ? kmp_taper_term(k + first_degree(family))
+                                         : kmp_polynomial_product(&base, &term);
+}
+
 bool kmp_beam_shapes(const kmp_beam *beam, const double s[2], kmp_beam_shape *shapes)
 {
     bool good = true;
     for (int f = 0; f < KMP_BEAM_FAMILIES; f++) {
         const kmp_beam_family family = (kmp_beam_family)f;
-        const kmp_polynomial base = frame_factor(beam, family);
         for (int k = 0; k < beam->count[f]; k++) {
-            kmp_polynomial own = {.count = k + 1};
-            own.c[k] = 1;
-            own = beam->raw ? monomial(beam, family, k) : kmp_polynomial_product(&base, &own);
+            const kmp_polynomial own = first_polynomial(beam, family, k);
             shapes[k] = kmp_beam_shape_of(beam, family, &own);
+            if (beam->frame == KMP_FRAME_MEAN)
+                leave_rigid(beam, s, &shapes[k]);
         }
         if (!beam->raw) {
             good = good && take_modes(beam, s, family, shapes) && take_modes(beam, s, family, shapes);

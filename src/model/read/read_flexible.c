@@ -574,7 +574,7 @@ static void read_file(entry *e, const kmp_yaml *map)
 
 static void read_flexible(entry *e, const kmp_yaml *map)
 {
-    static const char *const frames[] = {"clamped", "chord"}, *const stiffenings[] = {"none", "first", "full"};
+    static const char *const frames[] = {"clamped", "chord", "mean"}, *const stiffenings[] = {"none", "first", "full"};
     kmp_reader *r = e->r;
     const char *what = kmp_reader_say(r, "flexible of %s", e->body);
     if (!kmp_read_map(r, map, what, flexible_keys)) {
@@ -740,7 +740,13 @@ void kmp_check_flexible_joint(kmp_reader *r, int body, const kmp_yaml *at, const
     kmp_body *own = &r->model->bodies[body];
     const entry *e = entry_of(r, body), *parent = entry_of(r, own->parent);
     const kmp_point *point = own->to >= 0 ? &r->model->points[own->to] : NULL;
-    if (e && point && point->station == 1 && is_origin(point->offset) && !point->turned)
+    if (e && point && e->beam.frame == KMP_FRAME_MEAN)
+        kmp_reader_complain(
+            r, to->place,
+            "the joint of %s holds it at '%s': in the frame 'mean' its free joint places the mean axes, "
+            "and no point: leave out 'to'",
+            e->body, point->name);
+    else if (e && point && point->station == 1 && is_origin(point->offset) && !point->turned)
         own->to = -1;
     else if (e && point)
         kmp_reader_complain(
@@ -850,6 +856,20 @@ static void make_beam(entry *e, kmp_flexible *flexible)
     keep_beam(model, &e->beam, flexible);
 }
 
+/* Mean axes are no section that a joint could hold. */
+static void check_mean(kmp_reader *r, const entry *e, const kmp_body *body)
+{
+    int rotations = 0;
+    for (int k = 0; k < body->motion_count; k++)
+        rotations += r->model->motions[body->first_motion + k].rotation;
+    if (e->beam.frame != KMP_FRAME_MEAN || (body->motion_count == 6 && rotations == 3))
+        return;
+    kmp_reader_complain(r, body->place,
+                        "%s has the frame 'mean', whose axes no joint can hold: give it a free joint, {free: x, at: "
+                        "ground}, and close joints at its points by 'loops'; or take the frame 'clamped' or 'chord'",
+                        e->body);
+}
+
 void kmp_read_flexibles(kmp_reader *r)
 {
     kempe_model *model = r->model;
@@ -857,6 +877,7 @@ void kmp_read_flexibles(kmp_reader *r)
         kmp_flexible *flexible = &model->flexibles[i];
         entry *e = &r->flexibles[i];
         flexible->first = model->motion_count;
+        check_mean(r, e, &model->bodies[flexible->body]);
         if (e->file)
             make_modal_body(e, flexible);
         else if (!e->of_file)

@@ -97,7 +97,7 @@ static void compare_moments(const kmp_flexible *f, const kmp_station *station, c
         }
         if (has)
             *off = fmax(*off, fabs(strained - load[c]));
-        *size = has ? fmax(*size, fabs(load[c])) : *size;
+        *size = has ? fmax(*size, fmax(fabs(load[c]), fabs(strained))) : *size;
     }
 }
 
