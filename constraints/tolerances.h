@@ -611,6 +611,11 @@
 /** Explicit integrators take steps of at most this over the fastest frequency: the limit of stability of DOP853 is
  * about 6 on the imaginary axis. */
 #define KMP_EXPLICIT_REACH 5.0
+/** Loads of less than this many times the start buckle a flexible body: it is warned of, because a load that begins at
+ * once deflects it twice as far as one that grows slowly. Parts of the stiffness below the second number are rounding
+ * of differences, and are no loads. */
+#define KMP_BUCKLING_NEAR 2.0
+#define KMP_BUCKLING_NONE 1e-6
 /** Deformations of a static start are found where a step is below this part of the length, or where steps below the
  * second part no longer shrink: rounding of forces over soft stiffness. Differences of this part give their matrix. */
 #define KMP_STATIC_STEP       1e-13

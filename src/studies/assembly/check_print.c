@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* `check` for a person: a short form with the verdict, or one paragraph a question; and as one object. */
 #include "base/context.h"
+#include "base/memory.h"
 #include "base/text.h"
 #include "constraints/closing/assembly.h"
+#include "constraints/closing/load_margin.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/tolerances.h"
 #include "model/data/body.h"
@@ -399,9 +401,40 @@ static void put_rigid_directions(kmp_text *text, const kmp_flexible *f)
     kmp_text_free_part(text, &none);
 }
 
+/* The part of the stiffness of each flexible body that the loads of the start take; NULL: it is not known. The caller
+ * frees it. */
+static double *taken_by_loads(const kempe_check *check)
+{
+    const kempe_assembly *a = check->assembly;
+    double *taken = a && a->closed && !a->inner_q ? KMP_NEW(double, check->given->model->flexible_count + 1) : NULL;
+    kmp_load_margin *margin = taken ? kmp_load_margin_new(check->system, a->q, a->qd) : NULL;
+    if (margin)
+        kmp_load_margin_at(margin, 0, a->q, a->qd, NULL, taken);
+    for (int k = 0; taken && !margin && k < check->given->model->flexible_count; k++)
+        taken[k] = NAN;
+    kmp_load_margin_free(margin);
+    return taken;
+}
+
+/* How near the loads of the start are to those that buckle a body. */
+static void put_buckling(kmp_text *text, const kempe_check *check, double taken)
+{
+    const char *near = taken > 1 / KMP_BUCKLING_NEAR ? "warning: " : "";
+    if (!(taken > KMP_BUCKLING_NONE))
+        return;
+    if (taken >= 1)
+        line(text, "", "%sit buckles under the loads of the start, at %.3g times these", near, 1 / taken);
+    else if (kmp_load_margin_has_springs(check->system))
+        line(text, "", "%sthe forces of the start, with springs, take %.3g %% of its stiffness; at 100 %% it buckles",
+             near, 100 * taken);
+    else
+        line(text, "", "%sit buckles at %.4g times the loads of the start", near, 1 / taken);
+}
+
 static void show_flexible(kmp_text *text, const kempe_check *check)
 {
     const kempe_model *model = check->given->model;
+    double *taken = taken_by_loads(check);
     for (int k = 0; k < model->flexible_count; k++) {
         const kmp_flexible *f = &model->flexibles[k];
         const kmp_body body = kmp_body_undeformed(model, f->body);
@@ -414,7 +447,7 @@ static void show_flexible(kmp_text *text, const kempe_check *check)
         kmp_text_free_part(text, &own);
         if (!kmp_flexible_spectrum_find(f, &s)) {
             text->failed = true;
-            return;
+            break;
         }
         label(text, "");
         kmp_text_put(text, "in its frame it vibrates at ");
@@ -432,6 +465,7 @@ static void show_flexible(kmp_text *text, const kempe_check *check)
              body.mass.value, body.com[0].value, body.com[1].value, body.com[2].value, body.inertia[0].value,
              body.inertia[1].value, body.inertia[2].value);
         put_rigid_directions(text, f);
+        put_buckling(text, check, taken ? taken[k] : NAN);
         const double rate = start_rate(check, f->body);
         if (f->stiffening == KMP_STIFFENING_NONE && rate > KMP_ROTATION_SLOW * s.fixed[0])
             line(text, "",
@@ -439,6 +473,7 @@ static void show_flexible(kmp_text *text, const kempe_check *check)
                  "second order: take stiffening 'first' or 'full'",
                  rate, KMP_ROTATION_SLOW);
     }
+    kmp_free(taken);
 }
 
 static void json_flexible(kmp_json *json, const kempe_check *check)
@@ -446,6 +481,7 @@ static void json_flexible(kmp_json *json, const kempe_check *check)
     const kempe_model *model = check->given->model;
     if (model->flexible_count == 0)
         return;
+    double *taken = taken_by_loads(check);
     kmp_json_array(json, "flexible_bodies");
     for (int k = 0; k < model->flexible_count; k++) {
         const kmp_flexible *f = &model->flexibles[k];
@@ -455,8 +491,14 @@ static void json_flexible(kmp_json *json, const kempe_check *check)
         kmp_json_put(json, "{ body %s", model->bodies[f->body].name);
         kmp_json_numbers(json, "fixed", s.count, s.fixed);
         kmp_json_numbers(json, "free", s.count, s.free);
-        kmp_json_put(json, "highest %g explicit_step %g }", s.highest, KMP_EXPLICIT_REACH / s.highest);
+        kmp_json_put(json, "highest %g explicit_step %g", s.highest, KMP_EXPLICIT_REACH / s.highest);
+        if (taken && taken[k] > KMP_BUCKLING_NONE)
+            kmp_json_put(json,
+                         kmp_load_margin_has_springs(check->system) ? "loads_take %g" : "loads_take %g buckles_at %g",
+                         taken[k], 1 / taken[k]);
+        kmp_json_put(json, "}");
     }
+    kmp_free(taken);
     kmp_json_end(json);
 }
 
