@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* How near the loads of a state are to those at which a flexible body buckles. */
+/* The part of the loads at which a flexible body buckles that a state has. */
 #pragma once
 
 #include "dynamics/system.h"

@@ -416,7 +416,7 @@ static double *taken_by_loads(const kempe_check *check)
     return taken;
 }
 
-/* How near the loads of the start are to those that buckle a body. */
+/* The sentence on buckling of a body by its part. */
 static void put_buckling(kmp_text *text, const kempe_check *check, double taken)
 {
     const char *near = taken > 1 / KMP_BUCKLING_NEAR ? "warning: " : "";

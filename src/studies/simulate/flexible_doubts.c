@@ -148,7 +148,7 @@ static void warn_of_buckling(const kempe_system *system, const kmp_samples *tabl
         if (taken[n + k] >= 1)
             kmp_log(system->context, KEMPE_LOG_WARNING,
                     "flexible body '%s' buckles: at t = %.6g s its loads take %.3g times its stiffness; a straight one "
-                    "stays straight in the computation until something bends it: start with a small deflection",
+                    "stays straight in the computation until a load deflects it: start with a small deflection",
                     model->bodies[model->flexibles[k].body].name, taken[2 * n + k], taken[n + k]);
     kmp_load_margin_free(margin);
     kmp_free(taken);
