@@ -611,6 +611,9 @@
 /** Explicit integrators take steps of at most this over the fastest frequency: the limit of stability of DOP853 is
  * about 6 on the imaginary axis. */
 #define KMP_EXPLICIT_REACH 5.0
+/** A joint or closure loads a flexible body in a direction where its load is more than this part of the largest one:
+ * smaller parts are due to the closing of the start. */
+#define KMP_LOAD_UNSHAPED 1e-7
 /** Loads of less than this many times the start buckle a flexible body: it is warned of, because a load that begins at
  * once deflects it twice as far as one that grows slowly. Parts of the stiffness below the second number are rounding
  * of differences, and are no loads. */

@@ -4,6 +4,7 @@
 #include "constraints/closing/deformation_rows.h"
 #include "backend/machine.h"
 #include "base/context.h"
+#include "base/memory.h"
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
@@ -82,6 +83,28 @@ kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_syst
     }
     memcpy(x->q, q, (size_t)n * sizeof *x->q);
     return KEMPE_OK;
+}
+
+bool kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe_system *s, const double *q, const double *qd)
+{
+    const bool quiet = kmp_context_quiet(s->context, true);
+    bool *moves = s->model->flexible_count > 0 ? KMP_NEW(bool, s->n) : NULL;
+    for (int k = 0; moves && k < s->n; k++)
+        moves[k] = s->model->motions[k].elastic;
+    const bool made = moves && kmp_deformation_rows_init(x, s, moves, q, qd) == KEMPE_OK;
+    (void)kmp_context_quiet(s->context, quiet);
+    if (moves && !made) {
+        kmp_deformation_rows_free(x);
+        kmp_context_clear(s->context);
+    }
+    kmp_free(moves);
+    return made;
+}
+
+void kmp_deformation_rows_loads(kmp_deformation_rows *x, double *qdd, double *lambda)
+{
+    kmp_reduction_accelerations(&x->red, x->udd, qdd);
+    kmp_reduction_multipliers(&x->red, qdd, lambda);
 }
 
 void kmp_deformation_rows_free(kmp_deformation_rows *x)

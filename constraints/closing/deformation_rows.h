@@ -29,6 +29,11 @@ typedef struct kmp_deformation_rows {
  * with these rates. KEMPE_E_FAILED, KEMPE_E_MEMORY, with the message; free it also then. */
 kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_system *system, const bool *moves,
                                        const double *q, const double *qd);
+
+/** The same for the shapes of all flexible bodies, without a message. False: there are none, no such coordinates, or no
+ * memory; then there is nothing to free. */
+bool kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe_system *system, const double *q,
+                                    const double *qd);
 void kmp_deformation_rows_free(kmp_deformation_rows *x);
 
 /** The k-th deformation, as a coordinate. */
@@ -36,6 +41,9 @@ int kmp_deformation_rows_coordinate(const kmp_deformation_rows *x, int k);
 
 /** The rows at q. False: it does not close, or a number is not finite. */
 bool kmp_deformation_rows_at(kmp_deformation_rows *x, double *q, double *rows);
+
+/** Accelerations (n) and multipliers (m) of the last rows. */
+void kmp_deformation_rows_loads(kmp_deformation_rows *x, double *qdd, double *lambda);
 
 /** Derivatives of the rows at x->q by differences, after kmp_deformation_rows_at there into x->rest. */
 bool kmp_deformation_rows_slope(kmp_deformation_rows *x);

@@ -2,7 +2,6 @@
 /* With K the stiffness of the material and T the derivatives of the rows of deformations, K - T is what the loads take
  * (T = K + geometric stiffness): the largest eigenvalue of (K - T) x = part K x. Joints that are independent hold. */
 #include "constraints/closing/load_margin.h"
-#include "base/context.h"
 #include "base/memory.h"
 #include "constraints/closing/deformation_rows.h"
 #include "linalg/dense/factors.h"
@@ -20,21 +19,15 @@ struct kmp_load_margin {
 
 kmp_load_margin *kmp_load_margin_new(const kempe_system *s, const double *q, const double *qd)
 {
-    const bool quiet = kmp_context_quiet(s->context, true);
-    kmp_load_margin *m = s->model->flexible_count > 0 ? KMP_NEW(kmp_load_margin, 1) : NULL;
-    bool *moves = m ? KMP_NEW(bool, s->n) : NULL;
-    for (int k = 0; moves && k < s->n; k++)
-        moves[k] = s->model->motions[k].elastic;
-    bool made = moves && kmp_deformation_rows_init(&m->rows, s, moves, q, qd) == KEMPE_OK;
-    const int count = made ? m->rows.count : 0;
-    made = made &&
-           KMP_ARENA_MAKE(&m->rows.arena, KMP_ROOM(int, count, &m->own),
-                          KMP_ROOM(double, count *count, &m->stiffness, &m->lost), KMP_ROOM(double, count, &m->value));
-    (void)kmp_context_quiet(s->context, quiet);
-    kmp_free(moves);
-    if (made)
+    kmp_load_margin *m = KMP_NEW(kmp_load_margin, 1);
+    if (!m || !kmp_deformation_rows_of_shapes(&m->rows, s, q, qd)) {
+        kmp_free(m);
+        return NULL;
+    }
+    const int count = m->rows.count;
+    if (KMP_ARENA_MAKE(&m->rows.arena, KMP_ROOM(int, count, &m->own),
+                       KMP_ROOM(double, count *count, &m->stiffness, &m->lost), KMP_ROOM(double, count, &m->value)))
         return m;
-    kmp_context_clear(s->context);
     kmp_load_margin_free(m);
     return NULL;
 }

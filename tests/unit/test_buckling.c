@@ -97,6 +97,30 @@ static void rotation(void)
     CHECK_NEAR(taken(text), 1 / pow(3.516015268500151, 2), 1e-6);
 }
 
+/* check examines a mechanism without states, friction that sticks and forces, but the loads are those of the model. */
+static void states_and_friction(void)
+{
+    static const char *const more[] = {
+        "states: {s: {rate: 1 - s, start: 0.5}}\nforces: {end: {at: rod.tip, force: ['-100*s', 0, 0]}}\n",
+        "forces: {end: {at: rod.tip, force: [-50, 0, 0]}, f: {joint: A, friction: {torque: 3}}}\n"};
+    for (int k = 0; k < 2; k++) {
+        char text[1024], *said = NULL;
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\ngravity: [0, 0, 0]\nbodies:\n  rod:\n    joint: {name: A, revolute: z, at: ground}\n"
+                       "    flexible: {beam: {length: 1, rhoA: 1, EIz: 100}, shapes: {y: 4}}\n"
+                       "    points: {tip: {station: 1}}\n%s",
+                       more[k]);
+        loaded l = load_text(text);
+        kempe_check *check = NULL;
+        CHECK(l.system && kempe_check_new(l.system, &check) == KEMPE_OK &&
+              kempe_check_print(check, KEMPE_TEXT, &said) == KEMPE_OK);
+        CHECK(said && strstr(said, "it buckles at 4.935 times the loads of the start"));
+        free(said);
+        kempe_check_free(check);
+        unload(&l);
+    }
+}
+
 static void sentences(void)
 {
     static const struct {
@@ -137,6 +161,7 @@ int main(void)
     TEST(strut);
     TEST(weight_and_pull);
     TEST(rotation);
+    TEST(states_and_friction);
     TEST(sentences);
     return check_report();
 }
