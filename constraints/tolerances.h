@@ -611,5 +611,18 @@
 /** Explicit integrators take steps of at most this over the fastest frequency: the limit of stability of DOP853 is
  * about 6 on the imaginary axis. */
 #define KMP_EXPLICIT_REACH 5.0
+/** A joint or closure loads a flexible body in a direction where its load is more than this part of the largest one:
+ * smaller parts are due to the closing of the start. */
+#define KMP_LOAD_UNSHAPED 1e-7
+/** Loads of less than this many times the start buckle a flexible body: it is warned of, because a load that begins at
+ * once deflects it twice as far as one that grows slowly. Parts of the stiffness below the second number are rounding
+ * of differences, and are no loads. */
+#define KMP_BUCKLING_NEAR 2.0
+#define KMP_BUCKLING_NONE 1e-6
+/** Deformations of a static start are found where a step is below this part of the length, or where steps below the
+ * second part no longer shrink: rounding of forces over soft stiffness. Differences of this part give their matrix. */
+#define KMP_STATIC_STEP       1e-13
+#define KMP_STATIC_ROUNDED    1e-9
+#define KMP_STATIC_DIFFERENCE 1e-7
 /** Directions of a flexible body whose inertia is this part of the largest one move no mass, but for rounding. */
 #define KMP_FLEXIBLE_STILL 1e-13

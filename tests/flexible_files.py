@@ -340,6 +340,23 @@ class Blade(Folder):
         self.assertNotIn("q.blade.mode7", ends[0])
 
 
+    def test_mean_frame(self):
+        """In mean axes the modes of the blade by itself are those of the free blade, and a free blade moves as in its frame."""
+        text = "kempe: 1\ngravity: [0, 0, -9.81]\nbodies:\n  blade:\n    joint: {free: x, at: ground}\n    flexible: {file: blade.npz, frame: FRAME}\n" \
+               "    points: {P: {node: 313}, A: {interface: A}}\nforces: {f: {at: blade.P, force: [0, 0, '2*sin(30*t)']}}\n" \
+               "run: {t_end: 0.02, rtol: 1e-10, outputs: [position(blade.P), position(blade.A)]}\n"
+        said, ends = {}, {}
+        for frame in ("clamped", "mean"):
+            model = self.put(text.replace("FRAME", frame), "blade.npz", blade())
+            said[frame] = runs.kempe("check", model)["flexible_bodies"][0]
+            ends[frame] = runs.simulated(model)[1][-1]
+        for k in range(3):
+            self.near(said["mean"]["fixed"][k], said["clamped"]["free"][k], 1e-9 * said["clamped"]["free"][k], f"frequency {k + 1}")
+        for name, x in ends["clamped"].items():
+            if name.startswith("position"):
+                self.near(ends["mean"][name], x, 2e-8, name)
+
+
 class SliderCrank(Folder):
     def test_variants(self):
         for name, ((start, rates), nonlinear, damped, q, qd, multipliers) in CRANKS.items():

@@ -8,6 +8,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/cut_start.h"
 #include "constraints/closing/rounding.h"
+#include "constraints/closing/static_start.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "model/data/closure.h"
@@ -484,6 +485,7 @@ kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **ass
     *assembly = a;
     if (!a->closed)
         return a->drives > a->freedoms && a->freedoms > 0 ? complain_drives(a) : complain_open(a);
+    KMP_TRY(kmp_static_start(system, a));
     if (!known)
         report_misfit(a);
     warn_of_deformation(a);

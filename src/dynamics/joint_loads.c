@@ -309,7 +309,7 @@ kmp_ref kmp_section_stress(const kmp_tree *tree, int point)
     kmp_graph *g = tree->graph;
     const kmp_point *p = &tree->model->points[point];
     const kmp_flexible *flexible = &tree->model->flexibles[tree->model->bodies[p->body].flexible - 1];
-    const kmp_vec section = kmp_tree_vector(tree, flexible->section);
+    const kmp_vec section = kmp_tree_vector(tree, flexible->stations[station_of(tree->model, point)].section);
     const kmp_number *offset = p->station > 0 ? p->offset : p->at;
     const kmp_ref y = kmp_tree_number(tree, &offset[1]), z = kmp_tree_number(tree, &offset[2]);
     const kmp_wrench load = kmp_section_load(tree, point);

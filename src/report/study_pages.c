@@ -10,6 +10,7 @@
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
+#include "constraints/closing/static_start.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "ensemble/batch.h"
 #include "ensemble/fit/fit_study.h"
@@ -199,6 +200,8 @@ static kempe_status fill_instances(kmp_result_page *page, const kempe_model *mod
         choose_first(page, "q.", KMP_PAGE_FIRST / 2);
     kempe_assembly *start = NULL;
     kempe_status status = kmp_assemble_start(page->system, &start);
+    if (status == KEMPE_OK)
+        status = kmp_static_start(page->system, start);
     if (status == KEMPE_OK)
         status = kmp_page_add_frames(page, 1, start->q, 0, NULL);
     kempe_assembly_free(start);

@@ -13,7 +13,7 @@ NODES = 16  # Gauss points of an integral: exact to degree 31
 FAMILIES = (("y", "y"), ("z", "z"), ("torsion", "phi"), ("axial", "x"))
 FAULTS = """shortening of the axis; turn of sections; angles of second order; order of angles; turn of the chord;
 shear of sections; line of the chord; inertia of sections; inertia of second order; products of second order; damping; stiffness;
-offset of stations; order of modes; size of modes; constant of torsion; coupled displacement""".replace("\n", " ").split("; ")
+offset of stations; order of modes; size of modes; constant of torsion; coupled displacement; taper; momentum of shapes""".replace("\n", " ").split("; ")
 PLANTED = set()
 
 
@@ -55,6 +55,9 @@ class Shape:
             self.strain[0] = own.deriv()
         rates = [self.strain[0], self.strain[1] + self.turn[2], self.strain[2] - self.turn[1]]
         self.way = [rate.integ() - rate.integ()(0) for rate in rates]
+        if beam.frame == "mean" and family != "torsion":
+            c = ("axial", "y", "z").index(family)
+            self.way[c] = self.way[c] + own(0)
 
     def measured(self):
         return {"y": self.way[1], "z": self.way[2], "torsion": self.turn[0], "axial": self.way[0]}[self.family]
@@ -113,6 +116,23 @@ class Beam:
             self.second = np.zeros(2)
         self.slip = [b / g if self.sheared and g else 0.0 for b, g in zip(self.bend, shear)]
         self.shear = shear
+        self.moduli = (density, young, modulus, poisson) if "taper" in keys else None
+        self.ends = [next(iter(keys[key].items())) for key in ("section", "taper") if key in keys]
+
+    def along(self, x):
+        """At places x: mass by length (x), its second moments (2, x), bending (2, x), torsional and axial stiffness (x)."""
+        if not self.moduli or planted("taper"):
+            spread = lambda v: np.multiply.outer(v, np.ones(len(x)))
+            return [spread(v) for v in (self.line, self.second, np.array(self.bend), self.twist, self.stretch)]
+        density, young, modulus, poisson = self.moduli
+        (kind, first), (_, last) = [(kind, self.dimensions(kind, given)) for kind, given in self.ends]
+        made = [self.section({kind: first + (last - first) * at / self.length}, poisson) for at in x]
+        area, second, twist = (np.array([m[k] for m in made]).T for k in range(3))
+        turned = density * second if np.any(self.second) else 0 * second
+        return density * area, turned, young * second, modulus * twist, young * area
+
+    def dimensions(self, kind, given):
+        return np.atleast_1d(given if isinstance(given, np.ndarray) else self.scope.number(given) if kind == "circle" else self.scope.vector(given))
 
     def section(self, keys, poisson):
         """Area, int y^2 and int z^2, the constant of torsion, the parts of the area that carry shear."""
@@ -121,14 +141,14 @@ class Beam:
             get = lambda key: self.scope.number(given.get(key, "0"))
             return get("A"), np.array([get("Iz"), get("Iy")]), get("J"), np.array([get("ky"), get("kz")])
         if kind == "rectangle":
-            b, h = self.scope.vector(given)
+            b, h = self.dimensions(kind, given)
             longer, shorter = max(b, h), min(b, h)
             odd = np.arange(1, 4001, 2)
             sum_ = np.sum((np.tanh(0.5 * np.pi * odd * longer / shorter) / odd**5)[::-1])
             twist = longer * shorter**3 * (1 / 3 - 64 / np.pi**5 * (0 if planted("constant of torsion") else shorter / longer) * sum_)
             part = 10 * (1 + poisson) / (12 + 11 * poisson)
             return b * h, np.array([b**3 * h, b * h**3]) / 12, twist, np.full(2, part)
-        outer, inner = self.scope.vector(given) if kind == "tube" else (self.scope.number(given), 0.0)
+        outer, inner = (*self.dimensions(kind, given), 0.0)[:2]
         second, m = np.pi / 64 * (outer**4 - inner**4), (inner / outer)**2
         part = 6 * (1 + poisson) * (1 + m)**2 / ((7 + 6 * poisson) * (1 + m)**2 + (20 + 12 * poisson) * m)
         return np.pi / 4 * (outer**2 - inner**2), np.full(2, second), 2 * second, np.full(2, part)
@@ -139,13 +159,19 @@ class Beam:
         """The shapes of a family: powers, or the modes of their span with largest deflection 1, slowest first."""
         count, xi = self.counts[family], Polynomial([0.0, 1 / self.length])
         chord = self.frame == "chord"
-        if family in "yz":
+        if family in "yz" and self.frame == "mean":
+            made = [(2 * xi - 1)**(k + 2) for k in range(count)]
+        elif family in "yz":
             made = [xi * (1 - xi) * (2 * xi - 1)**k if chord else xi**(k + 2) for k in range(count)]
+        elif self.frame == "mean":
+            made = [(2 * xi - 1)**(k + 1) for k in range(count)]
         elif family == "torsion" and chord:
             made = [(xi - 0.5)**(k + 1) - (-0.5)**(k + 1) for k in range(count)]
         else:
             made = [xi**(k + 1) for k in range(count)]
         shapes = [Shape(self, family, own) for own in made]
+        if self.frame == "mean" and not planted("momentum of shapes"):
+            shapes = [self.without_rigid(shape) for shape in shapes]
         if self.keys.get("raw", "no") == "yes":
             return shapes
         for _ in range(2):  # the second pass has nearly diagonal matrices, and little rounding
@@ -154,6 +180,13 @@ class Beam:
         if planted("order of modes"):
             shapes.reverse()
         return [Shape(self, family, shape.own / self.peak(shape.measured())) for shape in shapes]
+
+    def without_rigid(self, shape):
+        """Less the rigid motion with which it has mass: then it has no momentum."""
+        rigid = [Shape(self, shape.family, Polynomial([0.0] * k + [1.0])) for k in range(2 if shape.family in "yz" else 1)]
+        mass = self.mass_between([*rigid, shape])
+        parts = np.linalg.solve(mass[:-1, :-1], mass[:-1, -1])
+        return Shape(self, shape.family, shape.own - sum(c * r.own for c, r in zip(parts, rigid)))
 
     def modes(self, shapes):
         stiffness, mass = self.strain_energy(shapes), self.mass_between(shapes)
@@ -177,15 +210,17 @@ class Beam:
     def mass_between(self, shapes):
         x, w = gauss(self.length)
         way, turn = values([s.way for s in shapes], x), values([s.turn for s in shapes], x)
-        about = np.array([self.second.sum(), self.second[1], self.second[0]])
-        return self.line * np.einsum("ckx,clx,x->kl", way, way, w) + np.einsum("c,ckx,clx,x->kl", about, turn, turn, w)
+        line, second = self.along(x)[:2]
+        about = np.array([second.sum(0), second[1], second[0]])
+        return np.einsum("ckx,clx,x->kl", way, way, line * w) + np.einsum("cx,ckx,clx,x->kl", about, turn, turn, w)
 
     def strain_energy(self, shapes):
         x, w = gauss(self.length)
         bent = values([[f.deriv() for f in s.turn] for s in shapes], x)
         strain = values([s.strain for s in shapes], x)
-        rigid = np.array([self.twist, self.bend[1], self.bend[0]]), np.array([self.stretch, *self.shear])
-        return sum(np.einsum("c,ckx,clx,x->kl", k, f, f, w) for k, f in zip(rigid, (bent, strain)))
+        _, _, bend, twist, stretch = self.along(x)
+        rigid = np.array([twist, bend[1], bend[0]]), np.array([stretch, *np.multiply.outer(self.shear, np.ones(len(x)))])
+        return sum(np.einsum("cx,ckx,clx,x->kl", k, f, f, w) for k, f in zip(rigid, (bent, strain)))
 
     # -- terms of second order
 
@@ -225,16 +260,17 @@ class Beam:
         nothing = np.zeros((len(x), 3, self.n, self.n))
         axis = nothing if none else self.ways_of_second_order(x)
         rotated = np.zeros((len(x), 3, 3, self.n, self.n)) if none or planted("turn of sections") else self.turns_of_second_order(x)
-        y, z = (np.sqrt(2 * second / self.line) for second in self.second)
-        corners = [(y, 0), (-y, 0), (0, z), (0, -z)] if np.any(self.second) else [(0, 0)]
+        line, second = self.along(x)[:2]
+        (y, z), none_of = np.sqrt(2 * second / line), 0 * x
+        corners = [(y, none_of), (-y, none_of), (none_of, z), (none_of, -z)] if np.any(self.second) else [(none_of, none_of)]
         full = self.stiffening == "full"
         clouds = []
         for corner in corners:
-            at = np.array([0.0, *corner])
-            place = np.stack([x, 0 * x + corner[0], 0 * x + corner[1]], -1)
-            first = way + np.einsum("kxia,a->xik", turn, at)
-            of_section = np.einsum("xiakl,a->xikl", rotated, at)
-            weight = self.line * w / len(corners)
+            at = np.stack([none_of, *corner])
+            place = np.stack([x, *corner], -1)
+            first = way + np.einsum("kxia,ax->xik", turn, at)
+            of_section = np.einsum("xiakl,ax->xikl", rotated, at)
+            weight = line * w / len(corners)
             whole, part = (axis, of_section) if full else (nothing, axis + of_section)
             if planted("inertia of second order"):
                 whole, part = (nothing, axis + of_section) if full else (axis, of_section)

@@ -16,7 +16,7 @@ PLANE, SPACE = ("revolute", "revolute", "revolute", "prismatic", "weld"), (
 CLOSURES = {"ball": 3, "rod": 1, "revolute": 5, "universal": 4, "cylindrical": 4, "point_on_line": 2, "point_on_plane": 1, "weld": 6}
 IN_PLANE = {"ball": 2, "rod": 1, "revolute": 2, "point_on_line": 1, "weld": 3}
 LEAST = 0.03  # singular value of the closures that counts
-FEATURES = """planar spatial clamped chord none first full y z torsion axial rotary shear raw ratio rayleigh rectangle circle tube numbers
+FEATURES = """planar spatial clamped chord mean none first full y z torsion axial rotary shear raw ratio rayleigh rectangle circle tube numbers taper
 flexible-on-flexible rigid-behind offset axes-of-points revolute prismatic universal spherical cylindrical weld motions frame
 reversed ball rod closed drive drive-of-shape spring force torque bushing joint-spring spring-of-shape force-of-shape""".split()
 
@@ -71,7 +71,7 @@ class Mechanisms(Choices):
             self.feature("rotary")
         if rotary and "torsion" not in shapes or rotary and self.chance(0.3):
             keys["rotary"] = "yes"
-        keys["frame"] = self.feature(self.one_of("clamped", "chord"))
+        keys["frame"] = self.feature(self.one_of("clamped", "chord") if planar else self.one_of("clamped", "clamped", "chord", "chord", "mean"))
         keys["stiffening"] = self.feature(self.one_of("none", "first", "full"))
         if self.chance(0.2):
             del keys["stiffening"]
@@ -95,7 +95,15 @@ class Mechanisms(Choices):
         else:
             given = {"A": repr(b * b), "Iy": repr(b**4 / 9), "Iz": repr(b**4 / 13), "J": repr(b**4 / 7), "ky": "0.8", "kz": "0.7"}
         moduli = {"poisson": repr(self.between(0, 0.4))} if self.chance(0.5) else {"shear": f"{self.between(1.2, 2.5)!r}e7"}
-        return {"young": f"{self.between(3.0, 6.0)!r}e7", "density": repr(self.between(500, 1500)), **moduli, "section": {kind: given}}
+        tapered = self.taper(kind, given) if kind != "numbers" and "shear" not in keys and self.chance(0.5) else {}
+        return {"young": f"{self.between(3.0, 6.0)!r}e7", "density": repr(self.between(500, 1500)), **moduli, "section": {kind: given}, **tapered}
+
+    def taper(self, kind, given):
+        self.feature("taper")
+        part = f"{self.between(0.3, 1.6)!r}*"
+        if kind == "rectangle":
+            return {"taper": {kind: [part + given[0], given[1] if self.chance(0.3) else self.number_text(self.between(0.02, 0.06), "m")]}}
+        return {"taper": {kind: [part + text for text in given] if kind == "tube" else part + given}}
 
     def by_numbers(self, keys, rotary):
         made = {"rhoA": self.number_text(self.between(0.5, 2)), "EIz": self.number_text(self.between(5, 30)),
@@ -144,7 +152,8 @@ class Mechanisms(Choices):
                 keys = {"flexible": beam, "points": {"P0": self.section_point(length), "P1": self.section_point(length, 0.2)}}
                 self.shapes[name] = beam["shapes"], length
             parent, points = parents[self.random.integers(len(parents))] if self.chance(0.4) else parents[-1]
-            joint, motions = self.joint(name, f"{parent}.{self.one_of(*points)}", soft)
+            floats = soft and beam["frame"] == "mean"
+            joint, motions = self.joint(name, f"{parent}.{self.one_of(*points)}", soft, floats)
             shapes = sum(map(int, keys["flexible"]["shapes"].values())) if soft else 0
             if used + motions + shapes > MOST:
                 continue
@@ -154,13 +163,16 @@ class Mechanisms(Choices):
             parents.append((name, keys["points"]))
         self.parents = parents
 
-    def joint(self, name, at, soft):
-        kind = self.feature(self.one_of(*(PLANE if self.planar else SPACE)))
+    def joint(self, name, at, soft, floats):
+        kind = self.feature("motions" if floats else self.one_of(*(PLANE if self.planar else SPACE)))
         if kind == "weld" and not soft:
             kind = "revolute"
         joint, count = {"name": f"j_{name}"}, {"weld": 0, "universal": 2, "spherical": 3, "cylindrical": 2}.get(kind, 1)
         if kind == "weld":
             joint[kind] = "yes"
+        elif floats:
+            both = [[letter + str(k) for k in self.random.permutation(3) + 1] for letter in "TR"]
+            joint[kind], count = both[0] + both[1], 6
         elif kind == "motions":
             axes = list(self.random.permutation(["1", "2", "3"]))[:self.random.integers(1, 4)]
             joint[kind] = [self.one_of("", "-") + self.one_of("R", "R", "T") + axis for axis in axes]

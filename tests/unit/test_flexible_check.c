@@ -11,6 +11,7 @@
 #include <kempe/equilibrium.h>
 #include <kempe/modes.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -149,6 +150,44 @@ static void runs_doubt_themselves(void)
     free(text);
 }
 
+/* A rod that bends along y alone, beside a plane mechanism and one in space with all shapes. */
+static void loads_without_a_shape(void)
+{
+    static const char rod[] =
+        "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {R: [1, 1, 1]}}\nbodies:\n  rod:\n"
+        "    joint: {name: A, revolute: z, at: ground}\n"
+        "    flexible: {beam: {length: 1, rhoA: 1, EIz: 1000, EIy: 1000, GJ: 1000, rhoI: 0.1}, shapes: {%s}}\n"
+        "    points: {tip: {station: 1}}\n"
+        "  bob: {joint: {name: B, universal: [z, y], at: rod.tip}, mass: 1, com: [0, -0.1, %s], inertia: {xx: 0.1, yy: "
+        "0.1, zz: 0.1}}\n%s";
+    static const char loop[] = "loops: {C: {rod: [ground.R, rod.tip], length: 'sqrt(2)*1 m'}}\n";
+    static const struct {
+        const char *shapes, *off, *loop;
+        int joint, closure; /* which of the sentences are expected */
+    } list[] = {{"y: 2", "0", "", 0, 0},
+                {"y: 2", "0.3", "", 1, 0},
+                {"y: 2", "0", loop, 0, 1},
+                {"y: 2, z: 2, torsion: 1", "0.3", loop, 0, 0}};
+    for (size_t k = 0; k < sizeof list / sizeof *list; k++) {
+        char text[1500];
+        (void)snprintf(text, sizeof text, rod, list[k].shapes, list[k].off, list[k].loop);
+        char *said = checked(text, KEMPE_TEXT), *json = checked(text, KEMPE_JSON);
+        CHECK(said && (strstr(said, "joint 'B' loads it in torsion, where it has no shape") != NULL) == list[k].joint);
+        CHECK(said && (strstr(said, "loop 'C' loads it along z, where it has no shape") != NULL) == list[k].closure);
+        CHECK(said && (strstr(said, "where it has no shape") != NULL) == (list[k].joint || list[k].closure));
+        CHECK(json && (strstr(json, "\"direction\": \"torsion\"") != NULL) == list[k].joint);
+        free(said);
+        free(json);
+    }
+    char *said = checked("kempe: 1\ngravity: [0, -10, 0]\nbodies:\n  rod:\n    joint: {weld: yes, at: ground}\n"
+                         "    flexible: {beam: {length: 1, rhoA: 1, EIz: 10}, shapes: {y: 2}}\n"
+                         "    points: {tip: {station: 1, offset: [0, 0, 0.1]}}\n"
+                         "forces: {push: {at: rod.tip, force: [0, 1, 0]}}\n",
+                         KEMPE_TEXT);
+    has(said, "force 'push' loads it in torsion, where it has no shape");
+    free(said);
+}
+
 static void segments_have_no_deflection(void)
 {
     load_rejected(ROD("weld: yes", "7000", "segments: 4, shapes: {y: 1}") "run: {outputs: [deflection(rod.tip)]}\n",
@@ -186,6 +225,7 @@ int main(void)
     TEST(check_describes_a_body);
     TEST(elasticity_makes_loops_mobile);
     TEST(runs_doubt_themselves);
+    TEST(loads_without_a_shape);
     TEST(segments_have_no_deflection);
     TEST(modes_name_the_strained_body);
     return check_report();

@@ -416,6 +416,10 @@ static kempe_status check(const kempe_system *s, const kempe_assembly *a)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "the start has no derivative with respect to parameters: it is the position nearest to goals "
                         "(start: goals); give the resulting coordinates as start values, and hold them");
+    if (s->model->start.statics)
+        return kmp_fail(s->context, KEMPE_E_FAILED,
+                        "the start has no derivative with respect to parameters: its deformations are in balance with "
+                        "its loads (start: elastic: static); give them as start values (start: q)");
     if (a->centred || a->rested)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "the start has no derivative with respect to parameters: its %s are those of the mechanism "

@@ -269,7 +269,7 @@ static kempe_status take_assembly(struct kmp_simulated *x, kmp_arena *arena, con
         return kmp_fail_memory(system->context);
     const kmp_start *start = &system->model->start;
     for (int k = 0; k < system->n; k++) {
-        x->given[2 * k] = start->q[k].value;
+        x->given[2 * k] = start->statics && start->undeformed[k] ? x->q[k] : start->q[k].value;
         x->given[2 * k + 1] = start->qd[k].value;
         x->keeps[k] =
             (start->hold[k] ? KEMPE_START_KEEPS_PLACE : 0) | (start->qd_given[k] ? KEMPE_START_KEEPS_RATE : 0);

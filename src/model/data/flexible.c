@@ -5,7 +5,7 @@
 #include <stddef.h>
 
 const char *const kmp_stiffening_words[3] = {"none", "first", "full"};
-const char *const kmp_flexible_frame_words[2] = {"clamped", "chord"};
+const char *const kmp_flexible_frame_words[3] = {"clamped", "chord", "mean"};
 
 /* The next `count` numbers of the block. */
 static kmp_number *take(kmp_flexible *f, int count)
@@ -30,7 +30,6 @@ void kmp_flexible_lay(kmp_flexible *f, kmp_number *numbers)
     f->quadratic = take(f, f->quadratic_count * n * n);
     f->stiffness = take(f, n * n);
     f->damping = take(f, n * n);
-    f->section = take(f, 3);
     for (int k = 0; k < f->station_count; k++) {
         kmp_station *station = &f->stations[k];
         station->at = take(f, 3);
@@ -38,6 +37,7 @@ void kmp_flexible_lay(kmp_flexible *f, kmp_number *numbers)
         station->shift_more = take(f, 3 * n * n);
         station->turn = take(f, 3 * n);
         station->turn_more = take(f, 3 * n * n);
+        station->section = take(f, 3);
         station->strained = take(f, 3 * n);
     }
 }
@@ -56,6 +56,11 @@ bool kmp_station_moves(const kmp_flexible *flexible, const kmp_station *station)
     for (int k = 0; k < 3 * n * n; k++)
         moved = moved || !is_nothing(station->shift_more[k]) || !is_nothing(station->turn_more[k]);
     return moved;
+}
+
+bool kmp_flexible_joint_moves(const kmp_flexible *flexible)
+{
+    return flexible->frame != KMP_FRAME_MEAN && kmp_station_moves(flexible, &flexible->stations[0]);
 }
 
 kmp_body kmp_body_undeformed(const kempe_model *model, int body)

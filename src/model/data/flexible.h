@@ -14,8 +14,8 @@
 typedef enum kmp_stiffening { KMP_STIFFENING_NONE, KMP_STIFFENING_FIRST, KMP_STIFFENING_FULL } kmp_stiffening;
 
 /** The axes that displacements are measured from: those of the end that carries the body's joint; the line between both
- * ends. */
-typedef enum kmp_flexible_frame { KMP_FRAME_CLAMPED, KMP_FRAME_CHORD } kmp_flexible_frame;
+ * ends; the mean axes, in which shapes have neither momentum nor angular momentum (Buckens). */
+typedef enum kmp_flexible_frame { KMP_FRAME_CLAMPED, KMP_FRAME_CHORD, KMP_FRAME_MEAN } kmp_flexible_frame;
 
 /** A place of a flexible body that joints, closures and forces may use. Its axes are turned by small angles about x, y
  * and z: v_body = R_z R_y R_x v_station. Places and angles are a q + q' A q / 2. */
@@ -27,6 +27,7 @@ typedef struct kmp_station {
     kmp_number *shift_more;      /* 3 x n x n, symmetric: second derivatives */
     kmp_number *turn;            /* 3 x n: its angles about x, y, z, by coordinates */
     kmp_number *turn_more;       /* 3 x n x n, symmetric: second derivatives */
+    kmp_number *section;         /* 3: area, int y^2, int z^2 of its section; zero where they are not given */
     kmp_number *strained;        /* 3 x n: torsion and bending moments about x, y, z of its section by the strain, by
                                     coordinates; zero about axes without shapes */
     struct kmp_flexible *beyond; /* the body's part beyond it, with the same coordinates, as moments alone; NULL: of the
@@ -46,7 +47,6 @@ typedef struct kmp_flexible {
     int number_count;
     kmp_number *numbers;   /* all that follow, and those of stations, one after the other */
     kmp_number *length;    /* 1, m: of the beam; of a body from a file, its farthest node or place */
-    kmp_number *section;   /* 3: area, int y^2, int z^2 of its section; zero where they are not given */
     kmp_number *mass;      /* 1, kg */
     kmp_number *moment;    /* 3: int X dm, X from the body's origin without deformation */
     kmp_number *second;    /* 6: int X X' dm; xx yy zz xy xz yz */
@@ -56,7 +56,8 @@ typedef struct kmp_flexible {
     kmp_number *quadratic; /* (N - n) x n x n: E_j, symmetric */
     kmp_number *stiffness; /* n x n, symmetric */
     kmp_number *damping;   /* n x n, symmetric */
-    bool moved;            /* the place of its joint, station 0, moves or turns with q; otherwise it is at the origin */
+    bool moved;            /* the place of its joint, station 0, moves or turns with q; otherwise its joint holds the
+                              origin of its axes */
     int station_count;
     kmp_station *stations;
     const kmp_beam *beam; /* without its stations */
@@ -69,7 +70,10 @@ void kmp_flexible_lay(kmp_flexible *flexible, kmp_number *numbers);
 /** True if the station moves or turns with the coordinates. */
 bool kmp_station_moves(const kmp_flexible *flexible, const kmp_station *station);
 
+/** True if the joint of the body is at a station 0 that moves: in mean axes it holds these. */
+bool kmp_flexible_joint_moves(const kmp_flexible *flexible);
+
 /** A copy of a body; a flexible one has the mass, centre and inertia that it has without deformation, as values. */
 kmp_body kmp_body_undeformed(const kempe_model *model, int body);
 
-extern const char *const kmp_stiffening_words[3], *const kmp_flexible_frame_words[2];
+extern const char *const kmp_stiffening_words[3], *const kmp_flexible_frame_words[3];

@@ -57,7 +57,7 @@ const char *kmp_output_obstacle(const kempe_model *model, kmp_output_kind kind, 
     if (p->station > 1 && !flexible->stations[p->station - 1].beyond)
         return "has a station there whose part of the length depends on parameters, and its section divides the beam: "
                "write the station as a fixed part of the length";
-    const kmp_number *section = flexible->section;
+    const kmp_number *section = flexible->stations[p->station > 0 ? p->station - 1 : 0].section;
     if (kind == KMP_OUTPUT_STRESS && !(section[0].value > 0 && section[1].value > 0 && section[2].value > 0))
         return "is a beam without a known section: stresses need A, Iy and Iz, by the key 'section'";
     return NULL;

@@ -15,8 +15,8 @@
 enum { LEAST_POWER = -5, MOST_POWER = 4, POWERS = MOST_POWER - LEAST_POWER + 1 };
 
 typedef struct maker {
-    const kmp_number *line_mass, *section_mass; /* of the part, by the length of the whole beam */
-    kmp_polynomial place;                       /* xi over the part */
+    const kmp_taper *line_mass, *section_mass; /* of the part, by the length of the whole beam */
+    kmp_polynomial place;                      /* xi over the part */
     kmp_arena *arena;
     kmp_arena scratch;
     const kmp_beam *beam;
@@ -49,13 +49,57 @@ static kmp_number scaled(const maker *m, kmp_number a, int exponent)
     return kmp_number_times(m->arena, a, power(m, exponent));
 }
 
-/* scale times an integral */
+/* scale times an amount */
 static kmp_number number_of(const maker *m, kmp_number scale, const kmp_beam_amount *amount)
 {
     kmp_number sum = {.value = 0};
     for (int i = 0; i < KMP_BEAM_PARTS; i++)
         sum = kmp_number_add(m->arena, sum, kmp_number_scale(m->arena, amount->part[i], m->part[i]));
     return kmp_number_times(m->arena, scale, sum);
+}
+
+/* The integral of a b times a number of the sections, times a power of the length. */
+static kmp_number product_of(const maker *m, const kmp_taper *by, int exponent, const kmp_beam_field *a,
+                             const kmp_beam_field *b)
+{
+    kmp_number sum = {.value = 0};
+    for (int j = 0; j < by->count; j++) {
+        const kmp_beam_amount amount = kmp_beam_field_mean(a, b, j);
+        sum = kmp_number_add(m->arena, sum, number_of(m, scaled(m, by->c[j], exponent), &amount));
+    }
+    return sum;
+}
+
+/* The integral of a field times a polynomial and term j of a number of the sections. */
+static kmp_beam_amount mean_of_term(const kmp_beam_field *a, const kmp_polynomial *b, int j)
+{
+    const kmp_polynomial term = kmp_taper_term(j), product = kmp_polynomial_product(&term, b);
+    return kmp_beam_field_mean_with(a, &product);
+}
+
+/* The integral of a field times a polynomial and a number of the sections, times a power of the length. */
+static kmp_number moment_of(const maker *m, const kmp_taper *by, int exponent, const kmp_beam_field *a,
+                            const kmp_polynomial *b)
+{
+    kmp_number sum = {.value = 0};
+    for (int j = 0; j < by->count; j++) {
+        const kmp_beam_amount amount = mean_of_term(a, b, j);
+        sum = kmp_number_add(m->arena, sum, number_of(m, scaled(m, by->c[j], exponent), &amount));
+    }
+    return sum;
+}
+
+/* The integral of two polynomials and a number of the sections, times a power of the length. */
+static kmp_number plain_moment(const maker *m, const kmp_taper *by, int exponent, const kmp_polynomial *a,
+                               const kmp_polynomial *b)
+{
+    kmp_number sum = {.value = 0};
+    for (int j = 0; j < by->count; j++) {
+        const kmp_polynomial term = kmp_taper_term(j), own = kmp_polynomial_product(&term, a);
+        const double mean = kmp_polynomial_mean(&own, b);
+        sum = kmp_number_add(m->arena, sum, kmp_number_scale(m->arena, mean, scaled(m, by->c[j], exponent)));
+    }
+    return sum;
 }
 
 static bool is_nothing(kmp_number a)
@@ -79,11 +123,11 @@ static void put_rigid(const maker *m)
 {
     kmp_flexible *to = m->to;
     *to->length = m->beam->length;
-    *to->mass = scaled(m, *m->line_mass, 1);
-    to->moment[0] = kmp_number_scale(m->arena, m->place.c[0], scaled(m, *m->line_mass, 2));
-    to->second[0] = kmp_number_scale(m->arena, kmp_polynomial_mean(&m->place, &m->place), scaled(m, *m->line_mass, 3));
-    to->second[1] = scaled(m, m->section_mass[0], 1);
-    to->second[2] = scaled(m, m->section_mass[1], 1);
+    *to->mass = plain_moment(m, m->line_mass, 1, &one, &one);
+    to->moment[0] = plain_moment(m, m->line_mass, 2, &one, &m->place);
+    to->second[0] = plain_moment(m, m->line_mass, 3, &m->place, &m->place);
+    to->second[1] = plain_moment(m, &m->section_mass[0], 1, &one, &one);
+    to->second[2] = plain_moment(m, &m->section_mass[1], 1, &one, &one);
 }
 
 /* Of a section's point at y, or z (c: 1, 2), the component a of theta x (0, y, z) by y: the component of theta, and its
@@ -94,22 +138,33 @@ static int section_part(int c, int a, int *component)
     return a == c ? 0 : (a + 1) % 3 == c ? -1 : 1;
 }
 
+/* In mean axes a shape has no momentum and no angular momentum: numbers that do not follow parameters say so exactly.
+ */
+static void clear_rigid(const maker *m, int k)
+{
+    static const int own[KMP_BEAM_FAMILIES] = {3, 6, 7, -1}, other[KMP_BEAM_FAMILIES] = {1, 2, 5, -1};
+    const kmp_beam_family family = m->shapes[k].family;
+    kmp_number *z = m->to->by_place + (ptrdiff_t)9 * k;
+    for (int a = 0; a < 3; a++)
+        if (!m->to->field[3 * k + a].expr)
+            m->to->field[3 * k + a] = (kmp_number){.value = 0};
+    if (own[family] >= 0 && !z[own[family]].expr && !z[other[family]].expr)
+        z[own[family]] = z[other[family]];
+}
+
 static void put_place(const maker *m, int k)
 {
     const kmp_beam_shape *shape = &m->shapes[k];
     const int less = metres(m, k);
     kmp_number *z = m->to->by_place + (ptrdiff_t)9 * k;
     for (int a = 0; a < 3; a++) {
-        kmp_beam_amount sum = kmp_beam_field_mean_with(&shape->way[a], &one);
-        m->to->field[3 * k + a] = number_of(m, scaled(m, *m->line_mass, 2 - less), &sum);
-        sum = kmp_beam_field_mean_with(&shape->way[a], &m->place);
-        z[3 * a] = number_of(m, scaled(m, *m->line_mass, 3 - less), &sum);
+        m->to->field[3 * k + a] = moment_of(m, m->line_mass, 2 - less, &shape->way[a], &one);
+        z[3 * a] = moment_of(m, m->line_mass, 3 - less, &shape->way[a], &m->place);
         for (int c = 1, i; c < 3; c++) {
             const int sign = section_part(c, a, &i);
             if (sign == 0)
                 continue;
-            sum = kmp_beam_field_mean_with(&shape->turn[i], &one);
-            const kmp_number section = number_of(m, scaled(m, m->section_mass[c - 1], 1 - less), &sum);
+            const kmp_number section = moment_of(m, &m->section_mass[c - 1], 1 - less, &shape->turn[i], &one);
             z[3 * a + c] = kmp_number_scale(m->arena, sign, section);
         }
     }
@@ -123,14 +178,13 @@ static void put_product(const maker *m, int k, int l)
     kmp_number *t = m->to->by_field + 9 * ((ptrdiff_t)n * k + l);
     for (int a = 0; a < 3; a++)
         for (int b = 0; b < 3; b++) {
-            kmp_beam_amount sum = kmp_beam_field_mean(&first->way[a], &other->way[b]);
-            t[3 * a + b] = number_of(m, scaled(m, *m->line_mass, 3 - less), &sum);
+            t[3 * a + b] = product_of(m, m->line_mass, 3 - less, &first->way[a], &other->way[b]);
             for (int c = 1, i, j; c < 3; c++) {
                 const int sign = section_part(c, a, &i) * section_part(c, b, &j);
                 if (sign == 0)
                     continue;
-                sum = kmp_beam_field_mean(&first->turn[i], &other->turn[j]);
-                const kmp_number section = number_of(m, scaled(m, m->section_mass[c - 1], 1 - less), &sum);
+                const kmp_number section =
+                    product_of(m, &m->section_mass[c - 1], 1 - less, &first->turn[i], &other->turn[j]);
                 add(m, &t[3 * a + b], kmp_number_scale(m->arena, sign, section));
             }
         }
@@ -141,21 +195,25 @@ static void put_stiffness(const maker *m, int k, int l)
 {
     const kmp_beam_family family = m->shapes[k].family;
     kmp_polynomial u = kmp_polynomial_derivative(&m->shapes[k].own), w = kmp_polynomial_derivative(&m->shapes[l].own);
-    kmp_beam_amount sum = {{0}};
+    const kmp_taper *by = &m->beam->stiffness[family];
     const bool bends = family == KMP_BEAM_Y || family == KMP_BEAM_Z;
+    kmp_number *sum = &m->to->stiffness[m->to->count * k + l];
     if (bends) {
         u = kmp_polynomial_derivative(&u);
         w = kmp_polynomial_derivative(&w);
     }
-    sum.part[0] = kmp_polynomial_mean(&u, &w);
-    u = kmp_polynomial_derivative(&u);
-    w = kmp_polynomial_derivative(&w);
-    if (bends && m->beam->sheared)
-        sum.part[1 + (int)family] = kmp_polynomial_mean(&u, &w);
-    m->to->stiffness[m->to->count * k + l] = number_of(m, scaled(m, m->beam->stiffness[family], bends ? -3 : -1), &sum);
+    const kmp_polynomial u_slope = kmp_polynomial_derivative(&u), w_slope = kmp_polynomial_derivative(&w);
+    for (int j = 0; j < by->count; j++) {
+        const kmp_polynomial term = kmp_taper_term(j), own = kmp_polynomial_product(&term, &u);
+        kmp_beam_amount amount = {{kmp_polynomial_mean(&own, &w)}};
+        if (bends && m->beam->sheared)
+            amount.part[1 + (int)family] = kmp_polynomial_mean(&u_slope, &w_slope);
+        add(m, sum, number_of(m, scaled(m, by->c[j], bends ? -3 : -1), &amount));
+    }
 }
 
-/* Modes have no mass or stiffness between them. Numbers that follow parameters have it for other values of these. */
+/* Modes have no mass or stiffness between them. Numbers that follow parameters may have it for other values of these.
+ */
 static void clear_between_modes(const maker *m, int k, int l)
 {
     const int n = m->to->count + m->to->quadratic_count, own = (int)m->shapes[k].family;
@@ -163,13 +221,13 @@ static void clear_between_modes(const maker *m, int k, int l)
     kmp_number *t = m->to->by_field + 9 * ((ptrdiff_t)n * k + l), *stiffness = &m->to->stiffness[m->to->count * k + l];
     const bool fixed = !t[0].expr && !t[4].expr && !t[8].expr;
     const bool straight = own == KMP_BEAM_TORSION || own == KMP_BEAM_AXIAL;
-    const bool alone = straight || (!m->beam->sheared && is_nothing(m->beam->section_mass[own]));
-    if (alone)
+    const bool alone = straight || (!m->beam->sheared && kmp_taper_is_nothing(&m->beam->section_mass[own]));
+    if (alone && (!m->beam->reshaped || fixed))
         for (int a = 0; a < 3; a++)
             t[4 * a] = (kmp_number){.value = 0};
     else if (fixed)
         t[4 * along] = (kmp_number){.value = 0 - (t[4 * ((along + 1) % 3)].value + t[4 * ((along + 2) % 3)].value)};
-    if (straight || !m->beam->sheared || !stiffness->expr)
+    if ((!m->beam->reshaped && (straight || !m->beam->sheared)) || !stiffness->expr)
         *stiffness = (kmp_number){.value = 0};
 }
 
@@ -177,8 +235,11 @@ static void put_first_order(const maker *m)
 {
     kmp_flexible *to = m->to;
     const int n = to->count, all = n + to->quadratic_count;
-    for (int k = 0; k < n; k++)
+    for (int k = 0; k < n; k++) {
         put_place(m, k);
+        if (m->whole && m->beam->frame == KMP_FRAME_MEAN)
+            clear_rigid(m, k);
+    }
     for (int k = 0; k < n; k++)
         for (int l = k; l < n; l++) {
             const bool related = m->shapes[k].family == m->shapes[l].family;
@@ -196,16 +257,17 @@ static void put_first_order(const maker *m)
 
 /* -- quadratic functions ----------------------------------------------------------------------------- */
 
-/* The next function: factor length^exponent times q' A q, with these amounts in A, in the order of `second`. Its number
- * among all fields; -1: it is zero. While functions are counted there is no room for it. */
-static int put_quadratic(maker *m, const kmp_beam_amount *amounts, kmp_number factor, int exponent)
+/* The next function: length^exponent times q' A q, where A is the sum of the terms of a factor times their amounts, in
+ * the order of `second`. Its number among all fields; -1: it is zero. While functions are counted there is no room for
+ * it. */
+static int put_quadratic(maker *m, const kmp_beam_amount *amounts, const kmp_taper *factor, int exponent)
 {
-    const int n = m->to->count;
+    const int n = m->to->count, pairs = n * (n + 1) / 2;
     double largest = 0;
-    for (int i = 0; i < n * (n + 1) / 2; i++)
+    for (int i = 0; i < pairs * factor->count; i++)
         for (int p = 0; p < KMP_BEAM_PARTS; p++)
             largest = fmax(largest, fabs(amounts[i].part[p]));
-    if (is_nothing(factor) || largest == 0)
+    if (kmp_taper_is_nothing(factor) || largest == 0)
         return -1;
     const int own = m->used++;
     if (!m->to->numbers)
@@ -214,16 +276,19 @@ static int put_quadratic(maker *m, const kmp_beam_amount *amounts, kmp_number fa
     for (int l = 0, i = 0; l < n; l++)
         for (int k = 0; k <= l; k++, i++) {
             const int less = metres(m, k) + metres(m, l);
-            const kmp_number number = number_of(m, scaled(m, factor, exponent - less), &amounts[i]);
+            kmp_number number = {.value = 0};
+            for (int j = 0; j < factor->count; j++)
+                add(m, &number, number_of(m, scaled(m, factor->c[j], exponent - less), &amounts[j * pairs + i]));
             e[n * k + l] = e[n * l + k] = kmp_number_scale(m->arena, 2, number);
         }
     return n + own;
 }
 
 /* Products of two functions of the basis along c and a, which are numbers `own` and `other` of all fields. */
-static void put_axis_product(const maker *m, int own, int other, int c, int a, double mean)
+static void put_axis_product(const maker *m, int own, int other, int c, int a, const kmp_polynomial *u,
+                             const kmp_polynomial *w)
 {
-    const kmp_number product = kmp_number_scale(m->arena, mean, scaled(m, *m->line_mass, 1));
+    const kmp_number product = plain_moment(m, m->line_mass, 1, u, w);
     const ptrdiff_t all = m->to->count + m->to->quadratic_count;
     m->to->by_field[9 * (all * own + other) + 3 * c + a] = product;
     m->to->by_field[9 * (all * other + own) + 3 * a + c] = product;
@@ -233,14 +298,11 @@ static void put_axis_product(const maker *m, int own, int other, int c, int a, d
 static void put_axis_field(const maker *m, int own, int c, const kmp_polynomial *function)
 {
     const int n = m->to->count, all = n + m->to->quadratic_count;
-    m->to->field[3 * own + c] =
-        kmp_number_scale(m->arena, kmp_polynomial_mean(function, &one), scaled(m, *m->line_mass, 1));
-    m->to->by_place[9 * own + 3 * c] =
-        kmp_number_scale(m->arena, kmp_polynomial_mean(function, &m->place), scaled(m, *m->line_mass, 2));
+    m->to->field[3 * own + c] = plain_moment(m, m->line_mass, 1, function, &one);
+    m->to->by_place[9 * own + 3 * c] = plain_moment(m, m->line_mass, 2, function, &m->place);
     for (int k = 0; k < n; k++)
         for (int b = 0; b < 3; b++) {
-            const kmp_beam_amount sum = kmp_beam_field_mean_with(&m->shapes[k].way[b], function);
-            const kmp_number number = number_of(m, scaled(m, *m->line_mass, 2 - metres(m, k)), &sum);
+            const kmp_number number = moment_of(m, m->line_mass, 2 - metres(m, k), &m->shapes[k].way[b], function);
             m->to->by_field[9 * ((ptrdiff_t)all * own + k) + 3 * c + b] = number;
             m->to->by_field[9 * ((ptrdiff_t)all * k + own) + 3 * b + c] = number;
         }
@@ -249,20 +311,20 @@ static void put_axis_field(const maker *m, int own, int c, const kmp_polynomial 
 static void put_whole_axis(maker *m)
 {
     const int pairs = m->to->count * (m->to->count + 1) / 2;
+    const kmp_taper unit = kmp_taper_constant((kmp_number){.value = 1});
     int first[3];
     for (int c = 0; c < 3; c++) {
         const kmp_beam_basis *basis = &m->basis[c];
         first[c] = m->to->count + m->used;
         for (int j = 0; j < basis->count; j++) {
-            const int own = put_quadratic(m, basis->part + (ptrdiff_t)j * pairs, (kmp_number){.value = 1}, 1);
+            const int own = put_quadratic(m, basis->part + (ptrdiff_t)j * pairs, &unit, 1);
             if (own < 0)
                 continue;
             put_axis_field(m, own, c, &basis->function[j]);
-            put_axis_product(m, own, own, c, c, kmp_polynomial_mean(&basis->function[j], &basis->function[j]));
-            for (int a = 0; a < c; a++)
-                for (int k = 0; k < m->basis[a].count; k++)
-                    put_axis_product(m, own, first[a] + k, c, a,
-                                     kmp_polynomial_mean(&basis->function[j], &m->basis[a].function[k]));
+            for (int a = 0; a <= c; a++)
+                for (int k = 0; k < (a < c ? m->basis[a].count : j + 1); k++)
+                    if (a < c || k == j || m->line_mass->count > 1)
+                        put_axis_product(m, own, first[a] + k, c, a, &basis->function[j], &m->basis[a].function[k]);
         }
     }
 }
@@ -270,11 +332,12 @@ static void put_whole_axis(maker *m)
 /* One function for each component of the axis' first moment and of its moment by x. */
 static void put_moments_of_axis(maker *m, kmp_beam_amount *amounts)
 {
+    const int pairs = m->to->count * (m->to->count + 1) / 2;
     for (int by_x = 0; by_x < 2; by_x++)
         for (int c = 0; c < 3; c++) {
-            for (int i = 0; i < m->to->count * (m->to->count + 1) / 2; i++)
-                amounts[i] = kmp_beam_field_mean_with(&m->second[i].way[c], by_x ? &m->place : &one);
-            const int own = put_quadratic(m, amounts, *m->line_mass, 2 + by_x);
+            for (int i = 0; i < pairs * m->line_mass->count; i++)
+                amounts[i] = mean_of_term(&m->second[i % pairs].way[c], by_x ? &m->place : &one, i / pairs);
+            const int own = put_quadratic(m, amounts, m->line_mass, 2 + by_x);
             if (own >= 0 && by_x)
                 m->to->by_place[9 * own + 3 * c] = (kmp_number){.value = 1};
             else if (own >= 0)
@@ -284,11 +347,12 @@ static void put_moments_of_axis(maker *m, kmp_beam_amount *amounts)
 
 static void put_moments_of_sections(maker *m, kmp_beam_amount *amounts)
 {
+    const int pairs = m->to->count * (m->to->count + 1) / 2;
     for (int a = 0; a < 3; a++)
         for (int c = 1; c < 3; c++) {
-            for (int i = 0; i < m->to->count * (m->to->count + 1) / 2; i++)
-                amounts[i] = kmp_beam_field_mean_with(&m->second[i].section[a][c - 1], &one);
-            const int own = put_quadratic(m, amounts, m->section_mass[c - 1], 1);
+            for (int i = 0; i < pairs * m->section_mass[c - 1].count; i++)
+                amounts[i] = mean_of_term(&m->second[i % pairs].section[a][c - 1], &one, i / pairs);
+            const int own = put_quadratic(m, amounts, &m->section_mass[c - 1], 1);
             if (own >= 0)
                 m->to->by_place[9 * own + 3 * a + c] = (kmp_number){.value = 1};
         }
@@ -329,7 +393,8 @@ static void put_strained(const maker *m, kmp_station *station, kmp_number xi)
         kmp_polynomial curve = kmp_polynomial_derivative(&m->shapes[k].own);
         if (family != KMP_BEAM_TORSION)
             curve = kmp_polynomial_derivative(&curve);
-        const kmp_number stiffness = scaled(m, m->beam->stiffness[family], family == KMP_BEAM_TORSION ? -1 : -2);
+        const kmp_number here = kmp_taper_at(m->arena, &m->beam->stiffness[family], xi);
+        const kmp_number stiffness = scaled(m, here, family == KMP_BEAM_TORSION ? -1 : -2);
         const kmp_number moment = kmp_number_times(m->arena, stiffness, kmp_polynomial_number(m->arena, &curve, xi));
         station->strained[n * axis[family] + k] = kmp_number_scale(m->arena, family == KMP_BEAM_Z ? -1 : 1, moment);
     }
@@ -341,6 +406,8 @@ static void put_station(const maker *m, kmp_station *station, kmp_number x)
     const kmp_number xi =
         kmp_number_same(x, m->beam->length) ? (kmp_number){.value = 1} : kmp_number_over(m->arena, x, m->beam->length);
     station->at[0] = x;
+    for (int c = 0; c < 3; c++)
+        station->section[c] = kmp_taper_at(m->arena, &m->beam->section[c], xi);
     put_strained(m, station, xi);
     if (is_nothing(x) && m->beam->frame == KMP_FRAME_CLAMPED)
         return;
@@ -431,7 +498,7 @@ static void make_factors(maker *m)
     }
     for (int plane = 0; plane < 2 && b->sheared; plane++)
         if (b->count[plane] > 0)
-            m->part[1 + plane] = scaled(m, kmp_number_over(m->arena, b->stiffness[plane], b->shear[plane]), -2);
+            m->part[1 + plane] = scaled(m, kmp_number_over(m->arena, b->stiffness[plane].c[0], b->shear[plane]), -2);
     m->part[3] = kmp_number_times(m->arena, m->part[1], m->part[1]);
     m->part[4] = kmp_number_times(m->arena, m->part[1], m->part[2]);
     m->part[5] = kmp_number_times(m->arena, m->part[2], m->part[2]);
@@ -446,9 +513,9 @@ static bool make_shapes(maker *m)
     m->section_mass = m->beam->section_mass;
     m->place = (kmp_polynomial){.count = 2, .c = {0.5, 0.5}};
     make_factors(m);
-    if (!KMP_ARENA_MAKE(&m->scratch, KMP_ROOM(kmp_beam_shape, n, &m->shapes),
-                        KMP_ROOM(kmp_beam_second, pairs, &m->second), KMP_ROOM(kmp_beam_amount, pairs, &m->amounts),
-                        KMP_ROOM(kmp_beam_basis, 3, &m->basis)) ||
+    if (!KMP_ARENA_MAKE(
+            &m->scratch, KMP_ROOM(kmp_beam_shape, n, &m->shapes), KMP_ROOM(kmp_beam_second, pairs, &m->second),
+            KMP_ROOM(kmp_beam_amount, pairs * KMP_TAPER_TERMS, &m->amounts), KMP_ROOM(kmp_beam_basis, 3, &m->basis)) ||
         !kmp_beam_shapes(m->beam, (const double[]){m->part[1].value, m->part[2].value}, m->shapes))
         return false;
     for (int l = 0, i = 0; l < n && m->beam->stiffening != KMP_STIFFENING_NONE; l++)
@@ -486,12 +553,14 @@ static kmp_flexible *part_beyond(const maker *m, double from)
     own.scratch = (kmp_arena){0};
     own.to = part;
     own.whole = false;
-    kmp_number masses[3] = {kmp_number_scale(m->arena, 1 - from, *m->line_mass)};
-    for (int c = 0; c < 2; c++)
-        masses[1 + c] = kmp_number_scale(m->arena, 1 - from, m->section_mass[c]);
+    kmp_taper masses[3];
+    for (int c = 0; c < 3; c++) {
+        masses[c] = kmp_taper_part(m->arena, c == 0 ? m->line_mass : &m->section_mass[c - 1], from, 1);
+        masses[c] = kmp_taper_scale(m->arena, (kmp_number){.value = 1 - from}, &masses[c]);
+    }
     own.line_mass = masses;
     own.section_mass = masses + 1;
-    own.place = kmp_polynomial_beyond(&m->place, from);
+    own.place = kmp_polynomial_part(&m->place, from, 1);
     bool made =
         part && KMP_ARENA_MAKE(&own.scratch, KMP_ROOM(kmp_beam_shape, n, &own.shapes),
                                KMP_ROOM(kmp_beam_second, pairs, &own.second), KMP_ROOM(kmp_beam_basis, 3, &own.basis));
@@ -525,15 +594,13 @@ static bool make_all(maker *m)
     if (!make_shapes(m) || !put_moments(m))
         return false;
     put_damping(m);
-    for (int c = 0; c < 3; c++)
-        to->section[c] = m->beam->section[c];
     for (int k = 0; k < to->station_count; k++) {
         const double from = m->beam->stations[k].value / m->beam->length.value;
         put_station(m, &to->stations[k], m->beam->stations[k]);
         if (k > 0 && m->beam->fixed[k] && !(to->stations[k].beyond = part_beyond(m, fmin(from, 1))))
             return false;
     }
-    to->moved = kmp_station_moves(to, &to->stations[0]);
+    to->moved = kmp_flexible_joint_moves(to);
     return !m->arena->failed;
 }
 

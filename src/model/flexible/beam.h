@@ -4,6 +4,7 @@
 #pragma once
 
 #include "model/data/flexible.h"
+#include "model/flexible/taper.h"
 
 /** Shapes by what they move: the axis along y and z, the sections about x, the axis along x. Coordinates are in this
  * order. */
@@ -20,19 +21,21 @@ enum { KMP_BEAM_MOST = 12 }; /* shapes of a family */
 /** A beam along x from the body's origin, with y and z along the principal axes of its sections. */
 struct kmp_beam {
     kmp_number length;
-    kmp_number line_mass;       /* kg/m */
-    kmp_number section_mass[2]; /* kg m: the second moments rho int y^2 and rho int z^2 of a section; without rotary
-                                   inertia zero */
-    kmp_number stiffness[KMP_BEAM_FAMILIES]; /* E Iz, E Iy, G J, E A; of families with shapes */
-    kmp_number shear[2];                     /* k G A along y and z, where `sheared` */
-    bool sheared;                            /* Timoshenko, with the shear force of the bending moment's slope */
-    bool raw;                                /* shapes are monomials; otherwise modes of their span */
+    kmp_taper line_mass;       /* kg/m */
+    kmp_taper section_mass[2]; /* kg m: the second moments rho int y^2 and rho int z^2 of a section; without rotary
+                                  inertia zero */
+    kmp_taper stiffness[KMP_BEAM_FAMILIES]; /* E Iz, E Iy, G J, E A; of families with shapes */
+    kmp_number shear[2];                    /* k G A along y and z, where `sheared` */
+    bool sheared;                           /* Timoshenko, with the shear force of the bending moment's slope; its
+                                               sections are the same everywhere */
+    bool reshaped;                          /* how the sections change along it follows parameters */
+    bool raw;                               /* shapes are monomials; otherwise modes of their span */
     int count[KMP_BEAM_FAMILIES];
     kmp_flexible_frame frame;
     kmp_stiffening stiffening;
     kmp_number ratio;       /* of damping, of each mode */
     kmp_number rayleigh[2]; /* damping = [0] mass + [1] stiffness */
-    kmp_number section[3];  /* its area, int y^2, int z^2; 0 where they are not given */
+    kmp_taper section[3];   /* its area, int y^2, int z^2; 0 where they are not given */
     int station_count;
     const kmp_number *stations; /* their x; the first is 0 */
     const bool *fixed;          /* of each: x is a part of the length that does not depend on parameters */

@@ -48,16 +48,19 @@ void kmp_beam_field_integrate(kmp_beam_field *field)
 void kmp_beam_field_cut(kmp_beam_field *field, double from)
 {
     for (int i = 0; i < KMP_BEAM_PARTS; i++)
-        field->part[i] = kmp_polynomial_beyond(&field->part[i], from);
+        field->part[i] = kmp_polynomial_part(&field->part[i], from, 1);
 }
 
-kmp_beam_amount kmp_beam_field_mean(const kmp_beam_field *a, const kmp_beam_field *b)
+kmp_beam_amount kmp_beam_field_mean(const kmp_beam_field *a, const kmp_beam_field *b, int term)
 {
+    const kmp_polynomial weight = kmp_taper_term(term);
     kmp_beam_amount sum = {{0}};
-    for (int i = 0; i < KMP_BEAM_PARTS; i++)
-        for (int j = 0; j < KMP_BEAM_PARTS && a->part[i].count > 0; j++)
+    for (int i = 0; i < KMP_BEAM_PARTS; i++) {
+        const kmp_polynomial own = term == 0 ? a->part[i] : kmp_polynomial_product(&weight, &a->part[i]);
+        for (int j = 0; j < KMP_BEAM_PARTS && own.count > 0; j++)
             if (part_of(i, j) >= 0)
-                sum.part[part_of(i, j)] += kmp_polynomial_mean(&a->part[i], &b->part[j]);
+                sum.part[part_of(i, j)] += kmp_polynomial_mean(&own, &b->part[j]);
+    }
     return sum;
 }
 
@@ -107,6 +110,8 @@ kmp_beam_shape kmp_beam_shape_of(const kmp_beam *beam, kmp_beam_family family, c
     kmp_beam_field_add(&s.way[2], -1, &s.turn[1]);
     for (int c = 0; c < 3; c++)
         kmp_beam_field_integrate(&s.way[c]);
+    if (beam->frame == KMP_FRAME_MEAN && family != KMP_BEAM_TORSION)
+        s.way[family == KMP_BEAM_AXIAL ? 0 : 1 + (int)family].part[0] = *own;
     return s;
 }
 
@@ -123,6 +128,12 @@ static kmp_polynomial frame_factor(const kmp_beam *beam, kmp_beam_family family)
     return place;
 }
 
+/* Of a shape in mean axes the degree of the first polynomial, above those of rigid motions. */
+static int first_degree(kmp_beam_family family)
+{
+    return family == KMP_BEAM_TORSION || family == KMP_BEAM_AXIAL ? 1 : 2;
+}
+
 /* 2 xi - 1, or xi - 1/2 */
 static kmp_polynomial centred(double factor)
 {
@@ -130,12 +141,18 @@ static kmp_polynomial centred(double factor)
 }
 
 /* The polynomial number k of a family as they are written: xi^2 and on, xi (1 - xi) (2 xi - 1)^k, (xi - 1/2)^(k + 1)
- * less its start, xi and on. */
+ * less its start, xi and on; in mean axes (2 xi - 1)^2 and on, or (2 xi - 1) and on. */
 static kmp_polynomial monomial(const kmp_beam *beam, kmp_beam_family family, int k)
 {
     bool chord = beam->frame == KMP_FRAME_CHORD, twist = chord && family == KMP_BEAM_TORSION;
     kmp_polynomial made = twist ? (kmp_polynomial){.count = 1, .c = {1}} : frame_factor(beam, family);
     const kmp_polynomial step = centred(twist ? 0.5 : 1);
+    if (beam->frame == KMP_FRAME_MEAN) {
+        made = (kmp_polynomial){.count = 1, .c = {1}};
+        for (int i = 0; i < k + first_degree(family); i++)
+            made = kmp_polynomial_product(&step, &made);
+        return made;
+    }
     for (int i = 0; i < k + twist; i++)
         made = chord && family != KMP_BEAM_AXIAL ? kmp_polynomial_product(&step, &made)
                                                  : kmp_polynomial_times_place(&made);
@@ -152,22 +169,46 @@ static kmp_polynomial monomial(const kmp_beam *beam, kmp_beam_family family, int
  * and have small relative errors. Rotations of Jacobi keep these (Demmel and Veselic 1992), and keep what is even apart
  * from what is odd. */
 
-static double field_value_mean(const kmp_beam_field *a, const kmp_beam_field *b, const double s[2])
+static double field_value_mean(const kmp_beam_field *a, const kmp_beam_field *b, int term, const double s[2])
 {
-    const kmp_beam_amount m = kmp_beam_field_mean(a, b);
+    const kmp_beam_amount m = kmp_beam_field_mean(a, b, term);
     const double *p = m.part;
     return p[0] + p[1] * s[0] + p[2] * s[1] + p[3] * s[0] * s[0] + p[4] * s[0] * s[1] + p[5] * s[1] * s[1];
 }
 
-/* The mass between two shapes by line_mass * length, with the rotary inertia of the sections. */
+/* The value of term j by that of a scale. */
+static double part_of_term(const kmp_taper *taper, int j, double scale)
+{
+    return j < taper->count ? taper->c[j].value / scale : 0;
+}
+
+/* The mass between two shapes by the mean mass by length * length, with the rotary inertia of the sections. */
 static double mass_between(const kmp_beam *beam, const double s[2], const kmp_beam_shape *a, const kmp_beam_shape *b)
 {
-    const double scale = beam->line_mass.value * beam->length.value * beam->length.value;
-    const double section[2] = {beam->section_mass[0].value / scale, beam->section_mass[1].value / scale};
-    const double about[3] = {section[0] + section[1], section[1], section[0]};
+    const double mass = beam->line_mass.c[0].value, scale = mass * beam->length.value * beam->length.value;
     double sum = 0;
-    for (int c = 0; c < 3; c++)
-        sum += field_value_mean(&a->way[c], &b->way[c], s) + about[c] * field_value_mean(&a->turn[c], &b->turn[c], s);
+    for (int j = 0; j < KMP_TAPER_TERMS; j++) {
+        const double line = part_of_term(&beam->line_mass, j, mass);
+        const double section[2] = {part_of_term(&beam->section_mass[0], j, scale),
+                                   part_of_term(&beam->section_mass[1], j, scale)};
+        const double about[3] = {section[0] + section[1], section[1], section[0]};
+        for (int c = 0; c < 3; c++) {
+            const double way = line == 0 ? 0 : line * field_value_mean(&a->way[c], &b->way[c], j, s);
+            const double turn = about[c] == 0 ? 0 : about[c] * field_value_mean(&a->turn[c], &b->turn[c], j, s);
+            sum += way + turn;
+        }
+    }
+    return sum;
+}
+
+/* The integral of u w by the stiffness of a family over its mean. */
+static double stiff_mean(const kmp_taper *stiffness, const kmp_polynomial *u, const kmp_polynomial *w)
+{
+    double sum = kmp_polynomial_mean(u, w);
+    for (int j = 1; j < stiffness->count; j++) {
+        const kmp_polynomial term = kmp_taper_term(j), own = kmp_polynomial_product(&term, u);
+        sum += part_of_term(stiffness, j, stiffness->c[0].value) * kmp_polynomial_mean(&own, w);
+    }
     return sum;
 }
 
@@ -176,10 +217,10 @@ static double stiffness_between(const kmp_beam *beam, const double s[2], const k
 {
     kmp_polynomial u = kmp_polynomial_derivative(&a->own), w = kmp_polynomial_derivative(&b->own);
     if (a->family == KMP_BEAM_TORSION || a->family == KMP_BEAM_AXIAL)
-        return kmp_polynomial_mean(&u, &w);
+        return stiff_mean(&beam->stiffness[a->family], &u, &w);
     u = kmp_polynomial_derivative(&u);
     w = kmp_polynomial_derivative(&w);
-    double sum = kmp_polynomial_mean(&u, &w);
+    double sum = stiff_mean(&beam->stiffness[a->family], &u, &w);
     u = kmp_polynomial_derivative(&u);
     w = kmp_polynomial_derivative(&w);
     return beam->sheared ? sum + s[a->family] * kmp_polynomial_mean(&u, &w) : sum;
@@ -323,17 +364,43 @@ static void scale(const kmp_beam *beam, const double s[2], kmp_beam_shape *shape
     *shape = kmp_beam_shape_of(beam, shape->family, &own);
 }
 
+/* Subtracts the rigid motions that have the momentum and angular momentum of a shape: it has no mass with either. */
+static void leave_rigid(const kmp_beam *beam, const double s[2], kmp_beam_shape *shape)
+{
+    const kmp_beam_family family = shape->family;
+    for (int degree = 0; degree < first_degree(family); degree++) {
+        const kmp_polynomial power = kmp_taper_term(degree), still = kmp_taper_term(0);
+        kmp_beam_shape rigid = kmp_beam_shape_of(beam, family, &power), shift = kmp_beam_shape_of(beam, family, &still);
+        kmp_polynomial turn = power, own = shape->own;
+        if (degree > 0) { /* about the centre of mass, so that it has no momentum itself */
+            kmp_polynomial_add(&turn, -mass_between(beam, s, &rigid, &shift) / mass_between(beam, s, &shift, &shift),
+                               &still);
+            rigid = kmp_beam_shape_of(beam, family, &turn);
+        }
+        kmp_polynomial_add(&own, -mass_between(beam, s, shape, &rigid) / mass_between(beam, s, &rigid, &rigid), &turn);
+        *shape = kmp_beam_shape_of(beam, family, &own);
+    }
+}
+
+static kmp_polynomial first_polynomial(const kmp_beam *beam, kmp_beam_family family, int k)
+{
+    const kmp_polynomial base = frame_factor(beam, family), term = kmp_taper_term(k);
+    if (beam->raw)
+        return monomial(beam, family, k);
+    return beam->frame == KMP_FRAME_MEAN ? kmp_taper_term(k + first_degree(family))
+                                         : kmp_polynomial_product(&base, &term);
+}
+
 bool kmp_beam_shapes(const kmp_beam *beam, const double s[2], kmp_beam_shape *shapes)
 {
     bool good = true;
     for (int f = 0; f < KMP_BEAM_FAMILIES; f++) {
         const kmp_beam_family family = (kmp_beam_family)f;
-        const kmp_polynomial base = frame_factor(beam, family);
         for (int k = 0; k < beam->count[f]; k++) {
-            kmp_polynomial own = {.count = k + 1};
-            own.c[k] = 1;
-            own = beam->raw ? monomial(beam, family, k) : kmp_polynomial_product(&base, &own);
+            const kmp_polynomial own = first_polynomial(beam, family, k);
             shapes[k] = kmp_beam_shape_of(beam, family, &own);
+            if (beam->frame == KMP_FRAME_MEAN)
+                leave_rigid(beam, s, &shapes[k]);
         }
         if (!beam->raw) {
             good = good && take_modes(beam, s, family, shapes) && take_modes(beam, s, family, shapes);

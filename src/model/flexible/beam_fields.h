@@ -4,7 +4,6 @@
 #pragma once
 
 #include "model/flexible/beam.h"
-#include "model/flexible/polynomial.h"
 
 /** Fields are sums of parts times 1, s_y, s_z, s_y^2, s_y s_z, s_z^2. */
 enum { KMP_BEAM_PARTS = 6 };
@@ -36,8 +35,9 @@ void kmp_beam_field_integrate(kmp_beam_field *field); /* from xi = 0 */
 /** The field beyond xi = from, over 0 .. 1. */
 void kmp_beam_field_cut(kmp_beam_field *field, double from);
 
-/** The integral of a b over the beam; a or b may have the squares of s if the other one has none. */
-kmp_beam_amount kmp_beam_field_mean(const kmp_beam_field *a, const kmp_beam_field *b);
+/** The integral of a b times term j of numbers that change along the beam; a or b may have the squares of s if the
+ * other one has none. */
+kmp_beam_amount kmp_beam_field_mean(const kmp_beam_field *a, const kmp_beam_field *b, int j);
 
 /** The integral of a field times a polynomial over the beam. */
 kmp_beam_amount kmp_beam_field_mean_with(const kmp_beam_field *a, const kmp_polynomial *b);

@@ -675,6 +675,6 @@ bool kmp_modal_make(kmp_arena *arena, kmp_modal_body *b, bool damped, kmp_number
         put_forms(b, f);
     for (int p = 0; p < b->place_count; p++)
         put_place(b, &b->places[p], first, &f->stations[p]);
-    f->moved = kmp_station_moves(f, &f->stations[0]);
+    f->moved = kmp_flexible_joint_moves(f);
     return put_damping(arena, b, damped, ratio, rayleigh, f);
 }

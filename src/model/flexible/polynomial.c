@@ -73,14 +73,15 @@ kmp_polynomial kmp_polynomial_integral(const kmp_polynomial *p)
     return made;
 }
 
-/* With t = from + (1 - from) (2 s - 1). */
-kmp_polynomial kmp_polynomial_beyond(const kmp_polynomial *p, double from)
+/* With t = from + to - 1 + (to - from) (2 s - 1). */
+kmp_polynomial kmp_polynomial_part(const kmp_polynomial *p, double from, double to)
 {
+    const double middle = from + (to - 1), width = to - from;
     kmp_polynomial last = {0}, before = {0};
     for (int j = p->count - 1; j >= 0; j--) {
         kmp_polynomial next = {.count = 1, .c = {p->c[j]}}, turned = times_t(&last);
-        kmp_polynomial_add(&next, (2 * j + 1.0) / (j + 1) * from, &last);
-        kmp_polynomial_add(&next, (2 * j + 1.0) / (j + 1) * (1 - from), &turned);
+        kmp_polynomial_add(&next, (2 * j + 1.0) / (j + 1) * middle, &last);
+        kmp_polynomial_add(&next, (2 * j + 1.0) / (j + 1) * width, &turned);
         kmp_polynomial_add(&next, -(j + 1.0) / (j + 2), &before);
         before = last;
         last = next;

@@ -26,8 +26,8 @@ kmp_polynomial kmp_polynomial_product(const kmp_polynomial *p, const kmp_polynom
 kmp_polynomial kmp_polynomial_derivative(const kmp_polynomial *p);
 kmp_polynomial kmp_polynomial_integral(const kmp_polynomial *p);
 
-/** The polynomial p(from + (1 - from) s) of s: the part beyond `from`, in 0 .. 1. */
-kmp_polynomial kmp_polynomial_beyond(const kmp_polynomial *p, double from);
+/** The polynomial p(from + (to - from) s) of s: the part from `from` to `to`, in 0 .. 1. */
+kmp_polynomial kmp_polynomial_part(const kmp_polynomial *p, double from, double to);
 
 /** The value at xi; what is less than the rounding of its terms is zero. */
 double kmp_polynomial_at(const kmp_polynomial *p, double xi);

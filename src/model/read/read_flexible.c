@@ -67,6 +67,15 @@ static bool read_positive(entry *e, const kmp_yaml *node, const char *what, kmp_
     return true;
 }
 
+static bool read_not_negative(entry *e, const kmp_yaml *node, const char *what, kmp_dimension unit, kmp_number *to)
+{
+    if (!kmp_read_number(e->r, node, what, unit, to) ||
+        !kmp_check_rule(e->r, node, what, KMP_FIELD_NOT_NEGATIVE, to->value, ""))
+        return fail(e);
+    to->symbol = 0;
+    return true;
+}
+
 /* A key of a mapping that is wanted for a reason, which says what has or needs it; "": it may be absent. */
 static bool read_wanted(entry *e, const kmp_yaml *map, const kmp_key *keys, const char *key, const char *reason,
                         kmp_number *number)
@@ -115,10 +124,16 @@ static int read_word(entry *e, const kmp_yaml *map, const char *key, kmp_name_li
     return found < 0 ? absent : found;
 }
 
+static bool has(const entry *e, int family)
+{
+    return e->beam.count[family] > 0;
+}
+
 /* -- cross-sections ---------------------------------------------------------------------------------- */
 
 typedef struct section {
-    kmp_number area, about[2], twist, shear[2]; /* about: int y^2, int z^2; shear: parts of the area */
+    kmp_taper area, about[2], twist; /* about: int y^2, int z^2 */
+    kmp_number shear[2];             /* parts of the area, where it is the same everywhere */
 } section;
 
 static kmp_number number(double value)
@@ -146,10 +161,21 @@ static kmp_number over(const entry *e, kmp_number a, kmp_number b)
     return kmp_number_over(&e->r->model->arena, a, b);
 }
 
-static kmp_number fourth_power(const entry *e, kmp_number a)
+static kmp_taper product(const entry *e, const kmp_taper *a, const kmp_taper *b)
 {
-    const kmp_number square = times(e, a, a);
-    return times(e, square, square);
+    return kmp_taper_times(&e->r->model->arena, a, b);
+}
+
+static kmp_taper multiple(const entry *e, kmp_number factor, const kmp_taper *a)
+{
+    return kmp_taper_scale(&e->r->model->arena, factor, a);
+}
+
+/* factor (a - b) */
+static kmp_taper difference(const entry *e, double factor, const kmp_taper *a, const kmp_taper *b)
+{
+    const kmp_taper less = multiple(e, number(-1), b), sum = kmp_taper_add(&e->r->model->arena, a, &less);
+    return multiple(e, number(factor), &sum);
 }
 
 /* (a + b u) / (c + d u) */
@@ -177,58 +203,102 @@ static kmp_number twist_of_rectangle(const entry *e, kmp_number a, kmp_number b)
     return times(e, times(e, longer, cube), plus(e, number(1 / 3.0), less));
 }
 
-/* Parts of the area that carry shear: Cowper 1966. */
-static bool read_rectangle(entry *e, const kmp_yaml *node, kmp_number poisson, section *s)
+/* The edges of a rectangle along the beam. */
+typedef struct rectangle {
+    const entry *e;
+    kmp_taper edge[2];
+} rectangle;
+
+static kmp_number twist_at(const void *user, double xi)
 {
+    const rectangle *r = user;
     kmp_number edge[2];
-    bool good = kmp_read_list(e->r, node, say(e, "rectangle"), 2) || fail(e);
-    for (int k = 0; k < 2 && good; k++)
-        good = read_positive(e, node->items[k], say(e, "rectangle"), KMP_DIM_LENGTH, &edge[k]);
-    if (!good)
-        return false;
-    s->area = times(e, edge[0], edge[1]);
     for (int k = 0; k < 2; k++)
-        s->about[k] = scale(e, 1 / 12.0, times(e, s->area, times(e, edge[k], edge[k])));
-    s->twist = twist_of_rectangle(e, edge[0], edge[1]);
-    s->shear[0] = s->shear[1] = quotient(e, 10, 10, 12, 11, poisson);
-    return true;
+        edge[k] = kmp_taper_at(&r->e->r->model->arena, &r->edge[k], number(xi));
+    return twist_of_rectangle(r->e, edge[0], edge[1]);
 }
 
-/* A ring of diameters D and d; d = 0: a disc. */
-static void take_ring(const entry *e, kmp_number outer, kmp_number inner, kmp_number poisson, section *s)
+/* Parts of the area that carry shear: Cowper 1966. */
+static void take_rectangle(const entry *e, const kmp_taper edge[2], kmp_number poisson, section *s)
 {
-    const double pi = 3.14159265358979323846;
+    const rectangle both = {e, {edge[0], edge[1]}};
+    s->area = product(e, &edge[0], &edge[1]);
+    for (int k = 0; k < 2; k++) {
+        const kmp_taper square = product(e, &edge[k], &edge[k]), fourth = product(e, &s->area, &square);
+        s->about[k] = multiple(e, number(1 / 12.0), &fourth);
+    }
+    if (edge[0].count == 1 && edge[1].count == 1)
+        s->twist = kmp_taper_constant(twist_of_rectangle(e, edge[0].c[0], edge[1].c[0]));
+    else if (has(e, KMP_BEAM_TORSION))
+        s->twist = kmp_taper_fit(&e->r->model->arena, twist_at, &both);
+    s->shear[0] = s->shear[1] = quotient(e, 10, 10, 12, 11, poisson);
+}
+
+/* The part of a ring's area that carries shear, by its diameters. */
+static kmp_number shear_of_ring(const entry *e, kmp_number outer, kmp_number inner, kmp_number poisson)
+{
     const kmp_number ratio = over(e, inner, outer), part = times(e, ratio, ratio), sum = plus(e, number(1), part);
     const kmp_number whole = times(e, sum, sum);
-    s->area = scale(e, pi / 4, plus(e, times(e, outer, outer), scale(e, -1, times(e, inner, inner))));
-    s->about[0] = scale(e, pi / 64, plus(e, fourth_power(e, outer), scale(e, -1, fourth_power(e, inner))));
-    s->about[1] = s->about[0];
-    s->twist = scale(e, 2, s->about[0]);
     const kmp_number up = scale(e, 6, times(e, whole, plus(e, number(1), poisson)));
     const kmp_number down = plus(e, times(e, whole, plus(e, number(7), scale(e, 6, poisson))),
                                  times(e, part, plus(e, number(20), scale(e, 12, poisson))));
-    s->shear[0] = s->shear[1] = over(e, up, down);
+    return over(e, up, down);
 }
 
-static bool read_tube(entry *e, const kmp_yaml *node, kmp_number poisson, section *s)
+/* A ring of two diameters, the outer one first; inner 0: a disc. */
+static void take_ring(const entry *e, const kmp_taper diameter[2], kmp_number poisson, section *s)
 {
-    kmp_number d[2];
-    bool good = kmp_read_list(e->r, node, say(e, "tube"), 2) || fail(e);
-    for (int k = 0; k < 2 && good; k++)
-        good = read_positive(e, node->items[k], say(e, "tube"), KMP_DIM_LENGTH, &d[k]);
-    if (good && !(d[0].value > d[1].value)) {
+    const double pi = 3.14159265358979323846;
+    kmp_taper square[2], fourth[2];
+    for (int k = 0; k < 2; k++) {
+        square[k] = product(e, &diameter[k], &diameter[k]);
+        fourth[k] = product(e, &square[k], &square[k]);
+    }
+    s->area = difference(e, pi / 4, &square[0], &square[1]);
+    s->about[0] = s->about[1] = difference(e, pi / 64, &fourth[0], &fourth[1]);
+    s->twist = multiple(e, number(2), &s->about[0]);
+    s->shear[0] = s->shear[1] = shear_of_ring(e, diameter[0].c[0], diameter[1].c[0], poisson);
+}
+
+/* The dimensions of a section under its kind; those at the end of a taper may be zero. */
+static bool read_dimensions(entry *e, const kmp_yaml *node, const char *kind, bool at_end, kmp_number d[2])
+{
+    const bool one = strcmp(kind, "circle") == 0, ring = strcmp(kind, "tube") == 0;
+    const char *what = say(e, at_end ? kmp_reader_say(e->r, "%s of the taper", kind) : kind);
+    bool good = one || kmp_read_list(e->r, node, what, 2) || fail(e);
+    d[1] = number(0);
+    for (int k = 0; k < 2 - one && good; k++) {
+        const kmp_yaml *own = one ? node : node->items[k];
+        good = at_end ? read_not_negative(e, own, what, KMP_DIM_LENGTH, &d[k])
+                      : read_positive(e, own, what, KMP_DIM_LENGTH, &d[k]);
+    }
+    if (good && ring && !(d[0].value > d[1].value)) {
         kmp_reader_complain(e->r, node->place, "%s: the outer diameter, %.6g m, is not more than the inner one, %.6g m",
-                            say(e, "tube"), d[0].value, d[1].value);
+                            what, d[0].value, d[1].value);
         return fail(e);
     }
-    if (good)
-        take_ring(e, d[0], d[1], poisson, s);
     return good;
 }
 
-static bool has(const entry *e, int family)
+/* The dimensions along the beam: linear from its beginning to the section that `taper` gives at its end. */
+static bool read_tapered(entry *e, const kmp_yaml *node, const char *kind, const kmp_yaml *taper, kmp_taper d[2])
 {
-    return e->beam.count[family] > 0;
+    kmp_number first[2], last[2];
+    const kmp_yaml *end = taper ? kmp_yaml_get(taper, kind) : NULL;
+    if (!read_dimensions(e, node, kind, false, first) || (end && !read_dimensions(e, end, kind, true, last)))
+        return false;
+    for (int k = 0; k < 2; k++) {
+        d[k] = end ? kmp_taper_linear(&e->r->model->arena, first[k], last[k]) : kmp_taper_constant(first[k]);
+        e->beam.reshaped = e->beam.reshaped || (end && (first[k].expr || last[k].expr));
+    }
+    return true;
+}
+
+static void read_integral(entry *e, const kmp_yaml *map, const char *key, const char *reason, kmp_taper *to)
+{
+    kmp_number integral = number(0);
+    read_wanted(e, map, section_number_keys, key, reason, &integral);
+    *to = kmp_taper_constant(integral);
 }
 
 static bool read_integrals(entry *e, const kmp_yaml *map, section *s)
@@ -236,37 +306,72 @@ static bool read_integrals(entry *e, const kmp_yaml *map, section *s)
     static const char *const moments[2] = {"Iz", "Iy"}, *const parts[2] = {"ky", "kz"};
     if (!kmp_read_map(e->r, map, kmp_reader_say(e->r, "the section of %s", e->body), section_number_keys))
         return fail(e);
-    read_wanted(e, map, section_number_keys, "A", "a section has an area", &s->area);
+    read_integral(e, map, "A", "a section has an area", &s->area);
     for (int k = 0; k < 2; k++) {
         const char *bends = k == 0 ? "shapes along y need it" : "shapes along z need it";
         const char *why = has(e, k) ? bends : e->rotary ? "rotary inertia needs it" : "";
-        read_wanted(e, map, section_number_keys, moments[k], why, &s->about[k]);
+        read_integral(e, map, moments[k], why, &s->about[k]);
         const bool sheared = e->beam.sheared && has(e, k);
         read_wanted(e, map, section_number_keys, parts[k], sheared ? "'shear: yes' needs it" : "", &s->shear[k]);
     }
-    read_wanted(e, map, section_number_keys, "J", has(e, KMP_BEAM_TORSION) ? "torsion needs it" : "", &s->twist);
+    read_integral(e, map, "J", has(e, KMP_BEAM_TORSION) ? "torsion needs it" : "", &s->twist);
     return !e->wrong;
 }
 
-static bool read_section(entry *e, const kmp_yaml *map, kmp_number poisson, section *s)
+/* The kind of a section, which is its only key; NULL: an error. */
+static const char *read_kind(entry *e, const kmp_yaml *map, const char *what)
 {
     static const char *const kinds[] = {"rectangle", "circle", "tube", "numbers"};
-    const char *what = kmp_reader_say(e->r, "the section of %s", e->body);
     const int kind =
         kmp_read_map(e->r, map, what, section_keys) ? kmp_read_one_key(e->r, map, what, KMP_NAMES_OF(kinds)) : -1;
-    const kmp_yaml *node = kind >= 0 ? kmp_yaml_get(map, kinds[kind]) : NULL;
-    kmp_number diameter;
-    if (!node)
-        return fail(e);
-    if (kind == 0)
-        return read_rectangle(e, node, poisson, s);
-    if (kind == 2)
-        return read_tube(e, node, poisson, s);
-    if (kind == 3)
-        return read_integrals(e, node, s);
-    if (!read_positive(e, node, say(e, "circle"), KMP_DIM_LENGTH, &diameter))
+    if (kind < 0)
+        fail(e);
+    return kind < 0 ? NULL : kinds[kind];
+}
+
+/* The section at the end is of the same kind, whose dimensions are known. */
+static void check_taper(entry *e, const kmp_yaml *taper, const char *kind)
+{
+    const char *end = read_kind(e, taper, kmp_reader_say(e->r, "the taper of %s", e->body));
+    if (!end)
+        return;
+    if (strcmp(kind, "numbers") == 0)
+        kmp_reader_complain(e->r, taper->place,
+                            "the beam of %s has a section by its integrals, which have no dimensions to taper: give "
+                            "'rectangle', 'circle' or 'tube'",
+                            e->body);
+    else if (strcmp(kind, end) != 0)
+        kmp_reader_complain(e->r, taper->place,
+                            "the beam of %s begins with the section '%s' and tapers to '%s': both "
+                            "ends have sections of one kind",
+                            e->body, kind, end);
+    else if (e->beam.sheared)
+        kmp_reader_complain(e->r, taper->place,
+                            "the beam of %s has a taper and 'shear: yes': its shear strain is not a polynomial; remove "
+                            "one of the two",
+                            e->body);
+    else
+        return;
+    fail(e);
+}
+
+static bool read_section(entry *e, const kmp_yaml *beam, kmp_number poisson, section *s)
+{
+    const kmp_yaml *map = kmp_yaml_get(beam, "section"), *taper = kmp_yaml_get(beam, "taper");
+    const char *kind = read_kind(e, map, kmp_reader_say(e->r, "the section of %s", e->body));
+    kmp_taper d[2];
+    if (kind && taper)
+        check_taper(e, taper, kind);
+    if (!kind || e->wrong)
         return false;
-    take_ring(e, diameter, number(0), poisson, s);
+    if (strcmp(kind, "numbers") == 0)
+        return read_integrals(e, kmp_yaml_get(map, kind), s);
+    if (!read_tapered(e, kmp_yaml_get(map, kind), kind, taper, d))
+        return false;
+    if (strcmp(kind, "rectangle") == 0)
+        take_rectangle(e, d, poisson, s);
+    else
+        take_ring(e, d, poisson, s);
     return true;
 }
 
@@ -307,7 +412,7 @@ static void read_by_section(entry *e, const kmp_yaml *map)
     static const char *const others[] = {"EA", "EIy", "EIz", "GJ", "kGA", "rhoA", "rhoI"};
     kmp_number young = number(1), density = number(1), modulus = number(0), poisson = number(0);
     kmp_beam *b = &e->beam;
-    section s = {.area = number(0)};
+    section s = {.area = {0}};
     for (size_t k = 0; k < sizeof others / sizeof *others; k++)
         if (kmp_yaml_get(map, others[k])) {
             kmp_reader_complain(e->r, kmp_yaml_get(map, others[k])->place,
@@ -317,26 +422,25 @@ static void read_by_section(entry *e, const kmp_yaml *map)
         }
     read_wanted(e, map, beam_keys, "young", "its section needs it", &young);
     read_wanted(e, map, beam_keys, "density", "its section needs it", &density);
-    if (!read_shear_modulus(e, map, young, &modulus, &poisson) ||
-        !read_section(e, kmp_yaml_get(map, "section"), poisson, &s))
+    if (!read_shear_modulus(e, map, young, &modulus, &poisson) || !read_section(e, map, poisson, &s))
         return;
-    b->line_mass = times(e, density, s.area);
+    b->line_mass = multiple(e, density, &s.area);
     for (int k = 0; k < 2; k++) {
-        b->section_mass[k] = e->rotary ? times(e, density, s.about[k]) : number(0);
-        b->stiffness[k] = times(e, young, s.about[k]);
-        b->shear[k] = times(e, modulus, times(e, s.area, s.shear[k]));
+        b->section_mass[k] = multiple(e, e->rotary ? density : number(0), &s.about[k]);
+        b->stiffness[k] = multiple(e, young, &s.about[k]);
+        b->shear[k] = times(e, modulus, times(e, s.area.c[0], s.shear[k]));
     }
     b->section[0] = s.area;
     b->section[1] = s.about[0];
     b->section[2] = s.about[1];
-    b->stiffness[KMP_BEAM_TORSION] = times(e, modulus, s.twist);
-    b->stiffness[KMP_BEAM_AXIAL] = times(e, young, s.area);
+    b->stiffness[KMP_BEAM_TORSION] = multiple(e, modulus, &s.twist);
+    b->stiffness[KMP_BEAM_AXIAL] = multiple(e, young, &s.area);
 }
 
 static void read_by_numbers(entry *e, const kmp_yaml *map)
 {
     static const char *const keys[KMP_BEAM_FAMILIES] = {"EIz", "EIy", "GJ", "EA"};
-    static const char *const others[] = {"young", "shear", "poisson", "density"};
+    static const char *const others[] = {"young", "shear", "poisson", "density", "taper"};
     kmp_beam *b = &e->beam;
     kmp_number inertia[2] = {number(0), number(0)};
     for (size_t k = 0; k < sizeof others / sizeof *others; k++)
@@ -347,14 +451,18 @@ static void read_by_numbers(entry *e, const kmp_yaml *map)
         }
     if (e->wrong)
         return;
-    read_wanted(e, map, beam_keys, "rhoA", "give it, or a section with its density", &b->line_mass);
-    for (int k = 0; k < KMP_BEAM_FAMILIES; k++)
+    kmp_number line = number(0), stiffness[KMP_BEAM_FAMILIES] = {number(0)};
+    read_wanted(e, map, beam_keys, "rhoA", "give it, or a section with its density", &line);
+    b->line_mass = kmp_taper_constant(line);
+    for (int k = 0; k < KMP_BEAM_FAMILIES; k++) {
         read_wanted(e, map, beam_keys, keys[k],
-                    has(e, k) ? kmp_reader_say(e->r, "shapes '%s' need it", families[k]) : "", &b->stiffness[k]);
+                    has(e, k) ? kmp_reader_say(e->r, "shapes '%s' need it", families[k]) : "", &stiffness[k]);
+        b->stiffness[k] = kmp_taper_constant(stiffness[k]);
+    }
     read_two(e, map, "kGA", b->sheared ? "'shear: yes' needs it" : "", b->shear);
     read_two(e, map, "rhoI", e->rotary ? "rotary inertia needs it" : "", inertia);
     for (int k = 0; k < 2 && e->rotary; k++)
-        b->section_mass[k] = inertia[1 - k]; /* rho Iy is of z^2 */
+        b->section_mass[k] = kmp_taper_constant(inertia[1 - k]); /* rho Iy is of z^2 */
 }
 
 static void read_beam(entry *e, const kmp_yaml *map)
@@ -406,15 +514,6 @@ static void read_shapes(entry *e, const kmp_yaml *map)
     kmp_reader_complain(e->r, map->place,
                         "%s has no shapes: without them it is rigid; give 'y', 'z', 'torsion' or 'axial'", e->body);
     fail(e);
-}
-
-static bool read_not_negative(entry *e, const kmp_yaml *node, const char *what, kmp_dimension unit, kmp_number *to)
-{
-    if (!kmp_read_number(e->r, node, what, unit, to) ||
-        !kmp_check_rule(e->r, node, what, KMP_FIELD_NOT_NEGATIVE, to->value, ""))
-        return fail(e);
-    to->symbol = 0;
-    return true;
 }
 
 static void read_damping(entry *e, const kmp_yaml *map)
@@ -475,7 +574,7 @@ static void read_file(entry *e, const kmp_yaml *map)
 
 static void read_flexible(entry *e, const kmp_yaml *map)
 {
-    static const char *const frames[] = {"clamped", "chord"}, *const stiffenings[] = {"none", "first", "full"};
+    static const char *const frames[] = {"clamped", "chord", "mean"}, *const stiffenings[] = {"none", "first", "full"};
     kmp_reader *r = e->r;
     const char *what = kmp_reader_say(r, "flexible of %s", e->body);
     if (!kmp_read_map(r, map, what, flexible_keys)) {
@@ -641,7 +740,13 @@ void kmp_check_flexible_joint(kmp_reader *r, int body, const kmp_yaml *at, const
     kmp_body *own = &r->model->bodies[body];
     const entry *e = entry_of(r, body), *parent = entry_of(r, own->parent);
     const kmp_point *point = own->to >= 0 ? &r->model->points[own->to] : NULL;
-    if (e && point && point->station == 1 && is_origin(point->offset) && !point->turned)
+    if (e && point && e->beam.frame == KMP_FRAME_MEAN)
+        kmp_reader_complain(
+            r, to->place,
+            "the joint of %s holds it at '%s': in the frame 'mean' its free joint places the mean axes, "
+            "and no point: leave out 'to'",
+            e->body, point->name);
+    else if (e && point && point->station == 1 && is_origin(point->offset) && !point->turned)
         own->to = -1;
     else if (e && point)
         kmp_reader_complain(
@@ -751,6 +856,20 @@ static void make_beam(entry *e, kmp_flexible *flexible)
     keep_beam(model, &e->beam, flexible);
 }
 
+/* Mean axes are no section that a joint could hold. */
+static void check_mean(kmp_reader *r, const entry *e, const kmp_body *body)
+{
+    int rotations = 0;
+    for (int k = 0; k < body->motion_count; k++)
+        rotations += r->model->motions[body->first_motion + k].rotation;
+    if (e->beam.frame != KMP_FRAME_MEAN || (body->motion_count == 6 && rotations == 3))
+        return;
+    kmp_reader_complain(r, body->place,
+                        "%s has the frame 'mean', whose axes no joint can hold: give it a free joint, {free: x, at: "
+                        "ground}, and close joints at its points by 'loops'; or take the frame 'clamped' or 'chord'",
+                        e->body);
+}
+
 void kmp_read_flexibles(kmp_reader *r)
 {
     kempe_model *model = r->model;
@@ -758,6 +877,7 @@ void kmp_read_flexibles(kmp_reader *r)
         kmp_flexible *flexible = &model->flexibles[i];
         entry *e = &r->flexibles[i];
         flexible->first = model->motion_count;
+        check_mean(r, e, &model->bodies[flexible->body]);
         if (e->file)
             make_modal_body(e, flexible);
         else if (!e->of_file)

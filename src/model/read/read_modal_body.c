@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/read/read_modal_body.h"
 #include "base/memory.h"
+#include "linalg/dense/factors.h"
 #include "linalg/dense/three.h"
 #include "model/data/model.h"
 #include "model/flexible/modal_file.h"
@@ -175,7 +176,35 @@ static bool take_interfaces(reading *s)
 
 /* -- frame ------------------------------------------------------------------------------------------- */
 
-/* The rigid motion of each mode in the frame: n x 6. */
+/* The rigid motion that has the momentum and the angular momentum of each mode: n x 6. False: the body has no inertia
+ * about an axis. */
+static bool mean_of(const kmp_modal_body *b, double *rigid)
+{
+    const double *p = b->second, *c = b->moment, all = p[0] + p[4] + p[8];
+    const double cross[9] = {0, -c[2], c[1], c[2], 0, -c[0], -c[1], c[0], 0};
+    double inertia[36] = {0};
+    for (int i = 0; i < 3; i++) {
+        inertia[7 * i] = b->mass;
+        for (int j = 0; j < 3; j++) {
+            inertia[(3 + i) + 6 * j] = inertia[j + 6 * (3 + i)] = cross[3 * i + j];
+            inertia[(3 + i) + 6 * (3 + j)] = (i == j ? all : 0) - (p[3 * i + j] + p[3 * j + i]) / 2;
+        }
+    }
+    if (kmp_cholesky_factor(6, inertia) != 0)
+        return false;
+    for (int k = 0; k < b->count; k++) {
+        double *own = rigid + 6 * (ptrdiff_t)k;
+        const double *z = b->by_place + 9 * (ptrdiff_t)k;
+        for (int i = 0; i < 3; i++) {
+            own[i] = b->field[3 * k + i];
+            own[3 + i] = z[3 * ((i + 2) % 3) + (i + 1) % 3] - z[3 * ((i + 1) % 3) + (i + 2) % 3];
+        }
+        kmp_cholesky_solve(6, inertia, own);
+    }
+    return true;
+}
+
+/* The rigid motion of each mode in the frame of interfaces: n x 6. */
 static void rigid_of(const kmp_modal_body *b, kmp_flexible_frame frame, double *rigid)
 {
     const int n = b->count;
@@ -268,7 +297,10 @@ static bool take_frame(reading *s, kmp_flexible_frame frame)
     kmp_text_free(&why);
     if (rigids < 0)
         return false;
-    rigid_of(b, frame, rigid);
+    if (frame != KMP_FRAME_MEAN)
+        rigid_of(b, frame, rigid);
+    else if (!mean_of(b, rigid))
+        return complain(s, "the frame 'mean' needs a moment of inertia about each axis, and it has none about one");
     const bool moved = is_moved(b, rigid);
     if (moved && s->to->stiffening == KMP_STIFFENING_FIRST)
         return complain(s, "its terms of second order are in the frame of its modes, and these move or turn the first "

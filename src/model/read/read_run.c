@@ -159,14 +159,15 @@ static void read_values(kmp_reader *r, const kmp_yaml *map, const char *what, do
     }
 }
 
-/* Loops close by joints alone: a deflection is the consequence of a motion, not of inexact guesses. */
+/* Loops close by joints alone: a deflection is the consequence of a motion or of loads, not of inexact guesses. */
 static void hold_elastic(kmp_reader *r, const kmp_yaml *node)
 {
-    const char *word = node ? kmp_read_word(r, node, "start elastic") : "held";
-    if (!word || strcmp(word, "free") == 0)
+    enum { HELD, FREE, STATIC };
+    static const char *const words[] = {"held", "free", "static"};
+    const int word =
+        node ? kmp_read_choice(r, node, "start elastic", KMP_NAMES_OF(words), "the word is", " or ") : HELD;
+    if (word == FREE)
         return;
-    if (strcmp(word, "held") != 0)
-        kmp_reader_complain(r, node->place, "start elastic: 'held' or 'free', not '%s'", word);
     for (int k = 0; k < r->model->motion_count; k++)
         if (r->model->motions[k].elastic)
             r->model->start.hold[k] = r->model->start.qd_given[k] = true;
@@ -177,6 +178,7 @@ static void hold_elastic(kmp_reader *r, const kmp_yaml *node)
     if (held)
         memcpy(held, r->model->start.hold, (size_t)r->model->motion_count * sizeof *held);
     r->model->start.undeformed = held;
+    r->model->start.statics = held && word == STATIC;
 }
 
 void kmp_read_start(kmp_reader *r)
@@ -211,6 +213,10 @@ void kmp_read_start(kmp_reader *r)
         }
     }
     read_goals(r, kmp_yaml_get(map, "goals"));
+    if (start->statics && start->goal_count > 0)
+        kmp_reader_complain(r, kmp_yaml_get(map, "goals")->place,
+                            "start: goals are met before the deformations move into balance, which moves the loops "
+                            "again: take 'elastic: held' or 'free', or leave out the goals");
 }
 
 /* -- settings ------------------------------------------------------------------------------------ */

@@ -388,18 +388,36 @@ static void place_points(kmp_reader *r, const segmented *s, int piece, int body)
     }
 }
 
-/* A uniform rigid rod with the sections of the beam. */
-static void set_mass(kmp_reader *r, const segmented *s, kmp_body *body)
+/* A number of the sections over a piece. */
+static kmp_taper part_of(kmp_reader *r, const segmented *s, int piece, const kmp_taper *whole)
+{
+    const double pieces = s->pieces;
+    return kmp_taper_part(&r->model->arena, whole, piece / pieces, (piece + 1) / pieces);
+}
+
+/* A rigid rod with the sections of the beam. */
+static void set_mass(kmp_reader *r, const segmented *s, int piece, kmp_body *body)
 {
     kmp_arena *arena = &r->model->arena;
-    const kmp_number length = piece_length(r, s), mass = kmp_number_times(arena, s->beam.line_mass, length);
-    const kmp_number square = kmp_number_times(arena, length, length);
-    const kmp_number along = kmp_number_scale(arena, 1 / 12.0, kmp_number_times(arena, mass, square));
-    kmp_number section[2];
-    for (int k = 0; k < 2; k++)
-        section[k] = kmp_number_times(arena, s->beam.section_mass[k], length);
-    body->mass = mass;
+    const kmp_number length = piece_length(r, s), square = kmp_number_times(arena, length, length);
+    const kmp_taper line = part_of(r, s, piece, &s->beam.line_mass);
+    const kmp_number mass = kmp_number_times(arena, line.c[0], length);
+    kmp_number along = kmp_number_scale(arena, 1 / 12.0, kmp_number_times(arena, mass, square)), section[2];
     body->com[0] = kmp_number_scale(arena, 0.5, length);
+    if (line.count > 1) { /* the centre is off the middle by 1/6 of the length for each part of the second term */
+        const kmp_number slope = kmp_number_over(arena, line.c[1], line.c[0]),
+                         bow = line.count > 2 ? line.c[2] : number(0);
+        const kmp_number off = kmp_number_scale(arena, 1 / 6.0, kmp_number_times(arena, slope, length));
+        const kmp_number more = kmp_number_scale(arena, 1 / 30.0, kmp_number_times(arena, bow, length));
+        along = kmp_number_add(arena, along, kmp_number_times(arena, more, square));
+        along = kmp_number_subtract(arena, along, kmp_number_times(arena, mass, kmp_number_times(arena, off, off)));
+        body->com[0] = kmp_number_add(arena, body->com[0], off);
+    }
+    for (int k = 0; k < 2; k++) {
+        const kmp_taper second = part_of(r, s, piece, &s->beam.section_mass[k]);
+        section[k] = kmp_number_times(arena, second.count > 0 ? second.c[0] : number(0), length);
+    }
+    body->mass = mass;
     body->inertia[0] = kmp_number_add(arena, section[0], section[1]);
     body->inertia[1] = kmp_number_add(arena, along, section[1]);
     body->inertia[2] = kmp_number_add(arena, along, section[0]);
@@ -423,7 +441,7 @@ void kmp_segments_place(kmp_reader *r)
             const int body = kmp_name_find(KMP_BODY_NAMES(model), name_of(r, s->name, piece));
             if (body <= 0)
                 continue;
-            set_mass(r, s, &model->bodies[body]);
+            set_mass(r, s, piece, &model->bodies[body]);
             place_points(r, s, piece, body);
         }
 }
@@ -441,7 +459,9 @@ void kmp_segments_stiffen(kmp_reader *r)
                 if (found < 0)
                     continue;
                 kmp_force *force = &r->model->forces[found];
-                force->stiffness = kmp_number_over(arena, s->beam.stiffness[turns[t].family], piece_length(r, s));
+                const kmp_number at = number(piece / (double)s->pieces);
+                const kmp_number stiffness = kmp_taper_at(arena, &s->beam.stiffness[turns[t].family], at);
+                force->stiffness = kmp_number_over(arena, stiffness, piece_length(r, s));
                 force->damping = kmp_number_times(arena, s->time, force->stiffness);
             }
 }

@@ -63,6 +63,14 @@ static void show_goals(kmp_text *text, const kempe_assembly *a)
     }
 }
 
+/* "  held", "  static", or nothing, of a coordinate. */
+static const char *kept_as(const kmp_start *start, int k)
+{
+    if (!start->hold || !start->hold[k])
+        return "";
+    return start->statics && start->undeformed[k] ? "  static" : "  held";
+}
+
 static void show_assembly(kmp_text *text, const void *result)
 {
     const kempe_assembly *a = result;
@@ -76,7 +84,7 @@ static void show_assembly(kmp_text *text, const void *result)
         kmp_text_printf(text, "  %-*s  %-4s  %22.15g  %22.15g  %22.15g%s\n", width, model->motions[k].name,
                         kmp_print_unit(a->system, k), kmp_print_value(a->system, k, model->start.q[k].value),
                         kmp_print_value(a->system, k, a->q[k]), kmp_print_value(a->system, k, a->qd[k]),
-                        model->start.hold && model->start.hold[k] ? "  held" : "");
+                        kept_as(&model->start, k));
     kmp_print_states(text, a->system, a->qd);
     show_goals(text, a);
     kmp_print_cells(text, "\nresidual  |h| %.2e scaled, largest gap %.2e m, largest angle %.2e %s\n", a->residual,

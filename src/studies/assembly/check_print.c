@@ -17,6 +17,7 @@
 #include "output/print.h"
 #include "output/result_table.h"
 #include "studies/assembly/flexible_check.h"
+#include "studies/assembly/flexible_loads.h"
 #include <kempe/check.h>
 #include <kempe/kempe.h>
 #include <math.h>
@@ -399,9 +400,63 @@ static void put_rigid_directions(kmp_text *text, const kmp_flexible *f)
     kmp_text_free_part(text, &none);
 }
 
+/* The sentence on buckling of a body by its part. */
+static void put_buckling(kmp_text *text, const kmp_flexible_loads *loads, double taken)
+{
+    const char *near = taken > 1 / KMP_BUCKLING_NEAR ? "warning: " : "";
+    if (!(taken > KMP_BUCKLING_NONE))
+        return;
+    if (taken >= 1)
+        line(text, "", "%sit buckles under the loads of the start, at %.3g times these", near, 1 / taken);
+    else if (loads->springs)
+        line(text, "", "%sthe forces of the start, with springs, take %.3g %% of its stiffness; at 100 %% it buckles",
+             near, 100 * taken);
+    else
+        line(text, "", "%sit buckles at %.4g times the loads of the start", near, 1 / taken);
+}
+
+/* Joints and closures that load a body where it has no shapes. */
+static void put_unshaped(kmp_text *text, const kmp_flexible_loads *loads, int which)
+{
+    static const char *const words[] = {"in torsion", "along z", "along y"};
+    for (int k = 0; k < loads->count; k++) {
+        const kmp_unshaped_load *load = &loads->list[k];
+        kmp_text in = {0};
+        for (int c = KMP_UNSHAPED_DIRECTIONS; c-- > 0;)
+            if (load->in[c])
+                kmp_text_printf(&in, "%s%s", in.length > 0 ? " and " : "", words[c]);
+        if (load->flexible == which)
+            line(text, "", "%s '%s' loads it %s, where it has no shape", load->kind, load->name, in.s ? in.s : "");
+        kmp_text_free_part(text, &in);
+    }
+}
+
+/* Closures with redundant rows at a body without some shapes, which would share their loads. */
+static void put_stiff_loops(kmp_text *text, const kempe_check *check, const kmp_flexible *f)
+{
+    const kempe_system *s = check->system;
+    const int redundant = check->part.m - check->part.r;
+    int last = -1;
+    for (int k = 0; k < redundant && !f->file; k++) {
+        const int c = s->rows[check->part.redundant[k]].closure;
+        bool own = false;
+        for (int side = 0; side < 2; side++)
+            own = own || (s->model->closures[c].point[side] >= 0 &&
+                          s->model->points[s->model->closures[c].point[side]].body == f->body);
+        if (own && c != last && !(kmp_flexible_bends(f, 0) && kmp_flexible_bends(f, 1) && kmp_flexible_bends(f, 2)))
+            line(text, "",
+                 "loop '%s' has redundant rows: with shapes in the directions where it is rigid their loads would be "
+                 "determined",
+                 s->model->closures[c].name);
+        last = own ? c : last;
+    }
+}
+
 static void show_flexible(kmp_text *text, const kempe_check *check)
 {
     const kempe_model *model = check->given->model;
+    kmp_flexible_loads loads;
+    text->failed = !kmp_flexible_loads_find(&loads, check) || text->failed;
     for (int k = 0; k < model->flexible_count; k++) {
         const kmp_flexible *f = &model->flexibles[k];
         const kmp_body body = kmp_body_undeformed(model, f->body);
@@ -414,7 +469,7 @@ static void show_flexible(kmp_text *text, const kempe_check *check)
         kmp_text_free_part(text, &own);
         if (!kmp_flexible_spectrum_find(f, &s)) {
             text->failed = true;
-            return;
+            break;
         }
         label(text, "");
         kmp_text_put(text, "in its frame it vibrates at ");
@@ -432,6 +487,9 @@ static void show_flexible(kmp_text *text, const kempe_check *check)
              body.mass.value, body.com[0].value, body.com[1].value, body.com[2].value, body.inertia[0].value,
              body.inertia[1].value, body.inertia[2].value);
         put_rigid_directions(text, f);
+        put_unshaped(text, &loads, k);
+        put_stiff_loops(text, check, f);
+        put_buckling(text, &loads, loads.taken ? loads.taken[k] : NAN);
         const double rate = start_rate(check, f->body);
         if (f->stiffening == KMP_STIFFENING_NONE && rate > KMP_ROTATION_SLOW * s.fixed[0])
             line(text, "",
@@ -439,6 +497,18 @@ static void show_flexible(kmp_text *text, const kempe_check *check)
                  "second order: take stiffening 'first' or 'full'",
                  rate, KMP_ROTATION_SLOW);
     }
+    kmp_flexible_loads_free(&loads);
+}
+
+static void json_unshaped(kmp_json *json, const kmp_flexible_loads *loads, int which)
+{
+    static const char *const words[] = {"torsion", "z", "y"};
+    kmp_json_array(json, "loads_without_shape");
+    for (int k = 0; k < loads->count; k++)
+        for (int c = 0; c < KMP_UNSHAPED_DIRECTIONS; c++)
+            if (loads->list[k].flexible == which && loads->list[k].in[c])
+                kmp_json_put(json, "{ by %s direction %s }", loads->list[k].name, words[c]);
+    kmp_json_end(json);
 }
 
 static void json_flexible(kmp_json *json, const kempe_check *check)
@@ -446,6 +516,8 @@ static void json_flexible(kmp_json *json, const kempe_check *check)
     const kempe_model *model = check->given->model;
     if (model->flexible_count == 0)
         return;
+    kmp_flexible_loads loads;
+    const bool found = kmp_flexible_loads_find(&loads, check);
     kmp_json_array(json, "flexible_bodies");
     for (int k = 0; k < model->flexible_count; k++) {
         const kmp_flexible *f = &model->flexibles[k];
@@ -455,8 +527,14 @@ static void json_flexible(kmp_json *json, const kempe_check *check)
         kmp_json_put(json, "{ body %s", model->bodies[f->body].name);
         kmp_json_numbers(json, "fixed", s.count, s.fixed);
         kmp_json_numbers(json, "free", s.count, s.free);
-        kmp_json_put(json, "highest %g explicit_step %g }", s.highest, KMP_EXPLICIT_REACH / s.highest);
+        kmp_json_put(json, "highest %g explicit_step %g", s.highest, KMP_EXPLICIT_REACH / s.highest);
+        if (found && loads.taken[k] > KMP_BUCKLING_NONE)
+            kmp_json_put(json, loads.springs ? "loads_take %g" : "loads_take %g buckles_at %g", loads.taken[k],
+                         1 / loads.taken[k]);
+        json_unshaped(json, &loads, k);
+        kmp_json_put(json, "}");
     }
+    kmp_flexible_loads_free(&loads);
     kmp_json_end(json);
 }
 

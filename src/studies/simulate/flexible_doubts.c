@@ -3,6 +3,8 @@
  * in metres. */
 #include "studies/simulate/flexible_doubts.h"
 #include "base/context.h"
+#include "base/memory.h"
+#include "constraints/closing/load_margin.h"
 #include "constraints/tolerances.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
@@ -97,7 +99,7 @@ static void compare_moments(const kmp_flexible *f, const kmp_station *station, c
         }
         if (has)
             *off = fmax(*off, fabs(strained - load[c]));
-        *size = has ? fmax(*size, fabs(load[c])) : *size;
+        *size = has ? fmax(*size, fmax(fabs(load[c]), fabs(strained))) : *size;
     }
 }
 
@@ -121,6 +123,37 @@ static void warn_of_section(const kmp_samples *table, kmp_evaluator *eval, const
                 model->bodies[point->body].name, point->name, off, 100 * off / size);
 }
 
+/* A straight beam stays so in the computation under loads at which it buckles. */
+static void warn_of_buckling(const kempe_system *system, const kmp_samples *table)
+{
+    enum { LOOKS = 12 }; /* rows that are looked at, from the first one to the last */
+    const kempe_model *model = system->model;
+    const int n = model->flexible_count, last = table->rows - 1, step = last < LOOKS ? 1 : last / (LOOKS - 1);
+    double *taken = n > 0 ? KMP_NEW(double, 3 * n) : NULL;
+    kmp_load_margin *margin = taken && last >= 0
+                                  ? kmp_load_margin_new(system, kmp_samples_get(table, KMP_QUANTITY_Q, 0),
+                                                        kmp_samples_get(table, KMP_QUANTITY_QD, 0))
+                                  : NULL;
+    for (int row = 0; margin && row <= last; row += step) {
+        kmp_load_margin_at(margin, kmp_samples_time(table, row), kmp_samples_get(table, KMP_QUANTITY_Q, row),
+                           kmp_samples_get(table, KMP_QUANTITY_QD, row), kmp_samples_get(table, KMP_QUANTITY_QDD, row),
+                           taken);
+        for (int k = 0; k < n; k++)
+            if (taken[k] > taken[n + k]) {
+                taken[n + k] = taken[k];
+                taken[2 * n + k] = kmp_samples_time(table, row);
+            }
+    }
+    for (int k = 0; margin && k < n; k++)
+        if (taken[n + k] >= 1)
+            kmp_log(system->context, KEMPE_LOG_WARNING,
+                    "flexible body '%s' buckles: at t = %.6g s its loads take %.3g times its stiffness; a straight one "
+                    "stays straight in the computation until a load deflects it: start with a small deflection",
+                    model->bodies[model->flexibles[k].body].name, taken[2 * n + k], taken[n + k]);
+    kmp_load_margin_free(margin);
+    kmp_free(taken);
+}
+
 void kmp_doubt_flexible(const kmp_samples *table, kmp_evaluator *eval)
 {
     const kempe_model *model = eval->system->model;
@@ -128,6 +161,7 @@ void kmp_doubt_flexible(const kmp_samples *table, kmp_evaluator *eval)
         doubt_deflection(eval->system, table, &model->flexibles[k]);
         warn_of_rotation(eval->system, table, &model->flexibles[k]);
     }
+    warn_of_buckling(eval->system, table);
     for (int o = 0, at = 0; o < model->output_count; at += kmp_output_width(model, &model->outputs[o++]))
         if (model->outputs[o].kind == KMP_OUTPUT_SECTION)
             warn_of_section(table, eval, &model->outputs[o], at);

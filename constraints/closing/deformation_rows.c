@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Accelerations of dependent coordinates and of drives are those of the closures. Rows are almost linear in the
+ * deformations, so that differences of them are exact to some eight digits. */
+#include "constraints/closing/deformation_rows.h"
+#include "backend/machine.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "constraints/closing/close.h"
+#include "constraints/evaluation/load_multipliers.h"
+#include "constraints/tolerances.h"
+#include "model/data/model.h"
+#include "model/data/start.h"
+#include <math.h>
+#include <string.h>
+
+int kmp_deformation_rows_coordinate(const kmp_deformation_rows *x, int k)
+{
+    return x->part.u[x->in_u[k]];
+}
+
+bool kmp_deformation_rows_at(kmp_deformation_rows *x, double *q, double *rows)
+{
+    if (x->part.r > 0 && kmp_reduction_close(&x->red, x->t, q, NULL, 0) != 0)
+        return false;
+    kmp_eval_closure(x->eval, x->t, q);
+    if (kmp_reduction_factor(&x->red) != 0)
+        return false;
+    kmp_reduction_tangent(&x->red);
+    kmp_reduction_rates(&x->red, x->ud, x->qd);
+    kmp_eval_mass(x->eval);
+    kmp_load_forget(x->eval);
+    kmp_eval_bias(x->eval, x->qd);
+    kmp_reduction_residual(&x->red, x->udd, x->all);
+    bool finite = true;
+    for (int k = 0; k < x->count; k++) {
+        rows[k] = x->all[x->in_u[k]];
+        finite = finite && isfinite(rows[k]);
+    }
+    return finite;
+}
+
+bool kmp_deformation_rows_slope(kmp_deformation_rows *x)
+{
+    for (int k = 0; k < x->count; k++) {
+        const int own = kmp_deformation_rows_coordinate(x, k);
+        const double move = KMP_STATIC_DIFFERENCE * x->s->scale[own];
+        memcpy(x->trial, x->q, (size_t)x->s->n * sizeof *x->q);
+        x->trial[own] += move;
+        if (!kmp_deformation_rows_at(x, x->trial, x->other))
+            return false;
+        for (int i = 0; i < x->count; i++)
+            x->slope[i + x->count * k] = (x->other[i] - x->rest[i]) / move;
+    }
+    return true;
+}
+
+kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_system *s, const bool *moves,
+                                       const double *q, const double *qd)
+{
+    const kmp_start *start = &s->model->start;
+    *x = (kmp_deformation_rows){.s = s, .eval = kmp_eval_new(s, kmp_backend_default())};
+    bool *liked = KMP_ARENA_NEW(&x->arena, bool, s->n);
+    int *wish = KMP_ARENA_NEW(&x->arena, int, s->n), count = -1;
+    for (int k = 0; liked && k < s->n; k++)
+        liked[k] = moves[k] || start->hold[k] || start->q_given[k];
+    if (x->eval && liked && wish) {
+        kmp_eval_closure(x->eval, 0, q);
+        count = kmp_partition_prefer(s, x->eval->jacobian, liked, wish);
+    }
+    if (count < 0)
+        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_partition_init(&x->part, s, x->eval->jacobian, wish, count));
+    KMP_TRY(kmp_reduction_init(&x->red, x->eval, &x->part));
+    const int n = s->n, p = x->part.p;
+    if (!KMP_ARENA_MAKE(&x->arena, KMP_ROOM(int, p, &x->in_u), KMP_ROOM(double, n, &x->q, &x->trial, &x->qd),
+                        KMP_ROOM(double, p, &x->ud, &x->udd, &x->all, &x->rest, &x->other),
+                        KMP_ROOM(double, p *p, &x->slope)))
+        return kmp_fail_memory(s->context);
+    for (int k = 0; k < p; k++) {
+        x->ud[k] = qd[x->part.u[k]];
+        if (moves[x->part.u[k]])
+            x->in_u[x->count++] = k;
+    }
+    memcpy(x->q, q, (size_t)n * sizeof *x->q);
+    return KEMPE_OK;
+}
+
+bool kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe_system *s, const double *q, const double *qd)
+{
+    const bool quiet = kmp_context_quiet(s->context, true);
+    bool *moves = s->model->flexible_count > 0 ? KMP_NEW(bool, s->n) : NULL;
+    for (int k = 0; moves && k < s->n; k++)
+        moves[k] = s->model->motions[k].elastic;
+    const bool made = moves && kmp_deformation_rows_init(x, s, moves, q, qd) == KEMPE_OK;
+    (void)kmp_context_quiet(s->context, quiet);
+    if (moves && !made) {
+        kmp_deformation_rows_free(x);
+        kmp_context_clear(s->context);
+    }
+    kmp_free(moves);
+    return made;
+}
+
+void kmp_deformation_rows_loads(kmp_deformation_rows *x, double *qdd, double *lambda)
+{
+    kmp_reduction_accelerations(&x->red, x->udd, qdd);
+    kmp_reduction_multipliers(&x->red, qdd, lambda);
+}
+
+void kmp_deformation_rows_free(kmp_deformation_rows *x)
+{
+    kmp_reduction_free(&x->red);
+    kmp_partition_free(&x->part);
+    kmp_eval_free(x->eval);
+    kmp_arena_free(&x->arena);
+}

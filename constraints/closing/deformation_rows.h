@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The equations of motion of deformations, with other independent coordinates held and dependent ones following: rows
+ * X' (M qdd + C) at given accelerations, and their derivatives by the deformations. */
+#pragma once
+
+#include "constraints/evaluation/evaluator.h"
+#include "constraints/partition/partition.h"
+#include "constraints/partition/reduction.h"
+
+typedef struct kmp_deformation_rows {
+    const kempe_system *s;
+    kmp_evaluator *eval;
+    kmp_partition part;
+    kmp_reduction red;
+    kmp_arena arena;
+    int count;           /* deformations that are independent */
+    int *in_u;           /* count: their places in u */
+    double t;            /* 0, unless it is set */
+    double *q;           /* n: the state; its dependent coordinates are closed where rows are taken */
+    double *qd;          /* n: of the last rows */
+    double *ud, *udd;    /* p: rates, and accelerations, zero unless they are set */
+    double *rest;        /* count: the rows at q */
+    double *slope;       /* count x count, by columns */
+    double *all, *other; /* room: p, count */
+    double *trial;       /* room: n */
+} kmp_deformation_rows;
+
+/** Chooses the coordinates in `moves` (n) and then those that hold or have a given start as independent, at closed q
+ * with these rates. KEMPE_E_FAILED, KEMPE_E_MEMORY, with the message; free it also then. */
+kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_system *system, const bool *moves,
+                                       const double *q, const double *qd);
+
+/** The same for the shapes of all flexible bodies, without a message. False: there are none, no such coordinates, or no
+ * memory; then there is nothing to free. */
+bool kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe_system *system, const double *q,
+                                    const double *qd);
+void kmp_deformation_rows_free(kmp_deformation_rows *x);
+
+/** The k-th deformation, as a coordinate. */
+int kmp_deformation_rows_coordinate(const kmp_deformation_rows *x, int k);
+
+/** The rows at q. False: it does not close, or a number is not finite. */
+bool kmp_deformation_rows_at(kmp_deformation_rows *x, double *q, double *rows);
+
+/** Accelerations (n) and multipliers (m) of the last rows. */
+void kmp_deformation_rows_loads(kmp_deformation_rows *x, double *qdd, double *lambda);
+
+/** Derivatives of the rows at x->q by differences, after kmp_deformation_rows_at there into x->rest. */
+bool kmp_deformation_rows_slope(kmp_deformation_rows *x);

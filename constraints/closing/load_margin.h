@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The part of the loads at which a flexible body buckles that a state has. */
+#pragma once
+
+#include "dynamics/system.h"
+
+typedef struct kmp_load_margin kmp_load_margin;
+
+/** For states with the independent coordinates of this closed one. NULL without flexible bodies, where no such
+ * coordinates exist, or if there is no memory; without a message. */
+kmp_load_margin *kmp_load_margin_new(const kempe_system *system, const double *q, const double *qd);
+void kmp_load_margin_free(kmp_load_margin *margin);
+
+/** The part of the stiffness of each flexible body that the loads at a state take away, in the direction where it is
+ * largest (of the model's flexible bodies; NaN: it is not known): one over the factor at which they make it buckle, as
+ * far as they grow together. qdd NULL: independent coordinates have no accelerations, as where deformations are in
+ * balance. */
+void kmp_load_margin_at(kmp_load_margin *margin, double t, const double *q, const double *qd, const double *qdd,
+                        double *taken);
+
+/** True if forces that depend on positions take part, such as springs: these do not grow with the loads. */
+bool kmp_load_margin_has_springs(const kempe_system *system);

@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Deformations of the start in balance with their loads: closed forms of cantilevers, columns near and beyond
+ * buckling, links of a robot that its drives accelerate, pieces of segments, and what is refused. */
+#include "loaded.h"
+#include "testing.h"
+#include <kempe/check.h>
+#include <kempe/ensemble.h>
+#include <kempe/sensitivity.h>
+#include <kempe/settings.h>
+#include <kempe/table.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static char lines[4000];
+
+static void keep_line(void *user, kempe_level level, const char *line)
+{
+    (void)user;
+    (void)level;
+    (void)snprintf(lines + strlen(lines), sizeof lines - strlen(lines), "%s\n", line);
+}
+
+/* A number of the first and of the last row. */
+static void take(const char *text, double t_end, const char *outputs, int count, double first[], double last[])
+{
+    loaded l = load_text(text);
+    const kempe_run_options run = {.t_end = t_end, .output_step = t_end, .rtol = 1e-10, .no_convergence_check = 1};
+    kempe_trajectory *t = NULL;
+    kempe_table *table = NULL;
+    lines[0] = '\0';
+    kempe_context_set_log(l.context, keep_line, NULL);
+    CHECK(l.system && kempe_simulate(l.system, &run, &t) == KEMPE_OK &&
+          kempe_trajectory_outputs(t, outputs, &table) == KEMPE_OK);
+    if (!table)
+        printf("%s\n", kempe_context_message(l.context));
+    for (int k = 0; k < count; k++) {
+        first[k] = table ? kempe_table_number(table, 0, 1 + k) : NAN;
+        last[k] = table ? kempe_table_number(table, 1, 1 + k) : NAN;
+    }
+    kempe_table_free(table);
+    kempe_trajectory_free(t);
+    unload(&l);
+}
+
+#define ROD(beam, shapes, more)                                                                                        \
+    "kempe: 1\ngravity: [0, -10, 0]\nbodies:\n  rod:\n    joint: {weld: yes, at: ground}\n    flexible:\n"             \
+    "      beam: {" beam "}\n      shapes: {" shapes "}\n" more                                                        \
+    "    points: {tip: {station: 2}, mid: {station: 1}}\nstart: {elastic: static}\n"
+
+/* v = F L^3/3 E I - q L^4/8 E I, and no motion from there. */
+static void cantilever_hangs(void)
+{
+    static const char text[] =
+        ROD("length: 2, rhoA: 3, EIz: 5000", "y: 3", "") "forces: {end: {at: rod.tip, force: [0, 7, 0]}}\n";
+    const double exact = 7 * 8 / (3 * 5000.0) - 30 * 16 / (8 * 5000.0);
+    double first[9], last[9];
+    take(text, 0.5, "position(rod.tip),section(rod.mid)", 9, first, last);
+    CHECK_NEAR(first[1], exact, 1e-15);
+    CHECK_NEAR(last[1], exact, 1e-12);
+    CHECK_NEAR(first[8], 7 - 30 * 0.5, 1e-3); /* of second order: the tip is nearer by 2e-5 m */
+    take(text, 1e-6, "qdd(rod.y1),qdd(rod.y2),qdd(rod.y3)", 3, first, last);
+    for (int k = 0; k < 3; k++)
+        CHECK_NEAR(first[k], 0, 1e-12);
+}
+
+/* A column with the load P at its end, F L^3/3 E I 3 (tan u - u)/u^3 with u^2 = P L^2/E I: digits of another program
+ * for four powers of x. Beyond pi^2 E I/4 L^2 no balance is stable. */
+static void columns_bend(void)
+{
+    static const struct {
+        double push, tip; /* of the force 0.1 N */
+    } row[] = {{5, 4.169204832594e-3}, {15, 8.430142701060e-3}};
+    double first[3], last[3];
+    char text[1024];
+    for (int k = 0; k < 3; k++) {
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\ngravity: [0, 0, 0]\nbodies:\n  rod:\n    joint: {weld: yes, at: ground}\n"
+                       "    flexible: {beam: {length: 1, rhoA: 1, EIz: 10}, shapes: {y: 4}}\n"
+                       "    points: {tip: {station: 1}}\nforces: {end: {at: rod.tip, force: [%.17g, %.17g, 0]}}\n"
+                       "start: {elastic: static, q: {rod.y1: %g}}\n",
+                       k < 2 ? -row[k].push : -30.0, k < 2 ? 1e-5 : 0.0, k < 2 ? 0.0 : 1e-6);
+        take(text, 1e-6, "position(rod.tip)", 3, first, last);
+        if (k < 2)
+            CHECK_NEAR(first[1] * 1e4 / row[k].tip, 1, 1e-8);
+        CHECK((k < 2) == !strstr(lines, "but not in a stable one: a flexible body buckles under less than these"));
+    }
+}
+
+/* Rods of a five-bar robot that its motors accelerate from rest, between pins under the load -rho A a of the
+ * accelerations of both ends: v = L^4/E I (q0 (x - 2 x^3 + x^4)/24 + q1 (7 x - 10 x^3 + 3 x^5)/360). */
+static void robot_is_loaded_by_its_drives(void)
+{
+    static const char text[] =
+        "kempe: 1\nground: {points: {O_l: [0, 0, 0], O_r: [0.5, 0, 0]}}\nbodies:\n"
+        "  a: {joint: {name: A, revolute: z, at: ground.O_l}, mass: 0.1, inertia: {zz: 0.0125}, points: {E: [0.25, 0, "
+        "0]}}\n"
+        "  l:\n    joint: {name: B, revolute: z, at: a.E}\n"
+        "    flexible: {beam: {length: 0.45, rhoA: 0.32, EIz: 6}, shapes: {y: 4}, frame: chord}\n"
+        "    points: {O: {station: 0}, end: {station: 450 mm}, mid: {station: 225 mm}}\n"
+        "  b: {joint: {name: C, revolute: z, at: ground.O_r}, mass: 0.1, inertia: {zz: 0.0125}, points: {E: [0.25, 0, "
+        "0]}}\n"
+        "  r:\n    joint: {name: D, revolute: z, at: b.E}\n"
+        "    flexible: {beam: {length: 0.45, rhoA: 0.32, EIz: 6}, shapes: {y: 4}, frame: chord}\n"
+        "    points: {O: {station: 0}, end: {station: 450 mm}, mid: {station: 225 mm}}\n"
+        "loops: {P: {ball: [l.end, r.end]}}\n"
+        "drives: {left: {joint: A, angle: '2.2 - 0.05*sin(8*t)^2'}, right: {joint: C, angle: '0.9 + "
+        "0.04*sin(8*t)^2'}}\n"
+        "start: {elastic: static, q: {B: -1.7381865298439, D: 1.7640981195929}}\n";
+    double first[20], last[20];
+    take(text, 1e-6,
+         "position(l.O),position(l.end),acceleration(l.O),acceleration(l.end),deflection(l.mid),qdd(l.y1),qdd(l.y4)",
+         17, first, last);
+    const double dx = first[3] - first[0], dy = first[4] - first[1], length = hypot(dx, dy);
+    double load[2];
+    for (int k = 0; k < 2; k++)
+        load[k] = -0.32 * (-dy * first[6 + 3 * k] + dx * first[7 + 3 * k]) / length;
+    const double mid = load[0] * 5 / 384 + (load[1] - load[0]) * (7.0 / 2 - 10.0 / 8 + 3.0 / 32) / 360;
+    CHECK_NEAR(length, 0.45, 1e-6);
+    CHECK(fabs(load[0]) > 1e-2 && fabs(first[13]) > 1e-6);
+    CHECK_NEAR(first[13] / (pow(0.45, 4) / 6 * mid), 1, 2e-3); /* the pull along the rod stiffens it */
+    CHECK_NEAR(first[15], 0, 1e-9);
+    CHECK_NEAR(first[16], 0, 1e-9);
+}
+
+/* N - 1 joints with N E I/L of the moments of a force at the end. */
+static void pieces_bend(void)
+{
+    static const char text[] = "kempe: 1\nbodies:\n  rod:\n    joint: {weld: yes, at: ground}\n"
+                               "    flexible: {beam: {length: 2, rhoA: 3, EIz: 5000}, shapes: {y: 1}, segments: 8}\n"
+                               "    points: {tip: {station: 2}}\nforces: {end: {at: rod_7.tip, force: [0, 1e-3, 0]}}\n"
+                               "start: {elastic: static}\n";
+    double first[3], last[3], exact = 0;
+    for (int k = 1; k < 8; k++)
+        exact += 1e-3 * pow(2 * (8 - k) / 8.0, 2) / (8 * 5000 / 2.0);
+    take(text, 1e-3, "position(rod_7.tip)", 3, first, last);
+    CHECK_NEAR(first[1] / exact, 1, 1e-9);
+    CHECK_NEAR(last[1] / exact, 1, 1e-6);
+}
+
+/* Each instance of an ensemble has its own balance. */
+static void instances_hang(void)
+{
+    static const char *const names[] = {"B"};
+    static const double values[] = {2000, 4000, 8000};
+    loaded l = load_text("kempe: 1\ngravity: [0, -10, 0]\nparameters: {B: 5000}\nbodies:\n  rod:\n"
+                         "    joint: {weld: yes, at: ground}\n"
+                         "    flexible: {beam: {length: 2, rhoA: 3, EIz: B}, shapes: {y: 3}, raw: yes}\n"
+                         "    points: {tip: {station: 2}}\nstart: {elastic: static}\n"
+                         "run: {t_end: 0.1}\n");
+    const kempe_run_options run = {.t_end = 0.1, .rtol = 1e-10};
+    kempe_values *set = NULL;
+    kempe_ensemble *e = NULL;
+    kempe_ensemble_result *batch = NULL;
+    CHECK(l.model && kempe_values_new(l.model, 1, names, 3, values, &set) == KEMPE_OK &&
+          kempe_ensemble_new(l.model, set, &e) == KEMPE_OK && kempe_ensemble_run(e, &run, 0, &batch) == KEMPE_OK);
+    for (int k = 0; k < 3 && batch; k++) {
+        const double *q = kempe_ensemble_result_q(batch, k);
+        double tip = 0; /* each power of x is one at the end */
+        for (int i = 0; i < 3; i++)
+            tip += q ? q[i] : NAN;
+        CHECK_NEAR(tip * values[k] / (-30 * 16 / 8.0), 1, 1e-9);
+    }
+    kempe_ensemble_result_free(batch);
+    kempe_ensemble_free(e);
+    kempe_values_free(set);
+    unload(&l);
+}
+
+static void what_is_refused(void)
+{
+    loaded l = load_text("kempe: 1\ngravity: [0, -10, 0]\nparameters: {B: 5000}\nbodies:\n  rod:\n"
+                         "    joint: {weld: yes, at: ground}\n"
+                         "    flexible: {beam: {length: 2, rhoA: 3, EIz: B}, shapes: {y: 3}}\n"
+                         "start: {elastic: static}\nrun: {t_end: 0.1, outputs: [q]}\n");
+    const kempe_sensitivity_options how = {.parameters = "B"};
+    kempe_sensitivity *s = NULL;
+    CHECK(l.system && kempe_sensitivity_new(l.model, &how, &s) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(l.context), "its deformations are in balance with its loads"));
+    kempe_sensitivity_free(s);
+    unload(&l);
+    load_rejected("kempe: 1\nbodies:\n  rod:\n    joint: {name: A, revolute: z, at: ground}\n"
+                  "    flexible: {beam: {length: 2, rhoA: 3, EIz: 1}, shapes: {y: 3}}\n"
+                  "start: {elastic: static, goals: {A: 1}}\n",
+                  "goals are met before the deformations move into balance");
+    load_rejected("kempe: 1\nbodies:\n  rod:\n    joint: {name: A, revolute: z, at: ground}\n"
+                  "    flexible: {beam: {length: 2, rhoA: 3, EIz: 1}, shapes: {y: 3}}\nstart: {elastic: loose}\n",
+                  "start elastic");
+}
+
+int main(void)
+{
+    TEST(cantilever_hangs);
+    TEST(columns_bend);
+    TEST(robot_is_loaded_by_its_drives);
+    TEST(pieces_bend);
+    TEST(instances_hang);
+    TEST(what_is_refused);
+    return check_report();
+}
