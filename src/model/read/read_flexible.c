@@ -689,6 +689,8 @@ static void make_modal_body(entry *e, kmp_flexible *flexible)
     flexible->file = e->file->path;
     flexible->frame = e->beam.frame;
     flexible->stiffening = e->file->stiffening;
+    flexible->doubt = e->file->doubt;
+    flexible->averaged = e->file->modal.known != KMP_MODAL_ALL;
     for (int k = 0; k < e->file->modal.count; k++)
         add_coordinate(e->r, flexible->body, "mode", k + 1, false);
     if (!kmp_modal_make(&e->r->model->arena, &e->file->modal, e->file->damped, e->beam.ratio, e->beam.rayleigh,

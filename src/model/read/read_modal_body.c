@@ -5,6 +5,7 @@
 #include "model/data/model.h"
 #include "model/flexible/modal_file.h"
 #include "model/language/number_algebra.h"
+#include "model/read/read_include.h"
 #include "model/read/read_tables.h"
 #include "model/read/read_values.h"
 #include <math.h>
@@ -51,15 +52,28 @@ static bool read_units(const reading *s, kmp_modal_units *units)
     return true;
 }
 
+/* A mistake in a text is at its line. */
+static void complain_of(const reading *s, const char *path, const char *words)
+{
+    const int file = s->file.line > 0 ? kmp_reader_add_file(s->r, path) : -1;
+    if (file >= 0)
+        kmp_reader_complain(s->r, (kmp_place){.line = s->file.line, .column = s->file.column, .file = file}, "%s: %s",
+                            s->what, words);
+    else
+        complain(s, words);
+}
+
 static bool load(reading *s, const char *path)
 {
     kmp_modal_units units;
-    size_t length;
     kmp_text why = {0};
-    char *bytes = read_units(s, &units) ? kmp_read_file(s->r, KMP_FILE_MODES, s->node, s->what, path, &length) : NULL;
-    bool good = bytes && kmp_modal_file_read(&s->r->scratch, bytes, length, &units, &s->file, &why);
+    kmp_modal_source source = {.arena = &s->r->scratch, .units = &units, .to = &s->file, .why = &why};
+    char *bytes =
+        read_units(s, &units) ? kmp_read_file(s->r, KMP_FILE_MODES, s->node, s->what, path, &source.length) : NULL;
+    source.bytes = bytes;
+    bool good = bytes && kmp_modal_file_read(path, &source);
     if (bytes && !good && why.length > 0)
-        complain(s, why.s);
+        complain_of(s, path, why.s);
     s->r->scratch.failed = s->r->scratch.failed || why.failed;
     kmp_text_free(&why);
     kmp_free(bytes);
@@ -147,6 +161,11 @@ static bool take_interfaces(reading *s)
     kmp_modal_body *b = &s->file.body;
     s->to->names = s->file.names;
     s->to->named = b->place_count;
+    if (!map && b->place_count > KMP_MODAL_PLACES_MOST)
+        return complain(s, kmp_reader_say(s->r,
+                                          "it has %d interfaces: name those that the model uses by 'interfaces: "
+                                          "{A: %s, B: %s}', the one that the joint holds first",
+                                          b->place_count, s->file.names[0], s->file.names[1]));
     if (!map)
         return b->place_count > 0 ||
                complain(s, "it has no interfaces: name nodes that joints hold by 'interfaces: {A: [1, 2, 3]}'");
@@ -275,7 +294,10 @@ static bool take_frame(reading *s, kmp_flexible_frame frame)
                            "interface: write them in the frame of the model, or take 'stiffening: none'");
     if (moved)
         kmp_modal_subtract(b, rigid);
-    return split(s, rigids, elastic);
+    if (!split(s, rigids, elastic))
+        return false;
+    kmp_modal_average(b);
+    return true;
 }
 
 static bool take_modes(reading *s)
@@ -314,7 +336,12 @@ static bool take_stiffening(reading *s)
     if (word == KMP_STIFFENING_FIRST && !s->file.first)
         return kmp_reader_complain(s->r, node->place,
                                    "%s: 'first' needs the arrays 'h', 'Y' and 'interface_H', which the file does not "
-                                   "have: take 'none'",
+                                   "have, or Ct, Oe and phi of first order in standard input data: take 'none'",
+                                   what);
+    if (word == KMP_STIFFENING_NONE && s->file.whole)
+        return kmp_reader_complain(s->r, node->place,
+                                   "%s: terms of second order cannot be left out, because the file has the stiffening "
+                                   "by rotation within its centrifugal terms (Oe): take 'first'",
                                    what);
     if (word >= 0)
         s->to->stiffening = (kmp_stiffening)word;
@@ -327,8 +354,9 @@ static bool check_second(const reading *s)
     for (int k = 0; k < s->file.body.place_count && s->to->stiffening == KMP_STIFFENING_FIRST; k++)
         if (!s->file.body.places[k].more)
             return complain(s, kmp_reader_say(s->r,
-                                              "interface '%s' is of nodes, whose displacements of second order are "
-                                              "not in the file: use its interfaces, or 'stiffening: none'",
+                                              "the displacements of second order of interface '%s' are not in the "
+                                              "file: use its interfaces that have them, or terms of second order "
+                                              "'none' where they can be left out",
                                               s->to->names[k]));
     return true;
 }
@@ -347,6 +375,9 @@ kmp_modal_reading *kmp_read_modal_body(kmp_reader *r, const kmp_yaml *map, const
         !check_second(&s) || !take_frame(&s, frame) || !take_modes(&s))
         return NULL;
     s.to->modal = s.file.body;
+    s.to->doubt = s.file.doubt ? kmp_arena_strdup(&r->model->arena, s.file.doubt) : NULL;
+    if (s.to->doubt)
+        kmp_reader_warn(r, s.node->place, "%s: %s", s.what, s.to->doubt);
     return s.to;
 }
 
