@@ -24,7 +24,7 @@ except ModuleNotFoundError:
     sys.exit(77)
 import kempe
 
-from flexible_files import integrals
+from flexible_files import integrals, modes_of
 
 
 # -- a body of points ----------------------------------------------------------------------------------
@@ -143,6 +143,82 @@ def sid(body, six=True, mode_last=False, blocks_by_modes=False, change=None):
         if name in zero:
             lines += expansion(name, zero[name], first.get(name), 2 if name in ("Me", "Ke") else 3, mode_last, n)
     return "\n".join(lines + ["end modal", "end part", ""])
+
+
+# -- matrices DMIG -------------------------------------------------------------------------------------
+
+def lattice(k=4, seed=5):
+    """A free truss of bars between points with masses, its two end faces rigid: six static modes of each end and k modes with both
+    fixed. Its points are those of `integrals`; K of the reduced body has the six rigid motions."""
+    rng = np.random.default_rng(seed)
+    place = np.array([[0.3 * i, 0.1 * j, 0.12 * m] for i in range(4) for j in range(2) for m in range(2)]) + rng.normal(size=(16, 3)) * 0.01
+    weight, count = rng.uniform(0.05, 0.2, 16), 48
+    K = np.zeros((count, count))
+    for a in range(16):
+        for b in range(a):
+            along = place[a] - place[b]
+            size = np.linalg.norm(along)
+            if size < 0.42:
+                row = np.zeros(count)
+                row[3 * a:3 * a + 3], row[3 * b:3 * b + 3] = along / size, -along / size
+                K += 2e4 / size * np.outer(row, row)
+    M = np.diag(np.repeat(weight, 3))
+    ends = np.array([place[:4].mean(0), place[12:].mean(0)])
+    basis = np.zeros((count, 12 + k))
+    for end, points in enumerate((range(4), range(12, 16))):
+        for i in points:
+            basis[3 * i:3 * i + 3, 6 * end:6 * end + 6] = np.hstack([np.eye(3), -tilde(place[i] - ends[end])])
+    inner = np.arange(12, 36)
+    basis[inner] = -np.linalg.solve(K[np.ix_(inner, inner)], K[inner] @ basis)
+    basis[inner, 12:] = modes_of(K[np.ix_(inner, inner)], M[np.ix_(inner, inner)])[1][:, :k]
+    shift, turn = np.zeros((2, 3, 12 + k)), np.zeros((2, 3, 12 + k))
+    for end in range(2):
+        for i in range(3):
+            shift[end, i, 6 * end + i] = turn[end, i, 6 * end + 3 + i] = 1
+    return {"weight": weight, "place": place, "phi": basis.reshape(16, 3, 12 + k), "K": basis.T @ K @ basis, "M": basis.T @ M @ basis,
+            "ends": ends, "shift": shift, "turn": turn}
+
+
+def lattice_arrays(body):
+    return integrals(body["weight"], body["place"], body["phi"]) | {
+        "format": "kempe-flexible-1", "units": "m kg s", "K": body["K"], "M": body["M"], "interface_names": np.array(["1001", "20"]),
+        "interface_place": body["ends"], "interface_displacement": body["shift"], "interface_rotation": body["turn"]}
+
+
+# coordinates of the lattice in a file: grid points 1001 and 20, scalar points from 500 on
+def labels(body):
+    return [(1001, i) for i in range(1, 7)] + [(20, i) for i in range(1, 7)] + [(500 + i, 0) for i in range(len(body["K"]) - 12)]
+
+
+def wide(*fields):
+    return "".join(f"{x:>16.9E}".replace("E", "D") if isinstance(x, float) else f"{x:>16}" for x in fields)
+
+
+def short(x):
+    """A number in eight columns without E."""
+    return re.sub(r"E([+-])0?", r"\1", f"{x:.2E}" if x >= 0 else f"{x:.1E}")
+
+
+def punched(name, matrix, label, form=6):
+    """A matrix as it is punched: one triangle for form 6."""
+    lines = [f"DMIG    {name:<8}       0       {form}       2       0                {len(label):>8}"]
+    for j, column in enumerate(label):
+        rows = [i for i in range(len(label)) if matrix[i, j] != 0 and (form == 1 or i >= j)]
+        if rows:
+            lines.append("DMIG*   " + f"{name:<16}" + wide(*column))
+            lines += ["*       " + wide(*label[i], float(matrix[i, j])) for i in rows]
+    return lines
+
+
+def grids(body, ids=(1001, 20)):
+    return [f"GRID*   {number:>16}{'':>16}{at[0]:>16.9f}{at[1]:>16.9f}\n*       {at[2]:>16.9f}" for number, at in zip(ids, body["ends"])]
+
+
+def pch(body, form=6, places=True, keep=None):
+    label, keep = labels(body), keep or list(range(len(body["K"])))
+    label = [label[k] for k in keep]
+    return "\n".join(["$ title", *(grids(body) if places else []), *(line for name, m in (("KAAX", body["K"]), ("MAAX", body["M"])) for line in punched(name, m[np.ix_(keep, keep)], label, form)),
+                      "DMIG    PAX            0       9       2       0                       1", ""])
 
 
 ARM = """kempe: 1
@@ -320,6 +396,115 @@ class StandardInputData(Folder):
         self.same(runs.simulated(self.model(ARM, text))[1], runs.simulated(self.reference(ARM, body))[1], 1e-9)
 
 
+FREE = """kempe: 1
+bodies:
+  body: {joint: {name: A, JOINT, at: ground}, flexible: {FLEXIBLE}, points: {B: {interface: "20"}}}
+"""
+SWING = """kempe: 1
+gravity: [0, -0.02, 0.01]
+bodies:
+  body: {joint: {name: A, spherical: z, at: ground}, flexible: {FLEXIBLE}, points: {B: {interface: "20"}}}
+  end: {joint: {name: E, revolute: z, at: body.B}, mass: 0.3, com: [0.1, 0, 0], inertia: {xx: 0.01, yy: 0.02, zz: 0.02}, points: {T: [0.2, 0, 0]}}
+run: {t_end: 0.5, rtol: 1e-10, output_step: 0.1, outputs: [q, position(end.T)]}
+"""
+
+
+class Matrices(Folder):
+    WORDS = "interfaces: {A: 1001, B: 20}"
+
+    def pair(self, text, body, content=None, words="", **files):
+        """The model with the matrices and with the arrays."""
+        text = text.replace('interface: "20"', "interface: B")
+        for name, other in files.items():
+            (self.root / name.replace("_", ".")).write_text(other)
+        return (self.put(text.replace("FLEXIBLE", f"file: body.pch{SCALE}, {self.WORDS}{words}"), "body.pch", content or pch(body)),
+                self.put(text.replace("FLEXIBLE", f"file: npz.npz, {self.WORDS}"), "npz.npz", lattice_arrays(body)))
+
+    def test_modes(self):
+        """Frequencies at rest depend on what the matrices have: free, clamped, and with the second end on a pin."""
+        body = lattice()
+        for joint in ("free: x", "weld: yes", "revolute: z", "spherical: z"):
+            text = FREE.replace("JOINT", joint)
+            if joint == "weld: yes":
+                text = text.replace("bodies:", "bodies:\n  base: {joint: {name: S, prismatic: x, at: ground}, mass: 1}").replace("at: ground}, flexible", "at: base}, flexible")
+            found, expected = ([complex(*x) for x in runs.kempe("modes", model)["eigenvalues"]] for model in self.pair(text, body))
+            found, expected = (np.sort(np.abs(x)) for x in (found, expected))
+            self.assertEqual(len(found), len(expected))
+            kept = expected > 1
+            self.assertGreater(kept.sum(), 16)
+            self.assertLessEqual(abs(found[kept] / expected[kept] - 1).max(), 1e-8, joint)
+
+    def test_slow_motion(self):
+        """A slow motion is that of the arrays, to the square of the rate by the first frequency; the result says so."""
+        for formulation in ("reduced", "projected", "dae"):
+            (said, rows), (_, expected) = (runs.simulated(model, "--formulation", formulation) for model in self.pair(SWING, lattice()))
+            self.assertIn("its file has the motions of interfaces alone: centrifugal forces on its modes are not known", said["flexible"]["body"]["doubt"])
+            self.same(rows, expected, 1e-6)
+            self.assertGreater(max(abs(row["q.A.1"]) + abs(row["q.A.3"]) for row in rows), 1e-3)
+
+    def test_fast_motion(self):
+        model = self.pair(SWING.replace("run:", "start: {qd: {A.2: 4, A.3: 6}}\nrun:"), lattice())[0]
+        said, _ = runs.simulated(model, status=5)
+        self.assertIn("so that rates up to 0.1 are right", said["warnings"][-1])
+
+    def test_equilibrium(self):
+        one, other = (runs.kempe("equilibrium", model) for model in self.pair(SWING.replace("spherical: z", "revolute: z").replace("0.01]", "0]"), lattice()))
+        for key, x in other["q"].items():
+            self.assertLessEqual(abs(one["q"][key] - x), 1e-9, key)
+
+    def test_forms(self):
+        """Both triangles, eight columns, commas, small letters, places in the model or in another file, damping, units."""
+        body = lattice(k=2)
+        label = labels(body)
+        damped = body["K"] * 1e-5
+        expected = np.array(runs.kempe("modes", self.pair(FREE.replace("JOINT", "free: x"), body)[0])["eigenvalues"])
+
+        def check(content, words="", tolerance=1e-6, **files):
+            found = np.array(runs.kempe("modes", self.pair(FREE.replace("JOINT", "free: x"), body, content, words, **files)[0])["eigenvalues"])
+            self.assertLessEqual(abs(np.sort(np.hypot(*found.T)) - np.sort(np.hypot(*expected.T))).max(), tolerance * abs(expected).max())
+            return found
+
+        check(pch(body, form=1))
+        check(pch(body).lower())
+        a, b = body["ends"]
+        check(pch(body, places=False), f", nodes: {{1001: {a.tolist()}, 20: {b.tolist()}}}")
+        check(pch(body, places=False), ", nodes: places.bdf", places_bdf="CEND\nBEGIN BULK\nCORD2R,7,0,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\nGRID,9,7,1.,2.,3.\n".replace("GRID,9,7", "GRID,9,")
+              + "\n".join(f"grid,{n},,{x[0]!r},{x[1]!r},{x[2]!r}" for n, x in zip((1001, 20), (a, b))) + "\nENDDATA\n")
+        with_commas = [",".join(["DMIG", name, str(j[0]), str(j[1]), "", *sum(([str(i[0]), str(i[1]), repr(float(m[r, c])), ""] for r, i in enumerate(label) if r >= c and m[r, c] != 0), [])[:4]])
+                       + "".join("\n," + ",".join([str(i[0]), str(i[1]), repr(float(m[r, c])), ""]) + ",,,," for r, i in list((r, i) for r, i in enumerate(label) if r >= c and m[r, c] != 0)[1:])
+                       for name, m in (("KAAX", body["K"]), ("MAAX", body["M"])) for c, j in enumerate(label)]
+        heads = ["DMIG,KAAX,0,6,2,0,,,14", "DMIG,MAAX,0,6,2,0,,,14"]
+        n = len(label)
+        check("\n".join([*grids(body), heads[0], *with_commas[:n], heads[1], *with_commas[n:], ""]))
+        found = check(pch(body) + "\n".join([*punched("BAAX", damped, label), ""]))
+        self.assertLess(found[:, 0].min(), -1)
+        size = np.array([1.0] * 3 + [1e3] * 3 + [1.0] * 3 + [1e3] * 3 + [1.0] * (n - 12))
+        other = body | {"K": body["K"] * 1e-3 * np.outer(size, size), "M": body["M"] * 1e-3 * np.outer(size, size), "ends": body["ends"] * 1e3}
+        model = self.put(FREE.replace("JOINT", "free: x").replace("FLEXIBLE", f"file: body.pch, scale: {{length: 1 mm, mass: 1000 kg}}, {self.WORDS}").replace('interface: "20"', "interface: B"), "body.pch", pch(other))
+        found = np.array(runs.kempe("modes", model)["eigenvalues"])
+        self.assertLessEqual(abs(np.sort(np.hypot(*found.T)) - np.sort(np.hypot(*expected.T))).max(), 1e-6 * abs(expected).max())
+
+
+    def test_eight_columns(self):
+        """Two bodies on an elastic joint, whose matrices are whole numbers, in columns of 8 and of 16."""
+        gap = np.hstack([-np.eye(6), np.eye(6)])
+        gap[:3, 3:6] = tilde([1, 0, 0])
+        body = {"K": gap.T @ np.diag([900.0, 500, 700, 20, 30, 40]) @ gap, "M": np.diag([2.0, 2, 2, .5, .25, .75, 3, 3, 3, 1, 2, 1.5]), "ends": np.array([[0.0, 0, 0], [1, 0, 0]])}
+        label = labels(body)
+
+        def narrow(name, matrix):
+            lines = [f"DMIG    {name:<8}       0       6       1       0{'':>16}{len(label):>8}"]
+            for j, column in enumerate(label):
+                rows = [f"{label[i][0]:>8}{label[i][1]:>8}{matrix[i, j]:>8.6g}{'':8}" for i in range(j, len(label)) if matrix[i, j] != 0]
+                lines += [f"DMIG    {name:<8}{column[0]:>8}{column[1]:>8}{'':8}{rows[0]}"] + ["        " + "".join(rows[k:k + 2]) for k in range(1, len(rows), 2)]
+            return lines
+
+        text = FREE.replace("JOINT", "free: x")
+        found = [runs.kempe("modes", self.pair(text, lattice(), content)[0])["eigenvalues"] for content in (pch(body), "\n".join([*grids(body), *narrow("KAAX", body["K"]), *narrow("MAAX", body["M"]), ""]))]
+        self.assertEqual(found[0], found[1])
+        self.assertGreater(len(found[0]), 12)
+
+
 # -- mistakes ------------------------------------------------------------------------------------------
 
 def instead(old, new, count=1):
@@ -389,16 +574,79 @@ SID_MISTAKES = [
 ]
 
 
+FORCE = "file 'body.pch' of body 'body': "
+PCH_MISTAKES = [
+    (None, (SCALE, ""), FORCE + "it does not say its units: give them by 'scale: {length: 1, mass: 1}'", False),
+    (lambda text: "SOL 103\nCEND\n", None, "it has no matrix of stiffness, DMIG KAAX", False),
+    (lambda text: text.replace("MAAX", "PAAX"), None, "it has no matrix of mass, DMIG MAAX", False),
+    (lambda text: text + text[text.index("DMIG    KAAX"):text.index("DMIG    MAAX")].replace("KAAX", "KBBX"), None, "a second matrix of stiffness: one of them is 'KAAX', of line", True),
+    (lambda text: "\n".join(line for line in text.split("\n") if not line.startswith("DMIG    KAAX")), None, "a column of the matrix 'KAAX' without its first card, DMIG KAAX 0 ..", True),
+    (instead("KAAX           0       6       2", "KAAX           0       2       2"), None, "the matrix of stiffness has the form 2: 1, square, and 6, symmetric, are read", True),
+    (instead("KAAX           0       6       2", "KAAX           0       6       4"), None, "the matrix of stiffness has the type 4: 1 and 2, real numbers, are read", True),
+    (instead("KAAX           0       6       2", "KAAX           0       1       2"), None, "the matrix 'KAAX' of the form 1 is not symmetric: the entries of coordinates", True),
+    (entry_of(r"D\+04", "X+04"), None, "an entry of card DMIG is", True),
+    (entry_of(r"(DMIG\*   KAAX {12} {12}1001)", r"DMIG*   KAAX                        1a01"), None, "the grid point of a column of card DMIG is '1a01': a whole number is expected", True),
+    (entry_of(r"(DMIG\*   KAAX.*?\n)(\*[^\n]*\n)", r"\1\2*                   1001               1 5.000000000D+00\n"), None, "the matrix 'KAAX' has the entry of point 1001, component 1, and point 1001, component 1, twice", True),
+    (entry_of(r"(DMIG\*   KAAX.*?\n\* *1001 *)1", r"\g<1>7"), None, "the matrix 'KAAX' has an entry of the points", True),
+    (lambda text: pch(lattice(k=2), keep=[k for k in range(14) if k != 11]), None, "point 20 has 5 components, from 1 on: an interface is a grid point with the components 1 to 6", False),
+    (lambda text: text.split("GRID*")[0] + text[text.index("DMIG"):], None, "it does not say where grid point 20 is: give its place by 'nodes: {20: [x, y, z]}'", False),
+    (lambda text: text.replace("GRID*               1001                ", "GRID*               1001               5"), None, "grid point 1001 is in the coordinate system CP = 5: places and displacements in the basic system are read", True),
+    (lambda text: "GRDSET,,3\n" + text, None, "GRDSET gives all grid points a coordinate system", True),
+    (lambda text: text.replace("DMIG*   KAAX", "DMIG*\tKAAX", 1), None, "card DMIG has a tab: its columns are not known; write blanks", True),
+    (lambda text: text + "\n".join([*punched("K4AAX", np.eye(2), [(20, 1), (20, 2)]), ""]), None, "structural damping, 'K4AAX', is of harmonic motions: remove the matrix, and take 'damping'", True),
+    (lambda text: text.replace("GRID*                 20                ", "GRID*                 20                ", 1).replace("GRID", "HRID"), (SCALE, SCALE + ", nodes: {20: [2, 0, 0], 1001: [0, 1, 0]}"), "its stiffness resists the rigid rotation about x by", False),
+    (lambda text: pch(lattice(k=2) | {"M": lattice(k=2)["M"] * np.where(np.arange(14) % 6 == 0, 1.2, 1)}), None, "the mass of its rigid motions is not the same in all directions", False),
+    (lambda text: pch(lattice(k=2) | {"K": lattice(k=2)["K"] + 50 * np.eye(14)}), None, "its stiffness resists the rigid translation along x by", False),
+    (lambda text: pch(lattice(k=2) | {"K": lattice(k=2)["K"] * np.where(np.arange(14) > 11, -1, 1)[:, None] * np.ones(14)}), None, "the stiffness of its scalar points is not positive", False),
+    (None, (SCALE, SCALE + ", nodes: {x: [0, 0, 0]}"), "the number of a node is expected", False),
+    (None, (SCALE, SCALE + ", nodes: {20: [0, 0]}"), "node '20' of file 'body.pch' of body 'body'", False),
+    (None, (SCALE, SCALE + ", nodes: absent.bdf"), "cannot read", False),
+    (None, (SCALE, SCALE + ", stiffening: first"), "'first' needs the arrays", False),
+    (None, (SCALE, SCALE + ", modes: 9"), "modes of body 'body' are 9: a whole number from 1 to 8, which the file has, is expected", False),
+    (None, ('interface: "20"', "node: 20"), "the node of point 'body.B' is 20: the file has no nodes", False),
+]
+OTHERS = [("body.mnf", "it is a modal neutral file of Adams, whose layout is not public, which is not read: export the body from the finite element program as standard input data (SID)"),
+          ("body.OP4", "it is a file OUTPUT4 of Nastran, which is not read: write its matrices as DMIG"), ("body.op2", "it is a file OUTPUT2 of Nastran, which is not read"),
+          ("body.fem", "it is a modal body of MBDyn or a deck of OptiStruct, which is not read: write modes, modal matrices and masses as an .npz of kempe-flexible-1"),
+          ("body.npy", "it is one array of NumPy, in Exudyn a pickled program, which is not read: write the body as an .npz of kempe-flexible-1 with kempe.convert_exudyn"),
+          ("body.mtx", "it is a matrix of Matrix Market, which is not read"), ("body", "its ending is of no format that is read"), ("body.sid.gz", "its ending is of no format that is read")]
 STILL = re.sub(r"start: .*\n", "", ARM)
 
 
 class Mistakes(Folder):
+    def test_matrices(self):
+        whole = pch(lattice(k=2))
+        for change, words, sentence, in_file in PCH_MISTAKES:
+            with self.subTest(sentence):
+                text = FREE.replace("JOINT", "revolute: z").replace("FLEXIBLE", "file: body.pch" + SCALE)
+                self.refused(self.put(text.replace(*words) if words else text, "body.pch", change(whole) if change else whole), sentence, in_file)
+
+    def test_nodes(self):
+        """Mistakes in the text with the nodes are at its lines; formats with nodes of their own have none beside."""
+        text = FREE.replace("JOINT", "revolute: z").replace("FLEXIBLE", f"file: body.pch{SCALE}, nodes: places.bdf")
+        for places, sentence, line in (("GRID,20,,0.,0.,x\n", "a coordinate of card GRID is 'x'", "places.bdf:1:1"), ("$\nGRID,20,,0.,0.,0.,6\n", "grid point 20 is in the coordinate system CD = 6", "places.bdf:2:1")):
+            (self.root / "places.bdf").write_text(places)
+            model = self.put(text, "body.pch", pch(lattice(k=2), places=False))
+            done = subprocess.run([runs.command, "check", model], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(sentence, done.stderr)
+            self.assertIn(line, done.stderr)
+        (self.root / "places.bdf").write_bytes(b"GRID,20\0")
+        self.refused(model, "'places.bdf' is no text: it has bytes of zero", False)
+        self.refused(self.put(STILL.replace("FLEXIBLE", f"file: arm.sid{SCALE}, nodes: {{1: [0, 0, 0]}}"), "arm.sid", sid(cloud(n=2))), "its nodes are in it: remove 'nodes'", False)
+
+    def test_formats_that_are_not_read(self):
+        for name, sentence in OTHERS:
+            (self.root / name).write_text("content")
+            (self.root / "arm.yaml").write_text(FREE.replace("JOINT", "revolute: z").replace("FLEXIBLE", "file: " + name))
+            self.refused(self.root / "arm.yaml", f"file '{name}' of body 'body': {sentence}", False)
+
     def refused(self, model, words, in_file):
         done = subprocess.run([runs.command, "check", model], capture_output=True, text=True)
         self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
-        said = [line for line in done.stderr.splitlines() if line]
+        said = [line for line in done.stderr.splitlines() if line and "warning" not in line]
         self.assertIn(words, said[0])
-        self.assertRegex(said[0], rf"{'arm.SID_FEM' if in_file else 'arm.yaml'}:\d+:\d+: ")
+        self.assertRegex(said[0], rf"{'(arm.SID_FEM|body.pch)' if in_file else '.yaml'}:\d+:\d+: ")
 
     def test_standard_input_data(self):
         whole = sid(cloud(n=2))
@@ -423,17 +671,17 @@ class Mistakes(Folder):
 
     def test_damaged(self):
         """Texts cut anywhere, or with other bytes, end in a sentence or are read: none is a fault of the program."""
-        whole, rng = sid(cloud(n=2)).encode(), np.random.default_rng(1)
-        model = self.put(STILL.replace("FLEXIBLE", "file: arm.SID_FEM" + SCALE), "arm.SID_FEM", sid(cloud(n=2)))
-        path = self.root / "arm.SID_FEM"
-        for _ in range(300 if runs.FULL else 40):
-            bytes_ = bytearray(whole[:rng.integers(len(whole))] if rng.random() < 0.3 else whole)
-            for _ in range(int(rng.integers(1, 4))):
-                if bytes_:
-                    bytes_[rng.integers(len(bytes_))] ^= 1 << int(rng.integers(8))
-            path.write_bytes(bytes_)
-            done = subprocess.run([runs.command, "check", model], capture_output=True)
-            self.assertIn(done.returncode, (0, 2), done.stderr)
+        rng = np.random.default_rng(1)
+        for name, text, whole in (("arm.SID_FEM", STILL, sid(cloud(n=2)).encode()), ("body.pch", FREE.replace("JOINT", "revolute: z"), pch(lattice(k=1)).encode())):
+            model = self.put(text.replace("FLEXIBLE", f"file: {name}{SCALE}"), name, whole.decode())
+            for _ in range(300 if runs.FULL else 30):
+                bytes_ = bytearray(whole[:rng.integers(len(whole))] if rng.random() < 0.3 else whole)
+                for _ in range(int(rng.integers(1, 4))):
+                    if bytes_:
+                        bytes_[rng.integers(len(bytes_))] ^= 1 << int(rng.integers(8))
+                (self.root / name).write_bytes(bytes_)
+                done = subprocess.run([runs.command, "check", model], capture_output=True)
+                self.assertIn(done.returncode, (0, 2), done.stderr)
 
 
 def main():

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-bool kmp_line_next(kmp_text_line *line)
+bool kmp_text_line_next(kmp_text_line *line)
 {
     if (!*line->rest)
         return false;
@@ -21,7 +21,7 @@ static bool is_blank(char c)
     return c == ' ' || c == '\t' || c == '\r';
 }
 
-void kmp_line_trim(kmp_text_line *line)
+void kmp_text_line_trim(kmp_text_line *line)
 {
     while (line->length > 0 && is_blank(line->s[line->length - 1]))
         line->length--;
@@ -36,7 +36,7 @@ bool kmp_fortran_number(const char *s, size_t length, double *value)
     char plain[84];
     size_t count = 0;
     kmp_text_line own = {.s = s, .length = length};
-    kmp_line_trim(&own);
+    kmp_text_line_trim(&own);
     const bool negative = own.length > 0 && *own.s == '-';
     const size_t sign = own.length > 0 && (*own.s == '-' || *own.s == '+');
     if (own.length == sign || own.length > sizeof plain / 2 - 2)
@@ -58,7 +58,7 @@ bool kmp_fortran_number(const char *s, size_t length, double *value)
 bool kmp_fortran_whole(const char *s, size_t length, int *value)
 {
     kmp_text_line own = {.s = s, .length = length};
-    kmp_line_trim(&own);
+    kmp_text_line_trim(&own);
     const size_t sign = own.length > 0 && (*own.s == '-' || *own.s == '+');
     int sum = 0;
     if (own.length == sign || own.length > 9 + sign)

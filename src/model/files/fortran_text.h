@@ -14,10 +14,10 @@ typedef struct kmp_text_line {
 } kmp_text_line;
 
 /** The line after `line`; first of all, one with the text as its rest. False: there is none. */
-bool kmp_line_next(kmp_text_line *line);
+bool kmp_text_line_next(kmp_text_line *line);
 
 /** Removes blanks at both ends. */
-void kmp_line_trim(kmp_text_line *line);
+void kmp_text_line_trim(kmp_text_line *line);
 
 /** Reads a number that is all of `length` characters, but for blanks around it. False: it is none, or is not finite. */
 bool kmp_fortran_number(const char *s, size_t length, double *value);

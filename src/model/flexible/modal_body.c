@@ -291,10 +291,11 @@ void kmp_modal_subtract(kmp_modal_body *b, const double *rigid)
         subtract_at(b->places[p].shift, b->places[p].turn, n, b->places[p].at, rigid);
 }
 
-/* Keeps the axial part of a matrix, if it is wanted, and its trace in equal parts. */
-static void average(double y[9], bool axial_part)
+/* Keeps the trace of a matrix in equal parts, and its axial part, if these are wanted. */
+static void average(double y[9], bool trace_part, bool axial_part)
 {
-    const double mean = trace(y) / 3, half[3] = {(y[7] - y[5]) / 2, (y[2] - y[6]) / 2, (y[3] - y[1]) / 2};
+    const double mean = trace_part ? trace(y) / 3 : 0;
+    const double half[3] = {(y[7] - y[5]) / 2, (y[2] - y[6]) / 2, (y[3] - y[1]) / 2};
     for (int i = 0; i < 9; i++)
         y[i] = i % 4 == 0 ? mean : 0;
     for (int i = 0; i < 3 && axial_part; i++) {
@@ -307,9 +308,9 @@ static void average(double y[9], bool axial_part)
 void kmp_modal_average(kmp_modal_body *b)
 {
     for (int k = 0; k < b->count && b->known == KMP_MODAL_AXIAL; k++)
-        average(b->by_place + 9 * (ptrdiff_t)k, true);
+        average(b->by_place + 9 * (ptrdiff_t)k, false, true);
     for (ptrdiff_t k = 0; k < (ptrdiff_t)b->count * b->count && b->known != KMP_MODAL_ALL; k++)
-        average(b->by_field + 9 * k, b->known == KMP_MODAL_TRACES);
+        average(b->by_field + 9 * k, true, b->known == KMP_MODAL_TRACES);
 }
 
 /* Rows of n numbers become rows of their combinations. */

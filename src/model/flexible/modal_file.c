@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/flexible/modal_file.h"
+#include "model/flexible/dmig_modes.h"
 #include "model/flexible/npz_modes.h"
 #include "model/flexible/sid_modes.h"
 #include <stdarg.h>
@@ -8,10 +9,11 @@
 typedef struct file_format {
     const char *ending, *what;
     bool (*read)(const kmp_modal_source *source);
+    bool beside;
     const char *instead;
 } file_format;
 
-#define KMP_MODAL_FORMAT(ending, what, read, instead) {ending, what, read, instead},
+#define KMP_MODAL_FORMAT(ending, what, read, beside, instead) {ending, what, read, beside, instead},
 static const file_format formats[] = {
 #include "model/flexible/modal_formats.def"
 };
@@ -102,19 +104,28 @@ static bool ends_with(const char *name, const char *ending)
     return same;
 }
 
+static bool refuse_ending(const kmp_modal_source *source)
+{
+    kmp_text known = {0};
+    for (size_t k = 0; k < sizeof formats / sizeof *formats; k++)
+        if (formats[k].read)
+            kmp_text_printf(&known, "%s%s (%s)", known.length > 0 ? ", " : "", formats[k].ending, formats[k].what);
+    kmp_modal_refuse(source, "its ending is of no format that is read: %s", known.s ? known.s : "");
+    kmp_text_free_part(source->why, &known);
+    return false;
+}
+
 bool kmp_modal_file_read(const char *name, const kmp_modal_source *source)
 {
     *source->to = (kmp_modal_file){.body = {.arena = source->arena}};
-    kmp_text known = {0};
     for (size_t k = 0; k < sizeof formats / sizeof *formats; k++) {
-        if (ends_with(name, formats[k].ending))
-            return formats[k].read ? formats[k].read(source)
-                                   : kmp_modal_refuse(source, "it is %s, which is not read: %s", formats[k].what,
-                                                      formats[k].instead);
-        if (formats[k].read)
-            kmp_text_printf(&known, "%s%s (%s)", known.length > 0 ? ", " : "", formats[k].ending, formats[k].what);
+        if (!ends_with(name, formats[k].ending))
+            continue;
+        if (!formats[k].read)
+            return kmp_modal_refuse(source, "it is %s, which is not read: %s", formats[k].what, formats[k].instead);
+        if (!formats[k].beside && (source->nodes->count > 0 || source->nodes->text))
+            return kmp_modal_refuse(source, "its nodes are in it: remove 'nodes'");
+        return formats[k].read(source);
     }
-    kmp_modal_refuse(source, "its ending is of no format that is read: %s", known.s ? known.s : "");
-    kmp_text_free(&known);
-    return false;
+    return refuse_ending(source);
 }

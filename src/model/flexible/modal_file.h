@@ -13,6 +13,14 @@ typedef struct kmp_modal_units {
     double length, mass;
 } kmp_modal_units;
 
+/** Places of nodes beside the file: of the model, in metres, and a text with them; NULL: none. */
+typedef struct kmp_modal_nodes {
+    int count;
+    const int *number;
+    const double *at; /* count x 3 */
+    const char *text;
+} kmp_modal_nodes;
+
 /** The content of a file. `first`: it has terms of second order; `whole`: these cannot be left out. */
 typedef struct kmp_modal_file {
     kmp_modal_body body;
@@ -20,6 +28,7 @@ typedef struct kmp_modal_file {
     bool first, whole;
     const char *doubt; /* what it lacks, a sentence; NULL: nothing */
     int line, column;  /* of a mistake in a text; 0: of the file */
+    bool beside;       /* the text is that of the nodes */
 } kmp_modal_file;
 
 /** A file while it is read, and where its content and the mistake go. */
@@ -28,6 +37,7 @@ typedef struct kmp_modal_source {
     const char *bytes; /* `length` of them, and a zero */
     size_t length;
     const kmp_modal_units *units;
+    const kmp_modal_nodes *nodes;
     kmp_modal_file *to;
     kmp_text *why;
 } kmp_modal_source;

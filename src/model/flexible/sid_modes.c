@@ -152,7 +152,7 @@ static bool read_refmod(reading *s, const char *key, const char *value, size_t l
 static bool begin_node(reading *s, const char *value, size_t length)
 {
     kmp_text_line own = {.s = value, .length = length};
-    kmp_line_trim(&own);
+    kmp_text_line_trim(&own);
     if (own.length == 0 || own.length > 60)
         return REFUSE(s, "a node has no name: 'new node = 12' is expected");
     if (s->node_count == NODES_MOST)
@@ -237,10 +237,10 @@ static bool read_line(reading *s)
 static bool read_text(reading *s)
 {
     s->line = (kmp_text_line){.rest = s->source->bytes};
-    while (kmp_line_next(&s->line)) {
+    while (kmp_text_line_next(&s->line)) {
         const char *end = memchr(s->line.s, '$', s->line.length);
         s->line.length = end ? (size_t)(end - s->line.s) : s->line.length;
-        kmp_line_trim(&s->line);
+        kmp_text_line_trim(&s->line);
         if (s->level == OUTSIDE && s->line.length == 4 && memcmp(s->line.s, "part", 4) == 0)
             s->level = FILE_PART;
         else if (s->level != OUTSIDE && s->level != DONE && s->line.length > 0 && !read_line(s))

@@ -450,7 +450,7 @@ static void check_rotary(entry *e, const kmp_yaml *map)
 static void check_source(entry *e, const kmp_yaml *map, bool file)
 {
     static const char *const of_beams[] = {"beam", "segments", "shapes", "shear", "rotary", "raw", NULL},
-                             *const of_files[] = {"interfaces", "modes", "scale", NULL};
+                             *const of_files[] = {"interfaces", "modes", "nodes", "scale", NULL};
     for (const char *const *key = file ? of_beams : of_files; *key; key++)
         if (kmp_yaml_get(map, *key)) {
             kmp_reader_complain(e->r, kmp_yaml_get(map, *key)->place, "flexible of %s: '%s' is a key of %s", e->body,

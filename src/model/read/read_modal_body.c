@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "linalg/dense/three.h"
 #include "model/data/model.h"
+#include "model/files/fortran_text.h"
 #include "model/flexible/modal_file.h"
 #include "model/language/number_algebra.h"
 #include "model/read/read_include.h"
@@ -52,6 +53,44 @@ static bool read_units(const reading *s, kmp_modal_units *units)
     return true;
 }
 
+/* Places of nodes by their numbers, or the name of a text with them. */
+static bool read_nodes(const reading *s, kmp_modal_nodes *nodes, const char **path, char **text)
+{
+    const kmp_yaml *map = kmp_yaml_get(s->map, "nodes");
+    const char *what = kmp_reader_say(s->r, "the nodes of %s", s->what), *word = NULL;
+    size_t length;
+    int *number;
+    double *at;
+    *nodes = (kmp_modal_nodes){0};
+    if (!map)
+        return true;
+    if (map->kind == KMP_YAML_SCALAR) {
+        if (!(word = kmp_read_word(s->r, map, what)))
+            return false;
+        *path = kmp_path_beside(s->r, map->place.file, word);
+        *text = kmp_read_file(s->r, KMP_FILE_MODES, map, what, *path, &length);
+        nodes->text = *text;
+        return *text &&
+               (!memchr(*text, 0, length) ||
+                kmp_reader_complain(s->r, map->place, "%s: '%s' is no text: it has bytes of zero", what, word));
+    }
+    if (!kmp_read_map(s->r, map, what, NULL) || !KMP_ARENA_MAKE(&s->r->scratch, KMP_ROOM(int, map->count + 1, &number),
+                                                                KMP_ROOM(double, 3 * map->count + 1, &at)))
+        return false;
+    for (int k = 0; k < map->count; k++) {
+        const char *of = kmp_reader_say(s->r, "node '%s' of %s", map->keys[k]->text, s->what);
+        if (!kmp_fortran_whole(map->keys[k]->text, strlen(map->keys[k]->text), &number[k]))
+            return kmp_reader_complain(s->r, map->keys[k]->place, "%s: the number of a node is expected", of);
+        if (!kmp_read_list(s->r, map->items[k], of, 3))
+            return false;
+        for (int i = 0; i < 3; i++)
+            if (!kmp_read_fixed(s->r, map->items[k]->items[i], of, KMP_DIM_LENGTH, &at[3 * k + i]))
+                return false;
+    }
+    *nodes = (kmp_modal_nodes){.count = map->count, .number = number, .at = at};
+    return true;
+}
+
 /* A mistake in a text is at its line. */
 static void complain_of(const reading *s, const char *path, const char *words)
 {
@@ -66,16 +105,20 @@ static void complain_of(const reading *s, const char *path, const char *words)
 static bool load(reading *s, const char *path)
 {
     kmp_modal_units units;
+    kmp_modal_nodes nodes;
     kmp_text why = {0};
-    kmp_modal_source source = {.arena = &s->r->scratch, .units = &units, .to = &s->file, .why = &why};
-    char *bytes =
-        read_units(s, &units) ? kmp_read_file(s->r, KMP_FILE_MODES, s->node, s->what, path, &source.length) : NULL;
+    kmp_modal_source source = {.arena = &s->r->scratch, .units = &units, .nodes = &nodes, .to = &s->file, .why = &why};
+    const char *beside = NULL;
+    char *text = NULL, *bytes = NULL;
+    bool good = read_units(s, &units) && read_nodes(s, &nodes, &beside, &text) &&
+                (bytes = kmp_read_file(s->r, KMP_FILE_MODES, s->node, s->what, path, &source.length));
     source.bytes = bytes;
-    bool good = bytes && kmp_modal_file_read(path, &source);
+    good = good && kmp_modal_file_read(path, &source);
     if (bytes && !good && why.length > 0)
-        complain_of(s, path, why.s);
+        complain_of(s, s->file.beside ? beside : path, why.s);
     s->r->scratch.failed = s->r->scratch.failed || why.failed;
     kmp_text_free(&why);
+    kmp_free(text);
     kmp_free(bytes);
     return good;
 }
