@@ -608,7 +608,7 @@ PCH_MISTAKES = [
 OTHERS = [("body.mnf", "it is a modal neutral file of Adams, whose layout is not public, which is not read: export the body from the finite element program as standard input data (SID)"),
           ("body.OP4", "it is a file OUTPUT4 of Nastran, which is not read: write its matrices as DMIG"), ("body.op2", "it is a file OUTPUT2 of Nastran, which is not read"),
           ("body.fem", "it is a modal body of MBDyn or a deck of OptiStruct, which is not read: write modes, modal matrices and masses as an .npz of kempe-flexible-1"),
-          ("body.npy", "it is one array of NumPy, in Exudyn a pickled program, which is not read: write the body as an .npz of kempe-flexible-1 with kempe.convert_exudyn"),
+          ("body.npy", "it is one array of NumPy, in Exudyn a pickled program, which is not read: write it again by 'python -m kempe.convert FILE OTHER.npz'"),
           ("body.mtx", "it is a matrix of Matrix Market, which is not read"), ("body", "its ending is of no format that is read"), ("body.sid.gz", "its ending is of no format that is read")]
 STILL = re.sub(r"start: .*\n", "", ARM)
 
@@ -640,6 +640,12 @@ class Mistakes(Folder):
             (self.root / name).write_text("content")
             (self.root / "arm.yaml").write_text(FREE.replace("JOINT", "revolute: z").replace("FLEXIBLE", "file: " + name))
             self.refused(self.root / "arm.yaml", f"file '{name}' of body 'body': {sentence}", False)
+
+    def test_exudyn(self):
+        """Pickled arrays are not read, and the command that converts them is named."""
+        text = STILL.replace("FLEXIBLE", "file: arm.npz")
+        pickled = {name: np.array({"a": 1}, dtype=object) for name in ("nodes", "modeBasis", "massMatrix", "stiffnessMatrix")}
+        self.refused(self.put(text, "arm.npz", pickled), "it is a file of Exudyn, whose arrays are pickled programs: write it again by 'python -m kempe.convert FILE OTHER.npz'", False)
 
     def refused(self, model, words, in_file):
         done = subprocess.run([runs.command, "check", model], capture_output=True, text=True)

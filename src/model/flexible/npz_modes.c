@@ -407,6 +407,10 @@ static bool take_units(const reading *f, const char *words, double units[3])
 static bool take_format(const reading *f)
 {
     kmp_npz_array format;
+    if (!has(f, "format") && has(f, "modeBasis") && has(f, "stiffnessMatrix"))
+        return kmp_modal_refuse(f->source,
+                                "it is a file of Exudyn, whose arrays are pickled programs: write it again by "
+                                "'python -m kempe.convert FILE OTHER.npz'");
     if (!has(f, "format"))
         return kmp_modal_refuse(
             f->source, "it has no array 'format' with the word 'kempe-flexible-1': files of other programs are "
