@@ -624,7 +624,7 @@ class Mistakes(Folder):
     def test_nodes(self):
         """Mistakes in the text with the nodes are at its lines; formats with nodes of their own have none beside."""
         text = FREE.replace("JOINT", "revolute: z").replace("FLEXIBLE", f"file: body.pch{SCALE}, nodes: places.bdf")
-        for places, sentence, line in (("GRID,20,,0.,0.,x\n", "a coordinate of card GRID is 'x'", "places.bdf:1:1"), ("$\nGRID,20,,0.,0.,0.,6\n", "grid point 20 is in the coordinate system CD = 6", "places.bdf:2:1")):
+        for places, sentence, line in (("GRID,20,,0.,0.,x\n", "a coordinate of card GRID is 'x'", "places.bdf:1:16"), ("$\nGRID,20,,0.,0.,0.,6\n", "grid point 20 is in the coordinate system CD = 6", "places.bdf:2:1")):
             (self.root / "places.bdf").write_text(places)
             model = self.put(text, "body.pch", pch(lattice(k=2), places=False))
             done = subprocess.run([runs.command, "check", model], capture_output=True, text=True)
@@ -640,6 +640,12 @@ class Mistakes(Folder):
             (self.root / name).write_text("content")
             (self.root / "arm.yaml").write_text(FREE.replace("JOINT", "revolute: z").replace("FLEXIBLE", "file: " + name))
             self.refused(self.root / "arm.yaml", f"file '{name}' of body 'body': {sentence}", False)
+
+    def test_rigid_modes(self):
+        """Modes that are rigid motions alone."""
+        body = cloud(n=2)
+        body["phi"] = np.stack([np.cross([0, 0, 1], body["place"]), np.cross([0, 1, 0], body["place"])], axis=2)
+        self.refused(self.put(STILL.replace("FLEXIBLE", "file: arm.sid" + SCALE), "arm.sid", sid(body)), "all its modes are rigid motions: without others the body is rigid", False)
 
     def test_exudyn(self):
         """Pickled arrays are not read, and the command that converts them is named."""

@@ -13,6 +13,7 @@ bool kmp_text_line_next(kmp_text_line *line)
     line->rest = line->s + line->length + (line->s[line->length] == '\n');
     line->length -= line->length > 0 && line->s[line->length - 1] == '\r';
     line->number++;
+    line->column = 1;
     return true;
 }
 
@@ -28,6 +29,7 @@ void kmp_text_line_trim(kmp_text_line *line)
     while (line->length > 0 && is_blank(*line->s)) {
         line->s++;
         line->length--;
+        line->column++;
     }
 }
 

@@ -9,7 +9,7 @@
 typedef struct kmp_text_line {
     const char *s;
     size_t length;
-    int number; /* from 1 */
+    int number, column; /* of the line and of its first character, from 1 */
     const char *rest;
 } kmp_text_line;
 

@@ -15,6 +15,7 @@ static const double ALIKE = 1e-6;
 typedef struct field {
     const char *s;
     size_t length;
+    int line, column;
 } field;
 
 typedef enum matrix { STIFFNESS, MASS, DAMPING, LOSS, MATRICES } matrix;
@@ -57,6 +58,9 @@ typedef struct reading {
 
 #define REFUSE(s, ...) (note_text(s), kmp_modal_refuse_at((s)->source, (s)->card_line, 1, __VA_ARGS__))
 
+#define REFUSE_AT(s, field, ...)                                                                                       \
+    (note_text(s), kmp_modal_refuse_at((s)->source, (field)->line, (field)->column, __VA_ARGS__))
+
 static void note_text(const reading *s)
 {
     s->source->to->beside = s->beside;
@@ -64,15 +68,15 @@ static void note_text(const reading *s)
 
 /* -- cards ------------------------------------------------------------------------------------------- */
 
-static bool add_field(reading *s, const char *text, size_t length)
+static bool add_field(reading *s, const kmp_text_line *line, size_t at, size_t length)
 {
     field *fields = kmp_arena_room(s->source->arena, s->fields, s->field_count, sizeof *fields);
-    kmp_text_line own = {.s = text, .length = length};
+    kmp_text_line own = {.s = line->s + at, .length = length, .column = (int)at + 1};
     if (!fields)
         return false;
     kmp_text_line_trim(&own);
     s->fields = fields;
-    fields[s->field_count++] = (field){.s = own.s, .length = own.length};
+    fields[s->field_count++] = (field){.s = own.s, .length = own.length, .line = line->number, .column = own.column};
     return true;
 }
 
@@ -86,32 +90,35 @@ static bool add_fields(reading *s, const kmp_text_line *line, bool free, bool wi
         const size_t rest = at < line->length ? line->length - at : 0;
         const char *comma = free && rest > 0 ? memchr(line->s + at, ',', rest) : NULL;
         const size_t own = !free ? (rest < width ? rest : width) : comma ? (size_t)(comma - line->s) - at : rest;
-        good = add_field(s, line->s + (rest > 0 ? at : line->length), own);
+        good = add_field(s, line, rest > 0 ? at : line->length, own);
         at += free ? own + 1 : width;
     }
     return good;
 }
 
-static bool is_empty(const reading *s, int k)
+/* A field of the card; an empty one where it has fewer. */
+static const field *field_at(const reading *s, int k)
 {
-    return k >= s->field_count || s->fields[k].length == 0;
+    static const field none = {.s = ""};
+    return s->fields && k < s->field_count ? &s->fields[k] : &none;
 }
 
 static bool read_whole(const reading *s, int k, const char *of, int *value)
 {
+    const field *own = field_at(s, k);
     *value = 0;
-    return is_empty(s, k) || kmp_fortran_whole(s->fields[k].s, s->fields[k].length, value) ||
-           REFUSE(s, "%s of card %s is '%.*s': a whole number is expected", of, s->name, (int)s->fields[k].length,
-                  s->fields[k].s);
+    return own->length == 0 || kmp_fortran_whole(own->s, own->length, value) ||
+           REFUSE_AT(s, own, "%s of card %s is '%.*s': a whole number is expected", of, s->name, (int)own->length,
+                     own->s);
 }
 
 static bool read_real(const reading *s, int k, const char *of, double *value)
 {
+    const field *own = field_at(s, k);
     *value = 0;
-    return is_empty(s, k) ||
-           (kmp_fortran_number(s->fields[k].s, s->fields[k].length, value) && fabs(*value) <= KMP_MODAL_LARGEST) ||
-           REFUSE(s, "%s of card %s is '%.*s': a number up to %g is expected", of, s->name, (int)s->fields[k].length,
-                  s->fields[k].s, KMP_MODAL_LARGEST);
+    return own->length == 0 || (kmp_fortran_number(own->s, own->length, value) && fabs(*value) <= KMP_MODAL_LARGEST) ||
+           REFUSE_AT(s, own, "%s of card %s is '%.*s': a number up to %g is expected", of, s->name, (int)own->length,
+                     own->s, KMP_MODAL_LARGEST);
 }
 
 static bool read_grid(reading *s)
@@ -160,14 +167,15 @@ static bool begin_matrix(reading *s, matrix kind)
         return REFUSE(s, "the matrix of %s has the type %d: 1 and 2, real numbers, are read", what[kind], type);
     s->matrix[kind].line = s->card_line;
     s->matrix[kind].form = form;
-    const size_t length = s->fields[0].length < 15 ? s->fields[0].length : 15;
-    memcpy(s->matrix[kind].name, s->fields[0].s, length);
+    const field *name = field_at(s, 0);
+    memcpy(s->matrix[kind].name, name->s, name->length < 15 ? name->length : 15);
     return true;
 }
 
 static bool read_matrix(reading *s)
 {
-    const matrix kind = is_empty(s, 0) ? MATRICES : kind_of(&s->fields[0]);
+    const field *name = field_at(s, 0);
+    const matrix kind = kind_of(name);
     entry own = {.line = s->card_line};
     if (kind == MATRICES) /* loads and others */
         return true;
@@ -176,12 +184,12 @@ static bool read_matrix(reading *s)
         return false;
     if (own.column.point == 0)
         return begin_matrix(s, kind);
-    if (s->matrix[kind].line == 0 || strlen(s->matrix[kind].name) != s->fields[0].length ||
-        memcmp(s->matrix[kind].name, s->fields[0].s, s->fields[0].length) != 0)
-        return REFUSE(s, "a column of the matrix '%.*s' without its first card, DMIG %.*s 0 ..",
-                      (int)s->fields[0].length, s->fields[0].s, (int)s->fields[0].length, s->fields[0].s);
+    if (s->matrix[kind].line == 0 || strlen(s->matrix[kind].name) != name->length ||
+        memcmp(s->matrix[kind].name, name->s, name->length) != 0)
+        return REFUSE(s, "a column of the matrix '%.*s' without its first card, DMIG %.*s 0 ..", (int)name->length,
+                      name->s, (int)name->length, name->s);
     for (int k = 4; k < s->field_count; k += 4) {
-        if (is_empty(s, k))
+        if (field_at(s, k)->length == 0)
             continue;
         if (!read_whole(s, k, "a grid point", &own.row.point) ||
             !read_whole(s, k + 1, "a component", &own.row.number) || !read_real(s, k + 2, "an entry", &own.value))

@@ -128,7 +128,7 @@ static bool check_stiffness(int n, int rigid, const double *values, kmp_text *wh
                         "the stiffness K is negative: its least value x'Kx/x'Mx is %.3g 1/s^2, the largest %.3g; write "
                         "the matrix of the body without load, with all digits",
                         values[0], values[n - 1]);
-    else if (rigid > 0 && values[rigid - 1] > small * values[rigid])
+    else if (rigid > 0 && rigid < n && values[rigid - 1] > small * values[rigid])
         kmp_text_printf(why,
                         "the modes have %d rigid motion%s, and K resists them: its value %d is %.3g 1/s^2, that of the "
                         "first elastic mode %.3g; K must be the stiffness of the free body",

@@ -15,21 +15,23 @@ enum { NODES_MOST = 100000 };
 
 /* -- objects ----------------------------------------------------------------------------------------- */
 
-typedef enum part { MDCM, J, CT, CR, ME, GR, GE, OE, KSIGMA, KE, DE, ORIGIN, PHI, PSI, AP, SIGMA, PARTS } part;
+typedef enum part { MDCM, J, CT, CR, ME, GR, GE, OE, KSIGMA, KE, DE, PARTS } part;
+typedef enum node_part { ORIGIN, PHI, PSI, AP, SIGMA, NODE_PARTS } node_part;
 
-static const char *const names[PARTS][2] = {
+/* Of the body, then of a node; a second name is that of other programs. */
+static const char *const names[PARTS + NODE_PARTS][2] = {
     {"mdCM", "mCM"}, {"J", "mmi"}, {"Ct", ""},  {"Cr", ""},     {"Me", ""},  {"Gr", ""},  {"Ge", ""}, {"Oe", ""},
     {"ksigma", ""},  {"Ke", "K"},  {"De", "D"}, {"origin", ""}, {"phi", ""}, {"psi", ""}, {"AP", ""}, {"sigma", ""},
 };
 
 typedef struct entry {
-    int line, order, index[3];
+    int line, column, order, index[3];
     double value;
 } entry;
 
 /* An expansion: its sizes and entries as written, then its numbers. */
 typedef struct expansion {
-    int line; /* 0: it is absent */
+    int line, column; /* 0: it is absent */
     int order, rows, columns, modes, structure;
     int count;
     entry *entries;
@@ -38,8 +40,8 @@ typedef struct expansion {
 
 typedef struct node {
     const char *name;
-    int line;
-    expansion part[PARTS]; /* from ORIGIN on */
+    int line, column;
+    expansion part[NODE_PARTS];
 } node;
 
 typedef enum level { OUTSIDE, FILE_PART, MODAL, REFMOD, FRAME, NODE, OBJECT, DONE } level;
@@ -48,10 +50,10 @@ typedef struct reading {
     const kmp_modal_source *source;
     kmp_text_line line;
     level level, around; /* around: of an object */
-    part object;
+    int object;          /* of `names` */
     double mass;
     int mode_count;
-    expansion part[PARTS]; /* up to DE */
+    expansion part[PARTS];
     int node_count;
     node *nodes;
     bool mode_last; /* m1(row, column, mode) */
@@ -59,11 +61,11 @@ typedef struct reading {
     const char *gap_words;
 } reading;
 
-#define REFUSE(s, ...) kmp_modal_refuse_at((s)->source, (s)->line.number, 1, __VA_ARGS__)
+#define REFUSE(s, ...) kmp_modal_refuse_at((s)->source, (s)->line.number, (s)->line.column, __VA_ARGS__)
 
-static expansion *place_of(reading *s, part k)
+static expansion *place_of(reading *s, int k)
 {
-    return k < ORIGIN ? &s->part[k] : &s->nodes[s->node_count - 1].part[k];
+    return k < PARTS ? &s->part[k] : &s->nodes[s->node_count - 1].part[k - PARTS];
 }
 
 /* -- lines ------------------------------------------------------------------------------------------- */
@@ -91,7 +93,7 @@ static void split(const reading *s, char key[32], const char **value, size_t *le
 static bool read_entry(reading *s, const char *key, const char *value, size_t length)
 {
     expansion *x = place_of(s, s->object);
-    entry own = {.line = s->line.number, .order = key[1] - '0'};
+    entry own = {.line = s->line.number, .column = s->line.column, .order = key[1] - '0'};
     const int count = own.order + 2;
     const char *at = strchr(key, '(');
     for (int k = 0; k < count && at; k++) {
@@ -162,22 +164,22 @@ static bool begin_node(reading *s, const char *value, size_t length)
     if (!nodes || !name)
         return false;
     s->nodes = nodes;
-    nodes[s->node_count++] = (node){.name = name, .line = s->line.number};
+    nodes[s->node_count++] = (node){.name = name, .line = s->line.number, .column = s->line.column};
     s->level = NODE;
     return true;
 }
 
 static bool begin_object(reading *s, const char *key)
 {
-    const int first = s->level == NODE ? ORIGIN : MDCM, end = s->level == NODE ? PARTS : ORIGIN;
+    const int first = s->level == NODE ? PARTS : 0, end = s->level == NODE ? PARTS + NODE_PARTS : PARTS;
     for (int k = first; k < end; k++) {
         if (strcmp(key, names[k][0]) != 0 && (!names[k][1][0] || strcmp(key, names[k][1]) != 0))
             continue;
-        expansion *x = place_of(s, (part)k);
+        expansion *x = place_of(s, k);
         if (x->line > 0)
             return REFUSE(s, "'%s' is there twice: the first one is in line %d", key, x->line);
-        *x = (expansion){.line = s->line.number, .structure = 3};
-        s->object = (part)k;
+        *x = (expansion){.line = s->line.number, .column = s->line.column, .structure = 3};
+        s->object = k;
         s->around = s->level;
         s->level = OBJECT;
         return true;
@@ -267,10 +269,10 @@ static void narrow(const expansion *x, bool *mode_second, bool *mode_third)
 static void find_order(reading *s)
 {
     bool second = true, third = true;
-    for (int k = 0; k < ORIGIN; k++)
+    for (int k = 0; k < PARTS; k++)
         narrow(&s->part[k], &second, &third);
     for (int n = 0; n < s->node_count; n++)
-        for (int k = ORIGIN; k < SIGMA; k++)
+        for (int k = 0; k < SIGMA; k++)
             narrow(&s->nodes[n].part[k], &second, &third);
     s->mode_last = !second && third;
 }
@@ -282,18 +284,18 @@ static bool put_entry(const reading *s, const char *name, expansion *x, const en
               j = own->index[!first || s->mode_last ? 1 : 2];
     if (i > x->rows || j > x->columns || (first && mode > x->modes))
         return kmp_modal_refuse_at(
-            s->source, own->line, 1,
+            s->source, own->line, own->column,
             "entry m%d of '%s' is in row %d, column %d%s: it has %d rows, %d columns and %d modes", own->order, name, i,
             j, first ? kmp_arena_printf(s->source->arena, ", mode %d", mode) : "", x->rows, x->columns, x->modes);
     const ptrdiff_t at = ((ptrdiff_t)(mode - 1) * x->rows + i - 1) * x->columns + j - 1,
                     mirror = ((ptrdiff_t)(mode - 1) * x->rows + j - 1) * x->columns + i - 1,
                     flag = at + (first ? (ptrdiff_t)x->rows * x->columns : 0);
     if (seen[flag])
-        return kmp_modal_refuse_at(s->source, own->line, 1, "entry m%d of row %d, column %d of '%s' is there twice",
-                                   own->order, i, j, name);
+        return kmp_modal_refuse_at(s->source, own->line, own->column,
+                                   "entry m%d of row %d, column %d of '%s' is there twice", own->order, i, j, name);
     seen[flag] = true;
     if (own->value != 0 && (x->structure == 0 || x->structure == 4 || (x->structure == 1 && i != j)) && !first)
-        return kmp_modal_refuse_at(s->source, own->line, 1,
+        return kmp_modal_refuse_at(s->source, own->line, own->column,
                                    "entry m0 of row %d, column %d of '%s' is %.6g, and its structure %d says %s", i, j,
                                    name, own->value, x->structure,
                                    x->structure == 0   ? "that all are zero"
@@ -313,19 +315,19 @@ static bool fill(const reading *s, const char *name, expansion *x, int rows, int
     if (x->line == 0 && required)
         return kmp_modal_refuse(s->source, "it has no object '%s'", name);
     if (x->line > 0 && (x->rows != rows || x->columns != columns))
-        return kmp_modal_refuse_at(s->source, x->line, 1, "'%s' is %d x %d: %d x %d is expected of %d modes", name,
-                                   x->rows, x->columns, rows, columns, s->mode_count);
+        return kmp_modal_refuse_at(s->source, x->line, x->column, "'%s' is %d x %d: %d x %d is expected of %d modes",
+                                   name, x->rows, x->columns, rows, columns, s->mode_count);
     if (x->order > 1)
-        return kmp_modal_refuse_at(s->source, x->line, 1, "'%s' is of order %d: orders 0 and 1 are read", name,
+        return kmp_modal_refuse_at(s->source, x->line, x->column, "'%s' is of order %d: orders 0 and 1 are read", name,
                                    x->order);
     for (int k = 0; k < x->count; k++) {
         any = any || x->entries[k].order == 1;
         if (x->entries[k].order > x->order)
-            return kmp_modal_refuse_at(s->source, x->entries[k].line, 1, "'%s' is of order 0, and has an entry m1",
-                                       name);
+            return kmp_modal_refuse_at(s->source, x->entries[k].line, x->entries[k].column,
+                                       "'%s' is of order 0, and has an entry m1", name);
     }
     if (any && x->modes != s->mode_count)
-        return kmp_modal_refuse_at(s->source, x->line, 1, "'%s' is expanded in %d modes: the body has %d", name,
+        return kmp_modal_refuse_at(s->source, x->line, x->column, "'%s' is expanded in %d modes: the body has %d", name,
                                    x->modes, s->mode_count);
     const ptrdiff_t size = (ptrdiff_t)rows * columns, all = size * (any ? 1 + s->mode_count : 1);
     if (!KMP_ARENA_MAKE(s->source->arena, KMP_ROOM(double, size, &x->zero), KMP_ROOM(bool, all, &seen)) ||
@@ -586,17 +588,19 @@ static bool take_matrix(reading *s, part k, double **to)
 {
     const int n = s->mode_count;
     double *m = s->part[k].zero;
+    *to = m;
+    if (!m)
+        return false;
     for (int i = 0; i < n; i++)
         for (int j = 0; j < i; j++) {
             const double scale = sqrt(fabs(m[i * n + i] * m[j * n + j])), a = m[i * n + j], c = m[j * n + i];
             if (fabs(a - c) > ALIKE * (scale > 0 ? scale : fabs(a) + fabs(c)))
-                return kmp_modal_refuse_at(s->source, s->part[k].line, 1,
+                return kmp_modal_refuse_at(s->source, s->part[k].line, s->part[k].column,
                                            "'%s' is not symmetric: entry (%d, %d) is %.6g, (%d, %d) is %.6g; a matrix "
                                            "with one triangle has structure 2",
                                            names[k][0], i + 1, j + 1, a, j + 1, i + 1, c);
             m[i * n + j] = m[j * n + i] = (a + c) / 2;
         }
-    *to = m;
     return true;
 }
 
@@ -604,7 +608,7 @@ static bool take_integrals(reading *s, kmp_modal_body *b)
 {
     const int n = s->mode_count;
     const expansion *md = &s->part[MDCM], *ct = &s->part[CT];
-    double *mass;
+    double *mass = NULL;
     b->count = n;
     b->mass = s->mass;
     if (!(s->mass > 0))
@@ -615,12 +619,12 @@ static bool take_integrals(reading *s, kmp_modal_body *b)
     b->damping = is_zero(b->damping, (ptrdiff_t)n * n) ? NULL : b->damping;
     for (int k = 0; k < n; k++)
         if (!(mass[(n + 1) * k] > 0))
-            return kmp_modal_refuse_at(s->source, s->part[ME].line, 1,
+            return kmp_modal_refuse_at(s->source, s->part[ME].line, s->part[ME].column,
                                        "'Me': the mass of mode %d is %.6g: it must be "
                                        "positive",
                                        k + 1, mass[(n + 1) * k]);
     if (!is_zero(s->part[KSIGMA].zero, n) || !is_zero(s->part[KSIGMA].first, (ptrdiff_t)n * n))
-        return kmp_modal_refuse_at(s->source, s->part[KSIGMA].line, 1,
+        return kmp_modal_refuse_at(s->source, s->part[KSIGMA].line, s->part[KSIGMA].column,
                                    "'ksigma' is not zero: bodies with stresses before deformation are not read");
     memcpy(b->moment, md->zero, sizeof b->moment);
     second_of(s, s->part[J].zero, b->second);
@@ -654,7 +658,7 @@ static bool check_axes(const reading *s, const node *own)
     double off = 0, most = 0;
     for (int i = 0; i < 9 && a->line > 0; i++)
         if (fabs(a->zero[i] - (i % 4 == 0)) > ALIKE)
-            return kmp_modal_refuse_at(s->source, a->line, 1,
+            return kmp_modal_refuse_at(s->source, a->line, a->column,
                                        "the axes of node '%s' are not those of the body (AP is not the unit matrix): "
                                        "write phi and psi in the axes of the body",
                                        own->name);
@@ -665,7 +669,7 @@ static bool check_axes(const reading *s, const node *own)
         for (int i = 0; i < 9; i++)
             most = fmax(most, fabs(turn[i]));
     }
-    return off <= ALIKE * most || kmp_modal_refuse_at(s->source, a->line, 1,
+    return off <= ALIKE * most || kmp_modal_refuse_at(s->source, a->line, a->column,
                                                       "the axes of node '%s' turn otherwise than by psi: AP and psi "
                                                       "differ by %.3g",
                                                       own->name, off);
@@ -681,11 +685,11 @@ static bool check_place(const reading *s, const node *own)
         most = fmax(most, fabs(phi->zero[i]));
     }
     if (off > ALIKE * most)
-        return kmp_modal_refuse_at(s->source, origin->line, 1,
+        return kmp_modal_refuse_at(s->source, origin->line, origin->column,
                                    "the place of node '%s' moves otherwise than by phi: origin and phi differ by %.3g",
                                    own->name, off);
     return is_zero(own->part[PSI].first, 3 * (ptrdiff_t)n * n) ||
-           kmp_modal_refuse_at(s->source, own->part[PSI].line, 1,
+           kmp_modal_refuse_at(s->source, own->part[PSI].line, own->part[PSI].column,
                                "psi of node '%s' is of first order: rotations of second order are not read", own->name);
 }
 
@@ -717,7 +721,7 @@ static bool take_nodes(reading *s, kmp_modal_body *b)
         node *own = &s->nodes[k];
         kmp_modal_place *place = &b->places[k];
         if (own->part[ORIGIN].line == 0 || own->part[PHI].line == 0 || own->part[PSI].line == 0)
-            return kmp_modal_refuse_at(s->source, own->line, 1, "node '%s' has no object '%s'", own->name,
+            return kmp_modal_refuse_at(s->source, own->line, own->column, "node '%s' has no object '%s'", own->name,
                                        own->part[ORIGIN].line == 0 ? "origin"
                                        : own->part[PHI].line == 0  ? "phi"
                                                                    : "psi");

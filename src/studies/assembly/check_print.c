@@ -442,8 +442,8 @@ static void show_flexible(kmp_text *text, const kempe_check *check)
         if (f->stiffening == KMP_STIFFENING_NONE && rate > KMP_ROTATION_SLOW * s.fixed[0])
             line(text, "",
                  "warning: it starts with %.4g rad/s, more than %.1f of its first frequency, without terms of "
-                 "second order: take stiffening 'first' or 'full'",
-                 rate, KMP_ROTATION_SLOW);
+                 "second order: %s",
+                 rate, KMP_ROTATION_SLOW, f->file ? "write them into its file" : "take stiffening 'first' or 'full'");
     }
 }
 
