@@ -113,8 +113,8 @@ def expansion(name, zero, first=None, structure=3, mode_last=False, n=None):
     return lines + [f"end {name}"]
 
 
-def sid(body, six=True, mode_last=False, blocks_by_modes=False, change=None):
-    """The text; `change` may alter the parts before they are written."""
+def sid(body, six=True, mode_last=False, blocks_by_modes=False, change=None, axes=lambda psi: (np.eye(3), psi)):
+    """The text; `change` may alter the parts before they are written; `axes` of a node and their change by psi~."""
     n = len(body["K"])
     zero, first = sid_parts(body)
     names = ["mdCM", "J", "Ct", "Cr", "Me", "Gr", "Ge", "Oe", "ksigma", "Ke", "De"]
@@ -137,7 +137,7 @@ def sid(body, six=True, mode_last=False, blocks_by_modes=False, change=None):
         lines += expansion("origin", body["ends"][k][:, None], [shift[:, j:j + 1] for j in range(n)], mode_last=mode_last, n=n)
         lines += expansion("phi", shift, [body["tip"][k][:, :, j] for j in range(n)] if body["tip"].any() and k else None, mode_last=mode_last, n=n)
         lines += expansion("psi", turn, n=n)
-        lines += expansion("AP", np.eye(3), [tilde(turn[:, j]) for j in range(n)], mode_last=mode_last, n=n) + ["end node"]
+        lines += expansion("AP", axes(np.eye(3))[0], [axes(tilde(turn[:, j]))[1] for j in range(n)], mode_last=mode_last, n=n) + ["end node"]
     lines.append("end frame")
     for name in names:
         if name in zero:
@@ -311,6 +311,16 @@ class StandardInputData(Folder):
             said, found = runs.simulated(self.model(ARM, sid(body, change=change)))
             self.same(found, expected, 1e-9)
             self.assertNotIn("doubt", said["flexible"]["arm"])
+
+    def test_axes_of_nodes(self):
+        """Axes of nodes are other than the body's, and psi is in those of the body; psi in those of the node is refused."""
+        body, turned = cloud(), np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
+        expected = runs.simulated(self.reference(ARM, body))[1]
+        for axes in (lambda psi: (turned, psi @ turned), lambda psi: (turned, psi)):
+            self.same(runs.simulated(self.model(ARM, sid(body, axes=axes)))[1], expected, 1e-9)
+        done = subprocess.run([runs.command, "check", self.model(ARM, sid(body, axes=lambda psi: (turned, turned @ psi)))], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("the axes of node '12' turn otherwise than by psi, the rotation in axes of the body: AP and psi differ by", done.stderr)
 
     def test_units(self):
         """The same body in millimetres and tonnes, from the sizes that the points have then."""
@@ -563,7 +573,6 @@ SID_MISTAKES = [
     (set_zero("ksigma", (1, 0), 5.0), None, "'ksigma' is not zero: bodies with stresses before deformation are not read", True),
     (set_zero("Ct", (0, 0), 50.0), None, "mdCM and Ct (mode 1) differ by", False),
     (set_zero("Gr", (0, 0), 50.0), None, "Gr and Cr with Oe (mode 1) differ by", False),
-    (instead("end AP", "m0(1,2) = 1\nend AP"), None, "the axes of node '7' are not those of the body (AP is not the unit matrix)", True),
     (entry_of(r"(new node = 12.*?AP.*?m1\([ \d,]*\) = )\S*", r"\g<1>5"), None, "the axes of node '12' turn otherwise than by psi", True),
     (entry_of(r"(new node = 12.*?origin.*?m1\([ \d,]*\) = )\S*", r"\g<1>5"), None, "the place of node '12' moves otherwise than by phi", True),
     (entry_of(r"(new node = 12.*?)psi\n.*?end psi\n", r"\1"), None, "node '12' has no object 'psi'", True),

@@ -650,29 +650,28 @@ static bool take_integrals(reading *s, kmp_modal_body *b)
 
 /* -- nodes ------------------------------------------------------------------------------------------- */
 
-/* The axes of a node are those of the body without deformation, and turn by psi: A = 1 + psi~. */
+/* The axes of a node turn by psi, in the axes of the body: A1 = psi~ A0, which some programs write without A0. */
 static bool check_axes(const reading *s, const node *own)
 {
     const expansion *a = &own->part[AP], *psi = &own->part[PSI];
     const int n = s->mode_count;
-    double off = 0, most = 0;
-    for (int i = 0; i < 9 && a->line > 0; i++)
-        if (fabs(a->zero[i] - (i % 4 == 0)) > ALIKE)
-            return kmp_modal_refuse_at(s->source, a->line, a->column,
-                                       "the axes of node '%s' are not those of the body (AP is not the unit matrix): "
-                                       "write phi and psi in the axes of the body",
-                                       own->name);
+    double off[2] = {0}, most = 0;
     for (int k = 0; k < n && a->first; k++) {
-        double turn[9] = {0};
+        double turn[9] = {0}, turned[9] = {0};
         add_axial((double[3]){2 * psi->zero[k], 2 * psi->zero[n + k], 2 * psi->zero[2 * n + k]}, turn);
-        off = fmax(off, apart(9, turn, a->first + 9 * (ptrdiff_t)k));
+        for (int i = 0; i < 9; i++)
+            for (int e = 0; e < 3; e++)
+                turned[i] += turn[i / 3 * 3 + e] * a->zero[3 * e + i % 3];
+        off[0] = fmax(off[0], apart(9, turned, a->first + 9 * (ptrdiff_t)k));
+        off[1] = fmax(off[1], apart(9, turn, a->first + 9 * (ptrdiff_t)k));
         for (int i = 0; i < 9; i++)
             most = fmax(most, fabs(turn[i]));
     }
-    return off <= ALIKE * most || kmp_modal_refuse_at(s->source, a->line, a->column,
-                                                      "the axes of node '%s' turn otherwise than by psi: AP and psi "
-                                                      "differ by %.3g",
-                                                      own->name, off);
+    return fmin(off[0], off[1]) <= ALIKE * most ||
+           kmp_modal_refuse_at(s->source, a->line, a->column,
+                               "the axes of node '%s' turn otherwise than by psi, the rotation in axes of the body: AP "
+                               "and psi differ by %.3g",
+                               own->name, fmin(off[0], off[1]));
 }
 
 static bool check_place(const reading *s, const node *own)
