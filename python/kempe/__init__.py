@@ -37,6 +37,7 @@ from .errors import (
     Problem,
     StoppedError,
 )
+from .exudyn import convert_exudyn
 from .fit import Fit, Optimum
 from .generate import Code, Count, FmuExport
 from .gradient import Gradient
@@ -111,4 +112,5 @@ __all__ = [
     "Workspace",
     "about",
     "contact",
+    "convert_exudyn",
 ]

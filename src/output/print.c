@@ -67,6 +67,8 @@ void kmp_print_flexible(kmp_text *text, const kempe_model *model, const char *la
         kmp_text_printf(text, "%s%s: stiffening %s, frame %s, %d coordinate%s\n", label, model->bodies[f->body].name,
                         kmp_stiffening_words[f->stiffening], kmp_flexible_frame_words[f->frame], f->count,
                         f->count == 1 ? "" : "s");
+        if (f->doubt)
+            kmp_text_printf(text, "%s%s: warning: %s\n", label, model->bodies[f->body].name, f->doubt);
     }
 }
 
@@ -75,8 +77,11 @@ static void put_flexible(kmp_json *json, const kempe_model *model)
     kmp_json_object(json, "flexible");
     for (int k = 0; k < model->flexible_count; k++) {
         const kmp_flexible *f = &model->flexibles[k];
-        kmp_json_put(json, "%s { stiffening %s frame %s coordinates %d }", model->bodies[f->body].name,
+        kmp_json_put(json, "%s { stiffening %s frame %s coordinates %d", model->bodies[f->body].name,
                      kmp_stiffening_words[f->stiffening], kmp_flexible_frame_words[f->frame], f->count);
+        if (f->doubt)
+            kmp_json_put(json, "doubt %s", f->doubt);
+        kmp_json_put(json, "}");
     }
     kmp_json_end(json);
 }

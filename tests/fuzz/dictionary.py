@@ -85,7 +85,14 @@ def mesh():
     return stl + ["v 0 0 1\n", "f 1 2 3\n", "f -1 -2 -3 -4\n", "f 1/1/1 2//2 3/3\n", "vn 0 0 1\n", "# "]
 
 
-FORMATS = {"mesh": mesh, "expression": expression, "model": model, "mbs": lambda: xml("mbs.c"), "urdf": lambda: xml("urdf*.c", "drake*.c"), "mjcf": lambda: xml("mjcf*.c"), "sdf": lambda: xml("sdf*.c", "drake*.c"), "reference": columns,
+def modes():
+    source = (ROOT / "src/model/flexible/sid_modes.c").read_text()
+    words = re.findall(r'"(\w[\w ]*)"', source[source.index("names[PARTS"):source.index("/* -- numbers")])
+    return words + [f"end {word}" for word in words] + ["new node = 1", "m0( 1, 1) = ", "m1( 1, 1, 1) = ", "$", "GRID,1,,0.,0.,0.\n", "DMIG,KAAX,0,6,2\n", "DMIG,MAAX,1,1,,1,1,",
+                                                            "DMIG*   KAAX    ", "GRDSET", "BAAX", "K4AAX", "1.0+2", "1.D-3", "PK\x03\x04"]
+
+
+FORMATS = {"mesh": mesh, "modes": modes, "expression": expression, "model": model, "mbs": lambda: xml("mbs.c"), "urdf": lambda: xml("urdf*.c", "drake*.c"), "mjcf": lambda: xml("mjcf*.c"), "sdf": lambda: xml("sdf*.c", "drake*.c"), "reference": columns,
            "checkpoint": lambda: ["# kempe checkpoint 3, model ", "\n", ",", ",0", "\n0.2,", "~", "# past,0.2,1\n"], "program": list, "values": values,
            "measured": measured, "parquet": parquet, "folder": folder}
 

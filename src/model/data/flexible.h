@@ -43,7 +43,9 @@ typedef struct kmp_flexible {
     int quadratic_count; /* N - n */
     kmp_stiffening stiffening;
     kmp_flexible_frame frame;
-    const char *file; /* that its modes are from; NULL: a beam */
+    const char *file;  /* that its modes are from; NULL: a beam */
+    const char *doubt; /* what the file lacks or contradicts, a sentence; NULL: nothing */
+    bool averaged;     /* integrals of its deformation are means: it must turn slowly */
     int number_count;
     kmp_number *numbers;   /* all that follow, and those of stations, one after the other */
     kmp_number *length;    /* 1, m: of the beam; of a body from a file, its farthest node or place */

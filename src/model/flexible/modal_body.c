@@ -128,7 +128,7 @@ static bool check_stiffness(int n, int rigid, const double *values, kmp_text *wh
                         "the stiffness K is negative: its least value x'Kx/x'Mx is %.3g 1/s^2, the largest %.3g; write "
                         "the matrix of the body without load, with all digits",
                         values[0], values[n - 1]);
-    else if (rigid > 0 && values[rigid - 1] > small * values[rigid])
+    else if (rigid > 0 && rigid < n && values[rigid - 1] > small * values[rigid])
         kmp_text_printf(why,
                         "the modes have %d rigid motion%s, and K resists them: its value %d is %.3g 1/s^2, that of the "
                         "first elastic mode %.3g; K must be the stiffness of the free body",
@@ -162,7 +162,7 @@ int kmp_modal_rigid(const kmp_modal_body *b, double *elastic, kmp_text *why)
     if (values[0] < -none) {
         kmp_text_printf(why,
                         "the mass of body and modes together is not positive (%.3g of 1): S, Z0, T, m, b0 and P0 are "
-                        "not integrals over one mass",
+                        "not integrals over one mass (in standard input data Ct, Cr, Me, mass, mdCM and J)",
                         values[0]);
         return -1;
     }
@@ -289,6 +289,28 @@ void kmp_modal_subtract(kmp_modal_body *b, const double *rigid)
         subtract_at(b->mode + 3 * (ptrdiff_t)n * i, NULL, n, b->node + 3 * (ptrdiff_t)i, rigid);
     for (int p = 0; p < b->place_count; p++)
         subtract_at(b->places[p].shift, b->places[p].turn, n, b->places[p].at, rigid);
+}
+
+/* Keeps the trace of a matrix in equal parts, and its axial part, if these are wanted. */
+static void average(double y[9], bool trace_part, bool axial_part)
+{
+    const double mean = trace_part ? trace(y) / 3 : 0;
+    const double half[3] = {(y[7] - y[5]) / 2, (y[2] - y[6]) / 2, (y[3] - y[1]) / 2};
+    for (int i = 0; i < 9; i++)
+        y[i] = i % 4 == 0 ? mean : 0;
+    for (int i = 0; i < 3 && axial_part; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        y[3 * k + j] = half[i];
+        y[3 * j + k] = -half[i];
+    }
+}
+
+void kmp_modal_average(kmp_modal_body *b)
+{
+    for (int k = 0; k < b->count && b->known == KMP_MODAL_AXIAL; k++)
+        average(b->by_place + 9 * (ptrdiff_t)k, false, true);
+    for (ptrdiff_t k = 0; k < (ptrdiff_t)b->count * b->count && b->known != KMP_MODAL_ALL; k++)
+        average(b->by_field + 9 * k, true, b->known == KMP_MODAL_TRACES);
 }
 
 /* Rows of n numbers become rows of their combinations. */

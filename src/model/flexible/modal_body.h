@@ -13,10 +13,15 @@ typedef struct kmp_modal_place {
     double *more;         /* 3 x n x n: second derivatives of its displacement; NULL: not known */
 } kmp_modal_place;
 
+/** A file may give all of the integrals int phi_k X' dm and int phi_k phi_l' dm; of the second ones their traces and
+ * axial vectors alone; of the first ones their axial vectors, and of the second ones their traces. */
+typedef enum kmp_modal_known { KMP_MODAL_ALL, KMP_MODAL_TRACES, KMP_MODAL_AXIAL } kmp_modal_known;
+
 /** All matrices by rows. Integrals dm over the body; X the place without deformation. */
 typedef struct kmp_modal_body {
     kmp_arena *arena;
-    int count;                           /* of modes, n */
+    int count; /* of modes, n */
+    kmp_modal_known known;
     double mass, moment[3], second[9];   /* int dm, int X dm, int X X' dm */
     double *field, *by_place, *by_field; /* n x 3: int phi_k dm; n x 3 x 3: int phi_k X' dm;
                                             n x n x 3 x 3: int phi_k phi_l' dm */
@@ -46,6 +51,9 @@ void kmp_modal_move_origin(kmp_modal_body *body, const double origin[3]);
 
 /** Subtracts from mode k the rigid motion c + w x X of row k of `rigid` (n x 6: c, w). */
 void kmp_modal_subtract(kmp_modal_body *body, const double *rigid);
+
+/** Gives integrals that are not known their means: displacements are taken as equal in all directions. */
+void kmp_modal_average(kmp_modal_body *body);
 
 /** Replaces the modes by `count` combinations of them, the rows of `v` (count x n). False: no memory. */
 bool kmp_modal_combine(kmp_modal_body *body, int count, const double *v);

@@ -1,407 +1,65 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/flexible/modal_file.h"
-#include "linalg/dense/three.h"
-#include "model/files/npz.h"
-#include "model/language/dimension.h"
-#include <math.h>
+#include "model/flexible/dmig_modes.h"
+#include "model/flexible/npz_modes.h"
+#include "model/flexible/sid_modes.h"
 #include <stdarg.h>
-#include <stdint.h>
 #include <string.h>
 
-/* Differences between arrays that say the same, by their scale: other programs write eight digits or more; a wrong
- * array differs by much more. */
-static const double ALIKE = 1e-7;
+typedef struct file_format {
+    const char *ending, *what;
+    bool (*read)(const kmp_modal_source *source);
+    bool beside;
+    const char *instead;
+} file_format;
 
-static const double LARGEST = 1e100; /* so that squares and their sums are numbers */
+#define KMP_MODAL_FORMAT(ending, what, read, beside, instead) {ending, what, read, beside, instead},
+static const file_format formats[] = {
+#include "model/flexible/modal_formats.def"
+};
 
-enum { MODES_MOST = 200, PLACES_MOST = 100, NODES_MOST = 1 << 22 };
+/* -- mistakes ---------------------------------------------------------------------------------------- */
 
-typedef struct reading {
-    kmp_arena *arena;
-    kmp_npz npz;
-    kmp_modal_file *to;
-    kmp_text *why;
-} reading;
+static bool say(const kmp_modal_source *s, int line, int column, const char *format, va_list arguments)
+{
+    if (s->why->length > 0 || s->arena->failed)
+        return false;
+    s->to->line = line;
+    s->to->column = column;
+    kmp_text_vprintf(s->why, format, arguments);
+    return false;
+}
 
-static bool refuse(const reading *f, const char *format, ...) __attribute__((format(printf, 2, 3)));
-static bool refuse(const reading *f, const char *format, ...)
+bool kmp_modal_refuse(const kmp_modal_source *s, const char *format, ...)
 {
     va_list arguments;
-    if (f->why->length > 0 || f->arena->failed)
-        return false;
     va_start(arguments, format);
-    kmp_text_vprintf(f->why, format, arguments);
+    say(s, 0, 0, format, arguments);
     va_end(arguments);
     return false;
 }
 
-/* -- arrays ------------------------------------------------------------------------------------------ */
-
-/* `any`: sizes of 0 are any. */
-static void put_shape(kmp_text *text, int rank, const size_t *shape, bool any)
+bool kmp_modal_refuse_at(const kmp_modal_source *s, int line, int column, const char *format, ...)
 {
-    if (rank == 0)
-        kmp_text_put(text, "one number");
-    for (int d = 0; d < rank; d++)
-        if (any && shape[d] == 0)
-            kmp_text_printf(text, "%sn", d > 0 ? " x " : "");
-        else
-            kmp_text_printf(text, "%s%zu", d > 0 ? " x " : "", shape[d]);
+    va_list arguments;
+    va_start(arguments, format);
+    say(s, line, column, format, arguments);
+    va_end(arguments);
+    return false;
 }
 
-/* Shapes fit; sizes of 0 among the wanted ones are any. */
-static bool fits(const kmp_npz_array *array, int rank, const size_t *shape)
+bool kmp_modal_is_text(const kmp_modal_source *s)
 {
-    bool fit = array->rank == rank || (rank == 0 && array->count == 1);
-    for (int d = 0; d < rank && fit; d++)
-        fit = shape[d] == 0 || shape[d] == array->shape[d];
-    return fit;
-}
-
-static bool read_array(const reading *f, const char *name, bool words, int rank, const size_t *shape,
-                       kmp_npz_array *array)
-{
-    kmp_text own = {0};
-    const bool there = kmp_npz_has(&f->npz, name), good = kmp_npz_array_read(&f->npz, name, array, &own);
-    if (!there)
-        refuse(f, "it has no array '%s': see the list of arrays of kempe-flexible-1 (docs/model/flexible.md)", name);
-    else if (!good)
-        refuse(f, "array '%s': %s", name, own.s ? own.s : "");
-    else if (words != (array->word != NULL))
-        refuse(f, "array '%s' has %s where %s are expected", name, words ? "numbers" : "words",
-               words ? "words" : "numbers");
-    else if (!fits(array, rank, shape)) {
-        kmp_text is = {0}, wanted = {0};
-        put_shape(&is, array->rank, array->shape, false);
-        put_shape(&wanted, rank, shape, true);
-        refuse(f, "array '%s' is %s: %s is expected", name, is.s ? is.s : "", wanted.s ? wanted.s : "");
-        kmp_text_free(&is);
-        kmp_text_free(&wanted);
-    }
-    kmp_text_free(&own);
-    for (size_t k = 0; !words && array->value && k < array->count; k++)
-        if (!(fabs(array->value[k]) <= LARGEST)) {
-            refuse(f, "array '%s' has the entry %g, number %zu: all must be finite, at most %g", name, array->value[k],
-                   k, LARGEST);
-            break;
-        }
-    return f->why->length == 0 && !f->arena->failed;
-}
-
-#define SHAPE(...)                                                                                                     \
-    (const size_t[])                                                                                                   \
-    {                                                                                                                  \
-        __VA_ARGS__                                                                                                    \
-    }
-
-/* The entries of an array; NULL: it is refused. */
-static double *numbers(const reading *f, const char *name, int rank, const size_t *shape)
-{
-    kmp_npz_array array;
-    return read_array(f, name, false, rank, shape, &array) ? array.value : NULL;
-}
-
-static bool has(const reading *f, const char *name)
-{
-    return kmp_npz_has(&f->npz, name);
-}
-
-/* -- checks of one array ----------------------------------------------------------------------------- */
-
-/* entry (k, l) of n x n and (l, k) are alike, by the diagonal. */
-static bool check_symmetric(const reading *f, const char *name, int n, const double *matrix)
-{
-    for (int k = 0; k < n; k++)
-        for (int l = 0; l < k; l++) {
-            const double a = matrix[k * n + l], b = matrix[l * n + k];
-            const double scale = sqrt(fabs(matrix[k * n + k] * matrix[l * n + l]));
-            if (fabs(a - b) > ALIKE * (scale > 0 ? scale : fabs(a) + fabs(b)))
-                return refuse(f,
-                              "array '%s' is not symmetric: entry (%d, %d) is %.6g, (%d, %d) is %.6g; a file with one "
-                              "triangle must be completed",
-                              name, k, l, a, l, k, b);
-        }
-    return true;
-}
-
-/* T_lk is the transpose of T_kl. */
-static bool check_transposes(const reading *f, int n, const double *t)
-{
-    for (int k = 0; k < n; k++)
-        for (int l = 0; l <= k; l++)
-            for (int i = 0; i < 9; i++) {
-                const double *own = t + 9 * ((ptrdiff_t)k * n + l), *other = t + 9 * ((ptrdiff_t)l * n + k);
-                const double *a = t + 9 * ((ptrdiff_t)k * n + k), *c = t + 9 * ((ptrdiff_t)l * n + l);
-                const double scale = sqrt(fabs((a[0] + a[4] + a[8]) * (c[0] + c[4] + c[8])));
-                if (fabs(own[i] - other[i % 3 * 3 + i / 3]) > ALIKE * scale)
-                    return refuse(f,
-                                  "array 'T': T[%d, %d] is not the transpose of T[%d, %d] (entry (%d, %d): %.6g and "
-                                  "%.6g); T[k, l] is the integral of phi_k phi_l' dm",
-                                  k, l, l, k, i / 3, i % 3, own[i], other[i % 3 * 3 + i / 3]);
-            }
-    return true;
-}
-
-static bool check_mass(const reading *f, const kmp_modal_body *b)
-{
-    const int n = b->count;
-    const double *m = numbers(f, "M", 2, SHAPE((size_t)n, (size_t)n));
-    double *own = m ? kmp_arena_alloc(f->arena, (size_t)n * (size_t)n, sizeof *own) : NULL;
-    if (!own)
-        return false;
-    kmp_modal_mass(b, own);
-    for (int k = 0; k < n; k++)
-        for (int l = 0; l < n; l++)
-            if (fabs(own[k * n + l] - m[k * n + l]) > ALIKE * sqrt(fabs(own[k * n + k] * own[l * n + l])))
-                return refuse(
-                    f,
-                    "arrays 'M' and 'T' differ: M[%d, %d] is %.9g, the trace of T[%d, %d] is %.9g; both must be "
-                    "of one mass matrix and of the same modes",
-                    k, l, m[k * n + l], k, l, own[k * n + l]);
-    return true;
-}
-
-/* -- a mass matrix between nodes --------------------------------------------------------------------- */
-
-/* Integrals by a mass matrix of the nodes that is the same for x, y and z. */
-static bool take_nodal_mass(const reading *f, kmp_modal_body *b)
-{
-    kmp_npz_array value;
-    const int n = b->count;
-    const double *phi = b->mode, *x = b->node, *row, *column;
-    double *moved; /* sum_j m_ij phi_j */
-    if (!read_array(f, "mass_value", false, 1, SHAPE(0), &value) || !has(f, "nodes") || !phi ||
-        !(row = numbers(f, "mass_row", 1, SHAPE(value.count))) ||
-        !(column = numbers(f, "mass_col", 1, SHAPE(value.count))) ||
-        !KMP_ARENA_MAKE(f->arena, KMP_ROOM(double, 3 * (ptrdiff_t)n * b->node_count, &moved),
-                        KMP_ROOM(double, 3 * n, &b->field), KMP_ROOM(double, 9 * n, &b->by_place),
-                        KMP_ROOM(double, 9 * n * n, &b->by_field)))
-        return refuse(
-            f, "the mass matrix of the nodes, 'mass_row', 'mass_col' and 'mass_value', needs 'nodes' and 'modes'");
-    for (size_t e = 0; e < value.count; e++) {
-        const double m = value.value[e];
-        if (!(row[e] >= 0 && row[e] < b->node_count && column[e] >= 0 && column[e] < b->node_count) ||
-            row[e] != floor(row[e]) || column[e] != floor(column[e]))
-            return refuse(f, "array 'mass_row' or 'mass_col', entry %zu, is (%g, %g): nodes are 0 to %d", e, row[e],
-                          column[e], b->node_count - 1);
-        const ptrdiff_t i = (ptrdiff_t)row[e], j = (ptrdiff_t)column[e];
-        b->mass += m;
-        for (int a = 0; a < 3; a++)
-            b->moment[a] += m * x[3 * i + a];
-        for (int a = 0; a < 9; a++)
-            b->second[a] += m * x[3 * i + a / 3] * x[3 * j + a % 3];
-        for (ptrdiff_t k = 0; k < 3 * (ptrdiff_t)n; k++)
-            moved[3 * n * i + k] += m * phi[3 * n * j + k];
-    }
-    for (ptrdiff_t i = 0; i < b->node_count; i++)
-        for (int k = 0; k < n; k++)
-            for (int a = 0; a < 3; a++) {
-                const double own = moved[(3 * i + a) * n + k];
-                b->field[3 * k + a] += own;
-                for (int c = 0; c < 3; c++)
-                    b->by_place[9 * k + 3 * a + c] += own * x[3 * i + c];
-                for (int l = 0; l < n; l++)
-                    for (int c = 0; c < 3; c++)
-                        b->by_field[9 * ((ptrdiff_t)k * n + l) + 3 * a + c] += own * phi[(3 * i + c) * n + l];
-            }
-    return !f->arena->failed;
-}
-
-static bool check_alike(const reading *f, const char *name, int count, const double *given, const double *other,
-                        double scale)
-{
-    for (int k = 0; k < count; k++)
-        if (fabs(given[k] - other[k]) > ALIKE * scale)
-            return refuse(
-                f, "array '%s', entry %d, is %.9g, and %.9g by the mass matrix of the nodes: both must be of one mass",
-                name, k, given[k], other[k]);
-    return true;
-}
-
-/* Integrals that the file has, beside those of its mass matrix. */
-static bool check_nodal_mass(const reading *f, const kmp_modal_body *b)
-{
-    kmp_modal_body other = *b;
-    double largest = 0;
-    other.mass = 0;
-    memset(other.moment, 0, sizeof other.moment);
-    memset(other.second, 0, sizeof other.second);
-    if (!take_nodal_mass(f, &other))
-        return false;
-    const double size = other.second[0] + other.second[4] + other.second[8];
-    for (int k = 0; k < b->count; k++) {
-        const double *t = other.by_field + 9 * ((ptrdiff_t)k * b->count + k);
-        largest = fmax(largest, t[0] + t[4] + t[8]);
-    }
-    return check_alike(f, "m", 1, &b->mass, &other.mass, other.mass) &&
-           check_alike(f, "b0", 3, b->moment, other.moment, sqrt(other.mass * size)) &&
-           check_alike(f, "P0", 9, b->second, other.second, size) &&
-           check_alike(f, "S", 3 * b->count, b->field, other.field, sqrt(other.mass * largest)) &&
-           check_alike(f, "Z0", 9 * b->count, b->by_place, other.by_place, sqrt(size * largest)) &&
-           check_alike(f, "T", 9 * b->count * b->count, b->by_field, other.by_field, largest);
-}
-
-/* -- parts of the file ------------------------------------------------------------------------------- */
-
-static bool take_nodes(const reading *f, kmp_modal_body *b)
-{
-    kmp_npz_array nodes;
-    if (!has(f, "nodes") && !has(f, "modes"))
-        return true;
-    if (!read_array(f, "nodes", false, 2, SHAPE(0, 3), &nodes))
-        return false;
-    if (nodes.shape[0] > NODES_MOST)
-        return refuse(f, "array 'nodes' has %zu nodes, at most %d are read: write only the nodes of its surface",
-                      nodes.shape[0], NODES_MOST);
-    b->node_count = (int)nodes.shape[0];
-    b->node = nodes.value;
-    b->mode = numbers(f, "modes", 3, SHAPE(nodes.shape[0], 3, (size_t)b->count));
-    return b->mode;
-}
-
-static bool take_integrals(const reading *f, kmp_modal_body *b)
-{
-    static const char *const names[] = {"m", "b0", "P0", "S", "Z0", "T"};
-    const size_t n = (size_t)b->count;
-    const bool nodal = has(f, "mass_value");
-    int given = 0;
-    for (int k = 0; k < 6; k++)
-        given += has(f, names[k]);
-    if (given == 0 && nodal)
-        return take_nodal_mass(f, b);
-    const double *m = numbers(f, "m", 0, NULL), *b0 = numbers(f, "b0", 1, SHAPE(3)),
-                 *p0 = numbers(f, "P0", 2, SHAPE(3, 3));
-    const double *s = numbers(f, "S", 2, SHAPE(3, n));
-    b->field = kmp_arena_alloc(f->arena, 3 * n, sizeof *b->field);
-    b->by_place = numbers(f, "Z0", 3, SHAPE(n, 3, 3));
-    b->by_field = numbers(f, "T", 4, SHAPE(n, n, 3, 3));
-    if (!m || !b0 || !p0 || !s || !b->field || !b->by_place || !b->by_field)
-        return false;
-    b->mass = *m;
-    memcpy(b->moment, b0, sizeof b->moment);
-    memcpy(b->second, p0, sizeof b->second);
-    for (size_t k = 0; k < n; k++)
-        for (size_t i = 0; i < 3; i++)
-            b->field[3 * k + i] = s[i * n + k];
-    return !nodal || check_nodal_mass(f, b);
-}
-
-/* Displacement and rotation of a place are columns of their arrays. */
-static bool take_places(const reading *f, kmp_modal_body *b)
-{
-    kmp_npz_array names;
-    const size_t n = (size_t)b->count;
-    if (!has(f, "interface_names") && !has(f, "interface_place"))
-        return true;
-    if (!read_array(f, "interface_names", true, 1, SHAPE(0), &names))
-        return false;
-    const size_t p = names.count;
-    if (p > PLACES_MOST)
-        return refuse(f, "array 'interface_names' has %zu names, the most are %d", p, PLACES_MOST);
-    double *at = numbers(f, "interface_place", 2, SHAPE(p, 3));
-    double *shift = at ? numbers(f, "interface_displacement", 3, SHAPE(p, 3, n)) : NULL;
-    double *turn = shift ? numbers(f, "interface_rotation", 3, SHAPE(p, 3, n)) : NULL;
-    double *more = turn && has(f, "interface_H") ? numbers(f, "interface_H", 4, SHAPE(p, 3, n, n)) : NULL;
-    f->to->names = names.word;
-    for (size_t k = 0; k < p && turn; k++) {
-        kmp_modal_place *places = kmp_arena_room(f->arena, b->places, b->place_count, sizeof *places);
-        if (!places)
-            return false;
-        b->places = places;
-        places[b->place_count] = (kmp_modal_place){
-            .shift = shift + 3 * n * k, .turn = turn + 3 * n * k, .more = more ? more + 3 * n * n * k : NULL};
-        memcpy(places[b->place_count++].at, at + 3 * k, 3 * sizeof *at);
-    }
-    return turn && f->why->length == 0;
-}
-
-/* The forms of second order, all three arrays or none. */
-static bool take_forms(const reading *f, kmp_modal_body *b)
-{
-    const size_t n = (size_t)b->count;
-    const bool h = has(f, "h"), y = has(f, "Y"), more = has(f, "interface_H");
-    f->to->first = h && y && more;
-    if (!h && !y)
-        return true;
-    if (!h || !y || !more)
-        return refuse(f, "it has some of the arrays 'h', 'Y' and 'interface_H', and not '%s': 'first' needs all three",
-                      !h   ? "h"
-                      : !y ? "Y"
-                           : "interface_H");
-    b->moment_more = numbers(f, "h", 3, SHAPE(3, n, n));
-    b->second_more = numbers(f, "Y", 4, SHAPE(3, 3, n, n));
-    for (int i = 0; i < 3 && b->moment_more; i++)
-        if (!check_symmetric(f, "h", b->count, b->moment_more + (ptrdiff_t)i * b->count * b->count))
-            return false;
-    for (int i = 0; i < 9 && b->second_more; i++)
-        if (!check_symmetric(f, "Y", b->count, b->second_more + (ptrdiff_t)i * b->count * b->count))
-            return false;
-    return b->moment_more && b->second_more;
-}
-
-static bool take_matrices(const reading *f, kmp_modal_body *b)
-{
-    kmp_npz_array k;
-    if (!read_array(f, "K", false, 2, SHAPE(0, 0), &k))
-        return false;
-    if (k.shape[0] != k.shape[1] || k.shape[0] < 1)
-        return refuse(f, "array 'K' is %zu x %zu: a row and a column for each mode are expected", k.shape[0],
-                      k.shape[1]);
-    if (k.shape[0] > MODES_MOST)
-        return refuse(f, "array 'K' has %zu modes, the most are %d: write the slowest ones", k.shape[0], MODES_MOST);
-    b->count = (int)k.shape[0];
-    b->stiffness = k.value;
-    b->damping = has(f, "D") ? numbers(f, "D", 2, SHAPE(k.shape[0], k.shape[0])) : NULL;
-    return check_symmetric(f, "K", b->count, b->stiffness) && f->why->length == 0 &&
-           (!b->damping || check_symmetric(f, "D", b->count, b->damping));
-}
-
-static bool check_body(const reading *f, const kmp_modal_body *b)
-{
-    if (!(b->mass > 0))
-        return refuse(f, "array 'm', the mass, is %.6g: it must be positive", b->mass);
-    for (int i = 0; i < 3; i++)
-        if (b->second[4 * i] < -ALIKE * (b->second[0] + b->second[4] + b->second[8]))
-            return refuse(f, "array 'P0': entry (%d, %d), the integral of a square, is %.6g", i, i, b->second[4 * i]);
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < i; j++)
-            if (fabs(b->second[3 * i + j] - b->second[3 * j + i]) >
-                ALIKE * (b->second[0] + b->second[4] + b->second[8]))
-                return refuse(f, "array 'P0' is not symmetric: entry (%d, %d) is %.6g, (%d, %d) is %.6g", i, j,
-                              b->second[3 * i + j], j, i, b->second[3 * j + i]);
-    for (int k = 0; k < b->count; k++) {
-        const double *t = b->by_field + 9 * (ptrdiff_t)(b->count + 1) * k;
-        if (!(t[0] + t[4] + t[8] > 0))
-            return refuse(f, "array 'T': the mass of mode %d, the trace of T[%d, %d], is %.6g: it must be positive", k,
-                          k, k, t[0] + t[4] + t[8]);
-    }
-    return check_transposes(f, b->count, b->by_field) && (!has(f, "M") || check_mass(f, b));
+    const char *zero = memchr(s->bytes, 0, s->length);
+    return !zero || kmp_modal_refuse(s, "it is no text: its byte %td is zero", zero - s->bytes);
 }
 
 /* -- units ------------------------------------------------------------------------------------------- */
 
-/* "mm t s": those of length, mass and time. */
-static bool take_units(const reading *f, const char *words, double units[3])
+bool kmp_modal_scaled(const kmp_modal_source *s)
 {
-    const char *at = words;
-    bool good = true;
-    for (int k = 0; k < 3 && good; k++) {
-        static const double power[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-        kmp_unit unit;
-        at += strspn(at, " ");
-        const size_t length = strcspn(at, " ");
-        if (k == 1 && length == 1 && *at == 't') { /* a tonne, which has no word in models: there t is the time */
-            units[k] = 1000;
-            at += length;
-            continue;
-        }
-        good = kmp_unit_find(at, length, &unit) && memcmp(unit.dimension.power, power[k], sizeof power[k]) == 0;
-        units[k] = good ? unit.factor / unit.divisor : 1;
-        at += length;
-    }
-    return (good && !at[strspn(at, " ")]) ||
-           refuse(f, "array 'units' is '%s': units of length, mass and time are expected, such as 'm kg s' or 'mm t s'",
-                  words);
+    return s->units->length > 0 ||
+           kmp_modal_refuse(s, "it does not say its units: give them by 'scale: {length: 1, mass: 1}'");
 }
 
 static void scale(double *value, ptrdiff_t count, double factor)
@@ -411,7 +69,7 @@ static void scale(double *value, ptrdiff_t count, double factor)
 }
 
 /* To SI: coordinates are lengths, modes are numbers. */
-static void convert(kmp_modal_body *b, const double unit[3])
+void kmp_modal_convert(kmp_modal_body *b, const double unit[3])
 {
     const ptrdiff_t n = b->count;
     const double length = unit[0], mass = unit[1], time = unit[2];
@@ -433,39 +91,41 @@ static void convert(kmp_modal_body *b, const double unit[3])
     }
 }
 
-static bool take_format(const reading *f)
+/* -- formats ----------------------------------------------------------------------------------------- */
+
+static bool ends_with(const char *name, const char *ending)
 {
-    kmp_npz_array format;
-    if (!has(f, "format"))
-        return refuse(f, "it has no array 'format' with the word 'kempe-flexible-1': files of other programs are "
-                         "written again with the arrays of that format (docs/model/flexible.md)");
-    if (!read_array(f, "format", true, 0, NULL, &format))
-        return false;
-    return strcmp(format.word[0], "kempe-flexible-1") == 0 ||
-           refuse(f, "array 'format' is '%s': 'kempe-flexible-1' is read", format.word[0]);
+    const size_t length = strlen(name), own = strlen(ending);
+    bool same = length > own;
+    for (size_t k = 0; k < own && same; k++) {
+        const char c = name[length - own + k];
+        same = (c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c) == ending[k];
+    }
+    return same;
 }
 
-bool kmp_modal_file_read(kmp_arena *arena, const char *bytes, size_t length, const kmp_modal_units *units,
-                         kmp_modal_file *file, kmp_text *why)
+static bool refuse_ending(const kmp_modal_source *source)
 {
-    reading f = {.arena = arena, .to = file, .why = why};
-    kmp_npz_array words;
-    double unit[3] = {units->length, units->mass, 1};
-    *file = (kmp_modal_file){.body = {.arena = arena}};
-    if (!kmp_npz_open(arena, bytes, length, &f.npz, why) || !take_format(&f))
-        return false;
-    if (has(&f, "units") && units->length > 0)
-        return refuse(&f, "it has its units in the array 'units': remove 'scale'");
-    if (!has(&f, "units") && !(units->length > 0))
-        return refuse(&f,
-                      "it has no array 'units', such as 'm kg s': give the units of its numbers by 'scale: {length: 1, "
-                      "mass: 1}'");
-    if (has(&f, "units") && (!read_array(&f, "units", true, 0, NULL, &words) || !take_units(&f, words.word[0], unit)))
-        return false;
-    kmp_modal_body *b = &file->body;
-    if (!take_matrices(&f, b) || !take_nodes(&f, b) || !take_integrals(&f, b) || !take_places(&f, b) ||
-        !take_forms(&f, b) || !check_body(&f, b))
-        return false;
-    convert(b, unit);
-    return !arena->failed;
+    kmp_text known = {0};
+    for (size_t k = 0; k < sizeof formats / sizeof *formats; k++)
+        if (formats[k].read)
+            kmp_text_printf(&known, "%s%s (%s)", known.length > 0 ? ", " : "", formats[k].ending, formats[k].what);
+    kmp_modal_refuse(source, "its ending is of no format that is read: %s", known.s ? known.s : "");
+    kmp_text_free_part(source->why, &known);
+    return false;
+}
+
+bool kmp_modal_file_read(const char *name, const kmp_modal_source *source)
+{
+    *source->to = (kmp_modal_file){.body = {.arena = source->arena}};
+    for (size_t k = 0; k < sizeof formats / sizeof *formats; k++) {
+        if (!ends_with(name, formats[k].ending))
+            continue;
+        if (!formats[k].read)
+            return kmp_modal_refuse(source, "it is %s, which is not read: %s", formats[k].what, formats[k].instead);
+        if (!formats[k].beside && (source->nodes->count > 0 || source->nodes->text))
+            return kmp_modal_refuse(source, "its nodes are in it: remove 'nodes'");
+        return formats[k].read(source);
+    }
+    return refuse_ending(source);
 }

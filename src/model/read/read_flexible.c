@@ -549,7 +549,7 @@ static void check_rotary(entry *e, const kmp_yaml *map)
 static void check_source(entry *e, const kmp_yaml *map, bool file)
 {
     static const char *const of_beams[] = {"beam", "segments", "shapes", "shear", "rotary", "raw", NULL},
-                             *const of_files[] = {"interfaces", "modes", "scale", NULL};
+                             *const of_files[] = {"interfaces", "modes", "nodes", "scale", NULL};
     for (const char *const *key = file ? of_beams : of_files; *key; key++)
         if (kmp_yaml_get(map, *key)) {
             kmp_reader_complain(e->r, kmp_yaml_get(map, *key)->place, "flexible of %s: '%s' is a key of %s", e->body,
@@ -794,6 +794,8 @@ static void make_modal_body(entry *e, kmp_flexible *flexible)
     flexible->file = e->file->path;
     flexible->frame = e->beam.frame;
     flexible->stiffening = e->file->stiffening;
+    flexible->doubt = e->file->doubt;
+    flexible->averaged = e->file->modal.known != KMP_MODAL_ALL;
     for (int k = 0; k < e->file->modal.count; k++)
         add_coordinate(e->r, flexible->body, "mode", k + 1, false);
     if (!kmp_modal_make(&e->r->model->arena, &e->file->modal, e->file->damped, e->beam.ratio, e->beam.rayleigh,

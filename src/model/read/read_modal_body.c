@@ -4,8 +4,10 @@
 #include "linalg/dense/factors.h"
 #include "linalg/dense/three.h"
 #include "model/data/model.h"
+#include "model/files/fortran_text.h"
 #include "model/flexible/modal_file.h"
 #include "model/language/number_algebra.h"
+#include "model/read/read_include.h"
 #include "model/read/read_tables.h"
 #include "model/read/read_values.h"
 #include <math.h>
@@ -52,17 +54,72 @@ static bool read_units(const reading *s, kmp_modal_units *units)
     return true;
 }
 
+/* Places of nodes by their numbers, or the name of a text with them. */
+static bool read_nodes(const reading *s, kmp_modal_nodes *nodes, const char **path, char **text)
+{
+    const kmp_yaml *map = kmp_yaml_get(s->map, "nodes");
+    const char *what = kmp_reader_say(s->r, "the nodes of %s", s->what), *word = NULL;
+    size_t length;
+    int *number;
+    double *at;
+    *nodes = (kmp_modal_nodes){0};
+    if (!map)
+        return true;
+    if (map->kind == KMP_YAML_SCALAR) {
+        if (!(word = kmp_read_word(s->r, map, what)))
+            return false;
+        *path = kmp_path_beside(s->r, map->place.file, word);
+        *text = kmp_read_file(s->r, KMP_FILE_MODES, map, what, *path, &length);
+        nodes->text = *text;
+        return *text &&
+               (!memchr(*text, 0, length) ||
+                kmp_reader_complain(s->r, map->place, "%s: '%s' is no text: it has bytes of zero", what, word));
+    }
+    if (!kmp_read_map(s->r, map, what, NULL) || !KMP_ARENA_MAKE(&s->r->scratch, KMP_ROOM(int, map->count + 1, &number),
+                                                                KMP_ROOM(double, 3 * map->count + 1, &at)))
+        return false;
+    for (int k = 0; k < map->count; k++) {
+        const char *of = kmp_reader_say(s->r, "node '%s' of %s", map->keys[k]->text, s->what);
+        if (!kmp_fortran_whole(map->keys[k]->text, strlen(map->keys[k]->text), &number[k]))
+            return kmp_reader_complain(s->r, map->keys[k]->place, "%s: the number of a node is expected", of);
+        if (!kmp_read_list(s->r, map->items[k], of, 3))
+            return false;
+        for (int i = 0; i < 3; i++)
+            if (!kmp_read_fixed(s->r, map->items[k]->items[i], of, KMP_DIM_LENGTH, &at[3 * k + i]))
+                return false;
+    }
+    *nodes = (kmp_modal_nodes){.count = map->count, .number = number, .at = at};
+    return true;
+}
+
+/* A mistake in a text is at its line. */
+static void complain_of(const reading *s, const char *path, const char *words)
+{
+    const int file = s->file.line > 0 ? kmp_reader_add_file(s->r, path) : -1;
+    if (file >= 0)
+        kmp_reader_complain(s->r, (kmp_place){.line = s->file.line, .column = s->file.column, .file = file}, "%s: %s",
+                            s->what, words);
+    else
+        complain(s, words);
+}
+
 static bool load(reading *s, const char *path)
 {
     kmp_modal_units units;
-    size_t length;
+    kmp_modal_nodes nodes;
     kmp_text why = {0};
-    char *bytes = read_units(s, &units) ? kmp_read_file(s->r, KMP_FILE_MODES, s->node, s->what, path, &length) : NULL;
-    bool good = bytes && kmp_modal_file_read(&s->r->scratch, bytes, length, &units, &s->file, &why);
+    kmp_modal_source source = {.arena = &s->r->scratch, .units = &units, .nodes = &nodes, .to = &s->file, .why = &why};
+    const char *beside = NULL;
+    char *text = NULL, *bytes = NULL;
+    bool good = read_units(s, &units) && read_nodes(s, &nodes, &beside, &text) &&
+                (bytes = kmp_read_file(s->r, KMP_FILE_MODES, s->node, s->what, path, &source.length));
+    source.bytes = bytes;
+    good = good && kmp_modal_file_read(path, &source);
     if (bytes && !good && why.length > 0)
-        complain(s, why.s);
+        complain_of(s, s->file.beside ? beside : path, why.s);
     s->r->scratch.failed = s->r->scratch.failed || why.failed;
     kmp_text_free(&why);
+    kmp_free(text);
     kmp_free(bytes);
     return good;
 }
@@ -148,6 +205,11 @@ static bool take_interfaces(reading *s)
     kmp_modal_body *b = &s->file.body;
     s->to->names = s->file.names;
     s->to->named = b->place_count;
+    if (!map && b->place_count > KMP_MODAL_PLACES_MOST)
+        return complain(s, kmp_reader_say(s->r,
+                                          "it has %d interfaces: name those that the model uses by 'interfaces: "
+                                          "{A: %s, B: %s}', the one that the joint holds first",
+                                          b->place_count, s->file.names[0], s->file.names[1]));
     if (!map)
         return b->place_count > 0 ||
                complain(s, "it has no interfaces: name nodes that joints hold by 'interfaces: {A: [1, 2, 3]}'");
@@ -307,7 +369,10 @@ static bool take_frame(reading *s, kmp_flexible_frame frame)
                            "interface: write them in the frame of the model, or take 'stiffening: none'");
     if (moved)
         kmp_modal_subtract(b, rigid);
-    return split(s, rigids, elastic);
+    if (!split(s, rigids, elastic))
+        return false;
+    kmp_modal_average(b);
+    return true;
 }
 
 static bool take_modes(reading *s)
@@ -346,7 +411,12 @@ static bool take_stiffening(reading *s)
     if (word == KMP_STIFFENING_FIRST && !s->file.first)
         return kmp_reader_complain(s->r, node->place,
                                    "%s: 'first' needs the arrays 'h', 'Y' and 'interface_H', which the file does not "
-                                   "have: take 'none'",
+                                   "have, or Ct, Oe and phi of first order in standard input data: take 'none'",
+                                   what);
+    if (word == KMP_STIFFENING_NONE && s->file.whole)
+        return kmp_reader_complain(s->r, node->place,
+                                   "%s: terms of second order cannot be left out, because the file has the stiffening "
+                                   "by rotation within its centrifugal terms (Oe): take 'first'",
                                    what);
     if (word >= 0)
         s->to->stiffening = (kmp_stiffening)word;
@@ -359,8 +429,9 @@ static bool check_second(const reading *s)
     for (int k = 0; k < s->file.body.place_count && s->to->stiffening == KMP_STIFFENING_FIRST; k++)
         if (!s->file.body.places[k].more)
             return complain(s, kmp_reader_say(s->r,
-                                              "interface '%s' is of nodes, whose displacements of second order are "
-                                              "not in the file: use its interfaces, or 'stiffening: none'",
+                                              "the displacements of second order of interface '%s' are not in the "
+                                              "file: use its interfaces that have them, or terms of second order "
+                                              "'none' where they can be left out",
                                               s->to->names[k]));
     return true;
 }
@@ -379,6 +450,9 @@ kmp_modal_reading *kmp_read_modal_body(kmp_reader *r, const kmp_yaml *map, const
         !check_second(&s) || !take_frame(&s, frame) || !take_modes(&s))
         return NULL;
     s.to->modal = s.file.body;
+    s.to->doubt = s.file.doubt ? kmp_arena_strdup(&r->model->arena, s.file.doubt) : NULL;
+    if (s.to->doubt)
+        kmp_reader_warn(r, s.node->place, "%s: %s", s.what, s.to->doubt);
     return s.to;
 }
 

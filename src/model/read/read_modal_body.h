@@ -14,7 +14,8 @@ typedef struct kmp_modal_reading {
     int named;
     int *node; /* of the other places */
     kmp_stiffening stiffening;
-    bool damped; /* the model has damping, in place of the file's */
+    const char *doubt; /* what the file lacks; NULL: nothing */
+    bool damped;       /* the model has damping, in place of the file's */
 } kmp_modal_reading;
 
 /** Reads `file`, `interfaces`, `modes`, `scale` and `stiffening` of a body: in its frame, with the origin at the first

@@ -491,11 +491,17 @@ static void show_flexible(kmp_text *text, const kempe_check *check)
         put_stiff_loops(text, check, f);
         put_buckling(text, &loads, loads.taken ? loads.taken[k] : NAN);
         const double rate = start_rate(check, f->body);
+        if (f->averaged)
+            line(text, "",
+                 "warning: %s; the body is right where it turns with less than %.1f of its first frequency, %.4g rad/s",
+                 f->doubt, KMP_ROTATION_AVERAGED, KMP_ROTATION_AVERAGED * s.fixed[0]);
+        else if (f->doubt)
+            line(text, "", "warning: %s", f->doubt);
         if (f->stiffening == KMP_STIFFENING_NONE && rate > KMP_ROTATION_SLOW * s.fixed[0])
             line(text, "",
                  "warning: it starts with %.4g rad/s, more than %.1f of its first frequency, without terms of "
-                 "second order: take stiffening 'first' or 'full'",
-                 rate, KMP_ROTATION_SLOW);
+                 "second order: %s",
+                 rate, KMP_ROTATION_SLOW, f->file ? "write them into its file" : "take stiffening 'first' or 'full'");
     }
     kmp_flexible_loads_free(&loads);
 }
@@ -525,6 +531,8 @@ static void json_flexible(kmp_json *json, const kempe_check *check)
         if (!kmp_flexible_spectrum_find(f, &s))
             s = (kmp_flexible_spectrum){0};
         kmp_json_put(json, "{ body %s", model->bodies[f->body].name);
+        if (f->doubt)
+            kmp_json_put(json, "doubt %s", f->doubt);
         kmp_json_numbers(json, "fixed", s.count, s.fixed);
         kmp_json_numbers(json, "free", s.count, s.free);
         kmp_json_put(json, "highest %g explicit_step %g", s.highest, KMP_EXPLICIT_REACH / s.highest);

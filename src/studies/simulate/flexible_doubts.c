@@ -61,7 +61,7 @@ static void warn_of_rotation(const kempe_system *system, const kmp_samples *tabl
     const kempe_model *model = system->model;
     kmp_flexible_spectrum s;
     double most = 0;
-    if (f->stiffening != KMP_STIFFENING_NONE || !kmp_flexible_spectrum_find(f, &s))
+    if ((f->stiffening != KMP_STIFFENING_NONE && !f->averaged) || !kmp_flexible_spectrum_find(f, &s))
         return;
     for (int row = 0; row < table->rows; row++) {
         const double *qd = kmp_samples_get(table, KMP_QUANTITY_QD, row);
@@ -79,6 +79,11 @@ static void warn_of_rotation(const kempe_system *system, const kmp_samples *tabl
             "flexible body '%s' turns with %.4g rad/s, faster than its first frequency, %.4g rad/s: without terms "
             "of second order its stiffness is lost at this speed; %s",
             name, most, s.fixed[0], remedy);
+    else if (f->averaged && most > KMP_ROTATION_AVERAGED * s.fixed[0])
+        kmp_doubt(system->context,
+                  "flexible body '%s' turns with %.4g rad/s, %.2f of its first frequency: %s, so that rates up to %.1f "
+                  "are right",
+                  name, most, most / s.fixed[0], f->doubt, KMP_ROTATION_AVERAGED);
     else if (most > KMP_ROTATION_SLOW * s.fixed[0])
         kmp_log(system->context, KEMPE_LOG_WARNING,
                 "flexible body '%s' turns with %.4g rad/s, %.2f of its first frequency, without terms of second order, "
