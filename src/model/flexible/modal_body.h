@@ -33,6 +33,10 @@ typedef struct kmp_modal_body {
  * M is not positive, or no memory. */
 bool kmp_modal_values(kmp_arena *arena, int n, const double *stiffness, const double *mass, double *values, double *x);
 
+/** Makes the integrals from a mass matrix between the nodes that is the same for x, y and z: `count` entries (row, col,
+ * value), of which several at one place add up. False: no memory. */
+bool kmp_modal_integrate(kmp_modal_body *body, ptrdiff_t count, const int *row, const int *col, const double *value);
+
 /** The trace of int phi_k phi_l' dm: n x n. */
 void kmp_modal_mass(const kmp_modal_body *body, double *mass);
 
@@ -43,6 +47,9 @@ int kmp_modal_rigid(const kmp_modal_body *body, double *elastic, kmp_text *why);
 
 /** Makes the integrals those of places from `origin`. */
 void kmp_modal_move_origin(kmp_modal_body *body, const double origin[3]);
+
+/** The rigid motion c + w x X that each mode has in a frame, whose origin is the first place: n x 6 (c, w). */
+void kmp_modal_frame(const kmp_modal_body *body, kmp_flexible_frame frame, double *rigid);
 
 /** Subtracts from mode k the rigid motion c + w x X of row k of `rigid` (n x 6: c, w). */
 void kmp_modal_subtract(kmp_modal_body *body, const double *rigid);

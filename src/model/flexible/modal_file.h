@@ -16,6 +16,9 @@ typedef struct kmp_modal_file {
     bool first;
 } kmp_modal_file;
 
+/** Units of length, mass and time in SI, from words such as "m kg s" and "mm t s". False: they are others. */
+bool kmp_modal_units_find(const char *words, double units[3]);
+
 /** Reads and checks all arrays, into the arena. False: `why` names the array, the number and what to do; or there is no
  * memory. */
 bool kmp_modal_file_read(kmp_arena *arena, const char *bytes, size_t length, const kmp_modal_units *units,

@@ -175,31 +175,6 @@ static bool take_interfaces(reading *s)
 
 /* -- frame ------------------------------------------------------------------------------------------- */
 
-/* The rigid motion of each mode in the frame: n x 6. */
-static void rigid_of(const kmp_modal_body *b, kmp_flexible_frame frame, double *rigid)
-{
-    const int n = b->count;
-    const kmp_modal_place *a = &b->places[0], *c = frame == KMP_FRAME_CHORD ? &b->places[1] : a;
-    const double *x = c->at;
-    const double square = kmp_dot3(x, x);
-    for (int k = 0; k < n; k++) {
-        double *own = rigid + 6 * (ptrdiff_t)k, apart[3], turn[3];
-        for (int i = 0; i < 3; i++) {
-            own[i] = a->shift[n * i + k];
-            turn[i] = a->turn[n * i + k];
-            apart[i] = c->shift[n * i + k] - own[i];
-        }
-        memcpy(own + 3, turn, sizeof turn);
-        if (frame != KMP_FRAME_CHORD)
-            continue;
-        double across[3];
-        const double about = kmp_dot3(x, turn) / square;
-        kmp_cross3(x, apart, across);
-        for (int i = 0; i < 3; i++)
-            own[3 + i] = across[i] / square + about * x[i];
-    }
-}
-
 /* True if rigid motions are more than the rounding of the modes' motions. */
 static bool is_moved(const kmp_modal_body *b, const double *rigid)
 {
@@ -268,7 +243,7 @@ static bool take_frame(reading *s, kmp_flexible_frame frame)
     kmp_text_free(&why);
     if (rigids < 0)
         return false;
-    rigid_of(b, frame, rigid);
+    kmp_modal_frame(b, frame, rigid);
     const bool moved = is_moved(b, rigid);
     if (moved && s->to->stiffening == KMP_STIFFENING_FIRST)
         return complain(s, "its terms of second order are in the frame of its modes, and these move or turn the first "

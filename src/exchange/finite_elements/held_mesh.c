@@ -1,0 +1,323 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Slowest modes by the block Lanczos method on K^-1 M, orthogonalised in full in the inner product of M (Parlett, The
+ * Symmetric Eigenvalue Problem, 1998, chapter 13): the block is larger than the number of modes, so that none of
+ * several equal ones is missed, however many there are. */
+#include "exchange/finite_elements/held_mesh.h"
+#include "base/memory.h"
+#include "linalg/dense/lapack.h"
+#include "linalg/sparse.h"
+#include <float.h>
+#include <math.h>
+
+/* Residual of a mode over its value of K^-1 M: values are then known to the square of this. */
+static const double CONVERGED = 1e-10;
+
+/* The least value of K x = value M x over the largest diagonal of K over that of M: below it K is singular but for
+ * rounding. Slender bodies of a thousand elements' lengths have 1e-11. */
+static const double SINGULAR = 1e-14;
+
+/* What is left of a vector that the others make up, but for rounding. */
+static const double DEPENDENT = 1e-10;
+
+/* Vectors of the Lanczos basis: so many, and so many for each mode; the modes of solids take a third of them. */
+enum { BASIS = 60, BASIS_EACH = 12, MORE_IN_BLOCK = 4 };
+
+struct kmp_held_mesh {
+    const kmp_finite_mesh *mesh;
+    kmp_arena arena;
+    int count;   /* of displacements that remain */
+    int *free;   /* their places among all */
+    int *at;     /* 3 node_count: the number among them, -1: held */
+    double *own; /* 3 node_count: work */
+    double *work;
+    double stiffest; /* largest diagonal of K over that of M */
+    kmp_sparse *factors;
+};
+
+void kmp_mesh_load(const kmp_finite_mesh *mesh, const double *u, double *y)
+{
+    const kmp_mesh_rows *k = &mesh->stiffness;
+    for (int i = 0; i < k->n; i++) {
+        y[i] = 0;
+        for (int e = k->start[i]; e < k->start[i + 1]; e++)
+            y[i] += k->value[e] * u[k->col[e]];
+    }
+}
+
+/* y = M x of the displacements that remain. */
+static void apply_mass(const kmp_held_mesh *h, const double *x, double *y)
+{
+    const kmp_mesh_rows *m = &h->mesh->mass;
+    for (int f = 0; f < h->count; f++) {
+        const int i = h->free[f] / 3, a = h->free[f] % 3;
+        y[f] = 0;
+        for (int e = m->start[i]; e < m->start[i + 1]; e++) {
+            const int j = h->at[3 * m->col[e] + a];
+            y[f] += j >= 0 ? m->value[e] * x[j] : 0;
+        }
+    }
+}
+
+/* -- factors ----------------------------------------------------------------------------------------- */
+
+static kempe_status factor(kmp_held_mesh *h)
+{
+    const kmp_mesh_rows *k = &h->mesh->stiffness;
+    kmp_arena room = {0};
+    int *row, *col, count = 0;
+    double *value;
+    const int most = k->start[k->n];
+    kmp_sparse_outcome outcome = KMP_SPARSE_NO_MEMORY;
+    if (KMP_ARENA_MAKE(&room, KMP_ROOM(int, most, &row, &col), KMP_ROOM(double, most, &value))) {
+        for (int f = 0; f < h->count; f++)
+            for (int e = k->start[h->free[f]]; e < k->start[h->free[f] + 1]; e++)
+                if (h->at[k->col[e]] >= 0) {
+                    row[count] = f;
+                    col[count] = h->at[k->col[e]];
+                    value[count++] = k->value[e];
+                }
+        h->factors = kmp_sparse_new(h->count, count, row, col, true);
+        outcome = h->factors ? kmp_sparse_factor(h->factors, value) : KMP_SPARSE_NO_MEMORY;
+    }
+    kmp_arena_free(&room);
+    if (outcome == KMP_SPARSE_NO_MEMORY)
+        return kmp_fail_memory(h->mesh->context);
+    return outcome == KMP_SPARSE_FACTORED
+               ? KEMPE_OK
+               : kmp_mesh_refuse(h->mesh, "with its interfaces held a part of the mesh moves without stiffness: the "
+                                          "matrix is singular");
+}
+
+static kempe_status make(kmp_held_mesh *h, int count, const kmp_interface *interfaces)
+{
+    const kmp_finite_mesh *mesh = h->mesh;
+    const int n = 3 * mesh->node_count;
+    if (!KMP_ARENA_MAKE(&h->arena, KMP_ROOM(int, n, &h->free, &h->at), KMP_ROOM(double, n, &h->own, &h->work)))
+        return kmp_fail_memory(mesh->context);
+    for (int p = 0; p < count; p++)
+        for (int k = 0; k < interfaces[p].count; k++)
+            for (int a = 0; a < 3; a++)
+                h->at[3 * interfaces[p].nodes[k] + a] = -1;
+    for (int i = 0; i < n; i++)
+        if (h->at[i] == 0) {
+            h->at[i] = h->count;
+            h->free[h->count++] = i;
+        }
+    if (h->count == 0)
+        return kmp_mesh_refuse(mesh, "all its nodes are in interfaces, and none is left to deform");
+    for (int i = 0; i < n; i++) {
+        const kmp_mesh_rows *k = &mesh->stiffness, *m = &mesh->mass;
+        double stiffness = 0, mass = 1;
+        for (int e = k->start[i]; e < k->start[i + 1]; e++)
+            stiffness = k->col[e] == i ? k->value[e] : stiffness;
+        for (int e = m->start[i / 3]; e < m->start[i / 3 + 1]; e++)
+            mass = m->col[e] == i / 3 ? m->value[e] : mass;
+        h->stiffest = fmax(h->stiffest, stiffness / mass);
+    }
+    return factor(h);
+}
+
+kempe_status kmp_held_mesh_new(const kmp_finite_mesh *mesh, int count, const kmp_interface *interfaces,
+                               kmp_held_mesh **held)
+{
+    KMP_MAKE(mesh->context, kmp_held_mesh, h);
+    h->mesh = mesh;
+    kempe_status status = make(h, count, interfaces);
+    return KMP_GIVE_OR_FREE(status, held, h, kmp_held_mesh_free);
+}
+
+KMP_FREES(kmp_held_mesh, held, kmp_sparse_free(held->factors), kmp_arena_free(&held->arena))
+
+int kmp_held_mesh_count(const kmp_held_mesh *held)
+{
+    return held->count;
+}
+
+kempe_status kmp_held_mesh_settle(kmp_held_mesh *h, double *u)
+{
+    for (int f = 0; f < h->count; f++)
+        u[h->free[f]] = 0;
+    kmp_mesh_load(h->mesh, u, h->own);
+    for (int f = 0; f < h->count; f++)
+        h->work[f] = -h->own[h->free[f]];
+    if (!kmp_sparse_solve(h->factors, 1, h->work))
+        return kmp_fail_memory(h->mesh->context);
+    for (int f = 0; f < h->count; f++)
+        u[h->free[f]] = h->work[f];
+    return KEMPE_OK;
+}
+
+/* -- modes ------------------------------------------------------------------------------------------- */
+
+/* A basis of the Krylov space, and K^-1 M in it. */
+typedef struct krylov {
+    kmp_held_mesh *h;
+    kmp_arena arena;
+    int most, count, applied; /* vectors; those whose product with K^-1 M is known */
+    double **v;
+    double *product;  /* most x most: entry (i, j) of V' M K^-1 M V at i + most j */
+    double *lost;     /* of each product, what had no room in the basis */
+    double *w, *mass; /* work */
+    uint64_t random;
+} krylov;
+
+static double dot(int n, const double *a, const double *b)
+{
+    double sum = 0;
+    for (int i = 0; i < n; i++)
+        sum += a[i] * b[i];
+    return sum;
+}
+
+/* Adds what is left of w without the basis, of unit mass, and its parts along the basis to `column` (NULL: nowhere);
+ * *lost: what is left where the basis is full. False: no memory. */
+static bool add_vector(krylov *k, double *column, double *lost)
+{
+    const int n = k->h->count;
+    apply_mass(k->h, k->w, k->mass);
+    const double before = sqrt(fmax(dot(n, k->w, k->mass), 0));
+    for (int pass = 0; pass < 2; pass++) {
+        for (int i = 0; i < k->count; i++) {
+            const double part = dot(n, k->v[i], k->mass);
+            for (int f = 0; f < n; f++)
+                k->w[f] -= part * k->v[i][f];
+            if (column)
+                column[i] += part;
+        }
+        apply_mass(k->h, k->w, k->mass);
+    }
+    const double left = sqrt(fmax(dot(n, k->w, k->mass), 0));
+    if (!(left > DEPENDENT * before))
+        return true;
+    if (k->count == k->most) {
+        *lost = left;
+        return true;
+    }
+    double *own = kmp_arena_alloc(&k->arena, (size_t)n, sizeof *own);
+    if (!own)
+        return false;
+    for (int f = 0; f < n; f++)
+        own[f] = k->w[f] / left;
+    if (column)
+        column[k->count] = left;
+    k->v[k->count++] = own;
+    return true;
+}
+
+/* A vector of random loads, as K^-1 M takes them. The same numbers at each call of the program. */
+static bool add_random(krylov *k)
+{
+    for (int f = 0; f < k->h->count; f++) {
+        k->random = k->random * 6364136223846793005u + 1442695040888963407u; /* Knuth's MMIX generator */
+        k->mass[f] = (double)(k->random >> 11) / 9007199254740992.0 - 0.5;
+    }
+    apply_mass(k->h, k->mass, k->w);
+    double lost; /* there is room, or the space is whole */
+    return kmp_sparse_solve(k->h->factors, 1, k->w) && add_vector(k, NULL, &lost);
+}
+
+/* Products of all vectors that have none yet, which add further ones. */
+static kempe_status extend(krylov *k, int wanted)
+{
+    kempe_context *context = k->h->mesh->context;
+    const int end = k->count;
+    for (; k->applied < end; k->applied++) {
+        if (kmp_interrupted(context))
+            return KEMPE_STOPPED;
+        kmp_progress(context, KMP_PROGRESS_STUDY, k->applied, 5.0 * (wanted + MORE_IN_BLOCK), "vectors");
+        apply_mass(k->h, k->v[k->applied], k->w);
+        if (!kmp_sparse_solve(k->h->factors, 1, k->w) ||
+            !add_vector(k, k->product + (ptrdiff_t)k->most * k->applied, &k->lost[k->applied]))
+            return kmp_fail_memory(context);
+    }
+    for (int tries = 0; k->count == end && k->count < k->most && tries < 3; tries++)
+        if (!add_random(k)) /* the space is closed under K^-1 M */
+            return kmp_fail_memory(context);
+    return KEMPE_OK;
+}
+
+/* Ritz values of K^-1 M, descending, with their vectors in the basis, column by column. True: the first `wanted` ones
+ * have converged. */
+static bool ritz(const krylov *k, int wanted, double *theta, double *y)
+{
+    const int m = k->applied;
+    for (int j = 0; j < m; j++)
+        for (int i = 0; i < m; i++)
+            y[i + m * j] = -(k->product[i + (ptrdiff_t)k->most * j] + k->product[j + (ptrdiff_t)k->most * i]) / 2;
+    if (kmp_symmetric_eigen(m, y, theta) != 0)
+        return false;
+    for (int j = 0; j < m; j++)
+        theta[j] = -theta[j];
+    bool converged = m >= wanted;
+    for (int j = 0; j < wanted && converged; j++) {
+        double residual = 0, lost = 0;
+        for (int l = 0; l < m; l++)
+            lost += fabs(k->lost[l] * y[l + m * j]);
+        for (int i = m; i < k->count; i++) {
+            double row = 0;
+            for (int l = 0; l < m; l++)
+                row += k->product[i + (ptrdiff_t)k->most * l] * y[l + m * j];
+            residual += row * row;
+        }
+        converged = sqrt(residual) + lost <= CONVERGED * fabs(theta[j]) + m * DBL_EPSILON * theta[0];
+    }
+    return converged;
+}
+
+static kempe_status search(krylov *k, int wanted, double *theta, double *y)
+{
+    const kmp_held_mesh *h = k->h;
+    for (int i = 0; i < wanted + MORE_IN_BLOCK && k->count < k->most; i++)
+        if (!add_random(k))
+            return kmp_fail_memory(h->mesh->context);
+    for (;;) {
+        KMP_TRY(extend(k, wanted));
+        if (ritz(k, wanted, theta, y))
+            return KEMPE_OK;
+        if (k->applied == k->count)
+            return kmp_fail(h->mesh->context, KEMPE_E_FAILED,
+                            "%s: the %d slowest modes with held interfaces did not converge within %d vectors: take "
+                            "fewer modes",
+                            h->mesh->path, wanted, k->applied);
+    }
+}
+
+/* The modes from their parts in the basis, in all displacements. */
+static kempe_status give(const krylov *k, int wanted, const double *theta, const double *y, double *values, double **x)
+{
+    const kmp_held_mesh *h = k->h;
+    const kmp_finite_mesh *mesh = h->mesh;
+    const ptrdiff_t all = 3 * (ptrdiff_t)mesh->node_count;
+    *x = kmp_arena_alloc(mesh->arena, (size_t)all * (size_t)wanted, sizeof **x);
+    if (!*x)
+        return kmp_fail_memory(mesh->context);
+    if (!(theta[0] * h->stiffest * SINGULAR < 1) || !(theta[wanted - 1] > 0))
+        return kmp_mesh_refuse(
+            mesh, "with its interfaces held a part of the mesh moves without stiffness: join its elements, "
+                  "or name an interface there");
+    for (int j = 0; j < wanted; j++) {
+        values[j] = 1 / theta[j];
+        for (int l = 0; l < k->applied; l++)
+            for (int f = 0; f < h->count; f++)
+                (*x)[all * j + h->free[f]] += y[l + k->applied * j] * k->v[l][f];
+    }
+    return KEMPE_OK;
+}
+
+kempe_status kmp_held_mesh_modes(kmp_held_mesh *h, int wanted, double *values, double **x)
+{
+    const long most = BASIS + (long)BASIS_EACH * wanted;
+    krylov k = {.h = h, .most = h->count < most ? h->count : (int)most, .random = 1};
+    double *theta, *y;
+    kempe_status status = KEMPE_E_MEMORY;
+    if (KMP_ARENA_MAKE(&k.arena, KMP_ROOM(double *, k.most, &k.v),
+                       KMP_ROOM(double, (ptrdiff_t)k.most *k.most, &k.product, &y),
+                       KMP_ROOM(double, k.most, &theta, &k.lost), KMP_ROOM(double, h->count, &k.w, &k.mass)))
+        status = search(&k, wanted, theta, y);
+    else
+        kmp_fail_memory(h->mesh->context);
+    if (status == KEMPE_OK)
+        status = give(&k, wanted, theta, y, values, x);
+    kmp_arena_free(&k.arena);
+    return status;
+}
