@@ -47,6 +47,7 @@ from .model import Model
 from .modes import LimitCycles, Modes
 from .output_handles import Outputs
 from .progress import Progress
+from .reduction import Reduction, reduce
 from .response import Response
 from .sensitivity import Sensitivity
 from .stepper import SavedState, State, Stepper
@@ -97,6 +98,7 @@ __all__ = [
     "Outputs",
     "Problem",
     "Progress",
+    "Reduction",
     "Response",
     "SavedState",
     "Sensitivity",
@@ -111,4 +113,5 @@ __all__ = [
     "Workspace",
     "about",
     "contact",
+    "reduce",
 ]

@@ -6,8 +6,10 @@
 #include <math.h>
 #include <string.h>
 
-/* Values of rigid motions over the first one of the body: digits of the file leave less, supports far more. */
-static const double RIGID = 1e-6;
+/* Values of rigid motions over the first one of the body: supports leave more. In slender bodies the digits of the file
+ * do so, too: loads of rigid motions below DIGITS of the sum of their parts, at every node, are rounding, as a support
+ * is not. What they leave is then bounded by ROUNDED. */
+static const double RIGID = 1e-6, DIGITS = 1e-12, ROUNDED = 1e-3;
 
 /* Displacements that differ by less are equally large: of two, the first one gives a mode its sign. */
 static const double EQUAL = 1e-6;
@@ -15,6 +17,14 @@ static const double EQUAL = 1e-6;
 enum { MODES_MOST = 200 }; /* as the reader of bodies takes */
 
 /* -- what the mesh is -------------------------------------------------------------------------------- */
+
+static int first_of(int *up, int n, int root)
+{
+    int node = 0;
+    while (node < n - 1 && kmp_root_of(up, node) != root)
+        node++;
+    return node;
+}
 
 /* Elements and rigid interfaces join all nodes. */
 static kempe_status check_connected(const kmp_finite_mesh *mesh, int count, const kmp_interface *interfaces)
@@ -44,7 +54,8 @@ static kempe_status check_connected(const kmp_finite_mesh *mesh, int count, cons
                       : kmp_mesh_refuse(mesh,
                                         "it has %d parts that no element joins; one of them has %d node%s, among them "
                                         "node %ld: join them, or write the matrices of one part",
-                                        parts, size[least], size[least] == 1 ? "" : "s", kmp_mesh_number(mesh, least));
+                                        parts, size[least], size[least] == 1 ? "" : "s",
+                                        kmp_mesh_number(mesh, first_of(up, n, least)));
 }
 
 /* Column `way` of the rigid motions about a place, at a node: three translations and three rotations. */
@@ -60,8 +71,24 @@ static void rigid_motion(const kmp_finite_mesh *mesh, int node, const double abo
         kmp_cross3(axis, r, u);
 }
 
-/* Values of K x = value M x among rigid motions of all nodes: zeros, if nothing supports the mesh. */
-static kempe_status rigid_values(const kmp_finite_mesh *mesh, const kmp_modal_body *b, double values[6])
+/* The largest load of a displacement over the sum of its parts. */
+static double residual_of(const kmp_finite_mesh *mesh, const double *u, const double *load)
+{
+    const kmp_mesh_rows *k = &mesh->stiffness;
+    double largest = 0;
+    for (int i = 0; i < k->n; i++) {
+        double sum = 0;
+        for (int e = k->start[i]; e < k->start[i + 1]; e++)
+            sum += fabs(k->value[e] * u[k->col[e]]);
+        largest = sum > 0 ? fmax(largest, fabs(load[i]) / sum) : largest;
+    }
+    return largest;
+}
+
+/* Values of K x = value M x among rigid motions of all nodes: zeros, if nothing supports the mesh. *residual: their
+ * largest load over the sum of its parts. */
+static kempe_status rigid_values(const kmp_finite_mesh *mesh, const kmp_modal_body *b, double values[6],
+                                 double *residual)
 {
     const ptrdiff_t n = 3 * (ptrdiff_t)mesh->node_count;
     double *u, *load, k[36] = {0}, m[36] = {0}, x[36], centre[3];
@@ -74,6 +101,7 @@ static kempe_status rigid_values(const kmp_finite_mesh *mesh, const kmp_modal_bo
             rigid_motion(mesh, node, centre, way, u + n * way + 3 * (ptrdiff_t)node);
     for (int a = 0; a < 6; a++) {
         kmp_mesh_load(mesh, u + n * a, load);
+        *residual = fmax(*residual, residual_of(mesh, u + n * a, load));
         for (int c = 0; c < 6; c++)
             for (ptrdiff_t i = 0; i < n; i++)
                 k[6 * c + a] += u[n * c + i] * load[i];
@@ -92,12 +120,13 @@ static kempe_status rigid_values(const kmp_finite_mesh *mesh, const kmp_modal_bo
                : kmp_mesh_refuse(mesh, "its mass is that of a line or of a point, which does not resist rotation");
 }
 
-static kempe_status check_rigid(const kmp_finite_mesh *mesh, double first, double values[6])
+static kempe_status check_rigid(const kmp_finite_mesh *mesh, double first, double residual, double values[6])
 {
+    const double most = residual <= DIGITS ? ROUNDED : RIGID;
     int zeros = 0;
     for (int k = 0; k < 6; k++) {
         values[k] /= first;
-        zeros += fabs(values[k]) <= RIGID;
+        zeros += fabs(values[k]) <= most;
     }
     return zeros == 6
                ? KEMPE_OK
@@ -263,6 +292,7 @@ static kempe_status fill(const kmp_finite_mesh *mesh, kmp_held_mesh *held, int c
 {
     kmp_modal_body *b = &to->body;
     const int statics = 6 * (count - 1);
+    double residual = 0;
     *b = (kmp_modal_body){.arena = mesh->arena, .count = statics + modes, .node_count = mesh->node_count};
     if (!KMP_ARENA_MAKE(mesh->arena, KMP_ROOM(double, 3 * (ptrdiff_t)mesh->node_count, &b->node),
                         KMP_ROOM(double, 3 * (ptrdiff_t)mesh->node_count * b->count, &b->mode),
@@ -284,8 +314,8 @@ static kempe_status fill(const kmp_finite_mesh *mesh, kmp_held_mesh *held, int c
     }
     KMP_TRY(take_frame(mesh, b, frame));
     KMP_TRY(make_orthogonal(mesh, b, to->values));
-    KMP_TRY(rigid_values(mesh, b, to->rigid));
-    KMP_TRY(check_rigid(mesh, to->values[0], to->rigid));
+    KMP_TRY(rigid_values(mesh, b, to->rigid, &residual));
+    KMP_TRY(check_rigid(mesh, to->values[0], residual, to->rigid));
     return check_body(mesh, b);
 }
 

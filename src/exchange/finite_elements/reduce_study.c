@@ -8,6 +8,7 @@
 #include <kempe/reduce.h>
 #include <math.h>
 #include <string.h>
+#include <sys/stat.h>
 
 struct kempe_reduction {
     kempe_context *context;
@@ -17,7 +18,8 @@ struct kempe_reduction {
     kmp_interface *interfaces;
     kmp_flexible_frame frame;
     kmp_reduced_mesh reduced;
-    const char *written; /* the file; NULL: none yet */
+    const char *inputs[3]; /* files; NULL: none */
+    const char *written;   /* the file; NULL: none yet */
 };
 
 /* -- making ------------------------------------------------------------------------------------------ */
@@ -31,10 +33,11 @@ static kempe_status make(kempe_reduction *r, const char *mesh, const kempe_reduc
     if (frame == FRAMES)
         return kmp_fail(r->context, KEMPE_E_ARGUMENT, "--frame '%s' does not exist: clamped or chord", o->frame);
     r->frame = (kmp_flexible_frame)frame;
-    const char *path = kmp_arena_strdup(&r->arena, mesh);
-    if (!path)
-        return kmp_fail_memory(r->context);
-    KMP_TRY(kmp_finite_mesh_read(r->context, &r->arena, path, o, &r->mesh));
+    const char *const inputs[3] = {mesh, o->mass, o->nodes};
+    for (int k = 0; k < 3; k++)
+        if (inputs[k] && !(r->inputs[k] = kmp_arena_strdup(&r->arena, inputs[k])))
+            return kmp_fail_memory(r->context);
+    KMP_TRY(kmp_finite_mesh_read(r->context, &r->arena, r->inputs[0], o, &r->mesh));
     KMP_TRY(kmp_interfaces_read(&r->mesh, o->interfaces, &r->interface_count, &r->interfaces));
     KMP_TRY(kmp_craig_bampton(&r->mesh, r->interface_count, r->interfaces, o->modes, r->frame, &r->reduced));
     r->mesh.options = NULL;
@@ -46,7 +49,6 @@ kempe_status kempe_reduction_new(kempe_context *context, const char *mesh, const
 {
     KMP_WANTED(NULL, context, "context");
     KMP_WANTED(context, mesh, "mesh");
-    KMP_WANTED(context, options, "options");
     KMP_WANTED(context, reduction, "reduction");
     KMP_OPTIONS(context, kempe_reduce_options, options);
     kmp_context_begin(context);
@@ -100,11 +102,21 @@ static bool lay(kempe_reduction *r, laid *l)
     return true;
 }
 
+static bool is_same_file(const char *a, const char *b)
+{
+    struct stat one, other;
+    return stat(a, &one) == 0 && stat(b, &other) == 0 && one.st_dev == other.st_dev && one.st_ino == other.st_ino;
+}
+
 kempe_status kempe_reduction_write(kempe_reduction *r, const char *path)
 {
     KMP_WANTED(NULL, r, "reduction");
     KMP_WANTED(r->context, path, "path");
     kmp_context_clear(r->context);
+    for (int k = 0; k < 3; k++)
+        if (r->inputs[k] && is_same_file(path, r->inputs[k]))
+            return kmp_fail(r->context, KEMPE_E_ARGUMENT, "%s is read for the mesh: write the body to another file",
+                            path);
     char format[] = "kempe-flexible-1", units[] = "m kg s", *formats[] = {format}, *unit_words[] = {units};
     const kmp_modal_body *b = &r->reduced.body;
     const int n = b->count, p = r->interface_count;
@@ -138,11 +150,17 @@ kempe_status kempe_reduction_write(kempe_reduction *r, const char *path)
 
 /* -- printing ---------------------------------------------------------------------------------------- */
 
+/* Rounding of a number of this size is shown as zero. */
+static double shown(double x, double size)
+{
+    return fabs(x) < 1e-12 * fabs(size) ? 0 : x;
+}
+
 static void put_frequencies(kmp_text *text, int count, const double *values)
 {
     enum { A_LINE = 8 };
     for (int k = 0; k < count; k++)
-        kmp_text_printf(text, "%s%10.6g", k > 0 && k % A_LINE == 0 ? "\n                      " : "", sqrt(values[k]));
+        kmp_text_printf(text, "%s %11.6g", k > 0 && k % A_LINE == 0 ? "\n                     " : "", sqrt(values[k]));
     kmp_text_put(text, "\n");
 }
 
@@ -188,21 +206,28 @@ static void show(kmp_text *text, const void *result)
         kmp_text_put(text, "  none kept\n");
     if (m->left_out)
         kmp_text_printf(text, "  first left out     %10.6g\n", sqrt(m->held_values[kept]));
-    kmp_text_printf(text,
-                    "  mass               %10.6g kg\n  centre             %10.6g %10.6g %10.6g m\n  inertia, about it  "
-                    "%10.6g %10.6g %10.6g (xx yy zz)\n                     %10.6g %10.6g %10.6g kg m^2 (xy xz yz)\n",
-                    b->mass, centre[0], centre[1], centre[2], inertia[0], inertia[1], inertia[2], inertia[3],
-                    inertia[4], inertia[5]);
+    const double size = sqrt(fmax(fmax(inertia[0], inertia[1]), inertia[2]) / b->mass);
+    kmp_text_printf(text, "  mass               %10.6g kg\n  centre            ", b->mass);
+    for (int i = 0; i < 3; i++)
+        kmp_text_printf(text, " %10.6g", shown(centre[i], size));
+    kmp_text_put(text, " m\n  inertia, about it ");
+    for (int i = 0; i < 6; i++)
+        kmp_text_printf(text, " %10.6g%s", shown(inertia[i], size * size * b->mass),
+                        i == 2   ? " (xx yy zz)\n                    "
+                        : i == 5 ? " kg m^2 (xy xz yz)\n"
+                                 : "");
     kmp_text_printf(text,
                     "  rigid motions      %10.2g at most: six values of the stiffness over the first one of the body, "
                     "zero but for digits\n\n  interface        nodes    mass, kg   place, m\n",
                     largest_rigid(r));
     for (int k = 0; k < r->interface_count; k++)
         kmp_text_printf(text, "  %-16s %5d  %10.6g   %.6g %.6g %.6g\n", r->interfaces[k].name, r->interfaces[k].count,
-                        m->interface_mass[k], b->places[k].at[0], b->places[k].at[1], b->places[k].at[2]);
-    kmp_text_printf(text, "\n  %d nodes, %s; all are joined\n", b->node_count, r->mesh.format);
+                        m->interface_mass[k], shown(b->places[k].at[0], size), shown(b->places[k].at[1], size),
+                        shown(b->places[k].at[2], size));
+    kmp_text_printf(text, "\n  %d nodes, %s; elements join all of them\n", b->node_count, r->mesh.format);
     if (r->mesh.unused > 0)
-        kmp_text_printf(text, "  %d nodes without stiffness and mass are left out\n", r->mesh.unused);
+        kmp_text_printf(text, "  %d node%s without stiffness and mass left out\n", r->mesh.unused,
+                        r->mesh.unused == 1 ? "" : "s");
 }
 
 static void write_json(kmp_text *text, const void *result)

@@ -409,6 +409,19 @@ bool kmp_modal_combine(kmp_modal_body *b, int count, const double *v)
 
 /* -- places by nodes --------------------------------------------------------------------------------- */
 
+int kmp_modal_find_node(const kmp_modal_body *b, double number)
+{
+    int low = 0, high = b->node_count;
+    while (low < high) {
+        const int middle = low + (high - low) / 2;
+        if ((b->number ? b->number[middle] : middle) < number)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < b->node_count && (b->number ? b->number[low] : low) == number ? low : -1;
+}
+
 static void centre_of(const kmp_modal_body *b, int count, const int *nodes, double centre[3])
 {
     for (int i = 0; i < 3; i++) {

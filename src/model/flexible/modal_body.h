@@ -25,6 +25,7 @@ typedef struct kmp_modal_body {
                                             int u X' dm by terms of second order; NULL: not known */
     int node_count;
     double *node, *mode; /* node_count x 3, node_count x 3 x n */
+    double *number;      /* of nodes, in ascending order; NULL: from 0 on */
     int place_count;
     kmp_modal_place *places;
 } kmp_modal_body;
@@ -56,6 +57,9 @@ void kmp_modal_subtract(kmp_modal_body *body, const double *rigid);
 
 /** Replaces the modes by `count` combinations of them, the rows of `v` (count x n). False: no memory. */
 bool kmp_modal_combine(kmp_modal_body *body, int count, const double *v);
+
+/** A node by its number; -1: there is none. */
+int kmp_modal_find_node(const kmp_modal_body *body, double number);
 
 /** Adds a place at the mean of nodes that moves and turns as they do by least squares; a single node moves by itself,
  * and turns as the nodes about it do. Its number; -1: no rotation follows from the nodes, because they are in a line,

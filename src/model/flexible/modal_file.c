@@ -232,7 +232,15 @@ static bool take_nodes(const reading *f, kmp_modal_body *b)
     b->node_count = (int)nodes.shape[0];
     b->node = nodes.value;
     b->mode = numbers(f, "modes", 3, SHAPE(nodes.shape[0], 3, (size_t)b->count));
-    return b->mode;
+    if (!b->mode || !has(f, "node_number"))
+        return b->mode;
+    if (!(b->number = numbers(f, "node_number", 1, SHAPE(nodes.shape[0]))))
+        return false;
+    for (int k = 1; k < b->node_count; k++)
+        if (b->number[k] <= b->number[k - 1])
+            return refuse(f, "array 'node_number' does not ascend: node %d has number %g, the next one %g", k - 1,
+                          b->number[k - 1], b->number[k]);
+    return true;
 }
 
 static bool take_integrals(const reading *f, kmp_modal_body *b)

@@ -84,12 +84,16 @@ static int read_node(kmp_reader *r, const kmp_modal_body *b, const kmp_yaml *nod
     double k;
     if (!kmp_read_fixed(r, node, what, KMP_DIM_NUMBER, &k))
         return -1;
-    if (k >= 0 && k < b->node_count && k == floor(k))
-        return (int)k;
+    const int found = kmp_modal_find_node(b, k);
+    if (found >= 0)
+        return found;
+    const int last = b->node_count - 1;
     if (b->node_count == 0)
         kmp_reader_complain(r, node->place, "%s is %.6g: the file has no nodes", what, k);
     else
-        kmp_reader_complain(r, node->place, "%s is %.6g: the file has the nodes 0 to %d", what, k, b->node_count - 1);
+        kmp_reader_complain(r, node->place, "%s is %.6g: the file has %s nodes %.6g to %.6g", what, k,
+                            b->number ? "none of this number among its" : "the", b->number ? b->number[0] : 0,
+                            b->number ? b->number[last] : last);
     return -1;
 }
 
