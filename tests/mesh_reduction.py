@@ -175,6 +175,8 @@ class Meshes(flexible_files.Folder):
             said = self.reduce(MODELS / "brick.mtx", **BRICK, interface=names, **({"modes": kept} if kept else {}))
             self.alike(np.square(said["frequencies"]), expected, 1e-11)
             self.alike([*np.square(said["held_frequencies"]), said["first_left_out"]**2], held[:kept + 1], 1e-11)
+            self.assertEqual(said["equal_left_out"], kept > 0 and held[kept] < 1.00001 * held[kept - 1])
+        self.assertTrue(self.reduce(MODELS / "brick.mtx", **BRICK, interface=["a=x=0", "b=x=2"], modes=2)["equal_left_out"])
 
     def test_chord(self):
         """The frame changes rigid motions alone: frequencies are those of the modes less them, and models read both files alike."""

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
  * Flexible bodies from meshes of finite elements: stiffness and mass are reduced to a few modes by the method of Craig
- * and Bampton (docs/model/reduce.md).
+ * and Bampton (docs/reduce.md).
  */
 #ifndef KEMPE_REDUCE_H
 #define KEMPE_REDUCE_H

@@ -278,7 +278,7 @@ const cli_command cli_commands[] = {
      .study = IN_EXCHANGE(&cli_fmu_study)},
     {CLI_REDUCE, "reduce", "reduce a mesh of finite elements to the file of a flexible body (Craig-Bampton)",
      "  kempe reduce blade_mesh.npz --interface root=x=0 --interface tip=x=0.5 --modes 4 -o blade.npz\n"
-     "  kempe reduce K.mtx --mass M.mtx --nodes nodes.csv --units 'mm t s' --interface A=1-9 --modes 6 -o arm.npz\n"
+     "  kempe reduce K.mtx --mass M.mtx --nodes nodes.txt --units 'mm t s' --interface A=1-9 --modes 6 -o arm.npz\n"
      "  kempe reduce job.sti --units 'mm t s' --interface A=BORE --interface B=PIN --modes 10 -o rod.npz\n",
      .usage = "MESH --interface NAME=NODES.. -o BODY.npz [options]", .without_model = true, .wing = "EXCHANGE",
      .run = IN_EXCHANGE(cli_reduce)},

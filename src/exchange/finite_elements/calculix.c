@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What CalculiX stores at *FREQUENCY, SOLVER=MATRIXSTORAGE: JOB.sti and JOB.mas, lines "row column value" of one
- * triangle, and JOB.dof, a line "node.direction" for each row. The nodes are those of the input, JOB.inp. Formats as in
- * matrixstorage.c of CalculiX 2.20. */
+/* Matrices of CalculiX, stored by *FREQUENCY with SOLVER=MATRIXSTORAGE: JOB.sti and JOB.mas have lines "row column
+ * value" of one triangle, JOB.dof a line "node.direction" for each row (version 2.20). The nodes are those of the
+ * input, JOB.inp. */
 #include "exchange/finite_elements/finite_mesh.h"
 #include "exchange/finite_elements/number_lines.h"
 #include <ctype.h>

@@ -16,7 +16,7 @@ static const double CONVERGED = 1e-10;
  * thousand elements' lengths have 1e-12. */
 static const double SINGULAR = 1e-14;
 
-/* What is left of a vector that the others make up, but for rounding. */
+/* A vector of which others leave less is made up by them, but for rounding. */
 static const double DEPENDENT = 1e-10;
 
 /* Vectors of the Lanczos basis: so many, and so many for each mode; the modes of solids take a third of them. */

@@ -160,7 +160,7 @@ static void put_frequencies(kmp_text *text, int count, const double *values)
 {
     enum { A_LINE = 8 };
     for (int k = 0; k < count; k++)
-        kmp_text_printf(text, "%s %11.6g", k > 0 && k % A_LINE == 0 ? "\n                     " : "", sqrt(values[k]));
+        kmp_text_printf(text, "%s%12.6g", k > 0 && k % A_LINE == 0 ? "\n                      " : "", sqrt(values[k]));
     kmp_text_put(text, "\n");
 }
 
@@ -185,6 +185,14 @@ static double largest_rigid(const kempe_reduction *r)
     return largest;
 }
 
+/* The first mode left out is as fast as the last one kept: what these make up is not determined. */
+static bool is_split(const kmp_reduced_mesh *m)
+{
+    const double equal = 1 + 1e-6;
+    const double *end = m->held_values + m->held_count - 1;
+    return m->left_out && m->held_count > 1 && end[0] <= equal * end[-1];
+}
+
 static void show(kmp_text *text, const void *result)
 {
     const kempe_reduction *r = result;
@@ -197,27 +205,29 @@ static void show(kmp_text *text, const void *result)
         kmp_text_printf(text, "%s: ", r->written);
     kmp_text_printf(text, "%d mode%s of %s, frame %s: %d static, %d with held interfaces\n\n", b->count,
                     b->count == 1 ? "" : "s", r->mesh.path, kmp_flexible_frame_words[r->frame], statics, kept);
-    kmp_text_put(text, "  frequencies, rad/s ");
+    kmp_text_put(text, "  frequencies, rad/s  ");
     put_frequencies(text, b->count, m->values);
-    kmp_text_put(text, "  held interfaces    ");
+    kmp_text_put(text, "  held interfaces     ");
     if (kept > 0)
         put_frequencies(text, kept, m->held_values);
     else
         kmp_text_put(text, "  none kept\n");
     if (m->left_out)
-        kmp_text_printf(text, "  first left out     %10.6g\n", sqrt(m->held_values[kept]));
+        kmp_text_printf(
+            text, "  first left out      %12.6g%s\n", sqrt(m->held_values[kept]),
+            is_split(m) ? ", equal to the last one kept: the choice between them is arbitrary, change --modes" : "");
     const double size = sqrt(fmax(fmax(inertia[0], inertia[1]), inertia[2]) / b->mass);
-    kmp_text_printf(text, "  mass               %10.6g kg\n  centre            ", b->mass);
+    kmp_text_printf(text, "  mass                %12.6g kg\n  centre              ", b->mass);
     for (int i = 0; i < 3; i++)
-        kmp_text_printf(text, " %10.6g", shown(centre[i], size));
-    kmp_text_put(text, " m\n  inertia, about it ");
+        kmp_text_printf(text, " %11.6g", shown(centre[i], size));
+    kmp_text_put(text, " m\n  inertia, about it   ");
     for (int i = 0; i < 6; i++)
-        kmp_text_printf(text, " %10.6g%s", shown(inertia[i], size * size * b->mass),
-                        i == 2   ? " (xx yy zz)\n                    "
+        kmp_text_printf(text, " %11.6g%s", shown(inertia[i], size * size * b->mass),
+                        i == 2   ? " (xx yy zz)\n                      "
                         : i == 5 ? " kg m^2 (xy xz yz)\n"
                                  : "");
     kmp_text_printf(text,
-                    "  rigid motions      %10.2g at most: six values of the stiffness over the first one of the body, "
+                    "  rigid motions       %12.2g at most: six values of the stiffness over the first one of the body, "
                     "zero but for digits\n\n  interface        nodes    mass, kg   place, m\n",
                     largest_rigid(r));
     for (int k = 0; k < r->interface_count; k++)
@@ -250,6 +260,7 @@ static void write_json(kmp_text *text, const void *result)
         kmp_json_number(&json, NULL, sqrt(m->held_values[k]));
     kmp_json_end(&json);
     kmp_json_number(&json, "first_left_out", m->left_out ? sqrt(m->held_values[m->held_count - 1]) : NAN);
+    kmp_json_boolean(&json, "equal_left_out", is_split(m));
     kmp_json_number(&json, "mass", b->mass);
     kmp_json_numbers(&json, "centre", 3, centre);
     kmp_json_numbers(&json, "inertia", 6, inertia);
