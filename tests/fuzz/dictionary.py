@@ -85,7 +85,12 @@ def mesh():
     return stl + ["v 0 0 1\n", "f 1 2 3\n", "f -1 -2 -3 -4\n", "f 1/1/1 2//2 3/3\n", "vn 0 0 1\n", "# "]
 
 
-FORMATS = {"mesh": mesh, "expression": expression, "model": model, "mbs": lambda: xml("mbs.c"), "urdf": lambda: xml("urdf*.c", "drake*.c"), "mjcf": lambda: xml("mjcf*.c"), "sdf": lambda: xml("sdf*.c", "drake*.c"), "reference": columns,
+def elements():
+    keywords = ["*NODE", "*NSET, NSET=A", ", GENERATE", "*INCLUDE", "*STEP", "**"]
+    return keywords + ["%%MatrixMarket matrix coordinate real ", "symmetric", "general", "\n#== job.dof\n", "1.5D-3", "1.5-103", "7.1\n", "7.4\n"] + texts("src/exchange/finite_elements/mesh_arrays.c")
+
+
+FORMATS = {"elements": elements, "mesh": mesh, "expression": expression, "model": model, "mbs": lambda: xml("mbs.c"), "urdf": lambda: xml("urdf*.c", "drake*.c"), "mjcf": lambda: xml("mjcf*.c"), "sdf": lambda: xml("sdf*.c", "drake*.c"), "reference": columns,
            "checkpoint": lambda: ["# kempe checkpoint 3, model ", "\n", ",", ",0", "\n0.2,", "~", "# past,0.2,1\n"], "program": list, "values": values,
            "measured": measured, "parquet": parquet, "folder": folder}
 

@@ -93,6 +93,8 @@ static kempe_status take_keyword(input *in)
                                        "*INCLUDE is not followed: give the file with the nodes by --nodes FILE");
     const char *name = nodes || members ? parameter_of(in, "NSET") : NULL;
     in->generate = members && parameter_of(in, "GENERATE");
+    if (in->mesh->arena->failed)
+        return kmp_fail_memory(in->mesh->context);
     if (members && (!name || !*name))
         return kmp_number_lines_refuse(&in->lines, NULL, "*NSET needs its name, NSET=NAME");
     if (name && *name && (in->set = set_of(in, name, true)) < 0)

@@ -115,8 +115,10 @@ static kempe_status rigid_values(const kmp_finite_mesh *mesh, const kmp_modal_bo
     for (int a = 0; a < 6; a++)
         for (int c = 0; c < a; c++)
             k[6 * a + c] = k[6 * c + a] = (k[6 * a + c] + k[6 * c + a]) / 2;
-    return kmp_modal_values(b->arena, 6, k, m, values, x)
-               ? KEMPE_OK
+    if (kmp_modal_values(b->arena, 6, k, m, values, x))
+        return KEMPE_OK;
+    return b->arena->failed
+               ? kmp_fail_memory(mesh->context)
                : kmp_mesh_refuse(mesh, "its mass is that of a line or of a point, which does not resist rotation");
 }
 

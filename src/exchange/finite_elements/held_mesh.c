@@ -226,9 +226,9 @@ static kempe_status extend(krylov *k, int wanted)
     return KEMPE_OK;
 }
 
-/* Ritz values of K^-1 M, descending, with their vectors in the basis, column by column. True: the first `wanted` ones
- * have converged. */
-static bool ritz(const krylov *k, int wanted, double *theta, double *y)
+/* Ritz values of K^-1 M, descending, with their vectors in the basis, column by column. *converged: the first `wanted`
+ * ones are. False: no memory. */
+static bool ritz(const krylov *k, int wanted, double *theta, double *y, bool *converged)
 {
     const int m = k->applied;
     for (int j = 0; j < m; j++)
@@ -238,8 +238,8 @@ static bool ritz(const krylov *k, int wanted, double *theta, double *y)
         return false;
     for (int j = 0; j < m; j++)
         theta[j] = -theta[j];
-    bool converged = m >= wanted;
-    for (int j = 0; j < wanted && converged; j++) {
+    *converged = m >= wanted;
+    for (int j = 0; j < wanted && *converged; j++) {
         double residual = 0, lost = 0;
         for (int l = 0; l < m; l++)
             lost += fabs(k->lost[l] * y[l + m * j]);
@@ -249,9 +249,9 @@ static bool ritz(const krylov *k, int wanted, double *theta, double *y)
                 row += k->product[i + (ptrdiff_t)k->most * l] * y[l + m * j];
             residual += row * row;
         }
-        converged = sqrt(residual) + lost <= CONVERGED * fabs(theta[j]) + m * DBL_EPSILON * theta[0];
+        *converged = sqrt(residual) + lost <= CONVERGED * fabs(theta[j]) + m * DBL_EPSILON * theta[0];
     }
-    return converged;
+    return true;
 }
 
 static kempe_status search(krylov *k, int wanted, double *theta, double *y)
@@ -262,7 +262,10 @@ static kempe_status search(krylov *k, int wanted, double *theta, double *y)
             return kmp_fail_memory(h->mesh->context);
     for (;;) {
         KMP_TRY(extend(k, wanted));
-        if (ritz(k, wanted, theta, y))
+        bool converged;
+        if (!ritz(k, wanted, theta, y, &converged))
+            return kmp_fail_memory(h->mesh->context);
+        if (converged)
             return KEMPE_OK;
         if (k->applied == k->count)
             return kmp_fail(h->mesh->context, KEMPE_E_FAILED,

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+#include "base/file.h"
 #include "base/json.h"
 #include "base/memory.h"
 #include "exchange/finite_elements/craig_bampton.h"
@@ -113,6 +114,8 @@ kempe_status kempe_reduction_write(kempe_reduction *r, const char *path)
     KMP_WANTED(NULL, r, "reduction");
     KMP_WANTED(r->context, path, "path");
     kmp_context_clear(r->context);
+    if (strcmp(kmp_file_ending(path), ".npz") != 0)
+        return kmp_fail(r->context, KEMPE_E_ARGUMENT, "%s: a body is written as .npz", path);
     for (int k = 0; k < 3; k++)
         if (r->inputs[k] && is_same_file(path, r->inputs[k]))
             return kmp_fail(r->context, KEMPE_E_ARGUMENT, "%s is read for the mesh: write the body to another file",
