@@ -339,6 +339,7 @@ kempe_status kmp_craig_bampton(const kmp_finite_mesh *mesh, int count, const kmp
                         "--frame chord is from the first interface to the second one: name both by --interface");
     KMP_TRY(check_connected(mesh, count, interfaces));
     KMP_TRY(kmp_held_mesh_new(mesh, count, interfaces, &held));
+    reduced->library = kmp_held_mesh_library(held);
     kempe_status status = fill(mesh, held, count, interfaces, modes, frame, reduced);
     kmp_held_mesh_free(held);
     return status;

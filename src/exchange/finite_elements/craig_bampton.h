@@ -13,6 +13,7 @@ typedef struct kmp_reduced_mesh {
     double *held_values;    /* with all interfaces held: those kept, and the next one where there is one */
     bool left_out;          /* there is one */
     double rigid[6];        /* values of the rigid motions, over the first one of the body */
+    const char *library;    /* that factored the stiffness */
     double *interface_mass; /* of their nodes */
 } kmp_reduced_mesh;
 

@@ -5,9 +5,10 @@
 #include "exchange/finite_elements/held_mesh.h"
 #include "base/memory.h"
 #include "linalg/dense/lapack.h"
-#include "linalg/sparse.h"
+#include "linalg/sparse_definite.h"
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 /* Residual of a mode over its value of K^-1 M: values are then known to the square of this. */
 static const double CONVERGED = 1e-10;
@@ -25,12 +26,12 @@ enum { BASIS = 60, BASIS_EACH = 12, MORE_IN_BLOCK = 4 };
 struct kmp_held_mesh {
     const kmp_finite_mesh *mesh;
     kmp_arena arena;
-    int count;   /* of displacements that remain */
-    int *free;   /* their places among all */
-    int *at;     /* 3 node_count: the number among them, -1: held */
-    double *own; /* 3 node_count: work */
-    double *work;
-    kmp_sparse *factors;
+    int count;           /* of displacements that remain */
+    int *free;           /* their places among all */
+    int *at;             /* 3 node_count: the number among them, -1: held */
+    double *own;         /* 3 node_count: work, zero at held nodes */
+    double *load, *work; /* 3 node_count */
+    kmp_sparse_definite *factors;
 };
 
 void kmp_mesh_load(const kmp_finite_mesh *mesh, const double *u, double *y)
@@ -43,17 +44,20 @@ void kmp_mesh_load(const kmp_finite_mesh *mesh, const double *u, double *y)
     }
 }
 
-/* y = M x of the displacements that remain. */
+/* y = M x of the displacements that remain: nodes are held as wholes. */
 static void apply_mass(const kmp_held_mesh *h, const double *x, double *y)
 {
     const kmp_mesh_rows *m = &h->mesh->mass;
-    for (int f = 0; f < h->count; f++) {
-        const int i = h->free[f] / 3, a = h->free[f] % 3;
-        y[f] = 0;
-        for (int e = m->start[i]; e < m->start[i + 1]; e++) {
-            const int j = h->at[3 * m->col[e] + a];
-            y[f] += j >= 0 ? m->value[e] * x[j] : 0;
-        }
+    for (int f = 0; f < h->count; f++)
+        h->own[h->free[f]] = x[f];
+    for (int f = 0; f < h->count; f += 3) {
+        const int i = h->free[f] / 3;
+        double sum[3] = {0};
+        for (int e = m->start[i]; e < m->start[i + 1]; e++)
+            for (int a = 0; a < 3; a++)
+                sum[a] += m->value[e] * h->own[3 * (ptrdiff_t)m->col[e] + a];
+        for (int a = 0; a < 3; a++)
+            y[f + a] = sum[a];
     }
 }
 
@@ -75,8 +79,7 @@ static kempe_status factor(kmp_held_mesh *h)
                     col[count] = h->at[k->col[e]];
                     value[count++] = k->value[e];
                 }
-        h->factors = kmp_sparse_new(h->count, count, row, col, true);
-        outcome = h->factors ? kmp_sparse_factor(h->factors, value) : KMP_SPARSE_NO_MEMORY;
+        outcome = kmp_sparse_definite_new(h->count, count, row, col, value, &h->factors);
     }
     kmp_arena_free(&room);
     if (outcome == KMP_SPARSE_NO_MEMORY)
@@ -91,7 +94,8 @@ static kempe_status make(kmp_held_mesh *h, int count, const kmp_interface *inter
 {
     const kmp_finite_mesh *mesh = h->mesh;
     const int n = 3 * mesh->node_count;
-    if (!KMP_ARENA_MAKE(&h->arena, KMP_ROOM(int, n, &h->free, &h->at), KMP_ROOM(double, n, &h->own, &h->work)))
+    if (!KMP_ARENA_MAKE(&h->arena, KMP_ROOM(int, n, &h->free, &h->at),
+                        KMP_ROOM(double, n, &h->own, &h->load, &h->work)))
         return kmp_fail_memory(mesh->context);
     for (int p = 0; p < count; p++)
         for (int k = 0; k < interfaces[p].count; k++)
@@ -116,7 +120,12 @@ kempe_status kmp_held_mesh_new(const kmp_finite_mesh *mesh, int count, const kmp
     return KMP_GIVE_OR_FREE(status, held, h, kmp_held_mesh_free);
 }
 
-KMP_FREES(kmp_held_mesh, held, kmp_sparse_free(held->factors), kmp_arena_free(&held->arena))
+KMP_FREES(kmp_held_mesh, held, kmp_sparse_definite_free(held->factors), kmp_arena_free(&held->arena))
+
+const char *kmp_held_mesh_library(const kmp_held_mesh *held)
+{
+    return kmp_sparse_definite_library(held->factors);
+}
 
 int kmp_held_mesh_count(const kmp_held_mesh *held)
 {
@@ -127,10 +136,10 @@ kempe_status kmp_held_mesh_settle(kmp_held_mesh *h, double *u)
 {
     for (int f = 0; f < h->count; f++)
         u[h->free[f]] = 0;
-    kmp_mesh_load(h->mesh, u, h->own);
+    kmp_mesh_load(h->mesh, u, h->load);
     for (int f = 0; f < h->count; f++)
-        h->work[f] = -h->own[h->free[f]];
-    if (!kmp_sparse_solve(h->factors, 1, h->work))
+        h->work[f] = -h->load[h->free[f]];
+    if (!kmp_sparse_definite_solve(h->factors, 1, h->work))
         return kmp_fail_memory(h->mesh->context);
     for (int f = 0; f < h->count; f++)
         u[h->free[f]] = h->work[f];
@@ -144,10 +153,12 @@ typedef struct krylov {
     kmp_held_mesh *h;
     kmp_arena arena;
     int most, count, applied; /* vectors; those whose product with K^-1 M is known */
+    int width;                /* of a block */
     double **v;
     double *product;  /* most x most: entry (i, j) of V' M K^-1 M V at i + most j */
     double *lost;     /* of each product, what had no room in the basis */
     double *w, *mass; /* work */
+    double *block;    /* width vectors */
     uint64_t random;
 } krylov;
 
@@ -194,34 +205,59 @@ static bool add_vector(krylov *k, double *column, double *lost)
     return true;
 }
 
-/* A vector of random loads, as K^-1 M takes them. The same numbers at each call of the program. */
-static bool add_random(krylov *k)
+/* The block: K^-1 M of `count` vectors that are in it. */
+static bool apply(krylov *k, int count)
 {
-    for (int f = 0; f < k->h->count; f++) {
-        k->random = k->random * 6364136223846793005u + 1442695040888963407u; /* Knuth's MMIX generator */
-        k->mass[f] = (double)(k->random >> 11) / 9007199254740992.0 - 0.5;
+    const ptrdiff_t n = k->h->count;
+    for (int c = 0; c < count; c++) {
+        apply_mass(k->h, k->block + n * c, k->mass);
+        memcpy(k->block + n * c, k->mass, (size_t)n * sizeof *k->mass);
     }
-    apply_mass(k->h, k->mass, k->w);
-    double lost; /* there is room, or the space is whole */
-    return kmp_sparse_solve(k->h->factors, 1, k->w) && add_vector(k, NULL, &lost);
+    return kmp_sparse_definite_solve(k->h->factors, count, k->block);
 }
 
-/* Products of all vectors that have none yet, which add further ones. */
+static void take_of_block(krylov *k, int c)
+{
+    const ptrdiff_t n = k->h->count;
+    memcpy(k->w, k->block + n * c, (size_t)n * sizeof *k->w);
+}
+
+/* `count` vectors of random displacements, as K^-1 M takes them. The same numbers at each call of the program. */
+static bool add_random(krylov *k, int count)
+{
+    double lost; /* there is room, or the space is whole */
+    for (ptrdiff_t f = 0; f < (ptrdiff_t)k->h->count * count; f++) {
+        k->random = k->random * 6364136223846793005u + 1442695040888963407u; /* Knuth's MMIX generator */
+        k->block[f] = (double)(k->random >> 11) / 9007199254740992.0 - 0.5;
+    }
+    bool good = apply(k, count);
+    for (int c = 0; c < count && good; c++) {
+        take_of_block(k, c);
+        good = add_vector(k, NULL, &lost);
+    }
+    return good;
+}
+
+/* Products of the vectors that have none yet, a block at most, which add further ones. */
 static kempe_status extend(krylov *k, int wanted)
 {
     kempe_context *context = k->h->mesh->context;
-    const int end = k->count;
-    for (; k->applied < end; k->applied++) {
-        if (kmp_interrupted(context))
-            return KEMPE_STOPPED;
-        kmp_progress(context, KMP_PROGRESS_STUDY, k->applied, 5.0 * (wanted + MORE_IN_BLOCK), "vectors");
-        apply_mass(k->h, k->v[k->applied], k->w);
-        if (!kmp_sparse_solve(k->h->factors, 1, k->w) ||
-            !add_vector(k, k->product + (ptrdiff_t)k->most * k->applied, &k->lost[k->applied]))
-            return kmp_fail_memory(context);
+    const ptrdiff_t n = k->h->count;
+    const int new = k->count - k->applied, count = new < k->width ? new : k->width, end = k->count;
+    if (kmp_interrupted(context))
+        return KEMPE_STOPPED;
+    kmp_progress(context, KMP_PROGRESS_STUDY, k->applied, 5.0 * (wanted + MORE_IN_BLOCK), "vectors");
+    for (int c = 0; c < count; c++)
+        memcpy(k->block + n * c, k->v[k->applied + c], (size_t)n * sizeof *k->block);
+    bool good = apply(k, count);
+    for (int c = 0; c < count && good; c++, k->applied++) {
+        take_of_block(k, c);
+        good = add_vector(k, k->product + (ptrdiff_t)k->most * k->applied, &k->lost[k->applied]);
     }
-    for (int tries = 0; k->count == end && k->count < k->most && tries < 3; tries++)
-        if (!add_random(k)) /* the space is closed under K^-1 M */
+    if (!good)
+        return kmp_fail_memory(context);
+    for (int tries = 0; k->count == end && k->applied == end && k->count < k->most && tries < 3; tries++)
+        if (!add_random(k, 1)) /* the space is closed under K^-1 M */
             return kmp_fail_memory(context);
     return KEMPE_OK;
 }
@@ -257,9 +293,8 @@ static bool ritz(const krylov *k, int wanted, double *theta, double *y, bool *co
 static kempe_status search(krylov *k, int wanted, double *theta, double *y)
 {
     const kmp_held_mesh *h = k->h;
-    for (int i = 0; i < wanted + MORE_IN_BLOCK && k->count < k->most; i++)
-        if (!add_random(k))
-            return kmp_fail_memory(h->mesh->context);
+    if (!add_random(k, k->width))
+        return kmp_fail_memory(h->mesh->context);
     for (;;) {
         KMP_TRY(extend(k, wanted));
         bool converged;
@@ -312,11 +347,13 @@ kempe_status kmp_held_mesh_modes(kmp_held_mesh *h, int wanted, double *values, d
 {
     const long most = BASIS + (long)BASIS_EACH * wanted;
     krylov k = {.h = h, .most = h->count < most ? h->count : (int)most, .random = 1};
+    k.width = wanted + MORE_IN_BLOCK < k.most ? wanted + MORE_IN_BLOCK : k.most;
     double *theta, *y;
     kempe_status status = KEMPE_E_MEMORY;
     if (KMP_ARENA_MAKE(&k.arena, KMP_ROOM(double *, k.most, &k.v),
                        KMP_ROOM(double, (ptrdiff_t)k.most *k.most, &k.product, &y),
-                       KMP_ROOM(double, k.most, &theta, &k.lost), KMP_ROOM(double, h->count, &k.w, &k.mass)))
+                       KMP_ROOM(double, k.most, &theta, &k.lost), KMP_ROOM(double, h->count, &k.w, &k.mass),
+                       KMP_ROOM(double, (ptrdiff_t)h->count *k.width, &k.block)))
         status = search(&k, wanted, theta, y);
     else
         kmp_fail_memory(h->mesh->context);

@@ -12,6 +12,9 @@ kempe_status kmp_held_mesh_new(const kmp_finite_mesh *mesh, int count, const kmp
                                kmp_held_mesh **held);
 void kmp_held_mesh_free(kmp_held_mesh *held);
 
+/** The library that has factored it. */
+const char *kmp_held_mesh_library(const kmp_held_mesh *held);
+
 /** The number of displacements that remain. */
 int kmp_held_mesh_count(const kmp_held_mesh *held);
 

@@ -237,7 +237,8 @@ static void show(kmp_text *text, const void *result)
         kmp_text_printf(text, "  %-16s %5d  %10.6g   %.6g %.6g %.6g\n", r->interfaces[k].name, r->interfaces[k].count,
                         m->interface_mass[k], shown(b->places[k].at[0], size), shown(b->places[k].at[1], size),
                         shown(b->places[k].at[2], size));
-    kmp_text_printf(text, "\n  %d nodes, %s; elements join all of them\n", b->node_count, r->mesh.format);
+    kmp_text_printf(text, "\n  %d nodes, %s; elements join all of them; factored by %s\n", b->node_count,
+                    r->mesh.format, m->library);
     if (r->mesh.unused > 0)
         kmp_text_printf(text, "  %d node%s without stiffness and mass left out\n", r->mesh.unused,
                         r->mesh.unused == 1 ? "" : "s");
@@ -251,9 +252,10 @@ static void write_json(kmp_text *text, const void *result)
     double centre[3], inertia[6];
     kmp_json json = kmp_json_begin(text);
     inertia_of(b, centre, inertia);
-    kmp_json_put(&json, "{ model %s status %s reason %s file %s format %s frame %s nodes %d unused_nodes %d modes %d",
-                 r->mesh.path, kempe_outcome_text(KEMPE_OUTCOME_COMPLETE), "", r->written, r->mesh.format,
-                 kmp_flexible_frame_words[r->frame], b->node_count, r->mesh.unused, b->count);
+    kmp_json_put(
+        &json, "{ model %s status %s reason %s file %s format %s frame %s nodes %d unused_nodes %d factors %s modes %d",
+        r->mesh.path, kempe_outcome_text(KEMPE_OUTCOME_COMPLETE), "", r->written, r->mesh.format,
+        kmp_flexible_frame_words[r->frame], b->node_count, r->mesh.unused, m->library, b->count);
     kmp_json_array(&json, "frequencies");
     for (int k = 0; k < b->count; k++)
         kmp_json_number(&json, NULL, sqrt(m->values[k]));
