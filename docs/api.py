@@ -15,7 +15,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 PAGES = ROOT / "docs/api"
 # The order of use: the core, models, one mechanism, motion, linear analyses, parameters, wheels, programming.
 ORDER = """kempe table build settings check workspace stepper compare kinematics equilibrium inverse linearize modes limit_cycles response
-sensitivity gradient fit optimize ensemble rolling_contact vehicle comfort output_handles extend generate runtime""".split()
+sensitivity gradient fit optimize ensemble rolling_contact vehicle comfort reduce output_handles extend generate runtime""".split()
 HEADERS = sorted((path.stem for path in (ROOT / "include/kempe").glob("*.h")), key=lambda name: (ORDER.index(name) if name in ORDER else len(ORDER), name))
 TOKEN = re.compile(r"\s*(?:(/\*.*?\*/)|(#(?:[^\n\\]|\\\n|\\.)*)|(extern \"C\" \{|\}(?=\s*(?:#endif|\Z))))", re.S)
 

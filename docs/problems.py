@@ -69,6 +69,8 @@ PARTS = (
         ("Leg of a robot, from URDF+", "30 digits, as two double pendulums", "robot_leg/robot_leg", "robot_leg/reference", "1e-12"),
         ("Five-bar robot with flexible links", "virtual work at points of Gauss, SciPy at 1e-13", "flexible_robot/flexible_robot",
          "flexible_robot/reference", "1e-12"),
+        ("Blade from a mesh, driven at its corner", "Lagrange's equations with the mass between nodes, SciPy at 1e-12", "flexible_blade/flexible_blade",
+         "flexible_blade/reference", "1e-11"),
         ("Gough-Stewart platform", "113-bit arithmetic", "stewart/stewart", "stewart/reference", "1e-12"),
         ("Suspension", "absolute coordinates, long doubles", "suspension/suspension", "suspension/reference", "1e-12"),
         ("Excavator with hydraulics and a digital controller", "113-bit arithmetic", "hydraulic_excavator/hydraulic_excavator",

@@ -867,10 +867,27 @@ def flexible_robot():
     return p
 
 
+def flexible_blade():
+    """At 0.1 s, seen along y; the blade is drawn as a cubic with its deflection times 20."""
+    hinge, tip, larger = -0.1853, (0.48897, -0.07771), 20
+    p = Picture("A flexible blade at 0.1 s: deflection times 20")
+    pin = at((0.5, -0.35), 4.0, (0.06, 0))
+    p.body("blade", (0, 0), tip)
+    down = math.atan2(tip[1], tip[0])
+    p.curve("deflected", *(at((0, 0), down, (0.495 * k / 16, larger * 1.4e-3 * (k / 16)**2 * (3 - k / 16) / 2)) for k in range(17)), shift=(-70, -16))
+    p.body("rod", tip, pin)
+    p.body("crank", (0.5, -0.35), pin)
+    p.pivot((0, 0), "hinge", True, (-12, 30))
+    p.pivot((0.5, -0.35), "motor", True, (16, 4))
+    p.pivot(pin)
+    p.pivot(tip)
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
-            rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg, flexible_robot)
+            rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg, flexible_robot, flexible_blade)
 
 if __name__ == "__main__":
     for make in PICTURES:

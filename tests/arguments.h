@@ -21,6 +21,7 @@
 #include <kempe/modes.h>
 #include <kempe/optimize.h>
 #include <kempe/output_handles.h>
+#include <kempe/reduce.h>
 #include <kempe/response.h>
 #include <kempe/rolling_contact.h>
 #include <kempe/sensitivity.h>
@@ -109,6 +110,11 @@ static const kempe_inverse_options by_motor = {.actuators = "crank", .independen
 static const kempe_modes_options from_start = {.at = "start"};
 static const kempe_gradient_options of_base = {.parameters = "base", .driven = "crank"};
 
+static const kempe_reduce_options of_brick = {.interfaces = "root=x=0",
+                                              .modes = 2,
+                                              .units = "m kg s",
+                                              .mass = KEMPE_ROOT "/tests/models/brick_mass.mtx",
+                                              .nodes = KEMPE_ROOT "/tests/models/brick_nodes.txt"};
 static const kempe_fmu_options sources_alone = {.no_binary = 1};
 static const kempe_sample_options two_cranks = {.ranges = "crank=0.29:0.31", .count = 2};
 
@@ -136,6 +142,7 @@ SOME(kempe_table, kempe_inverse_table, some_kempe_inverse(0), "rows")
 SOME(kempe_workspace, kempe_workspace_new, some_kempe_system(0))
 SOME(kempe_count, kempe_count_new, some_kempe_model(0), NULL)
 SOME(kempe_code, kempe_code_new, some_kempe_model(0), NULL)
+SOME(kempe_reduction, kempe_reduction_new, some_kempe_context(0), KEMPE_ROOT "/tests/models/brick.mtx", &of_brick)
 SOME(kempe_fmu_export, kempe_fmu_export_new, some_kempe_model(0), &sources_alone)
 SOME(kempe_values, kempe_values_sample, some_kempe_model(0), &two_cranks)
 ZERO(kempe_run_options)
@@ -145,6 +152,7 @@ ZERO(kempe_ensemble_options)
 ZERO(kempe_compare_options)
 ZERO(kempe_generate_options)
 ZERO(kempe_fmu_options)
+ZERO(kempe_reduce_options)
 ZERO(kempe_kinematics_options)
 ZERO(kempe_equilibrium_options)
 ZERO(kempe_inverse_options)

@@ -88,7 +88,7 @@ def commands(page):
         for line in block.split("\n"):
             if line.startswith("cd "):
                 folder = line[3:]
-            if re.match(r"kempe (new \w|\w+ \S+\.(yaml|urdf|mjcf|sdf|kempe)\b)", line):
+            if re.match(r"kempe (new \w|\w+ \S+\.(yaml|urdf|mjcf|sdf|kempe|mtx)\b)", line):
                 yield folder, shlex.split(line)[1:]
 
 

@@ -42,9 +42,8 @@ def integrals(weight, place, phi):
 
 # -- the blade -----------------------------------------------------------------------------------------
 
-def blade(whole=True):
-    """A box of 10 x 2 x 1 elements, quadratic along each edge; end faces are rigid, that at x = 0 fixed. Six static modes of the
-    other one and four of the blade between both, made orthogonal. Without `whole` integrals are left to the mass of the nodes."""
+def blade_mesh():
+    """A box of 10 x 2 x 1 elements, quadratic along each edge: nodes, stiffness (nn, 3, nn, 3), mass between nodes."""
     length, width, height, E, nu, rho = 0.5, 0.06, 0.008, 71e9, 0.33, 2750.0
     count = (10, 2, 1)
 
@@ -82,6 +81,15 @@ def blade(whole=True):
     for i in range(3):
         for j in range(3):
             K[:, i, :, j] = lam * slopes(i, j) + mu * slopes(j, i) + (mu * shear if i == j else 0)
+    return nodes, K, Ms
+
+
+def blade(whole=True):
+    """The mesh with rigid end faces, that at x = 0 fixed. Six static modes of the other one and four of the blade between both,
+    made orthogonal. Without `whole` integrals are left to the mass of the nodes."""
+    length = 0.5
+    nodes, K, Ms = blade_mesh()
+    nn = len(nodes)
     K, M = K.reshape(3 * nn, 3 * nn), np.kron(Ms, np.eye(3))
     held, face = (np.repeat(nodes[:, 0] == x, 3) for x in (0, length))
     inner = ~(held | face)

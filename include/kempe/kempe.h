@@ -27,7 +27,7 @@
  *     sensitivity.h   sensitivities of results to parameters; gradient.h: gradients for optimisers
  *     fit.h           parameters from measured motions; optimize.h: best parameters under limits
  *     vehicle.h       wheels on their rails over a range; rolling_contact.h: laws of rolling contact
- *     comfort.h       ride comfort
+ *     comfort.h       ride comfort; reduce.h: flexible bodies from meshes of finite elements
  *     generate.h      operation counts, equations in other languages, functional mock-up units
  *     cache.h         a folder that keeps derived equations for the next time
  *

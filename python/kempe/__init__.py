@@ -48,6 +48,7 @@ from .model import Model
 from .modes import LimitCycles, Modes
 from .output_handles import Outputs
 from .progress import Progress
+from .reduction import Reduction, reduce
 from .response import Response
 from .sensitivity import Sensitivity
 from .stepper import SavedState, State, Stepper
@@ -98,6 +99,7 @@ __all__ = [
     "Outputs",
     "Problem",
     "Progress",
+    "Reduction",
     "Response",
     "SavedState",
     "Sensitivity",
@@ -113,4 +115,5 @@ __all__ = [
     "about",
     "contact",
     "convert_exudyn",
+    "reduce",
 ]

@@ -304,9 +304,11 @@ PACKAGES = {"# with SciPy": "scipy", "# with pandas": "pandas"}
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)
 def test_examples_of_docstrings(module, tmp_path, monkeypatch):
-    """Each runs by itself, in a folder with three models."""
+    """Each runs by itself, in a folder with three models and a mesh."""
     for name in ("four_bar", "quarter_car", "cart_pole"):
         shutil.copy(EXAMPLES / name / f"{name}.yaml", tmp_path)
+    for name in ("brick.mtx", "brick_mass.mtx", "brick_nodes.txt"):
+        shutil.copy(EXAMPLES.parent / "tests/models" / name, tmp_path)
     monkeypatch.chdir(tmp_path)
     runner = doctest.DocTestRunner(verbose=False)
     for test in doctest.DocTestFinder().find(module, globs={**vars(module), "kempe": kempe}):

@@ -634,6 +634,20 @@ def test_fmu(four_bar, tmp_path):
         four_bar.fmu(fmi=4)
 
 
+def test_reduce(tmp_path):
+    mesh = EXAMPLES.parent / "tests/models/brick.mtx"
+    more = {"mass": mesh.with_name("brick_mass.mtx"), "nodes": mesh.with_name("brick_nodes.txt"), "units": "m kg s"}
+    body = kempe.reduce(mesh, interfaces={"root": "x=0", "tip": "8-11"}, modes=1, **more)
+    assert len(body.frequencies) == 7 and body.to_dict()["mass"] == pytest.approx(24) and "clamped" in str(body)
+    body.write(tmp_path / "brick.npz")
+    with np.load(tmp_path / "brick.npz") as file:
+        assert file["T"].shape == (7, 7, 3, 3) and np.allclose(np.sqrt(np.diag(file["K"])), body.frequencies)
+        assert np.allclose(np.einsum("klaa->kl", file["T"]), np.eye(7))
+    assert kempe.reduce(mesh, interfaces="root=x=0", modes=1, **more).frequencies[0] < body.frequencies[0]
+    with pytest.raises(kempe.InputError, match="there is no node 12"):
+        kempe.reduce(mesh, interfaces={"root": "9-12"}, modes=1, **more)
+
+
 def test_generate(four_bar, tmp_path):
     code = four_bar.generate(language="python", sets="M_C")
     assert len(code.files) >= 1 and all(code.files.values()) and str(code)
@@ -780,7 +794,7 @@ def test_every_number_of_options_is_known():
     from kempe.options import _COUNTS
 
     flags = set("""body_inputs convergence_check drives full_convergence_check global integral judge_safety keep_dense
-        keep_independent keep_parameters linear newton no_binary no_convergence_check optimize resume simulator stick
+        keep_independent keep_parameters linear modes newton no_binary no_convergence_check optimize resume simulator stick
         vectorised""".split())
     for name in sum(map(list, ffi.list_types()), []):
         if name.endswith("_options"):

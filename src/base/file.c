@@ -15,7 +15,7 @@
 
 /* The most MiB of a file, whether it may be a pipe that a user names, its words in sentences. The bounds are beyond
  * what the readers take: a million bodies are 300 MiB of YAML, two million triangles 500 MiB of STL, 200000 points 20
- * MiB. */
+ * MiB; matrices of 300000 displacements of a solid are 2000 MiB of text. */
 static const struct {
     int mib;
     bool pipes;
@@ -25,6 +25,7 @@ static const struct {
     [KMP_FILE_INCLUDED] = {1024, false, "a file of a model"},
     [KMP_FILE_MESH] = {512, false, "a mesh"},
     [KMP_FILE_MODES] = {512, false, "a file of modes"},
+    [KMP_FILE_MATRIX] = {4096, false, "a matrix"},
     [KMP_FILE_POINTS] = {64, false, "a table of points"},
     [KMP_FILE_TABLE] = {1024, true, "a table in CSV"},
     [KMP_FILE_PARQUET] = {1024, false, "a Parquet file"},

@@ -10,6 +10,7 @@ typedef enum kmp_file_kind {
     KMP_FILE_INCLUDED,
     KMP_FILE_MESH,
     KMP_FILE_MODES,
+    KMP_FILE_MATRIX,
     KMP_FILE_POINTS,
     KMP_FILE_TABLE,
     KMP_FILE_PARQUET,

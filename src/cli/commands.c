@@ -122,6 +122,7 @@ const char *cli_lacking(unsigned command, const cli_settings *s)
         {CLI_SIMULATE, !s->from != !s->instance, "--from FOLDER and --instance K belong together"},
         {CLI_GENERATE, !s->count && !s->generation.language, "generate needs --lang NAME, or --count"},
         {CLI_FMU, !s->output, "the file of the unit is missing: --output NAME.fmu"},
+        {CLI_REDUCE, !s->output, "the file of the body is missing: --output BODY.npz"},
         {CLI_SHOW, views != 1 && !passes, "show needs one of --model, --as, --equations, --program, --stats"},
     };
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
@@ -275,5 +276,11 @@ const cli_command cli_commands[] = {
      "  kempe fmu examples/four_bar/four_bar.yaml -o four_bar.fmu --fmi 2 --kind cs\n",
      .usage = "FILE -o NAME.fmu [options]", .model_alone = true, .wing = "EXCHANGE",
      .study = IN_EXCHANGE(&cli_fmu_study)},
+    {CLI_REDUCE, "reduce", "reduce a mesh of finite elements to the file of a flexible body (Craig-Bampton)",
+     "  kempe reduce blade_mesh.npz --interface root=x=0 --interface tip=x=0.5 --modes 4 -o blade.npz\n"
+     "  kempe reduce K.mtx --mass M.mtx --nodes nodes.txt --units 'mm t s' --interface A=1-9 --modes 6 -o arm.npz\n"
+     "  kempe reduce job.sti --units 'mm t s' --interface A=BORE --interface B=PIN --modes 10 -o rod.npz\n",
+     .usage = "MESH --interface NAME=NODES.. -o BODY.npz [options]", .without_model = true, .wing = "EXCHANGE",
+     .run = IN_EXCHANGE(cli_reduce)},
     {0},
 };

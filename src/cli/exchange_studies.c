@@ -49,3 +49,23 @@ static kempe_status export_unit(const kempe_model *model, const cli_settings *s,
 }
 
 STUDY(fmu, kempe_fmu_export, export_unit(j->model, s, result), .files = {{AT(output), any_kempe_fmu_export_write}})
+
+static kempe_status print_reduction(const cli_job *j, const void *object, kempe_format format, char **text)
+{
+    (void)j;
+    return kempe_reduction_print(object, format, text);
+}
+
+/* Writes the body, then the report about it. */
+kempe_status cli_reduce(const cli_job *j)
+{
+    kempe_reduction *made = NULL;
+    kempe_status status = kempe_reduction_new(j->context, j->settings->file, &j->settings->reduce, &made);
+    if (made)
+        status = cli_worse(status, kempe_reduction_write(made, j->settings->output));
+    cli_report_failure(j, status, false);
+    if (status == KEMPE_OK)
+        status = cli_report(j, print_reduction, made);
+    kempe_reduction_free(made);
+    return status;
+}

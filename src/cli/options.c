@@ -31,6 +31,7 @@ typedef enum option_kind {
     OPTION_PICTURE,
     OPTION_PAGE,
     OPTION_UNIT,
+    OPTION_MODES,
     OPTION_KINDS
 } option_kind;
 
@@ -44,7 +45,8 @@ static const struct {
                          [OPTION_ARRAYS] = {.ending = ".npz, .mat"},
                          [OPTION_PICTURE] = {.ending = ".svg, .png"},
                          [OPTION_PAGE] = {.ending = ".html, .htm"},
-                         [OPTION_UNIT] = {.ending = ".fmu"}};
+                         [OPTION_UNIT] = {.ending = ".fmu"},
+                         [OPTION_MODES] = {.ending = ".npz"}};
 
 /* The help prints the options of a command group by group. */
 typedef enum option_group { IN_MODEL, IN_RUN, IN_OUTPUT, IN_OTHER, OPTION_GROUPS } option_group;
@@ -70,21 +72,21 @@ typedef struct option {
 #define BACKENDS            "evaluator of the equations: native machine code (default), or tape, an interpreter"
 
 static const option options[] = {
-    {CLI_ALL & ~CLI_NEW, IN_MODEL, "set", OPTION_SETTING, 0, "NAME=VALUE",
+    {CLI_MODELS, IN_MODEL, "set", OPTION_SETTING, 0, "NAME=VALUE",
      "set a parameter of the model to another value; may be repeated"},
-    {CLI_ALL & ~CLI_NEW, IN_MODEL, "input", OPTION_SETTING, 0, "NAME=VALUE",
+    {CLI_MODELS, IN_MODEL, "input", OPTION_SETTING, 0, "NAME=VALUE",
      "value of an input of the model, or FILE:COLUMN:METHOD: samples of a CSV file over its column t, with the method "
      "hold, linear or cubic; may be repeated"},
-    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_FMU | CLI_CONTACT | CLI_NEW), IN_MODEL, "closure-tolerance",
+    {CLI_MODELS & ~(CLI_SHOW | CLI_GENERATE | CLI_FMU | CLI_CONTACT), IN_MODEL, "closure-tolerance",
      VALUE(LENGTH, closure_tolerance), "X",
      "largest gap of a redundant closure that is accepted as rounding of the model, m (0: none)"},
-    {CLI_ALL & ~CLI_NEW, IN_MODEL, "base", TEXT(base), "NAME",
+    {CLI_MODELS, IN_MODEL, "base", TEXT(base), "NAME",
      "root of a robot in another format: fixed (to the ground) or free (default: as the format has it)"},
-    {CLI_ALL & ~CLI_NEW, IN_MODEL, "joint-limits", FLAG(joint_limits),
+    {CLI_MODELS, IN_MODEL, "joint-limits", FLAG(joint_limits),
      "limits of joints in a file in another format are stops, without rebound (default: they are left out)"},
-    {CLI_ALL & ~CLI_NEW, IN_MODEL, "strict", FLAG(strict),
+    {CLI_MODELS, IN_MODEL, "strict", FLAG(strict),
      "surfaces that touch, limits and controllers of a file in another format are errors where they are not used"},
-    {CLI_ALL & ~CLI_NEW, IN_MODEL, "leave-out", TEXT(left_out), "NAME,..",
+    {CLI_MODELS, IN_MODEL, "leave-out", TEXT(left_out), "NAME,..",
      "elements and attributes of a file in another format that are mechanics and may be left out: results are not "
      "trustworthy"},
     {CLI_SIMULATE | CLI_COMPARE | CLI_SHOW | CLI_COMFORT, IN_MODEL, "algorithm", TEXT(algorithm), "NAME",
@@ -329,6 +331,22 @@ static const option options[] = {
     {CLI_GENERATE, IN_OUTPUT, "vectorised", FLAG(generation.vectorised),
      "array languages: one statement for all operations that are possible at once"},
     {CLI_GENERATE, IN_OUTPUT, "output", TEXT(output), "DIR", "folder of the files (default: the current one)"},
+    {CLI_REDUCE, IN_MODEL, "interface", VALUE(LIST, interfaces), "NAME=NODES",
+     "nodes that move as a rigid body: numbers and ranges, root=1,2,5-9, a set of the mesh, root=SET, or those within "
+     "ranges of places in units of the mesh, root=x=0 or root=x=0:2,z=1; may be repeated: the joint of the body holds "
+     "the first one"},
+    {CLI_REDUCE, IN_MODEL, "modes", VALUE(WHOLE, reduce.modes), "N",
+     "modes with all interfaces held, beside six static ones of each interface but the first (default: none)"},
+    {CLI_REDUCE, IN_MODEL, "frame", TEXT(reduce.frame), "NAME",
+     "frame of the modes: clamped at the first interface (default), chord to the second one"},
+    {CLI_REDUCE, IN_MODEL, "units", TEXT(reduce.units), "WORDS",
+     "units of length, mass and time of a mesh that does not say them: 'm kg s', 'mm t s'"},
+    {CLI_REDUCE, IN_MODEL, "mass", TEXT(reduce.mass), "FILE", "matrix of mass beside a stiffness .mtx"},
+    {CLI_REDUCE, IN_MODEL, "nodes", TEXT(reduce.nodes), "FILE",
+     "places of the nodes: beside .mtx a text with x, y and z in each line, beside .sti the input with *NODE (default: "
+     "JOB.inp)"},
+    {CLI_REDUCE, IN_OUTPUT, "output", VALUE(MODES, output), "FILE",
+     "write the body, kempe-flexible-1, that a model names under `flexible`"},
     {CLI_FMU, IN_OUTPUT, "output", VALUE(UNIT, output), "FILE", "file of the unit"},
     {CLI_FMU, IN_OUTPUT, "fmi", VALUE(WHOLE, fmu.fmi), "N", "version of the FMI: 2 or 3 (default)"},
     {CLI_FMU, IN_OUTPUT, "kind", TEXT(fmu.kind), "NAME,..",
@@ -375,14 +393,13 @@ static const option options[] = {
     {CLI_COMPARE, PAGE("recommendation, diagrams, animation of the mechanism")},
     {CLI_CHECK, IN_OUTPUT, "all", FLAG(all),
      "also dependent sets, removable closures, pivots, alternatives, blocks and the ranges of all coordinates"},
-    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_COMPARE | CLI_NEW | CLI_FMU), IN_OUTPUT, "angle-unit", TEXT(angle_unit),
-     "UNIT",
+    {CLI_MODELS & ~(CLI_SHOW | CLI_GENERATE | CLI_COMPARE | CLI_FMU), IN_OUTPUT, "angle-unit", TEXT(angle_unit), "UNIT",
      "unit of angles, their rates and accelerations in text, tables, pictures and pages: rad (default), deg; --json "
      "stays in SI"},
     {CLI_ALL, IN_OUTPUT, "json", TEXT(json), "PATH|-",
      "write one JSON object; - writes it to stdout instead of the text"},
     {CLI_ALL, IN_OUTPUT, "quiet", FLAG(quiet), "no progress and no log on stderr; warnings stay"},
-    {CLI_ALL & ~CLI_NEW, IN_OTHER, "no-cache", FLAG(no_cache),
+    {CLI_MODELS, IN_OTHER, "no-cache", FLAG(no_cache),
      "derive the equations anew, and keep nothing in the cache (~/.cache/kempe)"},
     {CLI_ALL, IN_OTHER, "help", FLAG(help), "print this text"},
 };
@@ -597,7 +614,8 @@ static bool read_file_name(unsigned command, const char *word, cli_settings *set
         return true;
     }
     if (settings->file)
-        return cli_complain("one model file is expected, but '%s' and '%s' are given", settings->file, word);
+        return cli_complain("one %s is expected, but '%s' and '%s' are given",
+                            command == CLI_REDUCE ? "mesh" : "model file", settings->file, word);
     settings->file = word;
     return true;
 }
@@ -640,9 +658,11 @@ bool cli_options_read(unsigned command, const char *command_name, int count, cha
     s->fit.own = s->own;
     s->fit.files = s->data_files;
     s->optimize.limits = s->limits;
+    s->reduce.interfaces = s->interfaces;
     if (!settings->file && !settings->help && !settings->from)
-        return cli_complain(command == CLI_GATHER ? "the folder is missing: kempe %s FOLDER"
-                                                  : "the model file is missing: kempe %s FILE",
+        return cli_complain(command == CLI_GATHER   ? "the folder is missing: kempe %s FOLDER"
+                            : command == CLI_REDUCE ? "the mesh is missing: kempe %s MESH"
+                                                    : "the model file is missing: kempe %s FILE",
                             command_name);
     return true;
 }

@@ -14,6 +14,7 @@
 #include <kempe/limit_cycles.h>
 #include <kempe/modes.h>
 #include <kempe/optimize.h>
+#include <kempe/reduce.h>
 #include <kempe/response.h>
 #include <kempe/sensitivity.h>
 #include <kempe/settings.h>
@@ -46,7 +47,9 @@ enum {
     CLI_FMU = 1048576,
     CLI_COMFORT = 2097152,
     CLI_CYCLES = 4194304,
-    CLI_ALL = 8388607,
+    CLI_REDUCE = 8388608,
+    CLI_ALL = 16777215,
+    CLI_MODELS = CLI_ALL & ~(CLI_NEW | CLI_REDUCE), /* that read a model */
     CLI_TABLES = CLI_SIMULATE | CLI_KINEMATICS | CLI_INVERSE | CLI_RESPONSE | CLI_MODES | CLI_SENSITIVITY |
                  CLI_ENSEMBLE | CLI_CONTACT | CLI_COMPARE | CLI_FIT | CLI_OPTIMIZE | CLI_COMFORT |
                  CLI_CYCLES /* with a table of results */
@@ -67,6 +70,8 @@ typedef struct cli_settings {
     kempe_generate_options generation;
     kempe_fmu_options fmu;
     int unit_on_library;
+    kempe_reduce_options reduce;
+    char interfaces[CLI_LIST_SIZE];
     kempe_equilibrium_options equilibrium;
     kempe_kinematics_options kinematics;
     kempe_contact_options contact;

@@ -6,6 +6,38 @@
 #include <stdio.h>
 #include <string.h>
 
+/* -- entries --------------------------------------------------------------------------------------------- */
+
+static size_t count_of(const kmp_named_array *array)
+{
+    size_t count = 1;
+    for (int d = 0; d < array->rank; d++)
+        count *= (size_t)array->shape[d];
+    return count;
+}
+
+/* Appends all numbers in one of both orders. */
+static void put_values(kmp_text *text, const kmp_named_array *array, bool by_rows)
+{
+    const size_t count = count_of(array);
+    for (size_t k = 0; k < count; k++) {
+        char little[8];
+        size_t place = k;
+        if (by_rows != array->by_rows) { /* digits of k in the order of writing, read in the other order */
+            size_t rest = k, stride = count;
+            place = 0;
+            for (int d = 0; d < array->rank; d++) {
+                const size_t size = (size_t)array->shape[by_rows ? array->rank - 1 - d : d];
+                stride /= size;
+                place += rest % size * stride;
+                rest /= size;
+            }
+        }
+        kmp_put_double(little, array->values[place]);
+        kmp_text_append(text, little, sizeof little);
+    }
+}
+
 /* -- .mat ------------------------------------------------------------------------------------------------ */
 
 /* Arrays in MATLAB's level 5 format, as MATLAB, Octave, SciPy and matio read it (MAT-File Format, The MathWorks,
@@ -18,12 +50,6 @@ enum { CELLS = 1, TEXT = 4, NUMBERS = 6 };
 
 /* The largest element, whose size has 32 bits. */
 #define MOST_BYTES 0xffffff00u
-
-/* Columns of an array: 1 for a vector. */
-static int columns_of(const kmp_named_array *array)
-{
-    return array->columns == KMP_ARRAY_VECTOR ? 1 : array->columns;
-}
 
 /* The tag of an element, and its end once the data are there. */
 static size_t begin(kmp_text *text, int type)
@@ -45,15 +71,15 @@ static void end(kmp_text *text, size_t data)
     kmp_text_append(text, zeros, (8 - text->length % 8) % 8);
 }
 
-/* An array up to its data. */
-static size_t begin_array(kmp_text *text, int class, const char *name, int rows, int columns)
+/* An array up to its data; of two indices or more. */
+static size_t begin_array(kmp_text *text, int class, const char *name, int rank, const int *shape)
 {
     size_t array = begin(text, MATRIX), part = begin(text, UINT32);
     kmp_put_integer(text, (uint64_t) class, 8);
     end(text, part);
     part = begin(text, INT32);
-    kmp_put_integer(text, (uint64_t)rows, 4);
-    kmp_put_integer(text, (uint64_t)columns, 4);
+    for (int d = 0; d < (rank > 2 ? rank : 2); d++)
+        kmp_put_integer(text, d < rank ? (uint64_t)shape[d] : 1, 4);
     end(text, part);
     part = begin(text, INT8);
     kmp_text_append(text, name, strlen(name));
@@ -64,7 +90,8 @@ static size_t begin_array(kmp_text *text, int class, const char *name, int rows,
 /* Characters beyond ASCII become '?', as in .npz. */
 static void put_word(kmp_text *text, const char *word)
 {
-    size_t array = begin_array(text, TEXT, "", *word != '\0', (int)strlen(word)), data = begin(text, UINT16);
+    const int shape[2] = {*word != '\0', (int)strlen(word)};
+    size_t array = begin_array(text, TEXT, "", 2, shape), data = begin(text, UINT16);
     for (; *word; word++)
         kmp_put_integer(text, (unsigned char)*word < 128 ? (unsigned char)*word : '?', 2);
     end(text, data);
@@ -73,17 +100,13 @@ static void put_word(kmp_text *text, const char *word)
 
 static void put_array(kmp_text *text, const kmp_named_array *a)
 {
-    size_t array = begin_array(text, a->values ? NUMBERS : CELLS, a->name, a->rows, columns_of(a));
+    size_t array = begin_array(text, a->values ? NUMBERS : CELLS, a->name, a->rank, a->shape);
     if (a->values) {
-        size_t data = begin(text, DOUBLE), count = (size_t)a->rows * (size_t)columns_of(a);
-        for (size_t k = 0; k < count; k++) {
-            char little[8];
-            kmp_put_double(little, a->values[k]);
-            kmp_text_append(text, little, 8);
-        }
+        size_t data = begin(text, DOUBLE);
+        put_values(text, a, false);
         end(text, data);
     } else {
-        for (int k = 0; k < a->rows; k++)
+        for (int k = 0; k < a->shape[0]; k++)
             put_word(text, a->word[k]);
     }
     end(text, array);
@@ -109,11 +132,12 @@ static kempe_status mat_write(kempe_context *context, const kmp_arrays *arrays, 
 /* Appends a header; `type` as NumPy writes it. */
 static void put_head(kmp_text *text, const kmp_named_array *of, const char *type)
 {
-    char head[256];
-    int length = snprintf(head + 10, sizeof head - 10,
-                          of->columns >= 0 ? "{'descr': '%s', 'fortran_order': False, 'shape': (%d, %d), }"
-                                           : "{'descr': '%s', 'fortran_order': False, 'shape': (%d,), }",
-                          type, of->rows, of->columns);
+    char head[256], shape[KMP_ARRAY_RANK_MOST * 16] = "";
+    int written = 0;
+    for (int d = 0; d < of->rank; d++)
+        written += snprintf(shape + written, sizeof shape - (size_t)written, "%s%d", d > 0 ? ", " : "", of->shape[d]);
+    int length = snprintf(head + 10, sizeof head - 10, "{'descr': '%s', 'fortran_order': False, 'shape': (%s%s), }",
+                          type, shape, of->rank == 1 ? "," : "");
     size_t whole = ((size_t)length + 11 + 63) / 64 * 64;
     memset(head + 10 + length, ' ', whole - 10 - (size_t)length);
     for (int i = 0; i < 8; i++)
@@ -127,11 +151,11 @@ static void put_words(kmp_text *text, const kmp_named_array *of)
 {
     size_t width = 1;
     char type[32];
-    for (int k = 0; k < of->rows; k++)
+    for (int k = 0; k < of->shape[0]; k++)
         width = strlen(of->word[k]) > width ? strlen(of->word[k]) : width;
     snprintf(type, sizeof type, "<U%zu", width);
     put_head(text, of, type);
-    for (int k = 0; k < of->rows; k++)
+    for (int k = 0; k < of->shape[0]; k++)
         for (size_t i = 0, end = strlen(of->word[k]); i < width; i++) {
             unsigned char c = i < end ? (unsigned char)of->word[k][i] : 0;
             kmp_put_integer(text, c < 128 ? c : '?', 4);
@@ -141,12 +165,7 @@ static void put_words(kmp_text *text, const kmp_named_array *of)
 static void put_numbers(kmp_text *text, const kmp_named_array *of)
 {
     put_head(text, of, "<f8");
-    for (int i = 0; i < of->rows; i++)
-        for (int k = 0; k < columns_of(of); k++) {
-            char little[8];
-            kmp_put_double(little, of->values[i + (ptrdiff_t)k * of->rows]);
-            kmp_text_append(text, little, sizeof little);
-        }
+    put_values(text, of, true);
 }
 
 /* The arrays in NumPy's format. */
@@ -177,6 +196,8 @@ static const format formats[] = {{".npz", npz_write}, {".mat", mat_write}};
 
 enum { FORMATS = sizeof formats / sizeof *formats };
 
+static const double none; /* the values of an array without entries */
+
 static void add(kmp_arrays *arrays, kmp_named_array array)
 {
     arrays->failed = arrays->failed || arrays->count == KMP_ARRAYS_MOST;
@@ -186,13 +207,23 @@ static void add(kmp_arrays *arrays, kmp_named_array array)
 
 void kmp_arrays_words(kmp_arrays *arrays, const char *name, int count, char *const *word)
 {
-    add(arrays, (kmp_named_array){name, count, KMP_ARRAY_VECTOR, NULL, word});
+    add(arrays, (kmp_named_array){.name = name, .rank = 1, .shape = {count}, .word = word});
 }
 
 void kmp_arrays_matrix(kmp_arrays *arrays, const char *name, int rows, int columns, const double *values)
 {
-    static const double none = 0;
-    add(arrays, (kmp_named_array){name, rows, columns, values ? values : &none, NULL});
+    const int rank = columns == KMP_ARRAY_VECTOR ? 1 : 2;
+    add(arrays,
+        (kmp_named_array){
+            .name = name, .rank = rank, .shape = {rows, rank > 1 ? columns : 0}, .values = values ? values : &none});
+}
+
+void kmp_arrays_tensor(kmp_arrays *arrays, const char *name, int rank, const int *shape, const double *values)
+{
+    kmp_named_array array = {.name = name, .rank = rank, .by_rows = true, .values = values ? values : &none};
+    for (int d = 0; d < rank; d++)
+        array.shape[d] = shape[d];
+    add(arrays, array);
 }
 
 static const format *format_of(const char *ending)

@@ -6,14 +6,15 @@
 #include "base/text.h"
 #include <stdint.h>
 
-enum { KMP_ARRAYS_MOST = 40, KMP_ARRAY_VECTOR = -1 };
+enum { KMP_ARRAYS_MOST = 40, KMP_ARRAY_VECTOR = -1, KMP_ARRAY_RANK_MOST = 4 };
 
 /** Numbers, or words; owned by the caller up to the writing. */
 typedef struct kmp_named_array {
     const char *name;
-    int rows, columns;    /* columns KMP_ARRAY_VECTOR: a vector */
-    const double *values; /* column-major; NULL: words */
-    char *const *word;    /* rows */
+    int rank, shape[KMP_ARRAY_RANK_MOST];
+    bool by_rows;         /* the last index is the fastest one; otherwise the first one */
+    const double *values; /* NULL: words */
+    char *const *word;    /* a vector */
 } kmp_named_array;
 
 /** More arrays than there is room for are sticky, and reported by kmp_arrays_write. */
@@ -24,7 +25,10 @@ typedef struct kmp_arrays {
 } kmp_arrays;
 
 void kmp_arrays_words(kmp_arrays *arrays, const char *name, int count, char *const *word);
+/** Values column by column; `columns` KMP_ARRAY_VECTOR: a vector. */
 void kmp_arrays_matrix(kmp_arrays *arrays, const char *name, int rows, int columns, const double *values);
+/** An array of up to four indices, the last one the fastest; of rank 0: one number. */
+void kmp_arrays_tensor(kmp_arrays *arrays, const char *name, int rank, const int *shape, const double *values);
 
 /** Writes whole or not at all, in the format of the path's ending. KEMPE_E_ARGUMENT: another ending. KEMPE_E_IO. */
 kempe_status kmp_arrays_write(kempe_context *context, const kmp_arrays *arrays, const char *path);

@@ -1279,7 +1279,7 @@ class Usage(Case):
         for name in COMMANDS:
             text = self.expect(0, name, "--help").stdout
             self.assertIn("--json", text)
-            self.assertIn(f"  kempe {name} {dict(new='four_bar', gather='bars.kempe').get(name, 'examples/')}", text)
+            self.assertIn(f"  kempe {name} {dict(new='four_bar', gather='bars.kempe', reduce='blade_mesh.npz').get(name, 'examples/')}", text)
 
     def test_version(self):
         self.assertRegex(self.expect(0, "--version").stdout, r"^kempe \d+\.\d+\.\d+\n$")

@@ -92,7 +92,12 @@ def modes():
                                                             "DMIG*   KAAX    ", "GRDSET", "BAAX", "K4AAX", "1.0+2", "1.D-3", "PK\x03\x04"]
 
 
-FORMATS = {"mesh": mesh, "modes": modes, "expression": expression, "model": model, "mbs": lambda: xml("mbs.c"), "urdf": lambda: xml("urdf*.c", "drake*.c"), "mjcf": lambda: xml("mjcf*.c"), "sdf": lambda: xml("sdf*.c", "drake*.c"), "reference": columns,
+def elements():
+    keywords = ["*NODE", "*NSET, NSET=A", ", GENERATE", "*INCLUDE", "*STEP", "**"]
+    return keywords + ["%%MatrixMarket matrix coordinate real ", "symmetric", "general", "\n#== job.dof\n", "1.5D-3", "1.5-103", "7.1\n", "7.4\n"] + texts("src/exchange/finite_elements/mesh_arrays.c")
+
+
+FORMATS = {"elements": elements, "mesh": mesh, "modes": modes, "expression": expression, "model": model, "mbs": lambda: xml("mbs.c"), "urdf": lambda: xml("urdf*.c", "drake*.c"), "mjcf": lambda: xml("mjcf*.c"), "sdf": lambda: xml("sdf*.c", "drake*.c"), "reference": columns,
            "checkpoint": lambda: ["# kempe checkpoint 3, model ", "\n", ",", ",0", "\n0.2,", "~", "# past,0.2,1\n"], "program": list, "values": values,
            "measured": measured, "parquet": parquet, "folder": folder}
 

@@ -136,6 +136,15 @@ static void test_flexible_robot(void)
     follow(model, digits, "dae", NULL, 1e-9, 1e-8, 1e-5);
 }
 
+/* Rounding of the stiffness of the mesh, by two programs, is 1e-9 of its first value. */
+static void test_flexible_blade(void)
+{
+    static const char model[] = "examples/flexible_blade/flexible_blade.yaml",
+                      digits[] = "examples/flexible_blade/reference.csv";
+    follow(model, digits, "reduced", NULL, 1e-12, 1e-9, 1e-8);
+    follow(model, digits, "projected", NULL, 1e-10, 1e-9, 1e-8);
+}
+
 int main(void)
 {
     TEST(test_car_axis);
@@ -145,5 +154,6 @@ int main(void)
     TEST(test_hydraulics);
     TEST(test_robot_leg);
     TEST(test_flexible_robot);
+    TEST(test_flexible_blade);
     return check_report();
 }

@@ -67,6 +67,43 @@ void kmp_modal_mass(const kmp_modal_body *b, double *mass)
             mass[k * b->count + l] = trace(field_product(b, k < l ? k : l, k < l ? l : k));
 }
 
+bool kmp_modal_integrate(kmp_modal_body *b, ptrdiff_t count, const int *row, const int *col, const double *value)
+{
+    const int n = b->count;
+    const double *phi = b->mode, *x = b->node;
+    double *moved; /* sum_j m_ij phi_j */
+    if (!KMP_ARENA_MAKE(b->arena, KMP_ROOM(double, 3 * (ptrdiff_t)n * b->node_count, &moved),
+                        KMP_ROOM(double, 3 * n, &b->field), KMP_ROOM(double, 9 * n, &b->by_place),
+                        KMP_ROOM(double, 9 * n * n, &b->by_field)))
+        return false;
+    b->mass = 0;
+    memset(b->moment, 0, sizeof b->moment);
+    memset(b->second, 0, sizeof b->second);
+    for (ptrdiff_t e = 0; e < count; e++) {
+        const double m = value[e];
+        const ptrdiff_t i = row[e], j = col[e];
+        b->mass += m;
+        for (int a = 0; a < 3; a++)
+            b->moment[a] += m * x[3 * i + a];
+        for (int a = 0; a < 9; a++)
+            b->second[a] += m * x[3 * i + a / 3] * x[3 * j + a % 3];
+        for (ptrdiff_t k = 0; k < 3 * (ptrdiff_t)n; k++)
+            moved[3 * n * i + k] += m * phi[3 * n * j + k];
+    }
+    for (ptrdiff_t i = 0; i < b->node_count; i++)
+        for (int k = 0; k < n; k++)
+            for (int a = 0; a < 3; a++) {
+                const double own = moved[(3 * i + a) * n + k];
+                b->field[3 * k + a] += own;
+                for (int c = 0; c < 3; c++)
+                    b->by_place[9 * k + 3 * a + c] += own * x[3 * i + c];
+                for (int l = 0; l < n; l++)
+                    for (int c = 0; c < 3; c++)
+                        b->by_field[9 * ((ptrdiff_t)k * n + l) + 3 * a + c] += own * phi[(3 * i + c) * n + l];
+            }
+    return true;
+}
+
 /* -- rigid motions ----------------------------------------------------------------------------------- */
 
 static void axial(const double y[9], double v[3])
@@ -201,6 +238,61 @@ void kmp_modal_move_origin(kmp_modal_body *b, const double x[3])
     for (int p = 0; p < b->place_count; p++)
         for (int i = 0; i < 3; i++)
             b->places[p].at[i] -= x[i];
+}
+
+/* The rigid motion that has the momentum and the angular momentum of each mode: n x 6. False: the body has no inertia
+ * about an axis. */
+static bool mean_of(const kmp_modal_body *b, double *rigid)
+{
+    const double *p = b->second, *c = b->moment, all = p[0] + p[4] + p[8];
+    const double cross[9] = {0, -c[2], c[1], c[2], 0, -c[0], -c[1], c[0], 0};
+    double inertia[36] = {0};
+    for (int i = 0; i < 3; i++) {
+        inertia[7 * i] = b->mass;
+        for (int j = 0; j < 3; j++) {
+            inertia[(3 + i) + 6 * j] = inertia[j + 6 * (3 + i)] = cross[3 * i + j];
+            inertia[(3 + i) + 6 * (3 + j)] = (i == j ? all : 0) - (p[3 * i + j] + p[3 * j + i]) / 2;
+        }
+    }
+    if (kmp_cholesky_factor(6, inertia) != 0)
+        return false;
+    for (int k = 0; k < b->count; k++) {
+        double *own = rigid + 6 * (ptrdiff_t)k;
+        const double *z = b->by_place + 9 * (ptrdiff_t)k;
+        for (int i = 0; i < 3; i++) {
+            own[i] = b->field[3 * k + i];
+            own[3 + i] = z[3 * ((i + 2) % 3) + (i + 1) % 3] - z[3 * ((i + 1) % 3) + (i + 2) % 3];
+        }
+        kmp_cholesky_solve(6, inertia, own);
+    }
+    return true;
+}
+
+bool kmp_modal_frame(const kmp_modal_body *b, kmp_flexible_frame frame, double *rigid)
+{
+    const int n = b->count;
+    if (frame == KMP_FRAME_MEAN)
+        return mean_of(b, rigid);
+    const kmp_modal_place *a = &b->places[0], *c = frame == KMP_FRAME_CHORD ? &b->places[1] : a;
+    const double *x = c->at;
+    const double square = kmp_dot3(x, x);
+    for (int k = 0; k < n; k++) {
+        double *own = rigid + 6 * (ptrdiff_t)k, apart[3], turn[3];
+        for (int i = 0; i < 3; i++) {
+            own[i] = a->shift[n * i + k];
+            turn[i] = a->turn[n * i + k];
+            apart[i] = c->shift[n * i + k] - own[i];
+        }
+        memcpy(own + 3, turn, sizeof turn);
+        if (frame != KMP_FRAME_CHORD)
+            continue;
+        double across[3];
+        const double about = kmp_dot3(x, turn) / square;
+        kmp_cross3(x, apart, across);
+        for (int i = 0; i < 3; i++)
+            own[3 + i] = across[i] / square + about * x[i];
+    }
+    return true;
 }
 
 /* y += factor * w~ p, and y += factor * p w~', of 3 x 3 matrices; w~ p is the columns w x p. */
@@ -369,6 +461,19 @@ bool kmp_modal_combine(kmp_modal_body *b, int count, const double *v)
 }
 
 /* -- places by nodes --------------------------------------------------------------------------------- */
+
+int kmp_modal_find_node(const kmp_modal_body *b, double number)
+{
+    int low = 0, high = b->node_count;
+    while (low < high) {
+        const int middle = low + (high - low) / 2;
+        if ((b->number ? b->number[middle] : middle) < number)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < b->node_count && (b->number ? b->number[low] : low) == number ? low : -1;
+}
 
 static void centre_of(const kmp_modal_body *b, int count, const int *nodes, double centre[3])
 {

@@ -30,6 +30,7 @@ typedef struct kmp_modal_body {
                                             int u X' dm by terms of second order; NULL: not known */
     int node_count;
     double *node, *mode; /* node_count x 3, node_count x 3 x n */
+    double *number;      /* of nodes, in ascending order; NULL: from 0 on */
     int place_count;
     kmp_modal_place *places;
 } kmp_modal_body;
@@ -37,6 +38,10 @@ typedef struct kmp_modal_body {
 /** Values x' K x = value x' M x of n x n matrices, ascending, with x' M x = 1; x by rows: mode k is at x + n k. False:
  * M is not positive, or no memory. */
 bool kmp_modal_values(kmp_arena *arena, int n, const double *stiffness, const double *mass, double *values, double *x);
+
+/** Makes the integrals from a mass matrix between the nodes that is the same for x, y and z: `count` entries (row, col,
+ * value), of which several at one place add up. False: no memory. */
+bool kmp_modal_integrate(kmp_modal_body *body, ptrdiff_t count, const int *row, const int *col, const double *value);
 
 /** The trace of int phi_k phi_l' dm: n x n. */
 void kmp_modal_mass(const kmp_modal_body *body, double *mass);
@@ -49,6 +54,10 @@ int kmp_modal_rigid(const kmp_modal_body *body, double *elastic, kmp_text *why);
 /** Makes the integrals those of places from `origin`. */
 void kmp_modal_move_origin(kmp_modal_body *body, const double origin[3]);
 
+/** The rigid motion c + w x X that each mode has in a frame, whose origin is the first place, or in the mean frame by
+ * its momentum and angular momentum: n x 6 (c, w). False: in the mean frame the body has no inertia about an axis. */
+bool kmp_modal_frame(const kmp_modal_body *body, kmp_flexible_frame frame, double *rigid);
+
 /** Subtracts from mode k the rigid motion c + w x X of row k of `rigid` (n x 6: c, w). */
 void kmp_modal_subtract(kmp_modal_body *body, const double *rigid);
 
@@ -57,6 +66,9 @@ void kmp_modal_average(kmp_modal_body *body);
 
 /** Replaces the modes by `count` combinations of them, the rows of `v` (count x n). False: no memory. */
 bool kmp_modal_combine(kmp_modal_body *body, int count, const double *v);
+
+/** A node by its number; -1: there is none. */
+int kmp_modal_find_node(const kmp_modal_body *body, double number);
 
 /** Adds a place at the mean of nodes that moves and turns as they do by least squares; a single node moves by itself,
  * and turns as the nodes about it do. Its number; -1: no rotation follows from the nodes, because they are in a line,

@@ -3,6 +3,7 @@
 #include "model/flexible/dmig_modes.h"
 #include "model/flexible/npz_modes.h"
 #include "model/flexible/sid_modes.h"
+#include "model/language/dimension.h"
 #include <stdarg.h>
 #include <string.h>
 
@@ -113,6 +114,27 @@ static bool refuse_ending(const kmp_modal_source *source)
     kmp_modal_refuse(source, "its ending is of no format that is read: %s", known.s ? known.s : "");
     kmp_text_free_part(source->why, &known);
     return false;
+}
+
+bool kmp_modal_units_find(const char *words, double units[3])
+{
+    const char *at = words;
+    bool good = true;
+    for (int k = 0; k < 3 && good; k++) {
+        static const double power[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+        kmp_unit unit;
+        at += strspn(at, " ");
+        const size_t length = strcspn(at, " ");
+        if (k == 1 && length == 1 && *at == 't') { /* a tonne, which has no word in models: there t is the time */
+            units[k] = 1000;
+            at += length;
+            continue;
+        }
+        good = kmp_unit_find(at, length, &unit) && memcmp(unit.dimension.power, power[k], sizeof power[k]) == 0;
+        units[k] = good ? unit.factor / unit.divisor : 1;
+        at += length;
+    }
+    return good && !at[strspn(at, " ")];
 }
 
 bool kmp_modal_file_read(const char *name, const kmp_modal_source *source)

@@ -56,6 +56,9 @@ bool kmp_modal_scaled(const kmp_modal_source *source);
 /** Makes the numbers of a body SI, from units of length, mass and time. */
 void kmp_modal_convert(kmp_modal_body *body, const double unit[3]);
 
+/** Units of length, mass and time in SI, from words such as "m kg s" and "mm t s". False: they are others. */
+bool kmp_modal_units_find(const char *words, double units[3]);
+
 /** Reads and checks a file by the ending of its name, into the arena. False: `why` names the part, the number and what
  * to do; or there is no memory. */
 bool kmp_modal_file_read(const char *name, const kmp_modal_source *source);

@@ -2,7 +2,6 @@
 #include "model/flexible/npz_modes.h"
 #include "linalg/dense/three.h"
 #include "model/files/npz.h"
-#include "model/language/dimension.h"
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -155,46 +154,25 @@ static bool check_mass(const reading *f, const kmp_modal_body *b)
 static bool take_nodal_mass(const reading *f, kmp_modal_body *b)
 {
     kmp_npz_array value;
-    const int n = b->count;
-    const double *phi = b->mode, *x = b->node, *row, *column;
-    double *moved; /* sum_j m_ij phi_j */
-    if (!read_array(f, "mass_value", false, 1, SHAPE(0), &value) || !has(f, "nodes") || !phi ||
+    const double *row, *column;
+    int *i, *j;
+    if (!read_array(f, "mass_value", false, 1, SHAPE(0), &value) || !has(f, "nodes") || !b->mode ||
         !(row = numbers(f, "mass_row", 1, SHAPE(value.count))) ||
         !(column = numbers(f, "mass_col", 1, SHAPE(value.count))) ||
-        !KMP_ARENA_MAKE(f->source->arena, KMP_ROOM(double, 3 * (ptrdiff_t)n * b->node_count, &moved),
-                        KMP_ROOM(double, 3 * n, &b->field), KMP_ROOM(double, 9 * n, &b->by_place),
-                        KMP_ROOM(double, 9 * n * n, &b->by_field)))
+        !KMP_ARENA_MAKE(f->source->arena, KMP_ROOM(int, value.count, &i, &j)))
         return kmp_modal_refuse(
             f->source,
             "the mass matrix of the nodes, 'mass_row', 'mass_col' and 'mass_value', needs 'nodes' and 'modes'");
     for (size_t e = 0; e < value.count; e++) {
-        const double m = value.value[e];
         if (!(row[e] >= 0 && row[e] < b->node_count && column[e] >= 0 && column[e] < b->node_count) ||
             row[e] != floor(row[e]) || column[e] != floor(column[e]))
             return kmp_modal_refuse(f->source,
                                     "array 'mass_row' or 'mass_col', entry %zu, is (%g, %g): nodes are 0 to %d", e,
                                     row[e], column[e], b->node_count - 1);
-        const ptrdiff_t i = (ptrdiff_t)row[e], j = (ptrdiff_t)column[e];
-        b->mass += m;
-        for (int a = 0; a < 3; a++)
-            b->moment[a] += m * x[3 * i + a];
-        for (int a = 0; a < 9; a++)
-            b->second[a] += m * x[3 * i + a / 3] * x[3 * j + a % 3];
-        for (ptrdiff_t k = 0; k < 3 * (ptrdiff_t)n; k++)
-            moved[3 * n * i + k] += m * phi[3 * n * j + k];
+        i[e] = (int)row[e];
+        j[e] = (int)column[e];
     }
-    for (ptrdiff_t i = 0; i < b->node_count; i++)
-        for (int k = 0; k < n; k++)
-            for (int a = 0; a < 3; a++) {
-                const double own = moved[(3 * i + a) * n + k];
-                b->field[3 * k + a] += own;
-                for (int c = 0; c < 3; c++)
-                    b->by_place[9 * k + 3 * a + c] += own * x[3 * i + c];
-                for (int l = 0; l < n; l++)
-                    for (int c = 0; c < 3; c++)
-                        b->by_field[9 * ((ptrdiff_t)k * n + l) + 3 * a + c] += own * phi[(3 * i + c) * n + l];
-            }
-    return !f->source->arena->failed;
+    return kmp_modal_integrate(b, (ptrdiff_t)value.count, i, j, value.value);
 }
 
 static bool check_alike(const reading *f, const char *name, int count, const double *given, const double *other,
@@ -214,9 +192,6 @@ static bool check_nodal_mass(const reading *f, const kmp_modal_body *b)
 {
     kmp_modal_body other = *b;
     double largest = 0;
-    other.mass = 0;
-    memset(other.moment, 0, sizeof other.moment);
-    memset(other.second, 0, sizeof other.second);
     if (!take_nodal_mass(f, &other))
         return false;
     const double size = other.second[0] + other.second[4] + other.second[8];
@@ -248,7 +223,16 @@ static bool take_nodes(const reading *f, kmp_modal_body *b)
     b->node_count = (int)nodes.shape[0];
     b->node = nodes.value;
     b->mode = numbers(f, "modes", 3, SHAPE(nodes.shape[0], 3, (size_t)b->count));
-    return b->mode;
+    if (!b->mode || !has(f, "node_number"))
+        return b->mode;
+    if (!(b->number = numbers(f, "node_number", 1, SHAPE(nodes.shape[0]))))
+        return false;
+    for (int k = 1; k < b->node_count; k++)
+        if (b->number[k] <= b->number[k - 1])
+            return kmp_modal_refuse(f->source,
+                                    "array 'node_number' does not ascend: node %d has number %g, the next one %g",
+                                    k - 1, b->number[k - 1], b->number[k]);
+    return true;
 }
 
 static bool take_integrals(const reading *f, kmp_modal_body *b)
@@ -378,26 +362,9 @@ static bool check_body(const reading *f, const kmp_modal_body *b)
 
 /* -- units ------------------------------------------------------------------------------------------- */
 
-/* "mm t s": those of length, mass and time. */
 static bool take_units(const reading *f, const char *words, double units[3])
 {
-    const char *at = words;
-    bool good = true;
-    for (int k = 0; k < 3 && good; k++) {
-        static const double power[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-        kmp_unit unit;
-        at += strspn(at, " ");
-        const size_t length = strcspn(at, " ");
-        if (k == 1 && length == 1 && *at == 't') { /* a tonne, which has no word in models: there t is the time */
-            units[k] = 1000;
-            at += length;
-            continue;
-        }
-        good = kmp_unit_find(at, length, &unit) && memcmp(unit.dimension.power, power[k], sizeof power[k]) == 0;
-        units[k] = good ? unit.factor / unit.divisor : 1;
-        at += length;
-    }
-    return (good && !at[strspn(at, " ")]) ||
+    return kmp_modal_units_find(words, units) ||
            kmp_modal_refuse(
                f->source,
                "array 'units' is '%s': units of length, mass and time are expected, such as 'm kg s' or 'mm t s'",

@@ -142,12 +142,16 @@ static int read_node(kmp_reader *r, const kmp_modal_body *b, const kmp_yaml *nod
     double k;
     if (!kmp_read_fixed(r, node, what, KMP_DIM_NUMBER, &k))
         return -1;
-    if (k >= 0 && k < b->node_count && k == floor(k))
-        return (int)k;
+    const int found = kmp_modal_find_node(b, k);
+    if (found >= 0)
+        return found;
+    const int last = b->node_count - 1;
     if (b->node_count == 0)
         kmp_reader_complain(r, node->place, "%s is %.6g: the file has no nodes", what, k);
     else
-        kmp_reader_complain(r, node->place, "%s is %.6g: the file has the nodes 0 to %d", what, k, b->node_count - 1);
+        kmp_reader_complain(r, node->place, "%s is %.6g: the file has %s nodes %.6g to %.6g", what, k,
+                            b->number ? "none of this number among its" : "the", b->number ? b->number[0] : 0,
+                            b->number ? b->number[last] : last);
     return -1;
 }
 
@@ -238,59 +242,6 @@ static bool take_interfaces(reading *s)
 
 /* -- frame ------------------------------------------------------------------------------------------- */
 
-/* The rigid motion that has the momentum and the angular momentum of each mode: n x 6. False: the body has no inertia
- * about an axis. */
-static bool mean_of(const kmp_modal_body *b, double *rigid)
-{
-    const double *p = b->second, *c = b->moment, all = p[0] + p[4] + p[8];
-    const double cross[9] = {0, -c[2], c[1], c[2], 0, -c[0], -c[1], c[0], 0};
-    double inertia[36] = {0};
-    for (int i = 0; i < 3; i++) {
-        inertia[7 * i] = b->mass;
-        for (int j = 0; j < 3; j++) {
-            inertia[(3 + i) + 6 * j] = inertia[j + 6 * (3 + i)] = cross[3 * i + j];
-            inertia[(3 + i) + 6 * (3 + j)] = (i == j ? all : 0) - (p[3 * i + j] + p[3 * j + i]) / 2;
-        }
-    }
-    if (kmp_cholesky_factor(6, inertia) != 0)
-        return false;
-    for (int k = 0; k < b->count; k++) {
-        double *own = rigid + 6 * (ptrdiff_t)k;
-        const double *z = b->by_place + 9 * (ptrdiff_t)k;
-        for (int i = 0; i < 3; i++) {
-            own[i] = b->field[3 * k + i];
-            own[3 + i] = z[3 * ((i + 2) % 3) + (i + 1) % 3] - z[3 * ((i + 1) % 3) + (i + 2) % 3];
-        }
-        kmp_cholesky_solve(6, inertia, own);
-    }
-    return true;
-}
-
-/* The rigid motion of each mode in the frame of interfaces: n x 6. */
-static void rigid_of(const kmp_modal_body *b, kmp_flexible_frame frame, double *rigid)
-{
-    const int n = b->count;
-    const kmp_modal_place *a = &b->places[0], *c = frame == KMP_FRAME_CHORD ? &b->places[1] : a;
-    const double *x = c->at;
-    const double square = kmp_dot3(x, x);
-    for (int k = 0; k < n; k++) {
-        double *own = rigid + 6 * (ptrdiff_t)k, apart[3], turn[3];
-        for (int i = 0; i < 3; i++) {
-            own[i] = a->shift[n * i + k];
-            turn[i] = a->turn[n * i + k];
-            apart[i] = c->shift[n * i + k] - own[i];
-        }
-        memcpy(own + 3, turn, sizeof turn);
-        if (frame != KMP_FRAME_CHORD)
-            continue;
-        double across[3];
-        const double about = kmp_dot3(x, turn) / square;
-        kmp_cross3(x, apart, across);
-        for (int i = 0; i < 3; i++)
-            own[3 + i] = across[i] / square + about * x[i];
-    }
-}
-
 /* True if rigid motions are more than the rounding of the modes' motions. */
 static bool is_moved(const kmp_modal_body *b, const double *rigid)
 {
@@ -359,9 +310,7 @@ static bool take_frame(reading *s, kmp_flexible_frame frame)
     kmp_text_free(&why);
     if (rigids < 0)
         return false;
-    if (frame != KMP_FRAME_MEAN)
-        rigid_of(b, frame, rigid);
-    else if (!mean_of(b, rigid))
+    if (!kmp_modal_frame(b, frame, rigid))
         return complain(s, "the frame 'mean' needs a moment of inertia about each axis, and it has none about one");
     const bool moved = is_moved(b, rigid);
     if (moved && s->to->stiffening == KMP_STIFFENING_FIRST)
