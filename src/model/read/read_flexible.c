@@ -119,6 +119,8 @@ static int read_word(entry *e, const kmp_yaml *map, const char *key, kmp_name_li
 
 typedef struct section {
     kmp_number area, about[2], twist, shear[2]; /* about: int y^2, int z^2; shear: parts of the area */
+    kmp_number edge[2];                         /* along y and z; where it is round, its diameter */
+    bool round;
 } section;
 
 static kmp_number number(double value)
@@ -180,7 +182,7 @@ static kmp_number twist_of_rectangle(const entry *e, kmp_number a, kmp_number b)
 /* Parts of the area that carry shear: Cowper 1966. */
 static bool read_rectangle(entry *e, const kmp_yaml *node, kmp_number poisson, section *s)
 {
-    kmp_number edge[2];
+    kmp_number *edge = s->edge;
     bool good = kmp_read_list(e->r, node, say(e, "rectangle"), 2) || fail(e);
     for (int k = 0; k < 2 && good; k++)
         good = read_positive(e, node->items[k], say(e, "rectangle"), KMP_DIM_LENGTH, &edge[k]);
@@ -200,6 +202,8 @@ static void take_ring(const entry *e, kmp_number outer, kmp_number inner, kmp_nu
     const double pi = 3.14159265358979323846;
     const kmp_number ratio = over(e, inner, outer), part = times(e, ratio, ratio), sum = plus(e, number(1), part);
     const kmp_number whole = times(e, sum, sum);
+    s->edge[0] = s->edge[1] = outer;
+    s->round = true;
     s->area = scale(e, pi / 4, plus(e, times(e, outer, outer), scale(e, -1, times(e, inner, inner))));
     s->about[0] = scale(e, pi / 64, plus(e, fourth_power(e, outer), scale(e, -1, fourth_power(e, inner))));
     s->about[1] = s->about[0];
@@ -329,6 +333,9 @@ static void read_by_section(entry *e, const kmp_yaml *map)
     b->section[0] = s.area;
     b->section[1] = s.about[0];
     b->section[2] = s.about[1];
+    b->edge[0] = s.edge[0];
+    b->edge[1] = s.edge[1];
+    b->round = s.round;
     b->stiffness[KMP_BEAM_TORSION] = times(e, modulus, s.twist);
     b->stiffness[KMP_BEAM_AXIAL] = times(e, young, s.area);
 }
