@@ -27,6 +27,26 @@ KEMPE = "kempe"  # set by main
 MODELS = ("andrews/andrews", "stewart/stewart", "suspension/suspension", "bricard/bricard")
 
 
+class Blades(unittest.TestCase):
+    def test_four_bar(self):
+        """The model for Kempe has the motion that the program of the reference found from the nodes."""
+        try:
+            import blade_peers
+        except (ModuleNotFoundError, SystemExit):
+            self.skipTest("NumPy is missing")
+        with tempfile.TemporaryDirectory() as folder:
+            place = pathlib.Path(folder)
+            blade_peers.write(place)
+            subprocess.run([KEMPE, "simulate", place / "blade_four_bar.yaml", "-q", "--rtol", "1e-9", "-o", place / "rows.csv"], check=True,
+                           stdout=subprocess.DEVNULL)
+            own, digits = ([[float(x) for x in line.split(",")] for line in path.read_text().splitlines() if line[0].isdigit()]
+                           for path in (place / "rows.csv", ROOT / "bench/peers/blade_four_bar.csv"))
+            self.assertEqual(len(own), len(digits))
+            for a, b in zip(own, digits):
+                for x, y in zip(a, b):
+                    self.assertAlmostEqual(x, y, delta=1e-9)
+
+
 class Trees(unittest.TestCase):
     def test_again(self):
         for name in MODELS:

@@ -78,6 +78,26 @@ bodies:
 drives: {m: {joint: motor, angle: sin(3*t)}}
 run: {t_end: 0.5, outputs: [q, position(arm.end), position(arm.side), position(forearm.tip)]}
 """
+# Three beams without loops: of a rectangle, of a tube with an axial shape, and without a section.
+STRESSED = """kempe: 1
+gravity: [800, 3, -9.81]
+bodies:
+  bar:
+    joint: {name: A, weld: yes, at: ground}
+    flexible:
+      beam: {length: 0.8, young: 2 GPa, density: 1000, section: {rectangle: [w, 10 mm]}}
+      shapes: {y: 2, z: 3}
+    points: {a: {station: 0.2}, b: {station: 0.6}}
+  pipe:
+    joint: {name: B, weld: yes, at: ground}
+    flexible:
+      beam: {length: 0.8, young: 2 GPa, density: 1000, section: {tube: [20 mm, 16 mm]}}
+      shapes: {y: 2, z: 2, axial: 1}
+    points: {b: {station: 0.6}}
+  bare: {joint: {name: C, weld: yes, at: ground}, flexible: {beam: {length: 0.5, EIy: 2, rhoA: 0.3}, shapes: {z: 2}}}
+parameters: {w: 20 mm}
+run: {t_end: 0.2, outputs: [q, section_by_shapes(bar.a), section_by_shapes(bar.b), section_by_shapes(pipe.b)]}
+"""
 
 
 def numbers(text):
@@ -182,12 +202,12 @@ class FlexibleBodies(Case):
             self.assertEqual(drawn.words("names"), "crank_llink_lcrank_rlink_rtool")
             self.assertEqual(int(drawn.by_id["view"]["data-planar"] == "true"), 1)
 
-    def run_script(self, page, script):
+    def run_script(self, page, script, screen=DESKTOP):
         """The value of a script in the page, after it was drawn; and the page after that."""
         other = self.folder / "scripted.html"
         told = f"document.documentElement.title = JSON.stringify((() => {{ {script} }})());"
         other.write_text(page.read_text().replace("\nbegin();\n", f"\nbegin();\n{told}\n"))
-        drawn, _ = self.open(other)
+        drawn, _ = self.open(other, screen)
         return json.loads(drawn.tags[0][1]["title"]), drawn
 
     POSES = "const { picture } = data, motion = makeMotion(picture), own = picture.flexible.parents.length; picture.flexible.factor = 10;"
@@ -237,6 +257,52 @@ class FlexibleBodies(Case):
         _, drawn = self.run_script(page, "document.querySelectorAll('#names button')[1].click(); return 0;")
         self.assertIn("title", [a for tag, a in drawn.tags if tag == "button" and a.get("title") == "Show link_l"][0])
 
+    def stresses(self, data, name):
+        """Of a body's curve, for all frames, Pa."""
+        picture, stress = data["picture"], data["picture"]["flexible"]["stress"]
+        own = len(picture["flexible"]["parents"])
+        count, body = len(picture["bodies"]) - own, [b["name"] for b in picture["bodies"]].index(name)
+        first = next(k for k in range(count) if picture["bodies"][own + k]["of"] == body)
+        raw = base64.b64decode(stress["numbers"])
+        values = struct.unpack(f"<{len(raw) // 2}h", raw)
+        return [[stress["most"] * x / 32767 for x in values[count * f + first:][:17]] for f in range(picture["frames"]["count"])]
+
+    def test_stress(self):
+        """Stresses of frames are those by the moments of outputs and the axial strain, at the corner of a rectangle and on the circle."""
+        model = self.folder / "stressed.yaml"
+        model.write_text(STRESSED)
+        page = self.make("simulate", model)
+        drawn, data = self.open(page)
+        frames, bar, pipe = data["picture"]["frames"]["count"], self.stresses(data, "bar"), self.stresses(data, "pipe")
+        most = data["picture"]["flexible"]["stress"]["most"]
+
+        stride = -(-(data["series"]["rows"] - 1) // (frames - 1))
+
+        def outputs(*names):
+            """By the frames of whose rows they are listed."""
+            for f in range(frames - 1):
+                own = [column(data, name) for name in names]
+                if all(stride * f % c["every"] == 0 for c in own):
+                    yield f, *(numbers(c["values"])[stride * f // c["every"]] for c in own)
+
+        for place, k in (("a", 4), ("b", 12)):
+            for f, my, mz in outputs(f"section_by_shapes.bar.{place}.My", f"section_by_shapes.bar.{place}.Mz"):
+                self.assertAlmostEqual(bar[f][k], 6 / (0.02 * 0.01) * (abs(mz) / 0.02 + abs(my) / 0.01), delta=1e-3 * most)
+        turns = math.pi / 32 * (0.02**4 - 0.016**4) / 0.02
+        normal = []
+        for f, my, mz, end in outputs("section_by_shapes.pipe.b.My", "section_by_shapes.pipe.b.Mz", "q.pipe.x1"):
+            normal.append(2e9 * abs(end) / 0.8)
+            self.assertAlmostEqual(pipe[f][12], math.hypot(my, mz) / turns + normal[-1], delta=1e-3 * most)
+        self.assertGreater(len(normal), 20)
+        self.assertGreater(max(normal), 3e-3 * most) # N is seen
+        self.assertIn("No colours by stress for bare: the edges of the section are not known.", drawn.words("stage-note"))
+        on = "const box = byId('by-stress'); box.checked = true; box.dispatchEvent(new Event('change')); return byId('largest-stress').textContent;"
+        for screen in (DESKTOP, FLAT):
+            told, _ = self.run_script(page, on, screen)
+            self.assertEqual(told, f"{most / 1e6:.3g} MPa")
+        _, data = self.open(self.make("modes", model))
+        self.assertGreater(max(map(max, self.stresses(data, "bar"))), 0)
+
     def test_modes_and_equilibria(self):
         drawn, data = self.open(self.make("modes", self.ROBOT))
         self.assertRegex(drawn.words("deformed"), "^deformation \u00d7 [0-9]+$")
@@ -251,7 +317,7 @@ class FlexibleBodies(Case):
     def test_pages_without_any(self):
         text = self.make("simulate", "examples/four_bar/four_bar.yaml", "--t-end", "0.1").read_text()
         ours = text[text.rindex("<script>"):]
-        for word in ("FLEXIBLE", "deform", "Places", "flexible"):
+        for word in ("FLEXIBLE", "deform", "Places", "flexible", "stressScale"):
             self.assertNotIn(word, ours)
         self.assertNotIn("FLEXIBLE", self.make("simulate", self.ROBOT).read_text())
 

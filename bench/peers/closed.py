@@ -94,8 +94,8 @@ def exudyn_make(given):
     return system, mbs, nodes, poses # the first owns the second
 
 
-def exudyn_settings(given, end, steps, index2, radius, linear_solver=None):
-    """The linear solver is Exudyn's default, unless another one is named."""
+def exudyn_settings(end, steps, index2, radius, linear_solver=None, redundant=False):
+    """The linear solver is Exudyn's default, unless another one is named or joints are redundant."""
     import exudyn as exu
 
     settings = exu.SimulationSettings()
@@ -109,12 +109,16 @@ def exudyn_settings(given, end, steps, index2, radius, linear_solver=None):
     integration.newton.useModifiedNewton = True
     settings.solutionSettings.writeSolutionToFile = False
     settings.solutionSettings.sensorsWritePeriod = end
-    if 2 * len(given.closures) > given.n - len(given.independent): # redundant joints
+    if redundant:
         settings.linearSolverType = exu.LinearSolverType.EigenDense
         settings.linearSolverSettings.ignoreSingularJacobian = True
     integration.verboseMode = 0
     settings.displayStatistics = settings.displayComputationTime = False
     return settings
+
+
+def exudyn_redundant(given):
+    return 2 * len(given.closures) > given.n - len(given.independent)
 
 
 def exudyn_relative(given, mbs, nodes, poses):
@@ -126,7 +130,7 @@ def exudyn_relative(given, mbs, nodes, poses):
 def exudyn_run(given, end, *options):
     """Seconds of the integration, and q."""
     _system, mbs, nodes, poses = exudyn_make(given)
-    settings = exudyn_settings(given, end, *options)
+    settings = exudyn_settings(end, *options, redundant=exudyn_redundant(given))
     begin = time.process_time()
     mbs.SolveDynamic(settings)
     return time.process_time() - begin, exudyn_relative(given, mbs, nodes, poses)

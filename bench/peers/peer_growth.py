@@ -45,7 +45,7 @@ def exudyn(given, steps, end):
 
     begin = time.thread_time()
     _system, mbs, nodes, poses = closed.exudyn_make(given)
-    settings = closed.exudyn_settings(given, end, steps, True, 1.0, "EigenSparse")
+    settings = closed.exudyn_settings(end, steps, True, 1.0, "EigenSparse", closed.exudyn_redundant(given))
     made = time.thread_time()
     mbs.SolveDynamic(settings)
     run = time.thread_time() - made

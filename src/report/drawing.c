@@ -15,6 +15,7 @@
 #include "model/data/pose.h"
 #include "model/flexible/beam.h"
 #include "model/language/expression.h"
+#include "model/language/expression_value.h"
 #include "output/plot.h"
 #include <kempe/kempe.h>
 #include <math.h>
@@ -60,7 +61,7 @@ static int add_place(kmp_drawing *drawing, int body, const kmp_station *station,
 {
     const int k = find_place(drawing, station, offset);
     if (k == drawing->place_count) {
-        drawing->places[drawing->place_count++] = (kmp_drawn_place){.body = body, .station = station};
+        drawing->places[drawing->place_count++] = (kmp_drawn_place){.body = body, .station = station, .along = -1};
         memcpy(drawing->places[k].offset, offset, sizeof drawing->places[k].offset);
     }
     return drawing->body_count + k;
@@ -256,19 +257,51 @@ static void add_star(kmp_drawing *drawing, const kempe_model *model, int body)
     }
 }
 
+static double number_at(const kmp_number *number, const double *parameters)
+{
+    return number->expr ? kmp_expr_value(number->expr, parameters) : number->value;
+}
+
+static double taper_at(const kmp_taper *taper, const double *parameters, double xi)
+{
+    double sum = 0;
+    for (int j = 0; j < taper->count; j++) {
+        const kmp_polynomial term = kmp_taper_term(j);
+        sum += number_at(&taper->c[j], parameters) * kmp_polynomial_at(&term, xi);
+    }
+    return sum;
+}
+
+/* The section at xi = x/length. */
+static kmp_drawn_section section_of(const kmp_beam *beam, const double *parameters, double xi)
+{
+    kmp_drawn_section made = {.length = number_at(&beam->length, parameters), .round = beam->round};
+    for (int k = 0; k < 2; k++) {
+        made.about[k] = taper_at(&beam->section[1 + k], parameters, xi);
+        made.edge[k] = taper_at(&beam->edge[k], parameters, xi);
+    }
+    if (beam->section[0].count > 0 && beam->section[0].c[0].value > 0 && beam->stiffness[KMP_BEAM_AXIAL].count > 0)
+        made.young = number_at(&beam->stiffness[KMP_BEAM_AXIAL].c[0], parameters) /
+                     number_at(&beam->section[0].c[0], parameters);
+    return made;
+}
+
 /* The curve of a body: places from end to end, which are in view, and pieces between them. */
 static bool add_curve(kmp_drawing *drawing, const kempe_model *model, const double *parameters, int body)
 {
     const double nothing[3] = {0};
-    if (flexible_of(model, body)->file) {
+    const kmp_flexible *flexible = flexible_of(model, body);
+    if (flexible->file) {
         add_star(drawing, model, body);
         return true;
     }
-    const kmp_station *stations =
-        kmp_beam_stations(&drawing->arena, flexible_of(model, body), parameters, KMP_BEAM_PIECES + 1);
+    kmp_drawn_section *sections = &drawing->sections[(flexible - model->flexibles) * (KMP_BEAM_PIECES + 1)];
+    const kmp_station *stations = kmp_beam_stations(&drawing->arena, flexible, parameters, KMP_BEAM_PIECES + 1);
     for (int k = 0, before = 0; stations && k <= KMP_BEAM_PIECES; k++) {
         const int place = add_place(drawing, body, &stations[k], nothing);
         mark(drawing, place, 0, NULL, nothing);
+        drawing->places[place - drawing->body_count].along = k;
+        sections[k] = section_of(flexible->beam, parameters, k / (double)KMP_BEAM_PIECES);
         if (k > 0)
             add_piece(drawing, model, body, before, place);
         before = place;
@@ -470,6 +503,7 @@ bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_b
     KMP_ARENA_MAKE(&drawing->arena, KMP_ROOM(kmp_line, lines, &drawing->lines), KMP_ROOM(bool, lines, &drawing->is_rod),
                    KMP_ROOM(kmp_picture_slide, model->body_count, &drawing->slides),
                    KMP_ROOM(kmp_drawn_place, places, &drawing->places),
+                   KMP_ROOM(kmp_drawn_section, model->flexible_count * (KMP_BEAM_PIECES + 1), &drawing->sections),
                    KMP_ROOM(kmp_drawn_rider, model->body_count, &drawing->riders));
     if (drawing->arena.failed || (model->flexible_count > 0 && !add_flexibles(drawing, model))) {
         kmp_drawing_free(drawing);

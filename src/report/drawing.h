@@ -28,7 +28,15 @@ typedef struct kmp_drawn_place {
     const kmp_station *station;
     double offset[3]; /* from the station, in the axes of its section */
     bool held;        /* a loop closes here: it is where it is, however large deformations are drawn */
+    int along;        /* its number on the curve of its beam, whose places follow each other; -1: of none */
 } kmp_drawn_place;
+
+/** Numbers of the section of a flexible body. */
+typedef struct kmp_drawn_section {
+    double about[2], edge[2]; /* int y^2, int z^2; along y and z, 0: not known */
+    double young, length;
+    bool round;
+} kmp_drawn_section;
 
 /** A body that is carried by a place of a flexible one. */
 typedef struct kmp_drawn_rider {
@@ -71,6 +79,7 @@ typedef struct kmp_drawing {
     int slide_count;
     kmp_drawn_place *places; /* of flexible bodies */
     int place_count;
+    kmp_drawn_section *sections; /* of each flexible body, at the places of its curve */
     kmp_drawn_rider *riders;
     int rider_count;
     kmp_arena arena; /* of the arrays */

@@ -14,6 +14,7 @@
 #include "model/language/expression.h"
 #include "model/write/model_print.h"
 #include "report/base64.h"
+#include "report/beam_stress.h"
 #include "report/drawing.h"
 #include "symbolic/table_function.h"
 #include <math.h>
@@ -192,7 +193,7 @@ bool kmp_mesh_thin(kmp_arena *arena, const kmp_mesh *mesh, int most, kmp_mesh *t
     return good;
 }
 
-enum { MOST_BODIES = 350, MOST_NUMBERS = 360000, BODY_NUMBERS = 7, PLACE_NUMBERS = 13 };
+enum { MOST_BODIES = 350, MOST_NUMBERS = 360000, BODY_NUMBERS = 7, PLACE_NUMBERS = 14 };
 
 /* Largest rotation of a joint between two frames, and the excess that is accepted. Another limit applies to rotations
  * that move no visible point, such as the spin of a wheel, of which only the direction must be visible. */
@@ -215,6 +216,7 @@ typedef struct picture {
     int moving;                  /* bodies without the ground, and places of flexible bodies */
     double *position, *rotation; /* 3 and 4 a frame and one of these */
     double *shift, *turn;        /* 3 a frame and place each */
+    double *stress;              /* one a frame and place */
     int16_t *room;
     kmp_arena arena;
 } picture;
@@ -307,12 +309,14 @@ static bool make_frames(picture *p)
                         KMP_ROOM(double, 4 * p->frames * moving, &p->rotation),
                         KMP_ROOM(double, 3 * (ptrdiff_t)p->frames * places, &p->shift),
                         KMP_ROOM(double, 3 * (ptrdiff_t)p->frames * places, &p->turn),
+                        KMP_ROOM(double, (ptrdiff_t)p->frames *places, &p->stress),
                         KMP_ROOM(int16_t, 4 * p->frames * moving, &p->room)))
         return false;
     for (ptrdiff_t f = 0; f < p->frames; f++) {
         kmp_drawing_poses(&p->drawing, p->model, row_of(p, (int)f), p->poses);
         kmp_drawing_deformation(&p->drawing, p->model, row_of(p, (int)f), p->poses, p->shift + 3 * f * places,
                                 p->turn + 3 * f * places);
+        kmp_drawing_stress(&p->drawing, p->model, row_of(p, (int)f), p->stress + f * places);
         for (int b = 0; b < moving; b++) {
             double *x = p->position + 3 * (f * moving + b), *r = p->rotation + 4 * (f * moving + b);
             memcpy(x, p->poses[b + 1].p, 3 * sizeof *x);
@@ -643,6 +647,27 @@ static void put_names(kmp_json *json, const picture *p)
     kmp_json_end(json);
 }
 
+/* Stresses as parts of the largest, and the names of bodies without any; -1: a place without. */
+static void put_stress(kmp_json *json, const picture *p)
+{
+    const ptrdiff_t count = (ptrdiff_t)p->frames * p->drawing.place_count;
+    double most = -1;
+    for (ptrdiff_t k = 0; k < count; k++)
+        most = fmax(most, p->stress[k]);
+    for (ptrdiff_t k = 0; k < count; k++)
+        p->room[k] = (int16_t)(p->stress[k] < 0 ? -1 : most > 0 ? lround(INT16_MAX * p->stress[k] / most) : 0);
+    kmp_json_array(json, "plain");
+    for (int b = 1; b < p->drawing.body_count; b++)
+        if (p->model->bodies[b].flexible > 0 && !kmp_drawing_has_edges(&p->drawing, p->model, b))
+            kmp_json_string(json, NULL, p->model->bodies[b].name);
+    kmp_json_end(json);
+    if (most < 0)
+        return;
+    kmp_json_put(json, "stress { most %.4g", most);
+    kmp_json_shorts(json, "numbers", (size_t)count, p->room);
+    kmp_json_end(json);
+}
+
 static void put_flexible(kmp_json *json, const picture *p)
 {
     const size_t places = (size_t)p->frames * (size_t)p->drawing.place_count;
@@ -660,7 +685,9 @@ static void put_flexible(kmp_json *json, const picture *p)
     put_places(json, "numbers", places, p->shift, p->room, 7);
     kmp_json_put(json, "} turn {");
     put_places(json, "numbers", places, p->turn, p->room, 7);
-    kmp_json_put(json, "} }");
+    kmp_json_end(json);
+    put_stress(json, p);
+    kmp_json_end(json);
 }
 
 void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *model, const kmp_samples *row,

@@ -36,6 +36,8 @@ struct kmp_beam {
     kmp_number ratio;       /* of damping, of each mode */
     kmp_number rayleigh[2]; /* damping = [0] mass + [1] stiffness */
     kmp_taper section[3];   /* its area, int y^2, int z^2; 0 where they are not given */
+    kmp_taper edge[2];      /* of its section along y and z, the outer diameter where it is round; 0: not known */
+    bool round;
     int station_count;
     const kmp_number *stations; /* their x; the first is 0 */
     const bool *fixed;          /* of each: x is a part of the length that does not depend on parameters */

@@ -134,6 +134,8 @@ static bool has(const entry *e, int family)
 typedef struct section {
     kmp_taper area, about[2], twist; /* about: int y^2, int z^2 */
     kmp_number shear[2];             /* parts of the area, where it is the same everywhere */
+    kmp_taper edge[2];               /* along y and z; where it is round, its diameter */
+    bool round;
 } section;
 
 static kmp_number number(double value)
@@ -222,6 +224,8 @@ static kmp_number twist_at(const void *user, double xi)
 static void take_rectangle(const entry *e, const kmp_taper edge[2], kmp_number poisson, section *s)
 {
     const rectangle both = {e, {edge[0], edge[1]}};
+    s->edge[0] = edge[0];
+    s->edge[1] = edge[1];
     s->area = product(e, &edge[0], &edge[1]);
     for (int k = 0; k < 2; k++) {
         const kmp_taper square = product(e, &edge[k], &edge[k]), fourth = product(e, &s->area, &square);
@@ -254,6 +258,8 @@ static void take_ring(const entry *e, const kmp_taper diameter[2], kmp_number po
         square[k] = product(e, &diameter[k], &diameter[k]);
         fourth[k] = product(e, &square[k], &square[k]);
     }
+    s->edge[0] = s->edge[1] = diameter[0];
+    s->round = true;
     s->area = difference(e, pi / 4, &square[0], &square[1]);
     s->about[0] = s->about[1] = difference(e, pi / 64, &fourth[0], &fourth[1]);
     s->twist = multiple(e, number(2), &s->about[0]);
@@ -433,6 +439,9 @@ static void read_by_section(entry *e, const kmp_yaml *map)
     b->section[0] = s.area;
     b->section[1] = s.about[0];
     b->section[2] = s.about[1];
+    b->edge[0] = s.edge[0];
+    b->edge[1] = s.edge[1];
+    b->round = s.round;
     b->stiffness[KMP_BEAM_TORSION] = multiple(e, modulus, &s.twist);
     b->stiffness[KMP_BEAM_AXIAL] = multiple(e, young, &s.area);
 }

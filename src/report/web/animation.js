@@ -79,6 +79,7 @@ function drawGauge(gauge, m, view) {
     parts.push(drawn2d("path", { d: `M${right - wide},${low + 8}v6h${wide}v-6`, stroke: ink, "stroke-width": 1.4, fill: "none" }));
     parts.push(label2d(lengthWords(length), right - wide / 2, low + 6, "middle", { fill: ink, "font-size": 11 }));
     /*FLEXIBLE*/ parts.push(label2d(deformationWords(m.picture), 12, 20, "start", { fill: ink, "font-size": 12, id: "deformed" }));
+    /*FLEXIBLE*/ parts.push(...stressScale(m.picture, ink));
     gauge.replaceChildren(...parts);
     gauge.dataset.scale = lengthWords(length);
 }

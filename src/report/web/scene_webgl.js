@@ -154,6 +154,7 @@ function glView(canvas, m) {
             });
             built.lines.forEach((mesh, k) => placeLine(mesh, m.lines[k], poses));
             /*FLEXIBLE*/ m.lines.forEach((line, k) => (built.lines[k].visible = !line.of || !view.hidden.has(line.of)));
+            /*FLEXIBLE*/ colourPieces(m, built);
             renderer.render(built.scene, camera);
         },
     };
