@@ -618,10 +618,10 @@
  * smaller parts are due to the closing of the start. */
 #define KMP_LOAD_UNSHAPED 1e-7
 /** Loads of less than this many times the start buckle a flexible body: it is warned of, because a load that begins at
- * once deflects it twice as far as one that grows slowly. Parts of the stiffness below the second number are rounding
- * of differences, and are no loads. */
+ * once deflects it twice as far as one that grows slowly. Parts of the stiffness below the second number are of no
+ * concern, and are not mentioned; rounding of differences is below 1e-6. */
 #define KMP_BUCKLING_NEAR 2.0
-#define KMP_BUCKLING_NONE 1e-6
+#define KMP_BUCKLING_NONE 1e-3
 /** Deformations of a static start are found where a step is below this part of the length, or where steps below the
  * second part no longer shrink: rounding of forces over soft stiffness. Differences of this part give their matrix. */
 #define KMP_STATIC_STEP       1e-13

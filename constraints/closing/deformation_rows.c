@@ -85,20 +85,25 @@ kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_syst
     return KEMPE_OK;
 }
 
-bool kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe_system *s, const double *q, const double *qd)
+kempe_status kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe_system *s, const double *q,
+                                            const double *qd)
 {
+    if (s->model->flexible_count == 0)
+        return KEMPE_E_FAILED;
     const bool quiet = kmp_context_quiet(s->context, true);
-    bool *moves = s->model->flexible_count > 0 ? KMP_NEW(bool, s->n) : NULL;
+    bool *moves = KMP_NEW(bool, s->n);
     for (int k = 0; moves && k < s->n; k++)
         moves[k] = s->model->motions[k].elastic;
-    const bool made = moves && kmp_deformation_rows_init(x, s, moves, q, qd) == KEMPE_OK;
+    const kempe_status status = moves ? kmp_deformation_rows_init(x, s, moves, q, qd) : KEMPE_E_MEMORY;
     (void)kmp_context_quiet(s->context, quiet);
-    if (moves && !made) {
+    if (moves && status != KEMPE_OK)
         kmp_deformation_rows_free(x);
-        kmp_context_clear(s->context);
-    }
     kmp_free(moves);
-    return made;
+    if (status == KEMPE_E_MEMORY)
+        return kmp_fail_memory(s->context);
+    if (status != KEMPE_OK)
+        kmp_context_clear(s->context);
+    return status == KEMPE_OK ? status : KEMPE_E_FAILED;
 }
 
 void kmp_deformation_rows_loads(kmp_deformation_rows *x, double *qdd, double *lambda)

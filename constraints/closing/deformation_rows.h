@@ -30,10 +30,10 @@ typedef struct kmp_deformation_rows {
 kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_system *system, const bool *moves,
                                        const double *q, const double *qd);
 
-/** The same for the shapes of all flexible bodies, without a message. False: there are none, no such coordinates, or no
- * memory; then there is nothing to free. */
-bool kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe_system *system, const double *q,
-                                    const double *qd);
+/** The same for the shapes of all flexible bodies. KEMPE_E_FAILED, without a message: there are none, or no such
+ * coordinates; KEMPE_E_MEMORY. Then there is nothing to free. */
+kempe_status kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe_system *system, const double *q,
+                                            const double *qd);
 void kmp_deformation_rows_free(kmp_deformation_rows *x);
 
 /** The k-th deformation, as a coordinate. */

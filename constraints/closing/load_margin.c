@@ -2,6 +2,7 @@
 /* With K the stiffness of the material and T the derivatives of the rows of deformations, K - T is what the loads take
  * (T = K + geometric stiffness): the largest eigenvalue of (K - T) x = part K x. Joints that are independent hold. */
 #include "constraints/closing/load_margin.h"
+#include "base/context.h"
 #include "base/memory.h"
 #include "constraints/closing/deformation_rows.h"
 #include "linalg/dense/factors.h"
@@ -17,19 +18,25 @@ struct kmp_load_margin {
     double *stiffness, *lost, *value; /* room: count x count, count x count, count */
 };
 
-kmp_load_margin *kmp_load_margin_new(const kempe_system *s, const double *q, const double *qd)
+kempe_status kmp_load_margin_new(const kempe_system *s, const double *q, const double *qd, kmp_load_margin **margin)
 {
-    kmp_load_margin *m = KMP_NEW(kmp_load_margin, 1);
-    if (!m || !kmp_deformation_rows_of_shapes(&m->rows, s, q, qd)) {
+    *margin = NULL;
+    if (s->model->flexible_count == 0)
+        return KEMPE_OK;
+    KMP_MAKE(s->context, kmp_load_margin, m);
+    const kempe_status status = kmp_deformation_rows_of_shapes(&m->rows, s, q, qd);
+    if (status != KEMPE_OK) {
         kmp_free(m);
-        return NULL;
+        return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
     }
     const int count = m->rows.count;
+    *margin = m;
     if (KMP_ARENA_MAKE(&m->rows.arena, KMP_ROOM(int, count, &m->own),
                        KMP_ROOM(double, count *count, &m->stiffness, &m->lost), KMP_ROOM(double, count, &m->value)))
-        return m;
+        return KEMPE_OK;
     kmp_load_margin_free(m);
-    return NULL;
+    *margin = NULL;
+    return kmp_fail_memory(s->context);
 }
 
 void kmp_load_margin_free(kmp_load_margin *m)

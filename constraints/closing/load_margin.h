@@ -6,9 +6,10 @@
 
 typedef struct kmp_load_margin kmp_load_margin;
 
-/** For states with the independent coordinates of this closed one. NULL without flexible bodies, where no such
- * coordinates exist, or if there is no memory; without a message. */
-kmp_load_margin *kmp_load_margin_new(const kempe_system *system, const double *q, const double *qd);
+/** For states with the independent coordinates of this closed one; NULL without flexible bodies, or where no such
+ * coordinates exist. KEMPE_E_MEMORY. */
+kempe_status kmp_load_margin_new(const kempe_system *system, const double *q, const double *qd,
+                                 kmp_load_margin **margin);
 void kmp_load_margin_free(kmp_load_margin *margin);
 
 /** The part of the stiffness of each flexible body that the loads at a state take away, in the direction where it is

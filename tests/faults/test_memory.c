@@ -374,6 +374,34 @@ static kempe_status simulate_parts(scene *s)
     return status;
 }
 
+/* A tapered beam that begins in balance, and what check says of its loads. */
+static kempe_status start_in_balance(scene *s)
+{
+    static const char text[] =
+        "kempe: 1\ngravity: [0, -9.81, 0]\nbodies:\n  a:\n    joint: {weld: yes, at: ground}\n    flexible:\n"
+        "      beam: {length: 1, young: 1e9, density: 1000, section: {circle: 20 mm}, taper: {circle: 10 mm}}\n"
+        "      shapes: {y: 2}\n    points: {P: {station: 1}}\nforces: {f: {at: a.P, force: [-1, 0, 1]}}\n"
+        "start: {elastic: static}\n";
+    kempe_run_options run = {.rtol = 1e-4, .t_end = 0.01, .output_step = 0.01, .no_convergence_check = 1};
+    scene by = {.context = s->context};
+    kempe_check *check = NULL;
+    char *said = NULL;
+    kempe_status status = kempe_model_read_text(s->context, text, "balance.yaml", &by.model);
+    if (status == KEMPE_OK)
+        status = kempe_system_new(by.model, &by.system);
+    if (status == KEMPE_OK)
+        status = kempe_check_new(by.system, &check);
+    if (status == KEMPE_OK)
+        status = kempe_check_print(check, KEMPE_TEXT, &said);
+    if (status == KEMPE_OK)
+        status = simulate_run(&by, &run);
+    free(said);
+    kempe_check_free(check);
+    kempe_system_free(by.system);
+    kempe_model_free(by.model);
+    return status;
+}
+
 /* A block on a belt, whose formulations rest and return. */
 static kempe_status simulate_visits(scene *s)
 {
@@ -518,6 +546,7 @@ static const named_stage stages[] = {{"read", read_model},
                                      {"articulated bodies", simulate_bodies},
                                      {"parts", simulate_parts},
                                      {"visits", simulate_visits},
+                                     {"start in balance", start_in_balance},
                                      {"stabilized1", simulate_stabilized1},
                                      {"kept", simulate_kept},
                                      {"index1", simulate_index1},

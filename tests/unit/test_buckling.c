@@ -26,8 +26,8 @@ static double taken(const char *text)
     loaded l = load_text(text);
     kempe_assembly *a = NULL;
     CHECK(l.system && kempe_assembly_new(l.system, &a) == KEMPE_OK);
-    kmp_load_margin *margin = a ? kmp_load_margin_new(l.system, kempe_assembly_q(a), kempe_assembly_qd(a)) : NULL;
-    CHECK(margin);
+    kmp_load_margin *margin = NULL;
+    CHECK(a && kmp_load_margin_new(l.system, kempe_assembly_q(a), kempe_assembly_qd(a), &margin) == KEMPE_OK && margin);
     if (margin)
         kmp_load_margin_at(margin, 0, kempe_assembly_q(a), kempe_assembly_qd(a), NULL, part);
     kmp_load_margin_free(margin);

@@ -164,15 +164,18 @@ static void gather(kmp_flexible_loads *to, kmp_deformation_rows *rows, double *q
 /* At a closed start of a system. */
 static void find_at(kmp_flexible_loads *to, const kempe_system *s, const kempe_assembly *a)
 {
-    kmp_load_margin *margin = kmp_load_margin_new(s, a->q, a->qd);
+    kmp_load_margin *margin;
     kmp_deformation_rows rows;
     double *qdd, *lambda;
     kmp_pose *poses;
+    to->arena.failed = kmp_load_margin_new(s, a->q, a->qd, &margin) != KEMPE_OK || to->arena.failed;
     if (margin)
         kmp_load_margin_at(margin, 0, a->q, a->qd, NULL, to->taken);
     kmp_load_margin_free(margin);
     to->springs = kmp_load_margin_has_springs(s);
-    if (!kmp_deformation_rows_of_shapes(&rows, s, a->q, a->qd))
+    const kempe_status status = kmp_deformation_rows_of_shapes(&rows, s, a->q, a->qd);
+    to->arena.failed = to->arena.failed || status == KEMPE_E_MEMORY;
+    if (status != KEMPE_OK)
         return;
     if (KMP_ARENA_MAKE(&to->arena, KMP_ROOM(double, s->n, &qdd), KMP_ROOM(double, s->m, &lambda),
                        KMP_ROOM(kmp_pose, s->model->body_count, &poses)))
@@ -193,9 +196,12 @@ bool kmp_flexible_loads_find(kmp_flexible_loads *to, const kempe_check *check)
         return to->taken;
     if (check->own) { /* the mechanism that is examined has no forces */
         const bool quiet = kmp_context_quiet(s->context, true);
-        if (kempe_assembly_new(s, &own) != KEMPE_OK)
-            kmp_context_clear(s->context);
+        const kempe_status status = kempe_assembly_new(s, &own);
         (void)kmp_context_quiet(s->context, quiet);
+        if (status == KEMPE_E_MEMORY)
+            to->arena.failed = true;
+        else if (status != KEMPE_OK)
+            kmp_context_clear(s->context);
         a = own;
     }
     if (a && a->closed && !a->inner_q)

@@ -129,16 +129,18 @@ static void warn_of_section(const kmp_samples *table, kmp_evaluator *eval, const
 }
 
 /* A straight beam stays so in the computation under loads at which it buckles. */
-static void warn_of_buckling(const kempe_system *system, const kmp_samples *table)
+static kempe_status warn_of_buckling(const kempe_system *system, const kmp_samples *table)
 {
     enum { LOOKS = 12 }; /* rows that are looked at, from the first one to the last */
     const kempe_model *model = system->model;
     const int n = model->flexible_count, last = table->rows - 1, step = last < LOOKS ? 1 : last / (LOOKS - 1);
-    double *taken = n > 0 ? KMP_NEW(double, 3 * n) : NULL;
-    kmp_load_margin *margin = taken && last >= 0
-                                  ? kmp_load_margin_new(system, kmp_samples_get(table, KMP_QUANTITY_Q, 0),
-                                                        kmp_samples_get(table, KMP_QUANTITY_QD, 0))
-                                  : NULL;
+    kmp_load_margin *margin = NULL;
+    if (n == 0 || last < 0)
+        return KEMPE_OK;
+    double *taken = KMP_NEW(double, 3 * n);
+    const kempe_status status = taken ? kmp_load_margin_new(system, kmp_samples_get(table, KMP_QUANTITY_Q, 0),
+                                                            kmp_samples_get(table, KMP_QUANTITY_QD, 0), &margin)
+                                      : kmp_fail_memory(system->context);
     for (int row = 0; margin && row <= last; row += step) {
         kmp_load_margin_at(margin, kmp_samples_time(table, row), kmp_samples_get(table, KMP_QUANTITY_Q, row),
                            kmp_samples_get(table, KMP_QUANTITY_QD, row), kmp_samples_get(table, KMP_QUANTITY_QDD, row),
@@ -157,17 +159,18 @@ static void warn_of_buckling(const kempe_system *system, const kmp_samples *tabl
                     model->bodies[model->flexibles[k].body].name, taken[2 * n + k], taken[n + k]);
     kmp_load_margin_free(margin);
     kmp_free(taken);
+    return status;
 }
 
-void kmp_doubt_flexible(const kmp_samples *table, kmp_evaluator *eval)
+kempe_status kmp_doubt_flexible(const kmp_samples *table, kmp_evaluator *eval)
 {
     const kempe_model *model = eval->system->model;
     for (int k = 0; k < model->flexible_count; k++) {
         doubt_deflection(eval->system, table, &model->flexibles[k]);
         warn_of_rotation(eval->system, table, &model->flexibles[k]);
     }
-    warn_of_buckling(eval->system, table);
     for (int o = 0, at = 0; o < model->output_count; at += kmp_output_width(model, &model->outputs[o++]))
         if (model->outputs[o].kind == KMP_OUTPUT_SECTION)
             warn_of_section(table, eval, &model->outputs[o], at);
+    return warn_of_buckling(eval->system, table);
 }

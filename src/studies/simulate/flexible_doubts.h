@@ -6,5 +6,6 @@
 #include "output/samples.h"
 
 /** Logs them: deflections beyond what the terms of second order are right for are a doubt about the run; loads of
- * sections that differ from those by the strain, and fast rotations without terms of second order, are warnings. */
-void kmp_doubt_flexible(const kmp_samples *table, kmp_evaluator *eval);
+ * sections that differ from those by the strain, fast rotations without terms of second order, and loads at which a
+ * body buckles, are warnings. KEMPE_E_MEMORY. */
+kempe_status kmp_doubt_flexible(const kmp_samples *table, kmp_evaluator *eval);

@@ -642,7 +642,8 @@ static kempe_status judge(kempe_trajectory *t, kmp_simulation *j)
         status = share_loads(t, j, eval);
     for (int row = 0; t->system->use_count > 0 && row < t->table.rows; row++)
         kmp_eval_tell_shown(eval, kmp_samples_time(&t->table, row), kmp_samples_shown(&t->table, eval, row));
-    kmp_doubt_flexible(&t->table, eval);
+    const kempe_status doubted = kmp_doubt_flexible(&t->table, eval);
+    status = status == KEMPE_OK ? doubted : status;
     if (t->table.rows > 0)
         status = judge_last_row(t, eval, status);
     kmp_eval_free(eval);
