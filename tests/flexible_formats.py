@@ -104,7 +104,7 @@ def expansion(name, zero, first=None, structure=3, mode_last=False, n=None):
     rows, columns = zero.shape
     lines = [name, f"order = {0 if first is None else 1}", f"nrow = {rows}", f"ncol = {columns}", f"nq = {n}", "nqn = 0", f"structure = {structure}"]
     for i, j in np.argwhere(zero != 0):
-        if structure == 3 or (structure == 2 and j <= i):
+        if structure == 3 or (structure == 2 and j <= i) or (structure == 1 and i == j):
             lines.append(f"m0({i + 1:3d},{j + 1:3d}) = {zero[i, j]:.17E}".replace("E", "D"))
     for k, part in enumerate(first if first is not None else []):
         for i, j in np.argwhere(part != 0):
@@ -113,7 +113,7 @@ def expansion(name, zero, first=None, structure=3, mode_last=False, n=None):
     return lines + [f"end {name}"]
 
 
-def sid(body, six=True, mode_last=False, blocks_by_modes=False, change=None, axes=lambda psi: (np.eye(3), psi)):
+def sid(body, six=True, mode_last=False, blocks_by_modes=False, change=None, axes=lambda psi: (np.eye(3), psi), structures=()):
     """The text; `change` may alter the parts before they are written; `axes` of a node and their change by psi~."""
     n = len(body["K"])
     zero, first = sid_parts(body)
@@ -141,7 +141,7 @@ def sid(body, six=True, mode_last=False, blocks_by_modes=False, change=None, axe
     lines.append("end frame")
     for name in names:
         if name in zero:
-            lines += expansion(name, zero[name], first.get(name), 2 if name in ("Me", "Ke") else 3, mode_last, n)
+            lines += expansion(name, zero[name], first.get(name), dict(structures).get(name, 2 if name in ("Me", "Ke") else 3), mode_last, n)
     return "\n".join(lines + ["end modal", "end part", ""])
 
 
@@ -311,6 +311,16 @@ class StandardInputData(Folder):
             said, found = runs.simulated(self.model(ARM, sid(body, change=change)))
             self.same(found, expected, 1e-9)
             self.assertNotIn("doubt", said["flexible"]["arm"])
+
+    def test_structures(self):
+        """Modes of unit mass: Me is the unit matrix by its structure 4, Ke diagonal by 1, De zero by 0."""
+        body = cloud(second=True)
+        squares, modes = modes_of(body["K"], arrays(body)["M"])
+        body |= {"phi": body["phi"] @ modes, "K": np.diag(squares), "D": 0 * body["D"], "shift": body["shift"] @ modes, "turn": body["turn"] @ modes,
+                 "form": np.einsum("paij,ik,jl->pakl", body["form"], modes, modes), "tip": np.einsum("paij,ik,jl->pakl", body["tip"], modes, modes)}
+        text = sid(body, structures={"Me": 4, "Ke": 1, "De": 0})
+        self.assertEqual(text.count("m0(", text.index("\nMe\n"), text.index("end Me")), 0)
+        self.same(runs.simulated(self.model(ARM, text))[1], runs.simulated(self.reference(ARM, body))[1], 1e-9)
 
     def test_axes_of_nodes(self):
         """Axes of nodes are other than the body's, and psi is in those of the body; psi in those of the node is refused."""
