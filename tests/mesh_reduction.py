@@ -283,7 +283,7 @@ MISTAKES = [
     ({"units": "metres"}, FACES, 2, "array 'units' is 'metres'"),
     ({"K": lambda K: changed(K, 2, 5, 77.0)}, FACES, 2, "the stiffness is not symmetric: 77 between z of node 0 and z of node 1"),
     ({"K": np.triu}, FACES, 2, "a matrix of one triangle must be completed"),
-    ({"K": lambda K: changed(K, 4, 4, np.nan)}, FACES, 2, "the stiffness between y of node 1 and y of node 1 is nan: all entries must be finite"),
+    ({"K": lambda K: changed(K, 4, 4, np.nan)}, FACES, 2, "the stiffness between y of node 1 and y of node 1 is nan: all entries must be finite, at most 1e+60"),
     ({"K": lambda K: changed(K, 4, 4, -1.0)}, FACES, 2, "the stiffness of y of node 1 is -1: it must be positive"),
     ({"K": lambda K: -K}, FACES, 2, "it must be positive"),
     ({"K": supported}, FACES, 2, "its stiffness resists"),

@@ -6,7 +6,11 @@
 #include "base/memory.h"
 #include <string.h>
 
-#ifdef KEMPE_CHOLMOD_LIBRARY
+#if defined KEMPE_UMFPACK && defined KEMPE_CHOLMOD_LIBRARY
+#define WITH_CHOLMOD
+#endif
+
+#ifdef WITH_CHOLMOD
 #include <cholmod.h>
 #include <dlfcn.h>
 #include <pthread.h>
@@ -44,7 +48,7 @@ static bool is_there(void)
 struct kmp_sparse_definite {
     int n;
     kmp_sparse *klu; /* NULL: CHOLMOD */
-#ifdef KEMPE_CHOLMOD_LIBRARY
+#ifdef WITH_CHOLMOD
     cholmod_common common;
     cholmod_factor *factor;
 #endif
@@ -54,7 +58,7 @@ void kmp_sparse_definite_free(kmp_sparse_definite *f)
 {
     if (!f)
         return;
-#ifdef KEMPE_CHOLMOD_LIBRARY
+#ifdef WITH_CHOLMOD
     if (!f->klu && f->n > 0) {
         library.free_factor(&f->factor, &f->common);
         library.finish(&f->common);
@@ -64,7 +68,7 @@ void kmp_sparse_definite_free(kmp_sparse_definite *f)
     kmp_free(f);
 }
 
-#ifdef KEMPE_CHOLMOD_LIBRARY
+#ifdef WITH_CHOLMOD
 /* The rows are those of columns, by symmetry; their lower part alone is read. */
 static kmp_sparse_outcome factor_by_cholmod(kmp_sparse_definite *f, int n, int nz, const int *row, const int *col,
                                             const double *value)
@@ -114,7 +118,7 @@ static kmp_sparse_outcome factor_by_cholmod(kmp_sparse_definite *f, int n, int n
 static kmp_sparse_outcome factor(kmp_sparse_definite *f, int n, int nz, const int *row, const int *col,
                                  const double *value)
 {
-#ifdef KEMPE_CHOLMOD_LIBRARY
+#ifdef WITH_CHOLMOD
     if (is_there())
         return factor_by_cholmod(f, n, nz, row, col, value);
 #endif
@@ -139,7 +143,7 @@ bool kmp_sparse_definite_solve(kmp_sparse_definite *f, int m, double *x)
 {
     if (f->klu)
         return kmp_sparse_solve(f->klu, m, x);
-#ifdef KEMPE_CHOLMOD_LIBRARY
+#ifdef WITH_CHOLMOD
     const size_t n = (size_t)f->n, count = (size_t)m;
     cholmod_dense b = {
         .nrow = n, .ncol = count, .nzmax = n * count, .d = n, .x = x, .xtype = CHOLMOD_REAL, .dtype = CHOLMOD_DOUBLE};

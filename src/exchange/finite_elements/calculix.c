@@ -247,7 +247,7 @@ static kempe_status take_equations(input *in, int **row, int *count)
 static kempe_status take_entries(kmp_number_lines *lines, kmp_arena *arena, const int *row, int count,
                                  kmp_mesh_entries *to)
 {
-    double e[3];
+    double e[3] = {0};
     to->triangle = true;
     while (kmp_number_lines_next(lines)) {
         KMP_TRY(kmp_number_lines_take(lines, 3, e, "a row, a column and a value are"));

@@ -11,7 +11,7 @@
 /* Entries that should be the same differ by less than this part of their diagonal: texts have eight digits or more. */
 static const double ALIKE = 1e-7;
 
-static const double LARGEST = 1e100; /* so that squares and their sums are numbers */
+static const double LARGEST = 1e60, LEAST = 1e-60; /* so that products of four numbers and quotients are numbers */
 
 /* Vectors of 3 n numbers are counted by an int. */
 enum { NODES_MOST = 1 << 22 };
@@ -188,7 +188,7 @@ static kempe_status check_mass(const kmp_finite_mesh *mesh)
     const kmp_mesh_rows *m = &mesh->mass;
     for (int i = 0; i < m->n; i++) {
         const double own = entry_at(m, i, i);
-        if (!(own > 0))
+        if (!(own >= LEAST))
             return kmp_mesh_refuse(mesh, "the mass of node %ld is %.6g: it must be positive", kmp_mesh_number(mesh, i),
                                    own);
         for (int k = m->start[i]; k < m->start[i + 1]; k++)
@@ -261,7 +261,7 @@ static kempe_status check_stiffness(const kmp_finite_mesh *mesh)
 {
     for (int i = 0; i < mesh->stiffness.n; i++) {
         const double own = entry_at(&mesh->stiffness, i, i);
-        if (!(own > 0))
+        if (!(own >= LEAST))
             return kmp_mesh_refuse(mesh,
                                    "the stiffness of %s is %.6g: it must be positive; where a support or a constraint "
                                    "has removed it, write the matrices of the free body",

@@ -41,7 +41,7 @@ static kempe_status take_head(kmp_number_lines *lines, market *head)
         if (!kmp_number_lines_next(lines))
             return kmp_number_lines_refuse(lines, NULL, "it ends before the numbers of rows, columns and entries");
     while (*lines->now == '%');
-    double sizes[3];
+    double sizes[3] = {0};
     KMP_TRY(kmp_number_lines_take(lines, 3, sizes, "the numbers of rows, columns and entries are"));
     for (int k = 0; k < 3; k++)
         if (!(sizes[k] >= 1 && sizes[k] < INT_MAX / 2 && sizes[k] == floor(sizes[k])))
@@ -57,7 +57,7 @@ static kempe_status take_head(kmp_number_lines *lines, market *head)
 
 static kempe_status take_entries(kmp_number_lines *lines, const market *head, kmp_arena *arena, kmp_mesh_entries *to)
 {
-    double count = 0, e[3];
+    double count = 0, e[3] = {0};
     to->triangle = head->symmetric;
     while (kmp_number_lines_next(lines)) {
         if (*lines->now == '%')
@@ -142,7 +142,7 @@ static kempe_status read_places(kmp_finite_mesh *mesh, const char *path)
 kempe_status kmp_matrix_market_read(kmp_finite_mesh *mesh)
 {
     const kempe_reduce_options *o = mesh->options;
-    market stiffness, mass;
+    market stiffness = {0}, mass = {0};
     if (!o->mass || !o->nodes)
         return kmp_fail(mesh->context, KEMPE_E_ARGUMENT,
                         "%s is the stiffness alone: give the mass by --mass M.mtx, and the places of the nodes by "

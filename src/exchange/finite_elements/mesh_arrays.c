@@ -135,7 +135,7 @@ static kempe_status take_nodes(arrays *a)
 static kempe_status take_all(arrays *a)
 {
     kmp_npz_array units;
-    int width;
+    int width = 0;
     KMP_TRY(take_nodes(a));
     if (kmp_npz_has(&a->npz, "units")) {
         KMP_TRY(take(a, "units", true, -1, &units));
