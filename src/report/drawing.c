@@ -269,7 +269,8 @@ static kmp_drawn_section section_of(const kmp_beam *beam, const double *paramete
                                .edge = {x[2], x[3]},
                                .young = x[4] > 0 ? x[5] / x[4] : 0,
                                .length = x[6],
-                               .round = beam->round};
+                               .round = beam->round,
+                               .lengthens = beam->count[KMP_BEAM_AXIAL] > 0};
 }
 
 /* The curve of a body: places from end to end, which are in view, and pieces between them. */
