@@ -39,7 +39,7 @@ CORE = "base linalg symbolic model roles kinematics kinds dynamics backend decid
 LAYERS["output"] = CORE
 LAYERS["studies/assembly"] = CORE
 LAYERS["studies/simulate"] = f"{CORE} studies/assembly"
-LAYERS["studies/compare"] = f"{CORE} studies/assembly"
+LAYERS["studies/compare"] = f"{CORE} studies/assembly studies/simulate"
 LAYERS["studies/show"] = CORE
 LAYERS["pipeline"] = f"{CORE} studies/assembly studies/simulate studies/compare studies/show"
 # The wings: what they see of each other; the core sees none of them.

@@ -198,6 +198,7 @@ class FlexibleBodies(Case):
             flexible = data["picture"]["flexible"]
             self.assertEqual((flexible["factor"], flexible["held"]), (20, ["link_l", "link_r"]))
             self.assertEqual(drawn.words("deformed"), "deformation \u00d7 20")
+            self.assertIn("by the strain of the shapes, without N/A, because no beam has axial shapes.", drawn.words("stage-note"))
             self.assertIn("of link_l and link_r only the deformation between them is multiplied", drawn.words("stage-note"))
             self.assertEqual(drawn.words("names"), "crank_llink_lcrank_rlink_rtool")
             self.assertEqual(int(drawn.by_id["view"]["data-planar"] == "true"), 1)
@@ -296,6 +297,7 @@ class FlexibleBodies(Case):
         self.assertGreater(len(normal), 20)
         self.assertGreater(max(normal), 3e-3 * most) # N is seen
         self.assertIn("No colours by stress for bare: the edges of the section are not known.", drawn.words("stage-note"))
+        self.assertIn("by the strain of the shapes, with |N|/A for pipe, by axial shapes.", drawn.words("stage-note"))
         on = "const box = byId('by-stress'); box.checked = true; box.dispatchEvent(new Event('change')); return byId('largest-stress').textContent;"
         for screen in (DESKTOP, FLAT):
             told, _ = self.run_script(page, on, screen)

@@ -295,6 +295,8 @@ static const option options[] = {
      "linear solvers of IDA, each as a method of its own: auto (default), klu, umfpack, dense"},
     {CLI_COMPARE, IN_RUN, "reference", TEXT(compare.reference), "CSV",
      "reference solution (default: computed by several formulations and integrators)"},
+    {CLI_COMPARE, IN_RUN, "bodies", TEXT(compare.bodies), "NAME,..",
+     "models of the flexible bodies: rigid, none, first, full, segments:N, beside the last of them"},
     {CLI_COMPARE, IN_RUN, "t-end", VALUE(TIME, compare.t_end), "T", "end of every run, s (default: that of the model)"},
     {CLI_COMPARE, IN_RUN, "budget", VALUE(TIME, compare.budget_s), "S",
      "processor time for all runs together, s (default: 60)"},

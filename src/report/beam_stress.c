@@ -24,6 +24,11 @@ bool kmp_drawing_has_edges(const kmp_drawing *drawing, const kempe_model *model,
     return number_of(model, body) >= 0 && sections_of(drawing, model, body)->edge[0] > 0;
 }
 
+bool kmp_drawing_lengthens(const kmp_drawing *drawing, const kempe_model *model, int body)
+{
+    return kmp_drawing_has_edges(drawing, model, body) && sections_of(drawing, model, body)->lengthens;
+}
+
 /* Row c of three, times the body's coordinates. */
 static double row_product(const kempe_model *model, int body, const kmp_number *row, int c, const double *q)
 {

@@ -275,7 +275,9 @@ static double taper_at(const kmp_taper *taper, const double *parameters, double 
 /* The section at xi = x/length. */
 static kmp_drawn_section section_of(const kmp_beam *beam, const double *parameters, double xi)
 {
-    kmp_drawn_section made = {.length = number_at(&beam->length, parameters), .round = beam->round};
+    kmp_drawn_section made = {.length = number_at(&beam->length, parameters),
+                              .round = beam->round,
+                              .lengthens = beam->count[KMP_BEAM_AXIAL] > 0};
     for (int k = 0; k < 2; k++) {
         made.about[k] = taper_at(&beam->section[1 + k], parameters, xi);
         made.edge[k] = taper_at(&beam->edge[k], parameters, xi);

@@ -35,7 +35,7 @@ typedef struct kmp_drawn_place {
 typedef struct kmp_drawn_section {
     double about[2], edge[2]; /* int y^2, int z^2; along y and z, 0: not known */
     double young, length;
-    bool round;
+    bool round, lengthens; /* lengthens: it has axial shapes */
 } kmp_drawn_section;
 
 /** A body that is carried by a place of a flexible one. */

@@ -663,7 +663,11 @@ static void put_stress(kmp_json *json, const picture *p)
     kmp_json_end(json);
     if (most < 0)
         return;
-    kmp_json_put(json, "stress { most %.4g", most);
+    kmp_json_put(json, "stress { most %.4g axial [", most);
+    for (int b = 1; b < p->drawing.body_count; b++)
+        if (kmp_drawing_lengthens(&p->drawing, p->model, b))
+            kmp_json_string(json, NULL, p->model->bodies[b].name);
+    kmp_json_end(json);
     kmp_json_shorts(json, "numbers", (size_t)count, p->room);
     kmp_json_end(json);
 }

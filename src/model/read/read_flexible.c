@@ -518,7 +518,7 @@ static void read_shapes(entry *e, const kmp_yaml *map)
         read_count(e, map, (kmp_beam_family)f);
         sum += e->beam.count[f];
     }
-    if (sum > 0 || e->wrong)
+    if (sum > 0 || e->wrong || e->r->bodies_as)
         return;
     kmp_reader_complain(e->r, map->place,
                         "%s has no shapes: without them it is rigid; give 'y', 'z', 'torsion' or 'axial'", e->body);

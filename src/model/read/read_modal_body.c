@@ -334,7 +334,7 @@ static bool take_modes(reading *s)
         return true;
     if (!kmp_read_fixed(s->r, node, what, KMP_DIM_NUMBER, &count))
         return false;
-    if (!(count >= 1 && count <= b->count && count == floor(count)))
+    if (!(count >= (s->r->bodies_as ? 0 : 1) && count <= b->count && count == floor(count)))
         return kmp_reader_complain(s->r, node->place,
                                    "%s are %.6g: a whole number from 1 to %d, which the file has, is "
                                    "expected",

@@ -9,6 +9,7 @@
 #include "model/data/model.h"
 #include "model/data/variant.h"
 #include "model/files/document.h"
+#include "model/read/body_models.h"
 #include "model/read/clearance.h"
 #include "model/read/model_builder.h"
 #include "model/read/read_algebraic.h"
@@ -130,6 +131,7 @@ static void read_parts(kmp_reader *r)
     kmp_read_inputs(r);
     kmp_read_tables(r);
     kmp_read_wings(r, KMP_READ_AFTER_TABLES);
+    kmp_read_body_models(r);
     kmp_read_segments(r);
     read_head(r);
     kmp_read_bodies(r);
@@ -234,6 +236,8 @@ static void begin_digest(kmp_reader *r, const char *text, size_t length)
         kmp_digest_add_text(&r->digest, "limits");
     if (kmp_context_base(r->context) != KMP_BASE_OF_FORMAT)
         kmp_digest_add_text(&r->digest, kmp_context_base(r->context) == KMP_BASE_FREE ? "free" : "fixed");
+    if (r->bodies_as)
+        kmp_digest_add_text(&r->digest, r->bodies_as);
     for (int k = 0; k < r->setting_count; k++) {
         kmp_digest_add_text(&r->digest, r->settings[k].name);
         kmp_digest_add_text(&r->digest, r->settings[k].value);
@@ -241,9 +245,13 @@ static void begin_digest(kmp_reader *r, const char *text, size_t length)
 }
 
 static kempe_status read_model(kempe_context *context, const char *text, size_t length, const char *label,
-                               const kempe_setting *list, int count, kempe_model **model)
+                               const kempe_setting *list, int count, const char *bodies_as, kempe_model **model)
 {
-    kmp_reader r = {.context = context, .model = new_model(context, label), .settings = list, .setting_count = count};
+    kmp_reader r = {.context = context,
+                    .model = new_model(context, label),
+                    .settings = list,
+                    .setting_count = count,
+                    .bodies_as = bodies_as};
     if (!r.model || kmp_reader_add_file(&r, label) < 0 || !keep_settings(r.model, list, count)) {
         kempe_model_free(r.model);
         return kmp_fail_memory(context);
@@ -273,17 +281,23 @@ static bool are_settings(const kempe_setting *list, int count)
     return all;
 }
 
-kempe_status kmp_model_read_file(kempe_context *context, const char *path, const kempe_setting *list, int count,
-                                 kempe_model **model)
+kempe_status kmp_model_read_as(kempe_context *context, const char *path, const kempe_setting *list, int count,
+                               const char *bodies_as, kempe_model **model)
 {
     char *text;
     size_t length;
     KMP_TRY(kmp_file_read(context, KMP_FILE_MODEL, path, &text, &length));
-    kempe_status status = read_model(context, text, length, path, list, count, model);
+    kempe_status status = read_model(context, text, length, path, list, count, bodies_as, model);
     if (status == KEMPE_OK)
         (*model)->from_file = true;
     kmp_free(text);
     return status;
+}
+
+kempe_status kmp_model_read_file(kempe_context *context, const char *path, const kempe_setting *list, int count,
+                                 kempe_model **model)
+{
+    return kmp_model_read_as(context, path, list, count, NULL, model);
 }
 
 kempe_status kempe_model_read_set(kempe_context *context, const char *path, const kempe_setting *list, int count,
@@ -306,7 +320,7 @@ kempe_status kempe_model_read_text_set(kempe_context *context, const char *text,
     KMP_WANTED(context, model, "model");
     KMP_WANTED(context, are_settings(list, count), "a setting");
     kmp_context_begin(context);
-    return read_model(context, text, strlen(text), label, list, count, model);
+    return read_model(context, text, strlen(text), label, list, count, NULL, model);
 }
 
 kempe_status kempe_model_read_text(kempe_context *context, const char *text, const char *label, kempe_model **model)

@@ -13,6 +13,10 @@ kempe_status kmp_builder_read(kempe_context *context, const kmp_builder *builder
 kempe_status kmp_model_read_file(kempe_context *context, const char *path, const kempe_setting *list, int count,
                                  kempe_model **model);
 
+/** The same, with another model of its flexible bodies (body_models.h); NULL: their own. */
+kempe_status kmp_model_read_as(kempe_context *context, const char *path, const kempe_setting *list, int count,
+                               const char *bodies_as, kempe_model **model);
+
 /* Keys of a model, of a body and of an include; other mappings have theirs beside their reader. */
 extern const kmp_key kmp_model_keys[];
 

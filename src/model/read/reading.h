@@ -48,6 +48,7 @@ typedef struct kmp_reader {
     const char *file;
     const kempe_setting *settings;
     int setting_count;
+    const char *bodies_as;           /* the model that flexible bodies have (body_models.h); NULL: their own */
     kmp_include_instance *instances; /* included files, parents first */
     int instance_count;
     int scope; /* file whose names the current expression uses */

@@ -83,7 +83,7 @@ function stressScale({ flexible: { stress } }, ink) {
     if (!stress?.shown) return [];
     const wide = 150, cells = 30, most = data.command === "modes" ? "largest of the mode" : stressWords(stress.most);
     return [
-        label2d("normal stress", 12, 42, "start", { fill: ink, "font-size": 12 }),
+        label2d(stress.axial.length > 0 ? "normal stress" : "bending stress", 12, 42, "start", { fill: ink, "font-size": 12 }),
         ...Array.from({ length: cells }, (_, k) => drawn2d("rect", { x: 12 + (k * wide) / cells, y: 48, width: wide / cells + 0.5, height: 9, fill: stressColour(k / (cells - 1)) })),
         label2d("0", 12, 71, "start", { fill: ink, "font-size": 11 }),
         label2d(most, 12 + wide, 71, "end", { fill: ink, "font-size": 11, id: "largest-stress" }),
@@ -158,7 +158,8 @@ function listed(names) {
 
 function deformationNote({ flexible }) {
     const plain = flexible.plain.length === 0 ? "" : `No colours by stress for ${listed(flexible.plain)}: the edges of the section are not known.`;
-    const coloured = flexible.stress ? "Colours by stress: the largest normal stress of a section, |N|/A and bending at its farthest edge, by the strain of the shapes. N counts for beams with axial shapes." : "";
+    const { axial } = flexible.stress || {}, normal = axial?.length > 0 ? `, with |N|/A for ${listed(axial)}, by axial shapes` : ", without N/A, because no beam has axial shapes";
+    const coloured = axial ? `Colours by stress: that of bending at the farthest edge of a section, by the strain of the shapes${normal}.` : "";
     const held = flexible.held.length === 0 ? "" : `Joints of loops stay at their true places: of ${listed(flexible.held)} only the deformation between them is multiplied.`;
     const stiff = flexible.stiff.length === 0 ? "" : `Shapes of ${listed(flexible.stiff)} are drawn without deformation.`;
     return [held, stiff, coloured, plain].filter(Boolean).join(" ");

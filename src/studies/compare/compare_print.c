@@ -300,6 +300,7 @@ void kmp_compare_json(kmp_json *j, const kempe_comparison *c)
     for (int k = 0; k < c->tables.best_count; k++)
         json_split_all(j, c, c->tables.best[k], false);
     kmp_json_end(j);
+    kmp_compare_bodies_json(j, &c->bodies);
     json_stiffness(j, c);
     json_advice(j, c);
     json_sentences(j, "failures", &c->failures);
@@ -473,6 +474,7 @@ static void show(kmp_text *text, const void *result)
     show_runs(text, c);
     show_tables(text, c);
     show_levels(text, c);
+    kmp_compare_bodies_show(text, &c->bodies);
     show_list(text, "not run", &c->failures);
     show_list(text, "warnings", &c->warnings);
     if (kmp_is_complete(c->status) || c->advice.run >= 0) {
@@ -550,4 +552,20 @@ static void fill_levels(kempe_table *table, const void *result)
         }
 }
 
-KMP_TABLES(kempe_comparison, comparison, comparison->system->context, {"runs", fill_runs}, {"levels", fill_levels})
+static void fill_bodies(kempe_table *table, const void *result)
+{
+    const kmp_bodies_table *bodies = &((const kempe_comparison *)result)->bodies;
+    kmp_tabulate_columns(table, "bodies[words] status[words] reason[words] coordinates steps cpu_s build_s "
+                                "output[words] error part");
+    for (int k = 0; k < bodies->count; k++) {
+        const kmp_compared_bodies *row = &bodies->rows[k];
+        const int worst = row->worst;
+        kmp_tabulate_row(table);
+        kmp_tabulate_cells(table, "%s %s %s %d %ld %g %g %s %g %g", row->word, kempe_outcome_text(row->outcome),
+                           row->reason, row->coordinates, row->steps, row->cpu_s, row->build_s,
+                           worst >= 0 ? bodies->names[worst] : "", worst >= 0 ? row->error[worst] : NAN, row->part);
+    }
+}
+
+KMP_TABLES(kempe_comparison, comparison, comparison->system->context, {"runs", fill_runs}, {"levels", fill_levels},
+           {"bodies", fill_bodies})

@@ -741,6 +741,7 @@ static kempe_status prepare(kmp_compare_job *j, const kempe_compare_options *opt
     kempe_comparison *c = j->comparison;
     KMP_TRY(choose_methods(c, options, false));
     KMP_TRY(choose_rtols(c, options->rtols ? options->rtols : default_rtols));
+    KMP_TRY(kmp_compare_bodies_begin(c->system->model, options->bodies, &c->arena, &c->bodies));
     double budget_s = options->budget_s;
     if (!(budget_s >= 0) || isinf(budget_s))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "budget_s = %g: a positive number is expected", budget_s);
@@ -803,6 +804,7 @@ static kempe_status compare(kmp_compare_job *j, const kempe_compare_options *opt
     kmp_free(lines);
     KMP_TRY(lines ? KEMPE_OK : kmp_fail_memory(j->context));
     KMP_TRY(kmp_compare_run_all(j));
+    KMP_TRY(kmp_compare_bodies(c->system->model, c->t_end, &c->arena, &c->bodies));
     kmp_compare_levels(c);
     if (!c->arena.failed) {
         kmp_compare_tables(c);

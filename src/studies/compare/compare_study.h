@@ -6,6 +6,7 @@
 #include "output/print.h"
 #include "output/reference.h"
 #include "output/verdict.h"
+#include "studies/compare/compare_bodies.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
 
@@ -104,6 +105,7 @@ struct kempe_comparison {
     kmp_advice advice;
     kmp_sentences failures; /* incomplete runs, in groups, with the reason */
     kmp_sentences warnings; /* of the reference, and of complete runs */
+    kmp_bodies_table bodies;
 };
 
 /** Working data of a comparison. */

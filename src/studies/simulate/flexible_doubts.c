@@ -61,7 +61,7 @@ static void warn_of_rotation(const kempe_system *system, const kmp_samples *tabl
     const kempe_model *model = system->model;
     kmp_flexible_spectrum s;
     double most = 0;
-    if ((f->stiffening != KMP_STIFFENING_NONE && !f->averaged) || !kmp_flexible_spectrum_find(f, &s))
+    if (f->count == 0 || (f->stiffening != KMP_STIFFENING_NONE && !f->averaged) || !kmp_flexible_spectrum_find(f, &s))
         return;
     for (int row = 0; row < table->rows; row++) {
         const double *qd = kmp_samples_get(table, KMP_QUANTITY_QD, row);
