@@ -118,7 +118,7 @@ VALUES = {  # the words of the tables of keys
     "flexible": ref("flexible"), "beam": ref("beam"), "section": ref("section"), "section numbers": ref("section_numbers"), "beam shapes": ref("beam_shapes"),
     "interfaces": {"type": "object", "minProperties": 1, "additionalProperties": {"anyOf": [WORD, {"type": "array", "items": NUMBER, "minItems": 1}]}}, "scale of a file": ref("file_units"),
     "nodes of a file": {"anyOf": [WORD, {"type": "object", "minProperties": 1, "additionalProperties": ref("vector")}]},
-    "damping": ref("damping"), "two numbers": PAIR, "frame": {"enum": ["clamped", "chord"]}, "stiffening": {"enum": ["none", "first", "full"]},
+    "damping": ref("damping"), "two numbers": PAIR, "frame": {"enum": ["clamped", "chord", "mean"]}, "stiffening": {"enum": ["none", "first", "full"]},
     "inertia": ref("inertia"), "coordinates": {"type": "array", "items": {"type": ["string", "number", "null"]}},
 }
 

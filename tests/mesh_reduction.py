@@ -276,7 +276,7 @@ MISTAKES = [
     ({}, {"interface": "root=x=0", "modes": 25}, 2, "with its interfaces held the mesh has 24 modes, and 25 are wanted"),
     ({}, {"interface": "root=x=0", "modes": 300}, 3, "300 modes, six of them for each interface but the first, are more than the 200"),
     ({}, {"interface": "root=x=0", "modes": 1, "frame": "chord"}, 3, "--frame chord is from the first interface to the second one"),
-    ({}, FACES | {"frame": "mean"}, 3, "--frame 'mean' does not exist: clamped or chord"),
+    ({}, FACES | {"frame": "free"}, 3, "--frame 'free' does not exist: clamped, chord or mean"),
     ({}, FACES | {"units": "mm t s"}, 3, "has its units, 'm kg s': leave out --units"),
     ({"units": None}, FACES, 3, "does not say its units: give those of length, mass and time"),
     ({"units": None}, FACES | {"units": "m N s"}, 3, "--units 'm N s': units of length, mass and time are expected"),

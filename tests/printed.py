@@ -68,9 +68,9 @@ def closure(printed):
 
 
 def rewritten(printed):
-    """None where closures are not between points."""
+    """None where closures are not between points, or a body is flexible."""
     loops = {c["name"]: closure(c) for c in printed["closures"] if c["kind"] not in ("screw", "drive", "lock")}
-    if None in loops.values() or any(c["kind"] in ("drive", "lock") for c in printed["closures"]):
+    if any("flexible" in b for b in printed["bodies"]) or None in loops.values() or any(c["kind"] in ("drive", "lock") for c in printed["closures"]):
         return None
     bodies = {b["name"]: {"joint": joint(b), "mass": b["mass"], "com": b["com"], "inertia": {key: x for key, x in b["inertia"].items() if x},
                           "points": points(b)} for b in printed["bodies"]}
