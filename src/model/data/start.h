@@ -17,7 +17,7 @@ typedef struct kmp_start {
     bool *q_given, *qd_given;
     bool *hold;
     bool *undeformed; /* that hold because they are deformations, unless the loops need them to close; NULL: none */
-    bool statics; /* these then move into balance with the loads of the start */
+    bool statics;     /* these then move into balance with the loads of the start */
     kmp_goal *goals;
     int goal_count;
 } kmp_start;

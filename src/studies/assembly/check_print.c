@@ -486,6 +486,9 @@ static void show_flexible(kmp_text *text, const kempe_check *check)
              "%.6g kg m^2",
              body.mass.value, body.com[0].value, body.com[1].value, body.com[2].value, body.inertia[0].value,
              body.inertia[1].value, body.inertia[2].value);
+        if (f->frame == KMP_FRAME_MEAN)
+            line(text, "", "its shapes have %.2g of the momentum of rigid motions, and its axes are the mean ones",
+                 kmp_flexible_rigid_part(f));
         put_rigid_directions(text, f);
         put_unshaped(text, &loads, k);
         put_stiff_loops(text, check, f);

@@ -119,6 +119,23 @@ bool kmp_flexible_bends(const kmp_flexible *f, int c)
     return bends;
 }
 
+double kmp_flexible_rigid_part(const kmp_flexible *f)
+{
+    const double mass = f->mass->value, spread = f->second[0].value + f->second[1].value + f->second[2].value;
+    double most = 0;
+    for (int k = 0; k < f->count; k++) {
+        const kmp_number *t = f->by_field + 9 * ((ptrdiff_t)(f->count + f->quadratic_count) * k + k);
+        const kmp_number *z = f->by_place + (ptrdiff_t)9 * k;
+        const double own = t[0].value + t[4].value + t[8].value;
+        for (int a = 0; a < 3; a++) {
+            const double spin = z[3 * ((a + 2) % 3) + (a + 1) % 3].value - z[3 * ((a + 1) % 3) + (a + 2) % 3].value;
+            most = fmax(most, fabs(f->field[3 * k + a].value) / sqrt(mass * own));
+            most = fmax(most, fabs(spin) / sqrt(spread * own));
+        }
+    }
+    return most;
+}
+
 /* -- the rigid mechanism ----------------------------------------------------------------------------- */
 
 /* Columns of the coordinates of joints, scaled, one after the other; marks the flexible bodies of others. */
