@@ -299,6 +299,7 @@ MISTAKES = [
     ({"K": lambda K: changed(K, 4, 4, np.nan)}, FACES, 2, "the stiffness between y of node 1 and y of node 1 is nan: all entries must be finite, at most 1e+60"),
     ({"K": lambda K: changed(K, 4, 4, -1.0)}, FACES, 2, "the stiffness of y of node 1 is -1: it must be positive"),
     ({"K": lambda K: -K}, FACES, 2, "it must be positive"),
+    ({"K": lambda K: K - 50 * np.eye(36)}, {"interface": "root=x=0", "modes": 1}, 2, "its stiffness is negative: a displacement has the energy of -36.1 1/s^2 times its mass"),
     ({"K": supported}, FACES, 2, "its stiffness resists"),
     ({"K": hinged}, {"interface": "root=x=0", "modes": 1}, 2, "with its interfaces held a part of the mesh moves without stiffness"),
     ({"K": lambda K: apart(K, 3), "M": lambda M: apart(M, 1)}, FACES, 2, "it has 2 parts that no element joins; one of them has 4 nodes, among them node 0"),
