@@ -868,17 +868,16 @@ def flexible_robot():
 
 
 def flexible_blade():
-    """At 0.1 s, seen along y; the blade is drawn as a cubic with its deflection times 20."""
-    hinge, tip, larger = -0.1853, (0.48897, -0.07771), 20
-    p = Picture("A flexible blade at 0.1 s: deflection times 20")
-    pin = at((0.5, -0.35), 4.0, (0.06, 0))
-    p.body("blade", (0, 0), tip)
-    down = math.atan2(tip[1], tip[0])
-    p.curve("deflected", *(at((0, 0), down, (0.495 * k / 16, larger * 1.4e-3 * (k / 16)**2 * (3 - k / 16) / 2)) for k in range(17)), shift=(-70, -16))
+    """At 0.1 s, seen along y: the first mode, 1.7 mm at the end, from the line between hinge and corner, 100 times as large."""
+    tip, deflection, larger = (0.48897, -0.07771), 1.7e-3, 100
+    p = Picture("A flexible blade at 0.1 s: bending times 100")
+    pin, down, length = at((0.5, -0.35), 4.0, (0.06, 0)), math.atan2(tip[1], tip[0]), math.hypot(*tip)
+    bent = ((k / 16, larger * deflection * ((k / 16)**2 * (3 - k / 16) / 2 - k / 16)) for k in range(17))
+    p.curve("blade", *(at((0, 0), down, (length * x, z)) for x, z in bent), shift=(20, -20))
     p.body("rod", tip, pin)
     p.body("crank", (0.5, -0.35), pin)
-    p.pivot((0, 0), "hinge", True, (-12, 30))
-    p.pivot((0.5, -0.35), "motor", True, (16, 4))
+    p.pivot((0, 0), "hinge", True, (-12, 42))
+    p.pivot((0.5, -0.35), "motor", True, (12, -8))
     p.pivot(pin)
     p.pivot(tip)
     return p

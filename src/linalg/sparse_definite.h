@@ -8,7 +8,8 @@
 typedef struct kmp_sparse_definite kmp_sparse_definite;
 
 /** Factors a matrix of n rows by both triangles (row[k], col[k]), none twice, columns ascending within ascending rows.
- * It allocates: not for hot paths. KMP_SPARSE_SINGULAR: it is not positive definite, or singular. */
+ * It allocates: not for hot paths. KMP_SPARSE_SINGULAR: it is singular. An indefinite matrix is refused likewise, or
+ * factored as it is. */
 kmp_sparse_outcome kmp_sparse_definite_new(int n, int nz, const int *row, const int *col, const double *value,
                                            kmp_sparse_definite **factors);
 void kmp_sparse_definite_free(kmp_sparse_definite *factors);

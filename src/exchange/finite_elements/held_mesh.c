@@ -336,6 +336,10 @@ static kempe_status give(const krylov *k, int wanted, const double *theta, const
             for (int f = 0; f < h->count; f++)
                 (*x)[all * j + h->free[f]] += y[l + k->applied * j] * k->v[l][f];
     }
+    if (theta[k->applied - 1] < -CONVERGED * theta[0])
+        return kmp_mesh_refuse(mesh,
+                               "its stiffness is negative: a displacement has the energy of %.3g 1/s^2 times its mass",
+                               1 / theta[k->applied - 1]);
     if (!(values[0] > SINGULAR * energy_parts(mesh, *x)))
         return kmp_mesh_refuse(
             mesh, "with its interfaces held a part of the mesh moves without stiffness: join its elements, "
