@@ -883,10 +883,37 @@ def flexible_blade():
     return p
 
 
+def flexible_slider_crank():
+    """The crank at 2 rad; the rod is a half wave, drawn 40 times as large."""
+    centre, slider, larger = (0, 0.1, 0.12), (0.22, 0, 0), (0, 40 * 1.2e-4, -40 * 1.6e-4)
+    pin = (0, 0.1 + 0.08 * math.cos(2), 0.12 + 0.08 * math.sin(2))
+    p = Picture("A slider-crank in space with a flexible rod: deflection times 40")
+    p.guide(oblique((0.15, 0, 0)), oblique((0.32, 0, 0)))
+    p.body("crank", oblique(pin), oblique(centre), other_side=True)
+    p.curve("rod", *(oblique(tuple(a + (b - a) * k / 16 + c * math.sin(math.pi * k / 16) for a, b, c in zip(pin, slider, larger))) for k in range(17)),
+            shift=(10, -14))
+    p.slider(oblique(slider))
+    p.pivot(oblique(centre), "motor", True, (12, 4))
+    p.pivot(oblique(pin), "pin", shift=(-24, -10))
+    p.pivot(oblique(slider), "slider", shift=(-4, -20))
+    return p
+
+
+def flexible_pendulum():
+    """At 0.5 s; the strip has a half wave of its deflection, drawn 20 times as large."""
+    p = Picture("A flexible pendulum at 0.5 s: deflection times 20")
+    place = lambda x, y: at((0, 0), -1.3726, (x, y))
+    p.curve("strip", *(place(k / 16, 20 * 3e-3 * math.sin(math.pi * k / 16)) for k in range(17)), shift=(24, 0))
+    p.pivot((0, 0), "pivot", True, (12, 4))
+    p.pivot(place(1, 0), "weight", shift=(12, 4))
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
-            rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg, flexible_robot, flexible_blade)
+            rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg, flexible_robot,
+            flexible_blade, flexible_slider_crank, flexible_pendulum)
 
 if __name__ == "__main__":
     for make in PICTURES:

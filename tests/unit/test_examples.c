@@ -145,6 +145,15 @@ static void test_flexible_blade(void)
     follow(model, digits, "projected", NULL, 1e-10, 1e-9, 1e-8);
 }
 
+static void test_flexible_slider_crank(void)
+{
+    static const char model[] = "examples/flexible_slider_crank/flexible_slider_crank.yaml",
+                      digits[] = "examples/flexible_slider_crank/reference.csv";
+    follow(model, digits, "reduced", NULL, 1e-12, 1e-12, 1e-10);
+    follow(model, digits, "projected", NULL, 1e-12, 1e-12, 1e-10);
+    follow(model, digits, "dae", NULL, 1e-9, 1e-8, 1e-5);
+}
+
 int main(void)
 {
     TEST(test_car_axis);
@@ -155,5 +164,6 @@ int main(void)
     TEST(test_robot_leg);
     TEST(test_flexible_robot);
     TEST(test_flexible_blade);
+    TEST(test_flexible_slider_crank);
     return check_report();
 }
