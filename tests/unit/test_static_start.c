@@ -123,7 +123,7 @@ static void robot_is_loaded_by_its_drives(void)
     CHECK_NEAR(first[16], 0, 1e-9);
 }
 
-/* N - 1 joints with N E I/L of the moments of a force at the end. */
+/* N - 1 joints in the middle of equal parts, with (N - 1) E I/L, bend by the moments of a force at the end. */
 static void pieces_bend(void)
 {
     static const char text[] = "kempe: 1\nbodies:\n  rod:\n    joint: {weld: yes, at: ground}\n"
@@ -132,10 +132,11 @@ static void pieces_bend(void)
                                "start: {elastic: static}\n";
     double first[3], last[3], exact = 0;
     for (int k = 1; k < 8; k++)
-        exact += 1e-3 * pow(2 * (8 - k) / 8.0, 2) / (8 * 5000 / 2.0);
+        exact += 1e-3 * pow(2 * (7.5 - k) / 7, 2) / (7 * 5000 / 2.0);
     take(text, 1e-3, "position(rod_7.tip)", 3, first, last);
     CHECK_NEAR(first[1] / exact, 1, 1e-9);
     CHECK_NEAR(last[1] / exact, 1, 1e-6);
+    CHECK_NEAR(exact / (1e-3 * 8 / (3 * 5000)), 1, 1.01 / (4 * 7 * 7)); /* 1 - 1/(4 n^2) of n parts */
 }
 
 /* Each instance of an ensemble has its own balance. */

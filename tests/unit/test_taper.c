@@ -208,16 +208,15 @@ static void pieces(void)
         CHECK(kempe_model_read_text(context, text, "beam.yaml", &cut[i]) == KEMPE_OK);
         const kmp_body rigid = kmp_body_undeformed(whole, 1);
         double m = 0, first = 0, about = 0;
-        /* half of the first piece bends with the joint at its beginning */
-        double compliance = 0.5 * 0.7 * 0.7 * 0.7 / count / (70e9 * 0.012 * pow(0.03, 3) / 12);
+        double compliance = 0;
         for (int k = 0; cut[i] && k < count; k++) {
             const kmp_body *piece = &cut[i]->bodies[1 + k];
-            const double at = 0.7 * k / count + piece->com[0].value;
+            const double at = (k == 0 ? 0 : 0.7 * (k - 0.5) / (count - 1)) + piece->com[0].value;
             m += piece->mass.value;
             first += piece->mass.value * at;
             about += piece->inertia[2].value + piece->mass.value * at * at;
             if (k + 1 < count)
-                compliance += pow(0.7 * (count - 1 - k) / count, 2) / cut[i]->forces[k].stiffness.value;
+                compliance += pow(0.7 * (count - 1.5 - k) / (count - 1), 2) / cut[i]->forces[k].stiffness.value;
         }
         CHECK_NEAR(m / rigid.mass.value, 1, 1e-13);
         CHECK_NEAR(first / m / rigid.com[0].value, 1, 1e-13);

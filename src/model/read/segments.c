@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Pieces 0 .. N - 1 of the length l = L/N are the bodies BODY, BODY_1, .. The joint between two of them turns about z,
- * then y, then x, where the beam has shapes of these, by the coordinates BODY_z1, BODY_y1, BODY_phi1, .., each with a
- * spring of the stiffness E I/l or G J/l and the damping that many seconds times this. The nodes of the model have
- * places for these numbers; the numbers themselves are set when they have been read, because they may follow
- * parameters. */
+/* Pieces 0 .. N - 1 are the bodies BODY, BODY_1, .., of the length l = L/(N - 1), and half of it at both ends: each of
+ * the joints between them is in the middle of an equal part of the beam, and no bending is left out at clamped ends. A
+ * joint turns about z, then y, then x, where the beam has shapes of these, by the coordinates BODY_z1, BODY_y1,
+ * BODY_phi1, .., each with a spring of the stiffness E I/l or G J/l and the damping that many seconds times this. The
+ * nodes of the model have places for these numbers; the numbers themselves are set when they have been read, because
+ * they may follow parameters. */
 #include "model/read/segments.h"
 #include "model/data/model.h"
 #include "model/files/nodes.h"
@@ -49,15 +50,21 @@ static kmp_number number(double value)
     return (kmp_number){.value = value};
 }
 
-static kmp_number piece_length(kmp_reader *r, const segmented *s)
+/* Where a piece begins, x/L; for N where the last one ends. */
+static double begin_of(const segmented *s, int piece)
 {
-    return kmp_number_scale(&r->model->arena, 1.0 / s->pieces, s->beam.length);
+    return piece == 0 ? 0 : piece == s->pieces ? 1 : (piece - 0.5) / (s->pieces - 1);
 }
 
-/* The piece that a station is on: at a node the one before it. */
+static kmp_number piece_length(kmp_reader *r, const segmented *s, int piece)
+{
+    return kmp_number_scale(&r->model->arena, begin_of(s, piece + 1) - begin_of(s, piece), s->beam.length);
+}
+
+/* The piece that a station is on: at a joint the one before it. */
 static int piece_of(const segmented *s, double x)
 {
-    const double rounding = 1e-9, at = x / s->beam.length.value * s->pieces;
+    const double rounding = 1e-9, at = x / s->beam.length.value * (s->pieces - 1) + 0.5;
     return !(at > 1 + rounding) ? 0 : at > s->pieces - 1 ? s->pieces - 1 : (int)ceil(at - rounding) - 1;
 }
 
@@ -369,7 +376,7 @@ static void place_point(kmp_reader *r, const segmented *s, int piece, const kmp_
     }
     for (int k = 0; k < 3; k++)
         point->at[k].symbol = 0;
-    x = kmp_number_subtract(arena, x, kmp_number_scale(arena, (double)piece / s->pieces, s->beam.length));
+    x = kmp_number_subtract(arena, x, kmp_number_scale(arena, begin_of(s, piece), s->beam.length));
     x.symbol = 0;
     point->at[0] = kmp_number_add(arena, point->at[0], x);
 }
@@ -384,22 +391,21 @@ static void place_points(kmp_reader *r, const segmented *s, int piece, int body)
         if (node)
             place_point(r, s, piece, node, point);
         else if (strcmp(point->name, next_piece) == 0)
-            point->at[0] = piece_length(r, s);
+            point->at[0] = piece_length(r, s, piece);
     }
 }
 
 /* A number of the sections over a piece. */
 static kmp_taper part_of(kmp_reader *r, const segmented *s, int piece, const kmp_taper *whole)
 {
-    const double pieces = s->pieces;
-    return kmp_taper_part(&r->model->arena, whole, piece / pieces, (piece + 1) / pieces);
+    return kmp_taper_part(&r->model->arena, whole, begin_of(s, piece), begin_of(s, piece + 1));
 }
 
 /* A rigid rod with the sections of the beam. */
 static void set_mass(kmp_reader *r, const segmented *s, int piece, kmp_body *body)
 {
     kmp_arena *arena = &r->model->arena;
-    const kmp_number length = piece_length(r, s), square = kmp_number_times(arena, length, length);
+    const kmp_number length = piece_length(r, s, piece), square = kmp_number_times(arena, length, length);
     const kmp_taper line = part_of(r, s, piece, &s->beam.line_mass);
     const kmp_number mass = kmp_number_times(arena, line.c[0], length);
     kmp_number along = kmp_number_scale(arena, 1 / 12.0, kmp_number_times(arena, mass, square)), section[2];
@@ -459,9 +465,10 @@ void kmp_segments_stiffen(kmp_reader *r)
                 if (found < 0)
                     continue;
                 kmp_force *force = &r->model->forces[found];
-                const kmp_number at = number(piece / (double)s->pieces);
-                const kmp_number stiffness = kmp_taper_at(arena, &s->beam.stiffness[turns[t].family], at);
-                force->stiffness = kmp_number_over(arena, stiffness, piece_length(r, s));
+                const kmp_number stiffness =
+                    kmp_taper_at(arena, &s->beam.stiffness[turns[t].family], number(begin_of(s, piece)));
+                const kmp_number part = kmp_number_scale(arena, 1.0 / (s->pieces - 1), s->beam.length);
+                force->stiffness = kmp_number_over(arena, stiffness, part);
                 force->damping = kmp_number_times(arena, s->time, force->stiffness);
             }
 }
