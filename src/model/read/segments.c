@@ -50,7 +50,7 @@ static kmp_number number(double value)
     return (kmp_number){.value = value};
 }
 
-/* Where a piece begins, x/L; for N where the last one ends. */
+/* The place x/L where a piece begins; for N where the last one ends. */
 static double begin_of(const segmented *s, int piece)
 {
     return piece == 0 ? 0 : piece == s->pieces ? 1 : (piece - 0.5) / (s->pieces - 1);
