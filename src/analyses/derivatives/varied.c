@@ -258,15 +258,23 @@ static bool is_nearly_closed(beginning *b)
     return kmp_eval_residual(b->v->linear.eval) <= KMP_CLOSED_NEAR;
 }
 
-/* Held coordinates as independent ones; deformations that hold are some of them, beside those that the user holds. */
+/* Held coordinates as independent ones; deformations that hold are some of them, beside those that the user holds. One
+ * that is driven is where its drive has it, if joints have closed the loops. */
 static kempe_status choose_with_held(beginning *b)
 {
     kmp_linear *l = &b->v->linear;
-    KMP_TRY(b->v->system->model->start.undeformed ? kmp_linear_prefer(l, 0, b->a->q, b->held, b->hold)
-                                                  : kmp_linear_choose(l, 0, b->a->q, b->hold, b->held));
+    const bool *undeformed = b->v->system->model->start.undeformed;
+    KMP_TRY(undeformed ? kmp_linear_prefer(l, 0, b->a->q, b->held, b->hold)
+                       : kmp_linear_choose(l, 0, b->a->q, b->hold, b->held));
     bool independent = true;
-    for (int k = 0; k < b->held; k++)
-        independent = independent && kmp_linear_place(l, b->hold[k]) >= 0;
+    int count = 0;
+    for (int k = 0; k < b->held; k++) {
+        const bool is = kmp_linear_place(l, b->hold[k]) >= 0;
+        independent = independent && (is || (undeformed && undeformed[b->hold[k]] && !b->a->deformed));
+        if (is)
+            b->hold[count++] = b->hold[k];
+    }
+    b->held = count;
     return independent ? KEMPE_OK : KEMPE_E_FAILED;
 }
 

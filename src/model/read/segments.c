@@ -338,9 +338,12 @@ void kmp_read_segments(kmp_reader *r)
             put_pieces(r, s, map->keys[k], map->items[k], bodies);
         }
     }
-    root->items[kmp_yaml_find(root, "bodies")] = bodies;
+    const int at = kmp_yaml_find(root, "bodies"), of = kmp_yaml_find(root, "forces");
+    if (at < 0 || (given && of < 0)) /* no memory for the copy */
+        return;
+    root->items[at] = bodies;
     if (given)
-        root->items[kmp_yaml_find(root, "forces")] = forces;
+        root->items[of] = forces;
     else
         kmp_yaml_put(&r->scratch, root, map->place, "forces", forces);
     r->root = root;
