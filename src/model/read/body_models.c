@@ -83,12 +83,13 @@ static const kmp_yaml *flexible_as(kmp_reader *r, const kmp_yaml *given)
     return made;
 }
 
-/* The mapping with another item for a key. */
-static kmp_yaml *with(kmp_reader *r, const kmp_yaml *map, const char *key, const kmp_yaml *item)
+/* The mapping with another item for a key; without memory as it is. */
+static const kmp_yaml *with(kmp_reader *r, const kmp_yaml *map, const char *key, const kmp_yaml *item)
 {
     kmp_yaml *made = kmp_yaml_copy(&r->scratch, map);
-    if (made)
-        made->items[kmp_yaml_find(made, key)] = item;
+    if (r->scratch.failed || !made || !item)
+        return map;
+    made->items[kmp_yaml_find(made, key)] = item;
     return made;
 }
 
@@ -121,7 +122,7 @@ void kmp_read_body_models(kmp_reader *r)
     if (!r->bodies_as || !map || map->kind != KMP_YAML_MAP)
         return;
     kmp_yaml *root = kmp_yaml_copy(&r->scratch, r->root), *bodies = kmp_yaml_copy(&r->scratch, map);
-    if (!root || !bodies)
+    if (r->scratch.failed || !root || !bodies)
         return;
     for (int k = 0; k < map->count; k++) {
         const kmp_yaml *flexible = kmp_yaml_get(map->items[k], "flexible");
