@@ -603,8 +603,8 @@
 /** A flexible body without terms of second order may turn with this part of its first frequency: its stiffness is then
  * off by the square, some percent. */
 #define KMP_ROTATION_SLOW 0.3
-/** A flexible body whose file lacks centrifugal terms of the deformed body, or Oe: they are a part of the stiffness of at
- * most the square of its rate by its first frequency, one percent here. */
+/** A flexible body whose file lacks centrifugal terms of the deformed body, or Oe: they are a part of the stiffness of
+ * at most the square of its rate by its first frequency, one percent here. */
 #define KMP_ROTATION_AVERAGED 0.1
 /** Moments of a section by its loads and by the strain of shapes that differ by more than this part of the largest one
  * are not resolved. */

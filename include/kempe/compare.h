@@ -22,8 +22,8 @@ typedef struct kempe_compare_options {
     double t_end;
     double budget_s;    /* processor time of all runs together; runs that exceed it are left out; 0: 60 */
     const char *linear; /* linear solvers of the integrators that take one: "klu,umfpack,dense"; NULL: auto */
-    const char *bodies; /* models of the flexible bodies, "rigid,none,first,full,segments:16", beside the last of them, by
-                           the default method; NULL: none */
+    const char *bodies; /* models of the flexible bodies, "rigid,none,first,full,segments:16", beside the last of them,
+                           by the default method; NULL: none */
 } kempe_compare_options;
 
 KEMPE_API kempe_status kempe_comparison_new(const kempe_system *system, const kempe_compare_options *run,
@@ -34,8 +34,8 @@ KEMPE_API kempe_status kempe_comparison_print(const kempe_comparison *comparison
 /** Tables: "runs": formulation, form, integrator, linear solver (empty: chosen by Kempe), rtol, status, reason, errors
  * against the reference, residuals, energy, work, times, memory, and the difference from the run at the next tighter
  * tolerance. "levels", the methods at equal error: formulation, form, integrator, linear solver, error; rtol, cpu_s,
- * ratio to the fastest, steps and evaluations, unknown where a method does not attain the error. "bodies", the models of
- * flexible bodies: their word, status, reason, coordinates, steps, cpu_s, build_s; the output with the largest error
+ * ratio to the fastest, steps and evaluations, unknown where a method does not attain the error. "bodies", the models
+ * of flexible bodies: their word, status, reason, coordinates, steps, cpu_s, build_s; the output with the largest error
  * over the range of its unit, that error, and this part. KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_comparison_table(const kempe_comparison *comparison, const char *name,
                                               kempe_table **table);
