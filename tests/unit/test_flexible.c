@@ -183,7 +183,7 @@ static void segments_converge(void)
             if (found)
                 kmp_text_printf(&made, "%s%d", limit_of, pieces);
         }
-        const double allowed = 1.6e-5 / (pieces * pieces);
+        const double allowed = 4.5e-6 / (pieces * pieces);
         check_run(made.s, &run, 0.05, &(digit){0.1, "position(tool.Q).y", limit, allowed}, 1);
         kmp_text_free(&made);
         free(text);
