@@ -22,8 +22,8 @@ typedef struct kempe_compare_options {
     double t_end;
     double budget_s;    /* processor time of all runs together; runs that exceed it are left out; 0: 60 */
     const char *linear; /* linear solvers of the integrators that take one: "klu,umfpack,dense"; NULL: auto */
-    const char *bodies; /* models of the flexible bodies, "rigid,none,first,full,segments:16", beside the last of them,
-                           by the default method; NULL: none */
+    const char *bodies; /* models of the flexible bodies, "rigid,none,first,full,segments:16", compared with the last
+                           one, by the default method; NULL: none */
 } kempe_compare_options;
 
 KEMPE_API kempe_status kempe_comparison_new(const kempe_system *system, const kempe_compare_options *run,

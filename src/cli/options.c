@@ -296,7 +296,7 @@ static const option options[] = {
     {CLI_COMPARE, IN_RUN, "reference", TEXT(compare.reference), "CSV",
      "reference solution (default: computed by several formulations and integrators)"},
     {CLI_COMPARE, IN_RUN, "bodies", TEXT(compare.bodies), "NAME,..",
-     "models of the flexible bodies: rigid, none, first, full, segments:N, beside the last of them"},
+     "models of the flexible bodies: rigid, none, first, full, segments:N; each is compared with the last one"},
     {CLI_COMPARE, IN_RUN, "t-end", VALUE(TIME, compare.t_end), "T", "end of every run, s (default: that of the model)"},
     {CLI_COMPARE, IN_RUN, "budget", VALUE(TIME, compare.budget_s), "S",
      "processor time for all runs together, s (default: 60)"},
@@ -338,14 +338,14 @@ static const option options[] = {
      "ranges of places in units of the mesh, root=x=0 or root=x=0:2,z=1; may be repeated: the joint of the body holds "
      "the first one"},
     {CLI_REDUCE, IN_MODEL, "modes", VALUE(WHOLE, reduce.modes), "N",
-     "modes with all interfaces held, beside six static ones of each interface but the first (default: none)"},
+     "modes with all interfaces held, in addition to six static modes of each interface but the first (default: none)"},
     {CLI_REDUCE, IN_MODEL, "frame", TEXT(reduce.frame), "NAME",
      "frame of the modes: clamped at the first interface (default), chord to the second one"},
     {CLI_REDUCE, IN_MODEL, "units", TEXT(reduce.units), "WORDS",
      "units of length, mass and time of a mesh that does not say them: 'm kg s', 'mm t s'"},
-    {CLI_REDUCE, IN_MODEL, "mass", TEXT(reduce.mass), "FILE", "matrix of mass beside a stiffness .mtx"},
+    {CLI_REDUCE, IN_MODEL, "mass", TEXT(reduce.mass), "FILE", "mass matrix, where the stiffness is a .mtx"},
     {CLI_REDUCE, IN_MODEL, "nodes", TEXT(reduce.nodes), "FILE",
-     "places of the nodes: beside .mtx a text with x, y and z in each line, beside .sti the input with *NODE (default: "
+     "places of the nodes: for .mtx a text with x, y and z in each line, for .sti the input with *NODE (default: "
      "JOB.inp)"},
     {CLI_REDUCE, IN_OUTPUT, "output", VALUE(MODES, output), "FILE",
      "write the body, kempe-flexible-1, that a model names under `flexible`"},

@@ -268,6 +268,10 @@ static kempe_status take_assembly(struct kmp_simulated *x, kmp_arena *arena, con
     if (!KMP_ARENA_MAKE(arena, KMP_ROOM(double, 2 * system->n, &x->given), KMP_ROOM(int, system->n, &x->keeps)))
         return kmp_fail_memory(system->context);
     const kmp_start *start = &system->model->start;
+    if (start->statics && system->model->parameter_count > 0)
+        kmp_log(system->context, KEMPE_LOG_WARNING,
+                "start: the deformations of 'elastic: static' are those of the nominal parameters: with other values "
+                "the motion begins out of balance");
     for (int k = 0; k < system->n; k++) {
         x->given[2 * k] = start->statics && start->undeformed[k] ? x->q[k] : start->q[k].value;
         x->given[2 * k + 1] = start->qd[k].value;

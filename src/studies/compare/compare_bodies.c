@@ -281,7 +281,7 @@ void kmp_compare_bodies_show(kmp_text *text, const kmp_bodies_table *table)
     if (table->count == 0)
         return;
     const kmp_compared_bodies *last = &table->rows[table->count - 1];
-    kmp_text_printf(text, "\nmodels of the flexible bodies at rtol %g, beside '%s', the last one\n", table->rtol,
+    kmp_text_printf(text, "\nmodels of the flexible bodies at rtol %g, compared with the last one, '%s'\n", table->rtol,
                     last->word);
     kmp_text_printf(text, "%-*s %9s %9s %6s %7s  %s\n", NAME, "bodies", "ms", "prep. ms", "coord.", "steps",
                     "largest error of outputs of a unit");
