@@ -4,6 +4,7 @@
 #include "loaded.h"
 #include "model/data/flexible.h"
 #include "model/data/model.h"
+#include "run_ends.h"
 #include "studies/assembly/flexible_check.h"
 #include "testing.h"
 #include <kempe/table.h>
@@ -71,18 +72,7 @@ static void take(const char *text, const char *outputs, int count, double first[
     loaded l = load_text(text);
     const kempe_run_options run = {
         .t_end = 0.2, .output_step = 0.2, .rtol = 1e-9, .integrator = "radau", .no_convergence_check = 1};
-    kempe_trajectory *t = NULL;
-    kempe_table *table = NULL;
-    CHECK(l.system && kempe_simulate(l.system, &run, &t) == KEMPE_OK &&
-          kempe_trajectory_outputs(t, outputs, &table) == KEMPE_OK);
-    if (!table)
-        printf("%s\n", kempe_context_message(l.context));
-    for (int k = 0; k < count; k++) {
-        first[k] = table ? kempe_table_number(table, 0, 1 + k) : NAN;
-        last[k] = table ? kempe_table_number(table, 1, 1 + k) : NAN;
-    }
-    kempe_table_free(table);
-    kempe_trajectory_free(t);
+    run_ends(&l, &run, outputs, count, first, last);
     unload(&l);
 }
 

@@ -2,6 +2,7 @@
 /* Deformations of the start in balance with their loads: closed forms of cantilevers, columns near and beyond
  * buckling, links of a robot that its drives accelerate, pieces of segments, and what is refused. */
 #include "loaded.h"
+#include "run_ends.h"
 #include "testing.h"
 #include <kempe/check.h>
 #include <kempe/ensemble.h>
@@ -26,20 +27,9 @@ static void take(const char *text, double t_end, const char *outputs, int count,
 {
     loaded l = load_text(text);
     const kempe_run_options run = {.t_end = t_end, .output_step = t_end, .rtol = 1e-10, .no_convergence_check = 1};
-    kempe_trajectory *t = NULL;
-    kempe_table *table = NULL;
     lines[0] = '\0';
     kempe_context_set_log(l.context, keep_line, NULL);
-    CHECK(l.system && kempe_simulate(l.system, &run, &t) == KEMPE_OK &&
-          kempe_trajectory_outputs(t, outputs, &table) == KEMPE_OK);
-    if (!table)
-        printf("%s\n", kempe_context_message(l.context));
-    for (int k = 0; k < count; k++) {
-        first[k] = table ? kempe_table_number(table, 0, 1 + k) : NAN;
-        last[k] = table ? kempe_table_number(table, 1, 1 + k) : NAN;
-    }
-    kempe_table_free(table);
-    kempe_trajectory_free(t);
+    run_ends(&l, &run, outputs, count, first, last);
     unload(&l);
 }
 
