@@ -622,6 +622,8 @@
  * concern, and are not mentioned; rounding of differences is below 1e-6. */
 #define KMP_BUCKLING_NEAR 2.0
 #define KMP_BUCKLING_NONE 1e-3
+/** Largest deflection of a body that has stayed straight, a part of its length: rounding. */
+#define KMP_DEFLECTION_NONE 1e-12
 /** Deformations of a static start are found where a step is below this part of the length, or where steps below the
  * second part no longer shrink: rounding of forces over soft stiffness. Differences of this part give their matrix. */
 #define KMP_STATIC_STEP       1e-13

@@ -37,15 +37,23 @@ static double deflection_of(const kempe_model *model, const kmp_flexible *f, con
     return most;
 }
 
+/* The largest one of all rows, and its time. */
+static double largest_deflection(const kempe_model *model, const kmp_samples *table, const kmp_flexible *f, double *t)
+{
+    double most = 0;
+    for (int row = 0; row < table->rows; row++) {
+        const double way = deflection_of(model, f, kmp_samples_get(table, KMP_QUANTITY_Q, row));
+        *t = way > most ? kmp_samples_time(table, row) : *t;
+        most = fmax(most, way);
+    }
+    return most;
+}
+
 static void doubt_deflection(const kempe_system *system, const kmp_samples *table, const kmp_flexible *f)
 {
     const kempe_model *model = system->model;
-    double most = 0, t = 0;
-    for (int row = 0; row < table->rows; row++) {
-        const double way = deflection_of(model, f, kmp_samples_get(table, KMP_QUANTITY_Q, row));
-        t = way > most ? kmp_samples_time(table, row) : t;
-        most = fmax(most, way);
-    }
+    double t = 0;
+    const double most = largest_deflection(model, table, f, &t);
     if (most > KMP_DEFLECTION_LARGE * f->length->value)
         kmp_doubt(
             system->context,
@@ -128,7 +136,25 @@ static void warn_of_section(const kmp_samples *table, kmp_evaluator *eval, const
                 model->bodies[point->body].name, point->name, off, 100 * off / size);
 }
 
-/* A straight beam stays so in the computation under loads at which it buckles. */
+/* A straight beam stays so in the computation under loads at which it buckles: such a motion is not that of the beam.
+ */
+static void tell_buckling(const kempe_system *system, const kmp_samples *table, const kmp_flexible *f, double t,
+                          double taken)
+{
+    const char *name = system->model->bodies[f->body].name;
+    double unused = 0;
+    if (largest_deflection(system->model, table, f, &unused) <= KMP_DEFLECTION_NONE * f->length->value)
+        kmp_doubt(system->context,
+                  "flexible body '%s' buckles: at t = %.6g s its loads take %.3g times its stiffness, and it stays "
+                  "straight because no load deflects it; start with a small deflection",
+                  name, t, taken);
+    else
+        kmp_log(system->context, KEMPE_LOG_WARNING,
+                "flexible body '%s' buckles: at t = %.6g s its loads take %.3g times its stiffness; it stays straight "
+                "in directions in which no load deflects it",
+                name, t, taken);
+}
+
 static kempe_status warn_of_buckling(const kempe_system *system, const kmp_samples *table)
 {
     enum { LOOKS = 12 }; /* rows that are looked at, from the first one to the last */
@@ -153,10 +179,7 @@ static kempe_status warn_of_buckling(const kempe_system *system, const kmp_sampl
     }
     for (int k = 0; margin && k < n; k++)
         if (taken[n + k] >= 1)
-            kmp_log(system->context, KEMPE_LOG_WARNING,
-                    "flexible body '%s' buckles: at t = %.6g s its loads take %.3g times its stiffness; a straight one "
-                    "stays straight in the computation until a load deflects it: start with a small deflection",
-                    model->bodies[model->flexibles[k].body].name, taken[2 * n + k], taken[n + k]);
+            tell_buckling(system, table, &model->flexibles[k], taken[2 * n + k], taken[n + k]);
     kmp_load_margin_free(margin);
     kmp_free(taken);
     return status;
