@@ -8,13 +8,14 @@
 #include <math.h>
 #include <stdio.h>
 
-/** The first `count` numbers of the outputs in the first and in the second row of a run. */
-static inline void run_ends(const loaded *l, const kempe_run_options *run, const char *outputs, int count,
-                            double first[], double last[])
+/** The first `count` numbers of the outputs in the first and in the second row of a run, which must have this status.
+ */
+static inline void run_ends(const loaded *l, const kempe_run_options *run, kempe_status status, const char *outputs,
+                            int count, double first[], double last[])
 {
     kempe_trajectory *t = NULL;
     kempe_table *table = NULL;
-    CHECK(l->system && kempe_simulate(l->system, run, &t) == KEMPE_OK &&
+    CHECK(l->system && kempe_simulate(l->system, run, &t) == status &&
           kempe_trajectory_outputs(t, outputs, &table) == KEMPE_OK);
     if (!table)
         printf("%s\n", kempe_context_message(l->context));

@@ -72,7 +72,7 @@ static void take(const char *text, const char *outputs, int count, double first[
     loaded l = load_text(text);
     const kempe_run_options run = {
         .t_end = 0.2, .output_step = 0.2, .rtol = 1e-9, .integrator = "radau", .no_convergence_check = 1};
-    run_ends(&l, &run, outputs, count, first, last);
+    run_ends(&l, &run, KEMPE_OK, outputs, count, first, last);
     unload(&l);
 }
 

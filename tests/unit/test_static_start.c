@@ -23,14 +23,20 @@ static void keep_line(void *user, kempe_level level, const char *line)
 }
 
 /* A number of the first and of the last row. */
-static void take(const char *text, double t_end, const char *outputs, int count, double first[], double last[])
+static void take_as(kempe_status status, const char *text, double t_end, const char *outputs, int count, double first[],
+                    double last[])
 {
     loaded l = load_text(text);
     const kempe_run_options run = {.t_end = t_end, .output_step = t_end, .rtol = 1e-10, .no_convergence_check = 1};
     lines[0] = '\0';
     kempe_context_set_log(l.context, keep_line, NULL);
-    run_ends(&l, &run, outputs, count, first, last);
+    run_ends(&l, &run, status, outputs, count, first, last);
     unload(&l);
+}
+
+static void take(const char *text, double t_end, const char *outputs, int count, double first[], double last[])
+{
+    take_as(KEMPE_OK, text, t_end, outputs, count, first, last);
 }
 
 #define ROD(beam, shapes, more)                                                                                        \
@@ -70,7 +76,7 @@ static void columns_bend(void)
                        "    points: {tip: {station: 1}}\nforces: {end: {at: rod.tip, force: [%.17g, %.17g, 0]}}\n"
                        "start: {elastic: static, q: {rod.y1: %g}}\n",
                        k < 2 ? -row[k].push : -30.0, k < 2 ? 1e-5 : 0.0, k < 2 ? 0.0 : 1e-6);
-        take(text, 1e-6, "position(rod.tip)", 3, first, last);
+        take_as(k < 2 ? KEMPE_OK : KEMPE_UNTRUSTED, text, 1e-6, "position(rod.tip)", 3, first, last);
         if (k < 2)
             CHECK_NEAR(first[1] * 1e4 / row[k].tip, 1, 1e-8);
         CHECK((k < 2) == !strstr(lines, "but not in a stable one: a flexible body buckles under less than these"));
