@@ -34,9 +34,8 @@
 #define KMP_RANK_SHAKY  1e-5
 
 /** Articulated bodies are used if their accelerations at the start agree with those of M and C to this relative
- * accuracy. They divide by the inertia of each joint with open loops: pivots below PIVOT have lost too many digits. */
+ * accuracy. They divide by the inertia of each joint with open loops. */
 #define KMP_ARTICULATED_AGREE 1e-9
-#define KMP_ARTICULATED_PIVOT 1e-8
 /** Both may differ by more where the system is badly conditioned, as on a long chain. Articulated bodies are used, too,
  * if their backward error is rounding: it is below 1e-16 on chains of 1000 links, and 7e-5 where a joint moves almost
  * no inertia. */

@@ -80,16 +80,15 @@ static int judge_pivots(const kmp_saddle *saddle)
     return 0;
 }
 
-double kmp_saddle_spread(const kmp_saddle *saddle)
+bool kmp_saddle_keeps_digits(const kmp_saddle *saddle)
 {
-    double least = INFINITY, largest = 0;
+    const kmp_evaluator *eval = saddle->eval;
     for (int k = 0; k < saddle->r; k++) {
         const int row = saddle->part->rows[k];
-        const double scale = saddle->eval->system->row_scale[row], pivot = saddle->eval->pivots[row] / (scale * scale);
-        least = fmin(least, pivot);
-        largest = fmax(largest, pivot);
+        if (!(eval->pivots[row] > KMP_SADDLE_PROGRAM_PIVOT * eval->diagonals[row]))
+            return false;
     }
-    return saddle->r > 0 ? least / largest : 1;
+    return true;
 }
 
 /* -- by products with M --------------------------------------------------------------------------------- */

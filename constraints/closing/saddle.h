@@ -67,8 +67,9 @@ bool kmp_saddle_has_row(const kmp_saddle *saddle, int row);
 /** Factors at the evaluator's last closure and mass. 0, or nonzero when singular. */
 int kmp_saddle_factor(kmp_saddle *saddle);
 
-/** Returns the ratio of the smallest to the largest pivot by bodies, rows scaled; 1 without rows. */
-double kmp_saddle_spread(const kmp_saddle *saddle);
+/** True if the elimination of the rows by bodies has not lost many digits at the last factorisation: open loops may
+ * leave a motion almost without inertia, by which J M^-1 J' is divided. */
+bool kmp_saddle_keeps_digits(const kmp_saddle *saddle);
 
 /** The cost of a factorisation and a solution, whatever the way, in operations of straight code. */
 double kmp_saddle_cost(const kmp_saddle *saddle);

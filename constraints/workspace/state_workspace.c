@@ -336,7 +336,7 @@ static bool by_bodies(kempe_workspace *ws, double t, const double *q, const doub
     kmp_eval_set_effort(eval, Q);
     kmp_eval_bias(eval, ws->qd);
     note_left(ws);
-    bool good = kmp_saddle_factor(&ws->bodies) == 0 && kmp_saddle_spread(&ws->bodies) >= KMP_ARTICULATED_PIVOT;
+    bool good = kmp_saddle_factor(&ws->bodies) == 0 && kmp_saddle_keeps_digits(&ws->bodies);
     if (good)
         kmp_saddle_accelerations(&ws->bodies, ws->answer, ws->answer + ws->n);
     kmp_eval_set_effort(eval, NULL);
