@@ -47,6 +47,9 @@
 /** The least pivot of M at the end of a run over that without the deflection of a flexible body, below which the
  * deflection is named as the cause of the end. M changes its sign soon after. */
 #define KMP_INERTIA_LOST 0.3
+/** The least pivot of M at the end of a run below which some motion moves hardly any mass: deflections of a thousandth
+ * of a length give a thin beam such a part of its inertia. */
+#define KMP_INERTIA_LEFT 1e-6
 
 /** Pivots of M and J M^-1 J' over the diagonal before elimination: a smaller one has lost five digits or more, and the
  * saddle system is solved with pivots chosen by their size (constraints/programs/saddle_program.h). */

@@ -155,26 +155,30 @@ static double change_of(const kmp_reduction *red, const double *s, int i)
 }
 
 /* Names the coordinates that move together: each alone may move a mass, as in a gimbal whose outer axes are parallel.
- */
+ * The first body that they move is without mass; further ones may stand still. */
 static void name_motion(const kmp_reduction *red, const double *s, kmp_text *why)
 {
     const kempe_model *model = red->eval->system->model;
-    int first = 0, others = 0; /* the coordinate with the largest change */
+    int largest = 0, others = 0, moved = -1;
     for (int i = 1; i < red->n; i++)
-        if (fabs(change_of(red, s, i)) > fabs(change_of(red, s, first)) * (1 + 1e-9))
-            first = i;
-    const kmp_body *body = &model->bodies[model->motions[first].body];
-    kmp_text_printf(why, "the accelerations are not determined: the motion of '%s'", model->motions[first].name);
-    for (int i = 0; i < red->n; i++)
-        if (i != first && fabs(change_of(red, s, i)) > TAKES_PART * fabs(change_of(red, s, first)))
+        if (fabs(change_of(red, s, i)) > fabs(change_of(red, s, largest)) * (1 + 1e-9))
+            largest = i;
+    kmp_text_printf(why, "the motion of '%s'", model->motions[largest].name);
+    for (int i = 0; i < red->n; i++) {
+        const bool takes_part = fabs(change_of(red, s, i)) > TAKES_PART * fabs(change_of(red, s, largest));
+        if (takes_part && i != largest)
             kmp_text_printf(why, "%s'%s'", others++ ? ", " : " together with ", model->motions[i].name);
+        if (takes_part && (moved < 0 || model->motions[i].body < moved))
+            moved = model->motions[i].body;
+    }
+    const kmp_body *body = &model->bodies[moved < 0 ? model->motions[largest].body : moved];
     const bool beam = body->flexible > 0 && !model->flexibles[body->flexible - 1].file;
     kmp_text_printf(why, " moves no mass; give body '%s', or one that moves with it, a mass or an inertia%s",
                     body->name, beam ? ": the sections of this beam have one with 'rotary: yes'" : "");
 }
 
-/* found: a regular reduced mass is not reported. false: no memory. */
-static bool find_massless(kmp_reduction *red, bool found, kmp_text *why)
+/* found: also of a regular reduced mass. `before` begins the sentence. false: no memory. */
+static bool find_massless(kmp_reduction *red, bool found, const char *before, kmp_text *why)
 {
     int p = red->p, rank = 0, *row, *col;
     double *mx = KMP_ARENA_NEW(&red->arena, double, red->n), *mr = KMP_ARENA_NEW(&red->arena, double, p *p), *pivot, *s;
@@ -196,22 +200,32 @@ static bool find_massless(kmp_reduction *red, bool found, kmp_text *why)
     found = found || rank < p;
     rank = rank < p ? rank : p - 1;
     kmp_lu_null_vector(p, p, mr, col, rank, rank, s);
-    if (found)
+    if (found) {
+        kmp_text_put(why, before);
         name_motion(red, s, why);
+    }
     return !why->failed;
 }
 
 static kempe_status look_for_massless(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q,
-                                      bool found, kmp_text *why)
+                                      bool found, const char *before, kmp_text *why)
 {
     kmp_reduction red = {0};
     kempe_status status = kmp_reduction_init(&red, eval, part);
     kmp_eval_closure(eval, t, q);
     kmp_eval_mass(eval);
-    if (status == KEMPE_OK && !kmp_reduction_factor(&red) && !find_massless(&red, found, why))
+    if (status == KEMPE_OK && !kmp_reduction_factor(&red) && !find_massless(&red, found, before, why))
         status = kmp_fail_memory(eval->system->context);
     kmp_reduction_free(&red);
     return status;
+}
+
+static const char undetermined[] = "the accelerations are not determined: ";
+
+kempe_status kmp_put_massless(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q,
+                              const char *before, kmp_text *text)
+{
+    return part->p > 0 ? look_for_massless(eval, part, t, q, false, before, text) : KEMPE_OK;
 }
 
 kempe_status kmp_explain_massless(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q)
@@ -229,7 +243,7 @@ kempe_status kmp_explain_massless(kmp_evaluator *eval, const kmp_partition *part
         return KEMPE_E_FAILED;
     if (part->p == 0)
         return kmp_fail(eval->system->context, KEMPE_E_FAILED, "the closures do not determine the accelerations");
-    kempe_status status = look_for_massless(eval, part, t, q, true, &why);
+    kempe_status status = look_for_massless(eval, part, t, q, true, undetermined, &why);
     if (status == KEMPE_OK)
         status = kmp_fail(eval->system->context, KEMPE_E_FAILED, "%s",
                           why.s ? why.s : "the closures do not determine the accelerations");
@@ -262,5 +276,5 @@ kempe_status kmp_foresee_massless(kmp_evaluator *eval, const kmp_partition *part
         KMP_TRY(kmp_eval_add_composite(eval));
         kmp_eval_set_by_bodies(eval, false);
     }
-    return part->p > 0 ? look_for_massless(eval, part, t, q, false, why) : KEMPE_OK;
+    return kmp_put_massless(eval, part, t, q, undetermined, why);
 }

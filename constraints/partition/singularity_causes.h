@@ -23,3 +23,8 @@ kempe_status kmp_explain_massless(kmp_evaluator *eval, const kmp_partition *part
  * regular. KEMPE_OK, KEMPE_E_MEMORY. */
 kempe_status kmp_foresee_massless(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q,
                                   kmp_text *why);
+
+/** Appends `before` and the motion that moves no mass at (t, q), if the reduced mass is singular to rounding there; the
+ * evaluator makes M. KEMPE_OK, KEMPE_E_MEMORY. */
+kempe_status kmp_put_massless(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q,
+                              const char *before, kmp_text *text);

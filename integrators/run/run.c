@@ -247,6 +247,7 @@ static kempe_status attend(kmp_runner *run)
     if (!kmp_work_bound_passed(&run->bound, kmp_runner_tried(run), t, run->spec.t_end, &why))
         return KEMPE_OK;
     kmp_runner_explain_angles(run, &why);
+    kmp_runner_explain_inertia(run, &why);
     run->reason = kmp_text_take(&why);
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }

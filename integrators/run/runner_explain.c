@@ -95,7 +95,8 @@ static void name_unknowns(const kmp_runner *run, kmp_text *text)
         }
 }
 
-/* The least pivot of M, scaled to a unit diagonal; 0: it is not positive definite, or there is no memory. */
+/* The least pivot of M, which the evaluator makes, scaled to a unit diagonal; 0: it is not positive definite, or there
+ * is no memory. */
 static double least_pivot(kmp_evaluator *eval, double t, const double *q)
 {
     const kmp_pattern *mass = &eval->system->mass;
@@ -123,20 +124,15 @@ static double least_pivot(kmp_evaluator *eval, double t, const double *q)
 /* Names a flexible body whose terms of second order have no inertia: where it turns about its own axis M is not
  * positive beyond a deflection of the size of its sections. It is the cause where M without its deflection is far from
  * that. */
-static void explain_inertia(kmp_runner *run, kmp_text *text)
+static void name_first(kmp_runner *run, double t, double *q, double here, kmp_text *text)
 {
     const kempe_model *model = run->s->model;
-    if (model->flexible_count == 0 || !run->formulation || !run->solver || kmp_eval_goes_by_links(run->eval) ||
-        kmp_runner_position(run, run->solver->t, run->state) != KEMPE_OK)
-        return;
-    const double here = least_pivot(run->eval, run->solver->t, run->state);
     for (int f = 0; f < model->flexible_count; f++) {
         const kmp_flexible *flexible = &model->flexibles[f];
         if (flexible->stiffening != KMP_STIFFENING_FIRST)
             continue;
-        for (int k = flexible->first; k < flexible->first + flexible->count; k++)
-            run->state[k] = 0;
-        if (here < KMP_INERTIA_LOST * least_pivot(run->eval, run->solver->t, run->state)) {
+        memset(q + flexible->first, 0, (size_t)flexible->count * sizeof *q);
+        if (here < KMP_INERTIA_LOST * least_pivot(run->eval, t, q)) {
             kmp_text_printf(
                 text,
                 "; the mass matrix is hardly positive there, because body '%s' has 'stiffening: first', which leaves "
@@ -145,6 +141,35 @@ static void explain_inertia(kmp_runner *run, kmp_text *text)
             return;
         }
     }
+}
+
+void kmp_runner_explain_inertia(kmp_runner *run, kmp_text *text)
+{
+    const kempe_model *model = run->s->model;
+    kmp_evaluator *eval = run->eval;
+    if (model->flexible_count == 0 || !run->formulation || !run->solver || kmp_eval_goes_by_links(eval) ||
+        kmp_eval_add_composite(eval) != KEMPE_OK)
+        return;
+    const bool by_bodies = eval->by_bodies;
+    const double t = run->solver->t;
+    const size_t n = (size_t)run->s->n;
+    double *q = KMP_NEW(double, 2 * n), *straight = q + n;
+    const bool found = q && kmp_runner_position(run, t, q) == KEMPE_OK;
+    kmp_eval_set_by_bodies(eval, false);
+    if (found) {
+        const double here = least_pivot(eval, t, q);
+        const size_t before = text->length;
+        memcpy(straight, q, n * sizeof *q);
+        for (int f = 0; f < model->flexible_count; f++)
+            memset(straight + model->flexibles[f].first, 0, (size_t)model->flexibles[f].count * sizeof *q);
+        if (here < KMP_INERTIA_LEFT)
+            (void)kmp_put_massless(eval, &run->part, t, straight,
+                                   "; hardly any mass is moved there, since without deformation ", text);
+        if (text->length == before)
+            name_first(run, t, q, here, text);
+    }
+    kmp_eval_set_by_bodies(eval, by_bodies);
+    kmp_free(q);
 }
 
 bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_text *text)
@@ -174,7 +199,7 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
         name_unknowns(run, text);
     kmp_runner_explain_angles(run, text);
     if (!locks)
-        explain_inertia(run, text);
+        kmp_runner_explain_inertia(run, text);
     return locks;
 }
 

@@ -20,6 +20,9 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
 /** Appends to a reason the spherical joint with nearly singular angles at the last step, if there is one. */
 void kmp_runner_explain_angles(kmp_runner *run, kmp_text *text);
 
+/** Appends the flexible body by which M is hardly positive at the last step, if there is one. */
+void kmp_runner_explain_inertia(kmp_runner *run, kmp_text *text);
+
 /** The row of a prescribed motion that cannot continue beyond the last step's end, a dead centre; -1: none. */
 int kmp_runner_lock(kmp_runner *run, double t);
 

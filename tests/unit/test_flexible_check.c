@@ -219,12 +219,42 @@ static void modes_name_the_strained_body(void)
     unload(&l);
 }
 
+/* A thin beam between two balls turns about its axis by its deflection alone. */
+static void thin_beams_are_named(void)
+{
+    static const char text[] =
+        "kempe: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+        "  rod: {flexible: {shapes: {y: 1, z: 1}, frame: chord, stiffening: first, beam: {length: 1, rhoA: 1, EIy: 20, "
+        "EIz: 20}},\n    joint: {spherical: [x, y], at: ground}, points: {P: {station: 1}}}\n"
+        "  load: {mass: 1, com: [0.1, 0, 0], inertia: {xx: 0.01, yy: 0.01, zz: 0.01}, joint: {spherical: [x, y], at: "
+        "rod.P}}\nstart: {q: {rod.1: 0.2, rod.y1: 0.02, rod.z1: -0.01}}\n";
+    static const char *const algorithms[] = {"composite", "articulated"}, *const formulations[] = {"reduced",
+                                                                                                   "projected", "dae"};
+    for (int way = 0; way < 6; way++) {
+        kempe_context *context = kempe_context_new();
+        kempe_model *model = NULL;
+        kempe_system *system = NULL;
+        kempe_trajectory *t = NULL;
+        const kempe_run_options how = {
+            .t_end = 0.5, .formulation = formulations[way / 2], .max_steps = 500, .no_convergence_check = 1};
+        CHECK(kempe_model_read_text(context, text, "thin", &model) == KEMPE_OK &&
+              kempe_system_new_with_algorithm(model, algorithms[way % 2], &system) == KEMPE_OK);
+        CHECK(kempe_simulate(system, &how, &t) == KEMPE_E_FAILED);
+        has(t ? kempe_trajectory_reason(t) : NULL, "moves no mass; give body 'rod'");
+        kempe_trajectory_free(t);
+        kempe_system_free(system);
+        kempe_model_free(model);
+        kempe_context_free(context);
+    }
+}
+
 int main(void)
 {
     TEST(own_frequencies);
     TEST(check_describes_a_body);
     TEST(elasticity_makes_loops_mobile);
     TEST(runs_doubt_themselves);
+    TEST(thin_beams_are_named);
     TEST(loads_without_a_shape);
     TEST(segments_have_no_deflection);
     TEST(modes_name_the_strained_body);
