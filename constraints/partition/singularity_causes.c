@@ -211,12 +211,16 @@ static kempe_status look_for_massless(kmp_evaluator *eval, const kmp_partition *
                                       bool found, const char *before, kmp_text *why)
 {
     kmp_reduction red = {0};
+    const bool by_bodies = eval->by_bodies;
+    KMP_TRY(kmp_eval_add_composite(eval));
+    kmp_eval_set_by_bodies(eval, false);
     kempe_status status = kmp_reduction_init(&red, eval, part);
     kmp_eval_closure(eval, t, q);
     kmp_eval_mass(eval);
     if (status == KEMPE_OK && !kmp_reduction_factor(&red) && !find_massless(&red, found, before, why))
         status = kmp_fail_memory(eval->system->context);
     kmp_reduction_free(&red);
+    kmp_eval_set_by_bodies(eval, by_bodies);
     return status;
 }
 
