@@ -212,7 +212,8 @@ static kempe_status look_for_massless(kmp_evaluator *eval, const kmp_partition *
 {
     kmp_reduction red = {0};
     const bool by_bodies = eval->by_bodies;
-    KMP_TRY(kmp_eval_add_composite(eval));
+    if (by_bodies)
+        KMP_TRY(kmp_eval_add_composite(eval));
     kmp_eval_set_by_bodies(eval, false);
     kempe_status status = kmp_reduction_init(&red, eval, part);
     kmp_eval_closure(eval, t, q);

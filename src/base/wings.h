@@ -12,6 +12,7 @@ struct kmp_text;
 typedef struct kmp_wing {
     const char *name;
     const struct kmp_document_wing *documents;  /* model files of other programs (model/files/document.h) */
+    const struct kmp_modal_format *bodies;      /* files of flexible bodies (model/flexible/modal_file.h) */
     const struct kmp_reader_wing *reader;       /* sections of a model file (model/read/reading.h) */
     const struct kmp_writer_wing *writer;       /* sections of a model that is printed (model/write/model_print.h) */
     const struct kmp_closure_of_wing *closures; /* one without parts ends them (constraints/kinds/kind.h) */

@@ -2,6 +2,7 @@
 /* Flexible bodies from files, made here: reading them with every allocation failing once. Four masses in a square with
  * one bending mode and the rigid motions of the plane; three masses in standard input data; two bodies on an elastic
  * joint as matrices. */
+/* wings: exchange */
 #include "base/file.h"
 #include "exhaust.h"
 #include "output/named_arrays.h"

@@ -86,7 +86,7 @@ def mesh():
 
 
 def modes():
-    source = (ROOT / "src/model/flexible/sid_modes.c").read_text()
+    source = (ROOT / "src/exchange/bodies/sid_modes.c").read_text()
     words = re.findall(r'"(\w[\w ]*)"', source[source.index("names[PARTS"):source.index("/* -- numbers")])
     return words + [f"end {word}" for word in words] + ["new node = 1", "m0( 1, 1) = ", "m1( 1, 1, 1) = ", "$", "GRID,1,,0.,0.,0.\n", "DMIG,KAAX,0,6,2\n", "DMIG,MAAX,1,1,,1,1,",
                                                             "DMIG*   KAAX    ", "GRDSET", "BAAX", "K4AAX", "1.0+2", "1.D-3", "PK\x03\x04"]

@@ -1,23 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/flexible/modal_file.h"
-#include "model/flexible/dmig_modes.h"
+#include "base/wings.h"
 #include "model/flexible/npz_modes.h"
-#include "model/flexible/sid_modes.h"
 #include "model/language/dimension.h"
 #include <stdarg.h>
 #include <string.h>
 
-typedef struct file_format {
-    const char *ending, *what;
-    bool (*read)(const kmp_modal_source *source);
-    bool beside;
-    const char *instead;
-} file_format;
-
-#define KMP_MODAL_FORMAT(ending, what, read, beside, instead) {ending, what, read, beside, instead},
-static const file_format formats[] = {
-#include "model/flexible/modal_formats.def"
-};
+/* That of the library itself. */
+static const kmp_modal_format arrays[] = {{".npz", "arrays of kempe-flexible-1", kmp_npz_modes_read, false, ""},
+                                          {.ending = NULL}};
 
 /* -- mistakes ---------------------------------------------------------------------------------------- */
 
@@ -105,13 +96,25 @@ static bool ends_with(const char *name, const char *ending)
     return same;
 }
 
+/* The formats of wing `w`, counted from 1; 0: the own one; NULL: wing w has none, or is not there (*end). */
+static const kmp_modal_format *formats_of(int w, bool *end)
+{
+    *end = w > 0 && !kmp_wings[w - 1];
+    return w == 0 ? arrays : *end ? NULL : kmp_wings[w - 1]->bodies;
+}
+
 static bool refuse_ending(const kmp_modal_source *source)
 {
     kmp_text known = {0};
-    for (size_t k = 0; k < sizeof formats / sizeof *formats; k++)
-        if (formats[k].read)
-            kmp_text_printf(&known, "%s%s (%s)", known.length > 0 ? ", " : "", formats[k].ending, formats[k].what);
-    kmp_modal_refuse(source, "its ending is of no format that is read: %s", known.s ? known.s : "");
+    bool end = false, others = false;
+    for (int w = 0; !end; w++)
+        for (const kmp_modal_format *f = formats_of(w, &end); f && f->ending; f++) {
+            others = others || w > 0;
+            if (f->read)
+                kmp_text_printf(&known, "%s%s (%s)", known.length > 0 ? ", " : "", f->ending, f->what);
+        }
+    kmp_modal_refuse(source, "its ending is of no format that is read: %s%s", known.s ? known.s : "",
+                     others ? "" : "; this build of Kempe is without KEMPE_EXCHANGE, which reads others");
     kmp_text_free_part(source->why, &known);
     return false;
 }
@@ -137,17 +140,22 @@ bool kmp_modal_units_find(const char *words, double units[3])
     return good && !at[strspn(at, " ")];
 }
 
+static bool read_as(const kmp_modal_format *format, const kmp_modal_source *source)
+{
+    if (!format->read)
+        return kmp_modal_refuse(source, "it is %s, which is not read: %s", format->what, format->instead);
+    if (!format->beside && (source->nodes->count > 0 || source->nodes->text))
+        return kmp_modal_refuse(source, "its nodes are in it: remove 'nodes'");
+    return format->read(source);
+}
+
 bool kmp_modal_file_read(const char *name, const kmp_modal_source *source)
 {
+    bool end = false;
     *source->to = (kmp_modal_file){.body = {.arena = source->arena}};
-    for (size_t k = 0; k < sizeof formats / sizeof *formats; k++) {
-        if (!ends_with(name, formats[k].ending))
-            continue;
-        if (!formats[k].read)
-            return kmp_modal_refuse(source, "it is %s, which is not read: %s", formats[k].what, formats[k].instead);
-        if (!formats[k].beside && (source->nodes->count > 0 || source->nodes->text))
-            return kmp_modal_refuse(source, "its nodes are in it: remove 'nodes'");
-        return formats[k].read(source);
-    }
+    for (int w = 0; !end; w++)
+        for (const kmp_modal_format *f = formats_of(w, &end); f && f->ending; f++)
+            if (ends_with(name, f->ending))
+                return read_as(f, source);
     return refuse_ending(source);
 }

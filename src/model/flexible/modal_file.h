@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Files of flexible bodies. A format is a row of modal_formats.def and a reader. */
+/* Files of flexible bodies: arrays, and the formats of a wing (base/wings.h). */
 #pragma once
 
 #include "model/flexible/modal_body.h"
@@ -41,6 +41,15 @@ typedef struct kmp_modal_source {
     kmp_modal_file *to;
     kmp_text *why;
 } kmp_modal_source;
+
+/** A format of files: the ending of their names in small letters, what they are, their reader, whether places of nodes
+ * may be given beside them; without a reader, what to do instead. */
+typedef struct kmp_modal_format {
+    const char *ending, *what;
+    bool (*read)(const kmp_modal_source *source);
+    bool beside;
+    const char *instead;
+} kmp_modal_format;
 
 /** Says what is wrong, unless something was said before; at a line and column of a text. They return false. */
 bool kmp_modal_refuse(const kmp_modal_source *source, const char *format, ...) __attribute__((format(printf, 2, 3)));

@@ -4,7 +4,6 @@
 #include "linalg/dense/factors.h"
 #include "linalg/dense/three.h"
 #include "model/data/model.h"
-#include "model/files/fortran_text.h"
 #include "model/flexible/modal_file.h"
 #include "model/language/number_algebra.h"
 #include "model/read/read_include.h"
@@ -16,6 +15,8 @@
 static const kmp_key unit_keys[] = {
 #include "model/keys/file_unit_keys.def"
     {0}};
+
+enum { NODE_MOST = 999999999 }; /* the largest number of a node: nine digits */
 
 typedef struct reading {
     kmp_reader *r;
@@ -80,8 +81,11 @@ static bool read_nodes(const reading *s, kmp_modal_nodes *nodes, const char **pa
         return false;
     for (int k = 0; k < map->count; k++) {
         const char *of = kmp_reader_say(s->r, "node '%s' of %s", map->keys[k]->text, s->what);
-        if (!kmp_fortran_whole(map->keys[k]->text, strlen(map->keys[k]->text), &number[k]))
+        const char *key = map->keys[k]->text;
+        double value;
+        if (kmp_text_to_number(key, &value) != strlen(key) || value != floor(value) || value > NODE_MOST)
             return kmp_reader_complain(s->r, map->keys[k]->place, "%s: the number of a node is expected", of);
+        number[k] = (int)value;
         if (!kmp_read_list(s->r, map->items[k], of, 3))
             return false;
         for (int i = 0; i < 3; i++)

@@ -2,8 +2,8 @@
 /* The text is a tree of objects between `NAME` and `end NAME`. Objects of numbers are expansions A(q) = A0 + sum A1_k
  * q_k with entries m0(row, column) and m1(row, mode, column); some programs write m1(row, column, mode). Integrals are
  * compared wherever the file has them twice. */
-#include "model/flexible/sid_modes.h"
-#include "model/files/fortran_text.h"
+#include "exchange/bodies/sid_modes.h"
+#include "exchange/bodies/fortran_text.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "model/files/fortran_text.h"
+#include "exchange/bodies/fortran_text.h"
 #include "base/text.h"
 #include <math.h>
 #include <string.h>

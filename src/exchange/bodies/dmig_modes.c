@@ -2,9 +2,9 @@
 /* A card is a line with its continuations: fields of 8 columns, of 16 after a name with a star, or between commas.
  * Those of matrices are, behind the name and its column, groups of grid point, component, real and imaginary part. The
  * integrals of the body follow from the mass of its rigid motions, which the places of the interfaces give. */
-#include "model/flexible/dmig_modes.h"
+#include "exchange/bodies/dmig_modes.h"
+#include "exchange/bodies/fortran_text.h"
 #include "linalg/dense/factors.h"
-#include "model/files/fortran_text.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
