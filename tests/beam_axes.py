@@ -134,7 +134,7 @@ class Same(unittest.TestCase):
             self.assertLess(np.max(np.abs(got[:, at] - want[:, at])), loads * least * size + 1e-15, group)
 
     def said(self, *given):
-        """What a command prints of the model."""
+        """The text that a command prints of the model."""
         return subprocess.run([runs.command, *given, str(self.folder / "model.yaml")], capture_output=True, text=True, timeout=250).stdout
 
     def test_motion_of_a_chain(self):
