@@ -310,12 +310,11 @@ kmp_ref kmp_section_stress(const kmp_tree *tree, int point)
     const kmp_point *p = &tree->model->points[point];
     const kmp_flexible *flexible = &tree->model->flexibles[tree->model->bodies[p->body].flexible - 1];
     const kmp_vec section = kmp_tree_vector(tree, flexible->stations[station_of(tree->model, point)].section);
-    const kmp_number *offset = p->station > 0 ? p->offset : p->at;
-    const kmp_ref y = kmp_tree_number(tree, &offset[1]), z = kmp_tree_number(tree, &offset[2]);
+    const kmp_vec offset = kmp_body_vector(tree, p->body, kmp_tree_vector(tree, p->station > 0 ? p->offset : p->at));
     const kmp_wrench load = kmp_section_load(tree, point);
     kmp_ref sum = kmp_div(g, load.force.x[0], section.x[0]);
-    sum = kmp_sub(g, sum, kmp_div(g, kmp_mul(g, load.moment.x[2], y), section.x[1]));
-    return kmp_add(g, sum, kmp_div(g, kmp_mul(g, load.moment.x[1], z), section.x[2]));
+    sum = kmp_sub(g, sum, kmp_div(g, kmp_mul(g, load.moment.x[2], offset.x[1]), section.x[1]));
+    return kmp_add(g, sum, kmp_div(g, kmp_mul(g, load.moment.x[1], offset.x[2]), section.x[2]));
 }
 
 kmp_vec kmp_section_strained(const kmp_tree *tree, int point)

@@ -133,6 +133,7 @@ static kmp_vec deflection(const kmp_tree *tree, int point)
 {
     const kmp_point *p = &tree->model->points[point];
     kmp_vec place = kmp_point_position(tree, point, tree->mounts[p->body].link);
+    place = kmp_body_vector_back(tree, p->body, place);
     return kmp_vec_sub(tree->graph, place, kmp_tree_vector(tree, p->at));
 }
 

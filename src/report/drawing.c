@@ -408,11 +408,11 @@ void kmp_drawing_poses(const kmp_drawing *drawing, const kempe_model *model, con
     }
 }
 
-/* The pose of a station in the axes of its body. */
-static kmp_pose pose_in_body(const kempe_model *model, int body, const kmp_station *station, const double *q)
+/* The pose of a station in the axes of its beam. */
+static kmp_pose pose_in_beam(const kempe_model *model, int body, const kmp_station *station, const double *q)
 {
     kmp_pose pose = {.r = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-    kmp_pose_to_station(flexible_of(model, body), station, q, &pose);
+    kmp_pose_along_beam(flexible_of(model, body), station, q, &pose);
     return pose;
 }
 
@@ -437,7 +437,7 @@ static void find_line(const kmp_drawing *drawing, const kempe_model *model, int 
         }
         if (!next || (end.x > 0 && end.x >= x))
             break;
-        const kmp_pose pose = pose_in_body(model, body, next, q);
+        const kmp_pose pose = pose_in_beam(model, body, next, q);
         below = end;
         end.x = next->at[0].value;
         for (int i = 0; i < 3; i++)
@@ -470,9 +470,10 @@ void kmp_drawing_deformation(const kmp_drawing *drawing, const kempe_model *mode
 {
     for (int k = 0; k < drawing->place_count; k++) {
         const kmp_drawn_place *place = &drawing->places[k];
-        const kmp_pose own = pose_in_body(model, place->body, place->station, q);
-        const double *o = place->offset;
-        double line[3], slope[3], away[3], angle[3];
+        const kmp_flexible *flexible = flexible_of(model, place->body);
+        const kmp_pose own = pose_in_beam(model, place->body, place->station, q);
+        double line[3], slope[3], away[3], angle[3], o[3], moved[3], turned[3];
+        kmp_flexible_from_body(flexible, place->offset, o);
         find_line(drawing, model, place->body, place->station->at[0].value, q, line, slope);
         rotation_vector(&own, angle);
         const double leaning[3] = {0, -slope[2], slope[1]};
@@ -485,8 +486,10 @@ void kmp_drawing_deformation(const kmp_drawing *drawing, const kempe_model *mode
             if (place->held)
                 away[i] = angle[i] = 0;
         }
-        to_ground_axes(&poses[place->body], away, shift + 3 * (ptrdiff_t)k);
-        to_ground_axes(&poses[place->body], angle, turn + 3 * (ptrdiff_t)k);
+        kmp_flexible_to_body(flexible, away, moved);
+        kmp_flexible_to_body(flexible, angle, turned);
+        to_ground_axes(&poses[place->body], moved, shift + 3 * (ptrdiff_t)k);
+        to_ground_axes(&poses[place->body], turned, turn + 3 * (ptrdiff_t)k);
     }
 }
 

@@ -13,7 +13,8 @@ NODES = 16  # Gauss points of an integral: exact to degree 31
 FAMILIES = (("y", "y"), ("z", "z"), ("torsion", "phi"), ("axial", "x"))
 FAULTS = """shortening of the axis; turn of sections; angles of second order; order of angles; turn of the chord;
 shear of sections; line of the chord; inertia of sections; inertia of second order; products of second order; damping; stiffness;
-offset of stations; order of modes; size of modes; constant of torsion; coupled displacement; taper; momentum of shapes""".replace("\n", " ").split("; ")
+offset of stations; order of modes; size of modes; constant of torsion; coupled displacement; taper; momentum of shapes;
+axes of the beam; axes of stations""".replace("\n", " ").split("; ")
 PLANTED = set()
 
 
@@ -79,6 +80,7 @@ class Beam:
         self.rotary = keys.get("rotary", "yes" if twists else "no") == "yes"
         self.sheared = keys.get("shear", "no") == "yes"
         self.read(keys["beam"])
+        self.axes = self.own_axes(keys["beam"])
         self.names = [f"{word}{k + 1}" for family, word in FAMILIES for k in range(self.counts[family])]
         self.n = len(self.names)
         self.shapes = [shape for family, _ in FAMILIES if self.counts[family] for shape in self.family(family)]
@@ -118,6 +120,13 @@ class Beam:
         self.shear = shear
         self.moduli = (density, young, modulus, poisson) if "taper" in keys else None
         self.ends = [next(iter(keys[key].items())) for key in ("section", "taper") if key in keys]
+
+    def own_axes(self, keys):
+        """Of the beam, as columns, in those of the body."""
+        given = keys.get("axes", {"x": keys.get("along", "x")})
+        if planted("axes of the beam"):
+            return np.eye(3)
+        return np.diag([-1.0, 1.0, -1.0]) if given == {"x": "-x"} else self.scope.axes(given)
 
     def along(self, x):
         """At places x: mass by length (x), its second moments (2, x), bending (2, x), torsional and axial stiffness (x)."""

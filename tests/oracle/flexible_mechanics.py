@@ -127,7 +127,7 @@ class Particles(Motion):
         return Jet(*(x.reshape(x.shape[:2] + first.shape[:-1]) for x in (sum_.v, sum_.d, sum_.e)))
 
     def station(self, beam, x):
-        """Axes and place of a section in the axes of the beam."""
+        """Axes and place at a section in the axes of the body: without deformation the axes are these."""
         place, ways, more, turns, twice = beam.station(x)
         angle, way = self.fields(beam, turns, twice), self.fields(beam, ways, more)
         order = (2, 0, 1) if planted("order of angles") else (2, 1, 0)
@@ -135,7 +135,9 @@ class Particles(Motion):
         for c in order:
             turn = turning(np.eye(3)[c], angle.part(c))
             axes = turn if axes is None else matmul(axes, turn)
-        return axes, way + place
+        turn, back = beam.axes, np.eye(3) if planted("axes of stations") else beam.axes.T
+        way = way + place
+        return Jet(*(turn @ x @ back for x in (axes.v, axes.d, axes.e))), Jet(*(x @ turn.T for x in (way.v, way.d, way.e)))
 
     def place(self):
         shape = (self.count, self.bodies + 1)
@@ -178,6 +180,7 @@ class Particles(Motion):
             yield weight, arms, at
         for body, beam in self.mechanism.beams:
             turn, at = self.poses[body.number]
+            turn = Jet(*(x @ beam.axes for x in (turn.v, turn.d, turn.e)))
             local = self.fields(beam, beam.first, beam.more) + beam.place
             yield beam.weight, product(lambda a, b: b @ np.swapaxes(a, -1, -2), turn, local), at
 

@@ -16,7 +16,7 @@ PLANE, SPACE = ("revolute", "revolute", "revolute", "prismatic", "weld"), (
 CLOSURES = {"ball": 3, "rod": 1, "revolute": 5, "universal": 4, "cylindrical": 4, "point_on_line": 2, "point_on_plane": 1, "weld": 6}
 IN_PLANE = {"ball": 2, "rod": 1, "revolute": 2, "point_on_line": 1, "weld": 3}
 LEAST = 0.03  # singular value of the closures that counts
-FEATURES = """planar spatial clamped chord mean none first full y z torsion axial rotary shear raw ratio rayleigh rectangle circle tube numbers taper
+FEATURES = """planar spatial clamped chord mean none first full y z torsion axial rotary shear raw ratio rayleigh rectangle circle tube numbers taper along axes
 flexible-on-flexible rigid-behind offset axes-of-points revolute prismatic universal spherical cylindrical weld motions frame
 reversed ball rod closed drive drive-of-shape spring force torque bushing joint-spring spring-of-shape force-of-shape""".split()
 
@@ -80,8 +80,17 @@ class Mechanisms(Choices):
             two = [repr(self.between(0.1, 2)), f"{self.between(0.1, 2)!r}e-3"]
             keys["damping"] = {kind: repr(self.between(0.005, 0.1)) if kind == "ratio" else two}
         length = self.between(0.4, 1.0)
-        keys["beam"] = {"length": self.number_text(length, "m"), **(self.by_section(keys) if self.chance(0.5) else self.by_numbers(keys, rotary))}
+        turned = self.turned() if self.chance(0.4) else {}
+        keys["beam"] = {"length": self.number_text(length, "m"), **turned, **(self.by_section(keys) if self.chance(0.5) else self.by_numbers(keys, rotary))}
         return keys, length
+
+    def turned(self):
+        """The direction of a beam, which in a plane stays in it."""
+        if self.chance(0.5):
+            return {self.feature("along"): self.one_of(*(("y", "-y", "-x") if self.planar else ("y", "z", "-x", "-y", "-z")))}
+        angle = self.between(-3, 3)
+        self.feature("axes")
+        return {"axes": {"x": self.exact([np.cos(angle), np.sin(angle), 0]), "z": self.one_of("z", "-z")} if self.planar else self.axes()}
 
     def by_section(self, keys):
         kind = self.feature(self.one_of("rectangle", "circle", "tube", "numbers"))

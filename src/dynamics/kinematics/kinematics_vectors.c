@@ -144,8 +144,8 @@ int kmp_point_link(const kmp_tree *tree, int point)
 kmp_vec kmp_point_local(const kmp_tree *tree, int point)
 {
     const kmp_point *p = &tree->model->points[point];
-    if (p->station > 0) /* whose link has the axes of the body */
-        return kmp_tree_vector(tree, p->offset);
+    if (p->station > 0) /* whose link has the axes of the body's */
+        return kmp_body_vector(tree, p->body, kmp_tree_vector(tree, p->offset));
     kmp_vec at = kmp_body_vector(tree, p->body, kmp_tree_vector(tree, p->at));
     return kmp_vec_add(tree->graph, tree->mounts[p->body].p, at);
 }

@@ -394,9 +394,9 @@ static void add_guided(kmp_tree *tree, const kmp_flexible *flexible, bool rotati
     link->qd = rate;
 }
 
-/* The frame of a flexible body, on a link of its own whose axes are the body's: behind the station where its joint is,
- * if that moves; otherwise fixed to the end of the joint's chain. The link nearest to the ground that the body's
- * coordinates move. */
+/* The frame of a flexible body, on a link of its own whose axes are those of its numbers: behind the station where its
+ * joint is, if that moves; otherwise fixed to the end of the joint's chain. The link nearest to the ground that the
+ * body's coordinates move. */
 static int add_frame(kmp_tree *tree, int b, const kmp_flexible *flexible, kmp_body_on_link *base)
 {
     const kmp_station *station = &flexible->stations[0];
@@ -428,8 +428,8 @@ static void set_flexible(kmp_tree *tree, int b, int innermost)
     frame->inertia = own.about_com;
     for (int s = 0; s < flexible->station_count; s++) {
         const kmp_station *station = &flexible->stations[s];
-        kmp_body_on_link base = tree->mounts[b];
-        base.p = kmp_tree_vector(tree, station->at);
+        kmp_body_on_link base = {.link = tree->mounts[b].link, .p = kmp_tree_vector(tree, station->at)};
+        identity(base.r);
         for (int axis = 0; axis < 3; axis++)
             add_guided(tree, flexible, false, axis, station, 1, &base);
         for (int axis = 3; axis-- > 0;)
@@ -453,8 +453,15 @@ static void set_body(kmp_tree *tree, int b)
     if (body->flexible) {
         if (body->turned && body->reversed)
             turn_back(base.r, tree->model->bodies[b].frame);
+        kmp_flexible *flexible = &tree->model->flexibles[body->flexible - 1];
+        if (flexible->turned)
+            multiply(base.r, false, flexible->axes, base.r);
+        round_axes(base.r);
         base.turned = !is_identity(base.r);
-        const int innermost = add_frame(tree, b, &tree->model->flexibles[body->flexible - 1], &base);
+        const int innermost = add_frame(tree, b, flexible, &base);
+        if (flexible->turned)
+            turn_back(base.r, flexible->axes);
+        base.turned = !is_identity(base.r);
         tree->mounts[b] = base;
         set_flexible(tree, b, innermost);
         return;

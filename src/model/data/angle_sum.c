@@ -62,7 +62,7 @@ static void rest_axis(const kempe_model *model, const kmp_measure_argument *argu
     apply(&r, argument->along ? argument->along : unit, out);
 }
 
-/* True if all stations of a flexible body stay in the plane across w, which is in the body's axes. */
+/* True if all stations of a flexible body stay in the plane across w, which is in the axes of its numbers. */
 static bool stays_in_plane(const kmp_flexible *f, const double w[3])
 {
     const ptrdiff_t n = f->count;
@@ -89,7 +89,10 @@ static bool is_plane(const kempe_model *model, int b, const double w[3])
     double own[3];
     for (int i = 0; i < 3; i++)
         own[i] = r.x[0][i] * w[0] + r.x[1][i] * w[1] + r.x[2][i] * w[2];
-    return stays_in_plane(&model->flexibles[model->bodies[b].flexible - 1], own);
+    const kmp_flexible *f = &model->flexibles[model->bodies[b].flexible - 1];
+    double across[3];
+    kmp_flexible_from_body(f, own, across);
+    return stays_in_plane(f, across);
 }
 
 /* Adds `sign` for each rotation between a body and its ancestor; false where one is about another axis than w, or a

@@ -63,6 +63,29 @@ bool kmp_flexible_joint_moves(const kmp_flexible *flexible)
     return flexible->frame != KMP_FRAME_MEAN && kmp_station_moves(flexible, &flexible->stations[0]);
 }
 
+void kmp_flexible_from_body(const kmp_flexible *f, const double v[3], double own[3])
+{
+    for (int k = 0; k < 3; k++)
+        own[k] = f->turned ? f->axes[0][k] * v[0] + f->axes[1][k] * v[1] + f->axes[2][k] * v[2] : v[k];
+}
+
+void kmp_flexible_to_body(const kmp_flexible *f, const double own[3], double v[3])
+{
+    for (int k = 0; k < 3; k++)
+        v[k] = f->turned ? f->axes[k][0] * own[0] + f->axes[k][1] * own[1] + f->axes[k][2] * own[2] : own[k];
+}
+
+/* Entry (i, j) of int X X' dm about the centre, in the axes of the body. */
+static double spread(const kmp_flexible *f, double p[3][3], int i, int j)
+{
+    double sum = 0;
+    if (!f->turned)
+        return p[i][j];
+    for (int k = 0; k < 3; k++)
+        sum += f->axes[i][k] * (p[k][0] * f->axes[j][0] + p[k][1] * f->axes[j][1] + p[k][2] * f->axes[j][2]);
+    return sum;
+}
+
 kmp_body kmp_body_undeformed(const kempe_model *model, int body)
 {
     static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
@@ -71,16 +94,18 @@ kmp_body kmp_body_undeformed(const kempe_model *model, int body)
         return rigid;
     const kmp_flexible *f = &model->flexibles[rigid.flexible - 1];
     const double mass = f->mass->value;
-    double trace = 0, c[3];
+    double trace = 0, c[3], centre[3], about[3][3];
     rigid.mass = (kmp_number){.value = mass};
     for (int k = 0; k < 3; k++) {
         c[k] = f->moment[k].value / mass;
-        rigid.com[k] = (kmp_number){.value = c[k]};
         trace += f->second[k].value - mass * c[k] * c[k];
     }
-    for (int k = 0; k < 6; k++) {
-        const double about = f->second[k].value - mass * c[row[k]] * c[column[k]];
-        rigid.inertia[k] = (kmp_number){.value = (k < 3 ? trace : 0) - about};
-    }
+    for (int k = 0; k < 6; k++)
+        about[row[k]][column[k]] = about[column[k]][row[k]] = f->second[k].value - mass * c[row[k]] * c[column[k]];
+    kmp_flexible_to_body(f, c, centre);
+    for (int k = 0; k < 3; k++)
+        rigid.com[k] = (kmp_number){.value = centre[k]};
+    for (int k = 0; k < 6; k++)
+        rigid.inertia[k] = (kmp_number){.value = (k < 3 ? trace : 0) - spread(f, about, row[k], column[k])};
     return rigid;
 }

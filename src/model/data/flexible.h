@@ -17,12 +17,12 @@ typedef enum kmp_stiffening { KMP_STIFFENING_NONE, KMP_STIFFENING_FIRST, KMP_STI
  * ends; the mean axes, in which shapes have neither momentum nor angular momentum (Buckens). */
 typedef enum kmp_flexible_frame { KMP_FRAME_CLAMPED, KMP_FRAME_CHORD, KMP_FRAME_MEAN } kmp_flexible_frame;
 
-/** A place of a flexible body that joints, closures and forces may use. Its axes are turned by small angles about x, y
- * and z: v_body = R_z R_y R_x v_station. Places and angles are a q + q' A q / 2. */
+/** A place of a flexible body that joints, closures and forces may use. Its section is turned by small angles about x,
+ * y and z: v_own = R_z R_y R_x v_section. Places and angles are a q + q' A q / 2. */
 struct kmp_flexible;
 
 typedef struct kmp_station {
-    kmp_number *at;              /* 3: where it is without deformation, from the body's origin, body axes, m */
+    kmp_number *at;              /* 3: where it is without deformation, from the body's origin, m */
     kmp_number *shift;           /* 3 x n: its displacement, by coordinates */
     kmp_number *shift_more;      /* 3 x n x n, symmetric: second derivatives */
     kmp_number *turn;            /* 3 x n: its angles about x, y, z, by coordinates */
@@ -46,6 +46,8 @@ typedef struct kmp_flexible {
     const char *file;  /* that its modes are from; NULL: a beam */
     const char *doubt; /* what the file lacks or contradicts, a sentence; NULL: nothing */
     bool averaged;     /* integrals of its deformation are means: it must turn slowly */
+    bool turned;       /* all numbers are in axes of their own, those of the beam: */
+    double axes[3][3]; /* v_body = axes v_own, when turned; otherwise they are the body's */
     int number_count;
     kmp_number *numbers;   /* all that follow, and those of stations, one after the other */
     kmp_number *length;    /* 1, m: of the beam; of a body from a file, its farthest node or place */
@@ -74,6 +76,10 @@ bool kmp_station_moves(const kmp_flexible *flexible, const kmp_station *station)
 
 /** True if the joint of the body is at a station 0 that moves: in mean axes it holds these. */
 bool kmp_flexible_joint_moves(const kmp_flexible *flexible);
+
+/** A vector of the body's axes in the axes that its numbers are in, and back. */
+void kmp_flexible_from_body(const kmp_flexible *flexible, const double v[3], double own[3]);
+void kmp_flexible_to_body(const kmp_flexible *flexible, const double own[3], double v[3]);
 
 /** A copy of a body; a flexible one has the mass, centre and inertia that it has without deformation, as values. */
 kmp_body kmp_body_undeformed(const kempe_model *model, int body);

@@ -62,7 +62,7 @@ static double quadratic_value(const kmp_number *a, const kmp_number *more, int c
     return sum;
 }
 
-void kmp_pose_to_station(const kmp_flexible *flexible, const kmp_station *station, const double *q, kmp_pose *pose)
+void kmp_pose_along_beam(const kmp_flexible *flexible, const kmp_station *station, const double *q, kmp_pose *pose)
 {
     static const double axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     const double *own = q + flexible->first;
@@ -73,6 +73,15 @@ void kmp_pose_to_station(const kmp_flexible *flexible, const kmp_station *statio
     move(pose, place, 1);
     for (int c = 2; c >= 0; c--)
         rotate(pose, axis[c], quadratic_value(station->turn, station->turn_more, c, n, own));
+}
+
+void kmp_pose_to_station(const kmp_flexible *flexible, const kmp_station *station, const double *q, kmp_pose *pose)
+{
+    if (flexible->turned)
+        turn(pose->r, &flexible->axes[0][0], false);
+    kmp_pose_along_beam(flexible, station, q, pose);
+    if (flexible->turned)
+        turn(pose->r, &flexible->axes[0][0], true);
 }
 
 /* To a point of a body, without its own axes. */

@@ -10,6 +10,7 @@
 #include "model/flexible/beam_fields.h"
 #include "model/language/expression_value.h"
 #include <math.h>
+#include <string.h>
 
 /* A pair of shapes, and the numbers of a power of the length. */
 enum { LEAST_POWER = -5, MOST_POWER = 4, POWERS = MOST_POWER - LEAST_POWER + 1 };
@@ -620,12 +621,19 @@ bool kmp_beam_make(kmp_arena *arena, const kmp_beam *beam, kmp_flexible *flexibl
         flexible->count += beam->count[f];
     flexible->stiffening = beam->stiffening;
     flexible->frame = beam->frame;
+    flexible->turned = beam->turned;
+    memcpy(flexible->axes, beam->axes, sizeof flexible->axes);
     flexible->station_count = beam->station_count;
     flexible->stations = KMP_ARENA_NEW(arena, kmp_station, beam->station_count);
     const bool made = flexible->stations && make_all(&m);
     arena->failed = arena->failed || m.scratch.failed;
     kmp_arena_free(&m.scratch);
     return made && are_finite(flexible);
+}
+
+kmp_number kmp_beam_part(kmp_arena *arena, const kmp_beam *beam, int k, kmp_number x)
+{
+    return kmp_number_scale(arena, beam->turned ? beam->axes[k][0] : k == 0, x);
 }
 
 kmp_station *kmp_beam_stations(kmp_arena *arena, const kmp_flexible *flexible, const double *parameters, int count)

@@ -18,8 +18,10 @@ typedef enum kmp_beam_family {
 
 enum { KMP_BEAM_MOST = 12 }; /* shapes of a family */
 
-/** A beam along x from the body's origin, with y and z along the principal axes of its sections. */
+/** A beam along x of its axes from the body's origin, with y and z along the principal axes of its sections. */
 struct kmp_beam {
+    bool turned;       /* its axes are not the body's: */
+    double axes[3][3]; /* v_body = axes v_beam */
     kmp_number length;
     kmp_taper line_mass;       /* kg/m */
     kmp_taper section_mass[2]; /* kg m: the second moments rho int y^2 and rho int z^2 of a section; without rotary
@@ -46,6 +48,9 @@ struct kmp_beam {
 /** Makes the numbers and stations of a flexible body in the arena, for coordinates in the order of the families; body,
  * first and names are the caller's. False: no memory, which the arena has, or numbers that are not finite. */
 bool kmp_beam_make(kmp_arena *arena, const kmp_beam *beam, kmp_flexible *flexible);
+
+/** Component k, in the axes of the body, of a vector of the length x along the beam. */
+kmp_number kmp_beam_part(kmp_arena *arena, const kmp_beam *beam, int k, kmp_number x);
 
 /** Stations of a body that is a beam, evenly spaced from end to end, in the arena: for pictures. `parameters`: values
  * of all parameters of the model. NULL: no memory. */

@@ -474,6 +474,25 @@ static void read_by_numbers(entry *e, const kmp_yaml *map)
         b->section_mass[k] = kmp_taper_constant(inertia[1 - k]); /* rho Iy is of z^2 */
 }
 
+/* The axes of the beam, by its direction or by one or two of them. */
+static void read_direction(entry *e, const kmp_yaml *map)
+{
+    const kmp_yaml *along = kmp_yaml_get(map, "along"), *axes = kmp_yaml_get(map, "axes");
+    static const double straight[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    double x[3];
+    if (along && axes) {
+        kmp_reader_complain(e->r, axes->place, "the beam of %s has 'axes', which give 'along': remove one of the two",
+                            e->body);
+        fail(e);
+    } else if ((along && !kmp_read_axis(e->r, along, say(e, "along"), x)) ||
+               (axes && !kmp_read_axes(e->r, axes, say(e, "axes"), e->beam.axes))) {
+        fail(e);
+    } else if (along) {
+        kmp_complete_axes(0, x, e->beam.axes);
+    }
+    e->beam.turned = !e->wrong && (along || axes) && memcmp(e->beam.axes, straight, sizeof straight) != 0;
+}
+
 static void read_beam(entry *e, const kmp_yaml *map)
 {
     if (!kmp_read_map(e->r, map, kmp_reader_say(e->r, "the beam of %s", e->body), beam_keys)) {
@@ -481,6 +500,7 @@ static void read_beam(entry *e, const kmp_yaml *map)
         return;
     }
     read_wanted(e, map, beam_keys, "length", "a beam has a length", &e->beam.length);
+    read_direction(e, map);
     if (kmp_yaml_get(map, "section"))
         read_by_section(e, map);
     else
@@ -702,8 +722,7 @@ static void take_station(entry *e, const kmp_yaml *map, const char *what, kmp_po
     x.symbol = 0;
     point->station = find_station(e, x);
     for (int k = 0; k < 3; k++)
-        point->at[k] = point->offset[k];
-    point->at[0] = plus(e, x, point->offset[0]);
+        point->at[k] = plus(e, kmp_beam_part(&e->r->model->arena, &e->beam, k, x), point->offset[k]);
 }
 
 /* Reports keys of stations; false: the point has one of them. */
@@ -716,6 +735,21 @@ static bool has_no_station(kmp_reader *r, const kmp_yaml *node, const char *what
             return kmp_reader_complain(r, own->place, "%s has the key '%s': %s", what, keys[k], why);
     }
     return true;
+}
+
+/* True if a place is in the section where the beam begins: it has no part along it. */
+static bool is_at_start(const entry *e, const kmp_number at[3])
+{
+    const double rounding = 1e-12;
+    double along = 0, size = 0;
+    bool varies = false;
+    for (int k = 0; k < 3; k++) {
+        const double part = e->beam.turned ? e->beam.axes[k][0] : k == 0;
+        along += part * at[k].value;
+        size += fabs(part * at[k].value);
+        varies = varies || (part != 0 && at[k].expr);
+    }
+    return fabs(along) <= rounding * size && !varies;
 }
 
 void kmp_read_point_place(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_point *point)
@@ -737,11 +771,12 @@ void kmp_read_point_place(kmp_reader *r, const kmp_yaml *node, const char *what,
         node = kmp_read_required(r, node, what, "at");
     if (!node || !kmp_read_vector(r, node, what, KMP_DIM_LENGTH, point->at) || !e || e->wrong)
         return;
-    if (point->at[0].value != 0 || point->at[0].expr || e->beam.frame != KMP_FRAME_CLAMPED)
+    if (!is_at_start(e, point->at) || e->beam.frame != KMP_FRAME_CLAMPED)
         kmp_reader_complain(r, node->place,
                             "%s: %s is flexible, so that its points are moved by its sections: give the station "
-                            "instead of x, such as {station: %s, offset: [0, 0, 0]}",
-                            what, e->body, node->items[0]->text);
+                            "instead of %s, such as {station: %s, offset: [0, 0, 0]}",
+                            what, e->body, e->beam.turned ? "a place" : "x",
+                            e->beam.turned ? "0" : node->items[0]->text);
 }
 
 void kmp_check_flexible_joint(kmp_reader *r, int body, const kmp_yaml *at, const kmp_yaml *to)
@@ -902,6 +937,10 @@ bool kmp_flexible_in_plane(const kmp_reader *r, int body, const double normal[3]
     const entry *e = entry_of(r, body);
     if (e && e->of_file)
         return false;
-    return !e || (!has(e, KMP_BEAM_TORSION) && normal[0] == 0 && (!has(e, KMP_BEAM_Y) || normal[1] == 0) &&
-                  (!has(e, KMP_BEAM_Z) || normal[2] == 0));
+    double across[3] = {0};
+    for (int c = 0; e && c < 3; c++)
+        for (int k = 0; k < 3; k++)
+            across[c] += (e->beam.turned ? e->beam.axes[k][c] : k == c) * normal[k];
+    return !e || (!has(e, KMP_BEAM_TORSION) && across[0] == 0 && (!has(e, KMP_BEAM_Y) || across[1] == 0) &&
+                  (!has(e, KMP_BEAM_Z) || across[2] == 0));
 }

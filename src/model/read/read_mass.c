@@ -670,10 +670,10 @@ static bool is_heavy(const kmp_body *body)
 /* Of a flexible body without deformation, whose joint is at its origin. */
 static double carried_by_flexible(const kmp_flexible *flexible, const kmp_motion *last)
 {
-    const double *a = last->axis;
-    double across = 0;
+    double across = 0, a[3];
     if (!last->rotation)
         return flexible->mass->value;
+    kmp_flexible_from_body(flexible, last->axis, a);
     for (int k = 0; k < 3; k++) /* tr P - a' P a, where P is diagonal */
         across += flexible->second[k].value * (1 - a[k] * a[k]);
     return across;

@@ -33,10 +33,11 @@ typedef struct kmp_segmented {
     kmp_number time; /* of damping, s */
     int pieces;
     const kmp_yaml *points;
+    const kmp_yaml *axes; /* of a beam that is not along x of the body; NULL: it is */
 } segmented;
 
-/* The point where the next piece is. */
-static const char next_piece[] = "next_piece";
+/* The point where the next piece is; that of the next piece there, where both have the axes of the beam. */
+static const char next_piece[] = "next_piece", piece_before[] = "piece_before";
 
 static const char *name_of(const kmp_reader *r, const char *name, int piece)
 {
@@ -163,25 +164,31 @@ static const kmp_yaml *origin(kmp_reader *r, kmp_place place)
     return list;
 }
 
-/* The points of a piece, with the place of the next one; places are set later, axes are as given. */
+/* A point at the origin, with axes unless they are those of the body. */
+static const kmp_yaml *point_at_origin(kmp_reader *r, kmp_place place, const kmp_yaml *axes)
+{
+    if (!axes)
+        return origin(r, place);
+    kmp_yaml *made = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, place);
+    kmp_yaml_put(&r->scratch, made, place, "at", origin(r, place));
+    kmp_yaml_put(&r->scratch, made, axes->place, "axes", axes);
+    return made;
+}
+
+/* The points of a piece, with those where the pieces beside it are; places are set later, axes are as given. */
 static const kmp_yaml *points_of(kmp_reader *r, const segmented *s, int piece)
 {
     kmp_yaml *map = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, s->place);
     for (int k = 0; s->points && k < s->points->count; k++) {
-        const kmp_yaml *point = s->points->items[k], *axes = kmp_yaml_get(point, "axes");
+        const kmp_yaml *point = s->points->items[k];
         double x = 0;
-        if ((station_of(r, point, &x) ? piece_of(s, x) : 0) != piece)
-            continue;
-        const kmp_yaml *place = origin(r, point->place);
-        if (axes) {
-            kmp_yaml *made = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, point->place);
-            kmp_yaml_put(&r->scratch, made, point->place, "at", place);
-            kmp_yaml_put(&r->scratch, made, axes->place, "axes", axes);
-            place = made;
-        }
-        kmp_yaml_append(&r->scratch, map, s->points->keys[k], place);
+        if ((station_of(r, point, &x) ? piece_of(s, x) : 0) == piece)
+            kmp_yaml_append(&r->scratch, map, s->points->keys[k],
+                            point_at_origin(r, point->place, kmp_yaml_get(point, "axes")));
     }
-    kmp_yaml_put(&r->scratch, map, s->place, next_piece, origin(r, s->place));
+    kmp_yaml_put(&r->scratch, map, s->place, next_piece, point_at_origin(r, s->place, s->axes));
+    if (s->axes && piece > 0)
+        kmp_yaml_put(&r->scratch, map, s->place, piece_before, point_at_origin(r, s->place, s->axes));
     return map;
 }
 
@@ -204,6 +211,8 @@ static const kmp_yaml *joint_of(kmp_reader *r, const segmented *s, int piece)
     kmp_yaml_put(&r->scratch, joint, s->place, "coordinates", names);
     const char *before = kmp_reader_say(r, "%s.%s", name_of(r, s->bare, piece - 1), next_piece);
     kmp_yaml_put(&r->scratch, joint, s->place, "at", word(r, s->place, before));
+    if (s->axes)
+        kmp_yaml_put(&r->scratch, joint, s->place, "to", word(r, s->place, piece_before));
     return joint;
 }
 
@@ -296,6 +305,17 @@ static bool read_time(kmp_reader *r, const kmp_yaml *damping, segmented *s)
            kmp_check_rule(r, node, what, KMP_FIELD_NOT_NEGATIVE, s->time.value, "");
 }
 
+/* The axes of the beam as points have them. */
+static const kmp_yaml *axes_of(kmp_reader *r, const kmp_yaml *beam, const segmented *s)
+{
+    const kmp_yaml *along = kmp_yaml_get(beam, "along");
+    if (!s->beam.turned || !along)
+        return s->beam.turned ? kmp_yaml_get(beam, "axes") : NULL;
+    kmp_yaml *made = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, along->place);
+    kmp_yaml_put(&r->scratch, made, along->place, "x", along);
+    return made;
+}
+
 static bool read_segmented(kmp_reader *r, const kmp_yaml *key, const kmp_yaml *body, segmented *s)
 {
     const kmp_yaml *flexible = kmp_yaml_get(body, "flexible"), *points = kmp_yaml_get(body, "points");
@@ -304,10 +324,12 @@ static bool read_segmented(kmp_reader *r, const kmp_yaml *key, const kmp_yaml *b
     s->bare = s->name + (instance ? strlen(instance->prefix) : 0);
     if (points && points->kind != KMP_YAML_MAP)
         s->points = NULL;
-    return read_pieces(r, kmp_yaml_get(flexible, "segments"), s) &&
-           read_time(r, kmp_yaml_get(flexible, "damping"), s) &&
-           kmp_read_beam(r, flexible, kmp_reader_say(r, "body '%s'", s->name), &s->beam) &&
-           check_keys(r, body, flexible, s);
+    const bool good = read_pieces(r, kmp_yaml_get(flexible, "segments"), s) &&
+                      read_time(r, kmp_yaml_get(flexible, "damping"), s) &&
+                      kmp_read_beam(r, flexible, kmp_reader_say(r, "body '%s'", s->name), &s->beam) &&
+                      check_keys(r, body, flexible, s);
+    s->axes = axes_of(r, kmp_yaml_get(flexible, "beam"), s);
+    return good;
 }
 
 void kmp_read_segments(kmp_reader *r)
@@ -353,6 +375,15 @@ void kmp_read_segments(kmp_reader *r)
 
 /* -- numbers ----------------------------------------------------------------------------------------- */
 
+/* Moves a place by x along the beam; its numbers have no names of their own. */
+static void move_along(kmp_reader *r, const segmented *s, kmp_number x, kmp_number at[3])
+{
+    for (int k = 0; k < 3; k++) {
+        at[k].symbol = 0;
+        at[k] = kmp_number_add(&r->model->arena, at[k], kmp_beam_part(&r->model->arena, &s->beam, k, x));
+    }
+}
+
 /* A station less the beginning of its piece, plus the offset. */
 static void place_point(kmp_reader *r, const segmented *s, int piece, const kmp_yaml *node, kmp_point *point)
 {
@@ -377,11 +408,9 @@ static void place_point(kmp_reader *r, const segmented *s, int piece, const kmp_
                             s->beam.length.value);
         return;
     }
-    for (int k = 0; k < 3; k++)
-        point->at[k].symbol = 0;
     x = kmp_number_subtract(arena, x, kmp_number_scale(arena, begin_of(s, piece), s->beam.length));
     x.symbol = 0;
-    point->at[0] = kmp_number_add(arena, point->at[0], x);
+    move_along(r, s, x, point->at);
 }
 
 static void place_points(kmp_reader *r, const segmented *s, int piece, int body)
@@ -394,7 +423,7 @@ static void place_points(kmp_reader *r, const segmented *s, int piece, int body)
         if (node)
             place_point(r, s, piece, node, point);
         else if (strcmp(point->name, next_piece) == 0)
-            point->at[0] = piece_length(r, s, piece);
+            move_along(r, s, piece_length(r, s, piece), point->at);
     }
 }
 
@@ -402,6 +431,18 @@ static void place_points(kmp_reader *r, const segmented *s, int piece, int body)
 static kmp_taper part_of(kmp_reader *r, const segmented *s, int piece, const kmp_taper *whole)
 {
     return kmp_taper_part(&r->model->arena, whole, begin_of(s, piece), begin_of(s, piece + 1));
+}
+
+/* The tensor that is diagonal in the axes of the beam, in those of the body. */
+static void put_inertia(kmp_arena *arena, const kmp_beam *beam, const kmp_number about[3], kmp_number inertia[6])
+{
+    static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
+    for (int e = 0; e < 6; e++) {
+        inertia[e] = e < 3 && !beam->turned ? about[e] : number(0);
+        for (int k = 0; k < 3 && beam->turned; k++)
+            inertia[e] = kmp_number_add(
+                arena, inertia[e], kmp_number_scale(arena, beam->axes[row[e]][k] * beam->axes[column[e]][k], about[k]));
+    }
 }
 
 /* A rigid rod with the sections of the beam. */
@@ -412,7 +453,7 @@ static void set_mass(kmp_reader *r, const segmented *s, int piece, kmp_body *bod
     const kmp_taper line = part_of(r, s, piece, &s->beam.line_mass);
     const kmp_number mass = kmp_number_times(arena, line.c[0], length);
     kmp_number along = kmp_number_scale(arena, 1 / 12.0, kmp_number_times(arena, mass, square)), section[2];
-    body->com[0] = kmp_number_scale(arena, 0.5, length);
+    kmp_number centre = kmp_number_scale(arena, 0.5, length);
     if (line.count > 1) { /* the centre is off the middle by 1/6 of the length for each part of the second term */
         const kmp_number slope = kmp_number_over(arena, line.c[1], line.c[0]),
                          bow = line.count > 2 ? line.c[2] : number(0);
@@ -420,16 +461,17 @@ static void set_mass(kmp_reader *r, const segmented *s, int piece, kmp_body *bod
         const kmp_number more = kmp_number_scale(arena, 1 / 30.0, kmp_number_times(arena, bow, length));
         along = kmp_number_add(arena, along, kmp_number_times(arena, more, square));
         along = kmp_number_subtract(arena, along, kmp_number_times(arena, mass, kmp_number_times(arena, off, off)));
-        body->com[0] = kmp_number_add(arena, body->com[0], off);
+        centre = kmp_number_add(arena, centre, off);
     }
     for (int k = 0; k < 2; k++) {
         const kmp_taper second = part_of(r, s, piece, &s->beam.section_mass[k]);
         section[k] = kmp_number_times(arena, second.count > 0 ? second.c[0] : number(0), length);
     }
     body->mass = mass;
-    body->inertia[0] = kmp_number_add(arena, section[0], section[1]);
-    body->inertia[1] = kmp_number_add(arena, along, section[1]);
-    body->inertia[2] = kmp_number_add(arena, along, section[0]);
+    move_along(r, s, centre, body->com);
+    const kmp_number about[3] = {kmp_number_add(arena, section[0], section[1]),
+                                 kmp_number_add(arena, along, section[1]), kmp_number_add(arena, along, section[0])};
+    put_inertia(arena, &s->beam, about, body->inertia);
 }
 
 const char *kmp_segments_name(const kmp_reader *r, int body)

@@ -175,13 +175,15 @@ static void put_matrix(kmp_json *json, const char *key, int n, const kmp_number 
     kmp_json_end(json);
 }
 
-static void put_flexible(kmp_json *json, const kempe_model *model, const kmp_flexible *flexible)
+static void put_flexible(kmp_json *json, const kempe_model *model, kmp_flexible *flexible)
 {
     kmp_json_object(json, "flexible");
     if (flexible->file)
         kmp_json_string(json, "file", flexible->file);
     kmp_json_put(json, "length %g frame %s stiffening %s", flexible->length->value,
                  kmp_flexible_frame_words[flexible->frame], kmp_stiffening_words[flexible->stiffening]);
+    if (flexible->turned)
+        put_axes(json, "axes", flexible->axes);
     kmp_json_array(json, "coordinates");
     for (int k = flexible->first; k < flexible->first + flexible->count; k++)
         kmp_json_string(json, NULL, model->motions[k].name);

@@ -198,12 +198,14 @@ static void show_inertia(kmp_text *text, const kmp_body *body)
     kmp_text_put(text, "\n");
 }
 
-static void show_flexible(kmp_text *text, const kempe_model *model, const kmp_flexible *flexible)
+static void show_flexible(kmp_text *text, const kempe_model *model, kmp_flexible *flexible)
 {
     if (flexible->file)
         kmp_text_printf(text, "    flexible: modes of '%s'", flexible->file);
     else
         put_number(text, "    flexible: beam of length ", flexible->length->value);
+    if (flexible->turned)
+        put_axes(text, ", axes ", flexible->axes);
     kmp_text_printf(text, ", frame %s, stiffening %s, coordinates", kmp_flexible_frame_words[flexible->frame],
                     kmp_stiffening_words[flexible->stiffening]);
     for (int k = flexible->first; k < flexible->first + flexible->count; k++)

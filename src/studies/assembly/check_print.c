@@ -387,6 +387,18 @@ static double start_rate(const kempe_check *check, int body)
     return rate;
 }
 
+/* Products of inertia are left out where they are zero. */
+static void put_undeformed(kmp_text *text, const kmp_body *body)
+{
+    label(text, "");
+    kmp_text_printf(text, "without deformation it has %.6g kg, centre [%.6g, %.6g, %.6g] m, inertia", body->mass.value,
+                    body->com[0].value, body->com[1].value, body->com[2].value);
+    for (int k = 0; k < 6; k++)
+        if (k < 3 || body->inertia[k].value != 0)
+            kmp_text_printf(text, " %s %.6g", kmp_inertia_names[k], body->inertia[k].value);
+    kmp_text_put(text, " kg m^2\n");
+}
+
 /* The motions of the sections without shapes. */
 static void put_rigid_directions(kmp_text *text, const kmp_flexible *f)
 {
@@ -467,6 +479,9 @@ static void show_flexible(kmp_text *text, const kempe_check *check)
         line(text, "flexible body", "%s: stiffening %s, frame %s, coordinates %s", body.name,
              kmp_stiffening_words[f->stiffening], kmp_flexible_frame_words[f->frame], own.s ? own.s : "");
         kmp_text_free_part(text, &own);
+        if (f->turned)
+            line(text, "", "its beam has the axes x [%.6g, %.6g, %.6g], y [%.6g, %.6g, %.6g] of the body",
+                 f->axes[0][0], f->axes[1][0], f->axes[2][0], f->axes[0][1], f->axes[1][1], f->axes[2][1]);
         if (!kmp_flexible_spectrum_find(f, &s)) {
             text->failed = true;
             break;
@@ -481,11 +496,7 @@ static void show_flexible(kmp_text *text, const kempe_check *check)
              "its fastest vibration has %.4g rad/s: explicit integrators need steps below %.2g s; radau does "
              "not",
              s.highest, KMP_EXPLICIT_REACH / s.highest);
-        line(text, "",
-             "without deformation it has %.6g kg, centre [%.6g, %.6g, %.6g] m, inertia xx %.6g yy %.6g zz "
-             "%.6g kg m^2",
-             body.mass.value, body.com[0].value, body.com[1].value, body.com[2].value, body.inertia[0].value,
-             body.inertia[1].value, body.inertia[2].value);
+        put_undeformed(text, &body);
         if (f->frame == KMP_FRAME_MEAN)
             line(text, "", "its shapes have %.2g of the momentum of rigid motions, and its axes are the mean ones",
                  kmp_flexible_rigid_part(f));

@@ -48,7 +48,7 @@ static void add_load(gathering *g, int which, int station, const applied *a)
     const kmp_station *at = &f->stations[station];
     const bool fixed = at->at[0].value == 0 && f->frame == KMP_FRAME_CLAMPED;
     kmp_pose pose = g->poses[f->body];
-    double arm[3], turned[3], force[3] = {0}, moment[3] = {0};
+    double arm[3], turned[3], load[2][3] = {{0}}, force[3], moment[3];
     kmp_unshaped_load made = {.flexible = which, .kind = a->kind, .name = a->name};
     if (fixed || f->file)
         return;
@@ -58,9 +58,11 @@ static void add_load(gathering *g, int which, int station, const applied *a)
     kmp_cross3(arm, a->load, turned);
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < 3; k++) {
-            force[i] += a->sign * pose.r[k][i] * a->load[k];
-            moment[i] += a->sign * pose.r[k][i] * (a->load[3 + k] + turned[k]);
+            load[0][i] += a->sign * pose.r[k][i] * a->load[k];
+            load[1][i] += a->sign * pose.r[k][i] * (a->load[3 + k] + turned[k]);
         }
+    kmp_flexible_from_body(f, load[0], force);
+    kmp_flexible_from_body(f, load[1], moment);
     const double rest = KMP_LOAD_UNSHAPED * g->force,
                  about = KMP_LOAD_UNSHAPED * (g->moment + g->force * f->length->value);
     made.in[KMP_UNSHAPED_TORSION] = fabs(moment[0]) > about;
