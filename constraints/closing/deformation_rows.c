@@ -54,22 +54,30 @@ bool kmp_deformation_rows_slope(kmp_deformation_rows *x)
     return true;
 }
 
+kempe_status kmp_deformation_rows_choose(kmp_partition *part, const kmp_evaluator *eval, const bool *moves)
+{
+    const kempe_system *s = eval->system;
+    const kmp_start *start = &s->model->start;
+    bool *liked = KMP_NEW(bool, s->n);
+    int *wish = KMP_NEW(int, s->n), count = -1;
+    for (int k = 0; liked && k < s->n; k++)
+        liked[k] = moves[k] || start->hold[k] || start->q_given[k];
+    if (liked && wish)
+        count = kmp_partition_prefer(s, eval->jacobian, liked, wish);
+    const kempe_status status =
+        count < 0 ? kmp_fail_memory(s->context) : kmp_partition_init(part, s, eval->jacobian, wish, count);
+    kmp_free(liked);
+    kmp_free(wish);
+    return status;
+}
+
 kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_system *s, const bool *moves,
                                        const double *q, const double *qd)
 {
-    const kmp_start *start = &s->model->start;
     *x = (kmp_deformation_rows){.s = s, .eval = kmp_eval_new(s, kmp_backend_default())};
-    bool *liked = KMP_ARENA_NEW(&x->arena, bool, s->n);
-    int *wish = KMP_ARENA_NEW(&x->arena, int, s->n), count = -1;
-    for (int k = 0; liked && k < s->n; k++)
-        liked[k] = moves[k] || start->hold[k] || start->q_given[k];
-    if (x->eval && liked && wish) {
-        kmp_eval_closure(x->eval, 0, q);
-        count = kmp_partition_prefer(s, x->eval->jacobian, liked, wish);
-    }
-    if (count < 0)
-        return kmp_fail_memory(s->context);
-    KMP_TRY(kmp_partition_init(&x->part, s, x->eval->jacobian, wish, count));
+    KMP_TRY(kmp_made(s->context, x->eval));
+    kmp_eval_closure(x->eval, 0, q);
+    KMP_TRY(kmp_deformation_rows_choose(&x->part, x->eval, moves));
     KMP_TRY(kmp_reduction_init(&x->red, x->eval, &x->part));
     const int n = s->n, p = x->part.p;
     if (!KMP_ARENA_MAKE(&x->arena, KMP_ROOM(int, p, &x->in_u), KMP_ROOM(double, n, &x->q, &x->trial, &x->qd),

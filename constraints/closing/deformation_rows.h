@@ -25,6 +25,10 @@ typedef struct kmp_deformation_rows {
     double *trial;       /* room: n */
 } kmp_deformation_rows;
 
+/** Chooses u at the closure of an evaluator: the coordinates in `moves` (n), then those that hold or have a given
+ * start. KEMPE_E_FAILED, KEMPE_E_MEMORY, with the message. */
+kempe_status kmp_deformation_rows_choose(kmp_partition *part, const kmp_evaluator *eval, const bool *moves);
+
 /** Chooses the coordinates in `moves` (n) and then those that hold or have a given start as independent, at closed q
  * with these rates. KEMPE_E_FAILED, KEMPE_E_MEMORY, with the message; free it also then. */
 kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_system *system, const bool *moves,

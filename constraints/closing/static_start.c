@@ -74,7 +74,7 @@ static bool is_stable(kmp_deformation_rows *x)
     return kmp_cholesky_factor(x->count, x->slope) == 0;
 }
 
-static kempe_status settle(settling *x)
+static kempe_status settle(settling *x, bool *stable)
 {
     kmp_deformation_rows *r = &x->rows;
     double last = INFINITY, length = kmp_deformation_rows_at(r, r->q, r->rest) ? INFINITY : -1;
@@ -88,16 +88,18 @@ static kempe_status settle(settling *x)
                         "start: the flexible bodies find no balance with the loads of the start near their given "
                         "deformations: the loads may be more than those at which one of them buckles; take 'elastic: "
                         "held', or other deformations (start: q)");
-    if (!is_stable(r))
-        kmp_log(r->s->context, KEMPE_LOG_WARNING,
-                "start: the deformations are in balance with the loads of the start, but not in a stable one: a "
-                "flexible body buckles under less than these");
+    *stable = is_stable(r);
+    if (!*stable)
+        kmp_doubt(r->s->context,
+                  "start: the deformations are in balance with the loads of the start, but not in a stable one: a "
+                  "flexible body buckles under less than these");
     return KEMPE_OK;
 }
 
 kempe_status kmp_static_start(const kempe_system *s, kempe_assembly *a)
 {
     settling x = {.pivots = NULL};
+    bool stable = true;
     kmp_deformation_rows *r = &x.rows;
     if (!s->model->start.statics || !a->closed)
         return KEMPE_OK;
@@ -111,14 +113,19 @@ kempe_status kmp_static_start(const kempe_system *s, kempe_assembly *a)
                                                      KMP_ROOM(double, r->count, &x.step),
                                                      KMP_ROOM(double, r->count + s->n, &x.next)));
     if (status == KEMPE_OK && r->count > 0) {
-        status = settle(&x);
+        status = settle(&x, &stable);
         (void)kmp_deformation_rows_at(r, r->q, r->rest);
     }
+    if (status == KEMPE_OK && r->count > 0)
+        status = kmp_made(s->context, KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, s->n, &a->held_q, &a->held_qd)));
     for (int k = 0; status == KEMPE_OK && r->count > 0 && k < s->n; k++) {
         a->moved[k] += r->q[k] - a->q[k];
+        a->held_q[k] = a->q[k];
+        a->held_qd[k] = a->qd[k];
         a->q[k] = r->q[k];
         a->qd[k] = r->qd[k];
     }
+    a->unstable = !stable;
     kmp_deformation_rows_free(r);
     return status;
 }
