@@ -41,6 +41,8 @@ bool kmp_deformation_rows_at(kmp_deformation_rows *x, double *q, double *rows)
 
 bool kmp_deformation_rows_slope(kmp_deformation_rows *x)
 {
+    if (x->count == 0)
+        return true;
     kmp_deformation_rows_loads(x, x->qdd, x->lambda);
     (void)kmp_reduction_load_factor(&x->red, false);
     const kmp_instant at = kmp_instant_of(x->eval, x->t, x->q, x->qd, x->qdd, x->lambda);
