@@ -39,6 +39,7 @@ struct kempe_assembly {
     int freedoms;
     double misfit;      /* the widest of the dropped rows, scaled */
     bool deformed;      /* deformations that hold at the start took part: the loops do not close by joints alone */
+    bool unstable;      /* deformations are in balance with loads at which a body buckles */
     bool rates_changed; /* the given rates contradict the closures: they were corrected */
     double rates_left;  /* part of the prescribed rates that the closures do not allow, over the fastest scaled rate */
     bool centred;       /* a joint with clearance was outside its bearing: all were centred */
@@ -50,9 +51,10 @@ struct kempe_assembly {
                     * a length */
     int *culprits; /* closures that remain open, the largest extent first */
     int culprit_count;
-    double *moved; /* n: displacement of each coordinate from the guess */
-    int searched;  /* a coordinate, from 1, of loops without a start value that wide random starts have closed; 0: none
-                    */
+    double *moved;            /* n: displacement of each coordinate from the guess */
+    double *held_q, *held_qd; /* n: the closed state from which deformations moved into balance; NULL: none has moved */
+    int searched; /* a coordinate, from 1, of loops without a start value that wide random starts have closed; 0: none
+                   */
     double *inner_q, *inner_qd, *chart; /* the state in the charts in which it was found; NULL: in the user's own */
     kmp_goals_verdict goals;
 };

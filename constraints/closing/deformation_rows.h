@@ -4,34 +4,52 @@
 #pragma once
 
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/tangent.h"
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"
+
+/** The wished independent coordinates, and the closed state at which they are chosen. */
+typedef struct kmp_deformation_choice {
+    const bool *moves;    /* n: the deformations */
+    const bool *liked;    /* n: others that are independent if possible; NULL: those that hold or have a given start */
+    const bool *left_out; /* m: rows of h that count as none; NULL: none */
+    bool rests;           /* loads are those at rest: of no rates but those of states, and of no accelerations */
+    double t;
+    const double *q, *qd; /* n */
+} kmp_deformation_choice;
 
 typedef struct kmp_deformation_rows {
     const kempe_system *s;
     kmp_evaluator *eval;
     kmp_partition part;
     kmp_reduction red;
+    kmp_tangents tangents;
     kmp_arena arena;
-    int count;           /* deformations that are independent */
-    int *in_u;           /* count: their places in u */
-    double t;            /* 0, unless it is set */
-    double *q;           /* n: the state; its dependent coordinates are closed where rows are taken */
-    double *qd;          /* n: of the last rows */
-    double *ud, *udd;    /* p: rates, and accelerations, zero unless they are set */
-    double *rest;        /* count: the rows at q */
-    double *slope;       /* count x count, by columns */
-    double *all, *other; /* room: p, count */
-    double *trial;       /* room: n */
+    bool rests;                  /* as chosen */
+    int count;                   /* deformations that are independent */
+    int *in_u;                   /* count: their places in u */
+    double t;                    /* 0, unless it is set */
+    double *q;                   /* n: the state; its dependent coordinates are closed where rows are taken */
+    double *qd;                  /* n: of the last rows */
+    double *ud, *udd;            /* p: rates, and accelerations, zero unless they are set */
+    double *rest;                /* count: the rows at q */
+    double *slope;               /* count x count, by columns */
+    const double *d;             /* values of the tangents since kmp_deformation_rows_slope */
+    double *all, *unit;          /* room: p; p, zeros */
+    double *qdd, *lambda, *room; /* room: n, m; of small changes */
 } kmp_deformation_rows;
 
-/** Chooses the coordinates in `moves` (n) and then those that hold or have a given start as independent, at closed q
- * with these rates. KEMPE_E_FAILED, KEMPE_E_MEMORY, with the message; free it also then. */
-kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_system *system, const bool *moves,
-                                       const double *q, const double *qd);
+/** Chooses u with an evaluator. KEMPE_E_FAILED, KEMPE_E_MEMORY, with the message. */
+kempe_status kmp_deformation_rows_choose(kmp_partition *part, kmp_evaluator *eval,
+                                         const kmp_deformation_choice *choice);
 
-/** The same for the shapes of all flexible bodies. KEMPE_E_FAILED, without a message: there are none, or no such
- * coordinates; KEMPE_E_MEMORY. Then there is nothing to free. */
+/** KEMPE_E_FAILED, KEMPE_E_MEMORY, with the message; free it also then. */
+kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_system *system,
+                                       const kmp_deformation_choice *choice);
+
+/** Rows of the shapes of all flexible bodies, beside independent coordinates that hold or have a given start.
+ * KEMPE_E_FAILED, without a message: there are none, or no such coordinates; KEMPE_E_MEMORY. Then there is nothing to
+ * free. */
 kempe_status kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe_system *system, const double *q,
                                             const double *qd);
 void kmp_deformation_rows_free(kmp_deformation_rows *x);
@@ -45,5 +63,6 @@ bool kmp_deformation_rows_at(kmp_deformation_rows *x, double *q, double *rows);
 /** Accelerations (n) and multipliers (m) of the last rows. */
 void kmp_deformation_rows_loads(kmp_deformation_rows *x, double *qdd, double *lambda);
 
-/** Derivatives of the rows at x->q by differences, after kmp_deformation_rows_at there into x->rest. */
+/** Derivatives of the rows at x->q, where the last rows are those of kmp_deformation_rows_at. False: a number is not
+ * finite. */
 bool kmp_deformation_rows_slope(kmp_deformation_rows *x);

@@ -377,11 +377,11 @@ kempe_status kempe_ensemble_run_rows(kempe_ensemble *e, const kempe_run_options 
 /* -- queries ----------------------------------------------------------------------------------------- */
 
 KMP_GETTER(int kempe_ensemble_result_count(const kempe_ensemble_result *b), b, b->count, 0)
-/* The outcome of an instance, which its own repeat, or a doubt of its model, may contradict. */
+/* The outcome of an instance, which its own repeat or start, or a doubt of its model, may contradict. */
 static kempe_outcome outcome_of(const kempe_ensemble_result *b, int k)
 {
     kempe_status status = b->results[k].status;
-    bool doubted = b->ensemble->doubted || !kmp_convergence_holds(&b->again[k]);
+    bool doubted = b->ensemble->doubted || b->results[k].unstable || !kmp_convergence_holds(&b->again[k]);
     return kmp_outcome_of(status == KEMPE_OK && doubted ? KEMPE_UNTRUSTED : status);
 }
 
@@ -614,6 +614,11 @@ KMP_PRINT(kempe_ensemble_result, batch, batch->ensemble->model->context, put_jso
 
 /* -- as a table -------------------------------------------------------------------------------------- */
 
+static const char *start_of(const kmp_ensemble_result *r)
+{
+    return r->unstable ? KMP_BALANCE_UNSTABLE : r->rates_changed ? KMP_RATES_ADJUSTED : "";
+}
+
 static void put_row(const kempe_ensemble_result *b, kempe_table *table, int k)
 {
     const kmp_ensemble_result *r = &b->results[k];
@@ -637,8 +642,8 @@ static void put_row(const kempe_ensemble_result *b, kempe_table *table, int k)
                        r->h, r->hdot, r->drift);
     kmp_tabulate_number(table, again->known ? again->difference : NAN);
     kmp_tabulate_numbers(table, list_of(b)->run.values, differences_of(b, k));
-    kmp_tabulate_cells(table, "%s %s %s %s", kmp_convergence_word(again), r->rates_changed ? KMP_RATES_ADJUSTED : "",
-                       alone_of(r), kempe_ensemble_result_reason(b, k));
+    kmp_tabulate_cells(table, "%s %s %s %s", kmp_convergence_word(again), start_of(r), alone_of(r),
+                       kempe_ensemble_result_reason(b, k));
 }
 
 static void fill_instances(kempe_table *table, const void *result)

@@ -74,6 +74,8 @@ kmp_instance_sums kmp_instances_sum(const kempe_table *t, long first)
         kmp_instances_count(&s, word_of(t, row, status));
         if (strcmp(word_of(t, row, start), KMP_RATES_ADJUSTED) == 0 && s.rates_changed++ == 0)
             s.first_changed = first + row;
+        if (strcmp(word_of(t, row, start), KMP_BALANCE_UNSTABLE) == 0 && s.unstable++ == 0)
+            s.first_unstable = first + row;
     }
     /* The lists name instances that have not converged. */
     int verdict = kempe_table_find(t, "verdict"), difference = kempe_table_find(t, "difference");
@@ -95,6 +97,8 @@ void kmp_instances_add(kmp_instance_sums *s, const kmp_instance_sums *part)
 {
     if (part->rates_changed > 0 && (s->rates_changed == 0 || part->first_changed < s->first_changed))
         s->first_changed = part->first_changed;
+    if (part->unstable > 0 && (s->unstable == 0 || part->first_unstable < s->first_unstable))
+        s->first_unstable = part->first_unstable;
     if (part->not_converged > 0 && (s->not_converged == 0 || part->difference > s->difference)) {
         s->worst = part->worst;
         s->difference = part->difference;
@@ -113,6 +117,7 @@ void kmp_instances_add(kmp_instance_sums *s, const kmp_instance_sums *part)
     s->hdot = fmax(s->hdot, part->hdot);
     s->drift = fmax(s->drift, part->drift);
     s->rates_changed += part->rates_changed;
+    s->unstable += part->unstable;
     s->repeated += part->repeated;
     s->not_converged += part->not_converged;
 }
@@ -134,6 +139,12 @@ static void put_doubts(kmp_text *text, const kmp_instance_sums *s)
     if (s->count > s->ok)
         kmp_text_printf(text, "%ld of %ld instances did not reach their end: their rows have the reasons\n",
                         s->count - s->ok, s->count);
+    if (s->unstable > 0)
+        kmp_text_printf(
+            text,
+            "do not trust %ld of %ld instances: the deformations of instance %ld start in a balance that is "
+            "not stable, under loads at which a flexible body buckles\n",
+            s->unstable, s->count, s->first_unstable + 1);
     if (s->not_converged > 0 && isinf(s->difference))
         kmp_text_printf(text,
                         "do not trust %ld of %ld instances: at another rtol the run of instance %ld did not reach its "

@@ -11,6 +11,7 @@ typedef struct kmp_instance_sums {
     long steps, rejected, refused, rhs, exchanges;
     double h, hdot, drift;
     long rates_changed, first_changed; /* starts whose velocities were adjusted; the number of the first, from 0 on */
+    long unstable, first_unstable;     /* starts in a balance that is not stable, likewise */
     long repeated, not_converged;      /* with a verdict of the convergence check */
     long worst;                        /* number of the one that differs most of those that have not converged */
     double difference;                 /* of that one; infinite: its other run did not reach its end */
@@ -31,6 +32,8 @@ kempe_outcome kmp_instances_outcome(const kmp_instance_sums *sums);
 
 /** The word of the column `start` where initial velocities were adjusted. */
 #define KMP_RATES_ADJUSTED "velocities adjusted"
+/** The word where deformations start in a balance that is not stable. */
+#define KMP_BALANCE_UNSTABLE "unstable balance"
 
 /** Appends the sentences of warnings, one a line; logs them. */
 void kmp_instances_put_warnings(kmp_text *text, const kmp_instance_sums *sums);

@@ -370,6 +370,79 @@ static void conditions_that_change(void)
                              .first_step = 1e-4});
 }
 
+/* -- deformations in balance at the start ------------------------------------------------------------- */
+
+/* A rod between a crank and a slider, with a spring; a beam that bends in two planes and twists on a hub that turns,
+ * with an end mass; pieces of segments. */
+static void starts_in_balance(void)
+{
+    static const struct {
+        const char *text, *parameters, *outputs;
+        double t_end;
+    } row[] = {
+        {"kempe: 1\nname: rod\ngravity: [0, -g, 0]\n"
+         "parameters: {E: 7e9, rho: 2700, h: 0.02, g: 9.81, k: 300, w: 3, a: 0.2}\nbodies:\n"
+         "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.1}, points: {E: [a, 0, 0]}}\n"
+         "  rod:\n    joint: {name: B, revolute: z, at: crank.E}\n"
+         "    flexible: {beam: {length: 0.5, young: E, density: rho, section: {rectangle: [h, 0.02]}}, shapes: {y: 2}, "
+         "frame: chord, raw: yes}\n    points: {tip: {station: 0.5}}\n"
+         "  slider: {joint: {name: X, prismatic: x, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+         "loops: {C: {ball: [rod.tip, slider.P]}}\nforces: {s: {joint: X, force: k*(0.5 - q(X))}}\n"
+         "start: {elastic: static, q: {A: 1, B: -1.3, X: 0.6}, hold: [A], qd: {A: w}}\n",
+         "E,rho,h,g,k,w,a", "lambda(C),q(X)", 0.03},
+        {"kempe: 1\nname: beam\ngravity: [0, -g, 0.3*g]\nparameters: {E: 7e9, rho: 2700, h: 0.02, g: 9.81, w: 3}\n"
+         "bodies:\n  hub: {joint: {name: A, revolute: y, at: ground}, mass: 1, inertia: {yy: 0.1}, points: {E: [0.1, "
+         "0, "
+         "0]}}\n  rod:\n    joint: {name: B, revolute: z, at: hub.E}\n"
+         "    flexible: {beam: {length: 0.6, young: E, density: rho, section: {rectangle: [h, 0.03]}, poisson: 0.33}, "
+         "shapes: {y: 1, z: 1, torsion: 1}, raw: yes}\n    points: {tip: {station: 0.6}}\n"
+         "  ball: {joint: {weld: yes, at: rod.tip}, mass: 0.2, com: [0, 0, 0.05], inertia: {xx: 1e-4, yy: 1e-4, zz: "
+         "1e-4}}\nstart: {elastic: static, q: {A: 0.4, B: 0.1}, qd: {A: w}}\n",
+         "E,rho,h,g,w", "position(rod.tip)", 0.02},
+        {"kempe: 1\nname: pieces\ngravity: [0, -g, 0]\nparameters: {E: 7e9, g: 9.81, a0: 0.3}\nbodies:\n  rod:\n"
+         "    joint: {name: A, revolute: z, at: ground}\n"
+         "    flexible: {beam: {length: 0.6, young: E, density: 2700, section: {rectangle: [0.02, 0.03]}}, shapes: {y: "
+         "1},"
+         " segments: 4}\n    points: {tip: {station: 0.6}}\nstart: {elastic: static, q: {A: a0}, qd: {A: 2}}\n",
+         "E,g,a0", "position(rod_3.tip)", 0.02}};
+    for (size_t k = 0; k < sizeof row / sizeof *row; k++)
+        check_trial(&(trial){.text = row[k].text,
+                             .parameters = row[k].parameters,
+                             .outputs = row[k].outputs,
+                             .t_end = row[k].t_end,
+                             .within = 1e-7,
+                             .first_step = 1e-3});
+}
+
+/* A robot that its drives accelerate; and a body from a file in a spatial loop. */
+static void examples_in_balance(void)
+{
+    char *text = example("flexible_robot",
+                         (const char *const[]){"thickness: 3 mm}",
+                                               "thickness: 3 mm, E: 70 GPa, m: 1.2}\n"
+                                               "gravity: [0, -9.81, 0]",
+                                               "young: 70 GPa", "young: E", "damping: {ratio: 0.01}", "raw: yes",
+                                               "mass: 1.2", "mass: m", "start: {", "start: {elastic: static, ", NULL});
+    check_trial(&(trial){.text = text,
+                         .parameters = "pace,E,m",
+                         .outputs = "position(tool.Q),lambda",
+                         .t_end = 0.01,
+                         .within = 1e-6,
+                         .first_step = 1e-3});
+    free(text);
+    text = example("flexible_blade",
+                   (const char *const[]){"-9.81]", "-g]", "{pace: 40}", "{pace: 40, g: 9.81, l: 320 mm}", "320 mm}}",
+                                         "l}}", "file: ", "file: " KEMPE_ROOT "/examples/flexible_blade/", "start: {",
+                                         "start: {elastic: static, ", NULL});
+    check_trial(&(trial){.text = text,
+                         .parameters = "pace,g,l",
+                         .outputs = "position(blade.P),lambda(rod)",
+                         .t_end = 0.004,
+                         .within = 1e-6,
+                         .first_step = 1e-3});
+    free(text);
+}
+
 /* -- singular places --------------------------------------------------------------------------------- */
 
 /* A body on a spherical joint that is centred twice on its way, or from the start on; slopes are of the joint's own
@@ -515,6 +588,8 @@ int main(void)
     TEST(rates_of_least_norm);
     TEST(a_closed_guess_and_a_drive);
     TEST(conditions_that_change);
+    TEST(starts_in_balance);
+    TEST(examples_in_balance);
     TEST(angles_that_are_centred);
     TEST(angles_that_are_kept);
     TEST(change_points);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Deformations of the start in balance with their loads: closed forms of cantilevers, columns near and beyond
  * buckling, links of a robot that its drives accelerate, pieces of segments, and what is refused. */
+#include "analyses/sensitivity/sensitivity_study.h"
 #include "loaded.h"
 #include "run_ends.h"
 #include "testing.h"
@@ -152,6 +153,7 @@ static void instances_hang(void)
     CHECK(l.model && kempe_values_new(l.model, 1, names, 3, values, &set) == KEMPE_OK &&
           kempe_ensemble_new(l.model, set, &e) == KEMPE_OK && kempe_ensemble_run(e, &run, 0, &batch) == KEMPE_OK);
     for (int k = 0; k < 3 && batch; k++) {
+        CHECK(kempe_ensemble_result_outcome(batch, k) == KEMPE_OUTCOME_COMPLETE);
         const double *q = kempe_ensemble_result_q(batch, k);
         double tip = 0; /* each power of x is one at the end */
         for (int i = 0; i < 3; i++)
@@ -164,18 +166,66 @@ static void instances_hang(void)
     unload(&l);
 }
 
-static void what_is_refused(void)
+/* A pull P exp(y/m) against the stiffness 40 N/m has a stable balance up to y = 1 m, that at y = 2 m with P = 80
+ * exp(-2) N is none, and there is no balance beyond 40/e N. */
+static void instances_are_pulled(void)
 {
-    loaded l = load_text("kempe: 1\ngravity: [0, -10, 0]\nparameters: {B: 5000}\nbodies:\n  rod:\n"
+    static const char *const names[] = {"P", "q.rod.y1"};
+    static const double values[] = {10, 0, 10.82682265892902, 2, 20, 0};
+    static const kempe_outcome outcomes[] = {KEMPE_OUTCOME_COMPLETE, KEMPE_OUTCOME_NOT_TRUSTWORTHY,
+                                             KEMPE_OUTCOME_FAILED};
+    loaded l = load_text("kempe: 1\nparameters: {P: 5}\nbodies:\n  rod:\n    joint: {weld: yes, at: ground}\n"
+                         "    flexible: {beam: {length: 1, rhoA: 1, EIz: 10}, shapes: {y: 1}, raw: yes}\n"
+                         "forces: {pull: {joint: rod.y1, force: P*exp(q(rod.y1)/1 m)}}\nstart: {elastic: static}\n");
+    const kempe_run_options run = {.t_end = 0.01, .rtol = 1e-8};
+    kempe_values *set = NULL;
+    kempe_ensemble *e = NULL;
+    kempe_ensemble_result *batch = NULL;
+    lines[0] = '\0';
+    kempe_context_set_log(l.context, keep_line, NULL);
+    CHECK(l.model && kempe_values_new(l.model, 2, names, 3, values, &set) == KEMPE_OK &&
+          kempe_ensemble_new(l.model, set, &e) == KEMPE_OK &&
+          kempe_ensemble_run(e, &run, 0, &batch) == KEMPE_UNTRUSTED);
+    for (int k = 0; k < 3 && batch; k++)
+        CHECK(kempe_ensemble_result_outcome(batch, k) == outcomes[k]);
+    CHECK(batch && strstr(kempe_ensemble_result_reason(batch, 2), "the flexible bodies find no balance"));
+    CHECK(
+        strstr(lines, "do not trust 1 of 3 instances: the deformations of instance 2 start in a balance that is not"));
+    kempe_ensemble_result_free(batch);
+    kempe_ensemble_free(e);
+    kempe_values_free(set);
+    unload(&l);
+}
+
+/* Derivatives of -q L^4/8 E I; rates of a balance that does not change are zero. */
+static void balance_has_derivatives(void)
+{
+    static const char *const of[] = {"trajectory", "reactions"};
+    loaded l = load_text("kempe: 1\ngravity: [0, -g, 0]\nparameters: {B: 5000, g: 10}\nbodies:\n  rod:\n"
                          "    joint: {weld: yes, at: ground}\n"
                          "    flexible: {beam: {length: 2, rhoA: 3, EIz: B}, shapes: {y: 3}}\n"
-                         "start: {elastic: static}\nrun: {t_end: 0.1, outputs: [q]}\n");
-    const kempe_sensitivity_options how = {.parameters = "B"};
-    kempe_sensitivity *s = NULL;
-    CHECK(l.system && kempe_sensitivity_new(l.model, &how, &s) == KEMPE_E_FAILED);
-    CHECK(strstr(kempe_context_message(l.context), "its deformations are in balance with its loads"));
-    kempe_sensitivity_free(s);
+                         "    points: {tip: {station: 2}}\nstart: {elastic: static}\n");
+    for (int k = 0; k < 2; k++) {
+        const kempe_run_options run = {.t_end = 0.1, .rtol = 1e-10};
+        const kempe_sensitivity_options how = {.parameters = "B,g",
+                                               .outputs = "position(rod.tip).y,velocity(rod.tip).y",
+                                               .of = of[k],
+                                               .at = k == 1 ? "start" : NULL,
+                                               .run = k == 0 ? &run : NULL};
+        kempe_sensitivity *s = NULL;
+        CHECK(l.system && kempe_sensitivity_new(l.model, &how, &s) == KEMPE_OK);
+        for (int row = 0; s && row<s->rows; row += s->rows> 1 ? s->rows - 1 : 1) {
+            CHECK_NEAR(kmp_sensitivity_slope(s, row, 0, 0), 30 * 16 / 8.0 / (5000.0 * 5000.0), 1e-15);
+            CHECK_NEAR(kmp_sensitivity_slope(s, row, 0, 1), -3 * 16 / (8 * 5000.0), 1e-12);
+            CHECK_NEAR(kmp_sensitivity_slope(s, row, 1, 1), 0, 1e-10);
+        }
+        kempe_sensitivity_free(s);
+    }
     unload(&l);
+}
+
+static void what_is_refused(void)
+{
     load_rejected("kempe: 1\nbodies:\n  rod:\n    joint: {name: A, revolute: z, at: ground}\n"
                   "    flexible: {beam: {length: 2, rhoA: 3, EIz: 1}, shapes: {y: 3}}\n"
                   "start: {elastic: static, goals: {A: 1}}\n",
@@ -192,6 +242,8 @@ int main(void)
     TEST(robot_is_loaded_by_its_drives);
     TEST(pieces_bend);
     TEST(instances_hang);
+    TEST(instances_are_pulled);
+    TEST(balance_has_derivatives);
     TEST(what_is_refused);
     return check_report();
 }

@@ -5,9 +5,11 @@
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/close.h"
+#include "constraints/closing/deformation_rows.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
+#include "linalg/dense/factors.h"
 #include "linalg/dense/lapack.h"
 #include "model/data/model.h"
 #include <kempe/check.h>
@@ -238,6 +240,7 @@ typedef struct beginning {
     kmp_sensitivity_equations *v;
     kmp_arena arena;
     const kempe_assembly *a;
+    const double *q, *qd; /* n: the closed state, before deformations move into balance */
     int n, m, held, *hold;
     bool *free;                /* n: rates that are corrected */
     double *jacobian, *scaled; /* m x n; the free columns over the row scales */
@@ -264,8 +267,8 @@ static kempe_status choose_with_held(beginning *b)
 {
     kmp_linear *l = &b->v->linear;
     const bool *undeformed = b->v->system->model->start.undeformed;
-    KMP_TRY(undeformed ? kmp_linear_prefer(l, 0, b->a->q, b->held, b->hold)
-                       : kmp_linear_choose(l, 0, b->a->q, b->hold, b->held));
+    KMP_TRY(undeformed ? kmp_linear_prefer(l, 0, b->q, b->held, b->hold)
+                       : kmp_linear_choose(l, 0, b->q, b->hold, b->held));
     bool independent = true;
     int count = 0;
     for (int k = 0; k < b->held; k++) {
@@ -324,7 +327,7 @@ static bool find_correction(beginning *b)
     kmp_eval_dense_jacobian(b->v->linear.eval, b->jacobian);
     for (int i = 0; i < b->n; i++) {
         b->free[i] = b->a->rates_changed || !start->qd_given[i];
-        b->x[i] = b->free[i] ? (b->a->qd[i] - start->qd[i].value) / b->v->system->scale[i] : 0;
+        b->x[i] = b->free[i] ? (b->qd[i] - start->qd[i].value) / b->v->system->scale[i] : 0;
     }
     for (int i = 0; i < b->n; i++)
         for (int r = 0; r < b->m; r++)
@@ -381,7 +384,7 @@ static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
     for (int i = 0; i < n; i++) {
         bool moves = b->free[i] && !v->system->model->motions[i].rotation;
         dqd[i] += b->free[i] ? scale[i] * scale[i] * b->with[k * n + i] : 0;
-        dqd[i] += moves ? longer * (b->a->qd[i] - v->system->model->start.qd[i].value) : 0;
+        dqd[i] += moves ? longer * (b->qd[i] - v->system->model->start.qd[i].value) : 0;
     }
     (void)kmp_slopes_change(v->slopes, k, b->without);
     kmp_tangents_add(&v->linear.tangents, KMP_RATE_Q, v->linear.d, 1, dq, rows);
@@ -416,6 +419,78 @@ static bool move_rates(beginning *b, const double *dq, double *dqd)
     return true;
 }
 
+/* -- deformations in balance (constraints/closing/static_start.c) ---------------------------------------- */
+
+/* With u = (e, r), the deformations e leave no residual R_e where u has no accelerations, and r and the rates of u are
+ * those of the closed state before:
+ *
+ *     R_e,e de = -(R_e,r dr + R_e,ud dud + R_e,p) */
+
+typedef struct balance {
+    int count, *row;               /* deformations among u */
+    double *slope, *step, *u, *ud; /* count x count; count; p; p */
+    int *pivot;
+} balance;
+
+/* The choice of u, the state, and the factors of R_e,e. */
+static kempe_status take_balance(beginning *b, balance *e)
+{
+    kmp_sensitivity_equations *v = b->v;
+    kmp_linear *l = &v->linear;
+    const kempe_system *s = v->system;
+    const bool *moves = s->model->start.undeformed;
+    kmp_partition part;
+    KMP_TRY(kmp_deformation_rows_choose(&part, l->eval, &(kmp_deformation_choice){.moves = moves, .q = b->q}));
+    KMP_TRY(kmp_linear_take(l, &part));
+    const int p = l->p;
+    KMP_TRY(kmp_made(s->context,
+                     KMP_ARENA_MAKE(&b->arena, KMP_ROOM(int, p, &e->row, &e->pivot), KMP_ROOM(double, p *p, &e->slope),
+                                    KMP_ROOM(double, p, &e->step, &e->u, &e->ud))));
+    for (int k = 0; k < p; k++)
+        if (moves[l->part.u[k]])
+            e->row[e->count++] = k;
+    kempe_status status = kmp_linear_at_rates(l, 0, b->a->q, b->a->qd, false);
+    for (int k = 0; status == KEMPE_OK && k < e->count; k++) {
+        e->u[e->row[k]] = 1;
+        kmp_linear_follow(l, &(kmp_change){.u = e->u}, &(kmp_response){.residual = v->residual});
+        e->u[e->row[k]] = 0;
+        for (int i = 0; i < e->count; i++)
+            e->slope[i + e->count * k] = v->residual[e->row[i]];
+    }
+    if (status != KEMPE_OK || kmp_lu_factor(e->count, e->slope, e->pivot) != 0)
+        return kmp_fail(s->context, KEMPE_E_FAILED,
+                        "the start has no derivative with respect to parameters: its deformations are in balance with "
+                        "the load at which a flexible body buckles");
+    kmp_instant at = kmp_linear_instant(l);
+    kmp_slopes_at(v->slopes, &at);
+    return KEMPE_OK;
+}
+
+/* Derivatives of the closed state before into those of the balance. */
+static kempe_status move_into_balance(beginning *b, double *dq, double *dqd)
+{
+    kmp_sensitivity_equations *v = b->v;
+    balance e = {0};
+    KMP_TRY(take_balance(b, &e));
+    for (int k = 0; k < v->count; k++, dq += b->n, dqd += b->n) {
+        for (int i = 0; i < v->linear.p; i++) {
+            e.u[i] = dq[v->linear.part.u[i]];
+            e.ud[i] = dqd[v->linear.part.u[i]];
+        }
+        for (int i = 0; i < e.count; i++)
+            e.u[e.row[i]] = 0;
+        kmp_change change = change_by(v, k, e.u, e.ud);
+        kmp_linear_follow(&v->linear, &change, &(kmp_response){.residual = v->residual});
+        for (int i = 0; i < e.count; i++)
+            e.step[i] = -v->residual[e.row[i]];
+        kmp_lu_solve(e.count, e.slope, e.pivot, 1, e.step);
+        for (int i = 0; i < e.count; i++)
+            e.u[e.row[i]] = e.step[i];
+        kmp_sensitivity_equations_follow(v, k, e.u, e.ud, dq, dqd, NULL, NULL);
+    }
+    return KEMPE_OK;
+}
+
 /* -- the whole --------------------------------------------------------------------------------------- */
 
 static kempe_status check(const kempe_system *s, const kempe_assembly *a)
@@ -424,10 +499,6 @@ static kempe_status check(const kempe_system *s, const kempe_assembly *a)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "the start has no derivative with respect to parameters: it is the position nearest to goals "
                         "(start: goals); give the resulting coordinates as start values, and hold them");
-    if (s->model->start.statics)
-        return kmp_fail(s->context, KEMPE_E_FAILED,
-                        "the start has no derivative with respect to parameters: its deformations are in balance with "
-                        "its loads (start: elastic: static); give them as start values (start: q)");
     if (a->centred || a->rested)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "the start has no derivative with respect to parameters: its %s are those of the mechanism "
@@ -456,7 +527,7 @@ static kempe_status differentiate(beginning *b, double *dq, double *dqd)
     /* The linear state stands at the start; tangents and parameter derivatives have its rates. */
     kmp_sensitivity_equations *v = b->v;
     kmp_linear *l = &v->linear;
-    if (kmp_linear_at_rates(l, 0, b->a->q, b->a->qd, true) != KEMPE_OK)
+    if (kmp_linear_at_rates(l, 0, b->q, b->qd, true) != KEMPE_OK)
         return kmp_fail(v->system->context, KEMPE_E_FAILED,
                         "the start has no derivative with respect to parameters: its closures are singular, or a "
                         "coordinate moves no mass");
@@ -469,7 +540,8 @@ static kempe_status differentiate(beginning *b, double *dq, double *dqd)
             v->udd[i] = b->x[l->part.u[i]];
         kmp_sensitivity_equations_follow(v, k, v->udd, NULL, to, NULL, NULL, NULL);
     }
-    return move_rates(b, dq, dqd) ? KEMPE_OK : kmp_fail_memory(b->v->system->context);
+    KMP_TRY(kmp_made(v->system->context, move_rates(b, dq, dqd)));
+    return b->a->held_q ? move_into_balance(b, dq, dqd) : KEMPE_OK;
 }
 
 kempe_status kmp_sensitivity_equations_start(kmp_sensitivity_equations *varied, double *q, double *qd, double *dq,
@@ -481,6 +553,8 @@ kempe_status kmp_sensitivity_equations_start(kmp_sensitivity_equations *varied, 
     if (status == KEMPE_OK && varied->count > 0)
         status = check(varied->system, a);
     b.a = a;
+    b.q = a && a->held_q ? a->held_q : a ? a->q : NULL;
+    b.qd = a && a->held_q ? a->held_qd : a ? a->qd : NULL;
     varied->linear.held = false;
     if (status == KEMPE_OK && varied->count > 0)
         status = differentiate(&b, dq, dqd);

@@ -209,6 +209,7 @@ static kempe_status assemble_instance(kmp_engine *e, int i, kempe_assembly **a)
     KMP_TRY(kempe_assembly_new(e->s, a));
     const double *q = kempe_assembly_q(*a), *qd = kempe_assembly_qd(*a);
     e->results[i].rates_changed = (*a)->rates_changed;
+    e->results[i].unstable = (*a)->unstable;
     kmp_friction_state_open(e->eval);
     kmp_load_forget(e->eval);
     kmp_eval_freeze(e->eval, 0, q, qd);
