@@ -45,6 +45,7 @@ typedef struct kmp_friction_element {
     bool begins;                   /* its slip begins, and goes on beginning in this decision */
     bool implied;                  /* its row follows from closures */
     bool broken;                   /* it slips in this decision */
+    bool stays;                    /* held, and not connected with what this decision is about */
     bool loaded;                   /* its level depends on multipliers */
     bool tries;                    /* a message names it */
     bool smooth;                   /* regularised, since `smooth_t`, until it has left */
@@ -75,7 +76,11 @@ struct kmp_friction_run {
     double *found;                         /* rest: forces of a decision */
     double *aside;                         /* rest: forces put aside */
     double *room;                          /* kmp_disc_room(count) */
-    int *side;
+    int *side, *rows;
+    double *kept; /* 2 n: the state before a decision, which is first of what has changed alone; NULL: it is of all */
+    kmp_friction_element *kept_element;
+    int n; /* coordinates */
+    bool partly;
     kmp_friction_past past;
     double growth; /* of the level of element `most`, which a failure names */
     int most;

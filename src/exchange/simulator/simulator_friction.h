@@ -128,11 +128,12 @@ static void look(void *self, double t, const double *q, const double *qd, double
 }
 
 /* The nearest rates by kinetic energy, and accelerations there. */
-static int finish(void *self, double t, double *q, double *qd)
+static int finish(void *self, double t, double *q, double *qd, double *change)
 {
     decider *d = self;
     kempe_simulator *s = d->s;
     struct kempe_simulator_parts *part = &s->part;
+    (void)change; /* decisions are of all elements */
     pack_y(s, q, qd, part->probe);
     copy(s->equations->coordinates, q, part->q);
     outcome said = slopes_closed(s, t, part->probe, NULL);
