@@ -82,7 +82,9 @@ struct kmp_friction_run {
     int n; /* coordinates */
     bool partly;
     kmp_friction_past past;
-    double growth; /* of the level of element `most`, which a failure names */
+    kmp_friction_cause cause; /* of a failure, or for which modes are tried one after the other */
+    int tried_modes;          /* combinations of modes that have been tried; 0: none */
+    double growth;            /* of the level of element `most`, which a failure names */
     int most;
     bool loads;  /* some level depends on multipliers */
     bool spares; /* elements whose level depends on multipliers take no load */

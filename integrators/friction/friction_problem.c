@@ -374,6 +374,7 @@ static int find_forces(kmp_friction_run *x, double t)
         outcome = kmp_friction_minimum(x, x->lower, x->upper);
     }
     x->open = outcome == KMP_BOX_UNSETTLED && x->rest <= MOST_TRIED;
+    x->cause = x->open ? KMP_FRICTION_ROUNDED : x->cause;
     if (outcome == KMP_BOX_FOUND || x->open)
         return 0;
     return x->site->fail(x->site->self, outcome == KMP_BOX_UNBOUNDED ? KMP_FRICTION_FORCED : KMP_FRICTION_UNDECIDED, t);
@@ -414,6 +415,7 @@ static bool is_without_effect(const kmp_friction_run *x)
 static int solve_levels(kmp_friction_run *x, double t, const double *q, const double *qd)
 {
     double changed = INFINITY;
+    x->cause = KMP_FRICTION_LEVELS;
     set_bounds(x);
     KMP_FRICTION_TRY(find_forces(x, t));
     for (int pass = 0; pass < MOST_LEVELS && changed > KMP_FRICTION_SETTLED && x->loads && !x->open; pass++) {
@@ -634,6 +636,7 @@ static bool make_smooth(kmp_friction_run *x, double t, const double *q, const do
 static int enumerate(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
 {
     int total = 1, first = -1, found = 0;
+    x->tried_modes = 0;
     for (int k = 0; k < x->rest; k++)
         if (x->partner[k] >= 0) /* their directions are no combinations */
             return friction_complain(x, t, q, qd);
@@ -642,6 +645,7 @@ static int enumerate(kmp_friction_run *x, double t, const double *q, const doubl
     for (int code = 0; code < total && x->rest <= MOST_TRIED; code++) {
         if (!is_allowed(x, code))
             continue;
+        x->tried_modes++;
         int status = try_modes(x, code, t, q, qd);
         if (status == x->site->failed)
             x->site->forget(x->site->self); /* no solution with these modes */
@@ -686,7 +690,10 @@ static int solve_modes(kmp_friction_run *x, double t, const double *q, const dou
     KMP_FRICTION_TRY(solve_levels(x, t, q, qd));
     while (!x->open && break_away(x))
         KMP_FRICTION_TRY(solve_levels(x, t, q, qd));
-    return x->open || turns_back(x) ? enumerate(x, t, q, qd, rate) : 0;
+    if (!x->open && !turns_back(x))
+        return 0;
+    x->cause = x->open ? x->cause : KMP_FRICTION_REVERSES;
+    return enumerate(x, t, q, qd, rate);
 }
 
 /* Sets up the problem of the elements at rest: x->which, a, d, and the levels in x->upper. */
@@ -744,6 +751,7 @@ static int friction_decide(kmp_friction_run *x, double t, const double *q, const
             e->broken = e->rubs != 0;
             e->sense = e->twin >= 0 && e->rubs ? e->along : e->rubs;
         }
+        x->cause = KMP_FRICTION_LEVELS;
         KMP_FRICTION_TRY((several ? enumerate : solve_modes)(x, t, q, qd, rate));
     } while (x->again);
     return 0;
@@ -1093,8 +1101,11 @@ KMP_LOCAL int kmp_friction_settle_modes(kmp_friction_run *x, double t, double *q
     }
     KMP_FRICTION_TRY(x->past.known || !x->loads ? 0 : tell_growth(x, t, q, qd));
     int status = decide_connected(x, t, q, qd);
-    if (status == x->site->failed && x->site->is_unsettled(x->site->self))
+    if (status == x->site->failed && x->site->is_unsettled(x->site->self)) {
+        x->cause = KMP_FRICTION_LOADS;
+        x->tried_modes = 1;
         return friction_complain(x, t, q, qd);
+    }
     KMP_FRICTION_TRY(status);
     x->past.known = true;
     status = watch(x, t, x->site->pace(x->site->self, qd));

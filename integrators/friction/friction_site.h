@@ -18,6 +18,14 @@ typedef enum kmp_friction_failure {
     KMP_FRICTION_ALTERNATES  /* modes change without an end */
 } kmp_friction_failure;
 
+/* Why elements can neither slip nor stick. */
+typedef enum kmp_friction_cause {
+    KMP_FRICTION_LEVELS,   /* levels depend on the friction itself, and do not settle */
+    KMP_FRICTION_ROUNDED,  /* rounding prevents forces from being found */
+    KMP_FRICTION_REVERSES, /* the friction of slip would reverse the slip that begins */
+    KMP_FRICTION_LOADS     /* forces that depend on multipliers have no solution */
+} kmp_friction_cause;
+
 /* Facts of a decision for the log. */
 typedef enum kmp_friction_fact {
     KMP_FRICTION_TELLS_SEVERAL, /* number: combinations of modes that are possible */

@@ -375,6 +375,33 @@ void kmp_friction_put_spread(kmp_text *text, int n, const double *d)
                         spread);
 }
 
+static void put_cause(kmp_text *text, const kmp_runner *run)
+{
+    static const char *const causes[] = {
+        [KMP_FRICTION_LEVELS] = "the levels depend too much on the friction itself to settle",
+        [KMP_FRICTION_ROUNDED] = "rounding prevents its force from being found",
+        [KMP_FRICTION_REVERSES] = "the friction of slip would reverse the slip that begins",
+        [KMP_FRICTION_LOADS] = "forces that depend on multipliers have no solution with the modes that follow"};
+    const kmp_friction_run *x = run->friction;
+    bool across = false;
+    for (int k = 0; k < x->rest; k++)
+        across = across || x->element[x->which[k]].twin >= 0;
+    if (x->growth >= 1)
+        kmp_text_printf(
+            text,
+            ": the level of '%s' grows by %.4g for each unit of friction, where less than 1 is sure to have "
+            "a solution",
+            name_of(run, &x->element[x->most]), x->growth);
+    else
+        kmp_text_printf(text, ": %s", causes[x->cause]);
+    if (x->tried_modes == 0 && across)
+        kmp_text_put(text, ", and modes of slip in two directions cannot be tried one after the other");
+    else if (x->tried_modes == 0)
+        kmp_text_printf(text, ", and the modes of %d elements are too many to try one after the other", x->rest);
+    else if (x->cause != KMP_FRICTION_LOADS)
+        kmp_text_printf(text, ", and none of %d combinations of slip and stick agrees with its forces", x->tried_modes);
+}
+
 static kempe_status fail_impossible(const kmp_runner *run, double t)
 {
     const kmp_friction_run *x = run->friction;
@@ -383,17 +410,10 @@ static kempe_status fail_impossible(const kmp_runner *run, double t)
         if (!x->element[i].contact && (x->rest == 0 || x->element[i].tries))
             kmp_text_printf(&text, "%s'%s'", text.length ? ", " : "", name_of(run, &x->element[i]));
     kmp_text_printf(&text, " can neither slip nor stick at t = %.9g", t);
-    if (x->growth >= 1)
-        kmp_text_printf(
-            &text,
-            ": the level of '%s' grows by %.4g for each unit of friction, where less than 1 is sure to have "
-            "a solution; reduce it",
-            name_of(run, &x->element[x->most]), x->growth);
-    else
-        kmp_text_put(&text, ": the level depends too much on the friction itself; reduce it");
-    if (x->rest > 0)
-        kmp_text_put(&text, ", or regularise it with a 'speed'");
+    put_cause(&text, run);
     kmp_friction_put_spread(&text, x->rest, x->d);
+    kmp_text_put(&text,
+                 x->rest > 0 ? ". Reduce the friction, or regularise it with a 'speed'" : ". Reduce the friction");
     return kmp_fail_text(run->s->context, KEMPE_E_FAILED, &text);
 }
 
