@@ -171,15 +171,14 @@ static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_kind 
 {
     const kempe_system *s = saddle->eval->system;
     const bool matrix = kind == KMP_SADDLE_DENSE || kind == KMP_SADDLE_SPARSE;
-    int n = part->n, r = part->r, size = matrix ? n + r : 0;
+    int n = part->n, r = part->r;
     int entries = 2 * (s->mass.count + s->jacobian.count) + r;
     saddle->part = part;
     saddle->n = n;
     saddle->r = r;
     saddle->kind = kind;
-    KMP_ARENA_MAKE(&saddle->arena, KMP_ROOM(double, kind == KMP_SADDLE_SPARSE ? entries : size * size, &saddle->matrix),
-                   KMP_ROOM(double, n + r, &saddle->x), KMP_ROOM(int, n + r, &saddle->pivot),
-                   KMP_ROOM(int, part->m, &saddle->position),
+    KMP_ARENA_MAKE(&saddle->arena, KMP_ROOM(double, kind == KMP_SADDLE_SPARSE ? entries : 0, &saddle->matrix),
+                   KMP_ROOM(double, n + r, &saddle->x), KMP_ROOM(int, part->m, &saddle->position),
                    KMP_ROOM(double, kind == KMP_SADDLE_BY_PRODUCTS ? part->m : 0, &saddle->rows));
     if (!KMP_ARENA_EACH(&saddle->arena, int, matrix ? entries : 0, &saddle->entry_row, &saddle->entry_col,
                         &saddle->entry_from))
@@ -198,9 +197,11 @@ static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_kind 
         return kmp_partition_copy(&own, part) && take_reduction(saddle, &own);
     }
     list_entries(saddle);
+    if (kind == KMP_SADDLE_DENSE)
+        return kmp_dense_parts_init(&saddle->dense, &saddle->arena, n + r, saddle->count, saddle->entry_row,
+                                    saddle->entry_col);
     unsigned long failures = kmp_memory_failures();
-    if (kind == KMP_SADDLE_SPARSE) /* NULL: singular by its pattern, or no memory */
-        saddle->sparse = make_sparse(saddle);
+    saddle->sparse = make_sparse(saddle); /* NULL: singular by its pattern, or no memory */
     return kmp_memory_failures() == failures;
 }
 
@@ -277,11 +278,10 @@ int kmp_saddle_factor(kmp_saddle *saddle)
             saddle->matrix[e] = value_of(saddle, e);
         return !saddle->sparse || kmp_sparse_factor(saddle->sparse, saddle->matrix) != KMP_SPARSE_FACTORED;
     }
-    int size = saddle->n + saddle->r;
-    memset(saddle->matrix, 0, (size_t)(size * size) * sizeof(double));
+    kmp_dense_parts_clear(&saddle->dense);
     for (int e = 0; e < saddle->count; e++)
-        saddle->matrix[saddle->entry_row[e] + saddle->entry_col[e] * size] = value_of(saddle, e);
-    return kmp_lu_factor(size, saddle->matrix, saddle->pivot);
+        saddle->dense.matrix[saddle->dense.at[e]] = value_of(saddle, e);
+    return kmp_dense_parts_factor(&saddle->dense);
 }
 
 double kmp_saddle_cost(const kmp_saddle *saddle)
@@ -314,7 +314,7 @@ static void solve(kmp_saddle *saddle, const double *force, const double *rows, b
     if (saddle->kind == KMP_SADDLE_SPARSE)
         kmp_sparse_solve(saddle->sparse, 1, x);
     else
-        kmp_lu_solve(saddle->n + saddle->r, saddle->matrix, saddle->pivot, 1, x);
+        kmp_dense_parts_solve(&saddle->dense, x);
 }
 
 /* Copies the multipliers of the independent rows to their places among all. */

@@ -3,9 +3,10 @@
  *
  *     M x - J' a = -f      J x = -b
  *
- * dense, or sparse when it is large. If the evaluator uses articulated bodies, their recursion has solved it. If it has
- * products M x in place of M, coordinates are partitioned (constraints/partition/reduction.h): which ones is not seen
- * in the results, and others are taken where these come near to a dead centre.
+ * dense in parts that share no entry, or sparse when it is large. If the evaluator uses articulated bodies, their
+ * recursion has solved it. If it has products M x in place of M, coordinates are partitioned
+ * (constraints/partition/reduction.h): which ones is not seen in the results, and others are taken where these come
+ * near to a dead centre.
  *
  * For states without a chosen set of rows, complete pivoting of the scaled J selects the independent rows at each
  * factorisation. */
@@ -16,6 +17,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"
+#include "linalg/dense/dense_parts.h"
 #include "linalg/sparse.h"
 
 typedef enum kmp_saddle_kind {
@@ -37,8 +39,8 @@ typedef struct kmp_saddle {
     int n, r;
     kmp_saddle_kind kind;
     kmp_arena arena;
-    double *matrix, *x; /* size x size when dense; the entries when sparse; otherwise none */
-    int *pivot;
+    double *matrix, *x; /* the entries when sparse; otherwise none */
+    kmp_dense_parts dense;
     int count, *entry_row, *entry_col; /* entries of the matrix, if there is one */
     int *entry_from;                   /* of each: an entry of M, then of J; -1: of a row that is left out */
     kmp_sparse *sparse;                /* NULL: not sparse, or singular by its pattern */

@@ -49,13 +49,63 @@ static inline double kmp_location_tolerance(const kmp_bracket *b, double roundin
     return rounding > 0 && slope > 0 ? fmax(of_time, rounding / slope) : of_time;
 }
 
-/* Narrows (from, *high], at whose end condition k has changed, to rounding; its value at `from` is f_low. First finds a
- * point from there on where it has its fixed state: after a start just behind an event rounding decides. If there is
- * none, it changes at once. The site is left at *high. */
-static inline int kmp_location_narrow(const kmp_location_site *s, int k, double from, double f_low, double *high)
+/* The cubic of a distance between two times, by its values and rates there: c[0] + c[1] s + c[2] s^2 + c[3] s^3, s the
+ * part of the way. */
+typedef struct kmp_location_cubic {
+    double from, way, c[4];
+} kmp_location_cubic;
+
+static inline kmp_location_cubic kmp_location_cubic_of(double from, double f, double rate, double to, double f_to,
+                                                       double rate_to)
 {
-    const double f_high = s->change[k], rounding = DBL_EPSILON * s->size(s->self, k);
-    double width = *high - from, least = 4 * DBL_EPSILON * fmax(fabs(from), width), near = from, x = NAN;
+    const double way = to - from, u = way * rate, v = way * rate_to;
+    return (kmp_location_cubic){from, way, {f, u, 3 * (f_to - f) - 2 * u - v, 2 * (f - f_to) + u + v}};
+}
+
+static inline double kmp_location_slope(const kmp_location_cubic *p, double s)
+{
+    return p->c[1] + s * (2 * p->c[2] + 3 * s * p->c[3]);
+}
+
+/* The zero that Newton's method finds from the end on: a fall that ends there has its last one. */
+static inline double kmp_location_zero(const kmp_location_cubic *p)
+{
+    enum { MOST = 8 };
+    double s = 1;
+    for (int i = 0; i < MOST; i++)
+        s -= (p->c[0] + s * (p->c[1] + s * (p->c[2] + s * p->c[3]))) / kmp_location_slope(p, s);
+    return p->from + s * p->way;
+}
+
+/* The first two points for a distance: the zero of its cubic, and a place on the other side of the zero that its value
+ * there and the slope of the cubic give. *x: the point that the bracket would take. */
+static inline void kmp_location_foresee(const kmp_bracket *b, const kmp_location_cubic *p, double tolerance, double *x)
+{
+    double point = NAN;
+    if (b->points == 0) {
+        point = kmp_location_zero(p);
+    } else if (b->points == 1) {
+        const double last = b->last_is_far ? b->far : b->near, f = b->last_is_far ? b->f_far : b->f_near;
+        const double slope = kmp_location_slope(p, (last - p->from) / p->way) / p->way;
+        point = last - f / slope + (b->last_is_far ? -0.5 : 0.5) * tolerance;
+    }
+    if (point > b->near + 0.5 * tolerance && point < b->far - 0.5 * tolerance)
+        *x = point;
+}
+
+/* Narrows (from, *high], at whose end condition k has changed, to rounding; `at_from` are the values at `from`. First
+ * finds a point from there on where it has its fixed state: after a start just behind an event rounding decides. If
+ * there is none, it changes at once. The site is left at *high. */
+static inline int kmp_location_narrow(const kmp_location_site *s, int k, double from, const double *at_from,
+                                      double *high)
+{
+    const double f_high = s->change[k], size = s->size(s->self, k), rounding = DBL_EPSILON * size;
+    const int rate = KMP_ROLE_RATE - KMP_ROLE_SENSE;
+    double f_low = at_from[k], width = *high - from, least = 4 * DBL_EPSILON * fmax(fabs(from), width), near = from;
+    double x = NAN;
+    kmp_location_cubic cubic = {.way = 0};
+    if (size > 0)
+        cubic = kmp_location_cubic_of(from, f_low, at_from[k + rate], *high, f_high, s->change[k + rate]);
     int status = 0;
     bool found = !kmp_condition_differs((kmp_condition_kind)s->kind[k], s->mode[k], f_low);
     for (int i = 0; status == 0 && !found && width > least; i++) {
@@ -67,6 +117,8 @@ static inline int kmp_location_narrow(const kmp_location_site *s, int k, double 
     }
     kmp_bracket bracket = kmp_bracket_of(found ? near : from, f_low, found ? *high : from, f_high);
     while (status == 0 && kmp_bracket_next(&bracket, kmp_location_tolerance(&bracket, rounding), &x)) {
+        if (size > 0 && found)
+            kmp_location_foresee(&bracket, &cubic, kmp_location_tolerance(&bracket, rounding), &x);
         status = kmp_location_look_for(s, x, k);
         const bool beyond = kmp_location_has_changed(s, k);
         kmp_bracket_take(&bracket, x, s->change[k], beyond);
@@ -86,7 +138,7 @@ static inline int kmp_location_earliest(const kmp_location_site *s, double from,
     for (int k = 0; status == 0 && *t > from && k < s->conditions; k++) {
         if (!kmp_location_has_changed(s, k))
             continue;
-        status = kmp_location_narrow(s, k, from, at_from[k], t);
+        status = kmp_location_narrow(s, k, from, at_from, t);
         if (status == 0 && s->located)
             status = s->located(s->self, k, from, *t);
     }

@@ -45,6 +45,7 @@ typedef struct kmp_friction_element {
     bool begins;                   /* its slip begins, and goes on beginning in this decision */
     bool implied;                  /* its row follows from closures */
     bool broken;                   /* it slips in this decision */
+    bool stays;                    /* held, and not connected with what this decision is about */
     bool loaded;                   /* its level depends on multipliers */
     bool tries;                    /* a message names it */
     bool smooth;                   /* regularised, since `smooth_t`, until it has left */
@@ -75,9 +76,15 @@ struct kmp_friction_run {
     double *found;                         /* rest: forces of a decision */
     double *aside;                         /* rest: forces put aside */
     double *room;                          /* kmp_disc_room(count) */
-    int *side;
+    int *side, *rows;
+    double *kept; /* 2 n: the state before a decision, which is first of what has changed alone; NULL: it is of all */
+    kmp_friction_element *kept_element;
+    int n; /* coordinates */
+    bool partly;
     kmp_friction_past past;
-    double growth; /* of the level of element `most`, which a failure names */
+    kmp_friction_cause cause; /* of a failure, or for which modes are tried one after the other */
+    int tried_modes;          /* combinations of modes that have been tried; 0: none */
+    double growth;            /* of the level of element `most`, which a failure names */
     int most;
     bool loads;  /* some level depends on multipliers */
     bool spares; /* elements whose level depends on multipliers take no load */

@@ -165,13 +165,24 @@ static void list_across(kmp_friction_run *x, int i, double rate)
     }
 }
 
+/* The places of components of slip among the elements at rest. */
+static void pair_slips(kmp_friction_run *x)
+{
+    for (int k = 0; k < x->rest; k++) {
+        x->partner[k] = -1;
+        for (int i = 0; i < x->rest && x->element[x->which[k]].twin >= 0; i++)
+            if (x->element[x->which[k]].twin == x->which[i])
+                x->partner[k] = i;
+    }
+}
+
 /* Lists the elements at rest; the others slip on. */
 static void list_resting(kmp_friction_run *x, double rate)
 {
     x->rest = 0;
     for (int i = 0; i < x->count; i++) {
         kmp_friction_element *e = &x->element[i];
-        e->broken = e->implied = e->begins = false;
+        e->broken = e->implied = e->begins = e->stays = false;
         e->rubs = 0;
         e->still = KMP_FRICTION_STILL * e->size * rate * rate;
     }
@@ -183,13 +194,6 @@ static void list_resting(kmp_friction_run *x, double rate)
             list_friction(x, i, rate);
         else if (e->twin > i)
             list_across(x, i, rate);
-    }
-    /* The places of components of slip among the elements at rest. */
-    for (int k = 0; k < x->rest; k++) {
-        x->partner[k] = -1;
-        for (int i = 0; i < x->rest; i++)
-            if (x->element[x->which[k]].twin == x->which[i])
-                x->partner[k] = i;
     }
 }
 
@@ -207,20 +211,80 @@ static int find_implied(kmp_friction_run *x, double t, const double *q)
     return 0;
 }
 
-/* D from the rows of all elements at rest. *known: false where accelerations are not linear in the forces. */
+/* True for an element that its row has held, with nothing at this instant that would change it. */
+static bool may_stay(const kmp_friction_element *e)
+{
+    return e->was == KMP_FRICTION_HELD && e->known && !e->fired && !e->turned && !e->struck && e->stopped == 0;
+}
+
+/* True if a force on one element at rest accelerates the other, or bounds its force. */
+static bool is_coupled(const kmp_friction_run *x, int i, int k)
+{
+    const kmp_friction_element *a = &x->element[x->which[i]], *b = &x->element[x->which[k]];
+    return a->base == x->which[k] || b->base == x->which[i] || a->twin == x->which[k] || x->d[i + k * x->rest] != 0;
+}
+
+/* Finds the columns of D of the elements that may change, and of all that are connected with them, directly or through
+ * others. Marks the others, which stay as they are. */
+static int reach_connected(kmp_friction_run *x)
+{
+    enum { APART, REACHED, FOUND };
+    bool goes_on = true;
+    for (int k = 0; k < x->rest; k++)
+        x->side[k] = x->partly && may_stay(&x->element[x->which[k]]) ? APART : REACHED;
+    while (goes_on) {
+        goes_on = false;
+        for (int k = 0; k < x->rest; k++) {
+            if (x->side[k] != REACHED)
+                continue;
+            KMP_FRICTION_TRY(x->site->column(x->site->self, x->rest, x->rows, k, x->d + k * x->rest));
+            x->side[k] = FOUND;
+            for (int i = 0; i < x->rest; i++)
+                if (x->side[i] == APART && is_coupled(x, i, k)) {
+                    x->side[i] = REACHED;
+                    goes_on = true;
+                }
+        }
+    }
+    for (int k = 0; k < x->rest; k++)
+        x->element[x->which[k]].stays = x->side[k] == APART;
+    return 0;
+}
+
+/* Leaves those out that stay as they are. */
+static void leave_out(kmp_friction_run *x)
+{
+    const int n = x->rest;
+    int kept = 0;
+    for (int k = 0; k < n; k++)
+        if (!x->element[x->which[k]].stays)
+            x->side[kept++] = k;
+    for (int k = 0; k < kept && kept < n; k++)
+        for (int i = 0; i < kept; i++)
+            x->d[i + k * kept] = x->d[x->side[i] + x->side[k] * n];
+    for (int k = 0; k < kept; k++)
+        x->which[k] = x->which[x->side[k]];
+    x->partly = x->partly && kept < n;
+    x->rest = kept;
+}
+
+/* D from the rows of the elements at rest. *known: false where accelerations are not linear in the forces. */
 static int find_inertia(kmp_friction_run *x, double t, const double *q, bool *known)
 {
     *known = false;
-    if (!x->site->inertia)
+    if (!x->site->rows)
         return 0;
     for (int k = 0; k < x->rest; k++) {
         kmp_friction_element *e = &x->element[x->which[k]];
-        x->side[k] = e->row;
+        x->rows[k] = e->row;
         kmp_friction_set_held(x, e, kmp_friction_at(x, e, KMP_ROLE_PLACE));
     }
-    const int status = x->site->inertia(x->site->self, t, q, x->rest, x->side, x->d, known);
+    x->site->rows(x->site->self, t, q, known);
+    const int status = *known ? reach_connected(x) : 0;
     for (int k = 0; k < x->rest; k++)
         kmp_friction_set_given(x, &x->element[x->which[k]], 0, 0);
+    if (*known)
+        leave_out(x);
     return status;
 }
 
@@ -241,14 +305,11 @@ static int measure_inertia(kmp_friction_run *x, double t, const double *q, const
     return 0;
 }
 
-/* a0 and D; rounding of what closures imply is removed. */
-static int find_matrix(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
+/* a0 and D, which is known or measured; rounding of what closures imply is removed. */
+static int find_matrix(kmp_friction_run *x, double t, const double *q, const double *qd, double rate, bool known,
+                       bool nonlinear)
 {
-    int n = x->rest, decided = 0;
-    KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
-    for (int i = 0; i < x->count; i++)
-        decided += !(x->pins && x->element[i].contact);
-    bool nonlinear = x->loads && n < decided;
+    const int n = x->rest;
     for (int i = 0; i < n; i++) {
         const kmp_friction_element *e = &x->element[x->which[i]];
         bool none = e->implied &&
@@ -256,9 +317,6 @@ static int find_matrix(kmp_friction_run *x, double t, const double *q, const dou
         x->a[i] = none ? 0 : kmp_friction_at(x, e, KMP_ROLE_ACCELERATION);
         x->upper[i] = kmp_friction_level_at(x, e, KMP_ROLE_LEVEL);
     }
-    bool known = false;
-    if (!nonlinear)
-        KMP_FRICTION_TRY(find_inertia(x, t, q, &known));
     if (!known)
         KMP_FRICTION_TRY(measure_inertia(x, t, q, qd, nonlinear));
     for (int i = 0; i < n; i++)
@@ -316,6 +374,7 @@ static int find_forces(kmp_friction_run *x, double t)
         outcome = kmp_friction_minimum(x, x->lower, x->upper);
     }
     x->open = outcome == KMP_BOX_UNSETTLED && x->rest <= MOST_TRIED;
+    x->cause = x->open ? KMP_FRICTION_ROUNDED : x->cause;
     if (outcome == KMP_BOX_FOUND || x->open)
         return 0;
     return x->site->fail(x->site->self, outcome == KMP_BOX_UNBOUNDED ? KMP_FRICTION_FORCED : KMP_FRICTION_UNDECIDED, t);
@@ -356,6 +415,7 @@ static bool is_without_effect(const kmp_friction_run *x)
 static int solve_levels(kmp_friction_run *x, double t, const double *q, const double *qd)
 {
     double changed = INFINITY;
+    x->cause = KMP_FRICTION_LEVELS;
     set_bounds(x);
     KMP_FRICTION_TRY(find_forces(x, t));
     for (int pass = 0; pass < MOST_LEVELS && changed > KMP_FRICTION_SETTLED && x->loads && !x->open; pass++) {
@@ -576,6 +636,7 @@ static bool make_smooth(kmp_friction_run *x, double t, const double *q, const do
 static int enumerate(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
 {
     int total = 1, first = -1, found = 0;
+    x->tried_modes = 0;
     for (int k = 0; k < x->rest; k++)
         if (x->partner[k] >= 0) /* their directions are no combinations */
             return friction_complain(x, t, q, qd);
@@ -584,6 +645,7 @@ static int enumerate(kmp_friction_run *x, double t, const double *q, const doubl
     for (int code = 0; code < total && x->rest <= MOST_TRIED; code++) {
         if (!is_allowed(x, code))
             continue;
+        x->tried_modes++;
         int status = try_modes(x, code, t, q, qd);
         if (status == x->site->failed)
             x->site->forget(x->site->self); /* no solution with these modes */
@@ -628,16 +690,31 @@ static int solve_modes(kmp_friction_run *x, double t, const double *q, const dou
     KMP_FRICTION_TRY(solve_levels(x, t, q, qd));
     while (!x->open && break_away(x))
         KMP_FRICTION_TRY(solve_levels(x, t, q, qd));
-    return x->open || turns_back(x) ? enumerate(x, t, q, qd, rate) : 0;
+    if (!x->open && !turns_back(x))
+        return 0;
+    x->cause = x->open ? x->cause : KMP_FRICTION_REVERSES;
+    return enumerate(x, t, q, qd, rate);
 }
 
 /* Sets up the problem of the elements at rest: x->which, a, d, and the levels in x->upper. */
 static int friction_pose(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
 {
+    int decided = 0;
+    bool known = false;
     list_resting(x, rate);
     KMP_FRICTION_TRY(kmp_friction_choose(x, t, q));
+    if (x->rest == 0)
+        return 0;
+    KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
+    for (int i = 0; i < x->count; i++)
+        decided += !(x->pins && x->element[i].contact);
+    const bool nonlinear = x->loads && x->rest < decided;
+    if (!nonlinear)
+        KMP_FRICTION_TRY(find_inertia(x, t, q, &known));
+    x->partly = x->partly && known;
+    pair_slips(x);
     KMP_FRICTION_TRY(find_implied(x, t, q));
-    return x->rest > 0 ? find_matrix(x, t, q, qd, rate) : 0;
+    return find_matrix(x, t, q, qd, rate, known, nonlinear);
 }
 
 /* True if an element may be regularised, and levels grow so much that there may be several solutions. */
@@ -674,6 +751,7 @@ static int friction_decide(kmp_friction_run *x, double t, const double *q, const
             e->broken = e->rubs != 0;
             e->sense = e->twin >= 0 && e->rubs ? e->along : e->rubs;
         }
+        x->cause = KMP_FRICTION_LEVELS;
         KMP_FRICTION_TRY((several ? enumerate : solve_modes)(x, t, q, qd, rate));
     } while (x->again);
     return 0;
@@ -895,6 +973,19 @@ static int set_modes(kmp_friction_run *x, double t, const double *q, double rate
     return 0;
 }
 
+/* Holds those that stay as they are. */
+static int hold_others(kmp_friction_run *x, double t, const double *q)
+{
+    bool any = false;
+    for (int i = 0; i < x->count; i++) {
+        kmp_friction_element *e = &x->element[i];
+        if (e->stays)
+            kmp_friction_set_held(x, e, kmp_friction_at(x, e, KMP_ROLE_PLACE));
+        any = any || e->stays;
+    }
+    return any ? kmp_friction_choose(x, t, q) : 0;
+}
+
 /* -- changes --------------------------------------------------------------------------------------------- */
 
 static bool is_as_before(const kmp_friction_element *e)
@@ -951,6 +1042,57 @@ static int tell_growth(kmp_friction_run *x, double t, const double *q, const dou
     return 0;
 }
 
+/* Decides, sets modes and evaluates the site with them. */
+static int decide_and_set(kmp_friction_run *x, double t, double *q, double *qd)
+{
+    const double rate = x->site->pace(x->site->self, qd);
+    x->site->look(x->site->self, t, q, qd, x->change);
+    int status = friction_decide(x, t, q, qd, rate);
+    if (status == 0 && x->rest > 0)
+        status = set_modes(x, t, q, rate);
+    if (status == 0)
+        status = hold_others(x, t, q);
+    return status == 0 ? x->site->finish(x->site->self, t, q, qd, x->partly ? x->change : NULL) : status;
+}
+
+/* True if all that stay as they are have a reserve left in the motion that follows. Forces and inertia are then those
+ * of a decision of all: it is unique. */
+static bool all_stay(const kmp_friction_run *x)
+{
+    double most = 0, least = INFINITY;
+    for (int i = 0; i < x->count; i++) {
+        const kmp_friction_element *e = &x->element[i];
+        most = fmax(most, fabs(kmp_friction_at(x, e, KMP_ROLE_GIVEN)));
+        least = e->stays ? fmin(least, kmp_friction_at(x, e, KMP_ROLE_HELD)) : least;
+    }
+    return least > KMP_FRICTION_TIE * most;
+}
+
+/* First of those that are connected with what has changed, if they can be decided alone; otherwise, and where that
+ * does not leave the others as they are, of all. */
+static int decide_connected(kmp_friction_run *x, double t, double *q, double *qd)
+{
+    const size_t n = (size_t)x->n * sizeof *q, elements = (size_t)x->count * sizeof *x->element;
+    x->partly = x->kept != NULL && !x->pins;
+    for (int i = 0; i < x->count; i++) /* levels that depend on other multipliers connect all */
+        x->partly = x->partly && !(x->element[i].loaded && x->element[i].base < 0);
+    if (!x->partly)
+        return decide_and_set(x, t, q, qd);
+    memcpy(x->kept, q, n);
+    memcpy(x->kept + x->n, qd, n);
+    memcpy(x->kept_element, x->element, elements);
+    int status = decide_and_set(x, t, q, qd);
+    if (status != x->site->failed && (status != 0 || all_stay(x)))
+        return status;
+    x->site->forget(x->site->self);
+    memcpy(q, x->kept, n);
+    memcpy(qd, x->kept + x->n, n);
+    memcpy(x->element, x->kept_element, elements);
+    x->partly = false;
+    kmp_friction_let_go(x);
+    return decide_and_set(x, t, q, qd);
+}
+
 KMP_LOCAL int kmp_friction_settle_modes(kmp_friction_run *x, double t, double *q, double *qd)
 {
     for (int i = 0; i < x->count; i++) {
@@ -958,15 +1100,12 @@ KMP_LOCAL int kmp_friction_settle_modes(kmp_friction_run *x, double t, double *q
         x->element[i].before_sense = x->element[i].sense;
     }
     KMP_FRICTION_TRY(x->past.known || !x->loads ? 0 : tell_growth(x, t, q, qd));
-    double rate = x->site->pace(x->site->self, qd);
-    x->site->look(x->site->self, t, q, qd, x->change);
-    int status = friction_decide(x, t, q, qd, rate);
-    if (status == 0 && x->rest > 0)
-        status = set_modes(x, t, q, rate);
-    if (status == 0)
-        status = x->site->finish(x->site->self, t, q, qd);
-    if (status == x->site->failed && x->site->is_unsettled(x->site->self))
+    int status = decide_connected(x, t, q, qd);
+    if (status == x->site->failed && x->site->is_unsettled(x->site->self)) {
+        x->cause = KMP_FRICTION_LOADS;
+        x->tried_modes = 1;
         return friction_complain(x, t, q, qd);
+    }
     KMP_FRICTION_TRY(status);
     x->past.known = true;
     status = watch(x, t, x->site->pace(x->site->self, qd));

@@ -18,6 +18,14 @@ typedef enum kmp_friction_failure {
     KMP_FRICTION_ALTERNATES  /* modes change without an end */
 } kmp_friction_failure;
 
+/* Why elements can neither slip nor stick. */
+typedef enum kmp_friction_cause {
+    KMP_FRICTION_LEVELS,   /* levels depend on the friction itself, and do not settle */
+    KMP_FRICTION_ROUNDED,  /* rounding prevents forces from being found */
+    KMP_FRICTION_REVERSES, /* the friction of slip would reverse the slip that begins */
+    KMP_FRICTION_LOADS     /* forces that depend on multipliers have no solution */
+} kmp_friction_cause;
+
 /* Facts of a decision for the log. */
 typedef enum kmp_friction_fact {
     KMP_FRICTION_TELLS_SEVERAL, /* number: combinations of modes that are possible */
@@ -49,14 +57,17 @@ typedef struct kmp_friction_site {
     int (*adds)(void *self, double t, const double *q, bool *adds);
     /** Accelerations and multipliers with the present inputs and rows, and the values of all conditions there. */
     int (*measure)(void *self, double t, const double *q, const double *qd, double *change);
-    /** The inverse inertia of rows of J (count x count, column-major) with the chosen rows, after a measurement and
-     * with the present inputs. *known: false where it is that of no linear system, as with forces that depend on
-     * multipliers: then D is not touched. NULL: it never is. */
-    int (*inertia)(void *self, double t, const double *q, int count, const int *row, double *d, bool *known);
+    /** Prepares rows of J for `column`, after a measurement and with the present inputs. *known: false where the
+     * inverse inertia is that of no linear system, as with forces that depend on multipliers. NULL: it never is known.
+     */
+    void (*rows)(void *self, double t, const double *q, bool *known);
+    /** The inverse inertia of rows of J with the chosen rows: the accelerations of all (count) by a force on row k. */
+    int (*column)(void *self, int count, const int *row, int k, double *d);
     /** The values of all conditions at the multipliers before. */
     void (*look)(void *self, double t, const double *q, const double *qd, double *change);
-    /** Makes rates consistent with the chosen rows, and evaluates accelerations and multipliers. */
-    int (*finish)(void *self, double t, double *q, double *qd);
+    /** Makes rates consistent with the chosen rows, and evaluates accelerations and multipliers; and the values of all
+     * conditions then, NULL: they are not wanted. */
+    int (*finish)(void *self, double t, double *q, double *qd, double *change);
     /** After a failure: true where forces that depend on multipliers had no solution. */
     bool (*is_unsettled)(const void *self);
     /** Forgets a failure. */

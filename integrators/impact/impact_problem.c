@@ -23,7 +23,18 @@ static void *self_of(const kmp_impact_run *p)
 
 /* -- who takes part -------------------------------------------------------------------------------------- */
 
-/* Contacts whose surfaces touch, and their friction. True: one of them strikes. */
+/* The places of both components of friction in two directions among those that take part. */
+static void pair_components(kmp_impact_run *p)
+{
+    for (int k = 0; k < p->count; k++) {
+        p->partner[k] = -1;
+        for (int i = 0; i < p->count && kmp_impact_element(p, k)->twin >= 0; i++)
+            if (kmp_impact_element(p, k)->twin == p->which[i])
+                p->partner[k] = i;
+    }
+}
+
+/* Contacts whose surfaces touch, and their friction. True: one of them strikes; p->side is then 1. */
 static bool list_touching(kmp_impact_run *p, double rate)
 {
     const kmp_friction_run *x = p->friction;
@@ -37,14 +48,9 @@ static bool list_touching(kmp_impact_run *p, double rate)
         bool hits = e->contact && v < -still;
         p->v[p->count] = v;
         p->e[p->count] = hits ? kmp_friction_at(x, e, KMP_ROLE_LEVEL) : 0;
+        p->side[p->count] = hits;
         p->which[p->count++] = i;
         strikes = strikes || hits;
-    }
-    for (int k = 0; k < p->count; k++) { /* the places of both components of friction in two directions */
-        p->partner[k] = -1;
-        for (int i = 0; i < p->count; i++)
-            if (kmp_impact_element(p, k)->twin == p->which[i])
-                p->partner[k] = i;
     }
     return strikes;
 }
@@ -61,41 +67,102 @@ static int clear_implied(kmp_impact_run *p, double t, const double *q)
         kmp_friction_put(p->friction, kmp_impact_element(p, k), KMP_ROLE_HELD, 0);
         KMP_FRICTION_TRY(status);
         for (int i = 0; i < p->n && !adds; i++)
-            p->row[k * p->n + i] = 0;
+            p->row[k * p->n + i] = p->way[k * p->n + i] = 0;
     }
     return 0;
 }
 
-static double product(int n, const double *a, const double *b)
+/* The rate of element k by a unit impulse along another one. Rows have few entries, from `first` to `last`. */
+static double rate_by(const kmp_impact_run *p, int k, int other)
 {
+    const double *row = p->row + k * p->n, *way = p->way + other * p->n;
     double sum = 0;
-    for (int i = 0; i < n; i++)
-        sum += a[i] * b[i];
+    for (int i = p->first[k]; i < p->last[k]; i++)
+        sum += row[i] * way[i];
     return sum;
 }
 
-/* The rows of all that take part. */
+/* The rows of all that touch. */
 static void find_rows(kmp_impact_run *p, double t, const double *q)
 {
+    int *rows = p->first;
     for (int k = 0; k < p->count; k++) {
-        p->rows[k] = kmp_impact_element(p, k)->row;
+        rows[k] = kmp_impact_element(p, k)->row;
         kmp_friction_put(p->friction, kmp_impact_element(p, k), KMP_ROLE_HELD, 1);
     }
-    p->site->rows(self_of(p), t, q, p->count, p->rows, p->row);
-    for (int k = 0; k < p->count; k++)
+    p->site->rows(self_of(p), t, q, p->count, rows, p->row);
+    for (int k = 0; k < p->count; k++) {
+        const double *row = p->row + k * p->n;
         kmp_friction_put(p->friction, kmp_impact_element(p, k), KMP_ROLE_HELD, 0);
+        p->first[k] = 0;
+        p->last[k] = p->n;
+        while (p->first[k] < p->last[k] && row[p->first[k]] == 0)
+            p->first[k]++;
+        while (p->last[k] > p->first[k] && row[p->last[k] - 1] == 0)
+            p->last[k]--;
+    }
+}
+
+/* True if impulses of one element change the rate, or bound the impulse, of the other. */
+static bool is_connected(const kmp_impact_run *p, int k, int other)
+{
+    const kmp_friction_element *a = kmp_impact_element(p, k), *b = kmp_impact_element(p, other);
+    return a->base == p->which[other] || b->base == p->which[k] || a->twin == p->which[other] ||
+           rate_by(p, k, other) != 0;
+}
+
+static void move_element(kmp_impact_run *p, int from, int to)
+{
+    const size_t size = (size_t)p->n * sizeof *p->row;
+    if (from == to)
+        return;
+    p->which[to] = p->which[from];
+    p->v[to] = p->v[from];
+    p->e[to] = p->e[from];
+    p->first[to] = p->first[from];
+    p->last[to] = p->last[from];
+    memcpy(p->row + to * p->n, p->row + from * p->n, size);
+    memcpy(p->way + to * p->n, p->way + from * p->n, size);
+}
+
+/* Finds the changes of the rates by those that strike and all that are connected with them, directly or through others:
+ * only these take part. Of the others no rate changes. */
+static int keep_connected(kmp_impact_run *p)
+{
+    enum { APART, REACHED, FOUND }; /* p->side */
+    int kept = 0;
+    bool goes_on = true;
+    while (goes_on) {
+        goes_on = false;
+        for (int k = 0; k < p->count; k++) {
+            if (p->side[k] != REACHED)
+                continue;
+            KMP_FRICTION_TRY(p->site->way(self_of(p), p->row + k * p->n, p->way + k * p->n));
+            p->side[k] = FOUND;
+            for (int i = 0; i < p->count; i++)
+                if (p->side[i] == APART && is_connected(p, i, k)) {
+                    p->side[i] = REACHED;
+                    goes_on = true;
+                }
+        }
+    }
+    for (int k = 0; k < p->count; k++)
+        if (p->side[k] == FOUND)
+            move_element(p, k, kept++);
+    p->count = kept;
+    return 0;
 }
 
 static int find_inverse_inertia(kmp_impact_run *p, double t, const double *q)
 {
-    int n = p->n;
     find_rows(p, t, q);
+    KMP_FRICTION_TRY(p->site->invert(self_of(p), t, q));
+    KMP_FRICTION_TRY(keep_connected(p));
+    pair_components(p);
     KMP_FRICTION_TRY(clear_implied(p, t, q));
-    KMP_FRICTION_TRY(p->site->ways(self_of(p), t, q, p->count, p->row, p->way));
     for (int i = 0; i < p->count; i++)
         for (int j = 0; j <= i; j++)
-            p->d[i + j * p->count] = p->d[j + i * p->count] =
-                (product(n, p->row + i * n, p->way + j * n) + product(n, p->row + j * n, p->way + i * n)) / 2;
+            p->d[i + j * p->count] = p->d[j + i * p->count] = (rate_by(p, i, j) + rate_by(p, j, i)) / 2;
     return 0;
 }
 

@@ -18,8 +18,10 @@ typedef struct kmp_impact_site {
     bool driven; /* closures depend on time: their impulses do work */
     /** Rows of J at (t, q), count x n, with the present inputs. */
     void (*rows)(void *self, double t, const double *q, int count, const int *row, double *g);
-    /** Changes of the rates by impulses along rows: P g for each, count x n. Inertia is then that at q. */
-    int (*ways)(void *self, double t, const double *q, int count, const double *g, double *way);
+    /** Prepares P and inertia at q. */
+    int (*invert)(void *self, double t, const double *q);
+    /** Changes of the rates by an impulse along a row, P g, after `invert`. */
+    int (*way)(void *self, const double *g, double *way);
     /** Inertia at q. */
     void (*weigh)(void *self, double t, const double *q);
     /** The kinetic energy with this inertia. */

@@ -27,6 +27,7 @@ struct kmp_held_rows {
     int last;
     double *entry, *place, t; /* non-zeros of J as if all elements held their rows, at a place (n) and time */
     double *mode;             /* by conditions: room for modes put aside */
+    double *state;            /* 2 n: room for the state before a decision */
     bool *out;                /* by rows: of an element that holds none now */
     bool placed;              /* these are known */
     bool stale;
@@ -273,29 +274,30 @@ static int measure(void *self, double t, const double *q, const double *qd, doub
     return (int)status;
 }
 
-static int inertia(void *self, double t, const double *q, int count, const int *row, double *d, bool *known)
+static void rows(void *self, double t, const double *q, bool *known)
+{
+    kmp_runner *run = self;
+    const kmp_shared_saddle *shared = &run->held->saddle;
+    *known = shared->factored && shared->saddle.kind != KMP_SADDLE_BY_BODIES && run->s->load_row_count == 0;
+    if (*known)
+        kmp_eval_closure(run->eval, t, q);
+}
+
+static int column(void *self, int count, const int *row, int k, double *d)
 {
     kmp_runner *run = self;
     const kempe_system *s = run->s;
     const kmp_row_links *links = &run->held->links;
     const double *jacobian = run->eval->jacobian;
     double *g = run->moved, *way = g + s->n;
-    *known =
-        run->held->saddle.factored && run->held->saddle.saddle.kind != KMP_SADDLE_BY_BODIES && s->load_row_count == 0;
-    if (!*known)
-        return 0;
-    kmp_eval_closure(run->eval, t, q);
-    for (int j = 0; j < count; j++) {
-        memset(g, 0, (size_t)s->n * sizeof *g);
-        for (int e = links->row_start[row[j]]; e < links->row_start[row[j] + 1]; e++)
-            g[s->jacobian.col[e]] = -jacobian[e];
-        kmp_saddle_solve(&run->held->saddle.saddle, g, NULL, way, NULL);
-        for (int i = 0; i < count; i++) {
-            double sum = 0;
-            for (int e = links->row_start[row[i]]; e < links->row_start[row[i] + 1]; e++)
-                sum += jacobian[e] * way[s->jacobian.col[e]];
-            d[i + j * count] = sum;
-        }
+    memset(g, 0, (size_t)s->n * sizeof *g);
+    for (int e = links->row_start[row[k]]; e < links->row_start[row[k] + 1]; e++)
+        g[s->jacobian.col[e]] = -jacobian[e];
+    kmp_saddle_solve(&run->held->saddle.saddle, g, NULL, way, NULL);
+    for (int i = 0; i < count; i++) {
+        d[i] = 0;
+        for (int e = links->row_start[row[i]]; e < links->row_start[row[i] + 1]; e++)
+            d[i] += jacobian[e] * way[s->jacobian.col[e]];
     }
     return 0;
 }
@@ -307,7 +309,7 @@ static void look(void *self, double t, const double *q, const double *qd, double
     memcpy(change, now, (size_t)run->s->events.count * sizeof *now);
 }
 
-static int finish(void *self, double t, double *q, double *qd)
+static int finish(void *self, double t, double *q, double *qd, double *change)
 {
     kmp_runner *run = self;
     const bool same = kmp_friction_holds_as_before(run);
@@ -317,6 +319,8 @@ static int finish(void *self, double t, double *q, double *qd)
     kempe_status status = kmp_runner_project_by(run, t, q, qd, shared);
     if (status == KEMPE_OK)
         status = kmp_runner_accelerate_by(run, t, q, qd, shared);
+    if (status == KEMPE_OK && change)
+        kmp_eval_all_changes(run->eval, t, q, qd, run->qdd, run->lambda, change);
     kmp_friction_release(run);
     return (int)status;
 }
@@ -371,6 +375,33 @@ void kmp_friction_put_spread(kmp_text *text, int n, const double *d)
                         spread);
 }
 
+static void put_cause(kmp_text *text, const kmp_runner *run)
+{
+    static const char *const causes[] = {
+        [KMP_FRICTION_LEVELS] = "the levels depend too much on the friction itself to settle",
+        [KMP_FRICTION_ROUNDED] = "rounding prevents its force from being found",
+        [KMP_FRICTION_REVERSES] = "the friction of slip would reverse the slip that begins",
+        [KMP_FRICTION_LOADS] = "forces that depend on multipliers have no solution with the modes that follow"};
+    const kmp_friction_run *x = run->friction;
+    bool across = false;
+    for (int k = 0; k < x->rest; k++)
+        across = across || x->element[x->which[k]].twin >= 0;
+    if (x->growth >= 1)
+        kmp_text_printf(
+            text,
+            ": the level of '%s' grows by %.4g for each unit of friction, where less than 1 is sure to have "
+            "a solution",
+            name_of(run, &x->element[x->most]), x->growth);
+    else
+        kmp_text_printf(text, ": %s", causes[x->cause]);
+    if (x->tried_modes == 0 && across)
+        kmp_text_put(text, ", and modes of slip in two directions cannot be tried one after the other");
+    else if (x->tried_modes == 0)
+        kmp_text_printf(text, ", and the modes of %d elements are too many to try one after the other", x->rest);
+    else if (x->cause != KMP_FRICTION_LOADS)
+        kmp_text_printf(text, ", and none of %d combinations of slip and stick agrees with its forces", x->tried_modes);
+}
+
 static kempe_status fail_impossible(const kmp_runner *run, double t)
 {
     const kmp_friction_run *x = run->friction;
@@ -379,17 +410,10 @@ static kempe_status fail_impossible(const kmp_runner *run, double t)
         if (!x->element[i].contact && (x->rest == 0 || x->element[i].tries))
             kmp_text_printf(&text, "%s'%s'", text.length ? ", " : "", name_of(run, &x->element[i]));
     kmp_text_printf(&text, " can neither slip nor stick at t = %.9g", t);
-    if (x->growth >= 1)
-        kmp_text_printf(
-            &text,
-            ": the level of '%s' grows by %.4g for each unit of friction, where less than 1 is sure to have "
-            "a solution; reduce it",
-            name_of(run, &x->element[x->most]), x->growth);
-    else
-        kmp_text_put(&text, ": the level depends too much on the friction itself; reduce it");
-    if (x->rest > 0)
-        kmp_text_put(&text, ", or regularise it with a 'speed'");
+    put_cause(&text, run);
     kmp_friction_put_spread(&text, x->rest, x->d);
+    kmp_text_put(&text,
+                 x->rest > 0 ? ". Reduce the friction, or regularise it with a 'speed'" : ". Reduce the friction");
     return kmp_fail_text(run->s->context, KEMPE_E_FAILED, &text);
 }
 
@@ -536,7 +560,7 @@ static bool find_held_rows(kmp_runner *run, const kmp_friction_run *x)
         !KMP_ARENA_MAKE(&run->arena, KMP_ROOM(int, s->events.count, &held->row_of),
                         KMP_ROOM(bool, s->events.count, &held->before, &held->chosen), KMP_ROOM(bool, s->m, &held->out),
                         KMP_ROOM(double, s->jacobian.count, &held->entry), KMP_ROOM(double, s->n, &held->place),
-                        KMP_ROOM(double, s->events.count, &held->mode)))
+                        KMP_ROOM(double, s->events.count, &held->mode), KMP_ROOM(double, 2 * s->n, &held->state)))
         return false;
     for (int i = 0; i < x->count; i++) {
         const kmp_friction_element *e = &x->element[i];
@@ -563,9 +587,10 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
     if (!x || !site || *none)
         return NULL;
     if (!KMP_ARENA_MAKE(
-            a, KMP_ROOM(kmp_friction_element, count, &x->element),
-            KMP_ROOM(int, count, &x->which, &x->side, &x->partner), KMP_ROOM(double, events->count, &x->change),
-            KMP_ROOM(double, count *count, &x->d), KMP_ROOM(double, kmp_disc_room(count), &x->room),
+            a, KMP_ROOM(kmp_friction_element, count, &x->element, &x->kept_element),
+            KMP_ROOM(int, count, &x->which, &x->side, &x->partner, &x->rows),
+            KMP_ROOM(double, events->count, &x->change), KMP_ROOM(double, count *count, &x->d),
+            KMP_ROOM(double, kmp_disc_room(count), &x->room),
             KMP_ROOM(double, count, &x->a, &x->lower, &x->upper, &x->f, &x->y, &x->tried, &x->aside, &x->found)))
         return NULL;
     *site = (kmp_friction_site){.self = run,
@@ -576,7 +601,8 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
                                 .choose = choose,
                                 .adds = adds_row,
                                 .measure = measure,
-                                .inertia = inertia,
+                                .rows = rows,
+                                .column = column,
                                 .look = look,
                                 .finish = finish,
                                 .is_unsettled = is_unsettled,
@@ -587,6 +613,7 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
     x->site = site;
     x->loads = kmp_friction_is_loaded(run->s->model);
     x->count = count;
+    x->n = run->s->n;
     kmp_friction_list(run->s, events, x->element);
     kmp_friction_begin(x);
     return find_held_rows(run, x) ? x : NULL;
@@ -630,6 +657,14 @@ kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *q
 {
     kmp_friction_forget_rows(run);
     return (kempe_status)kmp_friction_settle_modes(run->friction, t, q, qd);
+}
+
+kempe_status kmp_friction_settle_changed(kmp_runner *run, double t, double *q, double *qd)
+{
+    run->friction->kept = run->held->state;
+    const kempe_status status = kmp_friction_settle(run, t, q, qd);
+    run->friction->kept = NULL;
+    return status;
 }
 
 void kmp_friction_show(kmp_runner *run, double t, double *row)

@@ -66,6 +66,10 @@ bool kmp_friction_is_smooth(const kmp_friction_run *x);
  * possible. */
 kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *qd);
 
+/** The same at an event at which no other condition has changed: elements that are held and not connected with what
+ * changes stay as they are. */
+kempe_status kmp_friction_settle_changed(kmp_runner *run, double t, double *q, double *qd);
+
 /** Lists what friction knows of its past; returns the number of pieces. Their size in all. */
 int kmp_friction_memory(kmp_friction_run *x, kmp_memory_piece *piece);
 size_t kmp_friction_memory_size(const kmp_events *events);

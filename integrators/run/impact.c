@@ -18,17 +18,31 @@
 
 /* -- the site -------------------------------------------------------------------------------------------- */
 
+/* The first entry of a row of J, whose entries are by rows. */
+static int first_entry(const kmp_pattern *pattern, int row)
+{
+    int low = 0, high = pattern->count;
+    while (low < high) {
+        const int middle = (low + high) / 2;
+        if (pattern->row[middle] < row)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
 static void rows(void *self, double t, const double *q, int count, const int *row, double *g)
 {
     kmp_runner *run = self;
-    const int n = run->s->n, m = run->s->m;
+    const kmp_pattern *pattern = &run->s->jacobian;
+    const int n = run->s->n;
     kmp_friction_forget_rows(run);
-    double *jacobian = run->impacts->jacobian;
     kmp_eval_closure(run->eval, t, q);
-    kmp_eval_dense_jacobian(run->eval, jacobian);
+    memset(g, 0, (size_t)(count * n) * sizeof *g);
     for (int k = 0; k < count; k++)
-        for (int i = 0; i < n; i++)
-            g[k * n + i] = jacobian[row[k] + i * m];
+        for (int e = first_entry(pattern, row[k]); e < pattern->count && pattern->row[e] == row[k]; e++)
+            g[k * n + pattern->col[e]] = run->eval->jacobian[e];
 }
 
 static void weigh(void *self, double t, const double *q)
@@ -38,23 +52,25 @@ static void weigh(void *self, double t, const double *q)
     kmp_eval_mass(run->eval);
 }
 
-static int ways(void *self, double t, const double *q, int count, const double *g, double *way)
+static int invert(void *self, double t, const double *q)
 {
     kmp_runner *run = self;
-    const int n = run->s->n;
     kmp_shared_saddle *shared = kmp_friction_saddle(run);
     weigh(self, t, q);
-    kempe_status status = kmp_shared_saddle_need(run, shared);
-    const bool singular = status == KEMPE_OK && kmp_saddle_factor(&shared->saddle);
-    shared->factored = status == KEMPE_OK && !singular;
-    for (int k = 0; shared->factored && k < count; k++) {
-        for (int i = 0; i < n; i++)
-            run->moved[i] = -g[k * n + i];
-        kmp_saddle_solve(&shared->saddle, run->moved, NULL, way + k * n, NULL);
-    }
-    if (singular)
-        status = kmp_fail(run->s->context, KEMPE_E_FAILED, "an impact at t = %.9g meets a singular mechanism", t);
-    return (int)status;
+    KMP_TRY((int)kmp_shared_saddle_need(run, shared));
+    shared->factored = !kmp_saddle_factor(&shared->saddle);
+    return shared->factored
+               ? KEMPE_OK
+               : (int)kmp_fail(run->s->context, KEMPE_E_FAILED, "an impact at t = %.9g meets a singular mechanism", t);
+}
+
+static int way(void *self, const double *g, double *to)
+{
+    kmp_runner *run = self;
+    for (int i = 0; i < run->s->n; i++)
+        run->moved[i] = -g[i];
+    kmp_saddle_solve(&kmp_friction_saddle(run)->saddle, run->moved, NULL, to, NULL);
+    return KEMPE_OK;
 }
 
 static double kinetic(const void *self, const double *qd)
@@ -125,17 +141,17 @@ kmp_impacts *kmp_impact_new(kmp_runner *run, bool *none)
         *none = *none && !run->friction->element[i].contact;
     kmp_impacts *x = *none ? NULL : KMP_ARENA_NEW(a, kmp_impacts, 1);
     kmp_impact_run *p = x ? &x->run : NULL;
-    if (!p || !KMP_ARENA_MAKE(a, KMP_ROOM(int, most, &p->which, &p->side, &p->partner, &p->rows),
+    if (!p || !KMP_ARENA_MAKE(a, KMP_ROOM(int, most, &p->which, &p->side, &p->partner, &p->first, &p->last),
                               KMP_ROOM(bool, most, &p->held), KMP_ROOM(double, most *n, &p->row, &p->way),
-                              KMP_ROOM(double, run->s->m *n, &x->jacobian), KMP_ROOM(double, most *most, &p->d),
-                              KMP_ROOM(double, kmp_disc_room(most), &p->room),
+                              KMP_ROOM(double, most *most, &p->d), KMP_ROOM(double, kmp_disc_room(most), &p->room),
                               KMP_ROOM(double, most, &p->v, &p->a, &p->e, &p->lower, &p->upper, &p->f, &p->y, &p->tried,
                                        &p->most_friction, &p->deep),
                               KMP_ROOM(double, n, &p->before)))
         return NULL;
     x->site = (kmp_impact_site){.driven = run->s->rheonomic,
                                 .rows = rows,
-                                .ways = ways,
+                                .invert = invert,
+                                .way = way,
                                 .weigh = weigh,
                                 .kinetic = kinetic,
                                 .fail = fail,

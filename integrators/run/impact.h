@@ -8,7 +8,6 @@
 typedef struct kmp_impacts {
     kmp_impact_site site;
     kmp_impact_run run;
-    double *jacobian; /* m x n */
 } kmp_impacts;
 
 /** Makes the workspace in the run's arena, after that of friction. NULL: no memory, or there are no rigid contacts

@@ -499,7 +499,8 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     if (run->impacts)
         KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, gain));
     if (run->friction) { /* rows that begin or cease to be held change the rank */
-        KMP_TRY(kmp_friction_settle(run, t, q, qd));
+        const bool alone = !any && run->eval->inputs.count == 0 && !run->sampler;
+        KMP_TRY((alone ? kmp_friction_settle_changed : kmp_friction_settle)(run, t, q, qd));
         run->crossing->count++;
         *same = kmp_friction_holds_as_before(run);
         kmp_friction_end_decision(run);

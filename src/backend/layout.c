@@ -449,8 +449,8 @@ static bool allocate(kmp_layout *l, uint32_t extra)
 }
 
 /* Gives every value its slot, except sines and cosines, which get theirs when segments are written. An instruction that
- * is an output of its own stage computes straight into its place among the outputs. The other outputs are copied at the
- * end of the stage. */
+ * is an output of its own stage computes straight into its place among the outputs. An output that is a constant has
+ * its value there from the beginning. The others are copied at the end of the stage. */
 static void place_values(kmp_layout *l)
 {
     kmp_frame *f = l->frame;
@@ -464,7 +464,9 @@ static void place_values(kmp_layout *l)
         for (int k = p->outputs[s]; k < p->outputs[s + 1]; k++) {
             uint32_t value = p->output[k] >> 1, to = first + (uint32_t)k;
             int i = kmp_layout_instruction(l, p->output[k]);
-            if (i >= 0 && !(p->output[k] & 1) && l->stage_of[i] == s && l->slot[value] < first && !is_angle(l, i))
+            if (value < (uint32_t)p->constant_count)
+                f->v[to] = p->output[k] & 1 ? -p->constant[value] : p->constant[value];
+            else if (i >= 0 && !(p->output[k] & 1) && l->stage_of[i] == s && l->slot[value] < first && !is_angle(l, i))
                 l->slot[value] = to;
             else
                 f->copies[copies++] = (kmp_copy){value, to, p->output[k] & 1 ? -1 : 1};

@@ -35,6 +35,7 @@ struct kempe_ensemble_result {
     double *rows;                /* count x columns: the values */
     double *q, *qd;              /* count x n */
     double *taken, *differences; /* count x quantities; |difference| at another tolerance, NaN: not known */
+    double *starts;              /* count x 2 n: of kmp_ensemble_execution */
     kmp_convergence *again;      /* count */
     double rtol, atol, t_end;
     kmp_ensemble_work work;
@@ -149,6 +150,7 @@ static kempe_ensemble_result *new_batch(const kempe_ensemble *e, const kmp_batch
     KMP_ARENA_MAKE(&b->arena, KMP_ROOM(kmp_ensemble_result, b->count, &b->results),
                    KMP_ROOM(double, (size_t)b->count *columns, &b->rows),
                    KMP_ROOM(double, (size_t)b->count *(size_t)b->n, &b->q, &b->qd),
+                   KMP_ROOM(double, 2 * (size_t)b->count * (size_t)b->n, &b->starts),
                    KMP_ROOM(double, (size_t)b->count *(size_t)e->quantities.run.values, &b->taken, &b->differences),
                    KMP_ROOM(kmp_convergence, b->count, &b->again));
     if (b->arena.failed) {
@@ -157,6 +159,8 @@ static kempe_ensemble_result *new_batch(const kempe_ensemble *e, const kmp_batch
     }
     for (size_t k = 0; k < (size_t)b->count * (size_t)e->quantities.run.values; k++)
         b->differences[k] = NAN;
+    for (size_t k = 0; k < 2 * (size_t)b->count * (size_t)b->n; k++)
+        b->starts[k] = NAN;
     if (!range->rows)
         kmp_values_get(e->values, b->first, b->count, b->rows);
     else if (b->count > 0 && columns > 0)
@@ -200,7 +204,7 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     kmp_ensemble_execution execution = *r->execution;
     kmp_arena arena = {0};
     double *rows = KMP_ARENA_NEW(&arena, double, many *columns), *q = KMP_ARENA_NEW(&arena, double, many *n),
-           *qd = KMP_ARENA_NEW(&arena, double, many *n),
+           *qd = KMP_ARENA_NEW(&arena, double, many *n), *starts = KMP_ARENA_NEW(&arena, double, 2 * many * n),
            *taken = KMP_ARENA_NEW(&arena, double, many *(size_t)r->b->ensemble->quantities.run.values + 1);
     kmp_ensemble_result *results = KMP_ARENA_NEW(&arena, kmp_ensemble_result, count);
     kempe_context *context = r->b->ensemble->model->context;
@@ -208,9 +212,13 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     other.rtol = rtol;
     other.atol *= rtol / r->spec->rtol;
     execution.taken = taken;
+    execution.starts = starts;
     execution.total = execution.total > 0 ? -1 : 0; /* a part's progress is that of its first run */
-    for (int k = 0; status == KEMPE_OK && k < count; k++)
-        memcpy(rows + (size_t)k * columns, row_of(r->b, r->instance[which[k]]), columns * sizeof *rows);
+    for (int k = 0; status == KEMPE_OK && k < count; k++) {
+        const size_t first = (size_t)r->instance[which[k]];
+        memcpy(rows + (size_t)k * columns, row_of(r->b, (int)first), columns * sizeof *rows);
+        memcpy(starts + 2 * (size_t)k * n, r->b->starts + 2 * first * n, 2 * n * sizeof *starts);
+    }
     if (status == KEMPE_OK)
         status = kmp_mechanisms_run(r->b->ensemble->inner, &other, &execution, count, rows, results, q, qd);
     if (status == KEMPE_OK && kmp_interrupted(context))
@@ -275,6 +283,7 @@ static kempe_status run_batch(kempe_ensemble_result *b, const kmp_batch_range *r
                                               .total = range->total};
     kmp_ensemble_execution measured = execution;
     measured.taken = b->taken;
+    measured.starts = b->starts;
     if (e->quantities.last_time > spec->t_end)
         return kmp_fail(e->model->context, KEMPE_E_ARGUMENT,
                         "a quantity is requested at t = %.6g s, after the end of the runs at %.6g s",

@@ -250,6 +250,7 @@ static kempe_status run_group(grouped_run *r, int count, const double *keys, mec
     }
     execution.quantities = r->execution->taken ? &one->quantities.run : NULL;
     execution.taken = r->taken;
+    execution.starts = NULL;
     execution.before += r->done;
     execution.total = execution.total != 0 ? execution.total : r->instances;
     KMP_TRY(kmp_ensemble_run(one->inner, r->spec, &execution, count, r->row, r->result, r->group_q, r->group_qd));

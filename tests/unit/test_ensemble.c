@@ -13,10 +13,39 @@
 #include <kempe/kempe.h>
 #include <kempe/settings.h>
 #include <kempe/stepper.h>
+#include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
 /* -- lanes do not matter ----------------------------------------------------------------------------- */
+
+/* Starts that a run has noted serve the next one, as the check of convergence: the bits are those of starts that are
+ * assembled again. */
+static void noted_starts(many *x, const kmp_run_spec *spec, const outcome *first)
+{
+    static outcome other;
+    const size_t numbers = 2 * (size_t)COUNT * (size_t)x->n;
+    double *starts = malloc(numbers * sizeof *starts);
+    CHECK(starts != NULL);
+    for (size_t k = 0; starts && k < numbers; k++)
+        starts[k] = NAN;
+    for (int pass = 0; starts && pass < 2; pass++) {
+        run(x, spec, (kmp_ensemble_execution){.threads = 2, .width = 4, .starts = starts}, &other);
+        CHECK(differ(x, first, &other) == 0);
+        drop(&other);
+        for (size_t k = 0; k < numbers; k++)
+            CHECK(isfinite(starts[k]));
+    }
+    bool moves = false;
+    for (int k = 0; starts && k < x->n; k++) { /* the first instance begins at rest: these are not assembled */
+        moves = moves || starts[x->n + k] != 0;
+        starts[x->n + k] = 0;
+    }
+    run(x, spec, (kmp_ensemble_execution){.starts = starts}, &other);
+    CHECK((differ(x, first, &other) > 0) == moves);
+    drop(&other);
+    free(starts);
+}
 
 static void one_mechanism(many x, double t_end, double near, int least_exchanges)
 {
@@ -58,6 +87,7 @@ static void one_mechanism(many x, double t_end, double near, int least_exchanges
         CHECK(other.work.threads >= 1 && (!ways[k].threads || other.work.threads <= ways[k].threads));
         drop(&other);
     }
+    noted_starts(&x, &spec, &first);
     run(&x, &spec, (kmp_ensemble_execution){.alone = true}, &other);
     double off = distance(&x, &first, &other);
     printf("  %ld steps, %ld exchanges, %d choices; from runs one by one %.2g\n", first.result[0].steps, exchanges,

@@ -246,6 +246,86 @@ static void two_solutions_or_none(void)
     }
 }
 
+/* A motion as a whole at whose start no modes are possible: why. */
+static void check_cause(const char *text, const char *words)
+{
+    loaded l = load_text(text);
+    kempe_trajectory *run = NULL;
+    const kempe_run_options options = {.t_end = 0.01, .max_steps = 1000000, .no_convergence_check = 1};
+    CHECK(l.system && kempe_simulate(l.system, &options, &run) == KEMPE_E_FAILED);
+    const char *reason = run ? kempe_trajectory_reason(run) : "";
+    if (!strstr(reason, words))
+        printf("%s\n", reason);
+    CHECK(strstr(reason, "can neither slip nor stick at t = 0: ") && strstr(reason, words));
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* Rods of Painleve beside each other, pushed by 20 N: neither slip nor stick. */
+static void check_rods(int count, const char *words)
+{
+    char text[8192];
+    size_t at = (size_t)snprintf(text, sizeof text,
+                                 "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n");
+#define PUT(...) at += (size_t)snprintf(text + at, sizeof text - at, __VA_ARGS__)
+    for (int i = 0; i < count; i++)
+        PUT("  r%d: {joint: {name: j%d, planar: z, at: ground}, mass: 1, inertia: {zz: 1/12}, points: {O: [0, 0, 0], "
+            "P: [-0.5, 0, 0]}}\n",
+            i, i);
+    PUT("loops:\n");
+    for (int i = 0; i < count; i++)
+        PUT("  tip%d: {point_on_plane: [ground.O, r%d.P], axis: y}\n", i, i);
+    PUT("forces:\n");
+    for (int i = 0; i < count; i++)
+        PUT("  rub%d: {sliding: position(r%d.P).x, friction: {mu: 10/3, reaction: tip%d}}\n"
+            "  push%d: {at: r%d.O, force: [20, 0, 0]}\n",
+            i, i, i, i, i);
+    PUT("start: {q: {");
+    for (int i = 0; i < count; i++)
+        PUT("%sj%d.3: 45 deg, j%d.2: 0.5 m*sin(45 deg)", i ? ", " : "", i, i);
+    PUT("}, hold: [");
+    for (int i = 0; i < count; i++)
+        PUT("%sj%d.3", i ? ", " : "", i);
+    PUT("]}\n");
+#undef PUT
+    check_cause(text, words);
+}
+
+#define BESIDE(i) "  c" #i ": {joint: {name: c" #i ", prismatic: x, at: ground}, mass: 1}\n"
+#define RUBS(i)   "  h" #i ": {joint: c" #i ", friction: {force: 1 N}}\n"
+
+static void why_no_modes(void)
+{
+    check_rods(
+        2, "the level of 'rub0' grows by 2 for each unit of friction, where less than 1 is sure to have a solution, "
+           "and none of 9 combinations of slip and stick agrees with its forces");
+    check_rods(7,
+               "grows by 2 for each unit of friction, where less than 1 is sure to have a solution, and the modes of 7 "
+               "elements are too many to try one after the other");
+    /* Slip of both is accelerated at their static levels, and slip of the first one reversed at those of slip. */
+    check_cause(
+        "kempe: 1\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+        "  a: {joint: {name: a, prismatic: x, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+        "  b: {joint: {name: b, prismatic: y, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n" BESIDE(0) BESIDE(1)
+            BESIDE(2) BESIDE(3)
+                BESIDE(4) "forces:\n"
+                          "  f: {sliding: q(a), friction: {force: 1 N}}\n"
+                          "  g: {sliding: \"0.9*q(a) + sqrt(0.19)*q(b)\", friction: {force: 0.1 N, static: 1 N}}\n"
+                          "  u: {at: a.P, force: [0.5, 0, 0]}\n"
+                          "  v: {at: b.P, force: [0, \"-0.65/sqrt(0.19)\", 0]}\n" RUBS(0) RUBS(1) RUBS(2) RUBS(3)
+                              RUBS(4),
+        "the friction of slip would reverse the slip that begins, and the modes of 7 elements are too many to try");
+    /* A rod in space that slides on its tip. */
+    check_cause(
+        "kempe: 1\ngravity: [0, 0, -9.81]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+        "  rod: {joint: {name: j, free: z, at: ground}, mass: 1, inertia: {xx: 0.001, yy: 1/12, zz: 1/12},\n"
+        "        points: {P: [-0.5, 0, 0]}}\n"
+        "contacts: {tip: {point: rod.P, on: {plane: ground.O}, restitution: 0, friction: 3}}\n"
+        "start: {q: {j.1: 0.5 m*sin(45 deg), j.6: -45 deg}, qd: {j.2: 1}}\n",
+        "the levels depend too much on the friction itself to settle, and modes of slip in two directions cannot "
+        "be tried one after the other");
+}
+
 static kempe_trajectory *fall_back(const char *text, const char *formulation, double t_end, loaded *l)
 {
     *l = load_text(text);
@@ -346,6 +426,7 @@ int main(void)
     TEST(flat_slider_crank);
     TEST(several_coordinates);
     TEST(two_solutions_or_none);
+    TEST(why_no_modes);
     TEST(regularised_where_modes_are_not_unique);
     TEST(regularised_guide);
     return check_report();

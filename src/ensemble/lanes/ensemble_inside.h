@@ -201,6 +201,7 @@ typedef struct kmp_engine {
     kmp_ensemble_result *results;
     double *q, *qd; /* count x n */
     double *taken;  /* count x values of the quantities; NULL: there are none */
+    double *starts; /* count x 2 n, as in kmp_ensemble_execution */
 } kmp_engine;
 
 /* ensemble_engine.c */

@@ -117,6 +117,7 @@ static kempe_status run_chunk(shared_run *r, int k, size_t first, int count)
         KMP_TRY(kmp_engine_begin(e->engine[k], r->spec, r->execution, &r->done));
     }
     e->engine[k]->taken = quantities ? r->execution->taken + first * (size_t)quantities->values : NULL;
+    e->engine[k]->starts = r->execution->starts ? r->execution->starts + first * 2 * n : NULL;
     return kmp_engine_run(e->engine[k], count, r->values + first * (size_t)e->columns, r->results + first,
                           r->q + first * n, r->qd + first * n);
 }

@@ -27,6 +27,8 @@ typedef struct kmp_ensemble_execution {
     long total;  /* and all of it; 0: this run is the whole, -1: no progress */
     const kmp_run_quantities *quantities; /* measured during each run; NULL: none */
     double *taken;                        /* their values: instances x quantities->values, NaN without a whole run */
+    double *starts; /* instances x 2 n: q and qd at the start, where loops are closed; NaN: not known, and then noted,
+                     * for the same instances at another tolerance. NULL: not wanted */
 } kmp_ensemble_execution;
 
 typedef struct kmp_ensemble_result {

@@ -200,16 +200,25 @@ static kempe_status enter(kmp_engine *e, int i, const kempe_assembly *a)
     return status;
 }
 
-/* Takes the values of an instance, assembles it, and measures its energies: KEMPE_E_INPUT, or the status of the
- * assembly. */
-static kempe_status assemble_instance(kmp_engine *e, int i, kempe_assembly **a)
+/* Takes the values of an instance, closes its loops, and measures its energies: KEMPE_E_INPUT, or the status of the
+ * assembly. An instance that has been assembled before has its start in `known`; NULL: it is assembled again. */
+static kempe_status assemble_instance(kmp_engine *e, int i, kempe_assembly *known, kempe_assembly **a)
 {
+    const size_t n = (size_t)e->n, size = n * sizeof(double);
+    double *start = e->starts && n > 0 ? e->starts + (size_t)i * 2 * n : NULL;
     KMP_TRY(kmp_instance_take_values(e, i));
     kmp_eval_renew_parameters(e->eval);
-    KMP_TRY(kempe_assembly_new(e->s, a));
-    const double *q = kempe_assembly_q(*a), *qd = kempe_assembly_qd(*a);
-    e->results[i].rates_changed = (*a)->rates_changed;
-    e->results[i].unstable = (*a)->unstable;
+    if (known && start && !isnan(start[0]))
+        *known = (kempe_assembly){.system = e->s, .q = start, .qd = start + n, .closed = true};
+    else
+        KMP_TRY(kempe_assembly_new(e->s, a));
+    const double *q = *a ? (*a)->q : known->q, *qd = *a ? (*a)->qd : known->qd;
+    if (*a && start && !(*a)->inner_q) {
+        memcpy(start, q, size);
+        memcpy(start + n, qd, size);
+    }
+    e->results[i].rates_changed = *a && (*a)->rates_changed;
+    e->results[i].unstable = *a && (*a)->unstable;
     kmp_friction_state_open(e->eval);
     kmp_load_forget(e->eval);
     kmp_eval_freeze(e->eval, 0, q, qd);
@@ -222,11 +231,11 @@ static kempe_status assemble_instance(kmp_engine *e, int i, kempe_assembly **a)
 
 kempe_status kmp_instance_start(kmp_engine *e, int i)
 {
-    kempe_assembly *a = NULL;
-    kempe_status status = assemble_instance(e, i, &a);
+    kempe_assembly *a = NULL, known = {0};
+    kempe_status status = assemble_instance(e, i, &known, &a);
     if (status == KEMPE_OK) {
         kmp_constants_keep(e->s, &e->instances[i].constants);
-        status = enter(e, i, a);
+        status = enter(e, i, a ? a : &known);
     } else if (status == KEMPE_E_FAILED) { /* a run would say the same */
         kmp_instance_leave(e, i, "loops that do not close");
     }
@@ -487,7 +496,7 @@ kempe_status kmp_instance_alone(kmp_engine *e, int i)
     kmp_ensemble_result *result = &e->results[i];
     result->steps = result->rejected = result->refused = result->rhs = result->exchanges = 0;
     result->parts = 0;
-    kempe_status status = assemble_instance(e, i, &a);
+    kempe_status status = assemble_instance(e, i, NULL, &a);
     if (status == KEMPE_E_INPUT)
         return KEMPE_OK;
     if (status == KEMPE_OK)

@@ -105,7 +105,7 @@ static kmp_impact_run impacts_in(kmp_friction_run *x, double *room, const kmp_im
     double **const arrays[] = {&p.v, &p.a, &p.e, &p.lower, &p.upper, &p.f, &p.y, &p.tried, &p.most_friction, &p.deep};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         *arrays[k] = take_room(&room, most);
-    int **const indices[] = {&p.which, &p.partner, &p.side, &p.rows};
+    int **const indices[] = {&p.which, &p.partner, &p.side, &p.first, &p.last};
     for (size_t k = 0; k < sizeof indices / sizeof *indices; k++)
         *indices[k] = take_indices(&room, most);
     p.held = (bool *)(void *)take_room(&room, most);

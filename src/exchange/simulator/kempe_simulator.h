@@ -344,7 +344,7 @@ typedef struct kempe_simulator {
      1 + (elements) * ((n) + 2 * ((n) - (f)) + (elements) + 2 * (f) + 3))
 
 /** Numbers that rigid contacts add to it. */
-#define KEMPE_SIMULATOR_CONTACTS(n, elements) ((elements) * (2 * (n) + 3) + (n))
+#define KEMPE_SIMULATOR_CONTACTS(n, elements) ((elements) * (2 * (n) + 4) + (n))
 
 /** Numbers that spherical joints add to it: their charts, the angles seen, and the motion in the charts, twice. */
 #define KEMPE_SIMULATOR_CHARTS(n, joints) (2 * (12 * (joints) + 1 + 3 * (n)) + 3 * (joints))

@@ -128,11 +128,12 @@ static void look(void *self, double t, const double *q, const double *qd, double
 }
 
 /* The nearest rates by kinetic energy, and accelerations there. */
-static int finish(void *self, double t, double *q, double *qd)
+static int finish(void *self, double t, double *q, double *qd, double *change)
 {
     decider *d = self;
     kempe_simulator *s = d->s;
     struct kempe_simulator_parts *part = &s->part;
+    (void)change; /* decisions are of all elements */
     pack_y(s, q, qd, part->probe);
     copy(s->equations->coordinates, q, part->q);
     outcome said = slopes_closed(s, t, part->probe, NULL);
@@ -292,13 +293,11 @@ static void weigh(void *self, double t, const double *q)
     s->work.evaluations++;
 }
 
-/* Changes of the independent rates, and of the others along the tangent: P = T (T' M T)^-1 T'. */
-static int ways_of(void *self, double t, const double *q, int count, const double *g, double *way)
+/* Prepares T and T' M T. */
+static int invert(void *self, double t, const double *q)
 {
     decider *d = self;
     kempe_simulator *s = d->s;
-    struct kempe_simulator_parts *part = &s->part;
-    const int n = s->equations->coordinates, f = freedom_of(s), r = rank_of(s);
     weigh(self, t, q);
     outcome said = evaluate_loops(s, t);
     if (said == GOOD) {
@@ -306,19 +305,25 @@ static int ways_of(void *self, double t, const double *q, int count, const doubl
         reduce_mass(s);
         said = factor_mass(s);
     }
-    for (int k = 0; said == GOOD && k < count; k++) {
-        double *to = way + (ptrdiff_t)k * n;
-        project(s, g + (ptrdiff_t)k * n, part->udd);
-        kmp_cholesky_solve(f, part->reduced, part->udd);
-        for (int i = 0; i < r; i++) {
-            to[part->column[i]] = 0;
-            for (int l = 0; l < f; l++)
-                to[part->column[i]] += part->tangent[i + l * r] * part->udd[l];
-        }
-        for (int l = 0; l < f; l++)
-            to[part->column[r + l]] = part->udd[l];
-    }
     return status_of(d, said);
+}
+
+/* Changes of the independent rates, and of the others along the tangent: P = T (T' M T)^-1 T'. */
+static int way_of(void *self, const double *g, double *way)
+{
+    kempe_simulator *s = ((decider *)self)->s;
+    const struct kempe_simulator_parts *part = &s->part;
+    const int f = freedom_of(s), r = rank_of(s);
+    project(s, g, part->udd);
+    kmp_cholesky_solve(f, part->reduced, part->udd);
+    for (int i = 0; i < r; i++) {
+        way[part->column[i]] = 0;
+        for (int l = 0; l < f; l++)
+            way[part->column[i]] += part->tangent[i + l * r] * part->udd[l];
+    }
+    for (int l = 0; l < f; l++)
+        way[part->column[r + l]] = part->udd[l];
+    return 0;
 }
 
 static double kinetic_energy(const void *self, const double *qd)
@@ -371,7 +376,8 @@ static kempe_simulator_status strike_contacts(kempe_simulator *s, double t)
         return KEMPE_SIMULATOR_GOES;
     const kmp_impact_site impacts = {.driven = e->friction->driven != 0,
                                      .rows = rows_at,
-                                     .ways = ways_of,
+                                     .invert = invert,
+                                     .way = way_of,
                                      .weigh = weigh,
                                      .kinetic = kinetic_energy,
                                      .fail = fail_impact,

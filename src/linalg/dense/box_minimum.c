@@ -37,6 +37,8 @@ static void find_slopes(const kmp_box *box, const double *x, double *y)
     memcpy(y, box->a, (size_t)n * sizeof *y);
     for (int j = 0; j < n; j++) {
         const double *column = box->d + (ptrdiff_t)j * n, by = x[j];
+        if (by == 0)
+            continue;
         for (int i = 0; i < n; i++)
             y[i] += column[i] * by;
     }
@@ -88,6 +90,8 @@ static void eliminate(search *s)
     for (int k = s->count; k < size; k++) {
         double *own = s->work + k * size;
         const double by = own[p] / row[p];
+        if (by == 0) /* D is often sparse, as that of a chain */
+            continue;
         for (int l = s->count; l < size; l++)
             own[l] -= by * row[l];
         s->rest[k] -= by * s->rest[p];
