@@ -771,6 +771,16 @@ void kmp_check_flexible_joint(kmp_reader *r, int body, const kmp_yaml *at, const
             own->name, parent->body);
 }
 
+void kmp_check_flexible_ground(kmp_reader *r, const kmp_yaml *at, int body, int point)
+{
+    const entry *e = entry_of(r, body);
+    if (e && e->beam.frame != KMP_FRAME_CLAMPED && (point < 0 || r->model->points[point].station == 0))
+        kmp_reader_complain(r, at->place,
+                            "'at' of an include: %s is flexible, and its axes belong to none of its sections: give a "
+                            "point with a station or an interface",
+                            e->body);
+}
+
 void kmp_check_flexible_mass(kmp_reader *r, const kmp_yaml *map, int body)
 {
     static const char *const given[] = {"mass", "com", "inertia"};
