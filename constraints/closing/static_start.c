@@ -3,6 +3,7 @@
 #include "constraints/closing/static_start.h"
 #include "base/context.h"
 #include "constraints/closing/deformation_rows.h"
+#include "constraints/closing/load_margin.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/factors.h"
 #include "model/data/model.h"
@@ -88,7 +89,7 @@ static kempe_status settle(settling *x)
                         "start: the flexible bodies find no balance with the loads of the start near their given "
                         "deformations: the loads may be more than those at which one of them buckles; take 'elastic: "
                         "held', or other deformations (start: q)");
-    if (!is_stable(r))
+    if (!kmp_load_margin_has_creep(r->s) && !is_stable(r)) /* as of kmp_load_margin_new */
         kmp_log(r->s->context, KEMPE_LOG_WARNING,
                 "start: the deformations are in balance with the loads of the start, but not in a stable one: a "
                 "flexible body buckles under less than these");

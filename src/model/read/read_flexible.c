@@ -507,9 +507,16 @@ static void read_count(entry *e, const kmp_yaml *map, kmp_beam_family family)
     }
 }
 
+/* Not a number itself, but an expression of parameters. */
+static bool is_set_by_parameters(const kmp_yaml *node)
+{
+    return node && node->text && strcspn(node->text, "0123456789") > 0;
+}
+
 static void read_shapes(entry *e, const kmp_yaml *map)
 {
     int sum = 0;
+    bool parameters = false;
     if (!kmp_read_map(e->r, map, kmp_reader_say(e->r, "the shapes of %s", e->body), shape_keys)) {
         fail(e);
         return;
@@ -517,8 +524,9 @@ static void read_shapes(entry *e, const kmp_yaml *map)
     for (int f = 0; f < KMP_BEAM_FAMILIES; f++) {
         read_count(e, map, (kmp_beam_family)f);
         sum += e->beam.count[f];
+        parameters = parameters || is_set_by_parameters(kmp_yaml_get(map, families[f]));
     }
-    if (sum > 0 || e->wrong || e->r->bodies_as)
+    if (sum > 0 || e->wrong || e->r->bodies_as || parameters)
         return;
     kmp_reader_complain(e->r, map->place,
                         "%s has no shapes: without them it is rigid; give 'y', 'z', 'torsion' or 'axial'", e->body);
