@@ -21,7 +21,7 @@ struct kmp_load_margin {
 kempe_status kmp_load_margin_new(const kempe_system *s, const double *q, const double *qd, kmp_load_margin **margin)
 {
     *margin = NULL;
-    if (s->model->flexible_count == 0)
+    if (s->model->flexible_count == 0 || kmp_load_margin_has_creep(s))
         return KEMPE_OK;
     KMP_MAKE(s->context, kmp_load_margin, m);
     const kempe_status status = kmp_deformation_rows_of_shapes(&m->rows, s, q, qd);
@@ -124,4 +124,12 @@ bool kmp_load_margin_has_springs(const kempe_system *s)
                           kind != KMP_FORCE_FRICTION && kind != KMP_FORCE_STATE);
     }
     return found;
+}
+
+bool kmp_load_margin_has_creep(const kempe_system *s)
+{
+    bool creep = false;
+    for (int k = 0; k < s->model->wheel_count; k++)
+        creep = creep || s->model->wheels[k].law != KMP_CREEP_NONE;
+    return creep;
 }

@@ -7,7 +7,7 @@
 typedef struct kmp_load_margin kmp_load_margin;
 
 /** For states with the independent coordinates of this closed one; NULL without flexible bodies, or where no such
- * coordinates exist. KEMPE_E_MEMORY. */
+ * coordinates exist, or where wheels creep. KEMPE_E_MEMORY. */
 kempe_status kmp_load_margin_new(const kempe_system *system, const double *q, const double *qd,
                                  kmp_load_margin **margin);
 void kmp_load_margin_free(kmp_load_margin *margin);
@@ -21,3 +21,7 @@ void kmp_load_margin_at(kmp_load_margin *margin, double t, const double *q, cons
 
 /** True if forces that depend on positions take part, such as springs: these do not grow with the loads. */
 bool kmp_load_margin_has_springs(const kempe_system *system);
+
+/** True if wheels creep on rails. A section that turns takes its wheels with it, because independent joints hold, and
+ * what they then do on their rails is no load of the body: the part that loads take cannot be told from it. */
+bool kmp_load_margin_has_creep(const kempe_system *system);

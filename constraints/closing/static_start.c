@@ -2,6 +2,7 @@
 /* The rows of the deformations without accelerations are solved by Newton's method. */
 #include "constraints/closing/static_start.h"
 #include "base/context.h"
+#include "constraints/closing/load_margin.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/factors.h"
 #include "model/data/model.h"
@@ -118,7 +119,7 @@ static kempe_status settle(kmp_settling *x, kempe_assembly *a)
                         "start: the flexible bodies find no balance with the loads of the start near their given "
                         "deformations: the loads may be more than those at which one of them buckles; take 'elastic: "
                         "held', or other deformations (start: q)");
-    a->unstable = !kmp_settling_is_stable(x);
+    a->unstable = !kmp_load_margin_has_creep(x->rows.s) && !kmp_settling_is_stable(x); /* as of kmp_load_margin_new */
     if (a->unstable)
         kmp_doubt(context,
                   "start: the deformations are in balance with the loads of the start, but not in a stable one: a "

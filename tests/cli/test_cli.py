@@ -2851,6 +2851,10 @@ run: {t_end: 20, outputs: [q, acceleration(car.P), sensor(worse)]}
         (self.folder / "model.yaml").write_text(self.SINE.replace("acceleration(car.P), ", ""))
         self.assertIn("there is no acceleration to judge", self.expect(3, "comfort", "model.yaml").stderr)
 
+    def test_a_run_that_stops(self):
+        said = self.expect(1, "comfort", ROOT / "tests/models/locked_slider_crank.yaml", "--lateral", "qdd(slider)").stderr
+        self.assertIn("the run stops before its end: the mechanism reaches a limit position", said)
+
 
 class Show(Case):
     def test_views(self):

@@ -85,6 +85,24 @@ static void check_describes_a_body(void)
     free(text);
 }
 
+/* Numbers of shapes by parameters may be zero: then it is the rigid rod, a pendulum of sqrt(3 g/2 L). */
+static void no_shapes_by_parameters(void)
+{
+    static const char model[] = ROD("name: A, revolute: z", "7", "shapes: {y: n}") "parameters: {n: 0}\n";
+    char *text = checked(model, KEMPE_TEXT);
+    has(text, "rod: rigid, because its parameters leave it no shapes");
+    free(text);
+    text = NULL;
+    loaded l = load_text(model);
+    kempe_modes *modes = NULL;
+    CHECK(l.system && kempe_modes_new(l.system, NULL, &modes) == KEMPE_OK);
+    CHECK(modes && kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK);
+    has(text, "0.431703");
+    free(text);
+    kempe_modes_free(modes);
+    unload(&l);
+}
+
 /* Two parallel cranks, a coupler, and a third support in its middle. */
 #define PARALLEL(third, point, loop)                                                                                   \
     "kempe: 1\nground: {points: {O: [0, 0, 0], P: [0, 1, 0], Q: " point "}}\nbodies:\n"                                \
@@ -252,6 +270,7 @@ int main(void)
 {
     TEST(own_frequencies);
     TEST(check_describes_a_body);
+    TEST(no_shapes_by_parameters);
     TEST(elasticity_makes_loops_mobile);
     TEST(runs_doubt_themselves);
     TEST(thin_beams_are_named);

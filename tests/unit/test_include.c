@@ -58,12 +58,13 @@ static void names(void)
     kempe_model_free(m);
 }
 
-static void equations(void)
+/* Of n coordinates and m rows. Frees the model. */
+static void same_equations(kempe_model *m, const char *text, int n, int rows)
 {
     const unsigned sets = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET_JDQD;
-    kempe_model *m = read_walker(), *written = NULL;
+    kempe_model *written = NULL;
     derived a, b;
-    CHECK(kempe_model_read_text(context, plain, "plain", &written) == KEMPE_OK);
+    CHECK(kempe_model_read_text(context, text, "plain", &written) == KEMPE_OK);
     if (!m || !written)
         return;
     CHECK(derived_init(&a, m, sets, KMP_SCHEME_COMPOSITE, false));
@@ -72,12 +73,12 @@ static void equations(void)
     state s = random_state_vectors();
     derived_eval(&a, &s);
     derived_eval(&b, &s);
-    CHECK(a.m == 3 && b.m == 3);
-    for (int k = 0; k < 49; k++)
+    CHECK(a.m == rows && b.m == rows && m->motion_count == n && written->motion_count == n);
+    for (int k = 0; k < n * n; k++)
         CHECK_NEAR(a.mass[k], b.mass[k], 1e-13);
-    for (int k = 0; k < 7; k++)
+    for (int k = 0; k < n; k++)
         CHECK_NEAR(a.bias[k], b.bias[k], 1e-12);
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < rows; k++) {
         CHECK_NEAR(a.h[k], b.h[k], 1e-14);
         CHECK_NEAR(a.jdqd[k], b.jdqd[k], 1e-12);
     }
@@ -85,6 +86,53 @@ static void equations(void)
     derived_free(&b);
     kempe_model_free(m);
     kempe_model_free(written);
+}
+
+static void equations(void)
+{
+    same_equations(read_walker(), plain, 7, 3);
+}
+
+/* A file included at a section of a flexible body: its ground moves and turns with this section. At the section that
+ * the joint holds, a place without a station is one of the body's axes. */
+static void at_a_section(void)
+{
+    static const char rod[] =
+        "kempe: 1\ngravity: [0, -9.81, 0]\n%sbodies:\n"
+        "  rod: {joint: {name: T, revolute: z, at: ground}, flexible: {beam: {length: 0.8, young: 7e8, density: 2700, "
+        "section: {rectangle: [12 mm, 8 mm]}}, shapes: {y: 2}, %s}, points: {%s}}\n%s";
+    static const char leg[] =
+        "  a_thigh: {joint: {revolute: z, at: rod.lh}, mass: 2, com: [0.2, 0, 0], inertia: {zz: 0.32/12}, "
+        "points: {knee: [0.4, 0, 0]}}\n"
+        "  a_shin: {joint: {revolute: z, at: a_thigh.knee}, mass: 1, inertia: {zz: 0.01}, points: {foot: [0.4, 0, "
+        "0]}}\n"
+        "  a_wheel: {joint: {revolute: z, at: rod.lg}, inertia: {zz: 0.02}}\n"
+        "loops: {rope: {rod: [a_shin.foot, rod.la], length: 0.6}}\n"
+        "forces: {b: {joint: a_shin, torque: \"push(t) - 0.1*qd(a_shin) + 2*q(a_thigh)\"}}\n";
+    static const char push[] = "tables: {push: {x: [0, 1, 2], y: [0, 1, 0]}}\n";
+    static const struct {
+        const char *way, *include, *points, *written;
+    } cases[] = {
+        {"frame: chord", "at: rod.P, offset: [10 mm, 20 mm, 0]", "P: {station: 0.5, offset: [0, 30 mm, 0]}",
+         "lg: {station: 0.5, offset: [10 mm, 50 mm, 0]}, lh: {station: 0.5, offset: [10 mm, 150 mm, 0]}, "
+         "la: {station: 0.5, offset: [410 mm, 50 mm, 0]}"},
+        {"frame: clamped", "at: rod, offset: [0, 20 mm, 0]", "P: [0, 1, 0]",
+         "lg: [0, 20 mm, 0], lh: [0, 120 mm, 0], la: {station: 0, offset: [400 mm, 20 mm, 0]}"},
+        {"segments: 3", "at: rod.P", "P: {station: 0.5, offset: [0, 30 mm, 0]}",
+         "lg: {station: 0.5, offset: [0, 30 mm, 0]}, lh: {station: 0.5, offset: [0, 130 mm, 0]}, "
+         "la: {station: 0.5, offset: [400 mm, 30 mm, 0]}"},
+    };
+    for (int k = 0; k < 3; k++) {
+        char include[200], text[2000];
+        kempe_model *m = NULL;
+        (void)snprintf(include, sizeof include, "include: [{file: leg.yaml, prefix: a_, %s}]\n", cases[k].include);
+        (void)snprintf(text, sizeof text, rod, include, cases[k].way, cases[k].points, "");
+        if (kempe_model_read_text(context, text, KEMPE_ROOT "/tests/models/outer", &m) != KEMPE_OK)
+            printf("%s\n", kempe_context_message(context));
+        (void)snprintf(text, sizeof text, rod, push, cases[k].way, cases[k].written, leg);
+        CHECK(m != NULL);
+        same_equations(m, text, 6, 1);
+    }
 }
 
 /* A parameter of an included model can be set from the command line under its full name. */
@@ -144,6 +192,7 @@ int main(void)
     context = kempe_context_new();
     TEST(names);
     TEST(equations);
+    TEST(at_a_section);
     TEST(settings);
     TEST(starts);
     TEST(contradictions);

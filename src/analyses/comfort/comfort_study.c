@@ -275,6 +275,9 @@ kempe_status kempe_comfort_new(const kempe_system *system, const kempe_comfort_o
     study s = {.c = c, .context = system->context, .run = trajectory, .options = options};
     if (status == KEMPE_OK)
         status = judge(&s);
+    else if (status == KEMPE_STOPPED && !kmp_interrupted(system->context))
+        status = kmp_fail(system->context, KEMPE_E_FAILED, "the run stops before its end: %s",
+                          kempe_trajectory_reason(trajectory));
     for (int d = 0; d < KMP_COMFORT_DIRECTIONS; d++)
         kempe_outputs_free(s.outputs[d]);
     kempe_trajectory_free(trajectory);

@@ -10,6 +10,7 @@
 #include "model/read/read_mass.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
+#include "model/read/segments.h"
 #include <math.h>
 #include <string.h>
 
@@ -501,6 +502,26 @@ static const kmp_key point_keys[] = {
 #include "model/keys/point_keys.def"
     {0}};
 
+static void add_vectors(kmp_reader *r, kmp_number to[3], const kmp_number by[3])
+{
+    for (int k = 0; k < 3; k++) {
+        int symbol = to[k].symbol ? to[k].symbol : by[k].symbol;
+        to[k] = kmp_number_add(&r->model->arena, to[k], by[k]);
+        to[k].symbol = symbol;
+    }
+}
+
+/* From a point of the ground of an included file to the same on the body that the file is put on, where `ground` is the
+ * origin of the file. */
+static void move_to_ground(kmp_reader *r, const kmp_point *ground, kmp_point *point)
+{
+    point->body = ground->body;
+    point->station = ground->station;
+    for (int k = 0; ground->station > 0 && k < 3; k++)
+        point->offset[k] = kmp_number_add(&r->model->arena, point->at[k], ground->offset[k]);
+    add_vectors(r, point->at, ground->at);
+}
+
 /* [x, y, z], or {at: [x, y, z], axes: {..}}; on a flexible body {station: x, offset: [x, y, z], axes: {..}}. */
 static void read_point(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_point *point)
 {
@@ -512,7 +533,8 @@ static void read_point(kmp_reader *r, const kmp_yaml *node, const char *what, km
     kmp_read_point_place(r, node, what, point);
 }
 
-static void read_points(kmp_reader *r, const kmp_yaml *owner, int body)
+/* Points of a body; those of the ground of an included file have the point of its origin as `ground`. */
+static void read_points(kmp_reader *r, const kmp_yaml *owner, int body, const kmp_point *ground)
 {
     kempe_model *model = r->model;
     const char *what = kmp_reader_say(r, "the points of body '%s'", model->bodies[body].name);
@@ -529,6 +551,8 @@ static void read_points(kmp_reader *r, const kmp_yaml *owner, int body)
         model->point_count++;
         read_point(r, map->items[i], kmp_reader_say(r, "point '%s.%s'", model->bodies[body].name, map->keys[i]->text),
                    point);
+        if (ground)
+            move_to_ground(r, ground, point);
     }
 }
 
@@ -539,15 +563,6 @@ static int count_points(const kmp_yaml *owner)
 }
 
 /* -- the ground of included files ---------------------------------------------------------------- */
-
-static void add_vectors(kmp_reader *r, kmp_number to[3], const kmp_number by[3])
-{
-    for (int k = 0; k < 3; k++) {
-        int symbol = to[k].symbol ? to[k].symbol : by[k].symbol;
-        to[k] = kmp_number_add(&r->model->arena, to[k], by[k]);
-        to[k].symbol = symbol;
-    }
-}
 
 /* The origin of an included file's ground: a point named by its prefix and `ground`, on the body that it is put on. */
 static int place_ground(kmp_reader *r, const kmp_include_instance *instance)
@@ -569,10 +584,8 @@ static int place_ground(kmp_reader *r, const kmp_include_instance *instance)
             r, instance->at->place,
             "'at' of an include: the axes of point '%s' are rotated: a file is included in the axes of a body",
             instance->at->text);
-    if (instance->at && model->bodies[body < 0 ? 0 : body].flexible > 0)
-        kmp_reader_complain(r, instance->at->place,
-                            "'at' of an include: body '%s' is flexible: a file is included in the axes of a rigid body",
-                            model->bodies[body].name);
+    if (instance->at)
+        kmp_check_flexible_ground(r, instance->at, body < 0 ? 0 : body, base);
     if (instance->offset)
         kmp_read_vector(r, instance->offset, "the offset of an include", kmp_key_dimension(kmp_include_keys, "offset"),
                         offset);
@@ -580,9 +593,10 @@ static int place_ground(kmp_reader *r, const kmp_include_instance *instance)
                          .body = body < 0 ? 0 : body};
     if (!point->name)
         return -1;
-    for (int k = 0; base >= 0 && k < 3; k++)
-        point->at[k] = model->points[base].at[k];
-    add_vectors(r, point->at, offset);
+    for (int k = 0; k < 3; k++)
+        point->at[k] = offset[k];
+    if (base >= 0)
+        move_to_ground(r, &model->points[base], point);
     return model->point_count++;
 }
 
@@ -594,13 +608,12 @@ static void read_included_ground(kmp_reader *r, kmp_include_instance *instance)
     if (instance->ground < 0 || !ground || !kmp_read_map(r, ground, "ground", ground_keys))
         return;
     int first = model->point_count;
-    read_points(r, ground, model->points[instance->ground].body);
+    read_points(r, ground, 0, &model->points[instance->ground]);
     for (int k = first; k < model->point_count; k++) {
         model->points[k].name =
             kmp_arena_strdup(&model->arena, kmp_reader_name(r, instance->file, model->points[k].name));
         if (!model->points[k].name)
             model->points[k].name = "";
-        add_vectors(r, model->points[k].at, model->points[instance->ground].at);
     }
 }
 
@@ -616,9 +629,10 @@ static bool read_all_points(sources *s, const kmp_yaml *ground)
     if (!model->points)
         return false;
     if (ground && kmp_read_map(s->r, ground, "ground", ground_keys))
-        read_points(s->r, ground, 0);
+        read_points(s->r, ground, 0, NULL);
     for (int k = 0; k < s->count; k++)
-        read_points(s->r, s->list[s->order[k]].map, k + 1);
+        read_points(s->r, s->list[s->order[k]].map, k + 1, NULL);
+    kmp_segments_place_points(s->r);
     for (int i = 0; i < s->r->instance_count; i++)
         read_included_ground(s->r, &s->r->instances[i]);
     return true;

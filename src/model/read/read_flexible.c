@@ -527,9 +527,16 @@ static void read_count(entry *e, const kmp_yaml *map, kmp_beam_family family)
     }
 }
 
+/* Not a number itself, but an expression of parameters. */
+static bool is_set_by_parameters(const kmp_yaml *node)
+{
+    return node && node->text && strcspn(node->text, "0123456789") > 0;
+}
+
 static void read_shapes(entry *e, const kmp_yaml *map)
 {
     int sum = 0;
+    bool parameters = false;
     if (!kmp_read_map(e->r, map, kmp_reader_say(e->r, "the shapes of %s", e->body), shape_keys)) {
         fail(e);
         return;
@@ -537,8 +544,9 @@ static void read_shapes(entry *e, const kmp_yaml *map)
     for (int f = 0; f < KMP_BEAM_FAMILIES; f++) {
         read_count(e, map, (kmp_beam_family)f);
         sum += e->beam.count[f];
+        parameters = parameters || is_set_by_parameters(kmp_yaml_get(map, families[f]));
     }
-    if (sum > 0 || e->wrong || e->r->bodies_as)
+    if (sum > 0 || e->wrong || e->r->bodies_as || parameters)
         return;
     kmp_reader_complain(e->r, map->place,
                         "%s has no shapes: without them it is rigid; give 'y', 'z', 'torsion' or 'axial'", e->body);
@@ -804,6 +812,16 @@ void kmp_check_flexible_joint(kmp_reader *r, int body, const kmp_yaml *at, const
             "the joint of body '%s' is at the origin of %s, whose sections turn in its frame: give a point "
             "with the station 0",
             own->name, parent->body);
+}
+
+void kmp_check_flexible_ground(kmp_reader *r, const kmp_yaml *at, int body, int point)
+{
+    const entry *e = entry_of(r, body);
+    if (e && e->beam.frame != KMP_FRAME_CLAMPED && (point < 0 || r->model->points[point].station == 0))
+        kmp_reader_complain(r, at->place,
+                            "'at' of an include: %s is flexible, and its axes belong to none of its sections: give a "
+                            "point with a station or an interface",
+                            e->body);
 }
 
 void kmp_check_flexible_mass(kmp_reader *r, const kmp_yaml *map, int body)

@@ -135,7 +135,7 @@ static void read_parts(kmp_reader *r)
     kmp_read_segments(r);
     read_head(r);
     kmp_read_bodies(r);
-    kmp_segments_place(r);
+    kmp_segments_set_masses(r);
     kmp_read_pressed(r);
     kmp_read_flexibles(r);
     kmp_read_states(r);

@@ -146,6 +146,8 @@ static void rename_points(kmp_reader *r, const segmented *s)
         const renaming n = {r, s, kmp_reader_say(r, "%s.%s", s->bare, point),
                             kmp_reader_say(r, "%s.%s", name_of(r, s->bare, piece_of(s, x)), point)};
         r->root = rename_in(&n, r->root);
+        for (int i = 0; i < r->instance_count; i++)
+            r->instances[i].at = rename_in(&n, r->instances[i].at);
     }
 }
 
@@ -483,17 +485,26 @@ const char *kmp_segments_name(const kmp_reader *r, int body)
     return NULL;
 }
 
-void kmp_segments_place(kmp_reader *r)
+/* The body of a piece; not positive where it is not there. */
+static int body_of(const kmp_reader *r, const segmented *s, int piece)
 {
-    kempe_model *model = r->model;
+    return kmp_name_find(KMP_BODY_NAMES(r->model), name_of(r, s->name, piece));
+}
+
+void kmp_segments_place_points(kmp_reader *r)
+{
+    for (int k = 0; k < r->segmented_count; k++)
+        for (int piece = 0; piece < r->segmented[k].pieces; piece++)
+            place_points(r, &r->segmented[k], piece, body_of(r, &r->segmented[k], piece));
+}
+
+void kmp_segments_set_masses(kmp_reader *r)
+{
     for (int k = 0; k < r->segmented_count; k++)
         for (int piece = 0; piece < r->segmented[k].pieces; piece++) {
-            const segmented *s = &r->segmented[k];
-            const int body = kmp_name_find(KMP_BODY_NAMES(model), name_of(r, s->name, piece));
-            if (body <= 0)
-                continue;
-            set_mass(r, s, piece, &model->bodies[body]);
-            place_points(r, s, piece, body);
+            const int body = body_of(r, &r->segmented[k], piece);
+            if (body > 0)
+                set_mass(r, &r->segmented[k], piece, &r->model->bodies[body]);
         }
 }
 

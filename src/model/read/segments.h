@@ -12,8 +12,9 @@ void kmp_read_segments(kmp_reader *r);
 /** The body of the model file that a body is a piece of; NULL: it is not one. */
 const char *kmp_segments_name(const kmp_reader *r, int body);
 
-/** Sets masses and places of all pieces, after the bodies; the springs between them, after the forces; and that they
- * hold at the start, unless they are free. */
-void kmp_segments_place(kmp_reader *r);
+/** Sets the places of points on all pieces, after the points of bodies; the masses, after the bodies; the springs
+ * between pieces, after the forces; and that they hold at the start, unless they are free. */
+void kmp_segments_place_points(kmp_reader *r);
+void kmp_segments_set_masses(kmp_reader *r);
 void kmp_segments_stiffen(kmp_reader *r);
 void kmp_segments_hold(kmp_reader *r);

@@ -416,6 +416,8 @@ static void put_rigid_directions(kmp_text *text, const kmp_flexible *f)
 static void put_buckling(kmp_text *text, const kmp_flexible_loads *loads, double taken)
 {
     const char *near = taken > 1 / KMP_BUCKLING_NEAR ? "warning: " : "";
+    if (loads->creep)
+        line(text, "", "its buckling is not examined, because wheels creep on their rails");
     if (!(taken > KMP_BUCKLING_NONE))
         return;
     if (taken >= 1)
@@ -474,6 +476,10 @@ static void show_flexible(kmp_text *text, const kempe_check *check)
         const kmp_body body = kmp_body_undeformed(model, f->body);
         kmp_flexible_spectrum s;
         kmp_text own = {0};
+        if (f->count == 0) {
+            line(text, "flexible body", "%s: rigid, because its parameters leave it no shapes", body.name);
+            continue;
+        }
         for (int i = f->first; i < f->first + f->count; i++)
             kmp_text_printf(&own, "%s%s", i > f->first ? ", " : "", model->motions[i].name);
         line(text, "flexible body", "%s: stiffening %s, frame %s, coordinates %s", body.name,
@@ -549,7 +555,8 @@ static void json_flexible(kmp_json *json, const kempe_check *check)
             kmp_json_put(json, "doubt %s", f->doubt);
         kmp_json_numbers(json, "fixed", s.count, s.fixed);
         kmp_json_numbers(json, "free", s.count, s.free);
-        kmp_json_put(json, "highest %g explicit_step %g", s.highest, KMP_EXPLICIT_REACH / s.highest);
+        if (f->count > 0)
+            kmp_json_put(json, "highest %g explicit_step %g", s.highest, KMP_EXPLICIT_REACH / s.highest);
         if (found && loads.taken[k] > KMP_BUCKLING_NONE)
             kmp_json_put(json, loads.springs ? "loads_take %g" : "loads_take %g buckles_at %g", loads.taken[k],
                          1 / loads.taken[k]);

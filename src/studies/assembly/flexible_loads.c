@@ -175,6 +175,7 @@ static void find_at(kmp_flexible_loads *to, const kempe_system *s, const kempe_a
         kmp_load_margin_at(margin, 0, a->q, a->qd, NULL, to->taken);
     kmp_load_margin_free(margin);
     to->springs = kmp_load_margin_has_springs(s);
+    to->creep = kmp_load_margin_has_creep(s);
     const kempe_status status = kmp_deformation_rows_of_shapes(&rows, s, a->q, a->qd);
     to->arena.failed = to->arena.failed || status == KEMPE_E_MEMORY;
     if (status != KEMPE_OK)

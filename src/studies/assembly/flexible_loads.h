@@ -20,8 +20,8 @@ typedef struct kmp_unshaped_load {
 } kmp_unshaped_load;
 
 typedef struct kmp_flexible_loads {
-    double *taken; /* of each flexible body, as of kmp_load_margin_at */
-    bool springs;
+    double *taken;       /* of each flexible body, as of kmp_load_margin_at */
+    bool springs, creep; /* as of kmp_load_margin_has_springs, kmp_load_margin_has_creep */
     int count;
     kmp_unshaped_load *list;
     kmp_arena arena;
