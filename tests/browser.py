@@ -40,6 +40,7 @@ class Screen:
     height: int = 800
     dark: bool = False
     flat: bool = False  # canvases without WebGL
+    plays: bool = False  # otherwise the animation waits, as for readers who ask for less motion; its pictures are most of a page's time
 
 
 class Chromium:
@@ -102,7 +103,8 @@ class Chromium:
         self.call("Emulation.setDeviceMetricsOverride", session, width=screen.width, height=screen.height, deviceScaleFactor=1,
                   mobile=screen.width < 500)
         self.call("Emulation.setEmulatedMedia", session,
-                  features=[{"name": "prefers-color-scheme", "value": "dark" if screen.dark else "light"}])
+                  features=[{"name": "prefers-color-scheme", "value": "dark" if screen.dark else "light"},
+                            {"name": "prefers-reduced-motion", "value": "no-preference" if screen.plays else "reduce"}])
         if screen.flat:
             self.call("Page.addScriptToEvaluateOnNewDocument", session, source=FLAT)
         self.call("Page.navigate", session, url=page.as_uri())

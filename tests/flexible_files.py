@@ -5,6 +5,7 @@ Craig-Bampton beam, a beam in both forms, and mistakes. The files are made here,
 
     python3 tests/flexible_files.py build/dev/kempe
 """
+import functools
 import io
 import pathlib
 import struct
@@ -85,8 +86,14 @@ def blade_mesh():
 
 
 def blade(whole=True):
+    """Arrays of the file of a blade, to be changed at will. Without `whole` integrals are left to the mass of the nodes."""
+    return {name: array for name, array in reduced_blade().items() if whole or name not in ("m", "b0", "P0", "S", "Z0", "T")}
+
+
+@functools.cache
+def reduced_blade():
     """The mesh with rigid end faces, that at x = 0 fixed. Six static modes of the other one and four of the blade between both,
-    made orthogonal. Without `whole` integrals are left to the mass of the nodes."""
+    made orthogonal."""
     length = 0.5
     nodes, K, Ms = blade_mesh()
     nn = len(nodes)
@@ -110,11 +117,9 @@ def blade(whole=True):
             "mass_row": row, "mass_col": column, "mass_value": Ms[row, column], "interface_names": np.array(["A", "B"]),
             "interface_place": np.array([[0, 0, 0], [length, 0, 0]]),
             "interface_displacement": np.stack([np.zeros((3, 10)), Q[:3]]), "interface_rotation": np.stack([np.zeros((3, 10)), Q[3:6]])}
-    if whole:
-        moved = np.einsum("ij,jak->iak", Ms, phi)
-        file |= {"m": Ms.sum(), "b0": Ms.sum(0) @ nodes, "P0": nodes.T @ Ms @ nodes, "S": moved.sum(0), "Z0": np.einsum("iak,ib->kab", moved, nodes),
-                 "T": np.einsum("iak,ibl->klab", phi, moved)}
-    return file
+    moved = np.einsum("ij,jak->iak", Ms, phi)
+    return file | {"m": Ms.sum(), "b0": Ms.sum(0) @ nodes, "P0": nodes.T @ Ms @ nodes, "S": moved.sum(0), "Z0": np.einsum("iak,ib->kab", moved, nodes),
+                   "T": np.einsum("iak,ibl->klab", phi, moved)}
 
 
 BLADE = """kempe: 1

@@ -47,6 +47,7 @@ def van_der_pol(mu):
     def turns(_, z):
         return z[1]
 
+    turns.terminal = True
     start = [2.0, 0.0, 0.0]
     for _ in range(40):
         half = solve_ivp(rates, (1e-3, 60), solve_ivp(rates, (0, 1e-3), start, rtol=1e-13, atol=1e-13, method="DOP853").y[:, -1],

@@ -211,21 +211,23 @@ class FlexibleBodies(Case):
         drawn, _ = self.open(other, screen)
         return json.loads(drawn.tags[0][1]["title"]), drawn
 
-    POSES = "const { picture } = data, motion = makeMotion(picture), own = picture.flexible.parents.length; picture.flexible.factor = 10;"
+    POSES = "const { picture } = data, motion = makeMotion(picture), own = picture.flexible.parents.length;"
 
     def test_bodies_ride_on_deformations(self):
         """However large the deformation is drawn, an arm begins where the one before it ends, and deflects from there."""
         script = self.POSES + """
-            const { place } = picture.flexible.riders[0], far = [], gap = [];
-            for (let k = 0; k <= 20; k++) {
-                const poses = motion(k / 40);
-                gap.push(norm(sub(poses[2].p, poses[own + place].p)));
-                far.push(turned([...scaled(-1, poses[1].q), poses[1].q[3]], sub(poses[own + place].p, poses[1].p)));
-            }
-            return { gap, far };"""
-        page = self.chain()
-        tens, _ = self.run_script(page, script)
-        ones, _ = self.run_script(page, script.replace("factor = 10", "factor = 1"))
+            const { place } = picture.flexible.riders[0];
+            return [1, 10].map((factor) => {
+                const far = [], gap = [];
+                picture.flexible.factor = factor;
+                for (let k = 0; k <= 20; k++) {
+                    const poses = motion(k / 40);
+                    gap.push(norm(sub(poses[2].p, poses[own + place].p)));
+                    far.push(turned([...scaled(-1, poses[1].q), poses[1].q[3]], sub(poses[own + place].p, poses[1].p)));
+                }
+                return { gap, far };
+            });"""
+        (ones, tens), _ = self.run_script(self.chain(), script)
         self.assertLess(max(tens["gap"]), 1e-4)
         least = max(abs(p[2]) for p in ones["far"])
         self.assertGreater(least, 1e-3)
@@ -236,6 +238,7 @@ class FlexibleBodies(Case):
     def test_loops_stay_closed(self):
         """However large the deformation is drawn, joints of a loop are where they are."""
         script = self.POSES + """
+            picture.flexible.factor = 100;
             const tool = picture.bodies.findIndex(({ name }) => name === "tool"), line = picture.lines.filter(({ of }) => of);
             const pin = picture.bodies.findIndex(({ of, points }) => of && points.some((p) => p[4] === "pin")), gap = [], bent = [];
             for (let k = 0; k <= 20; k++) {
@@ -244,18 +247,22 @@ class FlexibleBodies(Case):
                 bent.push(norm(sub(poses[line[7].body[1]].p, scaled(0.5, add(poses[line[0].body[0]].p, poses[line[15].body[1]].p)))));
             }
             return { gap, bent };"""
-        told, _ = self.run_script(self.make("simulate", self.ROBOT), script.replace("factor = 10", "factor = 100"))
+        told, _ = self.run_script(self.make("simulate", self.ROBOT), script)
         self.assertLess(max(told["gap"]), 1e-4)
         self.assertGreater(max(told["bent"]), 0.03)
 
     def test_slider(self):
-        move = ("const slider = byId('deformation'); slider.value = '{}';"
-                "for (const kind of ['input', 'change']) slider.dispatchEvent(new Event(kind)); return 0;")
-        page = self.make("simulate", self.ROBOT)
-        for value, factor in ((0, "1"), (1000, "100")):
-            _, drawn = self.run_script(page, move.format(value))
-            self.assertEqual(drawn.words("deformed"), f"deformation \u00d7 {factor}")
-        _, drawn = self.run_script(page, "document.querySelectorAll('#names button')[1].click(); return 0;")
+        script = """
+            const slider = byId("deformation");
+            const moved = [0, 1000].map((value) => {
+                slider.value = String(value);
+                for (const kind of ["input", "change"]) slider.dispatchEvent(new Event(kind));
+                return byId("deformed").textContent;
+            });
+            document.querySelectorAll("#names button")[1].click();
+            return moved;"""
+        moved, drawn = self.run_script(self.make("simulate", self.ROBOT), script)
+        self.assertEqual(moved, ["deformation \u00d7 1", "deformation \u00d7 100"])
         self.assertIn("title", [a for tag, a in drawn.tags if tag == "button" and a.get("title") == "Show link_l"][0])
 
     def stresses(self, data, name):
@@ -336,6 +343,15 @@ class Simulations(Case):
                     self.assertGreater(int(drawn.by_id[plot]["data-points"]), 5, plot)
                 self.assertEqual(data["files"][0]["text"], (ROOT / model).read_text())
                 self.assertIn("closure", drawn.words("text"))
+
+    def test_animation_begins_by_itself(self):
+        """But not for readers who ask for less motion."""
+        page = self.make("simulate", "examples/four_bar/four_bar.yaml")
+        for screen in (Screen(plays=True), DESKTOP):
+            with self.subTest(screen):
+                drawn, _ = self.open(page, screen)
+                self.assertEqual(drawn.words("play"), "\u275a\u275a" if screen.plays else "\u25b6")
+                self.assertEqual(float(drawn.words("clock").split()[0]) > 0, screen.plays)
 
     def test_two_commands_to_the_torque_of_a_motor(self):
         """As the tutorial: a first model, and its page."""

@@ -4,7 +4,7 @@
 the carts. The master computes their force at each communication point, extrapolated to the middle of the step. The reference is
 one model of both carts by kempe simulate; the error decreases with the square of the communication step.
 
-    python3 examples/cart_pole/couple_cart_pole.py build/release/kempe        needs FMPy: pip install fmpy
+    python3 examples/cart_pole/couple_cart_pole.py build/release/kempe [options of kempe fmu]        needs FMPy: pip install fmpy
 """
 import csv
 import pathlib
@@ -81,7 +81,7 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         file = folder / "cart.fmu"
-        subprocess.run([kempe, "fmu", MODEL, "-o", file], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([kempe, "fmu", MODEL, "-o", file, *sys.argv[2:]], check=True, stdout=subprocess.DEVNULL)
         exact = reference(kempe, folder)
         errors = []
         for steps in (100, 200, 400, 800):

@@ -87,7 +87,8 @@ class Unit:
         subprocess.run([kempe, "fmu", path, "-o", file, "--fmi", str(fmi), "--quiet", *options], check=True,
                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         if build:
-            subprocess.run([sys.executable, "-m", "fmpy", "compile", file], check=True, capture_output=True)
+            subprocess.run([sys.executable, "-m", "fmpy", "compile", "--configuration", "Release" if FULL else "Debug", file], check=True,
+                           capture_output=True)
         return cls(fmi, file, folder / file.stem)
 
     def named(self, start):
@@ -696,9 +697,10 @@ def check_bytes(kempe, folder):
         check(files[0].read_bytes() == files[1].read_bytes(), "bytes of units differ", fmi)
 
 
-def check_coupling(kempe):
+def check_coupling(kempe, folder):
     """The master of two units."""
-    done = subprocess.run([sys.executable, ROOT / "examples/cart_pole/couple_cart_pole.py", kempe], capture_output=True, text=True)
+    options = () if FULL else ("--compiler", quick_compiler(folder))
+    done = subprocess.run([sys.executable, ROOT / "examples/cart_pole/couple_cart_pole.py", kempe, *options], capture_output=True, text=True)
     check(done.returncode == 0, "couple_cart_pole.py", done.stdout, done.stderr[-300:])
 
 
@@ -714,7 +716,7 @@ def main():
             if model in ON_LIBRARY:
                 check_on_library(kempe, folder, model, *ON_LIBRARY[model])
         check_bytes(kempe, folder)
-        check_coupling(kempe)
+        check_coupling(kempe, folder)
     finally:
         shutil.rmtree(folder)
     print(f"{len(failures)} failures")

@@ -41,12 +41,16 @@ class Conditions:
         self.found.append(np.asarray(outcome).reshape(len(outcome), -1)[:, 0])
         return np.full(np.shape(outcome), self.held[len(self.found) - 1]) if self.held is not None else outcome
 
+    def table(self, instants):
+        """All outcomes: (instants, conditions)."""
+        return np.array(self.found).T.reshape(instants, -1)
+
 
 class Integration:
     def __init__(self, mechanism, t, q, qd, y):
         self.mechanism, self.t, self.q, self.qd, self.y, self.taken = mechanism, t, q, qd, y, t
         self.look()
-        self.windows = 0
+        self.windows, self.before = 0, None
 
     def motion(self, t, q, qd, y, conditions=None):
         return Motion(self.mechanism, self.t + t, q, qd, conditions=conditions, states=y)
@@ -57,29 +61,32 @@ class Integration:
         motion.whens()
         return np.concatenate([motion.solve().qdd, motion.state_rates()], 1)
 
-    def look(self):
-        """Notes the outcomes of all conditions here, and the ones at which states change."""
+    def look(self, changed=True):
+        """Notes the outcomes of all conditions here, unless none of them changed, and the ones at which states change."""
         here = (np.zeros(1), self.q[None], self.qd[None], self.y[None])
-        self.held, self.when = self.outcomes(*here)[0], self.motion(*here).whens()[0]
+        self.held = self.outcomes(*here)[0] if changed else self.held
+        self.when = self.motion(*here).whens()[0]
 
     def change(self, due):
         """The states that are due take their next values."""
+        self.before = None
         self.y = self.motion(np.zeros(1), self.q[None], self.qd[None], self.y[None]).next_states(due)[0]
         self.look()
 
     def outcomes(self, t, q, qd, y):
-        """All conditions at several instants: (instants, conditions)."""
+        """All conditions at several instants."""
         conditions = Conditions()
         self.slopes(t, q, qd, y, conditions)
-        return np.array(conditions.found).T.reshape(len(t), -1)
+        return conditions.table(len(t))
 
     def window(self, h):
         """Accelerations at the points of a window, or None where it must be shorter."""
-        q, qd, y = self.places(h, np.zeros((ORDER, len(self.q) + len(self.y))), PLACES)
+        q, qd, y = self.places(h, self.guess(h), PLACES)
         for _ in range(25):
+            conditions = Conditions(self.held)
             try:
                 with np.errstate(all="ignore"):
-                    a = self.slopes(h * PLACES, q, qd, y, Conditions(self.held))
+                    a = self.slopes(h * PLACES, q, qd, y, conditions)
             except np.linalg.LinAlgError:  # no state: iterates of a window that is too long lead anywhere
                 return None
             before, (q, qd, y) = (q, qd, y), self.places(h, a, PLACES)
@@ -88,8 +95,16 @@ class Integration:
                 return None
             if change < SETTLED:
                 last = np.max(np.abs((TO_COEFFICIENTS @ a)[-2:]) / (1 + np.abs(np.concatenate([qd[-1], y[-1]]))))
+                self.found = conditions.table(ORDER)
                 return a if last * h < SMOOTH else None
         return None
+
+    def guess(self, h):
+        """The accelerations of the window before go on, where no condition changed; otherwise none."""
+        if self.before is None:
+            return np.zeros((ORDER, len(self.q) + len(self.y)))
+        size, coefficients = self.before
+        return chebyshev.chebvander(1 + 2 * h / size * PLACES, ORDER - 1) @ coefficients
 
     def places(self, h, a, at):
         """Positions, rates and states at parts of a window."""
@@ -135,19 +150,21 @@ class Integration:
 
     def take(self, h, a):
         """The window up to the first change of a condition."""
-        at, low, found = PLACES, 0.0, None
+        at, low, found = PLACES, 0.0, self.found
+        q, qd, y = self.places(h, a, at)
         while True:
-            q, qd, y = self.places(h, a, at)
-            found = self.outcomes(h * at, q, qd, y)
             other = np.nonzero(np.any(found != self.held, axis=1))[0]
             if len(other) == 0 or at[other[0]] - low < PLACE or other[0] == 0:
                 break
             low, high = at[other[0] - 1], at[other[0]]
             at = np.linspace(low, high, 17)
+            q, qd, y = self.places(h, a, at)
+            found = self.outcomes(h * at, q, qd, y)
         k = other[0] if len(other) else len(at) - 1
         if k == 0 and len(other):  # at the border itself: the other side is behind it
             k = 1
+        self.before = None if len(other) else (h, TO_COEFFICIENTS @ a)
         self.t, self.q, self.qd, self.y, before = self.t + h * at[k], q[k], qd[k], y[k], self.when
-        self.look()
+        self.look(len(other) > 0)
         if np.any(self.when & ~before):
             self.change(self.when & ~before)

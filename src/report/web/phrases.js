@@ -118,7 +118,12 @@ function bars2d(numbers, { left, right, top, foot }, room) {
 
 /* -- data --------------------------------------------------------------------------------------------------- */
 
-const bytesOf = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
+function bytesOf(text) {
+    const letters = atob(text), bytes = new Uint8Array(letters.length);
+    for (let k = 0; k < bytes.length; k++) bytes[k] = letters.charCodeAt(k);
+    return bytes.buffer;
+}
+
 const shortsOf = (text) => new Int16Array(bytesOf(text));
 const floatsOf = (text) => new Float32Array(bytesOf(text));
 
@@ -153,7 +158,7 @@ const lineColour = () => (printing ? "#cccccc" : styleOf("--line"));
 function ink(canvas) {
     const small = document.createElement("canvas");
     small.width = small.height = 160;
-    const context = small.getContext("2d");
+    const context = small.getContext("2d", { willReadFrequently: true });
     context.drawImage(canvas, 0, 0, 160, 160);
     const pixels = context.getImageData(0, 0, 160, 160).data;
     let different = 0;

@@ -154,7 +154,8 @@ function curveSet(column) {
     const colour = colours.get(column.name);
     if (series.joins) return joinedSet(column, colour);
     if (series.scattered || column.look) return curveOf(pointsOf(column), colour, { column, showLine: false, clip: 4, pointRadius: 2.5, pointHitRadius: 4 });
-    return curveOf(pointsOf(column), colour, { column, pointRadius: (item) => (over !== abscissa && item.dataIndex === 0 ? 3.5 : 0) });
+    const begin = over !== abscissa; /* is marked; Chart.js asks for the marks of all points then */
+    return curveOf(pointsOf(column), colour, { column, pointRadius: begin ? ({ dataIndex }) => (dataIndex === 0 ? 3.5 : 0) : 0 });
 }
 
 /* The events between steps, at the foot of a plot. */
