@@ -24,7 +24,7 @@ Every key, kind, function, unit and output of the model language, with its secti
 """
 OWNERS = {"model": "model", "edge": "joint between two bodies", "piece": "piece of a course", "irregularity": "irregularities",
           "algebraic": "implicit variables", "inertia": "inertia", "contact_friction": "friction of a contact", "film": "film of a journal",
-          "flexible": "flexible body", "section": "cross-section", "section_number": "cross-section by numbers", "beam_shape": "shapes of a beam", "damping": "damping of a flexible body", "file_unit": "units of a file of modes"}
+          "flexible": "flexible body", "section": "cross-section", "taper": "taper with stations", "section_number": "cross-section by numbers", "beam_shape": "shapes of a beam", "damping": "damping of a flexible body", "file_unit": "units of a file of modes"}
 FORCES = {"JOINT": "force", "LINE": "force along a line", "CYLINDER": "cylinder", "TORSION": "torsion", "SPRING": "spring", "BUSHING": "bushing", "JOINT_SPRING": "spring in a joint", "STOPS": "joint limits",
           "FRICTION": "friction", "POINT": "force at a point", "BODY": "torque on a body"}
 LAWS = {"LINE": "tension along the line, by `distance` and `rate`", "TORSION": "torque against a growing angle, by `angle` and `rate`"}
@@ -72,7 +72,7 @@ def table(head, lines):
     return "\n".join([f"| {' | '.join(head)} |", "|" + "---|" * len(head), *(f"| {' | '.join(line)} |" for line in lines)]) + "\n"
 
 
-SHOWN = {"frame": "word", "stiffening": "word", "coordinates": "list of names", "motions": "list", **dict.fromkeys(("values", "parameters", "joints", "points", "joint", "inertia", "flexible", "beam", "beam shapes", "section", "section numbers", "damping", "interfaces", "scale of a file"), "mapping"), "nodes of a file": "mapping or word", "shape or list": "mapping or list"}
+SHOWN = {"frame": "word", "stiffening": "word", "coordinates": "list of names", "motions": "list", **dict.fromkeys(("values", "parameters", "joints", "points", "joint", "inertia", "flexible", "beam", "beam shapes", "section", "taper", "section numbers", "damping", "interfaces", "scale of a file"), "mapping"), "nodes of a file": "mapping or word", "stations of a taper": "list of numbers", "sections of a taper": "list of mappings", "shape or list": "mapping or list"}
 
 
 def value(word, unit):

@@ -144,6 +144,17 @@ class Same(unittest.TestCase):
                 with self.subTest(key=key, frame=frame):
                     self.agree(self.rows(CHAIN, key, frame)[1], want, names)
 
+    def test_bodies_at_the_origin(self):
+        """Joints at the origin, and at a point of the section there without a station, have the axes of the body."""
+        more = """  first: {joint: {name: C, revolute: z, at: rod, frame: <A>}, mass: 0.1, com: [0.03, 0, 0], inertia: {zz: 2e-4}, points: {E: [0.1, 0, 0]}}
+  second: {joint: {name: D, revolute: y, at: rod.P, frame: <A>}, mass: 0.1, com: [0, 0, 0.05], inertia: {xx: 1e-4, yy: 1e-4, zz: 2e-4}}
+forces:"""
+        text = CHAIN.replace("forces:", more).replace("      mid:", "      P: <A [0, 0.05, 0.02]>\n      mid:").replace("[q, ", "[q, position(first.E), ")
+        names, want, _ = self.rows(text, frame="frame: clamped")
+        for key in ("along: y, ", "along: -x, ", *OBLIQUE):
+            with self.subTest(key=key):
+                self.agree(self.rows(text, key, "frame: clamped")[1], want, names)
+
     def test_motion_in_flight(self):
         start = "start: {qd: {F.1: 0.3, F.4: 2, F.5: 1, F.6: -1.5, rod.y1: 0.1, rod.phi1: 0.5}}\n"
         for key in ("along: y, ", OBLIQUE[1]):

@@ -265,9 +265,12 @@ static double number_at(const kmp_number *number, const double *parameters)
 static double taper_at(const kmp_taper *taper, const double *parameters, double xi)
 {
     double sum = 0;
-    for (int j = 0; j < taper->count; j++) {
-        const kmp_polynomial term = kmp_taper_term(j);
-        sum += number_at(&taper->c[j], parameters) * kmp_polynomial_at(&term, xi);
+    for (int k = 0; k < kmp_taper_shares(taper); k++) {
+        const kmp_taper_share share = kmp_taper_share_of(taper, k);
+        const kmp_polynomial term = kmp_taper_term(share.degree);
+        if (xi >= share.from && (xi < share.to || share.to >= 1))
+            sum +=
+                number_at(&share.c, parameters) * kmp_polynomial_at(&term, (xi - share.from) / (share.to - share.from));
     }
     return sum;
 }

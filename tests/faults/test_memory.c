@@ -379,8 +379,9 @@ static kempe_status start_in_balance(scene *s)
 {
     static const char text[] =
         "kempe: 1\ngravity: [0, -9.81, 0]\nbodies:\n  a:\n    joint: {weld: yes, at: ground}\n    flexible:\n"
-        "      beam: {length: 1, young: 1e9, density: 1000, section: {circle: 20 mm}, taper: {circle: 10 mm}}\n"
-        "      shapes: {y: 2}\n    points: {P: {station: 1}}\nforces: {f: {at: a.P, force: [-1, 0, 1]}}\n"
+        "      beam: {length: 1, along: y, young: 1e9, density: 1000,\n"
+        "        taper: {at: [0, 0.5, 1], section: [{circle: 20 mm}, {circle: 18 mm}, {circle: 10 mm}]}}\n"
+        "      shapes: {y: 2}\n    points: {P: {station: 1}}\nforces: {f: {at: a.P, force: [0, -1, 1]}}\n"
         "start: {elastic: static}\n";
     kempe_run_options run = {.rtol = 1e-4, .t_end = 0.01, .output_step = 0.01, .no_convergence_check = 1};
     scene by = {.context = s->context};

@@ -96,7 +96,10 @@ class Beam:
     def read(self, keys):
         number = lambda key: self.scope.number(keys[key]) if key in keys else 0.0
         self.length = number("length")
-        if "section" not in keys:
+        stations = "at" in keys.get("taper", {})
+        self.stations = [self.scope.number(x) for x in keys["taper"]["at"]] if stations else [0.0, self.length]
+        given = keys["taper"]["section"] if stations else [keys[key] for key in ("section", "taper") if key in keys]
+        if not given:
             two = lambda key: np.full(2, number(key)) if not isinstance(keys.get(key), list) else self.scope.vector(keys[key])
             self.line = number("rhoA")
             self.second = two("rhoI")[::-1]  # of y^2, of z^2
@@ -110,7 +113,7 @@ class Beam:
             else:
                 poisson = number("poisson")
                 modulus = young / (2 * (1 + poisson))
-            area, second, twist, part = self.section(keys["section"], poisson)
+            area, second, twist, part = self.section(given[0], poisson)
             self.line, self.second = density * area, density * second
             self.bend, self.twist, self.stretch = young * second, modulus * twist, young * area
             shear = modulus * area * part
@@ -119,7 +122,12 @@ class Beam:
         self.slip = [b / g if self.sheared and g else 0.0 for b, g in zip(self.bend, shear)]
         self.shear = shear
         self.moduli = (density, young, modulus, poisson) if "taper" in keys else None
-        self.ends = [next(iter(keys[key].items())) for key in ("section", "taper") if key in keys]
+        self.sections = [next(iter(keys.items())) for keys in given]
+
+    def places(self):
+        """Gauss points of all pieces between stations of the taper, and their weights."""
+        made = [(begin + x, w) for begin, end in zip(self.stations, self.stations[1:]) for x, w in [gauss(end - begin)]]
+        return tuple(np.concatenate(part) for part in zip(*made))
 
     def own_axes(self, keys):
         """Of the beam, as columns, in those of the body."""
@@ -134,8 +142,8 @@ class Beam:
             spread = lambda v: np.multiply.outer(v, np.ones(len(x)))
             return [spread(v) for v in (self.line, self.second, np.array(self.bend), self.twist, self.stretch)]
         density, young, modulus, poisson = self.moduli
-        (kind, first), (_, last) = [(kind, self.dimensions(kind, given)) for kind, given in self.ends]
-        made = [self.section({kind: first + (last - first) * at / self.length}, poisson) for at in x]
+        kind, sizes = self.sections[0][0], np.array([self.dimensions(kind, given) for kind, given in self.sections])
+        made = [self.section({kind: np.array([np.interp(at, self.stations, column) for column in sizes.T])}, poisson) for at in x]
         area, second, twist = (np.array([m[k] for m in made]).T for k in range(3))
         turned = density * second if np.any(self.second) else 0 * second
         return density * area, turned, young * second, modulus * twist, young * area
@@ -217,14 +225,14 @@ class Beam:
         return best
 
     def mass_between(self, shapes):
-        x, w = gauss(self.length)
+        x, w = self.places()
         way, turn = values([s.way for s in shapes], x), values([s.turn for s in shapes], x)
         line, second = self.along(x)[:2]
         about = np.array([second.sum(0), second[1], second[0]])
         return np.einsum("ckx,clx,x->kl", way, way, line * w) + np.einsum("cx,ckx,clx,x->kl", about, turn, turn, w)
 
     def strain_energy(self, shapes):
-        x, w = gauss(self.length)
+        x, w = self.places()
         bent = values([[f.deriv() for f in s.turn] for s in shapes], x)
         strain = values([s.strain for s in shapes], x)
         _, _, bend, twist, stretch = self.along(x)
@@ -262,7 +270,7 @@ class Beam:
 
     def particles(self):
         """weight (p), place (p, 3), first (p, 3, n), second (p, 3, n, n)."""
-        x, w = gauss(self.length)
+        x, w = self.places()
         way = np.moveaxis(values([s.way for s in self.shapes], x), -1, 0)
         turn = tilde(values([s.turn for s in self.shapes], x))
         none = self.stiffening == "none"

@@ -16,7 +16,7 @@ PLANE, SPACE = ("revolute", "revolute", "revolute", "prismatic", "weld"), (
 CLOSURES = {"ball": 3, "rod": 1, "revolute": 5, "universal": 4, "cylindrical": 4, "point_on_line": 2, "point_on_plane": 1, "weld": 6}
 IN_PLANE = {"ball": 2, "rod": 1, "revolute": 2, "point_on_line": 1, "weld": 3}
 LEAST = 0.03  # singular value of the closures that counts
-FEATURES = """planar spatial clamped chord mean none first full y z torsion axial rotary shear raw ratio rayleigh rectangle circle tube numbers taper along axes
+FEATURES = """planar spatial clamped chord mean none first full y z torsion axial rotary shear raw ratio rayleigh rectangle circle tube numbers taper stations along axes
 flexible-on-flexible rigid-behind offset axes-of-points revolute prismatic universal spherical cylindrical weld motions frame
 reversed ball rod closed drive drive-of-shape spring force torque bushing joint-spring spring-of-shape force-of-shape""".split()
 
@@ -81,7 +81,8 @@ class Mechanisms(Choices):
             keys["damping"] = {kind: repr(self.between(0.005, 0.1)) if kind == "ratio" else two}
         length = self.between(0.4, 1.0)
         turned = self.turned() if self.chance(0.4) else {}
-        keys["beam"] = {"length": self.number_text(length, "m"), **turned, **(self.by_section(keys) if self.chance(0.5) else self.by_numbers(keys, rotary))}
+        text = self.number_text(length, "m")
+        keys["beam"] = {"length": text, **turned, **(self.by_section(keys, text) if self.chance(0.5) else self.by_numbers(keys, rotary))}
         return keys, length
 
     def turned(self):
@@ -92,7 +93,7 @@ class Mechanisms(Choices):
         self.feature("axes")
         return {"axes": {"x": self.exact([np.cos(angle), np.sin(angle), 0]), "z": self.one_of("z", "-z")} if self.planar else self.axes()}
 
-    def by_section(self, keys):
+    def by_section(self, keys, length):
         kind = self.feature(self.one_of("rectangle", "circle", "tube", "numbers"))
         b = self.between(0.02, 0.06)
         if kind == "rectangle":
@@ -104,15 +105,23 @@ class Mechanisms(Choices):
         else:
             given = {"A": repr(b * b), "Iy": repr(b**4 / 9), "Iz": repr(b**4 / 13), "J": repr(b**4 / 7), "ky": "0.8", "kz": "0.7"}
         moduli = {"poisson": repr(self.between(0, 0.4))} if self.chance(0.5) else {"shear": f"{self.between(1.2, 2.5)!r}e7"}
-        tapered = self.taper(kind, given) if kind != "numbers" and "shear" not in keys and self.chance(0.5) else {}
-        return {"young": f"{self.between(3.0, 6.0)!r}e7", "density": repr(self.between(500, 1500)), **moduli, "section": {kind: given}, **tapered}
+        tapered = self.taper(kind, given, length) if kind != "numbers" and "shear" not in keys and self.chance(0.5) else {}
+        return {"young": f"{self.between(3.0, 6.0)!r}e7", "density": repr(self.between(500, 1500)), **moduli, **({} if "at" in tapered.get("taper", {}) else {"section": {kind: given}}), **tapered}
 
-    def taper(self, kind, given):
+    def taper(self, kind, given, length):
         self.feature("taper")
+        if self.chance(0.5):
+            return {"taper": self.other(kind, given)}
+        self.feature("stations")
+        at = np.round(sorted(self.random.uniform(0.1, 0.9, self.one_of(1, 1, 2))), 3)
+        return {"taper": {"at": ["0", *(f"{float(x)!r}*{length}" for x in at), length], "section": [{kind: given}, *(self.other(kind, given) for _ in range(len(at) + 1))]}}
+
+    def other(self, kind, given):
+        """A section of this kind."""
         part = f"{self.between(0.3, 1.6)!r}*"
         if kind == "rectangle":
-            return {"taper": {kind: [part + given[0], given[1] if self.chance(0.3) else self.number_text(self.between(0.02, 0.06), "m")]}}
-        return {"taper": {kind: [part + text for text in given] if kind == "tube" else part + given}}
+            return {kind: [part + given[0], given[1] if self.chance(0.3) else self.number_text(self.between(0.02, 0.06), "m")]}
+        return {kind: [part + text for text in given] if kind == "tube" else part + given}
 
     def by_numbers(self, keys, rotary):
         made = {"rhoA": self.number_text(self.between(0.5, 2)), "EIz": self.number_text(self.between(5, 30)),

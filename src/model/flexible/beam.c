@@ -64,18 +64,12 @@ static kmp_number product_of(const maker *m, const kmp_taper *by, int exponent, 
                              const kmp_beam_field *b)
 {
     kmp_number sum = {.value = 0};
-    for (int j = 0; j < by->count; j++) {
-        const kmp_beam_amount amount = kmp_beam_field_mean(a, b, j);
-        sum = kmp_number_add(m->arena, sum, number_of(m, scaled(m, by->c[j], exponent), &amount));
+    for (int k = 0; k < kmp_taper_shares(by); k++) {
+        const kmp_taper_share share = kmp_taper_share_of(by, k);
+        const kmp_beam_amount amount = kmp_beam_field_mean(a, b, &share);
+        sum = kmp_number_add(m->arena, sum, number_of(m, scaled(m, share.c, exponent), &amount));
     }
     return sum;
-}
-
-/* The integral of a field times a polynomial and term j of a number of the sections. */
-static kmp_beam_amount mean_of_term(const kmp_beam_field *a, const kmp_polynomial *b, int j)
-{
-    const kmp_polynomial term = kmp_taper_term(j), product = kmp_polynomial_product(&term, b);
-    return kmp_beam_field_mean_with(a, &product);
 }
 
 /* The integral of a field times a polynomial and a number of the sections, times a power of the length. */
@@ -83,9 +77,10 @@ static kmp_number moment_of(const maker *m, const kmp_taper *by, int exponent, c
                             const kmp_polynomial *b)
 {
     kmp_number sum = {.value = 0};
-    for (int j = 0; j < by->count; j++) {
-        const kmp_beam_amount amount = mean_of_term(a, b, j);
-        sum = kmp_number_add(m->arena, sum, number_of(m, scaled(m, by->c[j], exponent), &amount));
+    for (int k = 0; k < kmp_taper_shares(by); k++) {
+        const kmp_taper_share share = kmp_taper_share_of(by, k);
+        const kmp_beam_amount amount = kmp_beam_field_mean_with(a, b, &share);
+        sum = kmp_number_add(m->arena, sum, number_of(m, scaled(m, share.c, exponent), &amount));
     }
     return sum;
 }
@@ -95,10 +90,10 @@ static kmp_number plain_moment(const maker *m, const kmp_taper *by, int exponent
                                const kmp_polynomial *b)
 {
     kmp_number sum = {.value = 0};
-    for (int j = 0; j < by->count; j++) {
-        const kmp_polynomial term = kmp_taper_term(j), own = kmp_polynomial_product(&term, a);
-        const double mean = kmp_polynomial_mean(&own, b);
-        sum = kmp_number_add(m->arena, sum, kmp_number_scale(m->arena, mean, scaled(m, by->c[j], exponent)));
+    for (int k = 0; k < kmp_taper_shares(by); k++) {
+        const kmp_taper_share share = kmp_taper_share_of(by, k);
+        const double mean = kmp_taper_share_mean(&share, a, b);
+        sum = kmp_number_add(m->arena, sum, kmp_number_scale(m->arena, mean, scaled(m, share.c, exponent)));
     }
     return sum;
 }
@@ -204,12 +199,12 @@ static void put_stiffness(const maker *m, int k, int l)
         w = kmp_polynomial_derivative(&w);
     }
     const kmp_polynomial u_slope = kmp_polynomial_derivative(&u), w_slope = kmp_polynomial_derivative(&w);
-    for (int j = 0; j < by->count; j++) {
-        const kmp_polynomial term = kmp_taper_term(j), own = kmp_polynomial_product(&term, &u);
-        kmp_beam_amount amount = {{kmp_polynomial_mean(&own, &w)}};
+    for (int j = 0; j < kmp_taper_shares(by); j++) {
+        const kmp_taper_share share = kmp_taper_share_of(by, j);
+        kmp_beam_amount amount = {{kmp_taper_share_mean(&share, &u, &w)}};
         if (bends && m->beam->sheared)
             amount.part[1 + (int)family] = kmp_polynomial_mean(&u_slope, &w_slope);
-        add(m, sum, number_of(m, scaled(m, by->c[j], bends ? -3 : -1), &amount));
+        add(m, sum, number_of(m, scaled(m, share.c, bends ? -3 : -1), &amount));
     }
 }
 
@@ -265,7 +260,8 @@ static int put_quadratic(maker *m, const kmp_beam_amount *amounts, const kmp_tap
 {
     const int n = m->to->count, pairs = n * (n + 1) / 2;
     double largest = 0;
-    for (int i = 0; i < pairs * factor->count; i++)
+    const int shares = kmp_taper_shares(factor);
+    for (int i = 0; i < pairs * shares; i++)
         for (int p = 0; p < KMP_BEAM_PARTS; p++)
             largest = fmax(largest, fabs(amounts[i].part[p]));
     if (kmp_taper_is_nothing(factor) || largest == 0)
@@ -278,8 +274,9 @@ static int put_quadratic(maker *m, const kmp_beam_amount *amounts, const kmp_tap
         for (int k = 0; k <= l; k++, i++) {
             const int less = metres(m, k) + metres(m, l);
             kmp_number number = {.value = 0};
-            for (int j = 0; j < factor->count; j++)
-                add(m, &number, number_of(m, scaled(m, factor->c[j], exponent - less), &amounts[j * pairs + i]));
+            for (int j = 0; j < shares; j++)
+                add(m, &number,
+                    number_of(m, scaled(m, kmp_taper_share_of(factor, j).c, exponent - less), &amounts[j * pairs + i]));
             e[n * k + l] = e[n * l + k] = kmp_number_scale(m->arena, 2, number);
         }
     return n + own;
@@ -324,7 +321,7 @@ static void put_whole_axis(maker *m)
             put_axis_field(m, own, c, &basis->function[j]);
             for (int a = 0; a <= c; a++)
                 for (int k = 0; k < (a < c ? m->basis[a].count : j + 1); k++)
-                    if (a < c || k == j || m->line_mass->count > 1)
+                    if (a < c || k == j || kmp_taper_varies(m->line_mass))
                         put_axis_product(m, own, first[a] + k, c, a, &basis->function[j], &m->basis[a].function[k]);
         }
     }
@@ -336,8 +333,10 @@ static void put_moments_of_axis(maker *m, kmp_beam_amount *amounts)
     const int pairs = m->to->count * (m->to->count + 1) / 2;
     for (int by_x = 0; by_x < 2; by_x++)
         for (int c = 0; c < 3; c++) {
-            for (int i = 0; i < pairs * m->line_mass->count; i++)
-                amounts[i] = mean_of_term(&m->second[i % pairs].way[c], by_x ? &m->place : &one, i / pairs);
+            for (int i = 0; i < pairs * kmp_taper_shares(m->line_mass); i++) {
+                const kmp_taper_share share = kmp_taper_share_of(m->line_mass, i / pairs);
+                amounts[i] = kmp_beam_field_mean_with(&m->second[i % pairs].way[c], by_x ? &m->place : &one, &share);
+            }
             const int own = put_quadratic(m, amounts, m->line_mass, 2 + by_x);
             if (own >= 0 && by_x)
                 m->to->by_place[9 * own + 3 * c] = (kmp_number){.value = 1};
@@ -351,8 +350,10 @@ static void put_moments_of_sections(maker *m, kmp_beam_amount *amounts)
     const int pairs = m->to->count * (m->to->count + 1) / 2;
     for (int a = 0; a < 3; a++)
         for (int c = 1; c < 3; c++) {
-            for (int i = 0; i < pairs * m->section_mass[c - 1].count; i++)
-                amounts[i] = mean_of_term(&m->second[i % pairs].section[a][c - 1], &one, i / pairs);
+            for (int i = 0; i < pairs * kmp_taper_shares(&m->section_mass[c - 1]); i++) {
+                const kmp_taper_share share = kmp_taper_share_of(&m->section_mass[c - 1], i / pairs);
+                amounts[i] = kmp_beam_field_mean_with(&m->second[i % pairs].section[a][c - 1], &one, &share);
+            }
             const int own = put_quadratic(m, amounts, &m->section_mass[c - 1], 1);
             if (own >= 0)
                 m->to->by_place[9 * own + 3 * a + c] = (kmp_number){.value = 1};
@@ -509,6 +510,9 @@ static void make_factors(maker *m)
 static bool make_shapes(maker *m)
 {
     const int n = m->to->count, pairs = n * (n + 1) / 2;
+    int terms = 1; /* of the masses */
+    for (int c = 0; c < 3; c++)
+        terms += kmp_taper_shares(c == 0 ? &m->beam->line_mass : &m->beam->section_mass[c - 1]);
     m->whole = true;
     m->line_mass = &m->beam->line_mass;
     m->section_mass = m->beam->section_mass;
@@ -516,7 +520,7 @@ static bool make_shapes(maker *m)
     make_factors(m);
     if (!KMP_ARENA_MAKE(
             &m->scratch, KMP_ROOM(kmp_beam_shape, n, &m->shapes), KMP_ROOM(kmp_beam_second, pairs, &m->second),
-            KMP_ROOM(kmp_beam_amount, pairs * KMP_TAPER_TERMS, &m->amounts), KMP_ROOM(kmp_beam_basis, 3, &m->basis)) ||
+            KMP_ROOM(kmp_beam_amount, pairs * terms, &m->amounts), KMP_ROOM(kmp_beam_basis, 3, &m->basis)) ||
         !kmp_beam_shapes(m->beam, (const double[]){m->part[1].value, m->part[2].value}, m->shapes))
         return false;
     for (int l = 0, i = 0; l < n && m->beam->stiffening != KMP_STIFFENING_NONE; l++)

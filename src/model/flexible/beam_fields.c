@@ -51,24 +51,21 @@ void kmp_beam_field_cut(kmp_beam_field *field, double from)
         field->part[i] = kmp_polynomial_part(&field->part[i], from, 1);
 }
 
-kmp_beam_amount kmp_beam_field_mean(const kmp_beam_field *a, const kmp_beam_field *b, int term)
-{
-    const kmp_polynomial weight = kmp_taper_term(term);
-    kmp_beam_amount sum = {{0}};
-    for (int i = 0; i < KMP_BEAM_PARTS; i++) {
-        const kmp_polynomial own = term == 0 ? a->part[i] : kmp_polynomial_product(&weight, &a->part[i]);
-        for (int j = 0; j < KMP_BEAM_PARTS && own.count > 0; j++)
-            if (part_of(i, j) >= 0)
-                sum.part[part_of(i, j)] += kmp_polynomial_mean(&own, &b->part[j]);
-    }
-    return sum;
-}
-
-kmp_beam_amount kmp_beam_field_mean_with(const kmp_beam_field *a, const kmp_polynomial *b)
+kmp_beam_amount kmp_beam_field_mean(const kmp_beam_field *a, const kmp_beam_field *b, const kmp_taper_share *share)
 {
     kmp_beam_amount sum = {{0}};
     for (int i = 0; i < KMP_BEAM_PARTS; i++)
-        sum.part[i] = kmp_polynomial_mean(&a->part[i], b);
+        for (int j = 0; j < KMP_BEAM_PARTS; j++)
+            if (part_of(i, j) >= 0)
+                sum.part[part_of(i, j)] += kmp_taper_share_mean(share, &a->part[i], &b->part[j]);
+    return sum;
+}
+
+kmp_beam_amount kmp_beam_field_mean_with(const kmp_beam_field *a, const kmp_polynomial *b, const kmp_taper_share *share)
+{
+    kmp_beam_amount sum = {{0}};
+    for (int i = 0; i < KMP_BEAM_PARTS; i++)
+        sum.part[i] = kmp_taper_share_mean(share, b, &a->part[i]);
     return sum;
 }
 
@@ -169,14 +166,15 @@ static kmp_polynomial monomial(const kmp_beam *beam, kmp_beam_family family, int
  * and have small relative errors. Rotations of Jacobi keep these (Demmel and Veselic 1992), and keep what is even apart
  * from what is odd. */
 
-static double field_value_mean(const kmp_beam_field *a, const kmp_beam_field *b, int term, const double s[2])
+static double field_value_mean(const kmp_beam_field *a, const kmp_beam_field *b, const kmp_taper_share *share,
+                               const double s[2])
 {
-    const kmp_beam_amount m = kmp_beam_field_mean(a, b, term);
+    const kmp_beam_amount m = kmp_beam_field_mean(a, b, share);
     const double *p = m.part;
     return p[0] + p[1] * s[0] + p[2] * s[1] + p[3] * s[0] * s[0] + p[4] * s[0] * s[1] + p[5] * s[1] * s[1];
 }
 
-/* The value of term j by that of a scale. */
+/* The value of the term of degree j by that of a scale. */
 static double part_of_term(const kmp_taper *taper, int j, double scale)
 {
     return j < taper->count ? taper->c[j].value / scale : 0;
@@ -186,28 +184,37 @@ static double part_of_term(const kmp_taper *taper, int j, double scale)
 static double mass_between(const kmp_beam *beam, const double s[2], const kmp_beam_shape *a, const kmp_beam_shape *b)
 {
     const double mass = beam->line_mass.c[0].value, scale = mass * beam->length.value * beam->length.value;
+    const kmp_taper *line = &beam->line_mass, *section[2] = {&beam->section_mass[0], &beam->section_mass[1]};
+    kmp_taper_share share = {.to = 0};
     double sum = 0;
-    for (int j = 0; j < KMP_TAPER_TERMS; j++) {
-        const double line = part_of_term(&beam->line_mass, j, mass);
-        const double section[2] = {part_of_term(&beam->section_mass[0], j, scale),
-                                   part_of_term(&beam->section_mass[1], j, scale)};
-        const double about[3] = {section[0] + section[1], section[1], section[0]};
-        for (int c = 0; c < 3; c++) {
-            const double way = line == 0 ? 0 : line * field_value_mean(&a->way[c], &b->way[c], j, s);
-            const double turn = about[c] == 0 ? 0 : about[c] * field_value_mean(&a->turn[c], &b->turn[c], j, s);
-            sum += way + turn;
+    for (; line; line = line->next) { /* with the same pieces */
+        share.from = share.to;
+        share.to = line->next ? line->end : 1;
+        for (share.degree = 0; share.degree < KMP_TAPER_TERMS; share.degree++) {
+            const double of_line = part_of_term(line, share.degree, mass);
+            const double of_section[2] = {part_of_term(section[0], share.degree, scale),
+                                          part_of_term(section[1], share.degree, scale)};
+            const double about[3] = {of_section[0] + of_section[1], of_section[1], of_section[0]};
+            for (int c = 0; c < 3; c++) {
+                const double way = of_line == 0 ? 0 : of_line * field_value_mean(&a->way[c], &b->way[c], &share, s);
+                const double turn =
+                    about[c] == 0 ? 0 : about[c] * field_value_mean(&a->turn[c], &b->turn[c], &share, s);
+                sum += way + turn;
+            }
         }
+        for (int k = 0; k < 2; k++)
+            section[k] = section[k]->next ? section[k]->next : section[k];
     }
     return sum;
 }
 
-/* The integral of u w by the stiffness of a family over its mean. */
+/* The integral of u w by the stiffness of a family over its mean in the first piece. */
 static double stiff_mean(const kmp_taper *stiffness, const kmp_polynomial *u, const kmp_polynomial *w)
 {
-    double sum = kmp_polynomial_mean(u, w);
-    for (int j = 1; j < stiffness->count; j++) {
-        const kmp_polynomial term = kmp_taper_term(j), own = kmp_polynomial_product(&term, u);
-        sum += part_of_term(stiffness, j, stiffness->c[0].value) * kmp_polynomial_mean(&own, w);
+    double sum = 0;
+    for (int k = 0; k < kmp_taper_shares(stiffness); k++) {
+        const kmp_taper_share share = kmp_taper_share_of(stiffness, k);
+        sum += share.c.value / stiffness->c[0].value * kmp_taper_share_mean(&share, u, w);
     }
     return sum;
 }

@@ -35,12 +35,13 @@ void kmp_beam_field_integrate(kmp_beam_field *field); /* from xi = 0 */
 /** The field beyond xi = from, over 0 .. 1. */
 void kmp_beam_field_cut(kmp_beam_field *field, double from);
 
-/** The integral of a b times term j of numbers that change along the beam; a or b may have the squares of s if the
- * other one has none. */
-kmp_beam_amount kmp_beam_field_mean(const kmp_beam_field *a, const kmp_beam_field *b, int j);
+/** The integral of a b times the polynomial of a term of numbers that change along the beam; a or b may have the
+ * squares of s if the other one has none. */
+kmp_beam_amount kmp_beam_field_mean(const kmp_beam_field *a, const kmp_beam_field *b, const kmp_taper_share *share);
 
-/** The integral of a field times a polynomial over the beam. */
-kmp_beam_amount kmp_beam_field_mean_with(const kmp_beam_field *a, const kmp_polynomial *b);
+/** The integral of a field times a polynomial and that of a term over the beam. */
+kmp_beam_amount kmp_beam_field_mean_with(const kmp_beam_field *a, const kmp_polynomial *b,
+                                         const kmp_taper_share *share);
 
 /** The field of a shape in the beam's frame. */
 kmp_beam_shape kmp_beam_shape_of(const kmp_beam *beam, kmp_beam_family family, const kmp_polynomial *own);

@@ -17,6 +17,9 @@ static const kmp_key flexible_keys[] = {
 static const kmp_key beam_keys[] = {
 #include "model/keys/beam_keys.def"
     {0}};
+static const kmp_key taper_keys[] = {
+#include "model/keys/taper_keys.def"
+    {0}};
 static const kmp_key section_keys[] = {
 #include "model/keys/section_keys.def"
     {0}};
@@ -129,6 +132,29 @@ static bool has(const entry *e, int family)
     return e->beam.count[family] > 0;
 }
 
+/* True if x is a part of the length that does not depend on parameters: x/length for others of them. */
+static bool is_fixed_part(const entry *e, kmp_number x)
+{
+    const kempe_model *model = e->r->model;
+    const double nominal = x.value / e->beam.length.value, rounding = 1e-12;
+    if (!x.expr && !e->beam.length.expr)
+        return true;
+    double *other = KMP_ARENA_NEW(&e->r->scratch, double, model->parameter_count);
+    for (int k = 0; other && k < model->parameter_count; k++)
+        other[k] = model->parameters[k].number.value * (1 + 0.1 / (k + 1.7)) + 1e-3 / (k + 2.3);
+    const double part =
+        other ? (x.expr ? kmp_expr_value(x.expr, other) : x.value) /
+                    (e->beam.length.expr ? kmp_expr_value(e->beam.length.expr, other) : e->beam.length.value)
+              : NAN;
+    return fabs(part - nominal) <= rounding;
+}
+
+/* With stations a taper has all sections of the beam. */
+static bool has_stations(const kmp_yaml *taper)
+{
+    return kmp_yaml_get(taper, "at") || kmp_yaml_get(taper, "section");
+}
+
 /* -- cross-sections ---------------------------------------------------------------------------------- */
 
 typedef struct section {
@@ -231,10 +257,11 @@ static void take_rectangle(const entry *e, const kmp_taper edge[2], kmp_number p
         const kmp_taper square = product(e, &edge[k], &edge[k]), fourth = product(e, &s->area, &square);
         s->about[k] = multiple(e, number(1 / 12.0), &fourth);
     }
-    if (edge[0].count == 1 && edge[1].count == 1)
+    if (!kmp_taper_varies(&edge[0]) && !kmp_taper_varies(&edge[1]))
         s->twist = kmp_taper_constant(twist_of_rectangle(e, edge[0].c[0], edge[1].c[0]));
     else if (has(e, KMP_BEAM_TORSION))
-        s->twist = kmp_taper_fit(&e->r->model->arena, twist_at, &both);
+        s->twist =
+            kmp_taper_fit(&e->r->model->arena, both.edge[0].next ? &both.edge[0] : &both.edge[1], twist_at, &both);
     s->shear[0] = s->shear[1] = quotient(e, 10, 10, 12, 11, poisson);
 }
 
@@ -267,10 +294,10 @@ static void take_ring(const entry *e, const kmp_taper diameter[2], kmp_number po
 }
 
 /* The dimensions of a section under its kind; those at the end of a taper may be zero. */
-static bool read_dimensions(entry *e, const kmp_yaml *node, const char *kind, bool at_end, kmp_number d[2])
+static bool read_dimensions(entry *e, const kmp_yaml *node, const char *kind, bool tapers, bool at_end, kmp_number d[2])
 {
     const bool one = strcmp(kind, "circle") == 0, ring = strcmp(kind, "tube") == 0;
-    const char *what = say(e, at_end ? kmp_reader_say(e->r, "%s of the taper", kind) : kind);
+    const char *what = say(e, tapers ? kmp_reader_say(e->r, "%s of the taper", kind) : kind);
     bool good = one || kmp_read_list(e->r, node, what, 2) || fail(e);
     d[1] = number(0);
     for (int k = 0; k < 2 - one && good; k++) {
@@ -286,17 +313,32 @@ static bool read_dimensions(entry *e, const kmp_yaml *node, const char *kind, bo
     return good;
 }
 
-/* The dimensions along the beam: linear from its beginning to the section that `taper` gives at its end. */
-static bool read_tapered(entry *e, const kmp_yaml *node, const char *kind, const kmp_yaml *taper, kmp_taper d[2])
+/* The sections of a beam, by their stations: one everywhere, two at its ends, or those of a taper with stations. */
+typedef struct sections {
+    int count;
+    const kmp_yaml **map; /* each with its kind */
+    double *xi;           /* stations over the length */
+    const char *kind;     /* of the first one */
+} sections;
+
+/* The dimensions along the beam: linear between the sections. */
+static bool read_tapered(entry *e, const sections *all, kmp_taper d[2])
 {
-    kmp_number first[2], last[2];
-    const kmp_yaml *end = taper ? kmp_yaml_get(taper, kind) : NULL;
-    if (!read_dimensions(e, node, kind, false, first) || (end && !read_dimensions(e, end, kind, true, last)))
-        return false;
-    for (int k = 0; k < 2; k++) {
-        d[k] = end ? kmp_taper_linear(&e->r->model->arena, first[k], last[k]) : kmp_taper_constant(first[k]);
-        e->beam.reshaped = e->beam.reshaped || (end && (first[k].expr || last[k].expr));
+    kmp_number *values = KMP_ARENA_NEW(&e->r->scratch, kmp_number, 2 * all->count);
+    for (int i = 0; i < all->count; i++) {
+        const bool at_end = i > 0 && i == all->count - 1;
+        kmp_number own[2];
+        if (!values || !read_dimensions(e, kmp_yaml_get(all->map[i], all->kind), all->kind, i > 0, at_end, own))
+            return false;
+        for (int k = 0; k < 2; k++) {
+            values[k * all->count + i] = own[k];
+            e->beam.reshaped = e->beam.reshaped || (all->count > 1 && own[k].expr);
+        }
     }
+    for (int k = 0; k < 2; k++)
+        d[k] = all->count > 1
+                   ? kmp_taper_linear(&e->r->model->arena, all->count, all->xi, values + (ptrdiff_t)k * all->count)
+                   : kmp_taper_constant(values[k]);
     return true;
 }
 
@@ -335,24 +377,24 @@ static const char *read_kind(entry *e, const kmp_yaml *map, const char *what)
     return kind < 0 ? NULL : kinds[kind];
 }
 
-/* The section at the end is of the same kind, whose dimensions are known. */
-static void check_taper(entry *e, const kmp_yaml *taper, const char *kind)
+/* Sections beyond the first one are of its kind, whose dimensions are known. */
+static void check_kind(entry *e, const kmp_yaml *node, const char *kind)
 {
-    const char *end = read_kind(e, taper, kmp_reader_say(e->r, "the taper of %s", e->body));
-    if (!end)
+    const char *other = read_kind(e, node, kmp_reader_say(e->r, "the taper of %s", e->body));
+    if (!other)
         return;
     if (strcmp(kind, "numbers") == 0)
-        kmp_reader_complain(e->r, taper->place,
+        kmp_reader_complain(e->r, node->place,
                             "the beam of %s has a section by its integrals, which have no dimensions to taper: give "
                             "'rectangle', 'circle' or 'tube'",
                             e->body);
-    else if (strcmp(kind, end) != 0)
-        kmp_reader_complain(e->r, taper->place,
-                            "the beam of %s begins with the section '%s' and tapers to '%s': both "
-                            "ends have sections of one kind",
-                            e->body, kind, end);
+    else if (strcmp(kind, other) != 0)
+        kmp_reader_complain(e->r, node->place,
+                            "the beam of %s begins with the section '%s' and tapers to '%s': all of its sections are "
+                            "of one kind",
+                            e->body, kind, other);
     else if (e->beam.sheared)
-        kmp_reader_complain(e->r, taper->place,
+        kmp_reader_complain(e->r, node->place,
                             "the beam of %s has a taper and 'shear: yes': its shear strain is not a polynomial; remove "
                             "one of the two",
                             e->body);
@@ -361,18 +403,111 @@ static void check_taper(entry *e, const kmp_yaml *taper, const char *kind)
     fail(e);
 }
 
+/* Station i of a taper, over the length: 0 first, 1 last, ascending, and the same for all parameters. */
+static void read_taper_station(entry *e, const kmp_yaml *at, int i, double *xi)
+{
+    const double rounding = 1e-12;
+    const kmp_yaml *node = at->items[i];
+    const char *what = kmp_reader_say(e->r, "station %d of the taper of %s", i + 1, e->body);
+    const double length = e->beam.length.value;
+    kmp_number x;
+    if (!kmp_read_number(e->r, node, what, KMP_DIM_LENGTH, &x)) {
+        fail(e);
+        return;
+    }
+    xi[i] = x.value / length;
+    if (i == 0 && fabs(xi[0]) > rounding)
+        kmp_reader_complain(e->r, node->place, "%s is %.6g m: the first one is 0, where the beam begins", what,
+                            x.value);
+    else if (i == at->count - 1 && fabs(xi[i] - 1) > rounding)
+        kmp_reader_complain(e->r, node->place, "%s is %.6g m: the last one is the end of the beam, %.6g m", what,
+                            x.value, length);
+    else if (i > 0 && !(xi[i] - xi[i - 1] > rounding))
+        kmp_reader_complain(e->r, node->place, "%s is %.6g m, which is not beyond the one before it, %.6g m", what,
+                            x.value, xi[i - 1] * length);
+    else if (!is_fixed_part(e, x))
+        kmp_reader_complain(
+            e->r, node->place,
+            "%s depends on parameters, so that its part of the length does: write it as a fixed part of "
+            "the length, such as L/2 of a length L",
+            what);
+    else
+        return;
+    fail(e);
+}
+
+/* {at: [..], section: [..]} */
+static void read_stations(entry *e, const kmp_yaml *taper, sections *all)
+{
+    const char *what = kmp_reader_say(e->r, "the taper of %s", e->body);
+    if (!kmp_read_map(e->r, taper, what, taper_keys)) {
+        fail(e);
+        return;
+    }
+    const kmp_yaml *at = kmp_read_required(e->r, taper, what, "at"),
+                   *list = kmp_read_required(e->r, taper, what, "section");
+    if (!at || !list || !kmp_read_list(e->r, at, kmp_reader_say(e->r, "'at' of %s", what), -1) ||
+        !kmp_read_list(e->r, list, kmp_reader_say(e->r, "'section' of %s", what), -1)) {
+        fail(e);
+        return;
+    }
+    if (at->count < 2 || at->count != list->count) {
+        kmp_reader_complain(e->r, list->place,
+                            "%s has %d station%s and %d section%s: two or more are expected, and as many of both", what,
+                            at->count, at->count == 1 ? "" : "s", list->count, list->count == 1 ? "" : "s");
+        fail(e);
+        return;
+    }
+    all->count = at->count;
+    all->map = KMP_ARENA_NEW(&e->r->scratch, const kmp_yaml *, all->count);
+    all->xi = KMP_ARENA_NEW(&e->r->scratch, double, all->count);
+    for (int i = 0; all->map && all->xi && i < all->count; i++) {
+        all->map[i] = list->items[i];
+        read_taper_station(e, at, i, all->xi);
+    }
+}
+
+/* The sections by 'section', or with a 'taper' at the far end, or by a taper with stations alone. */
+static bool find_sections(entry *e, const kmp_yaml *beam, sections *all)
+{
+    static const double ends[2] = {0, 1};
+    const kmp_yaml *map = kmp_yaml_get(beam, "section"), *taper = kmp_yaml_get(beam, "taper");
+    if (map && has_stations(taper)) {
+        kmp_reader_complain(e->r, map->place,
+                            "the beam of %s has a section and a taper with stations, which has all of its sections: "
+                            "remove 'section'",
+                            e->body);
+        return fail(e);
+    }
+    if (has_stations(taper)) {
+        read_stations(e, taper, all);
+    } else {
+        all->count = taper ? 2 : 1;
+        all->map = KMP_ARENA_NEW(&e->r->scratch, const kmp_yaml *, 2);
+        all->xi = KMP_ARENA_NEW(&e->r->scratch, double, 2);
+        for (int i = 0; all->map && all->xi && i < all->count; i++) {
+            all->map[i] = i == 0 ? map : taper;
+            all->xi[i] = ends[i];
+        }
+    }
+    return all->map && all->xi && !e->wrong;
+}
+
 static bool read_section(entry *e, const kmp_yaml *beam, kmp_number poisson, section *s)
 {
-    const kmp_yaml *map = kmp_yaml_get(beam, "section"), *taper = kmp_yaml_get(beam, "taper");
-    const char *kind = read_kind(e, map, kmp_reader_say(e->r, "the section of %s", e->body));
+    sections all = {.count = 0};
     kmp_taper d[2];
-    if (kind && taper)
-        check_taper(e, taper, kind);
-    if (!kind || e->wrong)
+    if (!find_sections(e, beam, &all))
         return false;
+    all.kind = read_kind(e, all.map[0], kmp_reader_say(e->r, "the section of %s", e->body));
+    for (int i = 1; all.kind && i < all.count; i++)
+        check_kind(e, all.map[i], all.kind);
+    if (!all.kind || e->wrong)
+        return false;
+    const char *kind = all.kind;
     if (strcmp(kind, "numbers") == 0)
-        return read_integrals(e, kmp_yaml_get(map, kind), s);
-    if (!read_tapered(e, kmp_yaml_get(map, kind), kind, taper, d))
+        return read_integrals(e, kmp_yaml_get(all.map[0], kind), s);
+    if (!read_tapered(e, &all, d))
         return false;
     if (strcmp(kind, "rectangle") == 0)
         take_rectangle(e, d, poisson, s);
@@ -501,7 +636,7 @@ static void read_beam(entry *e, const kmp_yaml *map)
     }
     read_wanted(e, map, beam_keys, "length", "a beam has a length", &e->beam.length);
     read_direction(e, map);
-    if (kmp_yaml_get(map, "section"))
+    if (kmp_yaml_get(map, "section") || has_stations(kmp_yaml_get(map, "taper")))
         read_by_section(e, map);
     else
         read_by_numbers(e, map);
@@ -863,23 +998,6 @@ static void make_modal_body(entry *e, kmp_flexible *flexible)
     if (!kmp_modal_make(&e->r->model->arena, &e->file->modal, e->file->damped, e->beam.ratio, e->beam.rayleigh,
                         flexible))
         e->r->model->arena.failed = true;
-}
-
-/* True if x is a part of the length that does not depend on parameters: x/length for others of them. */
-static bool is_fixed_part(const entry *e, kmp_number x)
-{
-    const kempe_model *model = e->r->model;
-    const double nominal = x.value / e->beam.length.value, rounding = 1e-12;
-    if (!x.expr && !e->beam.length.expr)
-        return true;
-    double *other = KMP_ARENA_NEW(&e->r->scratch, double, model->parameter_count);
-    for (int k = 0; other && k < model->parameter_count; k++)
-        other[k] = model->parameters[k].number.value * (1 + 0.1 / (k + 1.7)) + 1e-3 / (k + 2.3);
-    const double part =
-        other ? (x.expr ? kmp_expr_value(x.expr, other) : x.value) /
-                    (e->beam.length.expr ? kmp_expr_value(e->beam.length.expr, other) : e->beam.length.value)
-              : NAN;
-    return fabs(part - nominal) <= rounding;
 }
 
 static const bool *fixed_parts(entry *e)

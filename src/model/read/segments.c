@@ -453,12 +453,14 @@ static void set_mass(kmp_reader *r, const segmented *s, int piece, kmp_body *bod
     kmp_arena *arena = &r->model->arena;
     const kmp_number length = piece_length(r, s, piece), square = kmp_number_times(arena, length, length);
     const kmp_taper line = part_of(r, s, piece, &s->beam.line_mass);
-    const kmp_number mass = kmp_number_times(arena, line.c[0], length);
+    const kmp_number line_mass = kmp_taper_coefficient(arena, &line, 0);
+    const kmp_number mass = kmp_number_times(arena, line_mass, length);
     kmp_number along = kmp_number_scale(arena, 1 / 12.0, kmp_number_times(arena, mass, square)), section[2];
     kmp_number centre = kmp_number_scale(arena, 0.5, length);
-    if (line.count > 1) { /* the centre is off the middle by 1/6 of the length for each part of the second term */
-        const kmp_number slope = kmp_number_over(arena, line.c[1], line.c[0]),
-                         bow = line.count > 2 ? line.c[2] : number(0);
+    if (kmp_taper_varies(
+            &line)) { /* the centre is off the middle by 1/6 of the length for each part of the second term */
+        const kmp_number slope = kmp_number_over(arena, kmp_taper_coefficient(arena, &line, 1), line_mass),
+                         bow = kmp_taper_coefficient(arena, &line, 2);
         const kmp_number off = kmp_number_scale(arena, 1 / 6.0, kmp_number_times(arena, slope, length));
         const kmp_number more = kmp_number_scale(arena, 1 / 30.0, kmp_number_times(arena, bow, length));
         along = kmp_number_add(arena, along, kmp_number_times(arena, more, square));
@@ -467,7 +469,7 @@ static void set_mass(kmp_reader *r, const segmented *s, int piece, kmp_body *bod
     }
     for (int k = 0; k < 2; k++) {
         const kmp_taper second = part_of(r, s, piece, &s->beam.section_mass[k]);
-        section[k] = kmp_number_times(arena, second.count > 0 ? second.c[0] : number(0), length);
+        section[k] = kmp_number_times(arena, kmp_taper_coefficient(arena, &second, 0), length);
     }
     body->mass = mass;
     move_along(r, s, centre, body->com);
