@@ -476,6 +476,81 @@ static void modes_at_any_tolerance(void)
     unload(&l);
 }
 
+#define COLUMN(c)                                                                                                      \
+    "  " c "0: {joint: {name: " c "0, prismatic: y, at: ground}, mass: 1}\n"                                           \
+    "  " c "1: {joint: {name: " c "1, prismatic: y, at: ground}, mass: 1}\n"                                           \
+    "  " c "2: {joint: {name: " c "2, prismatic: y, at: ground}, mass: 1}\n"
+#define MEETS(c)                                                                                                       \
+    "  f" c ": {gap: q(" c "0) - 0.1, restitution: 0.5}\n"                                                             \
+    "  m" c ": {gap: q(" c "1) - q(" c "0) - 0.2, restitution: 0.5}\n"                                                 \
+    "  t" c ": {gap: q(" c "2) - q(" c "1) - 0.2, restitution: 0.5}\n"
+#define FALLS "kempe: 1\ngravity: [0, -9.81, 0]\nbodies:\n"
+
+/* Two columns of three balls, one mechanism by a contact between them that never closes: an impact is of one column,
+ * and each moves as by itself. */
+static void columns_apart(void)
+{
+    loaded both = load_text(FALLS COLUMN("a") COLUMN("b") "contacts:\n" MEETS("a")
+                                MEETS("b") "  far: {gap: q(a0) - q(b0) + 10, restitution: 0}\n"
+                                           "start: {q: {a0: 0.12, a1: 0.34, a2: 0.56, b0: 0.15, b1: 0.38, b2: 0.6}}\n"),
+           one = load_text(FALLS COLUMN("a") "contacts:\n" MEETS("a") "start: {q: {a0: 0.12, a1: 0.34, a2: 0.56}}\n");
+    const kempe_run_options options = {.t_end = 1, .rtol = 1e-9, .no_convergence_check = 1};
+    kempe_trajectory *run = NULL, *own = NULL;
+    CHECK(both.system && kempe_simulate(both.system, &options, &run) == KEMPE_OK);
+    CHECK(one.system && kempe_simulate(one.system, &options, &own) == KEMPE_OK);
+    int impacts = 0;
+    for (int k = 0; run && k < run->log.kept; k++) {
+        const char *text = run->log.entries[k].text;
+        const bool of_a = strstr(text, "a' at ") != NULL, of_b = strstr(text, "b' at ") != NULL;
+        impacts += of_a || of_b;
+        CHECK(!(of_a && of_b));
+    }
+    CHECK(impacts > 40);
+    for (int r = 0; run && own && r < kempe_trajectory_row_count(own); r++)
+        for (int i = 0; i < 3; i++)
+            CHECK_NEAR(kempe_trajectory_q(run, r)[i], kempe_trajectory_q(own, r)[i], 1e-13);
+    kempe_trajectory_free(run);
+    kempe_trajectory_free(own);
+    unload(&both);
+    unload(&one);
+}
+
+/* The fall of a unit mass by 1 m with a damper of 3 N s/m. */
+static double fallen(double t)
+{
+    return 10.0 / 3 * t - 10.0 / 9 * (1 - exp(-3 * t));
+}
+
+/* A light ball rests, and another one falls with a damper between both. Where the other one rebounds the damper lifts
+ * the first one at once, with 3 v > m g: no impulse connects them, and its contact opens all the same. */
+static void opened_by_a_damper(void)
+{
+    loaded l = load_text("kempe: 1\ngravity: [0, -10, 0]\nbodies:\n"
+                         "  a: {joint: {name: a, prismatic: y, at: ground}, mass: 1}\n"
+                         "  b: {joint: {name: b, prismatic: y, at: ground}, mass: 0.2}\n"
+                         "contacts:\n  fa: {gap: q(a), restitution: 1}\n  fb: {gap: q(b), restitution: 0}\n"
+                         "forces:\n  da: {joint: a, force: \"-3*(qd(a) - qd(b))\"}\n"
+                         "  db: {joint: b, force: \"3*(qd(a) - qd(b))\"}\n"
+                         "start: {q: {a: 1}}\n");
+    const kempe_run_options options = {.t_end = 0.7, .rtol = 1e-11, .no_convergence_check = 1};
+    kempe_trajectory *run = NULL;
+    double low = 0, high = 2;
+    while (high - low > 1e-14) {
+        const double middle = (low + high) / 2;
+        *(fallen(middle) < 1 ? &low : &high) = middle;
+    }
+    CHECK(l.system && kempe_simulate(l.system, &options, &run) == KEMPE_OK);
+    kmp_text modes = {0};
+    if (run)
+        list_modes(run, &modes);
+    CHECK_TEXT(modes.s, "'fb' closes; 'fb' opens; ");
+    CHECK_NEAR(time_of(run, "impact", 0), low, 1e-9);
+    CHECK(run && run->report.events == 1 && time_of(run, "contact", 1) == time_of(run, "impact", 0));
+    kmp_text_free(&modes);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
 /* Rounding of a singular matrix keeps the minimum from an end: the modes are tried. */
 static void singular_decision(void)
 {
@@ -550,5 +625,7 @@ int main(void)
     TEST(refused_runs);
     TEST(rough_ground);
     TEST(handed_on);
+    TEST(columns_apart);
+    TEST(opened_by_a_damper);
     return check_report();
 }
