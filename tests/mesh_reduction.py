@@ -222,7 +222,7 @@ class Meshes(flexible_files.Folder):
         np.savez(self.folder / "mesh.npz", nodes=nodes, units="m kg s", **entries("stiffness", K), **entries("mass", Ms))
         before = (self.folder / "mesh.npz").read_bytes()
         said = runs.kempe("reduce", self.folder / "mesh.npz", "-o", self.folder / "mesh.npz", *options({"interface": "a=x=0", "modes": 1}), status=3)
-        self.assertIn("is read for the mesh: write the body to another file", said["reason"])
+        self.assertIn("is read for this result: write to another file", said["reason"])
         self.assertEqual((self.folder / "mesh.npz").read_bytes(), before)
         said = runs.kempe("reduce", self.folder / "mesh.npz", "-o", self.folder / "none/body.npz", *options({"interface": "a=x=0", "modes": 1}), status=1)
         self.assertIn("none/body.npz", said["reason"])

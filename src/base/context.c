@@ -11,6 +11,7 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* A count that is reported. It begins anew where it falls, or where the total or unit is another one. */
 typedef struct count {
@@ -38,6 +39,11 @@ struct kempe_context {
     double progress_interval;
     count counts[KMP_PROGRESS_KINDS];
     char *cache; /* folder of cached results; NULL: none */
+    struct source {
+        dev_t device;
+        ino_t file;
+    } * sources; /* files that models and meshes were read from */
+    int source_count;
 };
 
 /* States of the interrupt: an idle context, a request to end the current or next computation, a computation that is
@@ -93,7 +99,35 @@ void kempe_context_free(kempe_context *context)
     kmp_text_free(&context->warnings);
     kmp_free(context->cache);
     kmp_free(context->own_left_out);
+    kmp_free(context->sources);
     kmp_free(context);
+}
+
+static bool has_source(const kempe_context *context, const struct stat *file)
+{
+    for (int k = 0; k < context->source_count; k++)
+        if (context->sources[k].device == file->st_dev && context->sources[k].file == file->st_ino)
+            return true;
+    return false;
+}
+
+kempe_status kmp_context_note_source(kempe_context *context, const char *path)
+{
+    struct stat file;
+    if (stat(path, &file) != 0 || !S_ISREG(file.st_mode) || has_source(context, &file))
+        return KEMPE_OK;
+    struct source *sources = kmp_realloc(context->sources, (size_t)context->source_count + 1, sizeof *sources);
+    if (!sources)
+        return kmp_fail_memory(context);
+    sources[context->source_count++] = (struct source){file.st_dev, file.st_ino};
+    context->sources = sources;
+    return KEMPE_OK;
+}
+
+int kempe_context_has_read(const kempe_context *context, const char *path)
+{
+    struct stat file;
+    return context && path && stat(path, &file) == 0 && has_source(context, &file);
 }
 
 kempe_status kempe_context_set_cache(kempe_context *context, const char *folder)

@@ -299,6 +299,18 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
     return KEMPE_OK;
 }
 
+/* No file of the model is written: before a long run, whose results would be lost. */
+static kempe_status check_written(const cli_job *j, unsigned command)
+{
+    const char *path;
+    for (int k = 0; (path = cli_written(command, j->settings, &k));)
+        if (kempe_context_has_read(j->context, path)) {
+            cli_complain("'%s' is a file of the model, and would be written over: name another one", path);
+            return KEMPE_E_ARGUMENT;
+        }
+    return KEMPE_OK;
+}
+
 static int exit_code(kempe_status status)
 {
     switch (status) {
@@ -365,6 +377,8 @@ int cli_run(const cli_command *command, const cli_settings *settings)
     if (status == KEMPE_OK && reads) {
         status = prepare(&j, command);
         cli_report_failure(&j, status, false);
+        if (status == KEMPE_OK)
+            status = check_written(&j, command->bit);
     }
     if (status == KEMPE_OK)
         status = command->study ? cli_run_study(&j, command->study) : command->run(&j);

@@ -55,6 +55,8 @@ static int run_command(const cli_command *c, int count, char **words)
         printf("\nexamples:\n%s", c->examples);
         return CLI_DONE;
     }
+    if (!cli_written_apart(c->bit, &settings))
+        return CLI_USAGE; /* without a JSON, which might be what is written over */
     if (!c->study && !c->run) {
         cli_lacks_wing(c->wing);
         return cli_refuse(settings.json);

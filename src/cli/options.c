@@ -12,6 +12,7 @@
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* Types of option values. The last ones are files, whose type follows from the ending of their names. */
 typedef enum option_kind {
@@ -540,6 +541,64 @@ static bool store_quantity(const option *o, const char *text, double *value)
     return good;
 }
 
+/* The file that an option names; NULL: none. */
+static const char *file_of(const option *o, const cli_settings *settings)
+{
+    const char *const path = *(const char *const *)(const void *)((const char *)settings + o->offset);
+    const bool names = strcmp(o->value, "FILE") == 0 || strcmp(o->value, "CSV") == 0 || strcmp(o->value, "PATH|-") == 0;
+    return names && path && strcmp(path, "-") != 0 ? path : NULL;
+}
+
+static bool is_same_file(const char *a, const char *b)
+{
+    struct stat one, other;
+    const bool exist = stat(a, &one) == 0 && stat(b, &other) == 0;
+    return exist ? S_ISREG(one.st_mode) && one.st_dev == other.st_dev && one.st_ino == other.st_ino : strcmp(a, b) == 0;
+}
+
+static bool check_apart(const option *written, const char *path, const char *read)
+{
+    return !read || !is_same_file(path, read) ||
+           cli_complain("--%s would write over '%s', which is read: name another file", written->name, read);
+}
+
+bool cli_written_apart(unsigned command, const cli_settings *s)
+{
+    for (const option *o = options; o < options + OPTION_COUNT; o++) {
+        const char *path = (o->commands & command) && o->group == IN_OUTPUT && o->value ? file_of(o, s) : NULL, *other;
+        if (!path)
+            continue;
+        for (const option *p = options; p < options + OPTION_COUNT; p++) {
+            if (!(p->commands & command) || !p->value || p->offset == o->offset || !(other = file_of(p, s)))
+                continue;
+            const bool goes_on = strcmp(o->name, "checkpoint") == 0 && strcmp(p->name, "resume") == 0;
+            if (p->group != IN_OUTPUT && !goes_on && !check_apart(o, path, other))
+                return false;
+            if (p < o && p->group == IN_OUTPUT && is_same_file(path, other))
+                return cli_complain("--%s and --%s write the same file '%s': name two", p->name, o->name, path);
+        }
+        if (!check_apart(o, path, s->file) || !check_apart(o, path, s->fit.data))
+            return false;
+        for (int k = 0; k < s->fit.file_count; k++)
+            if (!check_apart(o, path, s->data_files[k]))
+                return false;
+    }
+    return true;
+}
+
+const char *cli_written(unsigned command, const cli_settings *settings, int *k)
+{
+    for (; *k < (int)OPTION_COUNT; ++*k) {
+        const option *o = &options[*k];
+        const char *path = (o->commands & command) && o->group == IN_OUTPUT && o->value ? file_of(o, settings) : NULL;
+        if (path) {
+            ++*k;
+            return path;
+        }
+    }
+    return NULL;
+}
+
 /* A name without an ending is taken as the first kind of file, a device by it. */
 static bool has_ending(const option *o, const char *path)
 {
@@ -632,6 +691,9 @@ const char *cli_json_word(int count, char **words)
             path = words[++k];
         else if (strncmp(words[k], "--json=", 7) == 0)
             path = words[k] + 7;
+    for (int k = 0; k < count && path; k++) /* nor a file that the command reads */
+        if (words[k][0] != '-' && words[k] != path && is_same_file(words[k], path))
+            return NULL;
     return path;
 }
 

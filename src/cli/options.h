@@ -103,6 +103,12 @@ typedef struct cli_settings {
 /** Reads the words after the command's name. False after an error message on stderr. */
 bool cli_options_read(unsigned command, const char *command_name, int count, char **words, cli_settings *settings);
 
+/** False after an error message: a file would be written that is read, or that is written by another option. */
+bool cli_written_apart(unsigned command, const cli_settings *settings);
+
+/** A file that the command writes, from option *k on, which is behind it then; NULL: there are no more. */
+const char *cli_written(unsigned command, const cli_settings *settings, int *k);
+
 /** Prints "kempe: .." on stderr, and keeps this last sentence; returns false. */
 bool cli_complain(const char *format, ...) __attribute__((format(printf, 1, 2)));
 const char *cli_complaint(void);

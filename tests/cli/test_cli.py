@@ -1573,6 +1573,22 @@ class Simulate(Case):
         self.expect(1, *self.SHORT, "-o", "no_such_folder/out.csv")
         self.assertEqual(os.listdir(self.folder), [])
 
+    def test_no_file_that_is_read_is_written(self):
+        part = "{bodies: {rod: {mass: 1, inertia: {zz: 1}, joint: {revolute: z, at: ground}, com: [1, 0, 0]}}}\n"
+        (self.folder / "part.yaml").write_text(part)
+        whole = "kempe: 1\ninclude: {a: {file: part.yaml, at: ground}}\nrun: {t_end: 0.1}\n"
+        (self.folder / "data.csv").write_text("t,q.a.rod\n0,0\n0.1,0\n")
+        path = self.model(whole)
+        os.symlink("part.yaml", self.folder / "link.json")
+        for words in (("--json", "model.yaml"), ("--json", "./model.yaml"), ("--json", "link.json"), ("--bogus", "--json", "model.yaml"),
+                      ("--json", "part.yaml"), ("--reference", "data.csv", "-o", "data.csv"), ("-o", "a.json", "--json", "a.json")):
+            self.expect(3, "simulate", path, *words)
+            self.assertEqual([path.read_text(), (self.folder / "part.yaml").read_text(), os.path.exists(self.folder / "a.json")], [whole, part, False])
+        self.expect(3, "show", path, "--json", "model.yaml")
+        self.assertEqual(path.read_text(), whole)
+        self.expect(0, "simulate", path, "--checkpoint", "run.checkpoint")
+        self.expect(0, "simulate", path, "--t-end", "0.2", "--resume", "run.checkpoint", "--checkpoint", "run.checkpoint")
+
     def test_json_file(self):
         done = self.expect(0, *self.SHORT, "--json", "out.json")
         self.assertNotEqual(done.stdout, "")

@@ -19,8 +19,7 @@ struct kempe_reduction {
     kmp_interface *interfaces;
     kmp_flexible_frame frame;
     kmp_reduced_mesh reduced;
-    const char *inputs[3]; /* files; NULL: none */
-    const char *written;   /* the file; NULL: none yet */
+    const char *written; /* the file; NULL: none yet */
 };
 
 /* -- making ------------------------------------------------------------------------------------------ */
@@ -36,9 +35,11 @@ static kempe_status make(kempe_reduction *r, const char *mesh, const kempe_reduc
     r->frame = (kmp_flexible_frame)frame;
     const char *const inputs[3] = {mesh, o->mass, o->nodes};
     for (int k = 0; k < 3; k++)
-        if (inputs[k] && !(r->inputs[k] = kmp_arena_strdup(&r->arena, inputs[k])))
-            return kmp_fail_memory(r->context);
-    KMP_TRY(kmp_finite_mesh_read(r->context, &r->arena, r->inputs[0], o, &r->mesh));
+        if (inputs[k])
+            KMP_TRY(kmp_context_note_source(r->context, inputs[k]));
+    const char *path = kmp_arena_strdup(&r->arena, mesh);
+    KMP_TRY(kmp_made(r->context, path));
+    KMP_TRY(kmp_finite_mesh_read(r->context, &r->arena, path, o, &r->mesh));
     KMP_TRY(kmp_interfaces_read(&r->mesh, o->interfaces, &r->interface_count, &r->interfaces));
     KMP_TRY(kmp_craig_bampton(&r->mesh, r->interface_count, r->interfaces, o->modes, r->frame, &r->reduced));
     r->mesh.options = NULL;
@@ -103,12 +104,6 @@ static bool lay(kempe_reduction *r, laid *l)
     return true;
 }
 
-static bool is_same_file(const char *a, const char *b)
-{
-    struct stat one, other;
-    return stat(a, &one) == 0 && stat(b, &other) == 0 && one.st_dev == other.st_dev && one.st_ino == other.st_ino;
-}
-
 kempe_status kempe_reduction_write(kempe_reduction *r, const char *path)
 {
     KMP_WANTED(NULL, r, "reduction");
@@ -116,10 +111,6 @@ kempe_status kempe_reduction_write(kempe_reduction *r, const char *path)
     kmp_context_clear(r->context);
     if (strcmp(kmp_file_ending(path), ".npz") != 0)
         return kmp_fail(r->context, KEMPE_E_ARGUMENT, "%s: a body is written as .npz", path);
-    for (int k = 0; k < 3; k++)
-        if (r->inputs[k] && is_same_file(path, r->inputs[k]))
-            return kmp_fail(r->context, KEMPE_E_ARGUMENT, "%s is read for the mesh: write the body to another file",
-                            path);
     char format[] = "kempe-flexible-1", units[] = "m kg s", *formats[] = {format}, *unit_words[] = {units};
     const kmp_modal_body *b = &r->reduced.body;
     const int n = b->count, p = r->interface_count;

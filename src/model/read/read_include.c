@@ -97,6 +97,8 @@ static void note_path(kempe_model *model, const char *path)
 
 void kmp_reader_digest(kmp_reader *r, const char *path, const char *text, size_t length)
 {
+    if (kmp_context_note_source(r->context, path) != KEMPE_OK)
+        r->model->arena.failed = true;
     if (!r->digests)
         return;
     note_path(r->model, path);
