@@ -5,9 +5,9 @@
  * with M beside; and all of them of Q - J' lambda, in units of Q alone. Then of the program of all derivatives that the
  * Jacobian of the reduced formulation takes (of R, hdot and J qdd + jdqd; J and M), numbers folded, with R by
  * differentiation and as chosen. */
+#include "constraints/evaluation/tangent.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "integrators/formulations/tangent.h"
 #include "studies/show/sets.h"
 
 #include "bench.h"

@@ -619,15 +619,14 @@
 #define KMP_LOAD_UNSHAPED 1e-7
 /** Loads of less than this many times the start buckle a flexible body: it is warned of, because a load that begins at
  * once deflects it twice as far as one that grows slowly. Parts of the stiffness below the second number are of no
- * concern, and are not mentioned; rounding of differences is below 1e-6. */
+ * concern, and are not mentioned. */
 #define KMP_BUCKLING_NEAR 2.0
 #define KMP_BUCKLING_NONE 1e-3
 /** Largest deflection of a body that has stayed straight, a part of its length: rounding. */
 #define KMP_DEFLECTION_NONE 1e-12
 /** Deformations of a static start are found where a step is below this part of the length, or where steps below the
- * second part no longer shrink: rounding of forces over soft stiffness. Differences of this part give their matrix. */
-#define KMP_STATIC_STEP       1e-13
-#define KMP_STATIC_ROUNDED    1e-9
-#define KMP_STATIC_DIFFERENCE 1e-7
+ * second part no longer shrink: rounding of forces over soft stiffness. */
+#define KMP_STATIC_STEP    1e-13
+#define KMP_STATIC_ROUNDED 1e-9
 /** Directions of a flexible body whose inertia is this part of the largest one move no mass, but for rounding. */
 #define KMP_FLEXIBLE_STILL 1e-13

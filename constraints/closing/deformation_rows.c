@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Accelerations of dependent coordinates and of drives are those of the closures. Rows are almost linear in the
- * deformations, so that differences of them are exact to some eight digits. */
+/* Accelerations of dependent coordinates and of drives are those of the closures. */
 #include "constraints/closing/deformation_rows.h"
-#include "backend/machine.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/closing/close.h"
+#include "constraints/evaluation/few_tangents.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/partition/small_change.h"
 #include "constraints/tolerances.h"
 #include "model/data/model.h"
 #include "model/data/start.h"
@@ -41,17 +41,24 @@ bool kmp_deformation_rows_at(kmp_deformation_rows *x, double *q, double *rows)
 
 bool kmp_deformation_rows_slope(kmp_deformation_rows *x)
 {
+    if (x->count == 0)
+        return true;
+    kmp_deformation_rows_loads(x, x->qdd, x->lambda);
+    (void)kmp_reduction_load_factor(&x->red, false);
+    const kmp_instant at = kmp_instant_of(x->eval, x->t, x->q, x->qd, x->qdd, x->lambda);
+    const double *d = kmp_tangents_derivatives(&x->tangents, &at);
+    bool finite = true;
     for (int k = 0; k < x->count; k++) {
-        const int own = kmp_deformation_rows_coordinate(x, k);
-        const double move = KMP_STATIC_DIFFERENCE * x->s->scale[own];
-        memcpy(x->trial, x->q, (size_t)x->s->n * sizeof *x->q);
-        x->trial[own] += move;
-        if (!kmp_deformation_rows_at(x, x->trial, x->other))
-            return false;
-        for (int i = 0; i < x->count; i++)
-            x->slope[i + x->count * k] = (x->other[i] - x->rest[i]) / move;
+        x->unit[x->in_u[k]] = 1;
+        kmp_follow(&x->red, &x->tangents, d, false, &(kmp_change){.u = x->unit}, &(kmp_response){.residual = x->all},
+                   x->room);
+        x->unit[x->in_u[k]] = 0;
+        for (int i = 0; i < x->count; i++) {
+            x->slope[i + x->count * k] = x->all[x->in_u[i]];
+            finite = finite && isfinite(x->all[x->in_u[i]]);
+        }
     }
-    return true;
+    return finite;
 }
 
 kempe_status kmp_deformation_rows_choose(kmp_partition *part, const kmp_evaluator *eval, const bool *moves)
@@ -74,14 +81,15 @@ kempe_status kmp_deformation_rows_choose(kmp_partition *part, const kmp_evaluato
 kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_system *s, const bool *moves,
                                        const double *q, const double *qd)
 {
-    *x = (kmp_deformation_rows){.s = s, .eval = kmp_eval_new(s, kmp_backend_default())};
+    *x = (kmp_deformation_rows){.s = s, .eval = kmp_eval_new(s, "tape")};
     KMP_TRY(kmp_made(s->context, x->eval));
     kmp_eval_closure(x->eval, 0, q);
     KMP_TRY(kmp_deformation_rows_choose(&x->part, x->eval, moves));
     KMP_TRY(kmp_reduction_init(&x->red, x->eval, &x->part));
     const int n = s->n, p = x->part.p;
-    if (!KMP_ARENA_MAKE(&x->arena, KMP_ROOM(int, p, &x->in_u), KMP_ROOM(double, n, &x->q, &x->trial, &x->qd),
-                        KMP_ROOM(double, p, &x->ud, &x->udd, &x->all, &x->rest, &x->other),
+    if (!KMP_ARENA_MAKE(&x->arena, KMP_ROOM(int, p, &x->in_u), KMP_ROOM(double, n, &x->q, &x->qd, &x->qdd),
+                        KMP_ROOM(double, p, &x->ud, &x->udd, &x->all, &x->unit, &x->rest),
+                        KMP_ROOM(double, s->m, &x->lambda), KMP_ROOM(double, KMP_FOLLOW_ROOM(n, s->m), &x->room),
                         KMP_ROOM(double, p *p, &x->slope)))
         return kmp_fail_memory(s->context);
     for (int k = 0; k < p; k++) {
@@ -90,7 +98,7 @@ kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_syst
             x->in_u[x->count++] = k;
     }
     memcpy(x->q, q, (size_t)n * sizeof *x->q);
-    return KEMPE_OK;
+    return x->count > 0 ? kmp_tangents_init_few(&x->tangents, s, x->eval->backend) : KEMPE_OK;
 }
 
 kempe_status kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe_system *s, const double *q,
@@ -122,6 +130,7 @@ void kmp_deformation_rows_loads(kmp_deformation_rows *x, double *qdd, double *la
 
 void kmp_deformation_rows_free(kmp_deformation_rows *x)
 {
+    kmp_tangents_free(&x->tangents);
     kmp_reduction_free(&x->red);
     kmp_partition_free(&x->part);
     kmp_eval_free(x->eval);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/tangent.h"
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"
 
@@ -12,17 +13,18 @@ typedef struct kmp_deformation_rows {
     kmp_evaluator *eval;
     kmp_partition part;
     kmp_reduction red;
+    kmp_tangents tangents;
     kmp_arena arena;
-    int count;           /* deformations that are independent */
-    int *in_u;           /* count: their places in u */
-    double t;            /* 0, unless it is set */
-    double *q;           /* n: the state; its dependent coordinates are closed where rows are taken */
-    double *qd;          /* n: of the last rows */
-    double *ud, *udd;    /* p: rates, and accelerations, zero unless they are set */
-    double *rest;        /* count: the rows at q */
-    double *slope;       /* count x count, by columns */
-    double *all, *other; /* room: p, count */
-    double *trial;       /* room: n */
+    int count;                   /* deformations that are independent */
+    int *in_u;                   /* count: their places in u */
+    double t;                    /* 0, unless it is set */
+    double *q;                   /* n: the state; its dependent coordinates are closed where rows are taken */
+    double *qd;                  /* n: of the last rows */
+    double *ud, *udd;            /* p: rates, and accelerations, zero unless they are set */
+    double *rest;                /* count: the rows at q */
+    double *slope;               /* count x count, by columns */
+    double *all, *unit;          /* room: p; p, zeros */
+    double *qdd, *lambda, *room; /* room: n, m; of small changes */
 } kmp_deformation_rows;
 
 /** Chooses u at the closure of an evaluator: the coordinates in `moves` (n), then those that hold or have a given
@@ -49,5 +51,6 @@ bool kmp_deformation_rows_at(kmp_deformation_rows *x, double *q, double *rows);
 /** Accelerations (n) and multipliers (m) of the last rows. */
 void kmp_deformation_rows_loads(kmp_deformation_rows *x, double *qdd, double *lambda);
 
-/** Derivatives of the rows at x->q by differences, after kmp_deformation_rows_at there into x->rest. */
+/** Derivatives of the rows at x->q, where the last rows are those of kmp_deformation_rows_at. False: a number is not
+ * finite. */
 bool kmp_deformation_rows_slope(kmp_deformation_rows *x);

@@ -105,8 +105,7 @@ void kmp_load_margin_at(kmp_load_margin *m, double t, const double *q, const dou
         r->ud[k] = qd[r->part.u[k]];
         r->udd[k] = qdd ? qdd[r->part.u[k]] : 0;
     }
-    bool known = kmp_deformation_rows_at(r, r->q, r->rest) && kmp_deformation_rows_slope(r) &&
-                 kmp_deformation_rows_at(r, r->q, r->rest);
+    const bool known = kmp_deformation_rows_at(r, r->q, r->rest) && kmp_deformation_rows_slope(r);
     for (int b = 0; b < model->flexible_count; b++) {
         int count = 0;
         for (int k = 0; k < r->count; k++)

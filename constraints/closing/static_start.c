@@ -112,10 +112,8 @@ kempe_status kmp_static_start(const kempe_system *s, kempe_assembly *a)
         status = kmp_made(s->context, KMP_ARENA_MAKE(&r->arena, KMP_ROOM(int, r->count, &x.pivots),
                                                      KMP_ROOM(double, r->count, &x.step),
                                                      KMP_ROOM(double, r->count + s->n, &x.next)));
-    if (status == KEMPE_OK && r->count > 0) {
+    if (status == KEMPE_OK && r->count > 0)
         status = settle(&x, &stable);
-        (void)kmp_deformation_rows_at(r, r->q, r->rest);
-    }
     if (status == KEMPE_OK && r->count > 0)
         status = kmp_made(s->context, KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, s->n, &a->held_q, &a->held_qd)));
     for (int k = 0; status == KEMPE_OK && r->count > 0 && k < s->n; k++) {

@@ -19,8 +19,8 @@
 #include "base/arena.h"
 #include "base/context.h"
 #include "base/text.h"
+#include "constraints/evaluation/tangent.h"
 #include "integrators/formulations/formulation.h"
-#include "integrators/formulations/tangent.h"
 #include "linalg/dense/dot.h"
 #include "model/data/state.h"
 #include <kempe/kempe.h>

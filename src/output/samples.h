@@ -4,8 +4,8 @@
  * mechanism at an instant. */
 #pragma once
 
+#include "constraints/evaluation/evaluation_point.h"
 #include "dynamics/system.h"
-#include "integrators/formulations/evaluation_point.h"
 
 typedef enum kmp_quantity {
     KMP_QUANTITY_Q,

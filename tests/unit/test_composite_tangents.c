@@ -2,10 +2,10 @@
 /* Derivatives of the inverse dynamics on random trees and loops: by recursion with composite bodies as by
  * differentiation, in axes that turn or stay, and both as two-sided differences say. The power of the forces goes
  * along. */
+#include "constraints/evaluation/tangent.h"
 #include "derived.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "integrators/formulations/tangent.h"
 #include "random_model.h"
 #include "testing.h"
 #include <kempe/kempe.h>

@@ -2,11 +2,11 @@
 /* wings: rail */
 /* Tangents number by number against derived ones: of random mechanisms, of every function of the language, of loops
  * with functions of time; and that few evaluations and many give the same. */
-#include "analyses/derivatives/few_tangents.h"
 #include "analyses/derivatives/linearized.h"
 #include "base/text.h"
 #include "constraints/evaluation/evaluator.h"
-#include "integrators/formulations/tangent.h"
+#include "constraints/evaluation/few_tangents.h"
+#include "constraints/evaluation/tangent.h"
 #include "loaded.h"
 #include "random_model.h"
 #include "testing.h"

@@ -2,9 +2,9 @@
 /* Second derivatives of the equations along two directions, state and parameters, against differences of the first
  * ones, with a sweep of steps; on examples with loops in the plane and in space, and on a model whose parameters follow
  * from others. */
-#include "analyses/derivatives/few_tangents.h"
 #include "analyses/derivatives/parameter_slopes.h"
-#include "integrators/formulations/tangent.h"
+#include "constraints/evaluation/few_tangents.h"
+#include "constraints/evaluation/tangent.h"
 #include "loaded.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"

@@ -166,24 +166,24 @@ static void instances_hang(void)
     unload(&l);
 }
 
-/* An instance with a load beyond that of buckling is not trusted, and one that finds no balance says so. */
-static void instances_buckle(void)
+/* A pull P exp(y/m) against the stiffness 40 N/m has a stable balance up to y = 1 m, that at y = 2 m with P = 80
+ * exp(-2) N is none, and there is no balance beyond 40/e N. */
+static void instances_are_pulled(void)
 {
-    static const char *const names[] = {"P"};
-    static const double values[] = {5, 30, 24.674011002723397};
+    static const char *const names[] = {"P", "q.rod.y1"};
+    static const double values[] = {10, 0, 10.82682265892902, 2, 20, 0};
     static const kempe_outcome outcomes[] = {KEMPE_OUTCOME_COMPLETE, KEMPE_OUTCOME_NOT_TRUSTWORTHY,
                                              KEMPE_OUTCOME_FAILED};
     loaded l = load_text("kempe: 1\nparameters: {P: 5}\nbodies:\n  rod:\n    joint: {weld: yes, at: ground}\n"
-                         "    flexible: {beam: {length: 1, rhoA: 1, EIz: 10}, shapes: {y: 4}, damping: {ratio: 0.1}}\n"
-                         "    points: {tip: {station: 1}}\nforces: {end: {at: rod.tip, force: [-P, 0.1, 0]}}\n"
-                         "start: {elastic: static}\n");
+                         "    flexible: {beam: {length: 1, rhoA: 1, EIz: 10}, shapes: {y: 1}, raw: yes}\n"
+                         "forces: {pull: {joint: rod.y1, force: P*exp(q(rod.y1)/1 m)}}\nstart: {elastic: static}\n");
     const kempe_run_options run = {.t_end = 0.01, .rtol = 1e-8};
     kempe_values *set = NULL;
     kempe_ensemble *e = NULL;
     kempe_ensemble_result *batch = NULL;
     lines[0] = '\0';
     kempe_context_set_log(l.context, keep_line, NULL);
-    CHECK(l.model && kempe_values_new(l.model, 1, names, 3, values, &set) == KEMPE_OK &&
+    CHECK(l.model && kempe_values_new(l.model, 2, names, 3, values, &set) == KEMPE_OK &&
           kempe_ensemble_new(l.model, set, &e) == KEMPE_OK &&
           kempe_ensemble_run(e, &run, 0, &batch) == KEMPE_UNTRUSTED);
     for (int k = 0; k < 3 && batch; k++)
@@ -242,7 +242,7 @@ int main(void)
     TEST(robot_is_loaded_by_its_drives);
     TEST(pieces_bend);
     TEST(instances_hang);
-    TEST(instances_buckle);
+    TEST(instances_are_pulled);
     TEST(balance_has_derivatives);
     TEST(what_is_refused);
     return check_report();

@@ -3,7 +3,6 @@
  * by N = dq/du (linearized.h). Tangents are evaluated as numbers, and derived as expressions once they are used often.
  */
 #include "analyses/derivatives/linearized.h"
-#include "analyses/derivatives/few_tangents.h"
 #include "analyses/parts/closed_state.h"
 #include "analyses/parts/told_tables.h"
 #include "base/arena.h"
@@ -12,6 +11,7 @@
 #include "base/text.h"
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/few_tangents.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
 #include "model/data/body.h"

@@ -14,7 +14,7 @@
 
 #include "analyses/derivatives/spectrum.h"
 #include "base/arena.h"
-#include "integrators/formulations/reduced_jacobian.h"
+#include "constraints/partition/small_change.h"
 #include "model/data/force.h"
 #include "model/data/variant.h"
 

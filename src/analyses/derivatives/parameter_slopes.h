@@ -5,8 +5,8 @@
  * response of a mechanism. Derived once; values of parameters may change. */
 #pragma once
 
-#include "integrators/formulations/evaluation_point.h"
-#include "integrators/formulations/reduced_jacobian.h"
+#include "constraints/evaluation/evaluation_point.h"
+#include "constraints/partition/small_change.h"
 #include "model/data/force.h"
 
 /** Derivatives of one program by columns, and the program. */

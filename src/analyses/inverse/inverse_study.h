@@ -2,7 +2,7 @@
 /* Results of an inverse dynamics study: its rows, and their summary. */
 #pragma once
 
-#include "integrators/formulations/evaluation_point.h"
+#include "constraints/evaluation/evaluation_point.h"
 #include "model/data/force.h"
 #include "output/convergence.h"
 #include <kempe/inverse.h>

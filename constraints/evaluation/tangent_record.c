@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tangent programs in memory and on disk. A program from a file is checked against the sizes of the system before it is
  * used. */
-#include "integrators/formulations/tangent_record.h"
+#include "constraints/evaluation/tangent_record.h"
 #include "base/memory.h"
+#include "constraints/evaluation/tangent.h"
 #include "dynamics/program_cache.h"
-#include "integrators/formulations/tangent.h"
 #include "symbolic/program_bytes.h"
 #include "symbolic/program_forms.h"
 #include <limits.h>

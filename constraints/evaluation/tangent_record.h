@@ -2,7 +2,7 @@
 /* Programs of tangents, kept in the system's cache and recalled from it. */
 #pragma once
 
-#include "integrators/formulations/tangent.h"
+#include "constraints/evaluation/tangent.h"
 #include "model/data/force.h"
 
 /** False: there are none, and the tangents are unchanged. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Each value has its derivatives along KMP_DUALS_WIDTH inputs. Values that no current input changes are skipped. */
-#include "analyses/derivatives/duals.h"
+#include "constraints/evaluation/duals.h"
 #include "base/clones.h"
 #include "symbolic/ops.h"
 #include "symbolic/table_function.h"

@@ -2,14 +2,14 @@
 /* Exact tangents of the residual: forward differentiation column by column, or composite bodies where these take fewer
  * operations. Entries that are zero for every state are left out, and the others listed by column, as sparse matrices
  * have them. */
-#include "integrators/formulations/tangent.h"
+#include "constraints/evaluation/tangent.h"
 #include "backend/native.h"
 #include "base/memory.h"
+#include "constraints/evaluation/tangent_record.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
 #include "dynamics/motion.h"
 #include "dynamics/tangents.h"
-#include "integrators/formulations/tangent_record.h"
 #include "symbolic/derivative.h"
 #include <math.h>
 #include <stdlib.h>

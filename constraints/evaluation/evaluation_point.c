@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Programs of expressions at the state of an evaluator: the same conditions, charts and parameters, taken over when
  * they have changed, and outputs listed with their places. */
-#include "integrators/formulations/evaluation_point.h"
+#include "constraints/evaluation/evaluation_point.h"
 #include "base/memory.h"
 
 kmp_instant kmp_instant_of(const kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,

@@ -8,8 +8,8 @@
 #pragma once
 
 #include "base/arena.h"
+#include "constraints/evaluation/evaluation_point.h"
 #include "dynamics/tangents.h"
-#include "integrators/formulations/evaluation_point.h"
 #include "model/data/force.h"
 
 /** Values: n each for R and J' mu, m for closures, 1 for the power. */

@@ -2,8 +2,8 @@
 /* Tangents of the residual by dual numbers along the system's own program. With qdd and lambda constant, the
  * derivatives of R = M qdd + C - J' lambda, rate = J qd + h_t and curve = J qdd + jdqd by q are those of M, C, J, h_t
  * and jdqd; the derivatives by qd are those of C and jdqd. */
-#include "analyses/derivatives/few_tangents.h"
-#include "analyses/derivatives/duals.h"
+#include "constraints/evaluation/few_tangents.h"
+#include "constraints/evaluation/duals.h"
 #include "dynamics/motion.h"
 #include <string.h>
 
