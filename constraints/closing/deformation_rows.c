@@ -18,6 +18,15 @@ int kmp_deformation_rows_coordinate(const kmp_deformation_rows *x, int k)
     return x->part.u[x->in_u[k]];
 }
 
+/* Rates of rest: those of states are their values. */
+static void put_rest(const kmp_deformation_rows *x, double *qd)
+{
+    const kempe_model *model = x->s->model;
+    memset(qd, 0, (size_t)x->s->n * sizeof *qd);
+    for (int k = kmp_model_coordinates(model); k < x->s->n; k++)
+        qd[k] = model->start.qd[k].value;
+}
+
 bool kmp_deformation_rows_at(kmp_deformation_rows *x, double *q, double *rows)
 {
     if (x->part.r > 0 && kmp_reduction_close(&x->red, x->t, q, NULL, 0) != 0)
@@ -26,17 +35,39 @@ bool kmp_deformation_rows_at(kmp_deformation_rows *x, double *q, double *rows)
     if (kmp_reduction_factor(&x->red) != 0)
         return false;
     kmp_reduction_tangent(&x->red);
-    kmp_reduction_rates(&x->red, x->ud, x->qd);
+    if (x->rests)
+        put_rest(x, x->qd);
+    else
+        kmp_reduction_rates(&x->red, x->ud, x->qd);
     kmp_eval_mass(x->eval);
     kmp_load_forget(x->eval);
     kmp_eval_bias(x->eval, x->qd);
-    kmp_reduction_residual(&x->red, x->udd, x->all);
+    if (x->rests)
+        kmp_reduction_project(&x->red, x->eval->bias, x->all);
+    else
+        kmp_reduction_residual(&x->red, x->udd, x->all);
     bool finite = true;
     for (int k = 0; k < x->count; k++) {
-        rows[k] = x->all[x->in_u[k]];
+        rows[k] = x->rests ? -x->all[x->in_u[k]] : x->all[x->in_u[k]];
         finite = finite && isfinite(rows[k]);
     }
     return finite;
+}
+
+/* The change of all rows by the k-th deformation. */
+static void follow(kmp_deformation_rows *x, int k)
+{
+    if (x->rests) {
+        double *force = x->room;
+        memset(force, 0, (size_t)x->s->n * sizeof *force);
+        kmp_tangents_add(&x->tangents, KMP_R_Q, x->d, -1, x->red.x + (ptrdiff_t)x->s->n * x->in_u[k], force);
+        kmp_reduction_project(&x->red, force, x->all);
+        return;
+    }
+    x->unit[x->in_u[k]] = 1;
+    kmp_follow(&x->red, &x->tangents, x->d, false, &(kmp_change){.u = x->unit}, &(kmp_response){.residual = x->all},
+               x->room);
+    x->unit[x->in_u[k]] = 0;
 }
 
 bool kmp_deformation_rows_slope(kmp_deformation_rows *x)
@@ -46,13 +77,10 @@ bool kmp_deformation_rows_slope(kmp_deformation_rows *x)
     kmp_deformation_rows_loads(x, x->qdd, x->lambda);
     (void)kmp_reduction_load_factor(&x->red, false);
     const kmp_instant at = kmp_instant_of(x->eval, x->t, x->q, x->qd, x->qdd, x->lambda);
-    const double *d = kmp_tangents_derivatives(&x->tangents, &at);
+    x->d = kmp_tangents_derivatives(&x->tangents, &at);
     bool finite = true;
     for (int k = 0; k < x->count; k++) {
-        x->unit[x->in_u[k]] = 1;
-        kmp_follow(&x->red, &x->tangents, d, false, &(kmp_change){.u = x->unit}, &(kmp_response){.residual = x->all},
-                   x->room);
-        x->unit[x->in_u[k]] = 0;
+        follow(x, k);
         for (int i = 0; i < x->count; i++) {
             x->slope[i + x->count * k] = x->all[x->in_u[i]];
             finite = finite && isfinite(x->all[x->in_u[i]]);
@@ -61,30 +89,35 @@ bool kmp_deformation_rows_slope(kmp_deformation_rows *x)
     return finite;
 }
 
-kempe_status kmp_deformation_rows_choose(kmp_partition *part, const kmp_evaluator *eval, const bool *moves)
+kempe_status kmp_deformation_rows_choose(kmp_partition *part, kmp_evaluator *eval, const kmp_deformation_choice *c)
 {
     const kempe_system *s = eval->system;
     const kmp_start *start = &s->model->start;
+    const kmp_pattern *pattern = &s->jacobian;
     bool *liked = KMP_NEW(bool, s->n);
     int *wish = KMP_NEW(int, s->n), count = -1;
+    double *jacobian = KMP_NEW(double, pattern->count);
+    kmp_eval_closure(eval, c->t, c->q);
+    for (int e = 0; jacobian && e < pattern->count; e++)
+        jacobian[e] = c->left_out && c->left_out[pattern->row[e]] ? 0 : eval->jacobian[e];
     for (int k = 0; liked && k < s->n; k++)
-        liked[k] = moves[k] || start->hold[k] || start->q_given[k];
-    if (liked && wish)
-        count = kmp_partition_prefer(s, eval->jacobian, liked, wish);
+        liked[k] = c->moves[k] || (c->liked ? c->liked[k] : start->hold[k] || start->q_given[k]);
+    if (liked && wish && jacobian)
+        count = kmp_partition_prefer(s, jacobian, liked, wish);
     const kempe_status status =
-        count < 0 ? kmp_fail_memory(s->context) : kmp_partition_init(part, s, eval->jacobian, wish, count);
+        count < 0 ? kmp_fail_memory(s->context) : kmp_partition_init(part, s, jacobian, wish, count);
+    kmp_free(jacobian);
     kmp_free(liked);
     kmp_free(wish);
     return status;
 }
 
-kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_system *s, const bool *moves,
-                                       const double *q, const double *qd)
+kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_system *s, const kmp_deformation_choice *c)
 {
-    *x = (kmp_deformation_rows){.s = s, .eval = kmp_eval_new(s, "tape")};
+    *x = (kmp_deformation_rows){.s = s, .eval = kmp_eval_new(s, "tape"), .rests = c->rests, .t = c->t};
     KMP_TRY(kmp_made(s->context, x->eval));
-    kmp_eval_closure(x->eval, 0, q);
-    KMP_TRY(kmp_deformation_rows_choose(&x->part, x->eval, moves));
+    x->eval->left_out = c->left_out;
+    KMP_TRY(kmp_deformation_rows_choose(&x->part, x->eval, c));
     KMP_TRY(kmp_reduction_init(&x->red, x->eval, &x->part));
     const int n = s->n, p = x->part.p;
     if (!KMP_ARENA_MAKE(&x->arena, KMP_ROOM(int, p, &x->in_u), KMP_ROOM(double, n, &x->q, &x->qd, &x->qdd),
@@ -93,11 +126,11 @@ kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_syst
                         KMP_ROOM(double, p *p, &x->slope)))
         return kmp_fail_memory(s->context);
     for (int k = 0; k < p; k++) {
-        x->ud[k] = qd[x->part.u[k]];
-        if (moves[x->part.u[k]])
+        x->ud[k] = c->qd[x->part.u[k]];
+        if (c->moves[x->part.u[k]])
             x->in_u[x->count++] = k;
     }
-    memcpy(x->q, q, (size_t)n * sizeof *x->q);
+    memcpy(x->q, c->q, (size_t)n * sizeof *x->q);
     return x->count > 0 ? kmp_tangents_init_few(&x->tangents, s, x->eval->backend) : KEMPE_OK;
 }
 
@@ -110,7 +143,8 @@ kempe_status kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe
     bool *moves = KMP_NEW(bool, s->n);
     for (int k = 0; moves && k < s->n; k++)
         moves[k] = s->model->motions[k].elastic;
-    const kempe_status status = moves ? kmp_deformation_rows_init(x, s, moves, q, qd) : KEMPE_E_MEMORY;
+    const kmp_deformation_choice choice = {.moves = moves, .q = q, .qd = qd};
+    const kempe_status status = moves ? kmp_deformation_rows_init(x, s, &choice) : KEMPE_E_MEMORY;
     (void)kmp_context_quiet(s->context, quiet);
     if (moves && status != KEMPE_OK)
         kmp_deformation_rows_free(x);
@@ -124,7 +158,10 @@ kempe_status kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe
 
 void kmp_deformation_rows_loads(kmp_deformation_rows *x, double *qdd, double *lambda)
 {
-    kmp_reduction_accelerations(&x->red, x->udd, qdd);
+    if (x->rests)
+        memset(qdd, 0, (size_t)x->s->n * sizeof *qdd);
+    else
+        kmp_reduction_accelerations(&x->red, x->udd, qdd);
     kmp_reduction_multipliers(&x->red, qdd, lambda);
 }
 

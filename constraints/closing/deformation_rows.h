@@ -8,6 +8,16 @@
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"
 
+/** The wished independent coordinates, and the closed state at which they are chosen. */
+typedef struct kmp_deformation_choice {
+    const bool *moves;    /* n: the deformations */
+    const bool *liked;    /* n: others that are independent if possible; NULL: those that hold or have a given start */
+    const bool *left_out; /* m: rows of h that count as none; NULL: none */
+    bool rests;           /* loads are those at rest: of no rates but those of states, and of no accelerations */
+    double t;
+    const double *q, *qd; /* n */
+} kmp_deformation_choice;
+
 typedef struct kmp_deformation_rows {
     const kempe_system *s;
     kmp_evaluator *eval;
@@ -15,6 +25,7 @@ typedef struct kmp_deformation_rows {
     kmp_reduction red;
     kmp_tangents tangents;
     kmp_arena arena;
+    bool rests;                  /* as chosen */
     int count;                   /* deformations that are independent */
     int *in_u;                   /* count: their places in u */
     double t;                    /* 0, unless it is set */
@@ -23,21 +34,22 @@ typedef struct kmp_deformation_rows {
     double *ud, *udd;            /* p: rates, and accelerations, zero unless they are set */
     double *rest;                /* count: the rows at q */
     double *slope;               /* count x count, by columns */
+    const double *d;             /* values of the tangents since kmp_deformation_rows_slope */
     double *all, *unit;          /* room: p; p, zeros */
     double *qdd, *lambda, *room; /* room: n, m; of small changes */
 } kmp_deformation_rows;
 
-/** Chooses u at the closure of an evaluator: the coordinates in `moves` (n), then those that hold or have a given
- * start. KEMPE_E_FAILED, KEMPE_E_MEMORY, with the message. */
-kempe_status kmp_deformation_rows_choose(kmp_partition *part, const kmp_evaluator *eval, const bool *moves);
+/** Chooses u with an evaluator. KEMPE_E_FAILED, KEMPE_E_MEMORY, with the message. */
+kempe_status kmp_deformation_rows_choose(kmp_partition *part, kmp_evaluator *eval,
+                                         const kmp_deformation_choice *choice);
 
-/** Chooses the coordinates in `moves` (n) and then those that hold or have a given start as independent, at closed q
- * with these rates. KEMPE_E_FAILED, KEMPE_E_MEMORY, with the message; free it also then. */
-kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_system *system, const bool *moves,
-                                       const double *q, const double *qd);
+/** KEMPE_E_FAILED, KEMPE_E_MEMORY, with the message; free it also then. */
+kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_system *system,
+                                       const kmp_deformation_choice *choice);
 
-/** The same for the shapes of all flexible bodies. KEMPE_E_FAILED, without a message: there are none, or no such
- * coordinates; KEMPE_E_MEMORY. Then there is nothing to free. */
+/** Rows of the shapes of all flexible bodies, beside independent coordinates that hold or have a given start.
+ * KEMPE_E_FAILED, without a message: there are none, or no such coordinates; KEMPE_E_MEMORY. Then there is nothing to
+ * free. */
 kempe_status kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe_system *system, const double *q,
                                             const double *qd);
 void kmp_deformation_rows_free(kmp_deformation_rows *x);

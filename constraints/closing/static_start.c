@@ -2,7 +2,6 @@
 /* The rows of the deformations without accelerations are solved by Newton's method. */
 #include "constraints/closing/static_start.h"
 #include "base/context.h"
-#include "constraints/closing/deformation_rows.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/factors.h"
 #include "model/data/model.h"
@@ -12,19 +11,13 @@
 
 enum { MOST_STEPS = 60, MOST_HALVES = 12 };
 
-typedef struct settling {
-    kmp_deformation_rows rows;
-    int *pivots;
-    double *step, *next; /* count */
-} settling;
-
-static double scale_of(const settling *x, int k)
+static double scale_of(const kmp_settling *x, int k)
 {
     return x->rows.s->scale[kmp_deformation_rows_coordinate(&x->rows, k)];
 }
 
 /* The length of the rows as works along one scale of each coordinate. */
-static double size_of(const settling *x, const double *rows)
+static double size_of(const kmp_settling *x, const double *rows)
 {
     double sum = 0;
     for (int k = 0; k < x->rows.count; k++)
@@ -34,7 +27,7 @@ static double size_of(const settling *x, const double *rows)
 
 /* A step of Newton, halved while the rows would grow; its length in scales of the coordinates. Negative: there is
  * none. */
-static double move_on(settling *x)
+static double move_on(kmp_settling *x)
 {
     kmp_deformation_rows *r = &x->rows;
     const size_t n = (size_t)r->s->n;
@@ -61,20 +54,23 @@ static double move_on(settling *x)
     return -1;
 }
 
-/* The symmetric part of the stiffness at the end: not positive beyond the load at which a body buckles. */
-static bool is_stable(kmp_deformation_rows *x)
+kempe_status kmp_settling_init(kmp_settling *x, const kempe_system *s, const kmp_deformation_choice *choice)
 {
-    if (!kmp_deformation_rows_slope(x))
-        return false;
-    for (int i = 0; i < x->count; i++)
-        for (int k = 0; k < i; k++) {
-            const double mean = (x->slope[i + x->count * k] + x->slope[k + x->count * i]) / 2;
-            x->slope[i + x->count * k] = x->slope[k + x->count * i] = mean;
-        }
-    return kmp_cholesky_factor(x->count, x->slope) == 0;
+    kmp_deformation_rows *r = &x->rows;
+    *x = (kmp_settling){.pivots = NULL};
+    KMP_TRY(kmp_deformation_rows_init(r, s, choice));
+    return kmp_made(s->context,
+                    KMP_ARENA_MAKE(&r->arena, KMP_ROOM(int, r->count, &x->pivots), KMP_ROOM(double, r->count, &x->step),
+                                   KMP_ROOM(double, r->count + s->n, &x->next),
+                                   KMP_ROOM(double, r->count * r->count, &x->even)));
 }
 
-static kempe_status settle(settling *x, bool *stable)
+void kmp_settling_free(kmp_settling *x)
+{
+    kmp_deformation_rows_free(&x->rows);
+}
+
+bool kmp_settle(kmp_settling *x)
 {
     kmp_deformation_rows *r = &x->rows;
     double last = INFINITY, length = kmp_deformation_rows_at(r, r->q, r->rest) ? INFINITY : -1;
@@ -83,47 +79,66 @@ static kempe_status settle(settling *x, bool *stable)
         last = length;
         length = move_on(x);
     }
-    if (!(length >= 0 && length <= KMP_STATIC_ROUNDED))
-        return kmp_fail(r->s->context, KEMPE_E_FAILED,
-                        "start: the flexible bodies find no balance with the loads of the start near their given "
-                        "deformations: the loads may be more than those at which one of them buckles; take 'elastic: "
-                        "held', or other deformations (start: q)");
-    *stable = is_stable(r);
-    if (!*stable)
-        kmp_doubt(r->s->context,
-                  "start: the deformations are in balance with the loads of the start, but not in a stable one: a "
-                  "flexible body buckles under less than these");
-    return KEMPE_OK;
+    return length >= 0 && length <= KMP_STATIC_ROUNDED && kmp_deformation_rows_slope(r);
 }
 
-kempe_status kmp_static_start(const kempe_system *s, kempe_assembly *a)
+/* The symmetric part of the stiffness is not positive beyond the load at which a body buckles. */
+bool kmp_settling_is_stable(kmp_settling *x)
 {
-    settling x = {.pivots = NULL};
-    bool stable = true;
-    kmp_deformation_rows *r = &x.rows;
-    if (!s->model->start.statics || !a->closed)
-        return KEMPE_OK;
-    if (a->inner_q)
-        return kmp_fail(s->context, KEMPE_E_FAILED,
-                        "start: 'elastic: static' is not possible where a spherical joint is near its singular "
-                        "position; give it other axes");
-    kempe_status status = kmp_deformation_rows_init(r, s, s->model->start.undeformed, a->q, a->qd);
-    if (status == KEMPE_OK)
-        status = kmp_made(s->context, KMP_ARENA_MAKE(&r->arena, KMP_ROOM(int, r->count, &x.pivots),
-                                                     KMP_ROOM(double, r->count, &x.step),
-                                                     KMP_ROOM(double, r->count + s->n, &x.next)));
-    if (status == KEMPE_OK && r->count > 0)
-        status = settle(&x, &stable);
-    if (status == KEMPE_OK && r->count > 0)
-        status = kmp_made(s->context, KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, s->n, &a->held_q, &a->held_qd)));
-    for (int k = 0; status == KEMPE_OK && r->count > 0 && k < s->n; k++) {
+    const int count = x->rows.count;
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < count; k++)
+            x->even[i + count * k] = (x->rows.slope[i + count * k] + x->rows.slope[k + count * i]) / 2;
+    return kmp_cholesky_factor(count, x->even) == 0;
+}
+
+/* Into the assembly. */
+static kempe_status take(const kmp_settling *x, kempe_assembly *a)
+{
+    const kmp_deformation_rows *r = &x->rows;
+    const int n = r->s->n;
+    KMP_TRY(kmp_made(r->s->context, KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, n, &a->held_q, &a->held_qd))));
+    for (int k = 0; k < n; k++) {
         a->moved[k] += r->q[k] - a->q[k];
         a->held_q[k] = a->q[k];
         a->held_qd[k] = a->qd[k];
         a->q[k] = r->q[k];
         a->qd[k] = r->qd[k];
     }
-    a->unstable = !stable;
-    kmp_deformation_rows_free(r);
+    return KEMPE_OK;
+}
+
+static kempe_status settle(kmp_settling *x, kempe_assembly *a)
+{
+    kempe_context *context = x->rows.s->context;
+    if (x->rows.count == 0)
+        return KEMPE_OK;
+    if (!kmp_settle(x))
+        return kmp_fail(context, KEMPE_E_FAILED,
+                        "start: the flexible bodies find no balance with the loads of the start near their given "
+                        "deformations: the loads may be more than those at which one of them buckles; take 'elastic: "
+                        "held', or other deformations (start: q)");
+    a->unstable = !kmp_settling_is_stable(x);
+    if (a->unstable)
+        kmp_doubt(context,
+                  "start: the deformations are in balance with the loads of the start, but not in a stable one: a "
+                  "flexible body buckles under less than these");
+    return take(x, a);
+}
+
+kempe_status kmp_static_start(const kempe_system *s, kempe_assembly *a)
+{
+    if (!s->model->start.statics || !a->closed)
+        return KEMPE_OK;
+    if (a->inner_q)
+        return kmp_fail(s->context, KEMPE_E_FAILED,
+                        "start: 'elastic: static' is not possible where a spherical joint is near its singular "
+                        "position; give it other axes");
+    kmp_settling x;
+    const kmp_deformation_choice choice = {.moves = s->model->start.undeformed, .q = a->q, .qd = a->qd};
+    kempe_status status = kmp_settling_init(&x, s, &choice);
+    if (status == KEMPE_OK)
+        status = settle(&x, a);
+    kmp_settling_free(&x);
     return status;
 }

@@ -5,6 +5,7 @@
 #include "constraints/evaluation/few_tangents.h"
 #include "constraints/evaluation/duals.h"
 #include "dynamics/motion.h"
+#include "model/data/model.h"
 #include <string.h>
 
 /* Larger mechanisms are only differentiated: this needs room for whole matrices. */
@@ -240,4 +241,22 @@ void kmp_tangents_renew_parameters(kmp_tangents *tangents, const double *paramet
     if (tangents->value.machine)
         kmp_formulas_renew(&tangents->value, parameters);
     kmp_formulas_renew(&tangents->tangent, parameters);
+}
+
+bool kmp_equations_move_in_time(const kempe_system *system)
+{
+    const output_places out = find_outputs(system);
+    kmp_arena arena = {0};
+    kmp_duals *duals = kmp_duals_know(system->motion) ? kmp_duals_new(system->motion, &arena) : NULL;
+    const int times = 1 + KMP_TIME_NUMBERS * system->model->input_count;
+    bool moves = !duals;
+    for (int first = 0; !moves && first < times; first += KMP_DUALS_MARKED) {
+        kmp_duals_mark(duals, KMP_IN_TIME, (uint32_t)first);
+        for (int e = 0; e < system->jacobian.count; e++)
+            moves = moves || kmp_duals_moves(duals, out.jacobian + e) != 0;
+        for (int k = 0; k < system->n; k++)
+            moves = moves || kmp_duals_moves(duals, out.bias + k) != 0;
+    }
+    kmp_arena_free(&arena);
+    return moves;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
  * Position analysis of a mechanism: one or several coordinates, or the time, sweep a range together. All others follow
- * on the branch on which the model assembles. Forces play no part.
+ * on the branch on which the model assembles. Forces play no part, except that they may deform flexible bodies.
  *
  *     kempe_kinematics_options ask = {.sweep = "crank=0 deg:360 deg", .points = 361};
  *     kempe_kinematics *sweep;
@@ -29,6 +29,8 @@ typedef struct kempe_kinematics_options {
     const char *speed;   /* constant rate of the first swept coordinate, "2" (rad/s or m/s), "90 deg/s", "30 rpm",
                           * "5 mm/s"; default: 1. Not with t */
     const char *backend; /* as in kempe_run_options */
+    const char *elastic; /* deformations of flexible bodies: "held", as assembled (the default), or "static", in balance
+                          * with the loads at rest at each position */
 } kempe_kinematics_options;
 
 typedef struct kempe_kinematics kempe_kinematics;

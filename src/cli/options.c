@@ -118,6 +118,8 @@ static const option options[] = {
      "drives and locks of the model to deactivate"},
     {CLI_KINEMATICS, IN_MODEL, "speed", TEXT(kinematics.speed), "X",
      "rate of the first swept coordinate, as 2 (rad/s or m/s), '90 deg/s', '30 rpm', '5 mm/s' (default: 1)"},
+    {CLI_KINEMATICS, IN_MODEL, "elastic", TEXT(kinematics.elastic), "WORD",
+     "deformations of flexible bodies: held (default), as assembled, or static, in balance with the loads at rest"},
     {CLI_CONTACT, IN_MODEL, "sweep", TEXT(contact.sweep), "NAME=A:B:N,..",
      "coordinates or parameters, swept together from A to B in N values (default: 21)"},
     {CLI_CONTACT, IN_MODEL, "hold", TEXT(contact.hold), "NAME,..", "coordinates that keep their assembled values"},

@@ -726,7 +726,7 @@ class Kinematics(Case):
     def test_dead_centres(self):
         result = self.object(1, "kinematics", self.MODEL, "--sweep", "rocker=90 deg:150 deg:61",
                              "--release", "motor", "--svg", "half.svg", "-o", "half.csv")
-        self.assertKeys(result, "model status reason build_s driven speed released rows rows_asked coordinates outputs "
+        self.assertKeys(result, "model status reason build_s driven elastic speed released rows rows_asked coordinates outputs "
                                 "dead_centres change_points left_out work")
         self.assertEqual((result["status"], result["released"], result["rows_asked"]), ("stopped", ["motor"], 61))
         low, high = result["dead_centres"]

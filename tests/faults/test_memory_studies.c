@@ -39,6 +39,37 @@ static kempe_status lead_rocker(scene *s)
     return status;
 }
 
+/* A rod on a crank: a sweep in balance with its loads, and the sensitivities of a start in balance. */
+static kempe_status balance(scene *s)
+{
+    static const char text[] =
+        "kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {E: 1e9}\nbodies:\n  crank: {joint: {name: A, revolute: z, at: "
+        "ground}, mass: 1, inertia: {zz: 0.1}, points: {E: [0.2, 0, 0]}}\n  a:\n    joint: {name: B, revolute: z, at: "
+        "crank.E}\n    flexible: {beam: {length: 1, young: E, density: 1000, section: {circle: 20 mm}}, shapes: {y: "
+        "2}, "
+        "frame: chord, raw: yes}\n    points: {P: {station: 1}}\n  slide: {joint: {name: X, prismatic: x, at: ground}, "
+        "mass: 1, points: {P: [0, 0, 0]}}\nloops: {C: {ball: [a.P, slide.P]}}\n"
+        "start: {elastic: static, q: {A: 1, B: -1.17, X: 1.09}, hold: [A]}\n";
+    const kempe_kinematics_options how = {.sweep = "A=1:1.1:2", .elastic = "static"};
+    const kempe_sensitivity_options by = {.of = "reactions", .at = "start", .parameters = "E"};
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kempe_kinematics *sweep = NULL;
+    kempe_sensitivity *slopes = NULL;
+    kempe_status status = kempe_model_read_text(s->context, text, "balance.yaml", &model);
+    if (status == KEMPE_OK)
+        status = kempe_system_new(model, &system);
+    if (status == KEMPE_OK)
+        status = kempe_kinematics_new(system, &how, &sweep);
+    if (status == KEMPE_OK)
+        status = kempe_sensitivity_new(model, &by, &slopes);
+    kempe_sensitivity_free(slopes);
+    kempe_kinematics_free(sweep);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    return status;
+}
+
 static kempe_status equilibrium_of(const scene *s, kempe_system *system, const kempe_equilibrium_options *options)
 {
     kempe_equilibrium *e = NULL;
@@ -440,6 +471,7 @@ static const named_stage stages[] = {{"equilibria", find_equilibria},
                                      {"exchanged", exchange_unknowns},
                                      {"no equilibrium", find_none},
                                      {"kinematics", lead_rocker},
+                                     {"balance", balance},
                                      {"ensemble", run_ensemble},
                                      {"mechanisms", run_mechanisms},
                                      {"modes", find_modes},

@@ -440,8 +440,7 @@ static kempe_status take_balance(beginning *b, balance *e)
     const kempe_system *s = v->system;
     const bool *moves = s->model->start.undeformed;
     kmp_partition part;
-    kmp_eval_closure(l->eval, 0, b->q);
-    KMP_TRY(kmp_deformation_rows_choose(&part, l->eval, moves));
+    KMP_TRY(kmp_deformation_rows_choose(&part, l->eval, &(kmp_deformation_choice){.moves = moves, .q = b->q}));
     KMP_TRY(kmp_linear_take(l, &part));
     const int p = l->p;
     KMP_TRY(kmp_made(s->context,

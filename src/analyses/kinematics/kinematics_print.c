@@ -30,6 +30,12 @@ static bool is_left_out(const kempe_model *model, int output)
     return kmp_output_has_loads(model, &model->outputs[output]);
 }
 
+/* A deformation that is in balance with its loads, in place of a value that it keeps. */
+static bool is_moved(const kempe_kinematics *k, const kmp_sweep_parameter *parameter)
+{
+    return k->statics && parameter->coordinate >= 0 && k->moves[parameter->coordinate];
+}
+
 /* Least and greatest of entry i of a table, finite values alone. */
 typedef struct span {
     double least, most;
@@ -73,6 +79,8 @@ static void show_dead(kmp_text *text, const kempe_kinematics *k)
                         c->determined, c->margin);
         if (*c->instead)
             kmp_text_printf(text, "  alternative driving coordinates: %s\n", c->instead);
+        if (k->statics)
+            kmp_text_put(text, "  it is that of the mechanism with the deformations of the start\n");
         for (int i = 0; i < kmp_model_coordinates(k->system->model); i++)
             kmp_text_printf(text, "    %s = %.15g %s\n", k->system->model->motions[i].name,
                             kmp_print_value(k->system, i, c->q[i]), kmp_print_unit(k->system, i));
@@ -87,7 +95,7 @@ static void show_all(kmp_text *text, const void *result)
     for (int i = 0; i < k->parameter_count; i++) {
         const kmp_sweep_parameter *parameter = &k->parameter[i];
         kmp_shown as = shown_as(k, parameter);
-        if (kmp_state_of(k->system->model, parameter->coordinate))
+        if (kmp_state_of(k->system->model, parameter->coordinate) || is_moved(k, parameter))
             continue;
         if (parameter->from != parameter->to)
             kmp_text_printf(text, "  %s swept from %.9g to %.9g %s", kmp_kinematics_name(k, parameter),
@@ -99,6 +107,8 @@ static void show_all(kmp_text *text, const void *result)
             kmp_text_printf(text, ", at %.6g %s/s", as.factor * k->speed, as.unit);
         kmp_text_put(text, "\n");
     }
+    if (k->statics)
+        kmp_text_put(text, "  deformations in balance with their loads at rest\n");
     if (k->system->model->state_count > 0)
         kmp_text_put(text, "  states keep their start values\n");
     for (int c = 0; c < k->system->model->closure_count; c++)
@@ -152,12 +162,12 @@ static void json_all(kmp_text *text, const void *result)
     kmp_json_array(&j, "driven");
     for (int i = 0; i < k->parameter_count; i++) {
         const kmp_sweep_parameter *parameter = &k->parameter[i];
-        if (kmp_state_of(k->system->model, parameter->coordinate))
+        if (kmp_state_of(k->system->model, parameter->coordinate) || is_moved(k, parameter))
             continue;
         kmp_json_put(&j, "{ name %s unit %s from %g to %g held %d }", kmp_kinematics_name(k, parameter),
                      kmp_kinematics_unit(k, parameter), parameter->from, parameter->to, i >= k->driven);
     }
-    kmp_json_put(&j, "] speed %g released [", k->speed);
+    kmp_json_put(&j, "] elastic %s speed %g released [", k->statics ? "static" : "held", k->speed);
     for (int c = 0; c < k->system->model->closure_count; c++)
         if (k->released[c])
             kmp_json_string(&j, NULL, k->system->model->closures[c].name);

@@ -2,6 +2,7 @@
 /* A position study: approaches the beginning of the range from the assembled start, along the range's own line if the
  * start lies on it, then sweeps through it. A dead centre ends the sweep. */
 #include "analyses/kinematics/position_sweep.h"
+#include "analyses/kinematics/deflections.h"
 #include "analyses/kinematics/sweep.h"
 #include "analyses/parts/ranges.h"
 #include "analyses/parts/told_tables.h"
@@ -9,7 +10,9 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/few_tangents.h"
 #include "constraints/partition/singularity_causes.h"
+#include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
@@ -18,6 +21,7 @@
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/samples.h"
+#include "studies/simulate/flexible_doubts.h"
 #include <kempe/check.h>
 #include <kempe/kinematics.h>
 #include <math.h>
@@ -174,18 +178,29 @@ static kempe_status read_speed(const kempe_kinematics *k, const char *speed, dou
     return status;
 }
 
-/* Flexible bodies keep the deformation of the assembled position, unless it is swept. */
-static void hold_elastic(kempe_kinematics *k)
+/* The deformations of flexible bodies, unless they are swept or held, keep those of the assembled position, from which
+ * they may then move into balance; so do those of segments if they do. */
+static kempe_status hold_elastic(kempe_kinematics *k, const char *word)
 {
     const kempe_model *model = k->system->model;
+    const bool *undeformed = model->start.undeformed;
     const int given = k->parameter_count;
+    bool any = false;
+    k->statics = word && strcmp(word, "static") == 0;
+    if (word && !k->statics && strcmp(word, "held") != 0)
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "elastic: 'held' or 'static' is expected, not '%s'", word);
     for (int i = 0; i < model->motion_count; i++) {
-        bool free = model->motions[i].elastic;
+        k->moves[i] = model->motions[i].elastic || (k->statics && undeformed && undeformed[i]);
         for (int p = 0; p < given; p++)
-            free = free && k->parameter[p].coordinate != i;
-        if (free)
+            k->moves[i] = k->moves[i] && k->parameter[p].coordinate != i;
+        if (k->moves[i])
             k->parameter[k->parameter_count++] = (kmp_sweep_parameter){.coordinate = i};
+        any = any || k->moves[i];
     }
+    return any || !k->statics ? KEMPE_OK
+                              : kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                                         "elastic: 'static' needs a flexible body whose deformations are neither swept "
+                                         "nor held");
 }
 
 static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options *options, const kmp_ranges *ranges)
@@ -196,6 +211,7 @@ static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options
     k->parameter =
         KMP_ARENA_NEW(&k->arena, kmp_sweep_parameter, ranges->count + hold_count + k->system->model->motion_count);
     k->released = KMP_ARENA_NEW(&k->arena, bool, k->system->model->closure_count);
+    k->moves = KMP_ARENA_NEW(&k->arena, bool, k->system->n);
     KMP_TRY(kmp_made(k->system->context, !k->arena.failed));
     KMP_TRY(add_ranges(k, ranges));
     for (int i = 0; i < hold_count; i++) {
@@ -204,7 +220,7 @@ static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options
         if (k->time == k->parameter_count - 1)
             return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "the time cannot be held: without a sweep it is 0");
     }
-    hold_elastic(k);
+    KMP_TRY(hold_elastic(k, options->elastic));
     /* States keep their values: the integrals that stand for them move nothing, and rest. */
     const kempe_model *model = k->system->model;
     for (int i = 0; i < model->state_count; i++)
@@ -352,8 +368,11 @@ typedef struct job {
     kempe_kinematics *k;
     kempe_assembly *assembly;
     kmp_sweep sweep;
-    double *zero;  /* m multipliers */
-    double *start; /* n: the swept coordinates' assembled values */
+    double *zero;                 /* m multipliers */
+    double *start;                /* n: the swept coordinates' assembled values */
+    kmp_deflections *deflections; /* NULL: deformations are held */
+    const char *lost;             /* why they have no balance, NULL: they have; and where */
+    double lost_at;
     kmp_text reason;
 } job;
 
@@ -367,14 +386,50 @@ static void show(job *j, double s, const double *q, const double *qd, const doub
         out[c] = all[k->column[c].at];
 }
 
+static bool is_timed(const kempe_kinematics *k)
+{
+    return k->time >= 0 && k->parameter[k->time].from != k->parameter[k->time].to;
+}
+
+/* The row `at` with deformations in balance, from those of the row before, and its derivatives by s. False: it has
+ * none. */
+static bool balance_row(job *j, size_t at, double s, const double *qs)
+{
+    kempe_kinematics *k = j->k;
+    const size_t n = (size_t)k->system->n;
+    double *q = k->q + at * n;
+    for (size_t i = 0; at > 0 && i < n; i++)
+        q[i] = k->moves[i] ? k->q[(at - 1) * n + i] : q[i];
+    const kmp_sweep_parameter *time = is_timed(k) ? &k->parameter[k->time] : NULL;
+    if (qs)
+        memcpy(k->qd + at * n, qs, n * sizeof *qs);
+    if (qs && kmp_deflections_at(j->deflections, time ? kmp_sweep_parameter_value(time, s) : 0,
+                                 time ? time->to - time->from : 0, q, k->qd + at * n, k->qdd + at * n))
+        return true;
+    j->lost =
+        qs ? "the flexible bodies find no balance with their loads; the loads may be more than those at which one "
+             "of them buckles"
+           : "the swept coordinates determine no deformations at a dead centre";
+    j->lost_at = s;
+    return false;
+}
+
 static void take_row(void *user, double s, const double *q, const double *qs, const double *qss)
 {
     job *j = user;
     kempe_kinematics *k = j->k;
-    size_t at = (size_t)k->count++, n = (size_t)k->system->n;
+    size_t at = (size_t)k->count, n = (size_t)k->system->n;
     double rate = k->rate, *qd = k->qd + at * n, *qdd = k->qdd + at * n;
-    k->s[at] = s;
     memcpy(k->q + at * n, q, n * sizeof *q);
+    if (j->lost || (j->deflections && !balance_row(j, at, s, qs)))
+        return;
+    if (j->deflections) {
+        q = k->q + at * n;
+        qs = qd;
+        qss = qdd;
+    }
+    k->count++;
+    k->s[at] = s;
     for (size_t i = 0; i < n; i++) {
         const kmp_state *state = kmp_state_of(k->system->model, (int)i);
         qd[i] = state ? k->system->model->start.qd[i].value : qs ? qs[i] * rate : NAN;
@@ -386,8 +441,13 @@ static void take_row(void *user, double s, const double *q, const double *qs, co
 
 static void take_change(void *user, const kmp_sweep_pose *pose, double margin)
 {
-    kempe_kinematics *k = ((job *)user)->k;
+    job *j = user;
+    kempe_kinematics *k = j->k;
     size_t n = (size_t)k->system->n;
+    if (j->deflections && !j->lost) {
+        j->lost = "deformations in balance are not followed through a change point";
+        j->lost_at = pose->x[n];
+    }
     kmp_change_point *more = kmp_realloc(k->change, (size_t)k->change_count + 1, sizeof *more);
     double *q = KMP_ARENA_NEW(&k->arena, double, n);
     k->change = more ? more : k->change;
@@ -501,6 +561,13 @@ static kempe_status end_of(job *j, kmp_sweep_end end)
         kmp_angles_explain(k->system->model, here->x, &j->reason);
         return KEMPE_E_FAILED;
     }
+    if (j->lost) {
+        const kmp_sweep_parameter *parameter = &j->k->parameter[j->k->first];
+        kmp_shown as = kmp_shown_as(j->k->system->context, kmp_kinematics_unit(j->k, parameter));
+        kmp_text_printf(&j->reason, "at %s = %.9g %s %s", kmp_kinematics_name(j->k, parameter),
+                        as.factor * kmp_sweep_parameter_value(parameter, j->lost_at), as.unit, j->lost);
+        return KEMPE_E_FAILED;
+    }
     if (end != KMP_SWEEP_INTERRUPTED)
         return KEMPE_OK;
     kmp_text_put(&j->reason, "interrupted");
@@ -610,7 +677,55 @@ static kempe_status follow(job *j)
 
 /* -- the study --------------------------------------------------------------------------------------- */
 
-static kempe_status run(job *j, const kempe_kinematics_options *options)
+static kempe_status begin_balance(job *j, kmp_deflections *deflections)
+{
+    kempe_kinematics *k = j->k;
+    const kempe_system *s = k->system;
+    bool *driven = KMP_ARENA_NEW(&k->arena, bool, s->n), *left_out = KMP_ARENA_NEW(&k->arena, bool, s->m);
+    KMP_TRY(kmp_made(s->context, !k->arena.failed));
+    for (int i = 0; i < k->parameter_count; i++)
+        if (k->parameter[i].coordinate >= 0)
+            driven[k->parameter[i].coordinate] = true;
+    for (int r = 0; r < s->m; r++)
+        left_out[r] = k->released[s->rows[r].closure];
+    if (is_timed(k) && kmp_equations_move_in_time(s))
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                        "a sweep of t with 'elastic static': forces, or the directions of closures, depend on the time "
+                        "or on inputs, which is not supported there; sweep coordinates, which leaves t = 0");
+    j->deflections = deflections;
+    return kmp_deflections_init(deflections, s,
+                                &(kmp_deformation_choice){.moves = k->moves,
+                                                          .liked = driven,
+                                                          .left_out = left_out,
+                                                          .rests = true,
+                                                          .q = j->assembly->q,
+                                                          .qd = j->assembly->qd});
+}
+
+/* Rows with deformations in balance are not trusted where these are large or not stable. */
+static void doubt_deflections(const job *j)
+{
+    const kempe_kinematics *k = j->k;
+    const kempe_model *model = k->system->model;
+    if (j->deflections->unstable)
+        kmp_doubt(model->context,
+                  "deformations are in balance with their loads, but not in a stable one: a flexible body "
+                  "buckles under less than these");
+    for (int b = 0; b < model->flexible_count; b++) {
+        const kmp_flexible *f = &model->flexibles[b];
+        double most = 0;
+        for (int row = 0; row < k->count; row++)
+            most = fmax(most, kmp_flexible_deflection(model, f, k->q + (ptrdiff_t)row * k->system->n));
+        if (most > KMP_DEFLECTION_LARGE * f->length->value)
+            kmp_doubt(
+                model->context,
+                "flexible body '%s' deflects by %.3g m, %.2f of its length: shapes with terms of second order are "
+                "right for up to %.1f",
+                model->bodies[f->body].name, most, most / f->length->value, KMP_DEFLECTION_LARGE);
+    }
+}
+
+static kempe_status run(job *j, const kempe_kinematics_options *options, kmp_deflections *deflections)
 {
     kempe_kinematics *k = j->k;
     const kempe_system *s = k->system;
@@ -631,10 +746,12 @@ static kempe_status run(job *j, const kempe_kinematics_options *options)
         if (i >= k->driven)
             k->parameter[i].from = k->parameter[i].to = q[c];
     }
-    bool timed = k->time >= 0 && k->parameter[k->time].from != k->parameter[k->time].to;
+    const bool timed = is_timed(k);
     const kmp_sweep_parameter from_zero = {-1, 0, timed ? k->parameter[k->time].to : 0};
     KMP_TRY(kmp_sweep_stand(&j->sweep, 0, q));
     KMP_TRY(check_leads(k, &j->sweep));
+    if (k->statics)
+        KMP_TRY(begin_balance(j, deflections));
     if (timed)
         KMP_TRY(kmp_sweep_let_move(&j->sweep, &from_zero, 0, q));
     return follow(j);
@@ -660,17 +777,21 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
 {
     KMP_WANTED_BOTH(system, kinematics);
     KMP_OPTIONS(system->context, kempe_kinematics_options, options);
-    kmp_model_begin(system->model);
+    (options->elastic ? kmp_model_begin_forces : kmp_model_begin)(system->model);
     KMP_TRY(kmp_refuse_contacts(system->model, "kinematics"));
     double begin = kmp_cpu_now();
     KMP_MAKE(system->context, kempe_kinematics, k);
     k->system = system;
+    kmp_deflections deflections = {.unstable = false};
     job j = {.k = k};
     kempe_status status = read_request(k, options);
     if (status == KEMPE_OK)
         status = make_room(k);
     if (status == KEMPE_OK)
-        status = finish(&j, run(&j, options));
+        status = finish(&j, run(&j, options, &deflections));
+    if (j.deflections)
+        doubt_deflections(&j);
+    kmp_deflections_free(&deflections);
     status = kmp_context_verdict(system->context, status);
     k->status = status == KEMPE_UNTRUSTED ? status : k->status;
     k->cpu_s = kmp_cpu_now() - begin;

@@ -42,6 +42,7 @@ struct kempe_kinematics {
     double speed;                   /* of the first, NaN with the time */
     double rate;                    /* ds/dt */
     bool *released;                 /* closures of the model that were */
+    bool statics, *moves;           /* deformations are in balance with their loads; n: which coordinates these are */
     int requested;                  /* rows */
     double *requested_s;
     int begin, count;         /* the first row that was reached, and the number of rows */

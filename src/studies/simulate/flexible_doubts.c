@@ -27,7 +27,7 @@ static double deflection_at(const kmp_flexible *f, const kmp_station *station, c
     return sqrt(sum);
 }
 
-static double deflection_of(const kempe_model *model, const kmp_flexible *f, const double *q)
+double kmp_flexible_deflection(const kempe_model *model, const kmp_flexible *f, const double *q)
 {
     double most = 0;
     for (int s = 0; s < f->station_count; s++)
@@ -42,7 +42,7 @@ static double largest_deflection(const kempe_model *model, const kmp_samples *ta
 {
     double most = 0;
     for (int row = 0; row < table->rows; row++) {
-        const double way = deflection_of(model, f, kmp_samples_get(table, KMP_QUANTITY_Q, row));
+        const double way = kmp_flexible_deflection(model, f, kmp_samples_get(table, KMP_QUANTITY_Q, row));
         *t = way > most ? kmp_samples_time(table, row) : *t;
         most = fmax(most, way);
     }

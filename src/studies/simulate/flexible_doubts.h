@@ -5,6 +5,9 @@
 #include "constraints/evaluation/evaluator.h"
 #include "output/samples.h"
 
+/** The largest deflection of a flexible body at q, in its axes. */
+double kmp_flexible_deflection(const kempe_model *model, const kmp_flexible *flexible, const double *q);
+
 /** Logs them: deflections beyond what the terms of second order are right for are a doubt about the run; loads of
  * sections that differ from those by the strain, fast rotations without terms of second order, and loads at which a
  * body buckles, are warnings. KEMPE_E_MEMORY. */
