@@ -543,6 +543,23 @@ static void an_interrupt_ends_it(void)
 
 /* -- several ----------------------------------------------------------------------------------------- */
 
+/* Ranges of a tree, whose last step ends at s = 1 itself. */
+static void two_joints_move_together(void)
+{
+    loaded l =
+        load_text("kempe: 1\nbodies:\n  a: {joint: {name: A, revolute: y, at: ground}, mass: 1, inertia: {yy: 1}, "
+                  "points: {E: [1, 0, 0]}}\n"
+                  "  b: {joint: {name: B, revolute: z, at: a.E}, mass: 1, inertia: {zz: 1}}\n");
+    for (int k = 0; k < 40; k++) {
+        char range[80];
+        (void)snprintf(range, sizeof range, "A=0.4:%g:81,B=0.1:%g", 0.5 + 0.1 * (k % 8), 0.2 + 0.1 * (k / 8));
+        kempe_kinematics *swept = sweep(&l, range, NULL, KEMPE_OK);
+        CHECK(swept && swept->count == 81);
+        kempe_kinematics_free(swept);
+    }
+    unload(&l);
+}
+
 /* Six legs are driven; from the platform's pose their lengths again. */
 static void a_stewart_platform_agrees_with_its_inverse(void)
 {
@@ -649,6 +666,7 @@ int main(void)
     TEST(what_moves_in_time_stands_still);
     TEST(a_drive_locks);
     TEST(an_interrupt_ends_it);
+    TEST(two_joints_move_together);
     TEST(legs_stop_together);
     TEST(a_stewart_platform_agrees_with_its_inverse);
     TEST(what_cannot_be_driven_is_told);

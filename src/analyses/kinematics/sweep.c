@@ -571,14 +571,14 @@ static bool pose_at(kmp_sweep *w, const stretch *e, double part)
     return close_pose(w, &target, &w->between, &first, &ratio) && find_tangent(w, &w->between, e->a);
 }
 
-/* The part of the cubic at which s is reached: s is monotonic. */
+/* The part of the cubic at which s is reached: s is monotonic, and may be that of the end. */
 static double guess_part(const kmp_sweep *w, const stretch *e, double s)
 {
-    double to = e->b->x[w->n] - s, part;
-    kmp_bracket bracket = kmp_bracket_of(0, e->a->x[w->n] - s, 1, to);
+    double from = e->a->x[w->n] - s, to = e->b->x[w->n] - s, part;
+    kmp_bracket bracket = kmp_bracket_of(0, from, 1, to);
     while (kmp_bracket_next(&bracket, DBL_EPSILON, &part)) {
         double off = hermite(e, w->n, part, 0) - s;
-        kmp_bracket_take(&bracket, part, off, to > 0 ? off >= 0 : off <= 0);
+        kmp_bracket_take(&bracket, part, off, to > from ? off >= 0 : off <= 0);
     }
     return bracket.far;
 }
@@ -589,6 +589,7 @@ static bool enclose(kmp_sweep *w, const stretch *e, bool turn, double s)
 {
     int n = w->n;
     double f1 = turn ? e->b->dx[n] : e->b->x[n] - s, part;
+    const bool rises = turn ? f1 > 0 : e->b->x[n] > e->a->x[n];
     kmp_bracket bracket = kmp_bracket_of(0, turn ? e->a->dx[n] : e->a->x[n] - s, 1, f1);
     while (kmp_bracket_next(&bracket, 4 * DBL_EPSILON, &part)) {
         if (!pose_at(w, e, part))
@@ -596,7 +597,7 @@ static bool enclose(kmp_sweep *w, const stretch *e, bool turn, double s)
         double f = turn ? w->between.dx[n] : w->between.x[n] - s;
         if (f == 0 || (!turn && fabs(f) <= DBL_EPSILON * (1 + fabs(s))))
             return true;
-        kmp_bracket_take(&bracket, part, f, (f > 0) == (f1 > 0));
+        kmp_bracket_take(&bracket, part, f, (f > 0) == rises);
     }
     return true;
 }
