@@ -37,7 +37,12 @@ enum {
 #define KEMPE_CONDITION_IS_EVENT(kind) ((kind) != KEMPE_CONDITION_KINK && (kind) < KEMPE_CONDITION_NUMBER)
 
 /** Parts of its given start that a coordinate keeps when loops are closed. */
-enum { KEMPE_START_KEEPS_PLACE = 1, KEMPE_START_KEEPS_RATE = 2 };
+enum {
+    KEMPE_START_KEEPS_PLACE = 1,
+    KEMPE_START_KEEPS_RATE = 2,
+    KEMPE_START_BALANCES = 4, /* a deformation: it moves into balance with the loads of the start, */
+    KEMPE_START_STAYS = 8     /* while these coordinates stay */
+};
 
 /** Kind of a coordinate: of `q`, and its rate. A state of the model is in `qd`; its integral is in `q`. */
 enum { KEMPE_COORDINATE_TRANSLATION, KEMPE_COORDINATE_ROTATION, KEMPE_COORDINATE_STATE };
@@ -246,7 +251,7 @@ typedef struct kempe_equations {
     /** Start values of q and qd as the model gives them, n x 2, at the parameters. NULL: they depend on none. */
     void (*start)(const kempe_arguments *at, double *values);
     const double *start_given; /* n x 2: at the parameters of the model; NULL with start_keeps: none move */
-    const int *start_keeps;    /* n: KEMPE_START_KEEPS_PLACE | KEMPE_START_KEEPS_RATE */
+    const int *start_keeps;    /* n: KEMPE_START_KEEPS_PLACE | .. */
 
     /* States that keep their value between samples or events. */
     int discrete;                  /* their number */
