@@ -417,7 +417,8 @@ enum { KEMPE_CHANGE_HERE, KEMPE_CHANGE_START, KEMPE_CHANGE_START_FROM };
 /** Exact changes of the states, their derivatives dx and outputs y (and of q, qd, qdd, lambda; each may be NULL) along
  * a change of t, states x (2 f; in addition to those of a start), parameters, inputs u (3 each; each of these may be
  * NULL: 0), at the present state. Start values that are expressions of parameters are differentiated by differences of
- * sixth order. FAILED: equations without `along`, or a start where angles of a spherical joint are near to singular. */
+ * sixth order. FAILED: equations without `along`, or a start where angles of a spherical joint are near to singular,
+ * or whose deformations are in balance with its loads. */
 typedef struct kempe_simulator_change {
     int start; /* KEMPE_CHANGE_HERE, .. */
     double t;
