@@ -627,8 +627,10 @@
 /** Largest deflection of a body that has stayed straight, a part of its length: rounding. */
 #define KMP_DEFLECTION_NONE 1e-12
 /** Deformations of a static start are found where a step is below this part of the length, or where steps below the
- * second part no longer shrink: rounding of forces over soft stiffness. */
-#define KMP_STATIC_STEP    1e-13
-#define KMP_STATIC_ROUNDED 1e-9
+ * second part no longer shrink: rounding of forces over soft stiffness. Generated simulators have differences of the
+ * third part. */
+#define KMP_STATIC_STEP       1e-13
+#define KMP_STATIC_ROUNDED    1e-9
+#define KMP_STATIC_DIFFERENCE 1e-7
 /** Directions of a flexible body whose inertia is this part of the largest one move no mass, but for rounding. */
 #define KMP_FLEXIBLE_STILL 1e-13

@@ -53,6 +53,7 @@ struct kempe_assembly {
     int culprit_count;
     double *moved;            /* n: displacement of each coordinate from the guess */
     double *held_q, *held_qd; /* n: the closed state from which deformations moved into balance; NULL: none has moved */
+    bool *stays;              /* n: then, the independent coordinates that stayed */
     int searched; /* a coordinate, from 1, of loops without a start value that wide random starts have closed; 0: none
                    */
     double *inner_q, *inner_qd, *chart; /* the state in the charts in which it was found; NULL: in the user's own */

@@ -89,21 +89,47 @@ bool kmp_deformation_rows_slope(kmp_deformation_rows *x)
     return finite;
 }
 
+/* Independent coordinates into `u`: as many as possible of the deformations and of those that are liked, or hold, and
+ * then of those with a given start, as far as these do not take the place of one before. Their number, -1: no memory.
+ */
+static int order_wishes(const kempe_system *s, const kmp_deformation_choice *c, const double *jacobian, bool *liked,
+                        int *u, int *other)
+{
+    const kmp_start *start = &s->model->start;
+    for (int k = 0; k < s->n; k++)
+        liked[k] = c->moves[k] || (c->liked ? c->liked[k] : start->hold[k]);
+    const int count = kmp_partition_prefer(s, jacobian, liked, u);
+    if (c->liked || count < 0)
+        return count;
+    for (int k = 0; k < s->n; k++)
+        liked[k] = start->q_given[k];
+    int kept = 0, again = 0;
+    for (int i = 0; i < count; i++)
+        if (c->moves[u[i]] || start->hold[u[i]]) {
+            liked[u[i]] = true;
+            kept++;
+        }
+    if (kmp_partition_prefer(s, jacobian, liked, other) < 0)
+        return -1;
+    for (int i = 0; i < count; i++)
+        again += c->moves[other[i]] || start->hold[other[i]];
+    if (again == kept)
+        memcpy(u, other, (size_t)count * sizeof *u);
+    return count;
+}
+
 kempe_status kmp_deformation_rows_choose(kmp_partition *part, kmp_evaluator *eval, const kmp_deformation_choice *c)
 {
     const kempe_system *s = eval->system;
-    const kmp_start *start = &s->model->start;
     const kmp_pattern *pattern = &s->jacobian;
     bool *liked = KMP_NEW(bool, s->n);
-    int *wish = KMP_NEW(int, s->n), count = -1;
+    int *wish = KMP_NEW(int, 2 * s->n), count = -1;
     double *jacobian = KMP_NEW(double, pattern->count);
     kmp_eval_closure(eval, c->t, c->q);
     for (int e = 0; jacobian && e < pattern->count; e++)
         jacobian[e] = c->left_out && c->left_out[pattern->row[e]] ? 0 : eval->jacobian[e];
-    for (int k = 0; liked && k < s->n; k++)
-        liked[k] = c->moves[k] || (c->liked ? c->liked[k] : start->hold[k] || start->q_given[k]);
     if (liked && wish && jacobian)
-        count = kmp_partition_prefer(s, jacobian, liked, wish);
+        count = order_wishes(s, c, jacobian, liked, wish, wish + s->n);
     const kempe_status status =
         count < 0 ? kmp_fail_memory(s->context) : kmp_partition_init(part, s, jacobian, wish, count);
     kmp_free(jacobian);

@@ -98,7 +98,10 @@ static kempe_status take(const kmp_settling *x, kempe_assembly *a)
 {
     const kmp_deformation_rows *r = &x->rows;
     const int n = r->s->n;
-    KMP_TRY(kmp_made(r->s->context, KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, n, &a->held_q, &a->held_qd))));
+    KMP_TRY(kmp_made(r->s->context, KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, n, &a->held_q, &a->held_qd),
+                                                   KMP_ROOM(bool, n, &a->stays))));
+    for (int k = 0; k < r->part.p; k++)
+        a->stays[r->part.u[k]] = !r->s->model->start.undeformed[r->part.u[k]];
     for (int k = 0; k < n; k++) {
         a->moved[k] += r->q[k] - a->q[k];
         a->held_q[k] = a->q[k];

@@ -136,6 +136,27 @@ static void pieces_bend(void)
     CHECK_NEAR(exact / (1e-3 * 8 / (3 * 5000)), 1, 1.01 / (4 * 7 * 7)); /* 1 - 1/(4 n^2) of n parts */
 }
 
+/* A joint that holds stays where it is, whatever else has a start value, and so does its rate. */
+static void held_joints_stay(void)
+{
+    loaded l =
+        load_text("kempe: 1\ngravity: [0, -9.81, 0]\nbodies:\n"
+                  "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.1}, points: {E: "
+                  "[0.2, 0, 0]}}\n  rod:\n    joint: {name: B, revolute: z, at: crank.E}\n"
+                  "    flexible: {beam: {length: 0.5, young: 7e8, density: 2700, section: {rectangle: [0.01, "
+                  "0.02]}}, shapes: {y: 2}, frame: chord}\n    points: {tip: {station: 0.5}}\n"
+                  "  slider: {joint: {name: X, prismatic: x, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+                  "loops: {C: {ball: [rod.tip, slider.P]}}\n"
+                  "start: {elastic: static, q: {A: 1, B: -1.3, X: 0.6}, hold: [A], qd: {A: 3}}\n");
+    kempe_assembly *a = NULL;
+    CHECK(l.system && kempe_assembly_new(l.system, &a) == KEMPE_OK);
+    CHECK_NEAR(a ? kempe_assembly_q(a)[coordinate_named(&l, "A")] : NAN, 1, 0);
+    CHECK_NEAR(a ? kempe_assembly_qd(a)[coordinate_named(&l, "A")] : NAN, 3, 0);
+    CHECK(a && fabs(kempe_assembly_q(a)[coordinate_named(&l, "rod.y1")]) > 1e-4);
+    kempe_assembly_free(a);
+    unload(&l);
+}
+
 /* Each instance of an ensemble has its own balance. */
 static void instances_hang(void)
 {
@@ -241,6 +262,7 @@ int main(void)
     TEST(columns_bend);
     TEST(robot_is_loaded_by_its_drives);
     TEST(pieces_bend);
+    TEST(held_joints_stay);
     TEST(instances_hang);
     TEST(instances_are_pulled);
     TEST(balance_has_derivatives);

@@ -255,30 +255,54 @@ static kempe_status choose_coordinates(kmp_code_source *source, const kmp_set_ch
     return status;
 }
 
+/* Why a simulator cannot move the deformations of the model's start into balance with other loads; NULL: it can, and
+ * the coordinates of its Newton's method are marked. */
+static const char *mark_balance(struct kmp_simulated *x, const kempe_system *system, const kempe_assembly *assembly)
+{
+    const kmp_start *start = &system->model->start;
+    if (system->events.count > 0)
+        return "the model has conditions";
+    if (system->load_row_count > 0)
+        return "forces depend on multipliers";
+    for (int k = 0; k < system->n; k++)
+        if (system->m > 0 && assembly->stays[k] && !start->hold[k] && !kmp_state_of(system->model, k))
+            return "its start holds too few coordinates (start: hold)";
+    for (int k = 0; k < system->n; k++)
+        x->keeps[k] = start->undeformed[k] ? KEMPE_START_BALANCES : assembly->stays[k] ? KEMPE_START_STAYS : 0;
+    return NULL;
+}
+
+static kempe_status take_start_values(struct kmp_simulated *x, kmp_arena *arena, const kempe_system *system,
+                                      const kempe_assembly *assembly)
+{
+    const kmp_start *start = &system->model->start;
+    x->q = kmp_arena_copy(arena, assembly->q, system->n, sizeof *x->q);
+    x->qd = kmp_arena_copy(arena, assembly->qd, system->n, sizeof *x->qd);
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(double, 2 * system->n, &x->given), KMP_ROOM(int, system->n, &x->keeps)))
+        return kmp_fail_memory(system->context);
+    const char *obstacle = assembly->held_q ? mark_balance(x, system, assembly) : NULL;
+    if (obstacle && system->model->parameter_count > 0)
+        kmp_log(system->context, KEMPE_LOG_WARNING,
+                "start: the deformations of 'elastic: static' are those of the nominal parameters, because %s: with "
+                "other values the motion begins out of balance",
+                obstacle);
+    for (int k = 0; k < system->n; k++) {
+        x->given[2 * k] = start->q[k].value;
+        x->given[2 * k + 1] = start->qd[k].value;
+        x->keeps[k] |=
+            (start->hold[k] ? KEMPE_START_KEEPS_PLACE : 0) | (start->qd_given[k] ? KEMPE_START_KEEPS_RATE : 0);
+    }
+    return kmp_made(system->context, !arena->failed);
+}
+
 static kempe_status take_assembly(struct kmp_simulated *x, kmp_arena *arena, const kempe_system *system)
 {
     kempe_assembly *assembly = NULL;
     kempe_status status = kempe_assembly_new(system, &assembly); /* given also where the loops do not close */
-    if (status == KEMPE_OK) {
-        x->q = kmp_arena_copy(arena, assembly->q, system->n, sizeof *x->q);
-        x->qd = kmp_arena_copy(arena, assembly->qd, system->n, sizeof *x->qd);
-    }
+    if (status == KEMPE_OK)
+        status = take_start_values(x, arena, system, assembly);
     kempe_assembly_free(assembly);
-    KMP_TRY(status);
-    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(double, 2 * system->n, &x->given), KMP_ROOM(int, system->n, &x->keeps)))
-        return kmp_fail_memory(system->context);
-    const kmp_start *start = &system->model->start;
-    if (start->statics && system->model->parameter_count > 0)
-        kmp_log(system->context, KEMPE_LOG_WARNING,
-                "start: the deformations of 'elastic: static' are those of the nominal parameters: with other values "
-                "the motion begins out of balance");
-    for (int k = 0; k < system->n; k++) {
-        x->given[2 * k] = start->statics && start->undeformed[k] ? x->q[k] : start->q[k].value;
-        x->given[2 * k + 1] = start->qd[k].value;
-        x->keeps[k] =
-            (start->hold[k] ? KEMPE_START_KEEPS_PLACE : 0) | (start->qd_given[k] ? KEMPE_START_KEEPS_RATE : 0);
-    }
-    return kmp_made(system->context, !arena->failed);
+    return status;
 }
 
 static void take_kinds(kmp_code_source *source)

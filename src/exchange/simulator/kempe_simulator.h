@@ -37,7 +37,12 @@ enum {
 #define KEMPE_CONDITION_IS_EVENT(kind) ((kind) != KEMPE_CONDITION_KINK && (kind) < KEMPE_CONDITION_NUMBER)
 
 /** Parts of its given start that a coordinate keeps when loops are closed. */
-enum { KEMPE_START_KEEPS_PLACE = 1, KEMPE_START_KEEPS_RATE = 2 };
+enum {
+    KEMPE_START_KEEPS_PLACE = 1,
+    KEMPE_START_KEEPS_RATE = 2,
+    KEMPE_START_BALANCES = 4, /* a deformation: it moves into balance with the loads of the start, */
+    KEMPE_START_STAYS = 8     /* while these coordinates stay */
+};
 
 /** Kind of a coordinate: of `q`, and its rate. A state of the model is in `qd`; its integral is in `q`. */
 enum { KEMPE_COORDINATE_TRANSLATION, KEMPE_COORDINATE_ROTATION, KEMPE_COORDINATE_STATE };
@@ -246,7 +251,7 @@ typedef struct kempe_equations {
     /** Start values of q and qd as the model gives them, n x 2, at the parameters. NULL: they depend on none. */
     void (*start)(const kempe_arguments *at, double *values);
     const double *start_given; /* n x 2: at the parameters of the model; NULL with start_keeps: none move */
-    const int *start_keeps;    /* n: KEMPE_START_KEEPS_PLACE | KEMPE_START_KEEPS_RATE */
+    const int *start_keeps;    /* n: KEMPE_START_KEEPS_PLACE | .. */
 
     /* States that keep their value between samples or events. */
     int discrete;                  /* their number */
@@ -412,7 +417,8 @@ enum { KEMPE_CHANGE_HERE, KEMPE_CHANGE_START, KEMPE_CHANGE_START_FROM };
 /** Exact changes of the states, their derivatives dx and outputs y (and of q, qd, qdd, lambda; each may be NULL) along
  * a change of t, states x (2 f; in addition to those of a start), parameters, inputs u (3 each; each of these may be
  * NULL: 0), at the present state. Start values that are expressions of parameters are differentiated by differences of
- * sixth order. FAILED: equations without `along`, or a start where angles of a spherical joint are near to singular. */
+ * sixth order. FAILED: equations without `along`, or a start where angles of a spherical joint are near to singular,
+ * or whose deformations are in balance with its loads. */
 typedef struct kempe_simulator_change {
     int start; /* KEMPE_CHANGE_HERE, .. */
     double t;

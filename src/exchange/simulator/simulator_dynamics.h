@@ -596,6 +596,11 @@ static kempe_simulator_status explain(kempe_simulator *s, outcome said, double t
             "forces that depend on reactions have no solution that is found from zero reactions at t = %.9g: "
             "such friction locks or has several solutions; reduce the force",
             t);
+    case UNBALANCED:
+        return fail_with(s,
+                         "the flexible bodies find no stable balance with the loads at t = %.9g: the loads may be more "
+                         "than those at which one of them buckles; change parameters or inputs less",
+                         t);
     case MOVED_ANGLES:
         return fail_with(
             s, "the angles of a spherical joint are near to singular at the start: derivatives with respect to "

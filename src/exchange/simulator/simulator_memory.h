@@ -58,7 +58,17 @@ enum {
 };
 
 /* Results of an evaluation. */
-typedef enum outcome { GOOD, OPEN, SINGULAR_LOOPS, SINGULAR_MASS, NOT_FINITE, UNSETTLED, MOVED_ANGLES, TOLD } outcome;
+typedef enum outcome {
+    GOOD,
+    OPEN,
+    SINGULAR_LOOPS,
+    SINGULAR_MASS,
+    NOT_FINITE,
+    UNSETTLED,
+    UNBALANCED,
+    MOVED_ANGLES,
+    TOLD
+} outcome;
 
 typedef char kinds_are_those[(int)KMP_CONDITION_TOLD == KEMPE_CONDITION_TOLD ? 1 : -1];
 typedef char header_fits[AT_PAST_CORRECTED <= HEADER ? 1 : -1];

@@ -46,6 +46,9 @@ static kempe_simulator_status show_at(kempe_simulator *s, double t)
     return said == GOOD ? KEMPE_SIMULATOR_GOES : explain(s, said, t);
 }
 
+/* Steps of Newton's method for deformations in balance. */
+enum { MOST_BALANCES = 60 };
+
 /* -- start -------------------------------------------------------------------------------------------------- */
 
 /* The end of the last step is t, at the placed, closed q and ud; the next step starts there. */
@@ -143,6 +146,108 @@ static outcome close_moved(kempe_simulator *s, double t)
     return said;
 }
 
+/* -- deformations in balance ---------------------------------------------------------------------------------- */
+
+/* The loads of the deformations that move, without accelerations of u, at the placed q with its loops closed. */
+static outcome load_deformations(kempe_simulator *s, double t, double *loads)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    outcome said = close_loops(s, t, NULL);
+    if (said == GOOD)
+        said = evaluate_loops(s, t);
+    if (said != GOOD)
+        return said;
+    evaluate_rates(s);
+    kempe_arguments at = arguments_at(s, t);
+    s->equations->motion(&at, part->mass, part->bias, part->jdqd);
+    add_constant(s, part->bias, part->jdqd, part->load);
+    for (int k = 0, i = 0; k < freedom_of(s); k++)
+        if (s->equations->start_keeps[part->column[rank_of(s) + k]] & KEMPE_START_BALANCES) {
+            loads[i] = project_on(s, k, part->load);
+            said = fabs(loads[i++]) <= DBL_MAX ? said : NOT_FINITE;
+        }
+    return said;
+}
+
+/* The derivatives of the loads by the `count` deformations at `own`, by differences; q is the placed one again. */
+static outcome slope_deformations(kempe_simulator *s, double t, int count, const int *own, const double *loads)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    double *kept = part->dq;
+    outcome said = GOOD;
+    copy(e->coordinates, part->q, kept);
+    for (int k = 0; k < count && said == GOOD; k++) {
+        const double move = KMP_STATIC_DIFFERENCE * e->scale[own[k]];
+        double *column = part->joint + (ptrdiff_t)k * count;
+        part->q[own[k]] += move;
+        said = load_deformations(s, t, column);
+        for (int i = 0; i < count; i++)
+            column[i] = (column[i] - loads[i]) / move;
+        copy(e->coordinates, kept, part->q);
+    }
+    return said;
+}
+
+/* True if the symmetric part of the stiffness of the deformations is positive. */
+static bool is_stiffness_positive(kempe_simulator *s, int count)
+{
+    const double *joint = s->part.joint;
+    double *even = s->part.reduced;
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < count; k++)
+            even[i + k * count] = (joint[i + k * count] + joint[k + i * count]) / 2;
+    return kmp_cholesky_factor(count, even) == 0;
+}
+
+/* Moves the deformations of a placed, closed start until their loads vanish: other coordinates that are marked stay,
+ * and so do the rates of u. Newton's method as in the library (constraints/closing/static_start.c). */
+static outcome balance_start(kempe_simulator *s, double t)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    double *loads = part->dqd, *step = part->right, last = INFINITY, length = INFINITY;
+    int count = 0, *own = part->new_column;
+    (void)mark_kept(s, KEMPE_START_BALANCES | KEMPE_START_STAYS);
+    outcome said = close_start(s, t, part->fixed);
+    for (int k = 0; k < freedom_of(s); k++)
+        if (e->start_keeps[part->column[rank_of(s) + k]] & KEMPE_START_BALANCES)
+            own[count++] = part->column[rank_of(s) + k];
+    for (int pass = 0; said == GOOD && length > KMP_STATIC_STEP && !(length <= KMP_STATIC_ROUNDED && length >= last);
+         pass++) {
+        last = length;
+        said = pass < MOST_BALANCES ? load_deformations(s, t, loads) : UNBALANCED;
+        if (said == GOOD)
+            said = slope_deformations(s, t, count, own, loads);
+        if (said == GOOD && !is_stiffness_positive(s, count))
+            said = UNBALANCED;
+        if (said != GOOD || kmp_lu_factor(count, part->joint, part->joint_pivot))
+            return said == GOOD ? UNBALANCED : said;
+        copy(count, loads, step);
+        kmp_lu_solve(count, part->joint, part->joint_pivot, 1, step);
+        length = 0;
+        for (int k = 0; k < count; k++) {
+            part->q[own[k]] -= step[k];
+            length = fmax(length, fabs(step[k]) / e->scale[own[k]]);
+        }
+    }
+    return said == GOOD ? load_deformations(s, t, loads) : said;
+}
+
+/* True if deformations of the model's start move into balance, and its loads are not those of the model. */
+static bool is_out_of_balance(const kempe_simulator *s, double t)
+{
+    const kempe_equations *e = s->equations;
+    bool balances = false, other = t != 0;
+    for (int j = 0; e->start_keeps && j < e->coordinates; j++)
+        balances = balances || (e->start_keeps[j] & KEMPE_START_BALANCES);
+    for (int k = 0; k < e->parameters; k++)
+        other = other || s->p[k] != e->parameter_values[k];
+    for (int k = 0; k < 3 * e->inputs; k++)
+        other = other || s->u[k] != e->input_values[k];
+    return balances && other;
+}
+
 static kempe_simulator_status start_here(kempe_simulator *s, double t, bool of_model)
 {
     const kempe_equations *e = s->equations;
@@ -166,6 +271,8 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t, bool of_m
     outcome said = GOOD;
     if (of_model && e->start_keeps && move_start(s, t))
         said = close_moved(s, t);
+    if (said == GOOD && of_model && is_out_of_balance(s, t))
+        said = balance_start(s, t);
     for (int j = 0; j < e->coordinates; j++)
         part->fixed[j] = 0;
     for (int k = 0; fixed && k < e->freedom; k++)
