@@ -1574,10 +1574,10 @@ class Simulate(Case):
         self.assertEqual(os.listdir(self.folder), [])
 
     def test_no_file_that_is_read_is_written(self):
-        part = "{bodies: {rod: {mass: 1, inertia: {zz: 1}, joint: {revolute: z, at: ground}, com: [1, 0, 0]}}}\n"
+        part = "{kempe: 1, bodies: {rod: {mass: 1, inertia: {zz: 1}, joint: {revolute: z, at: ground}, com: [1, 0, 0]}}}\n"
         (self.folder / "part.yaml").write_text(part)
-        whole = "kempe: 1\ninclude: {a: {file: part.yaml, at: ground}}\nrun: {t_end: 0.1}\n"
-        (self.folder / "data.csv").write_text("t,q.a.rod\n0,0\n0.1,0\n")
+        whole = "kempe: 1\ninclude: [{file: part.yaml}]\nrun: {t_end: 0.1}\n"
+        (self.folder / "data.csv").write_text("t,q.rod\n0,0\n0.1,0\n")
         path = self.model(whole)
         os.symlink("part.yaml", self.folder / "link.json")
         for words in (("--json", "model.yaml"), ("--json", "./model.yaml"), ("--json", "link.json"), ("--bogus", "--json", "model.yaml"),
