@@ -291,7 +291,7 @@ class Motion:
         self.remember()
 
     def locate(self, y, f, h, first, before, after):
-        """Where f, which is `before` and `after` at the ends of a step, becomes negative: by secants (Illinois), every fourth time by halves."""
+        """The time at which f becomes negative, from its values at both ends of a step: by secants (Illinois), every fourth time by halves."""
         low, high, last = 0.0, h, 0
         for k in range(120):
             middle = (low + high) / 2
