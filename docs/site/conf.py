@@ -21,8 +21,10 @@ extensions = ["myst_parser"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 myst_dmath_double_inline = True
+myst_ref_domains = ["std"]  # links are to pages and headings; parsers of C and C++ would look for names in each of them
 root_doc = "index"
-html_theme = os.environ.get("SITE_THEME", "furo")
+html_theme = os.environ.get("SITE_THEME", "furo")  # without its design a site is made for its links and equations alone:
+smartquotes = html_theme == "furo"
 html_title = "Kempe"
 html_static_path = ["style.css"]
 html_css_files = ["katex/katex.min.css", "style.css"]
@@ -91,6 +93,7 @@ def copy_katex(app, error):
 
 def setup(app):
     app.add_html_math_renderer("katex", (inline_equation, None), (block_equation, None))
+    app.connect("builder-inited", lambda app: setattr(app.builder, "search", html_theme == "furo"))
     app.connect("doctree-read", colour_blocks)
     app.connect("build-finished", copy_katex)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

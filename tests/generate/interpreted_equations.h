@@ -5,6 +5,7 @@
 
 #include "generate/compiled_equations.h"
 #include <math.h>
+#include <sys/stat.h>
 
 /* -- interpreters ------------------------------------------------------------------------------------ */
 
@@ -52,19 +53,51 @@ static inline void put_parameter_list(kmp_text *text, const kmp_code_source *sou
     kmp_free(p);
 }
 
-/* Numbers that a command prints, STATES rows of `size` each. */
-static inline bool read_numbers(const char *command, int size)
+/* An interpreter that runs one driver after another, since its start takes longer than most of them. */
+typedef struct interpreter {
+    FILE *to, *from;
+} interpreter;
+
+static interpreter numpy, octave;
+
+static inline void start(interpreter *i, const char *program)
 {
-    FILE *pipe = popen(command, "r");
-    char word[64];
+    char path[256], command[512];
+    if (i->to)
+        return;
+    snprintf(path, sizeof path, "%s/answers%d", folder, i == &octave);
+    snprintf(command, sizeof command, "cd %s && exec %s >%s", folder, program, path);
+    CHECK(mkfifo(path, 0600) == 0);
+    i->to = popen(command, "w");
+    i->from = fopen(path, "r");
+    CHECK(i->to && i->from);
+}
+
+static inline void end_interpreters(void)
+{
+    interpreter *const all[] = {&numpy, &octave};
+    for (int k = 0; k < 2; k++)
+        if (all[k]->to) {
+            CHECK(pclose(all[k]->to) == 0);
+            fclose(all[k]->from);
+            *all[k] = (interpreter){NULL, NULL};
+        }
+}
+
+/* Numbers that an interpreter prints after a line, STATES rows of `size` each, before the word "end". */
+static inline bool read_numbers(interpreter *i, const char *line, int size)
+{
+    char word[64] = "";
     int count = 0;
-    while (pipe && fscanf(pipe, "%63s", word) == 1 && count < STATES * size) {
+    fputs(line, i->to);
+    fflush(i->to);
+    while (fscanf(i->from, "%63s", word) == 1 && strcmp(word, "end") != 0 && count < STATES * size) {
         got[count / size][count % size] = strtod(word, NULL);
         count++;
     }
-    int status = pipe ? pclose(pipe) : -1;
-    CHECK(status == 0 && count == STATES * size);
-    return status == 0 && count == STATES * size;
+    const bool whole = strcmp(word, "end") == 0 && count == STATES * size;
+    CHECK(whole);
+    return whole;
 }
 
 static inline bool run_python(const kmp_code_source *source, int size)
@@ -72,7 +105,7 @@ static inline bool run_python(const kmp_code_source *source, int size)
     kmp_text text = {0};
     char command[512];
     kmp_text_printf(&text,
-                    "import sys\nsys.path[0:1] = []\nimport importlib.util as util\nimport numpy as np\n"
+                    "import importlib.util as util\nimport numpy as np\n"
                     "spec = util.spec_from_file_location('emitted', '%s.py')\nm = util.module_from_spec(spec)\n"
                     "spec.loader.exec_module(m)\nassert m.model_hash == \"%s\"\n",
                     source->name, source->hash); /* a model may be called like a module of Python's */
@@ -89,16 +122,21 @@ static inline bool run_python(const kmp_code_source *source, int size)
             kmp_text_put(&text, ")\nfor x in out if isinstance(out, tuple) else [out]:\n"
                                 "    print(*(repr(float(y)) for y in x.flat))\n");
         }
+    kmp_text_put(&text, "print('end', flush=True)\n");
     write_text("driver.py", text.s);
     kmp_text_free(&text);
-    snprintf(command, sizeof command, "cd %s && %s -W error driver.py", folder, python());
-    return read_numbers(command, size);
+    write_text(
+        "drive.py",
+        "import pathlib\nimport sys\nsys.path[0:1] = []\nsys.dont_write_bytecode = True\nfor line in sys.stdin:\n"
+        "    exec(compile(pathlib.Path('driver.py').read_text(), 'driver.py', 'exec'), {})\n");
+    snprintf(command, sizeof command, "%s -W error drive.py", python());
+    start(&numpy, command);
+    return read_numbers(&numpy, "\n", size);
 }
 
 static inline bool run_octave(const kmp_code_source *source, int size)
 {
     kmp_text text = {0};
-    char command[512];
     kmp_text_printf(&text, "m = %s_model();\nassert(strcmp(m.hash, '%s'));\n", source->name, source->hash);
     for (int s = 0; s < STATES; s++)
         for (int k = 0; k < source->count; k++) {
@@ -113,10 +151,11 @@ static inline bool run_octave(const kmp_code_source *source, int size)
             put_arguments(&text, source, r, &states[s]);
             kmp_text_put(&text, ");\nfor x = out\n    assert(isreal(x{1}));\n    printf('%.17g ', x{1}.');\nend\n");
         }
+    kmp_text_put(&text, "printf('end\\n');\nfflush(stdout);\n");
     write_text("driver.m", text.s);
     kmp_text_free(&text);
-    snprintf(command, sizeof command, "cd %s && octave-cli --norc --no-history --quiet driver.m", folder);
-    return read_numbers(command, size);
+    start(&octave, "octave-cli --norc --no-history --quiet");
+    return read_numbers(&octave, "clear all; rehash(); source('driver.m');\n", size);
 }
 
 /* -- comparing --------------------------------------------------------------------------------------- */

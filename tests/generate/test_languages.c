@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow not_sanitized 20 */
+/* ctest: slow not_sanitized 12 */
 /* Equations written in other languages: compiled or run where their tools are, and compared with the tape at random
  * states, C to the last bit, the others to rounding. */
 #include "unit/random_model.h"
@@ -427,6 +427,7 @@ int main(void)
     TEST(long_routines);
     TEST(in_python);
     TEST(in_octave);
+    end_interpreters();
     char command[128];
     snprintf(command, sizeof command, "rm -r %s", folder);
     CHECK(runs(command));

@@ -157,6 +157,7 @@ int main(void)
     choose_states();
     TEST(wheels);
     TEST(unknowns_of_users);
+    end_interpreters();
     char command[128];
     snprintf(command, sizeof command, "rm -r %s", folder);
     CHECK(runs(command));

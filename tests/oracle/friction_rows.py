@@ -53,9 +53,7 @@ class FrictionRows(Comparison):
         factor = FACTORS.get(fault, 1.0)
         self.motion.friction = {f.name: factor * table.column("force." + f.name) for f in self.elements()}
         self.motion.friction.update({f.name: table.column("force." + f.name) for f in self.stops()})
-        self.motion.solve()
-        k, b, (_, z, y) = self.motion.system()
-        self.joint_forces = np.linalg.solve(k, b[..., None])[:, z.stop:y.start, 0]
+        self.joint_forces = self.motion.solve().joint_wrenches
 
     def allowed(self):
         """The condition is that of the rows without a fault: friction is not in the matrix."""
