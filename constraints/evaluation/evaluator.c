@@ -279,20 +279,16 @@ void kmp_eval_all_changes(kmp_evaluator *eval, double t, const double *q, const 
 {
     const kmp_events *events = &eval->system->events;
     const double *now = kmp_eval_changes(eval, t, q, qd), *late = NULL;
-    for (int k = 0; k < events->count; k++)
-        change[k] = now[k];
-    for (int k = 0; k < events->count; k++) {
-        if (!events->condition[k].late)
-            continue;
-        if (!late) {
-            kmp_machine_set(eval->changes, KMP_IN_QDD, qdd);
-            kmp_machine_set(eval->changes, KMP_IN_LAMBDA, lambda);
-            late = run_stage(eval, eval->changes, 2);
-        }
-        change[k] = *late++;
+    memcpy(change, now, (size_t)events->count * sizeof *change);
+    if (eval->late_count > 0) {
+        kmp_machine_set(eval->changes, KMP_IN_QDD, qdd);
+        kmp_machine_set(eval->changes, KMP_IN_LAMBDA, lambda);
+        late = run_stage(eval, eval->changes, 2);
     }
+    for (int k = 0; k < eval->late_count; k++)
+        change[eval->late[k]] = late[k];
     eval->solved[0] = now + events->count;
-    eval->solved[1] = late;
+    eval->solved[1] = late ? late + eval->late_count : NULL;
 }
 
 void kmp_eval_freeze(kmp_evaluator *eval, double t, const double *q, const double *qd)
@@ -449,6 +445,15 @@ static void set_constant_inputs(kmp_evaluator *eval)
 
 /* Makes the machines, the arrays, and the values that are constant during steps. Programs that are rarely evaluated use
  * the tape, which needs no compilation. False: no memory. */
+/* Late conditions have outputs of their own, in their order. */
+static void list_late(kmp_evaluator *eval)
+{
+    const kmp_events *events = &eval->system->events;
+    for (int k = 0; eval->late && k < events->count; k++)
+        if (events->condition[k].late)
+            eval->late[eval->late_count++] = k;
+}
+
 static bool make_machines(kmp_evaluator *eval, kmp_eval_use use)
 {
     const kempe_system *s = eval->system;
@@ -464,6 +469,7 @@ static bool make_machines(kmp_evaluator *eval, kmp_eval_use use)
     eval->left_tables = kmp_left_tables_new(s, &eval->arena);
     KMP_ARENA_MAKE(&eval->arena, KMP_ROOM(bool, eval->m, &eval->dropped),
                    KMP_ROOM(double, eval->system->events.count, &eval->mode),
+                   KMP_ROOM(int, eval->changes ? eval->system->events.count : 0, &eval->late),
                    KMP_ROOM(double, KMP_CHART_SIZE * eval->system->chart_count, &eval->chart),
                    KMP_ROOM(double, eval->n, &eval->q, &eval->with_force, &eval->effort));
     if (eval->weighs_only || eval->by_products)
@@ -476,6 +482,8 @@ static bool make_machines(kmp_evaluator *eval, kmp_eval_use use)
         return false;
     if (eval->nu)
         eval_set_all(eval, KMP_IN_LAMBDA, eval->nu);
+    if (eval->changes)
+        list_late(eval);
     kmp_charts_reset(eval->system, eval->chart);
     set_constant_inputs(eval);
     return true;

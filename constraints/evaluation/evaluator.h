@@ -18,14 +18,15 @@ typedef struct kmp_evaluator {
     kmp_backend shared;                            /* the back end with a thread pool */
     kmp_machine *composite, *articulated, *motion; /* by M and C; by articulated bodies, NULL: none; the active one */
     kmp_machine *judge, *changes;
-    bool closes_only;   /* `motion` has the closures alone, and there is no `judge` */
-    bool weighs_only;   /* `composite` has closures and M alone: C is that of articulated bodies, by M */
-    bool by_products;   /* `composite` has C and products M x, and no M */
-    bool by_bodies;     /* `motion` is `articulated` */
-    double *chart;      /* of the system's spherical joints: nine numbers each, initially C = 1 */
-    long chart_version; /* number of their changes */
-    double *mode;       /* the conditions (1 or 0), branches of kinks */
-    bool modes_wait;    /* the machines do not have the present ones yet */
+    bool closes_only;      /* `motion` has the closures alone, and there is no `judge` */
+    bool weighs_only;      /* `composite` has closures and M alone: C is that of articulated bodies, by M */
+    bool by_products;      /* `composite` has C and products M x, and no M */
+    bool by_bodies;        /* `motion` is `articulated` */
+    double *chart;         /* of the system's spherical joints: nine numbers each, initially C = 1 */
+    long chart_version;    /* number of their changes */
+    double *mode;          /* the conditions (1 or 0), branches of kinks */
+    int *late, late_count; /* the conditions whose values depend on accelerations and multipliers */
+    bool modes_wait;       /* the machines do not have the present ones yet */
     kmp_present_inputs inputs;
     bool frozen;         /* conditions are fixed; otherwise they follow the state */
     bool holds_friction; /* inputs of friction that sticks do not follow the state (friction_state.h); those of rigid

@@ -521,8 +521,8 @@ static double fallen(double t)
     return 10.0 / 3 * t - 10.0 / 9 * (1 - exp(-3 * t));
 }
 
-/* A light ball rests, and another one falls with a damper between both. Where the other one rebounds the damper lifts
- * the first one at once, with 3 v > m g: no impulse connects them, and its contact opens all the same. */
+/* A light ball rests on the ground, and a heavy ball falls, with a damper between both. At the rebound the damper lifts
+ * the light ball, with 3 v > m g. No impulse connects both balls, and its contact opens all the same. */
 static void opened_by_a_damper(void)
 {
     loaded l = load_text("kempe: 1\ngravity: [0, -10, 0]\nbodies:\n"

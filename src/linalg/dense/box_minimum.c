@@ -124,9 +124,9 @@ static void take_inside(search *s)
         const int i = s->order[k];
         double *row = s->work + k * s->inside;
         s->rest[k] = -s->y[i] / s->scale[i];
-        for (int l = 0; l < s->inside; l++) {
+        for (int l = 0; l <= k; l++) {
             const int j = s->order[l];
-            row[l] = box->d[i + j * n] / (s->scale[i] * s->scale[j]);
+            row[l] = s->work[l * s->inside + k] = box->d[i + j * n] / (s->scale[i] * s->scale[j]);
         }
     }
 }
