@@ -166,6 +166,7 @@ kempe_status kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe
     if (s->model->flexible_count == 0)
         return KEMPE_E_FAILED;
     const bool quiet = kmp_context_quiet(s->context, true);
+    char *said = kmp_strdup(kempe_context_message(s->context));
     bool *moves = KMP_NEW(bool, s->n);
     for (int k = 0; moves && k < s->n; k++)
         moves[k] = s->model->motions[k].elastic;
@@ -175,10 +176,18 @@ kempe_status kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe
     if (moves && status != KEMPE_OK)
         kmp_deformation_rows_free(x);
     kmp_free(moves);
-    if (status == KEMPE_E_MEMORY)
+    if (status == KEMPE_E_MEMORY || !said) {
+        kmp_free(said);
+        if (status == KEMPE_OK)
+            kmp_deformation_rows_free(x);
         return kmp_fail_memory(s->context);
-    if (status != KEMPE_OK)
+    }
+    if (status != KEMPE_OK) { /* no message of these rows; that of a run before them stays */
         kmp_context_clear(s->context);
+        if (said && *said)
+            (void)kmp_fail(s->context, KEMPE_E_FAILED, "%s", said);
+    }
+    kmp_free(said);
     return status == KEMPE_OK ? status : KEMPE_E_FAILED;
 }
 

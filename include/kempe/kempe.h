@@ -331,7 +331,7 @@ KEMPE_API kempe_status kempe_trajectory_write_report(const kempe_trajectory *tra
 
 /** 1: a model or a mesh was read from this file with the context, also as a part of another one; 0: none was. Functions
  * that write files refuse such a file with KEMPE_E_ARGUMENT, so that no result destroys what it was made from. */
-KEMPE_API int kempe_context_has_read(const kempe_context *context, const char *path);
+KEMPE_API int kempe_context_is_source(const kempe_context *context, const char *path);
 
 /** Writes text to a file whole or not at all (through a temporary file in the same folder, then renamed). */
 KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path, const char *text);

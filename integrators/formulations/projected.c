@@ -45,6 +45,7 @@ typedef struct projected {
     bool is_near;          /* the factors in `near` are those of the last run of `stages` */
     long sweeps;           /* runs of `stages` without that program */
     bool lanes;            /* the integrator uses them */
+    bool by_mass;          /* the last row was closed by M in place of articulated bodies */
     bool by_program;       /* the last evaluation was by the saddle program, whose factors serve corrections */
     bool cancelled;        /* rounding showed in its accelerations */
     long runs;             /* of the saddle program */
@@ -273,6 +274,26 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     return KMP_GO;
 }
 
+/* As close_row, by a saddle system of M: where open loops leave a motion almost without inertia, articulated bodies
+ * have lost the digits. The evaluator is left at another state. */
+static bool close_row_by_mass(projected *d, double t, const double *y, double *q, double *qd)
+{
+    kmp_saddle by_mass;
+    if (!d->eval->by_bodies || kmp_eval_add_composite(d->eval) != KEMPE_OK)
+        return false;
+    kmp_eval_set_by_bodies(d->eval, false);
+    bool closed = kmp_saddle_init(&by_mass, d->eval, &d->part);
+    if (closed) {
+        const kmp_closer closer = kmp_saddle_closer(&by_mass, d->dx);
+        memcpy(q, y, (size_t)d->n * sizeof *q);
+        memcpy(qd, y + d->n, (size_t)d->n * sizeof *qd);
+        closed = kmp_close_state(&closer, d->violation, t, q, qd);
+    }
+    kmp_saddle_free(&by_mass);
+    kmp_eval_set_by_bodies(d->eval, true);
+    return closed;
+}
+
 /* Closes a row's state to round-off; by the saddle program, then by the saddle system. false: it stays open. */
 static bool close_row(projected *d, double t, const double *y, double *q, double *qd)
 {
@@ -285,10 +306,13 @@ static bool close_row(projected *d, double t, const double *y, double *q, double
         memcpy(qd, y + d->n, bytes);
         if (kmp_close_state(&closer, d->violation, t, q, qd)) {
             d->by_program = attempt == 0;
+            d->by_mass = false;
             return true;
         }
     }
-    return false;
+    d->by_program = false;
+    d->by_mass = close_row_by_mass(d, t, y, q, qd);
+    return d->by_mass;
 }
 
 /* Accelerations and multipliers of a row that close_row has closed. */
@@ -304,7 +328,7 @@ static void accelerate_row(projected *d, double t, const double *q, const double
             lambda[d->part.rows[k]] = out[layout->lambda + k];
         return;
     }
-    if (closed_by_program)
+    if (closed_by_program || d->by_mass)
         (void)factor_at(d, t, q, qd);
     else
         kmp_eval_bias(d->eval, qd);

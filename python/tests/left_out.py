@@ -22,4 +22,5 @@ LEFT_OUT = {
     "kempe_workspace_evaluate_states": "by python_evaluate_states, which reads states as the other functions of rows do",
     "kempe_workspace_forward_states": "by python_forward_states",
     "kempe_write_file": "Python writes files",
+    "kempe_context_is_source": "writers refuse such files themselves",
 }

@@ -124,7 +124,7 @@ kempe_status kmp_context_note_source(kempe_context *context, const char *path)
     return KEMPE_OK;
 }
 
-int kempe_context_has_read(const kempe_context *context, const char *path)
+int kempe_context_is_source(const kempe_context *context, const char *path)
 {
     struct stat file;
     return context && path && stat(path, &file) == 0 && has_source(context, &file);

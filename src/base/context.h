@@ -25,7 +25,7 @@ bool kmp_context_is_strict(const kempe_context *context);
 bool kmp_context_leaves_out(const kempe_context *context, const char *name);
 const char *kmp_context_use_left_out(kempe_context *context, const char *names);
 
-/** Notes a file that a model or a mesh is read from (kempe_context_has_read). KEMPE_E_MEMORY. */
+/** Notes a file that a model or a mesh is read from (kempe_context_is_source). KEMPE_E_MEMORY. */
 kempe_status kmp_context_note_source(kempe_context *context, const char *path);
 
 /** A context for a thread of a computation: an interrupt of the context above ends it, too. It logs nothing, reports no

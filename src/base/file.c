@@ -125,7 +125,7 @@ static kempe_status write_bytes(kempe_context *context, const char *path, const 
     int error;
     kmp_context_clear(context);
     bool exists = stat(path, &old) == 0;
-    if (exists && kempe_context_has_read(context, path))
+    if (exists && kempe_context_is_source(context, path))
         return kmp_fail(context, KEMPE_E_ARGUMENT, "%s is read for this result: write to another file", path);
     /* through a symbolic link, its target is replaced and the link stays */
     const char *real = exists && S_ISREG(old.st_mode) ? realpath(path, target) : NULL;

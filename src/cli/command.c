@@ -304,7 +304,7 @@ static kempe_status check_written(const cli_job *j, unsigned command)
 {
     const char *path;
     for (int k = 0; (path = cli_written(command, j->settings, &k));)
-        if (kempe_context_has_read(j->context, path)) {
+        if (kempe_context_is_source(j->context, path)) {
             cli_complain("'%s' is a file of the model, and would be written over: name another one", path);
             return KEMPE_E_ARGUMENT;
         }

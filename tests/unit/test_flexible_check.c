@@ -266,6 +266,55 @@ static void thin_beams_are_named(void)
     }
 }
 
+/* A row that articulated bodies cannot close is closed by M. Model 989 of tests/oracle/beam_mechanisms. */
+static void rows_are_closed_by_mass(void)
+{
+    static const char text[] =
+        "kempe: 1\nname: rows\ngravity: [0.8736, -4.3799, 3.8173]\n"
+        "ground: {points: {O0: [-0.167, -0.235, 0], L20: {at: [0.8686897750060045, -0.36405019910440806, "
+        "-0.5301202825347278], axes: {x: [-0.6632829623080181, -0.027142843761577173, 0.7478763119289413], y: "
+        "[-0.1591957409245815, 0.9815869667184306, -0.10556392774041845]}}, L31: {at: [0.6333126146465964, "
+        "-0.1791093857800688, -0.5228359824335083], axes: {x: [0.9729687480531853, -0.1986848389078785, "
+        "0.11771214933033752], y: [0.04199302474702593, 0.653432046493435, 0.75581951978498]}}}}\n"
+        "bodies:\n"
+        "  b0: {flexible: {shapes: {y: 1, z: 2, axial: 1}, frame: mean, damping: {ratio: 0.0195}, beam: {length: "
+        "0.6724, "
+        "young: 4.85e7, density: 954.7078, shear: 2.267e7, section: {rectangle: [0.037, 0.046]}}}, points: {P0: "
+        "{station: 0.6724}, P1: {station: 0.6724, offset: [0.1136, 0.1321, 0.0883], axes: {x: [-1.092, -0.871, 0.54], "
+        "y: "
+        "[-0.927, 2.445, -0.546]}}}, joint: {name: j0, motions: [T3, T1, T2, R1, R2, R3], at: ground.O0}}\n"
+        "  b1: {mass: 0.7269, com: [-0.2115, -0.0538, 0.0954], inertia: {xx: 0.258369, yy: 0.234235, zz: 0.126426, xy: "
+        "0.006816, xz: 0.041914, yz: 0.017358}, points: {P1: {at: [-0.1577, -0.0915, 0.156]}}, joint: {name: j1, "
+        "spherical: [[-0.14850130034364906, 0.8693678889635612, -0.47132455636778187], [-0.46978683608401156, "
+        "0.35737709878305324, 0.8072062548739212]], at: b0.P0, frame: {y: [0.654, 0.15, 0.402]}}}\n"
+        "loops:\n  c0: {cylindrical: [b0.P1, ground.L20], axis: x}\n"
+        "  c1: {universal: [b1.P1, ground.L31], axes: [x, x]}\n"
+        "forces:\n  f0: {spring: [ground.L20, b1.P1], stiffness: 40, damping: 0.5, free_length: 0.3}\n"
+        "start: {q: {j0.1: -0.28377, j0.2: 0.29459, j0.3: 0.13852, j0.4: -0.10484, j0.5: 0.4685, j0.6: -0.41539, j1.1: "
+        "-0.84053, j1.2: -0.1305, j1.3: -0.3297, b0.y1: -0.01659, b0.z1: 0.00661, b0.z2: 0.00365, b0.x1: -0.01316}}\n";
+    static const char *const algorithms[] = {"composite", "articulated"};
+    const kempe_run_options how = {
+        .t_end = 0.05, .output_step = 0.01, .rtol = 1e-10, .formulation = "dae", .no_convergence_check = 1};
+    double end[2][13] = {{0}};
+    for (int way = 0; way < 2; way++) {
+        kempe_context *context = kempe_context_new();
+        kempe_model *model = NULL;
+        kempe_system *system = NULL;
+        kempe_trajectory *t = NULL;
+        CHECK(kempe_model_read_text(context, text, "rows", &model) == KEMPE_OK &&
+              kempe_system_new_with_algorithm(model, algorithms[way], &system) == KEMPE_OK && system->n == 13);
+        CHECK(kempe_simulate(system, &how, &t) == KEMPE_OK);
+        if (t)
+            memcpy(end[way], kempe_trajectory_q(t, kempe_trajectory_row_count(t) - 1), sizeof end[way]);
+        kempe_trajectory_free(t);
+        kempe_system_free(system);
+        kempe_model_free(model);
+        kempe_context_free(context);
+    }
+    for (int k = 0; k < 13; k++)
+        CHECK_NEAR(end[1][k], end[0][k], 1e-10);
+}
+
 int main(void)
 {
     TEST(own_frequencies);
@@ -274,6 +323,7 @@ int main(void)
     TEST(elasticity_makes_loops_mobile);
     TEST(runs_doubt_themselves);
     TEST(thin_beams_are_named);
+    TEST(rows_are_closed_by_mass);
     TEST(loads_without_a_shape);
     TEST(segments_have_no_deflection);
     TEST(modes_name_the_strained_body);
