@@ -4,6 +4,7 @@
 #include "analyses/parts/study_print.h"
 #include "backend/lanes.h"
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "ensemble/instance_table.h"
 #include "ensemble/mechanisms.h"
 #include "ensemble/quantity_words.h"
@@ -390,7 +391,8 @@ KMP_GETTER(int kempe_ensemble_result_count(const kempe_ensemble_result *b), b, b
 static kempe_outcome outcome_of(const kempe_ensemble_result *b, int k)
 {
     kempe_status status = b->results[k].status;
-    bool doubted = b->ensemble->doubted || b->results[k].unstable || !kmp_convergence_holds(&b->again[k]);
+    bool doubted = b->ensemble->doubted || b->results[k].unstable || !kmp_convergence_holds(&b->again[k]) ||
+                   b->results[k].deflection > KMP_DEFLECTION_LARGE;
     return kmp_outcome_of(status == KEMPE_OK && doubted ? KEMPE_UNTRUSTED : status);
 }
 
@@ -628,6 +630,12 @@ static const char *start_of(const kmp_ensemble_result *r)
     return r->unstable ? KMP_BALANCE_UNSTABLE : r->rates_changed ? KMP_RATES_ADJUSTED : "";
 }
 
+static const char *verdict_of(const kempe_ensemble_result *b, int k)
+{
+    const bool deflects = b->results[k].deflection > KMP_DEFLECTION_LARGE && kmp_convergence_holds(&b->again[k]);
+    return deflects ? KMP_DEFLECTED_FAR : kmp_convergence_word(&b->again[k]);
+}
+
 static void put_row(const kempe_ensemble_result *b, kempe_table *table, int k)
 {
     const kmp_ensemble_result *r = &b->results[k];
@@ -651,7 +659,7 @@ static void put_row(const kempe_ensemble_result *b, kempe_table *table, int k)
                        r->h, r->hdot, r->drift);
     kmp_tabulate_number(table, again->known ? again->difference : NAN);
     kmp_tabulate_numbers(table, list_of(b)->run.values, differences_of(b, k));
-    kmp_tabulate_cells(table, "%s %s %s %s", kmp_convergence_word(again), start_of(r), alone_of(r),
+    kmp_tabulate_cells(table, "%s %s %s %s", verdict_of(b, k), start_of(r), alone_of(r),
                        kempe_ensemble_result_reason(b, k));
 }
 

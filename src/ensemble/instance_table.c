@@ -2,6 +2,7 @@
 #include "ensemble/instance_table.h"
 #include "base/context.h"
 #include "base/text.h"
+#include "constraints/tolerances.h"
 #include "ensemble/statistics/statistics.h"
 #include "output/print.h"
 #include "output/result_table.h"
@@ -82,7 +83,12 @@ kmp_instance_sums kmp_instances_sum(const kempe_table *t, long first)
     for (int row = 0; row < kempe_table_row_count(t); row++) {
         const char *word = word_of(t, row, verdict);
         double by = strcmp(word, "not converged") == 0 ? kempe_table_number(t, row, difference) : INFINITY;
-        s.repeated += *word != '\0';
+        const bool deflected = strcmp(word, KMP_DEFLECTED_FAR) == 0;
+        s.repeated += deflected ? isfinite(kempe_table_number(t, row, difference)) : *word != '\0';
+        if (deflected && s.deflected++ == 0)
+            s.first_deflected = first + row;
+        if (deflected)
+            continue;
         if (!*word || strcmp(word, "converged") == 0)
             continue;
         if (s.not_converged++ == 0 || by > s.difference) {
@@ -99,6 +105,8 @@ void kmp_instances_add(kmp_instance_sums *s, const kmp_instance_sums *part)
         s->first_changed = part->first_changed;
     if (part->unstable > 0 && (s->unstable == 0 || part->first_unstable < s->first_unstable))
         s->first_unstable = part->first_unstable;
+    if (part->deflected > 0 && (s->deflected == 0 || part->first_deflected < s->first_deflected))
+        s->first_deflected = part->first_deflected;
     if (part->not_converged > 0 && (s->not_converged == 0 || part->difference > s->difference)) {
         s->worst = part->worst;
         s->difference = part->difference;
@@ -118,6 +126,7 @@ void kmp_instances_add(kmp_instance_sums *s, const kmp_instance_sums *part)
     s->drift = fmax(s->drift, part->drift);
     s->rates_changed += part->rates_changed;
     s->unstable += part->unstable;
+    s->deflected += part->deflected;
     s->repeated += part->repeated;
     s->not_converged += part->not_converged;
 }
@@ -145,6 +154,12 @@ static void put_doubts(kmp_text *text, const kmp_instance_sums *s)
             "do not trust %ld of %ld instances: the deformations of instance %ld start in a balance that is "
             "not stable, under loads at which a flexible body buckles\n",
             s->unstable, s->count, s->first_unstable + 1);
+    if (s->deflected > 0)
+        kmp_text_printf(
+            text,
+            "do not trust %ld of %ld instances: a flexible body of instance %ld deflects by more than %.1f of "
+            "its length at the end; divide it into 'segments'\n",
+            s->deflected, s->count, s->first_deflected + 1, KMP_DEFLECTION_LARGE);
     if (s->not_converged > 0 && isinf(s->difference))
         kmp_text_printf(text,
                         "do not trust %ld of %ld instances: at another rtol the run of instance %ld did not reach its "

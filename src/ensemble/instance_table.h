@@ -12,6 +12,7 @@ typedef struct kmp_instance_sums {
     double h, hdot, drift;
     long rates_changed, first_changed; /* starts whose velocities were adjusted; the number of the first, from 0 on */
     long unstable, first_unstable;     /* starts in a balance that is not stable, likewise */
+    long deflected, first_deflected;   /* whose flexible bodies deflect too far, likewise */
     long repeated, not_converged;      /* with a verdict of the convergence check */
     long worst;                        /* number of the one that differs most of those that have not converged */
     double difference;                 /* of that one; infinite: its other run did not reach its end */
@@ -34,6 +35,11 @@ kempe_outcome kmp_instances_outcome(const kmp_instance_sums *sums);
 #define KMP_RATES_ADJUSTED "velocities adjusted"
 /** The word where deformations start in a balance that is not stable. */
 #define KMP_BALANCE_UNSTABLE "unstable balance"
+
+/** The word of the column `verdict` where a flexible body has a deflection at the end that its shapes are not right
+ * for.
+ */
+#define KMP_DEFLECTED_FAR "deflected too far"
 
 /** Appends the sentences of warnings, one a line; logs them. */
 void kmp_instances_put_warnings(kmp_text *text, const kmp_instance_sums *sums);

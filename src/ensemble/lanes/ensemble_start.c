@@ -26,6 +26,7 @@
 #include "integrators/run/sampler.h"
 #include "model/data/model.h"
 #include "model/read/read_mass.h"
+#include "studies/simulate/flexible_doubts.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
@@ -404,6 +405,11 @@ static void judge_instance(kmp_engine *e, int i, double t, const double *q, cons
     double size = fmax(fmax(x->kinetic, kinetic), fabs(potential - x->potential));
     double drift = fabs(kinetic + potential - x->kinetic - x->potential - work);
     result->drift = size > 0 ? drift / size : drift;
+    const kempe_model *model = e->s->model;
+    for (int k = 0; k < model->flexible_count; k++) {
+        const kmp_flexible *f = &model->flexibles[k];
+        result->deflection = fmax(result->deflection, kmp_flexible_deflection(model, f, q) / f->length->value);
+    }
     memcpy(e->q + (size_t)i * (size_t)e->n, q, (size_t)e->n * sizeof(double));
     memcpy(e->qd + (size_t)i * (size_t)e->n, qd, (size_t)e->n * sizeof(double));
 }
