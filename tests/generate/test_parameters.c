@@ -9,6 +9,7 @@
 #include "model/data/compliant.h"
 #include "model/data/force_table.h"
 #include "model/data/model.h"
+#include "model/flexible/beam.h"
 #include "model/language/expression_value.h"
 #include "testing.h"
 #include "unit/random.h"
@@ -274,6 +275,19 @@ static bool can_be_written(const kempe_model *model)
     return can;
 }
 
+/* Shapes in mean axes and ratios of damping are those of the nominal values (docs/model/flexible.md): a model that is
+ * read with other values has others. */
+static bool has_nominal_shapes(const kempe_model *model)
+{
+    for (int k = 0; k < model->flexible_count; k++) {
+        const kmp_beam *beam = model->flexibles[k].beam;
+        for (int f = 0; beam && f < KMP_BEAM_FAMILIES; f++)
+            if (beam->stiffness[f].c[0].expr && (beam->frame == KMP_FRAME_MEAN || beam->ratio.value > 0))
+                return true;
+    }
+    return false;
+}
+
 /* True if equations of the model can be written. `read` reads it with settings. */
 static bool try_model(kempe_model *(*read)(const char *, const kempe_setting *, int), const char *what)
 {
@@ -284,7 +298,7 @@ static bool try_model(kempe_model *(*read)(const char *, const kempe_setting *, 
     kmp_code_source kept, made;
     if (model) /* the axes of a rounded drawing are moved, and no entries of p */
         CHECK(kempe_model_set_closure_tolerance(model, 0) == KEMPE_OK);
-    if (!model || !can_be_written(model) || model->motion_count > MOST ||
+    if (!model || has_nominal_shapes(model) || !can_be_written(model) || model->motion_count > MOST ||
         kmp_source_init(&kept, model, &g) != KEMPE_OK) {
         kempe_model_free(model);
         return false;
