@@ -558,7 +558,7 @@ kempe_status kmp_sensitivity_equations_start(kmp_sensitivity_equations *varied, 
     varied->linear.held = false;
     if (status == KEMPE_OK && varied->count > 0)
         status = differentiate(&b, dq, dqd);
-    if (status == KEMPE_OK) {
+    if (status == KEMPE_OK && a) {
         memcpy(q, a->q, (size_t)varied->n * sizeof *q);
         memcpy(qd, a->qd, (size_t)varied->n * sizeof *qd);
     }

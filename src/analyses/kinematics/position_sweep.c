@@ -423,17 +423,16 @@ static void take_row(void *user, double s, const double *q, const double *qs, co
     memcpy(k->q + at * n, q, n * sizeof *q);
     if (j->lost || (j->deflections && !balance_row(j, at, s, qs)))
         return;
-    if (j->deflections) {
+    if (j->deflections)
         q = k->q + at * n;
-        qs = qd;
-        qss = qdd;
-    }
     k->count++;
     k->s[at] = s;
     for (size_t i = 0; i < n; i++) {
         const kmp_state *state = kmp_state_of(k->system->model, (int)i);
-        qd[i] = state ? k->system->model->start.qd[i].value : qs ? qs[i] * rate : NAN;
-        qdd[i] = state ? 0 : qss ? qss[i] * rate * rate : NAN;
+        const double slope = j->deflections ? qd[i] : qs ? qs[i] : NAN;
+        const double curvature = j->deflections ? qdd[i] : qss ? qss[i] : NAN;
+        qd[i] = state ? k->system->model->start.qd[i].value : slope * rate;
+        qdd[i] = state ? 0 : curvature * rate * rate;
     }
     show(j, s, q, qd, qdd, k->shown + at * (size_t)k->width);
     kmp_progress(k->system->context, KMP_PROGRESS_STUDY, k->count, k->requested, "rows");

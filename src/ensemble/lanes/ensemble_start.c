@@ -209,17 +209,22 @@ static kempe_status assemble_instance(kmp_engine *e, int i, kempe_assembly *know
     double *start = e->starts && n > 0 ? e->starts + (size_t)i * 2 * n : NULL;
     KMP_TRY(kmp_instance_take_values(e, i));
     kmp_eval_renew_parameters(e->eval);
-    if (known && start && !isnan(start[0]))
+    const double *q = NULL, *qd = NULL;
+    if (known && start && !isnan(start[0])) {
         *known = (kempe_assembly){.system = e->s, .q = start, .qd = start + n, .closed = true};
-    else
+        q = known->q;
+        qd = known->qd;
+    } else {
         KMP_TRY(kempe_assembly_new(e->s, a));
-    const double *q = *a ? (*a)->q : known->q, *qd = *a ? (*a)->qd : known->qd;
-    if (*a && start && !(*a)->inner_q) {
-        memcpy(start, q, size);
-        memcpy(start + n, qd, size);
+        q = (*a)->q;
+        qd = (*a)->qd;
+        e->results[i].rates_changed = (*a)->rates_changed;
+        e->results[i].unstable = (*a)->unstable;
+        if (start && !(*a)->inner_q) {
+            memcpy(start, q, size);
+            memcpy(start + n, qd, size);
+        }
     }
-    e->results[i].rates_changed = *a && (*a)->rates_changed;
-    e->results[i].unstable = *a && (*a)->unstable;
     kmp_friction_state_open(e->eval);
     kmp_load_forget(e->eval);
     kmp_eval_freeze(e->eval, 0, q, qd);
@@ -236,7 +241,7 @@ kempe_status kmp_instance_start(kmp_engine *e, int i)
     kempe_status status = assemble_instance(e, i, &known, &a);
     if (status == KEMPE_OK) {
         kmp_constants_keep(e->s, &e->instances[i].constants);
-        status = enter(e, i, a ? a : &known);
+        status = enter(e, i, known.q ? &known : a);
     } else if (status == KEMPE_E_FAILED) { /* a run would say the same */
         kmp_instance_leave(e, i, "loops that do not close");
     }
