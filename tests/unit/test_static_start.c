@@ -290,6 +290,22 @@ static void what_is_refused(void)
                   "start elastic");
 }
 
+/* A rod to a cantilever: its length is reached by bending alone. */
+static void deformations_that_close_have_no_derivative(void)
+{
+    loaded l = load_text("kempe: 1\nparameters: {EI: 20}\nground: {points: {A: [1, 1, 0]}}\nbodies:\n  rod:\n"
+                         "    joint: {weld: yes, at: ground}\n"
+                         "    flexible: {beam: {length: 1, rhoA: 1, EIz: EI}, shapes: {y: 2}, raw: yes}\n"
+                         "    points: {tip: {station: 1}}\n"
+                         "loops: {stay: {rod: [rod.tip, ground.A], length: 0.98}}\n");
+    kempe_sensitivity *s = NULL;
+    const kempe_sensitivity_options how = {.run = &(kempe_run_options){.t_end = 0.01}, .parameters = "EI"};
+    CHECK(l.system && kempe_sensitivity_new(l.model, &how, &s) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(l.context), "so that deformations take part"));
+    kempe_sensitivity_free(s);
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(cantilever_hangs);
@@ -301,6 +317,7 @@ int main(void)
     TEST(instances_are_pulled);
     TEST(instances_deflect_far);
     TEST(balance_has_derivatives);
+    TEST(deformations_that_close_have_no_derivative);
     TEST(what_is_refused);
     return check_report();
 }

@@ -505,6 +505,11 @@ static kempe_status check(const kempe_system *s, const kempe_assembly *a)
                         "without clearance; give the %s of all coordinates (start: %s)",
                         a->centred ? "positions" : "rates", a->centred ? "closed positions" : "rates",
                         a->centred ? "q" : "qd");
+    if (a->deformed)
+        return kmp_fail(
+            s->context, KEMPE_E_FAILED,
+            "the start has no derivative with respect to parameters: joints cannot close its loops, so that "
+            "deformations take part; give joints with which they close, or hold coordinates with 'elastic: free'");
     if (a->inner_q)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "the start has no derivative with respect to parameters: a spherical joint is near its "
