@@ -257,11 +257,6 @@ static void add_star(kmp_drawing *drawing, const kempe_model *model, int body)
     }
 }
 
-static double number_at(const kmp_number *number, const double *parameters)
-{
-    return number->expr ? kmp_expr_value(number->expr, parameters) : number->value;
-}
-
 static double taper_at(const kmp_taper *taper, const double *parameters, double xi)
 {
     double sum = 0;
@@ -269,8 +264,8 @@ static double taper_at(const kmp_taper *taper, const double *parameters, double 
         const kmp_taper_share share = kmp_taper_share_of(taper, k);
         const kmp_polynomial term = kmp_taper_term(share.degree);
         if (xi >= share.from && (xi < share.to || share.to >= 1))
-            sum +=
-                number_at(&share.c, parameters) * kmp_polynomial_at(&term, (xi - share.from) / (share.to - share.from));
+            sum += kmp_number_at(&share.c, parameters) *
+                   kmp_polynomial_at(&term, (xi - share.from) / (share.to - share.from));
     }
     return sum;
 }
@@ -278,7 +273,7 @@ static double taper_at(const kmp_taper *taper, const double *parameters, double 
 /* The section at xi = x/length. */
 static kmp_drawn_section section_of(const kmp_beam *beam, const double *parameters, double xi)
 {
-    kmp_drawn_section made = {.length = number_at(&beam->length, parameters),
+    kmp_drawn_section made = {.length = kmp_number_at(&beam->length, parameters),
                               .round = beam->round,
                               .lengthens = beam->count[KMP_BEAM_AXIAL] > 0};
     for (int k = 0; k < 2; k++) {
@@ -286,8 +281,8 @@ static kmp_drawn_section section_of(const kmp_beam *beam, const double *paramete
         made.edge[k] = taper_at(&beam->edge[k], parameters, xi);
     }
     if (beam->section[0].count > 0 && beam->section[0].c[0].value > 0 && beam->stiffness[KMP_BEAM_AXIAL].count > 0)
-        made.young = number_at(&beam->stiffness[KMP_BEAM_AXIAL].c[0], parameters) /
-                     number_at(&beam->section[0].c[0], parameters);
+        made.young = kmp_number_at(&beam->stiffness[KMP_BEAM_AXIAL].c[0], parameters) /
+                     kmp_number_at(&beam->section[0].c[0], parameters);
     return made;
 }
 

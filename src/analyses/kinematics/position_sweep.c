@@ -714,7 +714,7 @@ static void doubt_deflections(const job *j)
         const kmp_flexible *f = &model->flexibles[b];
         double most = 0;
         for (int row = 0; row < k->count; row++)
-            most = fmax(most, kmp_flexible_deflection(model, f, k->q + (ptrdiff_t)row * k->system->n));
+            most = fmax(most, kmp_flexible_deflection(k->system, f, k->q + (ptrdiff_t)row * k->system->n));
         if (most > KMP_DEFLECTION_LARGE * f->length->value)
             kmp_doubt(
                 model->context,

@@ -25,6 +25,7 @@
 #include "integrators/run/runner_start.h"
 #include "integrators/run/sampler.h"
 #include "model/data/model.h"
+#include "model/language/expression_value.h"
 #include "model/read/read_mass.h"
 #include "studies/simulate/flexible_doubts.h"
 #include <kempe/check.h>
@@ -413,7 +414,8 @@ static void judge_instance(kmp_engine *e, int i, double t, const double *q, cons
     const kempe_model *model = e->s->model;
     for (int k = 0; k < model->flexible_count; k++) {
         const kmp_flexible *f = &model->flexibles[k];
-        result->deflection = fmax(result->deflection, kmp_flexible_deflection(model, f, q) / f->length->value);
+        result->deflection =
+            fmax(result->deflection, kmp_flexible_deflection(e->s, f, q) / kmp_number_at(f->length, e->s->parameters));
     }
     memcpy(e->q + (size_t)i * (size_t)e->n, q, (size_t)e->n * sizeof(double));
     memcpy(e->qd + (size_t)i * (size_t)e->n, qd, (size_t)e->n * sizeof(double));

@@ -68,6 +68,11 @@ kmp_extent kmp_expr_extent(const kmp_expr *expr, const kmp_extent *of)
     return whole;
 }
 
+double kmp_number_at(const kmp_number *number, const double *parameters)
+{
+    return number->expr ? kmp_expr_value(number->expr, parameters) : number->value;
+}
+
 double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t)
 {
     double a = expr->a ? kmp_expr_value_at(expr->a, parameters, t) : 0;

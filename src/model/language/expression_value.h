@@ -10,6 +10,9 @@ double kmp_table_end(const kmp_named_table *table, int end);
 /** Value with the given parameter values; t, q, qd and lambda must not occur (NaN then). */
 double kmp_expr_value(const kmp_expr *expr, const double *parameters);
 
+/** That of a number. */
+double kmp_number_at(const kmp_number *number, const double *parameters);
+
 /** The value at a time t. */
 double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t);
 

@@ -8,41 +8,44 @@
 #include "constraints/tolerances.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include "model/language/expression_value.h"
 #include "studies/assembly/flexible_check.h"
 #include "studies/simulate/trajectory.h"
 #include <math.h>
 
-static double deflection_at(const kmp_flexible *f, const kmp_station *station, const double *q)
+static double deflection_at(const kmp_flexible *f, const kmp_station *station, const double *parameters,
+                            const double *q)
 {
     double sum = 0;
     for (int c = 0; c < 3; c++) {
         double way = 0;
         for (int k = 0; k < f->count; k++) {
-            way += station->shift[f->count * c + k].value * q[k];
+            way += kmp_number_at(&station->shift[f->count * c + k], parameters) * q[k];
             for (int l = 0; l < f->count; l++)
-                way += station->shift_more[(ptrdiff_t)(f->count * c + k) * f->count + l].value * q[k] * q[l] / 2;
+                way += kmp_number_at(&station->shift_more[(ptrdiff_t)(f->count * c + k) * f->count + l], parameters) *
+                       q[k] * q[l] / 2;
         }
         sum += way * way;
     }
     return sqrt(sum);
 }
 
-double kmp_flexible_deflection(const kempe_model *model, const kmp_flexible *f, const double *q)
+double kmp_flexible_deflection(const kempe_system *system, const kmp_flexible *f, const double *q)
 {
     double most = 0;
     for (int s = 0; s < f->station_count; s++)
-        most = fmax(most, deflection_at(f, &f->stations[s], q + f->first));
+        most = fmax(most, deflection_at(f, &f->stations[s], system->parameters, q + f->first));
     for (int k = f->first; k < f->first + f->count && f->station_count == 1; k++)
-        most = model->motions[k].rotation ? most : fmax(most, fabs(q[k]));
+        most = system->model->motions[k].rotation ? most : fmax(most, fabs(q[k]));
     return most;
 }
 
 /* The largest one of all rows, and its time. */
-static double largest_deflection(const kempe_model *model, const kmp_samples *table, const kmp_flexible *f, double *t)
+static double largest_deflection(const kempe_system *system, const kmp_samples *table, const kmp_flexible *f, double *t)
 {
     double most = 0;
     for (int row = 0; row < table->rows; row++) {
-        const double way = kmp_flexible_deflection(model, f, kmp_samples_get(table, KMP_QUANTITY_Q, row));
+        const double way = kmp_flexible_deflection(system, f, kmp_samples_get(table, KMP_QUANTITY_Q, row));
         *t = way > most ? kmp_samples_time(table, row) : *t;
         most = fmax(most, way);
     }
@@ -53,7 +56,7 @@ static void doubt_deflection(const kempe_system *system, const kmp_samples *tabl
 {
     const kempe_model *model = system->model;
     double t = 0;
-    const double most = largest_deflection(model, table, f, &t);
+    const double most = largest_deflection(system, table, f, &t);
     if (most > KMP_DEFLECTION_LARGE * f->length->value)
         kmp_doubt(
             system->context,
@@ -143,7 +146,7 @@ static void tell_buckling(const kempe_system *system, const kmp_samples *table, 
 {
     const char *name = system->model->bodies[f->body].name;
     double unused = 0;
-    if (largest_deflection(system->model, table, f, &unused) <= KMP_DEFLECTION_NONE * f->length->value)
+    if (largest_deflection(system, table, f, &unused) <= KMP_DEFLECTION_NONE * f->length->value)
         kmp_doubt(system->context,
                   "flexible body '%s' buckles: at t = %.6g s its loads take %.3g times its stiffness, and it stays "
                   "straight because no load deflects it; start with a small deflection",

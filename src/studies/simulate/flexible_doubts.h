@@ -5,8 +5,8 @@
 #include "constraints/evaluation/evaluator.h"
 #include "output/samples.h"
 
-/** The largest deflection of a flexible body at q, in its axes. */
-double kmp_flexible_deflection(const kempe_model *model, const kmp_flexible *flexible, const double *q);
+/** The largest deflection of a flexible body at q, in its axes, with the system's values of parameters. */
+double kmp_flexible_deflection(const kempe_system *system, const kmp_flexible *flexible, const double *q);
 
 /** Logs them: deflections beyond what the terms of second order are right for are a doubt about the run; loads of
  * sections that differ from those by the strain, fast rotations without terms of second order, and loads at which a
