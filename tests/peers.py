@@ -37,7 +37,7 @@ class Blades(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             place = pathlib.Path(folder)
             blade_peers.write(place)
-            subprocess.run([KEMPE, "simulate", place / "blade_four_bar.yaml", "-q", "--rtol", "1e-9", "-o", place / "rows.csv"], check=True,
+            subprocess.run([KEMPE, "simulate", place / "blade_four_bar_10.yaml", "-q", "--rtol", "1e-9", "-o", place / "rows.csv"], check=True,
                            stdout=subprocess.DEVNULL)
             own, digits = ([[float(x) for x in line.split(",")] for line in path.read_text().splitlines() if line[0].isdigit()]
                            for path in (place / "rows.csv", ROOT / "bench/peers/blade_four_bar.csv"))

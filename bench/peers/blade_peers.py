@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Craig-Bampton blade of ten modes in two closed loops, for Kempe and for Exudyn: the files of Kempe, and the runs of Exudyn.
+"""A Craig-Bampton blade of one to ten modes in two closed loops, for Kempe and for Exudyn: the files of Kempe, and the runs of Exudyn.
 
     blade_peers.py write FOLDER
     blade_peers.py exudyn loop|four_bar START.json SECONDS
@@ -9,7 +9,7 @@
 rocker are rigid and balanced, and nothing is driven; no gravity. Exudyn has the same body with the same modes and damping
 (ObjectFFRFreducedOrder), rotors of one coordinate and no functions in Python. Its load by gravity leaves out that the torque about the
 frame changes with the deformation: forces at nodes of the same resultant for all modes are a second way. START.json is what `kempe assemble --json` wrote.
-Prints a line a setting: `way|steps|seconds of processor time|t x y z ...`. SECONDS: finer steps are left out after a run of so long.
+Prints a line a setting: `way, K modes|steps|seconds of processor time|t x y z ...`. SECONDS: finer steps are left out after a run of so long.
 """
 import json
 import pathlib
@@ -41,12 +41,14 @@ start: {{q: {{A: 90 deg, B: -70 deg, C: 100 deg}}, qd: {{A: {RATE}}}, hold: [A]}
 run: {{t_end: {END}, output_step: 0.01, outputs: [position(blade.P)]}}
 """
 MODELS = {"loop": flexible_files.BLADE, "four_bar": FOUR_BAR}
+MODES = (1, 3, 10)                                        # the slowest ones in the frame; 10: all
 
 
 def write(folder):
     np.savez(folder / "blade.npz", **flexible_files.blade())
     for name, text in MODELS.items():
-        (folder / f"blade_{name}.yaml").write_text(text)
+        for modes in MODES:
+            (folder / f"blade_{name}_{modes}.yaml").write_text(text.replace("file: blade.npz", f"file: blade.npz, modes: {modes}"))
     lines = [",".join(map(repr, (t, *numbers[2]))) for t, numbers in flexible_files.MOTION.items()]
     (folder / "blade_loop.csv").write_text("\n".join(["t,x,y,z", *lines, ""]))
 
@@ -157,19 +159,26 @@ def run(make, file, start, at_nodes, steps, index2, radius):
     settings = closed.exudyn_settings(END, steps, index2, radius)
     settings.solutionSettings.sensorsWritePeriod = 0.01 - 1e-8               # not a step later by rounding
     settings.timeIntegration.adaptiveStep = False
-    begin = time.process_time()
+    begin = time.thread_time()
     scene.mbs.SolveDynamic(settings)
-    return time.process_time() - begin, scene.mbs.GetSensorStoredData(scene.sensor).ravel()
+    return time.thread_time() - begin, scene.mbs.GetSensorStoredData(scene.sensor).ravel()
+
+
+def truncated(file, modes):
+    """The file with the slowest of its modes, of which it has the diagonal K."""
+    return {**file, "K": file["K"][:modes, :modes], "modes": file["modes"][..., :modes]}
 
 
 def exudyn(name, start, seconds):
     closed.LIMIT = seconds
-    file, start = flexible_files.blade(), json.loads(pathlib.Path(start).read_text())
+    start = json.loads(pathlib.Path(start).read_text())
     make = {"loop": loop, "four_bar": four_bar}[name]
-    for at_nodes in (False, True) if name == "loop" else (False,):
-        for way, *how in (("generalised alpha (0.9), index 3", False, 0.9), ("generalised alpha (0.6), index 3", False, 0.6), ("trapezoidal, index 2", True, 1.0)):
-            closed.sweep(f"Exudyn {way}" + ", gravity at nodes" * at_nodes, [30 * 2**k for k in range(12)],
-                         lambda steps, how=how, at_nodes=at_nodes: run(make, file, start, at_nodes, steps, *how))
+    for modes in MODES:
+        file = truncated(flexible_files.blade(), modes)
+        for at_nodes in (False, True) if name == "loop" else (False,):
+            for way, *how in (("generalised alpha (0.9), index 3", False, 0.9), ("generalised alpha (0.6), index 3", False, 0.6), ("trapezoidal, index 2", True, 1.0)):
+                closed.sweep(f"Exudyn {way}{', gravity at nodes' * at_nodes}, {modes} modes", [15 * 2**k for k in range(13 if modes == 10 else 7)],
+                             lambda steps, file=file, how=how, at_nodes=at_nodes: run(make, file, start, at_nodes, steps, *how))
 
 
 if __name__ == "__main__":

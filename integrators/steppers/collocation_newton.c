@@ -29,14 +29,36 @@ static size_t size_of(const kmp_collocation *s)
     return (size_t)s->inner * (size_t)s->w;
 }
 
+/* Sums over k of (weight[k] x[k])(weight[k] y[k]) in each lane, V registers of a type. */
+#define PRODUCTS(lanes, type, number)                                                                                  \
+    static KMP_CLONES void products_##lanes(int count, const double *weight, const double *x, const double *y,         \
+                                            double *sums)                                                              \
+    {                                                                                                                  \
+        enum { V = number, LAST = V - 1 };                                                                             \
+        const type *a = (const type *)x, *b = (const type *)y;                                                         \
+        type sum = {0}, more = {0};                                                                                    \
+        for (int k = 0; k < count; k++) {                                                                              \
+            sum += (weight[k] * a[k * V]) * (weight[k] * b[k * V]);                                                    \
+            if (V == 2)                                                                                                \
+                more += (weight[k] * a[k * V + LAST]) * (weight[k] * b[k * V + LAST]);                                 \
+        }                                                                                                              \
+        ((type *)sums)[0] = sum;                                                                                       \
+        if (V == 2)                                                                                                    \
+            ((type *)sums)[LAST] = more;                                                                               \
+    }
+
+PRODUCTS(four, kmp_four, 1)
+PRODUCTS(two_fours, kmp_four, 2)
+PRODUCTS(eight, kmp_eight, 1)
+
 static double product(const kmp_collocation *s, const double *x, const double *y)
 {
-    double sum = 0;
-    for (int k = 0; k < s->inner; k++)
-        for (int j = 0; j < s->s; j++) {
-            int i = k * s->w + j;
-            sum += (s->weight[k] * x[i]) * (s->weight[k] * y[i]);
-        }
+    double sums[8], sum = 0;
+    (s->w == 4         ? products_four
+     : kmp_has_eight() ? products_eight
+                       : products_two_fours)(s->inner, s->weight, x, y, sums);
+    for (int l = 0; l < s->s; l++)
+        sum += sums[l];
     return sum;
 }
 
@@ -45,16 +67,34 @@ double kmp_collocation_square(const kmp_collocation *s, const double *x)
     return product(s, x, x);
 }
 
-static void subtract(const kmp_collocation *s, double factor, const double *of, double *from)
+/* from -= factor of. */
+static KMP_CLONES void subtract(size_t count, double factor, const double *restrict of, double *restrict from)
 {
-    for (size_t k = 0; k < size_of(s); k++)
+    for (size_t k = 0; k < count; k++)
         from[k] -= factor * of[k];
 }
 
-static void scale(const kmp_collocation *s, double factor, double *x)
+static KMP_CLONES void scale(size_t count, double factor, double *x)
 {
-    for (size_t k = 0; k < size_of(s); k++)
+    for (size_t k = 0; k < count; k++)
         x[k] *= factor;
+}
+
+/* The place of a correction, and its differences from the last one and its place. */
+static KMP_CLONES void differ(size_t count, const double *restrict g, const double *restrict change,
+                              const double *restrict last, const double *restrict place, double *restrict by,
+                              double *restrict to)
+{
+    for (size_t k = 0; k < count; k++) {
+        by[k] = change[k] - last[k];
+        to[k] = g[k] + change[k] - place[k];
+    }
+}
+
+static KMP_CLONES void add(size_t count, const double *restrict x, const double *restrict y, double *restrict sum)
+{
+    for (size_t k = 0; k < count; k++)
+        sum[k] = x[k] + y[k];
 }
 
 /* Adds the differences from the sweep before, made orthogonal to the others; where there is no room, all are forgotten
@@ -64,21 +104,18 @@ static void add_difference(kmp_collocation *s)
     kmp_mixing *m = &s->mixing;
     m->count = m->count < KMP_COLLOCATION_MIXED ? m->count : 0;
     double *by = m->by[m->count], *to = m->to[m->count];
-    for (size_t k = 0; k < size_of(s); k++) {
-        by[k] = s->change[k] - m->change[k];
-        to[k] = s->g[k] + s->change[k] - m->place[k];
-    }
+    differ(size_of(s), s->g, s->change, m->change, m->place, by, to);
     double whole = kmp_collocation_square(s, by);
     for (int j = 0; j < m->count; j++) {
         double part = product(s, m->by[j], by);
-        subtract(s, part, m->by[j], by);
-        subtract(s, part, m->to[j], to);
+        subtract(size_of(s), part, m->by[j], by);
+        subtract(size_of(s), part, m->to[j], to);
     }
-    double left = kmp_collocation_square(s, by);
+    double left = m->count > 0 ? kmp_collocation_square(s, by) : whole;
     if (!(left > INDEPENDENT * INDEPENDENT * whole && left <= DBL_MAX))
         return;
-    scale(s, 1 / sqrt(left), by);
-    scale(s, 1 / sqrt(left), to);
+    scale(size_of(s), 1 / sqrt(left), by);
+    scale(size_of(s), 1 / sqrt(left), to);
     m->count++;
 }
 
@@ -88,8 +125,8 @@ static void combine(kmp_collocation *s)
     memcpy(m->open, s->change, size_of(s) * sizeof *s->change);
     for (int j = 0; j < m->count; j++) {
         double part = product(s, m->by[j], m->open);
-        subtract(s, part, m->by[j], m->open);
-        subtract(s, part, m->to[j], s->change);
+        subtract(size_of(s), part, m->by[j], m->open);
+        subtract(size_of(s), part, m->to[j], s->change);
     }
 }
 
@@ -100,8 +137,7 @@ double kmp_collocation_mix(kmp_collocation *s, bool first)
     if (!first)
         add_difference(s);
     memcpy(m->change, s->change, size_of(s) * sizeof *s->change);
-    for (size_t k = 0; k < size_of(s); k++)
-        m->place[k] = s->g[k] + s->change[k];
+    add(size_of(s), s->g, s->change, m->place);
     m->on = m->on || (!first && size > SLOWLY * SLOWLY * m->size);
     m->size = size;
     if (!m->on)

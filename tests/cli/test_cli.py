@@ -2665,7 +2665,8 @@ class RunningSafety(Case):
             found = safety["wheels"][number]
             means = [self.mean_over(2, way, [y / q if q > 0 else 0 for y, q in zip(across[wheel], load)], k) for k in range(200, len(rows))]
             self.assertEqual(found["name"], wheel)
-            self.assertAlmostEqual(found["YQ_mean"]["value"], max(means), delta=2e-4)
+            # An integral by trapezoids is off by a third of what half of the samples change.
+            self.assertAlmostEqual(found["YQ_mean"]["value"], max(means), delta=safety["difference"] / 3)
             loaded = [y for row, y in zip(rows, ratio) if row[f"guidance.{wheel}.Q"] > 0.05 * found["Q0"]]
             self.assertAlmostEqual(found["YQ"]["value"], max(loaded), delta=5e-3)
             self.assertAlmostEqual(found["nadal"], (math.tan(found["flange_angle"]) - 0.3) / (1 + 0.3 * math.tan(found["flange_angle"])), delta=1e-12)
