@@ -193,6 +193,12 @@ void kmp_verdict_errors(const kmp_samples *table, const kempe_system *system, co
     kmp_free(room);
 }
 
+double kmp_verdict_drift(double drift, double exchanged, double potential)
+{
+    double size = fmax(exchanged, AT_REST * fabs(potential));
+    return size > 0 ? drift / size : 0;
+}
+
 kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_evaluator *eval, const kmp_reference *reference)
 {
     kmp_verdict verdict = kmp_verdict_none();
@@ -214,11 +220,10 @@ kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_evaluator *eval, const 
         add_energy(&b, kinetic, potential, kmp_samples_work(table, row), row == 0);
     }
     verdict.moved = find_moved(table, eval->system);
-    double size = fmax(fmax(b.kinetic, b.highest - b.lowest), AT_REST * b.value);
-    verdict.drift_rel = size > 0 ? b.drift / size : 0;
+    const double exchanged = fmax(b.kinetic, b.highest - b.lowest);
+    verdict.drift_rel = kmp_verdict_drift(b.drift, exchanged, b.value);
     verdict.drift = b.drift;
-    size = fmax(size, b.most - b.least);
-    verdict.left = size > 0 ? b.drift / size : 0;
+    verdict.left = kmp_verdict_drift(b.drift, fmax(exchanged, b.most - b.least), b.value);
     if (reference)
         kmp_verdict_errors(table, eval->system, reference, INFINITY, verdict.error);
     return verdict;

@@ -19,14 +19,18 @@ typedef struct kmp_verdict {
     double misfit;                /* for rounded numbers: residual of the rows that are dropped as redundant; else 0 */
     int misfit_row;               /* its row; -1: none */
     double misfit_t;              /* when, s */
-    double drift_rel;             /* max |E - E0 - work| / max(kinetic energy, range of potential energy), or
-                                     1e-9 of the potential's value when that is more: rounding of a state at rest */
+    double drift_rel;             /* kmp_verdict_drift of max |E - E0 - work|, and of the largest kinetic energy or the
+                                     range of the potential energy */
     double left;                  /* this energy over all that is exchanged, the work included */
     double drift;                 /* this energy, J */
     double moved;                 /* largest range of a coordinate or state over its size */
     double error[KMP_QUANTITIES]; /* max |x - ref| / max(|ref|, its scale), of multipliers over the largest load; NaN
                                      where the reference has no values */
 } kmp_verdict;
+
+/** An error of the energy over the energy that is exchanged, or over 1e-9 of the potential energy when that is more, as
+ * in a mechanism at rest; all in J. */
+double kmp_verdict_drift(double drift, double exchanged, double potential);
 
 /** A verdict without results: all NaN. */
 kmp_verdict kmp_verdict_none(void);

@@ -873,6 +873,16 @@ class Ensembles(Case):
         self.assertAlmostEqual(row["F"], 0.01 * last**2, delta=0.05)  # at a turn within the last 0.02 s
         self.assertAlmostEqual(row["d"], 5 / 3, delta=0.01)
 
+    def test_at_rest(self):
+        """A mass that hangs on a spring nearly still, 1000 m above the ground: its kinetic energy is below the rounding of its potential energy."""
+        (self.folder / "hangs.yaml").write_text(
+            "kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {k: 100}\nground: {points: {P: [0, 1000, 0]}}\nbodies: {bob: {joint: {name: x, prismatic: y, at: ground.P}, mass: 1}}\n"
+            "forces: {spring: {joint: x, force: -k*q(x)}}\nstart: {q: {x: -9.81/k + 1e-9}}\nrun: {t_end: 1}\n")
+        (self.folder / "k.csv").write_text("k\n100\n133\n170\n")
+        self.expect(0, "ensemble", "hangs.yaml", "--values", "k.csv", "-o", "ends.csv")
+        with open(self.folder / "ends.csv", newline="") as file:
+            self.assertTrue(all(float(row["drift"]) < 1e-6 for row in csv.DictReader(file)))
+
     def test_values(self):
         done, rows = self.rows("--values", self.table(self.BARS), "--t-end", 0.5)
         self.assertIn("4 instances, 3 complete, 0 stopped, 1 failed", done.stdout)

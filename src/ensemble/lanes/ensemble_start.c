@@ -27,6 +27,7 @@
 #include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_mass.h"
+#include "output/verdict.h"
 #include "studies/simulate/flexible_doubts.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -408,9 +409,9 @@ static void judge_instance(kmp_engine *e, int i, double t, const double *q, cons
     const kmp_instance *x = &e->instances[i];
     double kinetic = kmp_eval_kinetic(e->eval, qd);
     double potential = kmp_eval_potential(e->eval, t, q);
-    double size = fmax(fmax(x->kinetic, kinetic), fabs(potential - x->potential));
+    double exchanged = fmax(fmax(x->kinetic, kinetic), fabs(potential - x->potential));
     double drift = fabs(kinetic + potential - x->kinetic - x->potential - work);
-    result->drift = size > 0 ? drift / size : drift;
+    result->drift = kmp_verdict_drift(drift, exchanged, fmax(fabs(potential), fabs(x->potential)));
     const kempe_model *model = e->s->model;
     for (int k = 0; k < model->flexible_count; k++) {
         const kmp_flexible *f = &model->flexibles[k];
