@@ -559,7 +559,7 @@ static void put_apart(kmp_text *text, const kempe_context *context, const kmp_co
     if (!unit)
         kmp_text_printf(text, "%.2g", c->difference);
     else
-        kmp_text_printf(text, "%.2g %s", kmp_shown_as(context, unit).factor * c->apart,
+        kmp_text_printf(text, "%.2g%s%s", kmp_shown_as(context, unit).factor * c->apart, *unit ? " " : "",
                         kmp_shown_as(context, unit).unit);
 }
 
@@ -586,23 +586,28 @@ void kmp_convergence_warn(kempe_context *context, const kmp_convergence *c, cons
     kmp_text_free(&apart);
 }
 
-void kmp_convergence_show(kmp_text *text, const kempe_context *context, const kmp_convergence *c, const char *what,
-                          const char *name, const char *unit)
+void kmp_convergence_put(kmp_text *text, const kempe_context *context, const kmp_convergence *c, const char *name,
+                         const char *unit)
 {
+    const bool holds = kmp_convergence_holds(c);
     if (!c->known)
         return;
-    kmp_text_printf(text, "repeat    at rtol %.3g", c->rtol);
-    if (c->parts > 0)
-        kmp_text_printf(text, " of %d parts, together %.2g s,", c->parts, c->checked);
-    kmp_text_printf(text, " %s %s by ", what, kmp_convergence_holds(c) ? "differs at most" : "DIFFERS");
+    kmp_text_put(text, holds ? "estimated error " : "a second run differs by ");
     put_apart(text, context, c, unit);
+    if (!unit)
+        kmp_text_put(text, " (relative)");
     if (c->difference > 0)
-        kmp_text_printf(text, ", '%s' at t = %.6g s", name, c->t);
+        kmp_text_printf(text, " in '%s' at t = %.6g s", name, c->t);
     if (c->parts > 0)
-        kmp_text_printf(text, "; errors of all steps together %.2e, if the motion does not amplify them", c->total);
+        kmp_text_printf(text, ", by second runs of %d parts, together %.2g s, at rtol %.3g", c->parts, c->checked,
+                        c->rtol);
+    else
+        kmp_text_printf(text, "%s rtol %.3g", holds ? ", by a second run at" : ", at", c->rtol);
+    if (c->parts > 0)
+        kmp_text_printf(text, "; errors of all steps together %.1e (relative), if the motion does not amplify them",
+                        c->total);
     if (!isnan(c->stopped))
-        kmp_text_printf(text, "; the repeat ended at t = %.6g s", c->stopped);
-    kmp_text_put(text, "\n");
+        kmp_text_printf(text, "; the second run ended at t = %.6g s", c->stopped);
 }
 
 void kmp_convergence_json(kmp_json *json, const kmp_convergence *c, const char *name)

@@ -91,6 +91,7 @@ const char *kmp_convergence_word(const kmp_convergence *convergence);
 void kmp_convergence_warn(kempe_context *context, const kmp_convergence *convergence, const char *name,
                           const char *unit, const char *advice);
 
-void kmp_convergence_show(kmp_text *text, const kempe_context *context, const kmp_convergence *convergence,
-                          const char *what, const char *name, const char *unit);
+/** The estimated error as a sentence without its full stop; nothing without a second run. */
+void kmp_convergence_put(kmp_text *text, const kempe_context *context, const kmp_convergence *convergence,
+                         const char *name, const char *unit);
 void kmp_convergence_json(kmp_json *json, const kmp_convergence *convergence, const char *name);

@@ -4,6 +4,7 @@
 #include "output/print.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "model/data/model.h"
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -227,6 +228,14 @@ void kmp_print_work(kmp_json *json, const kmp_run_report *report)
     kmp_json_put(json, "}");
 }
 
+/* True if a conversion prints no digit but 0. */
+static bool rounds_to_zero(const char *conversion, double x)
+{
+    char printed[40];
+    (void)snprintf(printed, sizeof printed, conversion, x);
+    return !strpbrk(printed, "123456789");
+}
+
 void kmp_print_cells(kmp_text *text, const char *format, ...)
 {
     va_list list;
@@ -254,7 +263,7 @@ void kmp_print_cells(kmp_text *text, const char *format, ...)
         else if (kind == 'd')
             kmp_text_printf(text, one, number);
         else if (kind && isfinite(x))
-            kmp_text_printf(text, one, x);
+            kmp_text_printf(text, one, rounds_to_zero(one, x) ? 0.0 : x);
         else if (kind)
             kmp_text_printf(text, "%*s", atoi(one + 1), "-");
     }
@@ -271,14 +280,77 @@ int kmp_print_width(const kempe_system *system, kmp_quantity quantity)
     return width;
 }
 
-void kmp_print_states(kmp_text *text, const kempe_system *system, const double *qd)
+double kmp_print_clean(double x, double noise)
+{
+    return fabs(x) <= noise ? 0 : x;
+}
+
+/* Of a rotation, or of a translation by the characteristic length, with seconds; or rounding of the largest value. */
+static double noise_of(const kempe_system *system, const double *x)
+{
+    double largest = 0;
+    for (int k = 0; k < kmp_model_coordinates(system->model); k++)
+        largest = fmax(largest, fabs(x[k]) / system->scale[k]);
+    return fmax(KMP_PRINT_NOISE, 10 * DBL_EPSILON * largest);
+}
+
+void kmp_print_coordinates(kmp_text *text, const kempe_system *system, int count, const kmp_coordinate_column *columns,
+                           kmp_mark_fn *mark, const void *self)
 {
     const kempe_model *model = system->model;
-    int width = kmp_print_width(system, KMP_QUANTITY_STATE);
+    const int width = kmp_print_width(system, KMP_QUANTITY_Q);
+    kmp_text_printf(text, "  %-*s", width, "");
+    for (const kmp_coordinate_column *c = columns; c < columns + count; c++)
+        kmp_text_printf(text, "  %12s", c->title);
+    kmp_text_put(text, "\n");
+    for (int k = 0; k < kmp_model_coordinates(model); k++) {
+        kmp_text_printf(text, "  %-*s", width, model->motions[k].name);
+        for (const kmp_coordinate_column *c = columns; c < columns + count; c++)
+            kmp_text_printf(
+                text, "  %12.6g",
+                kmp_print_value(system, k,
+                                kmp_print_clean(c->value[k], system->scale[k] * noise_of(system, c->value))));
+        /* Each unit once. */
+        const char *last = "";
+        for (const kmp_coordinate_column *c = columns; c < columns + count; c++) {
+            const char *unit = kmp_shown_as(system->context, kmp_quantity_unit(system, c->quantity, k)).unit;
+            if (strcmp(unit, last) != 0)
+                kmp_text_printf(text, "%s%s", c == columns ? "  " : ", ", unit);
+            last = unit;
+        }
+        const char *said = mark ? mark(self, k) : "";
+        kmp_text_printf(text, "%s%s\n", *said ? "  " : "", said);
+    }
+}
+
+void kmp_print_states(kmp_text *text, const kempe_system *system, const double *qd, const double *qdd)
+{
+    const kempe_model *model = system->model;
+    const int width = kmp_print_width(system, KMP_QUANTITY_STATE), first = kmp_model_coordinates(model);
     if (model->state_count > 0)
-        kmp_text_printf(text, "  %-*s  %22s\n", width, "", "state");
-    for (int k = 0; k < model->state_count; k++)
-        kmp_text_printf(text, "  %-*s  %22.15g\n", width, model->states[k].name, qd[kmp_model_coordinates(model) + k]);
+        kmp_text_printf(text, "\n  %-*s  %12s%s\n", width, "", "state", qdd ? "          rate" : "");
+    for (int k = 0; k < model->state_count; k++) {
+        kmp_text_printf(text, "  %-*s  %12.6g", width, model->states[k].name, qd[first + k] + 0.0);
+        if (qdd)
+            kmp_text_printf(text, "  %12.6g", qdd[first + k] + 0.0);
+        kmp_text_put(text, "\n");
+    }
+}
+
+void kmp_print_multipliers(kmp_text *text, const kempe_system *system, const double *lambda)
+{
+    const int width = kmp_print_width(system, KMP_QUANTITY_LAMBDA);
+    double largest = 0;
+    if (system->m > 0)
+        kmp_text_printf(text, "\n  %-*s  %12s\n", width, "", "multiplier");
+    /* As forces: those of rows in rad act at the characteristic length. */
+    for (int r = 0; r < system->m; r++)
+        largest = fmax(largest, fabs(lambda[r]) * pow(system->length, system->rows[r].length_power - 1));
+    for (int r = 0; r < system->m; r++) {
+        double noise = KMP_PRINT_NOISE * largest * pow(system->length, 1 - system->rows[r].length_power);
+        kmp_text_printf(text, "  %-*s  %12.6g  %s\n", width, system->row_names[r], kmp_print_clean(lambda[r], noise),
+                        kmp_quantity_unit(system, KMP_QUANTITY_LAMBDA, r));
+    }
 }
 
 const char *kmp_print_unit(const kempe_system *system, int coordinate)

@@ -65,8 +65,30 @@ void kmp_print_cells(kmp_text *text, const char *format, ...) __attribute__((for
 /** The width of columns for the names of a quantity's entries. */
 int kmp_print_width(const kempe_system *system, kmp_quantity quantity);
 
-/** Lines of the states of a model with their values, from the rates qd (n); nothing without states. */
-void kmp_print_states(kmp_text *text, const kempe_system *system, const double *qd);
+/** Rounding in texts: values up to this part of their size are printed as 0. */
+#define KMP_PRINT_NOISE 1e-12
+
+/** A number for a text: 0 up to a size of noise, never -0. */
+double kmp_print_clean(double x, double noise);
+
+/** A column of a table of coordinates: positions, rates or accelerations (n). */
+typedef struct kmp_coordinate_column {
+    const char *title;
+    kmp_quantity quantity;
+    const double *value;
+} kmp_coordinate_column;
+
+/** Lines of the coordinates with six digits and their units. `mark`: what ends a line, e.g. "held"; NULL: nothing. */
+typedef const char *kmp_mark_fn(const void *self, int coordinate);
+void kmp_print_coordinates(kmp_text *text, const kempe_system *system, int count, const kmp_coordinate_column *columns,
+                           kmp_mark_fn *mark, const void *self);
+
+/** Lines of the states of a model with their values, from the rates qd (n), and with their rates from qdd, NULL: none;
+ * nothing without states. */
+void kmp_print_states(kmp_text *text, const kempe_system *system, const double *qd, const double *qdd);
+
+/** Lines of the multipliers of all rows, in N, N m or N/m. */
+void kmp_print_multipliers(kmp_text *text, const kempe_system *system, const double *lambda);
 
 /** Unit of a coordinate, "rad", "deg" or "m", and a value in it from SI: of the coordinate, its rate or acceleration.
  */

@@ -544,17 +544,14 @@ static const char *answer_of(const kempe_trajectory *t, kmp_arena *arena)
     return kmp_arena_printf(arena, "at t = %.6g s", t->report.t);
 }
 
-/* The convergence check without its label. */
+/* The convergence check, as the beginning of a sentence. */
 static const char *sentences_of(const kempe_trajectory *t, kmp_arena *arena)
 {
     kmp_text text = {0};
     const char *name = t->system->n > 0 ? t->system->model->motions[t->again.index].name : NULL;
-    kmp_convergence_show(&text, t->system->context, &t->again, "the state", name, kmp_trajectory_unit(t));
+    kmp_convergence_put(&text, t->system->context, &t->again, name, kmp_trajectory_unit(t));
     const char *words = kmp_text_keep(&text, arena);
-    if (!words)
-        return NULL;
-    size_t label = strcspn(words, " ");
-    return *words ? kmp_arena_printf(arena, "Repeated%s", words + label + strspn(words + label, " ") - 1) : "";
+    return words && *words ? kmp_arena_printf(arena, "%c%s", *words + 'A' - 'a', words + 1) : words;
 }
 
 static void add_number(kmp_result_page *page, const char *name, const char *format, double x)

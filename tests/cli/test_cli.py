@@ -398,10 +398,10 @@ class Angles(Case):
             self.assertEqual({(name, float(size)) for name, size in shown}, {(unit, factor), (f"{unit}/s", factor)})
 
     def test_text(self):
-        for words, pattern in ((("assemble", FOUR_BAR), r"^  crank +\S+ +\S+ +\S+ +(\S+)"),
-                               (("equilibrium", FOUR_BAR), r"^  crank +\S+ +(\S+)"),
+        for words, pattern in ((("assemble", FOUR_BAR), r"^  crank +\S+ +\S+ +(\S+)"),
+                               (("equilibrium", FOUR_BAR), r"^  crank +(\S+)"),
                                (("check", FOUR_BAR, ), r"rocker   oscillates between (\S+) and"),
-                               (("simulate", FOUR_BAR, "--t-end", "0.1"), r"^  rocker +\S+ +\S+ +\S+ +(\S+)"),
+                               (("simulate", FOUR_BAR, "--t-end", "0.1"), r"^  rocker +\S+ +\S+ +(\S+)"),
                                (("kinematics", FOUR_BAR, "--sweep", "crank=0:1:3"), r"^rocker +\S+ +\S+ +\S+ +(\S+)"),
                                (("sensitivity", FOUR_BAR, "--parameters", "crank", "--t-end", 0.1), r"^  q.rocker +\S+ +(\S+)"),
                                (("response", FOUR_BAR, "--inputs", "effort(crank)", "--outputs", "q(crank)"),
@@ -415,8 +415,8 @@ class Angles(Case):
         dead = self.expect(1, "kinematics", self.CRANK, "--sweep", "rocker=90 deg:150 deg:61", "--release", "motor",
                            "--angle-unit", "deg").stdout
         angle = 180 - math.degrees(math.acos((0.32**2 + 0.25**2 - 0.4**2) / (2 * 0.32 * 0.25)))
-        self.assertIn(f"dead centre at rocker = {angle:.10f}", dead)
-        self.assertIn(f"becomes no smaller than {angle:.10f}", dead)
+        self.assertIn(f"dead centre at rocker = {angle:.6g}", dead)
+        self.assertIn(f"becomes no smaller than {angle:.6g}", dead)
 
     def test_json_stays_in_si(self):
         words = ("simulate", FOUR_BAR, "--t-end", "0.1", "--no-convergence-check")
@@ -1332,7 +1332,7 @@ class New(Case):
         self.assertIn("kempe simulate four_bar.yaml", self.expect(0, "new", "four_bar").stdout)
         self.assertEqual(self.object(0, "check", "four_bar.yaml")["dof"], 1)
         self.assertEqual(self.object(0, "check", "four_bar.yaml")["model"], "four_bar")
-        self.assertIn(": complete, 0 to 5 s\n", self.expect(0, "simulate", "four_bar.yaml").stdout)
+        self.assertIn(": complete, 0 to 5 s, 251 rows\n", self.expect(0, "simulate", "four_bar.yaml").stdout)
 
     def test_ending(self):
         self.assertEqual(self.object(0, "new", 'a "b".yaml'), {"status": "complete", "file": 'a "b".yaml'})
@@ -1518,7 +1518,7 @@ class Simulate(Case):
         said = "a linear solver is given, and radau uses none"
         found = self.object(0, *self.SHORT, "--formulation", "dae", "--linear", "klu")
         self.assertEqual((found["integrator"], found["form"], found["integrator_choice"]), ("ida", "stabilized1", {"because": said}))
-        self.assertIn(f"chosen    integrator ida: {said}\n", self.expect(0, *self.SHORT, "--formulation", "dae", "--linear", "klu").stdout)
+        self.assertIn(f"          integrator ida: {said}\n", self.expect(0, *self.SHORT, "--formulation", "dae", "--linear", "klu").stdout)
         found = self.object(0, *self.SHORT, "--formulation", "dae")
         lanes = found["integrator_choice"].keys() == {"because"}
         self.assertEqual((found["integrator"], found["form"]), ("radau", "index1") if lanes else ("ida", "stabilized1"))

@@ -22,19 +22,12 @@ static void list(kmp_text *text, const kempe_system *system, int count, const in
 static void show_coordinates(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
 {
     const kempe_model *model = e->system->model;
-    int width = kmp_print_width(e->system, KMP_QUANTITY_Q);
+    const kmp_coordinate_column columns[] = {{"position", KMP_QUANTITY_Q, b->q}, {"velocity", KMP_QUANTITY_QD, b->qd}};
     bool rates = false;
     for (int k = 0; k < kmp_model_coordinates(model); k++)
         rates = rates || b->qd[k] != 0;
-    kmp_text_printf(text, "  %-*s  unit  %22s%s\n", width, "", "q", rates ? "                      qd" : "");
-    for (int k = 0; k < kmp_model_coordinates(model); k++) {
-        kmp_text_printf(text, "  %-*s  %-4s  %22.15g", width, model->motions[k].name, kmp_print_unit(e->system, k),
-                        kmp_print_value(e->system, k, b->q[k]));
-        if (rates)
-            kmp_text_printf(text, "  %22.15g", kmp_print_value(e->system, k, b->qd[k]));
-        kmp_text_put(text, "\n");
-    }
-    kmp_print_states(text, e->system, b->qd);
+    kmp_print_coordinates(text, e->system, rates ? 2 : 1, columns, NULL, NULL);
+    kmp_print_states(text, e->system, b->qd, NULL);
 }
 
 /* Of a closure, or of a joint of the tree after these. */
@@ -53,12 +46,18 @@ static void show_reactions(kmp_text *text, const kempe_equilibrium *e, const kmp
         return;
     for (int k = 0; k < model->closure_count + e->loads.joints; k++)
         width = (int)strlen(name_of_load(e, k)) > width ? (int)strlen(name_of_load(e, k)) : width;
-    kmp_text_printf(text, "\n  %-*s  %16s  %16s  %16s  N, ground axes\n", width, "", "reaction x", "y", "z");
+    kmp_text_printf(text, "\n  %-*s  %12s  %12s  %12s  N, ground axes\n", width, "", "reaction x", "y", "z");
+    double noise = 0;
     for (int k = 0; k < model->closure_count + e->loads.joints; k++)
-        if (k >= model->closure_count || !kmp_closure_is_of_modes(&model->closures[k]))
-            kmp_text_printf(text, "  %-*s  %16.9g  %16.9g  %16.9g\n", width, name_of_load(e, k),
-                            b->reaction[KMP_LOAD_VALUES * k], b->reaction[KMP_LOAD_VALUES * k + 1],
-                            b->reaction[KMP_LOAD_VALUES * k + 2]);
+        for (int i = 0; i < 3; i++)
+            noise = fmax(noise, KMP_PRINT_NOISE * fabs(b->reaction[KMP_LOAD_VALUES * k + i]));
+    for (int k = 0; k < model->closure_count + e->loads.joints; k++)
+        if (k >= model->closure_count || !kmp_closure_is_of_modes(&model->closures[k])) {
+            const double *force = b->reaction + (ptrdiff_t)KMP_LOAD_VALUES * k;
+            kmp_text_printf(text, "  %-*s  %12.6g  %12.6g  %12.6g\n", width, name_of_load(e, k),
+                            kmp_print_clean(force[0], noise), kmp_print_clean(force[1], noise),
+                            kmp_print_clean(force[2], noise));
+        }
     if (*b->not_unique)
         kmp_text_printf(text, "\nloads      not unique, those of %s: %s\n",
                         e->least_norm ? "least norm" : "one solution", b->not_unique);
@@ -66,7 +65,7 @@ static void show_reactions(kmp_text *text, const kempe_equilibrium *e, const kmp
 
 static void show_end(kmp_text *text, const kempe_equilibrium *e, int coordinate, const kmp_rest_end *end)
 {
-    kmp_text_printf(text, "%.15g", kmp_print_value(e->system, coordinate, end->q[coordinate]));
+    kmp_text_printf(text, "%.6g", kmp_print_value(e->system, coordinate, end->q[coordinate]));
     if (end->word != KMP_REST_SLIPS)
         kmp_text_put(text, end->word == KMP_REST_LIMIT ? " (limit of the motion)" : " (and beyond)");
 }
@@ -145,18 +144,30 @@ static void show_cyclic(kmp_text *text, const kempe_equilibrium *e, const kmp_ba
     kmp_free(found);
 }
 
-static void show_path(kmp_text *text, const kmp_balance *b)
+/* Contacts and friction. */
+static void show_elements(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
 {
-    kmp_text_put(text, "\n  iteration    residual       step length\n");
-    for (int k = 0; k < b->iterations; k++) {
-        if (k == 8 && b->iterations > 20) {
-            kmp_text_printf(text, "  ... %d more\n", b->iterations - 16);
-            k = b->iterations - 8;
-        }
-        kmp_text_printf(text, "  %9d  %10.2e", k, b->residuals[k]);
-        if (b->steps[k] > 0)
-            kmp_text_printf(text, "  %16.2e", b->steps[k]);
-        kmp_text_put(text, "\n");
+    double noise = 0;
+    for (int i = 0; i < b->contact_count; i++)
+        noise = fmax(noise, KMP_PRINT_NOISE * fabs(b->contact[i].force));
+    if (b->contact_count > 0)
+        kmp_text_printf(text, "\ncontacts   %-16s  %12s  %12s  m, N or rad, N m\n", "", "distance", "force");
+    for (int i = 0; i < b->contact_count; i++) {
+        const kmp_balance_contact *c = &b->contact[i];
+        kmp_text_printf(text, "           %-16s  %12.6g  %12.6g  %s\n", c->element->name,
+                        kmp_print_clean(c->gap, KMP_PRINT_NOISE * e->system->length), kmp_print_clean(c->force, noise),
+                        kmp_contact_text(c->word));
+    }
+    for (int i = 0; i < b->friction_count; i++)
+        noise = fmax(noise, KMP_PRINT_NOISE * b->friction[i].largest);
+    if (b->friction_count > 0)
+        kmp_text_printf(text, "\nfriction   %-16s  %12s  %12s  %8s  N or N m\n", "", "force", "largest", "part");
+    for (int i = 0; i < b->friction_count; i++) {
+        const kmp_friction_view *view = &b->friction[i];
+        kmp_text_printf(text, "           %-16s  %12.6g  %12.6g  %8.3g%s\n", view->element->name,
+                        kmp_print_clean(view->force, noise), kmp_print_clean(view->largest, noise),
+                        view->largest > 0 ? view->needs / view->largest : 0,
+                        view->word == KMP_FRICTION_WORD_OPEN ? "  not determined: other closures keep its place" : "");
     }
 }
 
@@ -172,26 +183,12 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
     show_coordinates(text, e, b);
     for (int i = 0; i < e->freed_count; i++) {
         kmp_shown as = kmp_shown_as(e->system->context, e->freed_unit[i]);
-        kmp_text_printf(text, "%s%s = %.15g%s%s\n", i ? "           " : "\nfound      ", e->freed_name[i],
+        kmp_text_printf(text, "%s%s = %.6g%s%s\n", i ? "           " : "\nfound      ", e->freed_name[i],
                         as.factor * b->freed[i], *as.unit ? " " : "", as.unit);
     }
     show_cyclic(text, e, b);
     show_reactions(text, e, b);
-    if (b->contact_count > 0)
-        kmp_text_printf(text, "\ncontacts   %-16s  %16s  %16s  m, N or rad, N m\n", "", "distance", "force");
-    for (int i = 0; i < b->contact_count; i++) {
-        const kmp_balance_contact *c = &b->contact[i];
-        kmp_text_printf(text, "           %-16s  %16.9g  %16.9g  %s\n", c->element->name, c->gap, c->force,
-                        kmp_contact_text(c->word));
-    }
-    if (b->friction_count > 0)
-        kmp_text_printf(text, "\nfriction   %-16s  %16s  %16s  %8s  N or N m\n", "", "force", "largest", "part");
-    for (int i = 0; i < b->friction_count; i++) {
-        const kmp_friction_view *view = &b->friction[i];
-        kmp_text_printf(text, "           %-16s  %16.9g  %16.9g  %8.3g%s\n", view->element->name, view->force,
-                        view->largest, view->largest > 0 ? view->needs / view->largest : 0,
-                        view->word == KMP_FRICTION_WORD_OPEN ? "  not determined: other closures keep its place" : "");
-    }
+    show_elements(text, e, b);
     for (int i = 0; i < b->set_count; i++) {
         const kmp_rest_set *set = &b->set[i];
         kmp_text_printf(text, "%s'%s' holds %s from ", i ? "           " : "\nrest       ", set->element->name,
@@ -207,9 +204,7 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
     if (b->exchanges > 0)
         kmp_text_printf(text, ", independent coordinates changed %d time%s", b->exchanges,
                         b->exchanges == 1 ? "" : "s");
-    kmp_text_printf(text, "\npotential  %.9g J\n", b->potential + 0.0);
-    if (k == 0)
-        show_path(text, b);
+    kmp_text_printf(text, "\npotential  %.6g J\n", b->potential + 0.0);
 }
 
 static void show_equilibrium(kmp_text *text, const void *result)

@@ -51,7 +51,7 @@ void kmp_steady_list(kmp_text *text, const kempe_model *model, int count, const 
         const kmp_motion *motion = &model->motions[rates[i].coordinate];
         kmp_shown as = kmp_shown_as(model->context, motion->rotation ? "rad/s" : "m/s");
         double rate = qd[rates[i].coordinate];
-        kmp_text_printf(text, "%s'%s' at %.10g %s%s", between, motion->name, as.factor * rate, as.unit,
+        kmp_text_printf(text, "%s'%s' at %.6g %s%s", between, motion->name, as.factor * rate, as.unit,
                         rates[i].how == KMP_RATE_KEPT ? " as at the start" : "");
         if (rates[i].how == KMP_RATE_HELD)
             kmp_text_printf(text,

@@ -73,9 +73,9 @@ static int next_force(const kempe_inverse *r, int from)
 static void show_actuators(kmp_text *text, const kempe_inverse *r, int width)
 {
     if (r->rows == 1) {
-        kmp_text_printf(text, "  %-*s  unit  %22s  %22s\n", width, "", "effort", "power, W");
+        kmp_text_printf(text, "  %-*s  unit  %12s  %12s\n", width, "", "effort", "power, W");
         for (int k = 0; k < r->a; k++)
-            kmp_text_printf(text, "  %-*s  %-4s  %22.15g  %22.15g\n", width, name_of(r, r->actuator[k]),
+            kmp_text_printf(text, "  %-*s  %-4s  %12.6g  %12.6g\n", width, name_of(r, r->actuator[k]),
                             unit_of(r, r->actuator[k]), *kmp_inverse_part(r, 0, r->at.tau + k),
                             *kmp_inverse_part(r, 0, r->at.power + k));
         return;

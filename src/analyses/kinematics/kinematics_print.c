@@ -64,12 +64,12 @@ static void show_dead(kmp_text *text, const kempe_kinematics *k)
     for (int d = 0; d < k->dead_count; d++) {
         const kmp_dead_centre *c = &k->dead[d];
         const kmp_sweep_parameter *parameter = &k->parameter[k->first];
-        kmp_text_printf(text, "\ndead centre at %s = %.15g %s, its %s value on this branch\n",
+        kmp_text_printf(text, "\ndead centre at %s = %.6g %s, its %s value on this branch\n",
                         kmp_kinematics_name(k, parameter), shown_as(k, parameter).factor * c->value,
                         shown_as(k, parameter).unit, c->largest ? "greatest" : "least");
         for (int i = 0; i < k->parameter_count; i++)
             if (i != k->first && k->parameter[i].from != k->parameter[i].to)
-                kmp_text_printf(text, "  with %s = %.15g %s\n", kmp_kinematics_name(k, &k->parameter[i]),
+                kmp_text_printf(text, "  with %s = %.6g %s\n", kmp_kinematics_name(k, &k->parameter[i]),
                                 shown_as(k, &k->parameter[i]).factor *
                                     kmp_sweep_parameter_value(&k->parameter[i], c->s),
                                 shown_as(k, &k->parameter[i]).unit);
@@ -82,8 +82,10 @@ static void show_dead(kmp_text *text, const kempe_kinematics *k)
         if (k->statics)
             kmp_text_put(text, "  it is that of the mechanism with the deformations of the start\n");
         for (int i = 0; i < kmp_model_coordinates(k->system->model); i++)
-            kmp_text_printf(text, "    %s = %.15g %s\n", k->system->model->motions[i].name,
-                            kmp_print_value(k->system, i, c->q[i]), kmp_print_unit(k->system, i));
+            kmp_text_printf(
+                text, "    %s = %.6g %s\n", k->system->model->motions[i].name,
+                kmp_print_value(k->system, i, kmp_print_clean(c->q[i], KMP_PRINT_NOISE * k->system->scale[i])),
+                kmp_print_unit(k->system, i));
     }
 }
 

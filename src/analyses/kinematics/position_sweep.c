@@ -535,7 +535,7 @@ static void say_dead(job *j, int d)
     int moving = 0;
     for (int i = 0; i < k->parameter_count; i++)
         moving += k->parameter[i].from != k->parameter[i].to;
-    kmp_text_printf(&j->reason, "%sdead centre: %s'%s' becomes no %s than %.15g %s on this branch",
+    kmp_text_printf(&j->reason, "%sdead centre: %s'%s' becomes no %s than %.6g %s on this branch",
                     j->reason.length ? "; " : "", moving > 1 ? "the swept coordinates cannot continue together: " : "",
                     kmp_kinematics_name(k, &k->parameter[k->first]), dead->largest ? "larger" : "smaller",
                     as.factor * dead->value, as.unit);

@@ -311,7 +311,9 @@ static void put_text(kmp_text *text, const void *result)
     if (s->t_end > 0) {
         kmp_text_printf(text, "run       %s, %s to t = %g s, rtol %g, atol %g\n", s->method, s->integrator, s->t_end,
                         s->rtol, s->atol);
-        kmp_convergence_show(text, s->context, &s->again, "a number", s->again_name, NULL);
+        kmp_text_put(text, s->again.known ? "accuracy  " : "");
+        kmp_convergence_put(text, s->context, &s->again, s->again_name, NULL);
+        kmp_text_put(text, s->again.known ? "\n" : "");
         kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, exchanges %ld\n",
                         s->work.steps, s->work.rejected, s->work.refused, s->work.rhs, s->work.exchanges);
         if (s->backwards > 0)

@@ -54,7 +54,7 @@ static void put_text(kmp_text *text, const void *result)
                     o->quantity, o->count, o->count == 1 ? "" : "s");
     if (o->reason[0])
         kmp_text_printf(text, "reason    %s\n", o->reason);
-    kmp_text_printf(text, "result    %.10g%s%s, %s\n", o->at_best[0], *unit ? " " : "", unit, outcomes[best->outcome]);
+    kmp_text_printf(text, "result    %.6g%s%s, %s\n", o->at_best[0], *unit ? " " : "", unit, outcomes[best->outcome]);
     if (isfinite(o->coarser))
         kmp_text_printf(text, "accuracy  a hundredfold tolerance changes it by %.2g\n", o->coarser);
     if (o->objective.obstacle)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Output of `assemble`, as text and as JSON. */
 #include "base/context.h"
+#include "base/memory.h"
 #include "base/text.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
@@ -45,7 +46,7 @@ static void show_goals(kmp_text *text, const kempe_assembly *a)
     int width = goal_width(model);
     if (model->start.goal_count == 0)
         return;
-    kmp_text_printf(text, "\n  %-*s  unit  %10s  %22s  %22s  %14s\n", width, "", "weight", "goal", "reached",
+    kmp_text_printf(text, "\n  %-*s  unit  %10s  %12s  %12s  %12s\n", width, "", "weight", "goal", "reached",
                     "remains");
     for (int k = 0, at = 0; k < model->start.goal_count; k++) {
         const kmp_goal *goal = &model->start.goals[k];
@@ -56,19 +57,37 @@ static void show_goals(kmp_text *text, const kempe_assembly *a)
                 kmp_shown_as(a->system->context,
                              goal->motion < 0 ? "m" : kmp_quantity_unit(a->system, KMP_QUANTITY_Q, goal->motion));
             double wanted = shown.factor * goal->value[i].value, reached = shown.factor * a->goals.value[at];
-            kmp_text_printf(text, "  %-*s  %-4s  %10.6g  %22.15g  %22.15g  %14.6g\n", width, name.s ? name.s : "",
+            kmp_text_printf(text, "  %-*s  %-4s  %10.6g  %12.6g  %12.6g  %12.6g\n", width, name.s ? name.s : "",
                             shown.unit, goal->weight[i].value, wanted, reached, reached - wanted);
             kmp_text_free_part(text, &name);
         }
     }
 }
 
-/* "  held", "  static", or nothing, of a coordinate. */
-static const char *kept_as(const kmp_start *start, int k)
+/* "held", "static", or nothing, of a coordinate. */
+static const char *kept_as(const void *self, int k)
 {
+    const kmp_start *start = self;
     if (!start->hold || !start->hold[k])
         return "";
-    return start->statics && start->undeformed[k] ? "  static" : "  held";
+    return start->statics && start->undeformed[k] ? "static" : "held";
+}
+
+/* Start values and what they have become; NULL: there is no room for the first ones. */
+static void show_values(kmp_text *text, const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    double *guess = KMP_NEW(double, a->system->n);
+    const kmp_coordinate_column columns[] = {{"start value", KMP_QUANTITY_Q, guess},
+                                             {"position", KMP_QUANTITY_Q, a->q},
+                                             {"velocity", KMP_QUANTITY_QD, a->qd}};
+    text->failed = text->failed || !guess;
+    for (int k = 0; guess && k < kmp_model_coordinates(model); k++)
+        guess[k] = model->start.q[k].value;
+    if (guess)
+        kmp_print_coordinates(text, a->system, sizeof columns / sizeof *columns, columns, kept_as, &model->start);
+    kmp_free(guess);
+    kmp_print_states(text, a->system, a->qd, NULL);
 }
 
 static void show_assembly(kmp_text *text, const void *result)
@@ -78,14 +97,7 @@ static void show_assembly(kmp_text *text, const void *result)
     kmp_shown turn = kmp_shown_as(a->system->context, "rad");
     kmp_text_printf(text, "%s: %s after %d iteration%s\n\n", model->name, is_done(a) ? "assembled" : "not assembled",
                     a->iterations, a->iterations == 1 ? "" : "s");
-    int width = kmp_print_width(a->system, KMP_QUANTITY_Q);
-    kmp_text_printf(text, "  %-*s  unit  %22s  %22s  %22s\n", width, "", "guess", "q", "qd");
-    for (int k = 0; k < kmp_model_coordinates(model); k++)
-        kmp_text_printf(text, "  %-*s  %-4s  %22.15g  %22.15g  %22.15g%s\n", width, model->motions[k].name,
-                        kmp_print_unit(a->system, k), kmp_print_value(a->system, k, model->start.q[k].value),
-                        kmp_print_value(a->system, k, a->q[k]), kmp_print_value(a->system, k, a->qd[k]),
-                        kept_as(&model->start, k));
-    kmp_print_states(text, a->system, a->qd);
+    show_values(text, a);
     show_goals(text, a);
     kmp_print_cells(text, "\nresidual  |h| %.2e scaled, largest gap %.2e m, largest angle %.2e %s\n", a->residual,
                     a->gap, a->turn * turn.factor, turn.unit);
@@ -251,9 +263,10 @@ static void show_branches(kmp_text *text, const void *result)
             kmp_text_printf(text, "  sign %s", branch->sign);
         kmp_text_printf(text, "  |h| %.2e\n", branch->residual);
         for (int c = 0; c < b->system->n; c++)
-            kmp_text_printf(text, "  %-*s  %-4s  %22.15g%s\n", width, b->system->model->motions[c].name,
-                            kmp_print_unit(b->system, c), kmp_print_value(b->system, c, branch->q[c]),
-                            b->kept[c] ? "  kept" : "");
+            kmp_text_printf(
+                text, "  %-*s  %12.6g  %s%s\n", width, b->system->model->motions[c].name,
+                kmp_print_value(b->system, c, kmp_print_clean(branch->q[c], KMP_PRINT_NOISE * b->system->scale[c])),
+                kmp_print_unit(b->system, c), b->kept[c] ? "  kept" : "");
         show_start(text, b, branch);
     }
     if (b->many)

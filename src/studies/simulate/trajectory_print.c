@@ -88,36 +88,52 @@ kempe_status kmp_contact_times_find(const kempe_trajectory *t, int force, kmp_co
 static void show_state(kmp_text *text, const kempe_trajectory *t)
 {
     const double *q = at_end(t, KMP_QUANTITY_Q), *qd = at_end(t, KMP_QUANTITY_QD), *qdd = at_end(t, KMP_QUANTITY_QDD);
-    int width = kmp_print_width(t->system, KMP_QUANTITY_Q);
+    const kmp_coordinate_column columns[] = {
+        {"position", KMP_QUANTITY_Q, q}, {"velocity", KMP_QUANTITY_QD, qd}, {"acceleration", KMP_QUANTITY_QDD, qdd}};
     if (!q)
         return;
-    kmp_text_printf(text, "at t = %.9g s\n", end_time(t));
-    kmp_text_printf(text, "  %-*s  unit  %22s  %22s  %22s\n", width, "", "q", "qd", "qdd");
-    const kempe_model *model = t->system->model;
-    int coordinates = kmp_model_coordinates(model);
-    for (int k = 0; k < coordinates; k++)
-        kmp_text_printf(text, "  %-*s  %-4s  %22.15g  %22.15g  %22.15g\n", width, model->motions[k].name,
-                        kmp_print_unit(t->system, k), kmp_print_value(t->system, k, q[k]),
-                        kmp_print_value(t->system, k, qd[k]), kmp_print_value(t->system, k, qdd[k]));
-    width = kmp_print_width(t->system, KMP_QUANTITY_STATE);
-    if (model->state_count > 0)
-        kmp_text_printf(text, "  %-*s  %22s  %22s\n", width, "", "state", "rate");
-    for (int k = coordinates; k < t->system->n; k++)
-        kmp_text_printf(text, "  %-*s  %22.15g  %22.15g\n", width, model->motions[k].name, qd[k], qdd[k]);
-    kmp_text_put(text, "\n");
+    kmp_text_printf(text, "\nat t = %.9g s%s\n", end_time(t),
+                    kmp_is_complete(t->status) ? "" : ", the last row of results");
+    kmp_print_coordinates(text, t->system, sizeof columns / sizeof *columns, columns, NULL, NULL);
+    kmp_print_states(text, t->system, qd, qdd);
+    kmp_print_multipliers(text, t->system, at_end(t, KMP_QUANTITY_LAMBDA));
 }
 
-static void show_multipliers(kmp_text *text, const kempe_trajectory *t)
+/* Requested outputs, each component with the end of its column's name. */
+static void show_outputs(kmp_text *text, const kempe_trajectory *t)
 {
-    const double *lambda = at_end(t, KMP_QUANTITY_LAMBDA);
-    int width = kmp_print_width(t->system, KMP_QUANTITY_LAMBDA);
-    if (!lambda || t->system->m == 0)
-        return;
-    kmp_text_printf(text, "  %-*s  unit  %22s\n", width, "", "lambda");
-    for (int r = 0; r < t->system->m; r++)
-        kmp_text_printf(text, "  %-*s  %-4s  %22.15g\n", width, t->system->row_names[r],
-                        kmp_quantity_unit(t->system, KMP_QUANTITY_LAMBDA, r), lambda[r]);
-    kmp_text_put(text, "\n");
+    const kempe_model *model = t->system->model;
+    const double *x = t->shown;
+    kmp_text column = {0};
+    const char *before = "\n";
+    for (int o = 0; t->table.rows > 0 && o < model->output_count; o++) {
+        const kmp_output *output = &model->outputs[o];
+        const int width = kmp_output_width(model, output);
+        if (width == 0)
+            continue;
+        kmp_text_printf(text, "%s  ", before);
+        before = "";
+        kmp_output_print(text, model, output);
+        for (int k = 0; k < width; k++) {
+            /* Each unit after the values that have it. */
+            const char *unit = kmp_output_unit(model, output, k), *part = NULL;
+            double largest = 0;
+            for (int i = 0; i < width; i++)
+                largest = strcmp(kmp_output_unit(model, output, i), unit) == 0 ? fmax(largest, fabs(x[i])) : largest;
+            kmp_shown as = kmp_shown_as(model->context, unit);
+            bool last = k + 1 == width || strcmp(unit, kmp_output_unit(model, output, k + 1)) != 0;
+            kmp_text_free(&column);
+            kmp_output_column(&column, model, output, k);
+            part = width > 1 && column.s ? strrchr(column.s, '.') : NULL;
+            kmp_text_printf(text, "  %s%s%.6g%s%s", part ? part + 1 : "", part ? " " : "",
+                            as.factor * kmp_print_clean(x[k], KMP_PRINT_NOISE * largest), last && *unit ? " " : "",
+                            last ? as.unit : "");
+        }
+        kmp_text_put(text, "\n");
+        x += width;
+    }
+    text->failed = text->failed || column.failed;
+    kmp_text_free(&column);
 }
 
 static const char *again_name(const kempe_trajectory *t)
@@ -125,43 +141,65 @@ static const char *again_name(const kempe_trajectory *t)
     return t->system->n > 0 ? t->system->model->motions[t->again.index].name : NULL;
 }
 
-static void show_verdict(kmp_text *text, const kempe_trajectory *t)
+static void show_accuracy(kmp_text *text, const kempe_trajectory *t)
 {
-    const kmp_run_report *r = &t->report;
-    kmp_print_cells(text, "closure   |h| %.2e  |hdot| %.2e  (scaled by the characteristic length, %.6g m)\n",
-                    t->verdict.h_max, t->verdict.hdot_max, t->system->length);
-    kmp_print_flexible(text, t->system->model, "flexible  ");
-    kmp_print_rounding(text, t->system, "rounding  ", "          ");
+    kmp_text_put(text, "accuracy  ");
+    kmp_convergence_put(text, t->system->context, &t->again, again_name(t), kmp_trajectory_unit(t));
+    kmp_text_put(text, t->again.known ? "\n          " : "");
+    kmp_print_cells(text, "energy balance %.2g of the energy exchanged\n", t->verdict.drift_rel);
+    if (t->system->m > 0)
+        kmp_print_cells(
+            text,
+            "          closures open by %.2g, their rates by %.2g, relative to the characteristic length, %.6g m\n",
+            t->verdict.h_max, t->verdict.hdot_max, t->system->length);
     if (t->verdict.misfit_row >= 0)
-        kmp_text_printf(text, "rounding  rows omitted as redundant have gaps of at most %.2e m ('%s' at t = %.6g)\n",
+        kmp_text_printf(text, "          rows omitted as redundant have gaps of at most %.1e m ('%s' at t = %.6g s)\n",
                         t->verdict.misfit * t->system->length, t->system->row_names[t->verdict.misfit_row],
                         t->verdict.misfit_t);
-    kmp_print_cells(text, "energy    drift %.2e (relative)\n", t->verdict.drift_rel);
+    kmp_print_rounding(text, t->system, "          ", "          ");
     if (t->source) {
-        kmp_text_put(text, "error     ");
+        kmp_text_put(text, "          error");
         for (int k = 0; k < KMP_QUANTITIES; k++)
             if (isfinite(t->verdict.error[k]))
-                kmp_text_printf(text, "%s %.2e  ", kmp_quantity_prefix((kmp_quantity)k), t->verdict.error[k]);
-        kmp_text_printf(text, "against %s\n", t->source);
+                kmp_text_printf(text, "  %s %.2e", kmp_quantity_prefix((kmp_quantity)k), t->verdict.error[k]);
+        kmp_text_printf(text, "  against %s\n", t->source);
     }
+}
+
+static void show_method(kmp_text *text, const kempe_trajectory *t)
+{
+    kmp_text_printf(text, "method    formulation %s", t->spec.formulation);
+    if (t->spec.form)
+        kmp_text_printf(text, ", form %s", t->spec.form);
+    if (t->report.continued)
+        kmp_text_printf(text, ", from t = %.4g s on %s", t->report.continued_t, t->report.continued);
+    kmp_text_printf(text, ", integrator %s, rtol %g, atol %g%s%s\n", t->integrator, t->spec.rtol, t->spec.atol,
+                    t->report.by_bodies ? ", articulated-body algorithm" : "",
+                    strcmp(t->spec.change_points, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0
+                        ? ", change points ignored"
+                        : "");
     /* The integrator, where the user chose none. */
-    double ratio = t->report.chosen_ratio;
+    const double ratio = t->report.chosen_ratio;
     const kmp_integrator_reason *reason = &t->spec.reason;
     if (reason->integrator)
-        kmp_text_printf(text, "chosen    integrator %s: %s%s%s\n", reason->integrator, reason->because,
+        kmp_text_printf(text, "          integrator %s: %s%s%s\n", reason->integrator, reason->because,
                         reason->obstacle ? ": " : "", reason->obstacle ? reason->obstacle : "");
     if (ratio > 0)
-        kmp_text_printf(text,
-                        "chosen    integrator %s at the start: by counted operations, radau in lanes takes %.2f times "
-                        "as long as dop853\n",
-                        ratio < KMP_RATIO_WORTH ? "radau" : "dop853", ratio);
+        kmp_text_printf(
+            text, "          integrator %s at the start: radau was expected to take %.2f times as long as dop853\n",
+            ratio < KMP_RATIO_WORTH ? "radau" : "dop853", ratio);
+    kmp_print_flexible(text, t->system->model, "flexible  ");
+}
+
+static void show_work(kmp_text *text, const kempe_trajectory *t)
+{
+    const kmp_run_report *r = &t->report;
     const kempe_model *model = t->system->model;
     kmp_text names = {0};
     kmp_print_unused(&names, model);
     if (names.length > 0)
         kmp_text_printf(text, "unused    parameters without any effect on the model: %s\n", names.s);
     kmp_text_free_part(text, &names);
-    kmp_convergence_show(text, t->system->context, &t->again, "the state", again_name(t), kmp_trajectory_unit(t));
     kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, Newton %ld,\n",
                     r->steps, r->rejected, r->refused, r->rhs, r->newton);
     kmp_text_printf(text, "          factorizations %ld, exchanges %ld, ", r->factorizations, r->exchanges);
@@ -229,6 +267,16 @@ static void show_mode(kmp_text *text, const kempe_trajectory *t)
     kmp_text_put(text, "\n");
 }
 
+/* Why a run is not trustworthy. */
+static void show_warnings(kmp_text *text, const kempe_trajectory *t)
+{
+    for (const char *line = t->warnings ? t->warnings : ""; *line;) {
+        const size_t length = strcspn(line, "\n");
+        kmp_text_printf(text, "  %.*s\n", (int)length, line);
+        line += length + (line[length] != '\0');
+    }
+}
+
 static void show(kmp_text *text, const void *result)
 {
     const kempe_trajectory *t = result;
@@ -236,42 +284,15 @@ static void show(kmp_text *text, const void *result)
     if (*t->reason)
         kmp_text_printf(text, "t = %.9g s: %s\n", t->report.t, t->reason);
     else
-        kmp_text_printf(text, "%.9g to %.9g s\n", t->spec.t_start, t->spec.t_end);
-    kmp_text_printf(text, "formulation %s", t->spec.formulation);
-    if (t->spec.form)
-        kmp_text_printf(text, ", form %s", t->spec.form);
-    if (t->report.continued)
-        kmp_text_printf(text, ", from t = %.4g s on %s", t->report.continued_t, t->report.continued);
-    kmp_text_printf(text, ", integrator %s, rtol %g, atol %g%s%s\n", t->integrator, t->spec.rtol, t->spec.atol,
-                    t->report.by_bodies ? ", articulated-body algorithm" : "",
-                    strcmp(t->spec.change_points, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0
-                        ? ", change points ignored\n"
-                        : "\n");
+        kmp_text_printf(text, "%.9g to %.9g s, %d rows\n", t->spec.t_start, t->spec.t_end, t->table.rows);
+    if (kempe_trajectory_outcome(t) == KEMPE_OUTCOME_NOT_TRUSTWORTHY)
+        show_warnings(text, t);
     show_state(text, t);
-    show_multipliers(text, t);
-    const kempe_model *model = t->system->model;
-    const double *x = t->shown;
-    bool any = false;
-    for (int o = 0; t->table.rows > 0 && o < model->output_count; o++) {
-        int width = kmp_output_width(model, &model->outputs[o]);
-        if (width == 0)
-            continue;
-        kmp_text_put(text, "  ");
-        kmp_output_print(text, model, &model->outputs[o]);
-        /* Each unit after the values that have it. */
-        const kmp_output *output = &model->outputs[o];
-        for (int k = 0; k < width; k++) {
-            const char *unit = kmp_output_unit(model, output, k);
-            kmp_shown as = kmp_shown_as(model->context, unit);
-            bool last = k + 1 == width || strcmp(unit, kmp_output_unit(model, output, k + 1)) != 0;
-            kmp_text_printf(text, "  %.12g%s%s", as.factor * x[k], last && *unit ? " " : "", last ? as.unit : "");
-        }
-        kmp_text_put(text, "\n");
-        x += width;
-        any = true;
-    }
-    kmp_text_put(text, any ? "\n" : "");
-    show_verdict(text, t);
+    show_outputs(text, t);
+    kmp_text_put(text, "\n");
+    show_accuracy(text, t);
+    show_method(text, t);
+    show_work(text, t);
     if (t->mode_changes > 0)
         show_mode(text, t);
     show_contacts(text, t);
