@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the command prints for the examples keeps the rules of texts, called with the path of the command:
+"""The texts that the command prints for the examples keep these rules. Called with the path of the command:
 
     python3 tests/text_rules.py build/dev/kempe
 
