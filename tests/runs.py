@@ -50,4 +50,6 @@ def simulated(model, *words, status=0, **values):
 def main():
     global command
     command = os.path.abspath(sys.argv.pop(1))
-    unittest.main()
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["KEMPE_CACHE"] = folder  # cases with the same equations derive them once
+        unittest.main()

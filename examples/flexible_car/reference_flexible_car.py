@@ -156,12 +156,12 @@ def level(frequency, speed):
 
 
 def weighting(frequency):
-    """|Wb| of EN 12299."""
+    """Wb of EN 12299."""
     s, w = 2j * math.pi * frequency, lambda f: 2 * math.pi * f
     band = s**2 / (s**2 + math.sqrt(2) * w(0.4) * s + w(0.4) ** 2) * w(100) ** 2 / (s**2 + math.sqrt(2) * w(100) * s + w(100) ** 2)
     transition = (1 + s / w(16)) / (1 + s / (0.63 * w(16)) + (s / w(16)) ** 2)
     step = 0.4 * (1 + s / (0.8 * w(2.5)) + (s / w(2.5)) ** 2) / (1 + s / (0.8 * w(4)) + (s / w(4)) ** 2)
-    return abs(band * transition * step)
+    return band * transition * step
 
 
 def weighted(output, speed, flexible=True, vertical=EI, waves=(2.0, 70.0), step=0.05):

@@ -182,9 +182,11 @@ static void solve(kmp_frequency *f, double w, int input)
     kmp_lu_complex_solve(p, f->a, f->pivot, f->du);
     /* The effect of rounding in the equations' terms on du. */
     memset(f->off, 0, (size_t)p * sizeof *f->off);
-    for (int k = 0; k < p; k++)
+    for (int k = 0; k < p; k++) {
+        const double modulus = cabs(f->du[k]);
         for (int i = 0; i < p; i++)
-            f->off[i] += DBL_EPSILON * f->terms[i + k * p] * cabs(f->du[k]);
+            f->off[i] += DBL_EPSILON * f->terms[i + k * p] * modulus;
+    }
     kmp_lu_complex_solve(p, f->a, f->pivot, f->off);
     double size = largest(p, f->du), off = largest(p, f->off);
     f->rounding = size > 0 ? fmax(f->rounding, off / size) : f->rounding;
@@ -256,10 +258,16 @@ static double amplitude(const kmp_frequency *f, int e)
     return hypot(f->h_re[e], f->h_im[e]);
 }
 
-/* NaN on a pole. */
+/* Of one pair alone, of which h_re and h_im are evaluated. NaN on a pole. */
 static double amplitude_at(kmp_frequency *f, double hz, int e)
 {
-    return evaluate(f, hz) ? amplitude(f, e) : NAN;
+    double w = two_pi * hz;
+    int input = e / f->outputs;
+    if (!factor(f, w))
+        return NAN;
+    solve(f, w, input);
+    put_output(f, w, e % f->outputs, input);
+    return amplitude(f, e);
 }
 
 static int ascending(const void *a, const void *b)
@@ -359,7 +367,7 @@ static bool find_maxima(kmp_frequency *f, int count, const double *place, const 
             int e = output + input * f->outputs;
             pair x = {f, e};
             double hz = kmp_bracket_least(less_at, &x, place[best - 1], place[best + 1], as_near * place[best + 1]);
-            (void)evaluate(f, hz);
+            (void)amplitude_at(f, hz, e);
             ok = add_peak(f, (kmp_peak){input, output, hz, amplitude(f, e), atan2(f->h_im[e], f->h_re[e]), 0});
             best = -1;
             low = now;

@@ -208,7 +208,11 @@ static uint64_t next_random(uint64_t *state)
 typedef struct waves {
     int count;
     double *frequency, *size, *phase;
+    double *cosine, *sine;           /* at a knot, times the size */
+    double *turn_cosine, *turn_sine; /* of the angle from knot to knot */
 } waves;
+
+enum { ARRAYS = 7 }; /* of waves */
 
 /* The number of waves: large enough that nothing repeats over the length, and that each band is narrow against the
  * lowest frequency. */
@@ -219,11 +223,25 @@ static int count_waves(const kmp_wave_spectrum *s)
     return (int)ceil((high - low) / step);
 }
 
-static double height_at(const waves *w, double s)
+/* The height at the knots 1, 2 .. in turn. From one to the next each wave is turned by its angle, which is much faster
+ * than its cosine; it begins anew before rounding adds up. */
+static double next_height(const waves *w, int knot, double at)
 {
+    enum { TURNS = 64 };
+    const bool anew = knot % TURNS == 1;
     double sum = 0;
+    for (int k = 0; anew && k < w->count; k++) {
+        const double angle = w->frequency[k] * at + w->phase[k];
+        w->cosine[k] = w->size[k] * cos(angle);
+        w->sine[k] = w->size[k] * sin(angle);
+    }
+    for (int k = 0; !anew && k < w->count; k++) {
+        const double cosine = w->cosine[k], sine = w->sine[k];
+        w->cosine[k] = cosine * w->turn_cosine[k] - sine * w->turn_sine[k];
+        w->sine[k] = sine * w->turn_cosine[k] + cosine * w->turn_sine[k];
+    }
     for (int k = 0; k < w->count; k++)
-        sum += w->size[k] * cos(w->frequency[k] * s + w->phase[k]);
+        sum += w->cosine[k];
     return sum;
 }
 
@@ -244,11 +262,15 @@ static double wave_spectrum_knots(const kmp_wave_spectrum *s)
 static kmp_table *sample(const kmp_wave_spectrum *s, const waves *w, int knots, double *x, double *y)
 {
     double length = s->to - s->from, step = length / (knots - 1), over = fmin(rise, length / 4);
+    for (int k = 0; k < w->count; k++) {
+        w->turn_cosine[k] = cos(w->frequency[k] * step);
+        w->turn_sine[k] = sin(w->frequency[k] * step);
+    }
     for (int k = 0; k < knots + 2 * FLAT_KNOTS; k++) {
         double at = (k - FLAT_KNOTS) * step;
-        bool inside = at > 0 && at < length;
+        bool inside = k > FLAT_KNOTS && k < FLAT_KNOTS + knots - 1;
         x[k] = s->from + at;
-        y[k] = inside ? height_at(w, at) * ease(at / over) * ease((length - at) / over) : 0;
+        y[k] = inside ? next_height(w, k - FLAT_KNOTS, at) * ease(at / over) * ease((length - at) / over) : 0;
     }
     return kmp_table_new(KMP_TABLE_CUBIC, knots + 2 * FLAT_KNOTS, x, y);
 }
@@ -259,12 +281,13 @@ static kmp_table *wave_spectrum_make(const kmp_wave_spectrum *s, kmp_irregularit
 {
     int knots = (int)wave_spectrum_knots(s), all = knots + 2 * FLAT_KNOTS;
     waves w = {.count = count_waves(s)};
-    double *room = KMP_NEW(double, 3 * w.count + 2 * all);
+    double *room = KMP_NEW(double, w.count *ARRAYS + 2 * all),
+           **arrays[ARRAYS] = {&w.frequency, &w.size, &w.phase, &w.cosine, &w.sine, &w.turn_cosine, &w.turn_sine};
     if (!room)
         return NULL;
-    w.frequency = room;
-    w.size = room + w.count;
-    w.phase = w.size + w.count;
+    for (int k = 0; k < ARRAYS; k++)
+        *arrays[k] = room + (ptrdiff_t)k * w.count;
+    double *x = room + (ptrdiff_t)ARRAYS * w.count;
     uint64_t state = (uint64_t)s->seed * KMP_IRREGULARITIES + (uint64_t)what;
     double low = 2 * pi / s->longest, step = (2 * pi / s->shortest - low) / w.count;
     for (int k = 0; k < w.count; k++) {
@@ -272,7 +295,7 @@ static kmp_table *wave_spectrum_make(const kmp_wave_spectrum *s, kmp_irregularit
         w.size[k] = s->scale * sqrt(2 * step * kmp_wave_spectrum_density(s->kind, what, w.frequency[k]));
         w.phase[k] = 2 * pi * (double)(next_random(&state) >> 11) / 9007199254740992.0;
     }
-    kmp_table *table = sample(s, &w, knots, w.phase + w.count, w.phase + w.count + all);
+    kmp_table *table = sample(s, &w, knots, x, x + all);
     kmp_free(room);
     return table;
 }
