@@ -16,6 +16,7 @@
 #include "linalg/dense/lapack.h"
 #include "model/data/model.h"
 #include "model/read/loads.h"
+#include "symbolic/live.h"
 #include <float.h>
 #include <kempe/check.h>
 #include <kempe/settings.h>
@@ -276,6 +277,24 @@ static void contract(const search *x, double *out)
     }
 }
 
+/* Marks the nodes of the rows of h, and zero. NULL: no memory. */
+static uint8_t *mark_closures(const kmp_equations *eq)
+{
+    uint8_t *live = KMP_GRAPH_NEW(eq->graph, uint8_t, kmp_graph_count(eq->graph));
+    if (live) {
+        live[kmp_id(KMP_ZERO)] = 1;
+        kmp_live_mark(eq->graph, eq->m, eq->h, live);
+    }
+    return live;
+}
+
+/* Nodes that are the same for all q have their values from now on. */
+static void keep_constants(const kmp_graph *g, uint8_t *live)
+{
+    for (uint32_t id = 0; id < kmp_graph_count(g); id++)
+        live[id] = live[id] && kmp_graph_node(g, id)->depends & 1u << KMP_IN_Q;
+}
+
 /* Adds scaled h of the model at all places, times the factor `times`, to x->h. */
 static kempe_status add_closures(search *x, double times)
 {
@@ -286,21 +305,24 @@ static kempe_status add_closures(search *x, double times)
     int m = s->m;
     double *value = KMP_GRAPH_NEW(eq.graph, double, kmp_graph_count(eq.graph));
     double *start = KMP_GRAPH_NEW(eq.graph, double, 1 + KMP_TIME_NUMBERS * x->model->input_count);
+    uint8_t *live = mark_closures(&eq);
     if (start)
         kmp_model_times(x->model, 0, start);
-    for (int k = 0; value && start && k < all_places(x); k++) {
+    for (int k = 0; value && start && live && k < all_places(x); k++) {
         const double *inputs[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = s->parameters,
                                               [KMP_IN_TIME] = start,
                                               [KMP_IN_Q] = x->at.q + (size_t)k * (size_t)s->n,
                                               [KMP_IN_CHART] = x->walk->eval->chart};
-        kmp_graph_eval(eq.graph, inputs, value);
+        kmp_graph_eval_live(eq.graph, inputs, live, value);
+        if (k == 0)
+            keep_constants(eq.graph, live);
         for (int r = 0; r < m; r++) {
             int row = eq.row[KMP_CLOSURE_ROWS * s->rows[r].closure + s->rows[r].component];
             kmp_ref h = row < 0 || x->excluded[r] ? KMP_ZERO : eq.h[row];
             x->h[k * m + r] += (kmp_is_negative(h) ? -times : times) * value[kmp_id(h)] / s->row_scale[r];
         }
     }
-    kempe_status status = value && start ? KEMPE_OK : KEMPE_E_MEMORY;
+    kempe_status status = value && start && live ? KEMPE_OK : KEMPE_E_MEMORY;
     kmp_equations_free(&eq);
     return status;
 }

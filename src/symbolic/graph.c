@@ -799,7 +799,15 @@ static double value_of(const kmp_graph *g, const kmp_node *n, const double *valu
 
 void kmp_graph_eval(const kmp_graph *g, const double *const inputs[KMP_IN_COUNT], double *value)
 {
+    kmp_graph_eval_live(g, inputs, NULL, value);
+}
+
+void kmp_graph_eval_live(const kmp_graph *g, const double *const inputs[KMP_IN_COUNT], const uint8_t *live,
+                         double *value)
+{
     for (uint32_t id = 0; id < kmp_graph_count(g); id++) {
+        if (live && !live[id])
+            continue;
         const kmp_node *n = kmp_graph_node(g, id);
         if (n->op == KMP_OP_CONST)
             value[id] = kmp_graph_value(g, id);

@@ -233,8 +233,11 @@ static inline kmp_ref kmp_operand(const kmp_node *n, int k)
 /** A digest of the nodes from the first one on, and of the outputs. */
 uint64_t kmp_graph_digest(const kmp_graph *g, uint32_t first, int count, const kmp_ref *outputs);
 
-/** Values of all nodes for given inputs (inputs[kind][index]), for tests: value[kmp_graph_count]. */
+/** Values of all nodes for given inputs (inputs[kind][index]): value[kmp_graph_count]. */
 void kmp_graph_eval(const kmp_graph *g, const double *const inputs[KMP_IN_COUNT], double *value);
+/** Likewise of the nodes that are marked (src/symbolic/live.h); the others keep theirs. */
+void kmp_graph_eval_live(const kmp_graph *g, const double *const inputs[KMP_IN_COUNT], const uint8_t *live,
+                         double *value);
 
 struct kmp_rotations;
 /** The rotated pairs of this graph (src/symbolic/trig.h). */

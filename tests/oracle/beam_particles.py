@@ -6,8 +6,9 @@ U2 q, by the rod r' = R (e1 + gamma), R' = R theta~' to second order in the coor
 Of `first`, and of the turn of sections in `full`, the energy has the terms of second order u2 in products with the undeformed
 place alone. A quadratic form has just these as half the difference of its values at X + u2 and X - u2: such particles have half
 the mass, and half of it with a negative sign."""
+import copy
+
 import numpy as np
-from numpy.polynomial import Polynomial
 
 NODES = 16  # Gauss points of an integral: exact to degree 31
 FAMILIES = (("y", "y"), ("z", "z"), ("torsion", "phi"), ("axial", "x"))
@@ -15,12 +16,13 @@ FAULTS = """shortening of the axis; turn of sections; angles of second order; or
 shear of sections; line of the chord; inertia of sections; inertia of second order; products of second order; damping; stiffness;
 offset of stations; order of modes; size of modes; constant of torsion; coupled displacement; taper; momentum of shapes;
 axes of the beam; axes of stations""".replace("\n", " ").split("; ")
-PLANTED = set()
+PLANTED, ASKED = set(), set()  # errors; those that were asked for
 
 
 def planted(name):
     """True if this error is planted on purpose."""
     assert name in FAULTS, name
+    ASKED.add(name)
     return name in PLANTED
 
 
@@ -31,9 +33,64 @@ def tilde(a):
     return m - np.swapaxes(m, -1, -2)
 
 
+PLACES, WEIGHTS = np.polynomial.legendre.leggauss(NODES)
+
+
 def gauss(length):
-    x, w = np.polynomial.legendre.leggauss(NODES)
-    return 0.5 * length * (x + 1), 0.5 * length * w
+    return 0.5 * length * (PLACES + 1), 0.5 * length * WEIGHTS
+
+
+class Polynomial:
+    """By its coefficients, that of 1 first: numpy's own takes ten times as long on a few of them."""
+
+    __array_ufunc__ = None
+
+    def __init__(self, coefficients):
+        self.c = np.asarray(coefficients, float)
+
+    def __call__(self, x):
+        y = self.c[-1] + 0 * x
+        for c in self.c[-2::-1]:
+            y = y * x + c
+        return y
+
+    def __neg__(self):
+        return Polynomial(-self.c)
+
+    def __add__(self, o):
+        few, many = sorted((self.c, o.c if isinstance(o, Polynomial) else [o]), key=len)
+        sum_ = np.array(many, float)
+        sum_[:len(few)] += few
+        return Polynomial(sum_)
+
+    __radd__ = __add__
+
+    def __sub__(self, o):
+        return self + -o
+
+    def __rsub__(self, o):
+        return -self + o
+
+    def __mul__(self, o):
+        return Polynomial(np.convolve(self.c, o.c) if isinstance(o, Polynomial) else o * self.c)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, o):
+        return Polynomial(self.c / o)
+
+    def __pow__(self, k):
+        return self * self**(k - 1) if k else Polynomial([1.0])
+
+    def deriv(self, times=1):
+        rate = self.c[1:] * np.arange(1, len(self.c)) if len(self.c) > 1 else [0.0]
+        return Polynomial(rate).deriv(times - 1) if times else self
+
+    def integ(self):
+        return Polynomial([0.0, *(self.c / np.arange(1, len(self.c) + 1))])
+
+    def roots(self):
+        return np.roots(self.c[::-1])
 
 
 class Shape:
@@ -70,8 +127,24 @@ def values(fields, x):
 
 
 class Beam:
+    made = {}  # by what they are made of: a model is read again for each look at its loops, and for each planted error
+
+    @classmethod
+    def of(cls, scope, keys):
+        """A beam of its own, whose shapes, particles and stations it shares with those of the same keys and parameters."""
+        if len(cls.made) > 50:
+            cls.made.clear()
+        known = cls.made.setdefault(repr((keys, scope.texts)), [])
+        for asked, had, beam in known:
+            if PLANTED & asked == had:  # planted errors that it did not ask for do not concern it
+                return copy.copy(beam)
+        ASKED.clear()
+        beam = cls(scope, keys)
+        known.append((set(ASKED), PLANTED & ASKED, beam))
+        return copy.copy(beam)
+
     def __init__(self, scope, keys):
-        self.scope, self.keys = scope, keys
+        self.scope, self.keys, self.known = scope, keys, {}
         self.frame = keys.get("frame", "clamped")
         shapes = keys["shapes"]
         self.counts = {family: int(shapes.get(family, "0")) for family, _ in FAMILIES}
@@ -249,10 +322,11 @@ class Beam:
         turn = tilde(values([s.turn for s in self.shapes], inner.ravel())).reshape((self.n,) + shape + (3, 3))
         bent = tilde(values([[f.deriv() for f in s.turn] for s in self.shapes], inner.ravel())).reshape((self.n,) + shape + (3, 3))
         start = tilde(values([s.turn for s in self.shapes], np.zeros(1)))[:, 0]
-        left = np.moveaxis(turn * (np.asarray(x)[:, None] * w)[..., None, None], 0, -1)  # x g i a k
-        left = np.moveaxis(left, 1, -2)  # x i a g k
-        right = np.moveaxis(np.moveaxis(bent, 0, -1), 1, -2)  # x a j g l
-        return np.einsum("xiagk,xajgl->xijkl", left, right, optimize=True) + 0.5 * np.einsum("kia,laj->ijkl", start, start)
+        turn = turn * (np.asarray(x)[:, None] * w)[..., None, None]
+        left = turn.transpose(1, 3, 0, 2, 4).reshape(len(x), 3 * self.n, -1)  # k x g i a -> x i k, g a
+        right = bent.transpose(1, 2, 3, 4, 0).reshape(len(x), -1, 3 * self.n)  # l x g a j -> x, g a, j l
+        over = (left @ right).reshape(len(x), 3, self.n, 3, self.n).swapaxes(2, 3)
+        return over + 0.5 * np.einsum("kia,laj->ijkl", start, start)
 
     def ways_of_second_order(self, x):
         """r2 (x, 3, n, n): the integral of R2 e1 + theta x gamma."""
@@ -318,6 +392,12 @@ class Beam:
 
     def station(self, x):
         """Place, U1 (3, n), U2 (3, n, n); angles about x, y, z: first (3, n) and second (3, n, n) order."""
+        key = (x, *PLANTED)
+        if key not in self.known:
+            self.known[key] = self.new_station(x)
+        return self.known[key]
+
+    def new_station(self, x):
         at = np.array([x])
         ways, angles = np.zeros((3, self.n, self.n)), np.zeros((3, self.n, self.n))
         if self.stiffening != "none":

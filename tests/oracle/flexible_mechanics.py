@@ -29,7 +29,7 @@ class FlexibleMechanism(Mechanism):
         body = self.bodies[-1]
         if "flexible" not in keys:
             return
-        beam = Beam(scope, keys["flexible"])
+        beam = Beam.of(scope, keys["flexible"])
         self.beams.append((body, beam))
         body.beam, body.sections = beam, {}
         for point, given in points.items():
