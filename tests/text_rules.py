@@ -17,7 +17,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 KEMPE = "kempe"  # set by main
-OUTCOME = re.compile(r"^.+: (complete|complete, not checked|not trustworthy|stopped|failed|assembled after|not assembled after)\b")
+OUTCOME = re.compile(r"^.+: (complete|complete, not checked|not trustworthy|stopped|failed)\b")
 NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?:e[-+]\d+)?(?![\w.])")
 LEAST, MOST_DIGITS = 1e-12, 9
 WAYS = {"assemble": (), "simulate": ("--t-end", "0.02"), "equilibrium": ()}

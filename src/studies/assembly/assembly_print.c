@@ -20,6 +20,28 @@ static bool is_done(const kempe_assembly *a)
     return a->closed && a->goals.end != KMP_GOALS_SINGULAR;
 }
 
+static kempe_outcome outcome_of(const kempe_assembly *a)
+{
+    return is_done(a) ? KEMPE_OUTCOME_COMPLETE : KEMPE_OUTCOME_FAILED;
+}
+
+/* "" when it is done; else e.g. the loops that stay open, widest first. */
+static void put_reason(kmp_text *text, const kempe_assembly *a)
+{
+    kmp_text_put(text, "");
+    for (int k = 0; !a->closed && k < a->culprit_count; k++) {
+        kmp_text_put(text, k ? ", " : "loops remain open: ");
+        kmp_assembly_put_open(text, a, a->culprits[k]);
+    }
+    if (!a->closed && a->culprit_count == 0)
+        kmp_text_printf(text, "the loops do not close to the required precision: |h| = %.3g", a->residual);
+    if (a->closed && a->goals.end == KMP_GOALS_SINGULAR)
+        kmp_text_printf(text,
+                        "the search for the goals stopped after %d steps, where the closures lose rank (slope %.2g): "
+                        "no nearest position was found",
+                        a->goals.steps, a->goals.slope);
+}
+
 /* "B", "position(coupler.P).x" */
 static void put_goal(kmp_text *text, const kempe_model *model, const kmp_goal *goal, int i)
 {
@@ -95,17 +117,17 @@ static void show_assembly(kmp_text *text, const void *result)
     const kempe_assembly *a = result;
     const kempe_model *model = a->system->model;
     kmp_shown turn = kmp_shown_as(a->system->context, "rad");
-    kmp_text_printf(text, "%s: %s after %d iteration%s\n\n", model->name, is_done(a) ? "assembled" : "not assembled",
-                    a->iterations, a->iterations == 1 ? "" : "s");
+    kmp_print_title(text, model, outcome_of(a));
+    if (is_done(a))
+        kmp_text_put(text, a->system->m > 0 ? "all loops are closed" : "there are no loops");
+    else
+        put_reason(text, a);
+    kmp_text_put(text, "\n\n");
     show_values(text, a);
     show_goals(text, a);
-    kmp_print_cells(text, "\nresidual  |h| %.2e scaled, largest gap %.2e m, largest angle %.2e %s\n", a->residual,
-                    a->gap, a->turn * turn.factor, turn.unit);
-    for (int k = 0; !a->closed && k < a->culprit_count; k++) {
-        kmp_text_put(text, "open      loop ");
-        kmp_assembly_put_open(text, a, a->culprits[k]);
-        kmp_text_put(text, "\n");
-    }
+    if (a->system->m > 0)
+        kmp_print_cells(text, "\naccuracy  largest gap %.2g m, largest angle %.2g %s, after %d iteration%s\n", a->gap,
+                        a->turn * turn.factor, turn.unit, a->iterations, a->iterations == 1 ? "" : "s");
     if (a->goals.end != KMP_GOALS_NONE) {
         kmp_print_cells(text, "goals     distance %.6e, %s after %d step%s, slope %.2e\n", a->goals.distance,
                         a->goals.end == KMP_GOALS_MINIMUM ? "a minimum" : "no minimum", a->goals.steps,
@@ -177,24 +199,11 @@ static void json_assembly(kmp_text *text, const void *result)
     const kempe_model *model = a->system->model;
     kmp_json j = kmp_json_begin(text);
     kmp_text warnings = {0}, reason = {0};
-    /* "" when closed; else the loops that stay open, widest first. */
-    kmp_text_put(&reason, "");
-    for (int k = 0; !a->closed && k < a->culprit_count; k++) {
-        kmp_text_put(&reason, k ? ", " : "loops remain open: ");
-        kmp_assembly_put_open(&reason, a, a->culprits[k]);
-    }
-    if (!a->closed && a->culprit_count == 0)
-        kmp_text_printf(&reason, "the loops do not close to the required precision: |h| = %.3g", a->residual);
-    if (a->closed && a->goals.end == KMP_GOALS_SINGULAR)
-        kmp_text_printf(&reason,
-                        "the search for the goals stopped after %d steps, where the closures lose rank (slope %.2g): "
-                        "no nearest position was found",
-                        a->goals.steps, a->goals.slope);
+    put_reason(&reason, a);
     kmp_text_put(&warnings, "");
     kmp_assembly_put_moves(&warnings, a);
     kmp_assembly_put_rates(&warnings, a);
-    kmp_print_head(&j, a->system, is_done(a) ? KEMPE_OUTCOME_COMPLETE : KEMPE_OUTCOME_FAILED, reason.s,
-                   a->system->build_s, warnings.s);
+    kmp_print_head(&j, a->system, outcome_of(a), reason.s, a->system->build_s, warnings.s);
     kmp_text_free_part(text, &warnings);
     kmp_text_free_part(text, &reason);
     kmp_print_entries(&j, "q", a->system, KMP_QUANTITY_Q, a->q);

@@ -287,12 +287,14 @@ static void show(kmp_text *text, const void *result)
         kmp_text_printf(text, "%.9g to %.9g s, %d rows\n", t->spec.t_start, t->spec.t_end, t->table.rows);
     if (kempe_trajectory_outcome(t) == KEMPE_OUTCOME_NOT_TRUSTWORTHY)
         show_warnings(text, t);
-    show_state(text, t);
-    show_outputs(text, t);
-    kmp_text_put(text, "\n");
-    show_accuracy(text, t);
-    show_method(text, t);
-    show_work(text, t);
+    if (t->table.rows > 0) {
+        show_state(text, t);
+        show_outputs(text, t);
+        kmp_text_put(text, "\n");
+        show_accuracy(text, t);
+        show_method(text, t);
+        show_work(text, t);
+    }
     if (t->mode_changes > 0)
         show_mode(text, t);
     show_contacts(text, t);
