@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Pages in Chromium: one process draws all pages of a test, on the screens that it asks for. It is spoken to over the
-pipes of its debugging protocol (https://chromedevtools.github.io/devtools-protocol/): a JSON object and a zero byte each way."""
+"""Pages in Chromium: one tab draws all pages of a test one after another, on the screens that it asks for; a tab of its own would
+cost each page a process. It is spoken to over the pipes of its debugging protocol
+(https://chromedevtools.github.io/devtools-protocol/): a JSON object and a zero byte each way."""
 import atexit
 import dataclasses
+import functools
 import json
 import os
 import re
@@ -25,6 +27,11 @@ WIDTHS = """(() => {
     root.dataset.width = root.clientWidth;
     root.dataset.wide = wide.map((e) => e.tagName + "#" + e.id + "." + e.className).join(" ");
     root.dataset.scrolls = root.scrollWidth > root.clientWidth;
+})()"""
+# The document without the texts of its programs, which are most of a page.
+DOCUMENT = """(() => {
+    for (const script of document.scripts) if (script.id !== "data") script.textContent = "";
+    return document.documentElement.outerHTML;
 })()"""
 FLAT = """{
     const context = HTMLCanvasElement.prototype.getContext;
@@ -55,7 +62,7 @@ class Chromium:
             os.dup2(kept[1], 4)
         self.process = subprocess.Popen(
             [CHROMIUM, "--headless", "--no-sandbox", f"--user-data-dir={self.folder.name}", "--disable-dev-shm-usage",
-             "--remote-debugging-pipe"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=pipes, pass_fds=(3, 4))
+             "--no-startup-window", "--remote-debugging-pipe"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=pipes, pass_fds=(3, 4))
         os.close(to_read)
         os.close(to_write)
         self.number, self.bytes, self.events = 0, b"", []
@@ -93,27 +100,44 @@ class Chromium:
         while not any(event.get("method") == method for event in self.events):
             self.events.append(self.message(deadline))
 
-    def draw(self, page, screen):
-        """The document of a page once it is drawn, and what it complained of."""
-        self.events = []
+    @functools.cached_property
+    def tab(self):
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log"):
             self.call(f"{domain}.enable", session)
-        self.call("Emulation.setDeviceMetricsOverride", session, width=screen.width, height=screen.height, deviceScaleFactor=1,
+        return session
+
+    def draw(self, page, screen):
+        """The document of a page once it is drawn, and what it complained of. The page stays open until the next one."""
+        if screen.plays:
+            self.__dict__.pop("tab", None)  # whose time was stopped, which an animation would see
+        self.call("Emulation.setDeviceMetricsOverride", self.tab, width=screen.width, height=screen.height, deviceScaleFactor=1,
                   mobile=screen.width < 500)
-        self.call("Emulation.setEmulatedMedia", session,
+        self.call("Emulation.setEmulatedMedia", self.tab,
                   features=[{"name": "prefers-color-scheme", "value": "dark" if screen.dark else "light"},
                             {"name": "prefers-reduced-motion", "value": "no-preference" if screen.plays else "reduce"}])
-        if screen.flat:
-            self.call("Page.addScriptToEvaluateOnNewDocument", session, source=FLAT)
-        self.call("Page.navigate", session, url=page.as_uri())
+        flat = self.call("Page.addScriptToEvaluateOnNewDocument", self.tab, source=FLAT if screen.flat else "")["identifier"]
+        if not screen.plays:
+            self.call("Emulation.setVirtualTimePolicy", self.tab, policy="advance")
+        self.events = []
+        self.call("Page.navigate", self.tab, url=page.as_uri())
         self.wait("Page.loadEventFired")
-        self.call("Emulation.setVirtualTimePolicy", session, policy="pauseIfNetworkFetchesPending", budget=SETTLED)
+        self.call("Emulation.setVirtualTimePolicy", self.tab, policy="pauseIfNetworkFetchesPending", budget=SETTLED)
         self.wait("Emulation.virtualTimeBudgetExpired")
-        text = self.call("Runtime.evaluate", session, expression=f"{WIDTHS}, document.documentElement.outerHTML")["result"]["value"]
-        self.call("Target.closeTarget", targetId=target)
-        return text, [line for line in map(complaint, self.events) if line and not HARMLESS.search(line)]
+        self.call("Page.removeScriptToEvaluateOnNewDocument", self.tab, identifier=flat)
+        self.value(WIDTHS)
+        return self.document()
+
+    def value(self, expression):
+        """Of an expression in the page that was drawn last."""
+        told = self.call("Runtime.evaluate", self.tab, expression=expression, returnByValue=True)
+        if "exceptionDetails" in told:
+            raise RuntimeError(told["exceptionDetails"]["exception"].get("description"))
+        return told["result"].get("value")
+
+    def document(self):
+        return self.value(DOCUMENT), [line for line in map(complaint, self.events) if line and not HARMLESS.search(line)]
 
 
 def complaint(event):
@@ -136,3 +160,9 @@ def draw(page, screen=Screen()):
     global running
     running = running or Chromium()
     return running.draw(page, screen)
+
+
+def run(script):
+    """In the page that was drawn last: the value that a script returns; and the document after it, and all complaints."""
+    value = running.value(f"(() => {{ {script} }})()")
+    return value, *running.document()
