@@ -114,12 +114,16 @@ static void tell_impact(void *self, const kmp_impact_run *p, double t, double be
 {
     const kmp_runner *run = self;
     kmp_text names = {0};
-    for (int k = 0; k < p->count; k++)
-        if (p->f[k] != 0 && kmp_impact_element(p, k)->contact)
-            kmp_text_printf(&names, "%s'%s' at %.4g", names.length ? ", " : "",
-                            force_of(run, kmp_impact_element(p, k))->name, -p->v[k]);
-    kmp_run_log_add(run->log, "impact", t, before, before + gain, "%s: %.4g of %.4g J of kinetic energy are lost",
-                    names.s ? names.s : "", -gain, before);
+    for (int k = 0; k < p->count; k++) {
+        const kmp_friction_element *e = kmp_impact_element(p, k);
+        if (p->f[k] != 0 && e->contact)
+            kmp_text_printf(&names, "%s'%s' at %.4g %s", names.length ? ", " : "", force_of(run, e)->name, -p->v[k],
+                            force_of(run, e)->touch.turns ? "rad/s" : "m/s");
+    }
+    kmp_run_log_add(run->log, "impact", t, before, before + gain,
+                    gain > 0 ? "%s: the kinetic energy grows by %.4g J, from %.4g J"
+                             : "%s: %.4g of %.4g J of kinetic energy are lost",
+                    names.s ? names.s : "", fabs(gain), before);
     kmp_text_free(&names);
 }
 

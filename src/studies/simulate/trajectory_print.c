@@ -267,6 +267,60 @@ static void show_mode(kmp_text *text, const kempe_trajectory *t)
     kmp_text_put(text, "\n");
 }
 
+#define NUMBER "0123456789.+-"
+
+/* Behind a number with its exponent. */
+static const char *after_number(const char *s)
+{
+    s += strspn(s, NUMBER);
+    return *s == 'e' && s[1] && strchr(NUMBER, s[1]) ? s + 1 + strspn(s + 1, NUMBER) : s;
+}
+
+/* True if two texts have the same words and 'names', and differ in their numbers alone. */
+static bool has_words_of(const char *a, const char *b)
+{
+    for (bool named = false; *a && *b;) {
+        named = named != (*a == '\'');
+        if (!named && strchr(NUMBER, *a) && strchr(NUMBER, *b)) {
+            a = after_number(a);
+            b = after_number(b);
+        } else if (*a++ != *b++) {
+            return false;
+        }
+    }
+    return *a == *b;
+}
+
+/* Entries of the same words are one line, at the time of the first one. */
+static void show_log(kmp_text *text, const kmp_run_log *log)
+{
+    const char *label = "log      ";
+    int lines = 0, shown = 0;
+    for (int k = 0; k < log->kept && lines < MOST_SHOWN; k++) {
+        const kmp_log_entry *entry = &log->entries[k], *last = entry;
+        int count = 0, before = 0;
+        for (int i = 0; i < k && !before; i++)
+            before = has_words_of(log->entries[i].text, entry->text);
+        for (int i = k; i < log->kept && !before; i++)
+            if (has_words_of(log->entries[i].text, entry->text)) {
+                last = &log->entries[i];
+                count++;
+            }
+        if (before)
+            continue;
+        kmp_text_printf(text, "%s t = %-12.9g %s", label, entry->t, entry->text);
+        if (count > 1)
+            kmp_text_printf(text, "; %d times like this, the last one at t = %.9g s", count, last->t);
+        kmp_text_put(text, "\n");
+        label = "         ";
+        shown += count;
+        lines++;
+    }
+    if (log->count > shown)
+        kmp_text_printf(text, "           and %ld more%s\n", log->count - shown,
+                        log->count > log->kept ? "" : " (--json)");
+}
+
 /* Why a run is not trustworthy. */
 static void show_warnings(kmp_text *text, const kempe_trajectory *t)
 {
@@ -300,13 +354,7 @@ static void show(kmp_text *text, const void *result)
     show_contacts(text, t);
     if (t->judged)
         kmp_run_judge_find()->show(text, t->system->model, t->judged);
-    const kmp_run_log *log = &t->log;
-    int shown = log->kept < MOST_SHOWN ? log->kept : MOST_SHOWN;
-    for (int k = 0; k < shown; k++)
-        kmp_text_printf(text, "%s t = %-12.9g %s\n", k ? "         " : "log      ", log->entries[k].t,
-                        log->entries[k].text);
-    if (log->count > shown)
-        kmp_text_printf(text, "           and %ld more (--json)\n", log->count - shown);
+    show_log(text, &t->log);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
