@@ -786,8 +786,8 @@ static bool may_push(const kmp_friction_run *x, int i)
     return may;
 }
 
-/* True if forces within a part of the levels (INFINITY: any) hold all elements that do not slip; they are in x->f. */
-static bool suffices(kmp_friction_run *x, double part)
+/* Finds the forces x->f within a part of the levels (INFINITY: any) that hold the elements that do not slip best. */
+static bool find_within(kmp_friction_run *x, double part)
 {
     double far = far_away(x);
     for (int i = 0; i < x->rest; i++) {
@@ -806,10 +806,30 @@ static bool suffices(kmp_friction_run *x, double part)
         x->tried[i] = e->broken ? slip : most;
         x->f[i] = 0;
     }
-    bool holds = kmp_friction_minimum(x, x->lower, x->tried) == KMP_BOX_FOUND;
+    return kmp_friction_minimum(x, x->lower, x->tried) == KMP_BOX_FOUND;
+}
+
+/* True if forces within a part of the levels hold all elements that do not slip; they are in x->f. */
+static bool suffices(kmp_friction_run *x, double part)
+{
+    bool holds = find_within(x, part);
     for (int i = 0; holds && i < x->rest; i++)
         holds = x->element[x->which[i]].broken || fabs(x->y[i]) <= kmp_friction_rounding(x, i);
     return holds;
+}
+
+/* True if without forces the accelerations are rounding of what the levels can do: there is nothing to divide. */
+static bool needs_none(kmp_friction_run *x)
+{
+    bool none = find_within(x, 0);
+    for (int i = 0; none && i < x->rest; i++) {
+        double able = 0;
+        for (int j = 0; j < x->rest; j++)
+            if (!x->element[x->which[j]].contact && x->upper[j] < INFINITY)
+                able = fmax(able, fabs(x->d[i + j * x->rest]) * x->upper[j]);
+        none = x->element[x->which[i]].broken || fabs(x->y[i]) <= KMP_FRICTION_ROUNDING * able;
+    }
+    return none;
 }
 
 /* Below the least part the largest acceleration falls linearly with the part, as long as the same forces are at their
@@ -831,6 +851,8 @@ static double refine(kmp_friction_run *x, double part)
 /* The least part with the levels in x->upper, and its forces. */
 static double least_part(kmp_friction_run *x)
 {
+    if (needs_none(x))
+        return 0;
     if (!suffices(x, INFINITY))
         return INFINITY;
     double high = 0, low = 0;

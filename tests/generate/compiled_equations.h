@@ -173,69 +173,79 @@ typedef void shim_function(const double *p, double t, const double *q, const dou
                            const double *lambda_, const double *modes, const double *force, const double *torque,
                            const double *u, double *out);
 
-/* A function of one signature that calls all routines. */
-static inline void write_shim(const kmp_code_source *source)
+/* The equations, and a function of one signature that calls all routines. */
+static inline void put_shim(kmp_text *text, const kmp_code_source *source, int number)
 {
     static const char *const names[KMP_ARGUMENTS] = {
         [KMP_IN_TIME] = "t",         [KMP_IN_Q] = "q",        [KMP_IN_QD] = "qd",       [KMP_IN_QDD] = "qdd",
         [KMP_IN_LAMBDA] = "lambda_", [KMP_IN_MODE] = "modes", [KMP_IN_FORCE] = "force", [KMP_IN_TORQUE] = "torque",
         [KMP_ARGUMENT_INPUTS] = "u"};
-    kmp_text text = {0};
+    static const char arguments[] =
+        "(const double *p, double t, const double *q, const double *qd, const double *qdd, const double *lambda_,\n"
+        "    const double *modes, const double *force, const double *torque, const double *u, double *out)";
     int at = 0;
-    kmp_text_printf(&text,
-                    "#include \"%s.h\"\nvoid shim(const double *p, double t, const double *q, const double *qd, const "
-                    "double *qdd,\n          const double *lambda_, const double *modes, const double *force, const "
-                    "double *torque, "
-                    "const double *u, double *out);\nvoid "
-                    "shim(const double *p, double t, const double *q, const double *qd, const double *qdd,\n          "
-                    "const double *lambda_, const double *modes, const double *force, const double *torque, const "
-                    "double *u, double "
-                    "*out)\n{\n(void)p; "
-                    "(void)u; (void)qd; (void)qdd; (void)lambda_; (void)modes; (void)force; (void)torque;\n",
-                    source->name);
+    kmp_text_printf(text, "#include \"%s.c\"\nvoid shim%d%s;\nvoid shim%d%s\n{\n", source->name, number, arguments,
+                    number, arguments);
+    kmp_text_put(text,
+                 "(void)p; (void)u; (void)qd; (void)qdd; (void)lambda_; (void)modes; (void)force; (void)torque;\n");
     for (int k = 0; k < source->count; k++) {
         const kmp_code_routine *r = &source->routines[k];
         if (source->parameters)
-            kmp_text_printf(&text, "{ double k[%s_%s_k]; %s_%s_prepare(p, k);\n", source->name, r->name, source->name,
+            kmp_text_printf(text, "{ double k[%s_%s_k]; %s_%s_prepare(p, k);\n", source->name, r->name, source->name,
                             r->name);
-        kmp_text_printf(&text, "%s_%s(%s", source->name, r->name, source->parameters ? "k, " : "");
+        kmp_text_printf(text, "%s_%s(%s", source->name, r->name, source->parameters ? "k, " : "");
         for (int kind = 0; kind < KMP_ARGUMENTS; kind++)
             if (r->arguments & 1u << kind && names[kind])
-                kmp_text_printf(&text, "%s, ", names[kind]);
+                kmp_text_printf(text, "%s, ", names[kind]);
         for (int a = 0; a < r->array_count; at += size_of(&r->arrays[a]), a++)
-            kmp_text_printf(&text, "out + %d%s", at, a + 1 < r->array_count ? ", " : ");");
-        kmp_text_put(&text, source->parameters ? "}\n" : "\n");
+            kmp_text_printf(text, "out + %d%s", at, a + 1 < r->array_count ? ", " : ");");
+        kmp_text_put(text, source->parameters ? "}\n" : "\n");
     }
-    kmp_text_put(&text, "}\n");
-    write_text("shim.c", text.s);
-    kmp_text_free(&text);
+    kmp_text_put(text, "}\n");
 }
 
-/* `optimised`: with warnings as errors, some of which only the optimiser finds; else in half the time. */
-static inline bool run_c(const kmp_code_source *source, bool optimised)
+/* Shims in a library. NULL: they cannot be compiled. `optimised`: with warnings as errors, some of which only the
+ * optimiser finds; else in half the time. */
+static inline void *compile(const kmp_text *shims, bool optimised)
 {
     static int number;
     char command[1024], library[256];
-    double p[MOST * 16];
-    write_shim(source);
+    write_text("shim.c", shims->s);
     snprintf(library, sizeof library, "%s/shim%d.so", folder, number++);
     snprintf(command, sizeof command,
              "cd %s && %s -std=c99 %s -ffp-contract=off -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror -fPIC "
-             "-shared -o %s shim.c %s.c -lm",
-             folder, KEMPE_CC, optimised ? "-O1" : "-O0", library, source->name);
+             "-shared -o %s shim.c -lm",
+             folder, KEMPE_CC, optimised ? "-O1" : "-O0", library);
     CHECK(runs(command));
     void *handle = dlopen(library, RTLD_NOW);
     CHECK(handle != NULL);
-    if (!handle)
-        return false;
+    return handle;
+}
+
+static inline void run_shim(void *handle, const kmp_code_source *source, int number)
+{
+    char name[32];
+    double p[MOST * 16];
     shim_function *shim;
-    void *symbol = dlsym(handle, "shim");
+    snprintf(name, sizeof name, "shim%d", number);
+    void *symbol = dlsym(handle, name);
     memcpy(&shim, &symbol, sizeof shim);
     for (int k = 0; k < source->parameter_count; k++)
         p[k] = parameter(source, k);
     for (int s = 0; s < STATES; s++)
         shim(p, states[s].time[0], states[s].q, states[s].qd, states[s].qdd, states[s].lambda,
              modes_of(source, &states[s]), states[s].force, states[s].torque, states[s].time + 1, got[s]);
+}
+
+static inline bool run_c(const kmp_code_source *source, bool optimised)
+{
+    kmp_text text = {0};
+    put_shim(&text, source, 0);
+    void *handle = compile(&text, optimised);
+    kmp_text_free(&text);
+    if (!handle)
+        return false;
+    run_shim(handle, source, 0);
     dlclose(handle);
     return true;
 }

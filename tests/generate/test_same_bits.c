@@ -6,6 +6,7 @@
  * bits of Kempe's tape and machine code for the same functions, and to rounding the values of the workspace, whose
  * equations are derived all together.
  */
+#include "exchange/code/block_parts.h"
 #include "full.h"
 #include "generate/compiled_equations.h"
 #include "generate/models.h"
@@ -59,32 +60,89 @@ static void compare_workspace(const kempe_model *model, const char *path, int si
 
 /* -- every model --------------------------------------------------------------------------------------- */
 
-static bool can_be_written(const kempe_model *model)
+/* Models that are written and not yet compiled: the compiler and the linker take longer to start than for most models.
+ */
+typedef struct written {
+    kempe_model *model;
+    char *path;
+    kmp_code_source source;
+} written;
+
+enum { MOST_TOGETHER = 24 };
+
+static written together[MOST_TOGETHER];
+static int together_count;
+
+static void compare_written(const written *w, void *library, int number, found *f)
 {
-    kempe_code *code = NULL;
-    bool can = kempe_code_new(model, &generation, &code) == KEMPE_OK;
-    kempe_code_free(code);
-    return can;
+    const int size = run_tapes(&w->source);
+    CHECK(size <= MOST_OUT && w->source.n <= MOST);
+    run_shim(library, &w->source, number);
+    const int wrong = count_wrong_bits(size);
+    if (wrong)
+        printf("%s: %d of %d entries differ\n", w->path, wrong, STATES * size);
+    CHECK(wrong == 0);
+    compare_workspace(w->model, w->path, size, f);
+    f->written++;
 }
 
-static void try_model(const kempe_model *model, const char *path, found *f)
+static void compare_together(found *f)
 {
-    kmp_code_source source;
-    if (!can_be_written(model) || kmp_source_init(&source, model, &generation) != KEMPE_OK) {
+    kmp_text text = {0};
+    for (int k = 0; k < together_count; k++)
+        put_shim(&text, &together[k].source, k);
+    void *library = together_count ? compile(&text, false) : NULL;
+    for (int k = 0; k < together_count; k++) {
+        if (library)
+            compare_written(&together[k], library, k, f);
+        kmp_source_free(&together[k].source);
+        kempe_model_free(together[k].model);
+        kmp_free(together[k].path);
+    }
+    if (library)
+        dlclose(library);
+    kmp_text_free(&text);
+    together_count = 0;
+}
+
+/* Its file includes kempe_newton.h, which one file can do. */
+static bool solves(const kmp_code_source *source)
+{
+    const kmp_program *p;
+    for (int k = 0; k < source->count; k++)
+        for (int i = 0; (p = kmp_code_next_program(&source->routines[k], &i));)
+            for (int at = 0; at < p->code[p->stages]; at++)
+                if (p->instruction[at].op == KMP_OP_IMPLICIT)
+                    return true;
+    return false;
+}
+
+static bool fits(const kmp_code_source *source)
+{
+    for (int k = 0; k < together_count; k++)
+        if (strcmp(together[k].source.name, source->name) == 0 || (solves(source) && solves(&together[k].source)))
+            return false;
+    return together_count < MOST_TOGETHER;
+}
+
+/* Takes the model and its path. */
+static void add_model(kempe_model *model, char *path, found *f)
+{
+    kempe_code *code = NULL;
+    written w = {.model = model, .path = path};
+    if (kempe_code_new(model, &generation, &code) != KEMPE_OK ||
+        kmp_source_init(&w.source, model, &generation) != KEMPE_OK) {
         f->others++;
+        kempe_code_free(code);
+        kempe_model_free(model);
+        kmp_free(path);
         return;
     }
-    int size = run_tapes(&source);
-    CHECK(size <= MOST_OUT && source.n <= MOST);
-    if (emit(model, &generation) && run_c(&source, false)) {
-        int wrong = count_wrong_bits(size);
-        if (wrong)
-            printf("%s: %d of %d entries differ\n", path, wrong, STATES * size);
-        CHECK(wrong == 0);
-        compare_workspace(model, path, size, f);
-        f->written++;
-    }
-    kmp_source_free(&source);
+    if (!fits(&w.source))
+        compare_together(f);
+    CHECK(kempe_code_write(code, folder) == KEMPE_OK);
+    kempe_code_free(code);
+    together[together_count++] = w;
 }
 
 /* "examples/NAME/NAME.yaml" */
@@ -113,10 +171,11 @@ static void every_model(void)
         kempe_model *model = NULL;
         bool wanted = check_full() || is_wanted(paths[k], k);
         if (wanted && kempe_model_read(context, paths[k], &model) == KEMPE_OK)
-            try_model(model, paths[k], &f);
-        kempe_model_free(model);
-        kmp_free(paths[k]);
+            add_model(model, paths[k], &f);
+        else
+            kmp_free(paths[k]);
     }
+    compare_together(&f);
     printf("  %d models: the bits of the tape; %d those of the workspace, the others %.2g off; %d cannot be written\n",
            f.written, f.bits, f.most, f.others);
     CHECK(f.written > (check_full() ? 80 : 45));
