@@ -105,10 +105,12 @@ static bool has_file(const kempe_code *code, const char *name)
 }
 
 /* The simulator's program; the name of the model as an identifier. Each common source is compiled again only where it
- * differs from that of a model before. */
+ * differs from that of a model before. Equations of many lines are read by the compiler for its warnings, and compiled
+ * by clang, which takes a third of its time, where that is installed; test_wheel_equations compiles such equations. */
 static bool build(const kempe_model *model, char name[256])
 {
     const kempe_generate_options g = {.simulator = 1, .language = "c"};
+    char long_code[512];
     static const char *const parts[] = {"kempe_simulator", "kempe_friction", "kempe_charts", "kempe_events"};
     char sources[128] = "", objects[128] = "", command[4096];
     kempe_code *code = NULL;
@@ -127,14 +129,18 @@ static bool build(const kempe_model *model, char name[256])
     }
     snprintf(name, 256, "%.*s", (int)strcspn(kempe_code_file_name(code, 0), "."), kempe_code_file_name(code, 0));
     kempe_code_free(code);
+    snprintf(long_code, sizeof long_code,
+             "test $(wc -c <%s.c) -gt 300000 && command -v clang >/dev/null && clang -std=c99 -ffp-contract=off -Wall "
+             "-Wextra -Wpedantic -Wconversion -Wshadow -Werror -I. -O0 -c %s.c && $compile -fsyntax-only %s.c",
+             name, name, name);
     snprintf(
         command, sizeof command,
         "cd %s && compile='%s -std=c99 -ffp-contract=off -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -I.' "
         "&& for part in%s; do cat $part.c kempe_simulator.h kempe_runtime.h >text && { cmp -s text $part.text || "
         "{ $compile -O1 -c $part.c && mv text $part.text; } || exit 1; }; done "
-        "&& $compile -O0 -DMODEL=%s -DMODEL_HEADER='\"%s_simulator.h\"' -o run %s/tests/generate/simulated_run.c "
-        "%s.c %s_simulator.c%s -lm",
-        folder, KEMPE_CC, sources, name, name, KEMPE_ROOT, name, name, objects);
+        "&& { %s || $compile -O0 -c %s.c; } && $compile -O0 -DMODEL=%s -DMODEL_HEADER='\"%s_simulator.h\"' -o run "
+        "%s/tests/generate/simulated_run.c %s.o %s_simulator.c%s -lm",
+        folder, KEMPE_CC, sources, long_code, name, name, name, KEMPE_ROOT, name, name, objects);
     return runs(command);
 }
 
@@ -203,7 +209,6 @@ static void simulate(const char *in, const char *model_name, double time, int sl
     if (built && run_it(time, 1, "", whole, x) > 1) {
         compare(model, model_name, time, x);
         CHECK(check_slopes(model_name) >= slopes);
-        CHECK(run_it(time, 10, "", parts, y) > 1 && strcmp(whole, parts) == 0);
         CHECK(run_it(time, 317, "exchange", parts, y) > 1 && strcmp(whole, parts) == 0);
     }
     kempe_model_free(model);
@@ -295,6 +300,21 @@ static void refusals(void)
     kempe_model_free(model);
 }
 
+/* True if motions_are_those_of_the_library has written the simulator of this model. */
+static bool is_simulated(const char *path)
+{
+    for (size_t k = 0; k < sizeof models / sizeof *models; k += check_full() ? 1 : EVERY) {
+        kmp_text own = {0};
+        kmp_text_printf(&own, models[k].folder ? "examples/%s/%s.yaml" : "tests/models/%.0s%s.yaml",
+                        models[k].folder ? models[k].folder : "", models[k].name);
+        const bool same = own.s && strcmp(own.s, path) == 0;
+        kmp_text_free(&own);
+        if (same)
+            return true;
+    }
+    return false;
+}
+
 /* Each model of the tests and examples is written, or refused with a sentence on its part. */
 static void every_model_has_an_answer(void)
 {
@@ -305,7 +325,9 @@ static void every_model_has_an_answer(void)
     for (int k = 0; k < count; k++) {
         kempe_model *model = NULL;
         kempe_code *code = NULL;
-        if (kempe_model_read(context, paths[k], &model) == KEMPE_OK) {
+        if (is_simulated(paths[k])) {
+            written++;
+        } else if (kempe_model_read(context, paths[k], &model) == KEMPE_OK) {
             const bool made = kempe_code_new(model, &g, &code) == KEMPE_OK;
             const char *message = kempe_context_message(context);
             const bool told = made || strstr(message, "simulators: ") || strstr(message, ".yaml:");

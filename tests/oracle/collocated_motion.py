@@ -11,7 +11,7 @@ ORDER = 9  # points of a window
 LONGEST = 0.02  # of a window, s
 MOST = 100  # windows of a motion: near a singular position of a spherical joint's angles they become too short
 PLACE = 1e-12  # of a change of a condition, in parts of a window
-SETTLED = 1e-13  # change of the last iteration, of 1 + the size of each value
+SETTLED = 1e-11  # change of the last iteration, of 1 + the size of each value; ends are then those of 1e-13 to 1e-12
 SMOOTH = 1e-9  # last coefficients of the accelerations times the window's length, likewise
 
 PLACES = 0.5 - 0.5 * np.cos(np.pi * np.arange(ORDER) / (ORDER - 1))
@@ -49,6 +49,7 @@ class Conditions:
 class Integration:
     def __init__(self, mechanism, t, q, qd, y):
         self.mechanism, self.t, self.q, self.qd, self.y, self.taken = mechanism, t, q, qd, y, t
+        self.waits = any(state.when for _, state in mechanism.states)
         self.look()
         self.windows, self.before = 0, None
 
@@ -65,7 +66,7 @@ class Integration:
         """Notes the outcomes of all conditions here, unless none of them changed, and the ones at which states change."""
         here = (np.zeros(1), self.q[None], self.qd[None], self.y[None])
         self.held = self.outcomes(*here)[0] if changed else self.held
-        self.when = self.motion(*here).whens()[0]
+        self.when = self.motion(*here).whens()[0] if self.waits else np.zeros(len(self.y), bool)
 
     def change(self, due):
         """The states that are due take their next values."""

@@ -57,15 +57,17 @@ def across(v, directions):
 
 
 class Comparison:
-    def __init__(self, mechanism, table):
+    """`same`: a comparison of another table with the same states, whose motion is this one's."""
+
+    def __init__(self, mechanism, table, same=None):
         self.mechanism, self.table, self.complaints, self.worst = mechanism, table, [], 0.0
         names = mechanism.columns
         self.q, self.qd, self.qdd = (table.columns(word, names) for word in ("q", "qd", "qdd"))
         self.states = np.stack([table.column(f"state.{state.name}") for _, state in mechanism.states], -1) if mechanism.states \
             else np.zeros((len(self.q), 0))
-        self.motion = Motion(mechanism, table.column("t"), self.q, self.qd, table.multipliers(), states=self.states)
-        self.motion.solve()
-        self.cond = None
+        self.motion = same.motion if same else Motion(mechanism, table.column("t"), self.q, self.qd, table.multipliers(),
+                                                      states=self.states).solve()
+        self.cond = same.cond if same else None
 
     def run(self):
         self.look_at_conditions()
@@ -143,7 +145,7 @@ class Comparison:
         self.keep("states", self.states, self.sampled(0, before)[0])
         step = np.median(np.diff(t)) if len(t) > 1 else np.nan
         rows = [k for k in range(1, len(t) - 1) if abs(t[k + 1] - t[k] - step) < 1e-9]
-        for row in rows:
+        for row in rows if any(state.period for state in states) else ():
             due, after = self.due(t[row]), self.sampled(row, self.states[row:row + 1])[0]
             for i, state in enumerate(states):
                 if state.period and abs(state.period / step - round(state.period / step)) < 1e-9:

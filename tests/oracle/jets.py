@@ -2,7 +2,12 @@
 """Values with their first and second derivative along a motion. A jet holds three numpy arrays of one shape: the value,
 the first and the second derivative by one parameter. The leading axes are instants and directions, vectors and matrices
 come behind them. Plain arrays and numbers are constants."""
+import functools
+
 import numpy as np
+
+
+ONE = np.eye(3).tolist()
 
 
 class Jet:
@@ -72,12 +77,17 @@ def dot(a, b):
     return product(lambda x, y: np.sum(x * y, axis=-1), a, b)
 
 
+def is_one(a):
+    """The matrix of numbers that changes nothing, as most frames are."""
+    return not isinstance(a, Jet) and a.shape == (3, 3) and a.tolist() == ONE
+
+
 def matvec(a, b):
-    return product(lambda x, y: np.einsum("...ij,...j->...i", x, y), a, b)
+    return b if is_one(a) else product(lambda x, y: (x @ y[..., None])[..., 0], a, b)
 
 
 def matmul(a, b):
-    return product(np.matmul, a, b)
+    return b if is_one(a) else a if is_one(b) else product(np.matmul, a, b)
 
 
 def transposed(a):
@@ -111,12 +121,18 @@ def cross(a, b):
     return out
 
 
+@functools.lru_cache(1000)
+def products(*axis):
+    """Of the cross product with an axis, once and twice."""
+    k = tilde(axis)
+    return k, k @ k
+
+
 def turning(axis, angle):
     """The matrix that turns vectors by an angle, a jet of any leading shape, about a fixed unit axis."""
-    k = tilde(axis)
-    k2 = k @ k
+    k, k2 = products(*axis)
     s, c = np.sin(angle.v)[..., None, None], np.cos(angle.v)[..., None, None]
-    r = np.eye(3) + s * k + (1 - c) * k2
+    r = ONE + s * k + (1 - c) * k2
     first, second = c * k + s * k2, -s * k + c * k2
     d, e = angle.d[..., None, None], angle.e[..., None, None]
     return Jet(r, first * d, second * d * d + first * e)

@@ -180,11 +180,10 @@ class Motion:
         axes, place = self.relative(joint)
         k, p, c = len(joint.chain), joint.parent, joint.child
         up, wp = self.turn[:, p], self.w[:, p]
-        out = lambda x: np.einsum("tij,t...j->t...i", up, x)
-        spin = np.stack([untilde(axes.d[:, b] @ np.swapaxes(axes.v[:, 0], -1, -2)) for b in range(1 + k)], 1)
-        spin, slide = out(spin), out(place.d)
-        turning_on = out(untilde(axes.e[:, 0] @ np.swapaxes(axes.v[:, 0], -1, -2)))
-        gap, sliding_on = out(place.v[:, 0]), out(place.e[:, 0])
+        vectors = [untilde(axes.d @ np.swapaxes(axes.v, -1, -2)), place.d, place.v, place.e[:, :1],
+                   untilde(axes.e[:, :1] @ np.swapaxes(axes.v, -1, -2))]
+        whole = np.concatenate(vectors, 1) @ np.swapaxes(up, -1, -2)  # in ground axes
+        spin, slide, (gap, sliding_on, turning_on) = whole[:, :1 + k], whole[:, 1 + k:2 + 2 * k], np.moveaxis(whole[:, -3:], 1, 0)
         self.turn[:, c] = up @ axes.v[:, 0]
         self.r[:, c], self.w[:, c] = self.r[:, p] + gap, wp + spin[:, 0]
         self.v[:, c] = self.v[:, p] + cross(wp, gap) + slide[:, 0]
@@ -214,12 +213,11 @@ class Motion:
         place = at.place + matvec(at.axes, place)
         axes = matmul(at.axes, axes)
         axes = axes if broken("axes of `to`") else matmul(axes, to.axes.T)
-        return axes, place - (0 if broken("place of `to`") else matvec(axes, to.place))
+        return axes, place - matvec(axes, to.place) if np.any(to.place) and not broken("place of `to`") else place
 
     def chain(self, joint):
         k, shape = len(joint.chain), (self.count, 1 + len(joint.chain))
-        axes = Jet(np.tile(np.eye(3), (self.count, 1, 1, 1)), np.zeros(shape + (3, 3)), np.zeros(shape + (3, 3)))
-        place = Jet(np.zeros((self.count, 1, 3)), np.zeros(shape + (3,)), np.zeros(shape + (3,)))
+        axes, place = None, Jet(np.zeros((self.count, 1, 3)), np.zeros(shape + (3,)), np.zeros(shape + (3,)))
         order = list(enumerate(joint.chain))
         for i, (rotation, axis) in order[::-1] if broken("order of motions") else order:
             number, d = joint.coordinates[i], np.zeros(shape)
@@ -227,10 +225,12 @@ class Motion:
             d[:, 0], d[:, 1 + i] = sign * self.qd[:, number], sign
             q = Jet(sign * self.q[:, number, None], d, np.zeros(shape))
             if rotation:
-                axes = matmul(axes, turning(axis, q))
+                axes = matmul(axes, turning(axis, q)) if axes else turning(axis, q)
             else:
                 along = Jet(*(x[..., None] * axis for x in (q.v, q.d, q.e)))
-                place = place + matvec(axes, along)
+                place = place + (matvec(axes, along) if axes else along)
+        if not axes:
+            axes = Jet(np.tile(np.eye(3), (self.count, 1, 1, 1)), np.zeros(shape + (3, 3)), np.zeros(shape + (3, 3)))
         assert k == len(joint.coordinates)
         return axes, place
 
