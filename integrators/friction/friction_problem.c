@@ -818,16 +818,15 @@ static bool suffices(kmp_friction_run *x, double part)
     return holds;
 }
 
-/* True if without forces the accelerations are rounding of what the levels can do: there is nothing to divide. */
+/* True if without forces each acceleration is rounding of what its own level can do: there is nothing to divide. */
 static bool needs_none(kmp_friction_run *x)
 {
     bool none = find_within(x, 0);
     for (int i = 0; none && i < x->rest; i++) {
-        double able = 0;
-        for (int j = 0; j < x->rest; j++)
-            if (!x->element[x->which[j]].contact && x->upper[j] < INFINITY)
-                able = fmax(able, fabs(x->d[i + j * x->rest]) * x->upper[j]);
-        none = x->element[x->which[i]].broken || fabs(x->y[i]) <= KMP_FRICTION_ROUNDING * able;
+        const kmp_friction_element *e = &x->element[x->which[i]];
+        const bool levelled = !e->contact && x->upper[i] < INFINITY;
+        const double able = levelled ? fabs(x->d[i + i * x->rest]) * x->upper[i] : 0;
+        none = e->broken || fabs(x->y[i]) <= KMP_FRICTION_ROUNDING * able;
     }
     return none;
 }
