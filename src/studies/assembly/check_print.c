@@ -737,9 +737,9 @@ static void put_culprit(kmp_text *text, const kempe_check *check, int k)
 /* The parts that both forms begin with. False: there is no more to say. */
 static bool show_begin(kmp_text *text, const kempe_check *check)
 {
-    kmp_text_printf(text, "%s%s%s\n", check->system->model->name, check->status == KEMPE_UNTRUSTED ? ": " : "",
-                    check->status == KEMPE_UNTRUSTED ? kempe_outcome_text(KEMPE_OUTCOME_NOT_TRUSTWORTHY) : "");
-    label(text, "verdict");
+    kmp_text_printf(text, "%s: %s%s", check->system->model->name,
+                    check->status == KEMPE_UNTRUSTED ? kempe_outcome_text(KEMPE_OUTCOME_NOT_TRUSTWORTHY) : "",
+                    check->status == KEMPE_UNTRUSTED ? ", " : "");
     check_verdict(text, check);
     kmp_text_put(text, "\n");
     sentence(text, check, "unused parameters", write_unused);
