@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Settings of Sphinx for docs/site/pages.py. Equations become HTML while the site is built (KaTeX in node), so that pages
 # need no script for them, and a mistake in an equation is an error of the build.
+import gc
 import json
 import os
 import pathlib
@@ -11,6 +12,7 @@ import sys
 from docutils import nodes
 from sphinx.errors import SphinxError
 
+gc.disable()  # trees of pages are large and few are dropped: to search them for cycles takes long and frees little
 SITE = pathlib.Path(__file__).parent
 sys.path.insert(0, str(SITE))
 KATEX = pathlib.Path("/usr/share/javascript/katex")
@@ -23,8 +25,7 @@ myst_heading_anchors = 4
 myst_dmath_double_inline = True
 myst_ref_domains = ["std"]  # links are to pages and headings; parsers of C and C++ would look for names in each of them
 root_doc = "index"
-html_theme = os.environ.get("SITE_THEME", "furo")  # without its design a site is made for its links and equations alone:
-smartquotes = html_theme == "furo"
+html_theme = "furo"
 html_title = "Kempe"
 html_static_path = ["style.css"]
 html_css_files = ["katex/katex.min.css", "style.css"]
@@ -32,7 +33,7 @@ html_copy_source = False
 html_use_index = False
 html_show_sphinx = False
 html_math_renderer = "katex"
-html_theme_options = {"navigation_with_keys": True} if html_theme == "furo" else {}
+html_theme_options = {"navigation_with_keys": True}
 highlight_language = "text"
 pygments_style = "friendly"
 
@@ -71,6 +72,12 @@ def block_equation(writer, node):
     raise nodes.SkipNode
 
 
+def check_equations(document):
+    for kind, display in ((nodes.math, False), (nodes.math_block, True)):
+        for equation in document.findall(kind):
+            Katex.render(equation.astext(), display)
+
+
 def colour_blocks(app, document):
     """Indented blocks have no language: it is found by how they begin."""
     for block in document.findall(nodes.literal_block):
@@ -93,7 +100,10 @@ def copy_katex(app, error):
 
 def setup(app):
     app.add_html_math_renderer("katex", (inline_equation, None), (block_equation, None))
-    app.connect("builder-inited", lambda app: setattr(app.builder, "search", html_theme == "furo"))
-    app.connect("doctree-read", colour_blocks)
-    app.connect("build-finished", copy_katex)
+    if app.tags.has("check"):
+        app.config.smartquotes = False
+        app.connect("doctree-resolved", lambda app, document, page: check_equations(document))
+    else:
+        app.connect("doctree-read", colour_blocks)
+        app.connect("build-finished", copy_katex)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

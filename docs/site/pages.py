@@ -3,7 +3,7 @@
 """Builds the site: copies the pages and what they link, adds the navigation of docs/README.md, and runs Sphinx.
 
     python3 docs/site/pages.py build/site             the site
-    python3 docs/site/pages.py build/site --plain     without its design, in half the time: links and equations are checked alike
+    python3 docs/site/pages.py build/site --check     nothing, in half the time: links and equations are checked alike
 
 Exit code 77: a tool is not installed (docs/build_site installs them). Links that lead nowhere are errors.
 """
@@ -107,11 +107,12 @@ def main(arguments):
     out = pathlib.Path(arguments[0]).resolve()
     with tempfile.TemporaryDirectory() as folder:
         stage(pathlib.Path(folder))
-        plain = "--plain" in arguments and "KEMPE_FULL" not in os.environ
-        command = [SPHINX, "-q", "-W", "--keep-going", "-b", "html", "-j", "1" if plain else "2", "-c", SITE, "-d", f"{folder}/.cache",
+        check = "--check" in arguments and "KEMPE_FULL" not in os.environ
+        build = ["-b", "dummy", "-t", "check", "-j", "1"] if check else ["-b", "html", "-j", "2"]
+        command = [SPHINX, "-q", "-W", "--keep-going", *build, "-c", SITE, "-d", f"{folder}/.cache",
                    folder, out]
-        done = subprocess.run(command, env={**os.environ, "KATEX": str(KATEX), **({"SITE_THEME": "basic"} if plain else {})})
-    if done.returncode == 0:
+        done = subprocess.run(command, env={**os.environ, "KATEX": str(KATEX)})
+    if done.returncode == 0 and not check:
         print(f"{out}/index.html")
     return done.returncode
 
