@@ -168,7 +168,7 @@ static double hard_pendulum_rod(const kempe_system *s, const kmp_samples *table,
 /* A02's exact reduction: the angle after a time, by Runge and Kutta in long double with half and whole steps. */
 static long double hard_swing(int n, long double angle, long double rate, double time)
 {
-    enum { STEPS = 40000 };
+    enum { STEPS = 10000 }; /* off by 1e-10 of the angle */
     long double k = 9.81L * ((n + 1) / 2.0L + n) / ((n + 1) / 3.0L + n), h = (long double)time / STEPS;
     for (int i = 0; i < STEPS; i++) {
         long double a1 = -k * cosl(angle), a2 = -k * cosl(angle + h / 2 * rate);
