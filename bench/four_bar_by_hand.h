@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A planar four-bar by hand, to judge Kempe's by: absolute angles, the five equations of motion and constraint of the
- * textbooks in long double, Gauss with complete pivoting, classical Runge-Kutta, projection after each step. Steps
+ * textbooks in long double, Gauss with complete pivoting, Runge-Kutta of order 6, projection after each step. Steps
  * shrink with the smallest pivot, so that positions near a change point are resolved. */
 #ifndef KEMPE_BENCH_FOUR_BAR_BY_HAND_H
 #define KEMPE_BENCH_FOUR_BAR_BY_HAND_H
@@ -122,11 +122,12 @@ static long double by_hand_saddle(const by_hand *f, const long double *q, const 
     return pivot;
 }
 
-static void by_hand_project(by_hand *f)
+/* By passes of Newton's method, each of which squares the gap. */
+static void by_hand_project(by_hand *f, int passes)
 {
     const long double none[3] = {0};
     long double h[2], j[2][3], bend[2], dx[3];
-    for (int pass = 0; pass < 3; pass++) {
+    for (int pass = 0; pass < passes; pass++) {
         by_hand_closure(f, f->q, f->qd, h, j, bend);
         long double b[2] = {-h[0], -h[1]};
         (void)by_hand_saddle(f, f->q, f->qd, none, b, dx);
@@ -141,29 +142,42 @@ static void by_hand_project(by_hand *f)
     }
 }
 
-/* One step of Runge and Kutta, and the projection; returns the least pivot at its beginning. */
+/* One step of Butcher's method (On Runge-Kutta processes of high order, J. Australian Math. Soc. 4 (1964) 179), and the
+ * projection of what little it leaves; returns the least pivot at its beginning. */
 static long double by_hand_step(by_hand *f, long double h)
 {
-    static const long double node[4] = {0, 0.5L, 0.5L, 1}, weight[4] = {1.0L / 6, 1.0L / 3, 1.0L / 3, 1.0L / 6};
-    long double q[3], qd[3], kq[3] = {0}, kv[3] = {0}, sq[3] = {0}, sv[3] = {0}, pivot = 1;
-    for (int stage = 0; stage < 4; stage++) {
+    enum { STAGES = 7 };
+    static const long double a[STAGES + 1][STAGES] = {
+        {0},
+        {1.0L / 3},
+        {0, 2.0L / 3},
+        {1.0L / 12, 1.0L / 3, -1.0L / 12},
+        {-1.0L / 16, 9.0L / 8, -3.0L / 16, -3.0L / 8},
+        {0, 9.0L / 8, -3.0L / 8, -3.0L / 4, 1.0L / 2},
+        {9.0L / 44, -9.0L / 11, 63.0L / 44, 18.0L / 11, 0, -16.0L / 11},
+        {11.0L / 120, 0, 27.0L / 40, 27.0L / 40, -4.0L / 15, -4.0L / 15, 11.0L / 120}};
+    long double q[3], qd[3], kq[STAGES][3], kv[STAGES][3], pivot = 1;
+    for (int stage = 0; stage <= STAGES; stage++) {
         for (int i = 0; i < 3; i++) {
-            q[i] = f->q[i] + node[stage] * h * kq[i];
-            qd[i] = f->qd[i] + node[stage] * h * kv[i];
+            q[i] = f->q[i];
+            qd[i] = f->qd[i];
+            for (int k = 0; k < stage; k++) {
+                q[i] += h * a[stage][k] * kq[k][i];
+                qd[i] += h * a[stage][k] * kv[k][i];
+            }
         }
-        long double least = by_hand_saddle(f, q, qd, 0, 0, kv);
+        if (stage == STAGES)
+            break;
+        long double least = by_hand_saddle(f, q, qd, 0, 0, kv[stage]);
         pivot = stage ? pivot : least;
-        for (int i = 0; i < 3; i++) {
-            kq[i] = qd[i];
-            sq[i] += weight[stage] * kq[i];
-            sv[i] += weight[stage] * kv[i];
-        }
+        for (int i = 0; i < 3; i++)
+            kq[stage][i] = qd[i];
     }
     for (int i = 0; i < 3; i++) {
-        f->q[i] += h * sq[i];
-        f->qd[i] += h * sv[i];
+        f->q[i] = q[i];
+        f->qd[i] = qd[i];
     }
-    by_hand_project(f);
+    by_hand_project(f, 1);
     return pivot;
 }
 
@@ -171,7 +185,7 @@ static long double by_hand_step(by_hand *f, long double h)
 static void by_hand_integrate(by_hand *f, double time, double h)
 {
     long double t = 0, size = h, usual = 0;
-    by_hand_project(f);
+    by_hand_project(f, 3);
     while (t < time) {
         long double step = fminl(size, time - t), pivot = by_hand_step(f, step);
         usual = fmaxl(usual, pivot);
