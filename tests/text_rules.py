@@ -17,10 +17,10 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 KEMPE = "kempe"  # set by main
-OUTCOME = re.compile(r"^.+: (complete|complete, not checked|not trustworthy|stopped|failed)\b")
+OUTCOME = re.compile(r"^.+: (complete|complete, not checked|not trustworthy|stopped|failed|can be simulated|cannot move|all motion is prescribed|no run is possible|does not assemble)\b")
 NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?:e[-+]\d+)?(?![\w.])")
 LEAST, MOST_DIGITS = 1e-12, 9
-WAYS = {"assemble": (), "simulate": ("--t-end", "0.02"), "equilibrium": ()}
+WAYS = {"check": (), "assemble": (), "simulate": ("--t-end", "0.02"), "equilibrium": (), "modes": (), "linearize": ()}
 
 
 def models():
