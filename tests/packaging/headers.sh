@@ -8,13 +8,18 @@ trap 'rm -rf "$work"' EXIT
 count=0
 try() # language standard compiler
 {
-    for header in "$SOURCE"/include/kempe/*.h; do
-        printf '#include <kempe/%s>\n' "$(basename "$header")" >"$work/alone.$1"
-        # shellcheck disable=SC2086
-        "$3" -std="$2" $warnings -I"$SOURCE/include" -fsyntax-only "$work/alone.$1"
-        count=$((count + 1))
-    done
+    # one process for all headers: -fsyntax-only reads each source by itself
+    # shellcheck disable=SC2086
+    "$3" -std="$2" $warnings -I"$SOURCE/include" -fsyntax-only "$work"/*."$1"
+    count=$((count + headers))
 }
+headers=0
+for header in "$SOURCE"/include/kempe/*.h; do
+    headers=$((headers + 1))
+    for language in c cpp; do
+        printf '#include <kempe/%s>\n' "$(basename "$header")" >"$work/$headers.$language"
+    done
+done
 for pair in "gcc g++" "clang clang++"; do
     set -- $pair
     command -v "$1" >/dev/null && for standard in c11 c17; do try c "$standard" "$1"; done
