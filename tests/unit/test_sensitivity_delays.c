@@ -13,8 +13,8 @@ enum { MOST = 16 };
 
 #define MASS "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
 
-static kempe_sensitivity *find(loaded *l, const char *text, const char *outputs, const char *integrator, double end,
-                               int integral)
+static kempe_sensitivity *find_with(loaded *l, const char *text, const char *outputs, const char *integrator,
+                                    double end, int integral, int unchecked)
 {
     kempe_sensitivity *s = NULL;
     kempe_run_options run = {0};
@@ -24,11 +24,18 @@ static kempe_sensitivity *find(loaded *l, const char *text, const char *outputs,
     run.t_end = end;
     run.output_step = end;
     run.integrator = integrator;
+    run.no_convergence_check = unchecked;
     *l = load_text(text);
     if (!l->model || kempe_sensitivity_new(l->model, &options, &s) != KEMPE_OK)
         printf("%s\n", kempe_context_message(l->context));
     CHECK(s && s->columns <= MOST);
     return s;
+}
+
+static kempe_sensitivity *find(loaded *l, const char *text, const char *outputs, const char *integrator, double end,
+                               int integral)
+{
+    return find_with(l, text, outputs, integrator, end, integral, 0);
 }
 
 static double last(const kempe_sensitivity *s, int column, int k)
@@ -138,7 +145,7 @@ static void against_differences(const char *text, const char *outputs, const cha
                                 double within)
 {
     loaded l;
-    kempe_sensitivity *s = find(&l, text, outputs, integrator, end, 0);
+    kempe_sensitivity *s = find_with(&l, text, outputs, integrator, end, 0, 1); /* the differences are the check */
     double worst = 0;
     for (int p = 0; s && p < s->count; p++) {
         const double step = 1e-3 * s->parameter[p];

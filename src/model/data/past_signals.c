@@ -65,23 +65,32 @@ kmp_past *kmp_past_copy(const kmp_past *past)
 
 /* -- polynomials ------------------------------------------------------------------------------------- */
 
+/* cos(pi m / KMP_PAST_DEGREE), m >= 0: in a table, because signals need it more often than anything else. */
+static double cosine(int m)
+{
+    static const double table[2 * KMP_PAST_DEGREE] = {
+        1,  0.92387953251128674,  0.70710678118654752,  0.38268343236508977,
+        0,  -0.38268343236508977, -0.70710678118654752, -0.92387953251128674,
+        -1, -0.92387953251128674, -0.70710678118654752, -0.38268343236508977,
+        0,  0.38268343236508977,  0.70710678118654752,  0.92387953251128674};
+    return table[m % (2 * KMP_PAST_DEGREE)];
+}
+
 /* Node k of [from, to], ascending, the first and the last one at the ends. */
 static double past_node(double from, double to, int k)
 {
-    static const double pi = 3.14159265358979323846;
     if (k == 0 || k == KMP_PAST_DEGREE)
         return k == 0 ? from : to;
-    return 0.5 * (from + to) - 0.5 * (to - from) * cos(pi * k / KMP_PAST_DEGREE);
+    return 0.5 * (from + to) - 0.5 * (to - from) * cosine(k);
 }
 
 /* The coefficient of Chebyshev's polynomial i: a cosine sum over the nodes, of which the ends count half. */
 static double coefficient(const double *values, int i)
 {
-    static const double pi = 3.14159265358979323846;
     double sum = 0;
     for (int k = 0; k < NODES; k++) {
         double part = k == 0 || k == KMP_PAST_DEGREE ? 0.5 : 1;
-        sum += part * values[k] * cos(pi * i * (KMP_PAST_DEGREE - k) / KMP_PAST_DEGREE);
+        sum += part * values[k] * cosine(i * (KMP_PAST_DEGREE - k));
     }
     return (i == 0 || i == KMP_PAST_DEGREE ? 1.0 : 2.0) * sum / KMP_PAST_DEGREE;
 }
