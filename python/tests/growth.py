@@ -104,13 +104,18 @@ def repeat(call, times):
 
 def growth(calls):
     """Rows of kind, calls, growth of the heap and of the process in bytes."""
-    for name, (share, call) in kinds().items():
-        times = max(10, int(calls * share))
-        repeat(call, times // 10)
-        before = memory()
-        repeat(call, times - times // 10)
-        after = memory()
-        yield name, times, after[0] - before[0], after[1] - before[1]
+    gc.collect()
+    gc.freeze()  # what is there before is not looked at again by each collection
+    try:
+        for name, (share, call) in kinds().items():
+            times = max(10, int(calls * share))
+            repeat(call, times // 10)
+            before = memory()
+            repeat(call, times - times // 10)
+            after = memory()
+            yield name, times, after[0] - before[0], after[1] - before[1]
+    finally:
+        gc.unfreeze()
 
 
 def grows(row):

@@ -8,6 +8,7 @@ The exit code is 77 where FMPy is absent: pip install fmpy (another Python than 
 import csv
 import ctypes
 import ctypes.util
+import functools
 import math
 import multiprocessing
 import os
@@ -27,6 +28,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 try:
     import fmpy
+    import lark
     from fmpy.fmi2 import FMU2Model, FMU2Slave
     from fmpy.fmi3 import FMU3Model, FMU3Slave
     from fmpy.validation import validate_fmu
@@ -57,6 +59,18 @@ HAS_RSVG = ctypes.util.find_library("rsvg-2") is not None
 PROCESSES = multiprocessing.get_context("forkserver")  # each from one that has FMPy and has seen no unit
 PROCESSES.set_forkserver_preload(["__main__"])
 failures = []
+NEW_PARSER = lark.Lark
+
+
+@functools.lru_cache(None)
+def name_parser(grammar, **options):
+    """FMPy makes a parser of names for each unit, which takes a second for those of a model: here it takes each name once."""
+    parser = NEW_PARSER(grammar, **options)
+    parser.parse = functools.lru_cache(None)(parser.parse)  # an error is no value, and comes again
+    return parser
+
+
+lark.Lark = name_parser
 
 
 def check(true, *words):
