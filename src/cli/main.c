@@ -49,10 +49,9 @@ static int run_command(const cli_command *c, int count, char **words)
     if (!cli_options_read(c->bit, c->name, count, words, &settings))
         return cli_refuse(cli_json_word(count, words));
     if (settings.help) {
-        printf("kempe %s: %s\n\nusage: kempe %s %s\n", c->name, c->summary, c->name,
-               c->usage ? c->usage : "FILE [options]");
+        printf("kempe %s: %s\n\nusage: kempe %s %s\n\nexamples:\n%s", c->name, c->summary, c->name,
+               c->usage ? c->usage : "FILE [options]", c->examples);
         cli_options_print(c->bit, stdout);
-        printf("\nexamples:\n%s", c->examples);
         return CLI_DONE;
     }
     if (!cli_written_apart(c->bit, &settings))

@@ -50,9 +50,10 @@ static const struct {
                          [OPTION_MODES] = {.ending = ".npz"}};
 
 /* The help prints the options of a command group by group. */
-typedef enum option_group { IN_MODEL, IN_RUN, IN_OUTPUT, IN_OTHER, OPTION_GROUPS } option_group;
+typedef enum option_group { IN_MODEL, IN_RUN, IN_OUTPUT, IN_FOREIGN, IN_OTHER, OPTION_GROUPS } option_group;
 
-static const char *const groups[OPTION_GROUPS] = {"model and values", "run", "output", "other"};
+static const char *const groups[OPTION_GROUPS] = {"model and values", "run", "output",
+                                                  "models in the formats of other programs", "other"};
 
 typedef struct option {
     unsigned commands;
@@ -81,13 +82,13 @@ static const option options[] = {
     {CLI_MODELS & ~(CLI_SHOW | CLI_GENERATE | CLI_FMU | CLI_CONTACT), IN_MODEL, "closure-tolerance",
      VALUE(LENGTH, closure_tolerance), "X",
      "largest gap of a redundant closure that is accepted as rounding of the model, m (0: none)"},
-    {CLI_MODELS, IN_MODEL, "base", TEXT(base), "NAME",
+    {CLI_MODELS, IN_FOREIGN, "base", TEXT(base), "NAME",
      "root of a robot in another format: fixed (to the ground) or free (default: as the format has it)"},
-    {CLI_MODELS, IN_MODEL, "joint-limits", FLAG(joint_limits),
+    {CLI_MODELS, IN_FOREIGN, "joint-limits", FLAG(joint_limits),
      "limits of joints in a file in another format are stops, without rebound (default: they are left out)"},
-    {CLI_MODELS, IN_MODEL, "strict", FLAG(strict),
+    {CLI_MODELS, IN_FOREIGN, "strict", FLAG(strict),
      "surfaces that touch, limits and controllers of a file in another format are errors where they are not used"},
-    {CLI_MODELS, IN_MODEL, "leave-out", TEXT(left_out), "NAME,..",
+    {CLI_MODELS, IN_FOREIGN, "leave-out", TEXT(left_out), "NAME,..",
      "elements and attributes of a file in another format that are mechanics and may be left out: results are not "
      "trustworthy"},
     {CLI_SIMULATE | CLI_COMPARE | CLI_SHOW | CLI_COMFORT, IN_MODEL, "algorithm", TEXT(algorithm), "NAME",
@@ -733,6 +734,35 @@ bool cli_options_read(unsigned command, const char *command_name, int count, cha
     return true;
 }
 
+/* The columns at which the text of an option begins, and its lines end. */
+enum { HELP_COLUMN = 31, HELP_END = 100 };
+
+/* A text from HELP_COLUMN on, without the marks of words in pages. */
+static void put_help(const char *text, FILE *out)
+{
+    int column = HELP_COLUMN;
+    for (const char *word = text; *word;) {
+        const int length = (int)strcspn(word, " ");
+        int shown = length;
+        for (int k = 0; k < length; k++)
+            shown -= word[k] == '`';
+        if (word > text && column + 1 + shown > HELP_END) {
+            fprintf(out, "\n%*s", HELP_COLUMN, "");
+            column = HELP_COLUMN;
+        } else if (word > text) {
+            fputc(' ', out);
+            column++;
+        }
+        for (int k = 0; k < length; k++)
+            if (word[k] != '`')
+                fputc(word[k], out);
+        column += shown;
+        word += length;
+        word += strspn(word, " ");
+    }
+    fputc('\n', out);
+}
+
 void cli_options_print(unsigned command, FILE *out)
 {
     for (option_group group = 0; group < OPTION_GROUPS; group++) {
@@ -749,10 +779,9 @@ void cli_options_print(unsigned command, FILE *out)
                 fprintf(out, "  -%c, %-25s", letter_of(o), left);
             else
                 fprintf(out, "      %-25s", left);
-            for (const char *c = o->help; *c; c++)
-                if (*c != '`') /* marks words in pages */
-                    fputc(*c, out);
-            fputc('\n', out);
+            if (strlen(left) >= HELP_COLUMN - 6)
+                fprintf(out, "\n%*s", HELP_COLUMN, "");
+            put_help(o->help, out);
         }
     }
 }

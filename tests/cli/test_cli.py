@@ -1291,6 +1291,8 @@ class Usage(Case):
         for name in COMMANDS:
             text = self.expect(0, name, "--help").stdout
             self.assertIn("--json", text)
+            self.assertEqual([line for line in text.split("\n") if len(line) > 100 and not line.startswith("  kempe")], [])
+            self.assertLess(text.index("\nexamples:"), text.index("--json"))
             self.assertIn(f"  kempe {name} {dict(new='four_bar', gather='bars.kempe', reduce='blade_mesh.npz').get(name, 'examples/')}", text)
 
     def test_version(self):
