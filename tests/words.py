@@ -47,7 +47,8 @@ RETIRED = {  # pattern: the word instead
 }
 OPTIONS = r"--(road|roads|once|every|fixed-u|u|dynamics|over|vary|drive|nearest|require|fix|free)\b"
 HEADLESS = re.compile(r"^#+ (What|Whether|Of|Where|How)\b(?!-to\b).*", re.M)
-CLAUSE = re.compile(r"(?:^|(?<=[.?!] ))(?:What|Where|How|Which|Whether) .{0,50}")
+FIRST = re.compile(r"\b(?:What|Where|How|Which|Whether)\b")
+CLAUSE = re.compile(rf"(?:^|(?<=[.?!] )){FIRST.pattern} .{{0,50}}")
 COMMENTED = ("include", "src", "constraints", "integrators", "bench", "examples", "python", "tests", "docs", "schema")
 LONGEST = 30  # words a sentence
 REAL_ROADS = re.compile(r"road profile|driven by a road|drive\(road\)|bumpy road|\bthe road\b(?=[^.]*(plate|passengers|wheel|car))|times the road|road's displacement|road of 1 m", re.I)
@@ -110,6 +111,8 @@ def python_comments(text):
 
 
 def clauses(name, text, said=comments):
+    if not FIRST.search(text):
+        return  # nor has a comment one of these words
     for comment in said(text):
         for match in CLAUSE.finditer(comment):
             yield f"{name}: '{match.group()}': a sentence of a comment names its subject"
