@@ -143,7 +143,7 @@ class Bogie(unittest.TestCase):
         with open(BOGIE / "cycles.csv", newline="") as file:
             table = [[float(x) for x in row] for row in csv.reader(file) if row and row[0][0] in "123456789"]
         cls.table = [row for row in table if row[1] > 66.7]
-        cls.chosen = cls.table[11]
+        cls.chosen = cls.table[9]  # its branch ends near the Hopf point
         cls.found = cls.through(cls.chosen[1])
 
     @staticmethod
