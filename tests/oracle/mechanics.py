@@ -171,9 +171,9 @@ class Motion:
         size = 6 * self.bodies
         self.jointed, self.motions = np.tile(np.eye(size), (self.count, 1, 1)), np.zeros((self.count, size, self.n))
         self.bias = np.zeros((self.count, size))
+        self.columns = np.zeros_like(self.motions)  # motions of the bodies by coordinates: jointed columns = -motions
         for joint in self.mechanism.joints:
             self.hang(joint)
-        self.columns = -np.linalg.solve(self.jointed, self.motions)
 
     def hang(self, joint):
         """One body from its parent, by relative motion."""
@@ -196,6 +196,8 @@ class Motion:
         if p >= 0:
             self.jointed[:, rows, 6 * p:6 * p + 6] = -np.eye(6)
             self.jointed[:, 6 * c:6 * c + 3, 6 * p + 3:6 * p + 6] = tilde(gap)
+            self.columns[:, rows] = -self.jointed[:, rows, 6 * p:6 * p + 6] @ self.columns[:, 6 * p:6 * p + 6]
+        self.columns[:, rows] -= self.motions[:, rows]
 
     def relative(self, joint):
         """Axes and place of the child in the axes of its parent, as jets: direction 0 is the motion, i + 1 that of the
@@ -375,37 +377,46 @@ class Motion:
         left = left / scale[:, :, None]
         return left[:, :, :self.rank], left[:, :, self.rank:]
 
-    def system(self):
-        """The matrix and the right side of all unknowns: accelerations of the bodies, of the coordinates, joint wrenches,
-        multipliers."""
+    def solve(self):
+        """Accelerations of the bodies x and of the coordinates z, joint wrenches u, multipliers y of independent rows, by
+        mass x - jointed' u - by_bodies' y = force, jointed x + motions z = -bias, by_bodies x + by_coordinates z = -closing and
+        -motions' u - by_coordinates' y = effort: the joints' rows give x = columns z + x0."""
         mass, right = self.inertia()
-        load, effort = self.load().wrenches, self.loads.efforts
+        force, effort = right + self.load().wrenches, self.loads.efforts
         kept, self.dropped = self.ranks()
-        nb, n, r = 6 * self.bodies, self.n, kept.shape[2]
-        by_bodies, by_coordinates = (np.einsum("tmr,tmk->trk", kept, x) for x in (self.by_bodies, self.by_coordinates))
-        size = nb + n + nb + r
+        by_bodies, by_coordinates = (np.swapaxes(kept, -1, -2) @ x for x in (self.by_bodies, self.by_coordinates))
+        self.parts = mass, by_bodies, by_coordinates
+        across, times = lambda m: np.swapaxes(m, -1, -2), lambda m, v: (m @ v[..., None])[..., 0]
+        x0, rows = -np.linalg.solve(self.jointed, self.bias[..., None])[..., 0], by_bodies @ self.columns + by_coordinates
+        n, size = self.n, self.n + kept.shape[2]
         k, b = np.zeros((self.count, size, size)), np.zeros((self.count, size))
+        k[:, :n, :n], k[:, :n, n:], k[:, n:, :n] = across(self.columns) @ mass @ self.columns, -across(rows), rows
+        b[:, :n] = effort + times(across(self.columns), force - times(mass, x0))
+        b[:, n:] = -times(across(kept), self.closing) - times(by_bodies, x0)
+        found = np.linalg.solve(k, b[..., None])[..., 0]
+        self.qdd, y = found[:, :n], found[:, n:]
+        self.accelerations = times(self.columns, self.qdd) + x0
+        unjointed = times(mass, self.accelerations) - times(across(by_bodies), y) - force
+        self.joint_wrenches = np.linalg.solve(across(self.jointed), unjointed[..., None])[..., 0]
+        self.lambdas = times(kept, y) * (-1 if broken("sign of multipliers") else 1)
+        return self
+
+    def matrix(self):
+        """Of all unknowns of `solve`."""
+        mass, by_bodies, by_coordinates = self.parts
+        nb, n = 6 * self.bodies, self.n
+        size = nb + n + nb + by_bodies.shape[1]
+        k = np.zeros((self.count, size, size))
         x, z, u, y = slice(0, nb), slice(nb, nb + n), slice(nb + n, 2 * nb + n), slice(2 * nb + n, size)
         k[:, x, x], k[:, u, x], k[:, u, z] = mass, self.jointed, self.motions
         k[:, y, x], k[:, y, z] = by_bodies, by_coordinates
         k[:, x, u], k[:, z, u] = (-np.swapaxes(m, -1, -2) for m in (self.jointed, self.motions))
         k[:, x, y], k[:, z, y] = (-np.swapaxes(m, -1, -2) for m in (by_bodies, by_coordinates))
-        b[:, x], b[:, z] = right + load, effort
-        b[:, u], b[:, y] = -self.bias, -np.einsum("tmr,tm->tr", kept, self.closing)
-        self.kept = kept
-        return k, b, (x, z, y)
-
-    def solve(self):
-        k, b, (x, z, y) = self.system()
-        self.matrix = k
-        found = np.linalg.solve(k, b[..., None])[..., 0]
-        self.accelerations, self.qdd, self.joint_wrenches = found[:, x], found[:, z], found[:, z.stop:y.start]
-        self.lambdas = np.einsum("tmr,tr->tm", self.kept, found[:, y]) * (-1 if broken("sign of multipliers") else 1)
-        return self
+        return k
 
     def condition(self):
         """Of the linear system with rows and columns brought to size 1: how much of rounding may be seen in its solution."""
-        k = self.matrix
+        k = self.matrix()
         for _ in range(3):
             for axis in (-1, -2):
                 size = np.max(np.abs(k), axis=axis, keepdims=True)
