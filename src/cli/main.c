@@ -17,7 +17,7 @@ static void print_help(FILE *out)
           out);
     for (const cli_command *c = cli_commands; c->name; c++)
         fprintf(out, "  %-12s%s\n", c->name, c->summary);
-    fputs("\n'kempe COMMAND --help' prints the options and examples of a command, 'kempe --version' the version.\nFILE "
+    fputs("\n'kempe help COMMAND' prints the options and examples of a command, 'kempe --version' the version.\nFILE "
           "is a model in YAML (docs/model/README.md), a robot in URDF, .urdf\n"
           "(docs/urdf.md), a model of MuJoCo, .xml or .mjcf (docs/mjcf.md), a model in SDFormat,\n.sdf (docs/sdf.md), "
           "or a "
@@ -43,17 +43,21 @@ static void print_help(FILE *out)
           out);
 }
 
+static int print_command_help(const cli_command *c)
+{
+    printf("kempe %s: %s\n\nusage: kempe %s %s\n\nexamples:\n%s", c->name, c->summary, c->name,
+           c->usage ? c->usage : "FILE [options]", c->examples);
+    cli_options_print(c->bit, stdout);
+    return CLI_DONE;
+}
+
 static int run_command(const cli_command *c, int count, char **words)
 {
     static cli_settings settings; /* large: the stack may be small */
     if (!cli_options_read(c->bit, c->name, count, words, &settings))
         return cli_refuse(cli_json_word(count, words));
-    if (settings.help) {
-        printf("kempe %s: %s\n\nusage: kempe %s %s\n\nexamples:\n%s", c->name, c->summary, c->name,
-               c->usage ? c->usage : "FILE [options]", c->examples);
-        cli_options_print(c->bit, stdout);
-        return CLI_DONE;
-    }
+    if (settings.help)
+        return print_command_help(c);
     if (!cli_written_apart(c->bit, &settings))
         return CLI_USAGE; /* without a JSON, which might be what is written over */
     if (!c->study && !c->run) {
@@ -88,7 +92,8 @@ static int choose(int argc, char **argv)
         print_help(stderr);
         return CLI_USAGE;
     }
-    if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0) {
+    const bool helps = strcmp(argv[1], "help") == 0;
+    if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0 || (helps && argc == 2)) {
         print_help(stdout);
         return CLI_DONE;
     }
@@ -97,9 +102,9 @@ static int choose(int argc, char **argv)
         return CLI_DONE;
     }
     for (const cli_command *c = cli_commands; c->name; c++)
-        if (strcmp(argv[1], c->name) == 0)
-            return run_command(c, argc - 2, argv + 2);
-    return complain_unknown(argv[1]);
+        if (strcmp(argv[1 + helps], c->name) == 0)
+            return helps ? print_command_help(c) : run_command(c, argc - 2, argv + 2);
+    return complain_unknown(argv[1 + helps]);
 }
 
 int main(int argc, char **argv)

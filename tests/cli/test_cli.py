@@ -1284,12 +1284,15 @@ class Modes(Case):
 class Usage(Case):
     def test_help(self):
         text = self.expect(0, "--help").stdout
+        self.assertEqual(self.expect(0, "help").stdout, text)
+        self.assertIn("did you mean 'simulate'?", self.expect(3, "help", "simulat").stderr)
         for name in COMMANDS:
             self.assertIn(name, text)
 
     def test_help_of_each_command(self):
         for name in COMMANDS:
             text = self.expect(0, name, "--help").stdout
+            self.assertEqual(self.expect(0, "help", name).stdout, text)
             self.assertIn("--json", text)
             self.assertEqual([line for line in text.split("\n") if len(line) > 100 and not line.startswith("  kempe")], [])
             self.assertLess(text.index("\nexamples:"), text.index("--json"))
