@@ -40,7 +40,7 @@ os.environ["BROWSER"] = "true"  # `kempe view` opens nothing
 # With KEMPE_FULL=1 alone: tests/bogie_track.py has other modes of the same model, docs/problems.py runs of the same two,
 # tests/limit_cycles_published.py the same branch and other wheels on rails, docs/ensemble.md the same tracks for 2 s, tests/flexible_car.py
 # the same runs.
-LONG = ("cycles examples/cooperrider/cooperrider.yaml --set start=0 --sweep V=60:75:16", "cycles examples/wheelset/wheelset.yaml",
+LONG = ("cycles examples/cooperrider/cooperrider.yaml --set start=0 --sweep V=60:75:16", "cycles examples/wheelset/wheelset.yaml", "cycles examples/restrained_wheelset/hunting_wheelset.yaml",
         "--sweep speed=0.5:20:40", "compare examples/wheelset/wheelset.yaml", "compare examples/four_bar/four_bar_ill.yaml",
         "manchester_vehicle_track.yaml --sample seed=1:20:20", "flexible_car.yaml --from 5", "flexible_car_tram.yaml --from 5")
 # Motions of these vehicles end early: tests/manchester_vehicle.py and tests/bogie_track.py judge them.
