@@ -25,7 +25,7 @@ class Motion:
         import kempe
 
         self.model = kempe.Model(HERE / "cooperrider.yaml", parameters={"start": 0})
-        self.stepper = self.model.system().stepper(rtol=1e-12, atol=1e-12, t_end=1e3)
+        self.stepper = self.model.system().stepper(rtol=1e-10, atol=1e-10, t_end=1e3)
         self.speed = 60.0
 
     def __call__(self, state, duration, speed):
