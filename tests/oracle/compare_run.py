@@ -92,9 +92,17 @@ class Comparison:
             self.motion.environment(scope).value(text)
         self.clear = self.motion.near > 1e-7
 
+    def worst_condition(self):
+        """The largest of all rows that are clear; of a long table that of each eighth, and of those around the worst."""
+        rows = np.nonzero(self.clear)[0]
+        if len(rows) > 100:
+            worst = 8 * int(np.argmax(self.motion.condition(rows[::8])))
+            rows = rows[max(worst - 7, 0):worst + 8]
+        return np.max(self.motion.condition(rows), initial=1.0)
+
     def allowed(self):
         if self.cond is None:
-            self.cond = np.max(self.motion.condition()[self.clear], initial=1.0)
+            self.cond = self.worst_condition()
         gap = np.max(np.abs(np.concatenate([self.gaps(), self.motion.hdot], 1)[self.clear]), initial=0.0)
         return min(max(CONDITIONED * ROUNDING * self.cond, OPEN * min(gap, CLOSED)), 1e-3)
 

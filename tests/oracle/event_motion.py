@@ -55,7 +55,7 @@ class Motion:
     x and v that gives v after it), `changes`: of kinks, functions that give z after a passage to a side."""
 
     def __init__(self, machine, x, v, step):
-        self.m, self.t, self.step = machine, 0.0, step
+        self.m, self.t, self.step, self.longest = machine, 0.0, step, step  # `longest`: after steps that were halved
         self.x, self.v, self.z = [float(a) for a in x], [float(a) for a in v], [float(a) for a in machine.start]
         self.impacts, self.next = 0, [0] * len(machine.samples)
         machine.track = [[] for _ in machine.delays]
@@ -201,7 +201,7 @@ class Motion:
         if times and times[0] < SAME:
             self.row(times.pop(0))
         while self.t < end - SAME:
-            h = min(self.step / (SHORTER if any(self.sides.get(kink, 1) > 0 for kink in self.m.stiff) else 1), end - self.t)
+            h = min(self.longest, self.step / (SHORTER if any(self.sides.get(kink, 1) > 0 for kink in self.m.stiff) else 1), end - self.t)
             if times:
                 h = min(h, times[0] - self.t)
             for begin, last, step in self.m.spells:
@@ -247,7 +247,7 @@ class Motion:
 
     def one(self, h, time=None):
         y, n = self.x + self.v + self.z, self.m.n
-        watched, first = self.watched(), self.slope(self.t, y)
+        watched, first, self.longest = self.watched(), self.slope(self.t, y), min(2 * self.longest, self.step)
         while True:
             found, new = [], self.advance(y, h, first)
             for what, f, side in watched:
@@ -265,7 +265,7 @@ class Motion:
             after = self.slope(self.t + h - JUST_BEFORE, new)
             if h <= SHORTEST or (self.lacks(y, h, after) < FINE and not self.dips([w for w in watched if w[0] not in found], y, h, first, new, after)):
                 break
-            h /= 2
+            h = self.longest = h / 2
         self.trace.append((self.t, y[:n], y[n:2 * n], first[n:2 * n], self.t + h, new[:n], new[n:2 * n], after[n:2 * n]))
         self.t += h
         self.x, self.v, self.z = new[:n], new[n:2 * n], new[2 * n:]

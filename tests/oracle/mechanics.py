@@ -401,22 +401,22 @@ class Motion:
         self.lambdas = times(kept, y) * (-1 if broken("sign of multipliers") else 1)
         return self
 
-    def matrix(self):
+    def matrix(self, instants):
         """Of all unknowns of `solve`."""
-        mass, by_bodies, by_coordinates = self.parts
+        mass, by_bodies, by_coordinates, jointed, motions = (x[instants] for x in (*self.parts, self.jointed, self.motions))
         nb, n = 6 * self.bodies, self.n
         size = nb + n + nb + by_bodies.shape[1]
-        k = np.zeros((self.count, size, size))
+        k = np.zeros((len(mass), size, size))
         x, z, u, y = slice(0, nb), slice(nb, nb + n), slice(nb + n, 2 * nb + n), slice(2 * nb + n, size)
-        k[:, x, x], k[:, u, x], k[:, u, z] = mass, self.jointed, self.motions
+        k[:, x, x], k[:, u, x], k[:, u, z] = mass, jointed, motions
         k[:, y, x], k[:, y, z] = by_bodies, by_coordinates
-        k[:, x, u], k[:, z, u] = (-np.swapaxes(m, -1, -2) for m in (self.jointed, self.motions))
+        k[:, x, u], k[:, z, u] = (-np.swapaxes(m, -1, -2) for m in (jointed, motions))
         k[:, x, y], k[:, z, y] = (-np.swapaxes(m, -1, -2) for m in (by_bodies, by_coordinates))
         return k
 
-    def condition(self):
+    def condition(self, instants=slice(None)):
         """Of the linear system with rows and columns brought to size 1: how much of rounding may be seen in its solution."""
-        k = self.matrix()
+        k = self.matrix(instants)
         for _ in range(3):
             for axis in (-1, -2):
                 size = np.max(np.abs(k), axis=axis, keepdims=True)
