@@ -522,7 +522,7 @@ class Commands(unittest.TestCase):
     def test_every_command_is_shown(self):
         """In the README's table, in its order; each also as a line of some page that is run."""
         out = subprocess.run([KEMPE, "--help"], capture_output=True, text=True, timeout=100).stdout
-        names = re.findall(r"^  (\w+) ", out[out.index("commands:"):out.index("'kempe COMMAND")], re.M)
+        names = re.findall(r"^  (\w+) ", out[out.index("commands:"):out.index("'kempe help COMMAND")], re.M)
         shown = re.search(r"^## Commands\n(.*?)^## ", (ROOT / "README.md").read_text(), re.M | re.S).group(1)
         self.assertGreaterEqual(len(names), 5)
         self.assertEqual(set(re.findall(r"`(\w+)`", "".join(first_cells(shown)))), set(names))
