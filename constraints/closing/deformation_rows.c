@@ -182,7 +182,7 @@ kempe_status kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe
             kmp_deformation_rows_free(x);
         return kmp_fail_memory(s->context);
     }
-    if (status != KEMPE_OK) { /* their message is dropped; the one of a failed run before them stays */
+    if (status != KEMPE_OK) { /* the message of this attempt is dropped, that of a failed run before it stays */
         kmp_context_clear(s->context);
         if (said && *said)
             (void)kmp_fail(s->context, KEMPE_E_FAILED, "%s", said);

@@ -101,6 +101,8 @@ static int choose(int argc, char **argv)
         printf("kempe %s\n", kempe_version());
         return CLI_DONE;
     }
+    if (helps && argc > 3)
+        return complain_unknown(argv[3]);
     for (const cli_command *c = cli_commands; c->name; c++)
         if (strcmp(argv[1 + helps], c->name) == 0)
             return helps ? print_command_help(c) : run_command(c, argc - 2, argv + 2);
