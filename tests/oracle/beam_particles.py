@@ -9,6 +9,7 @@ the mass, and half of it with a negative sign."""
 import copy
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 NODES = 16  # Gauss points of an integral: exact to degree 31
 FAMILIES = (("y", "y"), ("z", "z"), ("torsion", "phi"), ("axial", "x"))
@@ -38,59 +39,6 @@ PLACES, WEIGHTS = np.polynomial.legendre.leggauss(NODES)
 
 def gauss(length):
     return 0.5 * length * (PLACES + 1), 0.5 * length * WEIGHTS
-
-
-class Polynomial:
-    """By its coefficients, that of 1 first: numpy's own takes ten times as long on a few of them."""
-
-    __array_ufunc__ = None
-
-    def __init__(self, coefficients):
-        self.c = np.asarray(coefficients, float)
-
-    def __call__(self, x):
-        y = self.c[-1] + 0 * x
-        for c in self.c[-2::-1]:
-            y = y * x + c
-        return y
-
-    def __neg__(self):
-        return Polynomial(-self.c)
-
-    def __add__(self, o):
-        few, many = sorted((self.c, o.c if isinstance(o, Polynomial) else [o]), key=len)
-        sum_ = np.array(many, float)
-        sum_[:len(few)] += few
-        return Polynomial(sum_)
-
-    __radd__ = __add__
-
-    def __sub__(self, o):
-        return self + -o
-
-    def __rsub__(self, o):
-        return -self + o
-
-    def __mul__(self, o):
-        return Polynomial(np.convolve(self.c, o.c) if isinstance(o, Polynomial) else o * self.c)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, o):
-        return Polynomial(self.c / o)
-
-    def __pow__(self, k):
-        return self * self**(k - 1) if k else Polynomial([1.0])
-
-    def deriv(self, times=1):
-        rate = self.c[1:] * np.arange(1, len(self.c)) if len(self.c) > 1 else [0.0]
-        return Polynomial(rate).deriv(times - 1) if times else self
-
-    def integ(self):
-        return Polynomial([0.0, *(self.c / np.arange(1, len(self.c) + 1))])
-
-    def roots(self):
-        return np.roots(self.c[::-1])
 
 
 class Shape:
