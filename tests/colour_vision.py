@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How colours are told apart: contrast of WCAG 2.1; colours as seen with protanopia and deuteranopia (Machado, Oliveira, Fernandes,
+"""Functions by which colours are told apart: the contrast of WCAG 2.1; colours as seen with protanopia and deuteranopia (Machado, Oliveira, Fernandes,
 IEEE Trans. Vis. Comput. Graph. 15 (2009) 1291, severity 1); the difference CIEDE2000 (Sharma, Wu, Dalal, Color Res. Appl. 30 (2005) 21)."""
 import math
 

@@ -192,7 +192,7 @@ function tellHead(answer, facts, sentences) {
     byId("answer").append(mark, ...answer);
     byId("facts").append(...facts.map(factOf));
     byId("facts").hidden = facts.length === 0;
-    fillList(byId("because"), [data.reason, ...sentences].filter((text) => text).map(sentence));
+    fillList(byId("because"), [data.reason, ...sentences].filter((text) => text).map((text) => neat(sentence(text))));
     byId("because").hidden = byId("because").children.length === 0;
 }
 

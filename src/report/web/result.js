@@ -299,9 +299,9 @@ function tellPeaks() {
     const list = series ? figuresOf(drawn()).flatMap(({ members }) => members.map((column) => [column, constantOf(column, members), noiseOf(members)])) : [], place = byId("peaks"), table = place.querySelector("table");
     place.hidden = list.length === 0;
     if (list.length === 0) return;
-    const x = withUnit(abscissa);
+    const x = withUnit(abscissa), at = x.length < 9 ? `at ${x}`.replace(/ /g, "\u00a0") : `at ${x}`;
     place.querySelector("h2").append(data.command === "simulate" ? "Requested outputs" : "Extreme values");
-    table.append(headRow(["output", "minimum", `at ${x}`, "maximum", `at ${x}`]));
+    table.append(headRow(["output", "minimum", at, "maximum", at]));
     for (const [column, value, noise] of list.slice(0, MOST_PEAKS)) {
         const [low, lowAt, high, highAt] = column.summary, name = element("td.words", withUnit(column));
         if (value !== null) table.append(rowOf(name, digits(value), "", "constant", ""));
