@@ -130,38 +130,45 @@ void kmp_samples_limit(kmp_samples *table, double t_end)
 
 /* -- loads ----------------------------------------------------------------------------------------------- */
 
+/* The load of the joint of a body, if it is known, behind those before it. */
+static void add_joint(kmp_all_loads *loads, const kmp_tree *tree, int body, kmp_ref *out)
+{
+    for (int k = 0; k < KMP_LOAD_VALUES; k++)
+        out[KMP_LOAD_VALUES * loads->joints + k] = kmp_joint_load(tree, body, k >= 3).x[k % 3];
+    loads->obstacle[body] = kmp_joint_load_obstacle(tree, body);
+    if (!loads->obstacle[body])
+        loads->joint[loads->joints++] = body;
+}
+
 static kempe_status derive(kmp_all_loads *loads, kmp_equations *eq, const kempe_system *system)
 {
     const kempe_model *model = system->model;
     const int closures = KMP_LOAD_VALUES * model->closure_count;
     kmp_ref *out = KMP_ARENA_NEW(&loads->arena, kmp_ref, closures + KMP_LOAD_VALUES * model->body_count);
-    KMP_TRY(kmp_made(system->context, out && loads->joint));
+    KMP_TRY(kmp_made(system->context, out && loads->joint && loads->obstacle));
     KMP_TRY(kmp_joint_loads_begin(eq, true));
     for (int k = 0; k < closures; k++)
         out[k] = kmp_closure_load(&eq->tree, k / KMP_LOAD_VALUES, k % KMP_LOAD_VALUES >= 3).x[k % 3];
-    for (int k = 0; k < KMP_LOAD_VALUES * loads->joints; k++)
-        out[closures + k] =
-            kmp_joint_load(&eq->tree, loads->joint[k / KMP_LOAD_VALUES], k % KMP_LOAD_VALUES >= 3).x[k % 3];
-    if (kmp_joint_loads_end(eq) != KEMPE_OK) {
+    for (int b = 1; b < model->body_count; b++)
+        if (!kmp_joint_obstacle(model, b) && !model->bodies[b].coupling &&
+            kmp_name_find(KMP_NAMED(model, closure), model->bodies[b].joint) < 0)
+            add_joint(loads, &eq->tree, b, out + closures);
+    if (kmp_joint_loads_end(eq) != KEMPE_OK)
         kmp_context_clear(system->context);
-        loads->joints = 0;
-    }
     bool ok = kmp_formulas_init(&loads->formulas, eq->graph, closures + KMP_LOAD_VALUES * loads->joints, out,
                                 kmp_backend_find("tape"), system->parameters);
     return kmp_made(system->context, ok);
 }
 
+/* Multipliers have the numbers of the system, which has the rows of friction and contacts. */
 kempe_status kmp_all_loads_init(kmp_all_loads *loads, const kempe_system *system)
 {
-    const kempe_model *model = system->model;
+    const kmp_derivation_request request = {.sets = KMP_SET_REACTION, .plain = true, .keep_modes = true};
     kmp_equations eq;
     *loads = (kmp_all_loads){0};
-    loads->joint = KMP_ARENA_NEW(&loads->arena, int, model->body_count);
-    for (int b = 1; loads->joint && b < model->body_count; b++)
-        if (!kmp_joint_obstacle(model, b) && !model->bodies[b].coupling &&
-            kmp_name_find(KMP_NAMED(model, closure), model->bodies[b].joint) < 0)
-            loads->joint[loads->joints++] = b;
-    KMP_TRY(kmp_equations_init(&eq, model, KMP_SET_REACTION, KMP_SCHEME_COMPOSITE, false));
+    loads->joint = KMP_ARENA_NEW(&loads->arena, int, system->model->body_count);
+    loads->obstacle = KMP_ARENA_NEW(&loads->arena, const kmp_force *, system->model->body_count);
+    KMP_TRY(kmp_equations_derive_once(&eq, system->model, &request));
     kempe_status status = derive(loads, &eq, system);
     kmp_equations_free(&eq);
     return status;

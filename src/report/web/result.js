@@ -319,6 +319,7 @@ function begin() {
     tellModel();
     tellContacts();
     tellQuantities();
+    tellReactions();
     tellVehicle();
     beginSpeeds();
     tellCurves();
