@@ -14,7 +14,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MOST_SHOWN = 12, LINE = 96 }; /* joints in a text, and the length of its lines */
+enum { MOST_SHOWN = 12, INDENT = 4 }; /* joints in a text; of the second line of a sentence */
 
 static const char *const component_of[3] = {"x", "y", "z"};
 
@@ -311,6 +311,15 @@ static double unit_title(const kmp_reactions *r, int k, char title[40])
     return as.factor;
 }
 
+/* Six digits, or a dash for what there is not. */
+static void put_cell(kmp_text *text, int width, double x)
+{
+    if (isfinite(x))
+        kmp_text_printf(text, "  %*.6g", width, x);
+    else
+        kmp_text_printf(text, "  %*s", width, "-");
+}
+
 static void show_peaks(kmp_text *text, const kmp_reactions *r, int width, const double noise[2])
 {
     char title[2][40];
@@ -323,7 +332,8 @@ static void show_peaks(kmp_text *text, const kmp_reactions *r, int width, const 
         for (int k = 0; k < 2; k++) {
             const kmp_reaction_peak *peak = &of->peak[k];
             const bool zero = peak->size <= noise[k];
-            kmp_print_cells(text, "  %13.6g  %10.6g", zero ? 0.0 : factor[k] * peak->size, zero ? NAN : peak->t);
+            put_cell(text, 13, zero ? 0.0 : factor[k] * peak->size);
+            put_cell(text, 10, zero ? NAN : peak->t);
         }
         kmp_text_put(text, "\n");
     }
@@ -345,31 +355,11 @@ static void show_vectors(kmp_text *text, const kmp_reactions *r, int width, int 
         if (!is_shown(r, of) || isnan(peak->size))
             continue;
         put_labelled(text, of, width);
-        kmp_print_cells(text, "  %13.6g", factor * kmp_print_clean(peak->size, noise));
+        put_cell(text, 13, factor * kmp_print_clean(peak->size, noise));
         for (int i = 0; i < 3; i++)
-            kmp_print_cells(text, "  %13.6g", of->effort ? NAN : factor * kmp_print_clean(peak->x[i], noise));
+            put_cell(text, 13, of->effort ? NAN : factor * kmp_print_clean(peak->x[i], noise));
         kmp_text_put(text, "\n");
     }
-}
-
-/* A sentence in lines behind a margin. */
-static void put_wrapped(kmp_text *text, const char *words)
-{
-    size_t used = LINE;
-    for (const char *s = words; *s;) {
-        const size_t length = strcspn(s, " ");
-        if (used + 1 + length > LINE) {
-            kmp_text_put(text, s == words ? "  " : "\n    ");
-            used = s == words ? 2 : 4;
-        } else {
-            kmp_text_put(text, " ");
-            used++;
-        }
-        kmp_text_printf(text, "%.*s", (int)length, s);
-        used += length;
-        s += length + strspn(s + length, " ");
-    }
-    kmp_text_put(text, "\n");
 }
 
 /* Each note once, behind the names of its joints. */
@@ -387,7 +377,7 @@ static void show_notes(kmp_text *text, const kmp_reactions *r)
             if (r->of[k].note && strcmp(r->of[k].note, note) == 0)
                 kmp_text_printf(&line, "%s%s", k > i ? ", " : "", r->of[k].name);
         kmp_text_printf(&line, ": %s", note);
-        put_wrapped(text, line.s ? line.s : "");
+        kmp_print_wrapped(text, "  ", INDENT, line.s ? line.s : "");
         kmp_text_free_part(text, &line);
     }
 }
@@ -403,7 +393,7 @@ static void show_not_unique(kmp_text *text, const kmp_reactions *r)
                                   : "one solution, and --loads least-norm gives that of least norm");
     if (r->instead)
         kmp_text_printf(&line, ", because %s", r->instead);
-    put_wrapped(text, line.s ? line.s : "");
+    kmp_print_wrapped(text, "  ", INDENT, line.s ? line.s : "");
     kmp_text_free_part(text, &line);
 }
 
