@@ -9,6 +9,7 @@
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "output/print.h"
+#include "output/reactions.h"
 #include "output/result_table.h"
 #include "studies/simulate/observed.h"
 #include "studies/simulate/trajectory.h"
@@ -137,6 +138,19 @@ static void show_outputs(kmp_text *text, const kempe_trajectory *t)
     }
     text->failed = text->failed || column.failed;
     kmp_text_free(&column);
+}
+
+/* Of the rows; the text or the object fails without memory. */
+static void put_reactions(kmp_text *text, kmp_json *json, const kempe_trajectory *t)
+{
+    kmp_reactions reactions;
+    if (kmp_reactions_of_rows(&reactions, t->system, &t->table, t->least_norm) != KEMPE_OK)
+        text->failed = true;
+    else if (json)
+        kmp_reactions_json(json, &reactions);
+    else
+        kmp_reactions_show(text, &reactions);
+    kmp_reactions_free(&reactions);
 }
 
 static const char *again_name(const kempe_trajectory *t)
@@ -364,6 +378,7 @@ static void show_run(kmp_text *text, const kempe_trajectory *t, bool all)
     if (t->table.rows > 0) {
         show_state(text, t);
         show_outputs(text, t);
+        put_reactions(text, NULL, t);
         kmp_text_put(text, "\n");
         show_accuracy(text, t);
         show_method(text, t);
@@ -449,6 +464,7 @@ static void json_state(kmp_json *json, const kempe_trajectory *t)
     for (int c = 0; c < s->model->closure_count; c++)
         kmp_json_numbers(json, s->model->closures[c].name, 3, t->reaction + 3 * c);
     kmp_json_end(json);
+    put_reactions(json->text, json, t);
     json_outputs(json, t, true);
     json_outputs(json, t, false);
 }
@@ -572,8 +588,20 @@ static void fill_contacts(kempe_table *table, const void *result)
     }
 }
 
+static void fill_reactions(kempe_table *table, const void *result)
+{
+    const kempe_trajectory *t = result;
+    kmp_reactions reactions;
+    kmp_reactions_columns(table);
+    if (kmp_reactions_of_rows(&reactions, t->system, &t->table, t->least_norm) == KEMPE_OK)
+        kmp_reactions_tabulate(table, &reactions, -1);
+    else
+        kmp_tabulate_fail(table);
+    kmp_reactions_free(&reactions);
+}
+
 KMP_TABLES(kempe_trajectory, trajectory, trajectory->system->context, {"rows", fill_rows}, {"log", fill_log},
-           {"contacts", fill_contacts})
+           {"contacts", fill_contacts}, {"reactions", fill_reactions})
 
 /* -- outputs by name --------------------------------------------------------------------------------- */
 
