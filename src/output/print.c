@@ -348,8 +348,9 @@ void kmp_print_multipliers(kmp_text *text, const kempe_system *system, const dou
         largest = fmax(largest, fabs(lambda[r]) * pow(system->length, system->rows[r].length_power - 1));
     for (int r = 0; r < system->m; r++) {
         double noise = KMP_PRINT_NOISE * largest * pow(system->length, 1 - system->rows[r].length_power);
-        kmp_text_printf(text, "  %-*s  %12.6g  %s\n", width, system->row_names[r], kmp_print_clean(lambda[r], noise),
-                        kmp_quantity_unit(system, KMP_QUANTITY_LAMBDA, r));
+        const kmp_shown as = kmp_shown_as(system->context, kmp_quantity_unit(system, KMP_QUANTITY_LAMBDA, r));
+        kmp_text_printf(text, "  %-*s  %12.6g  %s\n", width, system->row_names[r],
+                        as.factor * kmp_print_clean(lambda[r], noise), as.unit);
     }
 }
 
@@ -361,6 +362,15 @@ const char *kmp_print_unit(const kempe_system *system, int coordinate)
 double kmp_print_value(const kempe_system *system, int coordinate, double x)
 {
     return kmp_shown_as(system->context, kmp_quantity_unit(system, KMP_QUANTITY_Q, coordinate)).factor * x;
+}
+
+void kmp_print_quantity(kmp_text *text, const kempe_context *context, int digits, double x, const char *unit)
+{
+    const kmp_shown as = kmp_shown_as(context, unit);
+    if (isfinite(x))
+        kmp_text_printf(text, "%.*g%s%s", digits, as.factor * x + 0.0, *as.unit ? " " : "", as.unit);
+    else
+        kmp_text_put(text, "-");
 }
 
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out)

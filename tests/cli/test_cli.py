@@ -770,7 +770,7 @@ class Kinematics(Case):
         for speed in "0", "-2", "-1 mm/s", "1:2", "1,a=2":
             self.assertIn("speed: one positive value is expected",
                           self.expect(3, "kinematics", *slide, f"--speed={speed}").stderr)
-        self.assertIn("unknown unit 'm/h'", self.expect(3, "kinematics", *slide, "--speed", "3 m/h").stderr)
+        self.assertIn("unknown unit 'm/hs'", self.expect(3, "kinematics", *slide, "--speed", "3 m/hs").stderr)
 
     def test_mistakes(self):
         self.assertIn("--sweep NAME=A:B", self.expect(3, "kinematics", FOUR_BAR).stderr)
@@ -1399,6 +1399,18 @@ class Input(Case):
             self.assertEqual((found["model"], found["status"], found["build_s"]), (None, "failed", None))
             self.assertNotEqual(found["reason"], "")
 
+    def inches(self):
+        return self.model("kempe: 1\nparameters: {crank: 12 in}\nbodies: {m: {joint: {name: A, revolute: z, at: ground}, "
+                          "mass: 1 lb, com: [crank, 0, 0]}}\n")
+
+    def test_units_without_a_unit_in_the_file(self):
+        """A parameter that has no unit takes those with which its expressions can be read."""
+        model = self.model("kempe: 1\nparameters: {crank: 0.3}\nbodies: {m: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [crank, 0, 0]}}\n")
+        study = ("ensemble", model, "--t-end", "0.01", "--instances", "2", "--sample")
+        self.expect(0, *study, "crank=10 in:1 ft")
+        self.assertIn("expected m, got kg", self.expect(2, *study, "crank=10 lb:12 lb").stderr)
+        self.assertIn("expected m, got 1/s", self.expect(2, *study, "crank=10 rpm:12 rpm").stderr)
+
     def test_units(self):
         """A value in another unit is refused, and so are ends of a range that do not go together."""
         governor, crank = ROOT / "examples/governor/governor.yaml", ROOT / "examples/crank_rocker/crank_rocker.yaml"
@@ -1407,6 +1419,14 @@ class Input(Case):
                              ("incompatible", "kinematics", crank, "--sweep", "motor=10 deg:3 m"),
                              ("unknown unit 'furlong'", "kinematics", crank, "--sweep", "motor=0:3 furlong"),
                              ("unknown unit 'm/'", "kinematics", crank, "--sweep", "motor=0:3 m/"),
+                             ("its unit is written 'in'", "kinematics", crank, "--sweep", "motor=0:3 inch"),
+                             ("did you mean 'kNm'?", "equilibrium", governor, "--rates", "shaft=5 knm"),
+                             ("'crank': kg is given, but m", "ensemble", self.inches(), "--sample", "crank=1 lb:2 lb"),
+                             ("'crank': kg is given, but m", "ensemble", self.inches(), "--sample", "crank=normal(12 in, 1 kg)"),
+                             ("'crank': kg is given, but m", "optimize", self.inches(), "--minimize", "q(A)", "--parameter", "crank:1 lb:2 lb"),
+                             ("'crank': kg is given, but m", "modes", self.inches(), "--sweep", "crank=1 lb:2 lb"),
+                             ("'crank': kg is given, but m", "cycles", self.inches(), "--sweep", "crank=1 lb:2 lb"),
+                             ("'q.A': m is given, but an angle", "ensemble", self.inches(), "--sample", "q.A=1 in:2 in"),
                              ("s is expected", "kinematics", crank, "--sweep", "t=0:3 m"),
                              ("rad/s", "equilibrium", governor, "--rates", "shaft=5 deg"),
                              ("m is expected", "equilibrium", governor, "--rates", "shaft=5", "--hold", "slider=5 rad", "--solve-for", "M"),
@@ -2246,9 +2266,34 @@ class Resume(Case):
         for setting in ("length=0.31", "length=310 mm", "tilt=0.2", "speed=70"):
             self.assertEqual(self.expect(0, "check", model, "--set", setting).stderr, "")
         done = self.expect(0, "kinematics", model, "--sweep", "A=0:360:5")
-        self.assertIn("the sweep of 'A' from 0 to 360 is in rad, up to 57.3 turns", done.stderr)
-        for sweep in ("A=0:360 deg:5", "A=0 deg:360 deg:5", "A=0:6.3:5"):
-            self.assertNotIn("turns", kempe("kinematics", model, "--sweep", sweep, cwd=self.folder).stderr)
+        self.assertIn("sweep: 'A' is 360 without a unit and is taken in rad, 57.3 turns: for degrees write '360 deg'", done.stderr)
+        self.assertIn("'A' is 20 without a unit", self.expect(0, "kinematics", model, "--sweep", "A=0:20:5").stderr)
+        for sweep in ("A=0:360 deg:5", "A=0 deg:360 deg:5", "A=0:6.3:5", "A=0:20*pi:5", "A=0:2 rev:5", "A=0:20 rad:5"):
+            self.assertNotIn("turns", self.expect(0, "kinematics", model, "--sweep", sweep).stderr)
+
+    BODY = "bodies: {m: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0.3, 0, 0], inertia: {zz: 1}}}\n"
+
+    def test_angles_without_a_unit(self):
+        """More than a turn without a unit is named where the model has degrees, and nowhere else."""
+        for values, start, told in (("tilt: 10 deg", "60", "start q: 'A' is 60 without a unit and is taken in rad, 9.55 turns: for degrees write '60 deg'"),
+                                    ("tilt: 10 deg", "-60", "-60 without a unit"), ("tilt: 10 deg, first: 60", "first", "60 without a unit"),
+                                    ("tilt: 10", "60", None), ("tilt: 10 deg", "6.3", None), ("tilt: 10 deg", "60 rad", None),
+                                    ("tilt: 10 deg", "20*pi", None), ("tilt: 10 deg, first: 20*pi", "first", None), ("tilt: 10 deg", "60 deg", None)):
+            model = self.model(f"kempe: 1\nparameters: {{{values}}}\n{self.BODY}"
+                               f"forces: {{s: {{joint: A, spring: {{stiffness: 1, rest: tilt}}}}}}\nstart: {{q: {{A: {start}}}}}\n")
+            done = self.expect(0, "assemble", model)
+            self.assertEqual("turns" in done.stderr, told is not None, (values, start, done.stderr))
+            self.assertIn(told or "", done.stderr)
+            if told:
+                self.assertRegex(done.stderr, r"model\S*:\d+:\d+: ")
+        model = self.model("kempe: 1\nparameters: {tilt: 10 deg}\n" + self.BODY + "forces: {s: {joint: A, spring: {stiffness: 1, rest: tilt}}}\n")
+        self.assertIn("parameter 'tilt' is set to 400", self.expect(0, "check", model, "--set", "tilt=400").stderr)
+        self.assertIn("hold: 'A' is 60 without a unit", kempe("equilibrium", model, "--hold", "A=60", "--solve-for", "tilt", cwd=self.folder).stderr)
+        self.assertNotIn("turns", kempe("equilibrium", model, "--hold", "A=60 deg", "--solve-for", "tilt", cwd=self.folder).stderr)
+
+    def test_examples_have_no_turns(self):
+        for path in sorted(ROOT.glob("examples/*/*.yaml")):
+            self.assertNotIn("without a unit and is taken", kempe("show", path, "--model", cwd=self.folder).stderr, path)
 
     def test_a_manifest_is_whole(self):
         study = ["ensemble", FOUR_BAR, "--sample", "crank=0.29:0.31", "--instances", "2", "--t-end", "0.1", "--chunk", "1"]
