@@ -333,7 +333,8 @@ void kmp_print_states(kmp_text *text, const kempe_system *system, const double *
         kmp_text_printf(text, "  %-*s  %12.6g", width, model->states[k].name, qd[first + k] + 0.0);
         if (qdd)
             kmp_text_printf(text, "  %12.6g", qdd[first + k] + 0.0);
-        kmp_text_put(text, "\n");
+        const char *unit = kmp_print_unknown(system->context, "");
+        kmp_text_printf(text, "%s%s\n", *unit ? "  " : "", unit);
     }
 }
 
@@ -362,6 +363,11 @@ const char *kmp_print_unit(const kempe_system *system, int coordinate)
 double kmp_print_value(const kempe_system *system, int coordinate, double x)
 {
     return kmp_shown_as(system->context, kmp_quantity_unit(system, KMP_QUANTITY_Q, coordinate)).factor * x;
+}
+
+const char *kmp_print_unknown(const kempe_context *context, const char *unit)
+{
+    return *unit || kmp_shown_as(context, "m").factor == 1 ? unit : "SI";
 }
 
 void kmp_print_quantity(kmp_text *text, const kempe_context *context, int digits, double x, const char *unit)

@@ -95,6 +95,10 @@ void kmp_print_multipliers(kmp_text *text, const kempe_system *system, const dou
 const char *kmp_print_unit(const kempe_system *system, int coordinate);
 double kmp_print_value(const kempe_system *system, int coordinate, double x);
 
+/** The unit of a column or line, which is "SI" in place of "" where an unknown unit could be taken for one of another
+ * system: of a sensor, a state or a parameter. */
+const char *kmp_print_unknown(const kempe_context *context, const char *unit);
+
 /** A quantity of SI, unit included, in the unit that texts show: "0.3 m" or "300 mm". A number that is not finite: "-".
  */
 void kmp_print_quantity(kmp_text *text, const kempe_context *context, int digits, double x, const char *unit);

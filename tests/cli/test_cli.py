@@ -460,6 +460,99 @@ class Angles(Case):
                       self.expect(2, "simulate", FOUR_BAR, "--reference", "wrong.csv").stderr)
 
 
+class Systems(Case):
+    """--units mm and us: tables, texts, pictures and pages in these; JSON in SI; what is read back is what was written."""
+
+    CAR = ROOT / "examples/quarter_car/quarter_car.yaml"
+    SLIDER = ROOT / "examples/driven_slider_crank/driven_slider_crank.yaml"
+    GOVERNOR = ROOT / "examples/governor/governor.yaml"
+    INCH, FORCE, POUND = 0.0254, 4.4482216152605, 0.45359237
+    # Of each unit of SI that occurs: its name and the number of one in the system.
+    SHOWN = {"mm": {"m": ("mm", 1e3), "m/s": ("mm/s", 1e3), "m/s^2": ("mm/s^2", 1e3), "N m": ("N mm", 1e3), "N/m": ("N/mm", 1e-3),
+                    "N": ("N", 1), "J": ("J", 1), "W": ("W", 1)},
+             "us": {"m": ("in", 1 / INCH), "m/s": ("in/s", 1 / INCH), "m/s^2": ("in/s^2", 1 / INCH), "N": ("lbf", 1 / FORCE),
+                    "N m": ("lbf in", 1 / FORCE / INCH), "N/m": ("lbf/in", INCH / FORCE), "J": ("lbf in", 1 / FORCE / INCH),
+                    "W": ("hp", 1 / (550 * 12 * FORCE * INCH))}}
+
+    def table(self, name):
+        header, *rows = csv.reader((self.folder / name).read_text().splitlines())
+        names, units = zip(*(re.fullmatch(r"(.*?)(?: \[(.*)\])?", column).groups("") for column in header))
+        return names, units, rows
+
+    def test_tables(self):
+        studies = (("simulate", self.SLIDER, "--t-end", "0.1", "--no-convergence-check"), ("inverse", self.SLIDER, "--t-end", "0.1"),
+                   ("kinematics", self.SLIDER, "--sweep", "crank=0:90 deg:5"))
+        for words in studies:
+            self.expect(0, *words, "--units", "-o", "si.csv")
+            names, units, rows = self.table("si.csv")
+            for system, shown in self.SHOWN.items():
+                with self.subTest(words[0], system=system):
+                    self.expect(0, *words, "--units", system, "-o", "other.csv")
+                    other_names, other_units, other_rows = self.table("other.csv")
+                    self.assertEqual(other_names, names)
+                    unknown = [unit for unit in units if unit not in shown and unit not in ("", "s", "rad", "rad/s", "rad/s^2")]
+                    self.assertEqual(unknown, [])
+                    self.assertEqual([unit for name, unit in zip(names, other_units) if name.startswith("sensor.") and unit != "SI"], [])
+                    for column, unit in enumerate(units):
+                        name, factor = shown.get(unit, (unit, 1))
+                        self.assertIn(other_units[column], (name, "SI") if unit == "" else (name,), names[column])
+                        for x, y in zip(rows, other_rows, strict=True):
+                            if x[column]:
+                                self.assertAlmostEqual(float(x[column]) * factor, float(y[column]), delta=1e-12 * abs(float(y[column])))
+
+    def test_json_stays_in_si(self):
+        for words in (("simulate", self.SLIDER, "--t-end", "0.1", "--no-convergence-check"), ("equilibrium", self.GOVERNOR), ("assemble", self.SLIDER)):
+            self.assertEqual(without_times(self.object(0, *words)), without_times(self.object(0, *words, "--units", "us")), words[0])
+
+    def test_read_back(self):
+        run = ("simulate", self.SLIDER, "--t-end", "0.1", "--output-step", "0.01", "--no-convergence-check")
+        for system in "mm", "us":
+            self.expect(0, *run, f"--units={system}", "-o", f"{system}.csv")
+            error = self.object(0, *run, "--reference", f"{system}.csv")["error"]
+            self.assertLess(max(error["q"], error["qd"], error["lambda"]), 1e-11)
+        text = (self.folder / "us.csv").read_text()
+        (self.folder / "wrong.csv").write_text(text.replace("[in]", "[lbf]"))
+        self.assertIn("the unit of this column does not fit: m is expected", self.expect(2, *run, "--reference", "wrong.csv").stderr)
+
+    def test_text(self):
+        """The same state, found in the text; a picture of its curve is the same with other numbers at the axis."""
+        slide = self.object(0, "simulate", self.SLIDER, "--t-end", "0.1")
+        for system in "mm", "us":
+            unit, factor = self.SHOWN[system]["m"]
+            text = self.expect(0, "simulate", self.SLIDER, "--t-end", "0.1", "--units", system).stdout
+            number, found = re.search(r"^  slider +(\S+) .*  (\S+), \S+, \S+$", text, re.M).groups()
+            self.assertEqual(found, unit)
+            self.assertAlmostEqual(float(number), factor * slide["q"]["slider"], delta=1e-5 * abs(float(number)))
+            text = self.expect(0, "inverse", self.SLIDER, "--units", system, "--report", "page.html").stdout
+            self.assertRegex(text, rf"(?m)^  crank   {self.SHOWN[system]['N m'][0]} ")
+            self.assertIn(f'"{self.SHOWN[system]["N m"][0]}"', (self.folder / "page.html").read_text())
+            self.expect(0, "simulate", self.SLIDER, "--t-end", "0.1", "--units", system, "--y", "q(slider)", "--plot", f"{system}.svg")
+            self.assertIn(f">{unit}<", (self.folder / f"{system}.svg").read_text())
+            self.assertIn(f", {unit}/s", self.expect(0, "assemble", self.SLIDER, "--units", system).stdout)
+            text = self.expect(0, "equilibrium", self.GOVERNOR, "--rates", "shaft=60 rpm", "--units", system).stdout
+            self.assertRegex(text, rf"(?m)^  slider .*  {unit}, {unit}/s$")
+            self.assertRegex(text, rf"(?m)^potential  \S+ {self.SHOWN[system]['J'][0]}$")
+
+    def test_found_parameters(self):
+        """A parameter that is found has the unit of its file; one without a unit is in SI, which a text in other units says."""
+        lever = ("kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {{F: 10{}}}\n"
+                 "bodies: {{m: {{joint: {{name: A, revolute: z, at: ground}}, mass: 1 kg, com: [0.3, 0, 0], points: {{P: [0.5, 0, 0]}}}}}}\n"
+                 "forces: {{f: {{at: m.P, force: [0, F, 0]}}}}\n")
+        for unit, system, told in ((" N", "si", 9.81 * 0.6), (" N", "us", 9.81 * 0.6 / self.FORCE), ("", "si", 9.81 * 0.6), ("", "us", 9.81 * 0.6)):
+            done = self.expect(0, "equilibrium", self.model(lever.format(unit)), "--hold", "A=0", "--solve-for", "F", "--units", system)
+            name = {(" N", "si"): " N", (" N", "us"): " lbf", ("", "us"): " SI", ("", "si"): ""}[unit, system]
+            self.assertIn(f"found      F = {told:.6g}{name}\n", done.stdout)
+
+    def test_words(self):
+        """--units has a system, or none; what has none is refused by name."""
+        self.expect(0, "simulate", "--units", self.SLIDER, "--t-end", "0.01", "-o", "a.csv")
+        self.expect(0, "simulate", "--units", "si", self.SLIDER, "--t-end", "0.01", "-o", "b.csv")
+        self.assertEqual((self.folder / "a.csv").read_text(), (self.folder / "b.csv").read_text())
+        self.assertIn("there are si, mm and us", self.expect(3, "simulate", self.SLIDER, "--units=cgs").stderr)
+        for command in "compare", "ensemble", "modes", "response", "fit":
+            self.assertIn(f"{command} writes its results in SI", self.expect(3, command, self.SLIDER, "--units", "mm").stderr)
+
+
 class Equilibria(Case):
     """Equilibria: the keys of the object, options that go to the library, the message where there is none."""
 

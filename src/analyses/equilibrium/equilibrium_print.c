@@ -196,8 +196,9 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
     show_coordinates(text, e, b);
     for (int i = 0; i < e->freed_count; i++) {
         kmp_shown as = kmp_shown_as(e->system->context, e->freed_unit[i]);
+        const char *unit = kmp_print_unknown(e->system->context, as.unit);
         kmp_text_printf(text, "%s%s = %.6g%s%s\n", i ? "           " : "\nfound      ", e->freed_name[i],
-                        as.factor * b->freed[i], *as.unit ? " " : "", as.unit);
+                        as.factor * b->freed[i], *unit ? " " : "", unit);
     }
     show_cyclic(text, e, b);
     show_reactions(text, e, b);
@@ -336,7 +337,7 @@ static void fill_equilibria(kempe_table *table, const void *result)
     kmp_tabulate_outcome(table, kmp_outcome_of(e->status));
     kmp_tabulate_columns(table, "stability[words] residual potential[J] hits");
     for (int k = 0; k < e->freed_count; k++)
-        kmp_tabulate_column(table, e->freed_unit[k], "%s", e->freed_name[k]);
+        kmp_tabulate_column(table, kmp_print_unknown(s->context, e->freed_unit[k]), "%s", e->freed_name[k]);
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_Q);
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_QD);
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_LAMBDA);

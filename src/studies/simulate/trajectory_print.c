@@ -125,9 +125,10 @@ static void show_outputs(kmp_text *text, const kempe_trajectory *t)
             kmp_text_free(&column);
             kmp_output_column(&column, model, output, k);
             part = width > 1 && column.s ? strrchr(column.s, '.') : NULL;
+            const char *name = output->kind == KMP_OUTPUT_SENSOR ? kmp_print_unknown(model->context, unit) : as.unit;
             kmp_text_printf(text, "  %s%s%.6g%s%s", part ? part + 1 : "", part ? " " : "",
-                            as.factor * kmp_print_clean(x[k], KMP_PRINT_NOISE * largest), last && *unit ? " " : "",
-                            last ? as.unit : "");
+                            as.factor * kmp_print_clean(x[k], KMP_PRINT_NOISE * largest), last && *name ? " " : "",
+                            last ? name : "");
         }
         kmp_text_put(text, "\n");
         x += width;
