@@ -87,6 +87,23 @@ static void put_flexible(kmp_json *json, const kempe_model *model)
     kmp_json_end(json);
 }
 
+void kmp_print_wrapped(kmp_text *text, const char *first, int indent, const char *words)
+{
+    int begin = (int)strlen(first), column = begin;
+    kmp_text_put(text, first);
+    while (*words) {
+        const int word = (int)strcspn(words, " \n");
+        const bool breaks = column > begin && column + 1 + word > KMP_PRINT_LINE;
+        if (breaks)
+            kmp_text_printf(text, "\n%*s", indent, "");
+        kmp_text_printf(text, "%s%.*s", column > begin && !breaks ? " " : "", word, words);
+        column = breaks ? indent + word : column + word + (column > begin);
+        begin = breaks ? indent : begin;
+        words += word + (words[word] != '\0');
+    }
+    kmp_text_put(text, "\n");
+}
+
 void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label, const char *more)
 {
     for (int c = 0, reported = 0; c < system->model->closure_count; c++) {

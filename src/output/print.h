@@ -115,6 +115,12 @@ kempe_status kmp_print_result(kempe_context *context, kmp_put_fn *put, const voi
         return kmp_print_result((context), format == KEMPE_JSON ? (json) : (show), result, text);                      \
     }
 
+/** The longest line of a text, in characters. */
+enum { KMP_PRINT_LINE = 100 };
+
+/** A line of what `first` begins, broken between words; the lines after the first one are indented by `indent`. */
+void kmp_print_wrapped(kmp_text *text, const char *first, int indent, const char *words);
+
 /** Ends a print function: gives the text to the caller, or KEMPE_E_MEMORY. */
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out);
 
