@@ -665,8 +665,8 @@ static int read_system(unsigned command, const char *name, const char *attached,
     if (!given || strcmp(given, "si") == 0)
         return given && !attached ? 2 : 1;
     if (!(command & CLI_SYSTEMS)) {
-        cli_complain("%s writes its results in SI: --units %s is for simulate, assemble, kinematics, equilibrium and "
-                     "inverse",
+        cli_complain("%s writes its results in SI: --units %s is for check, assemble, simulate, kinematics, "
+                     "equilibrium and inverse",
                      name, given);
         return 0;
     }

@@ -53,8 +53,8 @@ enum {
     CLI_TABLES = CLI_SIMULATE | CLI_KINEMATICS | CLI_INVERSE | CLI_RESPONSE | CLI_MODES | CLI_SENSITIVITY |
                  CLI_ENSEMBLE | CLI_CONTACT | CLI_COMPARE | CLI_FIT | CLI_OPTIMIZE | CLI_COMFORT |
                  CLI_CYCLES, /* with a table of results */
-    CLI_SYSTEMS =
-        CLI_SIMULATE | CLI_ASSEMBLE | CLI_KINEMATICS | CLI_EQUILIBRIUM | CLI_INVERSE /* with a system of units */
+    CLI_SYSTEMS = CLI_CHECK | CLI_SIMULATE | CLI_ASSEMBLE | CLI_KINEMATICS | CLI_EQUILIBRIUM |
+                  CLI_INVERSE /* with a system of units */
 };
 
 /* The user's settings. Texts point into argv; NULL and 0 mean not given. */

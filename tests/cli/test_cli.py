@@ -533,6 +533,17 @@ class Systems(Case):
             self.assertRegex(text, rf"(?m)^  slider .*  {unit}, {unit}/s$")
             self.assertRegex(text, rf"(?m)^potential  \S+ {self.SHOWN[system]['J'][0]}$")
 
+    def test_check(self):
+        """A box of 46.8 kg: m (b^2 + c^2)/12 about its edges."""
+        box = self.model("kempe: 1\nbodies: {m: {joint: {name: A, revolute: z, at: ground}, "
+                         "shape: {box: [100 mm, 200 mm, 300 mm], at: [50 mm, 0, 0], density: 7800 kg/m^3}}}\n")
+        mass, inertia = 46.8, [46.8 * x / 12 for x in (0.2**2 + 0.3**2, 0.1**2 + 0.3**2, 0.1**2 + 0.2**2)]
+        for system, units in (("si", ("kg", 1, "m", 1)), ("mm", ("kg", 1, "mm", 1e3)), ("us", ("lb", 1 / self.POUND, "in", 1 / self.INCH))):
+            heavy, pounds, long, inches = units
+            told = (f"m: {mass * pounds:.6g} {heavy}, centre [{0.05 * inches:.6g}, 0, 0] {long}, inertia "
+                    + " ".join(f"{name} {x * pounds * inches**2:.6g}" for name, x in zip(("xx", "yy", "zz"), inertia)) + f" {heavy} {long}^2")
+            self.assertIn(told, self.expect(0, "check", box, "--units", system).stdout)
+
     def test_found_parameters(self):
         """A parameter that is found has the unit of its file; one without a unit is in SI, which a text in other units says."""
         lever = ("kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {{F: 10{}}}\n"
