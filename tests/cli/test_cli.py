@@ -1321,7 +1321,7 @@ class Usage(Case):
         self.expect(3, "check")
         self.expect(3, "simulate", ANDREWS, "--rtol")
         self.expect(3, "check", ANDREWS, FOUR_BAR)
-        self.expect(3, "show", ANDREWS)
+        self.assertEqual(self.expect(0, "show", ANDREWS).stdout, self.expect(0, "show", ANDREWS, "--model").stdout)
         self.expect(3, "show", ANDREWS, "--model", "--stats")
         self.assertIn("--count", self.expect(3, "generate", ANDREWS).stderr)
         self.assertIn("languages are c", self.expect(3, "generate", ANDREWS, "--lang", "fortran").stderr)
