@@ -661,7 +661,7 @@ class Sensitivities(Case):
 
     def test_rows(self):
         done, rows = self.rows("--output-step", 0.1)
-        self.assertIn("complete, trajectory with respect to 2 parameters", done.stdout)
+        self.assertIn("complete, derivatives of the motion with respect to crank and qd.crank, 0 to 0.2 s", done.stdout)
         self.assertEqual([row["t"] for row in rows], [0, 0.1, 0.2])
         self.assertEqual(list(rows[0]), "t q.rocker q.rocker/crank q.rocker/qd.crank position.coupler.C.x "
                                         "position.coupler.C.x/crank position.coupler.C.x/qd.crank".split())
