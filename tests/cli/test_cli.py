@@ -542,7 +542,7 @@ class Fits(Case):
     def test_estimates(self):
         far = "--set", "slider_mass=6", "--set", "guide=0.2"
         done, rows = self.estimates(*far, "--report", "fit.html", "--plot", "fit.svg")
-        self.assertIn("complete, fit of 2 parameters", done.stdout)
+        self.assertIn("complete, fit of slider_mass and guide to 102 measurements", done.stdout)
         self.assertEqual((rows["slider_mass"]["start"], rows["guide"]["lower"], rows["guide"]["upper"]), ("6", "0", ""))
         self.assertAlmostEqual(float(rows["slider_mass"]["value"]), 3, delta=1e-5)
         self.assertAlmostEqual(float(rows["guide"]["value"]), 1.5, delta=1e-5)
@@ -624,7 +624,7 @@ class Optima(Case):
         found = self.object(0, "optimize", self.CURVE, *self.WORDS)
         self.assertEqual((found["method"], found["search"], found["goal"]), ("slopes", "converged", "minimize"))
         self.assertGreater(found["shortened"], 0)
-        self.assertIn("a hundredfold tolerance changes it by", done.stdout)
+        self.assertIn("a hundredfold tolerance changes miss by", done.stdout)
         self.assertTrue(1e-12 < found["difference"] < 1e-7)
         self.assertEqual(without_times(found), without_times(self.object(0, "optimize", self.CURVE, *self.WORDS)))
         again = self.object(0, "optimize", self.CURVE, *self.WORDS, "--start", "found.csv")
@@ -1935,7 +1935,7 @@ run: {t_end: 1}
         found = self.object(0, *asked)
         self.assertAlmostEqual(found["parameters"]["rho"]["value"], 2.5, places=7)
         one = kempe(*asked, "--starts", "1", cwd=self.folder)
-        self.assertIn("the fitted motion is not that of the data", one.stderr)
+        self.assertIn("the fitted motion does not follow the data", one.stderr)
 
     @long_motion
     def test_cycles_at_nearly_one_value_are_followed(self):

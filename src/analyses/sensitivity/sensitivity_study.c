@@ -8,7 +8,6 @@
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/load_dependent.h"
 #include "model/data/model.h"
-#include "model/language/dimension.h"
 #include "model/read/loads.h"
 #include "model/read/requests.h"
 #include "output/print.h"
@@ -282,14 +281,10 @@ static void put_unit(kmp_text *text, const kempe_sensitivity *s, int column)
 /* The words above the derivatives by a parameter, with its unit where that is known: "per m of crank". */
 static char *per_parameter(const kempe_sensitivity *s, int k)
 {
-    const int at = kmp_parameter_find(s->model, s->name[k]);
-    const kmp_dimension dimension = at < 0 ? KMP_DIM_ANY : s->model->parameters[at].dimension;
-    const char *unit = kmp_shown_as(s->context, at < 0 ? kmp_quantity_unit_of(s->system, s->name[k]) : "").unit;
     kmp_text text = {0};
-    kmp_text_printf(&text, "per %s", unit);
-    if (kmp_dimension_is_physical(dimension))
-        kmp_dimension_print(&text, dimension);
-    kmp_text_printf(&text, "%s%s", text.length > strlen("per ") ? " of " : "", s->name[k]);
+    kmp_text_put(&text, "per");
+    kmp_print_parameter_unit(&text, " ", s->system, s->name[k]);
+    kmp_text_printf(&text, "%s %s", text.length > strlen("per") ? " of" : "", s->name[k]);
     return kmp_text_take(&text);
 }
 
