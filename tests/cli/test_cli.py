@@ -887,8 +887,8 @@ class Ensembles(Case):
 
     def test_values(self):
         done, rows = self.rows("--values", self.table(self.BARS), "--t-end", 0.5)
-        self.assertIn("4 instances, 3 complete, 0 stopped, 1 failed", done.stdout)
-        self.assertIn("instance  4 failed: parameter 'across' is not a number", done.stdout)
+        self.assertIn("3 of 4 instances complete, 1 failed\n  1 failed: parameter 'across' is not a number", done.stdout)
+        self.assertIn("(first: instance 4,", done.stdout)
         self.assertEqual([row["status"] for row in rows], ["complete", "complete", "complete", "failed"])
         self.assertEqual([row["crank"] for row in rows], ["0.3", "0.31", "0.29", "0.3"])
         self.assertEqual((rows[3]["q.crank"], rows[3]["t"]), ("", "0"))
