@@ -107,11 +107,24 @@ kempe_status kmp_print_result(kempe_context *context, kmp_put_fn *put, const voi
         return kmp_print_result((context), format == KEMPE_JSON ? (json) : (show), result, text);                      \
     }
 
+/** The same of a result with a short text and a full one, KEMPE_FULL_TEXT. */
+#define KMP_PRINT_FULL(type, result, context, json, show, show_full)                                                   \
+    kempe_status type##_print(const type *result, kempe_format format, char **text)                                    \
+    {                                                                                                                  \
+        KMP_WANTED(NULL, result, #result);                                                                             \
+        kmp_put_fn *put = format == KEMPE_JSON ? (json) : format == KEMPE_FULL_TEXT ? (show_full) : (show);            \
+        return kmp_print_result((context), put, result, text);                                                         \
+    }
+
 /** The longest line of a text, in characters. */
 enum { KMP_PRINT_LINE = 100 };
 
 /** A line of what `first` begins, broken between words; the lines after the first one are indented by `indent`. */
 void kmp_print_wrapped(kmp_text *text, const char *first, int indent, const char *words);
+
+/** Lines with the reasons why a result is not trustworthy, for below its first line; nothing of another outcome.
+ * `warnings`: one per line; NULL: none. */
+void kmp_print_doubts(kmp_text *text, kempe_outcome outcome, const char *warnings);
 
 /** Ends a print function: gives the text to the caller, or KEMPE_E_MEMORY. */
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out);

@@ -19,6 +19,37 @@ const char *kmp_quantity_unit_of(const kempe_system *system, const char *name)
     return "";
 }
 
+/* With blanks between the units, as in all texts. */
+static void put_dimension(kmp_text *text, kmp_dimension dimension)
+{
+    kmp_text unit = {0};
+    kmp_dimension_print(&unit, dimension);
+    for (size_t k = 0; k < unit.length; k++)
+        if (unit.s[k] == '*')
+            unit.s[k] = ' ';
+    kmp_text_printf(text, " %s", unit.s ? unit.s : "");
+    kmp_text_free_part(text, &unit);
+}
+
+void kmp_print_unit_of(kmp_text *text, const kempe_system *system, const char *name)
+{
+    kmp_shown as = kmp_shown_as(system->context, kmp_quantity_unit_of(system, name));
+    if (as.unit[0])
+        kmp_text_printf(text, " %s", as.unit);
+    for (int k = 0; k < system->model->parameter_count; k++) {
+        const kmp_parameter *parameter = &system->model->parameters[k];
+        if (strcmp(parameter->name, name) == 0 && kmp_dimension_is_physical(parameter->dimension))
+            put_dimension(text, parameter->dimension);
+    }
+}
+
+void kmp_print_value_of(kmp_text *text, const kempe_system *system, const char *name, double value)
+{
+    kmp_shown as = kmp_shown_as(system->context, kmp_quantity_unit_of(system, name));
+    kmp_text_printf(text, "%.6g", as.factor * value + 0.0);
+    kmp_print_unit_of(text, system, name);
+}
+
 void kmp_print_pairs(kmp_json *json, const char *key, int count, const double *re, const double *im)
 {
     kmp_json_array(json, key);
@@ -67,7 +98,7 @@ void kmp_print_held(kmp_text *text, const char *label, const kempe_system *syste
     const kmp_state *state;
     int count = 0;
     for (int k = 0; (state = next_held(model, &k)); k++)
-        kmp_text_printf(text, "%s%s = %.9g", count++ ? ", " : label, state->name, value[k]);
+        kmp_text_printf(text, "%s%s = %.6g", count++ ? ", " : label, state->name, value[k]);
     if (count > 0)
         kmp_text_put(text, count == 1 ? ": this state changes at events, and is constant in small motions\n"
                                       : ": these states change at events, and are constant in small motions\n");

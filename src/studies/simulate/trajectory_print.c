@@ -321,16 +321,6 @@ static void show_log(kmp_text *text, const kmp_run_log *log)
                         log->count > log->kept ? "" : " (--json)");
 }
 
-/* Why a run is not trustworthy. */
-static void show_warnings(kmp_text *text, const kempe_trajectory *t)
-{
-    for (const char *line = t->warnings ? t->warnings : ""; *line;) {
-        const size_t length = strcspn(line, "\n");
-        kmp_text_printf(text, "  %.*s\n", (int)length, line);
-        line += length + (line[length] != '\0');
-    }
-}
-
 static void show(kmp_text *text, const void *result)
 {
     const kempe_trajectory *t = result;
@@ -339,8 +329,7 @@ static void show(kmp_text *text, const void *result)
         kmp_text_printf(text, "t = %.9g s: %s\n", t->report.t, t->reason);
     else
         kmp_text_printf(text, "%.9g to %.9g s, %d rows\n", t->spec.t_start, t->spec.t_end, t->table.rows);
-    if (kempe_trajectory_outcome(t) == KEMPE_OUTCOME_NOT_TRUSTWORTHY)
-        show_warnings(text, t);
+    kmp_print_doubts(text, kempe_trajectory_outcome(t), t->warnings);
     if (t->table.rows > 0) {
         show_state(text, t);
         show_outputs(text, t);
