@@ -117,7 +117,7 @@ static int shown_columns(const kempe_limit_cycles *c)
 static void show_cycle(kmp_text *text, const kempe_limit_cycles *c, const kmp_cycle *x, int columns)
 {
     bool hopf = x->word == KMP_CYCLE_HOPF;
-    kmp_text_printf(text, "  %-9s  %12.6g  %12.6g  %-9s", kmp_cycle_text(x),
+    kmp_print_cells(text, "  %-9s  %12.6g  %12.6g  %-9s", kmp_cycle_text(x),
                     kmp_limit_cycles_shown(c).factor * x->value, x->period, hopf ? "" : kmp_cycle_stability_text(x));
     if (hopf)
         kmp_text_printf(text, "  %10s", "");

@@ -183,11 +183,15 @@ static void put_pair(kmp_text *text, double re, double im)
 static void put_moves(kmp_text *text, const kempe_modes *m, int c, int most, bool strain)
 {
     const double time = kmp_mode_time(m->modes.spectrum.re[c]);
+    kmp_text movers = {0};
+    put_movers(&movers, m, c, most);
     if (kmp_modes_is_over(&m->modes, c))
-        kmp_text_put(text, "over within a sample: ");
+        kmp_text_put(text, "over within a sample");
     else if (time < 0)
-        kmp_text_printf(text, "GROWS by e in %.3g s: ", -time);
-    put_movers(text, m, c, most);
+        kmp_text_printf(text, "GROWS by e in %.3g s", -time);
+    if (movers.length > 0)
+        kmp_text_printf(text, "%s%s", time < 0 || kmp_modes_is_over(&m->modes, c) ? ": " : "", movers.s);
+    kmp_text_free_part(text, &movers);
     if (strain)
         put_strain(text, m, c);
 }
@@ -204,8 +208,6 @@ static void show_mode(kmp_text *text, const kempe_modes *m, int number, int c, b
                     im > 0 ? kmp_mode_damping(re, im) : NAN, over || !(time > 0) ? NAN : time);
     if (all && m->modes.z_re)
         put_pair(&first, m->modes.z_re[c], m->modes.z_im[c]);
-    if (all && over)
-        kmp_text_printf(&first, "  %27s", "-");
     else if (all)
         put_pair(&first, re, im);
     kmp_text_put(&first, "  ");
@@ -264,11 +266,10 @@ static void show_modes(kmp_text *text, const kempe_modes *m, bool all)
     show_free(text, m);
     if (s->count > s->zeros)
         kmp_text_printf(text, "\n  %4s  %13s  %13s  %14s", "mode", "frequency, Hz", "damping ratio", "decay by e, s");
-    if (s->count > s->zeros && all && m->modes.z_re)
-        kmp_text_printf(text, "  %27s", "z of a sample");
-    if (s->count > s->zeros)
-        kmp_text_printf(text, all ? "  %27s  moves mainly\n" : "%s  moves mainly (share of kinetic energy)\n",
-                        all ? "eigenvalue, 1/s" : "");
+    if (s->count > s->zeros && all)
+        kmp_text_printf(text, "  %27s  moves mainly\n", m->modes.z_re ? "z of a sample" : "eigenvalue, 1/s");
+    else if (s->count > s->zeros)
+        kmp_text_put(text, "  moves mainly (share of kinetic energy)\n");
     for (int c = s->zeros; c < s->count; c++)
         if (s->im[c] >= 0) {
             show_mode(text, m, ++number, c, all);

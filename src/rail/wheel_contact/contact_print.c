@@ -220,8 +220,12 @@ static void say_pressures(kmp_text *text, const kempe_contacts *t)
 {
     if (t->pressure == KMP_PRESSURE_NONE)
         return;
-    kmp_text_printf(text, "p: largest pressure by %s, area of all lobes, approach in um;\n%s (docs/contact.md)\n",
+    kmp_text line = {0};
+    kmp_text_printf(&line,
+                    "p: largest pressure by %s, with the area of all lobes and the approach: %s (docs/contact.md)",
                     kmp_pressure_word(t->pressure), trust_of(t->pressure));
+    kmp_print_wrapped(text, "", INDENT, line.s ? line.s : "");
+    kmp_text_free_part(text, &line);
     if (t->unknown_pressures > 0)
         kmp_text_printf(
             text, "-: patches without pressure: %d; their contact would reach the end of a zone or of a profile\n",
