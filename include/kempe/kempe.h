@@ -150,6 +150,11 @@ KEMPE_API void kempe_context_set_progress(kempe_context *context, double interva
  * KEMPE_E_ARGUMENT: another unit. */
 KEMPE_API kempe_status kempe_context_set_angle_unit(kempe_context *context, const char *unit);
 
+/** System of units in texts, tables, pictures and pages that are made from now on: "si" (default); "mm" (mm, kg, s, N,
+ * N mm, MPa; J, W) or "us" (in, lb, s, lbf, lbf in, psi; hp). Angles are as kempe_context_set_angle_unit has them. JSON
+ * of results and all other numbers of this interface remain in SI. KEMPE_E_ARGUMENT: another system. */
+KEMPE_API kempe_status kempe_context_set_units(kempe_context *context, const char *system);
+
 /** Message of the last failing call: sentences, one per line, never NULL. Owned by the context, valid until its next
  * call. */
 KEMPE_API const char *kempe_context_message(const kempe_context *context);

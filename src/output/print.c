@@ -104,6 +104,19 @@ void kmp_print_wrapped(kmp_text *text, const char *first, int indent, const char
     kmp_text_put(text, "\n");
 }
 
+void kmp_print_doubts(kmp_text *text, kempe_outcome outcome, const char *warnings)
+{
+    if (outcome != KEMPE_OUTCOME_NOT_TRUSTWORTHY || !warnings)
+        return;
+    for (size_t length; *warnings; warnings += length + (warnings[length] != '\0')) {
+        kmp_text line = {0};
+        length = strcspn(warnings, "\n");
+        kmp_text_printf(&line, "%.*s", (int)length, warnings);
+        kmp_print_wrapped(text, "  ", 4, line.s ? line.s : "");
+        kmp_text_free_part(text, &line);
+    }
+}
+
 void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label)
 {
     const int width = (int)strlen(label);
@@ -354,7 +367,8 @@ void kmp_print_states(kmp_text *text, const kempe_system *system, const double *
         kmp_text_printf(text, "  %-*s  %12.6g", width, model->states[k].name, qd[first + k] + 0.0);
         if (qdd)
             kmp_text_printf(text, "  %12.6g", qdd[first + k] + 0.0);
-        kmp_text_put(text, "\n");
+        const char *unit = kmp_print_unknown(system->context, "");
+        kmp_text_printf(text, "%s%s\n", *unit ? "  " : "", unit);
     }
 }
 
@@ -369,8 +383,9 @@ void kmp_print_multipliers(kmp_text *text, const kempe_system *system, const dou
         largest = fmax(largest, fabs(lambda[r]) * pow(system->length, system->rows[r].length_power - 1));
     for (int r = 0; r < system->m; r++) {
         double noise = KMP_PRINT_NOISE * largest * pow(system->length, 1 - system->rows[r].length_power);
-        kmp_text_printf(text, "  %-*s  %12.6g  %s\n", width, system->row_names[r], kmp_print_clean(lambda[r], noise),
-                        kmp_quantity_unit(system, KMP_QUANTITY_LAMBDA, r));
+        const kmp_shown as = kmp_shown_as(system->context, kmp_quantity_unit(system, KMP_QUANTITY_LAMBDA, r));
+        kmp_text_printf(text, "  %-*s  %12.6g  %s\n", width, system->row_names[r],
+                        as.factor * kmp_print_clean(lambda[r], noise), as.unit);
     }
 }
 
@@ -382,6 +397,20 @@ const char *kmp_print_unit(const kempe_system *system, int coordinate)
 double kmp_print_value(const kempe_system *system, int coordinate, double x)
 {
     return kmp_shown_as(system->context, kmp_quantity_unit(system, KMP_QUANTITY_Q, coordinate)).factor * x;
+}
+
+const char *kmp_print_unknown(const kempe_context *context, const char *unit)
+{
+    return *unit || kmp_shown_as(context, "m").factor == 1 ? unit : "SI";
+}
+
+void kmp_print_quantity(kmp_text *text, const kempe_context *context, int digits, double x, const char *unit)
+{
+    const kmp_shown as = kmp_shown_as(context, unit);
+    if (isfinite(x))
+        kmp_text_printf(text, "%.*g%s%s", digits, as.factor * x + 0.0, *as.unit ? " " : "", as.unit);
+    else
+        kmp_text_put(text, "-");
 }
 
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out)

@@ -142,6 +142,16 @@ static void show_cyclic(kmp_text *text, const kempe_equilibrium *e, const kmp_ba
     kmp_free(found);
 }
 
+/* "  12.5 N": a force of an element, or a moment. */
+static void put_effort(kmp_text *text, const kempe_equilibrium *e, const kmp_force *element, double x, double noise)
+{
+    const kempe_model *model = e->system->model;
+    const bool turns =
+        element->motion >= 0 ? model->motions[element->motion].rotation : element->turns || element->touch.turns;
+    const kmp_shown as = kmp_shown_as(model->context, turns ? "N m" : "N");
+    kmp_text_printf(text, "  %12.6g %-6s", as.factor * kmp_print_clean(x, noise), as.unit);
+}
+
 /* Contacts and friction. */
 static void show_elements(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
 {
@@ -149,22 +159,25 @@ static void show_elements(kmp_text *text, const kempe_equilibrium *e, const kmp_
     for (int i = 0; i < b->contact_count; i++)
         noise = fmax(noise, KMP_PRINT_NOISE * fabs(b->contact[i].force));
     if (b->contact_count > 0)
-        kmp_text_printf(text, "\ncontacts   %-16s  %12s  %12s  m, N or rad, N m\n", "", "distance", "force");
+        kmp_text_printf(text, "\ncontacts   %-16s  %12s      %12s\n", "", "distance", "force");
     for (int i = 0; i < b->contact_count; i++) {
         const kmp_balance_contact *c = &b->contact[i];
-        kmp_text_printf(text, "           %-16s  %12.6g  %12.6g  %s\n", c->element->name,
-                        kmp_print_clean(c->gap, KMP_PRINT_NOISE * e->system->length), kmp_print_clean(c->force, noise),
-                        kmp_contact_text(c->word));
+        const kmp_shown as = kmp_shown_as(e->system->context, c->element->touch.turns ? "rad" : "m");
+        kmp_text_printf(text, "           %-16s  %12.6g %-3s", c->element->name,
+                        as.factor * kmp_print_clean(c->gap, KMP_PRINT_NOISE * e->system->length), as.unit);
+        put_effort(text, e, c->element, c->force, noise);
+        kmp_text_printf(text, "  %s\n", kmp_contact_text(c->word));
     }
     for (int i = 0; i < b->friction_count; i++)
         noise = fmax(noise, KMP_PRINT_NOISE * b->friction[i].largest);
     if (b->friction_count > 0)
-        kmp_text_printf(text, "\nfriction   %-16s  %12s  %12s  %8s  N or N m\n", "", "force", "largest", "part");
+        kmp_text_printf(text, "\nfriction   %-16s  %12s         %12s         %8s\n", "", "force", "largest", "part");
     for (int i = 0; i < b->friction_count; i++) {
         const kmp_friction_view *view = &b->friction[i];
-        kmp_text_printf(text, "           %-16s  %12.6g  %12.6g  %8.3g%s\n", view->element->name,
-                        kmp_print_clean(view->force, noise), kmp_print_clean(view->largest, noise),
-                        view->largest > 0 ? view->needs / view->largest : 0,
+        kmp_text_printf(text, "           %-16s", view->element->name);
+        put_effort(text, e, view->element, view->force, noise);
+        put_effort(text, e, view->element, view->largest, noise);
+        kmp_text_printf(text, "  %8.3g%s\n", view->largest > 0 ? view->needs / view->largest : 0,
                         view->word == KMP_FRICTION_WORD_OPEN ? "  not determined: other closures keep its place" : "");
     }
 }
@@ -181,8 +194,9 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
     show_coordinates(text, e, b);
     for (int i = 0; i < e->freed_count; i++) {
         kmp_shown as = kmp_shown_as(e->system->context, e->freed_unit[i]);
+        const char *unit = kmp_print_unknown(e->system->context, as.unit);
         kmp_text_printf(text, "%s%s = %.6g%s%s\n", i ? "           " : "\nfound      ", e->freed_name[i],
-                        as.factor * b->freed[i], *as.unit ? " " : "", as.unit);
+                        as.factor * b->freed[i], *unit ? " " : "", unit);
     }
     show_cyclic(text, e, b);
     put_reactions(text, NULL, e, b);
@@ -202,7 +216,9 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
     if (b->exchanges > 0)
         kmp_text_printf(text, ", independent coordinates changed %d time%s", b->exchanges,
                         b->exchanges == 1 ? "" : "s");
-    kmp_text_printf(text, "\npotential  %.6g J\n", b->potential + 0.0);
+    kmp_text_put(text, "\npotential  ");
+    kmp_print_quantity(text, e->system->context, 6, b->potential, "J");
+    kmp_text_put(text, "\n");
 }
 
 static void show_equilibrium(kmp_text *text, const void *result)
@@ -321,7 +337,7 @@ static void fill_equilibria(kempe_table *table, const void *result)
     kmp_tabulate_outcome(table, kmp_outcome_of(e->status));
     kmp_tabulate_columns(table, "stability[words] residual potential[J] hits");
     for (int k = 0; k < e->freed_count; k++)
-        kmp_tabulate_column(table, e->freed_unit[k], "%s", e->freed_name[k]);
+        kmp_tabulate_column(table, kmp_print_unknown(s->context, e->freed_unit[k]), "%s", e->freed_name[k]);
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_Q);
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_QD);
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_LAMBDA);

@@ -56,21 +56,25 @@ static int next_force(const kempe_inverse *r, int from)
 
 static void show_actuators(kmp_text *text, const kempe_inverse *r, int width)
 {
+    const kmp_shown power = kmp_shown_as(r->system->context, "W"), work = kmp_shown_as(r->system->context, "J");
     if (r->rows == 1) {
-        kmp_text_printf(text, "  %-*s  unit  %12s  %12s\n", width, "", "effort", "power, W");
-        for (int k = 0; k < r->a; k++)
-            kmp_text_printf(text, "  %-*s  %-4s  %12.6g  %12.6g\n", width, name_of(r, r->actuator[k]),
-                            unit_of(r, r->actuator[k]), *kmp_inverse_part(r, 0, r->at.tau + k),
-                            *kmp_inverse_part(r, 0, r->at.power + k));
+        kmp_text_printf(text, "  %-*s  unit    %12s  %9s, %s\n", width, "", "effort", "power", power.unit);
+        for (int k = 0; k < r->a; k++) {
+            const kmp_shown as = kmp_shown_as(r->system->context, unit_of(r, r->actuator[k]));
+            kmp_text_printf(text, "  %-*s  %-6s  %12.6g  %12.6g\n", width, name_of(r, r->actuator[k]), as.unit,
+                            as.factor * *kmp_inverse_part(r, 0, r->at.tau + k),
+                            power.factor * *kmp_inverse_part(r, 0, r->at.power + k));
+        }
         return;
     }
-    kmp_text_printf(text, "  %-*s  unit  %13s  %9s  %13s  %13s  %9s  %13s\n", width, "", "largest", "at t", "rms",
-                    "power, W", "at t", "work, J");
+    kmp_text_printf(text, "  %-*s  unit    %13s  %9s  %13s  %10s, %s  %9s  %11s, %s\n", width, "", "largest", "at t",
+                    "rms", "power", power.unit, "at t", "work", work.unit);
     for (int k = 0; k < r->a; k++) {
         kmp_inverse_summary s = kmp_inverse_summarise(r, k);
-        kmp_text_printf(text, "  %-*s  %-4s  %13.6g  %9.6g  %13.6g  %13.6g  %9.6g  %13.6g\n", width,
-                        name_of(r, r->actuator[k]), unit_of(r, r->actuator[k]), s.peak, s.peak_t, s.rms, s.power,
-                        s.power_t, s.work);
+        const kmp_shown as = kmp_shown_as(r->system->context, unit_of(r, r->actuator[k]));
+        kmp_text_printf(text, "  %-*s  %-6s  %13.6g  %9.6g  %13.6g  %13.6g  %9.6g  %13.6g\n", width,
+                        name_of(r, r->actuator[k]), as.unit, as.factor * s.peak, s.peak_t, as.factor * s.rms,
+                        power.factor * s.power, s.power_t, work.factor * s.work);
     }
 }
 

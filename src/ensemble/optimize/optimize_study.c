@@ -577,7 +577,7 @@ static kempe_status prepare(kempe_optimum *o, const kempe_optimum_options *optio
     o->pool = options->pool > 0 ? options->pool : POOL;
     o->most = options->most > 0 ? options->most : MOST_EVALUATIONS;
     o->tolerance = options->tolerance > 0 ? options->tolerance : KMP_OPTIMUM_ENOUGH;
-    KMP_TRY(kmp_box_bounds_read(o->context, options->parameters, &o->arena, &o->bounded));
+    KMP_TRY(kmp_box_bounds_read(o->model, options->parameters, &o->arena, &o->bounded));
     o->count = o->bounded.count;
     for (int k = 0; k < o->count; k++)
         if (!isfinite(o->bounded.upper[k] - o->bounded.lower[k]))
@@ -639,12 +639,14 @@ kempe_status kempe_optimum_new(const kempe_model *model, const kempe_optimum_opt
     if (given) {
         const kmp_searched *s = &o->search[o->best];
         if (s->broken > KMP_OPTIMUM_KEPT)
-            kmp_doubt(o->context,
-                      "no place keeps all limits: the result is the one that breaks them least, by %.3g of a bound",
-                      s->broken);
+            kmp_doubt(
+                o->context,
+                "no values within the bounds satisfy all limits: the result violates them least, by %.2g of a limit",
+                s->broken);
         if (s->outcome == KMP_SQUARES_MOST)
             kmp_doubt(o->context,
-                      "the best search has not converged after %d evaluations: continue from its result, or allow more",
+                      "the best search has not converged after %d evaluations: continue from its result, or allow more "
+                      "(--most)",
                       s->evaluations);
         status = kmp_context_verdict(o->context, status);
         o->seconds += kmp_cpu_now() - begin + o->objective.helped_s;

@@ -175,16 +175,18 @@ static void put_reach(kmp_text *text, const kempe_check *check, int k)
 {
     const kmp_short_links *reach = &check->obstacle.reaches[k];
     const char *name = kmp_name_of_closure(check->system, reach->closure);
+    const kmp_shown as = kmp_shown_as(check->system->context, "m");
+    const double longest = as.factor * reach->longest, others = as.factor * reach->others;
     if (!reach->body)
         kmp_text_printf(text,
-                        "loop '%s' can never close: its rod is %.6g m long, but the points are at most %.6g m apart",
-                        name, reach->longest, reach->others);
+                        "loop '%s' can never close: its rod is %.6g %s long, but the points are at most %.6g %s apart",
+                        name, longest, as.unit, others, as.unit);
     else
         kmp_text_printf(text,
-                        "loop '%s' can never close: body '%s' spans %.6g m from %s to %s, the other links at most %.6g "
-                        "m: %.4g m are missing",
-                        name, reach->body, reach->longest, reach->from, reach->to, reach->others,
-                        reach->longest - reach->others);
+                        "loop '%s' can never close: body '%s' spans %.6g %s from %s to %s, the other links at most "
+                        "%.6g %s: %.4g %s are missing",
+                        name, reach->body, longest, as.unit, reach->from, reach->to, others, as.unit, longest - others,
+                        as.unit);
 }
 
 static void put_release(kmp_text *text, const kempe_check *check, int k)
@@ -439,16 +441,24 @@ static const kmp_body *shaped(const kempe_check *check, int k)
     return NULL;
 }
 
-static void put_shaped(kmp_text *text, const kempe_check *check, int k)
+/* Products of inertia are left out where they are zero. */
+static void put_mass(kmp_text *text, const kempe_check *check, const kmp_body *body)
 {
-    const kmp_body *body = shaped(check, k);
-    const kmp_number *com = body->com;
-    kmp_text_printf(text, "%s: %.6g kg, centre [%.6g, %.6g, %.6g] m, inertia", body->name, body->mass.value,
-                    com[0].value, com[1].value, com[2].value);
+    const kempe_context *context = check->system->context;
+    const kmp_shown length = kmp_shown_as(context, "m"), inertia = kmp_shown_as(context, "kg m^2");
+    kmp_print_quantity(text, context, 6, body->mass.value, "kg");
+    kmp_text_printf(text, ", centre [%.6g, %.6g, %.6g] %s, inertia", length.factor * body->com[0].value,
+                    length.factor * body->com[1].value, length.factor * body->com[2].value, length.unit);
     for (int i = 0; i < 6; i++)
         if (i < 3 || body->inertia[i].value != 0)
-            kmp_text_printf(text, " %s %.6g", kmp_inertia_names[i], body->inertia[i].value);
-    kmp_text_put(text, " kg m^2");
+            kmp_text_printf(text, " %s %.6g", kmp_inertia_names[i], inertia.factor * body->inertia[i].value);
+    kmp_text_printf(text, " %s", inertia.unit);
+}
+
+static void put_shaped(kmp_text *text, const kempe_check *check, int k)
+{
+    kmp_text_printf(text, "%s: ", shaped(check, k)->name);
+    put_mass(text, check, shaped(check, k));
 }
 
 /* -- flexible bodies --------------------------------------------------------------------------------- */
@@ -475,16 +485,11 @@ static double start_rate(const kempe_check *check, int body)
     return rate;
 }
 
-/* Products of inertia are left out where they are zero. */
-static void put_undeformed(kmp_text *text, const kmp_body *body)
+static void put_undeformed(kmp_text *text, const kempe_check *check, const kmp_body *body)
 {
     kmp_text words = {0};
-    kmp_text_printf(&words, "without deformation it has %.6g kg, centre [%.6g, %.6g, %.6g] m, inertia",
-                    body->mass.value, body->com[0].value, body->com[1].value, body->com[2].value);
-    for (int k = 0; k < 6; k++)
-        if (k < 3 || body->inertia[k].value != 0)
-            kmp_text_printf(&words, " %s %.6g", kmp_inertia_names[k], body->inertia[k].value);
-    kmp_text_put(&words, " kg m^2");
+    kmp_text_put(&words, "without deformation it has ");
+    put_mass(&words, check, body);
     put_words(text, "", &words);
 }
 
@@ -591,7 +596,7 @@ static void show_flexible(kmp_text *text, const kempe_check *check)
              "its fastest vibration has %.4g rad/s: explicit integrators need steps below %.2g s; radau does "
              "not",
              s.highest, KMP_EXPLICIT_REACH / s.highest);
-        put_undeformed(text, &body);
+        put_undeformed(text, check, &body);
         if (f->frame == KMP_FRAME_MEAN)
             line(text, "", "its shapes have %.2g of the momentum of rigid motions, and its axes are the mean ones",
                  kmp_flexible_rigid_part(f));
@@ -860,10 +865,11 @@ static bool show_begin(kmp_text *text, const kempe_check *check, item *cut)
     show_bare(text, check, "without inertia", true);
     show_bare(text, check, "without mass", false);
     if (!check->assembled) {
+        const kmp_shown gap = kmp_shown_as(check->system->context, "m");
         if (check->assembly->turned)
             line(text, "gap", "axes that should be parallel are turned by more than a right angle");
         else if (check->assembly->gap > 0)
-            line(text, "gap", "the smallest gap found is %.6g m", check->assembly->gap);
+            line(text, "gap", "the smallest gap found is %.6g %s", gap.factor * check->assembly->gap, gap.unit);
         else
             line(text, "gap", "the smallest angle found is %.4g deg", check->assembly->turn * 180 / acos(-1));
         list(text, check, "open loops", "", check->assembly->culprit_count, put_culprit);

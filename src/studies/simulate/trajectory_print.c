@@ -129,9 +129,10 @@ static void show_outputs(kmp_text *text, const kempe_trajectory *t)
             kmp_text_free(&column);
             kmp_output_column(&column, model, output, k);
             part = width > 1 && column.s ? strrchr(column.s, '.') : NULL;
+            const char *name = output->kind == KMP_OUTPUT_SENSOR ? kmp_print_unknown(model->context, unit) : as.unit;
             kmp_text_printf(text, "  %s%s%.6g%s%s", part ? part + 1 : "", part ? " " : "",
-                            as.factor * kmp_print_clean(x[k], KMP_PRINT_NOISE * largest), last && *unit ? " " : "",
-                            last ? as.unit : "");
+                            as.factor * kmp_print_clean(x[k], KMP_PRINT_NOISE * largest), last && *name ? " " : "",
+                            last ? name : "");
         }
         kmp_text_put(text, "\n");
         x += width;
@@ -166,12 +167,17 @@ static void show_accuracy(kmp_text *text, const kempe_trajectory *t)
     kmp_convergence_put(text, t->system->context, &t->again, again_name(t), kmp_trajectory_unit(t));
     kmp_text_put(text, t->again.known ? "\n          " : "");
     kmp_print_cells(text, "energy balance %.2g of the energy exchanged\n", t->verdict.drift_rel);
-    if (t->system->m > 0)
-        kmp_print_cells(text, "          loops closed to %.2g m\n", t->verdict.h_max * t->system->length);
-    if (t->verdict.misfit_row >= 0)
-        kmp_text_printf(text, "          rows omitted as redundant have gaps of at most %.1e m ('%s' at t = %.6g s)\n",
-                        t->verdict.misfit * t->system->length, t->system->row_names[t->verdict.misfit_row],
+    if (t->system->m > 0) {
+        kmp_text_put(text, "          loops closed to ");
+        kmp_print_quantity(text, t->system->context, 2, t->verdict.h_max * t->system->length, "m");
+        kmp_text_put(text, "\n");
+    }
+    if (t->verdict.misfit_row >= 0) {
+        kmp_text_put(text, "          equations omitted as redundant have gaps of at most ");
+        kmp_print_quantity(text, t->system->context, 2, t->verdict.misfit * t->system->length, "m");
+        kmp_text_printf(text, " ('%s' at t = %.6g s)\n", t->system->row_names[t->verdict.misfit_row],
                         t->verdict.misfit_t);
+    }
     kmp_print_rounding(text, t->system, "          ");
     if (t->source) {
         kmp_text_put(text, "          error");
@@ -254,13 +260,13 @@ static void show_contacts(kmp_text *text, const kempe_trajectory *t)
     kmp_contact_times times;
     for (int k = 0; k < model->force_count; k++) {
         const kmp_force *force = &model->forces[k];
-        const char *unit = force->turns ? "rad" : "m";
+        const kmp_shown as = kmp_shown_as(model->context, force->turns ? "rad" : "m");
         if (force->kind != KMP_FORCE_COMPLIANT || kmp_contact_times_find(t, k, &times) != KEMPE_OK)
             continue;
         kmp_text_printf(text, "contact   '%s' began %d time%s%s", force->name, times.begun, times.begun == 1 ? "" : "s",
                         t->log.contacts_cut ? " in the part of the run whose contacts are kept" : "");
         if (times.ended > 0)
-            kmp_text_printf(text, ", largest depth %.4g %s", times.depth[KMP_DEPTHS - 1], unit);
+            kmp_text_printf(text, ", largest depth %.4g %s", as.factor * times.depth[KMP_DEPTHS - 1], as.unit);
         kmp_text_put(text, "\n");
         if (times.ended > 1) {
             /* Of several contacts. */
@@ -268,7 +274,8 @@ static void show_contacts(kmp_text *text, const kempe_trajectory *t)
             kmp_text_printf(
                 text,
                 "          largest depths of the %d that ended: from %.4g, quartiles %.4g, %.4g, %.4g, to %.4g %s\n",
-                times.ended, depth[0], depth[1], depth[2], depth[3], depth[4], unit);
+                times.ended, as.factor * depth[0], as.factor * depth[1], as.factor * depth[2], as.factor * depth[3],
+                as.factor * depth[4], as.unit);
             kmp_text_printf(text, "          touching for %.1f %% of the time", 100 * times.touching);
             if (times.turning)
                 kmp_text_printf(text, ", %.1f contacts for each turn of '%s'", times.begun / times.turns,
