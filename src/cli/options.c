@@ -401,6 +401,8 @@ static const option options[] = {
     {CLI_CYCLES, PAGE("the diagram and the result")},
     {CLI_MODES, PAGE("the mode shapes as animations")},
     {CLI_COMPARE, PAGE("recommendation, diagrams, animation of the mechanism")},
+    {CLI_SIMULATE, IN_OUTPUT, "all", FLAG(all),
+     "also the choice of the integrator and the counts of steps, evaluations and changes"},
     {CLI_CHECK, IN_OUTPUT, "all", FLAG(all),
      "also dependent sets, removable closures, pivots, alternatives, blocks and the ranges of all coordinates"},
     {CLI_MODELS & ~(CLI_SHOW | CLI_GENERATE | CLI_COMPARE | CLI_FMU), IN_OUTPUT, "angle-unit", TEXT(angle_unit), "UNIT",

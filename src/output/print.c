@@ -104,15 +104,19 @@ void kmp_print_wrapped(kmp_text *text, const char *first, int indent, const char
     kmp_text_put(text, "\n");
 }
 
-void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label, const char *more)
+void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label)
 {
+    const int width = (int)strlen(label);
+    kmp_text blanks = {0};
+    kmp_text_printf(&blanks, "%*s", width, "");
     for (int c = 0, reported = 0; c < system->model->closure_count; c++) {
         kmp_text line = {0};
         kmp_put_misfit(&line, system, c);
-        if (line.s && line.length > 0)
-            kmp_text_printf(text, "%s%s\n", reported++ > 0 ? more : label, line.s);
-        kmp_text_free(&line);
+        if (line.length > 0)
+            kmp_print_wrapped(text, reported++ > 0 ? blanks.s : label, width, line.s);
+        kmp_text_free_part(text, &line);
     }
+    kmp_text_free_part(text, &blanks);
 }
 
 static void print_lines(kmp_json *json, const char *key, const char *lines)

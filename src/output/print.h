@@ -115,6 +115,15 @@ kempe_status kmp_print_result(kempe_context *context, kmp_put_fn *put, const voi
         return kmp_print_result((context), format == KEMPE_JSON ? (json) : (show), result, text);                      \
     }
 
+/** The same of a result with a short text and a full one, KEMPE_FULL_TEXT. */
+#define KMP_PRINT_FULL(type, result, context, json, show, show_full)                                                   \
+    kempe_status type##_print(const type *result, kempe_format format, char **text)                                    \
+    {                                                                                                                  \
+        KMP_WANTED(NULL, result, #result);                                                                             \
+        kmp_put_fn *put = format == KEMPE_JSON ? (json) : format == KEMPE_FULL_TEXT ? (show_full) : (show);            \
+        return kmp_print_result((context), put, result, text);                                                         \
+    }
+
 /** The longest line of a text, in characters. */
 enum { KMP_PRINT_LINE = 100 };
 
@@ -124,6 +133,5 @@ void kmp_print_wrapped(kmp_text *text, const char *first, int indent, const char
 /** Ends a print function: gives the text to the caller, or KEMPE_E_MEMORY. */
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out);
 
-/** Closures that remain open as drawn, a line each: after `label`, the next ones after `more`. Nothing where all close.
- */
-void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label, const char *more);
+/** Closures that remain open as drawn, a line each, the first one after `label`. Nothing where all close. */
+void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label);

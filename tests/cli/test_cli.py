@@ -216,13 +216,13 @@ class Graphs(Case):
     """The joints that are cut of a graph, and the reasons, in every print of model and check."""
 
     def test_cuts(self):
-        for words in (("check", SIX_BAR), ("show", "--model", SIX_BAR)):
-            text, cuts = self.expect(0, *words).stdout, self.object(0, *words)["cuts"]
+        for words, form in ((("check", "--all", SIX_BAR), "joint {joint} (revolute), in the loop {loop}; closure revolute with 5 equations; {reason}"),
+                            (("show", "--model", SIX_BAR), "joint {joint} (revolute) is cut: closure revolute, 5 rows, loop {loop}; {reason}")):
+            text, cuts = " ".join(self.expect(0, *words).stdout.split()), self.object(0, *words)["cuts"]
             self.assertEqual([cut["joint"] for cut in cuts], ["B", "Q"])
             for cut in cuts:
                 self.assertKeys(cut, "joint kind closure rows loop reason start_given")
-                self.assertIn(f"joint {cut['joint']} (revolute) is cut: closure revolute, 5 rows, loop {cut['loop']}; "
-                              f"{cut['reason']}\n", text)
+                self.assertIn(form.format(**cut), text)
         self.assertEqual(self.object(0, "check", FOUR_BAR)["cuts"], [])
 
     def test_loads_that_are_shared(self):
@@ -242,7 +242,7 @@ class Graphs(Case):
     def test_start_of_cut_joints(self):
         """The assembly mode is that of the start values, also of a joint that is cut; rates that loops contradict are told."""
         path = self.model(SIX_BAR.read_text().replace("start: {q: {", "start: {q: {B: 1, "))
-        self.assertIn("; its start value is part of the guess\n", self.expect(0, "check", path).stdout)
+        self.assertIn("; its start value is part of the guess", " ".join(self.expect(0, "check", path).stdout.split()))
         path = self.model(SIX_BAR.read_text().replace("qd: {", "qd: {B: 1000, "))
         self.assertIn("the rate of the cut joint 'B' is ", self.expect(0, "assemble", path).stderr)
         self.assertIn("unknown coordinate 'Q': the joint is cut (cut: no in the model keeps it)",
@@ -293,7 +293,7 @@ class Settings(Case):
         g = "model.yaml:3:55: parameter 's_g' is not used: setting it where its file is included has no effect"
         for command in ("check", "assemble", "simulate", "show --model"):
             self.assertEqual(self.expect(0, *command.split(), path).stderr, warnings(a, b, g))
-        self.assertIn("  unused parameters    a, b, s_g\n", self.expect(0, "check", path).stdout)
+        self.assertIn("  unused parameters       a, b, s_g\n", self.expect(0, "check", path).stdout)
         self.assertIn("unused    parameters without any effect on the model: a, b, s_g\n",
                       self.expect(0, "simulate", path).stdout)
         for command in ("check", "simulate"):
@@ -542,7 +542,7 @@ class Systems(Case):
             heavy, pounds, long, inches = units
             told = (f"m: {mass * pounds:.6g} {heavy}, centre [{0.05 * inches:.6g}, 0, 0] {long}, inertia "
                     + " ".join(f"{name} {x * pounds * inches**2:.6g}" for name, x in zip(("xx", "yy", "zz"), inertia)) + f" {heavy} {long}^2")
-            self.assertIn(told, self.expect(0, "check", box, "--units", system).stdout)
+            self.assertIn(told, " ".join(self.expect(0, "check", box, "--units", system).stdout.split()))
 
     def test_found_parameters(self):
         """A parameter that is found has the unit of its file; one without a unit is in SI, which a text in other units says."""
@@ -1443,7 +1443,7 @@ class New(Case):
         self.assertIn("kempe simulate four_bar.yaml", self.expect(0, "new", "four_bar").stdout)
         self.assertEqual(self.object(0, "check", "four_bar.yaml")["dof"], 1)
         self.assertEqual(self.object(0, "check", "four_bar.yaml")["model"], "four_bar")
-        self.assertIn(": complete, 0 to 5 s, 251 rows\n", self.expect(0, "simulate", "four_bar.yaml").stdout)
+        self.assertIn(": complete, 0 to 5 s, 251 rows, estimated error ", self.expect(0, "simulate", "four_bar.yaml").stdout)
 
     def test_ending(self):
         self.assertEqual(self.object(0, "new", 'a "b".yaml'), {"status": "complete", "file": 'a "b".yaml'})
@@ -1582,7 +1582,7 @@ class Check(Case):
                           "loops: {L: {ball: [b.E, c.E]}}\nstart: {q: {A: 1, B: 1, C: 1}, hold: [A]}\n")
         done = self.expect(1, "check", path)
         self.assertIn("does not assemble", done.stdout)
-        self.assertIn("the other links at most 2 m: 1 m are missing", done.stdout)
+        self.assertIn("the other links at most 2 m: 1 m are missing", " ".join(done.stdout.split()))
         found = self.object(1, "check", path)
         self.assertKeys(found, "status reason nbody nq nh rank dof redundant u v cond_Jv max_B blocks loops gap culprits")
         self.assertEqual((found["status"], found["dof"]), ("failed", None))
@@ -1619,7 +1619,7 @@ class Simulate(Case):
         self.assertNotIn("wall_s", one)
         self.assertGreater(two["wall_s"], 0)
         self.assertEqual(without_times(one), without_times(two))
-        said = self.expect(0, *self.SHORT, "--threads", 2).stdout
+        said = self.expect(0, *self.SHORT, "--threads", 2, "--all").stdout
         self.assertRegex(said, r"cpu +\S+ ms integration of all threads, \S+ ms wall-clock time, \S+ ms preparation")
 
     def test_too_many_threads(self):
@@ -1649,7 +1649,7 @@ class Simulate(Case):
         said = "a linear solver is given, and radau uses none"
         found = self.object(0, *self.SHORT, "--formulation", "dae", "--linear", "klu")
         self.assertEqual((found["integrator"], found["form"], found["integrator_choice"]), ("ida", "stabilized1", {"because": said}))
-        self.assertIn(f"          integrator ida: {said}\n", self.expect(0, *self.SHORT, "--formulation", "dae", "--linear", "klu").stdout)
+        self.assertIn(f"choice    integrator ida: {said}\n", self.expect(0, *self.SHORT, "--formulation", "dae", "--linear", "klu", "--all").stdout)
         found = self.object(0, *self.SHORT, "--formulation", "dae")
         lanes = found["integrator_choice"].keys() == {"because"}
         self.assertEqual((found["integrator"], found["form"]), ("radau", "index1") if lanes else ("ida", "stabilized1"))
@@ -1670,8 +1670,9 @@ class Simulate(Case):
 
     def test_change_points(self):
         text = "change points ignored"
-        self.assertIn(text, self.expect(0, *self.SHORT, "--change-points", "ignore").stdout)
-        self.assertNotIn(text, self.expect(0, *self.SHORT).stdout)
+        words = lambda *options: " ".join(self.expect(0, *self.SHORT, *options).stdout.split())
+        self.assertIn(text, words("--change-points", "ignore"))
+        self.assertNotIn(text, words())
         self.assertEqual(self.object(0, *self.SHORT)["change_points"], "cross")
         self.assertEqual(self.object(0, *self.SHORT, "--change-points", "ignore")["change_points"], "ignore")
         done = self.expect(3, *self.SHORT, "--change-points", "ignored")
@@ -1813,12 +1814,11 @@ run: {t_end: 1}
     def test_nothing_moves(self):
         """Neither checked nor run without a word; a mechanism that is fully driven is no such thing."""
         path = self.model(self.PINNED)
-        self.assertIn("degrees of freedom   0\n                       the mechanism cannot move\n",
-                      self.expect(0, "check", path).stdout)
+        self.assertIn(": cannot move, 0 degrees of freedom\n", self.expect(0, "check", path).stdout)
         self.assertIn("the mechanism cannot move: it has no degree of freedom", self.expect(0, "simulate", path).stdout)
         self.assertEqual(self.object(0, "simulate", path)["log"][0]["kind"], "rest")
         driven = ROOT / "examples/driven_slider_crank/driven_slider_crank.yaml"
-        self.assertIn("degrees of freedom   0 remaining, 1 driven\n                       all motion is prescribed\n",
+        self.assertIn(": all motion is prescribed, 1 degree of freedom, driven by 'motor'\n",
                       self.expect(0, "check", driven).stdout)
         found = self.object(0, "check", driven)
         self.assertEqual((found["dof"], found["driven"]), (0, 1))
@@ -1836,7 +1836,7 @@ run: {t_end: 1}
                           "run: {t_end: 1}\n")
         why = "the accelerations are not determined: the motion of 's.1' moves no mass"
         done = self.expect(0, "check", path)
-        self.assertIn(f"no run is possible   {why}", done.stdout)
+        self.assertIn(f"no run is possible {why}", " ".join(done.stdout.split()))
         self.assertIn(f"kempe: warning: {why}", done.stderr)
         self.assertIn(why, self.object(0, "check", path)["undetermined"])
         self.assertIn(why, self.expect(1, "simulate", path).stderr)
@@ -2101,7 +2101,7 @@ run: {t_end: 1}
         rings = ("kempe: 1\nbodies:\n  a: {joint: {revolute: z, at: ground}}\n  b: {joint: {revolute: y, at: a}}\n"
                  "  c: {joint: {revolute: x, at: b}, mass: 1, com: [0.3, 0, 0.1], inertia: {xx: 0.01, yy: 0.02, zz: 0.02}}\n"
                  "start: {q: {b: 90 deg}}\nrun: {t_end: 1}\n")
-        said = self.expect(0, "check", self.model(rings)).stdout
+        said = " ".join(self.expect(0, "check", self.model(rings)).stdout.split())
         self.assertIn("the motion of 'a' together with 'c' moves no mass; give body 'a'", said)
 
     def test_a_weld_has_no_start_value(self):
@@ -3338,7 +3338,7 @@ run: {t_end: 0.05, outputs: [q]}
         model.write_text(text % "yy")
         self.assertEqual(json.loads(self.expect(0, "simulate", model, "--t-end", "0.5", "--json", "-").stdout)["warnings"], [])
         model.write_text("kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 1, com: [1, 0, 0]}}\n")
-        self.assertIn("without inertia      a\n", self.expect(0, "check", model).stdout)
+        self.assertIn("without inertia         a\n", self.expect(0, "check", model).stdout)
 
     def test_numbers_whose_squares_overflow(self):
         model = self.folder / "large.yaml"

@@ -145,7 +145,7 @@ static void show_assembly(kmp_text *text, const void *result)
                             a->centred ? ", centred because a guess was outside its bearing" : "");
         kmp_text_free_part(text, &names);
     }
-    kmp_print_rounding(text, a->system, "rounding  ", "          ");
+    kmp_print_rounding(text, a->system, "rounding  ");
     kmp_text changed = {0};
     kmp_assembly_put_rates(&changed, a);
     for (const char *at = changed.s ? changed.s : ""; *at; at += strcspn(at, "\n") + 1)

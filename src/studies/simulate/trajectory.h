@@ -86,6 +86,11 @@ struct kempe_trajectory {
 /** Unit of the number that differs most in the repeat run; "": a state; NULL: there is none. */
 const char *kmp_trajectory_unit(const kempe_trajectory *t);
 
+/** The largest scaled residual of closures of a run that is trusted; whether the energy balance exceeds its limit, a
+ * part KMP_VISIBLE of the energy exchanged. */
+double kmp_trajectory_trusted_gap(const kempe_trajectory *t);
+bool kmp_trajectory_loses_energy(const kempe_trajectory *t);
+
 /** The outputs in addition to the table (model/data/output_table.h) at a row; owned by the evaluator. */
 const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, int row);
 
