@@ -533,6 +533,22 @@ class Systems(Case):
             self.assertRegex(text, rf"(?m)^  slider .*  {unit}, {unit}/s$")
             self.assertRegex(text, rf"(?m)^potential  \S+ {self.SHOWN[system]['J'][0]}$")
 
+    def test_metadata(self):
+        """A file of another system has its word, one of SI none."""
+        for system in "si", "mm", "us":
+            told = system != "si"
+            for ending in "json", "npz", "parquet":
+                self.expect(0, "simulate", self.SLIDER, "--t-end", "0.01", "--units", system, "-o", f"a.{ending}")
+            table = json.loads((self.folder / "a.json").read_text())
+            self.assertEqual(table.get("system"), system if told else None)
+            self.assertIn({"si": "m/s", "mm": "mm/s", "us": "in/s"}[system], table["units"])
+            with zipfile.ZipFile(self.folder / "a.npz") as archive:
+                self.assertEqual("system.npy" in archive.namelist(), told)
+                if told:
+                    self.assertEqual(archive.read("system.npy")[-8:].decode("utf-32-le"), system)
+            foot = (self.folder / "a.parquet").read_bytes()
+            self.assertEqual(b"system" in foot and system.encode() in foot[foot.index(b"system"):][:12], told)
+
     def test_check(self):
         """A box of 46.8 kg: m (b^2 + c^2)/12 about its edges."""
         box = self.model("kempe: 1\nbodies: {m: {joint: {name: A, revolute: z, at: ground}, "
