@@ -8,6 +8,7 @@
 #include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
+#include "output/reactions.h"
 #include "output/result_table.h"
 #include <kempe/equilibrium.h>
 #include <math.h>
@@ -38,29 +39,26 @@ static const char *name_of_load(const kempe_equilibrium *e, int k)
                                     : model->bodies[e->loads.joint[k - model->closure_count]].joint;
 }
 
-static void show_reactions(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
+/* The reactions of a balance, to be freed; false: no memory. */
+static bool reactions_of(const kempe_equilibrium *e, const kmp_balance *b, kmp_reactions *r)
 {
-    const kempe_model *model = e->system->model;
-    int width = 0;
-    if (model->closure_count == kmp_model_friction_count(model) && e->loads.joints == 0)
-        return;
-    for (int k = 0; k < model->closure_count + e->loads.joints; k++)
-        width = (int)strlen(name_of_load(e, k)) > width ? (int)strlen(name_of_load(e, k)) : width;
-    kmp_text_printf(text, "\n  %-*s  %12s  %12s  %12s  N, ground axes\n", width, "", "reaction x", "y", "z");
-    double noise = 0;
-    for (int k = 0; k < model->closure_count + e->loads.joints; k++)
-        for (int i = 0; i < 3; i++)
-            noise = fmax(noise, KMP_PRINT_NOISE * fabs(b->reaction[KMP_LOAD_VALUES * k + i]));
-    for (int k = 0; k < model->closure_count + e->loads.joints; k++)
-        if (k >= model->closure_count || !kmp_closure_is_of_modes(&model->closures[k])) {
-            const double *force = b->reaction + (ptrdiff_t)KMP_LOAD_VALUES * k;
-            kmp_text_printf(text, "  %-*s  %12.6g  %12.6g  %12.6g\n", width, name_of_load(e, k),
-                            kmp_print_clean(force[0], noise), kmp_print_clean(force[1], noise),
-                            kmp_print_clean(force[2], noise));
-        }
-    if (*b->not_unique)
-        kmp_text_printf(text, "\nloads      not unique, those of %s: %s\n",
-                        e->least_norm ? "least norm" : "one solution", b->not_unique);
+    if (kmp_reactions_init(r, e->system, &e->loads, true) != KEMPE_OK)
+        return false;
+    r->least_norm = e->least_norm;
+    kmp_reactions_add(r, 0, b->reaction);
+    return !b->shared.told || kmp_reactions_mark(r, &b->shared) == KEMPE_OK;
+}
+
+static void put_reactions(kmp_text *text, kmp_json *json, const kempe_equilibrium *e, const kmp_balance *b)
+{
+    kmp_reactions reactions;
+    if (!reactions_of(e, b, &reactions))
+        text->failed = true;
+    else if (json)
+        kmp_reactions_json(json, &reactions);
+    else
+        kmp_reactions_show(text, &reactions);
+    kmp_reactions_free(&reactions);
 }
 
 static void show_end(kmp_text *text, const kempe_equilibrium *e, int coordinate, const kmp_rest_end *end)
@@ -201,7 +199,7 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
                         as.factor * b->freed[i], *unit ? " " : "", unit);
     }
     show_cyclic(text, e, b);
-    show_reactions(text, e, b);
+    put_reactions(text, NULL, e, b);
     show_elements(text, e, b);
     for (int i = 0; i < b->set_count; i++) {
         const kmp_rest_set *set = &b->set[i];
@@ -275,9 +273,11 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
             kmp_json_numbers(j, name_of_load(e, k), 3, b->reaction + KMP_LOAD_VALUES * k);
     kmp_json_put(j, "} moment {");
     for (int k = 0; k < model->closure_count + e->loads.joints; k++)
-        if (!e->exchange && (k >= model->closure_count || !kmp_closure_is_of_modes(&model->closures[k])))
+        if (k >= model->closure_count || !kmp_closure_is_of_modes(&model->closures[k]))
             kmp_json_numbers(j, name_of_load(e, k), 3, b->reaction + KMP_LOAD_VALUES * k + 3);
-    kmp_json_put(j, "} loads_not_unique %s load_share %s", b->not_unique, e->least_norm ? "least-norm" : NULL);
+    kmp_json_end(j);
+    put_reactions(j->text, j, e, b);
+    kmp_json_put(j, "loads_not_unique %s load_share %s", b->not_unique, e->least_norm ? "least-norm" : NULL);
     kmp_json_put(j, "potential %g iterations %d exchanges %d", b->potential, b->iterations, b->exchanges);
     kmp_json_numbers(j, "history", b->iterations, b->residuals);
     kmp_json_whole(j, "hits", b->hits);
@@ -357,6 +357,21 @@ static void fill_equilibria(kempe_table *table, const void *result)
     }
 }
 
+static void fill_reactions(kempe_table *table, const void *result)
+{
+    const kempe_equilibrium *e = result;
+    kmp_tabulate_columns(table, "equilibrium");
+    kmp_reactions_columns(table);
+    for (int k = 0; k < e->count; k++) {
+        kmp_reactions reactions;
+        if (reactions_of(e, &e->balance[k], &reactions))
+            kmp_reactions_tabulate(table, &reactions, k);
+        else
+            kmp_tabulate_fail(table);
+        kmp_reactions_free(&reactions);
+    }
+}
+
 static void fill_history(kempe_table *table, const void *result)
 {
     const kempe_equilibrium *e = result;
@@ -406,4 +421,5 @@ static void fill_rest(kempe_table *table, const void *result)
 }
 
 KMP_TABLES(kempe_equilibrium, equilibrium, equilibrium->requested->context, {"equilibria", fill_equilibria},
-           {"contacts", fill_contacts}, {"friction", fill_friction}, {"rest", fill_rest}, {"history", fill_history})
+           {"contacts", fill_contacts}, {"friction", fill_friction}, {"rest", fill_rest}, {"history", fill_history},
+           {"reactions", fill_reactions})

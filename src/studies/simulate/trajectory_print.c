@@ -9,6 +9,7 @@
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "output/print.h"
+#include "output/reactions.h"
 #include "output/result_table.h"
 #include "studies/simulate/observed.h"
 #include "studies/simulate/trajectory.h"
@@ -140,6 +141,19 @@ static void show_outputs(kmp_text *text, const kempe_trajectory *t)
     kmp_text_free(&column);
 }
 
+/* Of the rows; the text or the object fails without memory. */
+static void put_reactions(kmp_text *text, kmp_json *json, const kempe_trajectory *t)
+{
+    kmp_reactions reactions;
+    if (kmp_reactions_of_rows(&reactions, t->system, &t->table, t->least_norm) != KEMPE_OK)
+        text->failed = true;
+    else if (json)
+        kmp_reactions_json(json, &reactions);
+    else
+        kmp_reactions_show(text, &reactions);
+    kmp_reactions_free(&reactions);
+}
+
 static const char *again_name(const kempe_trajectory *t)
 {
     return t->system->n > 0 ? t->system->model->motions[t->again.index].name : NULL;
@@ -157,7 +171,7 @@ static void show_accuracy(kmp_text *text, const kempe_trajectory *t)
         kmp_text_put(text, "\n");
     }
     if (t->verdict.misfit_row >= 0) {
-        kmp_text_put(text, "          rows omitted as redundant have gaps of at most ");
+        kmp_text_put(text, "          equations omitted as redundant have gaps of at most ");
         kmp_print_quantity(text, t->system->context, 2, t->verdict.misfit * t->system->length, "m");
         kmp_text_printf(text, " ('%s' at t = %.6g s)\n", t->system->row_names[t->verdict.misfit_row],
                         t->verdict.misfit_t);
@@ -371,6 +385,7 @@ static void show_run(kmp_text *text, const kempe_trajectory *t, bool all)
     if (t->table.rows > 0) {
         show_state(text, t);
         show_outputs(text, t);
+        put_reactions(text, NULL, t);
         kmp_text_put(text, "\n");
         show_accuracy(text, t);
         show_method(text, t);
@@ -456,6 +471,7 @@ static void json_state(kmp_json *json, const kempe_trajectory *t)
     for (int c = 0; c < s->model->closure_count; c++)
         kmp_json_numbers(json, s->model->closures[c].name, 3, t->reaction + 3 * c);
     kmp_json_end(json);
+    put_reactions(json->text, json, t);
     json_outputs(json, t, true);
     json_outputs(json, t, false);
 }
@@ -579,8 +595,20 @@ static void fill_contacts(kempe_table *table, const void *result)
     }
 }
 
+static void fill_reactions(kempe_table *table, const void *result)
+{
+    const kempe_trajectory *t = result;
+    kmp_reactions reactions;
+    kmp_reactions_columns(table);
+    if (kmp_reactions_of_rows(&reactions, t->system, &t->table, t->least_norm) == KEMPE_OK)
+        kmp_reactions_tabulate(table, &reactions, -1);
+    else
+        kmp_tabulate_fail(table);
+    kmp_reactions_free(&reactions);
+}
+
 KMP_TABLES(kempe_trajectory, trajectory, trajectory->system->context, {"rows", fill_rows}, {"log", fill_log},
-           {"contacts", fill_contacts})
+           {"contacts", fill_contacts}, {"reactions", fill_reactions})
 
 /* -- outputs by name --------------------------------------------------------------------------------- */
 
