@@ -68,6 +68,80 @@ class TextRules(unittest.TestCase):
             self.assertTrue(faults(bad), bad)
 
 
+class TextsOfResults(unittest.TestCase):
+    """Texts of commands that need further words or files: also no line above 100 characters, and no words of the implementation."""
+
+    LONGEST = 100
+    INNER = re.compile(r"\b(lanes?|exchanges|pivots?|right-hand sides|factori[sz]ations|Newton \d)")
+    MODELS = ("four_bar", "quarter_car", "slider_crank", "stewart")
+    BRICK = ("--mass", "tests/models/brick_mass.mtx", "--nodes", "tests/models/brick_nodes.txt", "--units", "m kg s", "--interface", "root=x=0",
+             "--interface", "tip=8-11", "--modes", "3")
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def faults(self, text):
+        return (faults(text) + [f"{len(line)} characters: {line}" for line in text.splitlines() if len(line) > self.LONGEST]
+                + [f"'{word.group()}' is of the implementation" for word in self.INNER.finditer(text)])
+
+    def text(self, code, *words):
+        """Returns what a command prints, which keeps the rules."""
+        done = subprocess.run([KEMPE, *map(str, words)], capture_output=True, text=True, cwd=self.folder)
+        with self.subTest(" ".join(map(str, words[:2]))):
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertEqual(self.faults(done.stdout), [])
+        return done.stdout
+
+    def test_models(self):
+        for name in self.MODELS:
+            model = ROOT / f"examples/{name}/{name}.yaml"
+            self.text(0, "sensitivity", model, "--t-end", "0.05")
+            self.assertIn("written to the folder code\n", self.text(0, "generate", model, "--lang", "c", "-o", "code"))
+            self.text(0, "generate", model, "--count")
+            self.text(0, "show", model, "--stats")
+            self.assertEqual(*(subprocess.run([KEMPE, "show", model, *words], capture_output=True, text=True, check=True).stdout for words in ((), ("--model",))))
+            self.assertRegex(self.text(0, "fmu", model, "--no-binary", "-o", "unit.fmu"), r"^\S+: complete, unit\.fmu: FMI 3\.0, .*\d kB\n  \d+ states?, ")
+
+    def test_states(self):
+        """The unit of a parameter is above its derivatives, where the model has it."""
+        for of in ("equilibrium", "modes"):
+            self.assertIn("  per N*s/m of damper", self.text(0, "sensitivity", ROOT / "examples/quarter_car/quarter_car.yaml", "--of", of, "--parameters", "damper"))
+
+    def test_searches(self):
+        model = ROOT / "examples/four_bar/four_bar.yaml"
+        subprocess.run([KEMPE, "simulate", model, "--t-end", "0.2", "-o", "data.csv"], cwd=self.folder, check=True, capture_output=True)
+        self.assertRegex(self.text(0, "fit", model, "data.csv", "--columns", "q.rocker", "--parameter", "crank_mass:0.5:2"),
+                         r"^four-bar: complete, fit of crank_mass to 21 measurements\n  residual \S+ rad in q\.rocker, ")
+        search = ("optimize", model, "--minimize", "max(qd(rocker))", "--parameter", "base:0.85:0.95", "--t-end", "0.2")
+        self.assertRegex(self.text(0, *search), r"^four-bar: complete, minimum of max\(qd\(rocker\)\) = \S+ rad/s at base = ")
+        self.assertRegex(self.text(5, *search, "--limit", "max(q(rocker)) > 2"), r"^four-bar: not trustworthy, no values satisfy max\(q\(rocker\)\) > 2, nearest ")
+
+    def test_instances(self):
+        """The cause of failures is the same of a run, of a run into a folder and of the gathered folder."""
+        study = ("ensemble", ROOT / "examples/four_bar/four_bar.yaml", "--sample", "crank=0.28:1.9", "--instances", "20", "--t-end", "0.1")
+        told = [self.text(5, *words) for words in (study, (*study, "--out", "bars.kempe"), ("gather", "bars.kempe"))]
+        first = [text.partition("\n\n")[0].splitlines()[:2] for text in told]
+        self.assertRegex(first[0][0], r"^four-bar: not trustworthy, \d+ of 20 instances complete, \d+ failed$")
+        self.assertRegex(first[0][1], r"^  \d+ failed: parameter 'across' is not a number: .* \(first: instance \d+")
+        self.assertEqual(first[1:], first[:1] * 2)
+        self.assertIn("kempe simulate --from bars.kempe --instance ", told[2])
+        self.text(0, *study[:3], "crank=0.28:0.3", *study[4:])
+
+    def test_files(self):
+        self.assertIn("kempe check first.yaml\n", self.text(0, "new", "first"))
+        done = subprocess.run([KEMPE, "reduce", "tests/models/brick.mtx", *self.BRICK, "-o", self.folder / "brick.npz"], capture_output=True, text=True, cwd=ROOT)
+        self.assertEqual(self.faults(done.stdout.replace(str(self.folder), ".")), [])
+        self.assertRegex(done.stdout, r"brick\.npz: complete, 9 modes from 0\.38824 to 4\.51536 Hz, mass 24 kg\n")
+
+    def test_faults_are_found(self):
+        good = "m: complete, 3 instances\n"
+        self.assertEqual(self.faults(good), [])
+        for bad in (good + "x" * 101, good + "lanes     16", good + "  0.12345678901 m"):
+            self.assertTrue(self.faults(bad), bad)
+
+
 if __name__ == "__main__":
     KEMPE = str(pathlib.Path(sys.argv.pop(1)).resolve())
     unittest.main()

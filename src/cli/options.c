@@ -322,7 +322,7 @@ static const option options[] = {
     {CLI_GENERATE, IN_RUN, "optimize", FLAG(generation.optimize),
      "minimise the number of operations, joint by joint; generation takes longer"},
     {CLI_SHOW, IN_OUTPUT, "model", FLAG(show_model),
-     "the model: bodies, joints, closures, forces, numbers in SI units"},
+     "the model: bodies, joints, closures, forces, numbers in SI units (default)"},
     {CLI_SHOW, IN_OUTPUT, "as", TEXT(show_as), "NAME",
      "the model in another format: urdf+, sdf, mjcf, yaml; a warning names each part that the format cannot say"},
     {CLI_SHOW, IN_OUTPUT, "equations", FLAG(show_equations), "M, C, h, J, jdqd (Jdot qd) as assignments"},

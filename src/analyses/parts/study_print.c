@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analyses/parts/study_print.h"
 #include "model/data/model.h"
+#include "model/data/variant.h"
 #include "model/language/expression_value.h"
 #include "output/print.h"
 #include <string.h>
@@ -18,6 +19,18 @@ const char *kmp_quantity_unit_of(const kempe_system *system, const char *name)
                 return kmp_quantity_unit(system, quantity, k);
     }
     return "";
+}
+
+void kmp_print_parameter_unit(kmp_text *text, const char *before, const kempe_system *system, const char *name)
+{
+    const int at = kmp_parameter_find(system->model, name);
+    const char *unit = at < 0 ? kmp_quantity_unit_of(system, name) : "";
+    if (*unit)
+        kmp_text_printf(text, "%s%s", before, unit);
+    if (at < 0 || !kmp_dimension_is_physical(system->model->parameters[at].dimension))
+        return;
+    kmp_text_put(text, before);
+    kmp_dimension_print(text, system->model->parameters[at].dimension);
 }
 
 void kmp_print_pairs(kmp_json *json, const char *key, int count, const double *re, const double *im)

@@ -8,6 +8,10 @@
 /** SI unit of a value that is named as a column, q.NAME or qd.NAME; "": another name, a parameter. */
 const char *kmp_quantity_unit_of(const kempe_system *system, const char *name);
 
+/** Appends `before` and the SI unit of a parameter of the model, or of a start value q.NAME, qd.NAME; nothing where the
+ * unit is not known. */
+void kmp_print_parameter_unit(kmp_text *text, const char *before, const kempe_system *system, const char *name);
+
 /** An array of pairs [re, im]. */
 void kmp_print_pairs(kmp_json *json, const char *key, int count, const double *re, const double *im);
 
