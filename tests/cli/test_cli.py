@@ -524,7 +524,7 @@ class Systems(Case):
             self.assertEqual(found, unit)
             self.assertAlmostEqual(float(number), factor * slide["q"]["slider"], delta=1e-5 * abs(float(number)))
             text = self.expect(0, "inverse", self.SLIDER, "--units", system, "--report", "page.html").stdout
-            self.assertRegex(text, rf"(?m)^  crank   {self.SHOWN[system]['N m'][0]} ")
+            self.assertRegex(text, rf"(?m)^  crank  {self.SHOWN[system]['N m'][0]} ")
             self.assertIn(f'"{self.SHOWN[system]["N m"][0]}"', (self.folder / "page.html").read_text())
             self.expect(0, "simulate", self.SLIDER, "--t-end", "0.1", "--units", system, "--y", "q(slider)", "--plot", f"{system}.svg")
             self.assertIn(f">{unit}<", (self.folder / f"{system}.svg").read_text())
@@ -532,6 +532,22 @@ class Systems(Case):
             text = self.expect(0, "equilibrium", self.GOVERNOR, "--rates", "shaft=60 rpm", "--units", system).stdout
             self.assertRegex(text, rf"(?m)^  slider .*  {unit}, {unit}/s$")
             self.assertRegex(text, rf"(?m)^potential  \S+ {self.SHOWN[system]['J'][0]}$")
+
+    def test_metadata(self):
+        """A file of another system has its word, one of SI none."""
+        for system in "si", "mm", "us":
+            told = system != "si"
+            for ending in "json", "npz", "parquet":
+                self.expect(0, "simulate", self.SLIDER, "--t-end", "0.01", "--units", system, "-o", f"a.{ending}")
+            table = json.loads((self.folder / "a.json").read_text())
+            self.assertEqual(table.get("system"), system if told else None)
+            self.assertIn({"si": "m/s", "mm": "mm/s", "us": "in/s"}[system], table["units"])
+            with zipfile.ZipFile(self.folder / "a.npz") as archive:
+                self.assertEqual("system.npy" in archive.namelist(), told)
+                if told:
+                    self.assertEqual(archive.read("system.npy")[-8:].decode("utf-32-le"), system)
+            foot = (self.folder / "a.parquet").read_bytes()
+            self.assertEqual(b"system" in foot and system.encode() in foot[foot.index(b"system"):][:12], told)
 
     def test_check(self):
         """A box of 46.8 kg: m (b^2 + c^2)/12 about its edges."""
@@ -542,7 +558,16 @@ class Systems(Case):
             heavy, pounds, long, inches = units
             told = (f"m: {mass * pounds:.6g} {heavy}, centre [{0.05 * inches:.6g}, 0, 0] {long}, inertia "
                     + " ".join(f"{name} {x * pounds * inches**2:.6g}" for name, x in zip(("xx", "yy", "zz"), inertia)) + f" {heavy} {long}^2")
-            self.assertIn(told, self.expect(0, "check", box, "--units", system).stdout)
+            self.assertIn(told, " ".join(self.expect(0, "check", box, "--units", system).stdout.split()))
+
+    def test_inches_and_pounds(self):
+        """The model of the how-to: half of the weight of 3 lb holds the lever, and its pin has the other half."""
+        page = (ROOT / "docs/howto.md").read_text()
+        lever = self.model(re.search(r"`lever.yaml`:\n\n```yaml\n(.*?)```", page, re.S).group(1))
+        text = self.expect(0, "equilibrium", lever, "--hold", "A=0", "--solve-for", "load", "--units", "us").stdout
+        self.assertIn("load = 1.5 lbf\n", text)
+        self.assertRegex(text, r"force, lbf")
+        self.assertRegex(text, r"(?m)^  A\b.* 1\.5 ")
 
     def test_found_parameters(self):
         """A parameter that is found has the unit of its file; one without a unit is in SI, which a text in other units says."""
