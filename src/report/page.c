@@ -243,6 +243,7 @@ kempe_status kmp_page_write(const kmp_page_kind *kind, kempe_context *context, c
     kmp_samples_free(&page.states);
     kempe_table_free(page.table);
     kempe_statistics_free(page.statistics);
+    kempe_table_free(page.reactions);
     kempe_comfort_free(page.comfort);
     kempe_text_free(page.text);
     kempe_system_free(page.own);

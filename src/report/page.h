@@ -17,7 +17,7 @@ extern const char *const kmp_phrases_js[], *const kmp_plots_js[], *const kmp_rec
 extern const char *const kmp_solids_js[], *const kmp_shapes_js[], *const kmp_scene_webgl_js[];
 extern const char *const kmp_scene_canvas_js[], *const kmp_journal_paths_js[], *const kmp_quantities_js[];
 extern const char *const kmp_running_vehicle_js[], *const kmp_comparison_js[], *const kmp_modes_view_js[];
-extern const char *const kmp_result_js[], *const kmp_scene_flexible_js[];
+extern const char *const kmp_result_js[], *const kmp_scene_flexible_js[], *const kmp_joint_reactions_js[];
 
 /** A number with a name, in words; beyond its limit it takes the trust from the result. */
 typedef struct kmp_page_fact {
@@ -57,6 +57,7 @@ typedef struct kmp_result_page {
     int first_count;
     int left_out;                 /* outputs that are not in the table */
     kempe_statistics *statistics; /* of an ensemble; NULL: none */
+    kempe_table *reactions;       /* of the joints; NULL: none */
 
     int record_count; /* runs over time; those without rows are not shown */
     kmp_record *records;

@@ -358,6 +358,33 @@ static void put_parameters(kmp_json *json, const kempe_model *model)
     kmp_json_end(json);
 }
 
+/* The table as columns with names and units, and rows of cells. */
+static void put_reactions(kmp_json *json, const kempe_table *table)
+{
+    const int columns = kempe_table_column_count(table);
+    if (kempe_table_row_count(table) == 0) {
+        kmp_json_string(json, "reactions", NULL);
+        return;
+    }
+    kmp_json_put(json, "reactions { columns [");
+    for (int c = 0; c < columns; c++)
+        kmp_json_string(json, NULL, kempe_table_column_name(table, c));
+    kmp_json_put(json, "] units [");
+    for (int c = 0; c < columns; c++)
+        kmp_json_string(json, NULL, kempe_table_unit(table, c));
+    kmp_json_put(json, "] rows [");
+    for (int row = 0; row < kempe_table_row_count(table); row++) {
+        kmp_json_array(json, NULL);
+        for (int c = 0; c < columns; c++)
+            if (kmp_table_has_words(table, c))
+                kmp_json_string(json, NULL, kempe_table_word(table, row, c));
+            else
+                kmp_json_rounded(json, NULL, kempe_table_number(table, row, c), 7);
+        kmp_json_end(json);
+    }
+    kmp_json_put(json, "] }");
+}
+
 static void put(kmp_result_page *page)
 {
     kmp_json *json = &page->data;
@@ -369,10 +396,16 @@ static void put(kmp_result_page *page)
     put_owners(json, page->system->model);
     kmp_json_put(json, "separate %i locked %i", page->separate, page->locked);
     kmp_statistics_put(json, "statistics", page->statistics);
+    put_reactions(json, page->reactions);
     put_parameters(json, page->system->model);
     put_files(json, page->system->model);
 }
 
-static const char *const *const scripts[] = {kmp_records_js,         kmp_journal_paths_js, kmp_quantities_js,
-                                             kmp_running_vehicle_js, kmp_result_js,        NULL};
+static const char *const *const scripts[] = {kmp_records_js,
+                                             kmp_journal_paths_js,
+                                             kmp_quantities_js,
+                                             kmp_joint_reactions_js,
+                                             kmp_running_vehicle_js,
+                                             kmp_result_js,
+                                             NULL};
 const kmp_page_view kmp_result_view = {kmp_result_html, scripts, put};

@@ -126,6 +126,7 @@ static kempe_status fill_inverse(kmp_result_page *page, const void *result)
                                               : kmp_arena_printf(&page->arena, "Stopped after %d instants", r->rows);
     KMP_TRY(kempe_inverse_print(r, KEMPE_TEXT, &page->text));
     KMP_TRY(kempe_inverse_table(r, "rows", &page->table));
+    KMP_TRY(kempe_inverse_table(r, "reactions", &page->reactions));
     page->x = "t";
     add_peak(page, "largest force or torque", "tau.");
     add_peak(page, "largest power", "power.");
@@ -162,6 +163,7 @@ static kempe_status fill_equilibria(kmp_result_page *page, const void *result)
                                  : kmp_arena_printf(&page->arena, "%d equilibria, the first %s", e->count, stability);
     KMP_TRY(kempe_equilibrium_print(e, KEMPE_TEXT, &page->text));
     KMP_TRY(kempe_equilibrium_table(e, "equilibria", &page->table));
+    KMP_TRY(kempe_equilibrium_table(e, "reactions", &page->reactions));
     page->separate = true;
     for (int k = 0; k < e->count; k++)
         KMP_TRY(kmp_page_add_frames(page, 1, e->balance[k].q, 0, (double[]){k + 1}));
@@ -610,6 +612,7 @@ static kempe_status fill_simulation(kmp_result_page *page, const void *result)
     }
     kmp_context_clear(page->context); /* a run that fails has failed again */
     KMP_TRY(kempe_trajectory_print(t, KEMPE_TEXT, &page->text));
+    KMP_TRY(kempe_trajectory_table(t, "reactions", &page->reactions));
     kmp_page_set_outcome(page, kempe_trajectory_outcome(t), t->reason, t->warnings,
                          kmp_arena_printf(&page->arena, "%s%s%s %s, rtol %g", t->spec.formulation,
                                           t->spec.form ? " " : "", t->spec.form ? t->spec.form : "", t->integrator,

@@ -396,6 +396,7 @@ function begin() {
     tellModel();
     tellContacts();
     tellQuantities();
+    tellReactions();
     tellVehicle();
     beginSpeeds();
     tellCurves();

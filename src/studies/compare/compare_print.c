@@ -21,7 +21,7 @@ static double shown_error(const kempe_comparison *c, const kmp_compared *run, km
     return kmp_compared_is_below(c, run, quantity) ? NAN : run->verdict.error[quantity];
 }
 
-enum { NAME = 28, NUMBER = 16, LINE = 100, INDENT = 4, FEW_RUNS = 24 };
+enum { NAME = 28, NUMBER = 16, INDENT = 4, FEW_RUNS = 24 };
 
 /* -- the tables at equal error, each ratio of times split into steps, evaluations a step and time an evaluation ------
  */
@@ -323,30 +323,12 @@ static const char *form_of(const kmp_method *method)
     return method->form ? method->form : "-";
 }
 
-/* A sentence, broken between words; lines after the first are indented. */
-static void show_wrapped(kmp_text *text, const char *first, const char *sentence)
-{
-    int begin = (int)strlen(first), column = begin;
-    kmp_text_put(text, first);
-    while (*sentence) {
-        int word = (int)strcspn(sentence, " \n");
-        bool breaks = column > begin && column + 1 + word > LINE;
-        if (breaks)
-            kmp_text_printf(text, "\n%*s", INDENT, "");
-        kmp_text_printf(text, "%s%.*s", column > begin && !breaks ? " " : "", word, sentence);
-        column = breaks ? INDENT + word : column + word + (column > begin);
-        begin = breaks ? INDENT : begin;
-        sentence += word + (sentence[word] != '\0');
-    }
-    kmp_text_put(text, "\n");
-}
-
 static void show_list(kmp_text *text, const char *title, const kmp_sentences *list)
 {
     if (list->count > 0)
         kmp_text_printf(text, "\n%s\n", title);
     for (int k = 0; k < list->count; k++)
-        show_wrapped(text, "  - ", list->s[k]);
+        kmp_print_wrapped(text, "  - ", INDENT, list->s[k]);
 }
 
 /* -- runs -------------------------------------------------------------------------------------------- */
@@ -361,7 +343,8 @@ static void show_run(kmp_text *text, const kempe_comparison *c, const kmp_compar
         /* The first line of the reason, as far as the table is wide. */
         const char *word = run->left_out ? "" : kempe_outcome_text(kmp_outcome_of(run->status)),
                    *after = run->left_out ? "" : ": ";
-        int length = (int)strcspn(run->reason, "\n"), room = LINE - width - 9 - (int)(strlen(word) + strlen(after));
+        int length = (int)strcspn(run->reason, "\n"),
+            room = KMP_PRINT_LINE - width - 9 - (int)(strlen(word) + strlen(after));
         kmp_text_printf(text, " | %s%s%.*s%s\n", word, after, length > room ? room - 3 : length, run->reason,
                         length > room ? "..." : "");
         return;
@@ -451,7 +434,7 @@ static void show(kmp_text *text, const void *result)
     const kempe_comparison *c = result;
     kmp_print_title(text, c->system->model, kmp_outcome_of(c->status));
     kmp_text_printf(text, "0 to %g s\n", c->t_end);
-    show_wrapped(text, "reference: ", c->source);
+    kmp_print_wrapped(text, "reference: ", INDENT, c->source);
     const double *u = c->uncertainty;
     if (c->has_reference && u[KMP_QUANTITY_Q] > 0) {
         kmp_text_printf(text, "its error is about %.0e in q, %.0e in qd", u[KMP_QUANTITY_Q], u[KMP_QUANTITY_QD]);
@@ -468,7 +451,7 @@ static void show(kmp_text *text, const void *result)
                         c->instants, s->length, s->rate, s->rate * s->length);
         if (c->system->m > 0)
             kmp_text_printf(&sentence, "; of lambda to the largest load, %.3g", s->load);
-        show_wrapped(text, "errors: ", sentence.s ? sentence.s : "");
+        kmp_print_wrapped(text, "errors: ", INDENT, sentence.s ? sentence.s : "");
         kmp_text_free_part(text, &sentence);
     }
     show_runs(text, c);
@@ -489,7 +472,7 @@ static void show(kmp_text *text, const void *result)
                             c->advice.level, 1e3 * run->cpu_s);
         }
         for (int k = 0; k < c->advice.because.count; k++)
-            show_wrapped(text, "  - ", c->advice.because.s[k]);
+            kmp_print_wrapped(text, "  - ", INDENT, c->advice.because.s[k]);
     }
     if (!kmp_is_complete(c->status))
         kmp_text_printf(text, "reason: %s\n", c->reason);

@@ -428,6 +428,7 @@ static kempe_trajectory *trajectory_new(const kmp_simulation *j)
                             .integrator = spec->integrator,
                             .source = j->run->reference ? kmp_arena_strdup(&arena, j->run->reference) : NULL,
                             .verdict = kmp_verdict_none(),
+                            .least_norm = j->least_norm,
                             .log = {.context = j->context},
                             .reaction = unknowns(&arena, 3 * j->system->model->closure_count),
                             .at = unknowns(&arena, 3 * j->system->n + j->system->m),

@@ -76,6 +76,7 @@ struct kempe_trajectory {
     int mode_coordinate;      /* a coordinate of the loops that pass to it */
     double *reaction;         /* 3 a closure, at the last row; NaN when there is none */
     double *shown;            /* values of outputs in addition to the table, per row */
+    bool least_norm;          /* loads that redundant constraints share */
     kmp_run_spec spec;        /* as it was run, without its times and log; it points into the arena */
     bool interrupted;         /* by the user */
     kmp_recording *recording; /* NULL: none is kept */
