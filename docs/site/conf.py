@@ -6,16 +6,19 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 
+import yaml
 from docutils import nodes
 from sphinx.errors import SphinxError
 
 gc.disable()  # trees of pages are large and few are dropped: to search them for cycles takes long and frees little
 SITE = pathlib.Path(__file__).parent
 sys.path.insert(0, str(SITE))
-KATEX = pathlib.Path("/usr/share/javascript/katex")
+SCRIPTS = pathlib.Path("/usr/share/javascript")
+KATEX = SCRIPTS / "katex"
 
 project = "Kempe"
 copyright = "the authors of Kempe, BSD-3-Clause"
@@ -27,6 +30,7 @@ myst_ref_domains = ["std"]  # links are to pages and headings; parsers of C and 
 root_doc = "index"
 html_theme = "furo"
 html_title = "Kempe"
+html_logo = html_favicon = "mark.svg"
 html_static_path = ["style.css"]
 html_css_files = ["katex/katex.min.css", "style.css"]
 html_copy_source = False
@@ -37,12 +41,27 @@ html_theme_options = {"navigation_with_keys": True}
 highlight_language = "text"
 pygments_style = "friendly"
 
+COMMAND = r"(kempe|python3|cmake|ctest|cd|docs/\w+|\./\w+|build/\w+/kempe|octave|make|cc|gcc|export) ?"
 LANGUAGES = (  # of an indented block, by how it begins
+    ("python", r"(import|from) [a-z]|\w+(, \w+)* = (kempe|model|system|run)\b"),
     ("c", r"#include|#define|typedef|(static )?(inline )?(const )?(kempe_\w+|int|void|double) \**\w+|KMP_\w+\(|/\*"),
     ("yaml", r"kempe: 1|[\w.]+:( |\n)"),
     ("console", r"\$ "),
-    ("bash", r"(kempe|python3|cmake|ctest|cd|docs/\w+|\./\w+|build/\w+/kempe|octave|make|cc|gcc) "),
+    ("bash", COMMAND),
 )
+
+
+def language_of(text):
+    """Outputs have none, also below their command."""
+    name = next((name for name, start in LANGUAGES if re.match(start, text)), "text")
+    if name == "bash" and not all(re.match(rf"{COMMAND}|[#\s\w]+=|\s|#|$", line) for line in text.splitlines()):
+        return "text"
+    if name == "yaml":
+        try:
+            return "yaml" if not text.startswith("usage:") and isinstance(yaml.safe_load(text), dict) else "text"
+        except yaml.YAMLError:
+            return "text"
+    return name
 
 
 class Katex:
@@ -82,14 +101,23 @@ def colour_blocks(app, document):
     """Indented blocks have no language: it is found by how they begin."""
     for block in document.findall(nodes.literal_block):
         if block.get("language", "default") in ("default", "text", "none"):
-            text = block.astext()
-            block["language"] = next((name for name, start in LANGUAGES if re.match(start, text)), "text")
+            block["language"] = language_of(block.astext())
             block["force"] = True
+
+
+def make_whole(app, error):
+    """The site works from a file: no file is looked for elsewhere, and no script is a module, which browsers load from servers only."""
+    if error is None:
+        static = pathlib.Path(app.outdir) / "_static"
+        style, script = static / "styles/furo.css", static / "scripts/furo.js"
+        style.write_text(re.sub(r"@import url\(/javascript/(.*?)\);", lambda match: (SCRIPTS / match.group(1)).read_text(), style.read_text()))
+        if "url(/" in style.read_text():
+            raise SphinxError("the style looks for files of a server")
+        script.write_text((static / "scripts/gumshoe-patched.js").read_text() + re.sub("^import .*", "", script.read_text(), flags=re.M))
 
 
 def copy_katex(app, error):
     if error is None:
-        import shutil
         folder = pathlib.Path(app.outdir) / "_static/katex"
         shutil.rmtree(folder, ignore_errors=True)
         (folder / "fonts").mkdir(parents=True)
@@ -106,4 +134,5 @@ def setup(app):
     else:
         app.connect("doctree-read", colour_blocks)
         app.connect("build-finished", copy_katex)
+        app.connect("build-finished", make_whole)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

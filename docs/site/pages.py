@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Builds the site: copies the pages and what they link, adds the navigation of docs/README.md, and runs Sphinx.
+"""Builds the site: copies the pages and what they link, makes a page of each section of docs/README.md, and runs Sphinx.
 
     python3 docs/site/pages.py build/site             the site
     python3 docs/site/pages.py build/site --check     nothing, in half the time: links and equations are checked alike
@@ -38,17 +38,25 @@ def pages():
             ROOT / "bench/results/million.md"]
 
 
-def navigation():
-    """(section, [(title, page)]) of docs/README.md; pages from the root of the repository."""
+def groups():
+    """(page, text) of each section of docs/README.md: its list, below which the navigation has the pages."""
     for title, body in re.findall(r"^## (.*)\n\n((?:- .*\n)+)", (ROOT / "docs/README.md").read_text(), re.M):
-        yield title, [(name, os.path.normpath(f"docs/{page}")) for name, page in re.findall(r"^- \[(.*?)\]\((.*?)\)", body, re.M)]
+        entries = [(name, os.path.normpath(f"docs/{page}")) for name, page in re.findall(r"^- \[(.*?)\]\((.*?)\)", body, re.M)]
+        yield f"docs/{title.lower().replace(' ', '_')}_pages.md", f"# {title}\n\n{body}{tree(entries)}"
 
 
-def tree(entries, caption=""):
+def tree(entries):
     """A hidden toctree, from which Sphinx makes the navigation."""
     names = [(title, pathlib.Path(page).with_suffix("")) for title, page in entries]
     lines = [f"{title} </{page}>" if title else f"/{page}" for title, page in names]
-    return "\n".join(["", "```{toctree}", ":hidden:", *([f":caption: {caption}"] if caption else []), "", *lines, "```", ""])
+    return "\n".join(["", "```{toctree}", ":hidden:", "", *lines, "```", ""])
+
+
+def front(readme):
+    """The front page: an introduction of the site's own in place of that of the README."""
+    start = re.search(r"^## (.*)", readme, re.M)
+    slug = re.sub(r"[^\w -]", "", start.group(1)).strip().lower().replace(" ", "-")
+    return (SITE / "front.txt").read_text().replace('href="#start"', f'href="#{slug}"') + "\n" + readme[start.start():]
 
 
 def children(page):
@@ -83,6 +91,8 @@ def stage(folder):
     for page in pages():
         place = folder / page.relative_to(ROOT).parent
         text = notebook_pages.markdown(page, place) if page.suffix == ".ipynb" else page.read_text()
+        if page == ROOT / "README.md":
+            text = front(text)
         for path in linked_files(page, text):
             if path.is_file() and path.suffix not in (".md", ".ipynb"):
                 copy = folder / path.relative_to(ROOT)
@@ -93,11 +103,13 @@ def stage(folder):
         name = page.relative_to(ROOT).with_suffix(".md")
         if page == ROOT / "README.md":
             name = pathlib.Path("index.md")
-            text += "".join(tree(entries, caption) for caption, entries in navigation())
+            text += tree([("", group) for group, _ in groups()])
         elif page == ROOT / "docs/README.md":
             text = "---\norphan: true\n---\n\n" + text
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
+    for name, text in groups():
+        (folder / name).write_text(staged(ROOT / name, text))
 
 
 def main(arguments):

@@ -382,6 +382,7 @@ function tellCurves() {
 function begin() {
     tellResult();
     tellPeaks();
+    tellJointPeaks();
     tellModel();
     tellContacts();
     tellQuantities();
