@@ -22,7 +22,7 @@ def test_rows_of_a_batch(tmp_path):
     batch = ensemble.run(t_end=0.2)
     folder = ensemble.run_folder(tmp_path / "bars.kempe", chunk=CHUNK, t_end=0.2)
     assert (len(folder), folder.parts, folder.whole) == (COUNT, 3, 3) and "3 of 3" in repr(folder)
-    assert "40 instances in 3 parts of 16" in str(folder)
+    assert "40 instances, all passed" in str(folder) and "3 of 3 parts whole" in str(folder)
     first = 0
     for path in sorted((tmp_path / "bars.kempe").glob("*.parquet")):
         columns, notes = read(path)

@@ -648,8 +648,11 @@ static void put_quantity(kmp_text *text, const kempe_statistics *s, const quanti
     kmp_text_put(text, "\n");
     if (q->count == 0)
         return;
-    kmp_text_printf(text, "  mean      %.6g (%.6g to %.6g), standard deviation %.4g (%.4g to %.4g)\n", q->mean.value,
-                    q->mean.low, q->mean.high, q->deviation.value, q->deviation.low, q->deviation.high);
+    kmp_text words = {0};
+    kmp_text_printf(&words, "%.6g (%.6g to %.6g), standard deviation %.3g (%.3g to %.3g)", q->mean.value, q->mean.low,
+                    q->mean.high, q->deviation.value, q->deviation.low, q->deviation.high);
+    kmp_print_wrapped(text, "  mean      ", 12, words.s ? words.s : "");
+    kmp_text_free_part(text, &words);
     kmp_text_printf(text, "  quantiles 5 %% %.6g, 50 %% %.6g, 95 %% %.6g\n", low->value, middle->value, high->value);
     if (q->least_at >= 0)
         kmp_text_printf(text, "  extremes  %.6g in instance %d, %.6g in instance %d\n", q->least, q->least_at + 1,
