@@ -167,7 +167,7 @@ static void show(kmp_text *text, const void *result)
         kmp_text_printf(text, " and %d more", reported - MOST_TOLD);
     kmp_text_put(text, reported > 0 ? "\n" : "");
     show_actuators(text, r, width);
-    kmp_reactions_show(text, &r->reactions);
+    kmp_reactions_show(text, &r->reactions, "--json");
     show_verdict(text, r);
 }
 
