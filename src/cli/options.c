@@ -405,6 +405,13 @@ static const option options[] = {
      "also the choice of the integrator and the counts of steps, evaluations and changes"},
     {CLI_CHECK, IN_OUTPUT, "all", FLAG(all),
      "also dependent sets, removable closures, pivots, alternatives, blocks and the ranges of all coordinates"},
+    {CLI_COMPARE, IN_OUTPUT, "all", FLAG(all),
+     "also every run, and times split into steps, evaluations and time of each"},
+    {CLI_LINEARIZE, IN_OUTPUT, "all", FLAG(all), "also the matrices N and Nd of all coordinates, and large matrices"},
+    {CLI_MODES, IN_OUTPUT, "all", FLAG(all), "also eigenvalues, and every coordinate that moves"},
+    {CLI_RESPONSE, IN_OUTPUT, "all", FLAG(all), "every peak"},
+    {CLI_CYCLES, IN_OUTPUT, "all", FLAG(all), "every cycle of the branches"},
+    {CLI_CONTACT, IN_OUTPUT, "all", FLAG(all), "every value of the sweep"},
     {CLI_MODELS & ~(CLI_SHOW | CLI_GENERATE | CLI_COMPARE | CLI_FMU), IN_OUTPUT, "angle-unit", TEXT(angle_unit), "UNIT",
      "unit of angles, their rates and accelerations in text, tables, pictures and pages: rad (default), deg; --json "
      "stays in SI"},

@@ -92,7 +92,9 @@ void kmp_print_wrapped(kmp_text *text, const char *first, int indent, const char
     int begin = (int)strlen(first), column = begin;
     kmp_text_put(text, first);
     while (*words) {
-        const int word = (int)strcspn(words, " \n");
+        int word = (int)strcspn(words, " \n");
+        if (strncmp(words + word, " %", 2) == 0) /* stays with its number */
+            word += 2 + (int)strcspn(words + word + 2, " \n");
         const bool breaks = column > begin && column + 1 + word > KMP_PRINT_LINE;
         if (breaks)
             kmp_text_printf(text, "\n%*s", indent, "");

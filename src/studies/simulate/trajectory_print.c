@@ -360,16 +360,6 @@ static void show_log(kmp_text *text, const kmp_run_log *log)
                         log->count > log->kept ? "" : " (--json)");
 }
 
-/* Why a run is not trustworthy. */
-static void show_warnings(kmp_text *text, const kempe_trajectory *t)
-{
-    for (const char *line = t->warnings ? t->warnings : ""; *line;) {
-        const size_t length = strcspn(line, "\n");
-        kmp_text_printf(text, "  %.*s\n", (int)length, line);
-        line += length + (line[length] != '\0');
-    }
-}
-
 static void show_run(kmp_text *text, const kempe_trajectory *t, bool all)
 {
     kmp_print_title(text, t->system->model, kempe_trajectory_outcome(t));
@@ -382,8 +372,7 @@ static void show_run(kmp_text *text, const kempe_trajectory *t, bool all)
         kmp_convergence_put_apart(text, t->system->context, &t->again, kmp_trajectory_unit(t));
     }
     kmp_text_put(text, *t->reason ? "" : "\n");
-    if (kempe_trajectory_outcome(t) == KEMPE_OUTCOME_NOT_TRUSTWORTHY)
-        show_warnings(text, t);
+    kmp_print_doubts(text, kempe_trajectory_outcome(t), t->warnings);
     if (t->table.rows > 0) {
         show_state(text, t);
         show_outputs(text, t);
