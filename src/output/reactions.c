@@ -15,7 +15,8 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MOST_SHOWN = 12, INDENT = 4 }; /* joints in a text; of the second line of a sentence */
+/* Joints in a text; the second line of a sentence; columns of values and of times. */
+enum { MOST_SHOWN = 12, INDENT = 4, VALUE = 14, TIME = 10 };
 
 static const char *const component_of[3] = {"x", "y", "z"};
 
@@ -355,7 +356,8 @@ static void show_peaks(kmp_text *text, const joint_lines *t)
     const kmp_reactions *r = t->r;
     char title[2][40];
     const double factor[2] = {unit_title(r, 0, title[0]), unit_title(r, 1, title[1])};
-    kmp_text_printf(text, "  %-*s  %13s  %10s  %13s  %10s\n", t->width, "", title[0], "at t, s", title[1], "at t, s");
+    kmp_text_printf(text, "  %-*s  %*s  %*s  %*s  %*s\n", t->width, "", VALUE, title[0], TIME, "at t, s", VALUE,
+                    title[1], TIME, "at t, s");
     for (const kmp_reaction *of = r->of; of < r->of + r->count; of++) {
         if (!is_shown(t, of))
             continue;
@@ -363,8 +365,8 @@ static void show_peaks(kmp_text *text, const joint_lines *t)
         for (int k = 0; k < 2; k++) {
             const kmp_reaction_peak *peak = &of->peak[k];
             const bool zero = peak->size <= t->noise[k];
-            put_cell(text, 13, zero ? 0.0 : factor[k] * peak->size);
-            put_cell(text, 10, zero ? NAN : peak->t);
+            put_cell(text, VALUE, zero ? 0.0 : factor[k] * peak->size);
+            put_cell(text, TIME, zero ? NAN : peak->t);
         }
         kmp_text_put(text, "\n");
     }
@@ -381,15 +383,16 @@ static void show_vectors(kmp_text *text, const joint_lines *t, int k)
         any = any || (is_shown(t, of) && of->peak[k].size > t->noise[k]);
     if (!any)
         return;
-    kmp_text_printf(text, "  %-*s  %13s  %13s  %13s  %13s\n", t->width, "", title, "x", "y", "z");
+    kmp_text_printf(text, "  %-*s  %*s  %*s  %*s  %*s\n", t->width, "", VALUE, title, VALUE, "x", VALUE, "y", VALUE,
+                    "z");
     for (const kmp_reaction *of = r->of; of < r->of + r->count; of++) {
         const kmp_reaction_peak *peak = &of->peak[k];
         if (!is_shown(t, of) || isnan(peak->size))
             continue;
         put_labelled(text, of, t->width);
-        put_cell(text, 13, factor * kmp_print_clean(peak->size, t->noise[k]));
+        put_cell(text, VALUE, factor * kmp_print_clean(peak->size, t->noise[k]));
         for (int i = 0; i < 3; i++)
-            put_cell(text, 13, of->effort ? NAN : factor * kmp_print_clean(peak->x[i], t->noise[k]));
+            put_cell(text, VALUE, of->effort ? NAN : factor * kmp_print_clean(peak->x[i], t->noise[k]));
         kmp_text_put(text, "\n");
     }
 }
