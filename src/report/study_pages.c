@@ -589,8 +589,10 @@ static void add_accuracy(kmp_result_page *page, const kempe_trajectory *t)
             limit_fact(page, lost, "%g %%", 100 * KMP_VISIBLE);
     }
     if (t->system->m > 0 && isfinite(verdict->h_max)) {
-        add_fact(page, "loop gap", "%.2g m", verdict->h_max * t->system->length);
-        limit_fact(page, verdict->h_max > gap, "%.2g m", gap * t->system->length);
+        const kmp_shown as = kmp_shown_as(t->system->context, "m");
+        const double metres = as.factor * t->system->length;
+        add_fact(page, "loop gap", "%.2g %s", metres * verdict->h_max, as.unit);
+        limit_fact(page, verdict->h_max > gap, "%.2g %s", metres * gap, as.unit);
     }
 }
 
