@@ -149,7 +149,7 @@ static void a_planar_loop_with_spatial_closures(void)
                            KEMPE_OK);
     const kmp_diagnosis *d = &p.check->diagnosis;
     CHECK(p.check->part.p == 1 && p.system->m == 4 && d->declared == 6 && d->set_count == 2);
-    says(&p, "(2 more vanish identically, as out-of-plane rows do)");
+    says(&p, "(2 more satisfied in every position, as across the plane of a mechanism)");
     says(&p, "coordinates - rows = 3 - 4 = -1: 2 rows are redundant in every configuration");
     dismiss(&p);
 }
@@ -269,7 +269,7 @@ static void slider_crank_dead_centres(void)
         dead += d->limits.limit_position[k].coordinate == 2 && fabs(sin(d->limits.limit_position[k].q[0])) < 1e-10;
     CHECK(dead == 2 && d->limits.limit_position_count >= 2);
     CHECK(d->alternatives[2].max_b > 1e3 && d->alternatives[0].max_b < 1e3);
-    says(&p, "cannot be u here     slider");
+    says(&p, "cannot be chosen     slider");
     dismiss(&p);
 }
 

@@ -49,7 +49,7 @@ static kempe_status read_deviations(kempe_fit *f, const char *list)
     for (int c = 0; f->given && c < f->columns; c++)
         if (!(f->deviation[c] > 0))
             return kmp_fail(f->context, KEMPE_E_ARGUMENT,
-                            "the deviation of '%s' is missing: give that of every column, or of none",
+                            "the deviation of '%s' is missing: give the deviation of every column, or of none",
                             f->column_name[c]);
     return kmp_made(f->context, !f->arena.failed);
 }
@@ -613,8 +613,7 @@ static kempe_status choose_starts(kempe_fit *f, int asked)
         return KEMPE_OK;
     if (endless < f->count)
         return kmp_fail(f->context, KEMPE_E_ARGUMENT,
-                        "several starts are places between bounds, and parameter '%s' has not got both: NAME:LOW:HIGH",
-                        f->name[endless]);
+                        "several starts (--starts) need both bounds of '%s': NAME:LOW:HIGH", f->name[endless]);
     return kmp_fail(f->context, KEMPE_E_ARGUMENT, "several starts are possible of at most %d parameters",
                     (int)KMP_SOBOL_MOST);
 }
@@ -725,15 +724,14 @@ static void warn(kempe_fit *f)
         if (!(alike > KMP_FIT_ALIKE))
             continue;
         if (f->rms[c] > KMP_FIT_UNLIKE * f->own_scatter[c])
-            kmp_doubt(
-                f->context,
-                "the fitted motion is not that of the data: the residuals of '%s' are %.2g of its own deviation, and "
-                "resemble their neighbours; the minimum may be a local one (--starts), or the model lacks an effect",
-                f->column_name[c], f->rms[c] / f->own_scatter[c]);
+            kmp_doubt(f->context,
+                      "the fitted motion does not follow the data: residuals of '%s' are %.2g of its own deviation; "
+                      "the minimum may be local (--starts), or the model lacks an effect",
+                      f->column_name[c], f->rms[c] / f->own_scatter[c]);
         else
             kmp_log(f->context, KEMPE_LOG_WARNING,
-                    "the residuals of '%s' are not noise: neighbouring ones have the correlation %.2f, so that the "
-                    "intervals are too narrow; the minimum may be a local one (--starts), or the model lacks an effect",
+                    "the residuals of '%s' are not noise (correlation of neighbours %.2f), and the intervals too "
+                    "narrow; the minimum may be local (--starts), or the model lacks an effect",
                     f->column_name[c], alike);
     }
     kmp_text open = {0};

@@ -611,7 +611,7 @@ static kempe_status prepare(kempe_optimum *o, const kempe_optimum_options *optio
     if (method && !slopes && strcmp(method, "values") != 0)
         return kmp_fail(o->context, KEMPE_E_ARGUMENT, "unknown method '%s'; available: slopes, values", method);
     if (slopes && !o->objective.runs)
-        return kmp_fail(o->context, KEMPE_E_ARGUMENT, "there are no slopes: %s", o->objective.obstacle);
+        return kmp_fail(o->context, KEMPE_E_ARGUMENT, "no slopes are available: %s", o->objective.obstacle);
     o->method = slopes ? "slopes" : "values";
     return KEMPE_OK;
 }
@@ -640,7 +640,7 @@ kempe_status kempe_optimum_new(const kempe_model *model, const kempe_optimum_opt
         const kmp_searched *s = &o->search[o->best];
         if (s->broken > KMP_OPTIMUM_KEPT)
             kmp_doubt(o->context,
-                      "no place keeps all limits: the result is the one that breaks them least, by %.3g of a bound",
+                      "the limits cannot be satisfied together: the result violates them least, by %.3g of a bound",
                       s->broken);
         if (s->outcome == KMP_SQUARES_MOST)
             kmp_doubt(o->context,

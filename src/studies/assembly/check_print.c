@@ -25,8 +25,7 @@
 #include <stdbool.h>
 
 enum { MOST_LISTED = 12, MOST_RANGES = 4 };
-#define ROUNDING 1e-13 /* relative to the first pivot: zero */
-#define USABLE   1e3   /* max |Bvu| of a coordinate that could be independent */
+#define USABLE 1e3 /* max |Bvu| of a coordinate that could be independent */
 
 /* NULL: of no coordinate. */
 static const char *name_of(const kempe_check *check, int coordinate)
@@ -107,18 +106,16 @@ static void put_second(kmp_text *text, const kempe_check *check)
         kmp_text_put(text, "second-order test: the motion continues in every direction");
         break;
     case KMP_SECOND_BRANCHES:
-        kmp_text_printf(
-            text,
-            "a change point (bifurcation): first order permits a plane of directions, second order %d branch%s in it",
-            d->branches, d->branches == 1 ? "" : "es");
+        kmp_text_printf(text, "change point (bifurcation): %d branch%s this position", d->branches,
+                        d->branches == 1 ? " leaves" : "es leave");
         break;
     case KMP_SECOND_NONE:
-        kmp_text_put(text, "infinitesimally mobile: first order permits a motion, second order excludes it");
+        kmp_text_put(text, "infinitesimally mobile: a small play is possible, but no finite motion");
         break;
     case KMP_SECOND_CONDITIONS:
-        kmp_text_printf(
-            text, "a change point (bifurcation): second order imposes %d condition%s on %d first-order directions",
-            d->conditions, ending(d->conditions), p);
+        kmp_text_printf(text,
+                        "change point (bifurcation): %d condition%s %d directions of motion, not all possible together",
+                        d->conditions, d->conditions == 1 ? " couples" : "s couple", p);
         break;
     }
     if (d->moved && general < p)
@@ -193,7 +190,8 @@ static void put_swing(kmp_text *text, const kempe_check *check, int k)
         return;
     }
     if (s->unseen) {
-        kmp_text_put(text, "moves; its range is found from a start where the angles of the joint are not singular");
+        kmp_text_put(text,
+                     "moves; range unknown, because the angles of the joint are singular at this start: use another");
         return;
     }
     if (s->turns != 0) {
@@ -310,10 +308,10 @@ static void show_mobility(kmp_text *text, const kempe_check *check)
     int vanished = check->diagnosis.declared - part->m;
     line(text, "bodies", "%d", check->body_count);
     line(text, "coordinates", "%d", part->n);
-    line(text, "closures", "%d with %d row%s, of rank %d", check->loop_count, part->m, part->m == 1 ? "" : "s",
-         part->r);
+    line(text, "closures", "%d with %d equation%s, %d of them independent", check->loop_count, part->m,
+         part->m == 1 ? "" : "s", part->r);
     if (vanished > 0)
-        line(text, "", "(%d more vanish identically, as out-of-plane rows do)", vanished);
+        line(text, "", "(%d more satisfied in every position, as across the plane of a mechanism)", vanished);
     if (check->driven > 0)
         line(text, "degrees of freedom", "%d remaining, %d driven", part->p, check->driven);
     else
@@ -326,7 +324,7 @@ static void show_mobility(kmp_text *text, const kempe_check *check)
     sentence(text, check, "", put_elastic_mobility);
     sentence(text, check, "", put_second);
     if (check->diagnosis.ran && check->diagnosis.margin > 0 && check->diagnosis.margin < 1e-4)
-        line(text, "", "a change point (bifurcation) is near: the last pivot is %.2g of its usual size",
+        line(text, "", "close to a change point (bifurcation): independence of the constraints %.2g of its usual size",
              check->diagnosis.margin);
     label(text, "redundant rows");
     list_rows(text, check->system, part->m - part->r, part->redundant);
@@ -459,8 +457,7 @@ static void put_stiff_loops(kmp_text *text, const kempe_check *check, const kmp_
                           s->model->points[s->model->closures[c].point[side]].body == f->body);
         if (own && c != last && !(kmp_flexible_bends(f, 0) && kmp_flexible_bends(f, 1) && kmp_flexible_bends(f, 2)))
             line(text, "",
-                 "loop '%s' has redundant rows: with shapes in the directions where it is rigid their loads would be "
-                 "determined",
+                 "loop '%s' has redundant constraints: with shapes in its rigid directions their loads would be unique",
                  s->model->closures[c].name);
         last = own ? c : last;
     }
@@ -673,24 +670,15 @@ static void show_choice(kmp_text *text, const kempe_check *check)
     label(text, "why");
     kmp_text_put(text, part->user     ? "requested"
                        : part->r == 0 ? "there are no loops: all coordinates are independent"
-                                      : "v has the largest pivots of the scaled J, so that v depends least on u");
+                                      : "the dependent coordinates are least sensitive to the independent ones");
     if (part->exchanges > 0)
-        kmp_text_printf(text, ";\n%23sthen %d exchange%s between u and v where |Bvu| was above 2", "", part->exchanges,
+        kmp_text_printf(text, ";\n%23sthen %d improvement%s where |dv/du| was above 2", "", part->exchanges,
                         part->exchanges == 1 ? "" : "s");
     kmp_text_put(text, "\n");
-    int count = part->m < part->n ? part->m : part->n;
-    label(text, "pivots");
-    for (int k = 0; k < count; k++)
-        kmp_text_printf(text, "%s%.3g",
-                        k == 0         ? ""
-                        : k == part->r ? " | "
-                                       : " ",
-                        part->pivots[k] > ROUNDING * part->pivots[0] ? part->pivots[k] : 0);
-    kmp_text_put(text, count ? "\n" : "none\n");
-    line(text, "condition of Jv", "%.3g", check->condition);
-    line(text, "max |Bvu|", "%.3g", part->max_b);
-    show_alternatives(text, check, true, "alternatives (|Bvu|)");
-    show_alternatives(text, check, false, "cannot be u here");
+    line(text, "condition number", "%.3g", check->condition);
+    line(text, "largest |dv/du|", "%.3g", part->max_b);
+    show_alternatives(text, check, true, "alternatives |dv/du|");
+    show_alternatives(text, check, false, "cannot be chosen");
 }
 
 /* -- limits of motion -------------------------------------------------------------------------------- */
@@ -720,10 +708,10 @@ static void show_limits(kmp_text *text, const kempe_check *check, int most)
         const char *name = name_of(check, u), *unit = kmp_print_unit(check->system, u);
         double at = kmp_print_value(check->system, u, mark->q[u]);
         if (mark->margin > 0)
-            line(text, "near change point", "at %s = %.6g %s: the last pivot falls to %.2g of its usual size", name, at,
-                 unit, mark->margin);
+            line(text, "near change point", "at %s = %.6g %s: independence of the constraints %.2g of its usual size",
+                 name, at, unit, mark->margin);
         else
-            line(text, "change point", "at %s = %.6g %s: a bifurcation, branches meet there", name, at, unit);
+            line(text, "change point", "at %s = %.6g %s (bifurcation): branches meet there", name, at, unit);
     }
 }
 
@@ -794,7 +782,7 @@ static void show_all(kmp_text *text, const void *result)
         line(text, "removable closures", "not examined: too many rows");
     list(text, check, "removable closures", "or", d->repair_count, put_repair);
     show_choice(text, check);
-    label(text, "blocks of Jv");
+    label(text, "solved in order");
     for (int b = 0; b < d->block_count; b++) {
         const kmp_loop_block *block = &d->blocks[b];
         kmp_text_put(text, b ? " -> {" : "{");

@@ -149,11 +149,10 @@ static void show_accuracy(kmp_text *text, const kempe_trajectory *t)
     kmp_print_cells(text, "energy balance %.2g of the energy exchanged\n", t->verdict.drift_rel);
     if (t->system->m > 0)
         kmp_print_cells(
-            text,
-            "          closures open by %.2g, their rates by %.2g, relative to the characteristic length, %.6g m\n",
+            text, "          loops open by %.2g, their rates by %.2g, relative to the characteristic length, %.6g m\n",
             t->verdict.h_max, t->verdict.hdot_max, t->system->length);
     if (t->verdict.misfit_row >= 0)
-        kmp_text_printf(text, "          rows omitted as redundant have gaps of at most %.1e m ('%s' at t = %.6g s)\n",
+        kmp_text_printf(text, "          redundant constraints open by at most %.1e m ('%s' at t = %.6g s)\n",
                         t->verdict.misfit * t->system->length, t->system->row_names[t->verdict.misfit_row],
                         t->verdict.misfit_t);
     kmp_print_rounding(text, t->system, "          ", "          ");
@@ -200,11 +199,12 @@ static void show_work(kmp_text *text, const kempe_trajectory *t)
     if (names.length > 0)
         kmp_text_printf(text, "unused    parameters without any effect on the model: %s\n", names.s);
     kmp_text_free_part(text, &names);
-    kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, Newton %ld,\n",
+    kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, evaluations %ld, Newton iterations %ld,\n",
                     r->steps, r->rejected, r->refused, r->rhs, r->newton);
-    kmp_text_printf(text, "          factorizations %ld, exchanges %ld, ", r->factorizations, r->exchanges);
+    kmp_text_printf(text, "          factorizations %ld, changes of independent coordinates %ld, ", r->factorizations,
+                    r->exchanges);
     if (t->system->chart_count > 0)
-        kmp_text_printf(text, "chart changes %ld, ", r->centrings);
+        kmp_text_printf(text, "changes of inner angles %ld, ", r->centrings);
     kmp_text_printf(text, "events %ld", r->events);
     if (r->impacts >= 0)
         kmp_text_printf(text, ", impacts %ld", r->impacts);
@@ -228,21 +228,18 @@ static void show_contacts(kmp_text *text, const kempe_trajectory *t)
         if (force->kind != KMP_FORCE_COMPLIANT || kmp_contact_times_find(t, k, &times) != KEMPE_OK)
             continue;
         kmp_text_printf(text, "contact   '%s' began %d time%s%s", force->name, times.begun, times.begun == 1 ? "" : "s",
-                        t->log.contacts_cut ? " in the part of the run whose contacts are kept" : "");
+                        t->log.contacts_cut ? " in the recorded part of the run" : "");
         if (times.ended > 0)
             kmp_text_printf(text, ", largest depth %.4g %s", times.depth[KMP_DEPTHS - 1], unit);
         kmp_text_put(text, "\n");
         if (times.ended > 1) {
             /* Of several contacts. */
             const double *depth = times.depth;
-            kmp_text_printf(
-                text,
-                "          largest depths of the %d that ended: from %.4g, quartiles %.4g, %.4g, %.4g, to %.4g %s\n",
-                times.ended, depth[0], depth[1], depth[2], depth[3], depth[4], unit);
-            kmp_text_printf(text, "          touching for %.1f %% of the time", 100 * times.touching);
+            kmp_text_printf(text, "          depths of the %d that ended: median %.4g, quartiles %.4g and %.4g %s\n",
+                            times.ended, depth[2], depth[1], depth[3], unit);
+            kmp_text_printf(text, "          closed for %.1f %% of the time", 100 * times.touching);
             if (times.turning)
-                kmp_text_printf(text, ", %.1f contacts for each turn of '%s'", times.begun / times.turns,
-                                times.turning);
+                kmp_text_printf(text, ", %.1f contacts per turn of '%s'", times.begun / times.turns, times.turning);
             kmp_text_put(text, "\n");
         }
     }
@@ -251,7 +248,7 @@ static void show_contacts(kmp_text *text, const kempe_trajectory *t)
 /* The first change of the assembly mode. */
 static void show_mode(kmp_text *text, const kempe_trajectory *t)
 {
-    kmp_text_printf(text, "mode      '%s' passes to another assembly mode for the same ",
+    kmp_text_printf(text, "mode      '%s' reaches another assembly mode at the same ",
                     t->system->model->motions[t->mode_coordinate].name);
     /* The coordinates that the start holds, "'A', 'B'". */
     const kempe_model *model = t->system->model;
