@@ -70,7 +70,7 @@ class Page(html.parser.HTMLParser):
         self.tags.append((tag, attributes))
         if "id" in attributes:
             self.by_id[attributes["id"]] = attributes
-        if tag not in ("meta", "link", "img", "input", "br", "line", "circle"):
+        if tag not in ("meta", "link", "img", "input", "br"):
             self.open.append((tag, attributes.get("id")))
 
     def handle_endtag(self, tag):
@@ -162,7 +162,7 @@ class Case(Folder):
     def check_words(self, name, page, data):
         self.assertTrue(page.words("answer"))
         if CASES[name][2] == 0:
-            self.assertTrue(page.words("answer").startswith("Use " + data["advice"]["formulation"]))
+            self.assertTrue(page.words("answer").startswith("\u2713Use " + data["advice"]["formulation"]))
             self.assertEqual(len(re.findall("CPU time|error of q|evaluations", page.words("facts"))), 3)
             self.assertIn("Reference", page.words("reference"))
         else:
@@ -271,7 +271,7 @@ class Modes(Folder):
                 buttons = [a for tag, a in drawn.tags if tag == "button" and "data-mode" in a]
                 self.assertEqual([a["aria-pressed"] for a in buttons].index("true"), zeros)
                 self.assertEqual(len(buttons), modes)
-                self.assertIn(data["stability"], drawn.words("answer"))
+                self.assertEqual(drawn.words("answer"), f"\u2713Complete: {data['stability']}")
                 self.assertIn(f"Mode {zeros + 1}:", drawn.words("stage-note"))
                 plane, right, stage = (drawn.by_id[key] for key in ("plane", "campbell", "view"))
                 self.assertEqual(int(plane["data-lines"]), curves + 1 + (curves > 0))

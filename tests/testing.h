@@ -5,6 +5,7 @@
 #define KEMPE_TESTS_TESTING_H
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -53,6 +54,23 @@ static inline double check_apart(int count, const double *a, const double *b)
         size = check_max(size, fabs(b[i]));
     }
     return off / size;
+}
+
+/* True if a text says these words, also where they are broken into lines: all blanks and ends of lines are the same. */
+static inline bool check_says(const char *text, const char *words)
+{
+    static const char *const blanks = " \n";
+    for (; text && *text; text++) {
+        const char *t = text, *w = words;
+        while (*w && (*w == *t || (strspn(w, blanks) > 0 && strspn(t, blanks) > 0))) {
+            const size_t skipped = strspn(w, blanks);
+            t += skipped > 0 ? strspn(t, blanks) : 1;
+            w += skipped > 0 ? skipped : 1;
+        }
+        if (!*w)
+            return true;
+    }
+    return false;
 }
 
 #define TEST(function)                                                                                                 \

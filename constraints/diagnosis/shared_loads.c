@@ -628,27 +628,32 @@ static void doubt_friction(const kempe_system *s, const kmp_shared_loads *found)
     }
 }
 
-kempe_status kmp_tell_shared_loads(kmp_evaluator *eval, const double t[2], const double *const q[2], int joints,
-                                   const int *joint, const double *loads, bool least_norm, kmp_arena *arena,
-                                   const char **text)
+kempe_status kmp_shared_loads_between(kmp_evaluator *eval, const double t[2], const double *const q[2], int joints,
+                                      const int *joint, const double *loads, kmp_arena *arena, kmp_shared_loads *found)
 {
     const kempe_model *model = eval->system->model;
-    kmp_shared_loads found;
-    kmp_text names = {0};
-    bool zero = true;
-    KMP_TRY(shared_between(eval, t, q, arena, &found));
+    KMP_TRY(shared_between(eval, t, q, arena, found));
+    found->told = found->loaded;
     for (int k = 0; k < KMP_LOAD_SIZE * (model->closure_count + joints); k++) {
         const int c = k / KMP_LOAD_SIZE, i = k % KMP_LOAD_SIZE;
         const bool *shared =
-            c < model->closure_count ? found.of_closure[c] : found.of_body[joint[c - model->closure_count]];
-        zero = zero && (!shared[i] || fabs(loads[k]) < EMPTY);
+            c < model->closure_count ? found->of_closure[c] : found->of_body[joint[c - model->closure_count]];
+        found->told = found->told || (shared[i] && !(fabs(loads[k]) < EMPTY));
     }
-    doubt_friction(eval->system, &found);
-    if ((found.loaded || !zero) && kmp_put_shared_loads(&names, model, &found) > 0)
-        warn(eval->system->context, names.s ? names.s : "", least_norm);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_tell_shared_loads(const kempe_system *system, const kmp_shared_loads *found, bool least_norm,
+                                   kmp_arena *arena, const char **text)
+{
+    kmp_text names = {0};
+    doubt_friction(system, found);
+    const int count = found->told ? kmp_put_shared_loads(&names, system->model, found) : 0;
+    if (found->told && count > 0)
+        warn(system->context, names.s ? names.s : "", least_norm);
     *text = names.failed ? NULL : kmp_arena_strdup(arena, names.s ? names.s : "");
     kmp_text_free(&names);
-    return kmp_made(eval->system->context, *text);
+    return kmp_made(system->context, *text);
 }
 
 /* -- outputs ------------------------------------------------------------------------------------------ */

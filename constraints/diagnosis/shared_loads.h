@@ -14,6 +14,7 @@ typedef struct kmp_shared_loads {
     bool (*of_closure)[KMP_LOAD_SIZE]; /* closure_count */
     bool *of_rows;                     /* closure_count: a multiplier of a row that coordinates move is shared */
     bool loaded; /* masses that move or gravity load such components: they are not zero in all joints */
+    bool told;   /* they are loaded, or not zero in the loads of kmp_shared_loads_between: users must know of them */
 } kmp_shared_loads;
 
 /** Finds them at (t, q), a closed configuration in the user's own charts. KEMPE_E_MEMORY. */
@@ -35,12 +36,14 @@ kempe_status kmp_load_share_read(kempe_context *context, const char *word, bool 
 kempe_status kmp_least_norm_loads(kmp_evaluator *eval, double t, const double *q, int joints, const int *joint,
                                   double *loads);
 
-/** Warns of shared loads, and doubts friction that depends on them. *text ("" without any, in the arena): their names,
- * as kmp_put_shared_loads has them; `loads` as above, at the second configuration: where none of these is loaded and
- * all are zero there is no warning. */
-kempe_status kmp_tell_shared_loads(kmp_evaluator *eval, const double t[2], const double *const q[2], int joints,
-                                   const int *joint, const double *loads, bool least_norm, kmp_arena *arena,
-                                   const char **text);
+/** Finds those at both of two configurations, in the arena; `loads` as above, at the second one. */
+kempe_status kmp_shared_loads_between(kmp_evaluator *eval, const double t[2], const double *const q[2], int joints,
+                                      const int *joint, const double *loads, kmp_arena *arena, kmp_shared_loads *found);
+
+/** Warns of these, and doubts friction that depends on them. *text ("" without any, in the arena): their names, as
+ * kmp_put_shared_loads has them. There is no warning of loads that are not told. */
+kempe_status kmp_tell_shared_loads(const kempe_system *system, const kmp_shared_loads *found, bool least_norm,
+                                   kmp_arena *arena, const char **text);
 
 /** Warns of components of loads that outputs of the model show, or their sensors, and doubts friction, likewise;
  * `shown` has the values of the outputs. `least_norm`: those of outputs have the least norm, and sensors alone have

@@ -29,7 +29,7 @@ typedef struct kempe_equilibrium_options {
                             * equilibria */
     int global;            /* 1: search for further equilibria from random starts */
     int seed;              /* seed of the random starts; 0: 1 */
-    int stick;             /* 1: dry friction keeps its places of the start; 0: it has no force at rest */
+    int stick;             /* 1: dry friction holds its surfaces at the start; 0: it has no force at rest */
     const char *loads;     /* of joints and loops that redundant constraints share: least-norm; NULL: one
                             * solution */
 } kempe_equilibrium_options;
@@ -66,7 +66,9 @@ KEMPE_API const char *kempe_equilibrium_loads_not_unique(const kempe_equilibrium
  * "friction", dry friction that sticks, a row for each element of each equilibrium, with the option `stick`: its force,
  * the largest one, their ratio. "rest", the states of rest that friction holds, two rows for each element that sticks:
  * the coordinate, its value at the end, why the set ends there (slips, limit, holds), q.NAME.
- * "history", the searches: equilibrium and iteration, from 0; residual; step, its length in scaled coordinates. */
+ * "history", the searches: equilibrium and iteration, from 0; residual; step, its length in scaled coordinates.
+ * "reactions", a row for each joint, closure and drive of each equilibrium: its number, from 0, then as in
+ * kempe_trajectory_table. */
 KEMPE_API kempe_status kempe_equilibrium_table(const kempe_equilibrium *equilibrium, const char *name,
                                                kempe_table **table);
 

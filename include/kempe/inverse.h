@@ -68,7 +68,8 @@ KEMPE_API const char *kempe_inverse_loads_not_unique(const kempe_inverse *invers
 KEMPE_API kempe_status kempe_inverse_print(const kempe_inverse *inverse, kempe_format format, char **text);
 
 /** The table "rows": t, tau.NAME and power.NAME of the actuators (N m or N, W), q.NAME, qd.NAME, qdd.NAME,
- * lambda.CLOSURE.k (zero in redundant rows), reaction.LOOP.x .. and moment.LOOP.x ... Free it with kempe_table_free.
+ * lambda.CLOSURE.k (zero in redundant rows), reaction.LOOP.x .. and moment.LOOP.x ... The table "reactions": the
+ * largest ones of all joints and loops, as in kempe_trajectory_table. Free it with kempe_table_free.
  * KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_inverse_table(const kempe_inverse *inverse, const char *name, kempe_table **table);
 

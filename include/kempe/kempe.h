@@ -150,6 +150,11 @@ KEMPE_API void kempe_context_set_progress(kempe_context *context, double interva
  * KEMPE_E_ARGUMENT: another unit. */
 KEMPE_API kempe_status kempe_context_set_angle_unit(kempe_context *context, const char *unit);
 
+/** System of units in texts, tables, pictures and pages that are made from now on: "si" (default); "mm" (mm, kg, s, N,
+ * N mm, MPa; J, W) or "us" (in, lb, s, lbf, lbf in, psi; hp). Angles are as kempe_context_set_angle_unit has them. JSON
+ * of results and all other numbers of this interface remain in SI. KEMPE_E_ARGUMENT: another system. */
+KEMPE_API kempe_status kempe_context_set_units(kempe_context *context, const char *system);
+
 /** Message of the last failing call: sentences, one per line, never NULL. Owned by the context, valid until its next
  * call. */
 KEMPE_API const char *kempe_context_message(const kempe_context *context);
@@ -202,7 +207,7 @@ KEMPE_API kempe_status kempe_system_new(const kempe_model *model, kempe_system *
 
 KEMPE_API void kempe_system_free(kempe_system *system);
 
-/** Number of closure rows that do not vanish identically, and the name of row k: `closure.1` ... */
+/** Number of constraint equations, without those that always hold, and the name of row k: `closure.1` ... */
 KEMPE_API int kempe_system_row_count(const kempe_system *system);
 KEMPE_API const char *kempe_system_row_name(const kempe_system *system, int k);
 
@@ -269,8 +274,8 @@ typedef struct kempe_run_options {
     int full_convergence_check;
     /* reference solution for measuring errors, a CSV file (default: none) */
     const char *reference;
-    /* loads of joints that redundant constraints share: least-norm, in outputs of kempe_simulate (default: one
-     * solution) */
+    /* loads of joints that redundant constraints share: least-norm, in outputs and reactions of kempe_simulate
+     * (default: one solution) */
     const char *loads;
     /* write the rows to this file every 10 s and at the end (default: none) */
     const char *checkpoint;
@@ -314,7 +319,12 @@ KEMPE_API kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory
  * the first thousand (independent coordinates changed, other rows taken, change points crossed, conditions that
  * changed, restarts): t, kind (one word), text (a sentence), and the numbers before and after where one is measured.
  * "contacts": each contact of a compliant contact, its name, its beginning (NaN: before the run), its end (NaN: it has
- * not ended) and its largest depth in m or rad. KEMPE_E_ARGUMENT: another name. */
+ * not ended) and its largest depth in m or rad. "reactions": a row for each joint of the tree, each closure and each
+ * drive: joint, kind ("joint": of the tree; otherwise that of the closure), force, the largest size over the rows (N),
+ * force.t, when it is reached first, force.x .. force.z, the vector then, on the second body of the joint in ground
+ * axes; moment .. moment.z likewise, about the joint's point of that body (N m); unique, 0: redundant constraints share
+ * it; note, why it is not known. NaN: the joint has none. Drives and other rows between coordinates have one number, as
+ * force.x or moment.x. It is computed at each call. KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_trajectory_table(const kempe_trajectory *trajectory, const char *name,
                                               kempe_table **table);
 

@@ -17,6 +17,10 @@ class Equilibrium(Reported):
         "A row each: stability, residual, potential (J), hits, unknowns, q.NAME, qd.NAME, lambda.CLOSURE.k."
     )
     history: TableOf = TableOf("The searches: equilibrium, iteration, residual, step.")
+    reactions: TableOf = TableOf(
+        "equilibrium, and what each joint, loop and drive carries there: force (N) and moment (N m), with components on the"
+        " second body in ground axes. unique: 0 where redundant constraints share it."
+    )
 
     def __len__(self) -> int:
         return int(lib.kempe_equilibrium_count(self._pointer))

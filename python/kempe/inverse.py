@@ -16,6 +16,10 @@ class Inverse(Judged, Reported):
     rows: TableOf = TableOf(
         "t, tau.NAME (N m or N), power.NAME (W), q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, reactions."
     )
+    reactions: TableOf = TableOf(
+        "What each joint and loop carries: the largest force (N) and moment (N m) of the rows, their times, and the"
+        " components then, on the second body in ground axes. unique: 0 where redundant constraints share it."
+    )
 
     @property
     def dof(self) -> int:

@@ -30,6 +30,10 @@ class Trajectory(Judged, Reported):
     _kept = ("q", "qd", "qdd", "lam", "names", "closure_rows")
     rows: TableOf = TableOf("t and the outputs that the model requests.")
     log: TableOf = TableOf("Events between steps: t, kind, text, before, after.")
+    reactions: TableOf = TableOf(
+        "What each joint, loop and drive carries: the largest force (N) and moment (N m) of the rows, their times, and the"
+        " components then, on the second body in ground axes. unique: 0 where redundant constraints share it."
+    )
 
     def __len__(self) -> int:
         return int(lib.kempe_trajectory_row_count(self._pointer))

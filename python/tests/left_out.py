@@ -5,6 +5,7 @@ LEFT_OUT = {
     "kempe_status_text": "classes of errors have names",
     "kempe_context_set_log": "by python_listen, which leaves out what nobody reads",
     "kempe_context_set_angle_unit": "arrays are in SI",
+    "kempe_context_set_units": "arrays are in SI",
     "kempe_cache_folder": "the caller names a folder",
     "kempe_ensemble_result_quantity_unit": "units are those of the columns of tables",
     "kempe_ensemble_new": "kempe_ensemble_new_with without options",

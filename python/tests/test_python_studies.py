@@ -88,6 +88,22 @@ def test_trajectory(four_bar):
     assert np.array_equal(four_bar.system().simulate(t_end=1, backend="tape").q, run.q)
 
 
+def test_reactions(four_bar):
+    """The largest force of a joint is that of its output over the rows; equilibria and inverse dynamics have the table too."""
+    run = four_bar.simulate(t_end=1)
+    pins = dict(zip(run.reactions["joint"], run.reactions["force"]))
+    for joint in ("crank", "coupler", "rocker", "C"):
+        assert pins[joint] == pytest.approx(np.linalg.norm(run[f"reaction({joint})"], axis=1).max(), rel=1e-9)
+    assert run.reactions.units["force"] == "N" and run.reactions["unique"].all()
+    assert run.to_dict()["reactions"][0]["force"]["peak"] == pins["crank"]
+    held = four_bar.system().equilibrium().reactions.row(0)
+    assert held["joint"] == "crank" and held["force"] == pytest.approx(np.hypot(held["force.x"], held["force.y"]), rel=1e-12)
+    driven = kempe.Model(EXAMPLES / "driven_slider_crank/driven_slider_crank.yaml").system()
+    forces = driven.inverse()
+    load = np.hypot(forces.rows["reaction.P.x"], forces.rows["reaction.P.y"])
+    assert dict(zip(forces.reactions["joint"], forces.reactions["force"]))["P"] == pytest.approx(load.max(), rel=1e-12)
+
+
 def test_system_text(four_bar):
     system = four_bar.system()
     assert system is four_bar.system() and system.coordinates == four_bar.coordinates

@@ -25,7 +25,9 @@ struct kempe_context {
     kmp_text message;
     kempe_log_fn *log;
     void *user;
-    bool quiet, degrees, strict, limits;
+    bool quiet, strict, limits;
+    kmp_shown_in shown_in;
+    kmp_shown_units *shown; /* NULL while the system is SI */
     kmp_base base;
     char *own_left_out;   /* names that the caller gave */
     const char *left_out; /* those in use; NULL: none */
@@ -85,8 +87,13 @@ kempe_context *kmp_context_new_below(kempe_context *above)
     kempe_context *context = kempe_context_new();
     if (context) {
         context->above = above;
-        context->degrees = above->degrees;
+        context->shown_in = above->shown_in;
+        context->shown = above->shown ? kmp_shown_units_new() : NULL;
         context->quiet = above->quiet;
+    }
+    if (context && !context->shown != !above->shown) {
+        kempe_context_free(context);
+        return NULL;
     }
     return context;
 }
@@ -97,6 +104,7 @@ void kempe_context_free(kempe_context *context)
         return;
     kmp_text_free(&context->message);
     kmp_text_free(&context->warnings);
+    kmp_shown_units_free(context->shown);
     kmp_free(context->cache);
     kmp_free(context->own_left_out);
     kmp_free(context->sources);
@@ -185,7 +193,7 @@ void kempe_context_set_log(kempe_context *context, kempe_log_fn *log, void *user
     context->user = user;
 }
 
-/* -- units of angles ---------------------------------------------------------------------------------- */
+/* -- units of results --------------------------------------------------------------------------------- */
 
 kempe_status kempe_context_set_angle_unit(kempe_context *context, const char *unit)
 {
@@ -195,7 +203,21 @@ kempe_status kempe_context_set_angle_unit(kempe_context *context, const char *un
     bool degrees = strcmp(unit, "deg") == 0;
     if (!degrees && strcmp(unit, "rad") != 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "unknown unit of angles '%s'; there are rad and deg", unit);
-    context->degrees = degrees;
+    context->shown_in.degrees = degrees;
+    return KEMPE_OK;
+}
+
+kempe_status kempe_context_set_units(kempe_context *context, const char *system)
+{
+    KMP_WANTED(NULL, context, "context");
+    KMP_WANTED(context, system, "system");
+    kmp_context_clear(context);
+    const kmp_unit_system chosen = kmp_unit_system_find(system);
+    if (chosen == KMP_UNIT_SYSTEMS)
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "unknown system of units '%s'; there are si, mm and us", system);
+    if (chosen != KMP_UNITS_SI && !context->shown)
+        KMP_TRY(kmp_made(context, (context->shown = kmp_shown_units_new()) != NULL));
+    context->shown_in.system = chosen;
     return KEMPE_OK;
 }
 
@@ -286,19 +308,13 @@ bool kmp_context_is_strict(const kempe_context *context)
 
 kmp_shown kmp_shown_as(const kempe_context *context, const char *unit)
 {
-    static const struct {
-        const char *radians, *degrees;
-    } units[] = {{"rad", "deg"}, {"rad/s", "deg/s"}, {"rad/s^2", "deg/s^2"}};
-    for (size_t k = 0; context->degrees && k < sizeof units / sizeof *units; k++)
-        if (strcmp(unit, units[k].radians) == 0)
-            return (kmp_shown){units[k].degrees, 180 / 3.14159265358979323846};
-    return (kmp_shown){unit, 1};
+    return kmp_shown_units_get(context->shown, context->shown_in, unit);
 }
 
-bool kmp_context_use_degrees(kempe_context *context, bool degrees)
+kmp_shown_in kmp_context_show_in(kempe_context *context, kmp_shown_in in)
 {
-    bool before = context->degrees;
-    context->degrees = degrees;
+    const kmp_shown_in before = context->shown_in;
+    context->shown_in = in;
     return before;
 }
 

@@ -2,6 +2,7 @@
 /* The context: messages, log, interrupt. */
 #pragma once
 
+#include "base/shown_units.h"
 #include "base/text.h"
 #include <kempe/kempe.h>
 #include <stdbool.h>
@@ -129,16 +130,12 @@ kempe_status kmp_complain(kempe_context *context, const char *file, int line, in
 /** Errors since the message was cleared, including those that were not kept. */
 int kmp_context_complaints(const kempe_context *context);
 
-/** A unit of SI as results show it, and the factor of their numbers: degrees in place of radians where the caller has
- * chosen them (kempe_context_set_angle_unit); else the unit itself, 1. */
-typedef struct kmp_shown {
-    const char *unit;
-    double factor;
-} kmp_shown;
+/** A unit of SI as results show it, by the caller's choice (kempe_context_set_angle_unit, kempe_context_set_units). The
+ * name lasts as long as the context. */
 kmp_shown kmp_shown_as(const kempe_context *context, const char *unit);
 
-/** Chooses degrees or radians; returns the choice before. */
-bool kmp_context_use_degrees(kempe_context *context, bool degrees);
+/** Chooses what results are shown in; returns the choice before. */
+kmp_shown_in kmp_context_show_in(kempe_context *context, kmp_shown_in in);
 
 /** Tells the caller's function, if one is set and its interval has passed, that `done` of `total` is done.
  * KMP_PROGRESS_RUN: the time of a run, which may be a part of a study that counts as KMP_PROGRESS_STUDY. */

@@ -265,6 +265,7 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
     bool equations = !command->model_alone && !s->show_model && !s->show_as;
     const char *folder = command->gathers ? s->file : s->from, *file = command->gathers ? s->model : s->file;
     TRY(kempe_context_set_angle_unit(j->context, s->angle_unit ? s->angle_unit : "rad"));
+    TRY(kempe_context_set_units(j->context, s->units && *s->units ? s->units : "si"));
     TRY(kempe_context_set_base(j->context, s->base));
     TRY(kempe_context_set_joint_limits(j->context, s->joint_limits));
     TRY(kempe_context_set_strict(j->context, s->strict));

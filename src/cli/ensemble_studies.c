@@ -155,11 +155,12 @@ kempe_status cli_gather(const cli_job *j)
 #endif
     bool wrong = status == KEMPE_E_INPUT;
     if (is_complete(status) && s->output)
-        status = cli_worse(status, gathered(kempe_folder_write(j->folder, s->output, s->units)));
+        status = cli_worse(status, gathered(kempe_folder_write(j->folder, s->output, s->units != NULL)));
     else if (status == KEMPE_OK && !s->report)
         status = gathered(kempe_folder_check(j->folder));
     if (is_complete(status) && s->history_output)
-        status = cli_worse(status, gathered(kempe_folder_write_history(j->folder, s->history_output, s->units)));
+        status =
+            cli_worse(status, gathered(kempe_folder_write_history(j->folder, s->history_output, s->units != NULL)));
     bool ended = status != KEMPE_STOPPED && !wrong;
     cli_report_failure(j, status, ended);
     return ended ? cli_worse(status, cli_report(j, print_folder, j->folder)) : status;

@@ -26,7 +26,8 @@ typedef enum option_kind {
     OPTION_AMOUNT, /* a whole number, or auto: 0 */
     OPTION_LONG,
     OPTION_SETTING,
-    OPTION_LIST, /* given several times: joined by commas */
+    OPTION_SYSTEM, /* a system of units, which may be left out */
+    OPTION_LIST,   /* given several times: joined by commas */
     OPTION_TABLE,
     OPTION_ARRAYS,
     OPTION_PICTURE,
@@ -367,7 +368,10 @@ static const option options[] = {
     {CLI_TABLES | CLI_GATHER, IN_OUTPUT, "output", VALUE(TABLE, output), "FILE",
      "write the table: .csv, .parquet, .npz for NumPy, .mat for MATLAB and Octave, or .json"},
     {CLI_COMPARE, IN_OUTPUT, "csv", VALUE(TABLE, output), "FILE", "another name of --output"},
-    {CLI_TABLES | CLI_GATHER, IN_OUTPUT, "units", FLAG(units),
+    {CLI_SYSTEMS, IN_OUTPUT, "units", VALUE(SYSTEM, units), "[SYSTEM]",
+     "system of units, which columns of CSV then name, 'q.crank [rad]': si (default), mm (mm, N, N mm, kg), us (in, "
+     "lbf, lbf in, lb); --json stays in SI"},
+    {(CLI_TABLES | CLI_GATHER) & ~CLI_SYSTEMS, IN_OUTPUT, "units", VALUE(SYSTEM, units), NULL,
      "name the columns of CSV with their units: 'q.crank [rad]'"},
     {CLI_TABLES, IN_OUTPUT, "plot", VALUE(PICTURE, plot), "FILE",
      "draw columns of the table, .svg or .png (default: all columns)"},
@@ -399,6 +403,8 @@ static const option options[] = {
     {CLI_CYCLES, PAGE("the diagram and the result")},
     {CLI_MODES, PAGE("the mode shapes as animations")},
     {CLI_COMPARE, PAGE("recommendation, diagrams, animation of the mechanism")},
+    {CLI_SIMULATE, IN_OUTPUT, "all", FLAG(all),
+     "also the choice of the integrator and the counts of steps, evaluations and changes"},
     {CLI_CHECK, IN_OUTPUT, "all", FLAG(all),
      "also dependent sets, removable closures, alternative coordinates, the order of solution, all ranges"},
     {CLI_MODELS & ~(CLI_SHOW | CLI_GENERATE | CLI_COMPARE | CLI_FMU), IN_OUTPUT, "angle-unit", TEXT(angle_unit), "UNIT",
@@ -650,6 +656,27 @@ static bool store(const option *o, char *text, cli_settings *settings)
     return true;
 }
 
+/* A system of units behind --units, or behind its `=`; without one only the names of columns have units. Returns the
+ * number of words consumed. */
+static int read_system(unsigned command, const char *name, const char *attached, const char *next,
+                       cli_settings *settings)
+{
+    static const char *const systems[] = {"si", "mm", "us", NULL};
+    const char *given = attached;
+    for (const char *const *s = systems; *s && !given; s++)
+        given = next && strcmp(next, *s) == 0 ? next : NULL;
+    settings->units = given ? given : "";
+    if (!given || strcmp(given, "si") == 0)
+        return given && !attached ? 2 : 1;
+    if (!(command & CLI_SYSTEMS)) {
+        cli_complain("%s writes its results in SI: --units %s is for check, assemble, simulate, kinematics, "
+                     "equilibrium and inverse",
+                     name, given);
+        return 0;
+    }
+    return attached ? 1 : 2;
+}
+
 /* Reads one option at words[0]; returns the number of words consumed, 0 after an error message. */
 static int read_option(unsigned command, const char *name, int count, char **words, cli_settings *settings)
 {
@@ -664,6 +691,8 @@ static int read_option(unsigned command, const char *name, int count, char **wor
         *(int *)(void *)((char *)settings + o->offset) = 1;
         return 1;
     }
+    if (o->kind == OPTION_SYSTEM)
+        return read_system(command, name, attached, count > 1 ? words[1] : NULL, settings);
     if (!attached && count < 2)
         return cli_complain("--%s needs a value: %s", o->name, o->value);
     return store(o, attached ? attached : words[1], settings) ? 2 - (attached != NULL) : 0;

@@ -52,7 +52,9 @@ enum {
     CLI_MODELS = CLI_ALL & ~(CLI_NEW | CLI_REDUCE), /* that read a model */
     CLI_TABLES = CLI_SIMULATE | CLI_KINEMATICS | CLI_INVERSE | CLI_RESPONSE | CLI_MODES | CLI_SENSITIVITY |
                  CLI_ENSEMBLE | CLI_CONTACT | CLI_COMPARE | CLI_FIT | CLI_OPTIMIZE | CLI_COMFORT |
-                 CLI_CYCLES /* with a table of results */
+                 CLI_CYCLES, /* with a table of results */
+    CLI_SYSTEMS = CLI_CHECK | CLI_SIMULATE | CLI_ASSEMBLE | CLI_KINEMATICS | CLI_EQUILIBRIUM |
+                  CLI_INVERSE /* with a system of units */
 };
 
 /* The user's settings. Texts point into argv; NULL and 0 mean not given. */
@@ -88,14 +90,14 @@ typedef struct cli_settings {
     kempe_response_options response;   /* and of state spaces */
     kempe_comfort_options comfort;     /* in addition to those in `run` */
     const char *svg, *plot, *x, *y, *values;
-    const char *angle_unit, *base, *left_out;
-    const char *out, *from; /* result folders */
-    const char *model;      /* of a folder that is gathered */
-    int instance;           /* of `from`, from 1 on */
+    const char *angle_unit, *units, *base, *left_out; /* units: a system of units, "": only named, in SI */
+    const char *out, *from;                           /* result folders */
+    const char *model;                                /* of a folder that is gathered */
+    int instance;                                     /* of `from`, from 1 on */
     kempe_folder_options folder;
     const char *history_output;
     int seed, lanes;
-    int count, branches, alone, all, no_cache, joint_limits, strict, units, quiet, help; /* flags: 0 or 1 */
+    int count, branches, alone, all, no_cache, joint_limits, strict, quiet, help; /* flags: 0 or 1 */
     int show_model, show_equations, show_program, show_stats;
     const char *show_as;
 } cli_settings;

@@ -28,8 +28,9 @@ struct kmp_joint_loads {
     kmp_wrench *inertial;    /* a link: of all that it carries, about its origin, its axes */
     kmp_wrench *of;          /* a body: the load of its joint */
     bool *known;
-    const kmp_force *obstacle; /* an element whose load on a joint is not known; NULL: none */
-    int obstructed;            /* the body of that joint; less one, negative: the point of a section */
+    const kmp_force **obstacle_of; /* a body: the element because of which the load of its joint is not known */
+    const kmp_force *obstacle;     /* an element whose load on a joint is not known; NULL: none */
+    int obstructed;                /* the body of that joint; less one, negative: the point of a section */
 };
 
 /* -- virtual motions --------------------------------------------------------------------------------- */
@@ -91,14 +92,27 @@ static void add_acting(acting *a, kmp_ref of, kmp_ref force)
     a->count += of != KMP_ZERO && force != KMP_ZERO;
 }
 
-static void add_rows(const kmp_tree *moved, acting *a)
+/* True if a closure joins a point that the joint of body `across` carries to another one: only then its rows change. */
+static bool leads_across(const kempe_model *model, const kmp_closure *closure, int across)
+{
+    bool carried[2];
+    if (closure->point[0] < 0 || closure->point[1] < 0 ||
+        kmp_closure_parts_of(closure->kind)->force->load == kmp_part_effort)
+        return true;
+    for (int k = 0; k < 2; k++)
+        carried[k] = kmp_model_common_body(model, across, model->points[closure->point[k]].body) == across;
+    return carried[0] != carried[1];
+}
+
+/* across: a body; negative: a section. */
+static void add_rows(const kmp_tree *moved, int across, acting *a)
 {
     const kempe_model *model = moved->model;
     for (int c = 0; c < model->closure_count; c++) {
         const kmp_closure *closure = &model->closures[c];
         const kmp_closure_parts *kind = kmp_closure_parts_of(closure->kind);
         kmp_ref h[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
-        if (kmp_closure_is_of_modes(closure))
+        if (kmp_closure_is_of_modes(closure) || (across >= 0 && !leads_across(model, closure, across)))
             continue;
         kmp_closure_residual(kind, moved, closure, h);
         for (int k = 0; k < kmp_closure_rows(kind, closure); k++)
@@ -139,7 +153,7 @@ static void find_acting(kmp_joint_loads *loads, const kmp_tree *tree, const kmp_
     uint16_t through;
     if (!slope || !a.of || !a.force)
         return;
-    add_rows(moved, &a);
+    add_rows(moved, across, &a);
     add_elements(loads, moved, across, &a);
     kmp_partials_all(g, a.count, a.of, KMP_IN_ALONG, VIRTUAL, slope);
     for (int k = 0; k < VIRTUAL; k++) {
@@ -210,6 +224,7 @@ static void find_load(kmp_joint_loads *loads, const kmp_tree *tree, int body)
         return;
     displace(tree, first, false, &moved);
     find_acting(loads, tree, &moved, body, generalized);
+    loads->obstacle_of[body] = loads->obstructed == body ? loads->obstacle : NULL;
     w.moment = kmp_vec_add(g, w.moment, kmp_vec_cross(g, kmp_link_slide(tree, first), w.force));
     w.force = kmp_link_to_parent(tree, first, w.force);
     w.moment = kmp_link_to_parent(tree, first, w.moment);
@@ -233,6 +248,11 @@ kmp_vec kmp_joint_load(const kmp_tree *tree, int body, bool moment)
     if (!loads->known[body])
         find_load(loads, tree, body);
     return moment ? loads->of[body].moment : loads->of[body].force;
+}
+
+const kmp_force *kmp_joint_load_obstacle(const kmp_tree *tree, int body)
+{
+    return tree->loads->obstacle_of[body];
 }
 
 /* -- sections of beams ------------------------------------------------------------------------------- */
@@ -369,6 +389,7 @@ kempe_status kmp_joint_loads_begin(kmp_equations *eq, bool all)
     loads->inertial = KMP_GRAPH_NEW(g, kmp_wrench, tree->count);
     loads->of = KMP_GRAPH_NEW(g, kmp_wrench, eq->model->body_count);
     loads->known = KMP_GRAPH_NEW(g, bool, eq->model->body_count);
+    loads->obstacle_of = KMP_GRAPH_NEW(g, const kmp_force *, eq->model->body_count);
     KMP_TRY(kmp_made(eq->context, !kmp_graph_failed(g)));
     for (int k = 0; k < eq->n; k++)
         qdd[k] = kmp_input(g, KMP_IN_QDD, (uint32_t)k);

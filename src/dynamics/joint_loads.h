@@ -20,6 +20,9 @@ kempe_status kmp_joint_loads_end(kmp_equations *eq);
  * of the joint's chain; where the joint's second body is the parent on that one, about the beginning of the chain. */
 kmp_vec kmp_joint_load(const kmp_tree *tree, int body, bool moment);
 
+/** After kmp_joint_load of a body: the element because of which its load is not known; NULL: it is known. */
+const kmp_force *kmp_joint_load_obstacle(const kmp_tree *tree, int body);
+
 /** Force (N, V_y, V_z) and moment (M_x, M_y, M_z), by tree->loads, that the part of a beam beyond the section of a
  * point exerts on the rest of it: in the axes of the section, about the place of the axis there. N is positive in
  * tension. Loads at the station itself are beyond it. */

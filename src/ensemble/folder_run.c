@@ -523,9 +523,9 @@ static kempe_status write_history(const folder_run *r, int part)
     kempe_table *table = NULL;
     kmp_text path = {0};
     int first = part * r->folder->chunk, count = kmp_folder_part_size(r->folder, part);
-    bool degrees = kmp_context_use_degrees(r->context, false); /* parts are in SI */
+    const kmp_shown_in shown = kmp_context_show_in(r->context, (kmp_shown_in){0}); /* parts are in SI */
     kempe_status status = kmp_histories(r->ensemble, r->run, &r->folder->ranges, first, count, &table);
-    (void)kmp_context_use_degrees(r->context, degrees);
+    (void)kmp_context_show_in(r->context, shown);
     kmp_folder_put_history(&path, r->folder->path, part);
     if (status == KEMPE_OK)
         status = write_table(r, table, part, &path);
@@ -554,9 +554,9 @@ static kempe_status keep_part(folder_run *r, const kempe_ensemble_result *batch,
     kmp_batch_totals totals = r->folder->totals;
     if (kmp_folder_wants_history(r->folder, part))
         KMP_TRY(write_history(r, part));
-    bool degrees = kmp_context_use_degrees(r->context, false); /* parts are in SI */
+    const kmp_shown_in shown = kmp_context_show_in(r->context, (kmp_shown_in){0}); /* parts are in SI */
     kempe_status status = kempe_ensemble_result_table(batch, "instances", &table);
-    (void)kmp_context_use_degrees(r->context, degrees);
+    (void)kmp_context_show_in(r->context, shown);
     KMP_TRY(status);
     kmp_batch_add(batch, table, &totals);
     KMP_TRY(write_part(r, table, part));

@@ -87,9 +87,9 @@ static kempe_status hash_columns(kempe_ensemble *ensemble, hash out)
     kmp_digest digest;
     kempe_table *table = NULL;
     kempe_context *context = kmp_ensemble_model(ensemble)->context;
-    bool degrees = kmp_context_use_degrees(context, false); /* parts are in SI */
+    const kmp_shown_in shown = kmp_context_show_in(context, (kmp_shown_in){0}); /* parts are in SI */
     kempe_status status = kmp_ensemble_columns(ensemble, &table);
-    (void)kmp_context_use_degrees(context, degrees);
+    (void)kmp_context_show_in(context, shown);
     KMP_TRY(status);
     kmp_digest_begin(&digest);
     for (int k = 0; k < kempe_table_column_count(table); k++) {

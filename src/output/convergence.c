@@ -553,8 +553,7 @@ const char *kmp_convergence_word(const kmp_convergence *c)
     return !c->known ? "" : kmp_convergence_holds(c) ? "converged" : failing;
 }
 
-/* "0.36 rad", in the unit of texts, or a relative difference. */
-static void put_apart(kmp_text *text, const kempe_context *context, const kmp_convergence *c, const char *unit)
+void kmp_convergence_put_apart(kmp_text *text, const kempe_context *context, const kmp_convergence *c, const char *unit)
 {
     if (!unit)
         kmp_text_printf(text, "%.2g", c->difference);
@@ -567,7 +566,7 @@ void kmp_convergence_warn(kempe_context *context, const kmp_convergence *c, cons
                           const char *advice)
 {
     kmp_text apart = {0};
-    put_apart(&apart, context, c, unit);
+    kmp_convergence_put_apart(&apart, context, c, unit);
     const char *by = apart.s ? apart.s : "";
     if (kmp_convergence_holds(c)) {
         if (c->reported > 0 && c->difference > c->reported)
@@ -594,7 +593,7 @@ void kmp_convergence_put(kmp_text *text, const kempe_context *context, const kmp
     if (!c->known)
         return;
     kmp_text_put(text, holds ? "estimated error " : "a second run differs by ");
-    put_apart(text, context, c, unit);
+    kmp_convergence_put_apart(text, context, c, unit);
     if (!unit)
         kmp_text_put(text, " (relative)");
     if (c->difference > 0)

@@ -91,6 +91,10 @@ const char *kmp_convergence_word(const kmp_convergence *convergence);
 void kmp_convergence_warn(kempe_context *context, const kmp_convergence *convergence, const char *name,
                           const char *unit, const char *advice);
 
+/** The difference to the second run with its unit, "0.36 rad"; relative without a unit. */
+void kmp_convergence_put_apart(kmp_text *text, const kempe_context *context, const kmp_convergence *convergence,
+                               const char *unit);
+
 /** The estimated error as a sentence without its full stop; nothing without a second run. */
 void kmp_convergence_put(kmp_text *text, const kempe_context *context, const kmp_convergence *convergence,
                          const char *name, const char *unit);

@@ -130,6 +130,7 @@ static bool read_units(kmp_csv *csv, const char *header)
         kmp_csv_field own, f = next_or_empty(&s);
         (void)split_unit(next_or_empty(&header), &own);
         f = own.length > 0 ? own : f;
+        f.length = kmp_csv_is(f, "SI") ? 0 : f.length; /* of an unknown unit */
         csv->unit[k] = (kmp_unit){1, 1, KMP_DIM_ANY, 0};
         if (f.length > 0 && !kmp_unit_read(f.s, f.length, &csv->unit[k]))
             kmp_csv_complain(csv, csv->line_text, "column %d: unknown unit '%.*s'", k + 1, (int)f.length, f.s);

@@ -620,7 +620,7 @@ static void draw_plot(const drawing *d, kmp_text *text, int plot, double top)
     x->unit = kempe_table_unit(d->table, d->x);
     x->exact = d->along && !kmp_table_rows_apart(d->table);
     y->name = kempe_table_unit(d->table, d->unit[plot]);
-    p.square = strcmp(x->unit, "m") == 0 && strcmp(y->name, "m") == 0;
+    p.square = strcmp(x->unit, kmp_shown_as(d->context, "m").unit) == 0 && strcmp(y->name, x->unit) == 0;
     kmp_plot_begin(&p, "%s", "");
     for (int k = 0; k < d->count; k++)
         if (has_unit(d, k, plot) && has_points(d, k))

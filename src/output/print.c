@@ -104,15 +104,19 @@ void kmp_print_wrapped(kmp_text *text, const char *first, int indent, const char
     kmp_text_put(text, "\n");
 }
 
-void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label, const char *more)
+void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label)
 {
+    const int width = (int)strlen(label);
+    kmp_text blanks = {0};
+    kmp_text_printf(&blanks, "%*s", width, "");
     for (int c = 0, reported = 0; c < system->model->closure_count; c++) {
         kmp_text line = {0};
         kmp_put_misfit(&line, system, c);
-        if (line.s && line.length > 0)
-            kmp_text_printf(text, "%s%s\n", reported++ > 0 ? more : label, line.s);
-        kmp_text_free(&line);
+        if (line.length > 0)
+            kmp_print_wrapped(text, reported++ > 0 ? blanks.s : label, width, line.s);
+        kmp_text_free_part(text, &line);
     }
+    kmp_text_free_part(text, &blanks);
 }
 
 static void print_lines(kmp_json *json, const char *key, const char *lines)
@@ -350,7 +354,8 @@ void kmp_print_states(kmp_text *text, const kempe_system *system, const double *
         kmp_text_printf(text, "  %-*s  %12.6g", width, model->states[k].name, qd[first + k] + 0.0);
         if (qdd)
             kmp_text_printf(text, "  %12.6g", qdd[first + k] + 0.0);
-        kmp_text_put(text, "\n");
+        const char *unit = kmp_print_unknown(system->context, "");
+        kmp_text_printf(text, "%s%s\n", *unit ? "  " : "", unit);
     }
 }
 
@@ -365,8 +370,9 @@ void kmp_print_multipliers(kmp_text *text, const kempe_system *system, const dou
         largest = fmax(largest, fabs(lambda[r]) * pow(system->length, system->rows[r].length_power - 1));
     for (int r = 0; r < system->m; r++) {
         double noise = KMP_PRINT_NOISE * largest * pow(system->length, 1 - system->rows[r].length_power);
-        kmp_text_printf(text, "  %-*s  %12.6g  %s\n", width, system->row_names[r], kmp_print_clean(lambda[r], noise),
-                        kmp_quantity_unit(system, KMP_QUANTITY_LAMBDA, r));
+        const kmp_shown as = kmp_shown_as(system->context, kmp_quantity_unit(system, KMP_QUANTITY_LAMBDA, r));
+        kmp_text_printf(text, "  %-*s  %12.6g  %s\n", width, system->row_names[r],
+                        as.factor * kmp_print_clean(lambda[r], noise), as.unit);
     }
 }
 
@@ -378,6 +384,20 @@ const char *kmp_print_unit(const kempe_system *system, int coordinate)
 double kmp_print_value(const kempe_system *system, int coordinate, double x)
 {
     return kmp_shown_as(system->context, kmp_quantity_unit(system, KMP_QUANTITY_Q, coordinate)).factor * x;
+}
+
+const char *kmp_print_unknown(const kempe_context *context, const char *unit)
+{
+    return *unit || kmp_shown_as(context, "m").factor == 1 ? unit : "SI";
+}
+
+void kmp_print_quantity(kmp_text *text, const kempe_context *context, int digits, double x, const char *unit)
+{
+    const kmp_shown as = kmp_shown_as(context, unit);
+    if (isfinite(x))
+        kmp_text_printf(text, "%.*g%s%s", digits, as.factor * x + 0.0, *as.unit ? " " : "", as.unit);
+    else
+        kmp_text_put(text, "-");
 }
 
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out)

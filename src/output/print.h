@@ -87,13 +87,21 @@ void kmp_print_coordinates(kmp_text *text, const kempe_system *system, int count
  * nothing without states. */
 void kmp_print_states(kmp_text *text, const kempe_system *system, const double *qd, const double *qdd);
 
-/** Lines of the multipliers of all rows, in N, N m or N/m. */
+/** Lines of the multipliers of all rows, forces or moments with their units. */
 void kmp_print_multipliers(kmp_text *text, const kempe_system *system, const double *lambda);
 
 /** Unit of a coordinate, "rad", "deg" or "m", and a value in it from SI: of the coordinate, its rate or acceleration.
  */
 const char *kmp_print_unit(const kempe_system *system, int coordinate);
 double kmp_print_value(const kempe_system *system, int coordinate, double x);
+
+/** The unit of a column or line, which is "SI" in place of "" where an unknown unit could be taken for one of another
+ * system: of a sensor, a state or a parameter. */
+const char *kmp_print_unknown(const kempe_context *context, const char *unit);
+
+/** A quantity of SI, unit included, in the unit that texts show: "0.3 m" or "300 mm". A number that is not finite: "-".
+ */
+void kmp_print_quantity(kmp_text *text, const kempe_context *context, int digits, double x, const char *unit);
 
 /** A public print function: the text of `result` that `put` makes, given to the caller. KEMPE_E_MEMORY. */
 typedef void kmp_put_fn(kmp_text *text, const void *result);
@@ -107,6 +115,15 @@ kempe_status kmp_print_result(kempe_context *context, kmp_put_fn *put, const voi
         return kmp_print_result((context), format == KEMPE_JSON ? (json) : (show), result, text);                      \
     }
 
+/** The same of a result with a short text and a full one, KEMPE_FULL_TEXT. */
+#define KMP_PRINT_FULL(type, result, context, json, show, show_full)                                                   \
+    kempe_status type##_print(const type *result, kempe_format format, char **text)                                    \
+    {                                                                                                                  \
+        KMP_WANTED(NULL, result, #result);                                                                             \
+        kmp_put_fn *put = format == KEMPE_JSON ? (json) : format == KEMPE_FULL_TEXT ? (show_full) : (show);            \
+        return kmp_print_result((context), put, result, text);                                                         \
+    }
+
 /** The longest line of a text, in characters. */
 enum { KMP_PRINT_LINE = 100 };
 
@@ -116,6 +133,5 @@ void kmp_print_wrapped(kmp_text *text, const char *first, int indent, const char
 /** Ends a print function: gives the text to the caller, or KEMPE_E_MEMORY. */
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out);
 
-/** Closures that remain open as drawn, a line each: after `label`, the next ones after `more`. Nothing where all close.
- */
-void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label, const char *more);
+/** Closures that remain open as drawn, a line each, the first one after `label`. Nothing where all close. */
+void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label);

@@ -329,7 +329,7 @@ static void csv_name(kmp_text *text, const kempe_table *t, const table_column *c
 {
     kmp_text name = {0};
     kmp_text_put(&name, c->name);
-    if (c->unit && *c->unit && (t->units_named || strncmp(c->unit, "deg", 3) == 0))
+    if (c->unit && *c->unit && (t->units_named || c->factor != 1 || strncmp(c->unit, "deg", 3) == 0))
         kmp_text_printf(&name, " [%s]", c->unit);
     csv_word(text, name.s ? name.s : "");
     kmp_text_free_part(text, &name);

@@ -5,8 +5,10 @@
 #include "dynamics/closures.h"
 #include "dynamics/equations.h"
 #include "dynamics/joint_loads.h"
+#include "dynamics/program_cache.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
+#include "symbolic/program_bytes.h"
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -130,41 +132,104 @@ void kmp_samples_limit(kmp_samples *table, double t_end)
 
 /* -- loads ----------------------------------------------------------------------------------------------- */
 
+/* The load of the joint of a body, if it is known, behind those before it. */
+static void add_joint(kmp_all_loads *loads, const kmp_tree *tree, int body, kmp_ref *out)
+{
+    for (int k = 0; k < KMP_LOAD_VALUES; k++)
+        out[KMP_LOAD_VALUES * loads->joints + k] = kmp_joint_load(tree, body, k >= 3).x[k % 3];
+    loads->obstacle[body] = kmp_joint_load_obstacle(tree, body);
+    if (!loads->obstacle[body])
+        loads->joint[loads->joints++] = body;
+}
+
 static kempe_status derive(kmp_all_loads *loads, kmp_equations *eq, const kempe_system *system)
 {
     const kempe_model *model = system->model;
     const int closures = KMP_LOAD_VALUES * model->closure_count;
     kmp_ref *out = KMP_ARENA_NEW(&loads->arena, kmp_ref, closures + KMP_LOAD_VALUES * model->body_count);
-    KMP_TRY(kmp_made(system->context, out && loads->joint));
+    KMP_TRY(kmp_made(system->context, out));
     KMP_TRY(kmp_joint_loads_begin(eq, true));
     for (int k = 0; k < closures; k++)
         out[k] = kmp_closure_load(&eq->tree, k / KMP_LOAD_VALUES, k % KMP_LOAD_VALUES >= 3).x[k % 3];
-    for (int k = 0; k < KMP_LOAD_VALUES * loads->joints; k++)
-        out[closures + k] =
-            kmp_joint_load(&eq->tree, loads->joint[k / KMP_LOAD_VALUES], k % KMP_LOAD_VALUES >= 3).x[k % 3];
-    if (kmp_joint_loads_end(eq) != KEMPE_OK) {
+    for (int b = 1; b < model->body_count; b++)
+        if (!kmp_joint_obstacle(model, b) && !model->bodies[b].coupling &&
+            kmp_name_find(KMP_NAMED(model, closure), model->bodies[b].joint) < 0)
+            add_joint(loads, &eq->tree, b, out + closures);
+    if (kmp_joint_loads_end(eq) != KEMPE_OK)
         kmp_context_clear(system->context);
-        loads->joints = 0;
-    }
     bool ok = kmp_formulas_init(&loads->formulas, eq->graph, closures + KMP_LOAD_VALUES * loads->joints, out,
                                 kmp_backend_find("tape"), system->parameters);
     return kmp_made(system->context, ok);
 }
 
-kempe_status kmp_all_loads_init(kmp_all_loads *loads, const kempe_system *system)
+/* Multipliers have the numbers of the system, which has the rows of friction and contacts. */
+static kempe_status derive_anew(kmp_all_loads *loads, const kempe_system *system)
 {
-    const kempe_model *model = system->model;
+    const kmp_derivation_request request = {.sets = KMP_SET_REACTION, .plain = true, .keep_modes = true};
     kmp_equations eq;
-    *loads = (kmp_all_loads){0};
-    loads->joint = KMP_ARENA_NEW(&loads->arena, int, model->body_count);
-    for (int b = 1; loads->joint && b < model->body_count; b++)
-        if (!kmp_joint_obstacle(model, b) && !model->bodies[b].coupling &&
-            kmp_name_find(KMP_NAMED(model, closure), model->bodies[b].joint) < 0)
-            loads->joint[loads->joints++] = b;
-    KMP_TRY(kmp_equations_init(&eq, model, KMP_SET_REACTION, KMP_SCHEME_COMPOSITE, false));
+    KMP_TRY(kmp_equations_derive_once(&eq, system->model, &request));
     kempe_status status = derive(loads, &eq, system);
     kmp_equations_free(&eq);
     return status;
+}
+
+static const kmp_program_cache_name kept_as = {.what = "joint loads"};
+
+static void keep(const kmp_all_loads *loads, const kempe_system *system)
+{
+    const kempe_model *model = system->model;
+    kmp_bytes bytes = {0};
+    kmp_table_pool pool = {0};
+    kmp_bytes_put_int(&bytes, loads->joints);
+    KMP_BYTES_PUT(&bytes, loads->joint, loads->joints);
+    for (int b = 0; b < model->body_count; b++)
+        kmp_bytes_put_int(&bytes, loads->obstacle[b] ? loads->obstacle[b] - model->forces : -1);
+    kmp_program_put(&bytes, &pool, loads->formulas.program);
+    kmp_program_cache_write(system, kept_as, &bytes);
+    kmp_table_pool_free(&pool);
+    kmp_bytes_free(&bytes);
+}
+
+/* Reads what an earlier process has kept; false: nothing. */
+static bool recall(kmp_all_loads *loads, const kempe_system *system)
+{
+    const kempe_model *model = system->model;
+    kmp_cached file = kmp_program_cache_recall(system, kept_as);
+    kmp_byte_source source = kmp_byte_source_of(file.bytes, file.size);
+    kmp_table_pool pool = {0};
+    if (!file.whole)
+        return false;
+    loads->joints = kmp_bytes_take_int(&source, 0, model->body_count - 1);
+    KMP_BYTES_TAKE(&source, loads->joint, loads->joints);
+    for (int k = 0; k < loads->joints; k++)
+        source.failed = source.failed || loads->joint[k] < 1 || loads->joint[k] >= model->body_count;
+    for (int b = 0; b < model->body_count; b++) {
+        const int force = kmp_bytes_take_int(&source, -1, model->force_count - 1);
+        loads->obstacle[b] = force >= 0 ? &model->forces[force] : NULL;
+    }
+    loads->formulas.program = kmp_program_get(&source, &pool);
+    kmp_table_pool_free(&pool);
+    kmp_free(file.whole);
+    if (!source.failed && source.at == source.end)
+        return true;
+    kmp_formulas_free(&loads->formulas);
+    loads->joints = 0;
+    return false;
+}
+
+kempe_status kmp_all_loads_init(kmp_all_loads *loads, const kempe_system *system)
+{
+    *loads = (kmp_all_loads){0};
+    loads->joint = KMP_ARENA_NEW(&loads->arena, int, system->model->body_count);
+    loads->obstacle = KMP_ARENA_NEW(&loads->arena, const kmp_force *, system->model->body_count);
+    KMP_TRY(kmp_made(system->context, !loads->arena.failed));
+    if (system->has_key && recall(loads, system))
+        return kmp_made(system->context,
+                        kmp_formulas_prepare(&loads->formulas, kmp_backend_find("tape"), system->parameters));
+    KMP_TRY(derive_anew(loads, system));
+    if (system->has_key)
+        keep(loads, system);
+    return KEMPE_OK;
 }
 
 void kmp_all_loads_free(kmp_all_loads *loads)

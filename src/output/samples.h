@@ -57,12 +57,13 @@ void kmp_samples_limit(kmp_samples *table, double t_end);
 enum { KMP_LOAD_VALUES = 6 }; /* a force, and a moment about the point of the second body, in ground axes */
 
 typedef struct kmp_all_loads {
-    int joints, *joint; /* bodies whose joints have a load of their own, in the order of the model */
+    int joints, *joint;         /* bodies whose joints have a load of their own, in the order of the model */
+    const kmp_force **obstacle; /* body_count: the element because of which the load of its joint is not known */
     kmp_formulas formulas;
     kmp_arena arena;
 } kmp_all_loads;
 
-/** Derives them. Joints of the tree have none where one of them is not known. KEMPE_E_MEMORY. */
+/** Derives them, of all joints of the tree whose load is known. KEMPE_E_MEMORY. */
 kempe_status kmp_all_loads_init(kmp_all_loads *loads, const kempe_system *system);
 void kmp_all_loads_free(kmp_all_loads *loads);
 

@@ -95,7 +95,8 @@ kempe_status kmp_comparison_fill(kmp_result_page *page, const void *result)
     KMP_TRY(record_runs(c, page));
     KMP_TRY(record_picture(c, page));
     kmp_context_clear(page->context); /* errors of a start that cannot be assembled */
-    kmp_page_set_outcome(page, c->status, c->reason, NULL, kmp_arena_printf(&page->arena, "0 to %.3g s", c->t_end));
+    kmp_page_set_outcome(page, kmp_outcome_of(c->status), c->reason, NULL,
+                         kmp_arena_printf(&page->arena, "0 to %.3g s", c->t_end));
     kmp_json_number(&page->data, "build_s", c->system->build_s);
     kmp_compare_json(&page->data, c);
     return KEMPE_OK;

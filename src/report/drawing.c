@@ -531,7 +531,7 @@ bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_b
         for (int k = 0; kmp_force_is_line(model->forces[f].kind) && k <= model->forces[f].through_count; k++)
             add_line(drawing, model, model->forces[f].name,
                      (const int[]){kmp_force_point(&model->forces[f], k), kmp_force_point(&model->forces[f], k + 1)},
-                     model->forces[f].kind == KMP_FORCE_CYLINDER);
+                     model->forces[f].kind == KMP_FORCE_CYLINDER || model->forces[f].through_count > 0);
     return true;
 }
 

@@ -52,7 +52,7 @@ typedef struct kmp_mark {
     double axis[3]; /* of a hinge */
 } kmp_mark;
 
-/** A line between two points of bodies. */
+/** A line between two points of bodies: a spring; a rod or a rope that runs through points. */
 typedef struct kmp_line {
     const char *name;
     int body[2];

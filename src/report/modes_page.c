@@ -89,6 +89,7 @@ kempe_status kmp_modes_fill(kmp_result_page *page, const void *result)
                                    freedoms == 1 ? "" : "s");
     KMP_TRY(add_modes(page, m));
     put_units(&page->data, m);
+    kmp_json_string(&page->data, "warnings", m->warnings ? m->warnings : "");
     page->data.digits = DIGITS;
     kmp_modes_json(&page->data, m);
     page->data.digits = 0;

@@ -7,6 +7,8 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "model/data/body.h"
+#include "model/data/closure.h"
+#include "model/data/force.h"
 #include "model/data/mesh.h"
 #include "model/data/model.h"
 #include "model/data/pose.h"
@@ -554,6 +556,91 @@ static void put_railway(kmp_json *json, const picture *p)
     kmp_json_end(json);
 }
 
+/* -- surfaces ---------------------------------------------------------------------------------------- */
+
+enum { CURVE_POINTS = 65 };
+
+/* A place in the axes of a point, in those of its body. */
+static void to_body(const kempe_model *model, int point, const double place[3], double out[3])
+{
+    for (int i = 0; i < 3; i++) {
+        out[i] = model->points[point].at[i].value;
+        for (int k = 0; k < 3; k++)
+            out[i] += axis_at(&model->points[point], i, k) * place[k];
+    }
+}
+
+/* Opens a surface at a point. Points of flexible bodies that move in the axes of these have none. */
+static bool begin_surface(kmp_json *json, const picture *p, const char *kind, const char *name, int point)
+{
+    const kmp_drawn_point at = kmp_drawing_point(&p->drawing, p->model, point);
+    if (at.body < 0 || at.body >= p->drawing.body_count)
+        return false;
+    kmp_json_put(json, "{ kind %s name %s body %d", kind, name, at.body);
+    kmp_json_rounded_numbers(json, "at", 3, at.at, 7);
+    return true;
+}
+
+/* The curve y = table(x) in the axes of a point. */
+static void put_table_curve(kmp_json *json, const picture *p, const char *name, int point, const kmp_table *table)
+{
+    if (!begin_surface(json, p, "curve", name, point))
+        return;
+    kmp_json_array(json, "points");
+    for (int k = 0; k < CURVE_POINTS; k++) {
+        const double x = table->x[0] + (table->x[table->count - 1] - table->x[0]) * k / (CURVE_POINTS - 1);
+        double place[3] = {x, kmp_table_value(table, 0, x), 0}, out[3];
+        to_body(p->model, point, place, out);
+        kmp_json_rounded_numbers(json, NULL, 3, out, 7);
+    }
+    kmp_json_put(json, "] }");
+}
+
+static void put_side(kmp_json *json, const picture *p, const kmp_force *force, int k)
+{
+    static const char *const words[] = {"sphere", "cylinder", "plane"};
+    const kmp_touch_side *side = &force->touch.side[k];
+    double axis[3];
+    if (side->shape == KMP_TOUCH_PROFILE) {
+        put_table_curve(json, p, force->name, side->point, side->table->table);
+        return;
+    }
+    if ((side->shape != KMP_TOUCH_PLANE && !(force->touch.radius[k].value > 0)) ||
+        !begin_surface(json, p, words[side->shape], force->name, side->point))
+        return;
+    for (int i = 0; i < 3; i++)
+        axis[i] = axis_at(&p->model->points[side->point], i, side->axis);
+    kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
+    kmp_json_put(json, "radius %.7g hollow %i }", force->touch.radius[k].value, side->hollow);
+}
+
+/* Of contacts both sides; of points on curves the curve of a table, or the point that runs along any other. */
+static void put_surfaces(kmp_json *json, const picture *p)
+{
+    const kempe_model *model = p->model;
+    kmp_json_array(json, "surfaces");
+    for (int f = 0; f < model->force_count; f++) {
+        const kmp_force *force = &model->forces[f];
+        const bool touches = force->kind == KMP_FORCE_TOUCH || force->kind == KMP_FORCE_COMPLIANT;
+        for (int k = 0; k < 2 && touches && !force->touch.gap && force->touch.motion < 0; k++)
+            put_side(json, p, force, k);
+    }
+    for (int c = 0; c < model->closure_count; c++) {
+        const kmp_closure *closure = &model->closures[c];
+        const kmp_drawn_point runner = closure->kind == KMP_CLOSURE_point_on_curve
+                                           ? kmp_drawing_point(&p->drawing, model, closure->point[1])
+                                           : (kmp_drawn_point){.body = -1};
+        if (runner.body >= 0 && closure->table)
+            put_table_curve(json, p, closure->name, closure->point[0], closure->table->table);
+        else if (runner.body >= 0 && begin_surface(json, p, "path", closure->name, closure->point[0])) {
+            kmp_json_put(json, "runner %d", runner.body);
+            kmp_json_rounded_numbers(json, "end", 3, runner.at, 7);
+            kmp_json_end(json);
+        }
+    }
+    kmp_json_end(json);
+}
+
 /* -- drawn parts ------------------------------------------------------------------------------------- */
 
 static void put_marks(kmp_json *json, const picture *p, int body)
@@ -733,6 +820,7 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
         kmp_json_end(json);
         put_slides(json, &p);
         put_railway(json, &p);
+        put_surfaces(json, &p);
         put_flexible(json, &p);
         size_t poses = (size_t)p.frames * (size_t)p.moving;
         kmp_json_put(json, "frames { count %d", p.frames);

@@ -177,11 +177,11 @@ kempe_status kmp_page_take(kmp_result_page *page, const kempe_system *system)
     return kmp_made(page->context, page->zero);
 }
 
-void kmp_page_set_outcome(kmp_result_page *page, kempe_status status, const char *reason, const char *warnings,
+void kmp_page_set_outcome(kmp_result_page *page, kempe_outcome outcome, const char *reason, const char *warnings,
                           const char *words)
 {
     int n = page->system->n, m = page->system->m;
-    page->outcome = kmp_outcome_of(status);
+    page->outcome = outcome;
     page->reason = reason;
     page->warnings = warnings;
     page->scene = kmp_arena_printf(&page->arena, "%s \xc2\xb7 %d coordinate%s, %d constraint equation%s", words, n,
@@ -243,6 +243,7 @@ kempe_status kmp_page_write(const kmp_page_kind *kind, kempe_context *context, c
     kmp_samples_free(&page.states);
     kempe_table_free(page.table);
     kempe_statistics_free(page.statistics);
+    kempe_table_free(page.reactions);
     kempe_comfort_free(page.comfort);
     kempe_text_free(page.text);
     kempe_system_free(page.own);

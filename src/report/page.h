@@ -17,11 +17,12 @@ extern const char *const kmp_phrases_js[], *const kmp_plots_js[], *const kmp_rec
 extern const char *const kmp_solids_js[], *const kmp_shapes_js[], *const kmp_scene_webgl_js[];
 extern const char *const kmp_scene_canvas_js[], *const kmp_journal_paths_js[], *const kmp_quantities_js[];
 extern const char *const kmp_running_vehicle_js[], *const kmp_comparison_js[], *const kmp_modes_view_js[];
-extern const char *const kmp_result_js[], *const kmp_scene_flexible_js[];
+extern const char *const kmp_result_js[], *const kmp_scene_flexible_js[], *const kmp_joint_reactions_js[];
 
-/** A number with a name, in words. */
+/** A number with a name, in words; beyond its limit it takes the trust from the result. */
 typedef struct kmp_page_fact {
-    const char *name, *value;
+    const char *name, *value, *limit; /* limit: NULL, none */
+    bool beyond;
 } kmp_page_fact;
 
 enum { KMP_PAGE_FACTS = 6, KMP_PAGE_FIRST = 20 };
@@ -42,7 +43,6 @@ typedef struct kmp_result_page {
     const char *answer;            /* the result in a few words */
     kempe_outcome outcome;         /* of the result */
     const char *reason, *warnings; /* "" and NULL: none; one a line */
-    const char *sentences;         /* further ones, one a line; NULL: none */
     kmp_page_fact fact[KMP_PAGE_FACTS];
     int fact_count;
     char *text; /* the printed result */
@@ -57,6 +57,7 @@ typedef struct kmp_result_page {
     int first_count;
     int left_out;                 /* outputs that are not in the table */
     kempe_statistics *statistics; /* of an ensemble; NULL: none */
+    kempe_table *reactions;       /* of the joints; NULL: none */
 
     int record_count; /* runs over time; those without rows are not shown */
     kmp_record *records;
@@ -94,7 +95,7 @@ kempe_status kmp_page_write(const kmp_page_kind *kind, kempe_context *context, c
 kempe_status kmp_page_take(kmp_result_page *page, const kempe_system *system);
 
 /** Sets the end of the study, and the line above the answer: these words and the size of the system. */
-void kmp_page_set_outcome(kmp_result_page *page, kempe_status status, const char *reason, const char *warnings,
+void kmp_page_set_outcome(kmp_result_page *page, kempe_outcome outcome, const char *reason, const char *warnings,
                           const char *words);
 
 /** Frames at x, or by their number (NULL). */

@@ -118,6 +118,34 @@ static void put_columns(kmp_json *json, const kmp_result_page *page, int x, stri
     }
 }
 
+/* The largest forces in joints: of the columns reaction.NAME.x, with y and z behind it. */
+static void put_joint_forces(kmp_json *json, kmp_result_page *page, int x)
+{
+    static const char word[] = "reaction.";
+    const kempe_table *table = page->table;
+    const int rows = kempe_table_row_count(table) - page->locked, length = (int)sizeof word - 1;
+    kmp_json_array(json, "joint_forces");
+    for (int c = 0; c + 2 < kempe_table_column_count(table); c++) {
+        const char *name = kempe_table_column_name(table, c);
+        const int rest = (int)strlen(name) - length - 2; /* without ".x" */
+        if (strncmp(name, word, sizeof word - 1) != 0 || rest <= 0 || strcmp(name + length + rest, ".x") != 0)
+            continue;
+        double most = 0;
+        int at = 0;
+        for (int row = 0; row < rows; row++) {
+            const double force = hypot(hypot(kempe_table_number(table, row, c), kempe_table_number(table, row, c + 1)),
+                                       kempe_table_number(table, row, c + 2));
+            if (force > most) {
+                most = force;
+                at = row;
+            }
+        }
+        kmp_json_put(json, "{ name %s most %.7g at %.7g }", kmp_arena_printf(&page->arena, "%.*s", rest, name + length),
+                     most, kempe_table_number(table, at, x));
+    }
+    kmp_json_end(json);
+}
+
 /* Of rows that are all drawn. */
 static void put_joins(kmp_json *json, const kmp_result_page *page, int rows, bool whole)
 {
@@ -131,7 +159,7 @@ static void put_joins(kmp_json *json, const kmp_result_page *page, int rows, boo
     kmp_json_end(json);
 }
 
-static void put_series(kmp_json *json, const kmp_result_page *page)
+static void put_series(kmp_json *json, kmp_result_page *page)
 {
     const kempe_table *table = page->table;
     int x = table && page->x ? kempe_table_find(table, page->x) : -1, rows = table ? kempe_table_row_count(table) : 0;
@@ -151,6 +179,7 @@ static void put_series(kmp_json *json, const kmp_result_page *page)
     put_columns(json, page, x, stride, room);
     kmp_json_put(json, "]");
     put_joins(json, page, rows, stride.first == 1);
+    put_joint_forces(json, page, x);
     kmp_json_end(json);
     kmp_free(room);
 }
@@ -247,6 +276,24 @@ static void put_files(kmp_json *json, const kempe_model *model)
     kmp_json_end(json);
 }
 
+/* The bodies whose colours curves have, by the names of joints, coordinates, and drives and forces of joints. */
+static void put_owners(kmp_json *json, const kempe_model *model)
+{
+    kmp_json_object(json, "owners");
+    for (int k = 0; k < model->closure_count; k++)
+        if (kmp_closure_is_drive(&model->closures[k]))
+            kmp_json_whole(json, model->closures[k].name, model->motions[model->closures[k].motion].body);
+    for (int k = 0; k < model->force_count; k++)
+        if (model->forces[k].motion >= 0)
+            kmp_json_whole(json, model->forces[k].name, model->motions[model->forces[k].motion].body);
+    for (int k = 0; k < model->motion_count; k++)
+        kmp_json_whole(json, model->motions[k].name, model->motions[k].body);
+    for (int b = 1; b < model->body_count; b++)
+        if (model->bodies[b].joint)
+            kmp_json_whole(json, model->bodies[b].joint, b);
+    kmp_json_end(json);
+}
+
 /* -- the page ---------------------------------------------------------------------------------------- */
 
 static void put_words(kmp_json *json, const kmp_result_page *page)
@@ -255,10 +302,11 @@ static void put_words(kmp_json *json, const kmp_result_page *page)
     kmp_text answer = {0};
     kmp_text_printf(&answer, "%c%s: %s", word[0] - 'a' + 'A', word + 1, page->answer);
     kmp_json_text(json, "answer", &answer);
-    kmp_json_put(json, "warnings %s sentences %s text %s facts [", page->warnings ? page->warnings : "",
-                 page->sentences ? page->sentences : "", page->text ? page->text : "");
+    kmp_json_put(json, "warnings %s text %s facts [", page->warnings ? page->warnings : "",
+                 page->text ? page->text : "");
     for (int k = 0; k < page->fact_count; k++)
-        kmp_json_put(json, "[ %s %s ]", page->fact[k].name, page->fact[k].value);
+        kmp_json_put(json, "{ name %s value %s limit %s beyond %i }", page->fact[k].name, page->fact[k].value,
+                     page->fact[k].limit, page->fact[k].beyond);
     kmp_json_end(json);
 }
 
@@ -310,6 +358,33 @@ static void put_parameters(kmp_json *json, const kempe_model *model)
     kmp_json_end(json);
 }
 
+/* The table as columns with names and units, and rows of cells. */
+static void put_reactions(kmp_json *json, const kempe_table *table)
+{
+    const int columns = kempe_table_column_count(table);
+    if (kempe_table_row_count(table) == 0) {
+        kmp_json_string(json, "reactions", NULL);
+        return;
+    }
+    kmp_json_put(json, "reactions { columns [");
+    for (int c = 0; c < columns; c++)
+        kmp_json_string(json, NULL, kempe_table_column_name(table, c));
+    kmp_json_put(json, "] units [");
+    for (int c = 0; c < columns; c++)
+        kmp_json_string(json, NULL, kempe_table_unit(table, c));
+    kmp_json_put(json, "] rows [");
+    for (int row = 0; row < kempe_table_row_count(table); row++) {
+        kmp_json_array(json, NULL);
+        for (int c = 0; c < columns; c++)
+            if (kmp_table_has_words(table, c))
+                kmp_json_string(json, NULL, kempe_table_word(table, row, c));
+            else
+                kmp_json_rounded(json, NULL, kempe_table_number(table, row, c), 7);
+        kmp_json_end(json);
+    }
+    kmp_json_put(json, "] }");
+}
+
 static void put(kmp_result_page *page)
 {
     kmp_json *json = &page->data;
@@ -318,12 +393,19 @@ static void put(kmp_result_page *page)
     put_stopped(json, page);
     kmp_contact_drawing(json, page->run, page->run ? &page->records->row : NULL);
     kmp_vehicle_drawing(json, page->run, page->comfort);
+    put_owners(json, page->system->model);
     kmp_json_put(json, "separate %i locked %i", page->separate, page->locked);
     kmp_statistics_put(json, "statistics", page->statistics);
+    put_reactions(json, page->reactions);
     put_parameters(json, page->system->model);
     put_files(json, page->system->model);
 }
 
-static const char *const *const scripts[] = {kmp_records_js,         kmp_journal_paths_js, kmp_quantities_js,
-                                             kmp_running_vehicle_js, kmp_result_js,        NULL};
+static const char *const *const scripts[] = {kmp_records_js,
+                                             kmp_journal_paths_js,
+                                             kmp_quantities_js,
+                                             kmp_joint_reactions_js,
+                                             kmp_running_vehicle_js,
+                                             kmp_result_js,
+                                             NULL};
 const kmp_page_view kmp_result_view = {kmp_result_html, scripts, put};

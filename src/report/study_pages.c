@@ -44,7 +44,7 @@ static void add_fact(kmp_result_page *page, const char *name, const char *format
     KMP_TEXT_ARGUMENTS(&value, format);
     const char *kept = kmp_text_keep(&value, &page->arena);
     if (page->fact_count < KMP_PAGE_FACTS)
-        page->fact[page->fact_count++] = (kmp_page_fact){name, kept};
+        page->fact[page->fact_count++] = (kmp_page_fact){.name = name, .value = kept};
 }
 
 static bool is_chosen(const kmp_result_page *page, const char *name)
@@ -75,7 +75,7 @@ static void choose_first(kmp_result_page *page, const char *words, int most)
 static kempe_status fill_kinematics(kmp_result_page *page, const void *result)
 {
     const kempe_kinematics *k = result;
-    kmp_page_set_outcome(page, k->status, k->reason, k->warnings, "position analysis");
+    kmp_page_set_outcome(page, kmp_outcome_of(k->status), k->reason, k->warnings, "position analysis");
     page->answer = kmp_arena_printf(&page->arena, "%d positions, %d dead centre%s", k->count, k->dead_count,
                                     k->dead_count == 1 ? "" : "s");
     KMP_TRY(kempe_kinematics_print(k, KEMPE_TEXT, &page->text));
@@ -120,12 +120,13 @@ static void add_peak(kmp_result_page *page, const char *fact, const char *word)
 static kempe_status fill_inverse(kmp_result_page *page, const void *result)
 {
     const kempe_inverse *r = result;
-    kmp_page_set_outcome(page, r->status, r->reason, r->warnings, "inverse dynamics");
+    kmp_page_set_outcome(page, kempe_inverse_outcome(r), r->reason, r->warnings, "inverse dynamics");
     page->answer = kmp_is_complete(r->status) ? kmp_arena_printf(&page->arena, "Forces of %d actuator%s at %d instants",
                                                                  r->a, r->a == 1 ? "" : "s", r->rows)
                                               : kmp_arena_printf(&page->arena, "Stopped after %d instants", r->rows);
     KMP_TRY(kempe_inverse_print(r, KEMPE_TEXT, &page->text));
     KMP_TRY(kempe_inverse_table(r, "rows", &page->table));
+    KMP_TRY(kempe_inverse_table(r, "reactions", &page->reactions));
     page->x = "t";
     add_peak(page, "largest force or torque", "tau.");
     add_peak(page, "largest power", "power.");
@@ -138,7 +139,7 @@ static kempe_status fill_inverse(kmp_result_page *page, const void *result)
 static kempe_status fill_response(kmp_result_page *page, const void *result)
 {
     const kempe_response *r = result;
-    kmp_page_set_outcome(page, KEMPE_OK, NULL, r->channels.warnings,
+    kmp_page_set_outcome(page, kmp_outcome_of(r->channels.status), NULL, r->channels.warnings,
                          r->channels.at->equilibrium ? "at the equilibrium" : "at the start");
     page->answer = kmp_arena_printf(&page->arena, "%d resonance%s among %d frequencies", r->frequency.peak_count,
                                     r->frequency.peak_count == 1 ? "" : "s", r->frequency.count);
@@ -156,11 +157,13 @@ static kempe_status fill_equilibria(kmp_result_page *page, const void *result)
 {
     const kempe_equilibrium *e = result;
     const char *stability = e->count > 0 ? kempe_equilibrium_stability(e, 0) : "none found";
-    kmp_page_set_outcome(page, KEMPE_OK, NULL, e->warnings, e->rate_count > 0 ? "steady motion" : "static equilibrium");
+    kmp_page_set_outcome(page, kmp_outcome_of(e->status), NULL, e->warnings,
+                         e->rate_count > 0 ? "steady motion" : "static equilibrium");
     page->answer = e->count == 1 ? kmp_arena_printf(&page->arena, "One equilibrium: %s", stability)
                                  : kmp_arena_printf(&page->arena, "%d equilibria, the first %s", e->count, stability);
     KMP_TRY(kempe_equilibrium_print(e, KEMPE_TEXT, &page->text));
     KMP_TRY(kempe_equilibrium_table(e, "equilibria", &page->table));
+    KMP_TRY(kempe_equilibrium_table(e, "reactions", &page->reactions));
     page->separate = true;
     for (int k = 0; k < e->count; k++)
         KMP_TRY(kmp_page_add_frames(page, 1, e->balance[k].q, 0, (double[]){k + 1}));
@@ -170,7 +173,7 @@ static kempe_status fill_equilibria(kmp_result_page *page, const void *result)
 /* -- ensembles --------------------------------------------------------------------------------------- */
 
 /* The instances in the table of the page, of a model whose own values the picture has. */
-static kempe_status fill_instances(kmp_result_page *page, const kempe_model *model, kempe_status outcome)
+static kempe_status fill_instances(kmp_result_page *page, const kempe_model *model, kempe_outcome outcome)
 {
     const kmp_instance_sums sums = kmp_instances_sum(page->table, 0);
     KMP_TRY(kmp_system_new(model, NULL, &page->own));
@@ -211,7 +214,7 @@ static kempe_status fill_instances(kmp_result_page *page, const kempe_model *mod
 static kempe_status fill_batch(kmp_result_page *page, const void *result)
 {
     KMP_TRY(kempe_ensemble_result_table(result, "instances", &page->table));
-    return fill_instances(page, kmp_batch_model(result), kmp_batch_status(result));
+    return fill_instances(page, kmp_batch_model(result), kmp_outcome_of(kmp_batch_status(result)));
 }
 
 /* A folder and the model of its run. */
@@ -229,8 +232,8 @@ static kempe_status fill_gathered(kmp_result_page *page, const void *result)
     if (status != KEMPE_OK)
         return status == KEMPE_E_INPUT || status == KEMPE_E_IO ? KEMPE_E_FAILED : status;
     page->verdict = kmp_folder_judge(g->folder, KEMPE_OK);
-    return fill_instances(page, g->model,
-                          g->folder->rows.failed == g->folder->instances ? KEMPE_E_FAILED : page->verdict);
+    const bool none = g->folder->rows.failed == g->folder->instances;
+    return fill_instances(page, g->model, kmp_outcome_of(none ? KEMPE_E_FAILED : page->verdict));
 }
 
 /* -- fits -------------------------------------------------------------------------------------------- */
@@ -306,7 +309,7 @@ static kempe_status fill_fit(kmp_result_page *page, const void *result)
 {
     const kempe_fit *f = result;
     kmp_page_set_outcome(
-        page, f->status, f->reason, f->warnings,
+        page, kmp_outcome_of(f->status), f->reason, f->warnings,
         f->run_count > 1 ? kmp_arena_printf(&page->arena, "motion of the estimates, data file 1 of %d", f->run_count)
                          : "motion of the estimates");
     page->answer = kmp_arena_printf(&page->arena, "%d parameter%s from %d measurements", f->count,
@@ -334,7 +337,7 @@ static kempe_status fill_optimum(kmp_result_page *page, const void *result)
     const kempe_run_options *run = &o->objective.run;
     KMP_TRY(kmp_system_of_variant(o->variant, &page->own));
     KMP_TRY(kmp_page_take(page, page->own));
-    kmp_page_set_outcome(page, o->status, o->reason, o->warnings, "motion at the optimum");
+    kmp_page_set_outcome(page, kmp_outcome_of(o->status), o->reason, o->warnings, "motion at the optimum");
     page->answer = kmp_arena_printf(&page->arena, "%s of %s: %.6g %s", o->most_wanted ? "Largest value" : "Least value",
                                     o->quantity, o->at_best[0], o->objective.list->unit[0]);
     for (int k = 0; k < o->count; k++)
@@ -375,7 +378,7 @@ static kempe_status fill_limit_cycles(kmp_result_page *page, const void *result)
                 add_fact(page, kmp_arena_printf(&page->arena, "%s at %s", kmp_cycle_text(branch->cycle[k]), c->name),
                          "%.6g%s%s", as.factor * branch->cycle[k]->value, as.unit[0] ? " " : "", as.unit);
     }
-    kmp_page_set_outcome(page, c->status, c->reason, c->warnings, "limit cycles");
+    kmp_page_set_outcome(page, kmp_outcome_of(c->status), c->reason, c->warnings, "limit cycles");
     page->answer = kmp_arena_printf(&page->arena, "%d limit cycle%s on %d branch%s", count, count == 1 ? "" : "s",
                                     c->branches, c->branches == 1 ? "" : "es");
     KMP_TRY(kempe_limit_cycles_print(c, KEMPE_TEXT, &page->text));
@@ -393,7 +396,7 @@ static kempe_status fill_limit_cycles(kmp_result_page *page, const void *result)
 static kempe_status fill_assembly(kmp_result_page *page, const void *result)
 {
     const kempe_assembly *a = result;
-    kmp_page_set_outcome(page, a->closed ? KEMPE_OK : KEMPE_E_FAILED, NULL, NULL, "start");
+    kmp_page_set_outcome(page, a->closed ? KEMPE_OUTCOME_COMPLETE : KEMPE_OUTCOME_FAILED, NULL, NULL, "start");
     page->answer = a->closed ? "Assembled" : "The loops cannot be closed";
     kmp_text open = {0};
     for (int k = 0; !a->closed && k < a->culprit_count; k++) {
@@ -544,19 +547,51 @@ static const char *answer_of(const kempe_trajectory *t, kmp_arena *arena)
     return kmp_arena_printf(arena, "at t = %.6g s", t->report.t);
 }
 
-/* The convergence check, as the beginning of a sentence. */
-static const char *sentences_of(const kempe_trajectory *t, kmp_arena *arena)
+/* The last fact has a limit. */
+static void limit_fact(kmp_result_page *page, bool beyond, const char *format, ...)
 {
-    kmp_text text = {0};
-    const char *name = t->system->n > 0 ? t->system->model->motions[t->again.index].name : NULL;
-    kmp_convergence_put(&text, t->system->context, &t->again, name, kmp_trajectory_unit(t));
-    const char *words = kmp_text_keep(&text, arena);
-    return words && *words ? kmp_arena_printf(arena, "%c%s", *words + 'A' - 'a', words + 1) : words;
+    kmp_text limit = {0};
+    KMP_TEXT_ARGUMENTS(&limit, format);
+    page->fact[page->fact_count - 1].limit = kmp_text_keep(&limit, &page->arena);
+    page->fact[page->fact_count - 1].beyond = beyond;
 }
 
-static void add_number(kmp_result_page *page, const char *name, const char *format, double x)
+/* The difference of the second run in the coordinate where it is seen most, and what is seen there. */
+static void add_estimated_error(kmp_result_page *page, const kempe_trajectory *t)
 {
-    add_fact(page, name, isfinite(x) ? format : "-", x);
+    const kmp_convergence *again = &t->again;
+    const char *unit = kmp_trajectory_unit(t);
+    const bool beyond = !kmp_convergence_holds(again), named = t->system->n > 0 && again->difference > 0;
+    const char *name = named ? kmp_arena_printf(&page->arena, "estimated error, %s at t = %.4g s",
+                                                t->system->model->motions[again->index].name, again->t)
+                             : "estimated error";
+    if (!again->known || !unit) {
+        add_fact(page, name, again->known ? "%.2g" : "not checked", again->difference);
+        if (again->known)
+            limit_fact(page, beyond, "%.2g", again->limit);
+        return;
+    }
+    const kmp_shown as = kmp_shown_as(t->system->context, unit);
+    add_fact(page, name, "%.2g %s", as.factor * again->apart, as.unit);
+    if (again->seen > 0)
+        limit_fact(page, beyond, "%.2g %s", as.factor * again->apart / again->seen, as.unit);
+}
+
+static void add_accuracy(kmp_result_page *page, const kempe_trajectory *t)
+{
+    const kmp_verdict *verdict = &t->verdict;
+    const double gap = kmp_trajectory_trusted_gap(t);
+    add_estimated_error(page, t);
+    if (isfinite(verdict->drift_rel)) {
+        const bool lost = kmp_trajectory_loses_energy(t);
+        add_fact(page, "energy error", "%.2g %%", 100 * verdict->drift_rel);
+        if (lost ? !t->report.prescribed : verdict->drift_rel <= KMP_VISIBLE)
+            limit_fact(page, lost, "%g %%", 100 * KMP_VISIBLE);
+    }
+    if (t->system->m > 0 && isfinite(verdict->h_max)) {
+        add_fact(page, "loop gap", "%.2g m", verdict->h_max * t->system->length);
+        limit_fact(page, verdict->h_max > gap, "%.2g m", gap * t->system->length);
+    }
 }
 
 static kempe_status fill_simulation(kmp_result_page *page, const void *result)
@@ -577,19 +612,15 @@ static kempe_status fill_simulation(kmp_result_page *page, const void *result)
     }
     kmp_context_clear(page->context); /* a run that fails has failed again */
     KMP_TRY(kempe_trajectory_print(t, KEMPE_TEXT, &page->text));
-    kmp_page_set_outcome(page, t->status, t->reason, t->warnings,
+    KMP_TRY(kempe_trajectory_table(t, "reactions", &page->reactions));
+    kmp_page_set_outcome(page, kempe_trajectory_outcome(t), t->reason, t->warnings,
                          kmp_arena_printf(&page->arena, "%s%s%s %s, rtol %g", t->spec.formulation,
                                           t->spec.form ? " " : "", t->spec.form ? t->spec.form : "", t->integrator,
                                           t->spec.rtol));
     page->answer = answer_of(t, &page->arena);
-    page->outcome = kempe_trajectory_outcome(t);
     page->locked = !kmp_is_complete(t->status) && !t->interrupted;
-    page->sentences = sentences_of(t, &page->arena);
     page->x = "t";
-    add_number(page, "energy balance", "%.1e", t->verdict.drift_rel);
-    add_number(page, "closure residual", "%.1e", t->verdict.h_max);
-    add_number(page, t->again.known ? "repeated run differs by" : "steps", t->again.known ? "%.1e" : "%.0f",
-               t->again.known ? t->again.difference : (double)t->report.steps);
+    add_accuracy(page, t);
     return KEMPE_OK;
 }
 

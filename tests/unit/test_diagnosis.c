@@ -53,9 +53,9 @@ static void says(const patient *p, const char *words)
 {
     char *text = NULL;
     CHECK(kempe_check_print(p->check, KEMPE_FULL_TEXT, &text) == KEMPE_OK);
-    if (text && !strstr(text, words))
+    if (!check_says(text, words))
         printf("not said: %s\nin:\n%s", words, text);
-    CHECK(text && strstr(text, words));
+    CHECK(check_says(text, words));
     kempe_text_free(text);
 }
 
@@ -109,7 +109,7 @@ static void always_redundant(const char *path, int redundant, int may_lose)
     for (int k = 0; k < d->repair_count; k++)
         CHECK(d->repairs[k].count == may_lose && d->repairs[k].of == 3);
     CHECK(d->second == KMP_SECOND_UNTRIED);
-    says(&p, "in every configuration");
+    says(&p, "in every position");
     says(&p, "reactions not unique");
     dismiss(&p);
 }
@@ -149,8 +149,8 @@ static void a_planar_loop_with_spatial_closures(void)
                            KEMPE_OK);
     const kmp_diagnosis *d = &p.check->diagnosis;
     CHECK(p.check->part.p == 1 && p.system->m == 4 && d->declared == 6 && d->set_count == 2);
-    says(&p, "(2 more satisfied in every position, as across the plane of a mechanism)");
-    says(&p, "coordinates - rows = 3 - 4 = -1: 2 rows are redundant in every configuration");
+    says(&p, "4 equations in 2 closures (C, X), 2 of them independent");
+    says(&p, "counting alone gives 3 - 4 = -1: 2 equations are redundant in every position");
     dismiss(&p);
 }
 
@@ -269,7 +269,7 @@ static void slider_crank_dead_centres(void)
         dead += d->limits.limit_position[k].coordinate == 2 && fabs(sin(d->limits.limit_position[k].q[0])) < 1e-10;
     CHECK(dead == 2 && d->limits.limit_position_count >= 2);
     CHECK(d->alternatives[2].max_b > 1e3 && d->alternatives[0].max_b < 1e3);
-    says(&p, "cannot be chosen     slider");
+    says(&p, "cannot be independent slider");
     dismiss(&p);
 }
 

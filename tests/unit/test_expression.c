@@ -117,7 +117,9 @@ static void complaints(void)
     complains("1 + * 2", true, "f:1:5: a number, a name or '(' is expected here, not '*'");
     complains("(1 + 2", true, "f:1:7: an operator or ')' is expected, but");
     complains("1 2", true, "f:1:3: an operator or the end is expected here, not '2'");
-    complains("300 inch", true, "f:1:5: an operator or a unit is expected here, not 'inch'; units are m, cm, mm");
+    complains("300 inch", true, "f:1:5: an operator or a unit is expected here, not 'inch': its unit is written 'in'");
+    complains("3 t", true, "f:1:3: an operator or a unit is expected here, not 't': its unit is written 'tonne'");
+    complains("3 knm", true, "f:1:3: an operator or a unit is expected here, not 'knm'; did you mean 'kNm'?");
     complains("2*krank", true, "f:1:3: unknown parameter 'krank'");
     complains("sine(1)", true, "f:1:1: unknown function 'sine'; did you mean 'sin'?");
     complains("sin(1, 2)", true, "f:1:1: function 'sin' takes 1 argument, not 2");

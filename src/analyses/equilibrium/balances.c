@@ -21,6 +21,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "model/data/model.h"
+#include "model/data/variant.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/samples.h"
@@ -154,30 +155,25 @@ static double *copy(kempe_equilibrium *e, int count, const double *from)
     return to;
 }
 
-/* Those of joints are derived for fixed parameters. */
+/* The parameters of an exchange are inputs of the loads. */
 kempe_status kmp_balance_add_loads(kempe_equilibrium *e, const kmp_linear *linear, const double *lambda, kmp_balance *b)
 {
     const kempe_system *s = linear->eval->system;
-    const double *zero = KMP_ARENA_NEW(&e->arena, double, s->n), *load = NULL;
+    const double *zero = KMP_ARENA_NEW(&e->arena, double, s->n);
     KMP_TRY(kmp_made(s->context, zero));
-    const bool derive = !e->has_loads && !e->exchange;
-    e->has_loads = true;
-    if (derive)
+    if (!e->has_loads)
         KMP_TRY(kmp_all_loads_init(&e->loads, s));
-    const int count = s->model->closure_count + e->loads.joints;
+    e->has_loads = true;
+    kmp_formulas_renew(&e->loads.formulas, s->parameters);
     const kmp_instant at = {
         .t = linear->t, .q = b->q, .qd = b->qd, .qdd = zero, .lambda = lambda, .inputs = &linear->eval->inputs};
-    if (count > 0)
-        load = e->exchange ? kmp_eval_reactions(linear->eval, linear->t, linear->q, lambda)
-                           : kmp_all_loads_at(&e->loads, &at);
+    const int count = s->model->closure_count + e->loads.joints;
     b->not_unique = "";
     b->reaction = KMP_ARENA_NEW(&e->arena, double, KMP_LOAD_VALUES *count);
-    for (int k = 0; b->reaction && load && k < KMP_LOAD_VALUES * count; k++)
-        if (!e->exchange)
-            b->reaction[k] = load[k];
-        else if (k % KMP_LOAD_VALUES < 3)
-            b->reaction[k] = load[3 * (k / KMP_LOAD_VALUES) + k % KMP_LOAD_VALUES];
-    return kmp_made(s->context, b->reaction);
+    KMP_TRY(kmp_made(s->context, b->reaction));
+    if (count > 0)
+        memcpy(b->reaction, kmp_all_loads_at(&e->loads, &at), KMP_LOAD_VALUES * (size_t)count * sizeof *b->reaction);
+    return KEMPE_OK;
 }
 
 /* Names tables that each equilibrium leaves and loads that redundant constraints share, and shares them as requested.
@@ -194,15 +190,19 @@ static kempe_status look_again(kempe_equilibrium *e)
         const double t[2] = {0};
         const double *const q[2] = {b->q, b->q};
         const char *text = NULL;
+        kmp_shared_loads found = {0};
         if (zero)
             kmp_eval_tell_tables(eval, 0, b->q, b->qd, zero, b->lambda, true,
                                  kmp_eval_shown(eval, 0, b->q, b->qd, zero, b->lambda));
         if (e->least_norm)
             status = kmp_least_norm_loads(eval, 0, b->q, e->loads.joints, e->loads.joint, b->reaction);
         if (status == KEMPE_OK)
-            status = kmp_tell_shared_loads(eval, t, q, e->loads.joints, e->loads.joint, b->reaction, e->least_norm,
-                                           &e->arena, &text);
+            status =
+                kmp_shared_loads_between(eval, t, q, e->loads.joints, e->loads.joint, b->reaction, &e->arena, &found);
+        if (status == KEMPE_OK)
+            status = kmp_tell_shared_loads(e->system, &found, e->least_norm, &e->arena, &text);
         b->not_unique = text;
+        b->shared = found;
     }
     kmp_eval_free(eval);
     return status;
@@ -376,6 +376,19 @@ static kempe_status read_options(kempe_equilibrium *e, const kempe_equilibrium_o
                     "--global cannot be combined with --hold, --target and --solve-for: omit them, or omit --global");
 }
 
+/* The unit of a parameter, where its file says one; NULL: no memory. */
+static const char *unit_of_parameter(kempe_equilibrium *e, const char *name)
+{
+    const kmp_dimension dimension = kmp_variant_dimension(e->requested->model, name);
+    kmp_text unit = {0};
+    if (dimension.kind != KMP_DIMENSION_KNOWN || !kmp_dimension_is_physical(dimension))
+        return "";
+    kmp_dimension_print(&unit, dimension);
+    for (char *s = unit.s; s && *s; s++)
+        *s = *s == '*' ? ' ' : *s;
+    return kmp_text_keep(&unit, &e->arena);
+}
+
 /* Names and units of values that are solved for in addition to the state. */
 static kempe_status name_freed(kempe_equilibrium *e)
 {
@@ -389,9 +402,10 @@ static kempe_status name_freed(kempe_equilibrium *e)
         e->freed_name = x->name;
         for (int k = 0; k < x->free_count; k++) {
             int rate = k < x->parameter_count ? -1 : e->rates[x->rate[k - x->parameter_count]].coordinate;
-            e->freed_unit[k] = rate < 0 ? "" : kmp_quantity_unit(e->system, KMP_QUANTITY_QD, rate);
+            e->freed_unit[k] =
+                rate < 0 ? unit_of_parameter(e, x->name[k]) : kmp_quantity_unit(e->system, KMP_QUANTITY_QD, rate);
         }
-        return KEMPE_OK;
+        return kmp_made(e->system->context, !e->arena.failed);
     }
     for (int k = 0; k < e->rate_count; k++) {
         if (e->rates[k].how != KMP_RATE_FREED)

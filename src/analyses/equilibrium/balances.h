@@ -5,6 +5,7 @@
 #include "analyses/derivatives/averaged.h"
 #include "analyses/derivatives/linearized.h"
 #include "analyses/equilibrium/exchange.h"
+#include "constraints/diagnosis/shared_loads.h"
 #include "integrators/run/friction_state.h"
 #include "model/data/force.h"
 #include "output/samples.h"
@@ -76,11 +77,12 @@ typedef struct kmp_rest_set {
 } kmp_rest_set;
 
 typedef struct kmp_balance {
-    double *q, *qd;         /* n, as the user counts them */
-    double *lambda;         /* m */
-    double *reaction;       /* KMP_LOAD_VALUES a closure, then a joint of the tree that has a load */
-    const char *not_unique; /* names of loads that redundant constraints share; "": none */
-    double *freed;          /* values solved for */
+    double *q, *qd;          /* n, as the user counts them */
+    double *lambda;          /* m */
+    double *reaction;        /* KMP_LOAD_VALUES a closure, then a joint of the tree that has a load */
+    kmp_shared_loads shared; /* components that redundant constraints share; told only where there are closures */
+    const char *not_unique;  /* their names; "": none */
+    double *freed;           /* values solved for */
     double residual, potential;
     kmp_stability stability;
     int *idle; /* coordinates that nothing depends on: they stayed where they were */

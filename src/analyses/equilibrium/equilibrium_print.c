@@ -8,6 +8,7 @@
 #include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
+#include "output/reactions.h"
 #include "output/result_table.h"
 #include <kempe/equilibrium.h>
 #include <math.h>
@@ -38,29 +39,26 @@ static const char *name_of_load(const kempe_equilibrium *e, int k)
                                     : model->bodies[e->loads.joint[k - model->closure_count]].joint;
 }
 
-static void show_reactions(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
+/* The reactions of a balance, to be freed; false: no memory. */
+static bool reactions_of(const kempe_equilibrium *e, const kmp_balance *b, kmp_reactions *r)
 {
-    const kempe_model *model = e->system->model;
-    int width = 0;
-    if (model->closure_count == kmp_model_friction_count(model) && e->loads.joints == 0)
-        return;
-    for (int k = 0; k < model->closure_count + e->loads.joints; k++)
-        width = (int)strlen(name_of_load(e, k)) > width ? (int)strlen(name_of_load(e, k)) : width;
-    kmp_text_printf(text, "\n  %-*s  %12s  %12s  %12s  N, ground axes\n", width, "", "reaction x", "y", "z");
-    double noise = 0;
-    for (int k = 0; k < model->closure_count + e->loads.joints; k++)
-        for (int i = 0; i < 3; i++)
-            noise = fmax(noise, KMP_PRINT_NOISE * fabs(b->reaction[KMP_LOAD_VALUES * k + i]));
-    for (int k = 0; k < model->closure_count + e->loads.joints; k++)
-        if (k >= model->closure_count || !kmp_closure_is_of_modes(&model->closures[k])) {
-            const double *force = b->reaction + (ptrdiff_t)KMP_LOAD_VALUES * k;
-            kmp_text_printf(text, "  %-*s  %12.6g  %12.6g  %12.6g\n", width, name_of_load(e, k),
-                            kmp_print_clean(force[0], noise), kmp_print_clean(force[1], noise),
-                            kmp_print_clean(force[2], noise));
-        }
-    if (*b->not_unique)
-        kmp_text_printf(text, "\nloads      not unique, shown for %s: %s\n",
-                        e->least_norm ? "least norm" : "one solution", b->not_unique);
+    if (kmp_reactions_init(r, e->system, &e->loads, true) != KEMPE_OK)
+        return false;
+    r->least_norm = e->least_norm;
+    kmp_reactions_add(r, 0, b->reaction);
+    return !b->shared.told || kmp_reactions_mark(r, &b->shared) == KEMPE_OK;
+}
+
+static void put_reactions(kmp_text *text, kmp_json *json, const kempe_equilibrium *e, const kmp_balance *b)
+{
+    kmp_reactions reactions;
+    if (!reactions_of(e, b, &reactions))
+        text->failed = true;
+    else if (json)
+        kmp_reactions_json(json, &reactions);
+    else
+        kmp_reactions_show(text, &reactions);
+    kmp_reactions_free(&reactions);
 }
 
 static void show_end(kmp_text *text, const kempe_equilibrium *e, int coordinate, const kmp_rest_end *end)
@@ -144,6 +142,16 @@ static void show_cyclic(kmp_text *text, const kempe_equilibrium *e, const kmp_ba
     kmp_free(found);
 }
 
+/* "  12.5 N": a force of an element, or a moment. */
+static void put_effort(kmp_text *text, const kempe_equilibrium *e, const kmp_force *element, double x, double noise)
+{
+    const kempe_model *model = e->system->model;
+    const bool turns =
+        element->motion >= 0 ? model->motions[element->motion].rotation : element->turns || element->touch.turns;
+    const kmp_shown as = kmp_shown_as(model->context, turns ? "N m" : "N");
+    kmp_text_printf(text, "  %12.6g %-6s", as.factor * kmp_print_clean(x, noise), as.unit);
+}
+
 /* Contacts and friction. */
 static void show_elements(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
 {
@@ -151,22 +159,25 @@ static void show_elements(kmp_text *text, const kempe_equilibrium *e, const kmp_
     for (int i = 0; i < b->contact_count; i++)
         noise = fmax(noise, KMP_PRINT_NOISE * fabs(b->contact[i].force));
     if (b->contact_count > 0)
-        kmp_text_printf(text, "\ncontacts   %-16s  %12s  %12s  m, N or rad, N m\n", "", "distance", "force");
+        kmp_text_printf(text, "\ncontacts   %-16s  %12s      %12s\n", "", "distance", "force");
     for (int i = 0; i < b->contact_count; i++) {
         const kmp_balance_contact *c = &b->contact[i];
-        kmp_text_printf(text, "           %-16s  %12.6g  %12.6g  %s\n", c->element->name,
-                        kmp_print_clean(c->gap, KMP_PRINT_NOISE * e->system->length), kmp_print_clean(c->force, noise),
-                        kmp_contact_text(c->word));
+        const kmp_shown as = kmp_shown_as(e->system->context, c->element->touch.turns ? "rad" : "m");
+        kmp_text_printf(text, "           %-16s  %12.6g %-3s", c->element->name,
+                        as.factor * kmp_print_clean(c->gap, KMP_PRINT_NOISE * e->system->length), as.unit);
+        put_effort(text, e, c->element, c->force, noise);
+        kmp_text_printf(text, "  %s\n", kmp_contact_text(c->word));
     }
     for (int i = 0; i < b->friction_count; i++)
         noise = fmax(noise, KMP_PRINT_NOISE * b->friction[i].largest);
     if (b->friction_count > 0)
-        kmp_text_printf(text, "\nfriction   %-16s  %12s  %12s  %8s  N or N m\n", "", "force", "largest", "part");
+        kmp_text_printf(text, "\nfriction   %-16s  %12s         %12s         %8s\n", "", "force", "largest", "part");
     for (int i = 0; i < b->friction_count; i++) {
         const kmp_friction_view *view = &b->friction[i];
-        kmp_text_printf(text, "           %-16s  %12.6g  %12.6g  %8.3g%s\n", view->element->name,
-                        kmp_print_clean(view->force, noise), kmp_print_clean(view->largest, noise),
-                        view->largest > 0 ? view->needs / view->largest : 0,
+        kmp_text_printf(text, "           %-16s", view->element->name);
+        put_effort(text, e, view->element, view->force, noise);
+        put_effort(text, e, view->element, view->largest, noise);
+        kmp_text_printf(text, "  %8.3g%s\n", view->largest > 0 ? view->needs / view->largest : 0,
                         view->word == KMP_FRICTION_WORD_OPEN ? "  not determined: other closures keep its place" : "");
     }
 }
@@ -183,11 +194,12 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
     show_coordinates(text, e, b);
     for (int i = 0; i < e->freed_count; i++) {
         kmp_shown as = kmp_shown_as(e->system->context, e->freed_unit[i]);
+        const char *unit = kmp_print_unknown(e->system->context, as.unit);
         kmp_text_printf(text, "%s%s = %.6g%s%s\n", i ? "           " : "\nfound      ", e->freed_name[i],
-                        as.factor * b->freed[i], *as.unit ? " " : "", as.unit);
+                        as.factor * b->freed[i], *unit ? " " : "", unit);
     }
     show_cyclic(text, e, b);
-    show_reactions(text, e, b);
+    put_reactions(text, NULL, e, b);
     show_elements(text, e, b);
     for (int i = 0; i < b->set_count; i++) {
         const kmp_rest_set *set = &b->set[i];
@@ -204,7 +216,9 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
     if (b->exchanges > 0)
         kmp_text_printf(text, ", independent coordinates changed %d time%s", b->exchanges,
                         b->exchanges == 1 ? "" : "s");
-    kmp_text_printf(text, "\npotential  %.6g J\n", b->potential + 0.0);
+    kmp_text_put(text, "\npotential  ");
+    kmp_print_quantity(text, e->system->context, 6, b->potential, "J");
+    kmp_text_put(text, "\n");
 }
 
 static void show_equilibrium(kmp_text *text, const void *result)
@@ -259,9 +273,11 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
             kmp_json_numbers(j, name_of_load(e, k), 3, b->reaction + KMP_LOAD_VALUES * k);
     kmp_json_put(j, "} moment {");
     for (int k = 0; k < model->closure_count + e->loads.joints; k++)
-        if (!e->exchange && (k >= model->closure_count || !kmp_closure_is_of_modes(&model->closures[k])))
+        if (k >= model->closure_count || !kmp_closure_is_of_modes(&model->closures[k]))
             kmp_json_numbers(j, name_of_load(e, k), 3, b->reaction + KMP_LOAD_VALUES * k + 3);
-    kmp_json_put(j, "} loads_not_unique %s load_share %s", b->not_unique, e->least_norm ? "least-norm" : NULL);
+    kmp_json_end(j);
+    put_reactions(j->text, j, e, b);
+    kmp_json_put(j, "loads_not_unique %s load_share %s", b->not_unique, e->least_norm ? "least-norm" : NULL);
     kmp_json_put(j, "potential %g iterations %d exchanges %d", b->potential, b->iterations, b->exchanges);
     kmp_json_numbers(j, "history", b->iterations, b->residuals);
     kmp_json_whole(j, "hits", b->hits);
@@ -321,7 +337,7 @@ static void fill_equilibria(kempe_table *table, const void *result)
     kmp_tabulate_outcome(table, kmp_outcome_of(e->status));
     kmp_tabulate_columns(table, "stability[words] residual potential[J] hits");
     for (int k = 0; k < e->freed_count; k++)
-        kmp_tabulate_column(table, e->freed_unit[k], "%s", e->freed_name[k]);
+        kmp_tabulate_column(table, kmp_print_unknown(s->context, e->freed_unit[k]), "%s", e->freed_name[k]);
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_Q);
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_QD);
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_LAMBDA);
@@ -338,6 +354,21 @@ static void fill_equilibria(kempe_table *table, const void *result)
         for (int i = 0; i < e->rate_count; i++)
             if (e->rates[i].how == KMP_RATE_HELD)
                 kmp_tabulate_number(table, e->rates[i].load);
+    }
+}
+
+static void fill_reactions(kempe_table *table, const void *result)
+{
+    const kempe_equilibrium *e = result;
+    kmp_tabulate_columns(table, "equilibrium");
+    kmp_reactions_columns(table);
+    for (int k = 0; k < e->count; k++) {
+        kmp_reactions reactions;
+        if (reactions_of(e, &e->balance[k], &reactions))
+            kmp_reactions_tabulate(table, &reactions, k);
+        else
+            kmp_tabulate_fail(table);
+        kmp_reactions_free(&reactions);
     }
 }
 
@@ -390,4 +421,5 @@ static void fill_rest(kempe_table *table, const void *result)
 }
 
 KMP_TABLES(kempe_equilibrium, equilibrium, equilibrium->requested->context, {"equilibria", fill_equilibria},
-           {"contacts", fill_contacts}, {"friction", fill_friction}, {"rest", fill_rest}, {"history", fill_history})
+           {"contacts", fill_contacts}, {"friction", fill_friction}, {"rest", fill_rest}, {"history", fill_history},
+           {"reactions", fill_reactions})

@@ -113,8 +113,7 @@ static kempe_status add_targets(kmp_exchange *x, const kempe_model *model, const
         kmp_exchange_target *target;
         KMP_TRY(add_target(x, "hold", &fixed->range[k], &target));
         KMP_TRY(kmp_coordinate_find(model, "hold", target->name, strlen(target->name), &target->coordinate));
-        KMP_TRY(kmp_range_fits_motion(model->context, "hold", &fixed->range[k],
-                                      model->motions[target->coordinate].rotation, 0));
+        KMP_TRY(kmp_range_fits_motion(model, "hold", &fixed->range[k], target->coordinate, 0));
     }
     /* Reads each word alone, to know its meaning; then all of them, for the system. */
     kempe_model *copy = kmp_variant_model(x->variant);
@@ -135,6 +134,8 @@ static kempe_status add_targets(kmp_exchange *x, const kempe_model *model, const
         target->shown = single_part(copy, &of[k], parts[0], target->name);
         if (target->shown < 0)
             return KEMPE_E_ARGUMENT;
+        KMP_TRY(
+            kmp_range_fits_unit(model, "target", &required->range[k], kmp_output_unit(copy, &of[k], target->shown)));
     }
     KMP_TRY(required->count > 0 ? kmp_requested_outputs(copy, all, &parts) : KEMPE_OK);
     for (int k = 0; k < required->count; k++)

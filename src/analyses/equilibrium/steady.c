@@ -15,7 +15,7 @@ kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges,
         const kmp_range *range = &ranges->range[k];
         int c = -1;
         KMP_TRY(kmp_coordinate_find(model, "rates", range->name, strlen(range->name), &c));
-        KMP_TRY(kmp_range_fits_motion(model->context, "rates", range, model->motions[c].rotation, 1));
+        KMP_TRY(kmp_range_fits_motion(model, "rates", range, c, 1));
         for (int i = 0; i < k; i++)
             if ((*rates)[i].coordinate == c)
                 return kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' is given twice", range->name);

@@ -41,22 +41,6 @@ static const char *kind_of(const kempe_inverse *r)
     return r->a > r->freedoms ? "least norm" : "definite";
 }
 
-/* The largest force (at.force) or moment of a loop, and when. */
-static double largest(const kempe_inverse *r, int loop, int at, double *t)
-{
-    double most = -1;
-    *t = NAN;
-    for (int row = 0; row < r->rows; row++) {
-        const double *x = kmp_inverse_part(r, row, at + 3 * loop);
-        double size = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
-        if (size > most) {
-            most = size;
-            *t = r->t[row];
-        }
-    }
-    return most < 0 ? NAN : most;
-}
-
 /* -- text -------------------------------------------------------------------------------------------- */
 
 /* The next force of the model from `from` on that acts along an actuated coordinate; the number of forces: none. */
@@ -72,38 +56,25 @@ static int next_force(const kempe_inverse *r, int from)
 
 static void show_actuators(kmp_text *text, const kempe_inverse *r, int width)
 {
+    const kmp_shown power = kmp_shown_as(r->system->context, "W"), work = kmp_shown_as(r->system->context, "J");
     if (r->rows == 1) {
-        kmp_text_printf(text, "  %-*s  unit  %12s  %12s\n", width, "", "effort", "power, W");
-        for (int k = 0; k < r->a; k++)
-            kmp_text_printf(text, "  %-*s  %-4s  %12.6g  %12.6g\n", width, name_of(r, r->actuator[k]),
-                            unit_of(r, r->actuator[k]), *kmp_inverse_part(r, 0, r->at.tau + k),
-                            *kmp_inverse_part(r, 0, r->at.power + k));
+        kmp_text_printf(text, "  %-*s  unit    %12s  %9s, %s\n", width, "", "effort", "power", power.unit);
+        for (int k = 0; k < r->a; k++) {
+            const kmp_shown as = kmp_shown_as(r->system->context, unit_of(r, r->actuator[k]));
+            kmp_text_printf(text, "  %-*s  %-6s  %12.6g  %12.6g\n", width, name_of(r, r->actuator[k]), as.unit,
+                            as.factor * *kmp_inverse_part(r, 0, r->at.tau + k),
+                            power.factor * *kmp_inverse_part(r, 0, r->at.power + k));
+        }
         return;
     }
-    kmp_text_printf(text, "  %-*s  unit  %13s  %9s  %13s  %13s  %9s  %13s\n", width, "", "largest", "at t", "rms",
-                    "power, W", "at t", "work, J");
+    kmp_text_printf(text, "  %-*s  unit    %13s  %9s  %13s  %10s, %s  %9s  %11s, %s\n", width, "", "largest", "at t",
+                    "rms", "power", power.unit, "at t", "work", work.unit);
     for (int k = 0; k < r->a; k++) {
         kmp_inverse_summary s = kmp_inverse_summarise(r, k);
-        kmp_text_printf(text, "  %-*s  %-4s  %13.6g  %9.6g  %13.6g  %13.6g  %9.6g  %13.6g\n", width,
-                        name_of(r, r->actuator[k]), unit_of(r, r->actuator[k]), s.peak, s.peak_t, s.rms, s.power,
-                        s.power_t, s.work);
-    }
-}
-
-static void show_loads(kmp_text *text, const kempe_inverse *r, int width)
-{
-    if (r->loops + r->joints == 0)
-        return;
-    kmp_text_printf(text, "\n  %-*s  %13s  %9s  %13s  %9s\n", width, "load", "force, N", "at t", "moment, N m", "at t");
-    for (int l = 0; l < r->loops + r->joints; l++) {
-        double force_t, moment_t, force = largest(r, l, r->at.force, &force_t),
-                                  moment = largest(r, l, r->at.moment, &moment_t);
-        kmp_text_printf(text, "  %-*s  %13.6g  %9.6g  %13.6g  ", width, kmp_inverse_load_name(r, l), force, force_t,
-                        moment);
-        if (moment > 0)
-            kmp_text_printf(text, "%9.6g\n", moment_t);
-        else
-            kmp_text_printf(text, "%9s\n", "");
+        const kmp_shown as = kmp_shown_as(r->system->context, unit_of(r, r->actuator[k]));
+        kmp_text_printf(text, "  %-*s  %-6s  %13.6g  %9.6g  %13.6g  %13.6g  %9.6g  %13.6g\n", width,
+                        name_of(r, r->actuator[k]), as.unit, as.factor * s.peak, s.peak_t, as.factor * s.rms,
+                        power.factor * s.power, s.power_t, work.factor * s.work);
     }
 }
 
@@ -124,9 +95,6 @@ static void show_verdict(kmp_text *text, const kempe_inverse *r)
             kmp_text_printf(text, " and %d more", reported - MOST_TOLD);
         kmp_text_put(text, "\n");
     }
-    if (*r->not_unique)
-        kmp_text_printf(text, "loads     not unique, shown for %s: %s\n", r->least_norm ? "least norm" : "one solution",
-                        r->not_unique);
     if (r->singular > 0)
         kmp_text_printf(
             text,
@@ -155,10 +123,6 @@ static void show(kmp_text *text, const void *result)
     int width = 4;
     for (int k = 0; k < r->a; k++) {
         int length = (int)strlen(name_of(r, r->actuator[k]));
-        width = length > width ? length : width;
-    }
-    for (int l = 0; l < r->loops + r->joints; l++) {
-        int length = (int)strlen(kmp_inverse_load_name(r, l));
         width = length > width ? length : width;
     }
     kmp_print_title(text, r->system->model, kempe_inverse_outcome(r));
@@ -196,7 +160,7 @@ static void show(kmp_text *text, const void *result)
         kmp_text_printf(text, " and %d more", reported - MOST_TOLD);
     kmp_text_put(text, reported > 0 ? "\n" : "");
     show_actuators(text, r, width);
-    show_loads(text, r, width);
+    kmp_reactions_show(text, &r->reactions);
     show_verdict(text, r);
 }
 
@@ -283,6 +247,7 @@ static void json(kmp_text *text, const void *result)
     kmp_json_end(&j);
     json_vectors(&j, "reaction", r, r->at.force);
     json_vectors(&j, "moment", r, r->at.moment);
+    kmp_reactions_json(&j, &r->reactions);
     kmp_json_put(&j, "loads_not_unique %s load_share %s", r->not_unique, r->least_norm ? "least-norm" : NULL);
     kmp_convergence_json(&j, &r->again, r->a > 0 ? name_of(r, r->actuator[r->again.index]) : NULL);
     kmp_json_put(&j, "cpu_s %g }", r->cpu_s);
@@ -320,4 +285,10 @@ static void fill_rows(kempe_table *table, const void *result)
     }
 }
 
-KMP_TABLES(kempe_inverse, inverse, inverse->system->context, {"rows", fill_rows})
+static void fill_reactions(kempe_table *table, const void *result)
+{
+    kmp_reactions_columns(table);
+    kmp_reactions_tabulate(table, &((const kempe_inverse *)result)->reactions, -1);
+}
+
+KMP_TABLES(kempe_inverse, inverse, inverse->system->context, {"rows", fill_rows}, {"reactions", fill_reactions})

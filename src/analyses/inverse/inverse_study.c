@@ -85,7 +85,8 @@ static kempe_inverse *result_new(const kempe_system *s)
     return r;
 }
 
-KMP_FREES(kempe_inverse, inverse, kmp_free(inverse->warnings), kmp_arena_free(&inverse->arena))
+KMP_FREES(kempe_inverse, inverse, kmp_free(inverse->warnings), kmp_reactions_free(&inverse->reactions),
+          kmp_arena_free(&inverse->arena))
 
 static bool has_multiplier(const kempe_inverse *r, int row)
 {
@@ -371,6 +372,8 @@ static kempe_status prepare(job *j)
     if (r->joints > 0)
         memcpy(r->joint, j->loads.joint, (size_t)r->joints * sizeof *r->joint);
     KMP_TRY(kmp_load_share_read(j->context, j->options->loads, &r->least_norm));
+    KMP_TRY(kmp_reactions_init(&r->reactions, j->system, &j->loads, false));
+    r->reactions.least_norm = r->least_norm;
     j->load = KMP_ARENA_NEW(&j->arena, double, KMP_LOAD_VALUES *(j->system->model->closure_count + r->joints) + 1);
     KMP_TRY(kmp_made(j->context, j->load));
     return make_rows(r, j->times.count) ? KEMPE_OK : kmp_fail_memory(j->context);
@@ -459,6 +462,7 @@ static kempe_status keep_row(job *j)
         memcpy(j->load, kmp_all_loads_at(&j->loads, &at), loads * sizeof *row);
     if (r->least_norm)
         KMP_TRY(kmp_least_norm_loads(g->eval, g->t, g->q, r->joints, r->joint, j->load));
+    kmp_reactions_add(&r->reactions, g->t, j->load);
     for (int l = 0; l < r->loops + r->joints; l++) {
         const int place = l < r->loops ? r->loop[l] : j->system->model->closure_count + l - r->loops;
         memcpy(row + r->at.force + 3 * l, j->load + KMP_LOAD_VALUES * place, vector);
@@ -560,12 +564,15 @@ static kempe_status follow_again(job *j, const double *size, double end)
 static kempe_status tell_shared_loads(const job *j)
 {
     kempe_inverse *r = j->r;
+    kmp_shared_loads found;
     if (r->rows == 0 || r->system->model->closure_count == 0)
         return KEMPE_OK;
     const double t[2] = {r->t[0], r->t[r->rows - 1]};
     const double *const q[2] = {kmp_inverse_part(r, 0, r->at.q), kmp_inverse_part(r, r->rows - 1, r->at.q)};
-    return kmp_tell_shared_loads(j->prescribed.eval, t, q, r->joints, r->joint, j->load, r->least_norm, &r->arena,
-                                 &r->not_unique);
+    KMP_TRY(
+        kmp_shared_loads_between(j->prescribed.eval, t, q, r->joints, r->joint, r->reactions.last, &r->arena, &found));
+    KMP_TRY(kmp_reactions_mark(&r->reactions, &found));
+    return kmp_tell_shared_loads(r->system, &found, r->least_norm, &r->arena, &r->not_unique);
 }
 
 /* Repeats the study with every other row, where rates or accelerations are derivatives of splines through the rows. */

@@ -5,6 +5,7 @@
 #include "constraints/evaluation/evaluation_point.h"
 #include "model/data/force.h"
 #include "output/convergence.h"
+#include "output/reactions.h"
 #include <kempe/inverse.h>
 
 typedef enum kmp_inverse_motion { KMP_INVERSE_DRIVES, KMP_INVERSE_TABLE, KMP_INVERSE_START } kmp_inverse_motion;
@@ -58,6 +59,7 @@ struct kempe_inverse {
     kmp_convergence again;  /* with every other row of the table; unknown where it has all rates and accelerations */
     bool least_norm;        /* shared loads */
     const char *not_unique; /* their names; "": none */
+    kmp_reactions reactions;
     double build_s, cpu_s;
 };
 

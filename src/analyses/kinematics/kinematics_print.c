@@ -224,10 +224,12 @@ static void fill_rows(kempe_table *table, const void *result)
     kmp_tabulate_columns(table, "s t[s]");
     for (kmp_quantity quantity = KMP_QUANTITY_Q; quantity <= KMP_QUANTITY_QDD; quantity++)
         kmp_tabulate_quantity(table, s, quantity);
-    for (int c = 0; c < k->width; c++)
-        kmp_tabulate_column(table,
-                            kmp_output_unit(s->model, &s->model->outputs[k->column[c].output], k->column[c].component),
-                            "%s", k->column[c].name);
+    for (int c = 0; c < k->width; c++) {
+        const kmp_output *output = &s->model->outputs[k->column[c].output];
+        const char *unit = kmp_output_unit(s->model, output, k->column[c].component);
+        kmp_tabulate_column(table, output->kind == KMP_OUTPUT_SENSOR ? kmp_print_unknown(s->context, unit) : unit, "%s",
+                            k->column[c].name);
+    }
     for (int row = 0; row < k->count; row++) {
         ptrdiff_t at = (ptrdiff_t)row * s->n;
         KMP_TABULATE(table, "%g %g", k->s[row],

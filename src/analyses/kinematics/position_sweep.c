@@ -36,10 +36,6 @@
 /* Reads names and ranges of a sweep: driven coordinates and time, fixed coordinates, and deactivated drives. Driven
  * coordinates are then compared with the degrees of freedom. */
 
-/* rad; and the radians of a turn. */
-#define MANY_TURNS 45.0
-#define TURN       6.283185307179586
-
 enum { DEFAULT_ROWS = 361, MOST_NAME = 256, MOST_ROWS = 1000000 };
 
 static bool is_coordinate(const kempe_model *model, int k, const char *name)
@@ -106,16 +102,7 @@ static kempe_status add_lead(kempe_kinematics *k, const kmp_range *range)
     if (parameter.coordinate < 0)
         KMP_TRY(kmp_range_fits(context, "sweep", range, KMP_DIM_TIME));
     else
-        KMP_TRY(kmp_range_fits_motion(context, "sweep", range, k->system->model->motions[parameter.coordinate].rotation,
-                                      0));
-    if (parameter.coordinate >= 0 && k->system->model->motions[parameter.coordinate].rotation) {
-        /* Bare numbers of an angle are in rad: many turns are rather degrees. */
-        double most = fmax(fabs(range->from), fabs(range->to));
-        if (range->dimension.kind == KMP_DIMENSION_BARE && !range->angle[1] && most >= MANY_TURNS)
-            kmp_log(k->system->context, KEMPE_LOG_WARNING,
-                    "the sweep of '%s' from %g to %g is in rad, up to %.3g turns: for degrees write '%g deg'",
-                    range->name, range->from, range->to, most / TURN, range->to);
-    }
+        KMP_TRY(kmp_range_fits_motion(k->system->model, "sweep", range, parameter.coordinate, 0));
     for (int i = 0; i < k->parameter_count; i++)
         if (k->parameter[i].coordinate == parameter.coordinate)
             return kmp_fail(context, KEMPE_E_ARGUMENT, "'%s' is swept or held twice", name);
@@ -170,8 +157,7 @@ static kempe_status read_speed(const kempe_kinematics *k, const char *speed, dou
     const kmp_range *range = ranges.range;
     bool good = status == KEMPE_OK && range && ranges.count == 1 && range->count == 1 && range->from > 0;
     if (status == KEMPE_OK)
-        status = good ? kmp_range_fits_motion(context, "speed", range,
-                                              k->system->model->motions[parameter->coordinate].rotation, 1)
+        status = good ? kmp_range_fits_motion(k->system->model, "speed", range, parameter->coordinate, 1)
                       : kmp_fail(context, KEMPE_E_ARGUMENT, "speed: one positive value is expected, not '%s'", speed);
     *value = good ? range->from : NAN;
     kmp_ranges_free(&ranges);

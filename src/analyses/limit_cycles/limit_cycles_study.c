@@ -338,6 +338,7 @@ static kempe_status take_range(kempe_limit_cycles *c, const kmp_range *range)
                             c->name);
         return kmp_fail_text(context, KEMPE_E_ARGUMENT, &why);
     }
+    KMP_TRY(kmp_range_fits_variable(c->system->model, "sweep", range));
     if (c->values < 2 || c->values > MOST_VALUES || c->from == c->to)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "a sweep needs two ends and 2 to %d values, as in '%s=1:2:31'",
                         MOST_VALUES, c->name);
@@ -609,14 +610,14 @@ static kempe_status simulate(stepped *s, double value, kmp_cycle **cycle)
     s->values[0] = value;
     KMP_TRY(kmp_linear_vary(&s->none, s->system, s->variant, s->values));
     kempe_status status = kmp_simulate(s->system, &s->run, &motion);
-    bool degrees = kmp_context_use_degrees(context, false);
+    const kmp_shown_in shown = kmp_context_show_in(context, (kmp_shown_in){0});
     if (status == KEMPE_OK)
         status = kempe_trajectory_outputs(motion, s->words.s, &rows);
     if (status == KEMPE_OK && s->c->outputs == 0)
         status = name_outputs(s, rows);
     if (status == KEMPE_OK)
         status = take_cycle(s, rows, value, cycle);
-    (void)kmp_context_use_degrees(context, degrees);
+    (void)kmp_context_show_in(context, shown);
     if (status == KEMPE_OK) {
         /* The start of the next simulation. */
         int last = kempe_trajectory_row_count(motion) - 1;

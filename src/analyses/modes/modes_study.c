@@ -82,6 +82,8 @@ static kempe_status sweep(kempe_modes *m, const kmp_operating_family_options *op
     if (count < 2 || count > MOST_VALUES || range->from == range->to)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "a sweep needs two ends and 2 to %d values, as in '%s=1:2:61'",
                         MOST_VALUES, range->name);
+    if (!options->varies)
+        KMP_TRY(kmp_range_fits_variable(m->system->model, "sweep", range));
     m->name = kmp_arena_printf(&m->arena, "%s%s", options->varies ? "qd." : "", range->name);
     double *values = KMP_ARENA_NEW(&m->arena, double, count);
     KMP_TRY(kmp_made(context, !m->arena.failed));

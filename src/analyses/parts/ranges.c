@@ -1,12 +1,21 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The reader of ranges: name, ends with their units, count; an error names the place in the text. */
 #include "analyses/parts/ranges.h"
+#include "base/arena.h"
 #include "base/memory.h"
+#include "model/data/variant.h"
+#include "model/language/expression.h"
+#include "model/language/expression_dimension.h"
+#include "model/language/expression_value.h"
+#include "model/read/reader.h"
 #include <ctype.h>
 #include <math.h>
 #include <string.h>
 
 enum { MOST_VALUES = 1000000 };
+
+/* rad: an angle without a unit that is rather in degrees in any model. */
+#define MANY_TURNS 45.0
 
 /* The index of the next ':' or ',' or of the end. */
 static size_t word_length(const char *s)
@@ -20,6 +29,8 @@ typedef struct trouble {
     int length;
     bool differ; /* units of the two ends */
     bool alone;  /* a unit at one end, and none at the other, which is not 0 */
+    bool expression, memory;
+    kempe_context *context;
 } trouble;
 
 /* The units of both ends must fit; only 0 may have none where the other end has one: "10:30 deg" does not begin at 10
@@ -34,12 +45,29 @@ static bool fit_ends(kmp_range *r, kmp_dimension first, trouble *what)
     return !what->differ && !what->alone;
 }
 
-/* A number with an optional sign and an optional unit, the whole of `length` characters. */
+/* An expression of numbers without units. */
+static bool read_expression(const char *s, size_t length, double *x, trouble *what)
+{
+    kmp_arena arena = {0};
+    const kmp_expr_scope scope = {.context = what->context, .arena = &arena, .file = "", .line = 1, .column = 1};
+    const char *text = kmp_arena_printf(&arena, "%.*s", (int)length, s);
+    const kmp_expr *expr = text ? kmp_expr_parse(&scope, text) : NULL;
+    kmp_expr_fault fault = {0};
+    const bool bare = expr && kmp_expr_dimension(expr, NULL, NULL, &fault).kind == KMP_DIMENSION_BARE;
+    *x = bare ? kmp_expr_value(expr, NULL) : NAN;
+    what->expression = what->expression || bare;
+    what->memory = what->memory || arena.failed;
+    kmp_arena_free(&arena);
+    kmp_context_clear(what->context); /* the message is that of ranges */
+    return bare && isfinite(*x);
+}
+
+/* A number with an optional sign and an optional unit, or an expression, the whole of `length` characters. */
 static bool read_value(const char *s, size_t length, double *x, kmp_dimension *dimension, int *angle, trouble *what)
 {
     size_t sign = *s == '-' || *s == '+', digits = kmp_text_to_number(s + sign, x), at = sign + digits;
     if (digits == 0 || at > length)
-        return false;
+        return read_expression(s, length, x, what);
     while (at < length && s[at] == ' ')
         at++;
     while (length > at && s[length - 1] == ' ')
@@ -47,9 +75,10 @@ static bool read_value(const char *s, size_t length, double *x, kmp_dimension *d
     kmp_unit unit;
     if (at < length) {
         if (!kmp_unit_read(s + at, length - at, &unit)) {
-            what->unit = s + at;
+            const bool good = read_expression(s, length, x, what);
+            what->unit = good ? NULL : s + at;
             what->length = (int)(length - at);
-            return false;
+            return good;
         }
         *dimension = unit.dimension;
         *angle = unit.angle;
@@ -60,11 +89,11 @@ static bool read_value(const char *s, size_t length, double *x, kmp_dimension *d
     return isfinite(*x);
 }
 
-static bool read_count(const char *s, size_t length, int *count)
+static bool read_count(const char *s, size_t length, int *count, kempe_context *context)
 {
     double x;
     int angle;
-    trouble what;
+    trouble what = {.context = context};
     kmp_dimension none = {0};
     if (!read_value(s, length, &x, &none, &angle, &what) || none.kind != KMP_DIMENSION_BARE || x < 2 ||
         x > MOST_VALUES || x != floor(x))
@@ -98,18 +127,22 @@ static kempe_status read_range(const char **s, kmp_range *r, trouble *what)
         ok = ok && fit_ends(r, first, what);
     }
     if (ok && **s == ':') {
-        ok = read_count(*s + 1, length = word_length(*s + 1), &r->count);
+        ok = read_count(*s + 1, length = word_length(*s + 1), &r->count, what->context);
         *s += length + 1;
     }
-    return ok && **s != ':' ? KEMPE_OK : KEMPE_E_ARGUMENT;
+    r->expression = what->expression;
+    return what->memory ? KEMPE_E_MEMORY : ok && **s != ':' ? KEMPE_OK : KEMPE_E_ARGUMENT;
 }
 
 static kempe_status complain(kempe_context *context, const char *begin, const trouble *what)
 {
     int length = (int)strcspn(begin, ",");
-    if (what->unit && isalpha((unsigned char)*what->unit))
-        return kmp_fail(context, KEMPE_E_ARGUMENT, "'%.*s': unknown unit '%.*s'", length, begin, what->length,
-                        what->unit);
+    if (what->unit && isalpha((unsigned char)*what->unit)) {
+        kmp_text sentence = {0};
+        kmp_text_printf(&sentence, "'%.*s': unknown unit '%.*s'", length, begin, what->length, what->unit);
+        kmp_unit_suggest(what->unit, (size_t)what->length, &sentence);
+        return kmp_fail_text(context, KEMPE_E_ARGUMENT, &sentence);
+    }
     if (what->differ)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "'%.*s': the units of its ends are incompatible", length, begin);
     if (what->alone)
@@ -130,7 +163,7 @@ kempe_status kmp_ranges_read(kempe_context *context, const char *text, kmp_range
     KMP_TRY(kmp_made(context, read.range));
     for (const char *s = text; status == KEMPE_OK && read.count < most; s += *s == ',') {
         const char *begin = s;
-        trouble what = {0};
+        trouble what = {.context = context};
         status = read_range(&s, &read.range[read.count++], &what);
         if (status == KEMPE_E_ARGUMENT)
             (void)complain(context, begin, &what);
@@ -165,12 +198,118 @@ kempe_status kmp_range_fits(kempe_context *context, const char *what, const kmp_
     return kmp_fail_text(context, KEMPE_E_ARGUMENT, &sentence);
 }
 
-kempe_status kmp_range_fits_motion(kempe_context *context, const char *what, const kmp_range *range, bool rotation,
+/* Warns of turns that were probably meant as degrees: beyond one where degrees are in the model or asked for, beyond
+ * many elsewhere. */
+static void warn_of_turns(const kempe_model *model, const char *what, const kmp_range *range)
+{
+    const double most = fmax(fabs(range->from), fabs(range->to));
+    const bool degrees = model->degrees || kmp_shown_as(model->context, "rad").factor != 1;
+    if (range->dimension.kind != KMP_DIMENSION_BARE || range->expression ||
+        !(most > (degrees ? KMP_MORE_TURN : MANY_TURNS)))
+        return;
+    const double given = fabs(range->from) > fabs(range->to) ? range->from : range->to;
+    kmp_log(model->context, KEMPE_LOG_WARNING,
+            "%s: '%s' is %g without a unit and is taken in rad, %.3g turns: for degrees write '%g deg'", what,
+            range->name, given, most / KMP_TURN, given);
+}
+
+kempe_status kmp_range_fits_motion(const kempe_model *model, const char *what, const kmp_range *range, int coordinate,
                                    int order)
 {
+    const bool rotation = model->motions[coordinate].rotation;
     kmp_dimension wanted = KMP_DIM(rotation ? 0 : 1, 0, -order);
     wanted.angle = rotation;
-    return kmp_range_fits(context, what, range, wanted);
+    KMP_TRY(kmp_range_fits(model->context, what, range, wanted));
+    if (rotation && order == 0)
+        warn_of_turns(model, what, range);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_range_fits_unit(const kempe_model *model, const char *what, const kmp_range *range, const char *unit)
+{
+    const bool angle = strcmp(unit, "rad") == 0;
+    kmp_dimension wanted = *unit ? kmp_dimension_of(unit) : KMP_DIM_ANY;
+    wanted.angle = angle;
+    KMP_TRY(kmp_range_fits(model->context, what, range, wanted));
+    if (angle)
+        warn_of_turns(model, what, range);
+    return KEMPE_OK;
+}
+
+/* A parameter without a unit in its file fits any; its expressions may not: the file is read with the range's begin. */
+static kempe_status check_by_file(const kempe_model *model, const kmp_range *range)
+{
+    kempe_context *context = model->context;
+    kempe_model *read = NULL;
+    kmp_text value = {0};
+    kempe_setting *list = KMP_NEW(kempe_setting, model->setting_count + 1);
+    const double *power = range->dimension.power;
+    kmp_text_printf(&value, "%.17g m^%.0f*kg^%.0f*s^%.0f", range->from, power[0], power[1], power[2]);
+    kempe_status status = kmp_made(context, list && !value.failed);
+    if (status == KEMPE_OK) {
+        for (int k = 0; k < model->setting_count; k++)
+            list[k] = model->settings[k];
+        list[model->setting_count] = (kempe_setting){range->name, value.s};
+        const bool quiet = kmp_context_quiet(context, true);
+        status = kmp_model_read_file(context, model->file, list, model->setting_count + 1, &read);
+        (void)kmp_context_quiet(context, quiet);
+    }
+    kempe_model_free(read);
+    kmp_text_free(&value);
+    kmp_free(list);
+    return status;
+}
+
+kempe_status kmp_range_fits_variable(const kempe_model *model, const char *what, const kmp_range *range)
+{
+    const kmp_dimension wanted = kmp_variant_dimension(model, range->name);
+    KMP_TRY(kmp_range_fits(model->context, what, range, wanted));
+    if (wanted.kind == KMP_DIMENSION_KNOWN && !kmp_dimension_is_physical(wanted))
+        warn_of_turns(model, what, range);
+    if (wanted.kind == KMP_DIMENSION_BARE && kmp_dimension_is_physical(range->dimension) && model->from_file)
+        return check_by_file(model, range);
+    return KEMPE_OK;
+}
+
+/* "NAME=TEXT" as one number. */
+static kempe_status read_one(kempe_context *context, const char *what, const char *name, const char *text,
+                             size_t length, kmp_ranges *one)
+{
+    kmp_text entry = {0};
+    kmp_text_printf(&entry, "%s=%.*s", name, (int)length, text);
+    kempe_status status = entry.failed ? kmp_fail_memory(context) : kmp_ranges_read(context, entry.s, one);
+    if (status == KEMPE_OK && (one->count != 1 || one->range[0].count != 1))
+        status = kmp_fail(context, KEMPE_E_ARGUMENT, "%s: '%s' is not one number", what, entry.s);
+    kmp_text_free(&entry);
+    return status;
+}
+
+static kempe_status take_one(kempe_status status, kmp_ranges *one, double *value)
+{
+    if (status == KEMPE_OK)
+        *value = one->range[0].from;
+    kmp_ranges_free(one);
+    return status;
+}
+
+kempe_status kmp_range_number(kempe_context *context, const char *what, const char *name, const char *text,
+                              size_t length, kmp_dimension wanted, double *value)
+{
+    kmp_ranges one = {0};
+    kempe_status status = read_one(context, what, name, text, length, &one);
+    if (status == KEMPE_OK)
+        status = kmp_range_fits(context, what, &one.range[0], wanted);
+    return take_one(status, &one, value);
+}
+
+kempe_status kmp_range_of_variable(const kempe_model *model, const char *what, const char *name, const char *text,
+                                   size_t length, double *value)
+{
+    kmp_ranges one = {0};
+    kempe_status status = read_one(model->context, what, name, text, length, &one);
+    if (status == KEMPE_OK)
+        status = kmp_range_fits_variable(model, what, &one.range[0]);
+    return take_one(status, &one, value);
 }
 
 kempe_status kmp_range_is_value(kempe_context *context, const char *what, const kmp_range *range)

@@ -2,6 +2,7 @@
 #include "analyses/parts/study_print.h"
 #include "model/data/model.h"
 #include "model/language/expression_value.h"
+#include "output/print.h"
 #include <string.h>
 
 /* -- numbers and names --------------------------------------------------------------------------------- */
@@ -38,8 +39,8 @@ int kmp_print_widest(int count, char *const *names, int least)
 void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_quantity quantity)
 {
     for (int k = 0; k < kmp_quantity_size(system, quantity); k++)
-        kmp_tabulate_column(table, kmp_quantity_unit(system, quantity, k), "%s.%s", kmp_quantity_prefix(quantity),
-                            kmp_quantity_name(system, quantity, k));
+        kmp_tabulate_column(table, kmp_print_unknown(system->context, kmp_quantity_unit(system, quantity, k)), "%s.%s",
+                            kmp_quantity_prefix(quantity), kmp_quantity_name(system, quantity, k));
     if (quantity == KMP_QUANTITY_QD)
         kmp_tabulate_quantity(table, system, KMP_QUANTITY_STATE);
 }

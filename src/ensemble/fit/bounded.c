@@ -8,25 +8,9 @@
 
 /* -- bounds ------------------------------------------------------------------------------------------ */
 
-kempe_status kmp_box_bounds_number(kempe_context *context, const char *name, const char *text, size_t length,
-                                   double *value)
+static kempe_status read_bounds(const kempe_model *model, kmp_box_bounds *b, int k, const char *text)
 {
-    kmp_text one = {0};
-    kmp_ranges ranges = {0};
-    kmp_text_printf(&one, "%s=%.*s", name, (int)length, text);
-    kempe_status status = one.failed ? kmp_fail_memory(context) : kmp_ranges_read(context, one.s, &ranges);
-    bool single = status == KEMPE_OK && ranges.count == 1 && ranges.range[0].count == 1;
-    if (single)
-        *value = ranges.range[0].from;
-    else if (status == KEMPE_OK)
-        status = kmp_fail(context, KEMPE_E_ARGUMENT, "'%s' is not a number: write NAME:LOW:HIGH", one.s);
-    kmp_text_free(&one);
-    kmp_ranges_free(&ranges);
-    return status;
-}
-
-static kempe_status read_bounds(kempe_context *context, kmp_box_bounds *b, int k, const char *text)
-{
+    kempe_context *context = model->context;
     const char *upper = strchr(text, ':');
     if (!upper || strchr(upper + 1, ':'))
         return kmp_fail(context, KEMPE_E_ARGUMENT,
@@ -34,17 +18,18 @@ static kempe_status read_bounds(kempe_context *context, kmp_box_bounds *b, int k
                         "NAME::HIGH",
                         b->name[k]);
     if (upper > text)
-        KMP_TRY(kmp_box_bounds_number(context, b->name[k], text, (size_t)(upper - text), &b->lower[k]));
+        KMP_TRY(kmp_range_of_variable(model, "bounds", b->name[k], text, (size_t)(upper - text), &b->lower[k]));
     if (upper[1])
-        KMP_TRY(kmp_box_bounds_number(context, b->name[k], upper + 1, strlen(upper + 1), &b->upper[k]));
+        KMP_TRY(kmp_range_of_variable(model, "bounds", b->name[k], upper + 1, strlen(upper + 1), &b->upper[k]));
     if (!(b->lower[k] < b->upper[k]))
         return kmp_fail(context, KEMPE_E_ARGUMENT, "parameter '%s': the bound %g is not below %g", b->name[k],
                         b->lower[k], b->upper[k]);
     return KEMPE_OK;
 }
 
-kempe_status kmp_box_bounds_read(kempe_context *context, const char *list, kmp_arena *arena, kmp_box_bounds *bounded)
+kempe_status kmp_box_bounds_read(const kempe_model *model, const char *list, kmp_arena *arena, kmp_box_bounds *bounded)
 {
+    kempe_context *context = model->context;
     char **word = NULL;
     bounded->count = kmp_text_words(arena, list, &word);
     if (bounded->count == 0)
@@ -61,7 +46,7 @@ kempe_status kmp_box_bounds_read(kempe_context *context, const char *list, kmp_a
         bounded->lower[k] = -INFINITY;
         bounded->upper[k] = INFINITY;
         if (word[k][length])
-            KMP_TRY(read_bounds(context, bounded, k, word[k] + length + 1));
+            KMP_TRY(read_bounds(model, bounded, k, word[k] + length + 1));
     }
     return KEMPE_OK;
 }

@@ -12,11 +12,7 @@ typedef struct kmp_box_bounds {
 } kmp_box_bounds;
 
 /** Reads NAME, NAME:LOW:HIGH or NAME=LOW:HIGH, NAME:LOW:, NAME::HIGH, separated by commas. KEMPE_E_ARGUMENT. */
-kempe_status kmp_box_bounds_read(kempe_context *context, const char *list, kmp_arena *arena, kmp_box_bounds *bounded);
-
-/** A number of an option for a name, with or without a unit. KEMPE_E_ARGUMENT. */
-kempe_status kmp_box_bounds_number(kempe_context *context, const char *name, const char *text, size_t length,
-                                   double *value);
+kempe_status kmp_box_bounds_read(const kempe_model *model, const char *list, kmp_arena *arena, kmp_box_bounds *bounded);
 
 /** KEMPE_E_ARGUMENT: a start is not within its bounds. */
 kempe_status kmp_box_bounds_check(kempe_context *context, const kmp_box_bounds *bounded, const double *start);

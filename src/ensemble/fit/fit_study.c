@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The search: options, weights of the columns, trials. */
 #include "ensemble/fit/fit_study.h"
+#include "analyses/parts/ranges.h"
 #include "analyses/sensitivity/sensitivity_trajectory.h"
 #include "base/memory.h"
 #include "base/thread_pool.h"
@@ -40,8 +41,8 @@ static kempe_status read_deviations(kempe_fit *f, const char *list)
         if (!word[k][length] || c == f->columns)
             return kmp_fail(f->context, KEMPE_E_ARGUMENT,
                             "deviation '%s': COLUMN=VALUE with a column of the data is expected", word[k]);
-        KMP_TRY(kmp_box_bounds_number(f->context, "deviation", word[k] + length + 1, strlen(word[k] + length + 1),
-                                      &f->deviation[c]));
+        KMP_TRY(kmp_range_number(f->context, "deviations", f->column_name[c], word[k] + length + 1,
+                                 strlen(word[k] + length + 1), kmp_dimension_of(f->column_unit[c]), &f->deviation[c]));
         if (!(f->deviation[c] > 0))
             return kmp_fail(f->context, KEMPE_E_ARGUMENT, "deviation '%s': it must be positive", word[k]);
     }
@@ -535,7 +536,7 @@ static kempe_status set_own(kempe_fit *f, int k, const char *list)
         KMP_TRY(check_own(f, word[i], length));
         name[own] = kmp_arena_printf(&f->arena, "%.*s", length, word[i]);
         KMP_TRY(kmp_made(f->context, name[own]));
-        KMP_TRY(kmp_box_bounds_number(f->context, name[own], text + 1, strlen(text + 1), &value[own]));
+        KMP_TRY(kmp_range_of_variable(f->model, "own", name[own], text + 1, strlen(text + 1), &value[own]));
         own++;
     }
     return own > 0 ? kmp_variant_instance(f->model, own, name, value, &f->run[k].own) : KEMPE_OK;
@@ -670,7 +671,7 @@ static kempe_status prepare(kempe_fit *f, const kempe_fit_options *options)
         return kmp_fail(f->context, KEMPE_E_ARGUMENT, "the confidence %g is not between 0 and 1", options->confidence);
     KMP_WANTED(f->context, options->data, "data");
     const char *list = options->parameters;
-    KMP_TRY(kmp_box_bounds_read(f->context, list, &f->arena, &f->bounded));
+    KMP_TRY(kmp_box_bounds_read(f->model, list, &f->arena, &f->bounded));
     f->count = f->bounded.count;
     f->name = f->bounded.name;
     f->lower = f->bounded.lower;

@@ -577,7 +577,7 @@ static kempe_status prepare(kempe_optimum *o, const kempe_optimum_options *optio
     o->pool = options->pool > 0 ? options->pool : POOL;
     o->most = options->most > 0 ? options->most : MOST_EVALUATIONS;
     o->tolerance = options->tolerance > 0 ? options->tolerance : KMP_OPTIMUM_ENOUGH;
-    KMP_TRY(kmp_box_bounds_read(o->context, options->parameters, &o->arena, &o->bounded));
+    KMP_TRY(kmp_box_bounds_read(o->model, options->parameters, &o->arena, &o->bounded));
     o->count = o->bounded.count;
     for (int k = 0; k < o->count; k++)
         if (!isfinite(o->bounded.upper[k] - o->bounded.lower[k]))

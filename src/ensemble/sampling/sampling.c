@@ -290,17 +290,7 @@ static kempe_status read_numbers(const reader *r, const char *name, const char *
             s++;
             size--;
         }
-        kmp_text one = {0};
-        kmp_ranges value = {0};
-        kmp_text_printf(&one, "%s=%.*s", name, (int)size, s);
-        kempe_status status = one.failed ? kmp_fail_memory(r->context) : kmp_ranges_read(r->context, one.s, &value);
-        kmp_text_free(&one);
-        KMP_TRY(status);
-        bool single = value.count == 1 && value.range[0].count == 1;
-        x[(*count)++] = value.range[0].from;
-        kmp_ranges_free(&value);
-        if (!single)
-            return refuse(r, "numbers between commas are expected in the parentheses");
+        KMP_TRY(kmp_range_of_variable(r->s->model, "sampling", name, s, size, &x[(*count)++]));
         s += size + (s[size] == ',');
     }
     if (*count != w->least && *count != w->most)
@@ -356,9 +346,11 @@ static kempe_status take_range(const reader *r, kmp_sampled_column *c)
     kmp_ranges range = {0};
     KMP_TRY(kmp_ranges_read(r->context, r->entry, &range));
     const kmp_range *x = &range.range[0];
+    kempe_status fits = kmp_range_fits_variable(r->s->model, "sampling", x);
     c->d = (kmp_distribution){.kind = KMP_UNIFORM, .least = x->from, .most = x->to};
     c->levels = x->count;
     kmp_ranges_free(&range);
+    KMP_TRY(fits);
     if (c->levels == 1)
         return kmp_fail(r->context, KEMPE_E_ARGUMENT, "sampling '%s' needs a range NAME=A:B or a distribution",
                         c->name);

@@ -44,6 +44,7 @@ struct kempe_model {
     const char **notes; /* warnings of its reading that its results keep: parts of foreign files that are not used */
     int note_count;
     bool altered;                  /* some of them are mechanics that was left out by name */
+    bool degrees;                  /* a number of its file is in deg */
     const kempe_setting *settings; /* with which it was read */
     int setting_count;
     int symbol_count; /* of numbers */

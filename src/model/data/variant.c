@@ -147,6 +147,19 @@ bool kmp_variant_may(const kempe_model *m, const char *name, kmp_text *why)
     return why->length == 0;
 }
 
+kmp_dimension kmp_variant_dimension(const kempe_model *m, const char *name)
+{
+    const meaning found = look_up(m, name);
+    if (found.parameter >= 0)
+        return m->parameters[found.parameter].dimension;
+    if (found.motion < 0 || found.motion >= kmp_model_coordinates(m))
+        return KMP_DIM_ANY;
+    const bool rotation = m->motions[found.motion].rotation;
+    kmp_dimension dimension = KMP_DIM(rotation ? 0 : 1, 0, found.rate ? -1 : 0);
+    dimension.angle = rotation;
+    return dimension;
+}
+
 static kempe_status mark(kmp_variant *v, int k, const char *name)
 {
     kempe_model *m = &v->model;

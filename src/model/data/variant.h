@@ -43,5 +43,8 @@ int kmp_parameter_find(const kempe_model *model, const char *name);
 /** True if a name may vary; otherwise `why` (empty before) receives the reason. */
 bool kmp_variant_may(const kempe_model *model, const char *name, kmp_text *why);
 
+/** The dimension of a parameter, a start value or a rate by its name; free where there is none. */
+kmp_dimension kmp_variant_dimension(const kempe_model *model, const char *name);
+
 /** True if a variable parameter occurs in an expression of the model. */
 bool kmp_expr_varies(const kempe_model *model, const kmp_expr *expr);

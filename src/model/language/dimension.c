@@ -12,7 +12,13 @@ static const struct {
 #define KMP_UNIT(name, factor, divisor, m, kg, s, angle)                                                               \
     {#name, {factor, divisor, {KMP_DIMENSION_KNOWN, {m, kg, s}, false}, angle}},
 #include "model/language/units.def"
-#undef KMP_UNIT
+};
+
+static const struct {
+    const char *word, *unit;
+} words[] = {
+#define KMP_UNIT_WORD(word, unit) {#word, unit},
+#include "model/language/units.def"
 };
 
 /* -- dimensions ---------------------------------------------------------------------------------- */
@@ -113,6 +119,23 @@ bool kmp_unit_find(const char *name, size_t length, kmp_unit *unit)
             return true;
         }
     return false;
+}
+
+void kmp_unit_suggest(const char *name, size_t length, kmp_text *sentence)
+{
+    kmp_text unknown = {0};
+    kmp_text_printf(&unknown, "%.*s", (int)length, name);
+    if (unknown.failed)
+        return;
+    const int k = kmp_name_find(KMP_NAMES_OF(words), unknown.s);
+    const kmp_nearest nearest = kmp_nearest_of(unknown.s, kmp_unit_names);
+    if (k >= 0)
+        kmp_text_printf(sentence, ": its unit is written '%s'", words[k].unit);
+    else if (nearest.best)
+        kmp_nearest_suggest(&nearest, sentence);
+    else
+        kmp_text_put(sentence, "; units are such as m, mm, in, kg, lb, N, kN, lbf, deg, rpm");
+    kmp_text_free(&unknown);
 }
 
 kmp_dimension kmp_dimension_of(const char *unit)

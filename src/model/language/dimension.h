@@ -6,6 +6,10 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+/* The radians of a turn; and an angle that is more than one, also where it was rounded to 6.3. */
+#define KMP_TURN      6.283185307179586
+#define KMP_MORE_TURN 6.35
+
 typedef enum kmp_dimension_kind {
     KMP_DIMENSION_BARE,  /* a number without unit: a plain factor; as a whole value it fits any dimension */
     KMP_DIMENSION_FREE,  /* undetermined: fits any dimension, and so does any product with it */
@@ -51,6 +55,9 @@ typedef struct kmp_unit {
 
 /** False when the first `length` characters of `name` are no unit. */
 bool kmp_unit_find(const char *name, size_t length, kmp_unit *unit);
+
+/** Ends the message of an unknown unit: what it is written as, the nearest one, or examples. */
+void kmp_unit_suggest(const char *name, size_t length, kmp_text *sentence);
 
 /** A product of units, "N*m/rad", "N m", "rad/s^2", "1/m", the whole of `length` characters. False: no unit. */
 bool kmp_unit_read(const char *s, size_t length, kmp_unit *unit);

@@ -512,9 +512,9 @@ static int parse_next_unit(kmp_parser *p, kmp_unit *unit)
     const char *name = kmp_parse_copy(p, length);
     if (!name)
         return -1;
-    if (scope->parameter && scope->parameter(scope->user, name) >= 0) {
-        kmp_parse_complain(
-            p, word, "'%s' is a unit and a parameter of this model: put the number before it in parentheses", name);
+    if (is_defined(scope, name) || find_local(p, name)) {
+        kmp_parse_complain(p, word, "'%s' is a unit and a name of this model: put the number before it in parentheses",
+                           name);
         return -1;
     }
     if (!parse_unit_power(p, &power))
@@ -537,12 +537,14 @@ KMP_NOINLINE static const kmp_expr *parse_unit(kmp_parser *p, const char *number
         return NULL;
     if (!kmp_unit_find(name, length, &first)) {
         kmp_text sentence = {0};
-        kmp_text_printf(&sentence, "an operator or a unit is expected here, not '%s'; units are ", name);
-        kmp_name_list_print(&sentence, kmp_unit_names, ", ", ", ");
+        kmp_text_printf(&sentence, "an operator or a unit is expected here, not '%s'", name);
+        kmp_unit_suggest(name, length, &sentence);
         return parse_say(p, where, &sentence);
     }
     if (!parse_unit_power(p, &power))
         return NULL;
+    if (p->scope->degrees && strcmp(name, "deg") == 0)
+        *p->scope->degrees = true;
     kmp_unit_multiply(&unit, &first, power);
     while ((more = parse_next_unit(p, &unit)) > 0)
         ;

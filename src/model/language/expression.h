@@ -190,6 +190,7 @@ typedef struct kmp_expr_scope {
     bool time;     /* t is allowed */
     bool compares; /* a comparison is required: a < b */
     int place;     /* so many of x, y, z mean a place, even if parameters have these names */
+    bool *degrees; /* becomes true where a number is in deg; NULL: of no interest */
 } kmp_expr_scope;
 
 /** Names of an expression's symbols. */

@@ -332,8 +332,8 @@ static bool take_expressions(valuation *v)
     return true;
 }
 
-/* Warns of a setting without a unit whose number is near to that of the file, which has a unit that is not near to SI.
- */
+/* Warns of a setting without a unit whose number is near to that of the file, which has a unit that is not near to SI,
+ * or is more than a turn where the file has degrees. */
 static void warn_of_unit(valuation *v, int i)
 {
     const kmp_yaml *file = v->map->items[i], *set = v->items[i];
@@ -343,8 +343,9 @@ static void warn_of_unit(valuation *v, int i)
     const double number = strtod(file->text, &unit), given = strtod(set->text, &end);
     while (*unit == ' ')
         unit++;
-    if (*end || !isalpha((unsigned char)*unit) || !(fabs(given) > fabs(number) / NEAR) ||
-        !(fabs(given) < fabs(number) * NEAR))
+    const bool turns = strcmp(unit, "deg") == 0 && fabs(given) > KMP_MORE_TURN;
+    if (*end || !isalpha((unsigned char)*unit) ||
+        (!turns && !(fabs(given) > fabs(number) / NEAR && fabs(given) < fabs(number) * NEAR)))
         return;
     const kmp_expr *e = kmp_read_constant(v->r, file, v->map->keys[i]->text);
     const double factor = e && e->kind == KMP_EXPR_NUMBER && number != 0 ? e->value / number : 1;

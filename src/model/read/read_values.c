@@ -249,6 +249,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .suggest = suggest,
                             .time = allowed != KMP_OF_PARAMETERS,
                             .compares = allowed == KMP_COMPARISON,
+                            .degrees = &r->model->degrees,
                             .place = allowed == KMP_OF_X       ? 1
                                      : allowed == KMP_OF_PLACE ? 3
                                                                : 0};
@@ -328,6 +329,33 @@ const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_yaml *node, const cha
     return parse_unused(r, node, what, KMP_OF_PARAMETERS);
 }
 
+/* A literal without a unit, or a parameter whose value is one. */
+static bool is_bare(const kmp_reader *r, const kmp_expr *expr)
+{
+    const kmp_parameter *p = expr->kind == KMP_EXPR_PARAMETER ? &r->model->parameters[expr->index] : NULL;
+    if (p)
+        return p->dimension.kind == KMP_DIMENSION_BARE && !p->number.expr;
+    const kmp_expr *literal = expr->kind == KMP_EXPR_NEG ? expr->a : expr;
+    return literal->kind == KMP_EXPR_NUMBER && literal->unit.kind == KMP_DIMENSION_BARE;
+}
+
+static void note_turns(kmp_reader *r, const kmp_yaml *node, const char *what, double value)
+{
+    kmp_turns *turns = kmp_arena_room(&r->scratch, r->turns, r->turn_count, sizeof *turns);
+    if (!turns)
+        return; /* the arena has failed */
+    r->turns = turns;
+    turns[r->turn_count++] = (kmp_turns){node->place, kmp_reader_say(r, "%s", what), value};
+}
+
+void kmp_warn_of_turns(kmp_reader *r)
+{
+    for (const kmp_turns *x = r->turns; r->model->degrees && x < r->turns + r->turn_count; x++)
+        kmp_reader_warn(r, x->place,
+                        "%s is %g without a unit and is taken in rad, %.3g turns: for degrees write '%g deg'", x->what,
+                        x->value, fabs(x->value) / KMP_TURN, x->value);
+}
+
 kmp_number kmp_number_of(const kmp_expr *expr, double value)
 {
     bool literal = expr->kind == KMP_EXPR_NUMBER || (expr->kind == KMP_EXPR_NEG && expr->a->kind == KMP_EXPR_NUMBER);
@@ -345,6 +373,8 @@ bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_
         return false;
     *number = kmp_number_of(expr, value);
     number->symbol = ++r->model->symbol_count;
+    if (wanted.angle && !kmp_dimension_is_physical(wanted) && fabs(value) > KMP_MORE_TURN && is_bare(r, expr))
+        note_turns(r, node, what, value);
     return true;
 }
 

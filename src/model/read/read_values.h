@@ -6,6 +6,10 @@
 
 /** An expression of parameters, finite, of this dimension if its own is known. */
 bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number *number);
+
+/** Warns of angles without a unit of more than a turn, where other numbers of the model are in degrees. */
+void kmp_warn_of_turns(kmp_reader *r);
+
 bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number vector[3]);
 
 /** Three numbers: a list of them, or one for all. */

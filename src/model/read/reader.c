@@ -151,6 +151,7 @@ static void read_parts(kmp_reader *r)
     kmp_read_run(r);
     kmp_settle_parameters(r);
     kmp_settle_inputs(r);
+    kmp_warn_of_turns(r);
 }
 
 /* -- reading ------------------------------------------------------------------------------------- */

@@ -41,6 +41,13 @@ typedef struct kmp_include_instance {
 
 typedef struct kmp_linkage kmp_linkage;
 
+/** An angle without a unit of more than a turn. */
+typedef struct kmp_turns {
+    kmp_place place;
+    const char *what;
+    double value;
+} kmp_turns;
+
 typedef struct kmp_reader {
     kempe_context *context;
     kempe_model *model;
@@ -70,6 +77,8 @@ typedef struct kmp_reader {
     bool *parameter_known;                  /* its value is good; dependents of others are skipped without message */
     double *parameter_values;
     kmp_dimension *parameter_dimensions;
+    kmp_turns *turns;
+    int turn_count;
 } kmp_reader;
 
 /* -- joints between bodies (read_linkage.c) ---------------------------------------------------------- */

@@ -240,7 +240,7 @@ static kempe_status take_amplitudes(kempe_contacts *t, const kmp_ranges *ranges)
     if (ranges->count != 1)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "--conicity: one range of amplitudes is expected, as in '1 mm:7 mm:13'");
-    KMP_TRY(kmp_range_fits_motion(context, "--conicity", r, false, 0));
+    KMP_TRY(kmp_range_fits(context, "--conicity", r, KMP_DIM_LENGTH));
     int count = r->from == r->to ? 1 : r->count > 0 ? r->count : USUAL_AMPLITUDES;
     if (!(fmin(r->from, r->to) > 0) || count > MOST_AMPLITUDES)
         return kmp_fail(context, KEMPE_E_ARGUMENT,

@@ -67,7 +67,7 @@ static kempe_status add_coordinate(kempe_contacts *t, const kmp_range *range, km
     const kempe_model *model = t->given->model;
     int c = -1;
     KMP_TRY(kmp_coordinate_find(model, "sweep", range->name, strlen(range->name), &c));
-    KMP_TRY(kmp_range_fits_motion(t->given->context, "sweep", range, model->motions[c].rotation, 0));
+    KMP_TRY(kmp_range_fits_motion(model, "--sweep", range, c, 0));
     if (hold_of(t, c) >= 0)
         return kmp_fail(t->given->context, KEMPE_E_ARGUMENT, "--sweep: '%s' is given twice", range->name);
     *swept = (kmp_swept_parameter){-1, t->hold_count};
@@ -139,10 +139,12 @@ static kempe_status read_request(kempe_contacts *t, const kempe_contact_options 
     t->swept = KMP_ARENA_NEW(&t->arena, kmp_swept_parameter, t->over.count);
     KMP_TRY(kmp_made(t->given->context, t->swept));
     for (int k = 0; k < t->over.count; k++)
-        if (kmp_parameter_find(t->given->model, t->over.range[k].name) >= 0)
+        if (kmp_parameter_find(t->given->model, t->over.range[k].name) >= 0) {
+            KMP_TRY(kmp_range_fits_variable(t->given->model, "--sweep", &t->over.range[k]));
             t->swept[k] = (kmp_swept_parameter){t->parameter_count++, -1};
-        else
+        } else {
             KMP_TRY(add_coordinate(t, &t->over.range[k], &t->swept[k]));
+        }
     int points = options->points;
     int count = points;
     bool varies = false;

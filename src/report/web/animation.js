@@ -5,8 +5,9 @@
 const PLAY_SECONDS = 10;
 const STOP_COLOUR = "#e11d1d";
 
-/* As of curves; the first two change places. */
-const bodyColour = (b) => curveColour((b - 1) % CURVES.length < 2 ? b % 2 : b - 1);
+/* Colours of bodies are those of their curves; bodies beyond these colours are hatched. */
+const bodyColour = (b) => (b > 0 ? curveColour(b - 1) : groundColour());
+const isHatched = (b) => b > COLOURS.length;
 const pinColour = () => (isDark() ? "#dfe6e9" : "#2c3437");
 const groundColour = () => (isDark() ? "#7f8c92" : "#8a949a");
 
@@ -27,13 +28,12 @@ function tellNote(picture, note) {
 function tellNames(bodies, hidden, change) {
     /*FLEXIBLE*/ bodies = withoutPlaces({ bodies }).bodies;
     const most = 40, names = bodies.slice(1).map((body, k) => {
-        const b = k + 1, name = buttonOf(body.name, !hidden.has(b), () => {
+        const b = k + 1, solid = body.solids.find((part) => part.colour && !part.hole), mark = swatchOf(solid ? solid.colour : bodyColour(b));
+        if (!solid && isHatched(b)) mark.classList.add("hatched");
+        const name = buttonOf([mark, body.name], !hidden.has(b), () => {
             if (!hidden.delete(b)) hidden.add(b);
             change();
         });
-        const solid = body.solids.find((part) => part.colour && !part.hole);
-        if (solid) Object.assign(name.style, { borderBottom: `3px solid ${solid.colour}`, borderRadius: "0" });
-        else name.style.color = bodyColour(b);
         name.title = `${hidden.has(b) ? "Show" : "Hide"} ${body.name}`;
         return name;
     });

@@ -20,33 +20,33 @@ const hiddenMethods = new Set();
 let quantity = 0;
 const errorOf = (run) => errorsOf(run)[quantity];
 
-/* -- colours ------------------------------------------------------------------------------------------------ */
+/* -- looks -------------------------------------------------------------------------------------------------- */
 
-/* A hue for each formulation; its methods have lighter shades in turn. */
-const formulations = [...new Set(methods.map((method) => method.formulation))];
-const HUES = { reduced: 208, projected: 140, dae: 8 };
-const OTHER_HUES = [290, 335, 85, 60];
-const HUE_SPREAD = 54;
-const STYLES = ["circle", "rect", "triangle", "rectRot", "star", "crossRot"];
-const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3], [4, 2], [1, 2]];
-function hueOf(formulation) {
-    return formulation in HUES ? HUES[formulation] : OTHER_HUES[formulations.filter((r) => !(r in HUES)).indexOf(formulation) % OTHER_HUES.length];
-}
+/* A colour for each integrator, dashes for each formulation, points for each of its methods with one integrator. */
+const [formulations, integrators] = ["formulation", "integrator"].map((word) => [...new Set(methods.map((method) => method[word]))]);
+const POINTS = {
+    circle: "M11,6a4,4 0 1 0 8,0a4,4 0 1 0 -8,0",
+    rect: "M11,2h8v8h-8z",
+    triangle: "M15,1l5,9h-10z",
+    rectRot: "M15,1l5,5l-5,5l-5,-5z",
+    star: "M15,1v10M10,6h10M11.5,2.5l7,7M18.5,2.5l-7,7",
+    crossRot: "M11,2l8,8M19,2l-8,8",
+};
+const STYLES = Object.keys(POINTS);
+const partOf = (method) => formulations.indexOf(methods[method].formulation);
+const matesOf = (method) => methods.map((_, w) => w).filter((w) => ["formulation", "integrator"].every((word) => methods[w][word] === methods[method][word]));
 
-/* The numbers of the methods of a method's formulation; its rank among them. */
-const matesOf = (method) => methods.map((_, w) => w).filter((w) => methods[w].formulation === methods[method].formulation);
-const rankOf = (method) => matesOf(method).indexOf(method);
+const colourOf = (method) => curveColour(integrators.indexOf(methods[method].integrator));
+const dashesOfMethod = (method) => dashesOf(partOf(method));
+const styleOfPoints = (method) => STYLES[(partOf(method) + formulations.length * matesOf(method).indexOf(method)) % STYLES.length];
 
-function colourOf(method) {
-    const part = rankOf(method) / Math.max(matesOf(method).length - 1, 1);
-    const light = isDark() ? 70 - 8 * part : 36 + 16 * part, hue = hueOf(methods[method].formulation) + HUE_SPREAD * part;
-    return `hsl(${hue} ${isDark() ? 70 : 78}% ${light}%)`;
-}
-
-function swatch(method) {
-    const made = swatchOf(colourOf(method));
-    made.dataset.method = method;
-    return made;
+/* Its line and point, in the present colour. */
+function markOf(method) {
+    const line = drawn2d("path", { d: "M0,6H30", "stroke-width": 2.5, "stroke-dasharray": dashesOfMethod(method).join(" ") });
+    const mark = drawn2d("svg", { class: "method", width: 30, height: 12, "aria-hidden": "true" }, line, drawn2d("path", { d: POINTS[styleOfPoints(method)], "stroke-width": 1.5, fill: "currentColor" }));
+    mark.dataset.method = method;
+    mark.style.color = colourOf(method);
+    return mark;
 }
 
 /* -- summary ------------------------------------------------------------------------------------------------ */
@@ -54,12 +54,13 @@ function swatch(method) {
 const advised = data.runs.find((run) => run.rtol === data.advice.rtol && keyOf(run) === keyOf(data.advice));
 
 function tellAnswer() {
-    const sentences = data.advice.reasons;
+    const sentences = data.advice.reasons, complete = data.status === "complete";
     if (!advised)
-        return tellHead("Recommendation", [data.status.startsWith("complete") || data.status === "not trustworthy" ? "No recommendation is possible" : data.status === "stopped" ? "Stopped before the end" : "No run reached the end"], [], sentences);
+        return tellHead([complete || data.status === "not trustworthy" ? "No recommendation is possible" : data.status === "stopped" ? "Stopped before the end" : "No run reached the end"], [], sentences);
     const error = isNumber(advised.error.q) ? power(advised.error.q) : advised.below_reference ? "< " + power(10 * uncertainty[0]) : "unknown";
-    const answer = ["Use ", element("em", nameOf(advised.method)), " ", element("small", `at rtol ${tolerance(advised.rtol)}`)];
-    return tellHead("Recommendation", answer, [["error of q", error], ["CPU time", duration(advised.cpu_s)], ["evaluations", count(advised.work.rhs)]], sentences);
+    const answer = [complete ? "Use " : `${sentence(data.status)}: use `, `${nameOf(advised.method)} `, element("small", `at rtol ${tolerance(advised.rtol)}`)];
+    const facts = [["error of q", error], ["CPU time", duration(advised.cpu_s)], ["evaluations", count(advised.work.rhs)]];
+    return tellHead(answer, facts.map(([name, value]) => ({ name, value })), sentences);
 }
 
 /* Bars of the times that the other methods take for the error of the advice; the scale is logarithmic. */
@@ -72,10 +73,10 @@ function tellOthers() {
     for (const row of rows.slice(0, most)) {
         const bar = element("i"), attained = isFinite(row.ratio);
         bar.style.width = attained ? `${8 + (92 * Math.log(row.ratio)) / Math.log(top)}%` : "0";
-        bar.style.background = colourOf(row.method);
+        bar.style.color = colourOf(row.method);
         bar.dataset.method = row.method;
         bar.hidden = !attained;
-        table.append(element(attained ? "tr" : "tr.none", element("td", nameOf(row.method)), element("td", bar), element("td", attained ? ratio(row.ratio) : "not attained")));
+        table.append(element(attained ? "tr" : "tr.none", element("td", markOf(row.method), nameOf(row.method)), element("td", bar), element("td", attained ? ratio(row.ratio) : "not attained")));
     }
     byId("others").append(element("h3", `CPU time for an error of q of ${power(level.error)}`), table);
     if (rows.length > most) byId("others").append(element("p.note", `and ${rows.length - most} more in the table of CPU time at equal error`));
@@ -112,7 +113,7 @@ function tellLevels() {
     byId("levels").querySelector(".note").append("CPU time in ms of each method for an error of q, and the ratio to the fastest method of the column." +
         (levels.some((level) => level.below_reference) ? " Columns below ten times the estimated error of the reference are blank." : ""));
     table.append(headRow(["error of q", ...levels.map((level) => power(level.error))]));
-    methods.forEach((_, w) => table.append(rowOf(element("td", swatch(w), nameOf(w)), ...levels.map((level) => levelCell(level, w)))));
+    methods.forEach((_, w) => table.append(rowOf(element("td", markOf(w), nameOf(w)), ...levels.map((level) => levelCell(level, w)))));
 }
 
 /* Time, steps, evaluations a step and time of an evaluation at a level, and what multiple of the base's time it is. */
@@ -126,10 +127,12 @@ function costCells(cost) {
 }
 
 function tellTable(id, rows) {
-    const table = byId(id).querySelector("table"), errors = rows.length > 0 ? rows[0].errors : [];
     byId(id).hidden = rows.length === 0;
-    table.append(headRow(["method", ...errors.flatMap(({ error }) => [`ms for ${power(error)}`, "ratio", "steps", "evaluations a step", "\u00b5s an evaluation"])]));
-    for (const row of rows) table.append(rowOf(element("td", swatch(methods.findIndex((method) => keyOf(method) === keyOf(row))), keyOf(row)), ...row.errors.flatMap(costCells)));
+    (rows.length > 0 ? rows[0].errors : []).forEach(({ error }, k) => {
+        const table = element("table", headRow([`error of q ${power(error)}`, "CPU ms", "ratio", "steps", "evaluations a step", "\u00b5s an evaluation"]));
+        for (const row of rows) table.append(rowOf(element("td", markOf(methods.findIndex((method) => keyOf(method) === keyOf(row))), keyOf(row)), ...costCells(row.errors[k])));
+        byId(id).append(element("div.scroll", table));
+    });
 }
 
 function tellFailures() {
@@ -137,19 +140,24 @@ function tellFailures() {
     byId("failures").hidden = data.failures.length + data.warnings.length === 0;
 }
 
-const COLUMNS = ["method", "rtol", "error q", "qd", "\u03bb", "|h|", "|h\u2019|", "energy", "steps", "rejected", "evaluations", "Newton", "Jacobians", "factored", "exchanges", "CPU ms", "preparation ms", "memory kB"];
+const COLUMNS = ["method", "rtol", "error q", "qd", "\u03bb", "|h|", "|h\u2019|", "energy", "CPU ms", "preparation ms", "memory kB"];
+const COUNTS = { steps: "steps", rejected: "rejected", rhs: "evaluations", newton: "Newton", jacobians: "Jacobians", factorizations: "factored", exchanges: "exchanges" };
 
 const endAlike = (a, b) => a && b && a.status !== "complete" && a.status === b.status && a.method === b.method && a.reason === b.reason;
+
+/* A row for a run, and all until the last one. */
+function rowOfRun(k, last = k) {
+    const run = data.runs[k], begins = k > 0 && data.runs[k - 1].method !== run.method;
+    const at = tolerance(run.rtol) + (last > k ? ` to ${tolerance(data.runs[last].rtol)}` : "");
+    return element("tr" + (begins ? ".begins" : "") + (run === advised ? ".advised" : ""), element("td", markOf(run.method), nameOf(run.method)), element("td", at));
+}
 
 /* Incomplete runs of a method with the same reason are one row; null for all but the first of them. */
 function runRow(run, k) {
     if (endAlike(data.runs[k - 1], run)) return null;
     let last = k;
     while (endAlike(data.runs[last + 1], run)) last++;
-    const begins = k > 0 && data.runs[k - 1].method !== run.method;
-    const at = tolerance(run.rtol) + (last > k ? ` to ${tolerance(data.runs[last].rtol)}` : "");
-    const row = element("tr" + (begins ? ".begins" : "") + (run === advised ? ".advised" : ""), element("td", swatch(run.method), nameOf(run.method)), element("td", at));
-    const { residual, work } = run;
+    const row = rowOfRun(k, last), { residual } = run;
     if (run.status !== "complete") {
         const reason = run.reason.split("\n")[0];
         const cell = run.left_out ? element("td.words", reason) : element("td.words", element("span.failed", run.status), ": " + reason);
@@ -158,16 +166,22 @@ function runRow(run, k) {
         return row;
     }
     for (const x of [...errorsOf(run), residual.h_max, residual.hdot_max, run.energy.drift_rel]) row.append(element("td", short(x)));
-    for (const x of [work.steps, work.rejected, work.rhs, work.newton, work.jacobians, work.factorizations, work.exchanges]) row.append(element("td", count(x)));
     for (const x of [1e3 * run.cpu_s, 1e3 * (data.build_s + run.build_s)]) row.append(element("td", three(x)));
     row.append(element("td", isNumber(run.memory_bytes) ? three(run.memory_bytes / 1024) : "\u2013"));
     return row;
 }
 
+/* The counts of a complete run; null of any other. */
+function countRow({ status, work }, k) {
+    const row = status === "complete" ? rowOfRun(k) : null;
+    if (row) row.append(...Object.keys(COUNTS).map((key) => element("td", count(work[key]))));
+    return row;
+}
+
 function tellRuns() {
-    const table = byId("runs").querySelector("table");
-    table.append(headRow(COLUMNS));
-    table.append(...data.runs.map(runRow).filter((row) => row));
+    const [table, counts] = document.querySelectorAll("#runs table");
+    table.append(headRow(COLUMNS), ...data.runs.map(runRow).filter((row) => row));
+    counts.append(headRow(["method", "rtol", ...Object.values(COUNTS)]), ...data.runs.map(countRow).filter((row) => row));
     byId("runs").hidden = data.runs.length === 0;
 }
 
@@ -175,10 +189,7 @@ function tellRuns() {
 
 /* The entry of a member of what is drawn, which goes into the set of hidden ones and out of it. */
 function legendEntry(method, words, hidden, member) {
-    const colour = colourOf(method), dashes = DASHES[rankOf(method) % DASHES.length].join(" ");
-    const line = drawn2d("line", { x1: 0, y1: 6, x2: 30, y2: 6, "stroke-width": 2.5, stroke: colour, "stroke-dasharray": dashes });
-    const mark = drawn2d("svg", { width: 30, height: 12, "aria-hidden": "true" }, line, drawn2d("circle", { cx: 15, cy: 6, r: 4, fill: colour }));
-    return element("li", buttonOf([mark, words], !hidden.has(member), () => {
+    return element("li", buttonOf([markOf(method), words], !hidden.has(member), () => {
         if (!hidden.delete(member)) hidden.add(member);
         drawPlots();
     }));
@@ -191,11 +202,11 @@ function costSets(work) {
     methods.forEach((method, w) => {
         if (hiddenMethods.has(w)) return;
         const runs = data.runs.filter((run) => run.method === w && run.status === "complete" && errorOf(run) > 0);
-        const rank = rankOf(w), advisedHere = (run) => run === advised;
+        const advisedHere = (run) => run === advised;
         sets.push(curveOf(runs.map((run) => ({ x: work(run), y: errorOf(run), run })), colourOf(w), {
             borderWidth: 2,
-            borderDash: DASHES[rank % DASHES.length],
-            pointStyle: STYLES[rank % STYLES.length],
+            borderDash: dashesOfMethod(w),
+            pointStyle: styleOfPoints(w),
             pointRadius: runs.map((run) => (advisedHere(run) ? 8 : 4)),
             pointBorderColor: runs.map((run) => (advisedHere(run) ? inkColour() : colourOf(w))),
             pointBorderWidth: runs.map((run) => (advisedHere(run) ? 2.5 : 1)),
@@ -235,7 +246,7 @@ function drawCosts() {
 /* -- all plots -------------------------------------------------------------------------------------------- */
 
 const recordName = (shown) => runName(data.runs[shown.run]);
-const recordColour = (shown) => colourOf(data.runs[shown.run].method);
+const recordLook = ({ run }) => ({ borderColor: colourOf(data.runs[run].method), borderDash: dashesOfMethod(data.runs[run].method) });
 
 function drawPlots() {
     if (hasReference) drawCosts();
@@ -260,7 +271,7 @@ function beginCost() {
 }
 
 function drawAll() {
-    for (const mark of document.querySelectorAll("[data-method]")) mark.style.background = colourOf(Number(mark.dataset.method));
+    for (const mark of document.querySelectorAll("[data-method]")) mark.style.color = colourOf(Number(mark.dataset.method));
     drawPlots();
 }
 
@@ -280,7 +291,7 @@ function begin() {
     tellRuns();
     beginCost();
     beginRecords("Time histories of residuals and step size", "The recommended run and the best run of each other formulation, repeated with monitoring. The vertical line is the time of the animation.",
-        (shown) => [swatch(data.runs[shown.run].method), recordName(shown)]);
+        (shown) => [markOf(data.runs[shown.run].method), recordName(shown)]);
     drawPage(drawAll, data.picture, {
         span: () => [0, data.picture.frames.t_end],
         seconds: () => PLAY_SECONDS,

@@ -31,7 +31,7 @@ function title(mode) {
 
 function tellVerdict() {
     const sentences = (locus ? locus.critical : []).map(({ value, eigenvalue: [, im], grows }) => `${namedValue(value)}: a mode ${im > 0 ? `of ${digits(im / TAU, 5)} Hz ` : ""}grows ${grows} it`);
-    tellHead("Stability", [element("em", data.stability)], [], [data.reasons.replace(/^[a-z]+: /, ""), ...sentences]);
+    tellHead([`${sentence(data.status)}: ${data.stability}`], [], [...data.warnings.split("\n"), data.reasons.replace(/^[a-z]+: /, ""), ...sentences]);
 }
 
 /* -- the list ----------------------------------------------------------------------------------------------- */

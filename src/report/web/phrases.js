@@ -65,7 +65,7 @@ function element(kind, ...children) {
 /* A row of a table; words become cells. */
 const rowOf = (...cells) => element("tr", ...cells.map((cell) => (cell instanceof Node ? cell : element("td", cell))));
 
-/* The line before something, in its colour. */
+/* The mark before something, in its colour. */
 function swatchOf(background) {
     const made = element("span.swatch");
     made.style.background = background;
@@ -169,17 +169,30 @@ function ink(canvas) {
     return different;
 }
 
-/* The top of the page: elements of the answer, facts [name, value], and sentences. */
-function tellHead(label, answer, facts, sentences) {
+/* A mark for each end of a result, to be told apart without its colour. */
+const MARKS = { complete: "\u2713", "complete, not checked": "\u25cb", "not trustworthy": "\u26a0\ufe0e", stopped: "\u25a0", failed: "\u2715" };
+
+/* Without the zeros of an exponent. */
+const neat = (text) => text.replace(/e([+-])0*(\d)/g, (_, sign, digit) => `e${sign === "-" ? sign : ""}${digit}`);
+const sentence = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+
+function factOf({ name, value, limit, beyond }) {
+    const kept = limit ? [element(beyond ? "i.beyond" : "i.kept", beyond ? MARKS.failed : MARKS.complete), " "] : [];
+    return element(beyond ? "div.beyond" : "div", element("dt", name), element("dd", ...kept, neat(value)), ...(limit ? [element("dt", `limit ${neat(limit)}`)] : []));
+}
+
+/* The top of the page: elements of the answer, facts { name, value, limit, beyond }, and sentences. */
+function tellHead(answer, facts, sentences) {
+    const mark = element("span.mark", MARKS[data.status]);
+    mark.setAttribute("aria-hidden", "true");
+    byId("verdict").dataset.status = data.status;
     byId("model").append(data.model);
     byId("scene").append(data.scene);
     byId("command").append(`kempe ${data.command}`);
-    byId("label").append(label);
-    byId("answer").append(...answer);
-    for (const [name, value] of facts) byId("facts").append(element("div", element("dt", name), element("dd", value)));
+    byId("answer").append(mark, ...answer);
+    byId("facts").append(...facts.map(factOf));
     byId("facts").hidden = facts.length === 0;
-    if (data.reason) byId("because").append(element("li.failed", data.reason));
-    fillList(byId("because"), sentences);
+    fillList(byId("because"), [data.reason, ...sentences].filter((text) => text).map((text) => neat(sentence(text))));
     byId("because").hidden = byId("because").children.length === 0;
 }
 

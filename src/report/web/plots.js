@@ -6,19 +6,20 @@
 
 const plots = {};
 
-/* A colour for each of several curves, on light and on dark. */
-const CURVES = [["#2471a3", "#5dade2"], ["#c0392b", "#ec7063"], ["#1e8449", "#58d68d"], ["#b9770e", "#f5b041"], ["#7d3c98", "#bb8fce"], ["#117a65", "#48c9b0"], ["#5d6d7e", "#aeb6bf"], ["#a04000", "#e59866"]];
-const curveColour = (k) => CURVES[k % CURVES.length][isDark() ? 1 : 0];
+/* A colour for each of several bodies and curves, on light and on dark: these are told apart by all common kinds of eyes
+ * (tests/result_pages.py). */
+const COLOURS = [["#253c9f", "#56baff"], ["#e90154", "#f69c4f"], ["#288456", "#a3fca7"], ["#a25602", "#feea18"], ["#502afb", "#8275ff"], ["#107f7c", "#10f2fe"], ["#663b61", "#ff1ba0"], ["#2f5a36", "#9dc197"], ["#263032", "#b9cec9"], ["#5f060d", "#ad7d63"], ["#2f78a6", "#3e94ad"], ["#950c00", "#bb7a09"]];
+const curveColour = (k) => COLOURS[k % COLOURS.length][isDark() ? 1 : 0];
 
-/* The dashes of a curve whose colour an earlier one has: dots, then dots and dashes. */
-const curveDashes = (k) => [[], [2, 3], [8, 3, 2, 3]][Math.floor(k / CURVES.length) % 3];
+/* Of curves with one colour; of curve k, whose colour earlier ones have. */
+const DASHES = [[], [7, 3], [2, 3], [9, 3, 2, 3], [14, 4], [4, 2, 1, 2]];
+const dashesOf = (rank) => DASHES[rank % DASHES.length];
+const curveDashes = (k) => dashesOf(Math.floor(k / COLOURS.length));
 
-/* The background of a mark with a colour and dashes. */
-function markOf(colour, dashes) {
-    if (dashes.length === 0) return colour;
-    let at = 0;
-    const stops = dashes.map((length, k) => `${k % 2 ? "transparent" : colour} ${at}px ${(at += length)}px`);
-    return `repeating-linear-gradient(90deg, ${stops.join(", ")})`;
+/* The mark of a curve. */
+function lineMark(colour, dashes) {
+    const line = drawn2d("line", { x1: 0, y1: 4, x2: 26, y2: 4, "stroke-width": 3, stroke: colour, "stroke-dasharray": dashes.join(" ") });
+    return drawn2d("svg", { class: "line", width: 26, height: 8, "aria-hidden": "true" }, line);
 }
 
 /* A curve without marks at its points. */

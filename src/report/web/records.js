@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Runs that were monitored: residuals, energy balance and step size over time, and their log. A page says by
- * recordName(shown) and recordColour(shown) how it calls and draws a run. */
+ * recordName(shown) and recordLook(shown) how it calls and draws a run. */
 "use strict";
 
 const hiddenRuns = new Set();
@@ -11,7 +11,7 @@ const KIND_STYLES = { exchange: "triangle", "change point": "star", event: "cros
 const markStyle = (kind) => KIND_STYLES[kind] || "rect";
 
 function shownSets(values) {
-    return data.shown.filter((shown, k) => !hiddenRuns.has(k)).map((shown) => curveOf(values(shown), recordColour(shown), { shown, spanGaps: true }));
+    return data.shown.filter((shown, k) => !hiddenRuns.has(k)).map((shown) => curveOf(values(shown), recordLook(shown).borderColor, { shown, spanGaps: true, ...recordLook(shown) }));
 }
 
 /* Rows are evenly spaced, but for the last one of a run that ends early; zeros are left out on a logarithmic axis. */
@@ -47,7 +47,7 @@ function stepSets() {
         Object.assign(set, { stepped: "before", each: shown.each });
         sets.push(set);
         if (shown.each > 1) {
-            const fill = set.borderColor.replace(")", " / 0.3)");
+            const fill = `${set.borderColor}4d`;
             sets.push({ ...set, data: stepPoints(shown, 1), fill: "-1", backgroundColor: fill, borderWidth: 0.75 });
         }
         const marks = shown.log.map((entry) => ({ x: entry.t, y: stepAt(shown, entry.t), entry })), pointStyle = shown.log.map((entry) => markStyle(entry.kind));

@@ -8,7 +8,8 @@ const series = data.series, columns = series ? series.columns.map(readColumn) : 
 const abscissa = series ? columns.find((column) => column.name === series.x) : null;
 const chosen = new Set(series ? series.first.filter((name) => columns.some((column) => column.name === name)) : []);
 const tied = abscissa !== null && !series.scattered && data.picture !== null && data.picture.frames.count > 1; /* to the animation */
-let colours = new Map(); /* of the columns that are drawn */
+const bodyNumbers = new Map(data.picture ? data.picture.bodies.map(({ name }, b) => [name, b]) : []);
+let looks = new Map(); /* { colour, dashes } of the columns that are drawn */
 let over = abscissa, range = abscissa ? wholeRange() : [0, 0], seconds = PLAY_SECONDS;
 
 /* -- columns ------------------------------------------------------------------------------------------------ */
@@ -44,13 +45,12 @@ function valueAt(column, x) {
 /* -- words -------------------------------------------------------------------------------------------------- */
 
 function tellResult() {
-    const marks = {"complete": "em", "complete, not checked": "em.unchecked", "stopped": "em.stopped"};
     const marked = data.stopped_at.length > 0 ? `Marked in the picture: ${data.stopped_at.join(", ")}` : "";
-    const sentences = [marked, data.warnings, data.sentences].flatMap((text) => text.split("\n")).filter((line) => line);
-    tellHead("Result", [element(marks[data.status] || "em.failed", data.answer)], data.facts, sentences);
+    tellHead([data.answer], data.facts, [marked, ...data.warnings.split("\n")]);
     byId("text").textContent = data.text;
     byId("printed").hidden = !data.text;
     byId("printed").open = !series;
+    document.querySelector(".first").classList.toggle("told", !series);
 }
 
 function tellModel() {
@@ -116,23 +116,64 @@ function zoom([low, high]) {
     if (stage && tied) stage.restart();
 }
 
-/* A figure for each unit, with the curves that have it and their points; residuals have figures of their own below. */
+/* Angles that turn more than twice would flatten all others. */
+const TWO_TURNS = { rad: 4 * Math.PI, deg: 720 };
+const revolves = ({ name, unit, summary: [low, , high] }) => name.startsWith("q.") && high - low > TWO_TURNS[unit];
+
+/* Requested outputs before all others, and rates behind. */
+const rankOfColumn = ({ name }) => (series.first.includes(name) ? 0 : 2) + /^(qd|qdd|velocity|acceleration|angular_\w+)\./.test(name);
+
+/* A figure for each unit, with the curves that have it and their points; residuals and angles that revolve have figures of
+ * their own. */
 function figuresOf(list) {
     const figures = [];
-    for (const column of list) {
-        const apart = column.look === "residuals", of = figures.find((figure) => figure.unit === column.unit && figure.apart === apart);
+    for (const column of [...list].sort((a, b) => rankOfColumn(a) - rankOfColumn(b))) {
+        const apart = column.look === "residuals", turns = revolves(column);
+        const of = figures.find((figure) => figure.unit === column.unit && figure.apart === apart && figure.turns === turns);
         if (of) of.members.push(column);
-        else figures.push({ unit: column.unit, apart, members: [column] });
+        else figures.push({ unit: column.unit, apart, turns, members: [column] });
     }
     return figures;
 }
 
-/* Points have the colour of their curve where it is drawn. */
-function colourAll(list) {
-    const drawn = new Set(list.map((column) => column.name)), ofCurve = (column) => (column.look && drawn.has(column.of) ? column.of : column.name);
-    const names = [...new Set(list.map(ofCurve))];
-    colours = new Map(list.map((column) => [column.name, curveColour(names.indexOf(ofCurve(column)))]));
+/* Rounding of the largest value of a figure. */
+const noiseOf = (members) => 1e-12 * Math.max(...members.flatMap(({ summary: [low, , high] }) => [Math.abs(low), Math.abs(high)]));
+const clean = (x, noise) => (Math.abs(x) <= noise ? 0 : x);
+
+/* A value all along, to the digits of texts or up to rounding for the largest value of the figure; null: there is none. */
+function constantOf(column, members) {
+    if (series.scattered || members.some(({ look }) => look)) return null;
+    const ends = [column.summary[0], column.summary[2], column.values[column.values.length - 1]];
+    const noise = noiseOf(members);
+    if (!ends.every(isNumber) || Math.max(...ends) - Math.min(...ends) > Math.max(1e-6 * Math.max(...ends.map(Math.abs)), noise)) return null;
+    return clean(ends[0], noise);
 }
+
+/* The body that a column belongs to, and has its colour from; undefined: none. */
+function ownerOf({ name }) {
+    const [word, ...rest] = name.split("."), ofPoint = /^(position|velocity|acceleration|angular_\w+|axes|section\w*)$/.test(word);
+    const places = rest.map((_, k) => rest.slice(0, rest.length - k).join("."));
+    return places.map((place) => (ofPoint ? bodyNumbers.get(place) : data.owners[place])).find((b) => b > 0);
+}
+
+/* Curves have the colours of their bodies, other curves of a figure colours that it does not have; dashes tell curves of one
+ * colour apart. Points look as their curve where it is drawn. */
+function chooseLooks(figures) {
+    looks = new Map();
+    for (const { members } of figures) {
+        const times = new Map(), own = members.map(ownerOf), taken = new Set(own.filter((b) => b).map((b) => (b - 1) % COLOURS.length));
+        members.forEach((column, k) => {
+            if (looks.has(column.of)) return looks.set(column.name, looks.get(column.of));
+            const free = own[k] ? own[k] - 1 : COLOURS.map((_, c) => (c + bodyNumbers.size - 1) % COLOURS.length).find((c) => !taken.has(c)), number = free ?? k, colour = number % COLOURS.length;
+            const rank = Math.max(Math.floor(number / COLOURS.length), times.get(colour) || 0);
+            taken.add(colour);
+            times.set(colour, rank + 1);
+            return looks.set(column.name, { colour: curveColour(colour), dashes: dashesOf(rank) });
+        });
+    }
+}
+
+const markOf = ({ name, look }) => (look ? swatchOf(looks.get(name).colour) : lineMark(looks.get(name).colour, looks.get(name).dashes));
 
 function pointsOf(column) {
     const points = [];
@@ -151,11 +192,11 @@ function joinedSet(column, colour) {
 }
 
 function curveSet(column) {
-    const colour = colours.get(column.name);
+    const { colour, dashes } = looks.get(column.name);
     if (series.joins) return joinedSet(column, colour);
     if (series.scattered || column.look) return curveOf(pointsOf(column), colour, { column, showLine: false, clip: 4, pointRadius: 2.5, pointHitRadius: 4 });
     const begin = over !== abscissa; /* is marked; Chart.js asks for the marks of all points then */
-    return curveOf(pointsOf(column), colour, { column, pointRadius: begin ? ({ dataIndex }) => (dataIndex === 0 ? 3.5 : 0) : 0 });
+    return curveOf(pointsOf(column), colour, { column, borderDash: dashes, pointRadius: begin ? ({ dataIndex }) => (dataIndex === 0 ? 3.5 : 0) : 0 });
 }
 
 /* The events between steps, at the foot of a plot. */
@@ -195,11 +236,7 @@ function labelOf(item) {
 
 function captionOf(list) {
     const caption = element("figcaption");
-    for (const column of list) {
-        const name = element(column.look ? "span.curve.points" : "span.curve", column.name);
-        name.style.color = colours.get(column.name);
-        caption.append(name, " ");
-    }
+    for (const column of list) caption.append(element("span.curve", markOf(column), column.name), " ");
     if (list[0].unit) caption.append(element("small", list[0].unit));
     return caption;
 }
@@ -234,8 +271,14 @@ function makeFigures(count) {
 }
 
 function drawCurves() {
-    const list = drawn().slice(0, MOST_AT_ONCE), figures = figuresOf(list), inFigures = figures.flatMap((figure) => figure.members);
-    colourAll(inFigures);
+    const list = drawn().slice(0, MOST_AT_ONCE), all = figuresOf(list), inFigures = all.flatMap((figure) => figure.members), constant = [];
+    const figures = all.map((figure) => ({ ...figure, members: figure.members.filter((column) => {
+        const value = constantOf(column, figure.members);
+        if (value !== null) constant.push(`${column.name} = ${digits(value)} ${column.unit}`.trim());
+        return value === null;
+    }) })).filter(({ members }) => members.length > 0);
+    chooseLooks(all);
+    byId("constants").textContent = constant.length > 0 ? `Constant: ${constant.join(", ")}` : "";
     byId("choice").querySelector("summary").textContent = `Outputs: ${list.length} of ${columns.length - 1} are drawn; choose others`;
     byId("whole").disabled = range.every((x, k) => x === wholeRange()[k]);
     makeFigures(figures.length);
@@ -245,13 +288,45 @@ function drawCurves() {
 
 /* -- values ------------------------------------------------------------------------------------------------- */
 
+const MOST_PEAKS = 12, MOST_JOINTS = 6;
+
+function moreNote(place, count) {
+    place.querySelector(".note").textContent = count > 0 ? `${count} more are in the table below the curves.` : "";
+}
+
+/* The extreme values of the outputs that are drawn at first. */
+function tellPeaks() {
+    const list = series ? figuresOf(drawn()).flatMap(({ members }) => members.map((column) => [column, constantOf(column, members), noiseOf(members)])) : [], place = byId("peaks"), table = place.querySelector("table");
+    place.hidden = list.length === 0;
+    if (list.length === 0) return;
+    const x = withUnit(abscissa), at = x.length < 9 ? `at ${x}`.replace(/ /g, "\u00a0") : `at ${x}`;
+    place.querySelector("h2").append(data.command === "simulate" ? "Requested outputs" : "Extreme values");
+    table.append(headRow(["output", "minimum", at, "maximum", at]));
+    for (const [column, value, noise] of list.slice(0, MOST_PEAKS)) {
+        const [low, lowAt, high, highAt] = column.summary, name = element("td.words", withUnit(column));
+        if (value !== null) table.append(rowOf(name, digits(value), "", "constant", ""));
+        else table.append(rowOf(name, digits(clean(low, noise)), digits(lowAt, 4), digits(clean(high, noise)), digits(highAt, 4)));
+    }
+    moreNote(place, list.length - MOST_PEAKS);
+}
+
+/* The largest of the forces of joints that are outputs. */
+function tellReactions() {
+    const list = series ? [...series.joint_forces].sort((a, b) => b.most - a.most) : [], place = byId("reactions"), table = place.querySelector("table");
+    place.hidden = list.length === 0;
+    if (list.length === 0) return;
+    const { unit } = columns.find(({ name }) => name === `reaction.${list[0].name}.x`);
+    table.append(headRow(["joint", `force, ${unit}`, `at ${withUnit(abscissa)}`]));
+    for (const { name, most, at } of list.slice(0, MOST_JOINTS)) table.append(rowOf(name, digits(most), digits(at, 4)));
+}
+
 function tellExtremes(list) {
     const x = withUnit(abscissa), table = byId("extremes");
     table.replaceChildren(headRow(["output", tied ? "now" : "", "minimum", `at ${x}`, "maximum", `at ${x}`, "mean", "RMS"]));
     for (const column of list) {
         const now = element("td");
         now.dataset.column = column.name;
-        table.append(rowOf(element("td", swatchOf(colours.get(column.name)), withUnit(column)), now, ...column.summary.map((value) => digits(value))));
+        table.append(rowOf(element("td", markOf(column), withUnit(column)), now, ...column.summary.map((value) => digits(value))));
     }
     table.parentElement.hidden = list.length === 0;
 }
@@ -293,7 +368,7 @@ function resultNote({ frames }) {
 /* -- the whole page ----------------------------------------------------------------------------------------- */
 
 const recordName = () => "";
-const recordColour = () => curveColour(0);
+const recordLook = () => ({ borderColor: styleOf("--accent") });
 
 function drawAll() {
     if (series) drawCurves();
@@ -316,9 +391,12 @@ function tellCurves() {
 
 function begin() {
     tellResult();
+    tellPeaks();
+    tellReactions();
     tellModel();
     tellContacts();
     tellQuantities();
+    tellReactions();
     tellVehicle();
     beginSpeeds();
     tellCurves();

@@ -16,7 +16,7 @@ function vehicleFigure(place, id, title, unit, over, curves) {
     canvas.id = id;
     curves.forEach((curve, k) => {
         curve.number = curve.dashed ? null : k;
-        names.append(element("span", swatchOf(curve.dashed ? softColour() : markOf(curveColour(k), curveDashes(k))), curve.name), " ");
+        names.append(element("span", lineMark(curve.dashed ? softColour() : curveColour(k), curve.dashed ? [6, 4] : curveDashes(k)), curve.name), " ");
     });
     place.append(element("figure.card", element("figcaption", title), plot, names));
     const [low, high] = shownRange(curves), all = curves.flatMap((curve) => curve.points.map((p) => p.y)).filter(isFinite);

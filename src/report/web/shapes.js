@@ -227,6 +227,43 @@ function pathsOf(picture) {
     return paths;
 }
 
+/* -- surfaces ----------------------------------------------------------------------------------------------- */
+
+const FLOOR = 0.12; /* of the size: what is seen of a plane beyond the bodies */
+
+/* A sphere as a solid that one can look through. */
+const sphereSolids = ({ radius, at }) => solidsOf({ solids: [{ kind: "sphere", radius, at, opacity: 0.45 }] }, 0, []);
+
+/* Surfaces of contacts, and curves that points follow; the solids of a body show those that are not hollow. A cylinder is drawn
+ * as a wheel is. */
+function surfacesOf(picture, motion) {
+    const found = [], discs = [...picture.discs], isShown = ({ body, hollow }) => picture.bodies[body].solids.length > 0 && !hollow;
+    for (const surface of picture.surfaces) {
+        if (surface.kind === "cylinder" && !isShown(surface)) discs.push(surface);
+        else if (surface.kind === "sphere" && !isShown(surface)) found.push({ ...surface, solids: sphereSolids(surface) });
+        else if (surface.kind === "path") found.push({ ...surface, kind: "curve", points: runOn(picture, motion, surface) });
+        else if (surface.kind === "curve" || surface.kind === "plane") found.push(surface);
+    }
+    return { surfaces: found, discs };
+}
+
+/* The places of a point that moves on a curve, in the axes of the curve's body. */
+function runOn(picture, motion, { body, runner, end }) {
+    const shots = Math.min(picture.frames.count, 120);
+    return Array.from({ length: shots }, (_, f) => {
+        const poses = motion(timeOfShot(picture, f, shots)), [x, y, z, w] = poses[body].q;
+        return turned([-x, -y, -z, w], sub(moved(poses[runner], end), poses[body].p));
+    });
+}
+
+/* The corners of the part of a plane below all that moves, axes of its body. */
+function planeCorners({ body, at, axis }, tracks, size) {
+    const [x, y] = axesAlong(axis), seen = body === 0 ? tracks.flat().map((p) => sub(p, at)) : [[0, 0, 0]];
+    const range = (v) => seen.map((p) => dot(p, v)).reduce(([low, high], s) => [Math.min(low, s), Math.max(high, s)], [Infinity, -Infinity]);
+    const [[a, b], [c, d]] = [x, y].map(range).map(([low, high]) => [low - FLOOR * size, high + FLOOR * size]);
+    return [[a, c], [b, c], [b, d], [a, d]].map(([s, r]) => add(at, add(scaled(s, x), scaled(r, y))));
+}
+
 /* -- from where --------------------------------------------------------------------------------------------- */
 
 /* World positions of all that is drawn, at some of the frames: of wheels a few points of their rims. */
@@ -372,9 +409,16 @@ function partsOf(m, b) {
     const ball = (at, radius, own, lift) => ({ kind: "ball", points: [at], radius, colour: own, lift });
     const parts = shape.solids.map((solid) => ({ kind: "solid", solid, colour: solidColour(solid, b) }));
     parts.push(...m.guides.filter((guide) => guide.body === b).map((guide) => bar(guideEnds(m, guide), 0.35 * t, ground, behind)));
-    if (b === 0) return [...parts, ...m.pins.map((at) => ({ kind: "pin", points: [at], colour: ground, lift: behind })), ...m.rails.flatMap((rail) => rail.slice(1).map((p, k) => bar([rail[k], p], 0.8 * t, ground, behind)))];
+    const surfaces = m.surfaces.filter((surface) => surface.body === b).flatMap(({ kind, points, solids }) => {
+        if (kind === "sphere") return solids.map((solid) => ({ kind: "solid", solid, colour }));
+        const lines = points.map((p, k) => (k > 0 || kind === "plane" ? bar([points.at(k - 1), p], 0.6 * t, colour, b === 0 ? behind : 0) : null)).filter(Boolean);
+        return kind === "plane" ? [{ kind: "face", points, colour, lift: behind }, ...lines] : lines;
+    });
+    const hatch = (part) => ({ ...part, hatched: isHatched(b) && part.colour === colour });
+    if (b === 0) return [...parts, ...surfaces, ...m.pins.map((at) => ({ kind: "pin", points: [at], colour: ground, lift: behind })), ...m.rails.flatMap((rail) => rail.slice(1).map((p, k) => bar([rail[k], p], 0.8 * t, ground, behind)))];
     return [
         ...parts,
+        ...surfaces,
         ...shape.faces.map((corners) => ({ kind: "face", points: corners.map((k) => shape.points[k]), colour, lift: 0 })),
         ...shape.bars.map(([i, j]) => bar([shape.points[i], shape.points[j]], t, colour)),
         ...shape.balls.map((at) => ball(at, 1.75 * t, pin, 3 * t)),
@@ -384,7 +428,7 @@ function partsOf(m, b) {
         ...shape.boxes.map((at) => ({ kind: "box", points: [at], radius: boxSize(m, b) / 2, colour, lift: t })),
         ...m.discs.filter((disc) => disc.body === b).map((disc) => ({ kind: "disc", points: [disc.at], disc, rim: discRim(disc), colour, lift: 0 })),
         ...m.barrels.filter((barrel) => barrel.body === b).map(({ ends }) => bar(ends, BARREL * t, colour, 2 * t)),
-    ];
+    ].map(hatch);
 }
 
 /* The data for either kind of drawing. `extent` is about the middle of the bodies when the view follows them. */
@@ -392,13 +436,15 @@ function makeMechanism(picture) {
     const motion = makeMotion(picture), plain = picture.bodies.map(shapeOf);
     const thin = 0.01 * breadthOf(plain.flatMap((shape) => shape.points)), shapes = picture.bodies.map((body, b) => withSolids(plain[b], body, thin, picture.meshes));
     const pins = uncovered(groundPoints(picture), shapes[0]);
-    const { discs, rails } = picture;
+    const { rails } = picture, { surfaces, discs } = surfacesOf(picture, motion);
+    for (const { body, solids } of surfaces) if (solids) shapes[body] = { ...shapes[body], bounds: [...shapes[body].bounds, ...solids[0].bounds] };
     const tracks = samplePoints(picture, motion, shapes, pins, discs), basis = basisOf(picture, tracks);
     const home = basis.planar ? { yaw: 0, pitch: 0 } : { yaw: 0.6, pitch: 0.4 };
     const along = seenAlong(picture, motion, shapes, discs, tracks), extent = extentOf(basis, along || tracks, home.pitch);
     const centreAt = (poses) => (along ? add(extent.centre, middleOf(shapes, discs, poses)) : extent.centre);
     const size = Math.max(extent.width, extent.height) || 1;
     const lengths = plain.flatMap((shape, b) => (b === 0 ? [] : shape.bars.map(([i, j]) => norm(sub(shape.points[i], shape.points[j]))))).sort((a, b) => a - b);
+    for (const plane of surfaces) if (plane.kind === "plane") plane.points = planeCorners(plane, tracks, size);
     const usual = lengths.length > 0 ? lengths[lengths.length >> 1] : size;
-    return { picture, motion, shapes, ...withCylinders(picture, shapes), pins, discs, rails, paths: picture.pathless ? [] : pathsOf(picture), basis, home, extent, centreAt, follows: along !== null, size, thick: Math.max(Math.min(0.016 * size, 0.1 * usual), 0.004 * size) };
+    return { picture, motion, shapes, ...withCylinders(picture, shapes), pins, discs, surfaces, rails, paths: picture.pathless ? [] : pathsOf(picture), basis, home, extent, centreAt, follows: along !== null, size, thick: Math.max(Math.min(0.016 * size, 0.1 * usual), 0.004 * size) };
 }

@@ -138,7 +138,7 @@ function solidsOf(body, thin, meshes) {
 const HOLE_COLOUR = "#22282b";
 
 /* The colour in which a solid of body b is drawn. */
-const solidColour = (solid, b) => (solid.hole ? HOLE_COLOUR : solid.colour || (b === 0 ? groundColour() : bodyColour(b)));
+const solidColour = (solid, b) => (solid.hole ? HOLE_COLOUR : solid.colour || bodyColour(b));
 
 /* Light on a face: from the viewer, above and left of him. */
 function litColour(colour, normal, view) {

@@ -116,7 +116,7 @@ static void show_assembly(kmp_text *text, const void *result)
 {
     const kempe_assembly *a = result;
     const kempe_model *model = a->system->model;
-    kmp_shown turn = kmp_shown_as(a->system->context, "rad");
+    const kmp_shown turn = kmp_shown_as(a->system->context, "rad"), gap = kmp_shown_as(a->system->context, "m");
     kmp_print_title(text, model, outcome_of(a));
     if (is_done(a))
         kmp_text_put(text, a->system->m > 0 ? "all loops are closed" : "there are no loops");
@@ -126,8 +126,9 @@ static void show_assembly(kmp_text *text, const void *result)
     show_values(text, a);
     show_goals(text, a);
     if (a->system->m > 0)
-        kmp_print_cells(text, "\naccuracy  largest gap %.2g m, largest angle %.2g %s, after %d iteration%s\n", a->gap,
-                        a->turn * turn.factor, turn.unit, a->iterations, a->iterations == 1 ? "" : "s");
+        kmp_print_cells(text, "\naccuracy  largest gap %.2g %s, largest angle %.2g %s, after %d iteration%s\n",
+                        a->gap * gap.factor, gap.unit, a->turn * turn.factor, turn.unit, a->iterations,
+                        a->iterations == 1 ? "" : "s");
     if (a->goals.end != KMP_GOALS_NONE) {
         kmp_print_cells(text, "goals     distance %.6e, %s after %d step%s, slope %.2e\n", a->goals.distance,
                         a->goals.end == KMP_GOALS_MINIMUM ? "a minimum" : "no minimum", a->goals.steps,
@@ -145,7 +146,7 @@ static void show_assembly(kmp_text *text, const void *result)
                                        : "");
         kmp_text_free_part(text, &names);
     }
-    kmp_print_rounding(text, a->system, "rounding  ", "          ");
+    kmp_print_rounding(text, a->system, "rounding  ");
     kmp_text changed = {0};
     kmp_assembly_put_rates(&changed, a);
     for (const char *at = changed.s ? changed.s : ""; *at; at += strcspn(at, "\n") + 1)

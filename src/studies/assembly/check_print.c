@@ -23,9 +23,11 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdbool.h>
+#include <stdio.h>
 
 enum { MOST_LISTED = 12, MOST_RANGES = 4 };
-#define USABLE 1e3 /* max |Bvu| of a coordinate that could be independent */
+#define ROUNDING 1e-13 /* relative to the first pivot: zero */
+#define USABLE   1e3   /* max |Bvu| of a coordinate that could be independent */
 
 /* NULL: of no coordinate. */
 static const char *name_of(const kempe_check *check, int coordinate)
@@ -35,7 +37,7 @@ static const char *name_of(const kempe_check *check, int coordinate)
 
 /* -- sentences ---------------------------------------------------------------------------------------- */
 
-enum { MOST_NAMED = 24 };
+enum { MOST_NAMED = 24, FEW_NAMED = 4 };
 
 static const char *ending(int count)
 {
@@ -55,14 +57,18 @@ static void list_rows(kmp_text *text, const kempe_system *system, int count, con
 }
 
 /* The answer in a few words: "can be simulated", or the reason why not. */
-static void check_verdict(kmp_text *text, const kempe_check *check)
+static const char *answer_of(const kempe_check *check)
 {
-    const kmp_partition *part = &check->part;
-    const char *reason = !check->assembled     ? "does not assemble"
-                         : check->undetermined ? "no run is possible"
-                         : part->p == 0        ? (check->system->rheonomic ? "all motion is prescribed" : "cannot move")
-                                               : NULL;
-    kmp_text_put(text, reason ? reason : "can be simulated");
+    return !check->assembled                               ? "does not assemble"
+           : check->undetermined                           ? "no run is possible"
+           : check->part.p > 0                             ? "can be simulated"
+           : check->driven > 0 || check->system->rheonomic ? "all motion is prescribed"
+                                                           : "cannot move";
+}
+
+/* Reservations of the answer. */
+static void put_reservations(kmp_text *text, const kempe_check *check)
+{
     if (!check->assembled)
         return;
     if (check->diagnosis.second == KMP_SECOND_NONE)
@@ -73,6 +79,34 @@ static void check_verdict(kmp_text *text, const kempe_check *check)
         kmp_text_put(text, "; some reactions are not unique");
 }
 
+static void check_verdict(kmp_text *text, const kempe_check *check)
+{
+    kmp_text_put(text, answer_of(check));
+    put_reservations(text, check);
+}
+
+/* "2 degrees of freedom, 1 of them driven by 'motor'". */
+static void put_freedom(kmp_text *text, const kempe_check *check)
+{
+    const kempe_model *model = check->system->model;
+    const int all = check->part.p + check->driven;
+    kmp_text_printf(text, "%d degree%s of freedom", all, ending(all));
+    if (check->driven == 0)
+        return;
+    kmp_text_put(text, ", ");
+    if (check->part.p > 0)
+        kmp_text_printf(text, "%d of them ", check->driven);
+    kmp_text_put(text, "driven by ");
+    int drives = 0;
+    for (int c = 0; c < model->closure_count; c++)
+        if (kmp_closure_is_drive(&model->closures[c]) && ++drives <= FEW_NAMED)
+            kmp_text_printf(text, "%s'%s'", drives > 1 ? ", " : "", model->closures[c].name);
+    if (drives > FEW_NAMED)
+        kmp_text_printf(text, " and %d more", drives - FEW_NAMED);
+    if (drives == 0)
+        kmp_text_put(text, "constraints that depend on time");
+}
+
 /* The explanation of degrees of freedom that differ from the count; "" when they agree. */
 static void check_mobility(kmp_text *text, const kempe_check *check)
 {
@@ -81,17 +115,17 @@ static void check_mobility(kmp_text *text, const kempe_check *check)
     kmp_text_put(text, "");
     if (all == 0)
         return;
-    kmp_text_printf(text, "coordinates - rows = %d - %d = %d: ", part->n, part->m, part->n - part->m);
+    kmp_text_printf(text, "counting alone gives %d - %d = %d: ", part->n, part->m, part->n - part->m);
     if (!check->diagnosis.moved) {
-        kmp_text_printf(text, "%d row%s %s redundant", all, ending(all), is_or_are(all));
+        kmp_text_printf(text, "%d equation%s %s redundant", all, ending(all), is_or_are(all));
         return;
     }
     if (always > 0)
-        kmp_text_printf(text, "%d row%s %s redundant in every configuration", always, ending(always),
+        kmp_text_printf(text, "%d equation%s %s redundant in every position", always, ending(always),
                         is_or_are(always));
     if (here > 0)
-        kmp_text_printf(text, "%s%d row%s %s%s only in this position", always > 0 ? ", and " : "", here, ending(here),
-                        always > 0 ? "" : is_or_are(here), always > 0 ? "more" : " redundant");
+        kmp_text_printf(text, "%s%d equation%s %s%s only in this position", always > 0 ? ", and " : "", here,
+                        ending(here), always > 0 ? "" : is_or_are(here), always > 0 ? "more" : " redundant");
 }
 
 static void put_second(kmp_text *text, const kempe_check *check)
@@ -103,19 +137,20 @@ static void put_second(kmp_text *text, const kempe_check *check)
     case KMP_SECOND_UNTRIED:
         return;
     case KMP_SECOND_REAL:
-        kmp_text_put(text, "second-order test: the motion continues in every direction");
+        kmp_text_put(text, "the motion continues in every direction (second-order test)");
         break;
     case KMP_SECOND_BRANCHES:
-        kmp_text_printf(text, "change point (bifurcation): %d branch%s this position", d->branches,
-                        d->branches == 1 ? " leaves" : "es leave");
+        kmp_text_printf(text, "change point (bifurcation): %d branch%s of the motion leave%s this position",
+                        d->branches, d->branches == 1 ? "" : "es", d->branches == 1 ? "s" : "");
         break;
     case KMP_SECOND_NONE:
-        kmp_text_put(text, "infinitesimally mobile: a small play is possible, but no finite motion");
+        kmp_text_put(text, "infinitesimally mobile: a small displacement is possible, but no finite motion");
         break;
     case KMP_SECOND_CONDITIONS:
-        kmp_text_printf(text,
-                        "change point (bifurcation): %d condition%s %d directions of motion, not all possible together",
-                        d->conditions, d->conditions == 1 ? " couples" : "s couple", p);
+        kmp_text_printf(
+            text,
+            "change point (bifurcation): there are %d directions of motion, and %d condition%s of second order on them",
+            p, d->conditions, ending(d->conditions));
         break;
     }
     if (d->moved && general < p)
@@ -140,16 +175,18 @@ static void put_reach(kmp_text *text, const kempe_check *check, int k)
 {
     const kmp_short_links *reach = &check->obstacle.reaches[k];
     const char *name = kmp_name_of_closure(check->system, reach->closure);
+    const kmp_shown as = kmp_shown_as(check->system->context, "m");
+    const double longest = as.factor * reach->longest, others = as.factor * reach->others;
     if (!reach->body)
         kmp_text_printf(text,
-                        "loop '%s' can never close: its rod is %.6g m long, but the points are at most %.6g m apart",
-                        name, reach->longest, reach->others);
+                        "loop '%s' can never close: its rod is %.6g %s long, but the points are at most %.6g %s apart",
+                        name, longest, as.unit, others, as.unit);
     else
         kmp_text_printf(text,
-                        "loop '%s' can never close: body '%s' spans %.6g m from %s to %s, the other links at most %.6g "
-                        "m: %.4g m are missing",
-                        name, reach->body, reach->longest, reach->from, reach->to, reach->others,
-                        reach->longest - reach->others);
+                        "loop '%s' can never close: body '%s' spans %.6g %s from %s to %s, the other links at most "
+                        "%.6g %s: %.4g %s are missing",
+                        name, reach->body, longest, as.unit, reach->from, reach->to, others, as.unit, longest - others,
+                        as.unit);
 }
 
 static void put_release(kmp_text *text, const kempe_check *check, int k)
@@ -190,8 +227,7 @@ static void put_swing(kmp_text *text, const kempe_check *check, int k)
         return;
     }
     if (s->unseen) {
-        kmp_text_put(text,
-                     "moves; range unknown, because the angles of the joint are singular at this start: use another");
+        kmp_text_put(text, "moves; its range is not known, because the angles of the joint are singular at this start");
         return;
     }
     if (s->turns != 0) {
@@ -216,10 +252,28 @@ static void put_swing(kmp_text *text, const kempe_check *check, int k)
         kmp_text_put(text, "no dead centre)");
 }
 
-/* "  label                " in front of a line; an empty label for the next ones. */
+/* Column of the text of a line, after its label. */
+enum { TEXT_COLUMN = 26 };
+
+/* "  label                   " in front of a line; an empty label for the next ones. */
 static void label(kmp_text *text, const char *word)
 {
-    kmp_text_printf(text, "  %-21s", word);
+    kmp_text_printf(text, "  %-*s", TEXT_COLUMN - 2, word);
+}
+
+/* Words after their label. */
+static void put_line(kmp_text *text, const char *word, const char *words)
+{
+    char first[TEXT_COLUMN + 1];
+    (void)snprintf(first, sizeof first, "  %-*s", TEXT_COLUMN - 2, word);
+    kmp_print_wrapped(text, first, TEXT_COLUMN, words);
+}
+
+/* The same of a text, which is freed. */
+static void put_words(kmp_text *text, const char *word, kmp_text *words)
+{
+    put_line(text, word, words->s ? words->s : "");
+    kmp_text_free_part(text, words);
 }
 
 static void line(kmp_text *text, const char *word, const char *format, ...) __attribute__((format(printf, 3, 4)));
@@ -227,20 +281,20 @@ static void line(kmp_text *text, const char *word, const char *format, ...) __at
 /* A line after its label. */
 static void line(kmp_text *text, const char *word, const char *format, ...)
 {
-    label(text, word);
-    KMP_TEXT_ARGUMENTS(text, format);
-    kmp_text_put(text, "\n");
+    kmp_text words = {0};
+    KMP_TEXT_ARGUMENTS(&words, format);
+    put_words(text, word, &words);
 }
 
 /* A line of its own when `write` gives a sentence. */
 static void sentence(kmp_text *text, const kempe_check *check, const char *word,
                      void (*write)(kmp_text *, const kempe_check *))
 {
-    kmp_text s = {0};
-    write(&s, check);
-    if (s.s && s.length > 0)
-        line(text, word, "%s", s.s);
-    kmp_text_free_part(text, &s);
+    kmp_text words = {0};
+    write(&words, check);
+    if (words.length > 0)
+        put_line(text, word, words.s);
+    kmp_text_free_part(text, &words);
 }
 
 /* Item k of a list, without the end of its line. */
@@ -250,9 +304,9 @@ typedef void item(kmp_text *text, const kempe_check *check, int k);
 static void list(kmp_text *text, const kempe_check *check, const char *first, const char *next, int count, item *put)
 {
     for (int k = 0; k < count && k < MOST_LISTED; k++) {
-        label(text, k ? next : first);
-        put(text, check, k);
-        kmp_text_put(text, "\n");
+        kmp_text words = {0};
+        put(&words, check, k);
+        put_words(text, k ? next : first, &words);
     }
     if (count > MOST_LISTED)
         line(text, "", "and %d more", count - MOST_LISTED);
@@ -289,7 +343,7 @@ static void put_elastic_mobility(kmp_text *text, const kempe_check *check)
     }
     const int more = part->r - rigid.rank;
     if (more > 0) {
-        kmp_text_printf(text, "%d row%s that would be redundant between rigid bodies load%s ", more, ending(more),
+        kmp_text_printf(text, "%d equation%s that would be redundant between rigid bodies load%s ", more, ending(more),
                         more == 1 ? "s" : "");
         list_loaded(text, check, &rigid);
     }
@@ -302,39 +356,77 @@ static void put_elastic_mobility(kmp_text *text, const kempe_check *check)
     kmp_rigid_mobility_free(&rigid);
 }
 
+/* The first line. */
+static void show_title(kmp_text *text, const kempe_check *check)
+{
+    kmp_text words = {0};
+    kmp_text_printf(&words, "%s: %s%s%s", check->system->model->name,
+                    check->status == KEMPE_UNTRUSTED ? kempe_outcome_text(KEMPE_OUTCOME_NOT_TRUSTWORTHY) : "",
+                    check->status == KEMPE_UNTRUSTED ? ", " : "", answer_of(check));
+    if (check->assembled) {
+        kmp_text_put(&words, ", ");
+        put_freedom(&words, check);
+    }
+    put_reservations(&words, check);
+    kmp_print_wrapped(text, "", 4, words.s ? words.s : "");
+    kmp_text_free_part(text, &words);
+}
+
+/* "6 equations in 2 closures (B, X), 4 of them independent". */
+static void put_constraints(kmp_text *text, const kempe_check *check)
+{
+    const kmp_partition *part = &check->part;
+    if (check->loop_count == 0) {
+        kmp_text_put(text, "none: the joints form a tree");
+        return;
+    }
+    kmp_text_printf(text, "%d equation%s in %d closure%s", part->m, ending(part->m), check->loop_count,
+                    ending(check->loop_count));
+    for (int c = 0; c < check->loop_count && check->loop_count <= MOST_LISTED; c++)
+        kmp_text_printf(text, "%s%s", c ? ", " : " (", kmp_name_of_closure(check->system, c));
+    kmp_text_put(text, check->loop_count > 0 && check->loop_count <= MOST_LISTED ? ")" : "");
+    if (part->m > 0)
+        kmp_text_printf(text, part->r == part->m ? ", all independent" : ", %d of them independent", part->r);
+}
+
 static void show_mobility(kmp_text *text, const kempe_check *check)
 {
     const kmp_partition *part = &check->part;
-    int vanished = check->diagnosis.declared - part->m;
-    line(text, "bodies", "%d", check->body_count);
-    line(text, "coordinates", "%d", part->n);
-    line(text, "closures", "%d with %d equation%s, %d of them independent", check->loop_count, part->m,
-         part->m == 1 ? "" : "s", part->r);
-    if (vanished > 0)
-        line(text, "", "(%d more satisfied in every position, as across the plane of a mechanism)", vanished);
-    if (check->driven > 0)
-        line(text, "degrees of freedom", "%d remaining, %d driven", part->p, check->driven);
-    else
-        line(text, "degrees of freedom", "%d", part->p);
-    if (part->p == 0)
-        line(text, "", check->system->rheonomic ? "all motion is prescribed" : "the mechanism cannot move");
+    line(text, "bodies", "%d, with %d coordinate%s", check->body_count, part->n, ending(part->n));
+    sentence(text, check, "loop constraints", put_constraints);
     if (check->undetermined)
         line(text, "no run is possible", "%s", check->undetermined);
-    sentence(text, check, "", check_mobility);
+    sentence(text, check, "degrees of freedom", check_mobility);
     sentence(text, check, "", put_elastic_mobility);
     sentence(text, check, "", put_second);
     if (check->diagnosis.ran && check->diagnosis.margin > 0 && check->diagnosis.margin < 1e-4)
-        line(text, "", "close to a change point (bifurcation): independence of the constraints %.2g of its usual size",
+        line(text, "",
+             "close to a change point (bifurcation): the constraints are nearly dependent, by %.2g of their usual "
+             "independence",
              check->diagnosis.margin);
-    label(text, "redundant rows");
-    list_rows(text, check->system, part->m - part->r, part->redundant);
-    kmp_text_put(text, "\n");
-    kmp_print_rounding(text, check->system, "  rounded drawing      ", "                       ");
+    if (part->m > part->r) {
+        kmp_text rows = {0};
+        list_rows(&rows, check->system, part->m - part->r, part->redundant);
+        put_words(text, "redundant constraints", &rows);
+    }
+    char first[TEXT_COLUMN + 1];
+    (void)snprintf(first, sizeof first, "  %-*s", TEXT_COLUMN - 2, "rounded lengths");
+    kmp_print_rounding(text, check->system, first);
 }
 
 static void put_cut(kmp_text *text, const kempe_check *check, int k)
 {
-    kmp_cut_print(text, &check->system->model->cuts[k]);
+    const kmp_cut *cut = &check->system->model->cuts[k];
+    kmp_text_printf(text, "joint %s (%s), in the loop %s", cut->joint, cut->kind, cut->loop);
+    if (cut->start_given)
+        kmp_text_put(text, "; its start value is part of the guess");
+}
+
+static void put_cut_with_reason(kmp_text *text, const kempe_check *check, int k)
+{
+    put_cut(text, check, k);
+    kmp_text_printf(text, "; closure %s with %d equations; %s", check->system->model->cuts[k].closure,
+                    check->system->model->cuts[k].rows, check->system->model->cuts[k].why);
 }
 
 /* -- masses of shapes -------------------------------------------------------------------------------- */
@@ -349,16 +441,24 @@ static const kmp_body *shaped(const kempe_check *check, int k)
     return NULL;
 }
 
-static void put_shaped(kmp_text *text, const kempe_check *check, int k)
+/* Products of inertia are left out where they are zero. */
+static void put_mass(kmp_text *text, const kempe_check *check, const kmp_body *body)
 {
-    const kmp_body *body = shaped(check, k);
-    const kmp_number *com = body->com;
-    kmp_text_printf(text, "%s: %.6g kg, centre [%.6g, %.6g, %.6g] m, inertia", body->name, body->mass.value,
-                    com[0].value, com[1].value, com[2].value);
+    const kempe_context *context = check->system->context;
+    const kmp_shown length = kmp_shown_as(context, "m"), inertia = kmp_shown_as(context, "kg m^2");
+    kmp_print_quantity(text, context, 6, body->mass.value, "kg");
+    kmp_text_printf(text, ", centre [%.6g, %.6g, %.6g] %s, inertia", length.factor * body->com[0].value,
+                    length.factor * body->com[1].value, length.factor * body->com[2].value, length.unit);
     for (int i = 0; i < 6; i++)
         if (i < 3 || body->inertia[i].value != 0)
-            kmp_text_printf(text, " %s %.6g", kmp_inertia_names[i], body->inertia[i].value);
-    kmp_text_put(text, " kg m^2");
+            kmp_text_printf(text, " %s %.6g", kmp_inertia_names[i], inertia.factor * body->inertia[i].value);
+    kmp_text_printf(text, " %s", inertia.unit);
+}
+
+static void put_shaped(kmp_text *text, const kempe_check *check, int k)
+{
+    kmp_text_printf(text, "%s: ", shaped(check, k)->name);
+    put_mass(text, check, shaped(check, k));
 }
 
 /* -- flexible bodies --------------------------------------------------------------------------------- */
@@ -385,16 +485,12 @@ static double start_rate(const kempe_check *check, int body)
     return rate;
 }
 
-/* Products of inertia are left out where they are zero. */
-static void put_undeformed(kmp_text *text, const kmp_body *body)
+static void put_undeformed(kmp_text *text, const kempe_check *check, const kmp_body *body)
 {
-    label(text, "");
-    kmp_text_printf(text, "without deformation it has %.6g kg, centre [%.6g, %.6g, %.6g] m, inertia", body->mass.value,
-                    body->com[0].value, body->com[1].value, body->com[2].value);
-    for (int k = 0; k < 6; k++)
-        if (k < 3 || body->inertia[k].value != 0)
-            kmp_text_printf(text, " %s %.6g", kmp_inertia_names[k], body->inertia[k].value);
-    kmp_text_put(text, " kg m^2\n");
+    kmp_text words = {0};
+    kmp_text_put(&words, "without deformation it has ");
+    put_mass(&words, check, body);
+    put_words(text, "", &words);
 }
 
 /* The motions of the sections without shapes. */
@@ -482,6 +578,7 @@ static void show_flexible(kmp_text *text, const kempe_check *check)
         line(text, "flexible body", "%s: stiffening %s, frame %s, coordinates %s", body.name,
              kmp_stiffening_words[f->stiffening], kmp_flexible_frame_words[f->frame], own.s ? own.s : "");
         kmp_text_free_part(text, &own);
+        own = (kmp_text){0};
         if (f->turned)
             line(text, "", "its beam has the axes x [%.6g, %.6g, %.6g], y [%.6g, %.6g, %.6g] of the body",
                  f->axes[0][0], f->axes[1][0], f->axes[2][0], f->axes[0][1], f->axes[1][1], f->axes[2][1]);
@@ -489,17 +586,16 @@ static void show_flexible(kmp_text *text, const kempe_check *check)
             text->failed = true;
             break;
         }
-        label(text, "");
-        kmp_text_put(text, "in its frame it vibrates at ");
-        put_frequencies(text, s.count, s.fixed);
-        kmp_text_put(text, ", free at ");
-        put_frequencies(text, s.count, s.free);
-        kmp_text_put(text, "\n");
+        kmp_text_put(&own, "in its frame it vibrates at ");
+        put_frequencies(&own, s.count, s.fixed);
+        kmp_text_put(&own, ", free at ");
+        put_frequencies(&own, s.count, s.free);
+        put_words(text, "", &own);
         line(text, "",
              "its fastest vibration has %.4g rad/s: explicit integrators need steps below %.2g s; radau does "
              "not",
              s.highest, KMP_EXPLICIT_REACH / s.highest);
-        put_undeformed(text, &body);
+        put_undeformed(text, check, &body);
         if (f->frame == KMP_FRAME_MEAN)
             line(text, "", "its shapes have %.2g of the momentum of rigid motions, and its axes are the mean ones",
                  kmp_flexible_rigid_part(f));
@@ -568,14 +664,13 @@ static void json_flexible(kmp_json *json, const kempe_check *check)
 static void show_bare(kmp_text *text, const kempe_check *check, const char *word, bool heavy)
 {
     const kempe_model *model = check->given->model;
-    int listed = 0;
+    kmp_text names = {0};
     for (int b = 1; b < model->body_count; b++)
-        if (kmp_body_is_bare(&model->bodies[b]) && (model->bodies[b].mass.value != 0) == heavy) {
-            if (listed == 0)
-                label(text, word);
-            kmp_text_printf(text, "%s%s", listed++ ? ", " : "", model->bodies[b].name);
-        }
-    kmp_text_put(text, listed ? "\n" : "");
+        if (kmp_body_is_bare(&model->bodies[b]) && (model->bodies[b].mass.value != 0) == heavy)
+            kmp_text_printf(&names, "%s%s", names.length > 0 ? ", " : "", model->bodies[b].name);
+    if (names.length > 0)
+        put_line(text, word, names.s);
+    kmp_text_free_part(text, &names);
 }
 
 /* -- redundancy -------------------------------------------------------------------------------------- */
@@ -593,16 +688,16 @@ static void put_set(kmp_text *text, const kempe_check *check, int k)
 static void show_shared(kmp_text *text, const kempe_check *check)
 {
     const kmp_diagnosis *d = &check->diagnosis;
+    kmp_text words = {0};
     if (d->loads.loaded) {
-        label(text, "loads not unique");
-        (void)kmp_put_shared_loads(text, check->system->model, &d->loads);
-        kmp_text_put(text, "\n");
+        (void)kmp_put_shared_loads(&words, check->system->model, &d->loads);
+        put_words(text, "loads not unique", &words);
+        words = (kmp_text){0};
     }
     if (d->shared_count == 0)
         return;
-    label(text, "reactions not unique");
-    list_rows(text, check->system, d->shared_count, d->shared_rows);
-    kmp_text_put(text, "\n");
+    list_rows(&words, check->system, d->shared_count, d->shared_rows);
+    put_words(text, "reactions not unique", &words);
 }
 
 /* -- choice ------------------------------------------------------------------------------------------ */
@@ -612,6 +707,7 @@ static void show_alternatives(kmp_text *text, const kempe_check *check, bool usa
 {
     const kmp_diagnosis *d = &check->diagnosis;
     int listed = 0, left = 0;
+    kmp_text words = {0};
     for (int k = 0; k < d->alternative_count; k++) {
         const kmp_alternative *a = &d->alternatives[k];
         if (a->independent || (a->max_b < USABLE) != usable)
@@ -620,65 +716,96 @@ static void show_alternatives(kmp_text *text, const kempe_check *check, bool usa
             left++;
             continue;
         }
-        if (listed++ == 0)
-            label(text, word);
-        else
-            kmp_text_put(text, ", ");
-        kmp_text_printf(text, "%s", name_of(check, a->coordinate));
+        kmp_text_printf(&words, "%s%s", listed++ ? ", " : "", name_of(check, a->coordinate));
         if (usable && check->part.p > 1)
-            kmp_text_printf(text, " for %s", name_of(check, a->instead));
+            kmp_text_printf(&words, " for %s", name_of(check, a->instead));
         if (a->max_b < INFINITY)
-            kmp_text_printf(text, " (%.3g)", a->max_b);
+            kmp_text_printf(&words, " (%.3g)", a->max_b);
     }
     if (left > 0)
-        kmp_text_printf(text, " and %d more", left);
-    kmp_text_put(text, listed ? "\n" : "");
+        kmp_text_printf(&words, " and %d more", left);
+    if (listed > 0)
+        put_line(text, word, words.s ? words.s : "");
+    kmp_text_free_part(text, &words);
 }
 
-/* At most so many names. */
+/* At most so many names; nothing where no coordinate is independent. */
 static void show_independent(kmp_text *text, const kempe_check *check, int most)
 {
     const kmp_partition *part = &check->part;
-    label(text, "independent, u");
-    kmp_list_names(text, check->system, kmp_name_of_coordinate, part->p < most ? part->p : most, part->u);
+    kmp_text names = {0};
+    kmp_list_names(&names, check->system, kmp_name_of_coordinate, part->p < most ? part->p : most, part->u);
     if (part->p > most)
-        kmp_text_printf(text, " and %d more", part->p - most);
-    kmp_text_put(text, "\n");
+        kmp_text_printf(&names, " and %d more", part->p - most);
+    if (part->p > 0)
+        put_line(text, part->p == 1 ? "independent coordinate" : "independent coordinates", names.s ? names.s : "");
+    kmp_text_free_part(text, &names);
 }
 
 /* States, on which no closure depends. */
 static void show_states(kmp_text *text, const kempe_check *check)
 {
     const kempe_model *model = check->given->model;
-    if (model->state_count == 0)
-        return;
-    label(text, "states");
+    kmp_text names = {0};
     for (int k = 0; k < model->state_count; k++)
-        kmp_text_printf(text, "%s%s", k ? ", " : "", model->states[k].name);
-    kmp_text_put(text, "\n");
+        kmp_text_printf(&names, "%s%s", k ? ", " : "", model->states[k].name);
+    if (model->state_count > 0)
+        put_line(text, "states", names.s ? names.s : "");
+    kmp_text_free_part(text, &names);
+}
+
+static void show_pivots(kmp_text *text, const kmp_partition *part)
+{
+    const int count = part->m < part->n ? part->m : part->n;
+    kmp_text words = {0};
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(&words, "%s%.3g",
+                        k == 0         ? ""
+                        : k == part->r ? " | "
+                                       : " ",
+                        part->pivots[k] > ROUNDING * part->pivots[0] ? part->pivots[k] : 0);
+    if (count > 0)
+        put_words(text, "pivots of scaled J", &words);
 }
 
 static void show_choice(kmp_text *text, const kempe_check *check)
 {
     const kmp_partition *part = &check->part;
+    kmp_text names = {0};
     kmp_text_put(text, "\n");
     show_independent(text, check, part->p);
     show_states(text, check);
-    label(text, "dependent, v");
-    kmp_list_names(text, check->system, kmp_name_of_coordinate, part->r, part->v);
-    kmp_text_put(text, "\n");
-    label(text, "why");
-    kmp_text_put(text, part->user     ? "requested"
-                       : part->r == 0 ? "there are no loops: all coordinates are independent"
-                                      : "the dependent coordinates are least sensitive to the independent ones");
+    kmp_list_names(&names, check->system, kmp_name_of_coordinate, part->r, part->v);
+    put_words(text, "dependent coordinates", &names);
+    line(text, "reason", "%s",
+         part->user     ? "these independent coordinates were requested"
+         : part->r == 0 ? "there are no loops: all coordinates are independent"
+                        : "the other coordinates depend least on these");
     if (part->exchanges > 0)
-        kmp_text_printf(text, ";\n%23sthen %d improvement%s where |dv/du| was above 2", "", part->exchanges,
-                        part->exchanges == 1 ? "" : "s");
-    kmp_text_put(text, "\n");
-    line(text, "condition number", "%.3g", check->condition);
+        line(text, "", "after %d exchange%s of a pair whose |dv/du| was above 2", part->exchanges,
+             ending(part->exchanges));
+    show_pivots(text, part);
+    line(text, "condition number of Jv", "%.3g", check->condition);
     line(text, "largest |dv/du|", "%.3g", part->max_b);
-    show_alternatives(text, check, true, "alternatives |dv/du|");
-    show_alternatives(text, check, false, "cannot be chosen");
+    show_alternatives(text, check, true, "alternatives (|dv/du|)");
+    show_alternatives(text, check, false, "cannot be independent");
+}
+
+/* The coordinates in the order in which their positions are found, with the closures that determine them. */
+static void show_blocks(kmp_text *text, const kempe_check *check)
+{
+    const kmp_diagnosis *d = &check->diagnosis;
+    kmp_text words = {0};
+    for (int b = 0; b < d->block_count; b++) {
+        const kmp_loop_block *block = &d->blocks[b];
+        kmp_text_put(&words, b ? "; " : "");
+        kmp_list_names(&words, check->system, kmp_name_of_coordinate, block->size, block->columns);
+        kmp_text_put(&words, " by ");
+        kmp_list_names(&words, check->system, kmp_name_of_closure, block->closure_count, block->closures);
+    }
+    if (d->block_count > 0)
+        put_line(text, "solved in this order", words.s ? words.s : "");
+    kmp_text_free_part(text, &words);
 }
 
 /* -- limits of motion -------------------------------------------------------------------------------- */
@@ -687,9 +814,9 @@ static void show_choice(kmp_text *text, const kempe_check *check)
 static void show_limits(kmp_text *text, const kempe_check *check, int most)
 {
     const kmp_limits *l = &check->diagnosis.limits;
-    line(text, "limits of motion", "%s",
+    line(text, "range of motion", "%s",
          !l->walked ? (l->why_not ? l->why_not : "not followed")
-         : l->cycle ? "the motion is a closed cycle"
+         : l->cycle ? "closed cycle"
                     : l->ended);
     if (!l->walked)
         return;
@@ -708,10 +835,9 @@ static void show_limits(kmp_text *text, const kempe_check *check, int most)
         const char *name = name_of(check, u), *unit = kmp_print_unit(check->system, u);
         double at = kmp_print_value(check->system, u, mark->q[u]);
         if (mark->margin > 0)
-            line(text, "near change point", "at %s = %.6g %s: independence of the constraints %.2g of its usual size",
-                 name, at, unit, mark->margin);
+            line(text, "near a change point", "at %s = %.6g %s (bifurcation)", name, at, unit);
         else
-            line(text, "change point", "at %s = %.6g %s (bifurcation): branches meet there", name, at, unit);
+            line(text, "change point", "at %s = %.6g %s: branches of the motion meet (bifurcation)", name, at, unit);
     }
 }
 
@@ -723,17 +849,13 @@ static void put_culprit(kmp_text *text, const kempe_check *check, int k)
 }
 
 /* The parts that both forms begin with. False: there is no more to say. */
-static bool show_begin(kmp_text *text, const kempe_check *check)
+static bool show_begin(kmp_text *text, const kempe_check *check, item *cut)
 {
-    kmp_text_printf(text, "%s: %s%s", check->system->model->name,
-                    check->status == KEMPE_UNTRUSTED ? kempe_outcome_text(KEMPE_OUTCOME_NOT_TRUSTWORTHY) : "",
-                    check->status == KEMPE_UNTRUSTED ? ", " : "");
-    check_verdict(text, check);
-    kmp_text_put(text, "\n");
+    show_title(text, check);
     sentence(text, check, "unused parameters", write_unused);
     if (check->assembled)
         show_mobility(text, check);
-    list(text, check, "cut joints", "", check->system->model->cut_count, put_cut);
+    list(text, check, "loops closed at", "", check->system->model->cut_count, cut);
     int count = 0;
     while (shaped(check, count))
         count++;
@@ -742,13 +864,13 @@ static bool show_begin(kmp_text *text, const kempe_check *check)
     show_bare(text, check, "without inertia", true);
     show_bare(text, check, "without mass", false);
     if (!check->assembled) {
+        const kmp_shown gap = kmp_shown_as(check->system->context, "m");
         if (check->assembly->turned)
-            line(text, "does not assemble", "axes that should be parallel are turned by more than a right angle");
+            line(text, "gap", "axes that should be parallel are turned by more than a right angle");
         else if (check->assembly->gap > 0)
-            line(text, "does not assemble", "the smallest gap found is %.6g m", check->assembly->gap);
+            line(text, "gap", "the smallest gap found is %.6g %s", gap.factor * check->assembly->gap, gap.unit);
         else
-            line(text, "does not assemble", "the smallest angle found is %.4g deg",
-                 check->assembly->turn * 180 / acos(-1));
+            line(text, "gap", "the smallest angle found is %.4g deg", check->assembly->turn * 180 / acos(-1));
         list(text, check, "open loops", "", check->assembly->culprit_count, put_culprit);
         list(text, check, "lengths", "", check->obstacle.reach_count, put_reach);
         list(text, check, "held coordinates", "", check->obstacle.release_count, put_release);
@@ -759,19 +881,19 @@ static bool show_begin(kmp_text *text, const kempe_check *check)
 static void show_short(kmp_text *text, const void *result)
 {
     const kempe_check *check = result;
-    if (!show_begin(text, check))
+    if (!show_begin(text, check, put_cut))
         return;
     show_shared(text, check);
     show_independent(text, check, MOST_LISTED);
     show_states(text, check);
     show_limits(text, check, MOST_RANGES);
-    line(text, "details", "with --all");
+    line(text, "more", "removable constraints, alternatives, condition numbers: --all");
 }
 
 static void show_all(kmp_text *text, const void *result)
 {
     const kempe_check *check = result;
-    if (!show_begin(text, check))
+    if (!show_begin(text, check, put_cut_with_reason))
         return;
     const kmp_diagnosis *d = &check->diagnosis;
     if (!d->ran)
@@ -782,15 +904,7 @@ static void show_all(kmp_text *text, const void *result)
         line(text, "removable closures", "not examined: too many rows");
     list(text, check, "removable closures", "or", d->repair_count, put_repair);
     show_choice(text, check);
-    label(text, "solved in order");
-    for (int b = 0; b < d->block_count; b++) {
-        const kmp_loop_block *block = &d->blocks[b];
-        kmp_text_put(text, b ? " -> {" : "{");
-        kmp_list_names(text, check->system, kmp_name_of_coordinate, block->size, block->columns);
-        kmp_text_put(text, "} by ");
-        kmp_list_names(text, check->system, kmp_name_of_closure, block->closure_count, block->closures);
-    }
-    kmp_text_put(text, d->block_count > 0 ? "\n" : "none\n");
+    show_blocks(text, check);
     kmp_text_put(text, "\n");
     show_limits(text, check, check->system->n);
 }
@@ -961,12 +1075,7 @@ static void show_json(kmp_text *text, const void *result)
     kmp_json_end(&j);
 }
 
-kempe_status kempe_check_print(const kempe_check *check, kempe_format format, char **text)
-{
-    KMP_WANTED(NULL, check, "check");
-    kmp_put_fn *put = format == KEMPE_JSON ? show_json : format == KEMPE_FULL_TEXT ? show_all : show_short;
-    return kmp_print_result(check->system->context, put, check, text);
-}
+KMP_PRINT_FULL(kempe_check, check, check->system->context, show_json, show_short, show_all)
 
 /* -- tables ------------------------------------------------------------------------------------------- */
 

@@ -71,7 +71,9 @@ static void add_computed(kmp_columns *columns, const kempe_model *model, const u
         if (parts && k < 32 && !(parts[o] >> k & 1u))
             continue;
         kmp_output_column(&name, model, output, k);
-        add_column(columns, &name, kmp_output_unit(model, output, k), (kmp_column){KMP_QUANTITIES, first + k, o, k});
+        const char *unit = kmp_output_unit(model, output, k);
+        unit = output->kind == KMP_OUTPUT_SENSOR ? kmp_print_unknown(model->context, unit) : unit;
+        add_column(columns, &name, unit, (kmp_column){KMP_QUANTITIES, first + k, o, k});
     }
 }
 
@@ -88,7 +90,7 @@ static void add_from_table(kmp_columns *columns, const kempe_system *system, con
         /* A state is the rate of its motion. */
         bool state = quantity == KMP_QUANTITY_STATE;
         int index = state ? kmp_model_coordinates(system->model) + k : k;
-        add_column(columns, &name, kmp_quantity_unit(system, quantity, k),
+        add_column(columns, &name, kmp_print_unknown(system->context, kmp_quantity_unit(system, quantity, k)),
                    (kmp_column){state ? KMP_QUANTITY_QD : quantity, index, o, 0});
     }
 }

@@ -428,6 +428,7 @@ static kempe_trajectory *trajectory_new(const kmp_simulation *j)
                             .integrator = spec->integrator,
                             .source = j->run->reference ? kmp_arena_strdup(&arena, j->run->reference) : NULL,
                             .verdict = kmp_verdict_none(),
+                            .least_norm = j->least_norm,
                             .log = {.context = j->context},
                             .reaction = unknowns(&arena, 3 * j->system->model->closure_count),
                             .at = unknowns(&arena, 3 * j->system->n + j->system->m),
@@ -479,10 +480,23 @@ const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, i
                           kmp_samples_get(table, KMP_QUANTITY_LAMBDA, row));
 }
 
+double kmp_trajectory_trusted_gap(const kempe_trajectory *t)
+{
+    return fmin(TRUSTED_GAP * (t->spec.rtol + t->spec.atol), KMP_VISIBLE);
+}
+
+bool kmp_trajectory_loses_energy(const kempe_trajectory *t)
+{
+    const double exchanged = t->report.most - t->report.least;
+    const double limit = t->table.rows < FEW_ROWS && !(exchanged > 0) ? OF_FEW_ROWS : KMP_VISIBLE;
+    return t->verdict.left > limit && t->verdict.drift > limit * exchanged &&
+           !(t->verdict.moved <= KMP_AT_REST * t->spec.atol);
+}
+
 /* A complete run may be wrong: its closure residuals and its energy balance show that. */
 static void warn_of_verdict(const kempe_trajectory *t)
 {
-    if (t->verdict.h_max > TRUSTED_GAP * (t->spec.rtol + t->spec.atol))
+    if (t->verdict.h_max > kmp_trajectory_trusted_gap(t))
         kmp_doubt(t->system->context,
                   "do not trust this run: the loops open by %.2g of the characteristic length; use a smaller rtol, or "
                   "compare formulations",
@@ -493,10 +507,7 @@ static void warn_of_verdict(const kempe_trajectory *t)
                   "%.2g m): it is not redundant there; check the lengths",
                   t->system->row_names[t->verdict.misfit_row], t->verdict.misfit * t->system->length,
                   t->verdict.misfit_t, t->system->closure_tolerance);
-    const double exchanged = t->report.most - t->report.least;
-    const double limit = t->table.rows < FEW_ROWS && !(exchanged > 0) ? OF_FEW_ROWS : KMP_VISIBLE;
-    if (!(t->verdict.left > limit && t->verdict.drift > limit * exchanged) ||
-        t->verdict.moved <= KMP_AT_REST * t->spec.atol)
+    if (!kmp_trajectory_loses_energy(t))
         return;
     if (t->report.prescribed)
         kmp_log(t->system->context, KEMPE_LOG_WARNING,

@@ -76,6 +76,7 @@ struct kempe_trajectory {
     int mode_coordinate;      /* a coordinate of the loops that pass to it */
     double *reaction;         /* 3 a closure, at the last row; NaN when there is none */
     double *shown;            /* values of outputs in addition to the table, per row */
+    bool least_norm;          /* loads that redundant constraints share */
     kmp_run_spec spec;        /* as it was run, without its times and log; it points into the arena */
     bool interrupted;         /* by the user */
     kmp_recording *recording; /* NULL: none is kept */
@@ -85,6 +86,11 @@ struct kempe_trajectory {
 
 /** Unit of the number that differs most in the repeat run; "": a state; NULL: there is none. */
 const char *kmp_trajectory_unit(const kempe_trajectory *t);
+
+/** The largest scaled residual of closures of a run that is trusted; whether the energy balance exceeds its limit, a
+ * part KMP_VISIBLE of the energy exchanged. */
+double kmp_trajectory_trusted_gap(const kempe_trajectory *t);
+bool kmp_trajectory_loses_energy(const kempe_trajectory *t);
 
 /** The outputs in addition to the table (model/data/output_table.h) at a row; owned by the evaluator. */
 const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, int row);

@@ -9,11 +9,15 @@
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "output/print.h"
+#include "output/reactions.h"
 #include "output/result_table.h"
 #include "studies/simulate/observed.h"
 #include "studies/simulate/trajectory.h"
 #include <math.h>
 #include <string.h>
+
+/* Column of the text of a line, after its label. */
+enum { TEXT_COLUMN = 10 };
 
 /* The most entries of the log in the text. */
 enum { MOST_SHOWN = 12 };
@@ -125,15 +129,29 @@ static void show_outputs(kmp_text *text, const kempe_trajectory *t)
             kmp_text_free(&column);
             kmp_output_column(&column, model, output, k);
             part = width > 1 && column.s ? strrchr(column.s, '.') : NULL;
+            const char *name = output->kind == KMP_OUTPUT_SENSOR ? kmp_print_unknown(model->context, unit) : as.unit;
             kmp_text_printf(text, "  %s%s%.6g%s%s", part ? part + 1 : "", part ? " " : "",
-                            as.factor * kmp_print_clean(x[k], KMP_PRINT_NOISE * largest), last && *unit ? " " : "",
-                            last ? as.unit : "");
+                            as.factor * kmp_print_clean(x[k], KMP_PRINT_NOISE * largest), last && *name ? " " : "",
+                            last ? name : "");
         }
         kmp_text_put(text, "\n");
         x += width;
     }
     text->failed = text->failed || column.failed;
     kmp_text_free(&column);
+}
+
+/* Of the rows; the text or the object fails without memory. */
+static void put_reactions(kmp_text *text, kmp_json *json, const kempe_trajectory *t)
+{
+    kmp_reactions reactions;
+    if (kmp_reactions_of_rows(&reactions, t->system, &t->table, t->least_norm) != KEMPE_OK)
+        text->failed = true;
+    else if (json)
+        kmp_reactions_json(json, &reactions);
+    else
+        kmp_reactions_show(text, &reactions);
+    kmp_reactions_free(&reactions);
 }
 
 static const char *again_name(const kempe_trajectory *t)
@@ -147,15 +165,18 @@ static void show_accuracy(kmp_text *text, const kempe_trajectory *t)
     kmp_convergence_put(text, t->system->context, &t->again, again_name(t), kmp_trajectory_unit(t));
     kmp_text_put(text, t->again.known ? "\n          " : "");
     kmp_print_cells(text, "energy balance %.2g of the energy exchanged\n", t->verdict.drift_rel);
-    if (t->system->m > 0)
-        kmp_print_cells(
-            text, "          loops open by %.2g, their rates by %.2g, relative to the characteristic length, %.6g m\n",
-            t->verdict.h_max, t->verdict.hdot_max, t->system->length);
-    if (t->verdict.misfit_row >= 0)
-        kmp_text_printf(text, "          redundant constraints open by at most %.1e m ('%s' at t = %.6g s)\n",
-                        t->verdict.misfit * t->system->length, t->system->row_names[t->verdict.misfit_row],
+    if (t->system->m > 0) {
+        kmp_text_put(text, "          loops closed to ");
+        kmp_print_quantity(text, t->system->context, 2, t->verdict.h_max * t->system->length, "m");
+        kmp_text_put(text, "\n");
+    }
+    if (t->verdict.misfit_row >= 0) {
+        kmp_text_put(text, "          equations omitted as redundant have gaps of at most ");
+        kmp_print_quantity(text, t->system->context, 2, t->verdict.misfit * t->system->length, "m");
+        kmp_text_printf(text, " ('%s' at t = %.6g s)\n", t->system->row_names[t->verdict.misfit_row],
                         t->verdict.misfit_t);
-    kmp_print_rounding(text, t->system, "          ", "          ");
+    }
+    kmp_print_rounding(text, t->system, "          ");
     if (t->source) {
         kmp_text_put(text, "          error");
         for (int k = 0; k < KMP_QUANTITIES; k++)
@@ -165,52 +186,65 @@ static void show_accuracy(kmp_text *text, const kempe_trajectory *t)
     }
 }
 
+/* The formulation, the integrator and their cost. */
 static void show_method(kmp_text *text, const kempe_trajectory *t)
 {
-    kmp_text_printf(text, "method    formulation %s", t->spec.formulation);
+    const kmp_run_report *r = &t->report;
+    kmp_text line = {0}, names = {0};
+    kmp_text_printf(&line, "formulation %s", t->spec.formulation);
     if (t->spec.form)
-        kmp_text_printf(text, ", form %s", t->spec.form);
-    if (t->report.continued)
-        kmp_text_printf(text, ", from t = %.4g s on %s", t->report.continued_t, t->report.continued);
-    kmp_text_printf(text, ", integrator %s, rtol %g, atol %g%s%s\n", t->integrator, t->spec.rtol, t->spec.atol,
-                    t->report.by_bodies ? ", articulated-body algorithm" : "",
+        kmp_text_printf(&line, ", form %s", t->spec.form);
+    if (r->continued)
+        kmp_text_printf(&line, ", from t = %.4g s on %s", r->continued_t, r->continued);
+    kmp_text_printf(&line, ", integrator %s, rtol %g, atol %g%s%s", t->integrator, t->spec.rtol, t->spec.atol,
+                    r->by_bodies ? ", articulated-body algorithm" : "",
                     strcmp(t->spec.change_points, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0
                         ? ", change points ignored"
                         : "");
-    /* The integrator, where the user chose none. */
+    kmp_text_printf(&line, "; %ld steps in %.3g ms, after %.3g ms of preparation", r->steps, 1e3 * r->cpu_s,
+                    1e3 * (r->build_s + t->system->build_s));
+    kmp_print_wrapped(text, "method    ", TEXT_COLUMN, line.s ? line.s : "");
+    kmp_print_flexible(text, t->system->model, "flexible  ");
+    kmp_print_unused(&names, t->system->model);
+    if (names.length > 0)
+        kmp_text_printf(text, "unused    parameters without any effect on the model: %s\n", names.s);
+    kmp_text_free_part(text, &line);
+    kmp_text_free_part(text, &names);
+}
+
+/* The integrator, where the user chose none. */
+static void show_choice(kmp_text *text, const kempe_trajectory *t)
+{
     const double ratio = t->report.chosen_ratio;
     const kmp_integrator_reason *reason = &t->spec.reason;
     if (reason->integrator)
-        kmp_text_printf(text, "          integrator %s: %s%s%s\n", reason->integrator, reason->because,
+        kmp_text_printf(text, "choice    integrator %s: %s%s%s\n", reason->integrator, reason->because,
                         reason->obstacle ? ": " : "", reason->obstacle ? reason->obstacle : "");
     if (ratio > 0)
         kmp_text_printf(
-            text, "          integrator %s at the start: radau was expected to take %.2f times as long as dop853\n",
+            text, "choice    integrator %s at the start: radau was expected to take %.2f times as long as dop853\n",
             ratio < KMP_RATIO_WORTH ? "radau" : "dop853", ratio);
-    kmp_print_flexible(text, t->system->model, "flexible  ");
 }
 
 static void show_work(kmp_text *text, const kempe_trajectory *t)
 {
     const kmp_run_report *r = &t->report;
-    const kempe_model *model = t->system->model;
-    kmp_text names = {0};
-    kmp_print_unused(&names, model);
-    if (names.length > 0)
-        kmp_text_printf(text, "unused    parameters without any effect on the model: %s\n", names.s);
-    kmp_text_free_part(text, &names);
-    kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, evaluations %ld, Newton iterations %ld,\n",
-                    r->steps, r->rejected, r->refused, r->rhs, r->newton);
-    kmp_text_printf(text, "          factorizations %ld, changes of independent coordinates %ld, ", r->factorizations,
-                    r->exchanges);
+    kmp_text line = {0};
+    if (t->system->m > 0)
+        kmp_print_cells(text, "loops     rates closed to %.2g m/s\n", t->verdict.hdot_max * t->system->length);
+    kmp_text_printf(&line,
+                    "steps %ld, rejected %ld, failed %ld, right-hand sides %ld, Newton iterations %ld, factorizations "
+                    "%ld, changes of the independent coordinates %ld, ",
+                    r->steps, r->rejected, r->refused, r->rhs, r->newton, r->factorizations, r->exchanges);
     if (t->system->chart_count > 0)
-        kmp_text_printf(text, "changes of inner angles %ld, ", r->centrings);
-    kmp_text_printf(text, "events %ld", r->events);
+        kmp_text_printf(&line, "changes of the angles of joints %ld, ", r->centrings);
+    kmp_text_printf(&line, "events %ld", r->events);
     if (r->impacts >= 0)
-        kmp_text_printf(text, ", impacts %ld", r->impacts);
+        kmp_text_printf(&line, ", impacts %ld", r->impacts);
     if (r->changes >= 0)
-        kmp_text_printf(text, ", changes of modes %ld", r->changes);
-    kmp_text_printf(text, "; %d rows\n", t->table.rows);
+        kmp_text_printf(&line, ", changes of modes %ld", r->changes);
+    kmp_print_wrapped(text, "work      ", TEXT_COLUMN, line.s ? line.s : "");
+    kmp_text_free_part(text, &line);
     kmp_text_printf(text, "cpu       %.4g ms integration", 1e3 * r->cpu_s);
     if (r->wall_s > 0)
         kmp_text_printf(text, " of all threads, %.4g ms wall-clock time", 1e3 * r->wall_s);
@@ -224,19 +258,19 @@ static void show_contacts(kmp_text *text, const kempe_trajectory *t)
     kmp_contact_times times;
     for (int k = 0; k < model->force_count; k++) {
         const kmp_force *force = &model->forces[k];
-        const char *unit = force->turns ? "rad" : "m";
+        const kmp_shown as = kmp_shown_as(model->context, force->turns ? "rad" : "m");
         if (force->kind != KMP_FORCE_COMPLIANT || kmp_contact_times_find(t, k, &times) != KEMPE_OK)
             continue;
         kmp_text_printf(text, "contact   '%s' began %d time%s%s", force->name, times.begun, times.begun == 1 ? "" : "s",
                         t->log.contacts_cut ? " in the recorded part of the run" : "");
         if (times.ended > 0)
-            kmp_text_printf(text, ", largest depth %.4g %s", times.depth[KMP_DEPTHS - 1], unit);
+            kmp_text_printf(text, ", largest depth %.4g %s", as.factor * times.depth[KMP_DEPTHS - 1], as.unit);
         kmp_text_put(text, "\n");
         if (times.ended > 1) {
             /* Of several contacts. */
             const double *depth = times.depth;
             kmp_text_printf(text, "          depths of the %d that ended: median %.4g, quartiles %.4g and %.4g %s\n",
-                            times.ended, depth[2], depth[1], depth[3], unit);
+                            times.ended, as.factor * depth[2], as.factor * depth[1], as.factor * depth[3], as.unit);
             kmp_text_printf(text, "          closed for %.1f %% of the time", 100 * times.touching);
             if (times.turning)
                 kmp_text_printf(text, ", %.1f contacts per turn of '%s'", times.begun / times.turns, times.turning);
@@ -291,7 +325,7 @@ static bool has_words_of(const char *a, const char *b)
 /* Entries of the same words are one line, at the time of the first one. */
 static void show_log(kmp_text *text, const kmp_run_log *log)
 {
-    const char *label = "log      ";
+    const char *label = "log       ";
     int lines = 0, shown = 0;
     for (int k = 0; k < log->kept && lines < MOST_SHOWN; k++) {
         const kmp_log_entry *entry = &log->entries[k], *last = entry;
@@ -305,11 +339,13 @@ static void show_log(kmp_text *text, const kmp_run_log *log)
             }
         if (before)
             continue;
-        kmp_text_printf(text, "%s t = %-12.9g %s", label, entry->t, entry->text);
+        kmp_text line = {0};
+        kmp_text_printf(&line, "t = %.9g s: %s", entry->t, entry->text);
         if (count > 1)
-            kmp_text_printf(text, "; %d times like this, the last one at t = %.9g s", count, last->t);
-        kmp_text_put(text, "\n");
-        label = "         ";
+            kmp_text_printf(&line, "; %d times like this, the last one at t = %.9g s", count, last->t);
+        kmp_print_wrapped(text, label, TEXT_COLUMN + 2, line.s ? line.s : "");
+        kmp_text_free_part(text, &line);
+        label = "          ";
         shown += count;
         lines++;
     }
@@ -328,23 +364,31 @@ static void show_warnings(kmp_text *text, const kempe_trajectory *t)
     }
 }
 
-static void show(kmp_text *text, const void *result)
+static void show_run(kmp_text *text, const kempe_trajectory *t, bool all)
 {
-    const kempe_trajectory *t = result;
     kmp_print_title(text, t->system->model, kempe_trajectory_outcome(t));
     if (*t->reason)
         kmp_text_printf(text, "t = %.9g s: %s\n", t->report.t, t->reason);
     else
-        kmp_text_printf(text, "%.9g to %.9g s, %d rows\n", t->spec.t_start, t->spec.t_end, t->table.rows);
+        kmp_text_printf(text, "%.9g to %.9g s, %d rows", t->spec.t_start, t->spec.t_end, t->table.rows);
+    if (!*t->reason && t->again.known && kmp_convergence_holds(&t->again)) {
+        kmp_text_put(text, ", estimated error ");
+        kmp_convergence_put_apart(text, t->system->context, &t->again, kmp_trajectory_unit(t));
+    }
+    kmp_text_put(text, *t->reason ? "" : "\n");
     if (kempe_trajectory_outcome(t) == KEMPE_OUTCOME_NOT_TRUSTWORTHY)
         show_warnings(text, t);
     if (t->table.rows > 0) {
         show_state(text, t);
         show_outputs(text, t);
+        put_reactions(text, NULL, t);
         kmp_text_put(text, "\n");
         show_accuracy(text, t);
         show_method(text, t);
-        show_work(text, t);
+        if (all) {
+            show_choice(text, t);
+            show_work(text, t);
+        }
     }
     if (t->mode_changes > 0)
         show_mode(text, t);
@@ -352,6 +396,16 @@ static void show(kmp_text *text, const void *result)
     if (t->judged)
         kmp_run_judge_find()->show(text, t->system->model, t->judged);
     show_log(text, &t->log);
+}
+
+static void show_short(kmp_text *text, const void *result)
+{
+    show_run(text, result, false);
+}
+
+static void show_all(kmp_text *text, const void *result)
+{
+    show_run(text, result, true);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
@@ -413,6 +467,7 @@ static void json_state(kmp_json *json, const kempe_trajectory *t)
     for (int c = 0; c < s->model->closure_count; c++)
         kmp_json_numbers(json, s->model->closures[c].name, 3, t->reaction + 3 * c);
     kmp_json_end(json);
+    put_reactions(json->text, json, t);
     json_outputs(json, t, true);
     json_outputs(json, t, false);
 }
@@ -490,7 +545,7 @@ static void json(kmp_text *text, const void *result)
     kmp_json_end(&j);
 }
 
-KMP_PRINT(kempe_trajectory, trajectory, trajectory->system->context, json, show)
+KMP_PRINT_FULL(kempe_trajectory, trajectory, trajectory->system->context, json, show_short, show_all)
 
 static void fill_rows(kempe_table *table, const void *result)
 {
@@ -536,8 +591,20 @@ static void fill_contacts(kempe_table *table, const void *result)
     }
 }
 
+static void fill_reactions(kempe_table *table, const void *result)
+{
+    const kempe_trajectory *t = result;
+    kmp_reactions reactions;
+    kmp_reactions_columns(table);
+    if (kmp_reactions_of_rows(&reactions, t->system, &t->table, t->least_norm) == KEMPE_OK)
+        kmp_reactions_tabulate(table, &reactions, -1);
+    else
+        kmp_tabulate_fail(table);
+    kmp_reactions_free(&reactions);
+}
+
 KMP_TABLES(kempe_trajectory, trajectory, trajectory->system->context, {"rows", fill_rows}, {"log", fill_log},
-           {"contacts", fill_contacts})
+           {"contacts", fill_contacts}, {"reactions", fill_reactions})
 
 /* -- outputs by name --------------------------------------------------------------------------------- */
 

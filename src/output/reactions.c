@@ -1,0 +1,483 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Joints of the tree, then closures, in the order of the model. A joint whose reaction is not known, or is not the
+ * whole load of its bearing, has a note. */
+#include "output/reactions.h"
+#include "base/memory.h"
+#include "constraints/kinds/kind.h"
+#include "model/data/closure_table.h"
+#include "model/data/coordinates.h"
+#include "model/data/model.h"
+#include "model/language/expression_value.h"
+#include "output/print.h"
+#include "output/result_table.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { MOST_SHOWN = 12, INDENT = 4 }; /* joints in a text; of the second line of a sentence */
+
+static const char *const component_of[3] = {"x", "y", "z"};
+
+/* -- the list ------------------------------------------------------------------------------------------- */
+
+static kmp_reaction *add(kmp_reactions *r, const char *name, const char *kind)
+{
+    kmp_reaction *made = &r->of[r->count++];
+    *made = (kmp_reaction){.name = name, .kind = kind, .body = -1, .closure = -1, .place = -1};
+    for (int k = 0; k < 2; k++)
+        made->peak[k] = (kmp_reaction_peak){NAN, NAN, {NAN, NAN, NAN}};
+    return made;
+}
+
+static char *sentence(kmp_reactions *r, const char *begin, const char *name, const char *end)
+{
+    kmp_text text = {0};
+    kmp_text_printf(&text, "%s '%s'%s", begin, name, end);
+    char *made = text.failed ? NULL : kmp_arena_strdup(&r->arena, text.s);
+    kmp_text_free(&text);
+    return made;
+}
+
+/* Of a joint of the tree, unless it is a closure or constrains nothing. */
+static void add_joint(kmp_reactions *r, const kmp_all_loads *loads, int body)
+{
+    const kempe_model *model = r->system->model;
+    const kmp_body *b = &model->bodies[body];
+    int moving[2] = {0, 0}, first = kmp_joint_first_free(b);
+    for (int k = first; k < first + kmp_joint_free_count(b); k++)
+        moving[model->motions[k].rotation]++;
+    if ((moving[0] >= 3 && moving[1] >= 3) || kmp_name_find(KMP_NAMED(model, closure), b->joint) >= 0)
+        return;
+    kmp_reaction *made = add(r, b->joint, "joint");
+    made->body = body;
+    for (int k = 0; k < 2; k++)
+        made->has[k] = moving[k] < 3;
+    for (int k = 0; k < loads->joints; k++)
+        made->place = loads->joint[k] == body ? model->closure_count + k : made->place;
+    if (loads->obstacle[body])
+        made->note = sentence(r, "not known, because friction", loads->obstacle[body]->name,
+                              " rolls along no length that is a function of the coordinates");
+    else if (made->place < 0)
+        made->note = moving[0] + moving[1] == 0
+                         ? "not known, because bodies that are welded are one; 'cut: yes' gives it"
+                         : "not known, because translations are before and after a rotation";
+}
+
+static bool is_of_motion(const kmp_expr *e, const void *user)
+{
+    return (e->kind == KMP_EXPR_Q || e->kind == KMP_EXPR_QD) && e->index == *(const int *)user;
+}
+
+static bool moves(const kmp_closure *closure, int motion)
+{
+    for (int k = 0; k < closure->term_count; k++)
+        if (closure->terms[k].motion == motion)
+            return true;
+    return kmp_expr_find(closure->function, is_of_motion, &motion);
+}
+
+/* Notes that a coupling of coordinates acts on joints of several bodies without forces in space. */
+static void note_coupling(kmp_reactions *r, const kmp_closure *closure)
+{
+    const kempe_model *model = r->system->model;
+    int bodies = 0, last = -1;
+    char *note = NULL;
+    for (int pass = 0; pass < 2; pass++) {
+        for (int k = 0; k < model->motion_count; k++) {
+            const int body = model->motions[k].body;
+            if (model->motions[k].elastic || !moves(closure, k))
+                continue;
+            bodies += pass == 0 && body != last;
+            last = body;
+            for (int i = 0; pass == 1 && i < r->count; i++)
+                if (r->of[i].body == body && !r->of[i].note)
+                    r->of[i].note = note;
+        }
+        if (bodies < 2)
+            return;
+        note = pass == 0 ? sentence(r, "without the force between the bodies of", closure->name,
+                                    ", which acts on coordinates only")
+                         : note;
+    }
+}
+
+/* The efforts of drives, couplers and other rows on coordinates have the unit of their multiplier. */
+static void add_closure(kmp_reactions *r, int c)
+{
+    const kmp_closure *closure = &r->system->model->closures[c];
+    const kmp_closure_parts *kind = kmp_closure_parts_of(closure->kind);
+    kmp_reaction *made = add(r, closure->name, kmp_closure_word(closure));
+    made->closure = c;
+    made->place = c;
+    made->effort = kind->force->load == kmp_part_effort;
+    made->has[0] = kind->force->rows > 0;
+    made->has[1] = kind->moment->rows > 0;
+    for (int k = 0; made->effort && k < r->system->m; k++)
+        if (r->system->rows[k].closure == c) {
+            const char *unit = kmp_quantity_unit(r->system, KMP_QUANTITY_LAMBDA, k);
+            made->has[0] = strcmp(unit, "N") == 0;
+            made->has[1] = strcmp(unit, "N m") == 0;
+            made->note = made->has[0] || made->has[1] ? NULL : "its multiplier is neither a force nor a moment";
+            made->place = made->note ? -1 : c;
+        }
+    note_coupling(r, closure);
+}
+
+kempe_status kmp_reactions_init(kmp_reactions *r, const kempe_system *system, const kmp_all_loads *loads, bool drives)
+{
+    const kempe_model *model = system->model;
+    *r = (kmp_reactions){
+        .system = system, .loads = KMP_LOAD_VALUES * (model->closure_count + loads->joints), .not_unique = ""};
+    r->of = KMP_ARENA_NEW(&r->arena, kmp_reaction, model->body_count + model->closure_count);
+    r->last = KMP_ARENA_NEW(&r->arena, double, r->loads + 1);
+    for (int b = 1; r->of && b < model->body_count; b++)
+        add_joint(r, loads, b);
+    for (int c = 0; r->of && c < model->closure_count; c++) {
+        const kmp_closure *closure = &model->closures[c];
+        if (!kmp_closure_is_of_modes(closure) && closure->kind != KMP_CLOSURE_lock &&
+            (drives || !kmp_closure_is_drive(closure)))
+            add_closure(r, c);
+    }
+    return kmp_made(system->context, !r->arena.failed);
+}
+
+KMP_CLEARS(kmp_reactions, reactions, kmp_arena_free(&reactions->arena))
+
+/* -- rows ----------------------------------------------------------------------------------------------- */
+
+static void take(kmp_reaction_peak *peak, double t, bool effort, const double *x)
+{
+    const double size = effort ? fabs(x[0]) : sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+    if (!isfinite(size) || size <= peak->size * (1 + KMP_PRINT_NOISE))
+        return;
+    *peak = (kmp_reaction_peak){size, t, {x[0] + 0.0, effort ? NAN : x[1] + 0.0, effort ? NAN : x[2] + 0.0}};
+}
+
+void kmp_reactions_add(kmp_reactions *r, double t, const double *loads)
+{
+    memcpy(r->last, loads, (size_t)r->loads * sizeof *loads);
+    r->rows++;
+    for (kmp_reaction *of = r->of; of < r->of + r->count; of++)
+        for (int k = 0; of->place >= 0 && k < 2; k++)
+            if (of->has[k])
+                take(&of->peak[k], t, of->effort,
+                     loads + (ptrdiff_t)KMP_LOAD_VALUES * of->place + (of->effort ? 0 : 3 * k));
+}
+
+kempe_status kmp_reactions_mark(kmp_reactions *r, const kmp_shared_loads *shared)
+{
+    kmp_text names = {0};
+    for (kmp_reaction *of = r->of; shared->told && of < r->of + r->count; of++)
+        for (int i = 0; i < KMP_LOAD_SIZE; i++)
+            if ((of->body >= 0 ? shared->of_body[of->body] : shared->of_closure[of->closure])[i])
+                of->shared |= 1u << i;
+    if (shared->told)
+        (void)kmp_put_shared_loads(&names, r->system->model, shared);
+    r->not_unique = names.failed ? NULL : kmp_arena_strdup(&r->arena, names.s ? names.s : "");
+    kmp_text_free(&names);
+    return kmp_made(r->system->context, r->not_unique);
+}
+
+/* Shares the loads of a row by least norm, if that is requested and possible; otherwise keeps the reason. */
+static kempe_status share(kmp_reactions *r, kmp_evaluator *eval, const kmp_all_loads *loads, const kmp_instant *at,
+                          double *values)
+{
+    const kempe_status status =
+        r->least_norm ? kmp_least_norm_loads(eval, at->t, at->q, loads->joints, loads->joint, values) : KEMPE_OK;
+    if (status != KEMPE_E_FAILED)
+        return status;
+    r->least_norm = false;
+    r->instead = kmp_arena_strdup(&r->arena, kempe_context_message(r->system->context));
+    kmp_context_clear(r->system->context);
+    return kmp_made(r->system->context, r->instead);
+}
+
+static kempe_status take_rows(kmp_reactions *r, kmp_evaluator *eval, kmp_all_loads *loads, const kmp_samples *rows)
+{
+    kmp_present_inputs inputs;
+    double *values = KMP_ARENA_NEW(&r->arena, double, r->loads + 1);
+    KMP_TRY(kmp_made(r->system->context, values && kmp_present_inputs_init(&inputs, &r->arena, r->system->model)));
+    inputs.before = true;
+    for (int row = 0; r->loads > 0 && row < rows->rows; row++) {
+        const kmp_instant at = {.t = kmp_samples_time(rows, row),
+                                .q = kmp_samples_get(rows, KMP_QUANTITY_Q, row),
+                                .qd = kmp_samples_get(rows, KMP_QUANTITY_QD, row),
+                                .qdd = kmp_samples_get(rows, KMP_QUANTITY_QDD, row),
+                                .lambda = kmp_samples_get(rows, KMP_QUANTITY_LAMBDA, row),
+                                .inputs = &inputs};
+        memcpy(values, kmp_all_loads_at(loads, &at), (size_t)r->loads * sizeof *values);
+        KMP_TRY(share(r, eval, loads, &at, values));
+        kmp_reactions_add(r, at.t, values);
+    }
+    return KEMPE_OK;
+}
+
+static kempe_status find_shared(kmp_reactions *r, kmp_evaluator *eval, const kmp_all_loads *loads,
+                                const kmp_samples *rows)
+{
+    const int last = rows->rows - 1;
+    if (!eval || last < 0)
+        return KEMPE_OK;
+    const double t[2] = {kmp_samples_time(rows, 0), kmp_samples_time(rows, last)};
+    const double *const q[2] = {kmp_samples_get(rows, KMP_QUANTITY_Q, 0), kmp_samples_get(rows, KMP_QUANTITY_Q, last)};
+    kmp_shared_loads found;
+    KMP_TRY(kmp_shared_loads_between(eval, t, q, loads->joints, loads->joint, r->last, &r->arena, &found));
+    return kmp_reactions_mark(r, &found);
+}
+
+kempe_status kmp_reactions_of_rows(kmp_reactions *r, const kempe_system *system, const kmp_samples *rows,
+                                   bool least_norm)
+{
+    kmp_all_loads loads;
+    kmp_evaluator *eval = NULL;
+    *r = (kmp_reactions){0};
+    kempe_status status = kmp_all_loads_init(&loads, system);
+    if (status == KEMPE_OK)
+        status = kmp_reactions_init(r, system, &loads, true);
+    if (status == KEMPE_OK && system->model->closure_count > 0) {
+        eval = kmp_eval_new_of_closures(system);
+        status = eval ? KEMPE_OK : KEMPE_E_MEMORY;
+    }
+    r->least_norm = least_norm && eval;
+    if (status == KEMPE_OK)
+        status = take_rows(r, eval, &loads, rows);
+    if (status == KEMPE_OK)
+        status = find_shared(r, eval, &loads, rows);
+    kmp_eval_free(eval);
+    kmp_all_loads_free(&loads);
+    return status;
+}
+
+/* -- text ----------------------------------------------------------------------------------------------- */
+
+/* Rounding of forces, and of moments, over all joints. */
+static void find_noise(const kmp_reactions *r, double noise[2])
+{
+    noise[0] = noise[1] = 0;
+    for (const kmp_reaction *of = r->of; of < r->of + r->count; of++)
+        for (int k = 0; k < 2; k++)
+            noise[k] = fmax(noise[k], KMP_PRINT_NOISE * (isnan(of->peak[k].size) ? 0 : of->peak[k].size));
+    noise[1] = fmax(noise[1], noise[0] * r->system->length);
+    noise[0] = fmax(noise[0], noise[1] / r->system->length);
+}
+
+static double weight_of(const kmp_reactions *r, const kmp_reaction *of)
+{
+    return fmax(of->peak[0].size, isnan(of->peak[1].size) ? 0 : of->peak[1].size / r->system->length);
+}
+
+/* True for those of a text: known, and not behind MOST_SHOWN larger ones. */
+static bool is_shown(const kmp_reactions *r, const kmp_reaction *of)
+{
+    int larger = 0;
+    for (const kmp_reaction *other = r->of; other < r->of + r->count; other++)
+        larger += other->place >= 0 &&
+                  (weight_of(r, other) > weight_of(r, of) || (weight_of(r, other) == weight_of(r, of) && other < of));
+    return of->place >= 0 && larger < MOST_SHOWN;
+}
+
+/* "A", "motor (drive)", with * where it is not unique. */
+static void put_label(kmp_text *text, const kmp_reaction *of)
+{
+    kmp_text_put(text, of->name);
+    if (of->effort)
+        kmp_text_printf(text, " (%s)", of->kind);
+    kmp_text_put(text, of->shared ? " *" : "");
+}
+
+static int label_width(const kmp_reactions *r)
+{
+    int width = 4;
+    for (const kmp_reaction *of = r->of; of < r->of + r->count; of++) {
+        const int length = (int)strlen(of->name) + (of->effort ? (int)strlen(of->kind) + 3 : 0) + (of->shared ? 2 : 0);
+        width = is_shown(r, of) && length > width ? length : width;
+    }
+    return width;
+}
+
+static void put_labelled(kmp_text *text, const kmp_reaction *of, int width)
+{
+    kmp_text label = {0};
+    put_label(&label, of);
+    kmp_text_printf(text, "  %-*s", width, label.s ? label.s : "");
+    kmp_text_free_part(text, &label);
+}
+
+/* "force, N" in the unit that texts have; returns its factor. */
+static double unit_title(const kmp_reactions *r, int k, char title[40])
+{
+    const kmp_shown as = kmp_shown_as(r->system->context, k ? "N m" : "N");
+    (void)snprintf(title, 40, "%s, %s", k ? "moment" : "force", as.unit);
+    return as.factor;
+}
+
+/* Six digits, or a dash for what there is not. */
+static void put_cell(kmp_text *text, int width, double x)
+{
+    if (isfinite(x))
+        kmp_text_printf(text, "  %*.6g", width, x);
+    else
+        kmp_text_printf(text, "  %*s", width, "-");
+}
+
+static void show_peaks(kmp_text *text, const kmp_reactions *r, int width, const double noise[2])
+{
+    char title[2][40];
+    const double factor[2] = {unit_title(r, 0, title[0]), unit_title(r, 1, title[1])};
+    kmp_text_printf(text, "  %-*s  %13s  %10s  %13s  %10s\n", width, "", title[0], "at t, s", title[1], "at t, s");
+    for (const kmp_reaction *of = r->of; of < r->of + r->count; of++) {
+        if (!is_shown(r, of))
+            continue;
+        put_labelled(text, of, width);
+        for (int k = 0; k < 2; k++) {
+            const kmp_reaction_peak *peak = &of->peak[k];
+            const bool zero = peak->size <= noise[k];
+            put_cell(text, 13, zero ? 0.0 : factor[k] * peak->size);
+            put_cell(text, 10, zero ? NAN : peak->t);
+        }
+        kmp_text_put(text, "\n");
+    }
+}
+
+/* The vectors of a single row; nothing where all moments are zero. */
+static void show_vectors(kmp_text *text, const kmp_reactions *r, int width, int k, double noise)
+{
+    char title[40];
+    const double factor = unit_title(r, k, title);
+    bool any = k == 0;
+    for (const kmp_reaction *of = r->of; of < r->of + r->count; of++)
+        any = any || (is_shown(r, of) && of->peak[k].size > noise);
+    if (!any)
+        return;
+    kmp_text_printf(text, "  %-*s  %13s  %13s  %13s  %13s\n", width, "", title, "x", "y", "z");
+    for (const kmp_reaction *of = r->of; of < r->of + r->count; of++) {
+        const kmp_reaction_peak *peak = &of->peak[k];
+        if (!is_shown(r, of) || isnan(peak->size))
+            continue;
+        put_labelled(text, of, width);
+        put_cell(text, 13, factor * kmp_print_clean(peak->size, noise));
+        for (int i = 0; i < 3; i++)
+            put_cell(text, 13, of->effort ? NAN : factor * kmp_print_clean(peak->x[i], noise));
+        kmp_text_put(text, "\n");
+    }
+}
+
+/* Each note once, behind the names of its joints. */
+static void show_notes(kmp_text *text, const kmp_reactions *r)
+{
+    for (int i = 0; i < r->count; i++) {
+        const char *note = r->of[i].note;
+        bool before = !note;
+        for (int k = 0; k < i && !before; k++)
+            before = r->of[k].note && strcmp(r->of[k].note, note) == 0;
+        if (before)
+            continue;
+        kmp_text line = {0};
+        for (int k = i; k < r->count; k++)
+            if (r->of[k].note && strcmp(r->of[k].note, note) == 0)
+                kmp_text_printf(&line, "%s%s", k > i ? ", " : "", r->of[k].name);
+        kmp_text_printf(&line, ": %s", note);
+        kmp_print_wrapped(text, "  ", INDENT, line.s ? line.s : "");
+        kmp_text_free_part(text, &line);
+    }
+}
+
+static void show_not_unique(kmp_text *text, const kmp_reactions *r)
+{
+    kmp_text line = {0};
+    if (!*r->not_unique)
+        return;
+    kmp_text_printf(&line, "* not unique, because redundant constraints share the load; these are %s",
+                    r->least_norm ? "the loads of least norm"
+                    : r->instead  ? "one solution"
+                                  : "one solution, and --loads least-norm gives the solution of least norm");
+    if (r->instead)
+        kmp_text_printf(&line, ", because %s", r->instead);
+    kmp_print_wrapped(text, "  ", INDENT, line.s ? line.s : "");
+    kmp_text_free_part(text, &line);
+}
+
+void kmp_reactions_show(kmp_text *text, const kmp_reactions *r)
+{
+    int shown = 0, known = 0;
+    double noise[2];
+    for (int i = 0; i < r->count; i++) {
+        shown += is_shown(r, &r->of[i]);
+        known += r->of[i].place >= 0;
+    }
+    if (r->rows == 0 || r->count == 0)
+        return;
+    const int width = label_width(r);
+    find_noise(r, noise);
+    kmp_text_put(text, "\njoint reactions, on the second body, in ground axes");
+    if (r->rows > 1)
+        kmp_text_printf(text, ": the largest of %d rows", r->rows);
+    kmp_text_put(text, "\n");
+    if (shown > 0 && r->rows > 1)
+        show_peaks(text, r, width, noise);
+    for (int k = 0; shown > 0 && r->rows == 1 && k < 2; k++)
+        show_vectors(text, r, width, k, noise[k]);
+    if (known > shown)
+        kmp_text_printf(text, "  and %d smaller ones: --json\n", known - shown);
+    show_not_unique(text, r);
+    show_notes(text, r);
+}
+
+/* -- JSON and table ------------------------------------------------------------------------------------- */
+
+static void json_peak(kmp_json *json, const char *key, const kmp_reaction *of, int k)
+{
+    const kmp_reaction_peak *peak = &of->peak[k];
+    if (of->place < 0 || !of->has[k]) {
+        kmp_json_string(json, key, NULL);
+        return;
+    }
+    kmp_json_object(json, key);
+    kmp_json_put(json, "peak %g t %g", peak->size, peak->t);
+    kmp_json_numbers(json, "components", of->effort ? 1 : 3, peak->x);
+    kmp_json_end(json);
+}
+
+void kmp_reactions_json(kmp_json *json, const kmp_reactions *r)
+{
+    kmp_json_array(json, "reactions");
+    for (const kmp_reaction *of = r->of; of < r->of + r->count; of++) {
+        kmp_json_put(json, "{ joint %s kind %s", of->name, of->kind);
+        json_peak(json, "force", of, 0);
+        json_peak(json, "moment", of, 1);
+        kmp_json_put(json, "unique %i not_unique [", of->shared == 0);
+        for (int i = 0; i < KMP_LOAD_SIZE; i++)
+            if (of->shared >> i & 1)
+                kmp_json_string(json, NULL, kmp_load_words[i]);
+        kmp_json_put(json, "] note %s }", of->note);
+    }
+    kmp_json_end(json);
+}
+
+void kmp_reactions_columns(kempe_table *table)
+{
+    kmp_tabulate_columns(table, "joint[words] kind[words]");
+    for (int k = 0; k < 2; k++) {
+        const char *name = k ? "moment" : "force", *unit = k ? "N m" : "N";
+        kmp_tabulate_column(table, unit, "%s", name);
+        kmp_tabulate_column(table, "s", "%s.t", name);
+        for (int i = 0; i < 3; i++)
+            kmp_tabulate_column(table, unit, "%s.%s", name, component_of[i]);
+    }
+    kmp_tabulate_columns(table, "unique note[words]");
+}
+
+void kmp_reactions_tabulate(kempe_table *table, const kmp_reactions *r, int number)
+{
+    for (const kmp_reaction *of = r->of; of < r->of + r->count; of++) {
+        kmp_tabulate_row(table);
+        if (number >= 0)
+            kmp_tabulate_cells(table, "%d", number);
+        kmp_tabulate_cells(table, "%s %s", of->name, of->kind);
+        for (int k = 0; k < 2; k++) {
+            kmp_tabulate_cells(table, "%g %g", of->peak[k].size, of->peak[k].t);
+            kmp_tabulate_numbers(table, 3, of->peak[k].x);
+        }
+        kmp_tabulate_cells(table, "%d %s", of->shared == 0, of->note ? of->note : "");
+    }
+}

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The reactions of a mechanism: the forces and moments of the constraints of all its joints, of the tree and cut, of
+ * its loops, and the efforts of drives, each with its largest value over the rows of a result. simulate, inverse and
+ * equilibrium have them from here, as text, JSON and table. */
+#pragma once
+
+#include "base/json.h"
+#include "constraints/diagnosis/shared_loads.h"
+#include "output/samples.h"
+#include <kempe/table.h>
+
+/** The largest value of a force or a moment: its size, and when it is reached first, with the vector there. */
+typedef struct kmp_reaction_peak {
+    double size, t, x[3]; /* NaN: the joint has none */
+} kmp_reaction_peak;
+
+typedef struct kmp_reaction {
+    const char *name, *kind; /* "joint": of the tree; otherwise the word of a closure */
+    int body, closure;       /* whose it is; -1 */
+    int place;               /* of its load in kmp_all_loads; -1: it is not known */
+    bool has[2], effort;     /* a force, a moment; effort: one number along coordinates, x[0] */
+    kmp_reaction_peak peak[2];
+    unsigned shared;  /* components that are not unique, a bit each */
+    const char *note; /* why it is not known, or what it is without; NULL: nothing */
+} kmp_reaction;
+
+typedef struct kmp_reactions {
+    const kempe_system *system;
+    kmp_reaction *of;
+    int count, rows, loads; /* loads: numbers of kmp_all_loads */
+    bool least_norm;        /* of those that are not unique */
+    const char *instead;    /* why they are those of one solution, although those of least norm were requested; NULL */
+    double *last;           /* the loads of the last row */
+    const char *not_unique; /* "A: z, mx; C: mx"; "": all are unique */
+    kmp_arena arena;
+} kmp_reactions;
+
+/** Lists the joints; `drives`: with the efforts of drives. KEMPE_E_MEMORY. */
+kempe_status kmp_reactions_init(kmp_reactions *reactions, const kempe_system *system, const kmp_all_loads *loads,
+                                bool drives);
+void kmp_reactions_free(kmp_reactions *reactions);
+
+/** Takes the loads of a row, as kmp_all_loads_at gives them. */
+void kmp_reactions_add(kmp_reactions *reactions, double t, const double *loads);
+
+/** Marks what redundant constraints share. KEMPE_E_MEMORY. */
+kempe_status kmp_reactions_mark(kmp_reactions *reactions, const kmp_shared_loads *shared);
+
+/** Those of the rows of a run, with these steps. KEMPE_E_MEMORY. */
+kempe_status kmp_reactions_of_rows(kmp_reactions *reactions, const kempe_system *system, const kmp_samples *rows,
+                                   bool least_norm);
+
+/** A table of the largest ones, or of the vectors of a single row. */
+void kmp_reactions_show(kmp_text *text, const kmp_reactions *reactions);
+
+/** The array `reactions`, as a member of an open object. */
+void kmp_reactions_json(kmp_json *json, const kmp_reactions *reactions);
+
+/** The columns of the table "reactions", and its rows; `number` >= 0: that of the equilibrium begins each. */
+void kmp_reactions_columns(kempe_table *table);
+void kmp_reactions_tabulate(kempe_table *table, const kmp_reactions *reactions, int number);

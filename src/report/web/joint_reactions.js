@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The largest force and moment of each joint over time, or those of one instant, with their components. */
+"use strict";
+
+const COMPONENTS = ["x", "y", "z"];
+
+/* The columns of forces or of moments, as [title, name]; none where no joint has one. */
+function reactionColumns(given, what, single) {
+    const at = given.columns.indexOf(what);
+    if (!given.rows.some((row) => isNumber(row[at]))) return [];
+    const time = single ? [] : [["at t, s", `${what}.t`]];
+    return [[`${what}, ${given.units[at]}`, what], ...time, ...COMPONENTS.map((axis) => [axis, `${what}.${axis}`])];
+}
+
+/* Rounding of the largest is 0. */
+const cleaned = (x, largest) => (isNumber(x) && Math.abs(x) <= 1e-12 * largest ? 0 : x);
+
+function tellReactions() {
+    const given = data.reactions;
+    byId("reactions").hidden = !given;
+    if (!given) return;
+    const cell = (row, name) => row[given.columns.indexOf(name)];
+    const times = given.rows.flatMap((row) => [cell(row, "force.t"), cell(row, "moment.t")]).filter(isNumber);
+    const single = new Set(times).size < 2, numbered = given.columns.includes("equilibrium") && cell(given.rows[given.rows.length - 1], "equilibrium") > 0;
+    const columns = [...reactionColumns(given, "force", single), ...reactionColumns(given, "moment", single)];
+    const largest = Math.max(...given.rows.flatMap((row) => [cell(row, "force"), cell(row, "moment")]).filter(isNumber), 0);
+    const table = byId("reactions-table");
+    table.append(headRow(["joint", ...(numbered ? ["equilibrium"] : []), ...columns.map(([title]) => title)]));
+    for (const row of given.rows) {
+        const kind = cell(row, "kind"), of = kind === "joint" ? "" : ` (${kind})`;
+        const cells = columns.map(([, name]) => digits(name.endsWith(".t") ? cell(row, name) : cleaned(cell(row, name), largest)));
+        table.append(rowOf(cell(row, "joint") + of + (cell(row, "unique") ? "" : " *"), ...(numbered ? [digits(cell(row, "equilibrium") + 1)] : []), ...cells));
+    }
+    const notes = ["On the second body of each joint, in ground axes."];
+    if (!single) notes.push("The largest of all rows.");
+    if (given.rows.some((row) => !cell(row, "unique"))) notes.push("* not unique: redundant constraints share the load.");
+    for (const row of given.rows) if (cell(row, "note")) notes.push(`${cell(row, "joint")}: ${cell(row, "note")}.`);
+    byId("reactions-note").append(notes.join(" "));
+}
