@@ -45,7 +45,7 @@ def page(kempe):
         summary = title.split(": ", 1)[1]
         body = "\n".join(f"    {line}".rstrip() for line in rest.strip("\n").split("\n"))
         sections.append(f"## kempe {command}\n\n{summary[0].upper()}{summary[1:]}.\n\n{body}\n")
-    codes = help_of(kempe).rstrip("\n").split("\n")[-1]
+    codes = "exit codes: " + " ".join(help_of(kempe).split("\nexit codes: ")[1].split())
     sections.append(f"## Exit codes\n\n{codes[0].upper()}{codes[1:]}.\n")
     return "\n".join(sections)
 

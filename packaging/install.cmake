@@ -19,6 +19,8 @@ if(KEMPE_COMMAND)
     add_custom_target(kempe_man ALL DEPENDS ${PROJECT_BINARY_DIR}/kempe.1)
     install(FILES ${PROJECT_BINARY_DIR}/kempe.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
     install(FILES packaging/kempe.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME kempe)
+    install(FILES packaging/_kempe DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions)
+    install(FILES packaging/kempe.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
     install(FILES schema/kempe.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/kempe)
 
     # Pages and examples keep their places relative to each other; the site joins them where it was built (target site).

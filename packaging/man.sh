@@ -11,7 +11,7 @@ verbatim() {
 
 version=$("$kempe" --version)
 printf '.TH KEMPE 1 "" "%s" "User commands"\n' "$version"
-printf '.SH NAME\nkempe \\- mechanisms with closed loops, solved along several formulations on the same equations\n'
+printf '.SH NAME\nkempe \\- simulation of mechanisms with closed kinematic loops\n'
 printf '.SH SYNOPSIS\n.B kempe\n.I COMMAND FILE\n.RI [ options ]\n'
 printf '.SH DESCRIPTION\n.nf\n'
 "$kempe" --help | tail -n +4 | verbatim

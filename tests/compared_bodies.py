@@ -162,7 +162,7 @@ run: {t_end: 0.2, rtol: 1e-8, output_step: 0.01, outputs: [position(arm.B)]}
         for text, bodies, code, sentence in (
                 (whole, "rigid,soft", 3, "bodies 'soft': rigid, none, first, full or segments:N is expected"),
                 (whole, "rigid,segments:", 3, "bodies 'segments:': rigid, none"),
-                (whole, "rigid", 3, "bodies 'rigid' are alone: name at least two, the finest one last"),
+                (whole, "rigid", 3, "bodies 'rigid': name at least two, the finest one last"),
                 (whole, "rigid, full,rigid", 3, "bodies 'rigid' are given twice"),
                 (whole, "segments:1,full", 2, "segments of body 'rod' are 1: a whole number from 2 to 500"),
                 (whole.replace(COMMON, "q, deflection(rod.M)"), "rigid,full", 3, "has no outputs that every model of its bodies has"),

@@ -464,7 +464,7 @@ class Matrices(Folder):
         """A slow motion is that of the arrays, to the square of the rate by the first frequency; the result says so."""
         for formulation in ("reduced", "projected", "dae"):
             (said, rows), (_, expected) = (runs.simulated(model, "--formulation", formulation) for model in self.pair(SWING, lattice()))
-            self.assertIn("its file has the motions of interfaces alone: centrifugal forces on its modes are not known", said["flexible"]["body"]["doubt"])
+            self.assertIn("its file has only the motions of interfaces: centrifugal forces on its modes are not known", said["flexible"]["body"]["doubt"])
             self.same(rows, expected, 1e-6)
             self.assertGreater(max(abs(row["q.A.1"]) + abs(row["q.A.3"]) for row in rows), 1e-3)
 
@@ -561,13 +561,13 @@ SID_MISTAKES = [
     (None, (SCALE, ""), SID + "it does not say its units: give them by 'scale: {length: 1, mass: 1}'", False),
     (lambda text: "nothing\n", None, SID + "it has no line 'part', which begins a body of standard input data", False),
     (lambda text: text[:len(text) // 2], None, "it ends before 'end part': it is not complete", True),
-    (lambda text: text[:200] + "\0" + text[200:], None, "it is no text: its byte 200 is zero", False),
+    (lambda text: text[:200] + "\0" + text[200:], None, "it is not a text file: its byte 200 is zero", False),
     (instead("nelastq = 2", "nelastq = 900"), None, "nelastq, the number of modes, is ' 900': 1 to 200 are read", True),
     (instead("nelastq = 2\n", ""), None, "'refmod' has no 'nelastq', the number of modes", False),
     (entry_of(r"mass = [^\n]*", "mass = -1"), None, "the mass is ' -1': a positive number is expected", True),
     (entry_of(r"mass = [^\n]*\n", ""), None, "'refmod' has no mass", False),
-    (instead("rframe = body ref", "sframe = body ref"), None, "'sframe' is no object of standard input data: a node has origin, phi, psi, AP and sigma", True),
-    (instead("\nKe\n", "\nKx\n"), None, "'Kx' is no object of standard input data: a body has refmod, frame", True),
+    (instead("rframe = body ref", "sframe = body ref"), None, "'sframe' is not an object of standard input data: a node has origin, phi, psi, AP and sigma", True),
+    (instead("\nKe\n", "\nKx\n"), None, "'Kx' is not an object of standard input data: a body has refmod, frame", True),
     (instead("end frame", "end frames"), None, "'end frames' is not expected here: a frame has nodes", True),
     (entry_of(r"\nKe\n.*end Ke", ""), None, "it has no object 'Ke'", False),
     (instead("\nKe\n", "\nKe\nend Ke\nKe\n"), None, "'Ke' is there twice: the first one is in line", True),
@@ -612,15 +612,15 @@ PCH_MISTAKES = [
     (entry_of(r"D\+04", "X+04"), None, "an entry of card DMIG is", True),
     (entry_of(r"(DMIG\*   KAAX {12} {12}1001)", r"DMIG*   KAAX                        1a01"), None, "the grid point of a column of card DMIG is '1a01': a whole number is expected", True),
     (entry_of(r"(DMIG\*   KAAX.*?\n)(\*[^\n]*\n)", r"\1\2*                   1001               1 5.000000000D+00\n"), None, "the matrix 'KAAX' has the entry of point 1001, component 1, and point 1001, component 1, twice", True),
-    (entry_of(r"(DMIG\*   KAAX.*?\n\* *1001 *)1", r"\g<1>7"), None, "the matrix 'KAAX' has an entry of the points", True),
-    (lambda text: pch(lattice(k=2), keep=[k for k in range(14) if k != 11]), None, "point 20 has 5 components, from 1 on: an interface is a grid point with the components 1 to 6", False),
+    (entry_of(r"(DMIG\*   KAAX.*?\n\* *1001 *)1", r"\g<1>7"), None, "the matrix 'KAAX' has an entry of points", True),
+    (lambda text: pch(lattice(k=2), keep=[k for k in range(14) if k != 11]), None, "point 20 has 5 components, from 1 on: an interface is a grid point with components 1 to 6", False),
     (lambda text: text.split("GRID*")[0] + text[text.index("DMIG"):], None, "it does not say where grid point 20 is: give its place by 'nodes: {20: [x, y, z]}'", False),
     (lambda text: text.replace("GRID*               1001                ", "GRID*               1001               5"), None, "grid point 1001 is in the coordinate system CP = 5: places and displacements in the basic system are read", True),
     (lambda text: "GRDSET,,3\n" + text, None, "GRDSET gives all grid points a coordinate system", True),
     (lambda text: text.replace("DMIG*   KAAX", "DMIG*\tKAAX", 1), None, "card DMIG has a tab: its columns are not known; write blanks", True),
     (lambda text: text + "\n".join([*punched("K4AAX", np.eye(2), [(20, 1), (20, 2)]), ""]), None, "structural damping, 'K4AAX', is of harmonic motions: remove the matrix, and take 'damping'", True),
     (lambda text: text.replace("GRID*                 20                ", "GRID*                 20                ", 1).replace("GRID", "HRID"), (SCALE, SCALE + ", nodes: {20: [2, 0, 0], 1001: [0, 1, 0]}"), "its stiffness resists the rigid rotation about x by", False),
-    (lambda text: pch(lattice(k=2) | {"M": lattice(k=2)["M"] * np.where(np.arange(14) % 6 == 0, 1.2, 1)}), None, "the mass of its rigid motions is not the same in all directions", False),
+    (lambda text: pch(lattice(k=2) | {"M": lattice(k=2)["M"] * np.where(np.arange(14) % 6 == 0, 1.2, 1)}), None, "its rigid mass differs between directions", False),
     (lambda text: pch(lattice(k=2) | {"K": lattice(k=2)["K"] + 50 * np.eye(14)}), None, "its stiffness resists the rigid translation along x by", False),
     (lambda text: pch(lattice(k=2) | {"K": lattice(k=2)["K"] * np.where(np.arange(14) > 11, -1, 1)[:, None] * np.ones(14)}), None, "the stiffness of its scalar points is not positive", False),
     (None, (SCALE, SCALE + ", nodes: {x: [0, 0, 0]}"), "the number of a node is expected", False),
@@ -657,7 +657,7 @@ class Mistakes(Folder):
             self.assertIn(sentence, done.stderr)
             self.assertIn(line, done.stderr)
         (self.root / "places.bdf").write_bytes(b"GRID,20\0")
-        self.refused(model, "'places.bdf' is no text: it has bytes of zero", False)
+        self.refused(model, "'places.bdf' is not a text file: it has bytes of zero", False)
         self.refused(self.put(STILL.replace("FLEXIBLE", f"file: arm.sid{SCALE}, nodes: {{1: [0, 0, 0]}}"), "arm.sid", sid(cloud(n=2))), "its nodes are in it: remove 'nodes'", False)
 
     def test_formats_that_are_not_read(self):
@@ -700,11 +700,11 @@ class Mistakes(Folder):
         body = cloud(n=2, second=True)
         for words, change, sentence in ((", stiffening: none", None, "terms of second order cannot be left out, because the file has the stiffening by rotation within its centrifugal terms (Oe)"),
                                         ("", lambda zero, first: first.pop("Oe"), "Ct or phi has terms of second order, and Oe has none: write all of them"),
-                                        (", interfaces: {A: 12, B: 7}", None, "its terms of second order are in the frame of its modes, and these move or turn the first interface")):
+                                        (", interfaces: {A: 12, B: 7}", None, "its modes move or turn the first interface, and its terms of second order are in their frame")):
             text = STILL.replace("FLEXIBLE", "file: arm.SID_FEM" + SCALE + words).replace('interface: "12"', "interface: B" if "interfaces" in words else 'interface: "12"')
             self.refused(self.put(text, "arm.SID_FEM", sid(body, change=change)), sentence, False)
         text = re.sub(r"(new node = 12.*?phi\norder = )1(.*?)\nm1.*?\nend phi", r"\g<1>0\2\nend phi", sid(body), flags=re.S)
-        self.refused(self.put(STILL.replace("FLEXIBLE", "file: arm.SID_FEM" + SCALE), "arm.SID_FEM", text), "the displacements of second order of interface '12' are not in the file", False)
+        self.refused(self.put(STILL.replace("FLEXIBLE", "file: arm.SID_FEM" + SCALE), "arm.SID_FEM", text), "the file has no displacements of second order for interface '12'", False)
 
     def test_damaged(self):
         """Texts cut anywhere, or with other bytes, end in a sentence or are read: none is a fault of the program."""

@@ -274,12 +274,12 @@ FACES = {"interface": ["root=x=0", "tip=x=2"], "modes": 1}
 MISTAKES = [
     ({}, {"interface": "root=x=0,tip=12", "modes": 1}, 2, "interface 'tip': there is no node 12; its nodes are 0 to 11"),
     ({}, {"interface": "root=x=0.25", "modes": 1}, 2, "interface 'root' has no nodes: no place of a node is there"),
-    ({}, {"interface": "root=0,1", "modes": 1}, 2, "interface 'root' has 2 nodes: it turns as a rigid body by three nodes or more that are not in a line"),
+    ({}, {"interface": "root=0,1", "modes": 1}, 2, "interface 'root' has 2 nodes: a rigid body needs three nodes or more that are not in a line"),
     ({}, {"interface": "root=0,4,8", "modes": 1}, 2, "interface 'root' has 3 nodes in a line"),
     ({}, {"interface": "root=0-3,tip=3-8", "modes": 1}, 2, "node 3 is in interface 'tip' and in one before it"),
     ({}, {"interface": "root=0-11", "modes": 1}, 2, "all its nodes are in interfaces, and none is left to deform"),
     ({}, {"interface": "root=x=0,root=x=2", "modes": 1}, 3, "'root' is named twice"),
-    ({}, {"interface": "2nd=x=0", "modes": 1}, 3, "'2nd' is no name"),
+    ({}, {"interface": "2nd=x=0", "modes": 1}, 3, "'2nd' is not a name"),
     ({}, {"interface": "root=SET", "modes": 1}, 3, "'SET' is none of a name with nodes"),
     ({}, {"interface": "root=x=0:", "modes": 1}, 3, "'x=0:' is none of a name with nodes"),
     ({}, {"interface": "root=5-3", "modes": 1}, 3, "'5-3' is none of a name with nodes"),
@@ -290,7 +290,7 @@ MISTAKES = [
     ({}, {"interface": "root=x=0", "modes": 1, "frame": "chord"}, 3, "--frame chord is from the first interface to the second one"),
     ({}, FACES | {"frame": "free"}, 3, "--frame 'free' does not exist: clamped, chord or mean"),
     ({}, FACES | {"units": "mm t s"}, 3, "has its units, 'm kg s': leave out --units"),
-    ({"units": None}, FACES, 3, "does not say its units: give those of length, mass and time"),
+    ({"units": None}, FACES, 3, "does not state its units: give the units of length, mass and time"),
     ({"units": None}, FACES | {"units": "m N s"}, 3, "--units 'm N s': units of length, mass and time are expected"),
     ({"units": "metres"}, FACES, 2, "array 'units' is 'metres'"),
     ({"K": lambda K: changed(K, 2, 5, 77.0)}, FACES, 2, "the stiffness is not symmetric: 77 between z of node 0 and z of node 1"),
@@ -303,7 +303,7 @@ MISTAKES = [
     ({"K": hinged}, {"interface": "root=x=0", "modes": 1}, 2, "with its interfaces held a part of the mesh moves without stiffness"),
     ({"K": lambda K: apart(K, 3), "M": lambda M: apart(M, 1)}, FACES, 2, "it has 2 parts that no element joins; one of them has 4 nodes, among them node 0"),
     ({"K": with_rotations}, FACES, 2, "matrix 'stiffness' has row 71, and there are 12 nodes: three rows a node are expected; rotations of nodes"),
-    ({"K": lambda K: K[:6, :6]}, FACES, 2, "matrix 'stiffness' has no rows beyond those of 12 nodes"),
+    ({"K": lambda K: K[:6, :6]}, FACES, 2, "matrix 'stiffness' has only the rows of 12 nodes"),
     ({"M": negative}, FACES, 2, "the mass of node 5 is -1: it must be positive"),
     ({"M": lambda M: 0 * M + np.diag([1.0] * 11 + [1e-30])}, {"interface": "root=x=0", "modes": 1}, 0, ""),
     ({"M": lambda M: changed(changed(M, 0, 1, 9.0), 1, 0, 9.0)}, FACES, 2, "the mass between nodes 0 and 1, 9, is larger than their own"),
@@ -313,7 +313,7 @@ MISTAKES = [
     ({"nodes": lambda x: x[:3]}, FACES, 2, "there are 3 nodes"),
     ({"nodes": lambda x: x + [0, 0, np.inf]}, FACES, 2, "z of node"),
     ({"nodes": lambda x: x[::-1]}, FACES, 0, ""),
-    ({"nodes": lambda x: x * [1, 2, 1]}, FACES, 2, "its nodes are those of another mesh"),
+    ({"nodes": lambda x: x * [1, 2, 1]}, FACES, 2, "a supported mesh, wrong nodes"),
     ({"drop": "stiffness_value"}, FACES, 2, "it has no matrix 'stiffness': the arrays 'stiffness_row', 'stiffness_col' and 'stiffness_value'"),
     ({"drop": "mass_row"}, FACES, 2, "array 'mass_row': it is missing"),
     ({"add": {"mass_row": np.zeros(3)}}, FACES, 2, "array 'mass_row' has 3 entries"),
@@ -384,7 +384,7 @@ class Mistakes(flexible_files.Folder):
                 self.refused(self.folder / ("job.sti" if job else "K.mtx"), {"units": "mm t s", "interface": "a=x=0", "modes": 1} | ({} if job else more), 2, sentence)
         for own, source in sources.items():
             (self.folder / own).write_text((MODELS / source).read_text())
-        self.refused(self.folder / "K.mtx", {"units": "mm t s", "interface": "a=x=0", "modes": 1}, 3, "is the stiffness alone: give the mass by --mass M.mtx")
+        self.refused(self.folder / "K.mtx", {"units": "mm t s", "interface": "a=x=0", "modes": 1}, 3, "has only the stiffness: give the mass by --mass M.mtx")
         self.refused(self.folder / "job.sti", {"units": "mm t s", "interface": "a=x=0", "modes": 1, "mass": self.folder / "M.mtx"}, 3, "--mass belongs to a matrix .mtx")
         (self.folder / "job.mas").unlink()
         self.refused(self.folder / "job.sti", {"units": "mm t s", "interface": "a=x=0", "modes": 1}, 2, "job.mas")

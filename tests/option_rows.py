@@ -26,7 +26,7 @@ C = {"NUMBER": "double ", "TIME": "double ", "ANGLE": "double ", "LONG": "long "
 DRY = ('KMP_RUN_OPTION(dry_run, TIME, KEY, RUN, FOLDER, CLI_SIMULATE, IN_RUN, "dry-run", "T",\n    "none", "an option that no run obeys", "")\n')
 # Files that a row reaches, and the text of the row in each after the preprocessor.
 REACHED = {
-    "src/cli/options.c": r'"dry-run".*"an option that no run obeys" ", s" " \(default: that of the model, or "',
+    "src/cli/options.c": r'"dry-run".*"an option that no run obeys" ", s" " \(default: the model.s, or "',
     "src/cli/command.c": r"run->dry_run = run->dry_run",
     "src/model/read/read_run.c": r'\{"dry_run", "s", "none"\}',
     "src/model/write/model_print.c": r'"dry_run", [\w()]+, \(double\)run->dry_run',

@@ -127,7 +127,7 @@ class Folders(unittest.TestCase):
             time.sleep(0.005)
         second = run(self.folder, study=study)
         self.assertEqual(second.returncode, 2)
-        self.assertIn("the folder has results; --resume runs what is missing", second.stderr)
+        self.assertIn("the folder has results: --resume runs what is missing", second.stderr)
         third = run(self.folder, "--resume", study=study)
         self.assertEqual((first.wait(300), third.returncode), (0, 0))
         self.assertEqual(run(self.folder, "--resume", study=study).returncode, 0)
@@ -260,7 +260,7 @@ class Folders(unittest.TestCase):
         self.assertEqual((done.returncode, "there is no instance 241: there are 240" in done.stderr), (3, True))
         done = subprocess.run([KEMPE, "simulate", ROOT / "examples/slider_crank/slider_crank.yaml", "--from",
                                self.place / "whole.kempe", "--instance", "1"], capture_output=True, text=True)
-        self.assertEqual((done.returncode, "the results are those of another model" in done.stderr), (2, True))
+        self.assertEqual((done.returncode, "the results belong to another model" in done.stderr), (2, True))
 
     def test_statistics(self):
         """gather prints the statistics of one run, and commands that a shell takes, also from a folder with a difficult name."""
@@ -322,7 +322,7 @@ class Folders(unittest.TestCase):
                     self.assertEqual(b"velocities were adjusted" in one.read_bytes() and b"do not trust" in one.read_bytes(), name == "doubts")
                     other.unlink()
         done = subprocess.run([KEMPE, "gather", folder, "--report", other], capture_output=True, text=True)
-        self.assertEqual((done.returncode, "the results are those of another model" in done.stderr), (2, True))
+        self.assertEqual((done.returncode, "the results belong to another model" in done.stderr), (2, True))
         done = subprocess.run([KEMPE, "gather", folder, "--set", "coupler=1.01"], capture_output=True, text=True)
         self.assertEqual((done.returncode, "belong to a page: give --report" in done.stderr), (3, True))
         next(folder.glob("part-*.parquet")).unlink()

@@ -256,7 +256,7 @@ def two_points(attack, middle=0.75):
 class Ends(unittest.TestCase):
     """One wheel turned against its rail, pressed outwards by a force that grows."""
 
-    TWO_POINTS = (r"wheel 'L': contact in zone 2 changes back and forth at t = [\d.]+: "
+    TWO_POINTS = (r"wheel 'L': contact in zone 2 changes back and forth at t = [\d.]+ s: "
                   "a rigid contact has one contact point, but two points of the wheel would have to touch")
 
     def run_of(self, form="elastic", status=None, words=(), profile=None, **values):

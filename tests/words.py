@@ -4,7 +4,8 @@
 
     python3 tests/words.py PATH/TO/kempe    pages, help and messages without retired words, sentences of at most 30 words,
                                             comments and docstrings in C, JavaScript and Python without a sentence that
-                                            begins with What, Where, How, Which or Whether, docs/commands.md as the help
+                                            begins with What, Where, How, Which or Whether, docs/commands.md as the help,
+                                            messages in the words of SENTENCES, of at most 30 words
     python3 tests/words.py --self-test      proves that planted words are found
     python3 tests/words.py --count          words a sentence and long sentences of each page
 
@@ -45,12 +46,56 @@ RETIRED = {  # pattern: the word instead
     r"\bhouses?\b": "folder, owner",
     r"\bruns? out\b": "ends",
 }
+SENTENCES = {  # pattern in messages: the words instead
+    r"(?<![Tt]here )\b(is|are|was|were) no\b(?! (longer|more)\b)": "is not a",
+    r"\b(that|those) of\b": "the noun again",
+    r"\banew\b": "again",
+    r"\bbeside\b": "near, with, in the same folder",
+    r"\balone\b": "only",
+    r"\blanes?\b": "instances at a time",
+    r"(?<!model )\bexchanges?\b": "change of independent coordinates",
+    r"\bpivots?\b": "a measure of independence",
+    r"\bmargins?\b": "distance, limit",
+    r"\bclosure rows?\b|\b(redundant|independent|dropped) rows?\b": "constraint equation, redundant constraint",
+    r"\b(lose|loses) (a |their )?(row|rank)\b": "change point, dependent constraints",
+    r"\bvanish(es)? identically\b": "hold in every position",
+    r"\bcounted (operations|time|work)\b": "expected time",
+    r"\b(det )?Jv\b|\bBvu\b": "Jacobian of the dependent coordinates, |dv/du|",
+    r"\b(permit|impose|decide|judge)(s|d|ed)?\b": "allow, follow from, evaluate",
+}
+# Messages that may have such a word, and why. A message of more than 30 words is allowed by its first words.
+ALLOWED = {
+    "kempe simulate examples/": "examples of a command",
+    "kempe reduce blade_mesh": "examples of a command",
+    "'kempe help COMMAND'": "several lines of the help",
+    "examples: kempe new": "several lines of the help",
+    "sets of equations: M_C": "a list of names",
+    "nodes that move as a rigid body": "the forms of a value",
+    "steps rejected refused rhs": "heads of columns",
+    "judged passed yield": "heads of columns",
+    "least relative pivot of the reduced mass": "a matrix that is factored: the word of the field",
+    "user group solref": "attributes of MJCF",
+    "paper: + - * /": "legend of a table",
+    "a lane is an entry": "an assertion of the build",
+    "counting alone gives": "a count without the rank",
+    "pivots of scaled J": "a line of --all",
+    "after %d exchange": "a line of --all",
+    "condition number of Jv": "a line of --all",
+    "lanes ": "counters of the evaluation of several instances at a time",
+    "work steps %ld, rejected": "counters",
+    "held at the speed of the start by a load": "table of the command, still to be shortened",
+    "note amplitudes are half the range": "table of the command, still to be shortened",
+    "an approximation, pressures 5 to 20": "table of the command, still to be shortened",
+    "preparation decides for a single run": "table of the command, still to be shortened",
+    "all motion is prescribed: coordinates": "table of the command, still to be shortened",
+}
 OPTIONS = r"--(road|roads|once|every|fixed-u|u|dynamics|over|vary|drive|nearest|require|fix|free)\b"
 HEADLESS = re.compile(r"^#+ (What|Whether|Of|Where|How)\b(?!-to\b).*", re.M)
 FIRST = re.compile(r"\b(?:What|Where|How|Which|Whether)\b")
 CLAUSE = re.compile(rf"(?:^|(?<=[.?!] )){FIRST.pattern} .{{0,50}}")
 COMMENTED = ("include", "src", "constraints", "integrators", "bench", "examples", "python", "tests", "docs", "schema")
 LONGEST = 30  # words a sentence
+WIDEST = 100  # characters a line of the help
 REAL_ROADS = re.compile(r"road profile|driven by a road|drive\(road\)|bumpy road|\bthe road\b(?=[^.]*(plate|passengers|wheel|car))|times the road|road's displacement|road of 1 m", re.I)
 
 
@@ -83,6 +128,27 @@ def literals(text):
     """The strings of a source that have several words: messages, and words of tables."""
     code = re.sub(r"/\*.*?\*/|'(?:\\.|[^'\\])'", "", text, flags=re.S)
     return [words for words in re.findall(r'"((?:[^"\\\n]|\\.)*)"', code) if " " in words]
+
+
+def messages(text):
+    """The strings of a source that are sentences or parts of them, each whole: not code, JSON, heads of columns."""
+    code = re.sub(r'/\*.*?\*/|\'(?:\\.|[^\'\\])\'|("(?:\\.|[^"\\\n])*")', lambda m: m.group(1) or " ", text, flags=re.S)
+    code = re.sub(r'^\s*#include.*$', "", code, flags=re.M)
+    for parts in re.findall(r'"(?:\\.|[^"\\\n])*"(?:\s*"(?:\\.|[^"\\\n])*")*', code):
+        words = "".join(re.findall(r'"((?:\\.|[^"\\\n])*)"', parts)).replace("\\n", " ").replace('\\"', "'")
+        if len(words.split()) > 2 and not re.fullmatch(r"(\w+ (%\w+|\[) ?)+", words) and not re.search(r"[{}<>]|\$\(|\[words\]|\w_\w+ \w+_\w|%g %g", words):
+            yield " ".join(words.split())
+
+
+def spoken(name, text):
+    """Complaints of the messages of a source."""
+    for message in messages(text):
+        found = [f"'{m.group()}': {instead}" for pattern, instead in SENTENCES.items() if (m := re.search(pattern, message))]
+        count = sum(word != "=" for word in message.split())
+        if count > LONGEST:
+            found.append(f"{count} words")
+        if found and not any(message.startswith(begin) for begin in ALLOWED):
+            yield f"{name}: {message}: {'; '.join(found)}"
 
 
 def comments(text):
@@ -177,6 +243,9 @@ def self_test():
     print(*(f"self-test: judged wrongly: {text.strip()}" for text in wrong), sep="\n", end="\n" if wrong else "")
     source = 'kmp_fail(c, "it is told of \\"A\\" so"); /* "told so" */ f(\'"\', told, "a b");'
     wrong += [] if literals(source) == ['it is told of \\"A\\" so', "a b"] else [source]
+    spoken_wrong = ['f("that is no force of " "it");', 'f("the load is that of\\n" "the rod");', 'f("begin the run anew");', f'f("{"word " * 31}");']
+    spoken_clean = ['/* "that is no force of it" */ f("there is no force here");', 'f("rows { exchanges %d }");', 'f("it is no longer used");', f'f("{"word " * 30}");']
+    wrong += [text for text in spoken_wrong if len(list(spoken("planted", text))) != 1] + [text for text in spoken_clean if list(spoken("clean", text))]
     begun = ["/** What it costs. */", "/* Costs.\n * Where they\n * rise. */", "x; // How it ends,\n// and when.", "/* Ends.\n\tWhether so. */"]
     named = ["/* The cost, where it\n * What. */ What();", 'f("/* What it costs */"); /* Costs: what they are. */', "// Cost\n"]
     wrong += [text for text in begun if len(list(clauses("planted", text))) != 1] + [text for text in named if list(clauses("clean", text))]
@@ -184,7 +253,7 @@ def self_test():
     named_python = ['x = "# What"\n', "# The place\n# Where it ends\n", 'def f():\n    """The end."""\n    return "What"\n']
     wrong += [text for text in begun_python if len(list(clauses("planted", text, python_comments))) != 1]
     wrong += [text for text in named_python if list(clauses("clean", text, python_comments))]
-    count = len(begun_python) + len(named_python) + 1 + len(planted) + len(clean) + sum(map(len, lengths)) + len(begun) + len(named)
+    count = len(spoken_wrong) + len(spoken_clean) + len(begun_python) + len(named_python) + 1 + len(planted) + len(clean) + sum(map(len, lengths)) + len(begun) + len(named)
     print(f"self-test: {count - len(wrong)} of {count} judged rightly")
     return 1 if wrong else 0
 
@@ -197,9 +266,12 @@ def main(arguments):
     kempe = str(pathlib.Path(arguments[0]).resolve())
     found = [f for page in pages() for f in faults(page.relative_to(ROOT).as_posix(), words_of(page))]
     for command in ["", *command_page.commands(kempe)]:
-        found += faults(f"kempe {command} --help", command_page.help_of(kempe, *command.split()), whole=True)
+        text = command_page.help_of(kempe, *command.split())
+        found += faults(f"kempe {command} --help", text, whole=True)
+        found += [f"kempe {command} --help: {len(line)} characters: {line}" for line in text.split("\n") if len(line) > WIDEST]
     found += [f for path in sources() for words in literals(path.read_text())
               for f in faults(path.relative_to(ROOT).as_posix(), words, whole=True)]
+    found += [f for path in sources() if path.suffix != ".js" for f in spoken(path.relative_to(ROOT).as_posix(), path.read_text())]
     found += [f for path in sources(COMMENTED) for f in clauses(path.relative_to(ROOT).as_posix(), path.read_text())]
     found += [f for path in scripts(COMMENTED) for f in clauses(path.relative_to(ROOT).as_posix(), path.read_text(), python_comments)]
     long = [f for page in pages() for f in long_sentences(page.relative_to(ROOT).as_posix(), words_of(page))]

@@ -279,7 +279,7 @@ def corners():
     left, right, a, t = mpf("0.8"), mpf("0.2"), mpf("0.5"), mpf("0.25")
     up, turn = (left + right) / 2, (right - left) / (2 * a)
     table = Table("contact_corners", "q.b.2", "qd.b.2", "q.b.3", "qd.b.3")
-    table.event(1, "impact 'L' at 1")
+    table.event(1, "impact 'L' struck at 1")
     table.state(1 + t, mpf("0.2") + up * t, up, turn * t, turn)
 
 
@@ -439,10 +439,10 @@ def depth():
         # dt = -dv/(K d^1.5 (1 + a v)) is smooth in u of v = end (1 - u^5), for d^1.5 grows with u^3
         speed = lambda u, end: 5 * abs(end) * u**4 / (stiffness * place(end * (1 - u**5))**mpf("1.5") * (1 + a * end * (1 - u**5)))
         way = lambda end: quad(lambda u: speed(u, end), [0, mpf("0.5"), 1], method="gauss-legendre")
-        table.event(start, "event contact of 'floor' became true", 0, -1)
+        table.event(start, "event contact 'floor' closes", 0, -1)
         table.state(start + way(mpf(1)), -most, 0, stiffness * most**mpf("1.5"))
         end = start + way(mpf(1)) + way(-e)
-        table.event(end, "event contact of 'floor' became false", 0, e)
+        table.event(end, "event contact 'floor' opens", 0, e)
         table.state(mpf("0.02"), e * (mpf("0.02") - end), e, 0)
 
 

@@ -511,11 +511,11 @@ static void drop(void)
            "1e-14\n"
            "set,t,event,q.z,qd.z\n");
     for (;;) {
-        SAY("", t, "event contact of 'floor' became true", 0, x[1]);
+        SAY("", t, "event contact 'floor' closes", 0, x[1]);
         touching = true;
         if (!until(drop_rates, 2, &t, x, end, 1e-10Q, 1e-3Q, drop_gap))
             break;
-        SAY("", t, "event contact of 'floor' became false", 0, x[1]);
+        SAY("", t, "event contact 'floor' opens", 0, x[1]);
         quad flight = 2 * x[1] / G;
         if (t + flight > end) {
             quad s = end - t;
@@ -582,8 +582,8 @@ static void loose_pin(const char *model, quad friction_of_pin, quad end)
     touching = false;
     while (until(loose_rates, 4, &t, x, end, touching ? 1e-12Q : 1e-8Q, 1e-5Q, play_gap)) {
         touching = !touching;
-        SAY("", t, touching ? "event contact of 'pin' became true" : "event contact of 'pin' became false",
-            x[0] - speed * t, x[1] - speed, x[2], x[3]);
+        SAY("", t, touching ? "event contact 'pin' closes" : "event contact 'pin' opens", x[0] - speed * t,
+            x[1] - speed, x[2], x[3]);
         journal(t, x, e, ed);
         impact = (e[0] * ed[0] + e[1] * ed[1]) / hypotq(e[0], e[1]);
     }

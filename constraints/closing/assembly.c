@@ -105,8 +105,7 @@ static kempe_status complain_open(const kempe_assembly *a)
         if (model->start.hold[k])
             kmp_text_printf(&why, "%s%s", held++ ? ", " : " while holding ", model->motions[k].name);
     if (turned)
-        kmp_text_printf(&why, ": the axes of its points are turned by %.4g deg against each other, and not parallel",
-                        a->turns[first] * 180 / acos(-1));
+        kmp_text_printf(&why, ": the axes of its points are %.4g deg from parallel", a->turns[first] * 180 / acos(-1));
     else if (measured) {
         kmp_text_put(&why, ": the smallest gap found is ");
         put_opening(&why, a, first);
@@ -152,8 +151,8 @@ static kempe_status complain_goals(const kempe_assembly *a)
     kmp_text name = {0};
     kmp_model_put_goal(&name, model, worst);
     (void)kmp_fail(a->system->context, KEMPE_E_FAILED,
-                   "the loops are closed, but no nearest position to the goals is found: the search stopped after %d "
-                   "steps, where the closures lose rank (slope %.2g); '%s' differs by %.4g; start from another guess",
+                   "the loops are closed, but the goals are not reached: the search stopped after %d steps at a "
+                   "singular position (%.2g), where '%s' differs by %.4g; use another guess",
                    a->goals.steps, a->goals.slope, name.s ? name.s : "", off);
     kmp_text_free(&name);
     return KEMPE_E_FAILED;
@@ -451,8 +450,8 @@ static void report_misfit(const kempe_assembly *a)
             worst = r;
     if (worst >= 0)
         kmp_log(s->context, KEMPE_LOG_WARNING,
-                "closure row %s has a gap of %.2g m: accepted as rounding of the model's numbers (closure_tolerance "
-                "%.2g m)",
+                "constraint equation %s is open by %.2g m, accepted as rounding of the model's numbers "
+                "(closure_tolerance %.2g m)",
                 s->row_names[worst], a->open[worst] * s->length, s->closure_tolerance);
 }
 

@@ -119,9 +119,8 @@ static kempe_status settle(kmp_settling *x, kempe_assembly *a)
         return KEMPE_OK;
     if (!kmp_settle(x))
         return kmp_fail(context, KEMPE_E_FAILED,
-                        "start: the flexible bodies find no balance with the loads of the start near their given "
-                        "deformations: the loads may be more than those at which one of them buckles; take 'elastic: "
-                        "held', or other deformations (start: q)");
+                        "start: the flexible bodies find no balance with the loads near their given deformations: one "
+                        "of them may buckle; take 'elastic: held', or other deformations (start: q)");
     a->unstable = !kmp_load_margin_has_creep(x->rows.s) && !kmp_settling_is_stable(x); /* as of kmp_load_margin_new */
     if (a->unstable)
         kmp_doubt(context,

@@ -402,10 +402,9 @@ static bool came_back(trace *w)
 
 static const char *end_of_search(const trace *w)
 {
-    return w->aperiodic
-               ? "the motion is not periodic: angles return, but the closures are others after full turns; the "
-                 "search was ended there"
-               : "the motion continues: the search was ended there";
+    return w->aperiodic ? "the motion is not periodic: after full turns the angles return, but the loops are closed in "
+                          "another way; the search ended there"
+                        : "the motion continues beyond the length that was searched";
 }
 
 /* Follows the motion from the start along its tangent. Returns the reason of its end; NULL: it returned to the
@@ -442,17 +441,17 @@ static const char *why_not(const kmp_examination *x)
 {
     const kmp_diagnosis *d = x->diagnosis;
     if (x->system->rheonomic)
-        return "a closure depends on time and determines the motion";
+        return "not examined, because a drive or another closure depends on time";
     if (x->part->n - d->generic_rank != 1)
-        return "examined for one degree of freedom only";
+        return "examined only for mechanisms with one degree of freedom";
     if (x->part->m == 0)
-        return "no closures: nothing limits the motion";
+        return "nothing limits the motion, because there are no closures";
     if (x->part->r < d->generic_rank)
         return "the start is a change point (bifurcation): use another start to see the limits of a branch";
     if (!d->moved)
         return "no motion was found from the start";
     if (x->part->n > MOST_FOR_LIMITS)
-        return "examined for up to 40 coordinates only";
+        return "examined only for up to 40 coordinates";
     return NULL;
 }
 
@@ -608,8 +607,8 @@ static kempe_status examine_closures(kempe_check *check, kmp_evaluator *eval, co
     diagnosis->block_count = kmp_loop_blocks(eval, &check->part, &check->arena, &diagnosis->blocks);
     diagnosis->ran = s->n <= MOST_COORDINATES && s->m <= MOST_ROWS;
     if (!diagnosis->ran) {
-        diagnosis->why_not =
-            "more than 100 coordinates or 200 rows: only rank, choice of coordinates and blocks were examined";
+        diagnosis->why_not = "more than 100 coordinates or 200 constraint equations: only rank, choice of coordinates "
+                             "and blocks were examined";
         diagnosis->limits.why_not = diagnosis->why_not;
     } else if (diagnosis->block_count >= 0) {
         status = run_parts(&x, eval);

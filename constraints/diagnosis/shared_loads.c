@@ -597,12 +597,10 @@ int kmp_put_shared_loads(kmp_text *text, const kempe_model *model, const kmp_sha
 static void warn(kempe_context *context, const char *names, bool least_norm)
 {
     kmp_log(context, KEMPE_LOG_WARNING,
-            least_norm
-                ? "loads that are not unique: %s; redundant constraints share them, in parts that the stiffness of "
-                  "the bodies decides, and these are the parts of least norm"
-                : "loads that are not unique: %s; redundant constraints share them, in parts that the stiffness of "
-                  "the bodies decides, and these are the parts of one solution; a joint that leaves more motions "
-                  "free, or a bushing, makes them unique; --loads least-norm gives those of least norm",
+            least_norm ? "loads that are not unique: %s. Redundant constraints share them by the stiffness of the "
+                         "bodies; these are the shares of least norm"
+                       : "loads that are not unique: %s. Redundant constraints share them; these are one solution. A "
+                         "bushing makes them unique; --loads least-norm gives the smallest shares",
             names);
 }
 

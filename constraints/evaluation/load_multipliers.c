@@ -243,12 +243,10 @@ void kmp_put_unsettled(const kmp_evaluator *eval, kmp_text *text)
 {
     const kempe_system *s = eval->system;
     int row = eval->load->worst;
-    kmp_text_printf(
-        text,
-        "force '%s' depends on the multiplier of closure row '%s', and at t = %.9g no consistent value of both is "
-        "found: such friction locks or has several solutions; reduce the force, or increase the speed that "
-        "regularises it, if it has one",
-        kmp_load_dependent_force(s, row), s->row_names[row], eval->t);
+    kmp_text_printf(text,
+                    "force '%s' depends on the multiplier of constraint equation '%s', and at t = %.9g s no consistent "
+                    "value of both is found: reduce the friction, or increase its 'speed'",
+                    kmp_load_dependent_force(s, row), s->row_names[row], eval->t);
 }
 
 kempe_status kmp_fail_unsettled(const kmp_evaluator *eval)

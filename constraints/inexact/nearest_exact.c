@@ -628,7 +628,7 @@ void kmp_put_misfit(kmp_text *text, const kempe_system *s, int closure)
     if (!(s->misfit[closure] > 0))
         return;
     kmp_text_printf(text,
-                    "closure '%s' has a gap of %.2g m as drawn: accepted as rounding of the model's numbers "
+                    "closure '%s' is open by %.2g m as drawn, accepted as rounding of the model's numbers "
                     "(closure_tolerance %.2g m)",
                     s->model->closures[closure].name, s->misfit[closure] * s->length, s->closure_tolerance);
     if (s->mended)

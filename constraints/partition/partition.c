@@ -293,8 +293,8 @@ static kempe_status complain_wish(const kempe_system *s, int p, int r, const int
             p == 1 ? "" : "s", count, count == 1 ? " was" : "s were", p ? would : "none");
     else
         (void)kmp_fail(s->context, KEMPE_E_FAILED,
-                       "'%s' cannot be independent here: the others do not follow from it (smallest pivot of Jv "
-                       "%.2g of the largest); possible choice: %s",
+                       "'%s' cannot be independent here: the other coordinates do not follow from it (the Jacobian of "
+                       "the dependent ones is singular to %.2g); possible choice: %s",
                        coordinate(s, wish[0]), pivots[r - 1] / pivots[0], would);
     kmp_free(would);
     return KEMPE_E_FAILED;

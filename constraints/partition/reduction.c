@@ -80,7 +80,8 @@ kempe_status kmp_reduction_init(kmp_reduction *red, kmp_evaluator *eval, const k
     kmp_reduction_free(red);
     if (kmp_memory_failures() != failures)
         return kmp_fail_memory(eval->system->context);
-    return kmp_fail(eval->system->context, KEMPE_E_FAILED, "Jv cannot be factored: its pattern is singular");
+    return kmp_fail(eval->system->context, KEMPE_E_FAILED,
+                    "the Jacobian of the dependent coordinates cannot be factored: its pattern is singular");
 }
 
 KMP_CLEARS(kmp_reduction, red, kmp_block_free(red->block), kmp_arena_free(&red->arena))

@@ -80,12 +80,12 @@ static bool put_not_finite(kmp_evaluator *eval, double t, const double *q, const
     kmp_eval_closure(eval, t, q);
     if ((bad = first_bad(s->m, eval->h)) >= 0 ||
         ((bad = first_bad(s->jacobian.count, eval->jacobian)) >= 0 && (bad = s->jacobian.row[bad]) >= 0)) {
-        kmp_text_printf(text, "closure row '%s' is not a finite number at t = %.9g", s->row_names[bad], t);
+        kmp_text_printf(text, "constraint equation '%s' is not a finite number at t = %.9g s", s->row_names[bad], t);
         return true;
     }
     kmp_eval_mass(eval);
     if ((bad = first_bad(s->mass.count, eval->mass)) >= 0) {
-        kmp_text_printf(text, "the mass that '%s' moves is not a finite number at t = %.9g",
+        kmp_text_printf(text, "the mass that '%s' moves is not a finite number at t = %.9g s",
                         s->model->motions[s->mass.row[bad]].name, t);
         return true;
     }
@@ -94,7 +94,7 @@ static bool put_not_finite(kmp_evaluator *eval, double t, const double *q, const
         return true;
     if ((bad = first_bad(s->n, eval->bias)) < 0)
         return false;
-    kmp_text_printf(text, "the forces on '%s' are not a finite number (%s) at t = %.9g", s->model->motions[bad].name,
+    kmp_text_printf(text, "the forces on '%s' are not a finite number (%s) at t = %.9g s", s->model->motions[bad].name,
                     isnan(eval->bias[bad]) ? "not a number" : "infinite", t);
     /* Names the forces on the joint itself; if there are none, all expressions that may reach it. */
     int named = 0;
@@ -247,11 +247,11 @@ kempe_status kmp_explain_massless(kmp_evaluator *eval, const kmp_partition *part
     if (angles)
         return KEMPE_E_FAILED;
     if (part->p == 0)
-        return kmp_fail(eval->system->context, KEMPE_E_FAILED, "the closures do not determine the accelerations");
+        return kmp_fail(eval->system->context, KEMPE_E_FAILED, "the constraints do not determine the accelerations");
     kempe_status status = look_for_massless(eval, part, t, q, true, undetermined, &why);
     if (status == KEMPE_OK)
         status = kmp_fail(eval->system->context, KEMPE_E_FAILED, "%s",
-                          why.s ? why.s : "the closures do not determine the accelerations");
+                          why.s ? why.s : "the constraints do not determine the accelerations");
     kmp_text_free(&why);
     return status;
 }

@@ -39,12 +39,11 @@ static kempe_status check_row(kmp_reduction *red, int dropped, double *share)
             most = red->part->rows[i];
     for (int k = 0; k < s->load_row_count; k++)
         if (share[s->load_rows[k]] > KMP_RANK_SHARED)
-            return kmp_fail(
-                s->context, KEMPE_E_FAILED,
-                "force '%s' depends on the multiplier of closure row '%s', which is not determined: it and row "
-                "'%s' are redundant, so that their shares of the load are unknown; remove one of them",
-                kmp_load_dependent_force(s, s->load_rows[k]), s->row_names[s->load_rows[k]],
-                s->row_names[(s->load_rows[k] == dropped ? most : dropped)]);
+            return kmp_fail(s->context, KEMPE_E_FAILED,
+                            "force '%s' depends on the multiplier of constraint equation '%s', which is not unique: "
+                            "'%s' is redundant with it; remove one of them",
+                            kmp_load_dependent_force(s, s->load_rows[k]), s->row_names[s->load_rows[k]],
+                            s->row_names[(s->load_rows[k] == dropped ? most : dropped)]);
     return KEMPE_OK;
 }
 
@@ -57,7 +56,8 @@ kempe_status kmp_load_check(kmp_evaluator *eval, const kmp_partition *part)
     double *share = KMP_ARENA_NEW(&red.arena, double, part->m);
     kempe_status status = kmp_made(eval->system->context, share);
     if (status == KEMPE_OK && kmp_reduction_factor(&red))
-        status = kmp_fail(eval->system->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", eval->t);
+        status = kmp_fail(eval->system->context, KEMPE_E_FAILED,
+                          "the Jacobian of the dependent coordinates is singular at t = %.9g s", eval->t);
     for (int k = 0; status == KEMPE_OK && k < part->m - part->r; k++)
         status = check_row(&red, part->redundant[k], share);
     kmp_reduction_free(&red);

@@ -339,7 +339,7 @@ const char *kmp_saddle_program_obstacle(const kempe_system *s, int unknowns)
     const kmp_program *known = kmp_motion_known(s);
     return known && known->block_count > 0          ? "the model has equations that are solved by iteration"
            : s->load_row_count > 0                  ? "the model has forces that depend on multipliers"
-           : unknowns > KMP_SADDLE_PROGRAM_UNKNOWNS ? "the model has too many coordinates and closure rows"
+           : unknowns > KMP_SADDLE_PROGRAM_UNKNOWNS ? "the model has too many coordinates and constraint equations"
                                                     : NULL;
 }
 

@@ -194,7 +194,7 @@ static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, con
         kmp_all_finite(ws->m, eval->h) && kmp_all_finite(s->jacobian.count, eval->jacobian) &&
         kmp_all_finite(ws->m, eval->jdqd))
         return KEMPE_OK;
-    return fail(ws, "the equations are not finite at t = %.9g", t);
+    return fail(ws, "the equations are not finite at t = %.9g s", t);
 }
 
 kempe_status kempe_workspace_evaluate(kempe_workspace *ws, double t, const double *q, const double *qd)
@@ -305,13 +305,13 @@ static kempe_status by_saddle(kempe_workspace *ws)
 {
     double *a = ws->answer, t = ws->t;
     if (kmp_saddle_factor(&ws->saddle))
-        return fail(ws, "the accelerations are not determined at t = %.9g: some motion moves no mass", t);
+        return fail(ws, "the accelerations are not determined at t = %.9g s: some motion moves no mass", t);
     int shared = find_shared(ws);
     if (shared >= 0)
-        return fail(
-            ws,
-            "a force depends on the multiplier of closure row '%s', which is undetermined because of redundant rows",
-            ws->system->row_names[shared]);
+        return fail(ws,
+                    "a force depends on the multiplier of constraint equation '%s', which is not unique because of "
+                    "redundant constraints",
+                    ws->system->row_names[shared]);
     kmp_saddle_accelerations(&ws->saddle, a, a + ws->n);
     if (kmp_is_unsettled(ws->eval)) {
         kmp_text text = {0};
@@ -320,7 +320,7 @@ static kempe_status by_saddle(kempe_workspace *ws)
         kmp_text_free(&text);
         return KEMPE_E_FAILED;
     }
-    return kmp_all_finite(ws->n + ws->m, a) ? KEMPE_OK : fail(ws, "the accelerations are not finite at t = %.9g", t);
+    return kmp_all_finite(ws->n + ws->m, a) ? KEMPE_OK : fail(ws, "the accelerations are not finite at t = %.9g s", t);
 }
 
 /* Computes accelerations by articulated bodies into `answer`. false: they are too inaccurate here. */
@@ -432,8 +432,10 @@ static kempe_status close_rates(kempe_workspace *ws, const kmp_closer *closer, d
     int row = widest(ws, rate);
     double left = fabs(rate[row]) / ws->system->row_scale[row];
     if (!(left <= KMP_CLOSED_RATES * size))
-        return fail(ws, "the rates cannot be made consistent: J qd + h_t of closure row '%s' remains %.3g (scaled)",
-                    ws->system->row_names[row], left);
+        return fail(
+            ws,
+            "the velocities cannot be made consistent: the rate of constraint equation '%s' stays at %.3g (relative)",
+            ws->system->row_names[row], left);
     memcpy(qd, ws->qd, (size_t)ws->n * sizeof *qd);
     return KEMPE_OK;
 }
@@ -456,8 +458,9 @@ kempe_status kempe_workspace_close(kempe_workspace *ws, double t, double *q, dou
     memcpy(ws->trial, q, (size_t)ws->n * sizeof *q);
     if (!kmp_close(&closer, &rule, t, ws->trial).closed) {
         int row = widest(ws, ws->eval->h);
-        return fail(ws, "the loops cannot be closed from this state: closure row '%s' has the residual %.3g (scaled)",
-                    ws->system->row_names[row], kmp_eval_opening(ws->eval, row));
+        return fail(
+            ws, "the loops cannot be closed from this state: constraint equation '%s' stays open by %.3g (relative)",
+            ws->system->row_names[row], kmp_eval_opening(ws->eval, row));
     }
     kempe_status status = qd ? close_rates(ws, &closer, qd) : KEMPE_OK;
     if (status == KEMPE_OK)

@@ -15,7 +15,7 @@
  *
  * Adders copy their arguments and may be called in any order: a body may be attached to one that is added later. They
  * fail with KEMPE_E_MEMORY, or KEMPE_E_ARGUMENT when a name is missing or already in use, or the model is finished.
- * kempe_model_finish checks everything else. Its messages are those of the model file reader, with the element's name
+ * kempe_model_finish checks everything else. Its messages are as in the model file reader, with the element's name
  * in place of file, line and column. Units are SI (kg, m, rad, s).
  */
 #ifndef KEMPE_BUILD_H
@@ -49,7 +49,7 @@ typedef struct kempe_body_def {
     const char *at;          /* "ground", "BODY" or "BODY.POINT": attachment point of the joint; NULL: the body is
                               * attached by joints of kempe_model_add_joint, and the fields of its own joint are
                               * ignored */
-    const char *joint;       /* name of the joint; NULL: that of the body */
+    const char *joint;       /* name of the joint; NULL: name of the body */
     const char *kind;        /* a named joint with `axis`: "revolute", "spherical", ...; see the model format */
     double axis[3];          /* in the parent's axes, of any length but 0 */
     const char *motions;     /* alternative with kind NULL: motions in order, "T1 T2 -R3" */
@@ -62,7 +62,7 @@ typedef struct kempe_body_def {
 typedef struct kempe_joint_def {
     const char *name;
     const char *kind;     /* "revolute", "spherical", ...; see the model format */
-    const char *point[2]; /* "BODY.POINT": coordinates are those of the second body relative to the first */
+    const char *point[2]; /* "BODY.POINT": coordinates of the second body relative to the first */
     double axis[3];       /* in the axes of both points, of any length but 0 */
     kempe_number pitch;   /* m per turn, of a screw */
     int cut;              /* 1: the joint is a closure; -1: it is in the tree; 0: Kempe chooses */

@@ -13,7 +13,7 @@
  * computed again. Files hold programs of numbers and machine code: files that others may write are not read. Several
  * processes and threads may share a folder. Above 256 MiB, files go that have not been used for the longest time.
  *
- * Models that are built in code and variants with parameters that vary are always derived anew.
+ * Models that are built in code and variants with parameters that vary are always derived again.
  */
 #ifndef KEMPE_CACHE_H
 #define KEMPE_CACHE_H

@@ -43,7 +43,7 @@ KEMPE_API kempe_status kempe_check_print(const kempe_check *check, kempe_format 
  * "coordinates": coordinate, unit, role (independent, dependent), instead_of and max_B (if it were independent), low,
  * high, turns, low_dead_centre, high_dead_centre (1: it turns back there). "closures": closure, kind, rows, redundant
  * (how many of them), may_lose (rows without a change of mobility), gap in m, turn in rad.
- * The turn is the angle between axes that a closure aligns, or that of rows without a length. KEMPE_E_ARGUMENT: another
+ * The turn is the angle between axes that a closure aligns, or of rows without length. KEMPE_E_ARGUMENT: another
  * name. */
 KEMPE_API kempe_status kempe_check_table(const kempe_check *check, const char *name, kempe_table **table);
 

@@ -62,7 +62,7 @@ KEMPE_API const double *kempe_values_row(const kempe_values *values, int k);
 typedef struct kempe_ensemble kempe_ensemble;
 
 /** Derives the equations of a model with the columns of a table kept symbolic. Model and table must outlive the
- * ensemble. KEMPE_E_INPUT: as kempe_system_new, or a closure that depends on symbolic parameters alone. */
+ * ensemble. KEMPE_E_INPUT: as kempe_system_new, or a closure that depends only on symbolic parameters. */
 KEMPE_API kempe_status kempe_ensemble_new(const kempe_model *model, const kempe_values *values,
                                           kempe_ensemble **ensemble);
 
@@ -71,7 +71,7 @@ typedef struct kempe_ensemble_options {
     size_t size; /* sizeof(kempe_ensemble_options) */
     /* Separated by commas, each [NAME =] and: EXPRESSION (its value at the end), at(EXPRESSION, TIME),
      * max(EXPRESSION), min(..), range(..), mean(..), rms(..), integral(..), or, with a comparison A < B, first(A < B)
-     * (time), count(A < B), duration(A < B). Expressions are those of sensors, or outputs such as energy.total. */
+     * (time), count(A < B), duration(A < B). Expressions are as in sensors, or outputs such as energy.total. */
     const char *quantities;
     const char *limits; /* separated by commas: QUANTITY < VALUE, or <=, >, >=; the name of one, or one as above */
 } kempe_ensemble_options;
@@ -98,7 +98,7 @@ KEMPE_API kempe_status kempe_ensemble_run_range(kempe_ensemble *ensemble, const 
                                                 int first, int count, kempe_ensemble_result **batch);
 
 /** Runs `count` instances with other values, without another derivation: `rows` has `count` rows of the columns of the
- * ensemble's table, which may have no rows of its own. They are copied. Results are those of a table with these rows.
+ * ensemble's table, which may have no rows of its own. They are copied. Results are as for a table with these rows.
  */
 KEMPE_API kempe_status kempe_ensemble_run_rows(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
                                                int count, const double *rows, kempe_ensemble_result **batch);
@@ -142,7 +142,7 @@ typedef struct kempe_statistics kempe_statistics;
 
 /** Statistics of a table "instances", with intervals of a confidence (0: 0.95). The inputs are the columns before
  * `status`; the quantities are those between the final state and `steps`, or without any the final coordinates and
- * rates. Instances that did not reach their end are left out. Intervals are those of independent samples: of the design
+ * rates. Instances that did not reach their end are left out. Intervals are for independent samples: of the design
  * saltelli they come from its first two rows in each group. The table may be freed. KEMPE_E_ARGUMENT: it is another
  * table, or the confidence is not between 0 and 1. */
 KEMPE_API kempe_status kempe_statistics_new(const kempe_table *instances, double confidence,
@@ -183,7 +183,7 @@ typedef struct kempe_folder kempe_folder;
 
 typedef struct kempe_folder_options {
     size_t size; /* sizeof(kempe_folder_options) */
-    int chunk;   /* instances of a part; 0: that of the folder, or 256 to 4096 such that there are 64 parts or more */
+    int chunk;   /* instances of a part; 0: as in the folder, or 256 to 4096 such that there are 64 parts or more */
     int resume;  /* 1: the folder may have parts of this run already; those that are missing are run */
     /* Several processes, also on several hosts, run every N-th part from the I-th on: "I/N", 1 <= I <= N. "auto" takes
      * I and N from Slurm, Open MPI or PMI; the jobs of GNU parallel take the next free parts. NULL: all parts that no
@@ -217,8 +217,8 @@ KEMPE_API kempe_status kempe_folder_check(kempe_folder *folder);
 /** The rows of a part (from 0 on), a table "instances". KEMPE_E_INPUT: it is damaged. KEMPE_E_IO: it is missing. */
 KEMPE_API kempe_status kempe_folder_part(const kempe_folder *folder, int part, kempe_table **table);
 
-/** Checks all parts as kempe_folder_check, and writes one table, whole or not at all: the formats are those of
- * kempe_table_write. Files .csv and .parquet take the memory of some parts, others that of all. `units` 1: columns of
+/** Checks all parts as kempe_folder_check, and writes one table, whole or not at all: the formats are as in
+ * kempe_table_write. Files .csv and .parquet take the memory of some parts, others of all. `units` 1: columns of
  * .csv are named with their units. */
 KEMPE_API kempe_status kempe_folder_write(kempe_folder *folder, const char *path, int units);
 
@@ -226,7 +226,7 @@ KEMPE_API kempe_status kempe_folder_write(kempe_folder *folder, const char *path
 KEMPE_API kempe_status kempe_folder_write_history(kempe_folder *folder, const char *path, int units);
 
 /** Checks all parts likewise, and writes the page that kempe_ensemble_result_write_report writes of a run in one piece.
- * `model` is that of the run; it has the memory of all rows. KEMPE_E_INPUT: it is another model. KEMPE_E_FAILED: parts
+ * `model` belongs to the run; it has the memory of all rows. KEMPE_E_INPUT: it is another model. KEMPE_E_FAILED: parts
  * are missing or damaged. KEMPE_E_IO: as kempe_ensemble_result_write_report. */
 KEMPE_API kempe_status kempe_folder_write_report(kempe_folder *folder, const kempe_model *model, const char *path);
 
@@ -237,7 +237,7 @@ KEMPE_API kempe_status kempe_folder_model(const kempe_folder *folder, const kemp
                                           kempe_model **made);
 
 /** Options of the run of the folder: formulation, integrator, independent coordinates, tolerances, end, bound on steps,
- * convergence check, time between rows of histories (0: that of the model). The texts belong to the folder. */
+ * convergence check, time between rows of histories (0: as in the model). The texts belong to the folder. */
 KEMPE_API void kempe_folder_run_options(const kempe_folder *folder, kempe_run_options *run);
 
 /** The file of the model, as the run had it; owned by the folder. */

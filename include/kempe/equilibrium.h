@@ -18,7 +18,7 @@ KEMPE_BEGIN
 
 /** Options. Texts are comma-separated lists; NULL and 0: none. */
 typedef struct kempe_equilibrium_options {
-    size_t size;           /* sizeof this struct, or 0: that of version 0.1 */
+    size_t size;           /* sizeof this struct; 0: the one of version 0.1 */
     const char *rates;     /* "shaft=60 rpm": coordinates with constant rates; all others are at rest. NULL:
                             * rates of a steady motion are those to which the start leads */
     const char *hold;      /* "slider=0.6": coordinates fixed at these values */
@@ -29,8 +29,8 @@ typedef struct kempe_equilibrium_options {
                             * equilibria */
     int global;            /* 1: search for further equilibria from random starts */
     int seed;              /* seed of the random starts; 0: 1 */
-    int stick;             /* 1: dry friction keeps its places of the start; 0: it has no force at rest */
-    const char *loads;     /* of joints and loops that redundant constraints share: least-norm; NULL: those of one
+    int stick;             /* 1: dry friction holds its surfaces at the start; 0: it has no force at rest */
+    const char *loads;     /* of joints and loops that redundant constraints share: least-norm; NULL: one
                             * solution */
 } kempe_equilibrium_options;
 
@@ -49,7 +49,7 @@ KEMPE_API int kempe_equilibrium_count(const kempe_equilibrium *equilibrium);
 
 /** Stability of the k-th equilibrium. 1: no small motion about it grows; 0: one does, or it is not held; -1: undecided.
  * In words: "stable"; "neutral", some motions neither grow nor decay; "unstable"; "not held", friction that sticks
- * needs more than its static level, so that it is no equilibrium; "undecided". */
+ * needs more than its static level, so that it is not an equilibrium; "undecided". */
 KEMPE_API int kempe_equilibrium_is_stable(const kempe_equilibrium *equilibrium, int k);
 KEMPE_API const char *kempe_equilibrium_stability(const kempe_equilibrium *equilibrium, int k);
 

@@ -21,7 +21,7 @@ KEMPE_BEGIN
 
 /** Adds user-defined generalized forces (n; N m or N, zero when called) to the right side at (t, q, qd), in addition to
  * the model's expressions. Returns 0, or not 0 if they cannot be evaluated there: the step is then repeated with a
- * smaller size. The function must be smooth and depend on its arguments alone, except for inputs that change between
+ * smaller size. The function must be smooth and depend only on its arguments, except for inputs that change between
  * calls of a stepper (kempe/stepper.h). Every thread that works on the system calls it. Derivatives, where needed (the
  * dae formulation, stiff integrators), are taken by differences. */
 typedef int kempe_force_fn(void *user, double t, const double *q, const double *qd, double *effort);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
  * Parameters of a model from measured motions: masses, friction, springs, lengths, start values. Nonlinear least
- * squares with bounds; the derivatives are exact, those of kempe_sensitivity_new.
+ * squares with bounds; the derivatives are exact, by kempe_sensitivity_new.
  *
  *     kempe_fit_options ask = {.data = "measured.csv", .parameters = "slider_mass:0:10,friction:0:5"};
  *     kempe_fit *fit;
@@ -10,7 +10,7 @@
  *     kempe_fit_table(fit, "parameters", &estimates);
  *     double mass = kempe_table_number(estimates, 0, kempe_table_find(estimates, "value"));
  *
- * The solver is that of MINPACK (cminpack). A library that was built without it refuses.
+ * The solver is from MINPACK (cminpack). A library that was built without it refuses.
  */
 #ifndef KEMPE_FIT_H
 #define KEMPE_FIT_H
@@ -21,7 +21,7 @@ KEMPE_BEGIN
 
 /** Options; zeros and NULL mean defaults. */
 typedef struct kempe_fit_options {
-    size_t size;      /* sizeof this struct, or 0: that of version 0.1 */
+    size_t size;      /* sizeof this struct; 0: the one of version 0.1 */
     const char *data; /* CSV file: t, and columns as in the tables of a run, q.crank or position.b.P.x [mm]; cells may
                        * be empty */
     /* Separated by commas: NAME, NAME:LOW:HIGH or NAME=LOW:HIGH, NAME:LOW: or NAME::HIGH. Names as in
@@ -40,7 +40,7 @@ typedef struct kempe_fit_options {
      * for each processor; results have the same bits. */
     const kempe_run_options *run;
     /* Further data files, each with a run of its own; `data` is number 1. They share the parameters, but for one named
-     * NAME@K, which is that of the run of file K alone. A column has one deviation in all files. */
+     * NAME@K, which belongs only to the run of file K. A column has one deviation in all files. */
     const char *const *files;
     int file_count;
     const char *own; /* "load@2=3,q.crank@1=0.2": values of parameters and start values in single runs */
@@ -79,7 +79,7 @@ KEMPE_API kempe_status kempe_fit_print(const kempe_fit *fit, kempe_format format
  * number. "first": those rows of the first file. */
 KEMPE_API kempe_status kempe_fit_table(const kempe_fit *fit, const char *name, kempe_table **table);
 
-/** Writes a self-contained HTML page: the mechanism moving with the estimates, the fitted motion beside the data,
+/** Writes a self-contained HTML page: the mechanism moving with the estimates, the fitted motion with the data,
  * residuals, and the printed result. KEMPE_E_IO: the path cannot be written, or an error of kempe_report_check
  * (compare.h). */
 KEMPE_API kempe_status kempe_fit_write_report(const kempe_fit *fit, const char *path);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
- * Sets of equations of a model: their operation counts, each derived alone, and their text in other languages.
+ * Sets of equations of a model: their operation counts, each derived separately, and their text in other languages.
  * Functional mock-up units.
  */
 #ifndef KEMPE_GENERATE_H
@@ -12,12 +12,12 @@ KEMPE_BEGIN
 
 /** Selection of the sets and of their form. NULL and 0 take the default. */
 typedef struct kempe_generate_options {
-    size_t size;           /* sizeof this struct, or 0: that of version 0.1 */
+    size_t size;           /* sizeof this struct; 0: the one of version 0.1 */
     const char *sets;      /* comma-separated: M_C, invdyn, h_J, jdqd (the default is all four), M, C, h, J, h_t. qdd:
                             * the accelerations without closure forces, in O(N). invdyn_q, invdyn_qd: derivatives of
                             * invdyn; tangents: these and M. R: invdyn less J' lambda; R_q: derivatives of R by q;
                             * R_tangents: R_q, invdyn_qd and M. friction, contact, impact: elements with modes;
-                            * discrete: states with samples or events; outputs: those of the model. With + between
+                            * discrete: states with samples or events; outputs: as in the model. With + between
                             * several they are one program: M_C+h_J+jdqd */
     const char *scheme;    /* algorithm for M: composite (default), ner */
     int keep_parameters;   /* every nonzero number of the model stays a symbol instead of being folded in */
@@ -25,7 +25,7 @@ typedef struct kempe_generate_options {
     const char *no_inputs; /* comma-separated: bodies without these inputs */
     int drives;            /* the closures include rows of drives and locks: coordinates less functions of time */
     int optimize;          /* search for the fewest operations at run time, joint by joint: slower */
-    /* for kempe_code alone */
+    /* only for kempe_code */
     const char *language; /* c (default), octave, python */
     const char *form;     /* names of variables: legible (default), compact */
     int vectorised;       /* array languages: operations that can be done at once are one statement */
@@ -34,7 +34,7 @@ typedef struct kempe_generate_options {
 
 typedef struct kempe_count kempe_count;
 
-/** Derives each set in the options alone, and all of them as one program. KEMPE_E_ARGUMENT: a set, scheme or body that
+/** Derives each set by itself, and all sets in the options as one program. KEMPE_E_ARGUMENT: a set, scheme or body that
  * does not exist; KEMPE_E_INPUT: a closure that can never be met. */
 KEMPE_API kempe_status kempe_count_new(const kempe_model *model, const kempe_generate_options *generation,
                                        kempe_count **count);
@@ -46,7 +46,7 @@ KEMPE_API kempe_status kempe_count_print(const kempe_count *count, kempe_format 
 
 typedef struct kempe_code kempe_code;
 
-/** Derives each set in the options alone and writes it in a language: one self-contained function per set, with all
+/** Derives each set in the options by itself and writes it in a language: one self-contained function per set, with all
  * digits of the constants. The same model gives the same bytes. KEMPE_E_ARGUMENT: a set, scheme, body, language or form
  * that does not exist, or an operation that the language lacks. KEMPE_E_INPUT: a closure that can never be met. */
 KEMPE_API kempe_status kempe_code_new(const kempe_model *model, const kempe_generate_options *generation,
@@ -67,10 +67,10 @@ KEMPE_API kempe_status kempe_code_print(const kempe_code *code, kempe_format for
 /** Options of functional mock-up units: models as parts of other simulation programs, by the Functional Mock-up
  * Interface (docs/fmu.md). NULL and 0 take the default. */
 typedef struct kempe_fmu_options {
-    size_t size;           /* sizeof this struct, or 0: that of version 0.1 */
+    size_t size;           /* sizeof this struct; 0: the one of version 0.1 */
     int fmi;               /* version: 2 or 3 (default) */
     const char *kind;      /* me (model exchange), cs (co-simulation), me,cs (default: both) */
-    int no_binary;         /* sources alone, which importers can compile */
+    int no_binary;         /* only sources, which importers can compile */
     const char *compiler;  /* C compiler of the binary (default: cc) */
     const char *unit_file; /* the file kempe_unit.so: a unit of co-simulation on the library, with all formulations and
                             * integrators and the files of the model; without sources (default: a unit of sources) */

@@ -23,8 +23,8 @@ KEMPE_BEGIN
 
 /** NULL and 0 take the defaults. */
 typedef struct kempe_inverse_options {
-    size_t size;           /* sizeof this struct, or 0: that of version 0.1 */
-    const char *actuators; /* coordinates, comma-separated; NULL: those of the model's drives */
+    size_t size;           /* sizeof this struct; 0: the one of version 0.1 */
+    const char *actuators; /* coordinates, comma-separated; NULL: driven by the model's drives */
     const char *weights;   /* NAME=W,..: weights of their generalized forces if there are more actuators than degrees of
                             * freedom; 1 if not given */
     const char *motion;    /* CSV with t, q.NAME and, if known, qd.NAME and qdd.NAME; NULL: the model's drives, or
@@ -34,7 +34,7 @@ typedef struct kempe_inverse_options {
     double t_end;             /* s: end of the drives' motion; of a table at most its last time */
     double output_step;       /* s between rows; with a table, 0: its own rows */
     int no_convergence_check; /* 1: no check of rates and accelerations derived from a table's rows */
-    const char *loads;        /* of joints and loops that redundant constraints share: least-norm; NULL: those of one
+    const char *loads;        /* of joints and loops that redundant constraints share: least-norm; NULL: one
                                * solution */
 } kempe_inverse_options;
 

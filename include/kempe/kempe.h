@@ -78,7 +78,7 @@ KEMPE_BEGIN
 #define KEMPE_VERSION_MINOR 1
 #define KEMPE_VERSION_PATCH 0
 
-/** The version of the library that runs, as KEMPE_VERSION is that of the header; never NULL. */
+/** The version of the library that runs, as KEMPE_VERSION is the version of the header; never NULL. */
 KEMPE_API const char *kempe_version(void);
 
 typedef enum kempe_status {
@@ -207,7 +207,7 @@ KEMPE_API kempe_status kempe_system_new(const kempe_model *model, kempe_system *
 
 KEMPE_API void kempe_system_free(kempe_system *system);
 
-/** Number of closure rows that do not vanish identically, and the name of row k: `closure.1` ... */
+/** Number of constraint equations, without those that always hold, and the name of row k: `closure.1` ... */
 KEMPE_API int kempe_system_row_count(const kempe_system *system);
 KEMPE_API const char *kempe_system_row_name(const kempe_system *system, int k);
 
@@ -223,18 +223,18 @@ KEMPE_API kempe_status kempe_system_print(const kempe_system *system, kempe_view
 
 /* -- simulate -------------------------------------------------------------------------------------- */
 
-/** Options of a run. Names are those of the command line; NULL, or 0 for a number, takes the model's value where it has
+/** Options of a run. Names are as on the command line; NULL, or 0 for a number, takes the model's value where it has
  * one, or else the default. */
 typedef struct kempe_run_options {
-    size_t size; /* sizeof this struct, or 0: that of version 0.1 */
+    size_t size; /* sizeof this struct; 0: the one of version 0.1 */
     /* end of the run, s (default: 1) */
     double t_end;
     /* time between two rows of the result, s (default: t_end / 200) */
     double output_step;
     /* relative tolerance (default: 1e-8) */
     double rtol;
-    /* absolute tolerance of an angle, rad; that of a length is atol times the characteristic length; another rtol than
-     * the model's keeps the ratio to rtol (default: rtol) */
+    /* absolute tolerance of an angle, rad; lengths have atol times the characteristic length; another rtol than the
+     * model's keeps the ratio to rtol (default: rtol) */
     double atol;
     /* longest step of the integrator, s; with it no step passes a short disturbance unseen, such as a fault of a track
      * (default: by the tolerances) */
@@ -249,12 +249,12 @@ typedef struct kempe_run_options {
     /* form of the formulation's equations (reduced: integrated, newton); dae: index1, stabilized1, ..; projected: none
      * (default: chosen) */
     const char *form;
-    /* integrator: dop853, dopri5, adams, bdf, radau, radau5, radau9, erk, dirk, ida (default: dop853 or radau, by
-     * counted work; dae: radau or ida) */
+    /* integrator: dop853, dopri5, adams, bdf, radau, radau5, radau9, erk, dirk, ida (default: dop853 or radau, the
+     * faster one; dae: radau or ida) */
     const char *integrator;
     /* change points (bifurcations): cross detects and crosses them, ignore does neither (default: cross) */
     const char *change_points;
-    /* independent coordinates at the start (default: chosen by pivots) */
+    /* independent coordinates at the start (default: chosen automatically) */
     const char *independent;
     /* 1: keep the given independent coordinates; fail if they become singular */
     int keep_independent;
@@ -275,7 +275,7 @@ typedef struct kempe_run_options {
     /* reference solution for measuring errors, a CSV file (default: none) */
     const char *reference;
     /* loads of joints that redundant constraints share: least-norm, in outputs and reactions of kempe_simulate
-     * (default: those of one solution) */
+     * (default: one solution) */
     const char *loads;
     /* write the rows to this file every 10 s and at the end (default: none) */
     const char *checkpoint;
@@ -283,8 +283,8 @@ typedef struct kempe_run_options {
     const char *resume;
     /* 1: the trajectory keeps the dense output of every step, for kempe_trajectory_at_time (output_handles.h) */
     int keep_dense;
-    /* 1: kempe_simulate judges the running safety of wheels on rails, from the dense output and the static loads of an
-     * equilibrium (docs/model/wheels.md) */
+    /* 1: kempe_simulate evaluates the running safety of wheels on rails, from the dense output and the static loads of
+     * an equilibrium (docs/model/wheels.md) */
     int judge_safety;
 } kempe_run_options;
 
@@ -303,7 +303,7 @@ KEMPE_API int kempe_trajectory_row_count(const kempe_trajectory *trajectory);
 KEMPE_API double kempe_trajectory_time(const kempe_trajectory *trajectory, int row);
 
 /** One row of q, qd, qdd (n values) and lambda (row_count of the system), owned by the trajectory. Rows of a quantity
- * follow each other in memory: that of row 0 begins a row-major matrix. */
+ * follow each other in memory: the one of row 0 begins a row-major matrix. */
 KEMPE_API const double *kempe_trajectory_q(const kempe_trajectory *trajectory, int row);
 KEMPE_API const double *kempe_trajectory_qd(const kempe_trajectory *trajectory, int row);
 KEMPE_API const double *kempe_trajectory_qdd(const kempe_trajectory *trajectory, int row);

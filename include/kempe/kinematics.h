@@ -19,11 +19,11 @@ KEMPE_BEGIN
 
 /** NULL and 0: the default. */
 typedef struct kempe_kinematics_options {
-    size_t size;         /* sizeof this struct, or 0: that of version 0.1 */
+    size_t size;         /* sizeof this struct; 0: the one of version 0.1 */
     const char *sweep;   /* "NAME=A:B" or "NAME=A:B:N", comma-separated if several: they vary together, each evenly from
                           * its A to its B. NAME=A is fixed at A. NAME is a coordinate, a drive of the model, or t */
     const char *hold;    /* "NAME,..": coordinates fixed at their assembled values */
-    const char *release; /* "NAME,..": drives and locks of the model to be ignored; those of swept coordinates always
+    const char *release; /* "NAME,..": drives and locks of the model to be ignored; for swept coordinates always
                           * are */
     int points;          /* rows; default: N of the first range that has one, or 361 */
     const char *speed;   /* constant rate of the first swept coordinate, "2" (rad/s or m/s), "90 deg/s", "30 rpm",

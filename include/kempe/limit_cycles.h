@@ -32,8 +32,8 @@ typedef struct kempe_limit_cycles_options {
 typedef struct kempe_limit_cycles kempe_limit_cycles;
 
 /** Finds the equilibria at the values of the sweep, their Hopf points, and the branches of cycles from these.
- * KEMPE_E_ARGUMENT: a word, name or range is wrong. A rate that no force decides is held at that of the start, by
- * a load. KEMPE_E_FAILED: no equilibrium is found, the track of a vehicle is no straight one, or the model has friction
+ * KEMPE_E_ARGUMENT: a word, name or range is wrong. A rate that no force fixes is held at its start value, by
+ * a load. KEMPE_E_FAILED: no equilibrium is found, the track of a vehicle is not straight, or the model has friction
  * that sticks, rigid contacts, samples or delays; the message has the reason.
  * KEMPE_STOPPED: interrupted; `*cycles` is then given, too. */
 KEMPE_API kempe_status kempe_limit_cycles_new(const kempe_system *system, const kempe_limit_cycles_options *options,

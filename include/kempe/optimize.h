@@ -8,7 +8,7 @@
  *     kempe_optimum *optimum;
  *     kempe_optimum_new(model, &ask, &optimum);
  *
- * The solvers are those of NLopt. A library that was built without it refuses.
+ * The solvers are from NLopt. A library that was built without it refuses.
  */
 #ifndef KEMPE_OPTIMIZE_H
 #define KEMPE_OPTIMIZE_H
@@ -19,7 +19,7 @@ KEMPE_BEGIN
 
 /** Options; zeros and NULL mean defaults. */
 typedef struct kempe_optimum_options {
-    size_t size;            /* sizeof this struct, or 0: that of version 0.1 */
+    size_t size;            /* sizeof this struct; 0: the one of version 0.1 */
     const char *minimize;   /* a quantity, as in kempe_ensemble_options: an expression at the end, max(..), rms(..) */
     const char *maximize;   /* instead */
     const char *limits;     /* QUANTITY < VALUE, or <=, >, >=, separated by commas; NULL: none */

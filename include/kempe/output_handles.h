@@ -8,7 +8,7 @@
  *     double values[7];                                       kempe_outputs_count of them
  *     kempe_outputs_at_stepper(outputs, stepper, values);
  *
- * The words are those of `outputs` in a model file (docs/model/outputs.md); a component may follow, as in
+ * The words are as under `outputs` in a model file (docs/model/outputs.md); a component may follow, as in
  * position(b.P).x. Conditions in expressions are evaluated at the state.
  *
  * Jacobians. The rate of a position is J qd + (part of the time), its acceleration J qdd + jdqd. An output that depends

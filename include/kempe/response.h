@@ -20,7 +20,7 @@ KEMPE_BEGIN
 
 /** NULL and 0 take the default. Lists as in kempe/linearize.h, here with at least one input. */
 typedef struct kempe_response_options {
-    size_t size;             /* sizeof this struct, or 0: that of version 0.1 */
+    size_t size;             /* sizeof this struct; 0: the one of version 0.1 */
     const char *at;          /* the state, which must be an equilibrium: equilibrium (default), start */
     const char *inputs;      /* effort(JOINT), force(BODY.POINT.x), drive(DRIVE), names of inputs and parameters */
     const char *outputs;     /* default: the model's */
@@ -45,7 +45,7 @@ KEMPE_API kempe_status kempe_response_print(const kempe_response *response, kemp
  * "rows": frequency, Hz; OUTPUT/INPUT.amplitude and OUTPUT/INPUT.phase, degrees, of each pair, unknown at an undamped
  * pole, which has no steady-state response.
  * "peaks", the maxima of amplitudes inside the range: input, output; frequency; amplitude, infinite at an undamped
- * pole; phase, degrees; gain, the amplitude over that of the static response. */
+ * pole; phase, degrees; gain, the amplitude over the static amplitude. */
 KEMPE_API kempe_status kempe_response_table(const kempe_response *response, const char *name, kempe_table **table);
 
 /** Draws amplitudes and phases over the frequency, .svg or .png (table.h). */

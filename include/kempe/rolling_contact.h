@@ -87,7 +87,7 @@ typedef struct kempe_creep {
 typedef struct kempe_creep_force {
     double force[2]; /* on the wheel, along and across, N */
     double moment;   /* on the wheel about the normal, N m */
-    double sticking; /* share of the ellipse that does not slip: FASTSIM alone, otherwise 0 */
+    double sticking; /* share of the ellipse that does not slip: only FASTSIM, otherwise 0 */
 } kempe_creep_force;
 
 KEMPE_API kempe_status kempe_contact_creep(kempe_creep_law law, const kempe_creep *creep, kempe_creep_force *force);
@@ -97,7 +97,7 @@ KEMPE_API kempe_status kempe_contact_creep(kempe_creep_law law, const kempe_cree
 KEMPE_API kempe_status kempe_contact_flexibilities(const kempe_creep *creep, double flexibility[3]);
 
 /** The single flexibility (m^3/N) in place of the three (Kalker 1982): their mean, each weighted by its creepage x, y
- * and spin sqrt(a b), over the length of the creepage vector. With one creepage alone it gives the linear force.
+ * and spin sqrt(a b), over the length of the creepage vector. With only one creepage it gives the linear force.
  * Without creepage it is L1. */
 KEMPE_API kempe_status kempe_contact_flexibility(const kempe_creep *creep, double *flexibility);
 
@@ -113,7 +113,7 @@ typedef struct kempe_conicity {
 } kempe_conicity;
 
 /** Equivalent conicity of a wheelset (EN 15302): the slope of the cone whose kinematic motion has the same wavelength,
- * at an amplitude (m, > 0). `difference` is the rolling radius of the left wheel less that of the right one, in m. It
+ * at an amplitude (m, > 0). `difference` is the rolling radius of the left wheel less the right one, in m. It
  * is given at `count` (>= 2) ascending lateral places y of the wheelset, positive to the left, and linear between them.
  * The motion is integrated without further error. The wavelength is 2 pi sqrt(e r / (2 conicity)), with the distance e
  * of the contacts and the mean radius r. Of several motions the one whose middle is nearest to y = 0 is taken.

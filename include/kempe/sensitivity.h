@@ -19,17 +19,17 @@ KEMPE_BEGIN
 
 /** Options; zeros and NULL mean defaults. */
 typedef struct kempe_sensitivity_options {
-    size_t size;            /* sizeof this struct, or 0: that of version 0.1 */
+    size_t size;            /* sizeof this struct; 0: the one of version 0.1 */
     const char *of;         /* trajectory (default) */
     const char *parameters; /* names, comma-separated, start values among them as q.NAME and qd.NAME; NULL: all
                              * parameters that are plain numbers and may vary */
-    const char *outputs;    /* "position(b.P).x,q(A)"; NULL: those of the model */
-    const char *method;     /* forward: rows over time; adjoint: the end alone, at a cost that does not grow with the
+    const char *outputs;    /* "position(b.P).x,q(A)"; NULL: as in the model */
+    const char *method;     /* forward: rows over time; adjoint: only the end, at a cost that does not grow with the
                              * number of parameters. NULL: forward, and for integrals the cheaper one */
     int integral;           /* 1: the outputs are integrated from 0 to t_end */
     const char *at;         /* start | equilibrium: the state, if `of` is not a trajectory */
     const kempe_run_options *run; /* tolerances, t_end, output_step, independent, back end; integrator: radau, dop853,
-                                   * dopri5, radau5, radau9, erk; NULL: that of the model, or radau where the stages of
+                                   * dopri5, radau5, radau9, erk; NULL: as in the model, or radau where the stages of
                                    * its steps share vector registers, dop853 elsewhere */
 } kempe_sensitivity_options;
 

@@ -12,7 +12,7 @@
  *     }
  *
  * Error control chooses the steps, independent of the requested times: kempe_simulate gives the same numbers. A time
- * that differs from a sample, an event or a stop by rounding alone is that time. Its row has the values before it. A
+ * that differs from a sample, an event or a stop only by rounding is that time. Its row has the values before it. A
  * stepper belongs to the thread of its context.
  *
  * Inputs. A value that the caller sets acts from the current time on, and no step goes beyond the requested time while
@@ -30,7 +30,7 @@
  *
  * These functions never allocate, lock or iterate: kempe_stepper_set_input, kempe_stepper_set_input_rates,
  * kempe_stepper_input, kempe_stepper_keep_inputs, kempe_stepper_set_stop, kempe_stepper_work, kempe_stepper_reason and
- * the getters of the state. All others allocate: they make the run anew, with a bounded number of iterations that close
+ * the getters of the state. All others allocate: they make it again, with a bounded number of iterations that close
  * the loops. A failing call allocates its message.
  */
 #ifndef KEMPE_STEPPER_H
@@ -60,10 +60,10 @@ KEMPE_API void kempe_stepper_free(kempe_stepper *stepper);
 KEMPE_API kempe_status kempe_stepper_step(kempe_stepper *stepper);
 
 /** Advances to t (s), neither backwards nor beyond t_end (KEMPE_E_ARGUMENT), in as many steps as needed. The state at t
- * is that of the last step's polynomial, with its loops closed. */
+ * follows the last step's polynomial, with its loops closed. */
 KEMPE_API kempe_status kempe_stepper_advance(kempe_stepper *stepper, double t);
 
-/** keep = 1: other inputs of the force function than t, q and qd are constant from now on, and the steps are those of
+/** keep = 1: other inputs of the force function than t, q and qd are constant from now on, and the steps are as in
  * kempe_simulate. keep = 0 (initially): they may change between calls. */
 KEMPE_API void kempe_stepper_keep_inputs(kempe_stepper *stepper, int keep);
 
@@ -90,7 +90,7 @@ KEMPE_API kempe_status kempe_stepper_set_state(kempe_stepper *stepper, const dou
                                                double *moved);
 
 /** Gives parameters of the model other values in SI from the current time on, `count` names and values. The equations
- * are derived anew, which takes milliseconds, and the loops are closed; `*moved` as for kempe_stepper_set_state. Values
+ * are derived again, taking milliseconds, and the loops are closed; `*moved` as for kempe_stepper_set_state. Values
  * that were given before remain. Saved states and outputs of before no longer fit. KEMPE_E_ARGUMENT: a parameter does
  * not exist or determines values outside the equations; KEMPE_E_INPUT, KEMPE_E_FAILED: the model cannot have these
  * values here. The stepper is then unchanged. */
@@ -103,7 +103,7 @@ KEMPE_API kempe_status kempe_stepper_reset(kempe_stepper *stepper);
 /** A stepper's state to return to. */
 typedef struct kempe_stepper_state kempe_stepper_state;
 
-/** Saves the current state. The integrator restarts here, from the saved numbers alone: what follows has the same bits
+/** Saves the current state. The integrator restarts here, only from the saved numbers: what follows has the same bits
  * as what follows a kempe_stepper_restore, here or in another stepper of the same system and options. Samples and
  * events at this time that have been taken are not taken again. Those still to come are taken when the stepper goes on.
  */

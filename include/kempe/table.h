@@ -61,7 +61,7 @@ KEMPE_API void kempe_table_name_units(kempe_table *table);
 /** Draws columns: a plot for each unit, curves, or points where rows are apart from each other (an ensemble). Ending
  * .png: a bitmap by librsvg, KEMPE_E_FAILED where it is not installed; else SVG. `x`: the column of the horizontal axis
  * (NULL: the first one of numbers). `y`: names of the others, with commas between (NULL: all); an output with several
- * components means all of them. Names are those of columns, "position.coupler.C.x", or those of outputs,
+ * components means all of them. Names are names of columns, "position.coupler.C.x", or of outputs,
  * "position(coupler.C).x". KEMPE_E_ARGUMENT: there is no such column. KEMPE_E_FAILED: there are no rows. */
 KEMPE_API kempe_status kempe_table_write_picture(const kempe_table *table, const char *x, const char *y,
                                                  const char *path);

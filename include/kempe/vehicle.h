@@ -28,9 +28,9 @@ KEMPE_BEGIN
  * "half-space:3" divide its rectangles by that number both ways. docs/contact.md has errors and costs.
  *
  * `law` "half-space" solves for the creep forces of steady rolling on such a grid (Kalker 1990). The pressures are then
- * those of "half-space". */
+ * from "half-space". */
 typedef struct kempe_contact_options {
-    size_t size;       /* sizeof this struct, or 0: that of version 0.1 */
+    size_t size;       /* sizeof this struct; 0: the one of version 0.1 */
     const char *sweep; /* "NAME=A:B:N" or "NAME=A:B", comma-separated if several: they vary together, each evenly from
                         * its A to its B. NAME=A is fixed at A. NAME is a parameter of the model or a coordinate, which
                         * is held at the value */
@@ -49,7 +49,7 @@ typedef struct kempe_contact_options {
     const char *pressure; /* "kik-piotrowski", "analyn", "half-space": a method for the pressures of each patch */
 } kempe_contact_options;
 
-/** The contact patch of a zone of a wheel. Without contact, normal is 0 and the geometry is that of the closest
+/** The contact patch of a zone of a wheel. Without contact, normal is 0 and the geometry belongs to the closest
  * approach. For an elastic wheel that is well off the rail it is one of a few fixed places of the zone. */
 typedef struct kempe_contact_patch {
     int touches;
@@ -64,8 +64,8 @@ typedef struct kempe_contact_patch {
     double a, b;      /* semi-axes of Hertz's ellipse along and across, m */
     double by_law[2]; /* the force by the law in the options; NaN without one, or if "half-space" does not converge */
     int one_ellipse;  /* 1: the patch is that ellipse, and the largest pressure is 3 normal / (2 pi a b). 0: the patch
-                       * is no ellipse (for example it has two lobes), and a and b are valid for creep forces alone:
-                       * pressures may be several times those of the ellipse. -1: unknown (a rigid wheel, or no
+                       * is not an ellipse (for example it has two lobes), and a and b are valid only for creep forces:
+                       * pressures may be several times the values of the ellipse. -1: unknown (a rigid wheel, or no
                        * contact) */
     double pressure;  /* largest pressure, Pa, by the method in the options; NaN without one, without contact, or if the
                        * contact reaches the end of its zone. The same for the two below */

@@ -289,7 +289,9 @@ static int row(kmp_formulation *formulation, double t, const double *y, double *
     kmp_eval_bias(d->eval, qd);
     if (kmp_saddle_factor(&d->saddle)) {
         kmp_text_printf(&formulation->reason,
-                        "accelerations and multipliers are not determined at the output time t = %.9g", t);
+                        "accelerations and multipliers are not unique at the output time t = %.9g s: the mechanism is "
+                        "singular there",
+                        t);
         return KMP_HALT;
     }
     kmp_saddle_accelerations(&d->saddle, qdd, lambda);
@@ -357,8 +359,8 @@ static kempe_status prepare(dae *d, const form *chosen, const kmp_formulation_st
     const char *row = chosen->rates_free ? kmp_formulation_row_of_rates(d->s) : NULL;
     if (row)
         return kmp_fail(d->s->context, KEMPE_E_INPUT,
-                        "the form index3 has positions of closures alone, and '%s' holds rates of no function of "
-                        "coordinates; use another form, as stabilized1",
+                        "form index3 has position constraints only, and '%s' is a nonholonomic constraint; use another "
+                        "form, as stabilized1",
                         row);
     unsigned values = 1u << KMP_VALUE_R | (chosen->mu ? 1u << KMP_VALUE_JTMU : 0) | KMP_TANGENTS_WITH_VALUES;
     for (int g = 0; g < chosen->groups; g++)

@@ -68,11 +68,10 @@ int kmp_redundant_check(const kmp_evaluator *eval, const kmp_partition *part, do
                                      eval->system->row_scale, tolerance, rounding ? rounding->tolerance : 0);
     if (row < 0)
         return KMP_GO;
-    kmp_text_printf(
-        reason,
-        "closure row '%s', redundant at the start, has the residual %.3g (scaled) at t = %.9g: the run began at a "
-        "change point, where the closures have a lower rank; start near it, on the intended branch",
-        eval->system->row_names[row], kmp_eval_opening(eval, row), t);
+    kmp_text_printf(reason,
+                    "constraint equation '%s', redundant at the start, is open by %.3g (relative) at t = %.9g s: the "
+                    "run began at a change point; start near it instead",
+                    eval->system->row_names[row], kmp_eval_opening(eval, row), t);
     return KMP_HALT;
 }
 

@@ -342,7 +342,7 @@ static int row(kmp_formulation *formulation, double t, const double *y, double *
     projected *d = (projected *)formulation;
     qd = qd ? qd : d->qd;
     if (!close_row(d, t, y, q, qd)) {
-        kmp_text_printf(&formulation->reason, "the closures could not be solved at the output time t = %.9g", t);
+        kmp_text_printf(&formulation->reason, "the loops cannot be closed at the output time t = %.9g s", t);
         return KMP_HALT;
     }
     if (qdd)

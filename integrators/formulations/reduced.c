@@ -46,11 +46,10 @@ static const char *name_of(const kmp_reduced *d, int k)
 
 static int dead_centre(kmp_reduced *d, double t, const char *sign, int v, int u)
 {
-    kmp_text_printf(
-        &d->formulation.reason,
-        "independent coordinate '%s' reached a dead centre at t = %.9g: %s for dependent '%s'; beyond it '%s' no "
-        "longer determines the mechanism. Choose another with --independent, or use the projected formulation",
-        name_of(d, u), t, sign, name_of(d, v), name_of(d, u));
+    kmp_text_printf(&d->formulation.reason,
+                    "independent coordinate '%s' reached a dead centre at t = %.9g s: %s for '%s'; '%s' determines the "
+                    "mechanism only up to there. Choose another (--independent), or the projected formulation",
+                    name_of(d, u), t, sign, name_of(d, v), name_of(d, u));
     return KMP_HALT;
 }
 
@@ -82,7 +81,7 @@ static int reduced_watch(kmp_reduced *d, double t, const int *signs)
     size_t bytes = (size_t)kmp_block_count(d->red.block) * sizeof *signs;
     bool crossed = memcmp(signs, d->signs, bytes) != 0 && !passed;
     if (d->start.fixed && crossed)
-        return dead_centre(d, t, "det Jv changed its sign, |dv/du| is largest", d->growth_v, d->growth_u);
+        return dead_centre(d, t, "two branches meet, and |dv/du| is largest", d->growth_v, d->growth_u);
     if (d->start.fixed && d->growth > KMP_GROWTH_LIMIT)
         return dead_centre(d, t, "|dv/du| exceeds 1000", d->growth_v, d->growth_u);
     d->crossed = crossed;
@@ -98,14 +97,13 @@ static void reduced_explain(kmp_formulation *formulation)
     kmp_reduced *d = (kmp_reduced *)formulation;
     kmp_text what = {0};
     if (d->growth >= KMP_GROWTH_EXPLAINS) {
-        kmp_text_printf(&what, "the loops cannot be closed beyond it, |dv/du| has grown to %.3g", d->growth);
+        kmp_text_printf(&what, "the loops cannot be closed beyond it, and |dv/du| has grown to %.3g", d->growth);
         (void)dead_centre(d, d->t, what.s ? what.s : "", d->growth_v, d->growth_u);
         kmp_text_free(&what);
     } else if (d->crossed) {
         kmp_text_printf(&formulation->reason,
-                        "the closures lose a row at t = %.9g: det Jv changes its sign while |dv/du| remains %.3g, so "
-                        "two branches of the mechanism meet there and the motion may continue on either; change the "
-                        "start or the lengths, or use the projected formulation",
+                        "two branches meet at t = %.9g s (change point, |dv/du| = %.3g), and the motion may continue "
+                        "on either; change start or lengths, or use the projected formulation",
                         d->t, d->growth);
     }
 }
@@ -717,14 +715,14 @@ static void explain_open(kmp_reduced *d, double t)
             worst = r;
         }
     }
-    kmp_text_printf(
-        &d->formulation.reason,
-        "the closures could not be solved at the output time t = %.9g: row '%s' has the residual %.2g (scaled)", t,
-        part->m > 0 ? d->s->row_names[worst] : "", most);
+    kmp_text_printf(&d->formulation.reason,
+                    "the loops cannot be closed at the output time t = %.9g s: constraint equation '%s' stays open by "
+                    "%.2g (relative)",
+                    t, part->m > 0 ? d->s->row_names[worst] : "", most);
     for (int k = 0; k < part->m - part->r; k++)
         if (part->redundant[k] == worst)
-            kmp_text_put(&d->formulation.reason, ". It is redundant, but agrees with the other rows only roughly: give "
-                                                 "the model's numbers more digits, or remove the row");
+            kmp_text_put(&d->formulation.reason,
+                         ". It is redundant only up to rounding: give the model's numbers more digits, or remove it");
 }
 
 /* The row by the program of the present choice: an evaluation for each correction, and what is left out in others. It
@@ -922,7 +920,7 @@ static kempe_status reduced_describe(kmp_reduced *d, double t)
                                    .accept = accept_dae};
     if (kmp_reduced_rhs(d, t, d->formulation.y, d->formulation.yp) == KMP_GO)
         return KEMPE_OK;
-    return kmp_fail(d->s->context, KEMPE_E_FAILED, "the accelerations cannot be evaluated at t = %.9g", t);
+    return kmp_fail(d->s->context, KEMPE_E_FAILED, "the accelerations cannot be evaluated at t = %.9g s", t);
 }
 
 /* -- making one -------------------------------------------------------------------------------------- */
@@ -950,7 +948,8 @@ static kempe_status prepare(kmp_reduced *d, const kmp_formulation_start *start)
     if (d->has_work)
         d->formulation.y[reduced_work(d)] = start->work;
     if (reduced_linearise_at(d, start->t, d->formulation.y) != KMP_GO)
-        return kmp_fail(d->s->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", start->t);
+        return kmp_fail(d->s->context, KEMPE_E_FAILED,
+                        "the Jacobian of the dependent coordinates is singular at t = %.9g s", start->t);
     reduced_set_tolerances(d);
     bool made = kmp_reduced_make_program(d, !start->brief) == KMP_GO;
     if (made && start->early)
@@ -976,8 +975,8 @@ static bool can_follow(const kmp_reduced *d)
     if (d->has_v || !row)
         return true;
     (void)kmp_fail(d->s->context, KEMPE_E_INPUT,
-                   "the form newton with this integrator finds dependent coordinates from closures alone, and '%s' "
-                   "holds rates of no function of coordinates; use the form integrated, or the integrator dop853",
+                   "form newton with this integrator finds the dependent coordinates from position constraints, and "
+                   "'%s' is a nonholonomic constraint; use form integrated, or integrator dop853",
                    row);
     return false;
 }

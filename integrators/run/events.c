@@ -535,11 +535,10 @@ bool kmp_event_tracker_is_undecided(const kmp_event_tracker *c, kmp_text *why)
 {
     const kmp_piece_search *pieces = &c->search.pieces;
     if (pieces->undecided > 0)
-        kmp_text_printf(
-            why,
-            "%s: whether this changes is not decided in the step from t = %.9g s on, by as many evaluations "
-            "as a step may have. A change may be missed: set a max_step",
-            c->s->event_text[pieces->which], pieces->since);
+        kmp_text_printf(why,
+                        "%s: the search for changes reached its limit of evaluations in the step from t = %.9g s on, "
+                        "and may have missed one: set a max_step",
+                        c->s->event_text[pieces->which], pieces->since);
     return pieces->undecided > 0;
 }
 
@@ -740,14 +739,16 @@ static void note_event(kmp_event_tracker *c, int k, double t, bool holds)
     double most = condition->measured && !holds ? fmax(c->past[k].peak, c->past[k].most) : NAN;
     if (condition->bend || condition->rough)
         return;
-    if (condition->measured) {
-        const kmp_force *force = condition->of;
+    const kmp_force *force = condition->measured ? condition->of : NULL;
+    if (force) {
         kmp_run_log_contact(c->plan.log, (int)(force - c->s->model->forces), t, holds, most);
         c->past[k].peak = 0;
         c->past[k].latest.count = 0;
+        kmp_run_log_add(c->plan.log, "event", t, NAN, most, "contact '%s' %s", force->name, holds ? "closes" : "opens");
+    } else {
+        kmp_run_log_add(c->plan.log, "event", t, NAN, most, "%s became %s", c->s->event_text[k],
+                        holds == stated ? "true" : "false");
     }
-    kmp_run_log_add(c->plan.log, "event", t, NAN, most, "%s became %s", c->s->event_text[k],
-                    holds == stated ? "true" : "false");
     c->count++;
 }
 
@@ -775,7 +776,7 @@ static kempe_status change_condition(kmp_event_tracker *c, int k, double t)
         return KEMPE_OK;
     c->stuck = true;
     return kmp_fail(
-        c->s->context, KEMPE_E_FAILED, "%s changes back and forth at t = %.9g: %s", c->s->event_text[k], t,
+        c->s->context, KEMPE_E_FAILED, "%s changes back and forth at t = %.9g s: %s", c->s->event_text[k], t,
         advice ? advice
                : "the motion slides along this condition; make the law continuous there, for instance with tanh");
 }
@@ -791,7 +792,7 @@ static kempe_status change_conditions(kmp_event_tracker *c, double t)
     }
     int k = first_switched(c);
     return k < 0 ? KEMPE_OK
-                 : kmp_fail(c->s->context, KEMPE_E_FAILED, "%s contradicts another condition at t = %.9g",
+                 : kmp_fail(c->s->context, KEMPE_E_FAILED, "%s contradicts another condition at t = %.9g s",
                             c->s->event_text[k], t);
 }
 

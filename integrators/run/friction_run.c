@@ -378,28 +378,28 @@ void kmp_friction_put_spread(kmp_text *text, int n, const double *d)
 static void put_cause(kmp_text *text, const kmp_runner *run)
 {
     static const char *const causes[] = {
-        [KMP_FRICTION_LEVELS] = "the levels depend too much on the friction itself to settle",
-        [KMP_FRICTION_ROUNDED] = "rounding prevents its force from being found",
-        [KMP_FRICTION_REVERSES] = "the friction of slip would reverse the slip that begins",
-        [KMP_FRICTION_LOADS] = "forces that depend on multipliers have no solution with the modes that follow"};
+        [KMP_FRICTION_LEVELS] = "the friction levels depend too strongly on the friction forces to settle",
+        [KMP_FRICTION_ROUNDED] = "the friction force cannot be found because of rounding",
+        [KMP_FRICTION_REVERSES] = "sliding friction would reverse the slip as it begins",
+        [KMP_FRICTION_LOADS] =
+            "forces that depend on constraint forces have no solution in the next state of slip and stick"};
     const kmp_friction_run *x = run->friction;
     bool across = false;
     for (int k = 0; k < x->rest; k++)
         across = across || x->element[x->which[k]].twin >= 0;
     if (x->growth >= 1)
         kmp_text_printf(
-            text,
-            ": the level of '%s' grows by %.4g for each unit of friction, where less than 1 is sure to have "
-            "a solution",
+            text, ": the level of '%s' grows by %.4g for each unit of friction, and only below 1 a solution is certain",
             name_of(run, &x->element[x->most]), x->growth);
     else
         kmp_text_printf(text, ": %s", causes[x->cause]);
     if (x->tried_modes == 0 && across)
-        kmp_text_put(text, ", and modes of slip in two directions cannot be tried one after the other");
+        kmp_text_put(text, ", and combinations of slip in two directions cannot be tried one by one");
     else if (x->tried_modes == 0)
-        kmp_text_printf(text, ", and the modes of %d elements are too many to try one after the other", x->rest);
+        kmp_text_printf(text, ", and %d friction elements have too many combinations of slip and stick to try",
+                        x->rest);
     else if (x->cause != KMP_FRICTION_LOADS)
-        kmp_text_printf(text, ", and none of %d combinations of slip and stick agrees with its forces", x->tried_modes);
+        kmp_text_printf(text, ", and none of %d combinations of slip and stick agrees with the forces", x->tried_modes);
 }
 
 static kempe_status fail_impossible(const kmp_runner *run, double t)
@@ -409,7 +409,7 @@ static kempe_status fail_impossible(const kmp_runner *run, double t)
     for (int i = 0; i < x->count; i++)
         if (!x->element[i].contact && (x->rest == 0 || x->element[i].tries))
             kmp_text_printf(&text, "%s'%s'", text.length ? ", " : "", name_of(run, &x->element[i]));
-    kmp_text_printf(&text, " can neither slip nor stick at t = %.9g", t);
+    kmp_text_printf(&text, " can neither slip nor stick at t = %.9g s", t);
     put_cause(&text, run);
     kmp_friction_put_spread(&text, x->rest, x->d);
     kmp_text_put(&text,
@@ -427,10 +427,10 @@ static kempe_status fail_alternating(const kmp_runner *run, double t)
     const char *help = contact->contact ? "A 'law' makes this contact compliant, and its forces unique"
                                         : "Regularise this friction with a 'speed'";
     bool at_once = x->past.repeats >= KMP_FRICTION_REPEATS;
-    return kmp_fail(run->s->context, KEMPE_E_FAILED,
-                    "modes are decided %d times between t = %.9g and %.9g without an end, most often by '%s'. %s",
-                    at_once ? x->past.repeats : x->past.changes, at_once ? t : x->past.since, t, name_of(run, most),
-                    help);
+    return kmp_fail(
+        run->s->context, KEMPE_E_FAILED,
+        "slip and stick changed %d times between t = %.9g and %.9g s without an end, most often at '%s'. %s",
+        at_once ? x->past.repeats : x->past.changes, at_once ? t : x->past.since, t, name_of(run, most), help);
 }
 
 static int fail(void *self, kmp_friction_failure failure, double t)
@@ -443,10 +443,9 @@ static int fail(void *self, kmp_friction_failure failure, double t)
         return (int)fail_alternating(run, t);
     case KMP_FRICTION_FORCED:
         return (int)kmp_fail(run->s->context, KEMPE_E_FAILED,
-                             "closures or drives force the surfaces of contacts into each other at t = %.9g", t);
+                             "the closures or drives press the surfaces of contacts into each other at t = %.9g s", t);
     default:
-        return (int)kmp_fail(run->s->context, KEMPE_E_FAILED, "the modes of friction at t = %.9g are not determined",
-                             t);
+        return (int)kmp_fail(run->s->context, KEMPE_E_FAILED, "no state of slip and stick is found at t = %.9g s", t);
     }
 }
 
@@ -460,9 +459,9 @@ static const char *words_of(const kmp_friction_element *e)
             return "slips";
         return e->sense > 0 ? "slips forward" : "slips backward";
     case KMP_FRICTION_SMOOTH:
-        return "is regularised: no combination of modes is possible, or several are";
+        return "is regularised: no combination of slip and stick is possible, or several are";
     case KMP_FRICTION_IDLE:
-        return "rests by other closures: its force is not determined, and taken as zero";
+        return "is held at rest by other closures: its force is not unique, and is taken as zero";
     default:
         return e->contact ? "closes" : "sticks";
     }
@@ -473,16 +472,16 @@ static void tell(void *self, kmp_friction_fact fact, int element, double t, doub
     const kmp_runner *run = self;
     const kmp_friction_element *e = element < 0 ? NULL : &run->friction->element[element];
     if (!e) {
-        kmp_run_log_add(run->log, "solutions", t, number, NAN,
-                        "%d combinations of modes of friction are possible; the run goes on with that nearest to the "
-                        "modes before",
-                        (int)number);
+        kmp_run_log_add(
+            run->log, "solutions", t, number, NAN,
+            "%d combinations of slip and stick are possible; the run continues with the one nearest to the last",
+            (int)number);
     } else if (fact == KMP_FRICTION_TELLS_CHANGE) {
         const kmp_friction_element *named = e->twin < 0 ? e : &run->friction->element[e->base];
         kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "'%s%s' %s",
                         name_of(run, named), e->twin < 0 ? "" : "_friction", words_of(e));
     } else if (fact == KMP_FRICTION_TELLS_LEFT) {
-        kmp_run_log_add(run->log, "regularised", t, e->smooth_t, number, "'%s' was regularised from t = %.9g to %.9g",
+        kmp_run_log_add(run->log, "regularised", t, e->smooth_t, number, "'%s' was regularised from t = %.9g to %.9g s",
                         name_of(run, e), e->smooth_t, t);
     } else {
         kmp_run_log_add(run->log, "growth", t, NAN, number,

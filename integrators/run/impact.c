@@ -61,7 +61,9 @@ static int invert(void *self, double t, const double *q)
     shared->factored = !kmp_saddle_factor(&shared->saddle);
     return shared->factored
                ? KEMPE_OK
-               : (int)kmp_fail(run->s->context, KEMPE_E_FAILED, "an impact at t = %.9g meets a singular mechanism", t);
+               : (int)kmp_fail(run->s->context, KEMPE_E_FAILED,
+                               "impact at t = %.9g s in a singular position: the velocities after it are not unique",
+                               t);
 }
 
 static int way(void *self, const double *g, double *to)
@@ -87,9 +89,10 @@ static const kmp_force *force_of(const kmp_runner *run, const kmp_friction_eleme
 
 static int fail(void *self, kmp_impact_failure failure, double t, int count, const int *which)
 {
-    static const char *const reasons[] = {[KMP_IMPACT_FORCED] = "closures or drives force the surfaces into each other",
-                                          [KMP_IMPACT_UNDECIDED] = "the impulses are not determined",
-                                          [KMP_IMPACT_ALTERNATES] = "the impulses of friction are not determined"};
+    static const char *const reasons[] = {[KMP_IMPACT_FORCED] =
+                                              "the closures or drives press the surfaces into each other",
+                                          [KMP_IMPACT_UNDECIDED] = "the impulses cannot be found because of rounding",
+                                          [KMP_IMPACT_ALTERNATES] = "the impulses of friction do not settle"};
     const kmp_runner *run = self;
     kmp_text text = {0};
     for (int k = 0; k < count; k++) {
@@ -97,7 +100,7 @@ static int fail(void *self, kmp_impact_failure failure, double t, int count, con
         if (e->contact)
             kmp_text_printf(&text, "%s'%s'", text.length ? ", " : "", force_of(run, e)->name);
     }
-    kmp_text_printf(&text, ": %s at t = %.9g", reasons[failure], t);
+    kmp_text_printf(&text, ": %s at t = %.9g s", reasons[failure], t);
     kmp_friction_put_spread(&text, run->impacts->run.count, run->impacts->run.d);
     return (int)kmp_fail_text(run->s->context, KEMPE_E_FAILED, &text);
 }
@@ -106,7 +109,7 @@ static void tell_sequence(void *self, int element, double t, double since, doubl
 {
     const kmp_runner *run = self;
     kmp_run_log_add(run->log, "accumulation", t, since, end,
-                    "impacts of '%s' accumulate at t = %.9g; the contact closes",
+                    "contact '%s' closes at t = %.9g s after ever shorter rebounds",
                     force_of(run, &run->friction->element[element])->name, end);
 }
 
@@ -117,13 +120,11 @@ static void tell_impact(void *self, const kmp_impact_run *p, double t, double be
     for (int k = 0; k < p->count; k++) {
         const kmp_friction_element *e = kmp_impact_element(p, k);
         if (p->f[k] != 0 && e->contact)
-            kmp_text_printf(&names, "%s'%s' at %.4g %s", names.length ? ", " : "", force_of(run, e)->name, -p->v[k],
-                            force_of(run, e)->touch.turns ? "rad/s" : "m/s");
+            kmp_text_printf(&names, "%s'%s' struck at %.4g %s", names.length ? ", " : "", force_of(run, e)->name,
+                            -p->v[k], force_of(run, e)->touch.turns ? "rad/s" : "m/s");
     }
-    kmp_run_log_add(run->log, "impact", t, before, before + gain,
-                    gain > 0 ? "%s: the kinetic energy grows by %.4g J, from %.4g J"
-                             : "%s: %.4g of %.4g J of kinetic energy are lost",
-                    names.s ? names.s : "", fabs(gain), before);
+    kmp_run_log_add(run->log, "impact", t, before, before + gain, "%s: the kinetic energy %s by %.4g J, from %.4g J",
+                    names.s ? names.s : "impact", gain > 0 ? "grows" : "falls", fabs(gain), before);
     kmp_text_free(&names);
 }
 
@@ -131,7 +132,7 @@ static void tell_plastic(void *self, double t, double gain)
 {
     const kmp_runner *run = self;
     kmp_run_log_add(run->log, "restitution", t, NAN, NAN,
-                    "with its restitution an impact would gain %.4g J: it is taken without", gain);
+                    "impact computed without restitution: with it the kinetic energy would grow by %.4g J", gain);
 }
 
 /* -- making ---------------------------------------------------------------------------------------------- */

@@ -67,9 +67,8 @@ bool kmp_work_bound_passed(kmp_work_bound *bound, long tried, double t, double t
     if (!slow || !why)
         return slow;
     kmp_text_printf(why,
-                    "too much work: at t = %.9g s the last %.0f steps advanced %.3g s. To reach t_end = %.9g s about "
-                    "%.1g more steps are needed. The motion is very fast or nearly singular: check start, masses and "
-                    "forces, or allow more steps (max_steps)",
+                    "too much work: at t = %.9g s the last %.0f steps advanced %.3g s, and t_end = %.9g s needs %.1g "
+                    "more: check start, masses and forces, or raise max_steps",
                     t, taken, made, t_end, made > 0 ? left * taken / made : 1e300);
     return true;
 }
@@ -218,12 +217,12 @@ static kempe_status check_growth(kmp_runner *run, double t)
     if (k < 0)
         return KEMPE_OK;
     kmp_text why = {0};
-    kmp_text_printf(
-        &why,
-        "the motion grows without end: at t = %.6g s '%s' has a rate of %.3g %s, and the state is ten times as "
-        "large as %.3g s before, for the third time",
-        t, kmp_model_motion(run->s->model, k)->name, row[run->s->n + k],
-        kmp_model_motion(run->s->model, k)->rotation ? "rad/s" : "m/s", run->growth.t[0] - run->growth.t[1]);
+    kmp_text_printf(&why,
+                    "the motion grows without end: at t = %.6g s '%s' has a rate of %.3g %s, and the state is ten "
+                    "times larger than %.3g s before, repeatedly",
+                    t, kmp_model_motion(run->s->model, k)->name, row[run->s->n + k],
+                    kmp_model_motion(run->s->model, k)->rotation ? "rad/s" : "m/s",
+                    run->growth.t[0] - run->growth.t[1]);
     size_t said = why.length;
     kmp_runner_explain_angles(run, &why);
     if (why.length == said)
@@ -285,8 +284,9 @@ static void log_loose(kmp_runner *run, const kempe_assembly *start)
 {
     kmp_text names = {0};
     if ((start->rested || start->centred) && kmp_assembly_put_loose(&names, start, KMP_LOOSE_REST) > 0)
-        kmp_run_log_add(run->log, "start", run->spec.t_start, NAN, NAN, "%s as without clearance%s", names.s,
-                        start->centred ? ", centred because a guess was outside its bearing" : "");
+        kmp_run_log_add(
+            run->log, "start", run->spec.t_start, NAN, NAN, "%s: start position computed without clearance%s", names.s,
+            start->centred ? "; the journal is centred, because its start value was outside the bearing" : "");
     kmp_text_free(&names);
 }
 

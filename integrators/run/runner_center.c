@@ -91,8 +91,8 @@ static void note_center(const kmp_runner *run, int c, double t, double regular)
 {
     const kempe_model *model = run->s->model;
     kmp_run_log_add(run->log, "centring", t, regular, 1,
-                    "joint '%s' has new angles, because the former ones approached their singular position: "
-                    "determinant of the axes %.3g -> 1",
+                    "inner angles of joint '%s' chosen again far from their singular position (determinant of the axes "
+                    "%.3g -> 1); reported angles continue",
                     model->bodies[model->motions[run->s->chart_first[c]].body].joint, regular);
 }
 

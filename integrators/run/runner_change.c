@@ -168,9 +168,10 @@ static bool runner_relieve(kmp_runner *run, double t)
         return false;
     run->stand_in.active = true;
     run->choice.kind = own->stand_in;
-    kmp_run_log_add(run->log, "integrator", t, (double)steps, FREQUENT,
-                    "%s continues in place of %s: inputs jump, and each start at order one would add its errors",
-                    own->stand_in->name, own->name);
+    kmp_run_log_add(
+        run->log, "integrator", t, (double)steps, FREQUENT,
+        "integrator changed to %s: inputs jump often, and each restart of %s at order one would add an error",
+        own->stand_in->name, own->name);
     return true;
 }
 
@@ -194,8 +195,9 @@ static kempe_status runner_return(kmp_runner *run, double t)
     run->stand_in.returns++;
     run->restarted = kmp_runner_tried(run);
     run->choice.kind = NULL;
-    kmp_run_log_add(run->log, "integrator", t, NAN, NAN, "%s continues: inputs have not jumped for %ld steps",
-                    run->spec.integrator, (long)QUIET << returns);
+    kmp_run_log_add(run->log, "integrator", t, NAN, NAN,
+                    "integrator changed back to %s: inputs have not jumped for %ld steps", run->spec.integrator,
+                    (long)QUIET << returns);
     return runner_change_formulation(run, t, false, 0);
 }
 
@@ -332,13 +334,13 @@ static kempe_status leave_near_singular(kmp_runner *run, double t)
     KMP_TRY(runner_change_formulation(run, t, false, 0));
     if (walked)
         kmp_run_log_add(run->log, "change point", t, NAN, NAN,
-                        "the integrator stopped near a change point; the projected formulation continued from t = "
-                        "%.9g to this time with dop853",
+                        "the integrator stopped near a change point; the projected formulation continued from t = %.9g "
+                        "s to this time with dop853",
                         since);
     else if ((at > from || from == run->spec.t_start) && at < t && size < KMP_NEAR_SINGULAR_IN)
         kmp_run_log_add(run->log, "change point", at, size, run->margin.last / run->margin.usual,
-                        "crossed a change point between t = %.9g and %.9g in one step, in the direction of motion; "
-                        "margin of the closures %.2g",
+                        "change point crossed between t = %.9g and %.9g s in one step; the direction of motion is kept "
+                        "(independence of the constraints %.2g)",
                         from, t, size);
     return KEMPE_OK;
 }
@@ -349,8 +351,8 @@ static kempe_status change_rows(kmp_runner *run, double t)
     double before = run->margin.rows, h = run->solver->h;
     KMP_TRY(runner_change_formulation(run, t, false, h));
     kmp_run_log_add(run->log, "rows", t, before, run->margin.rows,
-                    "the choice of independent closure rows changed: largest dependence of a redundant row on "
-                    "them %.2g, now %.2g",
+                    "independent constraint equations chosen again: redundant ones depended on them by factors up to "
+                    "%.2g, now %.2g",
                     before, run->margin.rows);
     return KEMPE_OK;
 }
@@ -393,8 +395,8 @@ static kempe_status watch_bodies(kmp_runner *run, double t)
     run->by_bodies = false;
     KMP_TRY(runner_change_formulation(run, t, false, 0));
     kmp_run_log_add(run->log, "dynamics", t, most, size,
-                    "with open loops some joint moves almost no inertia: M and C are used from this time on, not "
-                    "the articulated-body algorithm");
+                    "some joint moves almost no inertia when the loops are open: from this time on the run uses the "
+                    "mass matrix, not the articulated-body algorithm");
     return KEMPE_OK;
 }
 
@@ -423,7 +425,7 @@ static kempe_status leave_unknowns(kmp_runner *run, double t)
     run->method = kmp_formulation_find("projected", NULL);
     KMP_TRY(runner_change_formulation(run, t, false, run->solver->h));
     kmp_run_log_add(run->log, "formulation", t, NAN, NAN,
-                    "the independent coordinates come near their dead centre: the run continues with the projected "
+                    "the independent coordinates approach a dead centre: the run continues with the projected "
                     "formulation, which needs none");
     return KEMPE_OK;
 }
@@ -549,7 +551,8 @@ static kempe_status pass_switch(kmp_runner *run, double t)
     double after = kmp_eval_kinetic(run->eval, q + run->s->n), before = after - energy;
     if (-energy > fmax(run->spec.rtol * before, energy_of_rest(run)))
         kmp_run_log_add(run->log, "impact", t, before, after,
-                        "closures switch and rates jump: %.4g of %.4g J of kinetic energy are lost", -energy, before);
+                        "closures switch and the velocities jump: the kinetic energy falls by %.4g J, from %.4g J",
+                        -energy, before);
     const double begin = run->solver->t_old, instant = KMP_FRICTION_INSTANT * kmp_friction_span(run);
     const double h = kmp_restart_length(run->solver->t - begin, t - begin, instant, kmp_impact_since(run->impacts));
     if (!same || !plain || !goes_on_after_switch(run))

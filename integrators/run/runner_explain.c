@@ -47,11 +47,12 @@ static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
     if (row < 0)
         return false;
     const char *name = kmp_runner_driven_by(run->s, row);
-    kmp_text_printf(text, "the mechanism reaches a limit position (dead centre) at t = %.7g, beyond which ", t);
+    kmp_text_printf(text, "the mechanism reaches a limit position (dead centre) at t = %.7g s, beyond which ", t);
     if (name)
-        kmp_text_printf(text, "the driven coordinate '%s' (row '%s') cannot move", name, run->s->row_names[row]);
+        kmp_text_printf(text, "constraint equation '%s' cannot move the driven coordinate '%s'", run->s->row_names[row],
+                        name);
     else
-        kmp_text_printf(text, "closure row '%s' cannot follow its prescribed motion", run->s->row_names[row]);
+        kmp_text_printf(text, "constraint equation '%s' cannot follow its prescribed motion", run->s->row_names[row]);
     return true;
 }
 
@@ -194,7 +195,7 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
     else if (!locks && kmp_is_unsettled(run->eval))
         kmp_put_unsettled(run->eval, text);
     else if (!locks)
-        kmp_text_printf(text, "%s at t = %.9g", otherwise, t);
+        kmp_text_printf(text, "%s at t = %.9g s", otherwise, t);
     if (!locks && run->formulation && !kmp_is_unsettled(run->eval) && !(run->crossing && run->crossing->stuck))
         name_unknowns(run, text);
     kmp_runner_explain_angles(run, text);

@@ -191,7 +191,7 @@ static void choose_for_change_points(kmp_runner *run)
     kmp_integrator_choice *c = &run->choice;
     if (c->kind && c->kind->lanes)
         kmp_run_log_add(run->log, "integrator", run->near_singular_t, 0, 0,
-                        "dop853 continues in place of radau: the motion passes change points");
+                        "integrator changed from radau to dop853: the motion passes change points");
     c->kind = kmp_solver_find("dop853");
     c->open = false;
 }
@@ -358,8 +358,8 @@ static kempe_status end_trial(kmp_runner *run, double t)
     double now = pace(run, t);
     if (now > (run->kind->lanes ? BETTER_RADAU : BETTER_DOP853) * c->pace) {
         kmp_run_log_add(run->log, "integrator", t, c->pace / now, 1,
-                        "%s continues in place of %s: it simulates %.3g times as much in the same counted time",
-                        run->kind->name, c->other_kind->name, now / c->pace);
+                        "integrator changed from %s to %s: about %.3g times as fast here", c->other_kind->name,
+                        run->kind->name, now / c->pace);
     } else {
         KMP_TRY(exchange(run, t, c->h));
     }

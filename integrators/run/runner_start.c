@@ -126,10 +126,11 @@ static kempe_status check_rates(kmp_runner *run, const double *qd)
     if (worst <= KMP_CLOSED_START * size)
         return KEMPE_OK;
     const char *name = kmp_runner_driven_by(s, row);
-    return kmp_fail(s->context, KEMPE_E_FAILED,
-                    "the rate prescribed by closure row '%s'%s%s%s is impossible at the start: %.3g of it remains; the "
-                    "mechanism is at a dead centre there",
-                    s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
+    return kmp_fail(
+        s->context, KEMPE_E_FAILED,
+        "the rate prescribed by constraint equation '%s'%s%s%s is impossible at the start: %.3g of it remains; the "
+        "mechanism is at a dead centre there",
+        s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
 }
 
 kempe_status kmp_runner_accelerate_by(kmp_runner *run, double t, const double *q, const double *qd,
@@ -166,10 +167,11 @@ static kempe_status note_other_solution(kmp_runner *run)
         return KEMPE_OK;
     KMP_TRY(make_saddle(run, &saddle));
     if (!kmp_saddle_factor(&saddle) && kmp_saddle_find_other(&saddle, &row, &other))
-        kmp_run_log_add(run->log, "solutions", run->spec.t_start, run->lambda[row], other,
-                        "force '%s' has two solutions: with %.6g and with %.6g for the multiplier of closure row '%s'; "
-                        "the run begins with the first",
-                        kmp_load_dependent_force(s, row), run->lambda[row], other, s->row_names[row]);
+        kmp_run_log_add(
+            run->log, "solutions", run->spec.t_start, run->lambda[row], other,
+            "force '%s' has two solutions: with %.6g and with %.6g for the multiplier of constraint equation '%s'; "
+            "the run begins with the first",
+            kmp_load_dependent_force(s, row), run->lambda[row], other, s->row_names[row]);
     kmp_saddle_free(&saddle);
     return KEMPE_OK;
 }

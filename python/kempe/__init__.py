@@ -9,7 +9,7 @@
     >>> run.q.shape, run["position(coupler.C)"].shape
     ((501, 3), (501, 3))
 
-Units are SI: kg, m, rad, s, N. n is the number of coordinates, m that of closure rows. Arrays are of float64. The examples of
+Units are SI: kg, m, rad, s, N. n is the number of coordinates, m the number of constraint equations. Arrays are of float64. The examples of
 these texts are run in a folder with the models four_bar.yaml, quarter_car.yaml and cart_pole.yaml of the source.
 """
 

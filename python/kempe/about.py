@@ -13,7 +13,7 @@ from .lazy import np
 
 def about() -> dict[str, Any]:
     """Versions, the back end that runs here, solvers. `libraries`: files of the library and of what was bundled with it.
-    `license`: that of the package with the libraries of this build; `licenses`: texts by file name."""
+    `license`: the license of the package with the libraries of this build; `licenses`: texts by file name."""
     import importlib.metadata
     import pathlib
 

@@ -90,7 +90,7 @@ def fastsim(flexibility: ArrayLike, **given: Any) -> dict[str, Any]:
 
 def conicity(y: ArrayLike, difference: ArrayLike, amplitude: float) -> dict[str, float]:
     """Equivalent conicity (EN 15302) at an amplitude (m): conicity, and the ends low and high of the motion (m). Given is the
-    rolling radius of the left wheel less that of the right one at ascending lateral places y of the wheelset, positive to the left.
+    rolling radius of the left wheel less the rolling radius of the right one at ascending lateral places y of the wheelset, positive to the left.
 
     >>> f"{conicity([-0.01, 0.01], [-0.001, 0.001], 0.005)['conicity']:.3f}"
     '0.050'

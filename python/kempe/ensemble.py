@@ -207,7 +207,7 @@ class Folder(Result):
         )
 
     def write_report(self, path: str | os.PathLike[str], model: Model | None = None) -> None:
-        """Checks all parts and writes the page that `EnsembleResult.write_report` writes of a run in one piece. `model`: that of the
+        """Checks all parts and writes the page that `EnsembleResult.write_report` writes of a run in one piece. `model`: the model of the
         run; by default it is read from `model_file`."""
         from .model import Model
 
@@ -278,7 +278,7 @@ class Ensemble(Fixed):
 
     def run_rows(self, rows: ArrayLike, lanes: int = 0, **options: Unpack[RunOptions]) -> EnsembleResult:
         """Runs instances with other values, without another derivation: rows of the columns of the table, in SI. Columns that
-        have names, as those of pandas, are taken by their names.
+        have names, as in pandas, are taken by their names.
 
         >>> ensemble = kempe.Model("four_bar.yaml").ensemble({"crank": [], "base": []})
         >>> ensemble.run_rows([[0.29, 0.9], [0.31, 0.9]], t_end=0.5).status
@@ -306,7 +306,7 @@ class Ensemble(Fixed):
         return made
 
     def history(self, instances: str, **options: Unpack[RunOptions]) -> Table:
-        """Time histories of chosen instances, "3,10:12", 1 the first one: a column `instance`, then those of `Trajectory.rows`.
+        """Time histories of chosen instances, "3,10:12", 1 the first one: a column `instance`, then the columns of `Trajectory.rows`.
         Each is a run of its own.
 
         >>> ensemble = kempe.Model("four_bar.yaml").ensemble({"crank": [0.29, 0.30, 0.31]})
@@ -338,7 +338,7 @@ class Ensemble(Fixed):
         `shard`: "I/N", every N-th part from the I-th on, or "auto". Processes with one of both share a folder.
         `history`: instances whose histories are written too, "3,10:12", 1 the first one.
 
-        With an `executor`, as those of concurrent.futures, its processes run `shards` such shares (0: 64), with one thread each
+        With an `executor`, such as from concurrent.futures, its processes run `shards` such shares (0: 64), with one thread each
         unless `threads` is given. The call waits for all of them; the error of a lost process names the missing parts.
 
         >>> import tempfile
@@ -407,7 +407,7 @@ class Function:
 
     def __call__(self, X: ArrayLike) -> Array:
         """Values (rows x values) of rows of inputs (rows x inputs), in SI; of one row (inputs) its values (values).
-        Columns that have names, as those of pandas, are taken by their names.
+        Columns that have names, as in pandas, are taken by their names.
 
         >>> f = kempe.Model("four_bar.yaml").function(["crank", "base"], quantities="max(q(rocker))", t_end=1)
         >>> f.values, f([[0.3, 0.9], [0.31, 0.9], [3.0, 0.9]]).shape

@@ -104,7 +104,7 @@ def run_shards(
     place, count, token = os.path.abspath(os.fsdecode(path)), shards or SHARDS, uuid.uuid4().hex
     if not resume and os.path.exists(os.path.join(place, "manifest.json")):
         raise InputError(
-            f"{place}: the folder has results; resume=True runs what is missing, another folder begins anew"
+            f"{place}: the folder has results: resume=True runs what is missing; give another folder to begin again"
         )
     given = {"threads": 1, **options}
     meter = Meter(given.pop("progress", None), count)
@@ -135,7 +135,7 @@ def run_shards(
 
 
 def _outcome(place: str, counts: list[dict[str, Any]], failures: list[Exception], shards: int) -> Folder:
-    """The folder with all that its processes have made; warnings and failures are those of the whole."""
+    """The folder with all that its processes have made; warnings and failures belong to the whole."""
     from .ensemble import Folder
 
     _warn([each for each in counts if each["process"] != os.getpid()])

@@ -229,7 +229,7 @@ def read_exudyn(path: str | os.PathLike[str]) -> SimpleNamespace:
     except OSError as error:
         raise FileError(f"'{name}': {error.strerror}") from None
     except zipfile.BadZipFile as error:
-        raise InputError(f"'{name}': it is no archive of arrays: {error}") from None
+        raise InputError(f"'{name}': it is not an archive of arrays: {error}") from None
     except InputError as error:
         raise InputError(f"'{name}': {error.message}") from None
     members = {key: _first(value) if key != "nodeSets" else value for key, value in members.items()}
@@ -334,10 +334,10 @@ def convert_exudyn(
     units: str = "m kg s",
 ) -> None:
     """Writes a body of Exudyn, an object like its FEMinterface with nodes, massMatrix, stiffnessMatrix and modeBasis, as a file of
-    kempe-flexible-1. `interfaces`: sets of nodes by name, or numbers of nodes from 0; None: all sets of the body. `units`: those of its
-    numbers. InputError: it is no body of solid elements with modes."""
+    kempe-flexible-1. `interfaces`: sets of nodes by name, or numbers of nodes from 0; None: all sets of the body. `units`: the units of its
+    numbers. InputError: it is not a body of solid elements with modes."""
     if "Position" not in fem.nodes or len(fem.nodes) != 1:
-        raise InputError("its nodes are not 'Position' alone: bodies of solid elements are converted, without beams and shells")
+        raise InputError("its nodes must all be 'Position': only bodies of solid elements are converted, without beams and shells")
     place = np.asarray(fem.nodes["Position"], dtype=float)
     basis = np.asarray(fem.modeBasis["matrix"] if "matrix" in fem.modeBasis else np.zeros((0, 0)), dtype=float)
     count = len(place)

@@ -64,7 +64,7 @@ class Kept:
     def _absent(self) -> NoReturn:
         name = type(self).__name__
         raise TypeError(
-            f"a {name} that was pickled has its numbers, tables and texts alone: this needs the {name} itself"
+            f"a {name} that was pickled has only its numbers, tables and texts: this needs the {name} itself"
         )
 
     _context = _pointer = property(_absent)

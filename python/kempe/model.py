@@ -49,8 +49,8 @@ class Model(Fixed):
     >>> model.name, model.coordinates
     ('four-bar', ('crank', 'coupler', 'rocker'))
 
-    A value is a text as in the file: without a unit it is in SI, that of an input in the unit of the input. A number is the
-    text of its digits. In calls and results all numbers are in SI, also inputs of a stepper. `parameters` has values whose names are no keywords.
+    A value is a text as in the file: without a unit it is in SI, the value of an input in the unit of the input. A number is the
+    text of its digits. In calls and results all numbers are in SI, also inputs of a stepper. `parameters` has values whose names are not keywords.
     `closure_tolerance` (m) is the gap that redundant closures may keep; `cache` a folder that keeps derived equations.
     Of a robot in another format, `robot_base` is "fixed" or "free"; with `joint_limits` its limits are stops. Mechanics in it that Kempe does not read is an
     error, unless `leave_out` has its name. With `strict` surfaces, limits and controllers that are not used are errors, too.
@@ -233,7 +233,7 @@ class Model(Fixed):
 
     def system(self, dynamics: str | None = None, force: Force | None = None) -> System:
         """The equations of motion. `dynamics`: auto, composite, plain, ner, articulated. `force`: a function (t, q, qd) that gives
-        generalized forces (n; N m or N) in addition to the model's; it must be smooth and depend on its arguments alone."""
+        generalized forces (n; N m or N) in addition to the model's; it must be smooth and depend only on its arguments."""
         if dynamics is None and force is None and self._system is not None:
             return self._system
         if dynamics is None:
@@ -292,7 +292,7 @@ class Model(Fixed):
         return study(Optimum, self, options)
 
     def gradient(self, **options: Unpack[GradientOptions]) -> Gradient:
-        """Outputs of the driven mechanism with their derivatives by parameters, for repeated evaluation. The outputs are those of
+        """Outputs of the driven mechanism with their derivatives by parameters, for repeated evaluation. The outputs are as in
         the model.
 
         >>> text = open("four_bar.yaml").read().replace("run: {", "run: {outputs: [position(coupler.C)], ")
@@ -416,7 +416,7 @@ class Model(Fixed):
         **options: Unpack[RunOptions],
     ) -> Function:
         """A function of rows of inputs, parameters and starts (q.NAME, qd.NAME), that gives rows of quantities. The equations are
-        derived once. Rows run as those of an ensemble, in lanes and threads; each result depends on its row alone.
+        derived once. Rows run as in an ensemble, several at a time and in threads; each result depends only on its row.
 
         >>> f = Model("four_bar.yaml").function(["crank"], quantities={"swing": "range(q(rocker))"}, t_end=1)
         >>> Y = f([[0.29], [0.30], [0.31]])

@@ -171,7 +171,7 @@ class System(Fixed):
         return study(Kinematics, self, options)
 
     def inverse(self, **options: Unpack[InverseOptions]) -> Inverse:
-        """Actuator forces and torques of a prescribed motion; without `motion`, that of the model's drives or the start.
+        """Actuator forces and torques of a prescribed motion; without `motion`, the motion of the model's drives or the start.
 
         >>> held = kempe.Model("four_bar.yaml").system().inverse(actuators="crank")
         >>> held.dof, held.rank, "tau.crank" in held.rows
@@ -183,7 +183,7 @@ class System(Fixed):
 
     def workspace(self, friction: str | None = None) -> Workspace:
         """M, C, h, J, forward and inverse dynamics at given states. friction: "stick", "slip" or "none", what dry friction
-        that sticks in runs does here. With "stick" the accelerations are those of a run that starts at the state. None is
+        that sticks in runs does here. With "stick" the accelerations are the ones of a run that starts at the state. None is
         "slip", without a force at rest, and a warning if the model has such friction.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()

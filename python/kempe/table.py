@@ -85,7 +85,7 @@ class Columns(Mapping[str, "NDArray[Any]"]):
 class Table(Columns, Fixed):
     """Columns by name, in SI: arrays of float64, read-only views without a copy, or arrays of words.
 
-    Names are those of columns, "position.coupler.C.x", or those of outputs, "position(coupler.C).x"."""
+    Names are names of columns, "position.coupler.C.x", or of outputs, "position(coupler.C).x"."""
 
     _noun = "table"
 
@@ -141,7 +141,7 @@ class Table(Columns, Fixed):
 
 
 class FrozenTable(Columns):
-    """A table that was pickled: its columns alone."""
+    """A table that was pickled: only its columns."""
 
     def __init__(self, name: str, units: dict[str, str], columns: dict[str, NDArray[Any]]) -> None:
         self.name: str = name

@@ -146,7 +146,7 @@ def test_page_of_a_folder(tmp_path):
     folder.write_report(pages[1])
     kempe.Folder.open(tmp_path / "bars.kempe").write_report(pages[2], kempe.Model(FOUR_BAR))
     assert pages[0].read_bytes() == pages[1].read_bytes() == pages[2].read_bytes()
-    with pytest.raises(kempe.InputError, match="those of another model"):
+    with pytest.raises(kempe.InputError, match="belong to another model"):
         folder.write_report(pages[1], kempe.Model(FOUR_BAR, parameters={"crank": 0.31}))
 
 

@@ -301,8 +301,8 @@ def large(fem):
 
 
 MISTAKES = [
-    (lambda fem: fem.nodes.clear(), None, "its nodes are not 'Position' alone"),
-    (other_nodes, None, "its nodes are not 'Position' alone: bodies of solid elements are converted"),
+    (lambda fem: fem.nodes.clear(), None, "its nodes must all be 'Position'"),
+    (other_nodes, None, "its nodes must all be 'Position': only bodies of solid elements are converted"),
     (lambda fem: fem.modeBasis.clear(), None, "its mode basis has 0 rows: compute modes first"),
     (few_rows, None, "its mode basis has 30 rows: compute modes first, with three rows for each of 16 nodes"),
     (no_number, None, "its nodes or modes have entries that are not finite"),
@@ -338,7 +338,7 @@ def test_line(tmp_path):
 def test_other_files(tmp_path):
     for name, content, words in (
         ("fem.hdf5", b"", ".npz, .npy and .pkl of Exudyn are read"),
-        ("fem.npz", b"no archive", "it is no archive of arrays"),
+        ("fem.npz", b"no archive", "it is not an archive of arrays"),
         ("fem.npy", b"", "an array of it is damaged"),
         ("fem.npy", b"\x93NUMPY\x01\x00", "an array of it is damaged"),
     ):

@@ -87,7 +87,7 @@ def test_instance(tmp_path):
     assert model.to_dict()["parameters"]["crank"] == folder.part(2)["crank"][3]
     motion = model.simulate(**folder.run_options)
     assert abs(motion.q[-1] - ensemble.run_range(k, 1, t_end=0.2).q[0]).max() < 1e-8
-    with pytest.raises(kempe.InputError, match="the results are those of another model"):
+    with pytest.raises(kempe.InputError, match="the results belong to another model"):
         kempe.Model(folder.model_file, rocker=0.72).instance(place, k)
     again = pickle.loads(pickle.dumps(model))
     assert (again.simulate(**folder.run_options).q == motion.q).all()

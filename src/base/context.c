@@ -415,8 +415,8 @@ kempe_status kmp_options_copy(kempe_context *context, void *own, size_t known, s
         return KEMPE_OK;
     kmp_context_clear(context);
     if (size < sizeof size || size > KMP_MOST_OPTIONS)
-        return kmp_fail(context, KEMPE_E_ARGUMENT, "size = %zu of the options is not that of a struct of options",
-                        size);
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "size = %zu of the options does not belong to any version of this struct", size);
     for (size_t k = known; k < size; k++)
         if (bytes[k])
             return kmp_fail(context, KEMPE_E_ARGUMENT,

@@ -82,7 +82,7 @@ kempe_status kmp_file_read(kempe_context *context, kmp_file_kind kind, const cha
     int fd = open(path, O_RDONLY | O_CLOEXEC | (pipes ? 0 : O_NONBLOCK));
     const char *why = fd < 0 || fstat(fd, &about) != 0    ? strerror(errno)
                       : S_ISDIR(about.st_mode)            ? strerror(EISDIR)
-                      : !S_ISREG(about.st_mode) && !pipes ? "it is no regular file"
+                      : !S_ISREG(about.st_mode) && !pipes ? "it is not a regular file"
                                                           : NULL;
     FILE *stream = why ? NULL : fdopen(fd, "rb");
     if (!stream) {

@@ -186,14 +186,15 @@ const cli_command cli_commands[] = {
     {CLI_EQUILIBRIUM, "equilibrium", "static or steady-state equilibrium and its stability",
      "  kempe equilibrium examples/four_bar/four_bar.yaml --global\n"
      "  kempe equilibrium examples/governor/governor.yaml --rates shaft=5.5\n"
-     "  kempe equilibrium examples/governor/governor.yaml --rates shaft=5.5 --solve-for 'qd(shaft)' --hold "
-     "slider=0.6\n",
+     "  kempe equilibrium examples/governor/governor.yaml --rates shaft=5.5 --solve-for 'qd(shaft)' \\\n"
+     "      --hold slider=0.6\n",
      .dynamics = "plain", .wing = "ANALYSES", .study = IN_ANALYSES(&cli_equilibrium_study)},
     {CLI_CONTACT, "contact", "wheel-rail contact table: contact positions, creepages and forces over a sweep",
      "  kempe contact examples/manchester/manchester.yaml --sweep \"shift=0:10 mm:21\"\n"
-     "  kempe contact examples/manchester/manchester.yaml --sweep \"shift=0:10 mm:21\" --law fastsim --svg "
-     "contact.svg\n"
-     "  kempe contact examples/conicity/conicity.yaml --sweep \"shift=-9 mm:9 mm:181\" --conicity \"1 mm:7 mm:13\"\n",
+     "  kempe contact examples/manchester/manchester.yaml --sweep \"shift=0:10 mm:21\" --law fastsim \\\n"
+     "      --svg contact.svg\n"
+     "  kempe contact examples/conicity/conicity.yaml --sweep \"shift=-9 mm:9 mm:181\" \\\n"
+     "      --conicity \"1 mm:7 mm:13\"\n",
      .usage = "FILE --sweep NAME=A:B:N[,NAME=A:B..] [options]", .dynamics = "plain", .wing = "RAIL",
      .study = IN_RAIL(&cli_contact_study)},
     {CLI_SIMULATE, "simulate", "simulate with one formulation; accuracy checks of the result",
@@ -206,13 +207,14 @@ const cli_command cli_commands[] = {
      .study = &cli_simulate_study},
     {CLI_INVERSE, "inverse", "inverse dynamics: actuator forces and torques for a prescribed motion",
      "  kempe inverse examples/driven_slider_crank/driven_slider_crank.yaml\n"
-     "  kempe inverse examples/stewart/driven.yaml --actuators slide1,slide2,slide3,slide4,slide5,slide6 -o "
-     "legs.csv\n"
+     "  kempe inverse examples/stewart/driven.yaml \\\n"
+     "      --actuators slide1,slide2,slide3,slide4,slide5,slide6 -o legs.csv\n"
      "  kempe inverse examples/parallel_robot/parallel_robot.yaml --actuators a1,b1,a2 --weights a2=4\n",
      .dynamics = "plain", .wing = "ANALYSES", .study = IN_ANALYSES(&cli_inverse_study)},
     {CLI_LINEARIZE, "linearize", "linear state-space model about an equilibrium or the start",
      "  kempe linearize examples/four_bar/four_bar.yaml --at start\n"
-     "  kempe linearize examples/suspension/suspension.yaml --inputs 'force(chassis.R.z)' --outputs q -o car.npz\n",
+     "  kempe linearize examples/suspension/suspension.yaml --inputs 'force(chassis.R.z)' --outputs q \\\n"
+     "      -o car.npz\n",
      .dynamics = "plain", .wing = "ANALYSES", .study = IN_ANALYSES(&cli_linearize_study)},
     {CLI_MODES, "modes", "modal analysis: eigenvalues, damping and mode shapes; root locus over a parameter",
      "  kempe modes examples/quarter_car/quarter_car.yaml\n"
@@ -220,7 +222,8 @@ const cli_command cli_commands[] = {
      "  kempe modes examples/suspension/suspension.yaml --report modes.html\n",
      .dynamics = "plain", .wing = "ANALYSES", .study = IN_ANALYSES(&cli_modes_study)},
     {CLI_CYCLES, "cycles", "limit cycles over a parameter, their stability, folds and Hopf points",
-     "  kempe cycles examples/cooperrider/cooperrider.yaml --set start=0 --sweep V=60:75:16 --outputs 'q(y1)'\n"
+     "  kempe cycles examples/cooperrider/cooperrider.yaml --set start=0 --sweep V=60:75:16 \\\n"
+     "      --outputs 'q(y1)'\n"
      "  kempe cycles examples/cooperrider/cooperrider.yaml --set start=0 --sweep V=60:75 --svg diagram.svg\n",
      .usage = "FILE --sweep NAME=A:B:N [options]", .dynamics = "plain", .wing = "ANALYSES",
      .study = IN_ANALYSES(&cli_cycles_study)},
@@ -230,29 +233,35 @@ const cli_command cli_commands[] = {
      .usage = "FILE --inputs NAME,.. [options]", .dynamics = "plain", .wing = "ANALYSES",
      .study = IN_ANALYSES(&cli_response_study)},
     {CLI_COMFORT, "comfort", "ride comfort of a run: weighted accelerations (EN 12299), Sperling's ride index",
-     "  kempe comfort examples/limousine/limousine.yaml --vertical 'acceleration(chassis.seat).z' --t-end 60\n"
+     "  kempe comfort examples/limousine/limousine.yaml --vertical 'acceleration(chassis.seat).z' \\\n"
+     "      --t-end 60\n"
      "  kempe comfort examples/tram/tram.yaml --t-end 30 --from 10 -o windows.csv\n",
      .wing = "ANALYSES", .study = IN_ANALYSES(&cli_comfort_study)},
     {CLI_SENSITIVITY, "sensitivity", "exact sensitivities with respect to parameters of the model",
-     "  kempe sensitivity examples/four_bar/four_bar.yaml --parameters crank,base --t-end 1 -o by_lengths.csv\n"
-     "  kempe sensitivity examples/stewart/stewart.yaml --method adjoint --outputs 'position(platform.P1).z'\n",
+     "  kempe sensitivity examples/four_bar/four_bar.yaml --parameters crank,base --t-end 1 \\\n"
+     "      -o by_lengths.csv\n"
+     "  kempe sensitivity examples/stewart/stewart.yaml --method adjoint \\\n"
+     "      --outputs 'position(platform.P1).z'\n",
      .model_alone = true, .wing = "ANALYSES", .study = IN_ANALYSES(&cli_sensitivity_study)},
     {CLI_FIT, "fit", "parameters from measured motions: estimates, standard errors, intervals",
      "  kempe fit examples/four_bar/four_bar.yaml measured.csv --parameter crank_mass:0.1:10 -o found.csv\n"
-     "  kempe fit examples/four_bar/four_bar.yaml measured.csv --columns q.rocker --parameter crank_mass,q.crank \\\n"
+     "  kempe fit examples/four_bar/four_bar.yaml measured.csv --columns q.rocker \\\n"
+     "      --parameter crank_mass,q.crank \\\n"
      "      --start found.csv --report fit.html\n",
      .usage = "FILE DATA.csv.. --parameter NAME[:LOW:HIGH].. [options]", .model_alone = true, .wing = "ENSEMBLE",
      .study = IN_ENSEMBLE(&cli_fit_study)},
     {CLI_OPTIMIZE, "optimize", "parameters for which a quantity of a run is least or largest, under limits",
-     "  kempe optimize examples/four_bar/four_bar.yaml --minimize 'max(qd(rocker))' --parameter base:0.85:0.95 \\\n"
+     "  kempe optimize examples/four_bar/four_bar.yaml --minimize 'max(qd(rocker))' \\\n"
+     "      --parameter base:0.85:0.95 \\\n"
      "      --limit 'max(q(rocker)) > 2' --t-end 1 -o found.csv --report optimum.html\n",
      .usage = "FILE --minimize QUANTITY --parameter NAME:LOW:HIGH.. [options]", .model_alone = true, .wing = "ENSEMBLE",
      .study = IN_ENSEMBLE(&cli_optimize_study)},
-    {CLI_ENSEMBLE, "ensemble", "simulate many instances with different parameters, in parallel vector lanes",
+    {CLI_ENSEMBLE, "ensemble", "simulate many instances with different parameters",
      "  kempe ensemble examples/four_bar/four_bar.yaml --values bars.csv -o ends.csv\n"
-     "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=0.28:0.32,base=0.85:0.95 --instances 10000\n"
-     "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=IT7,coupler=IT7 --instances 2000 --out "
-     "bars.kempe\n",
+     "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=0.28:0.32,base=0.85:0.95 \\\n"
+     "      --instances 10000\n"
+     "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=IT7,coupler=IT7 \\\n"
+     "      --instances 2000 --out bars.kempe\n",
      .usage = "FILE --values FILE | --sample RANGES [options]", .model_alone = true, .wing = "ENSEMBLE",
      .study = IN_ENSEMBLE(&cli_ensemble_study)},
     {CLI_GATHER, "gather", "check the parts of a result folder of an ensemble, and write them as one table or page",
@@ -263,7 +272,8 @@ const cli_command cli_commands[] = {
      .run = IN_ENSEMBLE(cli_gather)},
     {CLI_COMPARE, "compare", "compare formulations, integrators and tolerances against a reference solution",
      "  kempe compare examples/andrews/andrews.yaml --reference examples/andrews/reference.csv\n"
-     "  kempe compare examples/four_bar/four_bar.yaml --rtol 1e-6,1e-9 --formulations reduced,dae --csv table.csv\n"
+     "  kempe compare examples/four_bar/four_bar.yaml --rtol 1e-6,1e-9 --formulations reduced,dae \\\n"
+     "      --csv table.csv\n"
      "  kempe compare examples/andrews/andrews.yaml --report andrews.html\n",
      .study = &cli_compare_study},
     {CLI_SHOW, "show", "print the parsed model, its equations or its program",
@@ -274,7 +284,8 @@ const cli_command cli_commands[] = {
     {CLI_GENERATE, "generate", "generate equations in C, Octave or Python; operation counts",
      "  kempe generate examples/andrews/andrews.yaml --lang c -o andrews\n"
      "  kempe generate examples/andrews/andrews.yaml --count\n"
-     "  kempe generate examples/andrews/andrews.yaml --count --sets M_C,invdyn --keep-parameters --body-inputs\n",
+     "  kempe generate examples/andrews/andrews.yaml --count --sets M_C,invdyn --keep-parameters \\\n"
+     "      --body-inputs\n",
      .usage = "FILE --lang NAME | --count [options]", .model_alone = true, .wing = "EXCHANGE",
      .run = IN_EXCHANGE(cli_generate)},
     {CLI_FMU, "fmu", "export as a functional mock-up unit (FMI 2.0 or 3.0) for other simulation programs",
@@ -283,7 +294,8 @@ const cli_command cli_commands[] = {
      .usage = "FILE -o NAME.fmu [options]", .model_alone = true, .wing = "EXCHANGE", .run = IN_EXCHANGE(cli_fmu)},
     {CLI_REDUCE, "reduce", "reduce a mesh of finite elements to the file of a flexible body (Craig-Bampton)",
      "  kempe reduce blade_mesh.npz --interface root=x=0 --interface tip=x=0.5 --modes 4 -o blade.npz\n"
-     "  kempe reduce K.mtx --mass M.mtx --nodes nodes.txt --units 'mm t s' --interface A=1-9 --modes 6 -o arm.npz\n"
+     "  kempe reduce K.mtx --mass M.mtx --nodes nodes.txt --units 'mm t s' --interface A=1-9 --modes 6 \\\n"
+     "      -o arm.npz\n"
      "  kempe reduce job.sti --units 'mm t s' --interface A=BORE --interface B=PIN --modes 10 -o rod.npz\n",
      .usage = "MESH --interface NAME=NODES.. -o BODY.npz [options]", .without_model = true, .wing = "EXCHANGE",
      .run = IN_EXCHANGE(cli_reduce)},

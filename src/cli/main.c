@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The command `kempe`: help and the choice of a command. It includes the public header alone. */
 #include "command.h"
+#include "completion.h"
 #include "own_process.h"
 #include "terminal.h"
 
@@ -12,17 +13,15 @@
 
 static void print_help(FILE *out)
 {
-    fputs("kempe " KEMPE_VERSION ": dynamics of multibody systems with closed loops, by several formulations of the "
-          "same equations\n\nusage: kempe COMMAND FILE [options]\n\ncommands:\n",
-          out);
+    fputs(
+        "kempe " KEMPE_VERSION
+        ": simulation of mechanisms with closed kinematic loops\n\nusage: kempe COMMAND FILE [options]\n\ncommands:\n",
+        out);
     for (const cli_command *c = cli_commands; c->name; c++)
         fprintf(out, "  %-12s%s\n", c->name, c->summary);
-    fputs("\n'kempe help COMMAND' prints the options and examples of a command, 'kempe --version' the version.\nFILE "
-          "is a model in YAML (docs/model/README.md), a robot in URDF, .urdf\n"
-          "(docs/urdf.md), a model of MuJoCo, .xml or .mjcf (docs/mjcf.md), a model in SDFormat,\n.sdf (docs/sdf.md), "
-          "or a "
-          "ROBOTRAN model, .mbs "
-          "(docs/robotran.md).\n",
+    fputs("\n'kempe help COMMAND' prints the options and examples of a command, 'kempe --version' the version.\n"
+          "FILE is a model in YAML, .yaml (docs/model/README.md), URDF, .urdf (docs/urdf.md), MuJoCo's format,\n"
+          ".xml or .mjcf (docs/mjcf.md), SDFormat, .sdf (docs/sdf.md), or of ROBOTRAN, .mbs (docs/robotran.md).\n",
           out);
     /* Pages and examples of an installed command are in a folder relative to it, so that its prefix may be moved. In a
      * build folder there is none: their names are relative to the sources. */
@@ -39,7 +38,7 @@ static void print_help(FILE *out)
           "kempe new four_bar\n  "
           "kempe check examples/andrews/andrews.yaml\n  kempe compare examples/andrews/andrews.yaml --reference "
           "examples/andrews/reference.csv\n\nexit codes: 0 complete, 1 failed or stopped early, 2 error in the input, "
-          "3 wrong usage, 4 internal error of Kempe, 5 complete but not trustworthy\n",
+          "3 wrong usage,\n            4 internal error of Kempe, 5 complete but not trustworthy\n",
           out);
 }
 
@@ -96,6 +95,10 @@ static int choose(int argc, char **argv)
     const bool helps = strcmp(argv[1], "help") == 0;
     if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0 || (helps && argc == 2)) {
         print_help(stdout);
+        return CLI_DONE;
+    }
+    if (strcmp(argv[1], "complete") == 0) { /* for shells: not among the commands of the help */
+        cli_complete(argc - 2, argv + 2);
         return CLI_DONE;
     }
     if (strcmp(argv[1], "--version") == 0) {

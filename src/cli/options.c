@@ -51,10 +51,10 @@ static const struct {
                          [OPTION_MODES] = {.ending = ".npz"}};
 
 /* The help prints the options of a command group by group. */
-typedef enum option_group { IN_MODEL, IN_RUN, IN_OUTPUT, IN_FOREIGN, IN_OTHER, OPTION_GROUPS } option_group;
+typedef enum option_group { IN_MODEL, IN_RUN, IN_OUTPUT, IN_EXPERT, IN_FOREIGN, OPTION_GROUPS } option_group;
 
-static const char *const groups[OPTION_GROUPS] = {"model and values", "run", "output",
-                                                  "models in the formats of other programs", "other"};
+static const char *const groups[OPTION_GROUPS] = {"model values", "run", "output", "expert",
+                                                  "models in the formats of other programs"};
 
 typedef struct option {
     unsigned commands;
@@ -71,7 +71,7 @@ typedef struct option {
 #define FLAG(member)        VALUE(FLAG, member), NULL
 #define PAGE(words)         IN_OUTPUT, "report", VALUE(PAGE, report), "FILE", "write an HTML page: " words
 #define DRAWING(words)      IN_OUTPUT, "svg", VALUE(PICTURE, svg), "FILE", "draw " words
-#define LOADS               "loads of joints that redundant constraints share: least-norm (default: those of one solution)"
+#define LOADS               "loads of joints that redundant constraints share: least-norm (default: one solution)"
 #define BACKENDS            "evaluator of the equations: native machine code (default), or tape, an interpreter"
 
 static const option options[] = {
@@ -80,7 +80,7 @@ static const option options[] = {
     {CLI_MODELS, IN_MODEL, "input", OPTION_SETTING, 0, "NAME=VALUE",
      "value of an input of the model, or FILE:COLUMN:METHOD: samples of a CSV file over its column t, with the method "
      "hold, linear or cubic; may be repeated"},
-    {CLI_MODELS & ~(CLI_SHOW | CLI_GENERATE | CLI_FMU | CLI_CONTACT), IN_MODEL, "closure-tolerance",
+    {CLI_MODELS & ~(CLI_SHOW | CLI_GENERATE | CLI_FMU | CLI_CONTACT), IN_EXPERT, "closure-tolerance",
      VALUE(LENGTH, closure_tolerance), "X",
      "largest gap of a redundant closure that is accepted as rounding of the model, m (0: none)"},
     {CLI_MODELS, IN_FOREIGN, "base", TEXT(base), "NAME",
@@ -92,7 +92,7 @@ static const option options[] = {
     {CLI_MODELS, IN_FOREIGN, "leave-out", TEXT(left_out), "NAME,..",
      "elements and attributes of a file in another format that are mechanics and may be left out: results are not "
      "trustworthy"},
-    {CLI_SIMULATE | CLI_COMPARE | CLI_SHOW | CLI_COMFORT, IN_MODEL, "algorithm", TEXT(algorithm), "NAME",
+    {CLI_SIMULATE | CLI_COMPARE | CLI_SHOW | CLI_COMFORT, IN_EXPERT, "algorithm", TEXT(algorithm), "NAME",
      "algorithm of the dynamics: auto (default), composite (CRBA), plain, ner (recursive Newton-Euler), articulated "
      "(ABA)"},
     {CLI_GATHER, IN_MODEL, "model", TEXT(model), "FILE",
@@ -110,7 +110,7 @@ static const option options[] = {
     {CLI_EQUILIBRIUM, IN_RUN, "newton", FLAG(equilibrium.newton),
      "Newton's method: the nearest equilibrium, stable or unstable (default: descent to a stable one)"},
     {CLI_EQUILIBRIUM, IN_RUN, "stick", FLAG(equilibrium.stick),
-     "dry friction keeps its places of the start (default: it has no force at rest)"},
+     "dry friction holds its surfaces at their start positions (default: it has no force at rest)"},
     {CLI_EQUILIBRIUM, IN_RUN, "global", FLAG(equilibrium.global), "search for several equilibria from random starts"},
     {CLI_EQUILIBRIUM, IN_RUN, "seed", VALUE(WHOLE, seed), "N", "seed of the random starts of --global (default: 1)"},
     {CLI_KINEMATICS, IN_MODEL, "sweep", TEXT(kinematics.sweep), "NAME=A:B:N,..",
@@ -173,20 +173,20 @@ static const option options[] = {
     {CLI_FIT | CLI_OPTIMIZE, IN_MODEL, "parameter", VALUE(LIST, fitted), "NAME[:LOW:HIGH],..",
      "parameters to be found, start values among them as q.NAME and qd.NAME, with bounds; may be repeated"},
     {CLI_FIT, IN_MODEL, "own", VALUE(LIST, own), "NAME@K=VALUE,..",
-     "values of parameters and start values in the run of data file K alone (1: the first); may be repeated"},
+     "parameters and start values with another value in the run of data file K (1: the first); may be repeated"},
     {CLI_FIT, IN_MODEL, "columns", TEXT(fit.columns), "NAME,..", "columns of the data that count (default: all)"},
     {CLI_FIT, IN_MODEL, "deviations", TEXT(fit.deviations), "COLUMN=X,..",
      "standard deviations of the noise, which weight the columns (default: from the residuals)"},
     {CLI_FIT, IN_MODEL, "start", TEXT(fit.start), "FILE",
      "CSV file that --output of another fit wrote: the search begins there (default: the model's values)"},
-    {CLI_FIT, IN_RUN, "confidence", VALUE(NUMBER, fit.confidence), "X", "of the intervals (default: 0.95)"},
-    {CLI_FIT, IN_RUN, "most", VALUE(WHOLE, fit.most), "N", "runs of the model in a search at most (default: 200)"},
+    {CLI_FIT, IN_RUN, "confidence", VALUE(NUMBER, fit.confidence), "X", "confidence of the intervals (default: 0.95)"},
+    {CLI_FIT, IN_RUN, "most", VALUE(WHOLE, fit.most), "N", "largest number of runs in a search (default: 200)"},
     {CLI_FIT, IN_RUN, "starts", VALUE(WHOLE, fit.starts), "N",
      "searches, all but the first from a Sobol sequence between the bounds (default: 8; 1 without bounds)"},
     {CLI_OPTIMIZE, IN_MODEL, "minimize", TEXT(optimize.minimize), "QUANTITY",
-     "the quantity that is to be least: an expression at the end, at(EXPRESSION, TIME), max(..), min(..), rms(..), as "
+     "quantity to minimize: an expression at the end, at(EXPRESSION, TIME), max(..), min(..), rms(..), as "
      "for ensembles"},
-    {CLI_OPTIMIZE, IN_MODEL, "maximize", TEXT(optimize.maximize), "QUANTITY", "the quantity that is to be largest"},
+    {CLI_OPTIMIZE, IN_MODEL, "maximize", TEXT(optimize.maximize), "QUANTITY", "quantity to maximize"},
     {CLI_OPTIMIZE, IN_MODEL, "limit", VALUE(LIST, limits), "QUANTITY<VALUE,..",
      "limits on quantities, which the result keeps; may be repeated"},
     {CLI_OPTIMIZE, IN_MODEL, "start", TEXT(optimize.start), "FILE",
@@ -194,12 +194,13 @@ static const option options[] = {
     {CLI_OPTIMIZE, IN_RUN, "starts", VALUE(WHOLE, optimize.starts), "N",
      "searches, all but the first from a Sobol sequence between the bounds (default: 1)"},
     {CLI_OPTIMIZE, IN_RUN, "pool", VALUE(WHOLE, optimize.pool), "N",
-     "places that are tried for each of these starts, of which the best are taken (default: 8)"},
+     "points that are tried for each of these starts, of which the best are taken (default: 8)"},
     {CLI_OPTIMIZE, IN_RUN, "method", TEXT(optimize.method), "NAME",
      "slopes (exact derivatives) or values (default: slopes where they exist)"},
     {CLI_OPTIMIZE, IN_RUN, "tolerance", VALUE(NUMBER, optimize.tolerance), "X",
-     "of the quantity and the parameters, relative (default: 1e-8)"},
-    {CLI_OPTIMIZE, IN_RUN, "most", VALUE(WHOLE, optimize.most), "N", "evaluations of a search at most (default: 500)"},
+     "relative tolerance of the quantity and the parameters (default: 1e-8)"},
+    {CLI_OPTIMIZE, IN_RUN, "most", VALUE(WHOLE, optimize.most), "N",
+     "largest number of evaluations in a search (default: 500)"},
     {CLI_SENSITIVITY, IN_MODEL, "of", TEXT(sensitivity.of), "WORD",
      "object of the derivatives: trajectory (default), equilibrium, modes, reactions"},
     {CLI_SENSITIVITY, IN_MODEL, "parameters", TEXT(sensitivity.parameters), "NAME,..",
@@ -207,7 +208,7 @@ static const option options[] = {
     {CLI_SENSITIVITY, IN_MODEL, "at", TEXT(sensitivity.at), "STATE",
      "state, except for trajectories: equilibrium (default), 'equilibrium NAME=RATE,..', start"},
     {CLI_SENSITIVITY, IN_MODEL, "outputs", TEXT(sensitivity.outputs), "OUTPUT,..",
-     "outputs: q(A), position(b.P).x, a sensor, .. (default: those of the model)"},
+     "outputs: q(A), position(b.P).x, a sensor, .. (default: the model's)"},
     {CLI_SENSITIVITY, IN_RUN, "method", TEXT(sensitivity.method), "NAME",
      "forward: rows over time (default); adjoint: the end only, for many parameters"},
     {CLI_SENSITIVITY, IN_RUN, "integral", FLAG(sensitivity.integral),
@@ -219,26 +220,26 @@ static const option options[] = {
     {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "outputs", TEXT(response.outputs), "NAME,..",
      "outputs of the model, or a component: 'position(BODY.POINT).x'"},
     {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "independent", TEXT(response.independent), "NAME,..",
-     "independent coordinates (default: chosen by pivots)"},
+     "independent coordinates (default: chosen automatically)"},
     {CLI_RESPONSE, IN_RUN, "frequencies", TEXT(response.frequencies), "A:B[:N]",
      "range and number of frequencies, Hz; also rad/s, rpm (default: decades around the natural frequencies)"},
     {CLI_RESPONSE, IN_RUN, "linear", FLAG(response.linear), "linear spacing of the frequencies (default: logarithmic)"},
     {CLI_COMFORT, IN_MODEL, "vertical", TEXT(comfort.vertical), "NAME,..",
-     "vertical accelerations, weighted by Wb: 'acceleration(BODY.POINT).z' (default: those that the model requests)"},
+     "vertical accelerations, weighted by Wb: 'acceleration(BODY.POINT).z' (default: the model's)"},
     {CLI_COMFORT, IN_MODEL, "lateral", TEXT(comfort.lateral), "NAME,..", "lateral accelerations, weighted by Wd"},
     {CLI_COMFORT, IN_MODEL, "longitudinal", TEXT(comfort.longitudinal), "NAME,..",
      "longitudinal accelerations, weighted by Wd"},
     {CLI_COMFORT, IN_MODEL, "seat-back", TEXT(comfort.seat_back), "NAME,..",
      "longitudinal accelerations at the back of a seat, weighted by Wc"},
     {CLI_COMFORT, IN_RUN, "from", VALUE(TIME, comfort.from), "T",
-     "begin of the first window, s (default: that of the run)"},
+     "start of the first window, s (default: the start of the run)"},
     {CLI_COMFORT, IN_RUN, "rate", VALUE(NUMBER, comfort.rate), "X", "samples per second, at least 400 (default: 1000)"},
     {CLI_MODES, IN_MODEL, "at", TEXT(modes.at), "STATE",
      "state: equilibrium (default), 'equilibrium NAME=RATE,..' (a steady motion), start"},
     {CLI_MODES, IN_MODEL, "rates", TEXT(modes.rates), "NAME=V,..",
      "constant rates of a steady motion, rad/s or m/s; one may be swept: NAME=A:B:N"},
     {CLI_MODES, IN_MODEL, "independent", TEXT(modes.independent), "NAME,..",
-     "independent coordinates (default: chosen by pivots)"},
+     "independent coordinates (default: chosen automatically)"},
     {CLI_MODES, IN_MODEL, "sweep", TEXT(modes.sweep), "NAME=A:B:N",
      "parameter, or start value q.NAME or qd.NAME, swept from A to B: the modes are tracked"},
     {CLI_MODES, IN_OUTPUT, "orders", TEXT(modes.orders), "X,..",
@@ -252,8 +253,9 @@ static const option options[] = {
     {CLI_CYCLES, IN_RUN, "settle", VALUE(TIME, cycles.settle), "T",
      "simulate for T at each value, from A to B and back: motions that are reached, of any model (default: Newton's "
      "method)"},
-    {CLI_CYCLES, IN_RUN, "most", VALUE(WHOLE, cycles.most), "N", "cycles of a branch at most (default: 1000)"},
-#define ABSENT_KEY(absent)       " (default: that of the model, or " absent ")"
+    {CLI_CYCLES, IN_RUN, "most", VALUE(WHOLE, cycles.most), "N",
+     "largest number of cycles of a branch (default: 1000)"},
+#define ABSENT_KEY(absent)       " (default: the model's, or " absent ")"
 #define ABSENT_NAMES             ABSENT_KEY
 #define ABSENT_CHOICE            ABSENT_KEY
 #define ABSENT_NO(absent)        " (default: " absent ")"
@@ -269,7 +271,7 @@ static const option options[] = {
 #include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
     {CLI_SENSITIVITY | CLI_FIT | CLI_OPTIMIZE | CLI_CYCLES, IN_RUN, "integrator", TEXT(run.integrator), "NAME",
-     "integrator: radau, dop853, dopri5, radau5, radau9, erk (default: that of the model, or radau where its stages "
+     "integrator: radau, dop853, dopri5, radau5, radau9, erk (default: the model's, or radau where its stages "
      "share vector registers, dop853 elsewhere)"},
     {CLI_CYCLES, IN_RUN, "rtol", VALUE(NUMBER, run.rtol), "X", "relative tolerance of runs (default: 1e-10)"},
     {CLI_INVERSE, IN_RUN, "no-convergence-check", FLAG(inverse.no_convergence_check),
@@ -282,32 +284,32 @@ static const option options[] = {
      "bits"},
     {CLI_FIT | CLI_OPTIMIZE, IN_RUN, "threads", VALUE(AMOUNT, run.threads), "N",
      "threads that share the searches, 1 to 64, or auto (default): one for each processor; results have the same bits"},
-    {CLI_ENSEMBLE, IN_RUN, "lanes", VALUE(AMOUNT, lanes), "N",
+    {CLI_ENSEMBLE, IN_EXPERT, "lanes", VALUE(AMOUNT, lanes), "N",
      "instances per vector evaluation, 1 to 16, or auto (default): the fastest"},
     {CLI_ENSEMBLE, IN_RUN, "resume", FLAG(folder.resume), "run the parts that --out does not have yet"},
     {CLI_ENSEMBLE, IN_RUN, "shard", TEXT(folder.shard), "I/N",
      "run every N-th part of --out from the I-th on, or auto: I and N from Slurm, Open MPI, PMI or GNU parallel"},
     {CLI_ENSEMBLE, IN_RUN, "chunk", VALUE(WHOLE, folder.chunk), "N",
      "instances of a part of --out (default: 256 to 4096)"},
-    {CLI_ENSEMBLE, IN_RUN, "alone", FLAG(alone), "run every instance separately, without lanes"},
+    {CLI_ENSEMBLE, IN_EXPERT, "alone", FLAG(alone), "run every instance separately"},
     {CLI_COMPARE, IN_RUN, "rtol", TEXT(compare.rtols), "X,..", "relative tolerances (default: 1e-3 to 1e-13)"},
     {CLI_COMPARE, IN_RUN, "formulations", TEXT(compare.formulations), "NAME,..", "formulations (default: all)"},
     {CLI_COMPARE, IN_RUN, "forms", TEXT(compare.forms), "NAME,..",
      "forms of the formulations (default: the standard ones)"},
     {CLI_COMPARE, IN_RUN, "integrators", TEXT(compare.integrators), "NAME,..",
      "integrators (default: the standard ones, and all implicit ones for a stiff model)"},
-    {CLI_COMPARE, IN_RUN, "linear", TEXT(compare.linear), "NAME,..",
+    {CLI_COMPARE, IN_EXPERT, "linear", TEXT(compare.linear), "NAME,..",
      "linear solvers of IDA, each as a method of its own: auto (default), klu, umfpack, dense"},
     {CLI_COMPARE, IN_RUN, "reference", TEXT(compare.reference), "CSV",
      "reference solution (default: computed by several formulations and integrators)"},
     {CLI_COMPARE, IN_RUN, "bodies", TEXT(compare.bodies), "NAME,..",
      "models of the flexible bodies: rigid, none, first, full, segments:N; each is compared with the last one"},
-    {CLI_COMPARE, IN_RUN, "t-end", VALUE(TIME, compare.t_end), "T", "end of every run, s (default: that of the model)"},
+    {CLI_COMPARE, IN_RUN, "t-end", VALUE(TIME, compare.t_end), "T", "end of every run, s (default: the model's)"},
     {CLI_COMPARE, IN_RUN, "budget", VALUE(TIME, compare.budget_s), "S",
      "processor time for all runs together, s (default: 60)"},
-    {CLI_KINEMATICS, IN_RUN, "backend", TEXT(kinematics.backend), "NAME", BACKENDS},
-    {CLI_CONTACT, IN_RUN, "backend", TEXT(contact.backend), "NAME", BACKENDS},
-    {CLI_INVERSE, IN_RUN, "backend", TEXT(inverse.backend), "NAME", BACKENDS},
+    {CLI_KINEMATICS, IN_EXPERT, "backend", TEXT(kinematics.backend), "NAME", BACKENDS},
+    {CLI_CONTACT, IN_EXPERT, "backend", TEXT(contact.backend), "NAME", BACKENDS},
+    {CLI_INVERSE, IN_EXPERT, "backend", TEXT(inverse.backend), "NAME", BACKENDS},
     {CLI_GENERATE, IN_MODEL, "sets", TEXT(generation.sets), "NAME,..",
      "sets of equations: M_C, invdyn, h_J, jdqd (default: these four), M, C, qdd, h, J, h_t, tangents, R, R_tangents, "
      "invdyn_q, invdyn_qd, R_q, friction, contact, impact, discrete, outputs; + joins sets in one program"},
@@ -334,7 +336,7 @@ static const option options[] = {
      "language of the generated files: c, octave, python"},
     {CLI_GENERATE, IN_OUTPUT, "form", TEXT(generation.form), "NAME", "names of variables: legible (default), compact"},
     {CLI_GENERATE, IN_OUTPUT, "simulator", FLAG(generation.simulator),
-     "a simulator in C99: closing of loops, integration and events, beside the equations"},
+     "a simulator in C99 with the equations: closing of loops, integration and events"},
     {CLI_GENERATE, IN_OUTPUT, "vectorised", FLAG(generation.vectorised),
      "array languages: one statement for all operations that are possible at once"},
     {CLI_GENERATE, IN_OUTPUT, "output", TEXT(output), "DIR", "folder of the files (default: the current one)"},
@@ -359,10 +361,10 @@ static const option options[] = {
     {CLI_FMU, IN_OUTPUT, "kind", TEXT(fmu.kind), "NAME,..",
      "me (model exchange), cs (co-simulation), or me,cs (default)"},
     {CLI_FMU, IN_OUTPUT, "binary", FLAG(unit_on_library),
-     "co-simulation by the library, which is inside, in place of sources: for all models"},
+     "co-simulation with the library inside instead of sources: for all models"},
     {CLI_FMU, IN_OUTPUT, "compiler", TEXT(fmu.compiler), "NAME",
      "C compiler of the binary of this platform (default: cc)"},
-    {CLI_FMU, IN_OUTPUT, "no-binary", FLAG(fmu.no_binary), "sources alone, which importers can compile"},
+    {CLI_FMU, IN_OUTPUT, "no-binary", FLAG(fmu.no_binary), "only sources, which importers can compile"},
     {CLI_TABLES | CLI_GATHER, IN_OUTPUT, "output", VALUE(TABLE, output), "FILE",
      "write the table: .csv, .parquet, .npz for NumPy, .mat for MATLAB and Octave, or .json"},
     {CLI_COMPARE, IN_OUTPUT, "csv", VALUE(TABLE, output), "FILE", "another name of --output"},
@@ -381,7 +383,7 @@ static const option options[] = {
     {CLI_ENSEMBLE | CLI_GATHER, IN_OUTPUT, "history-output", VALUE(TABLE, history_output), "FILE",
      "write the histories as one table: instance, t, and the outputs of each row"},
     {CLI_ENSEMBLE, IN_OUTPUT, "output-step", VALUE(TIME, run.output_step), "T",
-     "time between rows of histories, s (default: that of the model, or a fraction of the time)"},
+     "time between rows of histories, s (default: the model's, or a fraction of the time)"},
     {CLI_ENSEMBLE, IN_OUTPUT, "out", TEXT(out), "FOLDER",
      "write the rows into a folder, RUN.kempe, part by part: any number of instances, --resume after an interruption"},
     {CLI_VIEW, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
@@ -404,7 +406,7 @@ static const option options[] = {
     {CLI_SIMULATE, IN_OUTPUT, "all", FLAG(all),
      "also the choice of the integrator and the counts of steps, evaluations and changes"},
     {CLI_CHECK, IN_OUTPUT, "all", FLAG(all),
-     "also dependent sets, removable closures, pivots, alternatives, blocks and the ranges of all coordinates"},
+     "also dependent sets, removable closures, alternative coordinates, the order of solution, all ranges"},
     {CLI_COMPARE, IN_OUTPUT, "all", FLAG(all),
      "also every run, and times split into steps, evaluations and time of each"},
     {CLI_LINEARIZE, IN_OUTPUT, "all", FLAG(all), "also the matrices N and Nd of all coordinates, and large matrices"},
@@ -418,9 +420,9 @@ static const option options[] = {
     {CLI_ALL, IN_OUTPUT, "json", TEXT(json), "PATH|-",
      "write one JSON object; - writes it to stdout instead of the text"},
     {CLI_ALL, IN_OUTPUT, "quiet", FLAG(quiet), "no progress and no log on stderr; warnings stay"},
-    {CLI_MODELS, IN_OTHER, "no-cache", FLAG(no_cache),
-     "derive the equations anew, and keep nothing in the cache (~/.cache/kempe)"},
-    {CLI_ALL, IN_OTHER, "help", FLAG(help), "print this text"},
+    {CLI_ALL, IN_OUTPUT, "help", FLAG(help), "print this text"},
+    {CLI_MODELS, IN_EXPERT, "no-cache", FLAG(no_cache),
+     "derive the equations again and store nothing in the cache (~/.cache/kempe)"},
 };
 
 enum { OPTION_COUNT = sizeof options / sizeof *options, WORD_MAX = 64 };
@@ -768,6 +770,16 @@ bool cli_options_read(unsigned command, const char *command_name, int count, cha
                                                     : "the model file is missing: kempe %s FILE",
                             command_name);
     return true;
+}
+
+bool cli_option_look(unsigned command, int k, cli_option_view *view)
+{
+    for (const option *o = options; o < options + OPTION_COUNT; o++)
+        if ((o->commands & command) && k-- == 0) {
+            *view = (cli_option_view){o->name, o->value, kinds[o->kind].ending, letter_of(o)};
+            return true;
+        }
+    return false;
 }
 
 /* The columns at which the text of an option begins, and its lines end. */

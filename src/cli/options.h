@@ -118,6 +118,15 @@ const char *cli_complaint(void);
 /** The value of --json in a command line that may otherwise be invalid; NULL: none. */
 const char *cli_json_word(int count, char **words);
 
+/** An option as completion sees it: its value as in the help, NULL for a flag; the endings of its file, NULL: any. */
+typedef struct cli_option_view {
+    const char *name, *value, *ending;
+    char letter; /* of its short form; 0: none */
+} cli_option_view;
+
+/** The k-th option of a command; false: there are no more. */
+bool cli_option_look(unsigned command, int k, cli_option_view *view);
+
 /** Prints the options of one command, one per line. */
 void cli_options_print(unsigned command, FILE *out);
 

@@ -73,8 +73,8 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
     if (depends & (1u << KMP_IN_PARAMETER) && eq->tree.keep == KMP_KEEP_NOTHING)
         return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line,
                             closure->place.column,
-                            "closure '%s' does not permit variable parameters: its component %s depends on them alone "
-                            "and not on coordinates; let both its points depend on the same parameters",
+                            "closure '%s' cannot have variable parameters: its component %s depends on them, but not "
+                            "on coordinates; let both its points depend on the same parameters",
                             closure->name, component_name(closure, component));
     double gap = h == KMP_ZERO ? 0 : constant_value(eq, h);
     if (isnan(gap))
@@ -198,8 +198,8 @@ static kempe_status refuse_bilinear(const kmp_equations *eq, const kmp_closure *
         if (found)
             return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line,
                                 closure->place.column,
-                                "'%s' depends on a table %s with the method linear%s: rates would jump at its lines; "
-                                "use the method spline",
+                                "'%s' depends on a table %s with the method linear%s: velocities would jump at its "
+                                "lines; use the method spline",
                                 closure->name, found->b ? "of two variables" : "with a period",
                                 found->table->outside == KMP_OUTSIDE_HOLD ? " or outside: hold" : "");
     }
@@ -283,8 +283,8 @@ static kempe_status check_expression(const kmp_equations *eq, kmp_place place, c
     while (kmp_tree_kept(&eq->tree, closure, kept) >= 0)
         kept++;
     return kmp_complain(eq->context, eq->model->files[place.file], place.line, place.column,
-                        "%s '%s' depends on lambda(%s.%d), but '%s' has %d multiplier%s: rows that no coordinate moves "
-                        "have none",
+                        "%s '%s' depends on lambda(%s.%d), but '%s' has %d multiplier%s: equations that no coordinate "
+                        "changes have none",
                         what, name, loop, lambda->number + 1, loop, kept, kept == 1 ? "" : "s");
 }
 

@@ -410,17 +410,16 @@ kempe_status kmp_joint_loads_end(kmp_equations *eq)
         return KEMPE_OK;
     if (loads->obstructed < 0) {
         const kmp_point *point = &model->points[-1 - loads->obstructed];
-        return kmp_complain(
-            eq->context, model->files[loads->obstacle->place.file], loads->obstacle->place.line,
-            loads->obstacle->place.column,
-            "friction '%s' rolls along no length that is a function of the coordinates: the loads of the "
-            "section of '%s.%s' are not known then; take its section and stress away from the outputs",
-            loads->obstacle->name, model->bodies[point->body].name, point->name);
+        return kmp_complain(eq->context, model->files[loads->obstacle->place.file], loads->obstacle->place.line,
+                            loads->obstacle->place.column,
+                            "with friction '%s', a nonholonomic constraint, the loads of the section of '%s.%s' are "
+                            "not known: remove its section and stress from the outputs",
+                            loads->obstacle->name, model->bodies[point->body].name, point->name);
     }
     return kmp_complain(eq->context, model->files[loads->obstacle->place.file], loads->obstacle->place.line,
                         loads->obstacle->place.column,
-                        "friction '%s' rolls along no length that is a function of the coordinates: the load of joint "
-                        "'%s' is not known then; take reaction(%s) and moment(%s) away",
+                        "with friction '%s', a nonholonomic constraint, the load of joint '%s' is not known: remove "
+                        "reaction(%s) and moment(%s)",
                         loads->obstacle->name, model->bodies[loads->obstructed].joint,
                         model->bodies[loads->obstructed].joint, model->bodies[loads->obstructed].joint);
 }

@@ -434,10 +434,11 @@ static kempe_status make_bodies(const kempe_system *s, kmp_bodies *bodies)
     if (pressed) {
         /* Their recursion has the forces in it. */
         int row = s->load_rows[0];
-        return kmp_fail(s->context, KEMPE_E_FAILED,
-                        "algorithm articulated: force '%s' depends on the multiplier of closure row '%s', which this "
-                        "algorithm does not support; use the algorithm composite",
-                        kmp_load_dependent_force(s, row), s->row_names[row]);
+        return kmp_fail(
+            s->context, KEMPE_E_FAILED,
+            "algorithm articulated: force '%s' depends on the multiplier of constraint equation '%s', which this "
+            "algorithm does not support; use the algorithm composite",
+            kmp_load_dependent_force(s, row), s->row_names[row]);
     }
     const char *uncertain = may_lose_its_sign(s->model);
     if (uncertain)

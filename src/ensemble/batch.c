@@ -320,7 +320,9 @@ kempe_status kmp_batch_check_lanes(const kempe_ensemble *e, int lanes)
     if (lanes >= -1 && lanes <= KMP_LANES_MOST)
         return KEMPE_OK;
     return kmp_fail(e->model->context, KEMPE_E_ARGUMENT,
-                    "%d lanes are not possible: 1 to %d, 0 for the best, -1 for none", lanes, KMP_LANES_MOST);
+                    "%d instances at a time are not possible: give 1 to %d, 0 for the best number, -1 for every "
+                    "instance separately",
+                    lanes, KMP_LANES_MOST);
 }
 
 kempe_status kmp_batch_new(kempe_ensemble *e, const kempe_run_options *run, int lanes, const kmp_batch_range *range,

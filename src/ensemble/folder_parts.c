@@ -153,10 +153,9 @@ kempe_status kmp_folder_check_model(const kempe_folder *f, const kempe_model *mo
     kmp_text_free(&there);
     KMP_TRY(kmp_made(f->context, memory));
     if (!same)
-        return kmp_complain(f->context, f->path, 0, 0,
-                            "the results are those of another model than '%s' (its file, a file that it includes, or "
-                            "--set)",
-                            model->file);
+        return kmp_complain(
+            f->context, f->path, 0, 0,
+            "the results belong to another model than '%s' (its file, a file that it includes, or --set)", model->file);
     return KEMPE_OK;
 }
 

@@ -480,8 +480,9 @@ static kempe_status enter(folder_run *r, const char *path, const kempe_folder_op
     kempe_status status = kmp_manifest_put(r->ensemble, r->run, r->lanes, chunk_of(options, there, instances),
                                            options->history, &manifest);
     if (status == KEMPE_OK && there && !joins)
-        status = kmp_complain(r->context, path, 0, 0,
-                              "the folder has results; --resume runs what is missing, another folder begins anew");
+        status =
+            kmp_complain(r->context, path, 0, 0,
+                         "the folder has results: --resume runs what is missing; give another folder to begin again");
     if (status == KEMPE_OK && there)
         status = check_manifest(r->context, path, there, &manifest);
     if (status == KEMPE_OK && !there)

@@ -322,7 +322,7 @@ bool kmp_manifest_same(const char *there, const char *here, kmp_text *why)
         if (a == b && (!x) == (!y) && (!x || strncmp(x, y, a) == 0))
             continue;
         if (strncmp(key, "hash", 4) == 0)
-            kmp_text_printf(why, "%s differs from that of the results in the folder", words);
+            kmp_text_printf(why, "%s differs from the results in the folder", words);
         else
             kmp_text_printf(why, "%s is %.*s in the folder and %.*s in this run", words, x ? (int)a : 7,
                             x ? x : "missing", y ? (int)b : 7, y ? y : "missing");

@@ -118,8 +118,8 @@ static kempe_status derive(const kmp_mechanisms *m, mechanism *one)
     const kmp_quantity_list *list = m->quantities;
     const char *other = other_setting(m->model, one->model);
     if (other)
-        return kmp_fail(m->model->context, KEMPE_E_FAILED,
-                        "the setting '%s' of run differs from that of the other instances", other);
+        return kmp_fail(m->model->context, KEMPE_E_FAILED, "the setting '%s' of run differs from the other instances",
+                        other);
     KMP_TRY(kmp_quantity_list_init(&one->quantities, one->model, list->words, list->limit_words));
     const kempe_model *model = measured(one->model, &one->quantities);
     KMP_TRY(kmp_ensemble_new(model, m->others, m->name + m->shaping, &one->inner));

@@ -575,11 +575,12 @@ void kmp_convergence_warn(kempe_context *context, const kmp_convergence *c, cons
                     unit ? "an " : "a relative ", by, c->t, c->rtol, advice);
     } else if (!accepts(c)) {
         kmp_doubt(context,
-                  "do not trust this run beyond t = %.6g s: at rtol %.3g '%s' differs by %s at t = %.6g s, so the "
-                  "motion amplifies errors or follows another branch; %s",
+                  "do not trust this run beyond t = %.6g s: at rtol %.3g '%s' differs by %s at t = %.6g s, by "
+                  "amplified errors or another branch; %s",
                   c->until, c->rtol, name, by, c->t, advice);
     } else {
-        kmp_doubt(context, "the convergence of this run could not be checked: at rtol %.3g it ends at t = %.6g s; %s",
+        kmp_doubt(context,
+                  "the accuracy of this run could not be checked: the second run, at rtol %.3g, ends at t = %.6g s; %s",
                   c->rtol, c->stopped, advice);
     }
     kmp_text_free(&apart);
@@ -603,7 +604,7 @@ void kmp_convergence_put(kmp_text *text, const kempe_context *context, const kmp
     else
         kmp_text_printf(text, "%s rtol %.3g", holds ? ", by a second run at" : ", at", c->rtol);
     if (c->parts > 0)
-        kmp_text_printf(text, "; errors of all steps together %.1e (relative), if the motion does not amplify them",
+        kmp_text_printf(text, "; total of the errors of all steps %.1e (relative), unless the motion amplifies them",
                         c->total);
     if (!isnan(c->stopped))
         kmp_text_printf(text, "; the second run ended at t = %.6g s", c->stopped);

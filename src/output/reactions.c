@@ -425,7 +425,7 @@ static void show_not_unique(kmp_text *text, const kmp_reactions *r)
     kmp_text_printf(&line, "* not unique, because redundant constraints share the load; these are %s",
                     r->least_norm ? "the loads of least norm"
                     : r->instead  ? "one solution"
-                                  : "one solution, and --loads least-norm gives that of least norm");
+                                  : "one solution, and --loads least-norm gives the solution of least norm");
     if (r->instead)
         kmp_text_printf(&line, ", because %s", r->instead);
     kmp_print_wrapped(text, "  ", INDENT, line.s ? line.s : "");

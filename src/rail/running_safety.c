@@ -228,11 +228,10 @@ static kempe_status refine(judging *j, const double *a, const double *b, int hal
     KMP_TRY(take_sample(j, a[0] + (b[0] - a[0]) / 2, a, middle));
     bool full = j->count > MOST_SAMPLES && !j->full;
     if (full)
-        kmp_doubt(j->model->context,
-                  "running safety: %d samples are taken up to t = %.6g s; from there on they are not refined: judge a "
-                  "shorter "
-                  "time",
-                  MOST_SAMPLES, a[0]);
+        kmp_doubt(
+            j->model->context,
+            "running safety: %d samples are taken up to t = %.6g sand not refined after it: evaluate a shorter time",
+            MOST_SAMPLES, a[0]);
     j->full = j->full || full;
     if (halvings == 0 || j->full || is_straight(j, STRAIGHT, a, middle, b)) {
         KMP_TRY(keep(j, middle));
@@ -604,8 +603,8 @@ static void show_verdict(kmp_text *text, const kempe_model *model, const void *v
     const kmp_running_safety *s = verdict;
     int width = 5;
     if (s->too_long)
-        kmp_text_put(text, "running   safety is not judged: the dense output of the run takes too much memory; use a "
-                           "shorter run, or a larger rtol\n");
+        kmp_text_put(text, "running   safety is not evaluated: the dense output of the run needs too much memory; use "
+                           "a shorter run, or a larger rtol\n");
     if (s->wheels == 0)
         return;
     for (int w = 0; w < s->wheels; w++)
@@ -641,12 +640,12 @@ static void show_verdict(kmp_text *text, const kempe_model *model, const void *v
         kmp_print_cells(text, "          %-*s  %17.2f  %8.1f  %8.3f\n", width, model->wheels[w].name, wheel->wear,
                         wheel->most_wear.value, wheel->most_wear.t);
     }
-    kmp_text_printf(text, "          %.6g m of way; Q0 %s", s->way, kmp_safety_loads_from(s));
+    kmp_text_printf(text, "          %.6g m travelled; Q0 %s", s->way, kmp_safety_loads_from(s));
     if (isfinite(s->carried) && s->loaded)
         kmp_text_printf(text, ", together %.3f of the weight", s->carried);
-    kmp_text_printf(text, "; with every other of %d samples values differ by %.1e\n", s->samples, s->difference);
+    kmp_text_printf(text, "; sampling error %.1e (%d samples)\n", s->difference, s->samples);
     if (s->way < KMP_SAFETY_LENGTH)
-        kmp_text_put(text, "          the way is too short for means over 2 m\n");
+        kmp_text_put(text, "          the distance is too short for means over 2 m\n");
 }
 
 static void json_value(kmp_json *json, const char *key, kmp_safety_value x)

@@ -184,7 +184,7 @@ void kmp_page_set_outcome(kmp_result_page *page, kempe_outcome outcome, const ch
     page->outcome = outcome;
     page->reason = reason;
     page->warnings = warnings;
-    page->scene = kmp_arena_printf(&page->arena, "%s \xc2\xb7 %d coordinate%s, %d closure row%s", words, n,
+    page->scene = kmp_arena_printf(&page->arena, "%s \xc2\xb7 %d coordinate%s, %d constraint equation%s", words, n,
                                    n == 1 ? "" : "s", m, m == 1 ? "" : "s");
 }
 

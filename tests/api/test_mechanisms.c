@@ -129,7 +129,7 @@ static void text_models(void)
         "bodies: {a: {joint: {name: x, prismatic: [cos(tilt), 0, sin(tilt)], at: ground}, mass: 1}}\n";
     CHECK(kempe_model_read_text(context, text, "text", &model) == KEMPE_OK);
     CHECK(kempe_values_new(model, 1, names + 3, 1, &angle, &values) == KEMPE_E_ARGUMENT);
-    CHECK(strstr(kempe_context_message(context), "the model is not from a file that could be read again"));
+    CHECK(strstr(kempe_context_message(context), "the model has no file that could be read again"));
     kempe_model_free(model);
     kempe_context_free(context);
 }

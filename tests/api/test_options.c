@@ -60,7 +60,7 @@ static void wrong_sizes(void)
     const size_t sizes[] = {1, sizeof(size_t) - 1, (size_t)-1};
     for (int k = 0; k < 3; k++) {
         CHECK(simulate(&(kempe_run_options){.size = sizes[k], .t_end = 0.01}) == KEMPE_E_ARGUMENT);
-        CHECK(strstr(kempe_context_message(context), "is not that of a struct of options") != NULL);
+        CHECK(strstr(kempe_context_message(context), "does not belong to any version of this struct") != NULL);
     }
 }
 

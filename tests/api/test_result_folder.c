@@ -294,7 +294,7 @@ static void test_refusals(void)
     kempe_run_options run = run_of(1);
     CHECK(run_into(&s, "a", 1, "1/2", 0) == PARTS - PARTS / 2);
     CHECK(run_into(&s, "a", 1, NULL, 0) == -1);
-    CHECK(strstr(kempe_context_message(s.context), "the folder has results; --resume runs what is missing"));
+    CHECK(strstr(kempe_context_message(s.context), "the folder has results: --resume runs what is missing"));
     run.rtol = 1e-7;
     CHECK(kempe_ensemble_run_folder(s.ensemble, &run, 0, path_of(&s, "a"), &options, &folder) == KEMPE_E_INPUT);
     CHECK(strstr(kempe_context_message(s.context), "rtol is 1e-08 in the folder and 1e-07 in this run"));

@@ -330,17 +330,13 @@ static void a_weld_by_half_a_turn(void)
             kempe_assembly_free(a);
             a = NULL;
             CHECK(kempe_assembly_new(l.system, &a) == KEMPE_E_FAILED);
-            CHECK_TEXT(
-                kempe_context_message(l.context),
-                k == 0
-                    ? "model.yaml:5:9: loop 'W' cannot be closed while holding J.4, J.6: the axes of its points are "
-                      "turned "
-                      "by 180 deg against each other, and not parallel; turn the axes of one of them, or start from a "
-                      "better guess"
-                    : "model.yaml:5:9: loop 'W' cannot be closed while holding J.5, J.6: the axes of its points are "
-                      "turned "
-                      "by 180 deg against each other, and not parallel; turn the axes of one of them, or start from a "
-                      "better guess");
+            CHECK_TEXT(kempe_context_message(l.context),
+                       k == 0 ? "model.yaml:5:9: loop 'W' cannot be closed while holding J.4, J.6: the axes of its "
+                                "points are 180 deg from parallel; turn the axes of one of them, or start from a "
+                                "better guess"
+                              : "model.yaml:5:9: loop 'W' cannot be closed while holding J.5, J.6: the axes of its "
+                                "points are 180 deg from parallel; turn the axes of one of them, or start from a "
+                                "better guess");
         }
         CHECK(k < 2 || (a && a->closed));
         kempe_assembly_free(a);

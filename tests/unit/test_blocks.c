@@ -255,7 +255,7 @@ static void mistakes(void)
     refused("a: {pid: 1, integral: 3, derivative: 1}", "'filter'");
     refused("a: {pid: 1, integral: 3, filter: 1}", "belong to a derivative");
     refused("a: {pid: 1, integral: 3, limits: [0, 1]}", "need the time 'tracking'");
-    refused("a: {pid: 1, integral: 3, numerator: [1]}", "'numerator' is no key of a state with 'pid'");
+    refused("a: {pid: 1, integral: 3, numerator: [1]}", "'numerator' is not a key of a state with 'pid'");
     refused("a: {pid: 1, integral: 1, derivative: 1, filter: 0}", "it must be positive");
     refused("a: {hysteresis: t, limits: [2, 1]}", "must be below the second one");
     refused("a: {hysteresis: t}", "has no key 'limits'");

@@ -23,10 +23,10 @@ static void check_times(const kempe_trajectory *run, int count, const double *ex
     int found = 0;
     for (int k = 0; k < run->log.kept && found < count; k++) {
         const kmp_log_entry *entry = &run->log.entries[k];
-        if (strcmp(entry->kind, "event") != 0 || !strstr(entry->text, "contact of"))
+        if (strcmp(entry->kind, "event") != 0 || !strstr(entry->text, "contact '"))
             continue;
         CHECK_NEAR(entry->t, expected[found], tolerance * expected[found]);
-        CHECK((strstr(entry->text, "true") != NULL) == (found % 2 == 0));
+        CHECK((strstr(entry->text, "closes") != NULL) == (found % 2 == 0));
         found++;
     }
     CHECK(found == count);
@@ -291,7 +291,7 @@ static void check_contact_times(const kempe_trajectory *run, const kmp_contact_t
         const kmp_contact_time *contact = &run->log.contacts[k];
         const double ends[] = {contact->from, contact->until};
         for (int i = 0; i < 2 && !isnan(ends[i]); i++) {
-            while (entry < run->log.kept && !strstr(run->log.entries[entry].text, "contact of 'pin'"))
+            while (entry < run->log.kept && !strstr(run->log.entries[entry].text, "contact 'pin'"))
                 entry++;
             CHECK(entry < run->log.kept && run->log.entries[entry++].t == ends[i]);
         }
@@ -318,7 +318,7 @@ static void contact_times(void)
         CHECK(times.turning && strcmp(times.turning, "A") == 0);
         CHECK_NEAR(times.turns, 0.0125 / 0.012, 1e-9);
     }
-    CHECK(run && kempe_trajectory_print(run, KEMPE_TEXT, &text) == KEMPE_OK && strstr(text, "for each turn of 'A'"));
+    CHECK(run && kempe_trajectory_print(run, KEMPE_TEXT, &text) == KEMPE_OK && strstr(text, "per turn of 'A'"));
     kempe_text_free(text);
     CHECK(run && kempe_trajectory_print(run, KEMPE_JSON, &text) == KEMPE_OK && strstr(text, "\"depths\""));
     kempe_text_free(text);

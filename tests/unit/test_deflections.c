@@ -188,12 +188,12 @@ static void what_is_refused(void)
 {
     static const struct {
         const char *text, *range, *hold, *elastic, *words;
-    } row[] = {
-        {ROD, "A=0:1", NULL, "loose", "elastic: 'held' or 'static' is expected, not 'loose'"},
-        {ROD, "A=0:1", "rod.y1", "static", "elastic: 'static' needs a flexible body"},
-        {ROD "drives: {d: {joint: A, angle: t}}\nforces: {f: {joint: rod.y1, force: sin(t)}}\n", "t=0:1", NULL,
-         "static", "depend on the time"},
-        {ROD "forces: {f: {joint: A, friction: {torque: 3}}}\n", "A=0:1", NULL, "static", "friction 'f' sticks"}};
+    } row[] = {{ROD, "A=0:1", NULL, "loose", "elastic: 'held' or 'static' is expected, not 'loose'"},
+               {ROD, "A=0:1", "rod.y1", "static", "elastic: 'static' needs a flexible body"},
+               {ROD "drives: {d: {joint: A, angle: t}}\nforces: {f: {joint: rod.y1, force: sin(t)}}\n", "t=0:1", NULL,
+                "static", "depend on time"},
+               {ROD "forces: {f: {joint: A, friction: {torque: 3}}}\n", "A=0:1", NULL, "static",
+                "friction 'f' changes between stick and slip"}};
     for (size_t k = 0; k < sizeof row / sizeof *row; k++) {
         loaded l = load_text(row[k].text);
         const kempe_kinematics_options how = {.sweep = row[k].range, .hold = row[k].hold, .elastic = row[k].elastic};
@@ -229,7 +229,7 @@ static void what_ends(void)
     CHECK(sweep_as(&l, &(kempe_kinematics_options){.sweep = "X=0.6:0.8:21", .elastic = "static"}, &k) == KEMPE_STOPPED);
     CHECK(k && kempe_kinematics_table(k, "rows", &t) == KEMPE_OK && kempe_table_row_count(t) == 10);
     CHECK(k && kempe_kinematics_print(k, KEMPE_TEXT, &said) == KEMPE_OK);
-    CHECK(said && strstr(said, "it is that of the mechanism with the deformations of the start"));
+    CHECK(said && strstr(said, "it is computed with the deformations of the start"));
     free(said);
     kempe_table_free(t);
     kempe_kinematics_free(k);

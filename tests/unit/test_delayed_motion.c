@@ -310,7 +310,7 @@ static void refused(void)
     CHECK(l.system && kempe_modes_new(l.system, &start, &modes) == KEMPE_E_ARGUMENT);
     CHECK(strstr(kempe_context_message(l.context), "take --at equilibrium"));
     CHECK(l.system && kempe_linearization_new(l.system, &here, &x) == KEMPE_E_ARGUMENT);
-    CHECK(strstr(kempe_context_message(l.context), "the start is no equilibrium"));
+    CHECK(strstr(kempe_context_message(l.context), "the start is not an equilibrium"));
     const kempe_sensitivity_options of = {.of = "modes"};
     CHECK(l.model && kempe_sensitivity_new(l.model, &of, &s) == KEMPE_E_ARGUMENT);
     CHECK(strstr(kempe_context_message(l.context), "'late' is a delayed signal"));

@@ -394,8 +394,8 @@ static void mistakes(void)
     refused("delay: q(x), time: 0", "time of state 'u' is 0: it must be positive");
     refused("delay: q(x), time: 1 m", "expected s, got m");
     refused("delay: q(x), time: 1, before: q(x)", "not allowed here");
-    refused("delay: q(x), time: 1, before: t, start: 1", "'before' cannot stand beside 'start'");
-    refused("delay: q(x), time: 1, sample: 1, before: t", "'before' cannot stand beside 'sample'");
+    refused("delay: q(x), time: 1, before: t, start: 1", "'before' and 'start' exclude each other");
+    refused("delay: q(x), time: 1, sample: 1, before: t", "'before' and 'sample' exclude each other");
     refused("delay: u.signal, time: 1", "an operator or the end is expected here");
 }
 

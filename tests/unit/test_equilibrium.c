@@ -673,12 +673,14 @@ static void mistakes_are_told(void)
     options = (kempe_equilibrium_options){.rates = "shaft=3,shaft=4"};
     expect(m.system, &options, KEMPE_E_ARGUMENT, "rates: 'shaft' is given twice");
     options = (kempe_equilibrium_options){.rates = "slider=1"};
-    expect(m.system, &options, KEMPE_E_FAILED, "no steady motion: 'slider' has the constant rate 1 m/s");
+    expect(m.system, &options, KEMPE_E_FAILED,
+           "no steady motion: the forces change along 'slider', which moves at 1 m/s");
     loaded cubic = load_text("kempe: 1\nparameters: {F: 1 N, s: 1 m}\n"
                              "bodies: {a: {joint: {name: S, prismatic: z, at: ground}, mass: 3}}\n"
                              "forces: {k: {joint: S, force: \"-F*(q(S)/s)^3\"}}\n");
     options = (kempe_equilibrium_options){.rates = "S=1"}; /* here to first order nothing depends on it */
-    expect(cubic.system, &options, KEMPE_E_FAILED, "no steady motion: 'S' has the constant rate 1 m/s");
+    expect(cubic.system, &options, KEMPE_E_FAILED,
+           "no steady motion: the forces change along 'S', which moves at 1 m/s");
     kmp_operating *o = NULL; /* nor is it one to look from */
     CHECK(kmp_operating_new(cubic.system, "equilibrium S=1", NULL, &o) == KEMPE_E_FAILED && !o);
     unload(&cubic);
@@ -697,7 +699,7 @@ static void mistakes_are_told(void)
     options = (kempe_equilibrium_options){.solve_for = "K", .hold = "slider=0.5", .global = 1};
     expect(m.system, &options, KEMPE_E_ARGUMENT, "--global cannot be combined");
     options = (kempe_equilibrium_options){.rates = "shaft=5", .solve_for = "c", .hold = "slider=0.6"};
-    expect(m.system, &options, KEMPE_E_FAILED, "no equilibrium is found for the given unknowns");
+    expect(m.system, &options, KEMPE_E_FAILED, "no equilibrium is found: after");
     unload(&m);
 }
 

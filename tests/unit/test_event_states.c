@@ -151,7 +151,7 @@ static void sweep(void)
     static const struct {
         const char *sweep, *reason;
         int rows;
-    } cases[] = {{"k=40:10:7", "the state 'D' changes at an event just there", 5},
+    } cases[] = {{"k=40:10:7", "the state 'D' switches exactly at this point", 5},
                  {"k=40:10:4", "'D' begins with 3, but its input requires 4 there", 3}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         loaded l = load_text(DAMPER("D: {start: 3, hysteresis: q(x), limits: [0.01, 0.2], values: [3, 4]}, ", "D", ""));

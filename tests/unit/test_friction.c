@@ -482,9 +482,9 @@ static void crowd(void)
         CHECK(l.system && kempe_simulate(l.system, &options, &run) == KEMPE_E_FAILED);
         const char *reason = run ? kempe_trajectory_reason(run) : "";
         if (rates[k].ends) {
-            const char *from = strstr(reason, "modes are decided 1000 times between t = 0 and ");
-            CHECK(from && strstr(reason, "most often by 'pad'"));
-            CHECK_NEAR(from ? strtod(strstr(from, "and ") + 4, NULL) : 0, 1000 * 3.14159265358979324 / 6e7,
+            const char *from = strstr(reason, "slip and stick changed 1000 times between t = 0 and ");
+            CHECK(from && strstr(reason, "most often at 'pad'"));
+            CHECK_NEAR(from ? strtod(strstr(from, "0 and ") + 6, NULL) : 0, 1000 * 3.14159265358979324 / 6e7,
                        3 * 3.2 / 6e7);
         } else {
             CHECK(strstr(reason, "15000 steps"));

@@ -465,7 +465,7 @@ static void too_few_actuators_are_told(void)
     loaded m = load_here(in_plane);
     write_robot(&m, true, path);
     kempe_inverse *r = invert(&m, &(kempe_inverse_options){.motion = path, .actuators = "a1"}, KEMPE_E_FAILED);
-    CHECK(strstr(kempe_context_message(m.context), "the actuators act on 1 of 2 degrees of freedom"));
+    CHECK(strstr(kempe_context_message(m.context), "they act on 1 of 2 degrees of freedom"));
     CHECK(r && r->rows == 101 && kempe_inverse_rank(r) == 1);
     CHECK(kempe_inverse_outcome(r) == KEMPE_OUTCOME_FAILED);
     CHECK_TEXT(kempe_inverse_reason(r), kempe_context_message(m.context));

@@ -102,8 +102,8 @@ static void kinks_of_implicit_variables(void)
 static void weight_across_a_plane(void)
 {
     static const char by_slide[] =
-        "what presses joint 'S' across the plane of the mechanism is all on this joint; loop 'C'",
-                      by_loop[] = "what presses 'S' across the plane of the mechanism is not in its friction";
+        "joint 'S' carries the whole load across the plane of the mechanism; the share of loop 'C'",
+                      by_loop[] = "lacks the load of 'S' across the plane of the mechanism";
     expect(FLAT("[0, 0, -9.81]", SLIDE, "joint: S, friction: {mu: 0.3}") CLOSED, by_slide, true);
     expect(FLAT("[0, 0, -9.81]", "", "sliding: position(slider.C).x, friction: {mu: 0.3, reaction: S}") CUT, by_loop,
            true);

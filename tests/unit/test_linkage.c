@@ -37,9 +37,10 @@ static void test_choice(void)
                  "it is farther from the ground than A, D; it comes after B");
     check_choice(HINGES "  D: {revolute: [ground.D, rocker.O]}\nstart: {q: {C: 1}}\n", "B",
                  "it has no start value, unlike C; it is farther from the ground than A, D");
-    check_choice(HINGES "  D: {spherical: [ground.D, rocker.O]}\n", "D", "it has fewer rows than A, B, C");
+    check_choice(HINGES "  D: {spherical: [ground.D, rocker.O]}\n", "D",
+                 "it has fewer constraint equations than A, B, C");
     check_choice(HINGES "  D: {spherical: [ground.D, rocker.O]}\nrun: {outputs: [lambda(D), q(D.2), reaction(A)]}\n",
-                 "D", "it has fewer rows than A, B, C");
+                 "D", "it has fewer constraint equations than A, B, C");
     check_choice(HINGES "  D: {spherical: [ground.D, rocker.O], cut: no}\nrun: {independent: [C]}\n", "B",
                  "it is farther from the ground than A; not to be cut: D (cut: no), C (it is given as independent)");
     check_choice(HINGES "  D: {screw: [ground.D, rocker.O], pitch: 1 mm}\nstart: {hold: [C]}\n"
@@ -151,8 +152,10 @@ static void test_included(void)
         CHECK_TEXT(model->bodies[b].joint, joints[b - 1]);
     CHECK_TEXT(model->cuts[0].joint, "l_C");
     CHECK_TEXT(model->cuts[1].joint, "r_C");
-    CHECK_TEXT(model->cuts[0].why, "it has fewer rows than l_A; not to be cut: l_B (force 'l_brake' acts on it)");
-    CHECK_TEXT(model->cuts[1].why, "it has fewer rows than r_A; not to be cut: r_B (force 'r_brake' acts on it)");
+    CHECK_TEXT(model->cuts[0].why,
+               "it has fewer constraint equations than l_A; not to be cut: l_B (force 'l_brake' acts on it)");
+    CHECK_TEXT(model->cuts[1].why,
+               "it has fewer constraint equations than r_A; not to be cut: r_B (force 'r_brake' acts on it)");
     CHECK(model->bodies[2].reversed && !model->bodies[3].reversed);
     kempe_model_free(model);
 }

@@ -84,8 +84,8 @@ static void absent_row(void)
               "  close: {ball: [a.P, b.P]}\n"
               "forces:\n"
               "  f: {joint: a, torque: \"lambda(close.3)\"}\n",
-              "model.yaml:8:3: force 'f' depends on lambda(close.3), but 'close' has 2 multipliers: rows that no "
-              "coordinate moves have none");
+              "model.yaml:8:3: force 'f' depends on lambda(close.3), but 'close' has 2 multipliers: equations that no "
+              "coordinate changes have none");
 }
 
 /* One plane twice: the share of each closure in the load is unknown. */
@@ -94,13 +94,13 @@ static void shared_load(void)
     complains(BLOCK "  C: {point_on_plane: [ground.O, block.A], axis: z}\n"
                     "forces:\n"
                     "  f: {at: block.A, force: [\"0.1*lambda(A)\", 0, 0]}\n",
-              "force 'f' depends on the multiplier of closure row 'A.1', which is not determined: it and row 'C.1' are "
-              "redundant, so that");
+              "force 'f' depends on the multiplier of constraint equation 'A.1', which is not unique: 'C.1' is "
+              "redundant with it");
     complains(BLOCK "  C: {point_on_plane: [ground.O, block.A], axis: z}\n"
                     "forces:\n"
                     "  f: {at: block.A, force: [\"0.1*lambda(C)\", 0, 0]}\n",
-              "force 'f' depends on the multiplier of closure row 'C.1', which is not determined: it and row 'A.1' are "
-              "redundant, so that");
+              "force 'f' depends on the multiplier of constraint equation 'C.1', which is not unique: 'A.1' is "
+              "redundant with it");
 }
 
 /* The load is what the force takes from it: N = W + N. */
@@ -108,9 +108,9 @@ static void no_solution(void)
 {
     complains(BLOCK "forces:\n"
                     "  lift: {at: block.A, force: [0, 0, \"-lambda(A)\"]}\n",
-              "force 'lift' depends on the multiplier of closure row 'A.1', and at t = 0 no consistent value of both "
-              "is found: such friction locks or has several solutions; reduce the force, or increase the speed that "
-              "regularises it, if it has one");
+              "force 'lift' depends on the multiplier of constraint equation 'A.1', and at t = 0 s no consistent value "
+              "of both "
+              "is found: reduce the friction, or increase its 'speed'");
 }
 
 static void articulated(void)
@@ -119,7 +119,8 @@ static void articulated(void)
     kempe_system *system = NULL;
     CHECK(kempe_model_read_text(l.context, rough, "model.yaml", &l.model) == KEMPE_OK);
     CHECK(kempe_system_new_with_algorithm(l.model, "articulated", &system) == KEMPE_E_FAILED);
-    CHECK(strstr(kempe_context_message(l.context), "force 'a' depends on the multiplier of closure row 'A.1'") != NULL);
+    CHECK(strstr(kempe_context_message(l.context),
+                 "force 'a' depends on the multiplier of constraint equation 'A.1'") != NULL);
     unload(&l);
 }
 
@@ -365,7 +366,7 @@ static void two_solutions(void)
         CHECK_NEAR(0.8 * 9.81 - kempe_trajectory_lambda(run, 0)[1], 6.1066, 1e-5);
         CHECK(has_entry(run, "solutions",
                         "force 'f' has two solutions: with 1.74139 and with 47.2918 for the "
-                        "multiplier of closure row 'C.2'; the run begins with the first") == 1);
+                        "multiplier of constraint equation 'C.2'; the run begins with the first") == 1);
     }
     kempe_trajectory_free(run);
     unload(&l);
@@ -406,7 +407,7 @@ static void workspace(void)
     ws = NULL;
     if (l.system && kempe_workspace_new(l.system, &ws) == KEMPE_OK) {
         CHECK(kempe_workspace_forward_dynamics(ws, 0, at, still, NULL, fall, loads) == KEMPE_E_FAILED);
-        CHECK(strstr(kempe_workspace_message(ws), "which is undetermined because of redundant rows") != NULL);
+        CHECK(strstr(kempe_workspace_message(ws), "which is not unique because of redundant constraints") != NULL);
     }
     kempe_workspace_free(ws);
     unload(&l);

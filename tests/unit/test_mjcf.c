@@ -150,7 +150,7 @@ static void unread_mechanics(void)
     CHECK(kempe_system_new(model, &system) == KEMPE_OK);
     CHECK(kempe_simulate(system, &(kempe_run_options){.t_end = 0.1}, &run) == KEMPE_UNTRUSTED);
     char *warnings = kmp_context_warnings(context);
-    CHECK(warnings && strstr(warnings, "m.mjcf:2:1: 'muscle' in 'actuator' is not used; the machine is not that of"));
+    CHECK(warnings && strstr(warnings, "m.mjcf:2:1: 'muscle' in 'actuator' is not used; the machine differs from"));
     kmp_free(warnings);
     kempe_trajectory_free(run);
     kempe_system_free(system);
@@ -214,12 +214,10 @@ static void what_is_not_used(void)
     CHECK_TEXT(
         foreign_log(context, NULL, OWN ".mjcf"),
         "1 /tests/models/tied_gripper.mjcf:22:7: the mass of a mesh of body 'mount' is not used: the body is fixed\n"
-        "1 /tests/models/tied_gripper.mjcf:22:7: mesh 'hull.stl' is not in the picture: it is not found beside the "
-        "model "
-        "or in a folder around it\n"
+        "1 /tests/models/tied_gripper.mjcf:22:7: mesh 'hull.stl' is not in the picture: it is not found in the model's "
+        "folder or a folder around it\n"
         "2 /tests/models/tied_gripper.mjcf:33:13: the armature of joint 'pad' with several coordinates is not used; "
-        "the machine "
-        "is not that of the file\n"
+        "the machine differs from the file\n"
         "1 /tests/models/tied_gripper.mjcf:4:3: 'timestep' in 'option' is not used\n"
         "1 /tests/models/tied_gripper.mjcf:17:5: 'light' in 'worldbody' is not used\n"
         "1 /tests/models/tied_gripper.mjcf:76:3: 'sensor' in 'mujoco' is not used: outputs of a run are measures of "

@@ -760,8 +760,7 @@ static void a_bushing_turned_by_half_a_turn_is_told(void)
                          "forces: {u: {bushing: [ground.P, a.P], rotational_stiffness: [1, 2, 3]}}\n");
     kempe_modes *modes = NULL;
     CHECK(kempe_modes_new(m.system, &(kempe_modes_options){.at = "start"}, &modes) == KEMPE_E_FAILED && !modes);
-    CHECK(strstr(kempe_context_message(m.context),
-                 "the forces along 'a' or their derivatives are not finite at the state") != NULL);
+    CHECK(strstr(kempe_context_message(m.context), "the forces along 'a' or their derivatives are not finite") != NULL);
     unload(&m);
 }
 

@@ -30,7 +30,7 @@ static kempe_equilibrium *find(const loaded *l, kempe_equilibrium_options option
     kempe_equilibrium *e = NULL;
     expect_warnings(l);
     kempe_status status = l->system ? kempe_equilibrium_new(l->system, &options, &e) : KEMPE_E_INPUT;
-    CHECK(status == (strstr(said, "does not hold") ? KEMPE_UNTRUSTED : KEMPE_OK));
+    CHECK(status == (strstr(said, "cannot hold") ? KEMPE_UNTRUSTED : KEMPE_OK));
     if (!e)
         printf("%s\n", kempe_context_message(l->context));
     return e;
@@ -72,7 +72,7 @@ static void a_guide_holds_by_its_load(void)
     const double turn = 6.283185307179586, low = 0.92948255262117621, high = 1.96919572962099662;
     loaded l = load("tests/models/friction_guide.yaml");
     kempe_equilibrium *below = find(&l, (kempe_equilibrium_options){0});
-    CHECK(strstr(said, "friction 'guide' has no force at rest here"));
+    CHECK(strstr(said, "friction 'guide' is ignored here"));
     kempe_equilibrium *above = find(&l, (kempe_equilibrium_options){.newton = 1});
     check_set(above, 0, "guide", "th", low, high, "slips");
     check_set(below, 0, "guide", "th", 4.31398957755858986 - turn, 5.35370275455841027 - turn, "slips");
@@ -97,7 +97,7 @@ static void two_frictions_hold_together(void)
     check_set(e, 0, "pivot", "th", -pi + 0.638825884256493717, -low, "slips");
     kempe_equilibrium_free(e);
     e = find(&l, (kempe_equilibrium_options){.stick = 1});
-    CHECK(strstr(said, "friction does not hold this state, which is no equilibrium: 'pivot' needs 0.730895 of"));
+    CHECK(strstr(said, "this state is not an equilibrium, because friction cannot hold it: 'pivot' needs 0.730895 of"));
     CHECK(e && kempe_equilibrium_is_stable(e, 0) == 0);
     CHECK_TEXT(e ? kempe_equilibrium_stability(e, 0) : "", "not held");
     kempe_equilibrium_free(e);

@@ -256,7 +256,7 @@ static void refused_runs(void)
     check_refused(BALL("joint: z, lower: 1.5, restitution: 0"), "contact 'floor' overlaps by 0.5 m at the start");
     check_refused(
         BALL("joint: z, lower: 0, restitution: 0.5") "drives: {d: {joint: z, displacement: \"1 m - (1 m/s)*t\"}}\n",
-        "'floor': closures or drives force the surfaces into each other at t = 1");
+        "'floor': the closures or drives press the surfaces into each other at t = 1");
 }
 
 /* The walker of the examples on rough ground: bounds of the impulses of friction that alternate, and an instant at
@@ -501,7 +501,7 @@ static void columns_apart(void)
     int impacts = 0;
     for (int k = 0; run && k < run->log.kept; k++) {
         const char *text = run->log.entries[k].text;
-        const bool of_a = strstr(text, "a' at ") != NULL, of_b = strstr(text, "b' at ") != NULL;
+        const bool of_a = strstr(text, "a' struck at ") != NULL, of_b = strstr(text, "b' struck at ") != NULL;
         impacts += of_a || of_b;
         CHECK(!(of_a && of_b));
     }

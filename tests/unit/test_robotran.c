@@ -199,11 +199,11 @@ static void what_is_not_used(void)
     CHECK_TEXT(
         foreign_log(context, NULL, own),
         "2 /tests/models/robotran.mbs:23:9: force point 'wind' is not used: its law is in user code; write a force of "
-        "Kempe; the machine is not that of the file\n"
+        "Kempe; the machine differs from the file\n"
         "2 /tests/models/robotran.mbs:75:5: link 'coil' is not used: its law is in user code; write a force of Kempe; "
-        "the machine is not that of the file\n"
-        "2 /tests/models/robotran.mbs:24:7: 'colour' in 'body' is not used; the machine is not that of the file\n"
-        "2 /tests/models/robotran.mbs:88:3: 'weather' in 'mbsDescR7' is not used; the machine is not that of the "
+        "the machine differs from the file\n"
+        "2 /tests/models/robotran.mbs:24:7: 'colour' in 'body' is not used; the machine differs from the file\n"
+        "2 /tests/models/robotran.mbs:88:3: 'weather' in 'mbsDescR7' is not used; the machine differs from the "
         "file\n"
         "2 /tests/models/robotran.mbs:21:7: the inertia of body '_3rd_cart' is impossible: yy = 0.8 is more than zz + "
         "xx = 0.2; it is used as given\n"

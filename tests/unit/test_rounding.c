@@ -99,7 +99,7 @@ static void a_drawing_runs_as_the_mechanism_that_is_meant(void)
 static void the_warning_names_closure_and_both_numbers(void)
 {
     loaded l = draw("tests/models/rounded_four_bar.yaml", NAN);
-    CHECK(strstr(last_warning, "closure 'C' has a gap of 8.2e-07 m as drawn"));
+    CHECK(strstr(last_warning, "closure 'C' is open by 8.2e-07 m as drawn"));
     CHECK(strstr(last_warning, "closure_tolerance 0.00048 m"));
     unload(&l);
 }

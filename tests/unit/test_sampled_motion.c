@@ -202,9 +202,9 @@ static void at_events(void)
         const char *state, *word;
         double x; /* NAN: refused */
     } cases[] = {{"start: 3, when: q(x) > 0.5, next: 9", "", 0.3},
-                 {"start: 5, when: q(x) > 0.5, next: 9", "the state 'y' changes at an event just there", NAN},
+                 {"start: 5, when: q(x) > 0.5, next: 9", "the state 'y' switches exactly at this point", NAN},
                  {"start: 7, when: q(x) > 0.5, next: 9", "", 0.7},
-                 {"start: 3, when: \"1e-9 + q(x) >= 0.3\", next: 9", "just there", NAN},
+                 {"start: 3, when: \"1e-9 + q(x) >= 0.3\", next: 9", "exactly at this point", NAN},
                  {"start: 4, hysteresis: q(x), limits: [0.1, 0.2], values: [2, 4]", "", 0.4},
                  {"start: 2, hysteresis: q(x), limits: [0.1, 0.3], values: [2, 4]", "", 0.2},
                  {"start: 2, hysteresis: q(x), limits: [0.1, 0.15], values: [2, 4]",
@@ -241,7 +241,7 @@ static void rejected(void)
                          "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
                          "forces: {f: {joint: x, force: y - q(x)}}\n");
     CHECK(l.system && kempe_linearization_new(l.system, NULL, &x) == KEMPE_E_FAILED);
-    CHECK(strstr(kempe_context_message(l.context), "the state 'y' changes at an event just there") != NULL);
+    CHECK(strstr(kempe_context_message(l.context), "the state 'y' switches exactly at this point") != NULL);
     unload(&l);
     l = load_text("kempe: 1\nstates: {y: {sample: 0.1, next: q(x)}, z: {sample: 0.07071067811865, next: y}}\n"
                   "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
@@ -428,7 +428,7 @@ static void response_of_a_rotor(void)
     r = NULL;
     asked.frequencies = "0:50.1:26";
     CHECK(l.system && kempe_response_new(l.system, &asked, &r) == KEMPE_E_ARGUMENT);
-    CHECK(strstr(kempe_context_message(l.context), "half of that of the samples, 50 Hz"));
+    CHECK(strstr(kempe_context_message(l.context), "below half the sampling frequency, 50 Hz"));
     unload(&l);
 }
 

@@ -142,8 +142,8 @@ static void what_is_refused(void)
     refuse(BEGIN "<frame name='f'><pose relative_to='g'/></frame><frame name='g'><pose relative_to='f'/></frame>" END,
            "r.sdf:2:1: frame 'm::f' is given relative to itself, directly or through other frames");
     refuse(BEGIN "<include><uri>model://sun</uri></include>" END,
-           "r.sdf:2:1: include 'model://sun' is no file beside this one: only relative names are read; copy the model "
-           "beside the file");
+           "r.sdf:2:1: include 'model://sun' is not a file in this folder: only relative names are read; copy the "
+           "model into the folder");
     refuse(BEGIN "<link name='c'><inertial auto='true'/></link>" END,
            "r.sdf:2:16: the inertia of link 'c' is to be computed from its collisions, and it has none with a volume");
     refuse(BEGIN "<link name='c'><pose>1 2 3</pose></link>" END, "r.sdf:2:1: pose '1 2 3' are not 6 numbers");
@@ -185,8 +185,8 @@ static void inertia_by_collisions(void)
 static void what_is_not_used(void)
 {
     CHECK_TEXT(foreign_log(context, NULL, OWN ".sdf"),
-               "1 /tests/models/folding_arm.sdf:20:40: mesh 'cover.stl' is not in the picture: it is not found beside "
-               "the model or in a folder around it\n"
+               "1 /tests/models/folding_arm.sdf:20:40: mesh 'cover.stl' is not in the picture: it is not found in the "
+               "model's folder or a folder around it\n"
                "1 /tests/models/folding_arm.sdf: link 'plain' has no joint to the world: it is free to move\n"
                "1 /tests/models/folding_arm.sdf:6:5: 'light' in 'world' is not used\n"
                "2 /tests/models/folding_arm.sdf:21:9: 'collision' in 'link' is not used: surfaces that touch are "

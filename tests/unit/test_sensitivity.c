@@ -566,14 +566,15 @@ static void refusals(void)
     expect(stop, &(kempe_sensitivity_options){.method = "backward"}, KEMPE_E_ARGUMENT, "available: forward, adjoint");
     expect(stop, &(kempe_sensitivity_options){.parameters = "l,kk"}, KEMPE_E_ARGUMENT,
            "the model has no parameter 'kk'; did you mean 'k'?");
-    expect(stop, &(kempe_sensitivity_options){.parameters = " , "}, KEMPE_E_ARGUMENT, "there is no parameter");
+    expect(stop, &(kempe_sensitivity_options){.parameters = " , "}, KEMPE_E_ARGUMENT,
+           "no parameter is given for the derivatives");
     expect(stop, &(kempe_sensitivity_options){.outputs = "q(z)"}, KEMPE_E_ARGUMENT, "z");
     expect(stop, &(kempe_sensitivity_options){.run = &(kempe_run_options){.integrator = "ida"}}, KEMPE_E_ARGUMENT,
            "integrator 'ida' does not support sensitivities; available: dop853, dopri5, radau, radau5, radau9");
     expect(bare, &(kempe_sensitivity_options){.parameters = "ax"}, KEMPE_E_ARGUMENT,
            "parameter 'ax' cannot be a variable of the equations");
     (void)snprintf(text, sizeof text, five_bar, "");
-    expect(text, &(kempe_sensitivity_options){0}, KEMPE_E_FAILED, "2 degrees of freedom, its start holds 0");
+    expect(text, &(kempe_sensitivity_options){0}, KEMPE_E_FAILED, "it holds 0 of 2 degrees of freedom");
     (void)snprintf(text, sizeof text, five_bar, ", hold: [a], goals: {c: 1.1}");
     expect(text, &(kempe_sensitivity_options){0}, KEMPE_E_FAILED, "it is the position nearest to goals");
 }

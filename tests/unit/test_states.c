@@ -430,7 +430,7 @@ static void mistakes(void)
     refused("states: {y: {transfer: 1, numerator: [1]}}", "state 'y' has no key 'denominator'");
     refused("states: {y: {transfer: 1, rate: 1}}", "exactly one of");
     refused("states: {sin: {rate: 1}}", "a state cannot have the name 'sin'");
-    refused("states: {x: {rate: 1}}", "a state cannot have the name 'x', which is that of a coordinate");
+    refused("states: {x: {rate: 1}}", "a state cannot have the name 'x', which a coordinate has");
     refused("states: {y: {rate: 1, scale: -1}}", "scale of state 'y' is -1: it must be positive");
     refused("states: {y: {rate: z}}", "unknown");
     refused("states: {y: {rate: 1, start: y}}", "state 'y' is not allowed here: a constant is expected");

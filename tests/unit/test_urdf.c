@@ -97,9 +97,9 @@ static void what_is_refused(void)
            "floating, spherical");
     refuse(LINKS "\n<joint name='j' type='fixed'><parent link='a'/><child link='c'/></joint></robot>",
            "r.urdf:1:33: link 'b' is a second one without a joint to a parent\nr.urdf:2:1: link 'c' does not exist");
-    refuse(
-        LINKS JOINT "\n<joint name='k' type='fixed'><parent link='a'/><child link='b'/></joint></robot>",
-        "r.urdf:2:1: link 'b' has two joints to parents: URDF has trees alone; write one of them as a <loop> of URDF+");
+    refuse(LINKS JOINT "\n<joint name='k' type='fixed'><parent link='a'/><child link='b'/></joint></robot>",
+           "r.urdf:2:1: link 'b' has two joints to parents, but URDF has only trees: write one of them as a <loop> of "
+           "URDF+");
     refuse(LINKS
            "\n<joint name='j' type='revolute'><parent link='a'/><child link='b'/><axis xyz='0 0 0'/></joint></robot>",
            "r.urdf:2:68: the axis of 'j' is zero: it needs a direction");
@@ -250,7 +250,7 @@ static void limits_as_stops(void)
 /* Meshes beside the model, in a package above it, with one scale; others are named. */
 static void meshes_that_are_found(void)
 {
-    static const char lost[] = "it is not found beside the model or in a folder around it";
+    static const char lost[] = "it is not found in the model's folder or a folder around it";
     static const char uneven[] = "a mesh has one positive scale";
     static const struct {
         const char *mesh, *scale, *why;
@@ -339,14 +339,13 @@ static void robots_of_other_names(void)
 
 static void loops_not_used(void)
 {
-    CHECK_TEXT(
-        foreign_log(context, NULL, ARM ".yaml"),
-        "2 /tests/models/closed_arm.yaml:5:33: the joint 'absent' of joint_name is not used: the robot does not "
-        "have it\n"
-        "1 /tests/models/closed_arm.yaml:4:11: the motors of 'name_mot' are not used: 'hold' of a start keeps them "
-        "while the loops are closed, 'independent' of a run takes as many as there are degrees of freedom: A\n"
-        "2 /tests/models/closed_arm.yaml:14:1: 'colour' is not used; the machine is not that of the file\n"
-        "1 /tests/models/closed_arm.urdf: link 'base' has no parent: it is fixed to the ground\n");
+    CHECK_TEXT(foreign_log(context, NULL, ARM ".yaml"),
+               "2 /tests/models/closed_arm.yaml:5:33: the joint 'absent' of joint_name is not used: the robot does not "
+               "have it\n"
+               "1 /tests/models/closed_arm.yaml:4:11: the motors of 'name_mot' are not used; name them in 'hold' of "
+               "the start, or as many as degrees of freedom in 'independent' of the run: A\n"
+               "2 /tests/models/closed_arm.yaml:14:1: 'colour' is not used; the machine differs from the file\n"
+               "1 /tests/models/closed_arm.urdf: link 'base' has no parent: it is fixed to the ground\n");
     CHECK(kempe_context_set_left_out(context, NULL) == KEMPE_OK);
     foreign_strict(context, ARM ".yaml", 2);
     CHECK(kempe_context_set_left_out(context, "colour") == KEMPE_OK);

@@ -281,7 +281,7 @@ static void test_row_of_parameters(void)
     CHECK(kempe_model_read_text(c, text, "model.yaml", &model) == KEMPE_OK);
     CHECK(kmp_variant_new(model, 1, (const char *const[]){"z"}, &v) == KEMPE_OK);
     CHECK(kempe_system_new(kmp_variant_model(v), &system) == KEMPE_E_INPUT && !system);
-    CHECK(strstr(kempe_context_message(c), "closure 'E' does not permit variable parameters") != NULL);
+    CHECK(strstr(kempe_context_message(c), "closure 'E' cannot have variable parameters") != NULL);
     kmp_variant_free(v);
     kempe_model_free(model);
     kempe_context_free(c);

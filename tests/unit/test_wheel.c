@@ -404,8 +404,8 @@ static void more_zones_than_room(void)
 {
     kempe_model *model = read_wave(-0.0495, 0.0495);
     CHECK(model && model->wheels[0].zone_count == KMP_WHEEL_ZONES);
-    CHECK_TEXT(lines, "2 /tests/models/wheels.yaml:15:3: wheel 'L' would touch its rail in 34 zones, and a wheel has "
-                      "at most 8: the borders with the smallest jumps are omitted, and the contact may jump there; use "
+    CHECK_TEXT(lines, "2 /tests/models/wheels.yaml:15:3: wheel 'L' would touch its rail in 34 zones, and has at most "
+                      "8: the contact may jump at omitted borders; use "
                       "a smoother profile, or give 'zones'\n");
     kempe_model_free(model);
     model = read_wave(-0.0075, 0.0075);

@@ -62,7 +62,7 @@ static kempe_status choose_words(study *s)
     KMP_TRY(kmp_made(s->context, !s->c->arena.failed));
     if (!s->words[KMP_COMFORT_VERTICAL] || !*s->words[KMP_COMFORT_VERTICAL])
         return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                        "there is no acceleration to judge: the model requests none of a point as z upwards; give "
+                        "no acceleration output found: the model requests none of a point, with z upwards; give "
                         "--vertical, --lateral or --longitudinal, for example 'acceleration(BODY.POINT).z'");
     return KEMPE_OK;
 }
@@ -138,7 +138,7 @@ static kempe_status check_times(study *s)
     double end, length;
     c->rate = o->rate > 0 ? o->rate : USUAL_RATE;
     if (!s->run->recording || !kmp_recording_ends(s->run->recording, &s->start, &end))
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "the run has rows only: set keep_dense to judge its comfort");
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "the run has rows only: set keep_dense to evaluate its comfort");
     c->from = fmax(o->from, s->start);
     length = end - c->from;
     if (o->rate != 0 && !(o->rate >= LEAST_RATE && o->rate <= LARGEST_RATE))
@@ -148,10 +148,11 @@ static kempe_status check_times(study *s)
                         o->rate, LEAST_RATE, LARGEST_RATE);
     c->windows = (int)floor(length / KMP_COMFORT_WINDOW + KMP_WINDOW_SLACK);
     if (!(o->from >= 0) || c->windows < 1)
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                        "comfort is judged in windows of %g s, but the run has %.6g s from t = %.6g s on: a longer run "
-                        "is needed (--t-end)",
-                        KMP_COMFORT_WINDOW, length, c->from);
+        return kmp_fail(
+            s->context, KEMPE_E_ARGUMENT,
+            "comfort is evaluated in windows of %g s, but the run has %.6g s from t = %.6g s on: a longer run "
+            "is needed (--t-end)",
+            KMP_COMFORT_WINDOW, length, c->from);
     s->window = 2 * (int)lround(KMP_COMFORT_WINDOW * c->rate / 2); /* even, for every other sample */
     s->before = 2 * (int)lround((c->from - s->start) * c->rate / 2);
     s->samples = s->before + c->windows * s->window + 1;

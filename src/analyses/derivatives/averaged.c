@@ -165,10 +165,10 @@ static kempe_status judge_one(const kempe_model *model, int k, const kmp_linear 
     if (condition < 0)
         return KEMPE_OK;
     if (is_near(l, condition, room))
-        return kmp_fail(model->context, KEMPE_E_FAILED,
-                        "the state '%s' changes at an event just there: small motions have no linear equations; give "
-                        "another start",
-                        state->name);
+        return kmp_fail(
+            model->context, KEMPE_E_FAILED,
+            "the state '%s' switches exactly at this point, so that no linear model exists: use another start",
+            state->name);
     const double change = kmp_eval_changes(l->eval, l->t, l->q, l->qd)[condition];
     const double next = state->settles && change < 0 ? value_there(state, l) : value;
     if (isnan(next))

@@ -508,7 +508,7 @@ kempe_status kmp_linear_spectrum(const kmp_linear *l, kmp_spectrum *spectrum)
                         "the reduced mass is not positive for '%s': a body that moves along it has no mass",
                         kmp_model_motion(l->system->model, l->part.u[info - 1])->name);
     return kmp_fail(context, KEMPE_E_FAILED,
-                    info == -2 ? "the state does not determine the accelerations: forces that depend on multipliers "
-                                 "cancel the inertia of some motion, and there are no modes"
+                    info == -2 ? "no modes exist at this state, because the accelerations are not unique: forces that "
+                                 "depend on multipliers cancel the inertia of some motion"
                                : "the iteration for the eigenvalues does not converge");
 }

@@ -583,9 +583,9 @@ kempe_status kmp_second_derivatives_init(kmp_second_derivatives *second, const k
 {
     *second = (kmp_second_derivatives){.n = system->n, .m = system->m, .count = count};
     if (system->force)
-        return kmp_fail(system->context, KEMPE_E_FAILED,
-                        "second derivatives are required, and those of a user-defined force are unknown: define it as "
-                        "a force of the model");
+        return kmp_fail(
+            system->context, KEMPE_E_FAILED,
+            "second derivatives are required, but a user-defined force has none: define it as a force of the model");
     int *parameter = KMP_NEW(int, count);
     second->along = KMP_NEW(double, 2 * (3 * system->n + system->m) + count);
     kempe_status status = parameter && second->along ? find_parameters(system, count, names, parameter)

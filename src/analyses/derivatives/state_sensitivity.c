@@ -97,11 +97,11 @@ static bool solve(kmp_state_sensitivity *s, const kmp_linear *l, int rank, const
 static kempe_status report_open(const kmp_state_sensitivity *s, const kmp_linear *l, int rank, int k)
 {
     const char *name = l->system->model->motions[l->part.u[s->c[rank]]].name;
-    return kmp_fail(l->system->context, KEMPE_E_FAILED,
-                    "the equilibrium has no derivative with respect to '%s': nothing restrains '%s' there (%d "
-                    "independent coordinates, %d of them restrained, the last by %.3g of the stiffest), while the "
-                    "parameter changes the force along it; use another parameter value, or lock the coordinate",
-                    s->names[k], name, l->p, rank, s->pivots[0] > 0 ? s->pivots[rank] / s->pivots[0] : 0.0);
+    return kmp_fail(
+        l->system->context, KEMPE_E_FAILED,
+        "the equilibrium has no derivative with respect to '%s', which changes the force along '%s', a motion without "
+        "restraint (%d independent coordinates, %d restrained, stiffness ratio %.3g): lock the coordinate",
+        s->names[k], name, l->p, rank, s->pivots[0] > 0 ? s->pivots[rank] / s->pivots[0] : 0.0);
 }
 
 /* Takes the solution x (p) into the change: of u, of the rates of states, or of accelerations. */

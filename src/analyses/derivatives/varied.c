@@ -301,9 +301,9 @@ static kempe_status choose_as_assembled(beginning *b)
         return KEMPE_OK;
     kmp_text sentence = {0};
     kmp_text_printf(&sentence,
-                    "the start has no derivative with respect to parameters: the mechanism has %d degrees of freedom, "
-                    "its start holds %d, and the result of the assembly depends on the guess; hold",
-                    freedoms, b->held);
+                    "the start has no derivative with respect to parameters: it holds %d of %d degrees of freedom, so "
+                    "that the result of the assembly depends on the guess; hold",
+                    b->held, freedoms);
     for (int k = 0, named = 0; k < l->p; k++)
         if (l->part.u[k] < kmp_model_coordinates(s->model) && !s->model->start.hold[l->part.u[k]])
             kmp_text_printf(&sentence, "%s %s", named++ ? "," : "", s->model->motions[l->part.u[k]].name);
@@ -501,15 +501,14 @@ static kempe_status check(const kempe_system *s, const kempe_assembly *a)
                         "(start: goals); give the resulting coordinates as start values, and hold them");
     if (a->centred || a->rested)
         return kmp_fail(s->context, KEMPE_E_FAILED,
-                        "the start has no derivative with respect to parameters: its %s are those of the mechanism "
-                        "without clearance; give the %s of all coordinates (start: %s)",
+                        "the start has no derivative with respect to parameters: its %s are computed without "
+                        "clearance; give the %s of all coordinates (start: %s)",
                         a->centred ? "positions" : "rates", a->centred ? "closed positions" : "rates",
                         a->centred ? "q" : "qd");
     if (a->deformed)
-        return kmp_fail(
-            s->context, KEMPE_E_FAILED,
-            "the start has no derivative with respect to parameters: joints cannot close its loops, so that "
-            "deformations take part; give joints with which they close, or hold coordinates with 'elastic: free'");
+        return kmp_fail(s->context, KEMPE_E_FAILED,
+                        "the start has no derivative with respect to parameters: deformations help to close its loops; "
+                        "give start values of joints that close them, or hold coordinates with 'elastic: free'");
     if (a->inner_q)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "the start has no derivative with respect to parameters: a spherical joint is near its "

@@ -243,11 +243,10 @@ static kempe_status take_forces(kempe_equilibrium *e, const kmp_linear *l, kmp_b
         /* Friction sticks only in this computation. */
         kmp_text names = {0};
         (void)name(s->model, f, false, &names);
-        kmp_doubt(
-            s->context,
-            "friction does not hold this state, which is no equilibrium: %s; start where it holds, or compute without "
-            "--stick",
-            names.s ? names.s : "it has no level");
+        kmp_doubt(s->context,
+                  "this state is not an equilibrium, because friction cannot hold it: %s; start where it can, or "
+                  "compute without --stick",
+                  names.s ? names.s : "it has no level");
         kmp_text_free(&names);
     }
     return KEMPE_OK;
@@ -272,11 +271,10 @@ kempe_status kmp_balance_add_friction(kempe_equilibrium *e, kmp_linear *linear, 
         kmp_text names = {0};
         int count = name(e->system->model, f, true, &names);
         if (count > 0)
-            kmp_log(e->system->context, KEMPE_LOG_WARNING,
-                    "friction %s has no force at rest here: equilibrium and stability are those without it; with "
-                    "--stick it "
-                    "keeps its place",
-                    names.s);
+            kmp_log(
+                e->system->context, KEMPE_LOG_WARNING,
+                "friction %s is ignored here, for equilibrium and stability; --stick keeps its surfaces where they are",
+                names.s);
         kmp_text_free(&names);
     }
     if (is_moving(linear))

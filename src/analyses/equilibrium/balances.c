@@ -286,7 +286,7 @@ static void add_contacts(kempe_equilibrium *equilibrium, kmp_balance *balance)
     tell(equilibrium, balance, KMP_CONTACT_TOUCHES,
          "surfaces touch here without a force; small motions open or close them");
     tell(equilibrium, balance, KMP_CONTACT_SHARES,
-         "closed by the rows of others, so that forces are not unique; one set of them is taken");
+         "contact forces are not unique, because the contacts are redundant; one solution is shown");
 }
 
 /* -- a balance ---------------------------------------------------------------------------------------- */

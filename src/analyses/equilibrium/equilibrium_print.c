@@ -73,9 +73,9 @@ static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp
     const kmp_stability *s = &b->stability;
     kmp_text_printf(text, "\nstability  %s", kmp_stability_text(s->word));
     if (s->word == KMP_NOT_HELD) {
-        kmp_text_printf(text,
-                        ": friction would need %.4g times its static levels here, so that this is no equilibrium\n",
-                        b->friction_part);
+        kmp_text_printf(
+            text, ": this state is not an equilibrium, because friction would need %.4g times its static levels\n",
+            b->friction_part);
         return;
     }
     if (s->still > 0) {
@@ -95,7 +95,7 @@ static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp
                                : ": a displacement grows as a power of time without a force that restores it");
     else if (s->word == KMP_UNDECIDED)
         kmp_text_put(text, e->system->model->delay_count > 0
-                               ? ": delays, with a root close to zero growth, or beside samples"
+                               ? ": delays with a root close to zero growth, or together with samples"
                                : ": the reduced mass is not positive");
     else if (isfinite(s->re))
         kmp_text_printf(text, ": %s",
@@ -133,11 +133,11 @@ static void show_cyclic(kmp_text *text, const kempe_equilibrium *e, const kmp_ba
     if (count > 0) {
         kmp_text_put(text, "\nsteady     ");
         kmp_steady_list(text, e->system->model, count, found, b->qd);
-        kmp_text_put(text, "\n           cyclic coordinates: no force, closure or mass depends on these positions");
-        kmp_text_put(text, kept ? "; no force decides the rates as at the start\n" : "\n");
+        kmp_text_put(text, "\n           at constant speed: no force, closure or mass depends on these positions");
+        kmp_text_put(text, kept ? "; the speeds are as at the start, because no force fixes them\n" : "\n");
         if (held)
-            kmp_text_put(text, "           resistances would end the motion: the named load, which is no part of the "
-                               "model, holds the speed of the start\n");
+            kmp_text_put(text, "           resistances would slow the motion down: the named additional load, which is "
+                               "not in the model, keeps the speed\n");
     }
     kmp_free(found);
 }

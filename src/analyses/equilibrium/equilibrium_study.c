@@ -253,9 +253,10 @@ static kempe_status descent_choose(descent *w)
     }
     int dependent = find_dependent(w);
     if (dependent >= 0)
-        return kmp_fail(w->l->system->context, KEMPE_E_FAILED,
-                        "the closures decide the rate of '%s': it cannot be prescribed with the others",
-                        w->l->system->model->motions[dependent].name);
+        return kmp_fail(
+            w->l->system->context, KEMPE_E_FAILED,
+            "the velocity of '%s' follows from the closures: it cannot be prescribed together with the others",
+            w->l->system->model->motions[dependent].name);
     descent_take_rates(w);
     return KEMPE_OK;
 }
@@ -707,9 +708,8 @@ static kempe_status complain(const solver *s)
             worst = k;
     bool target = worst >= s->p;
     return kmp_fail(w->l->system->context, KEMPE_E_FAILED,
-                    "no equilibrium is found for the given unknowns: after %d iterations %s '%s' has a relative error "
-                    "of %.2e (required: %.0e)%s%s: check that the held and target values are attainable and that the "
-                    "unknowns act on them, or start nearer",
+                    "no equilibrium is found: after %d iterations %s '%s' has a relative error of %.2e (required: "
+                    "%.0e)%s%s: check that the unknowns attain the held and target values, or start nearer",
                     w->search->iterations, target ? "the value of" : "the balance along",
                     target ? s->x->target[worst - s->p].name
                            : w->l->system->model->motions[w->l->part.u[w->place[worst]]].name,
@@ -1183,8 +1183,8 @@ static kempe_status complain_runaway(descent *w, int k, double far)
         place = kmp_linear_place(l, coordinate);
     KMP_TRY(place >= 0 ? report_pulls(&pulls, l, place) : KEMPE_OK);
     (void)kmp_fail(l->system->context, KEMPE_E_FAILED,
-                   "no equilibrium: nothing restrains '%s', which moves by %.3g %s%s%s; no spring, stop or closure "
-                   "gives a restoring force: add one, start nearer to an equilibrium, or hold it and solve for a load",
+                   "no equilibrium: nothing restrains '%s', which moves by %.3g %s%s%s: add a spring, stop or closure, "
+                   "start nearer to an equilibrium, or hold it and solve for a load",
                    motion->name, as.factor * far * l->system->scale[coordinate], as.unit,
                    pulls.s ? "; forces along it at the start: " : "", pulls.s ? pulls.s : "");
     kmp_text_free(&pulls);

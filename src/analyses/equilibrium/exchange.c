@@ -308,11 +308,10 @@ kempe_status kmp_contact_set_exchange(kmp_contact_set *set, const kmp_linear *li
     }
     KMP_TRY(enters >= 0 && set->closed[enters] ? kmp_contact_set_check(set) : KEMPE_OK);
     if (++set->passes > MOST_PASSES + PASSES_OF_CONTACT * set->count)
-        return kmp_fail(
-            linear->system->context, KEMPE_E_FAILED,
-            "no equilibrium is found whose contacts agree: '%s' %s in the last of %d sets of closed contacts; "
-            "start from another position",
-            set->state->view[changed].element->name, enters >= 0 ? "overlaps" : "pulls", set->passes);
+        return kmp_fail(linear->system->context, KEMPE_E_FAILED,
+                        "no equilibrium is found: no combination of open and closed contacts is consistent ('%s' %s in "
+                        "the last of %d that were tried); start from another position",
+                        set->state->view[changed].element->name, enters >= 0 ? "overlaps" : "pulls", set->passes);
     set->closed[changed] = enters >= 0 ? KMP_PRESSED : KMP_PRESSED_NOT;
     return KEMPE_OK;
 }

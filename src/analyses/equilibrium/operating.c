@@ -76,7 +76,7 @@ static kempe_status say_why(kempe_context *context, kempe_status status)
     if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == 0)
         return kmp_fail(context, status,
                         "the loops cannot be closed near the state, or a mass is not positive there: 'kempe check' "
-                        "lists the closures that lose rank");
+                        "lists dependent constraints");
     return status;
 }
 
@@ -212,8 +212,8 @@ static kempe_status tell_contacts(const kmp_operating *o, const kmp_friction_sta
     if (!limit)
         return KEMPE_OK;
     return kmp_fail(context, KEMPE_E_FAILED,
-                    "contact '%s' touches at the state without a force: some small motions open it, others press, so "
-                    "that they are not linear; take another state",
+                    "contact '%s' just touches: some small motions open it and others press it, so that no linear "
+                    "model exists; use another state",
                     limit->element->name);
 }
 
@@ -230,8 +230,8 @@ static kempe_status check_rolling(const kmp_operating *o, const kmp_friction_sta
         for (int r = 0; r < s->m && sticks; r++)
             if (s->rows[r].of_rates && s->rows[r].closure == view->element->closure)
                 return kmp_fail(s->context, KEMPE_E_FAILED,
-                                "'%s' holds rates of no function of coordinates while the mechanism moves: these small "
-                                "motions have more states than independent coordinates; take a state at rest",
+                                "'%s' is a nonholonomic constraint in motion, where small motions have more states "
+                                "than independent coordinates: linearize about a state at rest",
                                 view->element->name);
     }
     return KEMPE_OK;
@@ -259,8 +259,8 @@ static kempe_status take_friction(kmp_operating *o, kmp_linear *l)
                 kmp_text_printf(&names, "%s'%s'", names.s ? ", " : "", friction->view[i].element->name);
         if (names.s)
             kmp_log(o->system->context, KEMPE_LOG_WARNING,
-                    "friction %s sticks at the state: small motions leave its place where it is; without a level it is "
-                    "free",
+                    "friction %s sticks at the state: its surfaces do not slide in small motions; without a level they "
+                    "would",
                     names.s);
         o->told = true;
         kmp_text_free(&names);
@@ -281,10 +281,9 @@ kempe_status kmp_operating_take(kmp_operating *operating, kmp_linear *linear, co
     kempe_context *context = linear->system->context;
     int k = status == KEMPE_OK ? find_no_number(linear) : -1;
     if (k >= 0)
-        return kmp_fail(
-            context, KEMPE_E_FAILED,
-            "the forces along '%s' or their derivatives are not finite at the state: possible causes are a spring of "
-            "zero length, a bushing rotated by half a turn, or an expression outside its domain; use another state",
-            kmp_model_motion(linear->system->model, k)->name);
+        return kmp_fail(context, KEMPE_E_FAILED,
+                        "the forces along '%s' or their derivatives are not finite: a spring of zero length, a bushing "
+                        "at half a turn, or an expression outside its domain; use another state",
+                        kmp_model_motion(linear->system->model, k)->name);
     return say_why(context, status);
 }

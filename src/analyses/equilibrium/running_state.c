@@ -216,9 +216,8 @@ static kempe_status warn_of_changes(kmp_linear *l, double t, const kmp_search *s
         kmp_shown as = kmp_shown_as(model->context, model->motions[c].rotation ? "rad" : "m");
         if (far != 0)
             kmp_log(model->context, KEMPE_LOG_WARNING,
-                    "the motion is steady near the start alone: forces change before '%s' has moved by %.3g %s, "
-                    "because of a "
-                    "curve, a gradient or irregularities of a track, or an expression; the result is valid until then",
+                    "the motion is steady only near the start: forces change before '%s' has moved by %.3g %s (curve, "
+                    "gradient or irregularities of a track, or an expression)",
                     model->motions[c].name, as.factor * far, as.unit);
         KMP_TRY(kmp_linear_residual_at(l, t, q, ud));
     }
@@ -290,7 +289,7 @@ static kempe_status go_on(kmp_linear *l, double t, double *q, kmp_search *steady
     kempe_status status = kmp_equilibrium_find(l, t, q, steady);
     if (status == KEMPE_OK)
         kmp_log(context, KEMPE_LOG_INFO,
-                "there is no equilibrium at rest: a steady motion is found, with the rates of %s", names.s);
+                "no equilibrium at rest exists: a steady motion is found, with the velocities of %s", names.s);
     else if (status == KEMPE_E_FAILED) {
         char *last = kmp_strdup(kempe_context_message(context));
         kmp_context_clear(context);
@@ -315,12 +314,10 @@ static void warn_of_rest(const kmp_linear *l, const double *qd, const kmp_search
     if (fastest < 0 || search->told)
         return;
     kmp_shown as = kmp_shown_as(model->context, "m/s");
-    kmp_log(
-        model->context, KEMPE_LOG_WARNING,
-        "the equilibrium is at rest, although the start moves ('%s' at %.4g %s): no steady motion is found from it; "
-        "possible reasons are a curve or irregularities, or rates far from rolling; take --at start in modes, or "
-        "give a drive",
-        model->motions[fastest].name, as.factor * qd[fastest], as.unit);
+    kmp_log(model->context, KEMPE_LOG_WARNING,
+            "the equilibrium is at rest, although the start moves ('%s' at %.4g %s): no steady motion is found near "
+            "the start; take --at start in modes, or give a drive",
+            model->motions[fastest].name, as.factor * qd[fastest], as.unit);
 }
 
 /* Searches a rest, and a steady motion where there is none. */

@@ -66,7 +66,7 @@ kempe_status kmp_steady_complain(const kempe_model *model, const kmp_steady *ste
     const kmp_motion *motion = &model->motions[steady->coordinate];
     kmp_shown as = kmp_shown_as(model->context, motion->rotation ? "rad/s" : "m/s");
     return kmp_fail(model->context, KEMPE_E_FAILED,
-                    "no steady motion: '%s' has the constant rate %.6g %s, but the forces change along it; for the "
-                    "balance at one instant, hold it (--hold) and solve for a load (--solve-for)",
+                    "no steady motion: the forces change along '%s', which moves at %.6g %s; for the balance at one "
+                    "instant hold it (--hold) and solve for a load (--solve-for)",
                     motion->name, as.factor * steady->rate, as.unit);
 }

@@ -86,14 +86,14 @@ static void show_actuators(kmp_text *text, const kempe_inverse *r, int width)
 
 static void show_verdict(kmp_text *text, const kempe_inverse *r)
 {
-    kmp_text_printf(text, "\nresidual  %.2e of the terms of M qdd + C - J' lambda - S tau\n", r->residual);
+    kmp_text_printf(text, "\nbalance   %.2e of the largest force term of the equations of motion\n", r->residual);
     kmp_text_printf(text, "transmission  %.3g at t = %.6g s (1: ideal, 0: a degree of freedom without an actuator)\n",
                     r->hold, r->hold_t);
     if (r->rank < r->freedoms)
         kmp_text_printf(text, "unbalanced  %.2e of the required generalized forces\n", kmp_inverse_unmet(r));
     int reported = 0;
     if (is_redundant(r)) {
-        kmp_text_put(text, "closures  redundant: multipliers are those of the independent rows, zero in");
+        kmp_text_put(text, "closures  redundant: multipliers are not unique, and are set to zero in");
         for (int k = 0; k < r->m; k++)
             if (r->redundant[k] && reported++ < MOST_TOLD)
                 kmp_text_printf(text, " %s", r->system->row_names[k]);
@@ -102,19 +102,18 @@ static void show_verdict(kmp_text *text, const kempe_inverse *r)
         kmp_text_put(text, "\n");
     }
     if (r->singular > 0)
-        kmp_text_printf(text,
-                        "singular  %d row%s, the first at t = %.6g s: the loops have additional degrees of freedom "
-                        "there, the actuator forces are the least-squares solution\n",
-                        r->singular, r->singular == 1 ? "" : "s", r->singular_t);
+        kmp_text_printf(
+            text,
+            "singular  %d row%s, the first at t = %.6g s: the actuator forces are the least-squares solution there\n",
+            r->singular, r->singular == 1 ? "" : "s", r->singular_t);
     if (r->off_coordinate >= 0)
         kmp_text_printf(text, "table     violates the closures by at most %.2e (%s, t = %.6g s)\n", r->off,
                         name_of(r, r->off_coordinate), r->off_t);
     if (r->again.known)
-        kmp_text_printf(text,
-                        "repeat    with every other row of the table an actuator force %s by %.2e of its maximum, '%s' "
-                        "at t = %.6g s\n",
-                        kmp_convergence_holds(&r->again) ? "differs at most" : "DIFFERS", r->again.difference,
-                        name_of(r, r->actuator[r->again.index]), r->again.t);
+        kmp_text_printf(
+            text, "repeat    from half the rows an actuator force %s by %.2e of its maximum, '%s' at t = %.6g s\n",
+            kmp_convergence_holds(&r->again) ? "differs at most" : "DIFFERS", r->again.difference,
+            name_of(r, r->actuator[r->again.index]), r->again.t);
     if (r->motion == KMP_INVERSE_START && r->start_u_count > 0) {
         kmp_text_put(text, "start     zero acceleration of");
         for (int k = 0; k < r->start_u_count; k++)

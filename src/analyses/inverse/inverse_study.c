@@ -312,8 +312,8 @@ static kempe_status read_states(job *j)
             value[r * count + i] = x->value[KMP_QUANTITY_QD][r * n + n - count + i];
             if (!isfinite(value[r * count + i]))
                 return kmp_complain(j->context, j->options->motion, 0, 0,
-                                    "column state.%s has no value at t = %.9g s: the motion needs those of all states; "
-                                    "simulate it with 'state' among the outputs",
+                                    "column state.%s has no value at t = %.9g s: the motion needs the values of all "
+                                    "states; simulate it with 'state' among the outputs",
                                     model->states[i].name, x->t[r]);
         }
     return kmp_made(j->context, kmp_prescribed_init(&j->states, x->rows, x->t, count, value, none, none, &gap));
@@ -599,11 +599,10 @@ static void warn_of_guides(const job *j)
     const double *h_t = j->prescribed.eval ? j->prescribed.eval->h_t : NULL;
     for (int k = 0; h_t && r->freedoms == 0 && r->a > 0 && k < s->m; k++)
         if (h_t[k] != 0 && has_multiplier(r, k)) {
-            kmp_doubt(
-                s->context,
-                "the closure '%s' depends on time: it prescribes motion and carries its loads, so that nothing is left "
-                "to the actuators; prescribe the motion by drives, or by a table of it",
-                s->model->closures[s->rows[k].closure].name);
+            kmp_doubt(s->context,
+                      "closure '%s' depends on time: it prescribes the motion and carries its loads, so that nothing "
+                      "is left to the actuators; prescribe the motion by drives or a table",
+                      s->model->closures[s->rows[k].closure].name);
             return;
         }
 }
@@ -620,11 +619,10 @@ static kempe_status check_again(job *j)
         kmp_context_clear(j->context);
         const kempe_inverse *r = j->r;
         if (!kmp_convergence_holds(&r->again))
-            kmp_doubt(
-                r->system->context,
-                "do not trust these actuator forces: with half the rows of the table that of '%s' differs by %.2g of "
-                "its maximum at t = %.6g s; add rates and accelerations to the table, or use a finer or smoother table",
-                r->system->model->motions[r->actuator[r->again.index]].name, r->again.difference, r->again.t);
+            kmp_doubt(r->system->context,
+                      "do not trust these actuator forces: from half the rows '%s' differs by %.2g of its maximum at t "
+                      "= %.6g s; add velocities and accelerations, or more rows",
+                      r->system->model->motions[r->actuator[r->again.index]].name, r->again.difference, r->again.t);
     }
     return status;
 }
@@ -642,9 +640,9 @@ static kempe_status judge(const kempe_inverse *r)
             most = k;
     const int u = r->left_u[most];
     return kmp_fail(r->system->context, KEMPE_E_FAILED,
-                    "the actuators cannot produce this motion: at t = %.9g s %.6g %s on '%s' are not balanced, in "
-                    "total %.2g of the required generalized forces; the actuators act on %d of %d degrees of freedom",
-                    r->unmet_t, r->left[most], model->motions[u].rotation ? "N m" : "N", model->motions[u].name,
+                    "the actuators cannot produce this motion: %.6g %s on '%s' are not balanced at t = %.9g s (%.2g of "
+                    "all forces); they act on %d of %d degrees of freedom",
+                    r->left[most], model->motions[u].rotation ? "N m" : "N", model->motions[u].name, r->unmet_t,
                     kmp_inverse_unmet(r), r->rank, r->freedoms);
 }
 

@@ -381,8 +381,8 @@ static kempe_status fail_beyond(const kmp_prescribed_motion *g, double t)
         if (fabs(g->qd[k]) / g->system->scale[k] > fabs(g->qd[fast]) / g->system->scale[fast])
             fast = k;
     return kmp_fail(g->system->context, KEMPE_E_FAILED,
-                    "the loops cannot be closed beyond t = %.9g s of this motion (next instant: %.9g s): its position "
-                    "is not attainable, or it passes a dead centre; '%s' has the largest rate there",
+                    "the loops cannot be closed beyond t = %.9g s (next instant: %.9g s): the position is not "
+                    "attainable, or a dead centre lies between; '%s' moves fastest there",
                     g->t, t, name_of(g, fast));
 }
 
@@ -482,11 +482,10 @@ static kempe_status find_beginning(kmp_prescribed_motion *g, double t)
     }
     if (parts.done >= 1)
         return KEMPE_OK;
-    return kmp_fail(
-        g->system->context, KEMPE_E_FAILED,
-        "the loops cannot be closed at the beginning of the motion, t = %.9g s: from the model's start only the "
-        "fraction %.3g of the change is possible; use a nearer start, or a motion with all coordinates",
-        t, parts.done);
+    return kmp_fail(g->system->context, KEMPE_E_FAILED,
+                    "the loops cannot be closed at the beginning, t = %.9g s: only %.3g of the way from the model's "
+                    "start is possible; use a nearer start, or give all coordinates",
+                    t, parts.done);
 }
 
 kempe_status kmp_prescribed_motion_start(kmp_prescribed_motion *prescribed, double t)

@@ -73,14 +73,13 @@ static void show_dead(kmp_text *text, const kempe_kinematics *k)
                                 shown_as(k, &k->parameter[i]).factor *
                                     kmp_sweep_parameter_value(&k->parameter[i], c->s),
                                 shown_as(k, &k->parameter[i]).unit);
-        kmp_text_printf(text,
-                        "  two branches meet there; the rates of the other coordinates relative to it are unbounded\n  "
-                        "the swept coordinates determine the others to %.1e, margin of the closures %.2g\n",
-                        c->determined, c->margin);
+        kmp_text_put(
+            text,
+            "  the mechanism can return on two branches there, and velocities relative to it grow without bound\n");
         if (*c->instead)
             kmp_text_printf(text, "  alternative driving coordinates: %s\n", c->instead);
         if (k->statics)
-            kmp_text_put(text, "  it is that of the mechanism with the deformations of the start\n");
+            kmp_text_put(text, "  it is computed with the deformations of the start\n");
         for (int i = 0; i < kmp_model_coordinates(k->system->model); i++)
             kmp_text_printf(
                 text, "    %s = %.6g %s\n", k->system->model->motions[i].name,
@@ -136,11 +135,9 @@ static void show_all(kmp_text *text, const void *result)
     show_dead(text, k);
     kmp_shown as = shown_as(k, &k->parameter[k->first]);
     for (int c = 0; c < k->change_count; c++)
-        kmp_text_printf(text,
-                        "\nchange point at %s = %.8g %s: a bifurcation, branches meet there (margin of the closures "
-                        "below %.1e); the sweep goes straight on\n",
+        kmp_text_printf(text, "\nchange point (bifurcation) at %s = %.8g %s: crossed without changing branch\n",
                         kmp_kinematics_name(k, &k->parameter[k->first]), as.factor * value_at(k, k->change[c].s),
-                        as.unit, k->change[c].margin);
+                        as.unit);
     const kempe_model *model = k->system->model;
     int listed = 0;
     for (int o = 0; o < model->output_count; o++)

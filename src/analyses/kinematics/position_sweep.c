@@ -392,10 +392,8 @@ static bool balance_row(job *j, size_t at, double s, const double *qs)
     if (qs && kmp_deflections_at(j->deflections, time ? kmp_sweep_parameter_value(time, s) : 0,
                                  time ? time->to - time->from : 0, q, k->qd + at * n, k->qdd + at * n))
         return true;
-    j->lost =
-        qs ? "the flexible bodies find no balance with their loads; the loads may be more than those at which one "
-             "of them buckles"
-           : "the swept coordinates determine no deformations at a dead centre";
+    j->lost = qs ? "the flexible bodies find no balance with their loads: one of them may buckle"
+                 : "the swept coordinates determine no deformations at a dead centre";
     j->lost_at = s;
     return false;
 }
@@ -540,7 +538,7 @@ static kempe_status end_of(job *j, kmp_sweep_end end)
         const kmp_sweep_parameter *parameter = &k->parameter[k->first];
         const kmp_sweep_pose *here = &j->sweep.here;
         kmp_shown as = kmp_shown_as(k->system->context, kmp_kinematics_unit(k, parameter));
-        kmp_text_printf(&j->reason, "the step size became too small at %s = %.9g %s (margin of the closures %.1e)",
+        kmp_text_printf(&j->reason, "the sweep cannot pass %s = %.9g %s: the position is nearly singular (%.1e)",
                         kmp_kinematics_name(k, parameter), as.factor * value_here(j, parameter), as.unit,
                         kmp_sweep_margin(&j->sweep, here));
         kmp_angles_explain(k->system->model, here->x, &j->reason);
@@ -578,8 +576,8 @@ static kempe_status sweep_to(job *j, const kmp_sweep_parameter *parameters, doub
     kempe_status status = kmp_sweep_along(&j->sweep, k->parameter_count, parameters, s);
     return status != KEMPE_E_FAILED ? status
                                     : kmp_fail(k->system->context, status,
-                                               "the swept coordinates do not determine the others at the beginning of "
-                                               "the sweep: a dead centre of '%s'",
+                                               "at the beginning of the sweep the other coordinates do not follow from "
+                                               "the swept ones: a dead centre of '%s'",
                                                kmp_kinematics_name(k, &k->parameter[k->first]));
 }
 
@@ -675,8 +673,8 @@ static kempe_status begin_balance(job *j, kmp_deflections *deflections)
         left_out[r] = k->released[s->rows[r].closure];
     if (is_timed(k) && kmp_equations_move_in_time(s))
         return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                        "a sweep of t with 'elastic static': forces, or the directions of closures, depend on the time "
-                        "or on inputs, which is not supported there; sweep coordinates, which leaves t = 0");
+                        "a sweep of t with 'elastic static' does not support forces or directions of closures that "
+                        "depend on time or inputs: sweep coordinates instead, at t = 0");
     j->deflections = deflections;
     return kmp_deflections_init(deflections, s,
                                 &(kmp_deformation_choice){.moves = k->moves,

@@ -451,8 +451,8 @@ kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
     (void)evaluate_at(w, w->here.x);
     if (w->margin.near)
         return kmp_fail(w->system->context, KEMPE_E_FAILED,
-                        "the start is near a change point, where branches meet (last pivot of J %.1e of its usual "
-                        "size): the direction of motion is not determined there; use another start position ('start:')",
+                        "the start is near a change point, where branches meet (%.1e), and the direction of motion is "
+                        "ambiguous: use another start position ('start:')",
                         w->margin.last / w->margin.usual);
     return KEMPE_OK;
 }

@@ -695,8 +695,7 @@ static bool ends(follower *f, const kmp_cycle *a, const kmp_cycle *b)
              b->amplitude > KMP_CYCLE_CENTRE * KMP_CYCLE_FIRST)
         branch->end = kmp_arena_printf(
             f->s->cycles,
-            "all its cycles are at %.9g up to an amplitude of %.3g characteristic sizes, as those of a "
-            "conservative motion",
+            "all its cycles are at %.9g up to an amplitude of %.3g characteristic sizes, as in a conservative motion",
             b->value, b->amplitude);
     else if (branch->count >= f->options->most)
         branch->end = kmp_arena_printf(f->s->cycles, "it has %d cycles", branch->count);

@@ -75,8 +75,8 @@ static kempe_status hold_speed(kempe_limit_cycles *c, bool as_given)
             continue;
         if (!model->start.qd_given[motion])
             return kmp_fail(c->system->context, KEMPE_E_FAILED,
-                            "the rate of '%s' is that of the start, which no force decides, and the start does not "
-                            "give it: add it (start: {qd: {%s: ..}}), or drive it at a constant rate (drives:)",
+                            "no force fixes the velocity of '%s', and the start does not give it: add it (start: {qd: "
+                            "{%s: ..}}), or drive it at a constant velocity (drives:)",
                             model->motions[motion].name, model->motions[motion].name);
         c->held_motion[c->held++] = motion;
     }
@@ -359,7 +359,7 @@ static kempe_status find_equilibria(kempe_limit_cycles *c)
     KMP_TRY(kmp_operating_family_new(kmp_cycles_equations(c), &options, &c->family));
     kempe_status status = kmp_locus_make(c->family, c->values, values, &c->locus);
     if (status == KEMPE_STOPPED && !kmp_interrupted(c->system->context)) {
-        kmp_doubt(c->system->context, "equilibria are known from %g to %g alone: %s", c->from,
+        kmp_doubt(c->system->context, "equilibria are known only from %g to %g: %s", c->from,
                   c->locus.value[c->locus.reached > 0 ? c->locus.reached - 1 : 0],
                   kempe_context_message(c->system->context));
         kmp_context_clear(c->system->context);

@@ -51,15 +51,16 @@ static kempe_status make_first_order(kempe_linearization *l)
                        KMP_ROOM(double, 2 * p * outputs, &l->c), KMP_ROOM(double, outputs *inputs, &l->d));
     int failed = made ? kmp_transfer_first_order(t, l->a, l->b, l->c, l->d) : -1;
     if (failed == -2)
-        return kmp_fail(system->context, KEMPE_E_FAILED,
-                        "the state does not determine the accelerations: forces that depend on multipliers cancel the "
-                        "inertia of some motion, and there is no state-space model (kempe response needs none)");
+        return kmp_fail(
+            system->context, KEMPE_E_FAILED,
+            "no state-space model exists at this state, because the accelerations are not unique: forces that depend "
+            "on multipliers cancel the inertia of some motion (kempe response needs no such model)");
     KMP_TRY(kmp_made(system->context, failed >= 0));
     if (failed == 0)
         return KEMPE_OK;
     return kmp_fail(system->context, KEMPE_E_FAILED,
-                    "the reduced mass is not positive along '%s': there is no state-space model (kempe response needs "
-                    "none); give every body that moves along it a mass",
+                    "no state-space model exists, because the reduced mass is not positive along '%s': give every body "
+                    "that moves along it a mass (kempe response needs no such model)",
                     system->model->motions[l->channels.linear.part.u[failed - 1]].name);
 }
 
@@ -244,8 +245,8 @@ kempe_status kempe_linearization_new(const kempe_system *system, const kempe_lin
         status = kmp_channels_init(&l->channels, system, &requested);
     if (status == KEMPE_OK && system->model->delay_count > 0 && !l->channels.rests)
         status = kmp_fail(system->context, KEMPE_E_ARGUMENT,
-                          "the start is no equilibrium, and linear equations with delays need a past at rest: take the "
-                          "state 'equilibrium'");
+                          "the start is not an equilibrium, and linear equations with delays need a past at rest: take "
+                          "the state 'equilibrium'");
     if (status == KEMPE_OK)
         status = make_first_order(l);
     if (status == KEMPE_OK)

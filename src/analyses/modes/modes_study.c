@@ -62,14 +62,11 @@ static void compare_with_own(const kempe_modes *m, double own)
         if ((l->value[k] - own) * (l->value[k + 1] - own) > 0 || away <= KMP_OTHER_BRANCH * step + KMP_SAME_STATE)
             continue;
         kmp_shown as = kmp_shown_as(s->context, s->model->motions[i].rotation ? "rad" : "m");
-        kmp_log(
-            s->context, KEMPE_LOG_WARNING,
-            "the sweep passes %s = %g, its value in the model, at another equilibrium than the one found there: "
-            "'%s' is "
-            "%.4g instead of %.4g %s; all values from %g to %g follow the equilibrium at %s = %g; sweep in the other "
-            "direction, or from that value",
-            m->name, own, s->model->motions[i].name, as.factor * high[i], as.factor * m->q[i], as.unit, l->value[0],
-            l->value[l->reached - 1], m->name, l->value[0]);
+        kmp_log(s->context, KEMPE_LOG_WARNING,
+                "the sweep follows the equilibrium at %s = %g, and passes the model's value %g at another one: '%s' is "
+                "%.4g instead of %.4g %s; sweep from the model's value",
+                m->name, l->value[0], own, s->model->motions[i].name, as.factor * high[i], as.factor * m->q[i],
+                as.unit);
         return;
     }
 }
@@ -80,8 +77,8 @@ static kempe_status sweep(kempe_modes *m, const kmp_operating_family_options *op
     int count = range->count > 0 ? range->count : USUAL_VALUES;
     if (m->modes.moving == 0)
         return kmp_fail(context, KEMPE_E_FAILED,
-                        "there are no degrees of freedom, and so no modes to follow; free a drive, or take a state in "
-                        "which friction slips");
+                        "no modes can be followed, because there are no degrees of freedom: free a drive, or take a "
+                        "state in which friction slips");
     if (count < 2 || count > MOST_VALUES || range->from == range->to)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "a sweep needs two ends and 2 to %d values, as in '%s=1:2:61'",
                         MOST_VALUES, range->name);
@@ -134,12 +131,12 @@ static kempe_status make_of(kempe_modes *m, const kempe_modes_options *options, 
     kempe_context *context = m->system->context;
     if (rate && options->sweep)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
-                        "only one quantity can be swept: the rate of '%s', or that of --sweep", rate->name);
+                        "only one quantity can be swept: the rate of '%s', or the quantity of --sweep", rate->name);
     if (at->rate_count > 0 && at->word && strncmp(at->word, "equilibrium ", 12) == 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "rates are given twice: in the state '%s' and by --rates", at->word);
     if (at->rate_count > 0 && at->word && strcmp(at->word, "equilibrium") != 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
-                        "rates belong to an equilibrium, not to '%s': a start has those of the model", at->word);
+                        "rates belong to an equilibrium, not to '%s': a start has the rates of the model", at->word);
     size_t n = (size_t)m->system->n;
     KMP_TRY(kmp_operating_family_new(m->system, at, &m->family));
     KMP_TRY(kmp_operating_family_go(m->family, 0, &m->modes));

@@ -37,10 +37,11 @@ kempe_status kmp_refuse_load_dependent(const kempe_system *s, const char *what)
     if (s->load_row_count == 0)
         return KEMPE_OK;
     const char *force = kmp_load_dependent_force(s, s->load_rows[0]);
-    return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                    "%s: force '%s' depends on the multiplier of closure row '%s', which is not supported there; %s",
-                    what, force, s->row_names[s->load_rows[0]],
-                    is_wheel(s->model, force) ? "use elastic contact" : "give it a law without lambda");
+    return kmp_fail(
+        s->context, KEMPE_E_ARGUMENT,
+        "%s: force '%s' depends on the multiplier of constraint equation '%s', which is not supported there; %s", what,
+        force, s->row_names[s->load_rows[0]],
+        is_wheel(s->model, force) ? "use elastic contact" : "give it a law without lambda");
 }
 
 kempe_status kmp_refuse_friction(const kempe_model *model, const char *what)
@@ -48,8 +49,8 @@ kempe_status kmp_refuse_friction(const kempe_model *model, const char *what)
     for (int k = 0; k < model->force_count; k++)
         if (kmp_force_sticks(&model->forces[k]))
             return kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                            "%s: friction '%s' sticks and slips by modes that a run decides; give it a 'speed' to "
-                            "regularise it",
+                            "%s: friction '%s' changes between stick and slip, which is not supported there; give it a "
+                            "'speed' to regularise it",
                             what, model->forces[k].name);
     return KEMPE_OK;
 }

@@ -554,8 +554,8 @@ static kempe_status check_samples(const kempe_response *r, const kempe_response_
         return KEMPE_OK;
     if (options->frequencies)
         return kmp_fail(r->channels.system->context, KEMPE_E_ARGUMENT,
-                        "frequencies end at half of that of the samples, %.9g Hz, beyond which a sampled input is one "
-                        "of a lower frequency; %.9g Hz is above it",
+                        "frequencies must be below half the sampling frequency, %.9g Hz, because samples cannot "
+                        "distinguish higher ones; %.9g Hz is above it",
                         most, range->to);
     range->to = most;
     range->from = fmin(range->from, most / 100);
@@ -605,11 +605,11 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
     KMP_TRY(kmp_channels_init(&r->channels, system, &requested));
     const kmp_channels *c = &r->channels;
     if (!c->rests)
-        return kmp_fail(c->system->context, KEMPE_E_FAILED,
-                        "%s: the start is not an equilibrium (%.1e of the forces is not balanced, or the forces change "
-                        "with the motion), and small oscillations need one; use an equilibrium (--at equilibrium) or a "
-                        "steady motion (--at 'equilibrium NAME=RATE')",
-                        c->system->model->name, c->residual);
+        return kmp_fail(
+            c->system->context, KEMPE_E_FAILED,
+            "%s: the start is not an equilibrium (%.1e of the forces unbalanced, or changing with the motion); use an "
+            "equilibrium (--at equilibrium) or a steady motion (--at 'equilibrium NAME=RATE')",
+            c->system->model->name, c->residual);
     /* Rejects varying dimensions: their rates would act, which equations of rigid parts do not contain. */
     for (int k = 0; k < c->inputs.count; k++)
         if (kmp_transfer_moves_closures(&c->transfer, k))

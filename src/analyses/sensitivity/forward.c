@@ -346,8 +346,8 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     (void)dy, (void)w;
     if (joint) {
         kmp_text_printf(&f->formulation.reason,
-                        "the angles of spherical joint '%s' approach their singular position at t = %.9g: integrals of "
-                        "these angles end there; use rows instead of integrals, or give the joint other axes",
+                        "the angles of spherical joint '%s' approach their singular position at t = %.9g s, where "
+                        "their integrals end; use rows, or give the joint other axes",
                         joint, t);
         return KMP_HALT;
     }
@@ -806,7 +806,8 @@ static int reset_place(kmp_forward_formulation *f, double t)
     if (find_reset_swing(f, NULL, t) != KMP_GO)
         return KMP_HALT;
     if (!is_still(f, f->reset_cause))
-        return halt(f, "a state changes at t = %.9g where the equations are made anew: derivatives end there", t);
+        return halt(f, "a state changes at t = %.9g s, where the equations are derived again: derivatives end there",
+                    t);
     memcpy(f->new_chart, eval->chart, chart_bytes(f));
     kmp_eval_set_charts(eval, f->chart);
     const int times = f->resets;
@@ -957,7 +958,7 @@ static int row(kmp_formulation *formulation, double t, const double *y, double *
         qd || f->zone ? kmp_forward_stand_at(f, t, y, qdd != NULL) : kmp_sensitivity_equations_position(f->v, t, y, q);
     if (said != KMP_GO) {
         if (formulation->reason.length == 0)
-            kmp_text_printf(&formulation->reason, "the closures could not be solved at the output time t = %.9g", t);
+            kmp_text_printf(&formulation->reason, "the loops cannot be closed at the output time t = %.9g s", t);
         return KMP_HALT;
     }
     if (!qd && !f->zone)
@@ -1079,9 +1080,10 @@ static kempe_status check_delays(kmp_forward_formulation *f, const kmp_formulati
     if (!f->delays)
         return KEMPE_OK;
     if (kmp_forward_delays_jump(f, start->t, &swing) != KMP_GO || swing)
-        return kmp_fail(f->system->context, KEMPE_E_FAILED,
-                        "a delayed signal jumps at t = %.9g where the equations are made anew: derivatives end there",
-                        start->t);
+        return kmp_fail(
+            f->system->context, KEMPE_E_FAILED,
+            "a delayed signal jumps at t = %.9g s, where the equations are derived again: derivatives end there",
+            start->t);
     memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
     kmp_forward_delays_pass(f, start->t, start->qd);
     return KEMPE_OK;

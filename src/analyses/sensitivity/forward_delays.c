@@ -412,8 +412,8 @@ int kmp_forward_delays_jump(kmp_forward_formulation *f, double t, const double *
             x->now[p] = jump->swing[p] + x->by[k * x->parameters + p];
         if (*swing && !kmp_forward_same_swing(x->parameters, x->swing_now, x->now)) {
             kmp_text_printf(&f->formulation.reason,
-                            "'%s' jumps at t = %.9g together with another delayed signal, but the two times depend on "
-                            "parameters in different ways: the motion has no derivative with respect to them there",
+                            "'%s' jumps at t = %.9g s together with another delayed signal, and the two times depend "
+                            "on parameters differently: the motion has no derivative there",
                             state_of(f, k)->name, t);
             return KMP_HALT;
         }

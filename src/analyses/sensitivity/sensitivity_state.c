@@ -55,9 +55,8 @@ static kempe_status take_equilibrium(state *x)
         for (int k = 0; k < x->s->count; k++)
             if (x->dqd[x->at->kept[i] + k * n] != 0)
                 return kmp_fail(x->s->context, KEMPE_E_FAILED,
-                                "the steady motion keeps the rate of '%s' as at the start, which depends on '%s': "
-                                "derivatives of such a rate are not supported; omit the parameter, or vary it by "
-                                "'modes --sweep'",
+                                "the steady motion keeps the velocity of '%s', whose start value depends on '%s': such "
+                                "derivatives are not supported; omit the parameter, or vary it by 'modes --sweep'",
                                 x->s->system->model->motions[x->at->kept[i]].name, x->s->name[k]);
     KMP_TRY(kmp_operating_take(x->at, l, NULL, 0));
     KMP_TRY(kmp_averaged_judge(x->s->averaged, l));
@@ -244,8 +243,8 @@ static bool write_note(work *w)
     int zeros = w->spectrum->zeros;
     if (zeros)
         kmp_text_printf(&note, "%d eigenvalue%s exactly zero and omitted", zeros, zeros == 1 ? " is" : "s are");
-    list(w, KMP_MODE_REPEATED, ", equal to others, the derivatives are those of all of them, sorted by size", &note);
-    list(w, KMP_MODE_DEFECTIVE, ", equal to others with fewer vectors, there are no derivatives", &note);
+    list(w, KMP_MODE_REPEATED, ", equal to others, the derivatives of all of them are given, sorted by size", &note);
+    list(w, KMP_MODE_DEFECTIVE, ", equal to others with fewer vectors, no derivatives exist", &note);
     if (note.length)
         w->s->note = kmp_text_keep(&note, &w->s->arena);
     return !note.failed && !w->s->arena.failed;
@@ -278,7 +277,7 @@ static kempe_status find_all_modes(kempe_sensitivity *s)
     kmp_mode_slopes slopes = {0};
     if (s->options->outputs)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                        "sensitivities of modes are those of their eigenvalues: outputs cannot be chosen");
+                        "sensitivities of modes are derivatives of eigenvalues: outputs cannot be chosen");
     KMP_TRY(kmp_refuse_load_dependent(s->system, "sensitivities of modes"));
     kempe_status status = find_modes(&x, s, &second, &spectrum, &slopes);
     kmp_mode_slopes_free(&slopes);

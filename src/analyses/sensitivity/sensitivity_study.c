@@ -157,8 +157,8 @@ static kempe_status begin(const kempe_model *model, const kempe_sensitivity_opti
     KMP_TRY(kmp_made(s->context, !s->arena.failed));
     if (s->count == 0)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                        "there is no parameter to differentiate with respect to: define some in the model "
-                        "(parameters:), or name start values as q.NAME and qd.NAME");
+                        "no parameter is given for the derivatives: define some in the model (parameters:), or name "
+                        "start values as q.NAME and qd.NAME");
     return derive(s);
 }
 

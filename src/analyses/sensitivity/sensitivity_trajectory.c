@@ -539,7 +539,7 @@ static kempe_status differ_by(differences *d, const double *values, int k)
     }
     return status == KEMPE_E_FAILED ? status
                                     : kmp_fail(d->s->context, KEMPE_E_FAILED,
-                                               "the model does not run beside the value of '%s'", d->s->name[k]);
+                                               "the model cannot be run at a slightly different '%s'", d->s->name[k]);
 }
 
 /* Derivatives by parameter k in the rows; the largest change of one over the largest derivative of its column. */

@@ -35,7 +35,7 @@ kempe_status kmp_box_bounds_read(const kempe_model *model, const char *list, kmp
     if (bounded->count == 0)
         return arena->failed ? kmp_fail_memory(context)
                              : kmp_fail(context, KEMPE_E_ARGUMENT,
-                                        "there is no parameter to find: give names of parameters of the model, or "
+                                        "no parameter to find is given: give names of parameters of the model, or "
                                         "start values as q.NAME and qd.NAME");
     KMP_TRY(kmp_made(context, KMP_ARENA_MAKE(arena, KMP_ROOM(char *, bounded->count, &bounded->name),
                                              KMP_ROOM(double, bounded->count, &bounded->lower, &bounded->upper))));

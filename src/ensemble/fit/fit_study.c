@@ -50,7 +50,7 @@ static kempe_status read_deviations(kempe_fit *f, const char *list)
     for (int c = 0; f->given && c < f->columns; c++)
         if (!(f->deviation[c] > 0))
             return kmp_fail(f->context, KEMPE_E_ARGUMENT,
-                            "the deviation of '%s' is missing: give that of every column, or of none",
+                            "the deviation of '%s' is missing: give the deviation of every column, or of none",
                             f->column_name[c]);
     return kmp_made(f->context, !f->arena.failed);
 }
@@ -614,8 +614,7 @@ static kempe_status choose_starts(kempe_fit *f, int asked)
         return KEMPE_OK;
     if (endless < f->count)
         return kmp_fail(f->context, KEMPE_E_ARGUMENT,
-                        "several starts are places between bounds, and parameter '%s' has not got both: NAME:LOW:HIGH",
-                        f->name[endless]);
+                        "several starts (--starts) need both bounds of '%s': NAME:LOW:HIGH", f->name[endless]);
     return kmp_fail(f->context, KEMPE_E_ARGUMENT, "several starts are possible of at most %d parameters",
                     (int)KMP_SOBOL_MOST);
 }
@@ -733,8 +732,8 @@ static void warn(kempe_fit *f)
                 f->column_name[c], f->rms[c] / f->own_scatter[c]);
         else
             kmp_log(f->context, KEMPE_LOG_WARNING,
-                    "the residuals of '%s' are not noise: neighbouring ones have the correlation %.2f, so that the "
-                    "intervals are too narrow; the minimum may be a local one (--starts), or the model lacks an effect",
+                    "the residuals of '%s' are not noise (correlation of neighbours %.2f), and the intervals too "
+                    "narrow; the minimum may be local (--starts), or the model lacks an effect",
                     f->column_name[c], alike);
     }
     kmp_text open = {0};

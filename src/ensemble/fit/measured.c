@@ -71,7 +71,7 @@ static bool is_listed(const char *list, const char *name)
 static void complain_unknown(kmp_csv *csv, kmp_csv_field f)
 {
     kmp_csv_complain(csv, f.s,
-                     "'%.*s' is no output of the model: columns have names as in the tables of a run, q.JOINT, "
+                     "'%.*s' is not an output of the model: columns have names as in the tables of a run, q.JOINT, "
                      "qd.JOINT, position.BODY.POINT.x, sensor.NAME; --columns chooses some",
                      (int)f.length, f.s);
 }
@@ -220,7 +220,7 @@ kempe_status kmp_measured_begin(const kempe_model *model, const char *path, cons
     if (status == KEMPE_OK)
         status = check_chosen(model->context, measured, path, chosen);
     if (status == KEMPE_OK && measured->columns == 0)
-        status = kmp_complain(model->context, path, 0, 0, "there is no column of an output beside t");
+        status = kmp_complain(model->context, path, 0, 0, "there is no column of an output, only t");
     if (status == KEMPE_OK && measured->rows == 0)
         status = kmp_complain(model->context, path, 0, 0, "there are no rows");
     if (status == KEMPE_OK && !(measured->t[measured->rows - 1] > 0))

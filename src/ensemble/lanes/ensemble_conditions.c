@@ -326,7 +326,7 @@ static const char *search(kmp_engine *e, double *t, bool *found, double *shorter
     if (kmp_event_tracker_find(c, room->t[l], room->t_new[l], t, found) != KEMPE_OK)
         return KMP_LANE_NO_STATES;
     if (c->search.pieces.undecided > 0)
-        return "a condition that is not decided within a step";
+        return "a condition that cannot be resolved within a step";
     *shorter = *found ? kmp_event_tracker_shortens(c, room->t[l], *t, room->t_new[l], KMP_REPEATED_CONTACTS) : 0;
     if (!*found && !x->again && kmp_event_tracker_hold_passed(c)) {
         *found = true;
@@ -551,7 +551,7 @@ kempe_status kmp_instance_pass(kmp_engine *e, kmp_lane_group *from, int i, bool 
     if (status != KEMPE_E_FAILED && status != KEMPE_STOPPED)
         return status;
     kmp_context_clear(e->context);
-    kmp_instance_leave(e, i, "an event that a lane cannot pass"); /* a run from the start says why */
+    kmp_instance_leave(e, i, "an event that needs a run of its own"); /* a run from the start says why */
     return KEMPE_OK;
 }
 

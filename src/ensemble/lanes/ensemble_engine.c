@@ -330,7 +330,7 @@ static kempe_status take(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_wat
                       : slow      ? "too much work"
                       : kmp_dropped_open(e->r, pool->part.rows, e->m - e->r, pool->part.redundant, (ptrdiff_t)room->w,
                                          seen->h + l, room->row_scale + l, e->spec.atol + e->spec.rtol, 0) >= 0
-                          ? "redundant closure rows that do not close"
+                          ? "redundant constraint equations that stay open"
                       : is_uncentred(e, pool, l) ? KMP_LANE_SINGULAR_ANGLES
                       : e->r > 0 && instance_nears_change(x, room->t[l], h, seen->margin[l])
                           ? "a change point during the run"

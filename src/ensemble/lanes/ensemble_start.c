@@ -171,7 +171,7 @@ static kempe_status enter(kmp_engine *e, int i, const kempe_assembly *a)
     kmp_lane_group *pool = NULL;
     kempe_status status = choose(e, x, a, &q, &qd, &part);
     if (status == KEMPE_E_FAILED) { /* a separate run reports coordinates that are not possible */
-        kmp_instance_leave(e, i, e->site ? "a start that a lane cannot make" : "given independent coordinates");
+        kmp_instance_leave(e, i, e->site ? "a start that needs a run of its own" : "given independent coordinates");
         kmp_context_clear(e->context);
         return KEMPE_OK;
     }
@@ -370,7 +370,7 @@ kempe_status kmp_instance_change_rows(kmp_engine *e, kmp_lane_group *from, int i
         return KEMPE_OK;
     kempe_status status = kmp_partition_of_rank(&part, e->s, e->eval->jacobian, from->part.r, NULL, 0);
     if (status == KEMPE_E_FAILED) {
-        kmp_instance_leave(e, i, "another choice of closure rows");
+        kmp_instance_leave(e, i, "another choice of constraint equations");
         kmp_context_clear(e->context);
         return KEMPE_OK;
     }
@@ -391,7 +391,7 @@ kempe_status kmp_instance_reorder(kmp_engine *e, kmp_lane_group *from, int i)
     if (pool && pool != from)
         kmp_lane_group_put(e, pool, i);
     else
-        kmp_instance_leave(e, i, "pivots that change their order");
+        kmp_instance_leave(e, i, "another order of elimination");
     return KEMPE_OK;
 }
 

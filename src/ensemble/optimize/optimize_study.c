@@ -611,7 +611,7 @@ static kempe_status prepare(kempe_optimum *o, const kempe_optimum_options *optio
     if (method && !slopes && strcmp(method, "values") != 0)
         return kmp_fail(o->context, KEMPE_E_ARGUMENT, "unknown method '%s'; available: slopes, values", method);
     if (slopes && !o->objective.runs)
-        return kmp_fail(o->context, KEMPE_E_ARGUMENT, "there are no slopes: %s", o->objective.obstacle);
+        return kmp_fail(o->context, KEMPE_E_ARGUMENT, "no slopes are available: %s", o->objective.obstacle);
     o->method = slopes ? "slopes" : "values";
     return KEMPE_OK;
 }

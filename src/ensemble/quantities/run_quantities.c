@@ -646,8 +646,8 @@ bool kmp_account_excess(const kmp_run_quantities *q, const double *account, doub
         if (q->of[k].channel == (int)counts[WHICH])
             name = q->name[q->of[k].first_value];
     kmp_text_printf(why,
-                    "quantity '%s': its expression changes too fast for a run of this length: at t = %.9g s the limit "
-                    "of %.0f parts of steps is reached. Take it over a shorter time (from .. to ..)",
+                    "quantity '%s' changes too fast: at t = %.9g s the limit of %.0f parts of steps is reached; take "
+                    "it over a shorter time (from .. to ..)",
                     name, t, MOST_PARTS);
     return true;
 }

@@ -17,11 +17,10 @@ bool kmp_instance_may(const kempe_model *model, const char *name, kmp_text *why)
     if (!kmp_instance_reads(model, name))
         return kmp_variant_may(model, name, why);
     if (!model->from_file)
-        kmp_text_printf(
-            why,
-            "an axis, a table or a track depends on parameter '%s', and the model is not from a file that could "
-            "be read again with its values; use one model for each of them",
-            name);
+        kmp_text_printf(why,
+                        "an axis, table or track depends on parameter '%s', and the model has no file that could be "
+                        "read again with its values; use one model for each value",
+                        name);
     return why->length == 0;
 }
 

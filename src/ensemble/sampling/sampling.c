@@ -461,7 +461,7 @@ static kempe_status correlate(kmp_sampling *s, const char *text)
                 sum -= a[i * n + k] * a[j * n + k];
             if (i == j && !(sum > KMP_CORRELATION_LEAST))
                 return kmp_fail(s->model->context, KEMPE_E_ARGUMENT,
-                                "correlations: those of '%s' with the others contradict each other", s->name[i]);
+                                "the correlations of '%s' with the others contradict each other", s->name[i]);
             a[i * n + j] = i == j ? sqrt(sum) : sum / a[j * n + j];
         }
     return KEMPE_OK;
@@ -486,8 +486,7 @@ static kempe_status make(kmp_sampling *s, const kempe_sample_options *options)
             return kmp_fail(context, KEMPE_E_ARGUMENT, "a grid has no correlations");
         if (s->design == KMP_DESIGN_SALTELLI)
             return kmp_fail(context, KEMPE_E_ARGUMENT,
-                            "Sobol's indices are those of independent quantities: the design saltelli has no "
-                            "correlations");
+                            "Sobol's indices need independent quantities: the design saltelli has no correlations");
         KMP_TRY(correlate(s, options->correlations));
     }
     if (s->design == KMP_DESIGN_GRID) {

@@ -298,12 +298,11 @@ static bool list_components(reading *s)
             if (own->column.point < 1 || own->row.point < 1 || own->column.number < 0 || own->column.number > 6 ||
                 own->row.number < 0 || own->row.number > 6) {
                 s->source->to->beside = false;
-                return kmp_modal_refuse_at(
-                    s->source, own->line, 1,
-                    "the matrix '%s' has an entry of the points %d and %d, components %d and %d: "
-                    "numbers of points are positive, components are 1 to 6, or 0 of a scalar "
-                    "point",
-                    s->matrix[k].name, own->column.point, own->row.point, own->column.number, own->row.number);
+                return kmp_modal_refuse_at(s->source, own->line, 1,
+                                           "the matrix '%s' has an entry of points %d and %d, components %d and %d: "
+                                           "points must be positive, components 1 to 6, or 0 of a scalar point",
+                                           s->matrix[k].name, own->column.point, own->row.point, own->column.number,
+                                           own->row.number);
             }
             list[all++] = own->column;
             list[all++] = own->row;
@@ -333,9 +332,8 @@ static bool check_points(const reading *s)
             count++;
         if (count != (first->number == 0 ? 1 : 6))
             return kmp_modal_refuse(s->source,
-                                    "point %d has %d component%s, from %d on: an interface is a grid point with the "
-                                    "components 1 to 6, joined to its nodes by a rigid element, and a scalar point has "
-                                    "the component 0",
+                                    "point %d has %d component%s, from %d on: an interface is a grid point with "
+                                    "components 1 to 6 and a rigid element; a scalar point has component 0",
                                     first->point, count, count == 1 ? "" : "s", first->number);
         k += count;
     }
@@ -525,12 +523,10 @@ static bool take_integrals(const reading *s, kmp_modal_body *b, const double *ma
         b->moment[i] = (whole[3 + k][j] - whole[3 + j][k]) / 2;
         for (int c = 0; c < 3; c++)
             if (fabs(whole[i][c] - (i == c ? b->mass : 0)) > ALIKE * b->mass)
-                return kmp_modal_refuse(
-                    s->source,
-                    "the mass of its rigid motions is not the same in all directions: %.9g, %.9g and "
-                    "%.9g along x, y and z; the places of its grid points are wrong, or masses "
-                    "have directions",
-                    whole[0][0], whole[1][1], whole[2][2]);
+                return kmp_modal_refuse(s->source,
+                                        "its rigid mass differs between directions: %.9g, %.9g and %.9g along x, y and "
+                                        "z; the places of its grid points are wrong, or masses have directions",
+                                        whole[0][0], whole[1][1], whole[2][2]);
     }
     for (int i = 0; i < 9; i++)
         b->second[i] = (i % 4 == 0 ? (whole[3][3] + whole[4][4] + whole[5][5]) / 2 : 0) - whole[3 + i / 3][3 + i % 3];
@@ -577,7 +573,7 @@ bool kmp_dmig_modes_read(const kmp_modal_source *source)
         return false;
     b->count = s.count;
     b->known = KMP_MODAL_AXIAL;
-    source->to->doubt = "its file has the motions of interfaces alone: centrifugal forces on its modes are not known";
+    source->to->doubt = "its file has only the motions of interfaces: centrifugal forces on its modes are not known";
     if (!fill(&s, STIFFNESS, &b->stiffness) || !fill(&s, MASS, &mass) ||
         (s.matrix[DAMPING].count > 0 && !fill(&s, DAMPING, &b->damping)) || !take_places(&s, b) ||
         !take_integrals(&s, b, mass))

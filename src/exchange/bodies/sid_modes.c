@@ -132,8 +132,8 @@ static bool read_size(reading *s, const char *key, const char *value, size_t len
         return true;
     }
     return REFUSE(s,
-                  "'%s' is no line of '%s': order, nrow, ncol, nq, nqn, structure, m0(row, column) and m1(row, mode, "
-                  "column) are",
+                  "'%s' is not a line of '%s', which has order, nrow, ncol, nq, nqn, structure, m0(row, column) and "
+                  "m1(row, mode, column)",
                   key, names[s->object][0]);
 }
 
@@ -148,7 +148,7 @@ static bool read_refmod(reading *s, const char *key, const char *value, size_t l
                REFUSE(s, "nelastq, the number of modes, is '%.*s': 1 to %d are read; write the slowest ones",
                       (int)(length < 40 ? length : 40), value, KMP_MODAL_MODES_MOST);
     return strncmp(key, "ielastq", 7) == 0 ||
-           REFUSE(s, "'%s' is no line of 'refmod': mass, nelastq and ielastq are", key);
+           REFUSE(s, "'%s' is not a line of 'refmod', which has mass, nelastq and ielastq", key);
 }
 
 static bool begin_node(reading *s, const char *value, size_t length)
@@ -184,7 +184,7 @@ static bool begin_object(reading *s, const char *key)
         s->level = OBJECT;
         return true;
     }
-    return REFUSE(s, "'%s' is no object of standard input data: %s", key,
+    return REFUSE(s, "'%s' is not an object of standard input data: %s", key,
                   s->level == NODE ? "a node has origin, phi, psi, AP and sigma"
                                    : "a body has refmod, frame, mdCM, J, Ct, Cr, Me, Gr, Ge, Oe, ksigma, Ke and De");
 }
@@ -638,7 +638,7 @@ static bool take_integrals(reading *s, kmp_modal_body *b)
     if (s->gap > UNLIKE)
         return kmp_modal_refuse(s->source,
                                 "%s differ by %.2g of their scale: they are not integrals over one mass, or in another "
-                                "order; Gr, Ge, and m1 of mdCM and J are not needed, and may be left out",
+                                "order; Gr, Ge, and m1 of mdCM and J may be left out",
                                 s->gap_words ? s->gap_words : "", s->gap);
     if (s->gap > ALIKE && !s->source->to->doubt)
         s->source->to->doubt = kmp_arena_printf(b->arena,

@@ -105,7 +105,7 @@ static kempe_status take(kmp_code_source *source, kmp_program *program, const km
         {.name = "udd", .meaning = "accelerations of the independent coordinates", .rows = p, .count = p},
         {.name = "vd", .meaning = "rates of the dependent coordinates", .rows = r, .first = p, .count = r},
         {.name = "checks",
-         .meaning = "least pivot of the reduced mass; excess of the elimination, at most 1",
+         .meaning = "least relative pivot of the reduced mass matrix; excess of the elimination, at most 1",
          .rows = 2,
          .first = p + r,
          .count = 2}};
@@ -283,8 +283,8 @@ static kempe_status take_start_values(struct kmp_simulated *x, kmp_arena *arena,
     const char *obstacle = assembly->held_q ? mark_balance(x, system, assembly) : NULL;
     if (obstacle && system->model->parameter_count > 0)
         kmp_log(system->context, KEMPE_LOG_WARNING,
-                "start: the deformations of 'elastic: static' are those of the nominal parameters, because %s: with "
-                "other values the motion begins out of balance",
+                "start: the deformations of 'elastic: static' belong to the nominal parameters, because %s: with other "
+                "values the motion begins out of balance",
                 obstacle);
     for (int k = 0; k < system->n; k++) {
         x->given[2 * k] = start->q[k].value;
@@ -333,7 +333,7 @@ static kempe_status take_start(kmp_code_source *source, const kmp_set_choice *ch
     for (int r = 0; equal && r < source->m; r++)
         equal = strcmp(system->row_names[r], source->row_names[r]) == 0;
     if (!equal)
-        return kmp_fail(source->context, KEMPE_E_BUG, "the rows of the closures differ from those of the system");
+        return kmp_fail(source->context, KEMPE_E_BUG, "the closures have other equations than the system");
     KMP_TRY(take_assembly(x, arena, system));
     x->scale = kmp_arena_copy(arena, system->scale, system->n, sizeof *x->scale);
     x->row_scale = kmp_arena_copy(arena, system->row_scale, system->m, sizeof *x->row_scale);

@@ -176,9 +176,8 @@ kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_opti
     for (int k = 0; k < model->parameter_count && choice->scene.keep != KMP_KEEP_NOTHING; k++)
         if (kmp_extent_is_long(model->parameters[k].extent))
             return kmp_fail(context, KEMPE_E_ARGUMENT,
-                            "generated code keeps parameter '%s' as a symbol, which has %.3g operations and operands "
-                            "when the parameters in it are expanded, in %d levels; at most %d and %d are allowed: use "
-                            "fewer parameters within parameters, or give '%s' as a number",
+                            "parameter '%s' has %.3g operations and operands when the parameters in it are expanded, "
+                            "in %d levels; generated code allows %d and %d: give '%s' as a number",
                             model->parameters[k].name, model->parameters[k].extent.size,
                             model->parameters[k].extent.level, KMP_MOST_WRITTEN_OUT, KMP_MOST_NAME_LEVELS,
                             model->parameters[k].name);

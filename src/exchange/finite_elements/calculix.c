@@ -257,7 +257,7 @@ static kempe_status take_entries(kmp_number_lines *lines, kmp_arena *arena, cons
                                                k ? "column" : "row", e[k], count);
         if (e[0] > e[1])
             return kmp_number_lines_refuse(
-                lines, NULL, "entry (%g, %g) is below the diagonal: those above it alone are expected", e[0], e[1]);
+                lines, NULL, "entry (%g, %g) is below the diagonal: only entries above it are expected", e[0], e[1]);
         if (!kmp_mesh_add(arena, to, row[(int)e[0] - 1], row[(int)e[1] - 1], e[2]))
             return kmp_fail_memory(lines->context);
     }
@@ -312,7 +312,8 @@ kempe_status kmp_calculix_read(kmp_finite_mesh *mesh)
     input in = {.mesh = mesh, .set = -1};
     int *row = NULL, count = 0;
     if (mesh->options->mass)
-        return kmp_fail(mesh->context, KEMPE_E_ARGUMENT, "--mass belongs to a matrix .mtx: the mass of %s is beside it",
+        return kmp_fail(mesh->context, KEMPE_E_ARGUMENT,
+                        "--mass belongs to a matrix .mtx: the mass of %s has its own file in the same folder",
                         mesh->path);
     if (!nodes || !dof)
         return kmp_fail_memory(mesh->context);

@@ -119,7 +119,7 @@ static kempe_status rigid_values(const kmp_finite_mesh *mesh, const kmp_modal_bo
         return KEMPE_OK;
     return b->arena->failed
                ? kmp_fail_memory(mesh->context)
-               : kmp_mesh_refuse(mesh, "its mass is that of a line or of a point, which does not resist rotation");
+               : kmp_mesh_refuse(mesh, "its mass lies on a line or at a point, and does not resist rotation");
 }
 
 static kempe_status check_rigid(const kmp_finite_mesh *mesh, double first, double residual, double values[6])
@@ -130,13 +130,11 @@ static kempe_status check_rigid(const kmp_finite_mesh *mesh, double first, doubl
         values[k] /= first;
         zeros += fabs(values[k]) <= most;
     }
-    return zeros == 6
-               ? KEMPE_OK
-               : kmp_mesh_refuse(mesh,
-                                 "its stiffness resists %d of the six rigid motions: their values over the "
-                                 "first one of the body are %.2g %.2g %.2g %.2g %.2g %.2g, not zero; the mesh is "
-                                 "supported, its nodes are those of another mesh, or its digits are too few",
-                                 6 - zeros, values[0], values[1], values[2], values[3], values[4], values[5]);
+    return zeros == 6 ? KEMPE_OK
+                      : kmp_mesh_refuse(mesh,
+                                        "its stiffness resists %d of six rigid motions (%.2g %.2g %.2g %.2g %.2g %.2g "
+                                        "of the first elastic one): a supported mesh, wrong nodes, or too few digits",
+                                        6 - zeros, values[0], values[1], values[2], values[3], values[4], values[5]);
 }
 
 /* -- modes before they are orthogonal ---------------------------------------------------------------- */
@@ -249,7 +247,7 @@ static kempe_status take_frame(const kmp_finite_mesh *mesh, kmp_modal_body *b, k
         return kmp_fail_memory(mesh->context);
     kmp_modal_move_origin(b, origin);
     if (!kmp_modal_frame(b, frame, rigid))
-        return kmp_mesh_refuse(mesh, "its mass is that of a line or of a point, which does not resist rotation");
+        return kmp_mesh_refuse(mesh, "its mass lies on a line or at a point, and does not resist rotation");
     kmp_modal_subtract(b, rigid);
     kmp_modal_move_origin(b, (double[3]){-origin[0], -origin[1], -origin[2]});
     return KEMPE_OK;

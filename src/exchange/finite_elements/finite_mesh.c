@@ -171,12 +171,11 @@ static kempe_status take_scalar_mass(const kmp_finite_mesh *mesh, const kmp_mesh
                                     "the mass between %s and %s is %.6g: masses of solid elements have none between "
                                     "different directions; constraints between nodes and rotations are not reduced",
                                     row_words(mesh, 3, i), row_words(mesh, 3, j), wide->value[k])
-                              : kmp_mesh_refuse(
-                                    mesh,
-                                    "the mass between nodes %ld and %ld is %.6g for %s and %.6g for %s: it must be the "
-                                    "same for x, y and z, as that of solid elements is",
-                                    kmp_mesh_number(mesh, i / 3), kmp_mesh_number(mesh, j / 3), wide->value[k],
-                                    direction[a], other, direction[(a + 1) % 3]);
+                              : kmp_mesh_refuse(mesh,
+                                                "the mass between nodes %ld and %ld is %.6g for %s and %.6g for %s: "
+                                                "solid elements have the same for x, y and z",
+                                                kmp_mesh_number(mesh, i / 3), kmp_mesh_number(mesh, j / 3),
+                                                wide->value[k], direction[a], other, direction[(a + 1) % 3]);
             if (a == 0 && c == 0 && !kmp_mesh_add(mesh->arena, &between, i / 3, j / 3, wide->value[k]))
                 return kmp_fail_memory(mesh->context);
         }
@@ -292,7 +291,7 @@ static kempe_status take_units(kmp_finite_mesh *mesh)
                         mesh->units);
     if (!given && !mesh->units)
         return kmp_fail(mesh->context, KEMPE_E_ARGUMENT,
-                        "%s does not say its units: give those of length, mass and time, --units 'm kg s' or "
+                        "%s does not state its units: give the units of length, mass and time, --units 'm kg s' or "
                         "--units 'mm t s'",
                         mesh->path);
     if (!kmp_modal_units_find(given ? given : mesh->units, unit))

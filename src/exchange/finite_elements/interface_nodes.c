@@ -58,7 +58,7 @@ static kempe_status take_numbers(const reading *r, long first, long last)
         if (node < 0)
             return kmp_mesh_refuse(mesh, "interface '%s': there is no node %ld; its nodes are %ld to %ld%s", own->name,
                                    number, kmp_mesh_number(mesh, 0), kmp_mesh_number(mesh, mesh->node_count - 1),
-                                   mesh->unused > 0 ? ", and those without stiffness and mass are no part of it" : "");
+                                   mesh->unused > 0 ? ", and nodes without stiffness and mass are not in it" : "");
         r->taken[node] = true;
     }
     return KEMPE_OK;
@@ -145,8 +145,8 @@ static kempe_status check_spread(const reading *r, const kmp_interface *own)
     if (own->count >= 3 && values[0] > IN_LINE * values[2])
         return KEMPE_OK;
     return kmp_mesh_refuse(r->mesh,
-                           "interface '%s' has %d node%s%s: it turns as a rigid body by three nodes or more that are "
-                           "not in a line; other nodes are points of the body, {node: %ld}",
+                           "interface '%s' has %d node%s%s: a rigid body needs three nodes or more that are not in a "
+                           "line; other nodes are points of the body, {node: %ld}",
                            own->name, own->count, own->count == 1 ? "" : "s", own->count >= 3 ? " in a line" : "",
                            own->count > 0 ? kmp_mesh_number(r->mesh, own->nodes[0]) : 0);
 }
@@ -190,7 +190,7 @@ static kempe_status take_word(reading *r, char *word)
         if (!*word || word[strspn(word, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_")] ||
             strchr("0123456789", *word))
             return kmp_fail(r->mesh->context, KEMPE_E_ARGUMENT,
-                            "--interface: '%s' is no name: letters, digits and _ are, beginning with a letter", word);
+                            "--interface: '%s' is not a name: letters, digits and _ are allowed, a letter first", word);
         KMP_TRY(begin_interface(r, word));
         word = equals + 1;
     }

@@ -68,10 +68,9 @@ static kempe_status take_entries(kmp_number_lines *lines, const market *head, km
                 return kmp_number_lines_refuse(lines, NULL, "%s %g is none of 1 to %g", k ? "column" : "row", e[k],
                                                head->rows);
         if (head->symmetric && e[1] > e[0])
-            return kmp_number_lines_refuse(lines, NULL,
-                                           "entry (%g, %g) is above the diagonal: a symmetric matrix has those below "
-                                           "it alone",
-                                           e[0], e[1]);
+            return kmp_number_lines_refuse(
+                lines, NULL, "entry (%g, %g) is above the diagonal: a symmetric matrix has only entries below it", e[0],
+                e[1]);
         if (!kmp_mesh_add(arena, to, (int)e[0] - 1, (int)e[1] - 1, e[2]))
             return kmp_fail_memory(lines->context);
         count++;
@@ -144,10 +143,10 @@ kempe_status kmp_matrix_market_read(kmp_finite_mesh *mesh)
     const kempe_reduce_options *o = mesh->options;
     market stiffness = {0}, mass = {0};
     if (!o->mass || !o->nodes)
-        return kmp_fail(mesh->context, KEMPE_E_ARGUMENT,
-                        "%s is the stiffness alone: give the mass by --mass M.mtx, and the places of the nodes by "
-                        "--nodes FILE",
-                        mesh->path);
+        return kmp_fail(
+            mesh->context, KEMPE_E_ARGUMENT,
+            "%s has only the stiffness: give the mass by --mass M.mtx, and the places of the nodes by --nodes FILE",
+            mesh->path);
     KMP_TRY(read_matrix(mesh, mesh->path, &stiffness, &mesh->stiffness_read));
     KMP_TRY(read_matrix(mesh, o->mass, &mass, &mesh->mass_read));
     KMP_TRY(read_places(mesh, o->nodes));

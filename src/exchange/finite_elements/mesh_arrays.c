@@ -144,8 +144,7 @@ static kempe_status take_all(arrays *a)
     KMP_TRY(take_matrix(a, "stiffness", &width, &a->mesh->stiffness_read));
     if (width != 3)
         return kmp_mesh_refuse(a->mesh,
-                               "matrix 'stiffness' has no rows beyond those of %d nodes: three rows a node "
-                               "are expected",
+                               "matrix 'stiffness' has only the rows of %d nodes: three rows a node are expected",
                                a->mesh->node_count);
     return take_matrix(a, "mass", &a->mesh->mass_width, &a->mesh->mass_read);
 }

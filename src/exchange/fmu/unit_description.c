@@ -425,7 +425,7 @@ typedef struct solver_variable {
 static void add_work(description *d)
 {
     static const solver_variable work[KEMPE_FMU_WORK_COUNT] = {
-        {"solver.exchanges", "exchanges of independent coordinates so far"},
+        {"solver.exchanges", "changes of independent coordinates so far"},
         {"solver.events", "changes of conditions so far"},
         {"solver.steps", "steps of the integrator of co-simulation so far"},
         {"solver.evaluations", "evaluations of the equations so far"}};
@@ -599,7 +599,7 @@ static void put_units(kmp_text *xml, const description *d)
 
 static void put_categories(kmp_text *xml)
 {
-    static const char *const texts[][2] = {{"logEvents", "events and exchanges of states"},
+    static const char *const texts[][2] = {{"logEvents", "events and changes of states"},
                                            {"logStatusWarning", "warnings"},
                                            {"logStatusDiscard", "steps that cannot be made as requested"},
                                            {"logStatusError", "errors"},

@@ -403,7 +403,7 @@ kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, 
 {
     library_unit *unit = unit_of(s);
     if (t != 0)
-        return fail(s, "A unit on the library starts at t = 0 s alone: choose this start time.");
+        return fail(s, "A unit on the library can only start at t = 0 s: choose this start time.");
     kempe_status status = begin(s);
     if (status == KEMPE_OK)
         status = set_inputs(s);

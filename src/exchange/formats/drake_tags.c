@@ -77,11 +77,10 @@ static void add(const tag *t, int kind, const char *name, const char *const poin
         put_three(t, map, "damping", "force_damping");
         put_three(t, map, "rotational_stiffness", "torque_stiffness");
         put_three(t, map, "rotational_damping", "torque_damping");
-        kmp_import_leave_out(
-            im, t->e->place, KMP_PART_AT_TIMES, t->e->name,
-            "'%s' is a bushing with the law of Kempe, which has no angles of roll, pitch and yaw: both "
-            "agree for small displacements alone",
-            name);
+        kmp_import_leave_out(im, t->e->place, KMP_PART_AT_TIMES, t->e->name,
+                             "'%s' is a bushing with the law of Kempe, which has no angles of roll, pitch and yaw: "
+                             "both agree only for small displacements",
+                             name);
     } else if (kind != BALL) {
         put_number(t, map, "stiffness", number(t, "stiffness"));
         put_number(t, map, "free_length", number(t, kind == DISTANCE ? "distance" : "free_length"));

@@ -335,7 +335,7 @@ void kmp_import_mesh(kmp_import *im, kmp_yaml *body, kmp_place place, const char
         kmp_import_leave_out(im, place, KMP_PART_REMARK, "mesh", "mesh '%s' is not in the picture: %s", uri,
                              !known  ? "a mesh is a file .stl or .obj"
                              : !even ? "a mesh has one positive scale"
-                                     : "it is not found beside the model or in a folder around it");
+                                     : "it is not found in the model's folder or a folder around it");
         return;
     }
     kmp_yaml *map = kmp_import_map(im, place);

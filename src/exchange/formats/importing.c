@@ -228,7 +228,7 @@ void kmp_import_leave_out(kmp_import *im, kmp_place place, kmp_part_class kind, 
     kmp_text words = {0};
     KMP_TEXT_ARGUMENTS(&words, sentence);
     if (mechanics && allowed)
-        kmp_text_put(&words, "; the machine is not that of the file");
+        kmp_text_put(&words, "; the machine differs from the file");
     else if (mechanics)
         kmp_text_printf(&words, "; without it the machine is another one: --leave-out %s allows that", part);
     if (words.failed)

@@ -230,8 +230,8 @@ static void note_motors(kmp_import *im, const kmp_yaml *source)
         kmp_text_printf(&names, "%s%s", i > 0 ? ", " : "", motors->items[i]->text);
     if (names.length > 0)
         kmp_import_leave_out(im, motors->place, KMP_PART_REMARK, "name_mot",
-                             "the motors of 'name_mot' are not used: 'hold' of a start keeps them while the loops are "
-                             "closed, 'independent' of a run takes as many as there are degrees of freedom: %s",
+                             "the motors of 'name_mot' are not used; name them in 'hold' of the start, or as many as "
+                             "degrees of freedom in 'independent' of the run: %s",
                              names.s);
     kmp_text_free(&names);
 }

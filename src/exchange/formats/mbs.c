@@ -326,10 +326,9 @@ static void refuse_ignored(kmp_import *im, const kmp_element *cut, const char *n
     const kmp_element *ignore = kmp_element_find(cut, "ignore");
     for (const kmp_element *row = ignore ? ignore->first : NULL; row; row = row->next)
         if (strcmp(row->text, "false") != 0 && strcmp(row->text, "0") != 0) {
-            kmp_import_complain(
-                im, ignore->place, "cut", name,
-                "ignores some of its rows, which Kempe does not support: delete 'ignore', redundant rows are "
-                "detected automatically");
+            kmp_import_complain(im, ignore->place, "cut", name,
+                                "ignores some of its equations, which Kempe does not support: delete 'ignore'; "
+                                "redundant equations are detected automatically");
             return;
         }
 }

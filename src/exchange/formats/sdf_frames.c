@@ -150,8 +150,9 @@ static void add_included(kmp_sdf *s, const kmp_element *include, int model, int 
     if (!uri)
         return;
     if (strstr(uri, "://") || uri[0] == '/') {
-        kmp_import_complain(im, include->place, "include", uri,
-                            "is no file beside this one: only relative names are read; copy the model beside the file");
+        kmp_import_complain(
+            im, include->place, "include", uri,
+            "is not a file in this folder: only relative names are read; copy the model into the folder");
         return;
     }
     if (kmp_element_says(include, "merge", true)) {
@@ -160,7 +161,7 @@ static void add_included(kmp_sdf *s, const kmp_element *include, int model, int 
     }
     if (level >= KMP_MOST_INCLUDE_LEVELS || ++s->includes > KMP_MOST_INCLUDES) {
         kmp_import_complain(im, include->place, "include", uri,
-                            "includes itself, directly or through other files, or is one of too many");
+                            "includes itself, directly or through other files, or there are too many of them");
         return;
     }
     const char *path = slash ? kmp_arena_printf(im->arena, "%.*s%s", (int)(slash - im->file) + 1, im->file, uri) : uri;

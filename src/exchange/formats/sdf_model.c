@@ -447,7 +447,7 @@ static double pitch_of(kmp_sdf *s, const joint *j)
     const kmp_element *e = j->frame->element;
     double old = kmp_import_read_number(s->im, e, "thread_pitch", -2 * acos(-1)); /* rad/m, left-handed */
     if (!(fabs(old) > 0))
-        kmp_import_complain(s->im, e->place, "thread pitch", "0", "is no thread: give the advance per turn");
+        kmp_import_complain(s->im, e->place, "thread pitch", "0", "is not a thread: give the advance per turn");
     return kmp_import_read_number(s->im, e, "screw_thread_pitch", -2 * acos(-1) / old);
 }
 

@@ -211,7 +211,7 @@ static void add_losses(kmp_import *im, const joint *j)
            friction = kmp_import_read_number(im, dynamics, "friction", 0);
     if ((damping != 0 || friction != 0) && !is_single(j)) {
         kmp_import_complain(im, dynamics->place, "the dynamics of", j->name,
-                            "are those of a joint with several coordinates, for which URDF does not define them");
+                            "belong to a joint with several coordinates, for which URDF does not define them");
         return;
     }
     kmp_import_spring(im, dynamics, j->name, "damping", 0, 0, damping);
@@ -263,8 +263,9 @@ static void add_joint(const robot *r, const joint *j)
     else if (!kmp_import_body(im, j->parent))
         kmp_import_complain(im, j->element->place, "link", j->parent, "does not exist");
     else if (joint_to(r, j->child) != j)
-        kmp_import_complain(im, j->element->place, "link", j->child,
-                            "has two joints to parents: URDF has trees alone; write one of them as a <loop> of URDF+");
+        kmp_import_complain(
+            im, j->element->place, "link", j->child,
+            "has two joints to parents, but URDF has only trees: write one of them as a <loop> of URDF+");
     else {
         kmp_pose f = origin_of(im, j->element);
         const char *at = kmp_import_point(im, j->element->place, j->parent, j->name, &f),

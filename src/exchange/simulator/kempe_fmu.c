@@ -125,7 +125,7 @@ const kempe_fmu_model *kempe_fmu_open(const char *name, const char *token, int k
     if (!model)
         return NULL;
     if (!missing && (!token || strcmp(token, model->token) != 0))
-        missing = "The guid or instantiation token is not that of this unit: it differs from modelDescription.xml.";
+        missing = "The guid or instantiation token belongs to another unit: it differs from modelDescription.xml.";
     else if (!missing && !(model->kinds & (unsigned)kind))
         missing = "The unit was exported without this kind of simulation.";
     if (!missing)
@@ -928,7 +928,7 @@ kempe_fmu_status kempe_fmu_do_step(kempe_fmu *fmu, double from, double step, kem
                         s->t, s->work.steps, s->work.evaluations);
     if (s->work.events > events || s->work.exchanges > exchanges)
         (void)kempe_fmu_say(fmu, KEMPE_FMU_OK, KEMPE_FMU_LOG_EVENTS,
-                            "Between t = %.9g s and t = %.9g s were %.0f events and %.0f exchanges of states.", began,
+                            "Between t = %.9g s and t = %.9g s were %.0f events and %.0f changes of states.", began,
                             s->t, s->work.events - events, s->work.exchanges - exchanges);
     if (status == KEMPE_SIMULATOR_FAILED)
         return DISCARD("%s", s->message);

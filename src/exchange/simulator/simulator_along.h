@@ -131,7 +131,7 @@ kempe_simulator_status kempe_simulator_along(kempe_simulator *s, const kempe_sim
     for (int j = 0; change->start == KEMPE_CHANGE_START && e->start_keeps && j < n; j++)
         if (e->start_keeps[j] & KEMPE_START_BALANCES)
             return fail_with(s, "a start whose deformations are in balance with its loads has no derivatives here: "
-                                "take those of a start from given coordinates");
+                                "start from given coordinates");
     outcome said = refresh(s);
     if (said != GOOD)
         return explain(s, said, s->t);

@@ -153,11 +153,10 @@ static bool dropped_rows_close(kempe_simulator *s, double t)
     const int row = kmp_dropped_open(r, s->part.row, e->rows - r, s->part.row + r, 1, s->part.h, e->row_scale,
                                      s->settings.atol + s->settings.rtol, s->part.state[AT_LOOSE]);
     if (row >= 0)
-        fail_with(
-            s,
-            "closure row '%s', redundant at the start, has the residual %.3g (scaled) at t = %.9g: the motion began "
-            "at a change point, where the closures have a lower rank; start near it, on the intended branch",
-            e->row_names[row], opening(s, row), t);
+        fail_with(s,
+                  "constraint equation '%s', redundant at the start, is open by %.3g (relative) at t = %.9g: the "
+                  "motion began at a change point; start near it, on the intended branch",
+                  e->row_names[row], opening(s, row), t);
     return row < 0;
 }
 

@@ -574,16 +574,15 @@ static kempe_simulator_status explain(kempe_simulator *s, outcome said, double t
         return KEMPE_SIMULATOR_FAILED;
     case OPEN:
         row = widest_row(s);
-        return fail_with(
-            s,
-            "the loops cannot be closed at t = %.9g: row '%s' has the residual %.2g (scaled); start nearer to a "
-            "closed configuration, or change parameters so that the mechanism can reach this one",
-            t, e->row_names[row], opening(s, row));
+        return fail_with(s,
+                         "the loops cannot be closed at t = %.9g: constraint equation '%s' stays open by %.2g "
+                         "(relative); start nearer to a closed configuration, or change the parameters",
+                         t, e->row_names[row], opening(s, row));
     case SINGULAR_LOOPS:
         row = lost_column(s);
         return fail_with(s,
-                         "the loops do not determine coordinate '%s' at t = %.9g: the mechanism is at a singular "
-                         "configuration, where its closures lose a row",
+                         "the loops do not determine coordinate '%s' at t = %.9g: the mechanism is in a singular "
+                         "configuration, where its constraints are dependent",
                          e->coordinate_names[row], t);
     case SINGULAR_MASS:
         bad = e->loads ? 0 : (int)s->part.diagonal[0] - 1;
@@ -591,15 +590,14 @@ static kempe_simulator_status explain(kempe_simulator *s, outcome said, double t
             s, "the motion of coordinate '%s' moves no mass at t = %.9g: give a body that it moves mass or inertia",
             e->coordinate_names[s->part.column[rank_of(s) + bad]], t);
     case UNSETTLED:
-        return fail_with(
-            s,
-            "forces that depend on reactions have no solution that is found from zero reactions at t = %.9g: "
-            "such friction locks or has several solutions; reduce the force",
-            t);
+        return fail_with(s,
+                         "forces that depend on reactions have no solution that is found from zero reactions at t = "
+                         "%.9g: such friction locks or has several solutions; reduce the force",
+                         t);
     case UNBALANCED:
         return fail_with(s,
-                         "the flexible bodies find no stable balance with the loads at t = %.9g: the loads may be more "
-                         "than those at which one of them buckles; change parameters or inputs less",
+                         "the flexible bodies find no stable balance with the loads at t = %.9g: one of them may "
+                         "buckle; change parameters or inputs less",
                          t);
     case MOVED_ANGLES:
         return fail_with(

@@ -166,10 +166,10 @@ static const char *name_of_element(const kempe_simulator *s, int element)
 static int fail(void *self, kmp_friction_failure failure, double t)
 {
     static const char *const sentences[] = {
-        [KMP_FRICTION_FORCED] = "closures or drives force the surfaces of contacts into each other",
-        [KMP_FRICTION_UNDECIDED] = "its modes are not determined",
+        [KMP_FRICTION_FORCED] = "the closures or drives press the surfaces of contacts into each other",
+        [KMP_FRICTION_UNDECIDED] = "no state of slip and stick is found",
         [KMP_FRICTION_IMPOSSIBLE] = "it can neither slip nor stick; reduce it, or regularise it with a 'speed'",
-        [KMP_FRICTION_ALTERNATES] = "its modes change without an end; regularise it with a 'speed'"};
+        [KMP_FRICTION_ALTERNATES] = "slip and stick change without an end; regularise it with a 'speed'"};
     decider *d = self;
     const kempe_simulator *s = d->s;
     const bool more = s->equations->friction->elements > 1;
@@ -342,9 +342,9 @@ static double kinetic_energy(const void *self, const double *qd)
 static int fail_impact(void *self, kmp_impact_failure failure, double t, int count, const int *which)
 {
     static const char *const sentences[] = {[KMP_IMPACT_FORCED] =
-                                                "closures or drives force the surfaces into each other",
-                                            [KMP_IMPACT_UNDECIDED] = "the impulses are not determined",
-                                            [KMP_IMPACT_ALTERNATES] = "the impulses of friction are not determined"};
+                                                "the closures or drives press the surfaces into each other",
+                                            [KMP_IMPACT_UNDECIDED] = "the impulses cannot be found because of rounding",
+                                            [KMP_IMPACT_ALTERNATES] = "the impulses of friction do not settle"};
     kempe_simulator *s = ((decider *)self)->s;
     const kempe_friction *friction = s->equations->friction;
     int first = -1, contacts = 0;

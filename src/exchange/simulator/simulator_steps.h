@@ -364,8 +364,8 @@ static outcome find_event(kempe_simulator *s, double *again)
         e->watch->search(e->watch, s->part.watched, &site, part->state[AT_BEGIN], part->state[AT_END], &found);
     if (status >= KMP_WATCH_UNDECIDED) {
         fail_with(s,
-                  "%s: whether this changes is not decided in the step from t = %.9g on, by as many evaluations as a "
-                  "step may have: set 'longest' in the settings",
+                  "%s: the search for changes reached its limit of evaluations in the step from t = %.9g on: set "
+                  "'longest' in the settings",
                   e->condition_names[status - KMP_WATCH_UNDECIDED], part->state[AT_BEGIN]);
         return TOLD;
     }
@@ -623,9 +623,8 @@ static bool stays_bounded(kempe_simulator *s)
     if (which < 0)
         return true;
     fail_with(s,
-              "the motion grows without end: at t = %.6g '%s' has a rate of %.3g %s, and the state is ten times as "
-              "large as %.3g s before, for the third time: check the signs of forces, dampings and gains, or set "
-              "most_steps",
+              "the motion grows without end: at t = %.6g '%s' has a rate of %.3g %s, ten times more than %.3g s "
+              "before: check forces and gains, or set most_steps",
               t, e->coordinate_names[which], part->qd[which],
               e->coordinate_kind[which] == KEMPE_COORDINATE_ROTATION ? "rad/s" : "m/s", growth.t[0] - growth.t[1]);
     return false;

@@ -208,7 +208,7 @@ static bool read_binary(mesh_maker *m, const char *text, size_t length, kmp_text
     uint32_t count = length >= HEAD ? little_endian(text + 80) : 0;
     if (length < HEAD || length < HEAD + (size_t)count * FACET) {
         kmp_text_printf(
-            why, "it is no text that begins with 'solid', and for a binary file of %u triangle%s it is too short",
+            why, "not an STL file: it does not begin with 'solid', and is too short for a binary file of %u triangle%s",
             count, count == 1 ? "" : "s");
         return false;
     }
@@ -339,7 +339,7 @@ static bool read_corner(obj_reader *o, const char *word, size_t length, int *ver
         *vertex = o->vertex[index];
         return true;
     }
-    kmp_text_printf(o->why, "line %d: '%.*s' is no vertex of the %d before it", o->words.line,
+    kmp_text_printf(o->why, "line %d: '%.*s' is not one of the %d vertices before it", o->words.line,
                     length > 40 ? 40 : (int)length, word, o->count);
     return false;
 }
@@ -368,7 +368,7 @@ static bool obj_read(mesh_maker *m, const char *text, size_t length, kmp_text *w
     obj_reader o = {.m = m, .words = {text, 1}, .why = why};
     bool good = strlen(text) == length;
     if (!good)
-        kmp_text_put(why, "it is no text");
+        kmp_text_put(why, "it is not a text file");
     while (good && *o.words.s) {
         const char *word;
         size_t size = token_next(&o.words, false, &word);

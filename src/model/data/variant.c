@@ -141,8 +141,8 @@ bool kmp_variant_may(const kempe_model *m, const char *name, kmp_text *why)
         say_unknown(m, start ? strchr(name, '.') + 1 : name, start, why);
     else if (found.parameter >= 0 && m->parameters[found.parameter].fixed)
         kmp_text_printf(why,
-                        "parameter '%s' cannot be a variable of the equations: an axis, a table, a track, a power or a "
-                        "setting of the run depends on it; use one model for each of its values",
+                        "parameter '%s' cannot be a variable of the equations: an axis, table, track, power or setting "
+                        "of the run depends on it; use one model for each value",
                         name);
     return why->length == 0;
 }

@@ -167,8 +167,8 @@ static bool check_stiffness(int n, int rigid, const double *values, kmp_text *wh
                         values[0], values[n - 1]);
     else if (rigid > 0 && rigid < n && values[rigid - 1] > small * values[rigid])
         kmp_text_printf(why,
-                        "the modes have %d rigid motion%s, and K resists them: its value %d is %.3g 1/s^2, that of the "
-                        "first elastic mode %.3g; K must be the stiffness of the free body",
+                        "the modes have %d rigid motion%s, and K resists them: its value %d is %.3g 1/s^2 (first "
+                        "elastic mode %.3g); K must be the stiffness of the free body",
                         rigid, rigid == 1 ? "" : "s", rigid, values[rigid - 1], values[rigid]);
     else if (zeros > rigid)
         kmp_text_printf(why,
@@ -198,8 +198,8 @@ int kmp_modal_rigid(const kmp_modal_body *b, double *elastic, kmp_text *why)
     }
     if (values[0] < -none) {
         kmp_text_printf(why,
-                        "the mass of body and modes together is not positive (%.3g of 1): S, Z0, T, m, b0 and P0 are "
-                        "not integrals over one mass (in standard input data Ct, Cr, Me, mass, mdCM and J)",
+                        "the mass of body and modes is not positive (%.3g of 1): S, Z0, T, m, b0 and P0 (Ct, Cr, Me, "
+                        "mass, mdCM and J) belong to different masses",
                         values[0]);
         return -1;
     }

@@ -43,7 +43,7 @@ bool kmp_modal_refuse_at(const kmp_modal_source *s, int line, int column, const 
 bool kmp_modal_is_text(const kmp_modal_source *s)
 {
     const char *zero = memchr(s->bytes, 0, s->length);
-    return !zero || kmp_modal_refuse(s, "it is no text: its byte %td is zero", zero - s->bytes);
+    return !zero || kmp_modal_refuse(s, "it is not a text file: its byte %td is zero", zero - s->bytes);
 }
 
 /* -- units ------------------------------------------------------------------------------------------- */

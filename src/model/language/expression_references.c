@@ -230,9 +230,8 @@ static const kmp_expr *parse_measure(kmp_parser *p, const char *where, kmp_measu
                                   kmp_parse_allowed(p->scope));
     if (rows[kind].of == OF_JOINT && !p->scope->accelerations)
         return kmp_parse_complain(p, where,
-                                  "%s of a joint of the tree is not allowed here: it follows from the accelerations, "
-                                  "which forces determine; a sensor may have it, a condition 'until' of the run, and "
-                                  "friction by 'mu'",
+                                  "%s of a joint of the tree is not allowed here, because it depends on the "
+                                  "accelerations: a sensor may use it, 'until' of the run, and friction by 'mu'",
                                   word);
     if (rows[kind].order > 1 && !p->scope->accelerations)
         return kmp_parse_complain(p, where,

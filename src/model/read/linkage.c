@@ -132,7 +132,7 @@ static void complain_loop(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
     for (int k = 0; k < count; k++)
         reasons = kmp_reader_say(r, "%s, %s", reasons, edge_name_reason(r, &g->edges[g->path[k]]));
     kmp_reader_complain(r, edge->key->place,
-                        "%s: none of the joints of the loop %s can be cut: %s; permit the cut of one of them",
+                        "%s: none of the joints of the loop %s can be cut: %s; allow one of them to be cut",
                         kmp_edge_what(r, edge), bodies, reasons);
     edge->faulty = true;
 }
@@ -380,9 +380,9 @@ static int relation_of(const kmp_linkage *g, const kmp_edge *cut, const kmp_edge
 
 const char *kmp_linkage_why(kmp_reader *r, kmp_linkage *g, const kmp_edge *cut)
 {
-    static const char *const words[RELATIONS] = {"it has fewer rows than", "it has no start value, unlike",
-                                                 "it is farther from the ground than", "it comes after",
-                                                 "not to be cut:"};
+    static const char *const words[RELATIONS] = {"it has fewer constraint equations than",
+                                                 "it has no start value, unlike", "it is farther from the ground than",
+                                                 "it comes after", "not to be cut:"};
     const char *names[RELATIONS] = {NULL};
     kmp_text text = {0};
     if (cut->wish == KMP_CUT_YES)

@@ -41,9 +41,8 @@ static void warn_of_directions(const kempe_model *model)
         if (f->kind == KMP_FORCE_FRICTION && kmp_force_sticks(f) &&
             (jumps_by_direction(f->effort) || jumps_by_direction(f->holding_effort)))
             kmp_log(model->context, KEMPE_LOG_WARNING,
-                    "friction '%s': its level depends on the direction of motion, but at rest one level holds both "
-                    "ways, that of zero rates: it is no capstan, no one-way clutch and no gear with losses; give it a "
-                    "'speed', so that it does not stick",
+                    "friction '%s': its level depends on the direction of motion, but at rest the level at zero "
+                    "velocity acts both ways (not a capstan); give it a 'speed'",
                     f->name);
 }
 
@@ -106,16 +105,14 @@ static void warn_of_planes(const kempe_model *model)
         bool turns = f->motion >= 0 ? model->motions[f->motion].rotation : f->turns;
         if (loop)
             kmp_log(model->context, KEMPE_LOG_WARNING,
-                    "friction '%s': what presses joint '%s' across the plane of the mechanism is all on this joint; "
-                    "loop '%s' may take a part of it, which is not determined, and counts as none",
+                    "friction '%s': joint '%s' carries the whole load across the plane of the mechanism; the share of "
+                    "loop '%s' is not unique, and is taken as zero",
                     f->name, model->bodies[body].joint, loop->name);
         else if (of && body < 0 && of->point[0] >= 0 && !turns)
-            kmp_doubt(
-                model->context,
-                "friction '%s': what presses '%s' across the plane of the mechanism is not in its friction, since "
-                "rows that no coordinate moves have no force; let the friction have the reaction of a joint of "
-                "the tree, or give the mechanism a joint that tilts",
-                f->name, of->name);
+            kmp_doubt(model->context,
+                      "friction '%s' lacks the load of '%s' across the plane of the mechanism: use the reaction of a "
+                      "joint of the tree, or add a joint that tilts",
+                      f->name, of->name);
     }
 }
 

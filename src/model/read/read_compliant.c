@@ -505,8 +505,8 @@ static const kmp_expr *read_stiffness(const contact *c, double exponent)
         return read_given(c, "stiffness", wanted, KMP_FIELD_POSITIVE);
     }
     if (exponent != 1.5)
-        kmp_reader_complain(c->r, young->place, "%s: the stiffness by 'young' is that of the exponent 1.5, not %g",
-                            c->what, exponent);
+        kmp_reader_complain(c->r, young->place, "%s: the stiffness by 'young' has the exponent 1.5, not %g", c->what,
+                            exponent);
     /* Hertz's stiffness of two spheres: F = 4/3 E* sqrt(R) d^1.5, 1/E* = sum (1 - nu^2)/E (Johnson 1985, eq. 4.23). */
     kmp_expr_locals locals = {0};
     add_local(&locals, "reduced", reduced_radius(c));
@@ -572,7 +572,8 @@ static void read_johnson(contact *c)
 {
     kmp_expr_locals locals = {0};
     if (c->made->form != KMP_COMPLIANT_JOURNAL || c->made->ball) {
-        kmp_reader_complain(c->r, c->map->place, "%s: the law johnson is that of a journal in its bearing", c->what);
+        kmp_reader_complain(c->r, c->map->place, "%s: the law johnson holds only for a journal in its bearing",
+                            c->what);
         return;
     }
     if (!kmp_read_required(c->r, c->map, c->what, "young") || !kmp_read_required(c->r, c->map, c->what, "length"))

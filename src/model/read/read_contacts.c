@@ -211,7 +211,7 @@ static void check_shapes(const reading *c)
     else if (s[0].shape == KMP_TOUCH_CYLINDER && s[1].shape != KMP_TOUCH_PLANE &&
              !stays_parallel(c, s[1].shape == KMP_TOUCH_PROFILE ? 2 : s[1].axis))
         kmp_reader_complain(c->r, c->map->place,
-                            "%s: the axis of the first cylinder does not stay parallel to that of the %s", c->what,
+                            "%s: the axis of the first cylinder does not stay parallel to the axis of the %s", c->what,
                             s[1].shape == KMP_TOUCH_PROFILE ? "profile, z" : "second one");
     if (s[1].hollow && touch->radius[1].value > 0 && touch->radius[0].value >= touch->radius[1].value)
         kmp_reader_complain(c->r, c->map->place, "%s: radius %.6g m does not fit inside radius %.6g m", c->what,

@@ -1047,8 +1047,8 @@ static void check_mean(kmp_reader *r, const entry *e, const kmp_body *body)
     if (e->beam.frame != KMP_FRAME_MEAN || (body->motion_count == 6 && rotations == 3))
         return;
     kmp_reader_complain(r, body->place,
-                        "%s has the frame 'mean', whose axes no joint can hold: give it a free joint, {free: x, at: "
-                        "ground}, and close joints at its points by 'loops'; or take the frame 'clamped' or 'chord'",
+                        "%s has the frame 'mean', which no joint can hold: give it a free joint, {free: x, at: "
+                        "ground}, and 'loops' at its points, or take the frame 'clamped' or 'chord'",
                         e->body);
 }
 

@@ -74,7 +74,7 @@ static bool read_nodes(const reading *s, kmp_modal_nodes *nodes, const char **pa
         nodes->text = *text;
         return *text &&
                (!memchr(*text, 0, length) ||
-                kmp_reader_complain(s->r, map->place, "%s: '%s' is no text: it has bytes of zero", what, word));
+                kmp_reader_complain(s->r, map->place, "%s: '%s' is not a text file: it has bytes of zero", what, word));
     }
     if (!kmp_read_map(s->r, map, what, NULL) || !KMP_ARENA_MAKE(&s->r->scratch, KMP_ROOM(int, map->count + 1, &number),
                                                                 KMP_ROOM(double, 3 * map->count + 1, &at)))
@@ -318,8 +318,8 @@ static bool take_frame(reading *s, kmp_flexible_frame frame)
         return complain(s, "the frame 'mean' needs a moment of inertia about each axis, and it has none about one");
     const bool moved = is_moved(b, rigid);
     if (moved && s->to->stiffening == KMP_STIFFENING_FIRST)
-        return complain(s, "its terms of second order are in the frame of its modes, and these move or turn the first "
-                           "interface: write them in the frame of the model, or take 'stiffening: none'");
+        return complain(s, "its modes move or turn the first interface, and its terms of second order are in their "
+                           "frame: write them in the model's frame, or take 'stiffening: none'");
     if (moved)
         kmp_modal_subtract(b, rigid);
     if (!split(s, rigids, elastic))
@@ -382,9 +382,8 @@ static bool check_second(const reading *s)
     for (int k = 0; k < s->file.body.place_count && s->to->stiffening == KMP_STIFFENING_FIRST; k++)
         if (!s->file.body.places[k].more)
             return complain(s, kmp_reader_say(s->r,
-                                              "the displacements of second order of interface '%s' are not in the "
-                                              "file: use its interfaces that have them, or terms of second order "
-                                              "'none' where they can be left out",
+                                              "the file has no displacements of second order for interface '%s': use "
+                                              "other interfaces, or 'stiffening: none' where they can be left out",
                                               s->to->names[k]));
     return true;
 }

@@ -145,7 +145,7 @@ static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_r
     int found = find_thing(r, node, row, name);
     bool gap = row == &kmp_output_rows[KMP_OUTPUT_GAP];
     if (gap && found >= 0 && r->model->forces[found].kind != KMP_FORCE_TOUCH)
-        kmp_reader_complain(r, node->place, "output gap: '%s' is no rigid contact", name);
+        kmp_reader_complain(r, node->place, "output gap: '%s' is not a rigid contact", name);
     else if (row->argument == KMP_OUTPUT_OF_FORCE && found >= 0 && kmp_force_has_components(&r->model->forces[found]))
         kmp_reader_complain(r, node->place, "output force: '%s' is given by its components", name);
     return found;

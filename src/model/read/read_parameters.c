@@ -128,7 +128,7 @@ static void read_input(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         input->dimension = unit.dimension;
         input->si = unit.factor / unit.divisor;
     } else if (text) {
-        kmp_reader_complain(r, node->place, "unit of %s: '%s' is no unit", what, text);
+        kmp_reader_complain(r, node->place, "unit of %s: '%s' is not a unit", what, text);
     }
     if (value)
         (void)kmp_read_quantity(r, value, kmp_reader_say(r, "default of %s", what), input->dimension, input->si,

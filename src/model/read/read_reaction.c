@@ -169,9 +169,8 @@ static void insert(kmp_reader *r, int b, int count, double direction[DIRECTIONS]
     for (int k = 0; k < count; k++) {
         const char *name = kmp_arena_printf(&model->arena, count == 1 ? "%s_load" : "%s_load%d", body->joint, k + 1);
         if (name && kmp_name_find(KMP_COORDINATES(model), name) >= 0)
-            kmp_reader_complain(r, body->place,
-                                "the name '%s' is that of the reaction of joint '%s', which has friction", name,
-                                body->joint);
+            kmp_reader_complain(r, body->place, "the reaction of joint '%s', which has friction, has the name '%s'",
+                                name, body->joint);
         motions[first + k] = (kmp_motion){.name = name ? name : "", .number = body->motion_count + 1 + k, .body = b};
         for (int i = 0; i < 3; i++)
             motions[first + k].axis[i] = direction[k][i] + 0.0; /* no negative zero */
@@ -273,7 +272,7 @@ static const kmp_expr *size_of_joint(kmp_reader *r, kmp_place place, int b, cons
     if (body && body->load_count > 0)
         return size_of(r, body->load_closure, body->load_count);
     if (body)
-        kmp_reader_complain(r, place, "%s: mu needs a reaction, and that of joint '%s' is not known: %s", what,
+        kmp_reader_complain(r, place, "%s: mu needs the reaction of joint '%s', which is not known: %s", what,
                             body->joint, obstacle_of(r->model, body));
     else
         kmp_reader_complain(r, place, "%s: mu needs the reaction of a joint or of a loop by the key 'reaction'", what);

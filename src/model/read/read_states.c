@@ -188,8 +188,8 @@ static bool check_pid(kmp_reader *r, const block *b)
     if (!has(b, "derivative") && (has(b, "filter") || has(b, "slope")))
         return kmp_reader_complain(r, b->map->place, "%s: 'filter' and 'slope' belong to a derivative", b->what);
     if (has(b, "limits") && has(b, "integral") && !has(b, "tracking") && !has(b, "proportional"))
-        return kmp_reader_complain(r, b->map->place, "%s: limits of an integral alone need the time 'tracking'",
-                                   b->what);
+        return kmp_reader_complain(
+            r, b->map->place, "%s: limits of a controller with only an integral need the time 'tracking'", b->what);
     return true;
 }
 
@@ -439,7 +439,7 @@ static int count_delay(kmp_reader *r, block *b)
     if (!period)
         add_signal(r, b);
     if (before && (period || kmp_yaml_get(b->map, "start")))
-        kmp_reader_complain(r, before->place, "%s: 'before' cannot stand beside '%s'", b->what,
+        kmp_reader_complain(r, before->place, "%s: 'before' and '%s' exclude each other", b->what,
                             period ? "sample" : "start");
     if (!node || !period || !kmp_read_fixed(r, node, kmp_reader_say(r, "time of %s", b->what), KMP_DIM_TIME, &time) ||
         !kmp_read_fixed(r, period, kmp_reader_say(r, "sample of %s", b->what), KMP_DIM_TIME, &sample))
@@ -654,7 +654,7 @@ static void add_block(kmp_reader *r, const kmp_section *s)
         const char *key = b->map->keys[k]->text;
         bool own = strcmp(key, b->kind->key) == 0 || strcmp(key, "start") == 0 || strcmp(key, "scale") == 0;
         if (!own && !strstr(b->kind->keys, kmp_reader_say(r, " %s ", key)))
-            kmp_reader_complain(r, b->map->keys[k]->place, "%s: '%s' is no key of a state with '%s'", b->what, key,
+            kmp_reader_complain(r, b->map->keys[k]->place, "%s: '%s' is not a key of a state with '%s'", b->what, key,
                                 b->kind->key);
     }
     b->sampled = b->kind && kmp_yaml_get(b->map, "sample");
@@ -686,7 +686,7 @@ void kmp_read_states(kmp_reader *r)
         if (kmp_name_means_something(r, name))
             kmp_reader_complain(r, place, "a state cannot have the name '%s', which is already defined", name);
         else if (kmp_name_find(KMP_COORDINATES(r->model), name) >= 0)
-            kmp_reader_complain(r, place, "a state cannot have the name '%s', which is that of a coordinate", name);
+            kmp_reader_complain(r, place, "a state cannot have the name '%s', which a coordinate has", name);
         add_block(r, &s);
     }
     /* Each contact whose law depends on the rate at its beginning has a state. These are the last states. */

@@ -476,7 +476,7 @@ const kmp_named_table *kmp_read_table_name(kmp_reader *r, const kmp_yaml *node, 
         kmp_reader_complain(r, node->place, "%s: the table '%s' has two variables", what, node->text);
     const kmp_named_table *table = found < 0 || r->model->tables[found].of_two ? NULL : &r->model->tables[found];
     if (table && (table->periodic || table->outside > KMP_OUTSIDE_LINEAR))
-        kmp_reader_complain(r, node->place, "%s: the table '%s' is %s, which is for expressions alone", what,
+        kmp_reader_complain(r, node->place, "%s: the table '%s' is %s, which only expressions can use", what,
                             node->text, table->periodic ? "periodic" : "not continued outside");
     return table;
 }

@@ -515,11 +515,10 @@ static void place_rails(kmp_reader *r, const kmp_yaml *map, const char *what, km
     track->rail_at = place.at;
     const kmp_yaml *depth = kmp_yaml_get(map, "gauge_depth"), *rail = kmp_yaml_get(map, "rail");
     if (!place.reaches)
-        kmp_reader_complain(
-            r, depth ? depth->place : rail->place,
-            "%s: the gauge is measured %.9g m below the top of the rails, but the inner side of profile '%s', where y "
-            "is negative, ends %.9g m below it: use another gauge_depth, or extend the profile",
-            what, track->gauge_depth, track->profile->name, place.depth_given);
+        kmp_reader_complain(r, depth ? depth->place : rail->place,
+                            "%s: the gauge is measured %.9g m below the rail's top, but the inner side of profile '%s' "
+                            "ends at %.9g m: use another gauge_depth, or extend the profile",
+                            what, track->gauge_depth, track->profile->name, place.depth_given);
     else if (!place.resolved)
         kmp_reader_complain(r, rail->place, "%s: the points of profile '%s' coincide numerically at its position", what,
                             track->profile->name);

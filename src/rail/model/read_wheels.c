@@ -643,11 +643,10 @@ static void find_zones(const reading *w)
         w->r->scratch.failed = true;
     if (zones > KMP_WHEEL_ZONES) {
         const kmp_place place = w->wheel->place;
-        kmp_log(
-            w->r->context, KEMPE_LOG_WARNING,
-            "%s:%d:%d: %s would touch its rail in %d zones, and a wheel has at most %d: the borders with the smallest "
-            "jumps are omitted, and the contact may jump there; use a smoother profile, or give 'zones'",
-            w->r->model->files[place.file], place.line, place.column, w->what, zones, KMP_WHEEL_ZONES);
+        kmp_log(w->r->context, KEMPE_LOG_WARNING,
+                "%s:%d:%d: %s would touch its rail in %d zones, and has at most %d: the contact may jump at omitted "
+                "borders; use a smoother profile, or give 'zones'",
+                w->r->model->files[place.file], place.line, place.column, w->what, zones, KMP_WHEEL_ZONES);
     }
 }
 

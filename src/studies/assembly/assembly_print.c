@@ -37,8 +37,8 @@ static void put_reason(kmp_text *text, const kempe_assembly *a)
         kmp_text_printf(text, "the loops do not close to the required precision: |h| = %.3g", a->residual);
     if (a->closed && a->goals.end == KMP_GOALS_SINGULAR)
         kmp_text_printf(text,
-                        "the search for the goals stopped after %d steps, where the closures lose rank (slope %.2g): "
-                        "no nearest position was found",
+                        "the search for the goals stopped after %d steps at a singular position (slope %.2g): no "
+                        "nearest position was found",
                         a->goals.steps, a->goals.slope);
 }
 
@@ -142,7 +142,8 @@ static void show_assembly(kmp_text *text, const void *result)
         int count = kmp_assembly_put_loose(&names, a, starts[k]);
         if (count > 0)
             kmp_text_printf(text, "clearance %s start%s %s%s\n", names.s, count == 1 ? "s" : "", ways[starts[k]],
-                            a->centred ? ", centred because a guess was outside its bearing" : "");
+                            a->centred ? "; the journal is centred, because its start value was outside the bearing"
+                                       : "");
         kmp_text_free_part(text, &names);
     }
     kmp_print_rounding(text, a->system, "rounding  ");
@@ -152,10 +153,9 @@ static void show_assembly(kmp_text *text, const void *result)
         kmp_text_printf(text, "note      %.*s\n", (int)strcspn(at, "\n"), at);
     kmp_text_free_part(text, &changed);
     if (a->rates_left > 0)
-        kmp_text_printf(
-            text,
-            "note      prescribed motions have rates that the closures do not permit here: %.2g of them remains\n",
-            a->rates_left);
+        kmp_text_printf(text,
+                        "note      the velocities of the drives contradict the loops here: a misfit of %.2g remains\n",
+                        a->rates_left);
 }
 
 static void json_goals(kmp_json *j, const kempe_assembly *a)

@@ -553,8 +553,7 @@ static void put_stiff_loops(kmp_text *text, const kempe_check *check, const kmp_
                           s->model->points[s->model->closures[c].point[side]].body == f->body);
         if (own && c != last && !(kmp_flexible_bends(f, 0) && kmp_flexible_bends(f, 1) && kmp_flexible_bends(f, 2)))
             line(text, "",
-                 "loop '%s' has redundant rows: with shapes in the directions where it is rigid their loads would be "
-                 "determined",
+                 "loop '%s' has redundant constraints: with shapes in its rigid directions their loads would be unique",
                  s->model->closures[c].name);
         last = own ? c : last;
     }

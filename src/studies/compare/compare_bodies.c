@@ -80,8 +80,7 @@ static kempe_status read_words(const kempe_model *model, const char *list, kmp_a
     if (table->count >= 2)
         return KEMPE_OK;
     return kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                    "bodies '%s' are alone: name at least two, the finest one last, which the others are compared with",
-                    list);
+                    "bodies '%s': name at least two, the finest one last, with which the others are compared", list);
 }
 
 kempe_status kmp_compare_bodies_begin(const kempe_model *model, const char *list, kmp_arena *arena,

@@ -712,7 +712,7 @@ static kempe_status extend_given(kmp_compare_job *j, kmp_reference *given, const
         kmp_sentences_add(&c->arena, &c->warnings, "Kempe's own reference differs by %.1g in q from %s",
                           off[KMP_QUANTITY_Q], name);
     kmp_sentences_add(&c->arena, &c->warnings,
-                      "errors are judged at the rows of %s only: between them they may be larger", name);
+                      "errors are evaluated only at the rows of %s: between them they may be larger", name);
     take_given(j, given, name);
     return KEMPE_OK;
 }
@@ -775,10 +775,11 @@ static kempe_status prepare(kmp_compare_job *j, const kempe_compare_options *opt
         kmp_eval_set_charts(j->eval, j->start->chart);
     KMP_TRY(kmp_find_shared(j->eval, 0, q, c->shared, &count));
     if (count > 0)
-        kmp_sentences_add(&c->arena, &c->warnings,
-                          "%d of %d multipliers are not unique because of redundant rows: their errors are omitted "
-                          "('kempe check' lists them)",
-                          count, c->system->m);
+        kmp_sentences_add(
+            &c->arena, &c->warnings,
+            "%d of %d multipliers are not unique because of redundant constraints: their errors are omitted "
+            "('kempe check' lists them)",
+            count, c->system->m);
     KMP_TRY(use_reference(j, options->reference));
     kmp_context_clear(j->context);
     if (!kmp_times_init(&j->times, c->t_end, c->t_end, c->has_reference ? &j->reference : NULL) ||

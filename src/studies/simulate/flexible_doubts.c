@@ -58,12 +58,11 @@ static void doubt_deflection(const kempe_system *system, const kmp_samples *tabl
     double t = 0;
     const double most = largest_deflection(system, table, f, &t);
     if (most > KMP_DEFLECTION_LARGE * f->length->value)
-        kmp_doubt(
-            system->context,
-            "flexible body '%s' deflects by %.3g m at t = %.6g s, %.2f of its length: shapes with terms of second "
-            "order are right for up to %.1f; divide it into %s",
-            model->bodies[f->body].name, most, t, most / f->length->value, KMP_DEFLECTION_LARGE,
-            f->file ? "several bodies" : "'segments'");
+        kmp_doubt(system->context,
+                  "flexible body '%s' deflects by %.3g m at t = %.6g s, %.2f of its length; terms of second order "
+                  "suffice up to %.1f: divide it into %s",
+                  model->bodies[f->body].name, most, t, most / f->length->value, KMP_DEFLECTION_LARGE,
+                  f->file ? "several bodies" : "'segments'");
 }
 
 /* Without terms of second order rotation softens a beam in place of stiffening it. */
@@ -134,8 +133,8 @@ static void warn_of_section(const kmp_samples *table, kmp_evaluator *eval, const
     }
     if (size > KMP_SECTION_REST * force * f->length->value && off > KMP_SECTION_RESOLVED * size)
         kmp_log(eval->system->context, KEMPE_LOG_WARNING,
-                "the moments of section '%s.%s' by its loads and by the strain of the shapes differ by up to %.2g N m, "
-                "%.0f %% of the largest: few shapes; compare with more",
+                "section '%s.%s': its moments by loads and by strain of the shapes differ by up to %.2g N m, %.0f %% "
+                "of the largest; compare with more shapes",
                 model->bodies[point->body].name, point->name, off, 100 * off / size);
 }
 

@@ -626,9 +626,10 @@ static kempe_status derive(parameters *p, const kempe_system *before)
     if (status == KEMPE_OK)
         status = kmp_system_new(kmp_variant_model(p->variant), NULL, &p->system);
     if (status == KEMPE_OK && (p->system->m != before->m || p->system->events.count != before->events.count))
-        return kmp_fail(before->context, KEMPE_E_FAILED,
-                        "these values change the number of closure rows or of conditions (%d and %d, now %d and %d)",
-                        before->m, before->events.count, p->system->m, p->system->events.count);
+        return kmp_fail(
+            before->context, KEMPE_E_FAILED,
+            "these values change the number of constraint equations or of conditions (%d and %d, now %d and %d)",
+            before->m, before->events.count, p->system->m, p->system->events.count);
     if (status == KEMPE_OK)
         kempe_system_set_force(p->system, before->force, before->force_user);
     return status;

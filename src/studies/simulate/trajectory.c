@@ -497,29 +497,28 @@ bool kmp_trajectory_loses_energy(const kempe_trajectory *t)
 static void warn_of_verdict(const kempe_trajectory *t)
 {
     if (t->verdict.h_max > kmp_trajectory_trusted_gap(t))
-        kmp_doubt(
-            t->system->context,
-            "the closure residual is %.2g (scaled): do not trust this run; use a smaller rtol, or compare formulations",
-            t->verdict.h_max);
+        kmp_doubt(t->system->context,
+                  "do not trust this run: the loops open by %.2g of the characteristic length; use a smaller rtol, or "
+                  "compare formulations",
+                  t->verdict.h_max);
     if (t->verdict.misfit * t->system->length > t->system->closure_tolerance)
-        kmp_doubt(
-            t->system->context,
-            "closure row '%s', omitted as redundant up to rounding, has a gap of %.2g m at t = %.9g, more than the "
-            "closure_tolerance of %.2g m: it is not redundant there; check the lengths",
-            t->system->row_names[t->verdict.misfit_row], t->verdict.misfit * t->system->length, t->verdict.misfit_t,
-            t->system->closure_tolerance);
+        kmp_doubt(t->system->context,
+                  "constraint equation '%s', omitted as redundant, is open by %.2g m at t = %.9g s (closure_tolerance "
+                  "%.2g m): it is not redundant there; check the lengths",
+                  t->system->row_names[t->verdict.misfit_row], t->verdict.misfit * t->system->length,
+                  t->verdict.misfit_t, t->system->closure_tolerance);
     if (!kmp_trajectory_loses_energy(t))
         return;
     if (t->report.prescribed)
         kmp_log(t->system->context, KEMPE_LOG_WARNING,
-                "the work of the drives is not resolved: the relative energy error is %.2g; the motion, which the "
-                "drives prescribe, does not depend on it; use a max_step",
+                "the work of the drives has the relative error %.2g: use a max_step; the motion, which the drives "
+                "prescribe, does not depend on it",
                 t->verdict.drift_rel);
     else
-        kmp_doubt(
-            t->system->context,
-            "the relative energy error is %.2g: do not trust this run; use a smaller rtol, or compare formulations",
-            t->verdict.drift_rel);
+        kmp_doubt(t->system->context,
+                  "do not trust this run: the energy error is %.2g of the energy exchanged; use a smaller rtol, or "
+                  "compare formulations",
+                  t->verdict.drift_rel);
 }
 
 /* Multipliers that redundant rows leave open have no error. */
@@ -752,11 +751,10 @@ static kempe_status run_again(kempe_trajectory *t, kmp_simulation *j)
         kmp_convergence_warn(j->context, &t->again, j->system->model->motions[t->again.index].name,
                              kmp_trajectory_unit(t), "use a smaller rtol, or compare formulations");
     if (status == KEMPE_OK && t->again.form > 0)
-        kmp_log(
-            j->context, KEMPE_LOG_WARNING,
-            "the motion passes the singular position of the angles from '%s' on: at rtol %.3g they take another form "
-            "of the same rotation from t = %.6g s on; the rotation is right, its angles are not unique",
-            j->system->model->motions[t->again.form - 1].name, t->again.rtol, t->again.form_t);
+        kmp_log(j->context, KEMPE_LOG_WARNING,
+                "the angles from '%s' on pass their singular position: at rtol %.3g they differ from t = %.6g s on; "
+                "the rotation is right, its angles are not unique",
+                j->system->model->motions[t->again.form - 1].name, t->again.rtol, t->again.form_t);
     return status;
 }
 

@@ -264,22 +264,18 @@ static void show_contacts(kmp_text *text, const kempe_trajectory *t)
         if (force->kind != KMP_FORCE_COMPLIANT || kmp_contact_times_find(t, k, &times) != KEMPE_OK)
             continue;
         kmp_text_printf(text, "contact   '%s' began %d time%s%s", force->name, times.begun, times.begun == 1 ? "" : "s",
-                        t->log.contacts_cut ? " in the part of the run whose contacts are kept" : "");
+                        t->log.contacts_cut ? " in the recorded part of the run" : "");
         if (times.ended > 0)
             kmp_text_printf(text, ", largest depth %.4g %s", as.factor * times.depth[KMP_DEPTHS - 1], as.unit);
         kmp_text_put(text, "\n");
         if (times.ended > 1) {
             /* Of several contacts. */
             const double *depth = times.depth;
-            kmp_text_printf(
-                text,
-                "          largest depths of the %d that ended: from %.4g, quartiles %.4g, %.4g, %.4g, to %.4g %s\n",
-                times.ended, as.factor * depth[0], as.factor * depth[1], as.factor * depth[2], as.factor * depth[3],
-                as.factor * depth[4], as.unit);
-            kmp_text_printf(text, "          touching for %.1f %% of the time", 100 * times.touching);
+            kmp_text_printf(text, "          depths of the %d that ended: median %.4g, quartiles %.4g and %.4g %s\n",
+                            times.ended, as.factor * depth[2], as.factor * depth[1], as.factor * depth[3], as.unit);
+            kmp_text_printf(text, "          closed for %.1f %% of the time", 100 * times.touching);
             if (times.turning)
-                kmp_text_printf(text, ", %.1f contacts for each turn of '%s'", times.begun / times.turns,
-                                times.turning);
+                kmp_text_printf(text, ", %.1f contacts per turn of '%s'", times.begun / times.turns, times.turning);
             kmp_text_put(text, "\n");
         }
     }
@@ -288,7 +284,7 @@ static void show_contacts(kmp_text *text, const kempe_trajectory *t)
 /* The first change of the assembly mode. */
 static void show_mode(kmp_text *text, const kempe_trajectory *t)
 {
-    kmp_text_printf(text, "mode      '%s' passes to another assembly mode for the same ",
+    kmp_text_printf(text, "mode      '%s' reaches another assembly mode at the same ",
                     t->system->model->motions[t->mode_coordinate].name);
     /* The coordinates that the start holds, "'A', 'B'". */
     const kempe_model *model = t->system->model;
