@@ -67,7 +67,7 @@ extern const cli_command cli_commands[];
 const char *cli_lacking(unsigned command, const cli_settings *settings);
 
 /** Sets what a command takes where no option says it: `show` without a view prints the model. */
-void cli_complete(unsigned command, cli_settings *settings);
+void cli_default(unsigned command, cli_settings *settings);
 
 /** A path that is relative to the folder of this command; NULL: unknown. The caller frees it. */
 char *cli_from_command(const char *relative);

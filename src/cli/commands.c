@@ -81,7 +81,7 @@ static kempe_status run_show(const cli_job *j)
     return cli_worse(KEMPE_OK, cli_report(j, print_view, NULL));
 }
 
-void cli_complete(unsigned command, cli_settings *s)
+void cli_default(unsigned command, cli_settings *s)
 {
     if (command & CLI_SHOW && !(s->show_as || s->show_equations || s->show_program || s->show_stats))
         s->show_model = 1;
