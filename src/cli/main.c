@@ -69,6 +69,7 @@ static int run_command(const cli_command *c, int count, char **words)
         cli_complain("%s", lacking);
         return cli_refuse(settings.json);
     }
+    cli_complete(c->bit, &settings);
     return cli_run(c, &settings);
 }
 
