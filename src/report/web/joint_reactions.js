@@ -2,7 +2,7 @@
 /* The largest force and moment of each joint over time, or those of one instant, with their components. */
 "use strict";
 
-const COMPONENTS = ["x", "y", "z"];
+const COMPONENTS = ["x", "y", "z"], MOST_JOINTS = 6;
 
 /* The columns of forces or of moments, as [title, name]; none where no joint has one. */
 function reactionColumns(given, what, single) {
@@ -15,41 +15,24 @@ function reactionColumns(given, what, single) {
 /* Rounding of the largest is 0. */
 const cleaned = (x, largest) => (isNumber(x) && Math.abs(x) <= 1e-12 * largest ? 0 : x);
 
-const cellOf = (given) => (row, name) => row[given.columns.indexOf(name)];
-
-/* The rows are those of one instant. */
-function isSingle(given) {
-    const cell = cellOf(given);
-    return new Set(given.rows.flatMap((row) => [cell(row, "force.t"), cell(row, "moment.t")]).filter(isNumber)).size < 2;
-}
-
-/* The rows are those of several equilibria. */
-const isNumbered = (given) => given.columns.includes("equilibrium") && cellOf(given)(given.rows[given.rows.length - 1], "equilibrium") > 0;
-
-const MOST_JOINTS = 6;
-
-/* The joints with the largest forces, at the top of the page. */
-function tellJointPeaks() {
-    const given = data.reactions, place = byId("joint-peaks"), cell = given && cellOf(given);
-    const rows = given && !isNumbered(given) ? given.rows.filter((row) => isNumber(cell(row, "force"))).sort((a, b) => cell(b, "force") - cell(a, "force")) : [];
-    place.hidden = rows.length === 0;
-    if (rows.length === 0) return;
-    const single = isSingle(given), unit = given.units[given.columns.indexOf("force")], largest = cell(rows[0], "force");
-    place.querySelector("h2").append(single ? "Forces in joints" : "Largest forces in joints");
-    place.querySelector("table").append(headRow(["joint", `force, ${unit}`, ...(single ? [] : ["at\u00a0t,\u00a0s"])]));
-    for (const row of rows.slice(0, MOST_JOINTS)) {
-        const name = element("td.words", cell(row, "joint") + (cell(row, "unique") ? "" : " (not unique)"));
-        place.querySelector("table").append(rowOf(name, digits(cleaned(cell(row, "force"), largest)), ...(single ? [] : [digits(cell(row, "force.t"), 4)])));
-    }
-    place.querySelector(".note").append(rows.length > MOST_JOINTS ? `${rows.length - MOST_JOINTS} more are in the table of joint reactions.` : "");
+/* The joints with the largest forces, in the card of the result. */
+function tellLargest(given, rows, cell, single) {
+    const list = rows.filter((row) => isNumber(cell(row, "force"))).sort((a, b) => cell(b, "force") - cell(a, "force"));
+    const place = byId("joint-forces"), table = place.querySelector("table");
+    place.hidden = list.length === 0;
+    table.append(headRow(["joint", `force, ${given.units[given.columns.indexOf("force")]}`, ...(single ? [] : ["at t, s"])]));
+    for (const row of list.slice(0, MOST_JOINTS)) table.append(rowOf(cell(row, "joint") + (cell(row, "unique") ? "" : " (not unique)"), digits(cell(row, "force")), ...(single ? [] : [digits(cell(row, "force.t"), 4)])));
 }
 
 function tellReactions() {
     const given = data.reactions;
-    byId("reactions").hidden = !given;
+    byId("reactions").hidden = byId("joint-forces").hidden = !given;
     if (!given) return;
-    const cell = cellOf(given), single = isSingle(given), numbered = isNumbered(given);
+    const cell = (row, name) => row[given.columns.indexOf(name)];
+    const times = given.rows.flatMap((row) => [cell(row, "force.t"), cell(row, "moment.t")]).filter(isNumber);
+    const single = new Set(times).size < 2, numbered = given.columns.includes("equilibrium") && cell(given.rows[given.rows.length - 1], "equilibrium") > 0;
     const columns = [...reactionColumns(given, "force", single), ...reactionColumns(given, "moment", single)];
+    tellLargest(given, numbered ? [] : given.rows, cell, single); /* of one result */
     const largest = Math.max(...given.rows.flatMap((row) => [cell(row, "force"), cell(row, "moment")]).filter(isNumber), 0);
     const table = byId("reactions-table");
     table.append(headRow(["joint", ...(numbered ? ["equilibrium"] : []), ...columns.map(([title]) => title)]));

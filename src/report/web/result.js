@@ -382,7 +382,6 @@ function tellCurves() {
 function begin() {
     tellResult();
     tellPeaks();
-    tellJointPeaks();
     tellModel();
     tellContacts();
     tellQuantities();
