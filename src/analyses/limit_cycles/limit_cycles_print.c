@@ -175,8 +175,9 @@ static void show_parts(kmp_text *text, const kempe_limit_cycles *c, bool all)
     for (int k = 0; k < c->held; k++)
         kmp_text_printf(&line, "%s'%s'", k ? ", " : "", held_name(c, k));
     if (c->held > 0)
-        kmp_text_printf(text, "  A load holds the speed of %s, which no other force decides; its mean is shown\n",
-                        line.s);
+        kmp_text_printf(
+            text, "  A load holds the speed of %s, because no other force determines it; the mean load is shown\n",
+            line.s);
     kmp_text_free_part(text, &line);
     for (int b = 0; b < c->branches; b++)
         show_branch(text, c, b, all);
@@ -186,7 +187,7 @@ static void show_parts(kmp_text *text, const kempe_limit_cycles *c, bool all)
                         KMP_CYCLE_SETTLED);
     else if (c->branches > 0)
         kmp_text_put(text, "\nOutputs: amplitudes, half the range over a period. Multiplier: the largest Floquet "
-                           "multiplier\nbut for 1, that of the motion along the cycle; stable below 1\n");
+                           "multiplier\nwithout the multiplier 1 of the motion along the cycle; stable below 1\n");
     if (c->branches > 0)
         kmp_text_printf(text, "More: %s-o FILE.csv, --svg FILE\n", all ? "" : "--all (every cycle), ");
 }

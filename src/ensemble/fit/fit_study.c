@@ -727,8 +727,8 @@ static void warn(kempe_fit *f)
         if (f->rms[c] > KMP_FIT_UNLIKE * f->own_scatter[c])
             kmp_doubt(
                 f->context,
-                "the fitted motion does not follow the data: the residual of '%s' is %.2g of the deviation of the "
-                "data; the minimum may be a local one (--starts 8 searches further), or the model lacks an effect",
+                "the fitted motion does not follow the data: the residual of '%s' is %.2g of their deviation; the "
+                "minimum may be local (--starts 8), or the model lacks an effect",
                 f->column_name[c], f->rms[c] / f->own_scatter[c]);
         else
             kmp_log(f->context, KEMPE_LOG_WARNING,
