@@ -96,7 +96,7 @@ class Rows(Folder):
         path = self.put(model(SHAPES.replace("MORE", "")))
         said = subprocess.run([runs.command, "compare", path, "--bodies", "rigid,full", "--rtol", "1e-5", "-q", "--csv", self.folder / "rows.csv"],
                               capture_output=True, text=True, check=True).stdout
-        self.assertIn("models of the flexible bodies at rtol 1e-08, compared with the last one, 'full'", said)
+        self.assertIn("Models of the flexible bodies at rtol 1e-08, compared with the last one, 'full'", said)
         self.assertRegex(said, r"\nrigid .* 3 .* m, position\.rod\.M\.")
         self.assertRegex(said, r"\nfull .* the reference\n")
 

@@ -98,7 +98,7 @@ CALLS = [
     ("simulate model.yaml --rtol 1e-20", 3),
     ("simulate model.yaml --output-step 1e-12", 3),
     ("simulate model.yaml -o nowhere/out.csv", 1),
-    ("show model.yaml", 3),
+    ("show model.yaml --model --stats", 3),
     ("compare model.yaml --report page.html", 2),
     ("fit model.yaml angles.csv --parameter l", 1),
     ("fit model.yaml angles.csv --parameter l:1:2", 3),

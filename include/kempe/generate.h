@@ -59,9 +59,9 @@ KEMPE_API const char *kempe_code_file_name(const kempe_code *code, int k);
 KEMPE_API const char *kempe_code_file_text(const kempe_code *code, int k);
 
 /** Writes all files into a folder, which is made if it does not exist; each file whole or not at all. */
-KEMPE_API kempe_status kempe_code_write(const kempe_code *code, const char *folder);
+KEMPE_API kempe_status kempe_code_write(kempe_code *code, const char *folder);
 
-/** Prints a summary: routines with their operations, and files. */
+/** Prints a summary: the folder of the last write, routines with their operations, and files. */
 KEMPE_API kempe_status kempe_code_print(const kempe_code *code, kempe_format format, char **text);
 
 /** Options of functional mock-up units: models as parts of other simulation programs, by the Functional Mock-up
@@ -90,9 +90,9 @@ KEMPE_API int kempe_fmu_export_file_count(const kempe_fmu_export *made);
 KEMPE_API const char *kempe_fmu_export_file_name(const kempe_fmu_export *made, int k);
 
 /** Writes the unit, whole or not at all. */
-KEMPE_API kempe_status kempe_fmu_export_write(const kempe_fmu_export *made, const char *path);
+KEMPE_API kempe_status kempe_fmu_export_write(kempe_fmu_export *made, const char *path);
 
-/** Prints a summary: identity, numbers of variables, files. */
+/** Prints a summary: the file of the last write, numbers of variables; as JSON also identity and files. */
 KEMPE_API kempe_status kempe_fmu_export_print(const kempe_fmu_export *made, kempe_format format, char **text);
 
 KEMPE_END

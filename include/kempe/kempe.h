@@ -110,7 +110,7 @@ typedef enum kempe_outcome {
  * JSON and tables; never NULL. */
 KEMPE_API const char *kempe_outcome_text(kempe_outcome outcome);
 
-/** KEMPE_FULL_TEXT: the text with all details, where KEMPE_TEXT is a short form (kempe_check_print). */
+/** KEMPE_FULL_TEXT: the text with all details, where KEMPE_TEXT is a short form, as of kempe_check_print. */
 typedef enum kempe_format { KEMPE_TEXT, KEMPE_JSON, KEMPE_FULL_TEXT } kempe_format;
 
 /* -- context ------------------------------------------------------------------------------------- */

@@ -311,6 +311,12 @@ kmp_shown kmp_shown_as(const kempe_context *context, const char *unit)
     return kmp_shown_units_get(context->shown, context->shown_in, unit);
 }
 
+const char *kmp_context_system(const kempe_context *context)
+{
+    const kmp_unit_system system = context->shown_in.system;
+    return system == KMP_UNITS_SI ? NULL : kmp_unit_system_name(system);
+}
+
 kmp_shown_in kmp_context_show_in(kempe_context *context, kmp_shown_in in)
 {
     const kmp_shown_in before = context->shown_in;

@@ -134,6 +134,9 @@ int kmp_context_complaints(const kempe_context *context);
  * name lasts as long as the context. */
 kmp_shown kmp_shown_as(const kempe_context *context, const char *unit);
 
+/** The system of units of results that are made now; NULL: SI. */
+const char *kmp_context_system(const kempe_context *context);
+
 /** Chooses what results are shown in; returns the choice before. */
 kmp_shown_in kmp_context_show_in(kempe_context *context, kmp_shown_in in);
 

@@ -62,6 +62,11 @@ kmp_unit_system kmp_unit_system_find(const char *name)
     return (kmp_unit_system)k;
 }
 
+const char *kmp_unit_system_name(kmp_unit_system system)
+{
+    return systems[system];
+}
+
 /* The word of a product as the system has it. */
 static kmp_shown word_in(kmp_unit_system system, const char *word, size_t length)
 {

@@ -27,6 +27,8 @@ void kmp_shown_units_free(kmp_shown_units *made);
 /** The system of a name, "si", "mm" or "us"; KMP_UNIT_SYSTEMS: there is none. */
 kmp_unit_system kmp_unit_system_find(const char *name);
 
+const char *kmp_unit_system_name(kmp_unit_system system);
+
 /** A product of units of SI with decimal powers, "N m", "kg m^2", "N/m^1.5", "rad/(N m)": as it is shown. Without
  * memory for its name, and where it has no other, the unit itself. Angles and their rates are in degrees where they are
  * chosen; stiffnesses in N m/rad remain per radian. */

@@ -66,6 +66,9 @@ extern const cli_command cli_commands[];
 /** A sentence about options that are missing, or that contradict each other; NULL: there is none. */
 const char *cli_lacking(unsigned command, const cli_settings *settings);
 
+/** Sets what a command takes where no option says it: `show` without a view prints the model. */
+void cli_complete(unsigned command, cli_settings *settings);
+
 /** A path that is relative to the folder of this command; NULL: unknown. The caller frees it. */
 char *cli_from_command(const char *relative);
 

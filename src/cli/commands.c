@@ -81,6 +81,12 @@ static kempe_status run_show(const cli_job *j)
     return cli_worse(KEMPE_OK, cli_report(j, print_view, NULL));
 }
 
+void cli_complete(unsigned command, cli_settings *s)
+{
+    if (command & CLI_SHOW && !(s->show_as || s->show_equations || s->show_program || s->show_stats))
+        s->show_model = 1;
+}
+
 /* -- missing and contradicting options --------------------------------------------------------------- */
 
 const char *cli_lacking(unsigned command, const cli_settings *s)
@@ -123,7 +129,7 @@ const char *cli_lacking(unsigned command, const cli_settings *s)
         {CLI_GENERATE, !s->count && !s->generation.language, "generate needs --lang NAME, or --count"},
         {CLI_FMU, !s->output, "the file of the unit is missing: --output NAME.fmu"},
         {CLI_REDUCE, !s->output, "the file of the body is missing: --output BODY.npz"},
-        {CLI_SHOW, views != 1 && !passes, "show needs one of --model, --as, --equations, --program, --stats"},
+        {CLI_SHOW, views > 1 && !passes, "show prints one of --model, --as, --equations, --program, --stats"},
     };
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
         if (rows[k].command & command && rows[k].lacks)
@@ -274,7 +280,7 @@ const cli_command cli_commands[] = {
      "  kempe show examples/andrews/andrews.yaml --stats\n"
      "  kempe show examples/four_bar/four_bar.yaml --equations\n"
      "  kempe show examples/four_bar/four_bar.yaml --equations --stats\n",
-     .usage = "FILE --model | --as NAME | --equations | --program | --stats", .run = run_show},
+     .usage = "FILE [--model | --as NAME | --equations | --program | --stats]", .run = run_show},
     {CLI_GENERATE, "generate", "generate equations in C, Octave or Python; operation counts",
      "  kempe generate examples/andrews/andrews.yaml --lang c -o andrews\n"
      "  kempe generate examples/andrews/andrews.yaml --count\n"
@@ -285,8 +291,7 @@ const cli_command cli_commands[] = {
     {CLI_FMU, "fmu", "export as a functional mock-up unit (FMI 2.0 or 3.0) for other simulation programs",
      "  kempe fmu examples/four_bar/four_bar.yaml -o four_bar.fmu\n"
      "  kempe fmu examples/four_bar/four_bar.yaml -o four_bar.fmu --fmi 2 --kind cs\n",
-     .usage = "FILE -o NAME.fmu [options]", .model_alone = true, .wing = "EXCHANGE",
-     .study = IN_EXCHANGE(&cli_fmu_study)},
+     .usage = "FILE -o NAME.fmu [options]", .model_alone = true, .wing = "EXCHANGE", .run = IN_EXCHANGE(cli_fmu)},
     {CLI_REDUCE, "reduce", "reduce a mesh of finite elements to the file of a flexible body (Craig-Bampton)",
      "  kempe reduce blade_mesh.npz --interface root=x=0 --interface tip=x=0.5 --modes 4 -o blade.npz\n"
      "  kempe reduce K.mtx --mass M.mtx --nodes nodes.txt --units 'mm t s' --interface A=1-9 --modes 6 \\\n"

@@ -4,8 +4,6 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-WRITER(kempe_fmu_export_write)
-
 STUDY(count, kempe_count, kempe_count_new(j->model, &s->generation, result), .table = NULL)
 
 STUDY(code, kempe_code, kempe_code_new(j->model, &s->generation, result), .table = NULL)
@@ -48,7 +46,25 @@ static kempe_status export_unit(const kempe_model *model, const cli_settings *s,
     return status;
 }
 
-STUDY(fmu, kempe_fmu_export, export_unit(j->model, s, result), .files = {{AT(output), any_kempe_fmu_export_write}})
+static kempe_status print_unit(const cli_job *j, const void *object, kempe_format format, char **text)
+{
+    (void)j;
+    return kempe_fmu_export_print(object, format, text);
+}
+
+/* Writes the unit, then the report, which has its name and size. */
+kempe_status cli_fmu(const cli_job *j)
+{
+    kempe_fmu_export *made = NULL;
+    kempe_status status = export_unit(j->model, j->settings, &made);
+    cli_report_failure(j, status, made != NULL);
+    if (made) {
+        kempe_status written = cli_report_written(j, kempe_fmu_export_write(made, j->settings->output));
+        status = cli_worse(status, written == KEMPE_OK ? cli_report(j, print_unit, made) : written);
+    }
+    kempe_fmu_export_free(made);
+    return status;
+}
 
 static kempe_status print_reduction(const cli_job *j, const void *object, kempe_format format, char **text)
 {

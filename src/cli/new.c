@@ -62,9 +62,11 @@ static kempe_status print_new(const cli_job *j, const void *object, kempe_format
     if (format == KEMPE_JSON) {
         cli_put_done(out, path);
     } else {
-        fprintf(out, "%s: a four-bar linkage with a motor\n\n  kempe check %s\n  kempe simulate %s\n", path, path,
-                path);
-        fprintf(out, "  kempe simulate %s --report %.*s.html\n", path, (int)(strlen(path) - strlen(".yaml")), path);
+        const int stem = (int)(strlen(path) - strlen(".yaml"));
+        fprintf(out,
+                "%s: complete, a four-bar linkage with a motor\n\n"
+                "next  kempe check %s\n      kempe simulate %s\n      kempe simulate %s --report %.*s.html\n",
+                path, path, path, path, stem, path);
     }
     return fclose(out) == 0 ? KEMPE_OK : KEMPE_E_MEMORY;
 }

@@ -73,7 +73,8 @@ extern const cli_study cli_check_study, cli_assembly_study, cli_branches_study, 
 extern const cli_study cli_kinematics_study, cli_inverse_study, cli_modes_study, cli_response_study, cli_cycles_study,
     cli_equilibrium_study, cli_linearize_study, cli_comfort_study, cli_sensitivity_study; /* analysis_studies.c */
 extern const cli_study cli_contact_study;                                                 /* rail_studies.c */
-extern const cli_study cli_count_study, cli_code_study, cli_fmu_study;                    /* exchange_studies.c */
+extern const cli_study cli_count_study, cli_code_study;                                   /* exchange_studies.c */
 extern const cli_study cli_fit_study, cli_optimize_study, cli_ensemble_study;             /* ensemble_studies.c */
-kempe_status cli_generate(const cli_job *j), cli_reduce(const cli_job *j);                /* exchange_studies.c */
-kempe_status cli_gather(const cli_job *j);                                                /* ensemble_studies.c */
+kempe_status cli_generate(const cli_job *j), cli_fmu(const cli_job *j),
+    cli_reduce(const cli_job *j);          /* exchange_studies.c */
+kempe_status cli_gather(const cli_job *j); /* ensemble_studies.c */

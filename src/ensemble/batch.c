@@ -478,7 +478,7 @@ static const char *apart_of(const kmp_ensemble_result *r)
 
 /* Why instances were run by themselves, or parts of them, each reason once, in the order of the first. */
 static void put_reasons(const kempe_ensemble_result *b, const char *reason_of(const kmp_ensemble_result *r),
-                        const char *which, kmp_text *text)
+                        const char *how, kmp_text *text)
 {
     for (int k = 0; k < b->count; k++) {
         const char *why = reason_of(&b->results[k]);
@@ -488,31 +488,29 @@ static void put_reasons(const kempe_ensemble_result *b, const char *reason_of(co
                 before += i < k;
                 after++;
             }
+        kmp_text words = {0};
+        kmp_text_printf(&words, "%d instance%s ran %s because of: %s", after, after == 1 ? "" : "s", how, why);
         if (after > 0 && before == 0)
-            kmp_text_printf(text, "%-10s%d because of: %s\n", which, after, why);
+            kmp_print_wrapped(text, "          ", 10, words.s ? words.s : "");
+        kmp_text_free_part(text, &words);
     }
 }
 
-/* Lines about the run that the table of instances does not have. */
 static void put_run(const kempe_ensemble_result *b, kmp_text *text)
 {
-    kmp_text_printf(text, "run       to t = %g s, rtol %g, atol %g\n", b->t_end, b->rtol, b->atol);
-    if (b->work.lane_steps > 0)
-        kmp_text_printf(text,
-                        "lanes     %d, by %s; %d choice%s of independent coordinates; %.1f lanes used on average; %d "
-                        "instances separately\n",
-                        b->work.width, b->work.native ? "machine code" : "loops", b->work.pools,
-                        b->work.pools == 1 ? "" : "s", (double)b->work.lane_steps / (double)b->work.sweeps,
-                        b->work.alone);
-    else
-        kmp_text_printf(text, "lanes     none; every instance separately\n");
-    put_reasons(b, alone_of, "alone", text);
-    put_reasons(b, apart_of, "in part", text);
-    kmp_text_printf(text, "cpu       %.3f s of %d thread%s, %.2f us per instance; %.3f s wall-clock time\n",
-                    b->work.cpu_s, b->work.threads, b->work.threads == 1 ? "" : "s",
-                    b->count > 0 ? 1e6 * b->work.cpu_s / b->count : 0.0, b->work.wall_s);
-    /* The instance with the largest difference relative to its limit, or with an incomplete repeat run, and its
-     * coordinate. */
+    kmp_text_printf(text, "run       0 to %.6g s, rtol %g, atol %g; %.3g ms per instance, %.2g s on %d thread%s\n",
+                    b->t_end, b->rtol, b->atol, b->count > 0 ? 1e3 * b->work.cpu_s / b->count : 0.0, b->work.wall_s,
+                    b->work.threads, b->work.threads == 1 ? "" : "s");
+    if (b->work.lane_steps == 0)
+        kmp_text_put(text, "          every instance separately\n");
+    put_reasons(b, alone_of, "separately", text);
+    put_reasons(b, apart_of, "in part separately", text);
+}
+
+/* The instance with the largest difference relative to its limit, or with an incomplete second run, and its
+ * coordinate. */
+static void put_repeat(const kempe_ensemble_result *b, kmp_text *text)
+{
     int worst = -1;
     double most = 0;
     for (int k = 0; k < b->count; k++) {
@@ -523,10 +521,13 @@ static void put_run(const kempe_ensemble_result *b, kmp_text *text)
             most = part;
         }
     }
-    if (worst >= 0)
-        kmp_text_printf(text, "repeat    worst: instance %d, '%s' %s by %.2e at rtol %.3g\n", b->first + worst + 1,
-                        again_name(b, worst), kmp_convergence_holds(&b->again[worst]) ? "differs" : "DIFFERS",
-                        b->again[worst].difference, b->again[worst].rtol);
+    if (worst < 0)
+        return;
+    kmp_text words = {0};
+    kmp_text_printf(&words, "instance %d is the worst: ", b->first + worst + 1);
+    kmp_convergence_put(&words, b->ensemble->model->context, &b->again[worst], again_name(b, worst), NULL);
+    kmp_print_wrapped(text, "accuracy  ", 10, words.s ? words.s : "");
+    kmp_text_free_part(text, &words);
 }
 
 /* The table of the instances, and their statistics where they have quantities; NULL otherwise. */
@@ -554,14 +555,25 @@ static void put_text(kmp_text *text, const void *result)
 {
     const kempe_ensemble_result *b = result;
     summary s;
-    kmp_text run = {0};
-    bool good = summarise(b, &s);
-    put_run(b, &run);
-    if (good && !run.failed)
-        kmp_instances_put(text, b->ensemble->model->name, s.table, b->first, run.s, s.statistics,
-                          b->status == KEMPE_UNTRUSTED);
-    text->failed = text->failed || !good || run.failed;
-    kmp_text_free(&run);
+    kmp_instance_causes causes = {0};
+    if (summarise(b, &s)) {
+        kmp_instance_sums sums = kmp_instances_sum(s.table, b->first);
+        sums.doubted = b->status == KEMPE_UNTRUSTED;
+        const kempe_outcome outcome = b->status == KEMPE_STOPPED ? KEMPE_OUTCOME_STOPPED : kmp_instances_outcome(&sums);
+        kmp_instance_causes_add(&causes, s.table, b->first);
+        kmp_instances_put_answer(text, b->ensemble->model->name, outcome, &sums, &causes);
+        kmp_print_doubts(text, outcome, b->warnings);
+        kmp_text_put(text, "\n");
+        const size_t head = text->length;
+        put_repeat(b, text);
+        kmp_instances_put_accuracy(text, text->length > head ? "" : "accuracy", &sums);
+        kmp_instances_put_measured(text, s.table, b->first);
+        put_run(b, text);
+        kmp_instances_put_statistics(text, s.statistics);
+    } else {
+        text->failed = true;
+    }
+    kmp_instance_causes_free(&causes);
     free_summary(&s);
 }
 

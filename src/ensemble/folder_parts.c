@@ -219,13 +219,31 @@ static kempe_status end_statistics(kempe_folder *f)
 
 /* -- all parts --------------------------------------------------------------------------------------- */
 
-static void count_rows(kempe_folder *f, const kmp_parquet_file *file)
+static bool has_reasons(const kmp_parquet_file *file)
+{
+    const int reason = kmp_parquet_find(file, "reason");
+    for (int row = 0; reason >= 0 && file->column[reason].word && row < file->rows; row++)
+        if (*file->column[reason].word[row])
+            return true;
+    return false;
+}
+
+static void count_rows(kempe_folder *f, int part, const kmp_parquet_file *file)
 {
     int status = kmp_parquet_find(file, "status"), verdict = kmp_parquet_find(file, "verdict");
     for (int row = 0; status >= 0 && file->column[status].word && row < file->rows; row++) {
         kmp_instances_count(&f->rows, file->column[status].word[row]);
         f->rows.repeated += verdict >= 0 && file->column[verdict].word && *file->column[verdict].word[row] != '\0';
     }
+    if (!has_reasons(file))
+        return;
+    kempe_table *table = table_of(f->context, "instances", file, NULL);
+    add_rows(table, file, NULL);
+    if (kmp_tabulate_check(f->context, table) == KEMPE_OK)
+        kmp_instance_causes_add(&f->causes, table, (long)part * f->chunk);
+    else
+        f->causes.arena.failed = true;
+    kempe_table_free(table);
 }
 
 static void begin_check(kempe_folder *f)
@@ -292,7 +310,7 @@ kempe_status kempe_folder_check(kempe_folder *f)
         if (status == KEMPE_OK)
             status = measure(f, k, &file);
         if (status == KEMPE_OK)
-            count_rows(f, &file);
+            count_rows(f, k, &file);
         if (status == KEMPE_OK)
             status = check_history(f, k);
         f->damaged += status == KEMPE_E_INPUT || status == KEMPE_E_IO;
@@ -373,7 +391,7 @@ static kempe_status gather_part(gathering *g, int part)
         return KEMPE_OK;
     KMP_TRY(read_file(f, part, g->history, &file));
     if (!g->history)
-        count_rows(f, &file);
+        count_rows(f, part, &file);
     bool empty = g->history && file.rows == 0; /* no instance could start: without columns */
     kempe_status status = empty ? KEMPE_OK : take_rows(g, part, &file);
     kmp_parquet_file_free(&file);

@@ -559,6 +559,7 @@ static kempe_status keep_part(folder_run *r, const kempe_ensemble_result *batch,
     (void)kmp_context_show_in(r->context, shown);
     KMP_TRY(status);
     kmp_batch_add(batch, table, &totals);
+    kmp_instance_causes_add(&r->folder->causes, table, (long)part * r->folder->chunk);
     KMP_TRY(write_part(r, table, part));
     r->folder->totals = totals;
     r->folder->ran_parts++;

@@ -11,8 +11,6 @@
 #include <stdbool.h>
 #include <string.h>
 
-enum { MOST_TOLD = 5 };
-
 /* -- sums -------------------------------------------------------------------------------------------- */
 
 static const char *word_of(const kempe_table *t, int row, int column)
@@ -142,12 +140,16 @@ static void put_remarks(kmp_text *text, const kmp_instance_sums *s)
                         s->rates_changed, s->count, s->first_changed + 1);
 }
 
-/* Why the instances cannot be trusted as a whole; nothing where they can. */
-static void put_doubts(kmp_text *text, const kmp_instance_sums *s)
+static void put_ended(kmp_text *text, const kmp_instance_sums *s)
 {
     if (s->count > s->ok)
         kmp_text_printf(text, "%ld of %ld instances did not reach their end: their rows have the reasons\n",
                         s->count - s->ok, s->count);
+}
+
+/* Why instances that reached their end cannot be trusted; nothing where they can. */
+static void put_doubts(kmp_text *text, const kmp_instance_sums *s)
+{
     if (s->unstable > 0)
         kmp_text_printf(
             text,
@@ -175,6 +177,7 @@ static void put_doubts(kmp_text *text, const kmp_instance_sums *s)
 void kmp_instances_put_warnings(kmp_text *text, const kmp_instance_sums *s)
 {
     put_remarks(text, s);
+    put_ended(text, s);
     put_doubts(text, s);
 }
 
@@ -182,6 +185,7 @@ kempe_status kmp_instances_warn(kempe_context *context, const kmp_instance_sums 
 {
     kmp_text text = {0}, doubts = {0};
     put_remarks(&text, s);
+    put_ended(&doubts, s);
     put_doubts(&doubts, s);
     for (const char *line = text.s; line && *line; line += strcspn(line, "\n") + 1)
         kmp_log(context, KEMPE_LOG_WARNING, "%.*s", (int)strcspn(line, "\n"), line);
@@ -200,51 +204,82 @@ kempe_outcome kmp_instances_outcome(const kmp_instance_sums *s)
                                       : kmp_outcome_checked(doubted ? KEMPE_UNTRUSTED : KEMPE_OK, s->repeated > 0);
 }
 
-void kmp_instances_put(kmp_text *text, const char *model, const kempe_table *instances, long first, const char *run,
-                       const kempe_statistics *statistics, bool doubted)
+void kmp_instances_put_doubts(kmp_text *text, const kmp_instance_sums *s)
 {
-    kmp_instance_sums s = kmp_instances_sum(instances, first);
-    s.doubted = doubted;
-    char *said = NULL;
-    kmp_text_printf(text, "%s: %s, %ld instances, %ld complete, %ld stopped, %ld failed\n\n%s", model,
-                    kempe_outcome_text(kmp_instances_outcome(&s)), s.count, s.ok, s.stopped, s.failed, run);
-    kmp_text_printf(text, "closure   |h| %.3g, |hdot| %.3g at the end (worst, scaled by the characteristic length)\n",
-                    s.h, s.hdot);
-    kmp_text_printf(text, "energy    relative drift %.3g (worst)\n", s.drift);
-    if (s.repeated > 0)
-        kmp_text_printf(text, "verdict   %ld of %ld instances converged at another rtol\n",
-                        s.repeated - s.not_converged, s.repeated);
+    kmp_text doubts = {0};
+    put_doubts(&doubts, s);
+    kmp_print_doubts(text, KEMPE_OUTCOME_NOT_TRUSTWORTHY, doubts.s);
+    kmp_text_free_part(text, &doubts);
+}
+
+void kmp_instances_put_answer(kmp_text *text, const char *model, kempe_outcome outcome, const kmp_instance_sums *s,
+                              const kmp_instance_causes *causes)
+{
+    kmp_text_printf(text, "%s: %s, ", model, kempe_outcome_text(outcome));
+    if (s->ok < s->count) {
+        kmp_text_printf(text, "%ld of %ld instances complete", s->ok, s->count);
+        if (s->stopped > 0)
+            kmp_text_printf(text, ", %ld stopped", s->stopped);
+        if (s->failed > 0)
+            kmp_text_printf(text, ", %ld failed", s->failed);
+        kmp_text_put(text, "\n");
+    } else {
+        const bool passed = s->repeated > 0 && s->not_converged == 0 && s->repeated == s->count;
+        kmp_text_printf(text, "%ld instance%s%s\n", s->count, s->count == 1 ? "" : "s",
+                        passed ? ", all passed the accuracy check" : "");
+    }
+    kmp_instance_causes_put(text, causes);
+}
+
+void kmp_instances_put_accuracy(kmp_text *text, const char *label, const kmp_instance_sums *s)
+{
+    kmp_text_printf(text,
+                    "%-10senergy balance %.2g of the energy exchanged, closures open by %.2g (relative), at most\n",
+                    label, s->drift, kmp_print_clean(s->h, KMP_PRINT_NOISE));
+    if (s->not_converged > 0)
+        kmp_text_printf(text, "          %ld of %ld instances passed the check by a second run\n",
+                        s->repeated - s->not_converged, s->repeated);
+}
+
+void kmp_instances_put_measured(kmp_text *text, const kempe_table *instances, long first)
+{
     /* The largest difference of each quantity at another tolerance. */
     static const char ending[] = ".difference";
-    bool any = false;
-    for (int c = 0; c < kempe_table_column_count(instances); c++) {
+    for (int c = kempe_table_find(instances, "drift"); c < kempe_table_column_count(instances); c++) {
         const char *name = kempe_table_column_name(instances, c), *unit = kempe_table_unit(instances, c);
         size_t length = strlen(name), end = strlen(ending);
         int at = -1;
-        if (c < kempe_table_find(instances, "drift") || length < end || strcmp(name + length - end, ending) != 0)
+        if (length < end || strcmp(name + length - end, ending) != 0)
             continue;
         double most = largest_of(instances, c, &at);
-        if (at < 0)
-            continue;
-        kmp_text_printf(text, "%-10s'%.*s' differs at most by %.2e%s%s, in instance %ld\n", any ? "" : "measured",
-                        (int)(length - end), name, most, *unit ? " " : "", unit, first + at + 1);
-        any = true;
+        if (at >= 0)
+            kmp_text_printf(text, "          '%.*s' differs by at most %.2g%s%s in a second run, of instance %ld\n",
+                            (int)(length - end), name, most, *unit ? " " : "", unit, first + at + 1);
     }
-    kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, exchanges %ld\n",
-                    s.steps, s.rejected, s.refused, s.rhs, s.exchanges);
-    /* The first instances that did not reach their end, with their reasons. */
-    int status = kempe_table_find(instances, "status"), reason = kempe_table_find(instances, "reason"), told = 0;
-    for (int row = 0; row < kempe_table_row_count(instances) && told < MOST_TOLD; row++)
-        if (*word_of(instances, row, reason)) {
-            kmp_text_printf(text, "%s %ld %s: %s\n", told ? "         " : "\ninstance ", first + row + 1,
-                            word_of(instances, row, status), word_of(instances, row, reason));
-            told++;
-        }
-    if (s.failed + s.stopped > told)
-        kmp_text_printf(text, "           and %ld more\n", s.failed + s.stopped - told);
+}
+
+void kmp_instances_put_statistics(kmp_text *text, const kempe_statistics *statistics)
+{
+    char *said = NULL;
     if (!statistics)
         return;
     text->failed = text->failed || kempe_statistics_print(statistics, KEMPE_TEXT, &said) != KEMPE_OK;
     kmp_text_printf(text, "\n%s", said ? said : "");
     kempe_text_free(said);
+}
+
+void kmp_instances_put(kmp_text *text, const char *model, const kempe_table *instances,
+                       const kempe_statistics *statistics, bool doubted)
+{
+    kmp_instance_sums s = kmp_instances_sum(instances, 0);
+    kmp_instance_causes causes = {0};
+    s.doubted = doubted;
+    kmp_instance_causes_add(&causes, instances, 0);
+    kmp_instances_put_answer(text, model, kmp_instances_outcome(&s), &s, &causes);
+    kmp_instance_causes_free(&causes);
+    kmp_instances_put_doubts(text, &s);
+    kmp_text_put(text, "\n");
+    kmp_instances_put_accuracy(text, "accuracy", &s);
+    kmp_instances_put_measured(text, instances, 0);
+    kmp_instances_put_statistics(text, statistics);
 }

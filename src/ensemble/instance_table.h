@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/context.h"
+#include "ensemble/instance_causes.h"
 #include <kempe/ensemble.h>
 
 /** Counts, sums and worst values of all rows. A row is ok if its result is complete. */
@@ -45,7 +46,23 @@ kempe_outcome kmp_instances_outcome(const kmp_instance_sums *sums);
 void kmp_instances_put_warnings(kmp_text *text, const kmp_instance_sums *sums);
 kempe_status kmp_instances_warn(kempe_context *context, const kmp_instance_sums *sums);
 
-/** Appends the description of a table whose first row is instance number `first`. `run`: lines about the run that made
- * it, "" for none. `statistics`: printed at the end, NULL for none. `doubted`: as in the sums. */
-void kmp_instances_put(kmp_text *text, const char *model, const kempe_table *instances, long first, const char *run,
+/** Appends the first line, "MODEL: OUTCOME, how many", and the causes of instances that did not reach their end. */
+void kmp_instances_put_answer(kmp_text *text, const char *model, kempe_outcome outcome, const kmp_instance_sums *sums,
+                              const kmp_instance_causes *causes);
+
+/** Appends why instances that reached their end cannot be trusted, for below the answer; nothing where they can. */
+void kmp_instances_put_doubts(kmp_text *text, const kmp_instance_sums *sums);
+
+/** Appends lines about the accuracy of all; `label`: before the first one. */
+void kmp_instances_put_accuracy(kmp_text *text, const char *label, const kmp_instance_sums *sums);
+
+/** Appends lines about the accuracy of quantities, whose table begins with instance number `first`. */
+void kmp_instances_put_measured(kmp_text *text, const kempe_table *instances, long first);
+
+/** Appends the description of a whole table. `statistics`: printed at the end, NULL for none. `doubted`: as in the
+ * sums. */
+void kmp_instances_put(kmp_text *text, const char *model, const kempe_table *instances,
                        const kempe_statistics *statistics, bool doubted);
+
+/** Appends the text of statistics after an empty line; nothing for NULL. */
+void kmp_instances_put_statistics(kmp_text *text, const kempe_statistics *statistics);

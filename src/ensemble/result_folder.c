@@ -176,6 +176,7 @@ void kmp_folder_clear(kempe_folder *f)
     kempe_table_free(f->shape);
     kempe_table_free(f->measured);
     kempe_statistics_free(f->statistics);
+    kmp_instance_causes_free(&f->causes);
     f->shape = f->measured = NULL;
     f->statistics = NULL;
 }
@@ -226,37 +227,52 @@ static const char *plural(long count)
     return count == 1 ? "" : "s";
 }
 
+/* The run of the manifest, with the time of the instances that were computed now. */
 static void put_run(kmp_text *text, const kempe_folder *f)
 {
     const kmp_batch_totals *t = &f->totals;
-    double rate = f->wall_s > 0 ? (double)f->totals.sums.count / f->wall_s : 0;
-    kmp_text_printf(text, "this run  %d part%s, %ld instance%s: %ld complete, %ld stopped, %ld failed\n", f->ran_parts,
-                    plural(f->ran_parts), f->totals.sums.count, plural(f->totals.sums.count), t->sums.ok,
-                    t->sums.stopped, t->sums.failed);
-    if (f->totals.sums.count == 0)
-        return;
-    kmp_text_printf(text, "lanes     %ld instance%s separately\n", t->alone, plural(t->alone));
-    kmp_text_printf(text, "closure   |h| %.3g, |hdot| %.3g at the end (worst, scaled by the characteristic length)\n",
-                    t->sums.h, t->sums.hdot);
-    kmp_text_printf(text, "energy    relative drift %.3g (worst)\n", t->sums.drift);
-    if (t->sums.not_converged > 0)
-        kmp_text_printf(text, "repeat    %ld instance%s NOT CONVERGED at another rtol\n", t->sums.not_converged,
-                        t->sums.not_converged == 1 ? " HAS" : "s HAVE");
-    kmp_text_printf(text, "cpu       %.3f s of %d thread%s, %.2f us per instance\n", t->cpu_s, t->threads,
-                    plural(t->threads), 1e6 * t->cpu_s / (double)f->totals.sums.count);
-    kmp_text_printf(text, "time      %.3f s, %.4g instances per second\n", f->wall_s, rate);
+    kmp_text_printf(text, "run       0 to %.6g s, rtol %g, atol %g", f->run.t_end, f->run.rtol, f->run.atol);
+    if (t->sums.count > 0)
+        kmp_text_printf(text, "; %.3g ms per instance, %.2g s on %d thread%s", 1e3 * t->cpu_s / (double)t->sums.count,
+                        f->wall_s, t->threads, plural(t->threads));
+    kmp_text_put(text, "\n");
 }
 
-/* The next command. */
+static void put_parts(kmp_text *text, const kempe_folder *f)
+{
+    kmp_text_printf(text, "folder    %s: %d of %d part%s whole", f->path, f->whole, f->parts, plural(f->parts));
+    if (f->ran && f->totals.sums.count < f->instances)
+        kmp_text_printf(text, ", of %d instance%s in all", f->instances, plural(f->instances));
+    if (f->ran)
+        kmp_text_printf(text, ", %d of them made now", f->ran_parts);
+    if (f->checked)
+        kmp_text_printf(text, ", %d damaged", f->damaged);
+    kmp_text_put(text, "\n");
+    if (f->history)
+        kmp_text_printf(text, "history   of instances %s in %s/history\n", f->history, f->path);
+}
+
+static void put_command(kmp_text *text, const char *label, const char *command, const char *path, const char *end)
+{
+    kmp_text_printf(text, "%-10s%s ", label, command);
+    kmp_text_shell(text, path);
+    kmp_text_put(text, end);
+}
+
+/* The next commands. */
 static void put_next(kmp_text *text, const kempe_folder *f)
 {
-    int missing = f->parts - f->whole;
-    if (missing == 0) {
-        kmp_text_put(text, "complete  kempe gather ");
-        kmp_text_shell(text, f->path);
-        kmp_text_put(text, " -o FILE.csv: checks the parts and writes one table\n");
-        return;
+    const int missing = f->parts - f->whole;
+    if (missing == 0)
+        put_command(text, "next", "kempe gather", f->path,
+                    f->checked ? " -o FILE.csv   writes one table\n"
+                               : " -o FILE.csv   checks the parts and writes one table\n");
+    if (missing == 0 && f->causes.count > 0) {
+        put_command(text, "", "kempe simulate --from", f->path, "");
+        kmp_text_printf(text, " --instance %ld   repeats the first that failed\n", f->causes.cause[0].first + 1);
     }
+    if (missing == 0)
+        return;
     kmp_text_printf(text, "missing   %d of %d part%s", missing, f->parts, plural(f->parts));
     if (f->elsewhere > 0)
         kmp_text_printf(text, "; other processes work on %d of them", f->elsewhere);
@@ -283,29 +299,25 @@ static kempe_outcome outcome_of(const kempe_folder *f)
 static void put_text(kmp_text *text, const void *result)
 {
     const kempe_folder *f = result;
-    double rtol = 0, atol = 0, t_end = 0;
-    (void)(kmp_manifest_double(f->manifest, "rtol", &rtol) && kmp_manifest_double(f->manifest, "atol", &atol) &&
-           kmp_manifest_double(f->manifest, "t_end", &t_end));
-    kmp_text_printf(text, "%s: %s, %d instance%s in %d part%s of %d; %d part%s whole in %s%s\n\n", f->model,
-                    kempe_outcome_text(outcome_of(f)), f->instances, plural(f->instances), f->parts, plural(f->parts),
-                    f->chunk, f->whole, f->whole == 1 ? " is" : "s are", f->path,
-                    f->interrupted ? "; interrupted" : "");
-    kmp_text_printf(text, "run       to t = %g s, rtol %g, atol %g\n", t_end, rtol, atol);
-    if (f->ran)
-        put_run(text, f);
-    if (f->checked)
-        kmp_text_printf(text, "status    %ld complete, %ld stopped, %ld failed\nparts     %d checked, %d damaged\n",
-                        f->rows.ok, f->rows.stopped, f->rows.failed, f->whole, f->damaged);
-    if (f->history)
-        kmp_text_printf(text, "history   of instances %s in %s/history\n", f->history, f->path);
+    kmp_instance_sums sums = f->ran ? f->totals.sums : f->rows;
+    if (f->checked && !f->ran)
+        sums.count = f->rows.ok + f->rows.stopped + f->rows.failed;
+    if (sums.count == 0) /* nothing ran, or was checked */
+        sums.count = sums.ok = f->instances;
+    kmp_instances_put_answer(text, f->model, outcome_of(f), &sums, &f->causes);
+    if (f->interrupted)
+        kmp_text_put(text, "  interrupted\n");
+    kmp_instances_put_doubts(text, &sums);
+    if (!f->ran && sums.distrusted > 0)
+        kmp_text_printf(text, "  %ld instance%s not trustworthy: the column verdict has the reasons\n", sums.distrusted,
+                        sums.distrusted == 1 ? " is" : "s are");
+    kmp_text_put(text, "\n");
+    put_parts(text, f);
+    if (f->ran && f->totals.sums.count > 0)
+        kmp_instances_put_accuracy(text, "accuracy", &sums);
+    put_run(text, f);
     put_next(text, f);
-    /* The statistics of a checked folder that has quantities. */
-    char *said = NULL;
-    if (!f->statistics)
-        return;
-    text->failed = text->failed || kempe_statistics_print(f->statistics, KEMPE_TEXT, &said) != KEMPE_OK;
-    kmp_text_printf(text, "\n%s", said ? said : "");
-    kempe_text_free(said);
+    kmp_instances_put_statistics(text, f->statistics);
 }
 
 static void put_json(kmp_text *text, const void *result)

@@ -211,15 +211,19 @@ static void put_sum(kmp_text *text)
     end_struct(text);
 }
 
-/* Units of the columns, the status of the result, the caller's notes, and the sum where there are notes. */
+/* The system of units where it is not SI, units of the columns, the status of the result, the caller's notes, and the
+ * sum where there are notes. */
 static void put_notes(kmp_text *text, int *last, const kempe_table *t, int note_count, const kmp_parquet_note *notes)
 {
     int columns = kempe_table_column_count(t), count = note_count > 0 ? note_count + 1 : 0;
     for (int c = 0; c < columns; c++)
         count += *kempe_table_unit(t, c) != '\0';
-    put_list(text, last, 5, STRUCT, count + (kmp_table_outcome(t) != KEMPE_OUTCOME_NONE));
+    put_list(text, last, 5, STRUCT,
+             count + (kmp_table_outcome(t) != KEMPE_OUTCOME_NONE) + (kmp_table_system(t) != NULL));
     if (kmp_table_outcome(t))
         put_note(text, "status", kempe_outcome_text(kmp_table_outcome(t)));
+    if (kmp_table_system(t))
+        put_note(text, "system", kmp_table_system(t));
     for (int c = 0; c < columns; c++) {
         kmp_text key = {0};
         if (!*kempe_table_unit(t, c))

@@ -92,7 +92,9 @@ void kmp_print_wrapped(kmp_text *text, const char *first, int indent, const char
     int begin = (int)strlen(first), column = begin;
     kmp_text_put(text, first);
     while (*words) {
-        const int word = (int)strcspn(words, " \n");
+        int word = (int)strcspn(words, " \n");
+        if (strncmp(words + word, " %", 2) == 0) /* stays with its number */
+            word += 2 + (int)strcspn(words + word + 2, " \n");
         const bool breaks = column > begin && column + 1 + word > KMP_PRINT_LINE;
         if (breaks)
             kmp_text_printf(text, "\n%*s", indent, "");
@@ -102,6 +104,19 @@ void kmp_print_wrapped(kmp_text *text, const char *first, int indent, const char
         words += word + (words[word] != '\0');
     }
     kmp_text_put(text, "\n");
+}
+
+void kmp_print_doubts(kmp_text *text, kempe_outcome outcome, const char *warnings)
+{
+    if (outcome != KEMPE_OUTCOME_NOT_TRUSTWORTHY || !warnings)
+        return;
+    for (size_t length; *warnings; warnings += length + (warnings[length] != '\0')) {
+        kmp_text line = {0};
+        length = strcspn(warnings, "\n");
+        kmp_text_printf(&line, "%.*s", (int)length, warnings);
+        kmp_print_wrapped(text, "  ", 4, line.s ? line.s : "");
+        kmp_text_free_part(text, &line);
+    }
 }
 
 void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label)

@@ -130,6 +130,10 @@ enum { KMP_PRINT_LINE = 100 };
 /** A line of what `first` begins, broken between words; the lines after the first one are indented by `indent`. */
 void kmp_print_wrapped(kmp_text *text, const char *first, int indent, const char *words);
 
+/** Lines with the reasons why a result is not trustworthy, for below its first line; nothing of another outcome.
+ * `warnings`: one per line; NULL: none. */
+void kmp_print_doubts(kmp_text *text, kempe_outcome outcome, const char *warnings);
+
 /** Ends a print function: gives the text to the caller, or KEMPE_E_MEMORY. */
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out);
 

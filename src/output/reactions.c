@@ -8,6 +8,7 @@
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/language/expression_value.h"
+#include "model/read/read_compliant.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <math.h>
@@ -29,13 +30,30 @@ static kmp_reaction *add(kmp_reactions *r, const char *name, const char *kind)
     return made;
 }
 
-static char *sentence(kmp_reactions *r, const char *begin, const char *name, const char *end)
+/* True for a contact in the clearance of a joint, by its name: that of the joint, or followed by what it is. */
+static bool is_in_clearance(const kmp_force *force, const char *joint)
 {
-    kmp_text text = {0};
-    kmp_text_printf(&text, "%s '%s'%s", begin, name, end);
-    char *made = text.failed ? NULL : kmp_arena_strdup(&r->arena, text.s);
-    kmp_text_free(&text);
-    return made;
+    const size_t length = strlen(joint);
+    const char *rest = force->name + length;
+    if (strncmp(force->name, joint, length) != 0)
+        return false;
+    if (force->kind != KMP_FORCE_COMPLIANT || !*rest)
+        return force->kind == KMP_FORCE_COMPLIANT || (force->kind == KMP_FORCE_TOUCH && strcmp(rest, "_journal") == 0);
+    for (int k = 0; *rest == '_' && kmp_guide_corner(k); k++)
+        if (strcmp(rest + 1, kmp_guide_corner(k)) == 0)
+            return true;
+    return false;
+}
+
+/* These contacts carry what the joint leaves free. */
+static const char *note_of_clearance(kmp_reactions *r, const char *joint)
+{
+    const kempe_model *model = r->system->model;
+    for (int k = 0; k < model->force_count; k++)
+        if (is_in_clearance(&model->forces[k], joint))
+            return kmp_arena_printf(&r->arena, "without the contact in its clearance, force(%s)",
+                                    model->forces[k].name);
+    return NULL;
 }
 
 /* Of a joint of the tree, unless it is a closure or constrains nothing. */
@@ -55,12 +73,15 @@ static void add_joint(kmp_reactions *r, const kmp_all_loads *loads, int body)
     for (int k = 0; k < loads->joints; k++)
         made->place = loads->joint[k] == body ? model->closure_count + k : made->place;
     if (loads->obstacle[body])
-        made->note = sentence(r, "not known, because friction", loads->obstacle[body]->name,
-                              " rolls along no length that is a function of the coordinates");
+        made->note = kmp_arena_printf(
+            &r->arena, "not known, because friction '%s' rolls along no length that is a function of the coordinates",
+            loads->obstacle[body]->name);
     else if (made->place < 0)
         made->note = moving[0] + moving[1] == 0
                          ? "not known, because bodies that are welded are one; 'cut: yes' gives it"
                          : "not known, because translations are before and after a rotation";
+    else
+        made->note = note_of_clearance(r, b->joint);
 }
 
 static bool is_of_motion(const kmp_expr *e, const void *user)
@@ -95,9 +116,10 @@ static void note_coupling(kmp_reactions *r, const kmp_closure *closure)
         }
         if (bodies < 2)
             return;
-        note = pass == 0 ? sentence(r, "without the force between the bodies of", closure->name,
-                                    ", which acts on coordinates only")
-                         : note;
+        if (pass == 0)
+            note = kmp_arena_printf(&r->arena,
+                                    "without the force between the bodies of '%s', which acts on coordinates only",
+                                    closure->name);
     }
 }
 
@@ -120,6 +142,7 @@ static void add_closure(kmp_reactions *r, int c)
             made->note = made->has[0] || made->has[1] ? NULL : "its multiplier is neither a force nor a moment";
             made->place = made->note ? -1 : c;
         }
+    made->note = made->note ? made->note : note_of_clearance(r, closure->name);
     note_coupling(r, closure);
 }
 
@@ -250,15 +273,22 @@ kempe_status kmp_reactions_of_rows(kmp_reactions *r, const kempe_system *system,
 
 /* -- text ----------------------------------------------------------------------------------------------- */
 
-/* Rounding of forces, and of moments, over all joints. */
-static void find_noise(const kmp_reactions *r, double noise[2])
+/* A text under way: the most joints that it has, the width of their names, and the size of rounding of forces and of
+ * moments. */
+typedef struct joint_lines {
+    const kmp_reactions *r;
+    int most, width;
+    double noise[2];
+} joint_lines;
+
+static void find_noise(joint_lines *t)
 {
-    noise[0] = noise[1] = 0;
+    const kmp_reactions *r = t->r;
     for (const kmp_reaction *of = r->of; of < r->of + r->count; of++)
         for (int k = 0; k < 2; k++)
-            noise[k] = fmax(noise[k], KMP_PRINT_NOISE * (isnan(of->peak[k].size) ? 0 : of->peak[k].size));
-    noise[1] = fmax(noise[1], noise[0] * r->system->length);
-    noise[0] = fmax(noise[0], noise[1] / r->system->length);
+            t->noise[k] = fmax(t->noise[k], KMP_PRINT_NOISE * (isnan(of->peak[k].size) ? 0 : of->peak[k].size));
+    t->noise[1] = fmax(t->noise[1], t->noise[0] * r->system->length);
+    t->noise[0] = fmax(t->noise[0], t->noise[1] / r->system->length);
 }
 
 static double weight_of(const kmp_reactions *r, const kmp_reaction *of)
@@ -266,14 +296,15 @@ static double weight_of(const kmp_reactions *r, const kmp_reaction *of)
     return fmax(of->peak[0].size, isnan(of->peak[1].size) ? 0 : of->peak[1].size / r->system->length);
 }
 
-/* True for those of a text: known, and not behind MOST_SHOWN larger ones. */
-static bool is_shown(const kmp_reactions *r, const kmp_reaction *of)
+/* True for those that are known, and not behind the most of larger ones. */
+static bool is_shown(const joint_lines *t, const kmp_reaction *of)
 {
+    const kmp_reactions *r = t->r;
     int larger = 0;
     for (const kmp_reaction *other = r->of; other < r->of + r->count; other++)
         larger += other->place >= 0 &&
                   (weight_of(r, other) > weight_of(r, of) || (weight_of(r, other) == weight_of(r, of) && other < of));
-    return of->place >= 0 && larger < MOST_SHOWN;
+    return of->place >= 0 && larger < t->most;
 }
 
 /* "A", "motor (drive)", with * where it is not unique. */
@@ -285,14 +316,13 @@ static void put_label(kmp_text *text, const kmp_reaction *of)
     kmp_text_put(text, of->shared ? " *" : "");
 }
 
-static int label_width(const kmp_reactions *r)
+static void find_width(joint_lines *t)
 {
-    int width = 4;
-    for (const kmp_reaction *of = r->of; of < r->of + r->count; of++) {
+    t->width = 4;
+    for (const kmp_reaction *of = t->r->of; of < t->r->of + t->r->count; of++) {
         const int length = (int)strlen(of->name) + (of->effort ? (int)strlen(of->kind) + 3 : 0) + (of->shared ? 2 : 0);
-        width = is_shown(r, of) && length > width ? length : width;
+        t->width = is_shown(t, of) && length > t->width ? length : t->width;
     }
-    return width;
 }
 
 static void put_labelled(kmp_text *text, const kmp_reaction *of, int width)
@@ -320,18 +350,19 @@ static void put_cell(kmp_text *text, int width, double x)
         kmp_text_printf(text, "  %*s", width, "-");
 }
 
-static void show_peaks(kmp_text *text, const kmp_reactions *r, int width, const double noise[2])
+static void show_peaks(kmp_text *text, const joint_lines *t)
 {
+    const kmp_reactions *r = t->r;
     char title[2][40];
     const double factor[2] = {unit_title(r, 0, title[0]), unit_title(r, 1, title[1])};
-    kmp_text_printf(text, "  %-*s  %13s  %10s  %13s  %10s\n", width, "", title[0], "at t, s", title[1], "at t, s");
+    kmp_text_printf(text, "  %-*s  %13s  %10s  %13s  %10s\n", t->width, "", title[0], "at t, s", title[1], "at t, s");
     for (const kmp_reaction *of = r->of; of < r->of + r->count; of++) {
-        if (!is_shown(r, of))
+        if (!is_shown(t, of))
             continue;
-        put_labelled(text, of, width);
+        put_labelled(text, of, t->width);
         for (int k = 0; k < 2; k++) {
             const kmp_reaction_peak *peak = &of->peak[k];
-            const bool zero = peak->size <= noise[k];
+            const bool zero = peak->size <= t->noise[k];
             put_cell(text, 13, zero ? 0.0 : factor[k] * peak->size);
             put_cell(text, 10, zero ? NAN : peak->t);
         }
@@ -340,24 +371,25 @@ static void show_peaks(kmp_text *text, const kmp_reactions *r, int width, const 
 }
 
 /* The vectors of a single row; nothing where all moments are zero. */
-static void show_vectors(kmp_text *text, const kmp_reactions *r, int width, int k, double noise)
+static void show_vectors(kmp_text *text, const joint_lines *t, int k)
 {
+    const kmp_reactions *r = t->r;
     char title[40];
     const double factor = unit_title(r, k, title);
     bool any = k == 0;
     for (const kmp_reaction *of = r->of; of < r->of + r->count; of++)
-        any = any || (is_shown(r, of) && of->peak[k].size > noise);
+        any = any || (is_shown(t, of) && of->peak[k].size > t->noise[k]);
     if (!any)
         return;
-    kmp_text_printf(text, "  %-*s  %13s  %13s  %13s  %13s\n", width, "", title, "x", "y", "z");
+    kmp_text_printf(text, "  %-*s  %13s  %13s  %13s  %13s\n", t->width, "", title, "x", "y", "z");
     for (const kmp_reaction *of = r->of; of < r->of + r->count; of++) {
         const kmp_reaction_peak *peak = &of->peak[k];
-        if (!is_shown(r, of) || isnan(peak->size))
+        if (!is_shown(t, of) || isnan(peak->size))
             continue;
-        put_labelled(text, of, width);
-        put_cell(text, 13, factor * kmp_print_clean(peak->size, noise));
+        put_labelled(text, of, t->width);
+        put_cell(text, 13, factor * kmp_print_clean(peak->size, t->noise[k]));
         for (int i = 0; i < 3; i++)
-            put_cell(text, 13, of->effort ? NAN : factor * kmp_print_clean(peak->x[i], noise));
+            put_cell(text, 13, of->effort ? NAN : factor * kmp_print_clean(peak->x[i], t->noise[k]));
         kmp_text_put(text, "\n");
     }
 }
@@ -397,28 +429,28 @@ static void show_not_unique(kmp_text *text, const kmp_reactions *r)
     kmp_text_free_part(text, &line);
 }
 
-void kmp_reactions_show(kmp_text *text, const kmp_reactions *r)
+void kmp_reactions_show(kmp_text *text, const kmp_reactions *r, const char *others)
 {
+    joint_lines t = {.r = r, .most = others ? MOST_SHOWN : r->count};
     int shown = 0, known = 0;
-    double noise[2];
     for (int i = 0; i < r->count; i++) {
-        shown += is_shown(r, &r->of[i]);
+        shown += is_shown(&t, &r->of[i]);
         known += r->of[i].place >= 0;
     }
     if (r->rows == 0 || r->count == 0)
         return;
-    const int width = label_width(r);
-    find_noise(r, noise);
+    find_width(&t);
+    find_noise(&t);
     kmp_text_put(text, "\njoint reactions, on the second body, in ground axes");
     if (r->rows > 1)
         kmp_text_printf(text, ": the largest of %d rows", r->rows);
     kmp_text_put(text, "\n");
     if (shown > 0 && r->rows > 1)
-        show_peaks(text, r, width, noise);
+        show_peaks(text, &t);
     for (int k = 0; shown > 0 && r->rows == 1 && k < 2; k++)
-        show_vectors(text, r, width, k, noise[k]);
+        show_vectors(text, &t, k);
     if (known > shown)
-        kmp_text_printf(text, "  and %d smaller ones: --json\n", known - shown);
+        kmp_text_printf(text, "  and %d smaller ones: %s\n", known - shown, others);
     show_not_unique(text, r);
     show_notes(text, r);
 }

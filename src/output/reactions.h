@@ -50,8 +50,9 @@ kempe_status kmp_reactions_mark(kmp_reactions *reactions, const kmp_shared_loads
 kempe_status kmp_reactions_of_rows(kmp_reactions *reactions, const kempe_system *system, const kmp_samples *rows,
                                    bool least_norm);
 
-/** A table of the largest ones, or of the vectors of a single row. */
-void kmp_reactions_show(kmp_text *text, const kmp_reactions *reactions);
+/** A table of the largest ones, or of the vectors of a single row; of many joints those with the largest. `others`: the
+ * option that shows the others; NULL: all are shown. */
+void kmp_reactions_show(kmp_text *text, const kmp_reactions *reactions, const char *others);
 
 /** The array `reactions`, as a member of an open object. */
 void kmp_reactions_json(kmp_json *json, const kmp_reactions *reactions);

@@ -32,6 +32,7 @@ struct kempe_table {
     kempe_context *context;
     kmp_arena arena; /* names and words */
     const char *name;
+    char *system[1]; /* of its units; NULL: SI */
     kempe_outcome outcome;
     int columns, rows, row_room, next; /* next: cell of the last row */
     bool failed, units_named, apart;
@@ -46,6 +47,8 @@ kempe_table *kmp_tabulate(kempe_context *context, const char *name)
     if (t) {
         t->context = context;
         t->name = kmp_arena_strdup(&t->arena, name);
+        const char *system = kmp_context_system(context);
+        t->system[0] = system ? kmp_arena_strdup(&t->arena, system) : NULL;
     }
     return t;
 }
@@ -240,6 +243,11 @@ kempe_status kmp_tabulate_result(kempe_context *context, const kmp_table_kind *k
     return kmp_fail_text(context, KEMPE_E_ARGUMENT, &sentence);
 }
 
+const char *kmp_table_system(const kempe_table *table)
+{
+    return table->system[0];
+}
+
 kempe_context *kmp_table_context(const kempe_table *table)
 {
     return table->context;
@@ -366,7 +374,10 @@ static void put_json(kmp_text *text, const void *result)
 {
     const kempe_table *t = result;
     kmp_json json = kmp_json_begin(text);
-    kmp_json_put(&json, "{ name %s columns [", t->name);
+    kmp_json_put(&json, "{ name %s", t->name);
+    if (t->system[0])
+        kmp_json_put(&json, "system %s", t->system[0]);
+    kmp_json_array(&json, "columns");
     for (int c = 0; c < t->columns; c++)
         kmp_json_string(&json, NULL, t->column[c].name);
     kmp_json_put(&json, "] units [");
@@ -445,6 +456,8 @@ static void list_arrays(kmp_arrays *arrays, const kempe_table *t, char **name, c
         }
     kmp_arrays_words(arrays, "names", count, name);
     kmp_arrays_words(arrays, "units", count, unit);
+    if (t->system[0])
+        kmp_arrays_words(arrays, "system", 1, t->system);
     kmp_arrays_matrix(arrays, "values", t->rows, count, values);
     for (int c = 0; c < t->columns; c++)
         if (!t->column[c].unit)

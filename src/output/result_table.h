@@ -69,6 +69,9 @@ void kmp_tabulate_fail(kempe_table *table);
 void kmp_tabulate_outcome(kempe_table *table, kempe_outcome outcome);
 kempe_outcome kmp_table_outcome(const kempe_table *table);
 
+/** The system of units in which it was made, "mm" or "us"; NULL: SI. */
+const char *kmp_table_system(const kempe_table *table);
+
 /** Gives the table to the caller, or frees it with KEMPE_E_MEMORY. */
 kempe_status kmp_tabulate_finish(kempe_context *context, kempe_table *table, kempe_table **out);
 

@@ -190,7 +190,7 @@ static void keep(const kmp_all_loads *loads, const kempe_system *system)
     kmp_bytes_free(&bytes);
 }
 
-/* Reads what an earlier process has kept; false: nothing. */
+/* Takes what an earlier process has kept. False: there is nothing. */
 static bool recall(kmp_all_loads *loads, const kempe_system *system)
 {
     const kempe_model *model = system->model;

@@ -118,34 +118,6 @@ static void put_columns(kmp_json *json, const kmp_result_page *page, int x, stri
     }
 }
 
-/* The largest forces in joints: of the columns reaction.NAME.x, with y and z behind it. */
-static void put_joint_forces(kmp_json *json, kmp_result_page *page, int x)
-{
-    static const char word[] = "reaction.";
-    const kempe_table *table = page->table;
-    const int rows = kempe_table_row_count(table) - page->locked, length = (int)sizeof word - 1;
-    kmp_json_array(json, "joint_forces");
-    for (int c = 0; c + 2 < kempe_table_column_count(table); c++) {
-        const char *name = kempe_table_column_name(table, c);
-        const int rest = (int)strlen(name) - length - 2; /* without ".x" */
-        if (strncmp(name, word, sizeof word - 1) != 0 || rest <= 0 || strcmp(name + length + rest, ".x") != 0)
-            continue;
-        double most = 0;
-        int at = 0;
-        for (int row = 0; row < rows; row++) {
-            const double force = hypot(hypot(kempe_table_number(table, row, c), kempe_table_number(table, row, c + 1)),
-                                       kempe_table_number(table, row, c + 2));
-            if (force > most) {
-                most = force;
-                at = row;
-            }
-        }
-        kmp_json_put(json, "{ name %s most %.7g at %.7g }", kmp_arena_printf(&page->arena, "%.*s", rest, name + length),
-                     most, kempe_table_number(table, at, x));
-    }
-    kmp_json_end(json);
-}
-
 /* Of rows that are all drawn. */
 static void put_joins(kmp_json *json, const kmp_result_page *page, int rows, bool whole)
 {
@@ -159,7 +131,7 @@ static void put_joins(kmp_json *json, const kmp_result_page *page, int rows, boo
     kmp_json_end(json);
 }
 
-static void put_series(kmp_json *json, kmp_result_page *page)
+static void put_series(kmp_json *json, const kmp_result_page *page)
 {
     const kempe_table *table = page->table;
     int x = table && page->x ? kempe_table_find(table, page->x) : -1, rows = table ? kempe_table_row_count(table) : 0;
@@ -179,7 +151,6 @@ static void put_series(kmp_json *json, kmp_result_page *page)
     put_columns(json, page, x, stride, room);
     kmp_json_put(json, "]");
     put_joins(json, page, rows, stride.first == 1);
-    put_joint_forces(json, page, x);
     kmp_json_end(json);
     kmp_free(room);
 }

@@ -194,7 +194,7 @@ static kempe_status fill_instances(kmp_result_page *page, const kempe_model *mod
     }
     /* Text and warnings are those of the table: a gathered run has no others. */
     kmp_text text = {0}, warnings = {0};
-    kmp_instances_put(&text, model->name, page->table, 0, "", page->statistics,
+    kmp_instances_put(&text, model->name, page->table, page->statistics,
                       page->outcome == KEMPE_OUTCOME_NOT_TRUSTWORTHY);
     kmp_instances_put_warnings(&warnings, &sums);
     page->warnings = kmp_text_keep(&warnings, &page->arena);

@@ -460,7 +460,7 @@ static kempe_status step(scene *s)
 static kempe_status print_trajectory(scene *s)
 {
     kempe_status status = KEMPE_OK;
-    for (int format = KEMPE_TEXT; format <= KEMPE_JSON && status == KEMPE_OK; format++) {
+    for (int format = KEMPE_TEXT; format <= KEMPE_FULL_TEXT && status == KEMPE_OK; format++) {
         char *text = NULL;
         status = kempe_trajectory_print(s->trajectory, (kempe_format)format, &text);
         untouched(status, text);
@@ -493,7 +493,7 @@ static kempe_status compare(scene *s)
 static kempe_status print_comparison(scene *s)
 {
     kempe_status status = KEMPE_OK;
-    for (int format = KEMPE_TEXT; format <= KEMPE_JSON && status == KEMPE_OK; format++) {
+    for (int format = KEMPE_TEXT; format <= KEMPE_FULL_TEXT && status == KEMPE_OK; format++) {
         char *text = NULL;
         status = kempe_comparison_print(s->comparison, (kempe_format)format, &text);
         untouched(status, text);

@@ -369,7 +369,7 @@ static kempe_status invert(scene *s)
         char *text = NULL;
         status = kempe_inverse_new(s->system, &requests[k], &inverse);
         untouched(status, inverse);
-        for (int format = KEMPE_TEXT; format <= KEMPE_JSON && status == KEMPE_OK; format++) {
+        for (int format = KEMPE_TEXT; format <= KEMPE_FULL_TEXT && status == KEMPE_OK; format++) {
             status = kempe_inverse_print(inverse, (kempe_format)format, &text);
             untouched(status, text);
             kempe_text_free(text);
@@ -406,7 +406,7 @@ static kempe_status find_cycles_within(scene *s, double settle)
     if (status == KEMPE_OK)
         status = kempe_limit_cycles_new(system, &ask, &cycles);
     untouched(status, cycles);
-    for (int format = KEMPE_TEXT; format <= KEMPE_JSON && status == KEMPE_OK; format++) {
+    for (int format = KEMPE_TEXT; format <= KEMPE_FULL_TEXT && status == KEMPE_OK; format++) {
         char *text = NULL;
         status = kempe_limit_cycles_print(cycles, (kempe_format)format, &text);
         untouched(status, text);
@@ -440,7 +440,7 @@ static kempe_status find_modes(scene *s)
     kempe_status status = kempe_modes_new(
         s->system, &(kempe_modes_options){.at = "start", .independent = "rocker", .sweep = "crank=0.3:0.31:2"}, &modes);
     untouched(status, modes);
-    for (int format = KEMPE_TEXT; format <= KEMPE_JSON && status == KEMPE_OK; format++) {
+    for (int format = KEMPE_TEXT; format <= KEMPE_FULL_TEXT && status == KEMPE_OK; format++) {
         char *text = NULL;
         status = kempe_modes_print(modes, (kempe_format)format, &text);
         untouched(status, text);

@@ -52,7 +52,7 @@ static kempe_status shift_by(scene *s, const char *law)
     kempe_contacts *table = NULL;
     kempe_status status = kempe_contacts_new(s->system, &options, &table);
     untouched(status, table);
-    for (int format = KEMPE_TEXT; format <= KEMPE_JSON && status == KEMPE_OK; format++) {
+    for (int format = KEMPE_TEXT; format <= KEMPE_FULL_TEXT && status == KEMPE_OK; format++) {
         char *text = NULL;
         status = kempe_contacts_print(table, (kempe_format)format, &text);
         untouched(status, text);

@@ -163,7 +163,7 @@ static void sweep(void)
         CHECK(modes && kempe_modes_table(modes, "rows", &rows) == KEMPE_OK);
         CHECK(rows && kempe_table_row_count(rows) == cases[i].rows && cell(rows, cases[i].rows - 1, "k") == 20);
         CHECK(modes && kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK);
-        CHECK(text && strstr(text, "held      D = 3: this state changes at events, and is constant in small motions"));
+        CHECK(text && strstr(text, "Held: D = 3: this state changes at events, and is constant in small motions"));
         CHECK(text && strstr(text, cases[i].reason));
         kempe_text_free(text);
         kempe_table_free(rows);
@@ -182,7 +182,7 @@ static void nothing_moves(void)
     char *text = NULL;
     CHECK(l.system && kempe_modes_new(l.system, NULL, &modes) == KEMPE_OK);
     CHECK(modes && kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK);
-    CHECK(text && strstr(text, "no modes") && strstr(text, "held      D = 1"));
+    CHECK(text && strstr(text, "no modes") && strstr(text, "Held: D = 1"));
     kempe_text_free(text);
     kempe_modes_free(modes);
     unload(&l);

@@ -149,7 +149,8 @@ static void what_is_cyclic_is_exactly_zero(void)
     }
     CHECK(modes->modes.spectrum.re[2] == 0);
     CHECK_NEAR(modes->modes.spectrum.im[2], sqrt((1 + 1.0 / 3) * 9.81 / 0.4), 1e-13);
-    CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK && strstr(text, "neutral: free motion along cart"));
+    CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK &&
+          strstr(text, "neutral: 1 free motion, no mode grows\n") && strstr(text, "\n  Free motion along cart"));
     kempe_text_free(text);
     kempe_modes_free(modes);
     unload(&m);
@@ -732,7 +733,7 @@ static void what_is_asked_wrongly_is_told(void)
     CHECK(modes->locus.reached == 3 || modes->locus.reached == 2);
     char *text = NULL;
     CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK &&
-          strstr(text, "stopped   'body' was swept from 100 to"));
+          strstr(text, "Stopped: 'body' was swept from 100 to"));
     kempe_text_free(text);
     kempe_modes_free(modes);
     unload(&m);
@@ -741,8 +742,7 @@ static void what_is_asked_wrongly_is_told(void)
     modes = NULL;
     CHECK(kempe_modes_new(m.system, &(kempe_modes_options){.at = "start"}, &modes) == KEMPE_OK && modes);
     CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK &&
-          strstr(text,
-                 "0 degrees of freedom at the assembled start\n\nstability  no modes: closures, drives or friction"));
+          strstr(text, ": complete, no modes: closures, drives or friction") && strstr(text, "0 degrees of freedom"));
     kempe_text_free(text);
     CHECK(kempe_modes_print(modes, KEMPE_JSON, &text) == KEMPE_OK && strstr(text, "\"stability\": \"none\""));
     kempe_text_free(text);

@@ -347,36 +347,58 @@ static double worst(const kempe_comfort *c)
     return difference;
 }
 
+enum { NAME_AT = 70, INDENT = 4 };
+
+/* The answer: mean comfort where three directions are known, otherwise the largest Wz or the largest 95 % value. */
+static void show_title(kmp_text *text, const kempe_comfort *c)
+{
+    kmp_text title = {0};
+    int place = 0;
+    double wz = NAN, percentile = 0;
+    for (int k = 1; k < c->places; k++)
+        if (kempe_comfort_mean_comfort(c, k) > kempe_comfort_mean_comfort(c, place))
+            place = k;
+    for (int k = 0; k < c->count; k++) {
+        wz = fmax(wz, c->signal[k].sperling);
+        percentile = fmax(percentile, c->signal[k].percentile);
+    }
+    kmp_print_title(&title, c->system->model, kmp_outcome_of(c->status));
+    if (c->places > 0)
+        kmp_text_printf(&title, "%smean comfort N_MV %.3f at '%s'", c->places > 1 ? "largest " : "",
+                        kempe_comfort_mean_comfort(c, place),
+                        kmp_comfort_signal_of(c, KMP_COMFORT_VERTICAL, place)->name);
+    else if (isfinite(wz))
+        kmp_text_printf(&title, "ride comfort: largest Wz %.3f", wz);
+    else
+        kmp_text_printf(&title, "ride comfort: largest 95 %% value %.4f m/s^2", percentile);
+    kmp_text_printf(&title, ", t = %.6g to %.6g s", c->from, c->from + c->windows * KMP_COMFORT_WINDOW);
+    kmp_print_wrapped(text, "", INDENT, title.s ? title.s : "");
+    kmp_text_free_part(text, &title);
+    kmp_print_doubts(text, kmp_outcome_of(c->status), c->warnings);
+}
+
 static void show(kmp_text *text, const void *result)
 {
     const kempe_comfort *c = result;
-    kmp_print_title(text, c->system->model, kmp_outcome_of(c->status));
-    kmp_text_printf(text, "ride comfort from t = %.6g s to %.6g s, %d window%s of %g s\n\n", c->from,
-                    c->from + c->windows * KMP_COMFORT_WINDOW, c->windows, c->windows == 1 ? "" : "s",
-                    KMP_COMFORT_WINDOW);
-    int width = 0;
-    for (int k = 0; k < c->count; k++) {
-        int length = (int)strlen(c->signal[k].name);
-        width = length > width ? length : width;
-    }
-    kmp_text_printf(text, "%-14s%-*s  weighting    rms  weighted   median     95 %%  largest     Wz\n", "m/s^2", width,
-                    "");
+    show_title(text, c);
+    kmp_text_printf(text, "\n  %-15s%9s%9s%9s%9s%9s%7s  of\n", "m/s^2", "rms", "weighted", "median", "95 %", "largest",
+                    "Wz");
     for (int k = 0; k < c->count; k++) {
         const kmp_comfort_signal *s = &c->signal[k];
         const kmp_comfort_row *row = &kmp_comfort_rows[s->direction];
-        kmp_text_printf(text, "%-12s  %-*s  %-9s", row->name, width, s->name, kmp_weighting_name(row->weighting));
-        kmp_text_printf(text, "  %.4f    %.4f   %.4f   %.4f   %.4f", s->raw, s->weighted, s->median, s->percentile,
-                        s->largest);
-        kmp_text_printf(text, isfinite(s->sperling) ? "  %5.3f\n" : "      -\n", s->sperling);
+        kmp_text_printf(text, "  %-12s %-2s", row->name, kmp_weighting_name(row->weighting));
+        kmp_print_cells(text, "%9.4f%9.4f%9.4f%9.4f%9.4f%7.3f", s->raw, s->weighted, s->median, s->percentile,
+                        s->largest, s->sperling);
+        kmp_text_printf(text, "%s  %s\n", NAME_AT + strlen(s->name) > KMP_PRINT_LINE ? "\n" : "", s->name);
     }
-    kmp_text_put(text, c->places > 0 ? "\n" : "");
-    for (int k = 0; k < c->places; k++)
-        kmp_text_printf(text, "mean comfort N_MV  %.3f  at '%s'\n", kempe_comfort_mean_comfort(c, k),
+    for (int k = 0; k < c->places && c->places > 1; k++)
+        kmp_text_printf(text, "  mean comfort N_MV %.3f at '%s'\n", kempe_comfort_mean_comfort(c, k),
                         kmp_comfort_signal_of(c, KMP_COMFORT_VERTICAL, k)->name);
-    kmp_text_printf(text, "\nsamples   %g per second; with every other one values differ by at most %.1e (relative)\n",
-                    c->rate, worst(c));
+    kmp_text_printf(text, "\n  %d window%s of %g s", c->windows, c->windows == 1 ? "" : "s", KMP_COMFORT_WINDOW);
     if (c->windows < KMP_COMFORT_WINDOWS)
-        kmp_text_printf(text, "note      EN 12299 takes the percentile of %d windows, 5 min\n", KMP_COMFORT_WINDOWS);
+        kmp_text_printf(text, "; EN 12299 takes %d windows, 5 min", KMP_COMFORT_WINDOWS);
+    kmp_text_printf(text, "\n  %g samples per second; with half of them values differ by at most %.2g of them\n",
+                    c->rate, worst(c));
 }
 
 void kmp_comfort_json(kmp_json *json, const kempe_comfort *c)

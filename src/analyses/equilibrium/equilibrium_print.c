@@ -57,7 +57,7 @@ static void put_reactions(kmp_text *text, kmp_json *json, const kempe_equilibriu
     else if (json)
         kmp_reactions_json(json, &reactions);
     else
-        kmp_reactions_show(text, &reactions);
+        kmp_reactions_show(text, &reactions, "--json");
     kmp_reactions_free(&reactions);
 }
 

@@ -11,6 +11,7 @@
 #include <kempe/kempe.h>
 #include <math.h>
 #include <stdbool.h>
+#include <stdio.h>
 #include <string.h>
 
 enum { MOST_TOLD = 8 };
@@ -56,24 +57,29 @@ static int next_force(const kempe_inverse *r, int from)
 
 static void show_actuators(kmp_text *text, const kempe_inverse *r, int width)
 {
-    const kmp_shown power = kmp_shown_as(r->system->context, "W"), work = kmp_shown_as(r->system->context, "J");
+    const kempe_context *context = r->system->context;
+    const kmp_shown power = kmp_shown_as(context, "W"), work = kmp_shown_as(context, "J");
+    const int wide = (int)fmax(4, (double)strlen(kmp_shown_as(context, "N m").unit));
+    char power_head[24], work_head[24];
+    (void)snprintf(power_head, sizeof power_head, "power, %s", power.unit);
+    (void)snprintf(work_head, sizeof work_head, "work, %s", work.unit);
     if (r->rows == 1) {
-        kmp_text_printf(text, "  %-*s  unit    %12s  %9s, %s\n", width, "", "effort", "power", power.unit);
+        kmp_text_printf(text, "  %-*s  %-*s  %12s  %12s\n", width, "", wide, "unit", "effort", power_head);
         for (int k = 0; k < r->a; k++) {
             const kmp_shown as = kmp_shown_as(r->system->context, unit_of(r, r->actuator[k]));
-            kmp_text_printf(text, "  %-*s  %-6s  %12.6g  %12.6g\n", width, name_of(r, r->actuator[k]), as.unit,
+            kmp_text_printf(text, "  %-*s  %-*s  %12.6g  %12.6g\n", width, name_of(r, r->actuator[k]), wide, as.unit,
                             as.factor * *kmp_inverse_part(r, 0, r->at.tau + k),
                             power.factor * *kmp_inverse_part(r, 0, r->at.power + k));
         }
         return;
     }
-    kmp_text_printf(text, "  %-*s  unit    %13s  %9s  %13s  %10s, %s  %9s  %11s, %s\n", width, "", "largest", "at t",
-                    "rms", "power", power.unit, "at t", "work", work.unit);
+    kmp_text_printf(text, "  %-*s  %-*s  %13s  %9s  %13s  %13s  %9s  %13s\n", width, "", wide, "unit", "largest",
+                    "at t", "rms", power_head, "at t", work_head);
     for (int k = 0; k < r->a; k++) {
         kmp_inverse_summary s = kmp_inverse_summarise(r, k);
         const kmp_shown as = kmp_shown_as(r->system->context, unit_of(r, r->actuator[k]));
-        kmp_text_printf(text, "  %-*s  %-6s  %13.6g  %9.6g  %13.6g  %13.6g  %9.6g  %13.6g\n", width,
-                        name_of(r, r->actuator[k]), as.unit, as.factor * s.peak, s.peak_t, as.factor * s.rms,
+        kmp_text_printf(text, "  %-*s  %-*s  %13.6g  %9.6g  %13.6g  %13.6g  %9.6g  %13.6g\n", width,
+                        name_of(r, r->actuator[k]), wide, as.unit, as.factor * s.peak, s.peak_t, as.factor * s.rms,
                         power.factor * s.power, s.power_t, work.factor * s.work);
     }
 }
@@ -160,7 +166,7 @@ static void show(kmp_text *text, const void *result)
         kmp_text_printf(text, " and %d more", reported - MOST_TOLD);
     kmp_text_put(text, reported > 0 ? "\n" : "");
     show_actuators(text, r, width);
-    kmp_reactions_show(text, &r->reactions);
+    kmp_reactions_show(text, &r->reactions, "--json");
     show_verdict(text, r);
 }
 

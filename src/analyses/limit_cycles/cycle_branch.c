@@ -690,7 +690,7 @@ static bool ends(follower *f, const kmp_cycle *a, const kmp_cycle *b)
     if (is_outside(f, b->value))
         branch->end = kmp_arena_printf(f->s->cycles, "it reaches the end of the range");
     else if (branch->ends_at_hopf)
-        branch->end = kmp_arena_printf(f->s->cycles, "its amplitude vanishes near %.9g", b->value);
+        branch->end = kmp_arena_printf(f->s->cycles, "its amplitude vanishes near %.6g", b->value);
     else if (first->word == KMP_CYCLE_HOPF && fabs(b->value - first->value) <= level &&
              b->amplitude > KMP_CYCLE_CENTRE * KMP_CYCLE_FIRST)
         branch->end = kmp_arena_printf(
@@ -719,7 +719,7 @@ static kempe_status follow(follower *f, kmp_cycle *first)
         kempe_status status = advance(f, at, &next);
         if (status == KEMPE_E_FAILED) {
             const char *why = kempe_context_message(context_of(f));
-            f->branch->end = kmp_arena_printf(f->s->cycles, "it cannot be followed beyond %.9g%s%s", at->value,
+            f->branch->end = kmp_arena_printf(f->s->cycles, "it cannot be followed beyond %.6g%s%s", at->value,
                                               *why ? ": " : "", why);
             kmp_context_clear(context_of(f));
             return KEMPE_OK;

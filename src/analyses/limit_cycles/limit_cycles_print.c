@@ -15,28 +15,42 @@
 #include <stdbool.h>
 #include <string.h>
 
-enum { MOST_OUTPUTS = 4, MOST_ROWS = 200 };
+enum { CELL = 12, MOST_ROWS = 12, INDENT = 4 };
 
 static const double two_pi = 6.283185307179586476925286766559;
 
 /* -- text ---------------------------------------------------------------------------------------------------- */
 
-static void show_critical(kmp_text *text, const kempe_limit_cycles *c)
+static int count_hopf(const kempe_limit_cycles *c)
 {
-    kmp_shown as = kmp_limit_cycles_shown(c);
-    const char *gap = as.unit[0] ? " " : "";
     int count = 0;
     for (int k = 0; k < c->locus.critical_count; k++)
         count += c->locus.critical[k].im > 0;
-    if (count == 0 && c->settle == 0)
-        kmp_text_put(text, "\nHopf points: none in the range, so that no branch begins at an equilibrium\n");
-    for (int k = 0; k < c->locus.critical_count; k++) {
-        const kmp_critical *at = &c->locus.critical[k];
-        if (at->im > 0)
-            kmp_text_printf(text, "\nHopf point at %s = %.11g%s%s, %.9g Hz: the equilibrium is unstable %s it\n",
-                            c->name, as.factor * at->value, gap, as.unit, at->im / two_pi,
-                            at->grows_above ? "above" : "below");
-    }
+    return count;
+}
+
+static void show_title(kmp_text *text, const kempe_limit_cycles *c)
+{
+    const int hopf = count_hopf(c);
+    int cycles = 0;
+    kmp_text title = {0};
+    for (int b = 0; b < c->branches; b++)
+        cycles += c->branch[b].count;
+    kmp_print_title(&title, c->system->model, kmp_outcome_of(c->status));
+    kmp_text_printf(&title, "%s from %.6g to ", c->name, kmp_limit_cycles_shown(c).factor * c->from);
+    kmp_print_value_of(&title, c->system, c->name, c->to);
+    if (c->settle > 0)
+        kmp_text_printf(&title, ": %d simulations of %g s", cycles, c->settle);
+    else if (hopf == 0)
+        kmp_text_put(&title, ": no Hopf point, so that no branch of limit cycles begins here");
+    else
+        kmp_text_printf(&title, ": %d Hopf point%s, %d branch%s of %d limit cycles", hopf, hopf == 1 ? "" : "s",
+                        c->branches, c->branches == 1 ? "" : "es", cycles);
+    kmp_print_wrapped(text, "", INDENT, title.s ? title.s : "");
+    kmp_text_free_part(text, &title);
+    kmp_print_doubts(text, kmp_outcome_of(c->status), c->warnings);
+    if (c->reason)
+        kmp_print_wrapped(text, "  Stopped: ", INDENT, c->reason);
 }
 
 static const char *held_name(const kempe_limit_cycles *c, int k)
@@ -44,79 +58,147 @@ static const char *held_name(const kempe_limit_cycles *c, int k)
     return kmp_model_motion(c->system->model, c->held_motion[k])->name;
 }
 
-static int shown_outputs(const kempe_limit_cycles *c)
+/* Points at which the stability changes: of equilibria, and of cycles. */
+static void show_points(kmp_text *text, const kempe_limit_cycles *c)
 {
-    int columns = c->outputs;
-    return columns < MOST_OUTPUTS ? columns : MOST_OUTPUTS;
+    for (int k = 0; k < c->locus.critical_count; k++) {
+        const kmp_critical *at = &c->locus.critical[k];
+        if (at->im <= 0)
+            continue;
+        kmp_text_printf(text, "  Hopf point at %s = ", c->name);
+        kmp_print_value_of(text, c->system, c->name, at->value);
+        kmp_text_printf(text, ", %.6g Hz: the equilibrium is unstable %s it\n", at->im / two_pi,
+                        at->grows_above ? "above" : "below");
+    }
+    for (int b = 0; b < c->branches; b++)
+        for (int k = 0; k < c->branch[b].count; k++) {
+            const kmp_cycle *x = c->branch[b].cycle[k];
+            if (x->word == KMP_CYCLE_REGULAR || x->word == KMP_CYCLE_HOPF || x->word == KMP_CYCLE_REST)
+                continue;
+            kmp_text_printf(text, "  %s at %s = ", kmp_cycle_text(x), c->name);
+            kmp_print_value_of(text, c->system, c->name, x->value);
+            kmp_text_printf(text, ", branch %d\n", b + 1);
+        }
 }
 
-static void show_cycle(kmp_text *text, const kempe_limit_cycles *c, const kmp_cycle *x)
+/* The columns behind the multiplier: loads, then outputs, with their names, units and values. */
+typedef struct column {
+    const char *before, *name, *unit;
+    double factor;
+} column;
+
+static column column_of(const kempe_limit_cycles *c, int k)
+{
+    if (k < c->held)
+        return (column){"load.", held_name(c, k), kmp_cycles_load_unit(c, k), 1};
+    kmp_shown as = kmp_shown_as(c->system->context, c->unit[k - c->held]);
+    return (column){"", c->output[k - c->held], as.unit, as.factor};
+}
+
+static int width_of(const column *of)
+{
+    int length = (int)(strlen(of->before) + strlen(of->name));
+    return length > CELL ? length : CELL;
+}
+
+/* As many of them as a line has room for, and one at least. */
+static int shown_columns(const kempe_limit_cycles *c)
+{
+    int room = KMP_PRINT_LINE - 62;
+    for (int k = 0; k < c->held + c->outputs; k++) {
+        const column of = column_of(c, k);
+        room -= 2 + width_of(&of);
+        if (room < 0 && k > 0)
+            return k;
+    }
+    return c->held + c->outputs;
+}
+
+static void show_cycle(kmp_text *text, const kempe_limit_cycles *c, const kmp_cycle *x, int columns)
 {
     bool hopf = x->word == KMP_CYCLE_HOPF;
-    kmp_text_printf(text, "  %-9s  %14.10g  %13.9g  %-9s  ", kmp_cycle_text(x),
+    kmp_print_cells(text, "  %-9s  %12.6g  %12.6g  %-9s", kmp_cycle_text(x),
                     kmp_limit_cycles_shown(c).factor * x->value, x->period, hopf ? "" : kmp_cycle_stability_text(x));
     if (hopf)
-        kmp_text_printf(text, "%11s", "");
+        kmp_text_printf(text, "  %10s", "");
     else
-        kmp_print_cells(text, "%11.7f", x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN);
-    for (int k = 0; k < c->held; k++)
-        kmp_print_cells(text, "  %13.7g", x->load[k]);
-    for (int k = 0; k < shown_outputs(c); k++)
-        kmp_print_cells(text, "  %13.8g",
-                        kmp_shown_as(c->system->context, c->unit[k]).factor * kmp_cycle_amplitude(x, k));
+        kmp_print_cells(text, "  %10.6f", x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN);
+    for (int k = 0; k < columns; k++) {
+        const column of = column_of(c, k);
+        kmp_print_cells(text, "  %*.6g", width_of(&of),
+                        k < c->held ? x->load[k] : of.factor * kmp_cycle_amplitude(x, k - c->held));
+    }
     kmp_text_put(text, "\n");
 }
 
-static void show_branch(kmp_text *text, const kempe_limit_cycles *c, int branch)
+/* True for special points, the ends of the branch, and MOST_ROWS of the others, evenly chosen. */
+static bool is_shown(const kmp_cycle_branch *b, int k, bool all)
+{
+    return all || b->count <= MOST_ROWS || b->cycle[k]->word != KMP_CYCLE_REGULAR || k == 0 || k == b->count - 1 ||
+           k * (MOST_ROWS - 1) / (b->count - 1) != (k - 1) * (MOST_ROWS - 1) / (b->count - 1);
+}
+
+static void show_branch(kmp_text *text, const kempe_limit_cycles *c, int branch, bool all)
 {
     const kmp_cycle_branch *b = &c->branch[branch];
-    kmp_text_printf(text, c->settle > 0 ? "\nbranch %d: %d simulations; %s\n" : "\nbranch %d: %d cycles; %s\n",
-                    branch + 1, b->count, b->end ? b->end : "interrupted");
-    kmp_shown as = kmp_limit_cycles_shown(c);
-    kmp_text_printf(text, "  %-9s  %14s  %13s  %-9s  %11s", "", c->name, "period, s", "stability", "multiplier");
-    for (int k = 0; k < c->held; k++)
-        kmp_text_printf(text, "  %*s%s", (int)(8 - strlen(held_name(c, k))), "load.", held_name(c, k));
-    for (int k = 0; k < shown_outputs(c); k++)
-        kmp_text_printf(text, "  %13s", c->output[k]);
-    kmp_text_printf(text, "\n  %-9s  %14s  %13s  %-9s  %11s", "", as.unit, "", "", "");
-    for (int k = 0; k < c->held; k++)
-        kmp_text_printf(text, "  %13s", kmp_cycles_load_unit(c, k));
-    for (int k = 0; k < shown_outputs(c); k++)
-        kmp_text_printf(text, "  %13s", kmp_shown_as(c->system->context, c->unit[k]).unit);
+    const int columns = shown_columns(c);
+    kmp_text head = {0}, unit = {0};
+    kmp_text_printf(&head, c->settle > 0 ? "Branch %d: %d simulations; %s" : "Branch %d: %d cycles; %s", branch + 1,
+                    b->count, b->end ? b->end : "interrupted");
     kmp_text_put(text, "\n");
-    for (int k = 0; k < b->count && k < MOST_ROWS; k++)
-        show_cycle(text, c, b->cycle[k]);
-    if (b->count > MOST_ROWS)
-        kmp_text_printf(text, "  and %d more, in --output\n", b->count - MOST_ROWS);
+    kmp_print_wrapped(text, "", INDENT, head.s ? head.s : "");
+    kmp_text_free_part(text, &head);
+    kmp_text_printf(text, "  %-9s  %12s  %12s  %-9s  %10s", "", c->name, "period", "stability", "multiplier");
+    for (int k = 0; k < columns; k++) {
+        const column of = column_of(c, k);
+        kmp_text_printf(text, "  %*s%s%s", width_of(&of) - (int)(strlen(of.before) + strlen(of.name)), "", of.before,
+                        of.name);
+    }
+    kmp_print_unit_of(&unit, c->system, c->name);
+    kmp_text_printf(text, "\n  %-9s  %12s  %12s  %-9s  %10s", "", unit.length > 0 ? unit.s + 1 : "", "s", "", "");
+    kmp_text_free_part(text, &unit);
+    for (int k = 0; k < columns; k++) {
+        const column of = column_of(c, k);
+        kmp_text_printf(text, "  %*s", width_of(&of), of.unit);
+    }
+    kmp_text_put(text, "\n");
+    for (int k = 0; k < b->count; k++)
+        if (is_shown(b, k, all))
+            show_cycle(text, c, b->cycle[k], columns);
+}
+
+static void show_parts(kmp_text *text, const kempe_limit_cycles *c, bool all)
+{
+    kmp_text line = {0};
+    show_title(text, c);
+    show_points(text, c);
+    for (int k = 0; k < c->held; k++)
+        kmp_text_printf(&line, "%s'%s'", k ? ", " : "", held_name(c, k));
+    if (c->held > 0)
+        kmp_text_printf(text, "  A load holds the speed of %s, which no other force fixes; its mean is shown\n",
+                        line.s);
+    kmp_text_free_part(text, &line);
+    for (int b = 0; b < c->branches; b++)
+        show_branch(text, c, b, all);
+    if (c->settle > 0)
+        kmp_text_printf(text,
+                        "\nMotions at the end of each simulation; undecided: amplitudes still change by more than %g\n",
+                        KMP_CYCLE_SETTLED);
+    else if (c->branches > 0)
+        kmp_text_put(text, "\nOutputs: amplitudes, half the range over a period. Multiplier: the largest Floquet "
+                           "multiplier\nbut for 1, of the motion along the cycle; stable below 1\n");
+    if (c->branches > 0)
+        kmp_text_printf(text, "More: %s-o FILE.csv, --svg FILE\n", all ? "" : "--all (every cycle), ");
 }
 
 static void show(kmp_text *text, const void *result)
 {
-    const kempe_limit_cycles *c = result;
-    kmp_shown as = kmp_limit_cycles_shown(c);
-    kmp_print_title(text, c->system->model, kmp_outcome_of(c->status));
-    kmp_text_printf(text, "limit cycles over %s from %.6g to %.6g%s%s\n", c->name, as.factor * c->from,
-                    as.factor * c->to, as.unit[0] ? " " : "", as.unit);
-    for (int k = 0; k < c->held; k++)
-        kmp_text_printf(text, "%s'%s'",
-                        k == 0 ? "\nheld  at the speed of the start by a load, as no other force decides it: " : ", ",
-                        held_name(c, k));
-    kmp_text_put(text, c->held > 0 ? "\n" : "");
-    show_critical(text, c);
-    for (int b = 0; b < c->branches; b++)
-        show_branch(text, c, b);
-    if (c->settle > 0)
-        kmp_text_printf(
-            text,
-            "\nnote  motions that simulations of %g s reach; undecided: amplitudes still change by more than %g\n",
-            c->settle, KMP_CYCLE_SETTLED);
-    else if (c->branches > 0)
-        kmp_text_put(text, "\nnote  amplitudes are half the range over a period; the multiplier is the largest one, "
-                           "without that of the motion along the cycle\n");
-    if (c->held > 0 && c->branches > 0)
-        kmp_text_put(text, "note  a load holds the speed at every instant; its mean over the period is shown\n");
-    if (c->reason)
-        kmp_text_printf(text, "\nstopped: %s\n", c->reason);
+    show_parts(text, result, false);
+}
+
+static void show_full(kmp_text *text, const void *result)
+{
+    show_parts(text, result, true);
 }
 
 /* -- JSON ---------------------------------------------------------------------------------------------------- */
@@ -163,7 +245,7 @@ static void json(kmp_text *text, const void *result)
     kmp_json_put(&j, "] }");
 }
 
-KMP_PRINT(kempe_limit_cycles, cycles, cycles->system->context, json, show)
+KMP_PRINT_FULL(kempe_limit_cycles, cycles, cycles->system->context, json, show, show_full)
 
 static void add_parameter(kempe_table *table, const kempe_limit_cycles *c)
 {

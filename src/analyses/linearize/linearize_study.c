@@ -14,11 +14,12 @@
 #include <float.h>
 #include <kempe/linearize.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
-/* A matrix by its row of matrices.def: its name, its description, its values. */
+/* A matrix by its row of matrices.def: its name, the equation that begins with it, its values. */
 typedef struct kmp_matrix_row {
-    const char *name, *meaning;
+    const char *name, *equation;
     const double *values;
     int rows, columns;
 } kmp_matrix_row;
@@ -28,13 +29,13 @@ static kmp_matrix_row matrix_row(const kempe_linearization *l, int k)
     int p = l->count, n = l->channels.transfer.n, width = l->width, second = l->z ? 0 : p;
     int inputs = l->channels.loads.count, outputs = l->channels.outputs.count;
     const kmp_matrix_row row[] = {
-#define KMP_MATRIX(name, word, rows, columns, values, meaning) {word, meaning, values, rows, columns},
+#define KMP_MATRIX(name, word, rows, columns, values, equation) {word, equation, values, rows, columns},
 #include "analyses/linearize/matrices.def"
 #undef KMP_MATRIX
     };
     kmp_matrix_row found = k >= 0 && k < (int)(sizeof row / sizeof *row) ? row[k] : (kmp_matrix_row){0};
     if (l->z && k == KEMPE_MATRIX_A)
-        found.meaning = "x(k+1) = A x(k) + B w(k)";
+        found.equation = "x(k+1) = A x(k) + B w";
     return found;
 }
 
@@ -342,43 +343,137 @@ kempe_status kempe_linearization_write(const kempe_linearization *l, const char 
     return status;
 }
 
-/* -- output: the state, names, the matrices that are small enough to be read -------------------------------- */
-
-enum { MOST_COLUMNS = 8, MOST_ROWS = 24 };
-
 /* -- text -------------------------------------------------------------------------------------------- */
+
+enum { MOST_ROWS = 24, INDENT = 4, CELL = 32 };
 
 static const char *state_sentence(const kmp_channels *c)
 {
     return c->at->equilibrium ? (c->goes_on ? "about the steady motion" : "at the equilibrium")
            : c->goes_on       ? "at the start, which is a steady motion"
            : c->rests         ? "at the start, which is an equilibrium"
-                              : "at the start, which is not steady: the matrices hold at this instant";
+                              : "at the start, which is not an equilibrium";
 }
 
-static void list(kmp_text *text, const char *what, const kmp_names *names)
+static void list(kmp_text *text, const char *what, const char *symbol, const kmp_names *names)
 {
+    kmp_text first = {0}, all = {0};
     if (names->count == 0)
         return;
-    kmp_text_printf(text, "  %-8s ", what);
+    kmp_text_printf(&first, "  %d %s%s %s: ", names->count, what, names->count == 1 ? "" : "s", symbol);
     for (int k = 0; k < names->count; k++)
-        kmp_text_printf(text, "%s%s%s%s%s", k ? ", " : "", names->name[k], names->unit[k][0] ? " [" : "",
+        kmp_text_printf(&all, "%s%s%s%s%s", k ? ", " : "", names->name[k], names->unit[k][0] ? " [" : "",
                         names->unit[k], names->unit[k][0] ? "]" : "");
-    kmp_text_put(text, "\n");
+    kmp_print_wrapped(text, first.s ? first.s : "", INDENT, all.s ? all.s : "");
+    kmp_text_free_part(text, &first);
+    kmp_text_free_part(text, &all);
 }
 
-static void show_matrix(kmp_text *text, const kmp_matrix_row *row)
+/* An entry with six digits; rounding of the largest one as 0. */
+static int put_cell(char cell[CELL], const kmp_matrix_row *m, int i, int k)
 {
-    if (row->rows == 0 || row->columns == 0)
-        return;
-    bool fits = row->columns <= MOST_COLUMNS && row->rows <= MOST_ROWS;
-    kmp_text_printf(text, "\n%s  %d x %d%s%s%s\n", row->name, row->rows, row->columns, row->meaning[0] ? "   " : "",
-                    row->meaning, fits ? "" : "   (in -o FILE.npz and --json)");
-    for (int i = 0; fits && i < row->rows; i++) {
-        for (int k = 0; k < row->columns; k++)
-            kmp_text_printf(text, " %13.6g", row->values[i + k * row->rows] + 0.0);
+    double largest = 0;
+    for (ptrdiff_t e = 0; e < (ptrdiff_t)m->rows * m->columns; e++)
+        largest = fmax(largest, fabs(m->values[e]));
+    return snprintf(cell, CELL, "%.6g", kmp_print_clean(m->values[i + (ptrdiff_t)k * m->rows], DBL_EPSILON * largest));
+}
+
+static int column_width(const kmp_matrix_row *m, int k)
+{
+    char cell[CELL];
+    int width = 0;
+    for (int i = 0; i < m->rows; i++) {
+        const int length = put_cell(cell, m, i, k);
+        width = length > width ? length : width;
+    }
+    return width + 2;
+}
+
+/* Matrices with equal numbers of rows, one beside the other. */
+static int group_width(int count, const kmp_matrix_row *m)
+{
+    int width = 0;
+    for (; count > 0; m++, count--) {
+        width += m->columns > 0 ? (width > 0 ? 4 : 2) + (int)strlen(m->name) : 0;
+        for (int k = 0; k < m->columns; k++)
+            width += column_width(m, k);
+    }
+    return width;
+}
+
+static void show_beside(kmp_text *text, int count, const kmp_matrix_row *m)
+{
+    char cell[CELL];
+    for (int i = 0; i < m->rows; i++) {
+        for (const kmp_matrix_row *one = m; one < m + count; one++) {
+            if (one->columns > 0)
+                kmp_text_printf(text, "%s%-*s", one > m ? "    " : "  ", (int)strlen(one->name),
+                                i == 0 ? one->name : "");
+            for (int k = 0; k < one->columns; k++) {
+                put_cell(cell, one, i, k);
+                kmp_text_printf(text, "%*s", column_width(one, k), cell);
+            }
+        }
         kmp_text_put(text, "\n");
     }
+}
+
+/* A matrix that is too wide for a line, by blocks of columns. */
+static void show_blocks(kmp_text *text, const kmp_matrix_row *m)
+{
+    for (int from = 0, to; from < m->columns; from = to) {
+        kmp_matrix_row part = *m;
+        part.values = m->values + (ptrdiff_t)from * m->rows;
+        for (to = from + 1; to < m->columns; to++) {
+            part.columns = to + 1 - from;
+            if (group_width(1, &part) > KMP_PRINT_LINE)
+                break;
+        }
+        part.columns = to - from;
+        kmp_text_printf(text, "  %s, columns %d to %d of %d\n", m->name, from + 1, to, m->columns);
+        part.name = "";
+        show_beside(text, 1, &part);
+    }
+}
+
+/* An equation, without its term of the inputs where there are none; that of second order with its coordinates. */
+static void put_equation(kmp_text *text, const kempe_linearization *l, int first, const char *equation)
+{
+    kmp_text words = {0};
+    for (const char *at = equation; *at; at++)
+        if (l->channels.loads.count == 0 && strncmp(at, " + ", 3) == 0 && strncmp(at + 4, " w", 2) == 0)
+            at += strlen(" + B w") - 1;
+        else
+            kmp_text_printf(&words, "%c", *at);
+    if (first == KEMPE_MATRIX_M) {
+        kmp_text_put(&words, " with u = ");
+        kmp_list_names(&words, l->channels.system, kmp_name_of_coordinate, l->count, l->u);
+    }
+    kmp_text_put(text, "\n");
+    kmp_print_wrapped(text, "", INDENT, words.s ? words.s : "");
+    kmp_text_free_part(text, &words);
+}
+
+/* Matrices beside each other below their equation, or, all of them, one below the other. False: they are too large, and
+ * not shown. */
+static bool show_group(kmp_text *text, const kempe_linearization *l, int first, int count, bool all)
+{
+    kmp_matrix_row m[KMP_MATRICES];
+    int columns = 0;
+    for (int k = 0; k < count; k++) {
+        m[k] = matrix_row(l, first + k);
+        columns += m[k].columns;
+    }
+    if (m->rows == 0 || columns == 0)
+        return true;
+    const bool fits = m->rows <= MOST_ROWS && group_width(count, m) <= KMP_PRINT_LINE;
+    if (fits || all)
+        put_equation(text, l, first, m->equation);
+    if (fits)
+        show_beside(text, count, m);
+    for (int k = 0; k < count && !fits && all; k++)
+        show_blocks(text, &m[k]);
+    return fits || all;
 }
 
 static double largest_of(const kempe_linearization *l)
@@ -390,33 +485,57 @@ static double largest_of(const kempe_linearization *l)
     return largest;
 }
 
-static void show(kmp_text *text, const void *result)
+/* The independent coordinates suffice for a reader: the others are details. */
+static void show_matrices(kmp_text *text, const kempe_linearization *l, bool all)
 {
-    const kempe_linearization *l = result;
+    bool whole = true;
+    for (int first = 0, next; first < (all ? KMP_MATRICES : (int)KEMPE_MATRIX_N); first = next) {
+        for (next = first + 1; next < KMP_MATRICES && !*matrix_row(l, next).equation;)
+            next++;
+        whole = show_group(text, l, first, next - first, all) && whole;
+    }
+    if (!all)
+        kmp_text_printf(text, "\nMore (%sN and Nd of all coordinates): --all, -o FILE.npz, --json\n",
+                        whole ? "" : "large matrices, ");
+}
+
+static void show_parts(kmp_text *text, const kempe_linearization *l, bool all)
+{
     const kmp_channels *c = &l->channels;
-    int freedoms = c->linear.p - c->system->model->state_count;
-    kmp_print_title(text, c->system->model, kmp_outcome_of(c->status));
-    kmp_text_printf(text, "linear %s (t = 0), %d degree%s of freedom\n", state_sentence(c), freedoms,
-                    freedoms == 1 ? "" : "s");
+    kmp_text title = {0};
+    kmp_print_title(&title, c->system->model, kmp_outcome_of(c->status));
+    kmp_text_printf(&title, "state-space model %s%s", state_sentence(c),
+                    kmp_model_has_time(c->system->model) ? " (t = 0)" : "");
+    kmp_print_wrapped(text, "", INDENT, title.s ? title.s : "");
+    kmp_text_free_part(text, &title);
+    kmp_print_doubts(text, kmp_outcome_of(c->status), c->warnings);
+    if (!c->rests && !c->goes_on)
+        kmp_text_put(text, "  It is valid only near this state, for a short time\n");
     if (l->period > 0)
-        kmp_text_printf(text, "  samples  from one to the next after %.9g s: largest |z| %.9g, %s\n", l->period,
-                        largest_of(l),
+        kmp_text_printf(text, "  samples every %.6g s; largest |z| %.6g: %s\n", l->period, largest_of(l),
                         largest_of(l) < 1   ? "stable"
                         : largest_of(l) > 1 ? "unstable"
                                             : "neutral");
-    kmp_print_held(text, "  held     ", c->system, c->at->qd);
-    list(text, "states", &c->states);
-    list(text, "inputs", &c->loads);
-    list(text, "outputs", &c->outputs);
+    kmp_print_held(text, "  held: ", c->system, c->at->qd);
+    list(text, "state", "x", &c->states);
+    list(text, "input", "w", &c->loads);
+    list(text, "output", "y", &c->outputs);
     for (int k = 0; k < l->delays.count; k++) {
         kmp_shown as = kmp_shown_as(c->system->context, "s");
-        kmp_text_printf(text, "  delays   input %s is the output of that name %.9g %s before\n", l->delays.name[k],
+        kmp_text_printf(text, "  input %s is the output of that name %.6g %s before\n", l->delays.name[k],
                         as.factor * l->delay[k], as.unit);
     }
-    for (int k = 0; k < KMP_MATRICES; k++) {
-        kmp_matrix_row row = matrix_row(l, k);
-        show_matrix(text, &row);
-    }
+    show_matrices(text, l, all);
+}
+
+static void show(kmp_text *text, const void *result)
+{
+    show_parts(text, result, false);
+}
+
+static void show_full(kmp_text *text, const void *result)
+{
+    show_parts(text, result, true);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
@@ -479,4 +598,4 @@ static void json(kmp_text *text, const void *result)
     kmp_json_end(&j);
 }
 
-KMP_PRINT(kempe_linearization, linearization, linearization->channels.system->context, json, show)
+KMP_PRINT_FULL(kempe_linearization, linearization, linearization->channels.system->context, json, show, show_full)

@@ -19,7 +19,7 @@ struct kempe_linearization {
 
 enum {
     KMP_MATRICES = 0
-#define KMP_MATRIX(name, word, rows, columns, values, meaning) +1
+#define KMP_MATRIX(name, word, rows, columns, values, equation) +1
 #include "analyses/linearize/matrices.def"
 #include "model/data/force.h"
 #undef KMP_MATRIX

@@ -13,7 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_MOVERS = 4, MOST_RANGES = 6 };
+enum { MOST_MOVERS = 4, MOST_RANGES = 6, INDENT = 4 };
 
 /* The least participation that is printed, and the least share of a coordinate that is printed for a zero. */
 #define LEAST_SHARE 0.02
@@ -27,12 +27,12 @@ static const char *name_of(const kempe_modes *m, int coordinate)
 /* -- words ------------------------------------------------------------------------------------------- */
 
 /* Shares add up to 1; coordinates that move against each other with a common inertia have one below zero. */
-void kmp_modes_put_movers(kmp_text *text, const kempe_modes *m, int c)
+static void put_movers(kmp_text *text, const kempe_modes *m, int c, int most)
 {
     const double *share = m->modes.kinetic + (ptrdiff_t)c * m->modes.n;
     double last = INFINITY;
     int last_k = -1;
-    for (int reported = 0; reported < MOST_MOVERS; reported++) {
+    for (int reported = 0; reported < most; reported++) {
         int best = -1;
         for (int k = 0; k < m->modes.n; k++) { /* the next one in order: less, or equal and later */
             const double size = fabs(share[k]);
@@ -42,10 +42,15 @@ void kmp_modes_put_movers(kmp_text *text, const kempe_modes *m, int c)
         }
         if (best < 0)
             return;
-        kmp_text_printf(text, "%s%s %.2f", reported ? ", " : "", name_of(m, best), share[best]);
+        kmp_text_printf(text, "%s%s %.0f %%", reported ? ", " : "", name_of(m, best), 100 * share[best]);
         last = fabs(share[best]);
         last_k = best;
     }
+}
+
+void kmp_modes_put_movers(kmp_text *text, const kempe_modes *m, int c)
+{
+    put_movers(text, m, c, MOST_MOVERS);
 }
 
 void kmp_modes_put_along(kmp_text *text, const kempe_modes *m, int c)
@@ -102,16 +107,16 @@ void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *m)
             kmp_text_printf(
                 text,
                 "unstable: at %.4g Hz eigenvalues coincide and have one shape, so that the oscillation grows "
-                "in proportion to time, along ",
+                "in proportion to time: ",
                 kmp_mode_frequency(0, s->im[s->secular_at]));
         else
-            kmp_text_put(text, "unstable: a displacement grows as a power of time, along ");
+            kmp_text_put(text, "unstable: a displacement grows as a power of time: ");
         kmp_modes_put_movers(text, m, s->secular_at);
     } else if (strcmp(word, "unstable") == 0) {
         kmp_text_printf(text, "unstable: grows by e in %.4g s", 1 / s->re[worst]);
         if (s->im[worst] > 0)
             kmp_text_printf(text, " at %.4g Hz", kmp_mode_frequency(s->re[worst], s->im[worst]));
-        kmp_text_put(text, " along ");
+        kmp_text_put(text, ": ");
         kmp_modes_put_movers(text, m, worst);
     } else if (strcmp(word, "neutral") == 0) {
         kmp_text_put(text, "neutral: free motion ");
@@ -121,8 +126,7 @@ void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *m)
         }
         kmp_text_put(text, "; no mode grows");
     } else if (strcmp(word, "undecided") == 0) {
-        kmp_text_put(text,
-                     "undecided: of the eigenvalues with delays that were found none grows, but some may be absent");
+        kmp_text_put(text, "undecided: no eigenvalue that was found grows, but with delays some may be missing");
     } else if (strcmp(word, "undamped") == 0) {
         kmp_text_put(text, "undamped: no mode grows, but not all decay");
     } else {
@@ -131,22 +135,6 @@ void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *m)
 }
 
 /* -- text -------------------------------------------------------------------------------------------- */
-
-static void show_pair(kmp_text *text, double re, double im)
-{
-    kmp_text_printf(text, "  %13.8g", re);
-    if (im > 0)
-        kmp_text_printf(text, " +- %-13.8gi", im);
-    else
-        kmp_text_printf(text, "%18s", "");
-}
-
-/* z from sample to sample, of which s has the frequency and the damping. */
-static void show_z(kmp_text *text, const kempe_modes *m, int c)
-{
-    if (m->modes.z_re)
-        show_pair(text, m->modes.z_re[c], m->modes.z_im[c]);
-}
 
 /* The part of a flexible body in the elastic energy of mode c. */
 static double strain_of(const kempe_modes *m, const kmp_flexible *f, int c)
@@ -157,7 +145,7 @@ static double strain_of(const kempe_modes *m, const kmp_flexible *f, int c)
     return sum;
 }
 
-/* "; elastic energy: rod 0.98" */
+/* "; elastic energy: rod 98 %" */
 static void put_strain(kmp_text *text, const kempe_modes *m, int c)
 {
     const double visible = 0.005;
@@ -167,63 +155,127 @@ static void put_strain(kmp_text *text, const kempe_modes *m, int c)
         const double part = strain_of(m, &model->flexibles[k], c);
         if (fabs(part) < visible)
             continue;
-        kmp_text_printf(text, "%s%s %.2f", before, model->bodies[model->flexibles[k].body].name, part);
+        kmp_text_printf(text, "%s%s %.0f %%", before, model->bodies[model->flexibles[k].body].name, 100 * part);
         before = ", ";
     }
 }
 
-static void show_mode(kmp_text *text, const kempe_modes *m, int c)
+/* True if a listed share is below 0 or above 1. */
+static bool is_coupled(const kempe_modes *m, int c)
 {
-    double re = m->modes.spectrum.re[c], im = m->modes.spectrum.im[c];
-    bool over = kmp_modes_is_over(&m->modes, c);
-    show_z(text, m, c);
-    if (over)
-        kmp_text_printf(text, "  %31s", "over within a sample");
-    else
-        show_pair(text, re, im);
-    kmp_print_cells(text, "  %13.6g  %9.6g  %11.6g  ", im > 0 ? kmp_mode_frequency(re, im) : NAN,
-                    im > 0 ? kmp_mode_damping(re, im) : NAN, over ? NAN : kmp_mode_time(re));
-    kmp_modes_put_movers(text, m, c);
-    put_strain(text, m, c);
-    kmp_text_put(text, "\n");
+    for (int k = 0; k < m->modes.n; k++) {
+        const double share = m->modes.kinetic[k + (ptrdiff_t)c * m->modes.n];
+        if (share < -LEAST_SHARE || share > 1 + LEAST_SHARE)
+            return true;
+    }
+    return false;
 }
 
-static void show_modes(kmp_text *text, const kempe_modes *m)
+static void put_pair(kmp_text *text, double re, double im)
 {
-    const kmp_spectrum *s = &m->modes.spectrum;
-    int number = s->still;
-    kmp_text_printf(text, "  %3s", "");
-    if (m->modes.z_re)
-        kmp_text_printf(text, "  %-31s", "z from sample to sample");
-    kmp_text_printf(text, "  %-31s  %12s  %9s  %11s  %s\n", m->modes.z_re ? "s = ln(z)/T, 1/s" : "eigenvalue, 1/s",
-                    "frequency, Hz", "damping", "decay, s", "participation: share of the kinetic energy");
-    for (int c = 0; c < m->modes.spectrum.still; c++) {
-        kmp_text_printf(text, "  %3d", c + 1);
-        show_z(text, m, c);
-        kmp_text_printf(text, "  %13s%18s  %13s  %9s  %11s  ", "0", "", "-", "-", "-");
-        kmp_modes_put_along(text, m, c);
-        kmp_text_put(text, "\n");
+    kmp_text pair = {0};
+    kmp_text_printf(&pair, im > 0 ? "%.6g +- %.6g i" : "%.6g", re, im);
+    kmp_text_printf(text, "  %27s", pair.s ? pair.s : "");
+    kmp_text_free_part(text, &pair);
+}
+
+/* The motion of a mode: up to `most` coordinates, and the elastic energy of bodies. */
+static void put_moves(kmp_text *text, const kempe_modes *m, int c, int most, bool strain)
+{
+    const double time = kmp_mode_time(m->modes.spectrum.re[c]);
+    kmp_text movers = {0};
+    put_movers(&movers, m, c, most);
+    if (kmp_modes_is_over(&m->modes, c))
+        kmp_text_put(text, "over within a sample");
+    else if (time < 0)
+        kmp_text_printf(text, "GROWS by e in %.3g s", -time);
+    if (movers.length > 0)
+        kmp_text_printf(text, "%s%s", time < 0 || kmp_modes_is_over(&m->modes, c) ? ": " : "", movers.s);
+    kmp_text_free_part(text, &movers);
+    if (strain)
+        put_strain(text, m, c);
+}
+
+/* A line of the table: number, frequency and damping of an oscillation, time of decay, and as many coordinates as have
+ * room; in full with the eigenvalue and all. */
+static void show_mode(kmp_text *text, const kempe_modes *m, int number, int c, bool all)
+{
+    const double re = m->modes.spectrum.re[c], im = m->modes.spectrum.im[c], time = kmp_mode_time(re);
+    const bool over = kmp_modes_is_over(&m->modes, c);
+    kmp_text first = {0}, moves = {0};
+    kmp_text_printf(&first, "  %4d", number);
+    kmp_print_cells(&first, "  %13.6g  %13.6g  %14.6g", im > 0 ? kmp_mode_frequency(re, im) : NAN,
+                    im > 0 ? kmp_mode_damping(re, im) : NAN, over || !(time > 0) ? NAN : time);
+    if (all && m->modes.z_re)
+        put_pair(&first, m->modes.z_re[c], m->modes.z_im[c]);
+    else if (all)
+        put_pair(&first, re, im);
+    kmp_text_put(&first, "  ");
+    put_moves(&moves, m, c, MOST_MOVERS, true);
+    for (int most = MOST_MOVERS; !all && most > 0 && first.length + moves.length > KMP_PRINT_LINE; most--) {
+        kmp_text_free(&moves);
+        put_moves(&moves, m, c, most, false);
     }
-    for (int c = s->zeros; c < s->count; c++)
-        if (s->im[c] >= 0) {
-            kmp_text_printf(text, "  %3d", ++number);
-            show_mode(text, m, c);
-        }
+    kmp_print_wrapped(text, first.s ? first.s : "", 2 * INDENT, moves.s ? moves.s : "");
+    kmp_text_free_part(text, &first);
+    kmp_text_free_part(text, &moves);
+}
+
+/* Remarks on the table. */
+static void show_remarks(kmp_text *text, const kempe_modes *m, bool coupled)
+{
+    kmp_text line = {0};
+    if (coupled)
+        kmp_text_put(text, "  Shares above 100 % or below 0: these coordinates have inertia in common\n");
     if (m->modes.z_re) {
         kmp_shown as = kmp_shown_as(m->system->context, "s");
-        kmp_text_printf(text, "\nsamples   all repeat every T = %.10g %s; frequencies are known up to %.6g Hz\n",
+        kmp_text_printf(text, "  Samples repeat every %.6g %s: frequencies are known up to %.6g Hz\n",
                         as.factor * m->modes.period, as.unit, 0.5 / m->modes.period);
     }
     if (m->modes.endless) {
-        kmp_text_printf(text, "\ndelays    there are infinitely many eigenvalues; %d are shown", m->modes.shown);
+        kmp_text_printf(&line, "With delays there are infinitely many eigenvalues; %d are found", m->modes.shown);
         if (isfinite(m->modes.bound))
-            kmp_text_printf(text, ", all whose real part is above %.6g 1/s", m->modes.bound);
-        kmp_text_put(text, "\n");
+            kmp_text_printf(&line, ", all whose real part is above %.6g 1/s", m->modes.bound);
+        kmp_print_wrapped(text, "  ", INDENT, line.s ? line.s : "");
+        kmp_text_free_part(text, &line);
+    }
+}
+
+/* Modes without stiffness, whose eigenvalues are 0. */
+static void show_free(kmp_text *text, const kempe_modes *m)
+{
+    const kmp_spectrum *s = &m->modes.spectrum;
+    kmp_text line = {0};
+    if (s->still == 0)
+        return;
+    for (int c = 0; c < s->still; c++) {
+        kmp_text_put(&line, c ? "; " : "");
+        kmp_modes_put_along(&line, m, c);
     }
     if (s->zeros > s->still)
-        kmp_text_printf(text,
-                        "\nzeros     %d eigenvalues are zero: motion along %d of these modes has a constant rate\n",
-                        s->zeros, s->zeros - s->still);
+        kmp_text_printf(&line, "; at a constant rate: %d of %d", s->zeros - s->still, s->still);
+    kmp_print_wrapped(text, "  Free motion ", INDENT, line.s ? line.s : "");
+    kmp_text_free_part(text, &line);
+}
+
+static void show_modes(kmp_text *text, const kempe_modes *m, bool all)
+{
+    const kmp_spectrum *s = &m->modes.spectrum;
+    int number = s->still;
+    bool coupled = false;
+    show_free(text, m);
+    if (s->count > s->zeros)
+        kmp_text_printf(text, "\n  %4s  %13s  %13s  %14s", "mode", "frequency, Hz", "damping ratio", "decay by e, s");
+    if (s->count > s->zeros && all)
+        kmp_text_printf(text, "  %27s  moves mainly\n", m->modes.z_re ? "z of a sample" : "eigenvalue, 1/s");
+    else if (s->count > s->zeros)
+        kmp_text_put(text, "  moves mainly (share of kinetic energy)\n");
+    for (int c = s->zeros; c < s->count; c++)
+        if (s->im[c] >= 0) {
+            show_mode(text, m, ++number, c, all);
+            coupled = coupled || is_coupled(m, c);
+        }
+    show_remarks(text, m, coupled);
 }
 
 kmp_shown kmp_modes_shown(const kempe_modes *modes)
@@ -245,36 +297,36 @@ static bool next_uncertain(const kmp_locus *l, int *first, int *k)
     return *first < *k;
 }
 
+/* The values at which the stability changes, and where modes could not be followed. */
 static void show_locus(kmp_text *text, const kempe_modes *m)
 {
     const kmp_locus *l = &m->locus;
-    if (!m->name || l->reached == 0)
-        return;
-    kmp_shown as = kmp_modes_shown(m);
-    const char *space = as.unit[0] ? " " : "";
-    kmp_text_printf(text, "\nsweep     %s from %.10g to %.10g%s%s, %d values\n", m->name, as.factor * l->value[0],
-                    as.factor * l->value[l->reached - 1], space, as.unit, l->reached);
+    const double factor = kmp_modes_shown(m).factor;
+    kmp_text line = {0};
     for (int k = 0; k < l->critical_count; k++) {
         const kmp_critical *c = &l->critical[k];
-        kmp_text_printf(text, "critical  %s = %.12g%s%s: ", m->name, as.factor * c->value, space, as.unit);
+        kmp_text_printf(text, "  %s = ", m->name);
+        kmp_print_value_of(text, m->system, m->name, c->value);
         if (c->im > 1e-6 * hypot(c->re, c->im) && c->im > 0)
-            kmp_text_printf(text, "a mode of %.10g Hz (%.10g rad/s)", c->im / (2 * acos(-1)), c->im);
+            kmp_text_printf(text, ": a mode of %.6g Hz (%.6g rad/s)", c->im / (2 * acos(-1)), c->im);
         else
-            kmp_text_put(text, "a mode without oscillation");
+            kmp_text_put(text, ": a mode without oscillation");
         kmp_text_printf(text, " grows %s it\n", c->grows_above ? "above" : "below");
     }
-    if (l->critical_count == 0)
-        kmp_text_put(text, "critical  none: no mode changes its stability\n");
     int reported = 0;
     for (int first, k = 0; next_uncertain(l, &first, &k); reported++)
         if (reported < MOST_RANGES)
-            kmp_text_printf(text, "%s%.6g to %.6g",
-                            reported ? ", " : "note      the modes could not be tracked with certainty over ",
-                            as.factor * l->value[first], as.factor * l->value[k]);
+            kmp_text_printf(&line, "%s%.6g to %.6g",
+                            reported ? ", " : "Modes could not be followed with certainty over ",
+                            factor * l->value[first], factor * l->value[k]);
     if (reported > MOST_RANGES)
-        kmp_text_printf(text, " and %d more ranges", reported - MOST_RANGES);
-    if (reported > 0)
-        kmp_text_printf(text, " of %s: two modes are too close, or more values are needed\n", m->name);
+        kmp_text_printf(&line, " and %d more ranges", reported - MOST_RANGES);
+    if (reported > 0) {
+        kmp_print_unit_of(&line, m->system, m->name);
+        kmp_text_printf(&line, " of %s: two modes are too close, or more values are needed", m->name);
+        kmp_print_wrapped(text, "  ", INDENT, line.s ? line.s : "");
+    }
+    kmp_text_free_part(text, &line);
 }
 
 /* The independent coordinates, or the states among them. */
@@ -290,41 +342,106 @@ static void list_coordinates(kmp_text *text, const kempe_modes *m, bool states)
     }
 }
 
-static void show_all(kmp_text *text, const void *result)
+static bool is_swept(const kempe_modes *m)
 {
-    const kempe_modes *m = result;
+    return m->name && m->locus.reached > 0;
+}
+
+/* "stable: every mode decays"; free motions are listed below. */
+static void put_answer(kmp_text *text, const kempe_modes *m)
+{
+    const int still = m->modes.spectrum.still, listed = m->modes.count > 0 ? still : 0;
+    int modes = listed;
+    for (int c = m->modes.spectrum.zeros; c < m->modes.count; c++)
+        modes += m->modes.spectrum.im[c] >= 0;
+    if (m->modes.count > 0)
+        kmp_text_printf(text, "%d mode%s at %s%s, ", modes, modes == 1 ? "" : "s",
+                        m->family->state->equilibrium ? "the equilibrium" : "the assembled start",
+                        kmp_model_has_time(m->system->model) ? " (t = 0)" : "");
+    if (strcmp(kmp_modes_verdict(m), "neutral") == 0)
+        kmp_text_printf(text, "neutral: %d free motion%s, no mode grows", still, still == 1 ? "" : "s");
+    else
+        kmp_modes_put_verdict(text, m);
+}
+
+static void show_title(kmp_text *text, const kempe_modes *m)
+{
+    const kmp_locus *l = &m->locus;
+    kmp_text title = {0};
+    kmp_print_title(&title, m->system->model, kmp_outcome_of(m->status));
+    if (is_swept(m)) {
+        kmp_text_printf(&title, "%s from %.6g to ", m->name, kmp_modes_shown(m).factor * l->value[0]);
+        kmp_print_value_of(&title, m->system, m->name, l->value[l->reached - 1]);
+        kmp_text_printf(&title, ", %d values: ", l->reached);
+        if (l->critical_count == 0)
+            kmp_text_put(&title, "no mode changes its stability");
+        else
+            kmp_text_printf(&title, "%d change%s of stability", l->critical_count, l->critical_count == 1 ? "" : "s");
+    } else {
+        put_answer(&title, m);
+    }
+    kmp_print_wrapped(text, "", INDENT, title.s ? title.s : "");
+    kmp_text_free_part(text, &title);
+    kmp_print_doubts(text, kmp_outcome_of(m->status), m->warnings);
+    if (m->reason)
+        kmp_print_wrapped(text, "  Stopped: ", INDENT, m->reason);
+}
+
+/* The coordinates, rates and states that modes are about. */
+static void show_state(kmp_text *text, const kempe_modes *m)
+{
     int freedoms = 0, states = 0;
+    kmp_text line = {0};
     for (int k = 0; k < m->modes.moving; k++)
         *(kmp_state_of(m->system->model, m->modes.u[k]) ? &states : &freedoms) += 1;
-    kmp_print_title(text, m->system->model, kmp_outcome_of(m->status));
-    kmp_text_printf(text, "%d degree%s of freedom at %s%s%s", freedoms, freedoms == 1 ? "" : "s",
-                    m->family->state->equilibrium ? "the equilibrium" : "the assembled start",
-                    kmp_model_has_time(m->system->model) ? " (t = 0)" : "", m->modes.moving > 0 ? ": " : "");
-    list_coordinates(text, m, false);
+    kmp_text_printf(&line, "%d degree%s of freedom%s", freedoms, freedoms == 1 ? "" : "s",
+                    m->modes.moving > 0 ? ": " : "");
+    list_coordinates(&line, m, false);
     if (states > 0) {
-        kmp_text_put(text, "; states: ");
-        list_coordinates(text, m, true);
+        kmp_text_put(&line, "; states: ");
+        list_coordinates(&line, m, true);
     }
-    kmp_text_put(text, "\n");
-    kmp_print_flexible(text, m->system->model, "flexible  ");
+    kmp_print_wrapped(text, "  ", INDENT, line.s ? line.s : "");
+    kmp_text_free(&line);
     if (m->family->rate_count > 0) {
-        kmp_text_put(text, "steady    ");
-        kmp_steady_list(text, m->system->model, m->family->rate_count, m->family->rates, m->qd);
-        kmp_text_put(text, " (cyclic coordinates)\n");
+        kmp_steady_list(&line, m->system->model, m->family->rate_count, m->family->rates, m->qd);
+        kmp_print_wrapped(text, "  Constant rates: ", INDENT, line.s ? line.s : "");
+        kmp_text_free(&line);
     }
-    kmp_print_held(text, "held      ", m->system, m->qd);
-    kmp_text_put(text, "\n");
-    if (m->modes.count > 0)
-        show_modes(text, m);
-    kmp_text_put(text, m->modes.count > 0 ? "\nstability  " : "stability  ");
-    kmp_modes_put_verdict(text, m);
-    kmp_text_put(text, "\n");
+    kmp_print_flexible(text, m->system->model, "  Flexible ");
+    kmp_print_held(text, "  Held: ", m->system, m->qd);
     if (!m->family->state->equilibrium)
-        kmp_text_put(text, "note      the start need not be an equilibrium: the modes describe the initial growth of "
-                           "small perturbations\n");
-    show_locus(text, m);
-    if (m->reason)
-        kmp_text_printf(text, "stopped   %s\n", m->reason);
+        kmp_text_put(text, "  The start need not be an equilibrium: modes describe how small perturbations begin\n");
+}
+
+static void show_parts(kmp_text *text, const kempe_modes *m, bool all)
+{
+    show_title(text, m);
+    if (is_swept(m)) {
+        kmp_text answer = {0};
+        show_locus(text, m);
+        kmp_text_printf(&answer, "With %s of the model: ", m->name);
+        put_answer(&answer, m);
+        kmp_text_put(text, "\n");
+        kmp_print_wrapped(text, "", INDENT, answer.s ? answer.s : "");
+        kmp_text_free_part(text, &answer);
+    }
+    show_state(text, m);
+    if (m->modes.count > 0)
+        show_modes(text, m, all);
+    if (m->modes.count > 0 && !all)
+        kmp_text_printf(text, "  Eigenvalues: --all; shapes: --json, --report FILE%s\n",
+                        is_swept(m) ? "; values of the sweep: -o FILE.csv, --svg FILE" : "");
+}
+
+static void show(kmp_text *text, const void *result)
+{
+    show_parts(text, result, false);
+}
+
+static void show_full(kmp_text *text, const void *result)
+{
+    show_parts(text, result, true);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
@@ -443,7 +560,7 @@ static void json_all(kmp_text *text, const void *result)
     kmp_json_put(&json, "cpu_s %g }", m->cpu_s);
 }
 
-KMP_PRINT(kempe_modes, modes, modes->system->context, json_all, show_all)
+KMP_PRINT_FULL(kempe_modes, modes, modes->system->context, json_all, show, show_full)
 
 static void fill_modes(kempe_table *table, const void *result)
 {

@@ -195,6 +195,7 @@ kempe_status kmp_range_fits(kempe_context *context, const char *what, const kmp_
     kmp_text_put(&sentence, " is given, but ");
     kmp_dimension_print(&sentence, wanted);
     kmp_text_put(&sentence, " is expected");
+    kmp_dimension_hint(&sentence, wanted, range->dimension);
     return kmp_fail_text(context, KEMPE_E_ARGUMENT, &sentence);
 }
 

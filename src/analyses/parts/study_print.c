@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analyses/parts/study_print.h"
 #include "model/data/model.h"
+#include "model/data/variant.h"
 #include "model/language/expression_value.h"
 #include "output/print.h"
 #include <string.h>
@@ -18,6 +19,48 @@ const char *kmp_quantity_unit_of(const kempe_system *system, const char *name)
                 return kmp_quantity_unit(system, quantity, k);
     }
     return "";
+}
+
+/* A unit with blanks between its parts, as in all texts. */
+static void put_dimension(kmp_text *text, kmp_dimension dimension)
+{
+    kmp_text unit = {0};
+    kmp_dimension_print(&unit, dimension);
+    for (size_t k = 0; k < unit.length; k++)
+        if (unit.s[k] == '*')
+            unit.s[k] = ' ';
+    kmp_text_put(text, unit.s ? unit.s : "");
+    kmp_text_free_part(text, &unit);
+}
+
+/* The unit `known` of a start value, or that of a parameter's dimension. */
+static void put_unit(kmp_text *text, const char *before, const kempe_system *system, const char *name,
+                     const char *known)
+{
+    const int at = kmp_parameter_find(system->model, name);
+    const bool physical = at >= 0 && kmp_dimension_is_physical(system->model->parameters[at].dimension);
+    if (!*known && !physical)
+        return;
+    kmp_text_printf(text, "%s%s", before, known);
+    if (physical)
+        put_dimension(text, system->model->parameters[at].dimension);
+}
+
+void kmp_print_parameter_unit(kmp_text *text, const char *before, const kempe_system *system, const char *name)
+{
+    put_unit(text, before, system, name, kmp_quantity_unit_of(system, name));
+}
+
+void kmp_print_unit_of(kmp_text *text, const kempe_system *system, const char *name)
+{
+    put_unit(text, " ", system, name, kmp_shown_as(system->context, kmp_quantity_unit_of(system, name)).unit);
+}
+
+void kmp_print_value_of(kmp_text *text, const kempe_system *system, const char *name, double value)
+{
+    kmp_shown as = kmp_shown_as(system->context, kmp_quantity_unit_of(system, name));
+    kmp_text_printf(text, "%.6g", as.factor * value + 0.0);
+    kmp_print_unit_of(text, system, name);
 }
 
 void kmp_print_pairs(kmp_json *json, const char *key, int count, const double *re, const double *im)
@@ -68,7 +111,7 @@ void kmp_print_held(kmp_text *text, const char *label, const kempe_system *syste
     const kmp_state *state;
     int count = 0;
     for (int k = 0; (state = next_held(model, &k)); k++)
-        kmp_text_printf(text, "%s%s = %.9g", count++ ? ", " : label, state->name, value[k]);
+        kmp_text_printf(text, "%s%s = %.6g", count++ ? ", " : label, state->name, value[k]);
     if (count > 0)
         kmp_text_put(text, count == 1 ? ": this state changes at events, and is constant in small motions\n"
                                       : ": these states change at events, and are constant in small motions\n");

@@ -8,6 +8,15 @@
 /** SI unit of a value that is named as a column, q.NAME or qd.NAME; "": another name, a parameter. */
 const char *kmp_quantity_unit_of(const kempe_system *system, const char *name);
 
+/** Appends `before` and the SI unit of a parameter of the model, or of a start value q.NAME, qd.NAME; nothing where the
+ * unit is not known. */
+void kmp_print_parameter_unit(kmp_text *text, const char *before, const kempe_system *system, const char *name);
+
+/** For texts: the unit of such a name with a blank before it, of a parameter that of its dimension, nothing where it is
+ * not known; and a value in it. */
+void kmp_print_unit_of(kmp_text *text, const kempe_system *system, const char *name);
+void kmp_print_value_of(kmp_text *text, const kempe_system *system, const char *name, double value);
+
 /** An array of pairs [re, im]. */
 void kmp_print_pairs(kmp_json *json, const char *key, int count, const double *re, const double *im);
 

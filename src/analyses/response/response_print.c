@@ -11,110 +11,147 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-
-enum { MOST_PEAKS = 60 };
+#include <string.h>
 
 static const double two_pi = 6.283185307179586476925286766559;
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-static void put_pair(kmp_text *text, const kempe_response *r, int input, int output, int width)
+enum { MOST_ROWS = 20, WIDEST_NAME = 40, INDENT = 4 };
+
+/* The name of a response with its unit: "q.body / drive(road), m / m". */
+static void put_name(kmp_text *name, const kempe_response *r, int input, int output)
 {
-    int length = snprintf(NULL, 0, "%s / %s", kmp_response_output(r, output), kmp_response_input(r, input));
-    kmp_text_printf(text, "  %s / %s%*s", kmp_response_output(r, output), kmp_response_input(r, input), width - length,
-                    "");
+    kmp_text_printf(name, "%s / %s", kmp_response_output(r, output), kmp_response_input(r, input));
+    kmp_response_put_unit(name, r, input, kmp_response_shown(r, output).unit, ", ", " / ");
 }
 
-static void put_amplitude(kmp_text *text, double x)
+/* A frequency with the amplitude there. */
+static void put_row(kmp_text *text, double hz, double amplitude)
 {
-    if (isfinite(x))
-        kmp_text_printf(text, "  %13.6g", x);
+    kmp_text_printf(text, "  %11.6g", hz);
+    if (isfinite(amplitude))
+        kmp_text_printf(text, "  %12.6g", amplitude);
     else
-        kmp_text_printf(text, "  %13s", "unbounded");
+        kmp_text_printf(text, "  %12s", "unbounded");
 }
 
-static void show_peaks(kmp_text *text, const kempe_response *r, int width)
+/* The static response of a pair, and its peaks; names that are long have a line of their own. */
+static void show_pair(kmp_text *text, const kempe_response *r, int input, int output, int width, int *room)
 {
     const kmp_frequency *f = &r->frequency;
-    kmp_text_printf(text, "\npeaks%s\n", f->peak_count ? "" : ": none in the range");
-    if (f->peak_count)
-        kmp_text_printf(text, "  %-*s  %13s  %13s  %11s  %10s\n", width, "", "Hz", "amplitude", "phase, deg", "gain");
-    for (int k = 0; k < f->peak_count && k < MOST_PEAKS; k++) {
+    const double factor = kmp_response_shown(r, output).factor, still = f->still[output + input * f->outputs];
+    kmp_text name = {0};
+    put_name(&name, r, input, output);
+    const int length = (int)name.length;
+    kmp_text_printf(text, "  %s%*s", name.s ? name.s : "", length <= width ? width - length : 0, "");
+    if (length > width)
+        kmp_text_printf(text, "\n  %*s", width, "");
+    kmp_text_free_part(text, &name);
+    put_row(text, 0, factor * still);
+    kmp_text_put(text, "\n");
+    for (int k = 0; k < f->peak_count; k++) {
         const kmp_peak *p = &f->peak[k];
-        put_pair(text, r, p->input, p->output, width);
-        kmp_text_printf(text, "  %13.8g", p->frequency);
-        put_amplitude(text, kmp_response_shown(r, p->output).factor * p->amplitude);
-        kmp_print_cells(text, "  %11.2f  %10.4g\n", isfinite(p->amplitude) ? p->phase * (360 / two_pi) : NAN, p->gain);
+        if (p->input != input || p->output != output || (*room)-- <= 0)
+            continue;
+        kmp_text_printf(text, "  %*s", width, "");
+        put_row(text, p->frequency, factor * p->amplitude);
+        kmp_print_cells(text, "  %10.2f  %10.4g\n", isfinite(p->amplitude) ? p->phase * (360 / two_pi) : NAN, p->gain);
     }
-    if (f->peak_count > MOST_PEAKS)
-        kmp_text_printf(text, "  and %d more, in --json\n", f->peak_count - MOST_PEAKS);
 }
 
+/* Modes without a steady response: growing ones, or undamped ones. */
 static void list_poles(kmp_text *text, const kempe_response *r, bool unstable)
 {
     const kmp_frequency *f = &r->frequency;
     int count = 0;
+    kmp_text line = {0};
     for (int k = 0; f->has_spectrum && k < f->poles.count; k++) {
         bool grows = f->poles.re[k] > 0 && !kmp_frequency_undamped(f, k) && f->poles.im[k] >= 0;
         if (unstable ? !grows : !kmp_frequency_undamped(f, k))
             continue;
         if (count++ == 0)
-            kmp_text_put(
-                text, unstable
-                          ? "note  the state is unstable, so the steady-state response is not attained; growing modes: "
-                          : "note  undamped modes at ");
+            kmp_text_put(&line, unstable
+                                    ? "The state is unstable, so that no steady response is reached; growing modes: "
+                                    : "Responses are unbounded at the undamped modes at ");
         else
-            kmp_text_put(text, ", ");
+            kmp_text_put(&line, ", ");
         if (unstable)
-            kmp_text_printf(text, "grows by e in %.4g s at %.6g Hz", 1 / f->poles.re[k], f->poles.im[k] / two_pi);
+            kmp_text_printf(&line, "grows by e in %.4g s at %.6g Hz", 1 / f->poles.re[k], f->poles.im[k] / two_pi);
         else
-            kmp_text_printf(text, "%.8g Hz", f->poles.im[k] / two_pi);
+            kmp_text_printf(&line, "%.6g Hz", f->poles.im[k] / two_pi);
     }
-    kmp_text_put(text, count == 0 ? "" : unstable ? "\n" : ": there the answers have unbounded\n");
+    if (count > 0)
+        kmp_print_wrapped(text, "  ", INDENT, line.s ? line.s : "");
+    kmp_text_free_part(text, &line);
 }
 
-static void show(kmp_text *text, const void *result)
+static void show_title(kmp_text *text, const kempe_response *r)
 {
-    const kempe_response *r = result;
     const kmp_frequency *f = &r->frequency;
-    int width = 0;
+    const kmp_channels *c = &r->channels;
+    kmp_text title = {0};
+    kmp_print_title(&title, c->system->model, kmp_outcome_of(c->status));
+    kmp_text_printf(&title, "%d frequencies from %.6g to %.6g Hz about %s%s: ", f->count, f->at[0], f->at[f->count - 1],
+                    c->at->equilibrium ? (c->goes_on ? "the steady motion" : "the equilibrium")
+                    : c->goes_on       ? "the start, which is a steady motion"
+                                       : "the start, which is an equilibrium",
+                    kmp_model_has_time(c->system->model) ? " (t = 0)" : "");
+    if (f->peak_count > 0)
+        kmp_text_printf(&title, "%d peak%s", f->peak_count, f->peak_count == 1 ? "" : "s");
+    else
+        kmp_text_put(&title, "no peaks");
+    kmp_print_wrapped(text, "", INDENT, title.s ? title.s : "");
+    kmp_text_free_part(text, &title);
+    kmp_print_doubts(text, kmp_outcome_of(c->status), c->warnings);
+}
+
+static void show_parts(kmp_text *text, const kempe_response *r, bool all)
+{
+    const kmp_frequency *f = &r->frequency;
+    int width = (int)strlen("response"), room = all ? f->peak_count : MOST_ROWS;
     for (int i = 0; i < f->inputs; i++)
         for (int o = 0; o < f->outputs; o++) {
-            int length = snprintf(NULL, 0, "%s / %s", kmp_response_output(r, o), kmp_response_input(r, i));
-            width = length > width ? length : width;
+            kmp_text name = {0};
+            put_name(&name, r, i, o);
+            width = (int)name.length > width ? (int)name.length : width;
+            kmp_text_free_part(text, &name);
         }
-    kmp_print_title(text, r->channels.system->model, kmp_outcome_of(r->channels.status));
-    kmp_text_printf(text, "%d frequencies from %.6g to %.6g Hz, about %s%s\n", f->count, f->at[0], f->at[f->count - 1],
-                    r->channels.at->equilibrium ? (r->channels.goes_on ? "the steady motion" : "the equilibrium")
-                    : r->channels.goes_on       ? "the start, which is a steady motion"
-                                                : "the start, which is an equilibrium",
-                    kmp_model_has_time(r->channels.system->model) ? " (t = 0)" : "");
-    kmp_print_held(text, "held      ", r->channels.system, r->channels.at->qd);
-    if (f->growing != 0)
+    width = width > WIDEST_NAME ? WIDEST_NAME : width;
+    show_title(text, r);
+    kmp_print_held(text, "  Held: ", r->channels.system, r->channels.at->qd);
+    if (f->growing > 0)
         kmp_text_printf(text,
-                        f->growing > 0 ? "note  the state is unstable, so the steady-state response is not "
-                                         "attained; growing roots of its delays: %d\n"
-                                       : "note  the stability with delays is undecided\n",
+                        "  The state is unstable, so that no steady response is reached; %d roots of its delays grow\n",
                         f->growing);
+    else if (f->growing < 0)
+        kmp_text_put(text, "  The stability with delays is undecided\n");
     list_poles(text, r, true);
     list_poles(text, r, false);
     if (f->phi) {
         kmp_shown as = kmp_shown_as(r->channels.system->context, "s");
-        kmp_text_printf(text, "samples   inputs are held for T = %.10g %s; outputs are those before each sample\n",
+        kmp_text_printf(text, "  Inputs are held for T = %.6g %s; outputs are those before each sample\n",
                         as.factor * f->period, as.unit);
     }
-    kmp_text_printf(text, "\nrounding  changes the response by at most %.1e (relative), at %.6g Hz\n", f->worst,
-                    f->worst_at);
-    kmp_text_put(text, "\nstatic (0 Hz)\n");
+    kmp_text_printf(text, "\n  %-*s  %11s  %12s  %10s  %10s\n", width, "response", "Hz", "amplitude", "phase, deg",
+                    "gain");
     for (int i = 0; i < f->inputs; i++)
-        for (int o = 0; o < f->outputs; o++) {
-            double still = kmp_response_shown(r, o).factor * f->still[o + i * f->outputs];
-            put_pair(text, r, i, o, width);
-            put_amplitude(text, still);
-            kmp_response_put_unit(text, r, i, kmp_response_shown(r, o).unit, "  ", " / ");
-            kmp_text_put(text, "\n");
-        }
-    show_peaks(text, r, width);
+        for (int o = 0; o < f->outputs; o++)
+            show_pair(text, r, i, o, width, &room);
+    if (room < 0)
+        kmp_text_printf(text, "  %d more peaks: --all, --json\n", -room);
+    kmp_text_put(text, "  0 Hz: static response; all frequencies: -o FILE.csv, --svg FILE\n");
+    kmp_text_printf(text, "  Rounding changes the response by at most %.1e of it\n", f->worst);
+}
+
+static void show(kmp_text *text, const void *result)
+{
+    show_parts(text, result, false);
+}
+
+static void show_full(kmp_text *text, const void *result)
+{
+    show_parts(text, result, true);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
@@ -177,7 +214,7 @@ static void json(kmp_text *text, const void *result)
     kmp_json_put(&j, "] }");
 }
 
-KMP_PRINT(kempe_response, response, response->channels.system->context, json, show)
+KMP_PRINT_FULL(kempe_response, response, response->channels.system->context, json, show, show_full)
 
 /* -- picture ------------------------------------------------------------------------------------------------ */
 

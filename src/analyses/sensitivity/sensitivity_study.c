@@ -264,8 +264,6 @@ double *kmp_sensitivity_add_row(kempe_sensitivity *s, double at)
 KMP_GETTER(const char *kempe_sensitivity_method(const kempe_sensitivity *s), s, s->method, "")
 KMP_GETTER(kempe_slope_work kempe_sensitivity_work(const kempe_sensitivity *s), s, s->work, (kempe_slope_work){0})
 
-enum { A_LINE = 5 }; /* parameters */
-
 /* -- text -------------------------------------------------------------------------------------------- */
 
 /* The factor of a column and its derivatives from SI to the shown unit; that unit, of the time integral too. */
@@ -280,52 +278,122 @@ static void put_unit(kmp_text *text, const kempe_sensitivity *s, int column)
     kmp_text_printf(text, "%s%s", unit, s->integral && *unit ? " s" : "");
 }
 
-/* The last row by some of the parameters. */
-static void put_block(const kempe_sensitivity *s, kmp_text *text, int first, int name_width)
+/* The words above the derivatives by a parameter, with its unit where that is known: "per m of crank". */
+static char *per_parameter(const kempe_sensitivity *s, int k)
 {
-    int end = first + A_LINE < s->count ? first + A_LINE : s->count, row = s->rows - 1;
-    kmp_text_printf(text, "\n  %-*s  %15s", name_width, "", "value");
+    kmp_text text = {0};
+    kmp_text_put(&text, "per");
+    kmp_print_parameter_unit(&text, " ", s->system, s->name[k]);
+    kmp_text_printf(&text, "%s %s", text.length > strlen("per") ? " of" : "", s->name[k]);
+    return kmp_text_take(&text);
+}
+
+/* The size of a column in its row, for rounding: of its value, and of its changes by parameters of their sizes. */
+static double size_of(const kempe_sensitivity *s, int row, int column)
+{
+    double size = fabs(kmp_sensitivity_value(s, row, column));
+    for (int k = 0; k < s->count; k++)
+        size = fmax(size, fabs(kmp_sensitivity_slope(s, row, column, k) * s->size[k]));
+    return isfinite(size) ? size : 0;
+}
+
+enum { NUMBER = 12 }; /* the width of a number */
+
+/* The last row by parameters first .. end - 1. */
+static void put_block(const kempe_sensitivity *s, kmp_text *text, int first, int end, char *const *heads, int name,
+                      int unit)
+{
+    const int row = s->rows - 1;
+    kmp_text at = {0};
+    if (s->kind->row)
+        kmp_text_printf(&at, "at %s = %.6g%s", s->kind->row, s->at[row], strcmp(s->kind->row, "t") == 0 ? " s" : "");
+    kmp_text_printf(text, "\n%-*s %*s", name + unit + 3, at.s ? at.s : "", NUMBER, "value");
+    kmp_text_free_part(text, &at);
     for (int k = first; k < end; k++)
-        kmp_text_printf(text, "  d/d %-*s", kmp_print_widest(1, &s->name[k], 11), s->name[k]);
+        kmp_text_printf(text, "  %*s", NUMBER, heads[k]);
     kmp_text_put(text, "\n");
     for (int c = 0; c < s->columns; c++) {
-        kmp_text_printf(text, "  %-*s", name_width, s->column[c]);
-        kmp_print_cells(text, "  %15.8g", factor_of(s, c) * kmp_sensitivity_value(s, row, c));
-        for (int k = first; k < end; k++)
-            kmp_print_cells(text, "  %*.8g", kmp_print_widest(1, &s->name[k], 11) + 4,
-                            factor_of(s, c) * kmp_sensitivity_slope(s, row, c, k));
-        kmp_text_put(text, "  ");
+        const double factor = factor_of(s, c), noise = KMP_PRINT_NOISE * size_of(s, row, c);
+        const size_t length = text->length;
+        kmp_text_printf(text, "  %-*s ", name, s->column[c]);
         put_unit(text, s, c);
+        kmp_text_printf(text, "%*s", (int)(length + (size_t)(name + unit + 4)) - (int)text->length, "");
+        kmp_print_cells(text, "%*.6g", NUMBER, factor * kmp_print_clean(kmp_sensitivity_value(s, row, c), noise));
+        for (int k = first; k < end; k++)
+            kmp_print_cells(text, "  %*.6g", (int)fmax(NUMBER, (double)strlen(heads[k])),
+                            factor * kmp_print_clean(kmp_sensitivity_slope(s, row, c, k), noise / s->size[k]));
         kmp_text_put(text, "\n");
     }
+}
+
+/* The last row, with as many parameters at a time as a line has room for. */
+static void put_blocks(const kempe_sensitivity *s, kmp_text *text)
+{
+    kmp_arena arena = {0};
+    char **heads = KMP_ARENA_NEW(&arena, char *, s->count);
+    const int name = kmp_print_widest(s->columns, s->column, 8);
+    const int unit = kmp_print_widest(s->columns, s->unit, 1) + (s->integral ? 2 : 0);
+    bool whole = heads;
+    for (int k = 0; whole && k < s->count; k++)
+        whole = (heads[k] = per_parameter(s, k)) != NULL;
+    for (int first = 0, end; whole && first < s->count; first = end) {
+        int width = name + unit + 4 + NUMBER;
+        for (end = first; end < s->count; end++) {
+            width += 2 + (int)fmax(NUMBER, (double)strlen(heads[end]));
+            if (end > first && width > KMP_PRINT_LINE)
+                break;
+        }
+        put_block(s, text, first, end, heads, name, unit);
+    }
+    for (int k = 0; heads && k < s->count; k++)
+        kmp_free(heads[k]);
+    kmp_arena_free(&arena);
+    text->failed = text->failed || !whole;
+}
+
+/* Their names, or the number of many. */
+static void put_parameters(const kempe_sensitivity *s, kmp_text *text)
+{
+    enum { NAMED = 3 };
+    if (s->count > NAMED)
+        kmp_text_printf(text, "%d parameters", s->count);
+    for (int k = 0; s->count <= NAMED && k < s->count; k++)
+        kmp_text_printf(text, "%s%s", k == 0 ? "" : k + 1 < s->count ? ", " : " and ", s->name[k]);
+}
+
+static void put_accuracy(const kempe_sensitivity *s, kmp_text *text)
+{
+    kmp_text words = {0};
+    kmp_convergence_put(&words, s->context, &s->again, s->again_name, NULL);
+    if (words.s)
+        kmp_print_wrapped(text, "accuracy  ", 10, words.s);
+    kmp_text_free_part(text, &words);
 }
 
 static void put_text(kmp_text *text, const void *result)
 {
     const kempe_sensitivity *s = result;
-    int name_width = kmp_print_widest(s->columns, s->column, 8);
-    kmp_print_title(text, s->model, kmp_outcome_checked(s->status, !s->unchecked));
-    kmp_text_printf(text, "%s with respect to %d parameter%s\n\n", s->kind->name, s->count, s->count == 1 ? "" : "s");
+    const kempe_outcome outcome = kmp_outcome_checked(s->status, !s->unchecked);
+    kmp_print_title(text, s->model, outcome);
+    kmp_text_printf(text, "derivatives of %sthe %s with respect to ", s->integral ? "time integrals over " : "",
+                    s->kind->integrals ? "motion" : s->kind->name);
+    put_parameters(s, text);
+    kmp_text_printf(text, s->t_end > 0 ? ", 0 to %.6g s\n" : "\n", s->t_end);
     if (s->reason[0])
-        kmp_text_printf(text, "reason    %s\n", s->reason);
+        kmp_print_wrapped(text, "  ", 4, s->reason);
+    kmp_print_doubts(text, outcome, s->warnings);
+    if (s->rows > 0)
+        put_blocks(s, text);
+    kmp_text_put(text, s->t_end > 0 || s->note ? "\n" : "");
     if (s->t_end > 0) {
-        kmp_text_printf(text, "run       %s, %s to t = %g s, rtol %g, atol %g\n", s->method, s->integrator, s->t_end,
-                        s->rtol, s->atol);
-        kmp_text_put(text, s->again.known ? "accuracy  " : "");
-        kmp_convergence_put(text, s->context, &s->again, s->again_name, NULL);
-        kmp_text_put(text, s->again.known ? "\n" : "");
-        kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, exchanges %ld\n",
-                        s->work.steps, s->work.rejected, s->work.refused, s->work.rhs, s->work.exchanges);
-        if (s->backwards > 0)
-            kmp_text_printf(text, "adjoint   steps %.0f, %.3g MB of the motion stored\n", s->backwards, s->kept * 1e-6);
+        put_accuracy(s, text);
+        kmp_text_printf(text, "method    %s, integrator %s, rtol %g, atol %g, %ld steps\n", s->method, s->integrator,
+                        s->rtol, s->atol, s->work.steps);
     }
-    kmp_text_printf(text, "cpu       %.3f s, and %.3f s to derive the equations\n", s->cpu_s, s->build_s);
-    if (s->rows > 0 && s->kind->row)
-        kmp_text_printf(text, "rows      %d, the last one at %s = %.9g:\n", s->rows, s->kind->row, s->at[s->rows - 1]);
-    for (int first = 0; s->rows > 0 && first < s->count; first += A_LINE)
-        put_block(s, text, first, name_width);
+    if (s->rows > 1)
+        kmp_text_printf(text, "rows      %d, the last one is shown; -o FILE.csv writes all\n", s->rows);
     if (s->note)
-        kmp_text_printf(text, "\nnote      %s\n", s->note);
+        kmp_print_wrapped(text, "note      ", 10, s->note);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */

@@ -40,15 +40,41 @@ static void sum_times(const kempe_fit *f, double *cpu_s, double *build_s)
     }
 }
 
-static void put_head(kmp_text *text, const kempe_fit *f)
+/* The column whose residual is the largest part of the deviation of its data. */
+static int worst_column(const kempe_fit *f)
 {
-    const kempe_sensitivity *rows = kmp_fit_rows(f, 0);
-    double cpu_s, build_s;
-    sum_times(f, &cpu_s, &build_s);
+    int worst = 0;
+    for (int c = 1; c < f->columns; c++)
+        if (f->rms[c] * f->own_scatter[worst] > f->rms[worst] * f->own_scatter[c])
+            worst = c;
+    return worst;
+}
+
+/* "fit of rho to 251 measurements, residual 1e-9 rad in q.D (0.001 % of the deviation of the data)" */
+static void put_answer(kmp_text *text, const kempe_fit *f)
+{
+    enum { NAMED = 2 };
+    const int c = worst_column(f);
+    const kmp_shown shown = kmp_shown_as(f->context, f->column_unit[c]);
     kmp_print_title(text, f->model, kmp_outcome_of(f->status));
-    kmp_text_printf(text, "fit of %d parameter%s\n\n", f->count, f->count == 1 ? "" : "s");
-    if (f->reason[0])
-        kmp_text_printf(text, "reason    %s\n", f->reason);
+    kmp_text_put(text, "fit of ");
+    if (f->count > NAMED)
+        kmp_text_printf(text, "%d parameters", f->count);
+    for (int k = 0; f->count <= NAMED && k < f->count; k++)
+        kmp_text_printf(text, "%s%s", k ? " and " : "", f->name[k]);
+    kmp_text_printf(text, " to %d measurements\n", f->residuals);
+    if (f->outcome == KMP_SQUARES_NO_START)
+        return;
+    kmp_text_printf(text, "  residual%s %.2g %s in %s", f->columns > 1 ? " at most" : "", shown.factor * f->rms[c],
+                    shown.unit, f->column_name[c]);
+    if (f->own_scatter[c] > 0)
+        kmp_text_printf(text, ", %.2g %% of the deviation of the data from its mean",
+                        kmp_print_clean(100 * f->rms[c] / f->own_scatter[c], 100 * KMP_PRINT_NOISE));
+    kmp_text_put(text, "\n");
+}
+
+static void put_data(kmp_text *text, const kempe_fit *f)
+{
     for (int k = 0; k < f->run_count; k++) {
         const kmp_fit_run *r = &f->run[k];
         const kmp_measured *m = &r->measured;
@@ -56,24 +82,38 @@ static void put_head(kmp_text *text, const kempe_fit *f)
                         m->columns, m->columns == 1 ? "" : "s", known_in(f, k));
         kmp_text_put(text, r->own ? ", values of its own\n" : "\n");
     }
-    kmp_text_printf(text, "search    %s: %d iterations, %d runs of the model, %d steps shortened", outcomes[f->outcome],
-                    f->iterations, f->evaluations, f->refused);
-    kmp_text_printf(text, ", weights %s\n", f->given ? "given" : "from the residuals");
+}
+
+static void put_search(kmp_text *text, const kempe_fit *f)
+{
+    kmp_text words = {0};
+    kmp_text_printf(&words, "%s after %d iterations, %d runs of the model; ", outcomes[f->outcome], f->iterations,
+                    f->evaluations);
     if (f->starts > 1)
-        kmp_text_printf(text, "starts    %d of %d searches, the best one counts\n", f->searches, f->starts);
-    if (f->refused > 0 && f->refusal)
-        kmp_text_printf(text, "shortened the model does not run at some trial values, the last time because: %s\n",
-                        f->refusal);
-    kmp_text_printf(text, "run       %s to t = %g s, rtol %g, atol %g", rows->integrator, last_time(f), rows->rtol,
-                    rows->atol);
+        kmp_text_printf(&words, "the best of %d searches; ", f->searches);
+    kmp_text_printf(&words, "weights %s", f->given ? "given" : "from the residuals");
+    kmp_print_wrapped(text, "search    ", 10, words.s ? words.s : "");
+    kmp_text_free_part(text, &words);
+    if (f->refused == 0 || !f->refusal)
+        return;
+    kmp_text_printf(&words, "%d trials do not run, the last one because: %s", f->refused, f->refusal);
+    kmp_print_wrapped(text, "failures  ", 10, words.s ? words.s : "");
+    kmp_text_free_part(text, &words);
+}
+
+static void put_method(kmp_text *text, const kempe_fit *f)
+{
+    const kempe_sensitivity *rows = kmp_fit_rows(f, 0);
     if (isfinite(f->coarser))
-        kmp_text_printf(text, "; a hundredfold tolerance changes the motion by %.2g deviations", f->coarser);
-    kmp_text_printf(text, "\ncpu       %.3f s, and %.3f s to derive the equations\n", cpu_s, build_s);
+        kmp_text_printf(text, "accuracy  a hundredfold tolerance changes the motion by %.2g standard deviations\n",
+                        f->coarser);
     if (rows->differences)
-        kmp_text_printf(text,
-                        "slopes    differences of runs, as friction sticks: at twice the step they differ by %.2g\n",
+        kmp_text_printf(text, "          derivatives by differences, because friction sticks: uncertain by %.2g\n",
                         kmp_fit_slope_error(f));
-    kmp_text_printf(text, "rank      %d of %d, condition number %.3g\n", f->rank, f->free, f->condition);
+    put_data(text, f);
+    put_search(text, f);
+    kmp_text_printf(text, "run       %s to t = %.6g s, rtol %g, atol %g\n", rows->integrator, last_time(f), rows->rtol,
+                    rows->atol);
 }
 
 static void put_columns(kmp_text *text, const kempe_fit *f)
@@ -83,7 +123,7 @@ static void put_columns(kmp_text *text, const kempe_fit *f)
     for (int c = 0; c < f->columns; c++) {
         const kmp_shown shown = kmp_shown_as(f->context, f->column_unit[c]);
         kmp_text_printf(text, "  %-*s  %14d", width, f->column_name[c], f->number[c]);
-        kmp_print_cells(text, "  %14.8g  %14.8g  %s\n", shown.factor * f->rms[c], shown.factor * f->deviation[c],
+        kmp_print_cells(text, "  %14.2g  %14.6g  %s\n", shown.factor * f->rms[c], shown.factor * f->deviation[c],
                         shown.unit);
     }
 }
@@ -107,34 +147,43 @@ static void put_correlation(kmp_text *text, const kempe_fit *f)
     }
 }
 
+static void put_estimates(kmp_text *text, const kempe_fit *f)
+{
+    const int width = kmp_print_widest(f->count, f->name, 9);
+    kmp_text_printf(text, "\n  %-*s  %12s  %14s  %13s  %12s  %12s\n", width, "parameter", "estimate", "standard error",
+                    "interval from", "to", "start");
+    for (int k = 0; k < f->count; k++) {
+        const char *const words[] = {[KMP_FIT_INSIDE] = "",
+                                     [KMP_FIT_LOWER] = "  on its lower bound",
+                                     [KMP_FIT_UPPER] = "  on its upper bound",
+                                     [KMP_FIT_OPEN] = "  not determined by the data"};
+        kmp_print_cells(text, "  %-*s  %12.6g  %14.2g  %13.6g  %12.6g  %12.6g", width, f->name[k], f->value[k],
+                        f->error[k], f->low[k], f->high[k], f->start[k]);
+        kmp_print_parameter_unit(text, "  ", kmp_fit_rows(f, 0)->system, f->name[k]);
+        kmp_text_printf(text, "%s\n", words[f->state[k]]);
+    }
+    kmp_text_printf(text, "  values in SI, %g %% confidence intervals, %d degrees of freedom, condition number %.2g\n",
+                    100 * f->confidence, f->freedoms, f->condition);
+}
+
 static void put_text(kmp_text *text, const void *result)
 {
     const kempe_fit *f = result;
     kmp_text open = {0};
-    put_head(text, f);
+    put_answer(text, f);
+    if (f->reason[0])
+        kmp_print_wrapped(text, "  ", 4, f->reason);
+    kmp_print_doubts(text, kmp_outcome_of(f->status), f->warnings);
     kmp_fit_put_open(f, &open);
     if (open.s)
-        kmp_text_printf(text, "note      %s\n", open.s);
-    kmp_text_free(&open);
-    int width = kmp_print_widest(f->count, f->name, 9);
-    kmp_text_printf(text, "\n  %-*s  %14s  %14s  %14s  %14s  %14s\n", width, "parameter", "estimate", "standard error",
-                    "interval from", "to", "start");
-    for (int k = 0; k < f->count; k++) {
-        const double numbers[] = {f->value[k], f->error[k], f->low[k], f->high[k], f->start[k]};
-        kmp_text_printf(text, "  %-*s", width, f->name[k]);
-        for (int i = 0; i < 5; i++)
-            kmp_print_cells(text, "  %14.8g", numbers[i]);
-        if (f->state[k] != KMP_FIT_INSIDE)
-            kmp_text_printf(text, "  %s",
-                            f->state[k] == KMP_FIT_OPEN    ? "not determined by the data"
-                            : f->state[k] == KMP_FIT_LOWER ? "at its lower bound"
-                                                           : "at its upper bound");
-        kmp_text_put(text, "\n");
-    }
-    kmp_text_printf(text, "  values in SI, intervals of confidence %g, %d degrees of freedom\n", f->confidence,
-                    f->freedoms);
-    put_columns(text, f);
+        kmp_print_wrapped(text, "  ", 4, open.s);
+    kmp_text_free_part(text, &open);
+    put_estimates(text, f);
+    if (f->columns > 1 || f->outcome == KMP_SQUARES_NO_START)
+        put_columns(text, f);
     put_correlation(text, f);
+    kmp_text_put(text, "\n");
+    put_method(text, f);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */

@@ -726,8 +726,8 @@ static void warn(kempe_fit *f)
             continue;
         if (f->rms[c] > KMP_FIT_UNLIKE * f->own_scatter[c])
             kmp_doubt(f->context,
-                      "the fitted motion does not follow the data: residuals of '%s' are %.2g of its own deviation; "
-                      "the minimum may be local (--starts), or the model lacks an effect",
+                      "the fitted motion does not follow the data: residual of '%s' is %.2g of the data's deviation; "
+                      "the minimum may be local (--starts 8), or the model lacks an effect",
                       f->column_name[c], f->rms[c] / f->own_scatter[c]);
         else
             kmp_log(f->context, KEMPE_LOG_WARNING,

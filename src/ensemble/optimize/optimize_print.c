@@ -42,51 +42,147 @@ static const char *last_refusal(const kempe_optimum *o)
     return k >= 0 ? o->search[k].refusal : NULL;
 }
 
+static const kempe_system *system_of(const kempe_optimum *o)
+{
+    return kmp_ensemble_equations(o->objective.ensemble);
+}
+
+/* The first limit that is not kept, -1: all are. */
+static int broken_limit(const kempe_optimum *o)
+{
+    for (int k = 0; k < o->objective.list->limit_count; k++)
+        if (!is_kept(o, k))
+            return k;
+    return -1;
+}
+
+static void put_quantity(kmp_text *text, double value, const char *unit)
+{
+    kmp_text_printf(text, "%.6g%s%s", value, *unit ? " " : "", unit);
+}
+
+/* "base = 0.85 m (on its lower bound)", of all parameters, or of many their number. */
+static void put_place(kmp_text *text, const kempe_optimum *o)
+{
+    enum { NAMED = 2 };
+    if (o->count > NAMED)
+        kmp_text_printf(text, "the values of %d parameters below", o->count);
+    for (int k = 0; o->count <= NAMED && k < o->count; k++) {
+        kmp_text_printf(text, "%s%s = %.6g", k ? ", " : "", o->bounded.name[k], o->value[k]);
+        kmp_print_parameter_unit(text, " ", system_of(o), o->bounded.name[k]);
+        if (*state_of(o, k))
+            kmp_text_printf(text, " (on its %s bound)", state_of(o, k));
+    }
+}
+
+/* A limit that no values satisfy, and the value nearest to it. */
+static void put_broken(kmp_text *text, const kempe_optimum *o, int broken)
+{
+    const kmp_quantity_limit *limit = &o->objective.list->limit[broken];
+    kmp_text_printf(text, "no values satisfy %s, nearest ", limit->text);
+    put_quantity(text, limit_value(o, broken), o->objective.list->unit[limit->value]);
+}
+
+/* The result in words; where no values satisfy all limits, these first. */
+static void put_answer(kmp_text *text, const kempe_optimum *o)
+{
+    const int broken = broken_limit(o);
+    kmp_text title = {0}, words = {0};
+    kmp_print_title(&title, o->model, kmp_outcome_of(o->status));
+    if (broken >= 0) {
+        put_broken(&words, o, broken);
+        kmp_print_wrapped(text, title.s ? title.s : "", 2, words.s ? words.s : "");
+        kmp_text_free_part(text, &words);
+    }
+    kmp_text_printf(&words, "%s%s = ",
+                    broken >= 0      ? "there "
+                    : o->most_wanted ? "maximum of "
+                                     : "minimum of ",
+                    o->quantity);
+    put_quantity(&words, o->at_best[0], o->objective.list->unit[0]);
+    kmp_text_put(&words, " at ");
+    put_place(&words, o);
+    kmp_print_wrapped(text, broken >= 0 ? "  " : title.s ? title.s : "", 2, words.s ? words.s : "");
+    kmp_text_free_part(text, &title);
+    kmp_text_free_part(text, &words);
+}
+
+static void put_parameters(kmp_text *text, const kempe_optimum *o)
+{
+    const int width = kmp_print_widest(o->count, o->bounded.name, 9);
+    kmp_text_printf(text, "\n  %-*s  %12s  %12s  %12s  %12s\n", width, "parameter", "value", "start", "lower bound",
+                    "upper bound");
+    for (int k = 0; k < o->count; k++) {
+        kmp_text_printf(text, "  %-*s  %12.6g  %12.6g  %12.6g  %12.6g", width, o->bounded.name[k], o->value[k],
+                        o->start[k], o->bounded.lower[k], o->bounded.upper[k]);
+        kmp_print_parameter_unit(text, "  ", system_of(o), o->bounded.name[k]);
+        kmp_text_printf(text, *state_of(o, k) ? "  on its %s bound\n" : "%s\n", state_of(o, k));
+    }
+}
+
+static void put_limits(kmp_text *text, const kempe_optimum *o)
+{
+    const kmp_quantity_list *list = o->objective.list;
+    for (int k = 0; k < list->limit_count; k++) {
+        kmp_text_printf(text, "%s  limit %s: ", k ? "" : "\n", list->limit[k].text);
+        put_quantity(text, limit_value(o, k), list->unit[list->limit[k].value]);
+        kmp_text_put(text, is_kept(o, k) ? ", satisfied\n" : ", not satisfied\n");
+    }
+}
+
+/* Several searches, each with its end. */
+static void put_searches(kmp_text *text, const kempe_optimum *o)
+{
+    if (o->searches < 2)
+        return;
+    kmp_text_printf(text, "\n  %6s  %12s  %10s  %11s\n", "search", "result", "violation", "evaluations");
+    for (int k = 0; k < o->searches; k++) {
+        const kmp_searched *s = &o->search[k];
+        const bool ran = s->outcome != KMP_SQUARES_NO_START;
+        const double value = ran ? s->value : NAN;
+        kmp_print_cells(text, "  %6d  %12.6g  %10.2g  %11d  %s%s\n", s->number + 1, o->most_wanted ? -value : value,
+                        ran ? s->broken : NAN, s->evaluations, outcomes[s->outcome], k == o->best ? ", the best" : "");
+    }
+}
+
+static void put_method(kmp_text *text, const kempe_optimum *o)
+{
+    kmp_text words = {0};
+    if (isfinite(o->coarser)) {
+        kmp_text_printf(&words, "a hundredfold tolerance changes %s by %.2g%s%s", o->quantity, o->coarser,
+                        *o->objective.list->unit[0] ? " " : "", o->objective.list->unit[0]);
+        kmp_print_wrapped(text, "accuracy  ", 10, words.s ? words.s : "");
+        kmp_text_free_part(text, &words);
+    }
+    if (o->objective.obstacle)
+        kmp_text_printf(&words, "without derivatives (COBYLA): %s", o->objective.obstacle);
+    else
+        kmp_text_put(&words, strcmp(o->method, "slopes") == 0 ? "exact derivatives (SLSQP)"
+                                                              : "without derivatives (COBYLA), as requested");
+    kmp_text_printf(&words, "; %d search%s, %s; %d evaluation%s, %ld runs of the model", o->searches,
+                    o->searches == 1 ? "" : "es", outcomes[o->search[o->best].outcome], o->evaluations,
+                    o->evaluations == 1 ? "" : "s", o->objective.simulations);
+    kmp_print_wrapped(text, "method    ", 10, words.s ? words.s : "");
+    kmp_text_free_part(text, &words);
+    if (!last_refusal(o))
+        return;
+    kmp_text_printf(&words, "%d trials do not run, the last one because: %s", o->refused, last_refusal(o));
+    kmp_print_wrapped(text, "failures  ", 10, words.s ? words.s : "");
+    kmp_text_free_part(text, &words);
+}
+
 static void put_text(kmp_text *text, const void *result)
 {
     const kempe_optimum *o = result;
-    const kmp_quantity_list *list = o->objective.list;
-    int width = kmp_print_widest(o->count, o->bounded.name, 9);
-    const kmp_searched *best = &o->search[o->best];
-    const char *unit = o->objective.list->unit[0];
-    kmp_print_title(text, o->model, kmp_outcome_of(o->status));
-    kmp_text_printf(text, "%s of %s over %d parameter%s\n\n", o->most_wanted ? "largest value" : "least value",
-                    o->quantity, o->count, o->count == 1 ? "" : "s");
+    put_answer(text, o);
     if (o->reason[0])
-        kmp_text_printf(text, "reason    %s\n", o->reason);
-    kmp_text_printf(text, "result    %.6g%s%s, %s\n", o->at_best[0], *unit ? " " : "", unit, outcomes[best->outcome]);
-    if (isfinite(o->coarser))
-        kmp_text_printf(text, "accuracy  a hundredfold tolerance changes it by %.2g\n", o->coarser);
-    if (o->objective.obstacle)
-        kmp_text_printf(text, "method    without derivatives (COBYLA): %s\n", o->objective.obstacle);
-    else
-        kmp_text_printf(text, "method    %s\n",
-                        strcmp(o->method, "slopes") == 0 ? "exact derivatives (SLSQP)"
-                                                         : "without derivatives (COBYLA), as requested");
-    kmp_text_printf(text,
-                    "searches  %d of %d, %d evaluations, %ld runs of the model, %d trials where it does not run\n",
-                    o->searches, o->starts, o->evaluations, o->objective.simulations, o->refused);
-    if (last_refusal(o))
-        kmp_text_printf(text, "shortened the last trial failed because: %s\n", last_refusal(o));
-    kmp_text_printf(text, "cpu       %.3f s\n", o->seconds);
-    kmp_text_printf(text, "\n  %-*s  %16s  %14s  %14s  %14s\n", width, "parameter", "value", "start", "lower", "upper");
-    for (int k = 0; k < o->count; k++)
-        kmp_text_printf(text, "  %-*s  %16.10g  %14.8g  %14.8g  %14.8g%s%s\n", width, o->bounded.name[k], o->value[k],
-                        o->start[k], o->bounded.lower[k], o->bounded.upper[k], *state_of(o, k) ? "  at the bound " : "",
-                        state_of(o, k));
-    for (int k = 0; k < list->limit_count; k++)
-        kmp_text_printf(text, "%s  %s: %.8g %s%s\n", k ? "" : "\n", list->limit[k].text, limit_value(o, k),
-                        list->unit[list->limit[k].value], is_kept(o, k) ? "" : ", not kept");
-    kmp_text_printf(text, "\n  %6s  %16s  %10s  %11s  %s\n", "search", "quantity", "broken", "evaluations", "outcome");
-    for (int k = 0; k < o->searches; k++) {
-        const kmp_searched *s = &o->search[k];
-        bool ran = s->outcome != KMP_SQUARES_NO_START;
-        kmp_text_printf(text, "  %6d  %16.10g  %10.2g  %11d  %s%s\n", s->number + 1,
-                        ran && o->most_wanted ? -s->value
-                        : ran                 ? s->value
-                                              : NAN,
-                        ran ? s->broken : NAN, s->evaluations, outcomes[s->outcome], k == o->best ? ", the best" : "");
-    }
+        kmp_print_wrapped(text, "  ", 4, o->reason);
+    kmp_print_doubts(text, kmp_outcome_of(o->status), o->warnings);
+    put_parameters(text, o);
+    put_limits(text, o);
+    put_searches(text, o);
+    kmp_text_put(text, "\n");
+    put_method(text, o);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */

@@ -639,12 +639,14 @@ kempe_status kempe_optimum_new(const kempe_model *model, const kempe_optimum_opt
     if (given) {
         const kmp_searched *s = &o->search[o->best];
         if (s->broken > KMP_OPTIMUM_KEPT)
-            kmp_doubt(o->context,
-                      "the limits cannot be satisfied together: the result violates them least, by %.3g of a bound",
-                      s->broken);
+            kmp_doubt(
+                o->context,
+                "no values within the bounds satisfy all limits: the result violates them least, by %.2g of a limit",
+                s->broken);
         if (s->outcome == KMP_SQUARES_MOST)
             kmp_doubt(o->context,
-                      "the best search has not converged after %d evaluations: continue from its result, or allow more",
+                      "the best search has not converged after %d evaluations: continue from its result, or allow more "
+                      "(--most)",
                       s->evaluations);
         status = kmp_context_verdict(o->context, status);
         o->seconds += kmp_cpu_now() - begin + o->objective.helped_s;

@@ -51,9 +51,9 @@ KMP_FREES(kempe_count, c, kmp_choice_free(&c->choice), kmp_free(c->model))
 static void show_entry(kmp_text *text, int width, const char *name, const kmp_tally *t)
 {
     const kmp_counts *c = &t->counts;
-    kmp_text_printf(text, "  %-*s %7ld %8ld | %7ld %7ld %6ld %6ld %6ld %6ld | %8ld %8ld | %7ld %7ld | %6ld %6ld\n",
-                    width, name, c->paper, c->robotran, c->add, c->mul, c->div, c->neg, c->trig, c->other,
-                    t->runtime.paper, t->runtime.robotran, t->operations, t->useless, t->steps.serial, t->steps.vector);
+    kmp_text_printf(text, "  %-*s %7ld %8ld | %6ld %6ld %3ld %4ld %4ld %5ld | %8ld %8ld | %6ld %7ld\n", width, name,
+                    c->paper, c->robotran, c->add, c->mul, c->div, c->neg, c->trig, c->other, t->runtime.paper,
+                    t->runtime.robotran, t->operations, t->useless);
 }
 
 static void show_count(kmp_text *text, const void *result)
@@ -63,19 +63,19 @@ static void show_count(kmp_text *text, const void *result)
     for (int k = 0; k < c->choice.count; k++)
         longest = strlen(c->choice.chosen[k].name) > longest ? strlen(c->choice.chosen[k].name) : longest;
     int width = (int)longest;
-    kmp_text_printf(text, "%s: M by scheme %s, numbers %s%s\n\n", c->model, c->choice.scheme,
-                    c->choice.scene.keep ? "kept as symbols" : "folded",
+    kmp_text_printf(text, "%s: %s, %ld operations (+ - * /) for all sets together, %ld with functions\n", c->model,
+                    kempe_outcome_text(KEMPE_OUTCOME_COMPLETE), c->all.counts.paper, c->all.counts.robotran);
+    kmp_text_printf(text, "  M by the scheme %s, numbers %s%s\n\n", c->choice.scheme,
+                    c->choice.scene.keep ? "kept as symbols" : "inserted",
                     c->choice.scene.body_inputs ? ", forces and torques on bodies as inputs" : "");
-    kmp_text_printf(text, "  %-*s %7s %8s | %7s %7s %6s %6s %6s %6s | %8s %8s | %7s %7s | %6s %6s\n", width, "set",
-                    "paper", "robotran", "+ -", "*", "/", "neg", "trig", "other", "runtime", "robotran", "kept",
-                    "removed", "serial", "vector");
+    kmp_text_printf(text, "  %-*s %7s %8s | %6s %6s %3s %4s %4s %5s | %8s %8s | %6s %7s\n", width, "set", "+ - * /",
+                    "with fns", "+ -", "*", "/", "neg", "trig", "other", "run time", "with fns", "needed", "removed");
     for (int k = 0; k < c->choice.count; k++)
         show_entry(text, width, c->choice.chosen[k].name, &c->tally[k]);
     show_entry(text, width, "all", &c->all);
-    kmp_text_put(text, "\npaper: + - * /   robotran: those, unary minus and functions   runtime: without constant "
-                       "subexpressions\nkept, removed: operations that the set needs, and operations removed as unused "
-                       "  serial, vector: assignments, and steps if independent operations are simultaneous\nall: the "
-                       "sets above as one program\n");
+    kmp_text_put(text, "\nwith fns: with unary minus and functions, as ROBOTRAN counts; run time: without terms of "
+                       "parameters;\nneeded, removed: operations that the set needs, and operations removed as "
+                       "unused\n");
 }
 
 static void json_entry(kmp_json *json, const char *name, const kmp_tally *t)

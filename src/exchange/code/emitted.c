@@ -12,6 +12,7 @@
 #include "model/data/model.h"
 #include "output/print.h"
 #include "symbolic/ops.h"
+#include <ctype.h>
 #include <errno.h>
 #include <kempe/generate.h>
 #include <limits.h>
@@ -26,6 +27,7 @@ struct kempe_code {
     kmp_code_source source;
     const kmp_language *language;
     kmp_code_files files;
+    const char *folder; /* of the last write; NULL: none yet */
     double cpu_s;
 };
 
@@ -206,32 +208,75 @@ static kempe_status write_files(kempe_context *context, const char *folder, cons
     return status;
 }
 
-kempe_status kempe_code_write(const kempe_code *code, const char *folder)
+kempe_status kempe_code_write(kempe_code *code, const char *folder)
 {
     KMP_WANTED_BOTH(code, folder);
     kmp_context_clear(code->context);
     KMP_TRY(kmp_folder_make(code->context, folder));
-    return write_files(code->context, folder, &code->files);
+    KMP_TRY(write_files(code->context, folder, &code->files));
+    code->folder = kmp_arena_strdup(&code->source.arena, folder);
+    return kmp_made(code->context, code->folder);
 }
 
 /* -- printing ---------------------------------------------------------------------------------------- */
+
+/* Appends what a routine computes: the first words of the meanings of its arrays, as many as the line has room for. */
+static void put_meanings(kmp_text *text, const kmp_code_routine *routine, size_t begin)
+{
+    for (int k = 0; k < routine->array_count; k++) {
+        const char *meaning = routine->arrays[k].meaning;
+        const size_t length = strcspn(meaning, ":;,"), last = k + 1 < routine->array_count ? strlen("; ..") : 0;
+        if (k > 0 && text->length - begin + strlen("; ") + length + last > KMP_PRINT_LINE) {
+            kmp_text_put(text, "; ..");
+            return;
+        }
+        kmp_text_printf(text, "%s%.*s", k > 0 ? "; " : "", (int)length, meaning);
+    }
+}
+
+static void show_routines(kmp_text *text, const kmp_code_source *source)
+{
+    int width = (int)strlen("routine");
+    for (int k = 0; k < source->count; k++)
+        width = (int)strlen(source->routines[k].name) > width ? (int)strlen(source->routines[k].name) : width;
+    kmp_text_printf(text, "  %-*s  %8s  %8s  %10s  computes\n", width, "routine", "+ - * /", "with fns", "in prepare");
+    for (int k = 0; k < source->count; k++) {
+        const kmp_tally *t = &source->routines[k].tally;
+        const size_t begin = text->length;
+        kmp_text_printf(text, "  %-*s  %8ld  %8ld  %10ld  ", width, source->routines[k].name, t->counts.paper,
+                        t->counts.robotran, t->counts.robotran - t->runtime.robotran);
+        put_meanings(text, &source->routines[k], begin);
+        kmp_text_put(text, "\n");
+    }
+}
+
+static void show_files(kmp_text *text, const kmp_code_files *files)
+{
+    kmp_text words = {0};
+    for (int k = 0; k < files->count; k++)
+        kmp_text_printf(&words, "%s%s", k > 0 ? ", " : "", files->file[k].name);
+    if (words.s)
+        kmp_print_wrapped(text, "files     ", 10, words.s);
+    kmp_text_free_part(text, &words);
+}
 
 static void show(kmp_text *text, const void *result)
 {
     const kempe_code *code = result;
     const kmp_code_source *source = &code->source;
-    kmp_text_printf(text, "%s (model %s) in %s\n\n  %-24s %8s %8s %8s\n", source->title, source->hash,
-                    code->language->name, "routine", "paper", "robotran", "prepare");
-    for (int k = 0; k < source->count; k++) {
-        const kmp_tally *t = &source->routines[k].tally;
-        kmp_text_printf(text, "  %-24s %8ld %8ld %8ld\n", source->routines[k].name, t->counts.paper, t->counts.robotran,
-                        t->counts.robotran - t->runtime.robotran);
-    }
+    const char *language = code->language->name;
+    kmp_text_printf(text, "%s: %s, %d routine%s in %c%s", source->title, kempe_outcome_text(KEMPE_OUTCOME_COMPLETE),
+                    source->count, source->count == 1 ? "" : "s", toupper((unsigned char)*language), language + 1);
+    if (code->folder && strcmp(code->folder, ".") == 0)
+        kmp_text_put(text, ", written to the current folder");
+    else if (code->folder)
+        kmp_text_printf(text, ", written to the folder %s", code->folder);
+    kmp_text_put(text, "\n\n");
+    show_routines(text, source);
     kmp_text_put(text, "\n");
-    for (int k = 0; k < code->files.count; k++)
-        kmp_text_printf(text, "  %-24s %8zu bytes\n", code->files.file[k].name, code->files.file[k].text.length);
-    kmp_text_put(text, "\npaper: + - * /   robotran: those, unary minus and functions   prepare: of these, the "
-                       "operations that depend on parameters only\n");
+    show_files(text, &code->files);
+    kmp_text_put(text, "with fns: operations with functions such as sin and cos; in prepare: of these, the operations "
+                       "on\nparameters only, which the function 'prepare' does once\n");
 }
 
 static void write_json(kmp_text *text, const void *result)

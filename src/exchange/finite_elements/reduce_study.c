@@ -147,14 +147,19 @@ kempe_status kempe_reduction_write(kempe_reduction *r, const char *path)
 /* Rounding of a number of this size is shown as zero. */
 static double shown(double x, double size)
 {
-    return fabs(x) < 1e-12 * fabs(size) ? 0 : x;
+    return kmp_print_clean(x, KMP_PRINT_NOISE * fabs(size));
+}
+
+static double hertz(double value)
+{
+    return sqrt(value) / (2 * acos(-1.0));
 }
 
 static void put_frequencies(kmp_text *text, int count, const double *values)
 {
-    enum { A_LINE = 8 };
+    enum { A_LINE = 7 };
     for (int k = 0; k < count; k++)
-        kmp_text_printf(text, "%s%12.6g", k > 0 && k % A_LINE == 0 ? "\n                      " : "", sqrt(values[k]));
+        kmp_text_printf(text, "%s%11.6g", k > 0 && k % A_LINE == 0 ? "\n                      " : "", hertz(values[k]));
     kmp_text_put(text, "\n");
 }
 
@@ -195,23 +200,23 @@ static void show(kmp_text *text, const void *result)
     const int kept = m->held_count - m->left_out, statics = 6 * (r->interface_count - 1);
     double centre[3], inertia[6];
     inertia_of(b, centre, inertia);
-    if (r->written)
-        kmp_text_printf(text, "%s: ", r->written);
-    kmp_text_printf(text, "%d mode%s of %s, frame %s: %d static, %d with held interfaces\n\n", b->count,
-                    b->count == 1 ? "" : "s", r->mesh.path, kmp_flexible_frame_words[r->frame], statics, kept);
-    kmp_text_put(text, "  frequencies, rad/s  ");
+    kmp_text_printf(text, "%s: %s, %d mode%s from %.6g to %.6g Hz, mass %.6g kg\n\n",
+                    r->written ? r->written : r->mesh.path, kempe_outcome_text(KEMPE_OUTCOME_COMPLETE), b->count,
+                    b->count == 1 ? "" : "s", hertz(m->values[0]), hertz(m->values[b->count - 1]), b->mass);
+    kmp_text_put(text, "  frequencies, Hz     ");
     put_frequencies(text, b->count, m->values);
-    kmp_text_put(text, "  held interfaces     ");
+    kmp_text_put(text, "  held interfaces, Hz ");
     if (kept > 0)
         put_frequencies(text, kept, m->held_values);
     else
         kmp_text_put(text, "  none kept\n");
     if (m->left_out)
-        kmp_text_printf(
-            text, "  first left out      %12.6g%s\n", sqrt(m->held_values[kept]),
-            is_split(m) ? ", equal to the last one kept: the choice between them is arbitrary, change --modes" : "");
+        kmp_text_printf(text, "  first left out, Hz  %11.6g%s\n", hertz(m->held_values[kept]),
+                        is_split(m) ? ", equal to the last one kept: the choice is arbitrary, change --modes" : "");
+    kmp_text_printf(text, "  modes               %11d static, %d with held interfaces; frame %s\n", statics, kept,
+                    kmp_flexible_frame_words[r->frame]);
     const double size = sqrt(fmax(fmax(inertia[0], inertia[1]), inertia[2]) / b->mass);
-    kmp_text_printf(text, "  mass                %12.6g kg\n  centre              ", b->mass);
+    kmp_text_put(text, "  centre of mass      ");
     for (int i = 0; i < 3; i++)
         kmp_text_printf(text, " %11.6g", shown(centre[i], size));
     kmp_text_put(text, " m\n  inertia, about it   ");
@@ -221,15 +226,15 @@ static void show(kmp_text *text, const void *result)
                         : i == 5 ? " kg m^2 (xy xz yz)\n"
                                  : "");
     kmp_text_printf(text,
-                    "  rigid motions       %12.2g at most: six values of the stiffness over the first one of the body, "
-                    "zero but for digits\n\n  interface        nodes    mass, kg   place, m\n",
+                    "  rigid motions       %11.2g of the stiffness of the first mode, at most: 0 but for rounding\n\n"
+                    "  interface        nodes    mass, kg   place, m\n",
                     largest_rigid(r));
     for (int k = 0; k < r->interface_count; k++)
         kmp_text_printf(text, "  %-16s %5d  %10.6g   %.6g %.6g %.6g\n", r->interfaces[k].name, r->interfaces[k].count,
                         m->interface_mass[k], shown(b->places[k].at[0], size), shown(b->places[k].at[1], size),
                         shown(b->places[k].at[2], size));
-    kmp_text_printf(text, "\n  %d nodes, %s; elements join all of them; factored by %s\n", b->node_count,
-                    r->mesh.format, m->library);
+    kmp_text_printf(text, "\n  from %s: %s, %d nodes, all joined by elements; solved by %s\n", r->mesh.path,
+                    r->mesh.format, b->node_count, m->library);
     if (r->mesh.unused > 0)
         kmp_text_printf(text, "  %d node%s without stiffness and mass left out\n", r->mesh.unused,
                         r->mesh.unused == 1 ? "" : "s");

@@ -31,6 +31,8 @@ struct kempe_fmu_export {
     kmp_code_files sources; /* beside those of the simulator */
     kmp_code_files files;   /* as they are in the archive; NULL-terminated texts, and the binary */
     kmp_arena arena;
+    const char *written; /* the file of the last write; NULL: none yet */
+    size_t size;         /* of it, bytes */
 };
 
 /* -- request ----------------------------------------------------------------------------------------- */
@@ -480,7 +482,7 @@ KMP_GETTER(int kempe_fmu_export_file_count(const kempe_fmu_export *made), made, 
 KMP_GETTER_AT(const char *kempe_fmu_export_file_name(const kempe_fmu_export *made, int k), made, k, made->files.count,
               made->files.file[k].name, "")
 
-kempe_status kempe_fmu_export_write(const kempe_fmu_export *made, const char *path)
+kempe_status kempe_fmu_export_write(kempe_fmu_export *made, const char *path)
 {
     KMP_WANTED_BOTH(made, path);
     kmp_context_clear(made->context);
@@ -488,25 +490,59 @@ kempe_status kempe_fmu_export_write(const kempe_fmu_export *made, const char *pa
     for (int k = 0; k < made->files.count; k++)
         kmp_zip_add(&zip, made->files.file[k].name, made->files.file[k].text.s, made->files.file[k].text.length);
     kmp_text text = kmp_zip_end(&zip);
-    return kmp_file_write(made->context, path, &text);
+    const size_t size = text.length;
+    KMP_TRY(kmp_file_write(made->context, path, &text));
+    made->written = kmp_arena_strdup(&made->arena, path);
+    made->size = size;
+    return kmp_made(made->context, made->written);
 }
 
 /* -- printing ---------------------------------------------------------------------------------------- */
+
+/* The folder of the binary inside, which has the name of its platform; NULL: there is none. */
+static const char *platform_of(const kempe_fmu_export *made, int *length)
+{
+    static const char folder[] = "binaries/";
+    for (int k = 0; k < made->files.count; k++) {
+        const char *name = made->files.file[k].name;
+        if (strncmp(name, folder, strlen(folder)) == 0) {
+            *length = (int)strcspn(name + strlen(folder), "/");
+            return name + strlen(folder);
+        }
+    }
+    return NULL;
+}
+
+static void put_count(kmp_text *text, const char *before, int count, const char *word)
+{
+    kmp_text_printf(text, "%s%d %s%s", before, count, word, count == 1 ? "" : "s");
+}
 
 static void show(kmp_text *text, const void *result)
 {
     const kempe_fmu_export *made = result;
     const kmp_code_source *s = made->plan.source;
-    kmp_text_printf(
-        text,
-        "%s as a functional mock-up unit, FMI %d.0%s%s%s\n\n  token       %s\n  states      %d\n  inputs      "
-        "%d\n  outputs     %d\n  parameters  %d\n  conditions  %d\n\n",
-        s->title, made->plan.fmi, made->plan.exchange ? ", model exchange" : "",
-        made->plan.simulation ? ", co-simulation" : "", made->plan.on_library ? ", on the library" : "",
-        made->plan.token, 2 * s->simulated->freedom, s->input_count, s->output_count, s->parameter_count,
-        s->simulated->condition_count);
-    for (int k = 0; k < made->files.count; k++)
-        kmp_text_printf(text, "  %-36s %8zu bytes\n", made->files.file[k].name, made->files.file[k].text.length);
+    int length = 0;
+    const char *platform = platform_of(made, &length);
+    kmp_text_printf(text, "%s: %s, %s%sFMI %d.0, %s%s%s", s->title, kempe_outcome_text(KEMPE_OUTCOME_COMPLETE),
+                    made->written ? made->written : "", made->written ? ": " : "", made->plan.fmi,
+                    made->plan.exchange ? "model exchange" : "",
+                    made->plan.exchange && made->plan.simulation ? " and " : "",
+                    made->plan.simulation ? "co-simulation" : "");
+    if (made->plan.on_library)
+        kmp_text_put(text, ", on the library");
+    if (platform)
+        kmp_text_printf(text, ", %.*s", length, platform);
+    else
+        kmp_text_put(text, ", sources only");
+    kmp_text_printf(text, made->written ? ", %.0f kB\n" : "\n", 1e-3 * (double)made->size);
+    put_count(text, "  ", 2 * s->simulated->freedom, "state");
+    put_count(text, ", ", s->input_count, "input");
+    put_count(text, ", ", s->output_count, "output");
+    put_count(text, ", ", s->parameter_count, "parameter");
+    put_count(text, ", ", s->simulated->condition_count, "event");
+    put_count(text, "; ", made->files.count, "file");
+    kmp_text_put(text, " inside\n");
 }
 
 static void write_json(kmp_text *text, const void *result)
@@ -514,9 +550,9 @@ static void write_json(kmp_text *text, const void *result)
     const kempe_fmu_export *made = result;
     const kmp_code_source *s = made->plan.source;
     kmp_json json = kmp_json_begin(text);
-    kmp_json_put(&json, "{ model %s status %s reason %s fmi %d token %s states %d inputs %d outputs %d", s->title,
-                 kempe_outcome_text(KEMPE_OUTCOME_COMPLETE), "", made->plan.fmi, made->plan.token,
-                 2 * s->simulated->freedom, s->input_count, s->output_count);
+    kmp_json_put(&json, "{ model %s status %s reason %s file %s fmi %d token %s states %d inputs %d outputs %d",
+                 s->title, kempe_outcome_text(KEMPE_OUTCOME_COMPLETE), "", made->written, made->plan.fmi,
+                 made->plan.token, 2 * s->simulated->freedom, s->input_count, s->output_count);
     kmp_json_put(&json, "parameters %d conditions %d files [", s->parameter_count, s->simulated->condition_count);
     for (int k = 0; k < made->files.count; k++)
         kmp_json_string(&json, NULL, made->files.file[k].name);

@@ -109,6 +109,17 @@ void kmp_dimension_print(kmp_text *text, kmp_dimension a)
     }
 }
 
+void kmp_dimension_hint(kmp_text *text, kmp_dimension wanted, kmp_dimension found)
+{
+    static const double mass[3] = {0, 1, 0}, force[3] = {1, 1, -2}, acceleration[3] = {1, 0, -2};
+    if (found.kind != KMP_DIMENSION_KNOWN || wanted.kind != KMP_DIMENSION_KNOWN || !same_powers(found.power, mass))
+        return;
+    if (same_powers(wanted.power, force))
+        kmp_text_put(text, "; the weight of a mass is in lbf, ozf, kgf or N");
+    else if (same_powers(wanted.power, acceleration))
+        kmp_text_put(text, "; g is the gram, and standard gravity is gn");
+}
+
 /* -- units --------------------------------------------------------------------------------------- */
 
 bool kmp_unit_find(const char *name, size_t length, kmp_unit *unit)

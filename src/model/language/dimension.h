@@ -47,6 +47,9 @@ bool kmp_dimension_is_physical(kmp_dimension a);
 /** In units: "kg", "N*m", "kg*m^-1", "a plain number". */
 void kmp_dimension_print(kmp_text *text, kmp_dimension a);
 
+/** Ends the message of a mass where a force or an acceleration is wanted: "lb" for lbf, "g" for gravity. */
+void kmp_dimension_hint(kmp_text *text, kmp_dimension wanted, kmp_dimension found);
+
 typedef struct kmp_unit {
     double factor, divisor; /* a number in this unit, times factor, by divisor, is in SI */
     kmp_dimension dimension;

@@ -307,6 +307,7 @@ bool kmp_check_dimension(kmp_reader *r, const kmp_yaml *node, const char *what, 
         kmp_dimension_print(&sentence, wanted);
         kmp_text_put(&sentence, ", got ");
         kmp_dimension_print(&sentence, found);
+        kmp_dimension_hint(&sentence, wanted, found);
     }
     return kmp_reader_complain(r, place, "%s: %s", what, kmp_reader_take(r, &sentence));
 }

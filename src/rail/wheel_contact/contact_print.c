@@ -29,6 +29,16 @@ static kmp_shown contact_shown(const kempe_contacts *t, const char *unit)
     return kmp_shown_as(t->given->context, unit);
 }
 
+/* The unit of swept quantity k in texts, with a blank before it. */
+static void put_unit(kmp_text *text, const kempe_contacts *t, int k)
+{
+    const char *unit = contact_unit(t, k);
+    if (unit[0])
+        kmp_text_printf(text, " %s", contact_shown(t, unit).unit);
+    else
+        kmp_print_unit_of(text, t->given, t->over.range[k].name);
+}
+
 static const char *wheel_name(const kempe_contacts *t, int wheel)
 {
     return t->system->model->wheels[wheel].name;
@@ -36,64 +46,123 @@ static const char *wheel_name(const kempe_contacts *t, int wheel)
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-static void show_patch(kmp_text *text, const kempe_contacts *t, const kempe_contact_patch *p)
+enum { MOST_VALUES = 12, BLOCK = 7, INDENT = 4 };
+
+/* Columns of the table of patches, in blocks that lines have room for. */
+typedef struct column {
+    const char *head;
+    double value;
+} column;
+
+enum { PLACES, CREEPAGES, REQUESTED, BLOCKS };
+
+/* The columns of a block; their number, 0: it was not requested. */
+static int columns_of(const kempe_contacts *t, const kempe_contact_patch *p, int block, column of[BLOCK])
 {
-    double angle = contact_shown(t, "rad").factor * p->angle;
-    const double shown[] = {p->s * 1e3, p->y * 1e3, angle,       p->radius * 1e3, p->normal, p->slip[0],
-                            p->slip[1], p->spin,    p->force[0], p->force[1],     p->moment};
-    for (size_t k = 0; k < sizeof shown / sizeof *shown; k++)
-        kmp_print_cells(text, "  %10.5g", shown[k]);
-    if (t->has_law)
-        kmp_print_cells(text, "  %10.5g  %10.5g", p->by_law[0], p->by_law[1]);
-    if (t->pressure != KMP_PRESSURE_NONE)
-        kmp_print_cells(text, "  %10.5g  %10.5g  %10.5g  %5d", p->pressure * 1e-6, p->area * 1e6, p->approach * 1e6,
-                        p->lobes);
-    kmp_text_put(text, p->one_ellipse ? "\n" : "  no ellipse\n");
+    const kmp_shown angle = contact_shown(t, "rad");
+    const column places[] = {{"wheel, mm", p->s * 1e3},
+                             {"rail, mm", p->y * 1e3},
+                             {strcmp(angle.unit, "deg") == 0 ? "angle, deg" : "angle, rad", angle.factor * p->angle},
+                             {"radius, mm", p->radius * 1e3},
+                             {"N, N", p->normal},
+                             {"Fx, N", p->force[0]},
+                             {"Fy, N", p->force[1]}};
+    const column creepages[] = {
+        {"along", p->slip[0]}, {"across", p->slip[1]}, {"spin, 1/m", p->spin}, {"Mz, N m", p->moment}};
+    const column by_law[] = {{"law Fx, N", p->by_law[0]}, {"law Fy, N", p->by_law[1]}};
+    const column pressures[] = {{"p, MPa", p->pressure * 1e-6},
+                                {"area, mm2", p->area * 1e6},
+                                {"appr., um", p->approach * 1e6},
+                                {"lobes", p->lobes}};
+    int count = 0;
+    if (block == PLACES)
+        for (; count < (int)(sizeof places / sizeof *places); count++)
+            of[count] = places[count];
+    if (block == CREEPAGES)
+        for (; count < (int)(sizeof creepages / sizeof *creepages); count++)
+            of[count] = creepages[count];
+    for (int k = 0; block == REQUESTED && t->has_law && k < 2; k++)
+        of[count++] = by_law[k];
+    for (int k = 0; block == REQUESTED && t->pressure != KMP_PRESSURE_NONE && k < 4; k++)
+        of[count++] = pressures[k];
+    return count;
 }
 
-static void show_rows(kmp_text *text, const kempe_contacts *t)
+static int wheel_width(const kempe_contacts *t)
 {
-    char angle[16];
-    (void)snprintf(angle, sizeof angle, "angle, %s", contact_shown(t, "rad").unit);
-    const char *const heads[] = {"wheel, mm", "rail, mm",  angle,   "radius, mm", "N",      "along",
-                                 "across",    "spin, 1/m", "Fx, N", "Fy, N",      "Mz, N m"};
-    double factor = contact_shown(t, contact_unit(t, 0)).factor;
     int width = 5;
     for (int w = 0; w < t->wheel_count; w++)
         width = (int)fmax(width, (double)strlen(wheel_name(t, w)));
-    kmp_text_printf(text, "\n%12s  %-*s %4s", t->over.range[0].name, width, "wheel", "zone");
-    for (size_t k = 0; k < sizeof heads / sizeof *heads; k++)
-        kmp_text_printf(text, "  %10s", heads[k]);
-    if (t->has_law)
-        kmp_text_printf(text, "  by %s: Fx, Fy", kmp_contact_law_word(t));
-    if (t->pressure != KMP_PRESSURE_NONE)
-        kmp_text_printf(text, "  %10s  %10s  %10s  %5s", "p, MPa", "area, mm2", "approach", "lobes");
-    kmp_text_put(text, "\n");
-    for (int row = 0; row < t->count; row++)
-        for (int w = 0; w < t->wheel_count; w++) {
-            int touching = 0;
-            for (int z = 0; z < kempe_contacts_zone_count(t, w); z++) {
-                const kempe_contact_patch *p = kempe_contacts_patch(t, row, w, z);
-                if (!p->touches)
-                    continue;
-                kmp_text_printf(text, "%12.6g  %-*s %4d", factor * t->value[row], width, wheel_name(t, w), z + 1);
-                show_patch(text, t, p);
-                touching++;
-            }
-            if (touching == 0)
-                kmp_text_printf(text, "%12.6g  %-*s    -  no contact\n", factor * t->value[row], width,
-                                wheel_name(t, w));
-        }
+    return width;
 }
 
-static bool has_other_patches(const kempe_contacts *t)
+static void show_patch(kmp_text *text, const kempe_contacts *t, const kempe_contact_patch *p, int block)
 {
+    column of[BLOCK];
+    const int count = columns_of(t, p, block, of);
+    for (int k = 0; k < count; k++)
+        kmp_print_cells(text, " %10.5g", of[k].value);
+    kmp_text_put(text, p->one_ellipse ? "\n" : " *\n");
+}
+
+/* The patches of a wheel at a value. */
+static void show_wheel(kmp_text *text, const kempe_contacts *t, int row, int w, int block)
+{
+    const double value = contact_shown(t, contact_unit(t, 0)).factor * t->value[row];
+    int touching = 0;
+    for (int z = 0; z < kempe_contacts_zone_count(t, w); z++) {
+        const kempe_contact_patch *p = kempe_contacts_patch(t, row, w, z);
+        if (!p->touches)
+            continue;
+        kmp_text_printf(text, "%10.6g %-*s %4d", value, wheel_width(t), wheel_name(t, w), z + 1);
+        show_patch(text, t, p, block);
+        touching++;
+    }
+    if (touching == 0)
+        kmp_text_printf(text, "%10.6g %-*s    - no contact\n", value, wheel_width(t), wheel_name(t, w));
+}
+
+/* Some values, evenly chosen, or all of them: first the places and forces, then what was requested. */
+static void show_rows(kmp_text *text, const kempe_contacts *t, bool all)
+{
+    const kempe_contact_patch none = {0};
+    column of[BLOCK];
+    int blocks = 1 + (columns_of(t, &none, REQUESTED, of) > 0), most = MOST_VALUES / blocks;
+    if (all || t->count <= most + most / 2)
+        most = t->count;
+    for (int block = 0; block < BLOCKS; block++) {
+        const int columns = columns_of(t, &none, block, of);
+        if (columns == 0 || (block == CREEPAGES && !all))
+            continue;
+        kmp_text unit = {0};
+        put_unit(&unit, t, 0);
+        kmp_text_printf(text, "\n%s%s%s\n%10s %-*s %4s", t->over.range[0].name, unit.length > 0 ? "," : "",
+                        unit.s ? unit.s : "", "", wheel_width(t), "wheel", "zone");
+        kmp_text_free_part(text, &unit);
+        for (int k = 0; k < columns; k++)
+            kmp_text_printf(text, " %10s", of[k].head);
+        kmp_text_put(text, "\n");
+        for (int row = 0; row < t->count; row++)
+            for (int w = 0; w < t->wheel_count; w++)
+                if (most >= t->count || row == 0 || row == t->count - 1 ||
+                    row * (most - 1) / (t->count - 1) != (row - 1) * (most - 1) / (t->count - 1))
+                    show_wheel(text, t, row, w, block);
+    }
+    if (most < t->count)
+        kmp_text_printf(text, "%d of %d values; all of them, and creepages: --all, -o FILE.csv\n", most, t->count);
+}
+
+/* Patches, and those that are not elliptic. */
+static void count_patches(const kempe_contacts *t, int *patches, int *other)
+{
+    *patches = *other = 0;
     for (int row = 0; row < t->count; row++)
         for (int w = 0; w < t->wheel_count; w++)
-            for (int z = 0; z < kempe_contacts_zone_count(t, w); z++)
-                if (kempe_contacts_patch(t, row, w, z)->one_ellipse == 0)
-                    return true;
-    return false;
+            for (int z = 0; z < kempe_contacts_zone_count(t, w); z++) {
+                const kempe_contact_patch *p = kempe_contacts_patch(t, row, w, z);
+                *patches += p->touches;
+                *other += p->touches && p->one_ellipse == 0;
+            }
 }
 
 /* Why some amplitudes have no conicity. */
@@ -126,14 +195,13 @@ static void show_conicities(kmp_text *text, const kempe_contacts *t)
                     "from, mm", "to, mm");
     for (int k = 0; k < c->count; k++) {
         const kmp_conicity *at = &c->at[k];
-        kmp_print_cells(text, "%13.6g  %10.5g  %10.5g     %10.5g  %10.5g  %10.5g\n", at->amplitude * 1e3, at->conicity,
+        kmp_print_cells(text, "%13.6g  %10.5g  %10.2g     %10.5g  %10.5g  %10.5g\n", at->amplitude * 1e3, at->conicity,
                         at->error, at->wavelength, at->low * 1e3, at->high * 1e3);
     }
     if (!isnan(c->nonlinearity))
         kmp_text_printf(text, "nonlinearity parameter (conicity at 4 mm less that at 2 mm, over 2 mm): %.4g 1/mm\n",
                         c->nonlinearity * 1e-3);
-    kmp_text_put(text, "error: the difference from the conicity of every second value and the same points between; "
-                       "from, to: the\nends of the motion, positive to the left\n");
+    kmp_text_put(text, "error: with every second value only; from, to: ends of the motion, positive to the left\n");
 }
 
 static const char *trust_of(kmp_pressure_method method)
@@ -152,11 +220,12 @@ static void say_pressures(kmp_text *text, const kempe_contacts *t)
 {
     if (t->pressure == KMP_PRESSURE_NONE)
         return;
-    kmp_text_printf(
-        text,
-        "p: largest pressure by %s under the normal force N, with the area of all lobes and the approach in "
-        "um;\n%s (docs/contact.md)\n",
-        kmp_pressure_word(t->pressure), trust_of(t->pressure));
+    kmp_text line = {0};
+    kmp_text_printf(&line,
+                    "p: largest pressure by %s, with the area of all lobes and the approach: %s (docs/contact.md)",
+                    kmp_pressure_word(t->pressure), trust_of(t->pressure));
+    kmp_print_wrapped(text, "", INDENT, line.s ? line.s : "");
+    kmp_text_free_part(text, &line);
     if (t->unknown_pressures > 0)
         kmp_text_printf(
             text, "-: patches without pressure: %d; their contact would reach the end of a zone or of a profile\n",
@@ -166,44 +235,99 @@ static void say_pressures(kmp_text *text, const kempe_contacts *t)
                         t->unknown_forces);
 }
 
-static void show_all(kmp_text *text, const void *result)
+/* The conicity at 3 mm, which EN 15302 asks for, otherwise that of the middle amplitude. */
+static void put_conicity(kmp_text *text, const kmp_conicities *c)
 {
-    const kempe_contacts *t = result;
-    kmp_print_title(text, t->system->model, kmp_outcome_of(t->status));
-    kmp_text_printf(text, "%d of %d values\n", t->count, t->requested);
+    const double asked = 3e-3;
+    const kmp_conicity *at = &c->at[c->count / 2];
+    for (int k = 0; k < c->count; k++)
+        at = fabs(c->at[k].amplitude - asked) < 1e-6 * asked ? &c->at[k] : at;
+    if (isnan(at->conicity))
+        kmp_text_printf(text, ": equivalent conicity unknown at %.6g mm", at->amplitude * 1e3);
+    else
+        kmp_text_printf(text, ": equivalent conicity %.5g at %.6g mm", at->conicity, at->amplitude * 1e3);
+}
+
+static void show_title(kmp_text *text, const kempe_contacts *t)
+{
+    kmp_text title = {0};
+    kmp_print_title(&title, t->system->model, kmp_outcome_of(t->status));
     for (int k = 0; k < t->over.count; k++) {
         const kmp_range *r = &t->over.range[k];
-        kmp_shown as = contact_shown(t, contact_unit(t, k));
+        const double factor = contact_shown(t, contact_unit(t, k)).factor;
+        kmp_text_printf(&title, "%s %s%.6g", r->name, r->from != r->to ? "from " : "", factor * r->from);
         if (r->from != r->to)
-            kmp_text_printf(text, "  %s swept from %.9g to %.9g %s\n", r->name, as.factor * r->from, as.factor * r->to,
-                            as.unit);
-        else
-            kmp_text_printf(text, "  %s is %.9g %s\n", r->name, as.factor * r->from, as.unit);
+            kmp_text_printf(&title, " to %.6g", factor * r->to);
+        put_unit(&title, t, k);
+        kmp_text_put(&title, ", ");
     }
-    /* Other fixed coordinates, and steady rates. */
+    if (t->count < t->requested)
+        kmp_text_printf(&title, "%d of ", t->count);
+    kmp_text_printf(&title, "%d values", t->requested);
+    if (t->conicities.count > 0)
+        put_conicity(&title, &t->conicities);
+    kmp_print_wrapped(text, "", INDENT, title.s ? title.s : "");
+    kmp_text_free_part(text, &title);
+    kmp_print_doubts(text, kmp_outcome_of(t->status), t->warnings);
+    if (t->reason)
+        kmp_print_wrapped(text, "  ", INDENT, t->reason);
+}
+
+/* Steady rates. */
+static void show_rates(kmp_text *text, const kempe_contacts *t)
+{
     const kempe_model *model = t->system->model;
     for (int k = 0; k < t->hold_count; k++) {
         int c = t->hold[k].coordinate;
         const char *unit = kmp_print_unit(t->system, c);
         if (t->hold[k].how == KMP_RATE_FREED)
-            kmp_text_printf(text, "  %s turns at the rate without driving torque, at first %.6g %s/s\n",
-                            model->motions[c].name, t->count ? kmp_print_value(t->system, c, t->qd[c]) : NAN, unit);
+            kmp_text_printf(text, "  %s turns without driving torque, at first at %.6g %s/s\n", model->motions[c].name,
+                            t->count ? kmp_print_value(t->system, c, t->qd[c]) : NAN, unit);
         else if (t->hold[k].rate != 0)
             kmp_text_printf(text, "  %s turns at the prescribed rate %.6g %s/s\n", model->motions[c].name,
                             kmp_print_value(t->system, c, t->hold[k].rate), unit);
     }
-    if (t->reason)
-        kmp_text_printf(text, "  %s\n", t->reason);
-    kmp_text_printf(text, "  the other coordinates are balanced to %.1e, %d iterations\n", t->residual, t->iterations);
-    show_rows(text, t);
-    kmp_text_printf(text,
-                    "\nwheel, rail: lateral positions, outwards, from the nominal radius and the track centre; along, "
-                    "across:\ncreepages of the wheel, forwards and to the left; forces and moment on the wheel\n");
-    if (has_other_patches(t))
-        kmp_text_put(text, "no ellipse: the contact patch is not the ellipse assumed for a, b and the creep forces; "
-                           "pressures may be several\ntimes 3 N / (2 pi a b) (docs/contact.md)\n");
+}
+
+/* The meaning of the columns. */
+static void show_legend(kmp_text *text, const kempe_contacts *t, bool all)
+{
+    int patches, other;
+    count_patches(t, &patches, &other);
+    kmp_text_put(text, "\n");
+    kmp_print_wrapped(
+        text, "", INDENT,
+        "wheel, rail: lateral positions, outwards, from the nominal radius and the track centre; N: normal "
+        "force; Fx, Fy: forces on the wheel, forwards and to the left");
+    if (t->has_law)
+        kmp_text_printf(text, "law: the same forces by %s\n", kmp_contact_law_word(t));
+    if (all)
+        kmp_text_put(text, "along, across: creepages of the wheel, forwards and to the left; Mz: moment on it\n");
+    if (other > 0)
+        kmp_text_printf(text, "*: not elliptic, %d of %d patches: pressures may be several times 3 N / (2 pi a b)\n",
+                        other, patches);
     say_pressures(text, t);
+}
+
+static void show_parts(kmp_text *text, const kempe_contacts *t, bool all)
+{
+    show_title(text, t);
+    show_rates(text, t);
+    kmp_text_printf(text, "  The other coordinates are in equilibrium: forces balance to %.2g of the largest\n",
+                    t->residual);
     show_conicities(text, t);
+    show_legend(text, t, all);
+    show_rows(text, t, all);
+}
+
+static void show(kmp_text *text, const void *result)
+{
+    show_parts(text, result, false);
+}
+
+static void show_full(kmp_text *text, const void *result)
+{
+    show_parts(text, result, true);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
@@ -284,7 +408,7 @@ static void show_json(kmp_text *text, const void *result)
     kmp_json_put(&json, "}");
 }
 
-KMP_PRINT(kempe_contacts, contacts, contacts->given->context, show_json, show_all)
+KMP_PRINT_FULL(kempe_contacts, contacts, contacts->given->context, show_json, show, show_full)
 
 /* -- tables ------------------------------------------------------------------------------------------ */
 

@@ -2,7 +2,7 @@
 /* The largest force and moment of each joint over time, or those of one instant, with their components. */
 "use strict";
 
-const COMPONENTS = ["x", "y", "z"];
+const COMPONENTS = ["x", "y", "z"], MOST_JOINTS = 6;
 
 /* The columns of forces or of moments, as [title, name]; none where no joint has one. */
 function reactionColumns(given, what, single) {
@@ -15,14 +15,24 @@ function reactionColumns(given, what, single) {
 /* Rounding of the largest is 0. */
 const cleaned = (x, largest) => (isNumber(x) && Math.abs(x) <= 1e-12 * largest ? 0 : x);
 
+/* The joints with the largest forces, in the card of the result. */
+function tellLargest(given, cell, single) {
+    const list = given.rows.filter((row) => isNumber(cell(row, "force"))).sort((a, b) => cell(b, "force") - cell(a, "force"));
+    const place = byId("joint-forces"), table = place.querySelector("table");
+    place.hidden = list.length === 0;
+    table.append(headRow(["joint", `force, ${given.units[given.columns.indexOf("force")]}`, ...(single ? [] : ["at t, s"])]));
+    for (const row of list.slice(0, MOST_JOINTS)) table.append(rowOf(cell(row, "joint"), digits(cell(row, "force")), ...(single ? [] : [digits(cell(row, "force.t"), 4)])));
+}
+
 function tellReactions() {
     const given = data.reactions;
-    byId("reactions").hidden = !given;
+    byId("reactions").hidden = byId("joint-forces").hidden = !given;
     if (!given) return;
     const cell = (row, name) => row[given.columns.indexOf(name)];
     const times = given.rows.flatMap((row) => [cell(row, "force.t"), cell(row, "moment.t")]).filter(isNumber);
     const single = new Set(times).size < 2, numbered = given.columns.includes("equilibrium") && cell(given.rows[given.rows.length - 1], "equilibrium") > 0;
     const columns = [...reactionColumns(given, "force", single), ...reactionColumns(given, "moment", single)];
+    tellLargest(given, cell, single);
     const largest = Math.max(...given.rows.flatMap((row) => [cell(row, "force"), cell(row, "moment")]).filter(isNumber), 0);
     const table = byId("reactions-table");
     table.append(headRow(["joint", ...(numbered ? ["equilibrium"] : []), ...columns.map(([title]) => title)]));

@@ -288,7 +288,7 @@ function drawCurves() {
 
 /* -- values ------------------------------------------------------------------------------------------------- */
 
-const MOST_PEAKS = 12, MOST_JOINTS = 6;
+const MOST_PEAKS = 12;
 
 function moreNote(place, count) {
     place.querySelector(".note").textContent = count > 0 ? `${count} more are in the table below the curves.` : "";
@@ -308,16 +308,6 @@ function tellPeaks() {
         else table.append(rowOf(name, digits(clean(low, noise)), digits(lowAt, 4), digits(clean(high, noise)), digits(highAt, 4)));
     }
     moreNote(place, list.length - MOST_PEAKS);
-}
-
-/* The largest of the forces of joints that are outputs. */
-function tellReactions() {
-    const list = series ? [...series.joint_forces].sort((a, b) => b.most - a.most) : [], place = byId("reactions"), table = place.querySelector("table");
-    place.hidden = list.length === 0;
-    if (list.length === 0) return;
-    const { unit } = columns.find(({ name }) => name === `reaction.${list[0].name}.x`);
-    table.append(headRow(["joint", `force, ${unit}`, `at ${withUnit(abscissa)}`]));
-    for (const { name, most, at } of list.slice(0, MOST_JOINTS)) table.append(rowOf(name, digits(most), digits(at, 4)));
 }
 
 function tellExtremes(list) {
@@ -392,7 +382,6 @@ function tellCurves() {
 function begin() {
     tellResult();
     tellPeaks();
-    tellReactions();
     tellModel();
     tellContacts();
     tellQuantities();

@@ -395,6 +395,9 @@ void kmp_compare_remark(kempe_comparison *c)
 /* A first result that is earlier by less than this factor is no reason for another choice: noise of times. */
 #define SOONER 1.25
 
+/* Methods whose times differ by less than this factor are equally fast. */
+#define EQUAL 1.05
+
 /* -- the choice -------------------------------------------------------------------------------------- */
 
 static int run_at(const kempe_comparison *c, int method, int level)
@@ -446,23 +449,52 @@ static void ratios(kmp_text *text, const kempe_comparison *c, const kmp_error_le
                         k > 0 ? " and " : "", kmp_compare_ratio(c, method, a->level[k]));
 }
 
+/* "1.2 times as long", with both ratios where they differ. */
+static void put_times(kmp_text *text, const kempe_comparison *c, const kmp_error_levels *a, int method)
+{
+    kmp_text first = {0}, both = {0};
+    kmp_error_levels one = {1, {a->level[0]}};
+    ratios(&first, c, &one, method);
+    ratios(&both, c, a, method);
+    bool same = a->count > 1 && both.s && first.s && strcmp(both.s + first.length + strlen(" and "), first.s) == 0;
+    kmp_text_printf(text, "%s times as long", same ? first.s : both.s ? both.s : "");
+    kmp_text_free_part(text, &first);
+    kmp_text_free_part(text, &both);
+}
+
+/* The error and the time of the recommended run, and of the run of its method for the smaller error. */
 static void report_cost(kmp_text *text, const kempe_comparison *c, const kmp_error_levels *a, int method)
 {
-    int next = cheapest(c, a, false, method);
-    bool best = compare_worst(c, a, method) <= 1;
-    if (!best)
+    const kmp_compared *run = &c->runs[run_at(c, method, a->level[0])];
+    kmp_text_printf(text, "Error of q at most %g, in %.3g ms of processor time", c->levels.level[a->level[0]],
+                    1e3 * run->cpu_s);
+    if (a->count < 2)
+        return;
+    run = &c->runs[run_at(c, method, a->level[1])];
+    kmp_text_printf(text, "; for %g use --rtol %g: %.3g ms", c->levels.level[a->level[1]], run->rtol, 1e3 * run->cpu_s);
+}
+
+/* The next method, and what the advised one takes where another one is faster. */
+static void report_next(kmp_text *text, const kempe_comparison *c, const kmp_error_levels *a, int method)
+{
+    const int next = cheapest(c, a, false, method);
+    const bool best = compare_worst(c, a, method) < EQUAL;
+    if (!best) {
+        kmp_text_put(text, "It takes ");
         ratios(text, c, a, method);
-    kmp_text_printf(text, "%s at error %g", best ? "the cheapest" : " times the cheapest",
-                    c->levels.level[a->level[0]]);
-    if (a->count > 1)
-        kmp_text_printf(text, " and at %g", c->levels.level[a->level[1]]);
+        kmp_text_put(text, " times as long as the fastest at these errors");
+    }
     if (next < 0)
         return;
-    kmp_text_put(text, "; the next is ");
+    const bool equal = best && compare_worst(c, a, next) < EQUAL;
+    kmp_text_put(text, !best ? "; next: " : equal ? "Equally fast: " : "Next: ");
     kmp_compare_name(text, &c->methods[next]);
-    kmp_text_put(text, ", ");
-    ratios(text, c, a, next);
-    kmp_text_put(text, best ? " times as long" : " times");
+    if (!equal) {
+        kmp_text_put(text, ", ");
+        put_times(text, c, a, next);
+    }
+    if (failed_of(c, next) > 0)
+        kmp_text_printf(text, ", but %d of its runs failed", failed_of(c, next));
 }
 
 static void report_ends(kmp_text *text, const kempe_comparison *c, int method)
@@ -479,11 +511,11 @@ static void report_ends(kmp_text *text, const kempe_comparison *c, int method)
     if (failed > 0)
         kmp_text_printf(text, "%d of its %d runs failed", failed, done + failed);
     else if (done > 1)
-        kmp_text_printf(text, "all %d of its runs reached their end", done);
+        kmp_text_printf(text, "All %d runs of it reached the end", done);
     else
-        kmp_text_put(text, "its run reached its end");
+        kmp_text_put(text, "Its run reached the end");
     if (c->system->m > 0)
-        kmp_text_printf(text, "; loops closed to %.0e", open);
+        kmp_text_printf(text, "; loops are closed to %.0e of the size of the mechanism", open);
 }
 
 static void report_stiffness(kmp_text *text, const kempe_comparison *c, const kmp_stiffness *s)
@@ -492,21 +524,21 @@ static void report_stiffness(kmp_text *text, const kempe_comparison *c, const km
         return;
     const kmp_compared *implicit = &c->runs[s->implicit];
     if (s->loose < 0) {
-        kmp_text_printf(text, "stiff: no explicit run reached its end; %s takes %ld steps at rtol %g",
+        kmp_text_printf(text, "Stiff: no explicit run reached its end; %s takes %ld steps at rtol %g",
                         implicit->method->integrator, implicit->report.steps, implicit->rtol);
         return;
     }
     const kmp_compared *loose = &c->runs[s->loose], *tight = &c->runs[s->tight];
-    kmp_text_printf(text, "%s: %s takes %ld steps at rtol %g and %ld at %g", s->stiff ? "stiff" : "not stiff",
+    kmp_text_printf(text, "%s: %s takes %ld steps at rtol %g and %ld at %g", s->stiff ? "Stiff" : "Not stiff",
                     loose->method->integrator, loose->report.steps, loose->rtol, tight->report.steps, tight->rtol);
     if (s->stiff)
         kmp_text_printf(text, ", limited by stability, not by accuracy; %s takes %ld", implicit->method->integrator,
                         implicit->report.steps);
     else
-        kmp_text_put(text, ", as limited by accuracy");
+        kmp_text_put(text, ", limited by accuracy");
 }
 
-/* The best method of the dae formulation at the aims, and its use. */
+/* The best method of the dae formulation at the aims, unless it is the advised or the next one. */
 static void report_dae(kmp_text *text, const kempe_comparison *c, const kmp_error_levels *a, int advised)
 {
     int dae = -1, tried = -1;
@@ -517,22 +549,17 @@ static void report_dae(kmp_text *text, const kempe_comparison *c, const kmp_erro
         if (isfinite(compare_worst(c, a, w)) && (dae < 0 || compare_worst(c, a, w) < compare_worst(c, a, dae)))
             dae = w;
     }
-    if (tried < 0 || dae == advised)
+    if (tried < 0 || dae == advised || (dae >= 0 && dae == cheapest(c, a, false, advised)))
         return;
     if (dae < 0) {
-        kmp_text_printf(text, "the formulation dae does not attain the error %g at these tolerances",
+        kmp_text_printf(text, "The formulation dae does not attain the error %g at these tolerances",
                         c->levels.level[a->level[a->count - 1]]);
         return;
     }
+    kmp_text_put(text, "An independent check, without a choice of coordinates: ");
     kmp_compare_name(text, &c->methods[dae]);
-    kmp_text_put(text, " needs ");
-    ratios(text, c, a, dae);
-    kmp_text_put(text, " times as long");
-    if (c->system->m > 0)
-        kmp_text_printf(text, ", its closure residual is %.0e", c->runs[run_at(c, dae, a->level[0])].verdict.h_max);
-    kmp_text_put(text, compare_worst(c, a, dae) < ROBUST
-                           ? ": an alternative, which needs no choice of coordinates"
-                           : ": slower here; useful as an independent check because it uses no coordinate reduction");
+    kmp_text_put(text, ", ");
+    put_times(text, c, a, dae);
 }
 
 /* The share of preparation in a first result, and whether it changes the choice. */
@@ -542,7 +569,8 @@ static void report_preparation(kmp_text *text, const kempe_comparison *c, const 
     double total = kmp_compare_first_s(c, run), prepared = total - run->cpu_s, least = INFINITY;
     if (!(prepared > run->cpu_s))
         return;
-    kmp_text_printf(text, "preparation decides for a single run: %.3g of %.3g ms", 1e3 * prepared, 1e3 * total);
+    kmp_text_printf(text, "A first run takes %.3g ms, of which %.3g ms prepare the equations", 1e3 * total,
+                    1e3 * prepared);
     /* The best method of the formulation whose first result is there first, by its run for the aim. */
     for (int k = 0; k < c->tables.best_count; k++) {
         int other = run_at(c, c->tables.best[k], a->level[0]);
@@ -552,9 +580,9 @@ static void report_preparation(kmp_text *text, const kempe_comparison *c, const 
         }
     }
     if (SOONER * least < total) {
-        kmp_text_put(text, "; ");
+        kmp_text_put(text, "; with ");
         kmp_compare_name(text, first->method);
-        kmp_text_printf(text, " has the first result after %.3g ms", 1e3 * least);
+        kmp_text_printf(text, " it takes %.3g ms", 1e3 * least);
     }
 }
 
@@ -574,18 +602,18 @@ static void refrain(kempe_comparison *c)
             steady = k;
     if (is_prescribed(c))
         kmp_text_put(&text,
-                     "all motion is prescribed: coordinates follow from the closures at every instant, and a tolerance "
-                     "affects the work of the drives alone; 'kempe kinematics' and 'kempe inverse' analyse it");
+                     "All motion is prescribed: coordinates follow from the drives and closures at every instant, and "
+                     "the tolerance affects only the work of the drives; use kempe kinematics or kempe inverse");
     else if (!c->has_reference)
-        kmp_text_put(&text, "without a reference the errors are unknown, and there is no recommendation");
+        kmp_text_put(&text, "Without a reference the errors are unknown");
     if (steady >= 0) {
-        kmp_text_printf(&text, "; the cheapest run that agrees with its next tolerance to %g in q is ", USUAL);
+        kmp_text_printf(&text, "; the fastest run that agrees to %g in q with the run at the next tolerance is ",
+                        USUAL);
         kmp_compare_name(&text, c->runs[steady].method);
         kmp_text_printf(&text, " at rtol %g: %.3g ms", c->runs[steady].rtol, 1e3 * c->runs[steady].cpu_s);
     }
     if (c->has_reference && !is_prescribed(c))
-        kmp_text_printf(&text, "no run attains an error of %g: there is no recommendation",
-                        c->levels.count > 0 ? c->levels.level[0] : NAN);
+        kmp_text_printf(&text, "No run attains an error of q of %g", c->levels.count > 0 ? c->levels.level[0] : NAN);
     kmp_sentences_take(&c->arena, &c->advice.because, &text);
 }
 
@@ -603,13 +631,7 @@ void kmp_compare_advise(kempe_comparison *c)
     c->advice.level = c->levels.level[a.level[0]];
     kmp_text lines[6] = {{0}};
     report_cost(&lines[0], c, &a, method);
-    /* The method at the smallest error. */
-    kmp_text *text = &lines[1];
-    int finest = a.level[a.count - 1];
-    const kmp_compared *run = &c->runs[run_at(c, method, finest)];
-    if (a.count > 1)
-        kmp_text_printf(text, "for an error of %g use rtol %g: %.3g ms", c->levels.level[finest], run->rtol,
-                        1e3 * run->cpu_s);
+    report_next(&lines[1], c, &a, method);
     report_ends(&lines[2], c, method);
     report_stiffness(&lines[3], c, &stiffness);
     report_dae(&lines[4], c, &a, method);

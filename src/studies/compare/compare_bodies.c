@@ -225,6 +225,14 @@ static bool is_good(const kmp_compared_bodies *row)
     return row->outcome == KEMPE_OUTCOME_COMPLETE || row->outcome == KEMPE_OUTCOME_NOT_CHECKED;
 }
 
+void kmp_compare_bodies_put_doubt(kmp_text *text, const kmp_bodies_table *table)
+{
+    const kmp_compared_bodies *last = table->count > 0 ? &table->rows[table->count - 1] : NULL;
+    if (last && !is_good(last))
+        kmp_text_printf(text, "bodies '%s', which the others are compared with: %s: %s", last->word,
+                        kempe_outcome_text(last->outcome), last->reason);
+}
+
 kempe_status kmp_compare_bodies(const kempe_model *model, double t_end, kmp_arena *arena, kmp_bodies_table *table)
 {
     kempe_context *context = model->context;
@@ -248,10 +256,13 @@ kempe_status kmp_compare_bodies(const kempe_model *model, double t_end, kmp_aren
         free_entry(&e);
     }
     free_entry(&reference);
-    const kmp_compared_bodies *last = &table->rows[table->count - 1];
-    if (table->count > 0 && status == KEMPE_OK && !is_good(last))
-        kmp_doubt(context, "bodies '%s', which the others are compared with: %s: %s", last->word,
-                  kempe_outcome_text(last->outcome), last->reason);
+    kmp_text doubt = {0};
+    kmp_compare_bodies_put_doubt(&doubt, table);
+    if (status == KEMPE_OK && doubt.length > 0)
+        kmp_doubt(context, "%s", doubt.s);
+    if (doubt.failed)
+        status = kmp_fail_memory(context);
+    kmp_text_free(&doubt);
     return status;
 }
 
@@ -280,7 +291,7 @@ void kmp_compare_bodies_show(kmp_text *text, const kmp_bodies_table *table)
     if (table->count == 0)
         return;
     const kmp_compared_bodies *last = &table->rows[table->count - 1];
-    kmp_text_printf(text, "\nmodels of the flexible bodies at rtol %g, compared with the last one, '%s'\n", table->rtol,
+    kmp_text_printf(text, "\nModels of the flexible bodies at rtol %g, compared with the last one, '%s'\n", table->rtol,
                     last->word);
     kmp_text_printf(text, "%-*s %9s %9s %6s %7s  %s\n", NAME, "bodies", "ms", "prep. ms", "coord.", "steps",
                     "largest error of outputs of a unit");

@@ -36,5 +36,8 @@ kempe_status kmp_compare_bodies_begin(const kempe_model *model, const char *list
 /** Runs them all to t_end. */
 kempe_status kmp_compare_bodies(const kempe_model *model, double t_end, kmp_arena *arena, kmp_bodies_table *table);
 
+/** Why the run that the others are compared with cannot be trusted; nothing where it can. */
+void kmp_compare_bodies_put_doubt(kmp_text *text, const kmp_bodies_table *table);
+
 void kmp_compare_bodies_show(kmp_text *text, const kmp_bodies_table *table);
 void kmp_compare_bodies_json(kmp_json *json, const kmp_bodies_table *table);

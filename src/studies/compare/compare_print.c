@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The comparison as text, JSON and tables. Text: all runs, the tables at equal error, failures, and the summary, which
- * comes last so that a terminal shows it. */
+/* The comparison as text, JSON and tables. Text: the recommendation with its reasons, warnings, times at equal error;
+ * in full also all runs and the split of their times. */
 #include "studies/compare/compare_print.h"
+#include "integrators/run/methods.h"
 #include "output/result_table.h"
 #include "studies/compare/compare_advice.h"
 #include "studies/compare/compare_runs.h"
@@ -21,7 +22,7 @@ static double shown_error(const kempe_comparison *c, const kmp_compared *run, km
     return kmp_compared_is_below(c, run, quantity) ? NAN : run->verdict.error[quantity];
 }
 
-enum { NAME = 28, NUMBER = 16, INDENT = 4, FEW_RUNS = 24 };
+enum { NAME = 28, NUMBER = 16, INDENT = 4 };
 
 /* -- the tables at equal error, each ratio of times split into steps, evaluations a step and time an evaluation ------
  */
@@ -141,18 +142,18 @@ static void show_tables(kmp_text *text, const kempe_comparison *c)
     if (t->aims.count == 0)
         return;
     if (t->same_count > 0) {
-        kmp_text_put(text, "\n(a) the same integrator on each formulation: the cost of the formulation\n");
+        kmp_text_put(text, "\n(a) The same integrator on each formulation: the cost of the formulation\n");
         put_titles(text, c);
     }
     for (int k = 0; k < t->same_count; k++)
         put_line(text, c, t->same[k], true);
-    kmp_text_put(text, "\n(b) the best method of each formulation: the choice of a user\n");
+    kmp_text_put(text, "\n(b) The best method of each formulation: the choice of a user\n");
     put_titles(text, c);
     for (int k = 0; k < t->best_count; k++)
         put_line(text, c, t->best[k], false);
-    kmp_text_put(
-        text, "ratio = steps x evaluations a step (evals) x time of an evaluation (us); x: multiple of a first line\n");
-    kmp_text_printf(text, "\n%-*s | %6s %8s %8s %9s %7s %7s %8s %8s\n", name_width(c), "run for the larger error",
+    kmp_text_put(text,
+                 "ratio: to the time of the first line = steps x evaluations per step (evals) x time of one, us\n");
+    kmp_text_printf(text, "\n%-*s | %6s %8s %8s %9s %7s %7s %8s %8s\n", name_width(c), "Run for the larger error",
                     "rtol", "prep. ms", "first ms", "memory kB", "|h|", "energy", "error qd", "lambda");
     for (int k = 0; k < t->best_count; k++)
         put_beside(text, c, t->best[k]);
@@ -361,17 +362,11 @@ static void show_run(kmp_text *text, const kempe_comparison *c, const kmp_compar
     kmp_text_put(text, "\n");
 }
 
-/* Few runs are listed; of many the tables tell. */
 static void show_runs(kmp_text *text, const kempe_comparison *c)
 {
     int width = name_width(c);
-    if (c->count > FEW_RUNS) {
-        kmp_text_printf(text, "\n%d runs, %d methods at %d tolerances: --csv, --json and --report list them\n",
-                        c->count, c->method_count, c->rtol_count);
-        return;
-    }
     if (c->count > 0)
-        kmp_text_printf(text, "\n%-*s %5s | %7s %7s %7s | %5s %7s | %6s %7s %6s\n", width, "run", "rtol", "error q",
+        kmp_text_printf(text, "\n%-*s %5s | %7s %7s %7s | %5s %7s | %6s %7s %6s\n", width, "Run", "rtol", "error q",
                         "qd", "lambda", "|h|", "energy", "steps", "evals", "cpu ms");
     for (int k = 0; k < c->count; k++)
         if (k % c->rtol_count == 0 || !c->runs[k].left_out || strcmp(c->runs[k].reason, c->runs[k - 1].reason) != 0)
@@ -404,13 +399,13 @@ static void show_levels(kmp_text *text, const kempe_comparison *c)
     bool blank = false;
     if (c->levels.count == 0)
         return;
-    kmp_text_printf(text, "\nCPU time for a given error of q, relative to the fastest\n%-*s", name_width(c),
-                    "error q at most");
+    kmp_text_printf(text, "\nProcessor time for a given error of q, relative to the fastest\n%-*s", name_width(c),
+                    "error of q, at most");
     for (int l = 0; l < c->levels.count; l++) {
         kmp_text_printf(text, " %7.0e", c->levels.level[l]);
         blank = blank || c->levels.blank[l];
     }
-    kmp_text_printf(text, "\n%-*s", name_width(c), "the fastest, ms");
+    kmp_text_printf(text, "\n%-*s", name_width(c), "fastest, ms");
     for (int l = 0; l < c->levels.count; l++) {
         int best = c->levels.best[l];
         if (c->levels.blank[l])
@@ -424,61 +419,120 @@ static void show_levels(kmp_text *text, const kempe_comparison *c)
     end_line(text);
     for (int w = 0; w < c->method_count; w++)
         show_ratios(text, c, w);
-    kmp_text_printf(text, "-: not attained%s\n", blank ? "; blank: below the accuracy of the reference" : "");
+    kmp_text_printf(text, "-: not reached%s\n", blank ? "; blank: below the accuracy of the reference" : "");
 }
 
 /* -- summary ----------------------------------------------------------------------------------------- */
 
-static void show(kmp_text *text, const void *result)
+/* True if the integrator takes this form of the formulation where none is given. */
+static bool is_default_form(const kmp_method *method)
 {
-    const kempe_comparison *c = result;
-    kmp_print_title(text, c->system->model, kmp_outcome_of(c->status));
-    kmp_text_printf(text, "0 to %g s\n", c->t_end);
-    kmp_print_wrapped(text, "reference: ", INDENT, c->source);
-    const double *u = c->uncertainty;
-    if (c->has_reference && u[KMP_QUANTITY_Q] > 0) {
-        kmp_text_printf(text, "its error is about %.0e in q, %.0e in qd", u[KMP_QUANTITY_Q], u[KMP_QUANTITY_QD]);
-        if (u[KMP_QUANTITY_LAMBDA] > 0)
-            kmp_text_printf(text, ", %.0e in lambda", u[KMP_QUANTITY_LAMBDA]);
-        kmp_text_put(text, ": errors below ten times that are blank\n");
-    }
-    if (c->has_reference) {
-        /* The sizes that errors are relative to. */
-        const kmp_scales *s = &c->scales;
-        kmp_text sentence = {0};
-        kmp_text_printf(&sentence,
-                        "the largest at %d instants, relative to the value or to 1 rad, %.3g m; %.3g rad/s, %.3g m/s",
-                        c->instants, s->length, s->rate, s->rate * s->length);
-        if (c->system->m > 0)
-            kmp_text_printf(&sentence, "; of lambda to the largest load, %.3g", s->load);
-        kmp_print_wrapped(text, "errors: ", INDENT, sentence.s ? sentence.s : "");
-        kmp_text_free_part(text, &sentence);
-    }
-    show_runs(text, c);
-    show_tables(text, c);
-    show_levels(text, c);
-    kmp_compare_bodies_show(text, &c->bodies);
-    show_list(text, "not run", &c->failures);
-    show_list(text, "warnings", &c->warnings);
-    if (kmp_is_complete(c->status) || c->advice.run >= 0) {
-        kmp_text_put(text, "\n");
-        if (c->advice.run < 0) {
-            kmp_text_put(text, "no recommendation\n");
-        } else {
-            const kmp_compared *run = &c->runs[c->advice.run];
-            kmp_text_put(text, "use ");
-            kmp_compare_name(text, run->method);
-            kmp_text_printf(text, " at rtol %g for this model: error q at most %g in %.3g ms\n", run->rtol,
-                            c->advice.level, 1e3 * run->cpu_s);
-        }
-        for (int k = 0; k < c->advice.because.count; k++)
-            kmp_print_wrapped(text, "  - ", INDENT, c->advice.because.s[k]);
-    }
-    if (!kmp_is_complete(c->status))
-        kmp_text_printf(text, "reason: %s\n", c->reason);
+    kmp_method first;
+    for (int k = 0; kmp_method_get(k, &first); k++)
+        if (strcmp(first.formulation, method->formulation) == 0 && strcmp(first.integrator, method->integrator) == 0)
+            return !method->form || strcmp(first.form, method->form) == 0;
+    return false;
 }
 
-KMP_PRINT(kempe_comparison, comparison, comparison->system->context, json_all, show)
+/* The options of the recommended run. */
+static void put_options(kmp_text *text, const kmp_compared *run)
+{
+    const kmp_method *method = run->method;
+    kmp_text_printf(text, "use --formulation %s", method->formulation);
+    if (!is_default_form(method))
+        kmp_text_printf(text, " --form %s", method->form);
+    kmp_text_printf(text, " --integrator %s --rtol %g", method->integrator, run->rtol);
+    if (method->linear)
+        kmp_text_printf(text, " --linear %s", method->linear);
+}
+
+static void show_title(kmp_text *text, const kempe_comparison *c)
+{
+    kmp_text title = {0};
+    kmp_print_title(&title, c->system->model, kmp_outcome_of(c->status));
+    kmp_text_printf(&title, "0 to %g s: ", c->t_end);
+    if (c->advice.run >= 0)
+        put_options(&title, &c->runs[c->advice.run]);
+    else if (kmp_is_complete(c->status))
+        kmp_text_put(&title, "no recommendation");
+    else
+        kmp_text_put(&title, c->reason);
+    kmp_print_wrapped(text, "", INDENT, title.s ? title.s : "");
+    kmp_text_free_part(text, &title);
+    kmp_text doubt = {0};
+    kmp_compare_bodies_put_doubt(&doubt, &c->bodies);
+    if (c->status == KEMPE_UNTRUSTED && doubt.s)
+        kmp_print_wrapped(text, "  ", INDENT, doubt.s);
+    kmp_text_free_part(text, &doubt);
+    if (!kmp_is_complete(c->status) && c->advice.run >= 0)
+        kmp_print_wrapped(text, "  The comparison ended early: ", INDENT, c->reason);
+}
+
+static void show_reference(kmp_text *text, const kempe_comparison *c)
+{
+    const double *u = c->uncertainty;
+    kmp_text sentence = {0};
+    kmp_text_put(&sentence, c->source);
+    if (c->has_reference && u[KMP_QUANTITY_Q] > 0) {
+        kmp_text_printf(&sentence, "; its error is about %.0e in q, %.0e in qd", u[KMP_QUANTITY_Q], u[KMP_QUANTITY_QD]);
+        if (u[KMP_QUANTITY_LAMBDA] > 0)
+            kmp_text_printf(&sentence, ", %.0e in lambda", u[KMP_QUANTITY_LAMBDA]);
+    }
+    kmp_print_wrapped(text, "  Reference: ", INDENT, sentence.s ? sentence.s : "");
+    kmp_text_free_part(text, &sentence);
+}
+
+/* The sizes that errors are relative to. */
+static void show_scales(kmp_text *text, const kempe_comparison *c)
+{
+    const kmp_scales *s = &c->scales;
+    kmp_text sentence = {0};
+    if (!c->has_reference)
+        return;
+    kmp_text_printf(&sentence,
+                    "the largest at %d instants, relative to the value or to 1 rad, %.3g m, %.3g rad/s, %.3g m/s",
+                    c->instants, s->length, s->rate, s->rate * s->length);
+    if (c->system->m > 0)
+        kmp_text_printf(&sentence, "; of lambda to the largest load, %.3g N", s->load);
+    kmp_print_wrapped(text, "Errors: ", INDENT, sentence.s ? sentence.s : "");
+    kmp_text_free_part(text, &sentence);
+}
+
+static void show_parts(kmp_text *text, const kempe_comparison *c, bool all)
+{
+    show_title(text, c);
+    for (int k = 0; k < c->advice.because.count; k++)
+        kmp_print_wrapped(text, "  ", INDENT, c->advice.because.s[k]);
+    if (c->count > 0)
+        show_reference(text, c);
+    show_list(text, "Not run to the end", &c->failures);
+    show_list(text, "Warnings", &c->warnings);
+    show_levels(text, c);
+    kmp_compare_bodies_show(text, &c->bodies);
+    if (all) {
+        show_runs(text, c);
+        show_tables(text, c);
+    }
+    if (c->count == 0)
+        return;
+    kmp_text_put(text, "\n");
+    show_scales(text, c);
+    if (!all)
+        kmp_text_printf(text, "More: --all (%d runs; steps, evaluations, memory), --csv FILE, --report FILE\n",
+                        c->count);
+}
+
+static void show(kmp_text *text, const void *result)
+{
+    show_parts(text, result, false);
+}
+
+static void show_full(kmp_text *text, const void *result)
+{
+    show_parts(text, result, true);
+}
+
+KMP_PRINT_FULL(kempe_comparison, comparison, comparison->system->context, json_all, show, show_full)
 
 /* -- tables ------------------------------------------------------------------------------------------ */
 

@@ -320,7 +320,7 @@ static kempe_status try_passes(kmp_equations *eq, gain_table *gains)
     }
     kmp_program *p = ok ? kmp_program_new(eq->graph, 1, &count, (const kmp_ref *const *)&out) : NULL;
     long needed = p ? kmp_program_count(p, 1, 1).paper : -1;
-    put_step(gains, "parameters in advance", (amount){needed, needed});
+    put_step(gains, "terms of parameters", (amount){needed, needed});
     ok = p;
     kmp_program_free(p);
     kmp_free(out);
@@ -346,15 +346,15 @@ static kempe_status find_gains(const kempe_model *model, gain_table *gains)
 
 static void show_counts(kmp_text *text, const char *name, const kmp_counts *c)
 {
-    kmp_text_printf(text, "  %-20s %7ld %7ld %7ld %7ld %7ld | %8ld %8ld", name, c->add, c->mul, c->div, c->trig,
+    kmp_text_printf(text, "  %-20s %7ld %7ld %5ld %7ld %5ld | %8ld %8ld", name, c->add, c->mul, c->div, c->trig,
                     c->other, c->paper, c->robotran);
 }
 
 static void show_header(kmp_text *text, const char *what, bool nodes)
 {
-    kmp_text_printf(text, "%-22s %7s %7s %7s %7s %7s | %8s %8s", what, "+ -", "*", "/", "sin cos", "other", "paper",
-                    "robotran");
-    kmp_text_printf(text, nodes ? " | %8s %8s\n" : "\n", "created", "kept");
+    kmp_text_printf(text, "%-22s %7s %7s %5s %7s %5s | %8s %8s", what, "+ -", "*", "/", "sin cos", "other", "+ - * /",
+                    "with fns");
+    kmp_text_printf(text, nodes ? " | %9s %8s\n" : "\n", "generated", "needed");
 }
 
 /* The operations of a right-hand side: those of its stages and of the blocks that it evaluates. */
@@ -388,11 +388,14 @@ static void show_blocks(kmp_text *text, const kmp_program *p, const kmp_block_co
     kmp_text_put(text, "\n");
 }
 
-static void show_stats(kmp_text *text, const kmp_program *p, const char *const *names, const kmp_tally t[KMP_EQ_SETS],
-                       const kmp_block_counts *blocks)
+static void show_stats(kmp_text *text, const kempe_system *system, const kmp_program *p, const char *const *names,
+                       const kmp_tally t[KMP_EQ_SETS], const kmp_block_counts *blocks)
 {
     int last = p->stages > KMP_STAGE_WORKING ? KMP_STAGE_LOAD : p->stages - 1; /* of variable stages */
     kmp_tally whole = kmp_tally_program(p, 0, last);
+    kmp_print_title(text, system->model, KEMPE_OUTCOME_COMPLETE);
+    kmp_text_printf(text, "%ld operations (+ - * /), %ld with functions (fns), for M, C, h, J and jdqd\n",
+                    whole.counts.paper, whole.counts.robotran);
     show_header(text, "stage of the program", false);
     for (int s = 0; s < p->stages; s++) {
         if (s == KMP_STAGE_LOAD && p->outputs[s] == p->outputs[s + 1])
@@ -407,18 +410,16 @@ static void show_stats(kmp_text *text, const kmp_program *p, const char *const *
     for (int k = 0; k < KMP_EQ_SETS; k++)
         if (shown & 1u << k) {
             show_counts(text, kmp_set_of(NULL, k).name, &t[k].counts);
-            kmp_text_printf(text, " | %8ld %8ld\n", t[k].created, t[k].kept);
+            kmp_text_printf(text, " | %9ld %8ld\n", t[k].created, t[k].kept);
         }
     show_counts(text, "all in one program", &whole.counts);
-    kmp_text_printf(text, " | %8ld %8ld\n\n", whole.created, whole.kept);
+    kmp_text_printf(text, " | %9ld %8ld\n", whole.created, whole.kept);
     if (names == stage_names[1])
         kmp_text_put(text,
                      "by articulated bodies: qdd = a + X' lambda, J X lambda = -d, X = M^-1 J', d = J a + jdqd\n");
-    kmp_text_put(text, "paper: + - * /   robotran: those and functions   created: nodes of the graph   kept: what the "
-                       "program needs\n");
     if (p->block_count > 0)
-        kmp_text_put(text, "right-hand side: all stages but parameters and power, with the operations of blocks, which "
-                           "the stages count as one function; without linear equations\n");
+        kmp_text_put(text, "right-hand side: all stages but parameters and power, with what is solved or averaged in "
+                           "them;\nwithout the solution of linear equations\n");
 }
 
 /* The saving in percent of the original count. */
@@ -460,8 +461,8 @@ static void show_gains(kmp_text *text, const gain_table *gains)
     kmp_text_printf(text, "unused operations: %ld of the %ld generated operations are not needed, %.0f %%\n",
                     gains->made - gains->needed, gains->made,
                     gains->made ? 100.0 * (double)(gains->made - gains->needed) / (double)gains->made : 0);
-    kmp_text_put(text, "M, C, h, J, jdqd as one program, numbers kept as symbols; each row includes the rows before "
-                       "it, with the chosen variants\nrun time: without constant subexpressions\n");
+    kmp_text_put(text, "M, C, h, J, jdqd together, numbers kept as symbols; each row includes the rows before it.\n"
+                       "run time: without terms of parameters only, which are computed once\n");
 }
 
 static void json_gain(kmp_json *json, const step_gain *gain)
@@ -537,7 +538,7 @@ static kempe_status write_stats(kmp_text *out, const kempe_system *system, kempe
     KMP_TRY(find_gains(system->model, &gains));
     KMP_TRY(count_blocks(system, &blocks));
     if (format == KEMPE_TEXT) {
-        show_stats(out, p, names, t, &blocks);
+        show_stats(out, system, p, names, t, &blocks);
         show_gains(out, &gains);
         return KEMPE_OK;
     }

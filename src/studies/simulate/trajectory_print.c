@@ -141,16 +141,18 @@ static void show_outputs(kmp_text *text, const kempe_trajectory *t)
     kmp_text_free(&column);
 }
 
-/* Of the rows; the text or the object fails without memory. */
-static void put_reactions(kmp_text *text, kmp_json *json, const kempe_trajectory *t)
+static bool reactions_of(const kempe_trajectory *t, kmp_reactions *reactions)
+{
+    return kmp_reactions_of_rows(reactions, t->system, &t->table, t->least_norm) == KEMPE_OK;
+}
+
+static void show_reactions(kmp_text *text, const kempe_trajectory *t, bool all)
 {
     kmp_reactions reactions;
-    if (kmp_reactions_of_rows(&reactions, t->system, &t->table, t->least_norm) != KEMPE_OK)
-        text->failed = true;
-    else if (json)
-        kmp_reactions_json(json, &reactions);
+    if (reactions_of(t, &reactions))
+        kmp_reactions_show(text, &reactions, all ? NULL : "--all");
     else
-        kmp_reactions_show(text, &reactions);
+        text->failed = true;
     kmp_reactions_free(&reactions);
 }
 
@@ -354,16 +356,6 @@ static void show_log(kmp_text *text, const kmp_run_log *log)
                         log->count > log->kept ? "" : " (--json)");
 }
 
-/* Why a run is not trustworthy. */
-static void show_warnings(kmp_text *text, const kempe_trajectory *t)
-{
-    for (const char *line = t->warnings ? t->warnings : ""; *line;) {
-        const size_t length = strcspn(line, "\n");
-        kmp_text_printf(text, "  %.*s\n", (int)length, line);
-        line += length + (line[length] != '\0');
-    }
-}
-
 static void show_run(kmp_text *text, const kempe_trajectory *t, bool all)
 {
     kmp_print_title(text, t->system->model, kempe_trajectory_outcome(t));
@@ -376,12 +368,11 @@ static void show_run(kmp_text *text, const kempe_trajectory *t, bool all)
         kmp_convergence_put_apart(text, t->system->context, &t->again, kmp_trajectory_unit(t));
     }
     kmp_text_put(text, *t->reason ? "" : "\n");
-    if (kempe_trajectory_outcome(t) == KEMPE_OUTCOME_NOT_TRUSTWORTHY)
-        show_warnings(text, t);
+    kmp_print_doubts(text, kempe_trajectory_outcome(t), t->warnings);
     if (t->table.rows > 0) {
         show_state(text, t);
         show_outputs(text, t);
-        put_reactions(text, NULL, t);
+        show_reactions(text, t, all);
         kmp_text_put(text, "\n");
         show_accuracy(text, t);
         show_method(text, t);
@@ -446,6 +437,16 @@ static void json_outputs(kmp_json *json, const kempe_trajectory *t, bool positio
     kmp_json_end(json);
 }
 
+static void json_reactions(kmp_json *json, const kempe_trajectory *t)
+{
+    kmp_reactions reactions;
+    if (reactions_of(t, &reactions))
+        kmp_reactions_json(json, &reactions);
+    else
+        json->text->failed = true;
+    kmp_reactions_free(&reactions);
+}
+
 static void json_state(kmp_json *json, const kempe_trajectory *t)
 {
     kmp_json_number(json, "t", end_time(t));
@@ -467,7 +468,7 @@ static void json_state(kmp_json *json, const kempe_trajectory *t)
     for (int c = 0; c < s->model->closure_count; c++)
         kmp_json_numbers(json, s->model->closures[c].name, 3, t->reaction + 3 * c);
     kmp_json_end(json);
-    put_reactions(json->text, json, t);
+    json_reactions(json, t);
     json_outputs(json, t, true);
     json_outputs(json, t, false);
 }
@@ -596,7 +597,7 @@ static void fill_reactions(kempe_table *table, const void *result)
     const kempe_trajectory *t = result;
     kmp_reactions reactions;
     kmp_reactions_columns(table);
-    if (kmp_reactions_of_rows(&reactions, t->system, &t->table, t->least_norm) == KEMPE_OK)
+    if (reactions_of(t, &reactions))
         kmp_reactions_tabulate(table, &reactions, -1);
     else
         kmp_tabulate_fail(table);
