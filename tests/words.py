@@ -75,19 +75,12 @@ ALLOWED = {
     "judged passed yield": "heads of columns",
     "least relative pivot of the reduced mass": "a matrix that is factored: the word of the field",
     "user group solref": "attributes of MJCF",
-    "paper: + - * /": "legend of a table",
     "a lane is an entry": "an assertion of the build",
     "counting alone gives": "a count without the rank",
     "pivots of scaled J": "a line of --all",
     "after %d exchange": "a line of --all",
     "condition number of Jv": "a line of --all",
-    "lanes ": "counters of the evaluation of several instances at a time",
-    "work steps %ld, rejected": "counters",
-    "held at the speed of the start by a load": "table of the command, still to be shortened",
-    "note amplitudes are half the range": "table of the command, still to be shortened",
     "an approximation, pressures 5 to 20": "table of the command, still to be shortened",
-    "preparation decides for a single run": "table of the command, still to be shortened",
-    "all motion is prescribed: coordinates": "table of the command, still to be shortened",
 }
 OPTIONS = r"--(road|roads|once|every|fixed-u|u|dynamics|over|vary|drive|nearest|require|fix|free)\b"
 HEADLESS = re.compile(r"^#+ (What|Whether|Of|Where|How)\b(?!-to\b).*", re.M)

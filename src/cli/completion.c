@@ -177,7 +177,7 @@ static void complete_of(const cli_command *c, int count, char **words)
     }
 }
 
-void cli_complete(int count, char **words)
+void cli_print_candidates(int count, char **words)
 {
     const bool helps = count > 1 && strcmp(words[0], "help") == 0;
     const char *last = count > 0 ? words[count - 1] : "";

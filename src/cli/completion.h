@@ -3,4 +3,4 @@
 #pragma once
 
 /** Prints the candidates for the last of the words behind `kempe`, one a line, folders with a slash. */
-void cli_complete(int count, char **words);
+void cli_print_candidates(int count, char **words);

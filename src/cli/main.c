@@ -98,7 +98,7 @@ static int choose(int argc, char **argv)
         return CLI_DONE;
     }
     if (strcmp(argv[1], "complete") == 0) { /* for shells: not among the commands of the help */
-        cli_complete(argc - 2, argv + 2);
+        cli_print_candidates(argc - 2, argv + 2);
         return CLI_DONE;
     }
     if (strcmp(argv[1], "--version") == 0) {

@@ -725,11 +725,10 @@ static void warn(kempe_fit *f)
         if (!(alike > KMP_FIT_ALIKE))
             continue;
         if (f->rms[c] > KMP_FIT_UNLIKE * f->own_scatter[c])
-            kmp_doubt(
-                f->context,
-                "the fitted motion does not follow the data: the residual of '%s' is %.2g of their deviation; the "
-                "minimum may be local (--starts 8), or the model lacks an effect",
-                f->column_name[c], f->rms[c] / f->own_scatter[c]);
+            kmp_doubt(f->context,
+                      "the fitted motion does not follow the data: residual of '%s' is %.2g of the data's deviation; "
+                      "the minimum may be local (--starts 8), or the model lacks an effect",
+                      f->column_name[c], f->rms[c] / f->own_scatter[c]);
         else
             kmp_log(f->context, KEMPE_LOG_WARNING,
                     "the residuals of '%s' are not noise (correlation of neighbours %.2f), and the intervals too "

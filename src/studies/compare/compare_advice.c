@@ -601,10 +601,9 @@ static void refrain(kempe_comparison *c)
             (steady < 0 || c->runs[k].cpu_s < c->runs[steady].cpu_s))
             steady = k;
     if (is_prescribed(c))
-        kmp_text_put(
-            &text,
-            "All motion is prescribed by drives: the tolerance affects only their work; use kempe kinematics or kempe "
-            "inverse");
+        kmp_text_put(&text,
+                     "All motion is prescribed: coordinates follow from the drives and closures at every instant, and "
+                     "the tolerance affects only the work of the drives; use kempe kinematics or kempe inverse");
     else if (!c->has_reference)
         kmp_text_put(&text, "Without a reference the errors are unknown");
     if (steady >= 0) {
