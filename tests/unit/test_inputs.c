@@ -325,7 +325,7 @@ static void mistakes(void)
 {
     refused("u: {default: 3 N}\n  sin: {}", "an input cannot have the name 'sin'");
     refused("u: {default: 3 N, unit: N*m}", "default of input 'u': expected N*m, got N");
-    refused("u: {unit: Nm}", "unit of input 'u': 'Nm' is not a unit");
+    refused("u: {unit: Nq}", "unit of input 'u': 'Nq' is not a unit");
     refused("u: {unit: N}", "expected N*m, got N");
     refused("u: {t: [0, 1], value: [0, 1]}", "input 'u' has no key 'method'");
     refused("u: {t: [0, 0], value: [0, 1], method: hold}", "times must increase: 0 comes after 0");

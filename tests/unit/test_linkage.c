@@ -131,9 +131,9 @@ static void test_too_short(void)
     CHECK(model && kempe_system_new(model, &system) == KEMPE_OK);
     CHECK(system && kempe_check_new(system, &check) != KEMPE_E_MEMORY);
     CHECK(check && kempe_check_print(check, KEMPE_TEXT, &said) == KEMPE_OK);
-    CHECK(said && strstr(said, "joint C (revolute) is cut"));
-    CHECK(said && strstr(said, "loop 'C' can never close: body 'b' spans 3 m from P to Q, the other links at most 1.75 "
-                               "m: 1.25 m are missing"));
+    CHECK(check_says(said, "joint C (revolute), in the loop"));
+    CHECK(check_says(said, "loop 'C' can never close: body 'b' spans 3 m from P to Q, the other links at most 1.75 m: "
+                           "1.25 m are missing"));
     kempe_text_free(said);
     kempe_check_free(check);
     kempe_system_free(system);

@@ -369,7 +369,7 @@ static void expect_text(kempe_status status, char **given, const char *part)
 {
     char *text = *given;
     CHECK(status == KEMPE_OK && text);
-    if (text && !strstr(text, part))
+    if (text && !check_says(text, part))
         CHECK_TEXT(text, part);
     kempe_text_free(text);
 }
