@@ -97,6 +97,12 @@ def words(v):
     return "[" + ", ".join(repr(float(x) + 0.0) for x in v) + "]"
 
 
+def but_for_axes(text):
+    """A text of check without its sentences on the axes of beams and on masses in them, and without ends of lines."""
+    text = re.sub(r"its beam has the axes .*? of the body ", "", " ".join(text.split()))
+    return re.sub(r"without deformation it has .*? kg m\^2", "", text)
+
+
 def written(text, key, frame=""):
     a = axes_of(key) if key else UNIT
     pair = lambda m: f"{{x: {words(m[:, 0])}, y: {words(m[:, 1])}}}"
@@ -173,10 +179,7 @@ forces:"""
         for key in ("along: y, ", "along: -x, ", "along: [1, 1, 0], "):
             with self.subTest(key=key):
                 self.agree(self.rows(LOOP, key)[1], want, names)
-                lines = [line for line in self.said("check").splitlines() if "its beam has the axes" not in line]
-                other = [(a, b) for a, b in zip(lines, text.splitlines()) if a != b]
-                self.assertEqual(len(lines), len(text.splitlines()))
-                self.assertLessEqual({a.split(" it has ")[0].strip() for a, _ in other}, {"without deformation"}, other)
+                self.assertEqual(but_for_axes(self.said("check")), but_for_axes(text))
                 again, still = (runs.kempe(study, self.folder / "model.yaml", status=None) for study in ("modes", "equilibrium"))
                 for found, wanted in ((again, modes), (still, rest)):
                     np.testing.assert_allclose(numbers(found), numbers(wanted), rtol=1e-9, atol=1e-9)
@@ -186,7 +189,7 @@ forces:"""
         said = {}
         for key in ("", "along: y, "):
             self.put(written(CHAIN, key, "frame: clamped"))
-            said[key] = re.search(r"centre \[(.*?)\] m, inertia xx (\S+) yy (\S+) zz (\S+)", self.said("check")).groups()
+            said[key] = re.search(r"centre \[(.*?)\] m, inertia xx (\S+) yy (\S+) zz (\S+)", " ".join(self.said("check").split())).groups()
         (x, xx, yy, zz), turned = said[""], said["along: y, "]
         self.assertEqual(turned, (", ".join(["0", x.split(", ")[0], "0"]), yy, xx, zz))
 

@@ -233,9 +233,10 @@ void kmp_instances_put_answer(kmp_text *text, const char *model, kempe_outcome o
 
 void kmp_instances_put_accuracy(kmp_text *text, const char *label, const kmp_instance_sums *s)
 {
-    kmp_text_printf(text,
-                    "%-10senergy balance %.2g of the energy exchanged, closures open by %.2g (relative), at most\n",
-                    label, s->drift, kmp_print_clean(s->h, KMP_PRINT_NOISE));
+    kmp_text_printf(
+        text,
+        "%-10senergy balance at most %.2g of the energy exchanged; loops closed to %.2g of the characteristic length\n",
+        label, s->drift, s->h);
     if (s->not_converged > 0)
         kmp_text_printf(text, "          %ld of %ld instances passed the check by a second run\n",
                         s->repeated - s->not_converged, s->repeated);
