@@ -233,10 +233,8 @@ void kmp_instances_put_answer(kmp_text *text, const char *model, kempe_outcome o
 
 void kmp_instances_put_accuracy(kmp_text *text, const char *label, const kmp_instance_sums *s)
 {
-    kmp_text_printf(
-        text,
-        "%-10senergy balance at most %.2g of the energy exchanged; loops closed to %.2g of the characteristic length\n",
-        label, s->drift, s->h);
+    kmp_text_printf(text, "%-10senergy balance at most %.2g of the energy exchanged; loops closed to %.2g (relative)\n",
+                    label, s->drift, s->h);
     if (s->not_converged > 0)
         kmp_text_printf(text, "          %ld of %ld instances passed the check by a second run\n",
                         s->repeated - s->not_converged, s->repeated);

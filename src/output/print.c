@@ -91,17 +91,20 @@ void kmp_print_wrapped(kmp_text *text, const char *first, int indent, const char
 {
     int begin = (int)strlen(first), column = begin;
     kmp_text_put(text, first);
-    while (*words) {
+    for (;;) {
+        const int blanks = (int)strspn(words, " \n");
+        words += blanks;
+        if (!*words)
+            break;
         int word = (int)strcspn(words, " \n");
         if (strncmp(words + word, " %", 2) == 0) /* stays with its number */
             word += 2 + (int)strcspn(words + word + 2, " \n");
-        const bool breaks = column > begin && column + 1 + word > KMP_PRINT_LINE;
-        if (breaks)
-            kmp_text_printf(text, "\n%*s", indent, "");
-        kmp_text_printf(text, "%s%.*s", column > begin && !breaks ? " " : "", word, words);
-        column = breaks ? indent + word : column + word + (column > begin);
+        const int gap = column > begin ? blanks : 0;
+        const bool breaks = column > begin && column + gap + word > KMP_PRINT_LINE;
+        kmp_text_printf(text, "%s%*s%.*s", breaks ? "\n" : "", breaks ? indent : gap, "", word, words);
         begin = breaks ? indent : begin;
-        words += word + (words[word] != '\0');
+        column = (breaks ? indent : column + gap) + word;
+        words += word;
     }
     kmp_text_put(text, "\n");
 }

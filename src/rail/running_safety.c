@@ -597,25 +597,62 @@ const char *kmp_safety_loads_from(const kmp_running_safety *s)
                        : "unknown: no equilibrium is found, and at the start the wheels do not carry the weight";
 }
 
+/* The answer in a line: the wheel and the axle that come closest to their limits. */
+static void show_answer(kmp_text *text, const kempe_model *model, const kmp_running_safety *s)
+{
+    const kmp_safety_wheel *worst = NULL;
+    const kmp_safety_axle *axle = NULL;
+    int above = 0, judged = 0;
+    for (int w = 0; w < s->wheels; w++) {
+        const double part = s->wheel[w].mean.value / s->wheel[w].nadal;
+        judged += isfinite(part);
+        above += part > 1;
+        if (isfinite(part) && (!worst || part > worst->mean.value / worst->nadal))
+            worst = &s->wheel[w];
+    }
+    for (int k = 0; k < s->axles; k++) {
+        const double part = s->axle[k].mean.value / s->axle[k].limit;
+        judged += isfinite(part);
+        above += part > 1;
+        if (isfinite(part) && (!axle || part > axle->mean.value / axle->limit))
+            axle = &s->axle[k];
+    }
+    if (judged == 0)
+        return;
+    kmp_text words = {0};
+    if (above > 0)
+        kmp_text_printf(&words, "%d of %d limits exceeded", above, judged);
+    else
+        kmp_text_printf(&words, "all %d limits kept", judged);
+    if (worst)
+        kmp_text_printf(&words, "; largest Y/Q over 2 m %.3f of %.3f ('%s')", worst->mean.value, worst->nadal,
+                        model->wheels[worst - s->wheel].name);
+    if (axle)
+        kmp_text_printf(&words, "; largest sum of Y %.4g of %.4g kN ('%s' and '%s')", axle->mean.value / 1e3,
+                        axle->limit / 1e3, model->wheels[axle->left].name, model->wheels[axle->right].name);
+    kmp_print_wrapped(text, "safety    ", 10, words.s ? words.s : "");
+    kmp_text_free_part(text, &words);
+}
+
 /* A paragraph; nothing without wheels. */
 static void show_verdict(kmp_text *text, const kempe_model *model, const void *verdict)
 {
     const kmp_running_safety *s = verdict;
-    int width = 5;
+    int width = 4;
     if (s->too_long)
-        kmp_text_put(text, "running   safety is not evaluated: the dense output of the run needs too much memory; use "
-                           "a shorter run, or a larger rtol\n");
+        kmp_text_put(text, "safety    not evaluated: the dense output of the run needs too much memory; use a shorter\n"
+                           "          run, or a larger rtol\n");
     if (s->wheels == 0)
         return;
     for (int w = 0; w < s->wheels; w++)
         width = (int)fmax(width, (double)strlen(model->wheels[w].name));
+    show_answer(text, model, s);
     kmp_text_printf(
-        text,
-        "running   %-*s  Q0, kN  (Q0-Q)/Q0      t, s  at %g Hz  largest Y/Q  over 2 m      t, s  Nadal  flange, deg\n",
+        text, "running   %-*s  Q0, kN  (Q0-Q)/Q0     t, s  at %g Hz  max Y/Q  over 2 m     t, s  Nadal  flange, deg\n",
         width, "", KMP_SAFETY_CUTOFF);
     for (int w = 0; w < s->wheels; w++) {
         const kmp_safety_wheel *wheel = &s->wheel[w];
-        kmp_print_cells(text, "          %-*s  %6.2f  %9.3f  %8.3f  %8.3f  %11.3f  %8.3f  %8.3f  %5.3f  %11.2f%s\n",
+        kmp_print_cells(text, "          %-*s  %6.2f  %9.3f  %7.3f  %8.3f  %7.3f  %8.3f  %7.3f  %5.3f  %11.2f%s\n",
                         width, model->wheels[w].name, wheel->load / 1e3, wheel->unloading.value, wheel->unloading.t,
                         wheel->smooth_unloading.value, wheel->ratio.value, wheel->mean.value, wheel->mean.t,
                         wheel->nadal, degrees * wheel->flange,
@@ -640,10 +677,13 @@ static void show_verdict(kmp_text *text, const kempe_model *model, const void *v
         kmp_print_cells(text, "          %-*s  %17.2f  %8.1f  %8.3f\n", width, model->wheels[w].name, wheel->wear,
                         wheel->most_wear.value, wheel->most_wear.t);
     }
-    kmp_text_printf(text, "          %.6g m travelled; Q0 %s", s->way, kmp_safety_loads_from(s));
+    kmp_text words = {0};
+    kmp_text_printf(&words, "%.6g m travelled; Q0 %s", s->way, kmp_safety_loads_from(s));
     if (isfinite(s->carried) && s->loaded)
-        kmp_text_printf(text, ", together %.3f of the weight", s->carried);
-    kmp_text_printf(text, "; sampling error %.1e (%d samples)\n", s->difference, s->samples);
+        kmp_text_printf(&words, ", together %.3f of the weight", s->carried);
+    kmp_text_printf(&words, "; sampling error %.1e (%d samples)", s->difference, s->samples);
+    kmp_print_wrapped(text, "          ", 10, words.s ? words.s : "");
+    kmp_text_free_part(text, &words);
     if (s->way < KMP_SAFETY_LENGTH)
         kmp_text_put(text, "          the distance is too short for means over 2 m\n");
 }

@@ -68,14 +68,17 @@ static void show_end(kmp_text *text, const kempe_equilibrium *e, int coordinate,
         kmp_text_put(text, end->word == KMP_REST_LIMIT ? " (limit of the motion)" : " (and beyond)");
 }
 
-static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
+/* Column of the text of a line, after its label. */
+enum { TEXT_COLUMN = 11 };
+
+/* The stability, and what moves or does not. */
+static void put_stability(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
 {
     const kmp_stability *s = &b->stability;
-    kmp_text_printf(text, "\nstability  %s", kmp_stability_text(s->word));
+    kmp_text_put(text, kmp_stability_text(s->word));
     if (s->word == KMP_NOT_HELD) {
-        kmp_text_printf(
-            text, ": this state is not an equilibrium, because friction would need %.4g times its static levels\n",
-            b->friction_part);
+        kmp_text_printf(text, ": no equilibrium, because friction would need %.4g times its static levels",
+                        b->friction_part);
         return;
     }
     if (s->still > 0) {
@@ -100,12 +103,21 @@ static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp
     else if (isfinite(s->re))
         kmp_text_printf(text, ": %s",
                         s->re < 0 ? "every perturbation decays or stays constant" : "perturbations oscillate undamped");
+}
+
+static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
+{
+    kmp_text words = {0}, idle = {0};
+    put_stability(&words, e, b);
     kmp_text_put(text, "\n");
-    if (b->idle_count > 0) {
-        kmp_text_put(text, "excluded   ");
-        list(text, e->system, b->idle_count, b->idle);
-        kmp_text_put(text, b->idle_count == 1 ? ": nothing depends on it\n" : ": nothing depends on them\n");
-    }
+    kmp_print_wrapped(text, "stability  ", TEXT_COLUMN, words.s ? words.s : "");
+    kmp_text_free_part(text, &words);
+    if (b->idle_count == 0 || b->stability.word == KMP_NOT_HELD)
+        return;
+    list(&idle, e->system, b->idle_count, b->idle);
+    kmp_text_put(&idle, b->idle_count == 1 ? ": nothing depends on it" : ": nothing depends on them");
+    kmp_print_wrapped(text, "excluded   ", TEXT_COLUMN, idle.s ? idle.s : "");
+    kmp_text_free_part(text, &idle);
 }
 
 /* True if nothing depends on the coordinate, which moves. */
@@ -131,13 +143,17 @@ static void show_cyclic(kmp_text *text, const kempe_equilibrium *e, const kmp_ba
             held = held || r->how == KMP_RATE_HELD;
         }
     if (count > 0) {
-        kmp_text_put(text, "\nsteady     ");
-        kmp_steady_list(text, e->system->model, count, found, b->qd);
-        kmp_text_put(text, "\n           at constant speed: no force, closure or mass depends on these positions");
-        kmp_text_put(text, kept ? "; the speeds are as at the start, because no force fixes them\n" : "\n");
+        kmp_text list = {0};
+        kmp_steady_list(&list, e->system->model, count, found, b->qd);
+        kmp_text_put(text, "\n");
+        kmp_print_wrapped(text, "steady     ", TEXT_COLUMN, list.s ? list.s : "");
+        kmp_text_free_part(text, &list);
+        kmp_text_put(text, "           at constant speed: no force, closure or mass depends on these positions\n");
+        if (kept)
+            kmp_text_put(text, "           the speeds are as at the start, because no force fixes them\n");
         if (held)
-            kmp_text_put(text, "           resistances would slow the motion down: the named additional load, which is "
-                               "not in the model, keeps the speed\n");
+            kmp_text_put(text, "           resistances would slow the motion down: the named additional load, which\n"
+                               "           is not in the model, keeps the speed\n");
     }
     kmp_free(found);
 }
@@ -233,6 +249,7 @@ static void show_equilibrium(kmp_text *text, const void *result)
     else if (!e->all && e->count == 1)
         kmp_text_printf(text, ", %s", kmp_stability_text(e->balance[0].stability.word));
     kmp_text_put(text, "\n");
+    kmp_print_doubts(text, kmp_outcome_of(e->status), e->warnings);
     if (e->all)
         kmp_text_printf(text,
                         "%d random starts: %d assembled, %d converged to an equilibrium; sampling may miss some%s\n",

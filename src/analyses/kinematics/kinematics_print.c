@@ -116,7 +116,7 @@ static void show_all(kmp_text *text, const void *result)
         if (k->released[c])
             kmp_text_printf(text, "  '%s' of the model is deactivated\n", k->system->model->closures[c].name);
     if (k->reason)
-        kmp_text_printf(text, "  %s\n", k->reason);
+        kmp_print_wrapped(text, "  ", 4, k->reason);
     if (k->count > 0) {
         int n = k->system->n, width = kmp_print_width(k->system, KMP_QUANTITY_Q);
         width = width > 10 ? width : 10;

@@ -138,13 +138,13 @@ static void show_assembly(kmp_text *text, const void *result)
     static const char *const ways[] = {[KMP_LOOSE_OWN] = "with a rate of its own", [KMP_LOOSE_REST] = "as without it"};
     const kmp_loose_start starts[] = {KMP_LOOSE_REST, KMP_LOOSE_OWN};
     for (int k = 0; k < 2; k++) {
-        kmp_text names = {0};
-        int count = kmp_assembly_put_loose(&names, a, starts[k]);
+        kmp_text words = {0};
+        const int count = kmp_assembly_put_loose(&words, a, starts[k]);
+        kmp_text_printf(&words, " start%s %s%s", count == 1 ? "s" : "", ways[starts[k]],
+                        a->centred ? "; the journal is centred, because its start value was outside the bearing" : "");
         if (count > 0)
-            kmp_text_printf(text, "clearance %s start%s %s%s\n", names.s, count == 1 ? "s" : "", ways[starts[k]],
-                            a->centred ? "; the journal is centred, because its start value was outside the bearing"
-                                       : "");
-        kmp_text_free_part(text, &names);
+            kmp_print_wrapped(text, "clearance ", 10, words.s ? words.s : "");
+        kmp_text_free_part(text, &words);
     }
     kmp_print_rounding(text, a->system, "rounding  ");
     kmp_text changed = {0};

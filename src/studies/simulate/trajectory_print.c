@@ -115,9 +115,10 @@ static void show_outputs(kmp_text *text, const kempe_trajectory *t)
         const int width = kmp_output_width(model, output);
         if (width == 0)
             continue;
-        kmp_text_printf(text, "%s  ", before);
+        kmp_text line = {0};
+        kmp_text_put(text, before);
         before = "";
-        kmp_output_print(text, model, output);
+        kmp_output_print(&line, model, output);
         for (int k = 0; k < width; k++) {
             /* Each unit after the values that have it. */
             const char *unit = kmp_output_unit(model, output, k), *part = NULL;
@@ -130,11 +131,12 @@ static void show_outputs(kmp_text *text, const kempe_trajectory *t)
             kmp_output_column(&column, model, output, k);
             part = width > 1 && column.s ? strrchr(column.s, '.') : NULL;
             const char *name = output->kind == KMP_OUTPUT_SENSOR ? kmp_print_unknown(model->context, unit) : as.unit;
-            kmp_text_printf(text, "  %s%s%.6g%s%s", part ? part + 1 : "", part ? " " : "",
+            kmp_text_printf(&line, "  %s%s%.6g%s%s", part ? part + 1 : "", part ? " " : "",
                             as.factor * kmp_print_clean(x[k], KMP_PRINT_NOISE * largest), last && *name ? " " : "",
                             last ? name : "");
         }
-        kmp_text_put(text, "\n");
+        kmp_print_wrapped(text, "  ", 6, line.s ? line.s : "");
+        kmp_text_free_part(text, &line);
         x += width;
     }
     text->failed = text->failed || column.failed;
@@ -163,9 +165,12 @@ static const char *again_name(const kempe_trajectory *t)
 
 static void show_accuracy(kmp_text *text, const kempe_trajectory *t)
 {
-    kmp_text_put(text, "accuracy  ");
-    kmp_convergence_put(text, t->system->context, &t->again, again_name(t), kmp_trajectory_unit(t));
-    kmp_text_put(text, t->again.known ? "\n          " : "");
+    kmp_text error = {0};
+    kmp_convergence_put(&error, t->system->context, &t->again, again_name(t), kmp_trajectory_unit(t));
+    if (t->again.known)
+        kmp_print_wrapped(text, "accuracy  ", TEXT_COLUMN, error.s ? error.s : "");
+    kmp_text_put(text, t->again.known ? "          " : "accuracy  ");
+    kmp_text_free_part(text, &error);
     kmp_print_cells(text, "energy balance %.2g of the energy exchanged\n", t->verdict.drift_rel);
     if (t->system->m > 0) {
         kmp_text_put(text, "          loops closed to ");
