@@ -2,8 +2,8 @@
 /* A consumer in C++: a pendulum built in code, swung for a second. */
 #include <cmath>
 #include <cstdio>
-#include <kempe/kempe.h>
 #include <kempe/build.h>
+#include <kempe/kempe.h>
 
 int main()
 {

@@ -22,8 +22,7 @@ static void counts(void)
     CHECK(kempe_check_new(l.system, &check) == KEMPE_OK);
     CHECK(check->body_count == 13 && check->loop_count == 6);
     CHECK(check->part.n == N && check->part.m == ROWS && check->part.r == ROWS && check->part.p == FREE);
-    CHECK(kempe_check_print(check, KEMPE_TEXT, &text) == KEMPE_OK &&
-          strstr(text, "12 equations in 6 closures"));
+    CHECK(kempe_check_print(check, KEMPE_TEXT, &text) == KEMPE_OK && strstr(text, "12 equations in 6 closures"));
     for (int i = 0; i < N; i++)
         CHECK(fabs(kempe_assembly_q(check->assembly)[i]) <= 1e-15); /* closed as drawn */
     kempe_text_free(text);
