@@ -18,8 +18,14 @@
 #include "model/language/expression_value.h"
 #include "symbolic/derivative.h"
 #include "symbolic/substitute.h"
+#include <string.h>
 
 enum { VIRTUAL = 6 }; /* three translations and three rotations, in the axes of the parent's link */
+
+/* The axes of a link in those of the ground. */
+typedef struct link_axes {
+    kmp_vec e[3];
+} link_axes;
 
 struct kmp_joint_loads {
     kmp_forces forces;
@@ -31,6 +37,11 @@ struct kmp_joint_loads {
     const kmp_force **obstacle_of; /* a body: the element because of which the load of its joint is not known */
     const kmp_force *obstacle;     /* an element whose load on a joint is not known; NULL: none */
     int obstructed;                /* the body of that joint; less one, negative: the point of a section */
+    link_axes *axes;               /* of each link; NULL: found for each vector */
+    kmp_link *spare;               /* a copy of the tree's links; NULL: none, or in use */
+    int *crossing, *crossing_from; /* of each body: closures between the two sides of its joint */
+    int *anywhere, anywhere_count; /* closures of coordinates, or without two points */
+    int *element, element_count;   /* friction along lengths and angles, and rigid contacts */
 };
 
 /* -- virtual motions --------------------------------------------------------------------------------- */
@@ -38,17 +49,25 @@ struct kmp_joint_loads {
 /* A copy of the tree whose links can be displaced. Conditions are evaluated in place. False: no memory. */
 static bool copy_links(const kmp_tree *tree, kmp_tree *moved)
 {
-    kmp_graph *g = tree->graph;
     *moved = *tree;
-    moved->links = KMP_GRAPH_NEW(g, kmp_link, tree->count);
+    moved->links = tree->loads->spare;
+    tree->loads->spare = NULL;
     moved->unknown = NULL;
     moved->events = NULL;
     moved->noted = NULL;
-    if (!moved->links)
-        return false;
-    for (int i = 0; i < tree->count; i++)
-        moved->links[i] = tree->links[i];
-    return true;
+    if (moved->links)
+        return true;
+    moved->links = KMP_GRAPH_NEW(tree->graph, kmp_link, tree->count);
+    if (moved->links)
+        memcpy(moved->links, tree->links, (size_t)tree->count * sizeof *moved->links);
+    return moved->links;
+}
+
+/* Keeps the copy for the next joint, with this link as it was. */
+static void put_back(const kmp_tree *tree, int link, kmp_tree *moved)
+{
+    moved->links[link] = tree->links[link];
+    tree->loads->spare = moved->links;
 }
 
 /* Displaces and turns link `first` of the copy before its motion by the inputs KMP_IN_ALONG: about its own place, or
@@ -92,45 +111,115 @@ static void add_acting(acting *a, kmp_ref of, kmp_ref force)
     a->count += of != KMP_ZERO && force != KMP_ZERO;
 }
 
-/* True if a closure joins a point that the joint of body `across` carries to another one: only then its rows change. */
-static bool leads_across(const kempe_model *model, const kmp_closure *closure, int across)
+/* True if the rows of a closure may change with any joint. */
+static bool is_anywhere(const kmp_closure *closure)
 {
-    bool carried[2];
-    if (closure->point[0] < 0 || closure->point[1] < 0 ||
-        kmp_closure_parts_of(closure->kind)->force->load == kmp_part_effort)
-        return true;
-    for (int k = 0; k < 2; k++)
-        carried[k] = kmp_model_common_body(model, across, model->points[closure->point[k]].body) == across;
-    return carried[0] != carried[1];
+    return closure->point[0] < 0 || closure->point[1] < 0 ||
+           kmp_closure_parts_of(closure->kind)->force->load == kmp_part_effort;
+}
+
+/* The next body on the way from two bodies to the one that carries both; -1: there is none. */
+static int next_between(const kempe_model *model, int side[2])
+{
+    int *deeper = &side[side[1] > side[0]];
+    const int body = *deeper;
+    if (side[0] == side[1])
+        return -1;
+    *deeper = model->bodies[body].parent;
+    return body;
+}
+
+static void list_elements(kmp_joint_loads *loads, const kmp_tree *tree)
+{
+    const kempe_model *model = tree->model;
+    loads->element = KMP_GRAPH_NEW(tree->graph, int, model->force_count + 1);
+    for (int k = 0; loads->element && k < model->force_count; k++) {
+        const kmp_force *force = &model->forces[k];
+        if (force->kind == KMP_FORCE_TOUCH || (force->kind == KMP_FORCE_FRICTION && kmp_friction_is_along(force)))
+            loads->element[loads->element_count++] = k;
+    }
+}
+
+/* Lists the closures that a joint changes, in the order of the model: first their number is counted. */
+static void list_closures(kmp_joint_loads *loads, const kmp_tree *tree)
+{
+    const kempe_model *model = tree->model;
+    int *from = KMP_GRAPH_NEW(tree->graph, int, model->body_count + 2), body;
+    loads->anywhere = KMP_GRAPH_NEW(tree->graph, int, model->closure_count + 1);
+    loads->crossing_from = from;
+    if (!from || !loads->anywhere)
+        return;
+    for (int pass = 0; pass < 2; pass++) {
+        for (int c = 0; c < model->closure_count; c++) {
+            const kmp_closure *closure = &model->closures[c];
+            if (kmp_closure_is_of_modes(closure))
+                continue;
+            if (is_anywhere(closure)) {
+                if (pass == 0)
+                    loads->anywhere[loads->anywhere_count++] = c;
+                continue;
+            }
+            int side[2] = {model->points[closure->point[0]].body, model->points[closure->point[1]].body};
+            while ((body = next_between(model, side)) >= 0) {
+                if (pass == 1)
+                    loads->crossing[from[body + 1]] = c;
+                from[body + (pass == 0 ? 2 : 1)]++;
+            }
+        }
+        for (int b = 0; pass == 0 && b < model->body_count; b++)
+            from[b + 2] += from[b + 1];
+        if (pass == 0)
+            loads->crossing = KMP_GRAPH_NEW(tree->graph, int, from[model->body_count + 1] + 1);
+        if (!loads->crossing)
+            return;
+    }
+}
+
+static void add_closure_rows(const kmp_tree *moved, int c, acting *a)
+{
+    const kmp_closure *closure = &moved->model->closures[c];
+    const kmp_closure_parts *kind = kmp_closure_parts_of(closure->kind);
+    kmp_ref h[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
+    kmp_closure_residual(kind, moved, closure, h);
+    for (int k = 0; k < kmp_closure_rows(kind, closure); k++)
+        add_acting(a, h[k], kmp_tree_multiplier(moved, c, k));
 }
 
 /* across: a body; negative: a section. */
-static void add_rows(const kmp_tree *moved, int across, acting *a)
+static void add_rows(const kmp_joint_loads *loads, const kmp_tree *moved, int across, acting *a)
 {
     const kempe_model *model = moved->model;
-    for (int c = 0; c < model->closure_count; c++) {
-        const kmp_closure *closure = &model->closures[c];
-        const kmp_closure_parts *kind = kmp_closure_parts_of(closure->kind);
-        kmp_ref h[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
-        if (kmp_closure_is_of_modes(closure) || (across >= 0 && !leads_across(model, closure, across)))
-            continue;
-        kmp_closure_residual(kind, moved, closure, h);
-        for (int k = 0; k < kmp_closure_rows(kind, closure); k++)
-            add_acting(a, h[k], kmp_tree_multiplier(moved, c, k));
-    }
+    for (int c = 0; across < 0 && c < model->closure_count; c++)
+        if (!kmp_closure_is_of_modes(&model->closures[c]))
+            add_closure_rows(moved, c, a);
+    if (across < 0)
+        return;
+    const int *own = loads->crossing + loads->crossing_from[across],
+              *end = loads->crossing + loads->crossing_from[across + 1], *any = loads->anywhere,
+              *last = any + loads->anywhere_count;
+    while (own < end || any < last)
+        add_closure_rows(moved, own < end && (any == last || *own < *any) ? *own++ : *any++, a);
+}
+
+/* The most rows and elements of a joint or, negative, of a section. */
+static int room_for(const kmp_joint_loads *loads, const kempe_model *model, int across)
+{
+    const int closures = across < 0
+                             ? model->closure_count
+                             : loads->crossing_from[across + 1] - loads->crossing_from[across] + loads->anywhere_count;
+    return KMP_KIND_MAX_ROWS * closures + loads->element_count;
 }
 
 /* Friction along a length or an angle, and rigid contacts: their forces are in the values of all modes. */
 static void add_elements(kmp_joint_loads *loads, const kmp_tree *moved, int across, acting *a)
 {
     const kempe_model *model = moved->model;
-    for (int k = 0; k < model->force_count; k++) {
-        const kmp_force *force = &model->forces[k];
-        kmp_ref of = KMP_ZERO, value = loads->forces.value[KMP_FORCE_WIDTH * k];
+    for (int i = 0; i < loads->element_count; i++) {
+        const kmp_force *force = &model->forces[loads->element[i]];
+        kmp_ref of = KMP_ZERO, value = loads->forces.value[KMP_FORCE_WIDTH * loads->element[i]];
         if (force->kind == KMP_FORCE_TOUCH) {
             of = kmp_touching_gap(moved, &force->touch);
-        } else if (force->kind == KMP_FORCE_FRICTION && kmp_friction_is_along(force) &&
-                   kmp_friction_slopes_of(moved, force, &of) == KMP_IN_QD) {
+        } else if (kmp_friction_slopes_of(moved, force, &of) == KMP_IN_QD) {
             bool crosses = kmp_graph_node(moved->graph, kmp_id(of))->depends & (1u << KMP_IN_ALONG);
             loads->obstacle = crosses ? force : loads->obstacle;
             loads->obstructed = crosses ? across : loads->obstructed;
@@ -146,14 +235,13 @@ static void find_acting(kmp_joint_loads *loads, const kmp_tree *tree, const kmp_
                         kmp_ref generalized[VIRTUAL])
 {
     kmp_graph *g = tree->graph;
-    const kempe_model *model = tree->model;
-    const int room = KMP_KIND_MAX_ROWS * model->closure_count + model->force_count;
-    kmp_ref from[VIRTUAL], to[VIRTUAL], *slope = KMP_GRAPH_NEW(g, kmp_ref, VIRTUAL * room);
+    const int room = room_for(loads, tree->model, across);
+    kmp_ref from[VIRTUAL], to[VIRTUAL], *slope = KMP_GRAPH_NEW(g, kmp_ref, VIRTUAL * room + 1);
     acting a = {0, KMP_GRAPH_NEW(g, kmp_ref, room + 1), KMP_GRAPH_NEW(g, kmp_ref, room + 1)};
     uint16_t through;
     if (!slope || !a.of || !a.force)
         return;
-    add_rows(moved, across, &a);
+    add_rows(loads, moved, across, &a);
     add_elements(loads, moved, across, &a);
     kmp_partials_all(g, a.count, a.of, KMP_IN_ALONG, VIRTUAL, slope);
     for (int k = 0; k < VIRTUAL; k++) {
@@ -212,6 +300,30 @@ static void constrain(const kmp_tree *tree, const kmp_body *body, kmp_wrench *w)
     w->moment = moment;
 }
 
+/* A vector of a link in the axes of the ground. */
+static kmp_vec in_ground(const kmp_tree *tree, int link, kmp_vec v)
+{
+    kmp_graph *g = tree->graph;
+    if (!tree->loads->axes || (tree->heading && tree->heading[link] != KMP_ZERO))
+        return kmp_link_direction(tree, link, v, 0);
+    kmp_vec sum = kmp_vec_zero();
+    for (int k = 0; k < 3; k++)
+        sum = kmp_vec_add(g, sum, kmp_vec_scale(g, v.x[k], tree->loads->axes[link].e[k]));
+    return sum;
+}
+
+/* The axes of all links, so that the loads of N joints in a row need no N^2 rotations. Links that turn about parallel
+ * axes have an angle in its place. */
+static void find_axes(kmp_joint_loads *loads, const kmp_tree *tree)
+{
+    loads->axes = KMP_GRAPH_NEW(tree->graph, link_axes, tree->count);
+    for (int i = 0; loads->axes && i < tree->count; i++)
+        for (int k = 0; k < 3; k++) {
+            const kmp_vec e = kmp_vec_axis(KMP_ONE, k);
+            loads->axes[i].e[k] = i == 0 ? e : in_ground(tree, tree->links[i].parent, kmp_link_to_parent(tree, i, e));
+        }
+}
+
 static void find_load(kmp_joint_loads *loads, const kmp_tree *tree, int body)
 {
     kmp_graph *g = tree->graph;
@@ -224,6 +336,7 @@ static void find_load(kmp_joint_loads *loads, const kmp_tree *tree, int body)
         return;
     displace(tree, first, false, &moved);
     find_acting(loads, tree, &moved, body, generalized);
+    put_back(tree, first, &moved);
     loads->obstacle_of[body] = loads->obstructed == body ? loads->obstacle : NULL;
     w.moment = kmp_vec_add(g, w.moment, kmp_vec_cross(g, kmp_link_slide(tree, first), w.force));
     w.force = kmp_link_to_parent(tree, first, w.force);
@@ -237,8 +350,8 @@ static void find_load(kmp_joint_loads *loads, const kmp_tree *tree, int body)
         w.force = kmp_vec_sub(g, kmp_vec_zero(), w.force);
         w.moment = kmp_vec_sub(g, kmp_vec_zero(), w.moment);
     }
-    loads->of[body].force = kmp_link_direction(tree, tree->links[first].parent, w.force, 0);
-    loads->of[body].moment = kmp_link_direction(tree, tree->links[first].parent, w.moment, 0);
+    loads->of[body].force = in_ground(tree, tree->links[first].parent, w.force);
+    loads->of[body].moment = in_ground(tree, tree->links[first].parent, w.moment);
     loads->known[body] = true;
 }
 
@@ -304,6 +417,8 @@ static kmp_wrench beyond_section(const kmp_tree *tree, int point)
             displace(tree, i, true, &moved);
         }
     find_acting(loads, tree, &moved, -1 - point, generalized);
+    for (int i = frame + 1; i < tree->count; i++)
+        put_back(tree, i, &moved);
     for (int k = 0; k < 3; k++) {
         w.force.x[k] = kmp_sub(g, generalized[k], w.force.x[k]);
         w.moment.x[k] = kmp_sub(g, generalized[3 + k], w.moment.x[k]);
@@ -390,6 +505,8 @@ kempe_status kmp_joint_loads_begin(kmp_equations *eq, bool all)
     loads->of = KMP_GRAPH_NEW(g, kmp_wrench, eq->model->body_count);
     loads->known = KMP_GRAPH_NEW(g, bool, eq->model->body_count);
     loads->obstacle_of = KMP_GRAPH_NEW(g, const kmp_force *, eq->model->body_count);
+    list_elements(loads, tree);
+    list_closures(loads, tree);
     KMP_TRY(kmp_made(eq->context, !kmp_graph_failed(g)));
     for (int k = 0; k < eq->n; k++)
         qdd[k] = kmp_input(g, KMP_IN_QDD, (uint32_t)k);
@@ -398,6 +515,8 @@ kempe_status kmp_joint_loads_begin(kmp_equations *eq, bool all)
     loads->motion = movement;
     tree->loads = loads;
     tree->carried = kmp_joint_load;
+    if (all)
+        find_axes(loads, tree);
     return KEMPE_OK;
 }
 

@@ -18,6 +18,10 @@
 /* Joints in a text; the second line of a sentence; columns of values and of times. */
 enum { MOST_SHOWN = 12, INDENT = 4, VALUE = 14, TIME = 10 };
 
+/* The most closures times bodies of models whose redundant constraints are searched for: the search takes a time of
+ * this size, and of no less than half a second above it. */
+enum { MOST_EXAMINED = 200000 };
+
 static const char *const component_of[3] = {"x", "y", "z"};
 
 /* -- the list ------------------------------------------------------------------------------------------- */
@@ -57,8 +61,8 @@ static const char *note_of_clearance(kmp_reactions *r, const char *joint)
     return NULL;
 }
 
-/* Of a joint of the tree, unless it is a closure or constrains nothing. */
-static void add_joint(kmp_reactions *r, const kmp_all_loads *loads, int body)
+/* Of a joint of the tree, unless it is a closure or constrains nothing; `place`: of its load, -1: it is not known. */
+static void add_joint(kmp_reactions *r, const kmp_all_loads *loads, int body, int place)
 {
     const kempe_model *model = r->system->model;
     const kmp_body *b = &model->bodies[body];
@@ -69,10 +73,9 @@ static void add_joint(kmp_reactions *r, const kmp_all_loads *loads, int body)
         return;
     kmp_reaction *made = add(r, b->joint, "joint");
     made->body = body;
+    made->place = place;
     for (int k = 0; k < 2; k++)
         made->has[k] = moving[k] < 3;
-    for (int k = 0; k < loads->joints; k++)
-        made->place = loads->joint[k] == body ? model->closure_count + k : made->place;
     if (loads->obstacle[body])
         made->note = kmp_arena_printf(
             &r->arena, "not known, because friction '%s' rolls along no length that is a function of the coordinates",
@@ -154,8 +157,11 @@ kempe_status kmp_reactions_init(kmp_reactions *r, const kempe_system *system, co
         .system = system, .loads = KMP_LOAD_VALUES * (model->closure_count + loads->joints), .not_unique = ""};
     r->of = KMP_ARENA_NEW(&r->arena, kmp_reaction, model->body_count + model->closure_count);
     r->last = KMP_ARENA_NEW(&r->arena, double, r->loads + 1);
-    for (int b = 1; r->of && b < model->body_count; b++)
-        add_joint(r, loads, b);
+    for (int b = 1, k = 0; r->of && b < model->body_count; b++) { /* loads->joint has increasing bodies */
+        const bool known = k < loads->joints && loads->joint[k] == b;
+        add_joint(r, loads, b, known ? model->closure_count + k : -1);
+        k += known;
+    }
     for (int c = 0; r->of && c < model->closure_count; c++) {
         const kmp_closure *closure = &model->closures[c];
         if (!kmp_closure_is_of_modes(closure) && closure->kind != KMP_CLOSURE_lock &&
@@ -240,7 +246,11 @@ static kempe_status find_shared(kmp_reactions *r, kmp_evaluator *eval, const kmp
                                 const kmp_samples *rows)
 {
     const int last = rows->rows - 1;
+    const kempe_model *model = r->system->model;
     if (!eval || last < 0)
+        return KEMPE_OK;
+    r->unexamined = (double)model->closure_count * model->body_count > MOST_EXAMINED;
+    if (r->unexamined)
         return KEMPE_OK;
     const double t[2] = {kmp_samples_time(rows, 0), kmp_samples_time(rows, last)};
     const double *const q[2] = {kmp_samples_get(rows, KMP_QUANTITY_Q, 0), kmp_samples_get(rows, KMP_QUANTITY_Q, last)};
@@ -274,11 +284,12 @@ kempe_status kmp_reactions_of_rows(kmp_reactions *r, const kempe_system *system,
 
 /* -- text ----------------------------------------------------------------------------------------------- */
 
-/* A text under way: the most joints that it has, the width of their names, and the size of rounding of forces and of
- * moments. */
+/* A text under way: the joint with the least load of those that it has (NULL: it has all), the width of their names,
+ * and the size of rounding of forces and of moments. */
 typedef struct joint_lines {
     const kmp_reactions *r;
-    int most, width;
+    const kmp_reaction *least;
+    int width;
     double noise[2];
 } joint_lines;
 
@@ -297,15 +308,34 @@ static double weight_of(const kmp_reactions *r, const kmp_reaction *of)
     return fmax(of->peak[0].size, isnan(of->peak[1].size) ? 0 : of->peak[1].size / r->system->length);
 }
 
-/* True for those that are known, and not behind the most of larger ones. */
+/* True if joint a has a larger load than b, or the same and comes before it. */
+static bool is_larger(const kmp_reactions *r, const kmp_reaction *a, const kmp_reaction *b)
+{
+    const double x = weight_of(r, a), y = weight_of(r, b);
+    return x > y || (x == y && a < b);
+}
+
 static bool is_shown(const joint_lines *t, const kmp_reaction *of)
 {
-    const kmp_reactions *r = t->r;
-    int larger = 0;
-    for (const kmp_reaction *other = r->of; other < r->of + r->count; other++)
-        larger += other->place >= 0 &&
-                  (weight_of(r, other) > weight_of(r, of) || (weight_of(r, other) == weight_of(r, of) && other < of));
-    return of->place >= 0 && larger < t->most;
+    return of->place >= 0 && (!t->least || !is_larger(t->r, t->least, of));
+}
+
+/* Finds the last one of the MOST_SHOWN largest loads; NULL: there are not more. */
+static void find_least(joint_lines *t)
+{
+    const kmp_reaction *largest[MOST_SHOWN + 1];
+    int count = 0, known = 0;
+    for (const kmp_reaction *of = t->r->of; of < t->r->of + t->r->count; of++) {
+        if (of->place < 0)
+            continue;
+        int at = count;
+        for (; at > 0 && is_larger(t->r, of, largest[at - 1]); at--)
+            largest[at] = largest[at - 1];
+        largest[at] = of;
+        count += count < MOST_SHOWN;
+        known++;
+    }
+    t->least = known > MOST_SHOWN ? largest[MOST_SHOWN - 1] : NULL;
 }
 
 /* "A", "motor (drive)", with * where it is not unique. */
@@ -420,6 +450,9 @@ static void show_notes(kmp_text *text, const kmp_reactions *r)
 static void show_not_unique(kmp_text *text, const kmp_reactions *r)
 {
     kmp_text line = {0};
+    if (r->unexamined)
+        kmp_print_wrapped(text, "  ", INDENT,
+                          "it is not examined which of them are unique, because the model has many loops and bodies");
     if (!*r->not_unique)
         return;
     kmp_text_printf(&line, "* not unique, because redundant constraints share the load; these are %s",
@@ -434,8 +467,10 @@ static void show_not_unique(kmp_text *text, const kmp_reactions *r)
 
 void kmp_reactions_show(kmp_text *text, const kmp_reactions *r, const char *others)
 {
-    joint_lines t = {.r = r, .most = others ? MOST_SHOWN : r->count};
+    joint_lines t = {.r = r};
     int shown = 0, known = 0;
+    if (others)
+        find_least(&t);
     for (int i = 0; i < r->count; i++) {
         shown += is_shown(&t, &r->of[i]);
         known += r->of[i].place >= 0;
@@ -480,7 +515,11 @@ void kmp_reactions_json(kmp_json *json, const kmp_reactions *r)
         kmp_json_put(json, "{ joint %s kind %s", of->name, of->kind);
         json_peak(json, "force", of, 0);
         json_peak(json, "moment", of, 1);
-        kmp_json_put(json, "unique %i not_unique [", of->shared == 0);
+        if (r->unexamined)
+            kmp_json_string(json, "unique", NULL);
+        else
+            kmp_json_boolean(json, "unique", of->shared == 0);
+        kmp_json_put(json, "not_unique [");
         for (int i = 0; i < KMP_LOAD_SIZE; i++)
             if (of->shared >> i & 1)
                 kmp_json_string(json, NULL, kmp_load_words[i]);
@@ -513,6 +552,6 @@ void kmp_reactions_tabulate(kempe_table *table, const kmp_reactions *r, int numb
             kmp_tabulate_cells(table, "%g %g", of->peak[k].size, of->peak[k].t);
             kmp_tabulate_numbers(table, 3, of->peak[k].x);
         }
-        kmp_tabulate_cells(table, "%d %s", of->shared == 0, of->note ? of->note : "");
+        kmp_tabulate_cells(table, "%g %s", r->unexamined ? NAN : of->shared == 0, of->note ? of->note : "");
     }
 }

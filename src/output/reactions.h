@@ -28,6 +28,7 @@ typedef struct kmp_reactions {
     const kempe_system *system;
     kmp_reaction *of;
     int count, rows, loads; /* loads: numbers of kmp_all_loads */
+    bool unexamined;        /* which of them are unique, because that takes too long */
     bool least_norm;        /* of those that are not unique */
     const char *instead;    /* why they are those of one solution, although those of least norm were requested; NULL */
     double *last;           /* the loads of the last row */

@@ -7,6 +7,7 @@
 #include "base/arena.h"
 #include "base/text.h"
 #include "constraints/diagnosis/shared_loads.h"
+#include "output/samples.h"
 #include "studies/simulate/trajectory.h"
 #include "ways.h"
 #include <kempe/check.h>
@@ -519,6 +520,34 @@ static void rolling(void)
     }
 }
 
+/* A chain in space, whose hinges have three directions in turn; the operations of the loads of all its joints. */
+static double operations_of_chain(int bodies)
+{
+    kmp_text text = {0};
+    kmp_all_loads loads;
+    kmp_text_put(&text, "kempe: 1\ngravity: [0, 0, -9.81]\nbodies:\n  b0: {joint: {revolute: x, at: ground}, mass: 1, "
+                        "inertia: {xx: 1, yy: 2, zz: 2}, points: {P: [1, 0.1, 0.2]}}\n");
+    for (int k = 1; k < bodies; k++)
+        kmp_text_printf(&text,
+                        "  b%d: {joint: {revolute: %c, at: b%d.P}, mass: 1, inertia: {xx: 1, yy: 2, zz: 2}, points: "
+                        "{P: [1, 0.1, 0.2]}}\n",
+                        k, "xyz"[k % 3], k - 1);
+    loaded l = load_text(text.s);
+    CHECK(l.system && kmp_all_loads_init(&loads, l.system) == KEMPE_OK && loads.joints == bodies);
+    const kmp_program *program = loads.formulas.program;
+    const double operations = program->code[program->stages];
+    kmp_all_loads_free(&loads);
+    unload(&l);
+    kmp_text_free(&text);
+    return operations;
+}
+
+static void operations_grow_with_the_joints(void)
+{
+    const double ten = operations_of_chain(10), twenty = operations_of_chain(20), forty = operations_of_chain(40);
+    CHECK_NEAR((forty - twenty) / (twenty - ten), 2, 0.02);
+}
+
 int main(void)
 {
     TEST(loads_balance_a_body);
@@ -533,5 +562,6 @@ int main(void)
     TEST(friction_on_shared_loads);
     TEST(refused);
     TEST(rolling);
+    TEST(operations_grow_with_the_joints);
     return check_report();
 }

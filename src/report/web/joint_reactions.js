@@ -21,7 +21,7 @@ function tellLargest(given, rows, cell, single) {
     const place = byId("joint-forces"), table = place.querySelector("table");
     place.hidden = list.length === 0;
     table.append(headRow(["joint", `force, ${given.units[given.columns.indexOf("force")]}`, ...(single ? [] : ["at t, s"])]));
-    for (const row of list.slice(0, MOST_JOINTS)) table.append(rowOf(cell(row, "joint") + (cell(row, "unique") ? "" : " (not unique)"), digits(cell(row, "force")), ...(single ? [] : [digits(cell(row, "force.t"), 4)])));
+    for (const row of list.slice(0, MOST_JOINTS)) table.append(rowOf(cell(row, "joint") + (cell(row, "unique") === 0 ? " (not unique)" : ""), digits(cell(row, "force")), ...(single ? [] : [digits(cell(row, "force.t"), 4)])));
 }
 
 function tellReactions() {
@@ -39,11 +39,11 @@ function tellReactions() {
     for (const row of given.rows) {
         const kind = cell(row, "kind"), of = kind === "joint" ? "" : ` (${kind})`;
         const cells = columns.map(([, name]) => digits(name.endsWith(".t") ? cell(row, name) : cleaned(cell(row, name), largest)));
-        table.append(rowOf(cell(row, "joint") + of + (cell(row, "unique") ? "" : " *"), ...(numbered ? [digits(cell(row, "equilibrium") + 1)] : []), ...cells));
+        table.append(rowOf(cell(row, "joint") + of + (cell(row, "unique") === 0 ? " *" : ""), ...(numbered ? [digits(cell(row, "equilibrium") + 1)] : []), ...cells));
     }
     const notes = ["On the second body of each joint, in ground axes."];
     if (!single) notes.push("The largest of all rows.");
-    if (given.rows.some((row) => !cell(row, "unique"))) notes.push("* not unique: redundant constraints share the load.");
+    if (given.rows.some((row) => cell(row, "unique") === 0)) notes.push("* not unique: redundant constraints share the load.");
     for (const row of given.rows) if (cell(row, "note")) notes.push(`${cell(row, "joint")}: ${cell(row, "note")}.`);
     byId("reactions-note").append(notes.join(" "));
 }
