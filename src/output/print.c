@@ -338,17 +338,19 @@ void kmp_print_coordinates(kmp_text *text, const kempe_system *system, int count
 {
     const kempe_model *model = system->model;
     const int width = kmp_print_width(system, KMP_QUANTITY_Q);
+    double noise[KMP_PRINT_COLUMNS];
     kmp_text_printf(text, "  %-*s", width, "");
-    for (const kmp_coordinate_column *c = columns; c < columns + count; c++)
-        kmp_text_printf(text, "  %12s", c->title);
+    for (int i = 0; i < count; i++) {
+        kmp_text_printf(text, "  %12s", columns[i].title);
+        noise[i] = noise_of(system, columns[i].value);
+    }
     kmp_text_put(text, "\n");
     for (int k = 0; k < kmp_model_coordinates(model); k++) {
         kmp_text_printf(text, "  %-*s", width, model->motions[k].name);
-        for (const kmp_coordinate_column *c = columns; c < columns + count; c++)
-            kmp_text_printf(
-                text, "  %12.6g",
-                kmp_print_value(system, k,
-                                kmp_print_clean(c->value[k], system->scale[k] * noise_of(system, c->value))));
+        for (int i = 0; i < count; i++) {
+            const double x = kmp_print_clean(columns[i].value[k], system->scale[k] * noise[i]);
+            kmp_text_printf(text, "  %12.6g", kmp_print_value(system, k, x));
+        }
         /* Each unit once. */
         const char *last = "";
         for (const kmp_coordinate_column *c = columns; c < columns + count; c++) {

@@ -78,6 +78,9 @@ typedef struct kmp_coordinate_column {
     const double *value;
 } kmp_coordinate_column;
 
+/** The most columns of such a table. */
+enum { KMP_PRINT_COLUMNS = 4 };
+
 /** Lines of the coordinates with six digits and their units. `mark`: what ends a line, e.g. "held"; NULL: nothing. */
 typedef const char *kmp_mark_fn(const void *self, int coordinate);
 void kmp_print_coordinates(kmp_text *text, const kempe_system *system, int count, const kmp_coordinate_column *columns,

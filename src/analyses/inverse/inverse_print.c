@@ -139,7 +139,11 @@ static void show(kmp_text *text, const void *result)
         kmp_text_put(text, r->motion == KMP_INVERSE_DRIVES ? "along the drives" : "at the start");
     if (r->rows > 1)
         kmp_text_printf(text, ", t = %.9g .. %.9g s, %d rows", r->t[0], r->t[r->rows - 1], r->rows);
-    kmp_text_printf(text, "%s%s\n\n", *r->reason ? "\n" : "", r->reason);
+    kmp_text_put(text, "\n");
+    if (*r->reason)
+        kmp_print_wrapped(text, "  ", 4, r->reason);
+    kmp_print_doubts(text, kempe_inverse_outcome(r), r->warnings);
+    kmp_text_put(text, "\n");
     if (r->rows == 0)
         return;
     kmp_text_printf(text, "%d actuator%s, %d degree%s of freedom", r->a, r->a == 1 ? "" : "s", r->freedoms,

@@ -93,6 +93,9 @@ static void show_all(kmp_text *text, const void *result)
     const kempe_kinematics *k = result;
     kmp_print_title(text, k->system->model, kmp_outcome_of(k->status));
     kmp_text_printf(text, "%d of %d rows\n", k->count, k->requested);
+    if (k->reason)
+        kmp_print_wrapped(text, "  ", 4, k->reason);
+    kmp_print_doubts(text, kmp_outcome_of(k->status), k->warnings);
     for (int i = 0; i < k->parameter_count; i++) {
         const kmp_sweep_parameter *parameter = &k->parameter[i];
         kmp_shown as = shown_as(k, parameter);
@@ -115,8 +118,6 @@ static void show_all(kmp_text *text, const void *result)
     for (int c = 0; c < k->system->model->closure_count; c++)
         if (k->released[c])
             kmp_text_printf(text, "  '%s' of the model is deactivated\n", k->system->model->closures[c].name);
-    if (k->reason)
-        kmp_print_wrapped(text, "  ", 4, k->reason);
     if (k->count > 0) {
         int n = k->system->n, width = kmp_print_width(k->system, KMP_QUANTITY_Q);
         width = width > 10 ? width : 10;

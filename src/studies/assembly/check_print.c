@@ -852,6 +852,7 @@ static void put_culprit(kmp_text *text, const kempe_check *check, int k)
 static bool show_begin(kmp_text *text, const kempe_check *check, item *cut)
 {
     show_title(text, check);
+    kmp_print_doubts(text, kmp_outcome_of(check->status), check->warnings);
     sentence(text, check, "unused parameters", write_unused);
     if (check->assembled)
         show_mobility(text, check);
