@@ -146,7 +146,7 @@ class Distrusts(unittest.TestCase):
         """The result of a run has the word, and is not trusted."""
         program = "import kempe, warnings; warnings.simplefilter('ignore')\nfor name in ('law', 'soft', 'fast', 'flat'):\n" \
                   "    run = kempe.Model(name + '.yaml').simulate(); print(name, run.trusted, run.status)\n"
-        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=self.folder, env={**os.environ, "PYTHONPATH": str(pathlib.Path(KEMPE).parent / "python")})
+        done = subprocess.run([sys.executable, "-B", "-c", program], capture_output=True, text=True, cwd=self.folder, env={**os.environ, "PYTHONPATH": str(pathlib.Path(KEMPE).parent / "python")})
         self.assertEqual(done.stdout.splitlines(), [f"{name} False not trustworthy" for name in ("law", "soft", "fast", "flat")], done.stderr)
 
 
