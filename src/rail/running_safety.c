@@ -503,15 +503,6 @@ static void take_loads(judging *j)
         s->wheel[w].load = NAN;
 }
 
-static bool has_irregularities(const kempe_model *model)
-{
-    bool any = false;
-    for (int k = 0; k < model->track_count; k++)
-        for (int i = 0; i < KMP_IRREGULARITIES; i++)
-            any = any || model->tracks[k].irregularities.named[i] || model->tracks[k].irregularities.made[i];
-    return any;
-}
-
 static kempe_status judge(judging *j, kmp_arena *arena)
 {
     kmp_running_safety *s = j->safety;
@@ -520,7 +511,7 @@ static kempe_status judge(judging *j, kmp_arena *arena)
     j->row = KMP_ARENA_NEW(&j->room, double, 3 * j->observed.system->n + j->observed.system->m);
     KMP_TRY(kmp_made(j->model->context, j->row));
     /* An odd number of samples, so that every other one ends where all do. */
-    bool rough = has_irregularities(j->model);
+    bool rough = kmp_tracks_are_irregular(j->model->track_count, j->model->tracks);
     const int steps = kmp_recording_steps(j->recording);
     double finer = rough ? 1 << ROUGH_HALVINGS : 1;
     j->halvings = rough ? HALVINGS - ROUGH_HALVINGS : HALVINGS;
@@ -790,15 +781,11 @@ static kempe_status find(const kempe_system *system, double *loads)
     kmp_arena room = {0};
     kempe_status status = KEMPE_OK;
     const bool quiet = kmp_context_quiet(system->context, true);
-    if (has_irregularities(system->model)) {
+    if (kmp_tracks_are_irregular(system->model->track_count, system->model->tracks)) {
         /* A copy whose tracks are ideal, with the parts of the given one. */
         ideal = *system->model;
         ideal.has_digest = false; /* its equations are others */
-        ideal.tracks = KMP_ARENA_NEW(&room, kmp_track, system->model->track_count);
-        for (int k = 0; ideal.tracks && k < system->model->track_count; k++) {
-            ideal.tracks[k] = system->model->tracks[k];
-            ideal.tracks[k].irregularities = (kmp_irregularities){.spectrum = {.kind = -1}};
-        }
+        ideal.tracks = kmp_tracks_ideal(ideal.track_count, ideal.tracks, &room);
         status = kmp_made(system->context, ideal.tracks);
         if (status == KEMPE_OK)
             status = kmp_system_new(&ideal, NULL, &level);
