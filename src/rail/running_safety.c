@@ -588,10 +588,11 @@ const char *kmp_safety_loads_from(const kmp_running_safety *s)
                        : "unknown: no equilibrium is found, and at the start the wheels do not carry the weight";
 }
 
-/* The answer in a line: the wheel and the axle that come closest to their limits. */
+/* The answer in a line: wheels without load, and the wheels and the axle that come closest to their limits. */
 static void show_answer(kmp_text *text, const kempe_model *model, const kmp_running_safety *s)
 {
-    const kmp_safety_wheel *worst = NULL;
+    const kmp_safety_wheel *worst = NULL, *lightest = NULL;
+    int lifted = 0;
     const kmp_safety_axle *axle = NULL;
     int above = 0, judged = 0;
     for (int w = 0; w < s->wheels; w++) {
@@ -600,6 +601,10 @@ static void show_answer(kmp_text *text, const kempe_model *model, const kmp_runn
         above += part > 1;
         if (isfinite(part) && (!worst || part > worst->mean.value / worst->nadal))
             worst = &s->wheel[w];
+        const double unloading = s->wheel[w].unloading.value;
+        lifted += unloading >= 1;
+        if (isfinite(unloading) && (!lightest || unloading > lightest->unloading.value))
+            lightest = &s->wheel[w];
     }
     for (int k = 0; k < s->axles; k++) {
         const double part = s->axle[k].mean.value / s->axle[k].limit;
@@ -608,19 +613,28 @@ static void show_answer(kmp_text *text, const kempe_model *model, const kmp_runn
         if (isfinite(part) && (!axle || part > axle->mean.value / axle->limit))
             axle = &s->axle[k];
     }
-    if (judged == 0)
+    if (judged == 0 && !lightest)
         return;
     kmp_text words = {0};
+    if (lifted > 0)
+        kmp_text_printf(&words, "%d of %d wheels without load at times ('%s' at t = %.6g s)", lifted, s->wheels,
+                        model->wheels[lightest - s->wheel].name, lightest->unloading.t);
+    if (lifted > 0 && judged > 0)
+        kmp_text_put(&words, "; ");
     if (above > 0)
-        kmp_text_printf(&words, "%d of %d limits exceeded", above, judged);
-    else
-        kmp_text_printf(&words, "all %d limits kept", judged);
+        kmp_text_printf(&words, "%d of %d limit%s exceeded", above, judged, judged == 1 ? "" : "s");
+    else if (judged > 0)
+        kmp_text_printf(&words, "%s%d limit%s kept", judged > 1 ? "all " : "", judged, judged == 1 ? "" : "s");
+    if (lifted == 0 && lightest)
+        kmp_text_printf(&words, "%sleast load of a wheel %.3g of Q0 ('%s' at t = %.6g s)", words.length > 0 ? "; " : "",
+                        1 - lightest->unloading.value, model->wheels[lightest - s->wheel].name, lightest->unloading.t);
     if (worst)
         kmp_text_printf(&words, "; largest Y/Q over 2 m %.3f of %.3f ('%s')", worst->mean.value, worst->nadal,
                         model->wheels[worst - s->wheel].name);
     if (axle)
-        kmp_text_printf(&words, "; largest sum of Y %.4g of %.4g kN ('%s' and '%s')", axle->mean.value / 1e3,
-                        axle->limit / 1e3, model->wheels[axle->left].name, model->wheels[axle->right].name);
+        kmp_text_printf(&words, "; largest sum of Y %.4g of %.4g kN ('%s' and '%s')",
+                        kmp_print_clean(axle->mean.value / 1e3, KMP_PRINT_NOISE * axle->limit), axle->limit / 1e3,
+                        model->wheels[axle->left].name, model->wheels[axle->right].name);
     kmp_print_wrapped(text, "safety    ", 10, words.s ? words.s : "");
     kmp_text_free_part(text, &words);
 }
