@@ -172,8 +172,10 @@ static kempe_status fill_equilibria(kmp_result_page *page, const void *result)
 
 /* -- ensembles --------------------------------------------------------------------------------------- */
 
-/* The instances in the table of the page, of a model whose own values the picture has. */
-static kempe_status fill_instances(kmp_result_page *page, const kempe_model *model, kempe_outcome outcome)
+/* The instances in the table of the page, of a model whose own values the picture has. `told`: the warnings of their
+ * run; NULL: those that follow from the table. */
+static kempe_status fill_instances(kmp_result_page *page, const kempe_model *model, kempe_outcome outcome,
+                                   const char *told)
 {
     const kmp_instance_sums sums = kmp_instances_sum(page->table, 0);
     KMP_TRY(kmp_system_new(model, NULL, &page->own));
@@ -192,11 +194,13 @@ static kempe_status fill_instances(kmp_result_page *page, const kempe_model *mod
         if (kmp_statistics_yield(page->statistics, &part, &low, &high))
             add_fact(page, "within the limits", "%.4g %% (%.4g to %.4g %%)", 100 * part, 100 * low, 100 * high);
     }
-    /* Text and warnings are those of the table: a gathered run has no others. */
     kmp_text text = {0}, warnings = {0};
     kmp_instances_put(&text, model->name, page->table, page->statistics,
                       page->outcome == KEMPE_OUTCOME_NOT_TRUSTWORTHY);
-    kmp_instances_put_warnings(&warnings, &sums);
+    if (told)
+        kmp_text_put(&warnings, told);
+    else
+        kmp_instances_put_warnings(&warnings, &sums);
     page->warnings = kmp_text_keep(&warnings, &page->arena);
     KMP_TRY(kmp_print_finish(page->context, &text, &page->text));
     if (page->first_count == 0)
@@ -214,7 +218,8 @@ static kempe_status fill_instances(kmp_result_page *page, const kempe_model *mod
 static kempe_status fill_batch(kmp_result_page *page, const void *result)
 {
     KMP_TRY(kempe_ensemble_result_table(result, "instances", &page->table));
-    return fill_instances(page, kmp_batch_model(result), kmp_outcome_of(kmp_batch_status(result)));
+    return fill_instances(page, kmp_batch_model(result), kmp_outcome_of(kmp_batch_status(result)),
+                          kmp_batch_warnings(result));
 }
 
 /* A folder and the model of its run. */
@@ -233,7 +238,7 @@ static kempe_status fill_gathered(kmp_result_page *page, const void *result)
         return status == KEMPE_E_INPUT || status == KEMPE_E_IO ? KEMPE_E_FAILED : status;
     page->verdict = kmp_folder_judge(g->folder, KEMPE_OK);
     const bool none = g->folder->rows.failed == g->folder->instances;
-    return fill_instances(page, g->model, kmp_outcome_of(none ? KEMPE_E_FAILED : page->verdict));
+    return fill_instances(page, g->model, kmp_outcome_of(none ? KEMPE_E_FAILED : page->verdict), NULL);
 }
 
 /* -- fits -------------------------------------------------------------------------------------------- */
