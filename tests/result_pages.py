@@ -532,6 +532,71 @@ class Simulations(Case):
         for joint in ("crank", "coupler", "rocker", "C"):
             self.assertIn(joint, drawn.words("reactions"))
 
+    def arrows(self, t):
+        """At a time: the ends of each joint's arrow in pixels, its dashes, and the pixels of a newton; and the axes of the ground."""
+        told, _ = self.run_script(f"""
+            stage.seek({t});
+            const ends = (path) => path.getAttribute("d").match(/-?[0-9.e-]+/g).slice(0, 4).map(Number), scale = document.querySelector(".gauge .force-scale");
+            const axes = [...document.querySelectorAll(".gauge > *")].slice(0, 6).filter((part) => part.tagName !== "text").slice(0, 3);
+            return {{
+                joints: Object.fromEntries([...document.querySelectorAll(".gauge path.force")].map((path) => [path.dataset.joint, {{ ends: ends(path), dashed: path.getAttribute("stroke-dasharray") !== "" }}])),
+                scale: scale && [scale.dataset.words, ends(scale)],
+                axes: axes.map((part) => (part.tagName === "path" ? ends(part) : [0, 0, 0, 0])),
+            }};""")
+        if told["scale"]:
+            words, (x, _, end, _) = told["scale"]
+            value, unit = words.split()
+            told["pixels"] = (end - x) / (float(value) * {"N": 1, "kN": 1000}[unit])
+        told["axes"] = [((x2 - x1) / 20, (y2 - y1) / 20) for x1, y1, x2, y2 in told["axes"]]
+        return told
+
+    def check_arrow(self, told, joint, force):
+        """From the point of the joint: the components of the force along the axes as they are seen."""
+        x1, y1, x2, y2 = told["joints"][joint]["ends"]
+        wanted = [told["pixels"] * sum(f * axis[k] for f, axis in zip(force, told["axes"])) for k in (0, 1)]
+        self.assertAlmostEqual(x2 - x1, wanted[0], delta=0.05)
+        self.assertAlmostEqual(y2 - y1, wanted[1], delta=0.05)
+
+    def test_force_arrows(self):
+        """When a force is the largest in the table of reactions, its arrow has these components, in a plane and in space."""
+        cases = (("simulate", "examples/four_bar/four_bar.yaml", []), ("simulate", "examples/bricard/bricard.yaml", ["--t-end", "2"]),
+                 ("inverse", "examples/driven_slider_crank/driven_slider_crank.yaml", []))
+        for command, model, options in cases:
+            with self.subTest(command, model=model):
+                _, data = self.open(self.make(command, model, *options))
+                rows = [dict(zip(data["reactions"]["columns"], row)) for row in data["reactions"]["rows"]]
+                rows = [row for row in rows if row["force"] and row["kind"] != "drive"]
+                self.assertGreater(len(rows), 2)
+                for row in rows:
+                    told = self.arrows(row["force.t"])
+                    self.check_arrow(told, row["joint"], [row[f"force.{axis}"] for axis in "xyz"])
+                    self.assertEqual(told["joints"][row["joint"]]["dashed"], row["unique"] == 0)
+        self.assertTrue(any(row["unique"] == 0 for row in self.reactions("examples/bricard/bricard.yaml")))
+
+    def reactions(self, model):
+        data = json.loads(Page(self.make("simulate", model, "--t-end", "0.1").read_text()).data)["reactions"]
+        return [dict(zip(data["columns"], row)) for row in data["rows"]]
+
+    def test_places_and_switch_of_arrows(self):
+        """Arrows begin at the joints: the distances of their points are those of the model. A box hides them."""
+        self.open(self.make("simulate", "examples/four_bar/four_bar.yaml"))
+        place = {name: arrow["ends"][:2] for name, arrow in self.arrows(1)["joints"].items()}
+        self.assertAlmostEqual(math.dist(place["crank"], place["coupler"]) / math.dist(place["crank"], place["rocker"]), 0.3 / 0.9, delta=1e-3)
+        self.assertAlmostEqual(math.dist(place["C"], place["coupler"]) / math.dist(place["crank"], place["rocker"]), 0.8 / 0.9, delta=1e-3)
+        self.run_script("byId('by-force').click();")
+        told = self.arrows(1)
+        self.assertEqual((told["joints"], told["scale"]), ({}, None))
+
+    def test_many_arrows(self):
+        """Of many joints arrows are drawn by choice; the page tells of those without."""
+        drawn, data = self.open(self.make("simulate", "examples/tram/tram.yaml", "--t-end", "0.2"))
+        arrows = data["picture"]["arrows"]
+        self.assertEqual((len(arrows["joints"]), self.arrows(0.1)["joints"]), (40, {}))
+        self.assertGreater(arrows["left_out"], 0)
+        self.assertIn("Forces in joints (the 40 largest)", drawn.words("stage"))
+        self.run_script("byId('by-force').click();")
+        self.assertGreater(len(self.arrows(0.1)["joints"]), 20)
+
     def test_surfaces(self):
         """Surfaces of contacts, curves, ropes: planes are below all that moves, curves have their points."""
         cases = {"tests/models/contact_round.yaml": {"sphere", "cylinder", "curve"}, "tests/models/beads.yaml": {"path"}, "examples/bowling_ball/bowling_ball.yaml": {"plane"}}

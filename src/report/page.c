@@ -211,7 +211,7 @@ static void put_rest(kmp_result_page *page, const kmp_page_kind *kind)
         if (page->records[k].row.rows > 0)
             kmp_record_put(json, &page->records[k]);
     kmp_json_end(json);
-    kmp_motion_picture(json, "picture", s->model, page->frames, page->frame_x);
+    kmp_motion_picture(json, "picture", s->model, page->frames, page->frame_x, &page->arrows);
     kmp_json_end(json);
 }
 
@@ -244,6 +244,7 @@ kempe_status kmp_page_write(const kmp_page_kind *kind, kempe_context *context, c
     kempe_table_free(page.table);
     kempe_statistics_free(page.statistics);
     kempe_table_free(page.reactions);
+    kmp_joint_arrows_free(&page.arrows);
     kempe_comfort_free(page.comfort);
     kempe_text_free(page.text);
     kempe_system_free(page.own);

@@ -49,14 +49,14 @@ function projection(m, poses, view) {
 }
 
 /* An arrow from a place along a direction of the model as it is seen, with a letter at its tip; a dot where it points at
- * the viewer. */
-function arrow([x, y], direction, view, length, colour, name) {
+ * the viewer. `bold`: times the usual width; more attributes of the line. */
+function arrow([x, y], direction, view, length, colour, name, { bold = 1, ...more } = {}) {
     const dx = length * dot(direction, view.right), dy = -length * dot(direction, view.up), long = Math.hypot(dx, dy);
-    if (long < 3) return [drawn2d("circle", { cx: x, cy: y, r: 2.5, fill: colour })];
+    if (long < 3) return [drawn2d("circle", { cx: x, cy: y, r: 2.5 * bold, fill: colour, ...more })];
     const [ux, uy] = [dx / long, dy / long], tip = [x + dx, y + dy];
-    const barbs = [[-ux - 0.6 * uy, -uy + 0.6 * ux], [-ux + 0.6 * uy, -uy - 0.6 * ux]].map(([a, b]) => `${tip[0] + 5 * a},${tip[1] + 5 * b}`);
+    const barbs = [[-ux - 0.6 * uy, -uy + 0.6 * ux], [-ux + 0.6 * uy, -uy - 0.6 * ux]].map(([a, b]) => `${tip[0] + 5 * bold * a},${tip[1] + 5 * bold * b}`);
     return [
-        drawn2d("path", { d: `M${x},${y}L${tip}M${barbs[0]}L${tip}L${barbs[1]}`, stroke: colour, "stroke-width": 1.6, fill: "none" }),
+        drawn2d("path", { d: `M${x},${y}L${tip}M${barbs[0]}L${tip}L${barbs[1]}`, stroke: colour, "stroke-width": 1.6 * bold, fill: "none", ...more }),
         label2d(name, tip[0] + 8 * ux, tip[1] + 8 * uy + 4, "middle", { fill: colour, "font-size": 11 }),
     ];
 }
@@ -168,7 +168,7 @@ function clockOf(t, t_end, unit = "s") {
 }
 
 /* `ask`: span() is the played part of the frames' time and seconds() its duration; note(picture), clock(t) and shown(t)
- * give the texts under the picture. */
+ * give the texts under the picture; over(mechanism, poses, view, time) lists what is drawn over it. */
 function beginStage(picture, ask) {
     const canvas = byId("view");
     if (!picture) {
@@ -192,6 +192,7 @@ function beginStage(picture, ask) {
         shown = [m, m.motion(ask.span()[0] + t), { width, height, scale, hidden, ...turnedBasis(m.basis, orbit.yaw, orbit.pitch) }];
         view.draw(...shown.slice(1));
         drawGauge(gauge, m, shown[2]);
+        if (ask.over) gauge.append(...ask.over(...shown, ask.span()[0] + t));
         byId("clock").textContent = ask.clock(t);
         ask.shown(t);
     }
@@ -247,6 +248,7 @@ function beginStage(picture, ask) {
     draw();
     play(!calm);
     return {
+        redraw: draw,
         recolour() {
             view.rebuild();
             renew();

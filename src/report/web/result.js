@@ -397,7 +397,9 @@ function begin() {
         note: resultNote,
         clock: (t) => (data.separate ? `${Math.round(t) + 1} of ${data.picture.frames.count}` : tied ? clockOf(spanOf()[0] + t, spanOf()[1], abscissa.unit) : ""),
         shown: (t) => showPlace(spanOf()[0] + t),
+        over: forceArrows,
     });
+    if (stage) beginForces();
 }
 
 begin();
