@@ -207,10 +207,24 @@ class Colours(Case):
                 for word in ("ink", "soft", "accent", "good", "unchecked", "bad", "warn"):
                     self.assertGreaterEqual(colour_vision.contrast(theme[word], theme[ground]), 4.5, (word, ground, theme))
 
+    def pairs(self):
+        return re.findall(r'KMP_PLOT_COLOUR\("(#\w{6})", "(#\w{6})"\)', (ROOT / "src/output/plot_colours.def").read_text())
+
+    def test_one_table(self):
+        """Pages, plots and the pictures of the gallery and of the first page have the colours of one table, in its order."""
+        plot, light = self.folder / "colours.svg", [pair[0] for pair in self.pairs()]
+        self.open(self.make("simulate", "examples/four_bar/four_bar.yaml", "--t-end", "0.1", "--plot", plot, "--y", "q"))
+        self.assertEqual(self.run_script("return COLOURS;")[0], [list(pair) for pair in self.pairs()])
+        self.assertEqual(re.findall(r'class="curve" stroke="(.*?)"', plot.read_text())[:3], light[:3])
+        for name, bodies in (("four_bar", 3), ("andrews", 7), ("jansen_leg", 7)):
+            drawn = re.findall(r'stroke="(#\w{6})" stroke-width="6"', (ROOT / f"examples/{name}/{name}.svg").read_text())
+            self.assertEqual(list(dict.fromkeys(drawn)), light[:bodies], name)
+        self.assertLessEqual(set(light[:4]), set(re.findall(r"#\w{6}", (ROOT / "docs/walk.svg").read_text())))
+
     def test_bodies_and_curves_are_told_apart(self):
         """Twelve colours, each with a contrast of 4.5 to the card, each pair with a difference of 10 for each kind of eyes: about 1 is the
         least that a trained eye sees."""
-        pairs = re.findall(r'\["(#\w{6})", "(#\w{6})"\]', (self.WEB / "plots.js").read_text())
+        pairs = self.pairs()
         self.assertEqual(len(pairs), 12)
         for theme, colours in zip(self.themes(), zip(*pairs)):
             for k, colour in enumerate(colours):

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "model/data/model.h"
 #include "model/read/loads.h"
+#include "output/plot.h"
 #include "output/print.h"
 #include "report/motion_picture.h"
 #include <stdlib.h>
@@ -102,7 +103,9 @@ static void put_scripts(kmp_text *text, const char *const *const *scripts, bool 
         for (const char *const *line = *scripts; *line; line++) {
             const size_t indent = strspn(*line, " "), mark = sizeof of_flexible - 1;
             const bool marked = strncmp(*line + indent, of_flexible, mark) == 0;
-            if (!marked)
+            if (is_mark(*line, "/*COLOURS*/"))
+                kmp_plot_put_colours(text);
+            else if (!marked)
                 kmp_text_put(text, *line);
             else if (flexible)
                 kmp_text_printf(text, "%.*s%s", (int)indent, *line, *line + indent + mark);

@@ -120,7 +120,7 @@ const crosses = (points) => curveOf(points, inkColour(), { showLine: false, poin
 /* The modes of the list; the chosen one larger. */
 function dots(point) {
     const points = modes.map((mode, k) => (isDrawn(mode.re, mode.im) ? { ...point(mode), mode: k } : { x: NaN, y: NaN, mode: k }));
-    const pointRadius = modes.map((mode, k) => (k === chosen ? 8 : 4.5)), backgroundColor = modes.map((mode) => (mode.re > 0 ? "#c0392b" : softColour()));
+    const pointRadius = modes.map((mode, k) => (k === chosen ? 8 : 4.5)), backgroundColor = modes.map((mode) => (mode.re > 0 ? styleOf("--bad") : softColour()));
     return curveOf(points, inkColour(), { showLine: false, pointRadius, pointBorderWidth: 2, backgroundColor });
 }
 
