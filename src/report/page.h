@@ -19,7 +19,7 @@ extern const char *const kmp_solids_js[], *const kmp_shapes_js[], *const kmp_sce
 extern const char *const kmp_scene_canvas_js[], *const kmp_journal_paths_js[], *const kmp_quantities_js[];
 extern const char *const kmp_running_vehicle_js[], *const kmp_comparison_js[], *const kmp_modes_view_js[];
 extern const char *const kmp_result_js[], *const kmp_scene_flexible_js[], *const kmp_joint_reactions_js[];
-extern const char *const kmp_force_arrows_js[];
+extern const char *const kmp_force_arrows_js[], *const kmp_range_strip_js[];
 
 /** A number with a name, in words; beyond its limit it takes the trust from the result. */
 typedef struct kmp_page_fact {

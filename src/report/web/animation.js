@@ -5,9 +5,10 @@
 const PLAY_SECONDS = 10;
 const STOP_COLOUR = "#e11d1d";
 
-/* Colours of bodies are those of their curves; bodies beyond these colours are hatched. */
+/* Colours of bodies are those of their curves; bodies beyond these colours have light lines across them, or crossed ones. */
+const HATCHES = ["", "hatched", "crossed"];
 const bodyColour = (b) => (b > 0 ? curveColour(b - 1) : groundColour());
-const isHatched = (b) => b > COLOURS.length;
+const hatchOf = (b) => (b > 0 ? HATCHES[Math.floor((b - 1) / COLOURS.length) % HATCHES.length] : "");
 const pinColour = () => (isDark() ? "#dfe6e9" : "#2c3437");
 const groundColour = () => (isDark() ? "#7f8c92" : "#8a949a");
 
@@ -24,20 +25,48 @@ function tellNote(picture, note) {
     byId("stage-note").textContent = [note, bodies, meshes].filter(Boolean).join(" ");
 }
 
-/* A legend of the bodies' colours, whose names switch them off and on, unless there are too many. */
+/* More bodies than these are listed by groups, which are open at first up to so many. */
+const FEW_BODIES = 12, OPEN_BODIES = 30, turnedGroups = new Set();
+
+/* Bodies by the first word of their names, if several begin with it; the others under "". */
+function groupsOf(bodies) {
+    const word = ({ name }) => name.split(/[_.]/)[0], groups = new Map([["", []]]);
+    bodies.forEach((body, b) => {
+        const key = b > 0 && bodies.filter((other, k) => k > 0 && word(other) === word(body)).length > 1 ? word(body) : "";
+        if (b > 0) groups.set(key, [...(groups.get(key) || []), b]);
+    });
+    return groups;
+}
+
+/* A button that hides bodies, or shows them; with the shift key it hides all others. */
+function switchOf(words, name, own, bodies, hidden, change) {
+    const all = bodies.map((_, b) => b).slice(1), alone = all.every((b) => hidden.has(b) !== own.includes(b)), off = own.every((b) => hidden.has(b));
+    const made = buttonOf(words, !off, (event) => {
+        if (event.shiftKey) for (const b of all) hidden[own.includes(b) || alone ? "delete" : "add"](b);
+        else for (const b of own) hidden[off ? "delete" : "add"](b);
+        change();
+    });
+    made.title = `${off ? "Show" : "Hide"} ${name}; with the shift key: ${alone ? "show all" : `show only ${name}`}`;
+    return made;
+}
+
+/* A legend of the bodies' colours, whose names switch them off and on. */
 function tellNames(bodies, hidden, change) {
     /*FLEXIBLE*/ bodies = withoutPlaces({ bodies }).bodies;
-    const most = 40, names = bodies.slice(1).map((body, k) => {
-        const b = k + 1, solid = body.solids.find((part) => part.colour && !part.hole), mark = swatchOf(solid ? solid.colour : bodyColour(b));
-        if (!solid && isHatched(b)) mark.classList.add("hatched");
-        const name = buttonOf([mark, body.name], !hidden.has(b), () => {
-            if (!hidden.delete(b)) hidden.add(b);
-            change();
-        });
-        name.title = `${hidden.has(b) ? "Show" : "Hide"} ${body.name}`;
-        return name;
+    const count = bodies.length - 1, names = bodies.map((body, b) => {
+        const solid = body.solids.find((part) => part.colour && !part.hole), mark = swatchOf(solid ? solid.colour : bodyColour(b)), hatch = hatchOf(b);
+        if (!solid && hatch) mark.classList.add(hatch);
+        return switchOf([mark, body.name], body.name, [b], bodies, hidden, change);
     });
-    byId("names").replaceChildren(...(names.length > most ? [] : names));
+    if (count <= FEW_BODIES) return byId("names").replaceChildren(...names.slice(1));
+    return byId("names").replaceChildren(...[...groupsOf(bodies)].flatMap(([key, own]) => {
+        const list = own.map((b) => names[b]);
+        if (!key) return list;
+        const group = element("details", element("summary", `${key} (${own.length})`), switchOf("all", `all of ${key}`, own, bodies, hidden, change), ...list);
+        group.open = count <= OPEN_BODIES !== turnedGroups.has(key);
+        group.firstChild.addEventListener("click", () => turnedGroups.delete(key) || turnedGroups.add(key));
+        return group;
+    }));
 }
 
 /* -- over the picture --------------------------------------------------------------------------------------- */

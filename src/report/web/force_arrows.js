@@ -25,6 +25,12 @@ function forceAt(joint, time) {
 
 const forceWords = (x) => (forces.unit === "N" && x >= 1000 ? `${digits(x / 1000)} kN` : `${digits(x)} ${forces.unit}`);
 
+/* Where an arrow begins: at its joint, unless it would end outside of the picture and would not if it ended at the joint. */
+function startOf([x, y], direction, view, length) {
+    const [dx, dy] = [length * dot(direction, view.right), -length * dot(direction, view.up)], inside = (a, b) => a > 0 && b > 0 && a < view.width && b < view.height;
+    return !inside(x + dx, y + dy) && inside(x - dx, y - dy) ? [x - dx, y - dy] : [x, y];
+}
+
 /* Arrows, and one of an even size for their scale. */
 function forceArrows(m, poses, view, time) {
     if (!forces || !forces.shown) return [];
@@ -34,7 +40,8 @@ function forceArrows(m, poses, view, time) {
     const drawn = forces.joints.flatMap(({ name, body, at, shared }, joint) => {
         const force = forceAt(joint, time), size = norm(force), of = m.picture.bodies[body].of || body;
         if (view.hidden.has(body) || size < 1e-3 * forces.usual) return [];
-        const draw = (colour, bold, more) => arrow(see(moved(poses[body], at)), unit(force), view, size * long, colour, "", { bold, ...more });
+        const from = startOf(see(moved(poses[body], at)), unit(force), view, size * long);
+        const draw = (colour, bold, more) => arrow(from, unit(force), view, size * long, colour, "", { bold, ...more });
         return [...draw(styleOf("--card"), 4.2, {}), ...draw(bodyColour(of), 1.9, { class: "force", "data-joint": name, "stroke-dasharray": shared ? "6 4" : "" })];
     });
     return [...drawn, ...legend, label2d(words, view.width - 10, view.height - 68, "end", { fill: ink, "font-size": 11 })];

@@ -70,7 +70,7 @@ function tellChosen() {
     table.replaceChildren(headRow(["coordinate", "amplitude", "phase, deg", "kinetic energy", "elastic energy"]));
     for (const { name, unit, factor } of data.coordinates) {
         const [re, im] = shape[name], size = Math.hypot(re, im), still = size < 1e-9; /* rounding */
-        const phase = still ? "\u2013" : digits((360 / TAU) * Math.atan2(im, re), 5);
+        const angle = (360 / TAU) * Math.atan2(im, re), phase = still ? "\u2013" : digits(Math.abs(angle) < 1e-9 ? 0 : angle, 5);
         table.append(rowOf(name, still ? "0" : `${three(factor * size)} ${unit}`, phase, share(kinetic[name]), share(potential[name])));
     }
 }
