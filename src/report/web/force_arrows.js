@@ -25,7 +25,7 @@ function forceAt(joint, time) {
 
 const forceWords = (x) => (forces.unit === "N" && x >= 1000 ? `${digits(x / 1000)} kN` : `${digits(x)} ${forces.unit}`);
 
-/* Where an arrow begins: at its joint, unless it would end outside of the picture and would not if it ended at the joint. */
+/* An arrow begins at its joint, unless it would end outside of the picture: then it ends there, if that is within the picture. */
 function startOf([x, y], direction, view, length) {
     const [dx, dy] = [length * dot(direction, view.right), -length * dot(direction, view.up)], inside = (a, b) => a > 0 && b > 0 && a < view.width && b < view.height;
     return !inside(x + dx, y + dy) && inside(x - dx, y - dy) ? [x - dx, y - dy] : [x, y];

@@ -6,7 +6,7 @@
  * with at least so many points. */
 const MOST_PERIODS = 60, ALIKE = 0.15, FEWEST_PERIODS = 4, FEWEST_POINTS = 120;
 
-/* Where a column rises through the middle of its values. */
+/* The places at which a column rises through the middle of its values. */
 function risesOf({ values, summary: [low, , high] }) {
     const middle = (low + high) / 2, found = [];
     for (let k = 1; k < values.length; k++) if (values[k - 1] < middle && values[k] >= middle) found.push(abscissa.values[k]);
