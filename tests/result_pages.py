@@ -206,6 +206,10 @@ class Colours(Case):
             for ground in ("card", "page", "tile"):
                 for word in ("ink", "soft", "accent", "good", "unchecked", "bad", "warn"):
                     self.assertGreaterEqual(colour_vision.contrast(theme[word], theme[ground]), 4.5, (word, ground, theme))
+        site = dict(re.findall(r'"([\w-]+)": "(#\w{6})"', (ROOT / "docs/site/conf.py").read_text()))
+        for word in ("foreground-primary", "foreground-secondary", "foreground-muted", "brand-primary", "brand-content", "problematic"):
+            for ground in ("background-primary", "background-secondary", "background-hover", "highlighted-background"):
+                self.assertGreaterEqual(colour_vision.contrast(site[word], site[ground]), 4.5, (word, ground))
 
     def pairs(self):
         return re.findall(r'KMP_PLOT_COLOUR\("(#\w{6})", "(#\w{6})"\)', (ROOT / "src/output/plot_colours.def").read_text())
