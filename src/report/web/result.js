@@ -236,7 +236,7 @@ function labelOf(item) {
 
 function captionOf(list) {
     const caption = element("figcaption");
-    for (const column of list) caption.append(element("span.curve", markOf(column), column.name), " ");
+    for (const column of list) caption.append(element("span.curve", markOf(column), ...breakable(column.name)), " ");
     if (list[0].unit) caption.append(element("small", list[0].unit));
     return caption;
 }
@@ -321,7 +321,7 @@ function tellExtremes(figures) {
         for (const column of members) {
             const now = element("td"), noise = noiseOf(members);
             Object.assign(now.dataset, { column: column.name, noise });
-            table.append(rowOf(element("td", markOf(column), withUnit(column)), now, ...column.summary.map((value, k) => digits(k === 1 || k === 3 ? value : clean(value, noise)))));
+            table.append(rowOf(element("td.name", markOf(column), ...breakable(withUnit(column))), now, ...column.summary.map((value, k) => digits(k === 1 || k === 3 ? value : clean(value, noise)))));
         }
     table.parentElement.hidden = figures.length === 0;
 }
