@@ -49,7 +49,7 @@ _ANOTHER = "another thread uses this workspace: each thread needs a workspace of
 
 
 class Workspace(Owned):
-    """Evaluates the equations at given states, without waiting for another workspace. Each thread needs one of its own: a call
+    """Evaluates the equations at given states, without waiting for another workspace. Each thread needs a separate one: a call
     while another thread is inside one is an ArgumentError.
 
     `M`, `C`, `h`, `J`, `jdqd` are copies, for the thread that evaluated last; `views` has the same as read-only views,
@@ -180,7 +180,7 @@ class Workspace(Owned):
             other.set_input(name, value, t, rate, acceleration)
 
     def _team(self, count: int) -> list[Workspace]:
-        """So many workspaces with the same inputs, this one the first."""
+        """Returns this number of workspaces with the same inputs, this one the first."""
         while len(self._others) < count - 1:
             other = self._again()
             for name, (t, value, *more) in self._inputs.items():
@@ -210,8 +210,8 @@ class Workspace(Owned):
         return made
 
     def rates(self, t: float, state: ArrayLike) -> Array:
-        """Rates (qd, qdd) of a state (q, qd): a right side for scipy.integrate.solve_ivp. Closures are kept by accelerations
-        alone, so that they drift.
+        """Rates (qd, qdd) of a state (q, qd): a right side for scipy.integrate.solve_ivp. Closures are kept only by
+        accelerations, so that they drift.
 
         >>> from scipy.integrate import solve_ivp  # with SciPy
         >>> system = kempe.Model("four_bar.yaml").system()
