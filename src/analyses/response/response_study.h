@@ -88,7 +88,7 @@ static inline const char *kmp_response_output(const kempe_response *r, int outpu
 }
 
 /** Amplitude and phase (rad) of a pair at frequency k; NaN on an undamped pole. Pair: outputs of the first input, then
- * those of the second. */
+ * outputs of the second. */
 typedef struct kmp_response_point {
     double amplitude, phase;
 } kmp_response_point;
@@ -107,6 +107,6 @@ static inline kmp_shown kmp_response_shown(const kempe_response *r, int output)
     return kmp_shown_as(r->channels.system->context, r->channels.outputs.unit[output]);
 }
 
-/** Appends `before` and `of`, the unit of an output, over that of an input; nothing where one of them is unknown. */
+/** Appends `before` and `of`, the unit of an output, over the unit of an input; nothing if either is unknown. */
 void kmp_response_put_unit(kmp_text *text, const kempe_response *response, int input, const char *of,
                            const char *before, const char *over);
