@@ -76,7 +76,7 @@ _ANOTHER = "another thread uses this workspace: each thread needs a workspace of
 
 
 class Workspace(Owned):
-    """Evaluates the equations at given states, without waiting for another workspace. Each thread needs one of its own: a call
+    """Evaluates the equations at given states, without waiting for another workspace. Each thread needs a separate one: a call
     while another thread is inside one is an ArgumentError.
 
     `M`, `C`, `h`, `J`, `jdqd` are copies, for the thread that evaluated last; `views` has the same as read-only views,
@@ -207,7 +207,7 @@ class Workspace(Owned):
             other.set_input(name, value, t, rate, acceleration)
 
     def _team(self, count: int) -> list[Workspace]:
-        """So many workspaces with the same inputs, this one the first."""
+        """Returns this number of workspaces with the same inputs, this one the first."""
         while len(self._others) < count - 1:
             other = self._again()
             for name, (t, value, *more) in self._inputs.items():
@@ -238,7 +238,7 @@ class Workspace(Owned):
 
     @property
     def independent(self) -> tuple[str, ...]:
-        """Names of the independent coordinates u: those that Kempe chose at the start of the model.
+        """Names of the independent coordinates u, which Kempe chose at the start of the model.
 
         >>> kempe.Model("four_bar.yaml").system().workspace().independent
         ('coupler',)
@@ -295,8 +295,8 @@ class Workspace(Owned):
         return [qdd, lam, *matrices]
 
     def rates(self, t: float, state: ArrayLike) -> Array:
-        """Rates (qd, qdd) of a state (q, qd): a right side for scipy.integrate.solve_ivp. Closures are kept by accelerations
-        alone, so that they drift.
+        """Rates (qd, qdd) of a state (q, qd): a right side for scipy.integrate.solve_ivp. Closures are kept only by
+        accelerations, so that they drift.
 
         >>> from scipy.integrate import solve_ivp  # with SciPy
         >>> system = kempe.Model("four_bar.yaml").system()

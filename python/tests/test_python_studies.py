@@ -89,7 +89,7 @@ def test_trajectory(four_bar):
 
 
 def test_reactions(four_bar):
-    """The largest force of a joint is that of its output over the rows; equilibria and inverse dynamics have the table too."""
+    """The largest force of a joint is the largest value of its output over the rows; equilibria and inverse dynamics have the table too."""
     run = four_bar.simulate(t_end=1)
     pins = dict(zip(run.reactions["joint"], run.reactions["force"]))
     for joint in ("crank", "coupler", "rocker", "C"):
@@ -482,7 +482,7 @@ def test_delays_of_a_state_space(tmp_path):
     )
     assert linear.delays == {"delay(late)": 2.0}
     assert list(linear.inputs) == ["effort(x)", "delay(late)"] and list(linear.outputs) == ["q.x", "delay(late)"]
-    s = 0.7j  # the response is that of the state space whose last input is e^(-2 s) times its last output
+    s = 0.7j  # the response equals the response of the state space whose last input is e^(-2 s) times its last output
     response = linear.C @ np.linalg.solve(s * np.eye(2) - linear.A, linear.B) + linear.D
     late = np.exp(-2 * s)
     closed = response[0, 0] + response[0, 1] * late * response[1, 0] / (1 - late * response[1, 1])

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A system in place of one with sampled states, for studies of small motions: each sampled state y has the rate
- * (next - y)/T, T being the time between its samples. Its equilibria are those of the samples, where y is `next`, and
- * its linear equations contain those of the samples (analyses/derivatives/sampled_motion.h). A delayed signal u has the
- * rate (u - y)/T (analyses/derivatives/delayed_spectrum.h). A state that changes at events keeps its start value y0 by
- * the rate y0 - y, on which nothing but itself depends. */
+ * (next - y)/T, T being the time between its samples. Its equilibria are the equilibria of the samples, where y is
+ * `next`, and its linear equations contain the equations of the samples (analyses/derivatives/sampled_motion.h). A
+ * delayed signal u has the rate (u - y)/T (analyses/derivatives/delayed_spectrum.h). A state that changes at events
+ * keeps its start value y0 by the rate y0 - y, on which nothing but itself depends. */
 #pragma once
 
 #include "analyses/derivatives/linearized.h"
