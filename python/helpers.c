@@ -2,7 +2,7 @@
 /* A guard installs a handler of SIGINT that calls the handler before it, Python's, and then interrupts the context. So
  * a long computation ends at its next step, and KeyboardInterrupt is raised as soon as the interpreter continues. The
  * order matters: the handler may run in another thread, and Python must know of the signal before the computation ends.
- * No Python code runs between installing and restoring but that of callbacks. Without sigaction, guards do nothing. */
+ * No Python code runs between installing and restoring except of callbacks. Without sigaction, guards do nothing. */
 #include "helpers.h"
 #include "ensemble/manifest.h"
 #include <stdatomic.h>

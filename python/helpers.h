@@ -11,7 +11,7 @@ typedef struct python_guard {
 } python_guard;
 
 /** From here on SIGINT also interrupts the context; NULL: nothing changes. Guards may be nested. Python's own handler
- * is called as well. For the main thread alone. */
+ * is called as well. Only for the main thread. */
 void python_guard_begin(python_guard *guard, kempe_context *context);
 
 /** Restores the handler. An interrupt that the computation did not see is withdrawn: Python raises KeyboardInterrupt

@@ -89,7 +89,7 @@ def test_trajectory(four_bar):
 
 
 def test_reactions(four_bar):
-    """The largest force of a joint is that of its output over the rows; equilibria and inverse dynamics have the table too."""
+    """The largest force of a joint is the largest value of its output over the rows; equilibria and inverse dynamics have the table too."""
     run = four_bar.simulate(t_end=1)
     pins = dict(zip(run.reactions["joint"], run.reactions["force"]))
     for joint in ("crank", "coupler", "rocker", "C"):
@@ -195,6 +195,28 @@ def test_many_states_are_single_ones(four_bar):
         workspace.evaluate_states(0, run.q, run.qd[:-1])
     with pytest.raises(ValueError, match="t is a number"):
         workspace.evaluate_states([0, 1], run.q)
+
+
+def test_derivatives_at_a_state(four_bar):
+    workspace = four_bar.system().workspace()
+    q, qd = workspace.close(0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
+    found, closed = workspace.forward_derivatives(0, q, qd), workspace.closed_derivatives(0, q, qd, Q=[0, 0, 0])
+    qdd, lam = workspace.forward_dynamics(0, q, qd)
+    assert np.allclose(found.qdd, qdd, rtol=1e-12) and np.array_equal(found.lam, closed.lam)
+    step = 1e-5
+    for j in range(3):
+        sides = [workspace.forward_dynamics(0, q, qd, Q=s * step * np.eye(3)[j]) for s in (1, -1)]
+        assert np.allclose(found.qdd_Q[:, j], (sides[0].qdd - sides[1].qdd) / (2 * step), rtol=1e-6, atol=1e-6)
+        assert np.allclose(found.lam_Q[:, j], (sides[0].lam - sides[1].lam) / (2 * step), rtol=1e-6, atol=1e-6)
+    u = [four_bar.coordinates.index(name) for name in workspace.independent]
+    # The chain rule: along closed motions the change of all coordinates is q_u, of their rates qd_u.
+    assert np.allclose(closed.udd_u, (found.qdd_q @ closed.q_u + found.qdd_qd @ closed.qd_u)[u], rtol=1e-10)
+    assert np.allclose(closed.udd_ud, (found.qdd_qd @ closed.q_u)[u], rtol=1e-10)
+    assert np.allclose(closed.udd_Q, found.qdd_Q[u], rtol=1e-10)
+    with pytest.raises(ValueError, match="q has 3 values"):
+        workspace.forward_derivatives(0, q[:2], qd)
+    with pytest.raises(kempe.FailedError):
+        workspace.forward_derivatives(0, [np.nan, 0, 0], qd)
 
 
 def test_two_threads_with_a_workspace_each(four_bar):
@@ -460,7 +482,7 @@ def test_delays_of_a_state_space(tmp_path):
     )
     assert linear.delays == {"delay(late)": 2.0}
     assert list(linear.inputs) == ["effort(x)", "delay(late)"] and list(linear.outputs) == ["q.x", "delay(late)"]
-    s = 0.7j  # the response is that of the state space whose last input is e^(-2 s) times its last output
+    s = 0.7j  # the response equals the response of the state space whose last input is e^(-2 s) times its last output
     response = linear.C @ np.linalg.solve(s * np.eye(2) - linear.A, linear.B) + linear.D
     late = np.exp(-2 * s)
     closed = response[0, 0] + response[0, 1] * late * response[1, 0] / (1 - late * response[1, 1])

@@ -261,9 +261,12 @@ void kmp_instances_put_measured(kmp_text *text, const kempe_table *instances, lo
         if (length < end || strcmp(name + length - end, ending) != 0)
             continue;
         double most = largest_of(instances, c, &at);
-        if (at >= 0)
-            kmp_text_printf(text, "          '%.*s' differs by at most %.2g%s%s in a second run, of instance %ld\n",
-                            (int)(length - end), name, most, *unit ? " " : "", unit, first + at + 1);
+        if (at < 0)
+            continue;
+        const kempe_context *context = kmp_table_context(instances);
+        kmp_text_printf(text, "          a second run changes '%.*s' by at most ", (int)(length - end), name);
+        kmp_print_quantity(text, context, 2, most, kmp_print_unknown(context, unit));
+        kmp_text_printf(text, ", of instance %ld\n", first + at + 1);
     }
 }
 

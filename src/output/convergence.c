@@ -592,12 +592,17 @@ void kmp_convergence_put(kmp_text *text, const kempe_context *context, const kmp
     const bool holds = kmp_convergence_holds(c);
     if (!c->known)
         return;
-    kmp_text_put(text, holds ? "estimated error " : "a second run differs by ");
+    if (!holds && c->difference > 0)
+        kmp_text_printf(text, "in a second run '%s' differs by ", name);
+    else
+        kmp_text_put(text, holds ? "estimated error " : "a second run differs by ");
     kmp_convergence_put_apart(text, context, c, unit);
     if (!unit)
         kmp_text_put(text, " (relative)");
+    if (holds && c->difference > 0)
+        kmp_text_printf(text, " of '%s'", name);
     if (c->difference > 0)
-        kmp_text_printf(text, " in '%s' at t = %.6g s", name, c->t);
+        kmp_text_printf(text, " at t = %.6g s", c->t);
     if (c->parts > 0)
         kmp_text_printf(text, ", by second runs of %d parts, together %.2g s, at rtol %.3g", c->parts, c->checked,
                         c->rtol);

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The page of a result: a single file without others beside it, with the result in words, the mechanism moving, and
+/* The page of a result: a single file that needs no others, with the result in words, the mechanism moving, and
  * curves, runs over time or tables as the kind of result has them. three.js and Chart.js are taken from where the
  * system has them. */
 #pragma once
 
 #include "base/json.h"
+#include "report/joint_arrows.h"
 #include "report/step_record.h"
 #include <kempe/comfort.h>
 #include <kempe/ensemble.h>
@@ -18,6 +19,7 @@ extern const char *const kmp_solids_js[], *const kmp_shapes_js[], *const kmp_sce
 extern const char *const kmp_scene_canvas_js[], *const kmp_journal_paths_js[], *const kmp_quantities_js[];
 extern const char *const kmp_running_vehicle_js[], *const kmp_comparison_js[], *const kmp_modes_view_js[];
 extern const char *const kmp_result_js[], *const kmp_scene_flexible_js[], *const kmp_joint_reactions_js[];
+extern const char *const kmp_force_arrows_js[], *const kmp_range_strip_js[];
 
 /** A number with a name, in words; beyond its limit it takes the trust from the result. */
 typedef struct kmp_page_fact {
@@ -59,20 +61,21 @@ typedef struct kmp_result_page {
     kempe_statistics *statistics; /* of an ensemble; NULL: none */
     kempe_table *reactions;       /* of the joints; NULL: none */
 
-    int record_count; /* runs over time; those without rows are not shown */
+    int record_count; /* runs over time; tables without rows are not shown */
     kmp_record *records;
     const kempe_trajectory *run; /* the run of the first record, whose contacts and wheels are drawn; NULL: none */
     kempe_comfort *comfort;      /* of that run; NULL: none */
 
     const kmp_samples *frames; /* NULL: no picture */
     const double *frame_x;     /* x of each frame; NULL: their times */
-    bool separate;             /* frames are states with no motion between them */
-    kmp_samples states;        /* those of kmp_page_add_frames */
-    double *zero;              /* n + m: their rates and multipliers, which pictures do not use */
-    kmp_record start;          /* a run for the frames alone, or its start */
+    kmp_joint_arrows arrows;
+    bool separate;      /* frames are states with no motion between them */
+    kmp_samples states; /* the frames of kmp_page_add_frames */
+    double *zero;       /* n + m: their rates and multipliers, which pictures do not use */
+    kmp_record start;   /* a run only for the frames, or its start */
 } kmp_result_page;
 
-/** Its sections, and the scripts after those of all pages. */
+/** Its sections, and the scripts after the scripts of all pages. */
 typedef struct kmp_page_view {
     const char *const *sections;
     const char *const *const *scripts;  /* in order, NULL ends them */
@@ -86,12 +89,12 @@ typedef struct kmp_page_kind {
     kempe_status (*fill)(kmp_result_page *page, const void *result);
 } kmp_page_kind;
 
-/** Writes a page whole or not at all. system NULL: `fill` makes one of its own. KEMPE_E_IO with a sentence that names
+/** Writes a page whole or not at all. system NULL: `fill` makes a separate one. KEMPE_E_IO with a sentence that names
  * the package of a missing library; KEMPE_E_MEMORY; errors of `fill`. */
 kempe_status kmp_page_write(const kmp_page_kind *kind, kempe_context *context, const kempe_system *system,
                             const void *result, const char *path);
 
-/** The page is that of a system, which may be its own. */
+/** The page belongs to a system, which may be its own. */
 kempe_status kmp_page_take(kmp_result_page *page, const kempe_system *system);
 
 /** Sets the end of the study, and the line above the answer: these words and the size of the system. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow 4 */
+/* ctest: slow once 4 */
 /* Spherical joints pass every orientation: the maps between charts against differences, tumbling bodies against Euler's
  * closed form, the same motion in angles that never become singular, loops cut elsewhere. */
 #include "base/text.h"

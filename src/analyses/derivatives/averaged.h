@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A system in place of one with sampled states, for studies of small motions: each sampled state y has the rate
- * (next - y)/T, T being the time between its samples. Its equilibria are those of the samples, where y is `next`, and
- * its linear equations contain those of the samples (analyses/derivatives/sampled_motion.h). A delayed signal u has the
- * rate (u - y)/T (analyses/derivatives/delayed_spectrum.h). A state that changes at events keeps its start value y0 by
- * the rate y0 - y, on which nothing but itself depends. Tracks are without their irregularities: on these a vehicle has
- * neither a steady motion nor a place where it stands. */
+ * (next - y)/T, T being the time between its samples. Its equilibria are the equilibria of the samples, where y is
+ * `next`, and its linear equations contain the equations of the samples (analyses/derivatives/sampled_motion.h). A
+ * delayed signal u has the rate (u - y)/T (analyses/derivatives/delayed_spectrum.h). A state that changes at events
+ * keeps its start value y0 by the rate y0 - y, on which nothing but itself depends. Tracks are without their
+ * irregularities: on these a vehicle has neither a steady motion nor a place of rest near its start. */
 #pragma once
 
 #include "analyses/derivatives/linearized.h"

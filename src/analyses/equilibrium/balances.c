@@ -11,6 +11,7 @@
 #include "analyses/equilibrium/friction_at_rest.h"
 #include "analyses/equilibrium/operating.h"
 #include "analyses/equilibrium/running_state.h"
+#include "analyses/parts/study_print.h"
 #include "analyses/parts/told_tables.h"
 #include "backend/machine.h"
 #include "base/context.h"
@@ -377,19 +378,6 @@ static kempe_status read_options(kempe_equilibrium *e, const kempe_equilibrium_o
                     "--global cannot be combined with --hold, --target and --solve-for: omit them, or omit --global");
 }
 
-/* The unit of a parameter, where its file says one; NULL: no memory. */
-static const char *unit_of_parameter(kempe_equilibrium *e, const char *name)
-{
-    const kmp_dimension dimension = kmp_variant_dimension(e->requested->model, name);
-    kmp_text unit = {0};
-    if (dimension.kind != KMP_DIMENSION_KNOWN || !kmp_dimension_is_physical(dimension))
-        return "";
-    kmp_dimension_print(&unit, dimension);
-    for (char *s = unit.s; s && *s; s++)
-        *s = *s == '*' ? ' ' : *s;
-    return kmp_text_keep(&unit, &e->arena);
-}
-
 /* Names and units of values that are solved for in addition to the state. */
 static kempe_status name_freed(kempe_equilibrium *e)
 {
@@ -403,8 +391,8 @@ static kempe_status name_freed(kempe_equilibrium *e)
         e->freed_name = x->name;
         for (int k = 0; k < x->free_count; k++) {
             int rate = k < x->parameter_count ? -1 : e->rates[x->rate[k - x->parameter_count]].coordinate;
-            e->freed_unit[k] =
-                rate < 0 ? unit_of_parameter(e, x->name[k]) : kmp_quantity_unit(e->system, KMP_QUANTITY_QD, rate);
+            e->freed_unit[k] = rate < 0 ? kmp_quantity_unit_of(e->requested, x->name[k])
+                                        : kmp_quantity_unit(e->system, KMP_QUANTITY_QD, rate);
         }
         return kmp_made(e->system->context, !e->arena.failed);
     }

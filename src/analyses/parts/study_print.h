@@ -5,17 +5,18 @@
 #include "base/json.h"
 #include "output/result_table.h"
 
-/** SI unit of a value that is named as a column, q.NAME or qd.NAME; "": another name, a parameter. */
+/** SI unit of a value that may vary: a start value, q.NAME or qd.NAME, or a parameter by its dimension; "": unknown. */
 const char *kmp_quantity_unit_of(const kempe_system *system, const char *name);
 
-/** Appends `before` and the SI unit of a parameter of the model, or of a start value q.NAME, qd.NAME; nothing where the
- * unit is not known. */
-void kmp_print_parameter_unit(kmp_text *text, const char *before, const kempe_system *system, const char *name);
+/** That unit as results show it: "" where it is unknown in SI, "SI" in another system. */
+kmp_shown kmp_shown_of(const kempe_system *system, const char *name);
 
-/** For texts: the unit of such a name with a blank before it, of a parameter that of its dimension, nothing where it is
- * not known; and a value in it. */
-void kmp_print_unit_of(kmp_text *text, const kempe_system *system, const char *name);
+/** For texts: `before` and that unit, nothing where it is ""; and a value with it. */
+void kmp_print_unit_of(kmp_text *text, const char *before, const kempe_system *system, const char *name);
 void kmp_print_value_of(kmp_text *text, const kempe_system *system, const char *name, double value);
+
+/** A column of such values, named by `before` and the name. */
+void kmp_tabulate_value(kempe_table *table, const kempe_system *system, const char *before, const char *name);
 
 /** An array of pairs [re, im]. */
 void kmp_print_pairs(kmp_json *json, const char *key, int count, const double *re, const double *im);
@@ -23,11 +24,11 @@ void kmp_print_pairs(kmp_json *json, const char *key, int count, const double *r
 /** The width of columns for these names, at least `least`. */
 int kmp_print_widest(int count, char *const *names, int least);
 
-/** Columns of a quantity, those of rates with the states; values of a row for them (n or m). */
+/** Columns of a quantity, columns of rates with the states; values of a row for them (n or m). */
 void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_quantity quantity);
 void kmp_tabulate_values(kempe_table *table, const kempe_system *system, kmp_quantity quantity, const double *values);
 
-/** A line, after `label`, with the states of an averaged system that change at events alone, and their values in the
+/** A line, after `label`, with the states of an averaged system that change only at events, and their values in the
  * rates qd (n); the object `held` of them. Nothing without such states. */
 void kmp_print_held(kmp_text *text, const char *label, const kempe_system *system, const double *qd);
 void kmp_print_held_json(kmp_json *json, const kempe_system *system, const double *qd);
