@@ -130,6 +130,7 @@ PROVOKED = [
     ("do not trust these actuator forces", "inverse swing.yaml --motion motion.csv --actuators A", "s.inverse(motion='motion.csv', actuators='A')"),
     ("depends on time: it prescribes the motion and carries its loads", "inverse moved.yaml --actuators A", "s.inverse(actuators='A')"),
     ("comfort: with every other sample", "comfort shake.yaml --vertical 'acceleration(m.P).x' --rate 400", "s.comfort(vertical='acceleration(m.P).x', rate=400)"),
+    ("is not resolved by values", f"contact {CONICITY} --sweep 'shift=-9 mm:9 mm:3' --conicity '3 mm:6 mm:2'", "s.contact(sweep='shift=-9 mm:9 mm:3', conicity='3 mm:6 mm:2')"),
     ("is not resolved by %d places", f"contact {CONICITY} --sweep 'shift=-7 mm:7 mm:15' --conicity '3 mm:6 mm:2'", "s.contact(sweep='shift=-7 mm:7 mm:15', conicity='3 mm:6 mm:2')"),
 ]
 SAID = {"KMP_TABLE_LEFT": "it goes straight on there", "gather law.kempe": "3 instances are not trustworthy", "instances that did not reach their end": "1 failed"}  # in texts
