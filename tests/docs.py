@@ -98,9 +98,9 @@ def commands(page):
 
 def shortened(line):
     """Comparisons at two tolerances, the first two that are listed or 1e-4 and 1e-6; sweeps of at most five values,
-    of limit cycles and ensembles two; 200 instances; motions that settle for a tenth of the time, those of vehicles to an early end; units compiled without
+    of limit cycles and ensembles two, of conicities, which few values do not resolve, 200; 200 instances; motions that settle for a tenth of the time, those of vehicles to an early end; units compiled without
     optimisation. Integers stay integers, such as the seeds of tracks."""
-    most = 2 if line[0] in ("cycles", "ensemble") else 5
+    most = 2 if line[0] in ("cycles", "ensemble") else 200 if "--conicity" in line else 5
     line = [re.sub(r"=1:(\d+):\1$", lambda m: f"=1:{min(int(m.group(1)), most)}:{min(int(m.group(1)), most)}", word) for word in line]
     line = [re.sub(r"(=[^:,]+:[^:,]+):(\d+)$", lambda m: f"{m.group(1)}:{min(int(m.group(2)), most)}", word) for word in line]
     if line[0] == "cycles" and "--settle" in line:
