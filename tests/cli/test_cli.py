@@ -587,13 +587,11 @@ class Systems(Case):
             self.assertIn(f"found      F = {told:.6g}{name}\n", done.stdout)
 
     def test_words(self):
-        """--units has a system, or none; what has none is refused by name."""
+        """--units has a system, or none."""
         self.expect(0, "simulate", "--units", self.SLIDER, "--t-end", "0.01", "-o", "a.csv")
         self.expect(0, "simulate", "--units", "si", self.SLIDER, "--t-end", "0.01", "-o", "b.csv")
         self.assertEqual((self.folder / "a.csv").read_text(), (self.folder / "b.csv").read_text())
         self.assertIn("there are si, mm and us", self.expect(3, "simulate", self.SLIDER, "--units=cgs").stderr)
-        for command in "compare", "ensemble", "modes", "response", "fit":
-            self.assertIn(f"{command} writes its results in SI", self.expect(3, command, self.SLIDER, "--units", "mm").stderr)
 
 
 class Equilibria(Case):

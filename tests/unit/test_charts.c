@@ -83,7 +83,7 @@ static int last(const scene *s)
  * of turns about the axis in the middle. The test has its own bounds of the errors. */
 static bool ends(const scene *s)
 {
-    bool differs = s->status == KEMPE_UNTRUSTED && s->t && strstr(s->t->warnings, "do not trust this run beyond");
+    bool differs = s->status == KEMPE_UNTRUSTED && s->t && strstr(s->t->warnings, "do not trust the motion beyond");
     return s->status == KEMPE_OK || differs;
 }
 
