@@ -395,8 +395,8 @@ KMP_GETTER(int kempe_ensemble_result_count(const kempe_ensemble_result *b), b, b
 static kempe_outcome outcome_of(const kempe_ensemble_result *b, int k)
 {
     kempe_status status = b->results[k].status;
-    bool doubted = b->ensemble->doubted || b->results[k].unstable || !kmp_convergence_holds(&b->again[k]) ||
-                   b->results[k].deflection > KMP_DEFLECTION_LARGE;
+    bool doubted = b->ensemble->doubted || b->work.doubted || b->results[k].unstable ||
+                   !kmp_convergence_holds(&b->again[k]) || b->results[k].deflection > KMP_DEFLECTION_LARGE;
     return kmp_outcome_of(status == KEMPE_OK && doubted ? KEMPE_UNTRUSTED : status);
 }
 
@@ -745,6 +745,11 @@ const kempe_model *kmp_batch_model(const kempe_ensemble_result *batch)
 kempe_status kmp_batch_status(const kempe_ensemble_result *batch)
 {
     return batch->status;
+}
+
+const char *kmp_batch_warnings(const kempe_ensemble_result *batch)
+{
+    return batch->warnings;
 }
 
 double kmp_batch_cpu(const kempe_ensemble_result *batch)

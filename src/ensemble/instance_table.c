@@ -174,11 +174,21 @@ static void put_doubts(kmp_text *text, const kmp_instance_sums *s)
                         s->not_converged, s->count, s->worst + 1, s->difference);
 }
 
+void kmp_instances_put_distrusted(kmp_text *text, const kmp_instance_sums *s)
+{
+    kmp_text_printf(text,
+                    "%ld instance%s not trustworthy: the columns verdict and start have the reasons, or a run of one "
+                    "of them (kempe simulate --from FOLDER --instance K)\n",
+                    s->distrusted, s->distrusted == 1 ? " is" : "s are");
+}
+
 void kmp_instances_put_warnings(kmp_text *text, const kmp_instance_sums *s)
 {
     put_remarks(text, s);
     put_ended(text, s);
     put_doubts(text, s);
+    if (s->distrusted > s->unstable + s->deflected + s->not_converged)
+        kmp_instances_put_distrusted(text, s);
 }
 
 kempe_status kmp_instances_warn(kempe_context *context, const kmp_instance_sums *s)

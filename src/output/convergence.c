@@ -571,16 +571,16 @@ void kmp_convergence_warn(kempe_context *context, const kmp_convergence *c, cons
     if (kmp_convergence_holds(c)) {
         if (c->reported > 0 && c->difference > c->reported)
             kmp_log(context, KEMPE_LOG_WARNING,
-                    "'%s' has %serror of %s at t = %.6g s, estimated by a run at rtol %.3g; %s", name,
+                    "'%s' has %serror of %s at t = %.6g s, estimated by a run at rtol %.3g%s", name,
                     unit ? "an " : "a relative ", by, c->t, c->rtol, advice);
     } else if (!accepts(c)) {
         kmp_doubt(context,
-                  "do not trust this run beyond t = %.6g s: at rtol %.3g '%s' differs by %s at t = %.6g s, by "
-                  "amplified errors or another branch; %s",
+                  "do not trust the motion beyond t = %.6g s: at rtol %.3g '%s' differs by %s at t = %.6g s, by "
+                  "amplified errors or another branch%s",
                   c->until, c->rtol, name, by, c->t, advice);
     } else {
         kmp_doubt(context,
-                  "the accuracy of this run could not be checked: the second run, at rtol %.3g, ends at t = %.6g s; %s",
+                  "the accuracy of this run could not be checked: the second run, at rtol %.3g, ends at t = %.6g s%s",
                   c->rtol, c->stopped, advice);
     }
     kmp_text_free(&apart);

@@ -147,7 +147,7 @@ void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *
     kmp_text_free_part(text, &blanks);
 }
 
-static void print_lines(kmp_json *json, const char *key, const char *lines)
+void kmp_print_lines(kmp_json *json, const char *key, const char *lines)
 {
     kmp_text line = {0};
     kmp_json_array(json, key);
@@ -178,7 +178,7 @@ void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_outcome ou
     if (system->model->flexible_count > 0)
         put_flexible(json, system->model);
     if (warnings)
-        print_lines(json, "warnings", warnings);
+        kmp_print_lines(json, "warnings", warnings);
 }
 
 void kmp_print_unused(kmp_text *text, const kempe_model *model)

@@ -23,6 +23,9 @@ bool kmp_outcome_is_complete(kempe_outcome outcome);
 /** Begins the first line of a result: "MODEL: OUTCOME, ". */
 void kmp_print_title(kmp_text *text, const kempe_model *model, kempe_outcome outcome);
 
+/** A list of strings in JSON: the lines of a text. */
+void kmp_print_lines(kmp_json *json, const char *key, const char *lines);
+
 /** Opens the outermost object: model, status, reason, build_s, and the warnings, one a line (kmp_context_warnings);
  * NULL: the object has them elsewhere. */
 void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_outcome outcome, const char *reason,

@@ -127,6 +127,7 @@ static kempe_status fill_inverse(kmp_result_page *page, const void *result)
     KMP_TRY(kempe_inverse_print(r, KEMPE_TEXT, &page->text));
     KMP_TRY(kempe_inverse_table(r, "rows", &page->table));
     KMP_TRY(kempe_inverse_table(r, "reactions", &page->reactions));
+    KMP_TRY(kmp_joint_arrows_of_inverse(&page->arrows, r));
     page->x = "t";
     add_peak(page, "largest force or torque", "tau.");
     add_peak(page, "largest power", "power.");
@@ -164,6 +165,7 @@ static kempe_status fill_equilibria(kmp_result_page *page, const void *result)
     KMP_TRY(kempe_equilibrium_print(e, KEMPE_TEXT, &page->text));
     KMP_TRY(kempe_equilibrium_table(e, "equilibria", &page->table));
     KMP_TRY(kempe_equilibrium_table(e, "reactions", &page->reactions));
+    KMP_TRY(kmp_joint_arrows_of_equilibria(&page->arrows, e));
     page->separate = true;
     for (int k = 0; k < e->count; k++)
         KMP_TRY(kmp_page_add_frames(page, 1, e->balance[k].q, 0, (double[]){k + 1}));
@@ -172,8 +174,10 @@ static kempe_status fill_equilibria(kmp_result_page *page, const void *result)
 
 /* -- ensembles --------------------------------------------------------------------------------------- */
 
-/* The instances in the table of the page, of a model whose own values the picture has. */
-static kempe_status fill_instances(kmp_result_page *page, const kempe_model *model, kempe_outcome outcome)
+/* The instances in the table of the page, of a model whose own values the picture has. `told`: the warnings of their
+ * run; NULL: those that follow from the table. */
+static kempe_status fill_instances(kmp_result_page *page, const kempe_model *model, kempe_outcome outcome,
+                                   const char *told)
 {
     const kmp_instance_sums sums = kmp_instances_sum(page->table, 0);
     KMP_TRY(kmp_system_new(model, NULL, &page->own));
@@ -192,11 +196,13 @@ static kempe_status fill_instances(kmp_result_page *page, const kempe_model *mod
         if (kmp_statistics_yield(page->statistics, &part, &low, &high))
             add_fact(page, "within the limits", "%.4g %% (%.4g to %.4g %%)", 100 * part, 100 * low, 100 * high);
     }
-    /* Text and warnings are those of the table: a gathered run has no others. */
     kmp_text text = {0}, warnings = {0};
     kmp_instances_put(&text, model->name, page->table, page->statistics,
                       page->outcome == KEMPE_OUTCOME_NOT_TRUSTWORTHY);
-    kmp_instances_put_warnings(&warnings, &sums);
+    if (told)
+        kmp_text_put(&warnings, told);
+    else
+        kmp_instances_put_warnings(&warnings, &sums);
     page->warnings = kmp_text_keep(&warnings, &page->arena);
     KMP_TRY(kmp_print_finish(page->context, &text, &page->text));
     if (page->first_count == 0)
@@ -214,7 +220,8 @@ static kempe_status fill_instances(kmp_result_page *page, const kempe_model *mod
 static kempe_status fill_batch(kmp_result_page *page, const void *result)
 {
     KMP_TRY(kempe_ensemble_result_table(result, "instances", &page->table));
-    return fill_instances(page, kmp_batch_model(result), kmp_outcome_of(kmp_batch_status(result)));
+    return fill_instances(page, kmp_batch_model(result), kmp_outcome_of(kmp_batch_status(result)),
+                          kmp_batch_warnings(result));
 }
 
 /* A folder and the model of its run. */
@@ -233,7 +240,7 @@ static kempe_status fill_gathered(kmp_result_page *page, const void *result)
         return status == KEMPE_E_INPUT || status == KEMPE_E_IO ? KEMPE_E_FAILED : status;
     page->verdict = kmp_folder_judge(g->folder, KEMPE_OK);
     const bool none = g->folder->rows.failed == g->folder->instances;
-    return fill_instances(page, g->model, kmp_outcome_of(none ? KEMPE_E_FAILED : page->verdict));
+    return fill_instances(page, g->model, kmp_outcome_of(none ? KEMPE_E_FAILED : page->verdict), NULL);
 }
 
 /* -- fits -------------------------------------------------------------------------------------------- */
@@ -626,6 +633,7 @@ static kempe_status fill_simulation(kmp_result_page *page, const void *result)
                                           t->spec.rtol));
     page->answer = answer_of(t, &page->arena);
     page->locked = !kmp_is_complete(t->status) && !t->interrupted;
+    KMP_TRY(kmp_joint_arrows_of_run(&page->arrows, t->system, &page->records->row, t->least_norm, page->locked));
     page->x = "t";
     add_accuracy(page, t);
     return KEMPE_OK;

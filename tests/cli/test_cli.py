@@ -38,8 +38,13 @@ REFERENCE = ROOT / "examples/andrews/reference.csv"
 COMMANDS = re.findall(r"^    \{CLI_\w+, \"(\w+)\"", (ROOT / "src/cli/commands.c").read_text(), re.M)
 ANGLES = "beta theta gamma Phi delta Omega epsilon".split()
 KEMPE = "kempe"  # set by main
-# Of motions that are long under sanitizers, the functions are called there by the unit tests of the same name or subject.
-long_motion = unittest.skipIf("KEMPE_SANITIZED" in os.environ, "long under sanitizers")
+# Tests of motions that are long under sanitizers: all, none or only they are run. Unit tests call the same functions there.
+LONG_MOTIONS = os.environ.get("KEMPE_LONG_MOTIONS", "all")
+
+
+def long_motion(test):
+    test.is_long = True
+    return unittest.skipIf(LONG_MOTIONS == "none", "long under sanitizers")(test)
 
 
 def kempe(*words, cwd=None):
@@ -73,6 +78,8 @@ def without_times(value):
 
 class Case(unittest.TestCase):
     def setUp(self):
+        if LONG_MOTIONS == "only" and not hasattr(getattr(self, self._testMethodName), "is_long"):
+            self.skipTest("not a long motion")
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)

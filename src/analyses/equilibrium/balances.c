@@ -26,6 +26,7 @@
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/samples.h"
+#include "studies/simulate/flexible_doubts.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
@@ -584,6 +585,11 @@ static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *
     return status;
 }
 
+static const double *state_of(const void *equilibrium, int k)
+{
+    return ((const kempe_equilibrium *)equilibrium)->balance[k].q;
+}
+
 static kempe_status make(const kempe_system *system, const kempe_equilibrium_options *options, bool state_alone,
                          kempe_equilibrium **equilibrium)
 {
@@ -599,6 +605,8 @@ static kempe_status make(const kempe_system *system, const kempe_equilibrium_opt
         status = find(e, options);
     if (status == KEMPE_OK && !state_alone)
         status = look_again(e);
+    if (!state_alone)
+        kmp_doubt_deflections(system, e->count, state_of, e);
     e->warnings = kmp_context_warnings(system->context);
     e->status = status = kmp_context_verdict(system->context, status);
     return KMP_GIVE_OR_FREE(status, equilibrium, e, kempe_equilibrium_free);
