@@ -33,7 +33,7 @@ static void put_dimension(kmp_text *text, kmp_dimension dimension)
     kmp_text_free_part(text, &unit);
 }
 
-/* The unit `known` of a start value, or that of a parameter's dimension. */
+/* The unit `known` of a start value, or the unit of a parameter's dimension. */
 static void put_unit(kmp_text *text, const char *before, const kempe_system *system, const char *name,
                      const char *known)
 {

@@ -152,7 +152,7 @@ static void show_rows(kmp_text *text, const kempe_contacts *t, bool all)
         kmp_text_printf(text, "%d of %d values; all of them, and creepages: --all, -o FILE.csv\n", most, t->count);
 }
 
-/* Patches, and those that are not elliptic. */
+/* Patches, and the ones that are not elliptic. */
 static void count_patches(const kempe_contacts *t, int *patches, int *other)
 {
     *patches = *other = 0;
@@ -235,7 +235,7 @@ static void say_pressures(kmp_text *text, const kempe_contacts *t)
                         t->unknown_forces);
 }
 
-/* The conicity at 3 mm, which EN 15302 asks for, otherwise that of the middle amplitude. */
+/* The conicity at 3 mm, which EN 15302 requires, otherwise at the middle amplitude. */
 static void put_conicity(kmp_text *text, const kmp_conicities *c)
 {
     const double asked = 3e-3;
@@ -523,7 +523,7 @@ static shade shade_of(const kempe_contacts *t, int row)
 
 /* -- the profiles ---------------------------------------------------------------------------------------- */
 
-/* A wheel over its rail: lateral places are those on the track, mm, the wheel's where it is at the first value. */
+/* A wheel over its rail: lateral places are on the track, mm, the wheel's where it is at the first value. */
 typedef struct section {
     kmp_plot plot;
     const struct kmp_table *wheel, *rail;
