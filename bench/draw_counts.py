@@ -10,31 +10,35 @@ import csv
 import math
 import pathlib
 import re
+import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "examples"))
+from panels import BLUE, BROWN, RED, TEAL, VIOLET  # noqa: E402
+
 RESULTS = ROOT / "bench/results"
 
 LEFT, TOP, BOTTOM, GAP = 70, 60, 60, 40
 PAPER = {"linear": 12, "binary": 31}
 CURVES = [  # title, colour, dashes, columns that are added up, of which tree alone
     ("classical + dense solve", "#7f8c8d", "", ("classical", "dense solve"), None),
-    ("ner + dense solve", "#c0392b", "6 4", ("ner", "dense solve"), "binary"),
-    ("ner + sparse solve", "#c0392b", "", ("ner", "sparse solve"), None),
-    ("composite + sparse solve", "#b9770e", "", ("composite", "sparse solve"), None),
-    ("O(N), 6 x 6", "#2471a3", "", ("O(N) 6x6",), None),
-    ("O(N)", "#117a65", "", ("O(N)",), None),
-    ("generated: composite + sparse solve", "#b9770e", "2 3", ("generated composite", "sparse solve"), None),
-    ("generated: O(N)", "#117a65", "2 3", ("generated O(N)",), None),
+    ("ner + dense solve", RED, "6 4", ("ner", "dense solve"), "binary"),
+    ("ner + sparse solve", RED, "", ("ner", "sparse solve"), None),
+    ("composite + sparse solve", BROWN, "", ("composite", "sparse solve"), None),
+    ("O(N), 6 x 6", BLUE, "", ("O(N) 6x6",), None),
+    ("O(N)", TEAL, "", ("O(N)",), None),
+    ("generated: composite + sparse solve", BROWN, "2 3", ("generated composite", "sparse solve"), None),
+    ("generated: O(N)", TEAL, "2 3", ("generated O(N)",), None),
 ]
 
 
 LOOPS = [  # algorithm, title, colour
-    ("ner", "M by ner", "#c0392b"),
-    ("composite", "M by composite bodies", "#b9770e"),
-    ("products", "products with M", "#2471a3"),
-    ("articulated", "articulated bodies: O(N)", "#117a65"),
+    ("ner", "M by ner", RED),
+    ("composite", "M by composite bodies", BROWN),
+    ("products", "products with M", BLUE),
+    ("articulated", "articulated bodies: O(N)", TEAL),
 ]
-STARS = [("composite", "products", "#2471a3"), ("composite", "articulated", "#117a65")]
+STARS = [("composite", "products", BLUE), ("composite", "articulated", TEAL)]
 FAMILIES = {"chain": "chain, no loop", "scissors": "lift of N scissor cells", "windows": "N windows", "legs": "N four-bars in a row",
             "trams": "tram of N cars"}
 
@@ -105,13 +109,13 @@ def draw_tree(left, tree, rows):
     panel = Panel(left, TOP, 480, 520, 100, (10, 4e6))
     lines = [text(left + panel.width / 2, TOP - 36, f"{tree} tree", size=18)] + panel.grid()
     x, y = panel.place(PAPER[tree], panel.y[0])
-    lines += [f'<path d="M{x:.1f} {y:.1f}V{TOP}" stroke="#7d3c98" stroke-dasharray="8 5"/>',
-              text(x, TOP - 8, f"N* of the paper: {PAPER[tree]}", colour="#7d3c98", size=13)]
+    lines += [f'<path d="M{x:.1f} {y:.1f}V{TOP}" stroke="{VIOLET}" stroke-dasharray="8 5"/>',
+              text(x, TOP - 8, f"N* of the paper: {PAPER[tree]}", colour=VIOLET, size=13)]
     for title, colour, dashes, columns, only in CURVES:
         if only in (None, tree):
             lines.append(panel.curve(values(rows, columns), colour, dashes))
-    lines += panel.star(values(rows, ("ner", "sparse solve")), values(rows, ("O(N) 6x6",)), "#2471a3", True)
-    lines += panel.star(values(rows, ("generated composite", "sparse solve")), values(rows, ("generated O(N)",)), "#117a65", False)
+    lines += panel.star(values(rows, ("ner", "sparse solve")), values(rows, ("O(N) 6x6",)), BLUE, True)
+    lines += panel.star(values(rows, ("generated composite", "sparse solve")), values(rows, ("generated O(N)",)), TEAL, False)
     return lines + [text(left + panel.width / 2, TOP + panel.height + 42, "N")]
 
 

@@ -8,13 +8,17 @@ of bench/results/laws.txt into docs/contact_laws.md.
 import csv
 import pathlib
 import re
+import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "examples"))
+from panels import BLUE, RED, TEAL, VIOLET  # noqa: E402
+
 RESULTS = ROOT / "bench/results"
 
 WIDTH, HEIGHT, LEFT, TOP, BOTTOM, GAP = 440, 380, 70, 50, 60, 60
 LAWS = [  # name, colour, dashes
-    ("linear", "#7f8c8d", "2 3"), ("shen", "#2471a3", ""), ("polach", "#c0392b", ""), ("tanh", "#117a65", "6 4"),
+    ("linear", "#7f8c8d", "2 3"), ("shen", BLUE, ""), ("polach", RED, ""), ("tanh", TEAL, "6 4"),
     ("fastsim", "#222222", ""),
 ]
 PANELS = [  # column, greatest value, marks, greatest force, words
@@ -47,7 +51,7 @@ def panel(left, rows, column, greatest, marks, top, words):
     if column == "creep":
         for k, force in enumerate(EXACT):
             x, y = place(4e-4 * (k + 1), force / (0.33 * 106700))
-            lines.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="white" stroke="#7d3c98" stroke-width="2"/>')
+            lines.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="white" stroke="{VIOLET}" stroke-width="2"/>')
     lines.append(f'<rect x="{left}" y="{TOP}" width="{WIDTH}" height="{HEIGHT}" fill="none" stroke="#222222"/>')
     return lines
 
@@ -59,7 +63,7 @@ def legend(left):
         lines += [f'<path d="M{left + 10} {y}h34" stroke="{colour}" stroke-width="2" stroke-dasharray="{dashes}"/>',
                   text(left + 54, y + 5, name, "start", size=13)]
         y += 20
-    return lines + [f'<circle cx="{left + 27}" cy="{y}" r="4" fill="white" stroke="#7d3c98" stroke-width="2"/>',
+    return lines + [f'<circle cx="{left + 27}" cy="{y}" r="4" fill="white" stroke="{VIOLET}" stroke-width="2"/>',
                     text(left + 54, y + 5, "CONTACT, exact", "start", size=13)]
 
 

@@ -11,8 +11,11 @@ import sys
 
 import generated
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "examples"))
+from panels import BLUE, BROWN, GREEN, RED  # noqa: E402
+
 DOCS = pathlib.Path(__file__).parent
-GREY, BLUE, RED, GREEN, INK, PALE = "#9aa5b1", "#2e86c1", "#c0392b", "#1e8449", "#2c3e50", "#b3bcc6"
+GREY, INK, PALE = "#9aa5b1", "#2c3e50", "#b3bcc6"
 LIGHT = (-0.35, -0.55, 0.75)
 
 
@@ -547,7 +550,6 @@ def circle_meet(a, r, b, s, side=1):
 def cuts():
     """A four-bar: its loop of joints, the tree, and the closed loop with its multipliers."""
     width, height, scale = 900, 320, 190
-    red, blue, green = "#c0392b", "#2471a3", "#1e8449"
     lengths = {"crank": 0.3, "coupler": 0.8, "rocker": 0.7, "base": 0.9}
 
     A, D = (0, 0), (0.9, 0)
@@ -565,14 +567,14 @@ def cuts():
             Q = (D[0] + 0.7 * math.cos(turn), D[1] + 0.7 * math.sin(turn))
         a, b, d, p, q = map(place, (A, B, D, P, Q))
         shapes += [text(300 * k + 150, 28, title, INK, size=16, style=BOLD), text(300 * k + 150, 48, note, "#5d6d7e", size=13)]
-        shapes += [bar(a, b, red), bar(b, p, blue), bar(d, q, green)]
+        shapes += [bar(a, b, BLUE), bar(b, p, RED), bar(d, q, GREEN)]
         middle = lambda u, w: ((u[0] + w[0]) / 2, (u[1] + w[1]) / 2)
         x, y = middle(a, b)
-        shapes.append(text(x + (12 if k == 0 else -14), y + (10 if k == 0 else -4), "crank", red, "start" if k == 0 else "end"))
+        shapes.append(text(x + (12 if k == 0 else -14), y + (10 if k == 0 else -4), "crank", BLUE, "start" if k == 0 else "end"))
         x, y = middle(b, p)
-        shapes.append(text(x + 8, y + 22, "coupler", blue, "start" if k != 1 else "middle"))
+        shapes.append(text(x + 8, y + 22, "coupler", RED, "start" if k != 1 else "middle"))
         x, y = middle(d, q)
-        shapes.append(text(x + 14, y + (10 if k != 1 else 0), "rocker", green, "start"))
+        shapes.append(text(x + 14, y + (10 if k != 1 else 0), "rocker", GREEN, "start"))
         shapes += [hinge(a, "A", (-16, 6), True), hinge(d, "D", (20, 20), True), hinge(b, "B", (-14, -6))]
         if k == 0:
             shapes.append(hinge(p, "C", (2, -13)))
@@ -587,10 +589,10 @@ def cuts():
                 shapes.append(f'<circle cx="{point[0]:.1f}" cy="{point[1]:.1f}" r="5" fill="white" stroke="#333" stroke-width="2"/>'
                               + text(point[0] + shift[0], point[1] + shift[1], name, INK, style=BOLD))
         else:
-            shapes += [arrow(p, (p[0] + 56, p[1]), green, 2.4), text(p[0] + 40, p[1] - 10, "+\u03bb", green, size=15),
-                       text(p[0] + 14, p[1] + 19, "on the rocker", green, "start", size=12),
-                       arrow(p, (p[0] - 56, p[1]), blue, 2.4), text(p[0] - 40, p[1] - 10, "-\u03bb", blue, size=15),
-                       text(p[0] - 62, p[1] + 4, "on the coupler", blue, "end", size=12), hinge(p, "C", (0, -13))]
+            shapes += [arrow(p, (p[0] + 56, p[1]), GREEN, 2.4), text(p[0] + 40, p[1] - 10, "+\u03bb", GREEN, size=15),
+                       text(p[0] + 14, p[1] + 19, "on the rocker", GREEN, "start", size=12),
+                       arrow(p, (p[0] - 56, p[1]), RED, 2.4), text(p[0] - 40, p[1] - 10, "-\u03bb", RED, size=15),
+                       text(p[0] - 62, p[1] + 4, "on the coupler", RED, "end", size=12), hinge(p, "C", (0, -13))]
     return document("A loop, its tree with one cut joint, and the closed loop", width, height, shapes)
 
 
@@ -606,7 +608,7 @@ def faint(shapes):
 
 def four_bar_shapes(place, a, b, c, d):
     points = [place(p) for p in (a, b, c, d)]
-    return [bar(points[0], points[1], "#c0392b"), bar(points[1], points[2], "#2471a3"), bar(points[2], points[3], "#1e8449")]
+    return [bar(points[0], points[1], BLUE), bar(points[1], points[2], RED), bar(points[2], points[3], GREEN)]
 
 
 def dead_centre(k):
@@ -617,13 +619,13 @@ def dead_centre(k):
         b = (0.35 * math.cos(math.radians(angle_)), 0.35 * math.sin(math.radians(angle_)))
         c = (b[0] + math.sqrt(0.75 ** 2 - b[1] ** 2), 0)
         x, y = place(c)
-        drawn = [bar(place((0, 0)), place(b), "#c0392b"), bar(place(b), (x, y), "#2471a3"),
-                 f'<rect x="{x - 20:.1f}" y="{y - 12:.1f}" width="40" height="24" rx="3" fill="#e9f7ef" stroke="#1e8449" stroke-width="2"/>']
+        drawn = [bar(place((0, 0)), place(b), BLUE), bar(place(b), (x, y), RED),
+                 f'<rect x="{x - 20:.1f}" y="{y - 12:.1f}" width="40" height="24" rx="3" fill="#e9f7ef" stroke="{GREEN}" stroke-width="2"/>']
         shapes += drawn if solid else faint(drawn)
         if solid:
             bx, by = place(b)
             shapes += [hinge(place((0, 0)), "", (0, 0), True), hinge((bx, by), "", (0, 0)), hinge((x, y), "", (0, 0)),
-                       text(x, y - 22, "slider", "#1e8449"), text((bx + x) / 2 - 12, by - 11, "rod", "#2471a3"), text(place((0.2, 0))[0], by - 11, "crank", "#c0392b")]
+                       text(x, y - 22, "slider", GREEN), text((bx + x) / 2 - 12, by - 11, "rod", RED), text(place((0.2, 0))[0], by - 11, "crank", BLUE)]
     return panel(k, "dead centre", "the slider turns back: it cannot be u here") + shapes
 
 
@@ -650,13 +652,13 @@ def redundant(k):
     place = lambda p: (55 + 300 * k + 150 * p[0], 220 - 170 * p[1])
     up = (0.22, 0.55)
     shapes = []
-    for x, colour in ((0, "#c0392b"), (0.55, "#b9770e"), (1.1, "#1e8449")):
+    for x, colour in ((0, RED), (0.55, BROWN), (1.1, GREEN)):
         shapes.append(bar(place((x, 0)), place((x + up[0], up[1])), colour))
-    shapes.insert(0, bar(place(up), place((1.1 + up[0], up[1])), "#2471a3"))
+    shapes.insert(0, bar(place(up), place((1.1 + up[0], up[1])), BLUE))
     for x, name, shift in ((0, "A", (-16, 6)), (0.55, "B", (-16, 6)), (1.1, "C", (-16, 6))):
         shapes += [hinge(place((x, 0)), name, shift, True), hinge(place((x + up[0], up[1])), "", (0, 0))]
     x, y = place((0.55 + up[0], up[1]))
-    shapes.append(text(x, y - 16, "this bar constrains nothing new", "#b9770e", size=13))
+    shapes.append(text(x, y - 16, "this bar constrains nothing new", BROWN, size=13))
     return panel(k, "redundant constraint", "4 coordinates, 4 rows, mobility 1") + shapes
 
 
@@ -737,9 +739,9 @@ def patch_view():
     """The patch from above, against n."""
     x, y = 570, 480
     shapes = [text(x + 30, 345, "contact patch, from above", INK, size=16, style=BOLD)]
-    shapes.append(f'<ellipse cx="{x}" cy="{y}" rx="46" ry="72" fill="#fdebd0" stroke="#b9770e" stroke-width="1.8"/>')
-    shapes += [arrow((x, y), (x, y - 72), "#b9770e", 1.6), text(x + 12, y - 40, "a", "#b9770e", style=ITALIC, size=16),
-               arrow((x, y), (x + 46, y), "#b9770e", 1.6), text(x + 24, y + 17, "b", "#b9770e", style=ITALIC, size=16)]
+    shapes.append(f'<ellipse cx="{x}" cy="{y}" rx="46" ry="72" fill="#fdebd0" stroke="{BROWN}" stroke-width="1.8"/>')
+    shapes += [arrow((x, y), (x, y - 72), BROWN, 1.6), text(x + 12, y - 40, "a", BROWN, style=ITALIC, size=16),
+               arrow((x, y), (x + 46, y), BROWN, 1.6), text(x + 24, y + 17, "b", BROWN, style=ITALIC, size=16)]
     shapes += [polyline([(x, y - 72), (x, y - 98)], INK, 1.4) + tip((x, y - 90), (x, y - 104), INK), text(x + 14, y - 96, "x, forwards", INK, "start", style=ITALIC),
                polyline([(x, y), (x - 90, y)], INK, 1.4) + tip((x - 80, y), (x - 96, y), INK), text(x - 104, y + 5, "t, to the left", INK, "end", style=ITALIC)]
     arc = [(x + 66 * math.cos(math.radians(t)) * 0.98, y - 92 * math.sin(math.radians(t)) * 0.98) for t in range(-52, 38, 5)]

@@ -15,7 +15,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT / "examples"))
 import panels  # noqa: E402
-from draw import PALETTE  # noqa: E402
+from panels import COLOURS, GREEN, RED  # noqa: E402
 
 
 def run(kempe, model, *words):
@@ -76,7 +76,7 @@ def walker(frames, place, shift, mirror, faint):
     side = lambda p: (0.076 - p[0], p[1]) if mirror else p
     shapes = []
     for k, corners in enumerate(BODIES.values()):
-        colour = "#b8c0c8" if faint else PALETTE[k]
+        colour = "#b8c0c8" if faint else COLOURS[k]
         at = [[place(side(frame[corner])) for corner in corners] for frame in turned]
         fill = f'fill="{colour}" fill-opacity="0.18"' if len(corners) > 2 else 'fill="none"'
         shapes.append(moving(at, f'{fill} stroke="{colour}" stroke-width="{4 if faint else 5}" stroke-linejoin="round"'))
@@ -120,12 +120,12 @@ def linkage(columns, angle):
     C = point(columns, "coupler.C")
     B = [(0.3 * math.cos(q), 0.3 * math.sin(q)) for q in columns["q.A"]]
     turn = [k for k, q in enumerate(columns["q.A"]) if angle <= q <= angle + 2 * math.pi]
-    shapes = [line([place(C[k]) for k in turn], "#1e8449", 3), line([place(B[k]) for k in turn], "#c0392b", 1.2, 'stroke-dasharray="3 4"')]
+    shapes = [line([place(C[k]) for k in turn], GREEN, 3), line([place(B[k]) for k in turn], RED, 1.2, 'stroke-dasharray="3 4"')]
     wanted = [angle + j * math.pi / 4 for j in range(8)]
     poses = [min(turn, key=lambda k: abs(columns["q.A"][k] - q)) for q in wanted]
     for order, k in enumerate(reversed(poses)):
         opacity = 1 if order == len(poses) - 1 else 0.18
-        for a, b, colour in ((A, B[k], PALETTE[0]), (B[k], C[k], PALETTE[1]), (D, C[k], PALETTE[2])):
+        for a, b, colour in ((A, B[k], COLOURS[0]), (B[k], C[k], COLOURS[1]), (D, C[k], COLOURS[2])):
             shapes.append(line([place(a), place(b)], colour, 5, f'stroke-linecap="round" opacity="{opacity}"'))
     for name, p in (("A", A), ("B", B[poses[0]]), ("C", C[poses[0]]), ("D", D)):
         x, y = place(p)
@@ -150,8 +150,8 @@ def four_bar(kempe):
         model = (pathlib.Path(folder) / "four_bar.yaml").read_text()
     columns = run(kempe, model, "--output-step", "10 ms")
     shapes = linkage(columns, 6 * math.pi + math.radians(60))
-    shapes += graph(columns, "q.D", 180 / math.pi, "Rocker: angle q(D), degrees", PALETTE[2], 40, [90, 120, 150])
-    shapes += graph(columns, "qd.A", 1, "Crank: rate qd(A), rad/s", PALETTE[0], 200, [0, 10, 20, 30])
+    shapes += graph(columns, "q.D", 180 / math.pi, "Rocker: angle q(D), degrees", COLOURS[2], 40, [90, 120, 150])
+    shapes += graph(columns, "qd.A", 1, "Crank: rate qd(A), rad/s", COLOURS[0], 200, [0, 10, 20, 30])
     return svg("The four-bar linkage of kempe new", 720, 340, shapes)
 
 

@@ -7,9 +7,10 @@
 import math
 import pathlib
 
+from panels import COLOURS
+
 HERE = pathlib.Path(__file__).parent
 WIDTH, MARGIN = 560, 50
-PALETTE = ["#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98", "#117a65", "#5d6d7e"]
 
 
 def turn(angle, point):
@@ -74,10 +75,10 @@ class Picture:
                 pixels = [place(p) for p in points]
                 if kind == "body":
                     colour = bodies if note[3] is None else note[3]
-                    lines += draw_body(*note[:3], pixels, PALETTE[colour % len(PALETTE)])
+                    lines += draw_body(*note[:3], pixels, COLOURS[colour % len(COLOURS)])
                     bodies += note[3] is None
                 elif kind == "curve":
-                    lines += draw_curve(*note, pixels, PALETTE[bodies % len(PALETTE)])
+                    lines += draw_curve(*note, pixels, COLOURS[bodies % len(COLOURS)])
                     bodies += 1
                 elif kind == "fixed" and order == ("fixed",):
                     lines += draw_ground(*pixels[0])

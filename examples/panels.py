@@ -1,6 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Curves over time, way or speed as SVG, for scripts draw_NAME.py of examples: panels below each other, on one axis."""
 import csv
+import pathlib
+import re
+
+# The colours of bodies and curves, in their order: those of pages and plots.
+COLOURS = re.findall(r'KMP_PLOT_COLOUR\("(#\w{6})"', (pathlib.Path(__file__).resolve().parents[1] / "src/output/plot_colours.def").read_text())
+BLUE, RED, GREEN, BROWN, VIOLET, TEAL, PLUM, OLIVE = COLOURS[:8]
 
 
 def rows(path):

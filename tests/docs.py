@@ -403,6 +403,23 @@ class Pages(unittest.TestCase):
         self.assertIn(f"Andrews' mechanisms {float(faster[1]):.1f} times", text)
         self.assertIn("With four lanes these are {:.1f} and {:.1f} times".format(*(float(a) / float(b) for a, b in zip(faster, wide))), text)
 
+    def test_the_first_page_has_the_figures_that_are_recorded(self):
+        """Each number of the site's first page, with the processor that its record names."""
+        figures = re.findall(r'<li><b>(.*?)</b>(.*?)<small><a href="(.*?)\.html[^"]*">(.*?)</a>', (ROOT / "docs/site/front.txt").read_text())
+        record = lambda name: (ROOT / "bench" / name).read_text()
+        peers, oracle, lamps, ensemble = (record(name) for name in ("README.md", "results/oracle.txt", "results/lamps.txt", "results/ensemble.txt"))
+        time, = re.findall(r"^\| Kempe, reduced, radau \|.* ([\d.]+) \|$", peers, re.M)
+        models, wrong, untrusted, refused = re.search(r"^(\d+) random models .*?: (\d+) disagreements without a warning.*?; (\d+) runs .*?; (\d+) refused", oracle, re.M).groups()
+        passed, runs = re.search(r"^all: (\d+) of (\d+),", lamps, re.M).groups()
+        times, = re.findall(r"against runs one by one: (\S+) times as fast", ensemble)[:1]
+        count, = re.findall(r"^four_bar: (\d+) instances", ensemble, re.M)
+        self.assertEqual([figure[0] for figure in figures], [f"{time} ms", f"{wrong} of {models}", f"{passed} of {runs}", f"{float(times):.1f} times"])
+        self.assertIn(f"it does not trust {untrusted} and refuses {refused}", figures[1][1])
+        self.assertEqual(("ten thousand" in figures[3][1], count), (True, "10000"))
+        for (_, _, page, processor), text in zip(figures, (record("results/peers-2026-11-22-epyc.md"), oracle, lamps, ensemble)):
+            self.assertTrue((ROOT / f"{page}.md").exists(), page)
+            self.assertIn(" ".join(processor.split()[:2]), text.replace("(R)", ""))
+
     def test_pictures(self):
         """Pictures are of the motions that the command computes now, to a fraction of a pixel."""
         number = re.compile(r"-?\d+\.\d+")

@@ -206,11 +206,29 @@ class Colours(Case):
             for ground in ("card", "page", "tile"):
                 for word in ("ink", "soft", "accent", "good", "unchecked", "bad", "warn"):
                     self.assertGreaterEqual(colour_vision.contrast(theme[word], theme[ground]), 4.5, (word, ground, theme))
+        site = dict(re.findall(r'"([\w-]+)": "(#\w{6})"', (ROOT / "docs/site/conf.py").read_text()))
+        for word in ("foreground-primary", "foreground-secondary", "foreground-muted", "brand-primary", "brand-content", "problematic"):
+            for ground in ("background-primary", "background-secondary", "background-hover", "highlighted-background"):
+                self.assertGreaterEqual(colour_vision.contrast(site[word], site[ground]), 4.5, (word, ground))
+
+    def pairs(self):
+        return re.findall(r'KMP_PLOT_COLOUR\("(#\w{6})", "(#\w{6})"\)', (ROOT / "src/output/plot_colours.def").read_text())
+
+    def test_one_table(self):
+        """Pages, plots and the pictures of the gallery and of the first page have the colours of one table, in its order."""
+        plot, light = self.folder / "colours.svg", [pair[0] for pair in self.pairs()]
+        self.open(self.make("simulate", "examples/four_bar/four_bar.yaml", "--t-end", "0.1", "--plot", plot, "--y", "q"))
+        self.assertEqual(self.run_script("return COLOURS;")[0], [list(pair) for pair in self.pairs()])
+        self.assertEqual(re.findall(r'class="curve" stroke="(.*?)"', plot.read_text())[:3], light[:3])
+        for name, bodies in (("four_bar", 3), ("andrews", 7), ("jansen_leg", 7)):
+            drawn = re.findall(r'stroke="(#\w{6})" stroke-width="6"', (ROOT / f"examples/{name}/{name}.svg").read_text())
+            self.assertEqual(list(dict.fromkeys(drawn)), light[:bodies], name)
+        self.assertLessEqual(set(light[:4]), set(re.findall(r"#\w{6}", (ROOT / "docs/walk.svg").read_text())))
 
     def test_bodies_and_curves_are_told_apart(self):
         """Twelve colours, each with a contrast of 4.5 to the card, each pair with a difference of 10 for each kind of eyes: about 1 is the
         least that a trained eye sees."""
-        pairs = re.findall(r'\["(#\w{6})", "(#\w{6})"\]', (self.WEB / "plots.js").read_text())
+        pairs = self.pairs()
         self.assertEqual(len(pairs), 12)
         for theme, colours in zip(self.themes(), zip(*pairs)):
             for k, colour in enumerate(colours):
@@ -231,16 +249,27 @@ class Colours(Case):
         self.assertNotIn(told[2], [curve for curve in told[1]])
 
     def test_many_bodies(self):
-        """More bodies than colours: the others are hatched, in the legend and on either canvas; curves of one colour have other dashes."""
+        """More bodies than colours: the others have light lines across them, or crossed ones, in the legend and on either canvas; curves of
+        one colour have other dashes. The legend has groups by the names of bodies: each is hidden whole, or alone is shown."""
         page = self.make("simulate", "examples/jansen_walker/jansen_walker.yaml", "--t-end", "0.1")
         for screen in (DESKTOP, FLAT):
             self.open(page, screen)
             told, _ = self.run_script("""
-                const marks = [...document.querySelectorAll("#names .swatch")].map((mark) => mark.classList.contains("hatched"));
+                const marks = [...document.querySelectorAll("#names .swatch")].map((mark) => mark.style.backgroundColor + mark.className);
+                const shown = () => [...document.querySelectorAll("#names .swatch")].map((mark) => mark.parentElement).filter((name) => name.getAttribute("aria-pressed") === "true").length;
+                const groups = [...document.querySelectorAll("#names summary")].map((words) => words.textContent), all = () => document.querySelector("#names details button"), counts = [shown()];
+                for (const shiftKey of [false, false, true, true]) {
+                    all().dispatchEvent(new MouseEvent("click", { shiftKey, bubbles: true }));
+                    counts.push(shown());
+                }
                 chooseLooks([{ members: columns.filter(({ name }) => name.startsWith("q.")) }]);
-                return [marks, [...looks.values()].map(({ colour, dashes }) => colour + dashes)];""")
-            self.assertEqual([told[0].index(True), all(told[0][12:])], [12, True])
+                return [marks, [...looks.values()].map(({ colour, dashes }) => colour + dashes), groups, counts];""")
+            self.assertEqual((len(told[0]), len(set(told[0]))), (29, 29))
+            self.assertEqual(["hatched" in told[0][k] for k in (11, 12, 23)], [False, True, True])
+            self.assertIn("crossed", told[0][24])
             self.assertEqual(len(set(told[1])), len(told[1]))
+            self.assertEqual(told[2], [f"{word} (7)" for word in ("rear1", "front1", "rear2", "front2")])
+            self.assertEqual(told[3], [29, 22, 29, 7, 29])
 
 
 class FlexibleBodies(Case):
@@ -360,7 +389,7 @@ class FlexibleBodies(Case):
             return moved;"""
         moved, drawn = self.run_script(script)
         self.assertEqual(moved, ["deformation \u00d7 1", "deformation \u00d7 100"])
-        self.assertIn("title", [a for tag, a in drawn.tags if tag == "button" and a.get("title") == "Show link_l"][0])
+        self.assertIn("title", [a for tag, a in drawn.tags if tag == "button" and a.get("title", "").startswith("Show link_l;")][0])
 
     def stresses(self, data, name):
         """Of a body's curve, for all frames, Pa."""
@@ -531,6 +560,95 @@ class Simulations(Case):
         self.assertIn("C", drawn.words("joint-forces"))
         for joint in ("crank", "coupler", "rocker", "C"):
             self.assertIn(joint, drawn.words("reactions"))
+
+    def arrows(self, t):
+        """At a time: the ends of each joint's arrow in pixels, its dashes, and the pixels of a newton; and the axes of the ground."""
+        told, _ = self.run_script(f"""
+            stage.seek({t});
+            const ends = (path) => path.getAttribute("d").match(/-?[0-9.e-]+/g).slice(0, 4).map(Number), scale = document.querySelector(".gauge .force-scale");
+            const axes = [...document.querySelectorAll(".gauge > *")].slice(0, 6).filter((part) => part.tagName !== "text").slice(0, 3);
+            return {{
+                joints: Object.fromEntries([...document.querySelectorAll(".gauge path.force")].map((path) => [path.dataset.joint, {{ ends: ends(path), dashed: path.getAttribute("stroke-dasharray") !== "" }}])),
+                scale: scale && [scale.dataset.words, ends(scale)],
+                axes: axes.map((part) => (part.tagName === "path" ? ends(part) : [0, 0, 0, 0])),
+            }};""")
+        if told["scale"]:
+            words, (x, _, end, _) = told["scale"]
+            value, unit = words.split()
+            told["pixels"] = (end - x) / (float(value) * {"N": 1, "kN": 1000}[unit])
+        told["axes"] = [((x2 - x1) / 20, (y2 - y1) / 20) for x1, y1, x2, y2 in told["axes"]]
+        return told
+
+    def check_arrow(self, told, joint, force):
+        """From the point of the joint: the components of the force along the axes as they are seen."""
+        x1, y1, x2, y2 = told["joints"][joint]["ends"]
+        wanted = [told["pixels"] * sum(f * axis[k] for f, axis in zip(force, told["axes"])) for k in (0, 1)]
+        self.assertAlmostEqual(x2 - x1, wanted[0], delta=0.05)
+        self.assertAlmostEqual(y2 - y1, wanted[1], delta=0.05)
+
+    def test_force_arrows(self):
+        """When a force is the largest in the table of reactions, its arrow has these components, in a plane and in space."""
+        cases = (("simulate", "examples/four_bar/four_bar.yaml", []), ("simulate", "examples/bricard/bricard.yaml", ["--t-end", "2"]),
+                 ("inverse", "examples/driven_slider_crank/driven_slider_crank.yaml", []))
+        for command, model, options in cases:
+            with self.subTest(command, model=model):
+                _, data = self.open(self.make(command, model, *options))
+                rows = [dict(zip(data["reactions"]["columns"], row)) for row in data["reactions"]["rows"]]
+                rows = [row for row in rows if row["force"] and row["kind"] != "drive"]
+                self.assertGreater(len(rows), 2)
+                for row in rows:
+                    told = self.arrows(row["force.t"])
+                    self.check_arrow(told, row["joint"], [row[f"force.{axis}"] for axis in "xyz"])
+                    self.assertEqual(told["joints"][row["joint"]]["dashed"], row["unique"] == 0)
+        self.assertTrue(any(row["unique"] == 0 for row in self.reactions("examples/bricard/bricard.yaml")))
+
+    def reactions(self, model):
+        data = json.loads(Page(self.make("simulate", model, "--t-end", "0.1").read_text()).data)["reactions"]
+        return [dict(zip(data["columns"], row)) for row in data["rows"]]
+
+    def test_places_and_switch_of_arrows(self):
+        """Arrows begin at the joints: the distances of their points are those of the model. A box hides them."""
+        self.open(self.make("simulate", "examples/four_bar/four_bar.yaml"))
+        place = {name: arrow["ends"][:2] for name, arrow in self.arrows(1)["joints"].items()}
+        self.assertAlmostEqual(math.dist(place["crank"], place["coupler"]) / math.dist(place["crank"], place["rocker"]), 0.3 / 0.9, delta=1e-3)
+        self.assertAlmostEqual(math.dist(place["C"], place["coupler"]) / math.dist(place["crank"], place["rocker"]), 0.8 / 0.9, delta=1e-3)
+        self.run_script("byId('by-force').click();")
+        told = self.arrows(1)
+        self.assertEqual((told["joints"], told["scale"]), ({}, None))
+
+    def test_many_arrows(self):
+        """Of many joints arrows are drawn by choice; the page tells of those without."""
+        drawn, data = self.open(self.make("simulate", "examples/tram/tram.yaml", "--t-end", "0.2"))
+        arrows = data["picture"]["arrows"]
+        self.assertEqual((len(arrows["joints"]), self.arrows(0.1)["joints"]), (40, {}))
+        self.assertGreater(arrows["left_out"], 0)
+        self.assertIn("Forces in joints (the 40 largest)", drawn.words("stage"))
+        self.run_script("byId('by-force').click();")
+        self.assertGreater(len(self.arrows(0.1)["joints"]), 20)
+
+    def test_long_motions(self):
+        """The page begins with the last of many periods, as the lengths between maxima of the table say; a strip moves the range, and a
+        button shows it whole. Few periods are all shown."""
+        model, told = "examples/four_bar/four_bar.yaml", "return [range, wholeRange(), byId('strip').dataset.window, byId('overview').hidden];"
+        drawn, data = self.open(self.make("simulate", model, "--t-end", "40"))
+        count = int(re.search(r"The last (\d+) periods are shown", drawn.words("curves-note"))[1])
+        (shown, whole, window, hidden), _ = self.run_script(told)
+        self.assertEqual((shown[1], whole, hidden), (40, [0, 40], False))
+        t, q = (numbers(column(data, name)["values"]) for name in ("t", "q.rocker"))
+        peaks = [t[k] for k in range(1, len(t) - 1) if t[k] > shown[0] and q[k - 1] < q[k] >= q[k + 1]]
+        self.assertLess(abs(len(peaks) - count), 2)
+        self.assertAlmostEqual((peaks[-1] - peaks[0]) / (len(peaks) - 1), (40 - shown[0]) / count, delta=0.02)
+        (moved, *_), _ = self.run_script("""
+            const strip = byId("strip"), box = strip.getBoundingClientRect();
+            strip.setPointerCapture = () => {};
+            for (const [kind, part] of [["pointerdown", 0.25], ["pointerup", 0.5]]) strip.dispatchEvent(new PointerEvent(kind, { clientX: box.left + part * box.width }));
+            """ + told)
+        for found, wanted in zip(moved, (10, 20)):
+            self.assertAlmostEqual(found, wanted, delta=0.05)
+        (all_of_it, _, _, hidden), _ = self.run_script("byId('whole').click();" + told)
+        self.assertEqual((all_of_it, hidden), ([0, 40], True))
+        drawn, _ = self.open(self.make("simulate", model, "--t-end", "4"))
+        self.assertNotIn("periods", drawn.words("curves-note"))
 
     def test_surfaces(self):
         """Surfaces of contacts, curves, ropes: planes are below all that moves, curves have their points."""
@@ -887,7 +1005,7 @@ class Plots(Case):
         self.assertEqual(len(rows), 200)
         self.assertLess(max(rows[k + 1] - rows[k] for k in range(199)) / min(rows[k + 1] - rows[k] for k in range(199)), 1.01)
         curves, words = self.curve("modes", car, "--sweep", "damper=0:6000:31", "--y", "re")
-        self.assertEqual((len(curves), "re.4" in words, "1/s" in words, "damper" in words), (8, True, True, True))
+        self.assertEqual((len(curves), "re.4" in words, "1/s" in words, "damper, N s/m" in words), (8, True, True, True))
         self.curve("modes", car, "--y", "frequency,re")
         self.assertEqual(len(self.dots), 2 * 5)  # re.body belongs to another column than re
         self.curve("ensemble", four_bar, "--sample", "crank=0.28:0.32", "--instances", "20", "--t-end", "0.1", "--y", "qd(rocker)")

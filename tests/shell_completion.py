@@ -94,6 +94,11 @@ class Completion(unittest.TestCase):
         self.assertEqual(complete("compare", "--formulations", "dae,re"), ["dae,reduced"])
         self.assertEqual(complete("generate", "--form", ""), ["compact", "legible"])
         self.assertEqual(complete("simulate", "--set", ""), [])
+        self.assertEqual(complete("modes", "--units", ""), ["mm", "si", "us"])
+        self.assertEqual(complete("modes", "--units=m"), ["--units=mm"])
+        self.assertEqual(complete("modes", "--units", "a.y"), ["a.yaml"], "the system may be left out")
+        self.assertEqual(complete("modes", "--units", "--rep"), ["--report"])
+        self.assertEqual(complete("reduce", "--units", ""), [], "units of a mesh")
 
     def test_words_are_those_of_the_command(self):
         for *words, option in LISTED:

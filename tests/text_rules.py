@@ -177,7 +177,7 @@ class TextsOfResults(unittest.TestCase):
         model = ROOT / "examples/four_bar/four_bar.yaml"
         subprocess.run([KEMPE, "simulate", model, "--t-end", "0.2", "-o", "data.csv"], cwd=self.folder, check=True, capture_output=True)
         self.assertRegex(self.text(0, "fit", model, "data.csv", "--columns", "q.rocker", "--parameter", "crank_mass:0.5:2"),
-                         r"^four-bar: complete, fit of crank_mass to 21 measurements\n  residual \S+ rad in q\.rocker, ")
+                         r"^four-bar: complete, fit of crank_mass to 21 measurements\n  residual \S+ rad of q\.rocker, ")
         search = ("optimize", model, "--minimize", "max(qd(rocker))", "--parameter", "base:0.85:0.95", "--t-end", "0.2")
         self.assertRegex(self.text(0, *search), r"^four-bar: complete, minimum of max\(qd\(rocker\)\) = \S+ rad/s at base = ")
         self.assertRegex(self.text(5, *search, "--limit", "max(q(rocker)) > 2"), r"^four-bar: not trustworthy, no values satisfy max\(q\(rocker\)\) > 2, nearest ")

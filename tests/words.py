@@ -126,12 +126,12 @@ VERBS = set("""
     depend derive derived describe determine differ disable disagree disappear display draw drive drop end equal evaluate
     examine exceed excite execute exist exit explain export extend factorise fail failed fall find fit follow form found gain
     gained gave give go grow guide happen hold ignore implement include integrate interpolate jump keep know lack land last lead
-    lean leave lie limit linearise lies list locate look lose lubricate make map matter measure meet mount move multiply name need
-    neglect nest occur omit open optimise oscillate override own pass passed pay perform predict prefer prescribe prevent print
-    pull read rebuilt recompute record reduce refer regain regularise reject remain remove repeat replace report request require
-    resist resonate rest restart restrain resume return roll rotate run satisfy save say scale see select serve set share shift
-    show sleep slide slip solve span spend start stay steer stick stop store straighten strike subtract support suppose sweep
-    swing switch take test took touch treat turn unload use vanish vary wait write
+    lean leave lie lies limit linearise list locate look lose lubricate make map matter measure meet mount move multiply name
+    need neglect nest occur omit open optimise oscillate override own pass passed pay perform predict prefer prescribe prevent
+    print pull read rebuilt recompute record reduce refer refuse regain regularise reject remain remove repeat replace report
+    request require resist resonate rest restart restrain resume return roll rotate run satisfy save say scale see select serve
+    set share shift show sleep slide slip solve span spend start stay steer stick stop store straighten strike subtract support
+    suppose sweep swing switch take test took touch treat turn unload use vanish vary wait work write
 """.split())
 OPTIONS = r"--(road|roads|once|every|fixed-u|u|dynamics|over|vary|drive|nearest|require|fix|free)\b"
 HEADLESS = re.compile(r"^#+ (What|Whether|Of|Where|How)\b(?!-to\b).*", re.M)

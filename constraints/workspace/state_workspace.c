@@ -22,7 +22,7 @@
 
 enum { MAX_CORRECTIONS = 100 };
 
-__attribute__((format(printf, 2, 3))) static kempe_status fail(kempe_workspace *ws, const char *sentence, ...)
+kempe_status kmp_workspace_fail(kempe_workspace *ws, const char *sentence, ...)
 {
     va_list arguments;
     va_start(arguments, sentence);
@@ -31,11 +31,20 @@ __attribute__((format(printf, 2, 3))) static kempe_status fail(kempe_workspace *
     return KEMPE_E_FAILED;
 }
 
+kempe_status kmp_workspace_refuse_contacts(kempe_workspace *ws, const char *what)
+{
+    kempe_context *context = ws->system->context;
+    const kempe_status status = kmp_refuse_contacts(ws->system->model, what);
+    if (status != KEMPE_OK)
+        (void)kmp_workspace_fail(ws, "%s", kempe_context_message(context));
+    return status;
+}
+
 /* Reports a NULL argument; false: it is NULL. */
 static bool workspace_given(kempe_workspace *ws, const char *name, const void *argument)
 {
     if (!argument)
-        (void)fail(ws, KMP_MISSING, name);
+        (void)kmp_workspace_fail(ws, KMP_MISSING, name);
     return argument;
 }
 
@@ -103,7 +112,7 @@ kempe_status kempe_workspace_set_input(kempe_workspace *ws, int input, double t,
     int first;
     KMP_WANTED(NULL, ws, "workspace");
     if (input < 0 || input >= ws->eval->inputs.count || !isfinite(t + value + rate + acceleration)) {
-        (void)fail(ws, "there is no input %d, or its value is not finite", input);
+        (void)kmp_workspace_fail(ws, "there is no input %d, or its value is not finite", input);
         return KEMPE_E_ARGUMENT;
     }
     kmp_present_inputs_give(&ws->eval->inputs, input, t, values);
@@ -119,6 +128,7 @@ void kempe_workspace_free(kempe_workspace *ws)
     if (ws->friction.self)
         ws->friction.free(ws->friction.self);
     kmp_stage_lanes_free(&ws->many.stages);
+    kmp_tangents_free(&ws->derivatives.tangents);
     kmp_arena_free(&ws->arena);
     kmp_reduction_free(&ws->red);
     kmp_partition_free(&ws->part);
@@ -162,8 +172,8 @@ static void note_left(kempe_workspace *ws)
     if (ws->message[0] == '\0' && kmp_eval_leaves(ws->eval, ws->t, ws->q, ws->qd, NULL, NULL))
         table = kmp_eval_next_left(ws->eval, &from, &end, &x);
     if (table)
-        (void)fail(ws, KMP_TABLE_LEFT, table->name, x, kmp_table_end(table, end & ~1), kmp_table_end(table, end | 1),
-                   ws->t, kmp_table_advice(table));
+        (void)kmp_workspace_fail(ws, KMP_TABLE_LEFT, table->name, x, kmp_table_end(table, end & ~1),
+                                 kmp_table_end(table, end | 1), ws->t, kmp_table_advice(table));
 }
 
 /* Modes of friction with the generalized forces Q. */
@@ -172,7 +182,7 @@ static kempe_status decide(kempe_workspace *ws, const double *Q)
     ws->eval->given = Q;
     kempe_status status = ws->friction.decide(ws->friction.self, ws->t, ws->q, ws->qd);
     ws->eval->given = NULL;
-    return status == KEMPE_OK ? status : fail(ws, "%s", kempe_context_message(ws->system->context));
+    return status == KEMPE_OK ? status : kmp_workspace_fail(ws, "%s", kempe_context_message(ws->system->context));
 }
 
 static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q)
@@ -194,7 +204,7 @@ static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, con
         kmp_all_finite(ws->m, eval->h) && kmp_all_finite(s->jacobian.count, eval->jacobian) &&
         kmp_all_finite(ws->m, eval->jdqd))
         return KEMPE_OK;
-    return fail(ws, "the equations are not finite at t = %.9g s", t);
+    return kmp_workspace_fail(ws, "the equations are not finite at t = %.9g s", t);
 }
 
 kempe_status kempe_workspace_evaluate(kempe_workspace *ws, double t, const double *q, const double *qd)
@@ -305,22 +315,26 @@ static kempe_status by_saddle(kempe_workspace *ws)
 {
     double *a = ws->answer, t = ws->t;
     if (kmp_saddle_factor(&ws->saddle))
-        return fail(ws, "the accelerations are not determined at t = %.9g s: some motion moves no mass", t);
+        return kmp_workspace_fail(ws, "the accelerations are not determined at t = %.9g s: some motion moves no mass",
+                                  t);
     int shared = find_shared(ws);
     if (shared >= 0)
-        return fail(ws,
-                    "a force depends on the multiplier of constraint equation '%s', which is not unique because of "
-                    "redundant constraints",
-                    ws->system->row_names[shared]);
+        return kmp_workspace_fail(
+            ws,
+            "a force depends on the multiplier of constraint equation '%s', which is not unique because of "
+            "redundant constraints",
+            ws->system->row_names[shared]);
     kmp_saddle_accelerations(&ws->saddle, a, a + ws->n);
     if (kmp_is_unsettled(ws->eval)) {
         kmp_text text = {0};
         kmp_put_unsettled(ws->eval, &text);
-        (void)fail(ws, "%s", text.s ? text.s : "");
+        (void)kmp_workspace_fail(ws, "%s", text.s ? text.s : "");
         kmp_text_free(&text);
         return KEMPE_E_FAILED;
     }
-    return kmp_all_finite(ws->n + ws->m, a) ? KEMPE_OK : fail(ws, "the accelerations are not finite at t = %.9g s", t);
+    return kmp_all_finite(ws->n + ws->m, a)
+               ? KEMPE_OK
+               : kmp_workspace_fail(ws, "the accelerations are not finite at t = %.9g s", t);
 }
 
 /* Computes accelerations by articulated bodies into `answer`. false: they are too inaccurate here. */
@@ -381,17 +395,23 @@ static void put_answer(const kempe_workspace *ws, double *qdd, double *lambda)
         memcpy(lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *lambda);
 }
 
-/* Accelerations and multipliers from the evaluator's M, C, h, J and jdqd, as kempe_workspace_forward_dynamics. */
-static kempe_status workspace_accelerate(kempe_workspace *ws, const double *Q, double *qdd, double *lambda)
+/* Accelerations and multipliers from the evaluator's M, C, h, J and jdqd into `answer`. */
+static kempe_status workspace_accelerate(kempe_workspace *ws, const double *Q, bool *reduced)
 {
     kmp_eval_set_effort(ws->eval, Q);
-    kempe_status status = by_partition(ws) ? KEMPE_OK : by_saddle(ws);
+    *reduced = by_partition(ws);
+    kempe_status status = *reduced ? KEMPE_OK : by_saddle(ws);
     kmp_eval_set_effort(ws->eval, NULL);
-    if (status != KEMPE_OK)
-        return status;
-    memcpy(ws->bias, ws->eval->bias, (size_t)ws->n * sizeof *ws->bias);
-    put_answer(ws, qdd, lambda);
-    return KEMPE_OK;
+    if (status == KEMPE_OK)
+        memcpy(ws->bias, ws->eval->bias, (size_t)ws->n * sizeof *ws->bias);
+    return status;
+}
+
+kempe_status kmp_workspace_solve(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q,
+                                 bool *reduced)
+{
+    KMP_TRY(evaluate(ws, t, q, qd, Q));
+    return workspace_accelerate(ws, Q, reduced);
 }
 
 kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd,
@@ -400,13 +420,15 @@ kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, con
     KMP_WANTED(NULL, ws, "workspace");
     if (!workspace_given(ws, "q", q) || !workspace_given(ws, "qd", qd) || !workspace_given(ws, "qdd", qdd))
         return KEMPE_E_ARGUMENT;
-    KMP_TRY(kmp_refuse_contacts(ws->system->model, "forward dynamics"));
+    KMP_TRY(kmp_workspace_refuse_contacts(ws, "forward dynamics"));
     if (ws->by_bodies && by_bodies(ws, t, q, qd, Q)) {
         put_answer(ws, qdd, lambda);
         return KEMPE_OK;
     }
-    KMP_TRY(evaluate(ws, t, q, qd, Q));
-    return workspace_accelerate(ws, Q, qdd, lambda);
+    bool reduced;
+    KMP_TRY(kmp_workspace_solve(ws, t, q, qd, Q, &reduced));
+    put_answer(ws, qdd, lambda);
+    return KEMPE_OK;
 }
 
 /* -- closing ----------------------------------------------------------------------------------------- */
@@ -432,7 +454,7 @@ static kempe_status close_rates(kempe_workspace *ws, const kmp_closer *closer, d
     int row = widest(ws, rate);
     double left = fabs(rate[row]) / ws->system->row_scale[row];
     if (!(left <= KMP_CLOSED_RATES * size))
-        return fail(
+        return kmp_workspace_fail(
             ws,
             "the velocities cannot be made consistent: the rate of constraint equation '%s' stays at %.3g (relative)",
             ws->system->row_names[row], left);
@@ -458,7 +480,7 @@ kempe_status kempe_workspace_close(kempe_workspace *ws, double t, double *q, dou
     memcpy(ws->trial, q, (size_t)ws->n * sizeof *q);
     if (!kmp_close(&closer, &rule, t, ws->trial).closed) {
         int row = widest(ws, ws->eval->h);
-        return fail(
+        return kmp_workspace_fail(
             ws, "the loops cannot be closed from this state: constraint equation '%s' stays open by %.3g (relative)",
             ws->system->row_names[row], kmp_eval_opening(ws->eval, row));
     }
@@ -564,9 +586,12 @@ static double *row_of(const double *rows, int width, size_t state)
 /* Results of a state whose values the evaluator has. */
 static kempe_status finish(kempe_workspace *ws, const state_rows *in, size_t state)
 {
-    if (!in->out)
-        return workspace_accelerate(ws, row_of(in->Q, ws->n, state), row_of(in->qdd, ws->n, state),
-                                    row_of(in->lambda, ws->m, state));
+    if (!in->out) {
+        bool reduced;
+        KMP_TRY(workspace_accelerate(ws, row_of(in->Q, ws->n, state), &reduced));
+        put_answer(ws, row_of(in->qdd, ws->n, state), row_of(in->lambda, ws->m, state));
+        return KEMPE_OK;
+    }
     /* Writes the rows of a state from the evaluator. */
     const kempe_workspace_rows *out = in->out;
     const kmp_evaluator *eval = ws->eval;
@@ -653,6 +678,6 @@ kempe_status kempe_workspace_forward_states(kempe_workspace *ws, int count, cons
         !workspace_given(ws, "qdd", qdd))
         return KEMPE_E_ARGUMENT;
     bool lanes =
-        !ws->by_bodies && by_lanes(ws, count) && kmp_refuse_contacts(ws->system->model, "forward dynamics") == KEMPE_OK;
+        !ws->by_bodies && by_lanes(ws, count) && kmp_workspace_refuse_contacts(ws, "forward dynamics") == KEMPE_OK;
     return visit_states(ws, &in, lanes, count, failed);
 }

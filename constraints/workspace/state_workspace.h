@@ -6,6 +6,7 @@
 #include "constraints/closing/least_change.h"
 #include "constraints/closing/saddle.h"
 #include "constraints/evaluation/stage_lanes.h"
+#include "constraints/evaluation/tangent.h"
 #include "constraints/partition/reduction.h"
 #include <kempe/workspace.h>
 
@@ -17,6 +18,15 @@ typedef struct kmp_state_lanes {
     double *t, *q, *qd;     /* of all lanes, in their order of numbers */
     double *values;         /* outputs lane by lane */
 } kmp_state_lanes;
+
+/* Derivatives of the equations, and work space (state_derivatives.c). */
+typedef struct kmp_state_derivatives {
+    bool made;
+    kmp_tangents tangents;
+    double *unit, *force, *curve; /* n, n, m: a direction, and the changes of M qdd + C - J' lambda and J qdd + jdqd */
+    double *x, *a;                /* n, m: changes of qdd and lambda */
+    double *room;                 /* KMP_FOLLOW_ROOM */
+} kmp_state_derivatives;
 
 /* Modes of friction at each state (integrators/run/friction_workspace.c). */
 typedef struct kmp_workspace_friction {
@@ -48,9 +58,21 @@ struct kempe_workspace {
     int *closure_rows, closure_count;          /* m; rows that belong to no friction and no contact */
     kmp_workspace_friction friction;
     kmp_state_lanes many;
+    kmp_state_derivatives derivatives;
     bool visits; /* states of one call: the message of an earlier one stays */
     char message[400];
 };
+
+/** Sets the message. KEMPE_E_FAILED. */
+kempe_status kmp_workspace_fail(kempe_workspace *ws, const char *sentence, ...) __attribute__((format(printf, 2, 3)));
+
+/** Refuses a model with contacts, in the message. KEMPE_E_ARGUMENT. */
+kempe_status kmp_workspace_refuse_contacts(kempe_workspace *ws, const char *what);
+
+/** Accelerations and multipliers into `answer`, with the factors of `red` (*reduced: true) or of `saddle` at the state.
+ * Articulated bodies are not used. KEMPE_E_FAILED. */
+kempe_status kmp_workspace_solve(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q,
+                                 bool *reduced);
 
 /** The inputs of a workspace. */
 kmp_present_inputs *kmp_workspace_inputs(struct kempe_workspace *workspace);

@@ -37,7 +37,12 @@ html_copy_source = False
 html_use_index = False
 html_show_sphinx = False
 html_math_renderer = "katex"
-html_theme_options = {"navigation_with_keys": True}
+# The theme as Debian has it knows no dark colours: these are those of result pages (src/report/web/report.css).
+DARK = {"foreground-primary": "#e6eaec", "foreground-secondary": "#b3bdc3", "foreground-muted": "#9aa6ad", "foreground-border": "#6b767d",
+        "background-primary": "#14181b", "background-secondary": "#1c2226", "background-hover": "#263037", "background-hover--transparent": "#26303700",
+        "background-border": "#323b41", "background-item": "#4a555c", "brand-primary": "#7ab8f5", "brand-content": "#7ab8f5", "problematic": "#ff8d80",
+        "highlighted-background": "#1d3550", "highlight-on-target": "#3d3a1c", "guilabel-background": "#1d355080", "guilabel-border": "#32587f80"}
+html_theme_options = {"navigation_with_keys": True, "dark_css_variables": {f"color-{name}": colour for name, colour in DARK.items()}}
 highlight_language = "text"
 pygments_style = "friendly"
 

@@ -21,10 +21,9 @@ import tempfile
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from panels import Panel, page, rows  # noqa: E402
+from panels import BLUE, GREEN, RED, Panel, page, rows  # noqa: E402
 
 WIDTH, HIGH, LEFT, GAP = 620, 150, 56, 34
-BLUE, RED, GREEN = "#0072b2", "#d55e00", "#009e73"
 
 
 def panel(top, title, ticks, span, curves, rails=()):

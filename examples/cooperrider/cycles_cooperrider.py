@@ -61,10 +61,10 @@ def draw(path):
         lines.append(f'<path d="M{x(v)} 330 V60" stroke="#ddd"/><text x="{x(v)}" y="348" text-anchor="middle">{v}</text>')
     for a in (0, 2, 4, 6, 8, 10):
         lines.append(f'<path d="M60 {y(a)} H490" stroke="#ddd"/><text x="52" y="{y(a) + 4}" text-anchor="end">{a}</text>')
-    lines += [f'<path d="{path_of(known[: fold + 1])}" fill="none" stroke="#0b63b5" stroke-width="2.5"/>',
-              f'<path d="{path_of(known[fold:])}" fill="none" stroke="#0b63b5" stroke-width="2" stroke-dasharray="6 4"/>',
-              f'<path d="M60 {y(0)} H{x(critical):.1f}" stroke="#0b63b5" stroke-width="2.5"/>',
-              f'<path d="M{x(critical):.1f} {y(0)} H490" stroke="#0b63b5" stroke-width="2" stroke-dasharray="6 4"/>',
+    lines += [f'<path d="{path_of(known[: fold + 1])}" fill="none" stroke="#253c9f" stroke-width="2.5"/>',
+              f'<path d="{path_of(known[fold:])}" fill="none" stroke="#253c9f" stroke-width="2" stroke-dasharray="6 4"/>',
+              f'<path d="M60 {y(0)} H{x(critical):.1f}" stroke="#253c9f" stroke-width="2.5"/>',
+              f'<path d="M{x(critical):.1f} {y(0)} H490" stroke="#253c9f" stroke-width="2" stroke-dasharray="6 4"/>',
               f'<path d="M60 {y(1e3 * CLEARANCE):.1f} H490" stroke="#999" stroke-dasharray="2 3"/>',
               f'<text x="486" y="{y(1e3 * CLEARANCE) + 17:.1f}" text-anchor="end" fill="#666">clearance of the flange</text>',
               '<text x="275" y="370" text-anchor="middle">speed, m/s</text>',

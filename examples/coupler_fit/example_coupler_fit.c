@@ -170,15 +170,15 @@ static void draw(const char *path, fit *f, const double *found)
     fprintf(file, "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"560\" height=\"450\" font-family=\"sans-serif\" "
                   "font-size=\"13\">\n<title>a four-bar fitted to a coupler curve</title>\n"
                   "<rect width=\"560\" height=\"450\" fill=\"white\"/>\n");
-    draw_curve(file, f, guess, "stroke=\"#b9770e\" stroke-width=\"1.5\" stroke-dasharray=\"5 4\"");
-    draw_curve(file, f, found, "stroke=\"#2471a3\" stroke-width=\"2\"");
-    draw_bars(file, f, guess, "stroke=\"#b9770e\" stroke-width=\"2\" stroke-opacity=\"0.4\"");
-    draw_bars(file, f, found, "stroke=\"#2471a3\" stroke-width=\"3\" stroke-opacity=\"0.6\"");
+    draw_curve(file, f, guess, "stroke=\"#a25602\" stroke-width=\"1.5\" stroke-dasharray=\"5 4\"");
+    draw_curve(file, f, found, "stroke=\"#253c9f\" stroke-width=\"2\"");
+    draw_bars(file, f, guess, "stroke=\"#a25602\" stroke-width=\"2\" stroke-opacity=\"0.4\"");
+    draw_bars(file, f, found, "stroke=\"#253c9f\" stroke-width=\"3\" stroke-opacity=\"0.6\"");
     for (int k = 0; k < f->count; k++)
-        fprintf(file, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"3\" fill=\"#c0392b\"/>\n", across(f->x[k]), up(f->y[k]));
-    fprintf(file, "<text x=\"400\" y=\"230\" fill=\"#c0392b\">places to go through</text>\n"
-                  "<text x=\"400\" y=\"248\" fill=\"#b9770e\">the guess</text>\n"
-                  "<text x=\"400\" y=\"266\" fill=\"#2471a3\">what is found</text>\n</svg>\n");
+        fprintf(file, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"3\" fill=\"#e90154\"/>\n", across(f->x[k]), up(f->y[k]));
+    fprintf(file, "<text x=\"400\" y=\"230\" fill=\"#e90154\">places to go through</text>\n"
+                  "<text x=\"400\" y=\"248\" fill=\"#a25602\">the guess</text>\n"
+                  "<text x=\"400\" y=\"266\" fill=\"#253c9f\">what is found</text>\n</svg>\n");
     fclose(file);
 }
 

@@ -9,10 +9,10 @@ import sys
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from panels import Panel, page, rows  # noqa: E402
+from panels import BLUE, BROWN, GREEN, PLUM, RED, TEAL, Panel, page, rows  # noqa: E402
 
 WIDTH, HIGH, LEFT, GAP = 640, 130, 56, 34
-COLOUR = {"FL": "#0072b2", "FR": "#d55e00", "RL": "#56b4e9", "RR": "#e69f00", "front": "#009e73", "rear": "#cc79a7"}
+COLOUR = {"FL": BLUE, "FR": RED, "RL": TEAL, "RR": BROWN, "front": GREEN, "rear": PLUM}
 WAY = (5, 125)
 BENDS = (20, 50)  # where the transition begins and ends
 

@@ -18,10 +18,10 @@ import numpy as np
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import reference_flexible_car as reference  # noqa: E402
-from panels import Panel, page, rows  # noqa: E402
+from panels import BLUE, GREEN, RED, Panel, page, rows  # noqa: E402
 
 WIDE, HIGH, LEFT, RIGHT, TOP = 330, 150, 50, 520, 30
-FLEXIBLE, RIGID, OTHER = "#d55e00", "#0072b2", "#009e73"
+FLEXIBLE, RIGID, OTHER = RED, BLUE, GREEN
 SPEED, BEGIN, SECTION, END = 55.6, 5, 5, 21
 MIDDLE, ABOVE = "acceleration.car.middle.z", "acceleration.car.above_front.z"
 

@@ -11,7 +11,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import panels
 
-COLOURS = {"boom": "#c0392b", "stick": "#2471a3", "bucket": "#1e8449"}
+COLOURS = {"boom": panels.BLUE, "stick": panels.RED, "bucket": panels.GREEN}
 
 
 def wanted(t, start, end):

@@ -11,10 +11,10 @@ import sys
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from panels import rows  # noqa: E402
+from panels import BLUE, RED, rows  # noqa: E402
 
 CLEARANCE, SIZE, ROOM = 0.5e-3, 480, 30
-FREE, TOUCHING = "#2471a3", "#c0392b"
+FREE, TOUCHING = BLUE, RED
 
 
 def lines(points, place):

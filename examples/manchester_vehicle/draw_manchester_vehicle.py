@@ -13,10 +13,10 @@ import tempfile
 HERE = pathlib.Path(__file__).resolve().parent
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(HERE.parent))
-from panels import Panel, page, rows  # noqa: E402
+from panels import BLUE, GREEN, PLUM, RED, Panel, page, rows  # noqa: E402
 
 WIDTH, HIGH, LEFT, GAP = 620, 120, 56, 62
-BLUE, ORANGE, GREEN, PINK, GREY = "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#666"
+GREY = "#666"
 
 
 def run(kempe, model, *words):
@@ -54,12 +54,12 @@ def main(kempe):
     for slope in slopes:
         dot(speeds, slope, critical(kempe, "manchester_vehicle_cones.yaml", "--set", f"cone={slope}"), BLUE, "")
     speeds.lines.append(f'<text x="{LEFT + WIDTH + 8}" y="{top(0) + 44}" fill="{BLUE}">kempe modes</text>')
-    dot(speeds, 0.2388, critical(kempe, "manchester_vehicle.yaml"), ORANGE, "S1002 on UIC 60", 9)
+    dot(speeds, 0.2388, critical(kempe, "manchester_vehicle.yaml"), RED, "S1002 on UIC 60", 9)
     speeds.axis(slopes[1::2], "slope", 8)
 
     hunting = Panel(LEFT, top(1), WIDTH, HIGH, (0, 8), (-6, -3, 0, 3, 6))
     hunting.frame("first axle to the left, from 3 mm, S1002 on UIC 60, mm")
-    for k, (speed, colour) in enumerate(((80, PINK), (72, ORANGE), (66, BLUE))):
+    for k, (speed, colour) in enumerate(((80, PLUM), (72, RED), (66, BLUE))):
         table = run(kempe, "manchester_vehicle.yaml", "--set", f"speed={speed}", "--set", "aside=0.003", "--t-end", "8", "--output-step", "0.01")
         hunting.curve([(row["t"], aside(row)) for row in table], colour, f"{speed} m/s", 14 + 16 * k, 1.2)
     hunting.axis(range(0, 9, 2), "t, s", 14)
@@ -67,14 +67,14 @@ def main(kempe):
     dip = Panel(LEFT, top(2), WIDTH, HIGH, (0.55, 1.35), (40, 50, 60, 70, 80))
     dip.frame("wheel loads over a dip of 3 mm at 45 m/s, kN")
     table = run(kempe, "manchester_vehicle_faults.yaml", "--set", "offset=0", "--set", "depth=0.003", "--t-end", "1.35", "--output-step", "0.001")
-    for k, colour in enumerate((BLUE, ORANGE, GREEN, PINK)):
+    for k, colour in enumerate((BLUE, RED, GREEN, PLUM)):
         dip.curve([(row["t"], row[f"guidance.L{k + 1}.Q"] / 1e3) for row in table if row["t"] >= 0.55], colour, f"axle {k + 1}", 14 + 16 * k, 1.2)
     dip.axis((0.6, 0.8, 1.0, 1.2), "t, s", 8)
 
     curve = Panel(LEFT, top(3), WIDTH, HIGH, (0, 10), (-0.1, 0, 0.1, 0.2, 0.3, 0.4))
     curve.frame("Y/Q in a left curve of 500 m at 25 m/s, Y outwards")
     table = run(kempe, "manchester_vehicle_curve.yaml")
-    for k, (wheel, colour) in enumerate((("L1", BLUE), ("R1", ORANGE), ("L2", GREEN), ("R2", PINK))):
+    for k, (wheel, colour) in enumerate((("L1", BLUE), ("R1", RED), ("L2", GREEN), ("R2", PLUM))):
         curve.curve([(row["t"], row[f"guidance.{wheel}.YQ"]) for row in table if row["t"] > 0.1], colour, wheel, 14 + 16 * k, 1.2)
     curve.axis(range(0, 11, 2), "t, s", 14)
     page(LEFT + WIDTH + 90, top(3) + HIGH + 30, [speeds, hunting, dip, curve])

@@ -11,7 +11,7 @@ import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
-from panels import Panel, page, rows  # noqa: E402
+from panels import BLUE, RED, Panel, page, rows  # noqa: E402
 
 with tempfile.TemporaryDirectory() as folder:
     table = pathlib.Path(folder) / "run.csv"
@@ -21,10 +21,10 @@ with tempfile.TemporaryDirectory() as folder:
 t = [row["t"] for row in run]
 place = Panel(60, 30, 480, 130, (0, 2), (0, 4, 8, 12, 16))
 place.frame("advance, mm")
-place.curve([(s, row["q.screw"]) for s, row in zip(t, run)], "#1f77b4", "screw", 20)
-place.curve([(s, 1000 * row["q.x"]) for s, row in zip(t, run)], "#c0392b", "table", 50)
+place.curve([(s, row["q.screw"]) for s, row in zip(t, run)], BLUE, "screw", 20)
+place.curve([(s, 1000 * row["q.x"]) for s, row in zip(t, run)], RED, "table", 50)
 force = Panel(60, 210, 480, 110, (0, 2), (-30, -15, 0))
 force.frame("friction of the guide, N")
-force.curve([(s, row["force.guide"]) for s, row in zip(t, run)], "#c0392b", "sticks: up to 30 N|slips: 15 N", 30)
+force.curve([(s, row["force.guide"]) for s, row in zip(t, run)], RED, "sticks: up to 30 N|slips: 15 N", 30)
 force.axis((0, 0.5, 1, 1.5, 2), "s", 8)
 page(660, 350, (place, force))

@@ -10,10 +10,10 @@ import sys
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from panels import Panel, page, rows  # noqa: E402
+from panels import BLUE, BROWN, RED, TEAL, Panel, page, rows  # noqa: E402
 
 WIDTH, HIGH, LEFT, GAP, COLUMN = 290, 120, 50, 34, 380
-COLOUR = {"FL": "#0072b2", "FR": "#d55e00", "RL": "#56b4e9", "RR": "#e69f00"}
+COLOUR = {"FL": BLUE, "FR": RED, "RL": TEAL, "RR": BROWN}
 BOGIES = {"a": "first", "b": "second", "c": "third"}
 SPEED, CAR, BROAD, PIVOT = 10, 7.6, 2.3, -0.765
 BENDS = (10, 30)  # where the transition begins and ends
@@ -44,7 +44,7 @@ def plan(table):
     for t in TIMES:
         row = min(table, key=lambda r: abs(r["t"] - t))
         for k in range(3):
-            out.append(f'<path d="M{outline(row, k, place)}Z" fill="#0072b2" fill-opacity="{0.75 if k != 1 else 0.45}"/>')
+            out.append(f'<path d="M{outline(row, k, place)}Z" fill="{BLUE}" fill-opacity="{0.75 if k != 1 else 0.45}"/>')
         x, y, yaw = centre(row, 1)
         x, y = place(x + 2.5 * math.sin(yaw), y - 2.5 * math.cos(yaw))
         out.append(f'<text x="{x:.1f}" y="{y + 4:.1f}">{t:g} s</text>')

@@ -108,6 +108,38 @@ KEMPE_API kempe_status kempe_workspace_forward_states(kempe_workspace *workspace
                                                       int t_step, const double *q, const double *qd, const double *Q,
                                                       double *qdd, double *lambda, int *failed);
 
+/** The number of independent coordinates u, and their numbers among all (owned by the workspace): the ones that
+ * Kempe chose at the start of the model. 0 and NULL: the start cannot be assembled, or friction sticks. */
+KEMPE_API int kempe_workspace_independent_count(const kempe_workspace *workspace);
+KEMPE_API const int *kempe_workspace_independent(const kempe_workspace *workspace);
+
+/** Places for derivatives, column-major; NULL: not required. p is the number of independent coordinates.
+ *
+ * In all coordinates, as functions of q, qd and Q that need not close the loops: from M qdd + C = Q + J' lambda and
+ * J qdd + jdqd = 0 by the implicit-function theorem.
+ *
+ * Along motions that keep the loops closed: of the independent accelerations udd by u, their rates ud and Q. The
+ * change of all coordinates is dq = q_u du and dqd = q_u dud + qd_u du (Wehage and Haug, J. Mech. Des. 104, 1982). */
+typedef struct kempe_workspace_derivatives {
+    double *qdd_q, *qdd_qd, *qdd_Q;          /* n x n */
+    double *lambda_q, *lambda_qd, *lambda_Q; /* m x n; rows of redundant constraint equations are zero */
+    double *udd_u, *udd_ud, *udd_Q;          /* p x p, p x p, p x n */
+    double *q_u, *qd_u;                      /* n x p */
+} kempe_workspace_derivatives;
+
+/** Prepares kempe_workspace_forward_derivatives: derives the derivatives of the equations, or reads them from the
+ * cache. In the thread that made the system. A second call does nothing. KEMPE_E_ARGUMENT, with the reason in the
+ * message: the model has contacts, or forces that depend on multipliers. KEMPE_E_MEMORY. */
+KEMPE_API kempe_status kempe_workspace_add_derivatives(kempe_workspace *workspace);
+
+/** Accelerations qdd (n), multipliers lambda (m; NULL: not required) and their exact derivatives, for constant inputs
+ * and the present conditions of the model; a user-defined force is differentiated by differences. After
+ * kempe_workspace_add_derivatives; no allocation. KEMPE_E_ARGUMENT: not prepared. KEMPE_E_FAILED, with the reason: as
+ * kempe_workspace_forward_dynamics; derivatives by u are requested where u does not describe the motion. */
+KEMPE_API kempe_status kempe_workspace_forward_derivatives(kempe_workspace *workspace, double t, const double *q,
+                                                           const double *qd, const double *Q, double *qdd,
+                                                           double *lambda, const kempe_workspace_derivatives *out);
+
 /** Closes the loops at t: changes q, and then qd (NULL: not required), as little as possible. Coordinates with hold[i]
  * not 0 (n; NULL: none) keep q and qd. KEMPE_E_FAILED, q and qd untouched: the loops cannot be closed from here. */
 KEMPE_API kempe_status kempe_workspace_close(kempe_workspace *workspace, double t, double *q, double *qd,

@@ -260,16 +260,7 @@ static kempe_status find_time_scales(kmp_runner *run)
         return KEMPE_OK;
     KMP_TRY(
         kmp_time_scales_find(run->s->model, run->s->parameters, spec->t_start, spec->t_end, &run->arena, &run->scales));
-    if (run->scales.open && isinf(run->scales.shortest))
-        kmp_doubt(run->s->context,
-                  "the functions of time in '%s' and others were not searched to the end for short pulses: give a "
-                  "longest step (max_step)",
-                  run->scales.open);
-    else if (run->scales.open)
-        kmp_doubt(run->s->context,
-                  "the functions of time in '%s' and others change in more intervals of about %.3g s than are watched: "
-                  "give a longest step (max_step)",
-                  run->scales.open, run->scales.shortest);
+    kmp_time_scales_doubt(run->s->context, &run->scales);
     return KEMPE_OK;
 }
 

@@ -55,7 +55,7 @@ from .stepper import SavedState, State, Stepper
 from .system import System
 from .table import FrozenTable, Table
 from .trajectory import Trajectory
-from .workspace import Accelerations, Equations, Workspace
+from .workspace import Accelerations, ClosedDerivatives, Derivatives, Equations, Workspace
 
 __version__: str = _ffi.string(_lib.kempe_version()).decode()
 
@@ -68,11 +68,13 @@ __all__ = [
     "BugError",
     "Builder",
     "Check",
+    "ClosedDerivatives",
     "Code",
     "Comfort",
     "Comparison",
     "Contacts",
     "Count",
+    "Derivatives",
     "Ensemble",
     "Equations",
     "Equilibrium",

@@ -10,7 +10,7 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
-from .arrays import DOUBLES, INTS, Array, Order, converted, matched, view, writable
+from .arrays import DOUBLES, INTS, Array, Order, converted, matched, vector, view, writable
 from .context import Owned, string
 from .errors import ArgumentError, error_of
 from .fast_calls import calls
@@ -43,6 +43,33 @@ class Equations(NamedTuple):
     h: Array  # m
     J: Array  # m x n
     jdqd: Array  # m
+
+
+class Derivatives(NamedTuple):
+    """Accelerations and multipliers at a state, and their derivatives: qdd_q is n x n with d qdd_i / d q_j in row i."""
+
+    qdd: Array
+    lam: Array
+    qdd_q: Array  # n x n
+    qdd_qd: Array
+    qdd_Q: Array
+    lam_q: Array  # m x n
+    lam_qd: Array
+    lam_Q: Array
+
+
+class ClosedDerivatives(NamedTuple):
+    """Accelerations and multipliers at a state, and derivatives along motions that keep the loops closed: of the p
+    accelerations of the independent coordinates by these, their rates and generalized forces. All coordinates change by
+    q_u du, and their rates by q_u dud + qd_u du."""
+
+    qdd: Array
+    lam: Array
+    udd_u: Array  # p x p
+    udd_ud: Array
+    udd_Q: Array  # p x n
+    q_u: Array  # n x p
+    qd_u: Array
 
 
 _ANOTHER = "another thread uses this workspace: each thread needs a workspace of its own"
@@ -208,6 +235,64 @@ class Workspace(Owned):
             given = converted(q, n, "q"), converted(qd, n, "qd"), converted(Q, n, "Q")
             self._settle(status, _forward, t, *given, qdd, lam)
         return made
+
+    @property
+    def independent(self) -> tuple[str, ...]:
+        """Names of the independent coordinates u: the ones that Kempe chose at the start of the model.
+
+        >>> kempe.Model("four_bar.yaml").system().workspace().independent
+        ('coupler',)
+        """
+        count, u = lib.kempe_workspace_independent_count(self._pointer), lib.kempe_workspace_independent(self._pointer)
+        return tuple(self._context.coordinates[u[k]] for k in range(count))
+
+    def forward_derivatives(
+        self, t: float, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None
+    ) -> Derivatives:
+        """Accelerations and multipliers, and their exact derivatives by q, qd and Q (n each), which need not close the loops.
+        The first call derives the equations of the derivatives.
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
+        >>> found = workspace.forward_derivatives(0.0, [0, 0, 0], [20, -22.5, 7.5])
+        >>> found.qdd_q.shape, found.lam_q.shape
+        ((3, 3), (2, 3))
+        """
+        n, m = self.n, self.m
+        shapes = {f"{of}_{by}": (rows, n) for of, rows in (("qdd", n), ("lambda", m)) for by in ("q", "qd", "Q")}
+        return Derivatives(*self._derive(t, q, qd, Q, shapes))
+
+    def closed_derivatives(
+        self, t: float, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None
+    ) -> ClosedDerivatives:
+        """Accelerations and multipliers at a closed state, and exact derivatives along motions that keep the loops closed, in
+        the independent coordinates (`independent`).
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
+        >>> q, qd = workspace.close(0.0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
+        >>> found = workspace.closed_derivatives(0.0, q, qd)
+        >>> found.udd_u.shape, found.udd_Q.shape, found.q_u.shape
+        ((1, 1), (1, 3), (3, 1))
+        """
+        n, p = self.n, lib.kempe_workspace_independent_count(self._pointer)
+        shapes = {"udd_u": (p, p), "udd_ud": (p, p), "udd_Q": (p, n), "q_u": (n, p), "qd_u": (n, p)}
+        return ClosedDerivatives(*self._derive(t, q, qd, Q, shapes))
+
+    def _derive(self, t: float, q: Any, qd: Any, Q: Any, shapes: dict[str, tuple[int, int]]) -> list[Array]:
+        n = self.n
+        matrices = [np.empty(shape, order="F") for shape in shapes.values()]
+        qdd, lam = np.empty(n), np.empty(self.m)
+        given = vector(q, n, "q"), vector(qd, n, "qd"), ffi.NULL if Q is None else vector(Q, n, "Q")
+        places = {name: writable(each, each.shape, name, "F") for name, each in zip(shapes, matrices)}
+        out = ffi.new("kempe_workspace_derivatives *", places)
+        with self._alone():
+            with self._context.lock:
+                status = lib.kempe_workspace_add_derivatives(self._pointer)
+            if not status:
+                answer = _from_buffer(DOUBLES, qdd), _from_buffer(DOUBLES, lam)
+                status = lib.kempe_workspace_forward_derivatives(self._pointer, t, *given, *answer, out)
+        if status:
+            self._fail(status)
+        return [qdd, lam, *matrices]
 
     def rates(self, t: float, state: ArrayLike) -> Array:
         """Rates (qd, qdd) of a state (q, qd): a right side for scipy.integrate.solve_ivp. Closures are kept only by

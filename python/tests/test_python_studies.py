@@ -197,6 +197,28 @@ def test_many_states_are_single_ones(four_bar):
         workspace.evaluate_states([0, 1], run.q)
 
 
+def test_derivatives_at_a_state(four_bar):
+    workspace = four_bar.system().workspace()
+    q, qd = workspace.close(0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
+    found, closed = workspace.forward_derivatives(0, q, qd), workspace.closed_derivatives(0, q, qd, Q=[0, 0, 0])
+    qdd, lam = workspace.forward_dynamics(0, q, qd)
+    assert np.allclose(found.qdd, qdd, rtol=1e-12) and np.array_equal(found.lam, closed.lam)
+    step = 1e-5
+    for j in range(3):
+        sides = [workspace.forward_dynamics(0, q, qd, Q=s * step * np.eye(3)[j]) for s in (1, -1)]
+        assert np.allclose(found.qdd_Q[:, j], (sides[0].qdd - sides[1].qdd) / (2 * step), rtol=1e-6, atol=1e-6)
+        assert np.allclose(found.lam_Q[:, j], (sides[0].lam - sides[1].lam) / (2 * step), rtol=1e-6, atol=1e-6)
+    u = [four_bar.coordinates.index(name) for name in workspace.independent]
+    # The chain rule: along closed motions the change of all coordinates is q_u, of their rates qd_u.
+    assert np.allclose(closed.udd_u, (found.qdd_q @ closed.q_u + found.qdd_qd @ closed.qd_u)[u], rtol=1e-10)
+    assert np.allclose(closed.udd_ud, (found.qdd_qd @ closed.q_u)[u], rtol=1e-10)
+    assert np.allclose(closed.udd_Q, found.qdd_Q[u], rtol=1e-10)
+    with pytest.raises(ValueError, match="q has 3 values"):
+        workspace.forward_derivatives(0, q[:2], qd)
+    with pytest.raises(kempe.FailedError):
+        workspace.forward_derivatives(0, [np.nan, 0, 0], qd)
+
+
 def test_two_threads_with_a_workspace_each(four_bar):
     run, system = four_bar.simulate(t_end=0.5), four_bar.system()
     expected = system.workspace().forward_states(run.t, run.q, run.qd)

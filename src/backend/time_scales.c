@@ -3,6 +3,7 @@
  * halved until each is known by its values. The ends of the short ones limit steps. */
 #include "backend/time_scales.h"
 #include "backend/bounds.h"
+#include "base/context.h"
 #include "base/quantile.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
@@ -257,6 +258,7 @@ static bool find_together(study *s, const double *parameters, const double span[
         made = add_ends(s, arena, found);
     if (ended_early(s)) {
         found->open = s->name[0];
+        found->open_count = s->count;
         found->shortest = fmin(found->shortest, s->shortest);
     }
     s->aside = NULL;
@@ -277,6 +279,24 @@ kempe_status kmp_time_scales_find(const kempe_model *model, const double *parame
         made = count == 0 || find_together(&s, parameters, (const double[]){from, to}, arena, found);
     }
     return kmp_made(model->context, made);
+}
+
+bool kmp_time_scales_doubt(kempe_context *context, const kmp_time_scales *scales)
+{
+    if (!scales->open)
+        return false;
+    const char *more = scales->open_count > 1 ? ", .." : "";
+    if (isinf(scales->shortest))
+        kmp_doubt(context,
+                  "functions of time ('%s'%s) were not searched to the end for short pulses: give a longest step "
+                  "(max_step)",
+                  scales->open, more);
+    else
+        kmp_doubt(context,
+                  "functions of time ('%s'%s) change in more intervals of about %.3g s than are watched: give a "
+                  "longest step (max_step)",
+                  scales->open, more, scales->shortest);
+    return true;
 }
 
 double kmp_time_scales_shortest(const kempe_model *model)

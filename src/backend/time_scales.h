@@ -14,11 +14,15 @@ typedef struct kmp_time_scales {
     double *end;      /* ascending */
     double shortest;  /* interval, INFINITY without any */
     const char *open; /* of a function with too many short intervals: where it is; NULL: there is none */
+    int open_count;   /* functions that were studied together with it, itself among them */
 } kmp_time_scales;
 
 /** Finds them with values of the parameters, in the arena. KEMPE_E_MEMORY. */
 kempe_status kmp_time_scales_find(const kempe_model *model, const double *parameters, double from, double to,
                                   kmp_arena *arena, kmp_time_scales *found);
+
+/** Doubts the result where functions have too many short intervals; true if it does. */
+bool kmp_time_scales_doubt(kempe_context *context, const kmp_time_scales *scales);
 
 /** The shortest interval of a run of the model as it is; 0: steps need no limit. */
 double kmp_time_scales_shortest(const kempe_model *model);

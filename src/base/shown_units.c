@@ -76,13 +76,13 @@ static kmp_shown word_in(kmp_unit_system system, const char *word, size_t length
     return (kmp_shown){NULL, 1};
 }
 
-/* Writes the name of a product and finds its factor; brackets behind a stroke are one divisor. */
+/* Writes the name of a product and finds its factor; brackets behind a stroke are one divisor, which may be a quotient.
+ */
 static double convert(kmp_unit_system system, const char *unit, kmp_text *name)
 {
-    double factor = 1;
-    bool below = false, inside = false;
+    double factor = 1, sign = 1, group = 1; /* the sign of powers of the next word, and within the brackets */
     for (const char *s = unit; *s;) {
-        const size_t length = strcspn(s, " /^()");
+        const size_t length = strcspn(s, " */^()");
         const kmp_shown word = word_in(system, s, length);
         double power = 1;
         if (word.unit)
@@ -95,10 +95,11 @@ static double convert(kmp_unit_system system, const char *unit, kmp_text *name)
             kmp_text_printf(name, "%.*s", (int)digits + 1, s);
             s += digits + 1;
         }
-        factor *= pow(word.factor, below ? -power : power);
-        for (; *s && strchr(" /()", *s); s++) {
-            inside = *s == '(' || (inside && *s != ')');
-            below = *s == '/' || (below && (inside || *s == '('));
+        factor *= pow(word.factor, sign * power);
+        for (bool stroke = false; *s && strchr(" */()", *s); s++) {
+            stroke = *s == '/' || (stroke && *s == ' ');
+            sign = stroke ? -group : *s == '(' ? sign : group;
+            group = *s == '(' ? sign : *s == ')' ? 1 : group;
             kmp_text_printf(name, "%c", *s);
         }
     }

@@ -66,10 +66,12 @@ static kempe_status report_as(const cli_job *j, cli_print_fn *print, const void 
     kempe_status status = print(j, object, format, &text);
     if (status)
         return status;
-    if (format == KEMPE_JSON)
+    if (format == KEMPE_JSON) {
         status = write_json(j, text);
-    else
+    } else {
+        cli_terminal_shows(text);
         fputs(text, stdout);
+    }
     kempe_text_free(text);
     return status;
 }
@@ -356,7 +358,7 @@ int cli_run(const cli_command *command, const cli_settings *settings)
         fputs("kempe: out of memory\n", stderr);
         return CLI_BUG;
     }
-    cli_terminal_begin(settings->quiet);
+    cli_terminal_begin(settings->quiet, !command->opens_pages);
     kempe_context_set_log(j.context, cli_terminal_log, NULL);
     if (cli_terminal_shows_progress())
         kempe_context_set_progress(j.context, 1, cli_terminal_progress, NULL);
@@ -384,6 +386,7 @@ int cli_run(const cli_command *command, const cli_settings *settings)
     if (status == KEMPE_OK)
         status = command->study ? cli_run_study(&j, command->study) : command->run(&j);
     interrupted_context = NULL;
+    cli_terminal_shows("");
     kempe_system_free(j.system);
     kempe_model_free(j.model);
     kempe_model_free(j.base);

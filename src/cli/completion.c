@@ -55,6 +55,7 @@ static const struct {
      "M_C invdyn h_J jdqd M C qdd h J h_t tangents R R_tangents invdyn_q invdyn_qd R_q friction contact impact "
      "discrete outputs"},
     {CLI_ENSEMBLE | CLI_FIT | CLI_OPTIMIZE, "threads", "auto"},
+    {CLI_SYSTEMS, "units", "si mm us"},
 };
 
 static const char *words_of(unsigned command, const char *option)
@@ -65,15 +66,19 @@ static const char *words_of(unsigned command, const char *option)
     return NULL;
 }
 
-/* Those of the words that continue `typed`, behind the text before it. */
-static void put_words(const char *words, const char *before, int length, const char *typed)
+/* Those of the words that continue `typed`, behind the text before it; returns their number. */
+static int put_words(const char *words, const char *before, int length, const char *typed)
 {
+    int count = 0;
     for (const char *word = words; *word; word += strspn(word, " ")) {
         const int size = (int)strcspn(word, " ");
-        if (strncmp(word, typed, strlen(typed)) == 0)
+        if (strncmp(word, typed, strlen(typed)) == 0) {
             printf("%.*s%.*s\n", length, before, size, word);
+            count++;
+        }
         word += size;
     }
+    return count;
 }
 
 static bool has_ending(const char *name, const char *endings)
@@ -120,8 +125,9 @@ static void put_endings(const char *before, const char *typed, const char *endin
     }
 }
 
-/* The value of an option, behind `before`, which is "--name=" or nothing. */
-static void put_values(unsigned command, const cli_option_view *o, const char *before, const char *typed)
+/* The value of an option, behind `before`, which is "--name=" or nothing. False: an option without its value, which it
+ * may lack, stands before the word. */
+static bool put_values(unsigned command, const cli_option_view *o, const char *before, const char *typed)
 {
     static const char *const files[] = {"FILE", "CSV", "PATH|-", "FOLDER", "DIR"};
     const char *words = words_of(command, o->name), *comma = strrchr(typed, ',');
@@ -129,8 +135,7 @@ static void put_values(unsigned command, const cli_option_view *o, const char *b
         const char *part = comma && strstr(o->value, ",..") ? comma + 1 : typed;
         char front[1024];
         const int length = snprintf(front, sizeof front, "%s%.*s", before, (int)(part - typed), typed);
-        put_words(words, front, length, part);
-        return;
+        return put_words(words, front, length, part) > 0 || o->value[0] != '[';
     }
     for (size_t k = 0; k < sizeof files / sizeof *files; k++)
         if (strcmp(o->value, files[k]) == 0) {
@@ -139,6 +144,7 @@ static void put_values(unsigned command, const cli_option_view *o, const char *b
             if (o->ending)
                 put_endings(before, typed, o->ending);
         }
+    return true;
 }
 
 /* The option that a word names; false: none. */
@@ -156,12 +162,13 @@ static void complete_of(const cli_command *c, int count, char **words)
     const char *last = words[count - 1], *before = count > 1 ? words[count - 2] : "";
     const size_t length = strcspn(last, "=");
     cli_option_view o;
-    if (before[0] == '-' && find_option(c->bit, before, strlen(before), &o) && o.value) {
-        put_values(c->bit, &o, "", last);
-    } else if (last[0] == '-' && last[length] && find_option(c->bit, last, length, &o) && o.value) {
+    if (before[0] == '-' && find_option(c->bit, before, strlen(before), &o) && o.value &&
+        put_values(c->bit, &o, "", last))
+        return;
+    if (last[0] == '-' && last[length] && find_option(c->bit, last, length, &o) && o.value) {
         char front[128];
         snprintf(front, sizeof front, "--%s=", o.name);
-        put_values(c->bit, &o, front, last + length + 1);
+        (void)put_values(c->bit, &o, front, last + length + 1);
     } else if (last[0] == '-') {
         for (int k = 0; cli_option_look(c->bit, k, &o); k++)
             if (strncmp(last, "--", strlen(last) < 2 ? strlen(last) : 2) == 0 &&

@@ -116,7 +116,7 @@ static int choose(int argc, char **argv)
 int main(int argc, char **argv)
 {
     cli_own_process();
-    cli_terminal_begin(false);
+    cli_terminal_begin(false, false);
     int code = choose(argc, argv);
     if ((fflush(stdout) != 0 || ferror(stdout)) && code == CLI_DONE) {
         fputs("kempe: the result could not be written to standard output\n", stderr);

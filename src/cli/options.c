@@ -371,8 +371,6 @@ static const option options[] = {
     {CLI_SYSTEMS, IN_OUTPUT, "units", VALUE(SYSTEM, units), "[SYSTEM]",
      "system of units, which columns of CSV then name, 'q.crank [rad]': si (default), mm (mm, N, N mm, kg), us (in, "
      "lbf, lbf in, lb); --json stays in SI"},
-    {(CLI_TABLES | CLI_GATHER) & ~CLI_SYSTEMS, IN_OUTPUT, "units", VALUE(SYSTEM, units), NULL,
-     "name the columns of CSV with their units: 'q.crank [rad]'"},
     {CLI_TABLES, IN_OUTPUT, "plot", VALUE(PICTURE, plot), "FILE",
      "draw columns of the table, .svg or .png (default: all columns)"},
     {CLI_TABLES, IN_OUTPUT, "y", TEXT(y), "OUTPUT,..",
@@ -483,8 +481,27 @@ const char *cli_nearest(const char *word, const char *const *words)
     return best;
 }
 
+const char *const cli_unit_systems[] = {"si", "mm", "us", NULL};
+
+/* Commands without a system of units, and why. */
+static const struct {
+    unsigned commands;
+    const char *why;
+} in_si[] = {
+    {CLI_LINEARIZE, "its matrices are one set of equations with states, inputs and outputs in SI"},
+    {CLI_GENERATE, "the generated code computes in SI"},
+    {CLI_FMU, "the variables of the unit are in SI, with their units in its description"},
+    {CLI_SHOW, "it shows the model as it is computed, in SI"},
+    {CLI_VIEW, "the page shows the model as it is computed, in SI"},
+    {CLI_NEW, "the new model has the units that it is written with"},
+};
+
 static bool complain_unknown(unsigned command, const char *command_name, const char *word)
 {
+    const bool units = strcspn(word, "=") == strlen("--units") && strncmp(word, "--units", strlen("--units")) == 0;
+    for (size_t k = 0; units && k < sizeof in_si / sizeof *in_si; k++)
+        if (in_si[k].commands & command)
+            return cli_complain("--units: %s has no choice of units: %s", command_name, in_si[k].why);
     const char *names[OPTION_COUNT + 1];
     int count = 0;
     for (int k = 0; k < OPTION_COUNT; k++)
@@ -665,23 +682,13 @@ static bool store(const option *o, char *text, cli_settings *settings)
 
 /* A system of units behind --units, or behind its `=`; without one only the names of columns have units. Returns the
  * number of words consumed. */
-static int read_system(unsigned command, const char *name, const char *attached, const char *next,
-                       cli_settings *settings)
+static int read_system(const char *attached, const char *next, cli_settings *settings)
 {
-    static const char *const systems[] = {"si", "mm", "us", NULL};
     const char *given = attached;
-    for (const char *const *s = systems; *s && !given; s++)
+    for (const char *const *s = cli_unit_systems; *s && !given; s++)
         given = next && strcmp(next, *s) == 0 ? next : NULL;
     settings->units = given ? given : "";
-    if (!given || strcmp(given, "si") == 0)
-        return given && !attached ? 2 : 1;
-    if (!(command & CLI_SYSTEMS)) {
-        cli_complain("%s writes its results in SI: --units %s is for check, assemble, simulate, kinematics, "
-                     "equilibrium and inverse",
-                     name, given);
-        return 0;
-    }
-    return attached ? 1 : 2;
+    return given && !attached ? 2 : 1;
 }
 
 /* Reads one option at words[0]; returns the number of words consumed, 0 after an error message. */
@@ -699,7 +706,7 @@ static int read_option(unsigned command, const char *name, int count, char **wor
         return 1;
     }
     if (o->kind == OPTION_SYSTEM)
-        return read_system(command, name, attached, count > 1 ? words[1] : NULL, settings);
+        return read_system(attached, count > 1 ? words[1] : NULL, settings);
     if (!attached && count < 2)
         return cli_complain("--%s needs a value: %s", o->name, o->value);
     return store(o, attached ? attached : words[1], settings) ? 2 - (attached != NULL) : 0;

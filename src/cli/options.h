@@ -52,9 +52,8 @@ enum {
     CLI_MODELS = CLI_ALL & ~(CLI_NEW | CLI_REDUCE), /* that read a model */
     CLI_TABLES = CLI_SIMULATE | CLI_KINEMATICS | CLI_INVERSE | CLI_RESPONSE | CLI_MODES | CLI_SENSITIVITY |
                  CLI_ENSEMBLE | CLI_CONTACT | CLI_COMPARE | CLI_FIT | CLI_OPTIMIZE | CLI_COMFORT |
-                 CLI_CYCLES, /* with a table of results */
-    CLI_SYSTEMS = CLI_CHECK | CLI_SIMULATE | CLI_ASSEMBLE | CLI_KINEMATICS | CLI_EQUILIBRIUM |
-                  CLI_INVERSE /* with a system of units */
+                 CLI_CYCLES,                                                           /* with a table of results */
+    CLI_SYSTEMS = CLI_TABLES | CLI_CHECK | CLI_ASSEMBLE | CLI_EQUILIBRIUM | CLI_GATHER /* with a system of units */
 };
 
 /* The user's settings. Texts point into argv; NULL and 0 mean not given. */
@@ -110,6 +109,9 @@ bool cli_written_apart(unsigned command, const cli_settings *settings);
 
 /** A file that the command writes, from option *k on, which is behind it then; NULL: there are no more. */
 const char *cli_written(unsigned command, const cli_settings *settings, int *k);
+
+/** The systems of units that --units takes. */
+extern const char *const cli_unit_systems[];
 
 /** Prints "kempe: .." on stderr, and keeps this last sentence; returns false. */
 bool cli_complain(const char *format, ...) __attribute__((format(printf, 1, 2)));

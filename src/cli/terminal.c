@@ -14,11 +14,22 @@
 
 static bool is_terminal, has_colour, is_quiet, progress_shown;
 
-void cli_terminal_begin(bool quiet)
+/* Sentences that wait for the result, in their order. */
+typedef struct sentence {
+    const char *colour, *prefix;
+    char *words;
+    struct sentence *next;
+} sentence;
+
+static bool waits;
+static sentence *first, **end = &first;
+
+void cli_terminal_begin(bool quiet, bool same_screen)
 {
     const char *none = getenv("NO_COLOR"), *term = getenv("TERM");
     is_terminal = isatty(STDERR_FILENO) != 0;
     is_quiet = quiet;
+    waits = same_screen && is_terminal && isatty(STDOUT_FILENO) != 0;
     has_colour = is_terminal && !(none && *none) && term && strcmp(term, "dumb") != 0;
 }
 
@@ -38,12 +49,58 @@ static void show_progress(const char *line)
     progress_shown = true;
 }
 
+static void print_sentence(const char *colour, const char *prefix, int length, const char *words)
+{
+    cli_terminal_clear();
+    fprintf(stderr, "%s%s%s%.*s\n", has_colour ? colour : "", prefix, has_colour ? PLAIN : "", length, words);
+}
+
+/* Prints a sentence, now or after the result. */
+static void tell(const char *colour, const char *prefix, int length, const char *words)
+{
+    sentence *s = waits ? malloc(sizeof *s) : NULL;
+    char *copy = s ? strndup(words, (size_t)length) : NULL;
+    if (!copy) {
+        free(s);
+        print_sentence(colour, prefix, length, words);
+        return;
+    }
+    *s = (sentence){colour, prefix, copy, NULL};
+    *end = s;
+    end = &s->next;
+}
+
+/* True if a text has the words, wherever its lines break. */
+static bool has_words(const char *text, const char *words)
+{
+    for (; *text; text++)
+        for (const char *a = text, *b = words; *a == *b; a++, b++) {
+            a += strspn(a + 1, " \n");
+            b += strspn(b + 1, " \n");
+            if (!b[1])
+                return true;
+        }
+    return false;
+}
+
+void cli_terminal_shows(const char *text)
+{
+    for (sentence *s = first, *next; s; s = next) {
+        next = s->next;
+        if (!has_words(text, s->words))
+            print_sentence(s->colour, s->prefix, (int)strlen(s->words), s->words);
+        free(s->words);
+        free(s);
+    }
+    first = NULL;
+    end = &first;
+}
+
 void cli_terminal_log(void *user, kempe_level level, const char *line)
 {
     (void)user;
     if (level == KEMPE_LOG_WARNING) {
-        cli_terminal_clear();
-        fprintf(stderr, "%skempe: warning:%s %s\n", has_colour ? YELLOW : "", has_colour ? PLAIN : "", line);
+        tell(YELLOW, "kempe: warning: ", (int)strlen(line), line);
     } else if (is_terminal && !is_quiet && level == KEMPE_LOG_PROGRESS) {
         show_progress(line);
     } else if (is_terminal && !is_quiet) {
@@ -81,10 +138,9 @@ void cli_terminal_written(const char *path)
 
 void cli_terminal_error(const char *prefix, const char *message)
 {
-    cli_terminal_clear();
     while (*message) {
         int length = (int)strcspn(message, "\n");
-        fprintf(stderr, "%s%s%s%.*s\n", has_colour ? RED : "", prefix, has_colour ? PLAIN : "", length, message);
+        tell(RED, prefix, length, message);
         message += length + (message[length] == '\n');
     }
 }

@@ -7,8 +7,12 @@
 #include <kempe/kempe.h>
 #include <stdbool.h>
 
-/** Quiet: neither progress nor log. */
-void cli_terminal_begin(bool quiet);
+/** Quiet: neither progress nor log. `same_screen`: warnings and errors wait for the result's text where both appear on
+ * one terminal. */
+void cli_terminal_begin(bool quiet, bool same_screen);
+
+/** Prints the warnings and errors that wait, except the ones that a text has, which appears next. */
+void cli_terminal_shows(const char *text);
 
 /** The log function of a context; `user` is unused. */
 void cli_terminal_log(void *user, kempe_level level, const char *line);

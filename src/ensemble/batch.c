@@ -53,12 +53,14 @@ static void put_result_columns(const kempe_ensemble *e, kempe_table *table)
     kmp_tabulate_quantity(table, system, KMP_QUANTITY_Q);
     kmp_tabulate_quantity(table, system, KMP_QUANTITY_QD);
     for (int k = 0; k < e->quantities.run.values; k++)
-        kmp_tabulate_column(table, e->quantities.unit[k], "%s", e->quantities.name[k]);
+        kmp_tabulate_column(table, kmp_print_unknown(e->model->context, e->quantities.unit[k]), "%s",
+                            e->quantities.name[k]);
     if (e->quantities.limit_count > 0)
         kmp_tabulate_columns(table, "limits[words] broken[words]");
     kmp_tabulate_columns(table, "steps rejected refused rhs exchanges h hdot drift difference");
     for (int k = 0; k < e->quantities.run.values; k++)
-        kmp_tabulate_column(table, e->quantities.unit[k], "%s.difference", e->quantities.name[k]);
+        kmp_tabulate_column(table, kmp_print_unknown(e->model->context, e->quantities.unit[k]), "%s.difference",
+                            e->quantities.name[k]);
     kmp_tabulate_columns(table, "verdict[words] start[words] single_run[words] reason[words]");
 }
 
@@ -73,7 +75,7 @@ static void put_all_columns(const kempe_ensemble *e, kempe_table *table)
     for (int k = 0; k < e->values->columns; k++) {
         const char *name = e->values->name[k];
         bool taken = results && kempe_table_find(results, name) >= 0;
-        kmp_tabulate_column(table, kmp_quantity_unit_of(system, name), "%s%s", taken ? KMP_VALUE_PREFIX : "", name);
+        kmp_tabulate_value(table, system, taken ? KMP_VALUE_PREFIX : "", name);
     }
     put_result_columns(e, table);
     kempe_table_free(results);
@@ -393,8 +395,8 @@ KMP_GETTER(int kempe_ensemble_result_count(const kempe_ensemble_result *b), b, b
 static kempe_outcome outcome_of(const kempe_ensemble_result *b, int k)
 {
     kempe_status status = b->results[k].status;
-    bool doubted = b->ensemble->doubted || b->results[k].unstable || !kmp_convergence_holds(&b->again[k]) ||
-                   b->results[k].deflection > KMP_DEFLECTION_LARGE;
+    bool doubted = b->ensemble->doubted || b->work.doubted || b->results[k].unstable ||
+                   !kmp_convergence_holds(&b->again[k]) || b->results[k].deflection > KMP_DEFLECTION_LARGE;
     return kmp_outcome_of(status == KEMPE_OK && doubted ? KEMPE_UNTRUSTED : status);
 }
 
@@ -536,10 +538,15 @@ typedef struct summary {
     kempe_statistics *statistics;
 } summary;
 
+/* In SI: texts convert what they show. */
 static bool summarise(const kempe_ensemble_result *b, summary *s)
 {
     *s = (summary){0};
-    if (kempe_ensemble_result_table(b, "instances", &s->table) != KEMPE_OK)
+    kempe_context *context = b->ensemble->model->context;
+    const kmp_shown_in shown = kmp_context_show_in(context, (kmp_shown_in){0});
+    const kempe_status status = kempe_ensemble_result_table(b, "instances", &s->table);
+    (void)kmp_context_show_in(context, shown);
+    if (status != KEMPE_OK)
         return false;
     return list_of(b)->run.values == 0 || !kmp_is_complete(b->status) ||
            kempe_statistics_new(s->table, 0, &s->statistics) == KEMPE_OK;
@@ -738,6 +745,11 @@ const kempe_model *kmp_batch_model(const kempe_ensemble_result *batch)
 kempe_status kmp_batch_status(const kempe_ensemble_result *batch)
 {
     return batch->status;
+}
+
+const char *kmp_batch_warnings(const kempe_ensemble_result *batch)
+{
+    return batch->warnings;
 }
 
 double kmp_batch_cpu(const kempe_ensemble_result *batch)

@@ -12,6 +12,9 @@ const kempe_model *kmp_batch_model(const kempe_ensemble_result *batch);
 /** The status of the whole. */
 kempe_status kmp_batch_status(const kempe_ensemble_result *batch);
 
+/** Its warnings and doubts, one per line; NULL: there are none. */
+const char *kmp_batch_warnings(const kempe_ensemble_result *batch);
+
 /** Processor time of all threads, s. */
 double kmp_batch_cpu(const kempe_ensemble_result *batch);
 

@@ -73,6 +73,15 @@ static kempe_table *table_of(kempe_context *context, const char *name, const kmp
     return table;
 }
 
+/* The same in SI, for statistics, which texts and objects show in their own units. */
+static kempe_table *table_in_si(kempe_context *context, const kmp_parquet_file *file, const bool *chosen)
+{
+    const kmp_shown_in shown = kmp_context_show_in(context, (kmp_shown_in){0});
+    kempe_table *table = table_of(context, "instances", file, chosen);
+    (void)kmp_context_show_in(context, shown);
+    return table;
+}
+
 static void add_rows(kempe_table *table, const kmp_parquet_file *file, const bool *chosen)
 {
     for (int row = 0; row < file->rows; row++) {
@@ -190,7 +199,7 @@ static kempe_status begin_statistics(kempe_folder *f, const kmp_parquet_file *fi
     KMP_TRY(kmp_made(f->context, !f->arena.failed));
     if (!kmp_statistics_choose(f->shape, f->chosen))
         return KEMPE_OK;
-    f->measured = table_of(f->context, "instances", file, f->chosen);
+    f->measured = table_in_si(f->context, file, f->chosen);
     return kmp_tabulate_check(f->context, f->measured);
 }
 
@@ -237,7 +246,7 @@ static void count_rows(kempe_folder *f, int part, const kmp_parquet_file *file)
     }
     if (!has_reasons(file))
         return;
-    kempe_table *table = table_of(f->context, "instances", file, NULL);
+    kempe_table *table = table_in_si(f->context, file, NULL);
     add_rows(table, file, NULL);
     if (kmp_tabulate_check(f->context, table) == KEMPE_OK)
         kmp_instance_causes_add(&f->causes, table, (long)part * f->chunk);

@@ -679,6 +679,7 @@ kempe_status kempe_ensemble_run_folder(kempe_ensemble *ensemble, const kempe_run
     kmp_free(r.done);
     status = kmp_context_verdict(context, status);
     r.folder->doubted = status == KEMPE_UNTRUSTED;
+    r.folder->warnings = kmp_context_warnings(context);
     if (status >= 0 || status == KEMPE_E_FAILED)
         *folder = r.folder;
     else

@@ -174,11 +174,21 @@ static void put_doubts(kmp_text *text, const kmp_instance_sums *s)
                         s->not_converged, s->count, s->worst + 1, s->difference);
 }
 
+void kmp_instances_put_distrusted(kmp_text *text, const kmp_instance_sums *s)
+{
+    kmp_text_printf(text,
+                    "%ld instance%s not trustworthy: the columns verdict and start have the reasons, or a run of one "
+                    "of them (kempe simulate --from FOLDER --instance K)\n",
+                    s->distrusted, s->distrusted == 1 ? " is" : "s are");
+}
+
 void kmp_instances_put_warnings(kmp_text *text, const kmp_instance_sums *s)
 {
     put_remarks(text, s);
     put_ended(text, s);
     put_doubts(text, s);
+    if (s->distrusted > s->unstable + s->deflected + s->not_converged)
+        kmp_instances_put_distrusted(text, s);
 }
 
 kempe_status kmp_instances_warn(kempe_context *context, const kmp_instance_sums *s)
@@ -251,9 +261,12 @@ void kmp_instances_put_measured(kmp_text *text, const kempe_table *instances, lo
         if (length < end || strcmp(name + length - end, ending) != 0)
             continue;
         double most = largest_of(instances, c, &at);
-        if (at >= 0)
-            kmp_text_printf(text, "          '%.*s' differs by at most %.2g%s%s in a second run, of instance %ld\n",
-                            (int)(length - end), name, most, *unit ? " " : "", unit, first + at + 1);
+        if (at < 0)
+            continue;
+        const kempe_context *context = kmp_table_context(instances);
+        kmp_text_printf(text, "          a second run changes '%.*s' by at most ", (int)(length - end), name);
+        kmp_print_quantity(text, context, 2, most, kmp_print_unknown(context, unit));
+        kmp_text_printf(text, ", of instance %ld\n", first + at + 1);
     }
 }
 

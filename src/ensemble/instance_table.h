@@ -42,6 +42,9 @@ kempe_outcome kmp_instances_outcome(const kmp_instance_sums *sums);
  */
 #define KMP_DEFLECTED_FAR "deflected too far"
 
+/** Says how many instances of a finished run cannot be trusted, and where the reasons are. */
+void kmp_instances_put_distrusted(kmp_text *text, const kmp_instance_sums *sums);
+
 /** Appends the sentences of warnings, one a line; logs them. */
 void kmp_instances_put_warnings(kmp_text *text, const kmp_instance_sums *sums);
 kempe_status kmp_instances_warn(kempe_context *context, const kmp_instance_sums *sums);

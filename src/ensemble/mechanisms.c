@@ -271,6 +271,7 @@ static kempe_status run_group(grouped_run *r, int count, const double *keys, mec
     sum->cpu_s += work.cpu_s;
     sum->wall_s += work.wall_s;
     sum->native = sum->native || work.native;
+    sum->doubted = sum->doubted || work.doubted;
     sum->sweeps += work.sweeps;
     sum->lane_steps += work.lane_steps;
     return KEMPE_OK;

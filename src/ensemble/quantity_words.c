@@ -316,9 +316,7 @@ static const char *unit_of_expression(kempe_model *copy, adding *a, const kmp_ex
     kmp_text text = {0};
     kmp_expr_fault fault = {0};
     kmp_dimension d = kmp_expr_dimension(e, a->r.parameter_dimensions, a->r.parameter_values, &fault);
-    if (!kmp_dimension_is_physical(d))
-        return "";
-    kmp_dimension_print(&text, d);
+    kmp_dimension_put_unit(&text, d);
     return kmp_text_keep(&text, &copy->arena);
 }
 
@@ -491,7 +489,8 @@ static kempe_status added_number(kempe_model *copy, const char *label, const cha
     adding a;
     KMP_TRY(begin(&a, copy, label));
     const kmp_yaml node = node_of(text, column);
-    (void)kmp_read_fixed(&a.r, &node, what, dimension, number);
+    if (kmp_read_fixed(&a.r, &node, what, dimension, number))
+        kmp_warn_of_turns(&a.r);
     return end(&a);
 }
 
@@ -527,6 +526,7 @@ typedef struct reading {
     kmp_added_value *channel;
     const char **name, **unit;
     int *shown;
+    part *bound; /* of limits */
 } reading;
 
 /* -- parts of texts ----------------------------------------------------------------------------------- */
@@ -766,12 +766,27 @@ static kempe_status add_limit(reading *r, part item)
         value = list->run.values;
         KMP_TRY(add_quantity(r, left));
     }
-    const char *bound = copy_of(r, right);
+    r->bound[list->limit_count] = right;
     kmp_quantity_limit *limit = &list->limit[list->limit_count++];
     *limit = (kmp_quantity_limit){
         .text = copy_of(r, item), .value = value, .sign = item.s[sign] == '<' ? 1 : -1, .or_equal = or_equal};
-    KMP_TRY(kmp_made(r->context, bound && limit->text));
-    return added_number(r->copy, r->label, bound, right.column, "the limit", KMP_DIM_ANY, &limit->bound);
+    return kmp_made(r->context, limit->text != NULL);
+}
+
+/* The numbers of the limits, once the units of their quantities are known. */
+static kempe_status read_bounds(reading *r)
+{
+    kmp_quantity_list *list = r->list;
+    for (kmp_quantity_limit *limit = list->limit; limit < list->limit + list->limit_count; limit++) {
+        const part written = r->bound[limit - list->limit];
+        const char *bound = copy_of(r, written), *unit = r->unit[limit->value],
+                   *what = kmp_arena_printf(&list->arena, "the limit of %s", r->name[limit->value]);
+        kmp_dimension wanted = *unit ? kmp_dimension_of(unit) : KMP_DIM_ANY;
+        wanted.angle = strcmp(unit, "rad") == 0;
+        KMP_TRY(kmp_made(r->context, bound && what));
+        KMP_TRY(added_number(r->copy, "limit", bound, written.column, what, wanted, &limit->bound));
+    }
+    return KEMPE_OK;
 }
 
 bool kmp_limit_holds(const kmp_quantity_limit *limit, double value)
@@ -829,6 +844,7 @@ static kempe_status read_all(kmp_quantity_list *list, const kempe_model *model, 
                      KMP_ARENA_MAKE(&list->arena, KMP_ROOM(kmp_run_quantity, most, &r.of),
                                     KMP_ROOM(kmp_added_value, most, &r.channel), KMP_ROOM(int, most, &r.shown),
                                     KMP_ROOM(const char *, 2 * most, &r.name, &r.unit),
+                                    KMP_ROOM(part, most_limits, &r.bound),
                                     KMP_ROOM(kmp_quantity_limit, most_limits, &list->limit))));
     KMP_TRY(each_item(&r, quantities, "quantity", add_quantity));
     KMP_TRY(each_item(&r, limits, "limit", add_limit));
@@ -842,6 +858,7 @@ static kempe_status read_all(kmp_quantity_list *list, const kempe_model *model, 
         for (int i = 0; i < kmp_run_quantity_width(q->kind); i++)
             r.unit[q->first_value + i] = unit_of(&r, q, i);
     }
+    KMP_TRY(read_bounds(&r));
     for (int k = 0; k < run->channels; k++) {
         r.shown[k] = r.channel[k].shown;
         run->rates = run->rates || r.channel[k].rates;

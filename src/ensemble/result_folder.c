@@ -186,6 +186,7 @@ void kempe_folder_free(kempe_folder *f)
     if (!f)
         return;
     kmp_folder_clear(f);
+    kmp_free(f->warnings);
     kmp_arena_free(&f->arena);
     kmp_free(f);
 }
@@ -307,10 +308,13 @@ static void put_text(kmp_text *text, const void *result)
     kmp_instances_put_answer(text, f->model, outcome_of(f), &sums, &f->causes);
     if (f->interrupted)
         kmp_text_put(text, "  interrupted\n");
-    kmp_instances_put_doubts(text, &sums);
-    if (!f->ran && sums.distrusted > 0)
-        kmp_text_printf(text, "  %ld instance%s not trustworthy: the column verdict has the reasons\n", sums.distrusted,
-                        sums.distrusted == 1 ? " is" : "s are");
+    kmp_print_doubts(text, outcome_of(f), f->warnings);
+    if (!f->ran && sums.distrusted > 0) {
+        kmp_text said = {0};
+        kmp_instances_put_distrusted(&said, &sums);
+        kmp_print_wrapped(text, "  ", 4, said.s ? said.s : "");
+        kmp_text_free_part(text, &said);
+    }
     kmp_text_put(text, "\n");
     put_parts(text, f);
     if (f->ran && f->totals.sums.count > 0)
@@ -328,6 +332,8 @@ static void put_json(kmp_text *text, const void *result)
                  f->interrupted ? "interrupted" : "", (double)NAN);
     kmp_json_put(&json, "folder %s hash %s instances %d parts %d chunk %d whole %d missing %d", f->path, f->hash,
                  f->instances, f->parts, f->chunk, f->whole, f->parts - f->whole);
+    if (f->warnings)
+        kmp_print_lines(&json, "warnings", f->warnings);
     if (f->history)
         kmp_json_put(&json, "history %s", f->history);
     if (f->checked)

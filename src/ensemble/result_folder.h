@@ -29,6 +29,7 @@ struct kempe_folder {
     bool ran, interrupted, doubted;
     int first, step;                   /* its parts: first, first + step, .. */
     int ran_parts, missing, elsewhere; /* of its parts: run, not whole; of these, the parts in work elsewhere */
+    char *warnings;                    /* of its run, one per line */
     kmp_batch_totals totals;
     kmp_instance_causes causes; /* of its instances; after a check, of all */
     double wall_s;

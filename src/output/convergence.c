@@ -571,16 +571,16 @@ void kmp_convergence_warn(kempe_context *context, const kmp_convergence *c, cons
     if (kmp_convergence_holds(c)) {
         if (c->reported > 0 && c->difference > c->reported)
             kmp_log(context, KEMPE_LOG_WARNING,
-                    "'%s' has %serror of %s at t = %.6g s, estimated by a run at rtol %.3g; %s", name,
+                    "'%s' has %serror of %s at t = %.6g s, estimated by a run at rtol %.3g%s", name,
                     unit ? "an " : "a relative ", by, c->t, c->rtol, advice);
     } else if (!accepts(c)) {
         kmp_doubt(context,
-                  "do not trust this run beyond t = %.6g s: at rtol %.3g '%s' differs by %s at t = %.6g s, by "
-                  "amplified errors or another branch; %s",
+                  "do not trust the motion beyond t = %.6g s: at rtol %.3g '%s' differs by %s at t = %.6g s, by "
+                  "amplified errors or another branch%s",
                   c->until, c->rtol, name, by, c->t, advice);
     } else {
         kmp_doubt(context,
-                  "the accuracy of this run could not be checked: the second run, at rtol %.3g, ends at t = %.6g s; %s",
+                  "the accuracy of this run could not be checked: the second run, at rtol %.3g, ends at t = %.6g s%s",
                   c->rtol, c->stopped, advice);
     }
     kmp_text_free(&apart);
@@ -592,12 +592,17 @@ void kmp_convergence_put(kmp_text *text, const kempe_context *context, const kmp
     const bool holds = kmp_convergence_holds(c);
     if (!c->known)
         return;
-    kmp_text_put(text, holds ? "estimated error " : "a second run differs by ");
+    if (!holds && c->difference > 0)
+        kmp_text_printf(text, "in a second run '%s' differs by ", name);
+    else
+        kmp_text_put(text, holds ? "estimated error " : "a second run differs by ");
     kmp_convergence_put_apart(text, context, c, unit);
     if (!unit)
         kmp_text_put(text, " (relative)");
+    if (holds && c->difference > 0)
+        kmp_text_printf(text, " of '%s'", name);
     if (c->difference > 0)
-        kmp_text_printf(text, " in '%s' at t = %.6g s", name, c->t);
+        kmp_text_printf(text, " at t = %.6g s", c->t);
     if (c->parts > 0)
         kmp_text_printf(text, ", by second runs of %d parts, together %.2g s, at rtol %.3g", c->parts, c->checked,
                         c->rtol);

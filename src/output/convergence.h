@@ -88,7 +88,7 @@ bool kmp_convergence_holds(const kmp_convergence *convergence);
 const char *kmp_convergence_word(const kmp_convergence *convergence);
 
 /** A warning when its error exceeds the promised one, a doubt when it has not converged. `name`: of the number at
- * `index`, with its unit where `visible` was known, else NULL; `advice`: the remedy. */
+ * `index`, with its unit where `visible` was known, else NULL; `advice`: "; " and the remedy, or "". */
 void kmp_convergence_warn(kempe_context *context, const kmp_convergence *convergence, const char *name,
                           const char *unit, const char *advice);
 

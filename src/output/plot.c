@@ -27,8 +27,12 @@ static const char common[] =
     ".title{font-weight:bold}.curve{fill:none;stroke-width:1.6;stroke-linejoin:round}"
     ".dashed{fill:none;stroke-width:1.2;stroke-dasharray:5 3}.cross{stroke:#111;stroke-width:2;fill:none}";
 
-static const char *const colours[] = {"#2471a3", "#c0392b", "#1e8449", "#b9770e",
-                                      "#7d3c98", "#117a65", "#5d6d7e", "#d35400"};
+/* On light ground, and on dark. */
+static const char *const colours[][2] = {
+#define KMP_PLOT_COLOUR(light, dark) {light, dark},
+#include "output/plot_colours.def"
+#undef KMP_PLOT_COLOUR
+};
 
 enum { COLOURS = sizeof colours / sizeof *colours };
 
@@ -50,7 +54,13 @@ void kmp_picture_end(kmp_text *text)
 
 const char *kmp_plot_colour(int curve)
 {
-    return colours[curve % COLOURS];
+    return colours[curve % COLOURS][0];
+}
+
+void kmp_plot_put_colours(kmp_text *text)
+{
+    for (int k = 0; k < COLOURS; k++)
+        kmp_text_printf(text, "%s[\"%s\", \"%s\"]", k > 0 ? ", " : "", colours[k][0], colours[k][1]);
 }
 
 /* Frees the words. */

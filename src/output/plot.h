@@ -14,6 +14,9 @@ void kmp_picture_end(kmp_text *text);
 /** A separate colour for each of several curves; they repeat. */
 const char *kmp_plot_colour(int curve);
 
+/** All of them as pairs of strings, on light ground and on dark. */
+void kmp_plot_put_colours(kmp_text *text);
+
 /** Words, escaped; `attributes` of SVG or "". */
 void kmp_picture_words(kmp_text *text, double x, double y, const char *attributes, const char *format, ...)
     __attribute__((format(printf, 5, 6)));

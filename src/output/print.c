@@ -122,6 +122,16 @@ void kmp_print_doubts(kmp_text *text, kempe_outcome outcome, const char *warning
     }
 }
 
+void kmp_print_answer(kmp_text *text, kmp_text *title, kempe_outcome outcome, const char *warnings, const char *label,
+                      const char *reason)
+{
+    kmp_print_wrapped(text, "", 4, title->s ? title->s : "");
+    kmp_text_free_part(text, title);
+    kmp_print_doubts(text, outcome, warnings);
+    if (reason && *reason)
+        kmp_print_wrapped(text, label, 4, reason);
+}
+
 void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label)
 {
     const int width = (int)strlen(label);
@@ -137,7 +147,7 @@ void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *
     kmp_text_free_part(text, &blanks);
 }
 
-static void print_lines(kmp_json *json, const char *key, const char *lines)
+void kmp_print_lines(kmp_json *json, const char *key, const char *lines)
 {
     kmp_text line = {0};
     kmp_json_array(json, key);
@@ -168,7 +178,7 @@ void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_outcome ou
     if (system->model->flexible_count > 0)
         put_flexible(json, system->model);
     if (warnings)
-        print_lines(json, "warnings", warnings);
+        kmp_print_lines(json, "warnings", warnings);
 }
 
 void kmp_print_unused(kmp_text *text, const kempe_model *model)
@@ -411,6 +421,12 @@ const char *kmp_print_unknown(const kempe_context *context, const char *unit)
     return *unit || kmp_shown_as(context, "m").factor == 1 ? unit : "SI";
 }
 
+kmp_shown kmp_print_customary(const kempe_context *context, const char *unit, kmp_shown customary)
+{
+    const kmp_shown as = kmp_shown_as(context, unit);
+    return as.factor == 1 ? customary : as;
+}
+
 void kmp_print_quantity(kmp_text *text, const kempe_context *context, int digits, double x, const char *unit)
 {
     const kmp_shown as = kmp_shown_as(context, unit);
@@ -428,11 +444,16 @@ kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out
     return KEMPE_OK;
 }
 
-kempe_status kmp_print_result(kempe_context *context, kmp_put_fn *put, const void *result, char **text)
+kempe_status kmp_print_result(kempe_context *context, kempe_format format, kmp_put_fn *put, const void *result,
+                              char **text)
 {
     KMP_WANTED(context, text, "text");
     kmp_text out = {0};
     kmp_context_clear(context);
+    const kmp_shown_in shown = kmp_context_show_in(context, (kmp_shown_in){0});
+    if (format != KEMPE_JSON)
+        (void)kmp_context_show_in(context, shown);
     put(&out, result);
+    (void)kmp_context_show_in(context, shown);
     return kmp_print_finish(context, &out, text);
 }

@@ -23,6 +23,9 @@ bool kmp_outcome_is_complete(kempe_outcome outcome);
 /** Begins the first line of a result: "MODEL: OUTCOME, ". */
 void kmp_print_title(kmp_text *text, const kempe_model *model, kempe_outcome outcome);
 
+/** A list of strings in JSON: the lines of a text. */
+void kmp_print_lines(kmp_json *json, const char *key, const char *lines);
+
 /** Opens the outermost object: model, status, reason, build_s, and the warnings, one a line (kmp_context_warnings);
  * NULL: the object has them elsewhere. */
 void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_outcome outcome, const char *reason,
@@ -106,16 +109,22 @@ const char *kmp_print_unknown(const kempe_context *context, const char *unit);
  */
 void kmp_print_quantity(kmp_text *text, const kempe_context *context, int digits, double x, const char *unit);
 
-/** A public print function: the text of `result` that `put` makes, given to the caller. KEMPE_E_MEMORY. */
+/** A unit of SI as texts show it; in `customary` where the chosen system leaves it as it is: mm for m in texts of SI.
+ */
+kmp_shown kmp_print_customary(const kempe_context *context, const char *unit, kmp_shown customary);
+
+/** A public print function: the text of `result` that `put` makes, given to the caller; an object is in SI, whatever
+ * units are chosen. KEMPE_E_MEMORY. */
 typedef void kmp_put_fn(kmp_text *text, const void *result);
-kempe_status kmp_print_result(kempe_context *context, kmp_put_fn *put, const void *result, char **text);
+kempe_status kmp_print_result(kempe_context *context, kempe_format format, kmp_put_fn *put, const void *result,
+                              char **text);
 
 /** The public function TYPE_print of a result, with its functions for JSON and text. */
 #define KMP_PRINT(type, result, context, json, show)                                                                   \
     kempe_status type##_print(const type *result, kempe_format format, char **text)                                    \
     {                                                                                                                  \
         KMP_WANTED(NULL, result, #result);                                                                             \
-        return kmp_print_result((context), format == KEMPE_JSON ? (json) : (show), result, text);                      \
+        return kmp_print_result((context), format, format == KEMPE_JSON ? (json) : (show), result, text);              \
     }
 
 /** The same of a result with a short text and a full one, KEMPE_FULL_TEXT. */
@@ -124,7 +133,7 @@ kempe_status kmp_print_result(kempe_context *context, kmp_put_fn *put, const voi
     {                                                                                                                  \
         KMP_WANTED(NULL, result, #result);                                                                             \
         kmp_put_fn *put = format == KEMPE_JSON ? (json) : format == KEMPE_FULL_TEXT ? (show_full) : (show);            \
-        return kmp_print_result((context), put, result, text);                                                         \
+        return kmp_print_result((context), format, put, result, text);                                                 \
     }
 
 /** The longest line of a text, in characters. */
@@ -136,6 +145,11 @@ void kmp_print_wrapped(kmp_text *text, const char *first, int indent, const char
 /** Lines with the reasons why a result is not trustworthy, for below its first line; nothing of another outcome.
  * `warnings`: one per line; NULL: none. */
 void kmp_print_doubts(kmp_text *text, kempe_outcome outcome, const char *warnings);
+
+/** The first lines of a study: its title, which is freed; why it is not trustworthy, from its warnings; and why it
+ * ended early, behind `label`, where it has a reason. */
+void kmp_print_answer(kmp_text *text, kmp_text *title, kempe_outcome outcome, const char *warnings, const char *label,
+                      const char *reason);
 
 /** Ends a print function: gives the text to the caller, or KEMPE_E_MEMORY. */
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out);

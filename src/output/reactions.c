@@ -186,12 +186,20 @@ static void take(kmp_reaction_peak *peak, double t, bool effort, const double *x
 void kmp_reactions_add(kmp_reactions *r, double t, const double *loads)
 {
     memcpy(r->last, loads, (size_t)r->loads * sizeof *loads);
+    if (r->kept)
+        memcpy(r->kept + (ptrdiff_t)r->loads * r->rows, loads, (size_t)r->loads * sizeof *loads);
     r->rows++;
     for (kmp_reaction *of = r->of; of < r->of + r->count; of++)
         for (int k = 0; of->place >= 0 && k < 2; k++)
             if (of->has[k])
                 take(&of->peak[k], t, of->effort,
                      loads + (ptrdiff_t)KMP_LOAD_VALUES * of->place + (of->effort ? 0 : 3 * k));
+}
+
+kempe_status kmp_reactions_keep(kmp_reactions *r, int rows)
+{
+    r->kept = KMP_ARENA_NEW(&r->arena, double, (size_t)rows *(size_t)r->loads + 1);
+    return kmp_made(r->system->context, r->kept);
 }
 
 kempe_status kmp_reactions_mark(kmp_reactions *r, const kmp_shared_loads *shared)
@@ -259,8 +267,8 @@ static kempe_status find_shared(kmp_reactions *r, kmp_evaluator *eval, const kmp
     return kmp_reactions_mark(r, &found);
 }
 
-kempe_status kmp_reactions_of_rows(kmp_reactions *r, const kempe_system *system, const kmp_samples *rows,
-                                   bool least_norm)
+static kempe_status take_all(kmp_reactions *r, const kempe_system *system, const kmp_samples *rows, bool least_norm,
+                             bool keep)
 {
     kmp_all_loads loads;
     kmp_evaluator *eval = NULL;
@@ -273,13 +281,27 @@ kempe_status kmp_reactions_of_rows(kmp_reactions *r, const kempe_system *system,
         status = eval ? KEMPE_OK : KEMPE_E_MEMORY;
     }
     r->least_norm = least_norm && eval;
+    if (status == KEMPE_OK && keep)
+        status = kmp_reactions_keep(r, rows->rows);
     if (status == KEMPE_OK)
         status = take_rows(r, eval, &loads, rows);
-    if (status == KEMPE_OK)
+    if (status == KEMPE_OK && !keep)
         status = find_shared(r, eval, &loads, rows);
     kmp_eval_free(eval);
     kmp_all_loads_free(&loads);
     return status;
+}
+
+kempe_status kmp_reactions_of_rows(kmp_reactions *r, const kempe_system *system, const kmp_samples *rows,
+                                   bool least_norm)
+{
+    return take_all(r, system, rows, least_norm, false);
+}
+
+kempe_status kmp_reactions_keep_rows(kmp_reactions *r, const kempe_system *system, const kmp_samples *rows,
+                                     bool least_norm)
+{
+    return take_all(r, system, rows, least_norm, true);
 }
 
 /* -- text ----------------------------------------------------------------------------------------------- */

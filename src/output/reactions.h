@@ -32,6 +32,7 @@ typedef struct kmp_reactions {
     bool least_norm;        /* of the reactions that are not unique */
     const char *instead;    /* why they belong to one solution, although the loads of least norm were requested; NULL */
     double *last;           /* the loads of the last row */
+    double *kept;           /* of all rows, `loads` each; NULL: they are not kept */
     const char *not_unique; /* "A: z, mx; C: mx"; "": all are unique */
     kmp_arena arena;
 } kmp_reactions;
@@ -50,6 +51,13 @@ kempe_status kmp_reactions_mark(kmp_reactions *reactions, const kmp_shared_loads
 /** The reactions of the rows of a run, with these steps. KEMPE_E_MEMORY. */
 kempe_status kmp_reactions_of_rows(kmp_reactions *reactions, const kempe_system *system, const kmp_samples *rows,
                                    bool least_norm);
+
+/** Likewise with the loads of each row kept, and without a search for shared ones. */
+kempe_status kmp_reactions_keep_rows(kmp_reactions *reactions, const kempe_system *system, const kmp_samples *rows,
+                                     bool least_norm);
+
+/** Keeps the loads of this number of rows that are added. KEMPE_E_MEMORY. */
+kempe_status kmp_reactions_keep(kmp_reactions *reactions, int rows);
 
 /** A table of the largest ones, or of the vectors of a single row; of many joints the ones with the largest. `others`:
  * the option that shows the others; NULL: all are shown. */

@@ -243,6 +243,11 @@ kempe_status kmp_tabulate_result(kempe_context *context, const kmp_table_kind *k
     return kmp_fail_text(context, KEMPE_E_ARGUMENT, &sentence);
 }
 
+double kmp_table_in_si(const kempe_table *table, int row, int column)
+{
+    return kempe_table_number(table, row, column) / table->column[column].factor;
+}
+
 const char *kmp_table_system(const kempe_table *table)
 {
     return table->system[0];
@@ -431,7 +436,7 @@ static void put_text(kmp_text *text, const void *result)
 kempe_status kempe_table_print(const kempe_table *table, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, table, "table");
-    return kmp_print_result(table->context, format == KEMPE_JSON ? put_json : put_text, table, text);
+    return kmp_print_result(table->context, format, format == KEMPE_JSON ? put_json : put_text, table, text);
 }
 
 bool kmp_table_has_words(const kempe_table *table, int column)

@@ -69,6 +69,9 @@ void kmp_tabulate_fail(kempe_table *table);
 void kmp_tabulate_outcome(kempe_table *table, kempe_outcome outcome);
 kempe_outcome kmp_table_outcome(const kempe_table *table);
 
+/** A number of a table in SI, whatever the unit of its column. */
+double kmp_table_in_si(const kempe_table *table, int row, int column);
+
 /** The system of units in which it was made, "mm" or "us"; NULL: SI. */
 const char *kmp_table_system(const kempe_table *table);
 

@@ -228,10 +228,10 @@ static kempe_status refine(judging *j, const double *a, const double *b, int hal
     KMP_TRY(take_sample(j, a[0] + (b[0] - a[0]) / 2, a, middle));
     bool full = j->count > MOST_SAMPLES && !j->full;
     if (full)
-        kmp_doubt(
-            j->model->context,
-            "running safety: %d samples are taken up to t = %.6g sand not refined after it: evaluate a shorter time",
-            MOST_SAMPLES, a[0]);
+        kmp_doubt(j->model->context,
+                  "running safety: %d samples are taken up to t = %.6g s; later ones are not refined: evaluate a "
+                  "shorter time",
+                  MOST_SAMPLES, a[0]);
     j->full = j->full || full;
     if (halvings == 0 || j->full || is_straight(j, STRAIGHT, a, middle, b)) {
         KMP_TRY(keep(j, middle));

@@ -195,7 +195,7 @@ bool kmp_mesh_thin(kmp_arena *arena, const kmp_mesh *mesh, int most, kmp_mesh *t
     return good;
 }
 
-enum { MOST_BODIES = 350, MOST_NUMBERS = 360000, BODY_NUMBERS = 7, PLACE_NUMBERS = 14 };
+enum { MOST_BODIES = 350, MOST_NUMBERS = 330000, BODY_NUMBERS = 7, PLACE_NUMBERS = 14 };
 
 /* Largest rotation of a joint between two frames, and the excess that is accepted. Another limit applies to rotations
  * that move no visible point, such as the spin of a wheel, of which only the direction must be visible. */
@@ -782,7 +782,7 @@ static void put_flexible(kmp_json *json, const picture *p)
 }
 
 void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *model, const kmp_samples *row,
-                        const double *at)
+                        const double *at, const kmp_joint_arrows *arrows)
 {
     picture p = {.model = model, .row = row, .at = at};
     const double gravity[3] = {model->gravity[0].value, model->gravity[1].value, model->gravity[2].value};
@@ -822,6 +822,7 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
         put_railway(json, &p);
         put_surfaces(json, &p);
         put_flexible(json, &p);
+        kmp_joint_arrows_put(json, arrows, &p.drawing);
         size_t poses = (size_t)p.frames * (size_t)p.moving;
         kmp_json_put(json, "frames { count %d", p.frames);
         put_times(json, &p);

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "model/data/model.h"
 #include "model/read/loads.h"
+#include "output/plot.h"
 #include "output/print.h"
 #include "report/motion_picture.h"
 #include <stdlib.h>
@@ -102,7 +103,9 @@ static void put_scripts(kmp_text *text, const char *const *const *scripts, bool 
         for (const char *const *line = *scripts; *line; line++) {
             const size_t indent = strspn(*line, " "), mark = sizeof of_flexible - 1;
             const bool marked = strncmp(*line + indent, of_flexible, mark) == 0;
-            if (!marked)
+            if (is_mark(*line, "/*COLOURS*/"))
+                kmp_plot_put_colours(text);
+            else if (!marked)
                 kmp_text_put(text, *line);
             else if (flexible)
                 kmp_text_printf(text, "%.*s%s", (int)indent, *line, *line + indent + mark);
@@ -211,7 +214,7 @@ static void put_rest(kmp_result_page *page, const kmp_page_kind *kind)
         if (page->records[k].row.rows > 0)
             kmp_record_put(json, &page->records[k]);
     kmp_json_end(json);
-    kmp_motion_picture(json, "picture", s->model, page->frames, page->frame_x);
+    kmp_motion_picture(json, "picture", s->model, page->frames, page->frame_x, &page->arrows);
     kmp_json_end(json);
 }
 
@@ -244,6 +247,7 @@ kempe_status kmp_page_write(const kmp_page_kind *kind, kempe_context *context, c
     kempe_table_free(page.table);
     kempe_statistics_free(page.statistics);
     kempe_table_free(page.reactions);
+    kmp_joint_arrows_free(&page.arrows);
     kempe_comfort_free(page.comfort);
     kempe_text_free(page.text);
     kempe_system_free(page.own);

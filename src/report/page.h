@@ -5,6 +5,7 @@
 #pragma once
 
 #include "base/json.h"
+#include "report/joint_arrows.h"
 #include "report/step_record.h"
 #include <kempe/comfort.h>
 #include <kempe/ensemble.h>
@@ -18,6 +19,7 @@ extern const char *const kmp_solids_js[], *const kmp_shapes_js[], *const kmp_sce
 extern const char *const kmp_scene_canvas_js[], *const kmp_journal_paths_js[], *const kmp_quantities_js[];
 extern const char *const kmp_running_vehicle_js[], *const kmp_comparison_js[], *const kmp_modes_view_js[];
 extern const char *const kmp_result_js[], *const kmp_scene_flexible_js[], *const kmp_joint_reactions_js[];
+extern const char *const kmp_force_arrows_js[], *const kmp_range_strip_js[];
 
 /** A number with a name, in words; beyond its limit it takes the trust from the result. */
 typedef struct kmp_page_fact {
@@ -66,10 +68,11 @@ typedef struct kmp_result_page {
 
     const kmp_samples *frames; /* NULL: no picture */
     const double *frame_x;     /* x of each frame; NULL: their times */
-    bool separate;             /* frames are states with no motion between them */
-    kmp_samples states;        /* the frames of kmp_page_add_frames */
-    double *zero;              /* n + m: their rates and multipliers, which pictures do not use */
-    kmp_record start;          /* a run only for the frames, or its start */
+    kmp_joint_arrows arrows;
+    bool separate;      /* frames are states with no motion between them */
+    kmp_samples states; /* the frames of kmp_page_add_frames */
+    double *zero;       /* n + m: their rates and multipliers, which pictures do not use */
+    kmp_record start;   /* a run only for the frames, or its start */
 } kmp_result_page;
 
 /** Its sections, and the scripts after the scripts of all pages. */

@@ -22,7 +22,7 @@
 #include <string.h>
 
 /* Numbers of all curves, rows of one curve; the text of the files beyond this is cut. They keep the page below 3 MB. */
-enum { MOST_NUMBERS = 110000, MOST_ROWS = 2001, FEWEST_ROWS = 101, MOST_TEXT = 60000 };
+enum { MOST_NUMBERS = 100000, MOST_ROWS = 2001, FEWEST_ROWS = 101, MOST_TEXT = 60000 };
 
 /* -- curves ------------------------------------------------------------------------------------------ */
 
@@ -372,11 +372,7 @@ static void put(kmp_result_page *page)
     put_files(json, page->system->model);
 }
 
-static const char *const *const scripts[] = {kmp_records_js,
-                                             kmp_journal_paths_js,
-                                             kmp_quantities_js,
-                                             kmp_joint_reactions_js,
-                                             kmp_running_vehicle_js,
-                                             kmp_result_js,
-                                             NULL};
+static const char *const *const scripts[] = {kmp_records_js,         kmp_journal_paths_js, kmp_quantities_js,
+                                             kmp_joint_reactions_js, kmp_force_arrows_js,  kmp_range_strip_js,
+                                             kmp_running_vehicle_js, kmp_result_js,        NULL};
 const kmp_page_view kmp_result_view = {kmp_result_html, scripts, put};

@@ -127,6 +127,7 @@ static kempe_status fill_inverse(kmp_result_page *page, const void *result)
     KMP_TRY(kempe_inverse_print(r, KEMPE_TEXT, &page->text));
     KMP_TRY(kempe_inverse_table(r, "rows", &page->table));
     KMP_TRY(kempe_inverse_table(r, "reactions", &page->reactions));
+    KMP_TRY(kmp_joint_arrows_of_inverse(&page->arrows, r));
     page->x = "t";
     add_peak(page, "largest force or torque", "tau.");
     add_peak(page, "largest power", "power.");
@@ -164,6 +165,7 @@ static kempe_status fill_equilibria(kmp_result_page *page, const void *result)
     KMP_TRY(kempe_equilibrium_print(e, KEMPE_TEXT, &page->text));
     KMP_TRY(kempe_equilibrium_table(e, "equilibria", &page->table));
     KMP_TRY(kempe_equilibrium_table(e, "reactions", &page->reactions));
+    KMP_TRY(kmp_joint_arrows_of_equilibria(&page->arrows, e));
     page->separate = true;
     for (int k = 0; k < e->count; k++)
         KMP_TRY(kmp_page_add_frames(page, 1, e->balance[k].q, 0, (double[]){k + 1}));
@@ -172,8 +174,10 @@ static kempe_status fill_equilibria(kmp_result_page *page, const void *result)
 
 /* -- ensembles --------------------------------------------------------------------------------------- */
 
-/* The instances in the table of the page, of a model whose own values the picture has. */
-static kempe_status fill_instances(kmp_result_page *page, const kempe_model *model, kempe_outcome outcome)
+/* The instances in the table of the page, of a model whose own values the picture has. `told`: the warnings of their
+ * run; NULL: those that follow from the table. */
+static kempe_status fill_instances(kmp_result_page *page, const kempe_model *model, kempe_outcome outcome,
+                                   const char *told)
 {
     const kmp_instance_sums sums = kmp_instances_sum(page->table, 0);
     KMP_TRY(kmp_system_new(model, NULL, &page->own));
@@ -192,11 +196,13 @@ static kempe_status fill_instances(kmp_result_page *page, const kempe_model *mod
         if (kmp_statistics_yield(page->statistics, &part, &low, &high))
             add_fact(page, "within the limits", "%.4g %% (%.4g to %.4g %%)", 100 * part, 100 * low, 100 * high);
     }
-    /* Text and warnings are those of the table: a gathered run has no others. */
     kmp_text text = {0}, warnings = {0};
     kmp_instances_put(&text, model->name, page->table, page->statistics,
                       page->outcome == KEMPE_OUTCOME_NOT_TRUSTWORTHY);
-    kmp_instances_put_warnings(&warnings, &sums);
+    if (told)
+        kmp_text_put(&warnings, told);
+    else
+        kmp_instances_put_warnings(&warnings, &sums);
     page->warnings = kmp_text_keep(&warnings, &page->arena);
     KMP_TRY(kmp_print_finish(page->context, &text, &page->text));
     if (page->first_count == 0)
@@ -214,7 +220,8 @@ static kempe_status fill_instances(kmp_result_page *page, const kempe_model *mod
 static kempe_status fill_batch(kmp_result_page *page, const void *result)
 {
     KMP_TRY(kempe_ensemble_result_table(result, "instances", &page->table));
-    return fill_instances(page, kmp_batch_model(result), kmp_outcome_of(kmp_batch_status(result)));
+    return fill_instances(page, kmp_batch_model(result), kmp_outcome_of(kmp_batch_status(result)),
+                          kmp_batch_warnings(result));
 }
 
 /* A folder and the model of its run. */
@@ -233,7 +240,7 @@ static kempe_status fill_gathered(kmp_result_page *page, const void *result)
         return status == KEMPE_E_INPUT || status == KEMPE_E_IO ? KEMPE_E_FAILED : status;
     page->verdict = kmp_folder_judge(g->folder, KEMPE_OK);
     const bool none = g->folder->rows.failed == g->folder->instances;
-    return fill_instances(page, g->model, kmp_outcome_of(none ? KEMPE_E_FAILED : page->verdict));
+    return fill_instances(page, g->model, kmp_outcome_of(none ? KEMPE_E_FAILED : page->verdict), NULL);
 }
 
 /* -- fits -------------------------------------------------------------------------------------------- */
@@ -314,12 +321,14 @@ static kempe_status fill_fit(kmp_result_page *page, const void *result)
                          : "motion of the estimates");
     page->answer = kmp_arena_printf(&page->arena, "%d parameter%s from %d measurements", f->count,
                                     f->count == 1 ? "" : "s", f->residuals);
-    for (int k = 0; k < f->count; k++)
+    for (int k = 0; k < f->count; k++) {
+        const kmp_shown as = kmp_shown_of(page->system, f->name[k]);
         add_fact(page,
-                 isfinite(f->error[k])
-                     ? kmp_arena_printf(&page->arena, "%s \xc2\xb1 %.2g", f->name[k], f->factor[k] * f->error[k])
-                     : f->name[k],
-                 "%.4g", f->value[k]);
+                 isfinite(f->error[k]) ? kmp_arena_printf(&page->arena, "%s \xc2\xb1 %.2g", f->name[k],
+                                                          as.factor * f->factor[k] * f->error[k])
+                                       : f->name[k],
+                 "%.4g%s%s", as.factor * f->value[k], *as.unit ? " " : "", as.unit);
+    }
     KMP_TRY(kempe_fit_print(f, KEMPE_TEXT, &page->text));
     KMP_TRY(kempe_fit_table(f, "first", &page->table));
     page->x = "t";
@@ -338,10 +347,13 @@ static kempe_status fill_optimum(kmp_result_page *page, const void *result)
     KMP_TRY(kmp_system_of_variant(o->variant, &page->own));
     KMP_TRY(kmp_page_take(page, page->own));
     kmp_page_set_outcome(page, kmp_outcome_of(o->status), o->reason, o->warnings, "motion at the optimum");
+    const kmp_shown as = kmp_shown_as(page->context, kmp_print_unknown(page->context, o->objective.list->unit[0]));
     page->answer = kmp_arena_printf(&page->arena, "%s of %s: %.6g %s", o->most_wanted ? "Largest value" : "Least value",
-                                    o->quantity, o->at_best[0], o->objective.list->unit[0]);
-    for (int k = 0; k < o->count; k++)
-        add_fact(page, o->bounded.name[k], "%.4g", o->value[k]);
+                                    o->quantity, as.factor * o->at_best[0], as.unit);
+    for (int k = 0; k < o->count; k++) {
+        const kmp_shown value = kmp_shown_of(page->system, o->bounded.name[k]);
+        add_fact(page, o->bounded.name[k], "%.4g%s%s", value.factor * o->value[k], *value.unit ? " " : "", value.unit);
+    }
     KMP_TRY(kempe_optimum_print(o, KEMPE_TEXT, &page->text));
     page->x = "t";
     KMP_TRY(add_motion(page, run->rtol, run->t_end > 0 ? run->t_end : page->system->model->run.t_end, NULL));
@@ -487,7 +499,7 @@ static kempe_status tabulate_outputs(kmp_result_page *page, kmp_output_program *
     kempe_table *table = kmp_tabulate(page->context, "outputs");
     double *values = KMP_NEW(double, columns->count);
     for (int k = 0; k < columns->count; k++)
-        kmp_tabulate_column(table, columns->unit[k], "%s", columns->name[k]);
+        kmp_tabulate_column(table, kmp_print_unknown(page->context, columns->unit[k]), "%s", columns->name[k]);
     kmp_tabulate_column(table, "J", "energy.work");
     for (int k = 0; k < kmp_model_given_inputs(model); k++)
         kmp_tabulate_column(table, model->inputs[k].unit, "input.%s", model->inputs[k].name);
@@ -621,6 +633,7 @@ static kempe_status fill_simulation(kmp_result_page *page, const void *result)
                                           t->spec.rtol));
     page->answer = answer_of(t, &page->arena);
     page->locked = !kmp_is_complete(t->status) && !t->interrupted;
+    KMP_TRY(kmp_joint_arrows_of_run(&page->arrows, t->system, &page->records->row, t->least_norm, page->locked));
     page->x = "t";
     add_accuracy(page, t);
     return KEMPE_OK;

@@ -38,8 +38,13 @@ REFERENCE = ROOT / "examples/andrews/reference.csv"
 COMMANDS = re.findall(r"^    \{CLI_\w+, \"(\w+)\"", (ROOT / "src/cli/commands.c").read_text(), re.M)
 ANGLES = "beta theta gamma Phi delta Omega epsilon".split()
 KEMPE = "kempe"  # set by main
-# Of motions that are long under sanitizers, the functions are called there by the unit tests of the same name or subject.
-long_motion = unittest.skipIf("KEMPE_SANITIZED" in os.environ, "long under sanitizers")
+# Tests of motions that are long under sanitizers: all, none or only they are run. Unit tests call the same functions there.
+LONG_MOTIONS = os.environ.get("KEMPE_LONG_MOTIONS", "all")
+
+
+def long_motion(test):
+    test.is_long = True
+    return unittest.skipIf(LONG_MOTIONS == "none", "long under sanitizers")(test)
 
 
 def kempe(*words, cwd=None):
@@ -73,6 +78,8 @@ def without_times(value):
 
 class Case(unittest.TestCase):
     def setUp(self):
+        if LONG_MOTIONS == "only" and not hasattr(getattr(self, self._testMethodName), "is_long"):
+            self.skipTest("not a long motion")
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
@@ -580,13 +587,11 @@ class Systems(Case):
             self.assertIn(f"found      F = {told:.6g}{name}\n", done.stdout)
 
     def test_words(self):
-        """--units has a system, or none; what has none is refused by name."""
+        """--units has a system, or none."""
         self.expect(0, "simulate", "--units", self.SLIDER, "--t-end", "0.01", "-o", "a.csv")
         self.expect(0, "simulate", "--units", "si", self.SLIDER, "--t-end", "0.01", "-o", "b.csv")
         self.assertEqual((self.folder / "a.csv").read_text(), (self.folder / "b.csv").read_text())
         self.assertIn("there are si, mm and us", self.expect(3, "simulate", self.SLIDER, "--units=cgs").stderr)
-        for command in "compare", "ensemble", "modes", "response", "fit":
-            self.assertIn(f"{command} writes its results in SI", self.expect(3, command, self.SLIDER, "--units", "mm").stderr)
 
 
 class Equilibria(Case):

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow 7 */
+/* ctest: slow once 7 */
 /* Every allocation fails once (test_memory.c), of the studies of a system. */
 #include "exhaust.h"
 #include "javascript_folder.h"

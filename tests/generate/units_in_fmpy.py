@@ -84,10 +84,10 @@ class Unit:
 
     rounds = False  # communication steps may change rounding
 
-    def __init__(self, fmi, file, folder):
+    def __init__(self, fmi, file, folder, validate=True):
         self.fmi, self.file = fmi, file
         self.folder = fmpy.extract(str(self.file), str(folder))
-        self.about = fmpy.read_model_description(self.folder)
+        self.about = fmpy.read_model_description(self.folder, validate=validate)
         self.reference = {v.name: v.valueReference for v in self.about.modelVariables}
         self.outputs = [v.name for v in self.about.modelVariables if v.name.startswith("q.")]
         self.said = []
@@ -342,7 +342,7 @@ def unpacked(unit, instance, bytes_of_it):
 def continue_saved(fmi, kind, file, bytes_of_it, end):
     """The motion from a state of another process."""
     with tempfile.TemporaryDirectory() as folder:
-        unit = Unit(fmi, file, folder)
+        unit = Unit(fmi, file, folder, validate=False)
         return go(unit, restored(unit, kind, bytes_of_it)[0], kind, STEPS, end)
 
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow 4 */
+/* ctest: slow once 4 */
 /* Spherical joints pass every orientation: the maps between charts against differences, tumbling bodies against Euler's
  * closed form, the same motion in angles that never become singular, loops cut elsewhere. */
 #include "base/text.h"
@@ -83,7 +83,7 @@ static int last(const scene *s)
  * of turns about the axis in the middle. The test has its own bounds of the errors. */
 static bool ends(const scene *s)
 {
-    bool differs = s->status == KEMPE_UNTRUSTED && s->t && strstr(s->t->warnings, "do not trust this run beyond");
+    bool differs = s->status == KEMPE_UNTRUSTED && s->t && strstr(s->t->warnings, "do not trust the motion beyond");
     return s->status == KEMPE_OK || differs;
 }
 

@@ -78,7 +78,7 @@ static void chaos_is_told(void)
         kempe_run_options options = {.formulation = formulations[k],
                                      .integrator = independent_integrator(formulations[k])};
         CHECK(run(&s, &options, &trajectory) == KEMPE_UNTRUSTED);
-        CHECK(s.warnings == 1 && strstr(s.words, "do not trust this run beyond t = "));
+        CHECK(s.warnings == 1 && strstr(s.words, "do not trust the motion beyond t = "));
         check_json(trajectory, "\"result\": \"not converged\"");
         kempe_trajectory_free(trajectory);
     }
@@ -158,7 +158,7 @@ static bool keeps_silent(const char *text, const char *path, const kempe_run_opt
     kempe_trajectory *trajectory = NULL;
     open_scene(&s, text, path);
     kempe_status status = run(&s, options, &trajectory);
-    bool silent = s.warnings == 0, told = s.warnings == 1 && strstr(s.words, "do not trust this run beyond t = ");
+    bool silent = s.warnings == 0, told = s.warnings == 1 && strstr(s.words, "do not trust the motion beyond t = ");
     CHECK(silent ? status == KEMPE_OK : told && status == KEMPE_UNTRUSTED);
     kempe_trajectory_free(trajectory);
     close_scene(&s);

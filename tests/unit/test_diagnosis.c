@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow 6 */
+/* ctest: slow once 6 */
 /* `check` as a doctor and the assembly modes, against plane trigonometry and what is known of the classical
  * overconstrained linkages. */
 #include "base/memory.h"

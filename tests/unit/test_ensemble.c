@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* wings: ensemble */
-/* ctest: slow 16 */
+/* ctest: slow once 16 */
 /* Ensembles: the same bits whatever the number of lanes and whether they are machine code; the answers of models that
  * are read with the same values, one by one; what lanes leave to runs of their own; what cannot be run. */
 #include "base/context.h"

@@ -389,7 +389,9 @@ static void columns_bend_as_their_load_says(void)
         (void)snprintf(text, sizeof text, model, list[k].shapes);
         CHECK(kempe_model_read_text_set(l.context, text, "model.yaml", &set, 1, &l.model) == KEMPE_OK);
         l = load_finish(l);
-        CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &e) == KEMPE_OK &&
+        /* Doubted beyond a tenth of the length: what is left out is of third order there. */
+        const kempe_status trust = list[k].deflection > 0.1 ? KEMPE_UNTRUSTED : KEMPE_OK;
+        CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &e) == trust &&
               kempe_equilibrium_table(e, "equilibria", &table) == KEMPE_OK);
         for (int i = 1; table && i <= list[k].shapes; i++) { /* each shape is 1 at the tip */
             (void)snprintf(column, sizeof column, "q.rod.y%d", i);

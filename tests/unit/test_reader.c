@@ -317,7 +317,7 @@ static void settings(void)
     m = NULL;
     CHECK(kempe_model_read_text_set(context, text, "text", bad, 3, &m) == KEMPE_E_INPUT && !m);
     const char *said = kempe_context_message(context);
-    CHECK(strstr(said, "text:3:63: the com of body 'a', component 1,: expected m, got kg\n") == said);
+    CHECK(strstr(said, "text:3:63: component 1 of the com of body 'a': expected m, got kg\n") == said);
     CHECK(strstr(said, "--set L:1:1: the model has no parameter 'L'; did you mean 'l'?") != NULL);
     CHECK(strstr(said, "--set m:1:3: unknown parameter 'x'") != NULL);
     CHECK(kempe_model_read_text_set(context, "kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}}}\n", "text", bad,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow 14 */
+/* ctest: slow once 14 */
 /* Derivatives of trajectories with continuous delays, by the delays too: against the polynomials of the method of steps
  * and a closed form with jumps; against runs with moved parameters, of a closed loop, with events and samples that
  * delayed signals cause, and with kinks; refusals. */

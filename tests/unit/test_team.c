@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* wings: rail */
-/* ctest: slow 6 */
+/* ctest: slow once 6 */
 /* A team does every piece once and is done when it says so; equations in parts have the bits of those in one. */
 #include "backend/prepared.h"
 #include "base/clock.h"

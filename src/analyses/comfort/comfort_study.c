@@ -347,11 +347,12 @@ static double worst(const kempe_comfort *c)
     return difference;
 }
 
-enum { NAME_AT = 70, INDENT = 4 };
+enum { NAME_AT = 70 };
 
 /* The answer: mean comfort where three directions are known, otherwise the largest Wz or the largest 95 % value. */
 static void show_title(kmp_text *text, const kempe_comfort *c)
 {
+    const kmp_shown as = kmp_shown_as(c->system->context, "m/s^2");
     kmp_text title = {0};
     int place = 0;
     double wz = NAN, percentile = 0;
@@ -370,25 +371,25 @@ static void show_title(kmp_text *text, const kempe_comfort *c)
     else if (isfinite(wz))
         kmp_text_printf(&title, "ride comfort: largest Wz %.3f", wz);
     else
-        kmp_text_printf(&title, "ride comfort: largest 95 %% value %.4f m/s^2", percentile);
+        kmp_text_printf(&title, "ride comfort: largest 95 %% value %.4f %s", as.factor * percentile, as.unit);
     kmp_text_printf(&title, ", t = %.6g to %.6g s", c->from, c->from + c->windows * KMP_COMFORT_WINDOW);
-    kmp_print_wrapped(text, "", INDENT, title.s ? title.s : "");
-    kmp_text_free_part(text, &title);
-    kmp_print_doubts(text, kmp_outcome_of(c->status), c->warnings);
+    kmp_print_answer(text, &title, kmp_outcome_of(c->status), c->warnings, "", NULL);
 }
 
 static void show(kmp_text *text, const void *result)
 {
     const kempe_comfort *c = result;
+    const kmp_shown as = kmp_shown_as(c->system->context, "m/s^2");
+    const double factor = as.factor;
     show_title(text, c);
-    kmp_text_printf(text, "\n  %-15s%9s%9s%9s%9s%9s%7s  of\n", "m/s^2", "rms", "weighted", "median", "95 %", "largest",
+    kmp_text_printf(text, "\n  %-15s%9s%9s%9s%9s%9s%7s  of\n", as.unit, "rms", "weighted", "median", "95 %", "largest",
                     "Wz");
     for (int k = 0; k < c->count; k++) {
         const kmp_comfort_signal *s = &c->signal[k];
         const kmp_comfort_row *row = &kmp_comfort_rows[s->direction];
         kmp_text_printf(text, "  %-12s %-2s", row->name, kmp_weighting_name(row->weighting));
-        kmp_print_cells(text, "%9.4f%9.4f%9.4f%9.4f%9.4f%7.3f", s->raw, s->weighted, s->median, s->percentile,
-                        s->largest, s->sperling);
+        kmp_print_cells(text, "%9.4f%9.4f%9.4f%9.4f%9.4f%7.3f", factor * s->raw, factor * s->weighted,
+                        factor * s->median, factor * s->percentile, factor * s->largest, s->sperling);
         kmp_text_printf(text, "%s  %s\n", NAME_AT + strlen(s->name) > KMP_PRINT_LINE ? "\n" : "", s->name);
     }
     for (int k = 0; k < c->places && c->places > 1; k++)

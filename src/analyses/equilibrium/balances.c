@@ -11,6 +11,7 @@
 #include "analyses/equilibrium/friction_at_rest.h"
 #include "analyses/equilibrium/operating.h"
 #include "analyses/equilibrium/running_state.h"
+#include "analyses/parts/study_print.h"
 #include "analyses/parts/told_tables.h"
 #include "backend/machine.h"
 #include "base/context.h"
@@ -25,6 +26,7 @@
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/samples.h"
+#include "studies/simulate/flexible_doubts.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
@@ -376,19 +378,6 @@ static kempe_status read_options(kempe_equilibrium *e, const kempe_equilibrium_o
                     "--global cannot be combined with --hold, --target and --solve-for: omit them, or omit --global");
 }
 
-/* The unit of a parameter, where its file says one; NULL: no memory. */
-static const char *unit_of_parameter(kempe_equilibrium *e, const char *name)
-{
-    const kmp_dimension dimension = kmp_variant_dimension(e->requested->model, name);
-    kmp_text unit = {0};
-    if (dimension.kind != KMP_DIMENSION_KNOWN || !kmp_dimension_is_physical(dimension))
-        return "";
-    kmp_dimension_print(&unit, dimension);
-    for (char *s = unit.s; s && *s; s++)
-        *s = *s == '*' ? ' ' : *s;
-    return kmp_text_keep(&unit, &e->arena);
-}
-
 /* Names and units of values that are solved for in addition to the state. */
 static kempe_status name_freed(kempe_equilibrium *e)
 {
@@ -402,8 +391,8 @@ static kempe_status name_freed(kempe_equilibrium *e)
         e->freed_name = x->name;
         for (int k = 0; k < x->free_count; k++) {
             int rate = k < x->parameter_count ? -1 : e->rates[x->rate[k - x->parameter_count]].coordinate;
-            e->freed_unit[k] =
-                rate < 0 ? unit_of_parameter(e, x->name[k]) : kmp_quantity_unit(e->system, KMP_QUANTITY_QD, rate);
+            e->freed_unit[k] = rate < 0 ? kmp_quantity_unit_of(e->requested, x->name[k])
+                                        : kmp_quantity_unit(e->system, KMP_QUANTITY_QD, rate);
         }
         return kmp_made(e->system->context, !e->arena.failed);
     }
@@ -597,6 +586,11 @@ static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *
     return status;
 }
 
+static const double *state_of(const void *equilibrium, int k)
+{
+    return ((const kempe_equilibrium *)equilibrium)->balance[k].q;
+}
+
 static kempe_status make(const kempe_system *system, const kempe_equilibrium_options *options, bool state_alone,
                          kempe_equilibrium **equilibrium)
 {
@@ -612,6 +606,8 @@ static kempe_status make(const kempe_system *system, const kempe_equilibrium_opt
         status = find(e, options);
     if (status == KEMPE_OK && !state_alone)
         status = look_again(e);
+    if (!state_alone)
+        kmp_doubt_deflections(system, e->count, state_of, e);
     e->warnings = kmp_context_warnings(system->context);
     e->status = status = kmp_context_verdict(system->context, status);
     return KMP_GIVE_OR_FREE(status, equilibrium, e, kempe_equilibrium_free);

@@ -17,6 +17,7 @@
 #include "integrators/run/friction_state.h"
 #include "model/data/body.h"
 #include "output/print.h"
+#include "studies/simulate/flexible_doubts.h"
 #include <kempe/check.h>
 #include <kempe/kempe.h>
 #include <math.h>
@@ -168,6 +169,8 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
     if (status == KEMPE_OK) {
         begin(o, a);
         status = start ? KEMPE_OK : settle(o, linear, list);
+        if (status == KEMPE_OK)
+            kmp_doubt_deflection(system, o->q);
     }
     kempe_assembly_free(a);
     return KMP_GIVE_OR_FREE(status, operating, o, kmp_operating_free);

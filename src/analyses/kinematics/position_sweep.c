@@ -685,27 +685,21 @@ static kempe_status begin_balance(job *j, kmp_deflections *deflections)
                                                           .qd = j->assembly->qd});
 }
 
+static const double *row_of(const void *kinematics, int row)
+{
+    const kempe_kinematics *k = kinematics;
+    return k->q + (ptrdiff_t)row * k->system->n;
+}
+
 /* Rows with deformations in balance are not trusted where these are large or not stable. */
 static void doubt_deflections(const job *j)
 {
     const kempe_kinematics *k = j->k;
-    const kempe_model *model = k->system->model;
-    if (j->deflections->unstable)
-        kmp_doubt(model->context,
+    if (j->deflections && j->deflections->unstable)
+        kmp_doubt(k->system->context,
                   "deformations are in balance with their loads, but not in a stable one: a flexible body "
                   "buckles under less than these");
-    for (int b = 0; b < model->flexible_count; b++) {
-        const kmp_flexible *f = &model->flexibles[b];
-        double most = 0;
-        for (int row = 0; row < k->count; row++)
-            most = fmax(most, kmp_flexible_deflection(k->system, f, k->q + (ptrdiff_t)row * k->system->n));
-        if (most > KMP_DEFLECTION_LARGE * f->length->value)
-            kmp_doubt(
-                model->context,
-                "flexible body '%s' deflects by %.3g m, %.2f of its length: shapes with terms of second order are "
-                "right for up to %.1f",
-                model->bodies[f->body].name, most, most / f->length->value, KMP_DEFLECTION_LARGE);
-    }
+    kmp_doubt_deflections(k->system, k->count, row_of, k);
 }
 
 static kempe_status run(job *j, const kempe_kinematics_options *options, kmp_deflections *deflections)
@@ -772,8 +766,7 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
         status = make_room(k);
     if (status == KEMPE_OK)
         status = finish(&j, run(&j, options, &deflections));
-    if (j.deflections)
-        doubt_deflections(&j);
+    doubt_deflections(&j);
     kmp_deflections_free(&deflections);
     status = kmp_context_verdict(system->context, status);
     k->status = status == KEMPE_UNTRUSTED ? status : k->status;

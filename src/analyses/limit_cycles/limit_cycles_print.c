@@ -46,11 +46,7 @@ static void show_title(kmp_text *text, const kempe_limit_cycles *c)
     else
         kmp_text_printf(&title, ": %d Hopf point%s, %d branch%s of %d limit cycles", hopf, hopf == 1 ? "" : "s",
                         c->branches, c->branches == 1 ? "" : "es", cycles);
-    kmp_print_wrapped(text, "", INDENT, title.s ? title.s : "");
-    kmp_text_free_part(text, &title);
-    kmp_print_doubts(text, kmp_outcome_of(c->status), c->warnings);
-    if (c->reason)
-        kmp_print_wrapped(text, "  Stopped: ", INDENT, c->reason);
+    kmp_print_answer(text, &title, kmp_outcome_of(c->status), c->warnings, "  Stopped: ", c->reason);
 }
 
 static const char *held_name(const kempe_limit_cycles *c, int k)
@@ -89,10 +85,11 @@ typedef struct column {
 
 static column column_of(const kempe_limit_cycles *c, int k)
 {
-    if (k < c->held)
-        return (column){"load.", held_name(c, k), kmp_cycles_load_unit(c, k), 1};
-    kmp_shown as = kmp_shown_as(c->system->context, c->unit[k - c->held]);
-    return (column){"", c->output[k - c->held], as.unit, as.factor};
+    const bool load = k < c->held;
+    const kempe_context *context = c->system->context;
+    const char *unit = load ? kmp_cycles_load_unit(c, k) : kmp_print_unknown(context, c->unit[k - c->held]);
+    const kmp_shown as = kmp_shown_as(context, unit);
+    return (column){load ? "load." : "", load ? held_name(c, k) : c->output[k - c->held], as.unit, as.factor};
 }
 
 static int width_of(const column *of)
@@ -126,7 +123,7 @@ static void show_cycle(kmp_text *text, const kempe_limit_cycles *c, const kmp_cy
     for (int k = 0; k < columns; k++) {
         const column of = column_of(c, k);
         kmp_print_cells(text, "  %*.6g", width_of(&of),
-                        k < c->held ? x->load[k] : of.factor * kmp_cycle_amplitude(x, k - c->held));
+                        of.factor * (k < c->held ? x->load[k] : kmp_cycle_amplitude(x, k - c->held)));
     }
     kmp_text_put(text, "\n");
 }
@@ -142,7 +139,7 @@ static void show_branch(kmp_text *text, const kempe_limit_cycles *c, int branch,
 {
     const kmp_cycle_branch *b = &c->branch[branch];
     const int columns = shown_columns(c);
-    kmp_text head = {0}, unit = {0};
+    kmp_text head = {0};
     kmp_text_printf(&head, c->settle > 0 ? "Branch %d: %d simulations; %s" : "Branch %d: %d cycles; %s", branch + 1,
                     b->count, b->end ? b->end : "interrupted");
     kmp_text_put(text, "\n");
@@ -154,9 +151,7 @@ static void show_branch(kmp_text *text, const kempe_limit_cycles *c, int branch,
         kmp_text_printf(text, "  %*s%s%s", width_of(&of) - (int)(strlen(of.before) + strlen(of.name)), "", of.before,
                         of.name);
     }
-    kmp_print_unit_of(&unit, c->system, c->name);
-    kmp_text_printf(text, "\n  %-9s  %12s  %12s  %-9s  %10s", "", unit.length > 0 ? unit.s + 1 : "", "s", "", "");
-    kmp_text_free_part(text, &unit);
+    kmp_text_printf(text, "\n  %-9s  %12s  %12s  %-9s  %10s", "", kmp_limit_cycles_shown(c).unit, "s", "", "");
     for (int k = 0; k < columns; k++) {
         const column of = column_of(c, k);
         kmp_text_printf(text, "  %*s", width_of(&of), of.unit);
@@ -250,7 +245,7 @@ KMP_PRINT_FULL(kempe_limit_cycles, cycles, cycles->system->context, json, show, 
 
 static void add_parameter(kempe_table *table, const kempe_limit_cycles *c)
 {
-    kmp_tabulate_column(table, kmp_quantity_unit_of(c->system, c->name), "%s", c->name);
+    kmp_tabulate_value(table, c->system, "", c->name);
 }
 
 static void put_row(kempe_table *table, const kempe_limit_cycles *c, int branch, const kmp_cycle *x)
@@ -276,9 +271,10 @@ static void fill_rows(kempe_table *table, const void *result)
         kmp_tabulate_column(table, kmp_cycles_load_unit(c, k), "load.%s",
                             kmp_model_motion(c->system->model, c->held_motion[k])->name);
     for (int k = 0; k < c->outputs; k++) {
-        kmp_tabulate_column(table, c->unit[k], "%s.amplitude", c->output[k]);
-        kmp_tabulate_column(table, c->unit[k], "%s.max", c->output[k]);
-        kmp_tabulate_column(table, c->unit[k], "%s.min", c->output[k]);
+        const char *unit = kmp_print_unknown(c->system->context, c->unit[k]);
+        kmp_tabulate_column(table, unit, "%s.amplitude", c->output[k]);
+        kmp_tabulate_column(table, unit, "%s.max", c->output[k]);
+        kmp_tabulate_column(table, unit, "%s.min", c->output[k]);
     }
     for (int b = 0; b < c->branches; b++)
         for (int k = 0; k < c->branch[b].count; k++)
@@ -308,8 +304,9 @@ static void fill_states(kempe_table *table, const void *result)
     for (int i = 0; c->flow && i < c->flow->size; i++) {
         const kmp_flow_entry *e = &c->flow->entry[i];
         kmp_quantity quantity = e->kind == KMP_FLOW_RATE ? KMP_QUANTITY_QD : KMP_QUANTITY_Q;
-        kmp_tabulate_column(table, e->kind == KMP_FLOW_STATE ? "" : kmp_quantity_unit(c->system, quantity, e->motion),
-                            "%s.%s", kmp_flow_kinds[e->kind], kmp_flow_name(c->system->model, e));
+        const char *unit = e->kind == KMP_FLOW_STATE ? "" : kmp_quantity_unit(c->system, quantity, e->motion);
+        kmp_tabulate_column(table, kmp_print_unknown(c->system->context, unit), "%s.%s", kmp_flow_kinds[e->kind],
+                            kmp_flow_name(c->system->model, e));
     }
     for (int b = 0; b < c->branches; b++)
         for (int k = 0; k < c->branch[b].count; k++) {
@@ -395,8 +392,8 @@ static double change_between(const kmp_locus *l, double a, double b)
 
 static void put_plot(kmp_text *text, const kempe_limit_cycles *c, int output, int place)
 {
-    kmp_shown by = kmp_limit_cycles_shown(c),
-              as = kmp_shown_as(c->system->context, output < c->outputs ? c->unit[output] : "");
+    const kmp_shown by = kmp_limit_cycles_shown(c);
+    const column as = output < c->outputs ? column_of(c, c->held + output) : (column){"", "amplitude", "", 1};
     drawing d = {c, kmp_plot_inside(text, 0, HEIGHT * place, WIDTH, HEIGHT), output, by.factor, as.factor};
     kmp_plot_reach(&d.plot, by.factor * c->from, 0);
     kmp_plot_reach(&d.plot, by.factor * c->to, 0);
@@ -405,7 +402,7 @@ static void put_plot(kmp_text *text, const kempe_limit_cycles *c, int output, in
             kmp_plot_reach(&d.plot, by.factor * c->branch[b].cycle[k]->value, height(&d, c->branch[b].cycle[k]));
     d.plot.axis[0].name = c->name;
     d.plot.axis[0].unit = by.unit;
-    d.plot.axis[1].name = output < c->outputs ? c->output[output] : "amplitude";
+    d.plot.axis[1].name = as.name;
     d.plot.axis[1].unit = as.unit;
     kmp_plot_begin(&d.plot, "Amplitude of limit cycles: solid stable, dashed unstable");
     /* The equilibria, dashed where they are unstable. */

@@ -37,7 +37,7 @@ struct kempe_limit_cycles {
 /** The form in which results show values of the parameter. */
 static inline kmp_shown kmp_limit_cycles_shown(const kempe_limit_cycles *c)
 {
-    return kmp_shown_as(c->system->context, kmp_quantity_unit_of(c->system, c->name));
+    return kmp_shown_of(c->system, c->name);
 }
 
 /** Half the range of output k of a cycle, NaN where it is not periodic; 0 of a Hopf point. */

@@ -316,10 +316,7 @@ static char *unit_of_input(kmp_arena *arena, const kmp_model_input *input, int o
     kmp_dimension dimension = input->dimension;
     for (int k = 0; k < order; k++)
         dimension = kmp_dimension_times(dimension, KMP_DIM_TIME, -1);
-    if (kmp_dimension_is_physical(dimension))
-        kmp_dimension_print(&unit, dimension);
-    else
-        kmp_text_put(&unit, "");
+    kmp_dimension_put_unit(&unit, dimension);
     return kmp_text_keep(&unit, arena);
 }
 

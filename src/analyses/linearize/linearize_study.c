@@ -506,9 +506,7 @@ static void show_parts(kmp_text *text, const kempe_linearization *l, bool all)
     kmp_print_title(&title, c->system->model, kmp_outcome_of(c->status));
     kmp_text_printf(&title, "state-space model %s%s", state_sentence(c),
                     kmp_model_has_time(c->system->model) ? " (t = 0)" : "");
-    kmp_print_wrapped(text, "", INDENT, title.s ? title.s : "");
-    kmp_text_free_part(text, &title);
-    kmp_print_doubts(text, kmp_outcome_of(c->status), c->warnings);
+    kmp_print_answer(text, &title, kmp_outcome_of(c->status), c->warnings, "", NULL);
     if (!c->rests && !c->goes_on)
         kmp_text_put(text, "  It is valid only near this state, for a short time\n");
     if (l->period > 0)

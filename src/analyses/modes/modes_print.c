@@ -53,6 +53,15 @@ void kmp_modes_put_movers(kmp_text *text, const kempe_modes *m, int c)
     put_movers(text, m, c, MOST_MOVERS);
 }
 
+/* " (0.3 rad)": a coordinate in a shape, with its unit, where the model has coordinates of both kinds. */
+static void put_part(kmp_text *text, const kempe_modes *m, int c, int k)
+{
+    kmp_text_put(text, " (");
+    kmp_print_quantity(text, m->system->context, 3, m->modes.shown_re[k + (ptrdiff_t)c * m->modes.n],
+                       kmp_quantity_unit(m->system, KMP_QUANTITY_Q, k));
+    kmp_text_put(text, ")");
+}
+
 void kmp_modes_put_along(kmp_text *text, const kempe_modes *m, int c)
 {
     const double *re = m->modes.shown_re + (ptrdiff_t)c * m->modes.n, *scale = m->system->scale;
@@ -63,8 +72,12 @@ void kmp_modes_put_along(kmp_text *text, const kempe_modes *m, int c)
     kmp_text_printf(text, "along %s", first >= 0 ? name_of(m, first) : "nothing");
     for (int k = 0; k < m->modes.n; k++)
         if (k != first && fabs(re[k]) > LEAST_PART * scale[k]) {
+            if (others == 0 && first >= 0)
+                put_part(text, m, c, first);
             if (others < MOST_MOVERS)
-                kmp_text_printf(text, "%s%s (%.3g)", others ? ", " : " with ", name_of(m, k), re[k]);
+                kmp_text_printf(text, "%s%s", others ? ", " : " with ", name_of(m, k));
+            if (others < MOST_MOVERS)
+                put_part(text, m, c, k);
             others++;
         }
     if (others > MOST_MOVERS)
@@ -280,7 +293,7 @@ static void show_modes(kmp_text *text, const kempe_modes *m, bool all)
 
 kmp_shown kmp_modes_shown(const kempe_modes *modes)
 {
-    return kmp_shown_as(modes->system->context, kmp_quantity_unit_of(modes->system, modes->name));
+    return kmp_shown_of(modes->system, modes->name);
 }
 
 /* The next steps of the sweep in a row, behind value *k, whose modes were not assigned with certainty: from value
@@ -322,7 +335,7 @@ static void show_locus(kmp_text *text, const kempe_modes *m)
     if (reported > MOST_RANGES)
         kmp_text_printf(&line, " and %d more ranges", reported - MOST_RANGES);
     if (reported > 0) {
-        kmp_print_unit_of(&line, m->system, m->name);
+        kmp_print_unit_of(&line, " ", m->system, m->name);
         kmp_text_printf(&line, " of %s: two modes are too close, or more values are needed", m->name);
         kmp_print_wrapped(text, "  ", INDENT, line.s ? line.s : "");
     }
@@ -380,11 +393,7 @@ static void show_title(kmp_text *text, const kempe_modes *m)
     } else {
         put_answer(&title, m);
     }
-    kmp_print_wrapped(text, "", INDENT, title.s ? title.s : "");
-    kmp_text_free_part(text, &title);
-    kmp_print_doubts(text, kmp_outcome_of(m->status), m->warnings);
-    if (m->reason)
-        kmp_print_wrapped(text, "  Stopped: ", INDENT, m->reason);
+    kmp_print_answer(text, &title, kmp_outcome_of(m->status), m->warnings, "  Stopped: ", m->reason);
 }
 
 /* The coordinates, rates and states that modes are about. */
@@ -571,7 +580,8 @@ static void fill_modes(kempe_table *table, const void *result)
         kmp_tabulate_columns(table, "z.re z.im");
     kmp_tabulate_apart(table);
     for (int k = 0; k < 2 * m->modes.n; k++)
-        kmp_tabulate_column(table, "", "%s.%s", k % 2 ? "im" : "re", m->system->model->motions[k / 2].name);
+        kmp_tabulate_column(table, kmp_quantity_unit(m->system, KMP_QUANTITY_Q, k / 2), "%s.%s", k % 2 ? "im" : "re",
+                            m->system->model->motions[k / 2].name);
     for (int c = 0; c < s->count; c++) {
         double re = s->re[c], im = s->im[c];
         ptrdiff_t at = (ptrdiff_t)c * m->modes.n;
@@ -589,7 +599,7 @@ static void fill_sweep(kempe_table *table, const kempe_modes *m)
     const kmp_locus *l = &m->locus;
     const kmp_motion *motions = m->system->model->motions;
     const int n = m->modes.n;
-    kmp_tabulate_column(table, kmp_quantity_unit_of(m->system, m->name), "%s", m->name);
+    kmp_tabulate_value(table, m->system, "", m->name);
     for (int k = 0; k < 2 * l->count; k++)
         kmp_tabulate_column(table, "1/s", "%s.%d", k % 2 ? "im" : "re", k / 2 + 1);
     for (int i = 0; i < n; i++)
@@ -618,7 +628,8 @@ static void fill_rows(kempe_table *table, const void *result)
 static void fill_critical(kempe_table *table, const void *result)
 {
     const kempe_modes *m = result;
-    kmp_tabulate_column(table, m->name ? kmp_quantity_unit_of(m->system, m->name) : "", "value");
+    const char *unit = m->name ? kmp_quantity_unit_of(m->system, m->name) : "";
+    kmp_tabulate_column(table, kmp_print_unknown(m->system->context, unit), "value");
     kmp_tabulate_columns(table, "re[1/s] im[1/s] frequency[Hz] branch grows[words]");
     for (int k = 0; k < m->locus.critical_count; k++) {
         const kmp_critical *c = &m->locus.critical[k];

@@ -10,6 +10,7 @@
 #include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
+#include "studies/simulate/flexible_doubts.h"
 #include <math.h>
 #include <string.h>
 
@@ -145,6 +146,7 @@ static kempe_status make_of(kempe_modes *m, const kempe_modes_options *options, 
     KMP_TRY(kmp_made(m->system->context, !m->arena.failed));
     memcpy(m->q, m->family->state->q, n * sizeof *m->q);
     memcpy(m->qd, m->family->state->qd, n * sizeof *m->qd);
+    kmp_doubt_deflection(m->system, m->q);
     if (options->sweep)
         return vary(m, options->sweep, at);
     if (!rate)

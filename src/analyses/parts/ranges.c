@@ -209,9 +209,15 @@ static void warn_of_turns(const kempe_model *model, const char *what, const kmp_
         !(most > (degrees ? KMP_MORE_TURN : MANY_TURNS)))
         return;
     const double given = fabs(range->from) > fabs(range->to) ? range->from : range->to;
-    kmp_log(model->context, KEMPE_LOG_WARNING,
-            "%s: '%s' is %g without a unit and is taken in rad, %.3g turns: for degrees write '%g deg'", what,
-            range->name, given, most / KMP_TURN, given);
+    if (range->count > 0)
+        kmp_log(model->context, KEMPE_LOG_WARNING,
+                "%s: '%s' is %g without a unit and is taken in rad, %.3g turns: for degrees write '%g deg'", what,
+                range->name, given, most / KMP_TURN, given);
+    else
+        kmp_log(model->context, KEMPE_LOG_WARNING,
+                "%s: '%s' has %g without a unit and is taken in rad, %.3g turns: for degrees name the column '%s "
+                "[deg]'",
+                what, range->name, given, most / KMP_TURN, range->name);
 }
 
 kempe_status kmp_range_fits_motion(const kempe_model *model, const char *what, const kmp_range *range, int coordinate,
@@ -293,13 +299,13 @@ static kempe_status take_one(kempe_status status, kmp_ranges *one, double *value
     return status;
 }
 
-kempe_status kmp_range_number(kempe_context *context, const char *what, const char *name, const char *text,
-                              size_t length, kmp_dimension wanted, double *value)
+kempe_status kmp_range_of_unit(const kempe_model *model, const char *what, const char *name, const char *text,
+                               const char *unit, double *value)
 {
     kmp_ranges one = {0};
-    kempe_status status = read_one(context, what, name, text, length, &one);
+    kempe_status status = read_one(model->context, what, name, text, strlen(text), &one);
     if (status == KEMPE_OK)
-        status = kmp_range_fits(context, what, &one.range[0], wanted);
+        status = kmp_range_fits_unit(model, what, &one.range[0], unit);
     return take_one(status, &one, value);
 }
 

@@ -26,12 +26,12 @@ typedef struct kmp_ranges {
 kempe_status kmp_ranges_read(kempe_context *context, const char *text, kmp_ranges *ranges);
 void kmp_ranges_free(kmp_ranges *ranges);
 
-/** Reads one number of the first `length` characters, with or without a unit of this dimension. Errors as
- * kmp_range_fits; they say "NAME=TEXT". */
-kempe_status kmp_range_number(kempe_context *context, const char *what, const char *name, const char *text,
-                              size_t length, kmp_dimension wanted, double *value);
+/** Reads one number, with or without a unit that fits this one of SI. Errors and warnings as kmp_range_fits_unit; they
+ * say "NAME=TEXT". */
+kempe_status kmp_range_of_unit(const kempe_model *model, const char *what, const char *name, const char *text,
+                               const char *unit, double *value);
 
-/** The same of a parameter, q.NAME or qd.NAME. */
+/** The same of a parameter, q.NAME or qd.NAME, from the first `length` characters. */
 kempe_status kmp_range_of_variable(const kempe_model *model, const char *what, const char *name, const char *text,
                                    size_t length, double *value);
 

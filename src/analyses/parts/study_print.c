@@ -18,49 +18,26 @@ const char *kmp_quantity_unit_of(const kempe_system *system, const char *name)
             if (strcmp(name + length + 1, system->model->motions[k].name) == 0)
                 return kmp_quantity_unit(system, quantity, k);
     }
-    return "";
-}
-
-/* A unit with blanks between its parts, as in all texts. */
-static void put_dimension(kmp_text *text, kmp_dimension dimension)
-{
-    kmp_text unit = {0};
-    kmp_dimension_print(&unit, dimension);
-    for (size_t k = 0; k < unit.length; k++)
-        if (unit.s[k] == '*')
-            unit.s[k] = ' ';
-    kmp_text_put(text, unit.s ? unit.s : "");
-    kmp_text_free_part(text, &unit);
-}
-
-/* The unit `known` of a start value, or the unit of a parameter's dimension. */
-static void put_unit(kmp_text *text, const char *before, const kempe_system *system, const char *name,
-                     const char *known)
-{
     const int at = kmp_parameter_find(system->model, name);
-    const bool physical = at >= 0 && kmp_dimension_is_physical(system->model->parameters[at].dimension);
-    if (!*known && !physical)
-        return;
-    kmp_text_printf(text, "%s%s", before, known);
-    if (physical)
-        put_dimension(text, system->model->parameters[at].dimension);
+    const char *unit = at >= 0 ? system->model->parameters[at].unit : NULL;
+    return unit ? unit : "";
 }
 
-void kmp_print_parameter_unit(kmp_text *text, const char *before, const kempe_system *system, const char *name)
+kmp_shown kmp_shown_of(const kempe_system *system, const char *name)
 {
-    put_unit(text, before, system, name, kmp_quantity_unit_of(system, name));
+    return kmp_shown_as(system->context, kmp_print_unknown(system->context, kmp_quantity_unit_of(system, name)));
 }
 
-void kmp_print_unit_of(kmp_text *text, const kempe_system *system, const char *name)
+void kmp_print_unit_of(kmp_text *text, const char *before, const kempe_system *system, const char *name)
 {
-    put_unit(text, " ", system, name, kmp_shown_as(system->context, kmp_quantity_unit_of(system, name)).unit);
+    const char *unit = kmp_shown_of(system, name).unit;
+    kmp_text_printf(text, "%s%s", *unit ? before : "", unit);
 }
 
 void kmp_print_value_of(kmp_text *text, const kempe_system *system, const char *name, double value)
 {
-    kmp_shown as = kmp_shown_as(system->context, kmp_quantity_unit_of(system, name));
-    kmp_text_printf(text, "%.6g", as.factor * value + 0.0);
-    kmp_print_unit_of(text, system, name);
+    kmp_text_printf(text, "%.6g", kmp_shown_of(system, name).factor * value + 0.0);
+    kmp_print_unit_of(text, " ", system, name);
 }
 
 void kmp_print_pairs(kmp_json *json, const char *key, int count, const double *re, const double *im)
@@ -77,6 +54,12 @@ int kmp_print_widest(int count, char *const *names, int least)
     for (int k = 0; k < count; k++)
         width = (int)strlen(names[k]) > width ? (int)strlen(names[k]) : width;
     return width;
+}
+
+void kmp_tabulate_value(kempe_table *table, const kempe_system *system, const char *before, const char *name)
+{
+    kmp_tabulate_column(table, kmp_print_unknown(system->context, kmp_quantity_unit_of(system, name)), "%s%s", before,
+                        name);
 }
 
 void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_quantity quantity)
@@ -109,9 +92,10 @@ void kmp_print_held(kmp_text *text, const char *label, const kempe_system *syste
     const kempe_model *model = system->model;
     const double *value = qd + kmp_model_coordinates(model);
     const kmp_state *state;
+    const char *unit = kmp_print_unknown(system->context, "");
     int count = 0;
     for (int k = 0; (state = next_held(model, &k)); k++)
-        kmp_text_printf(text, "%s%s = %.6g", count++ ? ", " : label, state->name, value[k]);
+        kmp_text_printf(text, "%s%s = %.6g%s%s", count++ ? ", " : label, state->name, value[k], *unit ? " " : "", unit);
     if (count > 0)
         kmp_text_put(text, count == 1 ? ": this state changes at events, and is constant in small motions\n"
                                       : ": these states change at events, and are constant in small motions\n");

@@ -5,17 +5,18 @@
 #include "base/json.h"
 #include "output/result_table.h"
 
-/** SI unit of a value that is named as a column, q.NAME or qd.NAME; "": another name, a parameter. */
+/** SI unit of a value that may vary: a start value, q.NAME or qd.NAME, or a parameter by its dimension; "": unknown. */
 const char *kmp_quantity_unit_of(const kempe_system *system, const char *name);
 
-/** Appends `before` and the SI unit of a parameter of the model, or of a start value q.NAME, qd.NAME; nothing where the
- * unit is not known. */
-void kmp_print_parameter_unit(kmp_text *text, const char *before, const kempe_system *system, const char *name);
+/** That unit as results show it: "" where it is unknown in SI, "SI" in another system. */
+kmp_shown kmp_shown_of(const kempe_system *system, const char *name);
 
-/** For texts: the unit of such a name with a blank before it, of a parameter the unit of its dimension, nothing where
- * it is not known; and a value in it. */
-void kmp_print_unit_of(kmp_text *text, const kempe_system *system, const char *name);
+/** For texts: `before` and that unit, nothing where it is ""; and a value with it. */
+void kmp_print_unit_of(kmp_text *text, const char *before, const kempe_system *system, const char *name);
 void kmp_print_value_of(kmp_text *text, const kempe_system *system, const char *name, double value);
+
+/** A column of such values, named by `before` and the name. */
+void kmp_tabulate_value(kempe_table *table, const kempe_system *system, const char *before, const char *name);
 
 /** An array of pairs [re, im]. */
 void kmp_print_pairs(kmp_json *json, const char *key, int count, const double *re, const double *im);

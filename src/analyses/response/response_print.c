@@ -23,7 +23,7 @@ enum { MOST_ROWS = 20, WIDEST_NAME = 40, INDENT = 4 };
 static void put_name(kmp_text *name, const kempe_response *r, int input, int output)
 {
     kmp_text_printf(name, "%s / %s", kmp_response_output(r, output), kmp_response_input(r, input));
-    kmp_response_put_unit(name, r, input, kmp_response_shown(r, output).unit, ", ", " / ");
+    kmp_response_put_unit(name, r, input, output, ", ", " / ");
 }
 
 /* A frequency with the amplitude there. */
@@ -40,7 +40,7 @@ static void put_row(kmp_text *text, double hz, double amplitude)
 static void show_pair(kmp_text *text, const kempe_response *r, int input, int output, int width, int *room)
 {
     const kmp_frequency *f = &r->frequency;
-    const double factor = kmp_response_shown(r, output).factor, still = f->still[output + input * f->outputs];
+    const double factor = kmp_response_factor(r, input, output), still = f->still[output + input * f->outputs];
     kmp_text name = {0};
     put_name(&name, r, input, output);
     const int length = (int)name.length;
@@ -101,9 +101,7 @@ static void show_title(kmp_text *text, const kempe_response *r)
         kmp_text_printf(&title, "%d peak%s", f->peak_count, f->peak_count == 1 ? "" : "s");
     else
         kmp_text_put(&title, "no peaks");
-    kmp_print_wrapped(text, "", INDENT, title.s ? title.s : "");
-    kmp_text_free_part(text, &title);
-    kmp_print_doubts(text, kmp_outcome_of(c->status), c->warnings);
+    kmp_print_answer(text, &title, kmp_outcome_of(c->status), c->warnings, "", NULL);
 }
 
 static void show_parts(kmp_text *text, const kempe_response *r, bool all)
@@ -244,7 +242,7 @@ static int collect(const kempe_response *r, int pair, spot *list)
 {
     const kmp_frequency *f = &r->frequency;
     int count = 0, input = pair / f->outputs, output = pair % f->outputs;
-    double factor = kmp_response_shown(r, output).factor;
+    double factor = kmp_response_factor(r, input, output);
     for (int k = 0; k < f->count; k++) {
         kmp_response_point at = kmp_response_at(r, k, pair);
         list[count++] = (spot){f->at[k], factor * at.amplitude, at.phase};
@@ -293,15 +291,18 @@ static void draw(kmp_text *text, const kempe_response *r, spot *room)
     for (int k = 0; k < f->count; k++)
         for (int pair = 0; pair < f->inputs * f->outputs; pair++)
             kmp_plot_reach(&amplitude, f->at[k],
-                           kmp_response_shown(r, pair % f->outputs).factor * kmp_response_at(r, k, pair).amplitude);
+                           kmp_response_factor(r, pair / f->outputs, pair % f->outputs) *
+                               kmp_response_at(r, k, pair).amplitude);
     for (int k = 0; k < f->peak_count; k++)
         kmp_plot_reach(&amplitude, f->peak[k].frequency,
-                       kmp_response_shown(r, f->peak[k].output).factor * f->peak[k].amplitude);
+                       kmp_response_factor(r, f->peak[k].input, f->peak[k].output) * f->peak[k].amplitude);
     a->low = fmax(a->low, a->high * 1e-10);
     amplitude.axis[0] =
         (kmp_axis){.name = "", .low = f->at[0], .high = f->at[f->count - 1], .logarithmic = !r->linear, .exact = true};
-    a->name = kmp_shown_as(r->channels.system->context, "rad").factor == 1 ? "amplitude, SI units"
-                                                                           : "amplitude, degrees and SI units";
+    const kempe_context *context = r->channels.system->context;
+    a->name = kmp_context_system(context)                ? "amplitude, units below"
+              : kmp_shown_as(context, "rad").factor == 1 ? "amplitude, SI units"
+                                                         : "amplitude, degrees and SI units";
     phase.axis[0] = amplitude.axis[0];
     phase.axis[0].name = "frequency, Hz";
     phase.axis[1] = (kmp_axis){.name = "phase, degrees", .low = -180, .high = 180, .exact = true, .tick = 90};
@@ -320,7 +321,7 @@ static void draw(kmp_text *text, const kempe_response *r, spot *room)
             zero = zero && !(room[k].amplitude > 0);
         int input = line / r->frequency.outputs, output = line % r->frequency.outputs;
         kmp_text unit = {0};
-        kmp_response_put_unit(&unit, r, input, kmp_response_shown(r, output).unit, ", ", " / ");
+        kmp_response_put_unit(&unit, r, input, output, ", ", " / ");
         kmp_picture_entry(text, LEFT, y, "curve", kmp_plot_colour(line), "%s / %s%s%s", kmp_response_output(r, output),
                           kmp_response_input(r, input), unit.s ? unit.s : "", zero ? ": zero" : "");
         kmp_text_free_part(text, &unit);

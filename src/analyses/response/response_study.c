@@ -657,10 +657,27 @@ kempe_status kempe_response_new(const kempe_system *system, const kempe_response
 
 KMP_FREES(kempe_response, r, kmp_frequency_free(&r->frequency), kmp_channels_free(&r->channels))
 
-void kmp_response_put_unit(kmp_text *text, const kempe_response *r, int input, const char *of, const char *before,
+static kmp_shown output_shown(const kempe_response *r, int output)
+{
+    const kempe_context *context = r->channels.system->context;
+    return kmp_shown_as(context, kmp_print_unknown(context, r->channels.outputs.unit[output]));
+}
+
+static kmp_shown input_shown(const kempe_response *r, int input)
+{
+    const kempe_context *context = r->channels.system->context;
+    return kmp_shown_as(context, kmp_print_unknown(context, kmp_response_input_unit(r, input)));
+}
+
+double kmp_response_factor(const kempe_response *r, int input, int output)
+{
+    return output_shown(r, output).factor / input_shown(r, input).factor;
+}
+
+void kmp_response_put_unit(kmp_text *text, const kempe_response *r, int input, int output, const char *before,
                            const char *over)
 {
-    const char *by = kmp_response_input_unit(r, input);
+    const char *of = output_shown(r, output).unit, *by = input_shown(r, input).unit;
     if (of[0] && by[0])
         kmp_text_printf(text, strpbrk(by, " *") ? "%s%s%s(%s)" : "%s%s%s%s", before, of, over, by);
 }
@@ -678,7 +695,7 @@ static void fill_rows(kempe_table *table, const void *result)
         int i = k / f->outputs, o = k % f->outputs;
         const char *output = kmp_response_output(r, o), *input = kmp_response_input(r, i);
         kmp_text unit = {0};
-        kmp_response_put_unit(&unit, r, i, kmp_response_shown(r, o).unit, "", "/");
+        kmp_response_put_unit(&unit, r, i, o, "", "/");
         kmp_tabulate_column(table, unit.s ? unit.s : "", "%s/%s.amplitude", output, input);
         kmp_tabulate_look(table, KMP_LOOK_LOGARITHMIC);
         kmp_tabulate_column(table, "deg", "%s/%s.phase", output, input);
@@ -689,7 +706,7 @@ static void fill_rows(kempe_table *table, const void *result)
         KMP_TABULATE(table, "%g", f->at[k]);
         for (int p = 0; p < pairs; p++) {
             kmp_response_point at = kmp_response_at(r, k, p);
-            kmp_tabulate_cells(table, "%g %g", kmp_response_shown(r, p % f->outputs).factor * at.amplitude,
+            kmp_tabulate_cells(table, "%g %g", kmp_response_factor(r, p / f->outputs, p % f->outputs) * at.amplitude,
                                at.phase * (360 / two_pi));
         }
     }
@@ -701,8 +718,8 @@ static void fill_peaks(kempe_table *table, const void *result)
     kmp_tabulate_columns(table, "input[words] output[words] frequency[Hz] amplitude phase[deg] gain");
     for (const kmp_peak *p = r->frequency.peak; p < r->frequency.peak + r->frequency.peak_count; p++)
         KMP_TABULATE(table, "%s %s %g %g %g %g", kmp_response_input(r, p->input), kmp_response_output(r, p->output),
-                     p->frequency, kmp_response_shown(r, p->output).factor * p->amplitude, p->phase * (360 / two_pi),
-                     p->gain);
+                     p->frequency, kmp_response_factor(r, p->input, p->output) * p->amplitude,
+                     p->phase * (360 / two_pi), p->gain);
 }
 
 KMP_TABLES(kempe_response, response, response->channels.system->context, {"rows", fill_rows}, {"peaks", fill_peaks})

@@ -101,12 +101,10 @@ static inline kmp_response_point kmp_response_at(const kempe_response *r, int k,
     return (kmp_response_point){hypot(re, im), atan2(im, re)};
 }
 
-/** The unit in which an output is shown, and the factor of its amplitudes from SI. */
-static inline kmp_shown kmp_response_shown(const kempe_response *r, int output)
-{
-    return kmp_shown_as(r->channels.system->context, r->channels.outputs.unit[output]);
-}
+/** The factor of the amplitudes of a pair, from SI to the units in which its output and input are shown. */
+double kmp_response_factor(const kempe_response *response, int input, int output);
 
-/** Appends `before` and `of`, the unit of an output, over the unit of an input; nothing if either is unknown. */
-void kmp_response_put_unit(kmp_text *text, const kempe_response *response, int input, const char *of,
-                           const char *before, const char *over);
+/** Appends `before` and the unit of an output over the unit of an input, as they are shown; nothing if either
+ * is unknown. */
+void kmp_response_put_unit(kmp_text *text, const kempe_response *response, int input, int output, const char *before,
+                           const char *over);

@@ -287,4 +287,5 @@ static kempe_status find_all_modes(kempe_sensitivity *s)
     return status;
 }
 
-const kmp_sensitivity_kind kmp_sensitivity_modes = {.name = "modes", .find = find_all_modes, .holds = true};
+const kmp_sensitivity_kind kmp_sensitivity_modes = {
+    .name = "modes", .find = find_all_modes, .plain = true, .holds = true};

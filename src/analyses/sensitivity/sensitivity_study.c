@@ -266,15 +266,27 @@ KMP_GETTER(kempe_slope_work kempe_sensitivity_work(const kempe_sensitivity *s), 
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-/* The factor of a column and its derivatives from SI to the shown unit; that unit, of the time integral too. */
+/* The unit of a column as results show it, but for the time of its integral. */
+static kmp_shown column_shown(const kempe_sensitivity *s, int column)
+{
+    const char *unit = s->unit[column];
+    return kmp_shown_as(s->context, s->kind->plain ? unit : kmp_print_unknown(s->context, unit));
+}
+
 static double factor_of(const kempe_sensitivity *s, int column)
 {
-    return kmp_shown_as(s->context, s->unit[column]).factor;
+    return column_shown(s, column).factor;
+}
+
+/* The factor of a derivative by parameter k: of the quotient of both units. */
+static double slope_factor(const kempe_sensitivity *s, int column, int k)
+{
+    return factor_of(s, column) / kmp_shown_of(s->system, s->name[k]).factor;
 }
 
 static void put_unit(kmp_text *text, const kempe_sensitivity *s, int column)
 {
-    const char *unit = kmp_shown_as(s->context, s->unit[column]).unit;
+    const char *unit = column_shown(s, column).unit;
     kmp_text_printf(text, "%s%s", unit, s->integral && *unit ? " s" : "");
 }
 
@@ -283,8 +295,9 @@ static char *per_parameter(const kempe_sensitivity *s, int k)
 {
     kmp_text text = {0};
     kmp_text_put(&text, "per");
-    kmp_print_parameter_unit(&text, " ", s->system, s->name[k]);
-    kmp_text_printf(&text, "%s %s", text.length > strlen("per") ? " of" : "", s->name[k]);
+    const char *unit = kmp_shown_of(s->system, s->name[k]).unit;
+    const bool known = *kmp_quantity_unit_of(s->system, s->name[k]);
+    kmp_text_printf(&text, "%s%s%s %s", *unit ? " " : "", unit, known ? " of" : *unit ? " unit of" : "", s->name[k]);
     return kmp_text_take(&text);
 }
 
@@ -321,7 +334,8 @@ static void put_block(const kempe_sensitivity *s, kmp_text *text, int first, int
         kmp_print_cells(text, "%*.6g", NUMBER, factor * kmp_print_clean(kmp_sensitivity_value(s, row, c), noise));
         for (int k = first; k < end; k++)
             kmp_print_cells(text, "  %*.6g", (int)fmax(NUMBER, (double)strlen(heads[k])),
-                            factor * kmp_print_clean(kmp_sensitivity_slope(s, row, c, k), noise / s->size[k]));
+                            slope_factor(s, c, k) *
+                                kmp_print_clean(kmp_sensitivity_slope(s, row, c, k), noise / s->size[k]));
         kmp_text_put(text, "\n");
     }
 }
@@ -332,7 +346,9 @@ static void put_blocks(const kempe_sensitivity *s, kmp_text *text)
     kmp_arena arena = {0};
     char **heads = KMP_ARENA_NEW(&arena, char *, s->count);
     const int name = kmp_print_widest(s->columns, s->column, 8);
-    const int unit = kmp_print_widest(s->columns, s->unit, 1) + (s->integral ? 2 : 0);
+    int unit = 1;
+    for (int c = 0; c < s->columns; c++)
+        unit = (int)fmax(unit, (double)strlen(column_shown(s, c).unit) + (s->integral ? 2 : 0));
     bool whole = heads;
     for (int k = 0; whole && k < s->count; k++)
         whole = (heads[k] = per_parameter(s, k)) != NULL;
@@ -443,31 +459,41 @@ KMP_PRINT(kempe_sensitivity, sensitivity, sensitivity->context, put_json, put_te
 
 /* -- tables ------------------------------------------------------------------------------------------ */
 
+/* The unit of a derivative: "rad/m", "m/(N s/m)"; [NAME] is the SI unit of a parameter where it is unknown. */
+static void put_quotient(kmp_text *text, const kempe_sensitivity *s, int column, int k)
+{
+    const char *by = kmp_shown_of(s->system, s->name[k]).unit, *of = column_shown(s, column).unit;
+    kmp_text_put(text, *of ? "" : "1");
+    put_unit(text, s, column);
+    if (!*kmp_quantity_unit_of(s->system, s->name[k]))
+        kmp_text_printf(text, "/[%s]", s->name[k]);
+    else
+        kmp_text_printf(text, strpbrk(by, " /") ? "/(%s)" : "/%s", by);
+}
+
 static void fill_rows(kempe_table *table, const void *result)
 {
     const kempe_sensitivity *s = result;
     bool times = s->kind->row && strcmp(s->kind->row, "t") == 0;
     kmp_tabulate_column(table, times ? "s" : "", "%s", s->kind->row ? s->kind->row : "row");
     for (int c = 0; c < s->columns; c++) {
-        /* A column and its derivatives: [NAME] is the SI unit of a parameter. */
         kmp_text unit = {0};
         kmp_text_put(&unit, "");
         put_unit(&unit, s, c);
         kmp_tabulate_column(table, unit.s ? unit.s : "", "%s", s->column[c]);
-        for (int k = 0; k < s->count; k++) {
-            kmp_text by = {0};
-            kmp_text_printf(&by, "%s/[%s]", unit.s && *unit.s ? unit.s : "1", s->name[k]);
-            kmp_tabulate_column(table, by.s ? by.s : "", "%s/%s", s->column[c], s->name[k]);
-            kmp_text_free(&by);
-        }
         kmp_text_free(&unit);
+        for (int k = 0; k < s->count; k++) {
+            put_quotient(&unit, s, c, k);
+            kmp_tabulate_column(table, unit.s ? unit.s : "", "%s/%s", s->column[c], s->name[k]);
+            kmp_text_free(&unit);
+        }
     }
     for (int row = 0; row < s->rows; row++) {
         KMP_TABULATE(table, "%g", s->at[row]);
         for (int c = 0; c < s->columns; c++) {
             kmp_tabulate_number(table, factor_of(s, c) * kmp_sensitivity_value(s, row, c));
             for (int k = 0; k < s->count; k++)
-                kmp_tabulate_number(table, factor_of(s, c) * kmp_sensitivity_slope(s, row, c, k));
+                kmp_tabulate_number(table, slope_factor(s, c, k) * kmp_sensitivity_slope(s, row, c, k));
         }
     }
 }
@@ -475,9 +501,11 @@ static void fill_rows(kempe_table *table, const void *result)
 static void fill_parameters(kempe_table *table, const void *result)
 {
     const kempe_sensitivity *s = result;
-    kmp_tabulate_columns(table, "parameter[words] value");
-    for (int k = 0; k < s->count; k++)
-        KMP_TABULATE(table, "%s %g", s->name[k], s->parameter[k]);
+    kmp_tabulate_columns(table, "parameter[words] value unit[words]");
+    for (int k = 0; k < s->count; k++) {
+        const kmp_shown as = kmp_shown_of(s->system, s->name[k]);
+        KMP_TABULATE(table, "%s %g %s", s->name[k], as.factor * s->parameter[k], as.unit);
+    }
 }
 
 KMP_TABLES(kempe_sensitivity, sensitivity, sensitivity->context, {"rows", fill_rows}, {"parameters", fill_parameters})

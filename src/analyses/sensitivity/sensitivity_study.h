@@ -59,6 +59,7 @@ struct kmp_sensitivity_kind {
     kempe_status (*find)(kempe_sensitivity *s);
     void (*outputs)(const kempe_model *model, kmp_text *words); /* the default ones; NULL: the model's */
     bool rests; /* of a state at rest, where sampled states are averaged ones (analyses/derivatives/averaged.h) */
+    bool plain; /* columns without a unit are plain numbers; otherwise they are numbers of an unknown one */
     bool holds; /* of a state at rest, where states that change at events are constant */
 };
 

@@ -11,6 +11,16 @@
 static const char *const states[] = {"", "lower", "upper", "open"};
 static const char *const outcomes[] = {"converged", "not converged", "interrupted", "no start"};
 
+static kmp_shown column_shown(const kempe_fit *f, int column)
+{
+    return kmp_shown_as(f->context, kmp_print_unknown(f->context, f->column_unit[column]));
+}
+
+static kmp_shown parameter_shown(const kempe_fit *f, int k)
+{
+    return kmp_shown_of(kmp_fit_rows(f, 0)->system, f->name[k]);
+}
+
 /* -- text -------------------------------------------------------------------------------------------- */
 
 static int known_in(const kempe_fit *f, int run)
@@ -55,7 +65,6 @@ static void put_answer(kmp_text *text, const kempe_fit *f)
 {
     enum { NAMED = 2 };
     const int c = worst_column(f);
-    const kmp_shown shown = kmp_shown_as(f->context, f->column_unit[c]);
     kmp_print_title(text, f->model, kmp_outcome_of(f->status));
     kmp_text_put(text, "fit of ");
     if (f->count > NAMED)
@@ -65,8 +74,9 @@ static void put_answer(kmp_text *text, const kempe_fit *f)
     kmp_text_printf(text, " to %d measurements\n", f->residuals);
     if (f->outcome == KMP_SQUARES_NO_START)
         return;
-    kmp_text_printf(text, "  residual%s %.2g %s in %s", f->columns > 1 ? " at most" : "", shown.factor * f->rms[c],
-                    shown.unit, f->column_name[c]);
+    kmp_text_put(text, f->columns > 1 ? "  residual at most " : "  residual ");
+    kmp_print_quantity(text, f->context, 2, f->rms[c], kmp_print_unknown(f->context, f->column_unit[c]));
+    kmp_text_printf(text, " of %s", f->column_name[c]);
     if (f->own_scatter[c] > 0)
         kmp_text_printf(text, ", %.2g %% of the deviation of the data from its mean",
                         kmp_print_clean(100 * f->rms[c] / f->own_scatter[c], 100 * KMP_PRINT_NOISE));
@@ -121,7 +131,7 @@ static void put_columns(kmp_text *text, const kempe_fit *f)
     int width = kmp_print_widest(f->columns, f->column_name, 9);
     kmp_text_printf(text, "\n  %-*s  %14s  %14s  %14s\n", width, "column", "measurements", "rms residual", "deviation");
     for (int c = 0; c < f->columns; c++) {
-        const kmp_shown shown = kmp_shown_as(f->context, f->column_unit[c]);
+        const kmp_shown shown = column_shown(f, c);
         kmp_text_printf(text, "  %-*s  %14d", width, f->column_name[c], f->number[c]);
         kmp_print_cells(text, "  %14.2g  %14.6g  %s\n", shown.factor * f->rms[c], shown.factor * f->deviation[c],
                         shown.unit);
@@ -157,13 +167,15 @@ static void put_estimates(kmp_text *text, const kempe_fit *f)
                                      [KMP_FIT_LOWER] = "  on its lower bound",
                                      [KMP_FIT_UPPER] = "  on its upper bound",
                                      [KMP_FIT_OPEN] = "  not determined by the data"};
-        kmp_print_cells(text, "  %-*s  %12.6g  %14.2g  %13.6g  %12.6g  %12.6g", width, f->name[k], f->value[k],
-                        f->error[k], f->low[k], f->high[k], f->start[k]);
-        kmp_print_parameter_unit(text, "  ", kmp_fit_rows(f, 0)->system, f->name[k]);
-        kmp_text_printf(text, "%s\n", words[f->state[k]]);
+        const kmp_shown as = parameter_shown(f, k);
+        kmp_print_cells(text, "  %-*s  %12.6g  %14.2g  %13.6g  %12.6g  %12.6g", width, f->name[k],
+                        as.factor * f->value[k], as.factor * f->error[k], as.factor * f->low[k], as.factor * f->high[k],
+                        as.factor * f->start[k]);
+        kmp_text_printf(text, "%s%s%s\n", *as.unit ? "  " : "", as.unit, words[f->state[k]]);
     }
-    kmp_text_printf(text, "  values in SI, %g %% confidence intervals, %d degrees of freedom, condition number %.2g\n",
-                    100 * f->confidence, f->freedoms, f->condition);
+    kmp_text_printf(text, "  %s%g %% confidence intervals, %d degrees of freedom, condition number %.2g\n",
+                    kmp_shown_as(f->context, "m").factor == 1 ? "values in SI, " : "", 100 * f->confidence, f->freedoms,
+                    f->condition);
 }
 
 static void put_text(kmp_text *text, const void *result)
@@ -239,10 +251,13 @@ KMP_PRINT(kempe_fit, fit, fit->context, put_json, put_text)
 static void fill_parameters(kempe_table *table, const void *result)
 {
     const kempe_fit *f = result;
-    kmp_tabulate_columns(table, "parameter[words] value error low high start lower upper state[words]");
-    for (int k = 0; k < f->count; k++)
-        KMP_TABULATE(table, "%s %g %g %g %g %g %g %g %s", f->name[k], f->value[k], f->error[k], f->low[k], f->high[k],
-                     f->start[k], f->lower[k], f->upper[k], states[f->state[k]]);
+    kmp_tabulate_columns(table, "parameter[words] value error low high start lower upper state[words] unit[words]");
+    for (int k = 0; k < f->count; k++) {
+        const kmp_shown as = parameter_shown(f, k);
+        KMP_TABULATE(table, "%s %g %g %g %g %g %g %g %s %s", f->name[k], as.factor * f->value[k],
+                     as.factor * f->error[k], as.factor * f->low[k], as.factor * f->high[k], as.factor * f->start[k],
+                     as.factor * f->lower[k], as.factor * f->upper[k], states[f->state[k]], as.unit);
+    }
 }
 
 static void fill_correlation(kempe_table *table, const void *result)
@@ -262,9 +277,11 @@ static void fill_columns(kempe_table *table, const void *result)
 {
     const kempe_fit *f = result;
     kmp_tabulate_columns(table, "column[words] count rms deviation unit[words]");
-    for (int c = 0; c < f->columns; c++)
-        KMP_TABULATE(table, "%s %d %g %g %s", f->column_name[c], f->number[c], f->rms[c], f->deviation[c],
-                     f->column_unit[c]);
+    for (int c = 0; c < f->columns; c++) {
+        const kmp_shown as = column_shown(f, c);
+        KMP_TABULATE(table, "%s %d %g %g %s", f->column_name[c], f->number[c], as.factor * f->rms[c],
+                     as.factor * f->deviation[c], as.unit);
+    }
 }
 
 /* Fitted motion, measurement and difference of each column of the fit; NaN where a file lacks it. */
@@ -295,10 +312,11 @@ static void tabulate_heads(kempe_table *table, const kempe_fit *f)
 {
     kmp_tabulate_columns(table, "t[s]");
     for (int c = 0; c < f->columns; c++) {
-        kmp_tabulate_column(table, f->column_unit[c], "%s", f->column_name[c]);
-        kmp_tabulate_column(table, f->column_unit[c], "%s.measured", f->column_name[c]);
+        const char *unit = kmp_print_unknown(f->context, f->column_unit[c]);
+        kmp_tabulate_column(table, unit, "%s", f->column_name[c]);
+        kmp_tabulate_column(table, unit, "%s.measured", f->column_name[c]);
         kmp_tabulate_look(table, KMP_LOOK_POINTS);
-        kmp_tabulate_column(table, f->column_unit[c], "%s.residual", f->column_name[c]);
+        kmp_tabulate_column(table, unit, "%s.residual", f->column_name[c]);
         kmp_tabulate_look(table, KMP_LOOK_RESIDUALS);
     }
 }

@@ -41,8 +41,8 @@ static kempe_status read_deviations(kempe_fit *f, const char *list)
         if (!word[k][length] || c == f->columns)
             return kmp_fail(f->context, KEMPE_E_ARGUMENT,
                             "deviation '%s': COLUMN=VALUE with a column of the data is expected", word[k]);
-        KMP_TRY(kmp_range_number(f->context, "deviations", f->column_name[c], word[k] + length + 1,
-                                 strlen(word[k] + length + 1), kmp_dimension_of(f->column_unit[c]), &f->deviation[c]));
+        KMP_TRY(kmp_range_of_unit(f->model, "deviations", f->column_name[c], word[k] + length + 1, f->column_unit[c],
+                                  &f->deviation[c]));
         if (!(f->deviation[c] > 0))
             return kmp_fail(f->context, KEMPE_E_ARGUMENT, "deviation '%s': it must be positive", word[k]);
     }

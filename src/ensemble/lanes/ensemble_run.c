@@ -229,6 +229,7 @@ static void tell_tables(kmp_ensemble *e, bool tells)
         const kmp_table_use *use = condition ? NULL : &s->use[of_use / 2];
         const kmp_named_table *table = condition ? condition->expr->table : &s->model->tables[use->table];
         const int end = condition ? condition->number - kmp_table_end_number(table, 0) : 2 * use->variable + of_use % 2;
+        e->work.doubted = true;
         kmp_doubt(e->model->context,
                   "instances use table '%s' %s %.6g: it goes straight on there; give it more points, or say outside: "
                   "linear, hold or error",
@@ -236,15 +237,18 @@ static void tell_tables(kmp_ensemble *e, bool tells)
     }
 }
 
-/* No step is longer than the shortest interval of the functions of time: instances have their pulses at other times. */
-static kempe_status limit_steps(const kempe_system *system, kmp_run_spec *spec)
+/* No step is longer than the shortest interval of the functions of time: instances have their pulses at other times.
+ * *open: shorter ones may have been missed. */
+static kempe_status limit_steps(const kempe_system *system, kmp_run_spec *spec, bool *open)
 {
     kmp_time_scales scales;
     kmp_arena aside = {0};
+    *open = false;
     if (spec->max_step > 0)
         return KEMPE_OK;
     kempe_status status =
         kmp_time_scales_find(system->model, system->parameters, spec->t_start, spec->t_end, &aside, &scales);
+    *open = status == KEMPE_OK && kmp_time_scales_doubt(system->context, &scales);
     if (status == KEMPE_OK && isfinite(scales.shortest))
         spec->max_step = scales.shortest;
     kmp_arena_free(&aside);
@@ -260,7 +264,8 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
     resolved.threads = 0; /* one thread per instance */
     KMP_TRY(kmp_run_resolve(e->engine[0]->s, &resolved));
     resolved.open = resolved.open || spec->open; /* it may have been resolved before */
-    KMP_TRY(limit_steps(e->engine[0]->s, &resolved));
+    bool open;
+    KMP_TRY(limit_steps(e->engine[0]->s, &resolved, &open));
     kmp_ensemble_execution chosen = *execution;
     int threads = execution->threads > 0 ? execution->threads : kmp_processors();
     chosen.width = width_of(e, execution, instances, threads);
@@ -281,6 +286,7 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
     tell_tables(e, false);
     kempe_status status = run_all(&r);
     (void)kmp_context_quiet(context, quiet);
+    e->work.doubted = open;
     tell_tables(e, true);
     if (status == KEMPE_OK)
         kmp_context_clear(context);

@@ -65,6 +65,7 @@ typedef struct kmp_ensemble_work {
     int threads, width, pools, alone;
     double cpu_s, wall_s; /* processor time of all threads; time on the wall */
     bool native;
+    bool doubted;    /* no instance can be trusted, for a reason that the context has */
     long sweeps;     /* steps of all lanes together */
     long lane_steps; /* attempted steps of instances in these */
 } kmp_ensemble_work;

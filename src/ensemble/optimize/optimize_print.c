@@ -56,9 +56,16 @@ static int broken_limit(const kempe_optimum *o)
     return -1;
 }
 
-static void put_quantity(kmp_text *text, double value, const char *unit)
+/* Value k of the quantities, the first of which is the objective, in its unit. */
+static void put_quantity(kmp_text *text, const kempe_optimum *o, int digits, double value, int k)
 {
-    kmp_text_printf(text, "%.6g%s%s", value, *unit ? " " : "", unit);
+    const kempe_context *context = o->context;
+    kmp_print_quantity(text, context, digits, value, kmp_print_unknown(context, o->objective.list->unit[k]));
+}
+
+static kmp_shown parameter_shown(const kempe_optimum *o, int k)
+{
+    return kmp_shown_of(system_of(o), o->bounded.name[k]);
 }
 
 /* "base = 0.85 m (on its lower bound)", of all parameters, or of many their number. */
@@ -68,8 +75,8 @@ static void put_place(kmp_text *text, const kempe_optimum *o)
     if (o->count > NAMED)
         kmp_text_printf(text, "the values of %d parameters below", o->count);
     for (int k = 0; o->count <= NAMED && k < o->count; k++) {
-        kmp_text_printf(text, "%s%s = %.6g", k ? ", " : "", o->bounded.name[k], o->value[k]);
-        kmp_print_parameter_unit(text, " ", system_of(o), o->bounded.name[k]);
+        kmp_text_printf(text, "%s%s = ", k ? ", " : "", o->bounded.name[k]);
+        kmp_print_value_of(text, system_of(o), o->bounded.name[k], o->value[k]);
         if (*state_of(o, k))
             kmp_text_printf(text, " (on its %s bound)", state_of(o, k));
     }
@@ -80,7 +87,7 @@ static void put_broken(kmp_text *text, const kempe_optimum *o, int broken)
 {
     const kmp_quantity_limit *limit = &o->objective.list->limit[broken];
     kmp_text_printf(text, "no values satisfy %s, nearest ", limit->text);
-    put_quantity(text, limit_value(o, broken), o->objective.list->unit[limit->value]);
+    put_quantity(text, o, 6, limit_value(o, broken), limit->value);
 }
 
 /* The result in words; where no values satisfy all limits, these first. */
@@ -99,7 +106,7 @@ static void put_answer(kmp_text *text, const kempe_optimum *o)
                     : o->most_wanted ? "maximum of "
                                      : "minimum of ",
                     o->quantity);
-    put_quantity(&words, o->at_best[0], o->objective.list->unit[0]);
+    put_quantity(&words, o, 6, o->at_best[0], 0);
     kmp_text_put(&words, " at ");
     put_place(&words, o);
     kmp_print_wrapped(text, broken >= 0 ? "  " : title.s ? title.s : "", 2, words.s ? words.s : "");
@@ -113,9 +120,10 @@ static void put_parameters(kmp_text *text, const kempe_optimum *o)
     kmp_text_printf(text, "\n  %-*s  %12s  %12s  %12s  %12s\n", width, "parameter", "value", "start", "lower bound",
                     "upper bound");
     for (int k = 0; k < o->count; k++) {
-        kmp_text_printf(text, "  %-*s  %12.6g  %12.6g  %12.6g  %12.6g", width, o->bounded.name[k], o->value[k],
-                        o->start[k], o->bounded.lower[k], o->bounded.upper[k]);
-        kmp_print_parameter_unit(text, "  ", system_of(o), o->bounded.name[k]);
+        const kmp_shown as = parameter_shown(o, k);
+        kmp_text_printf(text, "  %-*s  %12.6g  %12.6g  %12.6g  %12.6g%s%s", width, o->bounded.name[k],
+                        as.factor * o->value[k], as.factor * o->start[k], as.factor * o->bounded.lower[k],
+                        as.factor * o->bounded.upper[k], *as.unit ? "  " : "", as.unit);
         kmp_text_printf(text, *state_of(o, k) ? "  on its %s bound\n" : "%s\n", state_of(o, k));
     }
 }
@@ -125,9 +133,14 @@ static void put_limits(kmp_text *text, const kempe_optimum *o)
     const kmp_quantity_list *list = o->objective.list;
     for (int k = 0; k < list->limit_count; k++) {
         kmp_text_printf(text, "%s  limit %s: ", k ? "" : "\n", list->limit[k].text);
-        put_quantity(text, limit_value(o, k), list->unit[list->limit[k].value]);
+        put_quantity(text, o, 6, limit_value(o, k), list->limit[k].value);
         kmp_text_put(text, is_kept(o, k) ? ", satisfied\n" : ", not satisfied\n");
     }
+}
+
+static kmp_shown objective_shown(const kempe_optimum *o)
+{
+    return kmp_shown_as(o->context, kmp_print_unknown(o->context, o->objective.list->unit[0]));
 }
 
 /* Several searches, each with its end. */
@@ -135,11 +148,12 @@ static void put_searches(kmp_text *text, const kempe_optimum *o)
 {
     if (o->searches < 2)
         return;
+    const kmp_shown as = objective_shown(o);
     kmp_text_printf(text, "\n  %6s  %12s  %10s  %11s\n", "search", "result", "violation", "evaluations");
     for (int k = 0; k < o->searches; k++) {
         const kmp_searched *s = &o->search[k];
         const bool ran = s->outcome != KMP_SQUARES_NO_START;
-        const double value = ran ? s->value : NAN;
+        const double value = ran ? as.factor * s->value : NAN;
         kmp_print_cells(text, "  %6d  %12.6g  %10.2g  %11d  %s%s\n", s->number + 1, o->most_wanted ? -value : value,
                         ran ? s->broken : NAN, s->evaluations, outcomes[s->outcome], k == o->best ? ", the best" : "");
     }
@@ -149,8 +163,8 @@ static void put_method(kmp_text *text, const kempe_optimum *o)
 {
     kmp_text words = {0};
     if (isfinite(o->coarser)) {
-        kmp_text_printf(&words, "a hundredfold tolerance changes %s by %.2g%s%s", o->quantity, o->coarser,
-                        *o->objective.list->unit[0] ? " " : "", o->objective.list->unit[0]);
+        kmp_text_printf(&words, "a hundredfold tolerance changes %s by ", o->quantity);
+        put_quantity(&words, o, 2, o->coarser, 0);
         kmp_print_wrapped(text, "accuracy  ", 10, words.s ? words.s : "");
         kmp_text_free_part(text, &words);
     }
@@ -222,19 +236,25 @@ KMP_PRINT(kempe_optimum, optimum, optimum->context, put_json, put_text)
 static void fill_parameters(kempe_table *table, const void *result)
 {
     const kempe_optimum *o = result;
-    kmp_tabulate_columns(table, "parameter[words] value start lower upper state[words]");
-    for (int k = 0; k < o->count; k++)
-        KMP_TABULATE(table, "%s %g %g %g %g %s", o->bounded.name[k], o->value[k], o->start[k], o->bounded.lower[k],
-                     o->bounded.upper[k], state_of(o, k));
+    kmp_tabulate_columns(table, "parameter[words] value start lower upper state[words] unit[words]");
+    for (int k = 0; k < o->count; k++) {
+        const kmp_shown as = parameter_shown(o, k);
+        KMP_TABULATE(table, "%s %g %g %g %g %s %s", o->bounded.name[k], as.factor * o->value[k],
+                     as.factor * o->start[k], as.factor * o->bounded.lower[k], as.factor * o->bounded.upper[k],
+                     state_of(o, k), as.unit);
+    }
 }
 
 static void fill_limits(kempe_table *table, const void *result)
 {
     const kempe_optimum *o = result;
-    kmp_tabulate_columns(table, "limit[words] value bound state[words]");
+    kmp_tabulate_columns(table, "limit[words] value bound state[words] unit[words]");
     for (int k = 0; k < o->limits; k++) {
         const kmp_quantity_limit *limit = &o->objective.list->limit[k];
-        KMP_TABULATE(table, "%s %g %g %s", limit->text, limit_value(o, k), limit->bound, is_kept(o, k) ? "" : "broken");
+        const kmp_shown as =
+            kmp_shown_as(o->context, kmp_print_unknown(o->context, o->objective.list->unit[limit->value]));
+        KMP_TABULATE(table, "%s %g %g %s %s", limit->text, as.factor * limit_value(o, k), as.factor * limit->bound,
+                     is_kept(o, k) ? "" : "broken", as.unit);
     }
 }
 
@@ -242,10 +262,10 @@ static void fill_starts(kempe_table *table, const void *result)
 {
     const kempe_optimum *o = result;
     kmp_tabulate_columns(table, "search");
-    kmp_tabulate_column(table, o->objective.list->unit[0], "quantity");
+    kmp_tabulate_column(table, kmp_print_unknown(o->context, o->objective.list->unit[0]), "quantity");
     kmp_tabulate_columns(table, "broken evaluations refused outcome[words]");
     for (int k = 0; k < o->count; k++)
-        kmp_tabulate_column(table, "", "%s", o->bounded.name[k]);
+        kmp_tabulate_value(table, system_of(o), "", o->bounded.name[k]);
     for (int row = 0; row < o->searches; row++) {
         const kmp_searched *s = &o->search[row];
         bool ran = s->outcome != KMP_SQUARES_NO_START;
@@ -261,7 +281,7 @@ static void fill_starts(kempe_table *table, const void *result)
 static void fill_history(kempe_table *table, const void *result)
 {
     const kempe_optimum *o = result;
-    const char *unit = o->objective.list->unit[0];
+    const char *unit = kmp_print_unknown(o->context, o->objective.list->unit[0]);
     double best = NAN, sign = o->most_wanted ? -1 : 1;
     kmp_tabulate_columns(table, "evaluation search");
     kmp_tabulate_column(table, unit, "quantity");

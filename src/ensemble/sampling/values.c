@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tables of values: from memory, from samples, and from files. */
 #include "ensemble/sampling/values.h"
+#include "analyses/parts/ranges.h"
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
@@ -161,6 +162,7 @@ kempe_status kempe_values_sample(const kempe_model *model, const kempe_sample_op
 typedef struct reader {
     const kempe_model *model;
     kempe_values *values;
+    kmp_dimension *dimension; /* of the units of the columns */
 } reader;
 
 static bool check_name(kmp_csv *csv, const char *at, const char *name)
@@ -178,6 +180,29 @@ static bool check_name(kmp_csv *csv, const char *at, const char *name)
     return ok;
 }
 
+static bool begin_dimensions(reader *r)
+{
+    return (r->dimension = KMP_ARENA_NEW(&r->values->arena, kmp_dimension, r->values->columns)) != NULL;
+}
+
+/* The units must fit; an angle without one may be meant in degrees. */
+static kempe_status check_units(const reader *r, const char *path)
+{
+    const kempe_values *v = r->values;
+    kempe_status status = KEMPE_OK;
+    for (int c = 0; c < v->columns && status == KEMPE_OK; c++) {
+        kmp_range range = {.name = v->name[c], .from = INFINITY, .to = -INFINITY, .dimension = r->dimension[c]};
+        if (range.dimension.kind == KMP_DIMENSION_FREE)
+            range.dimension.kind = KMP_DIMENSION_BARE;
+        for (int row = 0; row < v->count; row++) {
+            range.from = fmin(range.from, v->rows[(ptrdiff_t)row * v->columns + c]);
+            range.to = fmax(range.to, v->rows[(ptrdiff_t)row * v->columns + c]);
+        }
+        status = kmp_range_fits_variable(r->model, path, &range);
+    }
+    return status == KEMPE_E_ARGUMENT ? KEMPE_E_INPUT : status;
+}
+
 static bool read_header(kmp_csv *csv, const char *line)
 {
     reader *r = csv->user;
@@ -193,7 +218,9 @@ static bool read_header(kmp_csv *csv, const char *line)
             ok = check_name(csv, f.s, memcpy(names[k], f.s, f.length));
     }
     if (ok)
-        ok = (r->values = kmp_values_new(csv->columns, (const char *const *)names));
+        ok = (r->values = kmp_values_new(csv->columns, (const char *const *)names)) && begin_dimensions(r);
+    for (int c = 0; ok && c < csv->columns; c++)
+        r->dimension[c] = csv->unit[c].dimension;
     kmp_arena_free(&arena);
     return ok;
 }
@@ -214,6 +241,13 @@ static bool read_row(kmp_csv *csv, const char *line)
 
 /* -- Parquet ----------------------------------------------------------------------------------------- */
 
+/* False: there is no such unit. "SI": of a parameter that has none in its file. */
+static bool read_unit(const kmp_parquet_column *column, kmp_unit *unit)
+{
+    *unit = (kmp_unit){1, 1, KMP_DIM_ANY, 0};
+    return !*column->unit || strcmp(column->unit, "SI") == 0 || kmp_unit_read(column->unit, strlen(column->unit), unit);
+}
+
 static kempe_status check_columns(const kempe_model *model, const char *path, const kmp_parquet_file *file)
 {
     kempe_status status = KEMPE_OK;
@@ -230,7 +264,7 @@ static kempe_status check_columns(const kempe_model *model, const char *path, co
             if (strcmp(file->column[i].name, column->name) == 0)
                 kmp_text_printf(&why, "column '%s' is given twice", column->name);
         kmp_unit unit;
-        if (!why.length && *column->unit && !kmp_unit_read(column->unit, strlen(column->unit), &unit))
+        if (!why.length && !read_unit(column, &unit))
             kmp_text_printf(&why, "column '%s' has the unknown unit '%s'", column->name, column->unit);
         for (int row = 0; column->number && row < file->rows && !why.length; row++)
             if (!isfinite(column->number[row]))
@@ -244,35 +278,35 @@ static kempe_status check_columns(const kempe_model *model, const char *path, co
     return status;
 }
 
-static kempe_status take_columns(const kempe_model *model, const kmp_parquet_file *file, kempe_values **values)
+static kempe_status take_columns(reader *r, const kmp_parquet_file *file)
 {
     kmp_arena arena = {0};
     const char **names = KMP_ARENA_NEW(&arena, const char *, file->column_count);
     for (int c = 0; names && c < file->column_count; c++)
         names[c] = file->column[c].name;
-    bool ok = names && (*values = kmp_values_new(file->column_count, names));
+    bool ok = names && (r->values = kmp_values_new(file->column_count, names)) && begin_dimensions(r);
     for (int row = 0; ok && row < file->rows; row++) {
-        double *numbers = kmp_values_add(*values);
+        double *numbers = kmp_values_add(r->values);
         ok = numbers;
         for (int c = 0; ok && c < file->column_count; c++) {
             const kmp_parquet_column *column = &file->column[c];
-            kmp_unit unit = {.factor = 1, .divisor = 1};
-            if (*column->unit)
-                (void)kmp_unit_read(column->unit, strlen(column->unit), &unit);
+            kmp_unit unit;
+            (void)read_unit(column, &unit);
+            r->dimension[c] = unit.dimension;
             numbers[c] = column->number[row] * unit.factor / unit.divisor;
         }
     }
     kmp_arena_free(&arena);
-    return kmp_made(model->context, ok);
+    return kmp_made(r->model->context, ok);
 }
 
-static kempe_status read_parquet(const kempe_model *model, const char *path, kempe_values **values)
+static kempe_status read_parquet(reader *r, const char *path)
 {
     kmp_parquet_file file = {0};
-    KMP_TRY(kmp_parquet_read(model->context, path, &file));
-    kempe_status status = check_columns(model, path, &file);
+    KMP_TRY(kmp_parquet_read(r->model->context, path, &file));
+    kempe_status status = check_columns(r->model, path, &file);
     if (status == KEMPE_OK)
-        status = take_columns(model, &file, values);
+        status = take_columns(r, &file);
     kmp_parquet_file_free(&file);
     return status;
 }
@@ -293,11 +327,13 @@ kempe_status kempe_values_read(const kempe_model *model, const char *path, kempe
     kmp_context_clear(model->context);
     KMP_TRY(kmp_model_check_finished(model));
     bool is_parquet = strcmp(kmp_file_ending(path), ".parquet") == 0;
-    kempe_status status = is_parquet ? read_parquet(model, path, &r.values) : kmp_csv_read(&csv);
+    kempe_status status = is_parquet ? read_parquet(&r, path) : kmp_csv_read(&csv);
     if (status == KEMPE_OK && r.values->count == 0) {
         kmp_csv_complain(&csv, csv.line_text, "there are no rows below the header line");
         status = KEMPE_E_INPUT;
     }
+    if (status == KEMPE_OK)
+        status = check_units(&r, path);
     if (status == KEMPE_OK)
         status = kmp_made(model->context, (r.values->file = kmp_arena_strdup(&r.values->arena, path)) != NULL);
     return KMP_GIVE_OR_FREE(status, values, r.values, kempe_values_free);

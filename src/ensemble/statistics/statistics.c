@@ -473,7 +473,7 @@ static void take_rows(kempe_statistics *s, const kempe_table *t, int status)
     s->limited = limits >= 0;
     for (int k = 0; k < s->rows; k++)
         for (int i = 0; i < s->inputs; i++)
-            s->values[(ptrdiff_t)k * s->inputs + i] = kempe_table_number(t, k, i);
+            s->values[(ptrdiff_t)k * s->inputs + i] = kmp_table_in_si(t, k, i);
     s->groups = kmp_is_saltelli(s->rows, s->inputs, s->values);
     for (int k = 0; k < s->rows; k++) {
         bool done = kmp_outcome_is_complete(kmp_outcome_read(kempe_table_word(t, k, status)));
@@ -543,14 +543,22 @@ KMP_FREES(kempe_statistics, s, kmp_arena_free(&s->arena))
 
 /* -- tables -------------------------------------------------------------------------------------------- */
 
+static kmp_shown shown_of(const kempe_statistics *s, const quantity *q)
+{
+    return kmp_shown_as(s->context, kmp_print_unknown(s->context, q->unit));
+}
+
 static void fill_moments(kempe_table *t, const void *result)
 {
     const kempe_statistics *s = result;
     kmp_tabulate_columns(t, "quantity[words] unit[words] count mean mean_low mean_high deviation deviation_low "
                             "deviation_high");
-    for (const quantity *q = s->quantity; q < s->quantity + s->quantities; q++)
-        KMP_TABULATE(t, "%s %s %d %g %g %g %g %g %g", q->name, q->unit, q->count, q->mean.value, q->mean.low,
-                     q->mean.high, q->deviation.value, q->deviation.low, q->deviation.high);
+    for (const quantity *q = s->quantity; q < s->quantity + s->quantities; q++) {
+        const kmp_shown as = shown_of(s, q);
+        KMP_TABULATE(t, "%s %s %d %g %g %g %g %g %g", q->name, as.unit, q->count, as.factor * q->mean.value,
+                     as.factor * q->mean.low, as.factor * q->mean.high, as.factor * q->deviation.value,
+                     as.factor * q->deviation.low, as.factor * q->deviation.high);
+    }
 }
 
 static void fill_quantiles(kempe_table *t, const void *result)
@@ -559,8 +567,9 @@ static void fill_quantiles(kempe_table *t, const void *result)
     kmp_tabulate_columns(t, "quantity[words] unit[words] part value low high");
     for (const quantity *q = s->quantity; q < s->quantity + s->quantities; q++)
         for (int k = 0; k < PARTS; k++)
-            KMP_TABULATE(t, "%s %s %g %g %g %g", q->name, q->unit, parts[k], q->quantile[k].value, q->quantile[k].low,
-                         q->quantile[k].high);
+            KMP_TABULATE(t, "%s %s %g %g %g %g", q->name, shown_of(s, q).unit, parts[k],
+                         shown_of(s, q).factor * q->quantile[k].value, shown_of(s, q).factor * q->quantile[k].low,
+                         shown_of(s, q).factor * q->quantile[k].high);
 }
 
 static void fill_within(kempe_table *t, const void *result)
@@ -608,8 +617,9 @@ static void put_extreme(kempe_table *t, const kempe_statistics *s, const quantit
 {
     int at = largest ? q->largest_at : q->least_at;
     char *settings = settings_of(s, at);
-    KMP_TABULATE(t, "%s %s %s %g %g %s", q->name, q->unit, largest ? "largest" : "least",
-                 largest ? q->largest : q->least, at >= 0 ? at + 1.0 : NAN, settings ? settings : "");
+    const kmp_shown as = shown_of(s, q);
+    KMP_TABULATE(t, "%s %s %s %g %g %s", q->name, as.unit, largest ? "largest" : "least",
+                 as.factor * (largest ? q->largest : q->least), at >= 0 ? at + 1.0 : NAN, settings ? settings : "");
     if (!settings)
         kmp_tabulate_fail(t);
     kmp_free(settings);
@@ -642,21 +652,24 @@ static void put_replay(kmp_text *text, const kempe_statistics *s, int at, const 
 static void put_quantity(kmp_text *text, const kempe_statistics *s, const quantity *q)
 {
     const estimate *low = &q->quantile[2], *middle = &q->quantile[4], *high = &q->quantile[6];
-    kmp_text_printf(text, "%s%s%s%s", q->name, *q->unit ? " [" : "", q->unit, *q->unit ? "]" : "");
+    const kmp_shown as = shown_of(s, q);
+    kmp_text_printf(text, "%s%s%s%s", q->name, *as.unit ? " [" : "", as.unit, *as.unit ? "]" : "");
     if (q->count < s->samples)
         kmp_text_printf(text, ", known in %d of %d independent samples", q->count, s->samples);
     kmp_text_put(text, "\n");
     if (q->count == 0)
         return;
     kmp_text words = {0};
-    kmp_text_printf(&words, "%.6g (%.6g to %.6g), standard deviation %.3g (%.3g to %.3g)", q->mean.value, q->mean.low,
-                    q->mean.high, q->deviation.value, q->deviation.low, q->deviation.high);
+    kmp_text_printf(&words, "%.6g (%.6g to %.6g), standard deviation %.3g (%.3g to %.3g)", as.factor * q->mean.value,
+                    as.factor * q->mean.low, as.factor * q->mean.high, as.factor * q->deviation.value,
+                    as.factor * q->deviation.low, as.factor * q->deviation.high);
     kmp_print_wrapped(text, "  mean      ", 12, words.s ? words.s : "");
     kmp_text_free_part(text, &words);
-    kmp_text_printf(text, "  quantiles 5 %% %.6g, 50 %% %.6g, 95 %% %.6g\n", low->value, middle->value, high->value);
+    kmp_text_printf(text, "  quantiles 5 %% %.6g, 50 %% %.6g, 95 %% %.6g\n", as.factor * low->value,
+                    as.factor * middle->value, as.factor * high->value);
     if (q->least_at >= 0)
-        kmp_text_printf(text, "  extremes  %.6g in instance %d, %.6g in instance %d\n", q->least, q->least_at + 1,
-                        q->largest, q->largest_at + 1);
+        kmp_text_printf(text, "  extremes  %.6g in instance %d, %.6g in instance %d\n", as.factor * q->least,
+                        q->least_at + 1, as.factor * q->largest, q->largest_at + 1);
     if (q->least_at >= 0 && s->folder) {
         put_replay(text, s, q->least_at, "least");
         put_replay(text, s, q->largest_at, "largest");

@@ -104,5 +104,5 @@ static void json_count(kmp_text *text, const void *result)
 kempe_status kempe_count_print(const kempe_count *c, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, c, "count");
-    return kmp_print_result(c->context, format == KEMPE_JSON ? json_count : show_count, c, text);
+    return kmp_print_result(c->context, format, format == KEMPE_JSON ? json_count : show_count, c, text);
 }

@@ -300,5 +300,5 @@ static void write_json(kmp_text *text, const void *result)
 kempe_status kempe_code_print(const kempe_code *code, kempe_format format, char **text)
 {
     KMP_WANTED_BOTH(code, text);
-    return kmp_print_result(code->context, format == KEMPE_JSON ? write_json : show, code, text);
+    return kmp_print_result(code->context, format, format == KEMPE_JSON ? write_json : show, code, text);
 }

@@ -562,5 +562,5 @@ static void write_json(kmp_text *text, const void *result)
 kempe_status kempe_fmu_export_print(const kempe_fmu_export *made, kempe_format format, char **text)
 {
     KMP_WANTED_BOTH(made, text);
-    return kmp_print_result(made->context, format == KEMPE_JSON ? write_json : show, made, text);
+    return kmp_print_result(made->context, format, format == KEMPE_JSON ? write_json : show, made, text);
 }

@@ -11,6 +11,7 @@ typedef struct kmp_parameter {
     const char *name;
     kmp_number number;
     kmp_dimension dimension; /* of its value, as far as it is known */
+    const char *unit;        /* of SI by that dimension; "" or NULL: unknown */
     kmp_extent extent;
     bool fixed;      /* a value outside the equations depends on it */
     bool shapes;     /* and such a value is part of them: axes, tables, sections of the model */

@@ -109,6 +109,17 @@ void kmp_dimension_print(kmp_text *text, kmp_dimension a)
     }
 }
 
+void kmp_dimension_put_unit(kmp_text *text, kmp_dimension a)
+{
+    const size_t before = text->length;
+    kmp_text_put(text, "");
+    if (kmp_dimension_is_physical(a))
+        kmp_dimension_print(text, a);
+    for (size_t k = before; k < text->length; k++)
+        if (text->s[k] == '*')
+            text->s[k] = ' ';
+}
+
 void kmp_dimension_hint(kmp_text *text, kmp_dimension wanted, kmp_dimension found)
 {
     static const double mass[3] = {0, 1, 0}, force[3] = {1, 1, -2}, acceleration[3] = {1, 0, -2};

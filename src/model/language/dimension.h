@@ -47,6 +47,10 @@ bool kmp_dimension_is_physical(kmp_dimension a);
 /** In units: "kg", "N*m", "kg*m^-1", "a plain number". */
 void kmp_dimension_print(kmp_text *text, kmp_dimension a);
 
+/** The unit of SI as results name it, with blanks between its parts, "kg m^2"; "" of a plain number and of an unknown
+ * dimension. */
+void kmp_dimension_put_unit(kmp_text *text, kmp_dimension a);
+
 /** Ends the message of a mass where a force or an acceleration is wanted: "lb" for lbf, "g" for gravity. */
 void kmp_dimension_hint(kmp_text *text, kmp_dimension wanted, kmp_dimension found);
 

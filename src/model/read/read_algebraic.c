@@ -168,7 +168,7 @@ static void read_equations(kmp_reader *r, const kmp_yaml *zero, const char *what
         return;
     }
     for (int k = 0; k < count; k++) {
-        const char *which = kmp_reader_say(r, "%s, expression %d,", what, k + 1);
+        const char *which = kmp_reader_say(r, "expression %d of %s", k + 1, what);
         u->zero[k] = kmp_read_expr(r, list ? zero->items[k] : zero, which, KMP_DIM_ANY, KMP_OF_STATE);
         good = good && u->zero[k];
     }

@@ -331,7 +331,7 @@ static void read_components(const element *e, const char *key)
         return;
     for (int i = 0; i < 3; i++)
         e->force->vector[i] = kmp_read_expr(
-            e->r, list->items[i], kmp_reader_say(e->r, "%s, component %d,", e->what, i + 1), wanted, KMP_OF_LOADS);
+            e->r, list->items[i], kmp_reader_say(e->r, "component %d of %s", i + 1, e->what), wanted, KMP_OF_LOADS);
 }
 
 /* -- between two points ---------------------------------------------------------------------------- */

@@ -104,7 +104,7 @@ static kmp_number (*read_places(const reading *s, const kmp_yaml *node, const ch
     bool good = at;
     const kmp_point *point;
     for (int i = 0; at && i < node->count; i++) {
-        const char *what = kmp_reader_say(s->r, "%s, place %d,", say_key(s, key), i + 1);
+        const char *what = kmp_reader_say(s->r, "place %d of %s", i + 1, say_key(s, key));
         bool read = read_place(s, node->items[i], what, at[i], &point);
         if (read && good && i > 0 && is_same_place(at[i - 1], at[i])) {
             kmp_reader_complain(s->r, node->items[i]->place, "%s is the same as the one before it", what);
@@ -188,7 +188,7 @@ static bool read_lengths(const reading *s, const kmp_yaml *node)
     drop_symbols(3, s->shape->edge);
     bool good = true;
     for (int k = 0; k < 3; k++)
-        good = kmp_check_rule(s->r, node->items[k], kmp_reader_say(s->r, "%s, component %d,", what, k + 1),
+        good = kmp_check_rule(s->r, node->items[k], kmp_reader_say(s->r, "component %d of %s", k + 1, what),
                               KMP_FIELD_POSITIVE, s->shape->edge[k].value, "") &&
                good;
     return good;

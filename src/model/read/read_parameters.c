@@ -382,6 +382,9 @@ void kmp_read_parameters(kmp_reader *r)
             continue;
         r->model->parameters[i].number = kmp_number_of(v.exprs[i], r->parameter_values[i]);
         r->model->parameters[i].dimension = r->parameter_dimensions[i];
+        kmp_text unit = {0};
+        kmp_dimension_put_unit(&unit, r->parameter_dimensions[i]);
+        r->model->parameters[i].unit = kmp_text_keep(&unit, &r->model->arena);
         r->model->parameters[i].extent = v.extents[i];
     }
 }

@@ -31,7 +31,7 @@ static bool read_numbers(points *p, const kmp_yaml *list, const char *key, doubl
 {
     bool good = true;
     for (int i = 0; i < list->count; i++) {
-        const char *what = kmp_reader_say(p->r, "%s, %s %d,", p->what, key, i + 1);
+        const char *what = kmp_reader_say(p->r, "%s %d of %s", key, i + 1, p->what);
         good = kmp_read_fixed(p->r, list->items[i], what, p->dimension, &values[i]) && good;
     }
     return good;
@@ -368,7 +368,7 @@ static bool read_rows(kmp_reader *r, const kmp_yaml *z, const char *what, const 
 {
     bool good = kmp_read_list(r, z, kmp_reader_say(r, "z of %s", what), count[0]);
     for (int i = 0; good && i < count[0]; i++) {
-        const char *row = kmp_reader_say(r, "z of %s, row %d,", what, i + 1);
+        const char *row = kmp_reader_say(r, "row %d of z of %s", i + 1, what);
         good = kmp_read_list(r, z->items[i], row, count[1]);
         for (int j = 0; good && j < count[1]; j++)
             good = kmp_read_fixed(r, z->items[i]->items[j], row, KMP_DIM_ANY, &values[i * count[1] + j]);

@@ -384,7 +384,7 @@ bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_
     kmp_number read[3];
     bool good = kmp_read_list(r, node, what, 3);
     for (int i = 0; i < 3 && node->kind == KMP_YAML_LIST && i < node->count; i++)
-        if (!kmp_read_number(r, node->items[i], kmp_reader_say(r, "%s, component %d,", what, i + 1), wanted, &read[i]))
+        if (!kmp_read_number(r, node->items[i], kmp_reader_say(r, "component %d of %s", i + 1, what), wanted, &read[i]))
             good = false;
     if (good)
         memcpy(vector, read, sizeof read);

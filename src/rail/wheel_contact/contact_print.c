@@ -16,11 +16,13 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The SI unit of swept quantity k; "" for a parameter. */
+/* The SI unit of swept quantity k, a coordinate or a parameter. */
 static const char *contact_unit(const kempe_contacts *t, int k)
 {
-    int hold = t->swept[k].hold;
-    return hold < 0 ? "" : kmp_quantity_unit(t->system, KMP_QUANTITY_Q, t->hold[hold].coordinate);
+    const int hold = t->swept[k].hold;
+    const char *unit = hold < 0 ? kmp_quantity_unit_of(t->given, t->over.range[k].name)
+                                : kmp_quantity_unit(t->system, KMP_QUANTITY_Q, t->hold[hold].coordinate);
+    return kmp_print_unknown(t->given->context, unit);
 }
 
 /* The form of a unit in results. */
@@ -29,14 +31,10 @@ static kmp_shown contact_shown(const kempe_contacts *t, const char *unit)
     return kmp_shown_as(t->given->context, unit);
 }
 
-/* The unit of swept quantity k in texts, with a blank before it. */
-static void put_unit(kmp_text *text, const kempe_contacts *t, int k)
+/* Sizes of wheels and rails are in mm, unless another unit is chosen. */
+static kmp_shown shown_length(const kempe_contacts *t)
 {
-    const char *unit = contact_unit(t, k);
-    if (unit[0])
-        kmp_text_printf(text, " %s", contact_shown(t, unit).unit);
-    else
-        kmp_print_unit_of(text, t->given, t->over.range[k].name);
+    return kmp_print_customary(t->given->context, "m", (kmp_shown){"mm", 1e3});
 }
 
 static const char *wheel_name(const kempe_contacts *t, int wheel)
@@ -48,10 +46,13 @@ static const char *wheel_name(const kempe_contacts *t, int wheel)
 
 enum { MOST_VALUES = 12, BLOCK = 7, INDENT = 4 };
 
-/* Columns of the table of patches, in blocks that lines have room for. */
+/* Columns of the table of patches, in blocks that lines have room for. The SI unit, "": none, and the unit of texts in
+ * SI, NULL: the same. */
 typedef struct column {
     const char *head;
     double value;
+    const char *unit;
+    kmp_shown customary;
 } column;
 
 enum { PLACES, CREEPAGES, REQUESTED, BLOCKS };
@@ -59,21 +60,20 @@ enum { PLACES, CREEPAGES, REQUESTED, BLOCKS };
 /* The columns of a block; their number, 0: it was not requested. */
 static int columns_of(const kempe_contacts *t, const kempe_contact_patch *p, int block, column of[BLOCK])
 {
-    const kmp_shown angle = contact_shown(t, "rad");
-    const column places[] = {{"wheel, mm", p->s * 1e3},
-                             {"rail, mm", p->y * 1e3},
-                             {strcmp(angle.unit, "deg") == 0 ? "angle, deg" : "angle, rad", angle.factor * p->angle},
-                             {"radius, mm", p->radius * 1e3},
-                             {"N, N", p->normal},
-                             {"Fx, N", p->force[0]},
-                             {"Fy, N", p->force[1]}};
-    const column creepages[] = {
-        {"along", p->slip[0]}, {"across", p->slip[1]}, {"spin, 1/m", p->spin}, {"Mz, N m", p->moment}};
-    const column by_law[] = {{"law Fx, N", p->by_law[0]}, {"law Fy, N", p->by_law[1]}};
-    const column pressures[] = {{"p, MPa", p->pressure * 1e-6},
-                                {"area, mm2", p->area * 1e6},
-                                {"appr., um", p->approach * 1e6},
-                                {"lobes", p->lobes}};
+    const kmp_shown mm = {"mm", 1e3};
+    const column places[] = {{"wheel", p->s, "m", mm},        {"rail", p->y, "m", mm},
+                             {"angle", p->angle, "rad", {0}}, {"radius", p->radius, "m", mm},
+                             {"N", p->normal, "N", {0}},      {"Fx", p->force[0], "N", {0}},
+                             {"Fy", p->force[1], "N", {0}}};
+    const column creepages[] = {{"along", p->slip[0], "", {0}},
+                                {"across", p->slip[1], "", {0}},
+                                {"spin", p->spin, "1/m", {0}},
+                                {"Mz", p->moment, "N m", {0}}};
+    const column by_law[] = {{"law Fx", p->by_law[0], "N", {0}}, {"law Fy", p->by_law[1], "N", {0}}};
+    const column pressures[] = {{"p", p->pressure, "Pa", {"MPa", 1e-6}},
+                                {"area", p->area, "m^2", {"mm2", 1e6}},
+                                {"appr.", p->approach, "m", {"um", 1e6}},
+                                {"lobes", p->lobes, "", {0}}};
     int count = 0;
     if (block == PLACES)
         for (; count < (int)(sizeof places / sizeof *places); count++)
@@ -86,6 +86,18 @@ static int columns_of(const kempe_contacts *t, const kempe_contact_patch *p, int
     for (int k = 0; block == REQUESTED && t->pressure != KMP_PRESSURE_NONE && k < 4; k++)
         of[count++] = pressures[k];
     return count;
+}
+
+static kmp_shown column_shown(const kempe_contacts *t, const column *of)
+{
+    return of->customary.unit ? kmp_print_customary(t->given->context, of->unit, of->customary)
+                              : contact_shown(t, of->unit);
+}
+
+static int column_width(const kempe_contacts *t, const column *of)
+{
+    const char *unit = column_shown(t, of).unit;
+    return (int)fmax(10, (double)strlen(of->head) + (*unit ? 2 + (double)strlen(unit) : 0));
 }
 
 static int wheel_width(const kempe_contacts *t)
@@ -101,7 +113,7 @@ static void show_patch(kmp_text *text, const kempe_contacts *t, const kempe_cont
     column of[BLOCK];
     const int count = columns_of(t, p, block, of);
     for (int k = 0; k < count; k++)
-        kmp_print_cells(text, " %10.5g", of[k].value);
+        kmp_print_cells(text, " %*.5g", column_width(t, &of[k]), column_shown(t, &of[k]).factor * of[k].value);
     kmp_text_put(text, p->one_ellipse ? "\n" : " *\n");
 }
 
@@ -134,13 +146,14 @@ static void show_rows(kmp_text *text, const kempe_contacts *t, bool all)
         const int columns = columns_of(t, &none, block, of);
         if (columns == 0 || (block == CREEPAGES && !all))
             continue;
-        kmp_text unit = {0};
-        put_unit(&unit, t, 0);
-        kmp_text_printf(text, "\n%s%s%s\n%10s %-*s %4s", t->over.range[0].name, unit.length > 0 ? "," : "",
-                        unit.s ? unit.s : "", "", wheel_width(t), "wheel", "zone");
-        kmp_text_free_part(text, &unit);
-        for (int k = 0; k < columns; k++)
-            kmp_text_printf(text, " %10s", of[k].head);
+        const char *swept = contact_shown(t, contact_unit(t, 0)).unit;
+        kmp_text_printf(text, "\n%s%s%s\n%10s %-*s %4s", t->over.range[0].name, *swept ? ", " : "", swept, "",
+                        wheel_width(t), "wheel", "zone");
+        for (int k = 0; k < columns; k++) {
+            const char *unit = column_shown(t, &of[k]).unit;
+            const int room = column_width(t, &of[k]) - (int)strlen(of[k].head) - (*unit ? 2 + (int)strlen(unit) : 0);
+            kmp_text_printf(text, " %*s%s%s%s", room, "", of[k].head, *unit ? ", " : "", unit);
+        }
         kmp_text_put(text, "\n");
         for (int row = 0; row < t->count; row++)
             for (int w = 0; w < t->wheel_count; w++)
@@ -169,13 +182,15 @@ static void count_patches(const kempe_contacts *t, int *patches, int *other)
 static void say_unknown(kmp_text *text, const kempe_contacts *t)
 {
     const kmp_conicities *c = &t->conicities;
+    const kmp_shown size = shown_length(t);
     for (int k = 0; k < c->count; k++)
         if (isnan(c->at[k].conicity)) {
-            kmp_text_printf(text, "  no motion with an amplitude of %.6g mm is inside ", c->at[k].amplitude * 1e3);
+            kmp_text_printf(text, "  no motion with an amplitude of %.6g %s is inside ",
+                            c->at[k].amplitude * size.factor, size.unit);
             if (c->points > 1)
-                kmp_text_printf(text,
-                                "y = %.6g to %.6g mm, where both wheels touch: sweep '%s' farther to both sides\n",
-                                c->y[0] * 1e3, c->y[c->points - 1] * 1e3, t->over.range[0].name);
+                kmp_text_printf(
+                    text, "y = %.6g to %.6g %s, where both wheels touch: sweep '%s' farther to both sides\n",
+                    c->y[0] * size.factor, c->y[c->points - 1] * size.factor, size.unit, t->over.range[0].name);
             else
                 kmp_text_printf(text, "the table: fewer than two values have contact at both wheels\n");
             return;
@@ -185,22 +200,26 @@ static void say_unknown(kmp_text *text, const kempe_contacts *t)
 static void show_conicities(kmp_text *text, const kempe_contacts *t)
 {
     const kmp_conicities *c = &t->conicities;
+    const kmp_shown size = shown_length(t), wave = contact_shown(t, "m");
     if (c->count == 0)
         return;
     kmp_text_printf(text,
-                    "\nequivalent conicity of %s and %s (EN 15302), contacts %.6g mm apart, mean radius %.6g mm\n",
-                    wheel_name(t, c->wheel[0]), wheel_name(t, c->wheel[1]), c->base * 1e3, c->radius * 1e3);
+                    "\nequivalent conicity of %s and %s (EN 15302), contacts %.6g %s apart, mean radius %.6g %s\n",
+                    wheel_name(t, c->wheel[0]), wheel_name(t, c->wheel[1]), c->base * size.factor, size.unit,
+                    c->radius * size.factor, size.unit);
     say_unknown(text, t);
-    kmp_text_printf(text, "%13s  %10s  %10s  %13s  %10s  %10s\n", "amplitude, mm", "conicity", "error", "wavelength, m",
-                    "from, mm", "to, mm");
+    const int begin = 10 - (int)strlen(size.unit), wide = (int)strlen("wavelength, ") + (int)strlen(wave.unit);
+    kmp_text_printf(text, "amplitude, %s  %10s  %10s  wavelength, %s  %*s%s  %*s%s\n", size.unit, "conicity", "error",
+                    wave.unit, begin, "from, ", size.unit, begin, "to, ", size.unit);
     for (int k = 0; k < c->count; k++) {
         const kmp_conicity *at = &c->at[k];
-        kmp_print_cells(text, "%13.6g  %10.5g  %10.2g     %10.5g  %10.5g  %10.5g\n", at->amplitude * 1e3, at->conicity,
-                        at->error, at->wavelength, at->low * 1e3, at->high * 1e3);
+        kmp_print_cells(text, "%13.6g  %10.5g  %10.2g  %*.5g  %10.5g  %10.5g\n", at->amplitude * size.factor,
+                        at->conicity, at->error, wide, at->wavelength * wave.factor, at->low * size.factor,
+                        at->high * size.factor);
     }
     if (!isnan(c->nonlinearity))
-        kmp_text_printf(text, "nonlinearity parameter (conicity at 4 mm less that at 2 mm, over 2 mm): %.4g 1/mm\n",
-                        c->nonlinearity * 1e-3);
+        kmp_text_printf(text, "nonlinearity parameter (conicity at 4 mm less that at 2 mm, over 2 mm): %.4g 1/%s\n",
+                        c->nonlinearity / size.factor, size.unit);
     kmp_text_put(text, "error: with every second value only; from, to: ends of the motion, positive to the left\n");
 }
 
@@ -236,16 +255,19 @@ static void say_pressures(kmp_text *text, const kempe_contacts *t)
 }
 
 /* The conicity at 3 mm, which EN 15302 requires, otherwise at the middle amplitude. */
-static void put_conicity(kmp_text *text, const kmp_conicities *c)
+static void put_conicity(kmp_text *text, const kempe_contacts *t)
 {
     const double asked = 3e-3;
+    const kmp_conicities *c = &t->conicities;
+    const kmp_shown size = shown_length(t);
     const kmp_conicity *at = &c->at[c->count / 2];
     for (int k = 0; k < c->count; k++)
         at = fabs(c->at[k].amplitude - asked) < 1e-6 * asked ? &c->at[k] : at;
     if (isnan(at->conicity))
-        kmp_text_printf(text, ": equivalent conicity unknown at %.6g mm", at->amplitude * 1e3);
+        kmp_text_put(text, ": equivalent conicity unknown at ");
     else
-        kmp_text_printf(text, ": equivalent conicity %.5g at %.6g mm", at->conicity, at->amplitude * 1e3);
+        kmp_text_printf(text, ": equivalent conicity %.5g at ", at->conicity);
+    kmp_text_printf(text, "%.6g %s", at->amplitude * size.factor, size.unit);
 }
 
 static void show_title(kmp_text *text, const kempe_contacts *t)
@@ -254,23 +276,18 @@ static void show_title(kmp_text *text, const kempe_contacts *t)
     kmp_print_title(&title, t->system->model, kmp_outcome_of(t->status));
     for (int k = 0; k < t->over.count; k++) {
         const kmp_range *r = &t->over.range[k];
-        const double factor = contact_shown(t, contact_unit(t, k)).factor;
-        kmp_text_printf(&title, "%s %s%.6g", r->name, r->from != r->to ? "from " : "", factor * r->from);
+        const kmp_shown as = contact_shown(t, contact_unit(t, k));
+        kmp_text_printf(&title, "%s %s%.6g", r->name, r->from != r->to ? "from " : "", as.factor * r->from);
         if (r->from != r->to)
-            kmp_text_printf(&title, " to %.6g", factor * r->to);
-        put_unit(&title, t, k);
-        kmp_text_put(&title, ", ");
+            kmp_text_printf(&title, " to %.6g", as.factor * r->to);
+        kmp_text_printf(&title, "%s%s, ", *as.unit ? " " : "", as.unit);
     }
     if (t->count < t->requested)
         kmp_text_printf(&title, "%d of ", t->count);
     kmp_text_printf(&title, "%d values", t->requested);
     if (t->conicities.count > 0)
-        put_conicity(&title, &t->conicities);
-    kmp_print_wrapped(text, "", INDENT, title.s ? title.s : "");
-    kmp_text_free_part(text, &title);
-    kmp_print_doubts(text, kmp_outcome_of(t->status), t->warnings);
-    if (t->reason)
-        kmp_print_wrapped(text, "  ", INDENT, t->reason);
+        put_conicity(&title, t);
+    kmp_print_answer(text, &title, kmp_outcome_of(t->status), t->warnings, "  ", t->reason);
 }
 
 /* Steady rates. */
@@ -434,7 +451,7 @@ static void fill_rows(kempe_table *to, const void *result)
                          "force.x[N] force.y[N] moment[N m] a[m] b[m]");
     kmp_tabulate_columns(to, t->has_law ? "by_law.x[N] by_law.y[N] one_ellipse" : "one_ellipse");
     if (t->pressure != KMP_PRESSURE_NONE)
-        kmp_tabulate_columns(to, "pressure[Pa] area[m2] approach[m] lobes");
+        kmp_tabulate_columns(to, "pressure[Pa] area[m^2] approach[m] lobes");
     kmp_tabulate_apart(to);
     for (int row = 0; row < t->count; row++)
         for (int w = 0; w < t->wheel_count; w++)
@@ -527,13 +544,14 @@ static shade shade_of(const kempe_contacts *t, int row)
 typedef struct section {
     kmp_plot plot;
     const struct kmp_table *wheel, *rail;
-    double shift; /* from a place on the wheel to one on the track, m */
+    double shift;  /* from a place on the wheel to one on the track, m */
+    double factor; /* of lengths from m */
 } section;
 
 static void go_to(section *s, bool rail, double place)
 {
     double height = kmp_table_value(rail ? s->rail : s->wheel, 0, place);
-    kmp_curve_to(&s->plot, (place + (rail ? 0 : s->shift)) * 1e3, (height + (rail ? 0 : APART)) * 1e3);
+    kmp_curve_to(&s->plot, (place + (rail ? 0 : s->shift)) * s->factor, (height + (rail ? 0 : APART)) * s->factor);
 }
 
 static void put_profile(section *s, bool rail)
@@ -562,12 +580,15 @@ static void put_section(kmp_text *text, const kempe_contacts *t, int wheel, doub
 {
     const kmp_wheel *w = &t->system->model->wheels[wheel];
     const kmp_track *track = &t->system->model->tracks[w->track];
-    section s = {kmp_plot_inside(text, x, y, width, SECTION), w->profile->height, track->rail, find_shift(t, wheel)};
+    const kmp_shown size = shown_length(t);
+    section s = {kmp_plot_inside(text, x, y, width, SECTION), w->profile->height, track->rail, find_shift(t, wheel),
+                 size.factor};
     for (int i = 0; i < s.wheel->count; i++)
-        kmp_plot_reach(&s.plot, (s.wheel->x[i] + s.shift) * 1e3, (s.wheel->y[i] + APART) * 1e3);
+        kmp_plot_reach(&s.plot, (s.wheel->x[i] + s.shift) * s.factor, (s.wheel->y[i] + APART) * s.factor);
     for (int i = 0; i < s.rail->count; i++)
-        kmp_plot_reach(&s.plot, s.rail->x[i] * 1e3, s.rail->y[i] * 1e3);
-    s.plot.axis[0].name = "from the track's middle, outwards, mm";
+        kmp_plot_reach(&s.plot, s.rail->x[i] * s.factor, s.rail->y[i] * s.factor);
+    s.plot.axis[0].name = "from the track's middle, outwards";
+    s.plot.axis[0].unit = size.unit;
     s.plot.axis[0].reversed = w->side == KMP_TRACK_LEFT;
     s.plot.square = true;
     kmp_plot_begin(&s.plot, "%s (%s)", w->name, kmp_track_side_words[w->side]);
@@ -590,20 +611,20 @@ static void put_section(kmp_text *text, const kempe_contacts *t, int wheel, doub
 /* -- curves ---------------------------------------------------------------------------------------------- */
 
 /* A number of patches over the values, by its place in the patch; `law`: the one by the law in the options, 0: none.
- * The unit of the picture, and its size in SI. */
+ * The unit of SI, and the unit of pictures in SI. */
 typedef struct panel {
     const char *title, *unit;
     size_t value, law;
-    double size;
+    kmp_shown customary;
 } panel;
 
 #define AT(member) offsetof(kempe_contact_patch, member)
 
-static const panel panels[] = {{"rolling radius", "mm", AT(radius), 0, 1e-3},
-                               {"contact angle", "rad", AT(angle), 0, 1},
-                               {"normal force", "kN", AT(normal), 0, 1e3},
-                               {"force along", "kN", AT(force[0]), AT(by_law[0]), 1e3},
-                               {"force across", "kN", AT(force[1]), AT(by_law[1]), 1e3}};
+static const panel panels[] = {{"rolling radius", "m", AT(radius), 0, {"mm", 1e3}},
+                               {"contact angle", "rad", AT(angle), 0, {"rad", 1}},
+                               {"normal force", "N", AT(normal), 0, {"kN", 1e-3}},
+                               {"force along", "N", AT(force[0]), AT(by_law[0]), {"kN", 1e-3}},
+                               {"force across", "N", AT(force[1]), AT(by_law[1]), {"kN", 1e-3}}};
 
 enum { PANELS = sizeof panels / sizeof *panels, PANELS_A_LINE = 3 };
 
@@ -635,8 +656,8 @@ static void put_curve(kmp_plot *plot, const kempe_contacts *t, int patch, size_t
 static void put_panel(kmp_text *text, const kempe_contacts *t, const panel *of, double x, double y, double width)
 {
     kmp_plot plot = kmp_plot_inside(text, x, y, width, PANEL);
-    kmp_shown shown = contact_shown(t, of->unit);
-    double factor = shown.factor / of->size;
+    const kmp_shown shown = kmp_print_customary(t->given->context, of->unit, of->customary);
+    const double factor = shown.factor;
     for (int k = 0; k < t->count * patches_a_value(t); k++) {
         double at = swept(t, k / patches_a_value(t));
         kmp_plot_reach(&plot, at, value_of(&t->patch[k], of->value, factor));
@@ -661,12 +682,13 @@ static void put_panel(kmp_text *text, const kempe_contacts *t, const panel *of, 
 static void draw_conicities(kmp_text *text, const kempe_contacts *t, bool radii, double x, double y, double width)
 {
     const kmp_conicities *c = &t->conicities;
+    const kmp_shown size = shown_length(t);
     kmp_plot plot = kmp_plot_inside(text, x, y, width, PANEL);
     int count = radii ? c->points : c->count;
     for (int pass = 0; pass < 2; pass++) {
         for (int k = 0; k < count; k++) {
-            double across = (radii ? c->y[k] : c->at[k].amplitude) * 1e3;
-            double up = radii ? c->difference[k] * 1e3 : c->at[k].conicity;
+            double across = (radii ? c->y[k] : c->at[k].amplitude) * size.factor;
+            double up = radii ? c->difference[k] * size.factor : c->at[k].conicity;
             if (pass == 0)
                 kmp_plot_reach(&plot, across, up);
             else
@@ -674,8 +696,9 @@ static void draw_conicities(kmp_text *text, const kempe_contacts *t, bool radii,
         }
         if (pass == 0) {
             plot.axis[0].name = radii ? "y, positive to the left" : "amplitude";
-            plot.axis[0].unit = "mm";
-            kmp_plot_begin(&plot, radii ? "left rolling radius less right one, mm" : "equivalent conicity");
+            plot.axis[0].unit = size.unit;
+            kmp_plot_begin(&plot, "%s%s", radii ? "left rolling radius less right one, " : "equivalent conicity",
+                           radii ? size.unit : "");
             kmp_curve_begin(&plot, "curve", kmp_plot_colour(0));
         }
     }

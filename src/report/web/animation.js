@@ -5,9 +5,10 @@
 const PLAY_SECONDS = 10;
 const STOP_COLOUR = "#e11d1d";
 
-/* Colours of bodies are those of their curves; bodies beyond these colours are hatched. */
+/* Colours of bodies are those of their curves; bodies beyond these colours have light lines across them, or crossed ones. */
+const HATCHES = ["", "hatched", "crossed"];
 const bodyColour = (b) => (b > 0 ? curveColour(b - 1) : groundColour());
-const isHatched = (b) => b > COLOURS.length;
+const hatchOf = (b) => (b > 0 ? HATCHES[Math.floor((b - 1) / COLOURS.length) % HATCHES.length] : "");
 const pinColour = () => (isDark() ? "#dfe6e9" : "#2c3437");
 const groundColour = () => (isDark() ? "#7f8c92" : "#8a949a");
 
@@ -24,20 +25,48 @@ function tellNote(picture, note) {
     byId("stage-note").textContent = [note, bodies, meshes].filter(Boolean).join(" ");
 }
 
-/* A legend of the bodies' colours, whose names switch them off and on, unless there are too many. */
+/* More bodies than these are listed by groups, which are open at first up to so many. */
+const FEW_BODIES = 12, OPEN_BODIES = 30, turnedGroups = new Set();
+
+/* Bodies by the first word of their names, if several begin with it; the others under "". */
+function groupsOf(bodies) {
+    const word = ({ name }) => name.split(/[_.]/)[0], groups = new Map([["", []]]);
+    bodies.forEach((body, b) => {
+        const key = b > 0 && bodies.filter((other, k) => k > 0 && word(other) === word(body)).length > 1 ? word(body) : "";
+        if (b > 0) groups.set(key, [...(groups.get(key) || []), b]);
+    });
+    return groups;
+}
+
+/* A button that hides bodies, or shows them; with the shift key it hides all others. */
+function switchOf(words, name, own, bodies, hidden, change) {
+    const all = bodies.map((_, b) => b).slice(1), alone = all.every((b) => hidden.has(b) !== own.includes(b)), off = own.every((b) => hidden.has(b));
+    const made = buttonOf(words, !off, (event) => {
+        if (event.shiftKey) for (const b of all) hidden[own.includes(b) || alone ? "delete" : "add"](b);
+        else for (const b of own) hidden[off ? "delete" : "add"](b);
+        change();
+    });
+    made.title = `${off ? "Show" : "Hide"} ${name}; with the shift key: ${alone ? "show all" : `show only ${name}`}`;
+    return made;
+}
+
+/* A legend of the bodies' colours, whose names switch them off and on. */
 function tellNames(bodies, hidden, change) {
     /*FLEXIBLE*/ bodies = withoutPlaces({ bodies }).bodies;
-    const most = 40, names = bodies.slice(1).map((body, k) => {
-        const b = k + 1, solid = body.solids.find((part) => part.colour && !part.hole), mark = swatchOf(solid ? solid.colour : bodyColour(b));
-        if (!solid && isHatched(b)) mark.classList.add("hatched");
-        const name = buttonOf([mark, body.name], !hidden.has(b), () => {
-            if (!hidden.delete(b)) hidden.add(b);
-            change();
-        });
-        name.title = `${hidden.has(b) ? "Show" : "Hide"} ${body.name}`;
-        return name;
+    const count = bodies.length - 1, names = bodies.map((body, b) => {
+        const solid = body.solids.find((part) => part.colour && !part.hole), mark = swatchOf(solid ? solid.colour : bodyColour(b)), hatch = hatchOf(b);
+        if (!solid && hatch) mark.classList.add(hatch);
+        return switchOf([mark, body.name], body.name, [b], bodies, hidden, change);
     });
-    byId("names").replaceChildren(...(names.length > most ? [] : names));
+    if (count <= FEW_BODIES) return byId("names").replaceChildren(...names.slice(1));
+    return byId("names").replaceChildren(...[...groupsOf(bodies)].flatMap(([key, own]) => {
+        const list = own.map((b) => names[b]);
+        if (!key) return list;
+        const group = element("details", element("summary", `${key} (${own.length})`), switchOf("all", `all of ${key}`, own, bodies, hidden, change), ...list);
+        group.open = count <= OPEN_BODIES !== turnedGroups.has(key);
+        group.firstChild.addEventListener("click", () => turnedGroups.delete(key) || turnedGroups.add(key));
+        return group;
+    }));
 }
 
 /* -- over the picture --------------------------------------------------------------------------------------- */
@@ -49,14 +78,14 @@ function projection(m, poses, view) {
 }
 
 /* An arrow from a place along a direction of the model as it is seen, with a letter at its tip; a dot where it points at
- * the viewer. */
-function arrow([x, y], direction, view, length, colour, name) {
+ * the viewer. `bold`: times the usual width; more attributes of the line. */
+function arrow([x, y], direction, view, length, colour, name, { bold = 1, ...more } = {}) {
     const dx = length * dot(direction, view.right), dy = -length * dot(direction, view.up), long = Math.hypot(dx, dy);
-    if (long < 3) return [drawn2d("circle", { cx: x, cy: y, r: 2.5, fill: colour })];
+    if (long < 3) return [drawn2d("circle", { cx: x, cy: y, r: 2.5 * bold, fill: colour, ...more })];
     const [ux, uy] = [dx / long, dy / long], tip = [x + dx, y + dy];
-    const barbs = [[-ux - 0.6 * uy, -uy + 0.6 * ux], [-ux + 0.6 * uy, -uy - 0.6 * ux]].map(([a, b]) => `${tip[0] + 5 * a},${tip[1] + 5 * b}`);
+    const barbs = [[-ux - 0.6 * uy, -uy + 0.6 * ux], [-ux + 0.6 * uy, -uy - 0.6 * ux]].map(([a, b]) => `${tip[0] + 5 * bold * a},${tip[1] + 5 * bold * b}`);
     return [
-        drawn2d("path", { d: `M${x},${y}L${tip}M${barbs[0]}L${tip}L${barbs[1]}`, stroke: colour, "stroke-width": 1.6, fill: "none" }),
+        drawn2d("path", { d: `M${x},${y}L${tip}M${barbs[0]}L${tip}L${barbs[1]}`, stroke: colour, "stroke-width": 1.6 * bold, fill: "none", ...more }),
         label2d(name, tip[0] + 8 * ux, tip[1] + 8 * uy + 4, "middle", { fill: colour, "font-size": 11 }),
     ];
 }
@@ -168,7 +197,7 @@ function clockOf(t, t_end, unit = "s") {
 }
 
 /* `ask`: span() is the played part of the frames' time and seconds() its duration; note(picture), clock(t) and shown(t)
- * give the texts under the picture. */
+ * give the texts under the picture; over(mechanism, poses, view, time) lists what is drawn over it. */
 function beginStage(picture, ask) {
     const canvas = byId("view");
     if (!picture) {
@@ -192,6 +221,7 @@ function beginStage(picture, ask) {
         shown = [m, m.motion(ask.span()[0] + t), { width, height, scale, hidden, ...turnedBasis(m.basis, orbit.yaw, orbit.pitch) }];
         view.draw(...shown.slice(1));
         drawGauge(gauge, m, shown[2]);
+        if (ask.over) gauge.append(...ask.over(...shown, ask.span()[0] + t));
         byId("clock").textContent = ask.clock(t);
         ask.shown(t);
     }
@@ -247,6 +277,7 @@ function beginStage(picture, ask) {
     draw();
     play(!calm);
     return {
+        redraw: draw,
         recolour() {
             view.rebuild();
             renew();

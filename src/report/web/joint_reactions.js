@@ -17,7 +17,7 @@ const cleaned = (x, largest) => (isNumber(x) && Math.abs(x) <= 1e-12 * largest ?
 
 /* The joints with the largest forces, in the card of the result. */
 function tellLargest(given, rows, cell, single) {
-    const list = rows.filter((row) => isNumber(cell(row, "force"))).sort((a, b) => cell(b, "force") - cell(a, "force"));
+    const list = rows.filter((row) => cell(row, "force") > 0).sort((a, b) => cell(b, "force") - cell(a, "force"));
     const place = byId("joint-forces"), table = place.querySelector("table");
     place.hidden = list.length === 0;
     table.append(headRow(["joint", `force, ${given.units[given.columns.indexOf("force")]}`, ...(single ? [] : ["at t, s"])]));

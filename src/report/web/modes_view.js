@@ -70,7 +70,7 @@ function tellChosen() {
     table.replaceChildren(headRow(["coordinate", "amplitude", "phase, deg", "kinetic energy", "elastic energy"]));
     for (const { name, unit, factor } of data.coordinates) {
         const [re, im] = shape[name], size = Math.hypot(re, im), still = size < 1e-9; /* rounding */
-        const phase = still ? "\u2013" : digits((360 / TAU) * Math.atan2(im, re), 5);
+        const angle = (360 / TAU) * Math.atan2(im, re), phase = still ? "\u2013" : digits(Math.abs(angle) < 1e-9 ? 0 : angle, 5);
         table.append(rowOf(name, still ? "0" : `${three(factor * size)} ${unit}`, phase, share(kinetic[name]), share(potential[name])));
     }
 }
@@ -120,7 +120,7 @@ const crosses = (points) => curveOf(points, inkColour(), { showLine: false, poin
 /* The modes of the list; the chosen one larger. */
 function dots(point) {
     const points = modes.map((mode, k) => (isDrawn(mode.re, mode.im) ? { ...point(mode), mode: k } : { x: NaN, y: NaN, mode: k }));
-    const pointRadius = modes.map((mode, k) => (k === chosen ? 8 : 4.5)), backgroundColor = modes.map((mode) => (mode.re > 0 ? "#c0392b" : softColour()));
+    const pointRadius = modes.map((mode, k) => (k === chosen ? 8 : 4.5)), backgroundColor = modes.map((mode) => (mode.re > 0 ? styleOf("--bad") : softColour()));
     return curveOf(points, inkColour(), { showLine: false, pointRadius, pointBorderWidth: 2, backgroundColor });
 }
 

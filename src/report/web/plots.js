@@ -6,9 +6,10 @@
 
 const plots = {};
 
-/* A colour for each of several bodies and curves, on light and on dark: these are told apart by all common kinds of eyes
- * (tests/result_pages.py). */
-const COLOURS = [["#253c9f", "#56baff"], ["#e90154", "#f69c4f"], ["#288456", "#a3fca7"], ["#a25602", "#feea18"], ["#502afb", "#8275ff"], ["#107f7c", "#10f2fe"], ["#663b61", "#ff1ba0"], ["#2f5a36", "#9dc197"], ["#263032", "#b9cec9"], ["#5f060d", "#ad7d63"], ["#2f78a6", "#3e94ad"], ["#950c00", "#bb7a09"]];
+/* A colour for each of several bodies and curves, on light and on dark. */
+const COLOURS = [
+/*COLOURS*/
+];
 const curveColour = (k) => COLOURS[k % COLOURS.length][isDark() ? 1 : 0];
 
 /* Of curves with one colour; of curve k, whose colour earlier ones have. */

@@ -173,7 +173,7 @@ function chooseLooks(figures) {
     }
 }
 
-const markOf = ({ name, look }) => (look ? swatchOf(looks.get(name).colour) : lineMark(looks.get(name).colour, looks.get(name).dashes));
+const markOf = ({ name, look }) => (look || (series.scattered && !series.joins) ? swatchOf(looks.get(name).colour) : lineMark(looks.get(name).colour, looks.get(name).dashes));
 
 function pointsOf(column) {
     const points = [];
@@ -236,7 +236,7 @@ function labelOf(item) {
 
 function captionOf(list) {
     const caption = element("figcaption");
-    for (const column of list) caption.append(element("span.curve", markOf(column), column.name), " ");
+    for (const column of list) caption.append(element("span.curve", markOf(column), ...breakable(column.name)), " ");
     if (list[0].unit) caption.append(element("small", list[0].unit));
     return caption;
 }
@@ -271,7 +271,7 @@ function makeFigures(count) {
 }
 
 function drawCurves() {
-    const list = drawn().slice(0, MOST_AT_ONCE), all = figuresOf(list), inFigures = all.flatMap((figure) => figure.members), constant = [];
+    const list = drawn().slice(0, MOST_AT_ONCE), all = figuresOf(list), constant = [];
     const figures = all.map((figure) => ({ ...figure, members: figure.members.filter((column) => {
         const value = constantOf(column, figure.members);
         if (value !== null) constant.push(`${column.name} = ${digits(value)} ${column.unit}`.trim());
@@ -283,7 +283,8 @@ function drawCurves() {
     byId("whole").disabled = range.every((x, k) => x === wholeRange()[k]);
     makeFigures(figures.length);
     figures.forEach(drawFigure);
-    tellExtremes(inFigures);
+    drawStrip();
+    tellExtremes(all);
 }
 
 /* -- values ------------------------------------------------------------------------------------------------- */
@@ -303,27 +304,31 @@ function tellPeaks() {
     place.querySelector("h2").append(data.command === "simulate" ? "Requested outputs" : "Extreme values");
     table.append(headRow(["output", "minimum", at, "maximum", at]));
     for (const [column, value, noise] of list.slice(0, MOST_PEAKS)) {
-        const [low, lowAt, high, highAt] = column.summary, name = element("td.words", withUnit(column));
+        const [low, lowAt, high, highAt] = column.summary, name = element("td.words", ...breakable(withUnit(column)));
         if (value !== null) table.append(rowOf(name, digits(value), "", "constant", ""));
         else table.append(rowOf(name, digits(clean(low, noise)), digits(lowAt, 4), digits(clean(high, noise)), digits(highAt, 4)));
     }
     moreNote(place, list.length - MOST_PEAKS);
 }
 
-function tellExtremes(list) {
+/* Parts of a name, between which a line may end. */
+const breakable = (name) => name.split(/(?<=[._/(])/).flatMap((part) => [part, element("wbr")]);
+
+function tellExtremes(figures) {
     const x = withUnit(abscissa), table = byId("extremes");
     table.replaceChildren(headRow(["output", tied ? "now" : "", "minimum", `at ${x}`, "maximum", `at ${x}`, "mean", "RMS"]));
-    for (const column of list) {
-        const now = element("td");
-        now.dataset.column = column.name;
-        table.append(rowOf(element("td", markOf(column), withUnit(column)), now, ...column.summary.map((value) => digits(value))));
-    }
-    table.parentElement.hidden = list.length === 0;
+    for (const { members } of figures)
+        for (const column of members) {
+            const now = element("td"), noise = noiseOf(members);
+            Object.assign(now.dataset, { column: column.name, noise });
+            table.append(rowOf(element("td.name", markOf(column), ...breakable(withUnit(column))), now, ...column.summary.map((value, k) => digits(k === 1 || k === 3 ? value : clean(value, noise)))));
+        }
+    table.parentElement.hidden = figures.length === 0;
 }
 
 function tellValues(x) {
     for (const cell of document.querySelectorAll("#extremes [data-column]"))
-        cell.textContent = digits(valueAt(columns.find((column) => column.name === cell.dataset.column), x));
+        cell.textContent = digits(clean(valueAt(columns.find((column) => column.name === cell.dataset.column), x), Number(cell.dataset.noise)));
 }
 
 function showPlace(x) {
@@ -377,6 +382,7 @@ function tellCurves() {
     if (series.left_out > 0) notes.push(`${series.left_out} outputs of the model are left out for the size of the page.`);
     byId("series-note").append(notes.join(" "));
     beginChoice();
+    beginRange();
 }
 
 function begin() {
@@ -397,7 +403,9 @@ function begin() {
         note: resultNote,
         clock: (t) => (data.separate ? `${Math.round(t) + 1} of ${data.picture.frames.count}` : tied ? clockOf(spanOf()[0] + t, spanOf()[1], abscissa.unit) : ""),
         shown: (t) => showPlace(spanOf()[0] + t),
+        over: forceArrows,
     });
+    if (stage) beginForces();
 }
 
 begin();

@@ -77,13 +77,16 @@ const STROKES = {
     },
 };
 
-/* A colour with light lines across. */
-function hatching(c, colour) {
+/* A colour with light lines across, or crossed ones. */
+function hatching(c, colour, hatch) {
     const tile = document.createElement("canvas"), side = 8;
     tile.width = tile.height = side;
     const own = tile.getContext("2d");
     fillShape(own, [[0, 0], [side, 0], [side, side], [0, side]], colour, 1);
-    for (const x of [-side, 0, side]) strokeLine(own, [[x, side], [x + side, 0]], 2.5, "#ffffffbf");
+    for (const x of [-side, 0, side]) {
+        strokeLine(own, [[x, side], [x + side, 0]], 2.5, "#ffffffbf");
+        if (hatch === "crossed") strokeLine(own, [[x, 0], [x + side, side]], 2.5, "#ffffffbf");
+    }
     return c.createPattern(tile, "repeat");
 }
 
@@ -97,7 +100,7 @@ function bodyJobs(m, parts, pose, see, depth, view) {
         if (part.kind === "solid") return solidJobs(part.solid, part.colour, pose, view, see, depth);
         const away = part.points.reduce((sum, p) => sum + depth(moved(pose, p)), 0) / part.points.length;
         const drawn = part.kind === "box" ? boxCorners(part) : [...part.points, ...(part.rim || [])];
-        return [{ depth: away + part.lift, draw: (c) => STROKES[part.kind](c, part.hatched ? { ...part, colour: hatching(c, part.colour) } : part, drawn.map((p) => see(moved(pose, p))), px, m) }];
+        return [{ depth: away + part.lift, draw: (c) => STROKES[part.kind](c, part.hatch ? { ...part, colour: hatching(c, part.colour, part.hatch) } : part, drawn.map((p) => see(moved(pose, p))), px, m) }];
     });
 }
 

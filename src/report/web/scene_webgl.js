@@ -17,14 +17,20 @@ function alongAxis(axis, direction) {
     return new THREE.Quaternion().setFromUnitVectors(vector(axis), vector(unit(direction)));
 }
 
-/* Light lines across the picture: for bodies beyond the number of colours. */
-function hatch(shader) {
-    shader.fragmentShader = shader.fragmentShader.replace("#include <color_fragment>", "#include <color_fragment>\nif (mod(gl_FragCoord.x + gl_FragCoord.y, 8.0) < 3.0) diffuseColor.rgb = mix(diffuseColor.rgb, vec3(1.0), 0.75);");
+/* Light lines across the picture, for bodies beyond the number of colours. three.js tells shaders apart by the texts of these
+ * functions. */
+function lighten(shader, where) {
+    shader.fragmentShader = shader.fragmentShader.replace("#include <color_fragment>", `#include <color_fragment>\nif (${where}) diffuseColor.rgb = mix(diffuseColor.rgb, vec3(1.0), 0.75);`);
 }
 
-function shining(colour, hatched) {
+const SHADERS = {
+    hatched: (shader) => lighten(shader, "mod(gl_FragCoord.x + gl_FragCoord.y, 8.0) < 3.0"),
+    crossed: (shader) => lighten(shader, "min(mod(gl_FragCoord.x + gl_FragCoord.y, 8.0), mod(gl_FragCoord.x - gl_FragCoord.y, 8.0)) < 2.5"),
+};
+
+function shining(colour, hatch) {
     const material = new THREE.MeshPhongMaterial({ color: colour, shininess: 35, specular: 0x222222 });
-    if (hatched) material.onBeforeCompile = hatch;
+    if (hatch) material.onBeforeCompile = SHADERS[hatch];
     return material;
 }
 
@@ -57,8 +63,8 @@ function springMesh(radius, wire, material) {
 const placesOf = (points) => new THREE.Float32BufferAttribute(points.flat(), 3);
 
 /* A hole is drawn over the face that it is in. */
-function solidMesh({ solid, colour, hatched }) {
-    const geometry = new THREE.BufferGeometry(), material = shining(colour, hatched);
+function solidMesh({ solid, colour, hatch }) {
+    const geometry = new THREE.BufferGeometry(), material = shining(colour, hatch);
     geometry.setAttribute("position", placesOf(solid.triangles.flatMap((list) => list.map((k) => solid.points[k]))));
     geometry.setAttribute("normal", placesOf(solid.corners));
     Object.assign(material, { transparent: solid.opacity < 1, opacity: solid.opacity, depthWrite: solid.opacity === 1, polygonOffset: solid.hole, polygonOffsetFactor: 0, polygonOffsetUnits: -16 });
@@ -83,18 +89,18 @@ function stopMesh({ points, radius, colour }) {
 const MESHES = {
     solid: (m, part) => [solidMesh(part)],
     face: (m, part) => [faceMesh(part)],
-    bar: (m, { points, radius, colour, hatched }) => [barMesh(points, radius, shining(colour, hatched))],
-    ball: (m, { points, radius, colour, hatched }) => [ballMesh(points[0], radius, shining(colour, hatched))],
+    bar: (m, { points, radius, colour, hatch }) => [barMesh(points, radius, shining(colour, hatch))],
+    ball: (m, { points, radius, colour, hatch }) => [ballMesh(points[0], radius, shining(colour, hatch))],
     stop: (m, part) => [stopMesh(part)],
-    box: (m, { points, radius, colour, hatched }) => [meshAt(new THREE.BoxBufferGeometry(3 * radius, 2 * radius, 2 * radius), shining(colour, hatched), points[0])],
+    box: (m, { points, radius, colour, hatch }) => [meshAt(new THREE.BoxBufferGeometry(3 * radius, 2 * radius, 2 * radius), shining(colour, hatch), points[0])],
     pin: (m, { points: [at], colour }) => [
         meshAt(new THREE.ConeBufferGeometry(3.6 * m.thick, 6 * m.thick, 24), shining(colour), sub(at, scaled(3 * m.thick, m.basis.up)), [0, 1, 0], m.basis.up),
         ballMesh(at, 1.75 * m.thick, shining(pinColour())),
     ],
-    disc: (m, { disc, rim, colour, hatched }) => [
+    disc: (m, { disc, rim, colour, hatch }) => [
         meshAt(new THREE.CylinderBufferGeometry(disc.radius, disc.radius, m.thick, 48), transparent(colour, 0.35), disc.at, [0, 1, 0], disc.axis),
-        tubeMesh(rim, true, 96, 0.7 * m.thick, shining(colour, hatched)),
-        ...discSpokes(rim).map((end) => barMesh([disc.at, end], 0.5 * m.thick, shining(colour, hatched))),
+        tubeMesh(rim, true, 96, 0.7 * m.thick, shining(colour, hatch)),
+        ...discSpokes(rim).map((end) => barMesh([disc.at, end], 0.5 * m.thick, shining(colour, hatch))),
     ],
 };
 
@@ -103,7 +109,7 @@ function bodyGroup(m, b) {
     /*FLEXIBLE*/ if (m.picture.bodies[b].of) return placeGroup(m, b);
     const group = new THREE.Group(), shape = m.shapes[b], knots = b === 0 || shape.solids.length > 0 ? [] : shape.points;
     for (const part of partsOf(m, b)) group.add(...MESHES[part.kind](m, part));
-    for (const at of knots) group.add(ballMesh(at, 1.02 * m.thick, shining(bodyColour(b), isHatched(b))));
+    for (const at of knots) group.add(ballMesh(at, 1.02 * m.thick, shining(bodyColour(b), hatchOf(b))));
     return group;
 }
 

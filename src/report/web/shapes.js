@@ -414,7 +414,7 @@ function partsOf(m, b) {
         const lines = points.map((p, k) => (k > 0 || kind === "plane" ? bar([points.at(k - 1), p], 0.6 * t, colour, b === 0 ? behind : 0) : null)).filter(Boolean);
         return kind === "plane" ? [{ kind: "face", points, colour, lift: behind }, ...lines] : lines;
     });
-    const hatch = (part) => ({ ...part, hatched: isHatched(b) && part.colour === colour });
+    const hatch = (part) => ({ ...part, hatch: part.colour === colour ? hatchOf(b) : "" });
     if (b === 0) return [...parts, ...surfaces, ...m.pins.map((at) => ({ kind: "pin", points: [at], colour: ground, lift: behind })), ...m.rails.flatMap((rail) => rail.slice(1).map((p, k) => bar([rail[k], p], 0.8 * t, ground, behind)))];
     return [
         ...parts,

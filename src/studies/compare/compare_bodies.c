@@ -41,6 +41,7 @@ static kempe_status read_entry(const kempe_model *model, const char *word, entry
     kempe_context *context = model->context;
     *e = (entry){.context = kmp_context_new_below(context)};
     KMP_TRY(kmp_made(context, e->context));
+    (void)kmp_context_show_in(e->context, (kmp_shown_in){0}); /* errors are kept in SI */
     kempe_status status =
         kmp_model_read_as(e->context, model->file, model->settings, model->setting_count, word, &e->model);
     if (status == KEMPE_OK)
@@ -271,7 +272,8 @@ kempe_status kmp_compare_bodies(const kempe_model *model, double t_end, kmp_aren
 enum { NAME = 14 };
 
 /* The largest error of each unit, in the order of the outputs. */
-static void show_errors(kmp_text *text, const kmp_bodies_table *table, const kmp_compared_bodies *row)
+static void show_errors(kmp_text *text, const kempe_context *context, const kmp_bodies_table *table,
+                        const kmp_compared_bodies *row)
 {
     for (int k = 0; k < table->output_count; k++) {
         int first = 0, worst = k;
@@ -280,13 +282,15 @@ static void show_errors(kmp_text *text, const kmp_bodies_table *table, const kmp
         for (int i = k; i < table->output_count; i++)
             if (strcmp(table->unit[i], table->unit[k]) == 0 && !(row->error[i] <= row->error[worst]))
                 worst = i;
-        if (first == k)
-            kmp_text_printf(text, "%s %.2g %s, %s", k > 0 ? ";" : "", row->error[worst], table->unit[worst],
-                            table->names[worst]);
+        if (first != k)
+            continue;
+        kmp_text_put(text, k > 0 ? "; " : " ");
+        kmp_print_quantity(text, context, 2, row->error[worst], kmp_print_unknown(context, table->unit[worst]));
+        kmp_text_printf(text, ", %s", table->names[worst]);
     }
 }
 
-void kmp_compare_bodies_show(kmp_text *text, const kmp_bodies_table *table)
+void kmp_compare_bodies_show(kmp_text *text, const kempe_context *context, const kmp_bodies_table *table)
 {
     if (table->count == 0)
         return;
@@ -302,14 +306,14 @@ void kmp_compare_bodies_show(kmp_text *text, const kmp_bodies_table *table)
         if (row == last && table->output_count > 0)
             kmp_text_put(text, " the reference");
         else if (row->error)
-            show_errors(text, table, row);
+            show_errors(text, context, table, row);
         kmp_text_put(text, "\n");
         if (!is_good(row))
             kmp_text_printf(text, "%-*s %s: %s\n", NAME, "", kempe_outcome_text(row->outcome), row->reason);
     }
 }
 
-void kmp_compare_bodies_json(kmp_json *json, const kmp_bodies_table *table)
+void kmp_compare_bodies_json(kmp_json *json, const kempe_context *context, const kmp_bodies_table *table)
 {
     if (table->count == 0)
         return;
@@ -322,9 +326,11 @@ void kmp_compare_bodies_json(kmp_json *json, const kmp_bodies_table *table)
         if (row->worst >= 0)
             kmp_json_put(json, "worst %s part %g", table->names[row->worst], row->part);
         kmp_json_array(json, "outputs");
-        for (int i = 0; row->error && i < table->output_count; i++)
-            kmp_json_put(json, "{ name %s unit %s error %g range %g }", table->names[i], table->unit[i], row->error[i],
-                         table->range[i]);
+        for (int i = 0; row->error && i < table->output_count; i++) {
+            const kmp_shown as = kmp_shown_as(context, table->unit[i]);
+            kmp_json_put(json, "{ name %s unit %s error %g range %g }", table->names[i], as.unit,
+                         as.factor * row->error[i], as.factor * table->range[i]);
+        }
         kmp_json_put(json, "] }");
     }
     kmp_json_put(json, "] }");

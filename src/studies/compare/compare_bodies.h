@@ -39,5 +39,5 @@ kempe_status kmp_compare_bodies(const kempe_model *model, double t_end, kmp_aren
 /** Why the run that the others are compared with cannot be trusted; nothing where it can. */
 void kmp_compare_bodies_put_doubt(kmp_text *text, const kmp_bodies_table *table);
 
-void kmp_compare_bodies_show(kmp_text *text, const kmp_bodies_table *table);
-void kmp_compare_bodies_json(kmp_json *json, const kmp_bodies_table *table);
+void kmp_compare_bodies_show(kmp_text *text, const kempe_context *context, const kmp_bodies_table *table);
+void kmp_compare_bodies_json(kmp_json *json, const kempe_context *context, const kmp_bodies_table *table);

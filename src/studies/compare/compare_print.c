@@ -301,7 +301,7 @@ void kmp_compare_json(kmp_json *j, const kempe_comparison *c)
     for (int k = 0; k < c->tables.best_count; k++)
         json_split_all(j, c, c->tables.best[k], false);
     kmp_json_end(j);
-    kmp_compare_bodies_json(j, &c->bodies);
+    kmp_compare_bodies_json(j, c->system->context, &c->bodies);
     json_stiffness(j, c);
     json_advice(j, c);
     json_sentences(j, "failures", &c->failures);
@@ -489,11 +489,20 @@ static void show_scales(kmp_text *text, const kempe_comparison *c)
     kmp_text sentence = {0};
     if (!c->has_reference)
         return;
-    kmp_text_printf(&sentence,
-                    "the largest at %d instants, relative to the value or to 1 rad, %.3g m, %.3g rad/s, %.3g m/s",
-                    c->instants, s->length, s->rate, s->rate * s->length);
-    if (c->system->m > 0)
-        kmp_text_printf(&sentence, "; of lambda to the largest load, %.3g N", s->load);
+    kmp_text_printf(&sentence, "the largest at %d instants, relative to the value or to ", c->instants);
+    const kempe_context *context = c->system->context;
+    const struct {
+        double size;
+        const char *unit;
+    } sizes[] = {{1, "rad"}, {s->length, "m"}, {s->rate, "rad/s"}, {s->rate * s->length, "m/s"}};
+    for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
+        kmp_text_put(&sentence, k > 0 ? ", " : "");
+        kmp_print_quantity(&sentence, context, 3, sizes[k].size, sizes[k].unit);
+    }
+    if (c->system->m > 0) {
+        kmp_text_put(&sentence, "; of lambda to the largest load, ");
+        kmp_print_quantity(&sentence, context, 3, s->load, "N");
+    }
     kmp_print_wrapped(text, "Errors: ", INDENT, sentence.s ? sentence.s : "");
     kmp_text_free_part(text, &sentence);
 }
@@ -508,7 +517,7 @@ static void show_parts(kmp_text *text, const kempe_comparison *c, bool all)
     show_list(text, "Not run to the end", &c->failures);
     show_list(text, "Warnings", &c->warnings);
     show_levels(text, c);
-    kmp_compare_bodies_show(text, &c->bodies);
+    kmp_compare_bodies_show(text, c->system->context, &c->bodies);
     if (all) {
         show_runs(text, c);
         show_tables(text, c);
@@ -593,14 +602,18 @@ static void fill_bodies(kempe_table *table, const void *result)
 {
     const kmp_bodies_table *bodies = &((const kempe_comparison *)result)->bodies;
     kmp_tabulate_columns(table, "bodies[words] status[words] reason[words] coordinates steps cpu_s build_s "
-                                "output[words] error part");
+                                "output[words] error part unit[words]");
     for (int k = 0; k < bodies->count; k++) {
         const kmp_compared_bodies *row = &bodies->rows[k];
         const int worst = row->worst;
         kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%s %s %s %d %ld %g %g %s %g %g", row->word, kempe_outcome_text(row->outcome),
+        const kmp_shown as =
+            worst >= 0 ? kmp_shown_as(((const kempe_comparison *)result)->system->context, bodies->unit[worst])
+                       : (kmp_shown){"", 1};
+        kmp_tabulate_cells(table, "%s %s %s %d %ld %g %g %s %g %g %s", row->word, kempe_outcome_text(row->outcome),
                            row->reason, row->coordinates, row->steps, row->cpu_s, row->build_s,
-                           worst >= 0 ? bodies->names[worst] : "", worst >= 0 ? row->error[worst] : NAN, row->part);
+                           worst >= 0 ? bodies->names[worst] : "", worst >= 0 ? as.factor * row->error[worst] : NAN,
+                           row->part, as.unit);
     }
 }
 

@@ -30,6 +30,11 @@ static double deflection_at(const kmp_flexible *f, const kmp_station *station, c
     return sqrt(sum);
 }
 
+static const char *parts_of(const kmp_flexible *f)
+{
+    return f->file ? "several bodies" : "'segments'";
+}
+
 double kmp_flexible_deflection(const kempe_system *system, const kmp_flexible *f, const double *q)
 {
     double most = 0;
@@ -38,6 +43,34 @@ double kmp_flexible_deflection(const kempe_system *system, const kmp_flexible *f
     for (int k = f->first; k < f->first + f->count && f->station_count == 1; k++)
         most = system->model->motions[k].rotation ? most : fmax(most, fabs(q[k]));
     return most;
+}
+
+void kmp_doubt_deflections(const kempe_system *system, int count, const double *q(const void *user, int k),
+                           const void *user)
+{
+    const kempe_model *model = system->model;
+    for (int b = 0; b < model->flexible_count; b++) {
+        const kmp_flexible *f = &model->flexibles[b];
+        double most = 0;
+        for (int k = 0; k < count; k++)
+            most = fmax(most, kmp_flexible_deflection(system, f, q(user, k)));
+        if (most > KMP_DEFLECTION_LARGE * f->length->value)
+            kmp_doubt(system->context,
+                      "flexible body '%s' deflects by %.3g m, %.2f of its length: shapes with terms of second order "
+                      "are right for up to %.1f; divide it into %s",
+                      model->bodies[f->body].name, most, most / f->length->value, KMP_DEFLECTION_LARGE, parts_of(f));
+    }
+}
+
+static const double *itself(const void *q, int k)
+{
+    (void)k;
+    return q;
+}
+
+void kmp_doubt_deflection(const kempe_system *system, const double *q)
+{
+    kmp_doubt_deflections(system, 1, itself, q);
 }
 
 /* The largest one of all rows, and its time. */
@@ -61,8 +94,7 @@ static void doubt_deflection(const kempe_system *system, const kmp_samples *tabl
         kmp_doubt(system->context,
                   "flexible body '%s' deflects by %.3g m at t = %.6g s, %.2f of its length; terms of second order "
                   "suffice up to %.1f: divide it into %s",
-                  model->bodies[f->body].name, most, t, most / f->length->value, KMP_DEFLECTION_LARGE,
-                  f->file ? "several bodies" : "'segments'");
+                  model->bodies[f->body].name, most, t, most / f->length->value, KMP_DEFLECTION_LARGE, parts_of(f));
 }
 
 /* Without terms of second order rotation softens a beam in place of stiffening it. */

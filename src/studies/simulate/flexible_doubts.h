@@ -8,6 +8,14 @@
 /** The largest deflection of a flexible body at q, in its axes, with the system's values of parameters. */
 double kmp_flexible_deflection(const kempe_system *system, const kmp_flexible *flexible, const double *q);
 
+/** Doubts states at which bodies deflect beyond what the terms of second order are right for: `count` of them, each of
+ * which `q` gives. */
+void kmp_doubt_deflections(const kempe_system *system, int count, const double *q(const void *user, int k),
+                           const void *user);
+
+/** The same of one state. */
+void kmp_doubt_deflection(const kempe_system *system, const double *q);
+
 /** Logs them: deflections beyond what the terms of second order are right for are a doubt about the run; loads of
  * sections that differ from the loads by the strain, fast rotations without terms of second order, and loads at which a
  * body buckles, are warnings. KEMPE_E_MEMORY. */

@@ -498,8 +498,7 @@ static void warn_of_verdict(const kempe_trajectory *t)
 {
     if (t->verdict.h_max > kmp_trajectory_trusted_gap(t))
         kmp_doubt(t->system->context,
-                  "do not trust this run: the loops open by %.2g of the characteristic length; use a smaller rtol, or "
-                  "compare formulations",
+                  "the loops open by %.2g of the characteristic length: use a smaller rtol, or compare formulations",
                   t->verdict.h_max);
     if (t->verdict.misfit * t->system->length > t->system->closure_tolerance)
         kmp_doubt(t->system->context,
@@ -516,8 +515,7 @@ static void warn_of_verdict(const kempe_trajectory *t)
                 t->verdict.drift_rel);
     else
         kmp_doubt(t->system->context,
-                  "do not trust this run: the energy error is %.2g of the energy exchanged; use a smaller rtol, or "
-                  "compare formulations",
+                  "the energy error is %.2g of the energy exchanged: use a smaller rtol, or compare formulations",
                   t->verdict.drift_rel);
 }
 
@@ -747,9 +745,15 @@ static kempe_status run_again(kempe_trajectory *t, kmp_simulation *j)
     j->counts.changes = t->report.events > 0 || t->report.impacts > 0 || t->report.changes > 0;
     kempe_status status = kmp_convergence_of_run(j->system, &j->spec, j->start.q ? &j->start : NULL, &t->table,
                                                  t->report.requested, j->counts.steps ? &j->counts : NULL, &t->again);
+    const bool bounded = !isnan(t->again.stopped) && j->spec.max_steps > 0;
+    const bool advised =
+        t->verdict.h_max > kmp_trajectory_trusted_gap(t) || (!t->report.prescribed && kmp_trajectory_loses_energy(t));
     if (status == KEMPE_OK && j->system->n > 0)
         kmp_convergence_warn(j->context, &t->again, j->system->model->motions[t->again.index].name,
-                             kmp_trajectory_unit(t), "use a smaller rtol, or compare formulations");
+                             kmp_trajectory_unit(t),
+                             bounded   ? "; allow more steps (max_steps)"
+                             : advised ? ""
+                                       : "; use a smaller rtol, or compare formulations");
     if (status == KEMPE_OK && t->again.form > 0)
         kmp_log(j->context, KEMPE_LOG_WARNING,
                 "the angles from '%s' on pass their singular position: at rtol %.3g they differ from t = %.6g s on; "
