@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Exact derivatives of accelerations and multipliers at a state of the public workspace, by the implicit-function
  * theorem on M qdd + C = Q + J' lambda and J qdd + jdqd = 0: each direction is one more solution with the factors of
- * the state. Along closed motions the change of all coordinates follows that of the independent ones first
+ * the state. Along closed motions the change of all coordinates follows the change of the independent ones first
  * (constraints/partition/small_change.h). */
 #include "constraints/partition/small_change.h"
 #include "constraints/workspace/state_workspace.h"

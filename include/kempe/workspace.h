@@ -113,7 +113,7 @@ KEMPE_API kempe_status kempe_workspace_forward_states(kempe_workspace *workspace
 KEMPE_API int kempe_workspace_independent_count(const kempe_workspace *workspace);
 KEMPE_API const int *kempe_workspace_independent(const kempe_workspace *workspace);
 
-/** Places for derivatives, column-major; NULL: not wanted. p is the number of independent coordinates.
+/** Places for derivatives, column-major; NULL: not required. p is the number of independent coordinates.
  *
  * In all coordinates, as functions of q, qd and Q that need not close the loops: from M qdd + C = Q + J' lambda and
  * J qdd + jdqd = 0 by the implicit-function theorem.
@@ -132,10 +132,10 @@ typedef struct kempe_workspace_derivatives {
  * message: the model has contacts, or forces that depend on multipliers. KEMPE_E_MEMORY. */
 KEMPE_API kempe_status kempe_workspace_add_derivatives(kempe_workspace *workspace);
 
-/** Accelerations qdd (n), multipliers lambda (m; NULL: not wanted) and their exact derivatives, for constant inputs and
- * the present conditions of the model; a user-defined force is differentiated by differences. After
+/** Accelerations qdd (n), multipliers lambda (m; NULL: not required) and their exact derivatives, for constant inputs
+ * and the present conditions of the model; a user-defined force is differentiated by differences. After
  * kempe_workspace_add_derivatives; no allocation. KEMPE_E_ARGUMENT: not prepared. KEMPE_E_FAILED, with the reason: as
- * kempe_workspace_forward_dynamics; derivatives by u are wanted where u does not describe the motion. */
+ * kempe_workspace_forward_dynamics; derivatives by u are requested where u does not describe the motion. */
 KEMPE_API kempe_status kempe_workspace_forward_derivatives(kempe_workspace *workspace, double t, const double *q,
                                                            const double *qd, const double *Q, double *qdd,
                                                            double *lambda, const kempe_workspace_derivatives *out);
