@@ -108,8 +108,8 @@ KEMPE_API kempe_status kempe_workspace_forward_states(kempe_workspace *workspace
                                                       int t_step, const double *q, const double *qd, const double *Q,
                                                       double *qdd, double *lambda, int *failed);
 
-/** The number of independent coordinates u, and their numbers among all (owned by the workspace): the ones that
- * Kempe chose at the start of the model. 0 and NULL: the start cannot be assembled, or friction sticks. */
+/** The number of independent coordinates u, and their numbers among all (owned by the workspace). Kempe chose them at
+ * the start of the model. 0 and NULL: the start cannot be assembled, or friction sticks. */
 KEMPE_API int kempe_workspace_independent_count(const kempe_workspace *workspace);
 KEMPE_API const int *kempe_workspace_independent(const kempe_workspace *workspace);
 
@@ -118,8 +118,8 @@ KEMPE_API const int *kempe_workspace_independent(const kempe_workspace *workspac
  * In all coordinates, as functions of q, qd and Q that need not close the loops: from M qdd + C = Q + J' lambda and
  * J qdd + jdqd = 0 by the implicit-function theorem.
  *
- * Along motions that keep the loops closed: of the independent accelerations udd by u, their rates ud and Q. The
- * change of all coordinates is dq = q_u du and dqd = q_u dud + qd_u du (Wehage and Haug, J. Mech. Des. 104, 1982). */
+ * Along motions that keep the loops closed: the independent accelerations udd by u, by their rates ud and by Q. All
+ * coordinates change by dq = q_u du and dqd = q_u dud + qd_u du (Wehage and Haug, J. Mech. Des. 104, 1982). */
 typedef struct kempe_workspace_derivatives {
     double *qdd_q, *qdd_qd, *qdd_Q;          /* n x n */
     double *lambda_q, *lambda_qd, *lambda_Q; /* m x n; rows of redundant constraint equations are zero */

@@ -238,7 +238,7 @@ class Workspace(Owned):
 
     @property
     def independent(self) -> tuple[str, ...]:
-        """Names of the independent coordinates u: the ones that Kempe chose at the start of the model.
+        """Names of the independent coordinates u, which Kempe chose at the start of the model.
 
         >>> kempe.Model("four_bar.yaml").system().workspace().independent
         ('coupler',)

@@ -104,7 +104,7 @@ static inline kmp_response_point kmp_response_at(const kempe_response *r, int k,
 /** The factor of the amplitudes of a pair, from SI to the units in which its output and input are shown. */
 double kmp_response_factor(const kempe_response *response, int input, int output);
 
-/** Appends `before` and the unit of an output over the unit of an input, as they are shown; nothing if either
- * is unknown. */
+/** Appends `before` and the unit of an output over the unit of an input, as they are shown; nothing if one of them is
+ * unknown. */
 void kmp_response_put_unit(kmp_text *text, const kempe_response *response, int input, int output, const char *before,
                            const char *over);
