@@ -140,6 +140,14 @@ KEMPE_API kempe_status kempe_workspace_forward_derivatives(kempe_workspace *work
                                                            const double *qd, const double *Q, double *qdd,
                                                            double *lambda, const kempe_workspace_derivatives *out);
 
+/** The same at `count` states, with rows of the sizes above for each state; arguments as in
+ * kempe_workspace_forward_states. Ends at the first state that fails, with its status. *failed (may be NULL): that
+ * state; -1: none. */
+KEMPE_API kempe_status kempe_workspace_derivative_states(kempe_workspace *workspace, int count, const double *t,
+                                                         int t_step, const double *q, const double *qd, const double *Q,
+                                                         double *qdd, double *lambda,
+                                                         const kempe_workspace_derivatives *rows, int *failed);
+
 /** Closes the loops at t: changes q, and then qd (NULL: not required), as little as possible. Coordinates with hold[i]
  * not 0 (n; NULL: none) keep q and qd. KEMPE_E_FAILED, q and qd untouched: the loops cannot be closed from here. */
 KEMPE_API kempe_status kempe_workspace_close(kempe_workspace *workspace, double t, double *q, double *qd,

@@ -514,6 +514,7 @@ static void show_parts(kmp_text *text, const kempe_linearization *l, bool all)
                         largest_of(l) < 1   ? "stable"
                         : largest_of(l) > 1 ? "unstable"
                                             : "neutral");
+    kmp_averaged_put(text, "  tracks: ", c->averaged);
     kmp_print_held(text, "  held: ", c->system, c->at->qd);
     list(text, "state", "x", &c->states);
     list(text, "input", "w", &c->loads);

@@ -209,7 +209,7 @@ static void warn_of_turns(const kempe_model *model, const char *what, const kmp_
         !(most > (degrees ? KMP_MORE_TURN : MANY_TURNS)))
         return;
     const double given = fabs(range->from) > fabs(range->to) ? range->from : range->to;
-    if (range->count > 0)
+    if (!range->column)
         kmp_log(model->context, KEMPE_LOG_WARNING,
                 "%s: '%s' is %g without a unit and is taken in rad, %.3g turns: for degrees write '%g deg'", what,
                 range->name, given, most / KMP_TURN, given);

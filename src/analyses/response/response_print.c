@@ -117,6 +117,7 @@ static void show_parts(kmp_text *text, const kempe_response *r, bool all)
         }
     width = width > WIDEST_NAME ? WIDEST_NAME : width;
     show_title(text, r);
+    kmp_averaged_put(text, "  Tracks: ", r->channels.averaged);
     kmp_print_held(text, "  Held: ", r->channels.system, r->channels.at->qd);
     if (f->growing > 0)
         kmp_text_printf(text,

@@ -3,6 +3,7 @@
  * outwards, away from the middle of the track. Left and right differ only by the sign. */
 #pragma once
 
+#include "base/arena.h"
 #include "model/data/place.h"
 #include "model/language/expression.h"
 #include <stdbool.h>
@@ -126,3 +127,9 @@ int kmp_wheel_contacts(const kmp_wheel *wheel);
 /** Frees the tables owned by a profile; the named tables it refers to remain. */
 void kmp_profile_free(kmp_profile *profile);
 void kmp_track_free(kmp_track *track);
+
+/** True if one of the tracks has irregularities. */
+bool kmp_tracks_are_irregular(int count, const kmp_track *tracks);
+
+/** The tracks without irregularities, with the parts of the given ones; NULL: no memory. */
+kmp_track *kmp_tracks_ideal(int count, const kmp_track *tracks, kmp_arena *arena);
