@@ -107,7 +107,6 @@ PLAIN = {  # pattern in pages and comments: the words instead
     r"\b(go|goes|going|went) on\b(?! (a|an|the|four)\b)": "continue",
 }
 ANY_PLAIN = re.compile("|".join(PLAIN))
-PRINTING = re.compile(r"src/(report|cli|output|studies)/.*\.c$")  # whose comments are still to be read
 LISTS = re.compile(r"docs/(api/|commands|python_reference)")  # pages of members, options, methods, each with a noun
 # Sentences that may have such a phrase, by the words around it, and why.
 PLAIN_ALLOWED = {
@@ -124,7 +123,7 @@ VERBS = set("""
     bring call carry change check choose chose climb close collect combine come compare compute concerned connect consist
     constrain contain continue converge correspond cost count couple cover creep cross decide decrease define deflect deform
     depend derive derived describe determine differ disable disagree disappear display draw drive drop end equal evaluate
-    work refuse examine exceed excite execute exist exit explain export extend factorise fail failed fall find fit follow form found gain
+    examine exceed excite execute exist exit explain export extend factorise fail failed fall find fit follow form found gain
     gained gave give go grow guide happen hold ignore implement include integrate interpolate jump keep know lack land last lead
     lean leave lie lies limit linearise list locate look lose lubricate make map matter measure meet mount move multiply name
     need neglect nest occur omit open optimise oscillate override own pass passed pay perform predict prefer prescribe prevent
@@ -361,7 +360,7 @@ def main(arguments):
     found += [f for path in sources(COMMENTED) for f in clauses(path.relative_to(ROOT).as_posix(), path.read_text())]
     found += [f for path in scripts(COMMENTED) for f in clauses(path.relative_to(ROOT).as_posix(), path.read_text(), python_comments)]
     found += [f for page in pages() for f in phrases(page.relative_to(ROOT).as_posix(), lines(words_of(page)))]
-    found += [f for path in sources(COMMENTED[:4] + ("python",)) if path.suffix != ".js" and not PRINTING.search(path.as_posix())
+    found += [f for path in sources(COMMENTED[:4] + ("python",)) if path.suffix != ".js"
               for f in phrases(path.relative_to(ROOT).as_posix(), comments(path.read_text()))]
     found += [f for path in scripts(("python",)) for f in phrases(path.relative_to(ROOT).as_posix(), python_comments(path.read_text()))]
     found += [f for page in pages() if not LISTS.search(page.as_posix()) for f in fragments(page.relative_to(ROOT).as_posix(), words_of(page))]
