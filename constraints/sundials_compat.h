@@ -33,8 +33,8 @@ static inline SUNContext kmp_sun_context(void)
 
 #define KMP_SUN_QUIET(set_handler, memory) ((void)(memory))
 
-/* The control of ARKODE's steps that version 6 has by default, in place of that of 7.5, whose errors are larger at
- * the same tolerance. The controller belongs to the caller. */
+/* The control of ARKODE's steps that version 6 has by default, in place of the control of 7.5, whose errors are larger
+ * at the same tolerance. The controller belongs to the caller. */
 static inline int kmp_sun_control_steps(void *ark, SUNContext context, void **controller)
 {
     SUNAdaptController pid = SUNAdaptController_PID(context);

@@ -12,7 +12,7 @@
  * zero near a change point. */
 #define KMP_RANK 1e-10
 /** The first pivot itself: of size 1, smaller if lengths differ much. A first pivot of the size of the root of rounding
- * belongs to closures that hold to second order alone, as of a rod across its end: pivots give no rank. */
+ * belongs to closures that hold only to second order, as of a rod across its end: pivots give no rank. */
 #define KMP_RANK_FIRST 1e-6
 /** A row with a column that no other row has is independent of them where its entry there is at least this part of its
  * largest one; so is a sequence of such rows by the product of these parts. It is far above the least pivot of a row
@@ -33,8 +33,8 @@
 #define KMP_RANK_SECOND 1e-7
 #define KMP_RANK_SHAKY  1e-5
 
-/** Articulated bodies are used if their accelerations at the start agree with those of M and C to this relative
- * accuracy. They divide by the inertia of each joint with open loops. */
+/** Articulated bodies are used if their accelerations at the start agree with the accelerations by M and C to this
+ * relative accuracy. They divide by the inertia of each joint with open loops. */
 #define KMP_ARTICULATED_AGREE 1e-9
 /** Both may differ by more where the system is badly conditioned, as on a long chain. Articulated bodies are used, too,
  * if their backward error is rounding: it is below 1e-16 on chains of 1000 links, and 7e-5 where a joint moves almost
@@ -44,7 +44,7 @@
  * M decides. */
 #define KMP_ARTICULATED_DOUBTFUL 1e8
 
-/** The least pivot of M at the end of a run over that without the deflection of a flexible body, below which the
+/** The least pivot of M at the end of a run over the pivot without the deflection of a flexible body, below which the
  * deflection is named as the cause of the end. M changes its sign soon after. */
 #define KMP_INERTIA_LOST 0.3
 /** The least pivot of M at the end of a run below which some motion moves hardly any mass: deflections of a thousandth
@@ -102,8 +102,8 @@
 #define KMP_MEND_FOLLOWED 0.03
 /** A step that leaves a larger part of the misfit is rejected. */
 #define KMP_MEND_REDUCED 0.8
-/** Redundant rows are met to rounding of one evaluation of h; or, if no step reduces the misfit, to that of places with
- * small pivots. */
+/** Redundant rows are met to rounding of one evaluation of h; or, if no step reduces the misfit, to the misfit of
+ * places with small pivots. */
 #define KMP_MEND_MET     3e-16
 #define KMP_MEND_STALLED 1e-12
 /** Part of the misfit, or the square of the last digit, that may remain if rounding explains it. */
@@ -111,14 +111,15 @@
 
 /** Shortest finite motion, rad or characteristic lengths: its square is far above any closure tolerance. */
 #define KMP_ROUNDING_FAR 0.25
-/** Places with a last kept pivot below this part of that at the start are near a change point: they do not count. */
+/** Places with a last kept pivot below this part of the pivot at the start are near a change point: they do not count.
+ */
 #define KMP_ROUNDING_BESIDE 0.3
 /** Part of the distant places at which a row must stay within the tolerance, so that its gap counts as rounding. */
 #define KMP_ROUNDING_MOST_OF 0.7
 
 /* -- closures: scaled |h|, the largest row ------------------------------------------------------------- */
 
-/** Rounding alone: a correction gains nothing. */
+/** Only rounding: a correction gains nothing. */
 #define KMP_CLOSED_ROUNDING 4e-16
 /** Rounding: not corrected at the end of a step, and no reason to reject the step. If lever lengths differ much, a
  * correction of this |h| exceeds fine tolerances. */
@@ -146,7 +147,8 @@
 #define KMP_CLOSED_START 1e-6
 /** Joints with clearance at the start. RANK: of the product of a scaled row with its own change, the square of a pivot:
  * below the square of 1e-6 the ideal mechanism has a dead centre. DEEP: a compliant contact is not as deep as its
- * clearance. CENTRED: lengths over their clearance, so that their rounding is that of places over a clearance. */
+ * clearance. CENTRED: lengths over their clearance, so that their rounding is the rounding of places over a clearance.
+ */
 #define KMP_LOOSE_RANK    1e-12
 #define KMP_LOOSE_DEEP    2
 #define KMP_LOOSE_CENTRED 1e-9
@@ -159,10 +161,10 @@
 
 /* -- friction that sticks ------------------------------------------------------------------------------- */
 
-/** Rates below this part of the fastest are none: those at the event of a reversal are some roundings. */
+/** Rates below this part of the fastest are none: rates at the event of a reversal are some roundings. */
 #define KMP_FRICTION_STILL 1e-10
-/** On a dae rates below this many relative tolerances of the fastest are none: its steps meet rates, also those of
- * rows, within some tolerances. */
+/** On a dae rates below this many relative tolerances of the fastest are none: its steps meet rates, also rates
+ * of rows, within some tolerances. */
 #define KMP_FRICTION_DRIFT 10.0
 /** A rate against the direction of slip that counts as none, a part of the fastest: rounding of rates at rest. */
 #define KMP_FRICTION_NONE 1e-13
@@ -183,7 +185,7 @@
 /** An element that is regularised for a time has left when its rate is this many of its speeds: its friction then
  * differs from the level by 5e-5. */
 #define KMP_FRICTION_LEFT 100
-/** Parts of a run, of the two next kinds, are those of at most so many times of its motion (the inverse of its rate at
+/** Parts of a run, of the two next kinds, last at most this number of times of its motion (the inverse of its rate at
  * the start): the end of a run may be unknown, or far away. */
 #define KMP_FRICTION_SPAN 20
 /** Part of a run: decisions within it are simultaneous. */
@@ -243,7 +245,7 @@
 /** A larger correction of integrated v rejects a step when rows are dropped: each choice of rows has another motion off
  * the closures, of which the error estimate covers less. With 1 errors are 4 to 8 times as large, with 1e-2 twice. */
 #define KMP_CORRECTION_REDUNDANT 3e-3
-/** Smaller scaled corrections are compared with KMP_CORRECTION_LIMIT alone: some are due to rounding of h. */
+/** Smaller scaled corrections are compared only with KMP_CORRECTION_LIMIT: some are due to rounding of h. */
 #define KMP_CORRECTION_ROUNDING 1e-13
 /** Newton in an evaluation stops at this fraction of the error weights. The fused program has its accelerations before
  * the last correction: with 1e-2 errors of the newton form are 2 to 4 times as large. */
@@ -252,12 +254,13 @@
 #define KMP_ELIMINATION 10.0
 /** Scaled correction of v at which stages of a step in lanes are closed: it is added, and J is that before it, so that
  * accelerations have an error of this size. In the first sweep a later one makes it good. In later ones it is a part of
- * the change of u, which is that of the sweep before: sweeps contract by more. Rounding of h begins at the first. */
+ * the change of u, which is the change of the sweep before: sweeps contract by more. Rounding of h begins at the first.
+ */
 #define KMP_CORRECTION_IN_LANES       1e-13
 #define KMP_CORRECTION_FIRST_IN_LANES 1e-7
 #define KMP_CORRECTION_LATER_IN_LANES 1e-3
 /** Largest angle (rad) by which a correction of v turns sines and cosines by series: their error, its fifth power over
- * 120, is 8e-18. After a larger one they are computed anew. */
+ * 120, is 8e-18. After a larger one they are computed again. */
 #define KMP_TURN_SMALL 1e-3
 /** Last Newton correction of a state from which a step across a change point starts: the error is its square. */
 #define KMP_CORRECTION_LAST 1e-8
@@ -267,7 +270,7 @@
 /** Exchanges continue as long as they enlarge |det Jv| by this factor: 1 would never end on ties. */
 #define KMP_PICK_GROWTH 1.5
 /** Growth at which u and v are exchanged: GROWTH for Kempe's choice, WISH for the user's, CLOSED in the newton form.
- * Its right-hand side is a function of u alone, whose series converges only up to u's dead centre: much of its error is
+ * Its right-hand side is a function only of u, whose series converges only up to u's dead centre: much of its error is
  * made near it. Below 1.3 nothing is gained at equal error (docs/decisions/forms.md). An integrator that restarts at
  * each exchange takes GROWTH, since it would lose more than it gains. VARIED: with sensitivities, which grow faster
  * towards the dead centre than the motion. */
@@ -278,7 +281,7 @@
 /** Tolerance of the run that finds the choices for which the right-hand side of a simulator is written out: it follows
  * the motion of a model for some seconds, and only the order of the choices counts. */
 #define KMP_TRIAL_TOLERANCE 1e-6
-/** Growth limits without integration, where digits alone matter. Equilibria take few steps, so that a good choice costs
+/** Growth limits without integration, where only digits matter. Equilibria take few steps, so that a good choice costs
  * little; sweeps and prescribed motions take many. */
 #define KMP_EXCHANGE_STILL 2.0
 #define KMP_EXCHANGE_SWEEP 3.0
@@ -316,8 +319,8 @@
 
 /* -- events -------------------------------------------------------------------------------------------- */
 
-/** Part of a run, in simulators of the time of the motion: changes of one condition within it are simultaneous. So many
- * of them follow each other without time between them. */
+/** Part of a run, in simulators of the time of the motion: changes of one condition within it are simultaneous. At most
+ * this number of them follow each other without time between them. */
 #define KMP_EVENT_INSTANT 1e-11
 #define KMP_EVENT_REPEATS 20
 /** A kink is fixed beyond this many tolerances of its largest value: within them the errors of steps exceed its effect.
@@ -343,7 +346,7 @@
 #define KMP_GROWTH_LOOKS 16
 #define KMP_GROWTH_STEPS 20000
 
-/* -- generated simulators alone: they have no program that carries lambda, and callers that set states ---- */
+/* -- only generated simulators: they have no program that carries lambda, and callers that set states ---- */
 
 /** Relative change of multipliers at which forces that depend on them are at them, and where rounding stops it. */
 #define KMP_LOADS_SETTLED 1e-14
@@ -374,7 +377,7 @@
 #define KMP_NEAR_SINGULAR_LEFT 0.2
 #define KMP_GROWING            1.5
 /** AIM: least predicted margin along the line ahead, below which the line meets a change point. STEEP: that margin
- * relative to the present one, so that small margins alone raise no alarm. Mechanisms that pass at one or a few
+ * relative to the present one, so that small margins by themselves raise no alarm. Mechanisms that pass at one or a few
  * hundredths are resolved by ordinary steps. */
 #define KMP_MARGIN_AIM   1e-2
 #define KMP_MARGIN_STEEP 0.3
@@ -391,7 +394,7 @@
 #define KMP_MARGIN_TURNED -0.5
 #define KMP_MARGIN_PASSED 0.3
 /** LOOK: a last pivot of the start below this part of the first is examined. NEAR: it is near a change point when its
- * margin is below this part of that at configurations displaced a little along the closures. */
+ * margin is below this part of the margin at configurations displaced a little along the closures. */
 #define KMP_MARGIN_LOOK 1e-2
 #define KMP_MARGIN_NEAR 0.04
 /** A margin below LOCKED is due to one row if leaving out that row raises it above FREED. */
@@ -439,11 +442,11 @@
 #define KMP_ROWS_OUT   2.0
 #define KMP_ROWS_LOST  30.0
 #define KMP_ROWS_SWEEP 3.0
-/** Largest scaled Bvu of a closed-chain Jacobian: beyond it an independent coordinate stands at a dead centre. A state
+/** Largest scaled Bvu of a closed-chain Jacobian: beyond it an independent coordinate is at a dead centre. A state
  * that is closed there to rounding, eps in h, has sqrt(eps) in the angle, and 1e8 in Bvu. */
 #define KMP_TANGENT_SINGULAR 1e6
 /** Difference of value and rate, relative or over the characteristic length, at which an input of a closure that a
- * caller sets continues: callers compute both anew, with rounding. The next closing of the loops takes it up. */
+ * caller sets continues: callers compute both again, with rounding. The next closing of the loops takes it up. */
 #define KMP_INPUT_CONTINUOUS 1e-9
 /** Entries below this part of a row of size 1 are rounding: their squares add nothing. */
 #define KMP_ROWS_NOTHING 1e-12
@@ -481,7 +484,7 @@
 /** Residuals of a column over its own deviation, beyond which a fit has not found its motion: half of it is
  * unexplained. */
 #define KMP_FIT_UNLIKE 0.5
-/** Correlation of neighbouring residuals beyond which they are no noise: of 20 independent ones it exceeds 0.7 once in
+/** Correlation of neighbouring residuals beyond which they are not noise: of 20 independent ones it exceeds 0.7 once in
  * ten thousand times (200,000 draws). */
 #define KMP_FIT_ALIKE 0.7
 /** The least noise of a column, times the rtol of the runs and its scatter: below it residuals are errors of the runs,
@@ -492,8 +495,8 @@
 
 /* -- optimisation -------------------------------------------------------------------------------------- */
 
-/** Relative change of the quantity, and of the parameters over their ranges, that ends a search: that of the default
- * tolerance of runs. */
+/** Relative change of the quantity, and of the parameters over their ranges, that ends a search: the value of the
+ * default tolerance of runs. */
 #define KMP_OPTIMUM_ENOUGH 1e-8
 /** A limit is kept up to this part of its bound: a search ends on it up to the error of its runs, which are promised to
  * a hundred tolerances. */
@@ -534,9 +537,10 @@
 /** A fold, and a change of stability, are found to this part of a step. */
 #define KMP_CYCLE_LOCATED 1e-9
 #define KMP_CYCLE_CHANGED 1e-6
-/** Part of the range of a parameter that is no difference: cycles of a conservative motion have one value, known to the
- * error of the runs, up to this many times the first amplitude, a hundred characteristic sizes. Elsewhere the parameter
- * changes as the square of the amplitude, or as its fourth power, or from the amplitude on at which a force begins. */
+/** Part of the range of a parameter that does not count as a difference: cycles of a conservative motion have one
+ * value, known to the error of the runs, up to this many times the first amplitude, a hundred characteristic sizes.
+ * Elsewhere the parameter changes as the square of the amplitude, or as its fourth power, or from the amplitude on at
+ * which a force begins. */
 #define KMP_CYCLE_LEVEL  1e-9
 #define KMP_CYCLE_CENTRE 1e6
 /** A simulated motion has settled if its amplitudes in two windows, the third and the last quarter of the simulation,
@@ -567,25 +571,26 @@
 /** The length of a run that falls short of whole windows of comfort by this part of a window has them: it is a sum of
  * rounded times. */
 #define KMP_WINDOW_SLACK 1e-9
-/** Wheels at the start of a run that press with more than this part of the weight of all bodies are no static loads: an
- * elastic contact that begins with a wrong depth has many times as much. */
+/** Wheels at the start of a run that press with more than this part of the weight of all bodies are not static loads:
+ * an elastic contact that begins with a wrong depth has many times as much. */
 #define KMP_CARRIED_MOST 1.1
 /** With every other sample a value of ride comfort may differ by this part without a warning: such values are given to
  * two or three digits. */
 #define KMP_COMFORT_HOLDS 0.01
 /** The past of a delayed signal is a polynomial whose last coefficient is this part of the tolerance of a step: its
- * error, which is smaller still, then adds nothing to that of the steps. Rounding of closed positions, relative. */
+ * error, which is smaller still, then adds nothing to the error of the steps. Rounding of closed positions, relative.
+ */
 #define KMP_PAST_PART     0.1
 #define KMP_PAST_ROUNDING 1e-14
 /** An event is at a state where a coordinate or a rate, this part of its size away, has the other side: an equilibrium
  * is known to about 1e-10. */
 #define KMP_EVENT_HERE 1e-8
 /** Small motions with delays: roots of the characteristic equation below this part of the frequency beyond which
- * inertia alone counts are zero. */
+ * only inertia counts are zero. */
 #define KMP_DELAYED_STILL 1e-7
 /** A root of that equation is one where its residual is this part of the terms of each row: some roundings of them. */
 #define KMP_DELAYED_ROOT 1e-12
-/** An eigenvalue of the discretised delays stands for the root that is within this part of its size: those near the
+/** An eigenvalue of the discretised delays represents the root that is within this part of its size: those near the
  * origin are known to many digits, the farthest ones to none. Two roots from different starts that are as near are
  * one. */
 #define KMP_DELAYED_NEAR 1e-4

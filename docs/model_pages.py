@@ -20,7 +20,7 @@ import generated  # noqa: E402
 MARK = re.compile(r"<!-- (\w+): ([\w ]+) -->\n(.*?)<!-- /table -->", re.S)
 HEAD = """# Index of keys
 
-Every key, kind, function, unit and output of the model language, with its section. The page is generated (`docs/generate_pages`).
+The index has every key, kind, function, unit and output of the model language, with its section. The page is generated (`docs/generate_pages`).
 """
 OWNERS = {"model": "model", "edge": "joint between two bodies", "piece": "piece of a course", "irregularity": "irregularities",
           "algebraic": "implicit variables", "inertia": "inertia", "contact_friction": "friction of a contact", "film": "film of a journal",

@@ -23,8 +23,8 @@ IFTOMM = "IFToMM benchmark"
 
 # title, introduction, rows: problem, source of the digits, model, reference, tolerance
 PARTS = (
-    ("Published digits", "The digits are those of the named publication. They have errors of their own, which may be larger than Kempe's:\n"
-     "those of Andrews' mechanism and of the windows are recomputed in the next table.", (
+    ("Published digits", "The digits are taken from the named publication. Their errors may be larger than Kempe's:\n"
+     "the digits of Andrews' mechanism and of the windows are recomputed in the next table.", (
          ("Andrews' squeezing mechanism", f"{TEST_SET}, PSIDE at 1e-14", "andrews/andrews", "andrews/published", "1e-12"),
          ("Car axis", f"{TEST_SET}, R package deTestSet", "car_axis/car_axis", "car_axis/published", "1e-12"),
          ("Wheelset", f"{TEST_SET}, DASSL, 58510 steps", "wheelset/wheelset", "wheelset/reference", "1e-8"),
@@ -61,7 +61,7 @@ PARTS = (
         ("Stephenson's six-bar", "integral over the crank angle, 40 digits", "stephenson/stephenson", "stephenson/reference", "1e-12"),
         ("Toggle press that strikes an anvil", "quadrature between impacts, 30 digits", "toggle_press/toggle_press", "toggle_press/reference",
          "1e-12"))),
-    ("Independent programs", "The models are Kempe's own. Each program has a formulation of its own, and its two step sizes or tolerances agree.", (
+    ("Independent programs", "The models are Kempe's own. Each program has a separate formulation, and its two step sizes or tolerances agree.", (
         ("Slider-crank through dead centres", "113-bit arithmetic", "slider_crank/slider_crank", "slider_crank/reference", "1e-12"),
         ("The same with spatial hinges", "113-bit arithmetic", "slider_crank_spatial/slider_crank_spatial", "slider_crank_spatial/reference",
          "1e-12"),
@@ -143,7 +143,7 @@ example the first one:
 
     kempe simulate examples/andrews/andrews.yaml --reference examples/andrews/published.csv --rtol 1e-12 --no-convergence-check
 
-It prints the largest errors over all instants of the reference. Those of q and qd are relative to max(1, |value|), those of lambda
+It prints the largest errors over all instants of the reference. Errors of q and qd are relative to max(1, |value|), errors of lambda
 to the largest load.
 
 This page is generated (`python3 docs/problems.py build/release/kempe`), and a test repeats all runs. `-`: the reference has no

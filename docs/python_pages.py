@@ -20,7 +20,7 @@ HEAD = """# Python reference
 <!-- written by docs/python_pages.py -->
 
 Classes, functions and methods of the package `kempe`. The [manual](python.md) introduces them. `n` is the number of coordinates, `m`
-that of closure rows; units are SI. Keywords `**options` are members of the struct that is named, of the [C API](api/README.md).
+the number of closure rows; units are SI. Keywords `**options` are members of the struct that is named, of the [C API](api/README.md).
 """
 
 

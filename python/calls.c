@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Evaluation at one state from arrays as they are, for programs that repeat it. A call through cffi makes an object for
  * each array; here an array costs a look at its buffer. The module kempe._calls is in the file of kempe._native. Its
- * functions have the names of those in C, take the address of a workspace, n and m, and return the status, CONVERT
- * where an argument is no contiguous array of float64 of the right length, or BUSY where another call is inside the
- * workspace. */
+ * functions have the names of the functions in C, take the address of a workspace, n and m, and return the status,
+ * CONVERT where an argument is not a contiguous array of float64 of the right length, or BUSY where another call is
+ * inside the workspace. */
 #define Py_LIMITED_API 0x030b0000
 #include <Python.h>
 #include <kempe/workspace.h>
@@ -12,7 +12,7 @@
 
 enum { MOST_ARRAYS = 5, CONVERT = 1000, BUSY = 1001 };
 
-/* A call that is inside a workspace. The list is changed under the lock of the interpreter alone. */
+/* A call that is inside a workspace. The list is changed only under the lock of the interpreter. */
 typedef struct user {
     kempe_workspace *workspace;
     struct user *next;

@@ -2,7 +2,7 @@
 /* A guard installs a handler of SIGINT that calls the handler before it, Python's, and then interrupts the context. So
  * a long computation ends at its next step, and KeyboardInterrupt is raised as soon as the interpreter continues. The
  * order matters: the handler may run in another thread, and Python must know of the signal before the computation ends.
- * No Python code runs between installing and restoring but that of callbacks. Without sigaction, guards do nothing. */
+ * No Python code runs between installing and restoring except of callbacks. Without sigaction, guards do nothing. */
 #include "helpers.h"
 #include "ensemble/manifest.h"
 #include <stdatomic.h>
@@ -129,6 +129,14 @@ kempe_status python_forward_states(kempe_workspace *w, python_states *s)
 {
     return kempe_workspace_forward_states(w, s->count, s->t, s->t_step, s->q, s->qd, s->Q, s->accelerations,
                                           s->multipliers, &s->failed);
+}
+
+kempe_status python_derivative_states(kempe_workspace *w, python_states *s)
+{
+    const kempe_workspace_derivatives rows = {s->qdd_q, s->qdd_qd, s->qdd_Q, s->lambda_q, s->lambda_qd, s->lambda_Q,
+                                              s->udd_u, s->udd_ud, s->udd_Q, s->q_u,      s->qd_u};
+    return kempe_workspace_derivative_states(w, s->count, s->t, s->t_step, s->q, s->qd, s->Q, s->accelerations,
+                                             s->multipliers, &rows, &s->failed);
 }
 
 kempe_status python_forward_each(kempe_workspace *w, python_states *s)

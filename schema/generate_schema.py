@@ -124,7 +124,7 @@ VALUES = {  # the words of the tables of keys
 }
 
 
-REACTION = "with `mu`: the loop, or joint of the tree, whose reaction presses; without it that of `joint`"
+REACTION = "with `mu`: the loop, or joint of the tree, whose reaction presses; if absent, the reaction of `joint`"
 
 
 def force_element(kind):

@@ -4,6 +4,6 @@
 
 #include "studies/simulate/trajectory.h"
 
-/** kempe_simulate as a part of another computation, which goes on and judges itself: KEMPE_OK also where the run cannot
- * be trusted. Its warnings are those of the whole. */
+/** kempe_simulate as a part of another computation, which continues and judges itself: KEMPE_OK also where the run
+ * cannot be trusted. Its warnings belong to the whole. */
 kempe_status kmp_simulate(const kempe_system *system, const kempe_run_options *run, kempe_trajectory **trajectory);

@@ -133,6 +133,8 @@ PROVOKED = [
     ("is not resolved by %d places", f"contact {CONICITY} --sweep 'shift=-7 mm:7 mm:15' --conicity '3 mm:6 mm:2'", "s.contact(sweep='shift=-7 mm:7 mm:15', conicity='3 mm:6 mm:2')"),
 ]
 SAID = {"KMP_TABLE_LEFT": "it goes straight on there", "gather law.kempe": "3 instances are not trustworthy", "instances that did not reach their end": "1 failed"}  # in texts
+DISTRUSTS = r"\b(?:do not trust|not trustworthy|(?:not|cannot) be trusted|not to be trusted|(?:may|might|can) be wrong|results? (?:is|are) wrong|not reliable|unreliable)"
+STATUS_WORDS = ["src/cli/main.c", "src/cli/options.c", "src/output/print.c"]  # help and names of the status
 PASSED_ON = 3  # calls that pass on a sentence that is made elsewhere
 
 
@@ -168,6 +170,19 @@ class Distrusts(unittest.TestCase):
         self.assertEqual([s for s in said if not s.startswith("%") and not any(row in s for row in rows)], [])
         self.assertEqual([row for row in rows if not any(row in s for s in said)], [])
         self.assertEqual(sum(s.startswith("%") for s in said), PASSED_ON)
+
+    def test_each_sentence_is_a_doubt(self):
+        """A sentence of the sources that distrusts a result is said by kmp_doubt, or by a function of doubts; those that are not are the words of the status."""
+        found = {}
+        for path in sorted(path for folder in ("src", "constraints", "integrators") for path in (ROOT / folder).rglob("*.[ch]")):
+            text = re.sub(r"/\*.*?\*/", lambda comment: "\n" * comment[0].count("\n"), path.read_text(), flags=re.S)
+            joined = re.sub(r'"\s*\n\s*"', "", text)
+            for sentence in re.finditer(rf'"[^"\n]*(?:{DISTRUSTS})', joined):
+                call = joined[joined.rfind(";", 0, sentence.start()):sentence.start()]
+                function = re.findall(r"^\w[^;\n]*\b(\w+)\([^;]*$", joined[:sentence.start()], re.M)
+                if not ("kmp_doubt(" in call or (function and re.search("doubt|distrust", function[-1]))):
+                    found.setdefault(str(path.relative_to(ROOT)), []).append(sentence[0])
+        self.assertEqual(sorted(found), STATUS_WORDS, found)
 
     def test_all_agree(self):
         helped = {command: self.run_kempe(f"help {command}").stdout for command in {row[1].split()[0] for row in PROVOKED}}

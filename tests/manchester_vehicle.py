@@ -124,6 +124,24 @@ class Recorded(unittest.TestCase):
         made = subprocess.run([sys.executable, HERE / "record_track.py"], capture_output=True, text=True, check=True).stdout
         self.assertEqual(made, (HERE / "recorded_track.csv").read_text())
 
+    def test_ideal_track(self):
+        """Small motions are those on the track without its irregularities, and the result says so."""
+        text = RECORDED.read_text()
+        for name, path in (("../profiles", HERE.parent / "profiles"), ("recorded_track.csv", HERE / "recorded_track.csv"), ("manchester_vehicle_coach.yaml", HERE / "manchester_vehicle_coach.yaml")):
+            text = text.replace(name, str(path))
+        smooth = text.replace(",\n         irregularities: {alignment: alignment, level: level, cross: cross, gauge: gauge}", "")
+        self.assertNotEqual(smooth, text)
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "smooth.yaml"
+            path.write_text(smooth)
+            found, ideal = kempe("modes", RECORDED), kempe("modes", path)
+        one, other = (np.sort_complex([complex(*s) for s in x["eigenvalues"] if abs(complex(*s)) > 1e-3]) for x in (found, ideal))
+        self.assertEqual(len(one), len(other))
+        self.assertLess(abs(one / other - 1).max(), 1e-7)
+        self.assertGreater(len(found["eigenvalues"]), 40)
+        self.assertIn("the irregularities of tracks are left out", found["warnings"][0])
+        self.assertFalse(any("irregularities of tracks" in warning for warning in ideal["warnings"]))
+
     def test_loads(self):
         """Wheel loads over a recorded track, mean of left and right: those of linear springs on its level, within 0.3 % of the load (rms; the
         loads themselves change by 2.5 %) and 1.3 % at most."""

@@ -5,7 +5,9 @@
     python3 tests/words.py PATH/TO/kempe    pages, help and messages without retired words, sentences of at most 30 words,
                                             comments and docstrings in C, JavaScript and Python without a sentence that
                                             begins with What, Where, How, Which or Whether, docs/commands.md as the help,
-                                            messages in the words of SENTENCES, of at most 30 words
+                                            messages in the words of SENTENCES, of at most 30 words, pages and comments of the
+                                            library and of the Python package without the phrases of PLAIN, pages
+                                            without sentences that have no verb
     python3 tests/words.py --self-test      proves that planted words are found
     python3 tests/words.py --count          words a sentence and long sentences of each page
 
@@ -46,8 +48,9 @@ RETIRED = {  # pattern: the word instead
     r"\bhouses?\b": "folder, owner",
     r"\bruns? out\b": "ends",
 }
+SENTENCES_NO = r"(?<![Tt]here )\b(is|are|was|were) no\b(?! (longer|more)\b)"
 SENTENCES = {  # pattern in messages: the words instead
-    r"(?<![Tt]here )\b(is|are|was|were) no\b(?! (longer|more)\b)": "is not a",
+    SENTENCES_NO: "is not a",
     r"\b(that|those) of\b": "the noun again",
     r"\banew\b": "again",
     r"\bbeside\b": "near, with, in the same folder",
@@ -82,6 +85,54 @@ ALLOWED = {
     "condition number of Jv": "a line of --all",
     "an approximation, pressures 5 to 20": "table of the command, still to be shortened",
 }
+PLAIN = {  # pattern in pages and comments: the words instead
+    r"\b(that|those) of\b": "the noun again",
+    r"\bthose (that|which|whose|who|with|without|by|in|on|at|from|to|for|where|between)\b": "the noun again",
+    r"(?:^|(?<=[.?!] ))(Those|Of (these|those))\b(?= (of|that|\w+ed)\b|,)": "the noun again",
+    r"(?:^|(?<=[.?!] ))There\b(?! (is|are|was|were)\b)": "the place by its name",
+    SENTENCES_NO: "is not a",
+    r"\b[Aa]new\b": "again",
+    r"\b[Bb]eside\b": "near, next to, compared with, in addition to",
+    r"(?<!stand-)\b[Aa]lone\b": "only, separately",
+    r"\bof (its|their|his|our|one's) own\b": "its own, separate, further",
+    r"\b[Ww]here (one|ones)\b": "if the (noun)",
+    r"\b[Ss]o many\b": "this number of",
+    r"\bas such\b": "the property by its name",
+    r"\b(says?|said) so\b": "reports this, with a warning",
+    r"\bstands?\b(?!-)": "is, is written, means, occurs",
+    r"\b[Nn]obody\b|\b[Ww]hoever\b": "no user, no other program",
+    r"\bshall\b": "is to, must",
+    r"\ball the same\b": "nevertheless",
+    r"\bfor want of\b": "because .. is missing",
+    r"\b(go|goes|going|went) on\b(?! (a|an|the|four)\b)": "continue",
+}
+ANY_PLAIN = re.compile("|".join(PLAIN))
+PRINTING = re.compile(r"src/(report|cli|output|studies)/.*\.c$")  # whose comments are still to be read
+LISTS = re.compile(r"docs/(api/|commands|python_reference)")  # pages of members, options, methods, each with a noun
+# Sentences that may have such a phrase, by the words around it, and why.
+PLAIN_ALLOWED = {
+    "A pole stands upright": "a pole",
+    "on a test stand": "a machine that tests bogies",
+    "`alone`: the one": "the name of an argument",
+    "*anew: the last": "the name of an argument",
+    "`anew`: the whole": "the name of an argument",
+}
+# The verbs of the pages' sentences, as far as a sentence has none of the first line: a sentence without any is a fragment.
+VERBS = set("""
+    is are was were be been has have had do does did can cannot could may might must should will would
+    act add advance agree allow amplify answer appear apply arrive assemble attain attract become began begin belong bound break
+    bring call carry change check choose chose climb close collect combine come compare compute concerned connect consist
+    constrain contain continue converge correspond cost count couple cover creep cross decide decrease define deflect deform
+    depend derive derived describe determine differ disable disagree disappear display draw drive drop end equal evaluate
+    work refuse examine exceed excite execute exist exit explain export extend factorise fail failed fall find fit follow form found gain
+    gained gave give go grow guide happen hold ignore implement include integrate interpolate jump keep know lack land last lead
+    lean leave lie lies limit linearise list locate look lose lubricate make map matter measure meet mount move multiply name
+    need neglect nest occur omit open optimise oscillate override own pass passed pay perform predict prefer prescribe prevent
+    print pull read rebuilt recompute record reduce refer refuse regain regularise reject remain remove repeat replace report
+    request require resist resonate rest restart restrain resume return roll rotate run satisfy save say scale see select serve
+    set share shift show sleep slide slip solve span spend start stay steer stick stop store straighten strike subtract support
+    suppose sweep swing switch take test took touch treat turn unload use vanish vary wait work write
+""".split())
 OPTIONS = r"--(road|roads|once|every|fixed-u|u|dynamics|over|vary|drive|nearest|require|fix|free)\b"
 HEADLESS = re.compile(r"^#+ (What|Whether|Of|Where|How)\b(?!-to\b).*", re.M)
 FIRST = re.compile(r"\b(?:What|Where|How|Which|Whether)\b")
@@ -100,6 +151,11 @@ def prose(text):
     text = re.sub(r"`[^`\n]*`|\$[^$]+\$", "X", text)
     text = re.sub(r"\]\([^)]*\)", "]", text)
     return text
+
+
+def lines(text):
+    """The prose of a page, each paragraph, item and row of a table on one line."""
+    return [" ".join(block.split()) for block in re.split(r"\n\s*\n|\n(?=\||#| *(?:-|\d+\.) )", prose(text))]
 
 
 def pages():
@@ -216,6 +272,35 @@ def long_sentences(name, text):
             yield f"{name}: {len(words)} words: {' '.join(words)[:70]}.."
 
 
+def phrases(name, texts):
+    """The phrases of PLAIN in texts of one line each."""
+    for text in texts:
+        for pattern, instead in PLAIN.items() if ANY_PLAIN.search(text) else ():
+            for match in re.finditer(pattern, text):
+                around = text[max(0, match.start() - 40) : match.end() + 30]
+                if not any(words in around for words in PLAIN_ALLOWED):
+                    yield f"{name}: '{match.group()}' in '{around}': {instead}"
+
+
+def stem(verb):
+    """The verb's form of the list: matches -> match, carries -> carry, holds -> hold."""
+    ending = next((e for e in ("sses", "xes", "ches", "shes", "zes", "oes", "ies") if verb.endswith(e)), None)
+    return verb[:-3] + "y" if ending == "ies" else verb[:-2] if ending else verb[:-1] if verb.endswith("s") else verb
+
+
+def fragments(name, text):
+    """Sentences of the paragraphs of a page without a verb: not those of lists and tables, with a colon, or of references."""
+    seen = re.sub(r"^(#.*|\|.*|!\[.*)$", "\n", re.sub(r"<!--.*?-->", " ", prose(text), flags=re.S), flags=re.M)
+    for block in re.split(r"\n\s*\n", seen):
+        paragraph = " ".join(re.split(r"^ *(?:-|\d+\.) ", block, flags=re.M)[0].split())
+        paragraph = re.sub(r"\*\*[^*]+\*\*( \([^)]*\))?[.:]?", "", paragraph)  # headings within the line
+        for sentence in re.split(r"(?<=[.?!])[)*]*\s+(?=[A-Z*(])", paragraph):
+            words = re.findall(r"[a-zé'-]+", sentence.lower())
+            if re.match(r"[*(]*[A-Z]", sentence) and sentence.endswith(".") and len(words) > 2 and ":" not in sentence \
+                    and not re.search(r"\b(18|19|20)\d\d\b|\b[A-Z]\.$|, KTH\)\.$", sentence) and not any(w in VERBS or stem(w) in VERBS for w in words):
+                yield f"{name}: a sentence without a verb: {sentence}"
+
+
 def count():
     for page in pages():
         lengths = [len(words) for words in sentences(words_of(page))]
@@ -246,7 +331,15 @@ def self_test():
     named_python = ['x = "# What"\n', "# The place\n# Where it ends\n", 'def f():\n    """The end."""\n    return "What"\n']
     wrong += [text for text in begun_python if len(list(clauses("planted", text, python_comments))) != 1]
     wrong += [text for text in named_python if list(clauses("clean", text, python_comments))]
-    count = len(spoken_wrong) + len(spoken_clean) + len(begun_python) + len(named_python) + 1 + len(planted) + len(clean) + sum(map(len, lengths)) + len(begun) + len(named)
+    phrased = ["forces are those of the wheel", "it ends. Those that stick", "Ends. There the rates jump", "is no number", "run anew", "beside it", "the work alone",
+               "a file of its own", "where one is given", "needs so many", "used as such", "a warning says so", "it stands there", "nobody else", "it shall move",
+               "so all the same", "ends for want of it", "the run goes on"]
+    plain = ["There is no time", "a stand-alone program", "its own file", "it is no longer used", "says some", "A pole stands upright on it", "goes on the ground", "that offset"]
+    wrong += [text for text in phrased if len(list(phrases("planted", [text]))) != 1] + [text for text in plain if list(phrases("clean", [text]))]
+    verbless = ["A mass on a spring.\n", "It moves. The largest of all errors.\n"]
+    verbal = ["A mass carries a spring.\n", "Example: a mass on a spring.\n", "- a mass on a spring.\n", "**A mass on a spring.** It moves.\n", "A mass\n", "Euler, Mechanica, 1736.\n"]
+    wrong += [text for text in verbless if len(list(fragments("planted", text))) != 1] + [text for text in verbal if list(fragments("clean", text))]
+    count = len(phrased) + len(plain) + len(verbless) + len(verbal) + len(spoken_wrong) + len(spoken_clean) + len(begun_python) + len(named_python) + 1 + len(planted) + len(clean) + sum(map(len, lengths)) + len(begun) + len(named)
     print(f"self-test: {count - len(wrong)} of {count} judged rightly")
     return 1 if wrong else 0
 
@@ -267,6 +360,11 @@ def main(arguments):
     found += [f for path in sources() if path.suffix != ".js" for f in spoken(path.relative_to(ROOT).as_posix(), path.read_text())]
     found += [f for path in sources(COMMENTED) for f in clauses(path.relative_to(ROOT).as_posix(), path.read_text())]
     found += [f for path in scripts(COMMENTED) for f in clauses(path.relative_to(ROOT).as_posix(), path.read_text(), python_comments)]
+    found += [f for page in pages() for f in phrases(page.relative_to(ROOT).as_posix(), lines(words_of(page)))]
+    found += [f for path in sources(COMMENTED[:4] + ("python",)) if path.suffix != ".js" and not PRINTING.search(path.as_posix())
+              for f in phrases(path.relative_to(ROOT).as_posix(), comments(path.read_text()))]
+    found += [f for path in scripts(("python",)) for f in phrases(path.relative_to(ROOT).as_posix(), python_comments(path.read_text()))]
+    found += [f for page in pages() if not LISTS.search(page.as_posix()) for f in fragments(page.relative_to(ROOT).as_posix(), words_of(page))]
     long = [f for page in pages() for f in long_sentences(page.relative_to(ROOT).as_posix(), words_of(page))]
     print(*found, *long, f"{len(found)} retired words and clauses, {len(long)} sentences above {LONGEST} words", sep="\n")
     return 1 if command_page.main([kempe, "--check"]) or found or long else 0

@@ -19,7 +19,8 @@ typedef struct kmp_goals_verdict {
     int count;       /* number of values with a goal: one per coordinate, three per point, in the order of the model */
     double *value;   /* count: the value reached, rad or m */
     double distance; /* root of the weighted sum of squares */
-    double slope;    /* gradient of half the squared distance along the closed positions, over that of all directions */
+    double slope;    /* gradient of half the squared distance along the closed positions, over the gradient of all
+                        directions */
     int steps;
 } kmp_goals_verdict;
 
@@ -38,13 +39,13 @@ struct kempe_assembly {
     int drives;     /* not closed: rows of drives, and the motions that the other rows leave to them */
     int freedoms;
     double misfit;      /* the widest of the dropped rows, scaled */
-    bool deformed;      /* deformations that hold at the start took part: the loops do not close by joints alone */
+    bool deformed;      /* deformations that hold at the start took part: the loops do not close only by joints */
     bool unstable;      /* deformations are in balance with loads at which a body buckles */
     bool rates_changed; /* the given rates contradict the closures: they were corrected */
     double rates_left;  /* part of the prescribed rates that the closures do not allow, over the fastest scaled rate */
     bool centred;       /* a joint with clearance was outside its bearing: all were centred */
     bool rested;        /* rates follow from joints with clearance that start as without it */
-    kmp_loose_start *loose; /* by forces: start of those that are joints with clearance */
+    kmp_loose_start *loose; /* by forces: start of the rows that are joints with clearance */
     int iterations;
     double *gaps;  /* gap of each closure, m, in the order of the model */
     double *turns; /* its angle, rad: where it aligns axes, of the rotation between them; otherwise of its rows without
@@ -71,5 +72,5 @@ typedef struct kmp_guess {
     int rank; /* rank of J if its other rows stay open by rounding of the model's numbers; 0: the system's own */
 } kmp_guess;
 
-/** Assembles from any guess without a message; the assembly says if it closed. Errors: memory alone. */
+/** Assembles from any guess without a message; the assembly says if it closed. Errors: only memory. */
 kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly);

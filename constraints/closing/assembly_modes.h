@@ -24,8 +24,8 @@ typedef struct kmp_random_starts {
 /** Assembles from the next start; kempe_assembly_free frees it. NULL: it did not close. */
 kempe_status kmp_random_starts_next(kmp_random_starts *random, kempe_assembly **closed);
 
-/** True if two states (n) differ by at most `within`, scaled. Angles count modulo a turn, those of spherical joints by
- * the rotations they represent; coordinates of the list `apart` do not count. */
+/** True if two states (n) differ by at most `within`, scaled. Angles count modulo a turn, angles of spherical joints
+ * by the rotations they represent; coordinates of the list `apart` do not count. */
 bool kmp_state_same(const kempe_system *system, double within, int apart_count, const int *apart, const double *a,
                     const double *b);
 

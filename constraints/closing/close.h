@@ -35,13 +35,13 @@ typedef struct kmp_closer {
     double (*promise)(void *self);
 } kmp_closer;
 
-/** Closes x. The evaluator's closure and the factors are then those of x to that accuracy. */
+/** Closes x. The evaluator's closure and the factors then belong to x to that accuracy. */
 kmp_closed kmp_close(const kmp_closer *closer, const kmp_close_rule *rule, double t, double *x);
 
 /** Closes from a distant guess with damped corrections (Levenberg, Marquardt). Their length has a bound, which
  * shrinks where |h| falls by less than predicted. Ends when no row is open by more than `near`, when no correction
- * reduces |h| by the part `worth`, or after many corrections. Returns their number; the evaluator's closure is then
- * that of x. trial: n values of work space. */
+ * reduces |h| by the part `worth`, or after many corrections. Returns their number; the evaluator's closure then
+ * belongs to x. trial: n values of work space. */
 int kmp_close_from_afar(const kmp_closer *closer, double near, double worth, double t, double *x, double *trial);
 
 /** |h| of the evaluator's last closure: the root of the sum of squares of the rows that count, scaled. */
@@ -58,7 +58,7 @@ void kmp_close_rates(const kmp_closer *closer, double *room, double *qd);
 bool kmp_close_state(const kmp_closer *closer, double *room, double t, double *q, double *qd);
 
 /** Closes v of q for its u by Newton's method from the given v, with a new Jacobian in each iteration. Ends when a
- * correction is within `fraction` of the weights w (n; NULL: to round-off). The evaluator's closure and the factors are
- * then those of q to that accuracy. 0; 1 when corrections no longer contract or Jv is singular. */
+ * correction is within `fraction` of the weights w (n; NULL: to round-off). The evaluator's closure and the factors
+ * then belong to q to that accuracy. 0; 1 when corrections no longer contract or Jv is singular. */
 kmp_close_rule kmp_reduction_close_rule(const kmp_reduction *red); /* to round-off */
 int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction);

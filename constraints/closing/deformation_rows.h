@@ -10,10 +10,11 @@
 
 /** The wished independent coordinates, and the closed state at which they are chosen. */
 typedef struct kmp_deformation_choice {
-    const bool *moves;    /* n: the deformations */
-    const bool *liked;    /* n: others that are independent if possible; NULL: those that hold or have a given start */
+    const bool *moves; /* n: the deformations */
+    const bool
+        *liked; /* n: others that are independent if possible; NULL: coordinates that hold or have a given start */
     const bool *left_out; /* m: rows of h that count as none; NULL: none */
-    bool rests;           /* loads are those at rest: of no rates but those of states, and of no accelerations */
+    bool rests;           /* loads are taken at rest: without rates, except of states, and without accelerations */
     double t;
     const double *q, *qd; /* n */
 } kmp_deformation_choice;
@@ -47,7 +48,7 @@ kempe_status kmp_deformation_rows_choose(kmp_partition *part, kmp_evaluator *eva
 kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_system *system,
                                        const kmp_deformation_choice *choice);
 
-/** Rows of the shapes of all flexible bodies, beside independent coordinates that hold or have a given start.
+/** Rows of the shapes of all flexible bodies, together with independent coordinates that hold or have a given start.
  * KEMPE_E_FAILED, without a message: there are none, or no such coordinates; KEMPE_E_MEMORY. Then there is nothing to
  * free. */
 kempe_status kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe_system *system, const double *q,
@@ -63,6 +64,6 @@ bool kmp_deformation_rows_at(kmp_deformation_rows *x, double *q, double *rows);
 /** Accelerations (n) and multipliers (m) of the last rows. */
 void kmp_deformation_rows_loads(kmp_deformation_rows *x, double *qdd, double *lambda);
 
-/** Derivatives of the rows at x->q, where the last rows are those of kmp_deformation_rows_at. False: a number is not
+/** Derivatives of the rows at x->q, where the last rows come from kmp_deformation_rows_at. False: a number is not
  * finite. */
 bool kmp_deformation_rows_slope(kmp_deformation_rows *x);

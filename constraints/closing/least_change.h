@@ -32,7 +32,7 @@ typedef struct kmp_rotation_vectors {
     int *at, *component;        /* m: index of the row's closure, and component of the vector; -1: another row */
     double (*vector)[3];        /* count */
     double (*rates)[3][3];      /* count: from angular velocities in the ground's axes to x' */
-    int *side;                  /* count * n: 1: the rotation turns the second point alone, -1: the first alone, 0 */
+    int *side;                  /* count * n: 1: the rotation turns only the second point, -1: only the first, 0 */
     kmp_pose *poses;
     double (*axes)[3];
     double *h, *jacobian; /* lent to the evaluator */

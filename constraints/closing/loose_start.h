@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The start of joints with clearance: as that of the mechanism without it. Lengths l(q) over their clearances are zero
+/* The start of joints with clearance, as in the mechanism without it. Lengths l(q) over their clearances are zero
  * where a joint is centred. Rates: J qd + h_t = 0 and G qd = 0, G = dl/dq, by the least change of rates that are not
  * given. A joint whose G qd = 0 contradicts given rates, or joints before it, keeps the rates that it has without this.
  * Positions: only where a joint is farther from its centre than its contact could let it be, h = 0 and l = 0 from
@@ -14,7 +14,7 @@
 #include "constraints/closing/close.h"
 
 typedef enum kmp_loose_start {
-    KMP_LOOSE_OWN, /* with rates of its own in its bearing */
+    KMP_LOOSE_OWN, /* with separate rates in its bearing */
     KMP_LOOSE_REST /* as without clearance */
 } kmp_loose_start;
 
@@ -43,5 +43,5 @@ void kmp_loosening_free(kmp_loosening *loose);
 bool kmp_loosening_center(kmp_loosening *loose, const bool *hold, double *q);
 
 /** Adds to consistent rates qd (n) at q the change that lets joints rest; `fixed` (n) stay, which the closer has too.
- * `start` (by forces): of those that are loose. Returns true if rates of a mechanism that moves follow from this. */
+ * `start` (by forces): of the loose ones. Returns true if rates of a mechanism that moves follow from this. */
 bool kmp_loosening_rest(kmp_loosening *loose, const bool *fixed, const double *q, double *qd, kmp_loose_start *start);

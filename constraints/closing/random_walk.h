@@ -14,7 +14,7 @@ typedef struct kmp_walk {
     const bool *hold;     /* n: fixed coordinates; NULL: none */
     const bool *excluded; /* m: rows to be ignored; NULL: none */
     int n, m;
-    int rank;         /* rank of J for a system of rounded numbers, or one tried as such; -1: by pivots */
+    int rank;         /* rank of J for a system of rounded numbers, or one treated as rounded; -1: by pivots */
     bool *dropped;    /* m: rows that are dependent but for rounding, during kmp_walk_close */
     double *scale;    /* n: units of coordinates; deflections go as far as other coordinates do */
     double *jacobian; /* m x n, scaled, of the last kmp_walk_evaluate */
@@ -38,7 +38,7 @@ void kmp_walk_free(kmp_walk *walk);
 /** Evaluates h and J, both scaled, at q; columns of J of held coordinates are zero. */
 void kmp_walk_evaluate(kmp_walk *walk, const double *q);
 
-/** Closes q by least (scaled) changes; false: not closed. J is then that of q. */
+/** Closes q by least (scaled) changes; false: not closed. J then belongs to q. */
 bool kmp_walk_close(kmp_walk *walk, double *q);
 
 /** Null space of the last J as columns of walk->basis (n x d, scaled coordinates, each of unit length); returns the

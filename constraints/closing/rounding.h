@@ -34,7 +34,7 @@ typedef struct kmp_rounding_trial {
     const bool *dropped; /* m: rows beyond it */
     double tolerance;    /* scaled */
     bool holds;          /* the rows beyond the rank stay open by less than the tolerance in all configurations */
-    bool refuted;        /* they are open in every distant configuration, so many that the others do not count */
+    bool refuted;        /* they are open in every distant configuration, and the others do not count */
     double here;         /* scaled: the widest of these rows at the state */
     double most;         /* the widest of these rows on the path */
     double zero;         /* zero tolerance for pivots of rounding */

@@ -59,7 +59,7 @@ typedef struct kmp_saddle {
 bool kmp_saddle_init(kmp_saddle *saddle, kmp_evaluator *eval, const kmp_partition *part);
 void kmp_saddle_free(kmp_saddle *saddle);
 
-/** Prepares for any state, with rows chosen at each factorisation. `rank` (-1: unknown) is that of closed states. Near
+/** Prepares for any state, with rows chosen at each factorisation. `rank` (-1: unknown) belongs to closed states. Near
  * closed states redundant rows appear weakly independent, and count only if |h| leaves no doubt. */
 bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_evaluator *eval, int rank);
 
@@ -78,7 +78,7 @@ double kmp_saddle_cost(const kmp_saddle *saddle);
 #define KMP_LOOPS_COST 2.0 /* of an operation in the loops of dense factors, or of a reduction */
 
 /** x (n) and a (m; zero for dropped rows; NULL: not wanted) of f (n; NULL: zero) and b (m; NULL: zero). Without f: the
- * mass-orthogonal correction x, of least qd-norm with J x = -b; by bodies that alone, without a. */
+ * mass-orthogonal correction x, of least qd-norm with J x = -b; by bodies only that, without a. */
 void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, double *x, double *a);
 
 /** qdd and lambda (m; zero for dropped rows; NULL: not wanted) from the evaluator's last bias. Forces that depend on
@@ -91,8 +91,8 @@ void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda);
  * J. ACM 14, 1967), whatever its condition. Infinite without memory. */
 double kmp_saddle_backward_error(const kmp_saddle *saddle, const double *qdd, const double *lambda);
 
-/** True if accelerations by articulated bodies are as good as those by M and C: by their relative difference, or by
- * their backward error (infinite: not known). */
+/** True if accelerations by articulated bodies are as good as accelerations by M and C: by their relative difference,
+ * or by their backward error (infinite: not known). */
 bool kmp_saddle_bodies_agree(double difference, double backward_error);
 
 /** After kmp_saddle_accelerations: kmp_load_find_other with its factors. */

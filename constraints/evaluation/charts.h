@@ -30,7 +30,7 @@ bool kmp_charts_are_own(const kempe_system *system, const double *chart);
 double kmp_chart_regular(const kempe_system *system, int c, const double *q);
 
 /** As the functions of chart_joint.h for joint c: coordinates, rates and accelerations have n entries, `chart` has all
- * C. kmp_chart_nearest replaces the user's angles by those of the same rotation that are nearest to `near`. */
+ * C. kmp_chart_nearest replaces the user's angles by the angles of the same rotation that are nearest to `near`. */
 double kmp_chart_apart(const kempe_system *system, int c, const double *a, const double *b);
 void kmp_chart_nearest(const kempe_system *system, int c, const double near[3], double angles[3]);
 void kmp_chart_center(const kempe_system *system, int c, double *chart, double *q, double *qd, double *qdd);

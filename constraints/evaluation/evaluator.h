@@ -18,8 +18,8 @@ typedef struct kmp_evaluator {
     kmp_backend shared;                            /* the back end with a thread pool */
     kmp_machine *composite, *articulated, *motion; /* by M and C; by articulated bodies, NULL: none; the active one */
     kmp_machine *judge, *changes;
-    bool closes_only;      /* `motion` has the closures alone, and there is no `judge` */
-    bool weighs_only;      /* `composite` has closures and M alone: C is that of articulated bodies, by M */
+    bool closes_only;      /* `motion` has only the closures, and there is no `judge` */
+    bool weighs_only;      /* `composite` has only closures and M: C is computed by articulated bodies, by M */
     bool by_products;      /* `composite` has C and products M x, and no M */
     bool by_bodies;        /* `motion` is `articulated` */
     double *chart;         /* of the system's spherical joints: nine numbers each, initially C = 1 */
@@ -29,10 +29,10 @@ typedef struct kmp_evaluator {
     bool modes_wait;       /* the machines do not have the present ones yet */
     kmp_present_inputs inputs;
     bool frozen;         /* conditions are fixed; otherwise they follow the state */
-    bool holds_friction; /* inputs of friction that sticks do not follow the state (friction_state.h); those of rigid
-                          * contacts never do */
+    bool holds_friction; /* inputs of friction that sticks do not follow the state (friction_state.h); rows of
+                          * rigid contacts never do */
     int n, m;
-    const double *h;                  /* m; the first four are those of the last kmp_eval_closure */
+    const double *h;                  /* m; the first four belong to the last kmp_eval_closure */
     const double *jacobian;           /* system->jacobian.count values */
     const double *h_t;                /* m, NULL when h does not depend on t */
     const double *mass;               /* system->mass.count values, since kmp_eval_mass */
@@ -46,7 +46,7 @@ typedef struct kmp_evaluator {
     const double *solved[2]; /* solutions of implicit blocks in conditions: of all conditions, and of late ones, since
                               * the last kmp_eval_all_changes */
     double t, *q;            /* n: of the last kmp_eval_closure, for the user-defined force */
-    const double *own_bias;  /* n: C of the program alone */
+    const double *own_bias;  /* n: only C of the program */
     const double *given;     /* n, not owned: further generalized forces; NULL: none */
     bool gave;               /* by articulated bodies: the machine still has such forces */
     double *with_force;      /* n: bias minus forces outside the program; by bodies their sum */
@@ -61,7 +61,7 @@ typedef struct kmp_evaluator {
 /** Makes an evaluator; NULL after a message (unknown back end, no memory). */
 kmp_evaluator *kmp_eval_new(const kempe_system *system, const char *backend);
 
-/** Uses of an evaluator: closures alone; closures, M and energies, where kmp_eval_bias needs articulated bodies, or
+/** Uses of an evaluator: only closures; closures, M and energies, where kmp_eval_bias needs articulated bodies, or
  * kmp_eval_add_composite, if M and C of the system still wait for their first use (a system that goes by products has
  * C, and M x for any x, in place of M); M and C, perhaps rarely; right-hand sides by M and C. */
 typedef enum kmp_eval_use { KMP_EVAL_CLOSES, KMP_EVAL_WEIGHS, KMP_EVAL_EVALUATES, KMP_EVAL_STEPS } kmp_eval_use;
@@ -69,7 +69,7 @@ typedef enum kmp_eval_use { KMP_EVAL_CLOSES, KMP_EVAL_WEIGHS, KMP_EVAL_EVALUATES
 /** Makes an evaluator for a use with a thread pool (NULL: none), used if the back end can; the pool outlives it. */
 kmp_evaluator *kmp_eval_new_for(const kempe_system *system, const char *backend, kmp_team *team, kmp_eval_use use);
 
-/** Makes an evaluator of h, J and h_t alone, by the tape: for kmp_eval_closure, and for what its results give. NULL
+/** Makes an evaluator of only h, J and h_t, by the tape: for kmp_eval_closure, and for what its results give. NULL
  * after a message. */
 kmp_evaluator *kmp_eval_new_of_closures(const kempe_system *system);
 void kmp_eval_free(kmp_evaluator *eval);
@@ -83,14 +83,14 @@ kmp_team *kmp_eval_team(const kmp_evaluator *eval);
 /** Prepares, once, the dynamics by articulated bodies, if the system has them. KEMPE_E_MEMORY. */
 kempe_status kmp_eval_add_articulated(kmp_evaluator *eval);
 
-/** Derives M and C, if the evaluator has M alone, or products. Its last values are no longer valid. KEMPE_E_MEMORY. */
+/** Derives M and C, if the evaluator has only M, or products. Its last values are no longer valid. KEMPE_E_MEMORY. */
 kempe_status kmp_eval_add_composite(kmp_evaluator *eval);
 
 /** Selects M and C (initially) or articulated bodies for the values from the next kmp_eval_closure on. A kmp_saddle
  * accepts either. */
 void kmp_eval_set_by_bodies(kmp_evaluator *eval, bool by_bodies);
 
-/** By bodies: the rows that may have multipliers, those with a position of at least 0 (m). Values of the last state are
+/** By bodies: the rows that may have multipliers, which have a position of at least 0 (m). Values of the last state are
  * found again. */
 void kmp_eval_keep_rows(kmp_evaluator *eval, const int *position);
 
@@ -182,8 +182,8 @@ double kmp_eval_size(const kmp_evaluator *eval, const double *x);
 /** first - second of each condition at (t, q, qd); NULL without conditions. A condition holds if this is negative. */
 const double *kmp_eval_changes(kmp_evaluator *eval, double t, const double *q, const double *qd);
 
-/** Evaluates all conditions into `change`, one value per condition, including those that depend on accelerations and
- * multipliers, which kmp_eval_changes gives as zero. */
+/** Evaluates all conditions into `change`, one value per condition, including conditions that depend on accelerations
+ * and multipliers, which kmp_eval_changes gives as zero. */
 void kmp_eval_all_changes(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
                           const double *lambda, double *change);
 

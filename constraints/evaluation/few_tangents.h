@@ -4,7 +4,7 @@
 
 #include "constraints/evaluation/tangent.h"
 
-/** Prepares R, rate and curve for a few places: derivatives alone, by dual numbers if possible. */
+/** Prepares R, rate and curve for a few places: only derivatives, by dual numbers if possible. */
 kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend);
 
 /** True if C or J depends on the time or on an input of the model, or if this is not known: for certain functions, and

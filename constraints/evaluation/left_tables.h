@@ -13,7 +13,7 @@ void kmp_eval_tell_shown(kmp_evaluator *eval, double t, const double *shown);
 /** The end of its table that use k of the system is beyond in the values of kmp_eval_shown; -1: none. *x: there. */
 int kmp_eval_left(const kempe_system *system, const double *shown, int k, double *x);
 
-/** Evaluates the ends of tables of laws and closures at a state; false: there are none. `qdd` NULL: without those that
+/** Evaluates the ends of tables of laws and closures at a state; false: there are none. `qdd` NULL: without tables that
  * depend on accelerations and multipliers. Then the next table that is used
  * beyond its points there, from condition *from on, which becomes the one after it; NULL: none. */
 bool kmp_eval_leaves(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,

@@ -9,7 +9,7 @@
 /** Callback that solves for multipliers with the present factors of M and J. */
 typedef struct kmp_answer {
     void *self;
-    /** lambda (m) for C (n) and the evaluator's jdqd; `change`: for a small change of C alone, without jdqd. */
+    /** lambda (m) for C (n) and the evaluator's jdqd; `change`: for a small change of only C, without jdqd. */
     void (*multipliers)(void *self, const double *bias, bool change, double *lambda);
 } kmp_answer;
 

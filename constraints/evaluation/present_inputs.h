@@ -70,8 +70,8 @@ void kmp_present_inputs_forget(kmp_present_inputs *inputs);
 /** The first time after the present pieces began at which one of them ends; INFINITY: never. */
 double kmp_present_inputs_until(const kmp_present_inputs *inputs);
 
-/** Takes the given pieces, and those of samples that begin at t or contain it. The least order of a derivative that
- * jumps there, KMP_SIGNAL_SMOOTH without a jump; *input: the one that jumps. */
+/** Takes the given pieces, and the pieces of samples that begin at t or contain it. The least order of a derivative
+ * that jumps there, KMP_SIGNAL_SMOOTH without a jump; *input: the one that jumps. */
 int kmp_present_inputs_enter(kmp_present_inputs *inputs, double t, int *input);
 
 /** Takes the pieces of samples that contain t, at a sample the one that begins there; also back in time. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The implicit equations of motion and their exact tangents, as two programs. They make up the rows and iteration
- * matrices of the dae formulation's forms, and the Jacobian of the reduced formulation. The residual is that of Fisette
+ * matrices of the dae formulation's forms, and the Jacobian of the reduced formulation. The residual follows Fisette
  * and Samin 1996 (eqs. 11-14, 25, 27), with the closures and their derivatives:
  *
  *     R = M qdd + C - J' lambda      h      rate = J qd + h_t      curve = J qdd + gamma      J' mu
@@ -38,7 +38,7 @@ typedef enum kmp_tangent_block {
     KMP_POWER_QD,
     KMP_M, /* both triangles */
     KMP_J,
-    KMP_C_LAMBDA, /* n x m: R by lambda, without -J', for forces that depend on multipliers; with the programs alone */
+    KMP_C_LAMBDA, /* n x m: R by lambda, without -J', for forces that depend on multipliers; with only the programs */
     KMP_TANGENT_BLOCKS
 } kmp_tangent_block;
 
@@ -62,7 +62,7 @@ typedef struct kmp_tangents {
     kmp_tangent_choice choice; /* R by composite bodies (0) or by differentiation (1); operations, 0: not counted */
 } kmp_tangents;
 
-/** Requests the program of the values too, in addition to that of their derivatives. */
+/** Requests the program of the values too, in addition to the program of their derivatives. */
 enum { KMP_TANGENTS_WITH_VALUES = 1 << (KMP_VALUES + 1) };
 
 /** `values` has bit 1 << kmp_value for each requested value, and KMP_TANGENTS_WITH_VALUES; J and M are always included.

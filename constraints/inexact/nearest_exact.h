@@ -7,7 +7,7 @@
 #include "model/data/variant.h"
 
 /** The system of a model: its equations, derived and scheduled as programs, or as an earlier process kept them. If the
- * drawing is rounded they are those of the exact mechanism. word: of a row of dynamics.def; NULL: the model's. */
+ * drawing is rounded they belong to the exact mechanism. word: of a row of dynamics.def; NULL: the model's. */
 kempe_status kmp_system_new(const kempe_model *model, const char *word, kempe_system **system);
 
 /** Makes a system as kmp_system_new for the model of a variant, with the points and axes of the exact mechanism;

@@ -21,12 +21,12 @@ typedef struct kmp_part {
      * two zeros. The first point's body carries the opposite load. */
     kmp_vec (*load)(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda);
 
-    /** Rows between rates, linear in them, that are the rates of no h; false, or NULL: the rows are those of h. */
+    /** Rows between rates, linear in them, that are the rates of no h; false, or NULL: the rows are the rows of h. */
     bool (*rates)(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *rates);
 } kmp_part;
 
 typedef struct kmp_closure_parts {
-    const kmp_part *force, *moment; /* the rows of the second follow those of the first */
+    const kmp_part *force, *moment; /* the rows of the second follow the rows of the first */
 } kmp_closure_parts;
 
 /** The parts of a kind that a wing of the library has; no force part ends a list. */

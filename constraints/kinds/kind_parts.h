@@ -14,5 +14,5 @@ int kmp_part_frame(const kmp_tree *tree, const kmp_closure *closure);
 /** d in the axes of kmp_part_frame. */
 kmp_vec kmp_part_gap(const kmp_tree *tree, const kmp_closure *closure);
 
-/** Turns v from the axes of kmp_part_frame into those of the ancestor's body, used for rows, forces and moments. */
+/** Turns v from the axes of kmp_part_frame into the axes of the ancestor's body, used for rows, forces and moments. */
 kmp_vec kmp_part_own(const kmp_tree *tree, const kmp_closure *closure, kmp_vec v);

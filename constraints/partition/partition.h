@@ -21,9 +21,9 @@ typedef struct kmp_partition {
     bool user;      /* u is the user's choice */
 } kmp_partition;
 
-/** Chooses from J at a closed configuration, given by its non-zeros (those of system->jacobian). wish: coordinates that
- * the user wants independent (count 0: none). KEMPE_E_FAILED: the choice is impossible; the message has the reason and
- * a possible one. */
+/** Chooses from J at a closed configuration, given by its non-zeros (the pattern of system->jacobian). wish:
+ * coordinates that the user wants independent (count 0: none). KEMPE_E_FAILED: the choice is impossible; the message
+ * has the reason and a possible one. */
 kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system, const double *jacobian,
                                 const int *wish, int wish_count);
 
@@ -36,7 +36,7 @@ kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *syst
  * their number, -1: no memory. */
 int kmp_partition_prefer(const kempe_system *system, const double *jacobian, const bool *liked, int *u);
 
-/** Computes the min(m, n) pivots alone. false: no memory. */
+/** Computes only the min(m, n) pivots. false: no memory. */
 bool kmp_partition_pivots(const kempe_system *system, const double *jacobian, double *pivots);
 
 /** The 1-norm condition number of the scaled Jv at J; for a large one a lower estimate; infinite if it is singular. */
@@ -61,15 +61,15 @@ typedef struct kmp_row_links {
     int *col_start, *in_col; /* n + 1; the non-zeros of a column */
     int *row, *col;          /* m, n: members of a group of rows and columns, and whether one is in it */
     int *row_at, *col_at;
-    int *shared; /* n: rows of the group that have a column, without those that are set aside */
+    int *shared; /* n: rows of the group that have a column, without rows that are set aside */
 } kmp_row_links;
 
 /** Makes them in an arena. false: no memory. */
 bool kmp_row_links_init(kmp_row_links *links, const kempe_system *system, kmp_arena *arena);
 
 /** True if a row of J is independent of the other rows, of which some may be left `out` (m; NULL: none). The row and
- * those that share coordinates with it, directly or through others, are eliminated; the row is independent if its pivot
- * exceeds `least` times the last pivot of the others. */
+ * the rows that share coordinates with it, directly or through others, are eliminated; the row is independent if its
+ * pivot exceeds `least` times the last pivot of the others. */
 kempe_status kmp_partition_adds(const kempe_system *system, const double *jacobian, kmp_row_links *links,
                                 const bool *out, int row, double least, bool *adds);
 
@@ -83,7 +83,7 @@ kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *sys
                                     double growth);
 
 /* The choice of rows and columns of a scaled J: complete pivoting, then exchanges until no |Bvu| exceeds 1.5. A
- * large J is pivoted on its non-zeros alone, with the same pivots, and its Jv is factored sparse. */
+ * large J is pivoted only on its non-zeros, with the same pivots, and its Jv is factored sparse. */
 
 typedef struct kmp_pick {
     kmp_arena arena;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Distance of the closures from a loss of rank, and prediction of a motion that leads to it. z is the combination of
  * the rows of the scaled J, |z| = 1, with the least w = J'z, other than combinations that vanish everywhere. |w| is the
- * least singular value of J apart from those that redundant rows make zero. At a change point, where branches of the
- * mechanism meet, w goes straight through zero; elsewhere it passes zero, however small it becomes. A small Jv alone is
- * a dead centre of a choice of u; nearly dependent kept rows are a dead centre of a choice of rows.
+ * least singular value of J apart from the values that redundant rows make zero. At a change point, where branches of
+ * the mechanism meet, w goes straight through zero; elsewhere it passes zero, however small it becomes. A small Jv by
+ * itself is a dead centre of a choice of u; nearly dependent kept rows are a dead centre of a choice of rows.
  *
  * With redundant rows: T expresses the dropped rows by the kept ones, J_dropped = T J_kept. As an entry of T goes to
  * infinity the kept rows lose their rank and the dropped one is needed. The workspace is allocated once. */
@@ -37,7 +37,7 @@ typedef struct kmp_rank_margin {
     bool refused; /* the last step from the present place passed a singular place */
     bool stands;  /* members named stood belong to the last accepted step's end, with the present rows and columns */
     bool seen;    /* so do w and z: a full measurement was made there */
-    bool quick;   /* the last margin had the quick test alone: no singularity */
+    bool quick;   /* the last margin had only the quick test: no singularity */
     double pivot; /* the largest minimum pivot of the block so far */
     int *signs_stood; /* of the block's diagonal blocks */
     int *taken;       /* r: kept rows already exchanged */
@@ -97,7 +97,7 @@ bool kmp_rank_margin_leads_on(const kmp_rank_margin *margin, double *when);
  * place, in lengths of that line. */
 double kmp_rank_margin_when(const kmp_rank_margin *margin);
 
-/** Marks the last margin as that of an accepted step's end. */
+/** Marks the last margin as the margin of an accepted step's end. */
 void kmp_rank_margin_stand(kmp_rank_margin *margin);
 
 /** Repeats kmp_rank_margin_stand for the evaluator's last closure after a change of coordinates. */

@@ -59,7 +59,7 @@ void kmp_reduction_rates_alone(kmp_reduction *red, const double *ud, double *qd)
 int kmp_reduction_accelerate(kmp_reduction *red, double *udd);
 
 /** C and jdqd at qd (kmp_eval_bias), after kmp_eval_mass, and the reduced accelerations. With a thread pool the reduced
- * mass is computed beside C. */
+ * mass is computed in parallel with C. */
 int kmp_reduction_move(kmp_reduction *red, const double *qd, double *udd);
 
 /** The reduced mass and its factors from X, and from the evaluator's M or products with it. 0, or 1 + k when it is not
@@ -81,7 +81,7 @@ void kmp_reduction_solve_masses(const kmp_reduction *red, int count, double *b, 
 void kmp_reduction_project(const kmp_reduction *red, const double *force, double *out);
 
 /** out = X' (M qdd + C) at qdd = X udd + a0, from the evaluator's M, C, jdqd, without the reduced mass. Forces that
- * depend on multipliers take those of these accelerations; results are not finite if that fails. */
+ * depend on multipliers take the multipliers of these accelerations; results are not finite if that fails. */
 void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out);
 
 /** qdd = X udd + a0 after kmp_reduction_accelerate or kmp_reduction_residual. */

@@ -36,7 +36,7 @@ typedef struct kmp_reduction_lanes {
 } kmp_reduction_lanes;
 
 /** Takes the choice of a reduction, which must outlive it, with the order of elimination at the evaluator's last
- * closure, and room for so many vectors. Frees what it was before; zero initially. KEMPE_E_MEMORY. */
+ * closure, and room for this number of vectors. Frees what it was before; zero initially. KEMPE_E_MEMORY. */
 kempe_status kmp_reduction_lanes_init(kmp_reduction_lanes *lanes, const kmp_reduction *red, int vectors);
 void kmp_reduction_lanes_free(kmp_reduction_lanes *lanes);
 

@@ -26,14 +26,14 @@ typedef struct kmp_response {
     double *residual;     /* p: dR */
 } kmp_response;
 
-/** dq for changes du of u (p; NULL: none) and `rows` of h (m): X du - (0; Jv^-1 rows), from factors and tangent
- * alone. Room: 2 n. */
+/** dq for changes du of u (p; NULL: none) and `rows` of h (m): X du - (0; Jv^-1 rows), only from factors and
+ * tangent. Room: 2 n. */
 void kmp_spread(const kmp_reduction *red, const double *du, const double *rows, double *room, double *out);
 
 /** Computes the response at the state of the derivatives `d`, where the reduction has factors and tangent. Forces that
- * depend on multipliers change with those of the given accelerations; or, with `moving`, of the resulting ones
- * (kmp_reduction_load_change, with its factors). Room: KMP_FOLLOW_ROOM. No allocation. Without such forces and without
- * lambda in the response other threads may follow other changes at the same time, with other room. */
+ * depend on multipliers change with the multipliers of the given accelerations; or, with `moving`, of the resulting
+ * ones (kmp_reduction_load_change, with its factors). Room: KMP_FOLLOW_ROOM. No allocation. Without such forces and
+ * without lambda in the response other threads may follow other changes at the same time, with other room. */
 #define KMP_FOLLOW_ROOM(n, m) (7 * (n) + (m))
 void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *d, bool moving,
                 const kmp_change *change, const kmp_response *response, double *room);

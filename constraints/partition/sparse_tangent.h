@@ -17,7 +17,7 @@ typedef struct kmp_lists {
 /* Runs of positions from at[2 e] to before at[2 e + 1], both multiples of four, for e as in kmp_lists. */
 typedef kmp_lists kmp_runs;
 
-/* A position is that of a u in the order of elimination. A four is four positions, 4 k .. 4 k + 3; arrays over
+/* A position is the place of a u in the order of elimination. A four is four positions, 4 k .. 4 k + 3; arrays over
  * positions are `stride` long, a multiple of four. */
 typedef struct kmp_sparse_tangent {
     const kmp_partition *part; /* not owned */

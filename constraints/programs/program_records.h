@@ -15,7 +15,7 @@ typedef struct kmp_program_record {
     int *layout, count; /* numbers of the writer, of its caller: positions of outputs */
 } kmp_program_record;
 
-/** The name of a program that depends on this choice beside the system: its evaluator's charts and dynamics, a
+/** The name of a program that depends on this choice in addition to the system: its evaluator's charts and dynamics, a
  * partition, an order of elimination (r; NULL: none) and the writer's own options. */
 kmp_program_cache_name kmp_writer_name(const char *what, const kmp_evaluator *eval, const kmp_partition *part,
                                        const int *order, unsigned options);

@@ -14,14 +14,14 @@ enum { KMP_WRITER_STAGES = 6 }; /* bound, without stage 0 */
 /* State of a writer. Arrays are in `arena`. */
 typedef struct kmp_program_writer {
     const kempe_system *s;
-    const kmp_program *source; /* the motion program, or that by articulated bodies */
+    const kmp_program *source; /* the motion program, or the program by articulated bodies */
     kmp_graph *g;
     kmp_arena arena;
     kmp_ref *input, *by; /* inputs of the source, and their replacements */
     kmp_ref *at; /* replacements at a place nearby, from which sines and cosines are turned; NULL: there is none */
     kmp_angle_updates turns; /* by these angles */
-    int inputs, named;       /* number; the first of those of kmp_writer_take_state */
-    int accelerations;       /* the first of those of kmp_writer_product */
+    int inputs, named;       /* number; the first input of kmp_writer_take_state */
+    int accelerations;       /* the first input of kmp_writer_product */
     kmp_ref *product;        /* outputs of the source at those; NULL: the source has no products */
     bool by_coordinate;      /* states are given as q and qd of the coordinates, not in the order (u, ud, v) */
     kmp_ref *out;            /* outputs of the source */
@@ -41,10 +41,10 @@ typedef struct kmp_program_writer {
     int stages, count[KMP_WRITER_STAGES];
 } kmp_program_writer;
 
-/** Begins with the motion program (NULL: that of the evaluator, by M or by products), or articulated bodies, of an
- * evaluator, and room for so many replaced inputs. Charts that are C = 1, as they are until a joint comes near a
- * singular position of its angles, are numbers: that saves up to two fifths of the operations of a vehicle. False: no
- * memory; kmp_writer_free in any case. */
+/** Begins with the motion program (NULL: the program of the evaluator, by M or by products), or articulated bodies, of
+ * an evaluator, and room for this number of replaced inputs. Charts that are C = 1, as they are until a joint comes
+ * near a singular position of its angles, are numbers: that saves up to two fifths of the operations of a vehicle.
+ * False: no memory; kmp_writer_free in any case. */
 bool kmp_writer_init(kmp_program_writer *w, const kmp_evaluator *eval, const kmp_program *motion, bool by_bodies,
                      int inputs);
 void kmp_writer_free(kmp_program_writer *w);
@@ -119,7 +119,7 @@ typedef struct kmp_writer_correction {
     double turn;
 } kmp_writer_correction;
 
-/** Runs the stage of the correction, whose outputs are dv and so many angles, at (t, y). */
+/** Runs the stage of the correction, whose outputs are dv and this number of angles, at (t, y). */
 kmp_writer_correction kmp_writer_machine_close(kmp_writer_machine *w, int stage, int r, int turns, double t,
                                                const double *y);
 
@@ -201,8 +201,8 @@ kmp_eliminated *kmp_writer_rows(const kmp_writer_blocks *k);
  * corrected state. `k` has what the caller sets. False: no memory. */
 bool kmp_writer_close(kmp_program_writer *w, kmp_writer_blocks k, kmp_ref *dv);
 
-/* L D L' of a sparse symmetric matrix of expressions, written out without zeros. The order of elimination is that of
- * least degree (Tinney and Walker, Proc. IEEE 55 (1967) 1801), its fill is known before.
+/* L D L' of a sparse symmetric matrix of expressions, written out without zeros. The order of elimination is the order
+ * of least degree (Tinney and Walker, Proc. IEEE 55 (1967) 1801), its fill is known before.
  *
  * Trailing unknowns may have a zero diagonal, as the multipliers of [M J'; J 0]. Each is eliminated after the leading
  * ones that it is coupled with, so that its pivot comes from the Schur complement -J M^-1 J'. */

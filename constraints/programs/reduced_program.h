@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The reduced right-hand side as one program for one choice of u: from t, q and ud to qd and udd, with zeros and unused
  * values left out. By the reduced mass, the linear algebra of eqs. (43)-(46) of Fisette and Samin 1996 is written out
- * with the equations; with many degrees of freedom that of the saddle system (saddle_program.h). The numbers equal
- * those of reduction.h but for rounding. */
+ * with the equations; with many degrees of freedom the program of the saddle system (saddle_program.h). The numbers
+ * equal the results of reduction.h but for rounding. */
 #pragma once
 
 #include "constraints/partition/reduction.h"
@@ -34,8 +34,8 @@ kmp_writer_correction kmp_reduced_program_close(kmp_reduced_program *program, do
 bool kmp_reduced_program_finish(kmp_reduced_program *program, double t, const double *y, double *dy);
 const double *kmp_reduced_program_left(const kmp_reduced_program *program);
 
-/** The power of non-conservative forces, user-defined ones included, at the last run; by the saddle system also that of
- * moving closures. */
+/** The power of non-conservative forces, user-defined ones included, at the last run; by the saddle system also the
+ * power of moving closures. */
 double kmp_reduced_program_power(const kmp_reduced_program *program);
 
 /** True if the program may be used now; true if it must be made again (kmp_writer_machine_applies, _is_stale). */
@@ -77,19 +77,20 @@ typedef struct kmp_reduced_program_row {
 } kmp_reduced_program_row;
 
 /** Closes v of q (n), which has u and v of row->y, to round-off, as kmp_reduction_close does. The evaluator's closure
- * is then that of q, until the next run. false: it stays open, or the order of elimination or pivots are bad there.
+ * then belongs to q, until the next run. false: it stays open, or the order of elimination or pivots are bad there.
  * After it qd, and accelerations and multipliers (m; zero for dropped rows). No allocation. */
 bool kmp_reduced_program_close_row(kmp_reduced_program_row *row, double t, double *q);
 void kmp_reduced_program_rates(const kmp_reduced_program_row *row, double *qd);
 void kmp_reduced_program_complete_row(const kmp_reduced_program_row *row, double *qdd, double *lambda);
 
-/** The program for kmp_lanes, whose inputs and outputs are as below, or those of saddle_program.h; NULL:
+/** The program for kmp_lanes, whose inputs and outputs are as below, or as in saddle_program.h; NULL:
  * with user-defined forces it does not have all of the right-hand side. Positions of its outputs: of its stage of
  * slopes, and of END. */
 const kmp_program *kmp_reduced_program_code(const kmp_reduced_program *program);
 const kmp_saddle_program_layout *kmp_reduced_program_layout_of(const kmp_reduced_program *program);
 
-/* Bounds: independent coordinates in one run, for which that by the saddle system is better beyond; of any program. */
+/* Bounds: independent coordinates in one run, beyond which the program by the saddle system is better; of any program.
+ */
 enum { KMP_REDUCED_PROGRAM_FREEDOMS = 8, KMP_REDUCED_PROGRAM_MOST = 48 };
 
 /* Stages: where it is asked for, the correction dv of v, and the angles by which it turns sines and cosines; then, at v
@@ -112,7 +113,7 @@ enum {
 
 /* Outputs of the last stage: the multipliers of the elimination in the blocks, a pivot or determinant for each factor
  * of det Jv, h, J, h_t if there is one, Bvu, the correction of v; with KMP_REDUCED_PROGRAM_CLOSE also the parts of qd
- * and qdd of v that do not depend on ud and udd. On request the second of these alone. */
+ * and qdd of v that do not depend on ud and udd. On request only the second of these. */
 typedef struct kmp_reduced_program_layout {
     int multipliers, pivots, turns;
     int loads; /* number of load rows in the partition */
@@ -128,16 +129,16 @@ typedef struct kmp_reduced_program_written {
 /** Options of the program. */
 typedef struct kmp_reduced_program_plan {
     const int *order;          /* of rows in the elimination: r positions among the independent rows, block by block */
-    const kmp_program *motion; /* with the system's patterns; NULL: that of the system */
+    const kmp_program *motion; /* with the system's patterns; NULL: the pattern of the system */
     bool power;                /* power of non-conservative forces, after the pivots of the reduced mass */
     bool closes;               /* with KMP_REDUCED_PROGRAM_CLOSE */
-    bool drives;               /* the power has that of closures that move in time */
+    bool drives;               /* the power includes the power of closures that move in time */
     bool curvature;            /* the last stage ends with the part of qdd of v that does not depend on udd */
     bool forces;               /* and then with the multipliers of the independent rows */
     bool rows;                 /* with KMP_REDUCED_PROGRAM_ROW; not where forces depend on multipliers */
 } kmp_reduced_program_plan;
 
-/** The right-hand side alone, in one stage, with the power left out, as a function of t, q and qd of the coordinates:
+/** Only the right-hand side, in one stage, with the power left out, as a function of t, q and qd of the coordinates:
  * udd (p); qd of v (r); the least pivot of the reduced mass; kmp_writer_blocks_excess. Without contraction. NULL: no
  * memory, or forces that depend on multipliers. */
 kmp_program *kmp_reduced_program_write_slopes(const kmp_reduction *red, const kmp_reduced_program_plan *plan);

@@ -14,10 +14,10 @@
 #include "constraints/partition/partition.h"
 #include "constraints/programs/program_writer.h"
 
-/* Stages. CLOSE is that of a program which closes the loops of a state: the correction dv of v, and the angles by which
+/* Stages. CLOSE belongs to a program which closes the loops of a state: the correction dv of v, and the angles by which
  * it turns sines and cosines. The others are then at v + dv. RUN has the inputs KMP_IN_TIME, KMP_IN_Q, KMP_IN_QD and,
  * with a user-defined force, KMP_IN_EFFORT. END has the values of the closures at the place of RUN, and what
- * kmp_saddle_program_is_cancelled needs. CORRECT has the input KMP_IN_MU, a violation by rows of h (m; those that are
+ * kmp_saddle_program_is_cancelled needs. CORRECT has the input KMP_IN_MU, a violation by rows of h (m; rows that are
  * not independent are not read), and uses the factors of RUN. FACTORS has these factors.
  *
  * Of a state (u, ud, v) of the reduced formulation, given as KMP_IN_Q, RUN gives udd and qd of v. ROW, in the place of
@@ -48,7 +48,7 @@ typedef struct kmp_saddle_program_layout {
     int dv;               /* END: of a state, in a program that does not close: r, the correction of v */
     int dx;               /* CORRECT: n, the mass-orthogonal correction with J dx = -violation */
     int factors;          /* FACTORS: their number; 0: by articulated bodies, or of a state */
-    int by_bodies;        /* 1: the dynamics are those of articulated bodies; 0: M and C */
+    int by_bodies;        /* 1: the dynamics are derived by articulated bodies; 0: M and C */
 } kmp_saddle_program_layout;
 
 typedef struct kmp_saddle_program kmp_saddle_program;
@@ -58,9 +58,9 @@ typedef struct kmp_saddle_program kmp_saddle_program;
 kempe_status kmp_saddle_program_new(kmp_saddle_program **program, kmp_evaluator *eval, const kmp_partition *part);
 void kmp_saddle_program_free(kmp_saddle_program *program);
 
-/** The number of evaluations of so many operations after which the program pays: as many as it saves in its making. A
- * run that ends before does without. 0: so few that it is made at once, or it is needed for several stages in `lanes`;
- * LONG_MAX: it never does; -1: no memory. */
+/** The number of evaluations of this number of operations after which the program pays: as many as it saves in its
+ * making. A run that ends before does without. 0: so few that it is made at once, or it is needed for several stages in
+ * `lanes`; LONG_MAX: it never does; -1: no memory. */
 long kmp_saddle_program_wait(const kmp_evaluator *eval, const kmp_partition *part, double operations, bool lanes);
 
 const kmp_saddle_program_layout *kmp_saddle_program_layout_of(const kmp_saddle_program *program);
@@ -84,8 +84,8 @@ bool kmp_saddle_program_is_good(const kmp_saddle_program_layout *layout, const d
 /** Lends h, J and h_t at the place of the last run, (t, q), to the evaluator, until the next run. */
 void kmp_saddle_program_lend(kmp_saddle_program *program, double t, const double *q);
 
-/** True if rounding shows in accelerations at a relative tolerance, `rate_scale` the size of rates: those with the
- * loops open, of which they are a part, are so large because some joint moves almost no inertia. After
+/** True if rounding shows in accelerations at a relative tolerance, `rate_scale` the size of rates: accelerations
+ * with the loops open, of which they are a part, are so large because some joint moves almost no inertia. After
  * kmp_saddle_program_lend.
  */
 bool kmp_saddle_program_is_cancelled(const kmp_saddle_program *program, double rtol, double rate_scale);
@@ -104,12 +104,13 @@ kmp_closer kmp_saddle_program_closer(kmp_saddle_program_closing *closing, double
 /** The program, whose inputs and outputs are those above; with user-defined forces these are inputs. */
 const kmp_program *kmp_saddle_program_code(const kmp_saddle_program *program);
 
-/** A program of one stage that improves accelerations and multipliers at a place near that of a RUN, with its factors,
+/** A program of one stage that improves accelerations and multipliers at a place near the place of a RUN, with its
+ * factors,
  *
  *     [M0 J0'; J0 0] (dqdd; -dlambda) = -(M qdd + C - J' lambda; J qdd + gamma),
  *
- * M0 and J0 at the RUN. The error that remains is in proportion to the distance of both places. It needs no factors of
- * its own. Inputs as RUN, KMP_IN_MU the factors, KMP_IN_QDD and KMP_IN_LAMBDA (r) what is to be improved. Outputs: both
+ * M0 and J0 at the RUN. The error that remains is in proportion to the distance of both places. It needs no further
+ * factors. Inputs as RUN, KMP_IN_MU the factors, KMP_IN_QDD and KMP_IN_LAMBDA (r) what is to be improved. Outputs: both
  * improved, then the power if the system is dissipative. *program is NULL where there is none, or where it has more
  * than KMP_SADDLE_PROGRAM_NEARBY of the operations of RUN. The caller frees it. KEMPE_E_MEMORY. */
 kempe_status kmp_saddle_program_write_nearby(const kmp_saddle_program *program, const kmp_partition *part,
@@ -125,7 +126,7 @@ bool kmp_saddle_program_cancels(const kmp_saddle_program_layout *layout, const k
                                 double rtol, double rate_scale);
 
 /** Most unknowns, qdd and lambda, and most operations of a run: the preparation takes microseconds an operation, and
- * code beyond the second cache is no faster than loops over entries. */
+ * code beyond the second cache is not faster than loops over entries. */
 enum { KMP_SADDLE_PROGRAM_UNKNOWNS = 400, KMP_SADDLE_PROGRAM_OPERATIONS = 100000 };
 
 /* Unknowns of the program: q and qd, or a state (u, ud, v) of a reduction with its order of elimination. */
@@ -149,11 +150,11 @@ const char *kmp_saddle_program_obstacle(const kempe_system *system, int unknowns
 /** Operations of a run, before it is written; infinite if there is none, -1: no memory. */
 double kmp_saddle_program_operations(const kmp_evaluator *eval, const kmp_partition *part);
 
-/** Writes the program of the cheaper dynamics, of those that the evaluator has, or takes the one that the system keeps
- * for this choice. False: no memory. */
+/** Writes the program of the cheaper dynamics, of the dynamics that the evaluator has, or takes the one that the system
+ * keeps for this choice. False: no memory. */
 bool kmp_saddle_program_write(const kmp_evaluator *eval, const kmp_saddle_program_plan *plan,
                               kmp_saddle_program_written *written);
 
-/** kmp_saddle_program_write_nearby for a run of so many operations. False: no memory. */
+/** kmp_saddle_program_write_nearby for a run of this number of operations. False: no memory. */
 bool kmp_saddle_program_write_near(const kmp_evaluator *eval, const kmp_partition *part, double run,
                                    kmp_program **program);

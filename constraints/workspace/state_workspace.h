@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The public workspace. Evaluation and accelerations are those of runs: by articulated bodies if that costs less, or
- * on the independent rows and coordinates of the start while these are good. */
+/* The public workspace. Evaluation and accelerations are the same as in runs: by articulated bodies if that costs less,
+ * or on the independent rows and coordinates of the start while these are good. */
 #pragma once
 
 #include "constraints/closing/least_change.h"
@@ -55,7 +55,7 @@ struct kempe_workspace {
     double *answer;                            /* n + m: accelerations and multipliers, or shares */
     double *row;                               /* n, or m: a row of J, or rates of the rows */
     bool *hold;                                /* n */
-    int *closure_rows, closure_count;          /* m; those that are of no friction and no contact */
+    int *closure_rows, closure_count;          /* m; rows that belong to no friction and no contact */
     kmp_workspace_friction friction;
     kmp_state_lanes many;
     kmp_state_derivatives derivatives;

@@ -47,8 +47,8 @@ static inline kempe_number kempe_expression(const char *text)
 typedef struct kempe_body_def {
     const char *name;
     const char *at;          /* "ground", "BODY" or "BODY.POINT": attachment point of the joint; NULL: the body is
-                              * attached by joints of kempe_model_add_joint, and the fields of its own joint are
-                              * ignored */
+                              * attached by joints of kempe_model_add_joint, and the fields of
+                              * its joint are ignored */
     const char *joint;       /* name of the joint; NULL: name of the body */
     const char *kind;        /* a named joint with `axis`: "revolute", "spherical", ...; see the model format */
     double axis[3];          /* in the parent's axes, of any length but 0 */

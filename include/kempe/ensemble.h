@@ -48,8 +48,8 @@ typedef struct kempe_sample_options {
     int seed;                 /* 0: 1; unused by sobol and grid */
 } kempe_sample_options;
 
-/** Rows of samples, drawn when they are needed: a table of any length takes no memory. Row k depends on the options and
- * k alone. The model must outlive the table. KEMPE_E_ARGUMENT: an option is wrong. */
+/** Rows of samples, drawn when they are needed: a table of any length takes no memory. Row k depends only on the
+ * options and k. The model must outlive the table. KEMPE_E_ARGUMENT: an option is wrong. */
 KEMPE_API kempe_status kempe_values_sample(const kempe_model *model, const kempe_sample_options *options,
                                            kempe_values **values);
 KEMPE_API void kempe_values_free(kempe_values *values);
@@ -93,12 +93,12 @@ typedef struct kempe_ensemble_result kempe_ensemble_result;
 KEMPE_API kempe_status kempe_ensemble_run(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
                                           kempe_ensemble_result **batch);
 
-/** Runs `count` instances from number `first` (from 0) on. Their results are those that a run of all has. */
+/** Runs `count` instances from number `first` (from 0) on. Their results are the same as in a run of all. */
 KEMPE_API kempe_status kempe_ensemble_run_range(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
                                                 int first, int count, kempe_ensemble_result **batch);
 
-/** Runs `count` instances with other values, without another derivation: `rows` has `count` rows of the columns of the
- * ensemble's table, which may have no rows of its own. They are copied. Results are as for a table with these rows.
+/** Runs `count` instances with other values, without another derivation: `rows` has `count` rows of the columns of
+ * the ensemble's table, which may be empty. They are copied. Results are as for a table with these rows.
  */
 KEMPE_API kempe_status kempe_ensemble_run_rows(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
                                                int count, const double *rows, kempe_ensemble_result **batch);
@@ -141,8 +141,8 @@ KEMPE_API kempe_status kempe_ensemble_result_table(const kempe_ensemble_result *
 typedef struct kempe_statistics kempe_statistics;
 
 /** Statistics of a table "instances", with intervals of a confidence (0: 0.95). The inputs are the columns before
- * `status`; the quantities are those between the final state and `steps`, or without any the final coordinates and
- * rates. Instances that did not reach their end are left out. Intervals are for independent samples: of the design
+ * `status`; the quantities are the columns between the final state and `steps`, or without any the final coordinates
+ * and rates. Instances that did not reach their end are left out. Intervals are for independent samples: of the design
  * saltelli they come from its first two rows in each group. The table may be freed. KEMPE_E_ARGUMENT: it is another
  * table, or the confidence is not between 0 and 1. */
 KEMPE_API kempe_status kempe_statistics_new(const kempe_table *instances, double confidence,
@@ -174,7 +174,7 @@ KEMPE_API kempe_status kempe_ensemble_result_write_report(const kempe_ensemble_r
 
 /** Time histories of chosen instances, "3,10:12", from 1 on: a table "history" with the column instance and the
  * columns of the table "rows" of a trajectory, instance after instance, with the model's or the run's output_step. Each
- * is a run of its own, with the settings of the ensemble. An instance that fails has the rows up to there.
+ * is a separate run, with the settings of the ensemble. An instance that fails has the rows up to there.
  * KEMPE_E_ARGUMENT: other words, or there is no such instance. */
 KEMPE_API kempe_status kempe_ensemble_history(kempe_ensemble *ensemble, const kempe_run_options *run,
                                               const char *instances, kempe_table **table);
@@ -184,7 +184,7 @@ typedef struct kempe_folder kempe_folder;
 typedef struct kempe_folder_options {
     size_t size; /* sizeof(kempe_folder_options) */
     int chunk;   /* instances of a part; 0: as in the folder, or 256 to 4096 such that there are 64 parts or more */
-    int resume;  /* 1: the folder may have parts of this run already; those that are missing are run */
+    int resume;  /* 1: the folder may have parts of this run already; missing instances are run */
     /* Several processes, also on several hosts, run every N-th part from the I-th on: "I/N", 1 <= I <= N. "auto" takes
      * I and N from Slurm, Open MPI or PMI; the jobs of GNU parallel take the next free parts. NULL: all parts that no
      * other process has taken. */
@@ -230,9 +230,9 @@ KEMPE_API kempe_status kempe_folder_write_history(kempe_folder *folder, const ch
  * are missing or damaged. KEMPE_E_IO: as kempe_ensemble_result_write_report. */
 KEMPE_API kempe_status kempe_folder_write_report(kempe_folder *folder, const kempe_model *model, const char *path);
 
-/** The model with the values of an instance (from 0 on), which its part has; freed before `model`, which must be that
- * of the folder. KEMPE_E_INPUT: it is another one. KEMPE_E_FAILED: the part is missing, or the model cannot have these
- * values. */
+/** The model with the values of an instance (from 0 on), which its part has; freed before `model`, which must be the
+ * model of the folder. KEMPE_E_INPUT: it is another one. KEMPE_E_FAILED: the part is missing, or the model cannot have
+ * these values. */
 KEMPE_API kempe_status kempe_folder_model(const kempe_folder *folder, const kempe_model *model, int instance,
                                           kempe_model **made);
 

@@ -20,7 +20,7 @@ KEMPE_BEGIN
 typedef struct kempe_equilibrium_options {
     size_t size;           /* sizeof this struct; 0: the one of version 0.1 */
     const char *rates;     /* "shaft=60 rpm": coordinates with constant rates; all others are at rest. NULL:
-                            * rates of a steady motion are those to which the start leads */
+                            * rates of a steady motion follow from the start */
     const char *hold;      /* "slider=0.6": coordinates fixed at these values */
     const char *target;    /* "position(b.P).z=0.3": prescribed values of outputs; written as `outputs` of a model, each
                             * with one component */

@@ -28,7 +28,7 @@ typedef struct kempe_fit_options {
      * kempe_sensitivity_options, start values among them; numbers may have units. The search begins at the model's
      * values. */
     const char *parameters;
-    const char *columns;    /* "q.crank,..": of the data, those that count; NULL: all */
+    const char *columns;    /* "q.crank,..": columns of the data that are fitted; NULL: all */
     const char *deviations; /* "q.crank=0.01,..": standard deviations of the noise, which weight the columns; NULL: they
                              * follow from the residuals of each column */
     const char *start;      /* CSV file: the table "parameters" of another fit, whose values are the start */
@@ -39,7 +39,7 @@ typedef struct kempe_fit_options {
     /* Tolerances, independent, back end, integrator: as kempe_sensitivity_options. `threads` share the searches, 0: one
      * for each processor; results have the same bits. */
     const kempe_run_options *run;
-    /* Further data files, each with a run of its own; `data` is number 1. They share the parameters, but for one named
+    /* Further data files, each with a separate run; `data` is number 1. They share the parameters, but for one named
      * NAME@K, which belongs only to the run of file K. A column has one deviation in all files. */
     const char *const *files;
     int file_count;

@@ -33,7 +33,7 @@
  *
  * The equations of motion are M(q) qdd + C(q, qd, t) = Q + J(q, t)' lambda, h(q, t) = 0. q are the relative joint
  * coordinates of the tree (rad and m), and C is the bias (Coriolis, centrifugal, gravity, applied forces). lambda has
- * one Lagrange multiplier for each closure row. A model with states of its own has an entry for each of them at the end
+ * one Lagrange multiplier for each closure row. A model with states has an entry for each of them at the end
  * of q, qd and qdd: in qd the value of the state, in qdd its rate, in q its integral, which no equation contains.
  *
  * A function that can fail returns a kempe_status: 0 done, negative an error, positive a normal event.
@@ -207,7 +207,7 @@ KEMPE_API kempe_status kempe_system_new(const kempe_model *model, kempe_system *
 
 KEMPE_API void kempe_system_free(kempe_system *system);
 
-/** Number of constraint equations, without those that always hold, and the name of row k: `closure.1` ... */
+/** Number of constraint equations, without equations that always hold, and the name of row k: `closure.1` ... */
 KEMPE_API int kempe_system_row_count(const kempe_system *system);
 KEMPE_API const char *kempe_system_row_name(const kempe_system *system, int k);
 
@@ -317,14 +317,14 @@ KEMPE_API kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory
 
 /** Tables: "rows": t and the outputs (q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, ..). "log": events between steps,
  * the first thousand (independent coordinates changed, other rows taken, change points crossed, conditions that
- * changed, restarts): t, kind (one word), text (a sentence), and the numbers before and after where one is measured.
+ * changed, restarts): t, kind (one word), text (a sentence), and the numbers before and after if a number is measured.
  * "contacts": each contact of a compliant contact, its name, its beginning (NaN: before the run), its end (NaN: it has
  * not ended) and its largest depth in m or rad. "reactions": a row for each joint of the tree, each closure and each
- * drive: joint, kind ("joint": of the tree; otherwise that of the closure), force, the largest size over the rows (N),
- * force.t, when it is reached first, force.x .. force.z, the vector then, on the second body of the joint in ground
- * axes; moment .. moment.z likewise, about the joint's point of that body (N m); unique, 0: redundant constraints share
- * it; note, why it is not known. NaN: the joint has none. Drives and other rows between coordinates have one number, as
- * force.x or moment.x. It is computed at each call. KEMPE_E_ARGUMENT: another name. */
+ * drive: joint, kind ("joint": of the tree; otherwise the kind of the closure), force, the largest size over the rows
+ * (N), force.t, when it is reached first, force.x .. force.z, the vector then, on the second body of the joint in
+ * ground axes; moment .. moment.z likewise, about the joint's point of that body (N m); unique, 0: redundant
+ * constraints share it; note, why it is not known. NaN: the joint has none. Drives and other rows between coordinates
+ * have one number, as force.x or moment.x. It is computed at each call. KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_trajectory_table(const kempe_trajectory *trajectory, const char *name,
                                               kempe_table **table);
 

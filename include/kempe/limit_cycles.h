@@ -9,7 +9,7 @@
  *
  * A cycle is a start x and a period T with y(T; x, p) = x. Newton's method finds both with exact derivatives of the
  * motion, and the branch of cycles is followed by its length, so that folds are passed. Eigenvalues of dy/dx (Floquet's
- * multipliers) decide stability. See R. Seydel, Practical Bifurcation and Stability Analysis, 2010.
+ * multipliers) determine stability. See R. Seydel, Practical Bifurcation and Stability Analysis, 2010.
  */
 #ifndef KEMPE_LIMIT_CYCLES_H
 #define KEMPE_LIMIT_CYCLES_H
@@ -22,7 +22,7 @@ KEMPE_BEGIN
 typedef struct kempe_limit_cycles_options {
     size_t size;                  /* sizeof this struct */
     const char *sweep;            /* "NAME=A:B" or "NAME=A:B:N" (default: 31 values): a parameter; required */
-    const char *outputs;          /* "q(y1),position(b.P).y": those whose extremes are found; NULL: all coordinates */
+    const char *outputs;          /* "q(y1),position(b.P).y": outputs whose extremes are found; NULL: all coordinates */
     int most;                     /* cycles of a branch; 0: 1000 */
     const kempe_run_options *run; /* rtol (default 1e-10), integrator, back end */
     double settle; /* s: not Newton's method, but simulations of this length at each value, from A to B and back, each

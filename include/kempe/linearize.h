@@ -80,8 +80,8 @@ KEMPE_API const double *kempe_linearization_y(const kempe_linearization *lineari
 KEMPE_API double kempe_linearization_delay(const kempe_linearization *linearization, int k);
 
 /** The time T in which all samples of the model's sampled states repeat; 0: it has none. The matrices belong to the
- * steps of T: x(k+1) = A x(k) + B w(k), y(k) = C x(k) + D w(k). There x(k) is the state before the samples. Inputs are
- * constant in between. */
+ * steps of T: x(k+1) = A x(k) + B w(k), y(k) = C x(k) + D w(k). In this form x(k) is the state before the samples.
+ * Inputs are constant in between. */
 KEMPE_API double kempe_linearization_sample_time(const kempe_linearization *linearization);
 
 /** 1: an equilibrium, or a motion that changes no force; 0: the matrices are valid at that instant only. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
  * Outputs of a mechanism by handle: at given coordinates, at a stepper, at any time of a run; and Jacobians of
- * those that move, in all coordinates and in the independent ones (closed chain).
+ * outputs that move, in all coordinates and in the independent ones (closed chain).
  *
  *     kempe_outputs *outputs;
  *     kempe_outputs_new(system, "position(platform.C1), force(spring), power", &outputs);
@@ -51,7 +51,7 @@ KEMPE_API kempe_status kempe_outputs_at_row(kempe_outputs *outputs, const kempe_
                                             double *values);
 
 /** State at a time (s) of a run that was made with keep_dense: q, qd, qdd (n each), lambda (row_count of the system),
- * NULL: not wanted. It is the row that the run had written there, up to the last digits: from the polynomial of its
+ * NULL: not required. It is the row that the run had written there, up to the last digits: from the polynomial of its
  * step, with the loops closed, accelerations and multipliers solved for. At an event or a sample it is the state
  * before. A trajectory with keep_dense holds its run and about 10 numbers per unknown and step (docs/outputs.md). It
  * belongs to one thread at a time. KEMPE_E_ARGUMENT: it has no dense output, or t is not within the run.
@@ -63,8 +63,8 @@ KEMPE_API kempe_status kempe_trajectory_at_time(kempe_trajectory *trajectory, do
 KEMPE_API kempe_status kempe_outputs_at_time(kempe_outputs *outputs, kempe_trajectory *trajectory, double t,
                                              double *values);
 
-/** J (count x n) and jdqd (count; NULL: not wanted) at t, q and qd (NULL: at rest), column-major. Rows of outputs that
- * depend on accelerations or multipliers are NaN. */
+/** J (count x n) and jdqd (count; NULL: not required) at t, q and qd (NULL: at rest), column-major. Rows of outputs
+ * that depend on accelerations or multipliers are NaN. */
 KEMPE_API kempe_status kempe_outputs_jacobian(kempe_outputs *outputs, double t, const double *q, const double *qd,
                                               double *jacobian, double *jdqd);
 
@@ -77,7 +77,7 @@ KEMPE_API int kempe_outputs_independent_count(const kempe_outputs *outputs);
 KEMPE_API const int *kempe_outputs_independent(const kempe_outputs *outputs);
 
 /** Closed-chain Jacobian J X (count x p) at t and closed q, and the accelerations of the outputs at udd = 0 and qd
- * (`drift`, count; NULL: not wanted; qd NULL: at rest). KEMPE_E_FAILED: the mechanism is at a dead centre of these
+ * (`drift`, count; NULL: not required; qd NULL: at rest). KEMPE_E_FAILED: the mechanism is at a dead centre of these
  * coordinates; the message names the coordinate that stops and one that moves. */
 KEMPE_API kempe_status kempe_outputs_closed_jacobian(kempe_outputs *outputs, double t, const double *q,
                                                      const double *qd, double *jacobian, double *drift);

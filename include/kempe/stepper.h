@@ -19,7 +19,7 @@
  * values may change. Inputs of the model (kempe/settings.h) are set by kempe_stepper_set_input: the integrator restarts
  * where a value jumps, and continues with its step size and order elsewhere. A one-step method keeps its step size when
  * it restarts. A multistep method (adams, bdf, ida) restarts at order one; where restarts are frequent, a one-step
- * method continues in its place (docs/solvers.md). A force function (kempe/extend.h) may also read values of its own:
+ * method continues in its place (docs/solvers.md). A force function (kempe/extend.h) may also read other values:
  * each call then restarts the integrator, unless kempe_stepper_keep_inputs says that they are constant.
  *
  * Real time. The conditions: `fixed_step` in the options, formulation `projected`, change_points `ignore`, a model
@@ -84,7 +84,7 @@ KEMPE_API double kempe_stepper_input(const kempe_stepper *stepper, int input);
 KEMPE_API kempe_status kempe_stepper_set_stop(kempe_stepper *stepper, double t);
 
 /** Continues from another state at the current time: the closed state near q and qd (n each; qd NULL: at rest).
- * `*moved` (NULL: not wanted): the largest change of a coordinate that closing made, rad, or over the characteristic
+ * `*moved` (NULL: not required): the largest change of a coordinate that closing made, rad, or over the characteristic
  * length. KEMPE_E_FAILED: the loops cannot be closed from there, and the stepper is unchanged. */
 KEMPE_API kempe_status kempe_stepper_set_state(kempe_stepper *stepper, const double *q, const double *qd,
                                                double *moved);
@@ -105,7 +105,8 @@ typedef struct kempe_stepper_state kempe_stepper_state;
 
 /** Saves the current state. The integrator restarts here, only from the saved numbers: what follows has the same bits
  * as what follows a kempe_stepper_restore, here or in another stepper of the same system and options. Samples and
- * events at this time that have been taken are not taken again. Those still to come are taken when the stepper goes on.
+ * events at this time that have been taken are not taken again. Samples still to come are taken when the stepper
+ * continues.
  */
 KEMPE_API kempe_status kempe_stepper_save(kempe_stepper *stepper, kempe_stepper_state **state);
 KEMPE_API kempe_status kempe_stepper_restore(kempe_stepper *stepper, const kempe_stepper_state *state);

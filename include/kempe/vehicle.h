@@ -35,7 +35,7 @@ typedef struct kempe_contact_options {
                         * its A to its B. NAME=A is fixed at A. NAME is a parameter of the model or a coordinate, which
                         * is held at the value */
     const char *hold;  /* "NAME,..": coordinates fixed at their assembled values */
-    const char *solve_for; /* "NAME,..": moving coordinates without a drive: their rates are solved for; default: those
+    const char *solve_for; /* "NAME,..": moving coordinates without a drive: their rates are solved for; default: wheels
                             * that turn; "-": none */
     const char *law; /* "linear", "shen", "polach", "tanh", "fastsim", "fastsim1" (rolling_contact.h) or "half-space": a
                       * second law for the forces, in addition to the wheel's own, at the same normal force,

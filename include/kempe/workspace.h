@@ -32,14 +32,14 @@ KEMPE_BEGIN
 typedef struct kempe_workspace kempe_workspace;
 
 /** Makes a workspace; the model is assembled once. The system must outlive it. Dry friction that sticks in runs only
- * slips here, as with "slip" below, and a warning says so. KEMPE_E_MEMORY. */
+ * slips here, as with "slip" below, and a warning reports this. KEMPE_E_MEMORY. */
 KEMPE_API kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **workspace);
 
 /** Makes one with another part of dry friction that sticks. "slip": an element has its level against its rate, and no
- * force at rest. "stick": at each state elements stick or slip as in a run that starts there; those that stick have
- * rows in h, J and jdqd, and their friction is lambda. Such evaluations allocate, and change the message of the context
- * where friction has no solution or several: one thread at a time may use the system. "none": no such friction acts.
- * Friction with a `speed` has its law in all of them. KEMPE_E_ARGUMENT: another word, or "stick" for a model with
+ * force at rest. "stick": at each state elements stick or slip as in a run that starts there; elements that stick
+ * have rows in h, J and jdqd, and their friction is lambda. Such evaluations allocate, and change the message of the
+ * context where friction has no solution or several: one thread at a time may use the system. "none": no such friction
+ * acts. Friction with a `speed` has its law in all of them. KEMPE_E_ARGUMENT: another word, or "stick" for a model with
  * contacts. */
 KEMPE_API kempe_status kempe_workspace_new_with_friction(const kempe_system *system, const char *friction,
                                                          kempe_workspace **workspace);
@@ -73,7 +73,7 @@ KEMPE_API const double *kempe_workspace_jdqd(const kempe_workspace *workspace);
 KEMPE_API int kempe_workspace_closure_row_count(const kempe_workspace *workspace);
 KEMPE_API const int *kempe_workspace_closure_rows(const kempe_workspace *workspace);
 
-/** Places for values at many states, a row of the sizes above for each state; NULL: not wanted. */
+/** Places for values at many states, a row of the sizes above for each state; NULL: not required. */
 typedef struct kempe_workspace_rows {
     double *mass, *bias, *h, *jacobian, *jdqd;
 } kempe_workspace_rows;
@@ -96,30 +96,30 @@ KEMPE_API double kempe_workspace_potential(const kempe_workspace *workspace);
 KEMPE_API kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *workspace, double t, const double *q,
                                                         const double *qd, const double *qdd, double *Q);
 
-/** Accelerations qdd (n) and multipliers lambda (m; zero for redundant rows; NULL: not wanted) under the model's forces
- * and the generalized forces Q (n; NULL: none). KEMPE_E_FAILED, outputs untouched: a motion carries no mass. */
+/** Accelerations qdd (n) and multipliers lambda (m; zero for redundant rows; NULL: not required) under the model's
+ * forces and the generalized forces Q (n; NULL: none). KEMPE_E_FAILED, outputs untouched: a motion carries no mass. */
 KEMPE_API kempe_status kempe_workspace_forward_dynamics(kempe_workspace *workspace, double t, const double *q,
                                                         const double *qd, const double *Q, double *qdd, double *lambda);
 
-/** Accelerations (count x n) and multipliers (count x m; NULL: not wanted) at `count` states, with the bits of
+/** Accelerations (count x n) and multipliers (count x m; NULL: not required) at `count` states, with the bits of
  * kempe_workspace_forward_dynamics; Q: rows, too, or NULL. Arguments, and what is evaluated in groups: as in
  * kempe_workspace_evaluate_states; states by articulated bodies are not. */
 KEMPE_API kempe_status kempe_workspace_forward_states(kempe_workspace *workspace, int count, const double *t,
                                                       int t_step, const double *q, const double *qd, const double *Q,
                                                       double *qdd, double *lambda, int *failed);
 
-/** The number of independent coordinates u, and their numbers among all (owned by the workspace): those that Kempe
- * chose at the start of the model. 0 and NULL: the start cannot be assembled, or friction sticks. */
+/** The number of independent coordinates u, and their numbers among all (owned by the workspace). Kempe chose them at
+ * the start of the model. 0 and NULL: the start cannot be assembled, or friction sticks. */
 KEMPE_API int kempe_workspace_independent_count(const kempe_workspace *workspace);
 KEMPE_API const int *kempe_workspace_independent(const kempe_workspace *workspace);
 
-/** Places for derivatives, column-major; NULL: not wanted. p is the number of independent coordinates.
+/** Places for derivatives, column-major; NULL: not required. p is the number of independent coordinates.
  *
  * In all coordinates, as functions of q, qd and Q that need not close the loops: from M qdd + C = Q + J' lambda and
  * J qdd + jdqd = 0 by the implicit-function theorem.
  *
- * Along motions that keep the loops closed: of the independent accelerations udd by u, their rates ud and Q, with the
- * change dq = q_u du and dqd = q_u dud + qd_u du of all coordinates (Wehage and Haug, J. Mech. Des. 104, 1982). */
+ * Along motions that keep the loops closed: the independent accelerations udd by u, by their rates ud and by Q. All
+ * coordinates change by dq = q_u du and dqd = q_u dud + qd_u du (Wehage and Haug, J. Mech. Des. 104, 1982). */
 typedef struct kempe_workspace_derivatives {
     double *qdd_q, *qdd_qd, *qdd_Q;          /* n x n */
     double *lambda_q, *lambda_qd, *lambda_Q; /* m x n; rows of redundant constraint equations are zero */
@@ -132,15 +132,23 @@ typedef struct kempe_workspace_derivatives {
  * message: the model has contacts, or forces that depend on multipliers. KEMPE_E_MEMORY. */
 KEMPE_API kempe_status kempe_workspace_add_derivatives(kempe_workspace *workspace);
 
-/** Accelerations qdd (n), multipliers lambda (m; NULL: not wanted) and their exact derivatives, for constant inputs and
- * the present conditions of the model; a user-defined force is differentiated by differences. After
+/** Accelerations qdd (n), multipliers lambda (m; NULL: not required) and their exact derivatives, for constant inputs
+ * and the present conditions of the model; a user-defined force is differentiated by differences. After
  * kempe_workspace_add_derivatives; no allocation. KEMPE_E_ARGUMENT: not prepared. KEMPE_E_FAILED, with the reason: as
- * kempe_workspace_forward_dynamics; derivatives by u are wanted where u does not describe the motion. */
+ * kempe_workspace_forward_dynamics; derivatives by u are requested where u does not describe the motion. */
 KEMPE_API kempe_status kempe_workspace_forward_derivatives(kempe_workspace *workspace, double t, const double *q,
                                                            const double *qd, const double *Q, double *qdd,
                                                            double *lambda, const kempe_workspace_derivatives *out);
 
-/** Closes the loops at t: changes q, and then qd (NULL: not wanted), as little as possible. Coordinates with hold[i]
+/** The same at `count` states, with rows of the sizes above for each state; arguments as in
+ * kempe_workspace_forward_states. Ends at the first state that fails, with its status. *failed (may be NULL): that
+ * state; -1: none. */
+KEMPE_API kempe_status kempe_workspace_derivative_states(kempe_workspace *workspace, int count, const double *t,
+                                                         int t_step, const double *q, const double *qd, const double *Q,
+                                                         double *qdd, double *lambda,
+                                                         const kempe_workspace_derivatives *rows, int *failed);
+
+/** Closes the loops at t: changes q, and then qd (NULL: not required), as little as possible. Coordinates with hold[i]
  * not 0 (n; NULL: none) keep q and qd. KEMPE_E_FAILED, q and qd untouched: the loops cannot be closed from here. */
 KEMPE_API kempe_status kempe_workspace_close(kempe_workspace *workspace, double t, double *q, double *qd,
                                              const int *hold);

@@ -38,7 +38,7 @@ KMP_INLINE double kmp_close_noise(int n, const double *scale, const double *x)
     return 16 * DBL_EPSILON * size;
 }
 
-/** True if a correction is shorter than the one before, as those of Newton's method are near to a solution. */
+/** True if a correction is shorter than the one before, as Newton's corrections are near a solution. */
 KMP_INLINE bool kmp_closing_contracts(double size, double last)
 {
     return size <= 0.9 * last;

@@ -30,9 +30,9 @@ KMP_INLINE bool kmp_condition_holds(kmp_condition_kind kind, double mode)
     return mode > 0 && kind < KMP_CONDITION_PASSES;
 }
 
-/** False for a condition that is no event in the present modes; `mode` is a pointer to its own, `sense`: it is the one
- * of the sense of slip. Rates of elements at rest that other rows keep are zero by them, which bounds do not know: they
- * are watched at ends of steps. */
+/** False for a condition that is not an event in the present modes; `mode` is a pointer to its own, `sense`: it is the
+ * one of the sense of slip. Rates of elements at rest that other rows keep are zero by them, which bounds do not know:
+ * they are watched at ends of steps. */
 KMP_INLINE bool kmp_condition_may_change(kmp_condition_kind kind, bool sense, const double *mode)
 {
     if (kind == KMP_CONDITION_KINK)

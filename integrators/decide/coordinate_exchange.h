@@ -10,14 +10,14 @@
 /* B is to be computed again after the exchange of an entry of this size: its rounding is large. */
 #define KMP_EXCHANGE_LONG_DUE 100.0
 
-/** The growth of B, scaled, beyond which an exchange is due: of a user's choice, or of one that the right-hand side
- * depends on alone. */
+/** The growth of B, scaled, beyond which an exchange is due: of a user's choice, or of a choice on which only the
+ * right-hand side depends. */
 KMP_INLINE double kmp_exchange_limit(bool of_user, bool closed)
 {
     return of_user ? KMP_EXCHANGE_WISH : closed ? KMP_EXCHANGE_CLOSED : KMP_EXCHANGE_GROWTH;
 }
 
-/** The largest entry of B (r x p, column by column), scaled, infinite where one is not finite; *v and *u: the
+/** The largest entry of B (r x p, column by column), scaled, infinite if an entry is not finite; *v and *u: the
  * coordinates of it, -1 where all are zero. */
 KMP_INLINE double kmp_exchange_growth(int r, const int *v, int p, const int *u, const double *b, const double *scale,
                                       int *worst_v, int *worst_u)

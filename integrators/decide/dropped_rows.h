@@ -7,7 +7,7 @@
 #include "integrators/decide/inlined.h"
 
 /** The first of the dropped rows that is open; -1: none. h and row scales of all rows, `stride` apart; r kept and d
- * dropped rows. tolerance: rtol + atol of the run. loose: the gap of dropped rows that is that of rounded numbers. */
+ * dropped rows. tolerance: rtol + atol of the run. loose: the gap of dropped rows that rounded numbers explain. */
 KMP_INLINE int kmp_dropped_open(int r, const int *kept, int d, const int *dropped, ptrdiff_t stride, const double *h,
                                 const double *row_scale, double tolerance, double loose)
 {

@@ -28,8 +28,8 @@ static inline double kmp_growth_size(int count, int stride, const double *y, con
 }
 
 /** The largest of `count` rates over their scales that is far beyond the rate `usual` of the motion, 1/s; -1: none is.
- * Rates and scales are `stride` apart. which: the coordinates of the rates, NULL: the first ones. Those from `motions`
- * on are states, which may have any size. */
+ * Rates and scales are `stride` apart. which: the coordinates of the rates, NULL: the first ones. Entries from
+ * `motions` on are states, which may have any size. */
 static inline int kmp_growth_explodes(int count, const int *which, int motions, int stride, const double *rate,
                                       const double *scale, double usual)
 {

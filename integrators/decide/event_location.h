@@ -13,14 +13,14 @@ typedef struct kmp_location_site {
     int conditions;
     const int *kind;      /* of each condition: kmp_condition_kind */
     const double *mode;   /* the state that is fixed */
-    const double *change; /* values of the conditions where the site stands */
+    const double *change; /* values of the conditions where the site is */
     /** Goes to a time within the step. */
     int (*look)(void *self, double t);
-    /** The same for the value of one condition; the others may be those of another time. NULL: as `look`. */
+    /** The same for the value of one condition; the others may belong to another time. NULL: as `look`. */
     int (*look_for)(void *self, double t, int condition);
     /** Takes the value of a condition before its change. NULL: it is not wanted. */
     void (*before)(void *self, int condition, double value);
-    /** A condition has been located between two times, at the second of which the site stands. NULL: no matter. */
+    /** A condition has been located between two times, at the second of which the site is. NULL: no matter. */
     int (*located)(void *self, int condition, double from, double to);
     /** The size of the place of a contact, for its sense, whose numbers follow by their roles; 0: another condition. */
     double (*size)(const void *self, int condition);
@@ -130,7 +130,7 @@ static inline int kmp_location_narrow(const kmp_location_site *s, int k, double 
     return status != 0 || is_there ? status : s->look(s->self, *high);
 }
 
-/** Finds the earliest change in (from, *t], with the values of the conditions at `from`; the site stands at *t. It is
+/** Finds the earliest change in (from, *t], with the values of the conditions at `from`; the site is at *t. It is
  * left where it is found. */
 static inline int kmp_location_earliest(const kmp_location_site *s, double from, const double *at_from, double *t)
 {

@@ -5,7 +5,7 @@
 
 #include "integrators/decide/step_control.h"
 
-/* A step within this multiple of the least one is no measure of the next one. */
+/* A step within this multiple of the least one is not a measure of the next one. */
 #define KMP_RESTART_BRIEF 64
 
 /** The length with which a step between two times is made again up to the event within it; 0: it is not. The polynomial
@@ -22,16 +22,16 @@ KMP_INLINE double kmp_restart_again(double from, double event, double to, bool p
     return rough && shorter ? closely : 0;
 }
 
-/** The length of the step after an event at which rates may jump: that of the step across it, of which any part may lie
- * before the event. 0, to be chosen anew, where it follows the beginning of that step at once, within `instant`: steps
- * of rounding size count as a motion that cannot go on. flight: of the flight before an impact, INFINITY: there is
+/** The length of the step after an event at which rates may jump: the step across it, of which any part may lie
+ * before the event. 0, to be chosen again, where it follows the beginning of that step at once, within `instant`: steps
+ * of rounding size count as a motion that cannot continue. flight: of the flight before an impact, INFINITY: there is
  * none. */
 KMP_INLINE double kmp_restart_length(double step, double since, double instant, double flight)
 {
     return fmin(since > instant ? step : 0, KMP_IMPACT_STEP * flight);
 }
 
-/** The length of a first step that is proposed at t; 0, to be chosen anew, where the step before was cut short between
+/** The length of a first step that is proposed at t; 0, to be chosen again, where the step before was cut short between
  * two breaks. */
 KMP_INLINE double kmp_restart_proposed(double h, double t)
 {

@@ -62,7 +62,8 @@ KMP_INLINE double kmp_start_euler(double slope, double size, double longest)
     return fmin(slope <= 1e-10 || size <= 1e-10 ? 1e-6 : 0.01 * sqrt(size / slope), longest);
 }
 
-/** then one from the largest weighted derivative: that of the solution, or of its slope, the slope's change over h. */
+/** then one from the largest weighted derivative: the derivative of the solution, or of its slope, the slope's change
+ * over h. */
 KMP_INLINE double kmp_start_step(double h, double most, int order, double longest)
 {
     double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / order);

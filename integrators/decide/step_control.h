@@ -20,7 +20,7 @@ typedef enum kmp_attempt {
     KMP_ATTEMPT_NONE, /* nothing more is to be done with it: its lane is empty, or no attempt can be made */
     KMP_ATTEMPT_TAKEN,
     KMP_ATTEMPT_EVENT,     /* it is taken up to an event within it */
-    KMP_ATTEMPT_AGAIN,     /* it is made again with another length, and is no failure */
+    KMP_ATTEMPT_AGAIN,     /* it is made again with another length, and is not a failure */
     KMP_ATTEMPT_BAD_ERROR, /* the estimate exceeds the tolerance */
     KMP_ATTEMPT_BAD_STAGE, /* the right-hand side cannot be evaluated at a stage or at the end */
     KMP_ATTEMPT_BAD_STEP   /* its end is refused: a loop has changed its branch, or is not closed well enough */
@@ -45,7 +45,7 @@ enum {
 
 /* -- acceptance ---------------------------------------------------------------------------------------- */
 
-/** True if the error of an attempt is within the tolerance, 1; a step of `fixed` length needs a finite one alone. */
+/** True if the error of an attempt is within the tolerance, 1; a step of `fixed` length needs only a finite one. */
 KMP_INLINE bool kmp_step_passes(double error, bool fixed)
 {
     return error <= (fixed ? DBL_MAX : 1.0);
@@ -59,8 +59,8 @@ KMP_INLINE double kmp_step_known_error(double error)
 
 /* -- the next length ----------------------------------------------------------------------------------- */
 
-/** The length of an attempt over that of the next one. `factor`: the power of the error over that of the last error
- * (1 after an attempt that is not taken), over the safety. */
+/** The length of an attempt over the length of the next one. `factor`: the power of the error over the power of the
+ * last error (1 after an attempt that is not taken), over the safety. */
 KMP_INLINE double kmp_step_ratio(const kmp_rk_numbers *method, bool taken, double error, double factor)
 {
     double least = taken ? 1.0 / method->grow : 0;

@@ -31,9 +31,9 @@ typedef struct kmp_piece_site {
     int (*look)(void *self, double t, kmp_event_probe *look);
     /** Computes bounds over a piece, at least of those conditions that are open. */
     void (*bind)(void *self, const kmp_step_piece *piece, const bool *open);
-    /** Those of a condition, after `bind`. */
+    /** The pieces of a condition, after `bind`. */
     kmp_bound (*bound)(const void *self, int condition);
-    /** False for a condition that is no event. */
+    /** False for a condition that is not an event. */
     bool (*may_change)(const void *self, int condition);
     /** True for a condition that is fixed where its value is negative; false where it is at least zero. */
     bool (*holds)(const void *self, int condition);

@@ -13,12 +13,12 @@ enum { KMP_WATCH_UNDECIDED = 2 };
 typedef struct kmp_watch_site {
     void *self;
     int conditions;
-    /** Bounds read these: of the last look, and those that are constant during a step. */
+    /** Bounds read these: of the last look, and the inputs that are constant during a step. */
     const double *q, *qd, *qdd, *lambda, *modes, *chart, *p, *u;
     double *last; /* values of the conditions at the end of a step without a change */
     /** Goes to a time within the step: values of the conditions, and of the unknowns of their implicit blocks. */
     int (*look)(void *self, double t, double *change, double *solved);
-    /** False for a condition that is no event. */
+    /** False for a condition that is not an event. */
     bool (*may_change)(const void *self, int condition);
     /** True for a condition that is fixed where its value is negative. */
     bool (*holds)(const void *self, int condition);

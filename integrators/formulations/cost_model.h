@@ -6,7 +6,7 @@
 #include "integrators/steppers/ode.h"
 #include "symbolic/program.h"
 
-/** A run of a program with so many operations, for one instance, and for eight in vector lanes; `by_bodies`: of
+/** A run of a program with this number of operations, for one instance, and for eight in vector lanes; `by_bodies`: of
  * articulated bodies. */
 double kmp_cycles_of_one(kmp_counts count);
 double kmp_cycles_of_lanes(kmp_counts count, bool by_bodies);
@@ -14,10 +14,10 @@ double kmp_cycles_of_lanes(kmp_counts count, bool by_bodies);
 /** Writing such a program, with its machine code, for one instance and in lanes. */
 double kmp_cycles_to_make(kmp_counts count);
 
-/** An evaluation by a program and loops of linear algebra of so many operations. */
+/** An evaluation by a program and loops of linear algebra of these numbers of operations. */
 double kmp_cycles_by_parts(double operations, bool by_bodies);
 
-/** The counted time of radau over that of dop853 for the same motion, not stiff, of n unknowns, at a tolerance;
+/** The counted time of radau over the time of dop853 for the same motion, not stiff, of n unknowns, at a tolerance;
  * infinite where stages have no lanes. `length`: of the motion in units of its time, the reciprocal of its rate scale;
  * infinite for a long one. */
 double kmp_cycles_ratio(const kmp_ode *ode, double rtol, double length);

@@ -43,8 +43,8 @@ typedef struct kmp_formulation_start {
     void *user;      /* of a caller's own formulation (kmp_run_spec) */
 } kmp_formulation_start;
 
-/* The ways to a row of results on the reduced formulation: the program by the reduced mass, that by the saddle system,
- * or parts that are evaluated one after the other. */
+/* The ways to a row of results on the reduced formulation: the program by the reduced mass, the program by the saddle
+ * system, or parts that are evaluated one after the other. */
 typedef enum kmp_rows_by { KMP_ROWS_BY_PROGRAM, KMP_ROWS_BY_SADDLE_PROGRAM, KMP_ROWS_BY_PARTS } kmp_rows_by;
 
 typedef struct kmp_formulation_kind {
@@ -56,7 +56,7 @@ typedef struct kmp_formulation_kind {
     bool solved;      /* a DAE that integrators of several stages at once may solve for the accelerations */
     bool jacobian;    /* the Jacobian of the ODE is available, for implicit integrators */
     bool by_bodies;   /* uses articulated bodies if the evaluator has them */
-    bool by_products; /* needs products M x alone, unless the integrator is implicit */
+    bool by_products; /* needs only products M x, unless the integrator is implicit */
     bool in_lanes;    /* evaluates several stages at once, if the integrator does (kmp_ode.lanes) */
     bool lanes_first; /* such an integrator is its default, where the stages have lanes */
     const struct kmp_formulation_kind
@@ -89,8 +89,8 @@ struct kmp_formulation {
      * (t, y). NULL: none. */
     int (*keep)(kmp_formulation *formulation, double t, const double *y);
 
-    /** Stands where a step of another formulation with the same unknowns ended, at (t, y) with q closed: rows within
-     * that step are predicted from there, and from the other's `curve`. NULL: nothing is predicted. */
+    /** Takes the place where a step of another formulation with the same unknowns ended, at (t, y) with q closed: rows
+     * within that step are predicted from there, and from the other's `curve`. NULL: nothing is predicted. */
     int (*stand)(kmp_formulation *formulation, double t, const double *y, const double *q);
 
     /** Appends to `reason` why no step was possible from the last accepted one, if the formulation knows. NULL:
@@ -107,7 +107,7 @@ struct kmp_formulation {
     double *curve;   /* curves: what predictions take from accelerations at the end of the last step */
     int curves;
     double *atol;    /* of each unknown */
-    double rtol;     /* 0: that of the run */
+    double rtol;     /* 0: the tolerance of the run */
     kmp_text reason; /* reason of a failure */
     long newton, factorizations, exchanges;
     kmp_rows_by rows_by; /* of the last step */
@@ -142,7 +142,7 @@ void kmp_formulation_position_of_state(kmp_formulation *formulation, double t, c
 int kmp_redundant_check(const kmp_evaluator *eval, const kmp_partition *part, double t, double tolerance,
                         kmp_text *reason);
 
-/** The name of a row between rates that are those of no h (kmp_row.of_rates); NULL: the system has none. */
+/** The name of a row between rates that are not the rates of any h (kmp_row.of_rates); NULL: the system has none. */
 const char *kmp_formulation_row_of_rates(const kempe_system *system);
 
 #define KMP_FORMULATION(id) extern const kmp_formulation_kind kmp_formulation_##id;

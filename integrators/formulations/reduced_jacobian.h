@@ -12,7 +12,7 @@ typedef struct kmp_reduced_jacobian {
     kmp_tangents tangents;
     kmp_reduction *red;   /* not owned */
     double *qdd, *lambda; /* n, m */
-    int pieces, columns;  /* pieces of work, of so many columns each */
+    int pieces, columns;  /* pieces of work, of this number of columns each */
     double *room;         /* of all pieces, one after another */
     size_t room_of_piece;
 } kmp_reduced_jacobian;

@@ -40,5 +40,5 @@ void kmp_run_log_contact(kmp_run_log *log, int force, double t, bool begins, dou
 void kmp_run_log_free(kmp_run_log *log);
 
 /** Moves the entries of some logs without a context, of parts of a run, into one in the order of their times (NULL:
- * into the log of the context alone), and empties them. False: no memory. */
+ * only into the log of the context), and empties them. False: no memory. */
 bool kmp_run_log_merge(kmp_run_log *log, kempe_context *context, kmp_run_log *parts, int count);

@@ -23,7 +23,7 @@ KMP_LOCAL void kmp_friction_set_off(kmp_friction_run *x, kmp_friction_element *e
 /** The rate of slip in two directions that counts as none: within it the direction is not known. */
 KMP_LOCAL double kmp_friction_halt(const kmp_friction_run *x, const kmp_friction_element *e, double rate);
 
-/** The size of the force of element i of those at rest, both its components. */
+/** The size of the force of element i of the elements at rest, both its components. */
 KMP_LOCAL double kmp_friction_size(const kmp_friction_run *x, int i);
 
 /** The least x->f within the bounds `lower` and `upper` (box_minimum.h); its accelerations in x->y. */

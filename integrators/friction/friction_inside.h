@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Decisions on the modes of friction that sticks, on plain arrays: elements and their inputs (friction_elements.c), the
  * decision at a state, growth of levels, division of loads, the modes that follow (friction_problem.c). The mechanism
- * is that of a site, which evaluates it: a run of the library (friction_run.c), or a generated simulator. These files
- * need no other memory than that of the caller. */
+ * belongs to a site, which evaluates it: a run of the library (friction_run.c), or a generated simulator. These files
+ * need no other memory than the caller's. */
 #pragma once
 
 #include "dynamics/kinematics/friction_roles.h"
@@ -42,7 +42,7 @@ typedef struct kmp_friction_element {
     double sense, before_sense;    /* of slip */
     bool fired, known;             /* its reserve was used up at the event; it has been decided before */
     bool turned;                   /* the event was one of its slip */
-    bool begins;                   /* its slip begins, and goes on beginning in this decision */
+    bool begins;                   /* its slip begins, and continues to begin in this decision */
     bool implied;                  /* its row follows from closures */
     bool broken;                   /* it slips in this decision */
     bool stays;                    /* held, and not connected with what this decision is about */
@@ -77,7 +77,7 @@ struct kmp_friction_run {
     double *aside;                         /* rest: forces put aside */
     double *room;                          /* kmp_disc_room(count) */
     int *side, *rows;
-    double *kept; /* 2 n: the state before a decision, which is first of what has changed alone; NULL: it is of all */
+    double *kept; /* 2 n: the state before a decision, which is first only of what has changed; NULL: it is of all */
     kmp_friction_element *kept_element;
     int n; /* coordinates */
     bool partly;

@@ -5,7 +5,7 @@
 
 #include "integrators/friction/friction_site.h"
 
-/** Rounding of the acceleration of element i of those at rest. */
+/** Rounding of the acceleration of element i of the elements at rest. */
 KMP_LOCAL double kmp_friction_rounding(const kmp_friction_run *x, int i);
 
 /** At rest: *part of the static levels that friction needs to keep all elements at rest, INFINITY if it cannot; forces

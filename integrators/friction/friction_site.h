@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-/* Linkage; static where one file contains all of a generated simulator. */
+/* Linkage; static if one file contains all of a generated simulator. */
 #ifndef KMP_LOCAL
 #define KMP_LOCAL
 #endif
@@ -58,7 +58,8 @@ typedef struct kmp_friction_site {
     /** Accelerations and multipliers with the present inputs and rows, and the values of all conditions there. */
     int (*measure)(void *self, double t, const double *q, const double *qd, double *change);
     /** Prepares rows of J for `column`, after a measurement and with the present inputs. *known: false where the
-     * inverse inertia is that of no linear system, as with forces that depend on multipliers. NULL: it never is known.
+     * inverse inertia does not belong to a linear system, as with forces that depend on multipliers. NULL: it never is
+     * known.
      */
     void (*rows)(void *self, double t, const double *q, bool *known);
     /** The inverse inertia of rows of J with the chosen rows: the accelerations of all (count) by a force on row k. */
@@ -72,10 +73,11 @@ typedef struct kmp_friction_site {
     bool (*is_unsettled)(const void *self);
     /** Forgets a failure. */
     void (*forget)(void *self);
-    /** Forgets multipliers of other states, from which those of the next one would begin. NULL: there are none. */
+    /** Forgets multipliers of other states, from which the multipliers of the next one would begin. NULL: there are
+     * none. */
     void (*forget_loads)(void *self);
     /** Returns `failed`, with a sentence. */
     int (*fail)(void *self, kmp_friction_failure failure, double t);
-    /** Notes a fact of an element (-1: none). NULL: nobody reads it. */
+    /** Notes a fact of an element (-1: none). NULL: it is not read. */
     void (*tell)(void *self, kmp_friction_fact fact, int element, double t, double number);
 } kmp_friction_site;

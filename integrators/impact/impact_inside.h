@@ -7,7 +7,7 @@
  * the impact; its bounds are iterated.
  *
  * An impact whose next one would follow within KMP_IMPACT_SPACING of the run ends a sequence: it takes the rate away,
- * and the contact closes. The mechanism is that of a site: a run of the library, or a generated simulator. */
+ * and the contact closes. The mechanism belongs to a site: a run of the library, or a generated simulator. */
 #pragma once
 
 #include "integrators/friction/friction_inside.h"
@@ -18,9 +18,10 @@ typedef struct kmp_impact_run kmp_impact_run;
 struct kmp_impact_run {
     const kmp_impact_site *site;
     kmp_friction_run *friction;
-    int n;             /* coordinates */
-    int count, *which; /* the elements that take part, by number: those that strike, and all connected with them */
-    int *partner;      /* the other component of friction in two directions; -1: none */
+    int n; /* coordinates */
+    int count,
+        *which;   /* the elements that take part, by number: the contacts that strike, and all connected with them */
+    int *partner; /* the other component of friction in two directions; -1: none */
     double *row, *way; /* elements x n: their rows of J; changes of the rates by unit impulses */
     double *d, *v, *a, *e, *lower, *upper, *f, *y, *tried, *room;
     double *most_friction; /* bound of the impulse of friction, in this pass */

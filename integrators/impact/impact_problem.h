@@ -4,11 +4,11 @@
 
 #include "integrators/impact/impact_inside.h"
 
-/** The element of number k of those that take part. */
+/** The element of number k of the ones that take part. */
 KMP_LOCAL kmp_friction_element *kmp_impact_element(const kmp_impact_run *p, int k);
 
-/** Changes rates at t where open contacts strike, and parts surfaces that overlap by rounding, with the rows of the
- * closures alone. *gain: change of the kinetic energy, J. */
+/** Changes rates at t where open contacts strike, and parts surfaces that overlap by rounding, with only the rows
+ * of the closures. *gain: change of the kinetic energy, J. */
 KMP_LOCAL int kmp_impact_decide(kmp_impact_run *p, double t, double *q, double *qd, double *gain);
 
 /** The first contact whose surfaces overlap at (t, q, qd) by more than rounding; -1: none. */

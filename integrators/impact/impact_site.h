@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The mechanism for which impacts are decided, beside the site of friction (friction_site.h), which has the same `self`
- * and statuses. Rows of friction and contacts are not held. Generated simulators have this file too. */
+/* The mechanism for which impacts are decided, in addition to the site of friction (friction_site.h), which has the
+ * same `self` and statuses. Rows of friction and contacts are not held. Generated simulators have this file too. */
 #pragma once
 
 #include <stdbool.h>
@@ -28,7 +28,7 @@ typedef struct kmp_impact_site {
     double (*kinetic)(const void *self, const double *qd);
     /** Returns a status of failure, with a sentence. `which`: the elements that take part. */
     int (*fail)(void *self, kmp_impact_failure failure, double t, int count, const int *which);
-    /** Notes for a log; NULL: nobody reads them. The impacts of an element accumulate at the time `end`; an impact of
+    /** Notes for a log; NULL: they are not read. The impacts of an element accumulate at the time `end`; an impact of
      * the gain of energy, J; one that would gain this energy is taken without restitution. */
     void (*tell_sequence)(void *self, int element, double t, double since, double end);
     void (*tell_impact)(void *self, const struct kmp_impact_run *p, double t, double before, double gain);

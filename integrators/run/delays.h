@@ -20,7 +20,7 @@ kempe_status kmp_delays_record(kmp_runner *run, double t);
 /** Notes that derivatives of this order and higher ones of all signals may jump at the end of the past. */
 void kmp_delays_jump(kmp_runner *run, int order);
 
-/** Notes the jumps that follow from those of inputs and other delayed signals at t. */
+/** Notes the jumps that follow from jumps of inputs and other delayed signals at t. */
 void kmp_delays_follow(kmp_runner *run, double t);
 
 /** Sets the states of delays in run->state whose signals or derivatives jump at t. Others keep their values: an event

@@ -27,7 +27,7 @@ typedef struct kmp_far_contacts {
 /** Workspace of the search for events. */
 typedef struct kmp_event_search {
     kmp_bounds *bounds; /* of the conditions */
-    int *output;        /* of each condition, among those of their program */
+    int *output;        /* of each condition, among the outputs of their program */
     bool *third, *open;
     kmp_piece_search pieces; /* states in looks: q, qd, qdd (n each), lambda (m); the last two only if conditions depend
                               * on rates, or on qdd and lambda */
@@ -38,7 +38,7 @@ typedef struct kmp_event_search {
     long charts; /* version of the charts in the bounds' constants */
     int *moves;  /* inputs of the bounds that change within a step; move_count of them */
     int move_count;
-    bool stills; /* the others are those of this step */
+    bool stills; /* the others belong to this step */
     kmp_far_contacts away;
 } kmp_event_search;
 
@@ -62,8 +62,8 @@ typedef struct kmp_condition_past {
 /** The numbers that a state is completed to: q; q and qd; q, qd, qdd and lambda. */
 typedef enum kmp_state_depth { KMP_STATE_PLACE, KMP_STATE_RATES, KMP_STATE_WHOLE } kmp_state_depth;
 
-/** Completes the state at t within the last step: q, qd, qdd and lambda, at least to that depth. `again`: that of the
- * last call, after conditions have changed, with which some integrators cannot interpolate. */
+/** Completes the state at t within the last step: q, qd, qdd and lambda, at least to that depth. `again`: the state of
+ * the last call, after conditions have changed, with which some integrators cannot interpolate. */
 typedef kempe_status kmp_state_fn(void *user, double t, kmp_state_depth depth, bool again, double *q, double *qd,
                                   double *qdd, double *lambda);
 

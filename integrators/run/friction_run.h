@@ -24,8 +24,8 @@ void kmp_friction_list(const kempe_system *s, const kmp_events *events, struct k
 /** Makes the workspace in the run's arena. NULL: no memory, or the system has no such elements (*none). */
 kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none);
 
-/** Frees the saddle system of a decision under way, which a site shares: that of run->part, before other rows are
- * chosen. */
+/** Frees the saddle system of a decision under way, which a site shares: the system of run->part, before other rows
+ * are chosen. */
 void kmp_friction_release(kmp_runner *run);
 struct kmp_shared_saddle *kmp_friction_saddle(const kmp_runner *run);
 
@@ -37,7 +37,7 @@ void kmp_friction_forget_rows(kmp_runner *run);
  * coordinates without them. If there is a formulation, its rows and coordinates are noted. */
 kempe_status kmp_friction_release_rows(kmp_runner *run, double t, double *q, double *qd);
 
-/** True after a decision if the same elements hold rows as before it; run->part is then that of the formulation. */
+/** True after a decision if the same elements hold rows as before it; run->part then belongs to the formulation. */
 bool kmp_friction_holds_as_before(const kmp_runner *run);
 
 /** Ends the decision that kmp_friction_release_rows has begun: its saddle system remains for the next one. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Friction that sticks, and rigid contacts, at a state without a run: for equilibria and small motions. The inputs of
- * their elements are those of an evaluator of the caller; they stay as they are set until they are set again
+ * their elements belong to an evaluator of the caller; they stay as they are set until they are set again
  * (kmp_evaluator.holds_friction). Contacts are closed by kmp_friction_state_decide, or by callers, and
- * stay so for all other functions, also those of another object with the same evaluator. */
+ * stay so for all other functions, also functions of another object with the same evaluator. */
 #pragma once
 
 #include "constraints/evaluation/evaluator.h"

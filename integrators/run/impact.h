@@ -10,7 +10,8 @@ typedef struct kmp_impacts {
     kmp_impact_run run;
 } kmp_impacts;
 
-/** Makes the workspace in the run's arena, after that of friction. NULL: no memory, or there are no rigid contacts
+/** Makes the workspace in the run's arena, after the workspace of friction. NULL: no memory, or there are no rigid
+ * contacts
  * (*none). */
 kmp_impacts *kmp_impact_new(kmp_runner *run, bool *none);
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A run of a model whose parts share nothing (model/data/islands.h), part by part: each has its own steps, so that an
- * event of one costs nothing in the others. The rows, the report and the log are those of one run. */
+ * event of one costs nothing in the others. The rows, the report and the log are the same as of one run. */
 #pragma once
 
 #include "integrators/run/run.h"

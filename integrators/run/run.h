@@ -32,8 +32,8 @@ typedef struct kmp_integrator_reason {
     const char *obstacle;   /* its continuation: what prevents another integrator; NULL: nothing */
 } kmp_integrator_reason;
 
-/** Callback where states take the values of samples or events, before they have them: `taken` are those of the states
- * with a next value, in order, and `condition` the one that has become true; -1: a sample. */
+/** Callback where states take the values of samples or events, before they have them: `taken` are the ones of the
+ * states with a next value, in order, and `condition` the one that has become true; -1: a sample. */
 typedef void kmp_sample_fn(void *user, int count, const bool *taken, const int *condition);
 
 /** A part of what a run knows of its past, where it lies in the run. */
@@ -72,13 +72,13 @@ typedef struct kmp_run_spec {
     bool own_angles;                         /* spherical joints are not centred */
     const double *mode_start;                /* conditions at the start; NULL: by the state */
     const void *memory_start;                /* of a run that continues (kmp_runner_keep_memory); NULL: none */
-    bool elsewhere;                          /* it continues from another state than that of its memory */
+    bool elsewhere;                          /* it continues from another state than its memory has */
     bool due; /* what happens at t_start is still to come: samples, states that change at events, given inputs */
-    const kmp_present_inputs *inputs_start; /* NULL: those of the model */
-    const kmp_past *past_start; /* of delayed signals until t_start; NULL: begun there, or that of inputs_start */
+    const kmp_present_inputs *inputs_start; /* NULL: the inputs of the model */
+    const kmp_past *past_start; /* of delayed signals until t_start; NULL: begun there, or the past of inputs_start */
     kmp_program_cache_past *kept_past; /* NULL: not wanted */
     double rate_scale;                 /* 0: by the start */
-    double first_step;                 /* of a one-step method; 0: of its own choice */
+    double first_step;                 /* of a one-step method; 0: chosen by itself */
     kmp_stand_in stand_in;             /* zero: the integrator itself begins */
     int part, parts;                   /* of a run by parts: its number, and how many there are; 0: it is whole */
     bool open; /* the user chose no formulation, form or u: another formulation may continue where this one
@@ -96,7 +96,7 @@ typedef int kmp_row_fn(void *user, double t, const double *q, const double *qd, 
 typedef struct kmp_run_report {
     char *reason;      /* sentence, NULL when all went well; the caller frees it (kmp_free) */
     double t;          /* reached */
-    double rate_scale; /* 1/s: absolute tolerance of rates over that of coordinates */
+    double rate_scale; /* 1/s: absolute tolerance of rates over the tolerance of coordinates */
     long steps, rejected, refused, rhs, newton, jacobians, factorizations, exchanges, centrings, events;
     long impacts;           /* of rigid contacts; -1: there are none */
     long changes;           /* of modes of friction that sticks and of rigid contacts; -1: there are none */
@@ -105,13 +105,13 @@ typedef struct kmp_run_report {
     bool ended, requested;  /* ended by a condition; by one of the model's `until`, so that the run is complete */
     double least, most;     /* work of non-conservative forces at ends of steps: the energy that is exchanged, J */
     bool by_bodies;         /* used articulated bodies, if the formulation does not require M and C */
-    double cpu_s, build_s;  /* integration alone; preparation of this run (derivation for the dae formulation
+    double cpu_s, build_s;  /* only integration; preparation of this run (derivation for the dae formulation
                              * included) */
     size_t heap;            /* bytes of the heap that the run holds at its end; 0: unknown */
     const char *integrator; /* the last one in use; static */
     const char *continued;  /* the formulation that took the place of the default one, static; NULL: none did */
     double continued_t;     /* since then */
-    double chosen_ratio;    /* counted time of radau over that of dop853, expected at the start; 0: not compared */
+    double chosen_ratio;    /* counted time of radau over the time of dop853, expected at the start; 0: not compared */
     double wall_s;          /* of the integration, if threads share it; 0: one thread */
 } kmp_run_report;
 

@@ -20,18 +20,18 @@
 typedef enum kmp_trial { KMP_TRIAL_LATER, KMP_TRIAL_BEFORE, KMP_TRIAL_BEGINS, KMP_TRIAL_RUNS } kmp_trial;
 
 typedef struct kmp_integrator_choice {
-    bool open;             /* it may be changed */
-    bool left;             /* the projected formulation continues in place of an exchange of coordinates */
-    double left_t;         /* since then */
-    bool waits;            /* the last unknowns did not last long enough for lanes: they are made once they pay */
-    double from;           /* cycles of both integrators when the present unknowns were taken */
-    double from_t;         /* then; if the run has left and taken them again, the present time less that with them */
-    double since, since_t; /* the same of the present visit alone */
-    long since_steps;      /* steps of both integrators at its beginning */
+    bool open;     /* it may be changed */
+    bool left;     /* the projected formulation continues in place of an exchange of coordinates */
+    double left_t; /* since then */
+    bool waits;    /* the last unknowns did not last long enough for lanes: they are made once they pay */
+    double from;   /* cycles of both integrators when the present unknowns were taken */
+    double from_t; /* then; if the run has left and taken them again, the present time less the time with them */
+    double since, since_t;        /* the same only of the present visit */
+    long since_steps;             /* steps of both integrators at its beginning */
     double price, price_in_lanes; /* cycles of dop853, of radau, in which lanes save what it takes to make them */
     const kmp_solver_kind *kind;  /* in use; NULL: not yet chosen */
-    double ratio;                 /* counted time of radau over that of dop853, expected at the start; 0: not counted */
-    kmp_solver *other;            /* made before, now resting; NULL: none */
+    double ratio;      /* counted time of radau over the time of dop853, expected at the start; 0: not counted */
+    kmp_solver *other; /* made before, now resting; NULL: none */
     const kmp_solver_kind *other_kind;
     kmp_trial trial;
     long next;        /* steps of the present solver until the next part of a trial */
@@ -65,7 +65,7 @@ struct kmp_runner {
     long restarted; /* attempted steps at the last restart for inputs */
     kmp_team *team; /* thread pool of the evaluator and all users of its back end; NULL: none */
     kmp_evaluator *eval;
-    kmp_arena arena;                 /* of all arrays except those of a formulation */
+    kmp_arena arena;                 /* of all arrays except the arrays of a formulation */
     bool may_take_bodies, by_bodies; /* the system has articulated bodies for it; formulations that can use them do */
     kmp_partition part;
     kmp_rank_margin margin;

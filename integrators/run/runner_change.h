@@ -32,8 +32,8 @@ void kmp_runner_stop_at(kmp_runner *runner, double stop);
  * following kmp_runner_cut on. */
 kmp_present_inputs *kmp_runner_inputs(kmp_runner *runner);
 
-/** The data that a run needs, beside a row, to continue from it: the conditions (a value for each), the scale of rates
- * in the tolerances, the next step of a one-step method (0: another method), the method that stands in. */
+/** The data that a run needs, in addition to a row, to continue from it: the conditions (a value for each), the scale
+ * of rates in the tolerances, the next step of a one-step method (0: another method), the method that replaces it. */
 const double *kmp_runner_modes(const kmp_runner *runner);
 
 /** Completes the past of delayed signals up to t within the last step. */

@@ -26,5 +26,5 @@ void kmp_runner_explain_inertia(kmp_runner *run, kmp_text *text);
 /** The row of a prescribed motion that cannot continue beyond the last step's end, a dead centre; -1: none. */
 int kmp_runner_lock(kmp_runner *run, double t);
 
-/** The coordinate that a row alone prescribes, NULL for several. */
+/** The coordinate that a row prescribes by itself, NULL for several. */
 const char *kmp_runner_driven_by(const kempe_system *s, int row);

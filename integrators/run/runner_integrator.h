@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The integrator of a run. If the user chose none, the reduced formulation begins with the one of less counted time
- * (cost_model.h), and later tries the other: that with more time simulated in a counted cycle continues. */
+ * (cost_model.h), and later tries the other: the one with more time simulated in a counted cycle continues. */
 #pragma once
 
 #include "integrators/run/run.h"
@@ -30,14 +30,14 @@ kempe_status kmp_runner_try_integrator(kmp_runner *run, double t);
 void kmp_runner_end_formulation(kmp_runner *run);
 void kmp_runner_release_integrators(kmp_runner *run);
 
-/** True if its integrators are those that the run uses now, or one that is tried beside it. */
+/** True if its integrators are the ones that the run uses now, or one that is tried for comparison. */
 bool kmp_runner_suits(const kmp_runner *run, const kmp_visit *visit);
 
 /** Takes the integrators of a visit whose formulation continues at t. */
 kempe_status kmp_runner_return_to_integrator(kmp_runner *run, double t, const kmp_visit *visit);
 
 /** True if the formulation is about to change its unknowns at t, and the projected one, which needs no choice of them,
- * shall continue: programs of stages must be written again in any case, and those serve to the end of the run. The user
+ * is to continue: programs of stages must be written again in any case, and those serve to the end of the run. The user
  * chose no formulation. Asked before kmp_runner_restart, which makes it so. */
 bool kmp_runner_leaves_unknowns(kmp_runner *run, double t);
 

@@ -54,11 +54,11 @@ kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *
 /** Makes the formulation at a state, that across change points if the run is near one, and its integrator. */
 kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const double *qd, double work);
 
-/** Starts the integrator at (t, y[, yp]), a one-step method with a step h (0: of its own choice). */
+/** Starts the integrator at (t, y[, yp]), a one-step method with a step h (0: chosen by itself). */
 kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h);
 
-/** A memory has the samples, modes and impacts of a run, which it needs to continue beside its state, conditions and
- * inputs: its size in bytes, and a copy. */
+/** A memory has the samples, modes and impacts of a run, which it needs to continue in addition to its state,
+ * conditions and inputs: its size in bytes, and a copy. */
 size_t kmp_runner_memory_size(const kempe_system *system);
 void kmp_runner_keep_memory(kmp_runner *runner, void *memory);
 

@@ -17,7 +17,8 @@ size_t kmp_sampler_memory_size(const kempe_model *model);
  * to rounding are one. */
 double kmp_runner_pause(const kmp_runner *run);
 
-/** The end of the step that begins at t: that of the integrator's steps, or t and the longest step that is allowed. */
+/** The end of the step that begins at t: the end of the integrator's steps, or t and the longest step that is allowed.
+ */
 double kmp_runner_limit(const kmp_runner *run, double t);
 
 /** The last time whose row belongs to a step that ends at t: beyond t by rounding where a sample of a state or an input
@@ -38,5 +39,5 @@ bool kmp_runner_meets_events(kmp_runner *run);
 /** At the start: true if the comparison of a state holds that changes then too, and the state is due. */
 bool kmp_runner_settles(kmp_runner *run);
 
-/** Takes the samples that are due at t: sets sampled states in run->state, whose inputs are those from t on. */
+/** Takes the samples that are due at t: sets sampled states in run->state, whose inputs apply from t on. */
 void kmp_runner_take_samples(kmp_runner *run, double t);

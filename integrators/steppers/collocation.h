@@ -3,7 +3,8 @@
  * of an iteration and dense output (collocation.c), stages by Picard's or Newton's iteration (collocation_step.c),
  * Newton's matrices for one Jacobian and for one of each stage (collocation_newton.c).
  *
- * The unknowns of the stages are their derivatives g, without those of positions, which are rates, and of quadratures:
+ * The unknowns of the stages are their derivatives g, without derivatives of positions, which are rates, and of
+ * quadratures:
  *
  *     V = v + h A g,    Q = q + h c v + (h A)^2 g,    g = f(t + c h, Q, V). */
 #pragma once
@@ -17,7 +18,7 @@ enum { KMP_COLLOCATION_MIXED = 6 };
 /* Anderson's mixing of the corrections of an iteration (collocation_newton.c). Arrays have inner x w numbers. */
 typedef struct kmp_mixing {
     double *by[KMP_COLLOCATION_MIXED]; /* differences of corrections, orthonormal */
-    double *to[KMP_COLLOCATION_MIXED]; /* those of the places that the corrections lead to */
+    double *to[KMP_COLLOCATION_MIXED]; /* differences of the places that the corrections lead to */
     double *change, *place, *open;     /* the last correction, where it leads, what combinations leave of it */
     double size;                       /* the weighted square of the last correction */
     int count;                         /* of differences */
@@ -46,7 +47,7 @@ typedef struct kmp_collocation_method {
 /* Newton's method with one Jacobian for all stages. */
 typedef struct kmp_newton_stages {
     double *jacobian;              /* inner x (p + inner), column-major: df/dy without positions and quadratures */
-    double *whole;                 /* n x n: that of the formulation; NULL: it has none */
+    double *whole;                 /* n x n: the Jacobian of the formulation; NULL: it has none */
     double *lu, *z, *into, *outof; /* factors, a right-hand side, eigenvectors */
     int *pivot;
     double *place;                      /* n: where the Jacobian is evaluated */
@@ -81,10 +82,10 @@ typedef struct kmp_collocation {
     const kmp_collocation_method *method;
     const kmp_collocation_table *table;
     int n, s, w;     /* unknowns, stages, lanes: s <= w */
-    int p, inner, q; /* unknowns: positions, those with stage derivatives, quadratures */
+    int p, inner, q; /* unknowns: positions, unknowns with stage derivatives, quadratures */
     int columns;     /* of linear equations that follow (kmp_ode.followers), in all_p and all, not in p and inner */
     int all_p, all;  /* all positions, which come first; all with stage derivatives, behind them */
-    double widen;    /* weights of the estimate over those of the tolerance */
+    double widen;    /* weights of the estimate over the weights of the tolerance */
     double limit;    /* remainder of a correction at which an iteration stops */
     double limit_of_columns;
     int most_sweeps;
@@ -115,7 +116,7 @@ typedef struct kmp_collocation {
     kmp_mixing mixing;
     double contraction;     /* of the last iteration */
     double unmixed;         /* the same of its first two corrections, which are not combined */
-    double tried, expected; /* its step; the contraction in this attempt, by that of the one before */
+    double tried, expected; /* its step; the contraction in this attempt, by the contraction of the one before */
     double ready;           /* bound of the remainder of a correction, over its size */
     double error_old, h_old, ceiling;
     kmp_iteration iteration;
@@ -154,7 +155,7 @@ void kmp_collocation_begin_with(kmp_collocation *s, kmp_iteration iteration);
  * is possible, and the places of the stages change little. */
 bool kmp_collocation_is_near(const kmp_collocation *s, double size);
 
-/** After a step that converged by f alone, and not by such sweeps: makes some steps without them, twice as many each
+/** After a step that converged only by f, and not by such sweeps: makes some steps without them, twice as many each
  * time. */
 void kmp_collocation_go_far(kmp_collocation *s);
 

@@ -12,7 +12,7 @@ kmp_collocation_outcome kmp_collocation_prepare_newton(kmp_collocation *s, doubl
 /** Turns residuals (inner x w) into Newton's corrections. */
 void kmp_collocation_correct_newton(kmp_collocation *s, double *change);
 
-/** Removes the stiff part of the estimate in `error`, of the motion and of so many columns that follow it. */
+/** Removes the stiff part of the estimate in `error`, of the motion and of this number of columns that follow it. */
 void kmp_collocation_filter(kmp_collocation *s, int columns);
 
 /** Takes a correction s->change of g in a sweep, and combines it with those before where they fall slowly. Returns the

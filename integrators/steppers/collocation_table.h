@@ -30,14 +30,14 @@ typedef struct kmp_collocation_table {
     double legendre[KMP_COLLOCATION_STAGES + 1][KMP_COLLOCATION_STAGES + 1]; /* [i][j]: part of the i-th Legendre
                                                                               * polynomial of (0, 1) in the j-th
                                                                               * Lagrange polynomial of the nodes */
-    double start[KMP_COLLOCATION_STAGES]; /* the polynomial through the stages alone, at 0 */
+    double start[KMP_COLLOCATION_STAGES]; /* the polynomial through only the stages, at 0 */
     double lead[KMP_COLLOCATION_STAGES];  /* leading coefficient of its integral */
     double gap, centre;                   /* largest |x prod (x - c[i])| on (0, 1); mean of 0 and c */
     double filter;                        /* the real eigenvalue of A; even s has none: the geometric mean */
 
-    /* Eigenvalues of A, those of pairs with positive imaginary part. The first is `filter`, which is no eigenvalue for
-     * even s: its row and column below are zero. Row e of `into` takes stages to the complex coordinate z[e] along
-     * eigenvector e; stage i is the sum of the real parts of outof[i][e] z[e]. */
+    /* Eigenvalues of A, of pairs the one with positive imaginary part. The first is `filter`, which is not an
+     * eigenvalue for even s: its row and column below are zero. Row e of `into` takes stages to the complex coordinate
+     * z[e] along eigenvector e; stage i is the sum of the real parts of outof[i][e] z[e]. */
     int eigenvalues; /* 0: not yet computed */
     double re[KMP_COLLOCATION_EIGENVALUES], im[KMP_COLLOCATION_EIGENVALUES];
     double into_re[KMP_COLLOCATION_EIGENVALUES][KMP_COLLOCATION_STAGES];
@@ -50,7 +50,7 @@ typedef struct kmp_collocation_table {
 void kmp_collocation_make(kmp_collocation_table *table, int stages);
 void kmp_collocation_add_eigenvalues(kmp_collocation_table *table);
 
-/** All members for so many stages; they are computed once in a process. */
+/** All members for this number of stages; they are computed once in a process. */
 const kmp_collocation_table *kmp_collocation_table_of(int stages);
 
 /** Values at `places` x, KMP_COLLOCATION_LANES at most, of the polynomial of degree s through values at the nodes: the

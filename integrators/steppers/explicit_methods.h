@@ -303,7 +303,7 @@ KMP_INLINE void kmp_dop853_add_errors(size_t w, bool fused, size_t i, const kmp_
     double *const *k = s->k;
     const double *g[] = {k[1] + i, k[6] + i, k[7] + i, k[8] + i, k[9] + i, k[10] + i, k[11] + i, k[12] + i};
     double y1[KMP_DOP853_WIDEST], weight[KMP_DOP853_WIDEST];
-    for (size_t l = 0; l < w; l++) { /* without stores to vectors, which might be those that are read */
+    for (size_t l = 0; l < w; l++) { /* without stores to vectors, which might be the vectors that are read */
         double slope = kmp_dop853_b[0] * g[0][l], five = kmp_dop853_e5[0] * g[0][l];
         for (int j = 1; j < 8; j++) {
             slope = kmp_dop853_term(fused, kmp_dop853_b[j], g[j][l], slope);

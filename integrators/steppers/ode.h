@@ -35,25 +35,25 @@ typedef struct kmp_ode {
     int (*closed)(void *self, double t, double *y, bool as_it_is, double *dy, double *distance);
 
     /** dy = f(t, y) at `width` places at once: of t, y and dy, value k of lane l is at k width + l. Slopes of positions
-     * are left out. For integrators that evaluate several stages together. NULL: none, or KMP_APART: by rhs alone. */
+     * are left out. For integrators that evaluate several stages together. NULL: none, or KMP_APART: only by rhs. */
     int (*lanes)(void *self, const double *t, const double *y, double *dy);
 
-    /** Improves dy, which `lanes` and further calls of this have given at places nearby, to that at t and y: what it
-     * leaves is in proportion to the distance from the place of `lanes`. Dearer parts of f remain as they are there.
-     * NULL: none. KMP_APART: not now, by `lanes` alone. */
+    /** Improves dy, which `lanes` and further calls of this have given at places nearby, to the derivative at t and y:
+     * what it leaves is in proportion to the distance from the place of `lanes`. Dearer parts of f remain as they are
+     * there. NULL: none. KMP_APART: not now, only by `lanes`. */
     int (*improve)(void *self, const double *t, const double *y, double *dy);
     int width;       /* 4 or 8; 0: no lanes */
     int positions;   /* y[positions + i] is the derivative of y[i] for i < positions */
     int quadratures; /* the last of y, on which f does not depend */
 
-    /* Linear equations that follow a motion. Positions and rates are then those of the motion, n_m = positions / (1 +
-     * followers) each, and after them those of each of so many columns x, with x'' = A (x, x') + b along the motion.
-     * `lanes` gives slopes of the motion alone, never KMP_APART. 0: none. */
+    /* Linear equations that follow a motion. Positions and rates then belong to the motion, n_m = positions /
+     * (1 + followers) each, and after them to each of these columns x, with x'' = A (x, x') + b along the motion.
+     * `lanes` gives only slopes of the motion, never KMP_APART. 0: none. */
     int followers;
     /** A (n_m x 2 n_m) and b (n_m x followers), column-major, at the places of the last `lanes`, in lanes like these.
      */
     int (*follow)(void *self, double *a, double *b);
-    /** The slopes of the motion alone, of dy = f(t, y). */
+    /** Only the slopes of the motion, of dy = f(t, y). */
     int (*alone)(void *self, double t, const double *y, double *dy);
     /** The same at the end of a step, which is the last lane of the last `lanes`, also without followers: dy has the
      * slopes of that, which may remain. NULL: by rhs. For y without quadratures. */
@@ -67,7 +67,7 @@ typedef struct kmp_ode {
      * compare costs by them. 0: unknown, or one by one. */
     double cycles, cycles_of_lanes;
     double cycles_of_step;           /* of what the evaluations of a step share, and of `follow` */
-    double cycles_to_make;           /* those of making `lanes` where a formulation begins; 0: unknown */
+    double cycles_to_make;           /* the cycles of making `lanes` where a formulation begins; 0: unknown */
     const double *cycles_of_improve; /* the same of `improve` now, 0: it is KMP_APART */
 } kmp_ode;
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Times of samples, which are multiples of sample times; those that are equal up to rounding are one. Generated
+/* Times of samples, which are multiples of sample times; times that are equal up to rounding are one. Generated
  * simulators have this file too. */
 #pragma once
 

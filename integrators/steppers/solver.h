@@ -34,8 +34,8 @@ typedef struct kmp_solver {
     double h;     /* the next step, for a start from the same place in other unknowns; 0: the last one */
     int hopeless; /* successive steps near the limit of resolution */
     kmp_solver_work work;
-    double cycles; /* about those of all work since creation, as kmp_ode counts them */
-    bool stiff;    /* the last step was not limited by accuracy alone */
+    double cycles; /* about the cycles of all work since creation, as kmp_ode counts them */
+    bool stiff;    /* the last step was not limited only by accuracy */
     kempe_context *context;
     kmp_ode ode; /* one of ode and dae, by the kind */
     kmp_dae dae;
@@ -58,8 +58,9 @@ static inline void kmp_stream_numbers(kmp_number_stream *stream, int n, double *
     stream->count += (size_t)n;
 }
 
-/** Steps with an event that are made again up to it: those whose equations do not go on smoothly beyond; also at ends
- * of compliant contacts; all that do not end the run, where the polynomial of a step is of lower order than the step.
+/** Steps with an event that are made again up to it: steps beyond whose end the equations do not continue smoothly;
+ * also at ends of compliant contacts; all that do not end the run, where the polynomial of a step is of lower order
+ * than the step.
  */
 typedef enum kmp_repeated { KMP_REPEATED_ROUGH, KMP_REPEATED_CONTACTS, KMP_REPEATED_ALL } kmp_repeated;
 
@@ -128,7 +129,7 @@ void kmp_solver_transfer_times(kmp_solver *solver, kmp_number_stream *stream);
 /** dy = f(t, y) of the ODE, counted. */
 int kmp_solver_call(kmp_solver *solver, double t, const double *y, double *dy);
 
-/** f after an Euler step of length *h from y with slope dy, in `y1`, of a motion alone where equations follow it; *h is
+/** f after an Euler step of length *h from y with slope dy, in `y1`, only of a motion where equations follow it; *h is
  * quartered until f can be evaluated. */
 int kmp_solver_euler(kmp_solver *solver, double *h, const double *y, const double *dy, double *y1, double *f);
 

@@ -100,7 +100,7 @@ struct kmp_sun {
         bool close;             /* at all nodes, otherwise at the ends */
         double h, given, size;  /* length of the last step; the package's value; sum of sizes of all parts */
         double t, rate;         /* the last evaluation */
-        long steps, spent;      /* since creation; those of them that were integrated closely */
+        long steps, spent;      /* since creation; the ones of them that were integrated closely */
     } integral;                 /* the last of y, where the package does not control its error */
     kmp_solver_work more;       /* work not counted by the package: earlier starts, evaluations, rejected steps */
 };

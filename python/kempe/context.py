@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Contexts of the library, and objects that belong to one. Each model has a context of its own, with a lock: Python
+"""Contexts of the library, and objects that belong to one. Each model has its context, with a lock: Python
 objects may be used in any thread, and calls on one model happen one after another. An object of the library is freed once,
 after all that was made from it."""
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 NULL = ffi.NULL
 _INFO = 20  # logging.INFO
-_getsignal: Any = sys.modules.get("_signal", signal).getsignal  # that of signal searches for an enum
+_getsignal: Any = sys.modules.get("_signal", signal).getsignal  # the function of the module signal searches for an enum
 _main_thread = threading.main_thread().ident
 T = TypeVar("T", bound="Owned")
 
@@ -173,7 +173,7 @@ class Context:
             raise error_of(status, message)
 
     def make(self, kind: type[T], function: Any, *arguments: Any, owners: tuple[Any, ...] = (), long: bool = True) -> T:
-        """The object that a function gives by its last argument. If it fails, the error has the object that it gives all the same."""
+        """The object that a function gives by its last argument. If it fails, the error nevertheless has the object that it gives."""
         out = ffi.new(f"kempe_{kind._noun} **")
         try:
             status, message = (self.guarded if long else self.run)(function, *arguments, out)
@@ -273,7 +273,7 @@ def _level_of_caller() -> int:
 
 def failed(kind: type[BaseException], failure: BaseException, traceback: TracebackType) -> None:
     """Keeps the exception of a callback and ends the computation; Context.run raises it. KeyboardInterrupt may be raised before
-    the first line of a callback, so that no try statement of its own would do."""
+    the first line of a callback, so that a try statement within it is not enough."""
     pointer, listener = ffi.from_handle(traceback.tb_frame.f_locals["user"])[:2]
     if listener.failure is None:
         listener.failure = failure

@@ -260,7 +260,7 @@ class Ensemble(Fixed):
         return made
 
     def run_range(self, first: int, count: int, lanes: int = 0, **options: Unpack[RunOptions]) -> EnsembleResult:
-        """Runs `count` instances from number `first` (from 0) on: their results are those that a run of all has."""
+        """Runs `count` instances from number `first` (from 0) on: their results are the same as in a run of all."""
         given, keep = struct_of("kempe_run_options", options, "progress", "lanes")
         with self._context.reporting(options.get("progress")):
             made = self._context.make(
@@ -307,7 +307,7 @@ class Ensemble(Fixed):
 
     def history(self, instances: str, **options: Unpack[RunOptions]) -> Table:
         """Time histories of chosen instances, "3,10:12", 1 the first one: a column `instance`, then the columns of `Trajectory.rows`.
-        Each is a run of its own.
+        Each is a separate run.
 
         >>> ensemble = kempe.Model("four_bar.yaml").ensemble({"crank": [0.29, 0.30, 0.31]})
         >>> table = ensemble.history("1,3", t_end=0.5, output_step=0.1)
@@ -334,7 +334,7 @@ class Ensemble(Fixed):
         history: str | None = None,
         **options: Unpack[RunOptions],
     ) -> Folder:
-        """Runs the instances into a folder, part by part, with the memory of one part. `resume`: runs those that are missing.
+        """Runs the instances into a folder, part by part, with the memory of one part. `resume`: runs the missing ones.
         `shard`: "I/N", every N-th part from the I-th on, or "auto". Processes with one of both share a folder.
         `history`: instances whose histories are written too, "3,10:12", 1 the first one.
 

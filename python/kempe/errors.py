@@ -68,7 +68,7 @@ class FileError(Error, OSError):
 
 
 class OutOfMemoryError(Error, MemoryError):
-    """There is no memory."""
+    """The system has no more memory."""
 
 
 class BugError(Error):

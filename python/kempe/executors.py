@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .ensemble import Ensemble, Folder
 
 SHARDS = (
-    64  # of a folder, where their number is not given: enough to balance unequal processes, few beside their overhead
+    64  # of a folder, where their number is not given: enough to balance unequal processes, few enough for their overhead
 )
 
 

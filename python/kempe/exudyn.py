@@ -128,7 +128,7 @@ _STANDS_FOR = {
 
 
 class _Reader(pickle.Unpickler):
-    """Reads data; names of programs stand for the classes above, or are refused."""
+    """Reads data; names of programs are replaced by the classes above, or are refused."""
 
     def find_class(self, module: str, name: str) -> Any:
         if f"{module}.{name}" not in _STANDS_FOR:
@@ -140,7 +140,7 @@ class _Reader(pickle.Unpickler):
 
 
 def _plain(x: Any, known: dict[int, Any]) -> Any:
-    """Arrays in place of what stands for them, in lists and dicts as well; each object once, wherever it occurs."""
+    """Puts arrays in place of their substitutes, in lists and dicts as well; each object once, wherever it occurs."""
     if id(x) in known:
         return known[id(x)]
     if isinstance(x, _Array):

@@ -321,7 +321,7 @@ class Model(Fixed):
         return study(Code, self, options)
 
     def fmu(self, path: str | os.PathLike[str] | None = None, **options: Unpack[FmuOptions]) -> FmuExport:
-        """The model as a functional mock-up unit (FMI 2.0 or 3.0), written to the path where one is given.
+        """The model as a functional mock-up unit (FMI 2.0 or 3.0), written to the path if it is given.
 
         >>> unit = Model("four_bar.yaml").fmu(fmi=2, kind="cs", no_binary=True)
         >>> unit.files[0]

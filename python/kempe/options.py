@@ -108,7 +108,7 @@ def _whole(value: Any, keep: list[Any]) -> int:
 # Members for which the library takes 0 as "not given", as it takes None here: a zero that is written is a mistake, as
 # in the command. Whole numbers that are not here are words of yes and no.
 _COUNTS = frozenset({"points", "seed", "most", "starts", "chunk", "count", "pool", "threads", "max_steps", "fmi"})
-_FROM_ZERO = frozenset({"from"})  # where 0 is a value of its own, and the default
+_FROM_ZERO = frozenset({"from"})  # here 0 is a value, and the default
 
 
 def _positive(name: str, kind: Any) -> bool:

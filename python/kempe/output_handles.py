@@ -104,7 +104,7 @@ class Outputs(Owned):
         return self._slopes(lib.kempe_outputs_closed_jacobian, len(self.independent), t, q, qd)
 
     def choose(self, independent: Any = None) -> None:
-        """Chooses the independent coordinates of closed-chain Jacobians; None: those at the model's start."""
+        """Chooses the independent coordinates of closed-chain Jacobians; None: the coordinates at the model's start."""
         names = NULL if independent is None else utf8(text_of(independent))
         self._context.check(lib.kempe_outputs_choose, self._pointer, names)
 

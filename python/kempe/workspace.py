@@ -76,7 +76,7 @@ _ANOTHER = "another thread uses this workspace: each thread needs a workspace of
 
 
 class Workspace(Owned):
-    """Evaluates the equations at given states, without waiting for another workspace. Each thread needs one of its own: a call
+    """Evaluates the equations at given states, without waiting for another workspace. Each thread needs a separate one: a call
     while another thread is inside one is an ArgumentError.
 
     `M`, `C`, `h`, `J`, `jdqd` are copies, for the thread that evaluated last; `views` has the same as read-only views,
@@ -207,7 +207,7 @@ class Workspace(Owned):
             other.set_input(name, value, t, rate, acceleration)
 
     def _team(self, count: int) -> list[Workspace]:
-        """So many workspaces with the same inputs, this one the first."""
+        """Returns this number of workspaces with the same inputs, this one the first."""
         while len(self._others) < count - 1:
             other = self._again()
             for name, (t, value, *more) in self._inputs.items():
@@ -238,7 +238,7 @@ class Workspace(Owned):
 
     @property
     def independent(self) -> tuple[str, ...]:
-        """Names of the independent coordinates u: those that Kempe chose at the start of the model.
+        """Names of the independent coordinates u, which Kempe chose at the start of the model.
 
         >>> kempe.Model("four_bar.yaml").system().workspace().independent
         ('coupler',)
@@ -247,10 +247,11 @@ class Workspace(Owned):
         return tuple(self._context.coordinates[u[k]] for k in range(count))
 
     def forward_derivatives(
-        self, t: float, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None
+        self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None, threads: int = 1
     ) -> Derivatives:
         """Accelerations and multipliers, and their exact derivatives by q, qd and Q (n each), which need not close the loops.
-        The first call derives the equations of the derivatives.
+        Rows of q, qd and Q are N states, and all results have N as their first dimension; t and `threads` are as in
+        evaluate_states. The first call derives the equations of the derivatives.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> found = workspace.forward_derivatives(0.0, [0, 0, 0], [20, -22.5, 7.5])
@@ -259,13 +260,13 @@ class Workspace(Owned):
         """
         n, m = self.n, self.m
         shapes = {f"{of}_{by}": (rows, n) for of, rows in (("qdd", n), ("lambda", m)) for by in ("q", "qd", "Q")}
-        return Derivatives(*self._derive(t, q, qd, Q, shapes))
+        return Derivatives(*self._derive(t, q, qd, Q, threads, shapes))
 
     def closed_derivatives(
-        self, t: float, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None
+        self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None, threads: int = 1
     ) -> ClosedDerivatives:
         """Accelerations and multipliers at a closed state, and exact derivatives along motions that keep the loops closed, in
-        the independent coordinates (`independent`).
+        the independent coordinates (`independent`). Arguments are as in forward_derivatives.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> q, qd = workspace.close(0.0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
@@ -275,28 +276,31 @@ class Workspace(Owned):
         """
         n, p = self.n, lib.kempe_workspace_independent_count(self._pointer)
         shapes = {"udd_u": (p, p), "udd_ud": (p, p), "udd_Q": (p, n), "q_u": (n, p), "qd_u": (n, p)}
-        return ClosedDerivatives(*self._derive(t, q, qd, Q, shapes))
+        return ClosedDerivatives(*self._derive(t, q, qd, Q, threads, shapes))
 
-    def _derive(self, t: float, q: Any, qd: Any, Q: Any, shapes: dict[str, tuple[int, int]]) -> list[Array]:
-        n = self.n
-        matrices = [np.empty(shape, order="F") for shape in shapes.values()]
-        qdd, lam = np.empty(n), np.empty(self.m)
-        given = vector(q, n, "q"), vector(qd, n, "qd"), ffi.NULL if Q is None else vector(Q, n, "Q")
-        places = {name: writable(each, each.shape, name, "F") for name, each in zip(shapes, matrices)}
-        out = ffi.new("kempe_workspace_derivatives *", places)
-        with self._alone():
-            with self._context.lock:
-                status = lib.kempe_workspace_add_derivatives(self._pointer)
-            if not status:
-                answer = _from_buffer(DOUBLES, qdd), _from_buffer(DOUBLES, lam)
-                status = lib.kempe_workspace_forward_derivatives(self._pointer, t, *given, *answer, out)
+    def _derive(
+        self, t: Any, q: Any, qd: Any, Q: Any, threads: int, shapes: dict[str, tuple[int, int]]
+    ) -> list[Array]:
+        many = np.ndim(q) == 2
+        if not many:
+            q, qd, Q = (None if x is None else matched(x, self.n, name)[None] for x, name in ((q, "q"), (qd, "qd"), (Q, "Q")))
+        states = _States(self, t, q, qd=qd, Q=Q)
+        made = {name: np.empty((states.count, columns, rows)) for name, (rows, columns) in shapes.items()}
+        answer = {"accelerations": np.empty((states.count, self.n)), "multipliers": np.empty((states.count, self.m))}
+        states.run(lib.python_derivative_states, threads, Workspace._add_derivatives, **answer, **made)
+        all_of_them = [*answer.values(), *(each.transpose(0, 2, 1) for each in made.values())]
+        return all_of_them if many else [each[0] for each in all_of_them]
+
+    def _add_derivatives(self) -> None:
+        """Prepares the workspace for derivatives: one thread at a time, because they are derived once for a system."""
+        with self._alone(), self._context.lock:
+            status = lib.kempe_workspace_add_derivatives(self._pointer)
         if status:
             self._fail(status)
-        return [qdd, lam, *matrices]
 
     def rates(self, t: float, state: ArrayLike) -> Array:
-        """Rates (qd, qdd) of a state (q, qd): a right side for scipy.integrate.solve_ivp. Closures are kept by accelerations
-        alone, so that they drift.
+        """Rates (qd, qdd) of a state (q, qd): a right side for scipy.integrate.solve_ivp. Closures are kept only by
+        accelerations, so that they drift.
 
         >>> from scipy.integrate import solve_ivp  # with SciPy
         >>> system = kempe.Model("four_bar.yaml").system()
@@ -451,13 +455,17 @@ class _States:
                         f"{name} has rows of {workspace.n} values for each state, not the shape {array.shape}"
                     )
 
-    def run(self, function: Any, threads: int, **results: Array) -> None:
+    def run(
+        self, function: Any, threads: int, prepare: Callable[[Workspace], None] | None = None, **results: Array
+    ) -> None:
         n, m, count = self.workspace.n, self.workspace.m, self.count
         shapes = {"mass": (n, n), "jacobian": (n, m), "bias": (n,), "accelerations": (n,), "forces": (n,)}
         for name, array in results.items():
-            writable(array, (count, *shapes.get(name, (m,))), name)
+            writable(array, (count, *shapes.get(name, array.shape[1:] if array.ndim == 3 else (m,))), name)
         self.rows.update(results)
         team = self.workspace._team(max(1, min(threads or _processors(), count)))
+        for each in team if prepare else ():
+            prepare(each)
         ends = [count * k // len(team) for k in range(len(team) + 1)]
         if len(team) == 1:
             failures = [self._part(function, self.workspace, 0, count)]

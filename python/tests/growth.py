@@ -4,7 +4,7 @@
 
     PYTHONPATH=build/release/python python3 python/tests/growth.py [CALLS]
 
-CALLS (a million) is the number of calls of the cheap kinds; those that cost more are called less often. After a tenth of the
+CALLS (a million) is the number of calls of the cheap kinds; functions that cost more are called less often. After a tenth of the
 calls memory must not grow: each kind is repeated nine times as long, and the growth in between is printed."""
 
 import contextlib

@@ -310,7 +310,7 @@ def test_views_outlive_all_else(name):
     def make():
         return VIEWS[name](kempe.Model(ROOT / "examples/four_bar/four_bar.yaml"))
 
-    views = [make() for _ in range(4)]  # those that were made later would reuse memory of the first
+    views = [make() for _ in range(4)]  # objects that were made later would reuse memory of the first
     gc.collect()
     assert views[0].size and np.isfinite(views[0]).all()
     assert all(np.array_equal(each, views[0]) for each in views) and np.array_equal(make(), views[0])

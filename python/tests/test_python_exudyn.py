@@ -16,7 +16,7 @@ from kempe.exudyn import read_exudyn
 
 
 class Csr:
-    """A stand-in for scipy.sparse.csr_matrix, pickled under its name."""
+    """A substitute for scipy.sparse.csr_matrix, pickled under its name."""
 
     def __init__(self, dense):
         row, column = np.nonzero(dense)
@@ -104,7 +104,7 @@ def frequencies(folder):
 
 
 def test_object(tmp_path):
-    """Mass and stiffness of the reduced body are those of the whole one, and so are its free frequencies."""
+    """Mass, stiffness and free frequencies of the reduced body equal the values of the whole one."""
     fem = truss()
     kempe.convert_exudyn(fem, tmp_path / "arm.npz")
     file = np.load(tmp_path / "arm.npz")
@@ -122,7 +122,7 @@ def test_object(tmp_path):
 
 
 def test_interfaces(tmp_path):
-    """A rigid motion of the nodes of an interface is that of the interface; names and numbers of nodes choose it."""
+    """A rigid motion of the nodes of an interface is the motion of the interface; names and numbers of nodes choose it."""
     fem = truss()
     place = fem.nodes["Position"]
     shift, turn = np.array([0.1, -0.2, 0.3]), np.array([0.4, 0.5, -0.6])
@@ -188,7 +188,7 @@ CALLS = [
 @pytest.mark.parametrize("value, words", CALLS)
 @pytest.mark.parametrize("place", ["whole", "inside an array"])
 def test_calls(tmp_path, value, words, place):
-    """A name of a program is refused before anything is run, wherever it stands."""
+    """A name of a program is refused before anything is run, wherever it occurs."""
     array = np.empty(1, dtype=object)
     array[0] = value
     content = {"nodes": {"Position": array if place == "inside an array" else value}}
@@ -218,7 +218,7 @@ OPS = [
 
 @pytest.mark.parametrize("content, words", OPS)
 def test_operations(tmp_path, content, words):
-    """Programs of pickle that are no data end in a sentence; lists within themselves are no endless loop."""
+    """Programs of pickle that are not data end in a message; lists within themselves do not make an endless loop."""
     if words is None:
         assert read_exudyn(written(tmp_path, content)).nodes == {}
         return
@@ -227,7 +227,7 @@ def test_operations(tmp_path, content, words):
 
 
 def test_sizes(tmp_path):
-    """The bytes of an array are those of its shape, and lists that grow without end are not copied."""
+    """The number of bytes of an array follows from its shape, and lists that grow without end are not copied."""
     whole = pickled({"nodes": {"Position": np.arange(12.0).reshape(4, 3)}})
     assert (read_exudyn(written(tmp_path, whole)).nodes["Position"] == np.arange(12.0).reshape(4, 3)).all()
     with pytest.raises(kempe.InputError, match=r"an array of 96 bytes: its shape \(4, 5\) needs 160"):
@@ -242,7 +242,7 @@ def test_sizes(tmp_path):
 
 
 def test_damaged(tmp_path, scipy):
-    """Files cut anywhere, or with other bytes, end in an error of their own, or give data."""
+    """Files cut anywhere, or with other bytes, end in an error of this reader, or give data."""
     rng = np.random.default_rng(2)
     for ending in (".npz", ".npy", ".pkl"):
         path = tmp_path / f"fem{ending}"

@@ -38,7 +38,7 @@ def test_rows_of_a_batch(tmp_path):
 
 
 def test_histories(tmp_path):
-    """Histories of a folder are those of the ensemble, and rows of single runs."""
+    """Histories of a folder equal the histories of the ensemble, and rows of single runs."""
     ensemble = bars()
     folder = ensemble.run_folder(tmp_path / "bars.kempe", chunk=CHUNK, t_end=0.2, output_step=0.05, history="2,39:40")
     folder.write_history(tmp_path / "gathered.csv")
@@ -55,7 +55,7 @@ def test_histories(tmp_path):
 
 
 def test_gathered(tmp_path):
-    """The file of all parts is that of the batch, to the byte; Parquet's groups of rows are those of other readers."""
+    """The file of all parts equals the file of the batch, to the byte; Parquet's groups of rows agree with other readers."""
     ensemble, place = bars(), tmp_path / "bars.kempe"
     folder = ensemble.run_folder(place, chunk=CHUNK, t_end=0.2)
     table = ensemble.run(t_end=0.2).instances
@@ -94,7 +94,7 @@ def test_instance(tmp_path):
 
 
 def field(head, value):
-    """A field of Thrift's compact protocol whose number is that of the last one plus head >> 4."""
+    """A field of Thrift's compact protocol whose number is the number of the last one plus head >> 4."""
     if head & 15 in (5, 6):
         value = 2 * value
         return bytes([head, *([value & 127 | 128, value >> 7 & 127 | 128, value >> 14] if value > 127 else [value])])

@@ -75,7 +75,7 @@ def test_progress_of_a_run_and_of_studies(four_bar, at_every_step):
     assert seen[0].left is None and seen[-1].left == 0 and "0.5 of 0.5 s (100 %)" in str(seen[-1])
     count = len(seen)
     four_bar.simulate(t_end=0.5)
-    assert len(seen) == count  # of that run alone
+    assert len(seen) == count  # only of that run
     system = four_bar.system()
     studies = {
         "rows": lambda: system.kinematics(sweep={"crank": (0, 6, 31)}, progress=seen.append),

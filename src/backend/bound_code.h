@@ -7,7 +7,7 @@
 
 #include <stdbool.h>
 
-/* Linkage; static where one file contains all of a generated simulator. */
+/* Linkage; static if one file contains all of a generated simulator. */
 #ifndef KMP_LOCAL
 #define KMP_LOCAL
 #endif
@@ -27,7 +27,7 @@ typedef struct kmp_bound_step {
  * a bound that is given. */
 typedef struct kmp_bound_code {
     int constants, inputs, steps;
-    int fixed; /* the first operations depend on parameters alone */
+    int fixed; /* the first operations depend only on parameters */
     const double *constant;
     const kmp_bound_step *step;
     const bool *needed; /* of each value: operations that others, or outputs, need; NULL: all */
@@ -47,7 +47,7 @@ KMP_LOCAL int kmp_bound_values(const kmp_bound_code *code);
 KMP_LOCAL void kmp_bound_run(const kmp_bound_code *code, int from, kmp_bound *value);
 
 /** Marks the values that marked ones need. Of a choice by a fixed value it is the branch that is taken: inputs that are
- * not fixed have infinite bounds here, and the operations that depend on parameters alone have theirs. */
+ * not fixed have infinite bounds here, and the operations that depend only on parameters have theirs. */
 KMP_LOCAL void kmp_bound_mark(const kmp_bound_code *code, const kmp_bound *value, bool *needed);
 
 /** An operand, with its sign. */

@@ -28,10 +28,10 @@ bool kmp_bounds_is_solved(const kmp_bounds *bounds, int k);
 /** Input k of the program. */
 void kmp_bounds_set(kmp_bounds *bounds, int k, kmp_bound bound);
 
-/** Computes all bounds. `constants`: values of parameters alone are evaluated again, after a change. No allocation. */
+/** Computes all bounds. `constants`: values only of parameters are evaluated again, after a change. No allocation. */
 void kmp_bounds_run(kmp_bounds *bounds, bool constants);
 
-/** Marks, by inputs that choose, what those of `count` outputs that are wanted need. kmp_bounds_run_wanted then
+/** Marks, by inputs that choose, what the required ones of `count` outputs need. kmp_bounds_run_wanted then
  * computes their bounds, with the constants of the last run, from the inputs that they need. No allocation. */
 void kmp_bounds_want(kmp_bounds *bounds, int count, const int *output, const bool *wanted);
 void kmp_bounds_run_wanted(kmp_bounds *bounds);
@@ -42,7 +42,7 @@ static inline bool kmp_bounds_needs(const kmp_bounds *bounds, int k)
     return bounds->needed[bounds->code.constants + k];
 }
 
-/** Limits the next calls to outputs among these, whose operations alone are then looked at; NULL: no limit. */
+/** Limits the next calls to outputs among these, so that only their operations are then evaluated; NULL: no limit. */
 void kmp_bounds_limit(kmp_bounds *bounds, int count, const int *output, const bool *among);
 
 /** Bounds of output k; infinite where none are known. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A program prepared for several instances at once, one per lane: the same operations on inputs of their own. Every
+/* A program prepared for several instances at once, one per lane: the same operations on separate inputs. Every
  * value is `width` adjacent doubles, one per lane. Each lane has the bits that a machine (machine.h) has with its
  * inputs. */
 #pragma once
@@ -26,7 +26,7 @@ kmp_lanes *kmp_lanes_new(const kmp_program *program, int width, bool plain);
 typedef void kmp_lanes_sincos(void *user, int first, int n, double *v, const uint32_t *x, const uint32_t *s,
                               const uint32_t *c);
 
-/** Takes other sines and cosines than those of a machine; outputs then have other roundings. The number of all angles.
+/** Takes other sines and cosines than a machine; outputs then have other roundings. The number of all angles.
  */
 void kmp_lanes_set_sincos(kmp_lanes *lanes, kmp_lanes_sincos *sincos, void *user);
 int kmp_lanes_angles(const kmp_lanes *lanes);
@@ -51,7 +51,7 @@ void kmp_lanes_places(kmp_lanes *lanes, kmp_input_kind kind, int count, double *
  * until the stage runs again. No allocation. */
 const double *kmp_lanes_run(kmp_lanes *lanes, int stage);
 
-/** An output where a stage leaves it: its value is that of all lanes there, times the factor 1 or -1. */
+/** An output where a stage leaves it: its value is the value of all lanes there, times the factor 1 or -1. */
 typedef struct kmp_lanes_output {
     const double *value;
     double factor;

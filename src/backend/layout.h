@@ -47,7 +47,7 @@ typedef struct kmp_frame {
     const kmp_program *program;
     kmp_arena arena;  /* of all arrays but v */
     kmp_arena values; /* of v */
-    double *v;        /* slots: those of signs and ones, constants, inputs, instructions, outputs, the back end's own */
+    double *v;        /* slots: signs and ones, constants, inputs, instructions, outputs, the back end's own */
     uint32_t slots;
     kmp_special *specials;
     uint32_t special_count;
@@ -65,12 +65,13 @@ typedef struct kmp_frame {
     uint32_t *block_of;               /* blocks with a list of arguments each, all different */
     kmp_solving **solving;            /* of these: each keeps its last solution. NULL: kmp_frame_add_blocks */
     uint32_t solving_count;
-    kmp_solving **room; /* with a thread pool: those whose code and room each thread uses, by threads and blocks */
+    kmp_solving *
+        *room; /* with a thread pool: the solvings whose code and room each thread uses, by threads and blocks */
     uint32_t room_count;
     kmp_list_item *items; /* of implicit instructions, one after another */
     uint32_t item_count;
     int piece;   /* of the table that was looked up last */
-    bool taped;  /* the code is that of the tape */
+    bool taped;  /* the code is the tape */
     int threads; /* for which stages are in parts that do not read each other (backend/program_parts.c); 0: they are not
                   */
     kmp_team *team;       /* of as many threads; NULL: there is none */
@@ -122,7 +123,7 @@ typedef struct kmp_layout {
     const kmp_program *program;
     kmp_arena arena;            /* of all arrays here, and of others that are needed as long */
     bool *is_straight;          /* the back end's own arithmetic */
-    const uint8_t *contraction; /* of the program; NULL: each instruction is alone */
+    const uint8_t *contraction; /* of the program; NULL: each instruction is separate */
     uint32_t special_count;     /* of instructions that are not */
     int leaves;                 /* constants and inputs: values before the instructions */
     uint32_t *depth;            /* segment, within the stage, in which a value appears */
@@ -136,7 +137,7 @@ typedef struct kmp_layout {
     uint8_t *part;           /* by instruction; 0 where the stage is in one; NULL: no sharing */
 } kmp_layout;
 
-/** Fills the frame, in parts for so many threads (0: no sharing). `extra` slots from frame->slots on belong to the
+/** Fills the frame, in parts for a number of threads (0: no sharing). `extra` slots from frame->slots on belong to the
  * back end; frame->slots grows as they are taken. `blocks` runs the contents of implicit blocks (NULL: interpreted),
  * after kmp_frame_add_blocks. False: no memory. kmp_layout_free and kmp_frame_free in any case. */
 bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program,

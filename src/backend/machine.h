@@ -31,7 +31,7 @@ typedef struct kmp_backend {
 
 /** NULL when there is no such back end. */
 const kmp_backend *kmp_backend_find(const char *name);
-/** The name of that for many runs of one program: the first row. */
+/** The name of the variant for many runs of one program: the first row. */
 const char *kmp_backend_default(void);
 /** All names, with commas between. */
 const char *kmp_backend_names(void);

@@ -4,7 +4,7 @@
 
 #include "backend/machine.h"
 
-/** A back end for programs of which nobody knows how often they run. It has the bits of `backend`; of a large program,
+/** A back end for programs whose number of runs is not known. It has the bits of `backend`; of a large program,
  * it writes machine code after as many runs as that saves in its writing, or at once where the code exists. Others than
  * `native` without a thread pool are themselves. */
 const kmp_backend *kmp_backend_waiting(const kmp_backend *backend);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The layout and code of a program, made once for all that run it, as machine code or as a tape: code refers to slots
- * only by their distance from the first, so that each machine has slots of its own and nothing else. */
+ * only by their distance from the first, so that each machine has its slots and nothing else. */
 #pragma once
 
 #include "backend/layout.h"
@@ -30,8 +30,8 @@ kmp_x86_op kmp_code_op(const kmp_instruction *in);
 /** Lists the operations, of a layout made with that. false: no memory; kmp_code_free in any case. */
 bool kmp_code_list(kmp_code *code, kmp_layout *l);
 
-/** Sets a pointer to a function, at `routine`, to that which begins at an offset: C converts the address of an object
- * only by copying. */
+/** Sets a pointer to a function, at `routine`, to the routine that begins at an offset: C converts the address of an
+ * object only by copying. */
 void kmp_code_at(const void *pages, uint32_t offset, void *routine);
 
 void kmp_code_free(kmp_code *code);
@@ -57,8 +57,8 @@ static inline int kmp_prepared_kind(kmp_x86_form form, int threads)
     return (int)form + KMP_PREPARED_THREAD * threads;
 }
 
-/** That of a form that runs here, for so many threads, made by the first call. Without code.pages there is no machine
- * code. NULL: no memory. */
+/** The code of a form that runs here, for a number of threads, made by the first call. Without code.pages there is no
+ * machine code. NULL: no memory. */
 const kmp_prepared *kmp_prepared_of(const kmp_program *program, kmp_x86_form form, int threads);
 
 /** That which an earlier call has made, or an earlier process has kept; NULL: none. */

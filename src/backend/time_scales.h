@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Time scales of the functions of time alone in forces, closures and rates of states. A pulse that is much shorter than
+/* Time scales of the functions only of time in forces, closures and rates of states. A pulse that is much shorter than
  * the steps of a calm motion lies between the places at which an integrator evaluates it. Its place and width follow
  * from bounds of the function before the run: intervals of time are halved until the function is known by its values at
- * their ends and middles. Conditions and kinks are events, and inputs have samples: both have limits of their own. */
+ * their ends and middles. Conditions and kinks are events, and inputs have samples: both have separate limits. */
 #pragma once
 
 #include "base/arena.h"
@@ -13,7 +13,7 @@ typedef struct kmp_time_scales {
     int count;
     double *end;      /* ascending */
     double shortest;  /* interval, INFINITY without any */
-    const char *open; /* of a function with too many short intervals: where it stands; NULL: there is none */
+    const char *open; /* of a function with too many short intervals: where it is; NULL: there is none */
     int open_count;   /* functions that were studied together with it, itself among them */
 } kmp_time_scales;
 

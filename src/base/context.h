@@ -93,8 +93,8 @@ kempe_status kmp_fail_text(kempe_context *context, kempe_status status, kmp_text
     KMP_GETTER(signature, (object) && (k) >= 0 && (k) < (count), value, otherwise)
 
 /** Replaces `given`, a pointer to options of a caller (NULL: the defaults), by a copy of the library's size. The member
- * `size` is that of the caller's struct, 0: that of version 0.1. KEMPE_E_ARGUMENT: it has members that are set and
- * unknown here. A member that is added to a struct comes last, and `first` below becomes its offset. */
+ * `size` is the size of the caller's struct, 0: the size in version 0.1. KEMPE_E_ARGUMENT: it has members that are set
+ * and unknown here. A member that is added to a struct comes last, and `first` below becomes its offset. */
 #define KMP_OPTIONS(context, type, given)                                                                              \
     type kmp_own_##given;                                                                                              \
     KMP_TRY(kmp_options_copy((context), &kmp_own_##given, sizeof(type), sizeof(type), (given),                         \
@@ -127,7 +127,7 @@ enum { KMP_MOST_COMPLAINTS = 500 };
 kempe_status kmp_complain(kempe_context *context, const char *file, int line, int column, const char *format, ...)
     __attribute__((format(printf, 5, 6)));
 
-/** Errors since the message was cleared, including those that were not kept. */
+/** Errors since the message was cleared, including errors that were not kept. */
 int kmp_context_complaints(const kempe_context *context);
 
 /** A unit of SI as results show it, by the caller's choice (kempe_context_set_angle_unit, kempe_context_set_units). The
@@ -165,8 +165,8 @@ void kmp_doubt(kempe_context *context, const char *format, ...) __attribute__((f
  * was called since the computation began. While quiet the computation is a part of another one, which judges itself. */
 kempe_status kmp_context_verdict(const kempe_context *context, kempe_status status);
 
-/** True if the whole result is there, also where it cannot be trusted. Functions inside the library return KEMPE_OK
- * alone for that; the status of a result, and that of a public study, may be either. */
+/** True if the whole result is there, also where it cannot be trusted. Functions inside the library return only
+ * KEMPE_OK for that; the status of a result, and the status of a public study, may be either. */
 static inline bool kmp_is_complete(kempe_status status)
 {
     return status == KEMPE_OK || status == KEMPE_UNTRUSTED;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Whole files at once. A string is written by kempe_write_file; steps of it are those of base/temporary_file.h. */
+/* Whole files at once. A string is written by kempe_write_file; its steps are declared in base/temporary_file.h. */
 #pragma once
 
 #include "base/context.h"

@@ -19,7 +19,7 @@ typedef struct kmp_json {
     kmp_text *text;
     kmp_json_layout layout;
     int depth;
-    int digits;       /* of numbers without digits of their own; 0: all */
+    int digits;       /* of numbers without a number of digits; 0: all */
     bool filled;      /* the open object or array has a member already */
     const char *line; /* begins the next member in place of a blank, NULL: a blank */
     char close[KMP_JSON_DEPTH];

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Units that texts, tables, pictures and pages show in place of those of SI, by the system that the user has chosen. */
+/* Units that texts, tables, pictures and pages show in place of SI units, by the system that the user has chosen. */
 #pragma once
 
 #include <stdbool.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Four doubles computed together, by operations lane by lane whose bits are those of single operations. The compiler
+/* Four doubles computed together, by operations lane by lane whose bits equal single operations. The compiler
  * maps them to the vectors of the machine; in functions of clones.h to one vector, where it is that wide. Never passed
  * by value: the registers differ among machines. */
 #pragma once

@@ -28,8 +28,8 @@ int kmp_team_thread(const kmp_team *team);
 /** Does pieces 0 .. count - 1 (count < 65536), in any order, and returns when all are done. One call at a time. */
 void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self);
 
-/** Brings one more piece, which the next shared call does beside its own ones; kmp_team_settle does it if no call has.
- * It must not depend on that call, nor the call on it. */
+/** Brings one more piece, which the next shared call does in addition to its own ones; kmp_team_settle does it if no
+ * call has. It must not depend on that call, nor the call on it. */
 void kmp_team_bring(kmp_team *team, kmp_team_work *work, void *self);
 void kmp_team_settle(kmp_team *team);
 

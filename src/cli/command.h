@@ -76,7 +76,7 @@ char *cli_from_command(const char *relative);
 kempe_status cli_new(const cli_job *j);
 kempe_status cli_view(const cli_job *j);
 
-/** True if the name of a file is that of an HTML page. */
+/** True if the name of a file is the name of an HTML page. */
 bool cli_is_page(const char *file);
 
 /** Complains that this build is without a wing, given as the end of its option. */

@@ -79,15 +79,15 @@ typedef struct cli_settings {
     kempe_inverse_options inverse;
     kempe_sample_options sample;
     char quantities[CLI_LIST_SIZE], limits[CLI_LIST_SIZE];
-    kempe_sensitivity_options sensitivity; /* in addition to those in `run` */
+    kempe_sensitivity_options sensitivity; /* in addition to the outputs in `run` */
     kempe_fit_options fit;                 /* likewise */
     char fitted[CLI_LIST_SIZE], own[CLI_LIST_SIZE];
     const char *data_files[CLI_MOST_SETS]; /* of a fit, behind the first; fit.file_count */
     kempe_optimum_options optimize;        /* likewise */
     kempe_modes_options modes;
-    kempe_limit_cycles_options cycles; /* in addition to those in `run` */
+    kempe_limit_cycles_options cycles; /* in addition to the outputs in `run` */
     kempe_response_options response;   /* and of state spaces */
-    kempe_comfort_options comfort;     /* in addition to those in `run` */
+    kempe_comfort_options comfort;     /* in addition to the outputs in `run` */
     const char *svg, *plot, *x, *y, *values;
     const char *angle_unit, *units, *base, *left_out; /* units: a system of units, "": only named, in SI */
     const char *out, *from;                           /* result folders */

@@ -68,7 +68,7 @@
 #define REPORT_WRITER(function)
 #endif
 
-/* The studies, by the file that has them. Those of a wing of the library are in builds with that wing. */
+/* The studies, by the file that has them. Studies of a wing of the library are in builds with that wing. */
 extern const cli_study cli_check_study, cli_assembly_study, cli_branches_study, cli_simulate_study, cli_compare_study;
 extern const cli_study cli_kinematics_study, cli_inverse_study, cli_modes_study, cli_response_study, cli_cycles_study,
     cli_equilibrium_study, cli_linearize_study, cli_comfort_study, cli_sensitivity_study; /* analysis_studies.c */

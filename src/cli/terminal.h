@@ -11,7 +11,7 @@
  * one terminal. */
 void cli_terminal_begin(bool quiet, bool same_screen);
 
-/** Prints the warnings and errors that wait, except those that a text has, which appears next. */
+/** Prints the warnings and errors that wait, except the ones in a text that appears next. */
 void cli_terminal_shows(const char *text);
 
 /** The log function of a context; `user` is unused. */

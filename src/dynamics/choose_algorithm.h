@@ -17,7 +17,7 @@ bool kmp_motion_may_go_by_products(const kempe_system *system);
 bool kmp_motion_goes_by_products(const kempe_system *system, int rows);
 
 /** Finds whether articulated bodies may cost less than M and C, as far as this is visible before they are derived;
- * then, with their program, whether they do. M and C need not be counted if articulated bodies cost less than the
- * solves with M and C alone. KEMPE_E_MEMORY. */
+ * then, with their program, whether they do. M and C need not be counted if articulated bodies cost less than
+ * only the solves with M and C. KEMPE_E_MEMORY. */
 kempe_status kmp_bodies_may_pay(const kempe_system *system, bool *may_pay);
 kempe_status kmp_bodies_pay(const kempe_system *system, const kmp_program *bodies, bool *pay);

@@ -9,7 +9,8 @@
  * are requested and a coordinate moves no mass. KEMPE_E_MEMORY. */
 kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_derivation_request *scene);
 
-/** True of a mechanism with so many coordinates that few variants are tried, and trials have no force elements. */
+/** True of a mechanism whose number of coordinates is so large that few variants are tried, and trials have no force
+ * elements. */
 bool kmp_equations_are_large(const kempe_model *model);
 
 /** kmp_equations_outputs: collects the nonzero outputs of sets, with room for kmp_equations_most_outputs; returns their

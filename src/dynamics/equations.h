@@ -25,9 +25,10 @@ enum {
     KMP_SET_INVERSE = 512,      /* inverse dynamics: efforts that give qdd, without the model's forces */
     KMP_SET_INVERSE_Q = 1024,   /* derivatives of the inverse dynamics by q, and by qd; by qdd it is M */
     KMP_SET_INVERSE_QD = 2048,
-    KMP_SET_CLOSED = 4096,    /* inverse dynamics less J' lambda */
-    KMP_SET_CLOSED_Q = 8192,  /* derivatives of KMP_SET_CLOSED by q; by qd it has those of the inverse dynamics */
-    KMP_SET_POWER = 16384,    /* the power of non-conservative forces alone, in addition to other sets of dynamics */
+    KMP_SET_CLOSED = 4096, /* inverse dynamics less J' lambda */
+    KMP_SET_CLOSED_Q =
+        8192, /* derivatives of KMP_SET_CLOSED by q; by qd it has the derivatives of the inverse dynamics */
+    KMP_SET_POWER = 16384,    /* the power only of non-conservative forces, in addition to other sets of dynamics */
     KMP_SET_FRICTION = 32768, /* rates, levels and forces of friction that sticks */
     KMP_SET_NEXT = 65536,     /* next values of states with samples or events, and whether events hold */
     KMP_SET_CONTACT = 131072, /* distances of rigid contacts, their rates and forces */
@@ -52,7 +53,7 @@ typedef struct kmp_derivation_request {
     bool body_inputs;            /* forces and torques on the bodies as inputs */
     const char *no_inputs;       /* names of bodies without, with commas between; NULL: none */
     bool efforts;                /* efforts on the coordinates as inputs: of the accelerations */
-    bool closed;                 /* the accelerations are those with the closures' multipliers */
+    bool closed;                 /* the accelerations include the closures' multipliers */
     bool loops_alone;            /* no rows of drives */
     bool frictionless;           /* no rows of friction that sticks */
     bool keep_modes;             /* rows of modes also where they are evaluated in place, and zero */
@@ -74,7 +75,7 @@ typedef struct kmp_derivation_request {
     kmp_tangent_method tangents; /* without ways: the method for both derivatives of the inverse dynamics */
     kmp_events *events;          /* conditions as inputs, appended to those present; NULL: evaluated in place */
     bool given_delays;           /* the caller sets the states of continuous delays, which have no rate */
-    bool modes_alone;            /* of conditions, the modes of friction alone are inputs, in the order of the forces */
+    bool modes_alone;            /* of conditions, only the modes of friction are inputs, in the order of the forces */
 } kmp_derivation_request;
 
 typedef struct kmp_equations {
@@ -82,7 +83,7 @@ typedef struct kmp_equations {
     const kempe_model *model;
     kmp_graph *graph; /* has the room of all arrays */
     kmp_noted *noted;
-    kmp_graph_mark mark; /* the graph with the closures alone, for a request that returns to it */
+    kmp_graph_mark mark; /* the graph with only the closures, for a request that returns to it */
     kmp_tree tree;       /* for closures, outputs and users */
     kmp_tree links;      /* for the dynamics, when the variants have other links */
     kmp_savings savings;
@@ -95,7 +96,7 @@ typedef struct kmp_equations {
     kmp_ref *bias;     /* n */
     kmp_ref *product;  /* n: M x, of x as accelerations */
     kmp_ref *h, *h_t;  /* m */
-    kmp_ref *rate;     /* m: of rows of rates; all others have that of h */
+    kmp_ref *rate;     /* m: of rows of rates; all others have the rate of h */
     kmp_ref *jacobian; /* m x n, entry (r, k) at r n + k */
     kmp_ref *jdqd;     /* m */
     kmp_ref *residual; /* n */
@@ -140,8 +141,8 @@ typedef struct kmp_equations {
 /** True for a value that depends on accelerations or multipliers. */
 bool kmp_is_late(const kmp_graph *g, kmp_ref value);
 
-/** Conditions in two groups, in each followed by the unknowns of its implicit blocks, with which counts grow; those of
- * the second depend on accelerations or multipliers. NULL: no memory. */
+/** Conditions in two groups, in each followed by the unknowns of its implicit blocks, with which counts grow; outputs
+ * of the second depend on accelerations or multipliers. NULL: no memory. */
 kmp_ref *kmp_conditions_with_solved(kmp_graph *g, const kmp_ref *conditions, int counts[2]);
 
 /** Derives the equations by the request's variants. Without variants all axes turn with their links, and closures use

@@ -10,13 +10,13 @@
 enum {
     KMP_STAGE_PLACE = 1, /* q: the values of all points, then each value's derivative along all n coordinates; the same
                             of the lengths of joints with clearance, and of the coordinates of all cut joints */
-    KMP_STAGE_BEND       /* qd: each value's second derivative along qd, of points alone */
+    KMP_STAGE_BEND       /* qd: each value's second derivative along qd, only of points */
 };
 
 /** The number of values of the goals of points. */
 int kmp_goals_place_count(const kempe_model *model);
 
-/** The number of lengths that are zero where joints with clearance are centred, and of those of one contact. */
+/** The number of lengths that are zero where joints with clearance are centred, and of the lengths of one contact. */
 int kmp_goals_centred_count(const kempe_model *model);
 int kmp_goals_centred_of(const kmp_force *force);
 

@@ -28,8 +28,8 @@ kempe_status kmp_motion_need(const kempe_system *system);
 /** True if M and C have been made. */
 bool kmp_motion_is_made(const kempe_system *system);
 
-/** The program by M and C if it has been made, otherwise that by products M x or by articulated bodies (NULL: none). A
- * large tree may have neither: it makes one. */
+/** The program by M and C if it has been made, otherwise the program by products M x or by articulated bodies (NULL:
+ * none). A large tree may have neither: it makes one. */
 const kmp_program *kmp_motion_known(const kempe_system *system);
 
 /** Lists operands of expressions of an input that do not depend on it, in the order of the graph: they are evaluated

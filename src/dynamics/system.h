@@ -74,7 +74,7 @@ enum {
 typedef struct kmp_program_cache kmp_program_cache; /* dynamics/program_cache.h */
 
 /** Motion by articulated bodies, derived when it is first asked for (kmp_motion_need_bodies): many uses of a system
- * need M and C alone. Written once. */
+ * need only M and C. Written once. */
 typedef struct kmp_bodies {
     pthread_mutex_t lock;
     atomic_bool made;     /* the next one counts when it is true */
@@ -82,8 +82,8 @@ typedef struct kmp_bodies {
     kmp_savings first;    /* variants that M and C have; empty: without a search */
 } kmp_bodies;
 
-/** M and C that wait for their first use (kmp_motion_need): runs of large mechanisms by articulated bodies evaluate M
- * alone, at the start and for energies; those of large trees do without, and have the kinetic energy link by link. Runs
+/** M and C that wait for their first use (kmp_motion_need): runs of large mechanisms by articulated bodies evaluate
+ * only M, at the start and for energies; runs of large trees do without, and have the kinetic energy link by link. Runs
  * of large mechanisms with few independent coordinates take products M x and C, never M.
  * `motion` is written once, under the lock; so is the pattern of M where `weighing` does not have it. */
 typedef struct kmp_lazy_equations {
@@ -99,7 +99,7 @@ typedef struct kmp_lazy_equations {
 struct kempe_system {
     const kempe_model *model;
     kempe_context *context;
-    kmp_arena arena; /* of all arrays but those of the events */
+    kmp_arena arena; /* of all arrays except the arrays of the events */
     int n, m;
     kmp_row *rows;
     char **row_names;
@@ -130,7 +130,7 @@ struct kempe_system {
     int *chart_first;   /* their first rotations */
     bool *chart_before; /* the chart comes before them, otherwise after */
     double length;      /* characteristic length, m */
-    double kept_length; /* of a run whose start values are no lengths of the model; 0: none */
+    double kept_length; /* of a run whose start values are not lengths of the model; 0: none */
     double reach;   /* the largest distance of a closed point from the origin, m: the rounding of h is relative to it */
     int *load_rows; /* rows whose multipliers forces depend on, ascending: C is a function of those too */
     int load_row_count;       /* 0: M qdd + C = J' lambda is linear in lambda */
@@ -140,7 +140,7 @@ struct kempe_system {
     double closure_tolerance; /* m: the tolerance of redundant closures; 0: none */
     kmp_rounding *rounding;
     bool strict;             /* rounding of the model's numbers does not explain the error of redundant closures */
-    bool mended;             /* points and axes of `model` are those that a rounded drawing means
+    bool mended;             /* points and axes of `model` have the values that a rounded drawing means
                                 (constraints/inexact/nearest_exact.h) */
     struct kmp_variant *own; /* owner of the mended model, where it belongs to the system; NULL: not owned */
     double *misfit;          /* by closures: their error as drawn, scaled; 0: none */
@@ -156,7 +156,7 @@ struct kempe_system {
 /** kempe_system_new_with_algorithm without a look at rounded numbers. */
 kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe_system **system);
 
-/** A system of closures alone, without masses and forces: for assembling, and for following closed configurations. */
+/** A system of only closures, without masses and forces: for assembling, and for following closed configurations. */
 kempe_status kmp_system_of_closures(const kempe_model *model, kempe_system **system);
 
 /** A length of a mechanism: |to - from|. */

@@ -11,8 +11,8 @@ kempe_system *kmp_system_recall(const kempe_model *model, const char *word);
 /** Keeps a system for kmp_system_recall. It must be as derived, and its numbers not rounded. */
 void kmp_system_keep(kempe_system *system);
 
-/** Keeps articulated bodies as made, if the system has a key. kmp_bodies_recall: those that an earlier process has
- * kept, or none. */
+/** Keeps articulated bodies as made, if the system has a key. kmp_bodies_recall: the ones that an earlier process
+ * has kept, or none. */
 void kmp_bodies_keep(const kempe_system *system);
 bool kmp_bodies_recall(const kempe_system *system);
 

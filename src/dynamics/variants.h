@@ -12,13 +12,13 @@ struct kmp_tree;
 /** Methods for derivatives of the inverse dynamics (tangents.h). */
 typedef enum kmp_tangent_method { KMP_TANGENT_SHORTER, KMP_TANGENT_FORWARD, KMP_TANGENT_COMPOSITE } kmp_tangent_method;
 
-/** Targets of an origin, as far as the joint permits: a rotation's may be anywhere along its axis, that of a
- * translation anywhere. This creates zeros of the data. */
+/** Targets of an origin, as far as the joint permits: a rotation's may be anywhere along its axis, a
+ * translation's anywhere. This creates zeros of the data. */
 typedef enum kmp_origin {
     KMP_ORIGIN_KEPT,
     KMP_ORIGIN_PARENT, /* to its parent's */
     KMP_ORIGIN_MASS,   /* to the centre of mass */
-    KMP_ORIGIN_CHILD,  /* to that of the first link that it carries */
+    KMP_ORIGIN_CHILD,  /* to the point of the first link that it carries */
     KMP_ORIGINS
 } kmp_origin;
 
@@ -33,14 +33,14 @@ enum {
 
 /* The arrays are one block, which begins with `stay`. */
 typedef struct kmp_savings {
-    uint8_t *stay;   /* a motion: the link's axes do not turn with it (dynamics alone, as all but `point`) */
+    uint8_t *stay;   /* a motion: the link's axes do not turn with it (only dynamics, as all but `point`) */
     uint8_t *about;  /* a motion: its link's moments are taken about the joint instead of the centre of mass */
     uint8_t *origin; /* a motion: where its link's origin is, a kmp_origin */
     uint8_t *give;   /* a motion: the part of its link's mass that counts as its parent's, bits KMP_GIVE */
     uint8_t *lump;   /* a motion: the part for composite bodies, bits KMP_GIVE */
     uint8_t *point; /* four a closure: the variants of its two points, for h and J, and for their rates (point_gap.h) */
     kmp_tangent_method by_q, by_qd; /* SHORTER: both are chosen together */
-    unsigned patterns;              /* bits of those that a search has taken (choose_variants.c) */
+    unsigned patterns;              /* bits of the patterns that a search has taken (choose_variants.c) */
 } kmp_savings;
 
 /** None taken anywhere. false: no memory. To be freed in any case. */
@@ -52,7 +52,7 @@ void kmp_savings_free(kmp_savings *savings);
 /** Copies variants of the same model. */
 void kmp_savings_copy(kmp_savings *to, const kmp_savings *from, const kempe_model *model);
 
-/** Copies all variants but those of closures. */
+/** Copies all variants except the ones of closures. */
 void kmp_savings_copy_dynamics(kmp_savings *to, const kmp_savings *from, const kempe_model *model);
 
 /** Variants as bytes; also none, without room. */
@@ -63,23 +63,23 @@ void kmp_savings_take(kmp_byte_source *source, kmp_savings *savings, const kempe
 /** True if all but the methods for derivatives are equal. */
 bool kmp_savings_same(const kmp_savings *a, const kmp_savings *b, const kempe_model *model);
 
-/** True if the links of the dynamics are those of the model. */
+/** True if the links of the dynamics are the links of the model. */
 bool kmp_savings_plain(const kmp_savings *savings, const kempe_model *model);
 
-/* The steps from the model's links to those of the dynamics, in this order. The first three require axes that turn with
- * their links. */
+/* The steps from the model's links to the links of the dynamics, in this order. The first three require axes that turn
+ * with their links. */
 
 /** Moves the origin of each motion, from the ground outwards, each after those before it. Points, and thus all results,
- * are unchanged. The links have inertias about centres of mass alone. */
+ * are unchanged. The links have inertias only about centres of mass. */
 void kmp_move_origins(struct kmp_tree *tree, const uint8_t *origin);
 
-/** Regroups masses by `give` of each motion; links carried by the ground give nothing. Changes kmp_link.own alone,
+/** Regroups masses by `give` of each motion; links carried by the ground give nothing. Changes only kmp_link.own,
  * whose links use moments about their joints from then on. */
 void kmp_regroup(struct kmp_tree *tree, const uint8_t *give);
 
-/** Regroups composite bodies, changing kmp_link.base. The mass they receive is that of all carried bodies at the
+/** Regroups composite bodies, changing kmp_link.base. The mass they receive is the mass of all carried bodies at the
  * joint's current position: it then moves with the parent, through a translation too. */
 void kmp_lump(struct kmp_tree *tree, const uint8_t *give);
 
-/** Sets `stay` of each motion, of rotations alone. */
+/** Sets `stay` of each motion, only of rotations. */
 void kmp_let_stay(struct kmp_tree *tree, const uint8_t *stay);

@@ -20,9 +20,9 @@ double kmp_batch_cpu(const kempe_ensemble_result *batch);
 
 /* -- parts of a longer run --------------------------------------------------------------------------- */
 
-/** Instances first .. first + count - 1; with `rows`, their values instead of those of the table. Part of a longer run
- * of `total` instances (0: not a part), `before` of which were done: it gives no warnings, and its progress is that of
- * the whole. */
+/** Instances first .. first + count - 1; with `rows`, their values instead of the values of the table. Part of a longer
+ * run of `total` instances (0: not a part), `before` of which were done: it gives no warnings, and its progress is the
+ * progress of the whole. */
 typedef struct kmp_batch_range {
     int first, count;
     const double *rows; /* count x columns, NULL: of the table */
@@ -30,7 +30,7 @@ typedef struct kmp_batch_range {
 } kmp_batch_range;
 
 /** kempe_ensemble_run_range, or _rows, within a computation that has begun, with the library's copy of `run`. A part
- * whose instances all fail is no failure. */
+ * whose instances all fail is not a failure. */
 kempe_status kmp_batch_new(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
                            const kmp_batch_range *range, kempe_ensemble_result **batch);
 kempe_status kmp_batch_check_lanes(const kempe_ensemble *ensemble, int lanes);
@@ -45,7 +45,7 @@ typedef struct kmp_batch_totals {
 /** Adds a batch, whose table "instances" is given. */
 void kmp_batch_add(const kempe_ensemble_result *batch, const kempe_table *instances, kmp_batch_totals *sum);
 
-/** The table "instances" without rows: its columns are those of all batches of the ensemble. */
+/** The table "instances" without rows: all batches of the ensemble have its columns. */
 kempe_status kmp_ensemble_columns(kempe_ensemble *ensemble, kempe_table **table);
 
 /** kmp_model_begin_forces for a run of the ensemble, whose instances are doubted where the model is. */

@@ -4,7 +4,7 @@
 
 #include <kempe/ensemble.h>
 
-/** KEMPE_E_INPUT: the results are those of another model. */
+/** KEMPE_E_INPUT: the results belong to another model. */
 kempe_status kmp_folder_check_model(const kempe_folder *folder, const kempe_model *model);
 
 /** All rows as one table "instances", checked as kempe_folder_write does. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Time histories of chosen instances of an ensemble: each is the table of a run of its own, as `kempe simulate
- * --from` makes it. So its rows depend on the instance alone, not on threads, parts or lanes. */
+/* Time histories of chosen instances of an ensemble: each is the table of a separate run, as `kempe simulate
+ * --from` makes it. So its rows depend only on the instance, not on threads, parts or lanes. */
 #pragma once
 
 #include "ensemble/result_folder.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Why instances did not reach their end: their reasons, of which those that differ only in numbers are one cause. */
+/* Why instances did not reach their end: their reasons; reasons that differ only in numbers are one cause. */
 #pragma once
 
 #include "base/arena.h"

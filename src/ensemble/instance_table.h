@@ -8,14 +8,14 @@
 
 /** Counts, sums and worst values of all rows. A row is ok if its result is complete. */
 typedef struct kmp_instance_sums {
-    long count, ok, stopped, failed, distrusted; /* distrusted: of those that are ok */
+    long count, ok, stopped, failed, distrusted; /* distrusted: of the complete ones */
     long steps, rejected, refused, rhs, exchanges;
     double h, hdot, drift;
     long rates_changed, first_changed; /* starts whose velocities were adjusted; the number of the first, from 0 on */
     long unstable, first_unstable;     /* starts in a balance that is not stable, likewise */
     long deflected, first_deflected;   /* whose flexible bodies deflect too far, likewise */
     long repeated, not_converged;      /* with a verdict of the convergence check */
-    long worst;                        /* number of the one that differs most of those that have not converged */
+    long worst;                        /* number of the one that differs most among the ones that have not converged */
     double difference;                 /* of that one; infinite: its other run did not reach its end */
     bool doubted;                      /* set by the caller: the whole is not trustworthy for another reason */
 } kmp_instance_sums;
@@ -26,7 +26,7 @@ kmp_instance_sums kmp_instances_sum(const kempe_table *instances, long first);
 /** Counts a row by the word of its outcome. */
 void kmp_instances_count(kmp_instance_sums *sums, const char *word);
 
-/** Adds those of another part of the instances. */
+/** Adds the counts of another part of the instances. */
 void kmp_instances_add(kmp_instance_sums *sums, const kmp_instance_sums *part);
 
 /** The outcome of all. */

@@ -9,7 +9,7 @@
  * KEMPE_E_MEMORY. */
 kempe_status kmp_lasting_file_write(kempe_context *context, const char *path, kmp_text *text);
 
-/** Makes a file with its content unless there is one of this name: of several processes, one alone has *made. */
+/** Makes a file with its content unless there is one of this name: of several processes, only one has *made. */
 kempe_status kmp_file_make(kempe_context *context, const char *path, const char *text, bool lasting, bool *made);
 
 /** A file that is written piece by piece and has its name when it is whole. */

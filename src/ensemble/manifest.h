@@ -15,7 +15,7 @@ kempe_status kmp_manifest_hash_model(const kempe_model *model, char hash[KMP_HAS
 /** The hash of all members of a manifest that count. */
 void kmp_manifest_hash_text(const char *manifest, char hash[KMP_HASH_SIZE + 1]);
 
-/** True if the hash written in a manifest is that of its own text. */
+/** True if the hash written in a manifest is the hash of its text. */
 bool kmp_manifest_is_whole(const char *manifest, const char *written);
 
 /** The value of a key in a manifest, a string without quotes; false: it has none. */

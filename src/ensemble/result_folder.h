@@ -28,7 +28,7 @@ struct kempe_folder {
     /* The run that made it, where there was one: */
     bool ran, interrupted, doubted;
     int first, step;                   /* its parts: first, first + step, .. */
-    int ran_parts, missing, elsewhere; /* of its own: run, not whole; of these, those in work elsewhere */
+    int ran_parts, missing, elsewhere; /* of its parts: run, not whole; of these, the parts in work elsewhere */
     char *warnings;                    /* of its run, one per line */
     kmp_batch_totals totals;
     kmp_instance_causes causes; /* of its instances; after a check, of all */
@@ -36,7 +36,7 @@ struct kempe_folder {
     /* After a check: */
     bool checked;
     int damaged;
-    kmp_instance_sums rows;        /* outcomes and `repeated` alone */
+    kmp_instance_sums rows;        /* only outcomes and `repeated` */
     kempe_table *shape, *measured; /* columns of the parts; rows of the columns `chosen` that statistics read */
     bool *chosen;
     kempe_statistics *statistics; /* NULL: no quantities, or parts are missing or damaged */

@@ -31,9 +31,9 @@ void kmp_block_solve_in(const kmp_block *b, double *x, double *room);
 int kmp_block_solve_transposed_few(const kmp_block *b, double nothing, int count, const int *column,
                                    const double *value, int *row, double *x);
 
-/** X (n x stride by rows, a row for each column of A) = A^-1 B (n x stride by rows), at runs of columns: the runs e of
- * block k are those from start[k] to before start[k + 1], each from run[2 e] to before run[2 e + 1], multiples of four.
- * Elsewhere X stays as it is, which must be zero where another block reads it. Bits are those of kmp_block_solve.
+/** X (n x stride by rows, a row for each column of A) = A^-1 B (n x stride by rows), at runs of columns: the runs e
+ * of block k go from start[k] to before start[k + 1], each from run[2 e] to before run[2 e + 1], multiples of four.
+ * Elsewhere X stays as it is, which must be zero where another block reads it. Bits are the same as of kmp_block_solve.
  * Nothing for NULL. */
 void kmp_block_solve_rows(const kmp_block *b, int stride, const int *start, const int *run, const double *right,
                           double *x);

@@ -284,7 +284,7 @@ static inline bool kmp_newton_is_valley(const kmp_newton *b, const double *merit
     return true;
 }
 
-/* Descends from the best candidate, then from those that may have lower merit. */
+/* Descends from the best candidate, then from candidates that may have lower merit. */
 static inline bool kmp_newton_solve_one_among(kmp_newton *s, const double *merit, int best)
 {
     bool solved = kmp_newton_descend_among(s, merit, best);

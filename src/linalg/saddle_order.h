@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* An order of elimination of [A -J'; J D], A positive definite, in which the diagonal serves as pivots: the rows of J
- * of a group, as those of a closure, are eliminated at once behind as many coordinates that they can be solved for. An
+ * of a group, such as a closure, are eliminated at once after as many coordinates that they can be solved for. An
  * order of least degree that knows nothing of this begins with multipliers, whose pivots are zero. */
 #pragma once
 

@@ -33,7 +33,7 @@ void kmp_sort_entries(int n, int count, const int *col, int *start, int *order);
 /** For the iteration matrix of an integrator, of at most nz entries. NULL: no memory. */
 kmp_sparse *kmp_sparse_new_columns(int n, int nz);
 
-/** Takes compressed columns, once, before it is factored with values in their order. Uses the memory of KLU alone;
+/** Takes compressed columns, once, before it is factored with values in their order. Uses only the memory of KLU;
  * false: no memory. */
 bool kmp_sparse_take_columns(kmp_sparse *s, const long *start, const long *row);
 void kmp_sparse_free(kmp_sparse *s);

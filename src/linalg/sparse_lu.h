@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Factors of a large diagonal block of block.h, by its non-zeros. Columns are in an order of little fill; rows are
  * pivoted by KLU, and later values are factored with the same pivots, without allocation, until these no longer suit.
- * Right-hand sides are in the order of pivots, solutions in that of columns. */
+ * Right-hand sides are in the order of pivots, solutions in the order of columns. */
 #pragma once
 
 #include "linalg/dense/dense.h"

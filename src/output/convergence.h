@@ -26,7 +26,7 @@ typedef struct kmp_convergence {
     double stopped;        /* time at which the repeat run ended, NaN when it was complete */
     int parts;             /* of the run that were repeated; 0: the whole of it */
     double checked;        /* s: all parts together */
-    double total;          /* the errors of all steps together, by those of the parts */
+    double total;          /* the errors of all steps together, by the errors of the parts */
 } kmp_convergence;
 
 /** A computation that can be repeated, in one or several cases, each of which converges or does not. */
@@ -47,24 +47,25 @@ typedef struct kmp_repeat {
 /** The part of a coordinate's range, or of the energy exchanged, that is seen in a plot. */
 #define KMP_VISIBLE 1e-3
 
-/** A motion of no more than this many absolute tolerances is a rest: its range and energy are those of rounding. */
+/** A motion of no more than this many absolute tolerances is a rest: its range and energy are due to rounding. */
 #define KMP_AT_REST 10.0
 
-/** Runs all cases again, quietly, and those in doubt once more. KEMPE_OK or KEMPE_E_MEMORY. */
+/** Runs all cases again, quietly, and doubtful cases once more. KEMPE_OK or KEMPE_E_MEMORY. */
 kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_convergence *convergence);
 
-/** Compares a row of the repeat run with that of the first; size[k] > 0 is the size of number k where it is small. */
+/** Compares a row of the repeat run with the row of the first; size[k] > 0 is the size of number k where it is small.
+ */
 void kmp_convergence_row(kmp_convergence *found, double t, int count, const double *first, const double *other,
                          const double *size);
 
-/** kmp_convergence_row for the coordinates of a system, from those of both runs, and for its states, from the rates.
- * States of contacts are judged by the motion. */
+/** kmp_convergence_row for the coordinates of a system, from the coordinates of both runs, and for its states, from the
+ * rates. States of contacts are judged by the motion. */
 void kmp_convergence_state(kmp_convergence *found, double t, const kempe_system *system, const double *q,
                            const double *qd, const double *other_q, const double *other_qd);
 
 /** Steps of a run between its rows. */
 typedef struct kmp_step_counts {
-    int rows, row; /* row: that of the last step's end, or the next one */
+    int rows, row; /* row: the row of the last step's end, or the next one */
     const double *time;
     long *steps;  /* rows: from each to the next */
     bool changes; /* conditions or modes have changed during the run */
@@ -74,9 +75,9 @@ typedef struct kmp_step_counts {
 void kmp_step_counts_add(kmp_step_counts *counts, double from, double to);
 
 /** kmp_convergence_of for a run: `spec` from `start` (NULL: assembles), compared in q and states with the rows of
- * `table`, whose last are those of spec->times. A state that changes at events may differ in single rows. `ended`: the
- * run ended where the model requests it, at the last row of all. `counts`: of the run, whose parts are repeated if they
- * may be; NULL: the whole run is. */
+ * `table`, whose last are the rows of spec->times. A state that changes at events may differ in single rows. `ended`:
+ * the run ended where the model requests it, at the last row of all. `counts`: of the run, whose parts are repeated if
+ * they may be; NULL: the whole run is. */
 kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
                                     const kmp_samples *table, bool ended, const kmp_step_counts *counts,
                                     kmp_convergence *convergence);

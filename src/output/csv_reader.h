@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* CSV files read line by line: a header, then rows. Blank lines and comments (#) are passed over. A unit follows the
- * name of its column, "q.crank [deg]", or stands in a comment "# units: s,deg" before the header; else a column is in
+ * name of its column, "q.crank [deg]", or is in a comment "# units: s,deg" before the header; else a column is in
  * SI. Errors name file, line and column. */
 #pragma once
 

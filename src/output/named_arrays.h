@@ -33,7 +33,7 @@ void kmp_arrays_tensor(kmp_arrays *arrays, const char *name, int rank, const int
 /** Writes whole or not at all, in the format of the path's ending. KEMPE_E_ARGUMENT: another ending. KEMPE_E_IO. */
 kempe_status kmp_arrays_write(kempe_context *context, const kmp_arrays *arrays, const char *path);
 
-/** True if an ending such as ".mat" is that of files of arrays. */
+/** True if an ending such as ".mat" is an ending of files of arrays. */
 bool kmp_arrays_ending(const char *ending);
 
 /** Little-endian bytes of an integer or a double on any machine. */

@@ -6,12 +6,12 @@
 #include "base/context.h"
 #include "base/text.h"
 
-/** Begins a white picture. `style`: CSS of the caller's own classes, in addition to those of plots: `curve` and
+/** Begins a white picture. `style`: CSS of the caller's own classes, in addition to the classes of plots: `curve` and
  * `dashed`. */
 void kmp_picture_begin(kmp_text *text, double width, double height, const char *style);
 void kmp_picture_end(kmp_text *text);
 
-/** A colour of its own for each of several curves; they repeat. */
+/** A separate colour for each of several curves; they repeat. */
 const char *kmp_plot_colour(int curve);
 
 /** All of them as pairs of strings, on light ground and on dark. */

@@ -29,8 +29,8 @@ typedef struct kmp_reactions {
     kmp_reaction *of;
     int count, rows, loads; /* loads: numbers of kmp_all_loads */
     bool unexamined;        /* which of them are unique, because that takes too long */
-    bool least_norm;        /* of those that are not unique */
-    const char *instead;    /* why they are those of one solution, although those of least norm were requested; NULL */
+    bool least_norm;        /* of the reactions that are not unique */
+    const char *instead;    /* why they belong to one solution, although the loads of least norm were requested; NULL */
     double *last;           /* the loads of the last row */
     double *kept;           /* of all rows, `loads` each; NULL: they are not kept */
     const char *not_unique; /* "A: z, mx; C: mx"; "": all are unique */
@@ -48,7 +48,7 @@ void kmp_reactions_add(kmp_reactions *reactions, double t, const double *loads);
 /** Marks what redundant constraints share. KEMPE_E_MEMORY. */
 kempe_status kmp_reactions_mark(kmp_reactions *reactions, const kmp_shared_loads *shared);
 
-/** Those of the rows of a run, with these steps. KEMPE_E_MEMORY. */
+/** The reactions of the rows of a run, with these steps. KEMPE_E_MEMORY. */
 kempe_status kmp_reactions_of_rows(kmp_reactions *reactions, const kempe_system *system, const kmp_samples *rows,
                                    bool least_norm);
 
@@ -56,16 +56,16 @@ kempe_status kmp_reactions_of_rows(kmp_reactions *reactions, const kempe_system 
 kempe_status kmp_reactions_keep_rows(kmp_reactions *reactions, const kempe_system *system, const kmp_samples *rows,
                                      bool least_norm);
 
-/** Keeps the loads of so many rows that are added. KEMPE_E_MEMORY. */
+/** Keeps the loads of this number of rows that are added. KEMPE_E_MEMORY. */
 kempe_status kmp_reactions_keep(kmp_reactions *reactions, int rows);
 
-/** A table of the largest ones, or of the vectors of a single row; of many joints those with the largest. `others`: the
- * option that shows the others; NULL: all are shown. */
+/** A table of the largest ones, or of the vectors of a single row; of many joints the ones with the largest. `others`:
+ * the option that shows the others; NULL: all are shown. */
 void kmp_reactions_show(kmp_text *text, const kmp_reactions *reactions, const char *others);
 
 /** The array `reactions`, as a member of an open object. */
 void kmp_reactions_json(kmp_json *json, const kmp_reactions *reactions);
 
-/** The columns of the table "reactions", and its rows; `number` >= 0: that of the equilibrium begins each. */
+/** The columns of the table "reactions", and its rows; `number` >= 0: the number of the equilibrium begins each. */
 void kmp_reactions_columns(kempe_table *table);
 void kmp_reactions_tabulate(kempe_table *table, const kmp_reactions *reactions, int number);

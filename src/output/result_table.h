@@ -28,7 +28,7 @@ void kmp_tabulate_column(kempe_table *table, const char *unit, const char *forma
 void kmp_tabulate_columns(kempe_table *table, const char *columns);
 
 /** The style in which pictures draw the column added last; periodic: a turn is 360. Points belong to the curve of the
- * last column before them that has none of these looks: they are drawn with it, residuals in a plot of their own. */
+ * last column before them that has none of these looks: they are drawn with it, residuals in a separate plot. */
 typedef enum kmp_table_look {
     KMP_LOOK_PLAIN,
     KMP_LOOK_LOGARITHMIC,
@@ -62,7 +62,7 @@ void kmp_tabulate_cells(kempe_table *table, const char *format, ...) __attribute
 void kmp_tabulate_number(kempe_table *table, double x);
 void kmp_tabulate_numbers(kempe_table *table, int count, const double *x);
 
-/** The table cannot be completed, for want of memory. */
+/** The table cannot be completed, because memory is exhausted. */
 void kmp_tabulate_fail(kempe_table *table);
 
 /** The outcome of the result, if it is given: a note of Parquet files. */

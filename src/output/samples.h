@@ -13,7 +13,7 @@ typedef enum kmp_quantity {
     KMP_QUANTITY_QDD,
     KMP_QUANTITY_LAMBDA,
     KMP_QUANTITIES,
-    KMP_QUANTITY_STATE = KMP_QUANTITIES /* of the rates in a table: those of the motions of states */
+    KMP_QUANTITY_STATE = KMP_QUANTITIES /* of the rates in a table: the coordinates of the motions of states */
 } kmp_quantity;
 
 /** "q", "qd", "qdd", "lambda", "state": the prefix of a column's name. */
@@ -57,7 +57,7 @@ void kmp_samples_limit(kmp_samples *table, double t_end);
 enum { KMP_LOAD_VALUES = 6 }; /* a force, and a moment about the point of the second body, in ground axes */
 
 typedef struct kmp_all_loads {
-    int joints, *joint;         /* bodies whose joints have a load of their own, in the order of the model */
+    int joints, *joint;         /* bodies whose joints have a separate load, in the order of the model */
     const kmp_force **obstacle; /* body_count: the element because of which the load of its joint is not known */
     kmp_formulas formulas;
     kmp_arena arena;

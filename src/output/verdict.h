@@ -38,6 +38,6 @@ kmp_verdict kmp_verdict_none(void);
 /** Judges a table, NaN when it is empty. `reference` may be NULL; only rows at exactly its times are compared. */
 kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_evaluator *eval, const kmp_reference *reference);
 
-/** The errors alone, of the rows up to a time. */
+/** Only the errors, of the rows up to a time. */
 void kmp_verdict_errors(const kmp_samples *table, const kempe_system *system, const kmp_reference *reference,
                         double until, double error[KMP_QUANTITIES]);

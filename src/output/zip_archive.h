@@ -20,7 +20,7 @@ typedef struct kmp_zip {
     bool wide; /* all sizes with 64 bits, as NumPy writes them; otherwise 32: below 4 GB in all */
 } kmp_zip;
 
-/** Begins a file. Failure is that of the text. */
+/** Begins a file. Failure is reported by the text. */
 void kmp_zip_begin(kmp_zip *zip, const char *name);
 void kmp_zip_end_member(kmp_zip *zip);
 /** A whole file. */

@@ -221,7 +221,7 @@ static bool is_straight(const judging *j, double off_most, const double *a, cons
     return true;
 }
 
-/* Keeps the samples after `a` up to `b`, with those between where values are not straight. */
+/* Keeps the samples after `a` up to `b`, with samples between where values are not straight. */
 static kempe_status refine(judging *j, const double *a, const double *b, int halvings, double *scratch)
 {
     double *middle = scratch;
@@ -503,15 +503,6 @@ static void take_loads(judging *j)
         s->wheel[w].load = NAN;
 }
 
-static bool has_irregularities(const kempe_model *model)
-{
-    bool any = false;
-    for (int k = 0; k < model->track_count; k++)
-        for (int i = 0; i < KMP_IRREGULARITIES; i++)
-            any = any || model->tracks[k].irregularities.named[i] || model->tracks[k].irregularities.made[i];
-    return any;
-}
-
 static kempe_status judge(judging *j, kmp_arena *arena)
 {
     kmp_running_safety *s = j->safety;
@@ -520,7 +511,7 @@ static kempe_status judge(judging *j, kmp_arena *arena)
     j->row = KMP_ARENA_NEW(&j->room, double, 3 * j->observed.system->n + j->observed.system->m);
     KMP_TRY(kmp_made(j->model->context, j->row));
     /* An odd number of samples, so that every other one ends where all do. */
-    bool rough = has_irregularities(j->model);
+    bool rough = kmp_tracks_are_irregular(j->model->track_count, j->model->tracks);
     const int steps = kmp_recording_steps(j->recording);
     double finer = rough ? 1 << ROUGH_HALVINGS : 1;
     j->halvings = rough ? HALVINGS - ROUGH_HALVINGS : HALVINGS;
@@ -597,10 +588,11 @@ const char *kmp_safety_loads_from(const kmp_running_safety *s)
                        : "unknown: no equilibrium is found, and at the start the wheels do not carry the weight";
 }
 
-/* The answer in a line: the wheel and the axle that come closest to their limits. */
+/* The answer in a line: wheels without load, and the wheels and the axle that come closest to their limits. */
 static void show_answer(kmp_text *text, const kempe_model *model, const kmp_running_safety *s)
 {
-    const kmp_safety_wheel *worst = NULL;
+    const kmp_safety_wheel *worst = NULL, *lightest = NULL;
+    int lifted = 0;
     const kmp_safety_axle *axle = NULL;
     int above = 0, judged = 0;
     for (int w = 0; w < s->wheels; w++) {
@@ -609,6 +601,10 @@ static void show_answer(kmp_text *text, const kempe_model *model, const kmp_runn
         above += part > 1;
         if (isfinite(part) && (!worst || part > worst->mean.value / worst->nadal))
             worst = &s->wheel[w];
+        const double unloading = s->wheel[w].unloading.value;
+        lifted += unloading >= 1;
+        if (isfinite(unloading) && (!lightest || unloading > lightest->unloading.value))
+            lightest = &s->wheel[w];
     }
     for (int k = 0; k < s->axles; k++) {
         const double part = s->axle[k].mean.value / s->axle[k].limit;
@@ -617,19 +613,28 @@ static void show_answer(kmp_text *text, const kempe_model *model, const kmp_runn
         if (isfinite(part) && (!axle || part > axle->mean.value / axle->limit))
             axle = &s->axle[k];
     }
-    if (judged == 0)
+    if (judged == 0 && !lightest)
         return;
     kmp_text words = {0};
+    if (lifted > 0)
+        kmp_text_printf(&words, "%d of %d wheels without load at times ('%s' at t = %.6g s)", lifted, s->wheels,
+                        model->wheels[lightest - s->wheel].name, lightest->unloading.t);
+    if (lifted > 0 && judged > 0)
+        kmp_text_put(&words, "; ");
     if (above > 0)
-        kmp_text_printf(&words, "%d of %d limits exceeded", above, judged);
-    else
-        kmp_text_printf(&words, "all %d limits kept", judged);
+        kmp_text_printf(&words, "%d of %d limit%s exceeded", above, judged, judged == 1 ? "" : "s");
+    else if (judged > 0)
+        kmp_text_printf(&words, "%s%d limit%s kept", judged > 1 ? "all " : "", judged, judged == 1 ? "" : "s");
+    if (lifted == 0 && lightest)
+        kmp_text_printf(&words, "%sleast load of a wheel %.3g of Q0 ('%s' at t = %.6g s)", words.length > 0 ? "; " : "",
+                        1 - lightest->unloading.value, model->wheels[lightest - s->wheel].name, lightest->unloading.t);
     if (worst)
         kmp_text_printf(&words, "; largest Y/Q over 2 m %.3f of %.3f ('%s')", worst->mean.value, worst->nadal,
                         model->wheels[worst - s->wheel].name);
     if (axle)
-        kmp_text_printf(&words, "; largest sum of Y %.4g of %.4g kN ('%s' and '%s')", axle->mean.value / 1e3,
-                        axle->limit / 1e3, model->wheels[axle->left].name, model->wheels[axle->right].name);
+        kmp_text_printf(&words, "; largest sum of Y %.4g of %.4g kN ('%s' and '%s')",
+                        kmp_print_clean(axle->mean.value / 1e3, KMP_PRINT_NOISE * axle->limit), axle->limit / 1e3,
+                        model->wheels[axle->left].name, model->wheels[axle->right].name);
     kmp_print_wrapped(text, "safety    ", 10, words.s ? words.s : "");
     kmp_text_free_part(text, &words);
 }
@@ -693,7 +698,7 @@ static void json_value(kmp_json *json, const char *key, kmp_safety_value x)
     kmp_json_put(json, "%s { value %g t %g }", key, x.value, x.t);
 }
 
-/* true, false, or null where one of both is unknown. */
+/* true, false, or null if either is unknown. */
 static void json_kept(kmp_json *json, double value, double limit)
 {
     if (isfinite(value) && isfinite(limit))
@@ -745,8 +750,8 @@ static void json_verdict(kmp_json *json, const kempe_model *model, const void *v
 
 /* -- static loads -------------------------------------------------------------------------------------- */
 
-/* Wheel loads at rest take an equilibrium, which costs as much as some seconds of a run; they depend on the model
- * alone, and are kept like its programs. */
+/* Wheel loads at rest take an equilibrium, which costs as much as some seconds of a run; they depend only on the
+ * model, and are kept like its programs. */
 
 /* By descent, then by Newton's method. */
 static kempe_status loads_at_rest(const kempe_system *system, kmp_output_program *o, kmp_arena *room, double *loads)
@@ -790,15 +795,11 @@ static kempe_status find(const kempe_system *system, double *loads)
     kmp_arena room = {0};
     kempe_status status = KEMPE_OK;
     const bool quiet = kmp_context_quiet(system->context, true);
-    if (has_irregularities(system->model)) {
+    if (kmp_tracks_are_irregular(system->model->track_count, system->model->tracks)) {
         /* A copy whose tracks are ideal, with the parts of the given one. */
         ideal = *system->model;
         ideal.has_digest = false; /* its equations are others */
-        ideal.tracks = KMP_ARENA_NEW(&room, kmp_track, system->model->track_count);
-        for (int k = 0; ideal.tracks && k < system->model->track_count; k++) {
-            ideal.tracks[k] = system->model->tracks[k];
-            ideal.tracks[k].irregularities = (kmp_irregularities){.spectrum = {.kind = -1}};
-        }
+        ideal.tracks = kmp_tracks_ideal(ideal.track_count, ideal.tracks, &room);
         status = kmp_made(system->context, ideal.tracks);
         if (status == KEMPE_OK)
             status = kmp_system_new(&ideal, NULL, &level);
@@ -823,7 +824,7 @@ static kempe_status take_static_loads(const kempe_system *system, double *loads)
     const kempe_model *model = system->model;
     if (!system->has_key || system->force) /* nothing is known of the force of a user's function */
         return find(system, loads);
-    /* By the values of parameters, which may differ from those of the model's file. */
+    /* By the values of parameters, which may differ from the values of the model's file. */
     kmp_program_cache_name name = {.what = "static loads"};
     kmp_digest digest;
     kmp_digest_begin(&digest);

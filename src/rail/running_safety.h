@@ -34,7 +34,7 @@ typedef struct kmp_running_safety {
     bool too_long; /* the run has more dense output than is kept: nothing is judged */
     int wheels, axles, samples;
     double way;        /* of the wheel that came farthest, m */
-    bool at_rest;      /* Q0 is that of the equilibrium; otherwise that of the start of the run */
+    bool at_rest;      /* Q0 is taken from the equilibrium; otherwise from the start of the run */
     bool loaded;       /* Q0 is known */
     double carried;    /* sum of Q0 over the weight of the model; NaN: no gravity */
     double difference; /* the largest relative change of the values with every other sample */

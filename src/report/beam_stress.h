@@ -11,6 +11,6 @@ bool kmp_drawing_has_edges(const kmp_drawing *drawing, const kempe_model *model,
 bool kmp_drawing_lengthens(const kmp_drawing *drawing, const kempe_model *model, int body);
 
 /** The largest normal stress of the section at each place of the drawing, at the user's coordinates q, in Pa: |N|/A and
- * that of bending at the farthest edge, by the strain of the shapes. -1: the place is beside the axis of a beam, or the
- * edges of its section are not known. */
+ * the stress of bending at the farthest edge, by the strain of the shapes. -1: the place is off the axis of a beam, or
+ * the edges of its section are not known. */
 void kmp_drawing_stress(const kmp_drawing *drawing, const kempe_model *model, const double *q, double *stress);

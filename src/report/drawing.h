@@ -21,7 +21,7 @@ enum {
 
 enum { KMP_BEAM_PIECES = 16 };
 
-/** A place of a flexible body, which is drawn as a body of its own with the axes of its section: body_count and on,
+/** A place of a flexible body, which is drawn as a separate body with the axes of its section: body_count and on,
  * where marks, lines and slides have a body. */
 typedef struct kmp_drawn_place {
     int body; /* the flexible one */

@@ -7,8 +7,8 @@
 #include "report/joint_arrows.h"
 #include "report/step_record.h"
 
-/** At most so many triangles: the mesh itself where it has no more, else one in the arena, which may be open. False: no
- * memory. */
+/** At most this number of triangles: the mesh itself where it has no more, else one in the arena, which may be open.
+ * False: no memory. */
 bool kmp_mesh_thin(kmp_arena *arena, const kmp_mesh *mesh, int most, kmp_mesh *thin);
 
 /** Writes an object whose frames are the rows, at their times or at `at`, ascending (NULL: their times); null where

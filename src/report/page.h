@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The page of a result: a single file without others beside it, with the result in words, the mechanism moving, and
+/* The page of a result: a single file that needs no others, with the result in words, the mechanism moving, and
  * curves, runs over time or tables as the kind of result has them. three.js and Chart.js are taken from where the
  * system has them. */
 #pragma once
@@ -61,7 +61,7 @@ typedef struct kmp_result_page {
     kempe_statistics *statistics; /* of an ensemble; NULL: none */
     kempe_table *reactions;       /* of the joints; NULL: none */
 
-    int record_count; /* runs over time; those without rows are not shown */
+    int record_count; /* runs over time; tables without rows are not shown */
     kmp_record *records;
     const kempe_trajectory *run; /* the run of the first record, whose contacts and wheels are drawn; NULL: none */
     kempe_comfort *comfort;      /* of that run; NULL: none */
@@ -70,12 +70,12 @@ typedef struct kmp_result_page {
     const double *frame_x;     /* x of each frame; NULL: their times */
     kmp_joint_arrows arrows;
     bool separate;      /* frames are states with no motion between them */
-    kmp_samples states; /* those of kmp_page_add_frames */
+    kmp_samples states; /* the frames of kmp_page_add_frames */
     double *zero;       /* n + m: their rates and multipliers, which pictures do not use */
-    kmp_record start;   /* a run for the frames alone, or its start */
+    kmp_record start;   /* a run only for the frames, or its start */
 } kmp_result_page;
 
-/** Its sections, and the scripts after those of all pages. */
+/** Its sections, and the scripts after the scripts of all pages. */
 typedef struct kmp_page_view {
     const char *const *sections;
     const char *const *const *scripts;  /* in order, NULL ends them */
@@ -89,12 +89,12 @@ typedef struct kmp_page_kind {
     kempe_status (*fill)(kmp_result_page *page, const void *result);
 } kmp_page_kind;
 
-/** Writes a page whole or not at all. system NULL: `fill` makes one of its own. KEMPE_E_IO with a sentence that names
+/** Writes a page whole or not at all. system NULL: `fill` makes a separate one. KEMPE_E_IO with a sentence that names
  * the package of a missing library; KEMPE_E_MEMORY; errors of `fill`. */
 kempe_status kmp_page_write(const kmp_page_kind *kind, kempe_context *context, const kempe_system *system,
                             const void *result, const char *path);
 
-/** The page is that of a system, which may be its own. */
+/** The page belongs to a system, which may be its own. */
 kempe_status kmp_page_take(kmp_result_page *page, const kempe_system *system);
 
 /** Sets the end of the study, and the line above the answer: these words and the size of the system. */

@@ -17,5 +17,5 @@ kempe_status kmp_vehicle_comfort(const kempe_trajectory *run, kempe_comfort **co
 /** True if the model has a joint with clearance. */
 bool kmp_contact_drawing_has_paths(const kempe_model *model);
 
-/** Puts a list of the contacts under the key `contacts`; paths are those of the rows. */
+/** Puts a list of the contacts under the key `contacts`; paths are drawn from the rows. */
 void kmp_contact_drawing(kmp_json *json, const kempe_trajectory *trajectory, const kmp_samples *rows);

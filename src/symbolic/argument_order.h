@@ -8,7 +8,7 @@
 /** f(g, a, b). */
 #define KMP_LAST_FIRST(f, g, a, b)       KMP_LAST_FIRST_OF(__COUNTER__, f, g, a, b)
 #define KMP_LAST_FIRST_OF(n, f, g, a, b) KMP_LAST_FIRST_AS(kmp_last_, n, f, g, a, b)
-/* Each call has a name of its own for its last operand: calls are nested. */
+/* Each call has a separate name for its last operand: calls are nested. */
 #define KMP_LAST_FIRST_AS(name, n, f, g, a, b)                                                                         \
     __extension__({                                                                                                    \
         __auto_type name##n = (b);                                                                                     \

@@ -12,7 +12,7 @@ typedef struct kmp_cost {
     kmp_stack stack;
     int sum_price;   /* of the sine or cosine of a sum */
     long operations; /* + - * / of the nodes in use */
-    long once;       /* the part of the cost that depends on parameters alone */
+    long once;       /* the part of the cost that depends only on parameters */
     bool failed;     /* no memory */
 } kmp_cost;
 

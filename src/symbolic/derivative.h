@@ -15,8 +15,8 @@ bool kmp_derivative_restart(kmp_derivative *d, int count, const kmp_ref *leaf, c
 /** Leaves one to the graph, for the next: most derivatives in a large graph touch few of its nodes. The next one has
  * its results, if it is along the same direction. Before the graph is freed. */
 void kmp_derivative_free(kmp_derivative *d);
-/** Of those that are left to a graph: forgets all results, as the graph returns to a state that lacks some of their
- * nodes; frees them. */
+/** Of the derivatives that are left to a graph: forgets all results, as the graph returns to a state that lacks some of
+ * their nodes; frees them. */
 void kmp_derivatives_forget(kmp_derivative *left);
 void kmp_derivatives_discard(kmp_derivative *left);
 
@@ -33,7 +33,7 @@ typedef struct kmp_partials kmp_partials;
 /** For the expressions of[0 .. count). NULL when there is no memory: the graph has then failed. */
 kmp_partials *kmp_partials_new(kmp_graph *g, int count, const kmp_ref *of);
 void kmp_partials_free(kmp_partials *p);
-/** Before the graph is freed: those that it keeps. */
+/** Before the graph is freed: frees the partial derivatives that it keeps. */
 void kmp_partials_discard(kmp_partials *p);
 
 /** Derivatives along a leaf: value[0 .. returned) of the expressions which[0 .. returned), ascending; all other

@@ -14,8 +14,8 @@ kmp_ref kmp_power(kmp_graph *g, kmp_ref a, double exponent);
 
 /** The node of any operation that is neither leaf nor applied. */
 kmp_ref kmp_operate(kmp_graph *g, kmp_op op, const kmp_ref operands[3]);
-/** Makes node `id` of a graph, which is no leaf, from new operands (as many as its operation has) in the same graph or
- * another one. Implicit blocks cannot go to another graph, which then fails. */
+/** Makes node `id` of a graph, which is not a leaf, from new operands (as many as its operation has) in the same graph
+ * or another one. Implicit blocks cannot go to another graph, which then fails. */
 kmp_ref kmp_graph_rebuild(kmp_graph *to, const kmp_graph *from, uint32_t id, const kmp_ref operands[3]);
 /** Makes it from the operands' forms: map[id] of each node. In the same graph leaves, and nodes whose operands are
  * unchanged, are returned as they are. */

@@ -77,7 +77,7 @@ enum {
 };
 
 kmp_graph *kmp_graph_new(void);
-/** With room for so many nodes from the beginning; it grows beyond. */
+/** With room for this number of nodes from the beginning; it grows beyond. */
 kmp_graph *kmp_graph_new_for(uint32_t nodes);
 /** Selects rules, to measure the gain of each: a new graph applies all. */
 void kmp_graph_set_rules(kmp_graph *g, unsigned rules);
@@ -120,7 +120,7 @@ static inline kmp_ref kmp_neg(kmp_ref r)
     return r == KMP_ZERO ? r : r ^ 1;
 }
 
-/* The first members of a graph: for the inline functions below alone, which every traversal of a graph calls. */
+/* The first members of a graph: only for the inline functions below, which every traversal of a graph calls. */
 typedef struct kmp_graph_head {
     kmp_node *nodes;
     double *values; /* of CONST nodes */
@@ -144,7 +144,7 @@ static inline const kmp_node *kmp_graph_node(const kmp_graph *g, uint32_t id)
 {
     return &((const kmp_graph_head *)g)->nodes[id];
 }
-/** The form of a reference, from those of nodes. */
+/** The form of a reference, from the forms of nodes. */
 static inline kmp_ref kmp_mapped(const kmp_ref *map, kmp_ref r)
 {
     return kmp_is_negative(r) ? kmp_neg(map[kmp_id(r)]) : map[kmp_id(r)];
@@ -169,7 +169,7 @@ kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n);
 
 kmp_ref kmp_const(kmp_graph *g, double value);
 kmp_ref kmp_input(kmp_graph *g, kmp_input_kind kind, uint32_t index);
-/** Sums and products of two operands that need not be nodes of their own; for kmp_add and kmp_mul alone. */
+/** Sums and products of two operands that need not be separate nodes; only for kmp_add and kmp_mul. */
 kmp_ref kmp_graph_add(kmp_graph *g, kmp_ref a, kmp_ref b);
 kmp_ref kmp_graph_mul(kmp_graph *g, kmp_ref a, kmp_ref b);
 /* Most operands of equations are zeros and ones, which need no call. */

@@ -15,9 +15,9 @@ enum { KMP_IMPLICIT_MOST = 6 }; /* unknowns: KMP_NEWTON_MOST */
 
 typedef struct kmp_implicit kmp_implicit;
 
-/** A block from a graph of its own, in which KMP_IN_Q[j] is unknown j and KMP_IN_PARAMETER[l] argument l. It has as
+/** A block from a separate graph, in which KMP_IN_Q[j] is unknown j and KMP_IN_PARAMETER[l] argument l. It has as
  * many residuals and first guesses (which depend on arguments only) as unknowns. The block owns `local` in any case.
- * NULL: no memory, or the local graph has an implicit block of its own. */
+ * NULL: no memory, or the local graph has an implicit block. */
 kmp_implicit *kmp_implicit_new(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
                                const kmp_ref *guess);
 
@@ -37,7 +37,7 @@ bool kmp_implicit_equal(const kmp_implicit *a, const kmp_implicit *b);
 /** The block's data for a program. */
 const kmp_program_block *kmp_implicit_block(const kmp_implicit *block);
 
-/** As kmp_graph_add_implicit, of a block as a program has it, for evaluation alone: it has no derivatives. */
+/** As kmp_graph_add_implicit, of a block as a program has it, only for evaluation: it has no derivatives. */
 int kmp_graph_add_block(kmp_graph *g, const kmp_program_block *block);
 
 /** The unknowns for given arguments; unchanged if the block is -1. */

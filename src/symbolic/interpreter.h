@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A program run instruction by instruction: for small programs inside others. The bits are those of every back end.
- * Programs with implicit blocks are not run here. */
+/* A program run instruction by instruction: for small programs inside others. The bits are the same as of every back
+ * end. Programs with implicit blocks are not run here. */
 #pragma once
 
 #include "symbolic/program.h"

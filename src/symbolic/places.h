@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Averages over places (average.h), one place after another: for generated code, C99 without a library but libm. The
- * rules are those of the library, which runs eight places at once; the bits are the same. */
+ * rules are the rules of the library, which runs eight places at once; the bits are the same. */
 #ifndef KMP_PLACES_H
 #define KMP_PLACES_H
 

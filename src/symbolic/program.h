@@ -52,7 +52,7 @@ typedef struct kmp_program_block {
 } kmp_program_block;
 
 typedef struct kmp_program {
-    kmp_arena arena;  /* of all arrays but those of tables and blocks */
+    kmp_arena arena;  /* of all arrays except the arrays of tables and blocks */
     int stages;       /* stage 0 included */
     int *code;        /* stages + 1: first instruction of each stage, and the end */
     int *outputs;     /* stages + 1: first output of each stage, and the end */
@@ -74,7 +74,7 @@ typedef struct kmp_program {
 /** A program with one group of outputs per stage, from stage 1 on; addition theorems are applied to all together. NULL:
  * no memory. */
 kmp_program *kmp_program_new(kmp_graph *g, int groups, const int *count, const kmp_ref *const *outputs);
-/** The same of one stage, in which charts of joints are inputs as all others: generated code prepares parameters alone.
+/** The same of one stage, in which charts of joints are inputs as all others: generated code prepares only parameters.
  */
 kmp_program *kmp_program_of_parameters(kmp_graph *g, int count, const kmp_ref *outputs);
 void kmp_program_free(kmp_program *p);
@@ -91,17 +91,17 @@ typedef struct kmp_importing {
     const kmp_ref *input;     /* count: kmp_input */
     const kmp_ref *by;        /* what takes their place */
     const kmp_ref *at;        /* the same at a place nearby; NULL: there is none */
-    kmp_angle_updates *turns; /* with `at`: sines and cosines are those of `at`, turned by these angles d; the error of
+    kmp_angle_updates *turns; /* with `at`: sines and cosines are taken at `at`, turned by these angles d; the error of
                                * a value is |d|^5 / 120 */
 } kmp_importing;
 
-/** The program's outputs as references in a graph; its implicit blocks there are for evaluation alone. False: no
+/** The program's outputs as references in a graph; its implicit blocks there are only for evaluation. False: no
  * memory.
  */
 bool kmp_program_import(const kmp_program *p, kmp_graph *g, const kmp_importing *how, kmp_ref *outputs);
 
-/** An empty program with room in all arrays for so many stages, instructions, outputs, constants and inputs. NULL: no
- * memory. */
+/** An empty program with room in all arrays for these numbers of stages, instructions, outputs, constants and inputs.
+ * NULL: no memory. */
 kmp_program *kmp_program_with_room(size_t stages, size_t code, size_t outputs, size_t constants, size_t inputs);
 
 /** Number of the table in the program, which owns it too; -1: no memory. */
@@ -109,13 +109,13 @@ int kmp_program_add_table(kmp_program *p, struct kmp_table *table);
 
 /** Counts of the instructions of some stages. Implicit blocks count as one function each: kmp_solving_count. */
 kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_stage);
-/** Adds one instruction, or other counts, so many times. */
+/** Adds one instruction, or other counts, this number of times. */
 void kmp_counts_take(kmp_counts *counts, const kmp_instruction *instruction, long times);
 void kmp_counts_add(kmp_counts *counts, const kmp_counts *more, long times);
 
 /** An independent copy. NULL: no memory. */
 kmp_program *kmp_program_copy(const kmp_program *p);
-/** The program of the first stages alone, as many as given, with what they need. NULL: no memory. */
+/** The program of only the first stages, as many as given, with what they need. NULL: no memory. */
 kmp_program *kmp_program_first(const kmp_program *p, int stages);
 /** A program without the instructions that are `given`, as far as the others need them: number list[k] of these is the
  * input KMP_IN_Q[first + k]. `given` and `list` have an entry for each instruction. NULL: no memory. */

@@ -16,6 +16,6 @@ void kmp_table_pool_free(kmp_table_pool *pool);
 /** NULL, no program, is kept. The bytes fail where there is no memory. */
 void kmp_program_put(kmp_bytes *bytes, kmp_table_pool *pool, const kmp_program *p);
 
-/** The program, NULL where none was written. NULL and a failed source: the bytes are no program, or there is no memory.
- * Operands, tables and blocks of what is returned exist. */
+/** The program, NULL where none was written. NULL and a failed source: the bytes are not a program, or there is no
+ * memory. Operands, tables and blocks of what is returned exist. */
 kmp_program *kmp_program_get(kmp_byte_source *source, kmp_table_pool *pool);

@@ -16,7 +16,7 @@ typedef struct kmp_program_form {
 
 /** A program's holders, its forms, and where bytes of them may be kept. */
 typedef struct kmp_program_shared {
-    atomic_int others; /* holders beside the first */
+    atomic_int others; /* further holders after the first */
     _Atomic(kmp_program_form *) first;
     const kempe_context *context; /* outlives the program; NULL: nothing is kept */
     kmp_cache_key key;
@@ -27,7 +27,7 @@ kmp_program *kmp_program_share(kmp_program *p);
 
 /** The form of a kind; NULL: there is none yet. */
 kmp_program_form *kmp_program_find_form(const kmp_program *p, int kind);
-/** Gives a form to the program. Returns the one to use: that which another thread gave before, if any. */
+/** Gives a form to the program. Returns the one to use: the form that another thread gave before, if any. */
 kmp_program_form *kmp_program_add_form(const kmp_program *p, kmp_program_form *form);
 
 /** For kmp_program_free: false if other holders remain; otherwise all forms are released. */

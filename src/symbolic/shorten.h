@@ -44,7 +44,7 @@ static inline kmp_ref kmp_rewrite_node(const kmp_rewrite *r, uint32_t id)
     return kmp_graph_rebuild_by(r->graph, r->graph, id, r->now);
 }
 
-/** A pass over the outputs, whose needed nodes `r` has, and then those of the new outputs.
+/** A pass over the outputs, whose needed nodes `r` has, and then the nodes of the new outputs.
  * `parallel` may be NULL: no axes are parallel. */
 typedef bool kmp_pass_fn(kmp_rewrite *r, const kmp_parallel *parallel, int count, kmp_ref *outputs);
 
@@ -69,10 +69,10 @@ bool kmp_pass_run(const kmp_pass *pass, kmp_graph *g, const kmp_parallel *parall
  *     x sin a cos b +- x cos a sin b = x sin(a +- b)
  *
  * The second and third lines make new angles, which pays where axes are parallel: angles of unrelated joints are left
- * alone. */
+ * unchanged. */
 kmp_pass_fn kmp_collapse_trig;
 
-/** Factors taken out of sums: a b + a c = a (b + c). Products that other nodes also need are left alone. */
+/** Factors taken out of sums: a b + a c = a (b + c). Products that other nodes also need are left unchanged. */
 kmp_pass_fn kmp_factor_sums;
 
 /** Common parts of sums or products, independent of the order in which they were written. With a + b + c and d + a + c,
@@ -80,7 +80,7 @@ kmp_pass_fn kmp_factor_sums;
 kmp_pass_fn kmp_share_sums, kmp_share_products;
 
 /** Takes the rewritten forms of the outputs when that takes fewer operations, by this price of the sine or cosine of a
- * sum (symbolic/cost.h): then these are the outputs, and their nodes those that the next pass needs. False: no
+ * sum (symbolic/cost.h): then these are the outputs, and the next pass needs their nodes. False: no
  * memory. */
 bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outputs);
 
@@ -93,7 +93,7 @@ typedef kmp_ref kmp_rewrite_sum(const kmp_rewrite *r, const void *user, uint32_t
 bool kmp_rewrite_sums(kmp_rewrite *r, kmp_rewrite_sum *rewrite, const void *user, int sum_price, int count,
                       kmp_ref *outputs);
 
-/** True if a reference is expanded in the list of another one, which alone has it. */
+/** True if a reference is expanded in the list of the only other one that has it. */
 static inline bool kmp_rewrite_expands(const kmp_rewrite *r, kmp_op op, kmp_ref x)
 {
     return kmp_graph_node(r->graph, kmp_id(x))->op == op && kmp_id(x) < r->count && r->uses[kmp_id(x)] == 1;

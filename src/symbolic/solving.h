@@ -10,11 +10,11 @@ kmp_solving *kmp_solving_new(const kmp_program_block *block, const kmp_block_run
  * other outlives it. NULL: no memory. */
 kmp_solving *kmp_solving_beside(const kmp_solving *other);
 
-/** Lets one that was made beside another use the code and the room of a third one of the same block. */
+/** Lets one that was made in addition to another use the code and the room of a third one of the same block. */
 void kmp_solving_move(kmp_solving *s, const kmp_solving *other);
 void kmp_solving_free(kmp_solving *solving);
 
-/** Operations of the block's program since it was made; those of a room count once, for the solving that owns it.
+/** Operations of the block's program since it was made; the bytes of a room count once, for the solving that owns it.
  * Without the solution of linear equations, and the sums of averages. */
 kmp_counts kmp_solving_count(const kmp_solving *solving);
 
@@ -24,7 +24,7 @@ bool kmp_solving_is_done(const kmp_solving *solving);
 /** The array to write the arguments to. */
 double *kmp_solving_arguments(kmp_solving *solving);
 
-/** An unknown for the current arguments. It depends on them alone: earlier solutions are kept for equal arguments,
+/** An unknown for the current arguments. It depends only on them: earlier solutions are kept for equal arguments,
  * never used as starting values. */
 double kmp_solving_value(kmp_solving *solving, int component);
 

@@ -44,7 +44,7 @@ void kmp_table_free(kmp_table *table);
 /** The table for a further owner, who frees it too. */
 kmp_table *kmp_table_share(kmp_table *table);
 
-/** True if method and points are equal, to the bit: to those of another table, to given ones. */
+/** True if method and points are equal, to the bit: to the points of another table, to given ones. */
 bool kmp_table_equal(const kmp_table *a, const kmp_table *b);
 bool kmp_table_is_of(const kmp_table *table, kmp_table_method method, int count, const double *x, const double *y);
 
@@ -56,7 +56,7 @@ double kmp_table_value_near(const kmp_table *table, int derivative, double x, in
 /** Bounds of the table, or of a derivative of a given order, while x is within [from, to]. */
 void kmp_table_bounds(const kmp_table *table, int derivative, double from, double to, double *low, double *high);
 
-/** The last knot but one that is not right of x, of those of a part. Mostly one knot is tested. */
+/** The last knot but one that is not right of x, of the knots of a part. Mostly one knot is tested. */
 static inline int kmp_table_knot(const kmp_table *t, int part, double x)
 {
     int low = t->knot[part], high = t->knot[part + 1];
@@ -77,7 +77,7 @@ int kmp_table_degree(const kmp_table *table);
 const char *kmp_table_method_name(kmp_table_method method);
 const char *kmp_table_method_word(kmp_table_method method);
 
-/* Tables in the graph. A graph owns its tables, a program those that it needs. */
+/* Tables in the graph. A graph owns its tables, a program the tables that it needs. */
 
 /** Number of the table in the graph (an equal one is not added twice); -1: no memory, or no table (NULL),
  * and the graph has failed. */
@@ -94,7 +94,7 @@ kmp_table *kmp_graph_table(const kmp_graph *g, int table);
  *     z(x, y) = sum over j of c_j(y) s_j(x)
  *
  * which is the bilinear or the bicubic interpolant, whatever the order of its variables; the sum is over the variable
- * with fewer knots. Beyond the grid it goes on as tables do in either variable. */
+ * with fewer knots. Beyond the grid it continues as tables do in either variable. */
 typedef struct kmp_surface {
     kmp_arena arena; /* of all arrays */
     int count[2];

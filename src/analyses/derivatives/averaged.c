@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A copy of the model in which sampled states and delays have rates, derived as a system of its own. States that change
- * at events are constants of it, unless the condition of their change is near: then they are judged at the state. */
+/* A copy of the model in which sampled states and delays have rates and tracks are ideal, derived as a separate
+ * system. States that change at events are constants of it, unless the condition of their change is near: then they are
+ * judged at the state. */
 #include "analyses/derivatives/averaged.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -67,6 +68,7 @@ static bool copy_model(kmp_averaged *a, const kempe_model *given)
         return false;
     for (int k = 0; k < m->parameter_count; k++)
         m->parameters[k] = given->parameters[k];
+    m->tracks = kmp_tracks_ideal(m->track_count, m->tracks, &a->arena);
     memcpy(m->forces, given->forces, (size_t)m->force_count * sizeof *m->forces);
     memcpy(m->states, given->states, (size_t)m->state_count * sizeof *m->states);
     for (int k = 0; k < m->state_count; k++)
@@ -82,9 +84,14 @@ static bool copy_model(kmp_averaged *a, const kempe_model *given)
 
 kempe_status kmp_averaged_new(const kempe_system *given, kmp_averaged **averaged)
 {
+    const bool irregular = kmp_tracks_are_irregular(given->model->track_count, given->model->tracks);
     *averaged = NULL;
-    if (!kmp_model_has_samples(given->model) && given->model->delay_count == 0)
+    if (!kmp_model_has_samples(given->model) && given->model->delay_count == 0 && !irregular)
         return KEMPE_OK;
+    if (irregular)
+        kmp_log(given->context, KEMPE_LOG_WARNING,
+                "the irregularities of tracks are left out: equilibria, steady motions and small motions are those on "
+                "the ideal track");
     KMP_MAKE(given->context, kmp_averaged, a);
     a->given = given;
     kempe_status status = kmp_made(given->context, copy_model(a, given->model));
@@ -102,6 +109,13 @@ void kmp_averaged_free(kmp_averaged *averaged)
     kempe_system_free(averaged->system);
     kmp_arena_free(&averaged->arena);
     kmp_free(averaged);
+}
+
+void kmp_averaged_put(kmp_text *text, const char *label, const kmp_averaged *averaged)
+{
+    const kempe_model *given = averaged ? averaged->given->model : NULL;
+    if (given && kmp_tracks_are_irregular(given->track_count, given->tracks))
+        kmp_text_printf(text, "%swithout their irregularities\n", label);
 }
 
 const kempe_system *kmp_averaged_system(const kmp_averaged *averaged, const kempe_system *given)

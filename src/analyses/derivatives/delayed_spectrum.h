@@ -30,7 +30,7 @@ typedef struct kmp_delayed_spectrum {
                           * `still` of them */
 } kmp_delayed_spectrum;
 
-/** Computes it at the state of `linear`, whose matrices are made; `zeros`: the number of zero roots, those of the
+/** Computes it at the state of `linear`, whose matrices are made; `zeros`: the number of zero roots of the
  * averaged system. `brief`: without a bound, all roots that were found are shown. KEMPE_E_MEMORY; KEMPE_E_FAILED with a
  * sentence: Mr is singular, or an iteration does not converge. To be freed in any case. */
 kempe_status kmp_delayed_spectrum_init(kmp_delayed_spectrum *spectrum, const kmp_linear *linear, int zeros, bool brief);

@@ -28,7 +28,7 @@ typedef struct kmp_fused_lanes {
 kempe_status kmp_fused_lanes_init(kmp_fused_lanes *fused, const kmp_reduction *red);
 void kmp_fused_lanes_free(kmp_fused_lanes *fused);
 
-/** True if there is a program, and charts are those with which it was written. */
+/** True if there is a program, and the charts are unchanged since it was written. */
 bool kmp_fused_lanes_applies(const kmp_fused_lanes *fused);
 
 /** Moves v in q (n) along the tangent of the last pass, to u (p). Returns the largest change of u, scaled. */

@@ -20,7 +20,7 @@
 
 typedef struct kmp_linear {
     const kempe_system *system;
-    kmp_arena arena, choice; /* of all arrays; of those for the choice of coordinates */
+    kmp_arena arena, choice; /* of all arrays; of the matrices for the choice of coordinates */
     kmp_evaluator *eval;     /* its own, at the state */
     kmp_partition part;
     kmp_reduction red;
@@ -84,32 +84,32 @@ void kmp_linear_tell_tables(const kmp_linear *linear);
 /** The state, for evaluating other programs there. */
 kmp_instant kmp_linear_instant(const kmp_linear *linear);
 
-/** Takes the state with rates ud (NULL: zero) and accelerations udd (NULL: zero): its u are those of q (n), and the
- * loops are closed from q. Conditions of the model have their values there. KEMPE_E_FAILED without message: Jv is
+/** Takes the state with rates ud (NULL: zero) and accelerations udd (NULL: zero): its u are taken from q (n), and
+ * the loops are closed from q. Conditions of the model have their values there. KEMPE_E_FAILED without message: Jv is
  * singular, or the loops do not close. */
 kempe_status kmp_linear_at(kmp_linear *linear, double t, const double *q, const double *ud, const double *udd);
 
-/** Takes the state as kmp_linear_at does with udd = 0, for the residual alone. Tangents, and what follows small
- * changes, stay those of the state before. */
+/** Takes the state as kmp_linear_at does with udd = 0, only for the residual. Tangents, and what follows small
+ * changes, belong to the state before. */
 kempe_status kmp_linear_residual_at(kmp_linear *linear, double t, const double *q, const double *ud);
 
 /** Takes the state with the accelerations of the equations of motion, R = 0; otherwise as kmp_linear_at. KEMPE_E_FAILED
  * without message also where the reduced mass is not positive. */
 kempe_status kmp_linear_at_motion(kmp_linear *linear, double t, const double *q, const double *ud);
 
-/** Takes q, closed, and qd of a state alone, with the factors and the tangent of the closures. Errors as kmp_linear_at.
+/** Takes only q, closed, and qd of a state, with the factors and the tangent of the closures. Errors as kmp_linear_at.
  */
 kempe_status kmp_linear_close(kmp_linear *linear, double t, const double *q, const double *ud);
 
-/** Calls kmp_linear_at_motion if `motion`, otherwise kmp_linear_at, with the rates of u taken from those of all
- * coordinates (n). */
+/** Calls kmp_linear_at_motion if `motion`, otherwise kmp_linear_at, with the rates of u taken from the rates of
+ * all coordinates (n). */
 kempe_status kmp_linear_at_rates(kmp_linear *linear, double t, const double *q, const double *qd, bool motion);
 
 /** kmp_follow at the last state, accelerations as given. */
 void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_response *response);
 
-/** Puts into udd (p) the change of accelerations that leaves R = 0 with a change dR (may be the same array). After
- * kmp_linear_at_motion alone. */
+/** Puts into udd (p) the change of accelerations that leaves R = 0 with a change dR (may be the same array). Only
+ * after kmp_linear_at_motion. */
 void kmp_linear_accelerate(kmp_linear *linear, const double *residual, double *udd);
 
 /** Weights of the results of a small change, each NULL for none. */
@@ -130,7 +130,7 @@ void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_c
 /** Mr, Gr and Kr of the last state, and N' M N, with the same roundings as in Mr. */
 void kmp_linear_matrices(kmp_linear *linear);
 
-/** N' M N alone, for callers that have made the other matrices by kmp_linear_follow. */
+/** Only N' M N, for callers that have made the other matrices by kmp_linear_follow. */
 void kmp_linear_inertia(kmp_linear *linear);
 
 /** The number of unknowns u that move in small motions: all but states that are constant (held, model/data/model.h).
@@ -142,14 +142,14 @@ int kmp_linear_moving(const kmp_linear *linear, int *place);
 void kmp_linear_squeeze(int rows, int row_count, const int *row, int column_count, const int *column,
                         const double *from, double *to);
 
-/** The states x of the first-order form: the unknowns u that are no states of the model, then all rates of u that are
+/** The states x of the first-order form: the unknowns u that are not states of the model, then all rates of u that are
  * not held. `place` (2 p): the place of each among u and their rates (from p on). Their number. */
 int kmp_linear_entries(const kmp_linear *linear, int *place);
 
 /** A of x' = A x (width x width). 0; -1: no memory; -3: Mr is singular. */
 int kmp_linear_first_order(const kmp_linear *linear, int width, const int *place, double *a);
 
-/** Eigenvalues and vectors of Mr, Gr and Kr, without those of held states, where the vectors are zero, and without the
- * zeros of integrals of states; independent of the choice of u. KEMPE_E_MEMORY; KEMPE_E_FAILED: Mr is singular, N' M N
- * is not positive, or an iteration did not converge. */
+/** Eigenvalues and vectors of Mr, Gr and Kr, without the values of held states, where the vectors are zero, and without
+ * the zeros of integrals of states; independent of the choice of u. KEMPE_E_MEMORY; KEMPE_E_FAILED: Mr is singular, N'
+ * M N is not positive, or an iteration did not converge. */
 kempe_status kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum);

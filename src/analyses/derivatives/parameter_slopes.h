@@ -26,9 +26,9 @@ typedef struct kmp_slopes {
         equations; /* rows: h, rate, curve (m each), force, start q and qd (n each), length; a column a parameter */
     kmp_slope_matrix
         outputs; /* columns: t with the inputs that change with it, q, qd, qdd (n each), lambda (m), parameters */
-    kmp_slope_matrix events; /* derivatives of the conditions, in rows: those of the system */
-    kmp_slope_matrix
-        delayed; /* of delayed signals, of these before the start, and of their delays, in rows: so many each */
+    kmp_slope_matrix events;  /* derivatives of the conditions of the system, in rows */
+    kmp_slope_matrix delayed; /* of delayed signals, of these before the start, and of their delays, in rows: this
+                                 number of entries each */
     kmp_slope_matrix samples; /* of the next values of states that are sampled or change at events, in rows: these */
 } kmp_slopes;
 
@@ -37,7 +37,7 @@ extern const char *const kmp_derivative_ends[KMP_TIME_NUMBERS];
 
 /** Derives the partial derivatives for a system of a variant's model; `names`: of variable parameters, and of inputs of
  * the model and their derivatives. Includes the
- * outputs if requested, whose values are those of kmp_eval_shown. A system whose model is no variant has outputs, and
+ * outputs if requested, whose values equal kmp_eval_shown. A system whose model is not a variant has outputs, and
  * no parameters (count 0). KEMPE_E_ARGUMENT: a name that is not variable. KEMPE_E_MEMORY. */
 kempe_status kmp_slopes_new(const kempe_system *system, const char *backend, int count, const char *const *names,
                             bool with_outputs, kmp_slopes **slopes);
@@ -53,7 +53,7 @@ void kmp_slopes_at(kmp_slopes *slopes, const kmp_instant *at);
 kmp_change kmp_slopes_change(const kmp_slopes *slopes, int k, double *room);
 
 /** Derivatives with respect to parameter k of the model's start values and rates (n each), independent of the state;
- * returns that of the characteristic length. */
+ * returns the derivative of the characteristic length. */
 double kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *qd);
 
 /** out[k] += the derivative of w'(h, rate, curve, force) with respect to parameter k, for all parameters; a NULL part
@@ -68,7 +68,7 @@ const double *kmp_slopes_values(kmp_slope_matrix *of, const kmp_instant *at);
 /** A direction of differentiation, or a gradient; a NULL member is zero. */
 typedef struct kmp_direction {
     double *t, *q, *qd, *qdd, *lambda; /* 1, n, n, n, m */
-    double *parameters;                /* count; of a gradient alone */
+    double *parameters;                /* count; only of a gradient */
 } kmp_direction;
 
 /** out = the derivative of all values along a direction in which parameter k (negative: none) increases by one. */

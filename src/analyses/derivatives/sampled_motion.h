@@ -16,7 +16,7 @@ bool kmp_samples_in(const kempe_model *model);
  *
  *     x(k + 1) = phi x(k) + gamma w(k),
  *
- * where x(k) is the state before the samples. a (width x width) and b (width x inputs) are those of the averaged
+ * where x(k) is the state before the samples. a (width x width) and b (width x inputs) belong to the averaged
  * system, x' = a x + b w; `every`: the time between samples of each entry of x, INFINITY of the others. phi and gamma
  * may be a and b. 0, with that time in *period; -1: no memory, or a number that is not finite; -2: the times have no
  * common multiple of a moderate size. */

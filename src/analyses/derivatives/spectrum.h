@@ -13,7 +13,7 @@
 #include "base/arena.h"
 
 /** Distance of eigenvalues that count as one, over the largest modulus: the root of rounding, by which rounding splits
- * those that have one eigenvector. */
+ * zeros that have one eigenvector. */
 #define KMP_SPECTRUM_EQUAL 1e-5
 
 /** Eigenvalues and eigenvectors of a pencil. Zeros come first, then by modulus; of a pair the eigenvalue above the real
@@ -21,7 +21,7 @@
 typedef struct kmp_spectrum {
     int p, count; /* size of the pencil, 2 p */
     int zeros;    /* number of eigenvalues that are exactly zero */
-    int still; /* number of zeros with an eigenvector of their own: the null space of K; the other zeros repeat them */
+    int still;    /* number of zeros with separate eigenvectors: the null space of K; the other zeros repeat them */
     bool conservative;
     bool secular;        /* motions grow as a power of time: an eigenvalue on the axis has fewer eigenvectors than its
                             multiplicity, or a zero a longer chain than a free motion, which has displacement and rate */
@@ -34,9 +34,10 @@ typedef struct kmp_spectrum {
 } kmp_spectrum;
 
 /** Solves the pencil of M, G and K (p x p, column-major). `led` (NULL: the mass) replaces M where it is neither
- * symmetric nor positive; the mass, which is both, is then that of x^H M x and of the choice of coordinates, and the
- * result is never taken for conservative unless led = mass up to rounding. `companion`: never by the symmetric solver.
- * 0; -1: no memory, or an iteration did not converge; -2: led is singular; i + 1: minor i of the mass is not positive.
+ * symmetric nor positive; the mass, which is both, is then the mass of x^H M x and of the choice of coordinates, and
+ * the result is never taken for conservative unless led = mass up to rounding. `companion`: never by the symmetric
+ * solver. 0; -1: no memory, or an iteration did not converge; -2: led is singular; i + 1: minor i of the mass is not
+ * positive.
  */
 int kmp_spectrum_init(kmp_spectrum *spectrum, int p, const double *mass, const double *led, const double *damping,
                       const double *stiffness, bool companion);

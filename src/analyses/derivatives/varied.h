@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A motion and its sensitivities to parameters: evaluated at any (t, u, ud) with the loops closed, from the assembled
- * start. Sensitivities are those of q and qd, s = dq/dp and sd = dqd/dp; their rows of u and ud determine all others by
+ * start. Sensitivities are derivatives of q and qd, s = dq/dp and sd = dqd/dp; their rows of u and ud determine all
+ * others by
  *
  *     s = N s_u - (0; Jv^-1 h_p)
  *     dud_u/dt = -Mr^-1 (Kr s_u + Gr s_ud + N' R_p)
@@ -57,7 +58,7 @@ int kmp_sensitivity_equations_at(kmp_sensitivity_equations *varied, double t, co
 /** Takes a state like kmp_sensitivity_equations_at, with q (n) near the closed state in place of the prediction. */
 int kmp_sensitivity_equations_near(kmp_sensitivity_equations *varied, double t, const double *q, const double *ud);
 
-/** The same of q and qd alone: no accelerations (kmp_linear_close). */
+/** The same only of q and qd: no accelerations (kmp_linear_close). */
 int kmp_sensitivity_equations_close(kmp_sensitivity_equations *varied, double t, const double *q, const double *ud);
 
 /** dudd by u and by ud (p x 2 p) at the last state, at constant parameters. */

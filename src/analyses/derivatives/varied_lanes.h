@@ -24,7 +24,7 @@ typedef struct kmp_varied_lanes {
     bool due;                   /* the program is to be written */
     int *written, writings;     /* choices of this run whose program was written: rows and u, each n + m; number */
     bool closed;                /* the lanes are closed, at these times: */
-    bool whole;                 /* by parts: Jv, M and C are those of these places, too */
+    bool whole;                 /* by parts: Jv, M and C belong to these places, too */
     kmp_counts count_of_motion; /* operations of its program */
     double cycles_of_tangents;  /* of the programs of tangents and slopes, in lanes */
     double t[KMP_STAGE_LANES];
@@ -57,7 +57,7 @@ void kmp_varied_lanes_begin(kmp_varied_lanes *lanes);
 
 /** udd (p) at times, u and ud (p), with the loops closed from the last anchor, or from these lanes at the same times:
  * to round-off if `once`, otherwise as exactly as sweeps at these times need, which converge. KMP_GO, or KMP_RETRY
- * where loops do not close; KMP_HALT: no memory. Allocates after an exchange of u alone, and where a joint takes
+ * where loops do not close; KMP_HALT: no memory. Allocates only after an exchange of u, and where a joint takes
  * another chart. */
 int kmp_varied_lanes_run(kmp_varied_lanes *lanes, bool once, const double *t, const double *u, const double *ud,
                          double *udd);

@@ -17,7 +17,7 @@ typedef enum kmp_stability_word {
     KMP_STABLE,  /* all small motions decay */
     KMP_NEUTRAL, /* nothing grows; some motions remain displaced, or continue */
     KMP_UNSTABLE,
-    KMP_NOT_HELD, /* friction sticks there by more than it can have: the state is no equilibrium */
+    KMP_NOT_HELD, /* friction sticks there by more than it can have: the state is not an equilibrium */
     KMP_UNDECIDED /* the reduced mass is not positive, or singular by forces of multipliers; a root of delays is almost
                      on the axis */
 } kmp_stability_word;
@@ -57,8 +57,8 @@ typedef struct kmp_balance_contact {
 } kmp_balance_contact;
 
 /* States of rest that dry friction holds: around a state at rest, an interval of one coordinate for each independent
- * element that sticks. On it that element moves, with those that share its freedom, while the other elements stay where
- * they are and all other motions stay in balance. */
+ * element that sticks. On it that element moves, with the elements that share its freedom, while the other elements
+ * stay where they are and all other motions stay in balance. */
 typedef enum kmp_rest_word {
     KMP_REST_SLIPS, /* friction is used up there */
     KMP_REST_LIMIT, /* the motions do not continue beyond it, or have no balance */
@@ -124,7 +124,7 @@ struct kempe_equilibrium {
     char *warnings; /* of the computation, one per line */
 };
 
-/** kempe_equilibrium_new for the states alone: no loads, no stability, no coordinates without effect. */
+/** kempe_equilibrium_new only for the states: no loads, no stability, no coordinates without effect. */
 kempe_status kmp_equilibrium_states_new(const kempe_system *system, bool newton, kempe_equilibrium **equilibrium);
 
 /** Adds the forces of closures, and of joints of the tree at rest or at constant rates, by these multipliers. */

@@ -254,6 +254,7 @@ static void show_equilibrium(kmp_text *text, const void *result)
         kmp_text_printf(text,
                         "%d random starts: %d assembled, %d converged to an equilibrium; sampling may miss some%s\n",
                         e->starts, e->closed, e->found, e->from_start ? "" : "; none is found from the model's start");
+    kmp_averaged_put(text, "tracks    ", e->averaged);
     kmp_print_flexible(text, e->system->model, "flexible  ");
     for (int k = 0; k < e->count; k++)
         show_balance(text, e, k);

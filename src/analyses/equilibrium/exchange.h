@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Inverse equilibrium: coordinates with fixed values, prescribed output values, and as many parameters or rates that
- * become unknown instead. The equations are those of a variant whose released parameters are variable. Their
+ * become unknown instead. The equations belong to a variant whose released parameters are variable. Their
  * derivatives are exact (analyses/derivatives/parameter_slopes.h). */
 #pragma once
 
@@ -53,21 +53,21 @@ bool kmp_exchange_set(kmp_exchange *exchange, const double *values, kmp_linear *
 /* Rigid contacts in a search for an equilibrium: which of them press. A contact that is closed is a row of J, at the
  * distance zero, and its multiplier may not be negative in the end; the distance of an open one may not be negative. A
  * descent ends each step at the first surface that it meets, whose contact is closed from there on. At an equilibrium
- * the contact that pulls most is opened, and the search goes on: an active-set method (Nocedal and Wright 2006, section
- * 16.5). Friction of contacts takes no part here: it has no force at rest unless its place is kept by a row. */
+ * the contact that pulls most is opened, and the search continues: an active-set method (Nocedal and Wright 2006,
+ * section 16.5). Friction of contacts takes no part here: it has no force at rest unless its place is kept by a row. */
 
 typedef struct kmp_contact_set {
     kempe_context *context;
     kmp_friction_state *state;
     int count;               /* elements of `state` */
-    kmp_normal_load *closed; /* count; contacts alone */
+    kmp_normal_load *closed; /* count; only contacts */
     double *gap;             /* count, at the last state that was looked at */
     int struck;              /* the contact that ended the last step; -1: none */
     int passes;              /* equilibria whose contacts did not agree */
 } kmp_contact_set;
 
-/** The contacts of a model at (t, q): closed are those that touch or overlap there, or are closed in the evaluator
- * already. NULL: there are no contacts, or `keeps`: those in the evaluator stay. KEMPE_E_MEMORY. */
+/** The contacts of a model at (t, q): closed are the contacts that touch or overlap there, or are closed in the
+ * evaluator already. NULL: there are no contacts, or `keeps`: contacts in the evaluator stay. KEMPE_E_MEMORY. */
 kempe_status kmp_contact_set_begin(kmp_linear *linear, double t, const double *q, bool keeps, kmp_arena *arena,
                                    kmp_contact_set **set);
 void kmp_contact_set_end(kmp_contact_set *set);

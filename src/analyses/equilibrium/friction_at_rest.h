@@ -4,7 +4,7 @@
 
 #include "integrators/run/friction_state.h"
 
-/** Holds the rows of all elements with a level, or of those in `which` (count), at (t, q), as far as they are
+/** Holds the rows of all elements with a level, or of the elements in `which` (count), at (t, q), as far as they are
  * independent, whether or not friction can. `place` (count; NULL: as at q): where. The words of the views follow. */
 kempe_status kmp_friction_state_lock(kmp_friction_state *state, double t, const double *q, const bool *which,
                                      const double *place);

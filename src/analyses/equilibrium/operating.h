@@ -12,7 +12,7 @@ typedef struct kmp_operating {
     double t, *q, *qd;          /* n: in the user's coordinates */
     double *inner_q, *inner_qd; /* the state in these charts */
     double *trial;              /* of a search */
-    int *kept, kept_count;      /* coordinates whose constant rates are those of the start (steady.h) */
+    int *kept, kept_count;      /* coordinates whose constant rates are the rates of the start (steady.h) */
     double *chart;              /* NULL: no joint is spherical */
     bool equilibrium;
     bool held;       /* a load holds a rate (steady.h) */
@@ -30,14 +30,14 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
 void kmp_operating_free(kmp_operating *operating);
 
 /** Replaces the state by the equilibrium that it leads to, or without rates the steady motion
- * (kmp_equilibrium_or_steady), and takes `linear` there. For a search by Newton's method alone the loops are closed
+ * (kmp_equilibrium_or_steady), and takes `linear` there. For a search only by Newton's method the loops are closed
  * first with the current parameters. On failure (as of kmp_equilibrium_find and kmp_operating_check) the state is
  * unchanged. */
 kempe_status kmp_operating_settle(kmp_operating *operating, kmp_linear *linear, kmp_search *search);
 
 /** Takes `linear` to the state: its charts, independent coordinates (`wish`: those requested by the caller) and rates.
  * Friction that sticks at the state keeps its places, by rows that are held; a warning names it.
- * The accelerations are those of the equations of motion (zero at an equilibrium). Errors as kmp_linear_choose;
+ * The accelerations follow from the equations of motion (zero at an equilibrium). Errors as kmp_linear_choose;
  * KEMPE_E_FAILED with a sentence also where the state is impossible, or a force is not finite. */
 kempe_status kmp_operating_take(kmp_operating *operating, kmp_linear *linear, const int *wish, int wish_count);
 

@@ -8,6 +8,6 @@
 
 /** Searches the steady motion that a start with the rates qd (n) leads to (running_state.c), if nothing depends on
  * coordinates that move there, and no other quantity is requested. Otherwise it searches an equilibrium at rest, and a
- * steady motion if there is none. Rates at which R = 0 are then in search->rates, and those that no force decides.
- * Errors as kmp_equilibrium_find. */
+ * steady motion if there is none. Rates at which R = 0 are then in search->rates, and the rates that no force
+ * determines. Errors as kmp_equilibrium_find. */
 kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, const double *qd, kmp_search *search);

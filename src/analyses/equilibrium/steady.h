@@ -11,7 +11,7 @@ typedef enum kmp_steady_options {
     KMP_RATE_GIVEN, /* and R = 0 along it */
     KMP_RATE_HELD,  /* given, by any necessary load; the position is fixed */
     KMP_RATE_FREED, /* found, so that R = 0 along it; it stays where it is */
-    KMP_RATE_KEPT   /* that of the start, which no force decides; R = 0 along it */
+    KMP_RATE_KEPT   /* the rate of the start, which no force determines; R = 0 along it */
 } kmp_steady_options;
 
 typedef struct kmp_steady {

@@ -3,17 +3,17 @@
  *
  *     M qdd + C = J' lambda + S tau,      N' (M qdd + C) = N' S tau.
  *
- * J has the rows of loops alone. Rows of drives and locks are left out: their forces must be supplied by the actuators.
+ * J has only the rows of loops. Rows of drives and locks are left out: their forces must be supplied by the actuators.
  * N = X of the partition of these rows (Fisette and Samin 1996, eq. 44); there are p equations for a actuators.
  *
  * Coordinates are scaled by the characteristic length, so that all generalized forces are in N m, and N is made
  * orthonormal. Then the equations are A tau = f, and the singular values of A are the cosines between actuators and
  * degrees of freedom. They are independent of units and of the choice of u. The largest possible one is 1; 0 means that
  * a degree of freedom cannot be actuated. Of all tau that satisfy the equations best (least squares) the result has the
- * least sum of weight tau^2. The multipliers are those of the independent rows; where forces depend on them, C uses the
+ * least sum of weight tau^2. The multipliers belong to the independent rows; where forces depend on them, C uses the
  * multipliers that belong to tau.
  *
- * States have an equation of their own, which no actuator has a part in: it is left out. */
+ * States have a separate equation, which no actuator has a part in: it is left out. */
 #pragma once
 
 #include "analyses/dense/singular_values.h"
@@ -28,7 +28,7 @@ typedef struct kmp_inverse {
     double *weight;           /* a, positive */
     bool *left_out;           /* m: rows of drives and locks */
     double *masked;           /* J without them */
-    kmp_arena arena, choices; /* of all arrays; of those that depend on the choice of coordinates */
+    kmp_arena arena, choices; /* of all arrays; of the values that depend on the choice of coordinates */
     kmp_partition part;
     kmp_reduction red;
     kmp_singular svd;
@@ -37,7 +37,7 @@ typedef struct kmp_inverse {
     double *rest, *sum, *inertia;  /* n; M qdd where forces depend on multipliers */
 
     double *tau;    /* a: N m or N; these of the last state */
-    double *lambda; /* m; zero for rows of drives and those that are dropped */
+    double *lambda; /* m; zero for rows of drives and dropped rows */
     double *left;   /* p: N' (M qdd + C - S tau), by u: the part that the actuators cannot provide */
     double unmet;   /* |left| in the metric above, N m; and the size of its terms */
     double size;

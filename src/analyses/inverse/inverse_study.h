@@ -25,8 +25,8 @@ struct kempe_inverse {
     kmp_inverse_motion motion;
     char *source; /* the table's path; NULL: none */
     int n, m, loops, a;
-    int *loop;          /* closures that are no drives */
-    int joints, *joint; /* bodies whose joints of the tree have a load; loads are those of loops, then of these */
+    int *loop;          /* closures that are not drives */
+    int joints, *joint; /* bodies whose joints of the tree have a load; loads of loops, then of these */
     int *actuator;      /* a coordinates */
     double *weight;     /* a */
     bool weighted;

@@ -3,8 +3,8 @@
  * drives, and the others follow by the closures. Newton's method gives positions, one solution each rates and
  * accelerations. Small steps keep the branch where the path is long.
  *
- * A drive whose coordinate is in the table is ignored. Independent coordinates are among those of the table; they are
- * exchanged where they become ill-conditioned.
+ * A drive whose coordinate is in the table is ignored. Independent coordinates are among the coordinates of the table;
+ * they are exchanged where they become ill-conditioned.
  *
  * States have values that the caller gives. Their motions move nothing else, and count as given. */
 #pragma once
@@ -13,9 +13,9 @@
 #include "constraints/partition/reduction.h"
 
 /** A motion given by points in time: values of some coordinates, with their rates and accelerations where these are
- * given too. Missing rates are the derivatives of the not-a-knot cubic through the values, missing accelerations those
- * of the cubic through the rates. Between points the motion is the quintic with value, rate and acceleration of both
- * ends. It has two continuous derivatives and reproduces all given values. */
+ * given too. Missing rates are the derivatives of the not-a-knot cubic through the values, missing accelerations the
+ * derivatives of the cubic through the rates. Between points the motion is the quintic with value, rate and
+ * acceleration of both ends. It has two continuous derivatives and reproduces all given values. */
 typedef struct kmp_prescribed {
     kmp_arena arena; /* of all arrays */
     int count;       /* of coordinates */
@@ -32,27 +32,27 @@ typedef struct kmp_gap_in_table {
 } kmp_gap_in_table;
 
 /** A motion from columns of n coordinates (rows x n, NaN where no value is given), which must be given in every row or
- * in none. q alone determines the coordinates. False: a missing value, or no memory (coordinate -1). */
+ * in none. Only q determines the coordinates. False: a missing value, or no memory (coordinate -1). */
 bool kmp_prescribed_init(kmp_prescribed *motion, int rows, const double *t, int n, const double *q, const double *qd,
                          const double *qdd, kmp_gap_in_table *gap);
 void kmp_prescribed_free(kmp_prescribed *motion);
 
-/** Values, rates and accelerations at t, each at its coordinate. t must be within the given times; at a row's time the
- * values are exactly those of the row. */
+/** Values, rates and accelerations at t, each at its coordinate. t must be within the given times; at a row's time
+ * the values equal the row exactly. */
 void kmp_prescribed_at(const kmp_prescribed *motion, double t, double *q, double *qd, double *qdd);
 
 typedef struct kmp_prescribed_motion {
     kmp_arena arena; /* of all arrays */
     const kempe_system *system;
     kmp_evaluator *eval;
-    const kmp_prescribed *motion; /* not owned; NULL: the drives alone */
+    const kmp_prescribed *motion; /* not owned; NULL: only the drives */
     bool at_rest;                 /* no motion at all: the start, whose independent coordinates are not accelerated */
     const int *wish;              /* then: coordinates requested as independent, not owned */
     int wish_count;
     int n, m;
     bool *left_out;      /* m: rows that the table replaces */
     bool *given;         /* n: coordinates of the table, motions of states */
-    const double *state; /* values of the states at the next instant, not owned; NULL: those of the start */
+    const double *state; /* values of the states at the next instant, not owned; NULL: the values of the start */
     int *u;              /* n: room for the requested independent coordinates */
     double *masked;      /* J without those rows */
     kmp_partition part;

@@ -26,5 +26,5 @@ kempe_status kmp_deflections_init(kmp_deflections *deflections, const kempe_syst
 void kmp_deflections_free(kmp_deflections *deflections);
 
 /** Moves q (n) into balance at t. `qs`: on entry derivatives of the swept coordinates along the sweep, as a result with
- * `qss` those of all (n each). `pace`: of the time. False: no balance is found near q. */
+ * `qss` the derivatives of all (n each). `pace`: of the time. False: no balance is found near q. */
 bool kmp_deflections_at(kmp_deflections *deflections, double t, double pace, double *q, double *qs, double *qss);

@@ -40,8 +40,9 @@ typedef struct kmp_sweep {
     double *unit;  /* of x in the arc: scales of coordinates, and the s by which a driven one changes by one scale */
     bool *dropped; /* rows that count as none */
     bool any_dropped;
-    int *moving, moving_count; /* of the dropped rows, those that move in time: they are driven, as coordinates are */
-    double *masked;            /* J without the rows that are dropped */
+    int *moving,
+        moving_count; /* of the dropped rows, the rows that move in time: they are driven, as coordinates are */
+    double *masked;   /* J without the rows that are dropped */
     kmp_sweep_pose here, next, between, entry;
     double *span;     /* n + 1 rows of p + 1: derivatives of each x along each of u and along s */
     double *gradient; /* p + 1 rows of n + 1: of all that is to be met */
@@ -55,7 +56,7 @@ typedef struct kmp_sweep {
     kmp_sweep_effort effort;
 } kmp_sweep;
 
-/** `closures`: those that are released. KEMPE_E_MEMORY. */
+/** `closures`: the ones that are released. KEMPE_E_MEMORY. */
 kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const char *backend, const bool *closures);
 void kmp_sweep_free(kmp_sweep *sweep);
 
@@ -66,9 +67,9 @@ kempe_status kmp_sweep_stand(kmp_sweep *sweep, double t, const double *q);
  * regular where they lock. Each is one of p then. */
 kempe_status kmp_sweep_let_move(kmp_sweep *sweep, const kmp_sweep_parameter *time, double t, const double *q);
 
-/** Sorts coordinates (n; room for n + p) so that each determines more. First those that are `given` (n), as many as do
- * not follow from the others, then those that would determine the rest with them, best first; p of them. Returns the
- * number of given ones, -1: no memory. */
+/** Sorts coordinates (n; room for n + p) so that each determines more. First the ones that are `given` (n), as many as
+ * do not follow from the others, then the ones that would determine the rest with them, best first; p of them. Returns
+ * the number of given ones, -1: no memory. */
 int kmp_sweep_order(kmp_sweep *sweep, const bool *given, int *order);
 
 /** Sets the driven values from here on, and s of the current state; driven coordinates and moving rows are p. Copied.

@@ -19,7 +19,7 @@ typedef struct kmp_flow_entry {
     kmp_flow_kind kind;
 } kmp_flow_entry;
 
-/** "q", "qd", "state": with a point and the name, that of the start value among the parameters of a run. */
+/** "q", "qd", "state": with a point and the name, the number of the start value among the parameters of a run. */
 extern const char *const kmp_flow_kinds[];
 const char *kmp_flow_name(const kempe_model *model, const kmp_flow_entry *entry);
 
@@ -81,15 +81,16 @@ typedef struct kmp_cycle {
     double *rate;         /* size: its change with time there */
     double period, value; /* s; of the parameter */
     double *tangent;      /* size + 2: of the branch, for (x, T, p) */
-    double *re, *im;      /* size - 1: multipliers, the largest first, without that of the motion along the cycle */
-    int multipliers;      /* their number; 0: of a Hopf point */
-    double along;         /* |m - 1| of that one, which is 1 */
-    int growing;          /* multipliers outside the unit circle */
-    double *reach;        /* size: half the range of each part of the state */
-    double amplitude;     /* the largest of those of positions and states, over their characteristic sizes */
-    double *high, *low;   /* of each output; NaN where it is not periodic */
-    double *load;         /* loads: their means over the period */
-    double residual;      /* |y(T) - x|, over the reach */
+    double *re,
+        *im; /* size - 1: multipliers, the largest first, without the multiplier of the motion along the cycle */
+    int multipliers;    /* their number; 0: of a Hopf point */
+    double along;       /* |m - 1| of that one, which is 1 */
+    int growing;        /* multipliers outside the unit circle */
+    double *reach;      /* size: half the range of each part of the state */
+    double amplitude;   /* the largest amplitude of positions and states, over their characteristic sizes */
+    double *high, *low; /* of each output; NaN where it is not periodic */
+    double *load;       /* loads: their means over the period */
+    double residual;    /* |y(T) - x|, over the reach */
 } kmp_cycle;
 
 typedef struct kmp_shooting {
@@ -116,7 +117,7 @@ typedef struct kmp_shooting {
 kempe_status kmp_shooting_init(kmp_shooting *shooting, kmp_flow *flow, int loads, const int *load, kmp_arena *cycles);
 void kmp_shooting_free(kmp_shooting *shooting);
 
-/** Sets the sizes of the unknowns, which decide on convergence and lengths: those of the state (size), of the period
+/** Sets the sizes of the unknowns, which decide on convergence and lengths: of the state (size), of the period
  * and of the parameter. `x` (size): the state itself, whose parts are known to the relative tolerance of the runs, such
  * as the rotation rate of a wheelset. Tolerances of runs follow. */
 void kmp_shooting_weigh(kmp_shooting *shooting, const double *x, const double *reach, double period, double parameter);

@@ -25,7 +25,7 @@ struct kempe_limit_cycles {
     kempe_system *driven; /* likewise */
     int outputs;          /* their names and SI units */
     char **output, **unit;
-    double settle;  /* s: cycles are those that simulations of this length reach; 0: by Newton's method */
+    double settle;  /* s: cycles are the ones that simulations of this length reach; 0: by Newton's method */
     kmp_flow *flow; /* NULL: no branch was followed by Newton's method */
     kmp_shooting shooting;
     int branches;
@@ -49,7 +49,7 @@ static inline double kmp_cycle_amplitude(const kmp_cycle *cycle, int k)
 /** The growth of the equilibrium at value k of the locus, and whether it is above rounding. */
 double kmp_limit_cycles_growth(const kempe_limit_cycles *cycles, int k);
 
-/** The equations of equilibria and cycles: those of the caller's system, or of the copy. */
+/** The equations of equilibria and cycles: they belong to the caller's system, or to the copy. */
 static inline const kempe_system *kmp_cycles_equations(const kempe_limit_cycles *c)
 {
     return c->driven ? c->driven : c->system;

@@ -67,8 +67,8 @@ int kmp_transfer_state(const kmp_transfer *transfer, int k);
  *  is not positive for u[k]; -1: no memory; -2: Mr is singular. */
 int kmp_transfer_first_order(const kmp_transfer *transfer, double *a, double *b, double *c, double *d);
 
-/** Replaces A and B of an averaged system (analyses/derivatives/averaged.h) by those from one common sample to the
- * next, for inputs that are held between; *period: that time. Results as kmp_sampled_map. */
+/** Replaces A and B of an averaged system (analyses/derivatives/averaged.h) by the matrices from one common sample to
+ * the next, for inputs that are held between; *period: that time. Results as kmp_sampled_map. */
 int kmp_transfer_sample(const kmp_transfer *transfer, double *a, double *b, double *period);
 
 /** NULL: the default of each. */
@@ -102,7 +102,7 @@ typedef struct kmp_channels {
     char *warnings; /* of the computation, one per line */
 } kmp_channels;
 
-/** Derives, takes the state and evaluates. Default outputs: those of the model where there are inputs, otherwise none.
- * KEMPE_E_ARGUMENT, KEMPE_E_FAILED with the reason. */
+/** Derives, takes the state and evaluates. Default outputs: the outputs of the model where there are inputs, otherwise
+ * none. KEMPE_E_ARGUMENT, KEMPE_E_FAILED with the reason. */
 kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *system, const kmp_channels_options *options);
 void kmp_channels_free(kmp_channels *channels);

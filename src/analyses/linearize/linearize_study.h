@@ -13,7 +13,7 @@ struct kempe_linearization {
     kmp_names delays;                                            /* the last inputs and outputs */
     double *delay;                                               /* the time of each */
     const double *y;                                             /* the outputs at the state */
-    double period; /* s: they are those from one common sample to the next; 0: of a model without samples */
+    double period; /* s: they lead from one common sample to the next; 0: of a model without samples */
     double *z;     /* width x 2: eigenvalues of that map, real and imaginary part; NULL without samples */
 };
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Modes at one state: eigenvalues s of s^2 Mr + s Gr + Kr, their vectors extended to all coordinates by N = dq/du, and
- * the participation of each coordinate. A model with sampled states has those of its map from sample to sample, one
- * with delays those of the rightmost roots of its characteristic equation. */
+ * the participation of each coordinate. A model with sampled states has the modes of its map from sample to sample, a
+ * model with delays the modes of the rightmost roots of its characteristic equation. */
 #pragma once
 
 #include "analyses/derivatives/linearized.h"
@@ -14,11 +14,11 @@
 typedef struct kmp_modes {
     const kempe_system *system;
     kmp_arena arena;       /* of all arrays */
-    int n, p, count;       /* coordinates, independent ones, eigenvalues: 2 p, or those that are known with delays */
+    int n, p, count;       /* coordinates, independent ones, eigenvalues: 2 p, or the known ones with delays */
     int shown;             /* the eigenvalues that count; others help to follow them over a parameter */
     bool endless;          /* with delays: there are more, without end */
     double bound;          /* with delays: none that is absent has a larger real part; NAN: not known */
-    int moving, *u;        /* those of the independent coordinates that are no constant states */
+    int moving, *u;        /* the independent coordinates that are not constant states */
     kmp_spectrum spectrum; /* of sampled motion s = ln(z)/T, and of delays: without vectors */
     double period;         /* T, in which all samples repeat; 0: no state is sampled */
     double *z_re, *z_im;   /* count: eigenvalues from one common sample to the next; NULL: no state is sampled */
@@ -35,7 +35,7 @@ typedef struct kmp_modes {
 kempe_status kmp_modes_init(kmp_modes *modes, kmp_linear *linear, bool brief);
 void kmp_modes_free(kmp_modes *modes);
 
-/** True for a motion that is over within a sample: its s stands for all that are as fast or faster. */
+/** True for a motion that is over within a sample: its s represents all that are as fast or faster. */
 bool kmp_modes_is_over(const kmp_modes *modes, int c);
 
 /** The largest modulus of all that are not over within a sample. */

@@ -24,7 +24,7 @@ typedef struct kmp_operating_family_options {
     int rate_count;
     const kmp_steady *varies;     /* the one that varies; NULL: none */
     bool told;                    /* warnings of a steady motion were given before */
-    const kmp_averaged *averaged; /* whose system it is; NULL: the system is no averaged one */
+    const kmp_averaged *averaged; /* whose system it is; NULL: the system is not an averaged one */
 } kmp_operating_family_options;
 
 typedef struct kmp_operating_family {

@@ -418,6 +418,7 @@ static void show_state(kmp_text *text, const kempe_modes *m)
         kmp_text_free(&line);
     }
     kmp_print_flexible(text, m->system->model, "  Flexible ");
+    kmp_averaged_put(text, "  Tracks: ", m->averaged);
     kmp_print_held(text, "  Held: ", m->system, m->qd);
     if (!m->family->state->equilibrium)
         kmp_text_put(text, "  The start need not be an equilibrium: modes describe how small perturbations begin\n");

@@ -30,7 +30,7 @@ struct kempe_modes {
     double cpu_s;
 };
 
-/** True for the eigenvalues that are listed: of a pair the one above, of zeros those that stay. */
+/** True for the eigenvalues that are listed: of a pair the one above, of zeros the ones that stay. */
 static inline bool kmp_modes_is_listed(const kempe_modes *modes, int c)
 {
     const kmp_spectrum *s = &modes->modes.spectrum;

@@ -8,5 +8,5 @@
 void kmp_eval_mask(const kmp_evaluator *eval, const bool *left_out, double *masked);
 
 /** True if every row, dropped ones included, is closed at the evaluator's last closure up to rounding of the model's
- * numbers. With the kept rows alone a long step may reach another branch. */
+ * numbers. With only the kept rows a long step may reach another branch. */
 bool kmp_rounding_closed(const kmp_evaluator *eval);

@@ -23,7 +23,7 @@ static size_t word_length(const char *s)
     return strcspn(s, ":,");
 }
 
-/* The error in a text that is no range. */
+/* The error in a text that is not a range. */
 typedef struct trouble {
     const char *unit; /* an unknown unit; NULL: another error */
     int length;
@@ -58,7 +58,7 @@ static bool read_expression(const char *s, size_t length, double *x, trouble *wh
     what->expression = what->expression || bare;
     what->memory = what->memory || arena.failed;
     kmp_arena_free(&arena);
-    kmp_context_clear(what->context); /* the message is that of ranges */
+    kmp_context_clear(what->context); /* the message is the one for ranges */
     return bare && isfinite(*x);
 }
 

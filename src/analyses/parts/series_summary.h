@@ -2,7 +2,7 @@
 /* The extreme values, mean and root mean square of a series. */
 #pragma once
 
-/** Extreme values are those of rows, the first of equal ones. Mean and root mean square are integrals over x by the
+/** Extreme values are taken from rows, the first of equal ones. Mean and root mean square are integrals over x by the
  * trapezoidal rule, over its range. All are NaN where no value is known. */
 typedef struct kmp_series_summary {
     double low, low_at, high, high_at, mean, rms;

@@ -24,11 +24,11 @@ void kmp_print_pairs(kmp_json *json, const char *key, int count, const double *r
 /** The width of columns for these names, at least `least`. */
 int kmp_print_widest(int count, char *const *names, int least);
 
-/** Columns of a quantity, those of rates with the states; values of a row for them (n or m). */
+/** Columns of a quantity, columns of rates with the states; values of a row for them (n or m). */
 void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_quantity quantity);
 void kmp_tabulate_values(kempe_table *table, const kempe_system *system, kmp_quantity quantity, const double *values);
 
-/** A line, after `label`, with the states of an averaged system that change at events alone, and their values in the
+/** A line, after `label`, with the states of an averaged system that change only at events, and their values in the
  * rates qd (n); the object `held` of them. Nothing without such states. */
 void kmp_print_held(kmp_text *text, const char *label, const kempe_system *system, const double *qd);
 void kmp_print_held_json(kmp_json *json, const kempe_system *system, const double *qd);

@@ -36,7 +36,7 @@ static void put_row(kmp_text *text, double hz, double amplitude)
         kmp_text_printf(text, "  %12s", "unbounded");
 }
 
-/* The static response of a pair, and its peaks; names that are long have a line of their own. */
+/* The static response of a pair, and its peaks; long names have a separate line. */
 static void show_pair(kmp_text *text, const kempe_response *r, int input, int output, int width, int *room)
 {
     const kmp_frequency *f = &r->frequency;
@@ -117,6 +117,7 @@ static void show_parts(kmp_text *text, const kempe_response *r, bool all)
         }
     width = width > WIDEST_NAME ? WIDEST_NAME : width;
     show_title(text, r);
+    kmp_averaged_put(text, "  Tracks: ", r->channels.averaged);
     kmp_print_held(text, "  Held: ", r->channels.system, r->channels.at->qd);
     if (f->growing > 0)
         kmp_text_printf(text,

@@ -88,7 +88,7 @@ static inline const char *kmp_response_output(const kempe_response *r, int outpu
 }
 
 /** Amplitude and phase (rad) of a pair at frequency k; NaN on an undamped pole. Pair: outputs of the first input, then
- * those of the second. */
+ * outputs of the second. */
 typedef struct kmp_response_point {
     double amplitude, phase;
 } kmp_response_point;
@@ -104,7 +104,7 @@ static inline kmp_response_point kmp_response_at(const kempe_response *r, int k,
 /** The factor of the amplitudes of a pair, from SI to the units in which its output and input are shown. */
 double kmp_response_factor(const kempe_response *response, int input, int output);
 
-/** Appends `before` and the unit of an output over that of an input, as they are shown; nothing where one of them is
+/** Appends `before` and the unit of an output over the unit of an input, as they are shown; nothing if one of them is
  * unknown. */
 void kmp_response_put_unit(kmp_text *text, const kempe_response *response, int input, int output, const char *before,
                            const char *over);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Forward sensitivities: a motion with the sensitivities of its state to each parameter, as a formulation of its own. A
+/* Forward sensitivities: a motion with the sensitivities of its state to each parameter, as a separate formulation. A
  * runner (integrators/run/run.h) integrates them together, with error control over all of them, and handles events,
- * exchanges and spherical joints. Without parameters it is the motion alone. When u becomes ill-conditioned, other
+ * exchanges and spherical joints. Without parameters it is only the motion. When u becomes ill-conditioned, other
  * coordinates are chosen between steps, and the sensitivities continue as other rows of dq/dp. When a joint is centred,
  * they are converted to its new angles. When a condition of the model changes, at t_e(p) with g = 0, rates of the
  * sensitivities jump with the accelerations:
@@ -9,7 +9,7 @@
  *     sd_u+ = sd_u- + (udd- - udd+) dt_e/dp      dt_e/dp = -(g_q s + g_qd sd + g_p) / (dg/dt along the motion)
  *
  * Where states take next values y+ = r(t, q, qd) with such an event, or at a sample, where t_e depends on no parameter,
- * the derivatives along the event, s + xd- dt_e/dp, are mapped by r. Those after it are less xd+ dt_e/dp.
+ * the derivatives along the event, s + xd- dt_e/dp, are mapped by r. The sensitivities after it are less xd+ dt_e/dp.
  *
  * (Rozenvasser 1967; Hiskens and Pai, IEEE Trans. Circuits and Systems I 47 (2000) 204, eqs. 36-38). */
 #pragma once
@@ -65,7 +65,7 @@ typedef struct kmp_sensitivity_equations_watch {
 typedef struct kmp_forward {
     const kmp_run_spec *spec;            /* resolved; formulation and form do not count */
     const kmp_forward_target *integrand; /* whose integral over time is requested; NULL: none */
-    bool alone;                          /* without sensitivities, except those of the start */
+    bool alone;                          /* without sensitivities, except of the start */
     double *start_q, *start_qd;          /* sensitivities of the start, n x count; NULL: not needed */
     kmp_varied_lanes *lanes;             /* of these equations, for the stages of a step; NULL: one after the other */
     kmp_sensitivity_equations_watch watch;
@@ -86,8 +86,8 @@ kempe_status kmp_forward_run(kmp_sensitivity_equations *varied, const kmp_forwar
 /** The place among all states of the one with a next value of number `sample`. */
 int kmp_state_of_sample(const kempe_model *model, int sample);
 
-/** kmp_target_value: the target's value at the last state of a motion, in the charts there. The second function: that
- * of a row. */
+/** kmp_target_value: the target's value at the last state of a motion, in the charts there. The second function: of
+ * a row. */
 double kmp_target_value(const kmp_forward_target *target, kmp_sensitivity_equations *varied);
 double kmp_target_of_row(const kmp_forward_target *target, const kmp_sensitivity_equations *varied,
                          const kmp_sensitivity_equations_row *row);

@@ -16,7 +16,7 @@ kempe_status kmp_forward_delays_begin(kmp_forward_formulation *f, double t);
 /** Records the last step up to `to`. False: it cannot be evaluated. */
 bool kmp_forward_delays_record(kmp_forward_formulation *f, kmp_runner *runner, double to);
 
-/** The rates of their states' derivatives by parameter p at the last state, which is that of y, among sudd. */
+/** The rates of their states' derivatives by parameter p at the last state, which is the state of y, among sudd. */
 void kmp_forward_delays_rates(const kmp_forward_formulation *f, const double *y, int p, double *sudd);
 
 /** Sets the derivatives of their states in y at t. */

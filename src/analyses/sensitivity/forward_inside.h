@@ -41,7 +41,7 @@ typedef struct kmp_forward_formulation {
     double *next_mode;
     bool *cause;
     double *su, *sud, *ud;               /* p: rows of u of a zone's unknowns */
-    int swing_size;                      /* count; in a run alone 2 n + parameters: how t_e depends on q, qd and them */
+    int swing_size;                      /* count; in a run 2 n + parameters: how t_e depends on q, qd and them */
     double *before, *swing;              /* p; swing_size: dt_e/dp */
     double *changes, *along, *new_chart; /* conditions; charts */
     double *swings, *swung_t; /* conditions x swing_size: dt_e/dp of each where it changed last, and that time */

@@ -70,7 +70,7 @@ static void add_name(kempe_sensitivity *s, const char *name, size_t length)
     s->name[s->count++] = kmp_arena_printf(&s->arena, "%.*s", (int)length, name);
 }
 
-/* The listed parameters; without a list all plain numbers among those of the given model that may vary. */
+/* The listed parameters; without a list all plain numbers among the parameters of the given model that may vary. */
 static void name_parameters(kempe_sensitivity *s, const char *list)
 {
     const kempe_model *model = s->given ? s->given->model : s->model;
@@ -122,7 +122,8 @@ static kempe_status take_samples(kempe_sensitivity *s)
     bool start = s->options->at && strcmp(s->options->at, "start") == 0, rests = s->kind->rests && !start;
     if (!rests && !s->kind->integrals)
         KMP_TRY(kmp_refuse_delays(s->model, "sensitivities", KMP_INSTEAD_OF_DELAY));
-    if (!kmp_model_has_samples(s->model) && s->model->delay_count == 0)
+    if (!kmp_model_has_samples(s->model) && s->model->delay_count == 0 &&
+        !(rests && kmp_tracks_are_irregular(s->model->track_count, s->model->tracks)))
         return KEMPE_OK;
     if (s->kind->integrals) /* a run takes the samples */
         return KEMPE_OK;

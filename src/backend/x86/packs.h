@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Two operations of one kind on different values as one operation on the two lanes of a register, where sub-expressions
- * of one shape occur again: the legs of a platform, the wheels of a vehicle. Each lane rounds as the operation alone,
- * so that the bits are unchanged (superword parallelism, Larsen and Amarasinghe 2000). */
+ * of one shape occur again: the legs of a platform, the wheels of a vehicle. Each lane rounds as a single operation
+ * does, so that the bits are unchanged (superword parallelism, Larsen and Amarasinghe 2000). */
 #pragma once
 
 #include "backend/x86/registers.h"

@@ -27,8 +27,8 @@ typedef struct kmp_x86_address {
 
 /** Data of allocation by slot: shared by all pieces of code. */
 typedef struct kmp_registers {
-    uint32_t slots, packs; /* number; from which on they are those of pairs */
-    uint32_t places, used; /* places after the slots; those that some code uses: the first ones */
+    uint32_t slots, packs; /* number; from which on they belong to pairs */
+    uint32_t places, used; /* places after the slots; the ones that some code uses: the first ones */
     uint64_t taken[KMP_PLACES / 64];
     const kmp_x86_address *address;    /* of slots; NULL: slot k is at byte 8 k width of base 0. A caller's bases are
                                         * further arguments of the code, which then sets none: `shared` */

@@ -35,8 +35,8 @@ static inline bool kmp_x86_has_eights(kmp_x86_form form)
 }
 
 /** An operation is its opcode; then a bit for operations on pairs of doubles, in the form of one double; a bit for
- * those of three sources, whose opcode is without the bits for the order of the sources; then bits that follow as a
- * byte. */
+ * operations of three sources, whose opcode is without the bits for the order of the sources; then bits that follow as
+ * a byte. */
 typedef enum kmp_x86_op {
     KMP_X86_LOAD = 0x10,
     KMP_X86_STORE = 0x11,
@@ -45,7 +45,7 @@ typedef enum kmp_x86_op {
     KMP_X86_MUL = 0x59,
     KMP_X86_SUB = 0x5c,
     KMP_X86_DIV = 0x5e,
-    KMP_X86_MAX = 0x5f,      /* x > y ? x : y, which is y where one is NaN */
+    KMP_X86_MAX = 0x5f,      /* x > y ? x : y, which is y if an operand is NaN */
     KMP_X86_PAIR = 0x100,    /* of the operations above: on both lanes */
     KMP_X86_SUB_ADD = 0x1d0, /* x - y in lane 0, x + y in lane 1 */
     KMP_X86_THREE = 0x200,
@@ -65,7 +65,7 @@ typedef enum kmp_x86_op {
     KMP_X86_HIGH = 0x1000       /* lane 1 of y; no instruction: HIGH_HIGH, or LOAD */
 } kmp_x86_op;
 
-/** Without the bit for pairs; operations that read y alone; that may exchange x and y. */
+/** Without the bit for pairs; operations that read only y; that may exchange x and y. */
 static inline kmp_x86_op kmp_x86_single(kmp_x86_op op)
 {
     return (kmp_x86_op)((unsigned)op & ~(unsigned)KMP_X86_PAIR);

@@ -10,8 +10,9 @@
 #include "base/cache/digest.h"
 #include <stdbool.h>
 
-/** Adds what the results of this process depend on beside their inputs: the build of Kempe, those of the libraries that
- * it has loaded, and the processor's features. False if a build has no identity: nothing can be kept then. */
+/** Adds what the results of this process depend on in addition to their inputs: the build of Kempe, the builds of the
+ * libraries that it has loaded, and the processor's features. False if a build has no identity: nothing can be kept
+ * then. */
 bool kmp_cache_add_build(kmp_digest *digest);
 
 /** A bound on the bytes of all files in a folder. */

@@ -23,8 +23,8 @@ typedef struct kmp_carried_row {
 } kmp_carried_row;
 
 /** Coordinates of a flexible body, eliminated at the link nearest to the ground that they move, the last one first: for
- * each its pivot, the wrench about that link's origin that its unit acceleration needs, its inertia with those that are
- * eliminated later, and its coefficients in rows. */
+ * each its pivot, the wrench about that link's origin that its unit acceleration needs, its inertia with the motions
+ * that are eliminated later, and its coefficients in rows. */
 typedef struct kmp_articulated_elastic {
     const kmp_deformation *of;
     int frame;
@@ -47,7 +47,7 @@ typedef struct kmp_articulated {
     kmp_carried_row *at;              /* all of them, ascending at each link */
     int *home;                        /* of each row: the link where it is eliminated, 0: the ground */
     kmp_ref *pivot, *diagonal, *over; /* of each row: it, what it would be without rows eliminated before, 1 / pivot */
-    kmp_ref *coupling;                /* rows x rows: of a row with those that are not eliminated before it */
+    kmp_ref *coupling;                /* rows x rows: of a row with the ones that are not eliminated before it */
     kmp_ref *left;                    /* of each row: the curve that is left for its multiplier, of a solve */
     kmp_articulated_elastic *elastic; /* of each flexible body */
     int *region;                      /* of each link: 1 + the flexible body whose coordinates move it; 0: none */

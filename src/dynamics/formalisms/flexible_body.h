@@ -5,7 +5,7 @@
 #include "dynamics/formalisms/newton_euler.h"
 
 /** Adds to the wrench of the body's link, which moves by m, what the accelerations qdd of all coordinates make of its
- * deformation, and to `effort` of its own coordinates their inertial forces. */
+ * deformation, and to `effort` of its coordinates their inertial forces. */
 void kmp_flexible_wrench(const kmp_tree *tree, const kmp_deformation *d, const kmp_ref *qdd, const kmp_link_motion *m,
                          kmp_wrench *w, kmp_ref *effort);
 
@@ -18,7 +18,7 @@ void kmp_flexible_mass(const kmp_tree *tree, int frame, const kmp_composite *c, 
 
 /** The parts that the recursions by composite and by articulated bodies share, for the lower triangle of the inertia of
  * the coordinates (n x n) and, about a link's origin, the wrench that an acceleration of each needs: the body's own
- * part at its frame; that of guided link i, where a unit acceleration of its motion needs `unit`. */
+ * part at its frame; the part of guided link i, where a unit acceleration of its motion needs `unit`. */
 void kmp_flexible_own(const kmp_tree *tree, const kmp_deformation *d, kmp_wrench *column, kmp_ref *inertia);
 void kmp_flexible_guide(const kmp_tree *tree, int i, const kmp_wrench *unit, kmp_wrench *column, kmp_ref *inertia);
 

@@ -39,7 +39,7 @@ void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_
                             kmp_wrench *w, kmp_ref *effort);
 
 /** The wrench about the origin of the link of a flexible body that accelerates a part of its mass, where the link moves
- * by m: what acts on the part alone is not among it. */
+ * by m: loads that act only on the part are not included. */
 kmp_wrench kmp_newton_euler_part(const kmp_tree *tree, const kmp_deformation *part, const kmp_ref *qdd,
                                  const kmp_link_motion *m);
 
@@ -51,7 +51,7 @@ void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, km
 void kmp_wrench_to_parent(const kmp_tree *tree, int i, kmp_wrench w, kmp_wrench *parent);
 
 /** The kinetic energy of all bodies link by link: a number of operations in proportion to the links, where qd' M qd / 2
- * has that of the entries of M. */
+ * takes the number of the entries of M. */
 kmp_ref kmp_kinetic_energy(const kmp_tree *tree);
 
 /** M[i, k] for k <= i as m[i * n + k]; entries off the tree are zero. */

@@ -37,8 +37,8 @@ kmp_deformation *kmp_deformation_new(const struct kmp_tree *tree, const kmp_flex
 bool kmp_guide_make(const struct kmp_tree *tree, const kmp_flexible *flexible, const kmp_number *linear,
                     const kmp_number *more, double sign, kmp_guide *guide, kmp_ref *value, kmp_ref *rate);
 
-/** Of the deformation alone, in the axes of the body: sum rate_k phi_k dm; the angular momentum about the centre of
- * mass; twice the kinetic energy less that of the centre of mass. */
+/** Only of the deformation, in the axes of the body: sum rate_k phi_k dm; the angular momentum about the centre of
+ * mass; twice the kinetic energy less the energy of the centre of mass. */
 kmp_vec kmp_deformation_momentum(kmp_graph *g, const kmp_deformation *d);
 kmp_vec kmp_deformation_spin(kmp_graph *g, const kmp_deformation *d);
 kmp_ref kmp_deformation_energy(kmp_graph *g, const kmp_deformation *d);

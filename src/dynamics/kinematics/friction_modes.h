@@ -17,8 +17,8 @@
 #include "dynamics/kinematics/link_tree.h"
 #include "model/data/force.h"
 
-/** The number of the element's condition KMP_ROLE_SENSE, which those of the other roles follow; -1: conditions are
- * evaluated in place, or there is no memory. */
+/** The number of the element's condition KMP_ROLE_SENSE, which the conditions of the other roles follow; -1: conditions
+ * are evaluated in place, or there is no memory. */
 int kmp_friction_find(const kmp_tree *tree, const kmp_force *force);
 
 /** The input of a role; zero where kmp_friction_find gives none. */

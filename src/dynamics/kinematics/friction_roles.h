@@ -3,7 +3,7 @@
 #pragma once
 
 /** Numbers of a friction element that sticks (dynamics/kinematics/friction_modes.h): each is a condition whose input is
- * not 1 or 0, and whose value is not that of a comparison. The first two are events where their values become
+ * not 1 or 0, and whose value is not a comparison. The first two are events where their values become
  * negative. */
 typedef enum kmp_role {
     KMP_ROLE_NONE,
@@ -26,6 +26,6 @@ typedef enum kmp_role {
 #define KMP_FRICTION_CARRIES (-1)
 
 /** Slip in two directions that begins: its input KMP_ROLE_RATE is a rate in each direction. It has begun where its rate
- * is so many times that one, and comes back where its rate is this part of it against its direction. */
+ * is this multiple of that one, and comes back where its rate is this part of it against its direction. */
 #define KMP_FRICTION_BEGUN 100
 #define KMP_FRICTION_BACK  0.1

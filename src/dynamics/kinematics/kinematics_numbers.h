@@ -11,8 +11,8 @@ void kmp_tree_symbol_values(const kmp_tree *tree, double *value);
 /** A number of the model as a node: a constant, or its expression over parameters. */
 kmp_ref kmp_tree_number(const kmp_tree *tree, const kmp_number *number);
 
-/** An angle about an axis as a sum of coordinates (model/data/angle_sum.h), `at_rest` with that where all of them are
- * zero; false: it is none. At the cost of the way between its bodies. */
+/** An angle about an axis as a sum of coordinates (model/data/angle_sum.h), `at_rest` with the angle where all of them
+ * are zero; false: it is none. At the cost of the way between its bodies. */
 bool kmp_tree_angle_sum(const kmp_tree *tree, const kmp_measure_argument axis[3], bool at_rest, kmp_ref *sum);
 kmp_vec kmp_tree_vector(const kmp_tree *tree, const kmp_number number[3]);
 
@@ -26,7 +26,7 @@ kmp_ref kmp_tree_bent(const kmp_tree *tree, const kmp_expr *expr);
  *  closures' rows are derived. */
 kmp_ref kmp_tree_multiplier(const kmp_tree *tree, int closure, int component);
 
-/** The declared row of number k, from 0, among those that a closure keeps: lambda.CLOSURE.k+1; -1: there is none. */
+/** The declared row of number k, from 0, among the rows that a closure keeps: lambda.CLOSURE.k+1; -1: there is none. */
 int kmp_tree_kept(const kmp_tree *tree, int closure, int k);
 
 /** Position, velocity or angular velocity of a point: from the origin of the ground, in its axes; `from` >= 0: from

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Vectors, tensors and matrices from the axes of one link in those of another, the path between links, points and
+/* Vectors, tensors and matrices from the axes of one link in the axes of another, the path between links, points and
  * rates. */
 #pragma once
 
@@ -39,7 +39,7 @@ struct kmp_derivative *kmp_partial_time_derivative(const kmp_tree *tree);
 /** Direction of total time derivatives: q -> qd, t -> 1. NULL: no memory, and the graph has failed. */
 struct kmp_derivative *kmp_time_derivative(const kmp_tree *tree);
 
-/** The total time derivative of x(q, t), and that of a rate, with qd -> qdd. */
+/** The total time derivative of x(q, t), and of a rate, with qd -> qdd. */
 kmp_vec kmp_vec_rate(const kmp_tree *tree, kmp_vec x);
 kmp_vec kmp_vec_acceleration(const kmp_tree *tree, kmp_vec rate);
 

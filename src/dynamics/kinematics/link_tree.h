@@ -4,7 +4,7 @@
  *
  * The stations of a flexible body are guided links: massless, with motions that are functions of the body's
  * coordinates. Bodies and points that are attached there are on such a link, so that each recursion meets flexible
- * bodies in two places alone: at guided links and in the body's own inertia.
+ * bodies only in two places: at guided links and in the body's own inertia.
  *
  * Link axes are chosen so that every motion is about or along a coordinate axis: an oblique axis costs one constant
  * rotation. Link 0 is the ground. */
@@ -38,7 +38,7 @@ typedef struct kmp_link {
     int before, after;   /* charts: rotations in model axes before its motion and after it, -1 for none */
     kmp_ref chart[3][3]; /* g with the chart before it and the one after its parent, when there are any */
     kmp_vec p;           /* from the parent's origin to this joint's, parent's link axes (p_z without the motion) */
-    kmp_ref armature;    /* a mass of its coordinate alone */
+    kmp_ref armature;    /* a mass only of its coordinate */
     kmp_ref mass;
     kmp_vec com;        /* l^i, link axes */
     kmp_tensor inertia; /* I^i about the com, link axes */
@@ -117,7 +117,7 @@ typedef struct kmp_tree {
     kmp_vec gravity;
     const kmp_ref *place; /* 3: the values of x, y, z in expressions; NULL: they have none */
     kmp_ref *unknown;     /* KMP_UNKNOWNS_MOST for each group of the model: their values, once used; of a named
-                             expression the second is that with conditions for its kinks; NULL: not kept */
+                             expression the second is the one with conditions for its kinks; NULL: not kept */
     bool *solved;         /* of each group: its values are present */
     int solving;          /* whose equations are being written, from 1; 0: none */
     kmp_events *events;   /* NULL: conditions are evaluated in place */
@@ -132,7 +132,7 @@ typedef struct kmp_tree {
     kmp_vec (*reaction)(const struct kmp_tree *tree, int closure, bool moment);
     struct kmp_joint_loads *loads; /* of its joints (dynamics/joint_loads.h); NULL: they are not known */
     kmp_vec (*carried)(const struct kmp_tree *tree, int body, bool moment); /* the load of a body's joint, by them */
-    const int *row; /* KMP_CLOSURE_ROWS per closure: the number of each declared row among those that are kept, -1 for
+    const int *row; /* KMP_CLOSURE_ROWS per closure: the number of each declared row among the kept rows, -1 for
                        others; not owned; NULL: none is known */
 } kmp_tree;
 
@@ -149,7 +149,7 @@ bool kmp_tree_init_again(kmp_tree *tree, const kmp_tree *from);
 /** Sets each link's `own` and `base` from its mass, centre of mass and inertia. */
 void kmp_tree_sum_up(kmp_tree *tree);
 
-/** Gives every body with motions of its own three force inputs and three torque inputs. Forces act at the centre of
+/** Gives every body that has motions three force inputs and three torque inputs. Forces act at the centre of
  * mass of all bodies welded to it. The inputs are KMP_IN_FORCE and KMP_IN_TORQUE, number 3 (body - 1) + k. Bodies named
  * in `without`, separated by commas, have none (NULL: all have). */
 void kmp_tree_add_inputs(kmp_tree *tree, const char *without);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The geometry of a contact (model/data/touch.h) as expressions: distance, normal, place and slip. Every law of
- * contact takes them from here; their derivatives are those of the graph. */
+ * contact takes them from here; the graph gives their derivatives. */
 #pragma once
 
 #include "dynamics/kinematics/link_tree.h"

@@ -18,13 +18,13 @@ typedef enum kmp_fit_state {
 /* A data file, and the run that it is compared with. */
 typedef struct kmp_fit_run {
     const char *file;
-    kempe_model *own;      /* with the values of this run alone; NULL: the fit's */
+    kempe_model *own;      /* with the values only of this run; NULL: the fit's */
     const char *names;     /* of its parameters, separated by commas */
-    kmp_slope_runs *runs;  /* their equations; the rows are those of the estimates at the end */
+    kmp_slope_runs *runs;  /* their equations; the rows belong to the estimates at the end */
     long most_steps;       /* bound on the steps of a trial; 0: none is known yet */
     kmp_measured measured; /* data column c is column[c] of the rows, and among[c] of the fit's columns */
     int *column, *among;
-    int count, *parameter; /* of this run; each among those of the fit */
+    int count, *parameter; /* of this run; each among the parameters of the fit */
     double *motion;        /* rows x columns: of the estimates, as fitted */
 } kmp_fit_run;
 

@@ -11,7 +11,7 @@ typedef struct kmp_measured {
     kmp_arena arena;
     int rows, columns;
     double *t;     /* rows */
-    char **name;   /* columns: of those that count */
+    char **name;   /* columns: of the columns that count */
     char *outputs; /* the same as words of `outputs`, separated by commas */
     double *value; /* rows x columns, SI; NaN: unknown */
 } kmp_measured;

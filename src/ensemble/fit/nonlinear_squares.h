@@ -34,7 +34,7 @@ typedef enum kmp_squares_outcome {
 
 typedef struct kmp_squares_report {
     kmp_squares_outcome outcome;
-    int iterations, evaluations, refused; /* accepted steps; those of r; where r did not exist */
+    int iterations, evaluations, refused; /* accepted steps; evaluations of r; where r did not exist */
 } kmp_squares_report;
 
 /** False: this build has no library of least squares. */

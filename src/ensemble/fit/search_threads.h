@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Searches that threads share: each thread has a searcher of its own, and takes the next search that has not begun. A
- * search depends on its start alone, so that results have the same bits with any number of threads. */
+/* Searches that threads share: each thread has a separate searcher, and takes the next search that has not begun. A
+ * search depends only on its start, so that results have the same bits with any number of threads. */
 #pragma once
 
 #include "base/context.h"
@@ -14,7 +14,7 @@ typedef struct kmp_searcher_kind {
     void (*end)(void *searcher); /* also after a failed `begin` */
 } kmp_searcher_kind;
 
-/** Runs searches 0 .. count - 1 by at most `threads` threads. A status other than KEMPE_OK is that of a searcher, with
+/** Runs searches 0 .. count - 1 by at most `threads` threads. A status other than KEMPE_OK comes from a searcher, with
  * its message. *helped_s: processor time of the other threads. */
 kempe_status kmp_share_searches(kempe_context *context, const kmp_searcher_kind *kind, void *job, int threads,
                                 int count, double *helped_s);

@@ -47,7 +47,7 @@ bool kmp_instance_complete(kmp_engine *e, kmp_lane_group *pool, const double *qd
 void kmp_engine_hold_inputs(kmp_engine *e, const kmp_present_inputs *inputs);
 
 /* Impacts, changes of modes and of closures, and samples of states happen to an instance between two of its steps.
- * It stands at the site of its engine, a run that makes no steps, where all this is decided as in any run. */
+ * It is at the site of its engine, a run that makes no steps, where all this is decided as in any run. */
 
 /** Makes the site of an engine if its system needs one. */
 kempe_status kmp_site_init(kmp_engine *e);

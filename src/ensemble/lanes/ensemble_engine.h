@@ -6,7 +6,7 @@
 
 /** The pivots of Jv among the outputs of the last stage. */
 const double *kmp_lanes_pivots(const kmp_engine *e, const kmp_lane_group *pool, const double *end);
-/** An engine for a model with variable parameters; `apart`: with a context of its own, below that of the model. */
+/** An engine for a model with variable parameters; `apart`: with a separate context, below the context of the model. */
 kempe_status kmp_engine_new(const kempe_model *model, int count, const char *const *names, bool apart,
                             kmp_engine **engine);
 void kmp_engine_free(kmp_engine *engine);

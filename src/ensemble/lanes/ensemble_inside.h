@@ -122,10 +122,10 @@ typedef struct kmp_lane_state {
     double error_old[KMP_LANES_MOST], next[KMP_LANES_MOST]; /* of the last accepted step; the step after this one */
     /* attempts that need no decision of the instance: the most; accepted and rejected ones not yet in its account */
     int64_t spare[KMP_LANES_MOST], made[KMP_LANES_MOST], repeated[KMP_LANES_MOST];
-    int64_t rejected[KMP_LANES_MOST], tries[KMP_LANES_MOST]; /* those of the instances */
+    int64_t rejected[KMP_LANES_MOST], tries[KMP_LANES_MOST]; /* counts of the instances */
     bool gaps;                                               /* some lane has no instance */
     double bad[KMP_LANES_MOST];                              /* not 0: the right-hand side cannot be evaluated */
-    double pivot[KMP_LANES_MOST], exchange[KMP_LANES_MOST];  /* those of the instances: pivot, limit */
+    double pivot[KMP_LANES_MOST], exchange[KMP_LANES_MOST];  /* values of the instances: pivot, limit */
     uint64_t negative[KMP_SIGN_WORDS * KMP_LANES_MOST];      /* theirs, word by word */
     double *y, *y_new, *stage, *weight, *atol;               /* size: room for the largest */
     double *k[17];                                           /* size, as published: 1 to 13; for dense output to 16 */
@@ -158,7 +158,7 @@ typedef struct kmp_lane_within {
 
 typedef struct kmp_lane_conditions kmp_lane_conditions;
 
-/** One thread's share of an ensemble: a system of its own and its lanes. It runs one chunk of instances after another.
+/** One thread's share of an ensemble: its system and its lanes. It runs one chunk of instances after another.
  */
 struct kmp_measuring;
 
@@ -190,7 +190,7 @@ typedef struct kmp_engine {
     kmp_lane_within within;
     kmp_lane_conditions *conditions; /* NULL: there are none */
     kmp_lanes *beside[2];            /* programs of quantities and conditions in lanes; NULL: there is none */
-    kmp_runner *site;                /* where instances stand between steps; NULL: nothing happens to them there */
+    kmp_runner *site;                /* where instances are between steps; NULL: nothing happens to them there */
     void *fresh;                     /* the memory of a motion that begins */
 
     /* of a chunk */

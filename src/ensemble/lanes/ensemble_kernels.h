@@ -40,6 +40,7 @@ void kmp_lanes_exchange(size_t width, size_t size, const int64_t *lanes, double 
  * or the lane has no instance. */
 void kmp_lanes_choose_tries(size_t width, kmp_lane_state *room, double longest, int64_t *none);
 
-/** Finds the signs of blocks from those of their pivots: in each lane KMP_SIGN_WORDS words, word k of lane l at k width
- * + l. block: that of each pivot. */
+/** Finds the signs of blocks from the signs of their pivots: in each lane KMP_SIGN_WORDS words, word k of lane l at k
+ * width
+ * + l. block: the sign of each pivot. */
 void kmp_lanes_signs(size_t width, int pivots, const unsigned char *block, const double *pivot, uint64_t *negative);

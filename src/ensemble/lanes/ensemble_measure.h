@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Quantities of instances, in lanes and in separate runs: the account of each instance gets the states of its steps,
- * so that it does not depend on other instances. A lane's states are those of its interpolant on closed loops. */
+ * so that it does not depend on other instances. A lane's states follow from its interpolant on closed loops. */
 #pragma once
 
 #include "ensemble/lanes/ensemble_inside.h"

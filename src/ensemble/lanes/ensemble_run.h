@@ -3,7 +3,7 @@
  * reduced formulation in its integrated form. Several run at once, one in each lane, with their own steps and error
  * control.
  *
- * Threads share the instances in chunks, each with a system of its own. A result depends on its own values alone: its
+ * Threads share the instances in chunks, each with a separate system. A result depends only on its values: its
  * bits are the same for any number of threads and instances.
  *
  * Lanes make the decisions of a run of one mechanism. If a lane cannot decide, a separate run continues that instance

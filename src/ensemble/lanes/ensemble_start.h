@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Operations on one instance at a time: its start, an exchange of u, its end. The evaluator and the scales of the
- * system are those of the current instance. */
+/* Operations on one instance at a time: its start, an exchange of u, its end. The evaluator and the scales of
+ * the system belong to the current instance. */
 #pragma once
 
 #include "ensemble/lanes/ensemble_inside.h"
@@ -12,7 +12,7 @@ const char *kmp_engine_no_lanes(const kmp_engine *e);
 kempe_status kmp_instance_start(kmp_engine *e, int i);
 /** Makes the next choice of u of an instance, from t and y. */
 kempe_status kmp_instance_exchange(kmp_engine *e, kmp_lane_group *from, int i);
-/** The same for one degree of freedom, from y and dy alone: u becomes dependent, and v[k] independent. */
+/** The same for one degree of freedom, only from y and dy: u becomes dependent, and v[k] independent. */
 kempe_status kmp_instance_swap(kmp_engine *e, kmp_lane_group *from, int i, int k);
 /** Goes on with the choice of u of an instance from e->state at its time. */
 kempe_status kmp_instance_resume(kmp_engine *e, kmp_lane_group *from, int i);
@@ -46,13 +46,13 @@ bool kmp_instance_state(kmp_engine *e, kmp_lane_group *pool, double t, const dou
                         bool closed);
 
 /* Separate runs of an instance: from its start to its end if lanes cannot run it; or from where a lane left it to
- * where lanes can take it back. A part begins and ends where the instance alone says so. */
+ * where lanes can take it back. Only the instance determines where a part begins and ends. */
 
 /** Repeats an instance in a separate run from its start. */
 kempe_status kmp_instance_alone(kmp_engine *e, int i);
-/** Continues an instance from t and y in a separate run, until lanes can take it back or to its end. `margin`: that of
- * the closures over its usual size; 0: the run finds it. If such a run fails, the instance is left to one from its
- * start. The second begins such a run at a state with closures of this rank. */
+/** Continues an instance from t and y in a separate run, until lanes can take it back or to its end. `margin`: the
+ * margin of the closures over its usual size; 0: the run finds it. If such a run fails, the instance is left to one
+ * from its start. The second begins such a run at a state with closures of this rank. */
 kempe_status kmp_instance_apart(kmp_engine *e, kmp_lane_group *from, int i, double margin, const char *why);
 kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, double margin, const double *q, const double *qd,
                                       double work, const char *why);

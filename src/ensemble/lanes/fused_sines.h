@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sines and cosines of lanes by fused multiply-adds, with half the operations, or by rotation from angles nearby, with
- * fewer still. They have other roundings than those of a single run; the bits of a lane do not depend on the width. */
+ * fewer still. They have other roundings than a single run; the bits of a lane do not depend on the width. */
 #pragma once
 
 #include "backend/lanes.h"
@@ -20,8 +20,8 @@ void kmp_fused_near(int n, int width, double *v, const uint32_t *x, const uint32
 void kmp_fused_keep(int n, int width, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c,
                     const int64_t *lanes, double *base);
 
-/** Three ways in which stages find sines: each alone; by rotation from the base; alone, with a base that is renewed in
- * the lanes that are not 0. */
+/** Three ways in which stages find sines: each separately; by rotation from the base; separately, with a base that is
+ * renewed in the lanes that are not 0. */
 typedef enum kmp_sines_way { KMP_SINES_ALONE, KMP_SINES_NEAR, KMP_SINES_RENEW } kmp_sines_way;
 
 /** The sines of all stages of a program in lanes. */
@@ -34,8 +34,8 @@ typedef struct kmp_fused_sines {
     kmp_arena arena; /* of the base */
 } kmp_fused_sines;
 
-/** Gives lanes these sines, which stay where they are: each alone at first. false: no memory; the arena is freed in any
- * case. */
+/** Gives lanes these sines, which stay where they are: each separately at first. false: no memory; the arena is freed
+ * in any case. */
 bool kmp_fused_sines_init(kmp_fused_sines *sines, kmp_lanes *lanes, int width);
 
 /** The way from now on. */

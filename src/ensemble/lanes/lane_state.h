@@ -32,7 +32,7 @@ void kmp_room_find_limit(kmp_engine *e, size_t lane);
 /** k = f(at, y) in all lanes; failed evaluations are marked in `bad`. */
 void kmp_room_evaluate(kmp_engine *e, kmp_lane_group *pool, const double *y, double *k);
 
-/** The stages of an attempt; those of the dense output, whose failures go to `dense_bad`. */
+/** The stages of an attempt; the stages of the dense output, whose failures go to `dense_bad`. */
 void kmp_room_run_stages(kmp_engine *e, kmp_lane_group *pool);
 void kmp_room_run_dense_stages(kmp_engine *e, kmp_lane_group *pool);
 

@@ -30,6 +30,6 @@ typedef struct kmp_minimum_report {
 /** False: this build has no library of optimisation. */
 extern const bool kmp_minimum_available;
 
-/** x: the start in the cube, then the best place: of those that keep the inequalities the one of least value, or the
- * one that breaks them least. False: no memory, or not available. */
+/** x: the start in the cube, then the best place: of the points that keep the inequalities the one of least value, or
+ * the one that breaks them least. False: no memory, or not available. */
 bool kmp_minimum_find(const kmp_minimum *minimum, double *x, kmp_minimum_report *report);

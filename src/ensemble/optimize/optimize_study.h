@@ -10,15 +10,15 @@
 #include <kempe/optimize.h>
 
 /* Quantities of runs (ensemble/quantity_words.h) as functions of parameters, with exact slopes where they
- * exist: of values at a time, and of extremes. The derivative of an extreme is that of its expression at its time,
- * because either the expression's rate is zero there, or the time is an end of the run. */
+ * exist: of values at a time, and of extremes. The derivative of an extreme is the derivative of its expression at its
+ * time, because either the expression's rate is zero there, or the time is an end of the run. */
 
 typedef struct kmp_objective {
     kempe_context *context;
     kmp_arena arena;
     kempe_values *values;
     kempe_ensemble *ensemble;
-    const kmp_quantity_list *list; /* of the ensemble: the first value is the objective, others are those of limits */
+    const kmp_quantity_list *list; /* of the ensemble: the first value is the objective, others are values of limits */
     int count, *column;            /* parameters; of each channel among the columns of the rows */
     kempe_run_options run;         /* of one thread */
     int threads;                   /* that share the rows of several values */

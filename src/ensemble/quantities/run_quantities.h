@@ -91,8 +91,8 @@ typedef struct kmp_measured_step {
 /** True if some steps can be passed over: no quantity needs all states, as means do. */
 bool kmp_quantities_may_pass(const kmp_run_quantities *quantities);
 
-/** Passes over a step that changes nothing in the account, by rough bounds (kmp_piece_rough_bounds) of `sampled`, whose
- * points 0, 2, 4, 6 and 8 alone are read, and need not be exact. false: the step must be taken into account. */
+/** Passes over a step that changes nothing in the account, by rough bounds (kmp_piece_rough_bounds) of `sampled`, of
+ * which only points 0, 2, 4, 6 and 8 are read, and need not be exact. false: the step must be taken into account. */
 bool kmp_account_pass(const kmp_run_quantities *quantities, double *account, const kmp_measured_step *step);
 
 /** Takes a step into account. false: a state within the step was not available, or the bound of work of a run is

@@ -19,7 +19,7 @@ typedef struct kmp_piece {
 /** The polynomial through values at the points of [from, to]. */
 kmp_piece kmp_piece_of(double from, double to, const double values[KMP_PIECE_POINTS]);
 
-/** Bounds that no value passes, from the points 0, 2, 4, 6 and 8 alone: those of the polynomial through them, and a
+/** Bounds that no value passes, from only the points 0, 2, 4, 6 and 8: the bounds of the polynomial through them, and a
  * multiple of its last terms for the ones that it lacks. */
 void kmp_piece_rough_bounds(const double values[KMP_PIECE_POINTS], double *low, double *high);
 

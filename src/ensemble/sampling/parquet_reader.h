@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Parquet files of flat columns whose values are plain and uncompressed: those that Kempe writes, and those that other
- * tools write so when they are asked to. Everything else is refused by its name. */
+/* Parquet files of flat columns whose values are plain and uncompressed: the files that Kempe writes, and files that
+ * other tools write in this form on request. Everything else is refused by its name. */
 #pragma once
 
 #include "base/arena.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Designs of experiments, distributions, and distributions of several quantities as users write them with their
- * samples, each found by its number alone. */
+ * samples, each found only by its number. */
 #pragma once
 
 #include "base/arena.h"
@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Designs of experiments: points of the unit cube, each found by its number alone. */
+/* Designs of experiments: points of the unit cube, each found only by its number. */
 
 typedef enum kmp_design {
     KMP_DESIGN_RANDOM,

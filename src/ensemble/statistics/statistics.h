@@ -32,7 +32,7 @@ bool kmp_regression(int count, int columns, const double *rows, const double *va
                     double *explained);
 
 typedef struct kmp_sobol_index {
-    double first, first_error; /* the part of the variance by the input alone, and its standard error */
+    double first, first_error; /* the part of the variance by only the input, and its standard error */
     double total, total_error; /* with all its interactions */
 } kmp_sobol_index;
 

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Implicit blocks of a routine's program, each as routines of its own: for languages that solve them. */
+/* Implicit blocks of a routine's program, each as separate routines: for languages that solve them. */
 #pragma once
 
 #include "exchange/code/source.h"
 
 /** Programs of a block, each a routine of arguments p and unknowns q. Of averages the guess is the exponent at the
- * place q[0] and the one that is needed, the equations are the averaged values there. Merit and scan are those of a
+ * place q[0] and the one that is needed, the equations are the averaged values there. Merit and scan belong to a
  * block among candidates: at any q, and at one of the candidates. Parts at places have further q by place. */
 typedef enum kmp_block_part {
     KMP_PART_GUESS,
@@ -15,7 +15,7 @@ typedef enum kmp_block_part {
     KMP_BLOCK_PARTS
 } kmp_block_part;
 
-/** Values of a block that depend on unknown 0 alone, at its candidates or places, numbers that are known when code is
+/** Values of a block that depend only on unknown 0, at its candidates or places, numbers that are known when code is
  * generated: rows of the places, `width` numbers each: the place q[0], then the values q[unknowns] and so on. */
 typedef struct kmp_place_values {
     int width;
@@ -34,8 +34,8 @@ extern const char *const kmp_block_part_names[KMP_BLOCK_PARTS];
 kempe_status kmp_code_blocks_make(kmp_code_source *source, kmp_code_routine *routine);
 void kmp_code_blocks_free(kmp_code_routine *routine);
 
-/** The programs of a routine from number *i on, which moves: its own, then those of the parts of its blocks. NULL:
- * there are no more. */
+/** The programs of a routine from number *i on, which moves: its own, then the functions of the parts of its blocks.
+ * NULL: there are no more. */
 const kmp_program *kmp_code_next_program(const kmp_code_routine *routine, int *i);
 
 /** The source of the routines of blocks: their parameters are arguments of a block. */

@@ -65,7 +65,7 @@ typedef struct kmp_language {
     void (*call)(const kmp_code_writer *writer, kmp_op op);
     void (*define)(const kmp_code_writer *writer, kmp_op op);
     const char *prepare, *function;             /* of the parameters; of a routine */
-    const char *inner_prepare, *inner_function; /* of the parts of blocks; NULL: those of routines */
+    const char *inner_prepare, *inner_function; /* of the parts of blocks; NULL: the names of routines */
     /* Implicit blocks: the function that solves one, after the functions of its parts; a call of it for $(argument),
      * which sets the array $(what). NULL: the language lacks them. */
     void (*block)(const kmp_code_writer *writer, const struct kmp_code_block *block, int number);

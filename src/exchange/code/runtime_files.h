@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Files that generated code needs beside it: sources of the library, which the build put into it as text. */
+/* Further files that generated code needs: sources of the library, which the build put into it as text. */
 #pragma once
 
 #include "base/text.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Data of a generated simulator beside its equations: a closed start, the choice of coordinates there, sizes, and the
- * conditions. */
+/* Data of a generated simulator in addition to its equations: a closed start, the choice of coordinates there, sizes,
+ * and the conditions. */
 #pragma once
 
 #include "exchange/code/source.h"
@@ -59,7 +59,7 @@ kempe_status kmp_simulated_find(kmp_code_source *source, const kmp_set_choice *c
 /** Sets members that depend on the places of the parameters in p. */
 kempe_status kmp_simulated_place(kmp_code_source *source);
 
-/** The start of a system without equations of its own: coordinates and their kinds, inputs. */
+/** The start of a system without separate equations: coordinates and their kinds, inputs. */
 kempe_status kmp_simulated_start(kmp_code_source *source, const kempe_system *system);
 
 /** A routine by name; NULL: there is none. */

@@ -33,7 +33,7 @@ void kmp_choice_free(kmp_set_choice *choice);
 typedef struct kmp_array {
     const char *name, *meaning;
     int rows, cols; /* cols 0: a vector */
-    bool symmetric; /* then the entries are those with column <= row */
+    bool symmetric; /* then only entries with column <= row */
     int first, count;
 } kmp_array;
 
@@ -90,14 +90,14 @@ typedef struct kmp_code_source {
     int count;
     const struct kmp_table **tables; /* of all routines and of their blocks, each once */
     int table_count;
-    struct kmp_simulated *simulated; /* of a simulator: what it has beside its equations; otherwise NULL */
+    struct kmp_simulated *simulated; /* of a simulator: what it has in addition to its equations; otherwise NULL */
 } kmp_code_source;
 
 kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model,
                              const kempe_generate_options *generation);
 
-/** The names and numbers alone, without equations: of a system that the library itself simulates. Its parameters are
- * those of the model that a caller may set. `simulated` has no states and no conditions. */
+/** Only the names and numbers, without equations: of a system that the library itself simulates. Its parameters are
+ * the parameters of the model that a caller may set. `simulated` has no states and no conditions. */
 kempe_status kmp_source_describe(kmp_code_source *source, const kempe_model *model, const kempe_system *system);
 void kmp_source_free(kmp_code_source *source);
 
@@ -119,15 +119,15 @@ enum {
 /** The names of arguments: k, t, q .. u */
 extern const char *const kmp_argument_names[KMP_ARGUMENTS];
 
-/** Entries of `modes` for an element: the inputs of its first roles, with that of KMP_ROLE_RATE where a friction slips
- * in two directions. */
+/** Entries of `modes` for an element: the inputs of its first roles, with the input of KMP_ROLE_RATE where a friction
+ * slips in two directions. */
 enum { KMP_MODE_ENTRIES = KMP_ROLE_RATE - KMP_ROLE_SENSE, KMP_MODE_ENTRIES_ACROSS };
 
 /** The argument in which a program's input is, and its place there. */
 int kmp_argument_of(const kmp_program_input *input);
 int kmp_place_in_argument(const kmp_code_source *source, const kmp_program_input *input);
 
-/** True if a routine looks up the table, or a part of its blocks does; its number among those that are written, -1: it
+/** True if a routine looks up the table, or a part of its blocks does; its number among the written ones, -1: it
  * is not among them. */
 bool kmp_code_has_table(const kmp_code_routine *routine, const struct kmp_table *table);
 int kmp_code_table_number(const kmp_code_source *source, const struct kmp_table *table);

@@ -18,7 +18,7 @@ const char *kmp_held_mesh_library(const kmp_held_mesh *held);
 /** The number of displacements that remain. */
 int kmp_held_mesh_count(const kmp_held_mesh *held);
 
-/** u: 3 node_count; those at interfaces are kept, the others become those of static equilibrium. */
+/** u: 3 node_count; displacements at interfaces are kept, the others follow from static equilibrium. */
 kempe_status kmp_held_mesh_settle(kmp_held_mesh *held, double *u);
 
 /** The `wanted` slowest modes K x = value M x, of unit mass: values ascend; mode k is x + 3 node_count k, in the arena.

@@ -27,7 +27,7 @@ enum { KMP_UNIT_ICON = 256 };
 /** Writes the token, which a unit on the library makes again from its resources. */
 void kmp_unit_token(char token[KMP_UNIT_TOKEN], const kmp_unit_plan *plan);
 
-/** Tolerances of co-simulation: those of the model's runs, otherwise 1e-8. */
+/** Tolerances of co-simulation: the tolerances of the model's runs, otherwise 1e-8. */
 double kmp_unit_rtol(const kempe_model *model);
 double kmp_unit_atol(const kempe_model *model);
 double kmp_unit_longest_step(const kempe_model *model); /* s; 0: any */

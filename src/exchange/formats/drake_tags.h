@@ -9,5 +9,6 @@
 typedef const char *kmp_drake_point(void *reader, const kmp_element *e, const char *frame, const double at[3],
                                     const char *name);
 
-/** Adds the constraints and forces of a model. Their names are those of their kinds with a number, after a prefix. */
+/** Adds the constraints and forces of a model. Their names are the names of their kinds with a number, after a prefix.
+ */
 void kmp_drake_add(kmp_import *im, const kmp_element *model, const char *prefix, kmp_drake_point *point, void *reader);

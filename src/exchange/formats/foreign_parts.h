@@ -86,7 +86,7 @@ typedef enum kmp_import_solid {
 
 /** Adds a shape to a body and returns its mapping: a picture without mass, unless the caller gives it a mass or a
  * density. `size`: the three lengths of a box or radii of an ellipsoid; the radius, and the length of a cylinder or
- * that between the centres of a capsule's ends. The colour is NULL where it has none. */
+ * the distance between the centres of a capsule's ends. The colour is NULL where it has none. */
 kmp_yaml *kmp_import_shape(kmp_import *im, kmp_yaml *body, kmp_place place, kmp_import_solid solid,
                            const double size[3], const kmp_pose *at, const char *colour);
 

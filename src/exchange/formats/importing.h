@@ -39,7 +39,7 @@ bool kmp_import_is_word(const char *words, const char *name);
 /** True for characters of Kempe's names. */
 bool kmp_import_is_letter(char c);
 
-/** A name with letters, digits and _ alone, not beginning with a digit, and not `ground`. NULL: no memory. */
+/** A name with only letters, digits and _, not beginning with a digit, and not `ground`. NULL: no memory. */
 const char *kmp_import_clean(kmp_import *im, const char *name);
 
 /** Names something that is not used, with its place, by the class of the element or attribute `part`. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A model in MJCF on its way into the document (docs/mjcf.md), and attributes: an element has its own ones, and those
- * of its class of defaults, which has those of its parent. */
+/* A model in MJCF on its way into the document (docs/mjcf.md), and attributes: an element has its own ones, and the
+ * attributes of its class of defaults, which has the attributes of its parent. */
 #pragma once
 
 #include "exchange/formats/foreign_parts.h"
@@ -34,7 +34,7 @@ typedef struct kmp_mjcf_joint {
     const char *name, *own;
     bool single, slides; /* with one coordinate; which is a length */
     double reference;    /* the coordinate at which the bodies are as the file places them */
-    double rest;         /* that of springs without a length of their own, of this joint and of tendons */
+    double rest;         /* of springs without a length, of this joint and of tendons */
     struct kmp_mjcf_joint *next;
 } kmp_mjcf_joint;
 
@@ -64,15 +64,15 @@ typedef struct kmp_mjcf {
     enum { KMP_MJCF_NEVER, KMP_MJCF_ALWAYS, KMP_MJCF_WHERE_ABSENT } inertia_from_geoms;
     double groups[2];   /* of geoms with mass: the first and the last one */
     bool ranges_count;  /* without the attribute `limited` */
-    const char *meshes; /* folder of mesh files, from that of the file; NULL: its own */
+    const char *meshes; /* folder of mesh files, from the folder of the file; NULL: its own */
     bool has_equalities, has_springs, has_dampers, has_friction, has_gravity, has_limits, has_actuators, has_clamps;
 } kmp_mjcf;
 
 /** The class of a name; NULL after a complaint. */
 const kmp_mjcf_class *kmp_mjcf_class_of(kmp_mjcf *m, const kmp_element *e, const char *name);
 
-/** An element with the defaults for a word, or for several with blanks around, of its own class or else of this one
- * (NULL: main). */
+/** An element with the defaults for a word, or for several with blanks around, of the element's class or else of this
+ * one (NULL: main). */
 kmp_mjcf_item kmp_mjcf_take(kmp_mjcf *m, const kmp_element *e, const char *word, const kmp_mjcf_class *around);
 
 /** An element without defaults. */
@@ -81,7 +81,8 @@ kmp_mjcf_item kmp_mjcf_plain(const kmp_element *e);
 /** The text of an attribute; NULL: neither the element nor a default has it. */
 const char *kmp_mjcf_text(const kmp_mjcf_item *item, const char *key);
 
-/** Numbers of an attribute over those of the defaults, over `values`; the most that any of them gives, 0: none. */
+/** Numbers of an attribute over the numbers of the defaults, over `values`; the most that any of them gives, 0: none.
+ */
 int kmp_mjcf_numbers(kmp_mjcf *m, const kmp_mjcf_item *item, const char *key, int least, int most, double *values);
 double kmp_mjcf_number(kmp_mjcf *m, const kmp_mjcf_item *item, const char *key, double absent);
 

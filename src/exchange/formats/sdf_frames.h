@@ -15,8 +15,8 @@ enum {
 typedef struct kmp_sdf_frame {
     kmp_sdf_kind kind;
     const kmp_element *element;
-    const kmp_element *placed; /* the element with its pose: that of an included model is its `include` */
-    const char *scoped;        /* its name with those of its models, "arm::hand" */
+    const kmp_element *placed; /* the element with its pose: of an included model it is its `include` */
+    const char *scoped;        /* its name with the names of its models, "arm::hand" */
     const char *name;          /* Kempe's name of it */
     int version;               /* of its file, 100 major + minor */
     int model;                 /* that it is in; KMP_SDF_WORLD: none */
@@ -33,10 +33,10 @@ typedef struct kmp_sdf {
     int count;
     kmp_import_index by_name; /* scoped */
     int includes;             /* files included so far */
-    size_t hidden;            /* characters of scoped names that Kempe's names do not have: those of the only model */
+    size_t hidden; /* characters of scoped names that Kempe's names do not have: the frames of the only model */
 } kmp_sdf;
 
-/** Collects all frames of the file and of those that it includes, and places them. */
+/** Collects all frames of the file and of the files that it includes, and places them. */
 void kmp_sdf_find_frames(kmp_sdf *s);
 
 /** The element whose models are read: the world, or the whole file. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A model as the links and joints of a robot, for the writers of foreign formats: each joint has one motion at most, so
- * that further links without mass stand between the motions of a chain. A link has the frame in which its joint ends.
+ * that further links without mass are between the motions of a chain. A link has the frame in which its joint ends.
  */
 #pragma once
 
@@ -18,11 +18,11 @@ typedef enum kmp_writer_joint {
 } kmp_writer_joint;
 
 typedef struct kmp_writer_link {
-    const char *name, *joint; /* joint: its name, that of its coordinate but for characters */
+    const char *name, *joint; /* joint: its name, the name of its coordinate but for characters */
     int body;                 /* -1: without mass, between motions */
     int parent;               /* link, before it; -1: none */
     kmp_writer_joint kind;
-    kmp_pose at;    /* its frame with coordinates zero, in that of its parent */
+    kmp_pose at;    /* its frame with coordinates zero, in the frame of its parent */
     double axis[3]; /* in its frame */
     double damping; /* of springs without stiffness */
     double stiffness, rest;
@@ -40,8 +40,8 @@ typedef struct kmp_export {
     kmp_writer_link *links; /* the ground is the first one */
     int count;
     int *of_body;      /* the link of a body */
-    kmp_pose *in_link; /* the frame of a body in that of its link */
-    int *of_motion;    /* the link that a coordinate moves, -1: that of a free body */
+    kmp_pose *in_link; /* the frame of a body in the frame of its link */
+    int *of_motion;    /* the link that a coordinate moves, -1: the coordinate of a free body */
     bool *said;        /* of a closure: it is written */
     const char **point_name;
     int drawn; /* shapes that are written */
@@ -67,12 +67,12 @@ void kmp_export_angles(const kmp_pose *pose, double rpy[3]);
 /** A name of the file for attributes: letters, digits, blanks, - and _. */
 void kmp_export_name(kmp_text *text, const char *name);
 
-/** The coupler by which the coordinate of a link follows that of another, which is written now: a joint has one. False:
- * there is none that is not written. */
+/** The coupler by which the coordinate of a link follows the coordinate of another, which is written now: a joint has
+ * one. False: there is none that is not written. */
 bool kmp_export_mimic(kmp_export *w, int link, int *leader, double *multiplier, double *offset);
 
 /** Writes a coordinate as the only one that follows another: q = multiplier other + offset. False: a closure of another
- * kind, with more terms, or one whose coordinates have no joint of their own. */
+ * kind, with more terms, or one whose coordinates have no separate joint. */
 bool kmp_export_follower(const kmp_export *w, const kmp_closure *closure, int *link, int *leader, double *multiplier,
                          double *offset);
 

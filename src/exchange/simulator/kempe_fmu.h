@@ -43,8 +43,8 @@ typedef struct kempe_fmu_model {
     unsigned kinds;    /* KEMPE_FMU_MODEL_EXCHANGE, KEMPE_FMU_CO_SIMULATION */
     double rtol, atol; /* of co-simulation where the importer gives no tolerance */
     double longest;    /* step of co-simulation where the importer gives none, s; 0: any */
-    /* The mechanism is in the resources of the instance: returns the table of it, for this instance alone, or NULL with
-     * a sentence. NULL: this table is that of the mechanism. */
+    /* The mechanism is in the resources of the instance: returns the table of it, only for this instance, or NULL
+     * with a sentence. NULL: this table belongs to the mechanism. */
     const struct kempe_fmu_model *(*open)(const char *resources, char *sentence, size_t size);
     void (*close)(const struct kempe_fmu_model *opened);
 } kempe_fmu_model;
@@ -112,7 +112,7 @@ struct kempe_fmu {
     kempe_fmu_logger *log;
     unsigned logged;            /* categories, as bits */
     int kind;                   /* KEMPE_FMU_MODEL_EXCHANGE or KEMPE_FMU_CO_SIMULATION */
-    struct kempe_fmu_standing { /* beside the simulator, part of a saved state */
+    struct kempe_fmu_standing { /* in addition to the simulator, part of a saved state */
         double t, stop;         /* stop: INFINITY where there is none */
         int mode;
         int started; /* the start is computed */
@@ -146,7 +146,7 @@ int kempe_fmu_memory(const kempe_fmu_model *model);
 void kempe_fmu_init(kempe_fmu *fmu, const kempe_fmu_model *model, int kind, double *memory);
 void kempe_fmu_reset(kempe_fmu *fmu);
 
-/** Sends a sentence to the importer: those with a status always, the others where their category is on. Returns the
+/** Sends a sentence to the importer: messages with a status always, the others if their category is on. Returns the
  * status. */
 kempe_fmu_status kempe_fmu_say(kempe_fmu *fmu, kempe_fmu_status status, int category, const char *format, ...);
 /** 1 in one of these modes, otherwise an error that names the function. */
@@ -171,7 +171,7 @@ kempe_fmu_status kempe_fmu_no_variables(kempe_fmu *fmu, size_t count, const unsi
 size_t kempe_fmu_state_bytes(kempe_fmu *fmu);
 void kempe_fmu_save(kempe_fmu *fmu, unsigned char *to);
 kempe_fmu_status kempe_fmu_restore(kempe_fmu *fmu, const unsigned char *from);
-/** ERROR: bytes that are no state of this unit. */
+/** ERROR: bytes that are not a state of this unit. */
 kempe_fmu_status kempe_fmu_check_state(kempe_fmu *fmu, const unsigned char *bytes, size_t size);
 
 kempe_fmu_status kempe_fmu_directional(kempe_fmu *fmu, const unsigned *unknowns, size_t unknown_count,

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
  * A simulator of one mechanism, made of generated equations: C99, no library but libm, no allocation, no static data
- * that changes. Several simulators may run in several threads, each in memory of its own.
+ * that changes. Several simulators may run in several threads, each in separate memory.
  *
  *     #include "crane_simulator.h"
  *
@@ -28,9 +28,9 @@ enum {
     KEMPE_CONDITION_SWITCHES, /* its change is an event; the equations read it in `modes` */
     KEMPE_CONDITION_ENDS,     /* the motion ends where it holds */
     KEMPE_CONDITION_KINK,     /* of min, max, abs: where its mode is 0 the equations follow it by themselves */
-    KEMPE_CONDITION_PASSES,   /* of friction and contacts: that it holds is an event, at which modes are decided anew */
-    KEMPE_CONDITION_NUMBER,   /* of these: a number for the decisions; its mode is an input of them */
-    KEMPE_CONDITION_TOLD      /* a table is used beyond its points: the message says so, the motion goes on */
+    KEMPE_CONDITION_PASSES, /* of friction and contacts: that it holds is an event, at which modes are decided again */
+    KEMPE_CONDITION_NUMBER, /* of these: a number for the decisions; its mode is an input of them */
+    KEMPE_CONDITION_TOLD    /* a table is used beyond its points: the message reports this, the motion continues */
 };
 
 /** True for a kind whose change of sign is an event for an integrator of the caller. */
@@ -55,7 +55,7 @@ typedef struct kempe_arguments {
     const double *qd;     /* their rates */
     const double *qdd;    /* accelerations */
     const double *lambda; /* rows: multipliers of h */
-    const double *modes;  /* conditions: 1 where one holds, otherwise 0; of kinks 1, -1, or 0: not fixed */
+    const double *modes;  /* conditions: 1 if it holds, otherwise 0; of kinks 1, -1, or 0: not fixed */
     const double *u;      /* three an input: value, first and second derivative */
     const double *chart;  /* nine a spherical joint: the orientation from which its angles count, row by row */
 } kempe_arguments;
@@ -100,11 +100,11 @@ typedef struct kempe_watch_table {
 struct kmp_watch_site;
 
 /** Bounds of the conditions and of their rates during a part of a step, by which their changes are found: operations in
- * order, on constants, inputs, and the results of operations before. The function is that of kempe_events.c, which
+ * order, on constants, inputs, and the results of operations before. The function is in kempe_events.c, which
  * models without conditions do not need. */
 typedef struct kempe_watch {
     int constants, inputs, steps, tables;
-    int fixed;  /* the first steps depend on parameters alone */
+    int fixed;  /* the first steps depend only on parameters */
     int solved; /* unknowns of implicit blocks in conditions, which are given */
     const double *constant;
     const int *input;       /* what each is, and its place */
@@ -126,7 +126,7 @@ struct kmp_friction_site;
 struct kmp_impact_site;
 
 /** Friction that sticks and rigid contacts, by elements: forces in one direction each, with a row of h that holds their
- * place at rest, or keeps surfaces together. The functions are those of kempe_friction.c, which other models do not
+ * place at rest, or keeps surfaces together. The functions are in kempe_friction.c, which other models do not
  * need. */
 typedef struct kempe_friction {
     int elements;
@@ -173,7 +173,7 @@ int kempe_friction_overlap(const kempe_friction *friction, double *kept, double 
                            const struct kmp_friction_site *site, int n, double t, const double *q, const double *qd);
 
 /** Spherical joints whose angles count from an orientation that changes between steps, before they become singular:
- * the coordinates of the motion. Those of the caller count from the model's. The functions are those of kempe_charts.c,
+ * the coordinates of the motion. Coordinates of the caller count from the model's. The functions are in kempe_charts.c,
  * which models without such joints do not need. */
 typedef struct kempe_charts {
     int joints;
@@ -187,10 +187,10 @@ typedef struct kempe_charts {
     /** The caller's angles, nearest to near[3]; their distance. `sided`: on the same side of the singular position. */
     double (*follow)(const struct kempe_charts *charts, int c, const double *chart, const double *near, int sided,
                      const double *q, double *angles);
-    /** Makes q, qd, qdd those of the caller, with angles nearest to near[3]. */
+    /** Converts q, qd, qdd to the caller's coordinates, with angles nearest to near[3]. */
     void (*show)(const struct kempe_charts *charts, int c, const double *chart, const double *near, double *q,
                  double *qd, double *qdd);
-    /** Makes small changes of q, qd, qdd those of the caller's coordinates. */
+    /** Converts small changes of q, qd, qdd to the caller's coordinates. */
     void (*carry)(const struct kempe_charts *charts, int c, const double *chart, const double *const inner[3],
                   const double *const shown[3], double *const change[3]);
 } kempe_charts;
@@ -213,13 +213,13 @@ typedef struct kempe_equations {
     int kept; /* values of k */
     const char *const *coordinate_names, *const *row_names, *const *input_names, *const *parameter_names;
     const char *const *condition_names, *const *output_names;
-    const char *const *advice;        /* conditions: where one ends the motion, the remedy; may be NULL */
+    const char *const *advice;        /* conditions: if it ends the motion, the remedy; may be NULL */
     const int *coordinate_kind;       /* n */
     const int *condition_kind;        /* conditions */
     const double *scale;              /* n: size of a coordinate */
     const double *row_scale;          /* m: size of a row of h */
     const double *parameter_values;   /* of the model */
-    const int *parameter_fixed;       /* parameters: 1 where h depends on it, or the start alone: a start must follow */
+    const int *parameter_fixed;       /* parameters: 1 where h depends on it, or only the start: a start must follow */
     const double *input_values;       /* 3 inputs: at the start */
     double rank_tolerance;            /* a pivot of the scaled J below this part of the largest one is zero */
     const double *start_q, *start_qd; /* n: a closed start */
@@ -242,7 +242,7 @@ typedef struct kempe_equations {
     void (*loads)(const kempe_arguments *at, double *slopes);
     const kempe_slopes *slopes; /* of some choices of coordinates; for others they follow from M, C, J */
     int slopes_count;
-    int early; /* values of conditions are functions of t, q, qd, modes, u alone */
+    int early; /* values of conditions are functions only of t, q, qd, modes, u */
     /* m and n strings of n characters: '0' where an entry of J or M is zero at all states; NULL: none is known. */
     const char *const *jacobian_zeros, *const *mass_zeros;
     int switches;   /* closures read modes */
@@ -290,7 +290,7 @@ typedef struct kempe_simulator_settings {
     double most_steps; /* of one kempe_simulator_advance; 0: 1e6 */
 } kempe_simulator_settings;
 
-/** A simulator. The arrays are in the memory of the caller and are to be read alone, except p and u. */
+/** A simulator. The arrays are in the memory of the caller and are only to be read, except p and u. */
 typedef struct kempe_simulator {
     const kempe_equations *equations;
     kempe_simulator_settings settings;
@@ -377,7 +377,7 @@ kempe_simulator_status kempe_simulator_set_parameters(kempe_simulator *s);
 kempe_simulator_status kempe_simulator_set_inputs(kempe_simulator *s); /* the same */
 
 /** Takes changes of p and u as well, which act from the present time on. Advances to t and sets q, qd, qdd, lambda, y
- * there. Steps do not depend on the times that are requested. ENDED: they are those of an earlier end. FAILED: t lies
+ * there. Steps do not depend on the times that are requested. ENDED: they belong to an earlier end. FAILED: t lies
  * before the present time. */
 kempe_simulator_status kempe_simulator_advance(kempe_simulator *s, double t);
 /** Advances to the end of the next step. */
@@ -404,20 +404,20 @@ void kempe_simulator_get_changes(const kempe_simulator *s, double *value);
 double kempe_simulator_next_time(const kempe_simulator *s);
 /** 1 where the choice of independent coordinates is bad here: kempe_simulator_update exchanges it. */
 int kempe_simulator_wants_exchange(const kempe_simulator *s);
-/** Decides the conditions anew at the present state, takes samples of states, and exchanges the choice where it is bad;
- * *changed: 1 where x has other values or meanings, or its rates jump. ENDED: a condition ends the motion. */
+/** Decides the conditions again at the present state, takes samples of states, and exchanges the choice where it is
+ * bad; *changed: 1 where x has other values or meanings, or its rates jump. ENDED: a condition ends the motion. */
 kempe_simulator_status kempe_simulator_update(kempe_simulator *s, int *changed);
 /** The independent coordinates: f numbers. */
 void kempe_simulator_get_choice(const kempe_simulator *s, int *independent);
 
-/** The states along a change of parameters: they stay as they are, or they are those of a start of the model,
- * or of a start from given coordinates, which follow from t, parameters and inputs. */
+/** The states along a change of parameters: they stay as they are, or they belong to a start of the model,
+ * or to a start from given coordinates, which follow from t, parameters and inputs. */
 enum { KEMPE_CHANGE_HERE, KEMPE_CHANGE_START, KEMPE_CHANGE_START_FROM };
 
 /** Exact changes of the states, their derivatives dx and outputs y (and of q, qd, qdd, lambda; each may be NULL) along
- * a change of t, states x (2 f; in addition to those of a start), parameters, inputs u (3 each; each of these may be
- * NULL: 0), at the present state. Start values that are expressions of parameters are differentiated by differences of
- * sixth order. FAILED: equations without `along`, or a start where angles of a spherical joint are near to singular,
+ * a change of t, states x (2 f; in addition to the modes of a start), parameters, inputs u (3 each; each of these may
+ * be NULL: 0), at the present state. Start values that are expressions of parameters are differentiated by differences
+ * of sixth order. FAILED: equations without `along`, or a start where angles of a spherical joint are near to singular,
  * or whose deformations are in balance with its loads. */
 typedef struct kempe_simulator_change {
     int start; /* KEMPE_CHANGE_HERE, .. */

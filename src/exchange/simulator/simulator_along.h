@@ -74,14 +74,14 @@ static outcome choose_marked(kempe_simulator *s)
     return evaluate_loops(s, s->t);
 }
 
-/* dq and dqd of a start that is closed anew: coordinates that are kept move as their given values do. */
+/* dq and dqd of a start that is closed again: coordinates that are kept move as their given values do. */
 static outcome change_start(kempe_simulator *s, const kempe_simulator_change *change, const kempe_direction *direction)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     const int n = e->coordinates, f = freedom_of(s), r = rank_of(s);
     const bool moves = moves_start(s, change);
-    if (charts_have_moved(s)) /* start values are those of other angles */
+    if (charts_have_moved(s)) /* start values belong to other angles */
         return MOVED_ANGLES;
     double *given = part->stages + 2 * n;
     kempe_simulator_save(s, part->backup);

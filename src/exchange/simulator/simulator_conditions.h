@@ -56,7 +56,7 @@ static void choose(kempe_simulator *s, const int *fixed)
     take_order(s);
 }
 
-/* Exchanges dependent and independent coordinates until none of the scaled B is too large. J is that of the present
+/* Exchanges dependent and independent coordinates until none of the scaled B is too large. J belongs to the present
  * place. */
 static outcome improve_choice(kempe_simulator *s, double t)
 {
@@ -339,8 +339,8 @@ static double rate_of_motion(const kempe_simulator *s)
 }
 
 /* Changes modes at the state y until all conditions agree with them; *changed: some have. At the start,
- * where the motion does not go on yet, and where no acceleration is finite with the modes that are none yet, conditions
- * are those at rest. The state is placed and complete. */
+ * where the motion does not continue yet, and where no acceleration is finite because modes are not decided yet,
+ * conditions have their values at rest. The state is placed and complete. */
 static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double *y, bool goes, bool *changed)
 {
     const kempe_equations *e = s->equations;

@@ -72,7 +72,7 @@ static double opening(const kempe_simulator *s, int row)
     return fabs(s->part.h[row]) * s->part.inverse_row[row];
 }
 
-/* The largest h of the rows that are kept, scaled; infinite where one is not finite. */
+/* The largest h of the rows that are kept, scaled; infinite if an entry is not finite. */
 static double residual(const kempe_simulator *s)
 {
     double worst = 0;
@@ -242,8 +242,8 @@ static void reduce_mass(kempe_simulator *s)
     }
 }
 
-/* Column j: the change of C by multiplier j at the placed multipliers. Subtracts these changes from C: `bias` is that
- * of the tangent at zero multipliers. A slope that is not finite, as that of a root of squares at zero, counts as none:
+/* Column j: the change of C by multiplier j at the placed multipliers. Subtracts these changes from C: `bias` belongs
+ * to the tangent at zero multipliers. A slope that is not finite, as of a root of squares at zero, counts as none:
  * this step is then one of a fixed-point iteration. */
 static void evaluate_loads(kempe_simulator *s, double t)
 {
@@ -261,7 +261,7 @@ static void evaluate_loads(kempe_simulator *s, double t)
         }
 }
 
-/* The largest change of the placed multipliers by those of the last solution, which take their place, relative to the
+/* The largest change when the multipliers of the last solution replace the placed ones, relative to the
  * largest one. */
 static double take_multipliers(kempe_simulator *s, const double *found)
 {
@@ -356,7 +356,7 @@ static void add_constant(kempe_simulator *s, const double *bias, const double *r
     add_moved(s, 0, rank_of(s), s->part.constant, c);
 }
 
-/* By M and C alone. */
+/* Only by M and C. */
 static outcome accelerate_once(kempe_simulator *s, double t)
 {
     struct kempe_simulator_parts *part = &s->part;

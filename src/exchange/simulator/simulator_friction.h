@@ -15,7 +15,7 @@ enum { NO_SOLUTION = 1 };
 typedef struct decider {
     kempe_simulator *s;
     outcome said;
-    double still; /* a rate that counts as none, where it is more than that of rounding */
+    double still; /* a rate that counts as none, where it is more than rounding */
 } decider;
 
 /* Places the state. */
@@ -157,7 +157,7 @@ static void forget(void *self)
     ((decider *)self)->said = GOOD;
 }
 
-/* The name of an element, by that of one of its numbers. */
+/* The name of an element, by the name of one of its numbers. */
 static const char *name_of_element(const kempe_simulator *s, int element)
 {
     return s->equations->condition_names[s->equations->friction->slot[element] + KMP_ROLE_PLACE - KMP_ROLE_SENSE];
@@ -227,7 +227,7 @@ static void show_friction(kempe_simulator *s, const double *value)
         s->part.lambda[friction->row[i]] = value[friction->slot[i] + KMP_ROLE_GIVEN - KMP_ROLE_SENSE];
 }
 
-/* Notes the friction at the state y, and lets go of the rows that are held: modes are decided anew. */
+/* Notes the friction at the state y, and lets go of the rows that are held: modes are decided again. */
 static kempe_simulator_status release_friction(kempe_simulator *s, double t, double *y)
 {
     const kempe_equations *e = s->equations;

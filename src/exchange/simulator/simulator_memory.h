@@ -138,7 +138,7 @@ static int size_of_y(const kempe_simulator *s)
     return s->equations->coordinates + freedom_of(s);
 }
 
-/* The rank without rows that conditions add: that of the states of callers. */
+/* The rank without rows that conditions add: the memory of the states of callers. */
 static int least_rank(const kempe_equations *e)
 {
     return e->coordinates - e->freedom;
@@ -173,7 +173,7 @@ static void place_state(kempe_simulator *s, double **at)
     part->row = take_indices(at, m);
     part->column = take_indices(at, n);
     part->decisions = take(at, e->friction ? KEMPE_SIMULATOR_FRICTION_STATE(e->friction->elements) : 0);
-    part->inner_q = s->q; /* without charts the coordinates of the motion are those of the caller */
+    part->inner_q = s->q; /* without charts the motion has the coordinates of the caller */
     part->inner_qd = s->qd;
     part->inner_qdd = s->qdd;
     if (!e->charts)
@@ -190,7 +190,7 @@ static int numbers_of_step(const kempe_equations *e)
     return (4 + KMP_RK_MAX_STAGES) * most_of_y(e);
 }
 
-/* Numbers of decisions on impacts, which lie in the room of those on friction. */
+/* Numbers of decisions on impacts, which lie in the room of the decisions on friction. */
 static int numbers_of_contacts(const kempe_equations *e)
 {
     return e->friction && e->friction->contacts > 0 ? KEMPE_SIMULATOR_CONTACTS(e->coordinates, e->friction->elements)
@@ -347,7 +347,7 @@ void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *
     find_structure(s);
 }
 
-/* The factors in the scratch are those of the present state. */
+/* The factors in the scratch belong to the present state. */
 static double *factors_are_present(kempe_simulator *s)
 {
     return s->part.scratch;
@@ -374,7 +374,7 @@ static void put_back(kempe_simulator *s, const double *from)
     find_structure(s);
 }
 
-/* The states of callers: those of the least rank, of which the first are dependent where it is larger. */
+/* The states of callers: the rows of the least rank, of which the first are dependent where it is larger. */
 static void take_states(kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
@@ -486,7 +486,7 @@ static const kempe_slopes *find_slopes(const kempe_simulator *s)
 }
 
 /* Orders the choice by loops that have no coordinate in common: blocks of Jv, one after another. Lists the blocks that
- * move with each independent coordinate. The order depends on the choice alone. */
+ * move with each independent coordinate. The order depends only on the choice. */
 static void find_structure(kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;

@@ -234,7 +234,7 @@ static outcome balance_start(kempe_simulator *s, double t)
     return said == GOOD ? load_deformations(s, t, loads) : said;
 }
 
-/* True if deformations of the model's start move into balance, and its loads are not those of the model. */
+/* True if deformations of the model's start move into balance, and its loads differ from the loads of the model. */
 static bool is_out_of_balance(const kempe_simulator *s, double t)
 {
     const kempe_equations *e = s->equations;
@@ -374,7 +374,7 @@ static kempe_simulator_status stop_here(kempe_simulator *s)
 
 /* -- changes by the caller ----------------------------------------------------------------------------------- */
 
-/* Starts again from the present state: with other inputs or parameters, loops are closed and conditions decided anew.
+/* Starts again from the present state: with other inputs or parameters, loops are closed and conditions decided again.
  */
 static kempe_simulator_status continue_here(kempe_simulator *s)
 {

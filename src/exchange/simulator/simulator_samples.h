@@ -25,7 +25,8 @@ static double last_time(const kempe_simulator *s)
     return kmp_first_limit(next_sample(s), INFINITY, s->settings.end);
 }
 
-/* The last time whose state is that at the end of the last step: where a sample is due, its values are those before. */
+/* The last time whose state is the state at the end of the last step: where a sample is due, its values are those
+ * before. */
 static double reach(const kempe_simulator *s)
 {
     double t = s->part.state[AT_END];

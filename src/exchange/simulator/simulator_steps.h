@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Steps and their errors, their dense output, and the search of events in them. Spherical joints: coordinates of the
- * motion count from an orientation that changes between steps, before their angles become singular; those of the caller
- * are followed. A part of kempe_simulator.c. */
+ * motion count from an orientation that changes between steps, before their angles become singular; the breaks of the
+ * caller are followed. A part of kempe_simulator.c. */
 #pragma once
 
 #include "exchange/simulator/simulator_samples.h"
@@ -153,7 +153,7 @@ static void show_coordinates(kempe_simulator *s, double t)
     *part->seen_t = t;
 }
 
-/* Changes of the motion's coordinates, rates and accelerations into those of the caller's. */
+/* Changes of the motion's coordinates, rates and accelerations into the caller's. */
 static void carry_changes(kempe_simulator *s)
 {
     const kempe_charts *charts = s->equations->charts;
@@ -515,7 +515,7 @@ static outcome choose_first_step(kempe_simulator *s)
     return said;
 }
 
-/* The next step begins anew: the control of its length knows none before. */
+/* The next step starts again: the control of its length knows none before. */
 static void begin_control(kempe_simulator *s)
 {
     double *state = s->part.state;

@@ -8,7 +8,7 @@
  * y is unique. x is unique unless D is singular on the entries inside. */
 #pragma once
 
-/* Linkage; static where one file contains all of a generated simulator. */
+/* Linkage; static if one file contains all of a generated simulator. */
 #ifndef KMP_LOCAL
 #define KMP_LOCAL
 #endif
@@ -33,5 +33,5 @@ static inline int kmp_box_room(int n)
 }
 
 /** x: a guess, then the minimum; y: D x + a there; side: -1 at the lower bound, 1 at the upper one, 0 inside. If there
- * are several x, the guess alone decides between them. Does not allocate. */
+ * are several x, only the guess decides between them. Does not allocate. */
 KMP_LOCAL kmp_box_outcome kmp_box_minimum(const kmp_box *box, double *x, double *y, int *side, double *room);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Dense LU of a square matrix whose parts share no entry, as the bodies of a scene that do not touch: each part has
- * factors of its own. Unknowns of a part keep their order. */
+ * separate factors. Unknowns of a part keep their order. */
 #pragma once
 
 #include "base/arena.h"

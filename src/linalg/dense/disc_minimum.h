@@ -13,7 +13,7 @@ static inline int kmp_disc_room(int n)
 }
 
 /** As kmp_box_minimum. `partner` (n): the other entry of a disc, whose radius is the upper bound of both and whose
- * lower bounds are opposite; -1: an entry of its own. Pairs with equal bounds are fixed. side: 1 for both entries of a
+ * lower bounds are opposite; -1: a separate entry. Pairs with equal bounds are fixed. side: 1 for both entries of a
  * pair on its circle. */
 KMP_LOCAL kmp_box_outcome kmp_disc_minimum(const kmp_box *box, const int *partner, double *x, double *y, int *side,
                                            double *room);

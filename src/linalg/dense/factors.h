@@ -10,7 +10,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Linkage; static where one file contains all of a generated simulator. */
+/* Linkage; static if one file contains all of a generated simulator. */
 #ifndef KMP_LOCAL
 #define KMP_LOCAL
 #endif

@@ -9,8 +9,8 @@
  * memory, or the iteration did not converge (it does for finite entries). */
 int kmp_symmetric_eigen(int n, double *a, double *values);
 
-/** x (n) of least norm among those that minimise |A x - b|; a is m x n, kept, its rank not known. Pivots below rcond of
- * the largest count as zero. Returns the rank, -1 when there is no memory. */
+/** x (n) of least norm among the vectors that minimise |A x - b|; a is m x n, kept, its rank not known. Pivots below
+ * rcond of the largest count as zero. Returns the rank, -1 when there is no memory. */
 int kmp_least_squares(int m, int n, const double *a, const double *b, double rcond, double *x);
 
 /** The same for `count` right-hand sides (m each) and solutions (n each), one after the other. */

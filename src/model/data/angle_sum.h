@@ -12,10 +12,10 @@
  * counts turns. False: a rotation about another axis is between them. */
 bool kmp_angle_sum(const kempe_model *model, const kmp_measure_argument axis[3], double *constant, double *factor);
 
-/** True if the body of a point moves relative to that of an axis in planes across this axis alone: all rotations
+/** True if the body of a point moves relative to the body of an axis only in planes across this axis: all rotations
  * between them are about it, no translation is along it. */
 bool kmp_moves_across(const kempe_model *model, int point, const kmp_measure_argument *axis);
 
-/** The axis of the second side's point across which the first side's body moves, so that its slip has one direction
- * alone; -1: there is none, and it has two. */
+/** The axis of the second side's point across which the first side's body moves, so that its slip has only one
+ * direction; -1: there is none, and it has two. */
 int kmp_touch_plane(const kempe_model *model, const kmp_contact_pair *touch);

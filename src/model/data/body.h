@@ -13,7 +13,7 @@ typedef struct kmp_point {
     const char *name; /* without the body's name */
     int body;
     kmp_number at[3];     /* of a flexible body: without deformation */
-    bool turned;          /* its axes are not those of the body */
+    bool turned;          /* its axes differ from the axes of the body */
     double axes[3][3];    /* v_body = axes v_point, when turned */
     int station;          /* of a flexible body: 1 + the station that it moves with; 0: none, it moves with the frame */
     kmp_number offset[3]; /* from there, in the axes of the station */
@@ -22,12 +22,12 @@ typedef struct kmp_point {
 /** One elementary motion: a rotation about (or translation along) a unit axis, which is fixed in the axes reached by
  * the motions before it. Motion k of the model has coordinate q[k]. */
 typedef struct kmp_motion {
-    const char *name; /* of the coordinate: `joint`, `joint.1` ... when the joint has several, or one of its own */
+    const char *name; /* of the coordinate: `joint`, `joint.1` ... when the joint has several, or a separate one */
     int number;       /* of the joint's coordinates, from 1: joint.k denotes it */
     int body;
     bool rotation;
-    bool elastic; /* a coordinate of a flexible body's deformation, without axis; these follow those of joints. Its unit
-                     is that of an angle or of a length */
+    bool elastic; /* a coordinate of a flexible body's deformation, without axis; these follow the coordinates of
+                     joints. Its unit is the unit of an angle or of a length */
     double axis[3];
 } kmp_motion;
 
@@ -38,17 +38,17 @@ typedef struct kmp_body {
     int parent;         /* body */
     int at;             /* point of the parent where the joint's chain begins, -1: its origin */
     int to;             /* its own point where the chain ends, -1: its origin */
-    bool turned;        /* with all coordinates zero the axes at `to` are not those at `at` */
+    bool turned;        /* with all coordinates zero the axes at `to` differ from the axes at `at` */
     double frame[3][3]; /* then v_at = frame v_to, when turned; when reversed v_to = frame v_at */
-    bool reversed; /* its joint's coordinates are those of the parent relative to the body: the chain has the inverse
-                      motions, and a frame is at its end */
-    bool loads_parent;              /* the second body of its joint, which the joint's reaction loads, is its parent */
+    bool reversed;      /* its joint's coordinates describe the parent relative to the body: the chain has the inverse
+                           motions, and a frame is at its end */
+    bool loads_parent;  /* the second body of its joint, which the joint's reaction loads, is its parent */
     int first_motion, motion_count; /* its chain; no motion: it is welded to its parent */
     int load_count;   /* of its first motions: translations that are locked, for the reaction of its joint */
     int load_closure; /* the first one of their locks */
     const kmp_joint_row *coupling; /* its row if that couples the two motions by a number; NULL: it does not */
     kmp_number number;             /* of the coupling */
-    kmp_number armature;           /* of a joint with one motion: a mass of this coordinate alone */
+    kmp_number armature;           /* of a joint with one motion: a mass only of this coordinate */
     kmp_number mass;
     kmp_number com[3];
     kmp_number inertia[6]; /* xx yy zz xy xz yz about the com, body axes; xy is the tensor's entry, -sum m x y */

@@ -52,7 +52,7 @@ typedef struct kmp_cut {
     bool start_given;                   /* of one of its coordinates */
 } kmp_cut;
 
-/** A coordinate of a cut joint, which no equation has: a function of those of the tree. */
+/** A coordinate of a cut joint, which no equation has: a function of the coordinates of the tree. */
 typedef struct kmp_cut_coordinate {
     const char *name, *joint; /* as kmp_motion has it */
     int number;               /* of the joint's coordinates, from 1 */

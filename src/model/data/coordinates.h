@@ -27,7 +27,7 @@ int kmp_cut_coordinate_find(const kempe_model *model, const char *name);
 
 /* The load that a joint of the tree carries: force and moment that its motions leave undetermined. */
 
-/** The motions of a joint's chain that are free: without those that are locked for its reaction. */
+/** The motions of a joint's chain that are free: without the coordinates that are locked for its reaction. */
 static inline int kmp_joint_first_free(const kmp_body *body)
 {
     return body->first_motion + body->load_count;

@@ -9,11 +9,11 @@
 #include "model/language/expression.h"
 #include <stdbool.h>
 
-/** The terms of second order that a body has: all of them; those of the quadratic functions alone, without their
- * inertia; none. */
+/** The terms of second order that a body has: all of them; only the shapes of the quadratic functions, without
+ * their inertia; none. */
 typedef enum kmp_stiffening { KMP_STIFFENING_NONE, KMP_STIFFENING_FIRST, KMP_STIFFENING_FULL } kmp_stiffening;
 
-/** The axes that displacements are measured from: those of the end that carries the body's joint; the line between both
+/** The axes that displacements are measured from: of the end that carries the body's joint; the line between both
  * ends; the mean axes, in which shapes have neither momentum nor angular momentum (Buckens). */
 typedef enum kmp_flexible_frame { KMP_FRAME_CLAMPED, KMP_FRAME_CHORD, KMP_FRAME_MEAN } kmp_flexible_frame;
 
@@ -30,7 +30,7 @@ typedef struct kmp_station {
     kmp_number *section;         /* 3: area, int y^2, int z^2 of its section; zero where they are not given */
     kmp_number *strained;        /* 3 x n: torsion and bending moments about x, y, z of its section by the strain, by
                                     coordinates; zero about axes without shapes */
-    struct kmp_flexible *beyond; /* the body's part beyond it, with the same coordinates, as moments alone; NULL: of the
+    struct kmp_flexible *beyond; /* the body's part beyond it, with the same coordinates, only as moments; NULL: of the
                                     first station, or its part of the length depends on parameters */
 } kmp_station;
 
@@ -46,10 +46,10 @@ typedef struct kmp_flexible {
     const char *file;  /* that its modes are from; NULL: a beam */
     const char *doubt; /* what the file lacks or contradicts, a sentence; NULL: nothing */
     bool averaged;     /* integrals of its deformation are means: it must turn slowly */
-    bool turned;       /* all numbers are in axes of their own, those of the beam: */
+    bool turned;       /* all numbers are in the axes of the beam: */
     double axes[3][3]; /* v_body = axes v_own, when turned; otherwise they are the body's */
     int number_count;
-    kmp_number *numbers;   /* all that follow, and those of stations, one after the other */
+    kmp_number *numbers;   /* all that follow, and the numbers of stations, one after the other */
     kmp_number *length;    /* 1, m: of the beam; of a body from a file, its farthest node or place */
     kmp_number *mass;      /* 1, kg */
     kmp_number *moment;    /* 3: int X dm, X from the body's origin without deformation */

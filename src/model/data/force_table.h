@@ -46,7 +46,7 @@ int kmp_force_point(const kmp_force *force, int k);
 bool kmp_force_is_between(kmp_force_kind kind);
 bool kmp_force_is_line(kmp_force_kind kind);
 
-/** True if it has no value of its own, but three components. */
+/** True if it has no single value, but three components. */
 bool kmp_force_has_components(const kmp_force *force);
 
 /** False for a number that the element does not have: an end of stops, what an expression replaces. */

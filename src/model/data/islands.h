@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Parts of a model that share nothing but bodies that do not move: no joint, closure, force or expression connects
- * them, so that the motion of one does not depend on that of another. Each is a model of its own. */
+ * them, so that the motion of one does not depend on the motion of another. Each is a separate model. */
 #pragma once
 
 #include "base/arena.h"
@@ -9,7 +9,7 @@
 /** A part of a model. Its elements are in the order of the whole. Outputs, shapes and goals are left out. */
 typedef struct kmp_island {
     kempe_model *model;
-    int *motion, *closure; /* by its own coordinates and closures: those of the whole */
+    int *motion, *closure; /* by its own coordinates and closures: their numbers in the whole */
 } kmp_island;
 
 typedef struct kmp_islands {

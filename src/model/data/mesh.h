@@ -33,6 +33,6 @@ typedef enum kmp_mesh_matter { KMP_MESH_SOLID, KMP_MESH_SURFACE, KMP_MESH_PYRAMI
 /** False: the mesh is not closed, or its triangles do not all face one way; `why` (empty before) has the sentence. */
 bool kmp_mesh_enclose(const kmp_mesh *mesh, kmp_mesh_volume *volume, kmp_text *why);
 
-/** The mass properties for a choice of matter; of triangles `volume` is their area. The inertia of pyramids is that of
- * pyramids from their own centre. False: as kmp_mesh_enclose, or nothing has an extent. */
+/** The mass properties for a choice of matter; of triangles `volume` is their area. The inertia of pyramids is
+ * taken from their own centre. False: as kmp_mesh_enclose, or nothing has an extent. */
 bool kmp_mesh_weigh(const kmp_mesh *mesh, kmp_mesh_matter matter, kmp_mesh_volume *volume, kmp_text *why);

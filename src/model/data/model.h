@@ -29,7 +29,8 @@
 struct kempe_model {
     kempe_context *context;
     struct kmp_builder *builder; /* while it is built in code; NULL when frozen */
-    struct kmp_variant *variant; /* that it belongs to, an instance of another model; NULL: it is no such instance */
+    struct kmp_variant
+        *variant; /* that it belongs to, an instance of another model; NULL: it is not such an instance */
     kmp_arena arena;
     const char *file, *name;
     bool from_file;  /* `file` is its path */
@@ -38,8 +39,7 @@ struct kempe_model {
     const char *document; /* of a model in another format or built in code: in Kempe's language; otherwise NULL */
     const char **files;   /* the file itself, then settings and included files */
     int file_count;
-    const char *
-        *paths; /* of all files that were read, each once, the first one that of the model; with tables, meshes */
+    const char **paths; /* of all files that were read, each once, the first one the model's; with tables, meshes */
     int path_count;
     const char **notes; /* warnings of its reading that its results keep: parts of foreign files that are not used */
     int note_count;
@@ -55,10 +55,11 @@ struct kempe_model {
     bool closure_tolerance_given;
     kmp_parameter *parameters;
     int parameter_count;
-    int *led; /* dependent variable parameters, each after those that it needs; of a variant (model/data/variant.h) */
+    int *led; /* dependent variable parameters, each after the parameters that it needs; of a variant
+                 (model/data/variant.h) */
     int led_count;
     kmp_model_input *inputs;
-    int input_count; /* with those of delays, which are the last ones */
+    int input_count; /* with the states of delays, which are the last ones */
     int delay_count;
     kmp_named_table *tables;
     int table_count;
@@ -76,7 +77,7 @@ struct kempe_model {
     int flexible_count;
     kmp_point *points;
     int point_count;
-    kmp_shape *shapes; /* those of a body are next to each other, but for those of grounds put on it */
+    kmp_shape *shapes; /* shapes of a body are next to each other, but for shapes of grounds put on it */
     int shape_count;
     kmp_motion *motions;
     int motion_count; /* n: of joints, of flexible bodies, of states */

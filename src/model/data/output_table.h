@@ -32,7 +32,7 @@ typedef struct kmp_output_row {
 
 extern const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS];
 
-/** True if the word alone is an output. */
+/** True if the word by itself is an output. */
 bool kmp_output_stands_alone(kmp_output_kind kind);
 
 bool kmp_output_equal(const kmp_output *a, const kmp_output *b);
@@ -40,7 +40,7 @@ bool kmp_output_equal(const kmp_output *a, const kmp_output *b);
 /** True if `a` has all columns of `b`: an equal output, or all of q, qd, qdd or lambda. */
 bool kmp_output_includes(const kmp_output *a, const kmp_output *b);
 
-/** The names that an argument is one of; of points, without those of their bodies. */
+/** The names that an argument is one of; of points, without the names of their bodies. */
 kmp_name_list kmp_output_names(const kempe_model *model, kmp_output_argument argument);
 
 /** Why an output of a point of a body that is not fit for it is refused, "is rigid": words after the body's name. NULL:
@@ -59,5 +59,5 @@ void kmp_output_print(kmp_text *text, const kempe_model *model, const kmp_output
 /** Name of the column of computed value k: "velocity.crank.B.x", "energy.kinetic". */
 void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_output *output, int k);
 
-/** SI unit of computed value k; "": a pure number, or a sensor, whose unit is that of its expression. */
+/** SI unit of computed value k; "": a pure number, or a sensor, whose unit is the unit of its expression. */
 const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, int k);

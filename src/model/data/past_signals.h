@@ -50,7 +50,7 @@ typedef struct kmp_past_source {
     double (*tolerance)(void *user, int signal, double size);            /* of values of that size */
 } kmp_past_source;
 
-/** The numbers that recording so many signals needs. */
+/** The numbers that recording this number of signals needs. */
 int kmp_past_room(int signals);
 
 /** Adds polynomials over [from, to]. KEMPE_E_MEMORY without a message; errors of `sample`. KEMPE_STOPPED: signal *fast

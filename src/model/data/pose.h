@@ -35,10 +35,11 @@ void kmp_pose_motions(const kempe_model *model, const double *q, kmp_pose *poses
 /** A point with its axes, at the coordinates of the poses. */
 void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, const double *q, int point, kmp_pose *pose);
 
-/** From the axes of a beam, at the body's origin, to those of its section at a station. */
+/** From the axes of a beam, at the body's origin, to the axes of its section at a station. */
 void kmp_pose_along_beam(const kmp_flexible *flexible, const kmp_station *station, const double *q, kmp_pose *pose);
 
-/** From the pose of a flexible body to that of a station of it: moved to its place, and turned as its section is. */
+/** From the pose of a flexible body to the pose of a station of it: moved to its place, and turned as its section is.
+ */
 void kmp_pose_to_station(const kmp_flexible *flexible, const kmp_station *station, const double *q, kmp_pose *pose);
 
 /** Unit quaternion x, y, z, w of the rotation; of the two that mean it, the one nearer to `near` (NULL: w >= 0). */

@@ -37,7 +37,7 @@ typedef struct kmp_run_settings {
 #undef KMP_SETTING_NO
     kmp_place every_place; /* of output_step */
     kmp_dynamics dynamics;
-    const kmp_expr **until; /* comparisons: a run ends where one becomes true */
+    const kmp_expr **until; /* comparisons: a run ends when a condition becomes true */
     int until_count;
     kmp_place until_place;
 } kmp_run_settings;

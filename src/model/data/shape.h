@@ -22,7 +22,7 @@ typedef struct kmp_shape {
     kmp_shape_kind kind;
     int body;
     kmp_number at[3];               /* the centre; of a mesh its origin, of a line zero */
-    bool turned;                    /* the axes of a box, ellipsoid or mesh are not those of the body: */
+    bool turned;                    /* the axes of a box, ellipsoid or mesh differ from the axes of the body: */
     double axes[3][3];              /* v_body = axes v_shape */
     kmp_number edge[3];             /* of a box; of an ellipsoid its radii */
     kmp_number radius, length;      /* length: between the centres of both ends */
@@ -36,7 +36,7 @@ typedef struct kmp_shape {
     bool by_density;          /* matter is its density, else its mass */
     kmp_number matter;        /* positive, also of a hole */
     bool hole;                /* its mass counts negative */
-    int colour;               /* 0xrrggbb, -1: that of the body */
+    int colour;               /* 0xrrggbb, -1: the colour of the body */
     double opacity;
 } kmp_shape;
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Signals: samples of an input over time, and the polynomials in t between them. The values before the first sample and
- * after the last one are those of these samples. */
+/* Signals: samples of an input over time, and the polynomials in t between them. The values before the first sample
+ * and after the last one equal these samples. */
 #pragma once
 
 #include "base/arena.h"

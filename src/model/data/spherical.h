@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Joints whose rotations may be counted from another orientation: three rotations about axes each perpendicular to
- * the next. No force, closure or expression uses their coordinates, so that the angles appear in the results alone. */
+ * the next. No force, closure or expression uses their coordinates, so that the angles appear only in the results. */
 #pragma once
 
 #include <kempe/kempe.h>

@@ -7,7 +7,7 @@
 #include <kempe/kempe.h>
 #include <stdbool.h>
 
-/** A variable with a differential equation of first order, y' = rate. It is the rate of a motion of its own, on which
+/** A variable with a differential equation of first order, y' = rate. It is the rate of an additional motion, on which
  * no body and no closure depends and which moves a unit inertia: the equation of that motion is y' = rate. Its
  * coordinate, the integral of y, occurs nowhere. */
 typedef struct kmp_state {
@@ -17,7 +17,7 @@ typedef struct kmp_state {
     double scale;         /* size of its values */
     const kmp_expr *next; /* of a sampled state, whose rate is zero: its value from a sample on; NULL: it has a rate */
     double period;        /* s, between samples; the first is at t = 0; INFINITY: it has none */
-    bool held;    /* of an averaged system (analyses/derivatives/averaged.h): changes at events alone, is constant */
+    bool held;    /* of an averaged system (analyses/derivatives/averaged.h): changes only at events, is constant */
     bool settles; /* changes at the start too, where its comparison holds there */
     int contact;  /* 1 + the force whose contact changes it where it begins; 0: none */
     const kmp_expr *delayed; /* of a delay: the signal that it is, by `delay` later; NULL: it is none */

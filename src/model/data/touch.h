@@ -6,7 +6,7 @@
 #include "model/language/expression.h"
 
 typedef enum kmp_touch_shape {
-    KMP_TOUCH_SPHERE,   /* about its point; of radius 0: the point alone */
+    KMP_TOUCH_SPHERE,   /* about its point; of radius 0: only the point */
     KMP_TOUCH_CYLINDER, /* about an axis through its point; the first side touches a plane with its middle section */
     KMP_TOUCH_PLANE,    /* through its point */
     KMP_TOUCH_PROFILE   /* the curve y = table(x) of its point's axes, solid below it */
@@ -29,6 +29,6 @@ typedef struct kmp_contact_pair {
     const kmp_expr *clearance; /* of a journal, whose centre is at vector[] of the force; NULL: it is none */
     const kmp_expr *way;       /* with a gap: a length whose rate is the velocity of the surfaces along each other */
     const kmp_expr *slip;      /* with a gap: that velocity, where no length of the coordinates has it; NULL: none */
-    kmp_touch_side side[2];    /* the first one is a sphere or a cylinder; beside a gap: a ball in its socket */
+    kmp_touch_side side[2];    /* the first one is a sphere or a cylinder; next to a gap: a ball in its socket */
     kmp_number radius[2];
 } kmp_contact_pair;

@@ -28,3 +28,22 @@ void kmp_track_free(kmp_track *track)
     kmp_free(track->candidate);
     track->candidate = NULL;
 }
+
+bool kmp_tracks_are_irregular(int count, const kmp_track *tracks)
+{
+    bool any = false;
+    for (int k = 0; k < count; k++)
+        for (int i = 0; i < KMP_IRREGULARITIES; i++)
+            any = any || tracks[k].irregularities.named[i] || tracks[k].irregularities.made[i];
+    return any;
+}
+
+kmp_track *kmp_tracks_ideal(int count, const kmp_track *tracks, kmp_arena *arena)
+{
+    kmp_track *ideal = KMP_ARENA_NEW(arena, kmp_track, count);
+    for (int k = 0; ideal && k < count; k++) {
+        ideal[k] = tracks[k];
+        ideal[k].irregularities = (kmp_irregularities){.spectrum = {.kind = -1}};
+    }
+    return ideal;
+}

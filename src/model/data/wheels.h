@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Wheels on rails in the model. For either rail of a track, and for a wheel on it, the lateral coordinate counts
- * outwards, away from the middle of the track. Left and right differ by the sign alone. */
+ * outwards, away from the middle of the track. Left and right differ only by the sign. */
 #pragma once
 
+#include "base/arena.h"
 #include "model/data/place.h"
 #include "model/language/expression.h"
 #include <stdbool.h>
@@ -44,7 +45,8 @@ typedef struct kmp_irregularities {
 
 typedef enum kmp_course_kind {
     KMP_COURSE_STRAIGHT,
-    KMP_COURSE_TRANSITION, /* curvature and cant change from those of the piece before to those of the piece after it */
+    KMP_COURSE_TRANSITION, /* curvature and cant change from the values of the piece before to the values of the piece
+                              after it */
     KMP_COURSE_LEFT,
     KMP_COURSE_RIGHT,
     KMP_COURSE_KINDS
@@ -55,8 +57,8 @@ typedef struct kmp_course_piece {
     double length, radius, cant; /* m; of a curve: cant is the height of the outer rail above the inner one */
 } kmp_course_piece;
 
-/** A track. Its axes, x forwards, y left and z up, begin at a point of the ground and are those of the point; z = 0 is
- * the plane on top of both rails. */
+/** A track. Its axes, x forwards, y left and z up, begin at a point of the ground and are the axes of the point; z = 0
+ * is the plane on top of both rails. */
 typedef struct kmp_track {
     const char *name;
     int point;
@@ -125,3 +127,9 @@ int kmp_wheel_contacts(const kmp_wheel *wheel);
 /** Frees the tables owned by a profile; the named tables it refers to remain. */
 void kmp_profile_free(kmp_profile *profile);
 void kmp_track_free(kmp_track *track);
+
+/** True if one of the tracks has irregularities. */
+bool kmp_tracks_are_irregular(int count, const kmp_track *tracks);
+
+/** The tracks without irregularities, with the parts of the given ones; NULL: no memory. */
+kmp_track *kmp_tracks_ideal(int count, const kmp_track *tracks, kmp_arena *arena);

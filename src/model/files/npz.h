@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Archives of arrays, .npz of NumPy: a ZIP archive (APPNOTE.TXT 6.3, PKWARE) of files .npy (numpy.lib.format, versions
- * 1 to 3), stored or deflated. Numbers and words alone are read: arrays of objects are pickled programs. */
+ * 1 to 3), stored or deflated. Only numbers and words are read: arrays of objects are pickled programs. */
 #pragma once
 
 #include "base/arena.h"

@@ -37,5 +37,5 @@ const kmp_yaml *kmp_yaml_again(kmp_arena *arena, const kmp_yaml *root, int numbe
 /** Appends a document that can be read again as the same nodes. */
 void kmp_yaml_print(kmp_text *text, const kmp_yaml *root);
 
-/** The value of a key, NULL when it is absent or `map` is no mapping. */
+/** The value of a key, NULL when it is absent or `map` is not a mapping. */
 const kmp_yaml *kmp_yaml_get(const kmp_yaml *map, const char *key);

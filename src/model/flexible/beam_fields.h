@@ -39,7 +39,7 @@ void kmp_beam_field_cut(kmp_beam_field *field, double from);
  * squares of s if the other one has none. */
 kmp_beam_amount kmp_beam_field_mean(const kmp_beam_field *a, const kmp_beam_field *b, const kmp_taper_share *share);
 
-/** The integral of a field times a polynomial and that of a term over the beam. */
+/** The integral of a field times a polynomial, and the integral of a term over the beam. */
 kmp_beam_amount kmp_beam_field_mean_with(const kmp_beam_field *a, const kmp_polynomial *b,
                                          const kmp_taper_share *share);
 
@@ -47,7 +47,7 @@ kmp_beam_amount kmp_beam_field_mean_with(const kmp_beam_field *a, const kmp_poly
 kmp_beam_shape kmp_beam_shape_of(const kmp_beam *beam, kmp_beam_family family, const kmp_polynomial *own);
 
 /** The shapes of all families, in the order of the coordinates; there is room for them. `s`: the values of s in both
- * planes. Modes are those of the span, the slowest first, each with its largest deflection 1; false: no positive
+ * planes. Modes belong to the span, the slowest first, each with its largest deflection 1; false: no positive
  * stiffness. */
 bool kmp_beam_shapes(const kmp_beam *beam, const double s[2], kmp_beam_shape *shapes);
 

@@ -13,8 +13,8 @@ typedef struct kmp_modal_place {
     double *more;         /* 3 x n x n: second derivatives of its displacement; NULL: not known */
 } kmp_modal_place;
 
-/** A file may give all of the integrals int phi_k X' dm and int phi_k phi_l' dm; of the second ones their traces and
- * axial vectors alone; of the first ones their axial vectors, and of the second ones their traces. */
+/** A file may give all of the integrals int phi_k X' dm and int phi_k phi_l' dm; of the second ones only their traces
+ * and axial vectors; of the first ones their axial vectors, and of the second ones their traces. */
 typedef enum kmp_modal_known { KMP_MODAL_ALL, KMP_MODAL_TRACES, KMP_MODAL_AXIAL } kmp_modal_known;
 
 /** All matrices by rows. Integrals dm over the body; X the place without deformation. */
@@ -51,7 +51,7 @@ void kmp_modal_mass(const kmp_modal_body *body, double *mass);
  * no memory. */
 int kmp_modal_rigid(const kmp_modal_body *body, double *elastic, kmp_text *why);
 
-/** Makes the integrals those of places from `origin`. */
+/** Converts the integrals to places from `origin`. */
 void kmp_modal_move_origin(kmp_modal_body *body, const double origin[3]);
 
 /** The rigid motion c + w x X that each mode has in a frame, whose origin is the first place, or in the mean frame by
@@ -76,7 +76,7 @@ int kmp_modal_find_node(const kmp_modal_body *body, double number);
 int kmp_modal_add_nodes(kmp_modal_body *body, int count, const int *nodes);
 
 /** Makes the numbers and stations of a flexible body, one for each place, of terms `none` or `first`, in the arena; its
- * stiffening is known. Numbers of `body` that are zero but for rounding become zero. Damping is that of the file, or
- * else of a ratio of each mode and of mass and stiffness. False: no memory. */
+ * stiffening is known. Numbers of `body` that are zero but for rounding become zero. Damping is taken from the file,
+ * or else from a ratio of each mode and of mass and stiffness. False: no memory. */
 bool kmp_modal_make(kmp_arena *arena, kmp_modal_body *body, bool damped, kmp_number ratio, const kmp_number rayleigh[2],
                     kmp_flexible *flexible);

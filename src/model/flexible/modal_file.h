@@ -13,7 +13,7 @@ typedef struct kmp_modal_units {
     double length, mass;
 } kmp_modal_units;
 
-/** Places of nodes beside the file: of the model, in metres, and a text with them; NULL: none. */
+/** Places of nodes in addition to the file: of the model, in metres, and a text with them; NULL: none. */
 typedef struct kmp_modal_nodes {
     int count;
     const int *number;
@@ -28,7 +28,7 @@ typedef struct kmp_modal_file {
     bool first, whole;
     const char *doubt; /* what it lacks, a sentence; NULL: nothing */
     int line, column;  /* of a mistake in a text; 0: of the file */
-    bool beside;       /* the text is that of the nodes */
+    bool beside;       /* the text describes the nodes */
 } kmp_modal_file;
 
 /** A file while it is read, and where its content and the mistake go. */
@@ -43,7 +43,7 @@ typedef struct kmp_modal_source {
 } kmp_modal_source;
 
 /** A format of files: the ending of their names in small letters, what they are, their reader, whether places of nodes
- * may be given beside them; without a reader, what to do instead. */
+ * may be given in addition; without a reader, what to do instead. */
 typedef struct kmp_modal_format {
     const char *ending, *what;
     bool (*read)(const kmp_modal_source *source);

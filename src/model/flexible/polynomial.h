@@ -5,7 +5,7 @@
 
 #include "model/language/number_algebra.h"
 
-/* Those that occur have at most the degree of twice that of a shape, 13: (14 - 1) + (13 - 1) and an integration. */
+/* Products that occur have at most twice the degree of a shape, 13: (14 - 1) + (13 - 1) and an integration. */
 enum { KMP_POLYNOMIAL_ROOM = 32 };
 
 typedef struct kmp_polynomial {

@@ -8,7 +8,7 @@
 enum { KMP_TAPER_TERMS = 16 };
 
 /** Pieces one behind the other, from xi = x/length 0 to 1. Each is a sum of shifted Legendre polynomials over its own
- * length; of a beam with one section the first of them alone. Zero without terms. */
+ * length; of a beam with one section only the first of them. Zero without terms. */
 typedef struct kmp_taper {
     int count;
     kmp_number c[KMP_TAPER_TERMS];

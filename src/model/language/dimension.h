@@ -19,7 +19,7 @@ typedef enum kmp_dimension_kind {
 typedef struct kmp_dimension {
     kmp_dimension_kind kind;
     double power[3]; /* of m, kg, s */
-    bool angle;      /* of a required value: an angle or its rate, not any number; for messages alone */
+    bool angle;      /* of a required value: an angle or its rate, not any number; only for messages */
 } kmp_dimension;
 
 /* The dimensions that keys of the language require. */
@@ -41,7 +41,7 @@ kmp_dimension kmp_dimension_of(const char *unit);
 /** False only when both are known and differ. */
 bool kmp_dimension_fits(kmp_dimension a, kmp_dimension b);
 
-/** True when it is known and not that of a plain number. */
+/** True when it is known and not the dimension of a plain number. */
 bool kmp_dimension_is_physical(kmp_dimension a);
 
 /** In units: "kg", "N*m", "kg*m^-1", "a plain number". */
@@ -60,7 +60,7 @@ typedef struct kmp_unit {
     int angle; /* power of the angle: 1 for rad and rad/s, 0 for Hz */
 } kmp_unit;
 
-/** False when the first `length` characters of `name` are no unit. */
+/** False when the first `length` characters of `name` are not a unit. */
 bool kmp_unit_find(const char *name, size_t length, kmp_unit *unit);
 
 /** Ends the message of an unknown unit: what it is written as, the nearest one, or examples. */

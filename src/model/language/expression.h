@@ -74,8 +74,8 @@ typedef struct kmp_measure {
     kmp_measure_argument argument[3];
 } kmp_measure;
 
-/** Continuation of a table beyond its points: straight on, which is a doubt unless the model says so; the value at the
- * end; the end of the run. */
+/** Continuation of a table beyond its points: straight on, which is a doubt unless the model requests it; the value at
+ * the end; the end of the run. */
 typedef enum kmp_outside { KMP_OUTSIDE_NOT_SAID, KMP_OUTSIDE_LINEAR, KMP_OUTSIDE_HOLD, KMP_OUTSIDE_ERROR } kmp_outside;
 
 /** A function of one or two variables given by points, under the name that expressions use. */
@@ -189,17 +189,17 @@ typedef struct kmp_expr_scope {
     void (*suggest)(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence);
     bool time;     /* t is allowed */
     bool compares; /* a comparison is required: a < b */
-    int place;     /* so many of x, y, z mean a place, even if parameters have these names */
+    int place;     /* this number of x, y, z means a place, even if parameters have these names */
     bool *degrees; /* becomes true where a number is in deg; NULL: of no interest */
 } kmp_expr_scope;
 
 /** Names of an expression's symbols. */
 typedef struct kmp_expr_names {
     kmp_name_list parameters, coordinates, closures, inputs;
-    int states; /* the last ones of `coordinates`, named alone */
+    int states; /* the last ones of `coordinates`, named separately */
 } kmp_expr_names;
 
-/** NULL after an error (with the column inside the expression), or when the arena has failed for want of memory. */
+/** NULL after an error (with the column inside the expression), or when the arena has no memory. */
 const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text);
 
 /** An error in the dimensions of an expression: the node at which they do not fit, and two that differ. */
@@ -245,7 +245,7 @@ const kmp_expr *kmp_parse_wanted(struct kmp_parser *p, const char *wanted);
 const kmp_expr *kmp_parse_unknown_name(const struct kmp_parser *p, const char *where, const char *name,
                                        kmp_expr_symbol symbol);
 
-/** A node whose column is that of `where`. */
+/** A node whose column is the column of `where`. */
 const kmp_expr *kmp_parse_make(struct kmp_parser *p, const char *where, kmp_expr expr);
 
 /** The rule `sum`. */

@@ -6,8 +6,8 @@
 
 #include "model/language/expression.h"
 
-/** The dimension of an expression, from the dimensions and the values of the parameters (the values are needed in
- * exponents alone). The first error is kept. */
+/** The dimension of an expression, from the dimensions and the values of the parameters (the values are needed
+ * only in exponents). The first error is kept. */
 kmp_dimension kmp_expr_dimension(const kmp_expr *expr, const kmp_dimension *dimensions, const double *values,
                                  kmp_expr_fault *fault);
 

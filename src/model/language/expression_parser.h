@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The parser of expressions: functions for its parts. expression.c has the rules of the grammar,
- * expression_references.c those of words that refer to other parts of the model. Errors are NULL. */
+ * expression_references.c the rules of words that refer to other parts of the model. Errors are NULL. */
 #pragma once
 
 #include "base/clones.h"

@@ -4,7 +4,7 @@
 
 #include "model/language/expression.h"
 
-/** The ends of the variables of a table: 0 the first of x, 1 the last of x, 2 and 3 those of y. */
+/** The ends of the variables of a table: 0 the first of x, 1 the last of x, 2 and 3 the first and the last of y. */
 double kmp_table_end(const kmp_named_table *table, int end);
 
 /** Value with the given parameter values; t, q, qd and lambda must not occur (NaN then). */

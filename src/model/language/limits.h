@@ -10,7 +10,7 @@ enum {
     KMP_MOST_ANCHORS = 1000,      /* libyaml searches all of them for each alias */
     KMP_MOST_ELEMENTS = 100,      /* nested elements of XML */
     KMP_MOST_ATTRIBUTE = 1000000, /* characters of an attribute in XML: they may be a name, which messages repeat */
-    KMP_MOST_SHAPES = 200,        /* of a body: the sum of their masses is an expression of so many levels */
+    KMP_MOST_SHAPES = 200,        /* of a body: the sum of their masses is an expression of this number of levels */
     KMP_MOST_TRIANGLES = 2000000, /* of a mesh */
     KMP_MOST_INCLUDE_LEVELS = 16,
     KMP_MOST_INCLUDES = 1000,       /* each level may include the next one twice */

@@ -29,7 +29,7 @@ typedef struct kmp_name_index {
 } kmp_name_index;
 
 /** kmp_name_find by an index, which lives in the arena. Of objects with an int at `group_at` of them that counts as a
- * part of the name, those with this one; -1: they have none. */
+ * part of the name, the objects with this one; -1: they have none. */
 int kmp_index_find(kmp_name_index *index, kmp_arena *arena, kmp_name_list names, ptrdiff_t group_at, int group,
                    const char *name);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Other models of flexible bodies than those that a file has. */
+/* Other models of flexible bodies than the models that a file has. */
 #pragma once
 
 #include "model/read/reading.h"

@@ -21,7 +21,7 @@ typedef struct kmp_edge {
     int freedoms;
     kmp_cut_wish wish;
     const char *need;      /* why it must have a coordinate, NULL: it need not */
-    bool stopped;          /* for contacts alone: it stays where another joint of its loop can be cut */
+    bool stopped;          /* only for contacts: it stays where another joint of its loop can be cut */
     const char *requested; /* the expression of the machine that has its multipliers; NULL: none */
     const kmp_yaml *start; /* one of its start values */
     bool stays;            /* in the tree in any case (while choosing: joined to its group) */
@@ -56,8 +56,8 @@ kmp_edge *kmp_linkage_joint_named(kmp_reader *r, kmp_linkage *g, const char *nam
 /** "joint 'A'", or "the joint of body 'a'". */
 const char *kmp_edge_what(kmp_reader *r, const kmp_edge *edge);
 
-/** Chooses the tree: the joints that must stay, then those whose cut has most rows, those with a start value before
- * others, those near the ground, the file's order. Reports impossible requests. */
+/** Chooses the tree: the joints that must stay, then joints whose cut has most rows, joints with a start value before
+ * others, joints near the ground, the file's order. Reports impossible requests. */
 void kmp_linkage_choose(kmp_reader *r, kmp_linkage *g);
 
 /** The edges between two bodies in order, in the tree or, before it is chosen, among the staying joints: g->path;

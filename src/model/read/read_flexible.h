@@ -21,7 +21,7 @@ void kmp_read_point_place(kmp_reader *r, const kmp_yaml *node, const char *what,
  * not. The joint of a body on a flexible one is at one of its points. */
 void kmp_check_flexible_joint(kmp_reader *r, int body, const kmp_yaml *at, const kmp_yaml *to);
 
-/** The ground of an included file moves with a section, or with the axes where one of these holds them; `at`: where
+/** The ground of an included file moves with a section, or with the axes where a body of these holds them; `at`: where
  * the body and its point, -1 without one, are written. */
 void kmp_check_flexible_ground(kmp_reader *r, const kmp_yaml *at, int body, int point);
 

@@ -6,7 +6,7 @@
 #include "model/data/closure.h"
 #include "model/read/reading.h"
 
-/** Reads `joints` and chooses those that make the tree; the others become closures: r->linkage. */
+/** Reads `joints` and chooses the ones that make the tree; the others become closures: r->linkage. */
 void kmp_read_linkage(kmp_reader *r, const kmp_yaml *bodies);
 
 /** The joint by which the k-th body (1: the first of the file) is attached, NULL after an error. */
@@ -25,5 +25,6 @@ const char *kmp_linkage_what(kmp_reader *r, const kmp_yaml *made);
 /** True if the second body of a joint carries the first. */
 bool kmp_linkage_loads_parent(const kmp_reader *r, const kmp_yaml *made);
 
-/** Finds the joint of `JOINT` or `JOINT.k` among those between bodies: in the tree, or not (also when it is faulty). */
+/** Finds the joint of `JOINT` or `JOINT.k` among the joints between bodies: in the tree, or not (also when it is
+ * faulty). */
 kmp_linked kmp_linkage_find(kmp_reader *r, const char *coordinate);

@@ -13,5 +13,5 @@ void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, int body); /* and shapes 
 /** Massless motions that the tree shows. KEMPE_E_INPUT: each of them, at the place of its body; KEMPE_E_MEMORY. */
 kempe_status kmp_check_masses(const kempe_model *model);
 
-/** Appends the shapes that are without error to those of the model. */
+/** Appends the shapes that are without error to the shapes of the model. */
 void kmp_read_shapes(kmp_reader *r, const kmp_yaml *map, const kmp_shape_owner *owner);

@@ -6,7 +6,7 @@
 #include "model/flexible/modal_body.h"
 #include "model/read/reading.h"
 
-/** A body from a file while it is read: its places are stations, the first one that of its joint. */
+/** A body from a file while it is read: its places are stations, the first one the station of its joint. */
 typedef struct kmp_modal_reading {
     const char *path, *body; /* "body 'blade'" */
     kmp_modal_body modal;
@@ -26,5 +26,5 @@ kmp_modal_reading *kmp_read_modal_body(kmp_reader *r, const kmp_yaml *map, const
 void kmp_read_modal_point(kmp_reader *r, kmp_modal_reading *m, const kmp_yaml *node, const char *what,
                           kmp_point *point);
 
-/** Compares the mass of the model's body with that of the file. */
+/** Compares the mass of the model's body with the mass of the file. */
 void kmp_check_modal_mass(kmp_reader *r, const kmp_modal_reading *m, const kmp_yaml *mass);

@@ -19,7 +19,7 @@ bool kmp_read_points(kmp_points *p);
  * an error. */
 bool kmp_read_column_unit(const kmp_points *p, kmp_dimension dimension, const char *so, kmp_unit *unit);
 
-/** The path of a file that another one names, beside that one. */
+/** The path of a file that another one names, in the folder of that one. */
 const char *kmp_path_beside(kmp_reader *r, int file, const char *name);
 
 /** Reads a file for the reader, to be freed; NULL after an error: "WHAT: reason". */

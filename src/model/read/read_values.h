@@ -19,7 +19,7 @@ bool kmp_read_one_or_three(kmp_reader *r, const kmp_yaml *node, const char *what
 /** A number outside the equations: its parameters cannot vary (kmp_reader_fix). */
 bool kmp_read_fixed(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, double *value);
 
-/** A number outside the equations that is in a unit if it has none of its own: `si` of it are one in SI. */
+/** A number outside the equations that is in a given unit if it names none: `si` of it are one in SI. */
 bool kmp_read_quantity(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, double si,
                        double *value);
 
@@ -57,7 +57,7 @@ const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_yaml *node, const cha
 /** A point of the model, or an axis of it (-1: the point itself), for measures; false: no memory. */
 bool kmp_reader_measure_argument(kmp_reader *r, int point, int axis, kmp_measure_argument *argument);
 
-/** The dimension of a coordinate, times s^power: that of its rate with -1. */
+/** The dimension of a coordinate, times s^power: the place of its rate with -1. */
 kmp_dimension kmp_motion_dimension(const kempe_model *model, int motion, double power);
 
 /** The dimension of the effort on a motion: N m or N. */

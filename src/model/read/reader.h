@@ -17,7 +17,7 @@ kempe_status kmp_model_read_file(kempe_context *context, const char *path, const
 kempe_status kmp_model_read_as(kempe_context *context, const char *path, const kempe_setting *list, int count,
                                const char *bodies_as, kempe_model **model);
 
-/* Keys of a model, of a body and of an include; other mappings have theirs beside their reader. */
+/* Keys of a model, of a body and of an include; other mappings have theirs next to their reader. */
 extern const kmp_key kmp_model_keys[];
 
 /** Checks the version of the format; false when the rest means something else in it. */

@@ -97,7 +97,7 @@ void kmp_reader_complain_near(kmp_reader *r, kmp_place place, const kmp_nearest 
 /** Text for the `what` of the functions below; "" when there is no memory. */
 const char *kmp_reader_say(kmp_reader *r, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/** A text as such, which is freed. */
+/** A text without further structure, which is freed. */
 const char *kmp_reader_take(kmp_reader *r, kmp_text *text);
 
 /** The names along a cycle, "b -> c -> b", from its first name in the list; `next` of one that is on it. `*first`: the

@@ -12,7 +12,7 @@ typedef struct kmp_request {
     kmp_reader r;
     kempe_model model; /* a copy, except for the names of its files, and its arena */
     const char *label[1];
-    kmp_place place; /* of the words; no line: they are named by the label alone */
+    kmp_place place; /* of the words; no line: they are named only by the label */
     int count;
     char **word;
 } kmp_request;
@@ -23,7 +23,7 @@ kempe_status kmp_request_begin(kmp_request *request, const kempe_model *model, c
 kempe_status kmp_request_end(kmp_request *request, kempe_status status);
 
 /** Sets the outputs of a copy of a model (model/data/variant.h): "position(b.P).x,q(A),energy.total", the words of
- * `outputs` in the file, each with a component if one alone is requested. `*parts` (in the copy's arena): for each
+ * `outputs` in the file, each with a component if only one is requested. `*parts` (in the copy's arena): for each
  * output a bit for every component. KEMPE_E_ARGUMENT: the word, and the valid ones. */
 kempe_status kmp_requested_outputs(kempe_model *copy, const char *words, unsigned **parts);
 

@@ -17,5 +17,5 @@ void kmp_kalker_points(double poisson, double x[KMP_KALKER_POINTS],
                        double y[KMP_KALKER_COEFFICIENTS][KMP_KALKER_POINTS]);
 
 /** Creepage within which Polach's law has Kalker's coefficient of each axis for itself: above the creepages that
- * rounding leaves in a steady motion, 1e-16 to 1e-12, and far below those at which forces matter. */
+ * rounding leaves in a steady motion, 1e-16 to 1e-12, and far below the creepages at which forces matter. */
 #define KMP_POLACH_NEAR 1e-9

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The normal contact of two bodies: Hertz's, without dimensions, by quantities that depend on the ratio of the
- * curvatures alone; of a gap in strips along the direction of rolling, without the interaction of the strips; and of
+/* The normal contact of two bodies: Hertz's, without dimensions, by quantities that depend only on the ratio
+ * of the curvatures; of a gap in strips along the direction of rolling, without the interaction of the strips; and of
  * half-spaces, by the complete equations of elasticity on a grid of rectangles. */
 #pragma once
 
@@ -82,14 +82,14 @@ kmp_half_space_result kmp_half_space_press(const kmp_strip_gap *gap, double modu
                                            kmp_arena *arena, kmp_strip *strip, kmp_normal_load_patch *pressed,
                                            kmp_half_space *solution);
 
-/** The state of rolling. x is the direction of rolling; across, positions are those of the strips. */
+/** The state of rolling. x is the direction of rolling; across, positions are the places of the strips. */
 typedef struct kmp_rolling {
     double shear_modulus, poisson, friction;
     double slip[2], spin; /* of kempe_creep, at the origin, with y along the strips' positions */
     double origin[2];     /* x, and position across */
 } kmp_rolling;
 
-/** Forces and moment about the origin. The pressures are those of kmp_half_space_press. KMP_HALF_SPACE_UNSOLVED: the
+/** Forces and moment about the origin. The pressures come from kmp_half_space_press. KMP_HALF_SPACE_UNSOLVED: the
  * tractions did not become steady; `force` is then unchanged. */
 kmp_half_space_result kmp_half_space_roll(const kmp_strip_gap *gap, const kmp_half_space *normal,
                                           const kmp_rolling *rolling, kmp_arena *arena, kempe_creep_force *force);

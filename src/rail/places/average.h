@@ -9,8 +9,8 @@
  * three, increasing) have as weight half the distance of their neighbours. Integrands that are smooth over two places,
  * and vanish before the ends, are thus integrated to many digits (Trefethen and Weideman, SIAM Review 56 (2014) 385).
  * Derivatives are averages again: d log Z = <dE>, d<f> = <df> + <f dE> - <f> <dE>. If E is everywhere below `needed`
- * (of arguments) by more than log Z can compensate, only rough values are needed: those at one place near the largest
- * E. Owns `local` in any case. NULL: no memory, or the local graph has an implicit block of its own. */
+ * (of arguments) by more than log Z can compensate, only rough values are needed: the values at one place near the
+ * largest E. Owns `local` in any case. NULL: no memory, or the local graph has an implicit block. */
 kmp_implicit *kmp_average_new(kmp_graph *local, int arguments, kmp_ref exponent, kmp_ref needed, int count,
                               const kmp_ref *averaged, int places, const double *place);
 

@@ -8,7 +8,7 @@
 
 enum { KMP_ROW_FIRST = 1, KMP_ROW_LAST = 2 }; /* stages of a program that depend on places */
 
-/** Values by slot depend on arguments and on places, values by place depend on places alone. All other values are equal
+/** Values by slot depend on arguments and on places, values by place depend only on places. All other values are equal
  * in all lanes. */
 typedef enum kmp_row_base { KMP_ROW_BY_SLOT, KMP_ROW_BY_PLACE, KMP_ROW_EQUAL, KMP_ROW_BASES } kmp_row_base;
 

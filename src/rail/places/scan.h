@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A block's program at many places at once: each instruction at all of them; values that depend on the places alone are
- * computed when the scan is made. The bits are those of one place after another. */
+/* A block's program at many places at once: each instruction at all of them; values that depend only on the places are
+ * computed when the scan is made. The bits are the same as of one place after another. */
 #pragma once
 
 #include "symbolic/program.h"
@@ -10,9 +10,9 @@ typedef struct kmp_scan kmp_scan;
 
 enum { KMP_SCAN_GROUP = 8 }; /* places that are run together */
 
-/** Values times `sign`. That of a place is at `row + (place & by_place) + (slot & by_slot)`, and those of its group of
- * eight follow the first one's. The masks have all bits or none: by place are the values that depend on the place
- * alone, by slot those that depend on arguments too, and those of arguments alone are eight equal ones. */
+/** Values times `sign`. The value of a place is at `row + (place & by_place) + (slot & by_slot)`, and the values of its
+ * group of eight follow the first one's. The masks have all bits or none: by place are the values that depend only on
+ * the place, by slot the values that depend on arguments too, and values only of arguments are eight equal ones. */
 typedef struct kmp_scan_row {
     const double *row;
     size_t by_place, by_slot;
@@ -37,7 +37,7 @@ void kmp_scan_set(kmp_scan *scan, const double *arguments);
 void kmp_scan_groups(kmp_scan *scan, int stage, size_t count, const size_t *first, size_t slot);
 kmp_scan_row kmp_scan_output(const kmp_scan *scan, int stage, int k);
 
-/** Operations since the scan was made, of all arguments and places, those that fill groups of eight included. */
+/** Operations since the scan was made, of all arguments and places, including the ones that fill groups of eight. */
 kmp_counts kmp_scan_count(const void *scan);
 
 /** A scan of a block at its candidates, and the merits there for its arguments; padded to a multiple of eight. No

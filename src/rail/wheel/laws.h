@@ -4,8 +4,8 @@
  * They are smooth and finite everywhere, also without creep and without a normal force. Sizes of creepages have a floor
  * of 1e-15, sizes of forces one of 1e-12 of friction times normal force. The normal force in a power has a floor of
  * 1e-14 G* / (along + across)^2, some 1e-4 N for a wheel on a rail. With a negative normal force the size of the
- * ellipse is that of its modulus, and the forces are reversed. Polach's law has kinks where y and y + a spin are equal
- * in size.
+ * ellipse follows from its modulus, and the forces are reversed. Polach's law has kinks where y and y + a spin are
+ * equal in size.
  */
 #pragma once
 

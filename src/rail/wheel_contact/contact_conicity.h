@@ -8,8 +8,8 @@ kempe_status kmp_contact_conicity_request(kempe_contacts *table, const kempe_con
 kempe_status kmp_contact_conicity(kempe_contacts *table);
 
 /** The displacement and the difference of that pair, from its patches and the outputs of the wheels' poses. The
- * displacement is that of the points a radius below the centres, so that an axle that rolls on its rails has the one
- * with which it follows them. */
+ * displacement is measured at the points a radius below the centres, so that an axle that rolls on its rails has the
+ * one with which it follows them. */
 kmp_displaced kmp_contact_displaced(const kempe_contacts *table, const kempe_contact_patch *patches,
                                     const double *poses);
 

@@ -28,7 +28,7 @@ typedef struct kmp_displaced {
     double aside, difference;
 } kmp_displaced;
 
-/** Those between two rows, where the contact jumps or the difference is not linear, in the order of the rows. */
+/** The places between two rows where the contact jumps or the difference is not linear, in the order of the rows. */
 enum { KMP_BETWEEN_MOST = 64 };
 typedef struct kmp_conicity_points {
     int count;
@@ -36,7 +36,7 @@ typedef struct kmp_conicity_points {
     bool cut;          /* more of them would be needed */
 } kmp_conicity_points;
 
-/** Those of all amplitudes, and the difference of the rolling radii that they follow from. */
+/** The conicities of all amplitudes, and the difference of the rolling radii that they follow from. */
 typedef struct kmp_conicities {
     int count; /* 0: not requested */
     kmp_conicity *at;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A flexible body by its constants alone, its frequencies; the mechanism without its coordinates. */
+/* A flexible body only by its constants, its frequencies; the mechanism without its coordinates. */
 #pragma once
 
 #include "model/data/flexible.h"
@@ -20,7 +20,7 @@ bool kmp_flexible_spectrum_find(const kmp_flexible *flexible, kmp_flexible_spect
 /** False: the body has no shape that twists it (c = 0) or bends it about y or z (1, 2). */
 bool kmp_flexible_bends(const kmp_flexible *flexible, int c);
 
-/** The largest momentum and angular momentum of a shape, over those of a rigid motion with the same mass. */
+/** The largest momentum and angular momentum of a shape, over the momenta of a rigid motion with the same mass. */
 double kmp_flexible_rigid_part(const kmp_flexible *flexible);
 
 /** The mechanism as if its flexible bodies were rigid. */

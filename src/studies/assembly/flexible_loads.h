@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Loads of flexible bodies at the start: the part of those that buckle them, and loads in directions without shapes. */
+/* Loads of flexible bodies at the start: the ratio to the loads that buckle them, and loads in directions without
+ * shapes. */
 #pragma once
 
 #include "constraints/diagnosis/diagnosis.h"

@@ -3,8 +3,8 @@
 
 #include "studies/compare/compare_study.h"
 
-/** Runs a method once, stopped after limit_s; its time is subtracted from the rest. The rows replace those in `table`.
- * The caller frees report->reason. */
+/** Runs a method once, stopped after limit_s; its time is subtracted from the rest. The rows replace the rows of
+ * `table`. The caller frees report->reason. */
 kempe_status kmp_compare_once(kmp_compare_job *job, const kmp_method *method, double rtol, const kmp_times *times,
                               double limit_s, kmp_samples *table, kmp_run_report *report);
 

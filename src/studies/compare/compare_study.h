@@ -47,8 +47,8 @@ typedef struct kmp_error_levels {
     int count, level[KMP_MOST_AIMS];
 } kmp_error_levels;
 
-/** The two tables: methods with integrators that run on more than one formulation, those of a family together; and the
- * best method of each formulation. */
+/** The two tables: methods with integrators that run on more than one formulation, methods of a family together; and
+ * the best method of each formulation. */
 typedef struct kmp_tables {
     kmp_error_levels aims;
     int same_count, *same;

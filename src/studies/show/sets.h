@@ -13,7 +13,7 @@ typedef struct kmp_steps {
 } kmp_steps;
 
 /** A variable is an output, or a value that is used more than once; a value used once is part of its user's assignment.
- * Inputs, numbers, functions of parameters alone, and sines and cosines of sums of inputs have index 0 and are not
+ * Inputs, numbers, functions only of parameters, and sines and cosines of sums of inputs have index 0 and are not
  * counted. */
 kmp_steps kmp_program_steps(const kmp_program *p);
 
@@ -32,9 +32,9 @@ typedef struct kmp_set {
     const char *name;
     unsigned derive;   /* kmp_derivation_request.sets */
     int rows, columns; /* columns 0: a vector */
-    bool lower;        /* entries with k <= i alone */
+    bool lower;        /* only entries with k <= i */
     const kmp_ref *entries;
-    unsigned inputs; /* beside t and q, bits 1 << kmp_input_kind */
+    unsigned inputs; /* in addition to t and q, bits 1 << kmp_input_kind */
     const char *array, *meaning;
 } kmp_set;
 
@@ -45,11 +45,11 @@ typedef struct kmp_assignment {
     kmp_ref value;
 } kmp_assignment;
 
-/** A set with its entries in these equations; NULL: its description alone. */
+/** A set with its entries in these equations; NULL: only its description. */
 kmp_set kmp_set_of(const kmp_equations *eq, int set);
 int kmp_set_size(const kmp_set *set);
 
-/** The sets of a name, which is that of a set or of a group; 0: none. `length` of its characters count. */
+/** The sets of a name, which names a set or a group; 0: none. `length` of its characters count. */
 unsigned kmp_sets_find(const char *name, size_t length);
 
 /** All names, groups first, with commas between. */
@@ -58,7 +58,7 @@ void kmp_sets_list(kmp_text *text);
 /** The equations to derive for the sets: kmp_derivation_request.sets. */
 unsigned kmp_sets_derive(unsigned sets);
 
-/** The number of entries (of M those with k <= i), and the entries set by set. */
+/** The number of entries (of M entries with k <= i), and the entries set by set. */
 int kmp_sets_size(const kmp_equations *eq, unsigned sets);
 void kmp_sets_put(const kmp_equations *eq, unsigned sets, kmp_assignment *entries);
 
@@ -78,7 +78,7 @@ typedef struct kmp_tally {
 /** Counts some stages of a program; `useless` and `steps` are not set. */
 kmp_tally kmp_tally_program(const kmp_program *program, int first_stage, int last_stage);
 
-/** Derives these sets alone, otherwise as `scene` requires, and counts the operations of one program. */
+/** Derives only these sets, otherwise as `scene` requires, and counts the operations of one program. */
 kempe_status kmp_tally_sets(const kempe_model *model, const kmp_derivation_request *scene, unsigned sets,
                             kmp_tally *tally);
 

@@ -17,6 +17,6 @@ void kmp_doubt_deflections(const kempe_system *system, int count, const double *
 void kmp_doubt_deflection(const kempe_system *system, const double *q);
 
 /** Logs them: deflections beyond what the terms of second order are right for are a doubt about the run; loads of
- * sections that differ from those by the strain, fast rotations without terms of second order, and loads at which a
+ * sections that differ from the loads by the strain, fast rotations without terms of second order, and loads at which a
  * body buckles, are warnings. KEMPE_E_MEMORY. */
 kempe_status kmp_doubt_flexible(const kmp_samples *table, kmp_evaluator *eval);

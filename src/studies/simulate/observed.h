@@ -54,7 +54,7 @@ typedef struct kmp_output_program_stages {
                  const kmp_ref **groups);
 } kmp_output_program_stages;
 
-/** `words`: as `outputs` in the file, each with a component if one alone is requested; NULL: those of the model, then
+/** `words`: as `outputs` in the file, each with a component if only one is requested; NULL: outputs of the model, then
  * all others of up to `most` columns. `more`: NULL for none. KEMPE_E_ARGUMENT: a wrong word. */
 kempe_status kmp_output_program_init(kmp_output_program *observed, const kempe_system *system, const char *words,
                                      int most, const kmp_output_program_stages *more);

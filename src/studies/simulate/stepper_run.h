@@ -11,7 +11,7 @@ struct kempe_stepper {
     kmp_arena arena;
     kmp_run_spec spec;
     double t, stop;     /* the current time; the limit of steps, where an earlier break is not the same time */
-    double own_stop;    /* that of kempe_stepper_set_stop; INFINITY: none */
+    double own_stop;    /* the time of kempe_stepper_set_stop; INFINITY: none */
     bool keeps;         /* external inputs of the user's force are constant */
     bool samples;       /* the caller sets inputs of the model: no step goes beyond the requested time */
     bool given;         /* since the last step */

@@ -14,7 +14,7 @@
 #include "output/verdict.h"
 #include <kempe/kempe.h>
 
-/** A judgement of runs that a wing (base/wings.h) adds to those of the core. */
+/** A judgement of runs that a wing (base/wings.h) adds to the judgements of the core. */
 typedef struct kmp_run_judge {
     /** Before the run, whose messages remain: *before is what the judgement needs, in the arena; NULL: the run is not
      * judged. */
@@ -81,7 +81,7 @@ struct kempe_trajectory {
     bool interrupted;         /* by the user */
     kmp_recording *recording; /* NULL: none is kept */
     void *judged;             /* by kmp_run_judge_find(); NULL: not */
-    double *at;               /* 3 n + m: a row between those of the table */
+    double *at;               /* 3 n + m: a row between the rows of the table */
 };
 
 /** Unit of the number that differs most in the repeat run; "": a state; NULL: there is none. */
@@ -100,7 +100,7 @@ const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, i
 kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *run, kmp_arena *arena,
                          kmp_run_spec *spec);
 
-/** Sets the numbers and the integrator of `run` to those that were resolved: the same run again. */
+/** Sets the numbers and the integrator of `run` to the resolved ones: the same run again. */
 void kmp_spec_numbers(const kmp_run_spec *spec, kempe_run_options *run);
 
 /* The compliant contacts of a run: how often and how long their bodies touched, and how deep each contact was. */
@@ -109,7 +109,7 @@ enum { KMP_DEPTHS = 5 }; /* least, quartiles, largest */
 typedef struct kmp_contact_times {
     int force;
     int begun;                /* contacts that began during the run */
-    int ended;                /* contacts with a depth: those that ended */
+    int ended;                /* contacts with a depth: the contacts that ended */
     double depth[KMP_DEPTHS]; /* least one, quartiles and largest one of their largest depths; NaN without contacts */
     double touching;          /* part of the time */
     const char *turning;      /* the driven coordinate that turned farthest, NULL: none turned once */
