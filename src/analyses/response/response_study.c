@@ -715,11 +715,16 @@ static void fill_rows(kempe_table *table, const void *result)
 static void fill_peaks(kempe_table *table, const void *result)
 {
     const kempe_response *r = result;
-    kmp_tabulate_columns(table, "input[words] output[words] frequency[Hz] amplitude phase[deg] gain");
-    for (const kmp_peak *p = r->frequency.peak; p < r->frequency.peak + r->frequency.peak_count; p++)
-        KMP_TABULATE(table, "%s %s %g %g %g %g", kmp_response_input(r, p->input), kmp_response_output(r, p->output),
+    kmp_tabulate_columns(table, "input[words] output[words] frequency[Hz] amplitude phase[deg] gain unit[words]");
+    for (const kmp_peak *p = r->frequency.peak; p < r->frequency.peak + r->frequency.peak_count; p++) {
+        kmp_text unit = {0};
+        kmp_text_put(&unit, "");
+        kmp_response_put_unit(&unit, r, p->input, p->output, "", "/");
+        KMP_TABULATE(table, "%s %s %g %g %g %g %s", kmp_response_input(r, p->input), kmp_response_output(r, p->output),
                      p->frequency, kmp_response_factor(r, p->input, p->output) * p->amplitude,
-                     p->phase * (360 / two_pi), p->gain);
+                     p->phase * (360 / two_pi), p->gain, unit.s ? unit.s : "");
+        kmp_text_free(&unit);
+    }
 }
 
 KMP_TABLES(kempe_response, response, response->channels.system->context, {"rows", fill_rows}, {"peaks", fill_peaks})
