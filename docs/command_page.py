@@ -19,7 +19,8 @@ This page is generated from the help of the command (`python3 docs/command_page.
 with a dimension accepts a unit: `--t-end "20 ms"`. Every command accepts `--json PATH|-`, an object with all digits.
 
 Errors and warnings are written to stderr. On a terminal they are coloured, unless the environment variable `NO_COLOR`
-is set, and a progress line shows the rate and the time left. `--quiet` removes that line and the log.
+is set, and a progress line shows the rate and the time left. `--quiet` removes that line and the log. If
+stdout is the same terminal, a sentence of the result is not repeated on stderr.
 
 Derived equations are kept in `~/.cache/kempe`, or in `$XDG_CACHE_HOME/kempe`, and used again while the model, its
 settings, the build and the processor are the same. Results are equal to the bit. The environment variable `KEMPE_CACHE`

@@ -45,8 +45,8 @@ QUESTIONS = [
     ("Why do the others fail?", f"ensemble {BAR} --sample crank=0.28:0.45,rocker=0.1:0.8 --instances 40 --t-end 0.2", r"failed: parameter 'across' is not a number.*first: instance"),
     ("Which frequency has the body of the car?", "modes examples/quarter_car/quarter_car.yaml", r"1\.12125"),
     ("Is it stable?", "modes examples/quarter_car/quarter_car.yaml", r"[Ss]table|decays"),
-    ("Which method is the fastest one for a given error?", f"compare {BAR} --rtol 1e-4,1e-6,1e-8", r"use (--formulation \w+ --integrator \w+|\w+ \w+ \w+)"),
-    ("Where is the file, and what is inside?", f"fmu {BAR} -o four_bar.fmu", r"four_bar\.fmu: FMI 3\.0.*\n.*2 states"),
+    ("Which method is the fastest one for a given error?", f"compare {BAR} --t-end 1 --rtol 1e-4,1e-6,1e-8", r"use (--formulation \w+ --integrator \w+|\w+ \w+ \w+)"),
+    ("Where is the file, and what is inside?", f"fmu {BAR} --no-binary -o four_bar.fmu", r"four_bar\.fmu: FMI 3\.0.*\n.*2 states"),
 ]
 
 

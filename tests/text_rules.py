@@ -38,7 +38,7 @@ FURTHER = [
     ("modes", "governor", "--rates", "shaft=4:12:3"), ("modes", "wheelset", "--sweep", "v=5:30:4"),
     ("response", "suspension", *SHAKEN, "--frequencies", "0.2:30:20"), ("response", "four_bar", "--inputs", "effort(crank)", "--outputs", "q", "--angle-unit", "deg"),
     ("response", "ride", "--inputs", "drive(road)", "--outputs", "q(body),travel"),
-    ("cycles", "restrained_wheelset/hunting_wheelset", "--sweep", "V=100:101:2", "--outputs", "q(y)"),
+    ("cycles", "restrained_wheelset/hunting_wheelset", "--sweep", "V=100:101:2", "--outputs", "q(y)", "--most", "8"),
     ("contact", "conicity", "--sweep", "shift=-9 mm:9 mm:31", "--conicity", "1 mm:7 mm:7"),
     ("contact", "manchester", "--sweep", "shift=0:10 mm:21", "--law", "fastsim1"), ("contact", "manchester", "--sweep", "shift=0:10 mm:3", "--law", "fastsim1", "--all"),
     ("kinematics", "four_bar", "--sweep", "rocker=0:3"), ("kinematics", "slider_crank", "--sweep", "crank=0:360 deg"),

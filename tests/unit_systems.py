@@ -207,7 +207,7 @@ class Systems(unittest.TestCase):
         self.check("cycles", oscillator, "--sweep", "a=-1 m^2:1 m^2:3", least=10, system="mm")
 
     def test_contact(self):
-        self.check("contact", EXAMPLES / "conicity/conicity.yaml", "--sweep", "shift=-9 mm:9 mm:5", "--conicity", "1 mm:7 mm:3", least=60, views=("svg",))
+        self.check("contact", EXAMPLES / "conicity/conicity.yaml", "--sweep", "shift=-9 mm:9 mm:31", "--conicity", "5 mm:7 mm:3", least=60, views=("svg",))
         self.check("contact", EXAMPLES / "manchester/manchester.yaml", "--sweep", "shift=0:10 mm:3", "--law", "fastsim1", "--pressure", "analyn", "--all", least=80)
 
     def test_comfort(self):

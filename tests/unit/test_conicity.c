@@ -506,7 +506,8 @@ static void farther(void)
     loaded l = load("examples/conicity/conicity.yaml");
     kempe_contacts *table = NULL;
     char *text = NULL;
-    CHECK(kempe_contacts_new(l.system, &ASK(.conicity = "5 mm:9.5 mm:2"), &table) == KEMPE_OK);
+    const kempe_contact_options ask = {.sweep = "shift=-9 mm:9 mm:31", .conicity = "5 mm:9.5 mm:2"};
+    CHECK(kempe_contacts_new(l.system, &ask, &table) == KEMPE_OK);
     CHECK(kempe_contacts_print(table, KEMPE_TEXT, &text) == KEMPE_OK);
     CHECK(text && strstr(text, "no motion with an amplitude of 9.5 mm is inside y = -9 to 9 mm"));
     CHECK(isfinite(kempe_contacts_nonlinearity(table)));

@@ -4,7 +4,7 @@
  * `next`, and its linear equations contain the equations of the samples (analyses/derivatives/sampled_motion.h). A
  * delayed signal u has the rate (u - y)/T (analyses/derivatives/delayed_spectrum.h). A state that changes at events
  * keeps its start value y0 by the rate y0 - y, on which nothing but itself depends. Tracks are without their
- * irregularities: on these a vehicle has neither a steady motion nor a position at rest. */
+ * irregularities: on these a vehicle has neither a steady motion nor a place of rest near its start. */
 #pragma once
 
 #include "analyses/derivatives/linearized.h"

@@ -231,6 +231,12 @@ enum { USUAL_AMPLITUDES = 13, MOST_AMPLITUDES = 100000 };
 /* Speed of a contact across its wheel, as a multiple of the wheel's: faster ones may jump. */
 #define FAST 10
 
+/* Part of a conicity, or of a small one, by which half of the values may change it. Steps between values in the least
+ * amplitude: with fewer the whole motion may lie between two values, where half of them change nothing. */
+#define RESOLVED    0.1
+#define SMALL       0.02
+#define LEAST_STEPS 1.25
+
 /* -- options ----------------------------------------------------------------------------------------------- */
 
 static kempe_status take_amplitudes(kempe_contacts *t, const kmp_ranges *ranges)
@@ -468,6 +474,25 @@ static kempe_conicity conicity_of(const curve *c, double amplitude)
     return found;
 }
 
+/* A conicity that every second value changes much, or an amplitude that spans few values: with three of them that are
+ * symmetric, half of them give the same. */
+static void doubt_conicities(const kempe_contacts *t, int values)
+{
+    const kmp_conicities *c = &t->conicities;
+    const double step = c->points > 1 && values > 1 ? (c->y[c->points - 1] - c->y[0]) / (values - 1) : INFINITY;
+    for (int k = 0; k < c->count; k++) {
+        const kmp_conicity *at = &c->at[k];
+        if (isnan(at->conicity) ||
+            (at->error <= RESOLVED * fmax(at->conicity, SMALL) && at->amplitude >= LEAST_STEPS * step))
+            continue;
+        kmp_doubt(t->given->context,
+                  "the conicity at the amplitude of %.4g mm is not resolved by values %.3g mm apart: without every "
+                  "second one it changes by %.2g; take more values of the sweep",
+                  1e3 * at->amplitude, 1e3 * step, at->error);
+        return;
+    }
+}
+
 kempe_status kmp_contact_conicity(kempe_contacts *t)
 {
     kmp_conicities *c = &t->conicities;
@@ -506,6 +531,7 @@ kempe_status kmp_contact_conicity(kempe_contacts *t)
                            .low = found.low,
                            .high = found.high};
     }
+    doubt_conicities(t, rows.count);
     c->nonlinearity = (conicity_of(&whole, 4e-3).conicity - conicity_of(&whole, 2e-3).conicity) / (2 * 1e-3);
     return KEMPE_OK;
 }
