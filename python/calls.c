@@ -154,6 +154,41 @@ static PyObject *inverse_dynamics(PyObject *module, PyObject *const *arguments, 
     return end(&call, status);
 }
 
+/* The next `count` numbers of an answer; NULL: there is none. */
+static double *part(double **answer, Py_ssize_t count)
+{
+    double *here = *answer;
+    *answer = here ? here + count : NULL;
+    return here;
+}
+
+/* (t, q, qd, Q or None; answer, closed): qdd, lam and the derivatives by all coordinates one after another in `answer`,
+ * or by the independent ones in `closed`, in the order of kempe_workspace_derivatives; the other of them is None. */
+static PyObject *forward_derivatives(PyObject *module, PyObject *const *arguments, Py_ssize_t given)
+{
+    (void)module;
+    python_call call;
+    if (!begin(&call, arguments, given, 5))
+        return NULL;
+    kempe_status status = KEMPE_OK;
+    const Py_ssize_t n = call.n, m = call.m, p = kempe_workspace_independent_count(call.workspace);
+    const double *q = doubles(&call, n, 0), *qd = doubles(&call, n, 0), *Q = doubles(&call, n, 0);
+    double *all = doubles(&call, n + m + 3 * n * (n + m), PyBUF_WRITABLE);
+    double *closed = doubles(&call, n + m + 2 * p * p + 3 * n * p, PyBUF_WRITABLE);
+    double **answer = all ? &all : &closed, *qdd = part(answer, n), *lam = part(answer, m);
+    kempe_workspace_derivatives out;
+    out.qdd_q = part(&all, n * n), out.qdd_qd = part(&all, n * n), out.qdd_Q = part(&all, n * n);
+    out.lambda_q = part(&all, m * n), out.lambda_qd = part(&all, m * n), out.lambda_Q = part(&all, m * n);
+    out.udd_u = part(&closed, p * p), out.udd_ud = part(&closed, p * p), out.udd_Q = part(&closed, p * n);
+    out.q_u = part(&closed, n * p), out.qd_u = part(&closed, n * p);
+    if (begins(&call)) {
+        Py_BEGIN_ALLOW_THREADS status =
+            kempe_workspace_forward_derivatives(call.workspace, call.t, q, qd, Q, qdd, lam, &out);
+        Py_END_ALLOW_THREADS
+    }
+    return end(&call, status);
+}
+
 /* (workspace): true if no other call is inside, and the caller is now, until kempe._calls.leave. */
 static PyObject *enter_workspace(PyObject *module, PyObject *workspace)
 {
@@ -184,6 +219,7 @@ static PyMethodDef methods[] = {
     ROW("kempe_workspace_evaluate", evaluate),
     ROW("kempe_workspace_forward_dynamics", forward_dynamics),
     ROW("kempe_workspace_inverse_dynamics", inverse_dynamics),
+    ROW("kempe_workspace_forward_derivatives", forward_derivatives),
     {"enter", enter_workspace, METH_O, NULL},
     {"leave", leave_workspace, METH_O, NULL},
     {NULL, NULL, 0, NULL},

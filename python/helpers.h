@@ -42,13 +42,17 @@ typedef struct python_states {
     double *mass, *bias, *h, *jacobian, *jdqd; /* n x n, n, m, m x n, m */
     double *accelerations, *multipliers;       /* n, m */
     double *forces;                            /* n */
-    int failed;                                /* the first state that failed; -1: none */
+    double *qdd_q, *qdd_qd, *qdd_Q;            /* kempe_workspace_derivatives */
+    double *lambda_q, *lambda_qd, *lambda_Q;
+    double *udd_u, *udd_ud, *udd_Q, *q_u, *qd_u;
+    int failed; /* the first state that failed; -1: none */
 } python_states;
 
-/** M, C, h, J, jdqd of every state; accelerations and multipliers; generalized forces. Each ends at the first state
- * that fails, with its status. */
+/** M, C, h, J, jdqd of every state; accelerations and multipliers, and their derivatives; generalized forces. Each ends
+ * at the first state that fails, with its status. */
 kempe_status python_evaluate_states(kempe_workspace *workspace, python_states *states);
 kempe_status python_forward_states(kempe_workspace *workspace, python_states *states);
+kempe_status python_derivative_states(kempe_workspace *workspace, python_states *states);
 kempe_status python_inverse_states(kempe_workspace *workspace, python_states *states);
 
 /** One state at a time, to compare. */

@@ -68,7 +68,7 @@ kempe_status kempe_simulate(const kempe_system *system, const kempe_run_options 
     return status;
 }
 
-/* -- what a model means, and several methods beside each other ----------------------------------------------------- */
+/* -- what a model means, and several methods next to each other ---------------------------------------------------- */
 
 kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
 {

@@ -134,6 +134,7 @@ class Systems(unittest.TestCase):
 
     def compare_texts(self, texts, system, least):
         """`least`: so many numbers at least have another unit in the other system."""
+        self.assertEqual([line for text in texts for line in text.splitlines() if len(line) > 100], [])
         both = [quantities(re.sub(r"\(conicity at 4 mm .*?\)", "", text)) for text in texts]
         self.assertEqual(len(both[0]), len(both[1]), "\n".join(texts))
         changed = 0

@@ -5,8 +5,9 @@
     python3 tests/words.py PATH/TO/kempe    pages, help and messages without retired words, sentences of at most 30 words,
                                             comments and docstrings in C, JavaScript and Python without a sentence that
                                             begins with What, Where, How, Which or Whether, docs/commands.md as the help,
-                                            messages in the words of SENTENCES, of at most 30 words, pages and the comments
-                                            of PLAIN_ROOMS without the phrases of PLAIN, pages without sentences that have no verb
+                                            messages in the words of SENTENCES, of at most 30 words, pages and comments of the
+                                            library and of the Python package without the phrases of PLAIN, pages
+                                            without sentences that have no verb
     python3 tests/words.py --self-test      proves that planted words are found
     python3 tests/words.py --count          words a sentence and long sentences of each page
 
@@ -90,29 +91,30 @@ PLAIN = {  # pattern in pages and comments: the words instead
     r"(?:^|(?<=[.?!] ))(Those|Of (these|those))\b(?= (of|that|\w+ed)\b|,)": "the noun again",
     r"(?:^|(?<=[.?!] ))There\b(?! (is|are|was|were)\b)": "the place by its name",
     SENTENCES_NO: "is not a",
-    r"\banew\b": "again",
-    r"\bbeside\b": "near, next to, compared with, in addition to",
-    r"(?<!stand-)\balone\b": "only, separately",
+    r"\b[Aa]new\b": "again",
+    r"\b[Bb]eside\b": "near, next to, compared with, in addition to",
+    r"(?<!stand-)\b[Aa]lone\b": "only, separately",
     r"\bof (its|their|his|our|one's) own\b": "its own, separate, further",
     r"\b[Ww]here (one|ones)\b": "if the (noun)",
-    r"\bso many\b": "this number of",
+    r"\b[Ss]o many\b": "this number of",
     r"\bas such\b": "the property by its name",
     r"\b(says?|said) so\b": "reports this, with a warning",
     r"\bstands?\b(?!-)": "is, is written, means, occurs",
-    r"\bnobody\b|\bwhoever\b": "no user, no other program",
+    r"\b[Nn]obody\b|\b[Ww]hoever\b": "no user, no other program",
     r"\bshall\b": "is to, must",
     r"\ball the same\b": "nevertheless",
     r"\bfor want of\b": "because .. is missing",
     r"\b(go|goes|going|went) on\b(?! (a|an|the|four)\b)": "continue",
 }
 ANY_PLAIN = re.compile("|".join(PLAIN))
-PLAIN_ROOMS = ("include", "python")
 LISTS = re.compile(r"docs/(api/|commands|python_reference)")  # pages of members, options, methods, each with a noun
 # Sentences that may have such a phrase, by the words around it, and why.
 PLAIN_ALLOWED = {
     "A pole stands upright": "a pole",
     "on a test stand": "a machine that tests bogies",
     "`alone`: the one": "the name of an argument",
+    "*anew: the last": "the name of an argument",
+    "`anew`: the whole": "the name of an argument",
 }
 # The verbs of the pages' sentences, as far as a sentence has none of the first line: a sentence without any is a fragment.
 VERBS = set("""
@@ -121,14 +123,14 @@ VERBS = set("""
     bring call carry change check choose chose climb close collect combine come compare compute concerned connect consist
     constrain contain continue converge correspond cost count couple cover creep cross decide decrease define deflect deform
     depend derive derived describe determine differ disable disagree disappear display draw drive drop end equal evaluate
-    work refuse examine exceed excite execute exist exit explain export extend factorise fail failed fall find fit follow form found gain
+    examine exceed excite execute exist exit explain export extend factorise fail failed fall find fit follow form found gain
     gained gave give go grow guide happen hold ignore implement include integrate interpolate jump keep know lack land last lead
-    lean leave lie limit linearise lies list locate look lose lubricate make map matter measure meet mount move multiply name need
-    neglect nest occur omit open optimise oscillate override own pass passed pay perform predict prefer prescribe prevent print
-    pull read rebuilt recompute record reduce refer regain regularise reject remain remove repeat replace report request require
-    resist resonate rest restart restrain resume return roll rotate run satisfy save say scale see select serve set share shift
-    show sleep slide slip solve span spend start stay steer stick stop store straighten strike subtract support suppose sweep
-    swing switch take test took touch treat turn unload use vanish vary wait write
+    lean leave lie lies limit linearise list locate look lose lubricate make map matter measure meet mount move multiply name
+    need neglect nest occur omit open optimise oscillate override own pass passed pay perform predict prefer prescribe prevent
+    print pull read rebuilt recompute record reduce refer refuse regain regularise reject remain remove repeat replace report
+    request require resist resonate rest restart restrain resume return roll rotate run satisfy save say scale see select serve
+    set share shift show sleep slide slip solve span spend start stay steer stick stop store straighten strike subtract support
+    suppose sweep swing switch take test took touch treat turn unload use vanish vary wait work write
 """.split())
 OPTIONS = r"--(road|roads|once|every|fixed-u|u|dynamics|over|vary|drive|nearest|require|fix|free)\b"
 HEADLESS = re.compile(r"^#+ (What|Whether|Of|Where|How)\b(?!-to\b).*", re.M)
@@ -358,8 +360,9 @@ def main(arguments):
     found += [f for path in sources(COMMENTED) for f in clauses(path.relative_to(ROOT).as_posix(), path.read_text())]
     found += [f for path in scripts(COMMENTED) for f in clauses(path.relative_to(ROOT).as_posix(), path.read_text(), python_comments)]
     found += [f for page in pages() for f in phrases(page.relative_to(ROOT).as_posix(), lines(words_of(page)))]
-    found += [f for path in sources(COMMENTED[:4] + PLAIN_ROOMS) if path.suffix != ".js" and path.suffix != ".c" for f in phrases(path.relative_to(ROOT).as_posix(), comments(path.read_text()))]
-    found += [f for path in scripts(PLAIN_ROOMS) for f in phrases(path.relative_to(ROOT).as_posix(), python_comments(path.read_text()))]
+    found += [f for path in sources(COMMENTED[:4] + ("python",)) if path.suffix != ".js"
+              for f in phrases(path.relative_to(ROOT).as_posix(), comments(path.read_text()))]
+    found += [f for path in scripts(("python",)) for f in phrases(path.relative_to(ROOT).as_posix(), python_comments(path.read_text()))]
     found += [f for page in pages() if not LISTS.search(page.as_posix()) for f in fragments(page.relative_to(ROOT).as_posix(), words_of(page))]
     long = [f for page in pages() for f in long_sentences(page.relative_to(ROOT).as_posix(), words_of(page))]
     print(*found, *long, f"{len(found)} retired words and clauses, {len(long)} sentences above {LONGEST} words", sep="\n")

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Assembly from a distant guess: Gauss-Newton by least changes of the free coordinates
  * (constraints/closing/least_change.h), damped by |h| and by a bound on the step. If it stalls with h open, each group
- * of loops that shares no free coordinate with another is searched alone: from the guess, from a few states near it,
- * because a straight guess may be a saddle, and from states anywhere. The smallest |h| is the gap to report. Near a
+ * of loops that shares no free coordinate with another is searched separately: from the guess, from a few states near
+ * it, because a straight guess may be a saddle, and from states anywhere. The smallest |h| is the gap to report. Near a
  * solution: Newton's method on the chosen rows and dependent coordinates, a square system, or KINSOL with line search
  * where that does not contract. Gauss-Newton without a bound then converges to round-off. */
 #include "constraints/closing/assemble.h"
@@ -87,7 +87,7 @@ static bool is_turned(work *w)
 
 static void refine(work *w);
 
-/* Groups of closure rows and free coordinates: those of different groups do not depend on each other. */
+/* Groups of closure rows and free coordinates: loops of different groups do not depend on each other. */
 typedef struct groups {
     int count;
     int *motion, *row; /* n, m: the group of each, -1: none */
@@ -362,7 +362,7 @@ static bool center_joints(work *w)
     return KMP_ARENA_EACH(&w->a->arena, double, w->n, &w->a->inner_q, &w->a->inner_qd);
 }
 
-/* The user's angles of joint c; those of the guess if the joint did not move. */
+/* The user's angles of joint c; the axes of the guess if the joint did not move. */
 static void show_angles(work *w, int c, double angles[3])
 {
     int k = w->s->chart_first[c];

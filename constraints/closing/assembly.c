@@ -32,7 +32,7 @@ double kmp_assembly_extent(const kempe_assembly *a, int c)
     return hypot(a->gaps[c], a->turns[c] * a->system->length);
 }
 
-/* "0.01 m and 3 deg"; a part that is small beside the other is left out. */
+/* "0.01 m and 3 deg"; a part that is small compared with the other is left out. */
 static void put_opening(kmp_text *text, const kempe_assembly *a, int c)
 {
     double arc = a->turns[c] * a->system->length;
@@ -182,8 +182,8 @@ kempe_assembly *kmp_assembly_new(const kempe_system *s)
 
 /* -- rounded numbers --------------------------------------------------------------------------------- */
 
-/* Number of pivots of J above `part` of the first. Pivots between rounding and those of an ordinary mechanism are
- * doubtful. */
+/* Number of pivots of J above `part` of the first. Pivots between rounding and the pivots of an ordinary mechanism
+ * are doubtful. */
 static int count_pivots(const kempe_assembly *a, double part)
 {
     int m = a->system->m, n = a->system->n, count = 0;
@@ -230,8 +230,9 @@ static kempe_status try_rank(const kempe_assembly *strict, const kmp_guess *gues
     return status;
 }
 
-/* Tries the largest rank above `least`, up to `most`, that is not that of the strict assembly. If its other rows open,
- * no smaller rank can hold: its configurations are among those of smaller ranks, whose other rows include its own. */
+/* Tries the largest rank above `least`, up to `most`, that differs from the rank of the strict assembly. If its other
+ * rows open, no smaller rank can hold: its configurations are among the configurations of smaller ranks, whose other
+ * rows include its own. */
 static kempe_status try_largest(const kempe_assembly *strict, const kmp_guess *guess, int least, int most,
                                 bool *refuted)
 {

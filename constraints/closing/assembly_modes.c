@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Other assembly modes: starts at random, closed one by one, kept where they differ from all before, and named by the
  * signs of the determinants of Jv's blocks. A watch for a change of the mode follows these signs along a motion; where
- * rows are redundant it chooses those with the largest pivots anew. */
+ * rows are redundant it chooses the rows with the largest pivots again. */
 #include "constraints/closing/assembly_modes.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
@@ -244,7 +244,7 @@ struct kmp_mode_watch {
     int *level;     /* n: the block that a dependent coordinate belongs to, block_count for independent ones */
     double *rest;   /* m x n: candidate rows of a block, eliminated */
     int *candidate; /* m */
-    int *rows;      /* of each block in turn: those whose determinant is followed */
+    int *rows;      /* of each block in turn: the blocks whose determinant is followed */
     char *sign;     /* of each block at the last state where it was known */
 };
 
@@ -300,7 +300,8 @@ void kmp_mode_watch_free(kmp_mode_watch *w)
     kmp_free(w);
 }
 
-/* Rows that can determine block b: they contain its coordinates, and otherwise those of blocks solved before it. */
+/* Rows that can determine block b: they contain its coordinates, and otherwise coordinates of blocks solved before it.
+ */
 static int list_candidates(kmp_mode_watch *w, int b)
 {
     int m = w->s.walk->m, n = w->s.walk->n, count = 0;

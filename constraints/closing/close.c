@@ -97,7 +97,7 @@ static double bounded_correction(const kmp_closer *c, double h, double bound)
 }
 
 /* Takes one descent step and returns the decrease of |h|; 0: stationary. `bound` shrinks after steps that miss their
- * prediction and grows after those that meet it. */
+ * prediction and grows after steps that meet it. */
 static double step_down(const kmp_closer *c, double t, double *x, double *trial, double *bound)
 {
     size_t bytes = (size_t)c->eval->n * sizeof *x;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Gauss-Newton for h = 0 and x = x_0 of all given coordinates, those of the tree too, by steps of least norm, cut to a
+/* Gauss-Newton for h = 0 and x = x_0 of all given coordinates, including the tree's, by steps of least norm, cut to a
  * length and halved until the sum of squares falls. So the guess does not depend on what is cut. Values may contradict
  * the loops: the guess is a compromise, and closing the loops is left to the assembly. */
 #include "constraints/closing/cut_start.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Accelerations of dependent coordinates and of drives are those of the closures. */
+/* Accelerations of dependent coordinates and of drives follow from the closures. */
 #include "constraints/closing/deformation_rows.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -18,7 +18,7 @@ int kmp_deformation_rows_coordinate(const kmp_deformation_rows *x, int k)
     return x->part.u[x->in_u[k]];
 }
 
-/* Rates of rest: those of states are their values. */
+/* Rates of rest: rates of states are their values. */
 static void put_rest(const kmp_deformation_rows *x, double *qd)
 {
     const kempe_model *model = x->s->model;
@@ -89,8 +89,9 @@ bool kmp_deformation_rows_slope(kmp_deformation_rows *x)
     return finite;
 }
 
-/* Independent coordinates into `u`: as many as possible of the deformations and of those that are liked, or hold, and
- * then of those with a given start, as far as these do not take the place of one before. Their number, -1: no memory.
+/* Independent coordinates into `u`: as many as possible of the deformations and of the ones that are liked, or hold,
+ * and then of coordinates with a given start, as far as these do not take the place of one before. Their number, -1: no
+ * memory.
  */
 static int order_wishes(const kempe_system *s, const kmp_deformation_choice *c, const double *jacobian, bool *liked,
                         int *u, int *other)
@@ -182,7 +183,7 @@ kempe_status kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe
             kmp_deformation_rows_free(x);
         return kmp_fail_memory(s->context);
     }
-    if (status != KEMPE_OK) { /* the message of this attempt is dropped, that of a failed run before it stays */
+    if (status != KEMPE_OK) { /* the message of this attempt is dropped, the message of a failed run before it stays */
         kmp_context_clear(s->context);
         if (said && *said)
             (void)kmp_fail(s->context, KEMPE_E_FAILED, "%s", said);

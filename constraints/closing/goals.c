@@ -7,10 +7,10 @@
  *     N' (G' G + sum r_i d2 r_i - sum lambda_j d2 h_j) N.
  *
  * The second derivatives come from the programs: of h it is jdqd, a quadratic form in qd; a bilinear form follows from
- * those of the sum and the difference of two rates. A step goes along the eigenvectors of that matrix, by |eigenvalue|,
- * so that it also leaves saddles, each component at most a bound; then the loops are closed again by least changes. A
- * step is accepted if the sum falls as predicted, closing moved little in comparison, and the tangent has turned
- * little: so the branch is kept.
+ * its values for the sum and the difference of two rates. A step goes along the eigenvectors of that matrix, by
+ * |eigenvalue|, so that it also leaves saddles, each component at most a bound; then the loops are closed again by
+ * least changes. A step is accepted if the sum falls as predicted, closing moved little in comparison, and the tangent
+ * has turned little: so the branch is kept.
  */
 #include "constraints/closing/goals.h"
 #include "base/arena.h"
@@ -30,7 +30,7 @@ enum { MOST_STEPS = 300 };
 #define LONGEST       0.3   /* largest component of a step: rad, or characteristic lengths */
 #define SHORTEST      1e-10 /* steps that fail down to this length end the search */
 #define NEGLIGIBLE    1e-11 /* a shorter Newton step is not made */
-#define NOISE         1e-14 /* rounding of a gradient, over that of all directions */
+#define NOISE         1e-14 /* rounding of a gradient, over the gradient of all directions */
 #define LEVEL         1e-12 /* relative gradient below which the search is at rest */
 #define REST          1e-7  /* relative gradient at rest if rounding ends the steps */
 #define MOST_CLOSING  0.3   /* largest motion by closing, over the step */

@@ -52,7 +52,7 @@ static const double *motion_of(const kmp_load_margin *m, int k)
     return m->rows.red.x + (ptrdiff_t)m->rows.s->n * m->rows.in_u[k];
 }
 
-/* The stiffness of the material between two deformations, with those that depend on them. */
+/* The stiffness of the material between two deformations, with the deflections that depend on them. */
 static double stiffness_between(const kmp_load_margin *m, int i, int k)
 {
     const kempe_model *model = m->rows.s->model;

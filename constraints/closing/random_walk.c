@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A walk on closed configurations: null spaces by complete pivoting of the dense scaled J, random combinations of
- * tangents as steps, least changes back to the loops. Random numbers come from a generator of its own, so that all
+ * tangents as steps, least changes back to the loops. Random numbers come from a separate generator, so that all
  * machines walk alike. */
 #include "constraints/closing/random_walk.h"
 #include "base/memory.h"
@@ -15,7 +15,7 @@ enum { MOST_ITERATIONS = 40, TRIES = 5 };
 #define STEP  0.3 /* scaled, of the coordinate that moves most */
 #define MOVED 0.2 /* least part of the step after closing */
 
-/* A row that deflections alone move opens by no more than they do: by a small unit it would pass for one of rounding.
+/* A row that only deflections move opens by no more than they do: by a small unit it would pass for one of rounding.
  */
 static void set_scale(kmp_walk *w)
 {

@@ -69,8 +69,8 @@ static double value_of(const kmp_saddle *saddle, int entry)
 
 /* -- by articulated bodies ---------------------------------------------------------------------------- */
 
-/* The recursion has eliminated the rows, those of this system also where another one has kept others since: 0, or 1 +
- * the place of a row whose pivot is not positive. */
+/* The recursion has eliminated the rows, the rows of this system also where another one has kept others since: 0, or 1
+ * + the place of a row whose pivot is not positive. */
 static int judge_pivots(const kmp_saddle *saddle)
 {
     kmp_eval_keep_rows(saddle->eval, saddle->position);
@@ -245,7 +245,7 @@ KMP_CLEARS(kmp_saddle, saddle, kmp_sparse_free(saddle->sparse), free_reduction(s
 
 /* -- all together -------------------------------------------------------------------------------------- */
 
-/* Partitions all rows; those that are independent at the evaluator's last closure stay in. */
+/* Partitions all rows; rows that are independent at the evaluator's last closure stay in. */
 static void choose_rows(kmp_saddle *saddle)
 {
     const kempe_system *s = saddle->eval->system;
@@ -297,7 +297,7 @@ double kmp_saddle_cost(const kmp_saddle *saddle)
     return KMP_LOOPS_COST * ((double)f.add + (double)f.mul + (double)f.div) + FILLING * size * size;
 }
 
-/* Computes x and the multipliers behind it, those by products if wanted. force, rows: NULL: zero. */
+/* Computes x and the multipliers behind it, by products if required. force, rows: NULL: zero. */
 static void solve(kmp_saddle *saddle, const double *force, const double *rows, bool multipliers)
 {
     double *x = saddle->x, *a = x + saddle->n;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The command `check` as a sequence: assemble, choose coordinates, find rank and redundant rows, then the parts of an
  * examination, each a function in one list; at last accelerations that a run could not evaluate. Models beyond a size
- * have rank and choice alone. */
+ * have only rank and choice. */
 #include "constraints/diagnosis/diagnose.h"
 #include "base/bracket.h"
 #include "base/memory.h"

@@ -57,7 +57,7 @@ void kmp_diagnosis_points(kmp_examination *x)
 /* -- dependent sets ---------------------------------------------------------------------------------- */
 
 /* Rank of some rows of Jacobian k; with rows NULL the left null space of all rows in walk->basis. Rounding relative to
- * the largest entry of all rows counts as zero, so that a row of rounding alone has no rank. */
+ * the largest entry of all rows counts as zero, so that a row of only rounding has no rank. */
 static int rank_of_rows(const kmp_examination *x, int k, const int *rows, int count, double tolerance)
 {
     kmp_walk *w = x->walk;
@@ -150,8 +150,8 @@ void kmp_diagnosis_dependents(kmp_examination *x)
 
 /* -- repairs ----------------------------------------------------------------------------------------- */
 
-/* True if the rank without the rows of `out` is that of all rows. Tested at two random configurations (here, if there
- * are none): a necessary row is necessary at almost every one. */
+/* True if the rank without the rows of `out` equals the rank of all rows. Tested at two random configurations (here, if
+ * there are none): a necessary row is necessary at almost every one. */
 static bool rank_stays(const kmp_examination *x, const bool *out, int *rows)
 {
     int count = 0, first = x->point_count > 0 ? x->point_count : 0, last = first > 1 ? first - 1 : first;
@@ -323,7 +323,7 @@ void kmp_diagnosis_second_order(kmp_examination *x)
 {
     quadratic f = {0};
     kmp_diagnosis *d = x->diagnosis;
-    /* Rank of J here. For a mechanism that does not move, pivots due to rounding alone do not count: closing an
+    /* Rank of J here. For a mechanism that does not move, pivots due only to rounding do not count: closing an
      * infinitesimally mobile one reaches only the root of rounding. */
     int rank = x->part->r;
     while (!d->moved && rank > 0 && x->part->pivots[rank - 1] < KMP_RANK_SHAKY * x->part->pivots[0])

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Multipliers z of all declared rows with A z = 0, where A has the generalized forces of unit loads: a closure between
  * points loads its second body by forces and moments along the directions of its rows, the first by the opposite ones;
- * other rows are those of J. The force of a curve is the least one with the generalized forces of its row. The load
- * that a joint of the tree carries balances those on all bodies beyond it.
+ * other rows are rows of J. The force of a curve is the least one with the generalized forces of its row. The load
+ * that a joint of the tree carries balances the loads on all bodies beyond it.
  *
- * Masses load them if random accelerations and gravity do so in the tree alone, where rows that no coordinate moves
+ * Masses load them if random accelerations and gravity do so in only the tree, where rows that no coordinate moves
  * carry nothing. */
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/closing/random_walk.h"
@@ -341,7 +341,7 @@ static bool is_loaded(search *x, bool moving)
 
 /* -- the whole ---------------------------------------------------------------------------------------- */
 
-/* Collects A by columns. Coordinates that move both bodies alike leave rounding, which is no entry. */
+/* Collects A by columns. Coordinates that move both bodies alike leave rounding, which is not an entry. */
 static bool collect(search *x, kmp_arena *room)
 {
     for (int pass = 0; pass < 2; pass++) {
@@ -410,7 +410,7 @@ static kmp_sparse *factor(const search *x, int rank, kmp_arena *room)
     return NULL;
 }
 
-/* The set in which column c[k], which is not that of a pivot, has a part: z has the size 1. */
+/* The set in which column c[k], which does not belong to a pivot, has a part: z has the size 1. */
 static void find_set(const search *x, kmp_sparse *sparse, int rank, int k, double *right)
 {
     memset(right, 0, ((size_t)rank + 1) * sizeof *right);
@@ -462,7 +462,7 @@ static bool take_sets(const search *x, kmp_arena *room, double *loads)
     return true;
 }
 
-/* The loads of closures and `joints` become those of least norm; NULL: they are not requested. */
+/* The loads of closures and `joints` become the loads of least norm; NULL: they are not requested. */
 static kempe_status distribute_loads(kmp_evaluator *eval, double t, const double *q, kmp_arena *arena,
                                      kmp_shared_loads *found, int joints, const int *joint, double *loads)
 {

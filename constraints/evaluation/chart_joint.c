@@ -240,8 +240,8 @@ static double angle_about(const double e[3], const double x[3], const double y[3
 }
 
 /* Initial angles in a new chart. The second is in its middle. C absorbs one of the outer angles, chosen such that the
- * body now turns about a and c alone: the second angle then leaves its middle late. w: angular velocity in the axes on
- * C's far side, those of the body when C comes first. */
+ * body now turns only about a and c: the second angle then leaves its middle late. w: angular velocity in the axes on
+ * C's far side, which are the body's when C comes first. */
 static void begin_angles(const kmp_chart_joint *j, const double w[3], double q[3])
 {
     double level[3], along = 0;

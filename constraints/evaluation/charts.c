@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Charts of spherical joints: the constant rotation C beside three angles, moved between them where the angles come
- * near their singular position. Angles and rates are converted by the exact rotation and its rate; the user's angles
- * are followed by continuity. */
+/* Charts of spherical joints: the constant rotation C in addition to three angles, moved between them where the angles
+ * come near their singular position. Angles and rates are converted by the exact rotation and its rate; the user's
+ * angles are followed by continuity. */
 #include "constraints/evaluation/charts.h"
 #include "model/data/body.h"
 #include <kempe/kempe.h>

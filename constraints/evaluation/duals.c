@@ -179,7 +179,7 @@ static KMP_INTO_CLONES void two(const double *restrict a, double by_a, const dou
         out[j] = by_a * a[j] + by_b * b[j];
 }
 
-/* The derivatives of all operations, from those of the inputs. */
+/* The derivatives of all operations, from the derivatives of the inputs. */
 static KMP_CLONES void pass_on(kmp_duals *duals)
 {
     bool *moves = duals->moves;

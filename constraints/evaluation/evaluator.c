@@ -5,7 +5,7 @@
  * `articulated` gives accelerations and multipliers by the recursion of articulated bodies (Featherstone 1983), in
  * place of M and C; `judge` gives energies, reactions and outputs; `changes` gives conditions. `motion` is the one of
  * the first two that the caller has selected. Its stages are cut where the inputs become known: constants and charts,
- * then (t, q), then qd, then multipliers. A caller that needs h alone pays for nothing else. */
+ * then (t, q), then qd, then multipliers. A caller that needs only h pays for nothing else. */
 #include "constraints/evaluation/evaluator.h"
 #include "backend/native.h"
 #include "base/arena.h"
@@ -316,8 +316,8 @@ void kmp_eval_set_kink(kmp_evaluator *eval, int condition, double side)
     eval->modes_wait = true;
 }
 
-/* Values that judge or show a motion and do not make it: energy, power, reactions, outputs. They have a program of
- * their own, so that steps do not pay for them. Its stages build on each other in this order: potential, power,
+/* Values that judge or show a motion and do not make it: energy, power, reactions, outputs. They have a separate
+ * program, so that steps do not pay for them. Its stages build on each other in this order: potential, power,
  * reactions, positions, outputs; each function runs the stages that it needs. */
 
 double kmp_eval_potential(kmp_evaluator *eval, double t, const double *q)
@@ -445,7 +445,7 @@ static void set_constant_inputs(kmp_evaluator *eval)
 
 /* Makes the machines, the arrays, and the values that are constant during steps. Programs that are rarely evaluated use
  * the tape, which needs no compilation. False: no memory. */
-/* Late conditions have outputs of their own, in their order. */
+/* Late conditions have separate outputs, in their order. */
 static void list_late(kmp_evaluator *eval)
 {
     const kmp_events *events = &eval->system->events;
@@ -627,8 +627,8 @@ void kmp_eval_mass(kmp_evaluator *eval)
     }
 }
 
-/* Accelerations and multipliers by the recursion; adds efforts outside the program. `effort` is zero, or that
- * of the user-defined force. */
+/* Accelerations and multipliers by the recursion; adds efforts outside the program. `effort` is zero, or the
+ * effort of the user-defined force. */
 static void accelerate_bodies(kmp_evaluator *eval)
 {
     for (int i = 0; eval->given && i < eval->n; i++)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tangents of the residual by dual numbers along the system's own program. With qdd and lambda constant, the
- * derivatives of R = M qdd + C - J' lambda, rate = J qd + h_t and curve = J qdd + jdqd by q are those of M, C, J, h_t
- * and jdqd; the derivatives by qd are those of C and jdqd. */
+ * derivatives of R = M qdd + C - J' lambda, rate = J qd + h_t and curve = J qdd + jdqd by q follow from the derivatives
+ * of M, C, J, h_t and jdqd; the derivatives by qd from C and jdqd. */
 #include "constraints/evaluation/few_tangents.h"
 #include "constraints/evaluation/duals.h"
 #include "dynamics/motion.h"

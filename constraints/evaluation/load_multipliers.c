@@ -50,7 +50,7 @@ typedef struct distance {
     double energy, part;
 } distance;
 
-/* Measures at the evaluator's bias. Steps are judged by the energy alone: the terms of the part change with nu. */
+/* Measures at the evaluator's bias. Steps are judged only by the energy: the terms of the part change with nu. */
 static distance measure_distance(const kmp_evaluator *eval, const kmp_answer *answer)
 {
     const kempe_system *s = eval->system;

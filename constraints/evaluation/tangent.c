@@ -37,7 +37,7 @@ typedef struct gather {
     kmp_equations eq;
     kmp_ref *value;
     int value_count, size[KMP_VALUES];
-    int given; /* of the values, the first whose derivatives are known: R by composite bodies alone */
+    int given; /* of the values, the first whose derivatives are known: R only by composite bodies */
     int last;  /* of the values, the last ones whose derivatives are known: the power, with them */
     kmp_ref *matrix[KMP_TANGENT_BLOCKS]; /* by differentiation, rows x n; NULL: its entries are outputs as they come */
     kmp_listing list;
@@ -141,7 +141,7 @@ static void add_residual(gather *g)
     add_matrix(g, KMP_R_QD, of_qd[choice->by_qd]);
 }
 
-/* Adds the matrices with a choice after those without. */
+/* Adds the matrices with a choice after the matrices without. */
 static void add_matrices(gather *g)
 {
     static const int plain[] = {KMP_RATE_Q, KMP_CURVE_Q, KMP_POWER_Q, KMP_POWER_QD};
@@ -151,7 +151,7 @@ static void add_matrices(gather *g)
     if (g->matrix[KMP_JTMU_Q])
         g->list.failed = g->list.failed || !kmp_tangents_mirror(g->eq.graph, g->eq.n, g->matrix[KMP_JTMU_Q]);
     add_matrix(g, KMP_JTMU_Q, g->matrix[KMP_JTMU_Q]);
-    /* The derivative of the second time derivative of h(q, t) by qd is twice that of the first one by q. */
+    /* The derivative of the second time derivative of h(q, t) by qd is twice the derivative of the first one by q. */
     int count = rows_of(g, KMP_CURVE_QD) * g->eq.n;
     const kmp_ref *rate = g->matrix[KMP_RATE_Q];
     kmp_ref *curve = g->matrix[KMP_CURVE_QD], *twice = rate && curve ? KMP_ARENA_NEW(&g->arena, kmp_ref, count) : NULL;

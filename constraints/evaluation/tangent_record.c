@@ -29,7 +29,7 @@ static void name_programs(const kmp_tangents *t, const kempe_system *system, uns
 
 /* -- what is kept --------------------------------------------------------------------------------------- */
 
-/* Programs that are shared, and a list of entries of its own; no machines. */
+/* Programs that are shared, and a separate list of entries; no machines. */
 static bool copy_programs(const kmp_tangents *from, kmp_tangents *to)
 {
     int count = from->start[KMP_TANGENT_BLOCKS];
@@ -87,7 +87,7 @@ void kmp_tangents_keep(const kmp_tangents *t, const kempe_system *system, unsign
 
 /* -- reading ---------------------------------------------------------------------------------------------- */
 
-/* True if the numbers are those of these programs. */
+/* True if the numbers belong to these programs. */
 static bool is_sound(const kmp_tangents *t)
 {
     int values = 2 * t->n + 3 * t->m + 1;

@@ -525,7 +525,7 @@ static bool begin_search(search *x, kmp_arena *arena)
 static kempe_status exact_find(const kempe_system *s, const kempe_assembly *a, kmp_variant *variant,
                                kmp_drawn_model *found, double *by)
 {
-    /* Numbers of flexible bodies are not among those that may be rounded. */
+    /* Numbers of flexible bodies are not among the numbers that may be rounded. */
     bool explained = s->model->closure_tolerance_given || s->model->flexible_count > 0,
          exact = false; /* or there are too many numbers to decide */
     kempe_status status = KEMPE_OK;
@@ -557,7 +557,7 @@ static kempe_status exact_find(const kempe_system *s, const kempe_assembly *a, k
 /* Bounds for the search: in larger models closures that are redundant but for rounding stay open. */
 enum { MOST_COORDINATES = 100, MOST_ROWS = 200 };
 
-/* The closures of a model alone, assembled, and the exact mechanism of the drawing. */
+/* Only the closures of a model, assembled, and the exact mechanism of the drawing. */
 typedef struct meaning {
     kempe_system *closures;
     kempe_assembly *a;
@@ -636,8 +636,8 @@ void kmp_put_misfit(kmp_text *text, const kempe_system *s, int closure)
                         s->mended_by, s->length);
 }
 
-/* Replaces a rounded system by that of the exact mechanism. If rounding does not explain the misfit, the closures hold
- * as written. The closures alone decide, as in kmp_meant, so that both give the same bits. */
+/* Replaces a rounded system by the system of the exact mechanism. If rounding does not explain the misfit, the closures
+ * hold as written. Only the closures decide, as in kmp_meant, so that both give the same bits. */
 static kempe_status settle_meaning(kempe_system **system, kmp_variant *given, const char *word)
 {
     kempe_system *s = *system;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Kinds of closures as rows of a table of parts, completed by those of the wings: a kind with two parts has the rows of
- * the first, then those of the second. */
+/* Kinds of closures as rows of a table of parts, completed by the rows of the wings: a kind with two parts has the rows
+ * of the first, then the rows of the second. */
 #include "constraints/kinds/kind.h"
 #include "base/wings.h"
 #include "dynamics/kinematics/link_tree.h"

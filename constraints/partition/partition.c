@@ -488,7 +488,7 @@ static int gather(kmp_row_links *x, const kmp_pattern *j, const double *jacobian
     return entries;
 }
 
-/* The largest scaled entry of a row, of all its columns or of those that no other row of the group has. */
+/* The largest scaled entry of a row, of all its columns or of the columns that no other row of the group has. */
 static double largest_entry(const kempe_system *s, const double *jacobian, const kmp_row_links *x, int row, bool own)
 {
     double most = 0;
@@ -507,8 +507,8 @@ static void count_columns(const kempe_system *s, const double *jacobian, const k
             x->shared[s->jacobian.col[e]] += by;
 }
 
-/* True if the first of the gathered rows is independent by its pattern alone: a row with a column of its own takes part
- * in no dependence, and is set aside; so are then those that shared columns with it alone. The first row can be set
+/* True if the first of the gathered rows is independent only by its pattern: a row with a separate column takes part
+ * in no dependence, and is set aside; so are then the rows that shared columns only with it. The first row can be set
  * aside after others, as where contacts form chains. Pivots would be about the parts of the rows' largest entries. */
 static bool stands_alone(const kempe_system *s, const double *jacobian, const kmp_row_links *x, int rows)
 {

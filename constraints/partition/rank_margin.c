@@ -176,7 +176,7 @@ static double find_w(kmp_rank_margin *margin)
     return outside / inside;
 }
 
-/* Computes T. A dropped row depends only on rows of its own loops. */
+/* Computes T. A dropped row depends only on rows of its loops. */
 static void find_t(kmp_rank_margin *margin)
 {
     kmp_rank_margin_view *need = &margin->now;
@@ -345,7 +345,7 @@ bool kmp_rank_margin_unwatched(const kmp_rank_margin *margin)
  * that point from zero; the cosine of the angle by which w has turned. */
 typedef struct line {
     double before, when, closest, cosine; /* before: |w| at the last step's end */
-    bool known;                           /* the null vector z is that of the last step's end */
+    bool known;                           /* the null vector z belongs to the last step's end */
 } line;
 
 static line line_of(const kmp_rank_margin *margin)
@@ -422,7 +422,7 @@ static void exchange_views(kmp_rank_margin *margin)
     margin->stood = now;
 }
 
-/* Computes the full margin of the last step's end, which had a quick test alone. */
+/* Computes the full margin of the last step's end, which had only a quick test. */
 static void catch_up(kmp_rank_margin *margin)
 {
     if (!margin->stands || margin->seen)

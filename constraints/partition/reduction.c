@@ -215,7 +215,7 @@ INLINE void reduce_dense(kmp_reduction *red)
     }
 }
 
-/* The reduced mass and its factor, from M and X alone. */
+/* The reduced mass and its factor, only from M and X. */
 INLINE void factor_mass(kmp_reduction *red)
 {
     if (is_tree(red)) {
@@ -346,7 +346,7 @@ static void answer_moving(void *self, const double *bias, bool change, double *l
     kmp_reduction_pull(red, red->force, lambda);
 }
 
-/* Multipliers for forces that depend on them, with given accelerations, those in mx. */
+/* Multipliers for forces that depend on them, with given accelerations, in mx. */
 static void answer_given(void *self, const double *bias, bool change, double *lambda)
 {
     kmp_reduction *red = self;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Every loop goes over the entries that are not zero for every state, and does one operation on all lanes. The order of
- * elimination is that of complete pivoting of the scaled Jv at one state; where its multipliers become large in a lane,
- * the caller must take another one. */
+ * elimination is the order of complete pivoting of the scaled Jv at one state; where its multipliers become large in a
+ * lane, the caller must take another one. */
 #include "constraints/partition/reduction_lanes.h"
 #include "base/clones.h"
 #include "base/simd4.h"

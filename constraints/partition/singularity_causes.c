@@ -154,8 +154,8 @@ static double change_of(const kmp_reduction *red, const double *s, int i)
     return x / scale[i];
 }
 
-/* Names the coordinates that move together: each alone may move a mass, as in a gimbal whose outer axes are parallel.
- * The first body that they move is without mass; further ones may stand still. */
+/* Names the coordinates that move together: each by itself may move a mass, as in a gimbal whose outer axes are
+ * parallel. The first body that they move is without mass; further ones may rest. */
 static void name_motion(const kmp_reduction *red, const double *s, kmp_text *why)
 {
     const kempe_model *model = red->eval->system->model;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Sets of coordinates are rows of bits. The order of elimination is that of least degree (Tinney and Walker 1967;
+/* Sets of coordinates are rows of bits. The order of elimination is the order of least degree (Tinney and Walker 1967;
  * George and Liu, SIAM Review 31 (1989) 1). */
 #include "constraints/partition/sparse_tangent.h"
 #include "base/clones.h"
@@ -110,11 +110,11 @@ typedef struct finder {
     kmp_sparse_tangent *z;
     const kmp_reduction *red;
     sets reach;   /* of each block of Jv: the u that move its v */
-    sets coupled; /* of each u: those that the reduced mass couples with it */
+    sets coupled; /* of each u: the coordinates that the reduced mass couples with it */
     sets factor;  /* of each position: the later ones in its column of the factor */
 } finder;
 
-/* The u of each block: those of its rows, and of later blocks in these rows. */
+/* The u of each block: the coordinates of its rows, and of later blocks in these rows. */
 static bool find_reach(finder *f)
 {
     kmp_sparse_tangent *z = f->z;
@@ -148,7 +148,8 @@ static bool find_reach(finder *f)
     return true;
 }
 
-/* The independent coordinates that move coordinate i: itself, or those that move its block. `own` has room for one. */
+/* The independent coordinates that move coordinate i: itself, or the coordinates that move its block. `own` has room
+ * for one. */
 static const uint64_t *moved_by(const finder *f, sets own, int i)
 {
     const int place = f->red->place[i];
@@ -222,7 +223,7 @@ static bool list_mass(kmp_sparse_tangent *z, const kmp_pattern *m)
     return true;
 }
 
-/* Pairs of u that the reduced mass couples: those that move a coordinate, with those that move a row of M X. */
+/* Pairs of u that the reduced mass couples: the ones that move a coordinate, with the ones that move a row of M X. */
 static bool find_coupled(finder *f)
 {
     kmp_sparse_tangent *z = f->z;
@@ -357,7 +358,7 @@ static bool list_mass_times_x(kmp_sparse_tangent *z, sets reach_fours)
     return list_all(z, fours, z->n, fours_of(z), true, &z->mx_runs);
 }
 
-/* Tiles of the factor, of four rows and columns, with those that elimination by tiles fills. */
+/* Tiles of the factor, of four rows and columns, with the tiles that elimination by tiles fills. */
 static bool list_tiles(finder *f)
 {
     kmp_sparse_tangent *z = f->z;

@@ -80,7 +80,7 @@ static void keep_copy(const kempe_system *s, kmp_program_cache_name name, const 
 
 /* -- cache --------------------------------------------------------------------------------------------- */
 
-/* True if the numbers are those of this program. */
+/* True if the numbers belong to this program. */
 static bool is_sound(const kempe_system *s, const kmp_program_record *record)
 {
     int outputs = record->program ? record->program->outputs[record->program->stages] : 0;

@@ -148,7 +148,7 @@ static bool import(kmp_program_writer *w, int stages)
     return true;
 }
 
-/* As kmp_writer_import, of the closures alone. */
+/* As kmp_writer_import, only of the closures. */
 static bool writer_import_closure(kmp_program_writer *w)
 {
     return import(w, KMP_STAGE_CLOSURE + 1);
@@ -353,9 +353,9 @@ bool kmp_writer_machine_applies(kmp_writer_machine *w)
     return !kmp_writer_machine_is_stale(w) && (w->eval->frozen || w->eval->system->events.count == 0);
 }
 
-/* Expressions for Jv^-1, block by block from the last to the first. The order of elimination in a block is that of
- * complete pivoting at the state where the program is written; bounds of the multipliers tell at other states where it
- * fails. */
+/* Expressions for Jv^-1, block by block from the last to the first. The order of elimination in a block is the order
+ * of complete pivoting at the state where the program is written; bounds of the multipliers tell at other states where
+ * it fails. */
 
 /* A diagonal block: its matrix, then its factors; rows in the order of elimination. */
 struct kmp_writer_block {

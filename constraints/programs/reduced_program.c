@@ -34,7 +34,7 @@ typedef struct maker {
     kmp_ref *ma;             /* n: M a0, where the source has products and forces are written */
     int loads, *load;        /* load rows in the partition: positions among its rows */
     kmp_ref *nu;             /* of these: the multipliers that C has, */
-    kmp_ref *residual;       /* those that follow from C less these, */
+    kmp_ref *residual;       /* accelerations that follow from C less these, */
     kmp_ref *newton;         /* and the step to their solution */
     kmp_ref *column;         /* r x r: of Jv^-1, by independent rows, where they are needed */
     kmp_ref *lambda;         /* r */
@@ -659,7 +659,7 @@ static kempe_status build_program(kmp_reduced_program **out, const kmp_reduction
     *out = f;
     if (by_saddle)
         return KEMPE_OK;
-    /* The signs of blocks by those of their pivots. */
+    /* The signs of blocks by the signs of their pivots. */
     const double *end = kmp_machine_run(f->made.machine, KMP_REDUCED_PROGRAM_END);
     (void)find_signs(f, end + f->layout.multipliers, f->signs);
     if (red->r > 0)

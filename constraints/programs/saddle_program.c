@@ -26,7 +26,7 @@
  *
  *     [M J'; J 0] (qdd; -lambda) = (-C; -jdqd),
  *
- * in which each multiplier is eliminated after its coordinates: its pivot is that of -S. By articulated bodies the
+ * in which each multiplier is eliminated after its coordinates: its pivot is the pivot of -S. By articulated bodies the
  * motion program has the solution. */
 
 /* A way to solve, before anything is written. */
@@ -313,7 +313,7 @@ static kmp_program *write_program(maker *k)
     kmp_writer_add_efforts(&k->w);
     if (!(k->plan.by_bodies ? take_solution(k) : write_solution(k)))
         return NULL;
-    /* Power of all that does work besides the potential: -lambda' h_t is that of moving closures. */
+    /* Power of all that does work besides the potential: -lambda' h_t is the power of moving closures. */
     k->power = k->w.power;
     for (int i = 0; k->s->force && i < k->n; i++) {
         kmp_ref rate = kmp_writer_rate(&k->w, k->red ? k->part : NULL, i);
@@ -410,9 +410,10 @@ bool kmp_saddle_program_write(const kmp_evaluator *eval, const kmp_saddle_progra
     return true;
 }
 
-/* Cost of making the program, in operations for each of its own: measured by bench/bench_evaluations.c, 450 to 1200. */
+/* Cost of making the program, in operations for each operation of the program: measured by bench/bench_evaluations.c,
+ * 450 to 1200. */
 #define MAKING 700.0
-/* Fewer evaluations than this are those of some dozen steps, which nearly every run takes. */
+/* Fewer evaluations than this belong to some dozen steps, which nearly every run takes. */
 #define AT_ONCE 200.0
 
 struct kmp_saddle_program {
@@ -606,7 +607,7 @@ kempe_status kmp_saddle_program_write_nearby(const kmp_saddle_program *program, 
 }
 
 /* Accelerations and multipliers near the place of known factors: one residual, one solution, no factors. The residual
- * is that of Newton and Euler's equations with J' lambda, shorter than M qdd + C - J' lambda. */
+ * is taken from Newton and Euler's equations with J' lambda, shorter than M qdd + C - J' lambda. */
 
 typedef struct writer {
     const kmp_evaluator *eval;

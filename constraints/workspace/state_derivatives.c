@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Exact derivatives of accelerations and multipliers at a state of the public workspace, by the implicit-function
  * theorem on M qdd + C = Q + J' lambda and J qdd + jdqd = 0: each direction is one more solution with the factors of
- * the state. Along closed motions the change of all coordinates follows that of the independent ones first
+ * the state. Along closed motions the change of all coordinates follows the change of the independent ones first
  * (constraints/partition/small_change.h). */
 #include "constraints/partition/small_change.h"
 #include "constraints/workspace/state_workspace.h"
@@ -121,7 +121,18 @@ static void derive_closed(kempe_workspace *ws, const double *tangents, const kem
     }
 }
 
-/* -- the call ---------------------------------------------------------------------------------------- */
+/* -- the calls --------------------------------------------------------------------------------------- */
+
+/* Reports the first argument that is NULL; false: there is one. */
+static bool all_given(kempe_workspace *ws, int count, const void *const *given, const char *const *names)
+{
+    for (int k = 0; k < count; k++)
+        if (!given[k]) {
+            (void)kmp_workspace_fail(ws, KMP_MISSING, names[k]);
+            return false;
+        }
+    return true;
+}
 
 kempe_status kempe_workspace_forward_derivatives(kempe_workspace *ws, double t, const double *q, const double *qd,
                                                  const double *Q, double *qdd, double *lambda,
@@ -130,11 +141,8 @@ kempe_status kempe_workspace_forward_derivatives(kempe_workspace *ws, double t, 
     KMP_WANTED(NULL, ws, "workspace");
     const void *const given[] = {q, qd, qdd, out};
     static const char *const names[] = {"q", "qd", "qdd", "out"};
-    for (int k = 0; k < 4; k++)
-        if (!given[k]) {
-            (void)kmp_workspace_fail(ws, KMP_MISSING, names[k]);
-            return KEMPE_E_ARGUMENT;
-        }
+    if (!all_given(ws, 4, given, names))
+        return KEMPE_E_ARGUMENT;
     if (!ws->derivatives.made) {
         (void)kmp_workspace_fail(ws, "derivatives are not prepared: call kempe_workspace_add_derivatives first");
         return KEMPE_E_ARGUMENT;
@@ -161,4 +169,37 @@ kempe_status kempe_workspace_forward_derivatives(kempe_workspace *ws, double t, 
     if (lambda)
         memcpy(lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *lambda);
     return KEMPE_OK;
+}
+
+/* The places of a state in rows of `size` numbers each. */
+static double *place_of(double *rows, int size, int state)
+{
+    return rows ? rows + (ptrdiff_t)size * state : NULL;
+}
+
+kempe_status kempe_workspace_derivative_states(kempe_workspace *ws, int count, const double *t, int t_step,
+                                               const double *q, const double *qd, const double *Q, double *qdd,
+                                               double *lambda, const kempe_workspace_derivatives *rows, int *failed)
+{
+    KMP_WANTED(NULL, ws, "workspace");
+    const void *const given[] = {t, q, qd, qdd, rows};
+    static const char *const names[] = {"t", "q", "qd", "qdd", "rows"};
+    if (!all_given(ws, 5, given, names))
+        return KEMPE_E_ARGUMENT;
+    const int n = ws->n, m = ws->m, p = kempe_workspace_independent_count(ws);
+    kempe_status status = KEMPE_OK;
+    int k = 0;
+    for (; k < count && status == KEMPE_OK; k++) {
+        const ptrdiff_t at = (ptrdiff_t)k * n;
+        const kempe_workspace_derivatives out = {
+            place_of(rows->qdd_q, n * n, k),    place_of(rows->qdd_qd, n * n, k),    place_of(rows->qdd_Q, n * n, k),
+            place_of(rows->lambda_q, m * n, k), place_of(rows->lambda_qd, m * n, k), place_of(rows->lambda_Q, m * n, k),
+            place_of(rows->udd_u, p * p, k),    place_of(rows->udd_ud, p * p, k),    place_of(rows->udd_Q, p * n, k),
+            place_of(rows->q_u, n * p, k),      place_of(rows->qd_u, n * p, k)};
+        status = kempe_workspace_forward_derivatives(ws, t[t_step ? k : 0], q + at, qd + at, Q ? Q + at : NULL,
+                                                     qdd + at, place_of(lambda, m, k), &out);
+    }
+    if (failed)
+        *failed = status == KEMPE_OK ? -1 : k - 1;
+    return status;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The public workspace. Evaluation and accelerations are those of runs: by articulated bodies if that costs less, or on
- * the independent rows and coordinates of the start while these are good. Otherwise the saddle system on rows of the
- * present state is solved. Closing is by least changes. */
+/* The public workspace. Evaluation and accelerations are the same as in runs: by articulated bodies if that costs less,
+ * or on the independent rows and coordinates of the start while these are good. Otherwise the saddle system on rows of
+ * the present state is solved. Closing is by least changes. */
 #include "constraints/workspace/state_workspace.h"
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
@@ -491,8 +491,8 @@ kempe_status kempe_workspace_close(kempe_workspace *ws, double t, double *q, dou
 }
 
 /* The equations, and accelerations by them, at many states. The motion program runs at a group of states in the lanes
- * of vector registers, with the bits that it has at each of them alone. States that remain, and all states of models
- * with conditions, forces that depend on multipliers or a user-defined force, are evaluated one at a time. */
+ * of vector registers, with the bits that it has at each of them separately. States that remain, and all states of
+ * models with conditions, forces that depend on multipliers or a user-defined force, are evaluated one at a time. */
 
 /* States before the lanes are prepared. Writing their machine code takes as long as 230 to 480 evaluations (four-bar to
  * suspension), and each state in lanes then saves half of one. */

@@ -28,9 +28,9 @@ typedef struct kempe_comfort_options {
 
 typedef struct kempe_comfort kempe_comfort;
 
-/** Runs the model and judges its accelerations, in windows of 5 s. KEMPE_E_ARGUMENT: a name or number is wrong, there
- * is no acceleration, or the run is shorter than a window. KEMPE_E_FAILED, KEMPE_STOPPED: the run did not reach its
- * end. */
+/** Runs the model and evaluates its accelerations, in windows of 5 s. KEMPE_E_ARGUMENT: a name or number is wrong,
+ * there is no acceleration, or the run is shorter than a window. KEMPE_E_FAILED, KEMPE_STOPPED: the run did not reach
+ * its end. */
 KEMPE_API kempe_status kempe_comfort_new(const kempe_system *system, const kempe_comfort_options *options,
                                          kempe_comfort **comfort);
 KEMPE_API void kempe_comfort_free(kempe_comfort *comfort);

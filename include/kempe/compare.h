@@ -36,7 +36,7 @@ KEMPE_API kempe_status kempe_comparison_print(const kempe_comparison *comparison
  * tolerance. "levels", the methods at equal error: formulation, form, integrator, linear solver, error; rtol, cpu_s,
  * ratio to the fastest, steps and evaluations, unknown where a method does not attain the error. "bodies", the models
  * of flexible bodies: their word, status, reason, coordinates, steps, cpu_s, build_s; the output with the largest error
- * over the range of its unit, that error, and this part. KEMPE_E_ARGUMENT: another name. */
+ * over the range of its unit, that error, this part, and the unit. KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_comparison_table(const kempe_comparison *comparison, const char *name,
                                               kempe_table **table);
 

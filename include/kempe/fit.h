@@ -72,11 +72,11 @@ KEMPE_API int kempe_fit_rank(const kempe_fit *fit);
 KEMPE_API kempe_status kempe_fit_print(const kempe_fit *fit, kempe_format format, char **text);
 
 /** Tables, to be freed with kempe_table_free. KEMPE_E_ARGUMENT: another name.
- * "parameters": parameter, value, error, low, high, start, lower, upper (SI) and state: "", "lower", "upper" (at that
- * bound), "open" (not determined by the data). "correlation": parameter, and a column for each parameter. "columns":
- * column, count, rms (of the residuals), deviation (the one of the weights); in SI. "rows": t, and for each column the
- * fitted motion, COLUMN.measured, and COLUMN.residual, measured less fitted; with several data files first `file`, its
- * number. "first": those rows of the first file. */
+ * "parameters": parameter, value, error, low, high, start, lower, upper, state: "", "lower", "upper" (at that bound),
+ * "open" (not determined by the data); unit of these numbers, "": SI. "correlation": parameter, and a column for each
+ * parameter. "columns": column, count, rms (of the residuals), deviation (the one of the weights), unit. "rows": t, and
+ * for each column the fitted motion, COLUMN.measured, and COLUMN.residual, measured less fitted; with several data
+ * files first `file`, its number. "first": those rows of the first file. */
 KEMPE_API kempe_status kempe_fit_table(const kempe_fit *fit, const char *name, kempe_table **table);
 
 /** Writes a self-contained HTML page: the mechanism moving with the estimates, the fitted motion with the data,

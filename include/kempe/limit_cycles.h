@@ -9,7 +9,7 @@
  *
  * A cycle is a start x and a period T with y(T; x, p) = x. Newton's method finds both with exact derivatives of the
  * motion, and the branch of cycles is followed by its length, so that folds are passed. Eigenvalues of dy/dx (Floquet's
- * multipliers) decide stability. See R. Seydel, Practical Bifurcation and Stability Analysis, 2010.
+ * multipliers) determine stability. See R. Seydel, Practical Bifurcation and Stability Analysis, 2010.
  */
 #ifndef KEMPE_LIMIT_CYCLES_H
 #define KEMPE_LIMIT_CYCLES_H

@@ -59,10 +59,10 @@ KEMPE_API const char *kempe_optimum_method(const kempe_optimum *optimum);
 KEMPE_API kempe_status kempe_optimum_print(const kempe_optimum *optimum, kempe_format format, char **text);
 
 /** Tables, to be freed with kempe_table_free. KEMPE_E_ARGUMENT: another name.
- * "parameters": parameter, value, start, lower, upper (SI), state: "", "lower", "upper" (at that bound). "limits":
- * limit, value, bound, state: "", "broken". "starts", a row for each search: search, quantity, broken (the largest part
- * by which a limit is not kept), evaluations, refused, outcome, the parameters. "history", a row for each evaluation:
- * evaluation, search, quantity, broken, best. */
+ * "parameters": parameter, value, start, lower, upper, state: "", "lower", "upper" (at that bound), unit; "": SI.
+ * "limits": limit, value, bound, state: "", "broken", unit. "starts", a row for each search: search, quantity, broken
+ * (the largest part by which a limit is not kept), evaluations, refused, outcome, the parameters. "history", a row for
+ * each evaluation: evaluation, search, quantity, broken, best. */
 KEMPE_API kempe_status kempe_optimum_table(const kempe_optimum *optimum, const char *name, kempe_table **table);
 
 /** Writes a self-contained HTML page: the mechanism moving with the parameters of the optimum, its outputs over

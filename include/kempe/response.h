@@ -45,7 +45,7 @@ KEMPE_API kempe_status kempe_response_print(const kempe_response *response, kemp
  * "rows": frequency, Hz; OUTPUT/INPUT.amplitude and OUTPUT/INPUT.phase, degrees, of each pair, unknown at an undamped
  * pole, which has no steady-state response.
  * "peaks", the maxima of amplitudes inside the range: input, output; frequency; amplitude, infinite at an undamped
- * pole; phase, degrees; gain, the amplitude over the static amplitude. */
+ * pole; phase, degrees; gain, the amplitude over the static amplitude; unit of the amplitude. */
 KEMPE_API kempe_status kempe_response_table(const kempe_response *response, const char *name, kempe_table **table);
 
 /** Draws amplitudes and phases over the frequency, .svg or .png (table.h). */

@@ -58,7 +58,7 @@ KEMPE_API kempe_status kempe_sensitivity_print(const kempe_sensitivity *sensitiv
 /** Tables, to be freed with kempe_table_free. KEMPE_E_ARGUMENT: another name.
  * "rows": t of a trajectory, otherwise "row"; then each differentiated quantity, such as q.rocker or position.b.P.x,
  * followed by its derivatives by the parameters, q.rocker/PARAMETER.
- * "parameters": parameter, its name; value, SI. */
+ * "parameters": parameter, its name; value, unit; "": SI. */
 KEMPE_API kempe_status kempe_sensitivity_table(const kempe_sensitivity *sensitivity, const char *name,
                                                kempe_table **table);
 

@@ -113,7 +113,7 @@ KEMPE_API kempe_status kempe_workspace_forward_states(kempe_workspace *workspace
 KEMPE_API int kempe_workspace_independent_count(const kempe_workspace *workspace);
 KEMPE_API const int *kempe_workspace_independent(const kempe_workspace *workspace);
 
-/** Places for derivatives, column-major; NULL: not wanted. p is the number of independent coordinates.
+/** Places for derivatives, column-major; NULL: not required. p is the number of independent coordinates.
  *
  * In all coordinates, as functions of q, qd and Q that need not close the loops: from M qdd + C = Q + J' lambda and
  * J qdd + jdqd = 0 by the implicit-function theorem.
@@ -132,13 +132,21 @@ typedef struct kempe_workspace_derivatives {
  * message: the model has contacts, or forces that depend on multipliers. KEMPE_E_MEMORY. */
 KEMPE_API kempe_status kempe_workspace_add_derivatives(kempe_workspace *workspace);
 
-/** Accelerations qdd (n), multipliers lambda (m; NULL: not wanted) and their exact derivatives, for constant inputs and
- * the present conditions of the model; a user-defined force is differentiated by differences. After
+/** Accelerations qdd (n), multipliers lambda (m; NULL: not required) and their exact derivatives, for constant inputs
+ * and the present conditions of the model; a user-defined force is differentiated by differences. After
  * kempe_workspace_add_derivatives; no allocation. KEMPE_E_ARGUMENT: not prepared. KEMPE_E_FAILED, with the reason: as
- * kempe_workspace_forward_dynamics; derivatives by u are wanted where u does not describe the motion. */
+ * kempe_workspace_forward_dynamics; derivatives by u are requested where u does not describe the motion. */
 KEMPE_API kempe_status kempe_workspace_forward_derivatives(kempe_workspace *workspace, double t, const double *q,
                                                            const double *qd, const double *Q, double *qdd,
                                                            double *lambda, const kempe_workspace_derivatives *out);
+
+/** The same at `count` states, with rows of the sizes above for each state; arguments as in
+ * kempe_workspace_forward_states. Ends at the first state that fails, with its status. *failed (may be NULL): that
+ * state; -1: none. */
+KEMPE_API kempe_status kempe_workspace_derivative_states(kempe_workspace *workspace, int count, const double *t,
+                                                         int t_step, const double *q, const double *qd, const double *Q,
+                                                         double *qdd, double *lambda,
+                                                         const kempe_workspace_derivatives *rows, int *failed);
 
 /** Closes the loops at t: changes q, and then qd (NULL: not required), as little as possible. Coordinates with hold[i]
  * not 0 (n; NULL: none) keep q and qd. KEMPE_E_FAILED, q and qd untouched: the loops cannot be closed from here. */

@@ -4,8 +4,8 @@
 #include <string.h>
 
 enum {
-    MOST_LOOKS = 100000, /* evaluations in one step, without those that narrow a change */
-    FEW_LOOKS = 256,     /* the same after a step in which so many have not decided */
+    MOST_LOOKS = 100000, /* evaluations in one step, without the ones that narrow a change */
+    FEW_LOOKS = 256,     /* the same after a step in which this number of evaluations has not decided */
     ZERO_FROM = 5,       /* number of halvings from which a condition that is exactly zero at three points counts as
                           * constantly zero */
     CONSTANT_FROM = 2    /* likewise one that is the same at three points but for rounding, by cancellation */
@@ -103,8 +103,8 @@ static bool stays_by_cancellation(const kmp_piece_search *s, int k, const kmp_st
            r.high - r.low < INFINITY;
 }
 
-/* Decides open conditions: those that need a third point if the piece has one, otherwise the others. Returns true if
- * any is still open. */
+/* Decides open conditions: conditions that need a third point if the piece has one, otherwise the others. Returns true
+ * if any is still open. */
 static bool find_open(kmp_piece_search *s, int depth, const kmp_step_piece *p)
 {
     int count = s->conditions;

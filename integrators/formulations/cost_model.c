@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Counted cycles of an evaluation: linear in its operations, with constants that were fitted once. Choices by cost
- * thereby depend on the model alone, never on the machine or its load. */
+ * thereby depend only on the model, never on the machine or its load. */
 #include "integrators/formulations/cost_model.h"
 #include "backend/x86/x86.h"
 #include "constraints/evaluation/stage_lanes.h"
@@ -72,7 +72,7 @@ double kmp_cycles_ratio(const kmp_ode *ode, double rtol, double length)
     double sweep = ode->cycles_of_lanes + KMP_SWEEP_CYCLES_OF_UNKNOWN * n;
     double one = cycles_of_stage(ode);
     double sweeps = SWEEPS + (dependent > 0 ? DEPENDENT : 0) + MANY_DEPENDENT * fmin(1, dependent / 20);
-    /* Steps of dop853 over those of radau at equal error, by the tolerance: the estimates are of orders 8 and 7, and
+    /* Steps of dop853 over steps of radau at equal error, by the tolerance: the estimates are of orders 8 and 7, and
      * radau's is compared with another power of it (collocation.c). */
     double steps = fmax(1, 0.6 - 0.235 * log10(rtol));
     return (sweeps * sweep + KMP_STEP_CYCLES + one) / (STAGES * one * steps) * (1 + FIRST_STEPS / length);

@@ -12,7 +12,7 @@
  *   the integrator radau hddot = 0 with a projection after each step
  * - index3: h = 0, for teaching: accelerations and multipliers lose most digits, and below rtol 1e-10 it fails
  *
- * Rows between rates (kmp_row.of_rates) have no h: where a group has h alone, mu = 0 takes its place.
+ * Rows between rates (kmp_row.of_rates) have no h: where a group has only h, mu = 0 takes its place.
  *
  * Weights exclude multipliers from every error norm: the first steps are tiny, the condition of the iteration matrix
  * grows like h^-(index - 1), and corrections of multipliers never fall below rounding times that condition. */
@@ -75,8 +75,8 @@ typedef struct dae {
     double *lambda, *mu; /* m: spread over all rows */
 } dae;
 
-/* Position of v, whose rows are the equations of motion; of the rows of group g, which are those of lambda (0) and mu
- * (1). */
+/* Position of v, whose rows are the equations of motion; of the rows of group g, which belong to lambda (0) and
+ * mu (1). */
 static int at_v(const dae *d)
 {
     return d->n;
@@ -98,13 +98,13 @@ static void add_term(dae *d, int row, int col, int source, bool cj, double facto
     d->term_count++;
 }
 
-/* True for a row without h in a group of h alone. */
+/* True for a row without h in a group of only h. */
 static bool is_without_place(const dae *d, int g, int row)
 {
     return d->s->rows[row].of_rates && d->form.weight[g][1] == 0 && d->form.weight[g][2] == 0;
 }
 
-/* J is the derivative of h by q, of J v by v, of hddot by v', and transposed that by the multipliers. */
+/* J is the derivative of h by q, of J v by v, of hddot by v', and transposed the derivative by the multipliers. */
 static void add_jacobian(dae *d, const kmp_tangent *e, int at)
 {
     bool cj = d->form.integrated;
@@ -386,7 +386,8 @@ static kempe_status prepare(dae *d, const form *chosen, const kmp_formulation_st
     return KEMPE_OK;
 }
 
-/* Solved for accelerations and multipliers at every stage, the equations are those of the projected formulation. */
+/* Solved for accelerations and multipliers at every stage, the equations are the equations of the projected
+ * formulation. */
 static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)
 {
     if (!start->dae)

@@ -2,11 +2,11 @@
 /* The projected formulation: y = (q, qd[, work]); accelerations from the saddle system, by the saddle program
  * (constraints/programs/saddle_program.h) where there is one and its pivots are good. After each accepted step q and qd
  * return to the closures along the mass-orthogonal direction, by one simplified Newton step with the present factors.
- * It needs no choice of u. The independent rows are those of the start; dropped ones are monitored.
+ * It needs no choice of u. The independent rows are determined at the start; dropped ones are monitored.
  *
  * These unknowns also serve to step across a change point. An integrator that chooses where to evaluate
- * (singular_step.h) then has each state closed first: off the closures accelerations are not those of the motion if J
- * is near to losing a row. */
+ * (singular_step.h) then has each state closed first: off the closures accelerations differ from the motion's if
+ * J is near to losing a row. */
 #include "integrators/formulations/projected.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/stage_lanes.h"
@@ -42,7 +42,7 @@ typedef struct projected {
     const double *of_run;  /* outputs of the last run of `stages`, whose factors `near` does not have; NULL: it has */
     double cycles_near;    /* of a run of `near`; 0: there is none */
     bool may_write;        /* programs may be made between steps */
-    bool is_near;          /* the factors in `near` are those of the last run of `stages` */
+    bool is_near;          /* the factors in `near` belong to the last run of `stages` */
     long sweeps;           /* runs of `stages` without that program */
     bool lanes;            /* the integrator uses them */
     bool by_mass;          /* the last row was closed by M in place of articulated bodies */
@@ -213,7 +213,7 @@ static double scaled_size(const projected *d, const double *x)
 
 /* True if a correction of rates is due to rounding: within KMP_RATE_ROUNDING of the fastest rate. A light body between
  * heavy ones that passes its dead centre quickly makes J qd round off that much. Near a loss of rank, h that is `open`
- * by rounding alone moves q by dx = h / sigma, and J along the lost row by as much. Rates that are right at q then have
+ * only by rounding moves q by dx = h / sigma, and J along the lost row by as much. Rates that are right at q then have
  * a relative error of dx / sigma = dx^2 / h at q + dx. */
 static bool is_rounding(projected *d, double t, double open, const double *dqd, const double *qd)
 {

@@ -53,7 +53,7 @@ static int dead_centre(kmp_reduced *d, double t, const char *sign, int v, int u)
     return KMP_HALT;
 }
 
-/* The right-hand side is a function of u alone where v is closed for it. An integrator that restarts at each exchange
+/* The right-hand side is a function of only u where v is closed for it. An integrator that restarts at each exchange
  * would lose more than it gains. */
 static double exchange_limit(const kmp_reduced *d, bool of_user)
 {
@@ -404,7 +404,7 @@ static double reduced_drive_power(kmp_reduced *d)
 /* An evaluation of the newton form by the program: corrections of the predicted v until the rest of
  * the program, which is evaluated at the corrected v, finds it closed. The correction that is left there tests that. */
 
-/* The largest component of a correction of v, in scales and in error weights; infinite where one is not finite. */
+/* The largest component of a correction of v, in scales and in error weights; infinite if an entry is not finite. */
 typedef struct extent {
     double scaled, weighted;
 } extent;
@@ -493,7 +493,7 @@ static inline bool applies(const kmp_reduced *d)
            kmp_reduced_program_applies(d->programs.scalar);
 }
 
-/* Evaluates q, qd and udd at (t, y), and dy. The program gives dy alone. */
+/* Evaluates q, qd and udd at (t, y), and dy. The program gives only dy. */
 static int evaluate_apart(kmp_reduced *d, double t, const double *y, double *dy)
 {
     d->use.evaluations++;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Programs of the reduced formulation for the present choice of u: the program by the reduced mass, or the one by the
- * saddle system where that pays. Those of earlier choices are kept, because a motion returns to them: a rocker that
+ * saddle system where that pays. Programs of earlier choices are kept, because a motion returns to them: a rocker that
  * swings exchanges u at each end. */
 #include "integrators/formulations/reduced_programs.h"
 #include "base/memory.h"

@@ -65,10 +65,10 @@ KMP_LOCAL kmp_box_outcome kmp_friction_minimum(kmp_friction_run *x, const double
     return kmp_disc_minimum(&box, x->partner, x->f, x->y, x->side, x->room);
 }
 
-/* Slip in two directions follows its own direction. From rest it has none yet: a rate in that of its acceleration is
- * added until it has begun. If the reserve is used up gradually, the direction of small rates is stiff; so this rate
- * is larger than what counts as none. It is so large, too, that slip which turns round at the rate of its event has
- * not come back at once.
+/* Slip in two directions follows its own direction. From rest it has none yet: a rate in the direction of its
+ * acceleration is added until it has begun. If the reserve is used up gradually, the direction of small rates is stiff;
+ * so this rate is larger than what counts as none. It is so large, too, that slip which turns round at the rate of its
+ * event has not come back at once.
  *
  * A contact that opens is open from where it is, and slip begins with the rate that it has: what rounding leaves of an
  * overlap, or of a rate against the slip, is none. Decisions about others before its surfaces are apart leave the

@@ -41,7 +41,7 @@ static int friction_grow(kmp_friction_run *x, double t, const double *q, const d
         x->aside[i] = 0;
     }
     for (int j = 0; j < x->count; j++)
-        if (!x->element[j].contact) /* the force of a contact is no friction */
+        if (!x->element[j].contact) /* the force of a contact is not friction */
             KMP_FRICTION_TRY(add_column(x, j, t, q, qd));
     for (int i = 0; i < x->count; i++) {
         *most = x->aside[i] > *growth ? i : *most;
@@ -99,8 +99,8 @@ static void list_contact(kmp_friction_run *x, int i, double rate)
     }
 }
 
-/* An element of friction. That of a closed contact takes part also where it slips, because its force depends on that of
- * the contact. */
+/* An element of friction. The friction of a closed contact takes part also where it slips, because its force depends on
+ * the force of the contact. */
 static void list_friction(kmp_friction_run *x, int i, double rate)
 {
     kmp_friction_element *e = &x->element[i], *base = e->base < 0 ? NULL : &x->element[e->base];
@@ -123,7 +123,7 @@ static void list_friction(kmp_friction_run *x, int i, double rate)
 }
 
 /* The direction of slip that begins, at an event of others: of its rates v and the rates w that are added to them, as
- * in the equations. False: it does not begin, or its own event or an impact decides on it anew. */
+ * in the equations. False: it does not begin, or its own event or an impact decides on it again. */
 static bool goes_on_beginning(const kmp_friction_run *x, kmp_friction_element **pair, const double *v)
 {
     const kmp_friction_element *contact = &x->element[pair[0]->base];
@@ -331,7 +331,7 @@ static int find_matrix(kmp_friction_run *x, double t, const double *q, const dou
 
 /* The guess: the friction before. Elements that were at rest with a given force take all they can of the load of one
  * whose reserve is used up. That of a contact is used up where it has no load, with none to take: the sign of its force
- * is then that of rounding. */
+ * is then due to rounding. */
 static void guess(kmp_friction_run *x)
 {
     int n = x->rest;
@@ -380,8 +380,8 @@ static int find_forces(kmp_friction_run *x, double t)
     return x->site->fail(x->site->self, outcome == KMP_BOX_UNBOUNDED ? KMP_FRICTION_FORCED : KMP_FRICTION_UNDECIDED, t);
 }
 
-/* Largest change of a force from the last pass, x->tried, over the largest force, or over those that accelerate as the
- * motion does: where all of them vanish, as those of a contact that closes without a load, changes are rounding. */
+/* Largest change of a force from the last pass, x->tried, over the largest force, or over forces that accelerate as
+ * the motion does: where all of them vanish, as at a contact that closes without a load, changes are rounding. */
 static double friction_changed(const kmp_friction_run *x)
 {
     double most = 0, size = 0;
@@ -463,8 +463,8 @@ static bool is_at_bound(const kmp_friction_run *x, int i)
     return left <= KMP_FRICTION_TIE * all && x->lower[i] < x->upper[i];
 }
 
-/* True if an element at its bound has no acceleration yet, but begins to slip: its reserve is used up, or that of
- * another element whose load it shares. */
+/* True if an element at its bound has no acceleration yet, but begins to slip: its reserve is used up, or the reserve
+ * of another element whose load it shares. */
 static bool is_exhausted(const kmp_friction_run *x, int i)
 {
     bool with = false;
@@ -474,7 +474,7 @@ static bool is_exhausted(const kmp_friction_run *x, int i)
 }
 
 /* True if another element, friction at rest that has a part of its level left, has the place of element i or a multiple
- * of it. An acceleration of the one alone, as of two feet with straight bars between them, tells that the places
+ * of it. An acceleration of only one of them, as of two feet with straight bars between them, tells that the places
  * differ. A contact whose load is used up stays closed there: it opens with the friction, at one instant. */
 static bool is_kept(const kmp_friction_run *x, int i)
 {
@@ -492,7 +492,7 @@ static bool is_kept(const kmp_friction_run *x, int i)
 }
 
 /* True for a contact that was open, whose surfaces touch without a force: it stays open. Closed, it would open again at
- * once, as the sign of its force is that of rounding. */
+ * once, as the sign of its force is due to rounding. */
 static bool stays_open(const kmp_friction_run *x, int i)
 {
     const kmp_friction_element *e = &x->element[x->which[i]];
@@ -537,7 +537,7 @@ static bool break_away(kmp_friction_run *x)
 
 /* -- modes one after the other ----------------------------------------------------------------------------- */
 
-/* Direction of element k of those at rest in combination `code`; the mode before comes first. */
+/* Direction of element k of the elements at rest in combination `code`; the mode before comes first. */
 static int direction(const kmp_friction_element *e, int code, int k)
 {
     int before = e->was == KMP_FRICTION_SLIPS ? (e->before_sense > 0) - (e->before_sense < 0) : 0;
@@ -615,8 +615,8 @@ static int list_smooth(const kmp_friction_run *x, int *first)
     return count;
 }
 
-/* Regularises the element at rest whose level grows most with friction, of those that permit it. True: there is one,
- * and the modes of all others are to be set again. */
+/* Regularises the element at rest whose level grows most with friction, of the elements that allow it. True: there is
+ * one, and the modes of all others are to be set again. */
 static bool make_smooth(kmp_friction_run *x, double t, const double *q, const double *qd)
 {
     double growth;
@@ -638,7 +638,7 @@ static int enumerate(kmp_friction_run *x, double t, const double *q, const doubl
     int total = 1, first = -1, found = 0;
     x->tried_modes = 0;
     for (int k = 0; k < x->rest; k++)
-        if (x->partner[k] >= 0) /* their directions are no combinations */
+        if (x->partner[k] >= 0) /* their directions are not combinations */
             return friction_complain(x, t, q, qd);
     for (int k = 0; k < x->rest && k < MOST_TRIED; k++)
         total *= 3;
@@ -663,7 +663,7 @@ static int enumerate(kmp_friction_run *x, double t, const double *q, const doubl
         kmp_friction_tell(x, KMP_FRICTION_TELLS_SEVERAL, -1, t, found);
     KMP_FRICTION_TRY(try_modes(x, first, t, q, qd));
     (void)is_consistent(x, first, rate);
-    for (int k = 0; k < x->rest; k++) { /* those that slip break away */
+    for (int k = 0; k < x->rest; k++) { /* the ones that slip break away */
         kmp_friction_element *e = &x->element[x->which[k]];
         e->sense = direction(e, first, k);
         e->broken = e->sense != 0;
@@ -683,7 +683,7 @@ static bool turns_back(const kmp_friction_run *x)
     return false;
 }
 
-/* Solves, with the level of slip for those that break away. */
+/* Solves, with the level of slip for elements that break away. */
 static int solve_modes(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
 {
     x->open = false;
@@ -759,7 +759,7 @@ static int friction_decide(kmp_friction_run *x, double t, const double *q, const
 
 /* The part of their static levels with which friction elements keep a mechanism at rest: the least s for which forces
  * |f| <= s F exist with a + D f = 0. If the forces are unique, they give s. Otherwise s is bracketed, since every
- * larger part suffices as well. Levels that depend on multipliers are those at the forces that are found. */
+ * larger part suffices as well. Levels that depend on multipliers are taken at the forces that are found. */
 
 enum { MOST_DIVISIONS = 60, MOST_HALVINGS = 60 };
 
@@ -776,7 +776,7 @@ static double far_away(const kmp_friction_run *x)
     return FAR_OFF * far;
 }
 
-/* True for a closed contact without friction of its own: its force may be another one, as no level depends on it. */
+/* True for a closed contact without friction: its force may be another one, as no level depends on it. */
 static bool may_push(const kmp_friction_run *x, int i)
 {
     const kmp_friction_element *e = &x->element[x->which[i]];
@@ -911,7 +911,7 @@ KMP_LOCAL int kmp_friction_load(kmp_friction_run *x, double t, const double *q, 
     for (int i = 0; i < x->rest; i++)
         kmp_friction_put(x, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
     KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
-    /* Forces by element in place of by number among those at rest. */
+    /* Forces by element in place of by number among the elements at rest. */
     for (int i = x->count - 1, k = x->rest - 1; i >= 0; i--) {
         bool rests = k >= 0 && x->which[k] == i;
         x->f[i] = rests ? x->f[k] : 0;
@@ -936,7 +936,7 @@ static bool pushes(const kmp_friction_run *x, int i)
     return e->contact && x->f[i] * x->d[i + i * x->rest] > e->still;
 }
 
-/* True if the row of element j comes before that of i: contacts that push first, then by their reserve. */
+/* True if the row of element j comes before the row of i: contacts that push first, then by their reserve. */
 static bool is_before(const kmp_friction_run *x, int j, int i)
 {
     bool first = pushes(x, j), second = pushes(x, i);
@@ -944,7 +944,7 @@ static bool is_before(const kmp_friction_run *x, int j, int i)
     return first != second ? first : a > b || (a == b && j < i);
 }
 
-/* Lists the elements at rest in x->side, which the decision has used: those with the largest reserve first. */
+/* Lists the elements at rest in x->side, which the decision has used: rows with the largest reserve first. */
 static void order_by_reserve(kmp_friction_run *x)
 {
     memset(x->side, 0, (size_t)x->rest * sizeof *x->side);
@@ -956,8 +956,8 @@ static void order_by_reserve(kmp_friction_run *x)
     }
 }
 
-/* Sets the modes of the elements at rest. Rows that others imply are not added: those of the elements with the largest
- * reserve come first. */
+/* Sets the modes of the elements at rest. Rows that others imply are not added: the rows of the elements with the
+ * largest reserve come first. */
 static int set_modes(kmp_friction_run *x, double t, const double *q, double rate)
 {
     if (x->loads) /* levels may fall below forces that are given */
@@ -984,8 +984,8 @@ static int set_modes(kmp_friction_run *x, double t, const double *q, double rate
             KMP_FRICTION_TRY(kmp_friction_adds_row(x, e, t, q, &adds));
         if (adds)
             continue;
-        /* It keeps its force, unless that is rounding: that of all accelerations would exceed a level that is rounding
-         * as well. */
+        /* It keeps its force, unless that is rounding: the scale of all accelerations would exceed a level that is
+         * rounding as well. */
         bool none = e->implied || fabs(x->d[i + i * x->rest] * x->f[i]) <= kmp_friction_rounding(x, i);
         kmp_friction_set_given(x, e, none ? 0 : x->f[i], kmp_friction_still(x) * e->size * rate);
         e->stance = e->implied ? KMP_FRICTION_IDLE : KMP_FRICTION_CARRIED;
@@ -994,7 +994,7 @@ static int set_modes(kmp_friction_run *x, double t, const double *q, double rate
     return 0;
 }
 
-/* Holds those that stay as they are. */
+/* Holds the elements that stay as they are. */
 static int hold_others(kmp_friction_run *x, double t, const double *q)
 {
     bool any = false;
@@ -1076,8 +1076,8 @@ static int decide_and_set(kmp_friction_run *x, double t, double *q, double *qd)
     return status == 0 ? x->site->finish(x->site->self, t, q, qd, x->partly ? x->change : NULL) : status;
 }
 
-/* True if all that stay as they are have a reserve left in the motion that follows. Forces and inertia are then those
- * of a decision of all: it is unique. */
+/* True if all that stay as they are have a reserve left in the motion that follows. Forces and inertia are then the
+ * same as in a decision of all: it is unique. */
 static bool all_stay(const kmp_friction_run *x)
 {
     double most = 0, least = INFINITY;
@@ -1089,8 +1089,8 @@ static bool all_stay(const kmp_friction_run *x)
     return least > KMP_FRICTION_TIE * most;
 }
 
-/* First of those that are connected with what has changed, if they can be decided alone; otherwise, and where that
- * does not leave the others as they are, of all. */
+/* First of the elements that are connected with what has changed, if they can be decided separately; otherwise, and
+ * where that does not leave the others as they are, of all. */
 static int decide_connected(kmp_friction_run *x, double t, double *q, double *qd)
 {
     const size_t n = (size_t)x->n * sizeof *q, elements = (size_t)x->count * sizeof *x->element;

@@ -23,7 +23,7 @@ static void *self_of(const kmp_impact_run *p)
 
 /* -- who takes part -------------------------------------------------------------------------------------- */
 
-/* The places of both components of friction in two directions among those that take part. */
+/* The places of both components of friction in two directions among the elements that take part. */
 static void pair_components(kmp_impact_run *p)
 {
     for (int k = 0; k < p->count; k++) {
@@ -125,8 +125,8 @@ static void move_element(kmp_impact_run *p, int from, int to)
     memcpy(p->way + to * p->n, p->way + from * p->n, size);
 }
 
-/* Finds the changes of the rates by those that strike and all that are connected with them, directly or through others:
- * only these take part. Of the others no rate changes. */
+/* Finds the changes of the rates by the contacts that strike and all that are connected with them, directly or through
+ * others: only these take part. Of the others no rate changes. */
 static int keep_connected(kmp_impact_run *p)
 {
     enum { APART, REACHED, FOUND }; /* p->side */
@@ -166,14 +166,14 @@ static int find_inverse_inertia(kmp_impact_run *p, double t, const double *q)
     return 0;
 }
 
-/* Bounds by the impulses of the last pass, which those of friction follow by a part. */
+/* Bounds by the impulses of the last pass, which the bounds of friction follow by a part. */
 static void bound_impulses(kmp_impact_run *p, double part)
 {
     for (int k = 0; k < p->count; k++) {
         const kmp_friction_element *e = kmp_impact_element(p, k);
         bool rubs = e->base >= 0;
-        if (rubs) {       /* a contact that is held may pull: it stands for impacts to come, with their friction */
-            int base = 0; /* its number among those that take part */
+        if (rubs) {       /* a contact that is held may pull: it represents impacts to come, with their friction */
+            int base = 0; /* its number among the elements that take part */
             while (p->which[base] != e->base)
                 base++;
             const double ratio = kmp_friction_at(p->friction, &p->friction->element[e->base], KMP_ROLE_STATIC);
@@ -193,7 +193,7 @@ static kmp_box_outcome find_minimum(kmp_impact_run *p)
     return kmp_disc_minimum(&box, p->partner, p->f, p->y, p->side, p->room);
 }
 
-/* Rounding of the impulses, relative: that of their rates over what is left of these. It is large where a body has
+/* Rounding of the impulses, relative: the size of their rates over what is left of these. It is large where a body has
  * almost no inertia in one direction. */
 static double rounding(const kmp_impact_run *p)
 {
@@ -339,8 +339,8 @@ static void evaluate_contacts(kmp_impact_run *p, double t, const double *q, cons
 }
 
 /* Ends sequences of impacts whose next one would follow at once. A contact that rebounds takes its rate away. When
- * contacts strike in turn, each throws the others off by a rate that is no more than that of a fall in this time: they
- * stay. */
+ * contacts strike in turn, each throws the others off by a rate that is no more than the rate of a fall in this time:
+ * they stay. */
 static void end_sequences(kmp_impact_run *p, double t, double rate)
 {
     double least = KMP_IMPACT_SPACING * p->friction->site->numbers(self_of(p)).span;

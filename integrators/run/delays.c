@@ -43,7 +43,7 @@ static double *value_of(kmp_runner *run, int k)
 
 /* -- programs ---------------------------------------------------------------------------------------- */
 
-/* Conditions in the signals are those of the run, so that a signal is smooth in each step. */
+/* Conditions in the signals are conditions of the run, so that a signal is smooth in each step. */
 static kempe_status make_program(kmp_delays *x, const kempe_system *s)
 {
     const kempe_model *model = s->model;
@@ -304,7 +304,7 @@ static kempe_status begin_past(kmp_runner *run, double t)
     return KEMPE_OK;
 }
 
-/* A run that continues has the past until then. Without inputs of its own, its delays enter their parts here. */
+/* A run that continues has the past until then. Without separate inputs, its delays enter their parts here. */
 static kempe_status continue_past(kmp_runner *run, double t, const kmp_past *past)
 {
     kmp_delays *x = run->delays;

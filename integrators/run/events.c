@@ -256,7 +256,7 @@ static bool is_placing(const kmp_program_input *in)
     return in->kind == KMP_IN_TIME || in->kind == KMP_IN_Q;
 }
 
-/* The distance of an open contact that depends on places and times alone. */
+/* The distance of an open contact that depends only on places and times. */
 static bool may_be_far(const kmp_event_tracker *c, int k)
 {
     const kmp_condition *condition = &c->s->events.condition[k];
@@ -361,7 +361,7 @@ static int look_alone(void *self, double t)
     return kmp_event_tracker_look(self, t);
 }
 
-/* A distance depends on the place alone, and is looked for at many. */
+/* A distance depends only on the place, and is looked for at many. */
 static int look_for(void *self, double t, int k)
 {
     kmp_event_tracker *c = self;
@@ -425,7 +425,7 @@ static int end_piece(void *self, const kmp_event_probe *a, const kmp_event_probe
 
 static const kmp_piece_site site = {look_at, bind, bound_of, may_change, holds, end_piece};
 
-/* Late conditions have an output in both stages; that of the first stage is zero. */
+/* Late conditions have an output in both stages; the value of the first stage is zero. */
 static void find_outputs(kmp_event_search *s, const kempe_system *system)
 {
     const int *outputs = system->changes->outputs;

@@ -145,7 +145,7 @@ double kmp_friction_span(const kmp_runner *run)
     return run->rate_scale > 0 ? fmin(span, KMP_FRICTION_SPAN / run->rate_scale) : span;
 }
 
-/* A dae meets rates, also those of rows, within the tolerance of its steps alone. */
+/* A dae meets rates, also rates of rows, only within the tolerance of its steps. */
 static kmp_friction_numbers numbers(const void *self)
 {
     const kmp_runner *run = self;
@@ -199,7 +199,8 @@ static int choose_now(kmp_runner *run, double t, const double *q)
     return (int)kmp_runner_choose(run, t, q, -1, NULL, 0);
 }
 
-/* The non-zeros of J as if all elements held their rows where they are. Those of an element do not depend on others. */
+/* The non-zeros of J as if all elements held their rows where they are. The levels of an element do not depend on
+ * others. */
 static const double *all_rows(kmp_runner *run, double t, const double *q)
 {
     struct kmp_held_rows *held = run->held;
@@ -244,7 +245,7 @@ static int adds_alone(kmp_runner *run, double t, const double *q, bool *adds)
     return (int)kmp_partition_adds(run->s, entry, &held->links, held->out, held->last, KMP_FRICTION_RANK, adds);
 }
 
-/* Beside rows that are redundant up to rounding of the model's numbers alone the rank of the whole counts. */
+/* With rows that are redundant up to rounding of the model's numbers only the rank of the whole counts. */
 static int adds_row(void *self, double t, const double *q, bool *adds)
 {
     kmp_runner *run = self;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Workspaces of models with dry friction that sticks. The modes at a state are those of a run that starts there. */
+/* Workspaces of models with dry friction that sticks. The modes at a state are the modes of a run that starts there. */
 #include "constraints/workspace/state_workspace.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/run/friction_state.h"

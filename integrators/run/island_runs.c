@@ -22,7 +22,7 @@ struct kmp_island_systems {
     kmp_arena arena;
     kmp_islands *islands;
     kempe_system **system; /* by parts */
-    int **row;             /* by rows of a part: that of the whole */
+    int **row;             /* by rows of a part: the one of the whole */
 };
 
 static void systems_free(void *made)
@@ -35,7 +35,7 @@ static void systems_free(void *made)
     kmp_free(all);
 }
 
-/* Rows of the whole by those of part i. False: no memory, or a row is not there. `first`: row of each closure. */
+/* Rows of the whole by the rows of part i. False: no memory, or a row is not there. `first`: row of each closure. */
 static bool find_rows(struct kmp_island_systems *all, int i, const kempe_system *whole, const int *first)
 {
     const kempe_system *s = all->system[i];
@@ -196,7 +196,7 @@ static bool take_start(part_runs *all, int i, kempe_assembly *start)
     return true;
 }
 
-/* Runs part i. The reason and the time of the part that ends first are those of the whole. */
+/* Runs part i. The part that ends first gives the reason and the time of the whole. */
 static kempe_status run_part(part_runs *all, int i)
 {
     const kempe_system *s = all->parts->system[i];

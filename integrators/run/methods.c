@@ -176,7 +176,7 @@ static kempe_status resolve_method(const kempe_system *system, kmp_run_spec *spe
         spec->form = or_default(spec->form, model->form);
         spec->integrator = own_form ? or_default(spec->integrator, model->integrator) : spec->integrator;
     }
-    /* A given integrator alone chooses the first form that it fits. */
+    /* A given integrator without a form chooses the first form that it fits. */
     const kmp_solver_kind *solver = spec->integrator ? kmp_solver_find(spec->integrator) : NULL;
     for (int k = 0; solver && !spec->form && k < (int)FORMULATIONS; k++)
         if (strcmp(formulations[k]->formulation, spec->formulation) == 0 && fits(formulations[k], solver))

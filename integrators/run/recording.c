@@ -37,7 +37,7 @@ struct kmp_recording {
     stretch *stretches;
     step *steps;
     int stretch_count, step_count;
-    int present;    /* the stretch that the runner stands in; -1: another one */
+    int present;    /* the stretch that the runner is in; -1: another one */
     const step *at; /* the step whose polynomial the integrator has; NULL: another one */
     kmp_runner *runner;
     double held, most; /* bytes of numbers; most 0: any */

@@ -201,7 +201,7 @@ long kmp_runner_tried(const kmp_runner *run)
     return all.steps + all.rejected + all.refused;
 }
 
-/* Ends a run whose motion explodes; a given bound on steps is that of the user. */
+/* Ends a run whose motion explodes; a given bound on steps is the user's. */
 static kempe_status check_growth(kmp_runner *run, double t)
 {
     const double tried = (double)kmp_runner_tried(run), *y;
@@ -251,7 +251,7 @@ static kempe_status attend(kmp_runner *run)
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }
 
-/* Finds the short intervals of the functions of time. A given longest step is that of the user. */
+/* Finds the short intervals of the functions of time. A given longest step is the user's. */
 static kempe_status find_time_scales(kmp_runner *run)
 {
     const kmp_run_spec *spec = &run->spec;

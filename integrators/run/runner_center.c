@@ -19,7 +19,7 @@
  * singular position. */
 enum { MOST_HALVINGS = 24 };
 
-/* True if a spherical joint has angles other than those of the user. */
+/* True if a spherical joint has other angles than the user's. */
 static bool has_moved(const kmp_runner *run)
 {
     return run->eval->chart_version > 0 && !kmp_charts_are_own(run->s, run->eval->chart);
@@ -159,7 +159,7 @@ static bool resume(kmp_runner *run, double t)
     return true;
 }
 
-/* Centres due joints and those to be centred with them, from q, qd, qdd on. */
+/* Centres due joints and joints to be centred with them, from q, qd, qdd on. */
 static void center(kmp_runner *run, double t, double *q, double *qd, double *qdd)
 {
     for (int c = 0; c < kmp_charts_count(run->s); c++) {

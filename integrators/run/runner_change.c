@@ -70,8 +70,8 @@ static kempe_status runner_end(kmp_runner *run, double t, int condition)
     return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
 }
 
-/* Changes the conditions that the inputs from t on have changed, at the state in run->state; ends the run where one of
- * them says so. */
+/* Changes the conditions that the inputs from t on have changed, at the state in run->state; ends the run if one of
+ * them requires it. */
 static kempe_status runner_take_conditions(kmp_runner *run, double t)
 {
     const double *q = run->state, *qd = q + run->s->n;
@@ -143,12 +143,12 @@ kempe_status kmp_runner_pass(kmp_runner *run, double t, bool *passed)
 /* Multistep methods under inputs that jump. Each restart is at order one, in many short steps whose errors are near the
  * tolerance and add up: with samples every 1 to 50 ms they were 10 to 500 times the tolerance, in two to five times the
  * evaluations of a one-step method, which keeps order and step size. Gear (ACM TOMS 6 (1980) 263) starts multistep
- * methods by Runge-Kutta steps; a history cannot be given to SUNDIALS, so a one-step method stands in until restarts
+ * methods by Runge-Kutta steps; a history cannot be given to SUNDIALS, so a one-step method replaces it until restarts
  * have become rare: an explicit one for Adams, a stiffly accurate one for BDF. */
 
 /* A restart is frequent after fewer steps of the multistep method: its start at order one takes 20 to 35 of them. The
- * multistep method returns after so many steps of the one-step method, which simulate some 100 of its own, and twice as
- * many after each return. */
+ * multistep method returns after this number of steps of the one-step method, which simulate some 100 of its steps, and
+ * twice as many after each return. */
 enum { FREQUENT = 100, QUIET = 24, MOST_DOUBLED = 16 };
 
 kmp_stand_in kmp_runner_stand_in(const kmp_runner *run)
@@ -156,7 +156,7 @@ kmp_stand_in kmp_runner_stand_in(const kmp_runner *run)
     return run->stand_in;
 }
 
-/* At a restart for inputs: true if another integrator shall continue, for which the formulation is made anew. */
+/* At a restart for inputs: true if another integrator is to continue, for which the formulation is made again. */
 static bool runner_relieve(kmp_runner *run, double t)
 {
     long tried = kmp_runner_tried(run), steps = tried - run->restarted;
@@ -207,7 +207,7 @@ enum { PROBES = 10 };
 enum { RESCUE_WAY = 100 };
 
 /* Keeps the closure rows that are in force where the dropped ones depend well on them: others would have other
- * multipliers. J is that at q. */
+ * multipliers. J belongs to q. */
 static void keep_rows(kmp_runner *run)
 {
     (void)kmp_rank_margin_at(&run->margin, run->eval);
@@ -215,8 +215,8 @@ static void keep_rows(kmp_runner *run)
         kmp_partition_take_rows(&run->part, &run->margin.part);
 }
 
-/* Chooses coordinates again at q, as many as at the start, and rows where those in force do not serve or closures have
- * switched; a fixed u is kept. Bvu is that of any rows. */
+/* Chooses coordinates again at q, as many as at the start, and rows where the present ones do not serve or closures
+ * have switched; a fixed u is kept. Bvu belongs to any rows. */
 static kempe_status choose_again(kmp_runner *run, double t, const double *q, bool switched)
 {
     kmp_partition before = run->part;
@@ -235,7 +235,7 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q, boo
     return KEMPE_OK;
 }
 
-/* Continues with the formulation for rows that are chosen anew. `held`: these change because conditions hold others,
+/* Continues with the formulation for rows that are chosen again. `held`: these change because conditions hold others,
  * which may return. */
 static kempe_status restart(kmp_runner *run, double t, bool near_singular, double work, double first_step, bool held)
 {
@@ -274,8 +274,8 @@ static kempe_status step_with_another(kmp_runner *run, double t, bool near_singu
     return run->kind->step(run->solver);
 }
 
-/* Writes the rates of the accelerations to `jerk`, by those in the middle of the last step; zero if these are not
- * available. */
+/* Writes the rates of the accelerations to `jerk`, by the accelerations in the middle of the last step; zero if these
+ * are not available. */
 static void find_jerk(kmp_runner *run, double t, double *jerk)
 {
     int n = run->s->n;
@@ -451,7 +451,7 @@ static kempe_status renew(kmp_runner *run, double t)
     }
 }
 
-/* Removes the rows of friction and contacts, whose modes are decided anew. Small rates of closed contacts that remain
+/* Removes the rows of friction and contacts, whose modes are decided again. Small rates of closed contacts that remain
  * from the integration would make them strike or part. */
 static kempe_status let_go(kmp_runner *run, double t, double *q, double *qd)
 {
@@ -511,7 +511,7 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     } else {
         KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
     }
-    *energy = any ? kmp_eval_kinetic(run->eval, qd) - before - *gain : 0; /* else friction alone has changed */
+    *energy = any ? kmp_eval_kinetic(run->eval, qd) - before - *gain : 0; /* else only friction has changed */
     return KEMPE_OK;
 }
 
@@ -532,16 +532,16 @@ static double energy_of_rest(const kmp_runner *run)
     return kmp_eval_kinetic(run->eval, rates);
 }
 
-/* True if the formulation can go on with other rates where the rows are those before: its equations are explicit, it
- * needs no exact closing of dropped rows, and keeps no unknowns of its own. */
+/* True if the formulation can continue with other rates where the rows are those before: its equations are explicit, it
+ * needs no exact closing of dropped rows, and keeps no further unknowns. */
 static bool goes_on_after_switch(const kmp_runner *run)
 {
     return run->formulation->resume && !run->formulation->keep && !run->spec.kind && !run->yp && !run->near_singular &&
            !kmp_rounding_of(run->s);
 }
 
-/* Switches closures: the state before, then consistent rates. The energy lost in the impact counts as work; one of
- * rounding is no impact. */
+/* Switches closures: the state before, then consistent rates. The energy lost in the impact counts as work; an impact
+ * of rounding size is not an impact. */
 static kempe_status pass_switch(kmp_runner *run, double t)
 {
     double *q = run->state, work, energy, gain;
@@ -629,7 +629,7 @@ static bool gives_switches(const kmp_runner *run)
     return (run->eval->inputs.count > 0 || run->sampler) && run->crossing && run->s->switches;
 }
 
-/* Sampled states and those of events, and the conditions that they change, which may be events of others. A state that
+/* Sampled states and states of events, and the conditions that they change, which may be events of others. A state that
  * changes without end is left as it is after some passes: conditions that change back and forth are reported elsewhere.
  */
 static kempe_status take_discrete(kmp_runner *run, double t)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The integrator of a run. If the user chose none, the reduced formulation begins with the one of less counted time
- * (cost_model.h), and later tries the other: that with more time simulated in a counted cycle continues. A trial is
+ * (cost_model.h), and later tries the other: the one with more time simulated in a counted cycle continues. A trial is
  * part of the run. No clock decides, so the same input has the same result. */
 #include "integrators/run/runner_integrator.h"
 #include "integrators/formulations/cost_model.h"
@@ -12,8 +12,8 @@
 
 #include <math.h>
 
-/* Steps until the first trial, before which the present integrator is measured, and of the trial itself, without those
- * at its beginning. */
+/* Steps until the first trial, before which the present integrator is measured, and of the trial itself, without the
+ * steps at its beginning. */
 enum { FIRST_TRIAL = 200, MEASURED = 40, TRIAL = 12, SETTLE = 3 };
 /* A trial, with what it makes, must cost no more than this part of the rest of the run. Far below
  * this share the first one begins early: an explicit method whose steps are short may be limited by stability. */
@@ -22,7 +22,7 @@ enum { EARLY = 16 };
 /* A successful trial simulates this many times as much in a cycle: at the same tolerance errors of radau are smaller,
  * and are worth 1.3 times the steps of dop853 in the mean over the bench set. */
 static const double BETTER_RADAU = 1, BETTER_DOP853 = 1.4;
-/* Steps of radau over those of dop853 at the beginning of a trial. */
+/* Steps of radau over steps of dop853 at the beginning of a trial. */
 static const double LONGER = 1.5;
 
 bool kmp_runner_is_followed(const kmp_runner *run)
@@ -107,9 +107,9 @@ static double rest_over(const kmp_runner *run, double begin, double t)
     return (run->spec.t_end - t) / (t - begin);
 }
 
-/* True if lanes have saved what it takes to make them, or would have, since so many cycles at a time. The time that the
- * present unknowns have lasted is the forecast of how long they, or the next ones, will last, at most to the end of the
- * run. */
+/* True if lanes have saved what it takes to make them, or would have, since this number of cycles at a time. The time
+ * that the present unknowns have lasted is the forecast of how long they, or the next ones, will last, at most to the
+ * end of the run. */
 static bool lanes_pay_since(const kmp_runner *run, double cycles, double t)
 {
     const kmp_integrator_choice *c = &run->choice;
@@ -132,7 +132,7 @@ static bool give_up_trial(kmp_runner *run)
     return runs;
 }
 
-/* True if the projected formulation may take the place of the present one, which nobody asked for. */
+/* True if the projected formulation may take the place of the present one, which the user did not request. */
 static bool may_leave_unknowns(const kmp_runner *run)
 {
     const bool steady = !run->friction && !run->impacts && !run->s->switches;
@@ -185,7 +185,7 @@ static void choose_first(kmp_runner *run)
     c->patience = FIRST_TRIAL;
 }
 
-/* Beside change points errors of radau were 600 times the tolerance where those of dop853 were 15 times. */
+/* Near change points errors of radau were 600 times the tolerance where errors of dop853 were 15 times. */
 static void choose_for_change_points(kmp_runner *run)
 {
     kmp_integrator_choice *c = &run->choice;

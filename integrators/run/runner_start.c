@@ -525,7 +525,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     return kmp_runner_make(run, t, q, qd, run->spec.work_start);
 }
 
-/* A run that makes no steps. It stands at states of other motions of its system, as those of instances in lanes, where
+/* A run that makes no steps. It is at states of other motions of its system, such as instances in lanes, where
  * impacts, modes and next values of states are decided as in a run. Each motion has a memory for what it knows of its
  * past. */
 

@@ -12,7 +12,7 @@
 
 /* -- leaving ------------------------------------------------------------------------------------------- */
 
-/* Takes the work of a formulation that continues off that of those before, in which it has been counted. */
+/* Takes the work of a formulation that continues off the work of the ones before, in which it has been counted. */
 static void take_off(kmp_runner *run)
 {
     kmp_run_report own = {0}, *all = &run->before;

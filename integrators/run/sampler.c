@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sampled states of the model during a run. Each takes its next value at a sample or an event, from the state of the
- * motion before any of them has changed. A sample is taken once, when the run goes on from its time. */
+ * motion before any of them has changed. A sample is taken once, when the run continues from its time. */
 #include "integrators/run/sampler.h"
 #include "backend/machine.h"
 #include "dynamics/equations.h"

@@ -31,7 +31,7 @@ static const double NEAR = 0.02;
 static const double FADES = 0.95, GROWS = 1.5, BETTER = 1.1;
 /* Growth of the bound on steps after an iteration that failed; and where the iteration contracts by SURE. */
 static const double RECOVERS = 1.1, RECOVERS_SURELY = 2, SURE = 0.01;
-/* Cycles of an exact Jacobian over those of an evaluation, about. */
+/* Cycles of an exact Jacobian over the cycles of an evaluation, about. */
 static const double EXACT = 3;
 
 bool kmp_collocation_in_lanes(const kmp_collocation *s)
@@ -137,7 +137,7 @@ static bool is_slower(const kmp_collocation *s, kmp_iteration other)
 }
 
 /* About the cycles of a step by an iteration, with as many sweeps as the last one. A trial of Newton's method keeps one
- * Jacobian; those of each stage are not kept. */
+ * Jacobian; the matrices of each stage are not kept. */
 static double step_cost(const kmp_collocation *s, kmp_iteration iteration)
 {
     double sweep = kmp_collocation_sweep_cost(s), matrix = kmp_collocation_matrix_cost(s, iteration);
@@ -163,7 +163,7 @@ static bool is_worth(const kmp_collocation *s, double by_error, double by_iterat
  * Picard's returns when it would contract well, one Jacobian for all stages after some time. */
 static void collocation_choose(kmp_collocation *s, double h, double by_error, double by_iteration)
 {
-    /* Adds a step to the time simulated and the cycles spent of its iteration; those of steps before fade. */
+    /* Adds a step to the time simulated and the cycles spent of its iteration; the ones of steps before fade. */
     double *simulated = &s->choice.simulated[s->iteration], *spent = &s->choice.spent[s->iteration];
     s->base.cycles += KMP_STEP_CYCLES + s->base.ode.cycles_of_step;
     double fades = h > GROWS * s->h_old ? 0 : FADES;
@@ -215,8 +215,9 @@ static bool collocation_keeps_jacobian(const kmp_collocation *s)
 }
 
 enum { MOST_SWEEPS = 16 };
-/* The remainder of iterations where equations follow the motion, over that where none do: these have the error of the
- * motion's stages times its growth. It takes less than one sweep, and leaves a tenth to a hundredth of the error. */
+/* The remainder of iterations where equations follow the motion, over the remainder where none do: these have the error
+ * of the motion's stages times its growth. It takes less than one sweep, and leaves a tenth to a hundredth of the
+ * error. */
 static const double FOLLOWED = 0.03;
 
 /* Safety, least and largest quotient of two steps. */
@@ -370,7 +371,7 @@ static kempe_status start(void *solver, double t, const double *y, const double 
 
 /* -- one attempt --------------------------------------------------------------------------------------- */
 
-/* dy_new at y_old: from the last stage, which is there, if the formulation says so. */
+/* dy_new at y_old: from the last stage, which is there, if the formulation requires it. */
 static int slopes_at_end(kmp_collocation *s, double t)
 {
     if (!s->base.ode.end || !kmp_collocation_in_lanes(s))
@@ -426,8 +427,8 @@ static void take(kmp_collocation *s, double h, double t_new, double error)
             fmin(next, after_error(h, SAFETY * h / s->h_old * pow(s->error_old / (error * error), 1.0 / (s->s + 1))));
     kmp_iteration iteration = s->iteration;
     double most = collocation_longest(s, h), by_error = h * by;
-    /* The derivatives at the start of the step: those of f; without the stiff part of their difference from the stages'
-     * polynomial where Newton's method has solved for these. */
+    /* The derivatives at the start of the step: the values of f; without the stiff part of their difference from the
+     * stages' polynomial where Newton's method has solved for these. */
     bool newton = iteration != KMP_ITERATION_PICARD;
     memcpy(s->g_start, s->dy + s->all_p, (size_t)(s->all + s->q) * sizeof *s->dy);
     for (int k = 0; newton && k < s->all; k++) {
@@ -499,7 +500,7 @@ static kempe_status step(void *solver)
     return KEMPE_E_FAILED;
 }
 
-/* Stages are predicted as at a start, since those of the step before are lost. */
+/* Stages are predicted as at a start, since the stages of the step before are lost. */
 static void undo(void *solver, double h)
 {
     kmp_collocation *s = solver;
@@ -578,8 +579,8 @@ static void transfer(void *solver, kmp_number_stream *stream)
     .repeats = KMP_REPEATED_CONTACTS, .dense = dense, .transfer = transfer
 
 /* Powers, and the remainder of an iteration over rtol: for radau found on the mechanisms of bench/collocation, where
- * errors anywhere in a run are about those of dop853; for the others the powers of Hairer's codes, and for radau5 the
- * remainder of RADAU5. The ends of steps of radau9 are of order 9, and show a larger remainder. */
+ * errors anywhere in a run are about the errors of dop853; for the others the powers of Hairer's codes, and for radau5
+ * the remainder of RADAU5. The ends of steps of radau9 are of order 9, and show a larger remainder. */
 static const kmp_collocation_method
     ANY = {.cheapest = KMP_ITERATION_PICARD, .part = 1, .power = 0.8, .rest = 0.01},
     OF_3 =

@@ -17,11 +17,11 @@
 /* Anderson's mixing of the corrections of Newton's method (J. ACM 12 (1965) 547; Walker and Ni, SIAM J. Numer. Anal. 49
  * (2011) 1715). One Jacobian for all stages is wrong by a few forces: a contact that begins between two stages, a
  * damper that turns along the step. The difference has a low rank, which the last corrections span. The next place is
- * that of their combination with the least weighted square; on a linear system these are the places of GMRES. */
+ * the place of their combination with the least weighted square; on a linear system these are the places of GMRES. */
 
 /* Corrections are combined from this quotient of two on. */
 static const double SLOWLY = 0.1;
-/* The part of a difference that must be left beside the others: less is rounding. */
+/* The part of a difference that must be left next to the others: less is rounding. */
 static const double INDEPENDENT = 1e-6;
 
 static size_t size_of(const kmp_collocation *s)
@@ -148,7 +148,7 @@ double kmp_collocation_mix(kmp_collocation *s, bool first)
 
 enum { E = KMP_COLLOCATION_EIGENVALUES };
 
-/* Size of the differences that make the Jacobian, over that of the unknown: near the root of rounding. */
+/* Size of the differences that make the Jacobian, over the size of the unknown: near the root of rounding. */
 static const double DIFFERENCE = 1e-7;
 
 /* -- the Jacobian -------------------------------------------------------------------------------------- */
@@ -496,7 +496,7 @@ static int differentiate_at_stages(kmp_collocation *s, int c)
     return said;
 }
 
-/* The evaluation at the predicted stages is that of the first iteration, too. */
+/* The evaluation at the predicted stages is also used for the first iteration. */
 static int differentiate_all(kmp_collocation *s)
 {
     size_t bytes = (size_t)(s->n * s->w) * sizeof *s->f;
@@ -550,7 +550,7 @@ typedef struct pivoted {
     double inverse, *column;
 } pivoted;
 
-/* Takes the pivot of a column, which becomes that of the inverse. false: none is usable. */
+/* Takes the pivot of a column, which becomes a column of the inverse. false: none is usable. */
 static KMP_INTO_CLONES bool take_pivot(int rows, double *own, double *open, pivoted *p)
 {
     p->row = find_open_row(rows, own, open);
@@ -585,7 +585,7 @@ static KMP_INTO_CLONES void eliminate_two(int rows, const pivoted *p, const pivo
     other[next->row] = g;
 }
 
-/* Eliminates columns k and k + 1, or k alone if it is the last, from all others. */
+/* Eliminates columns k and k + 1, or only k if it is the last, from all others. */
 static KMP_INTO_CLONES bool eliminate_pair(int rows, int count, int k, double *a, double *room, double *open,
                                            int *pivot)
 {
@@ -624,9 +624,9 @@ static KMP_INTO_CLONES bool invert_rows(int rows, int count, double *a, double *
     return true;
 }
 
-/* Inverts in place, rows x count: the row of unknown k is pivot[k], whose column is that of b[pivot[k]]. No row moves:
- * `open` is 1 in those that may be pivots. room: 2 rows values. Loops over the rows of four unknowns and fewer are
- * unrolled. false: singular. */
+/* Inverts in place, rows x count: the row of unknown k is pivot[k], whose column is the column of b[pivot[k]]. No row
+ * moves: `open` is 1 in rows that may be pivots. room: 2 rows values. Loops over the rows of four unknowns and fewer
+ * are unrolled. false: singular. */
 static KMP_CLONES bool invert(int rows, int count, double *a, double *room, double *open, int *pivot)
 {
     return rows == V       ? invert_rows(V, count, a, room, open, pivot)

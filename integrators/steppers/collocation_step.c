@@ -12,13 +12,13 @@
 
 /* An iteration is given up above SLOW, or where it cannot reach the limit. */
 static const double SLOW = 0.95;
-/* Part of the step after an iteration that failed: by its contraction, that of a good one is CONTRACTS. */
+/* Part of the step after an iteration that failed: by its contraction; a good one has CONTRACTS. */
 static const double LESS = 0.6, LEAST = 0.3, CONTRACTS = 0.3;
 /* An attempt ends as soon as its error is surely too large: above TOO_LARGE, and above MANY corrections. */
 static const double TOO_LARGE = 2, MANY = 5;
 static const double ERROR_FLOOR = 1e-10;
-/* An iteration with mixed corrections may fail to contract up to sweep TURNS, while the correction is less than so many
- * times the first one: in the second sweep, and later. */
+/* An iteration with mixed corrections may fail to contract up to sweep TURNS, while the correction is less than this
+ * multiple of the first one: in the second sweep, and later. */
 enum { TURNS = 3 };
 static const double GROWS_AT_ONCE = 100, GROWS = 2;
 
@@ -174,7 +174,7 @@ int kmp_collocation_evaluate(kmp_collocation *s, int count)
     return evaluate_each(s, count);
 }
 
-/* Improves f for s->stage, at places near those of the last kmp_collocation_evaluate, or evaluates it. */
+/* Improves f for s->stage, at places near the places of the last kmp_collocation_evaluate, or evaluates it. */
 static int improve(kmp_collocation *s)
 {
     const kmp_ode *ode = &s->base.ode;
@@ -240,7 +240,7 @@ static double misfit(kmp_collocation *s, double h, int inner)
 
 /* The error at the end of a step, weighted as the tolerance, if the coefficients decay by a power of their degree, as
  * fast as the last two do after the two before them; a symmetric solution has every second one. The estimate is
- * 2 filter h times the last one, of degree s, unless that is zero by chance; the end is wrong by those from degree
+ * 2 filter h times the last one, of degree s, unless that is zero by chance; the end is wrong by the terms from degree
  * 2 s - 1 on. */
 static double of_slow_decay(kmp_collocation *s, double h, int p, int inner)
 {
@@ -264,7 +264,7 @@ static double of_slow_decay(kmp_collocation *s, double h, int p, int inner)
     return s->widen * 2 * s->table->filter * h * part * fmax(last, next * sqrt(decay)) / sqrt(p + inner);
 }
 
-/* The estimate h filter (f - p'(0)), p the stages' polynomial (Hairer, Wanner, II, IV.8.19): of the motion alone, or
+/* The estimate h filter (f - p'(0)), p the stages' polynomial (Hairer, Wanner, II, IV.8.19): of only the motion, or
  * with the equations that follow it. */
 static double estimate(kmp_collocation *s, double h, bool whole)
 {
@@ -429,7 +429,7 @@ static void begin(kmp_collocation *s, double h)
 
 /* -- equations that follow ------------------------------------------------------------------------------- */
 
-/* Equations of so many columns are evaluated together: an entry of A is loaded once for them. */
+/* Equations of this number of columns are evaluated together: an entry of A is loaded once for them. */
 enum { TOGETHER = 4 };
 
 /* Columns side by side: place of the first one, and the distance to the next. */
@@ -513,8 +513,9 @@ static bool is_direct(const kmp_collocation *s)
            (s->iteration == KMP_ITERATION_COUPLED || direct < columns * s->sweeps * column_cycles(n, s->iteration));
 }
 
-/* The derivatives of the stages of all columns, along those of the motion. Their equations are linear. They are solved
- * at once by the matrices of all stages, or by the motion's iteration, which converges as fast as it did there. */
+/* The derivatives of the stages of all columns, along the derivatives of the motion. Their equations are linear. They
+ * are solved at once by the matrices of all stages, or by the motion's iteration, which converges as fast as it did
+ * there. */
 static kmp_collocation_outcome follow(kmp_collocation *s, double *shorter)
 {
     double before = 0, contraction = 0, ready = 1;
@@ -556,8 +557,8 @@ kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h
         what = iterate(s, h, error, shorter);
     bool failed = what == KMP_COLLOCATION_BAD_ITERATION || what == KMP_COLLOCATION_BAD_STAGE;
     if (failed && s->near && s->expected < CONTRACTS) {
-        /* Sweeps at places nearby have not converged, and the length of the step does not explain that: from the
-         * prediction on by f alone. */
+        /* Sweeps at places nearby have not converged, and the length of the step does not explain that: from
+         * the prediction on only by f. */
         begin(s, h);
         s->far++;
         what = iterate(s, h, error, shorter);

@@ -230,7 +230,7 @@ static int predict(singular_step *s)
     return said;
 }
 
-/* One Picard iteration; *change: that of the nodes, in error weights. */
+/* One Picard iteration; *change: the difference of the nodes, in error weights. */
 static int sweep(singular_step *s, double *change)
 {
     int n = s->base.ode.n, said = KMP_GO;

@@ -95,7 +95,7 @@ int kmp_solver_call(kmp_solver *solver, double t, const double *y, double *dy)
     return solver->ode.rhs(solver->ode.self, t, y, dy);
 }
 
-/* f near (t, y), of a motion alone where equations follow it: their slopes remain those of dy. */
+/* f near (t, y), of only a motion where equations follow it: their slopes remain the slopes of dy. */
 static int call_near(kmp_solver *solver, double t, const double *y, const double *dy, double *f)
 {
     const kmp_ode *ode = &solver->ode;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The adapter of SUNDIALS. The formulation is asked after each step; a rejected one is repeated shorter from a copy of
- * the state, since the packages have no such callback. An integral that nothing depends on is completed by a rule of
- * its own. */
+ * the state, since the packages have no such callback. An integral that nothing depends on is completed by a
+ * separate rule. */
 #include "integrators/sundials/sundials_host.h"
 #include "base/clones.h"
 #include "integrators/decide/step_control.h"
@@ -15,7 +15,7 @@
 
 /* Replaces the operations of SUNDIALS' serial vector that dominate IDA's steps by vectorised ones. Sums are taken in
  * eight fixed interleaved parts, so that every vector width gives the same bits; a combination of many vectors is one
- * pass. Loops are cloned by width as those of sines are (src/backend/sincos.c). All other operations are SUNDIALS'
+ * pass. Loops are cloned by width like the loops of sines (src/backend/sincos.c). All other operations are SUNDIALS'
  * own. */
 
 enum { LANES = 8 };
@@ -120,7 +120,7 @@ static double norm_where(N_Vector x, N_Vector w, N_Vector mask)
     return sqrt(squares_where(length(x), NV_DATA_S(x), NV_DATA_S(w), NV_DATA_S(mask)) / (double)length(x));
 }
 
-/* More vectors than this are combined in parts; no integrator has so many. */
+/* More vectors than this are combined in parts; no integrator has this number. */
 enum { MOST = 16 };
 
 static int linear_combination(int count, double *a, N_Vector *x, N_Vector z)
@@ -162,7 +162,8 @@ enum { MAX_TRIES = 100 };
  * forces is a check of a run. Steps of one-step methods cost several times as much. */
 enum { SPENT = 128 };
 
-/* Parts of an integral: by which two rules for one step may differ, and those that a bend of the integrand may have. */
+/* Parts of an integral: by which two rules for one step may differ, and the ones that a bend of the integrand may have.
+ */
 static const double INTEGRAL = 1e-5, BEND = 1e-4;
 
 static void put(const kmp_sun *s, N_Vector to, const double *from)
@@ -382,7 +383,7 @@ static int consent(kmp_sun *s, double t)
 }
 
 /* True if the last of y is an integral on which nothing depends, and whose error the package does not control: steps
- * are chosen by the motion alone, and Newton's method leaves its value as soon as the motion has converged. */
+ * are chosen only by the motion, and Newton's method leaves its value as soon as the motion has converged. */
 static bool integrates(const kmp_sun *s)
 {
     return !s->kind->dae && !s->kind->corrects && s->base.ode.quadratures == 1;
@@ -401,7 +402,7 @@ static double integrand(kmp_sun *s, double t)
 static const double nodes[] = {0, 0.1127016653792583, 0.5, 0.8872983346207417, 1},
                     weights[] = {5. / 18, 8. / 18, 5. / 18};
 
-/* Completes the integral of the step up to t. The package's value stands where the integrand is nearly straight, and
+/* Completes the integral of the step up to t. The package's value is kept where the integrand is nearly straight, and
  * the parabola through its values at the ends of the last two steps gives the same; otherwise the package's polynomial
  * is integrated. */
 static void integrate(kmp_sun *s, double t)

@@ -21,7 +21,7 @@ class Fit(_Found):
 
     _noun = "fit"
     _kept = ("values", "errors", "intervals", "rank")
-    parameters: TableOf = TableOf("parameter, value, error, low, high, start, lower, upper (SI), state.")
+    parameters: TableOf = TableOf("parameter, value, error, low, high, start, lower, upper, state, unit.")
     correlation: TableOf = TableOf("parameter, and a column for each parameter.")
     columns: TableOf = TableOf("column, count, rms, deviation (SI), unit.")
     rows: TableOf = TableOf("t; for each column of the data the fitted motion, COLUMN.measured, COLUMN.residual. Several files: file, t, ..")
@@ -54,8 +54,8 @@ class Optimum(_Found):
 
     _noun = "optimum"
     _kept = ("values", "quantity", "kept", "method")
-    parameters: TableOf = TableOf("parameter, value, start, lower, upper (SI), state.")
-    limits: TableOf = TableOf("limit, value, bound, state.")
+    parameters: TableOf = TableOf("parameter, value, start, lower, upper, state, unit.")
+    limits: TableOf = TableOf("limit, value, bound, state, unit.")
     starts: TableOf = TableOf("search, quantity, broken, evaluations, refused, outcome, the parameters.")
     history: TableOf = TableOf("evaluation, search, quantity, broken, best.")
 

@@ -11,4 +11,4 @@ class Response(Reported, Drawn):
 
     _noun = "response"
     rows: TableOf = TableOf("frequency (Hz), OUTPUT/INPUT.amplitude and OUTPUT/INPUT.phase (degrees) of each pair.")
-    peaks: TableOf = TableOf("Maxima of amplitudes: input, output, frequency (Hz), amplitude.")
+    peaks: TableOf = TableOf("Maxima of amplitudes: input, output, frequency (Hz), amplitude, phase, gain, unit.")

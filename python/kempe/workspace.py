@@ -10,7 +10,7 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
-from .arrays import DOUBLES, INTS, Array, Order, converted, matched, vector, view, writable
+from .arrays import DOUBLES, INTS, Array, Order, converted, matched, view, writable
 from .context import Owned, string
 from .errors import ArgumentError, error_of
 from .fast_calls import calls
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 _evaluate = calls.kempe_workspace_evaluate
 _forward = calls.kempe_workspace_forward_dynamics
 _inverse = calls.kempe_workspace_inverse_dynamics
+_derivatives = calls.kempe_workspace_forward_derivatives
 _CONVERT = calls.CONVERT
 _BUSY = calls.BUSY
 _from_buffer = ffi.from_buffer
@@ -72,6 +73,18 @@ class ClosedDerivatives(NamedTuple):
     qd_u: Array
 
 
+_Places = tuple[int, tuple[str, ...], list[tuple[int, int, tuple[int, int]]]]
+
+
+def _placed(begin: int, shapes: dict[str, tuple[int, int]]) -> _Places:
+    """Matrices one after another: the end of all, their names, and begin, end and shape of each."""
+    places = []
+    for rows, columns in shapes.values():
+        places.append((begin, begin + rows * columns, (rows, columns)))
+        begin += rows * columns
+    return begin, tuple(shapes), places
+
+
 _ANOTHER = "another thread uses this workspace: each thread needs a workspace of its own"
 
 
@@ -88,6 +101,7 @@ class Workspace(Owned):
     def _made(self) -> None:
         self._inputs: dict[str, tuple[float, ...]] = {}
         self._others: list[Workspace] = []  # of further threads
+        self._places: tuple[_Places, ...] = ()  # of derivatives, once they are prepared
         self.n: int = len(self._context.coordinates)
         self.m: int = len(self._context.rows)
         w, n, m = self._pointer, self.n, self.m
@@ -247,25 +261,24 @@ class Workspace(Owned):
         return tuple(self._context.coordinates[u[k]] for k in range(count))
 
     def forward_derivatives(
-        self, t: float, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None
+        self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None, threads: int = 1
     ) -> Derivatives:
         """Accelerations and multipliers, and their exact derivatives by q, qd and Q (n each), which need not close the loops.
-        The first call derives the equations of the derivatives.
+        Rows of q, qd and Q are N states, and all results have N as their first dimension; t and `threads` are as in
+        evaluate_states. The first call derives the equations of the derivatives.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> found = workspace.forward_derivatives(0.0, [0, 0, 0], [20, -22.5, 7.5])
         >>> found.qdd_q.shape, found.lam_q.shape
         ((3, 3), (2, 3))
         """
-        n, m = self.n, self.m
-        shapes = {f"{of}_{by}": (rows, n) for of, rows in (("qdd", n), ("lambda", m)) for by in ("q", "qd", "Q")}
-        return Derivatives(*self._derive(t, q, qd, Q, shapes))
+        return Derivatives(*self._derive(t, q, qd, Q, threads, False))
 
     def closed_derivatives(
-        self, t: float, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None
+        self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None, threads: int = 1
     ) -> ClosedDerivatives:
         """Accelerations and multipliers at a closed state, and exact derivatives along motions that keep the loops closed, in
-        the independent coordinates (`independent`).
+        the independent coordinates (`independent`). Arguments are as in forward_derivatives.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> q, qd = workspace.close(0.0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
@@ -273,26 +286,49 @@ class Workspace(Owned):
         >>> found.udd_u.shape, found.udd_Q.shape, found.q_u.shape
         ((1, 1), (1, 3), (3, 1))
         """
-        n, p = self.n, lib.kempe_workspace_independent_count(self._pointer)
-        shapes = {"udd_u": (p, p), "udd_ud": (p, p), "udd_Q": (p, n), "q_u": (n, p), "qd_u": (n, p)}
-        return ClosedDerivatives(*self._derive(t, q, qd, Q, shapes))
+        return ClosedDerivatives(*self._derive(t, q, qd, Q, threads, True))
 
-    def _derive(self, t: float, q: Any, qd: Any, Q: Any, shapes: dict[str, tuple[int, int]]) -> list[Array]:
-        n = self.n
-        matrices = [np.empty(shape, order="F") for shape in shapes.values()]
-        qdd, lam = np.empty(n), np.empty(self.m)
-        given = vector(q, n, "q"), vector(qd, n, "qd"), ffi.NULL if Q is None else vector(Q, n, "Q")
-        places = {name: writable(each, each.shape, name, "F") for name, each in zip(shapes, matrices)}
-        out = ffi.new("kempe_workspace_derivatives *", places)
-        with self._alone():
-            with self._context.lock:
-                status = lib.kempe_workspace_add_derivatives(self._pointer)
-            if not status:
-                answer = _from_buffer(DOUBLES, qdd), _from_buffer(DOUBLES, lam)
-                status = lib.kempe_workspace_forward_derivatives(self._pointer, t, *given, *answer, out)
+    def _derive(self, t: Any, q: Any, qd: Any, Q: Any, threads: int, closed: bool) -> list[Array]:
+        """Accelerations and multipliers, and matrices of derivatives in the order of their names, at a state or at many."""
+        if np.ndim(q) == 2:
+            return self._derive_rows(t, q, qd, Q, threads, closed)
+        if not self._places:
+            self._add_derivatives()
+        n, m = self.n, self.m
+        size, _, places = self._places[closed]
+        made = np.empty(size)
+        answers = (None, made) if closed else (made, None)
+        status = _derivatives(self._address, n, m, t, q, qd, Q, *answers)
+        if status:
+            given = converted(q, n, "q"), converted(qd, n, "qd"), converted(Q, n, "Q")
+            self._settle(status, _derivatives, t, *given, *answers)
+        matrices = [made[begin:end].reshape(shape, order="F") for begin, end, shape in places]
+        return [made[:n], made[n : n + m], *matrices]
+
+    def _derive_rows(self, t: Any, q: Any, qd: Any, Q: Any, threads: int, closed: bool) -> list[Array]:
+        states = _States(self, t, q, qd=qd, Q=Q)
+        self._add_derivatives()
+        _, names, places = self._places[closed]
+        made = {
+            name: np.empty((states.count, columns, rows)) for name, (_, _, (rows, columns)) in zip(names, places)
+        }
+        answer = {"accelerations": np.empty((states.count, self.n)), "multipliers": np.empty((states.count, self.m))}
+        states.run(lib.python_derivative_states, threads, Workspace._add_derivatives, **answer, **made)
+        return [*answer.values(), *(each.transpose(0, 2, 1) for each in made.values())]
+
+    def _add_derivatives(self) -> None:
+        """Prepares the workspace for derivatives: one thread at a time, because they are derived once for a system."""
+        with self._alone(), self._context.lock:
+            status = lib.kempe_workspace_add_derivatives(self._pointer)
         if status:
             self._fail(status)
-        return [qdd, lam, *matrices]
+        if not self._places:
+            n, m, p = self.n, self.m, lib.kempe_workspace_independent_count(self._pointer)
+            all_of = {f"{of}_{by}": (rows, n) for of, rows in (("qdd", n), ("lambda", m)) for by in ("q", "qd", "Q")}
+            self._places = (
+                _placed(n + m, all_of),
+                _placed(n + m, {"udd_u": (p, p), "udd_ud": (p, p), "udd_Q": (p, n), "q_u": (n, p), "qd_u": (n, p)}),
+            )
 
     def rates(self, t: float, state: ArrayLike) -> Array:
         """Rates (qd, qdd) of a state (q, qd): a right side for scipy.integrate.solve_ivp. Closures are kept only by
@@ -451,13 +487,17 @@ class _States:
                         f"{name} has rows of {workspace.n} values for each state, not the shape {array.shape}"
                     )
 
-    def run(self, function: Any, threads: int, **results: Array) -> None:
+    def run(
+        self, function: Any, threads: int, prepare: Callable[[Workspace], None] | None = None, **results: Array
+    ) -> None:
         n, m, count = self.workspace.n, self.workspace.m, self.count
         shapes = {"mass": (n, n), "jacobian": (n, m), "bias": (n,), "accelerations": (n,), "forces": (n,)}
         for name, array in results.items():
-            writable(array, (count, *shapes.get(name, (m,))), name)
+            writable(array, (count, *shapes.get(name, array.shape[1:] if array.ndim == 3 else (m,))), name)
         self.rows.update(results)
         team = self.workspace._team(max(1, min(threads or _processors(), count)))
+        for each in team if prepare else ():
+            prepare(each)
         ends = [count * k // len(team) for k in range(len(team) + 1)]
         if len(team) == 1:
             failures = [self._part(function, self.workspace, 0, count)]

@@ -213,8 +213,17 @@ def test_derivatives_at_a_state(four_bar):
     assert np.allclose(closed.udd_u, (found.qdd_q @ closed.q_u + found.qdd_qd @ closed.qd_u)[u], rtol=1e-10)
     assert np.allclose(closed.udd_ud, (found.qdd_qd @ closed.q_u)[u], rtol=1e-10)
     assert np.allclose(closed.udd_Q, found.qdd_Q[u], rtol=1e-10)
+    states = np.array([q, q + 0.01, q]), np.array([qd, qd, 2 * qd])
+    for threads in (1, 2):
+        many = workspace.forward_derivatives([0, 0, 0], *states, threads=threads)
+        ones = [workspace.forward_derivatives(0, *state) for state in zip(*states)]
+        assert all(np.array_equal(a, np.array(b)) for a, b in zip(many, zip(*ones)))
+        assert np.array_equal(workspace.closed_derivatives(0, *states, threads=threads).udd_Q[0], closed.udd_Q)
     with pytest.raises(ValueError, match="q has 3 values"):
         workspace.forward_derivatives(0, q[:2], qd)
+    with pytest.raises(kempe.ArgumentError, match="depends on the multiplier"):
+        rolling = kempe.Model(ROOT / "examples/rolling_wheel/rolling_wheel.yaml").system().workspace()
+        rolling.forward_derivatives(0, np.zeros(rolling.n), np.zeros(rolling.n))
     with pytest.raises(kempe.FailedError):
         workspace.forward_derivatives(0, [np.nan, 0, 0], qd)
 

@@ -35,7 +35,7 @@ int kmp_lanes_best(void)
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
-/* The form of machine code of so many lanes that runs best here; 0: there is none. */
+/* The form of machine code of this number of lanes that runs best here; 0: there is none. */
 static kmp_x86_form form_of(int width)
 {
     static const kmp_x86_form forms[] = {KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT, KMP_X86_TWO_FOURS,
@@ -172,7 +172,7 @@ void kmp_lanes_places(kmp_lanes *lanes, kmp_input_kind kind, int count, double *
 
 /* -- run --------------------------------------------------------------------------------------------- */
 
-/* One operation on all lanes; the loops run over `w` alone, so that the compiler vectorises them. */
+/* One operation on all lanes; the loops run only over `w`, so that the compiler vectorises them. */
 static inline __attribute__((always_inline)) void run_operation(const kmp_straight *s, size_t w, double *v)
 {
     double *d = v + s->d * w;

@@ -131,7 +131,7 @@ static double run_implicit(const kmp_frame *f, const kmp_special *s, const doubl
     return kmp_solving_value(solving, (int)in->c);
 }
 
-/* Operands that an operation has not are the slot of 1. *piece is that of the last table, since several tables are
+/* Operands that an operation has not are the slot of 1. *piece is the piece of the last table, since several tables are
  * often looked up at one place. */
 static inline __attribute__((always_inline)) void run_special(const kmp_frame *f, const kmp_special *s, double *v,
                                                               size_t width, int *piece)
@@ -205,7 +205,7 @@ static uint32_t depth_of(const kmp_layout *l, int i)
     return d + is_special(l, i);
 }
 
-/* Puts the parts of a stage one after another, each with segments of its own: depths within parts become depths within
+/* Puts the parts of a stage one after another, each with separate segments: depths within parts become depths within
  * the stage. */
 static void line_up(kmp_layout *l, int stage)
 {
@@ -431,7 +431,7 @@ static bool allocate(kmp_layout *l, uint32_t extra)
         segments += deepest(l, s) + 1;
     for (int i = 0; i < p->code[p->stages]; i++)
         of_angles += is_angle(l, i);
-    /* With those that fill the groups of eight in segments that have some. */
+    /* With the instructions that fill the groups of eight in segments that have some. */
     const uint32_t angles = of_angles + (LANES - 1) * (segments < of_angles ? segments : of_angles);
     l->lanes = KMP_FIRST_SLOT + (uint32_t)l->leaves + code + outputs;
     l->lanes += (LANES - l->lanes % LANES) % LANES;
@@ -449,7 +449,7 @@ static bool allocate(kmp_layout *l, uint32_t extra)
 }
 
 /* Gives every value its slot, except sines and cosines, which get theirs when segments are written. An instruction that
- * is an output of its own stage computes straight into its place among the outputs. An output that is a constant has
+ * is an output of its stage computes straight into its place among the outputs. An output that is a constant has
  * its value there from the beginning. The others are copied at the end of the stage. */
 static void place_values(kmp_layout *l)
 {

@@ -232,7 +232,7 @@ bool kmp_prepared_take_start(kmp_prepared *prepared)
 /* -- as bytes: counts, arrays, code ---------------------------------------------------------------------- */
 
 /* Places are checked where C uses them; the code is
- * trusted as the program that reads it is, whose file is the user's alone too (cache_files.h). */
+ * trusted as the program that reads it is, whose file belongs only to the user, too (cache_files.h). */
 
 /* Counts of the arrays; no gaps between them. */
 typedef struct counts {
@@ -377,7 +377,7 @@ static bool are_feeds(const kmp_frame *f)
     return good;
 }
 
-/* Entries of each stage in parts are as those of kmp_frame; a stage in one has none. */
+/* Entries of each stage in parts are as in kmp_frame; a stage in one has none. */
 static bool are_parts(const kmp_frame *f, uint32_t entries)
 {
     const uint32_t *start = f->part_start;

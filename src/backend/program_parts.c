@@ -16,10 +16,10 @@
 /* Times in nanoseconds, roughly: of a stage that is worth dividing; of a call. */
 enum { LEAST = 10000, CALL = 2000 };
 enum { SOLVING = 1500 }; /* time of a block in nanoseconds: 0.7 us near the last solution, up to 4 us farther away */
-/* Work beside a stage that is expected, relative to the stage: on the tram the reduced mass matrix takes 0.15 of C. It
- * follows from earlier stages, which the first one has not. */
+/* Work in parallel with a stage that is expected, relative to the stage: on the tram the reduced mass matrix takes 0.15
+ * of C. It follows from earlier stages, which the first one has not. */
 static const double BESIDE = 0.15;
-enum { FIRST_STAGE = 1 }; /* after that of constants */
+enum { FIRST_STAGE = 1 }; /* after the stage of constants */
 enum { SEEDS = 64, BEFORE = 0, FREE = 255 };
 
 typedef uint64_t seeds; /* a set of seeds */
@@ -40,7 +40,7 @@ typedef struct finder {
     double *weight;
     double *price; /* nanoseconds, by instruction of the stage */
     double cost[KMP_PARTS_MOST + 2];
-    double alone, beside; /* cost of the stage in one part, and of work beside it */
+    double alone, beside; /* cost of the stage in one part, and of work in parallel with it */
 } finder;
 
 static const kmp_instruction *instruction(const finder *f, int i)
@@ -150,7 +150,7 @@ static int first_of(seeds s)
 }
 
 /* Adds an instruction's cost to the affinity of the seeds that share it. Instructions of few seeds count more than
- * those of many. */
+ * instructions of many. */
 static void add_share(finder *f, seeds s, double cost)
 {
     int member[SEEDS], size = 0;
@@ -288,8 +288,8 @@ static void place_the_rest(finder *f)
             f->part[i] = f->wish[kmp_root_of(f->root, i)];
 }
 
-/* The duration of the stage: each thread takes the costliest part that is left. One of them first does a piece beside
- * the stage (kmp_team_bring). */
+/* The duration of the stage: each thread takes the costliest part that is left. One of them first does a piece in
+ * parallel with the stage (kmp_team_bring). */
 static double duration(const finder *f, int threads)
 {
     double load[KMP_TEAM_MOST] = {f->beside}, cost[KMP_PARTS_MOST + 2], most = 0;

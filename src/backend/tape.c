@@ -5,7 +5,7 @@
  *     x + y = x * 1 + y      x - y = y * (-1) + x      x * y = x * y + (-0)      -x = x * (-1) + (-0)
  *
  * with one rounding where the program contracts, otherwise with two; all equal to the last bit. Products that are part
- * of a sum (symbolic/contraction.h) have no record of their own. Slots are 16 bits wide when they suffice, 32
+ * of a sum (symbolic/contraction.h) have no separate record. Slots are 16 bits wide when they suffice, 32
  * otherwise. */
 #include "backend/prepared.h"
 #include "base/clones.h"
@@ -158,7 +158,7 @@ static records *make_records(const kmp_program *p)
     return NULL;
 }
 
-/* Those that all tapes of the program share, made by the first call. */
+/* The parts that all tapes of the program share, made by the first call. */
 static const records *records_of(const kmp_program *p)
 {
     kmp_program_form *found = kmp_program_find_form(p, TAPE_FORM);

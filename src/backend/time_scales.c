@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Pulses found before a run: functions of time alone are collected, evaluated with bounds over intervals, and intervals
+/* Pulses found before a run: functions only of time are collected, evaluated with bounds over intervals, and intervals
  * halved until each is known by its values. The ends of the short ones limit steps. */
 #include "backend/time_scales.h"
 #include "backend/bounds.h"
@@ -29,7 +29,7 @@ typedef struct study {
     const kempe_model *model;
     const kmp_expr *function[MOST];
     const char *name[MOST];
-    int skipped, passed, count; /* functions of earlier studies, those met so far, those of this one */
+    int skipped, passed, count; /* functions of earlier studies, the ones met so far, the ones of this one */
     const kmp_program *program;
     kmp_bounds *bounds;
     kmp_arena *aside; /* of this study */
@@ -59,7 +59,7 @@ static bool may_be_short(const kmp_expr *e, const void *user)
     return (calls || divides || powers || e->kind == KMP_EXPR_TABLE) && kmp_expr_has_time(e);
 }
 
-/* Adds the largest parts of an expression that depend on time alone. */
+/* Adds the largest parts of an expression that depend only on time. */
 static void add(study *s, const kmp_expr *e, const char *name)
 {
     if (!e || s->count == MOST || !kmp_expr_has_time(e))
@@ -164,7 +164,7 @@ static bool is_straight(const study *s, const double *x, const double *middle, c
     return true;
 }
 
-/* Sources of what is known of an interval: bounds of the functions, their values alone, or its parts. */
+/* Sources of what is known of an interval: bounds of the functions, only their values, or its parts. */
 typedef enum knowledge { BY_BOUNDS, BY_VALUES, BY_PARTS } knowledge;
 
 /* True if some functions change in more intervals than are kept, or were not known after many halvings. */
@@ -174,7 +174,7 @@ static bool ended_early(const study *s)
 }
 
 /* Bounds do not know a function around a place where it is continuous by jumps that cancel, as a periodic table where a
- * period ends: intervals there are joined with those beside them while the values show nothing. */
+ * period ends: intervals there are joined with their neighbours while the values show nothing. */
 static knowledge halve(study *s, const double *parameters, int depth, double a, double b, const double *x,
                        const double *y)
 {
@@ -215,7 +215,7 @@ static void divide(study *s, const double *parameters, double from, double to)
     (void)halve(s, parameters, 0, from, to, x, y);
 }
 
-/* Adds the intervals of a study to those of others. False: no memory. */
+/* Adds the intervals of a study to the intervals of others. False: no memory. */
 static bool add_ends(const study *s, kmp_arena *arena, kmp_time_scales *found)
 {
     double *end = KMP_ARENA_NEW(arena, double, found->count + s->ends);

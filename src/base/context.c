@@ -13,7 +13,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-/* A count that is reported. It begins anew where it falls, or where the total or unit is another one. */
+/* A count that is reported. It starts again where it falls, or where the total or unit is another one. */
 typedef struct count {
     kempe_progress last;
     double began, from, due; /* on the wall; `done` at the beginning */
@@ -30,7 +30,7 @@ struct kempe_context {
     kmp_shown_units *shown; /* NULL while the system is SI */
     kmp_base base;
     char *own_left_out;   /* names that the caller gave */
-    const char *left_out; /* those in use; NULL: none */
+    const char *left_out; /* the ones in use; NULL: none */
     int complaints;       /* since the message was cleared */
     kmp_text warnings;    /* of the current computation, one per line */
     int warning_count;

@@ -104,7 +104,7 @@ void kmp_json_end(kmp_json *json)
     json->filled = true;
 }
 
-/* With those of the writer for 0. */
+/* With the digits of the writer for 0. */
 static void put_number(kmp_json *json, double x, int digits)
 {
     digits = digits > 0 ? digits : json->digits;

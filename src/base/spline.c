@@ -83,7 +83,7 @@ void kmp_spline_periodic_slopes(int count, const double *x, const double *y, dou
     }
 }
 
-/* The slope at an end with steps h, g and secants m, n: that of the parabola within the shape of the points. */
+/* The slope at an end with steps h, g and secants m, n: the slope of the parabola within the shape of the points. */
 static double end_slope(double h, double g, double m, double n)
 {
     double slope = ((2 * h + g) * m - h * n) / (h + g);

@@ -127,7 +127,7 @@ void kmp_text_shell(kmp_text *text, const char *s)
     kmp_text_put(text, "'");
 }
 
-/* The character at `s`, and its bytes; a byte that begins no character in UTF-8 is one of its own: false. */
+/* The character at `s`, and its bytes; a byte that begins no character in UTF-8 is a separate one: false. */
 static bool decode(const char *s, int *length, unsigned *code)
 {
     const unsigned char *b = (const unsigned char *)s;

@@ -11,7 +11,7 @@
 #include <time.h>
 #include <unistd.h>
 
-/* Calls that run on the caller alone after a late piece: FIRST_REST at first, twice as many each time; fewer again
+/* Calls that run only on the caller after a late piece: FIRST_REST at first, twice as many each time; fewer again
  * after punctual calls. */
 enum { FIRST_REST = 16, LONGEST_REST = 4096 };
 static const double LATE = 50e-6;      /* s */
@@ -201,7 +201,7 @@ void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self)
     if (team->takes)
         team->brought = NULL;
     /* A processor that was taken away in the middle of a piece keeps the caller waiting for milliseconds. If other
-     * processes need the processors, this recurs: then the caller alone is quicker. */
+     * processes need the processors, this recurs: then only the caller is quicker. */
     double waited = kmp_wall_now() - from;
     if (waited > LATE && atomic_load_explicit(&team->stolen, memory_order_relaxed)) {
         int rest = 2 * team->longest > FIRST_REST ? 2 * team->longest : FIRST_REST;

@@ -31,7 +31,7 @@ STUDY(modes, kempe_modes, kempe_modes_new(j->system, &s->modes, result), .table 
 STUDY(response, kempe_response, kempe_response_new(j->system, &s->response, result), .table = kempe_response_rows,
       .files = {{AT(svg), any_kempe_response_write_picture}, REPORT(kempe_response_write_report)})
 
-/* Options of state spaces are those that the response has, too. */
+/* Options of state spaces, which the response has, too. */
 static kempe_status linearize_about(const cli_job *j, kempe_linearization **result)
 {
     const kempe_response_options *s = &j->settings->response;

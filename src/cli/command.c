@@ -94,7 +94,8 @@ kempe_status cli_worse(kempe_status computed, kempe_status reported)
 {
     if (computed < 0 || reported == KEMPE_OK)
         return computed;
-    return reported == KEMPE_E_IO ? KEMPE_E_FAILED : reported; /* an output that cannot be written is no wrong input */
+    return reported == KEMPE_E_IO ? KEMPE_E_FAILED
+                                  : reported; /* an output that cannot be written is not a wrong input */
 }
 
 void cli_put_quoted(FILE *out, const char *s)
@@ -238,7 +239,7 @@ kempe_status cli_run_study(const cli_job *j, const cli_study *study)
 /* -- running one ----------------------------------------------------------------------------------- */
 
 #ifdef KEMPE_ENSEMBLE
-/* Options that the user has not given are those of the folder's run. */
+/* Options that the user has not given are taken from the folder's run. */
 static void take_run_options(kempe_run_options *run, const kempe_folder *folder)
 {
     kempe_run_options there;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The commands, in the order of the help, and the studies of the core. Those of a wing of the library (KEMPE_RAIL and
- * others) are in a file of their own; in a build without the wing the command says that it is missing. */
+/* The commands, in the order of the help, and the studies of the core. Commands of a wing of the library (KEMPE_RAIL
+ * and others) are in a separate file; in a build without the wing the command says that it is missing. */
 #include "study.h"
 
 #include <kempe/check.h>
@@ -9,7 +9,7 @@
 
 /* -- studies ----------------------------------------------------------------------------------------- */
 
-/* All rows of a run; a picture has the outputs that --x and --y name, also those that the model does not list. */
+/* All rows of a run; a picture has the outputs that --x and --y name, also outputs that the model does not list. */
 static kempe_status kempe_trajectory_rows(const cli_job *j, const void *trajectory, bool drawn, kempe_table **table)
 {
     const cli_settings *s = j->settings;
@@ -48,7 +48,7 @@ STUDY(simulate, kempe_trajectory, simulate_judged(j->system, &s->run, result), .
 STUDY(compare, kempe_comparison, kempe_comparison_new(j->system, &s->compare, result), .table = kempe_comparison_rows,
       .files = {REPORT(kempe_comparison_write_report)})
 
-/* -- commands with steps of their own ---------------------------------------------------------------- */
+/* -- commands with separate steps -------------------------------------------------------------------- */
 
 static kempe_status run_assemble(const cli_job *j)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The shells' files in packaging call this for every kind of word: commands, options, their values, files. Options are
- * those of the table in options.c; the words that an option knows are here. */
+ * taken from the table in options.c; the words that an option knows are here. */
 #include "completion.h"
 
 #include "command.h"
@@ -66,7 +66,7 @@ static const char *words_of(unsigned command, const char *option)
     return NULL;
 }
 
-/* Those of the words that continue `typed`, behind the text before it; returns their number. */
+/* The ones of these words that continue `typed`, behind the text before it; returns their number. */
 static int put_words(const char *words, const char *before, int length, const char *typed)
 {
     int count = 0;
@@ -126,7 +126,7 @@ static void put_endings(const char *before, const char *typed, const char *endin
 }
 
 /* The value of an option, behind `before`, which is "--name=" or nothing. False: an option without its value, which it
- * may lack, stands before the word. */
+ * may lack, is before the word. */
 static bool put_values(unsigned command, const cli_option_view *o, const char *before, const char *typed)
 {
     static const char *const files[] = {"FILE", "CSV", "PATH|-", "FOLDER", "DIR"};

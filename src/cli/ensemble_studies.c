@@ -132,7 +132,7 @@ static kempe_status print_folder(const cli_job *j, const void *object, kempe_for
     return kempe_folder_print(object, format, text);
 }
 
-/* A part that is damaged, and an output that cannot be written, are no wrong input. */
+/* A part that is damaged, and an output that cannot be written, are not wrong input. */
 static kempe_status gathered(kempe_status status)
 {
     return status == KEMPE_E_IO || status == KEMPE_E_INPUT ? KEMPE_E_FAILED : status;

@@ -25,7 +25,7 @@ kempe_status cli_generate(const cli_job *j)
     return status;
 }
 
-/* Beside the command where it was built, otherwise where it was installed. */
+/* Next to the command where it was built, otherwise where it was installed. */
 static char *find_library(void)
 {
     char *built = cli_from_command(CLI_UNITS);

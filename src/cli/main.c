@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The command `kempe`: help and the choice of a command. It includes the public header alone. */
+/* The command `kempe`: help and the choice of a command. It includes only the public header. */
 #include "command.h"
 #include "completion.h"
 #include "own_process.h"

@@ -557,7 +557,7 @@ static bool store_number(const option *o, const char *text, void *place)
     return true;
 }
 
-/* "3", "20 ms". Zero is a value of lengths alone. */
+/* "3", "20 ms". Zero is a value only of lengths. */
 static bool store_quantity(const option *o, const char *text, double *value)
 {
     kempe_context *context = kempe_context_new();

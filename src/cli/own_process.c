@@ -31,7 +31,7 @@ static void take_large_pages(void)
 }
 
 /* Equations are derived in memory that is freed and taken again several times. The C library would return it to the
- * system, which clears each page anew. Arrays above OWN_PAGES bytes are pages of their own, and grow without a copy. */
+ * system, which clears each page again. Arrays above OWN_PAGES bytes are separate pages, and grow without a copy. */
 static void keep_memory(void)
 {
     enum { MOST_KEPT = 256 << 20, OWN_PAGES = 16 << 20 };

@@ -114,7 +114,7 @@ bool cli_terminal_shows_progress(void)
     return is_terminal && !is_quiet;
 }
 
-/* The rate is that of the whole run so far: simulated seconds, or instances, in a second of wall-clock time. */
+/* The rate is the mean of the whole run so far: simulated seconds, or instances, in a second of wall-clock time. */
 void cli_terminal_progress(void *user, const kempe_progress *p)
 {
     char line[120], rate[40] = "", left[40] = "";

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The command `kempe view`: opens a page in a browser, one that is there or that of a model's assembled start. */
+/* The command `kempe view`: opens a page in a browser, one that is there or the page of a model's assembled start. */
 #include "command.h"
 
 #include <errno.h>
@@ -18,7 +18,7 @@ bool cli_is_page(const char *file)
 
 /* -- the browser ----------------------------------------------------------------------------------- */
 
-/* The user's choice, or that of the desktop. */
+/* The user's choice, or the choice of the desktop. */
 static const char *browser(void)
 {
     const char *own = getenv("BROWSER");
@@ -41,7 +41,7 @@ static bool open_page(const char *path)
 
 /* -- the page -------------------------------------------------------------------------------------- */
 
-/* A path of the page that the user has not named, in a folder of its own. The caller frees it; NULL: there is none. */
+/* A path of the page that the user has not named, in a separate folder. The caller frees it; NULL: there is none. */
 static char *choose_path(const char *model)
 {
     const char *given = getenv("TMPDIR"), *folder = given && *given ? given : "/tmp";

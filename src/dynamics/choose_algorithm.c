@@ -17,14 +17,14 @@
 
 /* -- products with M in place of M ------------------------------------------------------------------- */
 
-/* Products M x are taken for at most so many independent coordinates. Their operations per link, of a tree whose root
- * moves in space (14 to 22 in the plane), and those of an entry of M of a deep tree, where half of them do not count;
- * each column of M X takes four more. */
+/* Products M x are taken for at most this number of independent coordinates. Their operations per link, of a tree whose
+ * root moves in space (14 to 22 in the plane), and the operations of an entry of M of a deep tree, where half of them
+ * do not count; each column of M X takes four more. */
 enum { MOST_PRODUCTS = 7 };
 #define OF_PRODUCT 50
 #define OF_ENTRY   10
 
-/* Entries of M: of each motion with itself and those that carry it. */
+/* Entries of M: of each motion with itself and the motions that carry it. */
 static double count_entries(const kempe_model *model)
 {
     int *depth = KMP_NEW(int, model->body_count);
@@ -76,18 +76,18 @@ bool kmp_motion_goes_by_products(const kempe_system *s, int rows)
 
 /* M and C cost fewer operations with fewer independent coordinates than this; nothing else is tried. */
 #define FEW 7
-/* Up to so many independent coordinates the solution by M and C is written out in one program, in which closures leave
- * zeros: articulated bodies are tried on trees alone. */
+/* Up to this number of independent coordinates the solution by M and C is written out in one program, in which closures
+ * leave zeros: articulated bodies are tried only on trees. */
 #define WRITTEN_OUT 8
-/* The time of an operation by articulated bodies over that of such a program: the recursion passes from link to link,
- * and waits for each. Measured on 20 examples and models of tests, 0.95 to 1.5. */
+/* The time of an operation by articulated bodies over the time in such a program: the recursion passes from link to
+ * link, and waits for each. Measured on 20 examples and models of tests, 0.95 to 1.5. */
 #define RECURSION_WAITS 1.25
 /* A lower bound of the operations per coordinate by articulated bodies, in the plane, and for each row that is carried
  * over a joint, and each pair of them. If M and C take fewer, articulated bodies are not tried. */
 #define LEAST_OF_COORDINATE 15
 #define LEAST_OF_ROW        8
 #define LEAST_OF_PAIR       1
-/* The least operations by articulated bodies over those of M and C, on trees of that size. */
+/* The least operations by articulated bodies over the operations of M and C, on trees of that size. */
 #define LEAST_OF_TREE 1.1
 
 static double operations(kmp_flops f)
@@ -175,7 +175,7 @@ static double cost_by_mass(const kempe_system *s)
     return operations_of(s->motion) + cost_of_solves(s);
 }
 
-/* The link before each motion's: that of the motion before it on its body, or of the body that carries it; 0: the
+/* The link before each motion's: the depth of the motion before it on its body, or of the body that carries it; 0: the
  * ground.
  */
 static void list_parents(const kempe_model *model, int *parent)

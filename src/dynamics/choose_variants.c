@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Equations of equal value have many variants (variants.h), and the shortest is found by counting operations. Patterns
  * that follow from the tree are tried one after the other, each in addition to the best so far; with `optimize` also
- * each joint and body separately. The closures and their variants are found once: a trial returns to the graph that has
- * them alone, and derives the dynamics. The result is derived once more: for runs in the same graph, otherwise in one
- * of its own.
+ * each joint and body separately. The closures and their variants are found once: a trial returns to the graph that
+ * has only them, and derives the dynamics. The result is derived once more: for runs in the same graph, otherwise in a
+ * separate one.
  *
  * Of large mechanisms a second set of equations has mostly the same best variants as the first one: its search begins
  * there, and tries at most the first pattern. */
@@ -90,7 +90,7 @@ static void leaves(const kmp_tree *tree, kmp_savings *savings)
             savings->stay[i - 1] = true;
 }
 
-/* Bodies whose joint has no acceleration but that of gravity. */
+/* Bodies whose joint has no acceleration except gravity. */
 static void on_the_ground(const kmp_tree *tree, kmp_savings *savings)
 {
     for (int i = 1; i < tree->count; i++)
@@ -184,7 +184,7 @@ static bool is_seen(search *s, const kmp_equations *eq, int total, const kmp_ref
     return false;
 }
 
-/* The operations of all requested sets as one program; LONG_MAX: no fewer than those of an earlier trial; -1: no
+/* The operations of all requested sets as one program; LONG_MAX: no fewer than in an earlier trial; -1: no
  * memory. */
 static long price_of(search *s, const kmp_equations *eq)
 {
@@ -207,7 +207,7 @@ static long price_of(search *s, const kmp_equations *eq)
 
 /* -- trials ------------------------------------------------------------------------------------------ */
 
-/* Derives in a graph of its own. */
+/* Derives in a separate graph. */
 static kempe_status derive_work(search *s)
 {
     kmp_equations_free(s->work);
@@ -350,7 +350,7 @@ static bool keep_copy(const search *s, const kmp_savings *of, kmp_savings *to)
     return made;
 }
 
-/* Keeps the best variants, with those of the closures for themselves and as they are. False: no memory. */
+/* Keeps the best variants, with the variants of the closures for themselves and as they are. False: no memory. */
 static bool keep_found(const search *s, const kmp_savings *closures)
 {
     kmp_savings *found = s->scene.found;
@@ -392,8 +392,8 @@ static kempe_status find(search *s)
     return status;
 }
 
-/* Derives the best variant. Runs take it in the graph of the trials, whose closures it shares; all others in a graph of
- * its own, which has nothing of the search. */
+/* Derives the best variant. Runs take it in the graph of the trials, whose closures it shares; all others in a separate
+ * graph, which has nothing of the search. */
 static kempe_status derive_best(search *s, kmp_equations *eq)
 {
     if (s->scene.then) {

@@ -34,8 +34,9 @@ static const char *component_name(const kmp_closure *closure, int component)
     return kmp_closure_row_of(closure)->balls == 1 ? names[component] : numbers[component];
 }
 
-/* The value of an expression without coordinates, at t = 0; NaN when there is no memory. An expression of a rotation
- * by a chart alone is that of a vector without coordinates in turned axes: its size does not depend on the chart. */
+/* The value of an expression without coordinates, at t = 0; NaN when there is no memory. An expression of only a
+ * rotation by a chart is the expression of a vector without coordinates in turned axes: its size does not depend on the
+ * chart. */
 static double constant_value(const kmp_equations *eq, kmp_ref h)
 {
     double gap = NAN, *parameter, *times, *chart, *value;

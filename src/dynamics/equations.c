@@ -86,7 +86,7 @@ kmp_ref kmp_tree_unknown(const kmp_tree *tree, const kmp_expr *e)
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */
 
-/* The links of the dynamics: those with variants, if there are any. */
+/* The links of the dynamics: the links with variants, if there are any. */
 static const kmp_tree *dynamic_links(const kmp_equations *eq)
 {
     return eq->links.count ? &eq->links : &eq->tree;
@@ -175,7 +175,7 @@ static bool derive_closed(kmp_equations *eq, const kmp_ref *jt_lambda, kmp_ref *
     return true;
 }
 
-/* After the inverse dynamics; eq->inverse_q and the others by the variants of eq, or by those with the fewest
+/* After the inverse dynamics; eq->inverse_q and the others by the variants of eq, or by the ones with the fewest
  * operations, which it then keeps. */
 static void derive_tangents(kmp_equations *eq, const kmp_forces *forces, unsigned sets)
 {
@@ -308,7 +308,7 @@ static kmp_ref value_of(const kmp_equations *eq, const kmp_force *force, kmp_rol
     return kmp_friction_value(&eq->tree, &(kmp_condition){.of = force, .number = (int)role, .role = role});
 }
 
-/* J qd after an impact: no row has a rate, but those of held contacts that strike rebound by Newton's law. */
+/* J qd after an impact: no row has a rate, but rows of held contacts that strike rebound by Newton's law. */
 static void derive_impact(kmp_equations *eq)
 {
     kmp_graph *g = eq->graph;
@@ -348,7 +348,7 @@ static void derive_next(kmp_equations *eq)
         }
 }
 
-/* Signals before the start are functions of the time; those that keep their value at the start have none. */
+/* Signals before the start are functions of the time; rows that keep their value at the start have none. */
 static void derive_delayed(kmp_equations *eq)
 {
     for (int k = 0; k < eq->model->state_count; k++) {
@@ -537,8 +537,8 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_derivation_requ
 
 static bool init_tree(kmp_equations *eq, const kmp_derivation_request *request, kmp_tree *tree)
 {
-    /* The links of the dynamics are those of the other tree, before their variants: where equal nodes are one, links
-     * made again are these. */
+    /* The links of the dynamics are the links of the other tree, before their variants: where equal nodes are one,
+     * links made again are these. */
     bool again = tree == &eq->links && !request->body_inputs && kmp_graph_has_rule(eq->graph, KMP_RULE_SHARE);
     if (!(again ? kmp_tree_init_again(tree, &eq->tree)
                 : kmp_tree_init(tree, eq->graph, eq->model, request->keep, request->charted)))

@@ -22,7 +22,7 @@
 
 enum { VIRTUAL = 6 }; /* three translations and three rotations, in the axes of the parent's link */
 
-/* The axes of a link in those of the ground. */
+/* The axes of a link in the axes of the ground. */
 typedef struct link_axes {
     kmp_vec e[3];
 } link_axes;

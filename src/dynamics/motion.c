@@ -273,7 +273,7 @@ static bool motion_make_bodies(const kempe_system *s, kmp_bodies *bodies, kmp_eq
 /* -- M and C that wait ------------------------------------------------------------------------------- */
 
 /* A system whose M and C wait knows the variants and patterns of both: they follow from the search and from M. The
- * program that is made later keeps all entries of these patterns, also those that its variants make zero. */
+ * program that is made later keeps all entries of these patterns, also entries that its variants make zero. */
 
 kmp_lazy_equations *kmp_lazy_equations_new(kempe_system *s)
 {
@@ -310,7 +310,7 @@ static kempe_status make_late(kmp_lazy_equations *late)
     s->motion = has_pattern(late) ? kmp_motion_recall(s) : NULL; /* whose record of the system has it */
     if (s->motion)
         return KEMPE_OK;
-    /* M and C by the variants that the search has chosen; without a search, by those of the model as it is. */
+    /* M and C by the variants that the search has chosen; without a search, by the links of the model as it is. */
     kmp_events events = s->events; /* the system has recorded all conditions: none is added */
     const kmp_derivation_request request = {.sets = KMP_MOTION_SETS,
                                             .savings = s->late->chosen.stay ? &s->late->chosen : NULL,
@@ -363,13 +363,13 @@ const kmp_program *kmp_motion_known(const kempe_system *s)
 /* -- articulated bodies ------------------------------------------------------------------------------ */
 
 /* Nodes of their graph, as a multiple of the operations by M and C, about. The graph of a large mechanism, which is
- * searched little, has room for those of the passes too, if these run. */
+ * searched little, has room for the nodes of the passes too, if these run. */
 #define NODES       3
 #define NODES_LARGE 6
 
 static kempe_status derive_bodies(const kempe_system *s, kmp_bodies *bodies)
 {
-    /* Operations of closures and M are a quarter of those by M and C, about. */
+    /* Operations of closures and M are about a quarter of the operations by M and C. */
     enum { QUARTERS = 4, NODES_OF_LINK = 60 };
     bool passes = kmp_equations_are_large(s->model) && (!s->late || s->late->by_links);
     const kmp_program *p = s->late ? s->late->weighing : s->motion;
@@ -393,7 +393,7 @@ static kempe_status derive_bodies(const kempe_system *s, kmp_bodies *bodies)
     return made ? KEMPE_OK : kmp_fail_memory(s->context);
 }
 
-/* Derives articulated bodies. A coordinate that moves no mass is no error unless they were requested. */
+/* Derives articulated bodies. A coordinate that moves no mass is not an error unless they were requested. */
 static kempe_status try_them(const kempe_system *s, kmp_bodies *bodies)
 {
     bool may_pay;

@@ -257,7 +257,7 @@ static bool show_by_wing(kmp_equations *eq, const kmp_output *output)
     return false;
 }
 
-/* Conditions of outputs alone are no events: they are evaluated at the state of each row. */
+/* Conditions only of outputs are not events: they are evaluated at the state of each row. */
 kempe_status kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
 {
     bool settled = eq->tree.settled;

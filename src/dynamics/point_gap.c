@@ -22,8 +22,8 @@
 #include "symbolic/trig.h"
 #include <string.h>
 
-/* The time of the search grows with the square of their number: larger mechanisms use derived rows, as do those with
- * flexible bodies. */
+/* The time of the search grows with the square of their number: larger mechanisms use derived rows, as do mechanisms
+ * with flexible bodies. */
 enum { MOST_CLOSURES = 64, MOST_PASSES = 3 };
 
 typedef enum gap_variant { DERIVED, INWARD, OUTWARD, VARIANTS } gap_variant;
@@ -91,7 +91,7 @@ static kmp_vec turn_rate(kmp_graph *g, kmp_ref w, int axis, kmp_vec u)
     return r;
 }
 
-/* The motion of the point, and the arm of each joint; without `rates` the position alone. */
+/* The motion of the point, and the arm of each joint; without `rates` only the position. */
 static gap_motion move_inward(gaps *s, const gap_side *p, bool rates)
 {
     const kmp_tree *tree = &s->eq->tree;
@@ -313,7 +313,7 @@ static int gap_leaves(const gap *p, const kmp_vec *values, kmp_ref leaf[3], kmp_
     return count;
 }
 
-/* True if rows h depend on coordinates through d alone, whose components are different nodes. */
+/* True if rows h depend on coordinates only through d, whose components are different nodes. */
 static bool is_seen_through(gaps *s, const gap *p, const kmp_ref *h)
 {
     kmp_ref leaf[3] = {0}, to[3] = {0}, rows[KMP_KIND_MAX_ROWS];
@@ -356,7 +356,7 @@ static void rates(gaps *s, const gap *p, const kmp_ref *h, kmp_vec v, kmp_vec a,
 }
 
 /* Both points by their variants: d, and h of it. They are unchanged where constants of d and of h have merged, so that
- * h is no function of d any more. */
+ * h is not a function of d any more. */
 static void place_points(gaps *s, const gap *p, const gap_variant by[2], gap *placed, kmp_ref *h)
 {
     kmp_graph *g = s->eq->graph;
@@ -582,7 +582,7 @@ static bool put_gap(gaps *s, gap *p, gap_variant by[PARTS][2], kmp_ref *const to
     return true;
 }
 
-/* Keeps all rows unchanged, those of point closures with both sides derived: eq->derived. */
+/* Keeps all rows unchanged, rows of point closures with both sides derived: eq->derived. */
 static bool keep_derived(gaps *s)
 {
     gap_variant by[PARTS][2] = {{DERIVED, DERIVED}, {DERIVED, DERIVED}};

@@ -49,8 +49,8 @@
 /* A start value below this part of a radius of gyration is a small displacement, no size of the mechanism. */
 #define KMP_START_IS_SMALL 0.1
 /* Coordinates of flexible bodies over the length of the model, or over 1 for angles. Linear elasticity with terms of
- * second order holds to a tenth. A smaller scale than that of joints makes joints the dependent coordinates of loops,
- * and deflections as accurate as their size needs. */
+ * second order holds to a tenth. A smaller scale than the scale of joints makes joints the dependent coordinates of
+ * loops, and deflections as accurate as their size needs. */
 #define KMP_ELASTIC_SIZE 1e-2
 
 void kmp_pattern_init(kmp_pattern *pattern, kmp_arena *arena, int rows, int cols, const kmp_ref *matrix,
@@ -105,8 +105,8 @@ static void offer_number(kmp_length_scale *best, const kmp_number *number)
     offer(best, along, NULL);
 }
 
-/* A start value that is small against the largest radius of gyration is no size of the mechanism: the radius is taken
- * in its place. */
+/* A start value that is small against the largest radius of gyration is not a size of the mechanism: the radius is
+ * taken in its place. */
 static void offer_gyration(kmp_length_scale *best, const kempe_model *model)
 {
     kmp_length_scale found = {0};
@@ -172,7 +172,7 @@ bool kmp_system_rescale(kempe_system *s)
         s->scale[k] *= s->model->motions[k].elastic ? KMP_ELASTIC_SIZE : 1;
     }
     for (int r = 0; r < s->m; r++) {
-        /* A drive of a deflection has that alone: its unit keeps the row as large as others. */
+        /* A drive of a deflection has only that: its unit keeps the row as large as others. */
         const kmp_closure *closure = &s->model->closures[s->rows[r].closure];
         const bool small = kmp_closure_is_drive(closure) && s->model->motions[closure->motion].elastic;
         s->row_scale[r] = pow(s->length, s->rows[r].length_power) * (small ? KMP_ELASTIC_SIZE : 1);
@@ -345,7 +345,7 @@ static kempe_status derive_sets(kempe_system *s, unsigned sets, kmp_savings *fou
     return kmp_equations_derive(eq, s->model, &request);
 }
 
-/* Derives the programs that follow those of motion, from equations that have all conditions and goals. */
+/* Derives the programs that follow the programs of motion, from equations that have all conditions and goals. */
 static kempe_status derive_rest(kempe_system *s, kmp_equations *eq)
 {
     KMP_TRY(kmp_made(s->context, make_judge(s, eq)));
@@ -353,8 +353,8 @@ static kempe_status derive_rest(kempe_system *s, kmp_equations *eq)
     return kmp_goals_program(eq, &s->goals) ? KEMPE_OK : kmp_fail_memory(s->context);
 }
 
-/* Derives closures, M and the programs that follow those of motion. The variants of M and C are found on the way. By
- * links and by products there is no M, and variants are found where a program needs them. */
+/* Derives closures, M and the programs that follow the programs of motion. The variants of M and C are found on the
+ * way. By links and by products there is no M, and variants are found where a program needs them. */
 static kempe_status derive_late(kempe_system *s)
 {
     enum { OF_PRODUCTS = KMP_SET_PRODUCT | KMP_SET_BIAS | KMP_SET_JDQD | KMP_SET_POWER };
@@ -387,7 +387,7 @@ static kempe_status derive_motion(kempe_system *s, kmp_equations *eq, bool closu
     return closures ? derive_rest(s, eq) : KEMPE_OK;
 }
 
-/* Derives the closures alone, for their rows: those of a kind that hold by themselves are none. */
+/* Derives only the closures, for their rows: rows of a kind that hold by themselves do not count. */
 static kempe_status look_at_rows(const kempe_system *s, bool *by_products)
 {
     kmp_events events = {0};
@@ -494,7 +494,7 @@ void kempe_system_free(kempe_system *s)
     kmp_free(s);
 }
 
-/* The work of the user's force counts as that of every force without a potential. */
+/* The work of the user's force counts like the work of every force without a potential. */
 void kempe_system_set_force(kempe_system *system, kempe_force_fn *force, void *user)
 {
     KMP_GIVEN(system, );

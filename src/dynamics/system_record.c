@@ -218,7 +218,7 @@ kmp_program *kmp_motion_recall(const kempe_system *s)
 
 enum { PROGRAMS = 4 };
 
-/* The first one is that of M if M and C wait. */
+/* The first one is the program of M if M and C wait. */
 static void list_programs(kempe_system *s, kmp_program **list[PROGRAMS])
 {
     kmp_program **const all[PROGRAMS] = {s->late ? &s->late->weighing : &s->motion, &s->judge, &s->changes, &s->goals};

@@ -15,7 +15,7 @@
  * their own axes.
  *
  * An additional constant velocity of the whole system changes nothing; each link uses the one that leaves its origin at
- * rest. About that origin v = (w, 0) and 2 B depends on rotations alone: it maps (x, y) to (2 H x, x x 2 f) with
+ * rest. About that origin v = (w, 0) and 2 B depends only on rotations: it maps (x, y) to (2 H x, x x 2 f) with
  *
  *     H = sum m (rd.r 1 - rd r')      f = sum m rd      r, rd: position and velocity of a particle
  *
@@ -26,7 +26,7 @@
  *
  * The rows S_i I_i and S_i 2 B_i are passed from O' to O as a wrench and as three numbers, to which u2 x (force of S_i
  * I_i) is added. For a joint that rotates about e, psi' = (w x e, 0) and psi'' = (beta e, alpha x e). For one that
- * translates they are (0, w x e) and (0, beta e). w, beta, alpha are those of the link itself, because e belongs to
+ * translates they are (0, w x e) and (0, beta e). w, beta, alpha belong to the link itself, because e belongs to
  * both sides of the joint.
  *
  * Forces of the model act as wrenches whose components in link axes depend on q and qd. These are differentiated one by
@@ -45,7 +45,7 @@ typedef struct flow {
     kmp_vec f;
 } flow;
 
-/* Derivatives by one joint: twice w x e, once, and psi''; those of a rotation or a translation. */
+/* Derivatives by one joint: twice w x e, once, and psi''; the terms of a rotation or a translation. */
 typedef struct change {
     kmp_vec twice, first;
     kmp_vec angular, linear;

@@ -8,7 +8,7 @@
 #include <limits.h>
 #include <string.h>
 
-/* The bytes of all motions, then those of all closures. */
+/* The bytes of all motions, then the bytes of all closures. */
 static size_t motion_savings(const kempe_model *model)
 {
     return 5 * (size_t)model->motion_count;
@@ -159,7 +159,7 @@ void kmp_move_origins(kmp_tree *tree, const uint8_t *origin)
  * 1991).
  *
  * From the leaves inwards, so that a link passes on the mass that it received with its own. Links whose equations use
- * the centre of mass can give and receive inertia alone. */
+ * the centre of mass can give and receive only inertia. */
 
 static kmp_composite nothing(void)
 {

@@ -45,7 +45,7 @@ struct kempe_ensemble_result {
 
 /* -- columns ------------------------------------------------------------------------------------------ */
 
-/* Columns of the results, behind those of the values. */
+/* Columns of the results, after the columns of the values. */
 static void put_result_columns(const kempe_ensemble *e, kempe_table *table)
 {
     const kempe_system *system = kmp_mechanisms_system(e->inner);
@@ -187,7 +187,7 @@ typedef struct repeat {
     int *instance; /* of a case */
 } repeat;
 
-/* Differences of the quantities of an instance; infinite for a value that one of the runs alone has. */
+/* Differences of the quantities of an instance; infinite for a value that only one of the runs has. */
 static void compare_quantities(const kempe_ensemble_result *b, int instance, const double *other)
 {
     int count = b->ensemble->quantities.run.values;
@@ -216,7 +216,7 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     other.atol *= rtol / r->spec->rtol;
     execution.taken = taken;
     execution.starts = starts;
-    execution.total = execution.total > 0 ? -1 : 0; /* a part's progress is that of its first run */
+    execution.total = execution.total > 0 ? -1 : 0; /* a part's progress is the progress of its first run */
     for (int k = 0; status == KEMPE_OK && k < count; k++) {
         const size_t first = (size_t)r->instance[which[k]];
         memcpy(rows + (size_t)k * columns, row_of(r->b, (int)first), columns * sizeof *rows);
@@ -227,7 +227,7 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     if (status == KEMPE_OK && kmp_interrupted(context))
         status = KEMPE_STOPPED;
     if (status == KEMPE_OK) {
-        /* Compares the results of repeated instances with those of the first run. */
+        /* Compares the results of repeated instances with the results of the first run. */
         const kempe_ensemble_result *b = r->b;
         const kempe_system *system = kmp_mechanisms_system(b->ensemble->inner);
         for (int k = 0; k < count; k++) {
@@ -301,7 +301,7 @@ static kempe_status run_batch(kempe_ensemble_result *b, const kmp_batch_range *r
     b->status = kmp_interrupted(e->model->context) ? KEMPE_STOPPED : KEMPE_OK;
     if (b->status == KEMPE_OK && !once)
         KMP_TRY(check_again(b, spec, &execution));
-    /* Gives the warnings that each instance would have given; those of a part of a longer run are those of the whole.
+    /* Gives the warnings that each instance would have given; totals of a part of a longer run belong to the whole.
      */
     if (range->total > 0)
         return KEMPE_OK;

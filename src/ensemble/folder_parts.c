@@ -20,7 +20,7 @@ enum { GROUP_ROWS = 1 << 16, MOST_NAMED = 8 };
 
 /* -- one part ---------------------------------------------------------------------------------------- */
 
-/* Why a part is not that of the folder; NULL: it is. */
+/* Why a part does not belong to the folder; NULL: it is. */
 static const char *fault_of(const kempe_folder *f, int part, bool history, const kmp_parquet_file *file)
 {
     char number[16];
@@ -375,7 +375,7 @@ static kempe_table *begin_table(const gathering *g, const kmp_parquet_file *file
     return table;
 }
 
-/* Adds the rows of a part to those that wait. */
+/* Adds the rows of a part to the rows that wait. */
 static kempe_status take_rows(gathering *g, int part, const kmp_parquet_file *file)
 {
     kempe_context *context = g->folder->context;

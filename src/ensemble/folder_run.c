@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* An ensemble run into a folder: chunk after chunk, each a whole part. Memory is that of one chunk. */
+/* An ensemble run into a folder: chunk after chunk, each a whole part. Memory is needed for one chunk. */
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/file.h"
@@ -29,8 +29,8 @@
 
 /* Claims on the parts of a folder: files that are made exclusively, so that processes on several hosts share the work.
  * A claim has the name of its process. Another process takes it over when that process has ended: on the same host by
- * its process number and start time, on another one when nobody has touched the claim for STALE seconds. A thread of
- * the owner touches it. A part that two processes make nevertheless has the same bytes from both. */
+ * its process number and start time, on another one when no process has touched the claim for STALE seconds. A thread
+ * of the owner touches it. A part that two processes make nevertheless has the same bytes from both. */
 
 enum { STALE = 300, BEAT = 15 }; /* s */
 
@@ -398,7 +398,7 @@ typedef struct folder_run {
 
 /* -- the folder -------------------------------------------------------------------------------------- */
 
-/* The chunk that is given, that of the folder, or the usual one. */
+/* The chunk that is given, the chunk of the folder, or the usual one. */
 static int chunk_of(const kempe_folder_options *options, const char *manifest, int instances)
 {
     int chunk;
@@ -407,7 +407,7 @@ static int chunk_of(const kempe_folder_options *options, const char *manifest, i
     return manifest && kmp_manifest_int(manifest, "chunk", 1, 1 << 30, &chunk) ? chunk : kmp_folder_chunk(instances);
 }
 
-/* Compares the manifest that is there with that of this run. */
+/* Compares the manifest that is there with the manifest of this run. */
 static kempe_status check_manifest(kempe_context *context, const char *path, const char *there, const kmp_text *here)
 {
     kmp_text why = {0};

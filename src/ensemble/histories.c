@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Time histories of chosen instances of an ensemble: each is the table of a run of its own, as `kempe simulate --from`
- * makes it. So its rows depend on the instance alone, not on threads, parts or lanes. */
+/* Time histories of chosen instances of an ensemble: each is the table of a separate run, as `kempe simulate --from`
+ * makes it. So its rows depend only on the instance, not on threads, parts or lanes. */
 #include "ensemble/histories.h"
 #include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
@@ -136,7 +136,7 @@ static kempe_status add_instance(history *h, int instance)
     return status == KEMPE_OK ? kmp_tabulate_check(h->context, h->table) : status;
 }
 
-/* The settings that all instances have, without those that concern the ensemble alone. */
+/* The settings that all instances have, without settings that concern only the ensemble. */
 static kempe_status resolve(history *h, const kempe_run_options *run, kmp_arena *arena)
 {
     kmp_run_spec spec;
@@ -158,7 +158,7 @@ kempe_status kmp_histories(kempe_ensemble *ensemble, const kempe_run_options *ru
     kempe_status status = resolve(&h, run, &arena);
     h.table = status == KEMPE_OK ? kmp_tabulate(h.context, "history") : NULL;
     kmp_tabulate_columns(h.table, "instance");
-    const bool quiet = kmp_context_quiet(h.context, true); /* warnings are those of the ensemble */
+    const bool quiet = kmp_context_quiet(h.context, true); /* warnings belong to the ensemble */
     for (int k = first; k < first + count && status == KEMPE_OK; k++)
         if (kmp_instance_ranges_meet(ranges, k, 1))
             status = add_instance(&h, k);

@@ -25,7 +25,7 @@ static void keep_folder(const char *path)
     kmp_text_free(&folder);
 }
 
-/* A file system without links has renaming alone, which replaces what another process has made in between. */
+/* A file system without links has only renaming, which replaces what another process has made in between. */
 static int give_name(const char *temporary, const char *path, bool exclusive)
 {
     if (!exclusive)

@@ -285,7 +285,7 @@ bool kmp_manifest_is_whole(const char *manifest, const char *written)
 
 /* -- comparison -------------------------------------------------------------------------------------- */
 
-/* Keys in the order of messages, and those of hashes in words. */
+/* Keys in the order of messages, and keys of hashes in words. */
 static const struct {
     const char *key, *words;
 } compared[] = {{"format", NULL},

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Instances are ordered by the values that shape equations; those with the same values form a group, which one
+/* Instances are ordered by the values that shape equations; instances with the same values form a group, which one
  * mechanism runs in its lanes. */
 #include "ensemble/mechanisms.h"
 #include "base/context.h"
@@ -27,7 +27,7 @@ struct kmp_mechanisms {
     const kmp_quantity_list *quantities;
     kmp_ensemble *base;
     kmp_arena arena;
-    int columns, shaping, others; /* of the columns of values: those that shape equations, and the others, */
+    int columns, shaping, others; /* of the columns of values: parameters that shape equations, and the others, */
     int *column;                  /* in this order */
     const char **name;            /* in this order, too */
     mechanism kept[KEPT];

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A quantity is [NAME =] WORD(EXPRESSION) [from TIME [to TIME]], or an expression alone: its value at the end. */
+/* A quantity is [NAME =] WORD(EXPRESSION) [from TIME [to TIME]], or only an expression: its value at the end. */
 #include "ensemble/quantity_words.h"
 #include "base/clones.h"
 #include "base/memory.h"
@@ -200,7 +200,7 @@ static void visit(listing *l, const kmp_expr *e)
     visit(l, e->c);
 }
 
-/* Lists the functions of an expression that are no polynomials. false: no memory. */
+/* Lists the functions of an expression that are not polynomials. false: no memory. */
 static bool expr_arguments(kmp_arena *arena, const kmp_expr *expr, const kmp_expr_argument **list)
 {
     listing l = {.arena = arena};
@@ -608,7 +608,7 @@ static kempe_status complain(const reading *r, part p, const char *sentence)
 
 /* -- quantities --------------------------------------------------------------------------------------- */
 
-/* Splits "NAME = REST": an equals sign that is no part of a comparison. */
+/* Splits "NAME = REST": an equals sign that is not part of a comparison. */
 static part take_name(part *item)
 {
     size_t n = 0;
@@ -809,7 +809,7 @@ static const char *unit_of(reading *r, const kmp_run_quantity *q, int number)
                                                  : unit;
 }
 
-/* Arguments are the channels behind those of the quantities. */
+/* Arguments are the channels after the channels of the quantities. */
 static bool add_arguments(reading *r, const kmp_added_arguments *arguments)
 {
     kmp_run_quantities *run = &r->list->run;

@@ -45,7 +45,7 @@ void kmp_folder_put_manifest(kmp_text *path, const char *folder)
     kmp_text_printf(path, "%s/manifest.json", folder);
 }
 
-/* True if a file is there; length: that of its path, which was written to a buffer of PATH_MAX. */
+/* True if a file is there; length: the name of its path, which was written to a buffer of PATH_MAX. */
 static bool has_file(const char *path, int length)
 {
     struct stat about;
@@ -280,7 +280,7 @@ static void put_next(kmp_text *text, const kempe_folder *f)
     kmp_text_put(text, "; the run's command with --resume runs them\n");
 }
 
-/* A run judges its own parts; those that were there before it are judged by a check. */
+/* A run judges its own parts; parts that were there before it are examined by a check. */
 static kempe_outcome outcome_of(const kempe_folder *f)
 {
     const kmp_instance_sums *sums = &f->totals.sums, *rows = &f->rows;

@@ -15,7 +15,7 @@
 /* A refactorisation whose reciprocal pivot growth is below this fraction of the last pivoted one's is not kept. */
 #define GROWTH_KEPT 1e-3
 /* An off-diagonal pivot is taken where the diagonal entry is below this fraction of it. The first value serves matrices
- * that are factored once or seldom, the second those of an integrator's iteration, where fill matters more than
+ * that are factored once or seldom, the second the matrices of an integrator's iteration, where fill matters more than
  * accuracy. */
 #define DIAGONAL_KEPT         0.1
 #define DIAGONAL_OF_ITERATION 1e-3
@@ -23,7 +23,7 @@
  * is one block. */
 enum { BLOCKS_UP_TO = 4000 };
 
-/* Off-diagonal pivots that fill the factors of a saddle system beyond so many times the estimate show that its order
+/* Off-diagonal pivots that fill the factors of a saddle system beyond this multiple of the estimate show that its order
  * does not serve. */
 #define MOST_FILL 2
 
@@ -40,7 +40,7 @@ struct kmp_sparse {
     int *group;        /* of its multipliers */
     double operations; /* of a factorisation and a solution */
     double growth;     /* reciprocal, of the last factorisation with pivoting */
-    bool good;         /* the factors are those of the last values */
+    bool good;         /* the factors belong to the last values */
 };
 
 /* A matrix without entries; freed and NULL when there is no memory. */
@@ -279,7 +279,7 @@ void kmp_sparse_norms(kmp_sparse *s, double *norm, double *inverse)
 /* -- complete pivoting ------------------------------------------------------------------------------- */
 
 /* Complete pivoting of a sparse matrix. Rows hold their entries, columns the indices of their rows, and a heap the rows
- * by their largest entry; a pivot touches the rows of its column alone. Entries are formed by the operations of the
+ * by their largest entry; a pivot touches only the rows of its column. Entries are formed by the operations of the
  * dense elimination in its order. Products with a zero are left out, which changes no number, so that results equal the
  * dense ones.
  *
@@ -287,8 +287,8 @@ void kmp_sparse_norms(kmp_sparse *s, double *norm, double *inverse)
  * threshold it takes one with the fewest entries, and of these entries the one whose column has the fewest rows. When
  * none are left, the next threshold is a fraction of the largest entry then. */
 
-/* Beyond so many products for each entry, row and column, or so many times more entries that are looked at, thresholds
- * are taken, of this part of the largest entry. */
+/* Beyond this number of products for each entry, row and column, or this multiple of entries that are looked at,
+ * thresholds are taken, of this part of the largest entry. */
 enum { PRODUCTS_EACH = 40, LOOKS = 4 };
 #define THRESHOLD 0.25
 
@@ -324,7 +324,7 @@ typedef struct work {
     long products, most_products, looks;
     bool exhausted;
 
-    bool relaxed;                /* by thresholds; the members below are for that alone */
+    bool relaxed;                /* by thresholds; the members below are only for that */
     double threshold, began_at;  /* the threshold, and the largest entry when it was set */
     bool of_fixed;               /* columns that the threshold applies to */
     int *users;                  /* of a column: its remaining rows */
@@ -371,7 +371,7 @@ static bool is_fixed(const work *w, int j)
 
 /* -- choice of the next entry ------------------------------------------------------------------------ */
 
-/* A free column before a fixed one, then the larger entry, then the smaller column, then row. Zeros are no candidates.
+/* A free column before a fixed one, then the larger entry, then the smaller column, then row. Zeros are not candidates.
  */
 static bool better(const work *w, entry x, int x_row, entry y, int y_row)
 {

@@ -69,7 +69,7 @@ void kmp_sparse_definite_free(kmp_sparse_definite *f)
 }
 
 #ifdef WITH_CHOLMOD
-/* The rows are those of columns, by symmetry; their lower part alone is read. */
+/* The rows equal the columns, by symmetry; only their lower part is read. */
 static kmp_sparse_outcome factor_by_cholmod(kmp_sparse_definite *f, int n, int nz, const int *row, const int *col,
                                             const double *value)
 {

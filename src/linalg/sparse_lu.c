@@ -15,7 +15,7 @@
 /* Cost of a product by lists of entries, in products of a dense block. */
 #define BY_LISTS 4
 /* Pivots are chosen as the largest entries of their columns, so that no entry of L exceeds 1; and again where an entry
- * of L of later values exceeds the limit, or one of U so many times the largest entry of the matrix. */
+ * of L of later values exceeds the limit, or an entry of U this multiple of the largest entry of the matrix. */
 #define DIAGONAL_KEPT 1.0
 #define MOST_OF_L     1e2
 #define MOST_OF_U     1e2
@@ -27,7 +27,7 @@ typedef struct columns {
 } columns;
 
 struct kmp_sparse_lu {
-    kmp_arena arena, factors; /* factors: those of the present pivots */
+    kmp_arena arena, factors; /* factors: of the present pivots */
     int n, nz;
     long *start, *row; /* entries by columns, in the order that was given */
     int *place;        /* of an entry among them */

@@ -78,8 +78,8 @@ static void take_numbers(kmp_convergence *found, double t, int at, int count, co
 }
 
 /* The angles of a spherical joint have another form for the same rotation, (a + pi, pi - b, c + pi), and full turns:
- * runs that pass the singular position on either side go on in different ones. The form nearest to the first run's is
- * compared. */
+ * runs that pass the singular position on either side continue in different forms. The form nearest to the first run's
+ * is compared. */
 static void take_coordinates(kmp_convergence *found, double t, const kempe_system *system, const double *first,
                              const double *other)
 {
@@ -304,7 +304,7 @@ static int take_part_row(void *user, double t, const double *q, const double *qd
     return 0;
 }
 
-/* Runs a part, whose rows are those of the table from `offset` on. *good: it has come to its end. */
+/* Runs a part, whose rows are the rows of the table from `offset` on. *good: it has come to its end. */
 static kempe_status run_part(const kmp_run_spec *spec, part *p, int offset, kmp_convergence *found, bool *good)
 {
     const kempe_assembly start = {.system = p->system,

@@ -178,7 +178,7 @@ static bool check_names(kmp_csv *csv, const char *header)
     return names;
 }
 
-/* Rows are read under a header without errors alone. False: no memory. */
+/* Rows are read only under a header without errors. False: no memory. */
 static bool read_lines(kmp_csv *csv, char *text, size_t length)
 {
     const bool binary = memchr(text, '\0', length) != NULL;

@@ -488,8 +488,8 @@ static const char *column_name(kmp_arena *arena, const char *word)
     return name;
 }
 
-/* A column is meant by its name, or, unless `whole`, by that of the output whose component, response or derivative it
- * is. */
+/* A column is meant by its name, or, unless `whole`, by the name of the output whose component, response or derivative
+ * it is. */
 static bool is_meant(drawing *d, int column, const char *name, bool whole)
 {
     size_t length = strlen(name);
@@ -586,7 +586,7 @@ static bool has_unit(const drawing *d, int curve, int plot)
            look_of(d, column) == look_of(d, other);
 }
 
-/* A curve through all rows, open where a periodic value goes on at the other edge. */
+/* A curve through all rows, open where a periodic value continues at the other edge. */
 static void draw_curve(const drawing *d, kmp_plot *p, int curve)
 {
     const double *x = kempe_table_values(d->table, d->x), *y = kempe_table_values(d->table, d->curve[curve]);

@@ -395,7 +395,7 @@ void kmp_print_multipliers(kmp_text *text, const kempe_system *system, const dou
     double largest = 0;
     if (system->m > 0)
         kmp_text_printf(text, "\n  %-*s  %12s\n", width, "", "multiplier");
-    /* As forces: those of rows in rad act at the characteristic length. */
+    /* As forces: multipliers of rows in rad act at the characteristic length. */
     for (int r = 0; r < system->m; r++)
         largest = fmax(largest, fabs(lambda[r]) * pow(system->length, system->rows[r].length_power - 1));
     for (int r = 0; r < system->m; r++) {

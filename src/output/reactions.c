@@ -35,7 +35,7 @@ static kmp_reaction *add(kmp_reactions *r, const char *name, const char *kind)
     return made;
 }
 
-/* True for a contact in the clearance of a joint, by its name: that of the joint, or followed by what it is. */
+/* True for a contact in the clearance of a joint, by its name: the name of the joint, or followed by what it is. */
 static bool is_in_clearance(const kmp_force *force, const char *joint)
 {
     const size_t length = strlen(joint);
@@ -306,8 +306,8 @@ kempe_status kmp_reactions_keep_rows(kmp_reactions *r, const kempe_system *syste
 
 /* -- text ----------------------------------------------------------------------------------------------- */
 
-/* A text under way: the joint with the least load of those that it has (NULL: it has all), the width of their names,
- * and the size of rounding of forces and of moments. */
+/* A text under way: the joint with the least load of the joints that it has (NULL: it has all), the width of their
+ * names, and the size of rounding of forces and of moments. */
 typedef struct joint_lines {
     const kmp_reactions *r;
     const kmp_reaction *least;

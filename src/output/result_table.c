@@ -446,7 +446,7 @@ bool kmp_table_has_words(const kempe_table *table, int column)
 
 /* -- files ------------------------------------------------------------------------------------------- */
 
-/* Arrays of the columns of numbers, and one of each column of words; `name`, `unit`: room for those of all columns,
+/* Arrays of the columns of numbers, and one of each column of words; `name`, `unit`: room for the texts of all columns,
  * `values` for all numbers. */
 static void list_arrays(kmp_arrays *arrays, const kempe_table *t, char **name, char **unit, double *values)
 {

@@ -167,7 +167,7 @@ static void compare_rows(double *error, const kmp_samples *table, const kmp_refe
                 memcpy(room + k * n, kmp_samples_get(table, (kmp_quantity)k, row), n * sizeof *room);
             use_words_of(system, reference->value[KMP_QUANTITY_Q] + (size_t)r * n, room + 3 * n, room);
         }
-        /* The integrals of states are no results. */
+        /* The integrals of states are not results. */
         const double rates[KMP_QUANTITY_LAMBDA] = {1, scales.rate, scales.acceleration};
         for (int k = 0; k < KMP_QUANTITY_LAMBDA; k++) {
             const double *x = room ? room + (ptrdiff_t)k * table->n : kmp_samples_get(table, (kmp_quantity)k, row);

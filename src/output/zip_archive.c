@@ -5,7 +5,7 @@
 #include "output/named_arrays.h"
 #include <string.h>
 
-/* The places of the format, and what stands in those of 32 bits where a field of 64 follows. */
+/* The places of the format, and the value in places of 32 bits where a field of 64 follows. */
 enum { VERSION = 20, VERSION_WIDE = 45, DATE = 0x21, LONG = 1, CHECKSUM_AT = 14, SIZES_AT = 18 };
 #define ELSEWHERE 0xffffffffu
 

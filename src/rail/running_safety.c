@@ -221,7 +221,7 @@ static bool is_straight(const judging *j, double off_most, const double *a, cons
     return true;
 }
 
-/* Keeps the samples after `a` up to `b`, with those between where values are not straight. */
+/* Keeps the samples after `a` up to `b`, with samples between where values are not straight. */
 static kempe_status refine(judging *j, const double *a, const double *b, int halvings, double *scratch)
 {
     double *middle = scratch;
@@ -698,7 +698,7 @@ static void json_value(kmp_json *json, const char *key, kmp_safety_value x)
     kmp_json_put(json, "%s { value %g t %g }", key, x.value, x.t);
 }
 
-/* true, false, or null where one of both is unknown. */
+/* true, false, or null if either is unknown. */
 static void json_kept(kmp_json *json, double value, double limit)
 {
     if (isfinite(value) && isfinite(limit))
@@ -750,8 +750,8 @@ static void json_verdict(kmp_json *json, const kempe_model *model, const void *v
 
 /* -- static loads -------------------------------------------------------------------------------------- */
 
-/* Wheel loads at rest take an equilibrium, which costs as much as some seconds of a run; they depend on the model
- * alone, and are kept like its programs. */
+/* Wheel loads at rest take an equilibrium, which costs as much as some seconds of a run; they depend only on the
+ * model, and are kept like its programs. */
 
 /* By descent, then by Newton's method. */
 static kempe_status loads_at_rest(const kempe_system *system, kmp_output_program *o, kmp_arena *room, double *loads)
@@ -824,7 +824,7 @@ static kempe_status take_static_loads(const kempe_system *system, double *loads)
     const kempe_model *model = system->model;
     if (!system->has_key || system->force) /* nothing is known of the force of a user's function */
         return find(system, loads);
-    /* By the values of parameters, which may differ from those of the model's file. */
+    /* By the values of parameters, which may differ from the values of the model's file. */
     kmp_program_cache_name name = {.what = "static loads"};
     kmp_digest digest;
     kmp_digest_begin(&digest);

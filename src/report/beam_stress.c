@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Bending follows from the curvature of the shapes at a station, N from the lengthening of the axis between the
- * stations beside it: without axial shapes it is zero. Places between stations of the curve have the stress between
+ * neighbouring stations: without axial shapes it is zero. Places between stations of the curve have the stress between
  * theirs. */
 #include "report/beam_stress.h"
 #include "model/data/body.h"
@@ -13,7 +13,7 @@ static int number_of(const kempe_model *model, int body)
     return model->bodies[body].flexible - 1;
 }
 
-/* Those of the places of its curve. */
+/* The sections at the places of its curve. */
 static const kmp_drawn_section *sections_of(const kmp_drawing *drawing, const kempe_model *model, int body)
 {
     return &drawing->sections[number_of(model, body) * (KMP_BEAM_PIECES + 1)];
@@ -49,7 +49,7 @@ static double bending_stress(const kmp_drawn_section *section, double about_y, d
     return section->round ? hypot(by[0], by[1]) : by[0] + by[1];
 }
 
-/* Of a place on the curve; the places of the curve are beside it in the list. */
+/* Of a place on the curve; the places of the curve are next to it in the list. */
 static double stress_on_curve(const kmp_drawn_section *section, const kempe_model *model, const kmp_drawn_place *place,
                               const double *q)
 {

@@ -238,7 +238,7 @@ static void mark_closure(kmp_drawing *drawing, const kempe_model *model, const k
 
 /* -- curves of flexible bodies ----------------------------------------------------------------------- */
 
-/* Pieces from the place of a body's joint to those that its points move with, where its modes are from a file. */
+/* Pieces from the place of a body's joint to the places that its points move with, where its modes are from a file. */
 static void add_star(kmp_drawing *drawing, const kempe_model *model, int body)
 {
     const double nothing[3] = {0};
@@ -309,7 +309,7 @@ static bool add_curve(kmp_drawing *drawing, const kempe_model *model, const doub
     return stations;
 }
 
-/* The place of a point; one beside the curve is joined to it. */
+/* The place of a point; a point off the curve is joined to it. */
 static void add_point(kmp_drawing *drawing, const kempe_model *model, int point)
 {
     const double nothing[3] = {0};
@@ -730,7 +730,7 @@ static int find_hull(place *points, int count, place *hull)
     return corners > 0 ? corners : 1;
 }
 
-/* Points of a body that make its shape: all but its centre of mass, and that where there are no others. */
+/* Points of a body that make its shape: all but its centre of mass, which counts where there are no others. */
 static void put_body(const picture *p, int body)
 {
     const int all = p->drawing.mark_count;

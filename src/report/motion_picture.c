@@ -71,7 +71,7 @@ static bool is_kept(const grid *g, const int *t)
     return a != b && b != c && c != a;
 }
 
-/* Divides the longest side into so many cells, and counts the triangles that stay. */
+/* Divides the longest side into this number of cells, and counts the triangles that stay. */
 static void divide(grid *g, double longest, int parts)
 {
     g->side = longest / parts;
@@ -213,7 +213,7 @@ typedef struct picture {
     const kmp_samples *row;
     const double *at; /* of each row; NULL: its time */
     kmp_drawing drawing;
-    int frames, stride; /* every so many rows is a frame, and the last row */
+    int frames, stride; /* rows at this stride are frames, and the last row */
     kmp_pose *poses;
     int moving;                  /* bodies without the ground, and places of flexible bodies */
     double *position, *rotation; /* 3 and 4 a frame and one of these */
@@ -560,7 +560,7 @@ static void put_railway(kmp_json *json, const picture *p)
 
 enum { CURVE_POINTS = 65 };
 
-/* A place in the axes of a point, in those of its body. */
+/* A place in the axes of a point, in the axes of its body. */
 static void to_body(const kempe_model *model, int point, const double place[3], double out[3])
 {
     for (int i = 0; i < 3; i++) {
@@ -716,7 +716,7 @@ static bool is_held(const picture *p, int body)
     return held;
 }
 
-/* Names of flexible bodies that are held, and of those with solids, which do not deform. */
+/* Names of flexible bodies that are held, and of bodies with solids, which do not deform. */
 static void put_names(kmp_json *json, const picture *p)
 {
     kmp_json_array(json, "held");

@@ -60,7 +60,7 @@ kempe_status kempe_report_check(kempe_context *context)
 }
 
 /* The text of an external script. A sequence that would end it, or open a comment of the page, gets a backslash. It can
- * occur within strings and regular expressions alone, where this changes nothing. */
+ * occur only within strings and regular expressions, where this changes nothing. */
 static void put_script(kmp_text *text, const char *script)
 {
     while (*script) {
@@ -94,7 +94,7 @@ static void put_all(kmp_text *text, const char *const *lines)
         kmp_text_put(text, *lines);
 }
 
-/* Lines of scripts that begin with this mark are for pages with flexible bodies alone. */
+/* Lines of scripts that begin with this mark are only for pages with flexible bodies. */
 static const char of_flexible[] = "/*FLEXIBLE*/ ";
 
 static void put_scripts(kmp_text *text, const char *const *const *scripts, bool flexible)

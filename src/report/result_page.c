@@ -26,7 +26,7 @@ enum { MOST_NUMBERS = 100000, MOST_ROWS = 2001, FEWEST_ROWS = 101, MOST_TEXT = 6
 
 /* -- curves ------------------------------------------------------------------------------------------ */
 
-/* Rows that are drawn: every so many, and the last. */
+/* Rows that are drawn: rows at this stride, and the last. */
 static int choose_stride(int rows, int most)
 {
     most = most > MOST_ROWS ? MOST_ROWS : most < FEWEST_ROWS ? FEWEST_ROWS : most;
@@ -157,8 +157,8 @@ static void put_series(kmp_json *json, const kmp_result_page *page)
 
 /* -- where a run stopped ----------------------------------------------------------------------------- */
 
-/* The joint or closure that a name in a message means: itself, or that of a coordinate, a drive or a row. NULL: it is
- * none. */
+/* The joint or closure that a name in a message means: itself, or the joint of a coordinate, a drive or a row. NULL: it
+ * is none. */
 static const char *part_named(const kempe_model *model, const char *name)
 {
     for (int k = 0; k < model->motion_count; k++)
@@ -281,7 +281,7 @@ static void put_words(kmp_json *json, const kmp_result_page *page)
     kmp_json_end(json);
 }
 
-/* The parts to be marked where a run did not reach its end: those that the reason names, otherwise the joint with the
+/* The parts to be marked where a run did not reach its end: joints that the reason names, otherwise the joint with the
  * largest acceleration for its size at the last frame. */
 static void put_stopped(kmp_json *json, const kmp_result_page *page)
 {

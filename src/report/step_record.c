@@ -47,7 +47,7 @@ typedef struct recording {
     kmp_runner *runner;
     const kmp_run_spec *spec;
     kmp_record *record;
-    int rows;     /* after that of the start */
+    int rows;     /* after the row of the start */
     double *room; /* of a row */
 } recording;
 

@@ -175,7 +175,7 @@ static kempe_status fill_equilibria(kmp_result_page *page, const void *result)
 /* -- ensembles --------------------------------------------------------------------------------------- */
 
 /* The instances in the table of the page, of a model whose own values the picture has. `told`: the warnings of their
- * run; NULL: those that follow from the table. */
+ * run; NULL: the warnings of the table. */
 static kempe_status fill_instances(kmp_result_page *page, const kempe_model *model, kempe_outcome outcome,
                                    const char *told)
 {
@@ -274,7 +274,7 @@ static void merge_rows(kempe_table *made, const kempe_table *rows, const kempe_t
     }
 }
 
-/* Rows of measurements become points of curves that go on between them. `words`: the outputs that are measured. */
+/* Rows of measurements become points of curves that continue between them. `words`: the outputs that are measured. */
 static kempe_status add_curves_between(kmp_result_page *page, const kempe_trajectory *motion, const char *words)
 {
     kempe_table *outputs = NULL, *made = kmp_tabulate(page->context, kempe_table_name(page->table));
@@ -422,11 +422,11 @@ static kempe_status fill_assembly(kmp_result_page *page, const void *result)
 
 /* -- simulations: the run once more with monitoring, and all its outputs --------------------------------- */
 
-/* Rows of the page: at least so many, with the path of a journal so many, at most so many where the table has more; how
- * many times as many the run is repeated with; columns of all outputs. */
+/* Rows of the page: the least number, the number with the path of a journal, the most where the table has more;
+ * the multiple with which the run is repeated; columns of all outputs. */
 enum { FEWEST_ROWS = 1000, PATH_ROWS = 6000, MOST_ROWS = 4000, MOST_DENSER = 1000, MOST_COLUMNS = 300 };
 
-/* A multiple of the rows of the table, so that its times are among those of the page. */
+/* A multiple of the rows of the table, so that its times are among the times of the page. */
 static int choose_rows(const kempe_trajectory *t)
 {
     int rows = kmp_is_complete(t->status) ? t->table.rows - 1 : 0;

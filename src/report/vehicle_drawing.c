@@ -141,7 +141,7 @@ kempe_status kmp_vehicle_comfort(const kempe_trajectory *t, kempe_comfort **comf
     return KEMPE_OK;
 }
 
-/* Lateral positions are those of the middle between the wheels. */
+/* Lateral positions are taken at the middle between the wheels. */
 static void put_axles(kmp_json *json, const kempe_model *model, const kmp_running_safety *s)
 {
     double *room = KMP_NEW(double, s->samples);
@@ -203,7 +203,7 @@ bool kmp_contact_drawing_has_paths(const kempe_model *model)
 
 /* -- paths --------------------------------------------------------------------------------------------- */
 
-/* The last column with this ending behind that of the time, which it is where there is none. */
+/* The last column with this ending after the column of the time, which it is where there is none. */
 static int column_of(const kmp_output_program *observed, const char *ending)
 {
     int k = observed->columns.count - 1;

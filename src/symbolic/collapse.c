@@ -238,8 +238,8 @@ static int count_trig(const kmp_graph *g, kmp_ref x, int *left)
 /* Two squares, or a product of each angle's, are the least that a rule applies to. */
 enum { FEWEST_TRIG = 4 };
 
-/* The axes, and the sines and cosines among the factors of each needed node before the pass, at most FEWEST_TRIG. Those
- * of a sum are the sum of its terms'. */
+/* The axes, and the sines and cosines among the factors of each needed node before the pass, at most FEWEST_TRIG. The
+ * coefficients of a sum are the sum of its terms'. */
 typedef struct axes_and_trig {
     const kmp_parallel *parallel;
     uint8_t *trig, *of_terms;

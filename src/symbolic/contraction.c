@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A product with a single reader becomes part of it, if that is a sum of its stage; of two such products the second
- * one. A sum takes none where it lies on the longest path through its stage and waits for the other operand: an
- * addition alone is faster. */
+ * one. A sum takes none where it lies on the longest path through its stage and waits for the other operand: a
+ * single addition is faster. */
 #include "symbolic/contraction.h"
 
 /* Durations in cycles, as on processors of Intel and AMD since 2017 (A. Fog, Instruction tables, 2022): an addition
@@ -13,7 +13,7 @@ typedef struct choice {
     const kmp_program *program;
     int leaves;
     uint32_t *readers, *known, *rest;
-    bool *exact; /* by instruction: it is computed alone */
+    bool *exact; /* by instruction: it is computed separately */
     uint8_t *result;
 } choice;
 

@@ -84,7 +84,7 @@ static void note_seed(kmp_derivative *d, int count, const kmp_ref *leaf, const k
 }
 
 /* True if the memo is of these leaves and directions, in the graph as it grew since then: where equal nodes are one,
- * its derivatives are those that would be made again. */
+ * its derivatives are the ones that would be made again. */
 static bool continues(const kmp_derivative *d, int count, const kmp_ref *leaf, const kmp_ref *direction)
 {
     size_t size = (size_t)count * sizeof *leaf;
@@ -133,8 +133,8 @@ static kmp_derivative *allocate(kmp_graph *g, bool few)
 /* Rates and accelerations are derived in turn. */
 enum { SPARES = 2 };
 
-/* One that is not in use: that which continues along the same direction, otherwise the last one of as many as are kept.
- * NULL: none. */
+/* One that is not in use: the one that continues along the same direction, otherwise the last one of as many as are
+ * kept. NULL: none. */
 static kmp_derivative *take_spare(kmp_graph *g, int count, const kmp_ref *leaf, const kmp_ref *direction)
 {
     kmp_derivative **at = kmp_graph_spare(g);

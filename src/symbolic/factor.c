@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Each sum is expanded to terms, each term that only the sum needs to factors. The factor of most terms is extracted,
- * and their remainder is treated as a sum of its own, until no factor is common to two terms. */
+ * and their remainder is treated as a separate sum, until no factor is common to two terms. */
 #include "symbolic/shorten.h"
 #include <string.h>
 

@@ -77,7 +77,7 @@ static uint32_t youngest_operand(const kmp_node *n)
     return kmp_id(n->b > n->a ? n->b : n->a);
 }
 
-/* Graphs of blocks have some hundred nodes, and those of equations up to some hundred thousand. */
+/* Graphs of blocks have some hundred nodes, and graphs of equations up to some hundred thousand. */
 enum { WINDOW = 4096, NEAR = 16, LEAST = 1024, WIDER = 4 };
 
 /* The search for a node's slot begins near its youngest operand, mostly one of the last nodes made, so that a large
@@ -412,7 +412,7 @@ static kmp_ref split_coefficient(const kmp_graph *g, kmp_ref r, double *coeffici
 /* Zero elimination: zeros and ones vanish, numbers are computed at once and come first in a product. */
 
 /* KMP_RULE_ZERO: zeros, ones, arithmetic of numbers. a and b of products and quotients are without sign, `sign` is
- * that of the result; a product has its number first. */
+ * the sign of the result; a product has its number first. */
 static bool fold_sum(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref *result)
 {
     double x, y;

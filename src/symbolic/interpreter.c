@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The interpreter of programs: one array of values, and one switch for the five operations that most instructions are.
- * All others go through kmp_program_value, the definition of every operation, so that bits equal those of the back
- * ends. */
+ * All others go through kmp_program_value, the definition of every operation, so that bits equal the bits of the
+ * back ends. */
 #include "symbolic/interpreter.h"
 #include "base/memory.h"
 #include "symbolic/table_function.h"

@@ -2,7 +2,7 @@
 /* Sums (products) are expanded to lists of terms (factors), including operands without other users. Pairs that occur in
  * two lists or more are made once, the most frequent first. The search is repeated with the new lists.
  *
- * A repetition counts pairs with an item of the round before alone: another one is in one list at most, unless an item
+ * A repetition counts only pairs with an item of the round before: another one is in one list at most, unless an item
  * is in a list twice. */
 #include "base/arena.h"
 #include "base/memory.h"
@@ -159,7 +159,7 @@ static bool count_pairs(sharing *s, uint32_t since)
     for (int l = 0; l < s->list_count; l++)
         if (counts(&s->lists[l], since))
             most += s->lists[l].count * (s->lists[l].count - 1) / 2;
-    /* Room for so many pairs in lists; half of the table remains free. */
+    /* Room for this number of pairs in lists; half of the table remains free. */
     const uint32_t least = 64;
     free_round(s);
     for (s->table_size = least; s->table_size / 2 <= (uint32_t)most;)

@@ -2,7 +2,7 @@
 /* Programs: straight-line code in stages, made from a graph, and what is done with it as a whole.
  *
  * Scheduling marks the nodes that each stage needs, backwards from its outputs. A node belongs to the first stage that
- * needs it; those that depend on parameters and charts alone go to stage 0, which runs once. Nodes keep the order in
+ * needs it; nodes that depend only on parameters and charts go to stage 0, which runs once. Nodes keep the order in
  * which the graph made them, which puts operands before their uses, and are numbered: constants, inputs, then
  * instructions. The other sections copy, compare and count programs, select stages of them, bring them back into a
  * graph, and print their text (docs/program_format.md). */
@@ -23,7 +23,7 @@
 
 enum { PARAMETER_STAGE = 1 }; /* marks are stage + 1 */
 
-/* The nodes of a graph that a program needs, in order. Arrays by node, in which those of others have no meaning. */
+/* The nodes of a graph that a program needs, in order. Arrays by node, in which entries of others have no meaning. */
 typedef struct needed {
     const kmp_graph *graph;
     unsigned still; /* kinds of inputs that are constant during steps */
@@ -143,7 +143,7 @@ static bool copy_labels(const needed *n, kmp_program *p)
     return p->label;
 }
 
-/* The program of `groups` stages after that of parameters. NULL: no memory. */
+/* The program of `groups` stages after the stage of parameters. NULL: no memory. */
 static kmp_program *schedule(kmp_graph *g, needed *n, int groups, const int *count, const kmp_ref *outputs)
 {
     int constants = 0, inputs = 0, total = 0, stages = groups + 1;
@@ -450,7 +450,7 @@ typedef struct selection {
     int stages;
     const bool *given; /* by instruction */
     int first;         /* of the inputs q that they become */
-    int *list, count;  /* those that the others need */
+    int *list, count;  /* the nodes that the others need */
 } selection;
 
 static int leaves(const kmp_program *p)
@@ -654,7 +654,7 @@ static void note_turn(kmp_angle_updates *turns, kmp_ref d)
     turns->angle[turns->count++] = d;
 }
 
-/* Sine or cosine of b = a + d, of those of a, as it is plus a small part. */
+/* Sine or cosine of b = a + d, from sine and cosine of a, as it is plus a small part. */
 static kmp_ref turn(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b, kmp_angle_updates *turns)
 {
     kmp_ref d = kmp_sub(g, b, a), sine, versine, s = kmp_sin(g, a), c = kmp_cos(g, a);

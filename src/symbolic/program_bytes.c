@@ -219,7 +219,7 @@ static bool has_outputs(const kmp_program_block *block)
            (!among || p->outputs[3] == n + 1) && p->outputs[p->stages] == first + among + last;
 }
 
-/* True if candidates or places ascend, and the program reads unknowns q and arguments p alone. */
+/* True if candidates or places ascend, and the program reads only unknowns q and arguments p. */
 static bool is_block(const kmp_program_block *block)
 {
     const kmp_program *p = block->program;

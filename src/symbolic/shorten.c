@@ -104,8 +104,8 @@ bool kmp_rewrite_alone(kmp_graph *g, kmp_pass_fn *pass, const kmp_parallel *para
     return ok;
 }
 
-/* Appends the operands of x, where there is room, and expands those that are inside. `waiting` operands are outside and
- * will need a place each. */
+/* Appends the operands of x, where there is room, and expands the ones that are inside. `waiting` operands are outside
+ * and will need a place each. */
 static int flatten(const kmp_rewrite *r, kmp_op op, kmp_ref x, int waiting, kmp_ref *list, int count, kmp_ref *sign)
 {
     const kmp_node *n = kmp_graph_node(r->graph, kmp_id(x));

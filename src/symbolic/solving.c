@@ -8,7 +8,8 @@
 #include <math.h>
 #include <string.h>
 
-/* KEPT: solutions, of the lists of arguments that are evaluated in turn: those of the lanes of a vector register. */
+/* KEPT: solutions, of the lists of arguments that are evaluated in turn: the places of the lanes of a vector register.
+ */
 enum { KEPT = 8, BLOCK_STAGES = 4 };
 
 struct kmp_solving {
@@ -202,7 +203,7 @@ static bool solve(kmp_solving *s, double *y)
     return solved;
 }
 
-/* True if the current arguments are those of a kept solution, to the bit; mostly the first of them tells. */
+/* True if the current arguments are the arguments of a kept solution, to the bit; mostly the first of them tells. */
 static inline bool is_of(const kmp_solving *s, size_t k)
 {
     size_t count = (size_t)s->block->arguments;

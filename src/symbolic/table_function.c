@@ -187,7 +187,7 @@ void kmp_table_bounds(const kmp_table *t, int derivative, double from, double to
 /* -- surfaces ---------------------------------------------------------------------------------------- */
 
 /* Tables of two variables from tables of one: for each knot of the shorter variable a table that is 1 there, and a
- * table through the values along the other. Derivatives and extrapolation are those of tables. */
+ * table through the values along the other. Derivatives and extrapolation are the same as of tables. */
 
 static double *copy(kmp_surface *s, int count, const double *from)
 {

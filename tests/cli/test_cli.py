@@ -2425,6 +2425,35 @@ class Resume(Case):
         self.assertIn("hold: 'A' is 60 without a unit", kempe("equilibrium", model, "--hold", "A=60", "--solve-for", "tilt", cwd=self.folder).stderr)
         self.assertNotIn("turns", kempe("equilibrium", model, "--hold", "A=60 deg", "--solve-for", "tilt", cwd=self.folder).stderr)
 
+    def test_angles_without_a_unit_in_options(self):
+        """The coordinate or the parameter is named, with what to write; with its unit there is nothing to say."""
+        model = self.model("kempe: 1\nparameters: {tilt: 10 deg, k: 1 N*m}\n" + self.BODY +
+                           "forces: {s: {joint: A, torque: -k*(q(A) - tilt) - 0.5*qd(A)}}\nrun: {t_end: 0.2, outputs: [q(A)]}\n")
+        self.expect(0, "simulate", model, "-o", "data.csv")
+        search = ("optimize", model, "--minimize", "max(qd(A))")
+        for words, what in ((("modes", model, "--sweep", "q.A=0:60{}:3"), "sweep: 'q.A'"), (("modes", model, "--sweep", "tilt=0:60{}:3"), "sweep: 'tilt'"),
+                            (("cycles", model, "--sweep", "tilt=0:60{}:2", "--outputs", "q(A)"), "sweep: 'tilt'"),
+                            (("ensemble", model, "--sample", "q.A=0:60{}", "--instances", 2), "sampling: 'q.A'"), (("ensemble", model, "--sample", "tilt=0:60{}", "--instances", 2), "sampling: 'tilt'"),
+                            ((*search, "--parameter", "q.A:0:60{}"), "bounds: 'q.A'"), ((*search, "--parameter", "tilt:0:60{}"), "bounds: 'tilt'"),
+                            ((*search, "--parameter", "k:1:2", "--limit", "max(q(A)) < 60{}"), "limit:1:13: the limit of max(q(A))"),
+                            (("fit", model, "data.csv", "--columns", "q.A", "--parameter", "q.A:0:60{}"), "bounds: 'q.A'"),
+                            (("fit", model, "data.csv", "--columns", "q.A", "--parameter", "k", "--deviations", "q.A=60{}"), "deviations: 'q.A'")):
+            for unit in "", " deg":
+                done = kempe(*(str(word).format(unit) for word in words), cwd=self.folder)
+                told = f"{what} is 60 without a unit and is taken in rad, 9.55 turns: for degrees write '60 deg'"
+                self.assertEqual(told in done.stderr, unit == "", (words, unit, done.stderr))
+                self.assertIn("turns" if unit == "" else "", done.stderr)
+        for name in "q.A", "tilt":
+            for unit in "", " [deg]":
+                (self.folder / "values.csv").write_text(f"{name}{unit}\n60\n1\n")
+                done = kempe("ensemble", model, "--values", "values.csv", cwd=self.folder)
+                told = f"values.csv: '{name}' has 60 without a unit and is taken in rad, 9.55 turns: for degrees name the column '{name} [deg]'"
+                self.assertEqual(told in done.stderr, unit == "", done.stderr)
+        (self.folder / "values.csv").write_text("q.A [mm]\n60\n1\n")
+        self.assertIn("values.csv: 'q.A': m is given, but an angle", self.expect(2, "ensemble", model, "--values", "values.csv").stderr)
+        self.assertIn("the limit of max(q(A)): expected an angle (rad, deg, rev), got m",
+                      self.expect(2, *search, "--parameter", "k:1:2", "--limit", "max(q(A)) < 60 mm").stderr)
+
     def test_examples_have_no_turns(self):
         for path in sorted(ROOT.glob("examples/*/*.yaml")):
             self.assertNotIn("without a unit and is taken", kempe("show", path, "--model", cwd=self.folder).stderr, path)

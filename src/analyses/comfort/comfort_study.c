@@ -34,7 +34,7 @@ typedef struct study {
     kempe_outputs *outputs[KMP_COMFORT_DIRECTIONS];
     double start;                   /* of the run, s */
     int samples, before, window;    /* of the run; before the windows; in a window */
-    double *row, *value, *weighted; /* of an instant; samples of a signal after those of another; of one signal */
+    double *row, *value, *weighted; /* of an instant; samples of a signal after the samples of another; of one signal */
 } study;
 
 /* -- signals ------------------------------------------------------------------------------------------ */
@@ -205,7 +205,7 @@ static kempe_status judge_samples(study *s, const double *value, int stride, dou
     return KEMPE_OK;
 }
 
-/* Wz of a ride that nobody feels is 1. */
+/* Wz of a ride that passengers do not feel is 1. */
 static double relative(double a, double b, double least)
 {
     double size = fmax(fabs(a), least);
@@ -240,7 +240,7 @@ static kempe_status judge(study *s)
     kempe_comfort *c = s->c;
     kmp_arena room = {0};
     KMP_TRY(check_times(s));
-    bool quiet = kmp_context_quiet(s->context, true); /* outputs have no warnings of their own */
+    bool quiet = kmp_context_quiet(s->context, true); /* outputs have no separate warnings */
     kempe_status status = make_signals(s);
     bool made = KMP_ARENA_MAKE(&room, KMP_ROOM(double, c->count + 1, &s->row),
                                KMP_ROOM(double, (ptrdiff_t)c->count * s->samples, &s->value),

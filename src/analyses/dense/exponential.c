@@ -20,7 +20,7 @@ static void multiply(int n, const double *a, const double *b, double *out)
                 out[i + j * n] += a[i + k * n] * b[k + j * n];
 }
 
-/* By what a row is divided and its column multiplied: both become equal, or where one of them is zero the other as
+/* By what a row is divided and its column multiplied: both become equal, or, if one of them is zero, the other as
  * small as the diagonal. */
 static double factor_of(double row, double column, double size)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A copy of the model in which sampled states and delays have rates and tracks are ideal, derived as a system of its
- * own. States that change at events are constants of it, unless the condition of their change is near: then they are
+/* A copy of the model in which sampled states and delays have rates and tracks are ideal, derived as a separate
+ * system. States that change at events are constants of it, unless the condition of their change is near: then they are
  * judged at the state. */
 #include "analyses/derivatives/averaged.h"
 #include "base/context.h"

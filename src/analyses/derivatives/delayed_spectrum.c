@@ -175,9 +175,9 @@ static kempe_status take_whole(double roots, int *count)
     return fabs(roots - *count) < 0.01 && *count >= 0 ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
-/* The number of roots with a real part above `bound`, which is not that of a root, by the principle of the argument:
- * the argument of the determinant over s = bound + i w from w = 0 to infinity turns by half a turn less for each of
- * them. KEMPE_E_FAILED without a message: a root is too close to that line. */
+/* The number of roots with a real part above `bound`, which is not the real part of a root, by the principle of the
+ * argument: the argument of the determinant over s = bound + i w from w = 0 to infinity turns by half a turn less for
+ * each of them. KEMPE_E_FAILED without a message: a root is too close to that line. */
 static kempe_status delayed_right_of(const delayed_equation *equation, double bound, int *count)
 {
     double rest = 0, end = far_end(equation, bound, 1 / equation->longest, &rest);
@@ -367,7 +367,7 @@ static bool refine(search *m, root *r, double complex *next)
             most = cabs(r->x[k]) > cabs(r->x[most]) ? k : most;
         if (!(cabs(r->x[most]) > 0) || !isfinite(cabs(r->s)))
             return false;
-        if (!factor(m, r->s)) { /* exactly a root: its vector follows from beside it */
+        if (!factor(m, r->s)) { /* exactly a root: its vector follows from a place near it */
             r->s += small * size_of(m, r->s);
             continue;
         }
@@ -398,7 +398,7 @@ static bool is_known(const search *m, double complex s)
 }
 
 /* A real root has a real vector. One that an upper eigenvalue, which has a conjugate, has led to is double: the other
- * part of its vector is that of the second one. */
+ * part of its vector belongs to the second one. */
 static void split(search *m, root *r, bool twice)
 {
     const int n = m->equation.count;
@@ -482,7 +482,7 @@ static bool take_eigenvalues(search *m, double complex *next)
     return true;
 }
 
-/* Fast roots, of which the polynomials see little, are near those without the delayed signals. */
+/* Fast roots, of which the polynomials see little, are near the roots without the delayed signals. */
 static bool take_undelayed(search *m, double complex *next)
 {
     const ptrdiff_t n = m->plain;

@@ -290,7 +290,7 @@ void kmp_linear_accelerate(kmp_linear *linear, const double *residual, double *u
 
 /* -- backwards --------------------------------------------------------------------------------------- */
 
-/* Weights on out = X du - (0; Jv^-1 rows), as those on du and rows (all m, of which others are zero). */
+/* Weights on out = X du - (0; Jv^-1 rows), as effects on du and rows (all m, of which others are zero). */
 static void gather(kmp_linear *l, const double *w, double *du, double *rows)
 {
     kmp_reduction *red = &l->red;
@@ -320,7 +320,7 @@ void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_c
     kmp_copy_or_zero(n, weights->q, q);
     kmp_copy_or_zero(n, weights->qd, qd);
     kmp_copy_or_zero(n, weights->qdd, qdd);
-    /* On the force M qdd + C - J' lambda, from those on R = X' force and on lambda = Jv'^-1 force_v. */
+    /* On the force M qdd + C - J' lambda, from effects on R = X' force and on lambda = Jv'^-1 force_v. */
     kmp_reduction *red = &linear->red;
     memset(back->force, 0, (size_t)linear->n * sizeof *back->force);
     for (int k = 0; weights->residual && k < linear->p; k++)
@@ -448,7 +448,7 @@ int kmp_linear_first_order(const kmp_linear *l, int width, const int *place, dou
     return failed;
 }
 
-/* Vectors of the unknowns at `place` as those of all. False: no memory. */
+/* Vectors of the unknowns at `place` as vectors of all. False: no memory. */
 static bool spread(kmp_spectrum *s, int p, const int *place)
 {
     double **const vectors[] = {&s->x_re, &s->x_im, &s->y_re, &s->y_im};
@@ -493,7 +493,7 @@ kempe_status kmp_linear_spectrum(const kmp_linear *l, kmp_spectrum *spectrum)
     int info = place ? find_spectrum(l, &scratch, spectrum, place) : -1;
     kmp_arena_free(&scratch);
     if (info == 0) {
-        /* Each state has one zero for its integral, which is no state of the motion. */
+        /* Each state has one zero for its integral, which is not a state of the motion. */
         for (int k = 0; k < l->p; k++) {
             int c = kmp_state_of(l->system->model, l->part.u[k]) ? find_integral(spectrum, k) : -1;
             if (c >= 0)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The parameters are inputs of the graph. Dependent parameters are inputs of their own, which the direction of a named
+/* The parameters are inputs of the graph. Dependent parameters are separate inputs, which the direction of a named
  * one includes: d(dependent) = its expression, differentiated. */
 #include "analyses/derivatives/parameter_slopes.h"
 #include "base/arena.h"
@@ -41,8 +41,8 @@ static void end_column(gather *g)
 /* -- directions of parameters ------------------------------------------------------------------------ */
 
 /* Appends the dependent parameters to leaves (`count`, with room for all parameters) that change in some directions,
- * each after those that it needs, with the derivatives of their expressions. Returns the new number of leaves; -1: no
- * memory. */
+ * each after the parameters that it needs, with the derivatives of their expressions. Returns the new number of leaves;
+ * -1: no memory. */
 static int lead_parameters(const kmp_tree *tree, int count, kmp_ref *leaf, kmp_ref *direction)
 {
     const kempe_model *m = tree->model;
@@ -241,7 +241,7 @@ static int count_delays(const kempe_model *model)
 }
 
 /* Adds delayed signals as a run records them (integrators/run/delays.c): their conditions and branches of kinks are
- * those of the run. */
+ * taken from the run. */
 static bool add_delayed(gather *g)
 {
     const kempe_model *model = g->eq.model;
@@ -544,7 +544,7 @@ static bool differentiate(const motion *x, kmp_graph *g, int count, kmp_ref *of)
     return d && !kmp_graph_failed(g);
 }
 
-/* Parameters go along b as given, and with them those that follow. */
+/* Parameters go along b as given, and with them the dependent ones. */
 static bool derive_twice(kmp_second_derivatives *second, const kmp_equations *eq, const kmp_backend *backend,
                          const int *parameter, const double *values)
 {

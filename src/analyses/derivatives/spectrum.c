@@ -89,9 +89,9 @@ static int longest_row(int p, int n, const double *rows, double *row, double *le
     return best;
 }
 
-/* Eigenvectors of zeros as columns of `basis` (p x still): the identity in as many coordinates, those that move most.
- * The basis is one of many with x' M x = 1. Its rows, each times the root of its mass, have singular values of at least
- * 1/sqrt(p), so that no chosen row is small. 0; -1: no memory. */
+/* Eigenvectors of zeros as columns of `basis` (p x still): the identity in as many coordinates, the ones that move
+ * most. The basis is one of many with x' M x = 1. Its rows, each times the root of its mass, have singular values of at
+ * least 1/sqrt(p), so that no chosen row is small. 0; -1: no memory. */
 static int put_still(pencil *w, kmp_spectrum *s, double *basis)
 {
     int p = s->p, still = s->still, *chosen = KMP_ARENA_NEW(&w->arena, int, p);
@@ -172,8 +172,8 @@ static void turn_rows(pencil *w, int first, int count, const double *b, int lead
 }
 
 /* The number of zero singular values of the trailing block, whose vectors are rotated so that they come first. -1:
- * failed. A singular value is zero relative to each row's own noise: the friction of a light part is no measure of
- * other rows. */
+ * failed. A singular value is zero relative to each row's own noise: the friction of a light part is not a measure
+ * of other rows. */
 static int separate(pencil *w, int done)
 {
     int n = w->n, rest = n - done, zeros = 0;
@@ -228,7 +228,7 @@ static int deflate(pencil *w, kmp_spectrum *s)
             w->row[j] = w->h[i + j * n];
         w->noise[i] = norm_of(n, w->row);
     }
-    /* of K alone: its norm is 1, or it is all zero */
+    /* only of K: its norm is 1, or it is all zero */
     memcpy(w->a, w->k, bytes(p * p));
     if (kmp_singular_right(p, w->a, w->s, w->vector))
         return -1;
@@ -378,7 +378,7 @@ static int by_symmetry(pencil *w, kmp_spectrum *s)
         return info ? info : -1;
     for (int i = 0; i < p; i++)
         most = fmax(most, fabs(mu[i]));
-    double *re = w->part[0], *im = w->part[1]; /* two an eigenvalue, those with a vector first */
+    double *re = w->part[0], *im = w->part[1]; /* two an eigenvalue, the ones with a vector first */
     for (int i = 0; i < p; i++) {
         bool zero = fabs(mu[i]) <= rounding(p) * most;
         if (zero)
@@ -477,7 +477,7 @@ static int by_companion(pencil *w, kmp_spectrum *s)
         at = complete(w, s, at, places[k].im > 0);
     }
     /* Rounding of size e splits a multiple eigenvalue with one eigenvector into several at distances of the root of e,
-     * whose eigenvectors differ as much; those of a multiple eigenvalue with as many eigenvectors point anywhere. */
+     * whose eigenvectors differ as much; vectors of a multiple eigenvalue with as many eigenvectors point anywhere. */
     double size = 0;
     for (int k = s->zeros; k < s->count; k++)
         size = fmax(size, hypot(s->re[k], s->im[k]));
@@ -500,7 +500,7 @@ static int by_companion(pencil *w, kmp_spectrum *s)
 /* -- the whole --------------------------------------------------------------------------------------- */
 
 /* Replaces M by 1 where `led` is not the mass, with E = `led` in coordinates in which the mass is 1. (s^2 E + s g + k)
- * x = 0 becomes (s^2 + s E^-1 g + E^-1 k) x = 0; its left vectors are E' times those of the original pencil. */
+ * x = 0 becomes (s^2 + s E^-1 g + E^-1 k) x = 0; its left vectors are E' times the vectors of the original pencil. */
 static int divide_led(pencil *w)
 {
     int p = w->p;

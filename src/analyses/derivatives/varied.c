@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A motion with sensitivities as a state: predicted from the nearer of two anchors along tangent and curvature, closed
- * by Newton's method, and differentiated there. Matrices are those of the linear equations at the state. */
+ * by Newton's method, and differentiated there. Matrices belong to the linear equations at the state. */
 #include "analyses/derivatives/varied.h"
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
@@ -261,8 +261,8 @@ static bool is_nearly_closed(beginning *b)
     return kmp_eval_residual(b->v->linear.eval) <= KMP_CLOSED_NEAR;
 }
 
-/* Held coordinates as independent ones; deformations that hold are some of them, beside those that the user holds. One
- * that is driven is where its drive has it, if joints have closed the loops. */
+/* Held coordinates as independent ones; deformations that hold are some of them, in addition to the ones that the user
+ * holds. One that is driven is where its drive has it, if joints have closed the loops. */
 static kempe_status choose_with_held(beginning *b)
 {
     kmp_linear *l = &b->v->linear;
@@ -353,7 +353,7 @@ static void pull_all(beginning *b, const double *dq)
     for (int r = 0; r < m; r++)
         corrected = corrected || b->mu[r] != 0;
     for (int side = 0; corrected && side < 2; side++) {
-        /* M qdd + C - J' lambda and its derivatives depend on lambda by J' lambda alone: (J' mu)_p and (J' mu)_q are
+        /* M qdd + C - J' lambda and its derivatives depend on lambda only by J' lambda: (J' mu)_p and (J' mu)_q are
          * the differences due to mu. First the parameter derivatives with mu, into b->with. */
         const kmp_linear *l = &v->linear;
         kmp_instant at = kmp_linear_instant(&v->linear);
@@ -399,7 +399,7 @@ static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
 }
 
 /* Derivatives of the rates, with the least correction to the closures. Afterwards parameter derivatives and tangents
- * are those at the start, with its own rates. False: no memory. */
+ * belong to the start, with its own rates. False: no memory. */
 static bool move_rates(beginning *b, const double *dq, double *dqd)
 {
     const kempe_system *s = b->v->system;
@@ -421,8 +421,8 @@ static bool move_rates(beginning *b, const double *dq, double *dqd)
 
 /* -- deformations in balance (constraints/closing/static_start.c) ---------------------------------------- */
 
-/* With u = (e, r), the deformations e leave no residual R_e where u has no accelerations, and r and the rates of u are
- * those of the closed state before:
+/* With u = (e, r), the deformations e leave no residual R_e where u has no accelerations, and r and the rates of u
+ * belong to the closed state before:
  *
  *     R_e,e de = -(R_e,r dr + R_e,ud dud + R_e,p) */
 
@@ -466,7 +466,7 @@ static kempe_status take_balance(beginning *b, balance *e)
     return KEMPE_OK;
 }
 
-/* Derivatives of the closed state before into those of the balance. */
+/* Derivatives of the closed state before into derivatives of the balance. */
 static kempe_status move_into_balance(beginning *b, double *dq, double *dqd)
 {
     kmp_sensitivity_equations *v = b->v;
@@ -528,7 +528,7 @@ static kempe_status differentiate(beginning *b, double *dq, double *dqd)
                                     KMP_ROOM(double, b->v->count *n, &b->with, &b->closing),
                                     KMP_ROOM(double, b->v->count *m, &b->open))));
     KMP_TRY(choose_as_assembled(b));
-    /* The linear state stands at the start; tangents and parameter derivatives have its rates. */
+    /* The linear state is at the start; tangents and parameter derivatives have its rates. */
     kmp_sensitivity_equations *v = b->v;
     kmp_linear *l = &v->linear;
     if (kmp_linear_at_rates(l, 0, b->q, b->qd, true) != KEMPE_OK)

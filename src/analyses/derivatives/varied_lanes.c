@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* States are closed by Newton's method with the Jacobian of each lane. The programs are those of the evaluator, of the
+/* States are closed by Newton's method with the Jacobian of each lane. The programs belong to the evaluator, of the
  * tangents and of the derivatives by parameters; the linear algebra between them is kmp_reduction_lanes. */
 #include "analyses/derivatives/varied_lanes.h"
 #include "backend/x86/x86.h"
@@ -221,7 +221,7 @@ static bool take_order(kmp_varied_lanes *x)
     return kmp_reduction_lanes_init(&x->red, &l->red, VECTORS) == KEMPE_OK;
 }
 
-/* The place of a choice among those whose programs were written in this run, which the system keeps. */
+/* The place of a choice among the choices whose programs were written in this run, which the system keeps. */
 static int *written_at(const kmp_varied_lanes *x, int k)
 {
     return x->written + (ptrdiff_t)(k % KEPT) * (x->v->n + x->v->m);

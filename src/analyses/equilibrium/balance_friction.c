@@ -106,7 +106,7 @@ static kmp_rest_word march(walk *w, double direction)
     return KMP_REST_BEYOND;
 }
 
-/* The place in u of the coordinate beside those of `others`; -1: there is none. */
+/* The place in u of the coordinate that is not among `others`; -1: there is none. */
 static int find_free(const kmp_linear *l, int count, const int *others)
 {
     for (int k = 0; k < l->p; k++) {
@@ -205,7 +205,7 @@ static const char *unit_of(const kempe_model *model, const kmp_friction_view *vi
     return turns ? "N m" : "N";
 }
 
-/* Names the elements at rest, all of them or those that need more than they have. Their number. */
+/* Names the elements at rest, all of them or the ones that need more than they have. Their number. */
 static int name(const kempe_model *model, const kmp_friction_state *f, bool all, kmp_text *text)
 {
     int count = 0;

@@ -33,7 +33,7 @@
 
 enum { STARTS = 100, STARTS_OF_LARGE = 25, LARGE = 40 };
 #define TWO_PI 6.283185307179586
-#define FAR    1.0 /* a translation is sampled within so many characteristic lengths */
+#define FAR    1.0 /* a translation is sampled within this number of characteristic lengths */
 
 /* -- stability --------------------------------------------------------------------------------------- */
 
@@ -428,7 +428,8 @@ static kempe_status search_from(kempe_equilibrium *e, kmp_linear *linear, const 
 }
 
 /* Searches an inverse equilibrium: from the start, so that the mechanism keeps its assembly mode; where that fails,
- * from the equilibrium without exchange, if there is one. The reason of a failure is that of the search from the start.
+ * from the equilibrium without exchange, if there is one. The reason of a failure is taken from the search from the
+ * start.
  */
 static kempe_status find_exchanged(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, double *q,
                                    kmp_search *search)
@@ -494,7 +495,7 @@ static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, const k
 
 /* -- from random starts ------------------------------------------------------------------------------- */
 
-/* Searches from the closed state of a random start. Every second search uses Newton's method alone, which also finds
+/* Searches from the closed state of a random start. Every second search uses only Newton's method, which also finds
  * unstable equilibria.
  */
 static kempe_status try_start(kempe_equilibrium *e, kmp_linear *l, const kempe_assembly *a, double *q,
@@ -518,15 +519,15 @@ static kempe_status try_start(kempe_equilibrium *e, kmp_linear *l, const kempe_a
     return KEMPE_OK;
 }
 
-/* Searches from random starts; coordinates that nothing depends on, and those that move steadily, have their start
- * values. */
+/* Searches from random starts; coordinates that nothing depends on, and coordinates that move steadily, have their
+ * start values. */
 static kempe_status sample(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, int seed)
 {
     int n = e->system->n, starts = n > LARGE ? STARTS_OF_LARGE : STARTS;
     double *guess = KMP_ARENA_NEW(&e->arena, double, n);
     bool *still = KMP_ARENA_NEW(&e->arena, bool, n);
     KMP_TRY(kmp_made(e->system->context, guess && still));
-    /* Coordinates that nothing depends on, at the current equilibrium, and those that move steadily. */
+    /* Coordinates that nothing depends on, at the current equilibrium, and coordinates that move steadily. */
     for (int k = 0; e->count > 0 && k < e->balance[0].idle_count; k++)
         still[e->balance[0].idle[k]] = true;
     for (int k = 0; k < e->rate_count; k++)

@@ -83,7 +83,7 @@ double kmp_descent_scale(const kmp_linear *l, int k)
     return l->system->scale[l->part.u[k]];
 }
 
-/* The equation of a state has a unit of its own: its terms are no work that others compare with. */
+/* The equation of a state has a separate unit: its terms are not a work that others compare with. */
 static bool is_state(const kmp_linear *l, int k)
 {
     return kmp_state_of(l->system->model, l->part.u[k]) != NULL;
@@ -147,7 +147,7 @@ int kmp_equilibrium_idle(kmp_linear *l, int *idle)
         if (kmp_descent_is_idle(l, k, work))
             idle[candidates++] = k;
     }
-    /* Those that leave R, zero except along held coordinates, as it is when they move. */
+    /* Parameters that leave R, zero except along held coordinates, as it is when they move. */
     for (int i = 0; i < candidates; i++) {
         int c = l->part.u[idle[i]];
         memcpy(moved, q, (size_t)n * sizeof *moved);
@@ -192,7 +192,7 @@ static int steady_of(const descent *w, int k)
 }
 
 /* Determines the unknowns of the current state; changes by rates count as work, too. Returns the residual of their
- * equations, infinite where one is not finite. */
+ * equations, infinite if an entry is not finite. */
 static double take_unknowns(descent *w)
 {
     const kmp_linear *l = w->l;
@@ -402,7 +402,7 @@ static kempe_status descent_complain(const descent *w, const char *why)
 /* -- Newton's method by damped least squares --------------------------------------------------------- */
 
 /* Newton's method on R, and on targets, over the unknowns of the search and the released quantities. Least squares,
- * damped as far as a bound on the step requires (Levenberg, Marquardt). There may be more rows than unknowns where rows
+ * damped as far as a bound on the step requires (Levenberg, Marquardt). The rows may outnumber the unknowns where rows
  * of R are redundant, and coordinates that nothing depends on stay where they are. Derivatives are exact. */
 
 enum { MOST_STEPS = 100, MOST_OF_PART = 25, MOST_DAMPINGS = 60, MOST_POLISH = 6, CLOSINGS = 2 };
@@ -802,7 +802,7 @@ static kempe_status solve_targets(solver *s, int most)
 }
 
 /* Moves the targets from their values at the current state to the required ones: at once, or after a failure in smaller
- * and smaller parts. From a state that is no equilibrium the first part rarely succeeds. */
+ * and smaller parts. From a state that is not an equilibrium the first part rarely succeeds. */
 static kempe_status follow(solver *s)
 {
     kmp_adaptive_substeps parts = KMP_PARTS;
@@ -926,7 +926,7 @@ static bool newton_step(descent *w)
 }
 
 /* The descent step in w->step. It is Newton's where the symmetric part of Kr is positive or, if any balance is
- * accepted, where it descends. Otherwise it is that of a heavily damped motion. */
+ * accepted, where it descends. Otherwise it is the direction of a heavily damped motion. */
 static bool find_direction(descent *w)
 {
     for (int k = 0; k < w->count; k++)
@@ -1037,7 +1037,7 @@ static double search_line(descent *w)
 
 /* Forces along a coordinate: the virtual work of gravity, of each force element and of the motion itself on a small
  * change of one independent coordinate. The others are fixed and the closures satisfied. Closures do no work. Each
- * force is evaluated from equations of its own, which have that element alone. */
+ * force is evaluated from separate equations, which have only that element. */
 
 #define NOTHING 1e-14 /* in parts of the largest */
 
@@ -1054,7 +1054,7 @@ typedef struct load_path {
     double sum;
 } load_path;
 
-/* C (n) of a model with one of its forces alone (NULL: all of them), at the state of `l` and in its modes. */
+/* C (n) of a model with only one of its forces (NULL: all of them), at the state of `l` and in its modes. */
 static kempe_status evaluate_bias(const kmp_linear *l, const kempe_model *model, const kmp_force *alone, double *bias)
 {
     kmp_equations eq;
@@ -1346,7 +1346,7 @@ static kempe_status find_with_states(kmp_linear *linear, double t, double *q, km
     for (int attempt = search->newton; status == KEMPE_E_FAILED && attempt < 2; attempt++) {
         if (attempt > search->newton) {
             /* A descent that has failed says little about equilibria where states have no energy, or the energy falls
-             * without end along forces that are not conservative, as those of a full film. */
+             * without end along forces that are not conservative, such as the forces of a full film. */
             if (model->state_count == 0 && (with.iterations < MOST_DOWN || with.exchange))
                 break;
             why = kmp_strdup(kempe_context_message(model->context));

@@ -115,7 +115,7 @@ static kempe_status add_targets(kmp_exchange *x, const kempe_model *model, const
         KMP_TRY(kmp_coordinate_find(model, "hold", target->name, strlen(target->name), &target->coordinate));
         KMP_TRY(kmp_range_fits_motion(model, "hold", &fixed->range[k], target->coordinate, 0));
     }
-    /* Reads each word alone, to know its meaning; then all of them, for the system. */
+    /* Reads each word separately, to know its meaning; then all of them, for the system. */
     kempe_model *copy = kmp_variant_model(x->variant);
     kmp_output *of = KMP_ARENA_NEW(&x->arena, kmp_output, required->count);
     kmp_text list = {0};

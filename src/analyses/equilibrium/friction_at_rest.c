@@ -77,7 +77,7 @@ kempe_status kmp_friction_state_press(kmp_friction_state *state, double t, const
             kmp_friction_element *e = &run->friction->element[i];
             if (!state->view[i].contact || (int)pressed[i] != how)
                 continue;
-            /* By its row, or by those of others. */
+            /* By its row, or by the rows of others. */
             KMP_TRY(hold(state, i, t, 0));
             if (state->view[i].word == KMP_FRICTION_WORD_SHARES) {
                 kmp_friction_put(run->friction, e, KMP_ROLE_SENSE, KMP_FRICTION_CARRIES);

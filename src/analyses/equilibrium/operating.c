@@ -220,7 +220,7 @@ static kempe_status tell_contacts(const kmp_operating *o, const kmp_friction_sta
                     limit->element->name);
 }
 
-/* Friction that rolls, not at rest: positions are states of their own then, which no dependent coordinates are. */
+/* Friction that rolls, not at rest: positions are separate states then, which no dependent coordinates are. */
 static kempe_status check_rolling(const kmp_operating *o, const kmp_friction_state *friction)
 {
     const kempe_system *s = o->system;

@@ -2,7 +2,7 @@
 /* Steady motions that need no names. A coordinate is cyclic if no force, closure or mass changes with it, so that only
  * its rate counts (Pars, A Treatise on Analytical Dynamics, 1965, ch. 10). A relative equilibrium has all cyclic rates
  * constant. Rates that forces decide are unknowns in place of the positions. A rate that they leave undecided, as the
- * speed of a vehicle that rolls freely, is that of the start. */
+ * speed of a vehicle that rolls freely, is the rate of the start. */
 #include "analyses/equilibrium/running_state.h"
 #include "analyses/dense/singular_values.h"
 #include "analyses/equilibrium/equilibrium_study.h"
@@ -25,9 +25,9 @@ static bool is_resisted(const kmp_linear *l, int k, double rate, const double *w
     return fabs(l->damping[k + k * l->p]) * scale * fmax(scale, fabs(rate)) > KMP_WAY_FLAT * work[k];
 }
 
-/* Finds the coordinates that nothing depends on at the start: `steady` receives those whose rates a force resists, to
- * be found beginning with the rates qd (n). `running` also receives those that keep the rate of the start, and has no
- * entry if the start gives none of them a rate. */
+/* Finds the coordinates that nothing depends on at the start: `steady` receives the coordinates whose rates a force
+ * resists, to be found beginning with the rates qd (n). `running` also receives the coordinates that keep the rate of
+ * the start, and has no entry if the start gives none of them a rate. */
 static kempe_status find_cyclic(kmp_linear *l, double t, const double *q, const double *qd, kmp_search *steady,
                                 kmp_search *running)
 {
@@ -96,8 +96,8 @@ static int fill_derivatives(const kmp_linear *l, const kmp_search *search, const
     return count;
 }
 
-/* A rate that no force decides, of those to be found: the one with the largest energy in the directions along which R
- * does not change, to first order. `*entry`: -1, none. */
+/* A rate that no force determines, of the rates to be found: the one with the largest energy in the directions along
+ * which R does not change, to first order. `*entry`: -1, none. */
 static kempe_status find_undecided(const kmp_linear *l, const kmp_search *search, kmp_arena *arena, int *entry)
 {
     int p = l->p, *rate, *place;
@@ -196,7 +196,7 @@ static double find_change(kmp_linear *l, double t, const double *q, const double
     return 0;
 }
 
-/* Warns of a motion that is steady near the start alone. */
+/* Warns of a motion that is steady only near the start. */
 static kempe_status warn_of_changes(kmp_linear *l, double t, const kmp_search *search, kmp_arena *arena)
 {
     const kempe_model *model = l->system->model;
@@ -432,8 +432,8 @@ static kempe_status run_pressed(kmp_linear *l, double t, double *q, const double
     return status;
 }
 
-/* q (n) with all independent coordinates at zero but those that the start gives a rate, and states. False: loops do not
- * close there, or it is the start itself. */
+/* q (n) with all independent coordinates at zero, except states and coordinates that the start gives a rate. False:
+ * loops do not close there, or it is the start itself. */
 static bool go_to_middle(kmp_linear *l, double t, double *q, const double *qd)
 {
     bool moved = false;

@@ -54,7 +54,7 @@ typedef struct job {
     double *run_states;    /* rows x states: of a run along the drives; NULL: none */
     double *state;         /* at the next instant */
     int run_rows;
-    bool lent; /* the states are those of another job */
+    bool lent; /* the states belong to another job */
     kmp_prescribed_motion prescribed;
     kmp_inverse inverse;
     kmp_all_loads loads;
@@ -474,8 +474,8 @@ static kempe_status keep_row(job *j)
     return KEMPE_OK;
 }
 
-/* States at the k-th instant, t: of the run; of the table, where those that change at instants keep the value of the
- * row before. */
+/* States at the k-th instant, t: of the run; of the table, where states that change at instants keep the value of
+ * the row before. */
 static void take_states(job *j, int k, double t)
 {
     const kempe_model *model = j->system->model;

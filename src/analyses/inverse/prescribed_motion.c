@@ -115,7 +115,7 @@ static int row_before(const kmp_prescribed *m, double t)
     return low;
 }
 
-/* The quintic from (q, v, a) at 0 to those at h, with its derivatives at s h. */
+/* The quintic from (q, v, a) at 0 to (q, v, a) at h, with its derivatives at s h. */
 static void quintic(double h, const double from[3], const double to[3], double s, double out[3])
 {
     double v = h * from[1], a = h * h * from[2];

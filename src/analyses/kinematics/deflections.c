@@ -59,7 +59,7 @@ static void find_curve(kmp_deflections *x, double pace, const double *qs)
     kmp_deformation_rows *r = &x->settling.rows;
     const int n = r->s->n, m = r->s->m;
     memset(x->curve, 0, (size_t)m * sizeof *x->curve);
-    for (int side = pace != 0 ? 1 : -1; side <= 1; side++) { /* of constant time the part of second order alone */
+    for (int side = pace != 0 ? 1 : -1; side <= 1; side++) { /* of constant time only the part of second order */
         for (int i = 0; i < n; i++)
             x->still[i] = pace != 0 ? qs[i] / pace : side * qs[i];
         kmp_eval_bias(r->eval, x->still);

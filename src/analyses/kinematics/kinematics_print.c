@@ -36,7 +36,7 @@ static bool is_moved(const kempe_kinematics *k, const kmp_sweep_parameter *param
     return k->statics && parameter->coordinate >= 0 && k->moves[parameter->coordinate];
 }
 
-/* Least and greatest of entry i of a table, finite values alone. */
+/* Least and greatest of entry i of a table, of finite values only. */
 typedef struct span {
     double least, most;
 } span;

@@ -70,7 +70,7 @@ static kempe_status refuse_name(const kempe_model *model, const char *name, bool
     return kmp_fail_text(model->context, KEMPE_E_ARGUMENT, &sentence);
 }
 
-/* The coordinate of a name, which may be that of its drive; -1: the time. */
+/* The coordinate of a name, which may be the name of its drive; -1: the time. */
 static kempe_status find(const kempe_model *model, const char *name, int *coordinate)
 {
     int drive = find_drive(model, name);
@@ -164,8 +164,8 @@ static kempe_status read_speed(const kempe_kinematics *k, const char *speed, dou
     return status;
 }
 
-/* The deformations of flexible bodies, unless they are swept or held, keep those of the assembled position, from which
- * they may then move into balance; so do those of segments if they do. */
+/* The deformations of flexible bodies, unless they are swept or held, keep the deformations of the assembled position,
+ * from which they may then move into balance; so do deformations of segments if they do. */
 static kempe_status hold_elastic(kempe_kinematics *k, const char *word)
 {
     const kempe_model *model = k->system->model;
@@ -207,7 +207,7 @@ static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options
             return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "the time cannot be held: without a sweep it is 0");
     }
     KMP_TRY(hold_elastic(k, options->elastic));
-    /* States keep their values: the integrals that stand for them move nothing, and rest. */
+    /* States keep their values: the integrals that represent them move nothing, and rest. */
     const kempe_model *model = k->system->model;
     for (int i = 0; i < model->state_count; i++)
         k->parameter[k->parameter_count++] = (kmp_sweep_parameter){.coordinate = kmp_model_coordinates(model) + i};
@@ -377,8 +377,8 @@ static bool is_timed(const kempe_kinematics *k)
     return k->time >= 0 && k->parameter[k->time].from != k->parameter[k->time].to;
 }
 
-/* The row `at` with deformations in balance, from those of the row before, and its derivatives by s. False: it has
- * none. */
+/* The row `at` with deformations in balance, from the deformations of the row before, and its derivatives by s. False:
+ * it has none. */
 static bool balance_row(job *j, size_t at, double s, const double *qs)
 {
     kempe_kinematics *k = j->k;
@@ -592,7 +592,7 @@ static kempe_status go(job *j, double s_end, int rows, kmp_sweep_end *end)
     return end_of(j, *end);
 }
 
-/* Approaches A from the assembled state, along a line of its own. */
+/* Approaches A from the assembled state, along a separate line. */
 static kempe_status approach_aside(job *j)
 {
     kempe_kinematics *k = j->k;

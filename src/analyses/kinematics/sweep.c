@@ -252,7 +252,7 @@ static bool close_pose(kmp_sweep *w, const kmp_sweep_target *target, kmp_sweep_p
 
 /* -- tangent and derivatives ------------------------------------------------------------------------- */
 
-/* The unit tangent at a closed pose, along that of `along` (NULL: with increasing s). False: Jv is singular. */
+/* The unit tangent at a closed pose, along the tangent of `along` (NULL: with increasing s). False: Jv is singular. */
 static bool find_tangent(kmp_sweep *w, kmp_sweep_pose *pose, const kmp_sweep_pose *along)
 {
     if (!evaluate_at(w, pose->x) || !factor(w, along))
@@ -279,7 +279,7 @@ double kmp_sweep_hold(kmp_sweep *w, const kmp_sweep_pose *pose)
     return w->pivots[p - 1] / fmax(1, w->pivots[0]);
 }
 
-/* jdqd at rates qs: at constant time it is the second-order part of the rates alone. */
+/* jdqd at rates qs: at constant time it is only the second-order part of the rates. */
 static void take_curve(kmp_sweep *w, const double *qs)
 {
     kmp_evaluator *eval = w->eval;
@@ -571,7 +571,7 @@ static bool pose_at(kmp_sweep *w, const stretch *e, double part)
     return close_pose(w, &target, &w->between, &first, &ratio) && find_tangent(w, &w->between, e->a);
 }
 
-/* The part of the cubic at which s is reached: s is monotonic, and may be that of the end. */
+/* The part of the cubic at which s is reached: s is monotonic, and may be the s of the end. */
 static double guess_part(const kmp_sweep *w, const stretch *e, double s)
 {
     double from = e->a->x[w->n] - s, to = e->b->x[w->n] - s, part;
@@ -831,7 +831,7 @@ static kmp_sweep_end go_on(trace *y)
             break;
         h /= 2;
     }
-    if (v != GOOD) /* a small margin leaves rounding alone */
+    if (v != GOOD) /* a small margin leaves only rounding */
         return margin < KMP_MARGIN_ENTRY ? cross(y, margin) : KMP_SWEEP_LOST;
     w->effort.steps++;
     w->last_margin = margin;

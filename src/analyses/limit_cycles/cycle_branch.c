@@ -116,7 +116,7 @@ KMP_FREES(kmp_flow, flow, kmp_slope_runs_free(flow->runs), kmp_arena_free(&flow-
 
 /* -- a run -------------------------------------------------------------------------------------------- */
 
-/* The largest of sizes of start values of a kind, over those of their motions. */
+/* The largest of sizes of start values of a kind, over the sizes of their motions. */
 static double largest_of(const kmp_flow *flow, const double *sizes, kmp_flow_kind kind)
 {
     double most = 0;
@@ -135,7 +135,7 @@ static void weigh_flow(kmp_flow *f, const double *sizes, double parameter)
     kmp_slope_runs_weigh(f->runs, f->rtol * (largest > 0 ? largest : 1), f->sizes);
 }
 
-/* Runs over a time from x (size) with a value of the parameter, in so many pieces, 1 to KMP_FLOW_PIECES.
+/* Runs over a time from x (size) with a value of the parameter, in a number of pieces, 1 to KMP_FLOW_PIECES.
  * KEMPE_E_FAILED with its reason, KEMPE_STOPPED. */
 static kempe_status run_flow(kmp_flow *f, const double *x, double time, double value, int pieces)
 {
@@ -171,7 +171,7 @@ static double extreme_at(int count, const double *values, ptrdiff_t stride, int 
 }
 
 /* The largest and the least value of a periodic quantity with `count` values at `stride`, a period without its end:
- * those of the polynomials of fourth degree through the extreme value and its neighbours. */
+ * extremes of the polynomials of fourth degree through the extreme value and its neighbours. */
 static void find_extremes(int count, const double *values, ptrdiff_t stride, double *high, double *low)
 {
     int most = 0, least = 0;
@@ -187,7 +187,7 @@ static void find_extremes(int count, const double *values, ptrdiff_t stride, dou
 
 enum { MOST_CORRECTIONS = 10 };
 
-/* A correction of so many sizes leads to another cycle, or nowhere. */
+/* A correction of this number of sizes leads to another cycle, or nowhere. */
 #define FAR 1.0
 /* Corrections that grow by more do not converge. */
 #define GROWS 2.0
@@ -493,7 +493,7 @@ static double part_of(const kmp_shooting *s, const kmp_cycle *c, int j)
     return j < s->size ? c->x[j] : j == s->size ? c->period : c->value;
 }
 
-/* The cycle at a distance of `step` from c, where the sizes are those of c. */
+/* The cycle at a distance of `step` from c, with the sizes of c. */
 static kempe_status step_from(follower *f, const kmp_cycle *c, double step, kmp_cycle **next)
 {
     kmp_shooting *s = f->s;
@@ -631,7 +631,7 @@ static kempe_status find_change(follower *f, const kmp_cycle *a, double whole, k
 
 /* -- requested values ----------------------------------------------------------------------------------- */
 
-/* The cycle at a value of the parameter between those of a and b. */
+/* The cycle at a value of the parameter between the values of a and b. */
 static kempe_status find_value(follower *f, const kmp_cycle *a, const kmp_cycle *b, double value, kmp_cycle **found)
 {
     kmp_shooting *s = f->s;

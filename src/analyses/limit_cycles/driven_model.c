@@ -48,7 +48,7 @@ kempe_status kmp_driven_model(const kempe_model *model, const kmp_driven *driven
         }
     }
     if (driven->hold) {
-        /* The start is q, and keeps the chosen coordinates: values of the file are no guesses any more. */
+        /* The start is q, and keeps the chosen coordinates: values of the file are not guesses any more. */
         int n = kmp_model_coordinates(m);
         bool *hold = KMP_ARENA_NEW(&m->arena, bool, m->motion_count);
         for (int i = 0; hold && i < n; i++) {

@@ -380,8 +380,8 @@ static void put_branch(drawing *d, const kmp_cycle_branch *b, const char *colour
             kmp_plot_dot(&d->plot, d->factor * b->cycle[k]->value, height(d, b->cycle[k]), colour);
 }
 
-/* The value between two of the locus at which the equilibrium loses its stability; the middle where it is no Hopf
- * point. */
+/* The value between two of the locus at which the equilibrium loses its stability; the middle where it is not a
+ * Hopf point. */
 static double change_between(const kmp_locus *l, double a, double b)
 {
     for (int k = 0; k < l->critical_count; k++)

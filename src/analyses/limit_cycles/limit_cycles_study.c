@@ -27,7 +27,7 @@
 /* -- held speeds ----------------------------------------------------------------------------------------- */
 
 /* Vehicles whose speed no force decides, or a load holds (analyses/equilibrium/running_state.c): in a limit cycle they
- * keep the speed of the start, by a load that changes over the period. The equations are those of a copy of the model,
+ * keep the speed of the start, by a load that changes over the period. The equations belong to a copy of the model,
  * in which drives have these rates. */
 
 /* The first track that is curved, inclined or irregular; NULL: there is none. */
@@ -91,8 +91,8 @@ static kempe_status hold_speed(kempe_limit_cycles *c, bool as_given)
 }
 
 /* Finds the coordinates whose rates a load holds, and makes the equations with their drives.
- * KEMPE_E_FAILED: there is no equilibrium at the first value, the start does not give such a rate, or the track is no
- * straight one. With `settle` these are no errors: the speed is then free. */
+ * KEMPE_E_FAILED: there is no equilibrium at the first value, the start does not give such a rate, or the track is
+ * not straight. With `settle` these are not errors: the speed is then free. */
 static kempe_status hold_speeds(kempe_limit_cycles *c)
 {
     bool tries = c->settle > 0;
@@ -110,8 +110,8 @@ static kempe_status hold_speeds(kempe_limit_cycles *c)
 
 /* -- loads --------------------------------------------------------------------------------------------- */
 
-/* Appends `outputs` and the loads; false: no memory. Takes the names and units of the columns of such a run: those
- * of the outputs are kept, and *load (held) are those of the loads; -1: there is none. KEMPE_E_MEMORY. */
+/* Appends `outputs` and the loads; false: no memory. Takes the names and units of the columns of such a run: values
+ * of the outputs are kept, and *load (held) has the loads; -1: there is none. KEMPE_E_MEMORY. */
 static bool put_words(const kempe_limit_cycles *cycles, const char *outputs, kmp_text *words)
 {
     kmp_text_put(words, outputs);
@@ -142,8 +142,8 @@ static kempe_status take_names(kempe_limit_cycles *c, int count, char *const *co
 }
 
 /* Start values that a periodic motion repeats, in `entry` with room for 2 n: not positions of coordinates that nothing
- * depends on, at the state of `linear`; `keeps`: a rate that stays that of the
- * start, -1: none. KEMPE_E_MEMORY. */
+ * depends on, at the state of `linear`; `keeps`: a rate that keeps its start
+ * value, -1: none. KEMPE_E_MEMORY. */
 static kempe_status list_entries(kmp_linear *l, int keeps, int *count, kmp_flow_entry *entry)
 {
     const kempe_model *model = l->system->model;
@@ -430,17 +430,17 @@ typedef struct stepped {
     int count;      /* start values that vary */
     kmp_flow_entry *entry;
     char **name;        /* count + 1, the parameter first */
-    bool *keeps;        /* by coordinate: the start gives it; NULL: those that the model gives */
+    bool *keeps;        /* by coordinate: the start gives it; NULL: the ones that the model gives */
     double *q, *qd;     /* by coordinate: at the model's start */
     kempe_model *model; /* a copy that gives these; NULL: it is the given one */
     kmp_variant *variant;
     kempe_system *system;
     kmp_linear none;
-    double *start, *values; /* count + 1: those of the model; of the next simulation */
+    double *start, *values; /* count + 1: the rates of the model; of the next simulation */
 } stepped;
 
 /* Records the model's start, and the coordinates that starts of simulations give: the independent ones that move, and
- * that of the travel if no closure decides it. */
+ * the travel if no closure determines it. */
 static bool note_start(stepped *s, const kmp_operating *start, const kmp_linear *linear, int travel)
 {
     const int n = start->system->n;
@@ -476,7 +476,7 @@ static kempe_status find_entries(stepped *s)
     KMP_TRY(kmp_operating_new(system, "start", NULL, &start));
     kempe_status status = kmp_linear_init(&linear, system, kmp_backend_default());
     if (status == KEMPE_OK) {
-        /* The coordinate along which a vehicle on rails moves fastest at the start: its speed stays that of the start.
+        /* The coordinate along which a vehicle on rails moves fastest at the start: its speed keeps its start value.
          */
         const kempe_model *model = system->model;
         int travel = -1;

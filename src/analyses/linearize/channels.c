@@ -30,7 +30,7 @@ static int orders_of(const kempe_model *model, const kmp_requested_input *input)
 }
 
 /* Makes room. `linear` has chosen its u. `place`: for each input, the index of its point's position among the outputs
- * (forces alone), or of its first derivative (parameters and inputs of the model alone). KEMPE_E_MEMORY. */
+ * (only forces), or of its first derivative (only parameters and inputs of the model). KEMPE_E_MEMORY. */
 static kempe_status transfer_init(kmp_transfer *t, kmp_linear *linear, kmp_slopes *slopes,
                                   const kmp_requested_inputs *inputs, const int *place, int outputs,
                                   const kmp_output_source *source)
@@ -208,7 +208,7 @@ static void put_accelerations(int p, const double *factor, const int *pivot, int
     }
 }
 
-/* Number k of u is one of those of x in the half of positions, or in that of rates and values of states. */
+/* Number k of u is one of the entries of x in the half of positions, or in the half of rates and values of states. */
 static bool is_in(const kmp_linear *l, int k, int half)
 {
     const kmp_state *state = kmp_state_of(l->system->model, l->part.u[k]);
@@ -442,7 +442,7 @@ static kempe_status judge_steady(kmp_channels *c, bool *steady)
     kempe_status status = *steady ? kmp_operating_check(l, &search) : KEMPE_OK;
     if (status != KEMPE_E_FAILED)
         return status;
-    kmp_context_clear(c->system->context); /* balanced for an instant alone */
+    kmp_context_clear(c->system->context); /* balanced only for an instant */
     *steady = false;
     return KEMPE_OK;
 }

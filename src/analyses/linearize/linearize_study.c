@@ -175,7 +175,7 @@ static double signal_of(double T, double rate, bool own)
     return fabs(sum) <= 4 * DBL_EPSILON * own ? 0 : sum;
 }
 
-/* Makes the delays inputs and outputs of A, B, C and D, which are those of the averaged system. KEMPE_E_MEMORY. */
+/* Makes the delays inputs and outputs of A, B, C and D, which belong to the averaged system. KEMPE_E_MEMORY. */
 static kempe_status open_delays(kempe_linearization *l)
 {
     kempe_context *context = l->channels.system->context;
@@ -204,12 +204,12 @@ static kempe_status open_delays(kempe_linearization *l)
                                   name_delays(l, delay) && extend(l, &l->channels.states, stay, kept, false) &&
                                   extend(l, &l->channels.loads, t->columns, NULL, true) &&
                                   extend(l, &l->channels.outputs, outputs, NULL, true)));
-    /* The values of the outputs, and of the signals: at rest those of the delays. */
+    /* The values of the outputs, and of the signals: at rest the values of the delays. */
     memcpy(y, t->value, (size_t)outputs * sizeof *y);
     for (int k = 0; k < delays; k++)
         y[outputs + k] = t->linear->qd[t->linear->part.u[kmp_transfer_state(t, delay[k]) - t->p]];
-    /* All four with the rows of signals behind those of x, or of the outputs, and the columns of delays behind those of
-     * inputs. */
+    /* All four with the rows of signals after the rows of x, or of the outputs, and the columns of delays after the
+     * columns of inputs. */
     for (int j = 0; j < stay + inputs; j++) {
         const bool input = j >= stay && j < stay + t->columns;
         const int x = j < stay ? kept[j] : input ? -1 : delay[j - stay - t->columns], w = j - stay;
@@ -389,7 +389,7 @@ static int column_width(const kmp_matrix_row *m, int k)
     return width + 2;
 }
 
-/* Matrices with equal numbers of rows, one beside the other. */
+/* Matrices with equal numbers of rows, one next to the other. */
 static int group_width(int count, const kmp_matrix_row *m)
 {
     int width = 0;
@@ -436,7 +436,7 @@ static void show_blocks(kmp_text *text, const kmp_matrix_row *m)
     }
 }
 
-/* An equation, without its term of the inputs where there are none; that of second order with its coordinates. */
+/* An equation, without its term of the inputs where there are none; the one of second order with its coordinates. */
 static void put_equation(kmp_text *text, const kempe_linearization *l, int first, const char *equation)
 {
     kmp_text words = {0};
@@ -454,8 +454,8 @@ static void put_equation(kmp_text *text, const kempe_linearization *l, int first
     kmp_text_free_part(text, &words);
 }
 
-/* Matrices beside each other below their equation, or, all of them, one below the other. False: they are too large, and
- * not shown. */
+/* Matrices next to each other below their equation, or, all of them, one below the other. False: they are too large,
+ * and not shown. */
 static bool show_group(kmp_text *text, const kempe_linearization *l, int first, int count, bool all)
 {
     kmp_matrix_row m[KMP_MATRICES];

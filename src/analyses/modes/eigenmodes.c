@@ -108,7 +108,7 @@ static void shares(int n, const double *re, const double *im, const double *a_re
         out[i] = some ? out[i] / sum : 0;
 }
 
-/* Converts shapes: rates of a chart are linear in those of another. */
+/* Converts shapes: rates of a chart are linear in the rates of another. */
 static void show_shapes(kmp_modes *s, const kmp_linear *l, double *q)
 {
     const size_t n = (size_t)s->n;

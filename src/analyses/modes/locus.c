@@ -66,9 +66,9 @@ static bool moves(const kmp_operating *o)
     return false;
 }
 
-/* Takes the rates of the start at the value that varies, if those of a steady motion are found from it. A rate that
- * forces decide changes as that of the start: otherwise wheels would slide at another speed. *anew: the last state is
- * at rest, but the start moves now, so that a steady motion may be found. */
+/* Takes the rates of the start at the value that varies, if the rates of a steady motion are found from it. A rate that
+ * forces determine changes as the rate of the start: otherwise wheels would slide at another speed. *anew: the last
+ * state is at rest, but the start moves now, so that a steady motion may be found. */
 static kempe_status follow_start(kmp_operating_family *s, bool *anew)
 {
     const bool follows = s->rate_count > s->options.rate_count || (s->rate_count == 0 && !moves(s->state));

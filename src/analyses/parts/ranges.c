@@ -23,7 +23,7 @@ static size_t word_length(const char *s)
     return strcspn(s, ":,");
 }
 
-/* The error in a text that is no range. */
+/* The error in a text that is not a range. */
 typedef struct trouble {
     const char *unit; /* an unknown unit; NULL: another error */
     int length;
@@ -58,7 +58,7 @@ static bool read_expression(const char *s, size_t length, double *x, trouble *wh
     what->expression = what->expression || bare;
     what->memory = what->memory || arena.failed;
     kmp_arena_free(&arena);
-    kmp_context_clear(what->context); /* the message is that of ranges */
+    kmp_context_clear(what->context); /* the message is the one for ranges */
     return bare && isfinite(*x);
 }
 
@@ -209,7 +209,7 @@ static void warn_of_turns(const kempe_model *model, const char *what, const kmp_
         !(most > (degrees ? KMP_MORE_TURN : MANY_TURNS)))
         return;
     const double given = fabs(range->from) > fabs(range->to) ? range->from : range->to;
-    if (range->count > 0)
+    if (!range->column)
         kmp_log(model->context, KEMPE_LOG_WARNING,
                 "%s: '%s' is %g without a unit and is taken in rad, %.3g turns: for degrees write '%g deg'", what,
                 range->name, given, most / KMP_TURN, given);

@@ -13,6 +13,7 @@ typedef struct kmp_range {
     kmp_dimension dimension; /* of the units; bare without units */
     int angle[2];            /* power of the angle in the units of either end */
     bool expression;         /* an end is an expression, as 2*pi */
+    bool column;             /* of a table, where units are behind the name */
 } kmp_range;
 
 typedef struct kmp_ranges {

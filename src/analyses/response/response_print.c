@@ -36,7 +36,7 @@ static void put_row(kmp_text *text, double hz, double amplitude)
         kmp_text_printf(text, "  %12s", "unbounded");
 }
 
-/* The static response of a pair, and its peaks; names that are long have a line of their own. */
+/* The static response of a pair, and its peaks; long names have a separate line. */
 static void show_pair(kmp_text *text, const kempe_response *r, int input, int output, int width, int *room)
 {
     const kmp_frequency *f = &r->frequency;

@@ -52,7 +52,7 @@ static kempe_status make_samples(kmp_frequency *f)
     return failed == 0 || width == 0 ? KEMPE_OK : kmp_sampled_complain(context, failed);
 }
 
-/* Makes room for frequencies that the caller fills in. `sampled`: the transfer is that of an averaged system
+/* Makes room for frequencies that the caller fills in. `sampled`: the transfer belongs to an averaged system
  * (analyses/derivatives/averaged.h). KEMPE_E_MEMORY; KEMPE_E_FAILED with a sentence: there is no map between samples.
  */
 static kempe_status frequency_init(kmp_frequency *f, const kmp_transfer *transfer, bool sampled, int count)
@@ -258,7 +258,7 @@ static double amplitude(const kmp_frequency *f, int e)
     return hypot(f->h_re[e], f->h_im[e]);
 }
 
-/* Of one pair alone, of which h_re and h_im are evaluated. NaN on a pole. */
+/* Of only one pair, of which h_re and h_im are evaluated. NaN on a pole. */
 static double amplitude_at(kmp_frequency *f, double hz, int e)
 {
     double w = two_pi * hz;
@@ -276,8 +276,8 @@ static int ascending(const void *a, const void *b)
     return x < y ? -1 : x > y;
 }
 
-/* Frequencies to evaluate: the requested ones, and others around each pole; without those on undamped poles. NULL: no
- * memory. */
+/* Frequencies to evaluate: the requested ones, and others around each pole; without the ones on undamped poles. NULL:
+ * no memory. */
 static double *places(const kmp_frequency *f, int *count)
 {
     static const double aside[] = {-3, -1, -0.3, 0, 0.3, 1, 3};
@@ -339,7 +339,7 @@ static bool parted(const kmp_frequency *f, double low, double high)
     return false;
 }
 
-/* Relative accuracy of the frequency of a maximum, limited by that of the values. */
+/* Relative accuracy of the frequency of a maximum, limited by the accuracy of the values. */
 static const double as_near = 1e-9;
 
 /* A maximum counts that rises and falls by more than rounding. */
@@ -528,7 +528,7 @@ static kempe_status usual_range(const kmp_channels *c, kmp_range *range)
     return KEMPE_OK;
 }
 
-/* Frequencies are cycles per time: an angle per time, such as rad/s and rpm, is divided by that of a cycle. */
+/* Frequencies are cycles per time: an angle per time, such as rad/s and rpm, is divided by the angle of a cycle. */
 static double in_cycles(double rate, int angle)
 {
     return angle == 1 ? rate / two_pi : rate;
@@ -715,11 +715,16 @@ static void fill_rows(kempe_table *table, const void *result)
 static void fill_peaks(kempe_table *table, const void *result)
 {
     const kempe_response *r = result;
-    kmp_tabulate_columns(table, "input[words] output[words] frequency[Hz] amplitude phase[deg] gain");
-    for (const kmp_peak *p = r->frequency.peak; p < r->frequency.peak + r->frequency.peak_count; p++)
-        KMP_TABULATE(table, "%s %s %g %g %g %g", kmp_response_input(r, p->input), kmp_response_output(r, p->output),
+    kmp_tabulate_columns(table, "input[words] output[words] frequency[Hz] amplitude phase[deg] gain unit[words]");
+    for (const kmp_peak *p = r->frequency.peak; p < r->frequency.peak + r->frequency.peak_count; p++) {
+        kmp_text unit = {0};
+        kmp_text_put(&unit, "");
+        kmp_response_put_unit(&unit, r, p->input, p->output, "", "/");
+        KMP_TABULATE(table, "%s %s %g %g %g %g %s", kmp_response_input(r, p->input), kmp_response_output(r, p->output),
                      p->frequency, kmp_response_factor(r, p->input, p->output) * p->amplitude,
-                     p->phase * (360 / two_pi), p->gain);
+                     p->phase * (360 / two_pi), p->gain, unit.s ? unit.s : "");
+        kmp_text_free(&unit);
+    }
 }
 
 KMP_TABLES(kempe_response, response, response->channels.system->context, {"rows", fill_rows}, {"peaks", fill_peaks})

@@ -30,8 +30,8 @@
 #include <stdbool.h>
 #include <string.h>
 
-/* Values of u and ud in each step, at Chebyshev's points: their polynomial is that of the integrators' dense outputs,
- * none of which has a higher degree. */
+/* Values of u and ud in each step, at Chebyshev's points: their polynomial is the polynomial of the integrators' dense
+ * outputs, none of which has a higher degree. */
 enum { NODES = 8 };
 
 typedef struct kept_step {
@@ -73,7 +73,7 @@ typedef struct adjoint {
     double *unit, *matrix;                        /* conditions; p x 2 p */
     double *rates, *wnext;                        /* n of each pass of a reset; states with next values */
     kmp_changes_weight back;
-    bool known; /* the matrices in lanes are those of these times, and of this segment */
+    bool known; /* the matrices in lanes belong to these times, and to this segment */
     double at_t[KMP_STAGE_LANES];
     double stood;                           /* time of the whole state at the end of the motion; NAN: it is left */
     double *stages;                         /* 2 p: u and ud, in lanes */
@@ -400,7 +400,7 @@ static int find_matrix(adjoint *a, double back)
     return KMP_GO;
 }
 
-/* Jacobian of the weights alone: the quadratures follow from them. */
+/* Jacobian of only the weights: the quadratures follow from them. */
 static int jacobian(void *self, double t, const double *y, double *j)
 {
     adjoint *a = self;
@@ -495,7 +495,7 @@ static double weight_of_time(adjoint *a)
            (a->integral ? kmp_target_value(a->target, a->v) : 0);
 }
 
-/* Converts weights of the states after pass k to weights before it, and adds to that of the time. */
+/* Converts weights of the states after pass k to weights before it, and adds to the weight of the time. */
 static void take_back(adjoint *a, const kmp_sensitivity_equations_reset *reset, int k, double *time)
 {
     kmp_sensitivity_equations *v = a->v;
@@ -615,7 +615,7 @@ static double inputs_begin(const kmp_present_inputs *inputs, double t)
     return from;
 }
 
-/* Integrates backwards from the end of the step `last` to that of the step `before` (NULL: the start). */
+/* Integrates backwards from the end of the step `last` to the end of the step `before` (NULL: the start). */
 static kempe_status come_back(adjoint *a, const kept_step *before, kept_step *last, double *h)
 {
     for (; last != before; last = a->first->before) {

@@ -54,9 +54,9 @@ static int first_other(const kmp_forward_formulation *f, const double *mode)
 }
 
 /* Near a rank loss of J the formulation uses all coordinates and their sensitivities in place of u, with the integrator
- * that steps over such places (integrators/steppers/singular_step.h). There u and all smooth quantities continue
- * straight. A parameter that moves the closures there makes this impossible; where one is present nothing is stepped
- * over. */
+ * that steps over such places (integrators/steppers/singular_step.h). Across the event u and all smooth quantities
+ * continue straight. A parameter that moves the closures there makes this impossible; if such an entry is present,
+ * nothing is stepped over. */
 
 /* Largest distance of a step's end from its prediction (rad, characteristic lengths): positions within it are found
  * from there.
@@ -101,7 +101,7 @@ void kmp_forward_follow(kmp_forward_formulation *f, const double *y, int k, doub
 
 /* -- the ODE ----------------------------------------------------------------------------------------- */
 
-/* dy at the last state, which is that of y. */
+/* dy at the last state, which is the state of y. */
 static void give(kmp_forward_formulation *f, const double *y, double *dy)
 {
     kmp_sensitivity_equations *v = f->v;
@@ -144,7 +144,7 @@ static int rhs(void *self, double t, const double *y, double *dy)
 
 /* -- several stages at once -------------------------------------------------------------------------------- */
 
-/* The motion alone; its sensitivities follow it (kmp_ode.follow). */
+/* Only the motion; its sensitivities follow it (kmp_ode.follow). */
 static int rhs_of_stages(void *self, const double *t, const double *y, double *dy)
 {
     kmp_forward_formulation *f = self;
@@ -173,7 +173,7 @@ static int motion_alone(void *self, double t, const double *y, double *dy)
     return said;
 }
 
-/* At the end of a step the accelerations are those of its last stage, which lies there; its loops are closed. */
+/* At the end of a step the accelerations belong to its last stage, which lies there; its loops are closed. */
 static int end_of_step(void *self, double t, const double *y, double *dy)
 {
     kmp_forward_formulation *f = self;
@@ -570,7 +570,8 @@ static __attribute__((format(printf, 2, 3))) int halt(kmp_forward_formulation *f
     return KMP_HALT;
 }
 
-/* The same where a sample and an event have one time, of which only that of the sample is the same for all parameters.
+/* The same where a sample and an event have one time, of which only the time of the sample is the same for all
+ * parameters.
  */
 static int halt_at_event(kmp_forward_formulation *f, int sample, double t)
 {
@@ -669,7 +670,7 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
     return kmp_forward_report_mark(f, t, given ? -1 : k);
 }
 
-/* Conditions have changed since the last start: passes those that the motion itself has changed one after the other,
+/* Conditions have changed since the last start: passes the ones that the motion itself has changed one after the other,
  * the last of them with all dependent ones. */
 static int pass_conditions(kmp_forward_formulation *f, double t, double *y)
 {
@@ -1073,7 +1074,7 @@ static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulatio
     return KEMPE_OK;
 }
 
-/* Delayed signals may not jump where the equations are made anew. */
+/* Delayed signals may not jump where the equations are made again. */
 static kempe_status check_delays(kmp_forward_formulation *f, const kmp_formulation_start *start)
 {
     const double *swing;

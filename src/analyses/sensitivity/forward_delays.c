@@ -3,7 +3,7 @@
  *
  *     U(t) = du/dp - u' dT/dp,    dy/dp (t) = U(t - T),
  *
- * the past of U is recorded as that of u is (integrators/run/delays.h), from the dense output of the whole step. The
+ * the past of U is recorded like the past of u (integrators/run/delays.h), from the dense output of the whole step. The
  * equation of dy/dp is (U + T U' - dy/dp)/T, whose solution U(t - T) attracts, and the derivative is set to it at
  * restarts. If u jumps at a time t_e(p), y jumps at t_e + T, and so do the derivatives of all that it moves:
  * dt/dp = dt_e/dp + dT/dp. */
@@ -148,7 +148,7 @@ static kempe_status sample(void *user, double t, const double **values)
     const kmp_instant at = kmp_linear_instant(l);
     memcpy(x->value, kmp_slopes_values(of, &at), (size_t)x->count * sizeof *x->value);
     if (x->begins) {
-        /* The first values after the end of the past, beside those before it. */
+        /* The first values after the end of the past, next to the values before it. */
         for (int k = 0; k < x->count; k++) {
             double size = fmax(fmax(fabs(x->value[k]), fabs(x->last[k])), state_of(f, k)->scale);
             if (fabs(x->value[k] - x->last[k]) > NO_JUMP * size)

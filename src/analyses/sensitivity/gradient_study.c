@@ -161,7 +161,7 @@ static void put_column(int rows, int columns, int k, const double *column, doubl
         table[(size_t)i * (size_t)columns + (size_t)k] = column[i];
 }
 
-/* The change by a parameter, with that of the states' start values. */
+/* The change by a parameter, with the change of the states' start values. */
 static kmp_change change_by(kempe_gradient *g, int parameter)
 {
     kmp_change change = kmp_slopes_change(g->slopes, parameter, g->part);

@@ -48,7 +48,7 @@ static kempe_status take_equilibrium(state *x)
         return kmp_fail(x->s->context, KEMPE_E_FAILED,
                         "the speed of the steady motion is held by a load, whose derivatives are not supported; drive "
                         "the vehicle in the model (drives:), or vary a parameter by 'modes --sweep'");
-    /* Rates that are those of the start are constants here: they must not change with a parameter. */
+    /* Rates that keep their start values are constants here: they must not change with a parameter. */
     int n = x->s->system->n;
     KMP_TRY(x->at->kept_count > 0 ? kmp_sensitivity_equations_start(&x->varied, x->q, x->qd, x->dq, x->dqd) : KEMPE_OK);
     for (int i = 0; i < x->at->kept_count; i++)

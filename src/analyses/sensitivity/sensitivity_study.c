@@ -70,7 +70,7 @@ static void add_name(kempe_sensitivity *s, const char *name, size_t length)
     s->name[s->count++] = kmp_arena_printf(&s->arena, "%.*s", (int)length, name);
 }
 
-/* The listed parameters; without a list all plain numbers among those of the given model that may vary. */
+/* The listed parameters; without a list all plain numbers among the parameters of the given model that may vary. */
 static void name_parameters(kempe_sensitivity *s, const char *list)
 {
     const kempe_model *model = s->given ? s->given->model : s->model;

@@ -22,7 +22,8 @@
 #include <math.h>
 #include <string.h>
 
-/* An adjoint run of one scalar takes about as long as forward ones with so many parameters (docs/sensitivity.md). */
+/* An adjoint run of one scalar takes about as long as forward ones with this number of parameters
+ * (docs/sensitivity.md). */
 enum { WORTH_ADJOINT = 4 };
 
 /* Errors of more tolerances are reported. */
@@ -208,7 +209,7 @@ static kempe_status find_scalars(work *w)
     kempe_status status = KEMPE_OK;
     double *slopes = w->other + s->columns;
     for (int c = 0; status == KEMPE_OK && c < s->columns; c++) {
-        /* The weights of column c alone. */
+        /* The weights of only column c. */
         const kmp_column *of = source_of(w, c);
         const int size[] = {w->varied.n, w->varied.n, w->varied.n, w->varied.m, w->slopes->shown};
         const double *part[KMP_QUANTITIES + 1] = {NULL};
@@ -335,7 +336,7 @@ static kempe_status find(kempe_sensitivity *s)
     if (status == KEMPE_OK && w.adjoint)
         status = kmp_refuse_delays(s->model, "the adjoint method", "use the forward method");
     if (status == KEMPE_OK) {
-        /* The report's reason is that of the result; the context's message is the same. */
+        /* The report's reason is the reason of the result; the context's message is the same. */
         status = find_once(&w);
         if (status == KEMPE_E_FAILED && w.report.run.reason)
             (void)kmp_fail(s->context, status, "%s", w.report.run.reason);
@@ -462,7 +463,7 @@ typedef struct differences {
     int count;
     const double *t;
     double *values, *row;         /* of a run; of all outputs */
-    double *cells, *cell[PLACES]; /* count x columns: at the values, and beside them */
+    double *cells, *cell[PLACES]; /* count x columns: at the values, and near them */
     bool known[PLACES];
     kmp_run_report report; /* of the run at the values */
     kmp_arena arena;
@@ -472,7 +473,7 @@ static kempe_status fill_cells(differences *d, kempe_trajectory *motion, double 
 {
     const kempe_sensitivity *s = d->s;
     kempe_outputs *outputs = NULL;
-    const bool quiet = kmp_context_quiet(s->context, true); /* outputs have no warnings of their own */
+    const bool quiet = kmp_context_quiet(s->context, true); /* outputs have no separate warnings */
     kempe_status status = kempe_outputs_new(s->system, d->words, &outputs);
     for (int row = 0; row < d->count && status == KEMPE_OK; row++) {
         status = kempe_outputs_at_time(outputs, motion, d->t[row], d->row);
@@ -503,7 +504,7 @@ static kempe_status run_beside(differences *d, const double *values, double *cel
     return status;
 }
 
-/* The derivative from values at the places, and that at twice the step. Of one side alone: from two places there, and
+/* The derivative from values at the places, and the one at twice the step. Of only one side: from two places there, and
  * from the farther one. */
 static void slope_of(const differences *d, ptrdiff_t i, double step, double *slope, double *rough)
 {
@@ -617,7 +618,8 @@ static kempe_status run_once(kmp_slope_runs *r)
     kmp_slopes_renew_parameters(r->w.slopes);
     kempe_status status = find_rows(&r->w, r->count, r->t);
     add_work(&r->w);
-    /* The last time is missing where a condition of the model, or a lock, ends the run; an interrupt is no failure. */
+    /* The last time is missing where a condition of the model, or a lock, ends the run; an interrupt is not a failure.
+     */
     kmp_run_report *report = &r->w.report.run;
     bool ended = status == KEMPE_STOPPED && !kmp_interrupted(r->s->context);
     if (status == KEMPE_E_FAILED || ended || (status == KEMPE_OK && r->s->rows < r->count)) {

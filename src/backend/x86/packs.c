@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Writes the operations of a piece with the chosen pairs. An operand that is no pack itself is joined from two values;
- * a value that is read alone is taken out of its pack. Each operation follows its operands; otherwise the order is
- * kept. */
+/* Writes the operations of a piece with the chosen pairs. An operand that is not a pack itself is joined from two
+ * values; a value that is read separately is taken out of its pack. Each operation follows its operands; otherwise the
+ * order is kept. */
 #include "backend/x86/packs.h"
 #include <string.h>
 
@@ -17,7 +17,7 @@ typedef struct pack_choice {
     uint32_t count;
     const kmp_straight *operations;
     const uint32_t *writer; /* by slot: the operation that writes it, + 1; 0: none */
-    uint32_t *mate;         /* by operation: the other one; NO_OPERATION: it stays alone */
+    uint32_t *mate;         /* by operation: the other one; NO_OPERATION: it stays separate */
     uint8_t *lane;          /* its lane: 0 or 1 */
     /* of the search: */
     uint32_t *shape;   /* by operation: number of its shape, from 1 on; values from elsewhere have shape 0 */
@@ -360,7 +360,7 @@ static uint32_t place_of(const writer *w, uint32_t slot, int *lane)
     return is_packed(w, k) ? w->pack[leader_of(w, k)] : slot;
 }
 
-/* The slot of a value that is read alone. */
+/* The slot of a value that is read separately. */
 static uint32_t read_alone(writer *w, uint32_t slot)
 {
     int lane;

@@ -7,8 +7,8 @@
 
 #define NEVER UINT32_MAX
 
-/* NEAR: a value that is read within so many operations gets a place at a short distance, if there is one. BASED: least
- * number of operations of a piece of code that sets bases. */
+/* NEAR: a value that is read within this number of operations gets a place at a short distance, if there is one. BASED:
+ * least number of operations of a piece of code that sets bases. */
 enum { NEAR = 1500, BASED = 100 };
 
 /* The state of writing. */

@@ -13,7 +13,7 @@ enum { LONGEST = 16, SHORT = 128 /* least and, but one, greatest distance in a b
  * from SAVED on, which it has to restore. */
 static const int base_register[KMP_X86_BASES] = {7, 6, 2, 1, 0, 3, 5};
 enum { SAVED = 5 };
-/* The second of two registers: its number after that of the first one; its place in memory. */
+/* The second of two registers: its number after the number of the first one; its place in memory. */
 static int second_register(kmp_x86_form form)
 {
     return kmp_x86_has_eights(form) ? 16 : 8;

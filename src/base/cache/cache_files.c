@@ -143,7 +143,7 @@ static bool read_whole(int fd, unsigned char *to, size_t size)
     return true;
 }
 
-/* True if nobody else can have written it: some files have machine code. */
+/* True if no other user can have written it: some files have machine code. */
 static bool is_own(const struct stat *about)
 {
     return S_ISREG(about->st_mode) && about->st_uid == geteuid() && !(about->st_mode & (S_IWGRP | S_IWOTH));
@@ -320,7 +320,7 @@ static void shrink(const char *path, uint64_t most)
 
 /* -- writing ----------------------------------------------------------------------------------------- */
 
-/* Makes the folder and those above it, readable by the user alone. */
+/* Makes the folder and the folders above it, readable only by the user. */
 static bool make_folders(const char *folder)
 {
     struct stat about;

@@ -8,12 +8,12 @@
  * A law of the table has an elastic energy as its potential; what else it takes is work.
  *
  * The film between a journal and its bearing. Over the clearance c the journal is at (x, y) in the bearing and turns
- * there with the angular velocity w. Reynolds' equation depends on
+ * there with the angular velocity w. Reynolds' equation depends only on
  *
  *     u = x' + w y/2,     v = y' - w x/2
  *
- * alone, because a film that rotates with half the speed of its journal presses nowhere. If it would be thinner than
- * its least thickness, (x, y) is that of the least thickness in the same direction. Its shear is that of Petroff, 2 pi
+ * because a film that rotates with half the speed of its journal presses nowhere. If it would be thinner than
+ * its least thickness, (x, y) is the place of the least thickness in the same direction. Its shear is Petroff's, 2 pi
  * viscosity R^3 L w/(c sqrt(1 - x^2 - y^2)), of DuBois and Ocvirk, NACA Report 1157, 1953. */
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
@@ -151,7 +151,8 @@ static void show(const kmp_tree *tree, const kmp_bearing_load *at, kmp_ref holds
         value[8 + k] = kmp_neg(film->size[k]);
 }
 
-/* Runs end where the journal's centre is farther from that of the bearing than ten clearances and half a radius. */
+/* Runs end where the journal's centre is farther from the centre of the bearing than ten clearances and half a radius.
+ */
 static void end_outside(const kmp_tree *tree, const kmp_force *force, const kmp_bearing_load *at)
 {
     kmp_graph *g = tree->graph;

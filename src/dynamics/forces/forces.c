@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The sum of all force elements: a table of laws by kind, completed by the wings, each of which adds its wrenches,
- * efforts and energy. Gravity is no force here: it accelerates the ground in the recursions, and has its potential
- * alone. */
+ * efforts and energy. Gravity is not a force here: it accelerates the ground in the recursions, and has only its
+ * potential. */
 #include "dynamics/forces/forces.h"
 #include "base/wings.h"
 #include "dynamics/forces/law.h"

@@ -81,8 +81,8 @@ void kmp_law_stops(kmp_forces *forces, const kmp_tree *tree, const kmp_force *fo
 
 /* Dry friction in a joint. With a speed s it is regularised: effort -F qd / sqrt(qd^2 + s^2). It is the level F at
  * speeds far beyond s and viscous, -F/s qd, far below it. There is no sticking: a load below F creeps at about s load /
- * F. Otherwise it sticks (dynamics/kinematics/friction_modes.h): the effort here is that of slip, and in stick the row
- * of a closure has it. */
+ * F. Otherwise it sticks (dynamics/kinematics/friction_modes.h): the effort here is the effort of slip, and in stick
+ * the row of a closure has it. */
 
 /* On the coordinate, or on all that the place, or the rate, depends on. */
 static void apply_friction(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_ref effort)
@@ -102,7 +102,7 @@ static void apply_friction(kmp_forces *forces, const kmp_tree *tree, const kmp_f
 
 /* The value of the output is the multiplier of the element's row: a run puts the friction of every mode there. If modes
  * are the only inputs of conditions, there is no run. The static level has no part in the effort, but its conditions
- * are among those of the law. */
+ * are among the conditions of the law. */
 static void stick_and_slip(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                            kmp_ref *value)
 {

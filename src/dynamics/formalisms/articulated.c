@@ -4,10 +4,10 @@
  *
  *     moment = K wd + H a      force = H' wd + A a
  *
- * Unlike for a rigid body A is no multiple of 1 and H is not skew. With U = its column along the joint, I - U U' / S.U
- * is passed on to the parent; the row along the joint is then exactly zero. Velocities and gravity enter through the
- * wrenches that the links need at qdd = 0 (Newton/Euler forward), so that the second sweep computes the accelerations
- * relative to that state.
+ * Unlike for a rigid body A is not a multiple of 1 and H is not skew. With U = its column along the joint, I - U U' /
+ * S.U is passed on to the parent; the row along the joint is then exactly zero. Velocities and gravity enter through
+ * the wrenches that the links need at qdd = 0 (Newton/Euler forward), so that the second sweep computes the
+ * accelerations relative to that state.
  *
  * An armature r of the joint makes it I - U U' / (S.U + r), whose row along the joint is not zero. */
 #include "dynamics/formalisms/articulated.h"
@@ -384,7 +384,7 @@ static int eliminate_elastic(kmp_articulated *a, const kmp_articulated_elastic *
     return -1;
 }
 
-/* A link that coordinates of a flexible body move, or its frame; it has no motion of its own. -1, or the motion that
+/* A link that coordinates of a flexible body move, or its frame; it has no motion. -1, or the motion that
  * moves no mass. */
 static int pass_elastic(kmp_articulated *a, int i, inertia *r)
 {
@@ -405,7 +405,7 @@ static int pass_elastic(kmp_articulated *a, int i, inertia *r)
     return -1;
 }
 
-/* Rows at a link without a motion of its own go on as they are. */
+/* Rows at a link without a motion continue as they are. */
 static void pass_rows(kmp_articulated *a, int i)
 {
     const int parent = a->tree->links[i].parent;
@@ -582,7 +582,8 @@ static bool is_innermost(const kmp_articulated *a, int i)
     return a->region[i] > 0 && i == a->elastic[a->region[i] - 1].of->innermost;
 }
 
-/* Accelerations of a flexible body's coordinates from that of the innermost link before it moves by them. */
+/* Accelerations of a flexible body's coordinates from the acceleration of the innermost link before it moves by them.
+ */
 static void accelerate_elastic(const kmp_articulated *a, int i, const kmp_wrench *m,
                                const kmp_articulated_result *result)
 {
@@ -650,7 +651,7 @@ static kmp_wrench carried_acceleration(const kmp_tree *tree, int i, const kmp_wr
     return m;
 }
 
-/* Of a link without a motion of its own: with that of its guide. */
+/* Of a link without a motion: with the motion of its guide. */
 static void pass_acceleration(const kmp_articulated *a, int i, const kmp_articulated_result *result)
 {
     kmp_graph *g = a->tree->graph;
@@ -665,7 +666,7 @@ static void pass_acceleration(const kmp_articulated *a, int i, const kmp_articul
     find_multipliers(a, i, m, result->lambda);
 }
 
-/* Accelerations relative to qdd = 0; `moment` is the angular one, `force` that of the origin. */
+/* Accelerations relative to qdd = 0; `moment` is the angular one, `force` the one of the origin. */
 static void sweep_outwards(kmp_articulated *a, const kmp_articulated_result *result)
 {
     const kmp_tree *tree = a->tree;

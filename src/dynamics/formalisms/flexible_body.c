@@ -16,7 +16,8 @@ static kmp_ref of_coordinate(kmp_graph *g, const kmp_deformation *d, int e, cons
     return sum;
 }
 
-/* Accelerations of the fields by those of the coordinates (NULL: none), with `curved` those at constant rates. */
+/* Accelerations of the fields by accelerations of the coordinates (NULL: none), with `curved` the accelerations at
+ * constant rates. */
 static void accelerate_fields(kmp_graph *g, const kmp_deformation *d, const kmp_ref *qdd, bool curved, kmp_ref *zdd)
 {
     for (int k = 0; k < d->fields; k++) {
@@ -120,7 +121,7 @@ static void add_to_entry(const kmp_tree *tree, kmp_ref *m, int i, int k, kmp_ref
     *entry = kmp_add(tree->graph, *entry, x);
 }
 
-/* The entries of motion k with those of link h, from the wrench that an acceleration of k makes there. */
+/* The entries of motion k with the entries of link h, from the wrench that an acceleration of k makes there. */
 void kmp_mass_couple(const kmp_tree *tree, int h, int k, kmp_wrench *w, kmp_ref *m)
 {
     const kmp_link *link = &tree->links[h];

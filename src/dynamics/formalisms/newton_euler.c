@@ -11,7 +11,7 @@
 
 /* -- names ------------------------------------------------------------------------------------------- */
 
-/* Names of quantities in printed equations: those of ROBOTRAN where it has them, an entry's number and then the link's.
+/* Names of quantities in printed equations: ROBOTRAN's names where it has them, an entry's number and then the link's.
  * Numbers in parentheses are equations of Fisette and Samin 1996. */
 static const kmp_quantity_label name_rate = {"OM", "angular velocity, (11)"};
 static const kmp_quantity_label name_acceleration = {"OMp", "angular acceleration, (12)"};
@@ -57,8 +57,8 @@ static kmp_ref signed_for(const kmp_link *link, kmp_ref r)
     return link->reversed ? kmp_neg(r) : r;
 }
 
-/* The acceleration of link i's own motion by those of the coordinates, signed like q; without its part at constant
- * rates. */
+/* The acceleration of link i's motion by the accelerations of the coordinates, signed like q; without its part at
+ * constant rates. */
 static kmp_ref own_acceleration(const kmp_tree *tree, int i, const kmp_ref *qdd)
 {
     const kmp_link *link = &tree->links[i];
@@ -70,7 +70,7 @@ static kmp_ref own_acceleration(const kmp_tree *tree, int i, const kmp_ref *qdd)
     return sum;
 }
 
-/* Recursion (11)-(14) from link h to i, with the acceleration of its own motion. */
+/* Recursion (11)-(14) from link h to i, with the acceleration of its motion. */
 static void forward(const kmp_tree *tree, int i, kmp_ref own, kmp_link_motion *m)
 {
     kmp_graph *g = tree->graph;
@@ -181,7 +181,7 @@ static kmp_ref with_armature(const kmp_tree *tree, int i, kmp_ref x, kmp_ref qdd
     return armature == KMP_ZERO ? x : kmp_add(tree->graph, x, kmp_mul(tree->graph, armature, qdd));
 }
 
-/* The force of link i's own motion to its coordinate, or by its guide to those of a flexible body. */
+/* The force of link i's motion to its coordinate, or by its guide to the coordinates of a flexible body. */
 static void to_coordinates(const kmp_tree *tree, int i, kmp_wrench *w, const kmp_ref *qdd, kmp_ref *effort)
 {
     kmp_graph *g = tree->graph;

@@ -236,7 +236,7 @@ static kmp_ref acceleration(const kmp_tree *tree, const kmp_force *force)
 }
 
 /* Rest of the static level of an element that is held, or keeps a given force, which a level may fall below.
- * If the given force is the level itself, rounding shall not decide. */
+ * If the given force is the level itself, rounding must not decide. */
 static kmp_ref reserve(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_graph *g = tree->graph;

@@ -41,7 +41,7 @@ static bool is_condition(const kmp_condition *condition, const void *of, int num
     return condition->of == of && condition->number == number;
 }
 
-/* The place of a condition, or the free one for it. An address decides on the place alone, never on an order. */
+/* The place of a condition, or the free one for it. An address determines only the place, never an order. */
 static int *place_of(const kmp_events *events, const void *of, int number)
 {
     uint64_t hash = ((uint64_t)(uintptr_t)of + (uint64_t)number) * 0x9e3779b97f4a7c15u;
@@ -252,8 +252,8 @@ static kmp_ref hinge(const kmp_tree *tree, const kmp_expr *e, int k, kmp_ref bey
                       kmp_binary(g, KMP_OP_MAX, beyond, KMP_ZERO));
 }
 
-/* Inputs that select pieces are so many at most, except of straight lines in a closure, where rates jump at each knot.
- * Tables of more knots than are watched have small kinks, which cost more to locate than to pass. */
+/* Inputs that select pieces are at most this number, except of straight lines in a closure, where rates jump at each
+ * knot. Tables of more knots than are watched have small kinks, which cost more to locate than to pass. */
 enum { MOST_KNOTS = 34, MOST_WATCHED = 1000 };
 
 static bool can_stand_at(const kmp_tree *tree, const kmp_expr *e, int first, int last, kmp_ref x)
@@ -348,7 +348,7 @@ static kmp_ref held(const kmp_tree *tree, const kmp_expr *e, kmp_ref x)
     return kmp_sub(g, kmp_add(g, kmp_const(g, kmp_table_end(table, 0)), part[0]), part[1]);
 }
 
-/* The argument of a periodic table less *turns times so many periods. */
+/* The argument of a periodic table less *turns times the period. */
 static kmp_ref wrapped(kmp_graph *g, const kmp_named_table *table, int periods, kmp_ref x, kmp_ref *turns)
 {
     const double first = kmp_table_end(table, 0), period = periods * (kmp_table_end(table, 1) - first);

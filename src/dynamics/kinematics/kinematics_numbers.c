@@ -233,7 +233,7 @@ static bool follows(const kempe_model *model, const kmp_expr *e)
     return follows(model, e->a) || follows(model, e->b) || follows(model, e->c);
 }
 
-/* A parameter's reference. A dependent parameter is no symbol of its own. A variable one has no value yet. */
+/* A parameter's reference. A dependent parameter is not a separate symbol. A variable one has no value yet. */
 KMP_NOINLINE static kmp_ref parameter(const kmp_tree *tree, int index)
 {
     const kmp_parameter *p = &tree->model->parameters[index];
@@ -386,8 +386,8 @@ KMP_NOINLINE static kmp_ref power(const kmp_tree *tree, const kmp_expr *e)
     if (is_function(e->a, KMP_FUNCTION_tanh))
         kmp_tree_watch_pulse(tree, e->a, operand(tree, kinks, bends, e->a->a));
     if (tree->bends && exponent > 0 && !whole) {
-        /* max(x, 0)^p of a closure: zero with all its derivatives where x is not positive, where those of x^p are
-         * infinite. */
+        /* max(x, 0)^p of a closure: zero with all its derivatives where x is not positive, where the derivatives
+         * of x^p are infinite. */
         const kmp_node *n = kmp_graph_node(g, kmp_id(base));
         const kmp_ref x = n->a == KMP_ZERO ? n->b : n->a;
         if (n->op != KMP_OP_MAX || kmp_is_negative(base) || (n->a != KMP_ZERO && n->b != KMP_ZERO))

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Vectors, tensors and matrices from the axes of one link in those of another, the path between links, points and
+/* Vectors, tensors and matrices from the axes of one link in the axes of another, the path between links, points and
  * rates. */
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/kinematics_numbers.h"

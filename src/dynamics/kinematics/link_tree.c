@@ -394,7 +394,7 @@ static void add_guided(kmp_tree *tree, const kmp_flexible *flexible, bool rotati
     link->qd = rate;
 }
 
-/* The frame of a flexible body, on a link of its own whose axes are those of its numbers: behind the station where its
+/* The frame of a flexible body, on a separate link whose axes are the axes of its numbers: behind the station where its
  * joint is, if that moves; otherwise fixed to the end of the joint's chain. The link nearest to the ground that the
  * body's coordinates move. */
 static int add_frame(kmp_tree *tree, int b, const kmp_flexible *flexible, kmp_body_on_link *base)
@@ -406,7 +406,7 @@ static int add_frame(kmp_tree *tree, int b, const kmp_flexible *flexible, kmp_bo
     for (int axis = 0; flexible->moved && axis < 3; axis++)
         add_guided(tree, flexible, false, axis, station, -1, base);
     const kmp_link *end = &tree->links[base->link];
-    const bool own = base->link >= before || end->body == b; /* a link of this body alone */
+    const bool own = base->link >= before || end->body == b; /* a link of only this body */
     if (!own || base->turned || end->after >= 0 || !is_identity(tree->links[base->link].a) || !kmp_vec_is_zero(base->p))
         add_link(tree, -1, false, unit_axes[0], base);
     tree->links[base->link].body = b;

@@ -18,7 +18,8 @@
 #include <math.h>
 #include <string.h>
 
-/* The cosine of the angle to the equator of a sphere beyond which directions of slip change to those of the pole there.
+/* The cosine of the angle to the equator of a sphere beyond which directions of slip change to the directions of the
+ * pole there.
  */
 #define LOWER_POLE 0.5
 
@@ -161,8 +162,8 @@ int kmp_touching_slopes(const kmp_tree *tree, const kmp_contact_pair *touch, int
 
 /* -- the way ----------------------------------------------------------------------------------------------- */
 
-/* The angle of the first body relative to the second about an axis of the second's point; false: it is no sum of
- * coordinates. */
+/* The angle of the first body relative to the second about an axis of the second's point; false: it is not a sum
+ * of coordinates. */
 static bool turned_about(const kmp_tree *tree, const kmp_contact_pair *touch, int axis, kmp_ref *angle)
 {
     int first = touch->side[0].point, second = touch->side[1].point, from = (axis + 1) % 3;

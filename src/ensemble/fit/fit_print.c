@@ -160,6 +160,7 @@ static void put_correlation(kmp_text *text, const kempe_fit *f)
 static void put_estimates(kmp_text *text, const kempe_fit *f)
 {
     const int width = kmp_print_widest(f->count, f->name, 9);
+    bool in_si = true;
     kmp_text_printf(text, "\n  %-*s  %12s  %14s  %13s  %12s  %12s\n", width, "parameter", "estimate", "standard error",
                     "interval from", "to", "start");
     for (int k = 0; k < f->count; k++) {
@@ -172,10 +173,10 @@ static void put_estimates(kmp_text *text, const kempe_fit *f)
                         as.factor * f->value[k], as.factor * f->error[k], as.factor * f->low[k], as.factor * f->high[k],
                         as.factor * f->start[k]);
         kmp_text_printf(text, "%s%s%s\n", *as.unit ? "  " : "", as.unit, words[f->state[k]]);
+        in_si = in_si && as.factor == 1;
     }
     kmp_text_printf(text, "  %s%g %% confidence intervals, %d degrees of freedom, condition number %.2g\n",
-                    kmp_shown_as(f->context, "m").factor == 1 ? "values in SI, " : "", 100 * f->confidence, f->freedoms,
-                    f->condition);
+                    in_si ? "values in SI, " : "", 100 * f->confidence, f->freedoms, f->condition);
 }
 
 static void put_text(kmp_text *text, const void *result)

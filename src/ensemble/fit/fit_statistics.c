@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Errors of the estimates by the linearised model (Seber and Wild 1989, section 2.1): with J of the weighted residuals
  * and s^2 their sum of squares by the degrees of freedom, the covariance is s^2 (J'J)^-1. Columns of J are scaled to
- * norm 1, so that its singular values do not depend on units. Those below KMP_FIT_RANK are zero: along their right
+ * norm 1, so that its singular values do not depend on units. Values below KMP_FIT_RANK are zero: along their right
  * vectors the data determines nothing. Parameters at bounds are left out.
  *
  * A column has as many degrees of freedom as measurements, less the trace of its part of the projection J (J'J)^-1 J'

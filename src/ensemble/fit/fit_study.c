@@ -90,7 +90,7 @@ static int column_of(const kempe_fit *f, const kmp_fit_cell *at)
     return f->run[at->run].among[at->column];
 }
 
-/* Weighted residuals and their derivatives at the last rows of runs, one for each data file; NULL: those of the fit.
+/* Weighted residuals and their derivatives at the last rows of runs, one for each data file; NULL: the runs of the fit.
  */
 static void weigh_residuals(const kempe_fit *fit, kmp_slope_runs *const *runs, double *residual, double *slope)
 {
@@ -110,7 +110,7 @@ static void weigh_residuals(const kempe_fit *fit, kmp_slope_runs *const *runs, d
 }
 
 /* Runs of all data files with these values at a multiple of the tolerance, up to one that fails; `runs` as above.
- * `value`: room for those of one run. */
+ * `value`: room for the values of one run. */
 static kempe_status run_all(const kempe_fit *fit, kmp_slope_runs *const *runs, double factor, const double *x,
                             double *value)
 {
@@ -133,8 +133,8 @@ static bool fit_has_few(const kempe_fit *fit, int column)
 }
 
 /* Weights by the residuals over their degrees of freedom; true if they have changed. A column with few measurements
- * also counts the mean of all columns, each over its scatter, as one: alone it would be taken for exact by parameters
- * that meet its few values. */
+ * also counts the mean of all columns, each over its scatter, as one: by itself it would be taken for exact by
+ * parameters that meet its few values. */
 static bool weigh_again(kempe_fit *f, const double *scatter)
 {
     const double least = KMP_FIT_NOISE * kmp_fit_rows(f, 0)->rtol;
@@ -158,10 +158,10 @@ static bool weigh_again(kempe_fit *f, const double *scatter)
 
 /* -- searches ----------------------------------------------------------------------------------------------- */
 
-/* Searches of a fit from several starts. Each thread has runs of its own, with the same bound on their steps. */
+/* Searches of a fit from several starts. Each thread has separate runs, with the same bound on their steps. */
 
-/* A trial fails beyond so many times the steps of the first one, and beyond a number that any short run may take: near
- * a dead centre runs become as long as one likes. */
+/* A trial fails beyond this multiple of the steps of the first one, and beyond a number that any short run may take:
+ * near a dead centre runs become as long as one likes. */
 enum { MOST_TIMES = 100, SHORT_RUN = 10000 };
 
 typedef struct shared_fit {
@@ -169,7 +169,7 @@ typedef struct shared_fit {
     atomic_int tried; /* runs of all threads */
 } shared_fit;
 
-/* The runs of one thread. Those of the caller are the fit's. */
+/* The runs of one thread. The runs of the caller are the fit's. */
 typedef struct searcher {
     shared_fit *shared;
     kempe_fit *f;
@@ -216,7 +216,7 @@ static kmp_lm_message try(void *user, const double *x, double *residual, double 
 
 /* -- one thread -------------------------------------------------------------------------------------- */
 
-/* Another thread derives the equations anew, in a context of its own. */
+/* Another thread derives the equations again, in a separate context. */
 static kempe_status derive_again(searcher *w, int k)
 {
     const kmp_fit_run *r = &w->f->run[k];
@@ -262,7 +262,7 @@ static void end_searcher(void *self)
     kmp_free(w->value);
 }
 
-/* A start at which the model does not run is no failure. */
+/* A start at which the model does not run is not a failure. */
 static kempe_status search_from(void *self, int number)
 {
     searcher *w = self;
@@ -299,7 +299,7 @@ static kempe_status search_from(void *self, int number)
 /* Adds a search to the fit. */
 static void take_search(kempe_fit *f, kmp_fit_search *s)
 {
-    f->searches += f->rounds == 0; /* later ones go on from the best */
+    f->searches += f->rounds == 0; /* later ones continue from the best */
     f->evaluations += s->evaluations;
     f->iterations += s->iterations;
     f->refused += s->refused;
@@ -337,7 +337,7 @@ static kempe_status search_all(kempe_fit *f, int count)
 {
     static const kmp_searcher_kind kind = {sizeof(searcher), begin_searcher, search_from, end_searcher};
     shared_fit shared = {.f = f};
-    double waited_s = 0; /* of threads, beside their runs */
+    double waited_s = 0; /* of threads, in addition to their runs */
     KMP_TRY(count > 1 ? bound_all(f) : KEMPE_OK);
     atomic_init(&shared.tried, f->evaluations);
     kempe_status status = kmp_share_searches(f->context, &kind, &shared, f->threads, count, &waited_s);
@@ -362,7 +362,7 @@ static kempe_status search_all(kempe_fit *f, int count)
 static kempe_status fit_searches(kempe_fit *fit, int count)
 {
     kmp_arena arena = {0};
-    /* The first start is that of the fit, the others are places of a Sobol sequence between the bounds. */
+    /* The first start belongs to the fit, the others are places of a Sobol sequence between the bounds. */
     fit->search = KMP_ARENA_NEW(&arena, kmp_fit_search, count);
     for (int k = 0; fit->search && k < count; k++) {
         kmp_fit_search *s = &fit->search[k];
@@ -488,7 +488,7 @@ static kempe_status read_place(const kempe_fit *f, const char *word, int *length
     return KEMPE_OK;
 }
 
-/* The names of a run's parameters, separated by commas; their places among those of the fit. */
+/* The names of a run's parameters, separated by commas; their places among the parameters of the fit. */
 static kempe_status choose_parameters(kempe_fit *f, int k, kmp_text *names)
 {
     kmp_fit_run *r = &f->run[k];
@@ -506,7 +506,7 @@ static kempe_status choose_parameters(kempe_fit *f, int k, kmp_text *names)
     return kmp_made(f->context, !names->failed);
 }
 
-/* A value of one run alone must not be one that all runs share. */
+/* A value of only one run must not be one that all runs share. */
 static kempe_status check_own(const kempe_fit *f, const char *word, int length)
 {
     for (int p = 0; p < f->count; p++)
@@ -700,7 +700,7 @@ static kempe_status prepare(kempe_fit *f, const kempe_fit_options *options)
     return derive(f, options);
 }
 
-/* The correlation of neighbouring residuals of a column; 0: it has too few. Those of noise are independent. */
+/* The correlation of neighbouring residuals of a column; 0: it has too few. Residuals of noise are independent. */
 static double neighbours(const kempe_fit *f, int column)
 {
     double last = NAN, products = 0, squares = 0;
@@ -718,7 +718,7 @@ static double neighbours(const kempe_fit *f, int column)
 
 static void warn(kempe_fit *f)
 {
-    /* A minimum at which the motion is not that of the data has narrow intervals, too. Large residuals that are
+    /* A minimum at which the motion differs from the data has narrow intervals, too. Large residuals that are
      * independent are noise. */
     for (int c = 0; c < f->columns; c++) {
         double alike = f->exact[c] ? 0 : neighbours(f, c);

@@ -209,7 +209,7 @@ kempe_status kmp_measured_begin(const kempe_model *model, const char *path, cons
 {
     reader r = {.m = measured, .chosen = chosen};
     *measured = (kmp_measured){0};
-    kempe_context *trial = kmp_context_new_below(model->context); /* the messages of words that are no outputs */
+    kempe_context *trial = kmp_context_new_below(model->context); /* the messages of words that are not outputs */
     kempe_status status = kmp_made(model->context, trial);
     if (status == KEMPE_OK)
         status = kmp_variant_new_in(trial, model, 0, NULL, &r.copy);

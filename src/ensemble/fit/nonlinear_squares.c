@@ -170,7 +170,7 @@ bool kmp_squares_minimise(const kmp_squares *squares, double *x, kmp_squares_rep
         info = lmder(answer, &s, rows, count, y, residual, jacobian, rows, squares->tolerance, squares->tolerance, 0,
                      squares->most, diag, 1, FIRST_REGION, 0, &evaluations, &slopes, pivot, qtf, wa1, wa2, wa3, wa4);
         bool started = isfinite(s.best);
-        s.report.iterations -= s.report.iterations > 0; /* the first slopes are those of the start */
+        s.report.iterations -= s.report.iterations > 0; /* the first slopes belong to the start */
         s.report.outcome = !started       ? KMP_SQUARES_NO_START
                            : s.ended      ? KMP_SQUARES_ENDED
                            : info == MOST ? KMP_SQUARES_MOST

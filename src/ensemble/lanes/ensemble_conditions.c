@@ -27,7 +27,7 @@
 
 /* -- states within a step ----------------------------------------------------------------------------------- */
 
-/* States within the present step of a lane: those of its interpolant, on closed loops. */
+/* States within the present step of a lane: the states of its interpolant, on closed loops. */
 
 bool kmp_within_init(kmp_engine *e)
 {
@@ -207,7 +207,7 @@ bool kmp_conditions_init(kmp_engine *e)
 
 /* -- one instance ------------------------------------------------------------------------------------ */
 
-/* Keeps the evaluator's conditions as those of the current instance. */
+/* Keeps the evaluator's conditions as conditions of the current instance. */
 static void keep_modes(const kmp_engine *e, kmp_instance *x)
 {
     memcpy(x->mode, e->eval->mode, (size_t)e->s->events.count * sizeof *x->mode);
@@ -246,7 +246,7 @@ kmp_event_tracker *kmp_lane_watching(const kmp_engine *e, size_t l)
     return e->conditions ? e->conditions->watching[l] : NULL;
 }
 
-/* The values of late conditions, after those of the others. */
+/* The values of late conditions, after the values of the others. */
 static void add_late(kmp_engine *e, step_place *at, const double *vdd)
 {
     kmp_lane_conditions *c = e->conditions;
@@ -442,7 +442,7 @@ bool kmp_taken_watch(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_watched
 /* -- events ------------------------------------------------------------------------------------------------- */
 
 /* Impacts, changes of modes and of closures, and samples of states happen to an instance between two of its steps. It
- * stands at the site of its engine, a run that makes no steps, where all this is decided as in any run. It goes on
+ * is at the site of its engine, a run that makes no steps, where all this is decided as in any run. It continues
  * in lanes, with other conditions and perhaps other rows. */
 
 kempe_status kmp_site_init(kmp_engine *e)
@@ -460,7 +460,7 @@ kempe_status kmp_site_init(kmp_engine *e)
     return KEMPE_OK;
 }
 
-/* Takes what an instance has after its stand. */
+/* Takes the state of an instance after its time at the site. */
 static void depart(kmp_engine *e, kmp_instance *x)
 {
     kmp_runner_keep_memory(e->site, x->memory);
@@ -487,7 +487,7 @@ kempe_status kmp_instance_restart(kmp_engine *e, kmp_instance *x, const kempe_as
     return status;
 }
 
-/* The rows of the site become those of a pool. */
+/* The rows of the site become the rows of a pool. */
 static kempe_status take_rows(kmp_engine *e, const kmp_lane_group *from, double t)
 {
     kmp_runner *site = e->site;
@@ -529,7 +529,7 @@ kempe_status kmp_instance_pass(kmp_engine *e, kmp_lane_group *from, int i, bool 
     memcpy(site->state, e->state, 2 * (size_t)e->n * sizeof *site->state);
     site->crossing = crossing_of(e, x);
     site->rate_scale = x->rate_scale;
-    kempe_status status = kmp_instance_take_values(e, i); /* impacts have those of the model */
+    kempe_status status = kmp_instance_take_values(e, i); /* impacts have the settings of the model */
     kmp_constants_take(e->s, &x->constants);
     kmp_runner_take_memory(site, x->memory, false);
     if (status == KEMPE_OK)

@@ -26,7 +26,7 @@
 
 /* -- tests at the end of a step ----------------------------------------------------------------------------- */
 
-/* Tests of the lanes at the end of their steps, as those of reduced.c, rank_margin.c and runner_change.c for one run.
+/* Tests of the lanes at the end of their steps, as in reduced.c, rank_margin.c and runner_change.c for one run.
  */
 
 enum { MOST_COLUMNS = KMP_LANE_ROWS + KMP_LANE_FREEDOMS };
@@ -272,7 +272,7 @@ static int largest_growth(const kmp_engine *e, const kmp_lane_group *pool, const
     return largest;
 }
 
-/* True for a motion that grows without end, as in a run (check_growth of run.c), which then says so by name. Before
+/* True for a motion that grows without end, as in a run (check_growth of run.c), which then reports it by name. Before
  * half of the steps that such a motion needs, its size is not looked at. */
 static bool grows_without_end(const kmp_engine *e, const kmp_lane_group *pool, kmp_instance *x, size_t l, double tried)
 {
@@ -357,7 +357,7 @@ static kempe_status take(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_wat
                           : kmp_instance_reorder(e, pool, i);
 }
 
-/* Passes the event of a lane: the instance goes on from there with other conditions and the same step size. */
+/* Passes the event of a lane: the instance continues from there with other conditions and the same step size. */
 static kempe_status pass_event(kmp_engine *e, kmp_lane_group *pool, size_t l)
 {
     kmp_lane_state *room = &e->room;
@@ -422,13 +422,13 @@ static void solve(kmp_engine *e, double *failed)
     memset(room->bad, 0, room->w * sizeof *room->bad);
 }
 
-/* Decides on the attempts of lanes that do not go on by themselves, and takes those that are accepted. */
+/* Decides on the attempts of lanes that do not continue by themselves, and takes the accepted ones. */
 static kempe_status end_attempts(kmp_engine *e, kmp_lane_group *pool, kmp_lane_watched *seen, kmp_lane_attempts *ends)
 {
     kmp_lane_state *room = &e->room;
     kmp_attempt what[KMP_LANES_MOST] = {KMP_ATTEMPT_NONE};
     kempe_status status = KEMPE_OK;
-    /* Decides on the attempts of the lanes that do not go on by themselves. */
+    /* Decides on the attempts of the lanes that do not continue by themselves. */
     for (size_t l = 0; l < room->w; l++) {
         what[l] = room->who[l] < 0                         ? KMP_ATTEMPT_NONE
                   : ends->failed[l] != 0                   ? KMP_ATTEMPT_BAD_STAGE
@@ -564,7 +564,7 @@ static kempe_status lane_group_run(kmp_engine *e, kmp_lane_group *pool)
         if (status == KEMPE_OK)
             status = kmp_room_run_expelled(e, pool);
     }
-    /* Instances that go on later leave their lanes. */
+    /* Instances that continue later leave their lanes. */
     bool kept = true;
     for (size_t l = 0; l < e->room.w; l++)
         if (e->room.who[l] >= 0) {
@@ -719,7 +719,7 @@ static kempe_status run_lanes(kmp_engine *e)
         status = lane_group_run(e, pool);
     for (int k = 0; k < e->pool_count; k++)
         while (kmp_lane_group_take(e, e->pools[k]) >= 0)
-            ; /* those that an interrupt has left */
+            ; /* the instances that an interrupt has left */
     e->work.native = e->pool_count > 0 && kmp_lanes_native(e->pools[0]->lanes);
     return status;
 }

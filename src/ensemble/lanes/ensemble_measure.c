@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Quantities of instances, in lanes and in separate runs: the account of each instance gets the states of its steps, so
- * that it does not depend on other instances. A lane's states are those of its interpolant on closed loops. */
+ * that it does not depend on other instances. A lane's states follow from its interpolant on closed loops. */
 #include "ensemble/lanes/ensemble_measure.h"
 #include "base/arena.h"
 #include "base/memory.h"
@@ -23,7 +23,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-/* The last parts of a step that were sampled are kept, so many of them, for other lanes. */
+/* The last parts of a step that were sampled are kept, this number of them, for other lanes. */
 enum { VECTORS = KMP_LANE_VECTORS, MOST_PARTS = 32 };
 
 typedef struct sampled_part {
@@ -195,7 +195,7 @@ static bool samples(const kmp_engine *e, const kmp_lane_group *pool)
     return e->measuring->sampled && (!e->measuring->q->late || (pool->complete_lanes && !shows));
 }
 
-/* Prepares the interpolants of the present steps of all lanes, from all stages, or `rough` from both ends alone. */
+/* Prepares the interpolants of the present steps of all lanes, from all stages, or `rough` only from both ends. */
 static void prepare(kmp_engine *e, bool rough)
 {
     kmp_lane_state *room = &e->room;
@@ -336,14 +336,14 @@ static bool lane_part(void *user, int halvings, int index, double *piece)
     return true;
 }
 
-/* False: the interpolant of a lane is less exact than its step, where a run would integrate anew. */
+/* False: the interpolant of a lane is less exact than its step, where a run would integrate again. */
 static bool is_exact(const kmp_engine *e, size_t l)
 {
     const kmp_lane_state *room = &e->room;
     return !kmp_rk_is_coarse(e->size, VECTORS, e->measuring->wide[VECTORS - 1] + l, room->w, room->weight + l, room->w);
 }
 
-/* The step of a lane up to t; its samples are those of the whole step. */
+/* The step of a lane up to t; its samples are the samples of the whole step. */
 static kmp_measured_step step_of(const kmp_engine *e, const kmp_lane_group *pool, size_t l, double t)
 {
     const kmp_measuring *m = e->measuring;
@@ -389,7 +389,7 @@ static void sample_end(kmp_engine *e, kmp_lane_group *pool, int point, const dou
     sample_into(e, pool, point, y, slope, e->measuring->sampled);
 }
 
-/* Samples every so many points of the step; at its ends the slopes are known. */
+/* Samples the points of the step with this stride; at its ends the slopes are known. */
 static void sample_every(kmp_engine *e, kmp_lane_group *pool, int every)
 {
     kmp_lane_state *room = &e->room;
@@ -424,7 +424,7 @@ static int find_measured(kmp_engine *e, kmp_lane_group *pool, const kmp_attempt 
 }
 
 /* Takes a step into the account of its instance. A step without exact states between its ends is left to a separate run
- * from its beginning; an account that has some of its states is made anew by a run from the start. */
+ * from its beginning; an account that has some of its states is made again by a run from the start. */
 static kmp_attempt measure_one(kmp_engine *e, kmp_lane_group *pool, size_t l, double end, bool bad, kmp_attempt what)
 {
     kmp_lane_state *room = &e->room;

@@ -19,7 +19,7 @@
 
 enum {
     MOST_CHUNK = 1024, /* instances: little memory, and few lanes that are empty at its end */
-    LEAST_ROUNDS = 2,  /* a chunk fills all lanes so many times */
+    LEAST_ROUNDS = 2,  /* a chunk fills all lanes this number of times */
     PARTS = 2,         /* and is a part of what each thread still has to do: the last chunks are small */
     ONE_REGISTER = 8,  /* lanes */
     MOST_WIDE = 20     /* coordinates: two registers take as long as one with 19 to 25, 1.6 times as long with 63 */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Operations on one instance at a time: its start, an exchange of u, its end. The evaluator and the scales of the
- * system are those of the current instance. */
+/* Operations on one instance at a time: its start, an exchange of u, its end. The evaluator and the scales of
+ * the system belong to the current instance. */
 #include "ensemble/lanes/ensemble_start.h"
 #include "base/memory.h"
 #include "constraints/closing/assembly.h"
@@ -328,7 +328,7 @@ kempe_status kmp_instance_swap(kmp_engine *e, kmp_lane_group *from, int i, int k
     const kmp_instance *x = &e->instances[i];
     kmp_partition *part = &e->swapped;
     double *q = e->state, *qd = q + e->n;
-    part->p = 1; /* that of the pool, with u and v[k] exchanged */
+    part->p = 1; /* the choice of the pool, with u and v[k] exchanged */
     part->r = from->part.r;
     part->u[0] = from->part.v[k];
     memcpy(part->v, from->part.v, (size_t)part->r * sizeof *part->v);
@@ -397,7 +397,7 @@ kempe_status kmp_instance_reorder(kmp_engine *e, kmp_lane_group *from, int i)
 
 /* -- end --------------------------------------------------------------------------------------------- */
 
-/* Measures the end of an instance; the evaluator's closure is that of q. */
+/* Measures the end of an instance; the evaluator's closure belongs to q. */
 static void judge_instance(kmp_engine *e, int i, double t, const double *q, const double *qd, double work)
 {
     kmp_ensemble_result *result = &e->results[i];
@@ -438,7 +438,7 @@ kempe_status kmp_instance_finish(kmp_engine *e, kmp_lane_group *pool, int i)
 /* -- separate runs ------------------------------------------------------------------------------------------ */
 
 /* Separate runs of an instance: from its start to its end if lanes cannot run it; or from where a lane left it to where
- * lanes can take it back. A part begins and ends where the instance alone says so. */
+ * lanes can take it back. Only the instance determines where a part begins and ends. */
 
 /* Least steps of a part: its programs cost as much as some of them. Steps between two looks at the margin. */
 enum { PART_STEPS = 8, PART_LOOKS = 4 };

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* x = n pi/2 + r with pi/2 in three doubles. The difference of x and n times the first is exact: it is a multiple
  * of the last place of one of them, and below 1. (Muller et al., Handbook of Floating-Point Arithmetic, 2018, 10.2.) r
- * has the rounding of its last digit, and no tail. The polynomials are those of <kempe/runtime.h>, in the order of
+ * has the rounding of its last digit, and no tail. The polynomials are taken from <kempe/runtime.h>, in the order of
  * Estrin. The results are within 1.5 ulp. All are the same for any width and on any machine. */
 #include "ensemble/lanes/fused_sines.h"
 #include "backend/sincos.h"
@@ -79,7 +79,8 @@ typedef struct call {
     const uint32_t *x, *s, *c;
 } call;
 
-/* The limit is tested once for all angles: their computations then overlap. *any is negative where one is beyond it. */
+/* The limit is tested once for all angles: their computations then overlap. *any is negative if an argument is beyond
+ * it. */
 static KMP_INTO_CLONES void angles(size_t w, const call *all, int64_t *any)
 {
     int64_t beyond[WIDEST] = {0};

@@ -276,7 +276,7 @@ void kmp_room_find_limit(kmp_engine *e, size_t l)
 }
 
 /* True if the multipliers of a lane satisfy the equations up to rounding (settle of load_multipliers.c). *energy: the
- * largest residual times the scale of its row, and before that of the pass before. */
+ * largest residual times the scale of its row, and before it the residual of the pass before. */
 static bool is_settled(const kmp_engine *e, const kmp_lane_group *pool, const double *out, size_t l, double *energy)
 {
     const kmp_lane_state *room = &e->room;
@@ -294,8 +294,8 @@ static bool is_settled(const kmp_engine *e, const kmp_lane_group *pool, const do
     return most <= KMP_LOAD_ROUNDING * size || (most <= KMP_LOAD_ROUNDED * size && !(most < 0.5 * before));
 }
 
-/* Solves for the multipliers that forces depend on, in each lane from those in the room. Lanes without a solution are
- * marked in `bad`. */
+/* Solves for the multipliers that forces depend on, in each lane from the multipliers in the room. Lanes without a
+ * solution are marked in `bad`. */
 static void settle_loads(kmp_engine *e, kmp_lane_group *pool)
 {
     kmp_lane_state *room = &e->room;

@@ -38,7 +38,7 @@ static bool is_better(const search *s)
     return now <= kept && r->broken <= kept ? s->value < r->value : now < r->broken;
 }
 
-/* Slopes and inequalities remain those of the last place if the function does not exist here. */
+/* Slopes and inequalities remain the ones of the last place if the function does not exist here. */
 static void evaluate(search *s, const double *x)
 {
     const kmp_minimum *m = s->minimum;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Starts, searches and their best result. Parameters are those of the unit cube between their bounds. Threads share the
- * searches: each has an objective of its own, and a search depends on its start alone, so that results have the same
- * bits with any number of threads. */
+/* Starts, searches and their best result. Parameters are coordinates of the unit cube between their bounds. Threads
+ * share the searches: each has a separate objective, and a search depends only on its start, so that results have the
+ * same bits with any number of threads. */
 #include "ensemble/optimize/optimize_study.h"
 #include "analyses/sensitivity/sensitivity_trajectory.h"
 #include "base/clock.h"
@@ -28,7 +28,7 @@ static bool has_slope(kmp_run_quantity_kind kind)
     return kind == KMP_TAKE_END || kind == KMP_TAKE_AT || kind == KMP_TAKE_MAX || kind == KMP_TAKE_MIN;
 }
 
-/* The column of a channel among those of the rows; -1: there is none. */
+/* The column of a channel among the columns of the rows; -1: there is none. */
 static int column_of(const kmp_objective *o, int channel)
 {
     const kempe_sensitivity *rows = kmp_slope_runs_rows(o->runs);
@@ -52,7 +52,7 @@ static kempe_status refuse_slopes(kmp_objective *o, const char *reason)
     return kmp_made(o->context, o->obstacle);
 }
 
-/* A copy of the model whose outputs are those of the channels and all coordinates, rates, accelerations and states. */
+/* A copy of the model whose outputs are the channels and all coordinates, rates, accelerations and states. */
 static kempe_status add_rows(kmp_objective *o)
 {
     KMP_TRY(kmp_variant_new(kmp_variant_model(o->list->variant), 0, NULL, &o->shown));
@@ -252,7 +252,7 @@ KMP_CLEARS(kmp_objective, objective, kmp_slope_runs_free(objective->runs), kmp_v
 
 enum { MOST_EVALUATIONS = 500, POOL = 8, MOST_STARTS = 100000 };
 
-/* The evaluator of one thread. The first one is that of the caller and has its context. */
+/* The evaluator of one thread. The first one belongs to the caller and has its context. */
 typedef struct searcher {
     kempe_optimum *o;
     kempe_context *context;
@@ -350,7 +350,7 @@ static kmp_lm_message try(void *user, const double *cube, double *value, double 
 
 /* -- one thread -------------------------------------------------------------------------------------- */
 
-/* The caller's objective exists; another thread derives its equations anew, in a context of its own. */
+/* The caller's objective exists; another thread derives its equations again, in a separate context. */
 static kempe_status begin_searcher(void *self, void *job, kempe_context *context, bool caller)
 {
     searcher *w = self;
@@ -426,7 +426,7 @@ static bool is_better(const kmp_searched *a, const kmp_searched *b)
 }
 
 /* Searches from the starts search[0] .. search[count - 1] by o->threads threads. Their x are the starts in the unit
- * cube, and then the best places in SI. Those that have begun are kept, o->searches of them. KEMPE_STOPPED: an
+ * cube, and then the best places in SI. Searches that have begun are kept, o->searches of them. KEMPE_STOPPED: an
  * interrupt; a search that was under way has its best place so far. */
 static kempe_status run_searches(kempe_optimum *optimum, int count)
 {
@@ -450,7 +450,7 @@ static kempe_status run_searches(kempe_optimum *optimum, int count)
 
 /* -- starts ------------------------------------------------------------------------------------------ */
 
-/* Places of the pool that run: those that keep the limits by their value, then the others. */
+/* Places of the pool that run: the ones that keep the limits by their value, then the others. */
 typedef struct place {
     int number;
     double value, broken;

@@ -132,7 +132,7 @@ static void take_condition(const kmp_run_quantity *q, const kmp_piece *piece, do
         const double value = kmp_piece_value(piece, turn[k]), t = kmp_piece_time(piece, turn[k]);
         const bool holds = q->or_equal ? value <= 0 : value < 0;
         const bool before = x[OTHER] > 0;
-        const bool first = isnan(x[TIME]); /* what holds from the start is no beginning */
+        const bool first = isnan(x[TIME]); /* what holds from the start is not a beginning */
         double change = t;
         if (!first && k > 0 && holds != before)
             change = kmp_piece_time(piece, kmp_piece_zero(piece, turn[k - 1], turn[k]));
@@ -499,7 +499,7 @@ static bool sample_halves(const measuring *m, const part *whole, part half[2])
 }
 
 /* Follows halves of a part. A part that is not resolved down to the rounding of the time is rounding, which its channel
- * has from then on: a kink or a jump is beside the place that halves in turn lead to. */
+ * has from then on: a kink or a jump is next to the place that halves in turn lead to. */
 static bool find_rounding(const measuring *m, int item, const part *from)
 {
     part at = *from, half[2];
@@ -605,7 +605,7 @@ static double next_cut(const kmp_run_quantities *q, double from, double to)
     return cut;
 }
 
-/* From one cut of the step to the next; known points belong to the whole step alone. */
+/* From one cut of the step to the next; known points belong only to the whole step. */
 static bool measure_between(const kmp_run_quantities *q, double *account, double *room, const kmp_measured_step *step)
 {
     double from = step->from, to;

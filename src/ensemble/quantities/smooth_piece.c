@@ -9,7 +9,7 @@
 
 enum {
     DEGREE = KMP_PIECE_POINTS - 1,
-    SCANS = 4 * DEGREE, /* intervals in which the derivative is searched for zeros: closer pairs are no extremes */
+    SCANS = 4 * DEGREE, /* intervals in which the derivative is searched for zeros: closer pairs are not extremes */
     ROUGH = 4,          /* degree of rough bounds */
     ROUGH_MARGIN = 8    /* terms of a kink fall with the square of their number, and sum up to twice the last one */
 };

@@ -41,7 +41,7 @@ static kempe_setting *settings_of(const kempe_model *model, int count, const cha
     return arena->failed ? NULL : list;
 }
 
-/* The files are those of the model: other ones would give results of another mechanism. */
+/* The files are the files of the model: other ones would give results of another mechanism. */
 static kempe_status check_files(const kempe_model *model)
 {
     kempe_model *same = NULL;

@@ -166,7 +166,7 @@ static kempe_status refuse_column(const reader *r, int column, const char *why)
 
 /* -- the footer -------------------------------------------------------------------------------------- */
 
-/* A copy of a word. One with a character of code 0 is no text. */
+/* A copy of a word. A value with a character of code 0 is not a text. */
 static char *keep(reader *r, source *s, const char *bytes, size_t length)
 {
     s->failed = s->failed || memchr(bytes, '\0', length);
@@ -725,7 +725,7 @@ static kempe_status read_bytes(reader *r)
         return refuse_damaged(r);
     KMP_TRY(read_footer(r, (source){.at = end - length, .end = end}));
     check_sum(r);
-    /* The units of columns stand in notes. */
+    /* The units of columns are in notes. */
     kmp_parquet_file *f = r->file;
     for (int k = 0; k < f->note_count; k++)
         if (strncmp(f->note[k].key, "unit.", 5) == 0) {

@@ -65,7 +65,7 @@ static void philox(const uint64_t key[2], const uint64_t counter[4], uint64_t x[
     }
 }
 
-/* A whole number of 64 bits: that of place (i, j) of the stream of a seed. */
+/* A whole number of 64 bits: the number at place (i, j) of the stream of a seed. */
 static uint64_t chance_bits(uint64_t seed, uint64_t stream, uint64_t i, uint64_t j)
 {
     uint64_t numbers[4];
@@ -149,7 +149,7 @@ static uint32_t sobol_point(uint64_t k, int column)
 double kmp_design_point(kmp_design design, uint64_t seed, uint64_t k, uint64_t count, int column, int columns)
 {
     if (design == KMP_DESIGN_SALTELLI) {
-        /* The two points of a group have places of their own in the stream. */
+        /* The two points of a group have separate places in the stream. */
         uint64_t size = (uint64_t)kmp_saltelli_group(columns), group = k / size;
         int member = (int)(k % size);
         bool second = member == 1 || member == 2 + column;

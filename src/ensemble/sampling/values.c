@@ -191,7 +191,8 @@ static kempe_status check_units(const reader *r, const char *path)
     const kempe_values *v = r->values;
     kempe_status status = KEMPE_OK;
     for (int c = 0; c < v->columns && status == KEMPE_OK; c++) {
-        kmp_range range = {.name = v->name[c], .from = INFINITY, .to = -INFINITY, .dimension = r->dimension[c]};
+        kmp_range range = {
+            .name = v->name[c], .from = INFINITY, .to = -INFINITY, .dimension = r->dimension[c], .column = true};
         if (range.dimension.kind == KMP_DIMENSION_FREE)
             range.dimension.kind = KMP_DIMENSION_BARE;
         for (int row = 0; row < v->count; row++) {

@@ -124,7 +124,7 @@ void kmp_quantile_places(int n, double part, double confidence, int *low, int *h
 /* -- contributions ------------------------------------------------------------------------------------------ */
 
 /* Saltelli, Annoni, Azzini, Campolongo, Ratto, Tarantola, Computer Physics Communications 181 (2010) 259, table 2; the
- * standard errors are those of ratios of means. */
+ * standard errors belong to ratios of means. */
 
 /* -- regression --------------------------------------------------------------------------------------- */
 
@@ -224,7 +224,7 @@ static void add(ratio *r, double x, double v)
     r->vv += v * v;
 }
 
-/* The ratio, and its standard error: that of the mean of x - ratio v, over the mean of v. */
+/* The ratio, and its standard error: the error of the mean of x - ratio v, over the mean of v. */
 static double ratio_of(const ratio *r, double *error)
 {
     double s = r->x / r->v, square = r->xx - 2 * s * r->xv + s * s * r->vv; /* sum of (x - s v)^2, whose mean is 0 */
@@ -426,7 +426,7 @@ static void gather(const kempe_statistics *s, const double *x, double *kept, dou
     }
 }
 
-/* Regression and indices; *groups stays 0 where the rows are no groups. */
+/* Regression and indices; *groups stays 0 where the rows are not groups. */
 static void take_contributions(const kempe_statistics *s, const double *x, const double *kept, const double *rows,
                                double *work, quantity *q)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A card is a line with its continuations: fields of 8 columns, of 16 after a name with a star, or between commas.
- * Those of matrices are, behind the name and its column, groups of grid point, component, real and imaginary part. The
+ * Entries of matrices are, after the name and its column, groups of grid point, component, real and imaginary part. The
  * integrals of the body follow from the mass of its rigid motions, which the places of the interfaces give. */
 #include "exchange/bodies/dmig_modes.h"
 #include "exchange/bodies/fortran_text.h"
@@ -381,7 +381,7 @@ static bool fill(reading *s, matrix kind, double **to)
 
 /* -- rigid motions ----------------------------------------------------------------------------------- */
 
-/* Places of grid points: those of the model, in its units, then those of cards. */
+/* Places of grid points: the places of the model, in its units, then the places of cards. */
 static bool find_place(const reading *s, int point, double at[3])
 {
     const kmp_modal_nodes *nodes = s->source->nodes;
@@ -428,7 +428,8 @@ static bool take_places(const reading *s, kmp_modal_body *b)
            kmp_modal_refuse(s->source, "its matrices have no grid points, which are its interfaces");
 }
 
-/* Coordinates of the rigid motions, 6 x n: those of grid points by their places; scalar points follow without force. */
+/* Coordinates of the rigid motions, 6 x n: shapes of grid points by their places; scalar points follow without force.
+ */
 static bool find_rigid(const reading *s, const kmp_modal_body *b, double *rigid)
 {
     const int n = s->count;
@@ -498,7 +499,8 @@ static bool check_rigid(const reading *s, const kmp_modal_body *b, const double 
     return true;
 }
 
-/* The mass of rigid motions is that of a body, the same in all directions: m, b0, P0, S and the axial vectors of Z0. */
+/* The mass of rigid motions is the mass of a body, the same in all directions: m, b0, P0, S and the axial vectors of
+ * Z0. */
 static bool take_integrals(const reading *s, kmp_modal_body *b, const double *mass)
 {
     const int n = s->count;

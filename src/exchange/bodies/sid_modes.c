@@ -18,7 +18,7 @@ enum { NODES_MOST = 100000 };
 typedef enum part { MDCM, J, CT, CR, ME, GR, GE, OE, KSIGMA, KE, DE, PARTS } part;
 typedef enum node_part { ORIGIN, PHI, PSI, AP, SIGMA, NODE_PARTS } node_part;
 
-/* Of the body, then of a node; a second name is that of other programs. */
+/* Of the body, then of a node; a second name is used by other programs. */
 static const char *const names[PARTS + NODE_PARTS][2] = {
     {"mdCM", "mCM"}, {"J", "mmi"}, {"Ct", ""},  {"Cr", ""},     {"Me", ""},  {"Gr", ""},  {"Ge", ""}, {"Oe", ""},
     {"ksigma", ""},  {"Ke", "K"},  {"De", "D"}, {"origin", ""}, {"phi", ""}, {"psi", ""}, {"AP", ""}, {"sigma", ""},
@@ -189,7 +189,7 @@ static bool begin_object(reading *s, const char *key)
                                    : "a body has refmod, frame, mdCM, J, Ct, Cr, Me, Gr, Ge, Oe, ksigma, Ke and De");
 }
 
-/* One line in the level where it stands. */
+/* One line in its level. */
 static bool read_line(reading *s)
 {
     static const struct {
@@ -235,7 +235,7 @@ static bool read_line(reading *s)
                                     : "a file has one body, from 'part' and 'new modal' to 'end modal' and 'end part'");
 }
 
-/* Comments stand before `part`. */
+/* Comments are before `part`. */
 static bool read_text(reading *s)
 {
     s->line = (kmp_text_line){.rest = s->source->bytes};
@@ -516,7 +516,7 @@ static bool has_second_order(const reading *s)
 }
 
 /* int phi_k phi_l' dm by its trace Me, its axial vector, and what Oe of first order says of the symmetric part. With
- * terms of second order Oe has those as well: motions depend on the sum alone, and where its trace is not Me the
+ * terms of second order Oe has those as well: motions depend only on the sum, and where its trace is not Me the
  * difference is theirs. */
 static bool take_by_field(reading *s, kmp_modal_body *b)
 {

@@ -6,7 +6,7 @@
 
 /* -- values by place ---------------------------------------------------------------------------------- */
 
-/* True for constants, the place, and the instructions before i that depend on these alone. */
+/* True for constants, the place, and the instructions before i that depend only on these. */
 static bool stands(const kmp_program *p, const bool *standing, uint32_t operand)
 {
     const int value = (int)(operand >> 1), leaves = p->constant_count + p->input_count;
@@ -69,7 +69,7 @@ static kmp_program *take_place_values(const kmp_program *p, int unknowns, kmp_ar
 
 /* -- parts of a block ---------------------------------------------------------------------------------- */
 
-/* The program of one stage's outputs alone: stage 0 for the arguments, stage 1 for all else. NULL: no memory. */
+/* The program of only one stage's outputs: stage 0 for the arguments, stage 1 for all else. NULL: no memory. */
 static kmp_program *stage_of(const kmp_program *p, int stage)
 {
     const kmp_importing whole = {0};
@@ -102,7 +102,7 @@ static bool make_part(kmp_code_source *source, const kmp_code_routine *routine, 
     if (!part->inner)
         return false;
     kmp_program *stage = stage_of(whole->program, stages[number]);
-    if (stage && (whole->averages || number == KMP_PART_SCAN)) { /* it is evaluated at the candidates alone */
+    if (stage && (whole->averages || number == KMP_PART_SCAN)) { /* it is evaluated only at the candidates */
         part->program = take_place_values(stage, whole->averages ? 1 : whole->unknowns, &source->arena,
                                           whole->candidates, whole->candidate, &b->rows[number]);
         kmp_program_free(stage);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* `generate --count`: operation counts of each requested set of equations derived alone, and of all as one program. */
+/* `generate --count`: operation counts of each requested set of equations derived separately, and of all as one
+ * program. */
 #include "base/clock.h"
 #include "base/memory.h"
 #include "exchange/code/source.h"

@@ -181,7 +181,7 @@ static int stage(const char *folder, const kmp_code_file *file, kmp_text *path, 
                : kmp_temporary_write(path->s, exists ? &old : NULL, file->text.s, file->text.length, temporary);
 }
 
-/* All files, or none where one cannot be written. */
+/* All files, or none if one of them cannot be written. */
 static kempe_status write_files(kempe_context *context, const char *folder, const kmp_code_files *files)
 {
     const int count = files->count;

@@ -55,7 +55,7 @@ void kmp_simulated_choose(const kempe_model *model, kmp_set_choice *choice)
 /* -- slopes ---------------------------------------------------------------------------------------------- */
 
 enum {
-    LONGER = 4,        /* the code of slopes over that of the equations, at most: compilers take long */
+    LONGER = 4,        /* the code of slopes over the code of the equations, at most: compilers take long */
     TRIAL_STEPS = 2000 /* of the trial run */
 };
 
@@ -76,7 +76,7 @@ static bool is_within(kmp_arena *arena, const kmp_pattern *pattern, int rows, in
 }
 
 /* The motion program with the parameters and conditions of the simulator. *motion is NULL where its zeros differ from
- * those of the system. */
+ * the zeros of the system. */
 static kempe_status derive_motion(kmp_code_source *source, const kmp_set_choice *choice, const kempe_system *system,
                                   kmp_program **motion)
 {
@@ -204,10 +204,10 @@ static kempe_status write_others(kmp_code_source *source, const kmp_program *mot
     return status;
 }
 
-/* Adds routines of slopes to the source: for the partition at the evaluator's last closure, and for those that a trial
- * run of the model exchanges it for. There is none for forces that depend on multipliers, implicit blocks, large blocks
- * of loops, too many degrees of freedom, and where it is much longer than the equations. For other choices the runtime
- * solves the linear systems. */
+/* Adds routines of slopes to the source: for the partition at the evaluator's last closure, and for the choices that a
+ * trial run of the model exchanges it for. There is none for forces that depend on multipliers, implicit blocks, large
+ * blocks of loops, too many degrees of freedom, and where it is much longer than the equations. For other choices the
+ * runtime solves the linear systems. */
 static kempe_status add_slopes(kmp_code_source *source, const kmp_set_choice *choice, kmp_evaluator *eval,
                                const kmp_partition *part)
 {
@@ -431,7 +431,7 @@ static kempe_status take_friction(kmp_code_source *source, const kempe_system *s
     }
     f->loads = kmp_friction_is_loaded(source->model);
     f->driven = system->rheonomic;
-    for (int r = 0; r < system->m; r++) /* those of friction alone: constraints/kinds/mode_rows.c */
+    for (int r = 0; r < system->m; r++) /* only of friction: constraints/kinds/mode_rows.c */
         f->rolls += system->rows[r].of_rates;
     return check_speeds(source->model);
 }
@@ -516,7 +516,7 @@ static char **zeros_of(kmp_arena *arena, const kmp_code_routine *r, const char *
     return zeros;
 }
 
-/* True if the start alone depends on a parameter. */
+/* True if only the start depends on a parameter. */
 static bool is_of_start(const kmp_code_source *source, int symbol)
 {
     bool alone = true;

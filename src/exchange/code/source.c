@@ -312,7 +312,7 @@ static void name_states(kmp_code_source *source)
 
 /* -- routines ---------------------------------------------------------------------------------------- */
 
-/* The arguments of the equations of a set, with those of the forces if it has forces. */
+/* The arguments of the equations of a set, with the arguments of the forces if it has forces. */
 static unsigned arguments_of(const kmp_equations *eq, const kmp_set *set)
 {
     const unsigned forced = KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_INVERSE_Q | KMP_SET_INVERSE_QD |
@@ -571,7 +571,7 @@ static char *symbol_name(kmp_arena *arena, const kempe_model *model, int k)
     return kmp_text_keep(&text, arena);
 }
 
-/* Places in p, in the order of the symbols, for those that some routine needs. */
+/* Places in p, in the order of the symbols, for parameters that some routine needs. */
 static bool place_symbols(kmp_code_source *source)
 {
     for (int k = 0; k < source->symbol_count; k++) {

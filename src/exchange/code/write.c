@@ -323,7 +323,7 @@ static bool is(const char *word, size_t length, const char *name)
     return strlen(name) == length && memcmp(word, name, length) == 0;
 }
 
-/* Words that stand for a text of their own. */
+/* Words that are replaced by a separate text. */
 static const struct {
     const char *word;
     void (*put)(const kmp_code_writer *w);
@@ -476,7 +476,7 @@ static void put_number(const kmp_code_writer *w, const char *word, size_t length
                    {"columns or 1", a->cols ? a->cols : 1},
                    {"entries", a->rows * (a->cols ? a->cols : 1)},
                    {"has zeros", w->array && w->scalar && kmp_scalar_has_zeros(w->scalar, (int)(a - r->arrays))},
-                   {"shared table", kmp_code_table_number(source, table_of(w))}, /* among those of all routines */
+                   {"shared table", kmp_code_table_number(source, table_of(w))}, /* among the tables of all routines */
                    {"derivative", w->derivative},
                    {"points", table_of(w)->count},
                    {"polynomials", table_of(w)->count - 1},
@@ -572,7 +572,7 @@ static void repeat(const kmp_code_writer *w, const char *word, size_t length, co
         const char *word;
         int count;
         bool (*take)(kmp_code_writer *w, int k); /* false: the item is left out */
-        unsigned among; /* items as bits: all, or those that a function reads or a part writes */
+        unsigned among; /* items as bits: all, or the ones that a function reads or a part writes */
     } loops[] = {{"each routine", w->source->count, take_routine, all},
                  {"each array", arrays, take_array, all},
                  {"each written array", arrays, take_array, w->arrays},

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Matrices of CalculiX, stored by *FREQUENCY with SOLVER=MATRIXSTORAGE: JOB.sti and JOB.mas have lines "row column
- * value" of one triangle, JOB.dof a line "node.direction" for each row (version 2.20). The nodes are those of the
- * input, JOB.inp. */
+ * value" of one triangle, JOB.dof a line "node.direction" for each row (version 2.20). The nodes are taken from
+ * the input, JOB.inp. */
 #include "exchange/finite_elements/finite_mesh.h"
 #include "exchange/finite_elements/number_lines.h"
 #include <ctype.h>
@@ -207,7 +207,7 @@ static int input_place(const input *in, long number)
 
 /* -- the rows ---------------------------------------------------------------------------------------- */
 
-/* JOB.ENDING beside JOB.sti. */
+/* JOB.ENDING in the folder of JOB.sti. */
 static const char *beside(const kmp_finite_mesh *mesh, const char *ending)
 {
     return kmp_arena_printf(mesh->arena, "%.*s%s", (int)(strlen(mesh->path) - strlen(kmp_file_ending(mesh->path))),
@@ -276,7 +276,8 @@ static kempe_status read_matrix(const kmp_finite_mesh *mesh, const char *path, c
     return status;
 }
 
-/* Nodes and sets of the input become those of the mesh; those without equations are left out with the unused ones. */
+/* Nodes and sets of the input become nodes and sets of the mesh; nodes without equations are left out with the unused
+ * ones. */
 static kempe_status give_nodes(const input *in)
 {
     kmp_finite_mesh *mesh = in->mesh;

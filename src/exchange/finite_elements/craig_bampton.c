@@ -7,8 +7,8 @@
 #include <string.h>
 
 /* RIGID: values of rigid motions over the first one of the body; supports leave more. In slender bodies the digits of
- * the file do so, too: loads of rigid motions below DIGITS of the sum of their parts, at every node, are rounding, as
- * those of a support are not. Their values are then bounded by ROUNDED. */
+ * the file do so, too: loads of rigid motions below DIGITS of the sum of their parts, at every node, are rounding,
+ * unlike the loads of a support. Their values are then bounded by ROUNDED. */
 static const double RIGID = 1e-6, DIGITS = 1e-12, ROUNDED = 1e-3;
 
 /* Displacements that differ by less are equally large: of two, the first one gives a mode its sign. */

@@ -76,7 +76,7 @@ static const char *row_words(const kmp_finite_mesh *mesh, int width, int row)
     return words ? words : "";
 }
 
-/* The entries by rows, and by columns within them, those at one place added up. */
+/* The entries by rows, and by columns within them, entries at one place added up. */
 static bool gather(const kmp_finite_mesh *mesh, const kmp_mesh_entries *from, int n, kmp_mesh_rows *to)
 {
     kmp_arena room = {0};
@@ -132,7 +132,7 @@ static double entry_at(const kmp_mesh_rows *rows, int i, int j)
     return low < rows->start[i + 1] && rows->col[low] == j ? rows->value[low] : 0;
 }
 
-/* All entries are finite, and those beside the diagonal in pairs. */
+/* All entries are finite, and entries off the diagonal in pairs. */
 static kempe_status check_rows(const kmp_finite_mesh *mesh, const char *name, int width, const kmp_mesh_rows *rows)
 {
     for (int i = 0; i < rows->n; i++)
@@ -155,7 +155,7 @@ static kempe_status check_rows(const kmp_finite_mesh *mesh, const char *name, in
 
 /* -- the mass ---------------------------------------------------------------------------------------- */
 
-/* The mass of three rows a node becomes that between nodes, if it is the same for x, y and z. Nothing else says how
+/* The mass of three rows a node becomes the mass between nodes, if it is the same for x, y and z. Nothing else says how
  * much mass is where: the integrals of products of displacements do not follow from another one. */
 static kempe_status take_scalar_mass(const kmp_finite_mesh *mesh, const kmp_mesh_rows *wide, kmp_mesh_rows *mass)
 {

@@ -20,7 +20,8 @@ static const double SINGULAR = 1e-14;
 /* A vector of which others leave less is made up by them, but for rounding. */
 static const double DEPENDENT = 1e-10;
 
-/* Vectors of the Lanczos basis: so many, and so many for each mode; the modes of solids take a third of them. */
+/* Vectors of the Lanczos basis: this number, and this number for each mode; the modes of solids take a third of them.
+ */
 enum { BASIS = 60, BASIS_EACH = 12, MORE_IN_BLOCK = 4 };
 
 struct kmp_held_mesh {
@@ -152,7 +153,7 @@ kempe_status kmp_held_mesh_settle(kmp_held_mesh *h, double *u)
 typedef struct krylov {
     kmp_held_mesh *h;
     kmp_arena arena;
-    int most, count, applied; /* vectors; those whose product with K^-1 M is known */
+    int most, count, applied; /* vectors; the vectors whose product with K^-1 M is known */
     int width;                /* of a block */
     double **v;
     double *product;  /* most x most: entry (i, j) of V' M K^-1 M V at i + most j */

@@ -51,7 +51,7 @@ static kempe_status take_list(const arrays *a, const char *matrix, const char *p
 /* A row or column; `most` is the largest one so far. */
 static kempe_status take_index(const arrays *a, const char *matrix, double index, size_t entry, double *most)
 {
-    const double rows = 6 * (double)a->mesh->node_count; /* with rotations, which have a message of their own */
+    const double rows = 6 * (double)a->mesh->node_count; /* with rotations, which have a separate message */
     if (!(index >= 0 && index < rows && index == floor(index)))
         return kmp_mesh_refuse(a->mesh,
                                "matrix '%s': entry %zu is in row or column %g; there are %d nodes, and rows are "

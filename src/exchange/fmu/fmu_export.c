@@ -28,7 +28,7 @@ struct kempe_fmu_export {
     kmp_code_source *named; /* of a unit on the library */
     kempe_system *system;
     kmp_unit_plan plan;
-    kmp_code_files sources; /* beside those of the simulator */
+    kmp_code_files sources; /* in addition to the files of the simulator */
     kmp_code_files files;   /* as they are in the archive; NULL-terminated texts, and the binary */
     kmp_arena arena;
     const char *written; /* the file of the last write; NULL: none yet */
@@ -59,7 +59,7 @@ static kempe_status read_options(kempe_fmu_export *made, const kempe_fmu_options
                             words[k]);
     if (!plan->exchange && !plan->simulation)
         return kmp_fail(made->context, KEMPE_E_ARGUMENT, "the kind of unit is missing: me, cs or me,cs");
-    plan->on_library = o->unit_file; /* co-simulation alone, by a library of units that is there */
+    plan->on_library = o->unit_file; /* only co-simulation, by a library of units that is there */
     if (plan->on_library && o->kind && plan->exchange)
         return kmp_fail(made->context, KEMPE_E_ARGUMENT,
                         "a unit on the library is of co-simulation: leave out the kind me, or export sources");
@@ -88,7 +88,7 @@ static bool add_copy(kmp_code_files *files, const char *folder, const char *name
     return copy && text;
 }
 
-/* The C files: those of the simulator, the layers of this version, the table of the unit. */
+/* The C files: the files of the simulator, the layers of this version, the table of the unit. */
 static bool add_sources(kempe_fmu_export *made)
 {
     static const struct {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* modelDescription.xml and terminalsAndIcons.xml. The order of variables and their value references are those of
- * kempe_fmu.h. Dependencies are by the arguments that the generated routines read: coordinates follow from the states
- * through the closures, accelerations and multipliers from all that the routines of the motion read. */
+/* modelDescription.xml and terminalsAndIcons.xml. The order of variables and their value references are the same
+ * as in kempe_fmu.h. Dependencies are by the arguments that the generated routines read: coordinates follow from the
+ * states through the closures, accelerations and multipliers from all that the routines of the motion read. */
 #include "exchange/fmu/unit_description.h"
 #include "base/memory.h"
 #include "exchange/fmu/unit_files.h"
@@ -703,7 +703,7 @@ static void put_entry(kmp_text *xml, const description *d, const char *element, 
     kmp_text_put(xml, "/>\n");
 }
 
-/* The lists of the model structure, as bits, and those that have a variable. */
+/* The lists of the model structure, as bits, and the lists that have a variable. */
 enum { OUTPUTS = 1, DERIVATIVES = 2, UNKNOWNS = 4, INDICATORS = 8 };
 
 static int lists_of(const variable *v)

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The two routines that LAPACK needs beside itself, so that a unit does without the library of the Fortran compiler. */
+/* The two further routines that LAPACK needs, so that a unit does without the library of the Fortran compiler. */
 #include <string.h>
 
 void xerbla_(const char *name, const int *argument, size_t length);
-/* The name is that of the Fortran compiler. NOLINTNEXTLINE(bugprone-reserved-identifier) */
+/* The name is the one of the Fortran compiler. NOLINTNEXTLINE(bugprone-reserved-identifier) */
 void _gfortran_concat_string(size_t size, char *to, size_t first_size, const char *first, size_t second_size,
                              const char *second);
 

@@ -2,7 +2,7 @@
 /* A functional mock-up unit on the library: the mechanism is read from the resources of the unit, and a stepper of the
  * library takes the place of the generated simulator, by its interface (kempe_simulator.h): all formulations and
  * integrators, friction that sticks, contacts, samples, delays. It has no states for an integrator of the caller. The
- * layers of the FMI are those of units of sources. */
+ * layers of the FMI are the layers of units of sources. */
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
@@ -25,7 +25,7 @@
 /* The mechanism of one instance, and its motion. */
 typedef struct library_unit {
     kempe_fmu_model table;
-    kempe_equations equations; /* names and sizes alone: no function of it is called */
+    kempe_equations equations; /* only names and sizes: no function of it is called */
     kmp_code_source source;
     kmp_arena arena;
     char token[KMP_UNIT_TOKEN];
@@ -34,7 +34,7 @@ typedef struct library_unit {
     kempe_setting *settings; /* of the export, with room for all parameters after them */
     int setting_count;
     kempe_model *model;            /* as exported */
-    kempe_model *other;            /* with the values of the importer; NULL: those of the export */
+    kempe_model *other;            /* with the values of the importer; NULL: the values of the export */
     kempe_system *system, *set_up; /* of each; set_up NULL: none */
     double *values;                /* parameters of `other` */
     kempe_outputs *outputs;        /* of the system of the motion */
@@ -190,7 +190,7 @@ static void forget_other(library_unit *unit)
     unit->other = NULL;
 }
 
-/* Puts the mechanism with these parameters into unit->set_up; that of the export where they are equal. */
+/* Puts the mechanism with these parameters into unit->set_up; the model of the export where they are equal. */
 static kempe_status put_parameters(library_unit *unit, const double *parameters)
 {
     const kmp_code_source *s = &unit->source;
@@ -247,7 +247,7 @@ static const kempe_fmu_model *open_unit(const char *resources, char *sentence, s
 
 const kempe_fmu_model kempe_fmu_exported = {.kinds = KEMPE_FMU_CO_SIMULATION, .open = open_unit, .close = close_unit};
 
-/* A run needs an end: that of an importer without one. */
+/* A run needs an end: the tolerance of an importer without one. */
 static const double without_end = 1e6;
 
 static kempe_simulator_status fail(kempe_simulator *s, const char *sentence)
@@ -323,7 +323,7 @@ void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *
 
 /* -- the motion ---------------------------------------------------------------------------------------- */
 
-/* The state of the stepper as that of the simulator. */
+/* The state of the stepper as a state of the simulator. */
 static kempe_simulator_status show(kempe_simulator *s, kempe_status status)
 {
     const kempe_equations *e = s->equations;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Parts that foreign models of robots have in common. Meshes are pictures alone. A package of ROS is a folder: its path
- * is not in the file, so that it is looked for beside the model and in the folders around it. */
+/* Parts that foreign models of robots have in common. Meshes are only pictures. A package of ROS is a folder: its path
+ * is not in the file, so that it is looked for in the folder of the model and in the folders around it. */
 #include "exchange/formats/foreign_parts.h"
 #include "base/file.h"
 #include "base/memory.h"

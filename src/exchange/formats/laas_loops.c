@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Loops of a robot in a file of their own, as LAAS-CNRS publishes robots with closed chains: `closed_loop` lists pairs
- * of frames of the URDF file beside it, which coincide (docs/urdf.md). The document includes that file. */
+/* Loops of a robot in a separate file, as LAAS-CNRS publishes robots with closed chains: `closed_loop` lists pairs
+ * of frames of the URDF file in its folder, which coincide (docs/urdf.md). The document includes that file. */
 #include "base/file.h"
 #include "base/memory.h"
 #include "exchange/formats/importing.h"
@@ -71,7 +71,7 @@ static bool other_robot(pairs *p)
     return count == 1 && p->path;
 }
 
-/* Reads the robot for the names of its frames alone: whoever includes it reports its errors. */
+/* Reads the robot only for the names of its frames: the reader that includes it reports its errors. */
 static bool read_robot(pairs *p)
 {
     kempe_context *aside = kempe_context_new();
@@ -119,7 +119,7 @@ static const char *loop_name(kmp_import *im, const kmp_yaml *pair, const kmp_yam
                : kmp_arena_printf(im->arena, "%s_%s", first ? first : "", second ? second : "");
 }
 
-/* LINK.origin of a frame, which is a link, or a joint: then that of the link behind it. */
+/* LINK.origin of a frame, which is a link, or a joint: then the frame of the link behind it. */
 static const char *frame_of(const pairs *p, const kmp_yaml *node)
 {
     const kmp_element *joint = kmp_element_named(p->robot, "link", "name", node->text)

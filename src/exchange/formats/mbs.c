@@ -94,7 +94,7 @@ static void add_name(kmp_import *im, const char *text, const kmp_element *body, 
     im->name_count++;
 }
 
-/* Those that are one name in Kempe, one after the other: cuts, then the others in the order of the file. */
+/* Names that are one name in Kempe, one after the other: cuts, then the others in the order of the file. */
 static const kmp_mbs_name *first_like(const kmp_import *im, const char *text)
 {
     int low = 0, high = im->name_count;

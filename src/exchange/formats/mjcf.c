@@ -243,7 +243,7 @@ typedef struct inclusion {
     kmp_mjcf_names files; /* that have been read */
 } inclusion;
 
-/* The outermost element of a file beside the model; NULL after a complaint. */
+/* The outermost element of a file in the folder of the model; NULL after a complaint. */
 static const kmp_element *load(inclusion *in, const kmp_element *include)
 {
     kmp_import *im = in->im;

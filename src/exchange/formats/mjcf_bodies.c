@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Bodies of MJCF. Several joints of a body act one after the other: each but the last one moves a body without mass.
  * Geoms are pictures, and masses: if a mesh gives a body a part of its mass, the masses of all its geoms are added
- * here; otherwise they are those of the shapes in the document. */
+ * here; otherwise they follow from the shapes in the document. */
 #include "exchange/formats/mjcf_bodies.h"
 #include "base/arena.h"
 #include "base/text.h"
@@ -54,7 +54,7 @@ static const char *new_name(kmp_mjcf *m, kmp_mjcf_names *taken, const char *name
     return name;
 }
 
-/* Names that the file gives come before those that are made here. */
+/* Names that the file gives come before names that are made here. */
 static void take_names(kmp_mjcf *m, const kmp_element *in)
 {
     for (const kmp_element *e = in->first; e; e = e->next) {
@@ -399,7 +399,7 @@ static bool weigh_asset(kmp_mjcf *m, const asset *a, kmp_mesh_volume *volume, km
 
 /* -- masses -------------------------------------------------------------------------------------------- */
 
-/* The geoms that give a body its mass, where one of them is a mesh. */
+/* The geoms that give a body its mass, if a mesh is among them. */
 typedef struct weights {
     kmp_shape *shape; /* NULL: the shapes in the document do */
     int count;
@@ -700,7 +700,7 @@ static waiting *wait_for(kmp_mjcf *m, const kmp_mjcf_body *parent, const parts *
     return w;
 }
 
-/* All bodies inside of one, each before those that it carries. */
+/* All bodies inside of one, each before the bodies that it carries. */
 static void add_children(kmp_mjcf *m, const kmp_mjcf_body *body, const parts *in)
 {
     for (waiting *w = wait_for(m, body, in, NULL); w;) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Equalities of MJCF as closures. One without positions keeps those of the file: the frames of the bodies at the
- * reference coordinates. A fixed tendon is a linear form of coordinates, a spatial one a rope through sites. An
- * actuator is a force of its input, and of the length and rate of its transmission by affine laws. */
+/* Equalities of MJCF as closures. A coupling without positions keeps the positions of the file: the frames of the
+ * bodies at the reference coordinates. A fixed tendon is a linear form of coordinates, a spatial one a rope through
+ * sites. An actuator is a force of its input, and of the length and rate of its transmission by affine laws. */
 #include "exchange/formats/mjcf_couplings.h"
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
@@ -327,7 +327,7 @@ static void add_force(kmp_mjcf *m, const kmp_element *from, const char *name, co
 
 /* -- tendons ------------------------------------------------------------------------------------------- */
 
-/* The length of a tendon whose spring has none. The bodies are known at the references of their joints alone. */
+/* The length of a tendon whose spring has none. The bodies are known only at the references of their joints. */
 static double rest_of(kmp_mjcf *m, const kmp_element *e, const char *name, const transmission *t)
 {
     for (const kmp_mjcf_joint *j = t->points ? m->joints : NULL; j; j = j->next)
@@ -414,7 +414,7 @@ typedef struct law {
     double gain[3], bias[3];
 } law;
 
-/* False: the law is none of these. `own`: with the defaults of its own word. */
+/* False: the law is none of these. `own`: with the defaults of its word. */
 static bool read_law(kmp_mjcf *m, const kmp_mjcf_item *own, law *a)
 {
     const char *word = own->own->name;

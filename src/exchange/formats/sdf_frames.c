@@ -178,7 +178,7 @@ static void add_included(kmp_sdf *s, const kmp_element *include, int model, int 
     im->file = outer;
 }
 
-/* A nested model takes the place of a link only while the model has none of its own. */
+/* A nested model takes the place of a link only while the model has no own link. */
 static void prefer_link(kmp_sdf *s, int model, int link)
 {
     int first = model >= 0 ? s->frames[model].first : KMP_SDF_NONE;
@@ -301,7 +301,7 @@ static void find_depths(kmp_sdf *s)
     }
 }
 
-/* The pose of a model with a placement frame is that of this frame. */
+/* The pose of a model with a placement frame is the pose of this frame. */
 static void place_model(kmp_sdf *s, int model)
 {
     kmp_sdf_frame *m = &s->frames[model];

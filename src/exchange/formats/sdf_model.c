@@ -123,7 +123,7 @@ static const char *colour_of(kmp_import *im, const kmp_element *visual)
     return kmp_import_read_numbers(im, material, key, 3, 4, rgba) ? kmp_import_colour(im, rgba) : NULL;
 }
 
-/* Planes are no pictures. */
+/* Planes are not pictures. */
 static void add_shape(kmp_sdf *s, const kmp_sdf_frame *link, kmp_yaml *body, const kmp_element *visual)
 {
     kmp_import *im = s->im;
@@ -188,7 +188,8 @@ static const kmp_element *axis_element(const joint *j, int k)
 
 /* -- reading ------------------------------------------------------------------------------------------- */
 
-/* An axis in the frame of the joint. Before 1.5 it is given in that of the model, before 1.7 where the file says so. */
+/* An axis in the frame of the joint. Before 1.5 it is given in the frame of the model, before 1.7 where the file
+ * requests it. */
 static void read_axis(kmp_sdf *s, joint *j, int k)
 {
     const kmp_element *e = axis_element(j, k), *xyz = kmp_element_find(e, "xyz");
@@ -251,7 +252,7 @@ static void read_joint(kmp_sdf *s, joint *j)
 
 /* -- forces and couplers ------------------------------------------------------------------------------- */
 
-/* The coordinate of an axis of a joint: JOINT, or JOINT.1 and JOINT.2; those of two hinges are JOINT_1 and JOINT_2. */
+/* The coordinate of an axis of a joint: JOINT, or JOINT.1 and JOINT.2; names of two hinges are JOINT_1 and JOINT_2. */
 static const char *coordinate_of(kmp_sdf *s, joint *j, int k)
 {
     j->needed = true;
@@ -531,7 +532,7 @@ static void attach(graph *g, int link, const char *kind)
     (void)connect(g->group, link, s->count);
 }
 
-/* Links of static models are fixed to the world. Of links that no joint connects to it, one that is nobody's child, or
+/* Links of static models are fixed to the world. Of links that no joint connects to it, one that is not a child, or
  * else the first one, is free to move, or fixed as the base is. */
 static void add_roots(graph *g, const bool *child)
 {

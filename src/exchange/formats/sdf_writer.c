@@ -147,7 +147,7 @@ static int link_of(const kmp_export *w, const kmp_closure *c, int end)
     return w->of_body[w->model->points[c->point[end]].body];
 }
 
-/* A point's frame in that of the root, all coordinates zero. */
+/* A point's frame in the frame of the root, all coordinates zero. */
 static kmp_pose at_zero(const kmp_export *w, const kmp_closure *c, int end)
 {
     kmp_pose f = kmp_export_point(w, c->point[end]);
@@ -161,7 +161,7 @@ static double distance(const double a[3], const double b[3])
     return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
 }
 
-/* True if a joint whose frame is that of the second point is this loop. */
+/* True if a joint whose frame is the frame of the second point is this loop. */
 static bool coincide(const kmp_export *w, const kmp_closure *c, bool places_alone, bool axis_alone)
 {
     const double zero[3] = {0};
@@ -179,7 +179,7 @@ static bool coincide(const kmp_export *w, const kmp_closure *c, bool places_alon
     return apart <= 4 * COINCIDENT;
 }
 
-/* A constraint of the points that are `along` from those of the closure, in the frame of each. */
+/* A constraint of the points that are `along` from the points of the closure, in the frame of each. */
 static void put_drake(kmp_export *w, const kmp_closure *c, const char *tag, double along[2][3])
 {
     static const char *const words[2][2] = {{"body_A", "p_AP"}, {"body_B", "p_BQ"}};
@@ -257,7 +257,7 @@ static void put_loop(kmp_export *w, int k)
     }
 }
 
-/* Links, joints and loops share their names: a joint with that of a link gets another one. */
+/* Links, joints and loops share their names: a joint with the name of a link gets another one. */
 static void rename_joints(kmp_export *w)
 {
     for (int k = 1; k < w->count; k++)
@@ -269,7 +269,7 @@ static void rename_joints(kmp_export *w)
             }
 }
 
-/* Points that have a link of their own. */
+/* Points that have a separate link. */
 static void put_points(kmp_export *w)
 {
     for (int k = 0; k < w->model->point_count; k++) {

@@ -48,7 +48,7 @@ static kmp_pose frame_in(kmp_import *im, const kmp_element *e)
     return f;
 }
 
-/* The frame of the element `origin` inside; without one it is that of the link. */
+/* The frame of the element `origin` inside; without one it is the origin of the link. */
 static kmp_pose origin_of(kmp_import *im, const kmp_element *e)
 {
     return frame_in(im, kmp_element_find(e, "origin"));
@@ -66,7 +66,7 @@ static kmp_yaml *axis_of(kmp_import *im, const kmp_element *e, const char *name)
 
 /* -- links --------------------------------------------------------------------------------------------- */
 
-/* The colour of a material, which may stand outside with its name; NULL: none. */
+/* The colour of a material, which may be outside with its name; NULL: none. */
 static const char *colour_of(kmp_import *im, const kmp_element *visual)
 {
     const kmp_element *own = kmp_element_find(visual, "material"), *colour = kmp_element_find(own, "color");
@@ -238,7 +238,7 @@ static void add_mimic(const robot *r, const joint *j)
                        kmp_import_read_number(im, mimic, "offset", 0));
 }
 
-/* The range of a joint with one coordinate, but for continuous ones. Limits of effort and rate are those of a drive. */
+/* The range of a joint with one coordinate, but for continuous ones. Limits of effort and rate belong to a drive. */
 static void add_limits(kmp_import *im, const joint *j)
 {
     const kmp_element *limit = kmp_element_find(j->element, "limit");
@@ -317,7 +317,7 @@ static int loop_kind(kmp_import *im, const kmp_element *loop, const char *type)
     return KINDS;
 }
 
-/* A loop of URDF+, <loop>, whose ends have frames of their own, or of Isaac Sim, <loop_joint>, whose ends are frames.
+/* A loop of URDF+, <loop>, whose ends have separate frames, or of Isaac Sim, <loop_joint>, whose ends are frames.
  */
 static void add_loop(kmp_import *im, const kmp_element *loop)
 {
@@ -390,8 +390,8 @@ static void note_axis(kmp_import *im, const kmp_element *axis, const char *name)
                              "the limits of joint '%s', which closes a loop, are not used", name);
 }
 
-/* A joint in the words of SDFormat, between two links of the tree: it closes a loop. Its frame is given in that of the
- * child, and is where the parent has it while all coordinates are zero. */
+/* A joint in the words of SDFormat, between two links of the tree: it closes a loop. Its frame is given in the frame of
+ * the child, and is where the parent has it while all coordinates are zero. */
 static void add_gazebo_joint(const robot *r, const kmp_element *e)
 {
     kmp_import *im = r->im;
@@ -455,7 +455,8 @@ static int depth_of(const robot *r, const char *link)
     return depth;
 }
 
-/* ratio q of all joints from the common ancestor to the predecessor equals q of those to the successor, summed up. */
+/* ratio q of all joints from the common ancestor to the predecessor equals q of the joints to the successor, summed up.
+ */
 static void add_coupling(const robot *r, const kmp_element *coupling)
 {
     kmp_import *im = r->im;

@@ -116,7 +116,7 @@ static void XMLCALL on_start(void *user, const char *name, const char **attribut
     kmp_text_free(&l->text);
 }
 
-/* Blanks at its end are cut off; those at its beginning have not been taken. */
+/* Blanks at its end are cut off; blanks at its beginning have not been taken. */
 static void XMLCALL on_end(void *user, const char *name)
 {
     (void)name;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Search of events by bounds of the conditions, in the memory of a simulator: the function of kempe_watch in
- * kempe_simulator.h. The site is that of simulator_steps.h. */
+ * kempe_simulator.h. The site is declared in simulator_steps.h. */
 #include "exchange/simulator/kempe_simulator.h"
 #include "integrators/events/event_pieces.h"
 #include "integrators/events/watch_site.h"
@@ -102,7 +102,7 @@ static kmp_bound input_over(const watcher *w, int k, const kmp_step_piece *p)
     }
 }
 
-/* `begin` has marked those that may change. */
+/* `begin` has marked the conditions that may change. */
 static void bind(void *self, const kmp_step_piece *p, const bool *open)
 {
     const watcher *w = self;
@@ -141,7 +141,7 @@ static int end_piece(void *self, const kmp_event_probe *a, const kmp_event_probe
     return w->site->end(w->site->self, a->t, a->change, b->t, b->change, found);
 }
 
-/* Evaluates what depends on parameters alone, and marks what conditions need in the present modes. */
+/* Evaluates what depends only on parameters, and marks what conditions need in the present modes. */
 static void begin(watcher *w, bool *needed)
 {
     const kmp_bound open = {-INFINITY, INFINITY, -INFINITY, INFINITY};

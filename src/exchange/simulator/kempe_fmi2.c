@@ -36,7 +36,7 @@ static void give_back(const unit *instance, void *memory)
         free(memory);
 }
 
-/* The sentence as the format, because some importers show that alone. */
+/* The sentence as the format, because some importers show only that. */
 static void tell(const unit *instance, fmi2Status status, const char *category, const char *sentence)
 {
     const fmi2CallbackFunctions *functions = &instance->functions;

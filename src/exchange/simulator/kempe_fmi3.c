@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The functions of the Functional Mock-up Interface 3.0. Those of clocks, of structural parameters and of scheduled
+/* The functions of the Functional Mock-up Interface 3.0. Functions of clocks, of structural parameters and of scheduled
  * execution are present, because importers look for all, and answer with an error. */
 #include "fmi3Functions.h"
 #include "kempe_fmu.h"

@@ -70,7 +70,7 @@ kempe_fmu_status kempe_fmu_choose_categories(kempe_fmu *fmu, int on, size_t coun
 
 /* -- memory ---------------------------------------------------------------------------------------------- */
 
-/* Places the arrays one after the other; returns their number of doubles. `fmu` NULL: counts alone. */
+/* Places the arrays one after the other; returns their number of doubles. `fmu` NULL: only counts. */
 static int place(kempe_fmu *fmu, const kempe_equations *e, double *memory)
 {
     struct kempe_fmu_numbers unused, *part = fmu ? &fmu->part : &unused;
@@ -196,7 +196,7 @@ kempe_fmu_status kempe_fmu_set_up(kempe_fmu *fmu, int tolerance_given, double to
     return KEMPE_FMU_OK;
 }
 
-/* Computes the start anew, with the parameters, inputs and settings as they are. */
+/* Computes the start again, with the parameters, inputs and settings as they are. */
 static kempe_fmu_status start(kempe_fmu *fmu)
 {
     const kempe_equations *e = fmu->model->equations;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Decisions on friction that sticks and on impacts, in the memory of a simulator: the functions of kempe_friction in
- * kempe_simulator.h. The sites are those of simulator_friction.h. */
+ * kempe_simulator.h. The sites are declared in simulator_friction.h. */
 #include "exchange/simulator/kempe_simulator.h"
 #include "integrators/friction/friction_elements.h"
 #include "integrators/friction/friction_problem.h"
@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <string.h>
 
-/* An element lies in the place of so many numbers of the state; the past in that of eight. */
+/* An element lies in the place of this number of numbers of the state; the past in the place of eight. */
 enum { NUMBERS_OF_ELEMENT = 24, NUMBERS_OF_PAST = 8 };
 typedef char element_fits[sizeof(kmp_friction_element) <= NUMBERS_OF_ELEMENT * sizeof(double) ? 1 : -1];
 typedef char past_fits[sizeof(kmp_friction_past) <= NUMBERS_OF_PAST * sizeof(double) ? 1 : -1];
@@ -63,7 +63,7 @@ void kempe_friction_begin(const kempe_friction *friction, double *kept)
 void kempe_friction_note(const kempe_friction *friction, double *kept, const double *value)
 {
     kmp_friction_run x = run_in(friction, kept, NULL);
-    x.change = (double *)value; /* is read alone */
+    x.change = (double *)value; /* is read by itself */
     kmp_friction_note_values(&x);
 }
 

@@ -27,7 +27,7 @@ typedef struct search {
     int *side;
     double flat;
     int *order;        /* entries inside, the pivots first */
-    int inside, count; /* their number; that of pivots */
+    int inside, count; /* their number; the room of pivots */
 } search;
 
 /* y = D x + a, column by column: compilers do several entries at once, and each sum has one order. */
@@ -90,7 +90,7 @@ static void eliminate(search *s)
     for (int k = s->count; k < size; k++) {
         double *own = s->work + k * size;
         const double by = own[p] / row[p];
-        if (by == 0) /* D is often sparse, as that of a chain */
+        if (by == 0) /* D is often sparse, as for a chain */
             continue;
         for (int l = s->count; l < size; l++)
             own[l] -= by * row[l];
@@ -98,7 +98,7 @@ static void eliminate(search *s)
     }
 }
 
-/* Back substitution, by places: the step of each pivot follows from those of the entries behind it. */
+/* Back substitution, by places: the step of each pivot follows from the steps of the entries behind it. */
 static void substitute_back(const search *s, bool whole, double *step)
 {
     for (int k = s->count; k-- > 0;) {
@@ -208,7 +208,7 @@ static kmp_box_outcome visit_faces(search *s)
             return KMP_BOX_UNBOUNDED;
         if (stop >= 0)
             continue;
-        /* The entry that leaves its bound: that with the largest violation of the sign of y, or the first one; -1:
+        /* The entry that leaves its bound: the one with the largest violation of the sign of y, or the first one; -1:
          * none. */
         bool largest = round < LARGEST_FIRST * (n + 1);
         const kmp_box *box = s->box;

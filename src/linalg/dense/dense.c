@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Complete pivoting for pivots alone, and counts of operations. Loops run down columns, as compilers vectorise them. */
+/* Complete pivoting only for pivots, and counts of operations. Loops run down columns, as compilers vectorise them. */
 #include "linalg/dense/dense.h"
 #include <math.h>
 #include <stddef.h>
@@ -27,7 +27,7 @@ kmp_flops kmp_cholesky_solve_flops(int n)
     return (kmp_flops){.add = products, .mul = products, .div = 2L * n};
 }
 
-/* -- pivots alone ------------------------------------------------------------------------------------- */
+/* -- only pivots -------------------------------------------------------------------------------------- */
 
 /* Replaces row i of a column by row `first`, for elimination without row i. Returns the replaced entry. */
 static double leave_out(double *column, int first, int i)

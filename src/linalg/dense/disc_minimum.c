@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Each disc has a multiplier s >= 0 of |x|^2/2: the minimum in a box with s on the diagonal of D is that of the disc if
- * |x| is its radius, or s = 0 and |x| is less. The reciprocal of |x| is nearly linear in s, and found by false position
- * (as the secular equation of More and Sorensen 1983). One disc after the other is treated so, until none changes: the
- * ascent of the dual function, which is concave. If D is singular on several discs, their x are not unique, and one
- * may push another out of its disc without an end. Then a sequence of regular problems is solved, each near the
- * solution of the last one (Rockafellar 1976). */
+/* Each disc has a multiplier s >= 0 of |x|^2/2: the minimum in a box with s on the diagonal of D is the minimum in the
+ * disc if |x| is its radius, or s = 0 and |x| is less. The reciprocal of |x| is nearly linear in s, and found by false
+ * position (as the secular equation of More and Sorensen 1983). One disc after the other is treated so, until none
+ * changes: the ascent of the dual function, which is concave. If D is singular on several discs, their x are not
+ * unique, and one may push another out of its disc without an end. Then a sequence of regular problems is solved, each
+ * near the solution of the last one (Rockafellar 1976). */
 #include "linalg/dense/disc_minimum.h"
 #include "base/bracket.h"
 #include <math.h>
@@ -25,8 +25,8 @@ typedef struct discs {
     const int *partner;
     double *x, *y, *d, *s; /* d: n x n; s: of the first entry of a pair */
     double *a, *last;      /* n: a of the present problem; x of the last one */
-    double *rough; /* n, of the first entry of a pair: |x| over the radius, less 1, at multipliers that differ by
-                      rounding alone; 0: not above ROUND */
+    double *rough;         /* n, of the first entry of a pair: |x| over the radius, less 1, at multipliers that
+                              differ only by rounding; 0: not above ROUND */
     int *side;
     double *room;
     double near; /* part of the diagonal of D that keeps x near to `last` */
@@ -196,7 +196,7 @@ static kmp_box_outcome minimum_of_one(const kmp_box *box, const int *partner, do
     if (w.outcome == KMP_BOX_UNSETTLED)
         approach(&w);
     if (w.outcome == KMP_BOX_FOUND) {
-        /* y with D alone, and the sides of pairs. */
+        /* y with only D, and the sides of pairs. */
         for (int i = 0; i < w.box->n; i++)
             if (is_disc(&w, i)) {
                 int j = w.partner[i];

@@ -229,7 +229,8 @@ static void consider(candidate *best, int column, double size, const int *fixed,
         *best = (candidate){column, is_fixed, size};
 }
 
-/* The sizes of so many columns are kept between pivots. A column without entry in the pivot's row is unchanged. */
+/* The sizes of this number of columns are kept between pivots. A column without entry in the pivot's row is unchanged.
+ */
 enum { KEPT = 256 };
 
 /* Eliminates column k, if its pivot is usable, and finds the sizes of the columns that have changed. */
@@ -264,7 +265,7 @@ KMP_LOCAL void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r
         candidate best = {.column = -1};
         for (int j = k; j < n; j++)
             consider(&best, j, n <= KEPT ? largest[j] : kmp_largest_size(m, k, a + (ptrdiff_t)j * m), fixed, c);
-        /* Exchanges the pivot's row and column with those of place k. */
+        /* Exchanges the pivot's row and column with the row and column of place k. */
         int row = kmp_row_of_size(m, k, best.size, a + (ptrdiff_t)best.column * m, r);
         int column = best.column;
         for (int j = 0; row != k && j < n; j++)

@@ -82,7 +82,7 @@ static bool stays_in_plane(const kmp_flexible *f, const double w[3])
     return true;
 }
 
-/* True if a flexible body bends in the plane across w alone. */
+/* True if a flexible body bends only in the plane across w. */
 static bool is_plane(const kempe_model *model, int b, const double w[3])
 {
     const rotation r = rest(model, b, false);
@@ -95,8 +95,8 @@ static bool is_plane(const kempe_model *model, int b, const double w[3])
     return stays_in_plane(f, across);
 }
 
-/* Adds `sign` for each rotation between a body and its ancestor; false where one is about another axis than w, or a
- * body is flexible. Without `factor` also where a translation is along w. */
+/* Adds `sign` for each rotation between a body and its ancestor; false if a rotation is about another axis than w, or
+ * a body is flexible. Without `factor` also where a translation is along w. */
 static bool add_path(const kempe_model *model, int b, int ancestor, const double w[3], int sign, double *factor)
 {
     for (;; b = model->bodies[b].parent) {
@@ -173,7 +173,7 @@ int kmp_touch_plane(const kempe_model *model, const kmp_contact_pair *touch)
 {
     const kmp_touch_side *side = touch->side;
     for (int k = 0; k < 3; k++) {
-        int axis = (side[1].axis + k) % 3; /* that of a cylinder first */
+        int axis = (side[1].axis + k) % 3; /* the rotation of a cylinder first */
         const kmp_measure_argument normal = {.point = side[1].point, .axis = axis};
         if (may_be_across(&side[1], axis) && kmp_moves_across(model, side[0].point, &normal))
             return axis;

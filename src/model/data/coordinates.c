@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Coordinates and joints by name; coordinates of joints that are cut, as functions of those of the tree. */
+/* Coordinates and joints by name; coordinates of joints that are cut, as functions of the coordinates of the tree. */
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/language/expression_references.h"
@@ -54,9 +54,10 @@ kempe_status kmp_coordinates_read(const kempe_model *model, const char *what, co
 
 /* -- coordinates of joints that are cut -------------------------------------------------------------- */
 
-/* A turn about a is that of any vector across a. In a chain Ra Rb the second axis b turns by the first angle about a,
- * and the first axis a by the second about b; in Ra Rb Rc the components of c across a turn by the first angle, those
- * of a across c by the third, and the sine of the second is the product of a on the first body and c on the second. */
+/* A turn about a is the turn of any vector across a. In a chain Ra Rb the second axis b turns by the first angle about
+ * a, and the first axis a by the second about b; in Ra Rb Rc the components of c across a turn by the first angle, the
+ * components of a across c by the third, and the sine of the second is the product of a on the first body and c on the
+ * second. */
 
 /* Axis k of the chain on the first or the second body. */
 static kmp_measure_argument axis_on(kmp_arena *arena, const kmp_measure_argument *end, double m[3][3], int k)

@@ -373,8 +373,8 @@ static kempe_model *begin_model(const kempe_model *m, kmp_arena *arena)
     return to;
 }
 
-/* Makes the models of all parts. `order`: the elements by their parts, those that do not move first; each part begins
- * at its `first`. */
+/* Makes the models of all parts. `order`: the elements by their parts, elements that do not move first; each part
+ * begins at its `first`. */
 static bool copy_parts(walk *w, const int *part, const int *order, const int *first, kmp_islands *all)
 {
     for (int i = 0; i < all->count; i++)

@@ -23,7 +23,7 @@ typedef struct mesh_maker {
     kmp_mesh mesh;
     int *slot; /* vertices by hash, -1: empty */
     uint32_t slots;
-    bool failed; /* for want of memory */
+    bool failed; /* because memory is exhausted */
 } mesh_maker;
 
 /* -- vertices ---------------------------------------------------------------------------------------- */
@@ -420,7 +420,7 @@ static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
 
 typedef struct edge {
     int low, high;      /* vertices */
-    int count, balance; /* triangles; those from low to high less those from high to low */
+    int count, balance; /* triangles; edges from low to high less edges from high to low */
 } edge;
 
 static edge *find_edge(edge *table, uint32_t slots, int low, int high)

@@ -12,7 +12,7 @@ const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS] = {
 #undef KMP_OUTPUT
 };
 
-/* The numbers of a compliant contact; the last ones are those of a journal, z of a ball, film_x and
+/* The numbers of a compliant contact; the last ones belong to a journal, z of a ball, film_x and
  * film_y of a film. A rigid contact of a journal
  * has some of them. */
 typedef struct pressing_row {
@@ -166,11 +166,11 @@ static const struct {
                                         {"across", "N"},     {"moment", "N m"},    {"a", "m"},       {"b", "m"},
                                         {"ellipse", ""}};
 
-/* Those of a wheel on its rail. */
+/* Outputs of a wheel on its rail. */
 static const char *const guidance_words[] = {"Q", "Y", "YQ", "wear"};
 static const char *const guidance_units[] = {"N", "N", "", "N"};
 
-/* Those of the place of a wheel. */
+/* Outputs of the place of a wheel. */
 static const char *const pose_words[KMP_POSE_SHOWN] = {"out", "up", "axle_x", "axle_y", "axle_z"};
 
 static bool is_rigid_journal(const kempe_model *model, const kmp_output *output)

@@ -270,7 +270,7 @@ static inline void step(clenshaw *sum, double x, double c)
 }
 
 /* The value and three derivatives together. Coefficients of a derivative by x follow from those before it: c'[k-1] =
- * c'[k+1] + 2 k c[k], and half of that for k = 1. */
+ * c'[k+1] + 2 k c[k], and half of it for k = 1. */
 void kmp_past_values(const kmp_past_signal *signal, double first, double last, double t, double values[4])
 {
     /* The last of the pieces that begins at `at` or before, or else the first one. */

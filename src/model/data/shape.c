@@ -181,7 +181,7 @@ static void of_solid(kmp_arena *a, const kmp_shape *s, kmp_mass_part *part)
 
 /* -- sums -------------------------------------------------------------------------------------------- */
 
-/* Centres are taken from that of the first part, so that a distant origin costs no digits. */
+/* Centres are taken from the centre of the first part, so that a distant origin costs no digits. */
 static void add_up(kmp_arena *a, int count, const kmp_mass_part *parts, kmp_mass_part *sum)
 {
     kmp_number first[3] = {{.value = 0}};

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Joints whose rotations may be counted from another orientation: three rotations about axes each perpendicular to the
- * next. No force, closure or expression uses their coordinates, so that the angles appear in the results alone. */
+ * next. No force, closure or expression uses their coordinates, so that the angles appear only in the results. */
 #include "model/data/spherical.h"
 #include "base/memory.h"
 #include "model/data/model.h"
@@ -11,7 +11,7 @@
 
 /* -- coordinates in use ------------------------------------------------------------------------------ */
 
-/* Coordinates from `count` on are those of forces that a mechanism alone does not have. */
+/* Coordinates from `count` on belong to forces that a mechanism by itself does not have. */
 static void mark_expression(const kmp_expr *e, bool *used, int count)
 {
     if (!e)

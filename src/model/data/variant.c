@@ -190,7 +190,7 @@ static bool follow(void *user, const kmp_number *number, const char *owner, cons
     kmp_variant *v = user;
     if (kmp_expr_varies(&v->model, number->expr)) {
         if (v->followers)
-            v->followers[v->follower_count] = (follower){(kmp_number *)number, number->expr}; /* of its own copy */
+            v->followers[v->follower_count] = (follower){(kmp_number *)number, number->expr}; /* of its copy */
         v->follower_count++;
     }
     return true;
@@ -337,7 +337,7 @@ static void check_force(const kmp_force *force, kmp_text *why)
                         force->lower.value, force->upper.value);
 }
 
-/* `base` has a positive delay where it is one. */
+/* `base` has a positive delay if it is a delay. */
 static void check_state(const kmp_state *state, const kmp_state *base, kmp_text *why)
 {
     if (base->delay.value > 0 && !(state->delay.value > 0) && !why->length)
@@ -442,7 +442,7 @@ kempe_status kmp_variant_instance(const kempe_model *model, int count, const cha
     kmp_text_free(&why);
     kempe_model *m = &v->model;
     for (int k = 0; k < m->parameter_count; k++)
-        m->parameters[k].varies = false; /* its values are now those of the model */
+        m->parameters[k].varies = false; /* its values now belong to the model */
     m->led_count = 0;
     m->variant = v;
     return KMP_GIVE_OR_FREE(status, instance, m, kempe_model_free);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Documents in memory: mappings keep their order, and those with many keys get an index by hash. */
+/* Documents in memory: mappings keep their order, and mappings with many keys get an index by hash. */
 #include "model/files/nodes.h"
 #include <string.h>
 
@@ -24,7 +24,7 @@ kmp_yaml *kmp_yaml_word(kmp_arena *arena, kmp_place place, const char *text)
     return node->text ? node : NULL;
 }
 
-/* Mappings of so many keys have an index. */
+/* Mappings of this number of keys have an index. */
 enum { INDEXED_FROM = 32 };
 
 /* The slot of a key, or where it belongs. A mapping may share its slots with one that has more keys. */

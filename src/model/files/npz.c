@@ -58,7 +58,7 @@ static bool find_directory(const kmp_npz *npz, uint64_t *at, uint64_t *count)
     return true;
 }
 
-/* Sizes and places of 64 bits, in the order of those that are elsewhere. */
+/* Sizes and places of 64 bits, in the order of the ones that are elsewhere. */
 static void take_wide(const unsigned char *extra, size_t length, uint64_t value[3])
 {
     for (size_t at = 0; length - at >= 4;) {
@@ -75,7 +75,7 @@ static void take_wide(const unsigned char *extra, size_t length, uint64_t value[
     }
 }
 
-/* A file of the directory at `*at`, which goes on to the next one. */
+/* A file of the directory at `*at`, which moves to the next one. */
 static bool take_member(kmp_npz *npz, uint64_t *at)
 {
     if (npz->length < ENTRY || *at > npz->length - ENTRY || little(npz->bytes + *at, 4) != 0x02014b50)

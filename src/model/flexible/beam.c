@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Integrals over xi are doubles; what they are multiplied by, powers of the length among them, are numbers of the
- * model. A displacement of a coordinate in metres is dimensionless: it has one power of the length less than that of an
- * angle.
+ * model. A displacement of a coordinate in metres is dimensionless: it has one power of the length less than the
+ * stiffness of an angle.
  *
  * Quadratic functions of the coordinates. Full: the axis' displacement r2 along x, y and z in a basis of orthogonal
  * polynomials each. First: without products of second order only the moments of r2 count, each of which is one
- * function. In both, the turn R2 of the sections counts by its second moments alone. */
+ * function. In both, the turn R2 of the sections counts only by its second moments. */
 #include "model/flexible/beam.h"
 #include "model/flexible/beam_fields.h"
 #include "model/language/expression_value.h"
@@ -134,7 +134,7 @@ static int section_part(int c, int a, int *component)
     return a == c ? 0 : (a + 1) % 3 == c ? -1 : 1;
 }
 
-/* In mean axes a shape has no momentum and no angular momentum: numbers that do not follow parameters say so exactly.
+/* In mean axes a shape has no momentum and no angular momentum: numbers that do not follow parameters are exact.
  */
 static void clear_rigid(const maker *m, int k)
 {

@@ -125,7 +125,7 @@ static kmp_polynomial frame_factor(const kmp_beam *beam, kmp_beam_family family)
     return place;
 }
 
-/* Of a shape in mean axes the degree of the first polynomial, above those of rigid motions. */
+/* Of a shape in mean axes the degree of the first polynomial, above the degrees of rigid motions. */
 static int first_degree(kmp_beam_family family)
 {
     return family == KMP_BEAM_TORSION || family == KMP_BEAM_AXIAL ? 1 : 2;
@@ -174,7 +174,7 @@ static double field_value_mean(const kmp_beam_field *a, const kmp_beam_field *b,
     return p[0] + p[1] * s[0] + p[2] * s[1] + p[3] * s[0] * s[0] + p[4] * s[0] * s[1] + p[5] * s[1] * s[1];
 }
 
-/* The value of the term of degree j by that of a scale. */
+/* The value of the term of degree j by the value of a scale. */
 static double part_of_term(const kmp_taper *taper, int j, double scale)
 {
     return j < taper->count ? taper->c[j].value / scale : 0;
@@ -254,7 +254,7 @@ static void rotate(int n, double *a, double *x, int i, int j)
     a[i + n * j] = a[j + n * i] = 0;
 }
 
-/* Makes a diagonal and positive matrix of a, whose columns were those of x. */
+/* Makes a diagonal and positive matrix of a, whose columns were the columns of x. */
 static void diagonalise(int n, double *a, double *x)
 {
     enum { SWEEPS = 60 }; /* they converge quadratically, in less than ten */

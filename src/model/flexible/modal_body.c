@@ -422,7 +422,7 @@ static bool combine_rows(kmp_modal_body *b, double **rows, ptrdiff_t row_count, 
     return to || !from;
 }
 
-/* Blocks of `width` numbers for each mode become those of combinations. */
+/* Blocks of `width` numbers for each mode become blocks of combinations. */
 static bool combine_blocks(kmp_modal_body *b, double **blocks, int outer, int width, int count, const double *v)
 {
     const int n = b->count;
@@ -613,7 +613,7 @@ static void clear_trace(double t[9], double scale)
         t[4] = -t[0];
 }
 
-/* A place's parts that are small beside the largest of its mode at all places. */
+/* A place's parts that are small compared with the largest of its mode at all places. */
 static void clear_places(kmp_modal_body *b)
 {
     const int n = b->count;
@@ -716,7 +716,7 @@ static void put_fields(const kmp_modal_body *b, kmp_flexible *f)
     put(f->stiffness, (ptrdiff_t)n * n, b->stiffness);
 }
 
-/* The angles of second order are those of a rotation about the vector that is linear in the coordinates. */
+/* The angles of second order belong to a rotation about the vector that is linear in the coordinates. */
 static void put_place(const kmp_modal_body *b, const kmp_modal_place *place, bool first, kmp_station *to)
 {
     static const double sign[3] = {0.5, -0.5, 0.5};

@@ -187,7 +187,7 @@ static bool check_alike(const reading *f, const char *name, int count, const dou
     return true;
 }
 
-/* Integrals that the file has, beside those of its mass matrix. */
+/* Integrals that the file has, in addition to its mass matrix. */
 static bool check_nodal_mass(const reading *f, const kmp_modal_body *b)
 {
     kmp_modal_body other = *b;

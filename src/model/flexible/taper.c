@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Dimensions are linear in each piece, so that areas and their moments are polynomials there. The coefficients are
- * numbers of the model; those of products of Legendre polynomials are doubles. A sum is fitted by the rule of Gauss
+ * numbers of the model; integrals of products of Legendre polynomials are doubles. A sum is fitted by the rule of Gauss
  * (Abramowitz and Stegun 1964, 25.4.29), which is exact where the function is such a sum. */
 #include "model/flexible/taper.h"
 #include <math.h>

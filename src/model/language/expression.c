@@ -264,7 +264,7 @@ KMP_NOINLINE static const kmp_expr *make_number(kmp_parser *p, const char *where
     return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value, .unit = unit});
 }
 
-/* A name of the model that is no function, where it has one. */
+/* A name of the model that is not a function, if it has one. */
 KMP_NOINLINE static const kmp_expr *parse_variable(kmp_parser *p, const char *where, const char *name, bool *found)
 {
     *found = true;
@@ -297,7 +297,7 @@ KMP_NOINLINE static const kmp_expr *parse_variable(kmp_parser *p, const char *wh
 
 /* -- calls of functions ------------------------------------------------------------------------------ */
 
-/* Functions of the expression language: those with an operation of their own, and those that others are made of. */
+/* Functions of the expression language: functions with a separate operation, and functions that others are made of. */
 
 enum { MOST_ARGUMENTS = 5 };
 
@@ -358,8 +358,8 @@ KMP_NOINLINE static const kmp_expr *complain_function(const kmp_parser *p, const
 
 /* -- calls ------------------------------------------------------------------------------------------- */
 
-/* The arguments of a function, from the opening parenthesis on: how many, -1 after an error. Those beyond the most are
- * counted alone. */
+/* The arguments of a function, from the opening parenthesis on: how many, -1 after an error. Names beyond the most
+ * are only counted. */
 static int parse_arguments(kmp_parser *p, const char *where, const char *name, bool compares,
                            const kmp_expr *arguments[MOST_ARGUMENTS])
 {

@@ -10,7 +10,7 @@
 
 /* Rules of functions for dimensions. */
 typedef enum rule {
-    WANTS_NUMBER,  /* of plain numbers alone */
+    WANTS_NUMBER,  /* only of plain numbers */
     LIKE_ARGUMENT, /* the arguments fit each other, the value is like them */
     OF_CHOICE,     /* the second and third fit each other, the value is like them */
     OF_RATIO,      /* the arguments fit each other, the value is a number */

@@ -205,7 +205,7 @@ static bool is_coordinate(const char *s)
     return n > 0 && (s[n] != '.' || is_digit(s[n + 1]));
 }
 
-/* The kind for a joint of the tree in place of that for a loop of no such name. */
+/* The kind for a joint of the tree in place of the kind for a loop of no such name. */
 static kmp_measure_kind kind_for(kmp_parser *p, kmp_measure_kind kind)
 {
     const char *at = p->at, *obstacle;
@@ -295,7 +295,7 @@ const kmp_expr *kmp_expr_rate(kmp_arena *arena, const kmp_expr *of)
     return expr;
 }
 
-/* True for what has no rate of its own here: rates, multipliers, variables whose equations are being read. */
+/* True for what has no separate rate here: rates, multipliers, variables whose equations are being read. */
 static bool has_no_rate(const kmp_expr *expr, const void *unused)
 {
     const kmp_unknowns *u = expr->unknowns;

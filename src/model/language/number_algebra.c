@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Sums, products and functions of model numbers: values where all operands are values, expressions where one is a
- * parameter. */
+/* Sums, products and functions of model numbers: values where all operands are values, expressions if an operand is
+ * a parameter. */
 #include "model/language/number_algebra.h"
 #include <math.h>
 

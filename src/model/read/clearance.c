@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Joints with clearance, rewritten before the model is read: the joint becomes one that moves freely in a plane, and
- * its keys `clearance` and `contact` entries of `contacts`. A revolute joint keeps the name of its coordinate; those of
- * the journal's centre are JOINT_x and JOINT_y. A prismatic one keeps its name, too; the others are JOINT_across and
- * JOINT_angle, and each corner of the slider is a contact. A ball closure is left out: its contact is all of it. */
+ * its keys `clearance` and `contact` entries of `contacts`. A revolute joint keeps the name of its coordinate; the
+ * coordinates of the journal's centre are JOINT_x and JOINT_y. A prismatic one keeps its name, too; the others are
+ * JOINT_across and JOINT_angle, and each corner of the slider is a contact. A ball closure is left out: its contact is
+ * all of it. */
 #include "model/read/clearance.h"
 #include "model/files/nodes.h"
 #include "model/read/read_compliant.h"

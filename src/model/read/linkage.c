@@ -179,7 +179,8 @@ static void join_staying(kmp_reader *r, kmp_linkage *g)
             else
                 complain_loop(r, g, edge);
         }
-    for (int e = 0; e < g->edge_count; e++) { /* stops; that of a cut joint acts on a function of the others */
+    for (int e = 0; e < g->edge_count;
+         e++) { /* stops; the coordinate of a cut joint acts on a function of the others */
         kmp_edge *edge = &g->edges[e];
         if (!edge->faulty && edge->stopped && !must_stay(edge) && edge->wish != KMP_CUT_YES)
             edge->stays = join(g, edge);
@@ -274,7 +275,7 @@ static void hang_by(kmp_linkage *g, int e, int *reached)
     arrive(g, body, depth_beyond(g, edge), reached);
 }
 
-/* A joint that is to be cut although it alone connects further bodies, -1: none. */
+/* A joint that is to be cut although only it connects further bodies, -1: none. */
 static int bridge(const kmp_linkage *g)
 {
     for (int e = 0; e < g->edge_count; e++)

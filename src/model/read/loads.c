@@ -154,7 +154,7 @@ bool kmp_force_has_load(const kmp_force *force)
     return force->contact > 0 || kmp_force_lambda(force);
 }
 
-/* True for a law of its own, or a wheel's creep under its normal force. */
+/* True for a separate law, or a wheel's creep under its normal force. */
 static bool is_loaded(const kempe_model *model, int force)
 {
     bool wheel = false;

@@ -77,7 +77,7 @@ static void add_leaf(kmp_reader *r, const kmp_expr *leaf, const kmp_expr **sum)
     *sum = more ? more : leaf;
 }
 
-/* For algebraic variables their operands are appended below them. A rate is an operand of its own. */
+/* For algebraic variables their operands are appended below them. A rate is a separate operand. */
 static void add_leaves(kmp_reader *r, const kmp_expr *e, const kmp_expr **sum)
 {
     if (!e)

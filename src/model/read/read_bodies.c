@@ -533,7 +533,7 @@ static void read_point(kmp_reader *r, const kmp_yaml *node, const char *what, km
     kmp_read_point_place(r, node, what, point);
 }
 
-/* Points of a body; those of the ground of an included file have the point of its origin as `ground`. */
+/* Points of a body; points of the ground of an included file have the point of its origin as `ground`. */
 static void read_points(kmp_reader *r, const kmp_yaml *owner, int body, const kmp_point *ground)
 {
     kempe_model *model = r->model;
@@ -575,7 +575,7 @@ static int place_ground(kmp_reader *r, const kmp_include_instance *instance)
     const kmp_include_instance *outer = kmp_reader_instance(r, instance->parent);
     if (instance->at && strchr(instance->at->text, '.'))
         base = kmp_read_point_text(r, instance->at->place, instance->at->text, "'at' of an include");
-    else if (body < 0 && instance->at) /* otherwise, the ground: not found for want of memory */
+    else if (body < 0 && instance->at) /* otherwise, the ground: not found because memory is exhausted */
         (void)kmp_read_body(r, instance->at, "'at' of an include");
     else if (outer && (!instance->at || strcmp(instance->at->text, "ground") == 0))
         base = outer->ground;

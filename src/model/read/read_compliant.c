@@ -290,8 +290,8 @@ const char *kmp_guide_corner(int k)
     return k < 4 ? corners[k].word : NULL;
 }
 
-/* A corner at (l, h) in the slider's axes is at (a + c l - s h, b + s l + c h) in those of the guide, of which the
- * first is along the guide where `first`. */
+/* A corner at (l, h) in the slider's axes is at (a + c l - s h, b + s l + c h) in the axes of the guide, of which
+ * the first is along the guide where `first`. */
 static bool find_corner(const geometry *c, const plane_motion *motion, int corner, bool first, kmp_contact_pair *pair,
                         const kmp_expr **slip)
 {
@@ -368,7 +368,7 @@ typedef struct contact {
     const char *what;
     kmp_force *force;
     struct kmp_compliant *made;
-    kmp_expr_locals numbers; /* those of its law so far, and the quantities */
+    kmp_expr_locals numbers; /* the expressions of its law so far, and the quantities */
 } contact;
 
 /* -- numbers --------------------------------------------------------------------------------------- */
@@ -761,7 +761,7 @@ static const kmp_expr film_places[] = {KMP_PLACE(KMP_LOCAL_FILM_X), KMP_PLACE(KM
                                        KMP_PLACE(KMP_LOCAL_FILM_U), KMP_PLACE(KMP_LOCAL_FILM_V)};
 static const char *const place_names[] = {"x", "y", "u", "v"};
 
-/* The laws alone, for a choice. */
+/* Only the laws, for a choice. */
 static int find_film_law(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
     const char *words[FILM_ROWS];

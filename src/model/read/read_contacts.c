@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Contacts: each is a force of its name, and where it is rigid the row of a closure; its friction is a friction element
- * with a row of its own. */
+ * with a separate row. */
 #include "model/read/read_contacts.h"
 #include "model/data/angle_sum.h"
 #include "model/data/coordinates.h"

@@ -60,7 +60,7 @@ static bool fail(entry *e)
     return false;
 }
 
-/* A positive number without a name of its own: the constants that it is a part of have none. */
+/* A positive number without a separate name: the constants that it is a part of have none. */
 static bool read_positive(entry *e, const kmp_yaml *node, const char *what, kmp_dimension unit, kmp_number *number)
 {
     if (!kmp_read_number(e->r, node, what, unit, number) ||
@@ -213,8 +213,8 @@ static kmp_number quotient(const entry *e, double a, double b, double c, double 
 }
 
 /* St. Venant's torsion of a rectangle (Timoshenko and Goodier 1970, section 109), edges a and b: a b^3 (1/3 - 64
- * b/(pi^5 a) sum of tanh(n pi a/2b)/n^5 over odd n). The sum is that of 1/n^5, 31/32 zeta(5), less a few terms, which
- * decrease by exp(-pi a/b) where b is the shorter edge. */
+ * b/(pi^5 a) sum of tanh(n pi a/2b)/n^5 over odd n). The sum is the sum of 1/n^5, 31/32 zeta(5), less a few terms,
+ * which decrease by exp(-pi a/b) where b is the shorter edge. */
 static kmp_number twist_of_rectangle(const entry *e, kmp_number a, kmp_number b)
 {
     const double pi = 3.14159265358979323846, whole = 1.00452376279513961613;
@@ -293,7 +293,7 @@ static void take_ring(const entry *e, const kmp_taper diameter[2], kmp_number po
     s->shear[0] = s->shear[1] = shear_of_ring(e, diameter[0].c[0], diameter[1].c[0], poisson);
 }
 
-/* The dimensions of a section under its kind; those at the end of a taper may be zero. */
+/* The dimensions of a section under its kind; sizes at the end of a taper may be zero. */
 static bool read_dimensions(entry *e, const kmp_yaml *node, const char *kind, bool tapers, bool at_end, kmp_number d[2])
 {
     const bool one = strcmp(kind, "circle") == 0, ring = strcmp(kind, "tube") == 0;
@@ -313,7 +313,8 @@ static bool read_dimensions(entry *e, const kmp_yaml *node, const char *kind, bo
     return good;
 }
 
-/* The sections of a beam, by their stations: one everywhere, two at its ends, or those of a taper with stations. */
+/* The sections of a beam, by their stations: one everywhere, two at its ends, or the sections of a taper with stations.
+ */
 typedef struct sections {
     int count;
     const kmp_yaml **map; /* each with its kind */
@@ -467,7 +468,7 @@ static void read_stations(entry *e, const kmp_yaml *taper, sections *all)
     }
 }
 
-/* The sections by 'section', or with a 'taper' at the far end, or by a taper with stations alone. */
+/* The sections by 'section', or with a 'taper' at the far end, or only by a taper with stations. */
 static bool find_sections(entry *e, const kmp_yaml *beam, sections *all)
 {
     static const double ends[2] = {0, 1};
@@ -1038,7 +1039,7 @@ static void make_beam(entry *e, kmp_flexible *flexible)
     keep_beam(model, &e->beam, flexible);
 }
 
-/* Mean axes are no section that a joint could hold. */
+/* Mean axes are not a section that a joint could hold. */
 static void check_mean(kmp_reader *r, const entry *e, const kmp_body *body)
 {
     int rotations = 0;

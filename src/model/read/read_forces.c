@@ -355,7 +355,7 @@ static void set_distance(element *e)
     set_locals(e, "distance", distance, kmp_expr_rate(arena, distance), false);
 }
 
-/* From the axis that follows the torsion's, of the first point, to that of the second. */
+/* From the axis that follows the torsion's, of the first point, to the axis of the second. */
 static void set_angle(element *e)
 {
     kmp_measure_argument axes[3];

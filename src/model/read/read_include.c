@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Files of a model: its messages in their order, and included models. The mappings of an included file are merged with
- * those of the including file before anything is read. Names that its keys define are prefixed here. Names that it
- * refers to are prefixed at look-up (kmp_reader_name), by the file of the referring node. Its ground is a point of the
- * body that it is put on. */
+ * the mappings of the including file before anything is read. Names that its keys define are prefixed here. Names that
+ * it refers to are prefixed at look-up (kmp_reader_name), by the file of the referring node. Its ground is a point of
+ * the body that it is put on. */
 #include "model/read/read_include.h"
 #include "base/memory.h"
 #include "model/data/model.h"
@@ -217,7 +217,7 @@ const kmp_key kmp_include_keys[] = {
 #include "model/keys/include_keys.def"
     {0}};
 
-/* Merged parts, and a flag if their keys are new names (those of `start` are references). */
+/* Merged parts, and a flag if their keys are new names (the keys of `start` are references). */
 static const char *const joined_parts[] = {"parameters", "inputs",    "states", "tables",   "profiles",
                                            "tracks",     "algebraic", "bodies", "wheels",   "joints",
                                            "loops",      "drives",    "forces", "contacts", "sensors"};
@@ -324,7 +324,7 @@ static void load(kmp_reader *r, const kmp_yaml *node, const kmp_yaml *file, cons
         r->wrong = true;
     (void)kmp_context_use_limits(r->context, before);
     (void)kmp_context_use_left_out(r->context, left_out);
-    if (names) /* the model says so: it is the machine */
+    if (names) /* the model requests it: it is the machine */
         r->model->altered = altered;
     kmp_free(text);
 }
@@ -348,7 +348,7 @@ static kmp_include_instance *add_instance(kmp_reader *r)
 
 /* -- joining ------------------------------------------------------------------------------------- */
 
-/* Of two sections to be joined the one that stands for both: the other is missing or empty, or this one is not of the
+/* Of two sections to be joined the one that replaces both: the other is missing or empty, or this one is not of the
  * kind, which the reader of the section reports; NULL: they can be joined. */
 static const kmp_yaml *only_one(const kmp_yaml *one, const kmp_yaml *other, kmp_yaml_kind kind)
 {
@@ -419,7 +419,7 @@ static const kmp_yaml *with_item(kmp_reader *r, const kmp_yaml *map, const char 
     return changed ? changed : map;
 }
 
-/* A section of a file; NULL: it has none, or what is no mapping, which is reported where it is read. */
+/* A section of a file; NULL: it has none, or what is not a mapping, which is reported where it is read. */
 static const kmp_yaml *map_of(const kmp_yaml *root, const char *section)
 {
     const kmp_yaml *found = kmp_yaml_get(root, section);

@@ -41,7 +41,7 @@ static const char *say_key(const reading *s, const char *key)
 
 /* -- numbers and places ------------------------------------------------------------------------------ */
 
-/* Parameters alone are symbols in masses by shapes: a number of a shape has no name, and one of a point moves the
+/* Only parameters are symbols in masses by shapes: a number of a shape has no name, and one of a point moves the
  * point. */
 static void drop_symbols(int count, kmp_number *number)
 {
@@ -117,7 +117,7 @@ static kmp_number (*read_places(const reading *s, const kmp_yaml *node, const ch
 
 /* -- where and how it lies --------------------------------------------------------------------------- */
 
-/* Its centre, and its axes: given ones, else those of the point that it is put on, else those of the body. */
+/* Its centre, and its axes: given ones, else the axes of the point that it is put on, else the axes of the body. */
 static bool read_frame(const reading *s)
 {
     kmp_shape *shape = s->shape;
@@ -163,7 +163,7 @@ static bool read_between(const reading *s, const kmp_yaml *node, const char *key
     return true;
 }
 
-/* By its length: along an axis of the body, else along z of its own axes. */
+/* By its length: along an axis of the body, else along z of the shape's axes. */
 static bool read_along(const reading *s, const kmp_yaml *node, const char *key)
 {
     kmp_shape *shape = s->shape;
@@ -503,7 +503,7 @@ static void read_inertia(kmp_reader *r, const kmp_yaml *node, kmp_body *body)
         }
     }
     body->partial = !complete;
-    /* plane data has zz alone: absent values cannot be checked */
+    /* plane data has only zz: absent values cannot be checked */
     if (good && check_diagonal(r, node, body) && complete)
         check_tensor(r, node, body);
 }
@@ -648,9 +648,9 @@ void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, int body)
 
 /* -- motions without mass ---------------------------------------------------------------------------- */
 
-/* Massless motions that the tree shows: those of a massless body with massless descendants only, and a last motion that
- * does not move its body's mass. Bodies with closures may be massless: the reduced mass alone shows whether their
- * motions move a mass (constraints/partition/singularity_causes.h). */
+/* Massless motions that the tree shows: the motions of a massless body with massless descendants only, and a last
+ * motion that does not move its body's mass. Bodies with closures may be massless: only the reduced mass shows whether
+ * their motions move a mass (constraints/partition/singularity_causes.h). */
 
 typedef struct branch {
     bool heavy;    /* the body, or a descendant, has mass or inertia */

@@ -206,7 +206,7 @@ static int find_place(const reading *s, kmp_modal_body *b, const kmp_yaml *node,
     return -1;
 }
 
-/* The places of the body become those that the model names, in its order. */
+/* The places of the body become the places that the model names, in its order. */
 static bool take_interfaces(reading *s)
 {
     const kmp_yaml *map = kmp_yaml_get(s->map, "interfaces");
@@ -261,8 +261,8 @@ static bool is_moved(const kmp_modal_body *b, const double *rigid)
     return moved;
 }
 
-/* Coordinates of modes without rigid motions stay those of the file. Otherwise they are the modes of the body in its
- * frame, slowest first, the largest part of each positive. */
+/* Coordinates of modes without rigid motions keep the names of the file. Otherwise they are the modes of the body in
+ * its frame, slowest first, the largest part of each positive. */
 static bool split(reading *s, int rigid, const double *elastic)
 {
     kmp_modal_body *b = &s->file.body;

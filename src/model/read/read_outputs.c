@@ -85,7 +85,8 @@ static void read_about(kmp_reader *r, const kmp_yaml *node, const kmp_output_row
         output->index = find_body(r, node, row, word ? kmp_reader_say(r, "%.*s", (int)(word - name), name) : name);
 }
 
-/* The kind for a joint of the tree in place of that for a loop of no such name, and for a coordinate of a cut joint. */
+/* The kind for a joint of the tree in place of the kind for a loop of no such name, and for a coordinate of a cut
+ * joint. */
 static kmp_output_kind kind_for(const kmp_reader *r, kmp_output_kind kind, const char *name)
 {
     if (kind <= KMP_OUTPUT_QDD && kmp_cut_coordinate_find(r->model, name) >= 0)

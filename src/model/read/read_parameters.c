@@ -54,7 +54,7 @@ static void read_samples(kmp_reader *r, const kmp_yaml *map, const char *what, k
     (void)kmp_signal_init(&input->signal, &r->model->arena, (kmp_signal_method)word, p.count, p.x, p.y);
 }
 
-/* Columns without a name are those of the time, and of the input's own name. */
+/* Columns without a name are the column of the time, and the column of the input's own name. */
 static const kmp_yaml *with_columns(kmp_reader *r, const kmp_yaml *map, const char *name)
 {
     kmp_yaml *full = kmp_yaml_copy(&r->scratch, map);
@@ -227,7 +227,7 @@ static int next_in_wait(const void *user, int i)
     return kmp_expr_find(v->exprs[i], is_waiting, v)->index;
 }
 
-/* Values parameter i, and before it those that it waits for; room (count). False: they form a cycle. */
+/* Values parameter i, and before it the parameters that it waits for; room (count). False: they form a cycle. */
 static bool value_from(valuation *v, int i, int *room)
 {
     int depth = 0;
@@ -244,7 +244,7 @@ static bool value_from(valuation *v, int i, int *room)
     return true;
 }
 
-/* Values all parameters but those of a cycle and its users. False: no memory. */
+/* Values all parameters except a cycle and its users. False: no memory. */
 static bool value_all(valuation *v)
 {
     int *room = KMP_ARENA_NEW(&v->r->scratch, int, v->map->count);
@@ -293,7 +293,7 @@ static bool take_names(kmp_section *s)
     return model->parameter_count == s->count;
 }
 
-/* A setting is a node of a file of its own. */
+/* A setting is a node of a separate file. */
 static bool take_settings(kmp_reader *r, const kmp_yaml **items)
 {
     kmp_name_list names = KMP_NAMED(r->model, parameter);
@@ -332,8 +332,8 @@ static bool take_expressions(valuation *v)
     return true;
 }
 
-/* Warns of a setting without a unit whose number is near to that of the file, which has a unit that is not near to SI,
- * or is more than a turn where the file has degrees. */
+/* Warns of a setting without a unit whose number is near to the number of the file, which has a unit that is not near
+ * to SI, or is more than a turn where the file has degrees. */
 static void warn_of_unit(valuation *v, int i)
 {
     const kmp_yaml *file = v->map->items[i], *set = v->items[i];
@@ -391,7 +391,8 @@ void kmp_read_parameters(kmp_reader *r)
 
 /* -- parameters without influence -------------------------------------------------------------------- */
 
-/* Most are misspelt, or left over. The user is warned of those of the file itself, and of any that is set in vain: by
+/* Most are misspelt, or left over. The user is warned of parameters of the file itself, and of any that is set in vain:
+ * by
  * --set, or by the file that includes theirs. */
 
 static bool is_set(const kmp_reader *r, const char *name)
@@ -411,7 +412,7 @@ static void warn(const kmp_reader *r, kmp_place place, const char *name, const c
             name, vain);
 }
 
-/* For parameters of included files, warns of those that the including file has set alone. */
+/* For parameters of included files, warns only of the ones that the including file has set. */
 static void warn_of_file(const kmp_reader *r, const kmp_yaml *map, int i)
 {
     kmp_parameter *parameter = &r->model->parameters[i];

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Friction by the reaction that presses its surfaces together. The reaction of a closure is the vector of its
- * multipliers. The reaction of a joint of the tree is that of translations across its axis, which are added to its
- * chain and locked: their multipliers are its components. Rows of closures that these translations alone move carry
+ * multipliers. The reaction of a joint of the tree is the force of translations across its axis, which are added to its
+ * chain and locked: their multipliers are its components. Rows of closures that only these translations move carry
  * nothing (dynamics/closures.c), so that a joint of a plane mechanism carries what presses it across the plane. */
 #include "model/read/read_reaction.h"
 #include "linalg/dense/dot.h"
@@ -129,8 +129,8 @@ static bool all_parallel(int count, const double *const axis[], const double e[3
 }
 
 /* Directions in which a joint carries a load, at the beginning of its chain; their number. They are across all its
- * translations. Those of a pin are across its axis. Rotations before them must not turn them. `normal`: of a plane
- * mechanism in which nothing pushes along it; NULL: it is in space. */
+ * translations. The translations of a pin are across its axis. Rotations before them must not turn them. `normal`: of a
+ * plane mechanism in which nothing pushes along it; NULL: it is in space. */
 static int directions_of(const kempe_model *model, const kmp_body *body, const double *normal,
                          double direction[DIRECTIONS][3])
 {
@@ -162,7 +162,7 @@ static void insert(kmp_reader *r, int b, int count, double direction[DIRECTIONS]
     kmp_body *body = &model->bodies[b];
     int first = body->first_motion, after = model->motion_count;
     kmp_motion *motions = model->motions;
-    for (int k = 0; k < count; k++) /* the list keeps room for those that follow */
+    for (int k = 0; k < count; k++) /* the list keeps room for the ones that follow */
         if (!(motions = kmp_arena_room(&model->arena, motions, after + k, sizeof *motions)))
             return;
     memmove(motions + first + count, motions + first, (size_t)(after - first) * sizeof *motions);
@@ -184,8 +184,8 @@ static void insert(kmp_reader *r, int b, int count, double direction[DIRECTIONS]
     body->load_count = count;
 }
 
-/* The body of the joint of the tree whose reaction a friction with `mu` has; -1: it has that of a closure, or there is
- * an error that is reported later. */
+/* The body of the joint of the tree whose reaction a friction with `mu` has; -1: it has the reaction of a closure, or
+ * there is an error that is reported later. */
 static int find_pressed(kmp_reader *r, const kmp_yaml *force)
 {
     const kempe_model *model = r->model;

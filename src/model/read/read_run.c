@@ -159,7 +159,7 @@ static void read_values(kmp_reader *r, const kmp_yaml *map, const char *what, do
     }
 }
 
-/* Loops close by joints alone: a deflection is the consequence of a motion or of loads, not of inexact guesses. */
+/* Loops close only by joints: a deflection is the consequence of a motion or of loads, not of inexact guesses. */
 static void hold_elastic(kmp_reader *r, const kmp_yaml *node)
 {
     enum { HELD, FREE, STATIC };

@@ -22,9 +22,9 @@ static const kmp_key keys[] = {
 typedef struct kmp_function_block block;
 
 typedef struct block_kind {
-    const char *key;                       /* the key that only it has */
-    const char *keys;                      /* the others, beside `start` and `scale`, with a space around each */
-    int (*count)(kmp_reader *r, block *b); /* its states; sets b->direct */
+    const char *key;  /* the key that only it has */
+    const char *keys; /* the others, in addition to `start` and `scale`, with a space around each */
+    int (*count)(kmp_reader *r, block *b);            /* its states; sets b->direct */
     const char *(*suffix)(const block *b, int state); /* of the name of a state that is not its value */
     void (*read)(kmp_reader *r, block *b);            /* sets rates and next values, and the value if it is direct */
     bool at_once;                                     /* its input depends on no multipliers */
@@ -285,7 +285,7 @@ static const block_kind by_pid = {"pid",     " proportional integral derivative 
  *     y = x_1 + b_0 u / a_0,     x_i' = x_(i+1) + (b_i u - a_i y) / a_0,     x_(n+1) = 0.
  *
  * Without b_0 the output is the first state. A sampled one is a function of z in place of s: x_i' is the next value
- * of x_i, and its output is held between samples in a state of its own, before the others. */
+ * of x_i, and its output is held between samples in a separate state, before the others. */
 
 static int length_of(const block *b, const char *key)
 {
@@ -408,8 +408,8 @@ static const block_kind by_transfer = {"transfer", " numerator denominator sampl
  *     y' = (w(t) - y)/T,     w(t) = u(t - T) + T u'(t - T),
  *
  * whose solution y(t) = u(t - T) is attracting. A run gives w, an input of the model without a name for users, by the
- * recorded past (integrators/run/delays.h). The term 0 u makes conditions and kinks of u those of the equations, so
- * that they are located. */
+ * recorded past (integrators/run/delays.h). The term 0 u makes conditions and kinks of u conditions and kinks of the
+ * equations, so that they are located. */
 
 enum { MOST_DELAYS = 1000 };
 
@@ -506,7 +506,7 @@ static void read_delay(kmp_reader *r, block *b)
 
 static const block_kind by_delay = {"delay", " time sample before ", count_delay, NULL, read_delay, true};
 
-/* -- states with a law of their own ------------------------------------------------------------------ */
+/* -- states with a separate law ---------------------------------------------------------------------- */
 
 static int one_state(kmp_reader *r, block *b)
 {
@@ -701,7 +701,7 @@ void kmp_read_states(kmp_reader *r)
 
 /* -- laws -------------------------------------------------------------------------------------------- */
 
-/* The reader's scope is that of the expression that needs the block. */
+/* The reader's scope is the scope of the expression that needs the block. */
 static void read_block(kmp_reader *r, block *b)
 {
     int scope = r->scope, line = r->scope_line;

@@ -437,7 +437,7 @@ bool kmp_check_rule(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_f
                                hint);
 }
 
-/* Sets a flag of the parameters in an expression, `flag` is its place in them; those that had it not are put in front
+/* Sets a flag of the parameters in an expression, `flag` is its place in them; names without it are put in front
  * of the list `first`, by numbers from 1. */
 static int mark_own(kempe_model *model, const kmp_expr *expr, size_t flag, int first)
 {
@@ -458,7 +458,7 @@ static int mark_own(kempe_model *model, const kmp_expr *expr, size_t flag, int f
     return expr->index + 1;
 }
 
-/* The same of those that they depend on, however long the chain is. */
+/* The same of the names that they depend on, however long the chain is. */
 static void mark(kempe_model *model, const kmp_expr *expr, size_t flag)
 {
     for (int first = mark_own(model, expr, flag, 0); first > 0;) {

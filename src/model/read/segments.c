@@ -36,7 +36,7 @@ typedef struct kmp_segmented {
     const kmp_yaml *axes; /* of a beam that is not along x of the body; NULL: it is */
 } segmented;
 
-/* The point where the next piece is; that of the next piece there, where both have the axes of the beam. */
+/* The point where the next piece is; the point of the next piece there, where both have the axes of the beam. */
 static const char next_piece[] = "next_piece", piece_before[] = "piece_before";
 
 static const char *name_of(const kmp_reader *r, const char *name, int piece)
@@ -166,7 +166,7 @@ static const kmp_yaml *origin(kmp_reader *r, kmp_place place)
     return list;
 }
 
-/* A point at the origin, with axes unless they are those of the body. */
+/* A point at the origin, with axes unless they are the axes of the body. */
 static const kmp_yaml *point_at_origin(kmp_reader *r, kmp_place place, const kmp_yaml *axes)
 {
     if (!axes)
@@ -177,7 +177,7 @@ static const kmp_yaml *point_at_origin(kmp_reader *r, kmp_place place, const kmp
     return made;
 }
 
-/* The points of a piece, with those where the pieces beside it are; places are set later, axes are as given. */
+/* The points of a piece, with the points where its neighbours are; places are set later, axes are as given. */
 static const kmp_yaml *points_of(kmp_reader *r, const segmented *s, int piece)
 {
     kmp_yaml *map = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, s->place);
@@ -377,7 +377,7 @@ void kmp_read_segments(kmp_reader *r)
 
 /* -- numbers ----------------------------------------------------------------------------------------- */
 
-/* Moves a place by x along the beam; its numbers have no names of their own. */
+/* Moves a place by x along the beam; its numbers have no separate names. */
 static void move_along(kmp_reader *r, const segmented *s, kmp_number x, kmp_number at[3])
 {
     for (int k = 0; k < 3; k++) {
@@ -435,7 +435,7 @@ static kmp_taper part_of(kmp_reader *r, const segmented *s, int piece, const kmp
     return kmp_taper_part(&r->model->arena, whole, begin_of(s, piece), begin_of(s, piece + 1));
 }
 
-/* The tensor that is diagonal in the axes of the beam, in those of the body. */
+/* The tensor that is diagonal in the axes of the beam, in the axes of the body. */
 static void put_inertia(kmp_arena *arena, const kmp_beam *beam, const kmp_number about[3], kmp_number inertia[6])
 {
     static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};

@@ -143,7 +143,7 @@ typedef struct by_body {
     int *first, *next;
 } by_body;
 
-/* `body`: that of the first object, of `size` bytes each. False: no memory. */
+/* `body`: the member of the first object, of `size` bytes each. False: no memory. */
 static bool sort_by_body(by_body *sorted, const kempe_model *model, int count, const int *body, size_t size)
 {
     *sorted = (by_body){KMP_NEW(int, model->body_count), KMP_NEW(int, count)};

@@ -142,7 +142,7 @@ kempe_status kempe_contact_kalker(double ratio, double poisson, kempe_kalker *co
  * paraboloid, which gives the correct slip.
  *
  * Strips lie at y = b sin(angle), angles in even steps: the summands are then smooth to the ends of the ellipse. In a
- * strip steps are even, and tractions are those in the middle of each. */
+ * strip steps are even, and tractions are taken in the middle of each. */
 
 static const double pi = 3.14159265358979323846;
 
@@ -281,9 +281,9 @@ static void by_tanh(const kempe_creep *c, const kempe_kalker *k, kempe_creep_for
  *
  * where his K of delta = (d^2 - 1)/(d^2 + 1) is 2/3 d / (1 + d^2)^2: put in and multiplied out.
  *
- * C of small creep depends on the direction alone, so that the law as printed has no derivatives without creep. Within
+ * C of small creep depends only on the direction, so that the law as printed has no derivatives without creep. Within
  * n = KMP_POLACH_NEAR, C^2 is ((C11 x)^2 + (C22 y)^2 + (Cii n)^2) / (x^2 + y^2 + n^2) with C11 for F_x and C22 for F_y:
- * the derivatives without creep are those of the linear theory. */
+ * the derivatives without creep agree with the linear theory. */
 static void polach(const kempe_creep *c, const kempe_kalker *k, kempe_creep_force *out)
 {
     double x = c->slip[0], y = c->slip[1], turned = y + c->a * c->spin, bound = c->friction * c->normal;

@@ -9,7 +9,7 @@
  *
  *     1/(pi E*) [x asinh(y/|x|) + y asinh(x/|y|)],  E* = G/(1 - poisson),
  *
- * taken between the corners. It depends on the distance alone, so that there is one table of it.
+ * taken between the corners. It depends only on the distance, so that there is one table of it.
  *
  * In each row the pressure is nearly a semi-ellipse, since its gap is a parabola. Half lengths therefore follow from
  * the load and the largest pressure of the row; counting rectangles would give steps. */
@@ -31,7 +31,7 @@ static const double pi = 3.14159265358979323846;
 
 /* Arithmetic-geometric means (Abramowitz and Stegun 17.6): K = pi / (2 m), m the common limit of a and b from 1 and g.
  * D / K = (1 + sum 2^n c_n^2 / k^2)/2 over n >= 1, k^2 = 1 - g^2. The terms c_n^2 / k^2 follow each other without k, so
- * that the circle, g = 1, is no special case. */
+ * that the circle, g = 1, is not a special case. */
 void kmp_elliptic(double g, double *B, double *D)
 {
     double a = 1, b = g, c = 0, term = 0, sum = 1, weight = 1;
@@ -61,8 +61,8 @@ static double slope(double g, double B, double D)
 }
 
 /* log g of the ellipse whose curvatures are in the ratio e^-t, t >= 0, by Newton's method. It starts from the
- * derivative 1.5 of a circle or, farther on, from that of a line, 2. The function is concave between both: the iterates
- * approach from one side. */
+ * derivative 1.5 of a circle or, farther on, from the derivative of a line, 2. The function is concave between both:
+ * the iterates approach from one side. */
 static double axes_of(double t, double *B, double *D)
 {
     double log_g = -t / (t < 2 ? 1.5 : 1.9);
@@ -126,8 +126,8 @@ kempe_status kempe_contact_hertz(const kempe_touch *touch, double normal, kempe_
  *
  * Kik and Piotrowski (A fast, approximate method to calculate normal load at contact between wheel and rail and creep
  * forces during rolling, 2nd mini-conference on contact mechanics, Budapest 1996): half lengths l = sqrt((0.55 d -
- * g)/A), the pressure p0/l0 sqrt(l^2 - x^2), l0 the half length at the point of first contact. There Boussinesq's
- * deflection is d:
+ * g)/A), the pressure p0/l0 sqrt(l^2 - x^2), l0 the half length at the point of first contact. At that distance
+ * Boussinesq's deflection is d:
  *
  *     load = pi E* d I1/I3,   I1 = integral of sqrt(l^2 - x^2),   I3 = integral of sqrt(l^2 - x^2)/distance.
  *
@@ -266,7 +266,7 @@ bool kmp_strips_press(kmp_strip_method method, const kmp_strip_gap *gap, double 
     return true;
 }
 
-/* The approach and the extent of the contact exceed those of the approximation by less than these parts. */
+/* The approach and the extent of the contact exceed the values of the approximation by less than these parts. */
 #define DEEPER 1.6
 
 /* Changes of the pressures below this part of their sum end the search: far below the error of the grid. */
@@ -495,7 +495,7 @@ kmp_half_space_result kmp_half_space_press(const kmp_strip_gap *gap, double modu
  * u the tangential displacement of wheel minus rail, u' that before the step. Tractions p are at most friction times
  * the pressure, and opposite to the slip where they reach that: they minimise p A p / 2 + p (w dx - u'(x + dx)) for
  * u = A p. Steps are taken from no traction until it is steady. Each minimum is found by projected gradients with
- * extrapolation (Beck and Teboulle, SIAM J. Imaging Sciences 2 (2009) 183), which begin anew where that overshoots
+ * extrapolation (Beck and Teboulle, SIAM J. Imaging Sciences 2 (2009) 183), which start again where that overshoots
  * (O'Donoghue and Candes, Found. Comput. Math. 15 (2015) 715).
  *
  * A of a rectangle of constant traction, both bodies together (Cerruti; Johnson, Contact Mechanics, 1985, section 3.6):

@@ -237,7 +237,7 @@ static bool read_simpack(source *s, const char *text)
     changes c = {.angle = 1};
     if (!read_sections(s, text, &c))
         return false;
-    /* The order is that of Simpack: distance, shift, rotation, bounds, mirrors. The order of points does not matter
+    /* The order is Simpack's: distance, shift, rotation, bounds, mirrors. The order of points does not matter
      * here.
      */
     kmp_points *p = s->p;
@@ -346,7 +346,7 @@ static bool read_text(source *s, const char *text)
     if (!(s->simpack ? read_simpack(s, text) : read_miniprof(s, text)))
         return false;
     if (!s->simpack) {
-        /* X of a wheel is outwards from the back of its flange; that of a rail is towards its gauge side. */
+        /* X of a wheel is outwards from the back of its flange; the y of a rail is towards its gauge side. */
         double up = (bulges_to_negative(s->p) ? -1 : 1) * (s->wheel ? -1 : 1);
         for (int k = 0; k < s->p->count; k++) {
             s->p->x[k] *= (s->wheel ? 1 : -1) / 1000.0;
@@ -411,7 +411,7 @@ static double swing(const kmp_table *t, int k)
     return worst;
 }
 
-/* A spline that oscillates between its points is no cross-section. */
+/* A spline that oscillates between its points is not a cross-section. */
 static bool check_spline(const kmp_points *p, const kmp_table *t)
 {
     for (int k = 0; k + 1 < t->count; k++) {

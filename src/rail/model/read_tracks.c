@@ -224,7 +224,7 @@ static int count_waves(const kmp_wave_spectrum *s)
 }
 
 /* The height at the knots 1, 2 .. in turn. From one to the next each wave is turned by its angle, which is much faster
- * than its cosine; it begins anew before rounding adds up. */
+ * than its cosine; it starts again before rounding adds up. */
 static double next_height(const waves *w, int knot, double at)
 {
     enum { TURNS = 64 };

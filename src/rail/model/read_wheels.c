@@ -50,7 +50,7 @@ typedef struct scan {
     int count; /* points of the wheel */
     double first, step;
     double *radius;
-    int lowest, highest; /* of those that touch anywhere */
+    int lowest, highest; /* of the wheels that touch anywhere */
     int jump_count;
     jump *jump;
     int rail_count;
@@ -153,7 +153,7 @@ static void find_runs(const scan *s, const runs *r)
         r->over[run] = (from - s->rail_first) / s->rail_step - 0.5;
         widest = fmax(widest, to - from);
     }
-    /* The greatest heights of the rail under a run that is as wide, from those of spans that double. */
+    /* The greatest heights of the rail under a run that is as wide, from the heights of spans that double. */
     double *top = r->top;
     int reach = (int)fmin(widest / s->rail_step, MOST_POINTS) + 5, span = 1; /* with the points around either end */
     for (int k = 0; k < s->rail_count; k++)
@@ -389,8 +389,8 @@ static double least_near(int count, const bend *bends, double near)
     return 0;
 }
 
-/* The greatest curvatures of the gap where a point of the wheel touches, by point, with those of the rail whose normals
- * are nearly equal. */
+/* The greatest curvatures of the gap where a point of the wheel touches, by point, with the points of the rail whose
+ * normals are nearly equal. */
 static bool find_kinks(scan *s, const kmp_track *track, const kmp_wheel *wheel, double *curvature)
 {
     bend *bends = KMP_ARENA_NEW(&s->arena, bend, s->rail_count);
@@ -692,7 +692,7 @@ static void read_wheel(const reading *w)
     if (!good || !r->model->tracks[wheel->track].rail)
         return;
     wheel->scale = zones_scale(wheel);
-    /* Sets the neutral position: that of an earlier wheel of the same shape, or finds it. */
+    /* Sets the neutral position: the one of an earlier wheel of the same shape, or finds it. */
     const kempe_model *model = w->r->model;
     const kmp_wheel *other = model->wheels;
     while (other < wheel && !(other->scale > 0 && has_same_shape(other, wheel)))

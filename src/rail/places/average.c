@@ -72,7 +72,7 @@ static bool is_same(double x, double y)
     return memcmp(&x, &y, sizeof x) == 0;
 }
 
-/* True if the first nodes of a graph, and its first tables, are those of another one. */
+/* True if the first nodes of a graph, and its first tables, equal another graph's. */
 static bool begins_as(const kmp_graph *g, const kmp_graph *other)
 {
     uint32_t count = kmp_graph_count(other);
@@ -193,7 +193,7 @@ typedef struct kmp_average {
     double *weight;  /* by slot: exp(E) times it */
     double *middle;  /* E at the one of each group */
     double *value;
-    size_t *first; /* groups that count, and their number; then those of the middle places */
+    size_t *first; /* groups that count, and their number; then the values of the middle places */
     size_t count;
     kmp_scan_row exponent, needed, *averaged; /* where the scan has them */
 } kmp_average;
@@ -316,7 +316,7 @@ static KMP_INTO_CLONES void take_larger(kmp_four *most, const kmp_four *x)
     *most = KMP_FOUR_SELECT((*x <= *most) | (*most != *most), *most, *x);
 }
 
-/* The largest exponent of the groups that count; NaN, where one is NaN. */
+/* The largest exponent of the groups that count; NaN, if a value is NaN. */
 KMP_CLONES static double largest(const kmp_average *a, const kmp_scan_row *exponent)
 {
     kmp_four most = KMP_FOUR_ALL(-INFINITY), other = most;

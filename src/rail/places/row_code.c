@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Pieces of a program between two functions, with the values of places alone left out, as machine code whose bases are
+/* Pieces of a program between two functions, with the values only of places left out, as machine code whose bases are
  * its arguments. A value that leaves its register goes to its row, which no other value has before its last use. */
 #include "rail/places/row_code.h"
 #include "backend/prepared.h"
 #include "base/memory.h"
 #include <math.h>
 
-/* KIND: from which on the kinds of these forms of programs are, beyond those of kmp_x86_form. LEAST: the number of
+/* KIND: from which on the kinds of these forms of programs are, beyond the kinds of kmp_x86_form. LEAST: the number of
  * operations for which a call pays. */
 enum { KIND = 1024, LEAST_PIECE = 2 };
 
@@ -123,8 +123,8 @@ static bool find_pieces(writing *w)
             return false;
         w->place[k] = (kmp_x86_address){(int)w->address[k].base, (int32_t)sizeof(double) * w->address[k].at};
     }
-    /* Cuts the stages into pieces at functions. Instructions that depend on places alone belong to no piece, and end
-     * none. */
+    /* Cuts the stages into pieces at functions. Instructions that depend only on places belong to no piece, and
+     * end none. */
     for (int stage = KMP_ROW_FIRST; stage <= KMP_ROW_LAST; stage++) {
         int operations = 0;
         for (int i = w->p->code[stage]; i <= w->p->code[stage + 1]; i++) {

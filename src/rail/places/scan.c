@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A value is a row of doubles, one per place, padded to a multiple of eight; a value that is equal at all places is
- * eight doubles alone. Values that depend on arguments are in the first slots of their rows, which the cache of the
+/* A value is a row of doubles, one per place, padded to a multiple of eight; a value that is equal at all places
+ * is only eight doubles. Values that depend on arguments are in the first slots of their rows, which the cache of the
  * processor keeps; it would not keep whole rows. */
 #include "rail/places/scan.h"
 #include "base/arena.h"
@@ -15,7 +15,7 @@
 
 enum { LANES = KMP_SCAN_GROUP, FIRST = KMP_ROW_FIRST, LAST = KMP_ROW_LAST };
 
-/* Dependence of a value: on constants, on the arguments alone, on both arguments and place. */
+/* Dependence of a value: on constants, only on the arguments, on both arguments and place. */
 typedef enum need { STANDING, COMMON, MOVING } need;
 
 /* An instruction to be run, or to find the pieces of a table that a value is in, which all instructions that look it up
@@ -44,7 +44,7 @@ struct kmp_scan {
     kmp_row_address *address; /* by value: of its row */
     const kmp_row_code *code; /* NULL: there is none */
     uint8_t *need;            /* by value */
-    int *common;              /* those that the stages read */
+    int *common;              /* the values that the stages read */
     int common_count;
     step *steps;
     int step_start[LAST + 2];  /* by stage */
@@ -59,7 +59,7 @@ static int leaves(const kmp_program *p)
     return p->constant_count + p->input_count;
 }
 
-/* True if a value is eight doubles long: numbers and functions of arguments alone. */
+/* True if a value is eight doubles long: numbers and functions only of arguments. */
 static bool is_short(const kmp_scan *s, uint32_t value)
 {
     return s->need[value] == COMMON || (int)value < s->p->constant_count;
@@ -114,7 +114,8 @@ typedef struct groups {
         }                                                                                                              \
     }
 
-/* Sums and products, each for all kinds of operands: x and y are of arguments alone (ONE), by place, or by slot. */
+/* Sums and products, each for all kinds of operands: x and y depend only on arguments (ONE), are by place, or by slot.
+ */
 #define OF_ONE(row)   KMP_EIGHT_CONST(row)
 #define OF_PLACE(row) KMP_EIGHT_CONST((row) + n->first[group])
 #define OF_SLOT(row)  KMP_EIGHT_CONST((row) + slot)
@@ -298,7 +299,7 @@ static need need_of_instruction(const kmp_scan *s, int i)
     return n == COMMON ? MOVING : n;
 }
 
-/* True for values whose row another value has after their last use. Rows of tables are written beside other steps. */
+/* True for values whose row another value has after their last use. Rows of tables are written next to other steps. */
 static bool leaves_row(const kmp_scan *s, uint32_t value)
 {
     const int i = (int)value - leaves(s->p);
@@ -327,7 +328,7 @@ static int32_t share_rows(kmp_scan *s, int *last, int32_t *unused)
     return rows;
 }
 
-/* Rows of all values, those of a base one after another, and of the merits. False: no memory. */
+/* Rows of all values, the rows of a base one after another, and of the merits. False: no memory. */
 static bool place_rows(kmp_scan *s)
 {
     const int values = leaves(s->p) + s->p->code[LAST + 1];
@@ -337,7 +338,7 @@ static bool place_rows(kmp_scan *s)
     int32_t *unused = KMP_ARENA_NEW(&room, int32_t, values);
     s->merit = KMP_ARENA_NEW(&s->arena, double, s->width);
     if (!room.failed) {
-        /* By value: the last instruction that reads it, or its own; those that stay after all, too. */
+        /* By value: the last instruction that reads it, or its own; the values that stay after all, too. */
         const kmp_program *p = s->p;
         const int code = p->code[LAST + 1];
         for (int value = 0; value < leaves(p) + code; value++)
@@ -481,7 +482,7 @@ static bool init(kmp_scan *s, int places, const double *place, bool native)
             s->common[s->common_count++] = value;
     if (!place_rows(s))
         return false;
-    /* Sets numbers and places, and computes the values that depend on them alone. */
+    /* Sets numbers and places, and computes the values that depend only on them. */
     const groups all = {s->width / LANES, s->every, 0};
     for (int k = 0; k < p->constant_count; k++)
         fill_lanes(s->row[k], LANES, p->constant[k]);

@@ -5,7 +5,7 @@
  *     K = G* exp(T3(t) - log(k)/2),  log Cij = Tij(log(a/b)),
  *
  * where T are cubic splines through values of src/rail/contact: of Hertz's contact with errors below 1e-8, of Kalker's
- * coefficients those of kempe_contact_kalker. Beyond their ends they are straight: powers. Forces are N times a factor
+ * coefficients as kempe_contact_kalker. Beyond their ends they are straight: powers. Forces are N times a factor
  * that stays finite with N = 0: q = a b / N varies with N^(-1/3). */
 #include "rail/wheel/laws.h"
 #include "rail/contact/creep.h"

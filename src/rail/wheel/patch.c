@@ -19,7 +19,7 @@
 
 /* -- the track ------------------------------------------------------------------------------------------- */
 
-/* On a straight track a place is a projection. On a curved track its arc length s is that of the least horizontal
+/* On a straight track a place is a projection. On a curved track its arc length s is the place of the least horizontal
  * distance to the middle line r: (p - r(s)) . r'(s) = 0. */
 
 /* The track's own point and axes. */
@@ -181,7 +181,7 @@ kmp_ref kmp_pair_argument(kmp_graph *g, kmp_graph *local, kmp_ref x, kmp_ref *li
     return kmp_input(local, KMP_IN_PARAMETER, (uint32_t)(*count)++);
 }
 
-/* The pair in a graph of its own, for a block: each expression that is not a number becomes an argument, and is
+/* The pair in a separate graph, for a block: each expression that is not a number becomes an argument, and is
  * appended to the list. */
 static kmp_wheel_pair pair_inside(const kmp_wheel_pair *p, kmp_graph *local, kmp_ref *list, int *count)
 {
@@ -405,16 +405,16 @@ static void fill(const kmp_wheel_pair *p, const kmp_wheel *wheel, const kmp_whee
 
 /* -- the place of an elastic wheel -------------------------------------------------------------------- */
 
-/* It lies around the nearest point. If curvatures change, the patch differs from that of the curvature at
- * the nearest point; where two places are nearly as near the wheel touches at both. The contact is therefore taken at
- * averages over the zone, <f> = integral of f exp(-D/e) over s, divided by that of exp(-D/e). This is smoothed contact
- * (Netter, Schupp, Rulka, Schroeder, "New aspects of contact modelling and validation within multibody system
- * simulation of railway vehicles", Veh. Syst. Dyn. 29 Suppl. (1998) 246, with a fixed e there). With D a parabola of
- * curvature D'' the variance of s is e/D'' and
+/* It lies around the nearest point. If curvatures change, the patch differs from the patch by the curvature
+ * at the nearest point; where two places are nearly as near the wheel touches at both. The contact is therefore taken
+ * at averages over the zone, <f> = integral of f exp(-D/e) over s, divided by the integral of exp(-D/e). This is
+ * smoothed contact (Netter, Schupp, Rulka, Schroeder, "New aspects of contact modelling and validation within multibody
+ * system simulation of railway vehicles", Veh. Syst. Dyn. 29 Suppl. (1998) 246, with a fixed e there). With D a
+ * parabola of curvature D'' the variance of s is e/D'' and
  *
  *     log of the integral of exp(-D/e) = - least D / e + log(2 pi variance) / 2
  *
- * which give the curvature and the least D for any D: for a parabola they are exact. The spread e is that of the load:
+ * which give the curvature and the least D for any D: for a parabola they are exact. The spread e follows the load:
  * Hertz' ellipse distributes it over s with a variance of b^2/5. A round patch has b^2 = d/D'' for a penetration d, so
  * that e = d/5. d itself comes from averages of a fixed e. All of that is smooth where the nearest point jumps.
  * Compared with solutions for the half-space it is more accurate than the nearest point (examples/manchester). */
@@ -477,12 +477,12 @@ static void spread_by(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone,
     all->slope = value[3];
 }
 
-/* At constant s: dy/ds, and the rate of D without that of the centre's height. */
+/* At constant s: dy/ds, and the rate of D without the rate of the centre's height. */
 typedef struct held {
     kmp_ref slope, rate;
 } held;
 
-/* Derives them in a graph of its own, where s and the arguments are inputs, and their rates. */
+/* Derives them in a separate graph, where s and the arguments are inputs, and their rates. */
 static held derive_held(const kmp_wheel_pair *in, int count)
 {
     kmp_graph *local = in->g;

@@ -130,8 +130,8 @@ static void contact_values(const kmp_tree *tree, const kmp_wheel *wheel, const k
 
 /* -- forces ---------------------------------------------------------------------------------------------- */
 
-/* A wheel on its rail. An elastic wheel has a normal force and a creep force in each zone; a rigid one has the creep
- * force alone, which depends on the multiplier of the wheel's closure. None of these forces has a potential: all count
+/* A wheel on its rail. An elastic wheel has a normal force and a creep force in each zone; a rigid one has only the
+ * creep force, which depends on the multiplier of the wheel's closure. None of these forces has a potential: all count
  * as power. An output shows the force on the wheel and its moment about the wheel's centre in the track's axes:
  * forwards, left, up.
  */

@@ -431,7 +431,7 @@ static void add_between(const kempe_contacts *t, const course *rows, int k, curv
     }
 }
 
-/* Fills the curve from every so many rows, the last one, and the points between rows. */
+/* Fills the curve from rows at a stride, the last one, and the points between rows. */
 static void gather(const kempe_contacts *t, const course *rows, int every, curve *c)
 {
     for (int k = 0; k < rows->count; k++) {

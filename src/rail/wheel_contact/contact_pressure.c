@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The pressures of a patch in a state that is found: the gap over the plane of the contact, then its contact under the
- * normal force of the patch, by strips, and from that on a grid. The equilibrium does not depend on it: normal force,
- * place and angle are those of the ellipse. */
+ * normal force of the patch, by strips, and from there on a grid. The equilibrium does not depend on it: normal force,
+ * place and angle belong to the ellipse. */
 #include "rail/wheel_contact/contact_pressure.h"
 #include "base/memory.h"
 #include "model/data/model.h"
@@ -13,16 +13,16 @@
 
 /* -- the gap over the plane ------------------------------------------------------------------------------ */
 
-/* The points of the wheel that can touch are those of its trace (patch.c): at each the gap over the rail, which is
+/* The points of the wheel that can touch are on its trace (patch.c): at each the gap over the rail, which is
  * drawn along x, is least along x. In the axes of the plane, t across and n along its normal, both trace and rail are
  * curves n(t). For a curve with the parameter s
  *
  *     n'' = (n_ss t_s - t_ss n_s) / t_s^3.
  *
  * Around the trace the gap increases by the curvature of the wheel's circle, 1/r along its normal. Lateral places are
- * found strip by strip by Newton's method, from that of the last one. */
+ * found strip by strip by Newton's method, from the place of the last one. */
 
-/* Least inclination of a surface to the normal of the plane: a face that is steeper is no function over it. */
+/* Least inclination of a surface to the normal of the plane: a face that is steeper is not a function over it. */
 #define STEEPEST 0.05
 
 /* Newton's method from the neighbouring strip ends at this part of the wheel's radius. */
@@ -209,7 +209,7 @@ static void fill(const wheel_gap *w, const place *p, int k, kmp_strip_gap *strip
 }
 
 /* Fills in the strips: count, first and step are given, within the range, and arrays with room. Lateral places on the
- * track are in `y`, less that of the point at s. False: a strip is not within the range. */
+ * track are in `y`, less the place of the point at s. False: a strip is not within the range. */
 static bool wheel_gap_sample(const wheel_gap *w, kmp_strip_gap *strips, double *y)
 {
     place p = begin(w);
@@ -232,7 +232,7 @@ static bool wheel_gap_sample(const wheel_gap *w, kmp_strip_gap *strips, double *
     return true;
 }
 
-/* Strips of the first pass, m for a wheel of 0.46 m, and at most so many to either side. */
+/* Strips of the first pass, m for a wheel of 0.46 m, and at most this number to either side. */
 #define COARSE 1e-4
 enum { MOST_COARSE = 2000 };
 

@@ -165,7 +165,7 @@ static void show_rows(kmp_text *text, const kempe_contacts *t, bool all)
         kmp_text_printf(text, "%d of %d values; all of them, and creepages: --all, -o FILE.csv\n", most, t->count);
 }
 
-/* Patches, and those that are not elliptic. */
+/* Patches, and the ones that are not elliptic. */
 static void count_patches(const kempe_contacts *t, int *patches, int *other)
 {
     *patches = *other = 0;
@@ -254,7 +254,7 @@ static void say_pressures(kmp_text *text, const kempe_contacts *t)
                         t->unknown_forces);
 }
 
-/* The conicity at 3 mm, which EN 15302 asks for, otherwise that of the middle amplitude. */
+/* The conicity at 3 mm, which EN 15302 requires, otherwise at the middle amplitude. */
 static void put_conicity(kmp_text *text, const kempe_contacts *t)
 {
     const double asked = 3e-3;
@@ -540,7 +540,7 @@ static shade shade_of(const kempe_contacts *t, int row)
 
 /* -- the profiles ---------------------------------------------------------------------------------------- */
 
-/* A wheel over its rail: lateral places are those on the track, mm, the wheel's where it is at the first value. */
+/* A wheel over its rail: lateral places are on the track, mm, the wheel's where it is at the first value. */
 typedef struct section {
     kmp_plot plot;
     const struct kmp_table *wheel, *rail;
@@ -611,7 +611,7 @@ static void put_section(kmp_text *text, const kempe_contacts *t, int wheel, doub
 /* -- curves ---------------------------------------------------------------------------------------------- */
 
 /* A number of patches over the values, by its place in the patch; `law`: the one by the law in the options, 0: none.
- * The unit of SI, and that of pictures in SI. */
+ * The unit of SI, and the unit of pictures in SI. */
 typedef struct panel {
     const char *title, *unit;
     size_t value, law;

@@ -170,7 +170,7 @@ static kempe_status read_request(kempe_contacts *t, const kempe_contact_options 
 
 /* -- the system ---------------------------------------------------------------------------------------- */
 
-/* Replaces the model's outputs by those of its wheels: the contacts of all, then their poses. */
+/* Replaces the model's outputs by the outputs of its wheels: the contacts of all, then their poses. */
 static kempe_status add_outputs(kempe_model *copy, bool poses)
 {
     int count = copy->wheel_count;
@@ -381,9 +381,9 @@ static kempe_status check_ends(job *j)
     return KEMPE_OK;
 }
 
-/* Largest relative difference of the curvature at the contact from that of the patch, which is an average. Below it the
- * gap is a parabola except for the profile's arcs at its borders. In the benchmark of Manchester it is 3.5 % at most
- * for patches that are one ellipse, 9 % at least for others (examples/manchester). */
+/* Largest relative difference of the curvature at the contact from the curvature of the patch, which is an average.
+ * Below it the gap is a parabola except for the profile's arcs at its borders. In the benchmark of Manchester it is 3.5
+ * % at most for patches that are one ellipse, 9 % at least for others (examples/manchester). */
 #define ROUND_ABOUT 0.05
 
 /* A patch from the KMP_CONTACT_SHOWN values of the wheel's output in a zone; its radius from the profile. */

@@ -220,6 +220,7 @@ function beginStage(picture, ask) {
         const scale = orbit.zoom * Math.min(width / (2 * (room * m.extent.width + border)), height / (2 * (room * m.extent.height + border)));
         shown = [m, m.motion(ask.span()[0] + t), { width, height, scale, hidden, ...turnedBasis(m.basis, orbit.yaw, orbit.pitch) }];
         view.draw(...shown.slice(1));
+        gauge.setAttribute("viewBox", `0 0 ${width} ${height}`); /* on paper both are smaller */
         drawGauge(gauge, m, shown[2]);
         if (ask.over) gauge.append(...ask.over(...shown, ask.span()[0] + t));
         byId("clock").textContent = ask.clock(t);

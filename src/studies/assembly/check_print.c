@@ -286,7 +286,7 @@ static void line(kmp_text *text, const char *word, const char *format, ...)
     put_words(text, word, &words);
 }
 
-/* A line of its own when `write` gives a sentence. */
+/* A separate line when `write` gives a sentence. */
 static void sentence(kmp_text *text, const kempe_check *check, const char *word,
                      void (*write)(kmp_text *, const kempe_check *))
 {
@@ -317,7 +317,7 @@ static void write_unused(kmp_text *text, const kempe_check *check)
     kmp_print_unused(text, check->system->model);
 }
 
-/* 'rod', 'arm': those that move closures. */
+/* 'rod', 'arm': the ones that move closures. */
 static void list_loaded(kmp_text *text, const kempe_check *check, const kmp_rigid_mobility *rigid)
 {
     const kempe_model *model = check->system->model;
@@ -472,8 +472,8 @@ static void put_frequencies(kmp_text *text, int count, const double *w)
     kmp_text_put(text, " Hz");
 }
 
-/* The largest rate about an axis that the start gives or a drive prescribes, of the joint of a body and of those that
- * carry it. */
+/* The largest rate about an axis that the start gives or a drive prescribes, of the joint of a body and of the joints
+ * that carry it. */
 static double start_rate(const kempe_check *check, int body)
 {
     const kempe_model *model = check->given->model;
@@ -729,7 +729,7 @@ static void show_alternatives(kmp_text *text, const kempe_check *check, bool usa
     kmp_text_free_part(text, &words);
 }
 
-/* At most so many names; nothing where no coordinate is independent. */
+/* At most this number of names; nothing where no coordinate is independent. */
 static void show_independent(kmp_text *text, const kempe_check *check, int most)
 {
     const kmp_partition *part = &check->part;
@@ -810,7 +810,7 @@ static void show_blocks(kmp_text *text, const kempe_check *check)
 
 /* -- limits of motion -------------------------------------------------------------------------------- */
 
-/* The ranges of at most so many coordinates, or none. */
+/* The ranges of at most this number of coordinates, or none. */
 static void show_limits(kmp_text *text, const kempe_check *check, int most)
 {
     const kmp_limits *l = &check->diagnosis.limits;

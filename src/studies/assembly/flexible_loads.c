@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Loads are those of joints, closures and forces where independent coordinates have no accelerations. A load is taken
+/* Loads come from joints, closures and forces where independent coordinates have no accelerations. A load is taken
  * to the axis of the beam at its station, in the axes of the section there. */
 #include "studies/assembly/flexible_loads.h"
 #include "base/context.h"

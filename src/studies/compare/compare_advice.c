@@ -205,7 +205,7 @@ void kmp_compare_tables(kempe_comparison *c)
                              .best = KMP_ARENA_NEW(&c->arena, int, c->method_count)};
     if (c->arena.failed || c->tables.aims.count == 0)
         return;
-    /* Methods of families that stand in several formulations. */
+    /* Methods of families that run in several formulations. */
     kmp_tables *t = &c->tables;
     for (int first = 0; first < c->method_count; first++) {
         bool is_first = true, spans = false;
@@ -237,7 +237,7 @@ void kmp_compare_tables(kempe_comparison *c)
         }
 }
 
-/* LOST: larger differences, in units of the tolerance, are no errors of steps. ANYWAY: an absolute limit of
+/* LOST: larger differences, in units of the tolerance, are not errors of steps. ANYWAY: an absolute limit of
  * differences; between two tolerances it is used only without a reference. */
 #define LOST   1e4
 #define ANYWAY 0.1
@@ -392,7 +392,7 @@ void kmp_compare_remark(kempe_comparison *c)
 /* Largest cost of a method without failures relative to the cheapest with failures. */
 #define ROBUST 2.0
 
-/* A first result that is earlier by less than this factor is no reason for another choice: noise of times. */
+/* A first result that is earlier by less than this factor is not a reason for another choice: noise of times. */
 #define SOONER 1.25
 
 /* Methods whose times differ by less than this factor are equally fast. */
@@ -413,7 +413,8 @@ static int failed_of(const kempe_comparison *c, int method)
     return failed;
 }
 
-/* The method with the least of the worst ratios, if `robust` among those without failures; -1: none reaches all aims.
+/* The method with the least of the worst ratios, if `robust` among the methods without failures; -1: none reaches all
+ * aims.
  */
 static int cheapest(const kempe_comparison *c, const kmp_error_levels *a, bool robust, int but)
 {
@@ -425,7 +426,7 @@ static int cheapest(const kempe_comparison *c, const kmp_error_levels *a, bool r
     return found;
 }
 
-/* The recommended method; if no method reaches all aims, the coarser one alone counts. */
+/* The recommended method; if no method reaches all aims, only the coarser one counts. */
 static int choose_method(const kempe_comparison *c, kmp_error_levels *a)
 {
     int method = cheapest(c, a, false, -1);

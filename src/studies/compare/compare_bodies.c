@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Each model is read again with its bodies changed, and simulated by the default method, in a context of its own: its
+/* Each model is read again with its bodies changed, and simulated by the default method, in a separate context: its
  * doubts are of its row. Outputs are compared at the instants that its table shares with the reference. */
 #include "studies/compare/compare_bodies.h"
 #include "base/context.h"
@@ -159,7 +159,7 @@ static kempe_status run_entry(entry *e, kempe_context *context, double t_end, km
 
 /* -- errors ------------------------------------------------------------------------------------------ */
 
-/* The ranges of all outputs of a unit are those of one quantity: a component that is zero has no range of its own. */
+/* The outputs of a unit share one range: a component that is zero has no separate range. */
 static kempe_status take_outputs(const entry *reference, kempe_context *context, kmp_arena *arena,
                                  kmp_bodies_table *table)
 {
@@ -207,7 +207,7 @@ static kempe_status take_errors(const entry *e, const entry *reference, kempe_co
         return KEMPE_OK;
     row->error = KMP_ARENA_NEW(arena, double, table->output_count);
     KMP_TRY(kmp_made(context, row->error));
-    const bool divided = strchr(row->word, ':'); /* names of points are with those of the pieces then */
+    const bool divided = strchr(row->word, ':'); /* names of points are with the names of the pieces then */
     for (int k = 0; k < table->output_count; k++) {
         row->error[k] = difference(e->table, reference->table, k + 1);
         if (!divided && !(table->names[k] = kmp_arena_strdup(arena, kempe_table_column_name(e->table, k + 1))))

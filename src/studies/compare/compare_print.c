@@ -102,7 +102,7 @@ static void put_titles(kmp_text *text, const kempe_comparison *c)
     kmp_text_put(text, "\n");
 }
 
-/* A line of one of the tables: `same` is that of equal integrators. */
+/* A line of one of the tables: `same` is the table of equal integrators. */
 static void put_line(kmp_text *text, const kempe_comparison *c, int method, bool same)
 {
     put_name(text, c, &c->methods[method]);
@@ -115,8 +115,8 @@ static void put_line(kmp_text *text, const kempe_comparison *c, int method, bool
     end_line(text);
 }
 
-/* Beside the integration: preparation, first result, memory, residuals and the other errors, of the run for the first
- * aim. */
+/* In addition to the integration: preparation, first result, memory, residuals and the other errors, of the run for the
+ * first aim. */
 static void put_beside(kmp_text *text, const kempe_comparison *c, int method)
 {
     int k = c->levels.run[method * c->levels.count + c->tables.aims.level[0]];
@@ -218,7 +218,7 @@ static void json_split_all(kmp_json *json, const kempe_comparison *c, int method
     kmp_json_array(json, "errors");
     for (int k = 0; k < t->aims.count; k++) {
         int level = t->aims.level[k];
-        /* The cost at one of the errors of the two tables, and its ratio to that of a base in three factors. */
+        /* The cost at one of the errors of the two tables, and its ratio to the cost of a base in three factors. */
         int base = same ? kmp_compare_base(c, method, level) : kmp_compare_best(c, level);
         kmp_method_cost cost = kmp_compare_cost(c, method, level), of = {NAN, NAN, NAN};
         if (base >= 0)

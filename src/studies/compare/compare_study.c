@@ -20,10 +20,10 @@
  * reference. Its uncertainty combines its distance from the others, its own tolerances and rounding (docs/compare.md).
  */
 
-/* Instants at which errors are judged, one within each of so many equal parts, at irregular places so that no period of
- * a motion coincides with them. In eight examples eleven even instants found 0.36 to 1 of the largest error, 100 of
- * these instants 0.75, and 400 of them 0.82, mostly above 0.95. An early end of the reference is searched at every
- * STRIDE-th. */
+/* Instants at which errors are judged, one within each of this number of equal parts, at irregular places so that no
+ * period of a motion coincides with them. In eight examples eleven even instants found 0.36 to 1 of the largest error,
+ * 100 of these instants 0.75, and 400 of them 0.82, mostly above 0.95. An early end of the reference is searched at
+ * every STRIDE-th. */
 enum { ROWS = 400, STRIDE = ROWS / 10, MOST_CUT = 2 };
 
 static const kmp_source rows[] = {
@@ -32,7 +32,7 @@ static const kmp_source rows[] = {
 #undef KMP_SOURCE
 };
 
-/* The tightest tolerance with a complete run is taken: after many turns rounding alone may exceed the first. */
+/* The tightest tolerance with a complete run is taken: after many turns rounding by itself may exceed the first. */
 static const double tight[] = {1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7};
 
 enum { TIGHT = sizeof tight / sizeof *tight };
@@ -60,12 +60,12 @@ enum { KEPT = sizeof kept / sizeof *kept };
 #define ROUNDING (16 * DBL_EPSILON)
 /* Relative change of a start to measure the amplification. */
 #define NUDGE 1e-7
-/* The part of that that must be left once the loops are closed. */
+/* The part of it that must be left once the loops are closed. */
 #define MOVED 1e-2
 
 typedef struct maker_source {
     kmp_source said;
-    kmp_samples table, beside; /* its rows, and those at a tenfold tolerance: none when that run was not complete */
+    kmp_samples table, beside; /* its rows, and the rows at a tenfold tolerance: none when that run was not complete */
     double own[KMP_QUANTITIES];
 } maker_source;
 
@@ -664,7 +664,7 @@ static const char *base_name(const char *path)
     return slash ? slash + 1 : path;
 }
 
-/* Takes the given table alone: errors are judged at its rows only. */
+/* Takes only the given table: errors are judged at its rows only. */
 static void take_given(kmp_compare_job *j, kmp_reference *given, const char *name)
 {
     kempe_comparison *c = j->comparison;
@@ -691,7 +691,7 @@ static kempe_status extend_given(kmp_compare_job *j, kmp_reference *given, const
     if (c->has_reference && c->until >= c->t_end && off[KMP_QUANTITY_Q] <= AGREED) {
         c->source = kmp_arena_printf(&c->arena, "%s, which agrees to %.0e in q with the one between its rows, %s", name,
                                      off[KMP_QUANTITY_Q], c->source);
-        /* Values of a given table replace those of the own reference at the same times. */
+        /* Values of a given table replace the values of the own reference at the same times. */
         kmp_reference *own = &j->reference;
         for (int row = 0, r = 0; row < own->rows && r < given->rows; row++) {
             if (own->t[row] < given->t[r])

@@ -11,7 +11,7 @@
 /* -- steps ----------------------------------------------------------------------------------------------- */
 
 /* Steps of a program: the longest chain of named variables, found in one loop through the instructions. A value that is
- * used once is a part of the expression that uses it, and no step of its own. */
+ * used once is a part of the expression that uses it, and not a separate step. */
 
 typedef struct work {
     const kmp_program *p;
@@ -33,7 +33,7 @@ static void count_readers(work *w, int count)
     for (int k = 0; k < p->outputs[p->stages]; k++) {
         int value = (int)(p->output[k] >> 1);
         if (value >= w->leaves)
-            w->uses[value - w->leaves] += 2; /* has a name of its own */
+            w->uses[value - w->leaves] += 2; /* has a separate name */
     }
 }
 

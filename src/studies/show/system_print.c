@@ -122,7 +122,7 @@ static kempe_status count_at(const kempe_system *system, const kempe_assembly *s
     return status;
 }
 
-/* Those at the start; all zero without blocks. */
+/* Counts of the blocks at the start; all zero without blocks. */
 static kempe_status count_blocks(const kempe_system *system, kmp_block_counts *counts)
 {
     const kmp_program *program = kmp_motion_known(system);
@@ -141,7 +141,7 @@ static kempe_status count_blocks(const kempe_system *system, kmp_block_counts *c
 
 /* The simplifications one after the other, each with those before it: M, C, h, J and jdqd as one program, numbers kept
  * as symbols. Rules applied when nodes are made are switched on in turn, then the variants of the equations are chosen,
- * then the passes run. The variants were chosen together; each one's gain is measured by removing it alone. */
+ * then the passes run. The variants were chosen together; each one's gain is measured by removing only it. */
 enum { MOST_STEPS = 16, VARIANTS = 5 };
 
 typedef struct step_gain {
@@ -357,7 +357,7 @@ static void show_header(kmp_text *text, const char *what, bool nodes)
     kmp_text_printf(text, nodes ? " | %9s %8s\n" : "\n", "generated", "needed");
 }
 
-/* The operations of a right-hand side: those of its stages and of the blocks that it evaluates. */
+/* The operations of a right-hand side: of its stages and of the blocks that it evaluates. */
 static kmp_counts count_right_side(const kmp_program *p, const kmp_block_counts *blocks)
 {
     kmp_counts all = kmp_program_count(p, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Deflections are those of stations in the axes of the body; of a body without any beyond its origin, its coordinates
+/* Deflections are taken at stations in the axes of the body; of a body without any beyond its origin, its coordinates
  * in metres. */
 #include "studies/simulate/flexible_doubts.h"
 #include "base/context.h"
@@ -170,7 +170,8 @@ static void warn_of_section(const kmp_samples *table, kmp_evaluator *eval, const
                 model->bodies[point->body].name, point->name, off, 100 * off / size);
 }
 
-/* A straight beam stays so in the computation under loads at which it buckles: such a motion is not that of the beam.
+/* A straight beam stays so in the computation under loads at which it buckles: such a motion is not the motion of the
+ * beam.
  */
 static void tell_buckling(const kempe_system *system, const kmp_samples *table, const kmp_flexible *f, double t,
                           double taken)

@@ -21,7 +21,7 @@
 #include <math.h>
 #include <string.h>
 
-/* The stage of the values, and the first and number of those that a caller may add. */
+/* The stage of the values, and the first and number of the ones that a caller may add. */
 enum { OBSERVED_VALUES = 1, OBSERVED_MORE, OBSERVED_ADDED = 2 };
 
 /* -- columns --------------------------------------------------------------------------------------------- */
@@ -67,7 +67,7 @@ static void add_computed(kmp_columns *columns, const kempe_model *model, const u
     const kmp_output *output = &model->outputs[o];
     for (int k = 0; k < kmp_output_width(model, output); k++) {
         kmp_text name = {0};
-        /* Components beyond the bits have no words of their own. */
+        /* Components beyond the bits have no separate words. */
         if (parts && k < 32 && !(parts[o] >> k & 1u))
             continue;
         kmp_output_column(&name, model, output, k);
@@ -83,7 +83,7 @@ static void add_from_table(kmp_columns *columns, const kempe_system *system, con
     kmp_quantity quantity = quantity_of(output->kind);
     for (int k = 0; k < kmp_quantity_size(system, quantity); k++) {
         kmp_text name = {0};
-        /* lambda(CLOSURE) has that closure's rows alone, q(JOINT) that coordinate. */
+        /* lambda(CLOSURE) has only that closure's rows, q(JOINT) that coordinate. */
         if (output->index >= 0 && (output->kind == KMP_OUTPUT_LAMBDA ? system->rows[k].closure : k) != output->index)
             continue;
         kmp_text_printf(&name, "%s.%s", kmp_quantity_prefix(quantity), kmp_quantity_name(system, quantity, k));
@@ -164,8 +164,8 @@ static void add(listing *l, kmp_output output, bool wanted)
     l->list[l->count++] = output;
 }
 
-/* Drives have no reaction between bodies; those of joints of the tree are computed on request alone. A force that is
- * given by its components has no value of its own. */
+/* Drives have no reaction between bodies; reactions of joints of the tree are computed only on request. A force that is
+ * given by its components has no separate value. */
 static bool has_output(const kempe_model *model, kmp_output_kind kind, int index)
 {
     bool of_loop = kmp_output_rows[kind].argument == KMP_OUTPUT_OF_LOOP;
@@ -174,7 +174,7 @@ static bool has_output(const kempe_model *model, kmp_output_kind kind, int index
     if (of_loop)
         return !kmp_closure_is_drive(&model->closures[index]);
     if (kind == KMP_OUTPUT_SECTION || kind == KMP_OUTPUT_STRESS)
-        return false; /* on request alone, as loads of joints */
+        return false; /* only on request, as loads of joints */
     if (kind == KMP_OUTPUT_DEFLECTION || kind == KMP_OUTPUT_STRAINED)
         return !kmp_output_obstacle(model, kind, index);
     if (kmp_output_rows[kind].argument == KMP_OUTPUT_OF_POINT)
@@ -185,7 +185,7 @@ static bool has_output(const kempe_model *model, kmp_output_kind kind, int index
            !(kmp_force_has_components(&model->forces[index]) || model->forces[index].kind == KMP_FORCE_STATE);
 }
 
-/* The kinds in the order of their rows, with the words that a reader looks for first before those of points. */
+/* The kinds in the order of their rows, with the words that a reader looks for first before the words of points. */
 static void list_kind(listing *l, kmp_output_kind kind)
 {
     const kempe_model *model = l->model;

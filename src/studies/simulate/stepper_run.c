@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The public stepper: a runner, and its current row; its inputs; its state, set, saved, restored, copied; other values
- * of parameters. A restored stepper makes its runner anew from the saved numbers alone, so that nothing of what
+ * of parameters. A restored stepper makes its runner again only from the saved numbers, so that nothing of what
  * happened in between remains. */
 #include "studies/simulate/stepper_run.h"
 #include "base/memory.h"
@@ -79,7 +79,7 @@ static kempe_status settle(kempe_stepper *s, kempe_status status)
     return status;
 }
 
-/* Makes the runner of `spec` from a start (NULL: the model is assembled) in place of the present one, and stands at
+/* Makes the runner of `spec` from a start (NULL: the model is assembled) in place of the present one, and is at
  * its first time. After a failure the stepper is unchanged. */
 static kempe_status make_runner(kempe_stepper *s, const kmp_run_spec *spec, const kempe_assembly *start)
 {
@@ -254,9 +254,9 @@ struct kempe_stepper_state {
     kmp_arena arena;
     const kempe_system *system;
     double t, shown_t, own_stop, work, step, rate_scale;
-    bool samples, doubted, elsewhere; /* `elsewhere`: the row is not that of the memory */
+    bool samples, doubted, elsewhere; /* `elsewhere`: the row is not the row of the memory */
     kmp_stand_in stand_in;
-    double *row, *shown;   /* q, qd where the run goes on: after an event at t; as they are shown: before it */
+    double *row, *shown;   /* q, qd where the run continues: after an event at t; as they are shown: before it */
     double *given, *mode;  /* q before closing; a value for each condition */
     unsigned char *memory; /* what is done: samples, events, modes */
     kmp_present_inputs inputs;
@@ -588,7 +588,7 @@ kempe_status kempe_stepper_set_state(kempe_stepper *s, const double *q, const do
 
 /* -- other values of parameters ------------------------------------------------------------------------ */
 
-/* From the current time on: a system of its own, of a variant of the model. */
+/* From the current time on: a separate system, of a variant of the model. */
 static parameters *merge(const kempe_stepper *s, int count, const char *const *names, const double *values)
 {
     const parameters *before = s->parameters;

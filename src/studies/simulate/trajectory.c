@@ -70,7 +70,7 @@ kempe_status kmp_checkpoint_head(const kempe_system *system, kmp_text *text)
 }
 
 /* Each delayed signal: its delay and the number of its polynomials; then these: from, to, the order of the derivative
- * that jumps at its beginning, coefficients. Those that ended before the delay before t are not needed. */
+ * that jumps at its beginning, coefficients. Pieces that ended before the delay before t are not needed. */
 static void print_past(const kmp_past_signal *signal, double t, kmp_text *text)
 {
     int first = 0;
@@ -313,7 +313,7 @@ enum { CHECKPOINT_SECONDS = 10 };
 /* Machine code for the judgement of fewer rows takes longer to write than the tape to run, which has the same bits. */
 enum { MANY_ROWS = 200 };
 
-/* Bytes of the dense output from which running safety is judged: that of some minutes of a vehicle. */
+/* Bytes of the dense output from which running safety is judged: the memory of some minutes of a vehicle. */
 #define DENSE_OF_WHEELS 5e8
 
 /* Fewer rows do not show what energy is exchanged between them, unless it is by work: the error may then be more of
@@ -543,8 +543,8 @@ static bool shows_loads(const kempe_model *model)
     return any && model->closure_count > kmp_model_friction_count(model);
 }
 
-/* Puts loads, KMP_LOAD_VALUES of each closure and joint, in place of those that outputs show. False: one of these is
- * not that of `before`, which the equations have. */
+/* Puts loads, KMP_LOAD_VALUES of each closure and joint, in place of the loads that outputs show. False: one of these
+ * differs from its value in `before`, which the equations have. */
 static bool put_loads(const kmp_all_loads *loads, const kempe_model *model, const double *before, const double *values,
                       double *shown)
 {
@@ -770,7 +770,7 @@ const kmp_run_judge *kmp_run_judge_find(void)
     return NULL;
 }
 
-/* By the judge of a wing, from the dense output, which is then kept for the caller alone. */
+/* By the judge of a wing, from the dense output, which is then kept only for the caller. */
 static kempe_status judge_further(kempe_trajectory *t, const kmp_simulation *j)
 {
     if (!t->recording || !j->judge_needs)
@@ -840,7 +840,7 @@ kempe_status kmp_simulation_end(kmp_simulation *j, kempe_status status, kempe_tr
 
 /* -- states between the rows ------------------------------------------------------------------------ */
 
-/* A time that is equal to the end up to rounding, as that of a last row, is the end. */
+/* A time that is equal to the end up to rounding, such as the time of a last row, is the end. */
 static kempe_status check_time(const kempe_trajectory *trajectory, double *at)
 {
     const double t = *at;

@@ -314,7 +314,7 @@ static const char *after_number(const char *s)
     return *s == 'e' && s[1] && strchr(NUMBER, s[1]) ? s + 1 + strspn(s + 1, NUMBER) : s;
 }
 
-/* True if two texts have the same words and 'names', and differ in their numbers alone. */
+/* True if two texts have the same words and 'names', and differ only in their numbers. */
 static bool has_words_of(const char *a, const char *b)
 {
     for (bool named = false; *a && *b;) {
