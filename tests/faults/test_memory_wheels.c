@@ -48,7 +48,7 @@ static kempe_status roll_shared(scene *s)
 /* The contacts of wheels over a shift, printed in all ways. */
 static kempe_status shift_by(scene *s, const char *law)
 {
-    const kempe_contact_options options = {.sweep = "y=-0.001:0.001:2", .law = law, .conicity = "0.5 mm:1 mm:2"};
+    const kempe_contact_options options = {.sweep = "y=-0.001:0.001:4", .law = law, .conicity = "0.9 mm:1 mm:2"};
     kempe_contacts *table = NULL;
     kempe_status status = kempe_contacts_new(s->system, &options, &table);
     untouched(status, table);
