@@ -639,3 +639,13 @@
 #define KMP_STATIC_DIFFERENCE 1e-7
 /** Directions of a flexible body whose inertia is this part of the largest one move no mass, but for rounding. */
 #define KMP_FLEXIBLE_STILL 1e-13
+
+/* -- tables of wheel-rail contact --------------------------------------------------------------------- */
+
+/** A conicity is resolved by the values of a table if half of them change it by at most this part of it, or of a small
+ * conicity: 5 values of a worn profile change it by 0.72 of it, 181 values by 0.004. */
+#define KMP_CONICITY_RESOLVED 0.1
+#define KMP_CONICITY_SMALL    0.02
+/** Steps between values in the least amplitude: with fewer the whole motion may lie between two values, where half of
+ * them change nothing. */
+#define KMP_CONICITY_STEPS 1.25

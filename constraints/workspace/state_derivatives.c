@@ -186,6 +186,7 @@ kempe_status kempe_workspace_derivative_states(kempe_workspace *ws, int count, c
     static const char *const names[] = {"t", "q", "qd", "qdd", "rows"};
     if (!all_given(ws, 5, given, names))
         return KEMPE_E_ARGUMENT;
+    KMP_TRY(kmp_workspace_check_count(ws, count));
     const int n = ws->n, m = ws->m, p = kempe_workspace_independent_count(ws);
     kempe_status status = KEMPE_OK;
     int k = 0;

@@ -628,13 +628,19 @@ static kempe_status finish_lane(kempe_workspace *ws, const state_rows *in, size_
     return status;
 }
 
+kempe_status kmp_workspace_check_count(kempe_workspace *ws, int count)
+{
+    if (count >= 0)
+        return KEMPE_OK;
+    (void)kmp_workspace_fail(ws, "the number of states is %d: at least 0 is expected", count);
+    return KEMPE_E_ARGUMENT;
+}
+
 static kempe_status visit_states(kempe_workspace *ws, const state_rows *in, bool lanes, int count, int *failed)
 {
     kempe_status status = KEMPE_OK;
     int done = 0;
-    if (count < 0)
-        return kmp_fail(ws->system->context, KEMPE_E_ARGUMENT, "the number of states is %d: at least 0 is expected",
-                        count);
+    KMP_TRY(kmp_workspace_check_count(ws, count));
     ws->message[0] = '\0';
     ws->visits = true;
     while (status == KEMPE_OK && done < count) {

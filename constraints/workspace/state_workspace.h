@@ -69,6 +69,9 @@ kempe_status kmp_workspace_fail(kempe_workspace *ws, const char *sentence, ...) 
 /** Refuses a model with contacts, in the message. KEMPE_E_ARGUMENT. */
 kempe_status kmp_workspace_refuse_contacts(kempe_workspace *ws, const char *what);
 
+/** Refuses a negative number of states, in the message. KEMPE_E_ARGUMENT. */
+kempe_status kmp_workspace_check_count(kempe_workspace *ws, int count);
+
 /** Accelerations and multipliers into `answer`, with the factors of `red` (*reduced: true) or of `saddle` at the state.
  * Articulated bodies are not used. KEMPE_E_FAILED. */
 kempe_status kmp_workspace_solve(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q,

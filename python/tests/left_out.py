@@ -23,7 +23,6 @@ LEFT_OUT = {
     "kempe_workspace_evaluate_states": "by python_evaluate_states, which reads states as the other functions of rows do",
     "kempe_workspace_forward_states": "by python_forward_states",
     "kempe_workspace_derivative_states": "by python_derivative_states",
-    "kempe_workspace_forward_derivatives": "by kempe._calls",
     "kempe_write_file": "Python writes files",
     "kempe_context_is_source": "writers refuse such files themselves",
 }

@@ -2,6 +2,7 @@
 /* The equivalent conicity of a pair of wheels, from the rolling radii of a table of contacts. */
 #include "rail/wheel_contact/contact_conicity.h"
 #include "base/context.h"
+#include "constraints/tolerances.h"
 #include "model/data/model.h"
 #include "model/language/nearest.h"
 #include <kempe/rolling_contact.h>
@@ -230,12 +231,6 @@ enum { USUAL_AMPLITUDES = 13, MOST_AMPLITUDES = 100000 };
 
 /* Speed of a contact across its wheel, as a multiple of the wheel's: faster ones may jump. */
 #define FAST 10
-
-/* Part of a conicity, or of a small one, by which half of the values may change it. Steps between values in the least
- * amplitude: with fewer the whole motion may lie between two values, where half of them change nothing. */
-#define RESOLVED    0.1
-#define SMALL       0.02
-#define LEAST_STEPS 1.25
 
 /* -- options ----------------------------------------------------------------------------------------------- */
 
@@ -482,8 +477,8 @@ static void doubt_conicities(const kempe_contacts *t, int values)
     const double step = c->points > 1 && values > 1 ? (c->y[c->points - 1] - c->y[0]) / (values - 1) : INFINITY;
     for (int k = 0; k < c->count; k++) {
         const kmp_conicity *at = &c->at[k];
-        if (isnan(at->conicity) ||
-            (at->error <= RESOLVED * fmax(at->conicity, SMALL) && at->amplitude >= LEAST_STEPS * step))
+        if (isnan(at->conicity) || (at->error <= KMP_CONICITY_RESOLVED * fmax(at->conicity, KMP_CONICITY_SMALL) &&
+                                    at->amplitude >= KMP_CONICITY_STEPS * step))
             continue;
         kmp_doubt(t->given->context,
                   "the conicity at the amplitude of %.4g mm is not resolved by values %.3g mm apart: without every "
