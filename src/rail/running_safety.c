@@ -26,6 +26,10 @@
 static const double SAMPLE_WAY = 0.4, SAMPLE_TIME = 0.04, STRAIGHT = 1e-2;
 /* The same in an interval of twice the length: a sample more in its middle would have brought lines as near. */
 static const double PAIRED = 2.5e-3;
+/* An oscillation whose periods fit between samples is on the line in their middle: they are looked at in
+ * two places off their middle too, since one of them may be on the line by its phase. Where an oscillation is found,
+ * the interval is refined everywhere. */
+static const double OFF_MIDDLE[] = {0.3, 0.41};
 /* Part of Q0 below which Y/Q is a quotient of small forces. */
 static const double LEAST_LOAD = 0.05;
 /* Wheels are opposite each other that are nearer along the track than this part of its gauge. */
@@ -221,10 +225,21 @@ static bool is_straight(const judging *j, double off_most, const double *a, cons
     return true;
 }
 
-/* Keeps the samples after `a` up to `b`, with samples between where values are not straight. */
-static kempe_status refine(judging *j, const double *a, const double *b, int halvings, double *scratch)
+/* Tests whether values oscillate between two samples although their middle is on the line; uses scratch. */
+static kempe_status find_oscillation(judging *j, const double *a, const double *b, double *scratch, bool *found)
 {
-    double *middle = scratch;
+    *found = false;
+    for (int k = 0; !*found && k < 2; k++) {
+        KMP_TRY(take_sample(j, a[0] + (b[0] - a[0]) * OFF_MIDDLE[k], a, scratch));
+        *found = !is_straight(j, STRAIGHT, a, scratch, b);
+    }
+    return KEMPE_OK;
+}
+
+/* Keeps the samples after `a` up to `b`, with samples between where values are not straight; `whole`: everywhere. */
+static kempe_status refine(judging *j, const double *a, const double *b, int halvings, bool whole, double *scratch)
+{
+    double *middle = scratch, *rest = scratch + sample_size(j);
     KMP_TRY(take_sample(j, a[0] + (b[0] - a[0]) / 2, a, middle));
     bool full = j->count > MOST_SAMPLES && !j->full;
     if (full)
@@ -233,19 +248,24 @@ static kempe_status refine(judging *j, const double *a, const double *b, int hal
                   "shorter time",
                   MOST_SAMPLES, a[0]);
     j->full = j->full || full;
-    if (halvings == 0 || j->full || is_straight(j, STRAIGHT, a, middle, b)) {
+    bool end = halvings == 0 || j->full;
+    if (!end && !whole && is_straight(j, STRAIGHT, a, middle, b)) {
+        KMP_TRY(find_oscillation(j, a, b, rest, &whole));
+        end = !whole;
+    }
+    if (end) {
         KMP_TRY(keep(j, middle));
         return keep(j, b);
     }
-    KMP_TRY(refine(j, a, middle, halvings - 1, scratch + sample_size(j)));
-    return refine(j, middle, b, halvings - 1, scratch + sample_size(j));
+    KMP_TRY(refine(j, a, middle, halvings - 1, whole, rest));
+    return refine(j, middle, b, halvings - 1, whole, rest);
 }
 
 /* Refines an interval; calm: one sample was enough. */
 static kempe_status refine_interval(judging *j, const double *from, const double *to)
 {
     const int count = j->count;
-    KMP_TRY(refine(j, from, to, j->halvings, j->scratch));
+    KMP_TRY(refine(j, from, to, j->halvings, false, j->scratch));
     j->calm = j->pairs && j->count == count + 2;
     return KEMPE_OK;
 }
@@ -266,7 +286,10 @@ static kempe_status go_on(judging *j)
         j->waits = true;
         return KEMPE_OK;
     }
-    if (j->waits && is_straight(j, PAIRED, j->last, j->waiting, j->next)) {
+    bool oscillates = false, paired = j->waits && is_straight(j, PAIRED, j->last, j->waiting, j->next);
+    if (paired)
+        KMP_TRY(find_oscillation(j, j->last, j->next, j->scratch, &oscillates));
+    if (paired && !oscillates) {
         KMP_TRY(keep(j, j->waiting));
         KMP_TRY(keep(j, j->next));
     } else {
@@ -518,7 +541,7 @@ static kempe_status judge(judging *j, kmp_arena *arena)
     j->pairs = !rough;
     KMP_TRY(kmp_made(j->model->context,
                      KMP_ARENA_MAKE(&j->room, KMP_ROOM(double, sample_size(j), &j->last, &j->waiting, &j->next),
-                                    KMP_ROOM(double, (HALVINGS + 1) * sample_size(j), &j->scratch))));
+                                    KMP_ROOM(double, (HALVINGS + 2) * sample_size(j), &j->scratch))));
     KMP_TRY(take_sample(j, j->from, NULL, j->last));
     KMP_TRY(keep(j, j->last));
     finer = fmin(finer, MOST_SAMPLES / (4 * parts_of(j, j->until - j->from, j->last)));

@@ -57,6 +57,15 @@ static double largest(span r)
     return fmax(fabs(r.least), fabs(r.most));
 }
 
+/* The largest of a table of all coordinates, each over its scale. */
+static double size_of(const kempe_kinematics *k, const double *table)
+{
+    double size = 0;
+    for (int i = 0; i < kmp_model_coordinates(k->system->model); i++)
+        size = fmax(size, largest(span_of(k, table, k->system->n, i)) / k->system->scale[i]);
+    return size;
+}
+
 /* -- text -------------------------------------------------------------------------------------------- */
 
 static void show_dead(kmp_text *text, const kempe_kinematics *k)
@@ -123,13 +132,16 @@ static void show_all(kmp_text *text, const void *result)
         width = width > 10 ? width : 10;
         kmp_text_printf(text, "\n%-*s  %-4s  %13s  %13s  %13s  %13s\n", width, "coordinate", "unit", "least",
                         "greatest", "max |qd|", "max |qdd|");
+        const double sizes[] = {size_of(k, k->q), size_of(k, k->q), size_of(k, k->qd), size_of(k, k->qdd)};
         for (int i = 0; i < kmp_model_coordinates(k->system->model); i++) {
             span q = span_of(k, k->q, n, i);
             kmp_text_printf(text, "%-*s  %-4s", width, k->system->model->motions[i].name, kmp_print_unit(k->system, i));
             const double cells[] = {q.least, q.most, largest(span_of(k, k->qd, n, i)),
                                     largest(span_of(k, k->qdd, n, i))};
-            for (int c = 0; c < 4; c++)
-                kmp_text_printf(text, "  %13.6g", kmp_print_value(k->system, i, cells[c]));
+            for (int c = 0; c < 4; c++) {
+                const double noise = KMP_PRINT_NOISE * sizes[c] * k->system->scale[i];
+                kmp_text_printf(text, "  %13.6g", kmp_print_value(k->system, i, kmp_print_clean(cells[c], noise)));
+            }
             kmp_text_put(text, "\n");
         }
     }
