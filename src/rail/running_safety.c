@@ -26,9 +26,9 @@
 static const double SAMPLE_WAY = 0.4, SAMPLE_TIME = 0.04, STRAIGHT = 1e-2;
 /* The same in an interval of twice the length: a sample more in its middle would have brought lines as near. */
 static const double PAIRED = 2.5e-3;
-/* An oscillation whose periods fit between samples is on the line in their middle: they are looked at in
- * two places off their middle too, since one of them may be on the line by its phase. Where an oscillation is found,
- * the interval is refined everywhere. */
+/* An oscillation whose periods fit between samples is on the line in their middle. So values are compared with the line
+ * in two places off the middle too, since one of them may be on it by its phase. An interval with an oscillation is
+ * refined everywhere. */
 static const double OFF_MIDDLE[] = {0.3, 0.41};
 /* Part of Q0 below which Y/Q is a quotient of small forces. */
 static const double LEAST_LOAD = 0.05;
