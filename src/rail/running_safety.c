@@ -625,7 +625,7 @@ static void show_answer(kmp_text *text, const kempe_model *model, const kmp_runn
         if (isfinite(part) && (!worst || part > worst->mean.value / worst->nadal))
             worst = &s->wheel[w];
         const double unloading = s->wheel[w].unloading.value;
-        lifted += unloading >= 1;
+        lifted += isfinite(unloading) && unloading >= 1;
         if (isfinite(unloading) && (!lightest || unloading > lightest->unloading.value))
             lightest = &s->wheel[w];
     }
@@ -639,7 +639,7 @@ static void show_answer(kmp_text *text, const kempe_model *model, const kmp_runn
     if (judged == 0 && !lightest)
         return;
     kmp_text words = {0};
-    if (lifted > 0)
+    if (lightest && lifted > 0)
         kmp_text_printf(&words, "%d of %d wheels without load at times ('%s' at t = %.6g s)", lifted, s->wheels,
                         model->wheels[lightest - s->wheel].name, lightest->unloading.t);
     if (lifted > 0 && judged > 0)
