@@ -3,7 +3,9 @@
  * theorem on M qdd + C = Q + J' lambda and J qdd + jdqd = 0: each direction is one more solution with the factors of
  * the state. Along closed motions the change of all coordinates follows the change of the independent ones first
  * (constraints/partition/small_change.h). */
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/small_change.h"
+#include "constraints/tolerances.h"
 #include "constraints/workspace/state_workspace.h"
 #include "model/data/model.h"
 #include <string.h>
@@ -123,15 +125,19 @@ static void derive_closed(kempe_workspace *ws, const double *tangents, const kem
 
 /* -- the calls --------------------------------------------------------------------------------------- */
 
-/* Reports the first argument that is NULL; false: there is one. */
-static bool all_given(kempe_workspace *ws, int count, const void *const *given, const char *const *names)
+/* Fails if the loops are open: derivatives along closed motions would belong to none. */
+static kempe_status require_closed(kempe_workspace *ws, double t)
 {
-    for (int k = 0; k < count; k++)
-        if (!given[k]) {
-            (void)kmp_workspace_fail(ws, KMP_MISSING, names[k]);
-            return false;
-        }
-    return true;
+    int row = 0;
+    for (int r = 1; r < ws->m; r++)
+        if (kmp_eval_opening(ws->eval, r) > kmp_eval_opening(ws->eval, row))
+            row = r;
+    if (ws->m == 0 || kmp_eval_residual(ws->eval) <= KMP_CLOSED_NEAR)
+        return KEMPE_OK;
+    return kmp_workspace_fail(ws,
+                              "derivatives along closed motions need closed loops, but constraint equation '%s' is "
+                              "open by %.3g (relative) at t = %.9g s: close the state first",
+                              ws->system->row_names[row], kmp_eval_opening(ws->eval, row), t);
 }
 
 kempe_status kempe_workspace_forward_derivatives(kempe_workspace *ws, double t, const double *q, const double *qd,
@@ -139,9 +145,8 @@ kempe_status kempe_workspace_forward_derivatives(kempe_workspace *ws, double t, 
                                                  const kempe_workspace_derivatives *out)
 {
     KMP_WANTED(NULL, ws, "workspace");
-    const void *const given[] = {q, qd, qdd, out};
-    static const char *const names[] = {"q", "qd", "qdd", "out"};
-    if (!all_given(ws, 4, given, names))
+    if (!kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) ||
+        !kmp_workspace_given(ws, "qdd", qdd) || !kmp_workspace_given(ws, "out", out))
         return KEMPE_E_ARGUMENT;
     if (!ws->derivatives.made) {
         (void)kmp_workspace_fail(ws, "derivatives are not prepared: call kempe_workspace_add_derivatives first");
@@ -156,6 +161,8 @@ kempe_status kempe_workspace_forward_derivatives(kempe_workspace *ws, double t, 
             "there are no derivatives by the independent coordinates at t = %.9g s, because these "
             "do not describe the motion there: take those by all coordinates",
             t);
+    if (closed)
+        KMP_TRY(require_closed(ws, t));
     const kmp_instant at = kmp_instant_of(ws->eval, t, ws->q, ws->qd, ws->answer, ws->answer + ws->n);
     const double *tangents = kmp_tangents_derivatives(&ws->derivatives.tangents, &at);
     const direction by[] = {{KMP_R_Q, KMP_CURVE_Q, out->qdd_q, out->lambda_q, false},
@@ -182,9 +189,8 @@ kempe_status kempe_workspace_derivative_states(kempe_workspace *ws, int count, c
                                                double *lambda, const kempe_workspace_derivatives *rows, int *failed)
 {
     KMP_WANTED(NULL, ws, "workspace");
-    const void *const given[] = {t, q, qd, qdd, rows};
-    static const char *const names[] = {"t", "q", "qd", "qdd", "rows"};
-    if (!all_given(ws, 5, given, names))
+    if (!kmp_workspace_given(ws, "t", t) || !kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) ||
+        !kmp_workspace_given(ws, "qdd", qdd) || !kmp_workspace_given(ws, "rows", rows))
         return KEMPE_E_ARGUMENT;
     KMP_TRY(kmp_workspace_check_count(ws, count));
     const int n = ws->n, m = ws->m, p = kempe_workspace_independent_count(ws);

@@ -40,8 +40,7 @@ kempe_status kmp_workspace_refuse_contacts(kempe_workspace *ws, const char *what
     return status;
 }
 
-/* Reports a NULL argument; false: it is NULL. */
-static bool workspace_given(kempe_workspace *ws, const char *name, const void *argument)
+bool kmp_workspace_given(kempe_workspace *ws, const char *name, const void *argument)
 {
     if (!argument)
         (void)kmp_workspace_fail(ws, KMP_MISSING, name);
@@ -210,7 +209,7 @@ static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, con
 kempe_status kempe_workspace_evaluate(kempe_workspace *ws, double t, const double *q, const double *qd)
 {
     KMP_WANTED(NULL, ws, "workspace");
-    return workspace_given(ws, "q", q) ? evaluate(ws, t, q, qd, NULL) : KEMPE_E_ARGUMENT;
+    return kmp_workspace_given(ws, "q", q) ? evaluate(ws, t, q, qd, NULL) : KEMPE_E_ARGUMENT;
 }
 
 /* Evaluates M, C, h, J and jdqd if accelerations did not need them. */
@@ -249,8 +248,8 @@ kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *ws, double t, con
                                               const double *qdd, double *Q)
 {
     KMP_WANTED(NULL, ws, "workspace");
-    if (!workspace_given(ws, "q", q) || !workspace_given(ws, "qd", qd) || !workspace_given(ws, "qdd", qdd) ||
-        !workspace_given(ws, "Q", Q))
+    if (!kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) ||
+        !kmp_workspace_given(ws, "qdd", qdd) || !kmp_workspace_given(ws, "Q", Q))
         return KEMPE_E_ARGUMENT;
     KMP_TRY(evaluate(ws, t, q, qd, NULL));
     memcpy(ws->answer, ws->eval->bias, (size_t)ws->n * sizeof *Q);
@@ -418,7 +417,7 @@ kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, con
                                               const double *Q, double *qdd, double *lambda)
 {
     KMP_WANTED(NULL, ws, "workspace");
-    if (!workspace_given(ws, "q", q) || !workspace_given(ws, "qd", qd) || !workspace_given(ws, "qdd", qdd))
+    if (!kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) || !kmp_workspace_given(ws, "qdd", qdd))
         return KEMPE_E_ARGUMENT;
     KMP_TRY(kmp_workspace_refuse_contacts(ws, "forward dynamics"));
     if (ws->by_bodies && by_bodies(ws, t, q, qd, Q)) {
@@ -465,7 +464,7 @@ static kempe_status close_rates(kempe_workspace *ws, const kmp_closer *closer, d
 kempe_status kempe_workspace_close(kempe_workspace *ws, double t, double *q, double *qd, const int *hold)
 {
     KMP_WANTED(NULL, ws, "workspace");
-    if (!workspace_given(ws, "q", q))
+    if (!kmp_workspace_given(ws, "q", q))
         return KEMPE_E_ARGUMENT;
     const kmp_closer closer = kmp_least_change_closer(&ws->least);
     const kmp_close_rule rule = kmp_least_change_rule(MAX_CORRECTIONS);
@@ -669,7 +668,7 @@ kempe_status kempe_workspace_evaluate_states(kempe_workspace *ws, int count, con
 {
     const state_rows in = {.t = t, .q = q, .qd = qd, .step = t_step != 0, .out = rows};
     KMP_WANTED(NULL, ws, "workspace");
-    if (!workspace_given(ws, "t", t) || !workspace_given(ws, "q", q) || !workspace_given(ws, "rows", rows))
+    if (!kmp_workspace_given(ws, "t", t) || !kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "rows", rows))
         return KEMPE_E_ARGUMENT;
     return visit_states(ws, &in, by_lanes(ws, count), count, failed);
 }
@@ -680,8 +679,8 @@ kempe_status kempe_workspace_forward_states(kempe_workspace *ws, int count, cons
 {
     const state_rows in = {.t = t, .q = q, .qd = qd, .Q = Q, .step = t_step != 0, .qdd = qdd, .lambda = lambda};
     KMP_WANTED(NULL, ws, "workspace");
-    if (!workspace_given(ws, "t", t) || !workspace_given(ws, "q", q) || !workspace_given(ws, "qd", qd) ||
-        !workspace_given(ws, "qdd", qdd))
+    if (!kmp_workspace_given(ws, "t", t) || !kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) ||
+        !kmp_workspace_given(ws, "qdd", qdd))
         return KEMPE_E_ARGUMENT;
     bool lanes =
         !ws->by_bodies && by_lanes(ws, count) && kmp_workspace_refuse_contacts(ws, "forward dynamics") == KEMPE_OK;

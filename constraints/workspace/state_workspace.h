@@ -66,6 +66,9 @@ struct kempe_workspace {
 /** Sets the message. KEMPE_E_FAILED. */
 kempe_status kmp_workspace_fail(kempe_workspace *ws, const char *sentence, ...) __attribute__((format(printf, 2, 3)));
 
+/** Reports a NULL argument; false: it is NULL. */
+bool kmp_workspace_given(kempe_workspace *ws, const char *name, const void *argument);
+
 /** Refuses a model with contacts, in the message. KEMPE_E_ARGUMENT. */
 kempe_status kmp_workspace_refuse_contacts(kempe_workspace *ws, const char *what);
 

@@ -135,7 +135,8 @@ KEMPE_API kempe_status kempe_workspace_add_derivatives(kempe_workspace *workspac
 /** Accelerations qdd (n), multipliers lambda (m; NULL: not required) and their exact derivatives, for constant inputs
  * and the present conditions of the model; a user-defined force is differentiated by differences. After
  * kempe_workspace_add_derivatives; no allocation. KEMPE_E_ARGUMENT: not prepared. KEMPE_E_FAILED, with the reason: as
- * kempe_workspace_forward_dynamics; derivatives by u are requested where u does not describe the motion. */
+ * kempe_workspace_forward_dynamics; derivatives by u are requested where u does not describe the motion,
+ * or where the loops are open. */
 KEMPE_API kempe_status kempe_workspace_forward_derivatives(kempe_workspace *workspace, double t, const double *q,
                                                            const double *qd, const double *Q, double *qdd,
                                                            double *lambda, const kempe_workspace_derivatives *out);

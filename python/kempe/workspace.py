@@ -278,7 +278,7 @@ class Workspace(Owned):
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None, threads: int = 1
     ) -> ClosedDerivatives:
         """Accelerations and multipliers at a closed state, and exact derivatives along motions that keep the loops closed, in
-        the independent coordinates (`independent`). Arguments are as in forward_derivatives.
+        the independent coordinates (`independent`). Arguments are as in forward_derivatives. Open loops are a FailedError.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> q, qd = workspace.close(0.0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])

@@ -317,6 +317,12 @@ static void refused(void)
     CHECK(check_says(kempe_workspace_message(other), "kempe_workspace_add_derivatives"));
     CHECK(kempe_workspace_forward_derivatives(s.ws, T, s.q, s.qd, NULL, qdd, NULL, &none) == KEMPE_OK);
     CHECK(kempe_workspace_forward_derivatives(s.ws, T, s.q, s.qd, NULL, qdd, NULL, NULL) == KEMPE_E_ARGUMENT);
+    double udd = 0;
+    const kempe_workspace_derivatives closed = {.udd_u = &udd};
+    s.q[0] += 0.3;
+    CHECK(kempe_workspace_forward_derivatives(s.ws, T, s.q, s.qd, NULL, qdd, NULL, &closed) == KEMPE_E_FAILED);
+    CHECK(check_says(kempe_workspace_message(s.ws), "close the state first"));
+    CHECK(kempe_workspace_forward_derivatives(s.ws, T, s.q, s.qd, NULL, qdd, NULL, &none) == KEMPE_OK);
     kempe_workspace_free(other);
     scene_free(&s);
 }
