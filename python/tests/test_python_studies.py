@@ -218,7 +218,10 @@ def test_derivatives_at_a_state(four_bar):
         many = workspace.forward_derivatives([0, 0, 0], *states, threads=threads)
         ones = [workspace.forward_derivatives(0, *state) for state in zip(*states)]
         assert all(np.array_equal(a, np.array(b)) for a, b in zip(many, zip(*ones)))
-        assert np.array_equal(workspace.closed_derivatives(0, *states, threads=threads).udd_Q[0], closed.udd_Q)
+        rows = workspace.closed_derivatives(0, states[0][::2], states[1][::2], threads=threads)
+        assert rows.udd_Q.shape == (2, 1, 3) and np.array_equal(rows.udd_Q[0], closed.udd_Q)
+        with pytest.raises(kempe.FailedError, match="state 1: .* close the state first"):
+            workspace.closed_derivatives(0, *states, threads=threads)
     with pytest.raises(ValueError, match="q has 3 values"):
         workspace.forward_derivatives(0, q[:2], qd)
     with pytest.raises(kempe.ArgumentError, match="depends on the multiplier"):
