@@ -8,8 +8,10 @@
 - a number has at most nine digits that count, and none is -0,
 - in tables of coordinates, rounding is 0: no value is below 1e-12 of its size,
 - of the commands TIDY, a line has at most 100 characters, and no word of the implementation; outside of tables it does not end with
-  a number that has no unit, and at most three lines in a row differ only in digits.
+  a number that has no unit, and at most three lines in a row differ only in digits,
+- no text has more lines than text_lines.txt allows, the table of joint reactions and reasons for doubt apart.
 """
+import math
 import pathlib
 import re
 import subprocess
@@ -104,24 +106,50 @@ def faults(text, command):
     return found
 
 
+def allowed_lines():
+    """The most lines of each call that text_lines.txt has."""
+    rows = (ROOT / "tests/text_lines.txt").read_text().splitlines()[1:]
+    return {call: int(number) for number, call in (row.split(" ", 1) for row in rows)}
+
+
+def line_count(text):
+    """The lines of a text without the table of joint reactions, and without the reasons why a result is not trustworthy."""
+    paragraphs = re.split(r"\n\s*\n", text.rstrip("\n"))
+    if ": not trustworthy" in paragraphs[0]:
+        paragraphs[0] = paragraphs[0].split("\n")[0]
+    kept = [paragraph for paragraph in paragraphs if not paragraph.startswith("joint reactions")]
+    return sum(len(paragraph.split("\n")) for paragraph in kept) + len(kept) - 1
+
+
 class TextRules(unittest.TestCase):
     def test_examples(self):
+        allowed = allowed_lines()
         self.assertGreater(len(models()), 30)
+        self.assertGreater(len(allowed), 250)
         with tempfile.TemporaryDirectory() as folder:
             for model in models():
                 for command, options in WAYS.items():
                     done = subprocess.run([KEMPE, command, model, *options], capture_output=True, text=True, cwd=folder)
+                    call = " ".join([command, model.stem, *options])
                     if done.stdout:
-                        with self.subTest(f"{command} {model.stem}"):
+                        with self.subTest(call):
                             self.assertEqual(faults(done.stdout, command), [])
+                            self.assertLessEqual(line_count(done.stdout), allowed.get(call, math.inf))
 
     def test_further(self):
+        allowed = allowed_lines()
         with tempfile.TemporaryDirectory() as folder:
             for command, model, *options in FURTHER:
                 path = ROOT / "examples" / (model if "/" in model else f"{model}/{model}")
                 done = subprocess.run([KEMPE, command, f"{path}.yaml", *options], capture_output=True, text=True, cwd=folder)
-                with self.subTest(" ".join([command, model, *options])):
+                call = " ".join([command, model, *options])
+                with self.subTest(call):
                     self.assertEqual(faults(done.stdout, command) if done.stdout else done.stderr, [])
+                    self.assertLessEqual(line_count(done.stdout), allowed.get(call, math.inf))
+
+    def test_lines_are_counted(self):
+        self.assertEqual(line_count("m: complete\n\na\nb\n\njoint reactions\n A\n\nend\n"), 6)
+        self.assertEqual(line_count("m: not trustworthy\n  why\n\na\n"), 3)
 
     def test_faults_are_found(self):
         good = "m: complete, 0 to 1 s, 2 rows\n\nat t = 1 s\n       position\n  A         1.5  rad\n"
@@ -191,6 +219,7 @@ class TextsOfResults(unittest.TestCase):
         self.assertRegex(first[0][1], r"^  \d+ failed: parameter 'across' is not a number: .* \(first: instance \d+")
         self.assertEqual(first[1:], first[:1] * 2)
         self.assertIn("kempe simulate --from bars.kempe --instance ", told[2])
+        self.assertLessEqual(len(told[2].splitlines()), 7)  # the older text and its warning
         self.text(0, *study[:3], "crank=0.28:0.3", *study[4:])
 
     def test_files(self):
@@ -198,6 +227,10 @@ class TextsOfResults(unittest.TestCase):
         done = subprocess.run([KEMPE, "reduce", "tests/models/brick.mtx", *self.BRICK, "-o", self.folder / "brick.npz"], capture_output=True, text=True, cwd=ROOT)
         self.assertEqual(self.faults(done.stdout.replace(str(self.folder), ".")), [])
         self.assertRegex(done.stdout, r"brick\.npz: complete, 9 modes from 0\.38824 to 4\.51536 Hz, mass 24 kg\n")
+
+    def test_lines_are_counted(self):
+        self.assertEqual(line_count("m: complete\n\na\nb\n\njoint reactions\n A\n\nend\n"), 6)
+        self.assertEqual(line_count("m: not trustworthy\n  why\n\na\n"), 3)
 
     def test_faults_are_found(self):
         good = "m: complete, 3 instances\n"

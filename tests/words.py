@@ -79,7 +79,6 @@ ALLOWED = {
     "least relative pivot of the reduced mass": "a matrix that is factored: the word of the field",
     "user group solref": "attributes of MJCF",
     "a lane is an entry": "an assertion of the build",
-    "counting alone gives": "a count without the rank",
     "pivots of scaled J": "a line of --all",
     "after %d exchange": "a line of --all",
     "condition number of Jv": "a line of --all",
@@ -106,7 +105,14 @@ PLAIN = {  # pattern in pages and comments: the words instead
     r"\bfor want of\b": "because .. is missing",
     r"\b(go|goes|going|went) on\b(?! (a|an|the|four)\b)": "continue",
 }
+PUBLIC = {  # also in pages, messages, the comments of public headers and of the Python package
+    r"\b[Tt]he ones? (of|that|which|in|with|for|from)\b": "the noun again",
+    r"(?:^|(?<=[.?!] )|(?<=\| ))What\b(?! is the use)": "the noun that is meant",
+    r"\bvanish(es)? identically\b": "hold in every position",
+    r"(?:^|(?<=[.?!] ))So (is|are|does|do|has|have)\b": "the same is true of",
+}
 ANY_PLAIN = re.compile("|".join(PLAIN))
+ANY_PUBLIC = re.compile("|".join(PUBLIC))
 LISTS = re.compile(r"docs/(api/|commands|python_reference)")  # pages of members, options, methods, each with a noun
 # Sentences that may have such a phrase, by the words around it, and why.
 PLAIN_ALLOWED = {
@@ -271,13 +277,13 @@ def long_sentences(name, text):
             yield f"{name}: {len(words)} words: {' '.join(words)[:70]}.."
 
 
-def phrases(name, texts):
-    """The phrases of PLAIN in texts of one line each."""
+def phrases(name, texts, words=PLAIN, any_of=ANY_PLAIN):
+    """The phrases of PLAIN, or of PUBLIC, in texts of one line each."""
     for text in texts:
-        for pattern, instead in PLAIN.items() if ANY_PLAIN.search(text) else ():
+        for pattern, instead in words.items() if any_of.search(text) else ():
             for match in re.finditer(pattern, text):
                 around = text[max(0, match.start() - 40) : match.end() + 30]
-                if not any(words in around for words in PLAIN_ALLOWED):
+                if not any(allowed in around for allowed in PLAIN_ALLOWED):
                     yield f"{name}: '{match.group()}' in '{around}': {instead}"
 
 
@@ -363,6 +369,9 @@ def main(arguments):
     found += [f for path in sources(COMMENTED[:4] + ("python",)) if path.suffix != ".js"
               for f in phrases(path.relative_to(ROOT).as_posix(), comments(path.read_text()))]
     found += [f for path in scripts(("python",)) for f in phrases(path.relative_to(ROOT).as_posix(), python_comments(path.read_text()))]
+    said = [(page, lines(words_of(page))) for page in pages()] + [(path, messages(path.read_text())) for path in sources() if path.suffix != ".js"]
+    said += [(path, comments(path.read_text())) for path in sources(("include",))] + [(path, python_comments(path.read_text())) for path in scripts(("python",))]
+    found += [f for path, texts in said for f in phrases(path.relative_to(ROOT).as_posix(), texts, PUBLIC, ANY_PUBLIC)]
     found += [f for page in pages() if not LISTS.search(page.as_posix()) for f in fragments(page.relative_to(ROOT).as_posix(), words_of(page))]
     long = [f for page in pages() for f in long_sentences(page.relative_to(ROOT).as_posix(), words_of(page))]
     print(*found, *long, f"{len(found)} retired words and clauses, {len(long)} sentences above {LONGEST} words", sep="\n")

@@ -72,7 +72,7 @@ typedef struct kmp_limits {
 typedef struct kmp_diagnosis {
     bool ran;
     const char *why_not; /* reason of a skipped examination, a sentence */
-    int declared;        /* number of rows of all closures, including rows that vanish identically */
+    int declared;        /* number of rows of all closures, including rows that hold in every position */
     bool moved;          /* random configurations were reached */
     int generic_rank;    /* the largest rank found; the rank here if no random configuration was reached */
     double margin;       /* last kept pivot here over the largest at the random configurations */

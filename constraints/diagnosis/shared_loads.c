@@ -567,28 +567,57 @@ static kempe_status shared_between(kmp_evaluator *eval, const double t[2], const
     return KEMPE_OK;
 }
 
-static int put_load(kmp_text *text, const char *name, const bool *flags, int before)
+/* The components that are shared in joint k: bodies' joints (from 1), then closures; NULL for the ground and drives. */
+static const bool *shared_in(const kempe_model *model, const kmp_shared_loads *found, int k, const char **name)
+{
+    const int c = k - model->body_count;
+    if (k == 0 || (c >= 0 && kmp_closure_is_drive(&model->closures[c])))
+        return NULL;
+    *name = c < 0 ? model->bodies[k].joint : model->closures[c].name;
+    return c < 0 ? found->of_body[k] : found->of_closure[c];
+}
+
+static int count_of(const bool *flags)
 {
     int count = 0;
-    for (int i = 0; i < KMP_LOAD_SIZE; i++) {
-        if (!flags[i])
-            continue;
-        if (count++)
-            kmp_text_printf(text, ", %s", kmp_load_words[i]);
-        else
-            kmp_text_printf(text, "%s%s: %s", before ? "; " : "", name, kmp_load_words[i]);
-    }
+    for (int i = 0; flags && i < KMP_LOAD_SIZE; i++)
+        count += flags[i];
     return count;
 }
 
+static bool is_same(const bool *a, const bool *b)
+{
+    return a && b && memcmp(a, b, KMP_LOAD_SIZE * sizeof *a) == 0;
+}
+
+/* Joints with the same components are named together: "A, B: x, y; C: z". */
 int kmp_put_shared_loads(kmp_text *text, const kempe_model *model, const kmp_shared_loads *found)
 {
+    const int joints = model->body_count + model->closure_count;
     int count = 0;
-    for (int b = 1; b < model->body_count; b++)
-        count += put_load(text, model->bodies[b].joint, found->of_body[b], count);
-    for (int c = 0; c < model->closure_count; c++)
-        if (!kmp_closure_is_drive(&model->closures[c]))
-            count += put_load(text, model->closures[c].name, found->of_closure[c], count);
+    for (int k = 0; k < joints; k++) {
+        const char *name = NULL;
+        const bool *flags = shared_in(model, found, k, &name);
+        const int components = count_of(flags);
+        bool listed = components == 0;
+        for (int before = 0; before < k && !listed; before++)
+            listed = is_same(shared_in(model, found, before, &name), flags);
+        if (listed)
+            continue;
+        const char *between = count > 0 ? "; " : "";
+        for (int other = k; other < joints; other++)
+            if (is_same(shared_in(model, found, other, &name), flags)) {
+                kmp_text_printf(text, "%s%s", between, name);
+                between = ", ";
+                count += components;
+            }
+        between = ": ";
+        for (int i = 0; i < KMP_LOAD_SIZE; i++)
+            if (flags[i]) {
+                kmp_text_printf(text, "%s%s", between, kmp_load_words[i]);
+                between = ", ";
+            }
+    }
     return count;
 }
 

@@ -16,7 +16,7 @@ KEMPE_BEGIN
 /** NULL and 0 take the default. Lists of outputs of one value in m/s^2, as in kempe/output_handles.h. Without any list
  * they are the accelerations of points that the model requests: x along, y across, z vertical. */
 typedef struct kempe_comfort_options {
-    size_t size;              /* sizeof this struct; 0: the one of version 0.1 */
+    size_t size;              /* sizeof this struct; 0: its size in version 0.1 */
     const char *vertical;     /* weighted by Wb; Wz of vertical accelerations */
     const char *lateral;      /* Wd; Wz of lateral ones */
     const char *longitudinal; /* Wd */

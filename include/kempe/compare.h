@@ -13,7 +13,7 @@ typedef struct kempe_comparison kempe_comparison;
 
 /** Lists are comma-separated. NULL takes the standard values, and for a stiff model all implicit integrators. */
 typedef struct kempe_compare_options {
-    size_t size;       /* sizeof this struct; 0: the one of version 0.1 */
+    size_t size;       /* sizeof this struct; 0: its size in version 0.1 */
     const char *rtols; /* "1e-4,1e-6,.." */
     const char *formulations;
     const char *forms;

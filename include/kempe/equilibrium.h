@@ -18,7 +18,7 @@ KEMPE_BEGIN
 
 /** Options. Texts are comma-separated lists; NULL and 0: none. */
 typedef struct kempe_equilibrium_options {
-    size_t size;           /* sizeof this struct; 0: the one of version 0.1 */
+    size_t size;           /* sizeof this struct; 0: its size in version 0.1 */
     const char *rates;     /* "shaft=60 rpm": coordinates with constant rates; all others are at rest. NULL:
                             * rates of a steady motion follow from the start */
     const char *hold;      /* "slider=0.6": coordinates fixed at these values */

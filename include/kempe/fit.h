@@ -21,7 +21,7 @@ KEMPE_BEGIN
 
 /** Options; zeros and NULL mean defaults. */
 typedef struct kempe_fit_options {
-    size_t size;      /* sizeof this struct; 0: the one of version 0.1 */
+    size_t size;      /* sizeof this struct; 0: its size in version 0.1 */
     const char *data; /* CSV file: t, and columns as in the tables of a run, q.crank or position.b.P.x [mm]; cells may
                        * be empty */
     /* Separated by commas: NAME, NAME:LOW:HIGH or NAME=LOW:HIGH, NAME:LOW: or NAME::HIGH. Names as in
@@ -74,9 +74,9 @@ KEMPE_API kempe_status kempe_fit_print(const kempe_fit *fit, kempe_format format
 /** Tables, to be freed with kempe_table_free. KEMPE_E_ARGUMENT: another name.
  * "parameters": parameter, value, error, low, high, start, lower, upper, state: "", "lower", "upper" (at that bound),
  * "open" (not determined by the data); unit of these numbers, "": SI. "correlation": parameter, and a column for each
- * parameter. "columns": column, count, rms (of the residuals), deviation (the one of the weights), unit. "rows": t, and
- * for each column the fitted motion, COLUMN.measured, and COLUMN.residual, measured less fitted; with several data
- * files first `file`, its number. "first": those rows of the first file. */
+ * parameter. "columns": column, count, rms (of the residuals), deviation (of a measurement, which gives its weight),
+ * unit. "rows": t, and for each column the fitted motion, COLUMN.measured, and COLUMN.residual, measured less fitted;
+ * with several data files first `file`, its number. "first": those rows of the first file. */
 KEMPE_API kempe_status kempe_fit_table(const kempe_fit *fit, const char *name, kempe_table **table);
 
 /** Writes a self-contained HTML page: the mechanism moving with the estimates, the fitted motion with the data,

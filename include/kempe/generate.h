@@ -12,7 +12,7 @@ KEMPE_BEGIN
 
 /** Selection of the sets and of their form. NULL and 0 take the default. */
 typedef struct kempe_generate_options {
-    size_t size;           /* sizeof this struct; 0: the one of version 0.1 */
+    size_t size;           /* sizeof this struct; 0: its size in version 0.1 */
     const char *sets;      /* comma-separated: M_C, invdyn, h_J, jdqd (the default is all four), M, C, h, J, h_t. qdd:
                             * the accelerations without closure forces, in O(N). invdyn_q, invdyn_qd: derivatives of
                             * invdyn; tangents: these and M. R: invdyn less J' lambda; R_q: derivatives of R by q;
@@ -67,7 +67,7 @@ KEMPE_API kempe_status kempe_code_print(const kempe_code *code, kempe_format for
 /** Options of functional mock-up units: models as parts of other simulation programs, by the Functional Mock-up
  * Interface (docs/fmu.md). NULL and 0 take the default. */
 typedef struct kempe_fmu_options {
-    size_t size;           /* sizeof this struct; 0: the one of version 0.1 */
+    size_t size;           /* sizeof this struct; 0: its size in version 0.1 */
     int fmi;               /* version: 2 or 3 (default) */
     const char *kind;      /* me (model exchange), cs (co-simulation), me,cs (default: both) */
     int no_binary;         /* only sources, which importers can compile */

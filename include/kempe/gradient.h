@@ -27,7 +27,7 @@ KEMPE_BEGIN
 typedef struct kempe_gradient kempe_gradient;
 
 typedef struct kempe_gradient_options {
-    size_t size;            /* sizeof this struct; 0: the one of version 0.1 */
+    size_t size;            /* sizeof this struct; 0: its size in version 0.1 */
     const char *parameters; /* "crank,rocker": parameters of the model; NULL: none */
     const char *driven;     /* coordinates, comma-separated: one for each degree of freedom */
     const char *backend;    /* native | tape; NULL: the default */

@@ -23,7 +23,7 @@ KEMPE_BEGIN
 
 /** NULL and 0 take the defaults. */
 typedef struct kempe_inverse_options {
-    size_t size;           /* sizeof this struct; 0: the one of version 0.1 */
+    size_t size;           /* sizeof this struct; 0: its size in version 0.1 */
     const char *actuators; /* coordinates, comma-separated; NULL: driven by the model's drives */
     const char *weights;   /* NAME=W,..: weights of their generalized forces if there are more actuators than degrees of
                             * freedom; 1 if not given */

@@ -226,7 +226,7 @@ KEMPE_API kempe_status kempe_system_print(const kempe_system *system, kempe_view
 /** Options of a run. Names are as on the command line; NULL, or 0 for a number, takes the model's value where it has
  * one, or else the default. */
 typedef struct kempe_run_options {
-    size_t size; /* sizeof this struct; 0: the one of version 0.1 */
+    size_t size; /* sizeof this struct; 0: its size in version 0.1 */
     /* end of the run, s (default: 1) */
     double t_end;
     /* time between two rows of the result, s (default: t_end / 200) */
@@ -303,7 +303,7 @@ KEMPE_API int kempe_trajectory_row_count(const kempe_trajectory *trajectory);
 KEMPE_API double kempe_trajectory_time(const kempe_trajectory *trajectory, int row);
 
 /** One row of q, qd, qdd (n values) and lambda (row_count of the system), owned by the trajectory. Rows of a quantity
- * follow each other in memory: the one of row 0 begins a row-major matrix. */
+ * follow each other in memory: row 0 begins a row-major matrix. */
 KEMPE_API const double *kempe_trajectory_q(const kempe_trajectory *trajectory, int row);
 KEMPE_API const double *kempe_trajectory_qd(const kempe_trajectory *trajectory, int row);
 KEMPE_API const double *kempe_trajectory_qdd(const kempe_trajectory *trajectory, int row);

@@ -19,7 +19,7 @@ KEMPE_BEGIN
 
 /** NULL and 0: the default. */
 typedef struct kempe_kinematics_options {
-    size_t size;         /* sizeof this struct; 0: the one of version 0.1 */
+    size_t size;         /* sizeof this struct; 0: its size in version 0.1 */
     const char *sweep;   /* "NAME=A:B" or "NAME=A:B:N", comma-separated if several: they vary together, each evenly from
                           * its A to its B. NAME=A is fixed at A. NAME is a coordinate, a drive of the model, or t */
     const char *hold;    /* "NAME,..": coordinates fixed at their assembled values */

@@ -22,7 +22,7 @@ KEMPE_BEGIN
 
 /** NULL takes the default. Lists are comma-separated. */
 typedef struct kempe_linearize_options {
-    size_t size;    /* sizeof this struct; 0: the one of version 0.1 */
+    size_t size;    /* sizeof this struct; 0: its size in version 0.1 */
     const char *at; /* the state: equilibrium (default), start */
     const char
         *inputs; /* effort(JOINT), force(BODY.POINT.x), drive(DRIVE), names of inputs and parameters; default: none */

@@ -23,7 +23,7 @@ KEMPE_BEGIN
 
 /** Options; all may be zero. */
 typedef struct kempe_modes_options {
-    size_t size;    /* sizeof this struct; 0: the one of version 0.1 */
+    size_t size;    /* sizeof this struct; 0: its size in version 0.1 */
     const char *at; /* the state: equilibrium (default), found from the assembled start; start: the start itself, moving
                      * or not */
     const char *rates;       /* "NAME=V,..": rates at the equilibrium; one may be "NAME=A:B:N" and varies */

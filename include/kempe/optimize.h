@@ -19,7 +19,7 @@ KEMPE_BEGIN
 
 /** Options; zeros and NULL mean defaults. */
 typedef struct kempe_optimum_options {
-    size_t size;            /* sizeof this struct; 0: the one of version 0.1 */
+    size_t size;            /* sizeof this struct; 0: its size in version 0.1 */
     const char *minimize;   /* a quantity, as in kempe_ensemble_options: an expression at the end, max(..), rms(..) */
     const char *maximize;   /* instead */
     const char *limits;     /* QUANTITY < VALUE, or <=, >, >=, separated by commas; NULL: none */

@@ -12,7 +12,7 @@ KEMPE_BEGIN
 
 /** NULL and 0 take the default. */
 typedef struct kempe_reduce_options {
-    size_t size;            /* sizeof this struct; 0: the one of version 0.1 */
+    size_t size;            /* sizeof this struct; 0: its size in version 0.1 */
     const char *interfaces; /* comma-separated: names with the nodes that move as rigid bodies, "root=1,2,5-9", or the
                              * ranges of their places, "root=x=0,tip=x=0.5"; the first one is the origin of the body */
     int modes;         /* with all interfaces held, in addition to six static modes of each interface but the first */

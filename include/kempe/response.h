@@ -20,7 +20,7 @@ KEMPE_BEGIN
 
 /** NULL and 0 take the default. Lists as in kempe/linearize.h, here with at least one input. */
 typedef struct kempe_response_options {
-    size_t size;             /* sizeof this struct; 0: the one of version 0.1 */
+    size_t size;             /* sizeof this struct; 0: its size in version 0.1 */
     const char *at;          /* the state, which must be an equilibrium: equilibrium (default), start */
     const char *inputs;      /* effort(JOINT), force(BODY.POINT.x), drive(DRIVE), names of inputs and parameters */
     const char *outputs;     /* default: the model's */

@@ -19,7 +19,7 @@ KEMPE_BEGIN
 
 /** Options; zeros and NULL mean defaults. */
 typedef struct kempe_sensitivity_options {
-    size_t size;            /* sizeof this struct; 0: the one of version 0.1 */
+    size_t size;            /* sizeof this struct; 0: its size in version 0.1 */
     const char *of;         /* trajectory (default) */
     const char *parameters; /* names, comma-separated, start values among them as q.NAME and qd.NAME; NULL: all
                              * parameters that are plain numbers and may vary */

@@ -30,7 +30,7 @@ KEMPE_BEGIN
  * `law` "half-space" solves for the creep forces of steady rolling on such a grid (Kalker 1990). The pressures are then
  * from "half-space". */
 typedef struct kempe_contact_options {
-    size_t size;       /* sizeof this struct; 0: the one of version 0.1 */
+    size_t size;       /* sizeof this struct; 0: its size in version 0.1 */
     const char *sweep; /* "NAME=A:B:N" or "NAME=A:B", comma-separated if several: they vary together, each evenly from
                         * its A to its B. NAME=A is fixed at A. NAME is a parameter of the model or a coordinate, which
                         * is held at the value */

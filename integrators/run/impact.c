@@ -123,7 +123,7 @@ static void tell_impact(void *self, const kmp_impact_run *p, double t, double be
             kmp_text_printf(&names, "%s'%s' struck at %.4g %s", names.length ? ", " : "", force_of(run, e)->name,
                             0 - p->v[k], force_of(run, e)->touch.turns ? "rad/s" : "m/s");
     }
-    kmp_run_log_add(run->log, "impact", t, before, before + gain, "%s: the kinetic energy %s by %.4g J, from %.4g J",
+    kmp_run_log_add(run->log, "impact", t, before, before + gain, "%s: kinetic energy %s by %.4g of %.4g J",
                     names.s ? names.s : "impact", gain > 0 ? "grows" : "falls", fabs(gain), before);
     kmp_text_free(&names);
 }

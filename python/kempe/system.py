@@ -183,7 +183,7 @@ class System(Fixed):
 
     def workspace(self, friction: str | None = None) -> Workspace:
         """M, C, h, J, forward and inverse dynamics at given states. friction: "stick", "slip" or "none", what dry friction
-        that sticks in runs does here. With "stick" the accelerations are the ones of a run that starts at the state. None is
+        that sticks in runs does here. With "stick" the accelerations are as in a run that starts at the state. None is
         "slip", without a force at rest, and a warning if the model has such friction.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()

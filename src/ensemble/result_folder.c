@@ -22,7 +22,7 @@
 #define PART    "%s/part-%06d.parquet"
 #define HISTORY "%s/history/part-%06d.parquet"
 
-enum { LEAST_CHUNK = 256, MOST_CHUNK = 4096, USUAL_PARTS = 64 };
+enum { LEAST_CHUNK = 256, MOST_CHUNK = 4096, USUAL_PARTS = 64, LABEL = 10 };
 
 int kmp_folder_chunk(int instances)
 {
@@ -228,27 +228,24 @@ static const char *plural(long count)
     return count == 1 ? "" : "s";
 }
 
-/* The run of the manifest, with the time of the instances that were computed now. */
+/* The folder and its parts; the run of the manifest, with the time of the instances that were computed now. */
 static void put_run(kmp_text *text, const kempe_folder *f)
 {
     const kmp_batch_totals *t = &f->totals;
-    kmp_text_printf(text, "run       0 to %.6g s, rtol %g, atol %g", f->run.t_end, f->run.rtol, f->run.atol);
-    if (t->sums.count > 0)
-        kmp_text_printf(text, "; %.3g ms per instance, %.2g s on %d thread%s", 1e3 * t->cpu_s / (double)t->sums.count,
-                        f->wall_s, t->threads, plural(t->threads));
-    kmp_text_put(text, "\n");
-}
-
-static void put_parts(kmp_text *text, const kempe_folder *f)
-{
-    kmp_text_printf(text, "folder    %s: %d of %d part%s whole", f->path, f->whole, f->parts, plural(f->parts));
-    if (f->ran && f->totals.sums.count < f->instances)
-        kmp_text_printf(text, ", of %d instance%s in all", f->instances, plural(f->instances));
+    kmp_text line = {0};
+    kmp_text_printf(&line, "%s: %d of %d part%s whole", f->path, f->whole, f->parts, plural(f->parts));
+    if (f->ran && t->sums.count < f->instances)
+        kmp_text_printf(&line, ", of %d instance%s in all", f->instances, plural(f->instances));
     if (f->ran)
-        kmp_text_printf(text, ", %d of them made now", f->ran_parts);
+        kmp_text_printf(&line, ", %d of them made now", f->ran_parts);
     if (f->checked)
-        kmp_text_printf(text, ", %d damaged", f->damaged);
-    kmp_text_put(text, "\n");
+        kmp_text_printf(&line, ", %d damaged", f->damaged);
+    kmp_text_printf(&line, "; 0 to %.6g s, rtol %g, atol %g", f->run.t_end, f->run.rtol, f->run.atol);
+    if (t->sums.count > 0)
+        kmp_text_printf(&line, "; %.3g ms per instance, %.2g s on %d thread%s", 1e3 * t->cpu_s / (double)t->sums.count,
+                        f->wall_s, t->threads, plural(t->threads));
+    kmp_print_wrapped(text, "folder    ", LABEL, line.s ? line.s : "");
+    kmp_text_free_part(text, &line);
     if (f->history)
         kmp_text_printf(text, "history   of instances %s in %s/history\n", f->history, f->path);
 }
@@ -315,8 +312,6 @@ static void put_text(kmp_text *text, const void *result)
         kmp_print_wrapped(text, "  ", 4, said.s ? said.s : "");
         kmp_text_free_part(text, &said);
     }
-    kmp_text_put(text, "\n");
-    put_parts(text, f);
     if (f->ran && f->totals.sums.count > 0)
         kmp_instances_put_accuracy(text, "accuracy", &sums);
     put_run(text, f);

@@ -379,7 +379,7 @@ void kmp_print_states(kmp_text *text, const kempe_system *system, const double *
     const kempe_model *model = system->model;
     const int width = kmp_print_width(system, KMP_QUANTITY_STATE), first = kmp_model_coordinates(model);
     if (model->state_count > 0)
-        kmp_text_printf(text, "\n  %-*s  %12s%s\n", width, "", "state", qdd ? "          rate" : "");
+        kmp_text_printf(text, "  %-*s  %12s%s\n", width, "", "state", qdd ? "          rate" : "");
     for (int k = 0; k < model->state_count; k++) {
         kmp_text_printf(text, "  %-*s  %12.6g", width, model->states[k].name, qd[first + k] + 0.0);
         if (qdd)

@@ -242,7 +242,7 @@ class Graphs(Case):
         self.assertIn("loads that are not unique: reaction(hL).x, reaction(hL).y, reaction(hL).z, reaction(hR).x, ",
                       self.expect(0, "simulate", path).stderr)
         self.assertEqual(self.object(0, "check", path)["loads_not_unique"],
-                         "hL: x, y, z, my, mz; hR: x, y, z, my, mz")
+                         "hL, hR: x, y, z, my, mz")
         forces = self.object(0, "equilibrium", path)["reaction"]
         self.assertAlmostEqual(forces["hL"][2] + forces["hR"][2], 68.67, delta=1e-9)
 

@@ -150,7 +150,7 @@ static void a_planar_loop_with_spatial_closures(void)
     const kmp_diagnosis *d = &p.check->diagnosis;
     CHECK(p.check->part.p == 1 && p.system->m == 4 && d->declared == 6 && d->set_count == 2);
     says(&p, "4 equations in 2 closures (C, X), 2 of them independent");
-    says(&p, "counting alone gives 3 - 4 = -1: 2 equations are redundant in every position");
+    says(&p, "3 - 4 = -1 by counting: 2 equations are redundant in every position");
     dismiss(&p);
 }
 

@@ -77,11 +77,20 @@ static void show_points(kmp_text *text, const kempe_limit_cycles *c)
         }
 }
 
-/* The columns behind the multiplier: loads, then outputs, with their names, units and values. */
+/* A column of values: the head 'load.shaft, N m' and the factor of its unit. */
 typedef struct column {
     const char *before, *name, *unit;
     double factor;
 } column;
+
+/* The swept value. */
+static column first_column(const kempe_limit_cycles *c)
+{
+    const kmp_shown as = kmp_limit_cycles_shown(c);
+    return (column){"", c->name, as.unit, as.factor};
+}
+
+/* The columns behind the multiplier: loads, then outputs. */
 
 static column column_of(const kempe_limit_cycles *c, int k)
 {
@@ -94,14 +103,23 @@ static column column_of(const kempe_limit_cycles *c, int k)
 
 static int width_of(const column *of)
 {
-    int length = (int)(strlen(of->before) + strlen(of->name));
+    int length = (int)(strlen(of->before) + strlen(of->name) + (*of->unit ? strlen(", ") + strlen(of->unit) : 0));
     return length > CELL ? length : CELL;
+}
+
+static void put_head(kmp_text *text, const column *of)
+{
+    kmp_text head = {0};
+    kmp_text_printf(&head, "%s%s%s%s", of->before, of->name, *of->unit ? ", " : "", of->unit);
+    kmp_text_printf(text, "  %*s", width_of(of), head.s ? head.s : "");
+    kmp_text_free_part(text, &head);
 }
 
 /* As many of them as a line has room for, and one at least. */
 static int shown_columns(const kempe_limit_cycles *c)
 {
-    int room = KMP_PRINT_LINE - 62;
+    const column first = first_column(c);
+    int room = KMP_PRINT_LINE - 48 - width_of(&first);
     for (int k = 0; k < c->held + c->outputs; k++) {
         const column of = column_of(c, k);
         room -= 2 + width_of(&of);
@@ -114,8 +132,9 @@ static int shown_columns(const kempe_limit_cycles *c)
 static void show_cycle(kmp_text *text, const kempe_limit_cycles *c, const kmp_cycle *x, int columns)
 {
     bool hopf = x->word == KMP_CYCLE_HOPF;
-    kmp_print_cells(text, "  %-9s  %12.6g  %12.6g  %-9s", kmp_cycle_text(x),
-                    kmp_limit_cycles_shown(c).factor * x->value, x->period, hopf ? "" : kmp_cycle_stability_text(x));
+    const column first = first_column(c);
+    kmp_print_cells(text, "  %-9s  %*.6g  %12.6g  %-9s", kmp_cycle_text(x), width_of(&first), first.factor * x->value,
+                    x->period, hopf ? "" : kmp_cycle_stability_text(x));
     if (hopf)
         kmp_text_printf(text, "  %10s", "");
     else
@@ -145,16 +164,13 @@ static void show_branch(kmp_text *text, const kempe_limit_cycles *c, int branch,
     kmp_text_put(text, "\n");
     kmp_print_wrapped(text, "", INDENT, head.s ? head.s : "");
     kmp_text_free_part(text, &head);
-    kmp_text_printf(text, "  %-9s  %12s  %12s  %-9s  %10s", "", c->name, "period", "stability", "multiplier");
+    const column first = first_column(c);
+    kmp_text_printf(text, "  %-9s", "");
+    put_head(text, &first);
+    kmp_text_printf(text, "  %12s  %-9s  %10s", "period, s", "stability", "multiplier");
     for (int k = 0; k < columns; k++) {
         const column of = column_of(c, k);
-        kmp_text_printf(text, "  %*s%s%s", width_of(&of) - (int)(strlen(of.before) + strlen(of.name)), "", of.before,
-                        of.name);
-    }
-    kmp_text_printf(text, "\n  %-9s  %12s  %12s  %-9s  %10s", "", kmp_limit_cycles_shown(c).unit, "s", "", "");
-    for (int k = 0; k < columns; k++) {
-        const column of = column_of(c, k);
-        kmp_text_printf(text, "  %*s", width_of(&of), of.unit);
+        put_head(text, &of);
     }
     kmp_text_put(text, "\n");
     for (int k = 0; k < b->count; k++)

@@ -345,7 +345,7 @@ kempe_status kempe_linearization_write(const kempe_linearization *l, const char 
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-enum { MOST_ROWS = 24, INDENT = 4, CELL = 32 };
+enum { MOST_ROWS = 24, MOST_NAMES = 24, MOST_FIRST = 8, INDENT = 4, CELL = 32 };
 
 static const char *state_sentence(const kmp_channels *c)
 {
@@ -355,15 +355,19 @@ static const char *state_sentence(const kmp_channels *c)
                               : "at the start, which is not an equilibrium";
 }
 
-static void list(kmp_text *text, const char *what, const char *symbol, const kmp_names *names)
+/* Names with their units: the `whole` list, or the first ones of many. */
+static void list(kmp_text *text, const char *what, const char *symbol, const kmp_names *names, bool whole)
 {
+    const int shown = whole || names->count <= MOST_NAMES ? names->count : MOST_FIRST;
     kmp_text first = {0}, all = {0};
     if (names->count == 0)
         return;
     kmp_text_printf(&first, "  %d %s%s %s: ", names->count, what, names->count == 1 ? "" : "s", symbol);
-    for (int k = 0; k < names->count; k++)
+    for (int k = 0; k < shown; k++)
         kmp_text_printf(&all, "%s%s%s%s%s", k ? ", " : "", names->name[k], names->unit[k][0] ? " [" : "",
                         names->unit[k], names->unit[k][0] ? "]" : "");
+    if (shown < names->count)
+        kmp_text_put(&all, ", ..");
     kmp_print_wrapped(text, first.s ? first.s : "", INDENT, all.s ? all.s : "");
     kmp_text_free_part(text, &first);
     kmp_text_free_part(text, &all);
@@ -488,7 +492,9 @@ static double largest_of(const kempe_linearization *l)
 /* The independent coordinates suffice for a reader: the others are details. */
 static void show_matrices(kmp_text *text, const kempe_linearization *l, bool all)
 {
-    bool whole = true;
+    bool whole = all || l->channels.states.count <= MOST_NAMES;
+    if (!all && l->channels.states.count == 0)
+        return;
     for (int first = 0, next; first < (all ? KMP_MATRICES : (int)KEMPE_MATRIX_N); first = next) {
         for (next = first + 1; next < KMP_MATRICES && !*matrix_row(l, next).equation;)
             next++;
@@ -496,7 +502,7 @@ static void show_matrices(kmp_text *text, const kempe_linearization *l, bool all
     }
     if (!all)
         kmp_text_printf(text, "\nMore (%sN and Nd of all coordinates): --all, -o FILE.npz, --json\n",
-                        whole ? "" : "large matrices, ");
+                        whole ? "" : "all names, large matrices, ");
 }
 
 static void show_parts(kmp_text *text, const kempe_linearization *l, bool all)
@@ -504,8 +510,11 @@ static void show_parts(kmp_text *text, const kempe_linearization *l, bool all)
     const kmp_channels *c = &l->channels;
     kmp_text title = {0};
     kmp_print_title(&title, c->system->model, kmp_outcome_of(c->status));
-    kmp_text_printf(&title, "state-space model %s%s", state_sentence(c),
-                    kmp_model_has_time(c->system->model) ? " (t = 0)" : "");
+    if (c->states.count > 0)
+        kmp_text_printf(&title, "state-space model %s%s", state_sentence(c),
+                        kmp_model_has_time(c->system->model) ? " (t = 0)" : "");
+    else
+        kmp_text_put(&title, "no states: the mechanism has no degree of freedom");
     kmp_print_answer(text, &title, kmp_outcome_of(c->status), c->warnings, "", NULL);
     if (!c->rests && !c->goes_on)
         kmp_text_put(text, "  It is valid only near this state, for a short time\n");
@@ -516,9 +525,9 @@ static void show_parts(kmp_text *text, const kempe_linearization *l, bool all)
                                             : "neutral");
     kmp_averaged_put(text, "  tracks: ", c->averaged);
     kmp_print_held(text, "  held: ", c->system, c->at->qd);
-    list(text, "state", "x", &c->states);
-    list(text, "input", "w", &c->loads);
-    list(text, "output", "y", &c->outputs);
+    list(text, "state", "x", &c->states, all);
+    list(text, "input", "w", &c->loads, all);
+    list(text, "output", "y", &c->outputs, all);
     for (int k = 0; k < l->delays.count; k++) {
         kmp_shown as = kmp_shown_as(c->system->context, "s");
         kmp_text_printf(text, "  input %s is the output of that name %.6g %s before\n", l->delays.name[k],

@@ -13,7 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_MOVERS = 4, MOST_RANGES = 6, INDENT = 4 };
+enum { MOST_MOVERS = 4, MOST_RANGES = 6, MOST_NAMES = 12, INDENT = 4 };
 
 /* The least participation that is printed, and the least share of a coordinate that is printed for a zero. */
 #define LEAST_SHARE 0.02
@@ -254,29 +254,11 @@ static void show_remarks(kmp_text *text, const kempe_modes *m, bool coupled)
     }
 }
 
-/* Modes without stiffness, whose eigenvalues are 0. */
-static void show_free(kmp_text *text, const kempe_modes *m)
-{
-    const kmp_spectrum *s = &m->modes.spectrum;
-    kmp_text line = {0};
-    if (s->still == 0)
-        return;
-    for (int c = 0; c < s->still; c++) {
-        kmp_text_put(&line, c ? "; " : "");
-        kmp_modes_put_along(&line, m, c);
-    }
-    if (s->zeros > s->still)
-        kmp_text_printf(&line, "; at a constant rate: %d of %d", s->zeros - s->still, s->still);
-    kmp_print_wrapped(text, "  Free motion ", INDENT, line.s ? line.s : "");
-    kmp_text_free_part(text, &line);
-}
-
 static void show_modes(kmp_text *text, const kempe_modes *m, bool all)
 {
     const kmp_spectrum *s = &m->modes.spectrum;
     int number = s->still;
     bool coupled = false;
-    show_free(text, m);
     if (s->count > s->zeros)
         kmp_text_printf(text, "\n  %4s  %13s  %13s  %14s", "mode", "frequency, Hz", "damping ratio", "decay by e, s");
     if (s->count > s->zeros && all)
@@ -342,17 +324,20 @@ static void show_locus(kmp_text *text, const kempe_modes *m)
     kmp_text_free_part(text, &line);
 }
 
-/* The independent coordinates, or the states among them. */
-static void list_coordinates(kmp_text *text, const kempe_modes *m, bool states)
+/* The independent coordinates, or the states among them: at most `most`. */
+static void list_coordinates(kmp_text *text, const kempe_modes *m, bool states, int most)
 {
-    const char *between = "";
+    int listed = 0;
     for (int k = 0; k < m->modes.moving; k++) {
         int i = m->modes.u[k];
         if ((kmp_state_of(m->system->model, i) != NULL) != states)
             continue;
-        kmp_text_printf(text, "%s%s", between, kmp_name_of_coordinate(m->system, i));
-        between = ", ";
+        if (listed < most)
+            kmp_text_printf(text, "%s%s", listed > 0 ? ", " : "", kmp_name_of_coordinate(m->system, i));
+        listed++;
     }
+    if (listed > most)
+        kmp_text_printf(text, " and %d more", listed - most);
 }
 
 static bool is_swept(const kempe_modes *m)
@@ -396,27 +381,46 @@ static void show_title(kmp_text *text, const kempe_modes *m)
     kmp_print_answer(text, &title, kmp_outcome_of(m->status), m->warnings, "  Stopped: ", m->reason);
 }
 
-/* The coordinates, rates and states that modes are about. */
-static void show_state(kmp_text *text, const kempe_modes *m)
+/* Constant rates, and motions without stiffness, whose eigenvalues are 0. */
+static void show_steady(kmp_text *text, const kempe_modes *m)
 {
+    const kmp_spectrum *s = &m->modes.spectrum;
+    const int still = m->modes.count > 0 ? s->still : 0;
+    const bool steady = m->family->rate_count > 0;
+    kmp_text line = {0};
+    if (steady)
+        kmp_steady_list(&line, m->system->model, m->family->rate_count, m->family->rates, m->qd);
+    if (steady && still > 0)
+        kmp_text_put(&line, "; free motion ");
+    for (int c = 0; c < still; c++) {
+        kmp_text_put(&line, c ? "; " : "");
+        kmp_modes_put_along(&line, m, c);
+    }
+    if (still > 0 && s->zeros > still)
+        kmp_text_printf(&line, "; at a constant rate: %d of %d", s->zeros - still, still);
+    if (line.length > 0)
+        kmp_print_wrapped(text, steady ? "  Constant rates: " : "  Free motion ", INDENT, line.s ? line.s : "");
+    kmp_text_free_part(text, &line);
+}
+
+/* The coordinates, rates and states that modes are about. */
+static void show_state(kmp_text *text, const kempe_modes *m, bool all)
+{
+    const int most = all ? m->modes.moving : MOST_NAMES;
     int freedoms = 0, states = 0;
     kmp_text line = {0};
     for (int k = 0; k < m->modes.moving; k++)
         *(kmp_state_of(m->system->model, m->modes.u[k]) ? &states : &freedoms) += 1;
     kmp_text_printf(&line, "%d degree%s of freedom%s", freedoms, freedoms == 1 ? "" : "s",
                     m->modes.moving > 0 ? ": " : "");
-    list_coordinates(&line, m, false);
+    list_coordinates(&line, m, false, most);
     if (states > 0) {
         kmp_text_put(&line, "; states: ");
-        list_coordinates(&line, m, true);
+        list_coordinates(&line, m, true, most);
     }
     kmp_print_wrapped(text, "  ", INDENT, line.s ? line.s : "");
-    kmp_text_free(&line);
-    if (m->family->rate_count > 0) {
-        kmp_steady_list(&line, m->system->model, m->family->rate_count, m->family->rates, m->qd);
-        kmp_print_wrapped(text, "  Constant rates: ", INDENT, line.s ? line.s : "");
-        kmp_text_free(&line);
-    }
+    kmp_text_free_part(text, &line);
+    show_steady(text, m);
     kmp_print_flexible(text, m->system->model, "  Flexible ");
     kmp_averaged_put(text, "  Tracks: ", m->averaged);
     kmp_print_held(text, "  Held: ", m->system, m->qd);
@@ -436,7 +440,7 @@ static void show_parts(kmp_text *text, const kempe_modes *m, bool all)
         kmp_print_wrapped(text, "", INDENT, answer.s ? answer.s : "");
         kmp_text_free_part(text, &answer);
     }
-    show_state(text, m);
+    show_state(text, m, all);
     if (m->modes.count > 0)
         show_modes(text, m, all);
     if (m->modes.count > 0 && !all)

@@ -341,7 +341,7 @@ static void add_mimic(graph *g, joint *j, int k)
         return;
     if (!leader || kinds[leader->kind].axes <= axis || kinds[j->kind].axes <= k || leader->kind == GEARBOX) {
         kmp_import_complain(im, mimic->place, "the joint", kmp_element_text(mimic, "joint"),
-                            "and the one that mimics it need these axes each");
+                            "and the joint that mimics it need these axes each");
         return;
     }
     double multiplier = kmp_import_read_number(im, mimic, "multiplier", 1);

@@ -229,7 +229,7 @@ static void add_mimic(const robot *r, const joint *j)
         return;
     if (!other || !is_single(other) || !is_single(j)) {
         kmp_import_complain(im, mimic->place, "the joint", name,
-                            other ? "and the one that mimics it need one coordinate each" : "does not exist");
+                            other ? "and the joint that mimics it need one coordinate each" : "does not exist");
         return;
     }
     const char *const joints[2] = {j->name, other->name};

@@ -115,7 +115,7 @@ static void check_mobility(kmp_text *text, const kempe_check *check)
     kmp_text_put(text, "");
     if (all == 0)
         return;
-    kmp_text_printf(text, "counting alone gives %d - %d = %d: ", part->n, part->m, part->n - part->m);
+    kmp_text_printf(text, "%d - %d = %d by counting: ", part->n, part->m, part->n - part->m);
     if (!check->diagnosis.moved) {
         kmp_text_printf(text, "%d equation%s %s redundant", all, ending(all), is_or_are(all));
         return;

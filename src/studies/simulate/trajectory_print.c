@@ -347,9 +347,9 @@ static void show_log(kmp_text *text, const kmp_run_log *log)
         if (before)
             continue;
         kmp_text line = {0};
-        kmp_text_printf(&line, "t = %.9g s: %s", entry->t, entry->text);
+        kmp_text_printf(&line, "t = %.6g s: %s", entry->t, entry->text);
         if (count > 1)
-            kmp_text_printf(&line, "; %d times like this, the last one at t = %.9g s", count, last->t);
+            kmp_text_printf(&line, "; %d such events, the last at t = %.6g s", count, last->t);
         kmp_print_wrapped(text, label, TEXT_COLUMN + 2, line.s ? line.s : "");
         kmp_text_free_part(text, &line);
         label = "          ";
