@@ -6,7 +6,7 @@
  * inside the workspace. */
 #define Py_LIMITED_API 0x030b0000
 #include <Python.h>
-#include <kempe/workspace.h>
+#include <kempe/derivatives.h>
 #include <stdbool.h>
 #include <string.h>
 
@@ -172,15 +172,18 @@ static PyObject *forward_derivatives(PyObject *module, PyObject *const *argument
         return NULL;
     kempe_status status = KEMPE_OK;
     const Py_ssize_t n = call.n, m = call.m, p = kempe_workspace_independent_count(call.workspace);
+    const Py_ssize_t names = kempe_workspace_name_count(call.workspace);
     const double *q = doubles(&call, n, 0), *qd = doubles(&call, n, 0), *Q = doubles(&call, n, 0);
-    double *all = doubles(&call, n + m + 3 * n * (n + m), PyBUF_WRITABLE);
-    double *closed = doubles(&call, n + m + 2 * p * p + 3 * n * p, PyBUF_WRITABLE);
+    double *all = doubles(&call, n + m + (3 * n + names) * (n + m), PyBUF_WRITABLE);
+    double *closed = doubles(&call, n + m + 2 * p * p + 3 * n * p + names * (p + 2 * n), PyBUF_WRITABLE);
     double **answer = all ? &all : &closed, *qdd = part(answer, n), *lam = part(answer, m);
     kempe_workspace_derivatives out;
     out.qdd_q = part(&all, n * n), out.qdd_qd = part(&all, n * n), out.qdd_Q = part(&all, n * n);
     out.lambda_q = part(&all, m * n), out.lambda_qd = part(&all, m * n), out.lambda_Q = part(&all, m * n);
+    out.qdd_p = part(&all, n * names), out.lambda_p = part(&all, m * names);
     out.udd_u = part(&closed, p * p), out.udd_ud = part(&closed, p * p), out.udd_Q = part(&closed, p * n);
     out.q_u = part(&closed, n * p), out.qd_u = part(&closed, n * p);
+    out.udd_p = part(&closed, p * names), out.q_p = part(&closed, n * names), out.qd_p = part(&closed, n * names);
     if (begins(&call)) {
         Py_BEGIN_ALLOW_THREADS status =
             kempe_workspace_forward_derivatives(call.workspace, call.t, q, qd, Q, qdd, lam, &out);

@@ -3,6 +3,7 @@
  * without Python between them. generate_bindings.py reads the declarations. */
 #pragma once
 
+#include <kempe/derivatives.h>
 #include <kempe/workspace.h>
 
 /** The state that a guarded computation restores at its end. */
@@ -45,6 +46,7 @@ typedef struct python_states {
     double *qdd_q, *qdd_qd, *qdd_Q;            /* kempe_workspace_derivatives */
     double *lambda_q, *lambda_qd, *lambda_Q;
     double *udd_u, *udd_ud, *udd_Q, *q_u, *qd_u;
+    double *qdd_p, *lambda_p, *udd_p, *q_p, *qd_p;
     int failed; /* the first state that failed; -1: none */
 } python_states;
 

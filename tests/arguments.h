@@ -29,6 +29,7 @@
 #include <kempe/stepper.h>
 #include <kempe/table.h>
 #include <kempe/vehicle.h>
+#include <kempe/derivatives.h>
 #include <kempe/workspace.h>
 #include <limits.h>
 #include <stdio.h>
@@ -170,6 +171,7 @@ ZERO(kempe_setting)
 ZERO(kempe_touch)
 ZERO(kempe_workspace_rows)
 ZERO(kempe_workspace_derivatives)
+ZERO(kempe_inverse_derivatives)
 ZERO(kempe_ellipse)
 ZERO(kempe_kalker)
 ZERO(kempe_creep)

@@ -13,7 +13,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 # Arguments that may be NULL beside structs of options, and those that only NULL may be given to.
 OPTIONAL = {"kempe_system_new_with_algorithm.dynamics", "kempe_model_new.name", "kempe_workspace_evaluate.qd", "kempe_workspace_evaluate_states.qd", "kempe_workspace_evaluate_states.failed", "kempe_workspace_forward_states.Q",
             "kempe_workspace_forward_states.lambda", "kempe_workspace_forward_states.failed", "kempe_workspace_forward_derivatives.Q", "kempe_workspace_forward_derivatives.lambda",
-            "kempe_workspace_derivative_states.Q", "kempe_workspace_derivative_states.lambda", "kempe_workspace_derivative_states.failed", "kempe_stepper_set_state.qd", "kempe_stepper_set_state.moved", "kempe_stepper_set_parameters.moved", "kempe_outputs_at_state.qd", "kempe_outputs_at_state.qdd", "kempe_outputs_at_state.lambda", "kempe_outputs_jacobian.qd", "kempe_outputs_jacobian.jdqd",
+            "kempe_workspace_derivative_states.Q", "kempe_workspace_add_derivatives.names", "kempe_workspace_derivative_states.lambda", "kempe_workspace_derivative_states.failed", "kempe_stepper_set_state.qd", "kempe_stepper_set_state.moved", "kempe_stepper_set_parameters.moved", "kempe_outputs_at_state.qd", "kempe_outputs_at_state.qdd", "kempe_outputs_at_state.lambda", "kempe_outputs_jacobian.qd", "kempe_outputs_jacobian.jdqd",
             "kempe_outputs_choose.independent", "kempe_outputs_closed_jacobian.qd", "kempe_outputs_closed_jacobian.drift", "kempe_workspace_forward_dynamics.Q",
             "kempe_workspace_forward_dynamics.lambda", "kempe_workspace_close.qd", "kempe_workspace_close.hold", "kempe_gradient_eval.rates",
             "kempe_gradient_eval.accelerations", "kempe_gradient_eval.driven", "kempe_gradient_set.values",
@@ -21,7 +21,7 @@ OPTIONAL = {"kempe_system_new_with_algorithm.dynamics", "kempe_model_new.name", 
             "kempe_values_new.rows", "kempe_ensemble_run_rows.rows", "kempe_context_set_cache.folder", "kempe_context_set_base.base", "kempe_context_set_left_out.names"}
 OPTIONS = ("_options",)
 # Sizes of the caller's arrays, which cannot be checked: only negative ones are wrong.
-SIZES = {"kempe_workspace_evaluate_states.count", "kempe_workspace_forward_states.count", "kempe_workspace_derivative_states.count", "kempe_contact_conicity.count"}
+SIZES = {"kempe_workspace_evaluate_states.count", "kempe_workspace_forward_states.count", "kempe_workspace_derivative_states.count", "kempe_workspace_add_derivatives.count", "kempe_contact_conicity.count"}
 # Calls that do all that they do by default, with objects on which that is short.
 SHORT = {"kempe_comparison_new.run": ("some_kempe_system(0)", "some_oscillating_system(0)")}
 WRONG = ["-1", "1 << 30", "INT_MAX", "INT_MIN"]

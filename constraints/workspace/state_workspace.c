@@ -99,6 +99,11 @@ kempe_status kmp_workspace_take_friction(kempe_workspace *ws, kmp_workspace_fric
     return KEMPE_OK;
 }
 
+KMP_GETTER(int kempe_workspace_independent_count(const kempe_workspace *workspace), workspace,
+           workspace->chosen ? workspace->part.p : 0, 0)
+KMP_GETTER(const int *kempe_workspace_independent(const kempe_workspace *workspace), workspace,
+           workspace->chosen ? workspace->part.u : NULL, NULL)
+
 kmp_present_inputs *kmp_workspace_inputs(kempe_workspace *ws)
 {
     return &ws->eval->inputs;
@@ -127,7 +132,8 @@ void kempe_workspace_free(kempe_workspace *ws)
     if (ws->friction.self)
         ws->friction.free(ws->friction.self);
     kmp_stage_lanes_free(&ws->many.stages);
-    kmp_tangents_free(&ws->derivatives.tangents);
+    if (ws->derivatives.self)
+        ws->derivatives.free(ws->derivatives.self);
     kmp_arena_free(&ws->arena);
     kmp_reduction_free(&ws->red);
     kmp_partition_free(&ws->part);

@@ -6,7 +6,6 @@
 #include "constraints/closing/least_change.h"
 #include "constraints/closing/saddle.h"
 #include "constraints/evaluation/stage_lanes.h"
-#include "constraints/evaluation/tangent.h"
 #include "constraints/partition/reduction.h"
 #include <kempe/workspace.h>
 
@@ -19,14 +18,11 @@ typedef struct kmp_state_lanes {
     double *values;         /* outputs lane by lane */
 } kmp_state_lanes;
 
-/* Derivatives of the equations, and work space (state_derivatives.c). */
-typedef struct kmp_state_derivatives {
-    bool made;
-    kmp_tangents tangents;
-    double *unit, *force, *curve; /* n, n, m: a direction, and the changes of M qdd + C - J' lambda and J qdd + jdqd */
-    double *x, *a;                /* n, m: changes of qdd and lambda */
-    double *room;                 /* KMP_FOLLOW_ROOM */
-} kmp_state_derivatives;
+/* An object that a wing adds to a workspace: derivatives (src/analyses/derivatives/state_derivatives.c). */
+typedef struct kmp_workspace_part {
+    void *self; /* NULL: there is none */
+    void (*free)(void *self);
+} kmp_workspace_part;
 
 /* Modes of friction at each state (integrators/run/friction_workspace.c). */
 typedef struct kmp_workspace_friction {
@@ -58,7 +54,7 @@ struct kempe_workspace {
     int *closure_rows, closure_count;          /* m; rows that belong to no friction and no contact */
     kmp_workspace_friction friction;
     kmp_state_lanes many;
-    kmp_state_derivatives derivatives;
+    kmp_workspace_part derivatives;
     bool visits; /* states of one call: the message of an earlier one stays */
     char message[400];
 };

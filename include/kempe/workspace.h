@@ -113,42 +113,6 @@ KEMPE_API kempe_status kempe_workspace_forward_states(kempe_workspace *workspace
 KEMPE_API int kempe_workspace_independent_count(const kempe_workspace *workspace);
 KEMPE_API const int *kempe_workspace_independent(const kempe_workspace *workspace);
 
-/** Places for derivatives, column-major; NULL: not required. p is the number of independent coordinates.
- *
- * In all coordinates, as functions of q, qd and Q that need not close the loops: from M qdd + C = Q + J' lambda and
- * J qdd + jdqd = 0 by the implicit-function theorem.
- *
- * Along motions that keep the loops closed: the independent accelerations udd by u, by their rates ud and by Q. All
- * coordinates change by dq = q_u du and dqd = q_u dud + qd_u du (Wehage and Haug, J. Mech. Des. 104, 1982). */
-typedef struct kempe_workspace_derivatives {
-    double *qdd_q, *qdd_qd, *qdd_Q;          /* n x n */
-    double *lambda_q, *lambda_qd, *lambda_Q; /* m x n; rows of redundant constraint equations are zero */
-    double *udd_u, *udd_ud, *udd_Q;          /* p x p, p x p, p x n */
-    double *q_u, *qd_u;                      /* n x p */
-} kempe_workspace_derivatives;
-
-/** Prepares kempe_workspace_forward_derivatives: derives the derivatives of the equations, or reads them from the
- * cache. In the thread that made the system. A second call does nothing. KEMPE_E_ARGUMENT, with the reason in the
- * message: the model has contacts, or forces that depend on multipliers. KEMPE_E_MEMORY. */
-KEMPE_API kempe_status kempe_workspace_add_derivatives(kempe_workspace *workspace);
-
-/** Accelerations qdd (n), multipliers lambda (m; NULL: not required) and their exact derivatives, for constant inputs
- * and the present conditions of the model; a user-defined force is differentiated by differences. After
- * kempe_workspace_add_derivatives; no allocation. KEMPE_E_ARGUMENT: not prepared. KEMPE_E_FAILED, with the reason: as
- * kempe_workspace_forward_dynamics; derivatives by u are requested where u does not describe the motion,
- * or where the loops are open. */
-KEMPE_API kempe_status kempe_workspace_forward_derivatives(kempe_workspace *workspace, double t, const double *q,
-                                                           const double *qd, const double *Q, double *qdd,
-                                                           double *lambda, const kempe_workspace_derivatives *out);
-
-/** The same at `count` states, with rows of the sizes above for each state; arguments as in
- * kempe_workspace_forward_states. Ends at the first state that fails, with its status. *failed (may be NULL): that
- * state; -1: none. */
-KEMPE_API kempe_status kempe_workspace_derivative_states(kempe_workspace *workspace, int count, const double *t,
-                                                         int t_step, const double *q, const double *qd, const double *Q,
-                                                         double *qdd, double *lambda,
-                                                         const kempe_workspace_derivatives *rows, int *failed);
-
 /** Closes the loops at t: changes q, and then qd (NULL: not required), as little as possible. Coordinates with hold[i]
  * not 0 (n; NULL: none) keep q and qd. KEMPE_E_FAILED, q and qd untouched: the loops cannot be closed from here. */
 KEMPE_API kempe_status kempe_workspace_close(kempe_workspace *workspace, double t, double *q, double *qd,

@@ -55,7 +55,7 @@ from .stepper import SavedState, State, Stepper
 from .system import System
 from .table import FrozenTable, Table
 from .trajectory import Trajectory
-from .workspace import Accelerations, ClosedDerivatives, Derivatives, Equations, Workspace
+from .workspace import Accelerations, ClosedDerivatives, Derivatives, Equations, InverseDerivatives, Workspace
 
 __version__: str = _ffi.string(_lib.kempe_version()).decode()
 
@@ -90,6 +90,7 @@ __all__ = [
     "InputError",
     "Interrupted",
     "Inverse",
+    "InverseDerivatives",
     "KempeWarning",
     "Kinematics",
     "LimitCycles",

@@ -57,12 +57,14 @@ class Derivatives(NamedTuple):
     lam_q: Array  # m x n
     lam_qd: Array
     lam_Q: Array
+    qdd_p: Array  # n x k: by k named inputs and parameters
+    lam_p: Array  # m x k
 
 
 class ClosedDerivatives(NamedTuple):
     """Accelerations and multipliers at a state, and derivatives along motions that keep the loops closed: of the p
-    accelerations of the independent coordinates by these, their rates and generalized forces. All coordinates change by
-    q_u du, and their rates by q_u dud + qd_u du."""
+    accelerations of the independent coordinates by these, their rates, generalized forces, and k named inputs and
+    parameters. All coordinates change by q_u du + q_p dp, and their rates by q_u dud + qd_u du + qd_p dp."""
 
     qdd: Array
     lam: Array
@@ -71,6 +73,20 @@ class ClosedDerivatives(NamedTuple):
     udd_Q: Array  # p x n
     q_u: Array  # n x p
     qd_u: Array
+    udd_p: Array  # p x k
+    q_p: Array  # n x k
+    qd_p: Array
+
+
+class InverseDerivatives(NamedTuple):
+    """Generalized forces of inverse dynamics at a state, and their derivatives: Q_qdd is M; Q_p by k named inputs and
+    parameters."""
+
+    Q: Array
+    Q_q: Array  # n x n
+    Q_qd: Array
+    Q_qdd: Array
+    Q_p: Array  # n x k
 
 
 _Places = tuple[int, tuple[str, ...], list[tuple[int, int, tuple[int, int]]]]
@@ -101,7 +117,8 @@ class Workspace(Owned):
     def _made(self) -> None:
         self._inputs: dict[str, tuple[float, ...]] = {}
         self._others: list[Workspace] = []  # of further threads
-        self._places: tuple[_Places, ...] = ()  # of derivatives, once they are prepared
+        self._places: tuple[_Places, ...] = ()  # of derivatives, once they are prepared,
+        self._by: tuple[str, ...] | None = None  # and the inputs and parameters by which they are taken, too
         self.n: int = len(self._context.coordinates)
         self.m: int = len(self._context.rows)
         w, n, m = self._pointer, self.n, self.m
@@ -261,21 +278,39 @@ class Workspace(Owned):
         return tuple(self._context.coordinates[u[k]] for k in range(count))
 
     def forward_derivatives(
-        self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None, threads: int = 1
+        self,
+        t: ArrayLike,
+        q: ArrayLike,
+        qd: ArrayLike,
+        Q: ArrayLike | None = None,
+        threads: int = 1,
+        out: Derivatives | None = None,
+        by: str | Iterable[str] = (),
     ) -> Derivatives:
         """Accelerations and multipliers, and their exact derivatives by q, qd and Q (n each), which need not close the loops.
-        Rows of q, qd and Q are N states, and all results have N as their first dimension; t and `threads` are as in
-        evaluate_states. The first call derives the equations of the derivatives.
+        `by` names inputs and parameters of the model by which derivatives are taken, too. Rows of q, qd and Q are N states, and all results have
+        N as their first dimension; t and `threads` are as in evaluate_states. `out`: an earlier result, which is overwritten:
+        a loop over single states takes half of the time with it. The first call with other names derives the equations of
+        the derivatives.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> found = workspace.forward_derivatives(0.0, [0, 0, 0], [20, -22.5, 7.5])
         >>> found.qdd_q.shape, found.lam_q.shape
         ((3, 3), (2, 3))
+        >>> workspace.forward_derivatives(0.0, [0, 0, 0], [20, -22.5, 7.5], by=["crank_mass", "base"]).qdd_p.shape
+        (3, 2)
         """
-        return Derivatives(*self._derive(t, q, qd, Q, threads, False))
+        return self._derive(Derivatives, t, q, qd, Q, threads, out, by)
 
     def closed_derivatives(
-        self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None, threads: int = 1
+        self,
+        t: ArrayLike,
+        q: ArrayLike,
+        qd: ArrayLike,
+        Q: ArrayLike | None = None,
+        threads: int = 1,
+        out: ClosedDerivatives | None = None,
+        by: str | Iterable[str] = (),
     ) -> ClosedDerivatives:
         """Accelerations and multipliers at a closed state, and exact derivatives along motions that keep the loops closed, in
         the independent coordinates (`independent`). Arguments are as in forward_derivatives. Open loops are a FailedError.
@@ -286,49 +321,98 @@ class Workspace(Owned):
         >>> found.udd_u.shape, found.udd_Q.shape, found.q_u.shape
         ((1, 1), (1, 3), (3, 1))
         """
-        return ClosedDerivatives(*self._derive(t, q, qd, Q, threads, True))
+        return self._derive(ClosedDerivatives, t, q, qd, Q, threads, out, by)
 
-    def _derive(self, t: Any, q: Any, qd: Any, Q: Any, threads: int, closed: bool) -> list[Array]:
+    def inverse_derivatives(
+        self, t: float, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, by: str | Iterable[str] = ()
+    ) -> InverseDerivatives:
+        """Generalized forces Q = M qdd + C (n), with the loops open, and their exact derivatives by q, qd and qdd. `by` is as
+        in forward_derivatives.
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
+        >>> found = workspace.inverse_derivatives(0.0, [0, 0, 0], [1, 0, 0], [0, 0, 0], by="crank_mass")
+        >>> found.Q_q.shape, found.Q_p.shape
+        ((3, 3), (3, 1))
+        """
+        self._prepare(by)
+        n = self.n
+        state = [matched(each, n, name) for each, name in ((q, "q"), (qd, "qd"), (qdd, "qdd"))]
+        Q, Q_p = np.empty(n), np.empty((len(self._by or ()), n)).T
+        matrices = [np.empty((n, n), order="F") for _ in range(3)]
+        places = [_from_buffer(DOUBLES, each.T, True) for each in (*matrices, Q_p)]
+        with self._alone():
+            status = lib.kempe_workspace_inverse_derivatives(
+                self._pointer,
+                t,
+                *(_from_buffer(DOUBLES, each) for each in state),
+                _from_buffer(DOUBLES, Q, True),
+                ffi.new("kempe_inverse_derivatives *", places),
+            )
+        if status:
+            self._fail(status)
+        return InverseDerivatives(Q, *matrices, Q_p)
+
+    def _derive(self, kind: Any, t: Any, q: Any, qd: Any, Q: Any, threads: int, out: Any, by: Any) -> Any:
         """Accelerations and multipliers, and matrices of derivatives in the order of their names, at a state or at many."""
+        if by != self._by:
+            self._prepare(by)
         if np.ndim(q) == 2:
-            return self._derive_rows(t, q, qd, Q, threads, closed)
-        if not self._places:
-            self._add_derivatives()
-        n, m = self.n, self.m
+            return self._derive_rows(kind, t, q, qd, Q, threads, out)
+        n, m, closed = self.n, self.m, kind is ClosedDerivatives
         size, _, places = self._places[closed]
-        made = np.empty(size)
+        made = np.empty(size) if out is None else self._base_of(kind, out, size)
         answers = (None, made) if closed else (made, None)
         status = _derivatives(self._address, n, m, t, q, qd, Q, *answers)
         if status:
             given = converted(q, n, "q"), converted(qd, n, "qd"), converted(Q, n, "Q")
             self._settle(status, _derivatives, t, *given, *answers)
+        if out is not None:
+            return out
         matrices = [made[begin:end].reshape(shape, order="F") for begin, end, shape in places]
-        return [made[:n], made[n : n + m], *matrices]
+        return kind(made[:n], made[n : n + m], *matrices)
 
-    def _derive_rows(self, t: Any, q: Any, qd: Any, Q: Any, threads: int, closed: bool) -> list[Array]:
+    @staticmethod
+    def _base_of(kind: Any, out: Any, size: int) -> Array:
+        """The memory of an earlier result at one state, in which its arrays are one after another."""
+        base = out[0].base if type(out) is kind else None
+        if base is None or base.shape != (size,):
+            raise ArgumentError(f"out must be an earlier result ({kind.__name__}) of this workspace at one state")
+        return base
+
+    def _derive_rows(self, kind: Any, t: Any, q: Any, qd: Any, Q: Any, threads: int, out: Any) -> Any:
         states = _States(self, t, q, qd=qd, Q=Q)
-        self._add_derivatives()
-        _, names, places = self._places[closed]
-        made = {
-            name: np.empty((states.count, columns, rows)) for name, (_, _, (rows, columns)) in zip(names, places)
-        }
-        answer = {"accelerations": np.empty((states.count, self.n)), "multipliers": np.empty((states.count, self.m))}
-        states.run(lib.python_derivative_states, threads, Workspace._add_derivatives, **answer, **made)
-        return [*answer.values(), *(each.transpose(0, 2, 1) for each in made.values())]
+        count, named = states.count, self._by or ()
+        _, names, places = self._places[kind is ClosedDerivatives]
+        shapes = [(self.n,), (self.m,), *(shape for _, _, shape in places)]
+        if out is None:
+            made = [np.empty((count, *reversed(shape))) for shape in shapes]
+        elif type(out) is kind and [each.shape for each in out] == [(count, *shape) for shape in shapes]:
+            made = [each.transpose(0, 2, 1) if each.ndim == 3 else each for each in out]
+        else:
+            raise ArgumentError(f"out must be an earlier result ({kind.__name__}) of this workspace at {count} states")
+        answer = dict(zip(("accelerations", "multipliers", *names), made))
+        states.run(lib.python_derivative_states, threads, lambda each: each._prepare(named), **answer)
+        return kind(*(each.transpose(0, 2, 1) if each.ndim == 3 else each for each in made)) if out is None else out
 
-    def _add_derivatives(self) -> None:
-        """Prepares the workspace for derivatives: one thread at a time, because they are derived once for a system."""
+    def _prepare(self, by: str | Iterable[str]) -> None:
+        """Prepares the workspace for derivatives, also by named inputs and parameters: one thread at a time, because they are
+        derived once for a system."""
+        names = tuple(text_of(by).replace(" ", "").split(",")) if by else ()
+        if names == self._by:
+            return
+        keep = [ffi.new("char[]", name.encode()) for name in names]
         with self._alone(), self._context.lock:
-            status = lib.kempe_workspace_add_derivatives(self._pointer)
+            status = lib.kempe_workspace_add_derivatives(self._pointer, len(names), ffi.new("char *[]", keep))
         if status:
+            self._by = None
             self._fail(status)
-        if not self._places:
-            n, m, p = self.n, self.m, lib.kempe_workspace_independent_count(self._pointer)
-            all_of = {f"{of}_{by}": (rows, n) for of, rows in (("qdd", n), ("lambda", m)) for by in ("q", "qd", "Q")}
-            self._places = (
-                _placed(n + m, all_of),
-                _placed(n + m, {"udd_u": (p, p), "udd_ud": (p, p), "udd_Q": (p, n), "q_u": (n, p), "qd_u": (n, p)}),
-            )
+        self._by = names
+        n, m, p, k = self.n, self.m, lib.kempe_workspace_independent_count(self._pointer), len(names)
+        all_of = {f"{of}_{by}": (rows, n) for of, rows in (("qdd", n), ("lambda", m)) for by in ("q", "qd", "Q")}
+        all_of |= {"qdd_p": (n, k), "lambda_p": (m, k)}
+        closed = {"udd_u": (p, p), "udd_ud": (p, p), "udd_Q": (p, n), "q_u": (n, p), "qd_u": (n, p)}
+        closed |= {"udd_p": (p, k), "q_p": (n, k), "qd_p": (n, k)}
+        self._places = _placed(n + m, all_of), _placed(n + m, closed)
 
     def rates(self, t: float, state: ArrayLike) -> Array:
         """Rates (qd, qdd) of a state (q, qd): a right side for scipy.integrate.solve_ivp. Closures are kept only by

@@ -22,6 +22,7 @@ LEFT_OUT = {
     "kempe_trajectory_time": "the column t of the rows",
     "kempe_workspace_evaluate_states": "by python_evaluate_states, which reads states as the other functions of rows do",
     "kempe_workspace_forward_states": "by python_forward_states",
+    "kempe_workspace_name_count": "by kempe._calls, for the lengths of arrays",
     "kempe_workspace_derivative_states": "by python_derivative_states",
     "kempe_write_file": "Python writes files",
     "kempe_context_is_source": "writers refuse such files themselves",

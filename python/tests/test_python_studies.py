@@ -213,6 +213,20 @@ def test_derivatives_at_a_state(four_bar):
     assert np.allclose(closed.udd_u, (found.qdd_q @ closed.q_u + found.qdd_qd @ closed.qd_u)[u], rtol=1e-10)
     assert np.allclose(closed.udd_ud, (found.qdd_qd @ closed.q_u)[u], rtol=1e-10)
     assert np.allclose(closed.udd_Q, found.qdd_Q[u], rtol=1e-10)
+    for derive, before in ((workspace.forward_derivatives, found), (workspace.closed_derivatives, closed)):
+        kept = [each.copy() for each in before]
+        again = derive(0, q, 2 * qd)
+        assert derive(0, q, 2 * qd, out=before) is before and all(map(np.array_equal, before, again))
+        assert not np.array_equal(before.qdd, kept[0])
+        assert all(map(np.array_equal, derive(0, list(q), qd, Q=[0, 0, 0], out=before), kept))
+        for wrong in (again[:2], found if derive == workspace.closed_derivatives else closed, derive(0, [q], [qd])):
+            with pytest.raises(kempe.ArgumentError, match="out must be an earlier result .* at one state"):
+                derive(0, q, qd, out=wrong)
+        with pytest.raises(kempe.ArgumentError, match="at 2 states"):
+            derive(0, [q, q], [qd, qd], out=before)
+        many = derive(0, [q, q], [qd, qd])
+        assert derive(0, [q, q], [2 * qd, qd], out=many) is many
+        assert all(map(np.array_equal, (each[0] for each in many), again)) and np.array_equal(many.qdd[1], kept[0])
     states = np.array([q, q + 0.01, q]), np.array([qd, qd, 2 * qd])
     for threads in (1, 2):
         many = workspace.forward_derivatives([0, 0, 0], *states, threads=threads)
@@ -229,6 +243,41 @@ def test_derivatives_at_a_state(four_bar):
         rolling.forward_derivatives(0, np.zeros(rolling.n), np.zeros(rolling.n))
     with pytest.raises(kempe.FailedError):
         workspace.forward_derivatives(0, [np.nan, 0, 0], qd)
+
+
+def test_derivatives_by_names(four_bar):
+    """By inputs and parameters, compared with other models; derivatives at many states have the bits of one."""
+    system = four_bar.system()
+    workspace, names = system.workspace(), ["crank_mass", "rocker"]
+    q, qd = workspace.close(0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
+    found = workspace.forward_derivatives(0, q, qd, by=names)
+    closed = workspace.closed_derivatives(0, q, qd, by="crank_mass,rocker")
+    inverse = workspace.inverse_derivatives(0, q, qd, found.qdd, by=names)
+    step = 1e-5
+    for k, value in enumerate((1, 0.7)):
+        sides = [kempe.Model(EXAMPLES / "four_bar/four_bar.yaml", parameters={names[k]: value + s * step}).system().workspace() for s in (1, -1)]
+        each = [side.forward_dynamics(0, q, qd) for side in sides]
+        assert np.allclose(found.qdd_p[:, k], (each[0].qdd - each[1].qdd) / (2 * step), rtol=1e-5, atol=1e-5)
+        assert np.allclose(found.lam_p[:, k], (each[0].lam - each[1].lam) / (2 * step), rtol=1e-5, atol=1e-5)
+        each = [side.inverse_dynamics(0, q, qd, found.qdd) for side in sides]
+        assert np.allclose(inverse.Q_p[:, k], (each[0] - each[1]) / (2 * step), rtol=1e-5, atol=1e-5)
+        each = [side.close(0, q, qd, hold=workspace.independent) for side in sides]
+        assert np.allclose(closed.q_p[:, k], (each[0][0] - each[1][0]) / (2 * step), rtol=1e-5, atol=1e-5)
+        assert np.allclose(closed.qd_p[:, k], (each[0][1] - each[1][1]) / (2 * step), rtol=1e-5, atol=1e-5)
+    assert closed.udd_p.shape == (1, 2) and np.allclose(inverse.Q_qdd, workspace.evaluate(0, q, qd).M)
+    with pytest.raises(kempe.ArgumentError, match="'crnk'"):
+        workspace.closed_derivatives(0, q, qd, by=["crnk"])
+    assert workspace.forward_derivatives(0, q, qd).qdd_p.shape == (3, 0)
+    with pytest.raises(kempe.ArgumentError, match="out must be an earlier result"):
+        workspace.forward_derivatives(0, q, qd, by=["rocker"], out=found)
+    rows = workspace.closed_derivatives(0, [q, q, q], [qd, 2 * qd, qd], by=names, threads=2)
+    assert np.array_equal(rows.udd_p[2], closed.udd_p) and np.array_equal(rows.q_p[0], closed.q_p)
+    pole = kempe.Model(ROOT / "examples/cart_pole/cart_pole.yaml").system().workspace()
+    for value in (0, 3):
+        pole.set_input("u", value)
+        by_u = pole.forward_derivatives(0, [0, 0.4], [0, 1], by="u")
+        pole.set_input("u", value + 1)
+        assert np.allclose(by_u.qdd + by_u.qdd_p[:, 0], pole.forward_dynamics(0, [0, 0.4], [0, 1]).qdd, rtol=1e-12)
 
 
 def test_two_threads_with_a_workspace_each(four_bar):

@@ -5,8 +5,9 @@
  * space of the linearisation, which is made in another way. */
 #include "testing.h"
 #include <kempe/check.h>
+#include <kempe/derivatives.h>
 #include <kempe/linearize.h>
-#include <kempe/workspace.h>
+#include <kempe/settings.h>
 #include <stdlib.h>
 
 #define T 0.1 /* s */
@@ -49,7 +50,8 @@ static scene scene_new(const char *path, const char *friction)
         s.Q[i] = 10 * next_random(&seed);
     }
     CHECK(kempe_workspace_close(s.ws, 0.1, s.q, s.qd, NULL) == KEMPE_OK);
-    CHECK(kempe_workspace_add_derivatives(s.ws) == KEMPE_OK && kempe_workspace_add_derivatives(s.ws) == KEMPE_OK);
+    CHECK(kempe_workspace_add_derivatives(s.ws, 0, NULL) == KEMPE_OK &&
+          kempe_workspace_add_derivatives(s.ws, 0, NULL) == KEMPE_OK);
     kempe_assembly_free(a);
     return s;
 }
@@ -186,6 +188,169 @@ static void closed_motions(const scene *s, const char *name, double step)
     free(udd_u), free(udd_ud), free(q_u), free(qd_u), free(qdd), free(column), free(hold);
 }
 
+/* -- inputs and parameters --------------------------------------------------------------------------- */
+
+/* Values of a model with another value of one parameter, or of one input. */
+typedef struct named_probe {
+    probe probe;
+    const char *path, *const *names;
+    const double *values; /* of the model */
+    int count;
+} named_probe;
+
+static void set_inputs(const scene *s, const char *const *names, const double *values, int count)
+{
+    for (int k = 0; k < count; k++) {
+        const int input = kempe_model_input_find(s->model, names[k]);
+        CHECK(input < 0 || kempe_workspace_set_input(s->ws, input, T, values[k], 0, 0) == KEMPE_OK);
+    }
+}
+
+/* A scene of the model with another value: at the same state, and prepared for nothing. */
+static scene changed_scene(const scene *s, const named_probe *at, double change)
+{
+    scene c = *s;
+    char value[64];
+    snprintf(value, sizeof value, "%.17g", at->values[at->probe.k] + change);
+    const kempe_setting setting = {.name = at->names[at->probe.k], .value = value};
+    const int is_parameter = kempe_model_input_find(s->model, setting.name) < 0;
+    c.context = kempe_context_new();
+    CHECK(kempe_model_read_set(c.context, at->path, &setting, is_parameter, &c.model) == KEMPE_OK);
+    CHECK(kempe_system_new(c.model, &c.system) == KEMPE_OK && kempe_workspace_new(c.system, &c.ws) == KEMPE_OK);
+    set_inputs(&c, at->names, at->values, at->count);
+    const int input = kempe_model_input_find(s->model, setting.name);
+    if (input >= 0)
+        CHECK(kempe_workspace_set_input(c.ws, input, T, at->values[at->probe.k] + change, 0, 0) == KEMPE_OK);
+    return c;
+}
+
+static void changed_free(scene *c)
+{
+    kempe_workspace_free(c->ws);
+    kempe_system_free(c->system);
+    kempe_model_free(c->model);
+    kempe_context_free(c->context);
+}
+
+/* Accelerations and multipliers at the state; then udd, q and qd of closed motions, whose u and ud are kept; and the
+ * generalized forces of inverse dynamics. */
+static void named_values(const probe *p, double change, double *out)
+{
+    const named_probe *at = (const named_probe *)p;
+    const scene *s = p->s;
+    scene c = changed_scene(s, at, change);
+    const int n = s->n, m = s->m;
+    double *q = out + n + m + s->p, *qd = q + n, *qdd = room(n);
+    CHECK(kempe_workspace_forward_dynamics(c.ws, T, s->q, s->qd, s->Q, out, out + n) == KEMPE_OK);
+    memcpy(q, s->q, (size_t)n * sizeof *q);
+    memcpy(qd, s->qd, (size_t)n * sizeof *qd);
+    CHECK(kempe_workspace_close(c.ws, T, q, qd, p->hold) == KEMPE_OK);
+    CHECK(kempe_workspace_forward_dynamics(c.ws, T, q, qd, s->Q, qdd, NULL) == KEMPE_OK);
+    for (int i = 0; i < s->p; i++)
+        out[n + m + i] = qdd[s->u[i]];
+    CHECK(kempe_workspace_inverse_dynamics(c.ws, T, s->q, s->qd, s->Q, qd + n) == KEMPE_OK);
+    free(qdd);
+    changed_free(&c);
+}
+
+static void by_names(const char *model, const char *const *names, const double *values, int count, double step)
+{
+    char path[MOST];
+    snprintf(path, sizeof path, KEMPE_ROOT "/examples/%s/%s.yaml", model, model);
+    scene s = scene_new(path, "slip");
+    const int n = s.n, m = s.m, p = s.p, all = 4 * n + m + p;
+    double *qdd = room(n), *lambda = room(m), *Q = room(n), *column = room(all), worst = 0, *by[6];
+    const int rows[] = {n, m, p, n, n, n};
+    for (int k = 0; k < 6; k++)
+        by[k] = room(rows[k] * count);
+    int *hold = calloc((size_t)n + 1, sizeof *hold);
+    for (int k = 0; k < p; k++)
+        hold[s.u[k]] = 1;
+    set_inputs(&s, names, values, count);
+    CHECK(kempe_workspace_name_count(s.ws) == 0);
+    CHECK(kempe_workspace_add_derivatives(s.ws, count, names) == KEMPE_OK);
+    CHECK(kempe_workspace_name_count(s.ws) == count);
+    const kempe_workspace_derivatives out = {
+        .qdd_p = by[0], .lambda_p = by[1], .udd_p = by[2], .q_p = by[3], .qd_p = by[4]};
+    CHECK(kempe_workspace_forward_derivatives(s.ws, T, s.q, s.qd, s.Q, qdd, lambda, &out) == KEMPE_OK);
+    CHECK(kempe_workspace_inverse_derivatives(s.ws, T, s.q, s.qd, s.Q, Q, &(kempe_inverse_derivatives){.Q_p = by[5]}) ==
+          KEMPE_OK);
+    for (int k = 0; k < count; k++) {
+        for (int part = 0, at = 0; part < 6; at += rows[part++])
+            memcpy(column + at, by[part] + k * rows[part], (size_t)rows[part] * sizeof *column);
+        const named_probe at = {{.s = &s, .count = all, .values = named_values, .k = k, .hold = hold, .step = step},
+                                path,
+                                names,
+                                values,
+                                count};
+        worst = fmax(worst, column_error(&at.probe, column));
+    }
+    printf("%-24s names           %.1e\n", model, worst);
+    CHECK(worst < 1e-7);
+    for (int k = 0; k < 6; k++)
+        free(by[k]);
+    free(qdd), free(lambda), free(Q), free(column), free(hold);
+    scene_free(&s);
+}
+
+static void named(void)
+{
+    by_names("four_bar", (const char *const[]){"crank_mass", "base", "coupler"}, (const double[]){1, 0.9, 0.8}, 3,
+             1e-4);
+    by_names("cart_pole", (const char *const[]){"u", "l"}, (const double[]){2, 0.4}, 2, 1e-4);
+    by_names("delta_robot", (const char *const[]){"tau2", "rod", "m_platform"}, (const double[]){0.5, 0.7, 1}, 3, 1e-4);
+    by_names("suspension", (const char *const[]){"tyre", "track"}, (const double[]){2e5, 0.75}, 2, 1e-4);
+}
+
+/* Inverse dynamics beside differences; Q_qdd is M. */
+static void inverse_values(const probe *p, double change, double *out)
+{
+    const scene *s = p->s;
+    const double kept = p->changed[p->k];
+    p->changed[p->k] += change;
+    CHECK(kempe_workspace_inverse_dynamics(s->ws, T, s->q, s->qd, s->Q, out) == KEMPE_OK);
+    p->changed[p->k] = kept;
+}
+
+static void inverse(void)
+{
+    static const char *const model[] = {"four_bar", "stewart", "suspension", "flexible_slider_crank"};
+    for (size_t i = 0; i < sizeof model / sizeof *model; i++) {
+        char path[MOST];
+        snprintf(path, sizeof path, KEMPE_ROOT "/examples/%s/%s.yaml", model[i], model[i]);
+        scene s = scene_new(path, "slip");
+        const int n = s.n;
+        double *by[3], *Q = room(n), *again = room(n), worst = 0;
+        for (int k = 0; k < 3; k++)
+            by[k] = room(n * n);
+        const kempe_inverse_derivatives out = {.Q_q = by[0], .Q_qd = by[1], .Q_qdd = by[2]};
+        CHECK(kempe_workspace_inverse_derivatives(s.ws, T, s.q, s.qd, s.Q, Q, &out) == KEMPE_OK);
+        CHECK(kempe_workspace_inverse_dynamics(s.ws, T, s.q, s.qd, s.Q, again) == KEMPE_OK);
+        CHECK(memcmp(Q, again, (size_t)n * sizeof *Q) == 0);
+        for (int k = 0; k < n * n; k++)
+            CHECK_NEAR(by[2][k], kempe_workspace_mass(s.ws)[k], 1e-12 * fmax(1, fabs(by[2][k])));
+        double *const changed[] = {s.q, s.qd, s.Q};
+        for (int k = 0; k < 3; k++)
+            for (int j = 0; j < n; j++) {
+                const probe p = {.s = &s,
+                                 .count = n,
+                                 .values = inverse_values,
+                                 .changed = changed[k],
+                                 .k = j,
+                                 .step = i == 3 ? 1e-6 : 1e-3};
+                worst = fmax(worst, column_error(&p, by[k] + j * n));
+            }
+        printf("%-24s inverse         %.1e\n", model[i], worst);
+        CHECK(worst < 1e-7);
+        for (int k = 0; k < 3; k++)
+            free(by[k]);
+        free(Q), free(again);
+        scene_free(&s);
+    }
+}
+
+/* -- state space ------------------------------------------------------------------------------------- */
+
 /* The state space about the start: A = (0 1; udd_u udd_ud) in the same independent coordinates. */
 static void state_space(const scene *s, const char *name)
 {
@@ -296,7 +461,7 @@ static void refuse(const char *path, const char *word)
     kempe_workspace *ws = NULL;
     CHECK(kempe_model_read(context, path, &model) == KEMPE_OK && kempe_system_new(model, &system) == KEMPE_OK);
     CHECK(kempe_workspace_new(system, &ws) == KEMPE_OK);
-    CHECK(kempe_workspace_add_derivatives(ws) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_workspace_add_derivatives(ws, 0, NULL) == KEMPE_E_ARGUMENT);
     CHECK(check_says(kempe_workspace_message(ws), word));
     kempe_workspace_free(ws);
     kempe_system_free(system);
@@ -323,6 +488,15 @@ static void refused(void)
     CHECK(kempe_workspace_forward_derivatives(s.ws, T, s.q, s.qd, NULL, qdd, NULL, &closed) == KEMPE_E_FAILED);
     CHECK(check_says(kempe_workspace_message(s.ws), "close the state first"));
     CHECK(kempe_workspace_forward_derivatives(s.ws, T, s.q, s.qd, NULL, qdd, NULL, &none) == KEMPE_OK);
+    static const char *const wrong[][2] = {{"crank_mass", "crank_mass"}, {"crank_mass", "crnk"}};
+    for (int k = 0; k < 2; k++) {
+        CHECK(kempe_workspace_add_derivatives(s.ws, 2, wrong[k]) == KEMPE_E_ARGUMENT);
+        CHECK(check_says(kempe_workspace_message(s.ws), k ? "crnk" : "given twice"));
+        CHECK(kempe_workspace_name_count(s.ws) == 0);
+        CHECK(kempe_workspace_forward_derivatives(s.ws, T, s.q, s.qd, NULL, qdd, NULL, &none) == KEMPE_OK);
+    }
+    CHECK(kempe_workspace_inverse_derivatives(other, T, s.q, s.qd, s.Q, qdd, &(kempe_inverse_derivatives){0}) ==
+          KEMPE_E_ARGUMENT);
     kempe_workspace_free(other);
     scene_free(&s);
 }
@@ -330,6 +504,8 @@ static void refused(void)
 int main(void)
 {
     TEST(random_states);
+    TEST(named);
+    TEST(inverse);
     TEST(sticking);
     TEST(refused);
     return check_report();

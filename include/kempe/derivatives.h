@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/**
+ * Exact derivatives of the equations of motion at one state, or at many, also through closed loops: for optimal
+ * control, identification and learning.
+ *
+ *     const char *const names[] = {"force", "rod_mass"};                   an input and a parameter of the model
+ *     kempe_workspace_add_derivatives(workspace, 2, names);
+ *     kempe_workspace_derivatives out = {.udd_u = A, .udd_ud = D, .udd_p = B};
+ *     kempe_workspace_forward_derivatives(workspace, t, q, qd, NULL, qdd, lambda, &out);
+ *
+ * A workspace (kempe/workspace.h) is prepared once; a call then costs as much as a few forward dynamics.
+ */
+#ifndef KEMPE_DERIVATIVES_H
+#define KEMPE_DERIVATIVES_H
+
+#include <kempe/workspace.h>
+
+KEMPE_BEGIN
+
+/** Places for derivatives, column-major; NULL: not required. p is the number of independent coordinates, k the number
+ * of names that the workspace was prepared for.
+ *
+ * In all coordinates, as functions of q, qd, Q and the named inputs and parameters, which need not close the loops:
+ * from M qdd + C = Q + J' lambda and J qdd + jdqd = 0 by the implicit-function theorem.
+ *
+ * Along motions that keep the loops closed: the independent accelerations udd by u, by their rates ud, by Q and by the
+ * named inputs and parameters (dp). All coordinates change by dq = q_u du + q_p dp and
+ * dqd = q_u dud + qd_u du + qd_p dp (Wehage and Haug, J. Mech. Des. 104, 1982). */
+typedef struct kempe_workspace_derivatives {
+    double *qdd_q, *qdd_qd, *qdd_Q;          /* n x n */
+    double *lambda_q, *lambda_qd, *lambda_Q; /* m x n; rows of redundant constraint equations are zero */
+    double *udd_u, *udd_ud, *udd_Q;          /* p x p, p x p, p x n */
+    double *q_u, *qd_u;                      /* n x p */
+    double *qdd_p, *lambda_p;                /* n x k, m x k */
+    double *udd_p, *q_p, *qd_p;              /* p x k, n x k, n x k */
+} kempe_workspace_derivatives;
+
+/** Places for derivatives of inverse dynamics, column-major; NULL: not required. */
+typedef struct kempe_inverse_derivatives {
+    double *Q_q, *Q_qd, *Q_qdd; /* n x n; the last one is M */
+    double *Q_p;                /* n x k */
+} kempe_inverse_derivatives;
+
+/** Prepares the calls below: derives the derivatives of the equations, or reads them from the cache. `names` (count; 0:
+ * none): inputs and parameters of the model by which derivatives are taken, too; parameters that depend on a named one
+ * change with it. In the thread that made the system. Another call replaces the names. KEMPE_E_ARGUMENT, with the
+ * reason in the message: the model has contacts, or forces that depend on multipliers; a name is neither an input nor a
+ * parameter that may vary, or is given twice. KEMPE_E_MEMORY. */
+KEMPE_API kempe_status kempe_workspace_add_derivatives(kempe_workspace *workspace, int count, const char *const *names);
+
+/** The number of names of the last kempe_workspace_add_derivatives. */
+KEMPE_API int kempe_workspace_name_count(const kempe_workspace *workspace);
+
+/** Accelerations qdd (n), multipliers lambda (m; NULL: not required) and their exact derivatives, for the present
+ * inputs and conditions of the model; a user-defined force is differentiated by differences. After
+ * kempe_workspace_add_derivatives; no allocation. KEMPE_E_ARGUMENT: not prepared. KEMPE_E_FAILED, with the reason: as
+ * kempe_workspace_forward_dynamics; derivatives by u are requested where u does not describe the motion,
+ * or where the loops are open. */
+KEMPE_API kempe_status kempe_workspace_forward_derivatives(kempe_workspace *workspace, double t, const double *q,
+                                                           const double *qd, const double *Q, double *qdd,
+                                                           double *lambda, const kempe_workspace_derivatives *out);
+
+/** The same at `count` states, with rows of the sizes above for each state; arguments as in
+ * kempe_workspace_forward_states. Ends at the first state that fails, with its status. *failed (may be NULL): that
+ * state; -1: none. */
+KEMPE_API kempe_status kempe_workspace_derivative_states(kempe_workspace *workspace, int count, const double *t,
+                                                         int t_step, const double *q, const double *qd, const double *Q,
+                                                         double *qdd, double *lambda,
+                                                         const kempe_workspace_derivatives *rows, int *failed);
+
+/** Generalized forces Q = M qdd + C (n), as kempe_workspace_inverse_dynamics has them, and their exact derivatives.
+ * After kempe_workspace_add_derivatives; no allocation. KEMPE_E_ARGUMENT: not prepared. */
+KEMPE_API kempe_status kempe_workspace_inverse_derivatives(kempe_workspace *workspace, double t, const double *q,
+                                                           const double *qd, const double *qdd, double *Q,
+                                                           const kempe_inverse_derivatives *out);
+
+KEMPE_END
+
+#endif
