@@ -262,16 +262,6 @@ static kempe_status deliver(const part_runs *all, kmp_row_fn *take, void *user)
     return kmp_made(s->context, given == count);
 }
 
-static kempe_status run_all(part_runs *all)
-{
-    const int parts = all->parts->islands->count;
-    if (!KMP_ARENA_MAKE(&all->arena, KMP_ROOM(part_rows, parts, &all->rows), KMP_ROOM(kmp_run_log, parts, &all->log)))
-        return kmp_fail_memory(all->system->context);
-    for (int i = 0; i < parts; i++)
-        KMP_TRY(run_part(all, i));
-    return KEMPE_OK;
-}
-
 kempe_status kmp_island_runs(const struct kmp_island_systems *parts, const kempe_system *system,
                              const kmp_run_spec *spec, const kempe_assembly *start, kmp_row_fn *row, void *user,
                              kmp_run_report *report)
@@ -279,8 +269,13 @@ kempe_status kmp_island_runs(const struct kmp_island_systems *parts, const kempe
     const size_t heap = kmp_heap_in_use();
     part_runs all = {.parts = parts, .system = system, .spec = spec, .start = start, .report = report};
     *report = (kmp_run_report){.t = spec->t_end, .impacts = -1, .changes = -1};
-    kempe_status status = run_all(&all);
-    if (all.log && !kmp_run_log_merge(spec->log, system->context, all.log, parts->islands->count))
+    const int count = parts->islands->count;
+    kempe_status status = KEMPE_OK;
+    if (!KMP_ARENA_MAKE(&all.arena, KMP_ROOM(part_rows, count, &all.rows), KMP_ROOM(kmp_run_log, count, &all.log)))
+        status = kmp_fail_memory(system->context);
+    for (int i = 0; i < count && status == KEMPE_OK; i++)
+        status = run_part(&all, i);
+    if (all.log && !kmp_run_log_merge(spec->log, system->context, all.log, count))
         status = kmp_fail_memory(system->context);
     const bool complete = status == KEMPE_OK;
     if (complete || status == KEMPE_STOPPED) {

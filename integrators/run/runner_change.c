@@ -206,15 +206,6 @@ enum { PROBES = 10 };
 /* Least number of steps between two rescues of an implicit integrator. */
 enum { RESCUE_WAY = 100 };
 
-/* Keeps the closure rows that are in force where the dropped ones depend well on them: others would have other
- * multipliers. J belongs to q. */
-static void keep_rows(kmp_runner *run)
-{
-    (void)kmp_rank_margin_at(&run->margin, run->eval);
-    if (kmp_dropped_judge(run->margin.rows) == KMP_KEPT_WELL)
-        kmp_partition_take_rows(&run->part, &run->margin.part);
-}
-
 /* Chooses coordinates again at q, as many as at the start, and rows where the present ones do not serve or closures
  * have switched; a fixed u is kept. Bvu belongs to any rows. */
 static kempe_status choose_again(kmp_runner *run, double t, const double *q, bool switched)
@@ -226,8 +217,11 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q, boo
     kmp_partition_free(&before);
     if (status != KEMPE_OK || run->margin.r == 0)
         return status;
-    if (!switched)
-        keep_rows(run);
+    if (!switched) { /* others would have other multipliers */
+        (void)kmp_rank_margin_at(&run->margin, run->eval);
+        if (kmp_dropped_judge(run->margin.rows) == KMP_KEPT_WELL)
+            kmp_partition_take_rows(&run->part, &run->margin.part);
+    }
     KMP_TRY(kmp_made(run->s->context, kmp_rank_margin_choose(&run->margin, &run->part) &&
                                           kmp_rank_margin_exchange_rows(&run->margin, run->eval)));
     kmp_partition_take_rows(&run->part, &run->margin.part);
@@ -451,16 +445,6 @@ static kempe_status renew(kmp_runner *run, double t)
     }
 }
 
-/* Removes the rows of friction and contacts, whose modes are decided again. Small rates of closed contacts that remain
- * from the integration would make them strike or part. */
-static kempe_status let_go(kmp_runner *run, double t, double *q, double *qd)
-{
-    memcpy(run->friction->change, run->crossing->change, (size_t)run->s->events.count * sizeof(double));
-    kmp_event_tracker_put_beyond(run->crossing, t, run->friction->change);
-    kmp_friction_note_values(run->friction);
-    return kmp_friction_release_rows(run, t, q, qd);
-}
-
 static kempe_status renew_margin(kmp_runner *run, double t, const double *q)
 {
     kmp_rank_margin_free(&run->margin);
@@ -478,8 +462,12 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     if (!run->eval->by_products)
         KMP_TRY(kmp_eval_add_composite(run->eval));
     kmp_eval_set_by_bodies(run->eval, false);
-    if (run->friction)
-        KMP_TRY(let_go(run, t, q, qd));
+    if (run->friction) { /* small rates of closed contacts that remain would make them strike or part */
+        memcpy(run->friction->change, run->crossing->change, (size_t)run->s->events.count * sizeof(double));
+        kmp_event_tracker_put_beyond(run->crossing, t, run->friction->change);
+        kmp_friction_note_values(run->friction);
+        KMP_TRY(kmp_friction_release_rows(run, t, q, qd));
+    }
     for (int pass = 0; changed; pass++) { /* each changes once at most */
         KMP_TRY(kmp_event_tracker_change(run->crossing, t, q, qd, pass > 0, &changed));
         if (changed && run->friction && !any) {
@@ -532,14 +520,6 @@ static double energy_of_rest(const kmp_runner *run)
     return kmp_eval_kinetic(run->eval, rates);
 }
 
-/* True if the formulation can continue with other rates where the rows are those before: its equations are explicit, it
- * needs no exact closing of dropped rows, and keeps no further unknowns. */
-static bool goes_on_after_switch(const kmp_runner *run)
-{
-    return run->formulation->resume && !run->formulation->keep && !run->spec.kind && !run->yp && !run->near_singular &&
-           !kmp_rounding_of(run->s);
-}
-
 /* Switches closures: the state before, then consistent rates. The energy lost in the impact counts as work; an impact
  * of rounding size is not an impact. */
 static kempe_status pass_switch(kmp_runner *run, double t)
@@ -555,7 +535,11 @@ static kempe_status pass_switch(kmp_runner *run, double t)
                         -energy, before);
     const double begin = run->solver->t_old, instant = KMP_FRICTION_INSTANT * kmp_friction_span(run);
     const double h = kmp_restart_length(run->solver->t - begin, t - begin, instant, kmp_impact_since(run->impacts));
-    if (!same || !plain || !goes_on_after_switch(run))
+    /* The formulation continues with other rates where its equations are explicit, and it needs no exact closing of
+     * dropped rows and keeps no further unknowns. */
+    const bool goes_on = run->formulation->resume && !run->formulation->keep && !run->spec.kind && !run->yp &&
+                         !run->near_singular && !kmp_rounding_of(run->s);
+    if (!same || !plain || !goes_on)
         return restart(run, t, false, work + energy + gain, h, true);
     if (run->s->dissipative) /* the last unknown */
         run->y[run->formulation->size - 1] += energy + gain;
@@ -629,27 +613,20 @@ static bool gives_switches(const kmp_runner *run)
     return (run->eval->inputs.count > 0 || run->sampler) && run->crossing && run->s->switches;
 }
 
-/* Sampled states and states of events, and the conditions that they change, which may be events of others. A state that
- * changes without end is left as it is after some passes: conditions that change back and forth are reported elsewhere.
- */
-static kempe_status take_discrete(kmp_runner *run, double t)
+/* Takes inputs and states from t on, at the state in run->state: sampled states and states of events, and the
+ * conditions that they change, which may be events of others. A state that changes without end is left as it is after
+ * some passes: conditions that change back and forth are reported elsewhere. */
+static kempe_status renew_here(kmp_runner *run, double t)
 {
+    if (run->crossing && run->sampler)
+        kmp_event_tracker_note(run->crossing, t, run->state, run->state + run->s->n);
+    KMP_TRY(runner_take_inputs(run, t));
     bool more = true;
     for (int pass = 0; more && pass <= run->s->model->state_count; pass++) {
         kmp_runner_take_samples(run, t);
         KMP_TRY(runner_take_conditions(run, t));
         more = kmp_runner_meets_events(run);
     }
-    return KEMPE_OK;
-}
-
-/* Takes inputs and states from t on, at the state in run->state. */
-static kempe_status renew_here(kmp_runner *run, double t)
-{
-    if (run->crossing && run->sampler)
-        kmp_event_tracker_note(run->crossing, t, run->state, run->state + run->s->n);
-    KMP_TRY(runner_take_inputs(run, t));
-    KMP_TRY(take_discrete(run, t));
     if (run->crossing)
         run->crossing->noted = false;
     return KEMPE_OK;

@@ -438,19 +438,6 @@ static void take_modes(kmp_runner *run)
     run->spec.mode_start = NULL;
 }
 
-/* Decides on modes at the start, after impacts there. */
-static kempe_status begin_modes(kmp_runner *run, double t, double *q, double *qd)
-{
-    double gain;
-    if (!run->friction || has_modes(run))
-        return kmp_runner_accelerate(run, t, q, qd);
-    if (run->impacts) {
-        KMP_TRY(kmp_impact_check_start(run, t, q, qd));
-        KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, &gain));
-    }
-    return kmp_friction_settle(run, t, q, qd);
-}
-
 kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
 {
     double t = run->spec.t_start, *q = run->state, *qd = q + run->s->n;
@@ -485,7 +472,15 @@ kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
     if (kmp_runner_is_off(run, t, q))
         KMP_TRY(kmp_runner_project(run, t, q, qd));
     KMP_TRY(check_rates(run, qd));
-    return begin_modes(run, t, q, qd);
+    if (!run->friction || has_modes(run))
+        return kmp_runner_accelerate(run, t, q, qd);
+    /* Modes are decided after impacts at the start. */
+    double gain;
+    if (run->impacts) {
+        KMP_TRY(kmp_impact_check_start(run, t, q, qd));
+        KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, &gain));
+    }
+    return kmp_friction_settle(run, t, q, qd);
 }
 
 kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)

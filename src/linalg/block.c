@@ -100,19 +100,6 @@ static bool is_within(const kmp_block *b, int row, int col, int *k)
     return *k == b->block_of[b->place[col]];
 }
 
-/* Lists the entries of block k, by their rows and columns in it; their number. */
-static int list_entries(const kmp_block *b, int k, const int *row, const int *col, int *own_row, int *own_col)
-{
-    int count = 0, of;
-    for (int e = 0; e < b->nz; e++) {
-        if (!is_within(b, row[e], col[e], &of) || of != k)
-            continue;
-        own_row[count] = b->row_place[row[e]] - b->start[k];
-        own_col[count++] = b->place[col[e]] - b->start[k];
-    }
-    return count;
-}
-
 /* Takes sparse factors for large blocks, where these cost less, and the order of their columns. */
 static bool make_sparse(kmp_block *b, const int *row, const int *col)
 {
@@ -128,7 +115,13 @@ static bool make_sparse(kmp_block *b, const int *row, const int *col)
         const int first = b->start[k], size = b->start[k + 1] - first;
         if (size < SPARSE_FROM)
             continue;
-        const int count = list_entries(b, k, row, col, own_row, own_col);
+        int count = 0, of;
+        for (int e = 0; e < b->nz; e++) {
+            if (!is_within(b, row[e], col[e], &of) || of != k)
+                continue;
+            own_row[count] = b->row_place[row[e]] - first;
+            own_col[count++] = b->place[col[e]] - first;
+        }
         b->sparse[k] = kmp_sparse_lu_new(size, count, own_row, own_col, order);
         if (!b->sparse[k])
             continue;

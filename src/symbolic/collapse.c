@@ -73,16 +73,12 @@ static bool add_factors(const kmp_graph *g, kmp_ref x, monomial *m)
     return add_factors(g, a, m) && add_factors(g, b, m);
 }
 
-static bool same_factors(const monomial *a, const monomial *b)
-{
-    return a->count == b->count && memcmp(a->factor, b->factor, (size_t)a->count * sizeof *a->factor) == 0;
-}
-
 /* Another term with these factors, -1: none. */
 static int find(const sum *s, const monomial *m, int except)
 {
     for (int k = 0; k < s->count; k++)
-        if (k != except && same_factors(&s->term[k], m))
+        if (k != except && s->term[k].count == m->count &&
+            memcmp(s->term[k].factor, m->factor, (size_t)m->count * sizeof *m->factor) == 0)
             return k;
     return -1;
 }

@@ -86,16 +86,11 @@ static void order(kmp_ref *a, kmp_ref *b)
     *b = y ^ sign;
 }
 
-static uint32_t slot_of(const sharing *s, kmp_ref a, kmp_ref b)
-{
-    uint32_t k = (a * 0x9e3779b1u ^ b * 0x85ebca6bu);
-    return (k ^ k >> 15) & (s->table_size - 1);
-}
-
 /* The number of a pair, a new one if it has not been met. */
 static int find(sharing *s, kmp_ref a, kmp_ref b)
 {
-    uint32_t k = slot_of(s, a, b);
+    uint32_t k = a * 0x9e3779b1u ^ b * 0x85ebca6bu;
+    k = (k ^ k >> 15) & (s->table_size - 1);
     for (; s->table[k]; k = (k + 1) & (s->table_size - 1)) {
         const pair *p = &s->pairs[s->table[k] - 1];
         if (p->a == a && p->b == b)
@@ -205,18 +200,6 @@ static bool stands(const sharing *s, const list *l, const pair *p, int at[2], km
     return false;
 }
 
-/* Returns the number of the item that replaces a pair; 0: no memory. */
-static uint32_t add_pair(sharing *s, const pair *p)
-{
-    kmp_ref(*made)[2] = kmp_list_room(s->made, s->made_count, sizeof *made);
-    if (!made)
-        return 0;
-    s->made = made;
-    s->made[s->made_count][0] = p->a;
-    s->made[s->made_count][1] = p->b;
-    return s->r->count + s->made_count++;
-}
-
 /* Puts the pair's replacement into all lists that still have it, if there are at least two. */
 static bool share(sharing *s, const pair *p, const int *member)
 {
@@ -226,11 +209,15 @@ static bool share(sharing *s, const pair *p, const int *member)
         found += stands(s, &s->lists[member[k]], p, at, &sign);
     if (found < 2)
         return false;
-    uint32_t number = add_pair(s, p);
-    if (!number) {
+    kmp_ref(*made)[2] = kmp_list_room(s->made, s->made_count, sizeof *made);
+    if (!made) {
         s->failed = true;
         return false;
     }
+    s->made = made;
+    s->made[s->made_count][0] = p->a;
+    s->made[s->made_count][1] = p->b;
+    const uint32_t number = s->r->count + s->made_count++;
     for (int k = 0; k < p->count; k++) {
         list *l = &s->lists[member[k]];
         kmp_ref *item = s->items + l->first;

@@ -292,16 +292,6 @@ bool kmp_rotated_pair(kmp_graph *g, uint32_t id, kmp_pair *pair)
 
 /* -- sums of angles ---------------------------------------------------------------------------------- */
 
-/* The needed sines and cosines, the last one first. false: no memory. */
-static bool list_trig(const kmp_graph *g, uint32_t nodes, const uint8_t *live, kmp_stack *trig)
-{
-    bool ok = true;
-    for (uint32_t id = nodes; ok && (id = kmp_live_before(live, id)) != UINT32_MAX;)
-        if (kmp_graph_node(g, id)->op == KMP_OP_SIN || kmp_graph_node(g, id)->op == KMP_OP_COS)
-            ok = kmp_push(trig, id);
-    return ok;
-}
-
 typedef struct sincos_of {
     kmp_ref s, c;
 } sincos_of;
@@ -404,8 +394,11 @@ bool kmp_trig_sums_of(kmp_graph *g, uint32_t nodes, const uint8_t *live, int cou
 {
     kmp_arena room = {0};
     kmp_stack trig = {0};
-    bool ok = list_trig(g, nodes, live, &trig) &&
-              (trig.top == 0 || write_out(g, nodes, live, &trig, &room, count, outputs, changed));
+    bool ok = true; /* the needed sines and cosines, the last one first */
+    for (uint32_t id = nodes; ok && (id = kmp_live_before(live, id)) != UINT32_MAX;)
+        if (kmp_graph_node(g, id)->op == KMP_OP_SIN || kmp_graph_node(g, id)->op == KMP_OP_COS)
+            ok = kmp_push(&trig, id);
+    ok = ok && (trig.top == 0 || write_out(g, nodes, live, &trig, &room, count, outputs, changed));
     kmp_free(trig.id);
     kmp_arena_free(&room);
     return ok && !kmp_graph_failed(g);

@@ -605,6 +605,14 @@ static bool is_in(const char *list, const char *name)
     return false;
 }
 
+int kmp_tree_first_child(const kmp_tree *tree, int i)
+{
+    for (int k = i + 1; k < tree->count; k++)
+        if (tree->links[k].parent == i)
+            return k;
+    return 0;
+}
+
 void kmp_tree_add_inputs(kmp_tree *tree, const char *without)
 {
     for (int i = 1; i < tree->count; i++) {
