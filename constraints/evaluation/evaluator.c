@@ -445,14 +445,6 @@ static void set_constant_inputs(kmp_evaluator *eval)
 
 /* Makes the machines, the arrays, and the values that are constant during steps. Programs that are rarely evaluated use
  * the tape, which needs no compilation. False: no memory. */
-/* Late conditions have separate outputs, in their order. */
-static void list_late(kmp_evaluator *eval)
-{
-    const kmp_events *events = &eval->system->events;
-    for (int k = 0; eval->late && k < events->count; k++)
-        if (events->condition[k].late)
-            eval->late[eval->late_count++] = k;
-}
 
 static bool make_machines(kmp_evaluator *eval, kmp_eval_use use)
 {
@@ -482,8 +474,10 @@ static bool make_machines(kmp_evaluator *eval, kmp_eval_use use)
         return false;
     if (eval->nu)
         eval_set_all(eval, KMP_IN_LAMBDA, eval->nu);
-    if (eval->changes)
-        list_late(eval);
+    /* Late conditions have separate outputs, in their order. */
+    for (int k = 0; eval->changes && k < s->events.count; k++)
+        if (s->events.condition[k].late)
+            eval->late[eval->late_count++] = k;
     kmp_charts_reset(eval->system, eval->chart);
     set_constant_inputs(eval);
     return true;

@@ -776,14 +776,6 @@ static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
     return said == KMP_GO && put_slope(d, t, y, yp) == KMP_GO ? KMP_CHANGED : KMP_HALT;
 }
 
-/* Forgets what the last steps have shown, which were elsewhere. */
-static void forget_place(kmp_reduced *d)
-{
-    d->formulation.rested = false;
-    d->use.apart = d->use.cancelled = d->use.by_saddle_program = false;
-    d->corrected = (kmp_last_correction){.t = NAN};
-}
-
 static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
@@ -793,8 +785,11 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
     kmp_reduced_pack(&d->part, d->has_v, q, qd, y);
     if (reduced_linearise_at(d, t, y) != KMP_GO)
         return KMP_HALT;
-    if (elsewhere)
-        forget_place(d);
+    if (elsewhere) { /* what the last steps have shown was elsewhere */
+        formulation->rested = false;
+        d->use.apart = d->use.cancelled = d->use.by_saddle_program = false;
+        d->corrected = (kmp_last_correction){.t = NAN};
+    }
     reduced_judge(d);
     if (d->formulation.due && reduced_exchange(d, t, y) != KMP_GO)
         return KMP_HALT;

@@ -188,12 +188,6 @@ static int find_implied(kmp_friction_run *x, double t, const double *q)
     return 0;
 }
 
-/* True for an element that its row has held, with nothing at this instant that would change it. */
-static bool may_stay(const kmp_friction_element *e)
-{
-    return e->was == KMP_FRICTION_HELD && e->known && !e->fired && !e->turned && !e->struck && e->stopped == 0;
-}
-
 /* True if a force on one element at rest accelerates the other, or bounds its force. */
 static bool is_coupled(const kmp_friction_run *x, int i, int k)
 {
@@ -207,8 +201,12 @@ static int reach_connected(kmp_friction_run *x)
 {
     enum { APART, REACHED, FOUND };
     bool goes_on = true;
-    for (int k = 0; k < x->rest; k++)
-        x->side[k] = x->partly && may_stay(&x->element[x->which[k]]) ? APART : REACHED;
+    for (int k = 0; k < x->rest; k++) {
+        const kmp_friction_element *e = &x->element[x->which[k]];
+        /* An element that its row has held may stay, with nothing at this instant that would change it. */
+        const bool may = e->was == KMP_FRICTION_HELD && e->known && !e->fired && !e->turned && !e->struck;
+        x->side[k] = x->partly && may && e->stopped == 0 ? APART : REACHED;
+    }
     while (goes_on) {
         goes_on = false;
         for (int k = 0; k < x->rest; k++) {

@@ -72,19 +72,15 @@ static kempe_status make_systems(struct kmp_island_systems *all, const kempe_sys
     return rows == whole->m ? KEMPE_OK : kmp_fail(whole->context, KEMPE_E_BUG, "parts of the model lack rows");
 }
 
-static bool needs_whole(const kempe_system *s, const kmp_run_spec *spec)
-{
-    return s->force || kmp_rounding_of(s) || spec->u_count > 0 || spec->max_steps > 0 || spec->recording ||
-           spec->kept_past || spec->kind || spec->step || spec->sample || spec->slopes || spec->mode_start ||
-           spec->memory_start || spec->due || spec->inputs_start || spec->past_start;
-}
-
 kempe_status kmp_island_systems_of(const kempe_system *s, const kmp_run_spec *spec,
                                    const struct kmp_island_systems **parts)
 {
     static const kmp_program_cache_name name = {.what = "islands"};
     *parts = NULL;
-    if (needs_whole(s, spec) || s->frictionless)
+    const bool whole = s->force || kmp_rounding_of(s) || s->frictionless || spec->u_count > 0 || spec->max_steps > 0 ||
+                       spec->recording || spec->kept_past || spec->kind || spec->step || spec->sample || spec->slopes ||
+                       spec->mode_start || spec->memory_start || spec->due || spec->inputs_start || spec->past_start;
+    if (whole)
         return KEMPE_OK;
     const struct kmp_island_systems *found = kmp_program_cache_find(s, name);
     if (!found) {

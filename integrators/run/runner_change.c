@@ -339,18 +339,6 @@ static kempe_status leave_near_singular(kmp_runner *run, double t)
     return KEMPE_OK;
 }
 
-/* Exchanges dropped rows with large coefficients in kept rows. */
-static kempe_status change_rows(kmp_runner *run, double t)
-{
-    double before = run->margin.rows, h = run->solver->h;
-    KMP_TRY(runner_change_formulation(run, t, false, h));
-    kmp_run_log_add(run->log, "rows", t, before, run->margin.rows,
-                    "independent constraint equations chosen again: redundant ones depended on them by factors up to "
-                    "%.2g, now %.2g",
-                    before, run->margin.rows);
-    return KEMPE_OK;
-}
-
 /* If J is near to losing a row, steps across a change point take over, and the formulation continues beyond it. If only
  * the independent rows become singular, others are taken. */
 static kempe_status watch_margin(kmp_runner *run, double t)
@@ -365,8 +353,16 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     kmp_rank_margin_stand(&run->margin);
     if (run->near_singular)
         return run->margin.last > KMP_NEAR_SINGULAR_OUT * run->margin.usual ? leave_near_singular(run, t) : KEMPE_OK;
-    if (kmp_dropped_judge(run->margin.rows) != KMP_KEPT_WELL)
-        return change_rows(run, t);
+    if (kmp_dropped_judge(run->margin.rows) != KMP_KEPT_WELL) {
+        /* Dropped rows have large coefficients in kept rows, and are exchanged. */
+        double before = run->margin.rows;
+        KMP_TRY(runner_change_formulation(run, t, false, run->solver->h));
+        kmp_run_log_add(run->log, "rows", t, before, run->margin.rows,
+                        "independent constraint equations chosen again: redundant ones depended on them by factors up "
+                        "to %.2g, now %.2g",
+                        before, run->margin.rows);
+        return KEMPE_OK;
+    }
     if (!enters)
         return KEMPE_OK;
     double work;
@@ -413,17 +409,6 @@ static kempe_status resume(kmp_runner *run, double t, const double *q, const dou
                                               : kmp_runner_start(run, t, run->y, run->yp, h);
 }
 
-/* Continues with the projected formulation, which needs no choice of unknowns. */
-static kempe_status leave_unknowns(kmp_runner *run, double t)
-{
-    run->method = kmp_formulation_find("projected", NULL);
-    KMP_TRY(runner_change_formulation(run, t, false, run->solver->h));
-    kmp_run_log_add(run->log, "formulation", t, NAN, NAN,
-                    "the independent coordinates approach a dead centre: the run continues with the projected "
-                    "formulation, which needs none");
-    return KEMPE_OK;
-}
-
 /* Lets the formulation change its unknowns at the end of the last step; the integrator then restarts, a one-step method
  * with its present step size. */
 static kempe_status renew(kmp_runner *run, double t)
@@ -431,8 +416,14 @@ static kempe_status renew(kmp_runner *run, double t)
     double h = t - kmp_runner_t_old(run);
     if (!run->formulation->renew || !(h > 0))
         return KEMPE_OK;
-    if (kmp_runner_leaves_unknowns(run, t))
-        return leave_unknowns(run, t);
+    if (kmp_runner_leaves_unknowns(run, t)) {
+        run->method = kmp_formulation_find("projected", NULL);
+        KMP_TRY(runner_change_formulation(run, t, false, run->solver->h));
+        kmp_run_log_add(run->log, "formulation", t, NAN, NAN,
+                        "the independent coordinates approach a dead centre: the run continues with the projected "
+                        "formulation, which needs none");
+        return KEMPE_OK;
+    }
     KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
     kmp_runner_end_unknowns(run);
     switch (run->formulation->renew(run->formulation, t, run->y, run->yp)) {

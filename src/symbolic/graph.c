@@ -72,15 +72,6 @@ static bool same_node(const kmp_graph *g, const kmp_node *n, const kmp_node *m)
 /* Graphs of blocks have some hundred nodes, and graphs of equations up to some hundred thousand. */
 enum { WINDOW = 4096, NEAR = 16, LEAST = 1024, WIDER = 4 };
 
-/* The search for a node's slot begins near its youngest operand, mostly one of the last nodes made, so that a large
- * graph uses a small part of its table. After each few probes it continues anywhere: windows of operands that many
- * nodes share are full from end to end. */
-static uint32_t first_slot(const kmp_graph *g, const kmp_node *n, uint32_t hash)
-{
-    const uint32_t youngest = kmp_op_arity((kmp_op)n->op) == 0 ? 0 : kmp_id(n->b > n->a ? n->b : n->a);
-    return ((2 * youngest & ~(WINDOW - 1u)) + (hash & (WINDOW - 1u))) & (g->table_size - 1);
-}
-
 /* The place after k, where `step` probes have been made. */
 static inline uint32_t next_slot(uint32_t *hash, int step, uint32_t k)
 {
@@ -94,7 +85,12 @@ static inline uint32_t next_slot(uint32_t *hash, int step, uint32_t k)
 /* The slot of the equal node (if `shared`), or a free one. */
 static uint32_t find_slot(const kmp_graph *g, const kmp_node *n, bool shared)
 {
-    uint32_t hash = hash_node(g, n), last = g->table_size - 1, k = first_slot(g, n, hash);
+    /* The search begins near the youngest operand, mostly one of the last nodes made, so that a large graph uses a
+     * small part of its table. After each few probes it continues anywhere: windows of operands that many nodes share
+     * are full from end to end. */
+    const uint32_t youngest = kmp_op_arity((kmp_op)n->op) == 0 ? 0 : kmp_id(n->b > n->a ? n->b : n->a);
+    uint32_t hash = hash_node(g, n), last = g->table_size - 1;
+    uint32_t k = ((2 * youngest & ~(WINDOW - 1u)) + (hash & (WINDOW - 1u))) & last;
     for (int step = 1; g->table[k] && !(shared && same_node(g, &g->head.nodes[g->table[k] - 1], n)); step++)
         k = next_slot(&hash, step, k) & last;
     return k;

@@ -113,12 +113,6 @@ static void free_round(sharing *s)
     s->pair_count = s->met_count = 0;
 }
 
-/* True if an item has one user: no other list has it. */
-static bool is_alone(const sharing *s, kmp_ref item)
-{
-    return kmp_id(item) < s->r->count && s->r->uses[kmp_id(item)] == 1;
-}
-
 /* Counts the pairs of a list with an item from number `since` on, of items that another list may have; or all. */
 static void count_of_list(sharing *s, list *l, uint32_t since)
 {
@@ -126,9 +120,12 @@ static void count_of_list(sharing *s, list *l, uint32_t since)
     int count = 0;
     bool all = l->repeats;
     l->met = 0;
-    for (int i = 0; i < l->count; i++)
-        if (all || !is_alone(s, s->items[l->first + i]))
+    for (int i = 0; i < l->count; i++) {
+        const uint32_t id = kmp_id(s->items[l->first + i]);
+        const bool alone = id < s->r->count && s->r->uses[id] == 1; /* no other list has it */
+        if (all || !alone)
             item[count++] = s->items[l->first + i];
+    }
     for (int i = 0; i < count; i++)
         for (int j = 0; j < i; j++) {
             kmp_ref a = item[i], b = item[j];

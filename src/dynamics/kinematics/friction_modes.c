@@ -170,15 +170,6 @@ static kmp_ref slip_left(const kmp_tree *tree, const kmp_force *force)
     return kmp_select(g, begins, kmp_binary(g, KMP_OP_MIN, ahead, back), kmp_sub(g, size, none));
 }
 
-/* A component of the direction of slip while it slips, otherwise zero. */
-static kmp_ref sense_across(const kmp_tree *tree, const kmp_force *force, kmp_ref slips)
-{
-    kmp_graph *g = tree->graph;
-    kmp_ref own = judged_rate(tree, force), other = judged_rate(tree, kmp_friction_twin(force));
-    kmp_ref size = kmp_select(g, slips, size_of(tree->graph, own, other), KMP_ONE);
-    return kmp_select(g, slips, kmp_div(g, judged_rate(tree, force), size), KMP_ZERO);
-}
-
 kmp_ref kmp_friction_sense(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_graph *g = tree->graph;
@@ -186,7 +177,12 @@ kmp_ref kmp_friction_sense(const kmp_tree *tree, const kmp_force *force)
     kmp_ref rate = kmp_friction_rate(tree, force);
     if (force->across > 0) {
         kmp_ref slips = kmp_friction_input(tree, force, KMP_ROLE_SENSE);
-        return sense_across(tree, force, modes ? slips : kmp_unary(g, KMP_OP_ABS, rate));
+        if (!modes)
+            slips = kmp_unary(g, KMP_OP_ABS, rate);
+        /* A component of the direction of slip while it slips, otherwise zero. */
+        kmp_ref own = judged_rate(tree, force), other = judged_rate(tree, kmp_friction_twin(force));
+        kmp_ref size = kmp_select(g, slips, size_of(g, own, other), KMP_ONE);
+        return kmp_select(g, slips, kmp_div(g, judged_rate(tree, force), size), KMP_ZERO);
     }
     if (modes) {
         /* Its input; of an element that is regularised v/sqrt(v^2 + s^2). */

@@ -464,12 +464,6 @@ typedef struct place_within {
     kmp_displaced at;
 } place_within;
 
-static bool is_on_line(const kmp_displaced *a, const kmp_displaced *b, const kmp_displaced *between)
-{
-    double part = (between->aside - a->aside) / (b->aside - a->aside);
-    return fabs(a->difference + part * (b->difference - a->difference) - between->difference) <= STRAIGHT;
-}
-
 /* Adds points between two places until the difference is linear between neighbours, or they are near. */
 static kempe_status halve(job *j, const place_within *a, const place_within *b, int halvings)
 {
@@ -486,7 +480,11 @@ static kempe_status halve(job *j, const place_within *a, const place_within *b, 
     if (status == KEMPE_OK)
         middle.at = kmp_contact_displaced(t, j->patch, take_patches(j, j->patch));
     KMP_TRY(status == KEMPE_E_FAILED ? KEMPE_OK : status);
-    if (isnan(middle.at.difference) || (halvings >= LEAST_HALVINGS && is_on_line(&a->at, &b->at, &middle.at)))
+    if (isnan(middle.at.difference))
+        return KEMPE_OK;
+    const double part = (middle.at.aside - a->at.aside) / (b->at.aside - a->at.aside);
+    const double line = a->at.difference + part * (b->at.difference - a->at.difference);
+    if (halvings >= LEAST_HALVINGS && fabs(line - middle.at.difference) <= STRAIGHT)
         return KEMPE_OK;
     if (halvings < MOST_HALVINGS)
         KMP_TRY(halve(j, a, &middle, halvings + 1));
