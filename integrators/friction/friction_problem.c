@@ -174,20 +174,6 @@ static void list_resting(kmp_friction_run *x, double rate)
     }
 }
 
-static int find_implied(kmp_friction_run *x, double t, const double *q)
-{
-    bool adds;
-    for (int k = 0; k < x->rest; k++) {
-        kmp_friction_element *e = &x->element[x->which[k]];
-        if (e->rubs)
-            continue;
-        KMP_FRICTION_TRY(kmp_friction_is_independent(x, e, t, q, &adds));
-        e->implied = !adds;
-        kmp_friction_set_given(x, e, 0, 0);
-    }
-    return 0;
-}
-
 /* True if a force on one element at rest accelerates the other, or bounds its force. */
 static bool is_coupled(const kmp_friction_run *x, int i, int k)
 {
@@ -688,7 +674,15 @@ static int friction_pose(kmp_friction_run *x, double t, const double *q, const d
         KMP_FRICTION_TRY(find_inertia(x, t, q, &known));
     x->partly = x->partly && known;
     kmp_friction_pair_components(x, x->rest, x->which, x->partner);
-    KMP_FRICTION_TRY(find_implied(x, t, q));
+    for (int k = 0; k < x->rest; k++) {
+        kmp_friction_element *e = &x->element[x->which[k]];
+        bool adds;
+        if (e->rubs)
+            continue;
+        KMP_FRICTION_TRY(kmp_friction_is_independent(x, e, t, q, &adds));
+        e->implied = !adds;
+        kmp_friction_set_given(x, e, 0, 0);
+    }
     return find_matrix(x, t, q, qd, rate, known, nonlinear);
 }
 

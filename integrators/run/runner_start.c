@@ -343,21 +343,6 @@ static kempe_status state_within(void *user, double t, kmp_state_depth depth, bo
     return said == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
-static kmp_event_tracker *make_tracker(kmp_runner *run)
-{
-    bool past = run->spec.slopes && run->delays; /* the past of derivatives has a jump at a kink of a signal */
-    const kmp_event_setup plan = {.system = run->s,
-                                  .eval = run->eval,
-                                  .span = run->spec.t_end - run->spec.t_start,
-                                  .rtol = run->spec.rtol,
-                                  .kinks = run->kind->undo && (!run->spec.kind || past),
-                                  .closely = run->spec.closely,
-                                  .log = run->log,
-                                  .state = state_within,
-                                  .user = run};
-    return kmp_event_tracker_new(&plan, &run->arena);
-}
-
 kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const double *qd, double work)
 {
     KMP_TRY(make_formulation(run, t, q, qd, work));
@@ -368,8 +353,19 @@ kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const d
     KMP_TRY(kmp_runner_make_integrator(run));
     if (!run->s->changes)
         return KEMPE_OK;
-    if (!run->crossing)
-        run->crossing = make_tracker(run);
+    if (!run->crossing) {
+        bool past = run->spec.slopes && run->delays; /* the past of derivatives has a jump at a kink of a signal */
+        const kmp_event_setup plan = {.system = run->s,
+                                      .eval = run->eval,
+                                      .span = run->spec.t_end - run->spec.t_start,
+                                      .rtol = run->spec.rtol,
+                                      .kinks = run->kind->undo && (!run->spec.kind || past),
+                                      .closely = run->spec.closely,
+                                      .log = run->log,
+                                      .state = state_within,
+                                      .user = run};
+        run->crossing = kmp_event_tracker_new(&plan, &run->arena);
+    }
     KMP_TRY(kmp_made(run->s->context, run->crossing));
     run->crossing->search.ready = false;
     return KEMPE_OK;

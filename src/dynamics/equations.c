@@ -555,11 +555,14 @@ static bool init_tree(kmp_equations *eq, const kmp_derivation_request *request, 
     return !kmp_graph_failed(eq->graph);
 }
 
-/* Adds the links with the request's variants. */
-static bool add_links(kmp_equations *eq, const kmp_derivation_request *request)
+/* Sets the variants of the dynamics, and makes a second tree when they differ from the model. */
+static bool set_frames(kmp_equations *eq, const kmp_derivation_request *request)
 {
     const kmp_savings *savings = request->savings;
     kmp_tree *tree = &eq->links;
+    kmp_savings_copy(&eq->savings, savings, eq->model);
+    if (kmp_savings_plain(savings, eq->model))
+        return true;
     if (!init_tree(eq, request, tree))
         return false;
     kmp_move_origins(tree, savings->origin);
@@ -572,13 +575,6 @@ static bool add_links(kmp_equations *eq, const kmp_derivation_request *request)
     if (request->body_inputs)
         kmp_tree_add_inputs(tree, request->no_inputs);
     return true;
-}
-
-/* Sets the variants of the dynamics, and makes a second tree when they differ from the model. */
-static bool set_frames(kmp_equations *eq, const kmp_derivation_request *request)
-{
-    kmp_savings_copy(&eq->savings, request->savings, eq->model);
-    return kmp_savings_plain(request->savings, eq->model) || add_links(eq, request);
 }
 
 static void swap(kmp_ref *a, kmp_ref *b, int count)

@@ -14,10 +14,12 @@
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
 
-/* Adds the conditions of all roles. -1: no memory. */
-static int add_roles(const kmp_tree *tree, const kmp_force *force)
+int kmp_friction_find(const kmp_tree *tree, const kmp_force *force)
 {
-    int first = tree->events->count;
+    int first = tree->events ? kmp_events_find(tree->events, force, KMP_ROLE_SENSE) : -1;
+    if (first >= 0 || !tree->events || tree->settled)
+        return first;
+    first = tree->events->count;
     for (int role = KMP_ROLE_SENSE; role < KMP_ROLE_END; role++) {
         kmp_text text = {0};
         kmp_text_printf(&text, "%s '%s'", force->kind == KMP_FORCE_TOUCH ? "contact" : "friction", force->name);
@@ -29,12 +31,6 @@ static int add_roles(const kmp_tree *tree, const kmp_force *force)
         }
     }
     return first;
-}
-
-int kmp_friction_find(const kmp_tree *tree, const kmp_force *force)
-{
-    int first = tree->events ? kmp_events_find(tree->events, force, KMP_ROLE_SENSE) : -1;
-    return first >= 0 || !tree->events || tree->settled ? first : add_roles(tree, force);
 }
 
 kmp_ref kmp_friction_input(const kmp_tree *tree, const kmp_force *force, kmp_role role)

@@ -108,32 +108,6 @@ static bool shift(section *s, const kmp_table *turned, rail_place *place)
     return true;
 }
 
-static kmp_table *place_section(section *s, rail_place *place)
-{
-    /* Keeps the part that is visible from above, from the highest point to both sides. */
-    int top = 0, first, last;
-    for (int k = 1; k < s->count; k++)
-        if (s->z[k] > s->z[top])
-            top = k;
-    for (first = top; first > 0 && s->y[first - 1] < s->y[first]; first--)
-        ;
-    for (last = top; last + 1 < s->count && s->y[last + 1] > s->y[last]; last++)
-        ;
-    s->count = last - first + 1;
-    s->y += first;
-    s->z += first;
-    place->resolved = kmp_table_check(s->count, s->y, s->z) < 0;
-    if (!place->resolved)
-        return NULL;
-    kmp_table *turned = kmp_table_new(KMP_TABLE_CUBIC, s->count, s->y, s->z), *rail = NULL;
-    if (turned && shift(s, turned, place)) {
-        place->resolved = kmp_table_check(s->count, s->y, s->z) < 0;
-        rail = place->resolved ? kmp_table_new(KMP_TABLE_CUBIC, s->count, s->y, s->z) : NULL;
-    }
-    kmp_table_free(turned);
-    return rail;
-}
-
 /* The height of an inclined rail over the lateral coordinate from the track's middle, zero on its top. The gauge is
  * measured between the inner sides at a depth below the top. Overhanging parts of the inclined rail are left out. NULL:
  * it does not reach the depth, is not resolved, or no memory. */
@@ -151,7 +125,23 @@ static kmp_table *rail_new(const kmp_table *profile, rail_place *place)
         s.y[k] = c * profile->x[k] - sine * profile->y[k];
         s.z[k] = sine * profile->x[k] + c * profile->y[k];
     }
-    kmp_table *rail = place_section(&s, place);
+    /* The part that is visible from above, from the highest point to both sides. */
+    int top = 0, first, last;
+    for (int k = 1; k < s.count; k++)
+        if (s.z[k] > s.z[top])
+            top = k;
+    for (first = top; first > 0 && s.y[first - 1] < s.y[first]; first--)
+        ;
+    for (last = top; last + 1 < s.count && s.y[last + 1] > s.y[last]; last++)
+        ;
+    s = (section){last - first + 1, s.y + first, s.z + first};
+    place->resolved = kmp_table_check(s.count, s.y, s.z) < 0;
+    kmp_table *turned = place->resolved ? kmp_table_new(KMP_TABLE_CUBIC, s.count, s.y, s.z) : NULL, *rail = NULL;
+    if (turned && shift(&s, turned, place)) {
+        place->resolved = kmp_table_check(s.count, s.y, s.z) < 0;
+        rail = place->resolved ? kmp_table_new(KMP_TABLE_CUBIC, s.count, s.y, s.z) : NULL;
+    }
+    kmp_table_free(turned);
     kmp_free(room);
     return rail;
 }
