@@ -958,19 +958,6 @@ static int set_modes(kmp_friction_run *x, double t, const double *q, double rate
     return 0;
 }
 
-/* Holds the elements that stay as they are. */
-static int hold_others(kmp_friction_run *x, double t, const double *q)
-{
-    bool any = false;
-    for (int i = 0; i < x->count; i++) {
-        kmp_friction_element *e = &x->element[i];
-        if (e->stays)
-            kmp_friction_set_held(x, e, kmp_friction_at(x, e, KMP_ROLE_PLACE));
-        any = any || e->stays;
-    }
-    return any ? kmp_friction_choose(x, t, q) : 0;
-}
-
 /* -- changes --------------------------------------------------------------------------------------------- */
 
 static bool is_as_before(const kmp_friction_element *e)
@@ -1027,8 +1014,15 @@ static int decide_and_set(kmp_friction_run *x, double t, double *q, double *qd)
     int status = friction_decide(x, t, q, qd, rate);
     if (status == 0 && x->rest > 0)
         status = set_modes(x, t, q, rate);
-    if (status == 0)
-        status = hold_others(x, t, q);
+    bool any = false;
+    for (int i = 0; status == 0 && i < x->count; i++) { /* holds the elements that stay as they are */
+        kmp_friction_element *e = &x->element[i];
+        if (e->stays)
+            kmp_friction_set_held(x, e, kmp_friction_at(x, e, KMP_ROLE_PLACE));
+        any = any || e->stays;
+    }
+    if (any)
+        status = kmp_friction_choose(x, t, q);
     return status == 0 ? x->site->finish(x->site->self, t, q, qd, x->partly ? x->change : NULL) : status;
 }
 

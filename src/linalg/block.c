@@ -47,17 +47,6 @@ struct kmp_block {
 
 /* -- analysis ---------------------------------------------------------------------------------------- */
 
-static bool allocate(kmp_block *b, int n, int nz)
-{
-    b->n = n;
-    b->nz = nz;
-    return KMP_ARENA_MAKE(
-        &b->arena, KMP_ROOM(double, n, &b->inverse), KMP_ROOM(double, nz, &b->off),
-        KMP_ROOM(double, 2 * n, &b->scratch), KMP_ROOM(char, n, &b->due),
-        KMP_ROOM(int, n + 1, &b->start, &b->lu_start, &b->off_start), KMP_ROOM(int, nz, &b->off_column, &b->target),
-        KMP_ROOM(int, n, &b->p, &b->q, &b->order, &b->pivot, &b->signs, &b->place, &b->row_place, &b->block_of));
-}
-
 static bool permute(kmp_block *b, const int *row, const int *col)
 {
     int n = b->n, matched = 0;
@@ -182,7 +171,16 @@ static bool analyse(kmp_block *b, const int *row, const int *col)
 kmp_block *kmp_block_new(int n, int nz, const int *row, const int *col)
 {
     kmp_block *b = KMP_NEW(kmp_block, 1);
-    if (b && allocate(b, n, nz) && analyse(b, row, col))
+    if (!b)
+        return NULL;
+    b->n = n;
+    b->nz = nz;
+    bool made = KMP_ARENA_MAKE(
+        &b->arena, KMP_ROOM(double, n, &b->inverse), KMP_ROOM(double, nz, &b->off),
+        KMP_ROOM(double, 2 * n, &b->scratch), KMP_ROOM(char, n, &b->due),
+        KMP_ROOM(int, n + 1, &b->start, &b->lu_start, &b->off_start), KMP_ROOM(int, nz, &b->off_column, &b->target),
+        KMP_ROOM(int, n, &b->p, &b->q, &b->order, &b->pivot, &b->signs, &b->place, &b->row_place, &b->block_of));
+    if (made && analyse(b, row, col))
         return b;
     kmp_block_free(b);
     return NULL;

@@ -305,17 +305,6 @@ typedef struct expansion {
     uint8_t *is_known;
 } expansion;
 
-static bool expansion_init(expansion *e, kmp_graph *g, uint32_t nodes, const kmp_stack *trig, kmp_arena *room)
-{
-    *e = (expansion){.graph = g,
-                     .angle_live = KMP_ARENA_NEW(room, uint8_t, nodes),
-                     .known = KMP_ARENA_NEW(room, sincos_of, nodes),
-                     .is_known = KMP_ARENA_NEW(room, uint8_t, nodes)};
-    for (uint32_t k = 0; e->angle_live && k < trig->top; k++)
-        e->angle_live[kmp_id(kmp_graph_node(g, trig->id[k])->a)] = 1;
-    return e->angle_live && e->known && e->is_known;
-}
-
 /* True if sin and cos of r cost nothing or come from calls that are needed anyway. */
 static bool at_hand(const expansion *e, kmp_ref r)
 {
@@ -354,9 +343,14 @@ static sincos_of expand(expansion *e, kmp_ref angle)
 static bool write_out(kmp_graph *g, uint32_t nodes, const uint8_t *live, const kmp_stack *trig, kmp_arena *room,
                       int count, kmp_ref *outputs, bool *changed)
 {
-    expansion e;
-    if (!expansion_init(&e, g, nodes, trig, room))
+    expansion e = {.graph = g,
+                   .angle_live = KMP_ARENA_NEW(room, uint8_t, nodes),
+                   .known = KMP_ARENA_NEW(room, sincos_of, nodes),
+                   .is_known = KMP_ARENA_NEW(room, uint8_t, nodes)};
+    if (!e.angle_live || !e.known || !e.is_known)
         return false;
+    for (uint32_t k = 0; k < trig->top; k++)
+        e.angle_live[kmp_id(kmp_graph_node(g, trig->id[k])->a)] = 1;
     /* Makes both functions of each angle, up to one of a sum to be expanded. */
     bool any = false;
     for (uint32_t k = trig->top; k-- > 0 && !any;) {

@@ -229,13 +229,6 @@ static void polach(kmp_graph *g, const kmp_creep *creep, const ellipse *e, kmp_r
     out->moment = KMP_ZERO;
 }
 
-/* A friction to divide by. */
-static kmp_ref not_zero(kmp_graph *g, kmp_ref friction)
-{
-    double value;
-    return kmp_is_const(g, friction, &value) ? friction : size_of(g, friction, KMP_ZERO, friction_floor);
-}
-
 void kmp_creep_law_force(kmp_graph *g, kmp_creep_law law, const kmp_creep *creep, kmp_creep_force *out)
 {
     *out = (kmp_creep_force){.force = {KMP_ZERO, KMP_ZERO}, .moment = KMP_ZERO};
@@ -244,7 +237,11 @@ void kmp_creep_law_force(kmp_graph *g, kmp_creep_law law, const kmp_creep *creep
     ellipse e = ellipse_of(g, &creep->touch, creep->normal);
     kmp_ref modulus = creep->touch.shear_modulus, bound = creep->normal;
     if (law != KMP_CREEP_LINEAR) {
-        modulus = kmp_div(g, modulus, not_zero(g, creep->friction));
+        double value;
+        kmp_ref friction = creep->friction; /* to divide by */
+        if (!kmp_is_const(g, friction, &value))
+            friction = size_of(g, friction, KMP_ZERO, friction_floor);
+        modulus = kmp_div(g, modulus, friction);
         bound = kmp_mul(g, bound, creep->friction);
     }
     if (law == KMP_CREEP_POLACH)

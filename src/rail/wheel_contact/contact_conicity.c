@@ -113,12 +113,6 @@ static bool pass(const radii_curve *c, curve_place at, double high, double *leng
 
 /* -- the ends ------------------------------------------------------------------------------------------------- */
 
-/* The first root of from + b h + k h^2 / 2 as it rises from below zero. */
-static double root_of(double from, double b, double k)
-{
-    return -2 * from / (b + sqrt(fmax(b * b - 2 * k * from, 0)));
-}
-
 /* An interval of the amplitude that is moved over the curve: its ends, and the integral of d between them. */
 typedef struct interval {
     curve_place low, high;
@@ -171,8 +165,11 @@ static void advance(search *s, interval *i, double step)
     if (i->sum > s->small) {
         if (!isnan(s->flat[0]))
             try_at(s, 0.5 * (s->flat[0] + s->flat[1]));
-        else if (s->below)
-            try_at(s, before.low.y + fmin(fmax(root_of(before.sum, b, k), 0), step));
+        else if (s->below) {
+            /* The first root of from + b h + k h^2 / 2 as it rises from below zero. */
+            double from = before.sum, root = -2 * from / (b + sqrt(fmax(b * b - 2 * k * from, 0)));
+            try_at(s, before.low.y + fmin(fmax(root, 0), step));
+        }
         s->below = false;
         s->flat[0] = NAN;
     }
