@@ -18,15 +18,6 @@ int kmp_deformation_rows_coordinate(const kmp_deformation_rows *x, int k)
     return x->part.u[x->in_u[k]];
 }
 
-/* Rates of rest: rates of states are their values. */
-static void put_rest(const kmp_deformation_rows *x, double *qd)
-{
-    const kempe_model *model = x->s->model;
-    memset(qd, 0, (size_t)x->s->n * sizeof *qd);
-    for (int k = kmp_model_coordinates(model); k < x->s->n; k++)
-        qd[k] = model->start.qd[k].value;
-}
-
 bool kmp_deformation_rows_at(kmp_deformation_rows *x, double *q, double *rows)
 {
     if (x->part.r > 0 && kmp_reduction_close(&x->red, x->t, q, NULL, 0) != 0)
@@ -35,10 +26,14 @@ bool kmp_deformation_rows_at(kmp_deformation_rows *x, double *q, double *rows)
     if (kmp_reduction_factor(&x->red) != 0)
         return false;
     kmp_reduction_tangent(&x->red);
-    if (x->rests)
-        put_rest(x, x->qd);
-    else
+    if (x->rests) { /* rates of states are their values */
+        const kempe_model *model = x->s->model;
+        memset(x->qd, 0, (size_t)x->s->n * sizeof *x->qd);
+        for (int k = kmp_model_coordinates(model); k < x->s->n; k++)
+            x->qd[k] = model->start.qd[k].value;
+    } else {
         kmp_reduction_rates(&x->red, x->ud, x->qd);
+    }
     kmp_eval_mass(x->eval);
     kmp_load_forget(x->eval);
     kmp_eval_bias(x->eval, x->qd);

@@ -37,21 +37,16 @@ static void add_side(kmp_loop_polygon *p, int body, int from, int to)
     }
 }
 
-static bool turns_only(const kempe_model *model, int body)
-{
-    for (int k = 0; k < model->bodies[body].motion_count; k++)
-        if (!model->motions[model->bodies[body].first_motion + k].rotation)
-            return false;
-    return true;
-}
-
 /* Adds the sides on the bodies from point `at` of `body` up to `top`. *at is then a point of `top`. */
 static void climb(kmp_loop_polygon *p, int body, int top, int *at)
 {
     for (; body != top; body = p->model->bodies[body].parent) {
-        p->slides = p->slides || !turns_only(p->model, body) || p->model->bodies[body].flexible > 0;
-        add_side(p, body, p->model->bodies[body].to, *at);
-        *at = p->model->bodies[body].at;
+        const kmp_body *b = &p->model->bodies[body];
+        p->slides = p->slides || b->flexible > 0;
+        for (int k = 0; k < b->motion_count; k++)
+            p->slides = p->slides || !p->model->motions[b->first_motion + k].rotation;
+        add_side(p, body, b->to, *at);
+        *at = b->at;
     }
 }
 

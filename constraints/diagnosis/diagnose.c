@@ -99,17 +99,6 @@ static bool too_short(const kempe_model *model, int closure, kmp_short_links *re
     return p.longest > others * (1 + 1e-12);
 }
 
-/* Finds the reason why an assembly stays open. */
-static kempe_status obstacle_find(kmp_obstacle *obstacle, const kempe_assembly *assembly, kmp_arena *arena)
-{
-    const kempe_system *s = assembly->system;
-    obstacle->reaches = KMP_ARENA_NEW(arena, kmp_short_links, s->model->closure_count);
-    KMP_TRY(kmp_made(s->context, obstacle->reaches && try_releases(obstacle, s, arena)));
-    for (int c = 0; c < s->model->closure_count; c++)
-        obstacle->reach_count += too_short(s->model, c, &obstacle->reaches[obstacle->reach_count]);
-    return KEMPE_OK;
-}
-
 /* b (r x p) = Bvu, scaled, from the scaled J here; false when singular. */
 static bool dependent_rates(const kmp_examination *x, double *jv, int *pivot, double *b)
 {
@@ -645,15 +634,20 @@ static kempe_status examine(kempe_check *check)
 /* Keeps the message of the assembly; later trial assemblies add their own to the context. */
 static kempe_status explain(kempe_check *check)
 {
+    const kempe_system *s = check->assembly->system;
     kempe_context *context = check->system->context;
     check->reason = kmp_arena_strdup(&check->arena, kempe_context_message(context));
-    if (!check->reason || obstacle_find(&check->obstacle, check->assembly, &check->arena) != KEMPE_OK)
+    kmp_obstacle *obstacle = &check->obstacle;
+    obstacle->reaches = KMP_ARENA_NEW(&check->arena, kmp_short_links, s->model->closure_count);
+    if (!check->reason || !obstacle->reaches || !try_releases(obstacle, s, &check->arena))
         return kmp_fail_memory(context);
+    for (int c = 0; c < s->model->closure_count; c++)
+        obstacle->reach_count += too_short(s->model, c, &obstacle->reaches[obstacle->reach_count]);
     kmp_context_clear(context);
-    for (const char *s = check->reason; *s; s += s[0] == '\n') {
-        int length = (int)strcspn(s, "\n");
-        (void)kmp_fail(context, KEMPE_E_FAILED, "%.*s", length, s);
-        s += length;
+    for (const char *line = check->reason; *line; line += line[0] == '\n') {
+        int length = (int)strcspn(line, "\n");
+        (void)kmp_fail(context, KEMPE_E_FAILED, "%.*s", length, line);
+        line += length;
     }
     return KEMPE_E_FAILED;
 }

@@ -445,14 +445,6 @@ static void set_constant_inputs(kmp_evaluator *eval)
 
 /* Makes the machines, the arrays, and the values that are constant during steps. Programs that are rarely evaluated use
  * the tape, which needs no compilation. False: no memory. */
-/* Late conditions have separate outputs, in their order. */
-static void list_late(kmp_evaluator *eval)
-{
-    const kmp_events *events = &eval->system->events;
-    for (int k = 0; eval->late && k < events->count; k++)
-        if (events->condition[k].late)
-            eval->late[eval->late_count++] = k;
-}
 
 static bool make_machines(kmp_evaluator *eval, kmp_eval_use use)
 {
@@ -482,8 +474,10 @@ static bool make_machines(kmp_evaluator *eval, kmp_eval_use use)
         return false;
     if (eval->nu)
         eval_set_all(eval, KMP_IN_LAMBDA, eval->nu);
-    if (eval->changes)
-        list_late(eval);
+    /* Late conditions have separate outputs, in their order. */
+    for (int k = 0; eval->changes && k < s->events.count; k++)
+        if (s->events.condition[k].late)
+            eval->late[eval->late_count++] = k;
     kmp_charts_reset(eval->system, eval->chart);
     set_constant_inputs(eval);
     return true;
@@ -627,19 +621,6 @@ void kmp_eval_mass(kmp_evaluator *eval)
     }
 }
 
-/* Accelerations and multipliers by the recursion; adds efforts outside the program. `effort` is zero, or the
- * effort of the user-defined force. */
-static void accelerate_bodies(kmp_evaluator *eval)
-{
-    for (int i = 0; eval->given && i < eval->n; i++)
-        eval->with_force[i] = eval->effort[i] + eval->given[i];
-    if (eval->given || eval->gave || eval->system->force)
-        kmp_machine_set(eval->motion, KMP_IN_EFFORT, eval->given ? eval->with_force : eval->effort);
-    eval->gave = eval->given;
-    eval->qdd = run_stage(eval, eval->motion, KMP_STAGE_BIAS);
-    eval->multipliers = eval->qdd + eval->n;
-}
-
 void kmp_eval_keep_rows(kmp_evaluator *eval, const int *position)
 {
     bool same = true;
@@ -746,11 +727,19 @@ void kmp_eval_bias(kmp_evaluator *eval, const double *qd)
     eval_follow_conditions(eval, NULL, NULL, qd);
     kmp_machine_set(eval->motion, KMP_IN_QD, qd);
     (void)kmp_eval_effort(eval, eval->t, eval->q, qd);
-    if (eval->by_bodies)
-        accelerate_bodies(eval);
-    else if (eval->weighs_only)
+    if (eval->by_bodies) {
+        /* Accelerations and multipliers by the recursion, with efforts outside the program; `effort` is zero, or of the
+         * user-defined force. */
+        for (int i = 0; eval->given && i < eval->n; i++)
+            eval->with_force[i] = eval->effort[i] + eval->given[i];
+        if (eval->given || eval->gave || eval->system->force)
+            kmp_machine_set(eval->motion, KMP_IN_EFFORT, eval->given ? eval->with_force : eval->effort);
+        eval->gave = eval->given;
+        eval->qdd = run_stage(eval, eval->motion, KMP_STAGE_BIAS);
+        eval->multipliers = eval->qdd + eval->n;
+    } else if (eval->weighs_only) {
         find_bias(eval, qd);
-    else {
+    } else {
         eval->own_bias = run_stage(eval, eval->motion, KMP_STAGE_BIAS);
         eval->jdqd = eval->nu ? eval->own_bias : eval->own_bias + eval->n;
         if (eval->nu)

@@ -38,13 +38,6 @@ static output_places find_outputs(const kempe_system *s)
     return o;
 }
 
-/* True if available: no implicit block, no user-defined force, a moderate number of coordinates. */
-static bool tangent_numbers_can(const kempe_system *system)
-{
-    return !system->force && system->load_row_count == 0 && system->n <= MOST_MOTIONS &&
-           kmp_motion_need(system) == KEMPE_OK && kmp_duals_know(system->motion);
-}
-
 /* -- assembly of blocks ---------------------------------------------------------------------------------- */
 
 /* Columns from `first` on of all blocks at an instant; without an instant, possible nonzeros are marked. */
@@ -187,11 +180,6 @@ static tangent_numbers *tangent_numbers_new(const kempe_system *system, kmp_list
 
 /* -- numbers ------------------------------------------------------------------------------------------- */
 
-static void tangent_numbers_set_parameters(tangent_numbers *numbers, const double *parameters)
-{
-    kmp_duals_set(numbers->duals, KMP_IN_PARAMETER, parameters);
-}
-
 /* Evaluates all entries; valid until the next call; no allocation. */
 static const double *evaluate(void *numbers, const kmp_instant *at)
 {
@@ -215,27 +203,31 @@ static const double *evaluate(void *numbers, const kmp_instant *at)
 
 kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend)
 {
-    if (!tangent_numbers_can(system))
+    /* Not for user-defined forces, implicit blocks or many coordinates. */
+    if (system->force || system->load_row_count > 0 || system->n > MOST_MOTIONS ||
+        kmp_motion_need(system) != KEMPE_OK || !kmp_duals_know(system->motion))
         return kmp_tangents_init(tangents, system, backend, kmp_tangents_of_runs(system));
     *tangents = (kmp_tangents){.n = system->n, .m = system->m};
     for (int v = 0; v < KMP_VALUES; v++)
         tangents->at[v] = -1;
     kmp_listing list = {0};
-    tangents->numbers = tangent_numbers_new(system, &list, &tangents->arena);
+    tangent_numbers *numbers = tangent_numbers_new(system, &list, &tangents->arena);
+    tangents->numbers = numbers;
     tangents->by_numbers = evaluate;
     kmp_tangents_sort(tangents, &list);
-    if (!tangents->numbers || !kmp_tangents_list_columns(tangents)) {
+    if (!numbers || !kmp_tangents_list_columns(tangents)) {
         kmp_tangents_free(tangents);
         return kmp_fail_memory(system->context);
     }
-    tangent_numbers_set_parameters(tangents->numbers, system->parameters);
+    kmp_duals_set(numbers->duals, KMP_IN_PARAMETER, system->parameters);
     return KEMPE_OK;
 }
 
 void kmp_tangents_renew_parameters(kmp_tangents *tangents, const double *parameters)
 {
-    if (tangents->numbers) {
-        tangent_numbers_set_parameters(tangents->numbers, parameters);
+    tangent_numbers *numbers = tangents->numbers;
+    if (numbers) {
+        kmp_duals_set(numbers->duals, KMP_IN_PARAMETER, parameters);
         return;
     }
     if (tangents->value.machine)

@@ -277,17 +277,6 @@ static void contract(const search *x, double *out)
     }
 }
 
-/* Marks the nodes of the rows of h, and zero. NULL: no memory. */
-static uint8_t *mark_closures(const kmp_equations *eq)
-{
-    uint8_t *live = KMP_GRAPH_NEW(eq->graph, uint8_t, kmp_graph_count(eq->graph));
-    if (live) {
-        live[kmp_id(KMP_ZERO)] = 1;
-        kmp_live_mark(eq->graph, eq->m, eq->h, live);
-    }
-    return live;
-}
-
 /* Nodes that are the same for all q have their values from now on. */
 static void keep_constants(const kmp_graph *g, uint8_t *live)
 {
@@ -305,7 +294,11 @@ static kempe_status add_closures(search *x, double times)
     int m = s->m;
     double *value = KMP_GRAPH_NEW(eq.graph, double, kmp_graph_count(eq.graph));
     double *start = KMP_GRAPH_NEW(eq.graph, double, 1 + KMP_TIME_NUMBERS * x->model->input_count);
-    uint8_t *live = mark_closures(&eq);
+    uint8_t *live = KMP_GRAPH_NEW(eq.graph, uint8_t, kmp_graph_count(eq.graph)); /* of the rows of h, and zero */
+    if (live) {
+        live[kmp_id(KMP_ZERO)] = 1;
+        kmp_live_mark(eq.graph, eq.m, eq.h, live);
+    }
     if (start)
         kmp_model_times(x->model, 0, start);
     for (int k = 0; value && start && live && k < all_places(x); k++) {
@@ -683,18 +676,6 @@ static kempe_status derive_system(const kempe_model *model, kmp_variant *given, 
     return KMP_GIVE_OR_FREE(status, system, s, kempe_system_free);
 }
 
-/* Reports the gaps as drawn, and that a mended system closes them. */
-static void report_misfits(const kempe_system *s)
-{
-    for (int c = 0; c < s->model->closure_count; c++) {
-        kmp_text text = {0};
-        kmp_put_misfit(&text, s, c);
-        if (text.s && text.length > 0)
-            kmp_log(s->context, KEMPE_LOG_WARNING, "%s", text.s);
-        kmp_text_free(&text);
-    }
-}
-
 static kempe_status new_system(const kempe_model *model, kmp_variant *given, const char *word, kempe_system **system)
 {
     kempe_system *s = given ? NULL : kmp_system_recall(model, word);
@@ -702,7 +683,13 @@ static kempe_status new_system(const kempe_model *model, kmp_variant *given, con
         kmp_context_clear(model->context);
     else
         KMP_TRY(derive_system(model, given, word, &s));
-    report_misfits(s);
+    for (int c = 0; c < s->model->closure_count; c++) { /* gaps as drawn, also where a mended system closes them */
+        kmp_text text = {0};
+        kmp_put_misfit(&text, s, c);
+        if (text.s && text.length > 0)
+            kmp_log(s->context, KEMPE_LOG_WARNING, "%s", text.s);
+        kmp_text_free(&text);
+    }
     *system = s;
     return KEMPE_OK;
 }

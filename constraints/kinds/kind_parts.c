@@ -44,11 +44,6 @@ static void axes_of(const kmp_tree *tree, const kmp_closure *closure, int side, 
     axes[2] = kmp_point_direction(tree, point, b, frame);
 }
 
-static kmp_vec sum(kmp_graph *g, const kmp_ref *factor, kmp_vec u, kmp_vec v)
-{
-    return kmp_vec_add(g, kmp_vec_scale(g, factor[0], u), kmp_vec_scale(g, factor[1], v));
-}
-
 kmp_vec kmp_part_gap(const kmp_tree *tree, const kmp_closure *closure)
 {
     int frame;
@@ -112,10 +107,13 @@ static kmp_vec load_of_products(const kmp_tree *tree, const kmp_closure *closure
     axes_of(tree, closure, 0, first);
     if (moment)
         axes_of(tree, closure, 1, second);
-    kmp_vec v = rows == 2 ? sum(tree->graph, lambda, first[from], first[from + 1]) : first[from];
+    kmp_graph *g = tree->graph;
+    kmp_vec v = first[from];
+    if (rows == 2)
+        v = kmp_vec_add(g, kmp_vec_scale(g, lambda[0], v), kmp_vec_scale(g, lambda[1], first[from + 1]));
     if (moment)
-        v = kmp_vec_cross(tree->graph, second[0], v);
-    return kmp_part_own(tree, closure, rows == 1 ? kmp_vec_scale(tree->graph, lambda[0], v) : v);
+        v = kmp_vec_cross(g, second[0], v);
+    return kmp_part_own(tree, closure, rows == 1 ? kmp_vec_scale(g, lambda[0], v) : v);
 }
 
 /* A part of products with axes `from` (0: e1, 1: a1, 2: b1) and on. */

@@ -360,32 +360,21 @@ kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system,
     return kmp_partition_of_rank(part, system, jacobian, -1, wish, wish_count);
 }
 
-/* Without a row that counts, as where all contacts are open, all coordinates are independent. */
-static void take_all(kmp_partition *part)
-{
-    part->p = part->n;
-    for (int k = 0; k < part->n; k++)
-        part->u[k] = k;
-    for (int r = 0; r < part->m; r++)
-        part->redundant[r] = r;
-}
-
-static bool is_zero(int count, const double *x)
-{
-    for (int k = 0; k < count; k++)
-        if (x[k] != 0)
-            return false;
-    return true;
-}
-
 kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *system, const double *jacobian, int rank,
                                    const int *wish, int wish_count)
 {
     kmp_pick c;
     kmp_arena_lent room;
     bool made = allocate(part, system->n, system->m);
-    if (made && rank <= 0 && wish_count == 0 && is_zero(system->jacobian.count, jacobian)) {
-        take_all(part);
+    bool counts = !made || rank > 0 || wish_count > 0;
+    for (int e = 0; !counts && e < system->jacobian.count; e++)
+        counts = jacobian[e] != 0;
+    if (!counts) { /* as where all contacts are open: all coordinates are independent */
+        part->p = part->n;
+        for (int k = 0; k < part->n; k++)
+            part->u[k] = k;
+        for (int r = 0; r < part->m; r++)
+            part->redundant[r] = r;
         return KEMPE_OK;
     }
     made = choice_init(&c, &room, system, jacobian) && made;

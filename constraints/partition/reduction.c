@@ -114,27 +114,22 @@ static void put_dependent(const kmp_reduction *red, double *out)
         out[red->part->v[i]] = red->dv[i];
 }
 
-/* Bvu, with all its zeros, and the rows of v in X. */
-static void solve_dense_tangent(kmp_reduction *red)
-{
-    int n = red->n, p = red->p, r = red->r;
-    memset(red->bvu, 0, (size_t)(r * p) * sizeof *red->bvu);
-    for (int k = 0; k < red->ju_count; k++)
-        red->bvu[red->ju_row[k] + red->ju_col[k] * r] = -red->eval->jacobian[red->ju_entry[k]];
-    kmp_block_solve(red->block, p, red->bvu);
-    for (int k = 0; k < p; k++)
-        for (int i = 0; i < r; i++)
-            red->x[red->part->v[i] + k * n] = red->bvu[i + k * r];
-}
-
 void kmp_reduction_tangent(kmp_reduction *red)
 {
     if (red->r == 0)
         return;
-    if (red->zeros)
+    if (red->zeros) {
         kmp_sparse_tangent_tangent(red->zeros, red, red->eval->jacobian);
-    else
-        solve_dense_tangent(red);
+    } else { /* Bvu, with all its zeros, and the rows of v in X */
+        const int n = red->n, p = red->p, r = red->r;
+        memset(red->bvu, 0, (size_t)(r * p) * sizeof *red->bvu);
+        for (int k = 0; k < red->ju_count; k++)
+            red->bvu[red->ju_row[k] + red->ju_col[k] * r] = -red->eval->jacobian[red->ju_entry[k]];
+        kmp_block_solve(red->block, p, red->bvu);
+        for (int k = 0; k < p; k++)
+            for (int i = 0; i < r; i++)
+                red->x[red->part->v[i] + k * n] = red->bvu[i + k * r];
+    }
     if (!red->eval->h_t)
         return;
     solve_rows(red, -1, red->eval->h_t);

@@ -192,16 +192,6 @@ static KMP_CLONES void eliminate(kmp_reduction_lanes *x)
     }
 }
 
-/* True if no multiplier exceeds its bound, and all pivots have finite reciprocals. */
-static bool is_good(const kmp_reduction_lanes *x)
-{
-    bool good = true;
-    for (int e = 0; e < x->lower_start[x->r]; e++)
-        for (int l = 0; l < W; l++)
-            good = good && fabs(x->factor[x->lower[e].slot * W + l]) <= x->bound[e];
-    return good && kmp_stage_lanes_finite(x->r, x->inverse);
-}
-
 bool kmp_reduction_lanes_factor(kmp_reduction_lanes *lanes, const double *jacobian)
 {
     const kmp_reduction *red = lanes->red;
@@ -209,7 +199,11 @@ bool kmp_reduction_lanes_factor(kmp_reduction_lanes *lanes, const double *jacobi
     for (int k = 0; k < red->jv_count; k++)
         memcpy(lanes->factor + lanes->slot_of[k] * W, jacobian + red->jv_entry[k] * W, W * sizeof *jacobian);
     eliminate(lanes);
-    return is_good(lanes);
+    bool good = true; /* no multiplier exceeds its bound, and all pivots have finite reciprocals */
+    for (int e = 0; e < lanes->lower_start[lanes->r]; e++)
+        for (int l = 0; l < W; l++)
+            good = good && fabs(lanes->factor[lanes->lower[e].slot * W + l]) <= lanes->bound[e];
+    return good && kmp_stage_lanes_finite(lanes->r, lanes->inverse);
 }
 
 /* b (count vectors) += factor x, and b *= factor. */

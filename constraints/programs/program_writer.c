@@ -148,12 +148,6 @@ static bool import(kmp_program_writer *w, int stages)
     return true;
 }
 
-/* As kmp_writer_import, only of the closures. */
-static bool writer_import_closure(kmp_program_writer *w)
-{
-    return import(w, KMP_STAGE_CLOSURE + 1);
-}
-
 bool kmp_writer_import(kmp_program_writer *w)
 {
     const kempe_system *s = w->s;
@@ -560,7 +554,7 @@ void kmp_writer_blocks_correct(const kmp_writer_blocks *k, const kmp_ref *h, kmp
 bool kmp_writer_close(kmp_program_writer *w, kmp_writer_blocks k, kmp_ref *dv)
 {
     kmp_ref *room = KMP_ARENA_NEW(&w->arena, kmp_ref, k.red->r);
-    if (!room || !writer_import_closure(w) || !kmp_writer_blocks_init(&k, &w->arena, w->g, w->jacobian))
+    if (!room || !import(w, KMP_STAGE_CLOSURE + 1) || !kmp_writer_blocks_init(&k, &w->arena, w->g, w->jacobian))
         return false;
     for (int number = kmp_block_count(k.red->block); number-- > 0;)
         kmp_writer_blocks_factor(&k, number);
@@ -624,16 +618,6 @@ static void count_neighbours(const search *s, int i)
     }
 }
 
-/* The unknown of least degree, the last one of several: in a tree of bodies leaves come first. */
-static int choose(const search *s)
-{
-    int best = -1;
-    for (int i = s->ldl->size; i-- > 0;)
-        if (s->ldl->step[i] < 0 && s->waits[i] == 0 && (best < 0 || s->degree[i] < s->degree[best]))
-            best = i;
-    return best;
-}
-
 /* Eliminates an unknown, which couples its neighbours with each other. Returns their number. */
 static long eliminate(const search *s, int i, int step)
 {
@@ -664,7 +648,11 @@ static int find_order(const search *s)
     for (int i = 0; i < ldl->size; i++)
         count_neighbours(s, i);
     for (int k = 0; k < ldl->size; k++) {
-        long degree = eliminate(s, choose(s), k);
+        int best = -1; /* the unknown of least degree, the last one of several: in a tree of bodies leaves come first */
+        for (int i = ldl->size; i-- > 0;)
+            if (ldl->step[i] < 0 && s->waits[i] == 0 && (best < 0 || s->degree[i] < s->degree[best]))
+                best = i;
+        long degree = eliminate(s, best, k);
         entries += (int)degree;
         ldl->operations += 2 + degree * (degree + 6);
     }

@@ -144,22 +144,16 @@ static kmp_ref force_of(const maker *k, int i, const kmp_ref *udd)
 
 /* -- multipliers -------------------------------------------------------------------------------------- */
 
-/* The column of Jv^-1 of an independent row: the multiplier of this row is its product with the forces of v. */
-static const kmp_ref *column_of(maker *k, int row)
-{
-    kmp_ref *column = k->column + row * k->r, *unit = k->lambda; /* which is written later */
-    for (int i = 0; i < k->r; i++)
-        unit[i] = i == row ? KMP_ONE : KMP_ZERO;
-    for (int number = kmp_block_count(k->red->block); number-- > 0;)
-        kmp_writer_blocks_solve(&k->jv, number, 1, unit, column);
-    return column;
-}
-
 /* The multiplier of load row j as it follows from C: influence' C + the value returned. udd = -Mr^-1 (X' C + (M X)' a0)
  * is left out. */
 static kmp_ref find_influence(maker *k, const reduced *mr, int j, kmp_ref *influence)
 {
-    const kmp_ref *column = column_of(k, k->load[j]);
+    /* The column of Jv^-1 of the row: its multiplier is the product with the forces of v. */
+    kmp_ref *column = k->column + k->load[j] * k->r, *unit = k->lambda; /* which is written later */
+    for (int i = 0; i < k->r; i++)
+        unit[i] = i == k->load[j] ? KMP_ONE : KMP_ZERO;
+    for (int number = kmp_block_count(k->red->block); number-- > 0;)
+        kmp_writer_blocks_solve(&k->jv, number, 1, unit, column);
     kmp_ref z[KMP_REDUCED_PROGRAM_MOST] = {0}, constant = KMP_ZERO;
     for (int i = 0; i < k->n; i++) {
         int place = k->red->place[i];

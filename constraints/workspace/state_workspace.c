@@ -288,17 +288,6 @@ static int find_shared(kempe_workspace *ws)
     return -1;
 }
 
-/* True if each dropped row is compatible with the motions that the others allow, up to the gap of open loops. */
-static bool drops_rightly(const kempe_workspace *ws)
-{
-    const kempe_system *s = ws->system;
-    double most = fmax(KMP_RANK_NOT_REDUNDANT, KMP_CLOSED_DECIDED * kmp_eval_residual(ws->eval));
-    for (int k = 0; ws->part.r < ws->m && k < ws->part.p; k++)
-        if (!(kmp_reduction_slip(&ws->red, k, NULL) * s->scale[ws->part.u[k]] <= most))
-            return false;
-    return true;
-}
-
 /* Computes accelerations and multipliers on the choice of the start into `answer`. false: the choice is bad here. */
 static bool by_partition(kempe_workspace *ws)
 {
@@ -308,8 +297,14 @@ static bool by_partition(kempe_workspace *ws)
         return false;
     kmp_reduction_tangent(&ws->red);
     if (!(kmp_reduction_lever(&ws->red) <= KMP_GROWTH_LEVER) ||
-        !(kmp_reduction_growth(&ws->red, &v, &u) <= KMP_EXCHANGE_WISH) || !drops_rightly(ws) ||
-        kmp_reduction_accelerate(&ws->red, udd))
+        !(kmp_reduction_growth(&ws->red, &v, &u) <= KMP_EXCHANGE_WISH))
+        return false;
+    /* Each dropped row is compatible with the motions that the others allow, up to the gap of open loops. */
+    double most = fmax(KMP_RANK_NOT_REDUNDANT, KMP_CLOSED_DECIDED * kmp_eval_residual(ws->eval));
+    for (int k = 0; ws->part.r < ws->m && k < ws->part.p; k++)
+        if (!(kmp_reduction_slip(&ws->red, k, NULL) * ws->system->scale[ws->part.u[k]] <= most))
+            return false;
+    if (kmp_reduction_accelerate(&ws->red, udd))
         return false;
     kmp_reduction_accelerations(&ws->red, udd, ws->answer);
     kmp_reduction_multipliers(&ws->red, ws->answer, ws->answer + ws->n);

@@ -419,20 +419,15 @@ static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
     return renew_program((projected *)formulation, t, y);
 }
 
-/* Forgets what the last steps have shown, which were elsewhere. */
-static void forget_place(projected *d)
-{
-    d->formulation.rested = false;
-    d->cancelled = d->by_program = d->is_near = false;
-    d->of_run = NULL;
-    d->refused_h = d->noise = 0;
-}
-
 static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
 {
     projected *d = (projected *)formulation;
-    if (formulation->rested)
-        forget_place(d);
+    if (formulation->rested) { /* what the last steps have shown was elsewhere */
+        formulation->rested = false;
+        d->cancelled = d->by_program = d->is_near = false;
+        d->of_run = NULL;
+        d->refused_h = d->noise = 0;
+    }
     d->t = t;
     (void)yp;
     memcpy(y, q, (size_t)d->n * sizeof *y);

@@ -493,21 +493,6 @@ static inline bool applies(const kmp_reduced *d)
            kmp_reduced_program_applies(d->programs.scalar);
 }
 
-/* Evaluates q, qd and udd at (t, y), and dy. The program gives only dy. */
-static int evaluate_apart(kmp_reduced *d, double t, const double *y, double *dy)
-{
-    d->use.evaluations++;
-    if (reduced_evaluate(d, t, y) != KMP_GO)
-        return KMP_RETRY;
-    for (int k = 0; k < d->p; k++) {
-        dy[k] = y[d->p + k];
-        dy[d->p + k] = d->udd[k];
-    }
-    for (int i = 0; d->has_v && i < d->r; i++)
-        dy[2 * d->p + i] = d->qd[d->part.v[i]];
-    return KMP_GO;
-}
-
 int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
 {
     kmp_reduced *d = self;
@@ -516,14 +501,26 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
         made = d->integrated ? kmp_reduced_program_run(d->programs.scalar, t, y, dy)
                              : reduced_evaluate_closing(d, t, y, dy);
     d->use.by_saddle_program = made && by_saddle;
-    int said = made ? KMP_GO : runs && d->integrated && !by_saddle ? KMP_RETRY : evaluate_apart(d, t, y, dy);
-    for (int k = 0; said == KMP_GO && k < d->p; k++)
+    if (!made && runs && d->integrated && !by_saddle)
+        return KMP_RETRY;
+    if (!made) { /* a program gives only dy */
+        d->use.evaluations++;
+        if (reduced_evaluate(d, t, y) != KMP_GO)
+            return KMP_RETRY;
+        for (int k = 0; k < d->p; k++) {
+            dy[k] = y[d->p + k];
+            dy[d->p + k] = d->udd[k];
+        }
+        for (int i = 0; d->has_v && i < d->r; i++)
+            dy[2 * d->p + i] = d->qd[d->part.v[i]];
+    }
+    for (int k = 0; k < d->p; k++)
         if (!isfinite(dy[d->p + k]))
             return KMP_RETRY;
-    if (said == KMP_GO && d->has_work)
+    if (d->has_work)
         dy[reduced_work(d)] = made ? kmp_reduced_program_power(d->programs.scalar)
                                    : kmp_eval_power_here(d->eval, d->qd) + reduced_drive_power(d);
-    return said;
+    return KMP_GO;
 }
 
 /* Callback of an integrator that evaluates several stages at once. The program gives the slopes of u's rates and of v,
@@ -779,14 +776,6 @@ static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
     return said == KMP_GO && put_slope(d, t, y, yp) == KMP_GO ? KMP_CHANGED : KMP_HALT;
 }
 
-/* Forgets what the last steps have shown, which were elsewhere. */
-static void forget_place(kmp_reduced *d)
-{
-    d->formulation.rested = false;
-    d->use.apart = d->use.cancelled = d->use.by_saddle_program = false;
-    d->corrected = (kmp_last_correction){.t = NAN};
-}
-
 static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
@@ -796,8 +785,11 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
     kmp_reduced_pack(&d->part, d->has_v, q, qd, y);
     if (reduced_linearise_at(d, t, y) != KMP_GO)
         return KMP_HALT;
-    if (elsewhere)
-        forget_place(d);
+    if (elsewhere) { /* what the last steps have shown was elsewhere */
+        formulation->rested = false;
+        d->use.apart = d->use.cancelled = d->use.by_saddle_program = false;
+        d->corrected = (kmp_last_correction){.t = NAN};
+    }
     reduced_judge(d);
     if (d->formulation.due && reduced_exchange(d, t, y) != KMP_GO)
         return KMP_HALT;

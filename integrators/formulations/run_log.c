@@ -66,21 +66,17 @@ bool kmp_run_log_merge(kmp_run_log *log, kempe_context *context, kmp_run_log *pa
     return all;
 }
 
-/* The last contact of the element that has not ended; NULL: none. */
-static kmp_contact_time *open_contact(const kmp_run_log *log, int force)
-{
-    for (int k = log->contact_count - 1; k >= 0; k--)
-        if (log->contacts[k].force == force)
-            return isnan(log->contacts[k].until) ? &log->contacts[k] : NULL;
-    return NULL;
-}
-
 void kmp_run_log_contact(kmp_run_log *log, int force, double t, bool begins, double most)
 {
-    kmp_contact_time *last = log && !begins ? open_contact(log, force) : NULL, *contacts = NULL;
+    kmp_contact_time *contacts = NULL;
     if (!log)
         return;
-    if (last) {
+    for (int k = log->contact_count - 1; k >= 0 && !begins; k--) {
+        kmp_contact_time *last = &log->contacts[k];
+        if (last->force != force)
+            continue;
+        if (!isnan(last->until))
+            break;
         last->until = t;
         last->most = most;
         return;

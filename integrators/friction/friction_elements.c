@@ -54,6 +54,16 @@ KMP_LOCAL double kmp_friction_halt(const kmp_friction_run *x, const kmp_friction
     return none * e->size * rate;
 }
 
+KMP_LOCAL void kmp_friction_pair_components(const kmp_friction_run *x, int count, const int *which, int *partner)
+{
+    for (int k = 0; k < count; k++) {
+        partner[k] = -1;
+        for (int i = 0; i < count && x->element[which[k]].twin >= 0; i++)
+            if (x->element[which[k]].twin == which[i])
+                partner[k] = i;
+    }
+}
+
 KMP_LOCAL double kmp_friction_size(const kmp_friction_run *x, int i)
 {
     return x->partner[i] < 0 ? fabs(x->f[i]) : hypot(x->f[i], x->f[x->partner[i]]);

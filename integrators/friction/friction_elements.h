@@ -23,6 +23,9 @@ KMP_LOCAL void kmp_friction_set_off(kmp_friction_run *x, kmp_friction_element *e
 /** The rate of slip in two directions that counts as none: within it the direction is not known. */
 KMP_LOCAL double kmp_friction_halt(const kmp_friction_run *x, const kmp_friction_element *e, double rate);
 
+/** The places of both components of slip in two directions among the elements of a list; -1 for others. */
+KMP_LOCAL void kmp_friction_pair_components(const kmp_friction_run *x, int count, const int *which, int *partner);
+
 /** The size of the force of element i of the elements at rest, both its components. */
 KMP_LOCAL double kmp_friction_size(const kmp_friction_run *x, int i);
 

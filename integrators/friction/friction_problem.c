@@ -8,25 +8,6 @@
 #include <math.h>
 #include <string.h>
 
-/* The growth of levels with friction: the largest row sum of |dF_i/df_j|, with levels F that depend on multipliers,
- * which depend on the friction f. Below 1 the iteration for levels contracts, so that there is one solution. */
-
-static double level_of(const kmp_friction_run *x, int i)
-{
-    return kmp_friction_level_at(x, &x->element[i], KMP_ROLE_LEVEL);
-}
-
-static int add_column(kmp_friction_run *x, int j, double t, const double *q, const double *qd)
-{
-    double unit = KMP_FRICTION_UNIT * (x->tried[j] > 0 ? x->tried[j] : 1); /* the sizes of reactions have kinks */
-    kmp_friction_set_given(x, &x->element[j], unit, 0);
-    KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
-    for (int i = 0; i < x->count; i++)
-        x->aside[i] += fabs(level_of(x, i) - x->tried[i]) / unit;
-    kmp_friction_set_given(x, &x->element[j], 0, 0);
-    return 0;
-}
-
 /* The growth of levels with friction at a state, and the element whose level grows most. No row is held afterwards. */
 static int friction_grow(kmp_friction_run *x, double t, const double *q, const double *qd, double *growth, int *most)
 {
@@ -37,12 +18,19 @@ static int friction_grow(kmp_friction_run *x, double t, const double *q, const d
     KMP_FRICTION_TRY(kmp_friction_choose(x, t, q));
     KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
     for (int i = 0; i < x->count; i++) {
-        x->tried[i] = level_of(x, i);
+        x->tried[i] = kmp_friction_level_at(x, &x->element[i], KMP_ROLE_LEVEL);
         x->aside[i] = 0;
     }
-    for (int j = 0; j < x->count; j++)
-        if (!x->element[j].contact) /* the force of a contact is not friction */
-            KMP_FRICTION_TRY(add_column(x, j, t, q, qd));
+    for (int j = 0; j < x->count; j++) {
+        if (x->element[j].contact) /* its force is not friction */
+            continue;
+        double unit = KMP_FRICTION_UNIT * (x->tried[j] > 0 ? x->tried[j] : 1); /* the sizes of reactions have kinks */
+        kmp_friction_set_given(x, &x->element[j], unit, 0);
+        KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
+        for (int i = 0; i < x->count; i++)
+            x->aside[i] += fabs(kmp_friction_level_at(x, &x->element[i], KMP_ROLE_LEVEL) - x->tried[i]) / unit;
+        kmp_friction_set_given(x, &x->element[j], 0, 0);
+    }
     for (int i = 0; i < x->count; i++) {
         *most = x->aside[i] > *growth ? i : *most;
         *growth = fmax(*growth, x->aside[i]);
@@ -165,17 +153,6 @@ static void list_across(kmp_friction_run *x, int i, double rate)
     }
 }
 
-/* The places of components of slip among the elements at rest. */
-static void pair_slips(kmp_friction_run *x)
-{
-    for (int k = 0; k < x->rest; k++) {
-        x->partner[k] = -1;
-        for (int i = 0; i < x->rest && x->element[x->which[k]].twin >= 0; i++)
-            if (x->element[x->which[k]].twin == x->which[i])
-                x->partner[k] = i;
-    }
-}
-
 /* Lists the elements at rest; the others slip on. */
 static void list_resting(kmp_friction_run *x, double rate)
 {
@@ -197,26 +174,6 @@ static void list_resting(kmp_friction_run *x, double rate)
     }
 }
 
-static int find_implied(kmp_friction_run *x, double t, const double *q)
-{
-    bool adds;
-    for (int k = 0; k < x->rest; k++) {
-        kmp_friction_element *e = &x->element[x->which[k]];
-        if (e->rubs)
-            continue;
-        KMP_FRICTION_TRY(kmp_friction_is_independent(x, e, t, q, &adds));
-        e->implied = !adds;
-        kmp_friction_set_given(x, e, 0, 0);
-    }
-    return 0;
-}
-
-/* True for an element that its row has held, with nothing at this instant that would change it. */
-static bool may_stay(const kmp_friction_element *e)
-{
-    return e->was == KMP_FRICTION_HELD && e->known && !e->fired && !e->turned && !e->struck && e->stopped == 0;
-}
-
 /* True if a force on one element at rest accelerates the other, or bounds its force. */
 static bool is_coupled(const kmp_friction_run *x, int i, int k)
 {
@@ -230,8 +187,12 @@ static int reach_connected(kmp_friction_run *x)
 {
     enum { APART, REACHED, FOUND };
     bool goes_on = true;
-    for (int k = 0; k < x->rest; k++)
-        x->side[k] = x->partly && may_stay(&x->element[x->which[k]]) ? APART : REACHED;
+    for (int k = 0; k < x->rest; k++) {
+        const kmp_friction_element *e = &x->element[x->which[k]];
+        /* An element that its row has held may stay, with nothing at this instant that would change it. */
+        const bool may = e->was == KMP_FRICTION_HELD && e->known && !e->fired && !e->turned && !e->struck;
+        x->side[k] = x->partly && may && e->stopped == 0 ? APART : REACHED;
+    }
     while (goes_on) {
         goes_on = false;
         for (int k = 0; k < x->rest; k++) {
@@ -712,8 +673,16 @@ static int friction_pose(kmp_friction_run *x, double t, const double *q, const d
     if (!nonlinear)
         KMP_FRICTION_TRY(find_inertia(x, t, q, &known));
     x->partly = x->partly && known;
-    pair_slips(x);
-    KMP_FRICTION_TRY(find_implied(x, t, q));
+    kmp_friction_pair_components(x, x->rest, x->which, x->partner);
+    for (int k = 0; k < x->rest; k++) {
+        kmp_friction_element *e = &x->element[x->which[k]];
+        bool adds;
+        if (e->rubs)
+            continue;
+        KMP_FRICTION_TRY(kmp_friction_is_independent(x, e, t, q, &adds));
+        e->implied = !adds;
+        kmp_friction_set_given(x, e, 0, 0);
+    }
     return find_matrix(x, t, q, qd, rate, known, nonlinear);
 }
 
@@ -767,14 +736,6 @@ enum { MOST_DIVISIONS = 60, MOST_HALVINGS = 60 };
 #define JUST_BELOW 1e-3 /* a part below the least one by this */
 #define CLOSE      1e-8 /* to a bracket that rounding has ended */
 #define UNIQUE     1e-6 /* A bound on forces that are not bounded by levels. */
-static double far_away(const kmp_friction_run *x)
-{
-    double far = 0;
-    for (int i = 0; i < x->rest; i++)
-        if (x->d[i + i * x->rest] > 0)
-            far = fmax(far, fabs(x->a[i]) / x->d[i + i * x->rest]);
-    return FAR_OFF * far;
-}
 
 /* True for a closed contact without friction: its force may be another one, as no level depends on it. */
 static bool may_push(const kmp_friction_run *x, int i)
@@ -789,7 +750,10 @@ static bool may_push(const kmp_friction_run *x, int i)
 /* Finds the forces x->f within a part of the levels (INFINITY: any) that hold the elements that do not slip best. */
 static bool find_within(kmp_friction_run *x, double part)
 {
-    double far = far_away(x);
+    double far = 0;
+    for (int i = 0; i < x->rest; i++)
+        if (x->d[i + i * x->rest] > 0)
+            far = fmax(far, FAR_OFF * (fabs(x->a[i]) / x->d[i + i * x->rest]));
     for (int i = 0; i < x->rest; i++) {
         const kmp_friction_element *e = &x->element[x->which[i]];
         if (e->contact) {
@@ -994,19 +958,6 @@ static int set_modes(kmp_friction_run *x, double t, const double *q, double rate
     return 0;
 }
 
-/* Holds the elements that stay as they are. */
-static int hold_others(kmp_friction_run *x, double t, const double *q)
-{
-    bool any = false;
-    for (int i = 0; i < x->count; i++) {
-        kmp_friction_element *e = &x->element[i];
-        if (e->stays)
-            kmp_friction_set_held(x, e, kmp_friction_at(x, e, KMP_ROLE_PLACE));
-        any = any || e->stays;
-    }
-    return any ? kmp_friction_choose(x, t, q) : 0;
-}
-
 /* -- changes --------------------------------------------------------------------------------------------- */
 
 static bool is_as_before(const kmp_friction_element *e)
@@ -1019,19 +970,6 @@ static bool is_as_before(const kmp_friction_element *e)
     return off || (e->known && (rests ? rested : e->stance == e->was && e->sense == e->before_sense));
 }
 
-/* Notes which elements change in this decision, or have used up their reserve. True: any does. */
-static bool count_changes(kmp_friction_run *x)
-{
-    bool any = false;
-    for (int i = 0; i < x->count; i++) {
-        kmp_friction_element *e = &x->element[i];
-        bool changes = e->fired || !is_as_before(e);
-        e->changes += changes;
-        any = any || changes;
-    }
-    return any;
-}
-
 /* Fails where modes change without progress of time: at one instant, or too often within a short part of the motion. */
 static int watch(kmp_friction_run *x, double t, double rate)
 {
@@ -1041,9 +979,14 @@ static int watch(kmp_friction_run *x, double t, double rate)
     bool begins = !((t - x->past.since) * rate <= KMP_FRICTION_CROWD); /* another count */
     x->past.since = begins ? t : x->past.since;
     x->past.changes = begins ? 0 : x->past.changes;
-    for (int i = 0; begins && i < x->count; i++)
-        x->element[i].changes = 0;
-    x->past.changes += count_changes(x);
+    bool any = false;
+    for (int i = 0; i < x->count; i++) {
+        kmp_friction_element *e = &x->element[i];
+        bool changes = e->fired || !is_as_before(e);
+        e->changes = (begins ? 0 : e->changes) + changes;
+        any = any || changes;
+    }
+    x->past.changes += any;
     bool goes_on = x->past.repeats < KMP_FRICTION_REPEATS && x->past.changes < KMP_FRICTION_CROWDED;
     return goes_on ? 0 : x->site->fail(x->site->self, KMP_FRICTION_ALTERNATES, t);
 }
@@ -1071,8 +1014,15 @@ static int decide_and_set(kmp_friction_run *x, double t, double *q, double *qd)
     int status = friction_decide(x, t, q, qd, rate);
     if (status == 0 && x->rest > 0)
         status = set_modes(x, t, q, rate);
-    if (status == 0)
-        status = hold_others(x, t, q);
+    bool any = false;
+    for (int i = 0; status == 0 && i < x->count; i++) { /* holds the elements that stay as they are */
+        kmp_friction_element *e = &x->element[i];
+        if (e->stays)
+            kmp_friction_set_held(x, e, kmp_friction_at(x, e, KMP_ROLE_PLACE));
+        any = any || e->stays;
+    }
+    if (any)
+        status = kmp_friction_choose(x, t, q);
     return status == 0 ? x->site->finish(x->site->self, t, q, qd, x->partly ? x->change : NULL) : status;
 }
 

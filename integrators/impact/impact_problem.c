@@ -23,17 +23,6 @@ static void *self_of(const kmp_impact_run *p)
 
 /* -- who takes part -------------------------------------------------------------------------------------- */
 
-/* The places of both components of friction in two directions among the elements that take part. */
-static void pair_components(kmp_impact_run *p)
-{
-    for (int k = 0; k < p->count; k++) {
-        p->partner[k] = -1;
-        for (int i = 0; i < p->count && kmp_impact_element(p, k)->twin >= 0; i++)
-            if (kmp_impact_element(p, k)->twin == p->which[i])
-                p->partner[k] = i;
-    }
-}
-
 /* Contacts whose surfaces touch, and their friction. True: one of them strikes; p->side is then 1. */
 static bool list_touching(kmp_impact_run *p, double rate)
 {
@@ -158,7 +147,7 @@ static int find_inverse_inertia(kmp_impact_run *p, double t, const double *q)
     find_rows(p, t, q);
     KMP_FRICTION_TRY(p->site->invert(self_of(p), t, q));
     KMP_FRICTION_TRY(keep_connected(p));
-    pair_components(p);
+    kmp_friction_pair_components(p->friction, p->count, p->which, p->partner);
     KMP_FRICTION_TRY(clear_implied(p, t, q));
     for (int i = 0; i < p->count; i++)
         for (int j = 0; j <= i; j++)
@@ -227,16 +216,6 @@ static int solve_once(kmp_impact_run *p, double t, double part, double *changed)
                          p->count, p->which);
 }
 
-/* True if no impulse has become smaller in the last pass. A leg without inertia carries what friction holds: both grow
- * together from rounding, by the same factor in each pass. */
-static bool only_grows(const kmp_impact_run *p)
-{
-    bool grows = true;
-    for (int k = 0; k < p->count; k++)
-        grows = grows && (p->tried[k] == 0 || p->f[k] / p->tried[k] >= 1);
-    return grows;
-}
-
 static int solve_impulses(kmp_impact_run *p, double t)
 {
     double changed = 1;
@@ -249,7 +228,12 @@ static int solve_impulses(kmp_impact_run *p, double t)
     KMP_FRICTION_TRY(solve_once(p, t, 1, &changed));
     for (int pass = 1; rubs && pass < MOST_PASSES && changed > KMP_FRICTION_SETTLED; pass++) {
         KMP_FRICTION_TRY(solve_once(p, t, ldexp(1, -(alternating / PATIENCE)), &changed));
-        alternating += !only_grows(p);
+        /* A leg without inertia carries what friction holds: both grow together from rounding, by the same factor in
+         * each pass. */
+        bool only_grows = true;
+        for (int k = 0; k < p->count; k++)
+            only_grows = only_grows && (p->tried[k] == 0 || p->f[k] / p->tried[k] >= 1);
+        alternating += !only_grows;
     }
     return rubs && changed > fmax(KMP_FRICTION_TIE, rounding(p))
                ? p->site->fail(self_of(p), KMP_IMPACT_ALTERNATES, t, p->count, p->which)

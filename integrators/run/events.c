@@ -256,14 +256,6 @@ static bool is_placing(const kmp_program_input *in)
     return in->kind == KMP_IN_TIME || in->kind == KMP_IN_Q;
 }
 
-/* The distance of an open contact that depends only on places and times. */
-static bool may_be_far(const kmp_event_tracker *c, int k)
-{
-    const kmp_condition *condition = &c->s->events.condition[k];
-    return c->size[k] > 0 && c->mode[k] != 0 && c->mode[k + KMP_ROLE_HELD - KMP_ROLE_SENSE] == 0 && !condition->late &&
-           !condition->by_rates && !c->search.third[k];
-}
-
 static bool is_in_box(const kmp_event_tracker *c, const kmp_step_piece *p)
 {
     const kmp_event_search *s = &c->search;
@@ -310,7 +302,10 @@ static void find_far(kmp_event_tracker *c, const kmp_step_piece *p)
     const int place = KMP_ROLE_PLACE - KMP_ROLE_SENSE;
     int asked = 0;
     for (int k = 0; k < c->s->events.count; k++) {
-        s->away.asked[k] = may_be_far(c, k);
+        /* The distance of an open contact that depends only on places and times may be far from zero. */
+        const kmp_condition *condition = &c->s->events.condition[k];
+        s->away.asked[k] = c->size[k] > 0 && c->mode[k] != 0 && c->mode[k + KMP_ROLE_HELD - KMP_ROLE_SENSE] == 0 &&
+                           !condition->late && !condition->by_rates && !s->third[k];
         s->away.far[k] = false;
         s->away.mode[k] = c->mode[k];
         asked += s->away.asked[k];

@@ -78,15 +78,6 @@ void kmp_friction_end_decision(kmp_runner *run)
     run->held->keeps = false;
 }
 
-/* True if a formulation has the rows of the one before, and so the saddle system that was made for these. */
-static bool has_kept_rows(const kmp_runner *run, const kmp_partition *part)
-{
-    const struct kmp_held_rows *held = run->held;
-    return held->with.made && held->by_products == run->eval->by_products && !run->eval->by_bodies &&
-           held->kept.r == part->r &&
-           (part->r == 0 || memcmp(held->kept.rows, part->rows, (size_t)part->r * sizeof *part->rows) == 0);
-}
-
 /* Takes the rows and coordinates of the formulation, which are those before the decision. */
 static kempe_status take_kept(kmp_runner *run, double t, const double *q)
 {
@@ -102,7 +93,11 @@ static kempe_status keep_rows(kmp_runner *run, double t, const double *q)
 {
     struct kmp_held_rows *held = run->held;
     const kmp_partition *part = run->formulation->part;
-    if (has_kept_rows(run, part))
+    /* The saddle system that was made for the rows before serves where they are the same. */
+    const bool same = held->with.made && held->by_products == run->eval->by_products && !run->eval->by_bodies &&
+                      held->kept.r == part->r &&
+                      (part->r == 0 || memcmp(held->kept.rows, part->rows, (size_t)part->r * sizeof *part->rows) == 0);
+    if (same)
         kmp_partition_free(&held->kept);
     else
         kmp_friction_drop_kept(run);
@@ -235,22 +230,17 @@ void kmp_friction_forget_rows(kmp_runner *run)
     run->held->placed = false;
 }
 
-static int adds_alone(kmp_runner *run, double t, const double *q, bool *adds)
-{
-    struct kmp_held_rows *held = run->held;
-    *adds = false;
-    if (held->last < 0)
-        return 0;
-    const double *entry = all_rows(run, t, q);
-    return (int)kmp_partition_adds(run->s, entry, &held->links, held->out, held->last, KMP_FRICTION_RANK, adds);
-}
-
 /* With rows that are redundant up to rounding of the model's numbers only the rank of the whole counts. */
 static int adds_row(void *self, double t, const double *q, bool *adds)
 {
     kmp_runner *run = self;
-    if (!kmp_rounding_of(run->s))
-        return adds_alone(run, t, q, adds);
+    if (!kmp_rounding_of(run->s)) {
+        struct kmp_held_rows *held = run->held;
+        *adds = false;
+        return held->last < 0 ? 0
+                              : (int)kmp_partition_adds(run->s, all_rows(run, t, q), &held->links, held->out,
+                                                        held->last, KMP_FRICTION_RANK, adds);
+    }
     KMP_FRICTION_TRY(choose_now(run, t, q));
     int rank = run->part.r;
     kmp_partition with;
@@ -353,22 +343,15 @@ static const char *name_of(const kmp_runner *run, const kmp_friction_element *e)
     return force_of(run, e)->name;
 }
 
-/* The largest ratio of inertias between directions of two rows of D; 0 where they are dependent. */
-static double spread_of(int n, const double *d)
+void kmp_friction_put_spread(kmp_text *text, int n, const double *d)
 {
-    double most = 0;
+    double spread = 0; /* the largest ratio of inertias between directions of two rows; 0 where they are dependent */
     for (int i = 0; i < n; i++)
         for (int j = 0; j < i; j++) {
             double a = d[i + i * n], c = d[j + j * n], b = d[i + j * n], sum = a + c, rest = a * c - b * b;
             if (rest > KMP_SAME_ROW * sum * sum)
-                most = fmax(most, sum * sum / rest);
+                spread = fmax(spread, sum * sum / rest);
         }
-    return most;
-}
-
-void kmp_friction_put_spread(kmp_text *text, int n, const double *d)
-{
-    double spread = spread_of(n, d);
     if (spread > KMP_INERTIA_SPREAD)
         kmp_text_printf(text,
                         "; the inertia at its surface differs by the factor %.2g between directions: give the body a "

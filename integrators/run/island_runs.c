@@ -72,19 +72,15 @@ static kempe_status make_systems(struct kmp_island_systems *all, const kempe_sys
     return rows == whole->m ? KEMPE_OK : kmp_fail(whole->context, KEMPE_E_BUG, "parts of the model lack rows");
 }
 
-static bool needs_whole(const kempe_system *s, const kmp_run_spec *spec)
-{
-    return s->force || kmp_rounding_of(s) || spec->u_count > 0 || spec->max_steps > 0 || spec->recording ||
-           spec->kept_past || spec->kind || spec->step || spec->sample || spec->slopes || spec->mode_start ||
-           spec->memory_start || spec->due || spec->inputs_start || spec->past_start;
-}
-
 kempe_status kmp_island_systems_of(const kempe_system *s, const kmp_run_spec *spec,
                                    const struct kmp_island_systems **parts)
 {
     static const kmp_program_cache_name name = {.what = "islands"};
     *parts = NULL;
-    if (needs_whole(s, spec) || s->frictionless)
+    const bool whole = s->force || kmp_rounding_of(s) || s->frictionless || spec->u_count > 0 || spec->max_steps > 0 ||
+                       spec->recording || spec->kept_past || spec->kind || spec->step || spec->sample || spec->slopes ||
+                       spec->mode_start || spec->memory_start || spec->due || spec->inputs_start || spec->past_start;
+    if (whole)
         return KEMPE_OK;
     const struct kmp_island_systems *found = kmp_program_cache_find(s, name);
     if (!found) {
@@ -262,16 +258,6 @@ static kempe_status deliver(const part_runs *all, kmp_row_fn *take, void *user)
     return kmp_made(s->context, given == count);
 }
 
-static kempe_status run_all(part_runs *all)
-{
-    const int parts = all->parts->islands->count;
-    if (!KMP_ARENA_MAKE(&all->arena, KMP_ROOM(part_rows, parts, &all->rows), KMP_ROOM(kmp_run_log, parts, &all->log)))
-        return kmp_fail_memory(all->system->context);
-    for (int i = 0; i < parts; i++)
-        KMP_TRY(run_part(all, i));
-    return KEMPE_OK;
-}
-
 kempe_status kmp_island_runs(const struct kmp_island_systems *parts, const kempe_system *system,
                              const kmp_run_spec *spec, const kempe_assembly *start, kmp_row_fn *row, void *user,
                              kmp_run_report *report)
@@ -279,8 +265,13 @@ kempe_status kmp_island_runs(const struct kmp_island_systems *parts, const kempe
     const size_t heap = kmp_heap_in_use();
     part_runs all = {.parts = parts, .system = system, .spec = spec, .start = start, .report = report};
     *report = (kmp_run_report){.t = spec->t_end, .impacts = -1, .changes = -1};
-    kempe_status status = run_all(&all);
-    if (all.log && !kmp_run_log_merge(spec->log, system->context, all.log, parts->islands->count))
+    const int count = parts->islands->count;
+    kempe_status status = KEMPE_OK;
+    if (!KMP_ARENA_MAKE(&all.arena, KMP_ROOM(part_rows, count, &all.rows), KMP_ROOM(kmp_run_log, count, &all.log)))
+        status = kmp_fail_memory(system->context);
+    for (int i = 0; i < count && status == KEMPE_OK; i++)
+        status = run_part(&all, i);
+    if (all.log && !kmp_run_log_merge(spec->log, system->context, all.log, count))
         status = kmp_fail_memory(system->context);
     const bool complete = status == KEMPE_OK;
     if (complete || status == KEMPE_STOPPED) {

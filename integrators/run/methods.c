@@ -27,25 +27,23 @@ static bool fits(const kmp_formulation_kind *formulation, const kmp_solver_kind 
     return same && (solver->corrects || !formulation->corrected) && (!solver->implicit || formulation->jacobian);
 }
 
-/* An integrator of several stages at once is standard where the formulation evaluates them together. */
-static kmp_method method_of(const kmp_formulation_kind *formulation, const kmp_solver_kind *solver)
-{
-    bool solved = formulation->solved && solver->lanes, lanes = !solver->lanes || formulation->in_lanes || solved;
-    return (kmp_method){.formulation = formulation->formulation,
-                        .form = formulation->form,
-                        .integrator = solver->name,
-                        .standard_form = formulation->standard || solved,
-                        .standard_integrator = solver->standard && lanes};
-}
-
 bool kmp_method_get(int k, kmp_method *method)
 {
     for (int r = 0; r < (int)FORMULATIONS; r++)
-        for (int i = 0; kmp_solver_get(i); i++)
-            if (fits(formulations[r], kmp_solver_get(i)) && k-- == 0) {
-                *method = method_of(formulations[r], kmp_solver_get(i));
-                return true;
-            }
+        for (int i = 0; kmp_solver_get(i); i++) {
+            const kmp_formulation_kind *kind = formulations[r];
+            const kmp_solver_kind *solver = kmp_solver_get(i);
+            if (!fits(kind, solver) || k-- > 0)
+                continue;
+            /* An integrator of several stages at once is standard where the formulation evaluates them together. */
+            bool solved = kind->solved && solver->lanes, lanes = !solver->lanes || kind->in_lanes || solved;
+            *method = (kmp_method){.formulation = kind->formulation,
+                                   .form = kind->form,
+                                   .integrator = solver->name,
+                                   .standard_form = kind->standard || solved,
+                                   .standard_integrator = solver->standard && lanes};
+            return true;
+        }
     return false;
 }
 
@@ -99,15 +97,6 @@ static const char *or_default(const char *requested, const char *otherwise)
     return requested ? requested : otherwise;
 }
 
-/* The first form of a formulation whose integrator of several stages at once is its default, NULL if there is none. */
-static const kmp_formulation_kind *form_of_lanes(const char *formulation)
-{
-    for (int k = 0; k < (int)FORMULATIONS; k++)
-        if (formulations[k]->lanes_first && strcmp(formulations[k]->formulation, formulation) == 0)
-            return formulations[k];
-    return NULL;
-}
-
 static const char *first_integrator(const kmp_formulation_kind *formulation, bool lanes)
 {
     for (int i = 0; kmp_solver_get(i); i++) {
@@ -144,7 +133,10 @@ static kmp_integrator_reason reason_against_lanes(const kempe_system *system, co
 /* The integrator, and the form if that is open too, where the user chose no integrator. */
 static void choose_integrator(const kempe_system *system, kmp_run_spec *spec)
 {
-    const kmp_formulation_kind *first = form_of_lanes(spec->formulation);
+    const kmp_formulation_kind *first = NULL; /* the first form whose default evaluates several stages at once */
+    for (int k = 0; !first && k < (int)FORMULATIONS; k++)
+        if (formulations[k]->lanes_first && strcmp(formulations[k]->formulation, spec->formulation) == 0)
+            first = formulations[k];
     const kmp_formulation_kind *kind = kmp_formulation_find(spec->formulation, spec->form);
     bool fits_lanes = first && (!spec->form || kind == first), lanes = false;
     if (fits_lanes) {

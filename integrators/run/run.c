@@ -93,19 +93,6 @@ typedef struct bridge {
     int steps;
 } bridge;
 
-static void tear_down(bridge *b)
-{
-    if (b->solver)
-        b->kind->release(b->solver);
-    if (b->formulation)
-        b->formulation->release(b->formulation);
-    kmp_rank_margin_free(&b->margin);
-    kmp_partition_free(&b->part);
-    b->solver = NULL;
-    b->formulation = NULL;
-    b->y = NULL;
-}
-
 /* Makes rows, formulation and integrator for the present state. */
 static bool set_up(bridge *b)
 {
@@ -158,7 +145,15 @@ static bool repeat(kmp_runner *run, double start, double t, double *row, double 
     while (found && b.t < t) {
         found = set_up(&b) && march(&b) && b.kind->dense(b.solver, b.t, b.y, NULL) == KEMPE_OK &&
                 kmp_formulation_row(b.formulation, b.t, b.y, row, &b.work) == KMP_GO;
-        tear_down(&b);
+        if (b.solver)
+            b.kind->release(b.solver);
+        if (b.formulation)
+            b.formulation->release(b.formulation);
+        kmp_rank_margin_free(&b.margin);
+        kmp_partition_free(&b.part);
+        b.solver = NULL;
+        b.formulation = NULL;
+        b.y = NULL;
     }
     *work = b.work;
     return found;

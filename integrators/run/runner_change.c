@@ -206,15 +206,6 @@ enum { PROBES = 10 };
 /* Least number of steps between two rescues of an implicit integrator. */
 enum { RESCUE_WAY = 100 };
 
-/* Keeps the closure rows that are in force where the dropped ones depend well on them: others would have other
- * multipliers. J belongs to q. */
-static void keep_rows(kmp_runner *run)
-{
-    (void)kmp_rank_margin_at(&run->margin, run->eval);
-    if (kmp_dropped_judge(run->margin.rows) == KMP_KEPT_WELL)
-        kmp_partition_take_rows(&run->part, &run->margin.part);
-}
-
 /* Chooses coordinates again at q, as many as at the start, and rows where the present ones do not serve or closures
  * have switched; a fixed u is kept. Bvu belongs to any rows. */
 static kempe_status choose_again(kmp_runner *run, double t, const double *q, bool switched)
@@ -226,8 +217,11 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q, boo
     kmp_partition_free(&before);
     if (status != KEMPE_OK || run->margin.r == 0)
         return status;
-    if (!switched)
-        keep_rows(run);
+    if (!switched) { /* others would have other multipliers */
+        (void)kmp_rank_margin_at(&run->margin, run->eval);
+        if (kmp_dropped_judge(run->margin.rows) == KMP_KEPT_WELL)
+            kmp_partition_take_rows(&run->part, &run->margin.part);
+    }
     KMP_TRY(kmp_made(run->s->context, kmp_rank_margin_choose(&run->margin, &run->part) &&
                                           kmp_rank_margin_exchange_rows(&run->margin, run->eval)));
     kmp_partition_take_rows(&run->part, &run->margin.part);
@@ -345,18 +339,6 @@ static kempe_status leave_near_singular(kmp_runner *run, double t)
     return KEMPE_OK;
 }
 
-/* Exchanges dropped rows with large coefficients in kept rows. */
-static kempe_status change_rows(kmp_runner *run, double t)
-{
-    double before = run->margin.rows, h = run->solver->h;
-    KMP_TRY(runner_change_formulation(run, t, false, h));
-    kmp_run_log_add(run->log, "rows", t, before, run->margin.rows,
-                    "independent constraint equations chosen again: redundant ones depended on them by factors up to "
-                    "%.2g, now %.2g",
-                    before, run->margin.rows);
-    return KEMPE_OK;
-}
-
 /* If J is near to losing a row, steps across a change point take over, and the formulation continues beyond it. If only
  * the independent rows become singular, others are taken. */
 static kempe_status watch_margin(kmp_runner *run, double t)
@@ -371,8 +353,16 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     kmp_rank_margin_stand(&run->margin);
     if (run->near_singular)
         return run->margin.last > KMP_NEAR_SINGULAR_OUT * run->margin.usual ? leave_near_singular(run, t) : KEMPE_OK;
-    if (kmp_dropped_judge(run->margin.rows) != KMP_KEPT_WELL)
-        return change_rows(run, t);
+    if (kmp_dropped_judge(run->margin.rows) != KMP_KEPT_WELL) {
+        /* Dropped rows have large coefficients in kept rows, and are exchanged. */
+        double before = run->margin.rows;
+        KMP_TRY(runner_change_formulation(run, t, false, run->solver->h));
+        kmp_run_log_add(run->log, "rows", t, before, run->margin.rows,
+                        "independent constraint equations chosen again: redundant ones depended on them by factors up "
+                        "to %.2g, now %.2g",
+                        before, run->margin.rows);
+        return KEMPE_OK;
+    }
     if (!enters)
         return KEMPE_OK;
     double work;
@@ -419,17 +409,6 @@ static kempe_status resume(kmp_runner *run, double t, const double *q, const dou
                                               : kmp_runner_start(run, t, run->y, run->yp, h);
 }
 
-/* Continues with the projected formulation, which needs no choice of unknowns. */
-static kempe_status leave_unknowns(kmp_runner *run, double t)
-{
-    run->method = kmp_formulation_find("projected", NULL);
-    KMP_TRY(runner_change_formulation(run, t, false, run->solver->h));
-    kmp_run_log_add(run->log, "formulation", t, NAN, NAN,
-                    "the independent coordinates approach a dead centre: the run continues with the projected "
-                    "formulation, which needs none");
-    return KEMPE_OK;
-}
-
 /* Lets the formulation change its unknowns at the end of the last step; the integrator then restarts, a one-step method
  * with its present step size. */
 static kempe_status renew(kmp_runner *run, double t)
@@ -437,8 +416,14 @@ static kempe_status renew(kmp_runner *run, double t)
     double h = t - kmp_runner_t_old(run);
     if (!run->formulation->renew || !(h > 0))
         return KEMPE_OK;
-    if (kmp_runner_leaves_unknowns(run, t))
-        return leave_unknowns(run, t);
+    if (kmp_runner_leaves_unknowns(run, t)) {
+        run->method = kmp_formulation_find("projected", NULL);
+        KMP_TRY(runner_change_formulation(run, t, false, run->solver->h));
+        kmp_run_log_add(run->log, "formulation", t, NAN, NAN,
+                        "the independent coordinates approach a dead centre: the run continues with the projected "
+                        "formulation, which needs none");
+        return KEMPE_OK;
+    }
     KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
     kmp_runner_end_unknowns(run);
     switch (run->formulation->renew(run->formulation, t, run->y, run->yp)) {
@@ -449,16 +434,6 @@ static kempe_status renew(kmp_runner *run, double t)
     default:
         return KEMPE_E_FAILED;
     }
-}
-
-/* Removes the rows of friction and contacts, whose modes are decided again. Small rates of closed contacts that remain
- * from the integration would make them strike or part. */
-static kempe_status let_go(kmp_runner *run, double t, double *q, double *qd)
-{
-    memcpy(run->friction->change, run->crossing->change, (size_t)run->s->events.count * sizeof(double));
-    kmp_event_tracker_put_beyond(run->crossing, t, run->friction->change);
-    kmp_friction_note_values(run->friction);
-    return kmp_friction_release_rows(run, t, q, qd);
 }
 
 static kempe_status renew_margin(kmp_runner *run, double t, const double *q)
@@ -478,8 +453,12 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     if (!run->eval->by_products)
         KMP_TRY(kmp_eval_add_composite(run->eval));
     kmp_eval_set_by_bodies(run->eval, false);
-    if (run->friction)
-        KMP_TRY(let_go(run, t, q, qd));
+    if (run->friction) { /* small rates of closed contacts that remain would make them strike or part */
+        memcpy(run->friction->change, run->crossing->change, (size_t)run->s->events.count * sizeof(double));
+        kmp_event_tracker_put_beyond(run->crossing, t, run->friction->change);
+        kmp_friction_note_values(run->friction);
+        KMP_TRY(kmp_friction_release_rows(run, t, q, qd));
+    }
     for (int pass = 0; changed; pass++) { /* each changes once at most */
         KMP_TRY(kmp_event_tracker_change(run->crossing, t, q, qd, pass > 0, &changed));
         if (changed && run->friction && !any) {
@@ -532,14 +511,6 @@ static double energy_of_rest(const kmp_runner *run)
     return kmp_eval_kinetic(run->eval, rates);
 }
 
-/* True if the formulation can continue with other rates where the rows are those before: its equations are explicit, it
- * needs no exact closing of dropped rows, and keeps no further unknowns. */
-static bool goes_on_after_switch(const kmp_runner *run)
-{
-    return run->formulation->resume && !run->formulation->keep && !run->spec.kind && !run->yp && !run->near_singular &&
-           !kmp_rounding_of(run->s);
-}
-
 /* Switches closures: the state before, then consistent rates. The energy lost in the impact counts as work; an impact
  * of rounding size is not an impact. */
 static kempe_status pass_switch(kmp_runner *run, double t)
@@ -555,7 +526,11 @@ static kempe_status pass_switch(kmp_runner *run, double t)
                         -energy, before);
     const double begin = run->solver->t_old, instant = KMP_FRICTION_INSTANT * kmp_friction_span(run);
     const double h = kmp_restart_length(run->solver->t - begin, t - begin, instant, kmp_impact_since(run->impacts));
-    if (!same || !plain || !goes_on_after_switch(run))
+    /* The formulation continues with other rates where its equations are explicit, and it needs no exact closing of
+     * dropped rows and keeps no further unknowns. */
+    const bool goes_on = run->formulation->resume && !run->formulation->keep && !run->spec.kind && !run->yp &&
+                         !run->near_singular && !kmp_rounding_of(run->s);
+    if (!same || !plain || !goes_on)
         return restart(run, t, false, work + energy + gain, h, true);
     if (run->s->dissipative) /* the last unknown */
         run->y[run->formulation->size - 1] += energy + gain;
@@ -629,27 +604,20 @@ static bool gives_switches(const kmp_runner *run)
     return (run->eval->inputs.count > 0 || run->sampler) && run->crossing && run->s->switches;
 }
 
-/* Sampled states and states of events, and the conditions that they change, which may be events of others. A state that
- * changes without end is left as it is after some passes: conditions that change back and forth are reported elsewhere.
- */
-static kempe_status take_discrete(kmp_runner *run, double t)
+/* Takes inputs and states from t on, at the state in run->state: sampled states and states of events, and the
+ * conditions that they change, which may be events of others. A state that changes without end is left as it is after
+ * some passes: conditions that change back and forth are reported elsewhere. */
+static kempe_status renew_here(kmp_runner *run, double t)
 {
+    if (run->crossing && run->sampler)
+        kmp_event_tracker_note(run->crossing, t, run->state, run->state + run->s->n);
+    KMP_TRY(runner_take_inputs(run, t));
     bool more = true;
     for (int pass = 0; more && pass <= run->s->model->state_count; pass++) {
         kmp_runner_take_samples(run, t);
         KMP_TRY(runner_take_conditions(run, t));
         more = kmp_runner_meets_events(run);
     }
-    return KEMPE_OK;
-}
-
-/* Takes inputs and states from t on, at the state in run->state. */
-static kempe_status renew_here(kmp_runner *run, double t)
-{
-    if (run->crossing && run->sampler)
-        kmp_event_tracker_note(run->crossing, t, run->state, run->state + run->s->n);
-    KMP_TRY(runner_take_inputs(run, t));
-    KMP_TRY(take_discrete(run, t));
     if (run->crossing)
         run->crossing->noted = false;
     return KEMPE_OK;

@@ -132,19 +132,14 @@ static bool give_up_trial(kmp_runner *run)
     return runs;
 }
 
-/* True if the projected formulation may take the place of the present one, which the user did not request. */
-static bool may_leave_unknowns(const kmp_runner *run)
-{
-    const bool steady = !run->friction && !run->impacts && !run->s->switches;
-    const bool wished = !run->spec.open || run->spec.kind || run->method->dae;
-    return run->choice.open && !wished && steady && !run->near_singular && run->choice.trial < KMP_TRIAL_BEGINS;
-}
-
 bool kmp_runner_leaves_unknowns(kmp_runner *run, double t)
 {
     kmp_integrator_choice *c = &run->choice;
     const kmp_solver_kind *kind = waits_for_lanes(run) ? c->kind : run->kind;
-    if (!run->formulation->due || !kind->lanes || !may_leave_unknowns(run))
+    const bool steady = !run->friction && !run->impacts && !run->s->switches;
+    const bool wished = !run->spec.open || run->spec.kind || run->method->dae;
+    if (!run->formulation->due || !kind->lanes || !c->open || wished || !steady || run->near_singular ||
+        c->trial >= KMP_TRIAL_BEGINS)
         return false;
     double spent = cycles_of_both(run) - c->from;
     if (spent * rest_over(run, c->from_t, t) < run->formulation->ode.cycles_to_make)
@@ -174,44 +169,33 @@ double kmp_runner_length(const kmp_runner *run, double t)
     return run->rate_scale * (run->spec.t_end - t);
 }
 
-/* The formulation has made lanes where they are worth while. */
-static void choose_first(kmp_runner *run)
+kempe_status kmp_runner_make_integrator(kmp_runner *run)
 {
     const kmp_ode *ode = &run->formulation->ode;
     kmp_integrator_choice *c = &run->choice;
-    c->kind = kmp_solver_find(ode->lanes ? "radau" : run->spec.integrator);
-    const double length = kmp_runner_length(run, run->spec.t_start);
-    c->ratio = ode->cycles_of_lanes > 0 ? kmp_cycles_ratio(ode, run->spec.rtol, length) : 0;
-    c->patience = FIRST_TRIAL;
-}
-
-/* Near change points errors of radau were 600 times the tolerance where errors of dop853 were 15 times. */
-static void choose_for_change_points(kmp_runner *run)
-{
-    kmp_integrator_choice *c = &run->choice;
-    if (c->kind && c->kind->lanes)
-        kmp_run_log_add(run->log, "integrator", run->near_singular_t, 0, 0,
-                        "integrator changed from radau to dop853: the motion passes change points");
-    c->kind = kmp_solver_find("dop853");
-    c->open = false;
-}
-
-kempe_status kmp_runner_make_integrator(kmp_runner *run)
-{
-    if (run->choice.open && !run->choice.kind && !run->near_singular)
-        choose_first(run);
-    if (run->choice.open && run->near_singular)
-        choose_for_change_points(run);
-    run->choice.trial = KMP_TRIAL_LATER;
-    run->choice.next = run->choice.patience - MEASURED;
+    if (c->open && !c->kind && !run->near_singular) { /* lanes are there where they are worth while */
+        c->kind = kmp_solver_find(ode->lanes ? "radau" : run->spec.integrator);
+        const double length = kmp_runner_length(run, run->spec.t_start);
+        c->ratio = ode->cycles_of_lanes > 0 ? kmp_cycles_ratio(ode, run->spec.rtol, length) : 0;
+        c->patience = FIRST_TRIAL;
+    }
+    if (c->open && run->near_singular) { /* errors of radau were 600 times the tolerance, of dop853 15 times */
+        if (c->kind && c->kind->lanes)
+            kmp_run_log_add(run->log, "integrator", run->near_singular_t, 0, 0,
+                            "integrator changed from radau to dop853: the motion passes change points");
+        c->kind = kmp_solver_find("dop853");
+        c->open = false;
+    }
+    c->trial = KMP_TRIAL_LATER;
+    c->next = c->patience - MEASURED;
     run->kind = kmp_runner_begins_with(run);
     run->solver = new_solver(run, run->kind);
     if (!run->solver)
         return KEMPE_E_FAILED;
-    if (run->choice.open) {
-        double ratio = kmp_cycles_ratio(&run->formulation->ode, run->spec.rtol, INFINITY);
-        run->choice.price = kmp_cycles_until_lanes_pay(&run->formulation->ode, ratio);
-        run->choice.price_in_lanes = fmin(ratio, 1) * run->choice.price;
+    if (c->open) {
+        double ratio = kmp_cycles_ratio(ode, run->spec.rtol, INFINITY);
+        c->price = kmp_cycles_until_lanes_pay(ode, ratio);
+        c->price_in_lanes = fmin(ratio, 1) * c->price;
         begin_count(run);
     }
     return KEMPE_OK;
@@ -314,18 +298,6 @@ kempe_status kmp_runner_begin_unknowns(kmp_runner *run, double t, double *h)
     return KEMPE_OK;
 }
 
-/* Makes the lanes that the integrator has waited for, once they pay. */
-static kempe_status end_waiting(kmp_runner *run, double t)
-{
-    kmp_integrator_choice *c = &run->choice;
-    if (!lanes_pay(run))
-        return KEMPE_OK;
-    c->waits = false;
-    KMP_TRY(exchange(run, t, run->solver->h * LONGER));
-    wait(run, t);
-    return KEMPE_OK;
-}
-
 /* The cost of a trial, including the lanes that it may have to make, divided by the cost of the rest of the run. */
 static double share_of_trial(const kmp_runner *run, double t)
 {
@@ -372,8 +344,14 @@ kempe_status kmp_runner_try_integrator(kmp_runner *run, double t)
     kmp_integrator_choice *c = &run->choice;
     if (!c->open || !(t > kmp_runner_t_old(run)))
         return KEMPE_OK;
-    if (waits_for_lanes(run) && !run->near_singular && run->formulation->ode.make_lanes)
-        return end_waiting(run, t);
+    if (waits_for_lanes(run) && !run->near_singular && run->formulation->ode.make_lanes) {
+        if (lanes_pay(run)) {
+            c->waits = false;
+            KMP_TRY(exchange(run, t, run->solver->h * LONGER));
+            wait(run, t);
+        }
+        return KEMPE_OK;
+    }
     const bool early = !run->kind->lanes && run->solver->work.steps == EARLY && share_of_trial(run, t) < EARLY_SHARE;
     if (run->solver->work.steps < c->next && !early)
         return KEMPE_OK;

@@ -343,21 +343,6 @@ static kempe_status state_within(void *user, double t, kmp_state_depth depth, bo
     return said == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
-static kmp_event_tracker *make_tracker(kmp_runner *run)
-{
-    bool past = run->spec.slopes && run->delays; /* the past of derivatives has a jump at a kink of a signal */
-    const kmp_event_setup plan = {.system = run->s,
-                                  .eval = run->eval,
-                                  .span = run->spec.t_end - run->spec.t_start,
-                                  .rtol = run->spec.rtol,
-                                  .kinks = run->kind->undo && (!run->spec.kind || past),
-                                  .closely = run->spec.closely,
-                                  .log = run->log,
-                                  .state = state_within,
-                                  .user = run};
-    return kmp_event_tracker_new(&plan, &run->arena);
-}
-
 kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const double *qd, double work)
 {
     KMP_TRY(make_formulation(run, t, q, qd, work));
@@ -368,8 +353,19 @@ kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const d
     KMP_TRY(kmp_runner_make_integrator(run));
     if (!run->s->changes)
         return KEMPE_OK;
-    if (!run->crossing)
-        run->crossing = make_tracker(run);
+    if (!run->crossing) {
+        bool past = run->spec.slopes && run->delays; /* the past of derivatives has a jump at a kink of a signal */
+        const kmp_event_setup plan = {.system = run->s,
+                                      .eval = run->eval,
+                                      .span = run->spec.t_end - run->spec.t_start,
+                                      .rtol = run->spec.rtol,
+                                      .kinks = run->kind->undo && (!run->spec.kind || past),
+                                      .closely = run->spec.closely,
+                                      .log = run->log,
+                                      .state = state_within,
+                                      .user = run};
+        run->crossing = kmp_event_tracker_new(&plan, &run->arena);
+    }
     KMP_TRY(kmp_made(run->s->context, run->crossing));
     run->crossing->search.ready = false;
     return KEMPE_OK;
@@ -438,19 +434,6 @@ static void take_modes(kmp_runner *run)
     run->spec.mode_start = NULL;
 }
 
-/* Decides on modes at the start, after impacts there. */
-static kempe_status begin_modes(kmp_runner *run, double t, double *q, double *qd)
-{
-    double gain;
-    if (!run->friction || has_modes(run))
-        return kmp_runner_accelerate(run, t, q, qd);
-    if (run->impacts) {
-        KMP_TRY(kmp_impact_check_start(run, t, q, qd));
-        KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, &gain));
-    }
-    return kmp_friction_settle(run, t, q, qd);
-}
-
 kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
 {
     double t = run->spec.t_start, *q = run->state, *qd = q + run->s->n;
@@ -485,7 +468,15 @@ kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
     if (kmp_runner_is_off(run, t, q))
         KMP_TRY(kmp_runner_project(run, t, q, qd));
     KMP_TRY(check_rates(run, qd));
-    return begin_modes(run, t, q, qd);
+    if (!run->friction || has_modes(run))
+        return kmp_runner_accelerate(run, t, q, qd);
+    /* Modes are decided after impacts at the start. */
+    double gain;
+    if (run->impacts) {
+        KMP_TRY(kmp_impact_check_start(run, t, q, qd));
+        KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, &gain));
+    }
+    return kmp_friction_settle(run, t, q, qd);
 }
 
 kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)

@@ -41,14 +41,6 @@ static void remove_visit(kmp_runner *run, int k)
     memmove(&run->visit[k], &run->visit[k + 1], (size_t)(run->visits - k) * sizeof *run->visit);
 }
 
-/* True if the formulation may be resumed elsewhere: it has not failed, and needs no exact closing of dropped rows. */
-static bool may_rest(const kmp_runner *run)
-{
-    const kmp_formulation *formulation = run->formulation;
-    return formulation->rests && formulation->reason.length == 0 && !run->near_singular && !run->spec.kind &&
-           !kmp_rounding_of(run->s);
-}
-
 void kmp_runner_leave(kmp_runner *run, bool held)
 {
     const kmp_visit visit = {.formulation = run->formulation,
@@ -61,7 +53,9 @@ void kmp_runner_leave(kmp_runner *run, bool held)
                              .t = kmp_runner_t(run)};
     if (held && !run->visit)
         run->visit = KMP_ARENA_NEW(&run->arena, kmp_visit, KMP_MOST_VISITS);
-    const bool rests = held && run->visit && may_rest(run);
+    /* It may be resumed elsewhere if it has not failed, and needs no exact closing of dropped rows. */
+    const bool rests = held && run->visit && run->formulation->rests && run->formulation->reason.length == 0 &&
+                       !run->near_singular && !run->spec.kind && !kmp_rounding_of(run->s);
     kmp_runner_add_report(run, &run->before);
     kmp_runner_end_formulation(run);
     if (!rests) {
@@ -88,21 +82,17 @@ void kmp_runner_forget_visits(kmp_runner *run)
 
 /* -- returning ----------------------------------------------------------------------------------------- */
 
-static bool is_of(const kmp_visit *visit, const kmp_runner *run)
-{
-    const kmp_partition *a = visit->formulation->part, *b = &run->part;
-    return visit->method == run->method && a->p == b->p && a->r == b->r &&
-           memcmp(a->u, b->u, (size_t)a->p * sizeof *a->u) == 0 &&
-           memcmp(a->rows, b->rows, (size_t)a->r * sizeof *a->rows) == 0;
-}
-
 static bool find_visit(const kmp_runner *run, kmp_visit *visit, int *k)
 {
-    for (*k = run->visits - 1; *k >= 0; --*k)
-        if (is_of(&run->visit[*k], run)) {
-            *visit = run->visit[*k];
+    const kmp_partition *b = &run->part;
+    for (*k = run->visits - 1; *k >= 0; --*k) {
+        *visit = run->visit[*k];
+        const kmp_partition *a = visit->formulation->part;
+        if (visit->method == run->method && a->p == b->p && a->r == b->r &&
+            memcmp(a->u, b->u, (size_t)a->p * sizeof *a->u) == 0 &&
+            memcmp(a->rows, b->rows, (size_t)a->r * sizeof *a->rows) == 0)
             return true;
-        }
+    }
     return false;
 }
 

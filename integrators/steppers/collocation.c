@@ -119,15 +119,6 @@ static void try_iteration(kmp_collocation *s, kmp_iteration to)
     s->choice.trial_steps = TRIAL;
 }
 
-/* Returns to the iteration before, whose next trial is later. */
-static void end_trial(kmp_collocation *s)
-{
-    int *patience = &s->choice.patience[s->iteration];
-    *patience = *patience < MOST_PATIENCE ? 2 * *patience : MOST_PATIENCE;
-    change_iteration(s, s->choice.before);
-    s->choice.trust = *patience * TRUST / SEVERAL;
-}
-
 /* True if the iteration simulates less time in a cycle than the other one did recently. */
 static bool is_slower(const kmp_collocation *s, kmp_iteration other)
 {
@@ -177,16 +168,21 @@ static void collocation_choose(kmp_collocation *s, double h, double by_error, do
     s->choice.limited = held ? s->choice.limited + 1 : 0;
     s->choice.free =
         s->iteration > s->method->cheapest && !s->newton.whole && s->choice.picard < EASY ? s->choice.free + 1 : 0;
-    if (s->choice.trial_steps > 0 && --s->choice.trial_steps == 0 && is_slower(s, s->choice.before))
-        end_trial(s);
-    else if (s->choice.trial_steps > 0)
+    if (s->choice.trial_steps > 0 && --s->choice.trial_steps == 0 && is_slower(s, s->choice.before)) {
+        /* Returns to the iteration before, whose next trial is later. */
+        int *patience = &s->choice.patience[s->iteration];
+        *patience = *patience < MOST_PATIENCE ? 2 * *patience : MOST_PATIENCE;
+        change_iteration(s, s->choice.before);
+        s->choice.trust = *patience * TRUST / SEVERAL;
+    } else if (s->choice.trial_steps > 0) {
         return;
-    else if (s->choice.free >= SEVERAL)
+    } else if (s->choice.free >= SEVERAL) {
         kmp_collocation_begin_with(s, s->method->cheapest);
-    else if (s->iteration < KMP_ITERATION_COUPLED && s->choice.limited >= s->choice.patience[s->iteration + 1])
+    } else if (s->iteration < KMP_ITERATION_COUPLED && s->choice.limited >= s->choice.patience[s->iteration + 1]) {
         try_iteration(s, s->iteration + 1);
-    else if (s->iteration == KMP_ITERATION_COUPLED && --s->choice.trust <= 0)
+    } else if (s->iteration == KMP_ITERATION_COUPLED && --s->choice.trust <= 0) {
         try_iteration(s, KMP_ITERATION_NEWTON);
+    }
 }
 
 bool kmp_collocation_is_near(const kmp_collocation *s, double size)

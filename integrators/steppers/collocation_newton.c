@@ -119,17 +119,6 @@ static void add_difference(kmp_collocation *s)
     m->count++;
 }
 
-static void combine(kmp_collocation *s)
-{
-    kmp_mixing *m = &s->mixing;
-    memcpy(m->open, s->change, size_of(s) * sizeof *s->change);
-    for (int j = 0; j < m->count; j++) {
-        double part = product(s, m->by[j], m->open);
-        subtract(size_of(s), part, m->by[j], m->open);
-        subtract(size_of(s), part, m->to[j], s->change);
-    }
-}
-
 double kmp_collocation_mix(kmp_collocation *s, bool first)
 {
     kmp_mixing *m = &s->mixing;
@@ -142,7 +131,12 @@ double kmp_collocation_mix(kmp_collocation *s, bool first)
     m->size = size;
     if (!m->on)
         return size;
-    combine(s);
+    memcpy(m->open, s->change, size_of(s) * sizeof *s->change);
+    for (int j = 0; j < m->count; j++) {
+        double part = product(s, m->by[j], m->open);
+        subtract(size_of(s), part, m->by[j], m->open);
+        subtract(size_of(s), part, m->to[j], s->change);
+    }
     return fmax(size, kmp_collocation_square(s, s->change));
 }
 

@@ -400,20 +400,6 @@ static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *err
     return KMP_COLLOCATION_BAD_ITERATION;
 }
 
-/* Predicts the derivatives of the stages by the last step's polynomial, or as constant. */
-static void predict(kmp_collocation *s, double h)
-{
-    int stages = s->has_step ? s->s : 0;
-    if (s->has_step) {
-        double x[KMP_COLLOCATION_LANES];
-        for (int l = 0; l < s->w; l++)
-            x[l] = 1 + s->c[l] * h / s->taken;
-        kmp_collocation_weights(s->table, s->w, x, s->ahead);
-    }
-    const double *base = s->has_step ? s->g_start_old : s->dy + s->all_p, *lanes = s->has_step ? s->ahead : s->one;
-    sum_lanes(s->w, s->all, stages, s->g_old, s->ahead + s->w, &(lane_terms){base, lanes, base, s->zero}, s->g);
-}
-
 static void begin(kmp_collocation *s, double h)
 {
     s->expected = s->tried > 0 ? s->contraction * h * h / (s->tried * s->tried) : 0;
@@ -424,7 +410,16 @@ static void begin(kmp_collocation *s, double h)
     s->mixing.count = 0;
     s->mixing.on = false;
     set_columns(s, h);
-    predict(s, h);
+    /* Predicts the derivatives of the stages by the last step's polynomial, or as constant. */
+    int stages = s->has_step ? s->s : 0;
+    if (s->has_step) {
+        double x[KMP_COLLOCATION_LANES];
+        for (int l = 0; l < s->w; l++)
+            x[l] = 1 + s->c[l] * h / s->taken;
+        kmp_collocation_weights(s->table, s->w, x, s->ahead);
+    }
+    const double *base = s->has_step ? s->g_start_old : s->dy + s->all_p, *lanes = s->has_step ? s->ahead : s->one;
+    sum_lanes(s->w, s->all, stages, s->g_old, s->ahead + s->w, &(lane_terms){base, lanes, base, s->zero}, s->g);
 }
 
 /* -- equations that follow ------------------------------------------------------------------------------- */

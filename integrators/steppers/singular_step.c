@@ -216,20 +216,6 @@ static int evaluate(singular_step *s, int j)
                               NULL);
 }
 
-/* Predicts the nodes, each from the one before. */
-static int predict(singular_step *s)
-{
-    int n = s->base.ode.n, said = KMP_GO;
-    const double *y = s->y0, *dy = s->dy0;
-    for (int j = 0; said == KMP_GO && j < NODES; j++) {
-        extrapolate(s, y, dy, 0.5 * s->h * (X[j] - (j ? X[j - 1] : -1)), s->node + j * n);
-        said = evaluate(s, j);
-        y = s->node + j * n;
-        dy = s->slope + j * n;
-    }
-    return said;
-}
-
 /* One Picard iteration; *change: the difference of the nodes, in error weights. */
 static int sweep(singular_step *s, double *change)
 {
@@ -270,8 +256,14 @@ typedef enum outcome { SMOOTHLY, TURNS, UNSETTLED } outcome;
 static outcome converge(singular_step *s)
 {
     double change = INFINITY, last = INFINITY;
-    if (predict(s) != KMP_GO)
-        return UNSETTLED;
+    const double *y = s->y0, *dy = s->dy0;
+    for (int j = 0, n = s->base.ode.n; j < NODES; j++) { /* predicts the nodes, each from the one before */
+        extrapolate(s, y, dy, 0.5 * s->h * (X[j] - (j ? X[j - 1] : -1)), s->node + j * n);
+        if (evaluate(s, j) != KMP_GO)
+            return UNSETTLED;
+        y = s->node + j * n;
+        dy = s->slope + j * n;
+    }
     for (int k = 0; k < MOST_SWEEPS && !(change <= KMP_SINGULAR_SETTLED); k++) {
         if (sweep(s, &change) != KMP_GO)
             return UNSETTLED;
@@ -285,16 +277,6 @@ static outcome converge(singular_step *s)
     return change > KMP_SINGULAR_NOISE ? UNSETTLED : roughness(s) > fmax(1, change) ? TURNS : SMOOTHLY;
 }
 
-/* The singular place along the present polynomial: a node on it affects the last digits of the slope only. */
-static double place_within(singular_step *s)
-{
-    double size, t_old = s->base.t_old;
-    s->base.t_old = s->base.t;
-    double place = least(s, within, 0, s->h, &size);
-    s->base.t_old = t_old;
-    return place;
-}
-
 /* Steps from the start with its slope to a landing. The predicted place is inexact: if nodes are too near to it, it is
  * found again along the polynomial. */
 static outcome step_to(singular_step *s, double now, double landing)
@@ -304,7 +286,10 @@ static outcome step_to(singular_step *s, double now, double landing)
                   ones[NODES] = {2};
     outcome what = UNSETTLED;
     for (int k = 0; k < MOST_PLACES && what == UNSETTLED; k++) {
-        double h = length_of(wanted, left, k > 0 ? place_within(s) : place);
+        double size, h, t_old = s->base.t_old;
+        s->base.t_old = s->base.t; /* along the polynomial a node on the place affects the last digits of its slope */
+        h = length_of(wanted, left, k > 0 ? least(s, within, 0, s->h, &size) : place);
+        s->base.t_old = t_old;
         if (k > 0 && fabs(h - s->h) < KMP_SINGULAR_SAME * h)
             break;
         s->h = h;

@@ -36,11 +36,6 @@ KMP_CLONES static void scale(ptrdiff_t n, double a, const double *x, double *z)
         z[i] = a * x[i];
 }
 
-static double total(const double part[LANES])
-{
-    return ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
-}
-
 static double square(double x, double w)
 {
     return x * w * (x * w);
@@ -56,7 +51,7 @@ static KMP_INTO_CLONES double sum_squares(ptrdiff_t n, const double *x, const do
             part[k] += !mask || mask[i + k] > 0 ? square(x[i + k], w[i + k]) : 0;
     for (ptrdiff_t i = whole; i < n; i++)
         part[i - whole] += !mask || mask[i] > 0 ? square(x[i], w[i]) : 0;
-    return total(part);
+    return ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
 }
 
 KMP_CLONES static double squares(ptrdiff_t n, const double *x, const double *w)
@@ -93,31 +88,26 @@ KMP_CLONES static void combination(ptrdiff_t n, int count, const double *a, cons
 
 /* -- callbacks of SUNDIALS ----------------------------------------------------------------------------- */
 
-static ptrdiff_t length(N_Vector x)
-{
-    return NV_LENGTH_S(x);
-}
-
 static void linear_sum(double a, N_Vector x, double b, N_Vector y, N_Vector z)
 {
-    sum(length(x), a, NV_DATA_S(x), b, NV_DATA_S(y), NV_DATA_S(z));
+    sum(NV_LENGTH_S(x), a, NV_DATA_S(x), b, NV_DATA_S(y), NV_DATA_S(z));
 }
 
 static void scaled(double a, N_Vector x, N_Vector z)
 {
     if (a == 1 && x == z)
         return;
-    scale(length(x), a, NV_DATA_S(x), NV_DATA_S(z));
+    scale(NV_LENGTH_S(x), a, NV_DATA_S(x), NV_DATA_S(z));
 }
 
 static double norm(N_Vector x, N_Vector w)
 {
-    return sqrt(squares(length(x), NV_DATA_S(x), NV_DATA_S(w)) / (double)length(x));
+    return sqrt(squares(NV_LENGTH_S(x), NV_DATA_S(x), NV_DATA_S(w)) / (double)NV_LENGTH_S(x));
 }
 
 static double norm_where(N_Vector x, N_Vector w, N_Vector mask)
 {
-    return sqrt(squares_where(length(x), NV_DATA_S(x), NV_DATA_S(w), NV_DATA_S(mask)) / (double)length(x));
+    return sqrt(squares_where(NV_LENGTH_S(x), NV_DATA_S(x), NV_DATA_S(w), NV_DATA_S(mask)) / (double)NV_LENGTH_S(x));
 }
 
 /* More vectors than this are combined in parts; no integrator has this number. */
@@ -137,7 +127,7 @@ static int linear_combination(int count, double *a, N_Vector *x, N_Vector z)
             factor[more] = a[done];
             from[more++] = NV_DATA_S(x[done]);
         }
-        combination(length(z), more, factor, from, NV_DATA_S(z));
+        combination(NV_LENGTH_S(z), more, factor, from, NV_DATA_S(z));
     }
     return 0;
 }

@@ -282,24 +282,17 @@ void kmp_lanes_outputs(const kmp_lanes *lanes, int stage, kmp_lanes_output *outp
         output[f->copies[k].to - first] = (kmp_lanes_output){lanes->v + f->copies[k].from * w, f->copies[k].factor};
 }
 
-static void find_sines(kmp_lanes *lanes, const kmp_segment *here)
-{
-    const kmp_frame *f = &lanes->frame;
-    const uint32_t *x = f->angle + here->angle, *s = f->sine + here->angle, *c = f->cosine + here->angle;
-    if (lanes->sincos)
-        lanes->sincos(lanes->user, (int)here->angle, (int)here->angles, lanes->v, x, s, c);
-    else
-        kmp_sincos_lanes((int)here->angles, lanes->width, lanes->v, x, s, c);
-}
-
 void kmp_lanes_run_in_place(kmp_lanes *lanes, int stage)
 {
     const kmp_frame *f = &lanes->frame;
     for (uint32_t g = f->stage[stage]; g < f->stage[stage + 1]; g++) {
         const kmp_segment *here = &f->segments[g], *next = here + 1;
         run_arithmetic(lanes, g);
-        if (here->angles > 0)
-            find_sines(lanes, here);
+        const uint32_t *x = f->angle + here->angle, *s = f->sine + here->angle, *c = f->cosine + here->angle;
+        if (here->angles > 0 && lanes->sincos)
+            lanes->sincos(lanes->user, (int)here->angle, (int)here->angles, lanes->v, x, s, c);
+        else if (here->angles > 0)
+            kmp_sincos_lanes((int)here->angles, lanes->width, lanes->v, x, s, c);
         for (uint32_t i = here->special; i < next->special; i++)
             for (size_t l = 0; l < (size_t)lanes->width; l++)
                 kmp_frame_special(f, &f->specials[i], lanes->v + l, (size_t)lanes->width);

@@ -123,12 +123,6 @@ static void release_either(void *self)
     kmp_free(w);
 }
 
-static int runs_of(const kmp_program *p)
-{
-    kmp_cache_key key;
-    return kmp_program_folder(p, KMP_X86_ONE, &key) ? RUNS_KEPT : RUNS;
-}
-
 static void *prepare_either(const kmp_program *p)
 {
     waiting *w = KMP_NEW(waiting, 1);
@@ -136,9 +130,11 @@ static void *prepare_either(const kmp_program *p)
     bool at_once = total < LEAST_LATER || !kmp_x86_runs(KMP_X86_ONE) || kmp_prepared_known(p, KMP_X86_ONE, 0);
     if (!w)
         return NULL;
-    *w = (waiting){.program = p,
-                   .now = at_once ? &kmp_backend_native : &kmp_backend_tape,
-                   .left = at_once ? 0 : (int64_t)runs_of(p) * total};
+    kmp_cache_key key;
+    *w =
+        (waiting){.program = p,
+                  .now = at_once ? &kmp_backend_native : &kmp_backend_tape,
+                  .left = at_once ? 0 : (int64_t)(kmp_program_folder(p, KMP_X86_ONE, &key) ? RUNS_KEPT : RUNS) * total};
     w->code = w->now->prepare(p);
     if (w->code)
         return w;

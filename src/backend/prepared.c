@@ -95,16 +95,6 @@ typedef struct piece {
     const kmp_straight *operations;
 } piece;
 
-/* Makes room for pairs and for values that leave registers. */
-static bool extend(kmp_frame *f, const kmp_packs *packs, uint32_t places)
-{
-    if (!kmp_frame_extend(f, packs->next - f->slots + places))
-        return false;
-    for (int k = 0; k < packs->constants; k++)
-        memcpy(f->v + packs->constant[k].slot, packs->constant[k].value, sizeof packs->constant[k].value);
-    return true;
-}
-
 /* USUAL_LENGTH: bytes of machine code of an operation, 5 to 9, with loads and stores. MOST_PACKED: larger programs run
  * from memory beyond the first cache, and the search for pairs takes longer than all else. */
 enum { USUAL_LENGTH = 10, MOST_PACKED = 50000 };
@@ -143,7 +133,12 @@ static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_x86 *x86, ui
         if (pieces[g].count > 0)
             kmp_registers_write(&registers, x86, pieces[g].count, pieces[g].operations);
     }
-    return !x86->failed && x86->size < NO_ROUTINE && extend(l->frame, &packs, registers.used);
+    /* Pairs and values that leave registers have slots behind the others. */
+    if (x86->failed || x86->size >= NO_ROUTINE || !kmp_frame_extend(l->frame, packs.next - slots + registers.used))
+        return false;
+    for (int k = 0; k < packs.constants; k++)
+        memcpy(l->frame->v + packs.constant[k].slot, packs.constant[k].value, sizeof packs.constant[k].value);
+    return true;
 }
 
 void kmp_code_at(const void *pages, uint32_t offset, void *routine)

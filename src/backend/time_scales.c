@@ -156,14 +156,6 @@ static bool is_known(study *s, const double *parameters, double a, double b, con
     return true;
 }
 
-static bool is_straight(const study *s, const double *x, const double *middle, const double *y)
-{
-    for (int k = 0; k < s->count; k++)
-        if (fabs(middle[k] - (x[k] + y[k]) / 2) > KNOWN * s->size[k])
-            return false;
-    return true;
-}
-
 /* Sources of what is known of an interval: bounds of the functions, only their values, or its parts. */
 typedef enum knowledge { BY_BOUNDS, BY_VALUES, BY_PARTS } knowledge;
 
@@ -183,7 +175,9 @@ static knowledge halve(study *s, const double *parameters, int depth, double a, 
         return BY_PARTS;
     s->halvings++;
     values_at(s, parameters, m, middle);
-    const bool even = is_straight(s, x, middle, y);
+    bool even = true; /* the function is straight here */
+    for (int k = 0; k < s->count; k++)
+        even = even && !(fabs(middle[k] - (x[k] + y[k]) / 2) > KNOWN * s->size[k]);
     const bool known = even && is_known(s, parameters, a, m, x, middle) && is_known(s, parameters, m, b, middle, y);
     const int before = s->ends;
     const double longest = s->longest, shortest = s->shortest;

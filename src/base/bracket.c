@@ -9,12 +9,6 @@ KMP_LOCAL kmp_bracket kmp_bracket_of(double near, double f_near, double far, dou
     return (kmp_bracket){.near = near, .f_near = f_near, .far = far, .f_far = f_far};
 }
 
-/* True where the inverse of the parabola through three points is monotonic between the ends of the bracket. */
-static bool is_monotonic(double xi, double phi)
-{
-    return phi * phi < xi && (1 - phi) * (1 - phi) < 1 - xi;
-}
-
 /* The part of the bracket from its last point a to its other end b; c is the point that a has replaced. */
 static double part_to(const kmp_bracket *b)
 {
@@ -25,7 +19,9 @@ static double part_to(const kmp_bracket *b)
         return 0.5;
     if (b->points == 0)
         return fa / (fa - fb);
-    if (!is_monotonic((xa - xb) / (xc - xb), (fa - fb) / (fc - fb)))
+    /* The inverse of the parabola through three points has to be monotonic between the ends. */
+    const double xi = (xa - xb) / (xc - xb), phi = (fa - fb) / (fc - fb);
+    if (!(phi * phi < xi && (1 - phi) * (1 - phi) < 1 - xi))
         return 0.5;
     return fa / (fb - fa) * (fc / (fb - fc)) + (xc - xa) / (xb - xa) * (fa / (fc - fa)) * (fb / (fc - fb));
 }

@@ -496,18 +496,14 @@ void kempe_context_set_progress(kempe_context *context, double interval, kempe_p
     memset(context->counts, 0, sizeof context->counts);
 }
 
-static bool is_another(const kempe_progress *last, double done, double total, const char *unit)
-{
-    return !last->unit || strcmp(last->unit, unit) != 0 || last->total != total || done < last->done;
-}
-
 void kmp_progress(kempe_context *context, int kind, double done, double total, const char *unit)
 {
     count *c = &context->counts[kind];
     if (!context->progress)
         return;
     double now = kmp_wall_now();
-    if (is_another(&c->last, done, total, unit))
+    const kempe_progress *last = &c->last;
+    if (!last->unit || strcmp(last->unit, unit) != 0 || last->total != total || done < last->done) /* another count */
         *c = (count){.began = now, .from = done, .due = now + context->progress_interval};
     double elapsed = now - c->began, ahead = done - c->from;
     c->last = (kempe_progress){done, total, unit, elapsed, ahead > 0 ? (total - done) * elapsed / ahead : -1};

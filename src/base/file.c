@@ -99,12 +99,6 @@ kempe_status kmp_file_read(kempe_context *context, kmp_file_kind kind, const cha
     return status;
 }
 
-static int write_in_place(const char *path, const char *text, size_t length)
-{
-    int fd = open(path, O_WRONLY | O_CLOEXEC);
-    return fd < 0 ? errno : kmp_temporary_end(fd, text, length);
-}
-
 /* Writes a temporary file that then gets its name. */
 static int write_by_name(const char *path, const struct stat *old, const char *text, size_t length)
 {
@@ -129,12 +123,14 @@ static kempe_status write_bytes(kempe_context *context, const char *path, const 
         return kmp_fail(context, KEMPE_E_ARGUMENT, "%s is read for this result: write to another file", path);
     /* through a symbolic link, its target is replaced and the link stays */
     const char *real = exists && S_ISREG(old.st_mode) ? realpath(path, target) : NULL;
-    if (exists && S_ISDIR(old.st_mode))
+    if (exists && S_ISDIR(old.st_mode)) {
         error = EISDIR;
-    else if (exists && !S_ISREG(old.st_mode))
-        error = write_in_place(path, text, length);
-    else
+    } else if (exists && !S_ISREG(old.st_mode)) {
+        int fd = open(path, O_WRONLY | O_CLOEXEC);
+        error = fd < 0 ? errno : kmp_temporary_end(fd, text, length);
+    } else {
         error = write_by_name(real ? real : path, exists ? &old : NULL, text, length);
+    }
     return kmp_temporary_report(context, path, error);
 }
 

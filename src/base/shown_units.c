@@ -106,22 +106,12 @@ static double convert(kmp_unit_system system, const char *unit, kmp_text *name)
     return factor;
 }
 
-static kmp_shown in_degrees(const char *unit)
-{
-    static const char *const units[][2] = {{"rad", "deg"}, {"rad/s", "deg/s"}, {"rad/s^2", "deg/s^2"}};
-    for (size_t k = 0; k < sizeof units / sizeof *units; k++)
-        if (strcmp(unit, units[k][0]) == 0)
-            return (kmp_shown){units[k][1], 180 / 3.14159265358979323846};
-    return (kmp_shown){unit, 1};
-}
-
 kmp_shown kmp_shown_units_get(kmp_shown_units *made, kmp_shown_in in, const char *unit)
 {
-    if (in.degrees) {
-        const kmp_shown angle = in_degrees(unit);
-        if (angle.factor != 1)
-            return angle;
-    }
+    static const char *const angles[][2] = {{"rad", "deg"}, {"rad/s", "deg/s"}, {"rad/s^2", "deg/s^2"}};
+    for (size_t k = 0; in.degrees && k < sizeof angles / sizeof *angles; k++)
+        if (strcmp(unit, angles[k][0]) == 0)
+            return (kmp_shown){angles[k][1], 180 / 3.14159265358979323846};
     if (in.system == KMP_UNITS_SI || !made)
         return (kmp_shown){unit, 1};
     for (int k = 0; k < made->count; k++)

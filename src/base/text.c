@@ -31,14 +31,6 @@ static bool reserve(kmp_text *text, size_t more)
     return true;
 }
 
-/* True for a format whose only conversions are %s. */
-static bool has_words_alone(const char *format)
-{
-    while ((format = strchr(format, '%')) && format[1] == 's')
-        format += 2;
-    return !format;
-}
-
 /* All or nothing: a text without its end could be taken for another one. */
 static void put_words(kmp_text *text, const char *format, va_list words)
 {
@@ -59,8 +51,11 @@ static void put_words(kmp_text *text, const char *format, va_list words)
 
 void kmp_text_vprintf(kmp_text *text, const char *format, va_list arguments)
 {
-    char brief[256]; /* most texts are written once */
-    if (has_words_alone(format)) {
+    char brief[256];            /* most texts are written once */
+    const char *other = format; /* the first conversion that is not %s */
+    while ((other = strchr(other, '%')) && other[1] == 's')
+        other += 2;
+    if (!other) {
         put_words(text, format, arguments);
         return;
     }

@@ -24,25 +24,19 @@ enum { MOST_PRODUCTS = 7 };
 #define OF_PRODUCT 50
 #define OF_ENTRY   10
 
-/* Entries of M: of each motion with itself and the motions that carry it. */
-static double count_entries(const kempe_model *model)
+/* Of p independent coordinates; with none as with one. */
+static bool products_pay(const kempe_model *model, int p)
 {
+    const double columns = p > 1 ? p : 1;
     int *depth = KMP_NEW(int, model->body_count);
-    double entries = 0;
+    double entries = 0; /* of M: of each motion with itself and the motions that carry it */
     for (int b = 1; depth && b < model->body_count; b++) {
         const kmp_body *body = &model->bodies[b];
         depth[b] = depth[body->parent] + body->motion_count;
         entries += body->motion_count * (depth[body->parent] + 0.5 * (body->motion_count + 1));
     }
     kmp_free(depth);
-    return entries;
-}
-
-/* Of p independent coordinates; with none as with one. */
-static bool products_pay(const kempe_model *model, int p)
-{
-    const double columns = p > 1 ? p : 1;
-    return columns * OF_PRODUCT * model->motion_count < (OF_ENTRY + 4 * columns) * count_entries(model);
+    return columns * OF_PRODUCT * model->motion_count < (OF_ENTRY + 4 * columns) * entries;
 }
 
 bool kmp_motion_may_go_by_products(const kempe_system *s)
@@ -100,12 +94,6 @@ static double operations_of(const kmp_program *program)
     return (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
 }
 
-/* Factors of a symmetric k x k matrix, and one solution. */
-static double cholesky(int k)
-{
-    return operations(kmp_cholesky_factor_flops(k)) + operations(kmp_cholesky_solve_flops(k));
-}
-
 static int independent(const kempe_system *s)
 {
     return s->n > s->m ? s->n - s->m : 0;
@@ -147,27 +135,22 @@ static double cost_of_solves(const kempe_system *s)
 {
     double n = s->n, p = independent(s), mass = 2.0 * s->mass.count;
     double products = s->m > 0 ? mass * (p + 1) + p * n + p * (p + 1) / 2 * n : 0;
-    double dense = 2 * products + cholesky(independent(s));
+    int k = independent(s);
+    double dense = 2 * products + operations(kmp_cholesky_factor_flops(k)) + operations(kmp_cholesky_solve_flops(k));
     return s->m > 0 ? fmin(dense, cost_of_saddle(s)) : dense;
 }
 
-/* Factors of M and one solution on a tree, whose zeros are left out: from the leaves to the root, nothing fills. */
-static double cost_of_tree(const kempe_system *s)
+static bool pays_written_out(const kempe_system *s, double bodies)
 {
-    double sum = 0;
+    double tree = 0; /* factors of M and one solution: from the leaves to the root nothing fills its zeros */
     for (int i = 0; i < s->n; i++) {
         double coupled = 0;
         for (int e = 0; e < s->mass.count; e++)
             coupled += s->mass.row[e] != s->mass.col[e] &&
                        (s->mass.row[e] > s->mass.col[e] ? s->mass.row[e] : s->mass.col[e]) == i;
-        sum += coupled * (coupled + 1) + 5 * coupled + 1;
+        tree += coupled * (coupled + 1) + 5 * coupled + 1;
     }
-    return sum;
-}
-
-static bool pays_written_out(const kempe_system *s, double bodies)
-{
-    return RECURSION_WAITS * bodies < operations_of(s->motion) + cost_of_tree(s);
+    return RECURSION_WAITS * bodies < operations_of(s->motion) + tree;
 }
 
 static double cost_by_mass(const kempe_system *s)

@@ -74,19 +74,11 @@ static void runs(const kmp_tree *tree, kmp_savings *savings)
             savings->stay[tree->links[i].parent - 1] = true;
 }
 
-static bool carries(const kmp_tree *tree, int i)
-{
-    for (int k = i + 1; k < tree->count; k++)
-        if (tree->links[k].parent == i)
-            return true;
-    return false;
-}
-
 /* Joints that carry no other joint, and are carried by one. */
 static void leaves(const kmp_tree *tree, kmp_savings *savings)
 {
     for (int i = 1; i < tree->count; i++)
-        if (tree->links[i].rotation && tree->links[i].parent > 0 && !carries(tree, i))
+        if (tree->links[i].rotation && tree->links[i].parent > 0 && kmp_tree_first_child(tree, i) == 0)
             savings->stay[i - 1] = true;
 }
 
@@ -207,13 +199,6 @@ static long price_of(search *s, const kmp_equations *eq)
 
 /* -- trials ------------------------------------------------------------------------------------------ */
 
-/* Derives in a separate graph. */
-static kempe_status derive_work(search *s)
-{
-    kmp_equations_free(s->work);
-    return kmp_equations_derive_once(s->work, s->model, &s->scene);
-}
-
 /* Makes the current trial the best when it takes fewer operations. */
 static kempe_status judge(search *s, bool *better)
 {
@@ -236,7 +221,12 @@ static kempe_status try_it(search *s, bool *better)
 {
     if (kmp_savings_same(&s->tried, &s->best, s->model))
         return KEMPE_OK;
-    KMP_TRY(s->shares ? kmp_equations_derive_again(s->work, &s->scene) : derive_work(s));
+    if (s->shares) {
+        KMP_TRY(kmp_equations_derive_again(s->work, &s->scene));
+    } else {
+        kmp_equations_free(s->work);
+        KMP_TRY(kmp_equations_derive_once(s->work, s->model, &s->scene));
+    }
     return judge(s, better);
 }
 
@@ -350,17 +340,6 @@ static bool keep_copy(const search *s, const kmp_savings *of, kmp_savings *to)
     return made;
 }
 
-/* Keeps the best variants, with the variants of the closures for themselves and as they are. False: no memory. */
-static bool keep_found(const search *s, const kmp_savings *closures)
-{
-    kmp_savings *found = s->scene.found;
-    if (!keep_copy(s, closures, found) || !keep_copy(s, &s->best, s->scene.chosen))
-        return false;
-    if (found)
-        kmp_savings_copy_dynamics(found, &s->best, s->model);
-    return true;
-}
-
 /* Searches from the equations as derived to the best variants. */
 static kempe_status find(search *s)
 {
@@ -386,8 +365,13 @@ static kempe_status find(search *s)
             status = try_joints(s, &any);
         any = any && s->scene.optimize;
     }
-    if (status == KEMPE_OK)
-        status = kmp_made(s->model->context, keep_found(s, &closures));
+    if (status == KEMPE_OK) {
+        kmp_savings *found = s->scene.found;
+        bool kept = keep_copy(s, &closures, found) && keep_copy(s, &s->best, s->scene.chosen);
+        if (kept && found)
+            kmp_savings_copy_dynamics(found, &s->best, s->model);
+        status = kmp_made(s->model->context, kept);
+    }
     kmp_savings_free(&closures);
     return status;
 }

@@ -135,18 +135,13 @@ static bool is_rounding(const kmp_equations *eq, kmp_ref h)
            fabs(constant_value(eq, first ? node->a : node->b)) <= 4 * DBL_EPSILON;
 }
 
-static bool depends_on(const kmp_equations *eq, kmp_ref x, kmp_input_kind kind)
-{
-    return kmp_graph_node(eq->graph, kmp_id(x))->depends & (1u << kind);
-}
-
 /* True for a component of slip in two directions that no coordinate moves, if one moves the other component: its row
  * is kept, and stays zero. */
 static bool slides_otherwise(const kmp_equations *eq, const kmp_closure *closure)
 {
     const kmp_force *force = kmp_closure_is_friction(closure) ? &eq->model->forces[closure->force] : NULL;
     return eq->tree.events && force && force->across > 0 &&
-           depends_on(eq, kmp_friction_rate(&eq->tree, kmp_friction_twin(force)), KMP_IN_QD);
+           kmp_depends_on(eq->graph, kmp_friction_rate(&eq->tree, kmp_friction_twin(force)), KMP_IN_QD);
 }
 
 /* Rows and rates of a closure with all translations at zero that are locked for the reactions of joints: they are what
@@ -236,9 +231,9 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_derivation_request 
         kmp_ref moved[2 * KMP_KIND_MAX_ROWS];
         find_moved(eq, closure, h, rates, moved);
         for (int k = 0; k < kmp_closure_rows(kind, closure); k++) {
-            bool moves = depends_on(eq, moved[k], KMP_IN_Q) && !is_rounding(eq, moved[k]);
+            bool moves = kmp_depends_on(eq->graph, moved[k], KMP_IN_Q) && !is_rounding(eq, moved[k]);
             h[k] = moves ? h[k] : is_rounding(eq, moved[k]) ? KMP_ZERO : moved[k];
-            if (moves || (of_rates && depends_on(eq, moved[KMP_KIND_MAX_ROWS + k], KMP_IN_QD)) ||
+            if (moves || (of_rates && kmp_depends_on(eq->graph, moved[KMP_KIND_MAX_ROWS + k], KMP_IN_QD)) ||
                 (request->keep_modes && kmp_closure_is_of_modes(closure)) || slides_otherwise(eq, closure)) {
                 eq->h[eq->m] = h[k];
                 eq->rate[eq->m] = rates[k];

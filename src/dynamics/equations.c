@@ -379,7 +379,7 @@ static void derive_loads(kmp_equations *eq)
 
 bool kmp_is_late(const kmp_graph *g, kmp_ref value)
 {
-    return kmp_graph_node(g, kmp_id(value))->depends & (1u << KMP_IN_QDD | 1u << KMP_IN_LAMBDA);
+    return kmp_depends_on(g, value, KMP_IN_QDD) || kmp_depends_on(g, value, KMP_IN_LAMBDA);
 }
 
 kmp_ref *kmp_conditions_with_solved(kmp_graph *g, const kmp_ref *conditions, int counts[2])
@@ -555,21 +555,14 @@ static bool init_tree(kmp_equations *eq, const kmp_derivation_request *request, 
     return !kmp_graph_failed(eq->graph);
 }
 
-static bool add_tree(kmp_equations *eq, const kmp_derivation_request *request)
-{
-    if (!init_tree(eq, request, &eq->tree))
-        return false;
-    kmp_tree_sum_up(&eq->tree);
-    if (request->body_inputs)
-        kmp_tree_add_inputs(&eq->tree, request->no_inputs);
-    return true;
-}
-
-/* Adds the links with the request's variants. */
-static bool add_links(kmp_equations *eq, const kmp_derivation_request *request)
+/* Sets the variants of the dynamics, and makes a second tree when they differ from the model. */
+static bool set_frames(kmp_equations *eq, const kmp_derivation_request *request)
 {
     const kmp_savings *savings = request->savings;
     kmp_tree *tree = &eq->links;
+    kmp_savings_copy(&eq->savings, savings, eq->model);
+    if (kmp_savings_plain(savings, eq->model))
+        return true;
     if (!init_tree(eq, request, tree))
         return false;
     kmp_move_origins(tree, savings->origin);
@@ -582,22 +575,6 @@ static bool add_links(kmp_equations *eq, const kmp_derivation_request *request)
     if (request->body_inputs)
         kmp_tree_add_inputs(tree, request->no_inputs);
     return true;
-}
-
-/* Sets the variants of the dynamics, and makes a second tree when they differ from the model. */
-static bool set_frames(kmp_equations *eq, const kmp_derivation_request *request)
-{
-    kmp_savings_copy(&eq->savings, request->savings, eq->model);
-    return kmp_savings_plain(request->savings, eq->model) || add_links(eq, request);
-}
-
-/* A copy of the request's variants, or room for them. */
-static bool add_savings(kmp_equations *eq, const kmp_derivation_request *request)
-{
-    if (!kmp_savings_init(&eq->savings, eq->model))
-        return false;
-    eq->savings.by_q = eq->savings.by_qd = request->tangents;
-    return !request->savings || set_frames(eq, request);
 }
 
 static void swap(kmp_ref *a, kmp_ref *b, int count)
@@ -634,7 +611,14 @@ static kempe_status derive_sets(kmp_equations *eq, const kmp_derivation_request 
     if (request->labels)
         kmp_graph_keep_labels(eq->graph);
     kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~request->without);
-    KMP_TRY(kmp_made(eq->context, allocate_outputs(eq) && add_tree(eq, request) && add_savings(eq, request)));
+    KMP_TRY(kmp_made(eq->context, allocate_outputs(eq) && init_tree(eq, request, &eq->tree)));
+    kmp_tree_sum_up(&eq->tree);
+    if (request->body_inputs)
+        kmp_tree_add_inputs(&eq->tree, request->no_inputs);
+    KMP_TRY(kmp_made(eq->context, kmp_savings_init(&eq->savings, eq->model)));
+    eq->savings.by_q = eq->savings.by_qd = request->tangents;
+    if (request->savings)
+        KMP_TRY(kmp_made(eq->context, set_frames(eq, request)));
     kmp_tree_runs(&eq->tree, eq->run);
     KMP_TRY(kmp_closures_derive(eq, request));
     if (request->returns)

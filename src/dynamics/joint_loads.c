@@ -111,13 +111,6 @@ static void add_acting(acting *a, kmp_ref of, kmp_ref force)
     a->count += of != KMP_ZERO && force != KMP_ZERO;
 }
 
-/* True if the rows of a closure may change with any joint. */
-static bool is_anywhere(const kmp_closure *closure)
-{
-    return closure->point[0] < 0 || closure->point[1] < 0 ||
-           kmp_closure_parts_of(closure->kind)->force->load == kmp_part_effort;
-}
-
 /* The next body on the way from two bodies to the one that carries both; -1: there is none. */
 static int next_between(const kempe_model *model, int side[2])
 {
@@ -154,7 +147,8 @@ static void list_closures(kmp_joint_loads *loads, const kmp_tree *tree)
             const kmp_closure *closure = &model->closures[c];
             if (kmp_closure_is_of_modes(closure))
                 continue;
-            if (is_anywhere(closure)) {
+            if (closure->point[0] < 0 || closure->point[1] < 0 ||
+                kmp_closure_parts_of(closure->kind)->force->load == kmp_part_effort) {
                 if (pass == 0)
                     loads->anywhere[loads->anywhere_count++] = c;
                 continue;
@@ -201,15 +195,6 @@ static void add_rows(const kmp_joint_loads *loads, const kmp_tree *moved, int ac
         add_closure_rows(moved, own < end && (any == last || *own < *any) ? *own++ : *any++, a);
 }
 
-/* The most rows and elements of a joint or, negative, of a section. */
-static int room_for(const kmp_joint_loads *loads, const kempe_model *model, int across)
-{
-    const int closures = across < 0
-                             ? model->closure_count
-                             : loads->crossing_from[across + 1] - loads->crossing_from[across] + loads->anywhere_count;
-    return KMP_KIND_MAX_ROWS * closures + loads->element_count;
-}
-
 /* Friction along a length or an angle, and rigid contacts: their forces are in the values of all modes. */
 static void add_elements(kmp_joint_loads *loads, const kmp_tree *moved, int across, acting *a)
 {
@@ -220,7 +205,7 @@ static void add_elements(kmp_joint_loads *loads, const kmp_tree *moved, int acro
         if (force->kind == KMP_FORCE_TOUCH) {
             of = kmp_touching_gap(moved, &force->touch);
         } else if (kmp_friction_slopes_of(moved, force, &of) == KMP_IN_QD) {
-            bool crosses = kmp_graph_node(moved->graph, kmp_id(of))->depends & (1u << KMP_IN_ALONG);
+            bool crosses = kmp_depends_on(moved->graph, of, KMP_IN_ALONG);
             loads->obstacle = crosses ? force : loads->obstacle;
             loads->obstructed = crosses ? across : loads->obstructed;
             of = KMP_ZERO;
@@ -235,7 +220,10 @@ static void find_acting(kmp_joint_loads *loads, const kmp_tree *tree, const kmp_
                         kmp_ref generalized[VIRTUAL])
 {
     kmp_graph *g = tree->graph;
-    const int room = room_for(loads, tree->model, across);
+    const int closures = across < 0
+                             ? tree->model->closure_count
+                             : loads->crossing_from[across + 1] - loads->crossing_from[across] + loads->anywhere_count;
+    const int room = KMP_KIND_MAX_ROWS * closures + loads->element_count;
     kmp_ref from[VIRTUAL], to[VIRTUAL], *slope = KMP_GRAPH_NEW(g, kmp_ref, VIRTUAL * room + 1);
     acting a = {0, KMP_GRAPH_NEW(g, kmp_ref, room + 1), KMP_GRAPH_NEW(g, kmp_ref, room + 1)};
     uint16_t through;
@@ -370,15 +358,6 @@ const kmp_force *kmp_joint_load_obstacle(const kmp_tree *tree, int body)
 
 /* -- sections of beams ------------------------------------------------------------------------------- */
 
-/* The link that carries a station, nearest to the frame. */
-static int outermost(const kmp_tree *tree, int frame, int station)
-{
-    int link = station;
-    while (tree->links[link].parent != frame)
-        link = tree->links[link].parent;
-    return link;
-}
-
 /* True if link i, which the frame of a flexible body carries, is beyond its station s. */
 static bool is_beyond(const kmp_tree *tree, int which, int frame, int s, int i)
 {
@@ -386,8 +365,14 @@ static bool is_beyond(const kmp_tree *tree, int which, int frame, int s, int i)
     const kmp_flexible *flexible = &tree->model->flexibles[which];
     const double from = flexible->stations[s].at[0].value - rounding * flexible->length->value;
     bool beyond = s == 0;
-    for (int k = 0; k < flexible->station_count && !beyond; k++)
-        beyond = flexible->stations[k].at[0].value >= from && outermost(tree, frame, tree->stations[which][k]) == i;
+    for (int k = 0; k < flexible->station_count && !beyond; k++) {
+        int link = tree->stations[which][k]; /* the link that carries the station, nearest to the frame */
+        if (flexible->stations[k].at[0].value < from)
+            continue;
+        while (tree->links[link].parent != frame)
+            link = tree->links[link].parent;
+        beyond = link == i;
+    }
     return beyond;
 }
 

@@ -101,11 +101,6 @@ static bool find_jacobian(kempe_system *s, const kmp_equations *eq)
 
 /* -- forces that depend on multipliers --------------------------------------------------------------- */
 
-static bool depends_on(const kmp_graph *g, kmp_input_kind kind, kmp_ref x)
-{
-    return kmp_graph_node(g, kmp_id(x))->depends & 1u << kind;
-}
-
 /* dC/dlambda row by row (n x m), and which rows C depends on. NULL: no memory. */
 static kmp_ref *find_load_jacobian(kempe_system *s, const kmp_equations *eq)
 {
@@ -137,11 +132,11 @@ bool kmp_list_independent(const kmp_graph *g, kmp_input_kind kind, int count, co
     if (!mark)
         return false;
     for (int k = 0; k < count; k++)
-        mark[kmp_id(of[k])] |= depends_on(g, kind, of[k]) ? NEEDED : LISTED;
+        mark[kmp_id(of[k])] |= kmp_depends_on(g, of[k], kind) ? NEEDED : LISTED;
     for (uint32_t id = nodes; id-- > 0;) {
         const kmp_node *node = kmp_graph_node(g, id);
         for (int k = 0; mark[id] & NEEDED && k < kmp_op_arity((kmp_op)node->op); k++)
-            mark[kmp_id(kmp_operand(node, k))] |= depends_on(g, kind, kmp_operand(node, k)) ? NEEDED : LISTED;
+            mark[kmp_id(kmp_operand(node, k))] |= kmp_depends_on(g, kmp_operand(node, k), kind) ? NEEDED : LISTED;
     }
     for (uint32_t id = 0; id < nodes; id++)
         if (mark[id] & LISTED && kmp_op_arity((kmp_op)kmp_graph_node(g, id)->op) > 0)
@@ -168,14 +163,6 @@ static bool put_load_dependent(groups *g, kempe_system *s, const kmp_equations *
     return true;
 }
 
-static bool is_load_dependent(const kmp_equations *eq)
-{
-    bool found = false;
-    for (int k = 0; k < eq->n; k++)
-        found = found || depends_on(eq->graph, KMP_IN_LAMBDA, eq->bias[k]);
-    return found;
-}
-
 /* -- programs ---------------------------------------------------------------------------------------- */
 
 bool kmp_motion_make(kempe_system *s, kmp_equations *eq)
@@ -186,7 +173,10 @@ bool kmp_motion_make(kempe_system *s, kmp_equations *eq)
     g.last = 1;
     put_pattern(&g, &s->arena, &s->mass, s->n, s->n, eq->mass);
     g.last = 2;
-    if (!is_load_dependent(eq)) {
+    bool load_dependent = false;
+    for (int k = 0; k < eq->n; k++)
+        load_dependent = load_dependent || kmp_depends_on(eq->graph, eq->bias[k], KMP_IN_LAMBDA);
+    if (!load_dependent) {
         put_outputs(&g, s->n, eq->bias);
         put_outputs(&g, s->m, eq->jdqd);
     } else if (!put_load_dependent(&g, s, eq)) {

@@ -49,19 +49,6 @@ typedef struct part {
     kmp_vec centre, momentum, spin;
 } part;
 
-static part in_motion(const kmp_tree *tree, int link, const kmp_inertia *of)
-{
-    kmp_graph *g = tree->graph;
-    part p = {.mass = of->mass, .centre = kmp_link_position(tree, link, of->com, 0)};
-    kmp_vec w = kmp_from_ancestor(tree, link, 0, kmp_link_spin(tree, link, 0));
-    p.momentum = kmp_vec_scale(g, of->mass, kmp_vec_rate(tree, p.centre));
-    kmp_vec spin = kmp_tensor_apply(g, of->about_com, w);
-    if (tree->links[link].deformation)
-        spin = kmp_vec_add(g, spin, kmp_deformation_spin(g, tree->links[link].deformation));
-    p.spin = kmp_link_direction(tree, link, spin, 0);
-    return p;
-}
-
 /* The parts of a body or of all links: the next one from *at on; false: there are no more. */
 static bool next_part(const kmp_tree *tree, int body, int *at, part *p)
 {
@@ -71,7 +58,14 @@ static bool next_part(const kmp_tree *tree, int body, int *at, part *p)
     *at = link;
     const kmp_link *l = &tree->links[link];
     const kmp_inertia of = body < 0 ? (kmp_inertia){l->mass, l->com, l->inertia} : kmp_body_inertia(tree, body);
-    *p = in_motion(tree, link, &of);
+    kmp_graph *g = tree->graph;
+    *p = (part){.mass = of.mass, .centre = kmp_link_position(tree, link, of.com, 0)};
+    kmp_vec w = kmp_from_ancestor(tree, link, 0, kmp_link_spin(tree, link, 0));
+    p->momentum = kmp_vec_scale(g, of.mass, kmp_vec_rate(tree, p->centre));
+    kmp_vec spin = kmp_tensor_apply(g, of.about_com, w);
+    if (l->deformation)
+        spin = kmp_vec_add(g, spin, kmp_deformation_spin(g, l->deformation));
+    p->spin = kmp_link_direction(tree, link, spin, 0);
     return true;
 }
 

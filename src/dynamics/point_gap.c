@@ -207,14 +207,6 @@ static void look_from_ancestor(gaps *s, const gap_side *p)
     see(s, p->link);
 }
 
-static bool is_axis(kmp_vec f)
-{
-    int numbers = 0;
-    for (int k = 0; k < 3; k++)
-        numbers += f.x[k] == KMP_ZERO || (f.x[k] | 1) == (KMP_ONE | 1);
-    return numbers == 3;
-}
-
 /* True if another joint between ancestor and point turns about an axis through the same point. */
 static bool is_concurrent(const gaps *s, const gap_side *p, int k)
 {
@@ -234,6 +226,9 @@ static void row_outward(gaps *s, const gap_side *p, kmp_vec f, kmp_ref *row)
     kmp_graph *g = tree->graph;
     kmp_vec x = p->by[OUTWARD].x, moment = kmp_vec_cross(g, x, f);
     look_from_ancestor(s, p);
+    int numbers = 0; /* f is an axis where all its components are 0, 1 or -1 */
+    for (int k = 0; k < 3; k++)
+        numbers += f.x[k] == KMP_ZERO || (f.x[k] | 1) == (KMP_ONE | 1);
     for (int k = p->link; k != p->ancestor; k = tree->links[k].parent) {
         const kmp_link *link = &tree->links[k];
         const gap_seen *m = &s->seen[k];
@@ -241,7 +236,7 @@ static void row_outward(gaps *s, const gap_side *p, kmp_vec f, kmp_ref *row)
         kmp_ref along;
         if (!link->rotation)
             along = kmp_vec_dot(g, f, e);
-        else if (is_axis(f) || is_concurrent(s, p, k))
+        else if (numbers == 3 || is_concurrent(s, p, k))
             along = kmp_vec_dot(g, e, kmp_vec_cross(g, kmp_vec_sub(g, x, m->origin), f));
         else
             along = kmp_sub(g, kmp_vec_dot(g, e, moment), kmp_vec_dot(g, f, kmp_vec_cross(g, e, m->origin)));
@@ -438,7 +433,7 @@ static void add_gap(gaps *s, int row, int count)
         return;
     p.d = kmp_point_difference(&eq->tree, closure->point[0], closure->point[1], &ancestor);
     for (int k = 0; k < 3; k++)
-        p.moves[k] = kmp_graph_node(eq->graph, kmp_id(p.d.x[k]))->depends & (1u << KMP_IN_Q);
+        p.moves[k] = kmp_depends_on(eq->graph, p.d.x[k], KMP_IN_Q);
     if (!is_seen_through(s, &p, eq->h + row))
         return;
     for (int k = 0; k < 2; k++) {

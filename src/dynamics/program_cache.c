@@ -128,16 +128,11 @@ void kmp_program_cache_name_program(const kempe_system *s, kmp_program_cache_nam
 
 /* -- items ------------------------------------------------------------------------------------------- */
 
-static bool is_same(const kmp_program_cache_name *a, const kmp_program_cache_name *b)
-{
-    return a->variant == b->variant && memcmp(&a->choice, &b->choice, sizeof a->choice) == 0 &&
-           strcmp(a->what, b->what) == 0;
-}
-
 static item *find(const kmp_program_cache *kept, kmp_program_cache_name name)
 {
     item *x = kept->first;
-    while (x && !is_same(&x->name, &name))
+    while (x && (x->name.variant != name.variant || memcmp(&x->name.choice, &name.choice, sizeof name.choice) != 0 ||
+                 strcmp(x->name.what, name.what) != 0))
         x = x->next;
     return x;
 }

@@ -289,7 +289,7 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
             return kmp_fail(s->context, KEMPE_E_BUG, "a condition of an element is missing in its law");
         condition->late =
             (condition->ends || condition->told || condition->role != KMP_ROLE_NONE) && kmp_is_late(eq->graph, out[k]);
-        condition->by_rates = kmp_graph_node(eq->graph, kmp_id(out[k]))->depends & 1u << KMP_IN_QD;
+        condition->by_rates = kmp_depends_on(eq->graph, out[k], KMP_IN_QD);
         s->changes_by_rates = s->changes_by_rates || condition->late || (!condition->told && condition->by_rates);
         if (condition->late) {
             out[count + counts[1]++] = out[k];

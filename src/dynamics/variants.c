@@ -112,18 +112,10 @@ static kmp_vec along(const kmp_tree *tree, int i, kmp_vec v)
     return v;
 }
 
-static int first_child(const kmp_tree *tree, int i)
-{
-    for (int k = i + 1; k < tree->count; k++)
-        if (tree->links[k].parent == i)
-            return k;
-    return 0;
-}
-
 static kmp_vec target(const kmp_tree *tree, int i, kmp_origin to)
 {
     const kmp_link *link = &tree->links[i];
-    int child = to == KMP_ORIGIN_CHILD ? first_child(tree, i) : 0;
+    int child = to == KMP_ORIGIN_CHILD ? kmp_tree_first_child(tree, i) : 0;
     if (to == KMP_ORIGIN_PARENT)
         return kmp_vec_sub(tree->graph, kmp_vec_zero(), kmp_link_to_child(tree, i, link->p));
     if (to == KMP_ORIGIN_MASS && link->mass != KMP_ZERO)

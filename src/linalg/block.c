@@ -47,17 +47,6 @@ struct kmp_block {
 
 /* -- analysis ---------------------------------------------------------------------------------------- */
 
-static bool allocate(kmp_block *b, int n, int nz)
-{
-    b->n = n;
-    b->nz = nz;
-    return KMP_ARENA_MAKE(
-        &b->arena, KMP_ROOM(double, n, &b->inverse), KMP_ROOM(double, nz, &b->off),
-        KMP_ROOM(double, 2 * n, &b->scratch), KMP_ROOM(char, n, &b->due),
-        KMP_ROOM(int, n + 1, &b->start, &b->lu_start, &b->off_start), KMP_ROOM(int, nz, &b->off_column, &b->target),
-        KMP_ROOM(int, n, &b->p, &b->q, &b->order, &b->pivot, &b->signs, &b->place, &b->row_place, &b->block_of));
-}
-
 static bool permute(kmp_block *b, const int *row, const int *col)
 {
     int n = b->n, matched = 0;
@@ -100,19 +89,6 @@ static bool is_within(const kmp_block *b, int row, int col, int *k)
     return *k == b->block_of[b->place[col]];
 }
 
-/* Lists the entries of block k, by their rows and columns in it; their number. */
-static int list_entries(const kmp_block *b, int k, const int *row, const int *col, int *own_row, int *own_col)
-{
-    int count = 0, of;
-    for (int e = 0; e < b->nz; e++) {
-        if (!is_within(b, row[e], col[e], &of) || of != k)
-            continue;
-        own_row[count] = b->row_place[row[e]] - b->start[k];
-        own_col[count++] = b->place[col[e]] - b->start[k];
-    }
-    return count;
-}
-
 /* Takes sparse factors for large blocks, where these cost less, and the order of their columns. */
 static bool make_sparse(kmp_block *b, const int *row, const int *col)
 {
@@ -128,7 +104,13 @@ static bool make_sparse(kmp_block *b, const int *row, const int *col)
         const int first = b->start[k], size = b->start[k + 1] - first;
         if (size < SPARSE_FROM)
             continue;
-        const int count = list_entries(b, k, row, col, own_row, own_col);
+        int count = 0, of;
+        for (int e = 0; e < b->nz; e++) {
+            if (!is_within(b, row[e], col[e], &of) || of != k)
+                continue;
+            own_row[count] = b->row_place[row[e]] - first;
+            own_col[count++] = b->place[col[e]] - first;
+        }
         b->sparse[k] = kmp_sparse_lu_new(size, count, own_row, own_col, order);
         if (!b->sparse[k])
             continue;
@@ -189,7 +171,16 @@ static bool analyse(kmp_block *b, const int *row, const int *col)
 kmp_block *kmp_block_new(int n, int nz, const int *row, const int *col)
 {
     kmp_block *b = KMP_NEW(kmp_block, 1);
-    if (b && allocate(b, n, nz) && analyse(b, row, col))
+    if (!b)
+        return NULL;
+    b->n = n;
+    b->nz = nz;
+    bool made = KMP_ARENA_MAKE(
+        &b->arena, KMP_ROOM(double, n, &b->inverse), KMP_ROOM(double, nz, &b->off),
+        KMP_ROOM(double, 2 * n, &b->scratch), KMP_ROOM(char, n, &b->due),
+        KMP_ROOM(int, n + 1, &b->start, &b->lu_start, &b->off_start), KMP_ROOM(int, nz, &b->off_column, &b->target),
+        KMP_ROOM(int, n, &b->p, &b->q, &b->order, &b->pivot, &b->signs, &b->place, &b->row_place, &b->block_of));
+    if (made && analyse(b, row, col))
         return b;
     kmp_block_free(b);
     return NULL;

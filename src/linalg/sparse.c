@@ -169,12 +169,6 @@ static bool pivot(kmp_sparse *s)
     return s->numeric && s->common.status == KLU_OK && measure_growth(s);
 }
 
-static bool is_filled(const kmp_sparse *s)
-{
-    return s->coordinates > 0 &&
-           (double)(s->numeric->lnz + s->numeric->unz) > MOST_FILL * (s->symbolic->lnz + s->symbolic->unz);
-}
-
 /* Operations of the present factors, as if L had the entries of U. */
 static void count_operations(kmp_sparse *s)
 {
@@ -213,7 +207,8 @@ static void order_again(kmp_sparse *s)
 static bool factor(kmp_sparse *s)
 {
     bool ok = pivot(s);
-    if (ok && is_filled(s)) {
+    if (ok && s->coordinates > 0 &&
+        (double)(s->numeric->lnz + s->numeric->unz) > MOST_FILL * (s->symbolic->lnz + s->symbolic->unz)) {
         order_again(s);
         ok = pivot(s);
         if (ok)

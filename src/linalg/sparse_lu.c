@@ -68,13 +68,6 @@ static bool take_entries(kmp_sparse_lu *s, const int *row, const int *col)
     return true;
 }
 
-/* True if the estimated factors take fewer operations than dense ones. */
-static bool pays(const kmp_sparse_lu *s)
-{
-    const double n = s->n;
-    return BY_LISTS * (s->symbolic->lnz + s->symbolic->unz) < n * n;
-}
-
 kmp_sparse_lu *kmp_sparse_lu_new(int n, int nz, const int *row, const int *col, int *order)
 {
     kmp_sparse_lu *s = KMP_NEW(kmp_sparse_lu, 1);
@@ -88,7 +81,8 @@ kmp_sparse_lu *kmp_sparse_lu_new(int n, int nz, const int *row, const int *col, 
     s->common.scale = 0;
     if (take_entries(s, row, col))
         s->symbolic = klu_l_analyze(n, s->start, s->row, &s->common);
-    if (!s->symbolic || !pays(s)) {
+    /* The estimated factors have to take fewer operations than dense ones. */
+    if (!s->symbolic || !(BY_LISTS * (s->symbolic->lnz + s->symbolic->unz) < (double)n * n)) {
         kmp_sparse_lu_free(s);
         return NULL;
     }

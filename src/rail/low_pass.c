@@ -15,12 +15,6 @@ typedef struct advance {
     double complex grow, first, last;
 } advance;
 
-static advance advance_over(double complex pole, double h)
-{
-    const double complex grow = cexp(pole * h), held = (grow - 1) / pole, ramp = h > 0 ? (held / h - 1) / pole : 0;
-    return (advance){grow, held - ramp, ramp};
-}
-
 bool kmp_low_pass(double cutoff, int count, int stride, const double *t, int signals, const double *in, double *out)
 {
     double complex pole[PAIRS], residue[PAIRS], *state = KMP_NEW(double complex, PAIRS *signals);
@@ -42,8 +36,12 @@ bool kmp_low_pass(double cutoff, int count, int stride, const double *t, int sig
     }
     for (int k = stride; state && k < count; k += stride) {
         advance step[PAIRS];
-        for (int i = 0; i < PAIRS; i++)
-            step[i] = advance_over(pole[i], t[k] - t[k - stride]);
+        for (int i = 0; i < PAIRS; i++) {
+            const double h = t[k] - t[k - stride];
+            const double complex grow = cexp(pole[i] * h), held = (grow - 1) / pole[i];
+            const double complex ramp = h > 0 ? (held / h - 1) / pole[i] : 0;
+            step[i] = (advance){grow, held - ramp, ramp};
+        }
         for (int s = 0; s < signals; s++) {
             const ptrdiff_t at = (ptrdiff_t)s * count + k;
             double complex *z = state + PAIRS * s;

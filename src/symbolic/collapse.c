@@ -73,16 +73,12 @@ static bool add_factors(const kmp_graph *g, kmp_ref x, monomial *m)
     return add_factors(g, a, m) && add_factors(g, b, m);
 }
 
-static bool same_factors(const monomial *a, const monomial *b)
-{
-    return a->count == b->count && memcmp(a->factor, b->factor, (size_t)a->count * sizeof *a->factor) == 0;
-}
-
 /* Another term with these factors, -1: none. */
 static int find(const sum *s, const monomial *m, int except)
 {
     for (int k = 0; k < s->count; k++)
-        if (k != except && same_factors(&s->term[k], m))
+        if (k != except && s->term[k].count == m->count &&
+            memcmp(s->term[k].factor, m->factor, (size_t)m->count * sizeof *m->factor) == 0)
             return k;
     return -1;
 }
@@ -212,19 +208,6 @@ static bool apply_rules(sum *s)
 
 /* -- sums -------------------------------------------------------------------------------------------- */
 
-static kmp_ref value_of(const sum *s)
-{
-    kmp_graph *g = s->g;
-    kmp_ref r = KMP_ZERO;
-    for (int k = 0; k < s->count; k++) {
-        kmp_ref product = KMP_ONE;
-        for (int i = 0; i < s->term[k].count; i++)
-            product = kmp_mul(g, product, s->term[k].factor[i]);
-        r = kmp_add(g, r, kmp_mul(g, kmp_const(g, s->term[k].coefficient), product));
-    }
-    return r;
-}
-
 /* Sines and cosines among the factors of x, of which `left` may still be visited. */
 static int count_trig(const kmp_graph *g, kmp_ref x, int *left)
 {
@@ -309,7 +292,14 @@ static kmp_ref rewrite_sum(const kmp_rewrite *r, const void *user, uint32_t id)
         return kmp_rewrite_node(r, id);
     while (apply_rules(&s))
         ;
-    return value_of(&s);
+    kmp_ref value = KMP_ZERO;
+    for (int k = 0; k < s.count; k++) {
+        kmp_ref product = KMP_ONE;
+        for (int i = 0; i < s.term[k].count; i++)
+            product = kmp_mul(s.g, product, s.term[k].factor[i]);
+        value = kmp_add(s.g, value, kmp_mul(s.g, kmp_const(s.g, s.term[k].coefficient), product));
+    }
+    return value;
 }
 
 bool kmp_collapse_trig(kmp_rewrite *r, const kmp_parallel *parallel, int count, kmp_ref *outputs)

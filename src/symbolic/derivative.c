@@ -133,10 +133,10 @@ static kmp_derivative *allocate(kmp_graph *g, bool few)
 /* Rates and accelerations are derived in turn. */
 enum { SPARES = 2 };
 
-/* One that is not in use: the one that continues along the same direction, otherwise the last one of as many as are
- * kept. NULL: none. */
-static kmp_derivative *take_spare(kmp_graph *g, int count, const kmp_ref *leaf, const kmp_ref *direction)
+kmp_derivative *kmp_derivative_new(kmp_graph *g, int count, const kmp_ref *leaf, const kmp_ref *direction)
 {
+    /* The one that is not in use and continues along the same direction, otherwise the last one of as many as are kept.
+     */
     kmp_derivative **at = kmp_graph_spare(g);
     int number = 0;
     while (*at && !continues(*at, count, leaf, direction) && (++number < SPARES || (*at)->next))
@@ -144,13 +144,8 @@ static kmp_derivative *take_spare(kmp_graph *g, int count, const kmp_ref *leaf, 
     kmp_derivative *d = *at;
     if (d)
         *at = d->next;
-    return d;
-}
-
-kmp_derivative *kmp_derivative_new(kmp_graph *g, int count, const kmp_ref *leaf, const kmp_ref *direction)
-{
-    kmp_derivative *d = take_spare(g, count, leaf, direction);
-    d = d ? d : allocate(g, false);
+    else
+        d = allocate(g, false);
     if (d && !continues(d, count, leaf, direction))
         (void)kmp_derivative_restart(d, count, leaf, direction);
     return d;
@@ -180,26 +175,6 @@ void kmp_derivatives_discard(kmp_derivative *d)
         discard(d);
         d = next;
     }
-}
-
-/* Differentiation along several directions in turn, where the caller gives for each the nodes that depend on it
- * (symbolic/derivative.h). Between `begin` and `end` every other node is constant. begin: false when there is no
- * memory.
- */
-static kmp_derivative *derivative_of_few(kmp_graph *g)
-{
-    return allocate(g, true);
-}
-
-static bool derivative_begin(kmp_derivative *d, kmp_ref leaf, kmp_ref direction, uint32_t count, const uint32_t *moved)
-{
-    if (!reserve(d, kmp_graph_count(d->g)))
-        return false;
-    for (uint32_t i = 0; i < count; i++)
-        d->memo[moved[i]] = UNKNOWN;
-    d->memo[kmp_id(leaf)] = direction;
-    d->depends = kmp_graph_node(d->g, kmp_id(leaf))->depends;
-    return true;
 }
 
 /* True if the differential is available without deeper recursion. */
@@ -498,7 +473,7 @@ static bool init(kmp_partials *p)
     p->count = 0;
     for (int k = 0; k < p->roots; k++)
         p->count = kmp_id(p->of[k]) < p->count ? p->count : kmp_id(p->of[k]) + 1;
-    p->derivative = p->derivative ? p->derivative : derivative_of_few(p->g);
+    p->derivative = p->derivative ? p->derivative : allocate(p->g, true);
     if (!p->derivative || !reserve_ranks(p) || !find_cone(p))
         return false;
     KMP_ARENA_MAKE(&p->room, KMP_ROOM(uint32_t, p->needed + 1, &p->first, &p->first_root),
@@ -617,24 +592,20 @@ int kmp_partials_along(kmp_partials *p, kmp_ref leaf, const int **which, const k
     }
     if (count > 1)
         qsort(p->which, (size_t)count, sizeof *p->which, compare);
-    bool ok = derivative_begin(p->derivative, leaf, KMP_ONE, found, p->found);
-    for (int k = 0; ok && k < count; k++)
-        p->value[k] = kmp_derivative_of(p->derivative, p->of[p->which[k]]);
-    for (uint32_t i = 0; i < found && p->found[i] < p->derivative->capacity; i++)
-        p->derivative->memo[p->found[i]] = KMP_ZERO;
-    return ok && !kmp_graph_failed(p->g) ? count : -1;
-}
-
-/* The number of inputs of a kind among the needed nodes; notes their indices, in any order. */
-static int inputs_of(const kmp_partials *p, kmp_input_kind kind, int inputs, int *index)
-{
-    int count = 0;
-    for (uint32_t i = 0; i < p->needed; i++) {
-        const kmp_node *n = kmp_graph_node(p->g, p->cone.id[i]);
-        if (n->op == KMP_OP_INPUT && n->a == (uint32_t)kind && n->b < (uint32_t)inputs)
-            index[count++] = (int)n->b;
+    /* The derivative along the leaf, of which every node is constant that has not been found. */
+    kmp_derivative *d = p->derivative;
+    const bool ok = reserve(d, kmp_graph_count(p->g));
+    for (uint32_t i = 0; ok && i < found; i++)
+        d->memo[p->found[i]] = UNKNOWN;
+    if (ok) {
+        d->memo[kmp_id(leaf)] = KMP_ONE;
+        d->depends = kmp_graph_node(p->g, kmp_id(leaf))->depends;
     }
-    return count;
+    for (int k = 0; ok && k < count; k++)
+        p->value[k] = kmp_derivative_of(d, p->of[p->which[k]]);
+    for (uint32_t i = 0; i < found && p->found[i] < d->capacity; i++)
+        d->memo[p->found[i]] = KMP_ZERO;
+    return ok && !kmp_graph_failed(p->g) ? count : -1;
 }
 
 int kmp_gradient(kmp_graph *g, kmp_ref of, kmp_input_kind kind, int inputs, int **index, kmp_ref **slope)
@@ -646,7 +617,11 @@ int kmp_gradient(kmp_graph *g, kmp_ref of, kmp_input_kind kind, int inputs, int 
         kmp_partials_free(partials);
         return 0;
     }
-    count = inputs_of(partials, kind, inputs, *index);
+    for (uint32_t i = 0; i < partials->needed; i++) {
+        const kmp_node *n = kmp_graph_node(g, partials->cone.id[i]);
+        if (n->op == KMP_OP_INPUT && n->a == (uint32_t)kind && n->b < (uint32_t)inputs)
+            (*index)[count++] = (int)n->b;
+    }
     if (count > 1)
         qsort(*index, (size_t)count, sizeof **index, compare);
     for (int i = 0; i < count; i++) {

@@ -69,24 +69,8 @@ static bool same_node(const kmp_graph *g, const kmp_node *n, const kmp_node *m)
     return n->a == m->a && n->b == m->b && n->c == m->c;
 }
 
-/* The younger of the operands. */
-static uint32_t youngest_operand(const kmp_node *n)
-{
-    if (kmp_op_arity((kmp_op)n->op) == 0)
-        return 0;
-    return kmp_id(n->b > n->a ? n->b : n->a);
-}
-
 /* Graphs of blocks have some hundred nodes, and graphs of equations up to some hundred thousand. */
 enum { WINDOW = 4096, NEAR = 16, LEAST = 1024, WIDER = 4 };
-
-/* The search for a node's slot begins near its youngest operand, mostly one of the last nodes made, so that a large
- * graph uses a small part of its table. After each few probes it continues anywhere: windows of operands that many
- * nodes share are full from end to end. */
-static uint32_t first_slot(const kmp_graph *g, const kmp_node *n, uint32_t hash)
-{
-    return ((2 * youngest_operand(n) & ~(WINDOW - 1u)) + (hash & (WINDOW - 1u))) & (g->table_size - 1);
-}
 
 /* The place after k, where `step` probes have been made. */
 static inline uint32_t next_slot(uint32_t *hash, int step, uint32_t k)
@@ -101,7 +85,12 @@ static inline uint32_t next_slot(uint32_t *hash, int step, uint32_t k)
 /* The slot of the equal node (if `shared`), or a free one. */
 static uint32_t find_slot(const kmp_graph *g, const kmp_node *n, bool shared)
 {
-    uint32_t hash = hash_node(g, n), last = g->table_size - 1, k = first_slot(g, n, hash);
+    /* The search begins near the youngest operand, mostly one of the last nodes made, so that a large graph uses a
+     * small part of its table. After each few probes it continues anywhere: windows of operands that many nodes share
+     * are full from end to end. */
+    const uint32_t youngest = kmp_op_arity((kmp_op)n->op) == 0 ? 0 : kmp_id(n->b > n->a ? n->b : n->a);
+    uint32_t hash = hash_node(g, n), last = g->table_size - 1;
+    uint32_t k = ((2 * youngest & ~(WINDOW - 1u)) + (hash & (WINDOW - 1u))) & last;
     for (int step = 1; g->table[k] && !(shared && same_node(g, &g->head.nodes[g->table[k] - 1], n)); step++)
         k = next_slot(&hash, step, k) & last;
     return k;
@@ -746,21 +735,16 @@ static uint64_t mix_digest(uint64_t digest, uint64_t more)
     return digest ^ digest >> 29;
 }
 
-static uint64_t bits_of(double value)
-{
-    uint64_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    return bits;
-}
-
 uint64_t kmp_graph_digest(const kmp_graph *g, uint32_t first, int count, const kmp_ref *outputs)
 {
     uint64_t digest = mix_digest(kmp_graph_count(g), (uint64_t)count);
     for (uint32_t id = first; id < kmp_graph_count(g); id++) {
         const kmp_node *n = kmp_graph_node(g, id);
         uint64_t whole = (uint64_t)n->b << 32 | n->c;
-        if (n->op == KMP_OP_CONST)
-            whole = bits_of(kmp_graph_value(g, id));
+        if (n->op == KMP_OP_CONST) {
+            const double value = kmp_graph_value(g, id);
+            memcpy(&whole, &value, sizeof whole);
+        }
         digest = mix_digest(mix_digest(digest, (uint64_t)n->a << 8 | n->op), whole);
     }
     for (int k = 0; k < count; k++)

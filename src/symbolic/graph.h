@@ -144,6 +144,11 @@ static inline const kmp_node *kmp_graph_node(const kmp_graph *g, uint32_t id)
 {
     return &((const kmp_graph_head *)g)->nodes[id];
 }
+/** True if a value depends on inputs of the kind. */
+static inline bool kmp_depends_on(const kmp_graph *g, kmp_ref value, kmp_input_kind kind)
+{
+    return kmp_graph_node(g, kmp_id(value))->depends & 1u << kind;
+}
 /** The form of a reference, from the forms of nodes. */
 static inline kmp_ref kmp_mapped(const kmp_ref *map, kmp_ref r)
 {

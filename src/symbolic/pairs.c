@@ -86,16 +86,11 @@ static void order(kmp_ref *a, kmp_ref *b)
     *b = y ^ sign;
 }
 
-static uint32_t slot_of(const sharing *s, kmp_ref a, kmp_ref b)
-{
-    uint32_t k = (a * 0x9e3779b1u ^ b * 0x85ebca6bu);
-    return (k ^ k >> 15) & (s->table_size - 1);
-}
-
 /* The number of a pair, a new one if it has not been met. */
 static int find(sharing *s, kmp_ref a, kmp_ref b)
 {
-    uint32_t k = slot_of(s, a, b);
+    uint32_t k = a * 0x9e3779b1u ^ b * 0x85ebca6bu;
+    k = (k ^ k >> 15) & (s->table_size - 1);
     for (; s->table[k]; k = (k + 1) & (s->table_size - 1)) {
         const pair *p = &s->pairs[s->table[k] - 1];
         if (p->a == a && p->b == b)
@@ -118,12 +113,6 @@ static void free_round(sharing *s)
     s->pair_count = s->met_count = 0;
 }
 
-/* True if an item has one user: no other list has it. */
-static bool is_alone(const sharing *s, kmp_ref item)
-{
-    return kmp_id(item) < s->r->count && s->r->uses[kmp_id(item)] == 1;
-}
-
 /* Counts the pairs of a list with an item from number `since` on, of items that another list may have; or all. */
 static void count_of_list(sharing *s, list *l, uint32_t since)
 {
@@ -131,9 +120,12 @@ static void count_of_list(sharing *s, list *l, uint32_t since)
     int count = 0;
     bool all = l->repeats;
     l->met = 0;
-    for (int i = 0; i < l->count; i++)
-        if (all || !is_alone(s, s->items[l->first + i]))
+    for (int i = 0; i < l->count; i++) {
+        const uint32_t id = kmp_id(s->items[l->first + i]);
+        const bool alone = id < s->r->count && s->r->uses[id] == 1; /* no other list has it */
+        if (all || !alone)
             item[count++] = s->items[l->first + i];
+    }
     for (int i = 0; i < count; i++)
         for (int j = 0; j < i; j++) {
             kmp_ref a = item[i], b = item[j];
@@ -205,18 +197,6 @@ static bool stands(const sharing *s, const list *l, const pair *p, int at[2], km
     return false;
 }
 
-/* Returns the number of the item that replaces a pair; 0: no memory. */
-static uint32_t add_pair(sharing *s, const pair *p)
-{
-    kmp_ref(*made)[2] = kmp_list_room(s->made, s->made_count, sizeof *made);
-    if (!made)
-        return 0;
-    s->made = made;
-    s->made[s->made_count][0] = p->a;
-    s->made[s->made_count][1] = p->b;
-    return s->r->count + s->made_count++;
-}
-
 /* Puts the pair's replacement into all lists that still have it, if there are at least two. */
 static bool share(sharing *s, const pair *p, const int *member)
 {
@@ -226,11 +206,15 @@ static bool share(sharing *s, const pair *p, const int *member)
         found += stands(s, &s->lists[member[k]], p, at, &sign);
     if (found < 2)
         return false;
-    uint32_t number = add_pair(s, p);
-    if (!number) {
+    kmp_ref(*made)[2] = kmp_list_room(s->made, s->made_count, sizeof *made);
+    if (!made) {
         s->failed = true;
         return false;
     }
+    s->made = made;
+    s->made[s->made_count][0] = p->a;
+    s->made[s->made_count][1] = p->b;
+    const uint32_t number = s->r->count + s->made_count++;
     for (int k = 0; k < p->count; k++) {
         list *l = &s->lists[member[k]];
         kmp_ref *item = s->items + l->first;

@@ -463,18 +463,6 @@ static uint32_t renumbered(const uint32_t *number, uint32_t operand)
     return (number[operand >> 1] - 1) << 1 | (operand & 1);
 }
 
-static kmp_instruction renumber(const kmp_instruction *in, const uint32_t *number)
-{
-    kmp_instruction out = *in;
-    int arity = kmp_op_arity((kmp_op)in->op);
-    out.a = renumbered(number, in->a);
-    if (arity > 1)
-        out.b = renumbered(number, in->b);
-    if (arity > 2)
-        out.c = renumbered(number, in->c);
-    return out;
-}
-
 /* The table or block that an instruction applies; false: no memory. */
 static bool select_applied(const kmp_program *p, kmp_instruction *in, int *block, kmp_program *to)
 {
@@ -502,7 +490,13 @@ static bool select_code(const selection *s, uint32_t *number, uint32_t next, int
             if (!number[leaves(p) + i] || (s->given && s->given[i]))
                 continue;
             kmp_instruction *in = &to->instruction[count++];
-            *in = renumber(&p->instruction[i], number);
+            *in = p->instruction[i];
+            const int arity = kmp_op_arity((kmp_op)in->op);
+            in->a = renumbered(number, in->a);
+            if (arity > 1)
+                in->b = renumbered(number, in->b);
+            if (arity > 2)
+                in->c = renumbered(number, in->c);
             number[leaves(p) + i] = ++next;
             if (!select_applied(p, in, block, to))
                 return false;

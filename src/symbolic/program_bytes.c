@@ -64,14 +64,6 @@ static bool get_new_table(kmp_byte_source *s, kmp_table_pool *pool)
     return table && add_to_pool(pool, table);
 }
 
-static bool get_table(kmp_byte_source *s, kmp_table_pool *pool, kmp_program *p)
-{
-    int k = kmp_bytes_take_int(s, 0, pool->count);
-    if (s->failed || (k == pool->count && !get_new_table(s, pool)))
-        return false;
-    return kmp_program_add_table(p, pool->table[k]) >= 0;
-}
-
 /* -- instructions ------------------------------------------------------------------------------------ */
 
 /* An instruction as numbers of one size, without a gap between them. `op` has the contraction in its upper half. */
@@ -297,8 +289,11 @@ static bool read_program_body(kmp_byte_source *s, kmp_table_pool *pool, int dept
     if (s->failed || !is_partition(p->code, p->stages, size[1]) || !is_partition(p->outputs, p->stages, size[2]))
         return false;
     bool good = true;
-    for (int k = 0; good && k < size[5]; k++)
-        good = get_table(s, pool, p);
+    for (int k = 0; good && k < size[5]; k++) {
+        const int table = kmp_bytes_take_int(s, 0, pool->count);
+        good = !s->failed && (table < pool->count || get_new_table(s, pool)) &&
+               kmp_program_add_table(p, pool->table[table]) >= 0;
+    }
     for (int k = 0; good && k < size[6]; k++)
         good = get_block(s, pool, depth, p);
     return good && p->table_count == size[5] && is_program(p);

@@ -48,28 +48,16 @@ static bool make_room(kmp_rewrite *r)
     return r->now;
 }
 
-/* One for all passes over the same outputs, one after another. false: no memory. kmp_rewrite_free in any case. */
-static bool rewrite_init(kmp_rewrite *r, kmp_graph *g, int count, const kmp_ref *outputs)
-{
-    *r = (kmp_rewrite){.graph = g};
-    return find_demand(r, count, outputs) && make_room(r);
-}
-
 KMP_CLEARS(kmp_rewrite, r, kmp_free(r->uses), kmp_free(r->now), kmp_free(r->live.id))
-
-static bool is_same(const kmp_rewrite *r, int count, const kmp_ref *outputs)
-{
-    for (int k = 0; k < count; k++)
-        if (kmp_rewritten(r, outputs[k]) != outputs[k])
-            return false;
-    return true;
-}
 
 bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outputs)
 {
     if (kmp_graph_failed(r->graph))
         return false;
-    if (is_same(r, count, outputs))
+    bool same = true;
+    for (int k = 0; same && k < count; k++)
+        same = kmp_rewritten(r, outputs[k]) == outputs[k];
+    if (same)
         return true;
     kmp_rewrite next = {.graph = r->graph};
     kmp_ref *now = KMP_NEW(kmp_ref, count);
@@ -98,8 +86,8 @@ bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outpu
 
 bool kmp_rewrite_alone(kmp_graph *g, kmp_pass_fn *pass, const kmp_parallel *parallel, int count, kmp_ref *outputs)
 {
-    kmp_rewrite r;
-    bool ok = rewrite_init(&r, g, count, outputs) && pass(&r, parallel, count, outputs);
+    kmp_rewrite r = {.graph = g};
+    bool ok = find_demand(&r, count, outputs) && make_room(&r) && pass(&r, parallel, count, outputs);
     kmp_rewrite_free(&r);
     return ok;
 }

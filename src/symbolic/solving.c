@@ -61,19 +61,6 @@ static const double *run_stage(kmp_solving *s, int stage)
     return s->runner->outputs(s->code, stage);
 }
 
-static bool prepare_block(kmp_solving *s)
-{
-    const bool averages = s->block->averages, wide = averages || s->block->candidates > 0;
-    const kmp_places_wing *places = wide ? kmp_places_of_build() : NULL;
-    if (places) {
-        s->kind = averages ? &places->averages : &places->merits;
-        s->room = s->kind->make(s->block, s->runner->native);
-    }
-    if (!averages)
-        s->code = s->runner->prepare(s->block->program);
-    return (averages || s->code) && (!wide || s->room);
-}
-
 /* Without a program's code or room. */
 static kmp_solving *make_solving(const kmp_program_block *block, const kmp_block_runner *runner)
 {
@@ -95,11 +82,20 @@ static kmp_solving *make_solving(const kmp_program_block *block, const kmp_block
 kmp_solving *kmp_solving_new(const kmp_program_block *block, const kmp_block_runner *runner)
 {
     kmp_solving *s = make_solving(block, runner);
-    if (s && !prepare_block(s)) {
-        kmp_solving_free(s);
+    if (!s)
         return NULL;
+    const bool averages = block->averages, wide = averages || block->candidates > 0;
+    const kmp_places_wing *places = wide ? kmp_places_of_build() : NULL;
+    if (places) {
+        s->kind = averages ? &places->averages : &places->merits;
+        s->room = s->kind->make(block, s->runner->native);
     }
-    return s;
+    if (!averages)
+        s->code = s->runner->prepare(block->program);
+    if ((averages || s->code) && (!wide || s->room))
+        return s;
+    kmp_solving_free(s);
+    return NULL;
 }
 
 kmp_solving *kmp_solving_beside(const kmp_solving *other)

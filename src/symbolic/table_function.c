@@ -148,14 +148,10 @@ static inline int find_piece(const kmp_table *t, double x)
     return kmp_table_knot(t, part_of(t, x), x);
 }
 
-static inline bool is_in(const kmp_table *t, double x, int piece)
-{
-    return (unsigned)piece < (unsigned)(t->count - 1) && t->x[piece] <= x && x < t->x[piece + 1];
-}
-
 double kmp_table_value_near(const kmp_table *t, int derivative, double x, int *piece)
 {
-    if (!is_in(t, x, *piece)) {
+    const bool inside = (unsigned)*piece < (unsigned)(t->count - 1) && t->x[*piece] <= x && x < t->x[*piece + 1];
+    if (!inside) {
         if (!(x >= t->x[0] && x <= t->x[t->count - 1]))
             return kempe_interpolate(t->count, t->x, t->y, (const double(*)[4])t->piece, derivative, x);
         *piece = find_piece(t, x);

@@ -292,16 +292,6 @@ bool kmp_rotated_pair(kmp_graph *g, uint32_t id, kmp_pair *pair)
 
 /* -- sums of angles ---------------------------------------------------------------------------------- */
 
-/* The needed sines and cosines, the last one first. false: no memory. */
-static bool list_trig(const kmp_graph *g, uint32_t nodes, const uint8_t *live, kmp_stack *trig)
-{
-    bool ok = true;
-    for (uint32_t id = nodes; ok && (id = kmp_live_before(live, id)) != UINT32_MAX;)
-        if (kmp_graph_node(g, id)->op == KMP_OP_SIN || kmp_graph_node(g, id)->op == KMP_OP_COS)
-            ok = kmp_push(trig, id);
-    return ok;
-}
-
 typedef struct sincos_of {
     kmp_ref s, c;
 } sincos_of;
@@ -314,17 +304,6 @@ typedef struct expansion {
     sincos_of *known;    /* a node: its functions, once they were made */
     uint8_t *is_known;
 } expansion;
-
-static bool expansion_init(expansion *e, kmp_graph *g, uint32_t nodes, const kmp_stack *trig, kmp_arena *room)
-{
-    *e = (expansion){.graph = g,
-                     .angle_live = KMP_ARENA_NEW(room, uint8_t, nodes),
-                     .known = KMP_ARENA_NEW(room, sincos_of, nodes),
-                     .is_known = KMP_ARENA_NEW(room, uint8_t, nodes)};
-    for (uint32_t k = 0; e->angle_live && k < trig->top; k++)
-        e->angle_live[kmp_id(kmp_graph_node(g, trig->id[k])->a)] = 1;
-    return e->angle_live && e->known && e->is_known;
-}
 
 /* True if sin and cos of r cost nothing or come from calls that are needed anyway. */
 static bool at_hand(const expansion *e, kmp_ref r)
@@ -364,9 +343,14 @@ static sincos_of expand(expansion *e, kmp_ref angle)
 static bool write_out(kmp_graph *g, uint32_t nodes, const uint8_t *live, const kmp_stack *trig, kmp_arena *room,
                       int count, kmp_ref *outputs, bool *changed)
 {
-    expansion e;
-    if (!expansion_init(&e, g, nodes, trig, room))
+    expansion e = {.graph = g,
+                   .angle_live = KMP_ARENA_NEW(room, uint8_t, nodes),
+                   .known = KMP_ARENA_NEW(room, sincos_of, nodes),
+                   .is_known = KMP_ARENA_NEW(room, uint8_t, nodes)};
+    if (!e.angle_live || !e.known || !e.is_known)
         return false;
+    for (uint32_t k = 0; k < trig->top; k++)
+        e.angle_live[kmp_id(kmp_graph_node(g, trig->id[k])->a)] = 1;
     /* Makes both functions of each angle, up to one of a sum to be expanded. */
     bool any = false;
     for (uint32_t k = trig->top; k-- > 0 && !any;) {
@@ -404,8 +388,11 @@ bool kmp_trig_sums_of(kmp_graph *g, uint32_t nodes, const uint8_t *live, int cou
 {
     kmp_arena room = {0};
     kmp_stack trig = {0};
-    bool ok = list_trig(g, nodes, live, &trig) &&
-              (trig.top == 0 || write_out(g, nodes, live, &trig, &room, count, outputs, changed));
+    bool ok = true; /* the needed sines and cosines, the last one first */
+    for (uint32_t id = nodes; ok && (id = kmp_live_before(live, id)) != UINT32_MAX;)
+        if (kmp_graph_node(g, id)->op == KMP_OP_SIN || kmp_graph_node(g, id)->op == KMP_OP_COS)
+            ok = kmp_push(&trig, id);
+    ok = ok && (trig.top == 0 || write_out(g, nodes, live, &trig, &room, count, outputs, changed));
     kmp_free(trig.id);
     kmp_arena_free(&room);
     return ok && !kmp_graph_failed(g);

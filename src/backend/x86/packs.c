@@ -517,27 +517,21 @@ static void write_with_operands(writer *w, uint32_t k)
     }
 }
 
-static bool begin(writer *w, kmp_packs *p, uint32_t count, const kmp_straight *operations)
-{
-    *w = (writer){.p = p, .most = (uint32_t)(WORTH * count), .mask = 63};
-    while (w->mask < count)
-        w->mask = 2 * w->mask + 1;
-    for (uint32_t k = 0; k < count; k++)
-        p->writer[operations[k].d] = k + 1;
-    KMP_ARENA_MAKE(p->arena, KMP_ROOM(joint, w->mask + 1, &w->joints), KMP_ROOM(kmp_straight, w->most + 1, &w->out),
-                   KMP_ROOM(uint8_t, count, &w->state, &w->alone));
-    return KMP_ARENA_EACH(p->arena, uint32_t, 4 * count, &w->pack, &w->pending) &&
-           pack_choose(&w->c, p->arena, count, operations, p->writer);
-}
-
 bool kmp_packs_make(kmp_packs *p, uint32_t *count, const kmp_straight **operations)
 {
-    writer w;
     uint32_t next = p->next;
     int constants = p->constants;
     if (*count < LONG)
         return true;
-    if (!begin(&w, p, *count, *operations))
+    writer w = {.p = p, .most = (uint32_t)(WORTH * *count), .mask = 63};
+    while (w.mask < *count)
+        w.mask = 2 * w.mask + 1;
+    for (uint32_t k = 0; k < *count; k++)
+        p->writer[(*operations)[k].d] = k + 1;
+    KMP_ARENA_MAKE(p->arena, KMP_ROOM(joint, w.mask + 1, &w.joints), KMP_ROOM(kmp_straight, w.most + 1, &w.out),
+                   KMP_ROOM(uint8_t, *count, &w.state, &w.alone));
+    if (!KMP_ARENA_EACH(p->arena, uint32_t, 4 * *count, &w.pack, &w.pending) ||
+        !pack_choose(&w.c, p->arena, *count, *operations, p->writer))
         return false;
     for (uint32_t k = 0; k < *count; k++)
         if (leader_of(&w, k) == k)

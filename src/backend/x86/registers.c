@@ -209,18 +209,6 @@ static int first_source(writer *w, uint32_t slot, int but)
     return w->r->in[slot];
 }
 
-static void store_lanes(const writer *w, const kmp_straight *s, int reg)
-{
-    if (s->low && s->high == s->low + 1) {
-        use_memory(w, KMP_X86_STORE | KMP_X86_PAIR, reg, 0, s->low, 0);
-        return;
-    }
-    if (s->low)
-        use_memory(w, KMP_X86_STORE, reg, 0, s->low, 0);
-    if (s->high)
-        use_memory(w, KMP_X86_STORE_HIGH, reg, 0, s->high, 0);
-}
-
 static void finish(writer *w, const kmp_straight *s, int reg)
 {
     kmp_registers *r = w->r;
@@ -228,7 +216,13 @@ static void finish(writer *w, const kmp_straight *s, int reg)
     r->missing[s->d] = !s->kept;
     if (s->kept)
         use_memory(w, KMP_X86_STORE, reg, 0, s->d, 0);
-    store_lanes(w, s, reg);
+    const bool pair = s->low && s->high == s->low + 1;
+    if (pair)
+        use_memory(w, KMP_X86_STORE | KMP_X86_PAIR, reg, 0, s->low, 0);
+    if (!pair && s->low)
+        use_memory(w, KMP_X86_STORE, reg, 0, s->low, 0);
+    if (!pair && s->high)
+        use_memory(w, KMP_X86_STORE_HIGH, reg, 0, s->high, 0);
     free_if_done(r, s->d);
 }
 

@@ -295,13 +295,6 @@ static kmp_wrench *column_at(const kmp_articulated_elastic *x, int link)
     return x->at + (ptrdiff_t)x->of->count * link;
 }
 
-static kmp_wrench inertia_column(const kmp_link *link, const inertia *r)
-{
-    return (kmp_wrench){.moment =
-                            link->rotation ? tensor_column(r->k, link->axis) : kmp_vec_of_column(&r->h, link->axis),
-                        .force = link->rotation ? kmp_vec_of_row(&r->h, link->axis) : tensor_column(r->a, link->axis)};
-}
-
 static void subtract_product(kmp_graph *g, inertia *r, const kmp_wrench *u, const kmp_wrench *v)
 {
     reduce_tensor(g, &r->k, u->moment, v->moment, -1);
@@ -394,7 +387,9 @@ static int pass_elastic(kmp_articulated *a, int i, inertia *r)
     if (i == x->frame)
         kmp_flexible_own(tree, x->of, column_at(x, i), x->inertia);
     if (link->guide) {
-        const kmp_wrench unit = inertia_column(link, r);
+        const kmp_wrench unit = {
+            .moment = link->rotation ? tensor_column(r->k, link->axis) : kmp_vec_of_column(&r->h, link->axis),
+            .force = link->rotation ? kmp_vec_of_row(&r->h, link->axis) : tensor_column(r->a, link->axis)};
         guide_rows(a, x, i);
         kmp_flexible_guide(tree, i, &unit, column_at(x, i), x->inertia);
     }

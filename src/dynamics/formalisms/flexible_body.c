@@ -115,12 +115,6 @@ static kmp_ref *mass_entry(const kmp_tree *tree, kmp_ref *m, int i, int k)
     return i > k ? &m[i * n + k] : &m[k * n + i];
 }
 
-static void add_to_entry(const kmp_tree *tree, kmp_ref *m, int i, int k, kmp_ref x)
-{
-    kmp_ref *entry = mass_entry(tree, m, i, k);
-    *entry = kmp_add(tree->graph, *entry, x);
-}
-
 /* The entries of motion k with the entries of link h, from the wrench that an acceleration of k makes there. */
 void kmp_mass_couple(const kmp_tree *tree, int h, int k, kmp_wrench *w, kmp_ref *m)
 {
@@ -128,8 +122,10 @@ void kmp_mass_couple(const kmp_tree *tree, int h, int k, kmp_wrench *w, kmp_ref 
     const kmp_ref along = kmp_wrench_project(link, w);
     if (link->motion >= 0)
         *mass_entry(tree, m, k, link->motion) = along;
-    for (int e = 0; link->guide && e < link->guide->count; e++)
-        add_to_entry(tree, m, k, link->guide->first + e, kmp_mul(tree->graph, link->guide->slope[e], along));
+    for (int e = 0; link->guide && e < link->guide->count; e++) {
+        kmp_ref *entry = mass_entry(tree, m, k, link->guide->first + e);
+        *entry = kmp_add(tree->graph, *entry, kmp_mul(tree->graph, link->guide->slope[e], along));
+    }
 }
 
 static void add_wrench(kmp_graph *g, kmp_wrench *w, kmp_ref factor, const kmp_wrench *more)

@@ -14,10 +14,12 @@
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
 
-/* Adds the conditions of all roles. -1: no memory. */
-static int add_roles(const kmp_tree *tree, const kmp_force *force)
+int kmp_friction_find(const kmp_tree *tree, const kmp_force *force)
 {
-    int first = tree->events->count;
+    int first = tree->events ? kmp_events_find(tree->events, force, KMP_ROLE_SENSE) : -1;
+    if (first >= 0 || !tree->events || tree->settled)
+        return first;
+    first = tree->events->count;
     for (int role = KMP_ROLE_SENSE; role < KMP_ROLE_END; role++) {
         kmp_text text = {0};
         kmp_text_printf(&text, "%s '%s'", force->kind == KMP_FORCE_TOUCH ? "contact" : "friction", force->name);
@@ -29,12 +31,6 @@ static int add_roles(const kmp_tree *tree, const kmp_force *force)
         }
     }
     return first;
-}
-
-int kmp_friction_find(const kmp_tree *tree, const kmp_force *force)
-{
-    int first = tree->events ? kmp_events_find(tree->events, force, KMP_ROLE_SENSE) : -1;
-    return first >= 0 || !tree->events || tree->settled ? first : add_roles(tree, force);
 }
 
 kmp_ref kmp_friction_input(const kmp_tree *tree, const kmp_force *force, kmp_role role)
@@ -170,15 +166,6 @@ static kmp_ref slip_left(const kmp_tree *tree, const kmp_force *force)
     return kmp_select(g, begins, kmp_binary(g, KMP_OP_MIN, ahead, back), kmp_sub(g, size, none));
 }
 
-/* A component of the direction of slip while it slips, otherwise zero. */
-static kmp_ref sense_across(const kmp_tree *tree, const kmp_force *force, kmp_ref slips)
-{
-    kmp_graph *g = tree->graph;
-    kmp_ref own = judged_rate(tree, force), other = judged_rate(tree, kmp_friction_twin(force));
-    kmp_ref size = kmp_select(g, slips, size_of(tree->graph, own, other), KMP_ONE);
-    return kmp_select(g, slips, kmp_div(g, judged_rate(tree, force), size), KMP_ZERO);
-}
-
 kmp_ref kmp_friction_sense(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_graph *g = tree->graph;
@@ -186,7 +173,12 @@ kmp_ref kmp_friction_sense(const kmp_tree *tree, const kmp_force *force)
     kmp_ref rate = kmp_friction_rate(tree, force);
     if (force->across > 0) {
         kmp_ref slips = kmp_friction_input(tree, force, KMP_ROLE_SENSE);
-        return sense_across(tree, force, modes ? slips : kmp_unary(g, KMP_OP_ABS, rate));
+        if (!modes)
+            slips = kmp_unary(g, KMP_OP_ABS, rate);
+        /* A component of the direction of slip while it slips, otherwise zero. */
+        kmp_ref own = judged_rate(tree, force), other = judged_rate(tree, kmp_friction_twin(force));
+        kmp_ref size = kmp_select(g, slips, size_of(g, own, other), KMP_ONE);
+        return kmp_select(g, slips, kmp_div(g, judged_rate(tree, force), size), KMP_ZERO);
     }
     if (modes) {
         /* Its input; of an element that is regularised v/sqrt(v^2 + s^2). */

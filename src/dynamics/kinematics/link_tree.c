@@ -229,16 +229,6 @@ kmp_vec kmp_body_vector_back(const kmp_tree *tree, int body, kmp_vec v)
 
 /* -- the tree ---------------------------------------------------------------------------------------- */
 
-/* A composite as mass, centre and inertia about the centre. */
-static kmp_inertia about_centre(kmp_graph *g, kmp_composite c)
-{
-    kmp_inertia r = {c.mass, kmp_vec_scale(g, kmp_div(g, KMP_ONE, c.mass), c.moment), c.inertia};
-    const kmp_tensor steiner = kmp_tensor_steiner(g, c.mass, r.com, r.com);
-    for (int k = 0; k < 6; k++)
-        r.about_com.x[k] = kmp_sub(g, c.inertia.x[k], steiner.x[k]);
-    return r;
-}
-
 /* A body's tensor in link axes: b' I b with v_body = b v_link, by columns. */
 static kmp_tensor body_inertia(const kmp_tree *tree, int body)
 {
@@ -422,10 +412,12 @@ static void set_flexible(kmp_tree *tree, int b, int innermost)
     frame->deformation = kmp_deformation_new(tree, flexible, innermost);
     if (!frame->deformation)
         return;
-    const kmp_inertia own = about_centre(tree->graph, frame->deformation->whole);
-    frame->mass = own.mass;
-    frame->com = own.com;
-    frame->inertia = own.about_com;
+    const kmp_composite *whole = &frame->deformation->whole;
+    frame->mass = whole->mass;
+    frame->com = kmp_vec_scale(tree->graph, kmp_div(tree->graph, KMP_ONE, whole->mass), whole->moment);
+    const kmp_tensor steiner = kmp_tensor_steiner(tree->graph, whole->mass, frame->com, frame->com);
+    for (int k = 0; k < 6; k++)
+        frame->inertia.x[k] = kmp_sub(tree->graph, whole->inertia.x[k], steiner.x[k]);
     for (int s = 0; s < flexible->station_count; s++) {
         const kmp_station *station = &flexible->stations[s];
         kmp_body_on_link base = {.link = tree->mounts[b].link, .p = kmp_tree_vector(tree, station->at)};
@@ -603,6 +595,14 @@ static bool is_in(const char *list, const char *name)
         if (strncmp(s, name, length) == 0 && (s[length] == ',' || s[length] == '\0'))
             return true;
     return false;
+}
+
+int kmp_tree_first_child(const kmp_tree *tree, int i)
+{
+    for (int k = i + 1; k < tree->count; k++)
+        if (tree->links[k].parent == i)
+            return k;
+    return 0;
 }
 
 void kmp_tree_add_inputs(kmp_tree *tree, const char *without)

@@ -149,6 +149,9 @@ bool kmp_tree_init_again(kmp_tree *tree, const kmp_tree *from);
 /** Sets each link's `own` and `base` from its mass, centre of mass and inertia. */
 void kmp_tree_sum_up(kmp_tree *tree);
 
+/** The first link that link i carries; 0: it carries none. */
+int kmp_tree_first_child(const kmp_tree *tree, int i);
+
 /** Gives every body that has motions three force inputs and three torque inputs. Forces act at the centre of
  * mass of all bodies welded to it. The inputs are KMP_IN_FORCE and KMP_IN_TORQUE, number 3 (body - 1) + k. Bodies named
  * in `without`, separated by commas, have none (NULL: all have). */

@@ -249,20 +249,16 @@ bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int a
 
 /* -- components of the slip ---------------------------------------------------------------------------------- */
 
-static kmp_vec unit(kmp_graph *g, kmp_vec v)
-{
-    return kmp_vec_scale(g, kmp_div(g, KMP_ONE, kmp_sqrt(g, kmp_vec_dot(g, v, v))), v);
-}
-
 /* Across the axis of the plane of motion. */
 static kmp_vec direction_in_plane(const pair *p, kmp_vec n)
 {
     kmp_graph *g = p->tree->graph;
     kmp_vec axis = p->axes[1][kmp_touch_plane(p->tree->model, p->touch)], t = kmp_vec_cross(g, n, axis);
     kmp_ref lean = kmp_vec_dot(g, n, axis);
-    if (lean == KMP_ZERO || !p->touch->clearance)
-        return lean == KMP_ZERO ? t : unit(g, t);
-    kmp_ref size = kmp_sqrt(g, kmp_sub(g, KMP_ONE, kmp_mul(g, lean, lean))); /* of t where n is a unit vector */
+    if (lean == KMP_ZERO)
+        return t;
+    kmp_ref size = p->touch->clearance ? kmp_sqrt(g, kmp_sub(g, KMP_ONE, kmp_mul(g, lean, lean))) /* |n| is 1 there */
+                                       : kmp_sqrt(g, kmp_vec_dot(g, t, t));
     return kmp_vec_scale(g, kmp_div(g, KMP_ONE, size), t);
 }
 

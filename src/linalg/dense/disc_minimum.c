@@ -141,18 +141,6 @@ static void sweep(discs *w, int most)
     }
 }
 
-/* Takes x as the last one; the largest change since, relative to the largest x. */
-static double move(discs *w)
-{
-    double most = 0, size = 0;
-    for (int i = 0; i < w->box->n; i++) {
-        most = fmax(most, fabs(w->x[i] - w->last[i]));
-        size = fmax(size, fabs(w->x[i]));
-        w->last[i] = w->x[i];
-    }
-    return size > 0 ? most / size : 0;
-}
-
 /* The proximal point iteration: each problem is regular, and begins at the minimum of the last one. */
 static void approach(discs *w)
 {
@@ -160,7 +148,15 @@ static void approach(discs *w)
     w->near = NEAR;
     for (int k = 0; k < MOST_MOVES; k++) {
         sweep(w, MOST_SWEEPS);
-        if (w->outcome != KMP_BOX_FOUND || move(w) <= ROUND)
+        if (w->outcome != KMP_BOX_FOUND)
+            return;
+        double moved = 0, size = 0;
+        for (int i = 0; i < w->box->n; i++) {
+            moved = fmax(moved, fabs(w->x[i] - w->last[i]));
+            size = fmax(size, fabs(w->x[i]));
+            w->last[i] = w->x[i];
+        }
+        if (!(size > 0) || moved / size <= ROUND)
             return;
     }
 }

@@ -90,17 +90,14 @@ kmp_hertz kmp_hertz_of(double t)
     return h;
 }
 
-static int is_touch(const kempe_touch *touch)
-{
-    return isfinite(touch->along) && touch->along > 0 && isfinite(touch->across) && touch->across > 0 &&
-           isfinite(touch->shear_modulus) && touch->shear_modulus > 0 && touch->poisson >= 0 && touch->poisson <= 0.5;
-}
-
 kempe_status kempe_contact_hertz(const kempe_touch *touch, double normal, kempe_ellipse *ellipse)
 {
     KMP_WANTED(NULL, touch, "touch");
     KMP_WANTED(NULL, ellipse, "ellipse");
-    if (!is_touch(touch) || !isfinite(normal) || normal < 0)
+    bool possible = isfinite(touch->along) && touch->along > 0 && isfinite(touch->across) && touch->across > 0 &&
+                    isfinite(touch->shear_modulus) && touch->shear_modulus > 0 && touch->poisson >= 0 &&
+                    touch->poisson <= 0.5 && isfinite(normal) && normal >= 0;
+    if (!possible)
         return KEMPE_E_ARGUMENT;
     double t = log(touch->along / touch->across), k = sqrt(touch->along) * sqrt(touch->across);
     double modulus = touch->shear_modulus / (1 - touch->poisson), size = cbrt(normal / (modulus * k));
@@ -441,16 +438,6 @@ static kmp_strip strip_of(const grid *g, const kmp_half_space *s, int j)
     return (kmp_strip){middle - half, middle + half, most, sum * s->dx};
 }
 
-static bool reaches_border(const grid *g)
-{
-    bool any = false;
-    for (int i = 0; i < g->columns; i++)
-        any = any || g->p[i] > 0 || g->p[(ptrdiff_t)(g->rows - 1) * g->columns + i] > 0;
-    for (int j = 0; j < g->rows; j++)
-        any = any || g->p[(ptrdiff_t)j * g->columns] > 0 || g->p[(ptrdiff_t)(j + 1) * g->columns - 1] > 0;
-    return any;
-}
-
 kmp_half_space_result kmp_half_space_press(const kmp_strip_gap *gap, double modulus, double normal, int cells,
                                            kmp_arena *arena, kmp_strip *strip, kmp_normal_load_patch *pressed,
                                            kmp_half_space *s)
@@ -476,7 +463,12 @@ kmp_half_space_result kmp_half_space_press(const kmp_strip_gap *gap, double modu
     double approach = solve(&g, &s->iterations);
     if (isnan(approach))
         return KMP_HALF_SPACE_UNSOLVED;
-    if (reaches_border(&g))
+    bool at_border = false;
+    for (int i = 0; i < g.columns; i++)
+        at_border = at_border || g.p[i] > 0 || g.p[(ptrdiff_t)(g.rows - 1) * g.columns + i] > 0;
+    for (int j = 0; j < g.rows; j++)
+        at_border = at_border || g.p[(ptrdiff_t)j * g.columns] > 0 || g.p[(ptrdiff_t)(j + 1) * g.columns - 1] > 0;
+    if (at_border)
         return KMP_HALF_SPACE_LARGE;
     for (int j = 0; j < g.rows; j++)
         strip[j] = strip_of(&g, s, j);

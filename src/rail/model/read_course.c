@@ -177,16 +177,6 @@ static int count_steps(const laying *l, int k, int most, double *reach)
     return n;
 }
 
-/* Intervals of all sections, more than `most` when there are more. */
-static int count_all(const laying *l, int most)
-{
-    int n = 0;
-    double reach;
-    for (int k = 0; k < l->count && n <= most; k++)
-        n += count_steps(l, k, most, &reach);
-    return n;
-}
-
 /* -- the line -------------------------------------------------------------------------------------- */
 
 typedef struct place {
@@ -365,7 +355,10 @@ static course_result course_lay(kmp_track *t)
     l.section = KMP_ARENA_NEW(&l.arena, section, 4 * t->course_count + 5);
     if (l.section) {
         add_sections(&l);
-        l.knots = 1 + count_all(&l, KMP_MOST_COURSE_KNOTS);
+        double reach;
+        l.knots = 1;
+        for (int k = 0; k < l.count && l.knots <= KMP_MOST_COURSE_KNOTS; k++)
+            l.knots += count_steps(&l, k, KMP_MOST_COURSE_KNOTS, &reach);
         if (l.knots > KMP_MOST_COURSE_KNOTS)
             result = LARGE;
         else if (make_tables(t, &l) && choose_candidates(t, &l.arena))
@@ -479,16 +472,6 @@ static bool check_joints(kmp_reader *r, const kmp_yaml *list, const char *what, 
     return good;
 }
 
-static bool check_length(kmp_reader *r, const kmp_yaml *list, const char *what, const kmp_track *t)
-{
-    double length = 0;
-    for (int k = 0; k < t->course_count; k++)
-        length += t->course[k].length;
-    if (length <= 1000.0 * LONGEST)
-        return true;
-    return kmp_reader_complain(r, list->place, "%s is %.9g m long: at most %d km are allowed", what, length, LONGEST);
-}
-
 void kmp_read_course(kmp_reader *r, const kmp_yaml *list, const char *what, kmp_track *track)
 {
     const char *whole = kmp_reader_say(r, "the course of %s", what);
@@ -503,8 +486,15 @@ void kmp_read_course(kmp_reader *r, const kmp_yaml *list, const char *what, kmp_
     if (!track->course || !good)
         return;
     track->course_count = list->count;
-    if (list->count == 0 || !check_joints(r, list, whole, track) || !check_length(r, list, whole, track))
+    if (list->count == 0 || !check_joints(r, list, whole, track))
         return;
+    double length = 0;
+    for (int k = 0; k < track->course_count; k++)
+        length += track->course[k].length;
+    if (!(length <= 1000.0 * LONGEST)) {
+        kmp_reader_complain(r, list->place, "%s is %.9g m long: at most %d km are allowed", whole, length, LONGEST);
+        return;
+    }
     course_result result = course_lay(track);
     if (result == LARGE)
         kmp_reader_complain(r, list->place, "%s has too much curvature: its line would have more than %d points", whole,

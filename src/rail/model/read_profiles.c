@@ -91,14 +91,6 @@ static bool take_number(const source *s, const char *word, double *value, bool *
     return true;
 }
 
-static void add_point(source *s, double y, double z)
-{
-    kmp_points *p = s->p;
-    p->x[p->count] = y;
-    p->y[p->count] = z;
-    p->place[p->count++] = (kmp_place){.line = s->line, .column = 1, .file = s->file};
-}
-
 /* -- MiniProf ---------------------------------------------------------------------------------------- */
 
 /* The numbers of columns X and Y in "ColumnDef=X,Y,*". */
@@ -118,9 +110,13 @@ static bool read_row(source *s, const int column[2])
     bool good = true;
     for (int k = 0; good && (k <= column[0] || k <= column[1]); k++)
         good = read_number(s, &at, k == column[0] ? &value[0] : k == column[1] ? &value[1] : &other);
-    if (good)
-        add_point(s, value[0], value[1]);
-    return good;
+    if (!good)
+        return false;
+    kmp_points *p = s->p;
+    p->x[p->count] = value[0];
+    p->y[p->count] = value[1];
+    p->place[p->count++] = (kmp_place){.line = s->line, .column = 1, .file = s->file};
+    return true;
 }
 
 static const char MINIPROF_COMMENTS[] = "\"!%\n";
@@ -168,16 +164,6 @@ static bool read_miniprof(source *s, const char *text)
     return good;
 }
 
-/* Y may be height or depth. The flange of a wheel and the head of a rail are extremes away from both ends; true if that
- * extreme is the least Y. */
-static bool bulges_to_negative(const kmp_points *p)
-{
-    int low = 0, near = p->count / 10;
-    for (int k = 0; k < p->count; k++)
-        low = p->y[k] < p->y[low] ? k : low;
-    return low > near && low < p->count - 1 - near;
-}
-
 /* -- Simpack ----------------------------------------------------------------------------------------- */
 
 /* Changes of points that a file demands; lengths in its unit. */
@@ -200,11 +186,6 @@ static bool take_change(const source *s, changes *c, bool *good)
     return found;
 }
 
-static bool check_type(const source *s, const char *at, const changes *c)
-{
-    return c->type == s->wheel || complain(s, at, "type is 0 for a rail (.prr) and 1 for a wheel (.prw)");
-}
-
 static bool read_sections(source *s, const char *text, changes *c)
 {
     const char *rest = text, *behind;
@@ -221,7 +202,8 @@ static bool read_sections(source *s, const char *text, changes *c)
         } else if (points)
             good = read_row(s, (const int[]){0, 1});
         else if (header && take_number(s, "type", &c->type, &good))
-            good = good && check_type(s, at, c);
+            good = good &&
+                   (c->type == s->wheel || complain(s, at, "type is 0 for a rail (.prr) and 1 for a wheel (.prw)"));
         else
             take_change(s, c, &good);
     }
@@ -346,11 +328,16 @@ static bool read_text(source *s, const char *text)
     if (!(s->simpack ? read_simpack(s, text) : read_miniprof(s, text)))
         return false;
     if (!s->simpack) {
-        /* X of a wheel is outwards from the back of its flange; the y of a rail is towards its gauge side. */
-        double up = (bulges_to_negative(s->p) ? -1 : 1) * (s->wheel ? -1 : 1);
-        for (int k = 0; k < s->p->count; k++) {
-            s->p->x[k] *= (s->wheel ? 1 : -1) / 1000.0;
-            s->p->y[k] *= up / 1000;
+        /* Y may be height or depth: the flange of a wheel and the head of a rail are extremes away from both ends. X of
+         * a wheel is outwards from the back of its flange; the y of a rail is towards its gauge side. */
+        int low = 0, near = p->count / 10;
+        for (int k = 0; k < p->count; k++)
+            low = p->y[k] < p->y[low] ? k : low;
+        bool downwards = low > near && low < p->count - 1 - near;
+        double up = (downwards ? -1 : 1) * (s->wheel ? -1 : 1);
+        for (int k = 0; k < p->count; k++) {
+            p->x[k] *= (s->wheel ? 1 : -1) / 1000.0;
+            p->y[k] *= up / 1000;
         }
     }
     leave_out_hidden(s);

@@ -108,32 +108,6 @@ static bool shift(section *s, const kmp_table *turned, rail_place *place)
     return true;
 }
 
-static kmp_table *place_section(section *s, rail_place *place)
-{
-    /* Keeps the part that is visible from above, from the highest point to both sides. */
-    int top = 0, first, last;
-    for (int k = 1; k < s->count; k++)
-        if (s->z[k] > s->z[top])
-            top = k;
-    for (first = top; first > 0 && s->y[first - 1] < s->y[first]; first--)
-        ;
-    for (last = top; last + 1 < s->count && s->y[last + 1] > s->y[last]; last++)
-        ;
-    s->count = last - first + 1;
-    s->y += first;
-    s->z += first;
-    place->resolved = kmp_table_check(s->count, s->y, s->z) < 0;
-    if (!place->resolved)
-        return NULL;
-    kmp_table *turned = kmp_table_new(KMP_TABLE_CUBIC, s->count, s->y, s->z), *rail = NULL;
-    if (turned && shift(s, turned, place)) {
-        place->resolved = kmp_table_check(s->count, s->y, s->z) < 0;
-        rail = place->resolved ? kmp_table_new(KMP_TABLE_CUBIC, s->count, s->y, s->z) : NULL;
-    }
-    kmp_table_free(turned);
-    return rail;
-}
-
 /* The height of an inclined rail over the lateral coordinate from the track's middle, zero on its top. The gauge is
  * measured between the inner sides at a depth below the top. Overhanging parts of the inclined rail are left out. NULL:
  * it does not reach the depth, is not resolved, or no memory. */
@@ -151,7 +125,23 @@ static kmp_table *rail_new(const kmp_table *profile, rail_place *place)
         s.y[k] = c * profile->x[k] - sine * profile->y[k];
         s.z[k] = sine * profile->x[k] + c * profile->y[k];
     }
-    kmp_table *rail = place_section(&s, place);
+    /* The part that is visible from above, from the highest point to both sides. */
+    int top = 0, first, last;
+    for (int k = 1; k < s.count; k++)
+        if (s.z[k] > s.z[top])
+            top = k;
+    for (first = top; first > 0 && s.y[first - 1] < s.y[first]; first--)
+        ;
+    for (last = top; last + 1 < s.count && s.y[last + 1] > s.y[last]; last++)
+        ;
+    s = (section){last - first + 1, s.y + first, s.z + first};
+    place->resolved = kmp_table_check(s.count, s.y, s.z) < 0;
+    kmp_table *turned = place->resolved ? kmp_table_new(KMP_TABLE_CUBIC, s.count, s.y, s.z) : NULL, *rail = NULL;
+    if (turned && shift(&s, turned, place)) {
+        place->resolved = kmp_table_check(s.count, s.y, s.z) < 0;
+        rail = place->resolved ? kmp_table_new(KMP_TABLE_CUBIC, s.count, s.y, s.z) : NULL;
+    }
+    kmp_table_free(turned);
     kmp_free(room);
     return rail;
 }
@@ -214,15 +204,6 @@ typedef struct waves {
 
 enum { ARRAYS = 7 }; /* of waves */
 
-/* The number of waves: large enough that nothing repeats over the length, and that each band is narrow against the
- * lowest frequency. */
-static int count_waves(const kmp_wave_spectrum *s)
-{
-    double low = 2 * pi / s->longest, high = 2 * pi / s->shortest;
-    double step = fmin(low / 4, 2 * pi / (s->to - s->from));
-    return (int)ceil((high - low) / step);
-}
-
 /* The height at the knots 1, 2 .. in turn. From one to the next each wave is turned by its angle, which is much faster
  * than its cosine; it starts again before rounding adds up. */
 static double next_height(const waves *w, int knot, double at)
@@ -280,7 +261,10 @@ static kmp_table *sample(const kmp_wave_spectrum *s, const waves *w, int knots, 
 static kmp_table *wave_spectrum_make(const kmp_wave_spectrum *s, kmp_irregularity what)
 {
     int knots = (int)wave_spectrum_knots(s), all = knots + 2 * FLAT_KNOTS;
-    waves w = {.count = count_waves(s)};
+    /* Nothing repeats over the length with this number of waves, and each band is narrow against the lowest frequency.
+     */
+    double low = 2 * pi / s->longest, high = 2 * pi / s->shortest;
+    waves w = {.count = (int)ceil((high - low) / fmin(low / 4, 2 * pi / (s->to - s->from)))};
     double *room = KMP_NEW(double, w.count *ARRAYS + 2 * all),
            **arrays[ARRAYS] = {&w.frequency, &w.size, &w.phase, &w.cosine, &w.sine, &w.turn_cosine, &w.turn_sine};
     if (!room)
@@ -289,7 +273,7 @@ static kmp_table *wave_spectrum_make(const kmp_wave_spectrum *s, kmp_irregularit
         *arrays[k] = room + (ptrdiff_t)k * w.count;
     double *x = room + (ptrdiff_t)ARRAYS * w.count;
     uint64_t state = (uint64_t)s->seed * KMP_IRREGULARITIES + (uint64_t)what;
-    double low = 2 * pi / s->longest, step = (2 * pi / s->shortest - low) / w.count;
+    double step = (high - low) / w.count;
     for (int k = 0; k < w.count; k++) {
         w.frequency[k] = low + (k + 0.5) * step;
         w.size[k] = s->scale * sqrt(2 * step * kmp_wave_spectrum_density(s->kind, what, w.frequency[k]));
@@ -480,17 +464,6 @@ static bool read_inclination(kmp_reader *r, const kmp_yaml *node, const char *wh
     return fabs(read) < 1;
 }
 
-/* A point of the ground; -1 after an error. */
-static int read_at(kmp_reader *r, const kmp_yaml *node, const char *what)
-{
-    int point = kmp_read_point(r, node, what);
-    if (point < 0 || r->model->points[point].body == 0)
-        return point;
-    kmp_reader_complain(r, node->place, "%s must begin at a point of the ground, not of body '%s'", what,
-                        r->model->bodies[r->model->points[point].body].name);
-    return -1;
-}
-
 static bool read_rails(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_track *track)
 {
     const kmp_yaml *rail = kmp_read_required(r, map, what, "rail"), *gauge = kmp_read_required(r, map, what, "gauge"),
@@ -531,7 +504,12 @@ static void read_track(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
     if (!kmp_read_map(r, map, what, track_keys))
         return;
     const kmp_yaml *at = kmp_read_required(r, map, what, "at");
-    track->point = at ? read_at(r, at, what) : -1;
+    track->point = at ? kmp_read_point(r, at, what) : -1;
+    if (track->point >= 0 && r->model->points[track->point].body != 0) {
+        kmp_reader_complain(r, at->place, "%s must begin at a point of the ground, not of body '%s'", what,
+                            r->model->bodies[r->model->points[track->point].body].name);
+        track->point = -1;
+    }
     if (read_rails(r, map, what, track))
         place_rails(r, map, what, track);
     const kmp_yaml *course = kmp_yaml_get(map, "course");

@@ -284,23 +284,17 @@ static int join_jumps(scan *s)
     return count;
 }
 
-/* Drops the smallest jumps beyond the available room. */
-static int drop_smallest(scan *s, int count)
-{
-    while (count > KMP_WHEEL_ZONES - 1) {
-        int least = 0;
-        for (int k = 1; k < count; k++)
-            if (s->jump[k].last - s->jump[k].first < s->jump[least].last - s->jump[least].first)
-                least = k;
-        memmove(s->jump + least, s->jump + least + 1, (size_t)(--count - least) * sizeof(jump));
-    }
-    return count;
-}
-
 /* Collects the zones; returns their number with room for all. */
 static int collect(scan *s, kmp_wheel *wheel)
 {
-    int all = join_jumps(s), borders = drop_smallest(s, all);
+    int all = join_jumps(s), borders = all;
+    while (borders > KMP_WHEEL_ZONES - 1) { /* the smallest jumps have no room */
+        int least = 0;
+        for (int k = 1; k < borders; k++)
+            if (s->jump[k].last - s->jump[k].first < s->jump[least].last - s->jump[least].first)
+                least = k;
+        memmove(s->jump + least, s->jump + least + 1, (size_t)(--borders - least) * sizeof(jump));
+    }
     double end = s->first + s->step * (s->count - 1), beyond = BEYOND * s->scale;
     wheel->zone[0][0] = fmax(s->first, s->first + s->step * s->lowest - beyond);
     for (int k = 0; k < borders; k++)
@@ -366,29 +360,6 @@ static int by_curvature(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The points of the rail with curvatures below 0, the least first; every other point. Returns their number. */
-static int find_bends(const scan *s, const kmp_table *rail, bend *bends)
-{
-    int count = 0;
-    for (int l = 0; l < s->rail_count; l += 2) {
-        double at = s->rail_first + s->rail_step * l, curvature = kmp_table_value(rail, 2, at);
-        if (curvature < 0)
-            bends[count++] = (bend){atan(kmp_table_value(rail, 1, at)), curvature};
-    }
-    if (count > 1)
-        qsort(bends, (size_t)count, sizeof *bends, by_curvature);
-    return count;
-}
-
-/* The least curvature of the rail, at most 0, where its angle is near. */
-static double least_near(int count, const bend *bends, double near)
-{
-    for (int k = 0; k < count; k++)
-        if (fabs(bends[k].angle - near) <= ALIKE)
-            return bends[k].curvature;
-    return 0;
-}
-
 /* The greatest curvatures of the gap where a point of the wheel touches, by point, with the points of the rail whose
  * normals are nearly equal. */
 static bool find_kinks(scan *s, const kmp_track *track, const kmp_wheel *wheel, double *curvature)
@@ -396,11 +367,24 @@ static bool find_kinks(scan *s, const kmp_track *track, const kmp_wheel *wheel, 
     bend *bends = KMP_ARENA_NEW(&s->arena, bend, s->rail_count);
     if (!bends)
         return false;
-    int count = find_bends(s, track->rail, bends);
+    /* The points of the rail with curvatures below 0, the least first; every other point. */
+    int count = 0;
+    for (int l = 0; l < s->rail_count; l += 2) {
+        double at = s->rail_first + s->rail_step * l, bent = kmp_table_value(track->rail, 2, at);
+        if (bent < 0)
+            bends[count++] = (bend){atan(kmp_table_value(track->rail, 1, at)), bent};
+    }
+    if (count > 1)
+        qsort(bends, (size_t)count, sizeof *bends, by_curvature);
     for (int k = 0; k < s->count; k++) {
         const kmp_table *height = wheel->profile->height;
         double at = s->first + s->step * k, slope = atan(kmp_table_value(height, 1, at));
-        curvature[k] = kmp_table_value(height, 2, at) - least_near(count, bends, slope);
+        curvature[k] = kmp_table_value(height, 2, at);
+        for (int l = 0; l < count; l++)
+            if (fabs(bends[l].angle - slope) <= ALIKE) {
+                curvature[k] -= bends[l].curvature;
+                break;
+            }
     }
     return true;
 }

@@ -149,21 +149,17 @@ static kmp_implicit *derive(const kmp_implicit *b)
     return kmp_average_new(local, m, row[0], row[rows], rows * m, slope, b->block.candidates, b->block.candidate);
 }
 
-static int derived_block(kmp_graph *g, int block)
-{
-    const kmp_implicit *b = kmp_graph_implicit(g, block);
-    int *derived = b->derived; /* adding a block moves the others */
-    if (*derived < 0)
-        *derived = kmp_graph_add_implicit(g, derive(b));
-    return *derived;
-}
-
 kmp_ref kmp_average_derivative(kmp_graph *g, int block, int component, kmp_ref list, kmp_ref differentials)
 {
     const kmp_program_block *b = &kmp_graph_implicit(g, block)->block;
     int rows = b->unknowns, m = b->arguments;
     kmp_ref sum = KMP_ZERO, *dp = KMP_GRAPH_NEW(g, kmp_ref, m);
-    int derived = dp && differentials != KMP_ZERO ? derived_block(g, block) : -1;
+    if (!dp || differentials == KMP_ZERO)
+        return sum;
+    int *kept = kmp_graph_implicit(g, block)->derived; /* adding a block moves the others */
+    if (*kept < 0)
+        *kept = kmp_graph_add_implicit(g, derive(kmp_graph_implicit(g, block)));
+    const int derived = *kept;
     if (derived < 0)
         return sum;
     kmp_list_items(g, differentials, m, dp);

@@ -44,18 +44,14 @@ static bool is_by_slot(const writing *w, int instruction)
     return w->address[w->leaves + instruction].base == KMP_ROW_BY_SLOT;
 }
 
-/* True for the larger one of a value and a constant that is neither zero nor NaN. The processor's maximum of the
- * constant and the value then has the same bits. */
-static bool is_floor(const kmp_program *p, const kmp_instruction *in)
-{
-    return in->op == KMP_OP_MAX && (int)(in->b >> 1) < p->constant_count && fabs(p->constant[in->b >> 1]) > 0;
-}
-
-/* True for arithmetic whose operands have no sign, but for the second one of a sum. Other signs are only in programs
- * from files, and are left to the interpreter. */
+/* True for arithmetic, and for the larger one of a value and a constant that is neither zero nor NaN, where the
+ * processor's maximum of the constant and the value has the same bits; whose operands have no sign, but for the second
+ * one of a sum. Other signs are only in programs from files, and are left to the interpreter. */
 static bool is_straight(const kmp_program *p, const kmp_instruction *in)
 {
-    return (kmp_code_is_straight(in) || is_floor(p, in)) && !(in->a & 1) &&
+    const bool floor =
+        in->op == KMP_OP_MAX && (int)(in->b >> 1) < p->constant_count && fabs(p->constant[in->b >> 1]) > 0;
+    return (kmp_code_is_straight(in) || floor) && !(in->a & 1) &&
            (in->op == KMP_OP_ADD || in->op == KMP_OP_SQRT || !(in->b & 1));
 }
 

@@ -67,14 +67,9 @@ static kmp_ref hertz_table(kmp_graph *g, hertz_value value, kmp_ref t)
 
 /* -- shapes ---------------------------------------------------------------------------------------- */
 
-static kmp_ref number(kmp_graph *g, double value)
-{
-    return kmp_const(g, value);
-}
-
 static kmp_ref scaled(kmp_graph *g, double by, kmp_ref x)
 {
-    return kmp_mul(g, number(g, by), x);
+    return kmp_mul(g, kmp_const(g, by), x);
 }
 
 static kmp_ref log_of(kmp_graph *g, kmp_ref x)
@@ -95,7 +90,7 @@ static kmp_ref square(kmp_graph *g, kmp_ref x)
 /* sqrt(x^2 + y^2 + floor^2) */
 static kmp_ref size_of(kmp_graph *g, kmp_ref x, kmp_ref y, double floor)
 {
-    return kmp_sqrt(g, kmp_add(g, kmp_add(g, square(g, x), square(g, y)), number(g, floor * floor)));
+    return kmp_sqrt(g, kmp_add(g, kmp_add(g, square(g, x), square(g, y)), kmp_const(g, floor * floor)));
 }
 
 typedef struct curvatures {
@@ -106,7 +101,7 @@ typedef struct curvatures {
 static curvatures curvatures_of(kmp_graph *g, const kmp_touch *touch)
 {
     kmp_ref along = log_of(g, touch->along), across = log_of(g, touch->across);
-    return (curvatures){.modulus = kmp_div(g, touch->shear_modulus, number(g, 1 - touch->poisson)),
+    return (curvatures){.modulus = kmp_div(g, touch->shear_modulus, kmp_const(g, 1 - touch->poisson)),
                         .t = kmp_sub(g, along, across),
                         .log_k = scaled(g, 0.5, kmp_add(g, along, across))};
 }
@@ -187,9 +182,9 @@ static void scale(kmp_graph *g, kmp_ref by, kmp_creep_force *f)
 static void shen(kmp_graph *g, kmp_creep_force *f)
 {
     kmp_ref t = size_of(g, f->force[0], f->force[1], force_floor);
-    kmp_ref less = kmp_sub(g, scaled(g, 1.0 / 27, t), number(g, 1.0 / 3));
+    kmp_ref less = kmp_sub(g, scaled(g, 1.0 / 27, t), kmp_const(g, 1.0 / 3));
     kmp_ref part = kmp_add(g, KMP_ONE, kmp_mul(g, t, less));
-    scale(g, kmp_select(g, kmp_less(g, t, number(g, 3)), part, kmp_div(g, KMP_ONE, t)), f);
+    scale(g, kmp_select(g, kmp_less(g, t, kmp_const(g, 3)), part, kmp_div(g, KMP_ONE, t)), f);
 }
 
 static void by_tanh(kmp_graph *g, kmp_creep_force *f)
@@ -209,10 +204,10 @@ static void polach(kmp_graph *g, const kmp_creep *creep, const ellipse *e, kmp_r
     kmp_ref half = scaled(g, 0.5, e->log_ratio), a = exp_of(g, kmp_add(g, e->log_c, half));
     kmp_ref x = creep->slip[0], y = creep->slip[1], turned = kmp_add(g, y, kmp_mul(g, a, creep->spin));
     kmp_ref reach_2 = kmp_binary(g, KMP_OP_MAX, square(g, y), square(g, turned));
-    kmp_ref tiny_2 = number(g, creep_floor * creep_floor);
+    kmp_ref tiny_2 = kmp_const(g, creep_floor * creep_floor);
     kmp_ref reach = kmp_sqrt(g, kmp_add(g, reach_2, tiny_2)), s = size_of(g, x, reach, 0);
     kmp_ref c11 = kalker(g, &points, e, C11), c22 = kalker(g, &points, e, C22), c23 = kalker(g, &points, e, C23);
-    kmp_ref y_2 = square(g, y), x_2 = square(g, x), near_2 = number(g, KMP_POLACH_NEAR * KMP_POLACH_NEAR);
+    kmp_ref y_2 = square(g, y), x_2 = square(g, x), near_2 = kmp_const(g, KMP_POLACH_NEAR * KMP_POLACH_NEAR);
     kmp_ref c11_2 = exp_of(g, scaled(g, 2, c11)), c22_2 = exp_of(g, scaled(g, 2, c22));
     kmp_ref weighted = kmp_add(g, kmp_mul(g, c11_2, x_2), kmp_mul(g, c22_2, y_2));
     kmp_ref of_x = kmp_add(g, weighted, kmp_mul(g, c11_2, near_2)),
@@ -223,7 +218,7 @@ static void polach(kmp_graph *g, const kmp_creep *creep, const ellipse *e, kmp_r
     kmp_ref part = kmp_add(g, kmp_div(g, ep, kmp_add(g, KMP_ONE, square(g, ep))), kmp_unary(g, KMP_OP_ATAN, ep));
     kmp_ref along = kmp_div(g, scaled(g, 2 / pi, part), s);
     kmp_ref ratio = exp_of(g, e->log_ratio);
-    kmp_ref far = kmp_sub(g, number(g, 7.3), scaled(g, 6.3, exp_of(g, kmp_neg(ratio))));
+    kmp_ref far = kmp_sub(g, kmp_const(g, 7.3), scaled(g, 6.3, exp_of(g, kmp_neg(ratio))));
     kmp_ref reach_gain =
         kmp_mul(g, scaled(g, 8.0 / 3, modulus), exp_of(g, kmp_add(g, kmp_sub(g, e->log_q, half), c23)));
     kmp_ref d = kmp_div(g, kmp_mul(g, reach_gain, reach), far);
@@ -234,13 +229,6 @@ static void polach(kmp_graph *g, const kmp_creep *creep, const ellipse *e, kmp_r
     out->moment = KMP_ZERO;
 }
 
-/* A friction to divide by. */
-static kmp_ref not_zero(kmp_graph *g, kmp_ref friction)
-{
-    double value;
-    return kmp_is_const(g, friction, &value) ? friction : size_of(g, friction, KMP_ZERO, friction_floor);
-}
-
 void kmp_creep_law_force(kmp_graph *g, kmp_creep_law law, const kmp_creep *creep, kmp_creep_force *out)
 {
     *out = (kmp_creep_force){.force = {KMP_ZERO, KMP_ZERO}, .moment = KMP_ZERO};
@@ -249,7 +237,11 @@ void kmp_creep_law_force(kmp_graph *g, kmp_creep_law law, const kmp_creep *creep
     ellipse e = ellipse_of(g, &creep->touch, creep->normal);
     kmp_ref modulus = creep->touch.shear_modulus, bound = creep->normal;
     if (law != KMP_CREEP_LINEAR) {
-        modulus = kmp_div(g, modulus, not_zero(g, creep->friction));
+        double value;
+        kmp_ref friction = creep->friction; /* to divide by */
+        if (!kmp_is_const(g, friction, &value))
+            friction = size_of(g, friction, KMP_ZERO, friction_floor);
+        modulus = kmp_div(g, modulus, friction);
         bound = kmp_mul(g, bound, creep->friction);
     }
     if (law == KMP_CREEP_POLACH)

@@ -105,13 +105,6 @@ static void curved(const kmp_tree *tree, const kmp_track *track, const ground *a
 
 /* -- irregularities -------------------------------------------------------------------------------- */
 
-static kmp_ref irregularity(const kmp_tree *tree, const kmp_track *track, kmp_irregularity kind, kmp_ref along)
-{
-    const kmp_irregularities *all = &track->irregularities;
-    kmp_table *table = all->named[kind] ? all->named[kind]->table : all->made[kind];
-    return table ? kmp_table_at(tree->graph, kmp_graph_add_table(tree->graph, table), along) : KMP_ZERO;
-}
-
 void kmp_track_at(const kmp_tree *tree, const kmp_track *track, kmp_vec point, kmp_track_place *place)
 {
     kmp_graph *g = tree->graph;
@@ -126,8 +119,11 @@ void kmp_track_at(const kmp_tree *tree, const kmp_track *track, kmp_vec point, k
     }
     /* Irregularities move the rails. */
     kmp_ref moved[KMP_IRREGULARITIES], half = kmp_const(g, 0.5);
-    for (int k = 0; k < KMP_IRREGULARITIES; k++)
-        moved[k] = irregularity(tree, track, (kmp_irregularity)k, place->along);
+    for (int k = 0; k < KMP_IRREGULARITIES; k++) {
+        const kmp_irregularities *all = &track->irregularities;
+        kmp_table *table = all->named[k] ? all->named[k]->table : all->made[k];
+        moved[k] = table ? kmp_table_at(g, kmp_graph_add_table(g, table), place->along) : KMP_ZERO;
+    }
     kmp_ref wider = kmp_mul(g, half, moved[KMP_IRREGULARITY_GAUGE]),
             apart = kmp_mul(g, half, moved[KMP_IRREGULARITY_CROSS]);
     for (int side = 0; side < KMP_TRACK_SIDES; side++) {
@@ -252,21 +248,17 @@ double kmp_zone_border(const kmp_wheel *wheel)
     return border;
 }
 
-/* The distance of s beyond a border, outside of the zone: side 0 is the lower border. */
-static kmp_ref beyond(kmp_graph *g, const kmp_wheel *wheel, int zone, int side, kmp_ref s)
-{
-    double border = kmp_zone_border(wheel), end = wheel->zone[zone][side] + (side ? border : -border);
-    kmp_ref over = kmp_sub(g, s, kmp_const(g, end));
-    return kmp_binary(g, KMP_OP_MAX, side ? over : kmp_neg(over), KMP_ZERO);
-}
-
 /* The term added to D beyond the borders of a zone. */
 static kmp_ref zone_penalty(kmp_graph *g, const kmp_wheel *wheel, int zone, kmp_ref s)
 {
     double give = zone_give(wheel);
     kmp_ref sum = KMP_ZERO;
-    for (int side = 0; side < 2; side++)
-        sum = kmp_add(g, sum, kmp_power(g, beyond(g, wheel, zone, side, s), 3));
+    for (int side = 0; side < 2; side++) { /* 0 is the lower border */
+        double border = kmp_zone_border(wheel), end = wheel->zone[zone][side] + (side ? border : -border);
+        kmp_ref over = kmp_sub(g, s, kmp_const(g, end));
+        kmp_ref beyond = kmp_binary(g, KMP_OP_MAX, side ? over : kmp_neg(over), KMP_ZERO);
+        sum = kmp_add(g, sum, kmp_power(g, beyond, 3));
+    }
     return kmp_mul(g, kmp_const(g, 10 / (3 * give * give)), sum);
 }
 
@@ -550,17 +542,6 @@ void kmp_wheel_patch(const kmp_tree *tree, const kmp_wheel *wheel, int zone, con
 
 /* -- a rigid wheel ----------------------------------------------------------------------------------- */
 
-/* True if `gap` of a zone is less than the least before it. The condition is constant during a step, and a change
- * requires a tenth of a nanometre for a metre of radius. Both gaps are equal where it happens, and rounding would
- * revert it. */
-static kmp_ref is_nearer(const kmp_tree *tree, const kmp_wheel *wheel, int zone, kmp_ref gap, kmp_ref least)
-{
-    return kmp_tree_condition(tree, wheel, zone, kmp_sub(tree->graph, gap, least), 1e-10 * wheel->radius.value,
-                              "a rigid contact has one contact point, but two points of the wheel would have to touch; "
-                              "use 'contact: elastic'",
-                              "wheel '%s': contact in zone %d", wheel->name, zone + 1);
-}
-
 void kmp_wheel_touch(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_patch *patch)
 {
     kmp_graph *g = tree->graph;
@@ -571,8 +552,14 @@ void kmp_wheel_touch(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_whe
         kmp_trace t = kmp_trace_at(&p, other);
         kmp_ref gap = kmp_add(g, pair_drop(&p, &t), zone_penalty(g, wheel, zone, other));
         kmp_ref nearer = KMP_ONE;
+        /* The condition is constant during a step, and a change requires a tenth of a nanometre for a metre of radius.
+         * Both gaps are equal where it happens, and rounding would revert it. */
         if (zone > 0)
-            nearer = is_nearer(tree, wheel, zone, gap, least);
+            nearer = kmp_tree_condition(
+                tree, wheel, zone, kmp_sub(g, gap, least), 1e-10 * wheel->radius.value,
+                "a rigid contact has one contact point, but two points of the wheel would have to touch; "
+                "use 'contact: elastic'",
+                "wheel '%s': contact in zone %d", wheel->name, zone + 1);
         s = kmp_select(g, nearer, other, s);
         least = kmp_select(g, nearer, gap, least);
     }

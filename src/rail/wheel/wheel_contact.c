@@ -37,15 +37,6 @@ static kmp_touch touch_of(const kmp_tree *tree, const kmp_wheel *wheel, const km
                        .poisson = wheel->poisson};
 }
 
-/* 1 + c d', never negative: contact forces are compressive. */
-static kmp_ref damping_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_patch *patch)
-{
-    kmp_graph *g = tree->graph;
-    kmp_ref damping = kmp_tree_number(tree, &wheel->damping);
-    kmp_ref factor = kmp_sub(g, KMP_ONE, kmp_mul(g, damping, patch->closing));
-    return damping == KMP_ZERO ? KMP_ONE : kmp_binary(g, KMP_OP_MAX, factor, KMP_ZERO);
-}
-
 static kmp_ref pressing(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_patch *patch)
 {
     kmp_graph *g = tree->graph;
@@ -53,7 +44,11 @@ static kmp_ref pressing(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_
     kmp_ref stiffness =
         wheel->has_stiffness ? kmp_tree_number(tree, &wheel->stiffness) : kmp_hertz_stiffness(g, &touch);
     kmp_ref force = kmp_mul(g, stiffness, kmp_power(g, kmp_neg(patch->gap), 1.5));
-    force = kmp_mul(g, kmp_mul(g, patch->weight, damping_of(tree, wheel, patch)), force);
+    /* 1 + c d', never negative: contact forces are compressive. */
+    kmp_ref damping = kmp_tree_number(tree, &wheel->damping);
+    kmp_ref factor = kmp_sub(g, KMP_ONE, kmp_mul(g, damping, patch->closing));
+    factor = damping == KMP_ZERO ? KMP_ONE : kmp_binary(g, KMP_OP_MAX, factor, KMP_ZERO);
+    force = kmp_mul(g, kmp_mul(g, patch->weight, factor), force);
     return kmp_select(g, kmp_less(g, patch->gap, KMP_ZERO), force, KMP_ZERO);
 }
 

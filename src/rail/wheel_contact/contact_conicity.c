@@ -113,29 +113,11 @@ static bool pass(const radii_curve *c, curve_place at, double high, double *leng
 
 /* -- the ends ------------------------------------------------------------------------------------------------- */
 
-/* The first root of from + b h + k h^2 / 2 as it rises from below zero. */
-static double root_of(double from, double b, double k)
-{
-    return -2 * from / (b + sqrt(fmax(b * b - 2 * k * from, 0)));
-}
-
 /* An interval of the amplitude that is moved over the curve: its ends, and the integral of d between them. */
 typedef struct interval {
     curve_place low, high;
     double sum;
 } interval;
-
-static interval interval_of(const radii_curve *c, double amplitude)
-{
-    interval i = {.low = {0, c->y[0]}, .high = {0, c->y[0]}};
-    double last = fmin(c->y[0] + 2 * amplitude, c->y[c->count - 1]);
-    while (i.high.y < last) {
-        double step = fmin(rest_of(c, &i.high), last - i.high.y);
-        i.sum += integral(c, &i.high, step);
-        go(c, &i.high, step);
-    }
-    return i;
-}
 
 /* Candidates in sequence: the sum rises through zero, or is zero for a while, and the middle of that is taken. */
 typedef struct search {
@@ -183,8 +165,11 @@ static void advance(search *s, interval *i, double step)
     if (i->sum > s->small) {
         if (!isnan(s->flat[0]))
             try_at(s, 0.5 * (s->flat[0] + s->flat[1]));
-        else if (s->below)
-            try_at(s, before.low.y + fmin(fmax(root_of(before.sum, b, k), 0), step));
+        else if (s->below) {
+            /* The first root of from + b h + k h^2 / 2 as it rises from below zero. */
+            double from = before.sum, root = -2 * from / (b + sqrt(fmax(b * b - 2 * k * from, 0)));
+            try_at(s, before.low.y + fmin(fmax(root, 0), step));
+        }
         s->below = false;
         s->flat[0] = NAN;
     }
@@ -194,21 +179,18 @@ static void advance(search *s, interval *i, double step)
 static bool find(const radii_curve *c, double amplitude, kempe_conicity *best)
 {
     search s = {.c = c, .amplitude = amplitude, .small = 2 * EQUAL_RADII * amplitude, .flat = {NAN, NAN}, .best = best};
-    interval i = interval_of(c, amplitude);
+    interval i = {.low = {0, c->y[0]}, .high = {0, c->y[0]}};
+    for (double last = fmin(c->y[0] + 2 * amplitude, c->y[c->count - 1]); i.high.y < last;) {
+        double step = fmin(rest_of(c, &i.high), last - i.high.y);
+        i.sum += integral(c, &i.high, step);
+        go(c, &i.high, step);
+    }
     note(&s, &i);
     for (double step; (step = fmin(rest_of(c, &i.low), rest_of(c, &i.high))) > 0;) /* to the next point at either end */
         advance(&s, &i, step);
     if (!isnan(s.flat[0]))
         try_at(&s, 0.5 * (s.flat[0] + s.flat[1]));
     return s.found;
-}
-
-static bool is_curve(const radii_curve *c)
-{
-    for (int k = 0; k < c->count; k++)
-        if (!isfinite(c->y[k]) || !isfinite(c->d[k]) || (k > 0 && c->y[k] <= c->y[k - 1]))
-            return false;
-    return c->count >= 2;
 }
 
 kempe_status kempe_contact_conicity(int count, const double *y, const double *difference, double amplitude,
@@ -219,7 +201,10 @@ kempe_status kempe_contact_conicity(int count, const double *y, const double *di
     KMP_WANTED(NULL, conicity, "conicity");
     const radii_curve c = {count, y, difference};
     kempe_conicity found;
-    if (!is_curve(&c) || !(amplitude > 0) || !isfinite(amplitude))
+    bool curve = count >= 2;
+    for (int k = 0; k < count && curve; k++)
+        curve = isfinite(y[k]) && isfinite(difference[k]) && (k == 0 || y[k] > y[k - 1]);
+    if (!curve || !(amplitude > 0) || !isfinite(amplitude))
         return KEMPE_E_ARGUMENT;
     if (2 * amplitude > (y[count - 1] - y[0]) * (1 + 1e-12) || !find(&c, amplitude, &found))
         return KEMPE_E_FAILED;

@@ -167,12 +167,6 @@ static wheel_gap *wheel_gap_new(const kmp_wheel *wheel, const kmp_track *track, 
     return w;
 }
 
-/* x of the point at s: the gap along x is least there. */
-static double wheel_gap_centre(const wheel_gap *w)
-{
-    return begin(w).value[X];
-}
-
 /* -- the gap ------------------------------------------------------------------------------------------- */
 
 /* The extent of the places, across, where both surfaces are functions over the plane: multiples of `step`, at most
@@ -390,7 +384,7 @@ static answer roll(zone *z, const kmp_wheel *w, kempe_contact_patch *p)
                                  .friction = w->friction.value,
                                  .slip = {p->slip[0], left * p->slip[1]},
                                  .spin = left * p->spin,
-                                 .origin = {wheel_gap_centre(z->over), 0}};
+                                 .origin = {begin(z->over).value[X], 0}};
     found = answer_of(kmp_half_space_roll(&z->gap, &s, &rolling, &z->arena, &force));
     if (found == KNOWN) {
         p->by_law[0] = force.force[0] + 0.0;

@@ -108,15 +108,6 @@ static int wheel_width(const kempe_contacts *t)
     return width;
 }
 
-static void show_patch(kmp_text *text, const kempe_contacts *t, const kempe_contact_patch *p, int block)
-{
-    column of[BLOCK];
-    const int count = columns_of(t, p, block, of);
-    for (int k = 0; k < count; k++)
-        kmp_print_cells(text, " %*.5g", column_width(t, &of[k]), column_shown(t, &of[k]).factor * of[k].value);
-    kmp_text_put(text, p->one_ellipse ? "\n" : " *\n");
-}
-
 /* The patches of a wheel at a value. */
 static void show_wheel(kmp_text *text, const kempe_contacts *t, int row, int w, int block)
 {
@@ -127,7 +118,11 @@ static void show_wheel(kmp_text *text, const kempe_contacts *t, int row, int w, 
         if (!p->touches)
             continue;
         kmp_text_printf(text, "%10.6g %-*s %4d", value, wheel_width(t), wheel_name(t, w), z + 1);
-        show_patch(text, t, p, block);
+        column of[BLOCK];
+        const int count = columns_of(t, p, block, of);
+        for (int k = 0; k < count; k++)
+            kmp_print_cells(text, " %*.5g", column_width(t, &of[k]), column_shown(t, &of[k]).factor * of[k].value);
+        kmp_text_put(text, p->one_ellipse ? "\n" : " *\n");
         touching++;
     }
     if (touching == 0)
@@ -163,19 +158,6 @@ static void show_rows(kmp_text *text, const kempe_contacts *t, bool all)
     }
     if (most < t->count)
         kmp_text_printf(text, "%d of %d values; all of them, and creepages: --all, -o FILE.csv\n", most, t->count);
-}
-
-/* Patches, and the ones that are not elliptic. */
-static void count_patches(const kempe_contacts *t, int *patches, int *other)
-{
-    *patches = *other = 0;
-    for (int row = 0; row < t->count; row++)
-        for (int w = 0; w < t->wheel_count; w++)
-            for (int z = 0; z < kempe_contacts_zone_count(t, w); z++) {
-                const kempe_contact_patch *p = kempe_contacts_patch(t, row, w, z);
-                *patches += p->touches;
-                *other += p->touches && p->one_ellipse == 0;
-            }
 }
 
 /* Why some amplitudes have no conicity. */
@@ -309,8 +291,14 @@ static void show_rates(kmp_text *text, const kempe_contacts *t)
 /* The meaning of the columns. */
 static void show_legend(kmp_text *text, const kempe_contacts *t, bool all)
 {
-    int patches, other;
-    count_patches(t, &patches, &other);
+    int patches = 0, other = 0; /* the ones that are not elliptic */
+    for (int row = 0; row < t->count; row++)
+        for (int w = 0; w < t->wheel_count; w++)
+            for (int z = 0; z < kempe_contacts_zone_count(t, w); z++) {
+                const kempe_contact_patch *p = kempe_contacts_patch(t, row, w, z);
+                patches += p->touches;
+                other += p->touches && p->one_ellipse == 0;
+            }
     kmp_text_put(text, "\n");
     kmp_print_wrapped(
         text, "", INDENT,

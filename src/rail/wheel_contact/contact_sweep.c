@@ -251,20 +251,16 @@ static kempe_status read_freed(job *j, const char *words)
     return KEMPE_OK;
 }
 
-static bool make_room(job *j)
-{
-    ptrdiff_t n = j->t->system->n, leads = j->t->over.count;
-    return KMP_ARENA_MAKE(&j->arena,
-                          KMP_ROOM(double, leads, &j->here, &j->there, &j->from, &j->between, &j->parameters),
-                          KMP_ROOM(double, n, &j->q, &j->before, &j->q_row),
-                          KMP_ROOM(double, (ptrdiff_t)KMP_CHART_SIZE * j->t->system->chart_count, &j->chart_row),
-                          KMP_ROOM(kempe_contact_patch, j->t->first[j->t->wheel_count], &j->patch));
-}
-
 static kempe_status begin(job *j, const kempe_contact_options *options)
 {
     kempe_contacts *t = j->t;
-    KMP_TRY(kmp_made(context_of(j), make_room(j)));
+    const ptrdiff_t n = t->system->n, leads = t->over.count;
+    bool made =
+        KMP_ARENA_MAKE(&j->arena, KMP_ROOM(double, leads, &j->here, &j->there, &j->from, &j->between, &j->parameters),
+                       KMP_ROOM(double, n, &j->q, &j->before, &j->q_row),
+                       KMP_ROOM(double, (ptrdiff_t)KMP_CHART_SIZE * t->system->chart_count, &j->chart_row),
+                       KMP_ROOM(kempe_contact_patch, t->first[t->wheel_count], &j->patch));
+    KMP_TRY(kmp_made(context_of(j), made));
     for (int k = 0; k < t->over.count; k++)
         j->here[k] = t->over.range[k].from;
     KMP_TRY(set_parameters(j, j->here));
@@ -272,7 +268,7 @@ static kempe_status begin(job *j, const kempe_contact_options *options)
     KMP_TRY(kmp_linear_init(&j->linear, t->system, options->backend ? options->backend : kmp_backend_default()));
     if (j->start->chart)
         kmp_eval_set_charts(j->linear.eval, j->start->chart);
-    memcpy(j->q, j->start->inner_q, (size_t)t->system->n * sizeof *j->q);
+    memcpy(j->q, j->start->inner_q, (size_t)n * sizeof *j->q);
     /* Coordinates that move and are not determined by closures keep their rates; rates of rotating ones are found. */
     KMP_TRY(kmp_linear_choose(&j->linear, 0, j->q, NULL, 0));
     for (int k = 0; k < j->linear.p; k++) {
@@ -468,12 +464,6 @@ typedef struct place_within {
     kmp_displaced at;
 } place_within;
 
-static bool is_on_line(const kmp_displaced *a, const kmp_displaced *b, const kmp_displaced *between)
-{
-    double part = (between->aside - a->aside) / (b->aside - a->aside);
-    return fabs(a->difference + part * (b->difference - a->difference) - between->difference) <= STRAIGHT;
-}
-
 /* Adds points between two places until the difference is linear between neighbours, or they are near. */
 static kempe_status halve(job *j, const place_within *a, const place_within *b, int halvings)
 {
@@ -490,7 +480,11 @@ static kempe_status halve(job *j, const place_within *a, const place_within *b, 
     if (status == KEMPE_OK)
         middle.at = kmp_contact_displaced(t, j->patch, take_patches(j, j->patch));
     KMP_TRY(status == KEMPE_E_FAILED ? KEMPE_OK : status);
-    if (isnan(middle.at.difference) || (halvings >= LEAST_HALVINGS && is_on_line(&a->at, &b->at, &middle.at)))
+    if (isnan(middle.at.difference))
+        return KEMPE_OK;
+    const double part = (middle.at.aside - a->at.aside) / (b->at.aside - a->at.aside);
+    const double line = a->at.difference + part * (b->at.difference - a->at.difference);
+    if (halvings >= LEAST_HALVINGS && fabs(line - middle.at.difference) <= STRAIGHT)
         return KEMPE_OK;
     if (halvings < MOST_HALVINGS)
         KMP_TRY(halve(j, a, &middle, halvings + 1));
