@@ -79,13 +79,6 @@ static void copy_scalar(loader *l, const yaml_node_t *from, kmp_yaml *to)
     to->text_place.column += style == YAML_SINGLE_QUOTED_SCALAR_STYLE || style == YAML_DOUBLE_QUOTED_SCALAR_STYLE;
 }
 
-static void copy_list(loader *l, const yaml_node_t *from, kmp_yaml *to)
-{
-    to->kind = KMP_YAML_LIST;
-    for (const yaml_node_item_t *item = from->data.sequence.items.start; item < from->data.sequence.items.top; item++)
-        kmp_yaml_append(l->arena, to, NULL, &l->nodes[*item - 1]);
-}
-
 static void copy_map(loader *l, const yaml_node_t *from, kmp_yaml *to)
 {
     to->kind = KMP_YAML_MAP;
@@ -139,10 +132,14 @@ static const kmp_yaml *copy_document(loader *l)
         to->text = "";
         if (from[i].type == YAML_SCALAR_NODE)
             copy_scalar(l, &from[i], to);
-        else if (from[i].type == YAML_SEQUENCE_NODE)
-            copy_list(l, &from[i], to);
-        else
+        else if (from[i].type == YAML_MAPPING_NODE)
             copy_map(l, &from[i], to);
+        else {
+            to->kind = KMP_YAML_LIST;
+            for (const yaml_node_item_t *item = from[i].data.sequence.items.start;
+                 item < from[i].data.sequence.items.top; item++)
+                kmp_yaml_append(l->arena, to, NULL, &l->nodes[*item - 1]);
+        }
     }
     for (int i = 0; i < count; i++)
         if (l->nodes[i].kind == KMP_YAML_MAP) {

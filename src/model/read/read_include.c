@@ -123,14 +123,6 @@ static int compare(const void *a, const void *b)
     return x->order < y->order ? -1 : x->order > y->order;
 }
 
-static int count_lines(const char *s)
-{
-    int n = 1;
-    for (; *s; s++)
-        n += *s == '\n';
-    return n;
-}
-
 /* The first file whose label and a colon begin `text`: files with equal labels count as one. */
 static int find_file(const kempe_model *model, const char *text)
 {
@@ -192,7 +184,9 @@ kempe_status kmp_reader_sort_complaints(kmp_reader *r)
 {
     kempe_status status = KEMPE_E_INPUT;
     char *text = kmp_arena_strdup(&r->scratch, kempe_context_message(r->context));
-    int count = text ? count_lines(text) : 0, rest = kmp_context_complaints(r->context) - KMP_MOST_COMPLAINTS;
+    int count = 1, rest = kmp_context_complaints(r->context) - KMP_MOST_COMPLAINTS;
+    for (const char *s = text; s && *s; s++)
+        count += *s == '\n';
     complaint *list = KMP_ARENA_NEW(&r->scratch, complaint, count);
     if (!text || !list)
         return KEMPE_E_MEMORY;
@@ -335,15 +329,6 @@ static bool check_root(kmp_reader *r, const kmp_yaml *root)
         return kmp_reader_complain(r, root->place, "a model is a mapping that begins with 'kempe: 1'");
     (void)kmp_read_version(r, root, "the included model");
     return kmp_read_map(r, root, "the included model", kmp_model_keys);
-}
-
-static kmp_include_instance *add_instance(kmp_reader *r)
-{
-    kmp_include_instance *list = kmp_arena_room(&r->scratch, r->instances, r->instance_count, sizeof *list);
-    if (!list)
-        return NULL;
-    r->instances = list;
-    return &list[r->instance_count++];
 }
 
 /* -- joining ------------------------------------------------------------------------------------- */
@@ -543,10 +528,13 @@ static void include_one(kmp_reader *r, const kmp_yaml *node, int parent)
                               .ground = -1};
     if (x.file >= 0)
         load(r, node, name, path, &x);
-    kmp_include_instance *instance = x.root && check_root(r, x.root) ? add_instance(r) : NULL;
-    if (!instance)
+    if (!x.root || !check_root(r, x.root))
         return;
-    *instance = x;
+    kmp_include_instance *list = kmp_arena_room(&r->scratch, r->instances, r->instance_count, sizeof *list);
+    if (!list)
+        return;
+    r->instances = list;
+    list[r->instance_count++] = x;
     const kmp_yaml *set = set_parameters(r, x.root, kmp_yaml_get(node, "set"));
     const kmp_yaml *root = set_joints(r, set, kmp_yaml_get(node, "joints"));
     for (int k = 0; k < JOINED_PARTS; k++) {

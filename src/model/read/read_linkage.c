@@ -36,17 +36,6 @@ static void put(kmp_reader *r, kmp_yaml *map, const char *key, const kmp_yaml *i
         kmp_yaml_put(&r->scratch, map, item->place, key, item);
 }
 
-static const kmp_yaml *direction(kmp_reader *r, const double axis[3], const kmp_yaml *place)
-{
-    kmp_yaml *list = kmp_yaml_new(&r->scratch, KMP_YAML_LIST, place->place);
-    for (int k = 0; k < 3; k++) {
-        kmp_text text = {0};
-        kmp_text_number(&text, axis[k]);
-        kmp_yaml_append(&r->scratch, list, NULL, word(r, kmp_reader_take(r, &text), place));
-    }
-    return list;
-}
-
 /* -- bodies -------------------------------------------------------------------------------------- */
 
 static int body_named(kmp_reader *r, kmp_linkage *g, const char *name)
@@ -293,8 +282,14 @@ static const kmp_yaml *both_axes(kmp_reader *r, const kmp_edge *edge)
         return axes;
     kmp_read_chain_axes(r, edge->kind->chain, axis, kmp_edge_what(r, edge), m);
     kmp_yaml *both = kmp_yaml_new(&r->scratch, KMP_YAML_LIST, axis->place);
+    kmp_yaml *second = kmp_yaml_new(&r->scratch, KMP_YAML_LIST, axis->place);
+    for (int k = 0; k < 3; k++) {
+        kmp_text text = {0};
+        kmp_text_number(&text, m[k][1]);
+        kmp_yaml_append(&r->scratch, second, NULL, word(r, kmp_reader_take(r, &text), axis));
+    }
     kmp_yaml_append(&r->scratch, both, NULL, axis);
-    kmp_yaml_append(&r->scratch, both, NULL, direction(r, (const double[]){m[0][1], m[1][1], m[2][1]}, axis));
+    kmp_yaml_append(&r->scratch, both, NULL, second);
     return both;
 }
 

@@ -424,14 +424,6 @@ static void warn_of_file(const kmp_reader *r, const kmp_yaml *map, int i)
         warn(r, own, parameter->name, "");
 }
 
-/* Displaced values use parameters of the file, too: those are not unused. */
-static void spare_displaced(kmp_reader *r, const kmp_yaml *map)
-{
-    for (int i = 0; i < map->count; i++)
-        if (r->model->parameters[i].used && is_set(r, r->model->parameters[i].name))
-            kmp_reader_use(r, kmp_read_constant(r, map->items[i], r->model->parameters[i].name));
-}
-
 void kmp_settle_parameters(kmp_reader *r)
 {
     if (!r->wrong && !r->scratch.failed && r->model->parameter_count > 0) {
@@ -439,13 +431,16 @@ void kmp_settle_parameters(kmp_reader *r)
         kempe_model *model = r->model;
         for (int i = 0; i < model->parameter_count; i++) {
             bool set = is_set(r, model->parameters[i].name);
-            model->parameters[i].unused = set && !r->model->parameters[i].used;
+            model->parameters[i].unused = set && !model->parameters[i].used;
             if (model->parameters[i].unused)
                 warn(r, map->keys[i]->place, model->parameters[i].name, ": setting it has no effect");
         }
-        spare_displaced(r, map);
+        /* Displaced values use parameters of the file, too: those are not unused. */
+        for (int i = 0; i < map->count; i++)
+            if (model->parameters[i].used && is_set(r, model->parameters[i].name))
+                kmp_reader_use(r, kmp_read_constant(r, map->items[i], model->parameters[i].name));
         for (int i = 0; i < model->parameter_count; i++)
-            if (!r->model->parameters[i].used && !is_set(r, model->parameters[i].name))
+            if (!model->parameters[i].used && !is_set(r, model->parameters[i].name))
                 warn_of_file(r, map, i);
     }
 }

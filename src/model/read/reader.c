@@ -169,12 +169,6 @@ static kempe_model *new_model(kempe_context *context, const char *label)
     return NULL;
 }
 
-static kempe_status fail_memory(kempe_context *context)
-{
-    kmp_context_clear(context);
-    return kmp_fail_memory(context);
-}
-
 /* `status`: of loading the document. */
 static kempe_status read_document(kmp_reader *r, kempe_status status)
 {
@@ -187,7 +181,10 @@ static kempe_status read_document(kmp_reader *r, kempe_status status)
         status = kmp_reader_sort_complaints(r);
         memory = status != KEMPE_E_MEMORY;
     }
-    return memory ? status : fail_memory(r->context);
+    if (memory)
+        return status;
+    kmp_context_clear(r->context);
+    return kmp_fail_memory(r->context);
 }
 
 /* A document that no file in YAML has. */

@@ -302,7 +302,7 @@ static void show_between(kmp_text *text, const kempe_model *model, const kmp_clo
     }
 }
 
-void kmp_cut_print(kmp_text *text, const kmp_cut *cut)
+static void show_cut(kmp_text *text, const kmp_cut *cut)
 {
     kmp_text_printf(text, "joint %s (%s) is cut: closure %s, %d rows, loop %s; %s", cut->joint, cut->kind, cut->closure,
                     cut->rows, cut->loop, cut->why);
@@ -490,7 +490,7 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
     begin(text, "cuts", model->cut_count);
     for (int i = 0; i < model->cut_count; i++) {
         kmp_text_put(text, "  ");
-        kmp_cut_print(text, &model->cuts[i]);
+        show_cut(text, &model->cuts[i]);
         kmp_text_put(text, "\n");
     }
     show_forces(text, model);
