@@ -18,14 +18,6 @@ enum { MODES_MOST = 200 }; /* as the reader of bodies takes */
 
 /* -- what the mesh is -------------------------------------------------------------------------------- */
 
-static int first_of(int *up, int n, int root)
-{
-    int node = 0;
-    while (node < n - 1 && kmp_root_of(up, node) != root)
-        node++;
-    return node;
-}
-
 /* Elements and rigid interfaces join all nodes. */
 static kempe_status check_connected(const kmp_finite_mesh *mesh, int count, const kmp_interface *interfaces)
 {
@@ -50,12 +42,15 @@ static kempe_status check_connected(const kmp_finite_mesh *mesh, int count, cons
         if (size[i] > 0 && (least < 0 || size[i] < size[least]))
             least = i;
     }
-    return parts == 1 ? KEMPE_OK
-                      : kmp_mesh_refuse(mesh,
-                                        "it has %d parts that no element joins; one of them has %d node%s, among them "
-                                        "node %ld: join them, or write the matrices of one part",
-                                        parts, size[least], size[least] == 1 ? "" : "s",
-                                        kmp_mesh_number(mesh, first_of(up, n, least)));
+    if (parts == 1)
+        return KEMPE_OK;
+    int node = 0;
+    while (node < n - 1 && kmp_root_of(up, node) != least)
+        node++;
+    return kmp_mesh_refuse(mesh,
+                           "it has %d parts that no element joins; one of them has %d node%s, among them node %ld: "
+                           "join them, or write the matrices of one part",
+                           parts, size[least], size[least] == 1 ? "" : "s", kmp_mesh_number(mesh, node));
 }
 
 /* Column `way` of the rigid motions about a place, at a node: three translations and three rotations. */
