@@ -42,15 +42,6 @@ static bool ends_with(const char *s, const char *end)
     return n >= m && strcmp(s + n - m, end) == 0;
 }
 
-static bool has_name(const cli_settings *s)
-{
-    const char *slash = strrchr(s->file, '/'), *name = slash ? slash + 1 : s->file;
-    bool good = *name && strcmp(name, ".yaml") != 0 && strcmp(name, ".") != 0 && strcmp(name, "..") != 0;
-    if (!good)
-        cli_complain("'%s' names no file: 'kempe new four_bar' writes four_bar.yaml", s->file);
-    return good;
-}
-
 static kempe_status print_new(const cli_job *j, const void *object, kempe_format format, char **text)
 {
     const char *path = object;
@@ -96,7 +87,9 @@ kempe_status cli_new(const cli_job *j)
 {
     const char *file = j->settings->file, *ending = ends_with(file, ".yaml") ? "" : ".yaml";
     size_t size = strlen(file) + strlen(ending) + 1;
-    if (!has_name(j->settings)) {
+    const char *slash = strrchr(file, '/'), *name = slash ? slash + 1 : file;
+    if (!*name || strcmp(name, ".yaml") == 0 || strcmp(name, ".") == 0 || strcmp(name, "..") == 0) {
+        cli_complain("'%s' names no file: 'kempe new four_bar' writes four_bar.yaml", file);
         cli_refuse(j->settings->json);
         return KEMPE_E_ARGUMENT;
     }
