@@ -17,22 +17,17 @@
 
 /* -- construction and release ------------------------------------------------------------------------ */
 
-static bool make_room(kmp_inverse *v)
-{
-    ptrdiff_t n = v->n, entries = v->system->jacobian.count, pressed = v->system->load_row_count > 0 ? n : 0;
-    return KMP_ARENA_MAKE(&v->arena, KMP_ROOM(int, v->a, &v->actuator), KMP_ROOM(bool, v->m, &v->left_out),
-                          KMP_ROOM(double, v->a, &v->weight, &v->tau), KMP_ROOM(double, v->m, &v->lambda),
-                          KMP_ROOM(double, entries, &v->masked), KMP_ROOM(double, n, &v->rest, &v->sum),
-                          KMP_ROOM(double, pressed, &v->inertia));
-}
-
 kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_evaluator *eval, int count, const int *actuator,
                               const double *weight)
 {
     const kempe_system *s = eval->system;
     kmp_inverse *v = inverse;
     *v = (kmp_inverse){.system = s, .eval = eval, .n = s->n, .m = s->m, .a = count};
-    if (!make_room(v)) {
+    ptrdiff_t n = v->n, pressed = s->load_row_count > 0 ? n : 0;
+    if (!KMP_ARENA_MAKE(&v->arena, KMP_ROOM(int, v->a, &v->actuator), KMP_ROOM(bool, v->m, &v->left_out),
+                        KMP_ROOM(double, v->a, &v->weight, &v->tau), KMP_ROOM(double, v->m, &v->lambda),
+                        KMP_ROOM(double, s->jacobian.count, &v->masked), KMP_ROOM(double, n, &v->rest, &v->sum),
+                        KMP_ROOM(double, pressed, &v->inertia))) {
         kmp_inverse_free(v);
         return kmp_fail_memory(s->context);
     }

@@ -26,14 +26,6 @@ static const char *unit_of(const kempe_inverse *r, int coordinate)
     return r->system->model->motions[coordinate].rotation ? "N m" : "N";
 }
 
-static bool is_redundant(const kempe_inverse *r)
-{
-    for (int k = 0; k < r->m; k++)
-        if (r->redundant[k])
-            return true;
-    return false;
-}
-
 /* The kind of the solution: unique, or the least of many. */
 static const char *kind_of(const kempe_inverse *r)
 {
@@ -91,14 +83,16 @@ static void show_verdict(kmp_text *text, const kempe_inverse *r)
                     r->hold, r->hold_t);
     if (r->rank < r->freedoms)
         kmp_text_printf(text, "unbalanced  %.2e of the required generalized forces\n", kmp_inverse_unmet(r));
-    int reported = 0;
-    if (is_redundant(r)) {
+    int redundant = 0, told = 0;
+    for (int k = 0; k < r->m; k++)
+        redundant += r->redundant[k];
+    if (redundant > 0) {
         kmp_text_put(text, "closures  redundant: multipliers are not unique, and are set to zero in");
         for (int k = 0; k < r->m; k++)
-            if (r->redundant[k] && reported++ < MOST_TOLD)
+            if (r->redundant[k] && told++ < MOST_TOLD)
                 kmp_text_printf(text, " %s", r->system->row_names[k]);
-        if (reported > MOST_TOLD)
-            kmp_text_printf(text, " and %d more", reported - MOST_TOLD);
+        if (redundant > MOST_TOLD)
+            kmp_text_printf(text, " and %d more", redundant - MOST_TOLD);
         kmp_text_put(text, "\n");
     }
     if (r->singular > 0)
