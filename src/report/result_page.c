@@ -33,7 +33,7 @@ static int choose_stride(int rows, int most)
     return rows > most ? (rows + most - 2) / (most - 1) : 1;
 }
 
-static bool is_first(const kmp_result_page *page, int column)
+bool kmp_page_is_first(const kmp_result_page *page, int column)
 {
     const char *name = kempe_table_column_name(page->table, column);
     bool first = strcmp(name, page->x) == 0;
@@ -102,7 +102,7 @@ static void put_columns(kmp_json *json, const kmp_result_page *page, int x, stri
         const double *values = kempe_table_values(table, c);
         if (!values)
             continue;
-        bool whole = is_first(page, c) || kmp_table_has_points(table, c);
+        bool whole = kmp_page_is_first(page, c) || kmp_table_has_points(table, c);
         int every = whole ? stride.first : stride.other, count = thin(rows, every, values, room);
         kmp_json_put(json, "{ name %s unit %s every %d", kempe_table_column_name(table, c), kempe_table_unit(table, c),
                      every / stride.first);

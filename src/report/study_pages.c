@@ -47,14 +47,6 @@ static void add_fact(kmp_result_page *page, const char *name, const char *format
         page->fact[page->fact_count++] = (kmp_page_fact){.name = name, .value = kept};
 }
 
-static bool is_chosen(const kmp_result_page *page, const char *name)
-{
-    for (int k = 0; k < page->first_count; k++)
-        if (strcmp(page->first[k], name) == 0)
-            return true;
-    return false;
-}
-
 /* Columns that are drawn at first: up to `most` whose names begin with one of the words, or after '*' end with it. */
 static void choose_first(kmp_result_page *page, const char *words, int most)
 {
@@ -64,8 +56,7 @@ static void choose_first(kmp_result_page *page, const char *words, int most)
             size_t rest = strlen(name);
             bool begins = strncmp(name, words, length) == 0, ends = *words == '*' && rest + 1 >= length;
             ends = ends && strncmp(name + rest + 1 - length, words + 1, length - 1) == 0;
-            if ((begins || ends) && kempe_table_values(page->table, c) && strcmp(name, page->x) != 0 &&
-                !is_chosen(page, name))
+            if ((begins || ends) && kempe_table_values(page->table, c) && !kmp_page_is_first(page, c))
                 page->first[page->first_count++] = name;
         }
 }
