@@ -217,13 +217,6 @@ static void walk_force(walk *w, kmp_force *f)
 
 /* -- groups ---------------------------------------------------------------------------------------------- */
 
-/* True unless something belongs to the whole, wherever it is. */
-static bool may_part(const kempe_model *m)
-{
-    return m->state_count == 0 && m->delay_count == 0 && m->wheel_count == 0 && m->track_count == 0 &&
-           m->flexible_count == 0 && m->run.until_count == 0;
-}
-
 static void unite_all(walk *w)
 {
     for (int b = 1; b < w->m->body_count; b++) {
@@ -407,7 +400,9 @@ static void sort_elements(const int *part, int elements, int count, int *order, 
 static kempe_status find(kmp_islands *all, const kempe_model *m, kmp_arena *scratch)
 {
     const int elements = m->body_count + m->closure_count + m->force_count;
-    walk w = {.m = m, .apart = may_part(m)};
+    const bool whole = m->state_count > 0 || m->delay_count > 0 || m->wheel_count > 0 || m->track_count > 0 ||
+                       m->flexible_count > 0 || m->run.until_count > 0; /* something belongs to the whole */
+    walk w = {.m = m, .apart = !whole};
     int *part, *number, *order, *first;
     bool *modes;
     bool any = false;

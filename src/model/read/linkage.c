@@ -160,18 +160,14 @@ static void check_wish(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
     edge->faulty = g->broken = true;
 }
 
-/* Bodies' own joints first, then the user's requests, then joints without alternative. */
-static int rank_of_staying(const kmp_edge *edge)
-{
-    return edge->own ? 0 : edge->wish == KMP_CUT_NO ? 1 : !edge->cut ? 2 : 3;
-}
-
 static void join_staying(kmp_reader *r, kmp_linkage *g)
 {
     for (int rank = 0; rank < 4; rank++)
         for (int e = 0; e < g->edge_count; e++) {
             kmp_edge *edge = &g->edges[e];
-            if (edge->faulty || !must_stay(edge) || rank_of_staying(edge) != rank)
+            /* Bodies' own joints first, then the user's requests, then joints without alternative. */
+            const int own_rank = edge->own ? 0 : edge->wish == KMP_CUT_NO ? 1 : !edge->cut ? 2 : 3;
+            if (edge->faulty || !must_stay(edge) || own_rank != rank)
                 continue;
             if (join(g, edge))
                 edge->stays = true;

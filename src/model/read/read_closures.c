@@ -117,18 +117,6 @@ static void read_curve_expression(kmp_reader *r, const kmp_yaml *node, const cha
     add_curve(closure, expr, side);
 }
 
-/* y = table(x), as an expression. */
-static void read_curve_table(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_closure *closure)
-{
-    kmp_expr *x = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1), *of = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
-    closure->table = kmp_read_table_name(r, node, what);
-    if (!closure->table || !x || !of)
-        return;
-    *x = (kmp_expr){.kind = KMP_EXPR_PLACE};
-    *of = (kmp_expr){.kind = KMP_EXPR_TABLE, .table = closure->table, .a = x};
-    add_curve(closure, of, 1);
-}
-
 /* One expression that is zero on the curve (or surface), or two, for surfaces that intersect in it. */
 static void read_implicit(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_closure *closure)
 {
@@ -153,8 +141,15 @@ static void read_curve(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         kmp_reader_complain(r, map->place, "%s: exactly one of table, y (and z), curve is expected", what);
         return;
     }
-    if (table)
-        read_curve_table(r, table, what, closure);
+    if (table) { /* y = table(x), as an expression */
+        kmp_expr *x = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1), *of = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
+        closure->table = kmp_read_table_name(r, table, what);
+        if (closure->table && x && of) {
+            *x = (kmp_expr){.kind = KMP_EXPR_PLACE};
+            *of = (kmp_expr){.kind = KMP_EXPR_TABLE, .table = closure->table, .a = x};
+            add_curve(closure, of, 1);
+        }
+    }
     if (y)
         read_curve_expression(r, y, kmp_reader_say(r, "%s: y", what), 1, closure);
     if (z)

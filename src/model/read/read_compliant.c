@@ -425,19 +425,17 @@ static bool mentions(const char *text, const char *word)
     return false;
 }
 
-static bool fits(const law_row *row, const kmp_yaml *map)
-{
-    return (mentions(row->force, "damping") && kmp_yaml_get(map, "damping")) ||
-           (mentions(row->force, "restitution") && kmp_yaml_get(map, "restitution"));
-}
-
 /* The row of a word: of two the one whose number is given, otherwise the first. */
 static const law_row *find_law(const char *word, const kmp_yaml *map)
 {
     const law_row *found = NULL;
-    for (int k = 0; k < law_words.count; k++)
-        if (strcmp(laws[k].word, word) == 0 && (!found || fits(&laws[k], map)))
+    for (int k = 0; k < law_words.count; k++) {
+        const char *force = laws[k].force;
+        bool given = (mentions(force, "damping") && kmp_yaml_get(map, "damping")) ||
+                     (mentions(force, "restitution") && kmp_yaml_get(map, "restitution"));
+        if (strcmp(laws[k].word, word) == 0 && (!found || given))
             found = &laws[k];
+    }
     return found;
 }
 

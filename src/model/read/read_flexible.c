@@ -658,12 +658,6 @@ static void read_count(entry *e, const kmp_yaml *map, kmp_beam_family family)
     }
 }
 
-/* Not a number itself, but an expression of parameters. */
-static bool is_set_by_parameters(const kmp_yaml *node)
-{
-    return node && node->text && strcspn(node->text, "0123456789") > 0;
-}
-
 static void read_shapes(entry *e, const kmp_yaml *map)
 {
     int sum = 0;
@@ -675,7 +669,8 @@ static void read_shapes(entry *e, const kmp_yaml *map)
     for (int f = 0; f < KMP_BEAM_FAMILIES; f++) {
         read_count(e, map, (kmp_beam_family)f);
         sum += e->beam.count[f];
-        parameters = parameters || is_set_by_parameters(kmp_yaml_get(map, families[f]));
+        const kmp_yaml *count = kmp_yaml_get(map, families[f]); /* a number itself, or an expression of parameters */
+        parameters = parameters || (count && count->text && strcspn(count->text, "0123456789") > 0);
     }
     if (sum > 0 || e->wrong || e->r->bodies_as || parameters)
         return;

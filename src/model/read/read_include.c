@@ -160,14 +160,6 @@ static bool is_repeated(const complaint *list, int i)
     return false;
 }
 
-/* Reports an error again. In a model built in code a file is one call, without lines; its name is printed once. */
-static kempe_status say_again(kmp_reader *r, const complaint *c)
-{
-    if (c->file < 0 || (c->line == 0 && strstr(c->text, r->model->files[c->file])))
-        return kmp_fail(r->context, KEMPE_E_INPUT, "%s", c->text);
-    return kmp_complain(r->context, r->model->files[c->file], c->line, c->column, "%s", c->text);
-}
-
 /* Reports the number of errors that were not kept, at the last place of those kept. */
 static kempe_status say_rest(kmp_reader *r, const complaint *last, int rest)
 {
@@ -199,9 +191,16 @@ kempe_status kmp_reader_sort_complaints(kmp_reader *r)
     }
     qsort(list, (size_t)count, sizeof *list, compare);
     kmp_context_clear(r->context);
-    for (int i = 0; i < count && status == KEMPE_E_INPUT; i++)
-        if (!is_repeated(list, i))
-            status = say_again(r, &list[i]);
+    for (int i = 0; i < count && status == KEMPE_E_INPUT; i++) {
+        /* In a model built in code a file is one call, without lines; its name is printed once. */
+        const complaint *c = &list[i];
+        const char *file = c->file >= 0 ? r->model->files[c->file] : NULL;
+        if (is_repeated(list, i))
+            continue;
+        status = !file || (c->line == 0 && strstr(c->text, file))
+                     ? kmp_fail(r->context, KEMPE_E_INPUT, "%s", c->text)
+                     : kmp_complain(r->context, file, c->line, c->column, "%s", c->text);
+    }
     if (rest > 0 && status == KEMPE_E_INPUT)
         status = say_rest(r, &list[count - 1], rest);
     return status;

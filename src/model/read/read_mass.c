@@ -649,14 +649,6 @@ typedef struct branch {
     bool reported; /* an error of a descendant was reported */
 } branch;
 
-static bool is_heavy(const kmp_body *body)
-{
-    bool heavy = body->mass.value != 0 || body->flexible > 0;
-    for (int k = 0; k < 6; k++)
-        heavy = heavy || body->inertia[k].value != 0;
-    return heavy;
-}
-
 /* Of a flexible body without deformation, whose joint is at its origin. */
 static double carried_by_flexible(const kmp_flexible *flexible, const kmp_motion *last)
 {
@@ -733,8 +725,11 @@ kempe_status kmp_check_masses(const kempe_model *model)
                 at[model->points[model->closures[c].point[k]].body].closed = true;
     for (int b = model->body_count - 1; b > 0; b--) { /* parents precede their children */
         branch *own = &at[b], *parent = &at[model->bodies[b].parent];
-        own->heavy = own->heavy || is_heavy(&model->bodies[b]);
-        own->reported = complain(model, &model->bodies[b], own);
+        const kmp_body *body = &model->bodies[b];
+        own->heavy = own->heavy || body->mass.value != 0 || body->flexible > 0;
+        for (int k = 0; k < 6; k++)
+            own->heavy = own->heavy || body->inertia[k].value != 0;
+        own->reported = complain(model, body, own);
         parent->parent = true;
         parent->heavy = parent->heavy || own->heavy;
         parent->closed = parent->closed || own->closed;

@@ -314,17 +314,6 @@ static kmp_number *read_polynomial(kmp_reader *r, const block *b, const char *ke
     return good ? x : NULL;
 }
 
-static bool check(kmp_reader *r, const block *b, const kmp_number *a, int order, int zeros)
-{
-    bool good = order >= 1 && zeros <= order + 1 && a[0].value != 0;
-    if (!good)
-        kmp_reader_complain(r, b->map->place,
-                            "%s: the denominator of a transfer function has at least the degree of its numerator, and "
-                            "1, with a leading coefficient that is not zero",
-                            b->what);
-    return good;
-}
-
 /* Input, output and coefficients; of the i-th state its follower too. */
 typedef struct filter {
     const kmp_expr *u, *y;
@@ -376,8 +365,15 @@ static void read_transfer(kmp_reader *r, block *b)
     f.a = read_polynomial(r, b, "denominator", &poles);
     f.b = read_polynomial(r, b, "numerator", &f.zeros);
     f.order = poles - 1;
-    if (!f.u || !f.a || !f.b || !check(r, b, f.a, f.order, f.zeros))
+    if (!f.u || !f.a || !f.b)
         return;
+    if (f.order < 1 || f.zeros > f.order + 1 || f.a[0].value == 0) {
+        kmp_reader_complain(r, b->map->place,
+                            "%s: the denominator of a transfer function has at least the degree of its numerator, and "
+                            "1, with a leading coefficient that is not zero",
+                            b->what);
+        return;
+    }
     int held = b->sampled; /* the state that holds the output comes before the others */
     f.y = output_of(r, &f, block_state(r, b, held));
     if (b->direct)

@@ -149,19 +149,14 @@ static bool read_cell(sheet *s, const char *line, int number, int column, double
     return false;
 }
 
-static int count_lines(const char *text)
-{
-    int n = 1;
-    for (; *text; text++)
-        n += *text == '\n';
-    return n;
-}
-
 static bool read_sheet(sheet *s, const char *text)
 {
     points *p = s->p;
     bool header = true, good = true;
-    if (!make_room(p, count_lines(text)))
+    int lines = 1;
+    for (const char *at = text; *at; at++)
+        lines += *at == '\n';
+    if (!make_room(p, lines))
         return false;
     text += strncmp(text, "\xef\xbb\xbf", 3) == 0 ? 3 : 0; /* the mark of UTF-8 */
     for (int line = 1; *text; line++) {
