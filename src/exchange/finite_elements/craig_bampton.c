@@ -202,21 +202,17 @@ static kempe_status integrate(const kmp_finite_mesh *mesh, kmp_modal_body *b)
 
 /* -- orthogonal modes of the frame ------------------------------------------------------------------- */
 
-static double largest_of(const kmp_modal_body *b, int k)
-{
-    double largest = 0;
-    for (ptrdiff_t i = 0; i < 3 * (ptrdiff_t)b->node_count; i++)
-        if (fabs(b->mode[i * b->count + k]) > (1 + EQUAL) * fabs(largest))
-            largest = b->mode[i * b->count + k];
-    return largest;
-}
-
 static bool flip(kmp_modal_body *b)
 {
     const int n = b->count;
     double *v = KMP_ARENA_NEW(b->arena, double, n *n);
-    for (int k = 0; v && k < n; k++)
-        v[k * n + k] = largest_of(b, k) < 0 ? -1 : 1;
+    for (int k = 0; v && k < n; k++) {
+        double largest = 0;
+        for (ptrdiff_t i = 0; i < 3 * (ptrdiff_t)b->node_count; i++)
+            if (fabs(b->mode[i * n + k]) > (1 + EQUAL) * fabs(largest))
+                largest = b->mode[i * n + k];
+        v[k * n + k] = largest < 0 ? -1 : 1;
+    }
     return v && kmp_modal_combine(b, n, v);
 }
 

@@ -34,12 +34,6 @@ enum { FORMATS = sizeof formats / sizeof *formats };
 
 /* -- formats ------------------------------------------------------------------------------------------- */
 
-static bool ends_with(const char *name, const char *ending)
-{
-    size_t length = strlen(name), tail = strlen(ending);
-    return length > tail && strcmp(name + length - tail, ending) == 0;
-}
-
 /* No model in YAML begins with this sign. */
 static bool is_xml(const char *text, size_t length)
 {
@@ -53,8 +47,11 @@ static bool is_xml(const char *text, size_t length)
 bool kmp_is_foreign(const char *file, const char *text, size_t length)
 {
     bool foreign = is_xml(text, length);
-    for (int k = 0; k < FORMATS; k++)
-        foreign = foreign || ends_with(file, formats[k].ending);
+    const size_t all = strlen(file);
+    for (int k = 0; k < FORMATS && !foreign; k++) {
+        const size_t tail = strlen(formats[k].ending);
+        foreign = all > tail && strcmp(file + all - tail, formats[k].ending) == 0;
+    }
     return foreign;
 }
 
