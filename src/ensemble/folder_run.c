@@ -398,15 +398,6 @@ typedef struct folder_run {
 
 /* -- the folder -------------------------------------------------------------------------------------- */
 
-/* The chunk that is given, the chunk of the folder, or the usual one. */
-static int chunk_of(const kempe_folder_options *options, const char *manifest, int instances)
-{
-    int chunk;
-    if (options->chunk > 0)
-        return options->chunk;
-    return manifest && kmp_manifest_int(manifest, "chunk", 1, 1 << 30, &chunk) ? chunk : kmp_folder_chunk(instances);
-}
-
 /* Compares the manifest that is there with the manifest of this run. */
 static kempe_status check_manifest(kempe_context *context, const char *path, const char *there, const kmp_text *here)
 {
@@ -477,8 +468,10 @@ static kempe_status enter(folder_run *r, const char *path, const kempe_folder_op
     KMP_TRY(check_history(r, options->history, instances));
     KMP_TRY(kmp_folder_make(r->context, path));
     KMP_TRY(kmp_manifest_read(r->context, path, &there));
-    kempe_status status = kmp_manifest_put(r->ensemble, r->run, r->lanes, chunk_of(options, there, instances),
-                                           options->history, &manifest);
+    int chunk = options->chunk; /* or the chunk of the folder, or the usual one */
+    if (chunk <= 0 && !(there && kmp_manifest_int(there, "chunk", 1, 1 << 30, &chunk)))
+        chunk = kmp_folder_chunk(instances);
+    kempe_status status = kmp_manifest_put(r->ensemble, r->run, r->lanes, chunk, options->history, &manifest);
     if (status == KEMPE_OK && there && !joins)
         status =
             kmp_complain(r->context, path, 0, 0,

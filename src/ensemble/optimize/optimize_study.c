@@ -23,11 +23,6 @@ enum { MOST_STEPS = 10000 };
 
 /* -- slopes ------------------------------------------------------------------------------------------ */
 
-static bool has_slope(kmp_run_quantity_kind kind)
-{
-    return kind == KMP_TAKE_END || kind == KMP_TAKE_AT || kind == KMP_TAKE_MAX || kind == KMP_TAKE_MIN;
-}
-
 /* The column of a channel among the columns of the rows; -1: there is none. */
 static int column_of(const kmp_objective *o, int channel)
 {
@@ -75,7 +70,8 @@ static kempe_status derive_slopes(kmp_objective *o, const char *const *names, do
     const kmp_run_quantities *run = &o->list->run;
     kmp_text list = {0};
     for (int q = 0; q < run->count; q++) {
-        if (!has_slope(run->of[q].kind))
+        const kmp_run_quantity_kind kind = run->of[q].kind;
+        if (kind != KMP_TAKE_END && kind != KMP_TAKE_AT && kind != KMP_TAKE_MAX && kind != KMP_TAKE_MIN)
             return refuse_slopes(o, kmp_arena_printf(&o->arena,
                                                      "'%s' has no exact derivative: at(..), max(..), min(..) "
                                                      "and values at the end have one",
