@@ -444,16 +444,6 @@ static kempe_status find_sampled_poles(kmp_frequency *f)
     return status;
 }
 
-/* A root too close to the axis counts as growing: the response is then not attained in a time that matters. */
-static kempe_status judge_delays(kmp_frequency *f)
-{
-    int zeros;
-    kempe_status status = kmp_delayed_growing(f->transfer->linear, &f->growing, &zeros);
-    if (status == KEMPE_E_FAILED)
-        f->growing = -1;
-    return status == KEMPE_E_FAILED ? KEMPE_OK : status;
-}
-
 /* Computes the responses at all frequencies, the poles, and the peaks: between the given frequencies, too, which are
  * searched near the poles. KEMPE_E_MEMORY; KEMPE_STOPPED when interrupted. */
 static kempe_status run_over_frequencies(kmp_frequency *f)
@@ -481,7 +471,15 @@ static kempe_status run_over_frequencies(kmp_frequency *f)
     if (status == KEMPE_E_MEMORY)
         return status;
     kmp_context_clear(context);
-    KMP_TRY(endless ? judge_delays(f) : KEMPE_OK);
+    if (endless) {
+        int zeros;
+        status = kmp_delayed_growing(f->transfer->linear, &f->growing, &zeros);
+        if (status ==
+            KEMPE_E_FAILED) /* a root too close to the axis: the response is not attained in a time that matters */
+            f->growing = -1;
+        else
+            KMP_TRY(status);
+    }
     /* The response at rest, zero where it is rounding of the largest one. */
     bool rests = evaluate(f, 0);
     size_t block = (size_t)f->inputs * (size_t)f->outputs, all = block * (size_t)f->count;
