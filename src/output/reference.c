@@ -70,15 +70,11 @@ static bool complain_column(kmp_csv *csv, const char *at, const char *name, cons
     return ok;
 }
 
-static bool same_column(const column *a, const column *b)
-{
-    return a->kind == b->kind && a->kind >= COLUMN_TIME && a->quantity == b->quantity && a->index == b->index;
-}
-
 static bool stands_before(const reader *r, const column *c)
 {
     int k = c->kind < COLUMN_TIME ? r->column_count : 0;
-    while (k < r->column_count && !same_column(c, &r->columns[k]))
+    while (k < r->column_count &&
+           !(c->kind == r->columns[k].kind && c->quantity == r->columns[k].quantity && c->index == r->columns[k].index))
         k++;
     return k < r->column_count;
 }

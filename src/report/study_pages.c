@@ -542,14 +542,6 @@ static kempe_status choose_requested(kmp_result_page *page)
     return kmp_made(page->context, made);
 }
 
-static const char *answer_of(const kempe_trajectory *t, kmp_arena *arena)
-{
-    if (kmp_is_complete(t->status))
-        return t->report.requested ? kmp_arena_printf(arena, "ended as requested at t = %.6g s", t->report.t)
-                                   : kmp_arena_printf(arena, "%.6g to %.6g s", t->spec.t_start, t->spec.t_end);
-    return kmp_arena_printf(arena, "at t = %.6g s", t->report.t);
-}
-
 /* The last fact has a limit. */
 static void limit_fact(kmp_result_page *page, bool beyond, const char *format, ...)
 {
@@ -622,7 +614,12 @@ static kempe_status fill_simulation(kmp_result_page *page, const void *result)
                          kmp_arena_printf(&page->arena, "%s%s%s %s, rtol %g", t->spec.formulation,
                                           t->spec.form ? " " : "", t->spec.form ? t->spec.form : "", t->integrator,
                                           t->spec.rtol));
-    page->answer = answer_of(t, &page->arena);
+    if (!kmp_is_complete(t->status))
+        page->answer = kmp_arena_printf(&page->arena, "at t = %.6g s", t->report.t);
+    else if (t->report.requested)
+        page->answer = kmp_arena_printf(&page->arena, "ended as requested at t = %.6g s", t->report.t);
+    else
+        page->answer = kmp_arena_printf(&page->arena, "%.6g to %.6g s", t->spec.t_start, t->spec.t_end);
     page->locked = !kmp_is_complete(t->status) && !t->interrupted;
     KMP_TRY(kmp_joint_arrows_of_run(&page->arrows, t->system, &page->records->row, t->least_norm, page->locked));
     page->x = "t";
