@@ -519,14 +519,6 @@ static void search_list(search *s, const char *section, const char *key, const c
         need_node(s, list->items[k]);
 }
 
-static void search_keys(search *s, const char *section, const char *key, const char *reason)
-{
-    const kmp_yaml *map = kmp_yaml_get(kmp_yaml_get(s->r->root, section), key);
-    s->reason = reason;
-    for (int k = 0; map && map->kind == KMP_YAML_MAP && k < map->count; k++)
-        need_node(s, map->keys[k]);
-}
-
 static void find_start(const search *s, const char *key)
 {
     const kmp_yaml *map = kmp_yaml_get(kmp_yaml_get(s->r->root, "start"), key);
@@ -542,7 +534,10 @@ void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g)
 {
     search s = {r, g, "", false};
     search_list(&s, "start", "hold", "the start holds it");
-    search_keys(&s, "start", "goals", "the start has a goal for it");
+    const kmp_yaml *goals = kmp_yaml_get(kmp_yaml_get(r->root, "start"), "goals");
+    s.reason = "the start has a goal for it";
+    for (int k = 0; goals && goals->kind == KMP_YAML_MAP && k < goals->count; k++)
+        need_node(&s, goals->keys[k]);
     search_list(&s, "run", "independent", "it is given as independent");
     search_entries(&s, "drives", "drive '%s' moves it", "drive '%s' depends on it");
     search_entries(&s, "forces", "force '%s' acts on it", "force '%s' depends on it");

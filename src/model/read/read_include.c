@@ -441,12 +441,6 @@ static const kmp_yaml *other_kind(kmp_reader *r, const kmp_yaml *joint, const km
     return other;
 }
 
-static const char *joint_name(const kmp_yaml *bodies, int i)
-{
-    const kmp_yaml *joint = kmp_yaml_get(bodies->items[i], "joint"), *name = kmp_yaml_get(joint, "name");
-    return name ? name->text : joint ? bodies->keys[i]->text : "";
-}
-
 /* The bodies of an included file, some joints of which the including file makes joints of another kind. */
 static const kmp_yaml *set_joints(kmp_reader *r, const kmp_yaml *root, const kmp_yaml *set)
 {
@@ -457,7 +451,8 @@ static const kmp_yaml *set_joints(kmp_reader *r, const kmp_yaml *root, const kmp
         kmp_nearest nearest = kmp_nearest_begin(set->keys[k]->text);
         int of = -1;
         for (int i = 0; bodies && i < bodies->count; i++) {
-            const char *name = joint_name(bodies, i);
+            const kmp_yaml *joint = kmp_yaml_get(bodies->items[i], "joint"), *given = kmp_yaml_get(joint, "name");
+            const char *name = given ? given->text : joint ? bodies->keys[i]->text : "";
             kmp_nearest_offer(&nearest, name);
             of = strcmp(name, set->keys[k]->text) == 0 ? i : of;
         }

@@ -244,21 +244,14 @@ static const kmp_yaml *make_joint(kmp_reader *r, const kmp_edge *edge)
     return joint;
 }
 
-/* A body's name in its own file. */
-static const char *name_in_file(kmp_reader *r, const kmp_linkage *g, int body)
-{
-    if (body == 0)
-        return "ground";
-    const kmp_include_instance *instance = kmp_reader_instance(r, g->body_keys[body]->place.file);
-    return g->body_names[body] + (instance ? strlen(instance->prefix) : 0);
-}
-
 /* A body's own joint, by which the body now carries its former parent. */
 static const kmp_yaml *turn_own_joint(kmp_reader *r, const kmp_linkage *g, const kmp_edge *edge)
 {
     static const char *const ends[] = {"at", "to", "reversed"};
     kmp_yaml *joint = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, edge->map->place);
-    const char *name = name_in_file(r, g, edge->body[1]);
+    const int body = edge->body[1];
+    const kmp_include_instance *instance = body > 0 ? kmp_reader_instance(r, g->body_keys[body]->place.file) : NULL;
+    const char *name = body == 0 ? "ground" : g->body_names[body] + (instance ? strlen(instance->prefix) : 0);
     const kmp_yaml *to = edge->point[1], *at = edge->point[0];
     for (int k = 0; k < edge->map->count; k++)
         if (kmp_name_find(KMP_NAMES_OF(ends), edge->map->keys[k]->text) < 0)
