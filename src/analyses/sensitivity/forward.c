@@ -624,21 +624,15 @@ static void jump(kmp_forward_formulation *f, double integrand_before, double *y)
     }
 }
 
-/* True if the value of an input jumps at t, where its present piece begins. */
-static bool inputs_jump(const kmp_present_inputs *inputs, double t)
-{
-    bool jumps = false;
-    for (int k = 0; k < inputs->count; k++)
-        jumps = jumps || (kmp_same_time(inputs->piece[k].from, t) && inputs->piece[k].jump == 0);
-    return jumps;
-}
-
 /* Changes condition k, and the others according to `mode`. A jump of an input does so at a time that depends on no
  * parameter. */
 static int pass(kmp_forward_formulation *f, int k, const double *mode, double t, double *y)
 {
     const kmp_linear *l = &f->v->linear;
-    bool given = inputs_jump(&l->eval->inputs, t);
+    const kmp_present_inputs *inputs = &l->eval->inputs;
+    bool given = false; /* the value of an input jumps at t, where its present piece begins */
+    for (int i = 0; i < inputs->count; i++)
+        given = given || (kmp_same_time(inputs->piece[i].from, t) && inputs->piece[i].jump == 0);
     if (spread(f, t, y) != KMP_GO)
         return KMP_HALT;
     memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
