@@ -771,13 +771,6 @@ static void put_guide(const picture *p, const kmp_picture_slide *slide)
     put_line(p, block, 2, 2 * BAR, kmp_plot_colour(slide->slider - 1));
 }
 
-static void put_pin(const picture *p, place at)
-{
-    const double high = PIN * p->size;
-    const place corners[] = {at, {at.x - 0.6 * high, at.y + high}, {at.x + 0.6 * high, at.y + high}};
-    put_path(p, corners, 3, "Z\" fill=\"#8a8f98\"/>\n");
-}
-
 /* A spring is a zigzag, a rod a line, a piece of a flexible body a bar. */
 static void put_connection(const picture *p, const kmp_line *line, bool is_rod)
 {
@@ -813,8 +806,12 @@ bool kmp_mechanism_picture(kmp_text *svg, const kempe_model *model, const double
         for (int k = 0; k < d->slide_count; k++)
             put_guide(&p, &d->slides[k]);
         for (int k = 0; k < d->mark_count; k++)
-            if (d->marks[k].body == 0 && d->marks[k].marks & (KMP_MARK_JOINT | KMP_MARK_CLOSURE))
-                put_pin(&p, p.at[k]);
+            if (d->marks[k].body == 0 && d->marks[k].marks & (KMP_MARK_JOINT | KMP_MARK_CLOSURE)) {
+                const place at = p.at[k];
+                const double high = PIN * size;
+                const place pin[] = {at, {at.x - 0.6 * high, at.y + high}, {at.x + 0.6 * high, at.y + high}};
+                put_path(&p, pin, 3, "Z\" fill=\"#8a8f98\"/>\n");
+            }
         for (int b = 1; b < d->body_count; b++)
             put_body(&p, b);
         for (int k = 0; k < d->line_count; k++)

@@ -697,22 +697,17 @@ static double choose_factor(const picture *p)
     return floor(SEEN / most / digit) * digit;
 }
 
-/* True if a place of the body other than its origin is held. */
-static bool is_held(const picture *p, int body)
-{
-    bool held = false;
-    for (int k = 0; k < p->drawing.place_count; k++)
-        held = held || (p->drawing.places[k].body == body && p->drawing.places[k].held);
-    return held;
-}
-
 /* Names of flexible bodies that are held, and of bodies with solids, which do not deform. */
 static void put_names(kmp_json *json, const picture *p)
 {
     kmp_json_array(json, "held");
-    for (int b = 1; b < p->drawing.body_count; b++)
-        if (is_held(p, b))
+    for (int b = 1; b < p->drawing.body_count; b++) {
+        bool held = false; /* at a place other than its origin */
+        for (int k = 0; k < p->drawing.place_count; k++)
+            held = held || (p->drawing.places[k].body == b && p->drawing.places[k].held);
+        if (held)
             kmp_json_string(json, NULL, p->model->bodies[b].name);
+    }
     kmp_json_put(json, "] stiff [");
     for (int b = 1; b < p->drawing.body_count; b++) {
         bool stiff = false;
