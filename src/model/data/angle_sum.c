@@ -28,7 +28,7 @@ static rotation times(const rotation *r, double m[3][3], bool transposed)
 static void apply(const rotation *r, const double v[3], double out[3])
 {
     for (int i = 0; i < 3; i++)
-        out[i] = r->x[i][0] * v[0] + r->x[i][1] * v[1] + r->x[i][2] * v[2];
+        out[i] = kmp_dot3(r->x[i], v);
 }
 
 /* The base of a body's joint, and the body, with all coordinates zero. Bodies follow their parents. */
@@ -126,7 +126,8 @@ static bool add_path(const kempe_model *model, int b, int ancestor, const double
 /* The angle from u to v about w; sine and cosine that are zero but for rounding are zero. */
 static double angle_at_rest(const double u[3], const double v[3], const double w[3])
 {
-    double across[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+    double across[3];
+    kmp_cross3(u, v, across);
     double s = kmp_dot(3, w, across), c = kmp_dot(3, u, v) - kmp_dot(3, w, u) * kmp_dot(3, w, v);
     return atan2(fabs(s) > ROUNDING ? s : 0, fabs(c) > ROUNDING ? c : 0);
 }

@@ -655,7 +655,7 @@ static bool normalise(double axis[3])
         return false;
     for (int i = 0; i < 3; i++)
         axis[i] /= largest;
-    double length = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
+    double length = sqrt(kmp_dot3(axis, axis));
     for (int i = 0; i < 3; i++)
         axis[i] = axis[i] / length + 0.0; /* no negative zeros */
     return true;

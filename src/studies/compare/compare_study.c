@@ -420,20 +420,15 @@ static kempe_status make_reference(maker *m)
     return KEMPE_OK;
 }
 
-static bool are_near(double a, double b)
-{
-    return fabs(a - b) <= 1e-12 * fmax(fabs(a), fabs(b));
-}
-
 /* The own instants and the times of a given reference, ascending; of two that are one up to rounding the given one. */
 static bool merge_times(maker *m, const kmp_reference *given)
 {
     int count = given ? given->rows : 0, r = 0;
     m->times = (kmp_times){0, KMP_NEW(double, ROWS + 1 + count)};
     for (int k = 0; m->times.t && k <= ROWS; k++) {
-        for (; r < count && (given->t[r] <= m->at[k] || are_near(given->t[r], m->at[k])); r++)
+        for (; r < count && (given->t[r] <= m->at[k] || kmp_times_are_one(given->t[r], m->at[k])); r++)
             m->times.t[m->times.count++] = given->t[r];
-        if (m->times.count == 0 || !are_near(m->times.t[m->times.count - 1], m->at[k]))
+        if (m->times.count == 0 || !kmp_times_are_one(m->times.t[m->times.count - 1], m->at[k]))
             m->times.t[m->times.count++] = m->at[k];
     }
     return m->times.t;
