@@ -35,17 +35,6 @@ static char *find_library(void)
     return cli_from_command(CLI_TO_LIBRARIES "/" CLI_UNITS);
 }
 
-/* With the library of units that belongs to this command. */
-static kempe_status export_unit(const kempe_model *model, const cli_settings *s, kempe_fmu_export **made)
-{
-    kempe_fmu_options options = s->fmu;
-    char *file = s->unit_on_library ? find_library() : NULL;
-    options.unit_file = file;
-    kempe_status status = kempe_fmu_export_new(model, &options, made);
-    free(file);
-    return status;
-}
-
 static kempe_status print_unit(const cli_job *j, const void *object, kempe_format format, char **text)
 {
     (void)j;
@@ -56,7 +45,11 @@ static kempe_status print_unit(const cli_job *j, const void *object, kempe_forma
 kempe_status cli_fmu(const cli_job *j)
 {
     kempe_fmu_export *made = NULL;
-    kempe_status status = export_unit(j->model, j->settings, &made);
+    kempe_fmu_options options = j->settings->fmu;
+    char *file = j->settings->unit_on_library ? find_library() : NULL; /* that belongs to this command */
+    options.unit_file = file;
+    kempe_status status = kempe_fmu_export_new(j->model, &options, &made);
+    free(file);
     cli_report_failure(j, status, made != NULL);
     if (made) {
         kempe_status written = cli_report_written(j, kempe_fmu_export_write(made, j->settings->output));

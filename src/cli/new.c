@@ -36,21 +36,6 @@ static const char template[] =
     "start: {q: {A: 60 deg, B: -40 deg, D: 100 deg}, hold: [A]}    # guess of the angles; A keeps its value\n"
     "run: {t_end: 5 s, output_step: 20 ms, outputs: [q, qd, force(motor), position(coupler.C), energy]}\n";
 
-static bool ends_with(const char *s, const char *end)
-{
-    size_t n = strlen(s), m = strlen(end);
-    return n >= m && strcmp(s + n - m, end) == 0;
-}
-
-static bool has_name(const cli_settings *s)
-{
-    const char *slash = strrchr(s->file, '/'), *name = slash ? slash + 1 : s->file;
-    bool good = *name && strcmp(name, ".yaml") != 0 && strcmp(name, ".") != 0 && strcmp(name, "..") != 0;
-    if (!good)
-        cli_complain("'%s' names no file: 'kempe new four_bar' writes four_bar.yaml", s->file);
-    return good;
-}
-
 static kempe_status print_new(const cli_job *j, const void *object, kempe_format format, char **text)
 {
     const char *path = object;
@@ -94,9 +79,13 @@ static kempe_status write_new(const cli_job *j, const char *path)
 
 kempe_status cli_new(const cli_job *j)
 {
-    const char *file = j->settings->file, *ending = ends_with(file, ".yaml") ? "" : ".yaml";
-    size_t size = strlen(file) + strlen(ending) + 1;
-    if (!has_name(j->settings)) {
+    const char *file = j->settings->file;
+    const size_t length = strlen(file);
+    const char *ending = length >= 5 && strcmp(file + length - 5, ".yaml") == 0 ? "" : ".yaml";
+    size_t size = length + strlen(ending) + 1;
+    const char *slash = strrchr(file, '/'), *name = slash ? slash + 1 : file;
+    if (!*name || strcmp(name, ".yaml") == 0 || strcmp(name, ".") == 0 || strcmp(name, "..") == 0) {
+        cli_complain("'%s' names no file: 'kempe new four_bar' writes four_bar.yaml", file);
         cli_refuse(j->settings->json);
         return KEMPE_E_ARGUMENT;
     }

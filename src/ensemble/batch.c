@@ -646,17 +646,6 @@ KMP_PRINT(kempe_ensemble_result, batch, batch->ensemble->model->context, put_jso
 
 /* -- as a table -------------------------------------------------------------------------------------- */
 
-static const char *start_of(const kmp_ensemble_result *r)
-{
-    return r->unstable ? KMP_BALANCE_UNSTABLE : r->rates_changed ? KMP_RATES_ADJUSTED : "";
-}
-
-static const char *verdict_of(const kempe_ensemble_result *b, int k)
-{
-    const bool deflects = b->results[k].deflection > KMP_DEFLECTION_LARGE && kmp_convergence_holds(&b->again[k]);
-    return deflects ? KMP_DEFLECTED_FAR : kmp_convergence_word(&b->again[k]);
-}
-
 static void put_row(const kempe_ensemble_result *b, kempe_table *table, int k)
 {
     const kmp_ensemble_result *r = &b->results[k];
@@ -680,8 +669,10 @@ static void put_row(const kempe_ensemble_result *b, kempe_table *table, int k)
                        r->h, r->hdot, r->drift);
     kmp_tabulate_number(table, again->known ? again->difference : NAN);
     kmp_tabulate_numbers(table, list_of(b)->run.values, differences_of(b, k));
-    kmp_tabulate_cells(table, "%s %s %s %s", verdict_of(b, k), start_of(r), alone_of(r),
-                       kempe_ensemble_result_reason(b, k));
+    const bool deflects = r->deflection > KMP_DEFLECTION_LARGE && kmp_convergence_holds(again);
+    const char *verdict = deflects ? KMP_DEFLECTED_FAR : kmp_convergence_word(again);
+    const char *start = r->unstable ? KMP_BALANCE_UNSTABLE : r->rates_changed ? KMP_RATES_ADJUSTED : "";
+    kmp_tabulate_cells(table, "%s %s %s %s", verdict, start, alone_of(r), kempe_ensemble_result_reason(b, k));
 }
 
 static void fill_instances(kempe_table *table, const void *result)

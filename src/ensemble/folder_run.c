@@ -398,15 +398,6 @@ typedef struct folder_run {
 
 /* -- the folder -------------------------------------------------------------------------------------- */
 
-/* The chunk that is given, the chunk of the folder, or the usual one. */
-static int chunk_of(const kempe_folder_options *options, const char *manifest, int instances)
-{
-    int chunk;
-    if (options->chunk > 0)
-        return options->chunk;
-    return manifest && kmp_manifest_int(manifest, "chunk", 1, 1 << 30, &chunk) ? chunk : kmp_folder_chunk(instances);
-}
-
 /* Compares the manifest that is there with the manifest of this run. */
 static kempe_status check_manifest(kempe_context *context, const char *path, const char *there, const kmp_text *here)
 {
@@ -443,16 +434,6 @@ static kempe_status make_manifest(kempe_context *context, const char *path, cons
     return status;
 }
 
-/* Reports wrong words of --history before a folder is made. */
-static kempe_status check_history(const folder_run *r, const char *words, int instances)
-{
-    kmp_arena arena = {0};
-    kmp_instance_ranges ranges;
-    kempe_status status = kmp_instance_ranges_read(r->context, &arena, words, instances, &ranges);
-    kmp_arena_free(&arena);
-    return status;
-}
-
 /* Makes the folder of histories. */
 static kempe_status make_history_folder(const folder_run *r)
 {
@@ -474,11 +455,17 @@ static kempe_status enter(folder_run *r, const char *path, const kempe_folder_op
     kmp_text manifest = {0};
     bool joins = options->resume || options->shard;
     int instances = kmp_ensemble_values(r->ensemble)->count;
-    KMP_TRY(check_history(r, options->history, instances));
+    kmp_arena arena = {0};
+    kmp_instance_ranges ranges; /* wrong words of --history are reported before a folder is made */
+    kempe_status status = kmp_instance_ranges_read(r->context, &arena, options->history, instances, &ranges);
+    kmp_arena_free(&arena);
+    KMP_TRY(status);
     KMP_TRY(kmp_folder_make(r->context, path));
     KMP_TRY(kmp_manifest_read(r->context, path, &there));
-    kempe_status status = kmp_manifest_put(r->ensemble, r->run, r->lanes, chunk_of(options, there, instances),
-                                           options->history, &manifest);
+    int chunk = options->chunk; /* or the chunk of the folder, or the usual one */
+    if (chunk <= 0 && !(there && kmp_manifest_int(there, "chunk", 1, 1 << 30, &chunk)))
+        chunk = kmp_folder_chunk(instances);
+    status = kmp_manifest_put(r->ensemble, r->run, r->lanes, chunk, options->history, &manifest);
     if (status == KEMPE_OK && there && !joins)
         status =
             kmp_complain(r->context, path, 0, 0,

@@ -214,14 +214,6 @@ kempe_outcome kmp_instances_outcome(const kmp_instance_sums *s)
                                       : kmp_outcome_checked(doubted ? KEMPE_UNTRUSTED : KEMPE_OK, s->repeated > 0);
 }
 
-void kmp_instances_put_doubts(kmp_text *text, const kmp_instance_sums *s)
-{
-    kmp_text doubts = {0};
-    put_doubts(&doubts, s);
-    kmp_print_doubts(text, KEMPE_OUTCOME_NOT_TRUSTWORTHY, doubts.s);
-    kmp_text_free_part(text, &doubts);
-}
-
 void kmp_instances_put_answer(kmp_text *text, const char *model, kempe_outcome outcome, const kmp_instance_sums *s,
                               const kmp_instance_causes *causes)
 {
@@ -289,7 +281,10 @@ void kmp_instances_put(kmp_text *text, const char *model, const kempe_table *ins
     kmp_instance_causes_add(&causes, instances, 0);
     kmp_instances_put_answer(text, model, kmp_instances_outcome(&s), &s, &causes);
     kmp_instance_causes_free(&causes);
-    kmp_instances_put_doubts(text, &s);
+    kmp_text doubts = {0};
+    put_doubts(&doubts, &s);
+    kmp_print_doubts(text, KEMPE_OUTCOME_NOT_TRUSTWORTHY, doubts.s);
+    kmp_text_free_part(text, &doubts);
     kmp_text_put(text, "\n");
     kmp_instances_put_accuracy(text, "accuracy", &s);
     kmp_instances_put_measured(text, instances, 0);

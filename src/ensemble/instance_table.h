@@ -53,9 +53,6 @@ kempe_status kmp_instances_warn(kempe_context *context, const kmp_instance_sums 
 void kmp_instances_put_answer(kmp_text *text, const char *model, kempe_outcome outcome, const kmp_instance_sums *sums,
                               const kmp_instance_causes *causes);
 
-/** Appends why instances that reached their end cannot be trusted, for below the answer; nothing where they can. */
-void kmp_instances_put_doubts(kmp_text *text, const kmp_instance_sums *sums);
-
 /** Appends lines about the accuracy of all; `label`: before the first one. */
 void kmp_instances_put_accuracy(kmp_text *text, const char *label, const kmp_instance_sums *sums);
 

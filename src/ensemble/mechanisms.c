@@ -129,16 +129,6 @@ static kempe_status derive(const kmp_mechanisms *m, mechanism *one)
     return KEMPE_OK;
 }
 
-/* The first line of the context's message. */
-static char *reason_of(const kempe_context *context)
-{
-    const char *message = kempe_context_message(context);
-    char *reason = kmp_strdup(message);
-    if (reason)
-        reason[strcspn(reason, "\n")] = 0;
-    return reason;
-}
-
 static kempe_status make(const kmp_mechanisms *m, const double *shape, mechanism *one)
 {
     kempe_context *context = m->model->context;
@@ -154,7 +144,9 @@ static kempe_status make(const kmp_mechanisms *m, const double *shape, mechanism
         return status;
     kmp_ensemble_free(one->inner);
     one->inner = NULL;
-    one->reason = reason_of(context);
+    one->reason = kmp_strdup(kempe_context_message(context));
+    if (one->reason)
+        one->reason[strcspn(one->reason, "\n")] = 0; /* its first line */
     kmp_context_clear(context);
     return kmp_made(context, one->reason);
 }

@@ -200,15 +200,6 @@ static void visit(listing *l, const kmp_expr *e)
     visit(l, e->c);
 }
 
-/* Lists the functions of an expression that are not polynomials. false: no memory. */
-static bool expr_arguments(kmp_arena *arena, const kmp_expr *expr, const kmp_expr_argument **list)
-{
-    listing l = {.arena = arena};
-    visit(&l, expr);
-    *list = l.first;
-    return !l.failed;
-}
-
 /* -- values at a state -------------------------------------------------------------------------------------- */
 
 /* Expressions become sensors of the copy, read by the functions of the file's reader. Parameters have no known
@@ -414,10 +405,12 @@ static kempe_status read_value(making *m, const char *label, int k, kmp_added_va
     if (is_in_rows(m->copy, v, m->read[k].expr, n))
         return KEMPE_OK;
     m->turns = m->turns || v->late || kmp_expr_find(m->read[k].expr, is_measure, NULL);
-    bool listed = expr_arguments(&m->copy->arena, m->read[k].expr, &m->list[k]);
+    listing l = {.arena = &m->copy->arena}; /* of the functions that are not polynomials */
+    visit(&l, m->read[k].expr);
+    m->list[k] = l.first;
     for (const kmp_expr_argument *a = m->list[k]; a; a = a->next)
         m->known++;
-    return kmp_made(m->copy->context, listed);
+    return kmp_made(m->copy->context, !l.failed);
 }
 
 /* Makes an expression an output, unless it is in every row; its number as in kmp_added_value. */
@@ -531,18 +524,15 @@ typedef struct reading {
 
 /* -- parts of texts ----------------------------------------------------------------------------------- */
 
-static part trimmed(part p)
+/* Without spaces around it. */
+static part part_of(part whole, size_t from, size_t length)
 {
+    part p = {whole.s + from, length, whole.column + (int)from};
     for (; p.length > 0 && isspace((unsigned char)*p.s); p.s++, p.length--)
         p.column++;
     while (p.length > 0 && isspace((unsigned char)p.s[p.length - 1]))
         p.length--;
     return p;
-}
-
-static part part_of(part p, size_t from, size_t length)
-{
-    return trimmed((part){p.s + from, length, p.column + (int)from});
 }
 
 /* The first of `signs` outside parentheses; the length of the part: there is none. */

@@ -489,15 +489,6 @@ static void find_visible(const kempe_system *system, const kmp_run_spec *spec, c
     }
 }
 
-/* The first row of the run itself; those before are of one that it continues. */
-static int first_row(const kmp_run_spec *spec, const kmp_samples *table)
-{
-    int row = 0;
-    while (spec->time_count > 0 && row < table->rows && kmp_samples_time(table, row) < spec->times[0])
-        row++;
-    return row;
-}
-
 static kempe_status check_run(beside *b, const kmp_step_counts *counts, const double *visible,
                               kmp_convergence *convergence)
 {
@@ -526,7 +517,9 @@ kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_sp
                                     kmp_convergence *convergence)
 {
     beside b = {.system = system, .spec = spec, .start = start, .table = table, .ended = ended};
-    b.first = ended ? first_row(spec, table) : table->rows - spec->time_count;
+    b.first = ended ? 0 : table->rows - spec->time_count; /* the rows before are of a run that this one continues */
+    while (ended && spec->time_count > 0 && b.first < table->rows && kmp_samples_time(table, b.first) < spec->times[0])
+        b.first++;
     double *visible = KMP_NEW(double, system->n);
     b.doubts = KMP_NEW(doubt, system->model->state_count + 1);
     kempe_status status = kmp_made(system->context, b.doubts && visible);

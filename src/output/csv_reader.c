@@ -148,13 +148,6 @@ void kmp_csv_check_unit(kmp_csv *csv, int column, const char *at, const char *si
 
 /* -- lines ------------------------------------------------------------------------------------------- */
 
-static bool is_passed_over(const char *line)
-{
-    while (is_blank(*line))
-        line++;
-    return *line == '#' || *line == '\0';
-}
-
 static int compare_names(const void *a, const void *b)
 {
     const kmp_csv_field *x = a, *y = b;
@@ -194,7 +187,10 @@ static bool read_lines(kmp_csv *csv, char *text, size_t length)
         bool header = csv->columns == 0;
         if (header && is_units(line, &units))
             csv->units = units;
-        if (is_passed_over(line))
+        const char *first = line;
+        while (is_blank(*first))
+            first++;
+        if (*first == '#' || *first == '\0')
             continue;
         if (header) {
             csv->columns = count_fields(line);

@@ -8,18 +8,12 @@
 
 /* -- entries --------------------------------------------------------------------------------------------- */
 
-static size_t count_of(const kmp_named_array *array)
+/* Appends all numbers in one of both orders. */
+static void put_values(kmp_text *text, const kmp_named_array *array, bool by_rows)
 {
     size_t count = 1;
     for (int d = 0; d < array->rank; d++)
         count *= (size_t)array->shape[d];
-    return count;
-}
-
-/* Appends all numbers in one of both orders. */
-static void put_values(kmp_text *text, const kmp_named_array *array, bool by_rows)
-{
-    const size_t count = count_of(array);
     for (size_t k = 0; k < count; k++) {
         char little[8];
         size_t place = k;

@@ -87,20 +87,12 @@ typedef struct kmp_parquet_chunk {
     size_t at, size;
 } chunk;
 
-static size_t page_size(const kempe_table *t, int column, int first, int rows)
-{
-    size_t size = (size_t)rows * 8;
-    if (!kmp_table_has_words(t, column))
-        return size;
-    size = 0;
-    for (int row = first; row < first + rows; row++)
-        size += 4 + strlen(kempe_table_word(t, row, column));
-    return size;
-}
-
 static void put_page(kmp_text *text, const kempe_table *t, int column, int first, int rows)
 {
-    size_t size = page_size(t, column, first, rows);
+    const bool words = kmp_table_has_words(t, column);
+    size_t size = words ? 0 : (size_t)rows * 8;
+    for (int row = first; words && row < first + rows; row++)
+        size += 4 + strlen(kempe_table_word(t, row, column));
     if (size > INT_MAX)
         text->failed = true;
     /* The header of the page. */
@@ -116,7 +108,7 @@ static void put_page(kmp_text *text, const kempe_table *t, int column, int first
     end_struct(text);
     end_struct(text);
     for (int row = first; row < first + rows; row++) {
-        if (kmp_table_has_words(t, column)) {
+        if (words) {
             const char *word = kempe_table_word(t, row, column);
             kmp_put_integer(text, strlen(word), 4);
             kmp_text_append(text, word, strlen(word));

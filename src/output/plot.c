@@ -137,17 +137,13 @@ static void put_tick(const kmp_plot *p, int axis, double value, bool number)
         kmp_picture_words(p->text, -7, p->height - at + 4, "text-anchor=\"end\"", "%.6g", value);
 }
 
-/* 1, 2 or 5 times a power of ten: about `count` of them in a range. */
-static double choose_tick(double range, double count)
-{
-    double raw = range / count, power = pow(10, floor(log10(raw))), part = raw / power;
-    return power * (part < 1.5 ? 1 : part < 3.5 ? 2 : part < 7.5 ? 5 : 10);
-}
-
 static void put_even_ticks(const kmp_plot *p, int axis)
 {
     const kmp_axis *a = &p->axis[axis];
-    double each = a->tick > 0 ? a->tick : choose_tick(range_of(a), length_of(p, axis) / apart[axis]);
+    /* 1, 2 or 5 times a power of ten. */
+    double raw = range_of(a) / (length_of(p, axis) / apart[axis]), power = pow(10, floor(log10(raw)));
+    double part = raw / power, whole = part < 1.5 ? 1 : part < 3.5 ? 2 : part < 7.5 ? 5 : 10;
+    double each = a->tick > 0 ? a->tick : power * whole;
     for (double k = ceil(a->low / each - 1e-9); k * each <= a->high + 1e-9 * each; k++)
         put_tick(p, axis, k == 0 ? 0 : k * each, true);
 }
@@ -600,13 +596,6 @@ static void draw_curve(const drawing *d, kmp_plot *p, int curve)
     kmp_curve_end(p);
 }
 
-static void draw_points(const drawing *d, kmp_plot *p, int curve)
-{
-    for (int row = 0; row < kempe_table_row_count(d->table); row++)
-        kmp_plot_dot(p, kempe_table_values(d->table, d->x)[row], kempe_table_values(d->table, d->curve[curve])[row],
-                     colour_of(d, curve));
-}
-
 static void draw_plot(const drawing *d, kmp_text *text, int plot, double top)
 {
     kmp_plot p = kmp_plot_inside(text, 0, top, WIDTH, HEIGHT);
@@ -633,10 +622,12 @@ static void draw_plot(const drawing *d, kmp_text *text, int plot, double top)
     p.square = strcmp(x->unit, kmp_shown_as(d->context, "m").unit) == 0 && strcmp(y->name, x->unit) == 0;
     kmp_plot_begin(&p, "%s", "");
     for (int k = 0; k < d->count; k++)
-        if (has_unit(d, k, plot) && has_points(d, k))
-            draw_points(d, &p, k);
-        else if (has_unit(d, k, plot))
+        if (has_unit(d, k, plot) && !has_points(d, k))
             draw_curve(d, &p, k);
+        else
+            for (int row = 0; has_unit(d, k, plot) && row < kempe_table_row_count(d->table); row++)
+                kmp_plot_dot(&p, kempe_table_values(d->table, d->x)[row],
+                             kempe_table_values(d->table, d->curve[k])[row], colour_of(d, k));
     kmp_plot_end(&p);
 }
 

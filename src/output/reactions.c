@@ -360,15 +360,6 @@ static void find_least(joint_lines *t)
     t->least = known > MOST_SHOWN ? largest[MOST_SHOWN - 1] : NULL;
 }
 
-/* "A", "motor (drive)", with * where it is not unique. */
-static void put_label(kmp_text *text, const kmp_reaction *of)
-{
-    kmp_text_put(text, of->name);
-    if (of->effort)
-        kmp_text_printf(text, " (%s)", of->kind);
-    kmp_text_put(text, of->shared ? " *" : "");
-}
-
 static void find_width(joint_lines *t)
 {
     t->width = 4;
@@ -378,10 +369,14 @@ static void find_width(joint_lines *t)
     }
 }
 
+/* "A", "motor (drive)", with * where it is not unique. */
 static void put_labelled(kmp_text *text, const kmp_reaction *of, int width)
 {
     kmp_text label = {0};
-    put_label(&label, of);
+    kmp_text_put(&label, of->name);
+    if (of->effort)
+        kmp_text_printf(&label, " (%s)", of->kind);
+    kmp_text_put(&label, of->shared ? " *" : "");
     kmp_text_printf(text, "  %-*s", width, label.s ? label.s : "");
     kmp_text_free_part(text, &label);
 }

@@ -70,15 +70,11 @@ static bool complain_column(kmp_csv *csv, const char *at, const char *name, cons
     return ok;
 }
 
-static bool same_column(const column *a, const column *b)
-{
-    return a->kind == b->kind && a->kind >= COLUMN_TIME && a->quantity == b->quantity && a->index == b->index;
-}
-
 static bool stands_before(const reader *r, const column *c)
 {
     int k = c->kind < COLUMN_TIME ? r->column_count : 0;
-    while (k < r->column_count && !same_column(c, &r->columns[k]))
+    while (k < r->column_count &&
+           !(c->kind == r->columns[k].kind && c->quantity == r->columns[k].quantity && c->index == r->columns[k].index))
         k++;
     return k < r->column_count;
 }
@@ -242,7 +238,7 @@ static double grid_time(double every, int k)
     return k * every;
 }
 
-static bool near(double a, double b)
+bool kmp_times_are_one(double a, double b)
 {
     return fabs(a - b) <= 1e-12 * fmax(fabs(a), fabs(b));
 }
@@ -250,7 +246,7 @@ static bool near(double a, double b)
 /* Appends t; of two times that are one up to rounding, the firm one stays. */
 static void append(kmp_times *times, double t, bool firm)
 {
-    if (times->count == 0 || !near(times->t[times->count - 1], t))
+    if (times->count == 0 || !kmp_times_are_one(times->t[times->count - 1], t))
         times->t[times->count++] = t;
     else if (firm)
         times->t[times->count - 1] = t;
@@ -276,12 +272,12 @@ bool kmp_times_init(kmp_times *times, double every, double t_end, const kmp_refe
         double t = grid_time(every, k);
         for (; r < rows && reference->t[r] <= t; r++)
             append_reference(times, reference->t[r], r > 0 ? &reference->t[r - 1] : NULL);
-        if (t < t_end && (r == rows || !near(t, reference->t[r])))
+        if (t < t_end && (r == rows || !kmp_times_are_one(t, reference->t[r])))
             append(times, t, false);
     }
     for (; r < rows; r++)
         append_reference(times, reference->t[r], r > 0 ? &reference->t[r - 1] : NULL);
-    if (rows > 0 && near(reference->t[rows - 1], t_end))
+    if (rows > 0 && kmp_times_are_one(reference->t[rows - 1], t_end))
         return true;
     append(times, t_end, true);
     return true;

@@ -27,3 +27,6 @@ kempe_status kmp_times_spacing(const kempe_system *system, double requested, dou
  */
 bool kmp_times_init(kmp_times *times, double every, double t_end, const kmp_reference *reference);
 void kmp_times_free(kmp_times *times);
+
+/** True for two times that are one up to rounding. */
+bool kmp_times_are_one(double a, double b);

@@ -162,17 +162,6 @@ static kempe_status derive(kmp_all_loads *loads, kmp_equations *eq, const kempe_
     return kmp_made(system->context, ok);
 }
 
-/* Multipliers have the numbers of the system, which has the rows of friction and contacts. */
-static kempe_status derive_anew(kmp_all_loads *loads, const kempe_system *system)
-{
-    const kmp_derivation_request request = {.sets = KMP_SET_REACTION, .plain = true, .keep_modes = true};
-    kmp_equations eq;
-    KMP_TRY(kmp_equations_derive_once(&eq, system->model, &request));
-    kempe_status status = derive(loads, &eq, system);
-    kmp_equations_free(&eq);
-    return status;
-}
-
 static const kmp_program_cache_name kept_as = {.what = "joint loads"};
 
 static void keep(const kmp_all_loads *loads, const kempe_system *system)
@@ -226,7 +215,13 @@ kempe_status kmp_all_loads_init(kmp_all_loads *loads, const kempe_system *system
     if (system->has_key && recall(loads, system))
         return kmp_made(system->context,
                         kmp_formulas_prepare(&loads->formulas, kmp_backend_find("tape"), system->parameters));
-    KMP_TRY(derive_anew(loads, system));
+    /* Multipliers have the numbers of the system, which has the rows of friction and contacts. */
+    const kmp_derivation_request request = {.sets = KMP_SET_REACTION, .plain = true, .keep_modes = true};
+    kmp_equations eq;
+    KMP_TRY(kmp_equations_derive_once(&eq, system->model, &request));
+    kempe_status status = derive(loads, &eq, system);
+    kmp_equations_free(&eq);
+    KMP_TRY(status);
     if (system->has_key)
         keep(loads, system);
     return KEMPE_OK;

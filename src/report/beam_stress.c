@@ -71,11 +71,6 @@ static double stress_between(const kmp_drawn_section *section, const kmp_drawn_p
     return stress[first] + (at - first) * (stress[first + 1] - stress[first]);
 }
 
-static bool is_on_axis(const kmp_drawn_place *place)
-{
-    return fabs(place->offset[0]) + fabs(place->offset[1]) + fabs(place->offset[2]) <= 0;
-}
-
 void kmp_drawing_stress(const kmp_drawing *drawing, const kempe_model *model, const double *q, double *stress)
 {
     for (int k = 0; k < drawing->place_count; k++) {
@@ -87,7 +82,8 @@ void kmp_drawing_stress(const kmp_drawing *drawing, const kempe_model *model, co
     }
     for (int k = 0; k < drawing->place_count; k++) {
         const kmp_drawn_place *place = &drawing->places[k];
-        if (place->along >= 0 || !is_on_axis(place) || !kmp_drawing_has_edges(drawing, model, place->body))
+        const bool off_axis = fabs(place->offset[0]) + fabs(place->offset[1]) + fabs(place->offset[2]) > 0;
+        if (place->along >= 0 || off_axis || !kmp_drawing_has_edges(drawing, model, place->body))
             continue;
         int first = 0;
         while (drawing->places[first].body != place->body || drawing->places[first].along != 0)

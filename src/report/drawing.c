@@ -5,6 +5,7 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "linalg/dense/three.h"
 #include "model/data/body.h"
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
@@ -162,13 +163,13 @@ static void to_parent(const kempe_model *model, const kmp_body *body, const doub
     double w[3];
     memcpy(w, v, sizeof w);
     for (int i = 0; body->turned && !body->reversed && i < 3; i++)
-        w[i] = body->frame[i][0] * v[0] + body->frame[i][1] * v[1] + body->frame[i][2] * v[2];
+        w[i] = kmp_dot3(body->frame[i], v);
     memcpy(out, w, sizeof w);
     if (body->at < 0 || !model->points[body->at].turned)
         return;
     const kmp_point *at = &model->points[body->at];
     for (int i = 0; i < 3; i++)
-        out[i] = at->axes[i][0] * w[0] + at->axes[i][1] * w[1] + at->axes[i][2] * w[2];
+        out[i] = kmp_dot3(at->axes[i], w);
 }
 
 static void mark_joint(kmp_drawing *drawing, const kempe_model *model, int b)
@@ -450,7 +451,7 @@ static void find_line(const kmp_drawing *drawing, const kempe_model *model, int 
 static void to_ground_axes(const kmp_pose *pose, const double v[3], double out[3])
 {
     for (int i = 0; i < 3; i++)
-        out[i] = pose->r[i][0] * v[0] + pose->r[i][1] * v[1] + pose->r[i][2] * v[2];
+        out[i] = kmp_dot3(pose->r[i], v);
 }
 
 /* The vector of a rotation. */
@@ -458,7 +459,7 @@ static void rotation_vector(const kmp_pose *pose, double out[3])
 {
     double r[4];
     kmp_pose_quaternion(pose, NULL, r);
-    const double size = sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
+    const double size = sqrt(kmp_dot3(r, r));
     for (int i = 0; i < 3; i++)
         out[i] = size > 0 ? 2 * atan2(size, r[3]) / size * r[i] : 0;
 }
@@ -572,20 +573,9 @@ typedef struct picture {
     double size, scale, middle[2]; /* pixels; pixels a metre; in the viewer's axes */
 } picture;
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    for (int i = 0; i < 3; i++)
-        out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-}
-
 static void make_unit(double v[3])
 {
-    const double length = sqrt(dot(v, v));
+    const double length = sqrt(kmp_dot3(v, v));
     for (int i = 0; i < 3; i++)
         v[i] /= length;
 }
@@ -594,15 +584,15 @@ static void to_ground(const picture *p, int body, const double at[3], double out
 {
     const kmp_pose *pose = &p->poses[body];
     for (int i = 0; i < 3; i++)
-        out[i] = pose->p[i] + dot(pose->r[i], at);
+        out[i] = pose->p[i] + kmp_dot3(pose->r[i], at);
 }
 
 static place see(const picture *p, int body, const double at[3])
 {
     double v[3];
     to_ground(p, body, at, v);
-    return (place){p->size / 2 + p->scale * (dot(v, p->right) - p->middle[0]),
-                   p->size / 2 - p->scale * (dot(v, p->up) - p->middle[1])};
+    return (place){p->size / 2 + p->scale * (kmp_dot3(v, p->right) - p->middle[0]),
+                   p->size / 2 - p->scale * (kmp_dot3(v, p->up) - p->middle[1])};
 }
 
 /* -- the viewer -------------------------------------------------------------------------------------- */
@@ -633,7 +623,7 @@ static void place_viewer(picture *p, const kmp_number g[3])
 {
     const double gravity[] = {g[0].value, g[1].value, g[2].value};
     const int plane = find_plane(p);
-    double out[3] = {plane == 0, plane == 1 ? -1 : 0, plane == 2}, weight = sqrt(dot(gravity, gravity));
+    double out[3] = {plane == 0, plane == 1 ? -1 : 0, plane == 2}, weight = sqrt(kmp_dot3(gravity, gravity));
     for (int i = 0; i < 3; i++)
         p->up[i] = weight > 0 ? -gravity[i] / weight : i == (plane == 2 ? 1 : 2);
     if (plane >= 0 && fabs(p->up[plane]) > 0.5) /* gravity is perpendicular to the plane */
@@ -642,17 +632,17 @@ static void place_viewer(picture *p, const kmp_number g[3])
     if (plane < 0) {
         const double level[3] = {fabs(p->up[0]) < 0.9, fabs(p->up[0]) >= 0.9, 0};
         double right[3], front[3];
-        cross(level, p->up, front);
+        kmp_cross3(level, p->up, front);
         make_unit(front);
-        cross(p->up, front, right);
+        kmp_cross3(p->up, front, right);
         for (int i = 0; i < 3; i++) {
             const double aside = cos(ASIDE) * front[i] + sin(ASIDE) * right[i];
             out[i] = cos(ABOVE) * aside + sin(ABOVE) * p->up[i];
         }
     }
-    cross(p->up, out, p->right);
+    kmp_cross3(p->up, out, p->right);
     make_unit(p->right);
-    cross(out, p->right, p->up);
+    kmp_cross3(out, p->right, p->up);
     make_unit(p->up);
 }
 
@@ -663,7 +653,7 @@ static void fit(picture *p)
     for (int k = 0; k < p->drawing.mark_count; k++) {
         double v[3];
         to_ground(p, p->drawing.marks[k].body, p->drawing.marks[k].at, v);
-        const double seen[] = {dot(v, p->right), dot(v, p->up)};
+        const double seen[] = {kmp_dot3(v, p->right), kmp_dot3(v, p->up)};
         for (int i = 0; i < 2; i++) {
             low[i] = fmin(low[i], seen[i]);
             high[i] = fmax(high[i], seen[i]);
@@ -771,13 +761,6 @@ static void put_guide(const picture *p, const kmp_picture_slide *slide)
     put_line(p, block, 2, 2 * BAR, kmp_plot_colour(slide->slider - 1));
 }
 
-static void put_pin(const picture *p, place at)
-{
-    const double high = PIN * p->size;
-    const place corners[] = {at, {at.x - 0.6 * high, at.y + high}, {at.x + 0.6 * high, at.y + high}};
-    put_path(p, corners, 3, "Z\" fill=\"#8a8f98\"/>\n");
-}
-
 /* A spring is a zigzag, a rod a line, a piece of a flexible body a bar. */
 static void put_connection(const picture *p, const kmp_line *line, bool is_rod)
 {
@@ -813,8 +796,12 @@ bool kmp_mechanism_picture(kmp_text *svg, const kempe_model *model, const double
         for (int k = 0; k < d->slide_count; k++)
             put_guide(&p, &d->slides[k]);
         for (int k = 0; k < d->mark_count; k++)
-            if (d->marks[k].body == 0 && d->marks[k].marks & (KMP_MARK_JOINT | KMP_MARK_CLOSURE))
-                put_pin(&p, p.at[k]);
+            if (d->marks[k].body == 0 && d->marks[k].marks & (KMP_MARK_JOINT | KMP_MARK_CLOSURE)) {
+                const place at = p.at[k];
+                const double high = PIN * size;
+                const place pin[] = {at, {at.x - 0.6 * high, at.y + high}, {at.x + 0.6 * high, at.y + high}};
+                put_path(&p, pin, 3, "Z\" fill=\"#8a8f98\"/>\n");
+            }
         for (int b = 1; b < d->body_count; b++)
             put_body(&p, b);
         for (int k = 0; k < d->line_count; k++)

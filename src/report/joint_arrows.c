@@ -19,12 +19,6 @@ KMP_CLEARS(kmp_joint_arrows, arrows, kmp_reactions_free(&arrows->made), kmp_aren
 
 /* -- instants ------------------------------------------------------------------------------------------- */
 
-/* True for a load that is a force in space. */
-static bool is_force(const kmp_reaction *of)
-{
-    return of->place >= 0 && of->has[0] && !of->effort;
-}
-
 /* Rows between two instants. */
 static int choose_stride(int rows, int joints)
 {
@@ -132,7 +126,8 @@ static void choose(chosen *c, const kmp_joint_arrows *arrows, const kmp_drawing 
 {
     const kmp_reactions *r = arrows->of;
     for (const kmp_reaction *of = r->of; of < r->of + r->count; of++) {
-        if (!is_force(of) || !(of->peak[0].size > 0))
+        const bool is_force = of->place >= 0 && of->has[0] && !of->effort; /* in space */
+        if (!is_force || !(of->peak[0].size > 0))
             continue;
         const kmp_drawn_point at = place_of(drawing, r->system->model, of);
         int k = at.body >= 0 ? c->count : 0;

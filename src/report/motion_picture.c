@@ -457,17 +457,17 @@ static void put_disc(kmp_json *json, const picture *p, const kmp_wheel *wheel)
 
 /* -- rails ------------------------------------------------------------------------------------------- */
 
-/* A place of the track in ground axes: x along, y left, z up from its beginning. */
-static void on_ground(const kempe_model *model, const kmp_track *track, const double place[3], double out[3])
+/* A place in the axes of a point, in the axes of its body. */
+static void to_body(const kempe_model *model, int point, const double place[3], double out[3])
 {
-    const kmp_point *point = &model->points[track->point];
     for (int i = 0; i < 3; i++) {
-        out[i] = point->at[i].value;
+        out[i] = model->points[point].at[i].value;
         for (int k = 0; k < 3; k++)
-            out[i] += axis_at(point, i, k) * place[k];
+            out[i] += axis_at(&model->points[point], i, k) * place[k];
     }
 }
 
+/* A place of a rail in the axes of its track: x along, y left, z up from its beginning. */
 static void rail_place(const kmp_track *track, double left, double s, double place[3])
 {
     double heading = track->curved ? atan2(kmp_table_value(track->y, 1, s), kmp_table_value(track->x, 1, s)) : 0;
@@ -536,7 +536,7 @@ static void put_rail(kmp_json *json, const kempe_model *model, int number, const
     for (int k = 0; k < points && range[0] < range[1]; k++) {
         double place[3], at[3];
         rail_place(track, left, range[0] + (range[1] - range[0]) * k / (points - 1), place);
-        on_ground(model, track, place, at);
+        to_body(model, track->point, place, at);
         if (!track->curved || is_run_on(model, number, p, at))
             kmp_json_rounded_numbers(json, NULL, 3, at, 7);
     }
@@ -559,16 +559,6 @@ static void put_railway(kmp_json *json, const picture *p)
 /* -- surfaces ---------------------------------------------------------------------------------------- */
 
 enum { CURVE_POINTS = 65 };
-
-/* A place in the axes of a point, in the axes of its body. */
-static void to_body(const kempe_model *model, int point, const double place[3], double out[3])
-{
-    for (int i = 0; i < 3; i++) {
-        out[i] = model->points[point].at[i].value;
-        for (int k = 0; k < 3; k++)
-            out[i] += axis_at(&model->points[point], i, k) * place[k];
-    }
-}
 
 /* Opens a surface at a point. Points of flexible bodies that move in the axes of these have none. */
 static bool begin_surface(kmp_json *json, const picture *p, const char *kind, const char *name, int point)
@@ -707,22 +697,17 @@ static double choose_factor(const picture *p)
     return floor(SEEN / most / digit) * digit;
 }
 
-/* True if a place of the body other than its origin is held. */
-static bool is_held(const picture *p, int body)
-{
-    bool held = false;
-    for (int k = 0; k < p->drawing.place_count; k++)
-        held = held || (p->drawing.places[k].body == body && p->drawing.places[k].held);
-    return held;
-}
-
 /* Names of flexible bodies that are held, and of bodies with solids, which do not deform. */
 static void put_names(kmp_json *json, const picture *p)
 {
     kmp_json_array(json, "held");
-    for (int b = 1; b < p->drawing.body_count; b++)
-        if (is_held(p, b))
+    for (int b = 1; b < p->drawing.body_count; b++) {
+        bool held = false; /* at a place other than its origin */
+        for (int k = 0; k < p->drawing.place_count; k++)
+            held = held || (p->drawing.places[k].body == b && p->drawing.places[k].held);
+        if (held)
             kmp_json_string(json, NULL, p->model->bodies[b].name);
+    }
     kmp_json_put(json, "] stiff [");
     for (int b = 1; b < p->drawing.body_count; b++) {
         bool stiff = false;

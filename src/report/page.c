@@ -159,16 +159,6 @@ static kempe_status put_page(kmp_text *text, const kmp_result_page *page, const 
     return KEMPE_OK;
 }
 
-static kempe_status write_file(const kmp_result_page *page, const kmp_page_kind *kind, const char *path)
-{
-    kmp_text text = {.failed = page->data.text->failed};
-    kempe_status status = put_page(&text, page, kind);
-    if (status == KEMPE_OK)
-        return kmp_file_write(page->context, path, &text);
-    kmp_text_free(&text);
-    return status;
-}
-
 /* -- the page ---------------------------------------------------------------------------------------- */
 
 kempe_status kmp_page_take(kmp_result_page *page, const kempe_system *system)
@@ -230,7 +220,12 @@ static kempe_status make_page(kmp_result_page *page, const kmp_page_kind *kind, 
     if (kind->view->put)
         kind->view->put(page);
     put_rest(page, kind);
-    return write_file(page, kind, path);
+    kmp_text text = {.failed = page->data.text->failed};
+    kempe_status status = put_page(&text, page, kind);
+    if (status == KEMPE_OK)
+        return kmp_file_write(page->context, path, &text);
+    kmp_text_free(&text);
+    return status;
 }
 
 kempe_status kmp_page_write(const kmp_page_kind *kind, kempe_context *context, const kempe_system *system,

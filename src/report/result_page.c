@@ -33,7 +33,7 @@ static int choose_stride(int rows, int most)
     return rows > most ? (rows + most - 2) / (most - 1) : 1;
 }
 
-static bool is_first(const kmp_result_page *page, int column)
+bool kmp_page_is_first(const kmp_result_page *page, int column)
 {
     const char *name = kempe_table_column_name(page->table, column);
     bool first = strcmp(name, page->x) == 0;
@@ -46,15 +46,6 @@ static bool is_first(const kmp_result_page *page, int column)
 typedef struct strides {
     int first, other;
 } strides;
-
-static strides choose_strides(const kmp_result_page *page)
-{
-    int rows = kempe_table_row_count(page->table), columns = kempe_table_column_count(page->table);
-    int first = page->first_count + 1, others = columns - first, each = choose_stride(rows, MOST_NUMBERS / 2 / first);
-    int drawn = (rows - 1) / each + 1;
-    int more = others > 0 ? choose_stride(drawn, (MOST_NUMBERS - first * drawn) / others) : 1;
-    return (strides){each, each * more};
-}
 
 /* Thins a column into room; returns the number of values. */
 static int thin(int rows, int stride, const double *values, double *room)
@@ -102,7 +93,7 @@ static void put_columns(kmp_json *json, const kmp_result_page *page, int x, stri
         const double *values = kempe_table_values(table, c);
         if (!values)
             continue;
-        bool whole = is_first(page, c) || kmp_table_has_points(table, c);
+        bool whole = kmp_page_is_first(page, c) || kmp_table_has_points(table, c);
         int every = whole ? stride.first : stride.other, count = thin(rows, every, values, room);
         kmp_json_put(json, "{ name %s unit %s every %d", kempe_table_column_name(table, c), kempe_table_unit(table, c),
                      every / stride.first);
@@ -141,7 +132,10 @@ static void put_series(kmp_json *json, const kmp_result_page *page)
         kmp_json_string(json, "series", NULL);
         return;
     }
-    strides stride = choose_strides(page);
+    const int columns = kempe_table_column_count(table), first = page->first_count + 1, others = columns - first;
+    const int each = choose_stride(rows, MOST_NUMBERS / 2 / first), drawn = (rows - 1) / each + 1;
+    const int more = others > 0 ? choose_stride(drawn, (MOST_NUMBERS - first * drawn) / others) : 1;
+    const strides stride = {each, each * more};
     kmp_json_put(json, "series { x %s logarithmic %i scattered %i rows %d stride %d drawn %d left_out %d first [",
                  page->x, page->logarithmic, page->scattered, rows, stride.first,
                  thin(rows, stride.first, kempe_table_values(table, x), room), page->left_out);

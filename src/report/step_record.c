@@ -75,14 +75,6 @@ static kempe_status deliver(recording *r)
     return KEMPE_OK;
 }
 
-/* The last state of a run that ends before t_end. */
-static kempe_status deliver_end(recording *r)
-{
-    int rows = r->record->row.rows;
-    double t = kmp_runner_t(r->runner);
-    return rows > 0 && t > kmp_samples_time(&r->record->row, rows - 1) ? add_row(r, t) : KEMPE_OK;
-}
-
 static kempe_status advance(recording *r)
 {
     watch w = {r->record, 0};
@@ -98,7 +90,11 @@ static kempe_status advance(recording *r)
             status = status == KEMPE_OK ? delivered : status;
         }
     }
-    if (kmp_has_result(status) && deliver_end(r) == KEMPE_E_MEMORY)
+    /* The last state of a run that ends before t_end. */
+    const int rows = r->record->row.rows;
+    const double t = kmp_runner_t(r->runner);
+    if (kmp_has_result(status) && rows > 0 && t > kmp_samples_time(&r->record->row, rows - 1) &&
+        add_row(r, t) == KEMPE_E_MEMORY)
         return KEMPE_E_MEMORY;
     return status;
 }

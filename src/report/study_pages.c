@@ -47,14 +47,6 @@ static void add_fact(kmp_result_page *page, const char *name, const char *format
         page->fact[page->fact_count++] = (kmp_page_fact){.name = name, .value = kept};
 }
 
-static bool is_chosen(const kmp_result_page *page, const char *name)
-{
-    for (int k = 0; k < page->first_count; k++)
-        if (strcmp(page->first[k], name) == 0)
-            return true;
-    return false;
-}
-
 /* Columns that are drawn at first: up to `most` whose names begin with one of the words, or after '*' end with it. */
 static void choose_first(kmp_result_page *page, const char *words, int most)
 {
@@ -64,8 +56,7 @@ static void choose_first(kmp_result_page *page, const char *words, int most)
             size_t rest = strlen(name);
             bool begins = strncmp(name, words, length) == 0, ends = *words == '*' && rest + 1 >= length;
             ends = ends && strncmp(name + rest + 1 - length, words + 1, length - 1) == 0;
-            if ((begins || ends) && kempe_table_values(page->table, c) && strcmp(name, page->x) != 0 &&
-                !is_chosen(page, name))
+            if ((begins || ends) && kempe_table_values(page->table, c) && !kmp_page_is_first(page, c))
                 page->first[page->first_count++] = name;
         }
 }
@@ -551,14 +542,6 @@ static kempe_status choose_requested(kmp_result_page *page)
     return kmp_made(page->context, made);
 }
 
-static const char *answer_of(const kempe_trajectory *t, kmp_arena *arena)
-{
-    if (kmp_is_complete(t->status))
-        return t->report.requested ? kmp_arena_printf(arena, "ended as requested at t = %.6g s", t->report.t)
-                                   : kmp_arena_printf(arena, "%.6g to %.6g s", t->spec.t_start, t->spec.t_end);
-    return kmp_arena_printf(arena, "at t = %.6g s", t->report.t);
-}
-
 /* The last fact has a limit. */
 static void limit_fact(kmp_result_page *page, bool beyond, const char *format, ...)
 {
@@ -631,7 +614,12 @@ static kempe_status fill_simulation(kmp_result_page *page, const void *result)
                          kmp_arena_printf(&page->arena, "%s%s%s %s, rtol %g", t->spec.formulation,
                                           t->spec.form ? " " : "", t->spec.form ? t->spec.form : "", t->integrator,
                                           t->spec.rtol));
-    page->answer = answer_of(t, &page->arena);
+    if (!kmp_is_complete(t->status))
+        page->answer = kmp_arena_printf(&page->arena, "at t = %.6g s", t->report.t);
+    else if (t->report.requested)
+        page->answer = kmp_arena_printf(&page->arena, "ended as requested at t = %.6g s", t->report.t);
+    else
+        page->answer = kmp_arena_printf(&page->arena, "%.6g to %.6g s", t->spec.t_start, t->spec.t_end);
     page->locked = !kmp_is_complete(t->status) && !t->interrupted;
     KMP_TRY(kmp_joint_arrows_of_run(&page->arrows, t->system, &page->records->row, t->least_norm, page->locked));
     page->x = "t";

@@ -187,12 +187,6 @@ void kmp_vehicle_drawing(kmp_json *json, const kempe_trajectory *run, const kemp
 /* Bars of a histogram of depths. */
 enum { BARS = 24 };
 
-static bool is_drawn(const kempe_model *model, int force)
-{
-    return model->forces[force].kind == KMP_FORCE_COMPLIANT ||
-           isfinite(kmp_force_clearance(model, &model->forces[force]));
-}
-
 bool kmp_contact_drawing_has_paths(const kempe_model *model)
 {
     for (int k = 0; k < model->force_count; k++)
@@ -283,10 +277,11 @@ void kmp_contact_drawing(kmp_json *json, const kempe_trajectory *t, const kmp_sa
     const kempe_model *model = t ? t->system->model : NULL;
     kmp_json_array(json, "contacts");
     for (int k = 0; model && k < model->force_count; k++) {
-        if (!is_drawn(model, k))
+        const kmp_force *force = &model->forces[k];
+        if (force->kind != KMP_FORCE_COMPLIANT && !isfinite(kmp_force_clearance(model, force)))
             continue;
-        kmp_json_put(json, "{ name %s unit %s", model->forces[k].name, model->forces[k].turns ? "rad" : "m");
-        put_path(json, t->system, &model->forces[k], rows);
+        kmp_json_put(json, "{ name %s unit %s", force->name, force->turns ? "rad" : "m");
+        put_path(json, t->system, force, rows);
         put_depths(json, t, k);
         kmp_json_end(json);
     }

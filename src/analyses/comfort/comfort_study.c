@@ -98,6 +98,15 @@ static kempe_status check_signals(study *s, kmp_comfort_direction d)
     return KEMPE_OK;
 }
 
+/* The k-th signal of a direction; NULL: there are fewer. */
+static const kmp_comfort_signal *signal_of(const kempe_comfort *c, kmp_comfort_direction direction, int k)
+{
+    for (int i = 0; i < c->count; i++)
+        if (c->signal[i].direction == direction && k-- == 0)
+            return &c->signal[i];
+    return NULL;
+}
+
 static kempe_status make_signals(study *s)
 {
     kempe_comfort *c = s->c;
@@ -114,19 +123,10 @@ static kempe_status make_signals(study *s)
             c->signal[n++] =
                 (kmp_comfort_signal){.direction = (kmp_comfort_direction)d,
                                      .name = kmp_arena_strdup(&c->arena, kempe_outputs_name(s->outputs[d], k))};
-    while (kmp_comfort_signal_of(c, KMP_COMFORT_LONGITUDINAL, c->places) &&
-           kmp_comfort_signal_of(c, KMP_COMFORT_LATERAL, c->places) &&
-           kmp_comfort_signal_of(c, KMP_COMFORT_VERTICAL, c->places))
+    while (signal_of(c, KMP_COMFORT_LONGITUDINAL, c->places) && signal_of(c, KMP_COMFORT_LATERAL, c->places) &&
+           signal_of(c, KMP_COMFORT_VERTICAL, c->places))
         c->places++;
     return kmp_made(s->context, !c->arena.failed);
-}
-
-const kmp_comfort_signal *kmp_comfort_signal_of(const kempe_comfort *c, kmp_comfort_direction direction, int k)
-{
-    for (int i = 0; i < c->count; i++)
-        if (c->signal[i].direction == direction && k-- == 0)
-            return &c->signal[i];
-    return NULL;
 }
 
 /* -- samples ------------------------------------------------------------------------------------------ */
@@ -295,7 +295,7 @@ static double mean_comfort(const kempe_comfort *c, int place)
 {
     double sum = 0;
     for (int d = KMP_COMFORT_LONGITUDINAL; d <= KMP_COMFORT_VERTICAL; d++) {
-        double a = kmp_comfort_signal_of(c, (kmp_comfort_direction)d, place)->percentile;
+        double a = signal_of(c, (kmp_comfort_direction)d, place)->percentile;
         sum += a * a;
     }
     return 6 * sqrt(sum);
@@ -366,8 +366,7 @@ static void show_title(kmp_text *text, const kempe_comfort *c)
     kmp_print_title(&title, c->system->model, kmp_outcome_of(c->status));
     if (c->places > 0)
         kmp_text_printf(&title, "%smean comfort N_MV %.3f at '%s'", c->places > 1 ? "largest " : "",
-                        kempe_comfort_mean_comfort(c, place),
-                        kmp_comfort_signal_of(c, KMP_COMFORT_VERTICAL, place)->name);
+                        kempe_comfort_mean_comfort(c, place), signal_of(c, KMP_COMFORT_VERTICAL, place)->name);
     else if (isfinite(wz))
         kmp_text_printf(&title, "ride comfort: largest Wz %.3f", wz);
     else
@@ -394,7 +393,7 @@ static void show(kmp_text *text, const void *result)
     }
     for (int k = 0; k < c->places && c->places > 1; k++)
         kmp_text_printf(text, "  mean comfort N_MV %.3f at '%s'\n", kempe_comfort_mean_comfort(c, k),
-                        kmp_comfort_signal_of(c, KMP_COMFORT_VERTICAL, k)->name);
+                        signal_of(c, KMP_COMFORT_VERTICAL, k)->name);
     kmp_text_printf(text, "\n  %d window%s of %g s", c->windows, c->windows == 1 ? "" : "s", KMP_COMFORT_WINDOW);
     if (c->windows < KMP_COMFORT_WINDOWS)
         kmp_text_printf(text, "; EN 12299 takes %d windows, 5 min", KMP_COMFORT_WINDOWS);

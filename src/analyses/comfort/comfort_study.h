@@ -50,6 +50,3 @@ enum { KMP_COMFORT_WINDOWS = 60 };
 
 /** The results as members of an open object. */
 void kmp_comfort_json(kmp_json *json, const kempe_comfort *comfort);
-
-/** The k-th signal of a direction; NULL: there are fewer. */
-const kmp_comfort_signal *kmp_comfort_signal_of(const kempe_comfort *comfort, kmp_comfort_direction direction, int k);

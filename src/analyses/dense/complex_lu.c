@@ -8,11 +8,6 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-static double size_of(double complex x)
-{
-    return fabs(creal(x)) + fabs(cimag(x));
-}
-
 /* The compiler's own product looks at infinities one by one. */
 static inline double complex times(double complex x, double complex y)
 {
@@ -23,7 +18,7 @@ static inline double complex times(double complex x, double complex y)
 static bool invert(double complex *x)
 {
     double scale = fmax(fabs(creal(*x)), fabs(cimag(*x)));
-    if (!(scale > 0.0 && size_of(*x) <= DBL_MAX))
+    if (!(scale > 0.0 && kmp_complex_size(*x) <= DBL_MAX))
         return false;
     double re = creal(*x) / scale, im = cimag(*x) / scale, square = re * re + im * im;
     *x = KMP_COMPLEX(re / square / scale, -im / square / scale);
@@ -50,7 +45,7 @@ int kmp_lu_complex_factor(int n, double complex *a, int *pivot)
         double complex *l = a + (ptrdiff_t)k * n;
         int p = k;
         for (int i = k + 1; i < n; i++)
-            p = size_of(l[i]) > size_of(l[p]) ? i : p;
+            p = kmp_complex_size(l[i]) > kmp_complex_size(l[p]) ? i : p;
         pivot[k] = p;
         for (int j = 0; j < n && p != k; j++)
             exchange_complex(&a[k + (ptrdiff_t)j * n], &a[p + (ptrdiff_t)j * n]);

@@ -125,15 +125,6 @@ const kempe_system *kmp_averaged_system(const kmp_averaged *averaged, const kemp
 
 /* -- states that change at events -------------------------------------------------------------------- */
 
-/* The condition of a comparison; -1: there is none. */
-static int condition_of(const kempe_system *s, const kmp_expr *comparison)
-{
-    for (int i = 0; comparison && i < s->events.count; i++)
-        if (s->events.condition[i].expr == comparison)
-            return i;
-    return -1;
-}
-
 /* True if a condition has another sign, or none, where a coordinate or a rate differs a little. */
 static bool is_near(const kmp_linear *l, int condition, double *q)
 {
@@ -174,9 +165,12 @@ static double value_there(const kmp_state *state, const kmp_linear *l)
 static kempe_status judge_one(const kempe_model *model, int k, const kmp_linear *l, double *room)
 {
     const kmp_state *state = &model->states[k];
-    const int condition = condition_of(l->system, kmp_state_rate(model, k)->a);
+    const kmp_expr *comparison = kmp_state_rate(model, k)->a;
     const double value = l->qd[kmp_model_coordinates(model) + k];
-    if (condition < 0)
+    int condition = 0;
+    while (condition < l->system->events.count && l->system->events.condition[condition].expr != comparison)
+        condition++;
+    if (!comparison || condition == l->system->events.count)
         return KEMPE_OK;
     if (is_near(l, condition, room))
         return kmp_fail(

@@ -301,13 +301,13 @@ static void gather(kmp_linear *l, const double *w, double *du, double *rows)
         rows[r] = -rows[r];
 }
 
-/* out += factor * block' * x, for the derivatives `d` last evaluated. */
-static void add_transposed(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,
-                           const double *x, double *out)
+/* out += block' * x, for the derivatives `d` last evaluated. */
+static void add_transposed(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, const double *x,
+                           double *out)
 {
     for (int k = tangents->start[block]; k < tangents->start[block + 1]; k++) {
         const kmp_tangent *e = &tangents->entry[k];
-        out[e->col] += factor * d[e->source] * x[e->row];
+        out[e->col] += d[e->source] * x[e->row];
     }
 }
 
@@ -328,14 +328,14 @@ void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_c
             back->force[i] += red->x[i + k * linear->n] * weights->residual[k];
     if (weights->lambda)
         kmp_reduction_push_in(red, 1, weights->lambda, red->room, back->force);
-    add_transposed(t, KMP_M, d, 1, back->force, qdd);
-    add_transposed(t, KMP_R_QD, d, 1, back->force, qd);
-    add_transposed(t, KMP_R_Q, d, 1, back->force, q);
+    add_transposed(t, KMP_M, d, back->force, qdd);
+    add_transposed(t, KMP_R_QD, d, back->force, qd);
+    add_transposed(t, KMP_R_Q, d, back->force, q);
     gather(linear, qdd, back->udd, back->curve);
-    add_transposed(t, KMP_CURVE_QD, d, 1, back->curve, qd);
-    add_transposed(t, KMP_CURVE_Q, d, 1, back->curve, q);
+    add_transposed(t, KMP_CURVE_QD, d, back->curve, qd);
+    add_transposed(t, KMP_CURVE_Q, d, back->curve, q);
     gather(linear, qd, back->ud, back->rate);
-    add_transposed(t, KMP_RATE_Q, d, 1, back->rate, q);
+    add_transposed(t, KMP_RATE_Q, d, back->rate, q);
     gather(linear, q, back->u, back->h);
 }
 

@@ -94,16 +94,6 @@ static bool solve(kmp_state_sensitivity *s, const kmp_linear *l, int rank, const
     return rest <= sqrt(DBL_EPSILON) * size;
 }
 
-static kempe_status report_open(const kmp_state_sensitivity *s, const kmp_linear *l, int rank, int k)
-{
-    const char *name = l->system->model->motions[l->part.u[s->c[rank]]].name;
-    return kmp_fail(
-        l->system->context, KEMPE_E_FAILED,
-        "the equilibrium has no derivative with respect to '%s', which changes the force along '%s', a motion without "
-        "restraint (%d independent coordinates, %d restrained, stiffness ratio %.3g): lock the coordinate",
-        s->names[k], name, l->p, rank, s->pivots[0] > 0 ? s->pivots[rank] / s->pivots[0] : 0.0);
-}
-
 /* Takes the solution x (p) into the change: of u, of the rates of states, or of accelerations. */
 static void take(kmp_state_sensitivity *s, const kmp_linear *l, bool equilibrium, const double *x, kmp_change *change)
 {
@@ -152,8 +142,16 @@ kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity_of_stat
         change.ud = gather(linear, qd ? qd + k * sensitivity_of_state->n : NULL, sensitivity_of_state->ud);
         kmp_linear_follow(linear, &change, &response);
         double *x = sensitivity_of_state->side + sensitivity_of_state->n;
-        if (!solve(sensitivity_of_state, linear, rank, response.residual, x))
-            return report_open(sensitivity_of_state, linear, rank, k);
+        if (!solve(sensitivity_of_state, linear, rank, response.residual, x)) {
+            const double *pivots = sensitivity_of_state->pivots;
+            return kmp_fail(linear->system->context, KEMPE_E_FAILED,
+                            "the equilibrium has no derivative with respect to '%s', which changes the force along "
+                            "'%s', a motion without restraint (%d independent coordinates, %d restrained, stiffness "
+                            "ratio %.3g): lock the coordinate",
+                            sensitivity_of_state->names[k],
+                            linear->system->model->motions[linear->part.u[sensitivity_of_state->c[rank]]].name,
+                            linear->p, rank, pivots[0] > 0 ? pivots[rank] / pivots[0] : 0.0);
+        }
         take(sensitivity_of_state, linear, equilibrium, x, &change);
         kmp_linear_follow(linear, &change, &response);
     }

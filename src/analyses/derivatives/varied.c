@@ -16,22 +16,20 @@
 #include <math.h>
 #include <string.h>
 
-static bool make_room(kmp_sensitivity_equations *v)
-{
-    int n = v->n;
-    return KMP_ARENA_MAKE(&v->arena,
-                          KMP_ROOM(double, n, &v->q, &v->udd, &v->residual, &v->anchor[0].q, &v->anchor[1].q),
-                          KMP_ROOM(double, n *(2 + n), &v->anchor[0].drift, &v->anchor[1].drift),
-                          KMP_ROOM(double, 3 * v->m + n, &v->part), KMP_ROOM(double, v->slopes->shown, &v->shown));
-}
-
 kempe_status kmp_sensitivity_equations_init(kmp_sensitivity_equations *varied, const kempe_system *system,
                                             const char *backend, kmp_slopes *slopes)
 {
     *varied = (kmp_sensitivity_equations){
         .system = system, .slopes = slopes, .n = system->n, .m = system->m, .count = slopes->count};
     kempe_status status = kmp_linear_init(&varied->linear, system, backend);
-    if (status == KEMPE_OK && !make_room(varied))
+    const int n = system->n;
+    if (status == KEMPE_OK &&
+        !KMP_ARENA_MAKE(&varied->arena,
+                        KMP_ROOM(double, n, &varied->q, &varied->udd, &varied->residual, &varied->anchor[0].q,
+                                 &varied->anchor[1].q),
+                        KMP_ROOM(double, n *(2 + n), &varied->anchor[0].drift, &varied->anchor[1].drift),
+                        KMP_ROOM(double, 3 * system->m + n, &varied->part),
+                        KMP_ROOM(double, slopes->shown, &varied->shown)))
         status = kmp_fail_memory(system->context);
     if (status != KEMPE_OK)
         kmp_sensitivity_equations_free(varied);
@@ -252,15 +250,6 @@ typedef struct beginning {
 
 /* -- positions --------------------------------------------------------------------------------------- */
 
-static bool is_nearly_closed(beginning *b)
-{
-    const kempe_system *s = b->v->system;
-    for (int i = 0; i < b->n; i++)
-        b->x[i] = s->model->start.q[i].value;
-    kmp_eval_closure(b->v->linear.eval, 0, b->x);
-    return kmp_eval_residual(b->v->linear.eval) <= KMP_CLOSED_NEAR;
-}
-
 /* Held coordinates as independent ones; deformations that hold are some of them, in addition to the ones that the user
  * holds. One that is driven is where its drive has it, if joints have closed the loops. */
 static kempe_status choose_with_held(beginning *b)
@@ -288,7 +277,13 @@ static kempe_status choose_as_assembled(beginning *b)
     for (int i = 0; i < b->n; i++)
         if (s->model->start.hold[i])
             b->hold[b->held++] = i;
-    bool near = b->m > 0 && (long)b->m * b->n <= LARGE && is_nearly_closed(b);
+    bool near = b->m > 0 && (long)b->m * b->n <= LARGE;
+    if (near) {
+        for (int i = 0; i < b->n; i++)
+            b->x[i] = s->model->start.q[i].value;
+        kmp_eval_closure(l->eval, 0, b->x);
+        near = kmp_eval_residual(l->eval) <= KMP_CLOSED_NEAR;
+    }
     kempe_status status = choose_with_held(b);
     if (status == KEMPE_E_MEMORY)
         return status;

@@ -45,14 +45,6 @@ bool kmp_varied_lanes_can(const kmp_sensitivity_equations *varied)
            (varied->count == 0 || varied->slopes->equations.formulas.program);
 }
 
-static bool make_stages(kmp_varied_lanes *x, const kmp_sensitivity_equations *v)
-{
-    const kmp_evaluator *eval = v->linear.eval;
-    return kmp_stage_lanes_init(&x->motion, v->system->motion, eval) &&
-           kmp_stage_lanes_init(&x->tangent, v->linear.tangents.tangent.program, eval) &&
-           kmp_stage_lanes_init(&x->slope, v->slopes->equations.formulas.program, eval);
-}
-
 /* Processor cycles of an entry of a matrix times a vector in lanes, with its transfers. */
 #define CYCLES_OF_ENTRY 2.5
 
@@ -76,19 +68,13 @@ double kmp_varied_lanes_matrix_cycles(const kmp_varied_lanes *lanes)
     return cycles_by_parts(lanes) + lanes->cycles_of_tangents + CYCLES_OF_ENTRY * v->linear.p * entries;
 }
 
-/* Counts the programs, which takes as long as some evaluations. */
-static void count_programs(kmp_varied_lanes *x)
-{
-    const kmp_program *by[] = {x->v->linear.tangents.tangent.program, x->v->slopes->equations.formulas.program};
-    x->count_of_motion = kmp_program_count(x->v->system->motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
-    for (int k = 0; k < 2; k++)
-        x->cycles_of_tangents += by[k] ? kmp_cycles_of_lanes(kmp_program_count(by[k], STAGE, STAGE), false) : 0;
-}
-
 kempe_status kmp_varied_lanes_init(kmp_varied_lanes *lanes, kmp_sensitivity_equations *varied)
 {
     *lanes = (kmp_varied_lanes){.v = varied, .number = -1};
     KMP_TRY(kmp_motion_need(varied->system));
+    const kmp_program *motion = varied->system->motion, *tangent = varied->linear.tangents.tangent.program,
+                      *slope = varied->slopes->equations.formulas.program;
+    const kmp_evaluator *eval = varied->linear.eval;
     int n = W * varied->n, m = W * varied->m;
     const bool made =
         KMP_ARENA_MAKE(&lanes->arena,
@@ -98,8 +84,14 @@ kempe_status kmp_varied_lanes_init(kmp_varied_lanes *lanes, kmp_sensitivity_equa
                        KMP_ROOM(int, KEPT *(varied->n + varied->m), &lanes->written),
                        KMP_ROOM(double, VECTORS *n, &lanes->weights, &lanes->wq, &lanes->wqd, &lanes->wqdd, &lanes->w),
                        KMP_ROOM(double, VECTORS *m, &lanes->h, &lanes->rate, &lanes->curve)) &&
-        make_stages(lanes, varied);
-    count_programs(lanes);
+        kmp_stage_lanes_init(&lanes->motion, motion, eval) && kmp_stage_lanes_init(&lanes->tangent, tangent, eval) &&
+        kmp_stage_lanes_init(&lanes->slope, slope, eval);
+    /* Counts the programs, which takes as long as some evaluations. */
+    lanes->count_of_motion = kmp_program_count(motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
+    if (tangent)
+        lanes->cycles_of_tangents += kmp_cycles_of_lanes(kmp_program_count(tangent, STAGE, STAGE), false);
+    if (slope)
+        lanes->cycles_of_tangents += kmp_cycles_of_lanes(kmp_program_count(slope, STAGE, STAGE), false);
     return kmp_made(varied->system->context, made);
 }
 
@@ -184,13 +176,6 @@ static double move_along(kmp_varied_lanes *x, const double *u)
     return most;
 }
 
-static void put_independent(kmp_varied_lanes *x, const double *u)
-{
-    const kmp_partition *part = &x->v->linear.part;
-    for (int k = 0; k < part->p; k++)
-        AT(x->q, part->u[k]) = OF(u, k);
-}
-
 /* The largest component of the last correction, scaled; infinite if one is not finite. */
 static double correction_size(const kmp_varied_lanes *x)
 {
@@ -225,14 +210,6 @@ static bool take_order(kmp_varied_lanes *x)
 static int *written_at(const kmp_varied_lanes *x, int k)
 {
     return x->written + (ptrdiff_t)(k % KEPT) * (x->v->n + x->v->m);
-}
-
-static void note_choice(kmp_varied_lanes *x)
-{
-    const kmp_partition *part = &x->v->linear.part;
-    int *to = written_at(x, x->writings++);
-    memcpy(to, part->rows, (size_t)part->r * sizeof *to);
-    memcpy(to + part->r, part->u, (size_t)part->p * sizeof *to);
 }
 
 static bool was_written(const kmp_varied_lanes *x)
@@ -270,8 +247,12 @@ static bool renew_fused(kmp_varied_lanes *x)
     x->due = x->closed = false;
     kmp_eval_closure(x->v->linear.eval, at->t, at->q);
     kmp_fused_lanes_free(&x->fused);
-    if (!was_written(x))
-        note_choice(x);
+    if (!was_written(x)) {
+        const kmp_partition *part = &x->v->linear.part;
+        int *to = written_at(x, x->writings++);
+        memcpy(to, part->rows, (size_t)part->r * sizeof *to);
+        memcpy(to + part->r, part->u, (size_t)part->p * sizeof *to);
+    }
     return kmp_fused_lanes_init(&x->fused, &x->v->linear.red) == KEMPE_OK;
 }
 
@@ -319,7 +300,9 @@ static int place(kmp_varied_lanes *x, bool once, const double *t, const double *
     const double moved = again ? move_along(x, u) : 0;
     if (!again)
         predict(x, t, u);
-    put_independent(x, u);
+    const kmp_partition *part = &x->v->linear.part;
+    for (int k = 0; k < part->p; k++)
+        AT(x->q, part->u[k]) = OF(u, k);
     return close_lanes(x, t,
                        once    ? KMP_CORRECTION_IN_LANES
                        : again ? enough_after(moved)

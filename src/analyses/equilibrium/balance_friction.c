@@ -252,14 +252,6 @@ static kempe_status take_forces(kempe_equilibrium *e, const kmp_linear *l, kmp_b
     return KEMPE_OK;
 }
 
-static bool is_moving(const kmp_linear *l)
-{
-    for (int k = 0; k < kmp_model_coordinates(l->system->model); k++)
-        if (l->qd[k] != 0)
-            return true;
-    return false;
-}
-
 kempe_status kmp_balance_add_friction(kempe_equilibrium *e, kmp_linear *linear, kmp_balance *balance)
 {
     kmp_friction_state *f = e->friction;
@@ -277,8 +269,9 @@ kempe_status kmp_balance_add_friction(kempe_equilibrium *e, kmp_linear *linear, 
                 names.s);
         kmp_text_free(&names);
     }
-    if (is_moving(linear))
-        return KEMPE_OK;
+    for (int k = 0; k < kmp_model_coordinates(e->system->model); k++)
+        if (linear->qd[k] != 0)
+            return KEMPE_OK;
     f->part = 0;
     KMP_TRY(e->stick ? take_forces(e, linear, balance) : KEMPE_OK);
     balance->friction_part = f->part;

@@ -285,14 +285,12 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
     kmp_json_put(j, "} free {");
     for (int i = 0; i < e->freed_count; i++)
         kmp_json_number(j, e->freed_name[i], b->freed[i]);
-    kmp_json_put(j, "} reaction {");
-    for (int k = 0; k < model->closure_count + e->loads.joints; k++)
-        if (k >= model->closure_count || !kmp_closure_is_of_modes(&model->closures[k]))
-            kmp_json_numbers(j, name_of_load(e, k), 3, b->reaction + KMP_LOAD_VALUES * k);
-    kmp_json_put(j, "} moment {");
-    for (int k = 0; k < model->closure_count + e->loads.joints; k++)
-        if (k >= model->closure_count || !kmp_closure_is_of_modes(&model->closures[k]))
-            kmp_json_numbers(j, name_of_load(e, k), 3, b->reaction + KMP_LOAD_VALUES * k + 3);
+    for (int part = 0; part < 2; part++) {
+        kmp_json_put(j, part ? "} moment {" : "} reaction {");
+        for (int k = 0; k < model->closure_count + e->loads.joints; k++)
+            if (k >= model->closure_count || !kmp_closure_is_of_modes(&model->closures[k]))
+                kmp_json_numbers(j, name_of_load(e, k), 3, b->reaction + KMP_LOAD_VALUES * k + 3 * part);
+    }
     kmp_json_end(j);
     put_reactions(j->text, j, e, b);
     kmp_json_put(j, "loads_not_unique %s load_share %s", b->not_unique, e->least_norm ? "least-norm" : NULL);

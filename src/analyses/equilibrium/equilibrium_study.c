@@ -432,19 +432,6 @@ typedef struct solver {
     double *from, *to;           /* targets */
 } solver;
 
-static bool make_room(solver *s)
-{
-    int n = s->w->n, m = s->w->l->m, f = s->x->free_count, t = s->x->target_count, r = s->w->search->rate_count;
-    int rows = n + t, columns = n + f;
-    return KMP_ARENA_MAKE(
-        &s->w->arena, KMP_ROOM(double, n, &s->unit, &s->dqd, &s->dqdd, &s->dr), KMP_ROOM(double, m, &s->dlambda),
-        KMP_ROOM(double, 3 * m + n, &s->partial), KMP_ROOM(double, rows, &s->value, &s->row_size),
-        KMP_ROOM(double, columns, &s->column_size, &s->step), KMP_ROOM(double, rows *columns, &s->jacobian),
-        KMP_ROOM(double, (rows + columns) * columns, &s->damped), KMP_ROOM(double, rows + columns, &s->right),
-        KMP_ROOM(double, n *columns, &s->moves), KMP_ROOM(double, s->shown, &s->along),
-        KMP_ROOM(double, n + f + r, &s->kept, &s->good), KMP_ROOM(double, t, &s->from, &s->to));
-}
-
 /* -- the equations ----------------------------------------------------------------------------------- */
 
 /* All rows at l's state, in the current sizes; returns the largest. */
@@ -853,7 +840,18 @@ static kempe_status descent_least(descent *w)
     kmp_exchange none = {0};
     solver s = {.w = w, .x = w->search->exchange ? w->search->exchange : &none};
     s.shown = s.x->slopes ? s.x->slopes->shown : 0;
-    KMP_TRY(kmp_made(w->l->system->context, make_room(&s)));
+    const int n = w->n, m = w->l->m, free = s.x->free_count, targets = s.x->target_count;
+    const int rows = n + targets, columns = n + free;
+    KMP_TRY(kmp_made(
+        w->l->system->context,
+        KMP_ARENA_MAKE(&w->arena, KMP_ROOM(double, n, &s.unit, &s.dqd, &s.dqdd, &s.dr), KMP_ROOM(double, m, &s.dlambda),
+                       KMP_ROOM(double, 3 * m + n, &s.partial), KMP_ROOM(double, rows, &s.value, &s.row_size),
+                       KMP_ROOM(double, columns, &s.column_size, &s.step), KMP_ROOM(double, rows *columns, &s.jacobian),
+                       KMP_ROOM(double, (rows + columns) * columns, &s.damped),
+                       KMP_ROOM(double, rows + columns, &s.right), KMP_ROOM(double, n *columns, &s.moves),
+                       KMP_ROOM(double, s.shown, &s.along),
+                       KMP_ROOM(double, n + free + w->search->rate_count, &s.kept, &s.good),
+                       KMP_ROOM(double, targets, &s.from, &s.to))));
     KMP_TRY(solve_squares(&s));
     /* The loops are closed to round-off, so that results do not depend on the choice of coordinates. With an
      * ill-conditioned choice each correction is rounded in proportion to the dependent motion. */

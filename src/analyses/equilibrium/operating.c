@@ -24,15 +24,6 @@
 #include <stdbool.h>
 #include <string.h>
 
-static bool make_room(kmp_operating *o)
-{
-    int n = o->system->n, charts = o->system->chart_count;
-    if (charts > 0)
-        o->chart = KMP_ARENA_NEW(&o->arena, double, KMP_CHART_SIZE *charts);
-    return KMP_ARENA_EACH(&o->arena, int, n, &o->kept) &&
-           KMP_ARENA_EACH(&o->arena, double, n, &o->q, &o->qd, &o->inner_q, &o->inner_qd, &o->trial);
-}
-
 /* Takes the assembled start in its charts, none of them singular. */
 static void begin(kmp_operating *o, const kempe_assembly *a)
 {
@@ -163,8 +154,13 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
     kmp_operating *o = KMP_NEW(kmp_operating, 1);
     kempe_status status = o ? KEMPE_OK : kmp_fail_memory(system->context);
     if (status == KEMPE_OK) {
+        const int n = system->n;
         o->system = system;
-        status = make_room(o) ? KEMPE_OK : kmp_fail_memory(system->context);
+        if (system->chart_count > 0)
+            o->chart = KMP_ARENA_NEW(&o->arena, double, KMP_CHART_SIZE * system->chart_count);
+        status = kmp_made(system->context,
+                          KMP_ARENA_MAKE(&o->arena, KMP_ROOM(int, n, &o->kept),
+                                         KMP_ROOM(double, n, &o->q, &o->qd, &o->inner_q, &o->inner_qd, &o->trial)));
     }
     if (status == KEMPE_OK) {
         begin(o, a);

@@ -17,22 +17,17 @@
 
 /* -- construction and release ------------------------------------------------------------------------ */
 
-static bool make_room(kmp_inverse *v)
-{
-    ptrdiff_t n = v->n, entries = v->system->jacobian.count, pressed = v->system->load_row_count > 0 ? n : 0;
-    return KMP_ARENA_MAKE(&v->arena, KMP_ROOM(int, v->a, &v->actuator), KMP_ROOM(bool, v->m, &v->left_out),
-                          KMP_ROOM(double, v->a, &v->weight, &v->tau), KMP_ROOM(double, v->m, &v->lambda),
-                          KMP_ROOM(double, entries, &v->masked), KMP_ROOM(double, n, &v->rest, &v->sum),
-                          KMP_ROOM(double, pressed, &v->inertia));
-}
-
 kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_evaluator *eval, int count, const int *actuator,
                               const double *weight)
 {
     const kempe_system *s = eval->system;
     kmp_inverse *v = inverse;
     *v = (kmp_inverse){.system = s, .eval = eval, .n = s->n, .m = s->m, .a = count};
-    if (!make_room(v)) {
+    ptrdiff_t n = v->n, pressed = s->load_row_count > 0 ? n : 0;
+    if (!KMP_ARENA_MAKE(&v->arena, KMP_ROOM(int, v->a, &v->actuator), KMP_ROOM(bool, v->m, &v->left_out),
+                        KMP_ROOM(double, v->a, &v->weight, &v->tau), KMP_ROOM(double, v->m, &v->lambda),
+                        KMP_ROOM(double, s->jacobian.count, &v->masked), KMP_ROOM(double, n, &v->rest, &v->sum),
+                        KMP_ROOM(double, pressed, &v->inertia))) {
         kmp_inverse_free(v);
         return kmp_fail_memory(s->context);
     }
@@ -56,16 +51,6 @@ KMP_CLEARS(kmp_inverse, inverse, forget_choice(inverse), kmp_arena_free(&inverse
 
 /* -- the choice of independent coordinates ----------------------------------------------------------- */
 
-/* True if the rows dropped from a loop are satisfied along all motions that the others permit. */
-static bool rows_are_redundant(const kmp_inverse *v)
-{
-    const double *scale = v->system->scale;
-    for (int k = 0; v->part.r < v->m && k < v->p; k++)
-        if (!(kmp_reduction_slip(&v->red, k, v->left_out) * scale[v->part.u[k]] <= KMP_RANK_NOT_REDUNDANT))
-            return false;
-    return true;
-}
-
 /* Factors Jv and computes N with the current choice; true if it is well conditioned. */
 static bool tangent_is_good(kmp_inverse *v)
 {
@@ -73,7 +58,13 @@ static bool tangent_is_good(kmp_inverse *v)
     if (!v->red.eval || kmp_reduction_factor(&v->red))
         return false;
     kmp_reduction_tangent(&v->red);
-    return kmp_reduction_growth(&v->red, &at_v, &at_u) < KMP_EXCHANGE_LED && rows_are_redundant(v);
+    if (!(kmp_reduction_growth(&v->red, &at_v, &at_u) < KMP_EXCHANGE_LED))
+        return false;
+    /* The rows dropped from a loop must be satisfied along all motions that the others permit. */
+    for (int k = 0; v->part.r < v->m && k < v->p; k++)
+        if (!(kmp_reduction_slip(&v->red, k, v->left_out) * v->system->scale[v->part.u[k]] <= KMP_RANK_NOT_REDUNDANT))
+            return false;
+    return true;
 }
 
 static kempe_status make_tangent(kmp_inverse *v, double t)

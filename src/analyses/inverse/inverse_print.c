@@ -26,22 +26,6 @@ static const char *unit_of(const kempe_inverse *r, int coordinate)
     return r->system->model->motions[coordinate].rotation ? "N m" : "N";
 }
 
-static bool is_redundant(const kempe_inverse *r)
-{
-    for (int k = 0; k < r->m; k++)
-        if (r->redundant[k])
-            return true;
-    return false;
-}
-
-/* The kind of the solution: unique, or the least of many. */
-static const char *kind_of(const kempe_inverse *r)
-{
-    if (r->rank < r->freedoms)
-        return "least squares";
-    return r->a > r->freedoms ? "least norm" : "definite";
-}
-
 /* -- text -------------------------------------------------------------------------------------------- */
 
 /* The next force of the model from `from` on that acts along an actuated coordinate; the number of forces: none. */
@@ -91,14 +75,16 @@ static void show_verdict(kmp_text *text, const kempe_inverse *r)
                     r->hold, r->hold_t);
     if (r->rank < r->freedoms)
         kmp_text_printf(text, "unbalanced  %.2e of the required generalized forces\n", kmp_inverse_unmet(r));
-    int reported = 0;
-    if (is_redundant(r)) {
+    int redundant = 0, told = 0;
+    for (int k = 0; k < r->m; k++)
+        redundant += r->redundant[k];
+    if (redundant > 0) {
         kmp_text_put(text, "closures  redundant: multipliers are not unique, and are set to zero in");
         for (int k = 0; k < r->m; k++)
-            if (r->redundant[k] && reported++ < MOST_TOLD)
+            if (r->redundant[k] && told++ < MOST_TOLD)
                 kmp_text_printf(text, " %s", r->system->row_names[k]);
-        if (reported > MOST_TOLD)
-            kmp_text_printf(text, " and %d more", reported - MOST_TOLD);
+        if (redundant > MOST_TOLD)
+            kmp_text_printf(text, " and %d more", redundant - MOST_TOLD);
         kmp_text_put(text, "\n");
     }
     if (r->singular > 0)
@@ -211,13 +197,14 @@ static void json(kmp_text *text, const void *result)
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, r->system, kempe_inverse_outcome(r), r->reason, r->build_s, r->warnings);
     static const char *const words[] = {"drives", "table", "start"};
+    const char *efforts = r->rank < r->freedoms ? "least squares" : r->a > r->freedoms ? "least norm" : "definite";
     kmp_json_put(&j, "motion %s source %s rows %d", words[r->motion], r->source, r->rows);
     if (r->off_coordinate >= 0)
         kmp_json_put(&j, "off { largest %g coordinate %s t %g }", r->off, name_of(r, r->off_coordinate), r->off_t);
     if (r->motion == KMP_INVERSE_START)
         kmp_print_names(&j, "u", r->system, kmp_name_of_coordinate, r->start_u_count, r->start_u);
     kmp_json_put(&j, "dof %d rank %d efforts %s norm %s length %g transmission %g", r->freedoms, r->rank,
-                 r->rows ? kind_of(r) : NULL, "sum of weight*tau^2, a force times length", r->system->length,
+                 r->rows ? efforts : NULL, "sum of weight*tau^2, a force times length", r->system->length,
                  r->rows ? r->hold : NAN);
     kmp_json_put(&j, "transmission_t %g residual %g residual_t %g singular %d left { largest %g t %g efforts {",
                  r->rows ? r->hold_t : NAN, r->rows ? r->residual : NAN, r->rows ? r->residual_t : NAN, r->singular,

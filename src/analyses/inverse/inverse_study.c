@@ -519,14 +519,6 @@ static kempe_status follow(job *j)
 
 /* -- check of derivatives from the table -------------------------------------------------------------- */
 
-static bool is_differentiated(const kmp_prescribed *table)
-{
-    bool any = false;
-    for (int k = 0; k < table->count; k++)
-        any = any || !table->given[1][k] || !table->given[2][k];
-    return any && table->rows >= FEWEST_ROWS;
-}
-
 /* The table with every other row of j's. False: no memory. */
 static bool thin_out(const job *j, job *thin)
 {
@@ -669,7 +661,9 @@ static kempe_status run(job *j)
     KMP_TRY(r->reason ? r->status : kmp_fail_memory(r->system->context));
     warn_of_guides(j);
     KMP_TRY(tell_shared_loads(j));
-    bool differentiated = is_differentiated(&j->table);
+    bool differentiated = false;
+    for (int k = 0; k < j->table.count && j->table.rows >= FEWEST_ROWS; k++)
+        differentiated = differentiated || !j->table.given[1][k] || !j->table.given[2][k];
     r->unchecked = j->options->no_convergence_check && differentiated;
     return differentiated && !r->unchecked ? check_again(j) : KEMPE_OK;
 }

@@ -45,17 +45,6 @@ static bool is_given(int rows, int n, const double *values, int i, int order, km
     return count == rows;
 }
 
-static bool make_table_room(kmp_prescribed *m, int n)
-{
-    m->coordinate = KMP_ARENA_NEW(&m->arena, int, n);
-    m->t = KMP_ARENA_NEW(&m->arena, double, m->rows);
-    for (int order = 0; order < 3; order++) {
-        m->value[order] = KMP_ARENA_NEW(&m->arena, double, (size_t)m->rows *(size_t)n);
-        m->given[order] = KMP_ARENA_NEW(&m->arena, bool, n);
-    }
-    return !m->arena.failed;
-}
-
 /* Column k of an order: column i of n that are given, or the derivatives at the rows of the spline through the column
  * of the order before. room: 4 numbers per row. */
 static void put_column(kmp_prescribed *m, int order, int k, int n, const double *given, int i, double *room)
@@ -80,7 +69,13 @@ bool kmp_prescribed_init(kmp_prescribed *motion, int rows, const double *t, int 
     *m = (kmp_prescribed){.rows = rows};
     *gap = (kmp_gap_in_table){.coordinate = -1};
     double *room = KMP_NEW(double, 4 * (size_t)rows);
-    bool ok = make_table_room(m, n) && room;
+    m->coordinate = KMP_ARENA_NEW(&m->arena, int, n);
+    m->t = KMP_ARENA_NEW(&m->arena, double, rows);
+    for (int order = 0; order < 3; order++) {
+        m->value[order] = KMP_ARENA_NEW(&m->arena, double, (size_t)rows *(size_t)n);
+        m->given[order] = KMP_ARENA_NEW(&m->arena, bool, n);
+    }
+    bool ok = !m->arena.failed && room;
     if (ok)
         memcpy(m->t, t, (size_t)rows * sizeof *t);
     for (int i = 0; ok && i < n; i++)
@@ -146,16 +141,6 @@ void kmp_prescribed_at(const kmp_prescribed *motion, double t, double *q, double
 
 /* -- construction and release ------------------------------------------------------------------------ */
 
-static bool make_room(kmp_prescribed_motion *g)
-{
-    ptrdiff_t n = g->n, entries = g->system->jacobian.count;
-    return KMP_ARENA_MAKE(&g->arena, KMP_ROOM(int, n, &g->sign, &g->u), KMP_ROOM(bool, g->m, &g->left_out),
-                          KMP_ROOM(bool, n, &g->given),
-                          KMP_ROOM(double, n, &g->q, &g->qd, &g->qdd, &g->trial, &g->move, &g->ud, &g->udd, &g->rest,
-                                   &g->from, &g->tq, &g->tqd, &g->tqdd),
-                          KMP_ROOM(double, entries, &g->masked));
-}
-
 kempe_status kmp_prescribed_motion_init(kmp_prescribed_motion *prescribed, const kempe_system *system,
                                         const char *backend, const kmp_prescribed *motion, bool at_rest,
                                         const int *wish, int wish_count)
@@ -173,7 +158,11 @@ kempe_status kmp_prescribed_motion_init(kmp_prescribed_motion *prescribed, const
     g->eval = kmp_eval_new(system, backend);
     if (!g->eval)
         return kmp_memory_failures() != failures ? KEMPE_E_MEMORY : KEMPE_E_ARGUMENT;
-    if (!make_room(g)) {
+    if (!KMP_ARENA_MAKE(&g->arena, KMP_ROOM(int, g->n, &g->sign, &g->u), KMP_ROOM(bool, g->m, &g->left_out),
+                        KMP_ROOM(bool, g->n, &g->given),
+                        KMP_ROOM(double, g->n, &g->q, &g->qd, &g->qdd, &g->trial, &g->move, &g->ud, &g->udd, &g->rest,
+                                 &g->from, &g->tq, &g->tqd, &g->tqdd),
+                        KMP_ROOM(double, system->jacobian.count, &g->masked))) {
         kmp_prescribed_motion_free(g);
         return kmp_fail_memory(system->context);
     }

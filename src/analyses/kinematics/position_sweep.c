@@ -691,17 +691,6 @@ static const double *row_of(const void *kinematics, int row)
     return k->q + (ptrdiff_t)row * k->system->n;
 }
 
-/* Rows with deformations in balance are not trusted where these are large or not stable. */
-static void doubt_deflections(const job *j)
-{
-    const kempe_kinematics *k = j->k;
-    if (j->deflections && j->deflections->unstable)
-        kmp_doubt(k->system->context,
-                  "deformations are in balance with their loads, but not in a stable one: a flexible body "
-                  "buckles under less than these");
-    kmp_doubt_deflections(k->system, k->count, row_of, k);
-}
-
 static kempe_status run(job *j, const kempe_kinematics_options *options, kmp_deflections *deflections)
 {
     kempe_kinematics *k = j->k;
@@ -766,7 +755,12 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
         status = make_room(k);
     if (status == KEMPE_OK)
         status = finish(&j, run(&j, options, &deflections));
-    doubt_deflections(&j);
+    /* Rows with deformations in balance are not trusted where these are large or not stable. */
+    if (j.deflections && j.deflections->unstable)
+        kmp_doubt(system->context,
+                  "deformations are in balance with their loads, but not in a stable one: a flexible body "
+                  "buckles under less than these");
+    kmp_doubt_deflections(system, k->count, row_of, k);
     kmp_deflections_free(&deflections);
     status = kmp_context_verdict(system->context, status);
     k->status = status == KEMPE_UNTRUSTED ? status : k->status;

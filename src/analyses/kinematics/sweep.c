@@ -363,23 +363,18 @@ static void poses_swap(kmp_sweep_pose *a, kmp_sweep_pose *b)
     *b = c;
 }
 
-static bool make_room(kmp_sweep *w)
-{
-    ptrdiff_t x = w->n + 1, m = w->system->m, entries = w->system->jacobian.count;
-    return KMP_ARENA_MAKE(&w->arena, KMP_ROOM(bool, m, &w->dropped), KMP_ROOM(int, m, &w->moving),
-                          KMP_ROOM(double, x, &w->here.x, &w->here.dx, &w->next.x, &w->next.dx, &w->between.x,
-                                   &w->between.dx, &w->entry.x, &w->entry.dx, &w->unit, &w->drift, &w->dx, &w->xs,
-                                   &w->xss),
-                          KMP_ROOM(double, m, &w->jd), KMP_ROOM(double, entries, &w->masked));
-}
-
 kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const char *backend, const bool *closures)
 {
     *sweep = (kmp_sweep){.system = system, .n = system->n, .time = -1};
     sweep->eval = kmp_eval_new(system, backend);
     if (!sweep->eval)
         return KEMPE_E_MEMORY;
-    if (!make_room(sweep)) {
+    ptrdiff_t x = system->n + 1, m = system->m;
+    if (!KMP_ARENA_MAKE(&sweep->arena, KMP_ROOM(bool, m, &sweep->dropped), KMP_ROOM(int, m, &sweep->moving),
+                        KMP_ROOM(double, x, &sweep->here.x, &sweep->here.dx, &sweep->next.x, &sweep->next.dx,
+                                 &sweep->between.x, &sweep->between.dx, &sweep->entry.x, &sweep->entry.dx, &sweep->unit,
+                                 &sweep->drift, &sweep->dx, &sweep->xs, &sweep->xss),
+                        KMP_ROOM(double, m, &sweep->jd), KMP_ROOM(double, system->jacobian.count, &sweep->masked))) {
         kmp_sweep_free(sweep);
         return kmp_fail_memory(system->context);
     }

@@ -4,14 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-static bool is_wheel(const kempe_model *model, const char *name)
-{
-    for (int k = 0; k < model->wheel_count; k++)
-        if (strcmp(model->wheels[k].name, name) == 0)
-            return true;
-    return false;
-}
-
 kempe_status kmp_refuse_samples(const kempe_model *model, const char *what, bool held)
 {
     for (int k = 0; k < model->state_count; k++) {
@@ -41,7 +33,7 @@ kempe_status kmp_refuse_load_dependent(const kempe_system *s, const char *what)
         s->context, KEMPE_E_ARGUMENT,
         "%s: force '%s' depends on the multiplier of constraint equation '%s', which is not supported there; %s", what,
         force, s->row_names[s->load_rows[0]],
-        is_wheel(s->model, force) ? "use elastic contact" : "give it a law without lambda");
+        kmp_name_find(KMP_NAMED(s->model, wheel), force) >= 0 ? "use elastic contact" : "give it a law without lambda");
 }
 
 kempe_status kmp_refuse_friction(const kempe_model *model, const char *what)

@@ -123,11 +123,6 @@ static double size_of_diagonal(const kmp_frequency *f, double w, int k)
     return is_state(f, k) ? fmax(g, w * m) : fmax(fmax(fabs(l->stiffness[e]), w * g), w * w * m);
 }
 
-static double size_of(double complex x)
-{
-    return fabs(creal(x)) + fabs(cimag(x));
-}
-
 /* S (-w^2 Mr + i w Gr + Kr) S, or S (z - phi) S, its diagonal of the size of one, in factors. false: singular. */
 static bool factor(kmp_frequency *f, double w)
 {
@@ -147,7 +142,7 @@ static bool factor(kmp_frequency *f, double w)
     if (kmp_lu_complex_factor(p, f->a, f->pivot) != 0)
         return false;
     for (int k = 0; k < p; k++) { /* pivots are kept as reciprocals: of singular matrices they are rounding */
-        if (size_of(f->a[k + k * p]) * p * 32 * DBL_EPSILON > 1)
+        if (kmp_complex_size(f->a[k + k * p]) * p * 32 * DBL_EPSILON > 1)
             return false;
     }
     return true;
@@ -216,16 +211,16 @@ static void put_output(kmp_frequency *f, double w, int output, int input)
         double complex by = seen_of(f, w, output, k);
         double complex du = f->du[k];
         sum += by * du;
-        size += size_of(by) * size_of(du);
+        size += kmp_complex_size(by) * kmp_complex_size(du);
     }
     for (int c = 0; c < t->columns; c++)
         if (t->load[c].input == input) {
             double complex direct = f->phi ? f->d[output + c * t->outputs] : t->direct[output + c * t->outputs];
             double complex term = direct * power(w, t->load[c].order);
             sum += term;
-            size += size_of(term);
+            size += kmp_complex_size(term);
         }
-    bool nothing = size_of(sum) <= 16 * (f->size + 1) * DBL_EPSILON * size;
+    bool nothing = kmp_complex_size(sum) <= 16 * (f->size + 1) * DBL_EPSILON * size;
     f->h_re[e] = nothing ? 0 : creal(sum);
     f->h_im[e] = nothing ? 0 : cimag(sum);
 }
@@ -444,16 +439,6 @@ static kempe_status find_sampled_poles(kmp_frequency *f)
     return status;
 }
 
-/* A root too close to the axis counts as growing: the response is then not attained in a time that matters. */
-static kempe_status judge_delays(kmp_frequency *f)
-{
-    int zeros;
-    kempe_status status = kmp_delayed_growing(f->transfer->linear, &f->growing, &zeros);
-    if (status == KEMPE_E_FAILED)
-        f->growing = -1;
-    return status == KEMPE_E_FAILED ? KEMPE_OK : status;
-}
-
 /* Computes the responses at all frequencies, the poles, and the peaks: between the given frequencies, too, which are
  * searched near the poles. KEMPE_E_MEMORY; KEMPE_STOPPED when interrupted. */
 static kempe_status run_over_frequencies(kmp_frequency *f)
@@ -481,7 +466,15 @@ static kempe_status run_over_frequencies(kmp_frequency *f)
     if (status == KEMPE_E_MEMORY)
         return status;
     kmp_context_clear(context);
-    KMP_TRY(endless ? judge_delays(f) : KEMPE_OK);
+    if (endless) {
+        int zeros;
+        status = kmp_delayed_growing(f->transfer->linear, &f->growing, &zeros);
+        if (status ==
+            KEMPE_E_FAILED) /* a root too close to the axis: the response is not attained in a time that matters */
+            f->growing = -1;
+        else
+            KMP_TRY(status);
+    }
     /* The response at rest, zero where it is rounding of the largest one. */
     bool rests = evaluate(f, 0);
     size_t block = (size_t)f->inputs * (size_t)f->outputs, all = block * (size_t)f->count;

@@ -606,15 +606,6 @@ static kempe_status pass_segment(adjoint *a, double *h)
     return status == KEMPE_OK ? a->kind->dense(a->solver, end, a->y, NULL) : status;
 }
 
-/* The last time, not after t, at which a present piece begins; -INFINITY: none does. */
-static double inputs_begin(const kmp_present_inputs *inputs, double t)
-{
-    double from = -INFINITY;
-    for (int k = 0; k < inputs->count; k++)
-        from = inputs->piece[k].from <= t ? fmax(from, inputs->piece[k].from) : from;
-    return from;
-}
-
 /* Integrates backwards from the end of the step `last` to the end of the step `before` (NULL: the start). */
 static kempe_status come_back(adjoint *a, const kept_step *before, kept_step *last, double *h)
 {
@@ -624,7 +615,9 @@ static kempe_status come_back(adjoint *a, const kept_step *before, kept_step *la
         kmp_present_inputs *inputs = &a->v->linear.eval->inputs;
         a->first = a->last = a->at = last;
         kmp_present_inputs_stand(inputs, last->from);
-        double from = inputs_begin(inputs, last->from);
+        double from = -INFINITY; /* the last time, not after the step, at which a present piece begins */
+        for (int k = 0; k < inputs->count; k++)
+            from = inputs->piece[k].from <= last->from ? fmax(from, inputs->piece[k].from) : from;
         while (a->first->before != before && a->first->before->from >= from)
             a->first = a->first->before;
         KMP_TRY(pass_segment(a, h));

@@ -480,7 +480,7 @@ static int report(kmp_forward_formulation *f, double t, int condition, kmp_sensi
     return said ? KMP_HALT : KMP_GO;
 }
 
-int kmp_forward_report_mark(kmp_forward_formulation *f, double t, int condition)
+static int report_mark(kmp_forward_formulation *f, double t, int condition)
 {
     return report(f, t, condition, (kmp_sensitivity_equations_reset){0});
 }
@@ -520,7 +520,7 @@ static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
     if (spread(f, t, y) != KMP_GO)
         return KMP_HALT;
     keep_old(f);
-    if (choose_anew(f, y) != KMP_GO || kmp_forward_report_mark(f, t, -1) != KMP_GO)
+    if (choose_anew(f, y) != KMP_GO || report_mark(f, t, -1) != KMP_GO)
         return KMP_HALT;
     formulation->exchanges += memcmp(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u) != 0;
     return KMP_CHANGED;
@@ -624,21 +624,15 @@ static void jump(kmp_forward_formulation *f, double integrand_before, double *y)
     }
 }
 
-/* True if the value of an input jumps at t, where its present piece begins. */
-static bool inputs_jump(const kmp_present_inputs *inputs, double t)
-{
-    bool jumps = false;
-    for (int k = 0; k < inputs->count; k++)
-        jumps = jumps || (kmp_same_time(inputs->piece[k].from, t) && inputs->piece[k].jump == 0);
-    return jumps;
-}
-
 /* Changes condition k, and the others according to `mode`. A jump of an input does so at a time that depends on no
  * parameter. */
 static int pass(kmp_forward_formulation *f, int k, const double *mode, double t, double *y)
 {
     const kmp_linear *l = &f->v->linear;
-    bool given = inputs_jump(&l->eval->inputs, t);
+    const kmp_present_inputs *inputs = &l->eval->inputs;
+    bool given = false; /* the value of an input jumps at t, where its present piece begins */
+    for (int i = 0; i < inputs->count; i++)
+        given = given || (kmp_same_time(inputs->piece[i].from, t) && inputs->piece[i].jump == 0);
     if (spread(f, t, y) != KMP_GO)
         return KMP_HALT;
     memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
@@ -667,7 +661,7 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
         return halt(f, "the motion cannot continue after the condition %s at t = %.9g", f->system->event_text[k], t);
     jump(f, integrand, y);
     f->t = NAN; /* the place is the one before the change */
-    return kmp_forward_report_mark(f, t, given ? -1 : k);
+    return report_mark(f, t, given ? -1 : k);
 }
 
 /* Conditions have changed since the last start: passes the ones that the motion itself has changed one after the other,
@@ -874,7 +868,7 @@ static int pass_charts(kmp_forward_formulation *f, double t, const double *q, co
     kmp_eval_set_charts(kmp_forward_eval(f), f->new_chart);
     keep_old(f);
     enter_charts(f, q, qd);
-    if (kmp_forward_report_mark(f, t, -1) != KMP_GO)
+    if (report_mark(f, t, -1) != KMP_GO)
         return KMP_HALT;
     keep_old(f);
     kmp_eval_closure(kmp_forward_eval(f), t, q);
@@ -884,7 +878,7 @@ static int pass_charts(kmp_forward_formulation *f, double t, const double *q, co
     return KMP_GO;
 }
 
-int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
+static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
 {
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     int half = kmp_forward_blocks(f);
@@ -1117,7 +1111,7 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
         return kmp_fail(f->system->context, KEMPE_E_FAILED,
                         "the start cannot be evaluated: its closures are singular, or a coordinate moves no mass");
     bool marked = !first || charts_differ(f, f->old_chart);
-    return !marked || kmp_forward_report_mark(f, start->t, -1) == KMP_GO ? KEMPE_OK : KEMPE_E_MEMORY;
+    return !marked || report_mark(f, start->t, -1) == KMP_GO ? KEMPE_OK : KEMPE_E_MEMORY;
 }
 
 static const kmp_formulation_kind varied_zone;
@@ -1250,7 +1244,7 @@ kempe_status kmp_forward_run(kmp_sensitivity_equations *varied, const kmp_forwar
                                                  .row = row,
                                                  .position = position,
                                                  .renew = renew,
-                                                 .resume = kmp_forward_resume,
+                                                 .resume = resume,
                                                  .keep = keep,
                                                  .explain = explain,
                                                  .n = varied->n},

@@ -378,15 +378,6 @@ static void put_parameters(const kempe_sensitivity *s, kmp_text *text)
         kmp_text_printf(text, "%s%s", k == 0 ? "" : k + 1 < s->count ? ", " : " and ", s->name[k]);
 }
 
-static void put_accuracy(const kempe_sensitivity *s, kmp_text *text)
-{
-    kmp_text words = {0};
-    kmp_convergence_put(&words, s->context, &s->again, s->again_name, NULL);
-    if (words.s)
-        kmp_print_wrapped(text, "accuracy  ", 10, words.s);
-    kmp_text_free_part(text, &words);
-}
-
 static void put_text(kmp_text *text, const void *result)
 {
     const kempe_sensitivity *s = result;
@@ -403,7 +394,11 @@ static void put_text(kmp_text *text, const void *result)
         put_blocks(s, text);
     kmp_text_put(text, s->t_end > 0 || s->note ? "\n" : "");
     if (s->t_end > 0) {
-        put_accuracy(s, text);
+        kmp_text words = {0};
+        kmp_convergence_put(&words, s->context, &s->again, s->again_name, NULL);
+        if (words.s)
+            kmp_print_wrapped(text, "accuracy  ", 10, words.s);
+        kmp_text_free_part(text, &words);
         kmp_text_printf(text, "method    %s, integrator %s, rtol %g, atol %g, %ld steps\n", s->method, s->integrator,
                         s->rtol, s->atol, s->work.steps);
     }

@@ -778,16 +778,6 @@ static kempe_status keep_best(kempe_fit *f)
     return KEMPE_STOPPED;
 }
 
-static kempe_status find(kempe_fit *f)
-{
-    kempe_status status = search(f);
-    if (status == KEMPE_OK)
-        status = kmp_fit_judge(f);
-    if (status == KEMPE_OK)
-        status = check_tolerance(f);
-    return status == KEMPE_STOPPED ? keep_best(f) : status;
-}
-
 kempe_status kempe_fit_new(const kempe_model *model, const kempe_fit_options *options, kempe_fit **fit)
 {
     KMP_WANTED_BOTH(model, fit);
@@ -800,7 +790,12 @@ kempe_status kempe_fit_new(const kempe_model *model, const kempe_fit_options *op
     kempe_status status = prepare(f, options);
     if (status == KEMPE_OK) {
         const bool quiet = kmp_context_quiet(f->context, true);
-        status = find(f);
+        status = search(f);
+        if (status == KEMPE_OK)
+            status = kmp_fit_judge(f);
+        if (status == KEMPE_OK)
+            status = check_tolerance(f);
+        status = status == KEMPE_STOPPED ? keep_best(f) : status;
         (void)kmp_context_quiet(f->context, quiet);
     }
     bool given = status == KEMPE_OK || (status == KEMPE_STOPPED && isfinite(f->size));

@@ -61,15 +61,6 @@ static void prepare(kmp_engine *e)
     in->ready = true;
 }
 
-static bool within_is_exact(kmp_engine *e)
-{
-    const kmp_lane_state *room = &e->room;
-    const kmp_lane_within *in = &e->within;
-    prepare(e);
-    return !kmp_rk_is_coarse(e->size, KMP_LANE_VECTORS, in->vector[KMP_LANE_VECTORS - 1], 1, room->weight + in->lane,
-                             room->w);
-}
-
 void kmp_engine_hold_inputs(kmp_engine *e, const kmp_present_inputs *inputs)
 {
     kmp_present_inputs *own = &e->eval->inputs;
@@ -385,7 +376,11 @@ static kmp_attempt find_event(kmp_engine *e, kmp_lane_group *pool, size_t l)
     bool found = false;
     double shorter = 0;
     kmp_within_begin(e, pool, l);
-    if (room->dense_bad[l] || !within_is_exact(e))
+    if (room->dense_bad[l])
+        return KMP_ATTEMPT_BAD_STEP;
+    prepare(e);
+    if (kmp_rk_is_coarse(e->size, KMP_LANE_VECTORS, e->within.vector[KMP_LANE_VECTORS - 1], 1,
+                         room->weight + e->within.lane, room->w))
         return KMP_ATTEMPT_BAD_STEP;
     const char *why = search(e, &room->event[l], &found, &shorter);
     kmp_within_end(e);

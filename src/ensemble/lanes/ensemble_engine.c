@@ -147,13 +147,6 @@ static bool lane_consents(kmp_engine *e, const kmp_lane_group *pool, kmp_lane_wa
     return x->margin[l] >= KMP_MARGIN_DEEP && kmp_dropped_judge(x->rows[l]) != KMP_KEPT_LOST;
 }
 
-/* True if another order of elimination is due. */
-static bool lane_order_is_bad(const kmp_engine *e, const kmp_lane_group *pool, const kmp_lane_watched *x, size_t l)
-{
-    return !kmp_writer_order_is_good(pool->layout.multipliers, pool->row, x->multiplier + l, e->room.row_scale + l,
-                                     e->room.w);
-}
-
 /* True if a run would step across a change point here (watch_margin of runner_change.c). */
 static bool instance_nears_change(kmp_instance *x, double t, double h, double margin)
 {
@@ -313,7 +306,9 @@ static kempe_status take(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_wat
     long tried = result->steps + result->rejected + result->refused;
     bool slow = kmp_work_bound_passed(&x->bound, tried, room->t[l], e->spec.t_end, NULL) ||
                 grows_without_end(e, pool, x, l, (double)tried);
-    bool reorders = !through && pool->layout.multipliers > 0 && lane_order_is_bad(e, pool, seen, l);
+    bool reorders = !through && pool->layout.multipliers > 0 &&
+                    !kmp_writer_order_is_good(pool->layout.multipliers, pool->row, seen->multiplier + l,
+                                              room->row_scale + l, room->w);
     if (seen->quiet[l] && !collapsed && !slow && !reorders) {
         x->pace = 0;
         x->seen_margin = INFINITY;

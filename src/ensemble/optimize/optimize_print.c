@@ -82,14 +82,6 @@ static void put_place(kmp_text *text, const kempe_optimum *o)
     }
 }
 
-/* A limit that no values satisfy, and the value nearest to it. */
-static void put_broken(kmp_text *text, const kempe_optimum *o, int broken)
-{
-    const kmp_quantity_limit *limit = &o->objective.list->limit[broken];
-    kmp_text_printf(text, "no values satisfy %s, nearest ", limit->text);
-    put_quantity(text, o, 6, limit_value(o, broken), limit->value);
-}
-
 /* The result in words; where no values satisfy all limits, these first. */
 static void put_answer(kmp_text *text, const kempe_optimum *o)
 {
@@ -97,7 +89,9 @@ static void put_answer(kmp_text *text, const kempe_optimum *o)
     kmp_text title = {0}, words = {0};
     kmp_print_title(&title, o->model, kmp_outcome_of(o->status));
     if (broken >= 0) {
-        put_broken(&words, o, broken);
+        const kmp_quantity_limit *limit = &o->objective.list->limit[broken];
+        kmp_text_printf(&words, "no values satisfy %s, nearest ", limit->text);
+        put_quantity(&words, o, 6, limit_value(o, broken), limit->value);
         kmp_print_wrapped(text, title.s ? title.s : "", 2, words.s ? words.s : "");
         kmp_text_free_part(text, &words);
     }
@@ -138,17 +132,12 @@ static void put_limits(kmp_text *text, const kempe_optimum *o)
     }
 }
 
-static kmp_shown objective_shown(const kempe_optimum *o)
-{
-    return kmp_shown_as(o->context, kmp_print_unknown(o->context, o->objective.list->unit[0]));
-}
-
 /* Several searches, each with its end. */
 static void put_searches(kmp_text *text, const kempe_optimum *o)
 {
     if (o->searches < 2)
         return;
-    const kmp_shown as = objective_shown(o);
+    const kmp_shown as = kmp_shown_as(o->context, kmp_print_unknown(o->context, o->objective.list->unit[0]));
     kmp_text_printf(text, "\n  %6s  %12s  %10s  %11s\n", "search", "result", "violation", "evaluations");
     for (int k = 0; k < o->searches; k++) {
         const kmp_searched *s = &o->search[k];

@@ -23,11 +23,6 @@ enum { MOST_STEPS = 10000 };
 
 /* -- slopes ------------------------------------------------------------------------------------------ */
 
-static bool has_slope(kmp_run_quantity_kind kind)
-{
-    return kind == KMP_TAKE_END || kind == KMP_TAKE_AT || kind == KMP_TAKE_MAX || kind == KMP_TAKE_MIN;
-}
-
 /* The column of a channel among the columns of the rows; -1: there is none. */
 static int column_of(const kmp_objective *o, int channel)
 {
@@ -75,7 +70,8 @@ static kempe_status derive_slopes(kmp_objective *o, const char *const *names, do
     const kmp_run_quantities *run = &o->list->run;
     kmp_text list = {0};
     for (int q = 0; q < run->count; q++) {
-        if (!has_slope(run->of[q].kind))
+        const kmp_run_quantity_kind kind = run->of[q].kind;
+        if (kind != KMP_TAKE_END && kind != KMP_TAKE_AT && kind != KMP_TAKE_MAX && kind != KMP_TAKE_MIN)
             return refuse_slopes(o, kmp_arena_printf(&o->arena,
                                                      "'%s' has no exact derivative: at(..), max(..), min(..) "
                                                      "and values at the end have one",
@@ -196,16 +192,6 @@ kempe_status kmp_objective_slopes(kmp_objective *objective, const double *x, dou
 
 /* -- values ------------------------------------------------------------------------------------------ */
 
-/* The values at one place by runs at `factor` times the tolerance; NaN where the model does not run. */
-static kempe_status values_coarser(kmp_objective *objective, double factor, const double *x, double *values)
-{
-    const kempe_run_options run = objective->run;
-    objective->run.rtol = factor * objective->rtol;
-    kempe_status status = values_at(objective, 1, x, values);
-    objective->run = run;
-    return status;
-}
-
 /* -- construction ------------------------------------------------------------------------------------ */
 
 static kempe_status derive(kmp_objective *o, const kempe_model *model, const char *const *names, const char *quantity,
@@ -298,16 +284,6 @@ static double broken_part(const kempe_optimum *optimum, const double *values, do
     return most;
 }
 
-static bool note(kmp_searched *search, double value, double broken)
-{
-    kmp_trial *tried = kmp_list_room(search->tried, (size_t)search->tried_count, sizeof *tried);
-    if (!tried)
-        return false;
-    search->tried = tried;
-    tried[search->tried_count++] = (kmp_trial){value, broken};
-    return true;
-}
-
 static void give_slopes(const searcher *w, double *slope, double *limit_slope)
 {
     const kempe_optimum *o = w->o;
@@ -335,10 +311,14 @@ static kmp_lm_message try(void *user, const double *cube, double *value, double 
                        : values_at(w->objective, 1, w->x, w->values);
     if (w->status != KEMPE_OK)
         return KMP_SQUARES_END;
-    if (!note(w->search, w->values[0], broken_part(o, w->values, NULL))) {
+    kmp_searched *s = w->search;
+    kmp_trial *tried = kmp_list_room(s->tried, (size_t)s->tried_count, sizeof *tried);
+    if (!tried) {
         w->status = kmp_fail_memory(w->context);
         return KMP_SQUARES_END;
     }
+    s->tried = tried;
+    tried[s->tried_count++] = (kmp_trial){w->values[0], broken_part(o, w->values, NULL)};
     if (isnan(w->values[0]))
         return KMP_SQUARES_NOWHERE;
     *value = o->most_wanted ? -w->values[0] : w->values[0];
@@ -523,7 +503,11 @@ static kempe_status settle(kempe_optimum *o)
         return kmp_fail(o->context, KEMPE_E_FAILED, "the model runs at no start: %s",
                         o->search[0].refusal ? o->search[0].refusal : "");
     memcpy(o->value, o->search[o->best].x, (size_t)o->count * sizeof *o->value);
-    KMP_TRY(values_coarser(&o->objective, COARSER, o->value, o->values));
+    const kempe_run_options own = o->objective.run;
+    o->objective.run.rtol = COARSER * o->objective.rtol;
+    kempe_status coarser = values_at(&o->objective, 1, o->value, o->values);
+    o->objective.run = own;
+    KMP_TRY(coarser);
     const bool quiet = kmp_context_quiet(o->context, false); /* what its run is doubted for */
     kempe_status run = values_at(&o->objective, 1, o->value, o->at_best);
     (void)kmp_context_quiet(o->context, quiet);

@@ -23,7 +23,8 @@ const char *kmp_value_name(const char *column)
     return strncmp(column, KMP_VALUE_PREFIX, size) == 0 ? column + size : column;
 }
 
-kempe_values *kmp_values_new(int columns, const char *const *names)
+/* An empty table with a copy of the names. NULL: no memory. */
+static kempe_values *values_new(int columns, const char *const *names)
 {
     kempe_values *values = KMP_NEW(kempe_values, 1);
     if (!values)
@@ -38,7 +39,8 @@ kempe_values *kmp_values_new(int columns, const char *const *names)
     return NULL;
 }
 
-double *kmp_values_add(kempe_values *values)
+/* A row more, to be filled. NULL: no memory. */
+static double *add_row(kempe_values *values)
 {
     size_t row = (size_t)values->columns * sizeof *values->rows;
     double *rows = values->count < INT_MAX ? kmp_list_room(values->rows, (size_t)values->count, row) : NULL;
@@ -103,7 +105,7 @@ kempe_status kempe_values_new(const kempe_model *model, int columns, const char 
         return kmp_fail(model->context, KEMPE_E_ARGUMENT, "a table cannot have a negative number of columns or rows");
     KMP_TRY(check_names(model, columns, names));
     KMP_WANTED(model->context, rows || columns == 0 || count == 0, "rows");
-    kempe_values *made = kmp_values_new(columns, names);
+    kempe_values *made = values_new(columns, names);
     if (made)
         made->rows = KMP_NEW(double, (size_t)count *(size_t)columns + 1);
     if (!made || !made->rows) {
@@ -123,7 +125,7 @@ kempe_status kempe_values_new(const kempe_model *model, int columns, const char 
 static kempe_status wrap(const kempe_model *model, kmp_sampling *sampling, const kempe_sample_options *options,
                          kempe_values **values)
 {
-    kempe_values *made = kmp_values_new(sampling->columns, sampling->name);
+    kempe_values *made = values_new(sampling->columns, sampling->name);
     if (!made) {
         kmp_sampling_free(sampling);
         return kmp_fail_memory(model->context);
@@ -219,7 +221,7 @@ static bool read_header(kmp_csv *csv, const char *line)
             ok = check_name(csv, f.s, memcpy(names[k], f.s, f.length));
     }
     if (ok)
-        ok = (r->values = kmp_values_new(csv->columns, (const char *const *)names)) && begin_dimensions(r);
+        ok = (r->values = values_new(csv->columns, (const char *const *)names)) && begin_dimensions(r);
     for (int c = 0; ok && c < csv->columns; c++)
         r->dimension[c] = csv->unit[c].dimension;
     kmp_arena_free(&arena);
@@ -229,7 +231,7 @@ static bool read_header(kmp_csv *csv, const char *line)
 static bool read_row(kmp_csv *csv, const char *line)
 {
     reader *r = csv->user;
-    double *row = kmp_values_add(r->values);
+    double *row = add_row(r->values);
     const char *s = line;
     for (int k = 0; row && s && k < r->values->columns; k++) {
         kmp_csv_field f = kmp_csv_next(&s);
@@ -285,9 +287,9 @@ static kempe_status take_columns(reader *r, const kmp_parquet_file *file)
     const char **names = KMP_ARENA_NEW(&arena, const char *, file->column_count);
     for (int c = 0; names && c < file->column_count; c++)
         names[c] = file->column[c].name;
-    bool ok = names && (r->values = kmp_values_new(file->column_count, names)) && begin_dimensions(r);
+    bool ok = names && (r->values = values_new(file->column_count, names)) && begin_dimensions(r);
     for (int row = 0; ok && row < file->rows; row++) {
-        double *numbers = kmp_values_add(r->values);
+        double *numbers = add_row(r->values);
         ok = numbers;
         for (int c = 0; ok && c < file->column_count; c++) {
             const kmp_parquet_column *column = &file->column[c];

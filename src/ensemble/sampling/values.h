@@ -25,8 +25,3 @@ void kmp_values_get(const kempe_values *values, int first, int count, double *ro
 /** The name of the value of a column of results, which is behind this prefix if a result has the same name. */
 #define KMP_VALUE_PREFIX "value."
 const char *kmp_value_name(const char *column);
-
-/** An empty table with a copy of the names. NULL: no memory. */
-kempe_values *kmp_values_new(int columns, const char *const *names);
-/** A row more, to be filled. NULL: no memory. */
-double *kmp_values_add(kempe_values *values);

@@ -250,16 +250,6 @@ static void show_routines(kmp_text *text, const kmp_code_source *source)
     }
 }
 
-static void show_files(kmp_text *text, const kmp_code_files *files)
-{
-    kmp_text words = {0};
-    for (int k = 0; k < files->count; k++)
-        kmp_text_printf(&words, "%s%s", k > 0 ? ", " : "", files->file[k].name);
-    if (words.s)
-        kmp_print_wrapped(text, "files     ", 10, words.s);
-    kmp_text_free_part(text, &words);
-}
-
 static void show(kmp_text *text, const void *result)
 {
     const kempe_code *code = result;
@@ -274,7 +264,12 @@ static void show(kmp_text *text, const void *result)
     kmp_text_put(text, "\n\n");
     show_routines(text, source);
     kmp_text_put(text, "\n");
-    show_files(text, &code->files);
+    kmp_text words = {0};
+    for (int k = 0; k < code->files.count; k++)
+        kmp_text_printf(&words, "%s%s", k > 0 ? ", " : "", code->files.file[k].name);
+    if (words.s)
+        kmp_print_wrapped(text, "files     ", 10, words.s);
+    kmp_text_free_part(text, &words);
     kmp_text_put(text, "with fns: operations with functions such as sin and cos; in prepare: of these, the operations "
                        "on\nparameters only, which the function 'prepare' does once\n");
 }

@@ -106,15 +106,6 @@ static void put_all_rows(const kmp_code_writer *w, const struct kmp_code_block *
     kmp_text_put(w->text, "    end\n");
 }
 
-/* ", @(q) M_C_block0_scan(scan, q)" for a part with its numbers of these arguments; []: the block lacks it. */
-static void put_part(const kmp_code_writer *w, const struct kmp_code_block *b, kmp_block_part part)
-{
-    if (b->part[part].program)
-        kmp_text_printf(w->text, ", @(q) %s(%s, q)", b->part[part].inner, kmp_block_part_names[part]);
-    else
-        kmp_text_put(w->text, ", []");
-}
-
 static void put_block(const kmp_code_writer *w, const struct kmp_code_block *b, int number)
 {
     const bool averages = b->block->averages;
@@ -128,8 +119,10 @@ static void put_block(const kmp_code_writer *w, const struct kmp_code_block *b, 
                     : b->rows[KMP_PART_SCAN].width > 0 ? "scan_rows"
                                                        : "[]");
     for (int k = 0; k < KMP_BLOCK_PARTS; k++)
-        if (!averages || b->part[k].program)
-            put_part(w, b, (kmp_block_part)k);
+        if (b->part[k].program) /* with its numbers of these arguments, ", @(q) M_C_block0_scan(scan, q)" */
+            kmp_text_printf(w->text, ", @(q) %s(%s, q)", b->part[k].inner, kmp_block_part_names[k]);
+        else if (!averages)
+            kmp_text_put(w->text, ", []");
     kmp_text_put(w->text, ");\nend\n");
 }
 

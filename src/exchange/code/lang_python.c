@@ -72,16 +72,6 @@ static void put_rows(const kmp_code_writer *w, const struct kmp_code_block *b, k
     kmp_text_put(w->text, "]\n");
 }
 
-/* ", lambda q: _M_C_block0_scan(scan, q)" for a part with its numbers of these arguments; None: the block lacks it. */
-static void put_part(kmp_text *text, const struct kmp_code_block *b, kmp_block_part part, const char *name)
-{
-    const char *word = kmp_block_part_names[part];
-    if (b->part[part].program)
-        kmp_text_printf(text, ", lambda q: %s_%s(%s, q)", name, word, word);
-    else
-        kmp_text_put(text, ", None");
-}
-
 static void put_block(const kmp_code_writer *w, const struct kmp_code_block *b, int number)
 {
     const bool averages = b->block->averages;
@@ -102,8 +92,11 @@ static void put_block(const kmp_code_writer *w, const struct kmp_code_block *b, 
     else
         kmp_text_put(w->text, ", None");
     for (int k = 0; name.s && k < KMP_BLOCK_PARTS; k++)
-        if (!averages || b->part[k].program)
-            put_part(w->text, b, (kmp_block_part)k, name.s);
+        if (b->part[k].program) /* with its numbers of these arguments, ", lambda q: _M_C_block0_scan(scan, q)" */
+            kmp_text_printf(w->text, ", lambda q: %s_%s(%s, q)", name.s, kmp_block_part_names[k],
+                            kmp_block_part_names[k]);
+        else if (!averages)
+            kmp_text_put(w->text, ", None");
     kmp_text_put(w->text, ")\n");
     kmp_text_free_part(w->text, &name);
 }

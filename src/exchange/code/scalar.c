@@ -3,6 +3,7 @@
  * long for a line, become variables; long routines are cut into chunks. */
 #include "exchange/code/scalar.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "exchange/code/block_parts.h"
 #include "exchange/code/write.h"
 #include "output/print.h"
@@ -211,18 +212,10 @@ typedef struct taken {
     size_t size; /* a power of two */
 } taken;
 
-static size_t hash_of(const char *s)
-{
-    size_t hash = 5381;
-    for (; *s; s++)
-        hash = hash * 33 + (unsigned char)*s;
-    return hash;
-}
-
 /* True when the name is new and now taken by instruction i. */
 static bool take(taken *t, char *const *name, const char *wanted, int i)
 {
-    size_t k = hash_of(wanted) & (t->size - 1);
+    size_t k = kmp_text_hash(wanted) & (t->size - 1);
     for (; t->slot[k]; k = (k + 1) & (t->size - 1))
         if (strcmp(name[t->slot[k] - 1], wanted) == 0)
             return false;
@@ -246,15 +239,6 @@ static bool put_angle(const kmp_program *p, uint32_t operand, bool minus, bool f
            put_angle(p, p->instruction[i].b, minus, false, depth + 1, text);
 }
 
-static bool put_trigonometric(const kmp_program *p, int i, kmp_text *text)
-{
-    int op = p->instruction[i].op;
-    if (op != KMP_OP_SIN && op != KMP_OP_COS)
-        return false;
-    kmp_text_put(text, op == KMP_OP_SIN ? "S" : "C");
-    return put_angle(p, p->instruction[i].a, false, true, 0, text);
-}
-
 /* -- names ------------------------------------------------------------------------------------------- */
 
 static bool put_label(const kmp_program *p, int i, kmp_text *text)
@@ -274,9 +258,13 @@ static bool put_label(const kmp_program *p, int i, kmp_text *text)
 
 static void propose(const kmp_scalar *s, int i, int *others, kmp_text *text)
 {
-    if (put_trigonometric(s->p, i, text) || text->failed)
-        return;
-    kmp_text_free(text);
+    const kmp_instruction *in = &s->p->instruction[i];
+    if (in->op == KMP_OP_SIN || in->op == KMP_OP_COS) {
+        kmp_text_put(text, in->op == KMP_OP_SIN ? "S" : "C");
+        if (put_angle(s->p, in->a, false, true, 0, text) || text->failed)
+            return;
+        kmp_text_free(text);
+    }
     if (put_label(s->p, i, text) || text->failed)
         return;
     kmp_text_free(text);

@@ -167,20 +167,9 @@ static void put_prepare(const kmp_code_writer *w)
         write_stage(w, 0, w->language->prepare);
 }
 
-/* Functions of the parts of a block. */
-static void put_part(const kmp_code_writer *w, const kmp_code_routine *part)
-{
-    const kmp_language *l = w->language;
-    kmp_code_writer in = *w;
-    in.routine = part;
-    if (!part->program)
-        return;
-    write_stage(&in, 0, l->inner_prepare ? l->inner_prepare : l->prepare);
-    write_stage(&in, 1, l->inner_function ? l->inner_function : l->function);
-}
-
 static void put_blocks(const kmp_code_writer *w)
 {
+    const kmp_language *l = w->language;
     kmp_arena arena = {0};
     kmp_code_source source;
     kmp_code_writer in = *w;
@@ -190,9 +179,14 @@ static void put_blocks(const kmp_code_writer *w)
         w->text->failed = true;
     for (int k = 0; k < count && !w->text->failed; k++) {
         const struct kmp_code_block *b = &w->routine->blocks[k];
-        for (int part = 0; part < KMP_BLOCK_PARTS; part++)
-            put_part(&in, &b->part[part]);
-        w->language->block(w, b, k);
+        for (int part = 0; part < KMP_BLOCK_PARTS; part++) {
+            in.routine = &b->part[part];
+            if (!in.routine->program)
+                continue;
+            write_stage(&in, 0, l->inner_prepare ? l->inner_prepare : l->prepare);
+            write_stage(&in, 1, l->inner_function ? l->inner_function : l->function);
+        }
+        l->block(w, b, k);
     }
     kmp_arena_free(&arena);
 }

@@ -18,14 +18,6 @@ enum { MODES_MOST = 200 }; /* as the reader of bodies takes */
 
 /* -- what the mesh is -------------------------------------------------------------------------------- */
 
-static int first_of(int *up, int n, int root)
-{
-    int node = 0;
-    while (node < n - 1 && kmp_root_of(up, node) != root)
-        node++;
-    return node;
-}
-
 /* Elements and rigid interfaces join all nodes. */
 static kempe_status check_connected(const kmp_finite_mesh *mesh, int count, const kmp_interface *interfaces)
 {
@@ -50,12 +42,15 @@ static kempe_status check_connected(const kmp_finite_mesh *mesh, int count, cons
         if (size[i] > 0 && (least < 0 || size[i] < size[least]))
             least = i;
     }
-    return parts == 1 ? KEMPE_OK
-                      : kmp_mesh_refuse(mesh,
-                                        "it has %d parts that no element joins; one of them has %d node%s, among them "
-                                        "node %ld: join them, or write the matrices of one part",
-                                        parts, size[least], size[least] == 1 ? "" : "s",
-                                        kmp_mesh_number(mesh, first_of(up, n, least)));
+    if (parts == 1)
+        return KEMPE_OK;
+    int node = 0;
+    while (node < n - 1 && kmp_root_of(up, node) != least)
+        node++;
+    return kmp_mesh_refuse(mesh,
+                           "it has %d parts that no element joins; one of them has %d node%s, among them node %ld: "
+                           "join them, or write the matrices of one part",
+                           parts, size[least], size[least] == 1 ? "" : "s", kmp_mesh_number(mesh, node));
 }
 
 /* Column `way` of the rigid motions about a place, at a node: three translations and three rotations. */
@@ -207,21 +202,17 @@ static kempe_status integrate(const kmp_finite_mesh *mesh, kmp_modal_body *b)
 
 /* -- orthogonal modes of the frame ------------------------------------------------------------------- */
 
-static double largest_of(const kmp_modal_body *b, int k)
-{
-    double largest = 0;
-    for (ptrdiff_t i = 0; i < 3 * (ptrdiff_t)b->node_count; i++)
-        if (fabs(b->mode[i * b->count + k]) > (1 + EQUAL) * fabs(largest))
-            largest = b->mode[i * b->count + k];
-    return largest;
-}
-
 static bool flip(kmp_modal_body *b)
 {
     const int n = b->count;
     double *v = KMP_ARENA_NEW(b->arena, double, n *n);
-    for (int k = 0; v && k < n; k++)
-        v[k * n + k] = largest_of(b, k) < 0 ? -1 : 1;
+    for (int k = 0; v && k < n; k++) {
+        double largest = 0;
+        for (ptrdiff_t i = 0; i < 3 * (ptrdiff_t)b->node_count; i++)
+            if (fabs(b->mode[i * n + k]) > (1 + EQUAL) * fabs(largest))
+                largest = b->mode[i * n + k];
+        v[k * n + k] = largest < 0 ? -1 : 1;
+    }
     return v && kmp_modal_combine(b, n, v);
 }
 

@@ -64,18 +64,13 @@ static kempe_status take_numbers(const reading *r, long first, long last)
     return KEMPE_OK;
 }
 
-static const kmp_node_set *find_set(const kmp_finite_mesh *mesh, const char *name)
-{
-    for (int k = 0; k < mesh->set_count; k++)
-        if (strcasecmp(mesh->sets[k].name, name) == 0)
-            return &mesh->sets[k];
-    return NULL;
-}
-
 static kempe_status take_nodes(reading *r, const char *word)
 {
     long first, last;
-    const kmp_node_set *set = find_set(r->mesh, word);
+    const kmp_node_set *set = NULL;
+    for (int k = 0; k < r->mesh->set_count && !set; k++)
+        if (strcasecmp(r->mesh->sets[k].name, word) == 0)
+            set = &r->mesh->sets[k];
     if (r->count == 0 || r->places || (!set && !take_range(word, &first, &last)))
         return refuse_word(r, word);
     for (int k = 0; set && k < set->count; k++)

@@ -176,14 +176,6 @@ static void inertia_of(const kmp_modal_body *b, double centre[3], double inertia
         inertia[i] = (i < 3 ? sum : 0) - b->second[at[i]] + b->mass * centre[at[i] / 3] * centre[at[i] % 3];
 }
 
-static double largest_rigid(const kempe_reduction *r)
-{
-    double largest = 0;
-    for (int k = 0; k < 6; k++)
-        largest = fmax(largest, fabs(r->reduced.rigid[k]));
-    return largest;
-}
-
 /* The first mode left out is as fast as the last one kept: what these make up is not determined. */
 static bool is_split(const kmp_reduced_mesh *m)
 {
@@ -215,6 +207,9 @@ static void show(kmp_text *text, const void *result)
                         is_split(m) ? ", equal to the last one kept: the choice is arbitrary, change --modes" : "");
     kmp_text_printf(text, "  modes               %11d static, %d with held interfaces; frame %s\n", statics, kept,
                     kmp_flexible_frame_words[r->frame]);
+    double rigid = 0;
+    for (int k = 0; k < 6; k++)
+        rigid = fmax(rigid, fabs(m->rigid[k]));
     const double size = sqrt(fmax(fmax(inertia[0], inertia[1]), inertia[2]) / b->mass);
     kmp_text_put(text, "  centre of mass      ");
     for (int i = 0; i < 3; i++)
@@ -228,7 +223,7 @@ static void show(kmp_text *text, const void *result)
     kmp_text_printf(text,
                     "  rigid motions       %11.2g of the stiffness of the first mode, at most: 0 but for rounding\n\n"
                     "  interface        nodes    mass, kg   place, m\n",
-                    largest_rigid(r));
+                    rigid);
     for (int k = 0; k < r->interface_count; k++)
         kmp_text_printf(text, "  %-16s %5d  %10.6g   %.6g %.6g %.6g\n", r->interfaces[k].name, r->interfaces[k].count,
                         m->interface_mass[k], shown(b->places[k].at[0], size), shown(b->places[k].at[1], size),

@@ -72,9 +72,9 @@ static kempe_status read_options(kempe_fmu_export *made, const kempe_fmu_options
 
 /* -- files ------------------------------------------------------------------------------------------- */
 
-static bool add_lines(kmp_code_files *files, const char *folder, const char *name, const char *const *lines)
+static bool add_lines(kmp_code_files *files, const char *name, const char *const *lines)
 {
-    kmp_text *text = kmp_code_add(files, "%s%s", folder, name);
+    kmp_text *text = kmp_code_add(files, "%s", name);
     for (int k = 0; text && lines[k]; k++)
         kmp_text_put(text, lines[k]);
     return text;
@@ -112,7 +112,7 @@ static bool add_sources(kempe_fmu_export *made)
         ok = add_copy(files, "", kempe_code_file_name(made->code, k), kempe_code_file_text(made->code, k));
     for (size_t k = 0; ok && k < sizeof layers / sizeof *layers; k++)
         if (layers[k].fmi == 0 || layers[k].fmi == plan->fmi)
-            ok = add_lines(files, "", layers[k].name, layers[k].lines);
+            ok = add_lines(files, layers[k].name, layers[k].lines);
     kmp_text *text = ok ? kmp_code_add(files, "%s_fmu.c", plan->source->name) : NULL;
     if (text)
         kmp_unit_table(text, plan);
@@ -187,7 +187,7 @@ static bool add_texts(kempe_fmu_export *made)
     text = ok ? kmp_code_add(files, "documentation/index.html") : NULL;
     if (text)
         kmp_unit_page(text, plan);
-    return text && add_lines(files, "", "documentation/licenses/license.txt", kmp_license_lines);
+    return text && add_lines(files, "documentation/licenses/license.txt", kmp_license_lines);
 }
 
 /* -- the binary of this platform ------------------------------------------------------------------------- */

@@ -141,13 +141,6 @@ static bool depends(const structure *s, unsigned reference, unsigned known)
     return s->read[known_at] || s->by_level[deepest][known_at];
 }
 
-/* True for a variable whose dependencies are known, by its reference. */
-static bool has_dependencies(unsigned reference)
-{
-    const int block = (int)(reference / KEMPE_FMU_BLOCK);
-    return (block >= KEMPE_FMU_STATES && block <= KEMPE_FMU_OUTPUTS) || block == KEMPE_FMU_CONDITIONS;
-}
-
 /* A variable as modelDescription.xml has it. */
 typedef struct variable {
     const char *name, *description;
@@ -695,7 +688,9 @@ static void put_entry(kmp_text *xml, const description *d, const char *element, 
     const bool second = d->plan->fmi == 2;
     kmp_text_printf(xml, "    <%s %s=\"%u\"", element, second ? "index" : "valueReference",
                     second ? (unsigned)k + 1 : v->reference);
-    if (!initial && d->structure && has_dependencies(v->reference)) {
+    const int block = (int)(v->reference / KEMPE_FMU_BLOCK);
+    const bool known = (block >= KEMPE_FMU_STATES && block <= KEMPE_FMU_OUTPUTS) || block == KEMPE_FMU_CONDITIONS;
+    if (!initial && d->structure && known) {
         put_dependencies(xml, d, v->reference);
         if (v->state && at < f)
             kmp_text_put(xml, " dependenciesKind=\"constant\"");

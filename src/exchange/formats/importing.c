@@ -34,12 +34,6 @@ enum { FORMATS = sizeof formats / sizeof *formats };
 
 /* -- formats ------------------------------------------------------------------------------------------- */
 
-static bool ends_with(const char *name, const char *ending)
-{
-    size_t length = strlen(name), tail = strlen(ending);
-    return length > tail && strcmp(name + length - tail, ending) == 0;
-}
-
 /* No model in YAML begins with this sign. */
 static bool is_xml(const char *text, size_t length)
 {
@@ -53,8 +47,11 @@ static bool is_xml(const char *text, size_t length)
 bool kmp_is_foreign(const char *file, const char *text, size_t length)
 {
     bool foreign = is_xml(text, length);
-    for (int k = 0; k < FORMATS; k++)
-        foreign = foreign || ends_with(file, formats[k].ending);
+    const size_t all = strlen(file);
+    for (int k = 0; k < FORMATS && !foreign; k++) {
+        const size_t tail = strlen(formats[k].ending);
+        foreign = all > tail && strcmp(file + all - tail, formats[k].ending) == 0;
+    }
     return foreign;
 }
 
@@ -351,14 +348,6 @@ static void look(search *s, const kmp_element *element)
     }
 }
 
-static const char *remedy_of(const kmp_element *e)
-{
-    for (int k = 0; k < REMEDIES; k++)
-        if (strcmp(remedies[k].part, e->name) == 0)
-            return remedies[k].words;
-    return NULL;
-}
-
 static const char *times_of(kmp_import *im, int count)
 {
     const char *words = count > 1 ? kmp_arena_printf(im->arena, " (%d times)", count) : "";
@@ -372,7 +361,9 @@ void kmp_import_note_unknown(kmp_import *im)
     if (im->model)
         look(&s, im->model);
     for (const unknown *u = s.found; u; u = u->next) {
-        const char *remedy = remedy_of(u->first);
+        const char *remedy = NULL;
+        for (int k = 0; k < REMEDIES && !remedy; k++)
+            remedy = strcmp(remedies[k].part, u->first->name) == 0 ? remedies[k].words : NULL;
         kmp_import_leave_out(im, u->first->place, u->kind, u->first->name, "'%s' in '%s' is not used%s%s%s",
                              u->first->name, u->in, times_of(im, u->count), remedy ? ": " : "", remedy ? remedy : "");
     }

@@ -18,14 +18,6 @@ static const char *const known[] = {"closed_loop", "type", "joint_name", "joint_
 
 /* -- the robot ----------------------------------------------------------------------------------------- */
 
-/* The name of the file with the ending .urdf, in the folder of the loops. */
-static const char *robot_file(kmp_import *im)
-{
-    const char *slash = strrchr(im->file, '/'), *from = slash ? slash + 1 : im->file;
-    size_t length = strlen(from) - strlen(kmp_file_ending(from));
-    return kmp_arena_printf(im->arena, "%.*s.urdf", (int)length, from);
-}
-
 /* The file of a folder with this ending, ".urdf", the first one by name; NULL: none, or no memory. `*count`: how many
  * files have it. */
 static char *find_file(const char *folder, const char *ending, int *count)
@@ -71,13 +63,15 @@ static bool other_robot(pairs *p)
     return count == 1 && p->path;
 }
 
-/* Reads the robot only for the names of its frames: the reader that includes it reports its errors. */
+/* Reads the robot, the file with the ending .urdf in the folder of the loops, only for the names of its frames: the
+ * reader that includes it reports its errors. */
 static bool read_robot(pairs *p)
 {
     kempe_context *aside = kempe_context_new();
     char *text = NULL;
     size_t length;
-    p->file = robot_file(p->im);
+    const char *slash = strrchr(p->im->file, '/'), *from = slash ? slash + 1 : p->im->file;
+    p->file = kmp_arena_printf(p->im->arena, "%.*s.urdf", (int)(strlen(from) - strlen(kmp_file_ending(from))), from);
     p->path = p->file ? beside(p->im, p->file) : NULL;
     bool read = aside && p->path && kmp_file_read(aside, KMP_FILE_INCLUDED, p->path, &text, &length) == KEMPE_OK;
     if (!read && aside && p->path && other_robot(p)) {

@@ -216,18 +216,13 @@ static void put_start(kmp_import *im, const kmp_element *joint, const char *coor
         kmp_import_complain(im, joint->place, "nature", nature, "is not independent, dependent or driven");
 }
 
-static bool is_cut(const kmp_import *im, const char *name)
-{
-    const kmp_mbs_name *first = first_like(im, name);
-    return first && !first->body;
-}
-
 /* Coordinate and drive of joint k of a body. */
 static void put_motion(kmp_import *im, const kmp_element *joint, const char *coordinate, int k, bool several)
 {
     const char *drive_name = several ? kmp_arena_printf(im->arena, "%s_%d", coordinate, k) : coordinate;
     const char *full = several ? kmp_arena_printf(im->arena, "%s.%d", coordinate, k) : coordinate;
-    if (drive_name && is_cut(im, drive_name))
+    const kmp_mbs_name *first = drive_name ? first_like(im, drive_name) : NULL;
+    if (first && !first->body) /* of a cut */
         drive_name = kmp_arena_printf(im->arena, "%s_drive", drive_name);
     if (full && drive_name)
         put_start(im, joint, full, drive_name);
@@ -258,20 +253,13 @@ static void put_motions(kmp_import *im, kmp_yaml *map, const kmp_element *body, 
 
 /* -- bodies ---------------------------------------------------------------------------------------- */
 
-/* The joint of a body: ROBOTRAN's where there is one, otherwise the body's name. NULL: no memory. */
-static const char *joint_name(kmp_import *im, const kmp_element *body, const char *body_name)
-{
-    const kmp_element *joint = kmp_element_find(body, "joint");
-    bool single = joint && !kmp_element_again(joint);
-    const char *name = single ? own_name(im, body, joint, true) : NULL;
-    return name ? kmp_import_clean(im, name) : body_name;
-}
-
 static void put_joint(kmp_import *im, kmp_yaml *map, const kmp_element *body, const char *body_name)
 {
     const kmp_element *parent = kmp_element_find(body, "parent");
     const kmp_element *joint = kmp_element_find(body, "joint");
-    const char *name = joint_name(im, body, body_name);
+    /* ROBOTRAN's name where there is one, otherwise the body's. */
+    const char *given = joint && !kmp_element_again(joint) ? own_name(im, body, joint, true) : NULL;
+    const char *name = given ? kmp_import_clean(im, given) : body_name;
     kmp_yaml *own = kmp_import_map(im, joint ? joint->place : body->place);
     if (!parent) {
         kmp_import_complain(im, body->place, "body", body_name, "has no 'parent'");
@@ -423,15 +411,6 @@ static void collect_names(kmp_import *im)
         qsort(im->names, (size_t)im->name_count, sizeof *im->names, compare_names);
 }
 
-static void add_base(kmp_import *im)
-{
-    const kmp_element *base = kmp_element_find(im->model, "base");
-    const kmp_element *gravity = kmp_element_find(base, "gravity");
-    if (gravity)
-        kmp_import_put(im, im->root, gravity->place, "gravity", vector(im, gravity));
-    put_points(im, kmp_import_part(im, im->root, "ground", KMP_YAML_MAP), base ? base : im->model);
-}
-
 static void add_cuts(kmp_import *im)
 {
     static const char *const kinds[3][2] = {{"ball", "ball"}, {"rod", "rod"}, {"solid", "weld"}};
@@ -453,7 +432,8 @@ static void note_rest(kmp_import *im)
 
 void kmp_mbs_convert(kmp_import *im)
 {
-    const kmp_element *name = kmp_element_find(im->model, "mbsname");
+    const kmp_element *name = kmp_element_find(im->model, "mbsname"), *base = kmp_element_find(im->model, "base");
+    const kmp_element *gravity = kmp_element_find(base, "gravity");
     if (name && name->text[0])
         kmp_import_put(im, im->root, name->place, "name", text_of(im, name));
     if (im->base == KMP_BASE_FREE)
@@ -461,7 +441,9 @@ void kmp_mbs_convert(kmp_import *im)
                             "is for robots: a ROBOTRAN model has the joints of its first body instead");
     collect_names(im);
     add_parameters(im);
-    add_base(im);
+    if (gravity)
+        kmp_import_put(im, im->root, gravity->place, "gravity", vector(im, gravity));
+    put_points(im, kmp_import_part(im, im->root, "ground", KMP_YAML_MAP), base ? base : im->model);
     for (const kmp_element *body = first_body(im); body; body = kmp_element_again(body))
         add_body(im, body);
     add_cuts(im);

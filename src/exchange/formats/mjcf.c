@@ -8,6 +8,7 @@
 #include "exchange/formats/importing.h"
 #include "exchange/formats/mjcf_bodies.h"
 #include "exchange/formats/mjcf_couplings.h"
+#include "linalg/dense/three.h"
 #include "model/language/limits.h"
 #include <kempe/kempe.h>
 #include <math.h>
@@ -134,21 +135,16 @@ static void multiply(double a[3][3], double b[3][3], double out[3][3])
     memcpy(out, product, sizeof product);
 }
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* From x, and from y without its part along x. False: no such axes. */
 static bool set_axes(const double *x, const double *y, double r[3][3])
 {
-    double a[3], b[3], length = sqrt(dot(x, x));
+    double a[3], b[3], length = sqrt(kmp_dot3(x, x));
     for (int k = 0; k < 3; k++)
         a[k] = length > 0 ? x[k] / length : 0;
-    double along = dot(a, y);
+    double along = kmp_dot3(a, y);
     for (int k = 0; k < 3; k++)
         b[k] = y[k] - along * a[k];
-    double across = sqrt(dot(b, b));
+    double across = sqrt(kmp_dot3(b, b));
     if (!(length > 0) || !(across > 0))
         return false;
     for (int k = 0; k < 3; k++) {

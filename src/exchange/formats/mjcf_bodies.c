@@ -113,17 +113,6 @@ static int type_of(kmp_mjcf *m, const kmp_mjcf_item *item)
     return type;
 }
 
-/* A damper against all motions of a ball or free joint: of the body's origin, and of its turning. */
-static void add_damper(kmp_mjcf *m, const kmp_element *e, const char *name, const char *const points[2], int type,
-                       double damping)
-{
-    kmp_yaml *map =
-        kmp_import_between(m->im, e, "forces", kmp_arena_printf(m->im->arena, "%s_damping", name), "bushing", points);
-    if (type == FREE)
-        kmp_import_value(m->im, map, e->place, "damping", damping);
-    kmp_import_value(m->im, map, e->place, "rotational_damping", damping);
-}
-
 static void add_losses(kmp_mjcf *m, const kmp_mjcf_item *item, const char *name, const char *const points[2], int type)
 {
     double stiffness = m->has_springs ? kmp_mjcf_number(m, item, "stiffness", 0) : 0,
@@ -135,8 +124,13 @@ static void add_losses(kmp_mjcf *m, const kmp_mjcf_item *item, const char *name,
         kmp_import_friction(m->im, item->own, name, type == SLIDE, friction);
         return;
     }
-    if (damping != 0)
-        add_damper(m, item->own, name, points, type, damping);
+    if (damping != 0) { /* against all motions of a ball or free joint: of the body's origin, and of its turning */
+        kmp_yaml *map = kmp_import_between(m->im, item->own, "forces",
+                                           kmp_arena_printf(m->im->arena, "%s_damping", name), "bushing", points);
+        if (type == FREE)
+            kmp_import_value(m->im, map, item->own->place, "damping", damping);
+        kmp_import_value(m->im, map, item->own->place, "rotational_damping", damping);
+    }
     if (stiffness != 0)
         kmp_import_leave_out(m->im, item->own->place, KMP_PART_MECHANICS, "stiffness",
                              "the stiffness of joint '%s' with several coordinates is not used", name);
@@ -487,16 +481,6 @@ static void draw_mesh(kmp_mjcf *m, const kmp_mjcf_body *body, const kmp_mjcf_ite
     kmp_import_mesh(m->im, body->map, item->own->place, a->path, a->scale, &whole, colour_of(m, item));
 }
 
-/* Writes the mass or density of a shape that gives its body a mass. */
-static void put_matter(kmp_mjcf *m, const kmp_mjcf_item *item, kmp_yaml *shape)
-{
-    kmp_place place = item->own->place;
-    bool massive = kmp_mjcf_text(item, "mass");
-    double matter = kmp_mjcf_number(m, item, massive ? "mass" : "density", 1000);
-    if (matter != 0)
-        kmp_import_value(m->im, shape, place, massive ? "mass" : "density", matter);
-}
-
 static void add_solid(kmp_mjcf *m, const kmp_mjcf_body *body, const part *p, const kmp_mjcf_item *item, int k,
                       bool heavy, weights *w)
 {
@@ -514,10 +498,12 @@ static void add_solid(kmp_mjcf *m, const kmp_mjcf_body *body, const part *p, con
         size[i] *= geoms[k].solid == KMP_SOLID_BOX || (!three && i == 1) ? 2 : 1;
     kmp_yaml *shape = kmp_import_shape(im, body->map, p->element->place, (kmp_import_solid)geoms[k].solid, size, &f,
                                        colour_of(m, item));
+    const char *key = kmp_mjcf_text(item, "mass") ? "mass" : "density";
+    const double matter = heavy && !w->shape ? kmp_mjcf_number(m, item, key, 1000) : 0;
     if (heavy && w->shape)
         (void)add_weight(m, item, w, geoms[k].solid, &f, size);
-    else if (heavy)
-        put_matter(m, item, shape);
+    else if (matter != 0)
+        kmp_import_value(im, shape, item->own->place, key, matter);
 }
 
 static void add_geom(kmp_mjcf *m, const kmp_mjcf_body *body, bool heavy, const part *p, weights *w)

@@ -84,12 +84,6 @@ static void add_joints(kmp_mjcf *m, form *f, const kmp_element *tendon)
         add_joint(m, f, e, kmp_import_attribute(m->im, e, "joint"), kmp_import_read_number(m->im, e, "coef", 1));
 }
 
-static const char *equality_name(kmp_mjcf *m, const kmp_element *e, int number)
-{
-    const char *name = kmp_element_text(e, "name");
-    return name ? kmp_import_clean(m->im, name) : kmp_arena_printf(m->im->arena, "%s_%d", e->name, number);
-}
-
 /* -- two bodies ---------------------------------------------------------------------------------------- */
 
 static const kmp_mjcf_body *body_of(kmp_mjcf *m, const kmp_mjcf_item *item, const char *key)
@@ -237,7 +231,10 @@ void kmp_mjcf_add_equalities(kmp_mjcf *m)
             if (!pair && strcmp(e->name, "joint") != 0 && strcmp(e->name, "tendon") != 0)
                 continue;
             kmp_mjcf_item item = kmp_mjcf_take(m, e, "equality", NULL);
-            const char *name = equality_name(m, e, ++number);
+            const char *own = kmp_element_text(e, "name");
+            const char *name =
+                own ? kmp_import_clean(m->im, own) : kmp_arena_printf(m->im->arena, "%s_%d", e->name, number + 1);
+            number++;
             if (kmp_mjcf_flag(m, &item, "active", true))
                 (pair ? add_pair : add_relation)(m, &item, name);
         }
@@ -279,24 +276,18 @@ static bool add_sites(kmp_mjcf *m, transmission *t, const kmp_element *tendon)
     return t->points && t->points->count > 1;
 }
 
-/* A form whose joints are known. */
-static bool finish_form(kmp_mjcf *m, transmission *t)
+static bool take_tendon(kmp_mjcf *m, transmission *t, const kmp_element *tendon)
 {
+    if (!is_fixed(tendon))
+        return add_sites(m, t, tendon);
     kmp_text length = {0}, rate = {0};
+    add_joints(m, &t->form, tendon);
     put_form(&length, &t->form, "q");
     put_form(&rate, &t->form, "qd");
     t->rest = t->form.rest;
     t->length = kmp_text_keep(&length, m->im->arena);
     t->rate = kmp_text_keep(&rate, m->im->arena);
     return t->form.count > 0 && t->length && t->rate;
-}
-
-static bool take_tendon(kmp_mjcf *m, transmission *t, const kmp_element *tendon)
-{
-    if (!is_fixed(tendon))
-        return add_sites(m, t, tendon);
-    add_joints(m, &t->form, tendon);
-    return finish_form(m, t);
 }
 
 /* A force `law` that lengthens what it acts on, as NAME; of several joints as NAME_JOINT. */

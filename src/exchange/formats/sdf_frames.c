@@ -178,14 +178,6 @@ static void add_included(kmp_sdf *s, const kmp_element *include, int model, int 
     im->file = outer;
 }
 
-/* A nested model takes the place of a link only while the model has no own link. */
-static void prefer_link(kmp_sdf *s, int model, int link)
-{
-    int first = model >= 0 ? s->frames[model].first : KMP_SDF_NONE;
-    if (first >= 0 && s->frames[first].kind == KMP_SDF_MODEL)
-        s->frames[model].first = link;
-}
-
 static void collect(kmp_sdf *s, const kmp_element *from, int model, int version, int level)
 {
     for (const kmp_element *e = from->first; e && s->im->status == KEMPE_OK; e = e->next) {
@@ -201,8 +193,9 @@ static void collect(kmp_sdf *s, const kmp_element *from, int model, int version,
                               : link ? KMP_SDF_LINK
                                      : KMP_SDF_FRAME,
                               e, kmp_import_attribute(s->im, e, "name"), model, version);
-            if (link && k >= 0)
-                prefer_link(s, model, k);
+            const int first = link && k >= 0 ? s->frames[model].first : KMP_SDF_NONE;
+            if (first >= 0 && s->frames[first].kind == KMP_SDF_MODEL)
+                s->frames[model].first = k; /* a nested model has its place only while there is no own link */
         }
     }
 }

@@ -31,9 +31,9 @@ static void put_number(kmp_text *text, const char *key, double value)
     kmp_text_printf(text, "</%s>", key);
 }
 
-static void put_axis(kmp_text *text, const char *word, const double axis[3])
+static void put_axis(kmp_text *text, const double axis[3])
 {
-    kmp_text_printf(text, "      <%s>\n        <xyz>", word);
+    kmp_text_put(text, "      <axis>\n        <xyz>");
     kmp_export_numbers(text, 3, axis);
     kmp_text_put(text, "</xyz>\n");
 }
@@ -117,7 +117,7 @@ static void put_joint(kmp_export *w, int link)
     begin_joint(w, l->joint, types[l->kind], l->parent, l->name);
     put_pose(w->text, l->parent > 0 ? w->links[l->parent].name : frame_of_root, &l->at);
     if (l->kind != KMP_WRITER_FIXED) {
-        put_axis(w->text, "axis", l->axis);
+        put_axis(w->text, l->axis);
         if (l->damping != 0 || l->friction != 0 || l->stiffness != 0) {
             kmp_text_put(w->text, "        <dynamics>");
             put_number(w->text, "damping", l->damping);
@@ -240,7 +240,7 @@ static void put_loop(kmp_export *w, int k)
         begin_joint(w, loop_name(w, c->name), row->sdf, link_of(w, c, 0), child);
         put_pose(w->text, child, &f);
         if (turns || row->needs == KMP_NEEDS_AXIS) {
-            put_axis(w->text, "axis", c->axis[turns]);
+            put_axis(w->text, c->axis[turns]);
             kmp_text_put(w->text, "      </axis>\n");
         }
         kmp_text_put(w->text,

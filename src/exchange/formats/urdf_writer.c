@@ -74,19 +74,6 @@ static void put_link(kmp_export *w, int link)
     kmp_text_put(w->text, "  </link>\n");
 }
 
-/* The coupler by which a coordinate follows another; a joint has one. */
-static void put_mimic(kmp_export *w, int link)
-{
-    int leader;
-    double multiplier, offset;
-    if (!kmp_export_mimic(w, link, &leader, &multiplier, &offset))
-        return;
-    kmp_text_printf(w->text, "    <mimic joint=\"%s\"", w->links[leader].joint);
-    kmp_export_attribute(w->text, "multiplier", 1, &multiplier);
-    kmp_export_attribute(w->text, "offset", 1, &offset);
-    kmp_text_put(w->text, "/>\n");
-}
-
 static void put_joint(kmp_export *w, int link)
 {
     static const char *const types[] = {[KMP_WRITER_FIXED] = "fixed",
@@ -107,7 +94,14 @@ static void put_joint(kmp_export *w, int link)
     }
     if (l->stiffness != 0)
         kmp_export_leave_out(w, "the spring of joint '%s' is not written: URDF+ has no springs", l->joint);
-    put_mimic(w, link);
+    int leader;
+    double multiplier, offset;
+    if (kmp_export_mimic(w, link, &leader, &multiplier, &offset)) {
+        kmp_text_printf(w->text, "    <mimic joint=\"%s\"", w->links[leader].joint);
+        kmp_export_attribute(w->text, "multiplier", 1, &multiplier);
+        kmp_export_attribute(w->text, "offset", 1, &offset);
+        kmp_text_put(w->text, "/>\n");
+    }
     kmp_text_put(w->text, "  </joint>\n");
 }
 

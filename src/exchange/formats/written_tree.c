@@ -396,24 +396,19 @@ static kempe_status write(kmp_export *w, void (*function)(kmp_export *w))
     return w->arena.failed || w->text->failed ? kmp_fail_memory(model->context) : w->status;
 }
 
-/* The document by which another format was read, or that a program built. */
-static kempe_status give_document(const kempe_model *model, char **text)
-{
-    if (!model->document)
-        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "'%s' is in Kempe's language already: copy the file",
-                        model->file);
-    *text = kmp_strdup(model->document);
-    return kmp_made(model->context, *text);
-}
-
 kempe_status kempe_model_export(const kempe_model *model, const char *format, char **text)
 {
     KMP_WANTED_BOTH(model, text);
     KMP_WANTED(model->context, format, "format");
     kmp_context_clear(model->context);
     KMP_TRY(kmp_model_check_finished(model));
-    if (strcmp(format, "yaml") == 0)
-        return give_document(model, text);
+    if (strcmp(format, "yaml") == 0) { /* the document by which another format was read, or that a program built */
+        if (!model->document)
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT, "'%s' is in Kempe's language already: copy the file",
+                            model->file);
+        *text = kmp_strdup(model->document);
+        return kmp_made(model->context, *text);
+    }
     int k = 0;
     while (k < WRITERS && strcmp(writers[k].word, format) != 0)
         k++;

@@ -79,18 +79,13 @@ static void set_text(loader *l, kmp_element *e, const char *text)
         e->text = kept;
 }
 
-static bool is_skipped(const loader *l, const char *name)
-{
-    for (const char *const *s = l->skipped; s && *s; s++)
-        if (strcmp(*s, name) == 0)
-            return true;
-    return false;
-}
-
 static void XMLCALL on_start(void *user, const char *name, const char **attributes)
 {
     loader *l = user;
-    if (l->ignored || is_skipped(l, name)) {
+    bool skipped = l->ignored > 0;
+    for (const char *const *s = l->skipped; s && *s; s++)
+        skipped = skipped || strcmp(*s, name) == 0;
+    if (skipped) {
         l->ignored++;
         return;
     }

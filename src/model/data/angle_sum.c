@@ -28,7 +28,7 @@ static rotation times(const rotation *r, double m[3][3], bool transposed)
 static void apply(const rotation *r, const double v[3], double out[3])
 {
     for (int i = 0; i < 3; i++)
-        out[i] = r->x[i][0] * v[0] + r->x[i][1] * v[1] + r->x[i][2] * v[2];
+        out[i] = kmp_dot3(r->x[i], v);
 }
 
 /* The base of a body's joint, and the body, with all coordinates zero. Bodies follow their parents. */
@@ -126,7 +126,8 @@ static bool add_path(const kempe_model *model, int b, int ancestor, const double
 /* The angle from u to v about w; sine and cosine that are zero but for rounding are zero. */
 static double angle_at_rest(const double u[3], const double v[3], const double w[3])
 {
-    double across[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+    double across[3];
+    kmp_cross3(u, v, across);
     double s = kmp_dot(3, w, across), c = kmp_dot(3, u, v) - kmp_dot(3, w, u) * kmp_dot(3, w, v);
     return atan2(fabs(s) > ROUNDING ? s : 0, fabs(c) > ROUNDING ? c : 0);
 }
@@ -163,19 +164,17 @@ bool kmp_moves_across(const kempe_model *model, int point, const kmp_measure_arg
 
 /* The plane in which two surfaces move and touch, from the normal of a plane or the plane of a profile. */
 
-/* The plane of motion has the normal of a plane, and the curve of a profile. */
-static bool may_be_across(const kmp_touch_side *side, int axis)
-{
-    return side->shape == KMP_TOUCH_PLANE ? axis != side->axis : side->shape == KMP_TOUCH_PROFILE ? axis == 2 : true;
-}
-
 int kmp_touch_plane(const kempe_model *model, const kmp_contact_pair *touch)
 {
     const kmp_touch_side *side = touch->side;
     for (int k = 0; k < 3; k++) {
         int axis = (side[1].axis + k) % 3; /* the rotation of a cylinder first */
         const kmp_measure_argument normal = {.point = side[1].point, .axis = axis};
-        if (may_be_across(&side[1], axis) && kmp_moves_across(model, side[0].point, &normal))
+        /* The plane of motion has the normal of a plane, and the curve of a profile. */
+        const bool across = side[1].shape == KMP_TOUCH_PLANE     ? axis != side[1].axis
+                            : side[1].shape == KMP_TOUCH_PROFILE ? axis == 2
+                                                                 : true;
+        if (across && kmp_moves_across(model, side[0].point, &normal))
             return axis;
     }
     return -1;

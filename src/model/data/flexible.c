@@ -47,20 +47,16 @@ static bool is_nothing(kmp_number a)
     return a.value == 0 && !a.expr;
 }
 
-bool kmp_station_moves(const kmp_flexible *flexible, const kmp_station *station)
-{
-    const int n = flexible->count;
-    bool moved = false;
-    for (int k = 0; k < 3 * n; k++)
-        moved = moved || !is_nothing(station->shift[k]) || !is_nothing(station->turn[k]);
-    for (int k = 0; k < 3 * n * n; k++)
-        moved = moved || !is_nothing(station->shift_more[k]) || !is_nothing(station->turn_more[k]);
-    return moved;
-}
-
 bool kmp_flexible_joint_moves(const kmp_flexible *flexible)
 {
-    return flexible->frame != KMP_FRAME_MEAN && kmp_station_moves(flexible, &flexible->stations[0]);
+    const kmp_station *station = &flexible->stations[0];
+    const int n = flexible->count;
+    bool moved = false;
+    for (int k = 0; k < 3 * n && flexible->frame != KMP_FRAME_MEAN; k++)
+        moved = moved || !is_nothing(station->shift[k]) || !is_nothing(station->turn[k]);
+    for (int k = 0; k < 3 * n * n && flexible->frame != KMP_FRAME_MEAN; k++)
+        moved = moved || !is_nothing(station->shift_more[k]) || !is_nothing(station->turn_more[k]);
+    return moved;
 }
 
 void kmp_flexible_from_body(const kmp_flexible *f, const double v[3], double own[3])

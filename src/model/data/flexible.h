@@ -71,10 +71,8 @@ typedef struct kmp_flexible {
  * number_count is set. */
 void kmp_flexible_lay(kmp_flexible *flexible, kmp_number *numbers);
 
-/** True if the station moves or turns with the coordinates. */
-bool kmp_station_moves(const kmp_flexible *flexible, const kmp_station *station);
-
-/** True if the joint of the body is at a station 0 that moves: in mean axes it holds these. */
+/** True if the joint of the body is at a station 0 that moves or turns with the coordinates: in mean axes it holds
+ * these. */
 bool kmp_flexible_joint_moves(const kmp_flexible *flexible);
 
 /** A vector of the body's axes in the axes that its numbers are in, and back. */

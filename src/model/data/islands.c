@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "base/union_find.h"
 #include "model/data/closure.h"
+#include "model/data/force_table.h"
 #include "model/data/model.h"
 
 /* A walk over references. While elements are united nothing is copied. */
@@ -176,23 +177,6 @@ static void walk_closure(walk *w, kmp_closure *c)
         c->force = to_force(w, c->force);
 }
 
-static bool has_two_points(kmp_force_kind kind)
-{
-    return kind == KMP_FORCE_SPRING || kind == KMP_FORCE_LINE || kind == KMP_FORCE_CYLINDER ||
-           kind == KMP_FORCE_TORSION || kind == KMP_FORCE_BUSHING;
-}
-
-static void walk_touch(walk *w, kmp_contact_pair *touch)
-{
-    touch->gap = to_expr(w, touch->gap);
-    touch->clearance = to_expr(w, touch->clearance);
-    touch->way = to_expr(w, touch->way);
-    touch->slip = to_expr(w, touch->slip);
-    touch->motion = to_motion(w, touch->motion);
-    for (int k = 0; k < 2; k++)
-        touch->side[k].point = to_point(w, touch->side[k].point);
-}
-
 static void walk_force(walk *w, kmp_force *f)
 {
     w->apart = w->apart && f->kind != KMP_FORCE_WHEEL && f->kind != KMP_FORCE_COMPLIANT && f->kind != KMP_FORCE_STATE;
@@ -202,13 +186,21 @@ static void walk_force(walk *w, kmp_force *f)
     f->sliding = to_expr(w, f->sliding);
     for (int k = 0; k < 3; k++)
         f->vector[k] = to_expr(w, f->vector[k]);
+    const bool two_points = kmp_force_is_line(f->kind) || f->kind == KMP_FORCE_TORSION || f->kind == KMP_FORCE_BUSHING;
     for (int k = 0; k < 2; k++)
-        if (has_two_points(f->kind) || (f->kind == KMP_FORCE_POINT && k == 0))
+        if (two_points || (f->kind == KMP_FORCE_POINT && k == 0))
             f->point[k] = to_point(w, f->point[k]);
     if (f->kind == KMP_FORCE_BODY)
         f->body = to_body(w, f->body);
-    if (f->kind == KMP_FORCE_TOUCH)
-        walk_touch(w, &f->touch);
+    if (f->kind == KMP_FORCE_TOUCH) {
+        f->touch.gap = to_expr(w, f->touch.gap);
+        f->touch.clearance = to_expr(w, f->touch.clearance);
+        f->touch.way = to_expr(w, f->touch.way);
+        f->touch.slip = to_expr(w, f->touch.slip);
+        f->touch.motion = to_motion(w, f->touch.motion);
+        for (int k = 0; k < 2; k++)
+            f->touch.side[k].point = to_point(w, f->touch.side[k].point);
+    }
     if (f->kind == KMP_FORCE_TOUCH || kmp_force_sticks(f))
         f->closure = to_closure(w, f->closure);
     if (f->kind == KMP_FORCE_FRICTION && f->contact > 0)
@@ -224,13 +216,6 @@ static void walk_force(walk *w, kmp_force *f)
 }
 
 /* -- groups ---------------------------------------------------------------------------------------------- */
-
-/* True unless something belongs to the whole, wherever it is. */
-static bool may_part(const kempe_model *m)
-{
-    return m->state_count == 0 && m->delay_count == 0 && m->wheel_count == 0 && m->track_count == 0 &&
-           m->flexible_count == 0 && m->run.until_count == 0;
-}
 
 static void unite_all(walk *w)
 {
@@ -415,7 +400,9 @@ static void sort_elements(const int *part, int elements, int count, int *order, 
 static kempe_status find(kmp_islands *all, const kempe_model *m, kmp_arena *scratch)
 {
     const int elements = m->body_count + m->closure_count + m->force_count;
-    walk w = {.m = m, .apart = may_part(m)};
+    const bool whole = m->state_count > 0 || m->delay_count > 0 || m->wheel_count > 0 || m->track_count > 0 ||
+                       m->flexible_count > 0 || m->run.until_count > 0; /* something belongs to the whole */
+    walk w = {.m = m, .apart = !whole};
     int *part, *number, *order, *first;
     bool *modes;
     bool any = false;

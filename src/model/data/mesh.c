@@ -243,12 +243,6 @@ static bool expect(token_reader *words, const char *wanted, kmp_text *why)
     return false;
 }
 
-static bool read_three(token_reader *words, double at[3], kmp_text *why)
-{
-    return token_number(words, true, &at[0], why) && token_number(words, true, &at[1], why) &&
-           token_number(words, true, &at[2], why);
-}
-
 /* From the word after `facet` on. The normal may be anything: many programs write nan. */
 static bool read_written_facet(mesh_maker *m, token_reader *words, kmp_text *why)
 {
@@ -260,7 +254,9 @@ static bool read_written_facet(mesh_maker *m, token_reader *words, kmp_text *why
         (void)token_next(words, true, &word);
     good = good && expect(words, "outer", why) && expect(words, "loop", why);
     for (int k = 0; k < 3 && good; k++) {
-        good = expect(words, "vertex", why) && read_three(words, at, why);
+        good = expect(words, "vertex", why);
+        for (int i = 0; i < 3; i++)
+            good = good && token_number(words, true, &at[i], why);
         vertex[k] = good ? mesh_vertex(m, at) : -1;
         good = vertex[k] >= 0;
     }

@@ -45,15 +45,6 @@ static void visit_constants(walk *w, const kempe_model *model, const kmp_flexibl
         visit(w, model->bodies[flexible->body].name, "flexible", 1, &flexible->numbers[i]);
 }
 
-/* The body, and its parts beyond stations. */
-static void visit_flexible(walk *w, const kempe_model *model, const kmp_flexible *flexible)
-{
-    visit_constants(w, model, flexible);
-    for (int k = 0; k < flexible->station_count; k++)
-        if (flexible->stations[k].beyond)
-            visit_constants(w, model, flexible->stations[k].beyond);
-}
-
 bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *user)
 {
     walk w = {each, user, true};
@@ -74,8 +65,13 @@ bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *u
         if (point->station > 0)
             visit(&w, model->bodies[point->body].name, point->name, 3, point->offset);
     }
-    for (int k = 0; k < model->flexible_count; k++)
-        visit_flexible(&w, model, &model->flexibles[k]);
+    for (int k = 0; k < model->flexible_count; k++) {
+        const kmp_flexible *flexible = &model->flexibles[k];
+        visit_constants(&w, model, flexible);
+        for (int s = 0; s < flexible->station_count; s++)
+            if (flexible->stations[s].beyond)
+                visit_constants(&w, model, flexible->stations[s].beyond);
+    }
     for (int k = 0; k < model->closure_count; k++)
         visit_closure(&w, model, &model->closures[k]);
     for (int k = 0; k < model->force_count; k++) {

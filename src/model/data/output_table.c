@@ -29,17 +29,6 @@ static const pressing_row *pressing_number(const kmp_force *force, int k)
     return &pressing_numbers[k > 7 && !force->compliant->ball ? k + 1 : k];
 }
 
-static int force_width(const kmp_force *force)
-{
-    int width = kmp_force_rows[force->kind].width;
-    if (force->kind == KMP_FORCE_TOUCH)
-        return force->touch.clearance ? width : 1;
-    if (force->kind != KMP_FORCE_COMPLIANT)
-        return width;
-    bool gap = force->compliant->form == KMP_COMPLIANT_GAP;
-    return gap ? 5 : force->compliant->film ? width : force->compliant->ball ? width - 1 : width - 2;
-}
-
 const char *kmp_output_obstacle(const kempe_model *model, kmp_output_kind kind, int point)
 {
     const kmp_point *p = &model->points[point];
@@ -67,8 +56,16 @@ int kmp_output_width(const kempe_model *model, const kmp_output *output)
 {
     if (output->kind == KMP_OUTPUT_CONTACT)
         return KMP_CONTACT_SHOWN * kmp_wheel_contacts(&model->wheels[output->index]);
-    return output->kind == KMP_OUTPUT_FORCE ? force_width(&model->forces[output->index])
-                                            : kmp_output_rows[output->kind].width;
+    if (output->kind != KMP_OUTPUT_FORCE)
+        return kmp_output_rows[output->kind].width;
+    const kmp_force *force = &model->forces[output->index];
+    const int width = kmp_force_rows[force->kind].width;
+    if (force->kind == KMP_FORCE_TOUCH)
+        return force->touch.clearance ? width : 1;
+    if (force->kind != KMP_FORCE_COMPLIANT)
+        return width;
+    const bool gap = force->compliant->form == KMP_COMPLIANT_GAP;
+    return gap ? 5 : force->compliant->film ? width : force->compliant->ball ? width - 1 : width - 2;
 }
 
 int kmp_outputs_width(const kempe_model *model)
@@ -173,18 +170,13 @@ static const char *const guidance_units[] = {"N", "N", "", "N"};
 /* Outputs of the place of a wheel. */
 static const char *const pose_words[KMP_POSE_SHOWN] = {"out", "up", "axle_x", "axle_y", "axle_z"};
 
-static bool is_rigid_journal(const kempe_model *model, const kmp_output *output)
-{
-    const kmp_force *force = output->kind == KMP_OUTPUT_FORCE ? &model->forces[output->index] : NULL;
-    return force && force->kind == KMP_FORCE_TOUCH && force->touch.clearance;
-}
-
 void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_output *output, int k)
 {
     static const char *const components[] = {"x", "y", "z", "mx", "my", "mz"};
     static const char *const axes[] = {"x.x", "x.y", "x.z", "y.x", "y.y", "y.z", "z.x", "z.y", "z.z"};
     static const char *const loads[] = {"N", "Vy", "Vz", "Mx", "My", "Mz"};
     static const char *const energies[] = {"kinetic", "potential", "total"};
+    const kmp_force *force = output->kind == KMP_OUTPUT_FORCE ? &model->forces[output->index] : NULL;
     kmp_text argument = {0};
     bool any = put_argument(&argument, model, output, '.');
     kmp_text_printf(text, any ? "%s.%s" : "%s", kmp_output_rows[output->kind].word,
@@ -202,9 +194,9 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
         kmp_text_printf(text, ".%s", guidance_words[k]);
     else if (output->kind == KMP_OUTPUT_POSE)
         kmp_text_printf(text, ".%s", pose_words[k]);
-    else if (output->kind == KMP_OUTPUT_FORCE && model->forces[output->index].kind == KMP_FORCE_COMPLIANT)
-        kmp_text_printf(text, ".%s", pressing_number(&model->forces[output->index], k)->word);
-    else if (is_rigid_journal(model, output))
+    else if (force && force->kind == KMP_FORCE_COMPLIANT)
+        kmp_text_printf(text, ".%s", pressing_number(force, k)->word);
+    else if (force && force->kind == KMP_FORCE_TOUCH && force->touch.clearance) /* a journal */
         kmp_text_printf(text, ".%s", pressing_numbers[rigid_numbers[k]].word);
     else if (kmp_output_width(model, output) > 1)
         kmp_text_printf(text, ".%s", components[k]);

@@ -239,23 +239,20 @@ static void of_line(kmp_arena *a, const kmp_shape *s, kmp_mass_part *sum)
     add_up(a, count, parts, sum);
 }
 
-static void of_shape(kmp_arena *a, const kmp_shape *s, kmp_mass_part *part)
-{
-    (s->kind == KMP_SHAPE_LINE ? of_line : of_solid)(a, s, part);
-    if (!s->hole)
-        return;
-    part->mass = kmp_number_scale(a, -1, part->mass);
-    for (int k = 0; k < 6; k++)
-        part->inertia[k] = kmp_number_scale(a, -1, part->inertia[k]);
-}
-
 void kmp_shapes_mass(kmp_arena *arena, int count, const kmp_shape *shapes, kmp_mass_part *sum)
 {
     kmp_mass_part *parts = KMP_ARENA_NEW(arena, kmp_mass_part, count);
     int heavy = 0;
-    for (int i = 0; parts && i < count; i++)
-        if (shapes[i].heavy)
-            of_shape(arena, &shapes[i], &parts[heavy++]);
+    for (int i = 0; parts && i < count; i++) {
+        if (!shapes[i].heavy)
+            continue;
+        kmp_mass_part *part = &parts[heavy++];
+        (shapes[i].kind == KMP_SHAPE_LINE ? of_line : of_solid)(arena, &shapes[i], part);
+        if (shapes[i].hole)
+            part->mass = kmp_number_scale(arena, -1, part->mass);
+        for (int k = 0; k < 6 && shapes[i].hole; k++)
+            part->inertia[k] = kmp_number_scale(arena, -1, part->inertia[k]);
+    }
     if (heavy > 0)
         add_up(arena, heavy, parts, sum);
 }

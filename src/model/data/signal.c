@@ -54,14 +54,6 @@ static bool is_constant(const double c[4])
     return c[1] == 0 && c[2] == 0 && c[3] == 0;
 }
 
-/* The end of a constant piece is the first sample where another value or a slope begins. */
-static int last_of_piece(const kmp_signal *s, int k, const double c[4])
-{
-    while (is_constant(c) && k + 1 < s->count && s->piece[k + 1][0] == c[0] && is_constant(s->piece[k + 1]))
-        k++;
-    return k;
-}
-
 static kmp_signal_piece piece_from(const kmp_signal *signal, int k)
 {
     kmp_signal_piece piece = {.from = signal->t[k < 0 ? 0 : k]};
@@ -73,7 +65,10 @@ static kmp_signal_piece piece_from(const kmp_signal *signal, int k)
         c[0] = signal->u[0];
     else
         memcpy(c, signal->piece[k], 4 * sizeof *c);
-    k = last_of_piece(signal, k, piece.c);
+    /* The end of a constant piece is the first sample where another value or a slope begins. */
+    while (is_constant(c) && k + 1 < signal->count && signal->piece[k + 1][0] == c[0] &&
+           is_constant(signal->piece[k + 1]))
+        k++;
     piece.until = k + 1 < signal->count ? signal->t[k + 1] : INFINITY;
     piece.jump = signal->method == KMP_SIGNAL_HOLD ? 0 : signal->method == KMP_SIGNAL_CUBIC && inside ? 3 : 1;
     return piece;

@@ -78,16 +78,6 @@ static bool is_across(const kmp_motion *a, const kmp_motion *b)
     return fabs(a->axis[0] * b->axis[0] + a->axis[1] * b->axis[1] + a->axis[2] * b->axis[2]) <= ACROSS;
 }
 
-/* Rotations of one body from motion k on. */
-static int run_length(const kempe_model *model, int k)
-{
-    const kmp_motion *m = model->motions;
-    int end = k;
-    while (end < model->motion_count && m[end].rotation && !m[end].elastic && m[end].body == m[k].body)
-        end++;
-    return end - k;
-}
-
 int kmp_spherical_find(const kempe_model *model, int *first)
 {
     int count = 0, length;
@@ -97,7 +87,11 @@ int kmp_spherical_find(const kempe_model *model, int *first)
     mark_used(model, used);
     for (int k = 0; k<model->motion_count; k += length> 0 ? length : 1) {
         const kmp_motion *m = &model->motions[k];
-        length = run_length(model, k);
+        int end = k; /* of the rotations of one body from motion k on */
+        while (end < model->motion_count && model->motions[end].rotation && !model->motions[end].elastic &&
+               model->motions[end].body == m->body)
+            end++;
+        length = end - k;
         if (length == 3 && is_across(&m[0], &m[1]) && is_across(&m[1], &m[2]) && !used[k] && !used[k + 1] &&
             !used[k + 2])
             first[count++] = k;

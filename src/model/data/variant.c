@@ -109,13 +109,6 @@ static int add_start(kmp_variant *v, const char *name, bool rate, int motion)
     return m->parameter_count++;
 }
 
-static void say_unknown(const kempe_model *m, const char *name, bool coordinate, kmp_text *why)
-{
-    kmp_nearest nearest = kmp_nearest_of(name, coordinate ? KMP_COORDINATES(m) : KMP_NAMED(m, parameter));
-    kmp_text_printf(why, "the model has no %s '%s'", coordinate ? "coordinate" : "parameter", name);
-    kmp_nearest_suggest(&nearest, why);
-}
-
 /* The meaning of a name: a parameter, or the coordinate or state whose start value or rate it is; the other is -1. */
 typedef struct meaning {
     int parameter, motion;
@@ -137,13 +130,17 @@ bool kmp_variant_may(const kempe_model *m, const char *name, kmp_text *why)
 {
     meaning found = look_up(m, name);
     bool start = strncmp(name, "qd.", 3) == 0 || strncmp(name, "q.", 2) == 0;
-    if (found.parameter < 0 && found.motion < 0)
-        say_unknown(m, start ? strchr(name, '.') + 1 : name, start, why);
-    else if (found.parameter >= 0 && m->parameters[found.parameter].fixed)
+    if (found.parameter < 0 && found.motion < 0) {
+        const char *own = start ? strchr(name, '.') + 1 : name;
+        kmp_nearest nearest = kmp_nearest_of(own, start ? KMP_COORDINATES(m) : KMP_NAMED(m, parameter));
+        kmp_text_printf(why, "the model has no %s '%s'", start ? "coordinate" : "parameter", own);
+        kmp_nearest_suggest(&nearest, why);
+    } else if (found.parameter >= 0 && m->parameters[found.parameter].fixed) {
         kmp_text_printf(why,
                         "parameter '%s' cannot be a variable of the equations: an axis, table, track, power or setting "
                         "of the run depends on it; use one model for each value",
                         name);
+    }
     return why->length == 0;
 }
 
@@ -337,14 +334,6 @@ static void check_force(const kmp_force *force, kmp_text *why)
                         force->lower.value, force->upper.value);
 }
 
-/* `base` has a positive delay if it is a delay. */
-static void check_state(const kmp_state *state, const kmp_state *base, kmp_text *why)
-{
-    if (base->delay.value > 0 && !(state->delay.value > 0) && !why->length)
-        kmp_text_printf(why, "the delay of '%s' is %.6g s: a positive time is expected", state->name,
-                        state->delay.value);
-}
-
 /* Numbers that a beam has, and stations on it. */
 static void check_flexible(const kempe_model *m, const kmp_flexible *flexible, kmp_text *why)
 {
@@ -395,7 +384,9 @@ static void check_values(const kempe_model *m, const kempe_model *base, kmp_text
                                 m->motions[c->terms[i].motion].name);
     }
     for (int k = 0; k < m->state_count; k++)
-        check_state(&m->states[k], &base->states[k], why);
+        if (base->states[k].delay.value > 0 && !(m->states[k].delay.value > 0) && !why->length)
+            kmp_text_printf(why, "the delay of '%s' is %.6g s: a positive time is expected", m->states[k].name,
+                            m->states[k].delay.value);
     for (int k = 0; k < m->start.goal_count; k++) {
         const kmp_goal *goal = &m->start.goals[k];
         for (int i = 0; i < goal->width; i++)

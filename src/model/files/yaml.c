@@ -79,13 +79,6 @@ static void copy_scalar(loader *l, const yaml_node_t *from, kmp_yaml *to)
     to->text_place.column += style == YAML_SINGLE_QUOTED_SCALAR_STYLE || style == YAML_DOUBLE_QUOTED_SCALAR_STYLE;
 }
 
-static void copy_list(loader *l, const yaml_node_t *from, kmp_yaml *to)
-{
-    to->kind = KMP_YAML_LIST;
-    for (const yaml_node_item_t *item = from->data.sequence.items.start; item < from->data.sequence.items.top; item++)
-        kmp_yaml_append(l->arena, to, NULL, &l->nodes[*item - 1]);
-}
-
 static void copy_map(loader *l, const yaml_node_t *from, kmp_yaml *to)
 {
     to->kind = KMP_YAML_MAP;
@@ -98,30 +91,22 @@ static void copy_map(loader *l, const yaml_node_t *from, kmp_yaml *to)
     }
 }
 
-/* The place in a table of `size` (a power of two) where key i of the map is, or where it belongs. An entry is the
- * number of a key, from 1 on. */
-static size_t find_slot(const kmp_yaml *map, const int *slots, size_t size, int i)
-{
-    size_t k = kmp_text_hash(map->keys[i]->text) & (size - 1);
-    while (slots[k] && strcmp(map->keys[slots[k] - 1]->text, map->keys[i]->text) != 0)
-        k = (k + 1) & (size - 1);
-    return k;
-}
-
 static void check_duplicates(loader *l, const kmp_yaml *map)
 {
     size_t size = 4;
     while (size < 2 * (size_t)map->count)
         size *= 2;
     int *slots = KMP_ARENA_NEW(l->arena, int, size);
-    for (int i = 0; slots && i < map->count; i++) {
-        int *slot = &slots[find_slot(map, slots, size, i)];
-        if (*slot)
+    for (int i = 0; slots && i < map->count; i++) { /* an entry is the number of a key, from 1 on */
+        size_t k = kmp_text_hash(map->keys[i]->text) & (size - 1);
+        while (slots[k] && strcmp(map->keys[slots[k] - 1]->text, map->keys[i]->text) != 0)
+            k = (k + 1) & (size - 1);
+        if (slots[k])
             l->status = kmp_complain(l->context, l->file, map->keys[i]->place.line, map->keys[i]->place.column,
                                      "duplicate key '%s': it is already given in line %d", map->keys[i]->text,
-                                     map->keys[*slot - 1]->place.line);
+                                     map->keys[slots[k] - 1]->place.line);
         else
-            *slot = i + 1;
+            slots[k] = i + 1;
     }
 }
 
@@ -139,10 +124,14 @@ static const kmp_yaml *copy_document(loader *l)
         to->text = "";
         if (from[i].type == YAML_SCALAR_NODE)
             copy_scalar(l, &from[i], to);
-        else if (from[i].type == YAML_SEQUENCE_NODE)
-            copy_list(l, &from[i], to);
-        else
+        else if (from[i].type == YAML_MAPPING_NODE)
             copy_map(l, &from[i], to);
+        else {
+            to->kind = KMP_YAML_LIST;
+            for (const yaml_node_item_t *item = from[i].data.sequence.items.start;
+                 item < from[i].data.sequence.items.top; item++)
+                kmp_yaml_append(l->arena, to, NULL, &l->nodes[*item - 1]);
+        }
     }
     for (int i = 0; i < count; i++)
         if (l->nodes[i].kind == KMP_YAML_MAP) {

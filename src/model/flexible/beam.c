@@ -609,14 +609,6 @@ static bool make_all(maker *m)
     return !m->arena->failed;
 }
 
-static bool are_finite(const kmp_flexible *flexible)
-{
-    bool finite = true;
-    for (int k = 0; k < flexible->number_count; k++)
-        finite = finite && isfinite(flexible->numbers[k].value);
-    return finite;
-}
-
 bool kmp_beam_make(kmp_arena *arena, const kmp_beam *beam, kmp_flexible *flexible)
 {
     maker m = {.arena = arena, .beam = beam, .to = flexible};
@@ -629,10 +621,12 @@ bool kmp_beam_make(kmp_arena *arena, const kmp_beam *beam, kmp_flexible *flexibl
     memcpy(flexible->axes, beam->axes, sizeof flexible->axes);
     flexible->station_count = beam->station_count;
     flexible->stations = KMP_ARENA_NEW(arena, kmp_station, beam->station_count);
-    const bool made = flexible->stations && make_all(&m);
+    bool good = flexible->stations && make_all(&m);
     arena->failed = arena->failed || m.scratch.failed;
     kmp_arena_free(&m.scratch);
-    return made && are_finite(flexible);
+    for (int k = 0; good && k < flexible->number_count; k++)
+        good = isfinite(flexible->numbers[k].value);
+    return good;
 }
 
 kmp_number kmp_beam_part(kmp_arena *arena, const kmp_beam *beam, int k, kmp_number x)

@@ -18,13 +18,15 @@ static int part_of(int i, int j)
     return i == 0 ? j : j == 0 ? i : i < 3 && j < 3 ? part[i][j] : -1;
 }
 
-void kmp_beam_field_add(kmp_beam_field *to, double factor, const kmp_beam_field *field)
+/* to = to + factor * field */
+static void field_add(kmp_beam_field *to, double factor, const kmp_beam_field *field)
 {
     for (int i = 0; i < KMP_BEAM_PARTS; i++)
         kmp_polynomial_add(&to->part[i], factor, &field->part[i]);
 }
 
-void kmp_beam_field_add_product(kmp_beam_field *to, double factor, const kmp_beam_field *a, const kmp_beam_field *b)
+/* to = to + factor * a b, a and b without squares of s. */
+static void field_add_product(kmp_beam_field *to, double factor, const kmp_beam_field *a, const kmp_beam_field *b)
 {
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3 && a->part[i].count > 0; j++) {
@@ -33,13 +35,14 @@ void kmp_beam_field_add_product(kmp_beam_field *to, double factor, const kmp_bea
         }
 }
 
-void kmp_beam_field_differentiate(kmp_beam_field *field)
+static void field_differentiate(kmp_beam_field *field)
 {
     for (int i = 0; i < KMP_BEAM_PARTS; i++)
         field->part[i] = kmp_polynomial_derivative(&field->part[i]);
 }
 
-void kmp_beam_field_integrate(kmp_beam_field *field)
+/* From xi = 0. */
+static void field_integrate(kmp_beam_field *field)
 {
     for (int i = 0; i < KMP_BEAM_PARTS; i++)
         field->part[i] = kmp_polynomial_integral(&field->part[i]);
@@ -87,7 +90,8 @@ static void bend(const kmp_beam *beam, int plane, const kmp_polynomial *own, kmp
     }
 }
 
-kmp_beam_shape kmp_beam_shape_of(const kmp_beam *beam, kmp_beam_family family, const kmp_polynomial *own)
+/* The field of a shape in the beam's frame. */
+static kmp_beam_shape shape_of(const kmp_beam *beam, kmp_beam_family family, const kmp_polynomial *own)
 {
     kmp_beam_shape s = {.family = family, .own = *own};
     if (family == KMP_BEAM_Y) {
@@ -95,18 +99,18 @@ kmp_beam_shape kmp_beam_shape_of(const kmp_beam *beam, kmp_beam_family family, c
     } else if (family == KMP_BEAM_Z) {
         kmp_beam_field slope = {0};
         bend(beam, 1, own, &slope, &s.strain[2]);
-        kmp_beam_field_add(&s.turn[1], -1, &slope);
+        field_add(&s.turn[1], -1, &slope);
     } else if (family == KMP_BEAM_TORSION) {
         s.turn[0].part[0] = *own;
     } else {
         s.strain[0].part[0] = kmp_polynomial_derivative(own);
     }
     for (int c = 0; c < 3; c++)
-        kmp_beam_field_add(&s.way[c], 1, &s.strain[c]);
-    kmp_beam_field_add(&s.way[1], 1, &s.turn[2]);
-    kmp_beam_field_add(&s.way[2], -1, &s.turn[1]);
+        field_add(&s.way[c], 1, &s.strain[c]);
+    field_add(&s.way[1], 1, &s.turn[2]);
+    field_add(&s.way[2], -1, &s.turn[1]);
     for (int c = 0; c < 3; c++)
-        kmp_beam_field_integrate(&s.way[c]);
+        field_integrate(&s.way[c]);
     if (beam->frame == KMP_FRAME_MEAN && family != KMP_BEAM_TORSION)
         s.way[family == KMP_BEAM_AXIAL ? 0 : 1 + (int)family].part[0] = *own;
     return s;
@@ -131,19 +135,13 @@ static int first_degree(kmp_beam_family family)
     return family == KMP_BEAM_TORSION || family == KMP_BEAM_AXIAL ? 1 : 2;
 }
 
-/* 2 xi - 1, or xi - 1/2 */
-static kmp_polynomial centred(double factor)
-{
-    return (kmp_polynomial){.count = 2, .c = {0, factor}};
-}
-
 /* The polynomial number k of a family as they are written: xi^2 and on, xi (1 - xi) (2 xi - 1)^k, (xi - 1/2)^(k + 1)
  * less its start, xi and on; in mean axes (2 xi - 1)^2 and on, or (2 xi - 1) and on. */
 static kmp_polynomial monomial(const kmp_beam *beam, kmp_beam_family family, int k)
 {
     bool chord = beam->frame == KMP_FRAME_CHORD, twist = chord && family == KMP_BEAM_TORSION;
     kmp_polynomial made = twist ? (kmp_polynomial){.count = 1, .c = {1}} : frame_factor(beam, family);
-    const kmp_polynomial step = centred(twist ? 0.5 : 1);
+    const kmp_polynomial step = {.count = 2, .c = {0, twist ? 0.5 : 1}}; /* xi - 1/2, or 2 xi - 1 */
     if (beam->frame == KMP_FRAME_MEAN) {
         made = (kmp_polynomial){.count = 1, .c = {1}};
         for (int i = 0; i < k + first_degree(family); i++)
@@ -359,7 +357,7 @@ static bool take_modes(const kmp_beam *beam, const double s[2], kmp_beam_family 
         for (int j = 0; j < n; j++)
             kmp_polynomial_add(&made[i], x[j + n * i], &shapes[j].own);
     for (int i = 0; i < n; i++)
-        shapes[i] = kmp_beam_shape_of(beam, family, &made[i]);
+        shapes[i] = shape_of(beam, family, &made[i]);
     return true;
 }
 
@@ -368,7 +366,7 @@ static void scale(const kmp_beam *beam, const double s[2], kmp_beam_shape *shape
     const kmp_polynomial field = deflection(shape, s);
     kmp_polynomial own = {0};
     kmp_polynomial_add(&own, 1 / peak_of(&field), &shape->own);
-    *shape = kmp_beam_shape_of(beam, shape->family, &own);
+    *shape = shape_of(beam, shape->family, &own);
 }
 
 /* Subtracts the rigid motions that have the momentum and angular momentum of a shape: it has no mass with either. */
@@ -377,15 +375,15 @@ static void leave_rigid(const kmp_beam *beam, const double s[2], kmp_beam_shape 
     const kmp_beam_family family = shape->family;
     for (int degree = 0; degree < first_degree(family); degree++) {
         const kmp_polynomial power = kmp_taper_term(degree), still = kmp_taper_term(0);
-        kmp_beam_shape rigid = kmp_beam_shape_of(beam, family, &power), shift = kmp_beam_shape_of(beam, family, &still);
+        kmp_beam_shape rigid = shape_of(beam, family, &power), shift = shape_of(beam, family, &still);
         kmp_polynomial turn = power, own = shape->own;
         if (degree > 0) { /* about the centre of mass, so that it has no momentum itself */
             kmp_polynomial_add(&turn, -mass_between(beam, s, &rigid, &shift) / mass_between(beam, s, &shift, &shift),
                                &still);
-            rigid = kmp_beam_shape_of(beam, family, &turn);
+            rigid = shape_of(beam, family, &turn);
         }
         kmp_polynomial_add(&own, -mass_between(beam, s, shape, &rigid) / mass_between(beam, s, &rigid, &rigid), &turn);
-        *shape = kmp_beam_shape_of(beam, family, &own);
+        *shape = shape_of(beam, family, &own);
     }
 }
 
@@ -405,7 +403,7 @@ bool kmp_beam_shapes(const kmp_beam *beam, const double s[2], kmp_beam_shape *sh
         const kmp_beam_family family = (kmp_beam_family)f;
         for (int k = 0; k < beam->count[f]; k++) {
             const kmp_polynomial own = first_polynomial(beam, family, k);
-            shapes[k] = kmp_beam_shape_of(beam, family, &own);
+            shapes[k] = shape_of(beam, family, &own);
             if (beam->frame == KMP_FRAME_MEAN)
                 leave_rigid(beam, s, &shapes[k]);
         }
@@ -436,10 +434,10 @@ static void add_cross_product(kmp_beam_field *field, double factor, const kmp_be
                               int i, int j)
 {
     if (i != j)
-        kmp_beam_field_add_product(field, factor, &a[j], &b[i]);
+        field_add_product(field, factor, &a[j], &b[i]);
     for (int c = 0; c < 3; c++)
         if (i == j && c != i)
-            kmp_beam_field_add_product(field, -factor, &a[c], &b[c]);
+            field_add_product(field, -factor, &a[c], &b[c]);
 }
 
 /* Adds half of what is of shape a before shape b. */
@@ -450,23 +448,23 @@ static void add_ordered(const kmp_beam_shape *a, const kmp_beam_shape *b, kmp_be
         start[0][c] = start_of(&a->turn[c]);
         start[1][c] = start_of(&b->turn[c]);
         slope[c] = b->turn[c];
-        kmp_beam_field_differentiate(&slope[c]);
+        field_differentiate(&slope[c]);
     }
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
             kmp_beam_field entry = {0};
             add_cross_product(&entry, 0.5, a->turn, slope, i, j);
-            kmp_beam_field_integrate(&entry);
+            field_integrate(&entry);
             add_cross_product(&entry, 0.25, start[0], start[1], i, j);
             if (j > 0) {
-                kmp_beam_field_add(&second->section[i][j - 1], 1, &entry);
+                field_add(&second->section[i][j - 1], 1, &entry);
                 continue;
             }
             const int k = (i + 1) % 3, l = (i + 2) % 3;
-            kmp_beam_field_add_product(&entry, 0.5, &a->turn[k], &b->strain[l]);
-            kmp_beam_field_add_product(&entry, -0.5, &a->turn[l], &b->strain[k]);
-            kmp_beam_field_integrate(&entry);
-            kmp_beam_field_add(&second->way[i], 1, &entry);
+            field_add_product(&entry, 0.5, &a->turn[k], &b->strain[l]);
+            field_add_product(&entry, -0.5, &a->turn[l], &b->strain[k]);
+            field_integrate(&entry);
+            field_add(&second->way[i], 1, &entry);
         }
 }
 
@@ -483,13 +481,13 @@ static void add_angles(const kmp_beam_shape *a, const kmp_beam_shape *b, kmp_bea
     for (int i = 0; i < 3; i++) {
         const int k = (i + 1) % 3, l = (i + 2) % 3, low = k < l ? k : l, high = k < l ? l : k;
         kmp_beam_field slope[2] = {b->turn[l], b->turn[k]}, sum = {0};
-        kmp_beam_field_differentiate(&slope[0]);
-        kmp_beam_field_differentiate(&slope[1]);
-        kmp_beam_field_add_product(&sum, 0.5, &a->turn[k], &slope[0]);
-        kmp_beam_field_add_product(&sum, -0.5, &a->turn[l], &slope[1]);
-        kmp_beam_field_integrate(&sum);
-        kmp_beam_field_add_product(&sum, sign[i], &a->turn[low], &b->turn[high]);
-        kmp_beam_field_add(&angle[i], 1, &sum);
+        field_differentiate(&slope[0]);
+        field_differentiate(&slope[1]);
+        field_add_product(&sum, 0.5, &a->turn[k], &slope[0]);
+        field_add_product(&sum, -0.5, &a->turn[l], &slope[1]);
+        field_integrate(&sum);
+        field_add_product(&sum, sign[i], &a->turn[low], &b->turn[high]);
+        field_add(&angle[i], 1, &sum);
     }
 }
 
@@ -523,15 +521,6 @@ static double take_off(kmp_polynomial *from, const kmp_polynomial *function, dou
     return part;
 }
 
-/* The largest remainder, without what it has of the functions before it. */
-static kmp_polynomial next_function(const kmp_beam_basis *basis, const kmp_polynomial *largest)
-{
-    kmp_polynomial next = *largest;
-    for (int k = 0; k < basis->count; k++)
-        (void)take_off(&next, &basis->function[k], kmp_polynomial_mean(&basis->function[k], &basis->function[k]), 0);
-    return next;
-}
-
 bool kmp_beam_basis_of(kmp_arena *arena, int pairs, const kmp_beam_second *second, int c, kmp_beam_basis *basis)
 {
     const int count = pairs * KMP_BEAM_PARTS;
@@ -556,7 +545,10 @@ bool kmp_beam_basis_of(kmp_arena *arena, int pairs, const kmp_beam_second *secon
         if (found <= REMAINDER * size)
             break;
         kmp_polynomial *function = &basis->function[basis->count];
-        *function = next_function(basis, &rest[largest]);
+        *function = rest[largest]; /* without what it has of the functions before it */
+        for (int k = 0; k < basis->count; k++)
+            (void)take_off(function, &basis->function[k], kmp_polynomial_mean(&basis->function[k], &basis->function[k]),
+                           0);
         const double square = kmp_polynomial_mean(function, function);
         kmp_beam_amount *own = basis->part + (ptrdiff_t)basis->count * pairs;
         for (int i = 0; i < count; i++)

@@ -23,15 +23,6 @@ typedef struct kmp_beam_shape {
     kmp_beam_field turn[3], strain[3], way[3]; /* theta, gamma, r1 */
 } kmp_beam_shape;
 
-/** to = to + factor * field */
-void kmp_beam_field_add(kmp_beam_field *to, double factor, const kmp_beam_field *field);
-
-/** to = to + factor * a b, a and b without squares of s. */
-void kmp_beam_field_add_product(kmp_beam_field *to, double factor, const kmp_beam_field *a, const kmp_beam_field *b);
-
-void kmp_beam_field_differentiate(kmp_beam_field *field);
-void kmp_beam_field_integrate(kmp_beam_field *field); /* from xi = 0 */
-
 /** The field beyond xi = from, over 0 .. 1. */
 void kmp_beam_field_cut(kmp_beam_field *field, double from);
 
@@ -42,9 +33,6 @@ kmp_beam_amount kmp_beam_field_mean(const kmp_beam_field *a, const kmp_beam_fiel
 /** The integral of a field times a polynomial, and the integral of a term over the beam. */
 kmp_beam_amount kmp_beam_field_mean_with(const kmp_beam_field *a, const kmp_polynomial *b,
                                          const kmp_taper_share *share);
-
-/** The field of a shape in the beam's frame. */
-kmp_beam_shape kmp_beam_shape_of(const kmp_beam *beam, kmp_beam_family family, const kmp_polynomial *own);
 
 /** The shapes of all families, in the order of the coordinates; there is room for them. `s`: the values of s in both
  * planes. Modes belong to the span, the slowest first, each with its largest deflection 1; false: no positive

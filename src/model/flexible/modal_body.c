@@ -594,10 +594,10 @@ static void clear_below(double *value, ptrdiff_t count, double scale)
             value[k] = 0;
 }
 
-static double largest_of(const double *value, ptrdiff_t first, ptrdiff_t step, int count)
+static double largest_of_three(const double *value, ptrdiff_t first, ptrdiff_t step)
 {
     double largest = 0;
-    for (int k = 0; k < count; k++)
+    for (int k = 0; k < 3; k++)
         largest = fmax(largest, fabs(value[first + k * step]));
     return largest;
 }
@@ -620,11 +620,11 @@ static void clear_places(kmp_modal_body *b)
     for (int k = 0; k < n; k++) {
         double shift = 0, turn = 0;
         for (int p = 0; p < b->place_count; p++) {
-            shift = fmax(shift, largest_of(b->places[p].shift, k, n, 3));
-            turn = fmax(turn, largest_of(b->places[p].turn, k, n, 3));
+            shift = fmax(shift, largest_of_three(b->places[p].shift, k, n));
+            turn = fmax(turn, largest_of_three(b->places[p].turn, k, n));
         }
         for (int i = 0; i < b->node_count; i++)
-            shift = fmax(shift, largest_of(b->mode + 3 * (ptrdiff_t)n * i, k, n, 3));
+            shift = fmax(shift, largest_of_three(b->mode + 3 * (ptrdiff_t)n * i, k, n));
         for (int p = 0; p < b->place_count; p++)
             for (int i = 0; i < 3; i++) {
                 clear_below(&b->places[p].shift[n * i + k], 1, shift);

@@ -5,6 +5,7 @@
 #include "model/language/dimension.h"
 #include <stdarg.h>
 #include <string.h>
+#include <strings.h>
 
 /* That of the library itself. */
 static const kmp_modal_format arrays[] = {{".npz", "arrays of kempe-flexible-1", kmp_npz_modes_read, false, ""},
@@ -85,17 +86,6 @@ void kmp_modal_convert(kmp_modal_body *b, const double unit[3])
 
 /* -- formats ----------------------------------------------------------------------------------------- */
 
-static bool ends_with(const char *name, const char *ending)
-{
-    const size_t length = strlen(name), own = strlen(ending);
-    bool same = length > own;
-    for (size_t k = 0; k < own && same; k++) {
-        const char c = name[length - own + k];
-        same = (c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c) == ending[k];
-    }
-    return same;
-}
-
 /* The formats of wing `w`, counted from 1; 0: the own one; NULL: wing w has none, or is not there (*end). */
 static const kmp_modal_format *formats_of(int w, bool *end)
 {
@@ -151,11 +141,12 @@ static bool read_as(const kmp_modal_format *format, const kmp_modal_source *sour
 
 bool kmp_modal_file_read(const char *name, const kmp_modal_source *source)
 {
+    const size_t length = strlen(name);
     bool end = false;
     *source->to = (kmp_modal_file){.body = {.arena = source->arena}};
     for (int w = 0; !end; w++)
         for (const kmp_modal_format *f = formats_of(w, &end); f && f->ending; f++)
-            if (ends_with(name, f->ending))
+            if (length > strlen(f->ending) && strcasecmp(name + length - strlen(f->ending), f->ending) == 0)
                 return read_as(f, source);
     return refuse_ending(source);
 }

@@ -100,23 +100,17 @@ const kmp_expr *kmp_parse_unknown_name(const kmp_parser *p, const char *where, c
     return parse_say(p, where, &sentence);
 }
 
-/* Bytes of the character at s, so that a message never cuts one. */
-static int character_size(const char *s)
-{
-    int n = 1;
-    while (((unsigned char)s[n] & 0xc0) == 0x80)
-        n++;
-    return n;
-}
-
 /* Reports that the grammar requires `wanted` at p->at. */
 const kmp_expr *kmp_parse_wanted(kmp_parser *p, const char *wanted)
 {
     kmp_parse_skip_space(p);
     if (*p->at == '\0')
         return kmp_parse_complain(p, p->at, "%s is expected, but the expression ends", wanted);
-    size_t n = kmp_parse_word_length(p->at);
-    int length = n > 0 ? (int)n : character_size(p->at);
+    int length = (int)kmp_parse_word_length(p->at);
+    if (length == 0) /* the bytes of a character, so that a message never cuts one */
+        do
+            length++;
+        while (((unsigned char)p->at[length] & 0xc0) == 0x80);
     return kmp_parse_complain(p, p->at, "%s is expected here, not '%.*s'", wanted, length, p->at);
 }
 

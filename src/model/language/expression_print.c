@@ -38,13 +38,6 @@ static void print_call(kmp_text *text, const kmp_expr *expr, const kmp_expr_name
     kmp_text_put(text, ")");
 }
 
-static void print_negative(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names, int place)
-{
-    kmp_text_put(text, place > BIND_NEGATIVE ? "(-" : "-");
-    print_within(text, expr->a, names, BIND_NEGATIVE);
-    kmp_text_put(text, place > BIND_NEGATIVE ? ")" : "");
-}
-
 /* distance(a.P, b.Q), position(b.P).x, axes(b.P).z.x */
 static void print_measure(kmp_text *text, const kmp_measure *measure, int number)
 {
@@ -110,7 +103,9 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
         kmp_text_put(text, ")");
         break;
     case KMP_EXPR_NEG:
-        print_negative(text, expr, names, place);
+        kmp_text_put(text, place > BIND_NEGATIVE ? "(-" : "-");
+        print_within(text, expr->a, names, BIND_NEGATIVE);
+        kmp_text_put(text, place > BIND_NEGATIVE ? ")" : "");
         break;
     case KMP_EXPR_TABLE:
         kmp_text_printf(text, "%s(", expr->table->name);

@@ -35,15 +35,10 @@ static int distance(const char *a, const char *b)
     return last[lb];
 }
 
-/* Words of one letter have no near ones, long words several letters off. */
-static int reach(size_t length)
-{
-    return length < 2 ? 0 : length < 4 ? 1 : length < 7 ? 2 : 3;
-}
-
 kmp_nearest kmp_nearest_begin(const char *word)
 {
-    return (kmp_nearest){.word = word, .distance = reach(strlen(word)) + 1};
+    const size_t length = strlen(word); /* words of one letter have no near ones, long words several letters off */
+    return (kmp_nearest){.word = word, .distance = length < 2 ? 1 : length < 4 ? 2 : length < 7 ? 3 : 4};
 }
 
 void kmp_nearest_offer(kmp_nearest *nearest, const char *known)

@@ -27,16 +27,6 @@ static bool is_in(const char *word, const char *const *list)
     return *list;
 }
 
-/* A mapping without some of its keys. */
-static kmp_yaml *without(kmp_reader *r, const kmp_yaml *map, const char *const *keys)
-{
-    kmp_yaml *made = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, map->place);
-    for (int k = 0; made && k < map->count; k++)
-        if (!is_in(map->keys[k]->text, keys))
-            kmp_yaml_append(&r->scratch, made, map->keys[k], map->items[k]);
-    return made;
-}
-
 static void put_word(kmp_reader *r, kmp_yaml *map, const char *key, const char *text)
 {
     kmp_yaml_put(&r->scratch, map, map->place, key, kmp_yaml_word(&r->scratch, map->place, text));
@@ -69,9 +59,13 @@ static const kmp_yaml *flexible_as(kmp_reader *r, const kmp_yaml *given)
                              *const of_rigid[] = {"segments", "stiffening", "damping", "shapes", "modes", NULL};
     const bool divided = strncmp(r->bodies_as, segments, LENGTH) == 0, rigid = strcmp(r->bodies_as, "rigid") == 0;
     const kmp_yaml *damping = kmp_yaml_get(given, "damping");
-    kmp_yaml *made = without(r, given, divided ? of_pieces : rigid ? of_rigid : of_shapes);
+    const char *const *left_out = divided ? of_pieces : rigid ? of_rigid : of_shapes;
+    kmp_yaml *made = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, given->place);
     if (!made)
         return given;
+    for (int k = 0; k < given->count; k++)
+        if (!is_in(given->keys[k]->text, left_out))
+            kmp_yaml_append(&r->scratch, made, given->keys[k], given->items[k]);
     if (rigid && kmp_yaml_get(given, "file"))
         put_word(r, made, "modes", "0");
     else if (rigid)

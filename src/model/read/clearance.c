@@ -137,18 +137,12 @@ static void add_contacts(rewriting *w, const loose *l)
                     (const char *const[]){"corner", kmp_guide_corner(k), "axis", letters[l->along], NULL});
 }
 
-/* The direction of a slider: the joint's own, or the key `axis` of a joint between bodies, or of a closure. */
-static const kmp_yaml *direction_of(const loose *l)
-{
-    const kmp_yaml *own = kmp_yaml_get(l->map, "prismatic");
-    return own && own->kind == KMP_YAML_SCALAR ? own : kmp_yaml_get(l->map, "axis");
-}
-
 /* The direction of the guide and the plane of motion, whose normal is the `axis` of the contact. */
 static bool find_directions(const rewriting *w, loose *l)
 {
-    const kmp_yaml *normal = kmp_yaml_get(kmp_yaml_get(l->map, "contact"), "axis"), *along = direction_of(l);
-    const kmp_yaml *contact = kmp_yaml_get(l->map, "contact");
+    const kmp_yaml *contact = kmp_yaml_get(l->map, "contact"), *normal = kmp_yaml_get(contact, "axis");
+    const kmp_yaml *own = kmp_yaml_get(l->map, "prismatic"); /* a closure, and a joint between bodies, has `axis` */
+    const kmp_yaml *along = own && own->kind == KMP_YAML_SCALAR ? own : kmp_yaml_get(l->map, "axis");
     const char *what = kmp_reader_say(w->r, "contact of %s", l->what);
     if (!kmp_read_required(w->r, contact, what, "length") || !kmp_read_required(w->r, contact, what, "height"))
         return false;

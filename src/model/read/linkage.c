@@ -137,10 +137,10 @@ static void complain_loop(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
     edge->faulty = true;
 }
 
-/* The place of a key of the joint, or of the joint. */
-static kmp_place place_of(const kmp_edge *edge, const char *key)
+/* The place of the key `cut` of the joint, or of the joint. */
+static kmp_place place_of_cut(const kmp_edge *edge)
 {
-    const kmp_yaml *node = kmp_yaml_get(edge->map, key);
+    const kmp_yaml *node = kmp_yaml_get(edge->map, "cut");
     return node ? node->place : edge->key->place;
 }
 
@@ -151,20 +151,13 @@ static void check_wish(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
         return;
     if (!edge->cut)
         kmp_reader_complain(
-            r, place_of(edge, "cut"),
+            r, place_of_cut(edge),
             "%s: a %s cannot be cut, because there is no equivalent closure: cut another joint of its loop",
             kmp_edge_what(r, edge), edge->kind->name);
     else
-        kmp_reader_complain(r, place_of(edge, "cut"),
-                            "%s: a cut joint has no coordinate, but %s: remove one of the two", kmp_edge_what(r, edge),
-                            edge->need);
+        kmp_reader_complain(r, place_of_cut(edge), "%s: a cut joint has no coordinate, but %s: remove one of the two",
+                            kmp_edge_what(r, edge), edge->need);
     edge->faulty = g->broken = true;
-}
-
-/* Bodies' own joints first, then the user's requests, then joints without alternative. */
-static int rank_of_staying(const kmp_edge *edge)
-{
-    return edge->own ? 0 : edge->wish == KMP_CUT_NO ? 1 : !edge->cut ? 2 : 3;
 }
 
 static void join_staying(kmp_reader *r, kmp_linkage *g)
@@ -172,7 +165,9 @@ static void join_staying(kmp_reader *r, kmp_linkage *g)
     for (int rank = 0; rank < 4; rank++)
         for (int e = 0; e < g->edge_count; e++) {
             kmp_edge *edge = &g->edges[e];
-            if (edge->faulty || !must_stay(edge) || rank_of_staying(edge) != rank)
+            /* Bodies' own joints first, then the user's requests, then joints without alternative. */
+            const int own_rank = edge->own ? 0 : edge->wish == KMP_CUT_NO ? 1 : !edge->cut ? 2 : 3;
+            if (edge->faulty || !must_stay(edge) || own_rank != rank)
                 continue;
             if (join(g, edge))
                 edge->stays = true;
@@ -284,14 +279,6 @@ static int bridge(const kmp_linkage *g)
     return -1;
 }
 
-static void complain_bridge(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
-{
-    const char *body = g->body_names[edge->body[is_reached(g, edge->body[0]) ? 1 : 0]];
-    kmp_reader_complain(r, place_of(edge, "cut"), "%s: it cannot be cut: nothing else connects body '%s' to the ground",
-                        kmp_edge_what(r, edge), body);
-    edge->wish = KMP_CUT_CHOICE;
-}
-
 /* The bodies that are joined to `body` and not to the ground, which count as reached from now on. */
 static const char *lost_with(kmp_reader *r, kmp_linkage *g, int body, int *reached)
 {
@@ -336,8 +323,13 @@ static void grow(kmp_reader *r, kmp_linkage *g)
     }
     arrive(g, 0, 0, &reached);
     for (int e = next_edge(g); e >= 0 || (e = bridge(g)) >= 0; e = next_edge(g)) {
-        if (g->edges[e].wish == KMP_CUT_YES)
-            complain_bridge(r, g, &g->edges[e]);
+        kmp_edge *edge = &g->edges[e];
+        if (edge->wish == KMP_CUT_YES) {
+            kmp_reader_complain(
+                r, place_of_cut(edge), "%s: it cannot be cut: nothing else connects body '%s' to the ground",
+                kmp_edge_what(r, edge), g->body_names[edge->body[is_reached(g, edge->body[0]) ? 1 : 0]]);
+            edge->wish = KMP_CUT_CHOICE;
+        }
         hang_by(g, e, &reached);
     }
     for (int b = 1; b < g->body_count; b++)
@@ -362,12 +354,6 @@ void kmp_linkage_choose(kmp_reader *r, kmp_linkage *g)
 /* Relations of the joints that could be cut as well, or not, to the one that is cut. */
 enum { MORE, STARTED, NEARER, BEFORE, STAYING, RELATIONS };
 
-static int reach_of_cut(const kmp_linkage *g, const kmp_edge *cut)
-{
-    int a = g->depth[cut->body[0]], b = g->depth[cut->body[1]];
-    return (a < b ? a : b) + cut->freedoms;
-}
-
 static int relation_of(const kmp_linkage *g, const kmp_edge *cut, const kmp_edge *edge)
 {
     if (edge->stays)
@@ -376,7 +362,8 @@ static int relation_of(const kmp_linkage *g, const kmp_edge *cut, const kmp_edge
         return MORE;
     if (edge->start && !cut->start)
         return STARTED;
-    return g->depth[edge->body[edge->reversed ? 0 : 1]] < reach_of_cut(g, cut) ? NEARER : BEFORE;
+    const int a = g->depth[cut->body[0]], b = g->depth[cut->body[1]], reach = (a < b ? a : b) + cut->freedoms;
+    return g->depth[edge->body[edge->reversed ? 0 : 1]] < reach ? NEARER : BEFORE;
 }
 
 const char *kmp_linkage_why(kmp_reader *r, kmp_linkage *g, const kmp_edge *cut)
@@ -532,14 +519,6 @@ static void search_list(search *s, const char *section, const char *key, const c
         need_node(s, list->items[k]);
 }
 
-static void search_keys(search *s, const char *section, const char *key, const char *reason)
-{
-    const kmp_yaml *map = kmp_yaml_get(kmp_yaml_get(s->r->root, section), key);
-    s->reason = reason;
-    for (int k = 0; map && map->kind == KMP_YAML_MAP && k < map->count; k++)
-        need_node(s, map->keys[k]);
-}
-
 static void find_start(const search *s, const char *key)
 {
     const kmp_yaml *map = kmp_yaml_get(kmp_yaml_get(s->r->root, "start"), key);
@@ -555,7 +534,10 @@ void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g)
 {
     search s = {r, g, "", false};
     search_list(&s, "start", "hold", "the start holds it");
-    search_keys(&s, "start", "goals", "the start has a goal for it");
+    const kmp_yaml *goals = kmp_yaml_get(kmp_yaml_get(r->root, "start"), "goals");
+    s.reason = "the start has a goal for it";
+    for (int k = 0; goals && goals->kind == KMP_YAML_MAP && k < goals->count; k++)
+        need_node(&s, goals->keys[k]);
     search_list(&s, "run", "independent", "it is given as independent");
     search_entries(&s, "drives", "drive '%s' moves it", "drive '%s' depends on it");
     search_entries(&s, "forces", "force '%s' acts on it", "force '%s' depends on it");

@@ -19,22 +19,13 @@ static bool is_letter(char c)
     return isalnum((unsigned char)c) || c == '_' || (unsigned char)c >= 0x80;
 }
 
-/* True if a text contains a word. */
-static bool has_word(const char *text, const char *word)
+/* True if a text contains a word; `called`: WORD(. */
+static bool has_word(const char *text, const char *word, bool called)
 {
     size_t length = strlen(word);
     for (const char *s = strstr(text, word); s; s = strstr(s + 1, word))
-        if ((s == text || !is_letter(s[-1])) && !is_letter(s[length]))
-            return true;
-    return false;
-}
-
-/* True if a text contains WORD(. */
-static bool calls(const char *text, const char *word)
-{
-    size_t length = strlen(word);
-    for (const char *s = strstr(text, word); s; s = strstr(s + 1, word))
-        if ((s == text || !is_letter(s[-1])) && s[length + strspn(s + length, " \t")] == '(')
+        if ((s == text || !is_letter(s[-1])) &&
+            (called ? s[length + strspn(s + length, " \t")] == '(' : !is_letter(s[length])))
             return true;
     return false;
 }
@@ -55,10 +46,10 @@ static bool waits(const kmp_reader *r, const kmp_yaml *map, int i)
         return false;
     bool found = false;
     for (int k = 0; kmp_words_of_loads[k] && !found; k++)
-        found = calls(node->text, kmp_words_of_loads[k]);
+        found = has_word(node->text, kmp_words_of_loads[k], true);
     for (int k = 0; k < i && !found; k++) {
         const kmp_unknowns *other = &r->model->unknowns[r->first_algebraic + k];
-        found = other->late && has_word(node->text, name_in(r, node->text_place.file, other->name));
+        found = other->late && has_word(node->text, name_in(r, node->text_place.file, other->name), false);
     }
     return found;
 }
@@ -120,18 +111,13 @@ void kmp_reader_take_named(kmp_reader *r, kmp_place place, const char *what, con
 
 /* -- reading ------------------------------------------------------------------------------------------ */
 
-static bool is_known_name(const kmp_reader *r, const char *name)
+static const char *read_new_name(kmp_reader *r, const kmp_yaml *key, const char *what, const char *name)
 {
     const kempe_model *model = r->model;
     bool known = kmp_name_find(KMP_NAMED(model, table), name) >= 0 || kmp_name_means_something(r, name);
     for (int i = 0; i < model->unknowns_count && !known; i++)
         known = kmp_name_find(kmp_unknown_names(&model->unknowns[i]), name) >= 0;
-    return known;
-}
-
-static const char *read_new_name(kmp_reader *r, const kmp_yaml *key, const char *what, const char *name)
-{
-    if (kmp_read_name(r, key, what) && is_known_name(r, name))
+    if (kmp_read_name(r, key, what) && known)
         kmp_reader_complain(r, key->place, "%s cannot have the name '%s', which is already defined", what, name);
     return kmp_arena_strdup(&r->model->arena, name);
 }

@@ -144,19 +144,6 @@ void kmp_check_joint_keys(kmp_reader *r, const kmp_joint_row *row, const kmp_yam
     }
 }
 
-/* Reads the number that couples two motions; in other joints its key is an error. */
-static void read_number(kmp_reader *r, const kmp_joint_row *row, const kmp_yaml *joint, const char *what,
-                        kmp_body *body)
-{
-    const char *key = row ? kmp_joint_key(row) : NULL;
-    kmp_check_joint_keys(r, row, joint, what);
-    const kmp_yaml *node = key ? kmp_read_required(r, joint, what, key) : NULL;
-    body->coupling = key ? row : NULL;
-    if (node)
-        kmp_read_number(r, node, kmp_reader_say(r, "the %s of %s", key, what), kmp_key_dimension(joint_keys, key),
-                        &body->number);
-}
-
 static void read_armature(kmp_reader *r, const kmp_yaml *joint, const char *what, kmp_body *body)
 {
     const kmp_yaml *node = kmp_yaml_get(joint, "armature");
@@ -194,7 +181,13 @@ static void read_kind(kmp_reader *r, const kmp_yaml *joint, const char *what, in
     } else if (count > 0) {
         read_motions(r, kmp_yaml_get(joint, "motions"), what, body);
     }
-    read_number(r, row, joint, what, &r->model->bodies[body]);
+    kmp_check_joint_keys(r, row, joint, what);
+    const char *key = row ? kmp_joint_key(row) : NULL; /* of the number that couples two motions */
+    const kmp_yaml *number = key ? kmp_read_required(r, joint, what, key) : NULL;
+    r->model->bodies[body].coupling = key ? row : NULL;
+    if (number)
+        kmp_read_number(r, number, kmp_reader_say(r, "the %s of %s", key, what), kmp_key_dimension(joint_keys, key),
+                        &r->model->bodies[body].number);
     read_armature(r, joint, what, &r->model->bodies[body]);
     if (count != 1)
         kmp_complain_keys(r, joint->place, what, KMP_NAMES_OF(kinds), count);
@@ -204,19 +197,13 @@ static void read_kind(kmp_reader *r, const kmp_yaml *joint, const char *what, in
 
 /* -- joints -------------------------------------------------------------------------------------- */
 
-/* Motions that may change places: all about and along one axis. */
-static bool commute(const kmp_motion *motions, int count)
-{
-    for (int k = 1; k < count; k++)
-        if (memcmp(motions[k].axis, motions[0].axis, sizeof motions[0].axis) != 0)
-            return false;
-    return true;
-}
-
-/* The inverse X1(q1) X2(q2) .. of a chain is .. X2(-q2) X1(-q1): the last motion first, about the opposite axis. */
+/* The inverse X1(q1) X2(q2) .. of a chain is .. X2(-q2) X1(-q1): the last motion first, about the opposite axis.
+ * Motions that are all about and along one axis keep their order. */
 static void reverse_chain(kmp_motion *motions, int count)
 {
-    bool turn = !commute(motions, count);
+    bool turn = false;
+    for (int k = 1; k < count; k++)
+        turn = turn || memcmp(motions[k].axis, motions[0].axis, sizeof motions[0].axis) != 0;
     for (int k = 0; k < count / 2 && turn; k++) {
         kmp_motion last = motions[count - 1 - k];
         motions[count - 1 - k] = motions[k];
@@ -412,26 +399,21 @@ static int parent_of(const void *user, int i)
     return ((const source *)user)[i].parent;
 }
 
-/* Reports that `on` is its own ancestor. The cycle is cut at its first body in the file, so that it is reported once.
+/* Reports that a body is its own ancestor. The cycle is cut at its first body in the file, so that it is reported once.
  */
-static void complain_circle(sources *s, int on)
-{
-    int first;
-    const char *chain = kmp_reader_cycle(s->r, KMP_NAMES(s->list, s->count), parent_of, s->list, on, &first);
-    kmp_reader_complain(s->r, s->list[first].at->place, "bodies are attached to each other in a cycle: %s", chain);
-    s->list[first].parent = -1;
-    s->list[first].at = NULL;
-}
-
 static void cut_circle(sources *s, int i)
 {
-    int steps = 0;
+    int steps = 0, first;
     while (i >= 0 && !s->list[i].placed && steps <= s->count) {
         i = s->list[i].parent;
         steps++;
     }
-    if (steps > s->count)
-        complain_circle(s, i);
+    if (steps <= s->count)
+        return;
+    const char *chain = kmp_reader_cycle(s->r, KMP_NAMES(s->list, s->count), parent_of, s->list, i, &first);
+    kmp_reader_complain(s->r, s->list[first].at->place, "bodies are attached to each other in a cycle: %s", chain);
+    s->list[first].parent = -1;
+    s->list[first].at = NULL;
 }
 
 /* Places body i after its ancestors: the path to the root is written from the end of the free part of `order`. */
@@ -502,15 +484,6 @@ static const kmp_key point_keys[] = {
 #include "model/keys/point_keys.def"
     {0}};
 
-static void add_vectors(kmp_reader *r, kmp_number to[3], const kmp_number by[3])
-{
-    for (int k = 0; k < 3; k++) {
-        int symbol = to[k].symbol ? to[k].symbol : by[k].symbol;
-        to[k] = kmp_number_add(&r->model->arena, to[k], by[k]);
-        to[k].symbol = symbol;
-    }
-}
-
 /* From a point of the ground of an included file to the same on the body that the file is put on, where `ground` is the
  * origin of the file. */
 static void move_to_ground(kmp_reader *r, const kmp_point *ground, kmp_point *point)
@@ -519,18 +492,11 @@ static void move_to_ground(kmp_reader *r, const kmp_point *ground, kmp_point *po
     point->station = ground->station;
     for (int k = 0; ground->station > 0 && k < 3; k++)
         point->offset[k] = kmp_number_add(&r->model->arena, point->at[k], ground->offset[k]);
-    add_vectors(r, point->at, ground->at);
-}
-
-/* [x, y, z], or {at: [x, y, z], axes: {..}}; on a flexible body {station: x, offset: [x, y, z], axes: {..}}. */
-static void read_point(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_point *point)
-{
-    if (node->kind == KMP_YAML_MAP) {
-        kmp_read_map(r, node, what, point_keys);
-        const kmp_yaml *axes = kmp_yaml_get(node, "axes");
-        point->turned = axes && kmp_read_axes(r, axes, what, point->axes);
+    for (int k = 0; k < 3; k++) {
+        int symbol = point->at[k].symbol ? point->at[k].symbol : ground->at[k].symbol;
+        point->at[k] = kmp_number_add(&r->model->arena, point->at[k], ground->at[k]);
+        point->at[k].symbol = symbol;
     }
-    kmp_read_point_place(r, node, what, point);
 }
 
 /* Points of a body; points of the ground of an included file have the point of its origin as `ground`. */
@@ -549,8 +515,15 @@ static void read_points(kmp_reader *r, const kmp_yaml *owner, int body, const km
             return;
         point->body = body;
         model->point_count++;
-        read_point(r, map->items[i], kmp_reader_say(r, "point '%s.%s'", model->bodies[body].name, map->keys[i]->text),
-                   point);
+        /* [x, y, z], or {at: [x, y, z], axes: {..}}; on a flexible body {station: x, offset: [x, y, z], axes: {..}} */
+        const kmp_yaml *node = map->items[i];
+        what = kmp_reader_say(r, "point '%s.%s'", model->bodies[body].name, map->keys[i]->text);
+        if (node->kind == KMP_YAML_MAP) {
+            kmp_read_map(r, node, what, point_keys);
+            const kmp_yaml *axes = kmp_yaml_get(node, "axes");
+            point->turned = axes && kmp_read_axes(r, axes, what, point->axes);
+        }
+        kmp_read_point_place(r, node, what, point);
         if (ground)
             move_to_ground(r, ground, point);
     }

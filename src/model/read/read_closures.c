@@ -117,18 +117,6 @@ static void read_curve_expression(kmp_reader *r, const kmp_yaml *node, const cha
     add_curve(closure, expr, side);
 }
 
-/* y = table(x), as an expression. */
-static void read_curve_table(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_closure *closure)
-{
-    kmp_expr *x = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1), *of = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
-    closure->table = kmp_read_table_name(r, node, what);
-    if (!closure->table || !x || !of)
-        return;
-    *x = (kmp_expr){.kind = KMP_EXPR_PLACE};
-    *of = (kmp_expr){.kind = KMP_EXPR_TABLE, .table = closure->table, .a = x};
-    add_curve(closure, of, 1);
-}
-
 /* One expression that is zero on the curve (or surface), or two, for surfaces that intersect in it. */
 static void read_implicit(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_closure *closure)
 {
@@ -153,8 +141,15 @@ static void read_curve(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         kmp_reader_complain(r, map->place, "%s: exactly one of table, y (and z), curve is expected", what);
         return;
     }
-    if (table)
-        read_curve_table(r, table, what, closure);
+    if (table) { /* y = table(x), as an expression */
+        kmp_expr *x = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1), *of = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
+        closure->table = kmp_read_table_name(r, table, what);
+        if (closure->table && x && of) {
+            *x = (kmp_expr){.kind = KMP_EXPR_PLACE};
+            *of = (kmp_expr){.kind = KMP_EXPR_TABLE, .table = closure->table, .a = x};
+            add_curve(closure, of, 1);
+        }
+    }
     if (y)
         read_curve_expression(r, y, kmp_reader_say(r, "%s: y", what), 1, closure);
     if (z)
@@ -335,19 +330,6 @@ static void read_cuts(kmp_reader *r, const kmp_yaml *map)
     }
 }
 
-static void read_drives(kmp_section *s)
-{
-    kmp_reader *r = s->r;
-    while (kmp_section_next(s)) {
-        if (kmp_name_find(KMP_NAMED(r->model, closure), s->name) >= 0)
-            kmp_reader_complain(r, s->key->place,
-                                "a drive cannot have the name '%s' of a loop: lambda(%s) would be ambiguous", s->name,
-                                s->name);
-        read_drive(r, s->node, s->what, add_closure(r, s->name, KMP_CLOSURE_drive, s->key->place));
-        check_driven(r, r->model->closure_count - 1);
-    }
-}
-
 /* The coupling of a joint with a number, a closure of the kind's and of the joint's name. */
 static void add_couplings(kmp_reader *r)
 {
@@ -384,7 +366,14 @@ void kmp_read_closures(kmp_reader *r)
         read_closure(r, loops.node, loops.what, add_closure(r, loops.name, KMP_CLOSURE_NONE, loops.key->place));
     if (cuts)
         read_cuts(r, cuts);
-    read_drives(&drives);
+    while (kmp_section_next(&drives)) {
+        if (kmp_name_find(KMP_NAMED(model, closure), drives.name) >= 0)
+            kmp_reader_complain(r, drives.key->place,
+                                "a drive cannot have the name '%s' of a loop: lambda(%s) would be ambiguous",
+                                drives.name, drives.name);
+        read_drive(r, drives.node, drives.what, add_closure(r, drives.name, KMP_CLOSURE_drive, drives.key->place));
+        check_driven(r, model->closure_count - 1);
+    }
     add_couplings(r);
     kmp_lock_pressed(r);
     kmp_read_wings(r, KMP_READ_AFTER_CLOSURES);

@@ -425,19 +425,17 @@ static bool mentions(const char *text, const char *word)
     return false;
 }
 
-static bool fits(const law_row *row, const kmp_yaml *map)
-{
-    return (mentions(row->force, "damping") && kmp_yaml_get(map, "damping")) ||
-           (mentions(row->force, "restitution") && kmp_yaml_get(map, "restitution"));
-}
-
 /* The row of a word: of two the one whose number is given, otherwise the first. */
 static const law_row *find_law(const char *word, const kmp_yaml *map)
 {
     const law_row *found = NULL;
-    for (int k = 0; k < law_words.count; k++)
-        if (strcmp(laws[k].word, word) == 0 && (!found || fits(&laws[k], map)))
+    for (int k = 0; k < law_words.count; k++) {
+        const char *force = laws[k].force;
+        bool given = (mentions(force, "damping") && kmp_yaml_get(map, "damping")) ||
+                     (mentions(force, "restitution") && kmp_yaml_get(map, "restitution"));
+        if (strcmp(laws[k].word, word) == 0 && (!found || given))
             found = &laws[k];
+    }
     return found;
 }
 
@@ -624,18 +622,6 @@ static void read_row(contact *c, const law_row *row)
     c->made->store = row->store[0] ? read_formula(c->r, row->store, numbers) : NULL;
 }
 
-/* The law of the user, over the same quantities. */
-static void read_own_law(contact *c, const kmp_yaml *node)
-{
-    static const char *const numbers[] = {"stiffness", "exponent", "damping", "restitution",
-                                          "young",     "poisson",  "radii"};
-    refuse_numbers(c, NULL, numbers, 7);
-    c->r->locals = &c->numbers;
-    c->force->effort =
-        kmp_read_expr(c->r, node, c->what, c->force->turns ? KMP_DIM_TORQUE : KMP_DIM_FORCE, KMP_OF_LOADS);
-    c->r->locals = NULL;
-}
-
 static void read_law(contact *c)
 {
     static const char *const ways[] = {"law", "force"};
@@ -644,10 +630,17 @@ static void read_law(contact *c)
     const kmp_yaml *word = kmp_yaml_get(c->map, "law"), *own = kmp_yaml_get(c->map, "force");
     for (int k = 0; k < 3; k++)
         add_local(&c->numbers, quantity_names[k], &quantities[k]);
-    if (own)
-        read_own_law(c, own);
-    else if (kmp_read_choice(c->r, word, c->what, law_words, "the law is", " or ") >= 0)
+    if (own) { /* the law of the user, over the same quantities */
+        static const char *const numbers[] = {"stiffness", "exponent", "damping", "restitution",
+                                              "young",     "poisson",  "radii"};
+        refuse_numbers(c, NULL, numbers, 7);
+        c->r->locals = &c->numbers;
+        c->force->effort =
+            kmp_read_expr(c->r, own, c->what, c->force->turns ? KMP_DIM_TORQUE : KMP_DIM_FORCE, KMP_OF_LOADS);
+        c->r->locals = NULL;
+    } else if (kmp_read_choice(c->r, word, c->what, law_words, "the law is", " or ") >= 0) {
         read_row(c, find_law(word->text, c->map));
+    }
 }
 
 /* -- friction -------------------------------------------------------------------------------------- */

@@ -206,12 +206,6 @@ static kmp_taper difference(const entry *e, double factor, const kmp_taper *a, c
     return multiple(e, number(factor), &sum);
 }
 
-/* (a + b u) / (c + d u) */
-static kmp_number quotient(const entry *e, double a, double b, double c, double d, kmp_number u)
-{
-    return over(e, plus(e, number(a), scale(e, b, u)), plus(e, number(c), scale(e, d, u)));
-}
-
 /* St. Venant's torsion of a rectangle (Timoshenko and Goodier 1970, section 109), edges a and b: a b^3 (1/3 - 64
  * b/(pi^5 a) sum of tanh(n pi a/2b)/n^5 over odd n). The sum is the sum of 1/n^5, 31/32 zeta(5), less a few terms,
  * which decrease by exp(-pi a/b) where b is the shorter edge. */
@@ -262,7 +256,8 @@ static void take_rectangle(const entry *e, const kmp_taper edge[2], kmp_number p
     else if (has(e, KMP_BEAM_TORSION))
         s->twist =
             kmp_taper_fit(&e->r->model->arena, both.edge[0].next ? &both.edge[0] : &both.edge[1], twist_at, &both);
-    s->shear[0] = s->shear[1] = quotient(e, 10, 10, 12, 11, poisson);
+    s->shear[0] = s->shear[1] =
+        over(e, plus(e, number(10), scale(e, 10, poisson)), plus(e, number(12), scale(e, 11, poisson)));
 }
 
 /* The part of a ring's area that carries shear, by its diameters. */
@@ -663,12 +658,6 @@ static void read_count(entry *e, const kmp_yaml *map, kmp_beam_family family)
     }
 }
 
-/* Not a number itself, but an expression of parameters. */
-static bool is_set_by_parameters(const kmp_yaml *node)
-{
-    return node && node->text && strcspn(node->text, "0123456789") > 0;
-}
-
 static void read_shapes(entry *e, const kmp_yaml *map)
 {
     int sum = 0;
@@ -680,7 +669,8 @@ static void read_shapes(entry *e, const kmp_yaml *map)
     for (int f = 0; f < KMP_BEAM_FAMILIES; f++) {
         read_count(e, map, (kmp_beam_family)f);
         sum += e->beam.count[f];
-        parameters = parameters || is_set_by_parameters(kmp_yaml_get(map, families[f]));
+        const kmp_yaml *count = kmp_yaml_get(map, families[f]); /* a number itself, or an expression of parameters */
+        parameters = parameters || (count && count->text && strcspn(count->text, "0123456789") > 0);
     }
     if (sum > 0 || e->wrong || e->r->bodies_as || parameters)
         return;
@@ -707,16 +697,6 @@ static void read_damping(entry *e, const kmp_yaml *map)
 }
 
 /* -- the whole key ----------------------------------------------------------------------------------- */
-
-static void check_rotary(entry *e, const kmp_yaml *map)
-{
-    const kmp_yaml *node = kmp_yaml_get(map, "rotary");
-    if (e->rotary || !has(e, KMP_BEAM_TORSION) || !node)
-        return;
-    kmp_reader_complain(e->r, node->place, "rotary of %s: torsion moves no mass without the inertia of its sections",
-                        e->body);
-    fail(e);
-}
 
 /* Keys of beams and keys of files are not mixed. */
 static void check_source(entry *e, const kmp_yaml *map, bool file)
@@ -767,7 +747,11 @@ static void read_flexible(entry *e, const kmp_yaml *map)
     e->beam.sheared = read_flag(e, map, "shear", false);
     e->beam.raw = read_flag(e, map, "raw", false);
     e->rotary = read_flag(e, map, "rotary", twists);
-    check_rotary(e, map);
+    if (!e->rotary && twists && kmp_yaml_get(map, "rotary")) {
+        kmp_reader_complain(r, kmp_yaml_get(map, "rotary")->place,
+                            "rotary of %s: torsion moves no mass without the inertia of its sections", e->body);
+        fail(e);
+    }
     e->beam.stiffening = (kmp_stiffening)read_word(e, map, "stiffening", KMP_NAMES_OF(stiffenings),
                                                    twists ? KMP_STIFFENING_FULL : KMP_STIFFENING_FIRST);
     if (kmp_yaml_get(map, "damping") && !kmp_yaml_get(map, "segments"))
@@ -1001,14 +985,6 @@ static void make_modal_body(entry *e, kmp_flexible *flexible)
         e->r->model->arena.failed = true;
 }
 
-static const bool *fixed_parts(entry *e)
-{
-    bool *fixed = KMP_ARENA_NEW(&e->r->scratch, bool, e->station_count);
-    for (int k = 0; fixed && k < e->station_count; k++)
-        fixed[k] = is_fixed_part(e, e->stations[k]);
-    return fixed;
-}
-
 static void keep_beam(kempe_model *model, const kmp_beam *beam, kmp_flexible *flexible)
 {
     kmp_beam *kept = KMP_ARENA_NEW(&model->arena, kmp_beam, 1);
@@ -1030,7 +1006,10 @@ static void make_beam(entry *e, kmp_flexible *flexible)
             add_coordinate(e->r, flexible->body, names[f], k + 1, f == KMP_BEAM_TORSION);
     e->beam.stations = e->stations;
     e->beam.station_count = e->station_count;
-    e->beam.fixed = fixed_parts(e);
+    bool *fixed = KMP_ARENA_NEW(&e->r->scratch, bool, e->station_count);
+    for (int k = 0; fixed && k < e->station_count; k++)
+        fixed[k] = is_fixed_part(e, e->stations[k]);
+    e->beam.fixed = fixed;
     if (!e->wrong && e->stations && e->beam.fixed && !kmp_beam_make(&model->arena, &e->beam, flexible) &&
         !model->arena.failed)
         kmp_reader_complain(e->r, model->bodies[flexible->body].place,

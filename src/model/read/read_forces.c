@@ -42,15 +42,6 @@ static const char *find_place(const element *e)
     return NULL;
 }
 
-static bool has_word(const element *e, const char *word)
-{
-    if (!word)
-        return true;
-    if (strcmp(word, "effort") == 0)
-        return kmp_yaml_get(e->map, "torque") || kmp_yaml_get(e->map, "force");
-    return kmp_yaml_get(e->map, word);
-}
-
 static void complain_words(const element *e, const char *place, int found)
 {
     if (strcmp(place, "joint") == 0)
@@ -68,11 +59,16 @@ static int find_kind(const element *e, const char *place)
     int kind = -1, found = 0;
     if (strcmp(place, "sliding") == 0)
         return kmp_read_required(e->r, e->map, e->what, "friction") ? KMP_FORCE_FRICTION : -1;
-    for (int k = 0; k < KMP_FORCE_KINDS; k++)
-        if (strcmp(kmp_force_rows[k].place, place) == 0 && has_word(e, kmp_force_rows[k].word)) {
+    for (int k = 0; k < KMP_FORCE_KINDS; k++) {
+        const char *word = kmp_force_rows[k].word;
+        bool effort = word && strcmp(word, "effort") == 0;
+        bool given = !word || (effort ? kmp_yaml_get(e->map, "torque") || kmp_yaml_get(e->map, "force")
+                                      : kmp_yaml_get(e->map, word) != NULL);
+        if (strcmp(kmp_force_rows[k].place, place) == 0 && given) {
             kind = k;
             found++;
         }
+    }
     if (kind == KMP_FORCE_JOINT && kmp_yaml_get(e->map, "torque") && kmp_yaml_get(e->map, "force"))
         found++;
     if (found == 1)

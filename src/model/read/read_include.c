@@ -123,14 +123,6 @@ static int compare(const void *a, const void *b)
     return x->order < y->order ? -1 : x->order > y->order;
 }
 
-static int count_lines(const char *s)
-{
-    int n = 1;
-    for (; *s; s++)
-        n += *s == '\n';
-    return n;
-}
-
 /* The first file whose label and a colon begin `text`: files with equal labels count as one. */
 static int find_file(const kempe_model *model, const char *text)
 {
@@ -168,14 +160,6 @@ static bool is_repeated(const complaint *list, int i)
     return false;
 }
 
-/* Reports an error again. In a model built in code a file is one call, without lines; its name is printed once. */
-static kempe_status say_again(kmp_reader *r, const complaint *c)
-{
-    if (c->file < 0 || (c->line == 0 && strstr(c->text, r->model->files[c->file])))
-        return kmp_fail(r->context, KEMPE_E_INPUT, "%s", c->text);
-    return kmp_complain(r->context, r->model->files[c->file], c->line, c->column, "%s", c->text);
-}
-
 /* Reports the number of errors that were not kept, at the last place of those kept. */
 static kempe_status say_rest(kmp_reader *r, const complaint *last, int rest)
 {
@@ -192,7 +176,9 @@ kempe_status kmp_reader_sort_complaints(kmp_reader *r)
 {
     kempe_status status = KEMPE_E_INPUT;
     char *text = kmp_arena_strdup(&r->scratch, kempe_context_message(r->context));
-    int count = text ? count_lines(text) : 0, rest = kmp_context_complaints(r->context) - KMP_MOST_COMPLAINTS;
+    int count = 1, rest = kmp_context_complaints(r->context) - KMP_MOST_COMPLAINTS;
+    for (const char *s = text; s && *s; s++)
+        count += *s == '\n';
     complaint *list = KMP_ARENA_NEW(&r->scratch, complaint, count);
     if (!text || !list)
         return KEMPE_E_MEMORY;
@@ -205,9 +191,16 @@ kempe_status kmp_reader_sort_complaints(kmp_reader *r)
     }
     qsort(list, (size_t)count, sizeof *list, compare);
     kmp_context_clear(r->context);
-    for (int i = 0; i < count && status == KEMPE_E_INPUT; i++)
-        if (!is_repeated(list, i))
-            status = say_again(r, &list[i]);
+    for (int i = 0; i < count && status == KEMPE_E_INPUT; i++) {
+        /* In a model built in code a file is one call, without lines; its name is printed once. */
+        const complaint *c = &list[i];
+        const char *file = c->file >= 0 ? r->model->files[c->file] : NULL;
+        if (is_repeated(list, i))
+            continue;
+        status = !file || (c->line == 0 && strstr(c->text, file))
+                     ? kmp_fail(r->context, KEMPE_E_INPUT, "%s", c->text)
+                     : kmp_complain(r->context, file, c->line, c->column, "%s", c->text);
+    }
     if (rest > 0 && status == KEMPE_E_INPUT)
         status = say_rest(r, &list[count - 1], rest);
     return status;
@@ -337,15 +330,6 @@ static bool check_root(kmp_reader *r, const kmp_yaml *root)
     return kmp_read_map(r, root, "the included model", kmp_model_keys);
 }
 
-static kmp_include_instance *add_instance(kmp_reader *r)
-{
-    kmp_include_instance *list = kmp_arena_room(&r->scratch, r->instances, r->instance_count, sizeof *list);
-    if (!list)
-        return NULL;
-    r->instances = list;
-    return &list[r->instance_count++];
-}
-
 /* -- joining ------------------------------------------------------------------------------------- */
 
 /* Of two sections to be joined the one that replaces both: the other is missing or empty, or this one is not of the
@@ -457,12 +441,6 @@ static const kmp_yaml *other_kind(kmp_reader *r, const kmp_yaml *joint, const km
     return other;
 }
 
-static const char *joint_name(const kmp_yaml *bodies, int i)
-{
-    const kmp_yaml *joint = kmp_yaml_get(bodies->items[i], "joint"), *name = kmp_yaml_get(joint, "name");
-    return name ? name->text : joint ? bodies->keys[i]->text : "";
-}
-
 /* The bodies of an included file, some joints of which the including file makes joints of another kind. */
 static const kmp_yaml *set_joints(kmp_reader *r, const kmp_yaml *root, const kmp_yaml *set)
 {
@@ -473,7 +451,8 @@ static const kmp_yaml *set_joints(kmp_reader *r, const kmp_yaml *root, const kmp
         kmp_nearest nearest = kmp_nearest_begin(set->keys[k]->text);
         int of = -1;
         for (int i = 0; bodies && i < bodies->count; i++) {
-            const char *name = joint_name(bodies, i);
+            const kmp_yaml *joint = kmp_yaml_get(bodies->items[i], "joint"), *given = kmp_yaml_get(joint, "name");
+            const char *name = given ? given->text : joint ? bodies->keys[i]->text : "";
             kmp_nearest_offer(&nearest, name);
             of = strcmp(name, set->keys[k]->text) == 0 ? i : of;
         }
@@ -543,10 +522,13 @@ static void include_one(kmp_reader *r, const kmp_yaml *node, int parent)
                               .ground = -1};
     if (x.file >= 0)
         load(r, node, name, path, &x);
-    kmp_include_instance *instance = x.root && check_root(r, x.root) ? add_instance(r) : NULL;
-    if (!instance)
+    if (!x.root || !check_root(r, x.root))
         return;
-    *instance = x;
+    kmp_include_instance *list = kmp_arena_room(&r->scratch, r->instances, r->instance_count, sizeof *list);
+    if (!list)
+        return;
+    r->instances = list;
+    list[r->instance_count++] = x;
     const kmp_yaml *set = set_parameters(r, x.root, kmp_yaml_get(node, "set"));
     const kmp_yaml *root = set_joints(r, set, kmp_yaml_get(node, "joints"));
     for (int k = 0; k < JOINED_PARTS; k++) {

@@ -36,17 +36,6 @@ static void put(kmp_reader *r, kmp_yaml *map, const char *key, const kmp_yaml *i
         kmp_yaml_put(&r->scratch, map, item->place, key, item);
 }
 
-static const kmp_yaml *direction(kmp_reader *r, const double axis[3], const kmp_yaml *place)
-{
-    kmp_yaml *list = kmp_yaml_new(&r->scratch, KMP_YAML_LIST, place->place);
-    for (int k = 0; k < 3; k++) {
-        kmp_text text = {0};
-        kmp_text_number(&text, axis[k]);
-        kmp_yaml_append(&r->scratch, list, NULL, word(r, kmp_reader_take(r, &text), place));
-    }
-    return list;
-}
-
 /* -- bodies -------------------------------------------------------------------------------------- */
 
 static int body_named(kmp_reader *r, kmp_linkage *g, const char *name)
@@ -255,21 +244,14 @@ static const kmp_yaml *make_joint(kmp_reader *r, const kmp_edge *edge)
     return joint;
 }
 
-/* A body's name in its own file. */
-static const char *name_in_file(kmp_reader *r, const kmp_linkage *g, int body)
-{
-    if (body == 0)
-        return "ground";
-    const kmp_include_instance *instance = kmp_reader_instance(r, g->body_keys[body]->place.file);
-    return g->body_names[body] + (instance ? strlen(instance->prefix) : 0);
-}
-
 /* A body's own joint, by which the body now carries its former parent. */
 static const kmp_yaml *turn_own_joint(kmp_reader *r, const kmp_linkage *g, const kmp_edge *edge)
 {
     static const char *const ends[] = {"at", "to", "reversed"};
     kmp_yaml *joint = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, edge->map->place);
-    const char *name = name_in_file(r, g, edge->body[1]);
+    const int body = edge->body[1];
+    const kmp_include_instance *instance = body > 0 ? kmp_reader_instance(r, g->body_keys[body]->place.file) : NULL;
+    const char *name = body == 0 ? "ground" : g->body_names[body] + (instance ? strlen(instance->prefix) : 0);
     const kmp_yaml *to = edge->point[1], *at = edge->point[0];
     for (int k = 0; k < edge->map->count; k++)
         if (kmp_name_find(KMP_NAMES_OF(ends), edge->map->keys[k]->text) < 0)
@@ -293,8 +275,14 @@ static const kmp_yaml *both_axes(kmp_reader *r, const kmp_edge *edge)
         return axes;
     kmp_read_chain_axes(r, edge->kind->chain, axis, kmp_edge_what(r, edge), m);
     kmp_yaml *both = kmp_yaml_new(&r->scratch, KMP_YAML_LIST, axis->place);
+    kmp_yaml *second = kmp_yaml_new(&r->scratch, KMP_YAML_LIST, axis->place);
+    for (int k = 0; k < 3; k++) {
+        kmp_text text = {0};
+        kmp_text_number(&text, m[k][1]);
+        kmp_yaml_append(&r->scratch, second, NULL, word(r, kmp_reader_take(r, &text), axis));
+    }
     kmp_yaml_append(&r->scratch, both, NULL, axis);
-    kmp_yaml_append(&r->scratch, both, NULL, direction(r, (const double[]){m[0][1], m[1][1], m[2][1]}, axis));
+    kmp_yaml_append(&r->scratch, both, NULL, second);
     return both;
 }
 

@@ -222,15 +222,6 @@ static bool read_line(const reading *s, const kmp_yaml *node)
 
 /* -- meshes ------------------------------------------------------------------------------------------ */
 
-/* A file that another shape has, too, is read once. */
-static const kmp_mesh *mesh_of(const kempe_model *model, const char *path)
-{
-    for (int k = 0; k < model->shape_count; k++)
-        if (model->shapes[k].mesh && strcmp(model->shapes[k].mesh->path, path) == 0)
-            return model->shapes[k].mesh;
-    return NULL;
-}
-
 static const kmp_mesh *load_mesh(const reading *s, const kmp_yaml *node, const char *path)
 {
     kmp_reader *r = s->r;
@@ -259,18 +250,13 @@ static bool read_mesh(const reading *s, const kmp_yaml *node)
         (scale && !read_positive(s, scale, "scale", &s->shape->scale)))
         return false;
     const char *path = kmp_path_beside(s->r, node->place.file, node->text);
-    const kmp_mesh *known = mesh_of(s->r->model, path);
-    s->shape->mesh = known ? known : load_mesh(s, node, path);
+    const kmp_shape *shapes = s->r->model->shapes;
+    for (int k = 0; k < s->r->model->shape_count && !s->shape->mesh; k++)
+        if (shapes[k].mesh && strcmp(shapes[k].mesh->path, path) == 0)
+            s->shape->mesh = shapes[k].mesh; /* a file that another shape has, too, is read once */
+    if (!s->shape->mesh)
+        s->shape->mesh = load_mesh(s, node, path);
     return s->shape->mesh;
-}
-
-static bool read_kind(const reading *s)
-{
-    static bool (*const read[])(const reading *, const kmp_yaml *) = {
-        [KMP_SHAPE_BOX] = read_lengths,    [KMP_SHAPE_ELLIPSOID] = read_lengths, [KMP_SHAPE_SPHERE] = read_sphere,
-        [KMP_SHAPE_CYLINDER] = read_round, [KMP_SHAPE_CAPSULE] = read_round,     [KMP_SHAPE_LINE] = read_line,
-        [KMP_SHAPE_MESH] = read_mesh};
-    return read[s->shape->kind](s, kmp_yaml_get(s->map, kmp_shape_words[s->shape->kind]));
 }
 
 /* True for a word of a list with spaces between. */
@@ -375,6 +361,10 @@ static void read_looks(const reading *s)
 static void read_shape(kmp_reader *r, const kmp_shape_owner *owner, const kmp_yaml *map, const char *what)
 {
     static const kmp_name_list kinds = {kmp_shape_words, sizeof *kmp_shape_words, KMP_SHAPE_KINDS};
+    static bool (*const read[])(const reading *, const kmp_yaml *) = {
+        [KMP_SHAPE_BOX] = read_lengths,    [KMP_SHAPE_ELLIPSOID] = read_lengths, [KMP_SHAPE_SPHERE] = read_sphere,
+        [KMP_SHAPE_CYLINDER] = read_round, [KMP_SHAPE_CAPSULE] = read_round,     [KMP_SHAPE_LINE] = read_line,
+        [KMP_SHAPE_MESH] = read_mesh};
     kempe_model *model = r->model;
     kmp_shape *list = kmp_arena_room(&model->arena, model->shapes, model->shape_count, sizeof *list);
     if (!list || !kmp_read_map(r, map, what, shape_keys))
@@ -383,7 +373,7 @@ static void read_shape(kmp_reader *r, const kmp_shape_owner *owner, const kmp_ya
     reading s = {r, owner, map, what, &list[model->shape_count]};
     int kind = kmp_read_one_key(r, map, what, kinds);
     *s.shape = (kmp_shape){.kind = kind < 0 ? KMP_SHAPE_BOX : (kmp_shape_kind)kind, .body = owner->body};
-    if (kind < 0 || !check_keys(&s) || !read_kind(&s))
+    if (kind < 0 || !check_keys(&s) || !read[kind](&s, kmp_yaml_get(map, kmp_shape_words[kind])))
         return;
     read_matter(&s);
     read_looks(&s);
@@ -659,14 +649,6 @@ typedef struct branch {
     bool reported; /* an error of a descendant was reported */
 } branch;
 
-static bool is_heavy(const kmp_body *body)
-{
-    bool heavy = body->mass.value != 0 || body->flexible > 0;
-    for (int k = 0; k < 6; k++)
-        heavy = heavy || body->inertia[k].value != 0;
-    return heavy;
-}
-
 /* Of a flexible body without deformation, whose joint is at its origin. */
 static double carried_by_flexible(const kmp_flexible *flexible, const kmp_motion *last)
 {
@@ -685,7 +667,7 @@ static double carried(const kempe_model *model, const kmp_body *body, const kmp_
     if (body->flexible > 0)
         return carried_by_flexible(&model->flexibles[body->flexible - 1], last);
     const double *a = last->axis;
-    const kmp_number *c = body->com, *i = body->inertia;
+    const kmp_number *c = body->com;
     if (!last->rotation)
         return body->mass.value;
     double along = 0, squared = 0;
@@ -693,23 +675,13 @@ static double carried(const kempe_model *model, const kmp_body *body, const kmp_
         along += c[k].value * a[k];
         squared += c[k].value * c[k].value;
     }
-    return body->mass.value * fmax(squared - along * along, 0) + i[0].value * a[0] * a[0] + i[1].value * a[1] * a[1] +
-           i[2].value * a[2] * a[2] +
-           2 * (i[3].value * a[0] * a[1] + i[4].value * a[0] * a[2] + i[5].value * a[1] * a[2]);
+    return body->mass.value * fmax(squared - along * along, 0) + moment_about(body, a);
 }
 
 static bool is_driven(const kempe_model *model, int motion)
 {
     for (int c = 0; c < model->closure_count; c++)
         if (model->closures[c].motion == motion)
-            return true;
-    return false;
-}
-
-static bool has_free_motion(const kempe_model *model, const kmp_body *body)
-{
-    for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++)
-        if (!is_driven(model, k))
             return true;
     return false;
 }
@@ -725,7 +697,10 @@ static void complain_of(const kempe_model *model, const kmp_body *body, const ch
 static bool complain(const kempe_model *model, const kmp_body *body, const branch *at)
 {
     int last = body->first_motion + body->motion_count - 1;
-    if (at->closed || at->reported || !has_free_motion(model, body))
+    bool moves = false;
+    for (int k = body->first_motion; k <= last; k++)
+        moves = moves || !is_driven(model, k);
+    if (at->closed || at->reported || !moves)
         return at->reported;
     if (body->motion_count == 1 && body->armature.value > 0)
         return false;
@@ -750,8 +725,11 @@ kempe_status kmp_check_masses(const kempe_model *model)
                 at[model->points[model->closures[c].point[k]].body].closed = true;
     for (int b = model->body_count - 1; b > 0; b--) { /* parents precede their children */
         branch *own = &at[b], *parent = &at[model->bodies[b].parent];
-        own->heavy = own->heavy || is_heavy(&model->bodies[b]);
-        own->reported = complain(model, &model->bodies[b], own);
+        const kmp_body *body = &model->bodies[b];
+        own->heavy = own->heavy || body->mass.value != 0 || body->flexible > 0;
+        for (int k = 0; k < 6; k++)
+            own->heavy = own->heavy || body->inertia[k].value != 0;
+        own->reported = complain(model, body, own);
         parent->parent = true;
         parent->heavy = parent->heavy || own->heavy;
         parent->closed = parent->closed || own->closed;

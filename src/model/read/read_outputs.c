@@ -97,16 +97,6 @@ static kmp_output_kind kind_for(const kmp_reader *r, kmp_output_kind kind, const
     return kind == KMP_OUTPUT_MOMENT ? KMP_OUTPUT_JOINT_MOMENT : KMP_OUTPUT_JOINT_REACTION;
 }
 
-/* A joint of the tree, less one. */
-static int find_carried(kmp_reader *r, const kmp_yaml *node, const char *word, const char *name)
-{
-    int body = kmp_joint_find(r->model, name);
-    const char *obstacle = kmp_joint_obstacle(r->model, body);
-    if (obstacle)
-        kmp_reader_complain(r, node->place, "output %s: the load of joint '%s' is not known: %s", word, name, obstacle);
-    return body - 1;
-}
-
 /* Outputs that only flexible bodies have. */
 static void check_flexible_output(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, int point)
 {
@@ -138,8 +128,13 @@ static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_r
             check_flexible_output(r, node, row, point);
         return point;
     }
-    if (row->argument == KMP_OUTPUT_OF_JOINT)
-        return find_carried(r, node, row->word, name);
+    if (row->argument == KMP_OUTPUT_OF_JOINT) { /* a joint of the tree, less one */
+        const int body = kmp_joint_find(r->model, name);
+        const char *obstacle = kmp_joint_obstacle(r->model, body);
+        if (obstacle)
+            kmp_reader_complain(r, node->place, "%s: the load of joint '%s' is not known: %s", what, name, obstacle);
+        return body - 1;
+    }
     bool loop = row->argument == KMP_OUTPUT_OF_MAYBE_LOOP || row->argument == KMP_OUTPUT_OF_LOOP;
     if (loop && is_elastic(r, node, row->word, name))
         return -1;

@@ -263,16 +263,6 @@ static bool value_all(valuation *v)
     return room;
 }
 
-/* Follows dependences from `i`: after as many steps as there are parameters it is on the cycle. */
-static void complain_circle(valuation *v, int i)
-{
-    for (int step = 0; step < v->map->count; step++)
-        i = next_in_wait(v, i);
-    const char *chain = kmp_reader_cycle(v->r, KMP_NAMED(v->r->model, parameter), next_in_wait, v, i, &i);
-    kmp_reader_complain(v->r, v->map->keys[i]->place, "parameters depend on each other in a cycle: %s", chain);
-    v->states[i] = BAD; /* and with it the others, which depend on it */
-}
-
 /* The reader has the names, so that expressions find them, before any expression is read. */
 static bool take_names(kmp_section *s)
 {
@@ -371,7 +361,12 @@ void kmp_read_parameters(kmp_reader *r)
         return;
     for (int i = 0; i < v.map->count; i++)
         if (v.states[i] == WAITING) {
-            complain_circle(&v, i);
+            int at = i; /* after as many steps as there are parameters it is on the cycle */
+            for (int step = 0; step < v.map->count; step++)
+                at = next_in_wait(&v, at);
+            const char *chain = kmp_reader_cycle(r, KMP_NAMED(r->model, parameter), next_in_wait, &v, at, &at);
+            kmp_reader_complain(r, v.map->keys[at]->place, "parameters depend on each other in a cycle: %s", chain);
+            v.states[at] = BAD; /* and with it the others, which depend on it */
             if (!value_all(&v))
                 return;
         }
@@ -395,14 +390,6 @@ void kmp_read_parameters(kmp_reader *r)
  * by
  * --set, or by the file that includes theirs. */
 
-static bool is_set(const kmp_reader *r, const char *name)
-{
-    for (int k = 0; k < r->setting_count; k++)
-        if (strcmp(r->settings[k].name, name) == 0)
-            return true;
-    return false;
-}
-
 static void warn(const kmp_reader *r, kmp_place place, const char *name, const char *vain)
 {
     char where[48] = "";
@@ -424,28 +411,23 @@ static void warn_of_file(const kmp_reader *r, const kmp_yaml *map, int i)
         warn(r, own, parameter->name, "");
 }
 
-/* Displaced values use parameters of the file, too: those are not unused. */
-static void spare_displaced(kmp_reader *r, const kmp_yaml *map)
-{
-    for (int i = 0; i < map->count; i++)
-        if (r->model->parameters[i].used && is_set(r, r->model->parameters[i].name))
-            kmp_reader_use(r, kmp_read_constant(r, map->items[i], r->model->parameters[i].name));
-}
-
 void kmp_settle_parameters(kmp_reader *r)
 {
     if (!r->wrong && !r->scratch.failed && r->model->parameter_count > 0) {
         const kmp_yaml *map = kmp_yaml_get(r->root, "parameters");
         kempe_model *model = r->model;
         for (int i = 0; i < model->parameter_count; i++) {
-            bool set = is_set(r, model->parameters[i].name);
-            model->parameters[i].unused = set && !r->model->parameters[i].used;
+            const char *set = setting_of(r, model->parameters[i].name);
+            model->parameters[i].unused = set && !model->parameters[i].used;
             if (model->parameters[i].unused)
                 warn(r, map->keys[i]->place, model->parameters[i].name, ": setting it has no effect");
         }
-        spare_displaced(r, map);
+        /* Displaced values use parameters of the file, too: those are not unused. */
+        for (int i = 0; i < map->count; i++)
+            if (model->parameters[i].used && setting_of(r, model->parameters[i].name))
+                kmp_reader_use(r, kmp_read_constant(r, map->items[i], model->parameters[i].name));
         for (int i = 0; i < model->parameter_count; i++)
-            if (!r->model->parameters[i].used && !is_set(r, model->parameters[i].name))
+            if (!model->parameters[i].used && !setting_of(r, model->parameters[i].name))
                 warn_of_file(r, map, i);
     }
 }

@@ -26,12 +26,6 @@ static bool is_parallel(const double a[3], const double b[3])
     return fabs(kmp_dot(3, a, b)) >= 1 - PARALLEL;
 }
 
-static bool is_turned(const kempe_model *model, const kmp_body *body)
-{
-    return body->turned || (body->at >= 0 && model->points[body->at].turned) ||
-           (body->to >= 0 && model->points[body->to].turned);
-}
-
 /* True if every entry of a section has one of these keys. */
 static bool has_only(const kmp_yaml *section, int count, const char *const keys[])
 {
@@ -83,8 +77,12 @@ static bool find_normal(const kmp_reader *r, double normal[3], bool *pressed)
     *pressed = !pushes_in_plane(r->root);
     for (int i = 0; i < 3; i++)
         *pressed = *pressed || normal[i] * model->gravity[i].value != 0 || (normal[i] != 0 && model->gravity[i].expr);
-    for (int i = 1; i < model->body_count; i++)
-        found = found && !is_turned(model, &model->bodies[i]) && kmp_flexible_in_plane(r, i, normal);
+    for (int i = 1; i < model->body_count; i++) {
+        const kmp_body *b = &model->bodies[i];
+        bool turned =
+            b->turned || (b->at >= 0 && model->points[b->at].turned) || (b->to >= 0 && model->points[b->to].turned);
+        found = found && !turned && kmp_flexible_in_plane(r, i, normal);
+    }
     for (int k = 0; found && k < model->motion_count; k++) {
         const kmp_motion *m = &model->motions[k];
         found = m->rotation ? is_parallel(m->axis, normal) : fabs(kmp_dot(3, m->axis, normal)) <= PARALLEL;

@@ -62,12 +62,6 @@ static bool is_said(kmp_reader *r, const kmp_yaml *key, const kmp_goal *goal, co
     return false;
 }
 
-static void read_goal_values(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_goal *goal)
-{
-    kmp_dimension wanted = goal->motion < 0 ? KMP_DIM_LENGTH : kmp_motion_dimension(r->model, goal->motion, 0);
-    (goal->width == 3 ? kmp_read_vector : kmp_read_number)(r, node, what, wanted, goal->value);
-}
-
 /* One weight for all components, or one for each. */
 static void read_weights(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_goal *goal)
 {
@@ -100,8 +94,9 @@ static void read_goals(kmp_reader *r, const kmp_yaml *map)
                 read_weights(r, weight, kmp_reader_say(r, "the weight of '%s'", name), &goal);
             node = kmp_read_required(r, node, what, "value");
         }
+        kmp_dimension wanted = goal.motion < 0 ? KMP_DIM_LENGTH : kmp_motion_dimension(r->model, goal.motion, 0);
         if (node)
-            read_goal_values(r, node, what, &goal);
+            (goal.width == 3 ? kmp_read_vector : kmp_read_number)(r, node, what, wanted, goal.value);
         said[start->goal_count] = map->keys[i]->place;
         start->goals[start->goal_count++] = goal;
     }

@@ -314,17 +314,6 @@ static kmp_number *read_polynomial(kmp_reader *r, const block *b, const char *ke
     return good ? x : NULL;
 }
 
-static bool check(kmp_reader *r, const block *b, const kmp_number *a, int order, int zeros)
-{
-    bool good = order >= 1 && zeros <= order + 1 && a[0].value != 0;
-    if (!good)
-        kmp_reader_complain(r, b->map->place,
-                            "%s: the denominator of a transfer function has at least the degree of its numerator, and "
-                            "1, with a leading coefficient that is not zero",
-                            b->what);
-    return good;
-}
-
 /* Input, output and coefficients; of the i-th state its follower too. */
 typedef struct filter {
     const kmp_expr *u, *y;
@@ -376,8 +365,15 @@ static void read_transfer(kmp_reader *r, block *b)
     f.a = read_polynomial(r, b, "denominator", &poles);
     f.b = read_polynomial(r, b, "numerator", &f.zeros);
     f.order = poles - 1;
-    if (!f.u || !f.a || !f.b || !check(r, b, f.a, f.order, f.zeros))
+    if (!f.u || !f.a || !f.b)
         return;
+    if (f.order < 1 || f.zeros > f.order + 1 || f.a[0].value == 0) {
+        kmp_reader_complain(r, b->map->place,
+                            "%s: the denominator of a transfer function has at least the degree of its numerator, and "
+                            "1, with a leading coefficient that is not zero",
+                            b->what);
+        return;
+    }
     int held = b->sampled; /* the state that holds the output comes before the others */
     f.y = output_of(r, &f, block_state(r, b, held));
     if (b->direct)
@@ -520,14 +516,6 @@ static void read_rate(kmp_reader *r, block *b)
                                KMP_OF_LOADS);
 }
 
-/* The rate of a state that changes where a comparison becomes true: zero in any case, so that the comparison is a
- * condition of the equations, and its changes are located. */
-static const kmp_expr *rate_with(kmp_reader *r, const kmp_expr *when)
-{
-    return make(r,
-                (kmp_expr){.kind = KMP_EXPR_CALL, .function = KMP_FUNCTION_if, .a = when, .b = zero(r), .c = zero(r)});
-}
-
 static void read_next(kmp_reader *r, block *b)
 {
     static const char *const times[] = {"sample", "when"};
@@ -544,7 +532,14 @@ static void read_next(kmp_reader *r, block *b)
         kmp_reader_complain(r, node->place, "when of %s: changes of multipliers are not located", b->what);
     if (kmp_expr_acceleration(when))
         kmp_reader_complain(r, node->place, "when of %s: changes of accelerations are not located", b->what);
-    b->rate[0] = when ? rate_with(r, when) : NULL;
+    /* The rate is zero in any case, so that the comparison is a condition of the equations, and its changes are
+     * located.
+     */
+    b->rate[0] =
+        when ? make(r,
+                    (kmp_expr){
+                        .kind = KMP_EXPR_CALL, .function = KMP_FUNCTION_if, .a = when, .b = zero(r), .c = zero(r)})
+             : NULL;
 }
 
 /* Hysteresis changes where its input leaves the interval of its limits; which limit it is, decides its value. */
@@ -580,16 +575,6 @@ static const block_kind *const kinds[] = {&by_rate, &by_next, &by_transfer, &by_
 
 /* -- entries ----------------------------------------------------------------------------------------- */
 
-static void add_motion(kmp_reader *r, const kmp_state *state)
-{
-    kempe_model *model = r->model;
-    kmp_motion *motions = kmp_arena_room(&model->arena, model->motions, model->motion_count, sizeof *motions);
-    if (!motions)
-        return;
-    model->motions = motions;
-    motions[model->motion_count++] = (kmp_motion){.name = state->name, .rotation = true, .axis = {1, 0, 0}};
-}
-
 static const char *name_of(kmp_reader *r, const block *b, int i)
 {
     if (i == 0 && !b->direct)
@@ -603,12 +588,13 @@ static void add_state(kmp_reader *r, const char *name, kmp_place place)
 {
     kempe_model *model = r->model;
     kmp_state *states = kmp_arena_room(&model->arena, model->states, model->state_count, sizeof *states);
-    if (!states || !name)
+    kmp_motion *motions = kmp_arena_room(&model->arena, model->motions, model->motion_count, sizeof *motions);
+    if (!states || !motions || !name)
         return;
     model->states = states;
-    states[model->state_count] = (kmp_state){.name = name, .place = place, .scale = 1, .period = INFINITY};
-    add_motion(r, &states[model->state_count]);
-    model->state_count++;
+    states[model->state_count++] = (kmp_state){.name = name, .place = place, .scale = 1, .period = INFINITY};
+    model->motions = motions;
+    motions[model->motion_count++] = (kmp_motion){.name = name, .rotation = true, .axis = {1, 0, 0}};
 }
 
 /* The first state, or the first one of the block, begins at `start`. */

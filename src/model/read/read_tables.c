@@ -96,15 +96,6 @@ static int count_fields(const char *line)
     return count;
 }
 
-/* Cells beyond the header shift a column, as decimal commas do. */
-static bool check_width(sheet *s, const char *line, int number)
-{
-    int count = count_fields(line);
-    kmp_place place = {.line = number, .column = 1, .file = s->file};
-    return count <= s->width || kmp_reader_complain(s->p->r, place, "%d cells where the header has %d column%s", count,
-                                                    s->width, s->width == 1 ? "" : "s");
-}
-
 static bool find_columns(sheet *s, const char *header, int line)
 {
     bool good = true;
@@ -149,19 +140,14 @@ static bool read_cell(sheet *s, const char *line, int number, int column, double
     return false;
 }
 
-static int count_lines(const char *text)
-{
-    int n = 1;
-    for (; *text; text++)
-        n += *text == '\n';
-    return n;
-}
-
 static bool read_sheet(sheet *s, const char *text)
 {
     points *p = s->p;
     bool header = true, good = true;
-    if (!make_room(p, count_lines(text)))
+    int lines = 1;
+    for (const char *at = text; *at; at++)
+        lines += *at == '\n';
+    if (!make_room(p, lines))
         return false;
     text += strncmp(text, "\xef\xbb\xbf", 3) == 0 ? 3 : 0; /* the mark of UTF-8 */
     for (int line = 1; *text; line++) {
@@ -171,10 +157,15 @@ static bool read_sheet(sheet *s, const char *text)
             if (!find_columns(s, text, line))
                 return false;
         } else if (!is_comment(text)) {
-            good = check_width(s, text, line) && good;
+            /* Cells beyond the header shift a column, as decimal commas do. */
+            const kmp_place place = {.line = line, .column = 1, .file = s->file};
+            const int cells = count_fields(text);
+            if (cells > s->width)
+                good = kmp_reader_complain(p->r, place, "%d cells where the header has %d column%s", cells, s->width,
+                                           s->width == 1 ? "" : "s");
             bool x = read_cell(s, text, line, s->index[0], &p->x[p->count]);
             good = read_cell(s, text, line, s->index[1], &p->y[p->count]) && x && good;
-            p->place[p->count++] = (kmp_place){.line = line, .column = 1, .file = s->file};
+            p->place[p->count++] = place;
         }
         text += strcspn(text, "\n");
         text += *text == '\n';

@@ -36,13 +36,20 @@ static bool is_number(const char *text, int number)
     return strcmp(text, digits) == 0;
 }
 
-/* joint.k, and the bare name of a joint with one motion: of one with several it would be ambiguous. */
-static int find_numbered(const kempe_model *model, const char *name)
+/* A coordinate by its name, by joint.k, or by the bare name of a joint with one motion: of one with several it would be
+ * ambiguous. */
+static int find_coordinate(void *user, const char *name)
 {
-    const int named = kmp_joint_find(model, name);
+    kmp_reader *r = user;
+    const kempe_model *model = r->model;
+    name = kmp_reader_name(r, r->scope, name);
+    const int named = kmp_index_find(&r->motions, &r->scratch, KMP_COORDINATES(model), -1, 0, name);
+    const int joint = named < 0 ? kmp_joint_find(model, name) : -1;
     const char *dot = strrchr(name, '.');
     if (named >= 0)
-        return model->bodies[named].motion_count == 1 ? model->bodies[named].first_motion : -1;
+        return named;
+    if (joint >= 0)
+        return model->bodies[joint].motion_count == 1 ? model->bodies[joint].first_motion : -1;
     for (int i = 1; dot && i < model->body_count; i++) {
         const kmp_body *body = &model->bodies[i];
         if (strlen(body->joint) != (size_t)(dot - name) || strncmp(body->joint, name, (size_t)(dot - name)) != 0)
@@ -52,14 +59,6 @@ static int find_numbered(const kempe_model *model, const char *name)
                 return k;
     }
     return -1;
-}
-
-static int find_coordinate(void *user, const char *name)
-{
-    kmp_reader *r = user;
-    name = kmp_reader_name(r, r->scope, name);
-    int named = kmp_index_find(&r->motions, &r->scratch, KMP_COORDINATES(r->model), -1, 0, name);
-    return named >= 0 ? named : find_numbered(r->model, name);
 }
 
 /* A coordinate of a joint with a reported error may be replaced by any other. */
@@ -340,15 +339,6 @@ static bool is_bare(const kmp_reader *r, const kmp_expr *expr)
     return literal->kind == KMP_EXPR_NUMBER && literal->unit.kind == KMP_DIMENSION_BARE;
 }
 
-static void note_turns(kmp_reader *r, const kmp_yaml *node, const char *what, double value)
-{
-    kmp_turns *turns = kmp_arena_room(&r->scratch, r->turns, r->turn_count, sizeof *turns);
-    if (!turns)
-        return; /* the arena has failed */
-    r->turns = turns;
-    turns[r->turn_count++] = (kmp_turns){node->place, kmp_reader_say(r, "%s", what), value};
-}
-
 void kmp_warn_of_turns(kmp_reader *r)
 {
     for (const kmp_turns *x = r->turns; r->model->degrees && x < r->turns + r->turn_count; x++)
@@ -374,8 +364,13 @@ bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_
         return false;
     *number = kmp_number_of(expr, value);
     number->symbol = ++r->model->symbol_count;
-    if (wanted.angle && !kmp_dimension_is_physical(wanted) && fabs(value) > KMP_MORE_TURN && is_bare(r, expr))
-        note_turns(r, node, what, value);
+    if (wanted.angle && !kmp_dimension_is_physical(wanted) && fabs(value) > KMP_MORE_TURN && is_bare(r, expr)) {
+        kmp_turns *turns = kmp_arena_room(&r->scratch, r->turns, r->turn_count, sizeof *turns);
+        if (turns) { /* otherwise the arena has failed */
+            r->turns = turns;
+            turns[r->turn_count++] = (kmp_turns){node->place, kmp_reader_say(r, "%s", what), value};
+        }
+    }
     return true;
 }
 
@@ -660,7 +655,7 @@ static bool normalise(double axis[3])
         return false;
     for (int i = 0; i < 3; i++)
         axis[i] /= largest;
-    double length = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
+    double length = sqrt(kmp_dot3(axis, axis));
     for (int i = 0; i < 3; i++)
         axis[i] = axis[i] / length + 0.0; /* no negative zeros */
     return true;

@@ -169,12 +169,6 @@ static kempe_model *new_model(kempe_context *context, const char *label)
     return NULL;
 }
 
-static kempe_status fail_memory(kempe_context *context)
-{
-    kmp_context_clear(context);
-    return kmp_fail_memory(context);
-}
-
 /* `status`: of loading the document. */
 static kempe_status read_document(kmp_reader *r, kempe_status status)
 {
@@ -187,25 +181,21 @@ static kempe_status read_document(kmp_reader *r, kempe_status status)
         status = kmp_reader_sort_complaints(r);
         memory = status != KEMPE_E_MEMORY;
     }
-    return memory ? status : fail_memory(r->context);
-}
-
-/* A document that no file in YAML has. */
-static kempe_status keep_document(kmp_reader *r)
-{
-    kmp_text text = {0};
-    if (!r->root || r->root->nodes > 0)
-        return KEMPE_OK;
-    kmp_yaml_print(&text, r->root);
-    r->model->document = kmp_text_keep(&text, &r->model->arena);
-    return kmp_made(r->context, r->model->document);
+    if (memory)
+        return status;
+    kmp_context_clear(r->context);
+    return kmp_fail_memory(r->context);
 }
 
 static kempe_status finish_reading(kmp_reader *r, kempe_status loaded, kempe_model **model)
 {
     kempe_status status = read_document(r, loaded);
-    if (status == KEMPE_OK)
-        status = keep_document(r);
+    if (status == KEMPE_OK && r->root && r->root->nodes == 0) { /* a document that no file in YAML has */
+        kmp_text text = {0};
+        kmp_yaml_print(&text, r->root);
+        r->model->document = kmp_text_keep(&text, &r->model->arena);
+        status = kmp_made(r->context, r->model->document);
+    }
     r->model->has_digest = r->digests;
     if (r->digests)
         kmp_digest_end(&r->digest, r->model->digest);

@@ -32,16 +32,6 @@ kempe_status kmp_request_end(kmp_request *a, kempe_status status)
 
 /* -- outputs ----------------------------------------------------------------------------------------- */
 
-/* True if the word up to `length` is an output of several values without an object. */
-static bool stands_alone(const char *word, size_t length)
-{
-    for (int k = 0; k < KMP_OUTPUT_KINDS; k++)
-        if (kmp_output_stands_alone((kmp_output_kind)k) && kmp_output_rows[k].width > 1 &&
-            strlen(kmp_output_rows[k].word) == length && strncmp(word, kmp_output_rows[k].word, length) == 0)
-            return true;
-    return false;
-}
-
 /* A component by the end of its column's name: found when the object is known. */
 enum { NAMED = -2 };
 
@@ -49,10 +39,16 @@ enum { NAMED = -2 };
 static int cut_component(char *word)
 {
     char *dot = strrchr(word, '.');
-    if (!dot || dot == word || (dot[-1] != ')' && !stands_alone(word, (size_t)(dot - word))))
+    if (!dot || dot == word)
         return -1;
-    *dot = '\0';
-    return NAMED;
+    const size_t length = (size_t)(dot - word);
+    bool cut = dot[-1] == ')';
+    for (int k = 0; k < KMP_OUTPUT_KINDS && !cut; k++) /* an output of several values without an object */
+        cut = kmp_output_stands_alone((kmp_output_kind)k) && kmp_output_rows[k].width > 1 &&
+              strlen(kmp_output_rows[k].word) == length && strncmp(word, kmp_output_rows[k].word, length) == 0;
+    if (cut)
+        *dot = '\0';
+    return cut ? NAMED : -1;
 }
 
 /* The words as the list of the file that they might be, and the component of each. */

@@ -140,29 +140,16 @@ void kmp_pair_json(kmp_json *json, const kempe_model *model, const kmp_contact_p
 
 /* Shapes as text and as JSON. */
 
-static void put_vector(kmp_json *json, const char *key, int count, const kmp_number *v)
+static void put_vector(kmp_json *json, const char *key, const kmp_number v[3])
 {
-    double x[3] = {0};
-    for (int k = 0; k < count; k++)
-        x[k] = v[k].value;
-    kmp_json_numbers(json, key, count, x);
-}
-
-static void put_axes(kmp_json *json, double (*const m)[3])
-{
-    kmp_json_array(json, "axes");
-    for (int k = 0; k < 3; k++)
-        kmp_json_numbers(json, NULL, 3, (const double[]){m[0][k], m[1][k], m[2][k]});
-    kmp_json_end(json);
+    const double x[3] = {v[0].value, v[1].value, v[2].value};
+    kmp_json_numbers(json, key, 3, x);
 }
 
 void kmp_model_json_shape(kmp_json *json, const kmp_shape *s)
 {
-    double axes[3][3];
-    for (int k = 0; k < 9; k++)
-        axes[k / 3][k % 3] = s->axes[k / 3][k % 3];
     if (s->kind == KMP_SHAPE_BOX || s->kind == KMP_SHAPE_ELLIPSOID)
-        put_vector(json, s->kind == KMP_SHAPE_BOX ? "size" : "radii", 3, s->edge);
+        put_vector(json, s->kind == KMP_SHAPE_BOX ? "size" : "radii", s->edge);
     if (s->kind == KMP_SHAPE_MESH) {
         kmp_json_put(json, "file %s triangles %d scale %g", s->mesh->path, s->mesh->triangle_count, s->scale.value);
     }
@@ -170,18 +157,22 @@ void kmp_model_json_shape(kmp_json *json, const kmp_shape *s)
         kmp_json_number(json, "radius", s->radius.value);
     if (s->kind == KMP_SHAPE_CYLINDER || s->kind == KMP_SHAPE_CAPSULE) {
         kmp_json_number(json, "length", s->length.value);
-        put_vector(json, "along", 3, s->along);
+        put_vector(json, "along", s->along);
     }
     if (s->kind == KMP_SHAPE_LINE) {
         kmp_json_array(json, "through");
         for (int k = 0; k < s->through_count; k++)
-            put_vector(json, NULL, 3, s->through[k]);
+            put_vector(json, NULL, s->through[k]);
         kmp_json_end(json);
     } else {
-        put_vector(json, "at", 3, s->at);
+        put_vector(json, "at", s->at);
     }
-    if (s->turned && (s->kind == KMP_SHAPE_BOX || s->kind == KMP_SHAPE_ELLIPSOID || s->kind == KMP_SHAPE_MESH))
-        put_axes(json, axes);
+    if (s->turned && (s->kind == KMP_SHAPE_BOX || s->kind == KMP_SHAPE_ELLIPSOID || s->kind == KMP_SHAPE_MESH)) {
+        kmp_json_array(json, "axes");
+        for (int k = 0; k < 3; k++)
+            kmp_json_numbers(json, NULL, 3, (const double[]){s->axes[0][k], s->axes[1][k], s->axes[2][k]});
+        kmp_json_end(json);
+    }
     if (s->heavy)
         kmp_json_number(json, s->by_density ? "density" : "mass", s->matter.value);
     if (s->hole)
@@ -225,7 +216,7 @@ void kmp_model_json_mass(kmp_json *json, const kempe_model *model, int body)
 {
     const kmp_body rigid = kmp_body_undeformed(model, body);
     kmp_json_number(json, "mass", rigid.mass.value);
-    put_vector(json, "com", 3, rigid.com);
+    put_vector(json, "com", rigid.com);
     kmp_json_object(json, "inertia");
     for (int k = 0; k < 6; k++)
         kmp_json_number(json, kmp_inertia_names[k], rigid.inertia[k].value);

@@ -163,22 +163,17 @@ static void free_sorted(by_body *sorted)
     kmp_free(sorted->next);
 }
 
-static void show_station(kmp_text *text, const kmp_flexible *flexible, int station)
-{
-    if (flexible->file)
-        kmp_text_put(text, ", moves with the modes there");
-    else
-        put_number(text, ", moves with the section at ", flexible->stations[station].at[0].value);
-}
-
 static void show_points(kmp_text *text, const kempe_model *model, const by_body *points, int body)
 {
     for (int i = points->first[body]; i >= 0; i = points->next[i]) {
         kmp_point *point = &model->points[i];
         kmp_text_printf(text, "    point %s", point->name);
         put_vector(text, " ", point->at);
-        if (point->station > 0)
-            show_station(text, &model->flexibles[model->bodies[body].flexible - 1], point->station - 1);
+        const kmp_flexible *flexible = point->station > 0 ? &model->flexibles[model->bodies[body].flexible - 1] : NULL;
+        if (flexible && flexible->file)
+            kmp_text_put(text, ", moves with the modes there");
+        else if (flexible)
+            put_number(text, ", moves with the section at ", flexible->stations[point->station - 1].at[0].value);
         if (point->turned)
             put_axes(text, ", axes ", point->axes);
         kmp_text_put(text, "\n");
@@ -300,14 +295,6 @@ static void show_between(kmp_text *text, const kempe_model *model, const kmp_clo
         kmp_text_printf(text, ", %c", "0yz"[closure->curve_side[k]]);
         put_expr(text, " = ", model, closure->curve[k]);
     }
-}
-
-void kmp_cut_print(kmp_text *text, const kmp_cut *cut)
-{
-    kmp_text_printf(text, "joint %s (%s) is cut: closure %s, %d rows, loop %s; %s", cut->joint, cut->kind, cut->closure,
-                    cut->rows, cut->loop, cut->why);
-    if (cut->start_given)
-        kmp_text_put(text, "; its start value is part of the guess");
 }
 
 /* -- forces and sensors ---------------------------------------------------------------------------- */
@@ -489,9 +476,9 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
     }
     begin(text, "cuts", model->cut_count);
     for (int i = 0; i < model->cut_count; i++) {
-        kmp_text_put(text, "  ");
-        kmp_cut_print(text, &model->cuts[i]);
-        kmp_text_put(text, "\n");
+        const kmp_cut *cut = &model->cuts[i];
+        kmp_text_printf(text, "  joint %s (%s) is cut: closure %s, %d rows, loop %s; %s\n", cut->joint, cut->kind,
+                        cut->closure, cut->rows, cut->loop, cut->why);
     }
     show_forces(text, model);
     show_start(text, model);

@@ -8,6 +8,3 @@
 
 /** A summary to read. */
 void kmp_model_show(kmp_text *text, const kempe_model *model);
-
-/** "C: revolute, cut as revolute of 5 rows, loop coupler - .. - rocker: it comes after B". */
-void kmp_cut_print(kmp_text *text, const kmp_cut *cut);

@@ -255,12 +255,6 @@ static void put_swing(kmp_text *text, const kempe_check *check, int k)
 /* Column of the text of a line, after its label. */
 enum { TEXT_COLUMN = 26 };
 
-/* "  label                   " in front of a line; an empty label for the next ones. */
-static void label(kmp_text *text, const char *word)
-{
-    kmp_text_printf(text, "  %-*s", TEXT_COLUMN - 2, word);
-}
-
 /* Words after their label. */
 static void put_line(kmp_text *text, const char *word, const char *words)
 {
@@ -822,8 +816,7 @@ static void show_limits(kmp_text *text, const kempe_check *check, int most)
         return;
     int width = kmp_print_width(check->system, KMP_QUANTITY_Q);
     for (int k = 0; check->system->n <= most && k < check->system->n; k++) {
-        label(text, "");
-        kmp_text_printf(text, "%-*s  ", width, name_of(check, k));
+        kmp_text_printf(text, "%*s%-*s  ", TEXT_COLUMN, "", width, name_of(check, k));
         put_swing(text, check, k);
         kmp_text_put(text, "\n");
     }

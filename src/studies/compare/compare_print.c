@@ -319,11 +319,6 @@ static void json_all(kmp_text *text, const void *result)
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-static const char *form_of(const kmp_method *method)
-{
-    return method->form ? method->form : "-";
-}
-
 static void show_list(kmp_text *text, const char *title, const kmp_sentences *list)
 {
     if (list->count > 0)
@@ -381,7 +376,7 @@ static void show_ratios(kmp_text *text, const kempe_comparison *c, int method)
     char integrator[32];
     (void)snprintf(integrator, sizeof integrator, "%s%s%s", w->integrator, w->linear ? "/" : "",
                    w->linear ? w->linear : "");
-    kmp_text_printf(text, "%-9s %-11s %-*s", w->formulation, form_of(w), name_width(c) - 22, integrator);
+    kmp_text_printf(text, "%-9s %-11s %-*s", w->formulation, w->form ? w->form : "-", name_width(c) - 22, integrator);
     for (int l = 0; l < c->levels.count; l++) {
         double ratio = c->levels.blank[l] || c->levels.best[l] < 0 ? INFINITY : kmp_compare_ratio(c, method, l);
         if (c->levels.blank[l])

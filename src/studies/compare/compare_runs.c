@@ -62,16 +62,6 @@ static void report(const kmp_compare_job *j, const kmp_compared *run)
     kmp_text_free(&text);
 }
 
-/* Moves the reason out of the report. */
-static const char *take_reason(kmp_compare_job *j, kmp_run_report *report)
-{
-    const char *reason = report->reason ? report->reason : kempe_context_message(j->context);
-    const char *kept = kmp_arena_strdup(&j->comparison->arena, reason);
-    kmp_free(report->reason);
-    report->reason = NULL;
-    return kept;
-}
-
 static kempe_status run_one(kmp_compare_job *j, kmp_compared *run, double limit_s, kmp_samples *table)
 {
     kempe_status status = kmp_compare_once(j, run->method, run->rtol, &j->times, limit_s, table, &run->report);
@@ -81,7 +71,10 @@ static kempe_status run_one(kmp_compare_job *j, kmp_compared *run, double limit_
         run->cpu_s = run->report.cpu_s;
         run->build_s = run->report.build_s;
     }
-    run->reason = take_reason(j, &run->report);
+    run->reason = kmp_arena_strdup(&j->comparison->arena,
+                                   run->report.reason ? run->report.reason : kempe_context_message(j->context));
+    kmp_free(run->report.reason);
+    run->report.reason = NULL;
     if (!kmp_has_result(status))
         return status;
     if (status != KEMPE_OK)
@@ -155,15 +148,6 @@ static void compare_before(grid *g, int method, int run)
     g->before_run[method] = run;
 }
 
-/* Rows that are judged take additional time, which must not be measured. For a long run it is negligible, unless there
- * are as many rows as right-hand sides. */
-static int repeats_of(const kmp_compare_job *j, const kmp_compared *run)
-{
-    return run->cpu_s < SHORT      ? MOST_REPEATS
-           : run->cpu_s < NOT_LONG ? SOME_REPEATS
-                                   : j->times.count > ROW_PART * (double)run->report.rhs;
-}
-
 /* A repeat takes the same steps, and only its time counts. The first one replaces the time of the judged run. */
 static kempe_status repeat(grid *g, kmp_compared *run, bool first)
 {
@@ -204,7 +188,11 @@ static kempe_status run_cell(grid *g, int method, int rtol, double *fastest)
     if (run->status != KEMPE_OK)
         return KEMPE_OK;
     const int at = method * g->comparison->rtol_count + rtol;
-    g->repeats[at] = repeats_of(g->job, run);
+    /* Rows that are judged take additional time, which must not be measured. For a long run it is negligible, unless
+     * there are as many rows as right-hand sides. */
+    g->repeats[at] = run->cpu_s < SHORT      ? MOST_REPEATS
+                     : run->cpu_s < NOT_LONG ? SOME_REPEATS
+                                             : g->job->times.count > ROW_PART * (double)run->report.rhs;
     compare_before(g, method, at);
     if (g->repeats[at] > 0)
         KMP_TRY(repeat(g, run, true));

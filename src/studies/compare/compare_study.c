@@ -149,17 +149,6 @@ static void differ(const maker *m, const kmp_samples *table, const kmp_samples *
     kmp_verdict_errors(table, m->system, &reference, until, difference);
 }
 
-/* Repeats the run at a tenfold tolerance. */
-static kempe_status run_beside(maker *m, maker_source *s)
-{
-    ending how;
-    double cpu_s;
-    kempe_status status = attempt(m, &s->said.method, 10 * s->said.rtol, RUN_PART, &s->beside, &how, &cpu_s);
-    if (how != DONE)
-        s->beside.rows = 0;
-    return status;
-}
-
 /* The difference of both runs up to a time; NaN when there is only one. */
 static void judge_own(const maker *m, maker_source *s, double until)
 {
@@ -407,8 +396,12 @@ static kempe_status make_reference(maker *m)
         kmp_samples_init(&s->table, m->system->n, m->system->m);
         kmp_samples_init(&s->beside, m->system->n, m->system->m);
         status = run_tight(m, s);
-        if (status == KEMPE_OK && s->said.rtol > 0)
-            status = run_beside(m, s);
+        if (status == KEMPE_OK && s->said.rtol > 0) { /* again, at a tenfold tolerance */
+            ending how;
+            double cpu_s;
+            status = attempt(m, &s->said.method, 10 * s->said.rtol, RUN_PART, &s->beside, &how, &cpu_s);
+            s->beside.rows = how == DONE ? s->beside.rows : 0;
+        }
         if (status == KEMPE_OK && s->said.rtol > 0)
             m->count++;
         else
@@ -427,20 +420,15 @@ static kempe_status make_reference(maker *m)
     return KEMPE_OK;
 }
 
-static bool are_near(double a, double b)
-{
-    return fabs(a - b) <= 1e-12 * fmax(fabs(a), fabs(b));
-}
-
 /* The own instants and the times of a given reference, ascending; of two that are one up to rounding the given one. */
 static bool merge_times(maker *m, const kmp_reference *given)
 {
     int count = given ? given->rows : 0, r = 0;
     m->times = (kmp_times){0, KMP_NEW(double, ROWS + 1 + count)};
     for (int k = 0; m->times.t && k <= ROWS; k++) {
-        for (; r < count && (given->t[r] <= m->at[k] || are_near(given->t[r], m->at[k])); r++)
+        for (; r < count && (given->t[r] <= m->at[k] || kmp_times_are_one(given->t[r], m->at[k])); r++)
             m->times.t[m->times.count++] = given->t[r];
-        if (m->times.count == 0 || !are_near(m->times.t[m->times.count - 1], m->at[k]))
+        if (m->times.count == 0 || !kmp_times_are_one(m->times.t[m->times.count - 1], m->at[k]))
             m->times.t[m->times.count++] = m->at[k];
     }
     return m->times.t;
