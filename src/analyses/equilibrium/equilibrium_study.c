@@ -840,8 +840,8 @@ static kempe_status descent_least(descent *w)
     kmp_exchange none = {0};
     solver s = {.w = w, .x = w->search->exchange ? w->search->exchange : &none};
     s.shown = s.x->slopes ? s.x->slopes->shown : 0;
-    const int n = w->n, m = w->l->m, free = s.x->free_count, targets = s.x->target_count;
-    const int rows = n + targets, columns = n + free;
+    const int n = w->n, m = w->l->m, freed = s.x->free_count, targets = s.x->target_count;
+    const int rows = n + targets, columns = n + freed;
     KMP_TRY(kmp_made(
         w->l->system->context,
         KMP_ARENA_MAKE(&w->arena, KMP_ROOM(double, n, &s.unit, &s.dqd, &s.dqdd, &s.dr), KMP_ROOM(double, m, &s.dlambda),
@@ -850,7 +850,7 @@ static kempe_status descent_least(descent *w)
                        KMP_ROOM(double, (rows + columns) * columns, &s.damped),
                        KMP_ROOM(double, rows + columns, &s.right), KMP_ROOM(double, n *columns, &s.moves),
                        KMP_ROOM(double, s.shown, &s.along),
-                       KMP_ROOM(double, n + free + w->search->rate_count, &s.kept, &s.good),
+                       KMP_ROOM(double, n + freed + w->search->rate_count, &s.kept, &s.good),
                        KMP_ROOM(double, targets, &s.from, &s.to))));
     KMP_TRY(solve_squares(&s));
     /* The loops are closed to round-off, so that results do not depend on the choice of coordinates. With an
