@@ -393,21 +393,30 @@ void kmp_writer_order(const kmp_reduction *red, int *order)
     }
 }
 
-static void solve_block(kmp_graph *g, const struct kmp_writer_block *b, kmp_ref *x)
+/* x = A^-1 x, or by the transpose of A; the diagonal belongs to the upper triangle of A. */
+static void solve_block(kmp_graph *g, const struct kmp_writer_block *b, bool transposed, kmp_ref *x)
 {
+    kmp_ref a[KMP_WRITER_BLOCK][KMP_WRITER_BLOCK];
+    for (int i = 0; i < b->size; i++)
+        for (int j = 0; j < b->size; j++)
+            a[i][j] = transposed ? b->a[j][i] : b->a[i][j];
     if (b->size == 2) {
         kmp_ref y = x[0], z = x[1], w = b->inverse[0];
-        x[0] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[1][1], w), y), kmp_mul(g, kmp_mul(g, b->a[0][1], w), z));
-        x[1] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[0][0], w), z), kmp_mul(g, kmp_mul(g, b->a[1][0], w), y));
+        x[0] = kmp_sub(g, kmp_mul(g, kmp_mul(g, a[1][1], w), y), kmp_mul(g, kmp_mul(g, a[0][1], w), z));
+        x[1] = kmp_sub(g, kmp_mul(g, kmp_mul(g, a[0][0], w), z), kmp_mul(g, kmp_mul(g, a[1][0], w), y));
         return;
     }
-    for (int i = 1; i < b->size; i++)
+    for (int i = 0; i < b->size; i++) {
         for (int j = 0; j < i; j++)
-            x[i] = kmp_sub(g, x[i], kmp_mul(g, b->a[i][j], x[j]));
+            x[i] = kmp_sub(g, x[i], kmp_mul(g, a[i][j], x[j]));
+        if (transposed)
+            x[i] = kmp_mul(g, x[i], b->inverse[i]);
+    }
     for (int i = b->size - 1; i >= 0; i--) {
         for (int j = i + 1; j < b->size; j++)
-            x[i] = kmp_sub(g, x[i], kmp_mul(g, b->a[i][j], x[j]));
-        x[i] = kmp_mul(g, x[i], b->inverse[i]);
+            x[i] = kmp_sub(g, x[i], kmp_mul(g, a[i][j], x[j]));
+        if (!transposed)
+            x[i] = kmp_mul(g, x[i], b->inverse[i]);
     }
 }
 
@@ -427,7 +436,7 @@ void kmp_writer_blocks_solve(const kmp_writer_blocks *k, int number, int columns
         kmp_ref y[KMP_WRITER_BLOCK] = {0};
         for (int i = 0; i < b->size; i++)
             y[i] = left_over(k, b->row[i], rhs[b->row[i] * columns + c], x + c, columns, number);
-        solve_block(k->g, b, y);
+        solve_block(k->g, b, false, y);
         for (int i = 0; i < b->size; i++)
             x[b->col[i] * columns + c] = y[i];
     }
@@ -497,24 +506,6 @@ void kmp_writer_blocks_factor(kmp_writer_blocks *k, int number)
     }
 }
 
-static void solve_block_transposed(kmp_graph *g, const struct kmp_writer_block *b, kmp_ref *x)
-{
-    if (b->size == 2) {
-        kmp_ref y = x[0], z = x[1], w = b->inverse[0];
-        x[0] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[1][1], w), y), kmp_mul(g, kmp_mul(g, b->a[1][0], w), z));
-        x[1] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[0][0], w), z), kmp_mul(g, kmp_mul(g, b->a[0][1], w), y));
-        return;
-    }
-    for (int i = 0; i < b->size; i++) {
-        for (int j = 0; j < i; j++)
-            x[i] = kmp_sub(g, x[i], kmp_mul(g, b->a[j][i], x[j]));
-        x[i] = kmp_mul(g, x[i], b->inverse[i]);
-    }
-    for (int i = b->size - 2; i >= 0; i--)
-        for (int j = i + 1; j < b->size; j++)
-            x[i] = kmp_sub(g, x[i], kmp_mul(g, b->a[j][i], x[j]));
-}
-
 /* The right-hand side of a column minus the known part of the solution: rows of earlier blocks. */
 static kmp_ref left_over_transposed(const kmp_writer_blocks *k, int col, kmp_ref rhs, const kmp_ref *x, int number)
 {
@@ -535,7 +526,7 @@ void kmp_writer_blocks_solve_transposed(const kmp_writer_blocks *k, const kmp_re
         kmp_ref y[KMP_WRITER_BLOCK] = {0};
         for (int i = 0; i < b->size; i++)
             y[i] = left_over_transposed(k, b->col[i], rhs[b->col[i]], x, number);
-        solve_block_transposed(k->g, b, y);
+        solve_block(k->g, b, true, y);
         for (int i = 0; i < b->size; i++)
             x[b->row[i]] = y[i];
     }

@@ -237,9 +237,10 @@ static int adds_row(void *self, double t, const double *q, bool *adds)
     if (!kmp_rounding_of(run->s)) {
         struct kmp_held_rows *held = run->held;
         *adds = false;
-        return held->last < 0 ? 0
-                              : (int)kmp_partition_adds(run->s, all_rows(run, t, q), &held->links, held->out,
-                                                        held->last, KMP_FRICTION_RANK, adds);
+        if (held->last < 0)
+            return 0;
+        const double *entry = all_rows(run, t, q);
+        return (int)kmp_partition_adds(run->s, entry, &held->links, held->out, held->last, KMP_FRICTION_RANK, adds);
     }
     KMP_FRICTION_TRY(choose_now(run, t, q));
     int rank = run->part.r;

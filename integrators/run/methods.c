@@ -33,7 +33,7 @@ bool kmp_method_get(int k, kmp_method *method)
         for (int i = 0; kmp_solver_get(i); i++) {
             const kmp_formulation_kind *kind = formulations[r];
             const kmp_solver_kind *solver = kmp_solver_get(i);
-            if (!fits(kind, solver) || k-- > 0)
+            if (!fits(kind, solver) || k-- != 0)
                 continue;
             /* An integrator of several stages at once is standard where the formulation evaluates them together. */
             bool solved = kind->solved && solver->lanes, lanes = !solver->lanes || kind->in_lanes || solved;

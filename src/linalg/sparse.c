@@ -65,6 +65,21 @@ static void estimate(kmp_sparse *s)
     s->operations = s->symbolic->est_flops + 2 * (s->symbolic->lnz + s->symbolic->unz);
 }
 
+void kmp_sparse_compress(int n, int nz, const int *row, const int *col, long *start, long *rows, int *place)
+{
+    for (int k = 0; k < nz; k++)
+        start[col[k] + 1]++;
+    for (int j = 0; j < n; j++)
+        start[j + 1] += start[j];
+    for (int k = 0; k < nz; k++) {
+        place[k] = (int)start[col[k]]++;
+        rows[place[k]] = row[k];
+    }
+    for (int j = n; j > 0; j--)
+        start[j] = start[j - 1];
+    start[0] = 0;
+}
+
 kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool symmetric)
 {
     kmp_sparse *s = make(n, nz);
@@ -73,20 +88,8 @@ kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool s
     s->common.tol = DIAGONAL_KEPT;
     s->common.btf = !symmetric;
     s->place = KMP_ARENA_NEW(&s->arena, int, nz);
-    if (s->place) {
-        /* Compressed columns; `place` maps each given entry to its own. */
-        for (int k = 0; k < s->nz; k++)
-            s->start[col[k] + 1]++;
-        for (int j = 0; j < s->n; j++)
-            s->start[j + 1] += s->start[j];
-        for (int k = 0; k < s->nz; k++) {
-            s->place[k] = (int)s->start[col[k]]++;
-            s->row[s->place[k]] = row[k];
-        }
-        for (int j = s->n; j > 0; j--)
-            s->start[j] = s->start[j - 1];
-        s->start[0] = 0;
-    }
+    if (s->place)
+        kmp_sparse_compress(n, nz, row, col, s->start, s->row, s->place);
     s->symbolic = s->place && n > 0 ? klu_l_analyze(n, s->start, s->row, &s->common) : NULL;
     if (s->symbolic && (symmetric || s->symbolic->structural_rank == n)) {
         estimate(s);

@@ -26,6 +26,10 @@ kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool s
  * brings an order by closures (saddle_order.h). NULL: no memory. */
 kmp_sparse *kmp_sparse_new_saddle(int n, int r, int nz, const int *row, const int *col, const int *group);
 
+/** The entries in compressed columns, whose `start` (n + 1) is zero before: their rows, and the place of each given
+ * entry among them. */
+void kmp_sparse_compress(int n, int nz, const int *row, const int *col, long *start, long *rows, int *place);
+
 /** Sorts entries by their columns, which are below n. order (count) lists their numbers, column after column; start
  * (n + 1, zero before) has the place in it where each column begins. */
 void kmp_sort_entries(int n, int count, const int *col, int *start, int *order);

@@ -7,6 +7,7 @@
 #include "base/clones.h"
 #include "base/memory.h"
 #include "base/simd4.h"
+#include "linalg/sparse.h"
 #include <float.h>
 #include <klu.h>
 #include <math.h>
@@ -54,17 +55,7 @@ static bool take_entries(kmp_sparse_lu *s, const int *row, const int *col)
                         KMP_ROOM(int, n, &s->column, &s->position, &s->pivot), KMP_ROOM(int, s->nz, &s->place),
                         KMP_ROOM(int, n + 1, &s->l.start, &s->u.start)))
         return false;
-    for (int e = 0; e < s->nz; e++)
-        s->start[col[e] + 1]++;
-    for (int k = 0; k < n; k++)
-        s->start[k + 1] += s->start[k];
-    for (int e = 0; e < s->nz; e++) {
-        s->place[e] = (int)s->start[col[e]]++;
-        s->row[s->place[e]] = row[e];
-    }
-    for (int k = n; k > 0; k--)
-        s->start[k] = s->start[k - 1];
-    s->start[0] = 0;
+    kmp_sparse_compress(n, s->nz, row, col, s->start, s->row, s->place);
     return true;
 }
 

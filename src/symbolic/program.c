@@ -640,21 +640,17 @@ static void small_angle_series(kmp_graph *g, kmp_ref d, kmp_ref *sine, kmp_ref *
     *versine = kmp_mul(g, square, kmp_sub(g, kmp_mul(g, square, kmp_const(g, 1.0 / 24)), kmp_const(g, 0.5)));
 }
 
-static void note_turn(kmp_angle_updates *turns, kmp_ref d)
-{
-    for (int k = 0; k < turns->count; k++)
-        if (kmp_id(turns->angle[k]) == kmp_id(d))
-            return;
-    turns->angle[turns->count++] = d;
-}
-
 /* Sine or cosine of b = a + d, from sine and cosine of a, as it is plus a small part. */
 static kmp_ref turn(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b, kmp_angle_updates *turns)
 {
     kmp_ref d = kmp_sub(g, b, a), sine, versine, s = kmp_sin(g, a), c = kmp_cos(g, a);
     if (d == KMP_ZERO)
         return kmp_unary(g, op, a);
-    note_turn(turns, d);
+    bool noted = false;
+    for (int k = 0; k < turns->count; k++)
+        noted = noted || kmp_id(turns->angle[k]) == kmp_id(d);
+    if (!noted)
+        turns->angle[turns->count++] = d;
     small_angle_series(g, d, &sine, &versine);
     if (op == KMP_OP_SIN)
         return kmp_add(g, s, kmp_add(g, kmp_mul(g, c, sine), kmp_mul(g, s, versine)));

@@ -336,17 +336,12 @@ static bool make_folders(const char *folder)
     return made || (stat(folder, &about) == 0 && S_ISDIR(about.st_mode));
 }
 
-/* True if files may be as large: a process that exceeds its limit is ended by a signal. */
-static bool may_write(size_t size)
-{
-    struct rlimit limit;
-    return getrlimit(RLIMIT_FSIZE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY || size <= limit.rlim_cur;
-}
-
 void kmp_cache_write(const char *folder, const kmp_cache_key *key, const void *bytes, size_t size, uint64_t most)
 {
     size_t whole = size + sizeof(head);
-    if (whole > most || whole > KMP_CACHE_BYTES || !may_write(whole) || !make_folders(folder))
+    struct rlimit limit; /* a process that exceeds its limit is ended by a signal */
+    bool may = getrlimit(RLIMIT_FSIZE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY || whole <= limit.rlim_cur;
+    if (whole > most || whole > KMP_CACHE_BYTES || !may || !make_folders(folder))
         return;
     const head first = head_of(key, bytes, size);
     kmp_text path = {0}, new = {0};

@@ -208,6 +208,16 @@ static bool comes_after(const kmp_articulated *a, int link, const kmp_carried_ro
     return a->home[other->row] != link || other->row > row;
 }
 
+/* r - u v'. */
+static void subtract_product(kmp_graph *g, inertia *r, const kmp_wrench *u, const kmp_wrench *v)
+{
+    reduce_tensor(g, &r->k, u->moment, v->moment, -1);
+    reduce_tensor(g, &r->a, u->force, v->force, -1);
+    for (int p = 0; p < 3; p++)
+        for (int q = 0; q < 3; q++)
+            r->h.x[p][q] = kmp_sub(g, r->h.x[p][q], kmp_mul(g, u->moment.x[p], v->force.x[q]));
+}
+
 /* Eliminates the rows whose home the link is, one after the other; r: its inertia, NULL: the ground. */
 static void eliminate_rows(kmp_articulated *a, int link, inertia *r)
 {
@@ -237,13 +247,8 @@ static void eliminate_rows(kmp_articulated *a, int link, inertia *r)
                     add_coupling(a, o->row, t, kmp_neg(kmp_mul(g, multiple, *coupling(a, row, t))));
             }
         }
-        if (!r)
-            continue;
-        reduce_tensor(g, &r->k, c->force.moment, moment, -1);
-        reduce_tensor(g, &r->a, c->force.force, force, -1);
-        for (int p = 0; p < 3; p++)
-            for (int q = 0; q < 3; q++)
-                r->h.x[p][q] = kmp_sub(g, r->h.x[p][q], kmp_mul(g, c->force.moment.x[p], force.x[q]));
+        if (r)
+            subtract_product(g, r, &c->force, &(kmp_wrench){.moment = moment, .force = force});
     }
 }
 
@@ -293,15 +298,6 @@ static void carry_rows(kmp_articulated *a, int i)
 static kmp_wrench *column_at(const kmp_articulated_elastic *x, int link)
 {
     return x->at + (ptrdiff_t)x->of->count * link;
-}
-
-static void subtract_product(kmp_graph *g, inertia *r, const kmp_wrench *u, const kmp_wrench *v)
-{
-    reduce_tensor(g, &r->k, u->moment, v->moment, -1);
-    reduce_tensor(g, &r->a, u->force, v->force, -1);
-    for (int p = 0; p < 3; p++)
-        for (int q = 0; q < 3; q++)
-            r->h.x[p][q] = kmp_sub(g, r->h.x[p][q], kmp_mul(g, u->moment.x[p], v->force.x[q]));
 }
 
 static void add_multiple(kmp_graph *g, kmp_wrench *w, kmp_ref factor, const kmp_wrench *more)
