@@ -83,17 +83,6 @@ static void put_answer(kmp_text *text, const kempe_fit *f)
     kmp_text_put(text, "\n");
 }
 
-static void put_data(kmp_text *text, const kempe_fit *f)
-{
-    for (int k = 0; k < f->run_count; k++) {
-        const kmp_fit_run *r = &f->run[k];
-        const kmp_measured *m = &r->measured;
-        kmp_text_printf(text, "%-9s %s: %d rows, %d column%s, %d measurements", k ? "" : "data", r->file, m->rows,
-                        m->columns, m->columns == 1 ? "" : "s", known_in(f, k));
-        kmp_text_put(text, r->own ? ", values of its own\n" : "\n");
-    }
-}
-
 static void put_search(kmp_text *text, const kempe_fit *f)
 {
     kmp_text words = {0};
@@ -120,7 +109,12 @@ static void put_method(kmp_text *text, const kempe_fit *f)
     if (rows->differences)
         kmp_text_printf(text, "          derivatives by differences, because friction sticks: uncertain by %.2g\n",
                         kmp_fit_slope_error(f));
-    put_data(text, f);
+    for (int k = 0; k < f->run_count; k++) {
+        const kmp_measured *m = &f->run[k].measured;
+        kmp_text_printf(text, "%-9s %s: %d rows, %d column%s, %d measurements", k ? "" : "data", f->run[k].file,
+                        m->rows, m->columns, m->columns == 1 ? "" : "s", known_in(f, k));
+        kmp_text_put(text, f->run[k].own ? ", values of its own\n" : "\n");
+    }
     put_search(text, f);
     kmp_text_printf(text, "run       %s to t = %.6g s, rtol %g, atol %g\n", rows->integrator, last_time(f), rows->rtol,
                     rows->atol);
