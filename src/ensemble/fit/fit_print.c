@@ -50,21 +50,14 @@ static void sum_times(const kempe_fit *f, double *cpu_s, double *build_s)
     }
 }
 
-/* The column whose residual is the largest part of the deviation of its data. */
-static int worst_column(const kempe_fit *f)
-{
-    int worst = 0;
-    for (int c = 1; c < f->columns; c++)
-        if (f->rms[c] * f->own_scatter[worst] > f->rms[worst] * f->own_scatter[c])
-            worst = c;
-    return worst;
-}
-
 /* "fit of rho to 251 measurements, residual 1e-9 rad in q.D (0.001 % of the deviation of the data)" */
 static void put_answer(kmp_text *text, const kempe_fit *f)
 {
     enum { NAMED = 2 };
-    const int c = worst_column(f);
+    int c = 0; /* the column whose residual is the largest part of the deviation of its data */
+    for (int k = 1; k < f->columns; k++)
+        if (f->rms[k] * f->own_scatter[c] > f->rms[c] * f->own_scatter[k])
+            c = k;
     kmp_print_title(text, f->model, kmp_outcome_of(f->status));
     kmp_text_put(text, "fit of ");
     if (f->count > NAMED)
