@@ -494,14 +494,6 @@ static bool is_meant(drawing *d, int column, const char *name, bool whole)
            (!own[length] || (!whole && strchr("./", own[length])));
 }
 
-static bool is_drawn(const drawing *d, int column)
-{
-    int k = 0;
-    while (k < d->count && d->curve[k] != column)
-        k++;
-    return k < d->count;
-}
-
 static kempe_status fail_unknown(const drawing *d, const char *word)
 {
     kmp_text sentence = {0};
@@ -534,7 +526,10 @@ static kempe_status choose(drawing *d, const char *x, const char *y)
         for (int whole = 1; whole >= 0 && !found; whole--)
             for (int c = 0; name && c < kempe_table_column_count(d->table); c++) {
                 bool meant = is_meant(d, c, name, whole);
-                if (meant && !is_drawn(d, c) && d->count < MOST_CURVES)
+                int drawn = 0;
+                while (drawn < d->count && d->curve[drawn] != c)
+                    drawn++;
+                if (meant && drawn == d->count && d->count < MOST_CURVES)
                     d->curve[d->count++] = c;
                 found = found || meant;
             }

@@ -26,14 +26,6 @@ typedef struct reader {
 
 /* -- header ------------------------------------------------------------------------------------------ */
 
-/* A state is the rate of its motion. */
-static column column_of(const kempe_system *system, kmp_quantity quantity, int index)
-{
-    bool state = quantity == KMP_QUANTITY_STATE;
-    return (column){COLUMN_VALUE, state ? KMP_QUANTITY_QD : quantity,
-                    state ? kmp_model_coordinates(system->model) + index : index};
-}
-
 /* Finds the entry of the column `name`, and offers every known name for the suggestion, kept in `known`. False: no
  * memory. */
 static bool find_column(reader *r, const char *name, kmp_nearest *nearest, char *known, size_t size, column *found)
@@ -45,8 +37,10 @@ static bool find_column(reader *r, const char *name, kmp_nearest *nearest, char 
                             kmp_quantity_name(r->system, (kmp_quantity)k, i));
             if (text.failed)
                 return false;
+            const bool state = k == KMP_QUANTITY_STATE; /* it is the rate of its motion */
             if (strcmp(text.s, name) == 0)
-                *found = column_of(r->system, (kmp_quantity)k, i);
+                *found = (column){COLUMN_VALUE, state ? KMP_QUANTITY_QD : (kmp_quantity)k,
+                                  state ? kmp_model_coordinates(r->system->model) + i : i};
             const char *best = nearest->best;
             int before = nearest->distance;
             kmp_nearest_offer(nearest, text.s);

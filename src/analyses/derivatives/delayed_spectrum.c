@@ -389,14 +389,6 @@ static bool refine(search *m, root *r, double complex *next)
 
 /* -- roots ------------------------------------------------------------------------------------------- */
 
-static bool is_known(const search *m, double complex s)
-{
-    for (int k = 0; k < m->count; k++)
-        if (cabs(m->root[k].s - s) <= KMP_DELAYED_NEAR * size_of(m, s))
-            return true;
-    return false;
-}
-
 /* A real root has a real vector. One that an upper eigenvalue, which has a conjugate, has led to is double: the other
  * part of its vector belongs to the second one. */
 static void split(search *m, root *r, bool twice)
@@ -504,8 +496,11 @@ static bool take_undelayed(search *m, double complex *next)
         take(m, s, 0.3, next);
         const double complex found = m->root[before].s;
         const bool taken = m->count > before;
+        bool known = false;
         m->count = before;
-        m->count += taken && !is_known(m, found);
+        for (int k = 0; k < m->count; k++)
+            known = known || cabs(m->root[k].s - found) <= KMP_DELAYED_NEAR * size_of(m, found);
+        m->count += taken && !known;
     }
     return true;
 }

@@ -221,14 +221,6 @@ const char *kmp_contact_text(kmp_contact_word word)
     return words[word];
 }
 
-static int row_of(const kempe_system *s, const kmp_force *contact)
-{
-    for (int r = 0; r < s->m; r++)
-        if (s->rows[r].closure == contact->closure)
-            return r;
-    return 0;
-}
-
 /* Tells what small motions, or other forces, depend on. */
 static void tell(const kempe_equilibrium *e, const kmp_balance *b, kmp_contact_word word, const char *what)
 {
@@ -269,8 +261,12 @@ static kempe_status look_at_contacts(kempe_equilibrium *equilibrium, kmp_linear 
 static void add_contacts(kempe_equilibrium *equilibrium, kmp_balance *balance)
 {
     const kempe_system *s = equilibrium->system;
-    for (int i = 0; i < balance->contact_count; i++)
-        balance->contact[i].force = balance->lambda[row_of(s, balance->contact[i].element)];
+    for (int i = 0; i < balance->contact_count; i++) {
+        int row = 0; /* of its closure */
+        while (row + 1 < s->m && s->rows[row].closure != balance->contact[i].element->closure)
+            row++;
+        balance->contact[i].force = balance->lambda[row];
+    }
     double most = 0;
     for (int i = 0; i < balance->contact_count; i++)
         most = fmax(most, fabs(balance->contact[i].force) * balance->contact[i].size);

@@ -441,14 +441,6 @@ static void take_change(void *user, const kmp_sweep_pose *pose, double margin)
 
 /* -- dead centres ------------------------------------------------------------------------------------ */
 
-static bool is_swept(const kempe_kinematics *k, int coordinate)
-{
-    for (int i = 0; i < k->parameter_count; i++)
-        if (k->parameter[i].coordinate == coordinate)
-            return true;
-    return false;
-}
-
 static double speed_here(const job *j, int coordinate)
 {
     return fabs(j->sweep.here.dx[coordinate]) / j->sweep.unit[coordinate];
@@ -461,7 +453,10 @@ static char *list_instead(const job *j)
     kmp_text text = {0};
     int count = 0, *best = KMP_ARENA_NEW(&j->k->arena, int, s->n);
     for (int c = 0; best && c < s->n; c++) {
-        if (is_swept(j->k, c) || speed_here(j, c) <= SHARE * kmp_sweep_fastest(&j->sweep, &j->sweep.here))
+        bool swept = false;
+        for (int i = 0; i < j->k->parameter_count; i++)
+            swept = swept || j->k->parameter[i].coordinate == c;
+        if (swept || speed_here(j, c) <= SHARE * kmp_sweep_fastest(&j->sweep, &j->sweep.here))
             continue;
         int at = count++;
         for (; at > 0 && speed_here(j, best[at - 1]) < speed_here(j, c); at--)

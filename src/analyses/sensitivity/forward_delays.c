@@ -386,15 +386,6 @@ void kmp_forward_delays_note(kmp_forward_formulation *f, double t, const double 
     memcpy(x->swing, swing, (size_t)x->parameters * sizeof *swing);
 }
 
-/* The jump of signal k at `from`; NULL: there is none. */
-static const signal_jump *jump_of(const kmp_forward_delays *x, int k, double from)
-{
-    const signal_jump *jump = x->jump;
-    while (jump && (jump->signal != k || jump->t != from))
-        jump = jump->before;
-    return jump;
-}
-
 int kmp_forward_delays_jump(kmp_forward_formulation *f, double t, const double **swing)
 {
     kmp_forward_delays *x = f->delays;
@@ -405,7 +396,9 @@ int kmp_forward_delays_jump(kmp_forward_formulation *f, double t, const double *
         if (kmp_present_inputs_past_jump(inputs_of(f), input, t) >= KMP_PAST_SMOOTH)
             continue;
         kmp_present_inputs_source(inputs_of(f), input, &from, &to);
-        const signal_jump *jump = jump_of(x, k, from);
+        const signal_jump *jump = x->jump;
+        while (jump && (jump->signal != k || jump->t != from))
+            jump = jump->before;
         if (!jump)
             continue;
         for (int p = 0; p < x->parameters; p++)

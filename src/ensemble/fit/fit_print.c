@@ -50,21 +50,14 @@ static void sum_times(const kempe_fit *f, double *cpu_s, double *build_s)
     }
 }
 
-/* The column whose residual is the largest part of the deviation of its data. */
-static int worst_column(const kempe_fit *f)
-{
-    int worst = 0;
-    for (int c = 1; c < f->columns; c++)
-        if (f->rms[c] * f->own_scatter[worst] > f->rms[worst] * f->own_scatter[c])
-            worst = c;
-    return worst;
-}
-
 /* "fit of rho to 251 measurements, residual 1e-9 rad in q.D (0.001 % of the deviation of the data)" */
 static void put_answer(kmp_text *text, const kempe_fit *f)
 {
     enum { NAMED = 2 };
-    const int c = worst_column(f);
+    int c = 0; /* the column whose residual is the largest part of the deviation of its data */
+    for (int k = 1; k < f->columns; k++)
+        if (f->rms[k] * f->own_scatter[c] > f->rms[c] * f->own_scatter[k])
+            c = k;
     kmp_print_title(text, f->model, kmp_outcome_of(f->status));
     kmp_text_put(text, "fit of ");
     if (f->count > NAMED)
@@ -81,17 +74,6 @@ static void put_answer(kmp_text *text, const kempe_fit *f)
         kmp_text_printf(text, ", %.2g %% of the deviation of the data from its mean",
                         kmp_print_clean(100 * f->rms[c] / f->own_scatter[c], 100 * KMP_PRINT_NOISE));
     kmp_text_put(text, "\n");
-}
-
-static void put_data(kmp_text *text, const kempe_fit *f)
-{
-    for (int k = 0; k < f->run_count; k++) {
-        const kmp_fit_run *r = &f->run[k];
-        const kmp_measured *m = &r->measured;
-        kmp_text_printf(text, "%-9s %s: %d rows, %d column%s, %d measurements", k ? "" : "data", r->file, m->rows,
-                        m->columns, m->columns == 1 ? "" : "s", known_in(f, k));
-        kmp_text_put(text, r->own ? ", values of its own\n" : "\n");
-    }
 }
 
 static void put_search(kmp_text *text, const kempe_fit *f)
@@ -120,7 +102,12 @@ static void put_method(kmp_text *text, const kempe_fit *f)
     if (rows->differences)
         kmp_text_printf(text, "          derivatives by differences, because friction sticks: uncertain by %.2g\n",
                         kmp_fit_slope_error(f));
-    put_data(text, f);
+    for (int k = 0; k < f->run_count; k++) {
+        const kmp_measured *m = &f->run[k].measured;
+        kmp_text_printf(text, "%-9s %s: %d rows, %d column%s, %d measurements", k ? "" : "data", f->run[k].file,
+                        m->rows, m->columns, m->columns == 1 ? "" : "s", known_in(f, k));
+        kmp_text_put(text, f->run[k].own ? ", values of its own\n" : "\n");
+    }
     put_search(text, f);
     kmp_text_printf(text, "run       %s to t = %.6g s, rtol %g, atol %g\n", rows->integrator, last_time(f), rows->rtol,
                     rows->atol);

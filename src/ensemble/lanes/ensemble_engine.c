@@ -719,19 +719,6 @@ static kempe_status run_lanes(kmp_engine *e)
     return status;
 }
 
-/* An instance still marked as stopped, but not by its own conditions, was interrupted. */
-static kempe_status run_alone(kmp_engine *e)
-{
-    kempe_status status = KEMPE_OK;
-    for (int i = 0; i < e->count && status == KEMPE_OK && !kmp_interrupted(e->context); i++)
-        if (e->results[i].alone) {
-            status = kmp_instance_alone(e, i);
-            e->work.alone++;
-            kmp_engine_count(e);
-        }
-    return status;
-}
-
 kempe_status kmp_engine_run(kmp_engine *e, int count, const double *values, kmp_ensemble_result *results, double *q,
                             double *qd)
 {
@@ -763,8 +750,13 @@ kempe_status kmp_engine_run(kmp_engine *e, int count, const double *values, kmp_
         kmp_instance_leave(e, i, why);
     if (status == KEMPE_OK && !why)
         status = run_lanes(e);
-    if (status == KEMPE_OK)
-        status = run_alone(e);
+    /* An instance still marked as stopped, but not by its own conditions, was interrupted. */
+    for (int i = 0; i < e->count && status == KEMPE_OK && !kmp_interrupted(e->context); i++)
+        if (e->results[i].alone) {
+            status = kmp_instance_alone(e, i);
+            e->work.alone++;
+            kmp_engine_count(e);
+        }
     kmp_arena_free(&e->arena);
     return status;
 }

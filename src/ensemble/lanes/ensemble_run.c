@@ -208,22 +208,18 @@ static kempe_status run_all(shared_run *r)
     return *kempe_context_message(context) ? status : kmp_fail_memory(context); /* another thread's message is lost */
 }
 
-/* Takes the mark that instances have left the table of condition k. */
-static bool take_mark(kmp_ensemble *e, int k)
-{
-    bool any = false;
-    for (int i = 0; i < KMP_TEAM_MOST; i++)
-        any = (e->engine[i] && atomic_exchange(&e->engine[i]->s->left[k], false)) || any;
-    return any;
-}
-
 /* Reports the tables that instances have left, or forgets earlier ones. */
 static void tell_tables(kmp_ensemble *e, bool tells)
 {
     const kempe_system *s = e->engine[0]->s;
     for (int k = 0; k < s->events.count + 2 * s->use_count; k++) {
         const kmp_condition *condition = k < s->events.count ? &s->events.condition[k] : NULL;
-        if ((condition && !condition->told) || !take_mark(e, k) || !tells)
+        if (condition && !condition->told)
+            continue;
+        bool left = false; /* takes the marks of all engines */
+        for (int i = 0; i < KMP_TEAM_MOST; i++)
+            left = (e->engine[i] && atomic_exchange(&e->engine[i]->s->left[k], false)) || left;
+        if (!left || !tells)
             continue;
         const int of_use = k - s->events.count;
         const kmp_table_use *use = condition ? NULL : &s->use[of_use / 2];

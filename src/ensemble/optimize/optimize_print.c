@@ -122,16 +122,6 @@ static void put_parameters(kmp_text *text, const kempe_optimum *o)
     }
 }
 
-static void put_limits(kmp_text *text, const kempe_optimum *o)
-{
-    const kmp_quantity_list *list = o->objective.list;
-    for (int k = 0; k < list->limit_count; k++) {
-        kmp_text_printf(text, "%s  limit %s: ", k ? "" : "\n", list->limit[k].text);
-        put_quantity(text, o, 6, limit_value(o, k), list->limit[k].value);
-        kmp_text_put(text, is_kept(o, k) ? ", satisfied\n" : ", not satisfied\n");
-    }
-}
-
 /* Several searches, each with its end. */
 static void put_searches(kmp_text *text, const kempe_optimum *o)
 {
@@ -182,7 +172,12 @@ static void put_text(kmp_text *text, const void *result)
         kmp_print_wrapped(text, "  ", 4, o->reason);
     kmp_print_doubts(text, kmp_outcome_of(o->status), o->warnings);
     put_parameters(text, o);
-    put_limits(text, o);
+    const kmp_quantity_list *list = o->objective.list;
+    for (int k = 0; k < list->limit_count; k++) {
+        kmp_text_printf(text, "%s  limit %s: ", k ? "" : "\n", list->limit[k].text);
+        put_quantity(text, o, 6, limit_value(o, k), list->limit[k].value);
+        kmp_text_put(text, is_kept(o, k) ? ", satisfied\n" : ", not satisfied\n");
+    }
     put_searches(text, o);
     kmp_text_put(text, "\n");
     put_method(text, o);

@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "exchange/formats/importing.h"
+#include "model/language/nearest.h"
 #include <ctype.h>
 #include <dirent.h>
 #include <string.h>
@@ -203,18 +204,6 @@ static kmp_yaml *other_joints(const pairs *p, const kmp_yaml *source)
 
 /* -- documents ----------------------------------------------------------------------------------------- */
 
-static void note_unknown(kmp_import *im, const kmp_yaml *source)
-{
-    for (int i = 0; i < source->count; i++) {
-        size_t k = 0;
-        while (k < sizeof known / sizeof *known && strcmp(known[k], source->keys[i]->text) != 0)
-            k++;
-        if (k == sizeof known / sizeof *known)
-            kmp_import_leave_out(im, source->keys[i]->place, KMP_PART_MECHANICS, source->keys[i]->text,
-                                 "'%s' is not used", source->keys[i]->text);
-    }
-}
-
 /* A run takes independent coordinates by name only if they are as many as the degrees of freedom. */
 static void note_motors(kmp_import *im, const kmp_yaml *source)
 {
@@ -256,5 +245,8 @@ void kmp_laas_convert(kmp_import *im)
     for (int k = 0; k < loops->count && im->status == KEMPE_OK; k++)
         add_pair(&p, loops->items[k], types ? types->items[k] : NULL);
     note_motors(im, source);
-    note_unknown(im, source);
+    for (int i = 0; i < source->count; i++)
+        if (kmp_name_find(KMP_NAMES_OF(known), source->keys[i]->text) < 0)
+            kmp_import_leave_out(im, source->keys[i]->place, KMP_PART_MECHANICS, source->keys[i]->text,
+                                 "'%s' is not used", source->keys[i]->text);
 }

@@ -216,18 +216,6 @@ static void put_start(kmp_import *im, const kmp_element *joint, const char *coor
         kmp_import_complain(im, joint->place, "nature", nature, "is not independent, dependent or driven");
 }
 
-/* Coordinate and drive of joint k of a body. */
-static void put_motion(kmp_import *im, const kmp_element *joint, const char *coordinate, int k, bool several)
-{
-    const char *drive_name = several ? kmp_arena_printf(im->arena, "%s_%d", coordinate, k) : coordinate;
-    const char *full = several ? kmp_arena_printf(im->arena, "%s.%d", coordinate, k) : coordinate;
-    const kmp_mbs_name *first = drive_name ? first_like(im, drive_name) : NULL;
-    if (first && !first->body) /* of a cut */
-        drive_name = kmp_arena_printf(im->arena, "%s_drive", drive_name);
-    if (full && drive_name)
-        put_start(im, joint, full, drive_name);
-}
-
 /* The joints of a body in their order: motions, coordinates with the names of the joints, start and drives. */
 static void put_motions(kmp_import *im, kmp_yaml *map, const kmp_element *body, const char *name)
 {
@@ -244,7 +232,16 @@ static void put_motions(kmp_import *im, kmp_yaml *map, const kmp_element *body, 
             kmp_import_complain(im, joint->place, "a joint of body", name, "has no 'type'");
         own = own ? kmp_import_clean(im, own) : NULL;
         kmp_yaml_append(im->arena, names, NULL, kmp_yaml_word(im->arena, joint->place, own ? own : "~"));
-        put_motion(im, joint, own ? own : name, k, several && !own);
+        /* Its coordinate and its drive. */
+        const bool numbered = several && !own;
+        const char *coordinate = own ? own : name;
+        const char *drive_name = numbered ? kmp_arena_printf(im->arena, "%s_%d", coordinate, k) : coordinate;
+        const char *full = numbered ? kmp_arena_printf(im->arena, "%s.%d", coordinate, k) : coordinate;
+        const kmp_mbs_name *first = drive_name ? first_like(im, drive_name) : NULL;
+        if (first && !first->body) /* of a cut */
+            drive_name = kmp_arena_printf(im->arena, "%s_drive", drive_name);
+        if (full && drive_name)
+            put_start(im, joint, full, drive_name);
     }
     kmp_import_put(im, map, map->place, "motions", motions);
     if (several)
@@ -354,26 +351,22 @@ static bool is_number(const char *text)
 
 /* A scalar of a user model becomes the parameter MODEL_NAME, for the forces that a user adds; the first one of a name
  * counts. */
-static void add_parameter(kmp_import *im, const char *model, const kmp_element *parameter)
-{
-    const char *type = kmp_element_text(parameter, "type"), *name = kmp_element_text(parameter, "name");
-    const kmp_element *value = kmp_element_find(parameter, "value");
-    if (!name || !type || strcmp(type, "scalar") != 0 || !value || !is_number(value->text))
-        return;
-    kmp_yaml *parameters = kmp_import_part(im, im->root, "parameters", KMP_YAML_MAP);
-    const char *full = kmp_arena_printf(im->arena, "%s_%s", model, name);
-    full = full ? kmp_import_clean(im, full) : NULL;
-    if (full && !kmp_yaml_get(parameters, full))
-        kmp_import_put(im, parameters, parameter->place, full, text_of(im, value));
-}
-
 static void add_parameters(kmp_import *im)
 {
     const kmp_element *m = kmp_element_find(kmp_element_find(im->model, "user_models"), "user_model");
     for (; m; m = kmp_element_again(m)) {
-        const char *name = kmp_element_text(m, "name");
-        for (const kmp_element *p = kmp_element_find(m, "parameter"); name && p; p = kmp_element_again(p))
-            add_parameter(im, name, p);
+        const char *model = kmp_element_text(m, "name");
+        for (const kmp_element *p = kmp_element_find(m, "parameter"); model && p; p = kmp_element_again(p)) {
+            const char *type = kmp_element_text(p, "type"), *name = kmp_element_text(p, "name");
+            const kmp_element *value = kmp_element_find(p, "value");
+            if (!name || !type || strcmp(type, "scalar") != 0 || !value || !is_number(value->text))
+                continue;
+            kmp_yaml *parameters = kmp_import_part(im, im->root, "parameters", KMP_YAML_MAP);
+            const char *full = kmp_arena_printf(im->arena, "%s_%s", model, name);
+            full = full ? kmp_import_clean(im, full) : NULL;
+            if (full && !kmp_yaml_get(parameters, full))
+                kmp_import_put(im, parameters, p->place, full, text_of(im, value));
+        }
     }
 }
 

@@ -216,20 +216,6 @@ static bool are_equal(const kmp_sdf *s, int k, kmp_sdf_frame *pair[2])
     return strcmp(entry[-1].name, entry[0].name) == 0;
 }
 
-/* Before 1.7 a joint may have the name of a link; nothing refers to it then. */
-static void rename_joints(kmp_sdf *s)
-{
-    kmp_sdf_frame *pair[2];
-    for (int k = 1; k < s->by_name.count; k++)
-        for (int i = 0; i < 2; i++)
-            if (are_equal(s, k, pair) && pair[i]->version < 107 && pair[i]->kind == KMP_SDF_JOINT &&
-                pair[1 - i]->kind != KMP_SDF_JOINT) {
-                const char *other = kmp_arena_printf(s->im->arena, "%s joint", pair[i]->scoped);
-                pair[i]->scoped = other ? other : pair[i]->scoped;
-            }
-    s->by_name = kmp_import_index_of(s->im, s->count, scoped_of, s->frames);
-}
-
 static int find(const kmp_sdf *s, const char *scoped)
 {
     int k = kmp_import_index_find(&s->by_name, scoped);
@@ -316,7 +302,15 @@ static void sort_names(kmp_sdf *s)
 {
     kmp_sdf_frame *pair[2];
     s->by_name = kmp_import_index_of(s->im, s->count, scoped_of, s->frames);
-    rename_joints(s);
+    /* Before 1.7 a joint may have the name of a link; nothing refers to it then. */
+    for (int k = 1; k < s->by_name.count; k++)
+        for (int i = 0; i < 2; i++)
+            if (are_equal(s, k, pair) && pair[i]->version < 107 && pair[i]->kind == KMP_SDF_JOINT &&
+                pair[1 - i]->kind != KMP_SDF_JOINT) {
+                const char *other = kmp_arena_printf(s->im->arena, "%s joint", pair[i]->scoped);
+                pair[i]->scoped = other ? other : pair[i]->scoped;
+            }
+    s->by_name = kmp_import_index_of(s->im, s->count, scoped_of, s->frames);
     for (int k = 1; k < s->by_name.count; k++)
         if (are_equal(s, k, pair))
             kmp_import_complain(s->im, pair[1]->element->place, "the name", pair[1]->scoped,

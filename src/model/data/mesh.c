@@ -40,17 +40,15 @@ static uint32_t hash(const double at[3])
     return (uint32_t)h;
 }
 
-static bool is_at(const double a[3], const double b[3])
-{
-    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
-}
-
 /* Its slot, or the empty one that it belongs to. */
 static uint32_t find(const mesh_maker *m, const double at[3])
 {
     uint32_t k = hash(at) & (m->slots - 1);
-    while (m->slot[k] >= 0 && !is_at(m->mesh.vertex[m->slot[k]], at))
-        k = (k + 1) & (m->slots - 1);
+    for (; m->slot[k] >= 0; k = (k + 1) & (m->slots - 1)) {
+        const double *v = m->mesh.vertex[m->slot[k]];
+        if (v[0] == at[0] && v[1] == at[1] && v[2] == at[2])
+            break;
+    }
     return k;
 }
 

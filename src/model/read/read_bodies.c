@@ -92,16 +92,6 @@ static void read_one_motion(kmp_reader *r, const kmp_yaml *node, const char *wha
     add_stand_in(r, body, !strchr(node->text, 'T'));
 }
 
-static void read_motions(kmp_reader *r, const kmp_yaml *node, const char *what, int body)
-{
-    if (!kmp_read_list(r, node, kmp_reader_say(r, "%s: motions", what), -1))
-        return;
-    if (node->count == 0)
-        kmp_reader_complain(r, node->place, "%s: a joint needs at least one motion", what);
-    for (int i = 0; i < node->count; i++)
-        read_one_motion(r, node->items[i], what, body);
-}
-
 /* Two axes [a, b], which are perpendicular to each other. */
 static void read_two_axes(kmp_reader *r, const kmp_yaml *node, const char *what, double m[3][3])
 {
@@ -179,7 +169,12 @@ static void read_kind(kmp_reader *r, const kmp_yaml *joint, const char *what, in
             add_motion(r, body, chain[0] == 'R', axis);
         }
     } else if (count > 0) {
-        read_motions(r, kmp_yaml_get(joint, "motions"), what, body);
+        const kmp_yaml *motions = kmp_yaml_get(joint, "motions");
+        bool good = kmp_read_list(r, motions, kmp_reader_say(r, "%s: motions", what), -1);
+        if (good && motions->count == 0)
+            kmp_reader_complain(r, motions->place, "%s: a joint needs at least one motion", what);
+        for (int i = 0; good && i < motions->count; i++)
+            read_one_motion(r, motions->items[i], what, body);
     }
     kmp_check_joint_keys(r, row, joint, what);
     const char *key = row ? kmp_joint_key(row) : NULL; /* of the number that couples two motions */

@@ -92,11 +92,6 @@ static bool read_place(const reading *s, const kmp_yaml *node, const char *what,
     return true;
 }
 
-static bool is_same_place(const kmp_number a[3], const kmp_number b[3])
-{
-    return a[0].value == b[0].value && a[1].value == b[1].value && a[2].value == b[2].value;
-}
-
 /* Places in a list, each apart from the one before it; NULL after an error. */
 static kmp_number (*read_places(const reading *s, const kmp_yaml *node, const char *key))[3]
 {
@@ -106,7 +101,10 @@ static kmp_number (*read_places(const reading *s, const kmp_yaml *node, const ch
     for (int i = 0; at && i < node->count; i++) {
         const char *what = kmp_reader_say(s->r, "place %d of %s", i + 1, say_key(s, key));
         bool read = read_place(s, node->items[i], what, at[i], &point);
-        if (read && good && i > 0 && is_same_place(at[i - 1], at[i])) {
+        bool same = read && good && i > 0;
+        for (int k = 0; k < 3 && same; k++)
+            same = at[i - 1][k].value == at[i][k].value;
+        if (same) {
             kmp_reader_complain(s->r, node->items[i]->place, "%s is the same as the one before it", what);
             read = false;
         }

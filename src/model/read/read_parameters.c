@@ -28,27 +28,17 @@ static const kmp_key keys[] = {
 
 /* -- samples --------------------------------------------------------------------------------------- */
 
-/* Times must increase; one sample is enough. */
-static bool check_samples(const kmp_points *p)
-{
-    int bad = p->count < 2 ? -1 : kmp_table_check(p->count, p->x, p->y);
-    if (p->count < 1)
-        kmp_reader_complain(p->r, p->map->place, "%s has no samples", p->what);
-    else if (bad > 0)
-        kmp_reader_complain(p->r, p->place[bad], "%s: times must increase: %.9g comes after %.9g", p->what, p->x[bad],
-                            p->x[bad - 1]);
-    else if (bad == 0)
-        kmp_reader_complain(p->r, p->place[0], "%s: the first sample is not finite", p->what);
-    return p->count >= 1 && bad < 0;
-}
-
 static void read_samples(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_model_input *input)
 {
     kmp_points p = {.r = r, .map = map, .what = what, .key = {"t", "value"}, .dimension = KMP_DIM_NUMBER};
     const kmp_yaml *method = kmp_read_required(r, map, what, "method");
     int word = method ? kmp_read_choice(r, method, what, kmp_signal_words, "the method is", " or ") : -1;
-    if (word < 0 || !kmp_read_points(&p) || !check_samples(&p))
+    if (word < 0 || !kmp_read_points(&p) || (p.count > 1 && !kmp_points_increase(&p, "times", "sample")))
         return;
+    if (p.count < 1) {
+        kmp_reader_complain(r, map->place, "%s has no samples", what);
+        return;
+    }
     for (int k = 0; k < p.count; k++)
         p.y[k] *= input->si;
     (void)kmp_signal_init(&input->signal, &r->model->arena, (kmp_signal_method)word, p.count, p.x, p.y);

@@ -238,23 +238,21 @@ bool kmp_read_points(kmp_points *p)
     return kmp_yaml_get(p->map, "csv") ? read_csv(p) : read_lists(p);
 }
 
+bool kmp_points_increase(const kmp_points *p, const char *places, const char *one)
+{
+    int bad = kmp_table_check(p->count, p->x, p->y);
+    if (bad > 0)
+        kmp_reader_complain(p->r, p->place[bad], "%s: %s must increase: %.9g comes after %.9g", p->what, places,
+                            p->x[bad], p->x[bad - 1]);
+    else if (bad == 0)
+        kmp_reader_complain(p->r, p->place[0], "%s: the first %s is not finite", p->what, one);
+    return bad < 0;
+}
+
 /* Part of the range of a table by which its spline may pass the points of a piece without a word. */
 #define OVERSHOOT 0.02
 
 /* -- one variable ------------------------------------------------------------------------------------ */
-
-static bool check_points(const kmp_points *p, kmp_place place)
-{
-    if (p->count < 2)
-        return kmp_reader_complain(p->r, place, "%s: a table needs at least two points, not %d", p->what, p->count);
-    int bad = kmp_table_check(p->count, p->x, p->y);
-    if (bad > 0)
-        kmp_reader_complain(p->r, p->place[bad], "%s: x must increase: %.9g comes after %.9g", p->what, p->x[bad],
-                            p->x[bad - 1]);
-    else if (bad == 0)
-        kmp_reader_complain(p->r, p->place[0], "%s: the first point is not finite", p->what);
-    return bad < 0;
-}
 
 static kmp_table_method read_method(kmp_reader *r, const kmp_yaml *node, const char *what, bool periodic)
 {
@@ -422,7 +420,13 @@ static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *tabl
     }
     kmp_unit unit;
     bool good = kmp_read_column_unit(&p, KMP_DIM_ANY, "one of the units of the model language", &unit);
-    if (!kmp_read_points(&p) || !good || !check_points(&p, map->place))
+    if (!kmp_read_points(&p) || !good)
+        return;
+    if (p.count < 2) {
+        kmp_reader_complain(r, map->place, "%s: a table needs at least two points, not %d", p.what, p.count);
+        return;
+    }
+    if (!kmp_points_increase(&p, "x", "point"))
         return;
     for (int k = 0; k < p.count; k++)
         p.y[k] = p.y[k] * unit.factor / unit.divisor;

@@ -15,6 +15,9 @@ bool kmp_name_means_something(const kmp_reader *r, const char *name);
 /** Reads the points; members up to `dimension` are set by the caller. False after an error. */
 bool kmp_read_points(kmp_points *p);
 
+/** Reports places that do not increase, which have the name `places` in a sentence; `one`: the name of a row. */
+bool kmp_points_increase(const kmp_points *points, const char *places, const char *one);
+
 /** Reads `unit`, of the columns of a CSV file: of this dimension, which an error calls so. Without it: SI. False after
  * an error. */
 bool kmp_read_column_unit(const kmp_points *p, kmp_dimension dimension, const char *so, kmp_unit *unit);
