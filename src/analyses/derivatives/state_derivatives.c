@@ -4,6 +4,7 @@
  * the state. Along closed motions the change of all coordinates follows the change of the independent ones first
  * (constraints/partition/small_change.h). */
 #include "analyses/derivatives/parameter_slopes.h"
+#include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/inexact/nearest_exact.h"
@@ -133,6 +134,7 @@ kempe_status kempe_workspace_add_derivatives(kempe_workspace *ws, int count, con
 {
     KMP_WANTED(NULL, ws, "workspace");
     ws->message[0] = '\0';
+    kmp_context_clear(ws->system->context);
     if (count < 0 || (count > 0 && !kmp_workspace_given(ws, "names", names)))
         return KEMPE_E_ARGUMENT;
     KMP_TRY(refuse(ws));
