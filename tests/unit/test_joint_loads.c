@@ -349,10 +349,10 @@ static void shared_loads(void)
         const char *text, *shared;
         bool loaded;
     } cases[] = {
-        {FLAT("[0, 0, -9.81]", "[0.15, 0, 0]"), "A: z, mx, my; B: z, mx, my; D: z, mx, my; C: z, mx, my", true},
-        {FLAT("[0, -9.81, 0]", "[0.15, 0, 0]"), "A: z, mx, my; B: z, mx, my; D: z, mx, my; C: z, mx, my", false},
-        {FLAT("[0, -9.81, 0]", "[0.15, 0, 0.1]"), "A: z, mx, my; B: z, mx, my; D: z, mx, my; C: z, mx, my", true},
-        {hinges, "A: x, y, z, my, mz; C: x, y, z, my, mz", true},
+        {FLAT("[0, 0, -9.81]", "[0.15, 0, 0]"), "A, B, D, C: z, mx, my", true},
+        {FLAT("[0, -9.81, 0]", "[0.15, 0, 0]"), "A, B, D, C: z, mx, my", false},
+        {FLAT("[0, -9.81, 0]", "[0.15, 0, 0.1]"), "A, B, D, C: z, mx, my", true},
+        {hinges, "A, C: x, y, z, my, mz", true},
         {ball, "A: x, y, z, my, mz; C: x, y, z", true},
         {slider, "A: y, z, my, mz; C: y, z, my, mz", true}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
@@ -407,7 +407,7 @@ static void loads_of_least_norm(void)
     const kempe_run_options run = {.loads = "least-norm"}, other = {.loads = "even"};
     const kempe_inverse_options ask = {.actuators = "hL", .loads = "least-norm"}, plain = {.actuators = "hL"};
     const kempe_equilibrium_options options = {.loads = "least-norm"}, solved = {.loads = "least-norm", .hold = "hL=0"};
-    static const char *const names = "hL: x, y, z, my, mz; hR: x, y, z, my, mz";
+    static const char *const names = "hL, hR: x, y, z, my, mz";
     kempe_trajectory *t = NULL;
     kempe_inverse *r = NULL;
     kempe_equilibrium *e = NULL;
@@ -429,7 +429,7 @@ static void loads_of_least_norm(void)
     kempe_table_free(rows);
     kempe_inverse_free(r);
     CHECK(kempe_inverse_new(l.system, &plain, &r) == KEMPE_OK);
-    CHECK(r && strstr(r->warnings, "loads that are not unique: hL: x, y, z, my, mz; hR: x, "));
+    CHECK(r && strstr(r->warnings, "loads that are not unique: hL, hR: x, y, z, my, mz"));
     kempe_inverse_free(r);
     CHECK(kempe_equilibrium_new(l.system, &options, &e) == KEMPE_OK && e->loads.joints == 1);
     CHECK_TEXT(kempe_equilibrium_loads_not_unique(e, 0), names);
