@@ -348,13 +348,12 @@ static void shared_loads(void)
     const struct {
         const char *text, *shared;
         bool loaded;
-    } cases[] = {
-        {FLAT("[0, 0, -9.81]", "[0.15, 0, 0]"), "A, B, D, C: z, mx, my", true},
-        {FLAT("[0, -9.81, 0]", "[0.15, 0, 0]"), "A, B, D, C: z, mx, my", false},
-        {FLAT("[0, -9.81, 0]", "[0.15, 0, 0.1]"), "A, B, D, C: z, mx, my", true},
-        {hinges, "A, C: x, y, z, my, mz", true},
-        {ball, "A: x, y, z, my, mz; C: x, y, z", true},
-        {slider, "A: y, z, my, mz; C: y, z, my, mz", true}};
+    } cases[] = {{FLAT("[0, 0, -9.81]", "[0.15, 0, 0]"), "A, B, D, C: z, mx, my", true},
+                 {FLAT("[0, -9.81, 0]", "[0.15, 0, 0]"), "A, B, D, C: z, mx, my", false},
+                 {FLAT("[0, -9.81, 0]", "[0.15, 0, 0.1]"), "A, B, D, C: z, mx, my", true},
+                 {hinges, "A, C: x, y, z, my, mz", true},
+                 {ball, "A: x, y, z, my, mz; C: x, y, z", true},
+                 {slider, "A, C: y, z, my, mz", true}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         loaded l = load_text(cases[k].text);
         kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
