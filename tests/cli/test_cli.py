@@ -2224,7 +2224,7 @@ run: {t_end: 6, output_step: 1, outputs: [q, qd]%s}
         self.assertIn("the mechanism reaches a limit position", found["reason"])
 
     def test_interrupt(self):
-        self.interrupt("simulate", FOUR_BAR, "--t-end", "1e7", "--output-step", "1e3", "--rtol", "1e-9")
+        self.interrupt("simulate", FOUR_BAR, "--t-end", "1e6", "--output-step", "100", "--rtol", "1e-9", "--max-steps", "1000000000")
 
     def test_interrupt_without_result(self):
         """The object and a sentence are there also while there is nothing to show."""
