@@ -219,7 +219,7 @@ static kempe_status check_growth(kmp_runner *run, double t)
                     kmp_model_motion(run->s->model, k)->rotation ? "rad/s" : "m/s",
                     run->growth.t[0] - run->growth.t[1]);
     size_t said = why.length;
-    kmp_runner_explain_angles(run, &why);
+    kmp_runner_explain_position(run, &why);
     if (why.length == said)
         kmp_text_put(&why, ": check the signs of forces, dampings and gains, or give a number of steps (max_steps)");
     run->reason = kmp_text_take(&why);
@@ -240,7 +240,7 @@ static kempe_status attend(kmp_runner *run)
     kmp_text why = {0};
     if (!kmp_work_bound_passed(&run->bound, kmp_runner_tried(run), t, run->spec.t_end, &why))
         return KEMPE_OK;
-    kmp_runner_explain_angles(run, &why);
+    kmp_runner_explain_position(run, &why);
     kmp_runner_explain_inertia(run, &why);
     run->reason = kmp_text_take(&why);
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);

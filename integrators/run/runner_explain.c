@@ -10,6 +10,7 @@
 #include "integrators/run/runner_center.h"
 #include "linalg/dense/factors.h"
 #include "model/data/model.h"
+#include <float.h>
 #include <math.h>
 
 const char *kmp_runner_driven_by(const kempe_system *s, int row)
@@ -22,12 +23,31 @@ const char *kmp_runner_driven_by(const kempe_system *s, int row)
     return count == 1 ? name : NULL;
 }
 
-void kmp_runner_explain_angles(kmp_runner *run, kmp_text *text)
+/* Names the largest coordinate if its rounding is above the tolerance, as of an angle after many turns: the others then
+ * have errors that no smaller step reduces. */
+static void explain_rounding(const kmp_runner *run, kmp_text *text)
 {
-    if (!run->formulation || !run->solver)
+    int largest = 0;
+    for (int i = 1; i < kmp_model_coordinates(run->s->model); i++)
+        if (fabs(run->state[i]) > fabs(run->state[largest]))
+            largest = i;
+    const double rounding = DBL_EPSILON * fabs(run->state[largest]);
+    const kmp_motion *motion = &run->s->model->motions[largest];
+    const char *unit = motion->rotation ? "rad" : "m";
+    if (rounding > run->spec.atol)
+        kmp_text_printf(text,
+                        "; '%s' is %.3g %s, which is rounded to %.1g %s, and atol is %g: use a larger rtol and atol",
+                        motion->name, run->state[largest], unit, rounding, unit, run->spec.atol);
+}
+
+void kmp_runner_explain_position(kmp_runner *run, kmp_text *text)
+{
+    if (!run->formulation || !run->solver || run->s->n == 0)
         return;
-    if (run->solver->t > run->spec.t_start && kmp_runner_position(run, run->solver->t, run->state) == KEMPE_OK)
+    if (run->solver->t > run->spec.t_start && kmp_runner_position(run, run->solver->t, run->state) == KEMPE_OK) {
         kmp_angles_explain(run->s->model, run->state, text);
+        explain_rounding(run, text);
+    }
 }
 
 int kmp_runner_lock(kmp_runner *run, double t)
@@ -198,7 +218,7 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
         kmp_text_printf(text, "%s at t = %.9g s", otherwise, t);
     if (!locks && run->formulation && !kmp_is_unsettled(run->eval) && !(run->crossing && run->crossing->stuck))
         name_unknowns(run, text);
-    kmp_runner_explain_angles(run, text);
+    kmp_runner_explain_position(run, text);
     if (!locks)
         kmp_runner_explain_inertia(run, text);
     return locks;

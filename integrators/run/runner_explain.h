@@ -17,8 +17,9 @@ kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *
 /** Appends the sentence of a lock, the formulation, the integrator, or `otherwise`. True for a lock. */
 bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_text *text);
 
-/** Appends to a reason the spherical joint with nearly singular angles at the last step, if there is one. */
-void kmp_runner_explain_angles(kmp_runner *run, kmp_text *text);
+/** Appends to a reason the spherical joint with nearly singular angles at the last step, and the coordinate whose
+ * rounding is above the tolerance there, if there is one. */
+void kmp_runner_explain_position(kmp_runner *run, kmp_text *text);
 
 /** Appends the flexible body by which M is hardly positive at the last step, if there is one. */
 void kmp_runner_explain_inertia(kmp_runner *run, kmp_text *text);
