@@ -16,9 +16,9 @@ static const bool counts = false;
 static const bool counts = true;
 
 /* The C library's own functions, which these replace for the whole process. */
-void *__libc_malloc(size_t size);             /* NOLINT(bugprone-reserved-identifier) */
-void *__libc_calloc(size_t n, size_t size);   /* NOLINT(bugprone-reserved-identifier) */
-void *__libc_realloc(void *old, size_t size); /* NOLINT(bugprone-reserved-identifier) */
+void *__libc_malloc(size_t size);
+void *__libc_calloc(size_t n, size_t size);
+void *__libc_realloc(void *old, size_t size);
 
 void *malloc(size_t size)
 {

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: 5 */
 /* Flexible bodies against digits of other programs and closed forms: a pendulum and a five-bar robot whose links bend,
  * a slider-crank whose rod bends in both planes and twists, by all algorithms and formulations; frequencies of rotating
  * beams and spinning shafts; beam-columns. Digits are those of programs with independent equations (Lagrange's, by

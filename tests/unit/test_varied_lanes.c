@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: 3 */
 /* A motion with sensitivities at eight places at once (analyses/derivatives/varied_lanes.h) has the accelerations and
  * the matrices that it has at each of them alone: loops, redundant rows, moving closures, trees, events. Then the
  * derivatives of whole runs whose stages run in lanes, beside those of dop853, and of other methods of an integrator in

@@ -3,7 +3,7 @@
 #include <string.h>
 
 void xerbla_(const char *name, const int *argument, size_t length);
-/* The name is the one of the Fortran compiler. NOLINTNEXTLINE(bugprone-reserved-identifier) */
+/* The name is the one of the Fortran compiler. */
 void _gfortran_concat_string(size_t size, char *to, size_t first_size, const char *first, size_t second_size,
                              const char *second);
 
@@ -20,7 +20,7 @@ static size_t copy(char *to, size_t room, const char *from, size_t size)
     return count;
 }
 
-/* first // second, with spaces to the end. NOLINTNEXTLINE(bugprone-reserved-identifier) */
+/* first // second, with spaces to the end. */
 void _gfortran_concat_string(size_t size, char *to, size_t first_size, const char *first, size_t second_size,
                              const char *second)
 {

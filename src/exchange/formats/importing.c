@@ -278,8 +278,9 @@ static kmp_part_class class_of(const kmp_import *im, const char *in, const char 
 {
     bool known = false;
     for (int k = 0; k < ROWS; k++) {
-        bool own = strcmp(grammar[k].in, in) == 0;
-        if ((!own && strcmp(grammar[k].in, "*") != 0) || strcmp(grammar[k].format, im->format) != 0)
+        const char *around = grammar[k].in;
+        bool own = *around == *in && strcmp(around, in) == 0;
+        if ((!own && *around != '*') || strcmp(grammar[k].format, im->format) != 0)
             continue;
         if (kmp_import_is_word(grammar[k].words, name))
             return grammar[k].kind;
