@@ -8,6 +8,7 @@
 #include <kempe/check.h>
 #include <kempe/comfort.h>
 #include <kempe/compare.h>
+#include <kempe/derivatives.h>
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
 #include <kempe/fit.h>
@@ -29,7 +30,6 @@
 #include <kempe/stepper.h>
 #include <kempe/table.h>
 #include <kempe/vehicle.h>
-#include <kempe/derivatives.h>
 #include <kempe/workspace.h>
 #include <limits.h>
 #include <stdio.h>
