@@ -15,10 +15,6 @@ import tempfile
 import time
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-# Pages are put together where they are drawn, without a process of their own for it; programs of pages are compiled by the thread that runs them;
-# nothing runs that belongs to no page.
-FRUGAL = ["--in-process-gpu", "--disable-gpu-compositing", "--disable-accelerated-2d-canvas", "--js-flags=--single-threaded", "--disable-extensions",
-          "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run"]
 HARMLESS = re.compile("software WebGL|GPU stall|GL Driver Message")  # of a machine without a graphics card
 SECONDS = 120  # for one page
 SETTLED = 100  # virtual milliseconds after the page was loaded, for what it draws by and by
@@ -66,7 +62,7 @@ class Chromium:
             os.dup2(kept[1], 4)
         self.process = subprocess.Popen(
             [CHROMIUM, "--headless", "--no-sandbox", f"--user-data-dir={self.folder.name}", "--disable-dev-shm-usage",
-             "--no-startup-window", "--remote-debugging-pipe", *FRUGAL], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=pipes, pass_fds=(3, 4))
+             "--no-startup-window", "--remote-debugging-pipe"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=pipes, pass_fds=(3, 4))
         os.close(to_read)
         os.close(to_write)
         self.number, self.bytes, self.events = 0, b"", []
@@ -131,7 +127,7 @@ class Chromium:
         self.wait("Emulation.virtualTimeBudgetExpired")
         self.call("Page.removeScriptToEvaluateOnNewDocument", self.tab, identifier=flat)
         self.value(WIDTHS)
-        return self.value(DOCUMENT), self.complaints()
+        return self.document()
 
     def value(self, expression):
         """Of an expression in the page that was drawn last."""
@@ -140,8 +136,8 @@ class Chromium:
             raise RuntimeError(told["exceptionDetails"]["exception"].get("description"))
         return told["result"].get("value")
 
-    def complaints(self):
-        return [line for line in map(complaint, self.events) if line and not HARMLESS.search(line)]
+    def document(self):
+        return self.value(DOCUMENT), [line for line in map(complaint, self.events) if line and not HARMLESS.search(line)]
 
 
 def complaint(event):
@@ -167,10 +163,6 @@ def draw(page, screen=Screen()):
 
 
 def run(script):
-    """In the page that was drawn last: the value that a script returns, and all complaints."""
-    return running.value(f"(() => {{ {script} }})()"), running.complaints()
-
-
-def document():
-    """The page that was drawn last, as it is now."""
-    return running.value(DOCUMENT)
+    """In the page that was drawn last: the value that a script returns; and the document after it, and all complaints."""
+    value = running.value(f"(() => {{ {script} }})()")
+    return value, *running.document()

@@ -285,9 +285,9 @@ class Modes(Folder):
 
     def check_choice(self, data):
         """The frames go from the state in both directions, and choosing another mode shows another."""
-        _, said = browser.run("document.querySelectorAll('#modes button')[1].click();")
+        _, text, said = browser.run("document.querySelectorAll('#modes button')[1].click();")
         self.assertEqual(said, [])
-        self.assertIn("Mode 2:", Page(browser.document()).words("stage-note"))
+        self.assertIn("Mode 2:", Page(text).words("stage-note"))
         frames = data["frames"]
         unit, raw = data["picture"]["frames"]["unit"], base64.b64decode(data["picture"]["frames"]["position"])
         height = [x * unit for x in struct.unpack(f"<{len(raw) // 2}h", raw)][2::6]  # of the wheel, frame by frame

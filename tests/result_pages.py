@@ -148,14 +148,10 @@ class Case(report_pages.Folder):
         return drawn, json.loads(drawn.data)
 
     def run_script(self, script):
-        """The value of a script in the page that was opened last."""
-        value, said = browser.run(script)
+        """The value of a script in the page that was opened last; and that page after it."""
+        value, text, said = browser.run(script)
         self.assertEqual(said, [])
-        return value
-
-    def after(self, script):
-        """Likewise, and that page after it, which takes longer than most scripts."""
-        return self.run_script(script), Page(browser.document())
+        return value, Page(text)
 
     def figures(self, data):
         """By hand: a figure for each unit, one for angles that turn more than twice, none for constants alone."""
@@ -222,7 +218,7 @@ class Colours(Case):
         """Pages, plots and the pictures of the gallery and of the first page have the colours of one table, in its order."""
         plot, light = self.folder / "colours.svg", [pair[0] for pair in self.pairs()]
         self.open(self.make("simulate", "examples/four_bar/four_bar.yaml", "--t-end", "0.1", "--plot", plot, "--y", "q"))
-        self.assertEqual(self.run_script("return COLOURS;"), [list(pair) for pair in self.pairs()])
+        self.assertEqual(self.run_script("return COLOURS;")[0], [list(pair) for pair in self.pairs()])
         self.assertEqual(re.findall(r'class="curve" stroke="(.*?)"', plot.read_text())[:3], light[:3])
         for name, bodies in (("four_bar", 3), ("andrews", 7), ("jansen_leg", 7)):
             drawn = re.findall(r'stroke="(#\w{6})" stroke-width="6"', (ROOT / f"examples/{name}/{name}.svg").read_text())
@@ -244,7 +240,7 @@ class Colours(Case):
 
     def test_one_colour_for_a_body_and_its_curves(self):
         drawn, _ = self.open(self.make("simulate", "examples/four_bar/four_bar.yaml"))
-        told = self.run_script("""
+        told, drawn = self.run_script("""
             const legend = [...document.querySelectorAll("#names .swatch")].map((mark) => mark.style.backgroundColor), own = element("i");
             for (const name of ["q.crank", "qd.coupler", "qdd.rocker"]) own.append(swatchOf(looks.get(name).colour));
             return [legend, [...own.children].map((mark) => mark.style.backgroundColor), looks.get("lambda.C.1").colour];""")
@@ -258,7 +254,7 @@ class Colours(Case):
         page = self.make("simulate", "examples/jansen_walker/jansen_walker.yaml", "--t-end", "0.1")
         for screen in (DESKTOP, FLAT):
             self.open(page, screen)
-            told = self.run_script("""
+            told, _ = self.run_script("""
                 const marks = [...document.querySelectorAll("#names .swatch")].map((mark) => mark.style.backgroundColor + mark.className);
                 const shown = () => [...document.querySelectorAll("#names .swatch")].map((mark) => mark.parentElement).filter((name) => name.getAttribute("aria-pressed") === "true").length;
                 const groups = [...document.querySelectorAll("#names summary")].map((words) => words.textContent), all = () => document.querySelector("#names details button"), counts = [shown()];
@@ -357,7 +353,7 @@ class FlexibleBodies(Case):
                 }
                 return { gap, far };
             });"""
-        ones, tens = self.run_script(script)
+        (ones, tens), _ = self.run_script(script)
         self.assertLess(max(tens["gap"]), 1e-4)
         least = max(abs(p[2]) for p in ones["far"])
         self.assertGreater(least, 1e-3)
@@ -377,7 +373,7 @@ class FlexibleBodies(Case):
                 bent.push(norm(sub(poses[line[7].body[1]].p, scaled(0.5, add(poses[line[0].body[0]].p, poses[line[15].body[1]].p)))));
             }
             return { gap, bent };"""
-        told = self.run_script(script)
+        told, _ = self.run_script(script)
         self.assertLess(max(told["gap"]), 1e-4)
         self.assertGreater(max(told["bent"]), 0.03)
 
@@ -391,7 +387,7 @@ class FlexibleBodies(Case):
             });
             document.querySelectorAll("#names button")[1].click();
             return moved;"""
-        moved, drawn = self.after(script)
+        moved, drawn = self.run_script(script)
         self.assertEqual(moved, ["deformation \u00d7 1", "deformation \u00d7 100"])
         self.assertIn("title", [a for tag, a in drawn.tags if tag == "button" and a.get("title", "").startswith("Show link_l;")][0])
 
@@ -412,9 +408,9 @@ class FlexibleBodies(Case):
         page = self.make("simulate", model)
         self.open(page, FLAT)
         on = "const box = byId('by-stress'); box.checked = true; box.dispatchEvent(new Event('change')); return byId('largest-stress').textContent;"
-        told = [self.run_script(on)]
+        told = [self.run_script(on)[0]]
         drawn, data = self.open(page)
-        told.append(self.run_script(on))
+        told.append(self.run_script(on)[0])
         frames, bar, pipe = data["picture"]["frames"]["count"], self.stresses(data, "bar"), self.stresses(data, "pipe")
         most = data["picture"]["flexible"]["stress"]["most"]
 
@@ -529,7 +525,7 @@ class Simulations(Case):
         self.assertEqual(facts["energy error"]["limit"], "0.1 %")
         self.assertGreater(float(facts["estimated error"]["value"].split()[0]), float(facts["estimated error"]["limit"].split()[0]))
         self.assertIn("do not trust", drawn.words("because").lower())
-        colours = self.run_script("return ['answer', 'facts'].map((id) => getComputedStyle(byId(id)).color).concat([...document.querySelectorAll('i.beyond')].map((mark) => getComputedStyle(mark).color));")
+        colours, _ = self.run_script("return ['answer', 'facts'].map((id) => getComputedStyle(byId(id)).color).concat([...document.querySelectorAll('i.beyond')].map((mark) => getComputedStyle(mark).color));")
         self.assertEqual([colours[0], *colours[2:]], ["rgb(180, 35, 24)"] * 3)
         page = self.make("simulate", "examples/four_bar/four_bar.yaml", "--t-end", "0.1", "--no-convergence-check")
         drawn, data = self.open(page)
@@ -567,7 +563,7 @@ class Simulations(Case):
 
     def arrows(self, t):
         """At a time: the ends of each joint's arrow in pixels, its dashes, and the pixels of a newton; and the axes of the ground."""
-        told = self.run_script(f"""
+        told, _ = self.run_script(f"""
             stage.seek({t});
             const ends = (path) => path.getAttribute("d").match(/-?[0-9.e-]+/g).slice(0, 4).map(Number), scale = document.querySelector(".gauge .force-scale");
             const axes = [...document.querySelectorAll(".gauge > *")].slice(0, 6).filter((part) => part.tagName !== "text").slice(0, 3);
@@ -636,20 +632,20 @@ class Simulations(Case):
         model, told = "examples/four_bar/four_bar.yaml", "return [range, wholeRange(), byId('strip').dataset.window, byId('overview').hidden];"
         drawn, data = self.open(self.make("simulate", model, "--t-end", "40"))
         count = int(re.search(r"The last (\d+) periods are shown", drawn.words("curves-note"))[1])
-        shown, whole, window, hidden = self.run_script(told)
+        (shown, whole, window, hidden), _ = self.run_script(told)
         self.assertEqual((shown[1], whole, hidden), (40, [0, 40], False))
         t, q = (numbers(column(data, name)["values"]) for name in ("t", "q.rocker"))
         peaks = [t[k] for k in range(1, len(t) - 1) if t[k] > shown[0] and q[k - 1] < q[k] >= q[k + 1]]
         self.assertLess(abs(len(peaks) - count), 2)
         self.assertAlmostEqual((peaks[-1] - peaks[0]) / (len(peaks) - 1), (40 - shown[0]) / count, delta=0.02)
-        moved, *_ = self.run_script("""
+        (moved, *_), _ = self.run_script("""
             const strip = byId("strip"), box = strip.getBoundingClientRect();
             strip.setPointerCapture = () => {};
             for (const [kind, part] of [["pointerdown", 0.25], ["pointerup", 0.5]]) strip.dispatchEvent(new PointerEvent(kind, { clientX: box.left + part * box.width }));
             """ + told)
         for found, wanted in zip(moved, (10, 20)):
             self.assertAlmostEqual(found, wanted, delta=0.05)
-        all_of_it, _, _, hidden = self.run_script("byId('whole').click();" + told)
+        (all_of_it, _, _, hidden), _ = self.run_script("byId('whole').click();" + told)
         self.assertEqual((all_of_it, hidden), ([0, 40], True))
         drawn, _ = self.open(self.make("simulate", model, "--t-end", "4"))
         self.assertNotIn("periods", drawn.words("curves-note"))
@@ -661,7 +657,7 @@ class Simulations(Case):
             with self.subTest(model):
                 _, data = self.open(self.make("simulate", model, "--t-end", "0.5"))
                 self.assertLessEqual(kinds, {surface["kind"] for surface in data["picture"]["surfaces"]})
-                told = self.run_script("""
+                told, _ = self.run_script("""
                     const m = makeMechanism(data.picture);
                     return [m.surfaces.map(({ kind, points }) => [kind, points ? points.length : 0]), m.discs.length, ink(byId("view"))];""")
                 for kind, count in told[0]:
@@ -699,7 +695,7 @@ class Simulations(Case):
 
     def check_choice(self, data):
         """Another output, a range and a place are taken over by curves, table and animation."""
-        told, drawn = self.after("""
+        told, drawn = self.run_script("""
             byId("choice").open = true;
             listChoices();
             document.querySelector("[data-column='energy.kinetic']").click();
@@ -728,7 +724,7 @@ class Simulations(Case):
 
     def check_names(self, bodies, joint):
         """A body is switched off and on, bodies and a joint tell their names to the pointer, and the scale is that of the picture."""
-        (over, off, on), drawn = self.after(self.POINTER + f"""
+        (over, off, on), drawn = self.run_script(self.POINTER + f"""
             const names = () => [...document.querySelectorAll("#names button")], over = found({[*(f"^{name}$" for name in bodies), joint]}, 60);
             const switched = () => {{ names()[1].click(); return [ink(view) / all, names()[1].getAttribute("aria-pressed")]; }};
             return [over, switched(), switched()];""")
@@ -743,7 +739,7 @@ class Simulations(Case):
     def test_animation_begins_by_itself(self):
         """But not for readers who ask for less motion."""
         page = self.make("simulate", "examples/four_bar/four_bar.yaml")
-        for screen in (Screen(width=640, height=400, plays=True), FLAT):  # small, since all its pictures are drawn
+        for screen in (Screen(plays=True), FLAT):
             with self.subTest(screen):
                 drawn, _ = self.open(page, screen)
                 self.assertEqual(drawn.words("play"), "\u275a\u275a" if screen.plays else "\u25b6")
@@ -756,7 +752,7 @@ class Simulations(Case):
         for screen in (DESKTOP, FLAT, DARK_TELEPHONE):
             with self.subTest(screen):
                 self.open(page, screen)
-                over, solids, left = self.run_script(self.POINTER + """
+                (over, solids, left), _ = self.run_script(self.POINTER + """
                     const over = found(["^ground$", "^arm$", "^rod$"], 20), solids = data.picture.bodies.map((body) => body.solids.map((solid) => solid.kind).join()).join("|");
                     byId("names").children[0].click();
                     return [over, solids, ink(view) / all];""")
@@ -792,7 +788,7 @@ class Simulations(Case):
         model = self.folder / "cylinder.yaml"
         model.write_text(CYLINDER)
         _, data = self.open(self.make("simulate", model))
-        told = self.run_script("""
+        told, _ = self.run_script("""
             const m = makeMechanism(data.picture), [barrel] = m.barrels, rod = m.lines[m.lines.length - 1];
             return [m.barrels.length, m.guides.length, barrel.ends[0], rod.body, norm(sub(rod.at[0], barrel.ends[0])) < norm(sub(...barrel.ends))];""")
         self.assertEqual(told, [1, 1, [0, 0, 0], [2, 3], True])
@@ -874,7 +870,7 @@ class Studies(Case):
                 else:
                     self.assertIn(data["model"], drawn.words("text"))
                 if command == "equilibrium":  # which are shown one by one
-                    self.assertEqual(self.run_script("stage.seek(2); return byId('clock').textContent;"), "2 of 4")
+                    self.assertEqual(self.run_script("stage.seek(2); return byId('clock').textContent;")[0], "2 of 4")
 
     def test_friction_that_does_not_hold(self):
         """A state that needs more friction than there is."""
