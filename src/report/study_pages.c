@@ -339,7 +339,7 @@ static kempe_status fill_optimum(kmp_result_page *page, const void *result)
     KMP_TRY(kmp_page_take(page, page->own));
     kmp_page_set_outcome(page, kmp_outcome_of(o->status), o->reason, o->warnings, "motion at the optimum");
     const kmp_shown as = kmp_shown_as(page->context, kmp_print_unknown(page->context, o->objective.list->unit[0]));
-    page->answer = kmp_arena_printf(&page->arena, "%s of %s: %.6g %s", o->most_wanted ? "Largest value" : "Least value",
+    page->answer = kmp_arena_printf(&page->arena, "%s of %s = %.6g %s", o->most_wanted ? "maximum" : "minimum",
                                     o->quantity, as.factor * o->at_best[0], as.unit);
     for (int k = 0; k < o->count; k++) {
         const kmp_shown value = kmp_shown_of(page->system, o->bounded.name[k]);
