@@ -147,6 +147,24 @@ class TextRules(unittest.TestCase):
                     self.assertEqual(faults(done.stdout, command) if done.stdout else done.stderr, [])
                     self.assertLessEqual(line_count(done.stdout), allowed.get(call, math.inf))
 
+    def test_ends(self):
+        """Runs that end early or fail, and loops that stay open: their reason is wrapped, too."""
+        with tempfile.TemporaryDirectory() as folder:
+            far = pathlib.Path(folder) / "far.yaml"
+            far.write_text("kempe: 1\nname: rods that do not meet\nground: {points: {O: [0, 0, 0]" + "".join(f", D{k}: [{k + 3}, 0, 0]" for k in range(6)) +
+                           "}}\nbodies:\n" + "".join(f"  rod_with_a_long_name_{k}: {{joint: {{name: j{k}, revolute: z, at: ground.O}}, mass: 1, points: {{P: [1, 0, 0]}}}}\n"
+                                                       for k in range(6)) +
+                           "loops:\n" + "".join(f"  far_away_{k}: {{ball: [rod_with_a_long_name_{k}.P, ground.D{k}]}}\n" for k in range(6)))
+            for code, words in ((1, ("simulate", "four_bar", "--t-end", "400", "--output-step", "100", "--rtol", "1e-13", "--no-convergence-check")),
+                                (1, ("simulate", "stewart", "--max-steps", "5")), (1, ("assemble", far)), (1, ("check", far)),
+                                (1, ("kinematics", "four_bar", "--sweep", "rocker=0:9"))):
+                path = words[1] if words[1] == far else f"{ROOT}/examples/{words[1]}/{words[1]}.yaml"
+                done = subprocess.run([KEMPE, words[0], path, *words[2:]], capture_output=True, text=True, cwd=folder)
+                with self.subTest(" ".join(map(str, words))):
+                    self.assertEqual(done.returncode, code, done.stderr)
+                    self.assertEqual([line for line in done.stdout.splitlines() if len(line) > LONGEST], [])
+                    self.assertRegex(done.stdout.splitlines()[0], ": (failed|stopped|does not assemble)")
+
     def test_lines_are_counted(self):
         self.assertEqual(line_count("m: complete\n\na\nb\n\njoint reactions\n A\n\nend\n"), 6)
         self.assertEqual(line_count("m: not trustworthy\n  why\n\na\n"), 3)
@@ -227,10 +245,6 @@ class TextsOfResults(unittest.TestCase):
         done = subprocess.run([KEMPE, "reduce", "tests/models/brick.mtx", *self.BRICK, "-o", self.folder / "brick.npz"], capture_output=True, text=True, cwd=ROOT)
         self.assertEqual(self.faults(done.stdout.replace(str(self.folder), ".")), [])
         self.assertRegex(done.stdout, r"brick\.npz: complete, 9 modes from 0\.38824 to 4\.51536 Hz, mass 24 kg\n")
-
-    def test_lines_are_counted(self):
-        self.assertEqual(line_count("m: complete\n\na\nb\n\njoint reactions\n A\n\nend\n"), 6)
-        self.assertEqual(line_count("m: not trustworthy\n  why\n\na\n"), 3)
 
     def test_faults_are_found(self):
         good = "m: complete, 3 instances\n"

@@ -117,12 +117,14 @@ static void show_assembly(kmp_text *text, const void *result)
     const kempe_assembly *a = result;
     const kempe_model *model = a->system->model;
     const kmp_shown turn = kmp_shown_as(a->system->context, "rad"), gap = kmp_shown_as(a->system->context, "m");
-    kmp_print_title(text, model, outcome_of(a));
+    kmp_text title = {0};
+    kmp_print_title(&title, model, outcome_of(a));
     if (is_done(a))
-        kmp_text_put(text, a->system->m > 0 ? "all loops are closed" : "there are no loops");
+        kmp_text_put(&title, a->system->m > 0 ? "all loops are closed" : "there are no loops");
     else
-        put_reason(text, a);
-    kmp_text_put(text, "\n\n");
+        put_reason(&title, a);
+    kmp_print_answer(text, &title, outcome_of(a), "", "", NULL);
+    kmp_text_put(text, "\n");
     show_values(text, a);
     show_goals(text, a);
     if (a->system->m > 0)

@@ -363,17 +363,17 @@ static void show_log(kmp_text *text, const kmp_run_log *log)
 
 static void show_run(kmp_text *text, const kempe_trajectory *t, bool all)
 {
-    kmp_print_title(text, t->system->model, kempe_trajectory_outcome(t));
+    kmp_text title = {0};
+    kmp_print_title(&title, t->system->model, kempe_trajectory_outcome(t));
     if (*t->reason)
-        kmp_text_printf(text, "t = %.9g s: %s\n", t->report.t, t->reason);
+        kmp_text_printf(&title, "t = %.9g s: %s", t->report.t, t->reason);
     else
-        kmp_text_printf(text, "%.9g to %.9g s, %d rows", t->spec.t_start, t->spec.t_end, t->table.rows);
+        kmp_text_printf(&title, "%.9g to %.9g s, %d rows", t->spec.t_start, t->spec.t_end, t->table.rows);
     if (!*t->reason && t->again.known && kmp_convergence_holds(&t->again)) {
-        kmp_text_put(text, ", estimated error ");
-        kmp_convergence_put_apart(text, t->system->context, &t->again, kmp_trajectory_unit(t));
+        kmp_text_put(&title, ", estimated error ");
+        kmp_convergence_put_apart(&title, t->system->context, &t->again, kmp_trajectory_unit(t));
     }
-    kmp_text_put(text, *t->reason ? "" : "\n");
-    kmp_print_doubts(text, kempe_trajectory_outcome(t), t->warnings);
+    kmp_print_answer(text, &title, kempe_trajectory_outcome(t), t->warnings, "", NULL);
     if (t->table.rows > 0) {
         show_state(text, t);
         show_outputs(text, t);
