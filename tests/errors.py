@@ -176,7 +176,8 @@ def said(kempe, folder, words, code):
     done = subprocess.run([kempe, *words.split()], cwd=folder, capture_output=True, text=True, timeout=100, env=without)
     code = 1 if LACKS in done.stderr else code
     assert done.returncode == code, f"kempe {words}: exit code {done.returncode}, not {code}\n{done.stderr}"
-    return (done.stderr + done.stdout).split("\n")  # ends of runs stand with their results
+    title, *rest = re.sub(r"(?<=[^\n])\n {4}(?=\S)", " ", done.stdout.split("\n\n")[0]), *done.stdout.split("\n\n")[1:]  # a title that is wrapped
+    return (done.stderr + "\n\n".join([title, *rest])).split("\n")  # ends of runs stand with their results
 
 
 def everything_said(kempe, folder):
