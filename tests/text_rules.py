@@ -5,7 +5,7 @@
     python3 tests/text_rules.py build/dev/kempe
 
 - the first line names the model and has a word of the outcome; where a result is not trustworthy, the reason follows at once,
-- a number has at most nine digits that count, and none is -0,
+- a number has at most six digits that count, and none is -0,
 - in tables of coordinates, rounding is 0: no value is below 1e-12 of its size,
 - of the commands TIDY, a line has at most 100 characters, and no word of the implementation; outside of tables it does not end with
   a number that has no unit, and at most three lines in a row differ only in digits,
@@ -23,7 +23,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 KEMPE = "kempe"  # set by main
 OUTCOME = re.compile(r"^.+: (complete|complete, not checked|not trustworthy|stopped|failed|can be simulated|cannot move|all motion is prescribed|no run is possible|does not assemble)\b")
 NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?:e[-+]\d+)?(?![\w.])")
-LEAST, MOST_DIGITS = 1e-12, 9
+LEAST, MOST_DIGITS = 1e-12, 6
 LONGEST, MOST_ALIKE = 100, 3
 IMPLEMENTATION = re.compile(r"\b(lanes|pivots|margins?|charts|counted operations|vanish identically|tracked)\b")
 # Commands for all models, with their options; and for some models, with what these need.

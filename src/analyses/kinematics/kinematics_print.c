@@ -111,7 +111,7 @@ static void show_all(kmp_text *text, const void *result)
         if (kmp_state_of(k->system->model, parameter->coordinate) || is_moved(k, parameter))
             continue;
         if (parameter->from != parameter->to)
-            kmp_text_printf(text, "  %s swept from %.9g to %.9g %s", kmp_kinematics_name(k, parameter),
+            kmp_text_printf(text, "  %s swept from %.6g to %.6g %s", kmp_kinematics_name(k, parameter),
                             as.factor * parameter->from, as.factor * parameter->to, as.unit);
         else
             kmp_text_printf(text, "  %s held at %.9g %s", kmp_kinematics_name(k, parameter),
