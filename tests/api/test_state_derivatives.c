@@ -302,7 +302,7 @@ static void named(void)
     by_names("suspension", (const char *const[]){"tyre", "track"}, (const double[]){2e5, 0.75}, 2, 1e-4);
 }
 
-/* Inverse dynamics beside differences; Q_qdd is M. */
+/* Inverse dynamics compared with differences; Q_qdd is M. */
 static void inverse_values(const probe *p, double change, double *out)
 {
     const scene *s = p->s;

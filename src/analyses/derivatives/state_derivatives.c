@@ -26,7 +26,7 @@ typedef struct kmp_state_derivatives {
     double *part;                 /* 3 m + n: the change of the equations by a name */
     int names;                    /* inputs and parameters by which derivatives are taken, too */
     kmp_variant *variant;         /* in which the parameters among them vary, */
-    kempe_system *varied;         /* and its system; NULL: there is no parameter among them */
+    kempe_system *varied;         /* and its system; NULL: all names are inputs */
     kmp_slopes *slopes;           /* NULL: no names */
 } kmp_state_derivatives;
 

@@ -3,7 +3,7 @@
 #include <string.h>
 
 void xerbla_(const char *name, const int *argument, size_t length);
-/* The name is the one of the Fortran compiler. */
+/* The name is defined by the Fortran compiler. */
 void _gfortran_concat_string(size_t size, char *to, size_t first_size, const char *first, size_t second_size,
                              const char *second);
 

@@ -120,7 +120,7 @@ static void show_assembly(kmp_text *text, const void *result)
     kmp_text title = {0};
     kmp_print_title(&title, model, outcome_of(a));
     if (is_done(a))
-        kmp_text_put(&title, a->system->m > 0 ? "all loops are closed" : "there are no loops");
+        kmp_text_put(&title, a->system->m > 0 ? "all loops are closed" : "the model has no loops");
     else
         put_reason(&title, a);
     kmp_print_answer(text, &title, outcome_of(a), "", "", NULL);

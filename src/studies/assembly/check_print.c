@@ -773,7 +773,7 @@ static void show_choice(kmp_text *text, const kempe_check *check)
     put_words(text, "dependent coordinates", &names);
     line(text, "reason", "%s",
          part->user     ? "these independent coordinates were requested"
-         : part->r == 0 ? "there are no loops: all coordinates are independent"
+         : part->r == 0 ? "the model has no loops: all coordinates are independent"
                         : "the other coordinates depend least on these");
     if (part->exchanges > 0)
         line(text, "", "after %d exchange%s of a pair whose |dv/du| was above 2", part->exchanges,
