@@ -118,6 +118,7 @@ struct kmp_formulation {
     bool due;         /* `renew` will change the unknowns before the next step, because these near their dead centre */
     bool spares;      /* where `renew` changes the unknowns it makes no lanes for them: those before were brief */
     bool lacks_lanes; /* it has made none */
+    bool one_by_one; /* many of its stages cannot be evaluated in lanes, because the saddle system loses digits there */
 };
 
 /** Makes a zeroed struct of `bytes` bytes that begins with a kmp_formulation; kmp_formulation_free frees it unless the

@@ -25,6 +25,10 @@ enum { MOST_CORRECTIONS = 8 };
 /* Runs in lanes after which the program of places nearby is made: about as many as it takes to save what its making
  * costs, 900 to 2100 (bench/bench_sweeps.c). */
 #define NEARBY_AFTER 1500
+/* Stages that are evaluated one by one take about nine times as long as in lanes: more than this part of all batches,
+ * and at least this number, are too many. */
+#define MOST_APART (1. / 16)
+enum { SOME_APART = 32 };
 /* It must take less than this part of the cycles of the saddle program. */
 #define NEARBY_WORTH 0.7
 
@@ -49,6 +53,7 @@ typedef struct projected {
     bool by_program;       /* the last evaluation was by the saddle program, whose factors serve corrections */
     bool cancelled;        /* rounding showed in its accelerations */
     long runs;             /* of the saddle program */
+    long batches, apart;   /* of stages in lanes; of these, with a pivot that has lost too many digits */
     long evaluations, due; /* without it; the number from which on it pays */
     double rtol, rate_scale;
     bool has_work;
@@ -133,6 +138,7 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     size_t w = KMP_STAGE_LANES, n = (size_t)d->n;
     const double *out = kmp_stage_lanes_run(stages, KMP_SADDLE_PROGRAM_RUN, t, y, y + n * w);
     d->runs++;
+    d->batches++;
     d->sweeps++;
     d->of_run = NULL;
     d->is_near = false;
@@ -140,8 +146,10 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     if (d->has_work)
         memcpy(dy + 2 * n * w, out + (size_t)layout->power * w, w * sizeof *dy);
     if (!kmp_stage_lanes_exceed(layout->pivots, out + (size_t)layout->pivot * w, KMP_SADDLE_PROGRAM_PIVOT,
-                                out + (size_t)layout->diagonal * w))
+                                out + (size_t)layout->diagonal * w)) {
+        d->apart++;
         return KMP_APART;
+    }
     d->of_run = out;
     return kmp_stage_lanes_finite(d->n, dy + n * w) ? KMP_GO : KMP_RETRY;
 }
@@ -271,6 +279,8 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     d->refused_h = 0;
     d->noise *= KMP_RATE_FADES;
     d->formulation.factorizations = d->saddle.factorizations + d->runs;
+    d->formulation.one_by_one =
+        d->stages.lanes && (d->cancelled || (d->apart >= SOME_APART && d->apart > MOST_APART * (double)d->batches));
     return KMP_GO;
 }
 

@@ -154,6 +154,7 @@ int kmp_reduced_count(kmp_reduced *d)
     bool lanes = d->integrated && !d->s->force, scalar = d->programs.scalar && !kmp_reduced_has_saddle_program(d);
     double operations = lanes && !scalar ? kmp_saddle_program_operations(d->eval, &d->part) : INFINITY;
     ode->cycles = kmp_cycles_by_parts(operations_of(d), d->eval->by_bodies);
+    ode->drops_rows = d->part.r < d->part.m;
     if (lanes && scalar) {
         kmp_counts count = kmp_program_count(kmp_reduced_program_code(d->programs.scalar), KMP_REDUCED_PROGRAM_RATES,
                                              KMP_REDUCED_PROGRAM_RATES);

@@ -20,9 +20,10 @@
 typedef enum kmp_trial { KMP_TRIAL_LATER, KMP_TRIAL_BEFORE, KMP_TRIAL_BEGINS, KMP_TRIAL_RUNS } kmp_trial;
 
 typedef struct kmp_integrator_choice {
-    bool open;     /* it may be changed */
-    bool left;     /* the projected formulation continues in place of an exchange of coordinates */
-    double left_t; /* since then */
+    bool open;                        /* it may be changed */
+    const kmp_formulation_kind *left; /* the formulation before, since the projected one continues in place of an
+                                       * exchange of coordinates; NULL: the one of the run */
+    double left_t;                    /* since then */
     bool waits;    /* the last unknowns did not last long enough for lanes: they are made once they pay */
     double from;   /* cycles of both integrators when the present unknowns were taken */
     double from_t; /* then; if the run has left and taken them again, the present time less the time with them */

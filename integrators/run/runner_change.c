@@ -424,6 +424,14 @@ static kempe_status renew(kmp_runner *run, double t)
                         "formulation, which needs none");
         return KEMPE_OK;
     }
+    if (kmp_runner_takes_unknowns_again(run)) {
+        KMP_TRY(runner_change_formulation(run, t, false, run->solver->h));
+        kmp_run_log_add(
+            run->log, "formulation", t, NAN, NAN,
+            "the run continues with independent coordinates: the projected formulation loses digits at many "
+            "states, where it is slow");
+        return KEMPE_OK;
+    }
     KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
     kmp_runner_end_unknowns(run);
     switch (run->formulation->renew(run->formulation, t, run->y, run->yp)) {

@@ -19,9 +19,13 @@ enum { FIRST_TRIAL = 200, MEASURED = 40, TRIAL = 12, SETTLE = 3 };
  * this share the first one begins early: an explicit method whose steps are short may be limited by stability. */
 static const double TRIAL_SHARE = 0.1, EARLY_SHARE = 0.03;
 enum { EARLY = 16 };
+/* An explicit method that takes this many times the expected steps is limited by stability, or by a motion that changes
+ * fast: a trial after 16, 32, 64 steps may then take this part of the rest of the run, unless more than this
+ * ratio is expected. Without lanes a step of radau takes three times as long. */
+static const double MANY_STEPS = 2.5, MANY_ONE_BY_ONE = 7.5, LIMITED_SHARE = 0.4, HOPELESS = 1.3;
 /* A successful trial simulates this many times as much in a cycle: at the same tolerance errors of radau are smaller,
- * and are worth 1.3 times the steps of dop853 in the mean over the bench set. */
-static const double BETTER_RADAU = 1, BETTER_DOP853 = 1.4;
+ * and are worth 1.3 times the steps of dop853 in the mean over the bench set. A trial that ends early must be clear. */
+static const double BETTER_RADAU = 1 / KMP_RATIO_WORTH, BETTER_DOP853 = 1.6, CLEARLY_BETTER = 2;
 /* Steps of radau over steps of dop853 at the beginning of a trial. */
 static const double LONGER = 1.5;
 
@@ -122,11 +126,30 @@ static bool lanes_pay(const kmp_runner *run)
     return lanes_pay_since(run, run->choice.from, run->choice.from_t);
 }
 
-/* A trial that unknowns do not outlast has no result. */
+static double pace(const kmp_runner *run, double t)
+{
+    return (t - run->choice.t) / (run->solver->cycles - run->choice.cycles);
+}
+
+/* True if the trial has simulated this multiple of the time in a cycle as before it. */
+static bool trial_wins(kmp_runner *run, double t, double times)
+{
+    const kmp_integrator_choice *c = &run->choice;
+    const double now = pace(run, t);
+    if (!(now > times * c->pace))
+        return false;
+    kmp_run_log_add(run->log, "integrator", t, c->pace / now, 1,
+                    "integrator changed from %s to %s: about %.3g times as fast here%s", c->other_kind->name,
+                    run->kind->name, now / c->pace, now < c->pace ? ", with smaller errors" : "");
+    return true;
+}
+
+/* A trial that unknowns do not outlast has no result, unless it is clear before the last step. */
 static bool give_up_trial(kmp_runner *run)
 {
     kmp_integrator_choice *c = &run->choice;
-    const bool runs = c->trial == KMP_TRIAL_BEGINS || c->trial == KMP_TRIAL_RUNS;
+    const bool runs = c->trial == KMP_TRIAL_BEGINS ||
+                      (c->trial == KMP_TRIAL_RUNS && !trial_wins(run, kmp_runner_t(run), CLEARLY_BETTER));
     c->kind = runs ? c->other_kind : c->kind;
     c->trial = KMP_TRIAL_LATER;
     return runs;
@@ -145,9 +168,18 @@ bool kmp_runner_leaves_unknowns(kmp_runner *run, double t)
     if (spent * rest_over(run, c->from_t, t) < run->formulation->ode.cycles_to_make)
         return false;
     c->open = false;
-    c->left = true;
+    c->left = run->method;
     c->left_t = t;
     c->kind = kind;
+    return true;
+}
+
+bool kmp_runner_takes_unknowns_again(kmp_runner *run)
+{
+    if (!run->choice.left || !run->formulation->one_by_one || run->near_singular)
+        return false;
+    run->method = run->choice.left;
+    run->choice.left = NULL;
     return true;
 }
 
@@ -249,11 +281,6 @@ static void measure_from(kmp_runner *run, double t, kmp_trial trial, long steps)
     c->next = run->solver->work.steps + steps;
 }
 
-static double pace(const kmp_runner *run, double t)
-{
-    return (t - run->choice.t) / (run->solver->cycles - run->choice.cycles);
-}
-
 static void wait(kmp_runner *run, double t)
 {
     measure_from(run, t, KMP_TRIAL_LATER, run->choice.patience);
@@ -307,13 +334,33 @@ static double share_of_trial(const kmp_runner *run, double t)
     return ((SETTLE + TRIAL) / steps + made / (solver->cycles - run->choice.from)) / rest;
 }
 
+static bool takes_many_steps(const kmp_runner *run, double t)
+{
+    const double length = run->rate_scale * (t - run->choice.from_t);
+    const double many = run->formulation->ode.make_lanes ? MANY_STEPS : MANY_ONE_BY_ONE;
+    return !run->kind->lanes && run->choice.ratio < HOPELESS &&
+           (double)run->solver->work.steps > many * kmp_steps_expected(run->spec.rtol, length);
+}
+
+/* True if the first trial begins before FIRST_TRIAL steps. */
+static bool tries_early(const kmp_runner *run, double t)
+{
+    const long steps = run->solver->work.steps;
+    if (run->kind->lanes || run->choice.trial != KMP_TRIAL_LATER || steps < EARLY || (steps & (steps - 1)) != 0)
+        return false;
+    const double share = share_of_trial(run, t);
+    return (steps == EARLY && share < EARLY_SHARE) || (takes_many_steps(run, t) && share < LIMITED_SHARE);
+}
+
 /* Newton's method has no rival among explicit methods. A trial that the rest of the run does not pay is left out. */
 static kempe_status begin_trial(kmp_runner *run, double t)
 {
     kmp_integrator_choice *c = &run->choice;
     double h = run->solver->h;
     c->patience *= 2;
-    if (run->solver->stiff || share_of_trial(run, t) > TRIAL_SHARE) {
+    const bool limited = takes_many_steps(run, t);
+    if (run->solver->stiff || share_of_trial(run, t) > (limited ? LIMITED_SHARE : TRIAL_SHARE) ||
+        (!run->formulation->ode.make_lanes && !limited)) { /* without lanes radau gains where it is limited only */
         wait(run, t);
         return KEMPE_OK;
     }
@@ -327,14 +374,8 @@ static kempe_status begin_trial(kmp_runner *run, double t)
 static kempe_status end_trial(kmp_runner *run, double t)
 {
     kmp_integrator_choice *c = &run->choice;
-    double now = pace(run, t);
-    if (now > (run->kind->lanes ? BETTER_RADAU : BETTER_DOP853) * c->pace) {
-        kmp_run_log_add(run->log, "integrator", t, c->pace / now, 1,
-                        "integrator changed from %s to %s: about %.3g times as fast here", c->other_kind->name,
-                        run->kind->name, now / c->pace);
-    } else {
+    if (!trial_wins(run, t, run->kind->lanes ? BETTER_RADAU : BETTER_DOP853))
         KMP_TRY(exchange(run, t, c->h));
-    }
     wait(run, t);
     return KEMPE_OK;
 }
@@ -352,16 +393,15 @@ kempe_status kmp_runner_try_integrator(kmp_runner *run, double t)
         }
         return KEMPE_OK;
     }
-    const bool early = !run->kind->lanes && run->solver->work.steps == EARLY && share_of_trial(run, t) < EARLY_SHARE;
-    if (run->solver->work.steps < c->next && !early)
+    if (run->solver->work.steps < c->next && !tries_early(run, t))
         return KEMPE_OK;
-    if (!run->formulation->ode.make_lanes || run->near_singular || run->kind != c->kind) {
+    if (run->method->dae || run->near_singular || run->kind != c->kind) {
         c->next = run->solver->work.steps + FIRST_TRIAL;
         return KEMPE_OK;
     }
     switch (c->trial) {
     case KMP_TRIAL_LATER:
-        measure_from(run, t, KMP_TRIAL_BEFORE, MEASURED);
+        measure_from(run, t, KMP_TRIAL_BEFORE, takes_many_steps(run, t) ? TRIAL : MEASURED);
         return KEMPE_OK;
     case KMP_TRIAL_BEFORE:
         return begin_trial(run, t);

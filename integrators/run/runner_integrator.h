@@ -41,6 +41,10 @@ kempe_status kmp_runner_return_to_integrator(kmp_runner *run, double t, const km
  * chose no formulation. Asked before kmp_runner_restart, which makes it so. */
 bool kmp_runner_leaves_unknowns(kmp_runner *run, double t);
 
+/** True if it has done so, and many stages cannot be evaluated in lanes there: the run is to continue as before, and
+ * leaves its unknowns no more. Asked before kmp_runner_restart, which makes it so. */
+bool kmp_runner_takes_unknowns_again(kmp_runner *run);
+
 /** Before the formulation may change its unknowns, and after it did: the first tells it whether they have lasted long
  * enough for lanes; the second, before the start at t with a step *h, takes an integrator without lanes where it has
  * made none. */

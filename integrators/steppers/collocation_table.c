@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Coefficients by Legendre polynomials: nodes as zeros of the difference of two of them, A by Gauss's rule exact for
- * the degree, eigenvalues of A by the method of Durand and Kerner. All is computed once for a number of stages. */
+/* Coefficients by Legendre polynomials: nodes, which are zeros of the difference of two of them, and eigenvalues of A
+ * are given as numbers, A comes from Gauss's rule exact for the degree. All is computed once for a number of stages.
+ */
 #include "integrators/steppers/collocation_table.h"
 #include "base/clones.h"
 #include "base/simd4.h"
@@ -11,6 +12,10 @@
 #include <stdbool.h>
 #include <string.h>
 
+typedef struct number {
+    double re, im;
+} number;
+
 enum { S = KMP_COLLOCATION_STAGES, E = KMP_COLLOCATION_EIGENVALUES, GAUSS = 8 };
 
 /* Gauss's rule on (0, 1), exact for degree 15: for products of two polynomials of degree S. */
@@ -20,6 +25,42 @@ static const double GAUSS_NODE[GAUSS] = {0.019855071751231884158, 0.101666761293
 static const double GAUSS_WEIGHT[GAUSS] = {0.050614268145188129576, 0.11119051722668723527, 0.15685332293894364367,
                                            0.18134189168918099148,  0.18134189168918099148, 0.15685332293894364367,
                                            0.11119051722668723527,  0.050614268145188129576};
+
+/* 0 and the zeros of P_s - P_s-1 for Legendre polynomials P of (0, 1), by the number of stages s. */
+static const double NODE[S + 1][S + 1] = {
+    [2] = {0, 0.33333333333333331, 1},
+    [3] = {0, 0.15505102572168222, 0.64494897427831777, 1},
+    [4] = {0, 0.088587959512703901, 0.40946686444073471, 0.787659461760847, 1},
+    [5] = {0, 0.057104196114517697, 0.2768430136381238, 0.58359043236891683, 0.86024013565621948, 1},
+    [6] = {0, 0.039809857051468743, 0.19801341787360821, 0.43797481024738616, 0.69546427335363614, 0.90146491420117358,
+           1},
+    [7] = {0, 0.029316427159784907, 0.1480785996684843, 0.3369846902811543, 0.55867151877155008, 0.7692338620300545,
+           0.92694567131974115, 1}};
+
+/* Eigenvalues of A, the zeros of its characteristic polynomial sum k! m[k] lambda^k with prod (x - c[i]) = sum m[k]
+ * x^k, of pairs one. The first is the real one, for even s their geometric mean. */
+static const number EIGENVALUE[S + 1][E] = {
+    [2] = {{0.40824829046386307, 0}, {0.33333333333333331, 0.23570226039551581}},
+    [3] = {{0.27488882959567751, 0}, {0.16255558520216126, 0.18494932440714076}},
+    [4] = {{0.18575057999133596, 0},
+           {0.18866380337915384, 0.061774416896890644},
+           {0.097050482335131805, 0.14418247112153684}},
+    [5] = {{0.15906584442746982, 0},
+           {0.065065778545743719, 0.116468527740317},
+           {0.13317907701829951, 0.074994511835818678}},
+    [6] = {{0.12013537858879869, 0},
+           {0.12752426252015225, 0.027605246617305977},
+           {0.046984466935002377, 0.097085513478025923},
+           {0.098218543272118236, 0.074380905641177636}},
+    [7] = {{0.11189646530003809, 0},
+           {0.075280411819774601, 0.06981960078083467},
+           {0.03571655826407788, 0.082953154313331501},
+           {0.10228556649689736, 0.039427496438061503}}};
+
+/* The largest |x prod (x - c[i])| on (0, 1). */
+static const double GAP[S + 1] = {
+    [2] = 0.078244140625,       [3] = 0.018252640000000001,   [4] = 0.0044231726343749982,
+    [5] = 0.001147115956182292, [6] = 0.00028293696050419925, [7] = 6.988904716436159e-05};
 
 /* -- polynomials ---------------------------------------------------------------------------------------- */
 
@@ -76,25 +117,6 @@ static void find_barycentric(int count, const double *node, double *barycentric)
 
 /* -- coefficients --------------------------------------------------------------------------------------- */
 
-/* Zeros of the difference of two Legendre polynomials, by Newton's method from Chebyshev's nodes; the last one is 1. */
-static void find_nodes(kmp_collocation_table *table)
-{
-    int s = table->stages;
-    table->node[0] = 0;
-    table->node[s] = 1;
-    for (int i = 1; i < s; i++) {
-        double x = 0.5 + 0.5 * cos(2 * acos(-1.0) * (s - i) / (2 * s - 1));
-        for (int pass = 0; pass < 8; pass++) {
-            double p[S + 1] = {0}, slope[2]; /* (1 - z^2) P_k' = k (P_k-1 - z P_k), z = 2 x - 1 */
-            legendre(s, x, p);
-            for (int k = 0; k < 2; k++)
-                slope[k] = (s - k) * (p[s - k - 1] - (2 * x - 1) * p[s - k]) / (2 * x * (1 - x));
-            x -= (p[s] - p[s - 1]) / (slope[0] - slope[1]);
-        }
-        table->node[i] = x;
-    }
-}
-
 /* a[i][j] is the integral of the j-th Lagrange polynomial of c from 0 to c[i]. */
 static void integrate(kmp_collocation_table *table)
 {
@@ -141,57 +163,14 @@ static void find_product(const kmp_collocation_table *table, double *m)
             m[k] = (k > 0 ? m[k - 1] : 0) - table->node[i] * m[k];
 }
 
-/* Coefficients of the characteristic equation of A in z = 1 / lambda, monic, by powers of z: k! m[k] belongs to
- * z^(s - k) (find_eigenvalues). */
-static void find_characteristic(int s, const double *m, double *a)
-{
-    double factorial = 1;
-    for (int k = 0; k <= s; k++) {
-        factorial *= k > 0 ? k : 1;
-        a[s - k] = factorial * m[k] / m[0];
-    }
-}
-
-/* The geometric mean of the eigenvalues of A; for odd s from there to the real one, by Newton's method. */
-static double find_filter(int s, const double *m)
-{
-    double a[S + 1] = {0};
-    find_characteristic(s, m, a);
-    double z = pow(fabs(a[0]), 1.0 / s);
-    for (int pass = 0; s % 2 == 1 && pass < 12; pass++) {
-        double value = 1, slope = 0;
-        for (int k = s; k-- > 0;) {
-            slope = slope * z + value;
-            value = value * z + a[k];
-        }
-        z -= value / slope;
-    }
-    return 1 / z;
-}
-
-static void find_gap(kmp_collocation_table *table)
-{
-    enum { PLACES = 400 };
-    for (int k = 1; k < PLACES; k++) {
-        double product = 1;
-        for (int i = 0; i <= table->stages; i++)
-            product *= (double)k / PLACES - table->node[i];
-        table->gap = fmax(table->gap, fabs(product));
-    }
-    for (int i = 0; i <= table->stages; i++)
-        table->centre += table->node[i] / (table->stages + 1);
-}
-
 void kmp_collocation_make(kmp_collocation_table *table, int stages)
 {
-    double m[S + 1] = {0};
-    *table = (kmp_collocation_table){.stages = stages};
-    find_nodes(table);
+    *table = (kmp_collocation_table){.stages = stages, .gap = GAP[stages], .filter = EIGENVALUE[stages][0].re};
+    memcpy(table->node, NODE[stages], sizeof table->node);
+    for (int i = 0; i <= stages; i++)
+        table->centre += table->node[i] / (stages + 1);
     integrate(table);
     expand(table);
-    find_gap(table);
-    find_product(table, m);
-    table->filter = find_filter(stages, m);
     for (int j = 0; j < stages; j++) {
         double *end = table->end[j];
         end[KMP_END_ONCE] = table->a[stages - 1][j];
@@ -202,74 +181,15 @@ void kmp_collocation_make(kmp_collocation_table *table, int stages)
     }
 }
 
-/* -- eigenvalues ---------------------------------------------------------------------------------------- */
-
-typedef struct number {
-    double re, im;
-} number;
+/* -- eigenvectors ---------------------------------------------------------------------------------------- */
 
 static number times(number x, number y)
 {
     return (number){x.re * y.re - x.im * y.im, x.re * y.im + x.im * y.re};
 }
 
-static number over(number x, number y)
-{
-    double square = y.re * y.re + y.im * y.im;
-    return times(x, (number){y.re / square, -y.im / square});
-}
-
-/* Zeros of sum a[k] z^k, a[count] = 1, all at once (Durand, Kerner), from places around a circle. A change below ENOUGH
- * of the radius leaves an error of its square. */
-static void find_zeros(int count, const double *a, double radius, number *z)
-{
-    enum { MOST = 200 };
-    const double ENOUGH = 1e-8;
-    double change = 1;
-    for (int i = 0; i < count; i++) {
-        double angle = 0.4 + 2 * acos(-1.0) * i / count;
-        z[i] = (number){radius * cos(angle), radius * sin(angle)};
-    }
-    for (int pass = 0; pass < MOST && change > ENOUGH; pass++) {
-        change = 0;
-        for (int i = 0; i < count; i++) {
-            number value = {1, 0}, product = {1, 0};
-            for (int k = count; k-- > 0;) {
-                value = times(value, z[i]);
-                value.re += a[k];
-            }
-            for (int j = 0; j < count; j++)
-                if (j != i)
-                    product = times(product, (number){z[i].re - z[j].re, z[i].im - z[j].im});
-            number step = over(value, product);
-            z[i].re -= step.re;
-            z[i].im -= step.im;
-            change = fmax(change, (fabs(step.re) + fabs(step.im)) / radius);
-        }
-    }
-}
-
-/* A polynomial p with p(0) = 0 and p = lambda p' at all c is sum lambda^k M^(k) with M = prod (x - c[i]); p(0) = 0 is
- * the characteristic equation, and p(c[i]) are the components of the eigenvector. */
-static void find_eigenvalues(kmp_collocation_table *table, const double *m)
-{
-    double a[S + 1] = {0};
-    number z[S];
-    int s = table->stages;
-    find_characteristic(s, m, a);
-    find_zeros(s, a, 1 / table->filter, z);
-    table->eigenvalues = 1;
-    for (int i = 0; i < s; i++) {
-        number root = over((number){1, 0}, z[i]);
-        bool is_real = fabs(root.im) < 1e-9 * fabs(root.re);
-        if (is_real || root.im < 0) /* the real one is the filter */
-            continue;
-        table->re[table->eigenvalues] = root.re;
-        table->im[table->eigenvalues++] = root.im;
-    }
-}
-
-/* v[i] = sum over k >= 1 of lambda^k M^(k)(c[i]). */
+/* A polynomial p with p(0) = 0 and p = lambda p' at all c is sum lambda^k M^(k) with M = prod (x - c[i]); p(c[i]) are
+ * the components of the eigenvector: v[i] = sum over k >= 1 of lambda^k M^(k)(c[i]). */
 static void find_vector(const kmp_collocation_table *table, const double *m, number lambda, number *v)
 {
     int s = table->stages;
@@ -296,8 +216,11 @@ void kmp_collocation_add_eigenvalues(kmp_collocation_table *table)
     int s = table->stages, pivot[S], column = 0;
     double m[S + 1], vectors[S * S], inverse[S * S] = {0};
     find_product(table, m);
-    table->re[0] = table->filter;
-    find_eigenvalues(table, m);
+    table->eigenvalues = 1 + s / 2;
+    for (int e = 0; e < table->eigenvalues; e++) {
+        table->re[e] = EIGENVALUE[s][e].re;
+        table->im[e] = EIGENVALUE[s][e].im;
+    }
     for (int e = s % 2 ? 0 : 1; e < table->eigenvalues; e++) {
         number v[S] = {{0, 0}};
         find_vector(table, m, (number){table->re[e], table->im[e]}, v);

@@ -68,6 +68,7 @@ typedef struct kmp_ode {
     double cycles, cycles_of_lanes;
     double cycles_of_step;           /* of what the evaluations of a step share, and of `follow` */
     double cycles_to_make;           /* the cycles of making `lanes` where a formulation begins; 0: unknown */
+    bool drops_rows;                 /* the rows that are in force may change during a run */
     const double *cycles_of_improve; /* the same of `improve` now, 0: it is KMP_APART */
 } kmp_ode;
 

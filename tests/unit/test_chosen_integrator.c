@@ -47,13 +47,16 @@ typedef struct result {
     long left;      /* changes of formulation */
 } result;
 
-/* A run of an example, by its name or its folder and file; form, integrator and change_points NULL: the default. */
+/* A run of an example, by its name or its folder and file, or of a model of tests; form, integrator and change_points
+ * NULL: the default. */
 static void run_on(const char *formulation, const char *form, const char *name, const char *integrator, double rtol,
                    double t_end, const char *change_points, result *r)
 {
     char path[200];
     double times[MOST_ROWS];
-    if (strchr(name, '/'))
+    if (strncmp(name, "tests/", 6) == 0)
+        (void)snprintf(path, sizeof path, "%s.yaml", name);
+    else if (strchr(name, '/'))
         (void)snprintf(path, sizeof path, "examples/%s.yaml", name);
     else
         (void)snprintf(path, sizeof path, "examples/%s/%s.yaml", name, name);
@@ -243,6 +246,35 @@ static void without_unknowns(void)
     CHECK(apart(&open.rows, &given.rows) < 1e-8 && apart(&open.rows, &other.rows) < 1e-8);
 }
 
+/* Where a light crank is in line with the coupler the saddle system loses digits, and lanes do not serve: the run
+ * returns to independent coordinates for good. */
+static void with_unknowns_again(void)
+{
+    static result open, given;
+    if (!has_lanes())
+        return;
+    run_on(NULL, NULL, "four_bar/four_bar_ill", NULL, 1e-10, 1, NULL, &open);
+    run_on("projected", NULL, "four_bar/four_bar_ill", "radau", 1e-12, 1, NULL, &given);
+    CHECK(open.left == 2 && open.report.exchanges > 2 && !open.report.continued);
+    CHECK_TEXT(open.report.integrator, "radau");
+    CHECK(apart(&open.rows, &given.rows) < 1e-7);
+}
+
+/* Steps that are many more than the motion needs: radau is tried early. A change of modes interrupts the trial, whose
+ * result is clear. Friction by loads has no lanes, and radau is faster all the same. */
+static void where_steps_are_many(void)
+{
+    static result electric, dome, exact;
+    run_on(NULL, NULL, "stick_slip", NULL, 1e-10, 2, NULL, &electric);
+    CHECK_TEXT(electric.report.integrator, has_lanes() ? "radau" : "dop853");
+    CHECK(!has_lanes() || (electric.report.chosen_ratio > KMP_RATIO_WORTH && electric.exchanges == 1));
+    run_on(NULL, NULL, "tests/models/contact_dome", NULL, 1e-11, 1.2, NULL, &dome);
+    run_on(NULL, NULL, "tests/models/contact_dome", "dop853", 1e-12, 1.2, NULL, &exact);
+    CHECK_TEXT(dome.report.integrator, "radau");
+    CHECK(dome.exchanges == 1 && dome.report.chosen_ratio == 0 && dome.report.steps < exact.report.steps / 2);
+    CHECK(apart(&dome.rows, &exact.rows) < 1e-8);
+}
+
 /* With redundant rows those that are kept, and their multipliers, are the same as on the reduced formulation. */
 static void with_the_same_rows(void)
 {
@@ -401,6 +433,8 @@ int main(void)
     TEST(without_success);
     TEST(lanes_once_they_pay);
     TEST(without_unknowns);
+    TEST(with_unknowns_again);
+    TEST(where_steps_are_many);
     TEST(with_the_same_rows);
     TEST(that_is_kept);
     TEST(by_lanes);

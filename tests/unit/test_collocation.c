@@ -78,6 +78,23 @@ static void check_eigenvalues(kmp_collocation_table *t)
         }
 }
 
+/* Numbers that stand in the table: the filter of even s has the product of all eigenvalues as its power, the gap is the
+ * largest of a fine grid. */
+static void check_numbers(const kmp_collocation_table *t)
+{
+    double product = 1, gap = 0;
+    for (int e = 1; e < t->eigenvalues; e++)
+        product *= t->re[e] * t->re[e] + t->im[e] * t->im[e];
+    for (int k = 1; k < 400; k++) {
+        double value = 1;
+        for (int i = 0; i <= t->stages; i++)
+            value *= k / 400. - t->node[i];
+        gap = fmax(gap, fabs(value));
+    }
+    CHECK(t->stages % 2 == 1 || fabs(pow(t->filter, t->stages) / product - 1) < 1e-14);
+    CHECK_NEAR(t->gap, gap, 1e-15 * gap);
+}
+
 static void test_table(void)
 {
     for (int s = LEAST; s <= MOST; s++) {
@@ -86,6 +103,7 @@ static void test_table(void)
         check_order(&t);
         check_integrals(&t);
         check_eigenvalues(&t);
+        check_numbers(&t);
     }
 }
 
