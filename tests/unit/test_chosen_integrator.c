@@ -246,8 +246,8 @@ static void without_unknowns(void)
     CHECK(apart(&open.rows, &given.rows) < 1e-8 && apart(&open.rows, &other.rows) < 1e-8);
 }
 
-/* Where a light crank is in line with the coupler the saddle system loses digits, and lanes do not serve: the run
- * returns to independent coordinates for good. */
+/* A light crank in line with the coupler costs the saddle system digits, and lanes do not serve there: the run returns
+ * to independent coordinates for good. */
 static void with_unknowns_again(void)
 {
     static result open, given;
