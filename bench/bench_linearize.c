@@ -36,7 +36,7 @@ static double accelerate(const bench *b, const kempe_linearization *l, bool deri
     const size_t n = (size_t)kempe_model_coordinate_count(b->model);
     double *qdd = calloc(n, sizeof *qdd), *udd = calloc(2 * n * n, sizeof *udd), least = INFINITY;
     const kempe_workspace_derivatives out = {.udd_u = udd, .udd_ud = udd + n * n};
-    if (!qdd || !udd || kempe_workspace_new(b->system, &ws) || kempe_workspace_add_derivatives(ws, 0, NULL))
+    if (!qdd || !udd || kempe_workspace_new(b->system, &ws) || kempe_workspace_add_derivatives(ws, 0, NULL, NULL))
         exit(1);
     for (int k = 0; k < TIMES; k++) {
         double begin = bench_now();

@@ -172,10 +172,12 @@ static PyObject *forward_derivatives(PyObject *module, PyObject *const *argument
         return NULL;
     kempe_status status = KEMPE_OK;
     const Py_ssize_t n = call.n, m = call.m, p = kempe_workspace_independent_count(call.workspace);
-    const Py_ssize_t names = kempe_workspace_name_count(call.workspace);
+    const Py_ssize_t names = kempe_workspace_name_count(call.workspace),
+                     l = kempe_workspace_output_count(call.workspace);
     const double *q = doubles(&call, n, 0), *qd = doubles(&call, n, 0), *Q = doubles(&call, n, 0);
-    double *all = doubles(&call, n + m + (3 * n + names) * (n + m), PyBUF_WRITABLE);
-    double *closed = doubles(&call, n + m + 2 * p * p + 3 * n * p + names * (p + 2 * n), PyBUF_WRITABLE);
+    double *all = doubles(&call, n + m + l + (3 * n + names) * (n + m + l), PyBUF_WRITABLE);
+    double *closed =
+        doubles(&call, n + m + l + 2 * p * p + 3 * n * p + names * (p + 2 * n) + l * (2 * p + names), PyBUF_WRITABLE);
     double **answer = all ? &all : &closed, *qdd = part(answer, n), *lam = part(answer, m);
     kempe_workspace_derivatives out;
     out.qdd_q = part(&all, n * n), out.qdd_qd = part(&all, n * n), out.qdd_Q = part(&all, n * n);
@@ -184,6 +186,10 @@ static PyObject *forward_derivatives(PyObject *module, PyObject *const *argument
     out.udd_u = part(&closed, p * p), out.udd_ud = part(&closed, p * p), out.udd_Q = part(&closed, p * n);
     out.q_u = part(&closed, n * p), out.qd_u = part(&closed, n * p);
     out.udd_p = part(&closed, p * names), out.q_p = part(&closed, n * names), out.qd_p = part(&closed, n * names);
+    out.y = part(answer, l);
+    out.y_q = part(&all, l * n), out.y_qd = part(&all, l * n), out.y_Q = part(&all, l * n);
+    out.y_p = part(&all, l * names);
+    out.y_u = part(&closed, l * p), out.y_ud = part(&closed, l * p), out.y_up = part(&closed, l * names);
     if (begins(&call)) {
         Py_BEGIN_ALLOW_THREADS status =
             kempe_workspace_forward_derivatives(call.workspace, call.t, q, qd, Q, qdd, lam, &out);

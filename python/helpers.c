@@ -135,7 +135,8 @@ kempe_status python_derivative_states(kempe_workspace *w, python_states *s)
 {
     const kempe_workspace_derivatives rows = {s->qdd_q,    s->qdd_qd, s->qdd_Q, s->lambda_q, s->lambda_qd, s->lambda_Q,
                                               s->udd_u,    s->udd_ud, s->udd_Q, s->q_u,      s->qd_u,      s->qdd_p,
-                                              s->lambda_p, s->udd_p,  s->q_p,   s->qd_p};
+                                              s->lambda_p, s->udd_p,  s->q_p,   s->qd_p,     s->y,         s->y_q,
+                                              s->y_qd,     s->y_Q,    s->y_p,   s->y_u,      s->y_ud,      s->y_up};
     return kempe_workspace_derivative_states(w, s->count, s->t, s->t_step, s->q, s->qd, s->Q, s->accelerations,
                                              s->multipliers, &rows, &s->failed);
 }

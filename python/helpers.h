@@ -47,6 +47,7 @@ typedef struct python_states {
     double *lambda_q, *lambda_qd, *lambda_Q;
     double *udd_u, *udd_ud, *udd_Q, *q_u, *qd_u;
     double *qdd_p, *lambda_p, *udd_p, *q_p, *qd_p;
+    double *y, *y_q, *y_qd, *y_Q, *y_p, *y_u, *y_ud, *y_up;
     int failed; /* the first state that failed; -1: none */
 } python_states;
 

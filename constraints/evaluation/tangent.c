@@ -440,3 +440,12 @@ void kmp_tangents_add(const kmp_tangents *tangents, kmp_tangent_block block, con
         }
     }
 }
+
+void kmp_tangents_add_transposed(const kmp_tangents *tangents, kmp_tangent_block block, const double *d,
+                                 const double *w, double *out)
+{
+    for (int k = tangents->start[block]; k < tangents->start[block + 1]; k++) {
+        const kmp_tangent *e = &tangents->entry[k];
+        out[e->col] += d[e->source] * w[e->row];
+    }
+}

@@ -90,3 +90,7 @@ const double *kmp_tangents_derivatives(kmp_tangents *tangents, const kmp_instant
 /** out += factor * block * x for the derivatives `d` last evaluated; columns with zero x are left out. */
 void kmp_tangents_add(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,
                       const double *x, double *out);
+
+/** out += the transpose of the block * w. */
+void kmp_tangents_add_transposed(const kmp_tangents *tangents, kmp_tangent_block block, const double *d,
+                                 const double *w, double *out);

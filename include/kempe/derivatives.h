@@ -4,7 +4,7 @@
  * control, identification and learning.
  *
  *     const char *const names[] = {"force", "rod_mass"};                   an input and a parameter of the model
- *     kempe_workspace_add_derivatives(workspace, 2, names);
+ *     kempe_workspace_add_derivatives(workspace, 2, names, NULL);
  *     kempe_workspace_derivatives out = {.udd_u = A, .udd_ud = D, .udd_p = B};
  *     kempe_workspace_forward_derivatives(workspace, t, q, qd, NULL, qdd, lambda, &out);
  *
@@ -25,7 +25,10 @@ KEMPE_BEGIN
  *
  * Along motions that keep the loops closed: the independent accelerations udd by u, by their rates ud, by Q and by the
  * named inputs and parameters (dp). All coordinates change by dq = q_u du + q_p dp and
- * dqd = q_u dud + qd_u du + qd_p dp (Wehage and Haug, J. Mech. Des. 104, 1982). */
+ * dqd = q_u dud + qd_u du + qd_p dp (Wehage and Haug, J. Mech. Des. 104, 1982).
+ *
+ * Outputs y (l values): positions, velocities, accelerations, sensors, forces and reactions, whose accelerations and
+ * multipliers follow from the state. */
 typedef struct kempe_workspace_derivatives {
     double *qdd_q, *qdd_qd, *qdd_Q;          /* n x n */
     double *lambda_q, *lambda_qd, *lambda_Q; /* m x n; rows of redundant constraint equations are zero */
@@ -33,6 +36,8 @@ typedef struct kempe_workspace_derivatives {
     double *q_u, *qd_u;                      /* n x p */
     double *qdd_p, *lambda_p;                /* n x k, m x k */
     double *udd_p, *q_p, *qd_p;              /* p x k, n x k, n x k */
+    double *y, *y_q, *y_qd, *y_Q, *y_p;      /* l; l x n, l x k: in all coordinates */
+    double *y_u, *y_ud, *y_up;               /* l x p, l x p, l x k: along closed motions */
 } kempe_workspace_derivatives;
 
 /** Places for derivatives of inverse dynamics, column-major; NULL: not required. */
@@ -44,13 +49,19 @@ typedef struct kempe_inverse_derivatives {
 /** Prepares the calls below: derives the derivatives of the equations, or reads them from the cache. `names` (count; 0:
  * none): inputs and parameters of the model by which derivatives are taken, too; parameters that depend on a named one
  * change with it. The modes, mean axes and modal damping of a flexible body follow from its present numbers and do not
- * change. In the thread that made the system. Another call replaces the names. KEMPE_E_ARGUMENT, with the reason in the
- * message: the model has contacts, or forces that depend on multipliers; a name is neither an input nor a parameter
- * that may vary, or is given twice. KEMPE_E_MEMORY. */
-KEMPE_API kempe_status kempe_workspace_add_derivatives(kempe_workspace *workspace, int count, const char *const *names);
+ * change. In the thread that made the system. `outputs`: words separated by commas, as kempe_outputs_new takes them,
+ * such as "position(coupler.C), force(spring)"; NULL: none. Another call replaces names and outputs. KEMPE_E_ARGUMENT,
+ * with the reason in the message: the model has contacts, or forces that depend on multipliers; a name is neither an
+ * input nor a parameter that may vary, or is given twice. KEMPE_E_MEMORY. */
+KEMPE_API kempe_status kempe_workspace_add_derivatives(kempe_workspace *workspace, int count, const char *const *names,
+                                                       const char *outputs);
 
 /** The number of names of the last kempe_workspace_add_derivatives. */
 KEMPE_API int kempe_workspace_name_count(const kempe_workspace *workspace);
+
+/** The number of values of its outputs, and the name of one, as of a column in a result file; NULL: there is none. */
+KEMPE_API int kempe_workspace_output_count(const kempe_workspace *workspace);
+KEMPE_API const char *kempe_workspace_output_name(const kempe_workspace *workspace, int k);
 
 /** Accelerations qdd (n), multipliers lambda (m; NULL: not required) and their exact derivatives, for the present
  * inputs and conditions of the model; a user-defined force is differentiated by differences. After
@@ -68,6 +79,61 @@ KEMPE_API kempe_status kempe_workspace_derivative_states(kempe_workspace *worksp
                                                          int t_step, const double *q, const double *qd, const double *Q,
                                                          double *qdd, double *lambda,
                                                          const kempe_workspace_derivatives *rows, int *failed);
+
+/** A change of the state; NULL: zero. All coordinates, their rates and forces (n each), which need not close the loops,
+ * and the named inputs and parameters (k) change. Along closed motions the independent coordinates and their rates
+ * (p each) take the place of q and qd. */
+typedef struct kempe_state_direction {
+    const double *q, *qd, *Q, *p;
+    const double *u, *ud;
+} kempe_state_direction;
+
+/** Places for the same; NULL: not required. */
+typedef struct kempe_state_gradient {
+    double *q, *qd, *Q, *p;
+    double *u, *ud;
+} kempe_state_gradient;
+
+/** Accelerations (n), multipliers (m) and outputs (l), or weights of them; NULL: not required, or zero. */
+typedef struct kempe_forward_values {
+    double *qdd, *lambda, *y;
+} kempe_forward_values;
+
+/** The derivative of accelerations, multipliers and outputs along a direction (Jacobian-vector product), without the
+ * matrices: one further solution of the equations. `value` (may be NULL) receives the values themselves. After
+ * kempe_workspace_add_derivatives; no allocation. Errors as kempe_workspace_forward_derivatives; KEMPE_E_ARGUMENT also:
+ * q or qd together with u or ud. */
+KEMPE_API kempe_status kempe_workspace_forward_jvp(kempe_workspace *workspace, double t, const double *q,
+                                                   const double *qd, const double *Q,
+                                                   const kempe_state_direction *direction,
+                                                   const kempe_forward_values *value,
+                                                   const kempe_forward_values *change);
+
+/** The gradient of a weighted sum of accelerations, multipliers and outputs (vector-Jacobian product). It costs one
+ * further solution of the equations whatever the number of coordinates and names; along closed motions also one
+ * change for each independent coordinate and name. Weights of multipliers of redundant constraint equations do not
+ * count. Otherwise as kempe_workspace_forward_jvp. */
+KEMPE_API kempe_status kempe_workspace_forward_vjp(kempe_workspace *workspace, double t, const double *q,
+                                                   const double *qd, const double *Q,
+                                                   const kempe_forward_values *weight,
+                                                   const kempe_forward_values *value,
+                                                   const kempe_state_gradient *gradient);
+
+/** Prepares second derivatives, after kempe_workspace_add_derivatives: derives the second derivatives of the equations
+ * along two directions. In the thread that made the system. KEMPE_E_ARGUMENT: not prepared for first ones; a
+ * user-defined force has none. KEMPE_E_MEMORY. */
+KEMPE_API kempe_status kempe_workspace_add_second_derivatives(kempe_workspace *workspace);
+
+/** The second derivative of accelerations and multipliers along two directions of all coordinates, their rates and
+ * forces (members q, qd and Q): `change`, whose y must be NULL. With a direction twice it is the curvature along it; a
+ * product of the Hessian with a vector is a call for each unit direction. After
+ * kempe_workspace_add_second_derivatives; no allocation. Errors as kempe_workspace_forward_jvp; KEMPE_E_ARGUMENT also:
+ * a direction of p, u or ud. */
+KEMPE_API kempe_status kempe_workspace_forward_second(kempe_workspace *workspace, double t, const double *q,
+                                                      const double *qd, const double *Q,
+                                                      const kempe_state_direction *first,
+                                                      const kempe_state_direction *second,
+                                                      const kempe_forward_values *change);
 
 /** Generalized forces Q = M qdd + C (n), as kempe_workspace_inverse_dynamics has them, and their exact derivatives.
  * After kempe_workspace_add_derivatives; no allocation. KEMPE_E_ARGUMENT: not prepared. */

@@ -55,7 +55,17 @@ from .stepper import SavedState, State, Stepper
 from .system import System
 from .table import FrozenTable, Table
 from .trajectory import Trajectory
-from .workspace import Accelerations, ClosedDerivatives, Derivatives, Equations, InverseDerivatives, Workspace
+from .workspace import (
+    Accelerations,
+    ClosedDerivatives,
+    ClosedGradient,
+    Derivatives,
+    Equations,
+    ForwardValues,
+    InverseDerivatives,
+    StateGradient,
+    Workspace,
+)
 
 __version__: str = _ffi.string(_lib.kempe_version()).decode()
 
@@ -69,6 +79,7 @@ __all__ = [
     "Builder",
     "Check",
     "ClosedDerivatives",
+    "ClosedGradient",
     "Code",
     "Comfort",
     "Comparison",
@@ -84,6 +95,7 @@ __all__ = [
     "FmuExport",
     "FileError",
     "Folder",
+    "ForwardValues",
     "FrozenTable",
     "Function",
     "Gradient",
@@ -107,6 +119,7 @@ __all__ = [
     "SavedState",
     "Sensitivity",
     "State",
+    "StateGradient",
     "Statistics",
     "Stepper",
     "StoppedError",

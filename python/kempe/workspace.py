@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable, Iterable, Iterator
+from math import prod
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -59,6 +60,11 @@ class Derivatives(NamedTuple):
     lam_Q: Array
     qdd_p: Array  # n x k: by k named inputs and parameters
     lam_p: Array  # m x k
+    y: Array  # l outputs, whose accelerations and multipliers follow from the state
+    y_q: Array  # l x n
+    y_qd: Array
+    y_Q: Array
+    y_p: Array  # l x k
 
 
 class ClosedDerivatives(NamedTuple):
@@ -76,6 +82,37 @@ class ClosedDerivatives(NamedTuple):
     udd_p: Array  # p x k
     q_p: Array  # n x k
     qd_p: Array
+    y: Array  # l outputs
+    y_u: Array  # l x p
+    y_ud: Array
+    y_p: Array  # l x k
+
+
+class ForwardValues(NamedTuple):
+    """Accelerations (n), multipliers (m) and outputs (l) at a state, or their change."""
+
+    qdd: Array
+    lam: Array
+    y: Array
+
+
+class StateGradient(NamedTuple):
+    """The gradient of a weighted sum by all coordinates, their rates, generalized forces (n each), and names (k)."""
+
+    q: Array
+    qd: Array
+    Q: Array
+    p: Array
+
+
+class ClosedGradient(NamedTuple):
+    """The gradient of a weighted sum along motions that keep the loops closed: by the independent coordinates, their rates (p
+    each), generalized forces (n) and names (k)."""
+
+    u: Array
+    ud: Array
+    Q: Array
+    p: Array
 
 
 class InverseDerivatives(NamedTuple):
@@ -89,16 +126,26 @@ class InverseDerivatives(NamedTuple):
     Q_p: Array  # n x k
 
 
-_Places = tuple[int, tuple[str, ...], list[tuple[int, int, tuple[int, int]]]]
+_Shape = tuple[int, ...]
+_Places = tuple[int, tuple[str, ...], list[tuple[int, int, _Shape]]]
 
 
-def _placed(begin: int, shapes: dict[str, tuple[int, int]]) -> _Places:
+def _placed(begin: int, shapes: dict[str, _Shape]) -> _Places:
     """Matrices one after another: the end of all, their names, and begin, end and shape of each."""
     places = []
-    for rows, columns in shapes.values():
-        places.append((begin, begin + rows * columns, (rows, columns)))
-        begin += rows * columns
+    for shape in shapes.values():
+        places.append((begin, begin + prod(shape), shape))
+        begin += prod(shape)
     return begin, tuple(shapes), places
+
+
+def _pointers(arrays: Iterable[Array | None]) -> list[Any]:
+    """Addresses of arrays; NULL for None."""
+    return [ffi.NULL if each is None else _from_buffer(DOUBLES, each, bool(each.flags.writeable)) for each in arrays]
+
+
+def _values(made: Accelerations | ForwardValues) -> Any:
+    return ffi.new("kempe_forward_values *", _pointers(made))
 
 
 _ANOTHER = "another thread uses this workspace: each thread needs a workspace of its own"
@@ -118,7 +165,9 @@ class Workspace(Owned):
         self._inputs: dict[str, tuple[float, ...]] = {}
         self._others: list[Workspace] = []  # of further threads
         self._places: tuple[_Places, ...] = ()  # of derivatives, once they are prepared,
-        self._by: tuple[str, ...] | None = None  # and the inputs and parameters by which they are taken, too
+        self._by: tuple[str, ...] | None = None  # and the inputs and parameters by which they are taken, too,
+        self._outputs: str = ""  # and outputs
+        self._bends: bool = False  # second derivatives are prepared
         self.n: int = len(self._context.coordinates)
         self.m: int = len(self._context.rows)
         w, n, m = self._pointer, self.n, self.m
@@ -277,6 +326,18 @@ class Workspace(Owned):
         count, u = lib.kempe_workspace_independent_count(self._pointer), lib.kempe_workspace_independent(self._pointer)
         return tuple(self._context.coordinates[u[k]] for k in range(count))
 
+    @property
+    def output_names(self) -> tuple[str, ...]:
+        """Names of the outputs y of the last derivatives, as of columns in a result file; (): none.
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
+        >>> found = workspace.forward_derivatives(0.0, [0, 0, 0], [20, -22.5, 7.5], outputs="velocity(coupler.C).x")
+        >>> workspace.output_names
+        ('velocity.coupler.C.x',)
+        """
+        count = lib.kempe_workspace_output_count(self._pointer)
+        return tuple(string(lib.kempe_workspace_output_name(self._pointer, k)) for k in range(count))
+
     def forward_derivatives(
         self,
         t: ArrayLike,
@@ -286,12 +347,14 @@ class Workspace(Owned):
         threads: int = 1,
         out: Derivatives | None = None,
         by: str | Iterable[str] = (),
+        outputs: str | Iterable[str] = "",
     ) -> Derivatives:
         """Accelerations and multipliers, and their exact derivatives by q, qd and Q (n each), which need not close the loops.
-        `by` names inputs and parameters of the model by which derivatives are taken, too. Rows of q, qd and Q are N states, and all results have
-        N as their first dimension; t and `threads` are as in evaluate_states. `out`: an earlier result, which is overwritten:
-        a loop over single states takes half of the time with it. The first call with other names derives the equations of
-        the derivatives.
+        `by` names inputs and parameters of the model by which derivatives are taken, too; `outputs` are words of the model
+        language, as for System.outputs: values y that follow from the state with its accelerations and multipliers. Rows of q,
+        qd and Q are N states, and all results have N as their first dimension; t and `threads` are as in evaluate_states.
+        `out`: an earlier result, which is overwritten: a loop over single states takes half of the time with it. The first
+        call with other names or outputs derives the equations of the derivatives.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> found = workspace.forward_derivatives(0.0, [0, 0, 0], [20, -22.5, 7.5])
@@ -299,8 +362,10 @@ class Workspace(Owned):
         ((3, 3), (2, 3))
         >>> workspace.forward_derivatives(0.0, [0, 0, 0], [20, -22.5, 7.5], by=["crank_mass", "base"]).qdd_p.shape
         (3, 2)
+        >>> workspace.forward_derivatives(0.0, [0, 0, 0], [20, -22.5, 7.5], outputs="acceleration(coupler.C)").y_q.shape
+        (3, 3)
         """
-        return self._derive(Derivatives, t, q, qd, Q, threads, out, by)
+        return self._derive(Derivatives, t, q, qd, Q, threads, out, by, outputs)
 
     def closed_derivatives(
         self,
@@ -311,6 +376,7 @@ class Workspace(Owned):
         threads: int = 1,
         out: ClosedDerivatives | None = None,
         by: str | Iterable[str] = (),
+        outputs: str | Iterable[str] = "",
     ) -> ClosedDerivatives:
         """Accelerations and multipliers at a closed state, and exact derivatives along motions that keep the loops closed, in
         the independent coordinates (`independent`). Arguments are as in forward_derivatives. Open loops are a FailedError.
@@ -321,7 +387,7 @@ class Workspace(Owned):
         >>> found.udd_u.shape, found.udd_Q.shape, found.q_u.shape
         ((1, 1), (1, 3), (3, 1))
         """
-        return self._derive(ClosedDerivatives, t, q, qd, Q, threads, out, by)
+        return self._derive(ClosedDerivatives, t, q, qd, Q, threads, out, by, outputs)
 
     def inverse_derivatives(
         self, t: float, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, by: str | Iterable[str] = ()
@@ -334,7 +400,7 @@ class Workspace(Owned):
         >>> found.Q_q.shape, found.Q_p.shape
         ((3, 3), (3, 1))
         """
-        self._prepare(by)
+        self._prepare(by, self._outputs)
         n = self.n
         state = [matched(each, n, name) for each, name in ((q, "q"), (qd, "qd"), (qdd, "qdd"))]
         Q, Q_p = np.empty(n), np.empty((len(self._by or ()), n)).T
@@ -352,10 +418,140 @@ class Workspace(Owned):
             self._fail(status)
         return InverseDerivatives(Q, *matrices, Q_p)
 
-    def _derive(self, kind: Any, t: Any, q: Any, qd: Any, Q: Any, threads: int, out: Any, by: Any) -> Any:
+    def forward_jvp(
+        self,
+        t: float,
+        q: ArrayLike,
+        qd: ArrayLike,
+        Q: ArrayLike | None = None,
+        *,
+        dq: ArrayLike | None = None,
+        dqd: ArrayLike | None = None,
+        dQ: ArrayLike | None = None,
+        dp: ArrayLike | None = None,
+        du: ArrayLike | None = None,
+        dud: ArrayLike | None = None,
+        by: str | Iterable[str] = (),
+        outputs: str | Iterable[str] = "",
+    ) -> tuple[ForwardValues, ForwardValues]:
+        """Accelerations, multipliers and outputs, and their derivative along a direction (Jacobian-vector product), without the
+        matrices. The direction has changes of q, qd, Q (n each) and of the k names of `by` (dp). Changes of the independent
+        coordinates and their rates (du, dud) in place of q and qd are along closed motions. Members left out do not change.
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
+        >>> values, change = workspace.forward_jvp(0.0, [0, 0, 0], [20, -22.5, 7.5], dq=[1, 0, 0])
+        >>> change.qdd.shape, change.lam.shape
+        ((3,), (2,))
+        """
+        self._prepare(by, outputs)
+        n, p, k = self.n, len(self.independent), len(self._by or ())
+        directions = ((dq, n, "dq"), (dqd, n, "dqd"), (dQ, n, "dQ"), (dp, k, "dp"), (du, p, "du"), (dud, p, "dud"))
+        direction = [converted(*each) for each in directions]
+        values, change = self._forward_values(), self._forward_values()
+        self._product(lib.kempe_workspace_forward_jvp, "direction", direction, t, q, qd, Q, values, change)
+        return values, change
+
+    def forward_vjp(
+        self,
+        t: float,
+        q: ArrayLike,
+        qd: ArrayLike,
+        Q: ArrayLike | None = None,
+        *,
+        qdd: ArrayLike | None = None,
+        lam: ArrayLike | None = None,
+        y: ArrayLike | None = None,
+        closed: bool = False,
+        by: str | Iterable[str] = (),
+        outputs: str | Iterable[str] = "",
+    ) -> tuple[ForwardValues, StateGradient | ClosedGradient]:
+        """Accelerations, multipliers and outputs, and the gradient of a weighted sum of them (vector-Jacobian product) for weights
+        qdd (n), lam (m) and y (l): the time does not depend on the number of coordinates and names. `closed`: along motions
+        that keep the loops closed, by the independent coordinates.
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
+        >>> values, gradient = workspace.forward_vjp(0.0, [0, 0, 0], [20, -22.5, 7.5], qdd=[1, 0, 0], by="crank_mass")
+        >>> gradient.q.shape, gradient.p.shape
+        ((3,), (1,))
+        """
+        self._prepare(by, outputs)
+        n, p, k = self.n, len(self.independent), len(self._by or ())
+        weights = [
+            converted(*each)
+            for each in ((qdd, n, "qdd"), (lam, self.m, "lam"), (y, lib.kempe_workspace_output_count(self._pointer), "y"))
+        ]
+        first = p if closed else n
+        gradient = [np.zeros(size) for size in (first, first, n, k)]
+        places = [None, None, *gradient[2:], *gradient[:2]] if closed else [*gradient, None, None]
+        values = self._forward_values()
+        self._product(lib.kempe_workspace_forward_vjp, "weight", weights, t, q, qd, Q, values, places)
+        return values, (ClosedGradient if closed else StateGradient)(*gradient)
+
+    def forward_second(
+        self,
+        t: float,
+        q: ArrayLike,
+        qd: ArrayLike,
+        Q: ArrayLike | None = None,
+        *,
+        first: tuple[ArrayLike | None, ...],
+        second: tuple[ArrayLike | None, ...],
+    ) -> Accelerations:
+        """The second derivative of accelerations and multipliers along two directions, each a tuple (dq, dqd, dQ) whose last
+        members may be left out.
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
+        >>> bent = workspace.forward_second(0.0, [0, 0, 0], [20, -22.5, 7.5], first=([1, 0, 0],), second=([0, 1, 0],))
+        >>> bent.qdd.shape
+        (3,)
+        """
+        if self._by is None:
+            self._prepare(())
+        if not self._bends:
+            with self._alone(), self._context.lock:
+                status = lib.kempe_workspace_add_second_derivatives(self._pointer)
+            if status:
+                self._fail(status)
+            self._bends = True
+        n, directions = self.n, []
+        for label, given in (("first", first), ("second", second)):
+            if not isinstance(given, tuple) or not 1 <= len(given) <= 3:
+                raise ArgumentError(f"{label} is a tuple (dq, dqd, dQ), whose last members may be left out")
+            directions.append([converted(each, n, f"{label}[{i}]") for i, each in enumerate(given)])
+        made = Accelerations(np.empty(n), np.empty(self.m))
+        state = self._state(t, q, qd, Q)
+        with self._alone():
+            status = lib.kempe_workspace_forward_second(
+                self._pointer, *state, *(ffi.new("kempe_state_direction *", _pointers(each)) for each in directions), _values(made)
+            )
+        if status:
+            self._fail(status)
+        return made
+
+    def _forward_values(self) -> ForwardValues:
+        return ForwardValues(np.empty(self.n), np.empty(self.m), np.empty(lib.kempe_workspace_output_count(self._pointer)))
+
+    def _state(self, t: float, q: Any, qd: Any, Q: Any) -> tuple[Any, ...]:
+        arrays = [matched(q, self.n, "q"), matched(qd, self.n, "qd"), converted(Q, self.n, "Q")]
+        return t, *_pointers(arrays)
+
+    def _product(self, function: Any, kind: str, given: Any, t: Any, q: Any, qd: Any, Q: Any, values: Any, made: Any) -> None:
+        """A call with a direction or weights, which puts values, and their change or a gradient into arrays."""
+        state = self._state(t, q, qd, Q)
+        if kind == "direction":
+            taken, result = ffi.new("kempe_state_direction *", _pointers(given)), _values(made)
+        else:
+            taken = ffi.new("kempe_forward_values *", _pointers(given))
+            result = ffi.new("kempe_state_gradient *", _pointers(made))
+        with self._alone():
+            status = function(self._pointer, *state, taken, _values(values), result)
+        if status:
+            self._fail(status)
+
+    def _derive(self, kind: Any, t: Any, q: Any, qd: Any, Q: Any, threads: int, out: Any, by: Any, outputs: Any) -> Any:
         """Accelerations and multipliers, and matrices of derivatives in the order of their names, at a state or at many."""
-        if by != self._by:
-            self._prepare(by)
+        if by != self._by or outputs != self._outputs:
+            self._prepare(by, outputs)
         if np.ndim(q) == 2:
             return self._derive_rows(kind, t, q, qd, Q, threads, out)
         n, m, closed = self.n, self.m, kind is ClosedDerivatives
@@ -381,7 +577,7 @@ class Workspace(Owned):
 
     def _derive_rows(self, kind: Any, t: Any, q: Any, qd: Any, Q: Any, threads: int, out: Any) -> Any:
         states = _States(self, t, q, qd=qd, Q=Q)
-        count, named = states.count, self._by or ()
+        count, named, outputs = states.count, self._by or (), self._outputs
         _, names, places = self._places[kind is ClosedDerivatives]
         shapes = [(self.n,), (self.m,), *(shape for _, _, shape in places)]
         if out is None:
@@ -391,27 +587,32 @@ class Workspace(Owned):
         else:
             raise ArgumentError(f"out must be an earlier result ({kind.__name__}) of this workspace at {count} states")
         answer = dict(zip(("accelerations", "multipliers", *names), made))
-        states.run(lib.python_derivative_states, threads, lambda each: each._prepare(named), **answer)
+        states.run(lib.python_derivative_states, threads, lambda each: each._prepare(named, outputs), **answer)
         return kind(*(each.transpose(0, 2, 1) if each.ndim == 3 else each for each in made)) if out is None else out
 
-    def _prepare(self, by: str | Iterable[str]) -> None:
-        """Prepares the workspace for derivatives, also by named inputs and parameters: one thread at a time, because they are
-        derived once for a system."""
-        names = tuple(text_of(by).replace(" ", "").split(",")) if by else ()
-        if names == self._by:
+    def _prepare(self, by: str | Iterable[str], outputs: str | Iterable[str] = "") -> None:
+        """Prepares the workspace for derivatives, also by named inputs and parameters, and of outputs: one thread at a time,
+        because they are derived once for a system."""
+        names, words = tuple(text_of(by).replace(" ", "").split(",")) if by else (), text_of(outputs) if outputs else ""
+        if names == self._by and words == self._outputs:
             return
         keep = [ffi.new("char[]", name.encode()) for name in names]
         with self._alone(), self._context.lock:
-            status = lib.kempe_workspace_add_derivatives(self._pointer, len(names), ffi.new("char *[]", keep))
+            status = lib.kempe_workspace_add_derivatives(
+                self._pointer, len(names), ffi.new("char *[]", keep), words.encode() if words else ffi.NULL
+            )
         if status:
-            self._by = None
+            self._by, self._outputs = None, ""
             self._fail(status)
-        self._by = names
+        self._by, self._outputs = names, words
+        outs = lib.kempe_workspace_output_count(self._pointer)
         n, m, p, k = self.n, self.m, lib.kempe_workspace_independent_count(self._pointer), len(names)
-        all_of = {f"{of}_{by}": (rows, n) for of, rows in (("qdd", n), ("lambda", m)) for by in ("q", "qd", "Q")}
+        all_of: dict[str, _Shape] = {f"{of}_{by}": (rows, n) for of, rows in (("qdd", n), ("lambda", m)) for by in ("q", "qd", "Q")}
         all_of |= {"qdd_p": (n, k), "lambda_p": (m, k)}
-        closed = {"udd_u": (p, p), "udd_ud": (p, p), "udd_Q": (p, n), "q_u": (n, p), "qd_u": (n, p)}
+        all_of |= {"y": (outs,), "y_q": (outs, n), "y_qd": (outs, n), "y_Q": (outs, n), "y_p": (outs, k)}
+        closed: dict[str, _Shape] = {"udd_u": (p, p), "udd_ud": (p, p), "udd_Q": (p, n), "q_u": (n, p), "qd_u": (n, p)}
         closed |= {"udd_p": (p, k), "q_p": (n, k), "qd_p": (n, k)}
+        closed |= {"y": (outs,), "y_u": (outs, p), "y_ud": (outs, p), "y_up": (outs, k)}
         self._places = _placed(n + m, all_of), _placed(n + m, closed)
 
     def rates(self, t: float, state: ArrayLike) -> Array:
@@ -576,6 +777,8 @@ class _States:
     ) -> None:
         n, m, count = self.workspace.n, self.workspace.m, self.count
         shapes = {"mass": (n, n), "jacobian": (n, m), "bias": (n,), "accelerations": (n,), "forces": (n,)}
+        if "y" in results:
+            shapes["y"] = (lib.kempe_workspace_output_count(self.workspace._pointer),)
         for name, array in results.items():
             writable(array, (count, *shapes.get(name, array.shape[1:] if array.ndim == 3 else (m,))), name)
         self.rows.update(results)

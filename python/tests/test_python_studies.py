@@ -197,6 +197,51 @@ def test_many_states_are_single_ones(four_bar):
         workspace.evaluate_states([0, 1], run.q)
 
 
+def test_outputs_and_products_at_a_state(four_bar):
+    workspace, words, names = four_bar.system().workspace(), "position(coupler.C).x, reaction(crank)", ["crank_mass", "base"]
+    q, qd = workspace.close(0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
+    found = workspace.forward_derivatives(0, q, qd, by=names, outputs=words)
+    closed = workspace.closed_derivatives(0, q, qd, by=names, outputs=words)
+    handles = four_bar.system().outputs(words)
+    assert np.allclose(found.y, handles.at(0, q, qd, found.qdd, found.lam), rtol=1e-10) and np.array_equal(found.y, closed.y)
+    assert found.y_q.shape == (4, 3) and found.y_p.shape == (4, 2) and closed.y_u.shape == (4, 1)
+    total = found.y_q @ closed.q_p + found.y_qd @ closed.qd_p + found.y_p
+    assert np.allclose(closed.y_p, total, rtol=1e-9) and np.allclose(closed.y_ud, found.y_qd @ closed.q_u, rtol=1e-9)
+    rng = np.random.default_rng(1)
+    dq, dqd, dQ = rng.normal(size=(3, 3))
+    dp, w = rng.normal(size=2), rng.normal(size=9)
+    also = {"by": names, "outputs": words}
+    values, change = workspace.forward_jvp(0, q, qd, dq=dq, dqd=dqd, dQ=dQ, dp=dp, **also)
+    assert np.array_equal(values.qdd, found.qdd) and np.array_equal(values.y, found.y)
+    assert np.allclose(change.qdd, found.qdd_q @ dq + found.qdd_qd @ dqd + found.qdd_Q @ dQ + found.qdd_p @ dp, rtol=1e-9)
+    assert np.allclose(change.y, found.y_q @ dq + found.y_qd @ dqd + found.y_Q @ dQ + found.y_p @ dp, rtol=1e-9)
+    _, gradient = workspace.forward_vjp(0, q, qd, qdd=w[:3], lam=w[3:5], y=w[5:], **also)
+    forward = w @ np.concatenate(change)
+    assert np.isclose(gradient.q @ dq + gradient.qd @ dqd + gradient.Q @ dQ + gradient.p @ dp, forward, rtol=1e-10)
+    _, change = workspace.forward_jvp(0, q, qd, du=[0.5], dud=[2], **also)
+    assert np.allclose(change.y, closed.y_u[:, 0] * 0.5 + closed.y_ud[:, 0] * 2, rtol=1e-9)
+    _, gradient = workspace.forward_vjp(0, q, qd, y=w[5:], closed=True, **also)
+    assert np.allclose(gradient.u, w[5:] @ closed.y_u, rtol=1e-9) and np.allclose(gradient.p, w[5:] @ closed.y_p, rtol=1e-9)
+    step = 1e-5
+    sides = [workspace.forward_jvp(0, q + s * step * dq, qd, dq=dq, dqd=dqd)[1].qdd for s in (1, -1)]
+    bent = workspace.forward_second(0, q, qd, first=(dq, dqd), second=(dq,))
+    assert np.allclose(bent.qdd, (sides[0] - sides[1]) / (2 * step), rtol=1e-6)
+    many = workspace.forward_derivatives(0, [q, q], [qd, 2 * qd], threads=2, **also)
+    assert np.array_equal(many.y[0], found.y) and np.array_equal(many.y_q[0], found.y_q) and many.y_p.shape == (2, 4, 2)
+    for wrong, text in (
+        ({"dq": dq, "du": [1]}, "of all coordinates, or"),
+        ({"dp": dp}, "dp has 0 values"),
+        ({"dq": dq[:2]}, "dq has 3 values"),
+        ({"dq": dq, "outputs": "q(crank)"}, "q_u"),
+        ({"dq": dq, "outputs": "positoin(coupler.C)"}, "position"),
+        ({"dq": dq, "by": "crankmass"}, "crank_mass"),
+    ):
+        with pytest.raises((kempe.ArgumentError, ValueError), match=text):
+            workspace.forward_jvp(0, q, qd, **wrong)
+    with pytest.raises(kempe.ArgumentError, match="tuple"):
+        workspace.forward_second(0, q, qd, first=dq, second=(dq,))
+
+
 def test_derivatives_at_a_state(four_bar):
     workspace = four_bar.system().workspace()
     q, qd = workspace.close(0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])

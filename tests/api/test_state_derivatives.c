@@ -7,6 +7,7 @@
 #include <kempe/check.h>
 #include <kempe/derivatives.h>
 #include <kempe/linearize.h>
+#include <kempe/output_handles.h>
 #include <kempe/settings.h>
 #include <stdlib.h>
 
@@ -50,8 +51,8 @@ static scene scene_new(const char *path, const char *friction)
         s.Q[i] = 10 * next_random(&seed);
     }
     CHECK(kempe_workspace_close(s.ws, 0.1, s.q, s.qd, NULL) == KEMPE_OK);
-    CHECK(kempe_workspace_add_derivatives(s.ws, 0, NULL) == KEMPE_OK &&
-          kempe_workspace_add_derivatives(s.ws, 0, NULL) == KEMPE_OK);
+    CHECK(kempe_workspace_add_derivatives(s.ws, 0, NULL, NULL) == KEMPE_OK &&
+          kempe_workspace_add_derivatives(s.ws, 0, NULL, NULL) == KEMPE_OK);
     kempe_assembly_free(a);
     return s;
 }
@@ -268,7 +269,7 @@ static void by_names(const char *model, const char *const *names, const double *
         hold[s.u[k]] = 1;
     set_inputs(&s, names, values, count);
     CHECK(kempe_workspace_name_count(s.ws) == 0);
-    CHECK(kempe_workspace_add_derivatives(s.ws, count, names) == KEMPE_OK);
+    CHECK(kempe_workspace_add_derivatives(s.ws, count, names, NULL) == KEMPE_OK);
     CHECK(kempe_workspace_name_count(s.ws) == count);
     const kempe_workspace_derivatives out = {
         .qdd_p = by[0], .lambda_p = by[1], .udd_p = by[2], .q_p = by[3], .qd_p = by[4]};
@@ -347,6 +348,264 @@ static void inverse(void)
         free(Q), free(again);
         scene_free(&s);
     }
+}
+
+/* -- outputs and products ---------------------------------------------------------------------------- */
+
+/* Values of outputs by their own object, at the accelerations and multipliers of a state. */
+static void output_values(const scene *s, const char *words, const double *q, const double *qd, double *y)
+{
+    kempe_outputs *o = NULL;
+    double *qdd = room(s->n), *lambda = room(s->m);
+    CHECK(kempe_outputs_new(s->system, words, &o) == KEMPE_OK);
+    CHECK(kempe_workspace_forward_dynamics(s->ws, T, q, qd, s->Q, qdd, lambda) == KEMPE_OK);
+    CHECK(kempe_outputs_at_state(o, T, q, qd, qdd, lambda, y) == KEMPE_OK);
+    kempe_outputs_free(o);
+    free(qdd), free(lambda);
+}
+
+typedef struct output_probe {
+    named_probe named;
+    const char *words;
+    int kind; /* 0 to 2: q, qd, Q; 3: a name; 4, 5: u, ud; 6: a name with closed loops */
+} output_probe;
+
+static void changed_outputs(const probe *p, double change, double *y)
+{
+    const output_probe *at = (const output_probe *)p;
+    const scene *s = p->s;
+    const int n = s->n;
+    double *q = room(n), *qd = room(n);
+    double *const changed[] = {q, qd, s->Q};
+    scene c = *s;
+    memcpy(q, s->q, (size_t)n * sizeof *q);
+    memcpy(qd, s->qd, (size_t)n * sizeof *qd);
+    if (at->kind < 3)
+        changed[at->kind][p->k] += change;
+    else if (at->kind == 4 || at->kind == 5)
+        changed[at->kind - 4][s->u[p->k]] += change;
+    else
+        c = changed_scene(s, &at->named, change);
+    if (at->kind > 3)
+        CHECK(kempe_workspace_close(c.ws, T, q, qd, p->hold) == KEMPE_OK);
+    output_values(&c, at->words, q, qd, y);
+    if (at->kind == 2)
+        s->Q[p->k] -= change;
+    if (at->kind == 3 || at->kind == 6)
+        changed_free(&c);
+    free(q), free(qd);
+}
+
+/* Weights times a matrix times a vector. */
+static double between(int rows, int columns, const double *w, const double *matrix, const double *x)
+{
+    double sum = 0;
+    for (int j = 0; j < columns; j++)
+        for (int i = 0; i < rows; i++)
+            sum += w[i] * matrix[i + (ptrdiff_t)j * rows] * x[j];
+    return sum;
+}
+
+static void fill(double *x, int count, unsigned *seed)
+{
+    for (int i = 0; i < count; i++)
+        x[i] = next_random(seed);
+}
+
+static double dot(int n, const double *a, const double *b)
+{
+    return between(n, 1, a, b, &(double){1});
+}
+
+/* Products along a direction and of weights beside the matrices. `by`: qdd, lambda and y (rows) by q, qd, Q and names;
+ * then y, q and qd by u, ud and names. */
+static void products(const scene *s, const char *name, int names, int l, double *by[4][3], double *closed[3][3])
+{
+    const int n = s->n, m = s->m, p = s->p, rows[] = {n, m, l}, columns[] = {n, n, n, names};
+    unsigned seed = 3;
+    double *w[3], *change[3], *x[4], *gradient[4], worst = 0;
+    for (int i = 0; i < 3; i++)
+        w[i] = room(rows[i]), change[i] = room(rows[i]), fill(w[i], rows[i], &seed);
+    for (int j = 0; j < 4; j++)
+        x[j] = room(columns[j]), gradient[j] = room(columns[j]), fill(x[j], columns[j], &seed);
+    const kempe_forward_values weight = {w[0], w[1], w[2]}, along = {change[0], change[1], change[2]};
+    const kempe_state_direction direction = {.q = x[0], .qd = x[1], .Q = x[2], .p = x[3]};
+    const kempe_state_gradient of = {.q = gradient[0], .qd = gradient[1], .Q = gradient[2], .p = gradient[3]};
+    CHECK(kempe_workspace_forward_jvp(s->ws, T, s->q, s->qd, s->Q, &direction, NULL, &along) == KEMPE_OK);
+    CHECK(kempe_workspace_forward_vjp(s->ws, T, s->q, s->qd, s->Q, &weight, NULL, &of) == KEMPE_OK);
+    double forward = 0, size = 1;
+    for (int i = 0; i < 3; i++)
+        forward += dot(rows[i], w[i], change[i]);
+    for (int j = 0; j < 4; j++) {
+        double column = 0;
+        for (int i = 0; i < 3; i++)
+            column += between(rows[i], columns[j], w[i], by[j][i], x[j]);
+        size = fmax(size, fabs(column));
+        worst = fmax(worst, fabs(dot(columns[j], gradient[j], x[j]) - column));
+        forward -= column;
+    }
+    worst = fmax(worst, fabs(forward)) / size;
+    /* Along closed motions, the outputs only. */
+    const int by_closed[] = {p, p, names};
+    double *z[3], *g[3];
+    for (int j = 0; j < 3; j++)
+        z[j] = room(by_closed[j]), g[j] = room(by_closed[j]), fill(z[j], by_closed[j], &seed);
+    CHECK(kempe_workspace_forward_jvp(s->ws, T, s->q, s->qd, s->Q,
+                                      &(kempe_state_direction){.u = z[0], .ud = z[1], .p = z[2]}, NULL,
+                                      &along) == KEMPE_OK);
+    CHECK(kempe_workspace_forward_vjp(s->ws, T, s->q, s->qd, s->Q, &(kempe_forward_values){.y = w[2]}, NULL,
+                                      &(kempe_state_gradient){.u = g[0], .ud = g[1], .p = g[2]}) == KEMPE_OK);
+    double closed_worst = 0, closed_size = 1;
+    forward = dot(l, w[2], change[2]);
+    for (int j = 0; j < 3; j++) {
+        const double column = between(l, by_closed[j], w[2], closed[j][0], z[j]);
+        closed_size = fmax(closed_size, fabs(column));
+        closed_worst = fmax(closed_worst, fabs(dot(by_closed[j], g[j], z[j]) - column));
+        forward -= column;
+    }
+    closed_worst = fmax(closed_worst, fabs(forward)) / closed_size;
+    printf("%-24s products        %.1e, closed %.1e\n", name, worst, closed_worst);
+    CHECK(worst < 1e-11 && closed_worst < 1e-11);
+    for (int i = 0; i < 3; i++)
+        free(w[i]), free(change[i]), free(z[i]), free(g[i]);
+    for (int j = 0; j < 4; j++)
+        free(x[j]), free(gradient[j]);
+}
+
+/* The derivative along a direction at a state that is moved along another one. */
+typedef struct moved_probe {
+    probe probe;
+    const kempe_state_direction *along, *moves;
+} moved_probe;
+
+static void moved_change(const probe *p, double change, double *out)
+{
+    const moved_probe *at = (const moved_probe *)p;
+    const scene *s = p->s;
+    const double *const from[] = {s->q, s->qd, s->Q}, *const by[] = {at->moves->q, at->moves->qd, at->moves->Q};
+    double *to[3];
+    for (int k = 0; k < 3; k++) {
+        to[k] = room(s->n);
+        for (int i = 0; i < s->n; i++)
+            to[k][i] = from[k][i] + change * by[k][i];
+    }
+    CHECK(kempe_workspace_forward_jvp(s->ws, T, to[0], to[1], to[2], at->along, NULL,
+                                      &(kempe_forward_values){out, out + s->n, NULL}) == KEMPE_OK);
+    for (int k = 0; k < 3; k++)
+        free(to[k]);
+}
+
+/* Second derivatives beside differences of first ones, and the same in the other order of the directions. */
+static void second_derivatives(void)
+{
+    static const char *const model[] = {"four_bar", "stewart", "quarter_car", "suspension"};
+    for (size_t i = 0; i < sizeof model / sizeof *model; i++) {
+        char path[MOST];
+        snprintf(path, sizeof path, KEMPE_ROOT "/examples/%s/%s.yaml", model[i], model[i]);
+        scene s = scene_new(path, "slip");
+        const int n = s.n, m = s.m;
+        unsigned seed = 5;
+        double *x[6], *exact = room(n + m), *other = room(n + m);
+        for (int k = 0; k < 6; k++)
+            x[k] = room(n), fill(x[k], n, &seed);
+        const kempe_state_direction a = {x[0], x[1], x[2], NULL, NULL, NULL}, b = {x[3], x[4], x[5], NULL, NULL, NULL};
+        const kempe_forward_values change = {exact, exact + n, NULL}, again = {other, other + n, NULL};
+        CHECK(kempe_workspace_forward_second(s.ws, T, s.q, s.qd, s.Q, &a, &b, &change) == KEMPE_E_ARGUMENT);
+        CHECK(check_says(kempe_workspace_message(s.ws), "kempe_workspace_add_second_derivatives"));
+        CHECK(kempe_workspace_add_second_derivatives(s.ws) == KEMPE_OK &&
+              kempe_workspace_add_second_derivatives(s.ws) == KEMPE_OK);
+        CHECK(kempe_workspace_forward_second(s.ws, T, s.q, s.qd, s.Q, &a, &b, &change) == KEMPE_OK);
+        CHECK(kempe_workspace_forward_second(s.ws, T, s.q, s.qd, s.Q, &b, &a, &again) == KEMPE_OK);
+        double size = 1, apart = 0;
+        for (int k = 0; k < n + m; k++)
+            size = fmax(size, fabs(exact[k])), apart = fmax(apart, fabs(exact[k] - other[k]));
+        const moved_probe at = {
+            {.s = &s, .count = n + m, .values = moved_change, .step = i == 3 ? 1e-4 : 1e-3}, &a, &b};
+        const double worst = column_error(&at.probe, exact);
+        printf("%-24s second          %.1e, order %.1e\n", model[i], worst, apart / size);
+        CHECK(worst < 1e-7 && apart / size < 1e-11);
+        const kempe_state_direction names = {.p = x[0]};
+        CHECK(kempe_workspace_forward_second(s.ws, T, s.q, s.qd, s.Q, &names, &b, &change) == KEMPE_E_ARGUMENT);
+        for (int k = 0; k < 6; k++)
+            free(x[k]);
+        free(exact), free(other);
+        scene_free(&s);
+    }
+}
+
+static void outputs_of(const char *model, const char *words, const char *const *names, const double *values, int count,
+                       double step)
+{
+    char path[MOST];
+    snprintf(path, sizeof path, KEMPE_ROOT "/examples/%s/%s.yaml", model, model);
+    scene s = scene_new(path, "slip");
+    set_inputs(&s, names, values, count);
+    CHECK(kempe_workspace_add_derivatives(s.ws, count, names, words) == KEMPE_OK);
+    const int n = s.n, m = s.m, p = s.p, l = kempe_workspace_output_count(s.ws), rows[] = {n, m, l};
+    const int columns[] = {n, n, n, count}, by_closed[] = {p, p, count};
+    double *by[4][3], *closed[3][3], *y = room(l), *expected = room(l), *qdd = room(n), worst = 0;
+    for (int j = 0; j < 4; j++)
+        for (int i = 0; i < 3; i++)
+            by[j][i] = room(rows[i] * columns[j]);
+    for (int j = 0; j < 3; j++)
+        for (int i = 0; i < 3; i++)
+            closed[j][i] = room((i ? n : l) * by_closed[j]);
+    const kempe_workspace_derivatives out = {.qdd_q = by[0][0],
+                                             .qdd_qd = by[1][0],
+                                             .qdd_Q = by[2][0],
+                                             .qdd_p = by[3][0],
+                                             .lambda_q = by[0][1],
+                                             .lambda_qd = by[1][1],
+                                             .lambda_Q = by[2][1],
+                                             .lambda_p = by[3][1],
+                                             .y = y,
+                                             .y_q = by[0][2],
+                                             .y_qd = by[1][2],
+                                             .y_Q = by[2][2],
+                                             .y_p = by[3][2],
+                                             .y_u = closed[0][0],
+                                             .y_ud = closed[1][0],
+                                             .y_up = closed[2][0]};
+    CHECK(kempe_workspace_forward_derivatives(s.ws, T, s.q, s.qd, s.Q, qdd, NULL, &out) == KEMPE_OK);
+    output_values(&s, words, s.q, s.qd, expected);
+    for (int i = 0; i < l; i++)
+        CHECK_NEAR(y[i], expected[i], 1e-11 * fmax(1, fabs(expected[i])));
+    int *hold = calloc((size_t)n + 1, sizeof *hold);
+    for (int k = 0; k < p; k++)
+        hold[s.u[k]] = 1;
+    for (int kind = 0; kind < 7; kind++)
+        for (int k = 0; k < (kind < 4 ? columns[kind] : by_closed[kind - 4]); k++) {
+            const output_probe at = {
+                {{.s = &s, .count = l, .values = changed_outputs, .k = k, .hold = hold, .step = step},
+                 path,
+                 names,
+                 values,
+                 count},
+                words,
+                kind};
+            const double *matrix = kind < 4 ? by[kind][2] : closed[kind - 4][0];
+            worst = fmax(worst, column_error(&at.named.probe, matrix + k * l));
+        }
+    printf("%-24s %2d outputs      %.1e\n", model, l, worst);
+    CHECK(worst < 1e-7);
+    CHECK(kempe_workspace_output_name(s.ws, l - 1) && !kempe_workspace_output_name(s.ws, l));
+    products(&s, model, count, l, by, closed);
+    for (int k = 0; k < 12; k++)
+        free(by[k / 3][k % 3]);
+    for (int k = 0; k < 9; k++)
+        free(closed[k / 3][k % 3]);
+    free(y), free(expected), free(qdd), free(hold);
+    scene_free(&s);
+}
+
+static void outputs_and_products(void)
+{
+    outputs_of("four_bar", "position(coupler.C).x,velocity(coupler.C),acceleration(coupler.C),reaction(crank),energy",
+               (const char *const[]){"crank_mass", "base"}, (const double[]){1, 0.9}, 2, 1e-4);
+    outputs_of("delta_robot", "position(platform.C1),acceleration(platform.C1)",
+               (const char *const[]){"tau2", "rod", "m_platform"}, (const double[]){0.5, 0.7, 1}, 3, 1e-4);
+    outputs_of("suspension", "acceleration(left_arm.W),force(RL),reaction(right_link)",
+               (const char *const[]){"tyre", "track"}, (const double[]){2e5, 0.75}, 2, 1e-4);
 }
 
 /* -- state space ------------------------------------------------------------------------------------- */
@@ -461,7 +720,7 @@ static void refuse(const char *path, const char *word)
     kempe_workspace *ws = NULL;
     CHECK(kempe_model_read(context, path, &model) == KEMPE_OK && kempe_system_new(model, &system) == KEMPE_OK);
     CHECK(kempe_workspace_new(system, &ws) == KEMPE_OK);
-    CHECK(kempe_workspace_add_derivatives(ws, 0, NULL) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_workspace_add_derivatives(ws, 0, NULL, NULL) == KEMPE_E_ARGUMENT);
     CHECK(check_says(kempe_workspace_message(ws), word));
     kempe_workspace_free(ws);
     kempe_system_free(system);
@@ -490,11 +749,22 @@ static void refused(void)
     CHECK(kempe_workspace_forward_derivatives(s.ws, T, s.q, s.qd, NULL, qdd, NULL, &none) == KEMPE_OK);
     static const char *const wrong[][2] = {{"crank_mass", "crank_mass"}, {"crank_mass", "crnk"}};
     for (int k = 0; k < 2; k++) {
-        CHECK(kempe_workspace_add_derivatives(s.ws, 2, wrong[k]) == KEMPE_E_ARGUMENT);
+        CHECK(kempe_workspace_add_derivatives(s.ws, 2, wrong[k], NULL) == KEMPE_E_ARGUMENT);
         CHECK(check_says(kempe_workspace_message(s.ws), k ? "crnk" : "given twice"));
         CHECK(kempe_workspace_name_count(s.ws) == 0);
         CHECK(kempe_workspace_forward_derivatives(s.ws, T, s.q, s.qd, NULL, qdd, NULL, &none) == KEMPE_OK);
     }
+    CHECK(kempe_workspace_add_derivatives(s.ws, 0, NULL, "q(crank)") == KEMPE_E_ARGUMENT);
+    CHECK(check_says(kempe_workspace_message(s.ws), "q_u"));
+    CHECK(kempe_workspace_add_derivatives(s.ws, 0, NULL, "position(coupler.Z)") == KEMPE_E_ARGUMENT);
+    CHECK(check_says(kempe_workspace_message(s.ws), "coupler"));
+    CHECK(kempe_workspace_output_count(s.ws) == 0 && !kempe_workspace_output_name(s.ws, 0));
+    const kempe_state_direction both = {.q = s.q, .u = &udd};
+    CHECK(kempe_workspace_forward_jvp(s.ws, T, s.q, s.qd, NULL, &both, NULL,
+                                      &(kempe_forward_values){qdd, NULL, NULL}) == KEMPE_E_ARGUMENT);
+    CHECK(check_says(kempe_workspace_message(s.ws), "of all coordinates, or"));
+    CHECK(kempe_workspace_forward_vjp(other, T, s.q, s.qd, NULL, &(kempe_forward_values){qdd, NULL, NULL}, NULL,
+                                      &(kempe_state_gradient){.q = qdd}) == KEMPE_E_ARGUMENT);
     CHECK(kempe_workspace_inverse_derivatives(other, T, s.q, s.qd, s.Q, qdd, &(kempe_inverse_derivatives){0}) ==
           KEMPE_E_ARGUMENT);
     kempe_workspace_free(other);
@@ -506,6 +776,8 @@ int main(void)
     TEST(random_states);
     TEST(named);
     TEST(inverse);
+    TEST(outputs_and_products);
+    TEST(second_derivatives);
     TEST(sticking);
     TEST(refused);
     return check_report();

@@ -487,7 +487,7 @@ void kmp_slopes_along(const kmp_slopes *slopes, const kmp_slope_matrix *of, cons
     memset(out, 0, (size_t)of->rows * sizeof *out);
     for (int c = 0, column = 0; of->rows > 0 && c <= COLUMN_KINDS; c++)
         for (int i = 0; i < part_size(slopes, c); i++, column++) {
-            double by = c == COLUMN_KINDS ? i == k : part[c] ? part[c][i] : 0;
+            double by = part[c] ? part[c][i] : c == COLUMN_KINDS && i == k;
             for (int e = of->start[column]; by != 0 && e < of->start[column + 1]; e++)
                 out[of->entry[e].row] += of->value[of->entry[e].source] * by;
         }

@@ -68,10 +68,11 @@ const double *kmp_slopes_values(kmp_slope_matrix *of, const kmp_instant *at);
 /** A direction of differentiation, or a gradient; a NULL member is zero. */
 typedef struct kmp_direction {
     double *t, *q, *qd, *qdd, *lambda; /* 1, n, n, n, m */
-    double *parameters;                /* count; only of a gradient */
+    double *parameters;                /* count */
 } kmp_direction;
 
-/** out = the derivative of all values along a direction in which parameter k (negative: none) increases by one. */
+/** out = the derivative of all values along a direction; parameter k (negative: none) increases by one where
+ * `parameters` is NULL. */
 void kmp_slopes_along(const kmp_slopes *slopes, const kmp_slope_matrix *of, const kmp_direction *direction, int k,
                       double *out);
 

@@ -3,32 +3,19 @@
  * theorem on M qdd + C = Q + J' lambda and J qdd + jdqd = 0: each direction is one more solution with the factors of
  * the state. Along closed motions the change of all coordinates follows the change of the independent ones first
  * (constraints/partition/small_change.h). */
-#include "analyses/derivatives/parameter_slopes.h"
+#include "analyses/derivatives/state_derivatives.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/partition/small_change.h"
 #include "constraints/tolerances.h"
-#include "constraints/workspace/state_workspace.h"
+#include "linalg/dense/dot.h"
 #include "model/data/model.h"
-#include "model/data/variant.h"
+#include "model/data/output_table.h"
+#include "model/read/requests.h"
 #include <kempe/derivatives.h>
 #include <string.h>
-
-/* Derivatives of the equations, and work space. */
-typedef struct kmp_state_derivatives {
-    kmp_arena arena;
-    kmp_tangents tangents;
-    double *unit, *force, *curve; /* n, n, m: a direction, and the changes of M qdd + C - J' lambda and J qdd + jdqd */
-    double *x, *a;                /* n, m: changes of qdd and lambda */
-    double *room;                 /* KMP_FOLLOW_ROOM */
-    double *part;                 /* 3 m + n: the change of the equations by a name */
-    int names;                    /* inputs and parameters by which derivatives are taken, too */
-    kmp_variant *variant;         /* in which the parameters among them vary, */
-    kempe_system *varied;         /* and its system; NULL: all names are inputs */
-    kmp_slopes *slopes;           /* NULL: no names */
-} kmp_state_derivatives;
 
 /* -- preparation ------------------------------------------------------------------------------------- */
 
@@ -37,7 +24,8 @@ static void release_names(kmp_state_derivatives *d)
     kmp_slopes_free(d->slopes);
     kempe_system_free(d->varied);
     kmp_variant_free(d->variant);
-    d->slopes = NULL, d->varied = NULL, d->variant = NULL, d->names = 0;
+    kmp_arena_free(&d->output_arena);
+    d->slopes = NULL, d->varied = NULL, d->variant = NULL, d->names = 0, d->outputs = 0;
 }
 
 static void free_derivatives(void *self)
@@ -45,6 +33,7 @@ static void free_derivatives(void *self)
     kmp_state_derivatives *d = self;
     release_names(d);
     kmp_tangents_free(&d->tangents);
+    kmp_second_derivatives_free(&d->second);
     kmp_arena_free(&d->arena);
     kmp_free(d);
 }
@@ -68,10 +57,12 @@ static kempe_status add_tangents(kempe_workspace *ws)
     const int n = ws->n, m = ws->m;
     KMP_MAKE(s->context, kmp_state_derivatives, d);
     ws->derivatives = (kmp_workspace_part){d, free_derivatives};
-    KMP_TRY(kmp_made(s->context, KMP_ARENA_MAKE(&d->arena, KMP_ROOM(double, n, &d->unit, &d->force, &d->x),
-                                                KMP_ROOM(double, m, &d->curve, &d->a),
-                                                KMP_ROOM(double, KMP_FOLLOW_ROOM(n, m), &d->room),
-                                                KMP_ROOM(double, 3 * m + n, &d->part))));
+    KMP_TRY(kmp_made(s->context,
+                     KMP_ARENA_MAKE(&d->arena,
+                                    KMP_ROOM(double, n, &d->unit, &d->force, &d->x, &d->dq, &d->dqd, &d->x_before),
+                                    KMP_ROOM(double, m, &d->curve, &d->a, &d->a_before),
+                                    KMP_ROOM(double, KMP_FOLLOW_ROOM(n, m), &d->room),
+                                    KMP_ROOM(double, 3 * m + n, &d->part, &d->sum))));
     return kmp_tangents_init(&d->tangents, s, ws->eval->backend, kmp_tangents_of_runs(s));
 }
 
@@ -83,31 +74,78 @@ static bool is_input(const kempe_model *model, const char *name)
     return false;
 }
 
-/* A system in which the parameters among the names vary, with the coordinates, rows and conditions of the workspace. */
-static kempe_status vary(kempe_workspace *ws, kmp_state_derivatives *d, int count, const char *const *names)
+/* Lists the values of the outputs that the words request, in the order of the model's copy, and names them. */
+static kempe_status list_outputs(kempe_workspace *ws, kmp_state_derivatives *d, kempe_model *copy, const char *words)
+{
+    unsigned *parts = NULL;
+    copy->output_count = 0;
+    KMP_TRY(kmp_requested_outputs(copy, words, &parts));
+    int all = 0;
+    for (int k = 0; k < copy->output_count; k++)
+        all += kmp_output_width(copy, &copy->outputs[k]);
+    d->shown = KMP_ARENA_NEW(&d->output_arena, int, all);
+    d->output_name = KMP_ARENA_NEW(&d->output_arena, const char *, all);
+    d->values = KMP_ARENA_NEW(&d->output_arena, double, all);
+    for (int k = 0, first = 0; k < copy->output_count && !d->output_arena.failed; k++) {
+        const int width = kmp_output_width(copy, &copy->outputs[k]);
+        for (int i = 0; i < width; i++) {
+            kmp_text name = {0};
+            if (!(parts[k] & 1u << i))
+                continue;
+            kmp_output_column(&name, copy, &copy->outputs[k], i);
+            d->output_name[d->outputs] = kmp_text_keep(&name, &d->output_arena);
+            d->shown[d->outputs++] = first + i;
+        }
+        first += width;
+        if (width == 0) {
+            kmp_text name = {0};
+            kmp_output_print(&name, copy, &copy->outputs[k]);
+            (void)kmp_workspace_fail(
+                ws,
+                "output '%s': values of coordinates have their derivatives in q_u, qd_u and qdd_q; "
+                "request other outputs",
+                name.s);
+            kmp_text_free(&name);
+            return KEMPE_E_ARGUMENT;
+        }
+    }
+    return kmp_made(ws->system->context, !d->output_arena.failed);
+}
+
+/* A system in which the parameters among the names vary, with the coordinates, rows and conditions of the workspace,
+ * and with the outputs. */
+static kempe_status vary(kempe_workspace *ws, kmp_state_derivatives *d, int count, const char *const *names,
+                         const char *outputs)
 {
     const kempe_system *s = ws->system;
-    const char **parameter = KMP_NEW(const char *, count);
+    const char **parameter = KMP_NEW(const char *, count + 1);
     kempe_status status = kmp_made(s->context, parameter);
     int parameters = 0;
     for (int k = 0; parameter && k < count; k++)
         if (!is_input(s->model, names[k]))
             parameter[parameters++] = names[k];
-    if (status == KEMPE_OK && parameters > 0)
+    const bool copies = parameters > 0 || outputs;
+    if (status == KEMPE_OK && copies)
         status = kmp_variant_new(s->model, parameters, parameter, &d->variant);
-    if (status == KEMPE_OK && parameters > 0)
+    if (status == KEMPE_OK && outputs)
+        status = list_outputs(ws, d, kmp_variant_model(d->variant), outputs);
+    if (status == KEMPE_OK && copies)
         status = kmp_system_of_variant(d->variant, &d->varied);
     if (status == KEMPE_OK && d->varied &&
         (d->varied->n != s->n || d->varied->m != s->m || d->varied->events.count != s->events.count))
-        status = kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                          "derivatives by '%s' do not exist: conditions or constraint equations of the model depend on "
-                          "its value",
-                          parameter[0]);
+        status = parameters > 0 ? kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                                           "derivatives by '%s' do not exist: conditions or constraint equations of "
+                                           "the model depend on its value",
+                                           parameter[0])
+                                : kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                                           "derivatives of '%s' do not exist: these outputs have conditions of their "
+                                           "own, which the equations of motion do not have",
+                                           outputs);
     kmp_free(parameter);
     return status;
 }
 
-static kempe_status add_names(kempe_workspace *ws, int count, const char *const *names)
+static kempe_status add_names(kempe_workspace *ws, int count, const char *const *names, const char *outputs)
 {
     const kempe_system *s = ws->system;
     kmp_state_derivatives *d = ws->derivatives.self;
@@ -118,19 +156,23 @@ static kempe_status add_names(kempe_workspace *ws, int count, const char *const 
                 (void)kmp_workspace_fail(ws, names[k] ? "'%s' is given twice" : "a name is NULL", names[k]);
                 return KEMPE_E_ARGUMENT;
             }
-    kempe_status status = count > 0 ? vary(ws, d, count, names) : KEMPE_OK;
-    if (status == KEMPE_OK && count > 0)
-        status = kmp_slopes_new(d->varied ? d->varied : s, ws->eval->backend->name, count, names, false, &d->slopes);
+    const bool more = count > 0 || outputs;
+    kempe_status status = more ? vary(ws, d, count, names, outputs) : KEMPE_OK;
+    if (status == KEMPE_OK && more)
+        status = kmp_slopes_new(d->varied ? d->varied : s, ws->eval->backend->name, count, names, outputs != NULL,
+                                &d->slopes);
     if (status != KEMPE_OK) {
         release_names(d);
-        (void)kmp_workspace_fail(ws, "%s", kempe_context_message(s->context));
+        if (ws->message[0] == '\0')
+            (void)kmp_workspace_fail(ws, "%s", kempe_context_message(s->context));
         return status;
     }
     d->names = count;
     return KEMPE_OK;
 }
 
-kempe_status kempe_workspace_add_derivatives(kempe_workspace *ws, int count, const char *const *names)
+kempe_status kempe_workspace_add_derivatives(kempe_workspace *ws, int count, const char *const *names,
+                                             const char *outputs)
 {
     KMP_WANTED(NULL, ws, "workspace");
     ws->message[0] = '\0';
@@ -146,7 +188,15 @@ kempe_status kempe_workspace_add_derivatives(kempe_workspace *ws, int count, con
         }
         KMP_TRY(status);
     }
-    return add_names(ws, count, names);
+    return add_names(ws, count, names, outputs);
+}
+
+kempe_status kmp_derivatives_prepared(kempe_workspace *ws)
+{
+    if (ws->derivatives.self)
+        return KEMPE_OK;
+    (void)kmp_workspace_fail(ws, "derivatives are not prepared: call kempe_workspace_add_derivatives first");
+    return KEMPE_E_ARGUMENT;
 }
 
 int kempe_workspace_name_count(const kempe_workspace *ws)
@@ -155,14 +205,104 @@ int kempe_workspace_name_count(const kempe_workspace *ws)
     return d ? d->names : 0;
 }
 
-/* -- in all coordinates ------------------------------------------------------------------------------ */
+int kempe_workspace_output_count(const kempe_workspace *ws)
+{
+    const kmp_state_derivatives *d = ws ? ws->derivatives.self : NULL;
+    return d ? d->outputs : 0;
+}
 
-/* A row of derivatives by q, by qd or by Q: the blocks by which M qdd + C - J' lambda and J qdd + jdqd change. */
-typedef struct direction {
-    kmp_tangent_block force, curve;
-    double *qdd, *lambda; /* NULL: not wanted */
-    bool of_effort;       /* by Q: no block */
-} direction;
+const char *kempe_workspace_output_name(const kempe_workspace *ws, int k)
+{
+    const kmp_state_derivatives *d = ws ? ws->derivatives.self : NULL;
+    return d && k >= 0 && k < d->outputs ? d->output_name[k] : NULL;
+}
+
+/* -- the response to a small change ---------------------------------------------------------------- */
+
+/* The change of the equations by all names, one after another as kmp_slopes_change has it. */
+static kmp_change change_by_names(kmp_state_derivatives *d, const kmp_state_change *change)
+{
+    const int m = d->tangents.m, size = 3 * m + d->tangents.n;
+    memset(d->sum, 0, (size_t)size * sizeof *d->sum);
+    for (int k = 0; k < d->names; k++) {
+        const double by = change->names ? change->names[k] : k == change->name;
+        if (by == 0)
+            continue;
+        (void)kmp_slopes_change(d->slopes, k, d->part);
+        for (int i = 0; i < size; i++)
+            d->sum[i] += by * d->part[i];
+    }
+    return (kmp_change){.h = d->sum, .rate = d->sum + m, .curve = d->sum + 2 * m, .force = d->sum + 3 * m};
+}
+
+void kmp_derivatives_respond(kempe_workspace *ws, const kmp_derivative_point *point, const kmp_state_change *change)
+{
+    kmp_state_derivatives *d = ws->derivatives.self;
+    const kmp_change by_names = change_by_names(d, change);
+    memcpy(d->force, by_names.force, (size_t)ws->n * sizeof *d->force);
+    memcpy(d->curve, by_names.curve, (size_t)ws->m * sizeof *d->curve);
+    if (change->q) {
+        kmp_tangents_add(&d->tangents, KMP_R_Q, point->tangents, 1, change->q, d->force);
+        kmp_tangents_add(&d->tangents, KMP_CURVE_Q, point->tangents, 1, change->q, d->curve);
+    }
+    if (change->qd) {
+        kmp_tangents_add(&d->tangents, KMP_R_QD, point->tangents, 1, change->qd, d->force);
+        kmp_tangents_add(&d->tangents, KMP_CURVE_QD, point->tangents, 1, change->qd, d->curve);
+    }
+    for (int i = 0; change->Q && i < ws->n; i++)
+        d->force[i] -= change->Q[i];
+    kmp_derivatives_solve(ws, point);
+}
+
+void kmp_derivatives_solve(kempe_workspace *ws, const kmp_derivative_point *point)
+{
+    kmp_state_derivatives *d = ws->derivatives.self;
+    if (point->reduced)
+        kmp_reduction_solve_saddle(&ws->red, d->force, d->curve, d->x, d->a);
+    else
+        kmp_saddle_solve(&ws->saddle, d->force, d->curve, d->x, d->a);
+}
+
+void kmp_derivatives_of_outputs(kempe_workspace *ws, const kmp_state_change *change, double *y)
+{
+    kmp_state_derivatives *d = ws->derivatives.self;
+    if (!y || d->outputs == 0)
+        return;
+    kmp_slopes_along(d->slopes, &d->slopes->outputs,
+                     &(kmp_direction){.q = (double *)change->q,
+                                      .qd = (double *)change->qd,
+                                      .qdd = d->x,
+                                      .lambda = d->a,
+                                      .parameters = (double *)change->names},
+                     change->name, d->values);
+    for (int k = 0; k < d->outputs; k++)
+        y[k] = d->values[d->shown[k]];
+}
+
+void kmp_derivatives_outputs(const kempe_workspace *ws, const kmp_derivative_point *point, double *y)
+{
+    const kmp_state_derivatives *d = ws->derivatives.self;
+    for (int k = 0; y && k < d->outputs; k++)
+        y[k] = point->shown[d->shown[k]];
+}
+
+void kmp_derivatives_follow(kempe_workspace *ws, const kmp_derivative_point *point, const double *u, const double *ud,
+                            const kmp_state_change *names, double *udd)
+{
+    kmp_state_derivatives *d = ws->derivatives.self;
+    kmp_change change = change_by_names(d, names);
+    change.u = u;
+    change.ud = ud;
+    kmp_follow(&ws->red, &d->tangents, point->tangents, false, &change,
+               &(kmp_response){.q = d->dq, .qd = d->dqd, .residual = udd}, d->room);
+    /* udd from the change of the reduced residual in it. */
+    for (int k = 0; udd && k < ws->part.p; k++)
+        udd[k] = -udd[k];
+    if (udd)
+        kmp_reduction_solve_mass(&ws->red, udd);
+}
+
+/* -- in all coordinates ------------------------------------------------------------------------------ */
 
 static void put_column(double *matrix, int rows, int column, const double *values)
 {
@@ -170,96 +310,90 @@ static void put_column(double *matrix, int rows, int column, const double *value
         memcpy(matrix + (ptrdiff_t)column * rows, values, (size_t)rows * sizeof *matrix);
 }
 
-/* Derivatives by each coordinate from the factors of the state. */
-static void derive_all(kempe_workspace *ws, const double *tangents, bool reduced, const direction *by)
-{
-    kmp_state_derivatives *d = ws->derivatives.self;
-    for (int j = 0; (by->qdd || by->lambda) && j < ws->n; j++) {
-        memset(d->force, 0, (size_t)ws->n * sizeof *d->force);
-        memset(d->curve, 0, (size_t)ws->m * sizeof *d->curve);
-        d->unit[j] = 1;
-        if (by->of_effort) {
-            d->force[j] = -1;
-        } else {
-            kmp_tangents_add(&d->tangents, by->force, tangents, 1, d->unit, d->force);
-            kmp_tangents_add(&d->tangents, by->curve, tangents, 1, d->unit, d->curve);
-        }
-        d->unit[j] = 0;
-        if (reduced)
-            kmp_reduction_solve_saddle(&ws->red, d->force, d->curve, d->x, d->a);
-        else
-            kmp_saddle_solve(&ws->saddle, d->force, d->curve, d->x, d->a);
-        put_column(by->qdd, ws->n, j, d->x);
-        put_column(by->lambda, ws->m, j, d->a);
-    }
-}
-
-/* Derivatives by each named input and parameter. */
-static void derive_names(kempe_workspace *ws, bool reduced, const kempe_workspace_derivatives *out)
-{
-    kmp_state_derivatives *d = ws->derivatives.self;
-    for (int k = 0; (out->qdd_p || out->lambda_p) && k < d->names; k++) {
-        const kmp_change change = kmp_slopes_change(d->slopes, k, d->part);
-        if (reduced)
-            kmp_reduction_solve_saddle(&ws->red, change.force, change.curve, d->x, d->a);
-        else
-            kmp_saddle_solve(&ws->saddle, change.force, change.curve, d->x, d->a);
-        put_column(out->qdd_p, ws->n, k, d->x);
-        put_column(out->lambda_p, ws->m, k, d->a);
-    }
-}
-
-/* -- along closed motions ---------------------------------------------------------------------------- */
-
-/* udd from the change of the reduced residual in it. */
-static void accelerate(const kempe_workspace *ws, double *udd)
-{
-    for (int k = 0; k < ws->part.p; k++)
-        udd[k] = -udd[k];
-    kmp_reduction_solve_mass(&ws->red, udd);
-}
-
 static double *column_of(double *matrix, int rows, int column)
 {
     return matrix ? matrix + (ptrdiff_t)column * rows : NULL;
 }
 
-static void derive_closed(kempe_workspace *ws, const double *tangents, const kempe_workspace_derivatives *out)
+/* Matrices of accelerations, multipliers and outputs by one kind of change; NULL: not wanted. */
+typedef struct columns_by {
+    double *qdd, *lambda, *y;
+} columns_by;
+
+/* Column j, of the change. */
+static void derive_column(kempe_workspace *ws, const kmp_derivative_point *point, const columns_by *by, int j,
+                          const kmp_state_change *change)
+{
+    const kmp_state_derivatives *d = ws->derivatives.self;
+    kmp_derivatives_respond(ws, point, change);
+    put_column(by->qdd, ws->n, j, d->x);
+    put_column(by->lambda, ws->m, j, d->a);
+    kmp_derivatives_of_outputs(ws, change, column_of(by->y, d->outputs, j));
+}
+
+static void derive_all(kempe_workspace *ws, const kmp_derivative_point *point, const kempe_workspace_derivatives *out)
 {
     kmp_state_derivatives *d = ws->derivatives.self;
-    const int n = ws->n, p = ws->part.p;
+    const columns_by by[] = {{out->qdd_q, out->lambda_q, out->y_q},
+                             {out->qdd_qd, out->lambda_qd, out->y_qd},
+                             {out->qdd_Q, out->lambda_Q, out->y_Q},
+                             {out->qdd_p, out->lambda_p, out->y_p}};
+    const kmp_state_change along[] = {
+        {.q = d->unit, .name = -1}, {.qd = d->unit, .name = -1}, {.Q = d->unit, .name = -1}};
+    for (int kind = 0; kind < 3; kind++)
+        for (int j = 0; (by[kind].qdd || by[kind].lambda || by[kind].y) && j < ws->n; j++) {
+            d->unit[j] = 1;
+            derive_column(ws, point, &by[kind], j, &along[kind]);
+            d->unit[j] = 0;
+        }
+    for (int k = 0; (by[3].qdd || by[3].lambda || by[3].y) && k < d->names; k++)
+        derive_column(ws, point, &by[3], k, &(kmp_state_change){.name = k});
+}
+
+/* -- along closed motions ---------------------------------------------------------------------------- */
+
+/* Outputs change with the coordinates, and with accelerations and multipliers, whose change follows from theirs. */
+static void follow_outputs(kempe_workspace *ws, const kmp_derivative_point *point, bool moves, int name, double *y)
+{
+    const kmp_state_derivatives *d = ws->derivatives.self;
+    const kmp_state_change change = {.q = moves ? d->dq : NULL, .qd = d->dqd, .name = name};
+    if (!y || d->outputs == 0)
+        return;
+    kmp_derivatives_respond(ws, point, &change);
+    kmp_derivatives_of_outputs(ws, &change, y);
+}
+
+static void derive_closed(kempe_workspace *ws, const kmp_derivative_point *point,
+                          const kempe_workspace_derivatives *out)
+{
+    kmp_state_derivatives *d = ws->derivatives.self;
+    const int n = ws->n, p = ws->part.p, outputs = d->outputs;
+    const kmp_state_change none = {.name = -1};
     for (int k = 0; k < p; k++) {
-        double *by_u = column_of(out->udd_u, p, k), *by_ud = column_of(out->udd_ud, p, k);
         d->unit[k] = 1;
-        if (by_u || out->q_u || out->qd_u)
-            kmp_follow(
-                &ws->red, &d->tangents, tangents, false, &(kmp_change){.u = d->unit},
-                &(kmp_response){.q = column_of(out->q_u, n, k), .qd = column_of(out->qd_u, n, k), .residual = by_u},
-                d->room);
-        if (by_ud)
-            kmp_follow(&ws->red, &d->tangents, tangents, false, &(kmp_change){.ud = d->unit},
-                       &(kmp_response){.residual = by_ud}, d->room);
+        if (out->udd_u || out->q_u || out->qd_u || out->y_u) {
+            kmp_derivatives_follow(ws, point, d->unit, NULL, &none, column_of(out->udd_u, p, k));
+            put_column(out->q_u, n, k, d->dq);
+            put_column(out->qd_u, n, k, d->dqd);
+            follow_outputs(ws, point, true, -1, column_of(out->y_u, outputs, k));
+        }
+        if (out->udd_ud || out->y_ud) {
+            kmp_derivatives_follow(ws, point, NULL, d->unit, &none, column_of(out->udd_ud, p, k));
+            follow_outputs(ws, point, false, -1, column_of(out->y_ud, outputs, k));
+        }
         d->unit[k] = 0;
-        if (by_u)
-            accelerate(ws, by_u);
-        if (by_ud)
-            accelerate(ws, by_ud);
     }
-    for (int k = 0; (out->udd_p || out->q_p || out->qd_p) && k < d->names; k++) {
-        const kmp_change change = kmp_slopes_change(d->slopes, k, d->part);
-        double *by_name = column_of(out->udd_p, p, k);
-        kmp_follow(
-            &ws->red, &d->tangents, tangents, false, &change,
-            &(kmp_response){.q = column_of(out->q_p, n, k), .qd = column_of(out->qd_p, n, k), .residual = by_name},
-            d->room);
-        if (by_name)
-            accelerate(ws, by_name);
+    for (int k = 0; (out->udd_p || out->q_p || out->qd_p || out->y_up) && k < d->names; k++) {
+        kmp_derivatives_follow(ws, point, NULL, NULL, &(kmp_state_change){.name = k}, column_of(out->udd_p, p, k));
+        put_column(out->q_p, n, k, d->dq);
+        put_column(out->qd_p, n, k, d->dqd);
+        follow_outputs(ws, point, true, k, column_of(out->y_up, outputs, k));
     }
     for (int j = 0; out->udd_Q && j < n; j++) {
         double *by_effort = column_of(out->udd_Q, p, j);
         for (int k = 0; k < p; k++)
-            by_effort[k] = -ws->red.x[j + (ptrdiff_t)k * n];
-        accelerate(ws, by_effort);
+            by_effort[k] = ws->red.x[j + (ptrdiff_t)k * n];
+        kmp_reduction_solve_mass(&ws->red, by_effort);
     }
 }
 
@@ -280,12 +414,28 @@ static kempe_status require_closed(kempe_workspace *ws, double t)
                               ws->system->row_names[row], kmp_eval_opening(ws->eval, row), t);
 }
 
-static kempe_status require_prepared(kempe_workspace *ws)
+kempe_status kmp_derivative_point_take(kempe_workspace *ws, double t, const double *q, const double *qd,
+                                       const double *Q, bool closed, kmp_derivative_point *point)
 {
-    if (ws->derivatives.self)
-        return KEMPE_OK;
-    (void)kmp_workspace_fail(ws, "derivatives are not prepared: call kempe_workspace_add_derivatives first");
-    return KEMPE_E_ARGUMENT;
+    KMP_TRY(kmp_derivatives_prepared(ws));
+    kmp_state_derivatives *d = ws->derivatives.self;
+    *point = (kmp_derivative_point){.shown = NULL};
+    KMP_TRY(kmp_workspace_solve(ws, t, q, qd, Q, &point->reduced));
+    if (closed && !point->reduced)
+        return kmp_workspace_fail(
+            ws,
+            "derivatives by the independent coordinates do not exist at t = %.9g s, because these coordinates "
+            "do not describe the motion there: take the derivatives by all coordinates",
+            t);
+    if (closed)
+        KMP_TRY(require_closed(ws, t));
+    const kmp_instant at = kmp_instant_of(ws->eval, t, ws->q, ws->qd, ws->answer, ws->answer + ws->n);
+    point->tangents = kmp_tangents_derivatives(&d->tangents, &at);
+    if (d->names > 0)
+        kmp_slopes_at(d->slopes, &at);
+    if (d->outputs > 0)
+        point->shown = kmp_slopes_values(&d->slopes->outputs, &at);
+    return KEMPE_OK;
 }
 
 kempe_status kempe_workspace_forward_derivatives(kempe_workspace *ws, double t, const double *q, const double *qd,
@@ -296,32 +446,14 @@ kempe_status kempe_workspace_forward_derivatives(kempe_workspace *ws, double t, 
     if (!kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) ||
         !kmp_workspace_given(ws, "qdd", qdd) || !kmp_workspace_given(ws, "out", out))
         return KEMPE_E_ARGUMENT;
-    KMP_TRY(require_prepared(ws));
-    kmp_state_derivatives *d = ws->derivatives.self;
-    bool reduced;
-    KMP_TRY(kmp_workspace_solve(ws, t, q, qd, Q, &reduced));
-    const bool closed =
-        out->udd_u || out->udd_ud || out->udd_Q || out->q_u || out->qd_u || out->udd_p || out->q_p || out->qd_p;
-    if (closed && !reduced)
-        return kmp_workspace_fail(
-            ws,
-            "derivatives by the independent coordinates do not exist at t = %.9g s, because these coordinates "
-            "do not describe the motion there: take the derivatives by all coordinates",
-            t);
+    const bool closed = out->udd_u || out->udd_ud || out->udd_Q || out->q_u || out->qd_u || out->udd_p || out->q_p ||
+                        out->qd_p || out->y_u || out->y_ud || out->y_up;
+    kmp_derivative_point point;
+    KMP_TRY(kmp_derivative_point_take(ws, t, q, qd, Q, closed, &point));
+    derive_all(ws, &point, out);
     if (closed)
-        KMP_TRY(require_closed(ws, t));
-    const kmp_instant at = kmp_instant_of(ws->eval, t, ws->q, ws->qd, ws->answer, ws->answer + ws->n);
-    const double *tangents = kmp_tangents_derivatives(&d->tangents, &at);
-    if (d->slopes)
-        kmp_slopes_at(d->slopes, &at);
-    const direction by[] = {{KMP_R_Q, KMP_CURVE_Q, out->qdd_q, out->lambda_q, false},
-                            {KMP_R_QD, KMP_CURVE_QD, out->qdd_qd, out->lambda_qd, false},
-                            {KMP_R_Q, KMP_CURVE_Q, out->qdd_Q, out->lambda_Q, true}};
-    for (size_t k = 0; k < sizeof by / sizeof *by; k++)
-        derive_all(ws, tangents, reduced, &by[k]);
-    derive_names(ws, reduced, out);
-    if (closed)
-        derive_closed(ws, tangents, out);
+        derive_closed(ws, &point, out);
+    kmp_derivatives_outputs(ws, &point, out->y);
     memcpy(qdd, ws->answer, (size_t)ws->n * sizeof *qdd);
     if (lambda)
         memcpy(lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *lambda);
@@ -343,20 +475,25 @@ kempe_status kempe_workspace_derivative_states(kempe_workspace *ws, int count, c
         !kmp_workspace_given(ws, "qdd", qdd) || !kmp_workspace_given(ws, "rows", rows))
         return KEMPE_E_ARGUMENT;
     KMP_TRY(kmp_workspace_check_count(ws, count));
-    const int n = ws->n, m = ws->m, p = kempe_workspace_independent_count(ws), names = kempe_workspace_name_count(ws);
+    const int n = ws->n, m = ws->m, p = kempe_workspace_independent_count(ws), names = kempe_workspace_name_count(ws),
+              outputs = kempe_workspace_output_count(ws);
     kempe_status status = KEMPE_OK;
     int k = 0;
     for (; k < count && status == KEMPE_OK; k++) {
         const ptrdiff_t at = (ptrdiff_t)k * n;
         const kempe_workspace_derivatives out = {
-            place_of(rows->qdd_q, n * n, k),        place_of(rows->qdd_qd, n * n, k),
-            place_of(rows->qdd_Q, n * n, k),        place_of(rows->lambda_q, m * n, k),
-            place_of(rows->lambda_qd, m * n, k),    place_of(rows->lambda_Q, m * n, k),
-            place_of(rows->udd_u, p * p, k),        place_of(rows->udd_ud, p * p, k),
-            place_of(rows->udd_Q, p * n, k),        place_of(rows->q_u, n * p, k),
-            place_of(rows->qd_u, n * p, k),         place_of(rows->qdd_p, n * names, k),
-            place_of(rows->lambda_p, m * names, k), place_of(rows->udd_p, p * names, k),
-            place_of(rows->q_p, n * names, k),      place_of(rows->qd_p, n * names, k)};
+            place_of(rows->qdd_q, n * n, k),         place_of(rows->qdd_qd, n * n, k),
+            place_of(rows->qdd_Q, n * n, k),         place_of(rows->lambda_q, m * n, k),
+            place_of(rows->lambda_qd, m * n, k),     place_of(rows->lambda_Q, m * n, k),
+            place_of(rows->udd_u, p * p, k),         place_of(rows->udd_ud, p * p, k),
+            place_of(rows->udd_Q, p * n, k),         place_of(rows->q_u, n * p, k),
+            place_of(rows->qd_u, n * p, k),          place_of(rows->qdd_p, n * names, k),
+            place_of(rows->lambda_p, m * names, k),  place_of(rows->udd_p, p * names, k),
+            place_of(rows->q_p, n * names, k),       place_of(rows->qd_p, n * names, k),
+            place_of(rows->y, outputs, k),           place_of(rows->y_q, outputs * n, k),
+            place_of(rows->y_qd, outputs * n, k),    place_of(rows->y_Q, outputs * n, k),
+            place_of(rows->y_p, outputs * names, k), place_of(rows->y_u, outputs * p, k),
+            place_of(rows->y_ud, outputs * p, k),    place_of(rows->y_up, outputs * names, k)};
         status = kempe_workspace_forward_derivatives(ws, t[t_step ? k : 0], q + at, qd + at, Q ? Q + at : NULL,
                                                      qdd + at, place_of(lambda, m, k), &out);
     }
@@ -373,7 +510,7 @@ kempe_status kempe_workspace_inverse_derivatives(kempe_workspace *ws, double t, 
     KMP_WANTED(NULL, ws, "workspace");
     if (!kmp_workspace_given(ws, "out", out))
         return KEMPE_E_ARGUMENT;
-    KMP_TRY(require_prepared(ws));
+    KMP_TRY(kmp_derivatives_prepared(ws));
     KMP_TRY(kempe_workspace_inverse_dynamics(ws, t, q, qd, qdd, Q));
     kmp_state_derivatives *d = ws->derivatives.self;
     const int n = ws->n;
@@ -390,7 +527,7 @@ kempe_status kempe_workspace_inverse_derivatives(kempe_workspace *ws, double t, 
             kmp_tangents_add(&d->tangents, block[k], tangents, 1, d->unit, by[k] + (ptrdiff_t)j * n);
             d->unit[j] = 0;
         }
-    if (out->Q_p && d->slopes)
+    if (out->Q_p && d->names > 0)
         kmp_slopes_at(d->slopes, &at);
     for (int k = 0; out->Q_p && k < d->names; k++)
         put_column(out->Q_p, n, k, kmp_slopes_change(d->slopes, k, d->part).force);

@@ -1,0 +1,225 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Products of the derivatives at a state with vectors, without the matrices: along a direction, one solution of the
+ * saddle system with the change of the equations; of weights, one solution with the weights, because the system is
+ * symmetric but for a sign, and products with the transposed derivatives of the equations. Second derivatives along two
+ * directions are one more solution, with the second derivatives of the equations along both. */
+#include "analyses/derivatives/state_derivatives.h"
+#include "base/context.h"
+#include "constraints/evaluation/tangent.h"
+#include "linalg/dense/dot.h"
+#include <kempe/derivatives.h>
+#include <string.h>
+
+static kempe_status refuse_both(kempe_workspace *ws, bool all, bool closed)
+{
+    if (!all || !closed)
+        return KEMPE_OK;
+    (void)kmp_workspace_fail(ws, "q and qd change with u and ud: give changes of all coordinates, or of the "
+                                 "independent ones");
+    return KEMPE_E_ARGUMENT;
+}
+
+static bool given(kempe_workspace *ws, const double *q, const double *qd, const void *direction)
+{
+    return kmp_workspace_given(ws, "q", q) && kmp_workspace_given(ws, "qd", qd) &&
+           kmp_workspace_given(ws, "direction", direction);
+}
+
+static void put_values(const kempe_workspace *ws, const kmp_derivative_point *point, const kempe_forward_values *value)
+{
+    if (value && value->qdd)
+        memcpy(value->qdd, ws->answer, (size_t)ws->n * sizeof *value->qdd);
+    if (value && value->lambda)
+        memcpy(value->lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *value->lambda);
+    if (value)
+        kmp_derivatives_outputs(ws, point, value->y);
+}
+
+kempe_status kempe_workspace_forward_jvp(kempe_workspace *ws, double t, const double *q, const double *qd,
+                                         const double *Q, const kempe_state_direction *direction,
+                                         const kempe_forward_values *value, const kempe_forward_values *change)
+{
+    KMP_WANTED(NULL, ws, "workspace");
+    if (!given(ws, q, qd, direction) || !kmp_workspace_given(ws, "change", change))
+        return KEMPE_E_ARGUMENT;
+    const bool closed = direction->u || direction->ud;
+    KMP_TRY(refuse_both(ws, direction->q || direction->qd, closed));
+    kmp_derivative_point point;
+    KMP_TRY(kmp_derivative_point_take(ws, t, q, qd, Q, closed, &point));
+    kmp_state_derivatives *d = ws->derivatives.self;
+    kmp_state_change along = {direction->q, direction->qd, direction->Q, direction->p, -1};
+    if (closed) {
+        kmp_derivatives_follow(ws, &point, direction->u, direction->ud, &along, NULL);
+        along.q = d->dq;
+        along.qd = d->dqd;
+    }
+    kmp_derivatives_respond(ws, &point, &along);
+    if (change->qdd)
+        memcpy(change->qdd, d->x, (size_t)ws->n * sizeof *change->qdd);
+    if (change->lambda)
+        memcpy(change->lambda, d->a, (size_t)ws->m * sizeof *change->lambda);
+    kmp_derivatives_of_outputs(ws, &along, change->y);
+    put_values(ws, &point, value);
+    return KEMPE_OK;
+}
+
+/* -- weights ----------------------------------------------------------------------------------------- */
+
+/* Gradients by q, qd and the names in d->dq, d->dqd and `names`, by Q in d->x, of weights of accelerations,
+ * multipliers and outputs. */
+static void weigh(kempe_workspace *ws, const kmp_derivative_point *point, const kempe_forward_values *weight,
+                  double *names)
+{
+    kmp_state_derivatives *d = ws->derivatives.self;
+    const int n = ws->n, m = ws->m;
+    double *by_qdd = d->room, *by_lambda = by_qdd + n;
+    kmp_copy_or_zero(n, weight->qdd, by_qdd);
+    kmp_copy_or_zero(m, weight->lambda, by_lambda);
+    memset(d->dq, 0, (size_t)n * sizeof *d->dq);
+    memset(d->dqd, 0, (size_t)n * sizeof *d->dqd);
+    if (weight->y && d->outputs > 0) {
+        memset(d->values, 0, (size_t)d->slopes->shown * sizeof *d->values);
+        for (int k = 0; k < d->outputs; k++)
+            d->values[d->shown[k]] += weight->y[k];
+        kmp_slopes_gradient(d->slopes, &d->slopes->outputs, d->values,
+                            &(kmp_direction){NULL, d->dq, d->dqd, by_qdd, by_lambda, names});
+    }
+    /* M x - J' a = w of qdd, J x = -(w of lambda): then -x and a weigh the changes of both equations. */
+    for (int i = 0; i < n; i++)
+        d->force[i] = -by_qdd[i];
+    memcpy(d->curve, by_lambda, (size_t)m * sizeof *d->curve);
+    kmp_derivatives_solve(ws, point);
+    for (int i = 0; i < n; i++)
+        d->force[i] = -d->x[i];
+    kmp_tangents_add_transposed(&d->tangents, KMP_R_Q, point->tangents, d->force, d->dq);
+    kmp_tangents_add_transposed(&d->tangents, KMP_CURVE_Q, point->tangents, d->a, d->dq);
+    kmp_tangents_add_transposed(&d->tangents, KMP_R_QD, point->tangents, d->force, d->dqd);
+    kmp_tangents_add_transposed(&d->tangents, KMP_CURVE_QD, point->tangents, d->a, d->dqd);
+    if (names)
+        kmp_slopes_weighted(d->slopes, NULL, NULL, d->a, d->force, names);
+}
+
+/* Turns gradients by all coordinates into gradients by the independent ones, their rates and the names, with which all
+ * coordinates change. */
+static void gather(kempe_workspace *ws, const kmp_derivative_point *point, const kempe_state_gradient *gradient)
+{
+    kmp_state_derivatives *d = ws->derivatives.self;
+    const int n = ws->n, p = ws->part.p;
+    double *by_q = d->force, *by_qd = d->x; /* both are no longer needed */
+    memcpy(by_q, d->dq, (size_t)n * sizeof *by_q);
+    memcpy(by_qd, d->dqd, (size_t)n * sizeof *by_qd);
+    const kmp_state_change none = {.name = -1};
+    for (int k = 0; k < p; k++) {
+        d->unit[k] = 1;
+        if (gradient->u) {
+            kmp_derivatives_follow(ws, point, d->unit, NULL, &none, NULL);
+            gradient->u[k] = kmp_dot(n, by_q, d->dq) + kmp_dot(n, by_qd, d->dqd);
+        }
+        if (gradient->ud) {
+            kmp_derivatives_follow(ws, point, NULL, d->unit, &none, NULL);
+            gradient->ud[k] = kmp_dot(n, by_qd, d->dqd);
+        }
+        d->unit[k] = 0;
+    }
+    for (int k = 0; gradient->p && k < d->names; k++) {
+        kmp_derivatives_follow(ws, point, NULL, NULL, &(kmp_state_change){.name = k}, NULL);
+        gradient->p[k] += kmp_dot(n, by_q, d->dq) + kmp_dot(n, by_qd, d->dqd);
+    }
+}
+
+kempe_status kempe_workspace_forward_vjp(kempe_workspace *ws, double t, const double *q, const double *qd,
+                                         const double *Q, const kempe_forward_values *weight,
+                                         const kempe_forward_values *value, const kempe_state_gradient *gradient)
+{
+    KMP_WANTED(NULL, ws, "workspace");
+    if (!given(ws, q, qd, gradient) || !kmp_workspace_given(ws, "weight", weight))
+        return KEMPE_E_ARGUMENT;
+    const bool closed = gradient->u || gradient->ud;
+    KMP_TRY(refuse_both(ws, gradient->q || gradient->qd, closed));
+    kmp_derivative_point point;
+    KMP_TRY(kmp_derivative_point_take(ws, t, q, qd, Q, closed, &point));
+    kmp_state_derivatives *d = ws->derivatives.self;
+    double *names = d->names > 0 ? gradient->p : NULL;
+    if (names)
+        memset(names, 0, (size_t)d->names * sizeof *names);
+    weigh(ws, &point, weight, names);
+    if (gradient->q)
+        memcpy(gradient->q, d->dq, (size_t)ws->n * sizeof *gradient->q);
+    if (gradient->qd)
+        memcpy(gradient->qd, d->dqd, (size_t)ws->n * sizeof *gradient->qd);
+    if (gradient->Q)
+        memcpy(gradient->Q, d->x, (size_t)ws->n * sizeof *gradient->Q);
+    if (closed)
+        gather(ws, &point, gradient);
+    put_values(ws, &point, value);
+    return KEMPE_OK;
+}
+
+/* -- second derivatives ------------------------------------------------------------------------------- */
+
+kempe_status kempe_workspace_add_second_derivatives(kempe_workspace *ws)
+{
+    KMP_WANTED(NULL, ws, "workspace");
+    KMP_TRY(kmp_derivatives_prepared(ws));
+    kmp_state_derivatives *d = ws->derivatives.self;
+    if (d->bends)
+        return KEMPE_OK;
+    ws->message[0] = '\0';
+    kmp_context_clear(ws->system->context);
+    const kempe_status status = kmp_second_derivatives_init(&d->second, ws->system, ws->eval->backend, 0, NULL);
+    d->bends = status == KEMPE_OK;
+    if (d->bends)
+        return KEMPE_OK;
+    (void)kmp_workspace_fail(ws, "%s", kempe_context_message(ws->system->context));
+    return status == KEMPE_E_FAILED ? KEMPE_E_ARGUMENT : status;
+}
+
+static kempe_status respond_to(kempe_workspace *ws, const kmp_derivative_point *point,
+                               const kempe_state_direction *along)
+{
+    if (along->p || along->u || along->ud) {
+        (void)kmp_workspace_fail(ws,
+                                 "second derivatives exist along directions of q, qd and Q only: leave out p, u and "
+                                 "ud");
+        return KEMPE_E_ARGUMENT;
+    }
+    kmp_derivatives_respond(ws, point, &(kmp_state_change){along->q, along->qd, along->Q, NULL, -1});
+    return KEMPE_OK;
+}
+
+kempe_status kempe_workspace_forward_second(kempe_workspace *ws, double t, const double *q, const double *qd,
+                                            const double *Q, const kempe_state_direction *first,
+                                            const kempe_state_direction *second, const kempe_forward_values *change)
+{
+    KMP_WANTED(NULL, ws, "workspace");
+    if (!given(ws, q, qd, first) || !kmp_workspace_given(ws, "second", second) ||
+        !kmp_workspace_given(ws, "change", change))
+        return KEMPE_E_ARGUMENT;
+    KMP_TRY(kmp_derivatives_prepared(ws));
+    kmp_state_derivatives *d = ws->derivatives.self;
+    if (!d->bends || change->y) {
+        (void)kmp_workspace_fail(ws, change->y ? "second derivatives of outputs do not exist: leave out y"
+                                               : "second derivatives are not prepared: call "
+                                                 "kempe_workspace_add_second_derivatives first");
+        return KEMPE_E_ARGUMENT;
+    }
+    kmp_derivative_point point;
+    KMP_TRY(kmp_derivative_point_take(ws, t, q, qd, Q, false, &point));
+    KMP_TRY(respond_to(ws, &point, first));
+    memcpy(d->x_before, d->x, (size_t)ws->n * sizeof *d->x);
+    memcpy(d->a_before, d->a, (size_t)ws->m * sizeof *d->a);
+    KMP_TRY(respond_to(ws, &point, second));
+    const kmp_instant at = kmp_instant_of(ws->eval, t, ws->q, ws->qd, ws->answer, ws->answer + ws->n);
+    kmp_formulas_place(&d->second.bent, &at);
+    const kmp_second_values bent =
+        kmp_second_derivatives_along(&d->second, &(kmp_variation){first->q, first->qd, d->x_before, d->a_before},
+                                     &(kmp_variation){second->q, second->qd, d->x, d->a}, NULL);
+    memcpy(d->force, bent.force, (size_t)ws->n * sizeof *d->force);
+    memcpy(d->curve, bent.curve, (size_t)ws->m * sizeof *d->curve);
+    kmp_derivatives_solve(ws, &point);
+    if (change->qdd)
+        memcpy(change->qdd, d->x, (size_t)ws->n * sizeof *change->qdd);
+    if (change->lambda)
+        memcpy(change->lambda, d->a, (size_t)ws->m * sizeof *change->lambda);
+    return KEMPE_OK;
+}
