@@ -26,6 +26,8 @@
 #define KMP_RANK_NOT_REDUNDANT 1e-8
 /** Effect of actuators on the reduced equations, over the largest: smaller ones have none. */
 #define KMP_RANK_ACTUATORS 1e-9
+/** Generalized forces that actuators leave, over the largest required one: smaller ones are rounding. */
+#define KMP_EFFORTS_LEFT 1e-9
 /** A block of the scaled Jv whose least pivot is below this part of its largest has no sign. */
 #define KMP_RANK_SIGN 1e-9
 /** A condition of second order is zero: configurations are closed to 1e-13, singular ones to the root of 1e-13. A first

@@ -134,6 +134,8 @@ void kempe_workspace_free(kempe_workspace *ws)
     kmp_stage_lanes_free(&ws->many.stages);
     if (ws->derivatives.self)
         ws->derivatives.free(ws->derivatives.self);
+    if (ws->actuators.self)
+        ws->actuators.free(ws->actuators.self);
     kmp_arena_free(&ws->arena);
     kmp_reduction_free(&ws->red);
     kmp_partition_free(&ws->part);

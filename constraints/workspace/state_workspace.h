@@ -18,7 +18,8 @@ typedef struct kmp_state_lanes {
     double *values;         /* outputs lane by lane */
 } kmp_state_lanes;
 
-/* An object that a wing adds to a workspace: derivatives (src/analyses/derivatives/state_derivatives.c). */
+/* An object that a wing adds to a workspace: derivatives (src/analyses/derivatives/state_derivatives.c), actuators
+ * (src/analyses/inverse/state_torque.c). */
 typedef struct kmp_workspace_part {
     void *self; /* NULL: there is none */
     void (*free)(void *self);
@@ -54,7 +55,7 @@ struct kempe_workspace {
     int *closure_rows, closure_count;          /* m; rows that belong to no friction and no contact */
     kmp_workspace_friction friction;
     kmp_state_lanes many;
-    kmp_workspace_part derivatives;
+    kmp_workspace_part derivatives, actuators;
     bool visits; /* states of one call: the message of an earlier one stays */
     char message[400];
 };

@@ -18,6 +18,7 @@
 #define KEMPE_INVERSE_H
 
 #include <kempe/table.h>
+#include <kempe/workspace.h>
 
 KEMPE_BEGIN
 
@@ -76,6 +77,40 @@ KEMPE_API kempe_status kempe_inverse_table(const kempe_inverse *inverse, const c
 /** Writes a self-contained HTML page: the prescribed motion, all columns of "rows" as curves. KEMPE_E_IO: the path
  * cannot be written, or an error of kempe_report_check (compare.h). */
 KEMPE_API kempe_status kempe_inverse_write_report(const kempe_inverse *inverse, const char *path);
+
+/** Names the actuators of a workspace: `count` coordinates on which they act, with weights of their forces (positive;
+ * NULL: all 1), which decide where there are more actuators than degrees of freedom. Another call replaces them.
+ * KEMPE_E_ARGUMENT, with the reason in the message of the workspace: a name does not name a coordinate, or stands
+ * twice; a weight is not positive; the model has contacts, or its friction may stick. KEMPE_E_MEMORY. */
+KEMPE_API kempe_status kempe_workspace_add_actuators(kempe_workspace *workspace, int count, const char *const *names,
+                                                     const double *weights);
+
+/** The number of actuators of a workspace. */
+KEMPE_API int kempe_workspace_actuator_count(const kempe_workspace *workspace);
+
+/** Computed torque at a closed state: the forces tau of the actuators (kempe_workspace_actuator_count) that give the
+ * accelerations qdd (n), through the loops; the sum of weight tau^2 is the least possible. Dependent accelerations
+ * follow from the independent ones, and are not read. Rows of drives and locks do not act: their forces are the
+ * actuators'. `lambda` (m; NULL: not required): the multipliers. KEMPE_E_ARGUMENT: there are no actuators.
+ * KEMPE_E_FAILED, with the reason: the loops are open or singular; the actuators cannot produce the accelerations, and
+ * tau is the least-squares solution. No allocation while the independent coordinates serve. */
+KEMPE_API kempe_status kempe_workspace_actuator_forces(kempe_workspace *workspace, double t, const double *q,
+                                                       const double *qd, const double *qdd, double *tau,
+                                                       double *lambda);
+
+/** The equations of closed motions in the p independent coordinates u: mass udd + bias = X' Q, and qdd = X udd + drift;
+ * column-major, NULL: not required. */
+typedef struct kempe_closed_equations {
+    double *mass, *bias; /* p x p, p */
+    double *X, *drift;   /* n x p, n */
+} kempe_closed_equations;
+
+/** The same at a closed state, with the independent coordinates of kempe_workspace_independent. For operational-space
+ * control, together with kempe_outputs_closed_jacobian. KEMPE_E_FAILED: these coordinates do not describe the motion
+ * there.
+ */
+KEMPE_API kempe_status kempe_workspace_closed_equations(kempe_workspace *workspace, double t, const double *q,
+                                                        const double *qd, const kempe_closed_equations *out);
 
 KEMPE_END
 #endif

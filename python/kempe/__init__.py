@@ -58,6 +58,7 @@ from .trajectory import Trajectory
 from .workspace import (
     Accelerations,
     ClosedDerivatives,
+    ClosedEquations,
     ClosedGradient,
     Derivatives,
     Equations,
@@ -79,6 +80,7 @@ __all__ = [
     "Builder",
     "Check",
     "ClosedDerivatives",
+    "ClosedEquations",
     "ClosedGradient",
     "Code",
     "Comfort",

@@ -88,6 +88,15 @@ class ClosedDerivatives(NamedTuple):
     y_p: Array  # l x k
 
 
+class ClosedEquations(NamedTuple):
+    """M udd + C = X' Q of closed motions, and qdd = X udd + drift."""
+
+    M: Array  # p x p
+    C: Array  # p
+    X: Array  # n x p
+    drift: Array  # n
+
+
 class ForwardValues(NamedTuple):
     """Accelerations (n), multipliers (m) and outputs (l) at a state, or their change."""
 
@@ -168,6 +177,7 @@ class Workspace(Owned):
         self._by: tuple[str, ...] | None = None  # and the inputs and parameters by which they are taken, too,
         self._outputs: str = ""  # and outputs
         self._bends: bool = False  # second derivatives are prepared
+        self._actuators: tuple[Any, ...] | None = None  # names and weights
         self.n: int = len(self._context.coordinates)
         self.m: int = len(self._context.rows)
         w, n, m = self._pointer, self.n, self.m
@@ -634,21 +644,81 @@ class Workspace(Owned):
         return made
 
     def inverse_dynamics(
-        self, t: float, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, out: Array | None = None
+        self,
+        t: float,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        out: Array | None = None,
+        actuators: str | Iterable[str] = (),
+        weights: ArrayLike | None = None,
     ) -> Array:
         """Generalized forces Q = M qdd + C (n; N m or N), with the loops open.
+
+        With `actuators`, coordinates on which they act: the forces of these, in their order, which give the accelerations
+        through the closed loops (computed torque). Of several solutions it has the least sum of weight times force squared;
+        weights are 1 by default. Dependent accelerations follow from the independent ones, and are not read. Accelerations
+        that the actuators cannot produce, and open loops, are a FailedError.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> workspace.inverse_dynamics(0.0, [0, 0, 0], [0, 0, 0], [0, 0, 0]).shape
         (3,)
+        >>> q, qd = workspace.close(0.0, [0.3, 0, 0], [1, 0, 0], hold="crank")
+        >>> workspace.inverse_dynamics(0.0, q, qd, [0, 0, 0], actuators="crank, rocker").shape
+        (2,)
         """
         n = self.n
+        if actuators:
+            return self._actuator_forces(t, (q, qd, qdd), out, actuators, weights)
+        if weights is not None:
+            raise ArgumentError("weights need actuators: name the coordinates on which they act")
         made = np.empty(n) if out is None else out
         status = _inverse(self._address, n, self.m, t, q, qd, qdd, made)
         if status:
             writable(made, (n,), "out")
             given = converted(q, n, "q"), converted(qd, n, "qd"), converted(qdd, n, "qdd")
             self._settle(status, _inverse, t, *given, made)
+        return made
+
+    def _actuator_forces(self, t: float, state: tuple[Any, ...], out: Any, actuators: Any, weights: Any) -> Array:
+        names = tuple(text_of(actuators).replace(" ", "").split(","))
+        shares = None if weights is None else tuple(matched(weights, len(names), "weights"))
+        arrays = [matched(each, self.n, name) for each, name in zip(state, ("q", "qd", "qdd"))]
+        made = np.empty(len(names)) if out is None else out
+        place = writable(made, (len(names),), "out")
+        with self._alone():
+            status = 0
+            if self._actuators != (names, shares):
+                keep = [ffi.new("char[]", name.encode()) for name in names]
+                status = lib.kempe_workspace_add_actuators(
+                    self._pointer, len(names), ffi.new("char *[]", keep), ffi.new("double[]", shares) if shares else ffi.NULL
+                )
+                self._actuators = (names, shares) if status == 0 else None
+            if status == 0:
+                status = lib.kempe_workspace_actuator_forces(self._pointer, t, *_pointers(arrays), place, ffi.NULL)
+        if status:
+            self._fail(status)
+        return made
+
+    def closed_equations(self, t: float, q: ArrayLike, qd: ArrayLike) -> ClosedEquations:
+        """The equations of closed motions in the independent coordinates (`independent`): M udd + C = X' Q for generalized forces
+        Q, and the accelerations of all coordinates X udd + drift.
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
+        >>> q, qd = workspace.close(0.0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
+        >>> found = workspace.closed_equations(0.0, q, qd)
+        >>> found.M.shape, found.X.shape
+        ((1, 1), (3, 1))
+        """
+        n, p = self.n, len(self.independent)
+        arrays = [matched(q, n, "q"), matched(qd, n, "qd")]
+        made = ClosedEquations(np.empty((p, p), order="F"), np.empty(p), np.empty((n, p), order="F"), np.empty(n))
+        with self._alone():
+            status = lib.kempe_workspace_closed_equations(
+                self._pointer, t, *_pointers(arrays), ffi.new("kempe_closed_equations *", _pointers(each.T for each in made))
+            )
+        if status:
+            self._fail(status)
         return made
 
     def close(

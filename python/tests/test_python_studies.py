@@ -242,6 +242,40 @@ def test_outputs_and_products_at_a_state(four_bar):
         workspace.forward_second(0, q, qd, first=dq, second=(dq,))
 
 
+def test_forces_of_actuators_at_a_state(four_bar):
+    workspace = four_bar.system().workspace()
+    q, qd = workspace.close(0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
+    found = workspace.closed_equations(0, q, qd)
+    qdd = found.X @ [3.0] + found.drift
+    crank, rocker = (four_bar.coordinates.index(name) for name in ("crank", "rocker"))
+    for actuators, weights in (("crank", None), (["crank", "rocker"], None), ("rocker, crank", [1, 9])):
+        tau = workspace.inverse_dynamics(0, q, qd, qdd, actuators=actuators, weights=weights)
+        Q = np.zeros(3)
+        for name, force in zip(actuators.replace(" ", "").split(",") if isinstance(actuators, str) else actuators, tau):
+            Q[four_bar.coordinates.index(name)] = force
+        assert np.allclose(workspace.forward_dynamics(0, q, qd, Q).qdd, qdd, rtol=1e-9)
+        assert np.allclose(found.M @ [3.0] + found.C, found.X.T @ Q, rtol=1e-9)
+    assert np.isclose(tau[0] / tau[1], 9 * found.X[rocker, 0] / found.X[crank, 0], rtol=1e-9)
+    # Operational space: a point of the coupler moves with the given acceleration.
+    outputs = four_bar.system().outputs("position(coupler.C).x")
+    J, drift = outputs.closed_jacobian(0, q, qd)
+    udd = np.linalg.solve(J, np.array([2.0]) - drift)
+    force = workspace.inverse_dynamics(0, q, qd, found.X @ udd + found.drift, actuators="crank")
+    now = workspace.forward_dynamics(0, q, qd, [force[0], 0, 0])
+    assert np.isclose(four_bar.system().outputs("acceleration(coupler.C).x").at(0, q, qd, now.qdd, now.lam)[0], 2, rtol=1e-9)
+    for wrong, text in (
+        ({"actuators": "krank"}, "crank"),
+        ({"actuators": "crank,crank"}, "given twice"),
+        ({"actuators": "crank", "weights": [1, 2]}, "weights has 1 values"),
+        ({"actuators": "crank", "weights": [0]}, "not a positive number"),
+        ({"weights": [1]}, "weights need actuators"),
+    ):
+        with pytest.raises((kempe.ArgumentError, ValueError), match=text):
+            workspace.inverse_dynamics(0, q, qd, qdd, **wrong)
+    with pytest.raises(kempe.FailedError, match="loops are open"):
+        workspace.inverse_dynamics(0, q + 0.1, qd, qdd, actuators="crank")
+
+
 def test_derivatives_at_a_state(four_bar):
     workspace = four_bar.system().workspace()
     q, qd = workspace.close(0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])

@@ -13,6 +13,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "constraints/diagnosis/shared_loads.h"
+#include "constraints/tolerances.h"
 #include "dynamics/closures.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/run/methods.h"
@@ -32,9 +33,6 @@
 #include <stdbool.h>
 #include <string.h>
 
-/* Unbalanced part of a motion that counts as rounding, relative to the largest required generalized force, for states
- * from a file. */
-#define LEFT_BY_ROUNDING 1e-9
 enum { MOST_CANDIDATES = 12, FEWEST_ROWS = 9 };
 /* Largest relative difference of generalized forces when every other row is left out. The error of a spline's
  * derivatives falls with the fourth power of the distance: with all rows it is a fifteenth of this. */
@@ -574,7 +572,7 @@ static kempe_status repeat(const job *j, job *again)
     double *size = KMP_ARENA_NEW(&again->arena, double, r->a);
     KMP_TRY(kmp_made(j->context, size && thin_out(j, again)));
     for (int k = 0; k < r->a; k++)
-        size[k] = fmax(fabs(kmp_inverse_summarise(r, k).peak), LEFT_BY_ROUNDING * r->size);
+        size[k] = fmax(fabs(kmp_inverse_summarise(r, k).peak), KMP_EFFORTS_LEFT * r->size);
     r->again = (kmp_convergence){.known = true, .rtol = NAN, .limit = DERIVATIVES_HOLD, .stopped = NAN};
     KMP_TRY(prepare_numbers(again, &again->table, false));
     const bool quiet = kmp_context_quiet(j->context, true);
@@ -624,7 +622,7 @@ static kempe_status check_again(job *j)
 static kempe_status judge(const kempe_inverse *r)
 {
     const kempe_model *model = r->system->model;
-    if (r->rows == 0 || kmp_inverse_unmet(r) <= LEFT_BY_ROUNDING)
+    if (r->rows == 0 || kmp_inverse_unmet(r) <= KMP_EFFORTS_LEFT)
         return KEMPE_OK;
     int most = 0; /* the coordinate with the largest unbalanced force, scaled */
     for (int k = 1; k < r->left_count; k++)
