@@ -80,7 +80,7 @@ KEMPE_API kempe_status kempe_inverse_write_report(const kempe_inverse *inverse, 
 
 /** Names the actuators of a workspace: `count` coordinates on which they act, with weights of their forces (positive;
  * NULL: all 1), which decide where there are more actuators than degrees of freedom. Another call replaces them.
- * KEMPE_E_ARGUMENT, with the reason in the message of the workspace: a name does not name a coordinate, or stands
+ * KEMPE_E_ARGUMENT, with the reason in the message of the workspace: a name does not name a coordinate, or is given
  * twice; a weight is not positive; the model has contacts, or its friction may stick. KEMPE_E_MEMORY. */
 KEMPE_API kempe_status kempe_workspace_add_actuators(kempe_workspace *workspace, int count, const char *const *names,
                                                      const double *weights);
