@@ -132,10 +132,10 @@ void kempe_workspace_free(kempe_workspace *ws)
     if (ws->friction.self)
         ws->friction.free(ws->friction.self);
     kmp_stage_lanes_free(&ws->many.stages);
-    if (ws->derivatives.self)
-        ws->derivatives.free(ws->derivatives.self);
-    if (ws->actuators.self)
-        ws->actuators.free(ws->actuators.self);
+    const kmp_workspace_part part[] = {ws->derivatives, ws->step, ws->actuators};
+    for (size_t k = 0; k < sizeof part / sizeof *part; k++)
+        if (part[k].self)
+            part[k].free(part[k].self);
     kmp_arena_free(&ws->arena);
     kmp_reduction_free(&ws->red);
     kmp_partition_free(&ws->part);

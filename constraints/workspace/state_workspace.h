@@ -18,7 +18,7 @@ typedef struct kmp_state_lanes {
     double *values;         /* outputs lane by lane */
 } kmp_state_lanes;
 
-/* An object that a wing adds to a workspace: derivatives (src/analyses/derivatives/state_derivatives.c), actuators
+/* An object that a wing adds to a workspace: derivatives and steps with them (src/analyses/derivatives), actuators
  * (src/analyses/inverse/state_torque.c). */
 typedef struct kmp_workspace_part {
     void *self; /* NULL: there is none */
@@ -55,7 +55,7 @@ struct kempe_workspace {
     int *closure_rows, closure_count;          /* m; rows that belong to no friction and no contact */
     kmp_workspace_friction friction;
     kmp_state_lanes many;
-    kmp_workspace_part derivatives, actuators;
+    kmp_workspace_part derivatives, step, actuators;
     bool visits; /* states of one call: the message of an earlier one stays */
     char message[400];
 };

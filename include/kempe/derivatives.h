@@ -135,6 +135,23 @@ KEMPE_API kempe_status kempe_workspace_forward_second(kempe_workspace *workspace
                                                       const kempe_state_direction *second,
                                                       const kempe_forward_values *change);
 
+/** Derivatives of the state x = (u, ud) after steps, column-major; NULL: not required: by the state before, by the
+ * forces Q, which are constant meanwhile, and by the names. */
+typedef struct kempe_step_derivatives {
+    double *x_x, *x_Q, *x_p; /* 2 p x 2 p, 2 p x n, 2 p x k */
+} kempe_step_derivatives;
+
+/** Takes `steps` steps of h (s; negative: back) from q and qd (n) to their new values. They are closed first. The steps
+ * are of the classical Runge-Kutta method of order four in the independent coordinates, with the loops closed at each
+ * stage. `out`
+ * (may be NULL) receives the derivatives of this map itself, exact but for rounding. Q (NULL: zero) and the inputs are
+ * constant, or follow time as the model's inputs do. The error of a step is proportional to h^5: a smaller h shows it.
+ * After kempe_workspace_add_derivatives; no allocation after the first call. KEMPE_E_ARGUMENT: not prepared, h is zero,
+ * no step. KEMPE_E_FAILED, with the reason: the loops cannot be closed, or the independent coordinates do not describe
+ * the motion at a stage; q and qd are unchanged. */
+KEMPE_API kempe_status kempe_workspace_step(kempe_workspace *workspace, double t, double h, int steps, double *q,
+                                            double *qd, const double *Q, const kempe_step_derivatives *out);
+
 /** Generalized forces Q = M qdd + C (n), as kempe_workspace_inverse_dynamics has them, and their exact derivatives.
  * After kempe_workspace_add_derivatives; no allocation. KEMPE_E_ARGUMENT: not prepared. */
 KEMPE_API kempe_status kempe_workspace_inverse_derivatives(kempe_workspace *workspace, double t, const double *q,

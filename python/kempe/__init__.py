@@ -65,6 +65,7 @@ from .workspace import (
     ForwardValues,
     InverseDerivatives,
     StateGradient,
+    Step,
     Workspace,
 )
 
@@ -122,6 +123,7 @@ __all__ = [
     "Sensitivity",
     "State",
     "StateGradient",
+    "Step",
     "Statistics",
     "Stepper",
     "StoppedError",

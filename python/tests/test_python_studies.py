@@ -242,6 +242,29 @@ def test_outputs_and_products_at_a_state(four_bar):
         workspace.forward_second(0, q, qd, first=dq, second=(dq,))
 
 
+def test_steps_with_derivatives(four_bar):
+    workspace = four_bar.system().workspace()
+    q, qd = workspace.close(0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
+    u = [four_bar.coordinates.index(name) for name in workspace.independent]
+    after, step = workspace.step(0, q, qd, 1e-3, Q=[0.1, 0, 0], steps=20, by="crank_mass"), 1e-5
+    for k, start in enumerate((q, qd)):
+        sides = []
+        for sign in (1, -1):
+            moved = [q.copy(), qd.copy()]
+            moved[k][u[0]] += sign * step
+            moved = workspace.close(0, *moved, hold=workspace.independent)
+            end = workspace.step(0, *moved, 1e-3, Q=[0.1, 0, 0], steps=20, by="crank_mass")
+            sides.append(np.concatenate((end.q[u], end.qd[u])))
+        assert np.allclose(after.x_x[:, k], (sides[0] - sides[1]) / (2 * step), rtol=1e-6, atol=1e-8)
+    run = four_bar.system().simulate(t_end=0.02, rtol=1e-11, output_step=0.02)
+    assembly = four_bar.system().assemble()
+    end = workspace.step(0, assembly.q, assembly.qd, 1e-3, steps=20)
+    assert np.allclose(end.q, run.q[-1], atol=1e-9) and np.allclose(end.qd, run.qd[-1], atol=1e-7)
+    for wrong, text in (({"h": 0.0}, "not zero"), ({"h": 1e-3, "steps": 0}, "at least one"), ({"h": 1e-3, "by": "crankmass"}, "crank_mass")):
+        with pytest.raises(kempe.ArgumentError, match=text):
+            workspace.step(0, q, qd, **wrong)
+
+
 def test_forces_of_actuators_at_a_state(four_bar):
     workspace = four_bar.system().workspace()
     q, qd = workspace.close(0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])

@@ -533,6 +533,98 @@ static void second_derivatives(void)
     }
 }
 
+/* -- steps -------------------------------------------------------------------------------------------- */
+
+/* Independent coordinates and rates after steps, at another state, force or name before them. */
+typedef struct step_probe {
+    named_probe named;
+    int kind; /* 0: u, ud; 1: Q; 2: a name */
+} step_probe;
+
+enum { STEPS = 3 };
+
+static void after_steps(const probe *p, double change, double *x)
+{
+    const step_probe *at = (const step_probe *)p;
+    const scene *s = p->s;
+    const int n = s->n;
+    double *q = room(n), *qd = room(n), *Q = room(n);
+    memcpy(q, s->q, (size_t)n * sizeof *q);
+    memcpy(qd, s->qd, (size_t)n * sizeof *qd);
+    memcpy(Q, s->Q, (size_t)n * sizeof *Q);
+    if (at->kind == 0)
+        (p->k < s->p ? q : qd)[s->u[p->k % s->p]] += change;
+    if (at->kind == 1)
+        Q[p->k] += change;
+    scene c = *s;
+    if (at->kind == 2) {
+        c = changed_scene(s, &at->named, change);
+        CHECK(kempe_workspace_add_derivatives(c.ws, 0, NULL, NULL) == KEMPE_OK);
+    }
+    CHECK(kempe_workspace_step(c.ws, T, 1e-3, STEPS, q, qd, Q, NULL) == KEMPE_OK);
+    for (int k = 0; k < s->p; k++)
+        x[k] = q[s->u[k]], x[s->p + k] = qd[s->u[k]];
+    if (at->kind == 2)
+        changed_free(&c);
+    free(q), free(qd), free(Q);
+}
+
+static void steps_of(const char *model, const char *const *names, const double *values, int count, double step)
+{
+    char path[MOST];
+    snprintf(path, sizeof path, KEMPE_ROOT "/examples/%s/%s.yaml", model, model);
+    scene s = scene_new(path, "slip");
+    set_inputs(&s, names, values, count);
+    CHECK(kempe_workspace_add_derivatives(s.ws, count, names, NULL) == KEMPE_OK);
+    const int n = s.n, p = s.p, x = 2 * p, columns[] = {x, n, count};
+    double *by[3], *q = room(n), *qd = room(n), worst = 0;
+    for (int k = 0; k < 3; k++)
+        by[k] = room(x * columns[k]);
+    memcpy(q, s.q, (size_t)n * sizeof *q);
+    memcpy(qd, s.qd, (size_t)n * sizeof *qd);
+    CHECK(kempe_workspace_step(s.ws, T, 1e-3, STEPS, q, qd, s.Q, &(kempe_step_derivatives){by[0], by[1], by[2]}) ==
+          KEMPE_OK);
+    for (int kind = 0; kind < 3; kind++)
+        for (int k = 0; k < columns[kind]; k++) {
+            const step_probe at = {
+                {{.s = &s, .count = x, .values = after_steps, .k = k, .step = step}, path, names, values, count}, kind};
+            worst = fmax(worst, column_error(&at.named.probe, by[kind] + k * x));
+        }
+    /* The order of the method: errors of steps of h and h / 2 against many short ones. */
+    double *exact = room(n), *ends[2], rates[2][MOST], error[2] = {0, 0};
+    memcpy(exact, s.q, (size_t)n * sizeof *exact);
+    memcpy(qd, s.qd, (size_t)n * sizeof *qd);
+    CHECK(kempe_workspace_step(s.ws, T, 1e-4, 160, exact, qd, s.Q, NULL) == KEMPE_OK);
+    for (int k = 0; k < 2; k++) {
+        ends[k] = room(n);
+        memcpy(ends[k], s.q, (size_t)n * sizeof *exact);
+        memcpy(rates[k], s.qd, (size_t)n * sizeof *exact);
+        CHECK(kempe_workspace_step(s.ws, T, 8e-3 / (1 + k), 2 * (1 + k), ends[k], rates[k], s.Q, NULL) == KEMPE_OK);
+        for (int i = 0; i < n; i++)
+            error[k] = fmax(error[k], fabs(ends[k][i] - exact[i]));
+        free(ends[k]);
+    }
+    printf("%-24s steps           %.1e, order %.1f\n", model, worst, log2(error[0] / error[1]));
+    CHECK(worst < 1e-9 && (error[1] < 1e-13 || (error[0] > 10 * error[1] && error[0] < 30 * error[1])));
+    for (int k = 0; k < 3; k++)
+        free(by[k]);
+    free(q), free(qd), free(exact);
+    scene_free(&s);
+}
+
+static void steps(void)
+{
+    steps_of("four_bar", (const char *const[]){"crank_mass", "base"}, (const double[]){1, 0.9}, 2, 1e-3);
+    steps_of("delta_robot", (const char *const[]){"tau2", "rod"}, (const double[]){0.5, 0.7}, 2, 1e-3);
+    steps_of("cart_pole", (const char *const[]){"u"}, (const double[]){2}, 1, 1e-2);
+    scene s = scene_new(KEMPE_ROOT "/examples/four_bar/four_bar.yaml", "slip");
+    const double q = s.q[0];
+    CHECK(kempe_workspace_step(s.ws, T, 0, 1, s.q, s.qd, NULL, NULL) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_workspace_step(s.ws, T, 1e-3, 0, s.q, s.qd, NULL, NULL) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_workspace_step(s.ws, T, 10, 1, s.q, s.qd, NULL, NULL) == KEMPE_E_FAILED && s.q[0] == q);
+    scene_free(&s);
+}
+
 static void outputs_of(const char *model, const char *words, const char *const *names, const double *values, int count,
                        double step)
 {
@@ -778,6 +870,7 @@ int main(void)
     TEST(inverse);
     TEST(outputs_and_products);
     TEST(second_derivatives);
+    TEST(steps);
     TEST(sticking);
     TEST(refused);
     return check_report();
