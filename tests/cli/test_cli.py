@@ -3257,7 +3257,7 @@ class Generate(Case):
                     (pathlib.Path(folder) / "main.c").write_text(block)
                 elif block.startswith("cc "):
                     said["c"] = f"{block.strip()} && ./a.out"
-                elif block.startswith("import "):
+                elif block.startswith("import andrews\n"):
                     (pathlib.Path(folder) / "main.py").write_text(block)
                     said["python"] = "for p in python3 /usr/bin/python3; do " \
                                      "$p -c 'import numpy' 2>/dev/null && exec $p main.py; done; echo skipped"
