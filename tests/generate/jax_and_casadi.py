@@ -422,7 +422,7 @@ class Refusals(Case):
 
     def test_what_is_missing(self):
         """A comment names what a function of accelerations needs."""
-        for options, sentence in ((("--sets", "M,h_J"), "The function forward is omitted, because it needs the array C without qdd and lambda_."),
+        for options, sentence in ((("--sets", "M,h_J"), "The function forward is omitted, because it needs the array C of a function without qdd and lambda_."),
                                   (("--sets", "M_C,J,jdqd"), "The function close is omitted, because it needs the array h.")):
             written = self.model("examples/four_bar/four_bar.yaml", *options)
             for module in written.jax, written.casadi:
