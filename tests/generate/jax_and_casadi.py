@@ -45,7 +45,7 @@ parameters: {T: 1 N*m, s: 1 s}
 inputs: {w: {unit: N*m}}
 tables:
   lin: {x: [-1, 0, 0.5], y: [2, 1, 3], method: linear}
-  cub: {x: [-1, 0, 0.5, 2], y: [2, 1, 3, 1]}
+  cub: {x: [-1, -0.5, 0, 0.5, 1, 1.4, 2], y: [2, 1, 3, 1, 0, 2, 1]}
 bodies:
   a: {joint: {revolute: z, at: ground}, mass: 1, com: [0.3, 0, 0], inertia: {zz: 0.1}, points: {P: [1, 0, 0]}}
   b: {joint: {revolute: z, at: a.P}, mass: 2, com: [0.2, 0.1, 0], inertia: {zz: 0.1}}

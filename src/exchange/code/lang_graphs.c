@@ -43,8 +43,9 @@ static const kmp_function_spelling in_jax[KMP_OP_COUNT] = {
     [KMP_OP_ATAN2] = {.call = "jnp.arctan2"},
     [KMP_OP_MIN] = {.call = "jnp.minimum"},
     [KMP_OP_MAX] = {.call = "jnp.maximum"},
-    [KMP_OP_LESS] = {"_less", BLOCK("def _less(x, y):\n    return jnp.where(x < y, 1.0, 0.0)")},
-    [KMP_OP_SELECT] = {"_select", BLOCK("def _select(c, x, y):\n    return jnp.where(c != 0, x, y)")},
+    [KMP_OP_LESS] = {.call = "_less", .definition = BLOCK("def _less(x, y):\n    return jnp.where(x < y, 1.0, 0.0)")},
+    [KMP_OP_SELECT] = {.call = "_select",
+                       .definition = BLOCK("def _select(c, x, y):\n    return jnp.where(c != 0, x, y)")},
     [KMP_OP_TABLE] = {.definition =
                           BLOCK("def _table(table, d, at):\n"
                                 "    x, y, c = (np.array(part) for part in table)\n"
@@ -74,7 +75,8 @@ static const kmp_function_spelling in_casadi[KMP_OP_COUNT] = {
     [KMP_OP_MIN] = {.call = "casadi.fmin"},
     [KMP_OP_MAX] = {.call = "casadi.fmax"},
     [KMP_OP_LESS] = {.call = "casadi.lt"},
-    [KMP_OP_SELECT] = {"_select", BLOCK("def _select(c, x, y):\n    return casadi.if_else(casadi.ne(c, 0), x, y)")},
+    [KMP_OP_SELECT] = {.call = "_select",
+                       .definition = BLOCK("def _select(c, x, y):\n    return casadi.if_else(casadi.ne(c, 0), x, y)")},
     [KMP_OP_TABLE] = {
         .definition = BLOCK("def _table(table, d, at):\n"
                             "    x, _, c = table\n"
