@@ -409,6 +409,17 @@ class Packages(Case):
         self.assertRegex(said[1], r"^\[.*\d.*\]$")
 
 
+# A loop that no position closes.
+OPEN = """kempe: 1
+name: open
+ground: {points: {D: [9, 0, 0]}}
+bodies:
+  a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {P: [1, 0, 0]}}
+  b: {joint: {revolute: z, at: a.P}, mass: 1, inertia: {zz: 1}, points: {P: [1, 0, 0]}}
+loops: {L: {ball: [b.P, ground.D]}}
+"""
+
+
 class Refusals(Case):
     def refuse(self, sentence, *words):
         for language in "jax", "casadi":
@@ -428,6 +439,14 @@ class Refusals(Case):
             for module in written.jax, written.casadi:
                 self.assertIn(sentence, pathlib.Path(module.__file__).read_text())
                 self.assertEqual(hasattr(module, "forward"), "jdqd" in written.routines)
+        model = self.folder / "open.yaml"
+        model.write_text(OPEN)
+        for language in "jax", "casadi":
+            told = command(0, "generate", model, "--lang", language, "-o", self.folder).stderr
+            self.assertIn("functions of accelerations are not written, since the model's start cannot be closed: ", told)
+            self.assertIn("loop 'L' cannot be closed", told)
+            text = (self.folder / f"open_{language}.py").read_text()
+            self.assertIn("The function forward is omitted, because it needs a start at which the closures are met.", text)
         driven = self.model("examples/driven_slider_crank/driven_slider_crank.yaml")
         self.assertIn("The function forward is omitted, because it needs the rows of drives and locks, which --drives adds.", pathlib.Path(driven.jax.__file__).read_text())
         driven = self.model("examples/driven_slider_crank/driven_slider_crank.yaml", "--drives")
