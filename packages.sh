@@ -8,6 +8,7 @@ PYTHON_PACKAGES="python3-dev python3-cffi python3-numpy python3-pytest"
 NOTEBOOK_PACKAGES="python3-nbclient python3-nbformat python3-ipykernel python3-matplotlib python3-scipy python3-tqdm python3-pandas python3-xarray"
 UNIT_PACKAGES="python3-venv libxml2-utils"
 UNIT_PYPI="fmpy==0.3.32"
+OPTIMISER_PYPI="jax==0.10.2 casadi==3.8.2"
 SITE_PACKAGES="python3 python3-sphinx python3-myst-parser furo libjs-katex nodejs"
 
 say() {
@@ -60,7 +61,7 @@ need_pypi() {
     shift
     [ "$(cat "$folder/has" 2>/dev/null)" != "$*" ] || return 0
     say "installing $* into $folder"
-    quietly build/packages.log python3 -m venv --clear "$folder" &&
-        quietly build/packages.log "$folder/bin/pip" install -q --disable-pip-version-check "$@" &&
+    quietly "$folder.log" python3 -m venv --clear "$folder" &&
+        quietly "$folder.log" "$folder/bin/pip" install -q --disable-pip-version-check "$@" &&
         printf '%s' "$*" >"$folder/has"
 }

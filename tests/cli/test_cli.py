@@ -3221,6 +3221,7 @@ class Generate(Case):
 
     def test_languages(self):
         files = {"c": {"andrews.c", "andrews.h", "kempe_runtime.h"}, "python": {"andrews.py"},
+                 "casadi": {"andrews_casadi.py"}, "jax": {"andrews_jax.py"},
                  "octave": {f"andrews_{name}.m" for name in ("model", "M_C", "h_J", "M_C_prepare", "h_J_prepare")}}
         for language, names in files.items():
             with tempfile.TemporaryDirectory() as folder:
@@ -3257,7 +3258,7 @@ class Generate(Case):
                     (pathlib.Path(folder) / "main.c").write_text(block)
                 elif block.startswith("cc "):
                     said["c"] = f"{block.strip()} && ./a.out"
-                elif block.startswith("import "):
+                elif block.startswith("import andrews\n"):
                     (pathlib.Path(folder) / "main.py").write_text(block)
                     said["python"] = "for p in python3 /usr/bin/python3; do " \
                                      "$p -c 'import numpy' 2>/dev/null && exec $p main.py; done; echo skipped"

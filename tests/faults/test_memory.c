@@ -213,7 +213,7 @@ static kempe_status write_language(const scene *s, const char *language, int vec
 {
     kempe_code *code = NULL;
     const kempe_generate_options generation = {
-        .sets = "M,h_J", .keep_parameters = 1, .language = language, .vectorised = vectorised};
+        .sets = "M_C,h_J,jdqd", .keep_parameters = 1, .language = language, .vectorised = vectorised};
     kempe_status status = kempe_code_new(s->model, &generation, &code);
     untouched(status, code);
     kempe_code_free(code);
@@ -233,6 +233,11 @@ static kempe_status write_octave(scene *s)
 static kempe_status write_python(scene *s)
 {
     return write_language(s, "python", 0);
+}
+
+static kempe_status write_jax(scene *s)
+{
+    return write_language(s, "jax", 0);
 }
 
 static kempe_status write_unit(scene *s)
@@ -533,6 +538,7 @@ static const named_stage stages[] = {{"read", read_model},
                                      {"count", count_operations},
                                      {"C", write_c},
                                      {"Octave", write_octave},
+                                     {"JAX", write_jax},
                                      {"Python", write_python},
                                      {"unit", write_unit},
                                      {"check", check_model},

@@ -166,7 +166,7 @@ static void refusals(void)
         return;
     refuse_rubbing();
     refuse(model, (kempe_generate_options){.language = "fortran"},
-           "unknown language 'fortran'; languages are c, octave");
+           "unknown language 'fortran'; languages are c, casadi, jax, octave, python");
     refuse(model, (kempe_generate_options){.form = "short"}, "unknown form 'short'");
     refuse(model, (kempe_generate_options){.language = "c", .vectorised = 1}, "c has no vectorised form");
     refuse(model, (kempe_generate_options){.sets = "M_C+K"}, "unknown set 'K'");
@@ -199,9 +199,10 @@ static void hashes(void)
 
 static void same_bytes(void)
 {
-    static const char *const languages[] = {"c", "octave", "python"};
-    for (int k = 0; k < 3; k++) {
-        const kempe_generate_options g = {.keep_parameters = 1, .language = languages[k], .vectorised = k > 0};
+    static const char *const languages[] = {"c", "octave", "python", "casadi", "jax"};
+    for (int k = 0; k < 5; k++) {
+        const kempe_generate_options g = {
+            .keep_parameters = 1, .language = languages[k], .vectorised = k == 1 || k == 2};
         kempe_code *code[2] = {NULL, NULL};
         for (int j = 0; j < 2; j++) {
             kempe_model *model = NULL;

@@ -8,11 +8,11 @@
 #include "base/temporary_file.h"
 #include "exchange/code/language.h"
 #include "exchange/code/simulator_pages.h"
+#include "exchange/code/start_choice.h"
 #include "exchange/code/write.h"
 #include "model/data/model.h"
 #include "output/print.h"
 #include "symbolic/ops.h"
-#include <ctype.h>
 #include <errno.h>
 #include <kempe/generate.h>
 #include <limits.h>
@@ -125,6 +125,8 @@ static kempe_status make(kempe_code *code, const kempe_model *model, const kempe
     KMP_TRY(read_language(code, g));
     KMP_TRY(kmp_source_init(&code->source, model, g));
     KMP_TRY(check_operations(code));
+    if (code->language->forward)
+        KMP_TRY(kmp_start_choose(&code->source));
     bool ok = kmp_language_write(code->language, &code->source, &code->files);
     if (ok && g->simulator)
         ok = kmp_simulator_pages(&code->source, &code->files);
@@ -254,9 +256,8 @@ static void show(kmp_text *text, const void *result)
 {
     const kempe_code *code = result;
     const kmp_code_source *source = &code->source;
-    const char *language = code->language->name;
-    kmp_text_printf(text, "%s: %s, %d routine%s in %c%s", source->title, kempe_outcome_text(KEMPE_OUTCOME_COMPLETE),
-                    source->count, source->count == 1 ? "" : "s", toupper((unsigned char)*language), language + 1);
+    kmp_text_printf(text, "%s: %s, %d routine%s in %s", source->title, kempe_outcome_text(KEMPE_OUTCOME_COMPLETE),
+                    source->count, source->count == 1 ? "" : "s", code->language->title);
     if (code->folder && strcmp(code->folder, ".") == 0)
         kmp_text_put(text, ", written to the current folder");
     else if (code->folder)

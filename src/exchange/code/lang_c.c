@@ -285,6 +285,7 @@ static const char body[] =
 
 const kmp_language kmp_language_c = {
     .name = "c",
+    .title = "C",
     .chunk = CHUNK,
     .infinity = "(double)INFINITY",
     .nan = "(double)NAN",

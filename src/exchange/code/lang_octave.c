@@ -161,6 +161,7 @@ static const char model[] =
 
 const kmp_language kmp_language_octave = {
     .name = "octave",
+    .title = "Octave",
     .infinity = "Inf",
     .nan = "NaN",
     .quote = '\'',

@@ -141,6 +141,7 @@ static const char file[] =
 
 const kmp_language kmp_language_python = {
     .name = "python",
+    .title = "Python",
     .infinity = "math.inf",
     .nan = "math.nan",
     .quote = '"',

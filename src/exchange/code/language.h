@@ -45,8 +45,8 @@ typedef struct kmp_array_spelling {
 } kmp_array_spelling;
 
 typedef struct kmp_language {
-    const char *name;
-    int chunk; /* assignments of a function, a longer one is split; 0: never */
+    const char *name, *title; /* in options, in sentences */
+    int chunk;                /* assignments of a function, a longer one is split; 0: never */
     const char *infinity, *nan;
     char quote, escape; /* of strings; what comes before `escaped` characters */
     const char *escaped;
@@ -56,8 +56,9 @@ typedef struct kmp_language {
     bool flat;                                               /* matrices are rows one after another */
     bool chains;                                             /* a = b = x is possible */
     bool divides_by_call;                                    /* instead of / */
-    const char *local, *end;                                 /* before an assignment to a variable, and after each */
-    const char *pair; /* sine and cosine of $(angle) at once; NULL: two assignments */
+    bool takes_parameters;   /* a routine has p as an argument, the last one, in place of k */
+    const char *local, *end; /* before an assignment to a variable, and after each */
+    const char *pair;        /* sine and cosine of $(angle) at once; NULL: two assignments */
     const char *comment, *comment_end;
     const char *mark, *routine_mark;        /* at the beginning of lines about the file, about a routine */
     const char *table_call;                 /* up to the abscissa; NULL: the language lacks tables */
@@ -70,8 +71,10 @@ typedef struct kmp_language {
      * which sets the array $(what). NULL: the language lacks them. */
     void (*block)(const kmp_code_writer *writer, const struct kmp_code_block *block, int number);
     const char *solve;
-    kmp_runtime_file newton;      /* what blocks are solved with */
-    const char *part, *part_call; /* of a split function */
+    kmp_runtime_file newton;                        /* what blocks are solved with */
+    kmp_runtime_file helpers;                       /* what all functions need */
+    const char *part, *part_call;                   /* of a split function */
+    void (*forward)(const kmp_code_writer *writer); /* functions of accelerations; NULL: none */
     kmp_array_spelling arrays;
     kmp_page pages[5], routine_pages[3]; /* up to the first without a text; the others for each routine */
 } kmp_language;

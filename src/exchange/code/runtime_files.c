@@ -8,6 +8,9 @@ static const struct {
                               [KMP_RUNTIME_NEWTON] = {"kempe_newton.h", kmp_kempe_newton_h},
                               [KMP_RUNTIME_NEWTON_PYTHON] = {"", kmp_blocks_in_python}, /* part of the files */
                               [KMP_RUNTIME_NEWTON_OCTAVE] = {"", kmp_blocks_in_octave},
+                              [KMP_RUNTIME_CASADI] = {"", kmp_helpers_in_casadi},
+                              [KMP_RUNTIME_JAX] = {"", kmp_helpers_in_jax},
+                              [KMP_RUNTIME_MOTION] = {"", kmp_motion_in_python},
                               [KMP_RUNTIME_SIMULATOR_HEADER] = {"kempe_simulator.h", kmp_kempe_simulator_h},
                               [KMP_RUNTIME_SIMULATOR] = {"kempe_simulator.c", kmp_kempe_simulator_c},
                               [KMP_RUNTIME_FRICTION] = {"kempe_friction.c", kmp_kempe_friction_c},

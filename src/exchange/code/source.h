@@ -90,6 +90,7 @@ typedef struct kmp_code_source {
     int count;
     const struct kmp_table **tables; /* of all routines and of their blocks, each once */
     int table_count;
+    struct kmp_start_choice *choice; /* of coordinates and rows; NULL: the language needs none */
     struct kmp_simulated *simulated; /* of a simulator: what it has in addition to its equations; otherwise NULL */
 } kmp_code_source;
 

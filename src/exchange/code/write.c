@@ -4,6 +4,7 @@
 #include "exchange/code/block_parts.h"
 #include "exchange/code/language.h"
 #include "exchange/code/scalar.h"
+#include "exchange/code/start_choice.h"
 #include "exchange/code/vectorised.h"
 #include "model/data/model.h"
 #include "symbolic/ops.h"
@@ -280,7 +281,8 @@ static void put_about(const kmp_code_writer *w)
 {
     put_comment(
         w, w->language->routine_mark,
-        "$(if prepared)$(mark) k: $(kept), by prepare\n$(end)"
+        "$(if prepared)$(if takes parameters)$(mark) p: $(parameters), in the order of parameter_names\n$(end)"
+        "$(if not takes parameters)$(mark) k: $(kept), by prepare\n$(end)$(end)"
         "$(mark) t: s; q$(if qd), qd$(end)$(if qdd), qdd$(end): $(motions)\n"
         "$(if lambda)$(mark) lambda_: $(rows), multipliers of h\n$(end)"
         "$(if force)$(mark) force, torque: three a body of $(bodies), at its centre of mass, its axes\n$(end)"
@@ -301,6 +303,16 @@ static void put_runtime(const kmp_code_writer *w)
 static void put_newton(const kmp_code_writer *w)
 {
     kmp_runtime_put(w->text, w->language->newton);
+}
+
+static void put_helpers(const kmp_code_writer *w)
+{
+    kmp_runtime_put(w->text, w->language->helpers);
+}
+
+static void put_forward(const kmp_code_writer *w)
+{
+    w->language->forward(w);
 }
 
 /* Between items of a list: nothing after a bracket or a blank. */
@@ -327,8 +339,10 @@ static const struct {
              {"legends", put_legends},
              {"runtime", put_runtime},     /* kempe/runtime.h */
              {"newton", put_newton},       /* solution of implicit blocks */
+             {"helpers", put_helpers},     /* what all functions need */
              {"functions", put_functions}, /* definitions */
              {"pieces", put_pieces},       /* of a table */
+             {"forward", put_forward},     /* accelerations */
              {"blocks", put_blocks},       /* that its program solves */
              {"prepare", put_prepare},     /* functions of the routine */
              {"function", put_function},
@@ -343,6 +357,7 @@ static const struct {
 static const kmp_code_routine no_routine;
 static const kmp_array no_array;
 static const kmp_nesting_levels no_levels;
+static const struct kmp_start_choice no_choice;
 
 static bool put_name(const kmp_code_writer *w, const char *word, size_t length)
 {
@@ -379,6 +394,7 @@ static bool put_list(const kmp_code_writer *w, const char *word, size_t length)
     const kmp_code_source *source = w->source;
     const kmp_nesting_levels *l = w->levels ? w->levels : &no_levels;
     const kmp_table *table = table_of(w);
+    const struct kmp_start_choice *choice = source->choice ? source->choice : &no_choice;
     const struct {
         const char *word;
         int count;
@@ -405,6 +421,10 @@ static bool put_list(const kmp_code_writer *w, const char *word, size_t length)
                  {"friction modes", source->frictions.count, .integers = source->frictions.mode, .base = base},
                  {"contact rows", source->contacts.count, .integers = source->contacts.row, .base = base},
                  {"contact modes", source->contacts.count, .integers = source->contacts.mode, .base = base},
+                 /* Coordinates and rows at the start. */
+                 {"independent", choice->independent_count, .integers = choice->independent, .base = base},
+                 {"dependent", choice->dependent_count, .integers = choice->dependent, .base = base},
+                 {"independent rows", choice->row_count, .integers = choice->rows, .base = base},
                  /* The places in qd of states with samples or events, and of continuous delays; whether `before` has
                   * the signals of these. */
                  {"discrete places", source->discrete_count, .integers = source->discrete_place, .base = base},
@@ -445,6 +465,7 @@ static void put_number(const kmp_code_writer *w, const char *word, size_t length
                    {"solves", is_used(w, KMP_OP_IMPLICIT)},
                    {"bodies", source->body_count},
                    {"prepared", source->parameters}, /* there are p and k */
+                   {"takes parameters", w->language->takes_parameters},
                    {"inputs", source->inputs},
                    {"given", source->input_count},                       /* inputs of the model */
                    {"shown", has_outputs(w) ? source->output_count : 0}, /* outputs, in some routine */
@@ -476,6 +497,7 @@ static void put_number(const kmp_code_writer *w, const char *word, size_t length
                    {"polynomials", table_of(w)->count - 1},
                    {"is time", w->kind == KMP_IN_TIME}, /* the argument */
                    {"is state", w->kind >= KMP_IN_Q},
+                   {"is argument", w->kind >= KMP_IN_TIME}, /* not k */
                    {"slots", w->scalar ? w->scalar->slots : 0},
                    {"slots used", w->scalar && w->scalar->slots_used},
                    {"part", w->part},
