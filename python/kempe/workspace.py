@@ -558,6 +558,7 @@ class Workspace(Owned):
         Q: ArrayLike | None = None,
         steps: int = 1,
         by: str | Iterable[str] = (),
+        derivatives: bool = True,
     ) -> Step:
         """The state after steps of h (s), by the Runge-Kutta method of order four with closed loops, and the exact derivatives of
         this map: for optimal control. q and qd are closed first; Q and the inputs are constant meanwhile. The error of a step is
@@ -572,11 +573,16 @@ class Workspace(Owned):
         self._prepare(by, self._outputs)
         n, x = self.n, 2 * len(self.independent)
         ends = [matched(q, n, "q").copy(), matched(qd, n, "qd").copy()]
-        made = [np.empty((x, columns), order="F") for columns in (x, n, len(self._by or ()))]
+        made = [np.empty((x, columns), order="F") for columns in (x, n, len(self._by or ()))] if derivatives else [np.empty((0, 0))] * 3
         force = converted(Q, n, "Q")
         with self._alone():
             status = lib.kempe_workspace_step(
-                self._pointer, t, h, steps, *_pointers([*ends, force]), ffi.new("kempe_step_derivatives *", _pointers(each.T for each in made))
+                self._pointer,
+                t,
+                h,
+                steps,
+                *_pointers([*ends, force]),
+                ffi.new("kempe_step_derivatives *", _pointers(each.T for each in made)) if derivatives else ffi.NULL,
             )
         if status:
             self._fail(status)
