@@ -7,9 +7,11 @@ import json
 import os
 import uuid
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
+from .arrays import Array, optional
 from .context import Context, Fixed, string
 from .display import details, model_html
 from .ensemble import Ensemble, Folder, Function, Recipe, Values, rows_of
@@ -20,6 +22,7 @@ from .options import characters, entry_of, path_of, text_of, utf8, words
 from .options import options as struct_of
 from .result import study
 from .sensitivity import Sensitivity
+from .start import Start, start_row
 from .system import Force, System
 
 if TYPE_CHECKING:
@@ -147,6 +150,7 @@ class Model(Fixed):
             for k in range(lib.kempe_model_input_count(pointer))
         }
         self._system: System | None = None
+        self._started: tuple[list[bytes | None], Model] | None = None  # the last other start
 
     @classmethod
     def _of(cls, context: Context, pointer: Any, recipe: Recipe) -> Model:
@@ -248,19 +252,46 @@ class Model(Fixed):
                 long=False,
             )
         made._recipe = _derive_again, (self._recipe, dynamics, force)
+        made._of_model = partial(Model._of, self._context, self._pointer, self._recipe)
         if force is not None:
             made._set_force(force)
         elif dynamics is None:
             self._system = made
         return made
 
-    def simulate(self, **options: Unpack[RunOptions]) -> Trajectory:
-        """`system().simulate(..)`.
+    def start_at(self, q: Start | None = None, qd: Start | None = None) -> Model:
+        """The model with another start, in every computation: as `start` of a model file, but independent coordinates keep the
+        given values. q, qd: arrays in the order of `coordinates`, or mappings with some of their names; other coordinates start
+        as in the model, and follow where the loops need it. Goals of the model do not count when q is given. Values of states are in qd.
+
+        FailedError: the loops cannot be closed there, or values contradict each other; it has the gap and the coordinates.
+
+        >>> lifted = Model("four_bar.yaml").start_at(q={"crank": 1.5}, qd={"crank": 2})
+        >>> run = lifted.simulate(t_end=0.5)
+        >>> float(run.q[0, 0]), float(run.qd[0, 0])
+        (1.5, 2.0)
+        """
+        names, states = self.coordinates, self.coordinates[len(self.coordinates) - len(self.states) :]
+        return self._start_at(start_row("q", q, names, states), start_row("qd", qd, names, ()))
+
+    def _start_at(self, q: Array | None, qd: Array | None) -> Model:
+        """As start_at, of a value for each coordinate, NaN where none is given."""
+        rows = [None if row is None else row.tobytes() for row in (q, qd)]
+        if self._started is None or self._started[0] != rows:
+            arguments = [optional(row, len(self.coordinates), "") for row in (q, qd)]
+            made = self._context.make(
+                Model, lib.kempe_model_start_at, self._pointer, *arguments, owners=(self._pointer,), long=False
+            )
+            self._started = rows, Model._of(self._context, made._pointer, (_start_again, (self._recipe, q, qd)))
+        return self._started[1]
+
+    def simulate(self, q: Start | None = None, qd: Start | None = None, **options: Unpack[RunOptions]) -> Trajectory:
+        """`system().simulate(..)`. q, qd: another start, as in `start_at`.
 
         >>> Model("four_bar.yaml").simulate(t_end=1).verdict["convergence"]["result"]
         'converged'
         """
-        return self.system().simulate(**options)
+        return self.system().simulate(q, qd, **options)
 
     def sensitivity(self, **options: Unpack[SensitivityOptions]) -> Sensitivity:
         """Derivatives of a trajectory, or of a state, by parameters.
@@ -453,6 +484,11 @@ class Model(Fixed):
 def _instance_again(recipe: Recipe, folder: str, k: int) -> Model:
     made: Model = recipe[0](*recipe[1])
     return made.instance(folder, k)
+
+
+def _start_again(recipe: Recipe, q: Array | None, qd: Array | None) -> Model:
+    made: Model = recipe[0](*recipe[1])
+    return made._start_at(q, qd)
 
 
 def _read_again(label: str, text: str | None, values: Values_, reading: Reading) -> Model:
