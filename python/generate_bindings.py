@@ -96,6 +96,14 @@ def write_module(path, texts):
 TYPES = {"const char *": "Text", "double": "float", "int": "int", "long": "int", "const char *const *": "Sequence[str]"}
 
 
+# Tables: files, or columns in memory (columns.py).
+TABLES = {"const char *": "Data", "const char *const *": "Sequence[Data]"}
+
+
+def is_table(words):
+    return re.match(r"(CSV\b|Further data files)|.*, a CSV file", words)
+
+
 def option_structs():
     """(name, members) of the structs of options."""
     for text in headers().values():
@@ -123,7 +131,7 @@ def option_class(struct, rows):
             is_count = each.endswith("_count") and each[:-6] + "s" in names
             if each != "size" and kind in TYPES and not is_count:
                 each += "_" if keyword.iskeyword(each) else ""
-                fields.append(f"    {each}: {TYPES[kind]}")
+                fields.append(f"    {each}: {TABLES[kind] if is_table(words) else TYPES[kind]}")
                 lines += textwrap.wrap(f"{each}: {words}", 110, initial_indent="    ", subsequent_indent="        ")
     return "\n".join([*lines, '    """', "", *fields]) + "\n"
 
@@ -133,8 +141,9 @@ def write_options(path):
     structs = dict(option_structs())
     parts = [
         '"""Names and types of options. Generated from the public headers."""\n\nfrom __future__ import annotations\n\n'
-        "from collections.abc import Mapping, Sequence\nfrom os import PathLike\nfrom typing import TypedDict, Union\n\n"
-        "from .progress import ProgressTo\n\n"
+        "from collections.abc import Mapping, Sequence\nfrom os import PathLike\nfrom typing import Any, TypedDict, Union\n\n"
+        "from .columns import Frame\nfrom .progress import ProgressTo\n\n"
+        'Data = Union[str, "PathLike[str]", Mapping[str, Any], Frame]\n'
         'Text = Union[str, float, "PathLike[str]", Sequence[Union[str, float]], Mapping[str, object]]\n',
         "class Reporting(TypedDict, total=False):\n"
         '    """progress: True for a bar, or a function that is called with a `Progress`; its exception ends the computation."""\n\n'

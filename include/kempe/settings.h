@@ -37,6 +37,11 @@ KEMPE_API kempe_status kempe_context_set_left_out(kempe_context *context, const 
  * line and column: surfaces that touch, limits and controllers that Kempe does not use. */
 KEMPE_API kempe_status kempe_context_set_strict(kempe_context *context, int strict);
 
+/** Gives a text that this context reads from now on in place of a file of this name, without looking for such a file:
+ * data of fits, motions, samples of inputs ("NAME:COLUMN:METHOD" in a setting), tables. NULL: no longer. Names in
+ * messages are of the text. */
+KEMPE_API kempe_status kempe_context_set_text(kempe_context *context, const char *name, const char *text);
+
 /** Makes limits of joints in files in other formats stops of their coordinates, without rebound (1), or leaves them out
  * (0, the default). The `joint_limits` of an included file comes first. */
 KEMPE_API kempe_status kempe_context_set_joint_limits(kempe_context *context, int limits);

@@ -198,7 +198,8 @@ class System(Fixed):
         return study(Kinematics, self, options)
 
     def inverse(self, **options: Unpack[InverseOptions]) -> Inverse:
-        """Actuator forces and torques of a prescribed motion; without `motion`, the motion of the model's drives or the start.
+        """Actuator forces and torques of a prescribed motion. `motion` is a CSV file, a trajectory, or columns by name, which may be
+        functions of the column t. Without it: the motion of the model's drives, or the start.
 
         >>> held = kempe.Model("four_bar.yaml").system().inverse(actuators="crank")
         >>> held.dof, held.rank, "tau.crank" in held.rows
