@@ -96,6 +96,14 @@ def write_module(path, texts):
 TYPES = {"const char *": "Text", "double": "float", "int": "int", "long": "int", "const char *const *": "Sequence[str]"}
 
 
+# Tables: files, or columns in memory (columns.py).
+TABLES = {"const char *": "Data", "const char *const *": "Sequence[Data]"}
+
+
+def is_table(words):
+    return re.match(r"(CSV\b|Further data files)|.*, a CSV file", words)
+
+
 def option_structs():
     """(name, members) of the structs of options."""
     for text in headers().values():
@@ -109,11 +117,20 @@ def class_name(struct):
     return "".join(word.capitalize() for word in struct.removeprefix("kempe_").split("_"))
 
 
+def in_python(words):
+    """The words of a member, which is not given if it is NULL or 0, as the words of a keyword, which is then None."""
+    words = re.sub(r"(?<=[;,(] )0: |^0: ", "None: ", re.sub(r"\bNULL\b", "None", words))
+    return re.sub(r"^1: ", "True: ", words)
+
+
+def base_classes(rows):
+    return [class_name(kind.removeprefix("const ").rstrip(" *")) for _, kind, _ in rows if "_options" in kind] or ["Reporting"]
+
+
 def option_class(struct, rows):
-    bases = [class_name(kind.removeprefix("const ").rstrip(" *")) for _, kind, _ in rows if "_options" in kind]
     names = {name for name, _, _ in rows}
     lines = [
-        f"class {class_name(struct)}({', '.join(bases) or 'Reporting'}, total=False):",
+        f"class {class_name(struct)}({', '.join(base_classes(rows))}, total=False):",
         f'    """Options of `{struct}`. Each may be left out.',
         "",
     ]
@@ -123,24 +140,64 @@ def option_class(struct, rows):
             is_count = each.endswith("_count") and each[:-6] + "s" in names
             if each != "size" and kind in TYPES and not is_count:
                 each += "_" if keyword.iskeyword(each) else ""
-                fields.append(f"    {each}: {TYPES[kind]}")
-                lines += textwrap.wrap(f"{each}: {words}", 110, initial_indent="    ", subsequent_indent="        ")
+                fields.append(f"    {each}: {TABLES[kind] if is_table(words) else TYPES[kind]}")
+                lines += textwrap.wrap(f"{each}: {in_python(words)}", 110, initial_indent="    ", subsequent_indent="        ")
     return "\n".join([*lines, '    """', "", *fields]) + "\n"
 
 
+# Exceptions by the status of the library (errors.py), in the order of a list.
+EXCEPTIONS = {"ARGUMENT": "ArgumentError", "INPUT": "InputError", "IO": "FileError", "FAILED": "FailedError"}
+USUAL = {
+    "TypeError": "there is no such keyword, or a value has another type.",
+    "ArgumentError": "a name or value does not exist.",
+    "FailedError": "the computation is impossible as requested; `partial` is the result up to there, or None.",
+}
+
+
+def raised(comment):
+    """Exceptions and their causes, as a header has them: "KEMPE_E_INPUT, KEMPE_E_IO: the data."."""
+    found = dict(USUAL)
+    text = " ".join(comment.split())
+    for statuses, cause in re.findall(r"(KEMPE_E_\w+(?:(?:,| and) KEMPE_E_\w+)*): (.*?)(?=[.;] KEMPE_|\. [A-Z*`]|\.?$)", text):
+        for status in re.findall(r"KEMPE_E_(\w+)", statuses):
+            if status in EXCEPTIONS:
+                found[EXCEPTIONS[status]] = f"{cause.rstrip('.')}."
+    return [f"{name}: {found[name]}" for name in ["TypeError", *EXCEPTIONS.values()] if name in found]
+
+
+def failures():
+    """(class of options, exceptions of the first function that takes them)."""
+    done = set()
+    for header, text in headers().items():
+        for item in api.items(text)[1]:
+            for declaration in item.declarations:
+                structs = re.findall(r"const (kempe_\w+_options) \*", declaration) if "(" in declaration else []
+                for struct in structs:
+                    if struct not in done:
+                        done.add(struct)
+                        yield class_name(struct), raised(api.text_of(item.comment or ""))
+
+
 def write_options(path):
-    """Python's classes of options, a struct that another one points to first."""
+    """Python's classes of options, a struct that another one points to first; and what their studies raise."""
     structs = dict(option_structs())
     parts = [
         '"""Names and types of options. Generated from the public headers."""\n\nfrom __future__ import annotations\n\n'
-        "from collections.abc import Mapping, Sequence\nfrom os import PathLike\nfrom typing import TypedDict, Union\n\n"
-        "from .progress import ProgressTo\n\n"
+        "from collections.abc import Mapping, Sequence\nfrom os import PathLike\nfrom typing import Any, TypedDict, Union\n\n"
+        "from .columns import Frame\nfrom .progress import ProgressTo\n\n"
+        'Data = Union[str, "PathLike[str]", Mapping[str, Any], Frame]\n'
         'Text = Union[str, float, "PathLike[str]", Sequence[Union[str, float]], Mapping[str, object]]\n',
         "class Reporting(TypedDict, total=False):\n"
-        '    """progress: True for a bar, or a function that is called with a `Progress`; its exception ends the computation."""\n\n'
+        '    """Option of all computations that may take long.\n\n    progress: True for a bar, or a function that is called with a `Progress`; its exception ends the computation.\n    """\n\n'
         "    progress: ProgressTo\n",
     ]
-    pathlib.Path(path).write_text("\n\n".join([*parts, *(option_class(*struct) for struct in structs.items())]))
+    parts += [option_class(*struct) for struct in structs.items()]
+    bases = {class_name(name): base_classes(rows) for name, rows in structs.items()}
+    lines = "".join(f"    {name!r}: {[*of, *bases.get(of[0], [])]!r},\n" for name, of in bases.items())
+    parts.append(f"# Classes whose options a class has, too.\nBASES: dict[str, list[str]] = {{\n{lines}}}\n")
+    rows = "".join(f"    {name!r}: {text!r},\n" for name, text in failures())
+    parts.append(f"# Exceptions of the studies with these options, and their causes.\nRAISES: dict[str, list[str]] = {{\n{rows}}}\n")
+    pathlib.Path(path).write_text("\n\n".join(parts))
 
 
 def main(arguments):

@@ -18,7 +18,8 @@ OPTIONAL = {"kempe_system_new_with_algorithm.dynamics", "kempe_model_new.name", 
             "kempe_workspace_forward_dynamics.lambda", "kempe_workspace_close.qd", "kempe_workspace_close.hold", "kempe_gradient_eval.rates",
             "kempe_gradient_eval.accelerations", "kempe_gradient_eval.driven", "kempe_gradient_set.values",
             "kempe_model_read_set.settings", "kempe_model_read_text_set.settings", "kempe_values_new.names",
-            "kempe_values_new.rows", "kempe_ensemble_run_rows.rows", "kempe_context_set_cache.folder", "kempe_context_set_base.base", "kempe_context_set_left_out.names"}
+            "kempe_values_new.rows", "kempe_ensemble_run_rows.rows", "kempe_context_set_cache.folder", "kempe_context_set_base.base", "kempe_context_set_left_out.names",
+            "kempe_context_set_text.text", "kempe_model_start_at.q", "kempe_model_start_at.qd"}
 OPTIONS = ("_options",)
 # Sizes of the caller's arrays, which cannot be checked: only negative ones are wrong.
 SIZES = {"kempe_workspace_evaluate_states.count", "kempe_workspace_forward_states.count", "kempe_workspace_derivative_states.count", "kempe_workspace_add_derivatives.count", "kempe_contact_conicity.count"}

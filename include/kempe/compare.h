@@ -13,15 +13,15 @@ typedef struct kempe_comparison kempe_comparison;
 
 /** Lists are comma-separated. NULL takes the standard values, and for a stiff model all implicit integrators. */
 typedef struct kempe_compare_options {
-    size_t size;       /* sizeof this struct; 0: its size in version 0.1 */
-    const char *rtols; /* "1e-4,1e-6,.." */
-    const char *formulations;
-    const char *forms;
-    const char *integrators;
-    const char *reference; /* CSV; NULL: Kempe makes its own from several formulations and integrators */
-    double t_end;
-    double budget_s;    /* processor time of all runs together; runs that exceed it are left out; 0: 60 */
-    const char *linear; /* linear solvers of the integrators that take one: "klu,umfpack,dense"; NULL: auto */
+    size_t size;              /* sizeof this struct; 0: its size in version 0.1 */
+    const char *rtols;        /* "1e-4,1e-6,.." */
+    const char *formulations; /* "reduced,projected,dae" */
+    const char *forms;        /* "integrated,newton,index1,.." */
+    const char *integrators;  /* "dop853,radau,.." */
+    const char *reference;    /* CSV; NULL: Kempe makes its own from several formulations and integrators */
+    double t_end;             /* end of the runs, s; 0: as in a run */
+    double budget_s;          /* processor time of all runs together; runs that exceed it are left out; 0: 60 */
+    const char *linear;       /* linear solvers of the integrators that take one: "klu,umfpack,dense"; NULL: auto */
     const char *bodies; /* models of the flexible bodies, "rigid,none,first,full,segments:16", compared with the last
                            one, by the default method; NULL: none */
 } kempe_compare_options;

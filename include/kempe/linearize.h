@@ -29,7 +29,7 @@ typedef struct kempe_linearize_options {
     const char *outputs; /* as the model's outputs, or a component: "position(b.P).x"; default: the model's if there are
                           * inputs */
     const char *independent; /* independent coordinates; default: Kempe chooses */
-    const char *backend;
+    const char *backend;     /* as in kempe_run_options */
 } kempe_linearize_options;
 
 typedef struct kempe_linearization kempe_linearization;

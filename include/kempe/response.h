@@ -28,7 +28,7 @@ typedef struct kempe_response_options {
                                 ones, 200 */
     int linear;              /* 1: evenly spaced from A to B; 0: in even ratios */
     const char *independent; /* independent coordinates; default: Kempe chooses */
-    const char *backend;
+    const char *backend;     /* as in kempe_run_options */
 } kempe_response_options;
 
 typedef struct kempe_response kempe_response;

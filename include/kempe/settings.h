@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
- * A model with other values of its parameters and inputs, another closure tolerance, or another algorithm of its
- * equations.
+ * A model with other values of its parameters and inputs, another start, another closure tolerance, or another
+ * algorithm of its equations.
  */
 #ifndef KEMPE_SETTINGS_H
 #define KEMPE_SETTINGS_H
@@ -37,9 +37,23 @@ KEMPE_API kempe_status kempe_context_set_left_out(kempe_context *context, const 
  * line and column: surfaces that touch, limits and controllers that Kempe does not use. */
 KEMPE_API kempe_status kempe_context_set_strict(kempe_context *context, int strict);
 
+/** Gives a text that this context reads from now on in place of a file of this name, without looking for such a file:
+ * data of fits, motions, samples of inputs ("NAME:COLUMN:METHOD" in a setting), tables. NULL: no longer. Names in
+ * messages are of the text. */
+KEMPE_API kempe_status kempe_context_set_text(kempe_context *context, const char *name, const char *text);
+
 /** Makes limits of joints in files in other formats stops of their coordinates, without rebound (1), or leaves them out
  * (0, the default). The `joint_limits` of an included file comes first. */
 KEMPE_API kempe_status kempe_context_set_joint_limits(kempe_context *context, int limits);
+
+/** Makes a model that starts at q with the rates qd (n values each; NaN: not given; NULL: none is), in place of the
+ * former start. Independent coordinates keep the given values; other given ones may be off by rounding of their third
+ * digit. Coordinates without a value start as in the model and follow where the loops need it; without q the position
+ * is the model's. Goals of the model do not count when q is given, and its rates give way where they contradict qd.
+ * Values of states are in qd. The model must outlive it. KEMPE_E_FAILED: the loops cannot be closed there, or the
+ * values contradict each other; the message has the gap and the coordinates. KEMPE_E_ARGUMENT: a value is infinite. */
+KEMPE_API kempe_status kempe_model_start_at(const kempe_model *model, const double *q, const double *qd,
+                                            kempe_model **started);
 
 /* Inputs of a model: functions of time that are given to a run (docs/model/inputs.md). A stepper (kempe/stepper.h) or a
  * workspace (kempe/workspace.h) takes other values. Values here are in SI. */

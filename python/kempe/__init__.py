@@ -51,6 +51,7 @@ from .progress import Progress
 from .reduction import Reduction, reduce
 from .response import Response
 from .sensitivity import Sensitivity
+from .signatures import list_options
 from .stepper import SavedState, State, Stepper
 from .system import System
 from .table import FrozenTable, Table
@@ -68,6 +69,8 @@ from .workspace import (
     Step,
     Workspace,
 )
+
+list_options(Model, System, Ensemble, reduce)
 
 __version__: str = _ffi.string(_lib.kempe_version()).decode()
 

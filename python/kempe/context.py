@@ -16,8 +16,8 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from ._native import ffi, lib
-from .errors import ArgumentError, Interrupted, KempeWarning, error_of
-from .options import unknown
+from .errors import ArgumentError, Interrupted, KempeWarning, error_of, in_python
+from .options import unknown, utf8
 from .progress import Progress, ProgressTo, shown
 
 if TYPE_CHECKING:
@@ -106,6 +106,7 @@ class Context:
         self.coordinates: tuple[str, ...] = ()  # names, once the model is read
         self.rows: tuple[str, ...] = ()  # of the closures, once a system is derived
         self.inputs: dict[str, str] = {}  # and their units
+        self.texts: set[str] = set()  # names of texts that are read in place of files
         self._handle = ffi.new_handle((self.pointer, self.listener))
         lib.python_listen(self.pointer, self._handle)
 
@@ -135,7 +136,12 @@ class Context:
                     bars.close()
 
     def message(self) -> str:
-        return string(lib.kempe_context_message(self.pointer))
+        return in_python(string(lib.kempe_context_message(self.pointer)), self.texts)
+
+    def set_text(self, name: str, text: str | None) -> None:
+        """A text that is read in place of a file of this name; None: no longer."""
+        self.check(lib.kempe_context_set_text, self.pointer, utf8(name), NULL if text is None else utf8(text))
+        self.texts = {*self.texts, name} if text is not None else self.texts - {name}
 
     def input(self, name: str) -> int:
         """The number of an input."""
@@ -156,7 +162,7 @@ class Context:
             lib.kempe_context_clear_interrupt(self.pointer)
             raise failure
         for line in lines:
-            warnings.warn(line, KempeWarning, _level_of_caller())
+            warnings.warn(in_python(line, self.texts), KempeWarning, _level_of_caller())
         return status, message
 
     def guarded(self, function: Any, *arguments: Any) -> tuple[int, str]:

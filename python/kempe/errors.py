@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
+from functools import partial
 from typing import Any, NamedTuple
 
 from ._native import lib
@@ -96,6 +98,20 @@ CLASSES: dict[int, type[Error]] = {
     lib.KEMPE_E_ARGUMENT: ArgumentError,
     lib.KEMPE_E_BUG: BugError,
 }
+
+
+def in_python(message: str, tables: Collection[str] = ()) -> str:
+    """A sentence of the library, which also serves the command, with keywords in place of the command's options. `tables`: names
+    of tables in memory, whose lines are rows."""
+    for name in tables:
+        message = re.sub(rf"^{re.escape(name)}:(\d+):\d+: ", partial(_row, name), message, flags=re.M)
+    message = message.replace(" is NULL or missing", " is missing").replace("or --set)", "or its parameters)")
+    message = re.sub(r"--(?:input|set) (?=[^\W\d])", "", message)
+    return re.sub(r"(?<![\w-])--([a-z][a-z-]*)", lambda found: found[1].replace("-", "_"), message)
+
+
+def _row(name: str, line: re.Match[str]) -> str:
+    return f"{name}, row {int(line[1]) - 2}: " if int(line[1]) > 1 else f"{name}: "
 
 
 def error_of(status: int, message: str, partial: Any = None) -> Error:

@@ -7,12 +7,16 @@ import json
 import os
 import uuid
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
+from .arrays import Array, optional
+from .columns import columns_of, is_path, is_samples, samples_of, text_of_table
 from .context import Context, Fixed, string
 from .display import details, model_html
 from .ensemble import Ensemble, Folder, Function, Recipe, Values, rows_of
+from .errors import ArgumentError, InputError
 from .fit import Fit, Optimum
 from .generate import Code, Count, FmuExport
 from .gradient import Gradient
@@ -20,12 +24,13 @@ from .options import characters, entry_of, path_of, text_of, utf8, words
 from .options import options as struct_of
 from .result import study
 from .sensitivity import Sensitivity
+from .start import Start, start_row
 from .system import Force, System
 
 if TYPE_CHECKING:
     from typing import Unpack
 
-    from ._options import EnsembleOptions, FitOptions, FmuOptions, GenerateOptions, GradientOptions, OptimumOptions, RunOptions, SampleOptions, SensitivityOptions
+    from ._options import Data, EnsembleOptions, FitOptions, FmuOptions, GenerateOptions, GradientOptions, OptimumOptions, RunOptions, SampleOptions, SensitivityOptions
     from .trajectory import Trajectory
 
 Values_ = Mapping[str, Any]
@@ -51,6 +56,7 @@ class Model(Fixed):
 
     A value is a text as in the file: without a unit it is in SI, the value of an input in the unit of the input. A number is the
     text of its digits. In calls and results all numbers are in SI, also inputs of a stepper. `parameters` has values whose names are not keywords.
+    Samples of an input are {"t": times, "value": values, "method": "linear"}, or hold or cubic; the values may be a function of t.
     `closure_tolerance` (m) is the gap that redundant closures may keep; `cache` a folder that keeps derived equations.
     Of a robot in another format, `robot_base` is "fixed" or "free"; with `joint_limits` its limits are stops. Mechanics in it that Kempe does not read is an
     error, unless `leave_out` has its name. With `strict` surfaces, limits and controllers that are not used are errors, too.
@@ -72,7 +78,7 @@ class Model(Fixed):
         leave_out: Sequence[str] = (),
         **more: Any,
     ) -> None:
-        values = {**(parameters or {}), **more}
+        values = _values_of({**(parameters or {}), **more})
         reading = Reading(closure_tolerance, cache, robot_base, joint_limits, strict, leave_out)
         self._recipe: Recipe = _read_again, (os.path.abspath(path), None, values, reading)
         self._read(lib.guarded_kempe_model_read_set, (path_of(path),), values, reading)
@@ -100,7 +106,7 @@ class Model(Fixed):
         kempe.errors.InputError: empty.yaml:1:1: the model has no key 'bodies'
         """
         model = cls.__new__(cls)
-        values = {**(parameters or {}), **more}
+        values = _values_of({**(parameters or {}), **more})
         reading = Reading(closure_tolerance, cache, robot_base, joint_limits, strict, leave_out)
         model._recipe = _read_again, (label, text, values, reading)
         source = (utf8(text), utf8(label))
@@ -130,12 +136,30 @@ class Model(Fixed):
         keep: list[Any] = []
         settings = ffi.new(
             "kempe_setting[]",
-            [(characters(name, keep), characters(text_of(value), keep)) for name, value in values.items()],
+            [(characters(name, keep), characters(self._setting(name, value), keep)) for name, value in values.items()],
         )
-        made = self._context.make(Model, function, self._context.pointer, *source, settings, len(values))
+        try:
+            made = self._context.make(Model, function, self._context.pointer, *source, settings, len(values))
+        except InputError as error:
+            self._explain_samples(values, error)
+            raise
         self._take(made._pointer)
         if reading.closure_tolerance is not None:
             self._context.check(lib.kempe_model_set_closure_tolerance, self._pointer, reading.closure_tolerance)
+
+    def _explain_samples(self, values: Values_, error: InputError) -> None:
+        """A parameter is a number, and its samples are read as an expression."""
+        wrong = [name for name, value in values.items() if isinstance(value, dict) and f"{name}:1:1: unknown" in error.message]
+        if wrong:
+            raise ArgumentError(f"'{wrong[0]}' is a parameter, which is a number; samples are for inputs") from None
+
+    def _setting(self, name: str, value: Any) -> str:
+        """A value as text. Samples are the text of a table that stays with the model."""
+        if not isinstance(value, dict):
+            return text_of(value)
+        label, method = f"samples of {name}", value["method"]
+        self._context.set_text(label, text_of_table(name, {key: value[key] for key in ("t", "value")}))
+        return f"{label}:value:{method}"
 
     def _take(self, pointer: Any) -> None:
         """Takes the library's model over."""
@@ -147,6 +171,7 @@ class Model(Fixed):
             for k in range(lib.kempe_model_input_count(pointer))
         }
         self._system: System | None = None
+        self._started: tuple[list[bytes | None], Model] | None = None  # the last other start
 
     @classmethod
     def _of(cls, context: Context, pointer: Any, recipe: Recipe) -> Model:
@@ -248,19 +273,46 @@ class Model(Fixed):
                 long=False,
             )
         made._recipe = _derive_again, (self._recipe, dynamics, force)
+        made._of_model = partial(Model._of, self._context, self._pointer, self._recipe)
         if force is not None:
             made._set_force(force)
         elif dynamics is None:
             self._system = made
         return made
 
-    def simulate(self, **options: Unpack[RunOptions]) -> Trajectory:
-        """`system().simulate(..)`.
+    def start_at(self, q: Start | None = None, qd: Start | None = None) -> Model:
+        """The model with another start, in every computation: as `start` of a model file, but independent coordinates keep the
+        given values. q, qd: arrays in the order of `coordinates`, or mappings with some of their names; other coordinates start
+        as in the model, and follow where the loops need it. Goals of the model do not count when q is given. Values of states are in qd.
+
+        FailedError: the loops cannot be closed there, or values contradict each other; it has the gap and the coordinates.
+
+        >>> lifted = Model("four_bar.yaml").start_at(q={"crank": 1.5}, qd={"crank": 2})
+        >>> run = lifted.simulate(t_end=0.5)
+        >>> float(run.q[0, 0]), float(run.qd[0, 0])
+        (1.5, 2.0)
+        """
+        names, states = self.coordinates, self.coordinates[len(self.coordinates) - len(self.states) :]
+        return self._start_at(start_row("q", q, names, states), start_row("qd", qd, names, ()))
+
+    def _start_at(self, q: Array | None, qd: Array | None) -> Model:
+        """As start_at, of a value for each coordinate, NaN where none is given."""
+        rows = [None if row is None else row.tobytes() for row in (q, qd)]
+        if self._started is None or self._started[0] != rows:
+            arguments = [optional(row, len(self.coordinates), "") for row in (q, qd)]
+            made = self._context.make(
+                Model, lib.kempe_model_start_at, self._pointer, *arguments, owners=(self._pointer,), long=False
+            )
+            self._started = rows, Model._of(self._context, made._pointer, (_start_again, (self._recipe, q, qd)))
+        return self._started[1]
+
+    def simulate(self, q: Start | None = None, qd: Start | None = None, **options: Unpack[RunOptions]) -> Trajectory:
+        """`system().simulate(..)`. q, qd: another start, as in `start_at`.
 
         >>> Model("four_bar.yaml").simulate(t_end=1).verdict["convergence"]["result"]
         'converged'
         """
-        return self.system().simulate(**options)
+        return self.system().simulate(q, qd, **options)
 
     def sensitivity(self, **options: Unpack[SensitivityOptions]) -> Sensitivity:
         """Derivatives of a trajectory, or of a state, by parameters.
@@ -272,7 +324,8 @@ class Model(Fixed):
         return study(Sensitivity, self, options)
 
     def fit(self, **options: Unpack[FitOptions]) -> Fit:
-        """Parameters from measured motions: `data` is a CSV file, `parameters` names or a mapping of names to bounds.
+        """Parameters from measured motions: `data` is a CSV file or columns by name, as {"t": .., "q(arm)": ..}, a data frame or a
+        table; `parameters` names or a mapping of names to bounds.
 
         >>> Model("four_bar.yaml", crank_mass=2).simulate(t_end=1).rows.write("measured.csv")
         >>> fit = Model("four_bar.yaml").fit(data="measured.csv", columns="q.rocker", parameters={"crank_mass": (0.1, 5)})
@@ -334,18 +387,21 @@ class Model(Fixed):
 
     # -- many instances ----------------------------------------------------------------------------------
 
-    def values(self, columns: Mapping[str, Any] | str | os.PathLike[str]) -> Values:
-        """Values of parameters and starts (q.NAME, qd.NAME) for many instances: arrays of one length by name, or a CSV file.
+    def values(self, columns: Data) -> Values:
+        """Values of parameters and starts (q.NAME, qd.NAME) for many instances: arrays of one length by name, a data frame, or a CSV
+        file.
 
         >>> values = Model("four_bar.yaml").values({"crank": [0.29, 0.30, 0.31], "qd.crank": 20})
         >>> values.names, len(values), values[0].tolist()
         (('crank', 'qd.crank'), 3, [0.29, 20.0])
         """
-        if not isinstance(columns, Mapping):
+        if is_path(columns):
             made = self._context.make(
                 Values, lib.guarded_kempe_values_read, self._pointer, path_of(columns), owners=(self._pointer,)
             )
             return self._called(made, "values", os.path.abspath(os.fsdecode(columns)))
+        if not isinstance(columns, Mapping):
+            columns = columns_of("values", columns, index=False)
         rows = rows_of(columns)
         keep: list[Any] = []
         names = words(columns, keep)
@@ -384,7 +440,7 @@ class Model(Fixed):
         return self._called(made, "sample", ranges, count, **options)
 
     def ensemble(
-        self, values: Values | Mapping[str, Any] | str | os.PathLike[str], **options: Unpack[EnsembleOptions]
+        self, values: Values | Data, **options: Unpack[EnsembleOptions]
     ) -> Ensemble:
         """Many instances of the mechanism, with quantities of each: words, a list of them or a mapping of names to words.
 
@@ -453,6 +509,16 @@ class Model(Fixed):
 def _instance_again(recipe: Recipe, folder: str, k: int) -> Model:
     made: Model = recipe[0](*recipe[1])
     return made.instance(folder, k)
+
+
+def _values_of(values: Values_) -> Values_:
+    """Values of parameters and inputs, with samples as arrays."""
+    return {name: samples_of(name, value) if is_samples(name, value) else value for name, value in values.items()}
+
+
+def _start_again(recipe: Recipe, q: Array | None, qd: Array | None) -> Model:
+    made: Model = recipe[0](*recipe[1])
+    return made._start_at(q, qd)
 
 
 def _read_again(label: str, text: str | None, values: Values_, reading: Reading) -> Model:

@@ -226,6 +226,11 @@ def options(struct: str, values: Mapping[str, Any], *others: str, start: Any = N
     plan = _plan(struct)
     for name in values:
         if name not in plan.names and name not in others:
+            if name in ("q", "qd"):
+                raise TypeError(
+                    f"{name} is not a keyword here: start_at({name}=..) of a model or system gives another start for all studies; "
+                    f"instances of an ensemble have theirs in columns {name}.NAME of its values"
+                )
             raise TypeError(unknown("keyword", name, (*plan.names, *others)))
     keep: list[Any] = []
     made = ffi.new(plan.pointer) if start is None else ffi.new(plan.pointer, start)

@@ -11,6 +11,7 @@ from contextlib import AbstractContextManager, nullcontext
 from typing import Any, ClassVar
 
 from ._native import lib
+from .columns import TABLES, TextsFor, with_tables
 from .context import Fixed, Owned, T, outcome, string, text_written
 from .display import details, picture
 from .errors import Error
@@ -170,9 +171,11 @@ class Drawn(Result):
 def study(kind: type[T], source: Owned, values: Mapping[str, Any]) -> T:
     """The result of a study of a model or system, whose options are keywords."""
     context, progress = source._context, values.get("progress")
-    given, keep = options(kind._options or f"kempe_{kind._noun}_options", values, "progress")
+    struct = kind._options or f"kempe_{kind._noun}_options"
+    values, texts = with_tables(struct, values) if struct in TABLES else (values, {})
+    given, keep = options(struct, values, "progress")
     function = getattr(lib, kind._maker or f"guarded_kempe_{kind._noun}_new")
-    with _nothing if progress is None else context.reporting(progress):
+    with _nothing if progress is None else context.reporting(progress), TextsFor(context, texts) if texts else _nothing:
         made = context.make(kind, function, source._pointer, given, owners=(source._pointer,))
     del keep
     return made

@@ -46,7 +46,9 @@ if TYPE_CHECKING:
         ResponseOptions,
         RunOptions,
     )
+    from .model import Model
     from .progress import ProgressTo
+    from .start import Start
 
 Force: TypeAlias = "Callable[[float, Array, Array], ArrayLike]"
 View = Literal["equations", "program", "stats", "passes"]
@@ -61,6 +63,9 @@ class System(Fixed):
     _noun = "system"
 
     _recipe: tuple[Callable[..., Any], tuple[Any, ...]]
+    _of_model: Callable[[], Model]  # the model, without a reference to it
+    _model: Model | None = None
+    _started: tuple[Model, System] | None = None  # the last other start
 
     def __reduce__(self) -> Any:
         return self._recipe
@@ -131,17 +136,39 @@ class System(Fixed):
 
     # -- motion --------------------------------------------------------------------------------------------
 
-    def simulate(self, **options: Unpack[RunOptions]) -> Trajectory:
-        """Runs one formulation. A run that fails raises FailedError, whose `partial` has the rows up to there.
+    def start_at(self, q: Start | None = None, qd: Start | None = None) -> System:
+        """The equations with another start (`Model.start_at`), for every study. They are derived again; the last ones are kept.
+        An ensemble has many starts, as columns q.NAME and qd.NAME, and derives once.
+
+        >>> system = kempe.Model("four_bar.yaml").system()
+        >>> run = system.simulate(t_end=0.5)
+        >>> system.start_at(run.q[-1], run.qd[-1]).assemble().q.round(6) == run.q[-1].round(6)
+        array([ True,  True,  True])
+        """
+        if q is None and qd is None:
+            return self
+        if self._model is None:
+            self._model = self._of_model()
+        _, (_, dynamics, force) = self._recipe
+        started = self._model.start_at(q, qd)
+        if self._started is None or self._started[0] is not started:
+            self._started = started, started.system(dynamics, force)
+        return self._started[1]
+
+    def simulate(self, q: Start | None = None, qd: Start | None = None, **options: Unpack[RunOptions]) -> Trajectory:
+        """Runs one formulation. A run that fails raises FailedError, whose `partial` has the rows up to there. q, qd: another start,
+        as in `start_at`.
 
         >>> system = kempe.Model("four_bar.yaml").system()
         >>> system.simulate(t_end=1, formulation="projected", output_step=0.1)
         <Trajectory: complete, 11 rows to t = 1 s>
+        >>> bool(system.simulate(q={"crank": 1.5}, t_end=1).q[0, 0] == 1.5)
+        True
         """
-        return study(Trajectory, self, options)
+        return study(Trajectory, self.start_at(q, qd), options)
 
-    def stepper(self, **options: Unpack[RunOptions]) -> Stepper:
-        """A run that is advanced by the caller, who sets inputs between the calls.
+    def stepper(self, q: Start | None = None, qd: Start | None = None, **options: Unpack[RunOptions]) -> Stepper:
+        """A run that is advanced by the caller, who sets inputs between the calls. q, qd: another start, as in `start_at`.
 
         >>> stepper = kempe.Model("cart_pole.yaml").system().stepper(t_end=2)
         >>> stepper.set_input("u", 1.5)
@@ -149,7 +176,7 @@ class System(Fixed):
         >>> stepper
         <Stepper at t = 0.5 s>
         """
-        return study(Stepper, self, options)
+        return study(Stepper, self.start_at(q, qd), options)
 
     def compare(self, **options: Unpack[CompareOptions]) -> Comparison:
         """Many formulations, integrators and tolerances against a reference.
@@ -171,7 +198,8 @@ class System(Fixed):
         return study(Kinematics, self, options)
 
     def inverse(self, **options: Unpack[InverseOptions]) -> Inverse:
-        """Actuator forces and torques of a prescribed motion; without `motion`, the motion of the model's drives or the start.
+        """Actuator forces and torques of a prescribed motion. `motion` is a CSV file, a trajectory, or columns by name, which may be
+        functions of the column t. Without it: the motion of the model's drives, or the start.
 
         >>> held = kempe.Model("four_bar.yaml").system().inverse(actuators="crank")
         >>> held.dof, held.rank, "tau.crank" in held.rows

@@ -72,7 +72,7 @@ def test_gathered(tmp_path):
     with pytest.raises(kempe.FailedError, match=r"part-000001.parquet: it is another part; remove it"):
         folder.check()
     (place / "part-000001.parquet").unlink()
-    with pytest.raises(kempe.FailedError, match="1 of 3 parts is missing: 1; the run with --resume makes it"):
+    with pytest.raises(kempe.FailedError, match="1 of 3 parts is missing: 1; the run with resume makes it"):
         folder.write(tmp_path / "missing.csv")
     assert not (tmp_path / "missing.csv").exists()
 
@@ -165,7 +165,7 @@ def test_shares(tmp_path):
     half = ensemble.run_folder(place, chunk=CHUNK, shard="1/2", t_end=0.2)
     assert (half.parts, half.whole) == (3, 2)
     assert kempe.Folder.open(place).to_dict()["missing"] == 1
-    with pytest.raises(kempe.InputError, match="--resume runs what is missing"):
+    with pytest.raises(kempe.InputError, match="resume runs what is missing"):
         ensemble.run_folder(place, t_end=0.2)
     with pytest.raises(kempe.InputError, match="the seed is 1 in the folder and 2 in this run"):
         bars(seed=2).run_folder(place, resume=True, t_end=0.2)

@@ -135,7 +135,7 @@ def test_grid(model):
         ("q.A=IT7", {}, "parameter of the model"),
         ("p0=0:1", {"design": "latn"}, "unknown design 'latn'"),
         ("p0=0:1", {"design": "grid"}, "number of values"),
-        ("p0=0:1:3", {}, "--design grid"),
+        ("p0=0:1:3", {}, "to design grid"),
         ("p0=0:1,p1=0:1", {"correlations": "p0:p1=1"}, "between -1 and 1"),
         ("p0=0:1,p1=0:1", {"correlations": "p0:p2=0.5"}, "two different names"),
         ("p0=0:1,p1=0:1,p2=0:1", {"correlations": "p0:p1=0.9,p1:p2=0.9,p0:p2=-0.9"}, "contradict"),

@@ -46,6 +46,10 @@ struct kempe_context {
         ino_t file;
     } * sources; /* files that models and meshes were read from */
     int source_count;
+    struct given {
+        char *name, *text;
+    } * given; /* texts in place of files */
+    int given_count;
 };
 
 /* States of the interrupt: an idle context, a request to end the current or next computation, a computation that is
@@ -108,6 +112,11 @@ void kempe_context_free(kempe_context *context)
     kmp_free(context->cache);
     kmp_free(context->own_left_out);
     kmp_free(context->sources);
+    for (int k = 0; k < context->given_count; k++) {
+        kmp_free(context->given[k].name);
+        kmp_free(context->given[k].text);
+    }
+    kmp_free(context->given);
     kmp_free(context);
 }
 
@@ -136,6 +145,53 @@ int kempe_context_is_source(const kempe_context *context, const char *path)
 {
     struct stat file;
     return context && path && stat(path, &file) == 0 && has_source(context, &file);
+}
+
+/* The text of a name, -1: there is none. */
+static int find_given(const kempe_context *context, const char *name)
+{
+    int k = context->given_count - 1;
+    while (k >= 0 && strcmp(context->given[k].name, name) != 0)
+        k--;
+    return k;
+}
+
+const char *kmp_context_text(const kempe_context *context, const char *name)
+{
+    const int k = context ? find_given(context, name) : -1;
+    return k >= 0 ? context->given[k].text : context && context->above ? kmp_context_text(context->above, name) : NULL;
+}
+
+/* A new name with its text, both of which the context then owns. False: no memory. */
+static bool add_given(kempe_context *context, char *name, char *text)
+{
+    struct given *room = kmp_realloc(context->given, (size_t)context->given_count + 1, sizeof *room);
+    if (room)
+        context->given = room;
+    if (!room || !name || !text)
+        return false;
+    context->given[context->given_count++] = (struct given){name, text};
+    return true;
+}
+
+kempe_status kempe_context_set_text(kempe_context *context, const char *name, const char *text)
+{
+    KMP_WANTED(NULL, context, "context");
+    KMP_WANTED(context, name, "name");
+    const int k = find_given(context, name);
+    if (k >= 0) {
+        kmp_free(context->given[k].name);
+        kmp_free(context->given[k].text);
+        context->given[k] = context->given[--context->given_count];
+    }
+    if (!text)
+        return KEMPE_OK;
+    char *own_name = kmp_strdup(name), *own_text = kmp_strdup(text);
+    if (add_given(context, own_name, own_text))
+        return KEMPE_OK;
+    kmp_free(own_name);
+    kmp_free(own_text);
+    return kmp_fail_memory(context);
 }
 
 kempe_status kempe_context_set_cache(kempe_context *context, const char *folder)

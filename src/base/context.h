@@ -33,6 +33,9 @@ kempe_status kmp_context_note_source(kempe_context *context, const char *path);
  * progress and uses no cache; it is quiet if that is. NULL: no memory. The context above must outlive it. */
 kempe_context *kmp_context_new_below(kempe_context *above);
 
+/** The text that a caller has given in place of a file of this name, also to a context above; NULL: none. */
+const char *kmp_context_text(const kempe_context *context, const char *name);
+
 /** Forgets the old message. Each public function that can fail begins with it. */
 void kmp_context_clear(kempe_context *context);
 

@@ -182,7 +182,7 @@ const char *kmp_path_beside(kmp_reader *r, int file, const char *name)
 char *kmp_read_file(kmp_reader *r, kmp_file_kind kind, const kmp_yaml *node, const char *what, const char *path,
                     size_t *length)
 {
-    kempe_context *aside = kempe_context_new(); /* its message becomes part of the reader's */
+    kempe_context *aside = kmp_context_new_below(r->model->context); /* its message becomes part of the reader's */
     char *text = NULL;
     kempe_status status = aside ? kmp_file_read(aside, kind, path, &text, length) : KEMPE_E_MEMORY;
     if (status == KEMPE_E_MEMORY)
