@@ -22,8 +22,8 @@ _FIRST, _LARGEST, _FACTOR = 1e-6, 1e10, 10.0  # of the regularisation, over the 
 
 
 class Plan(NamedTuple):
-    """An optimal motion: N + 1 states at the times t and N forces, each constant for a step. `gains` (N, a, 2 p) are those of the
-    feedback law force = forces[k] + gains[k] (x - x[k]) of the independent coordinates and their rates x = (u, ud). `error` is the
+    """An optimal motion: N + 1 states at the times t and N forces, each constant for a step. `gains` (N, a, 2 p) belong to
+    the feedback law force = forces[k] + gains[k] (x - x[k]) of the independent coordinates and their rates x = (u, ud). `error` is the
     largest change of a coordinate when the steps are halved."""
 
     t: Array  # N + 1, s
