@@ -193,8 +193,8 @@ def write_options(path):
     parts = [
         '"""Names and types of options. Generated from the public headers."""\n\nfrom __future__ import annotations\n\n'
         "from collections.abc import Mapping, Sequence\nfrom os import PathLike\nfrom typing import Any, TypedDict, Union\n\n"
-        "from .columns import Frame\nfrom .progress import ProgressTo\n\n"
-        'Data = Union[str, "PathLike[str]", Mapping[str, Any], Frame]\n'
+        "from .columns import Frame, Motion\nfrom .progress import ProgressTo\n\n"
+        'Data = Union[str, "PathLike[str]", Mapping[str, Any], Frame, Motion]\n'
         'Text = Union[str, float, "PathLike[str]", Sequence[Union[str, float]], Mapping[str, object]]\n',
         f'class Reporting(TypedDict, total=False):\n    """progress: {PROGRESS}"""\n\n    progress: ProgressTo\n',
     ]
