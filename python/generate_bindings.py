@@ -2,15 +2,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes the low level of the Python package from the public headers, so that it needs no upkeep:
 
-    python3 python/generate_bindings.py MODULE.c OPTIONS.py
+    python3 python/generate_bindings.py MODULE.c OPTIONS.py HELP.py
 
 MODULE.c is the extension module `kempe._native` (cffi in API mode, for the limited API of Python): all public functions and
 types, the helpers of helpers.h, and a guarded form of each long computation. OPTIONS.py has a TypedDict for each struct of
-options, for type checkers and help().
+options, for type checkers. HELP.py has their texts, for help().
 """
 
 import keyword
 import pathlib
+import pprint
 import re
 import sys
 import textwrap
@@ -127,21 +128,27 @@ def base_classes(rows):
     return [class_name(kind.removeprefix("const ").rstrip(" *")) for _, kind, _ in rows if "_options" in kind] or ["Reporting"]
 
 
-def option_class(struct, rows):
+def options_of(rows):
+    """(keyword, type, words) of the members of a struct."""
     names = {name for name, _, _ in rows}
+    for name, kind, words in rows:
+        for each in name.split(", "):
+            is_count = each.endswith("_count") and each[:-6] + "s" in names
+            if each != "size" and kind in TYPES and not is_count:
+                each += "_" if keyword.iskeyword(each) else ""
+                yield each, TABLES[kind] if is_table(words) else TYPES[kind], in_python(words)
+
+
+def option_class(struct, rows):
     lines = [
         f"class {class_name(struct)}({', '.join(base_classes(rows))}, total=False):",
         f'    """Options of `{struct}`. Each may be left out.',
         "",
     ]
     fields = []
-    for name, kind, words in rows:
-        for each in name.split(", "):
-            is_count = each.endswith("_count") and each[:-6] + "s" in names
-            if each != "size" and kind in TYPES and not is_count:
-                each += "_" if keyword.iskeyword(each) else ""
-                fields.append(f"    {each}: {TABLES[kind] if is_table(words) else TYPES[kind]}")
-                lines += textwrap.wrap(f"{each}: {in_python(words)}", 110, initial_indent="    ", subsequent_indent="        ")
+    for name, kind, words in options_of(rows):
+        fields.append(f"    {name}: {kind}")
+        lines += textwrap.wrap(f"{name}: {words}", 110, initial_indent="    ", subsequent_indent="        ")
     return "\n".join([*lines, '    """', "", *fields]) + "\n"
 
 
@@ -178,32 +185,50 @@ def failures():
                         yield class_name(struct), raised(api.text_of(item.comment or ""))
 
 
+PROGRESS = "True for a bar, or a function that is called with a `Progress`; its exception ends the computation."
+
+
 def write_options(path):
-    """Python's classes of options, a struct that another one points to first; and what their studies raise."""
-    structs = dict(option_structs())
+    """Python's classes of options, a struct that another one points to first."""
     parts = [
         '"""Names and types of options. Generated from the public headers."""\n\nfrom __future__ import annotations\n\n'
         "from collections.abc import Mapping, Sequence\nfrom os import PathLike\nfrom typing import Any, TypedDict, Union\n\n"
-        "from .columns import Frame\nfrom .progress import ProgressTo\n\n"
-        'Data = Union[str, "PathLike[str]", Mapping[str, Any], Frame]\n'
+        "from .columns import Frame, Motion\nfrom .progress import ProgressTo\n\n"
+        'Data = Union[str, "PathLike[str]", Mapping[str, Any], Frame, Motion]\n'
         'Text = Union[str, float, "PathLike[str]", Sequence[Union[str, float]], Mapping[str, object]]\n',
-        "class Reporting(TypedDict, total=False):\n"
-        '    """Option of all computations that may take long.\n\n    progress: True for a bar, or a function that is called with a `Progress`; its exception ends the computation.\n    """\n\n'
-        "    progress: ProgressTo\n",
+        f'class Reporting(TypedDict, total=False):\n    """progress: {PROGRESS}"""\n\n    progress: ProgressTo\n',
     ]
-    parts += [option_class(*struct) for struct in structs.items()]
-    bases = {class_name(name): base_classes(rows) for name, rows in structs.items()}
-    lines = "".join(f"    {name!r}: {[*of, *bases.get(of[0], [])]!r},\n" for name, of in bases.items())
-    parts.append(f"# Classes whose options a class has, too.\nBASES: dict[str, list[str]] = {{\n{lines}}}\n")
-    rows = "".join(f"    {name!r}: {text!r},\n" for name, text in failures())
-    parts.append(f"# Exceptions of the studies with these options, and their causes.\nRAISES: dict[str, list[str]] = {{\n{rows}}}\n")
+    parts += [option_class(*struct) for struct in option_structs()]
     pathlib.Path(path).write_text("\n\n".join(parts))
 
 
+def wrapped(text):
+    return "\n".join(textwrap.wrap(text, 116, subsequent_indent="    "))
+
+
+def write_help(path):
+    """The same options as texts, and what their studies raise, for signatures and docstrings."""
+    structs = {class_name(name): rows for name, rows in option_structs()}
+    options = {"Reporting": {"progress": ("ProgressTo", wrapped(f"progress: {PROGRESS}"))}}
+    for name, rows in structs.items():
+        options[name] = {each: (kind, wrapped(f"{each}: {words}")) for each, kind, words in options_of(rows)}
+    bases = {name: [*base_classes(rows), *(["Reporting"] if base_classes(rows) != ["Reporting"] else [])] for name, rows in structs.items()}
+    raises = {name: "\n".join(map(wrapped, lines)) for name, lines in failures()}
+    head = '"""Options of studies: their types and texts, and exceptions. Generated from the public headers."""\n\n'
+    tables = [
+        ("OPTIONS: dict[str, dict[str, tuple[str, str]]]", options, "By class of options: each own option."),
+        ("BASES: dict[str, list[str]]", bases, "Classes whose options a class has, too."),
+        ("RAISES: dict[str, str]", raises, "Exceptions and their causes."),
+    ]
+    texts = [f"# {words}\n{name} = {pprint.pformat(table, width=140, sort_dicts=False)}\n" for name, table, words in tables]
+    pathlib.Path(path).write_text(head + "\n".join(texts))
+
+
 def main(arguments):
-    module, options = arguments
+    module, options, texts = arguments
     write_module(module, [declarations(text) for text in headers().values()])
     write_options(options)
+    write_help(texts)
     return 0
 
 

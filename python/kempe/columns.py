@@ -25,6 +25,16 @@ class Frame(Protocol):
     def __getitem__(self, name: Any) -> Any: ...
 
 
+class Motion(Protocol):
+    """A trajectory."""
+
+    @property
+    def rows(self) -> Any: ...
+
+    @property
+    def qdd(self) -> Any: ...
+
+
 # Options that are tables, by their struct; a list of tables is given as texts.
 TABLES: dict[str, tuple[str, ...]] = {
     "kempe_run_options": ("reference",),

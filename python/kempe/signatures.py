@@ -1,19 +1,45 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Options of studies where help() and completion look for them: in signatures, and at the end of docstrings. Both are made of the
-classes of options when the package is imported, and agree with the headers of the library."""
+"""Options of studies where help() and completion look for them: in signatures, and at the end of docstrings."""
 
 from __future__ import annotations
 
 import inspect
 import re
-import textwrap
-from collections.abc import Callable
+from types import FunctionType
 from typing import Any
 
-from . import _options
+from ._help import BASES, OPTIONS, RAISES
 
-_ENTRY = re.compile(r"\n(?=\w+:)")
 _UNPACKED = re.compile(r"Unpack\[(\w+)\]")
+
+
+class _Listed(inspect.Signature):
+    """The signature of a function with its options in place of **options, made when it is looked at."""
+
+    def __init__(self, function: Any, options: dict[str, tuple[str, str]]) -> None:
+        super().__init__(return_annotation=function.__annotations__["return"])
+        self._function, self._options = function, options
+        self._known: Any = None
+
+    @property
+    def parameters(self) -> Any:
+        if self._known is None:
+            plain = FunctionType(self._function.__code__, {}, "", self._function.__defaults__)
+            plain.__kwdefaults__ = self._function.__kwdefaults__
+            plain.__annotations__ = self._function.__annotations__
+            *given, _ = inspect.signature(plain).parameters.values()
+            only = inspect.Parameter.KEYWORD_ONLY
+            added = [inspect.Parameter(name, only, default=None, annotation=f"{kind} | None") for name, (kind, _) in self._options.items()]
+            self._known = inspect.Signature([*given, *added]).parameters
+        return self._known
+
+    def replace(self, **changes: Any) -> Any:
+        return inspect.Signature(tuple(self.parameters.values()), return_annotation=self.return_annotation).replace(**changes)
+
+    __replace__: Any = replace
+
+    def __reduce__(self) -> Any:
+        return inspect.Signature, (tuple(self.parameters.values()),), {"_return_annotation": self.return_annotation}
 
 
 def list_options(*owners: Any) -> None:
@@ -22,39 +48,23 @@ def list_options(*owners: Any) -> None:
         for member in vars(each).values() if isinstance(each, type) else [each]:
             found = _UNPACKED.search(str(getattr(member, "__annotations__", {}).get("options", "")))
             if found:
-                _list(member, getattr(_options, found[1]))
+                _list(member, found[1])
 
 
-def _list(function: Callable[..., Any], kind: Any) -> None:
-    plain = inspect.signature(function)
-    given = [each for each in plain.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
-    names = {each.name for each in given}
-    types = {name: getattr(text, "__forward_arg__", text) for name, text in kind.__annotations__.items()}
-    words = {name: text for name, text in _words(kind).items() if name not in names}
-    added = [
-        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=f"{types[name]} | None")
-        for name in words
-    ]
-    function.__signature__ = plain.replace(parameters=[*given, *added])  # type: ignore[attr-defined]
-    function.__doc__ = "\n\n".join(
-        [
-            inspect.cleandoc(function.__doc__ or ""),
-            "\n".join(["Options (None: not given):", *(_indented(f"{name}: {text}") for name, text in words.items())]),
-            "\n".join(["Raises:", *map(_indented, _options.RAISES[kind.__name__])]),
-        ]
-    )
+def _list(function: Any, name: str) -> None:
+    code = function.__code__
+    own = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
+    options = {key: row for each in (name, *BASES[name]) for key, row in OPTIONS[each].items() if key not in own}
+    function.__signature__ = _Listed(function, options)
+    doc = (function.__doc__ or "").rstrip()
+    end = "\n" + (function.__doc__ or "").rpartition("\n")[2] if "\n" in doc else "\n        "
+    entries = "\n".join([text for _, text in options.values()])
+    lists = f"\n\nOptions (None: not given):\n{entries}\n", f"\nRaises:\n{RAISES[name]}"
+    function.__doc__ = doc + "".join(_indented(text, end) for text in lists)
 
 
-def _words(kind: Any) -> dict[str, str]:
-    """The text of each option. Own ones come first, then the options of runs, and progress."""
-    found: dict[str, str] = {}
-    for each in [kind, *(getattr(_options, name) for name in _options.BASES[kind.__name__])]:
-        _, _, entries = inspect.cleandoc(each.__doc__ or "").partition("\n\n")
-        for entry in _ENTRY.split(entries):
-            name, _, text = entry.partition(":")
-            found.setdefault(name, " ".join(text.split()))
-    return found
-
-
-def _indented(text: str) -> str:
-    return textwrap.fill(text, 120, initial_indent="    ", subsequent_indent="        ")
+def _indented(text: str, end: str) -> str:
+    """A list under a title; `end`: a line end and the margin of the docstring."""
+    lines = text.split("\n")
+    title = next(k for k, line in enumerate(lines) if line.endswith(":"))
+    return end.join([*lines[: title + 1], *(f"    {line}" if line else "" for line in lines[title + 1 :])])

@@ -2,12 +2,13 @@
 """Options and exceptions where help() and completion look for them."""
 
 import inspect
+import pickle
 import pydoc
 import re
 
 import kempe
-import kempe._options
 import pytest
+from kempe._help import BASES
 from kempe.options import _plan
 
 OWNERS = {"Model": kempe.Model, "System": kempe.System, "Ensemble": kempe.Ensemble}
@@ -20,7 +21,7 @@ STUDIES = [
 
 
 def test_all_studies_are_here():
-    assert len(STUDIES) > 25 and {name for _, name in STUDIES} | {"FolderOptions"} == set(kempe._options.BASES)
+    assert len(STUDIES) > 25 and {name for _, name in STUDIES} | {"FolderOptions"} == set(BASES)
 
 
 @pytest.mark.parametrize("function, name", STUDIES, ids=lambda each: getattr(each, "__qualname__", each))
@@ -29,8 +30,7 @@ def test_signature_and_help(function, name):
     listed = inspect.signature(function).parameters
     assert not any(each.kind is inspect.Parameter.VAR_KEYWORD for each in listed.values())
     accepted = {*_plan(struct).names, "progress"}
-    own = set(inspect.signature(function, follow_wrapped=False).parameters) - set(listed)
-    assert not own and accepted <= set(listed), accepted - set(listed)
+    assert accepted <= set(listed), accepted - set(listed)
     added = [each.name for each in listed.values() if each.kind is inspect.Parameter.KEYWORD_ONLY and each.name in accepted]
     text = inspect.getdoc(function)
     body, _, rest = text.partition("Options (None: not given):\n")
@@ -49,3 +49,10 @@ def test_of_a_bound_method(four_bar):
     assert bound.arguments == {"t_end": 1, "rtol": 1e-6}
     with pytest.raises(TypeError):
         inspect.signature(four_bar.fit).bind(rtoll=1)
+
+
+def test_signatures_are_values():
+    listed = inspect.signature(kempe.Model.fit)
+    assert pickle.loads(pickle.dumps(listed)).parameters == listed.parameters
+    assert str(listed).startswith("(self, *, data: 'Data | None' = None, ") and str(listed).endswith(" -> 'Fit'")
+    assert listed.replace(parameters=[]).return_annotation == "Fit" and listed == inspect.signature(kempe.Model.fit)

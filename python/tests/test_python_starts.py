@@ -127,6 +127,24 @@ def test_states():
         heated.simulate(q={"heat": 3})
 
 
+def test_delays():
+    signal = {"delay": "q(arm)", "time": 0.1}
+    for more in ({}, {"start": 0.1}):
+        delayed = bodies(states={"seen": {**signal, **more}})
+        run = delayed.simulate(q={"arm": 1}, qd={"seen": 0.5}, t_end=0.2, output_step=0.05)
+        assert run["state(seen)"][:2].tolist() == [0.5, 0.5] and run["state(seen)"][3] == pytest.approx(run.q[1, 0])
+        assert delayed.simulate(q={"arm": 1}, t_end=0.2, output_step=0.05)["state(seen)"][1] == more.get("start", 1)
+    delayed = bodies(states={"seen": {**signal, "before": "3*t"}})
+    assert delayed.simulate(q={"arm": 1}, t_end=0.2)["state(seen)"][0] == pytest.approx(-0.3)
+    with pytest.warns(kempe.KempeWarning, match="'seen' before the start is constant at its given value, in place of 'before'"):
+        assert delayed.simulate(qd={"seen": 0.5}, t_end=0.2)["state(seen)"][0] == 0.5
+
+
+def test_sampled_states():
+    counter = bodies(states={"i": {"start": 4, "sample": 0.1, "next": "i + 1"}})
+    assert counter.simulate(qd={"i": 10}, t_end=0.25)["state(i)"][-1] == counter.simulate(t_end=0.25)["state(i)"][-1] + 6
+
+
 def test_islands():
     two = bodies(bodies={"a": ARM, "b": ARM})
     run = two.simulate(q={"a": 1}, t_end=1)
