@@ -158,8 +158,12 @@ static int find_given(const kempe_context *context, const char *name)
 
 const char *kmp_context_text(const kempe_context *context, const char *name)
 {
-    const int k = context ? find_given(context, name) : -1;
-    return k >= 0 ? context->given[k].text : context && context->above ? kmp_context_text(context->above, name) : NULL;
+    for (const kempe_context *c = context; c; c = c->above) {
+        const int k = find_given(c, name);
+        if (k >= 0)
+            return c->given[k].text;
+    }
+    return NULL;
 }
 
 /* A new name with its text, both of which the context then owns. False: no memory. */
