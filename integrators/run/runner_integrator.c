@@ -383,7 +383,7 @@ static kempe_status end_trial(kmp_runner *run, double t)
 kempe_status kmp_runner_try_integrator(kmp_runner *run, double t)
 {
     kmp_integrator_choice *c = &run->choice;
-    if (!c->open || !(t > kmp_runner_t_old(run)))
+    if (!c->open || !c->kind || !(t > kmp_runner_t_old(run)))
         return KEMPE_OK;
     if (waits_for_lanes(run) && !run->near_singular && run->formulation->ode.make_lanes) {
         if (lanes_pay(run)) {
