@@ -280,7 +280,8 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     d->noise *= KMP_RATE_FADES;
     d->formulation.factorizations = d->saddle.factorizations + d->runs;
     d->formulation.one_by_one =
-        d->stages.lanes && (d->cancelled || (d->apart >= SOME_APART && d->apart > MOST_APART * (double)d->batches));
+        d->stages.lanes &&
+        (d->cancelled || (d->apart >= SOME_APART && (double)d->apart > MOST_APART * (double)d->batches));
     return KMP_GO;
 }
 
