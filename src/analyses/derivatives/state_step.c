@@ -6,6 +6,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "linalg/dense/dense.h"
+#include "model/data/model.h"
 #include <kempe/derivatives.h>
 #include <math.h>
 #include <string.h>
@@ -147,6 +148,18 @@ kempe_status kempe_workspace_step(kempe_workspace *ws, double t, double h, int s
         return KEMPE_E_ARGUMENT;
     }
     KMP_TRY(kmp_derivatives_prepared(ws));
+    const kempe_model *model = ws->system->model;
+    for (int k = 0; k < model->state_count; k++)
+        if (model->states[k].next || model->states[k].delayed) {
+            (void)kmp_workspace_fail(
+                ws,
+                "steps do not exist for models with samples, events of states or delays, as of state "
+                "'%s': use a stepper",
+                model->states[k].name);
+            return KEMPE_E_ARGUMENT;
+        }
+    if (!kempe_workspace_independent(ws) && ws->part.p > 0)
+        return kmp_workspace_fail(ws, "steps need independent coordinates, and none are chosen at t = %.9g s", t);
     KMP_TRY(make_step(ws));
     kmp_state_step *s = ws->step.self;
     const int n = s->n, p = s->p;
