@@ -89,7 +89,8 @@ KEMPE_API kempe_status kempe_workspace_add_actuators(kempe_workspace *workspace,
 KEMPE_API int kempe_workspace_actuator_count(const kempe_workspace *workspace);
 
 /** Computed torque at a closed state: the forces tau of the actuators (kempe_workspace_actuator_count) that give the
- * accelerations qdd (n), through the loops; the sum of weight tau^2 is the least possible. Dependent accelerations
+ * accelerations qdd (n), through the loops. The sum of weight tau^2 is
+ * the least possible, with forces in N times the characteristic length of the system. Dependent accelerations
  * follow from the independent ones, and are not read. Rows of drives and locks do not act: their forces are the
  * actuators'. `lambda` (m; NULL: not required): the multipliers. KEMPE_E_ARGUMENT: there are no actuators.
  * KEMPE_E_FAILED, with the reason: the loops are open or singular; the actuators cannot produce the accelerations, and

@@ -706,7 +706,7 @@ class Workspace(Owned):
         """Generalized forces Q = M qdd + C (n; N m or N), with the loops open.
 
         With `actuators`, coordinates on which they act: the forces of these, in their order, which give the accelerations
-        through the closed loops (computed torque). Of several solutions it has the least sum of weight times force squared;
+        through the closed loops (computed torque). Of several solutions it has the least sum of weight times force squared, forces in N times the characteristic length;
         weights are 1 by default. Dependent accelerations follow from the independent ones, and are not read. Accelerations
         that the actuators cannot produce, and open loops, are a FailedError.
 

@@ -154,7 +154,8 @@ void kmp_put_forward(const kmp_code_writer *w)
     kmp_fill(w, "\n\nindependent = $(independent)\ndependent = $(dependent)\nindependent_rows = $(independent rows)\n");
     kmp_runtime_put(w->text, KMP_RUNTIME_MOTION);
     if (of_motion.missing)
-        put_missing(w, "The function forward is", "the array ", of_motion.missing, " of a function without qdd and lambda_");
+        put_missing(w, "The function forward is", "the array ", of_motion.missing,
+                    " of a function without qdd and lambda_");
     else
         put_motion(w, &of_motion);
     if (!loops || source->elements.count > 0)
