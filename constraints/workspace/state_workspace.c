@@ -35,8 +35,11 @@ kempe_status kmp_workspace_refuse_contacts(kempe_workspace *ws, const char *what
 {
     kempe_context *context = ws->system->context;
     const kempe_status status = kmp_refuse_contacts(ws->system->model, what);
-    if (status != KEMPE_OK)
-        (void)kmp_workspace_fail(ws, "%s", kempe_context_message(context));
+    if (status == KEMPE_OK)
+        return KEMPE_OK;
+    kmp_context_clear(context); /* of messages before this one */
+    (void)kmp_refuse_contacts(ws->system->model, what);
+    (void)kmp_workspace_fail(ws, "%s", kempe_context_message(context));
     return status;
 }
 
@@ -444,6 +447,28 @@ static int widest(const kempe_workspace *ws, const double *x)
         if (!(fabs(x[r]) / scale[r] <= fabs(x[row]) / scale[row]))
             row = r;
     return row;
+}
+
+kempe_status kmp_workspace_require_closed(kempe_workspace *ws, const char *what, double t)
+{
+    if (ws->m == 0)
+        return KEMPE_OK;
+    if (!(kmp_eval_residual(ws->eval) <= KMP_CLOSED_NEAR)) {
+        const int row = widest(ws, ws->eval->h);
+        return kmp_workspace_fail(ws,
+                                  "%s need closed loops, but constraint equation '%s' is open by %.3g (relative) at t "
+                                  "= %.9g s: close the state first",
+                                  what, ws->system->row_names[row], kmp_eval_opening(ws->eval, row), t);
+    }
+    kmp_eval_rates(ws->eval, ws->qd, ws->row);
+    const int row = widest(ws, ws->row);
+    const double open = fabs(ws->row[row]) / ws->system->row_scale[row];
+    if (open <= KMP_CLOSED_NEAR * fmax(1, kmp_eval_size(ws->eval, ws->qd)))
+        return KEMPE_OK;
+    return kmp_workspace_fail(ws,
+                              "%s need velocities that keep the loops closed, but constraint equation '%s' has the "
+                              "rate %.3g (relative) at t = %.9g s: close q and qd first",
+                              what, ws->system->row_names[row], open, t);
 }
 
 static kempe_status close_rates(kempe_workspace *ws, const kmp_closer *closer, double *qd)

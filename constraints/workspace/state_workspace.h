@@ -69,6 +69,10 @@ bool kmp_workspace_given(kempe_workspace *ws, const char *name, const void *argu
 /** Refuses a model with contacts, in the message. KEMPE_E_ARGUMENT. */
 kempe_status kmp_workspace_refuse_contacts(kempe_workspace *ws, const char *what);
 
+/** Fails with the constraint equation, after an evaluation at (t, ws->q, ws->qd), where the loops are open or their
+ * rates are not zero; `what` is what needs them. */
+kempe_status kmp_workspace_require_closed(kempe_workspace *ws, const char *what, double t);
+
 /** Refuses a negative number of states, in the message. KEMPE_E_ARGUMENT. */
 kempe_status kmp_workspace_check_count(kempe_workspace *ws, int count);
 

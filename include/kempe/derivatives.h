@@ -48,11 +48,12 @@ typedef struct kempe_inverse_derivatives {
 
 /** Prepares the calls below: derives the derivatives of the equations, or reads them from the cache. `names` (count; 0:
  * none): inputs and parameters of the model by which derivatives are taken, too; parameters that depend on a named one
- * change with it. The modes, mean axes and modal damping of a flexible body follow from its present numbers and do not
- * change. In the thread that made the system. `outputs`: words separated by commas, as kempe_outputs_new takes them,
- * such as "position(coupler.C), force(spring)"; NULL: none. Another call replaces names and outputs. KEMPE_E_ARGUMENT,
- * with the reason in the message: the model has contacts, or forces that depend on multipliers; a name is neither an
- * input nor a parameter that may vary, or is given twice. KEMPE_E_MEMORY. */
+ * change with it, unless they are named as well. The modes, mean axes and modal
+ * damping of a flexible body follow from its present numbers and do not change. In the thread that made the system.
+ * `outputs`: words separated by commas, as kempe_outputs_new takes them, such as "position(coupler.C), force(spring)";
+ * NULL: none. Another call replaces names and outputs. KEMPE_E_ARGUMENT, with the reason in the message: the model has
+ * contacts, or forces that depend on multipliers; a name is neither an input nor a parameter that may vary, or is given
+ * twice. KEMPE_E_MEMORY. */
 KEMPE_API kempe_status kempe_workspace_add_derivatives(kempe_workspace *workspace, int count, const char *const *names,
                                                        const char *outputs);
 

@@ -41,6 +41,8 @@ class Plan(NamedTuple):
 def _weights(value: ArrayLike, size: int, name: str) -> Array:
     """A symmetric matrix from a number, a diagonal or a matrix."""
     array = np.asarray(value, dtype=np.float64)
+    if not np.isfinite(array).all():
+        raise ArgumentError(f"{name} has values that are not finite")
     if array.ndim == 2 and array.shape == (size, size):
         return 0.5 * (array + array.T)
     if array.ndim == 0 or array.shape == (size,):
@@ -136,6 +138,15 @@ def ilqr(
         raise ArgumentError(f"forces has a row of {a} numbers for each step, not the shape {guess.shape}")
     goal = matched(target, size, "target (the independent coordinates, then their rates)")
     cost_N, cost_x, cost_f = _weights(final, size, "final"), _weights(running, size, "running") * h, _weights(effort, a, "effort") * h
+    if not (np.isfinite(guess).all() and np.isfinite(goal).all()):
+        raise ArgumentError("forces or target have values that are not finite")
+    for name, cost in (("final", cost_N), ("running", cost_x)):
+        if np.linalg.eigvalsh(cost).min(initial=0) < -1e-12 * abs(cost).max(initial=0):
+            raise ArgumentError(f"{name} must not be negative: the cost would have no least value")
+    if iterations < 1 or not tolerance > 0:
+        raise ArgumentError(f"at least one iteration and a positive tolerance are required, not {iterations} and {tolerance}")
+    if limits is not None and np.shape(limits) not in ((), (a,)):
+        raise ArgumentError(f"limits is a number or {a} numbers, not of the shape {np.shape(limits)}")
     if np.linalg.eigvalsh(cost_f).min() <= 0:
         raise ArgumentError("effort must be positive: forces without a cost have no least one")
     most = np.full(a, np.inf) if limits is None else np.broadcast_to(np.asarray(limits, dtype=np.float64), a)

@@ -189,6 +189,7 @@ class Workspace(Owned):
         self._outputs: str = ""  # and outputs
         self._bends: bool = False  # second derivatives are prepared
         self._actuators: tuple[Any, ...] | None = None  # names and weights
+        self._checked: Any = None  # an earlier result that may be overwritten
         self.n: int = len(self._context.coordinates)
         self.m: int = len(self._context.rows)
         w, n, m = self._pointer, self.n, self.m
@@ -616,6 +617,13 @@ class Workspace(Owned):
             return self._derive_rows(kind, t, q, qd, Q, threads, out)
         n, m, closed = self.n, self.m, kind is ClosedDerivatives
         size, _, places = self._places[closed]
+        if out is not None and out is not self._checked:
+            shapes = [(n,), (m,), *(shape for _, _, shape in places)]
+            if type(out) is not kind or [each.shape for each in out] != shapes:
+                raise ArgumentError(
+                    f"out must be an earlier result ({kind.__name__}) of this workspace at one state, with the same names and outputs"
+                )
+            self._checked = out
         made = np.empty(size) if out is None else self._base_of(kind, out, size)
         answers = (None, made) if closed else (made, None)
         status = _derivatives(self._address, n, m, t, q, qd, Q, *answers)
@@ -664,7 +672,7 @@ class Workspace(Owned):
         if status:
             self._by, self._outputs = None, ""
             self._fail(status)
-        self._by, self._outputs = names, words
+        self._by, self._outputs, self._checked = names, words, None
         outs = lib.kempe_workspace_output_count(self._pointer)
         n, m, p, k = self.n, self.m, lib.kempe_workspace_independent_count(self._pointer), len(names)
         all_of: dict[str, _Shape] = {f"{of}_{by}": (rows, n) for of, rows in (("qdd", n), ("lambda", m)) for by in ("q", "qd", "Q")}
@@ -700,7 +708,7 @@ class Workspace(Owned):
         qd: ArrayLike,
         qdd: ArrayLike,
         out: Array | None = None,
-        actuators: str | Iterable[str] = (),
+        actuators: str | Iterable[str] | None = None,
         weights: ArrayLike | None = None,
     ) -> Array:
         """Generalized forces Q = M qdd + C (n; N m or N), with the loops open.
@@ -718,7 +726,7 @@ class Workspace(Owned):
         (2,)
         """
         n = self.n
-        if actuators:
+        if actuators is not None:
             return self._actuator_forces(t, (q, qd, qdd), out, actuators, weights)
         if weights is not None:
             raise ArgumentError("weights need actuators: name the coordinates on which they act")
@@ -731,7 +739,9 @@ class Workspace(Owned):
         return made
 
     def _actuator_forces(self, t: float, state: tuple[Any, ...], out: Any, actuators: Any, weights: Any) -> Array:
-        names = tuple(text_of(actuators).replace(" ", "").split(","))
+        names = tuple(name for name in text_of(actuators).replace(" ", "").split(",") if name)
+        if not names:
+            raise ArgumentError("actuators is empty: name the coordinates on which forces act")
         shares = None if weights is None else tuple(matched(weights, len(names), "weights"))
         arrays = [matched(each, self.n, name) for each, name in zip(state, ("q", "qd", "qdd"))]
         made = np.empty(len(names)) if out is None else out

@@ -72,6 +72,12 @@ def test_mistakes(four_bar):
         ({"effort": 0}, "effort must be positive"),
         ({"limits": -1}, "limits are positive"),
         ({"final": [1, 2, 3]}, "final is a number, 2 numbers"),
+        ({"final": -1}, "final must not be negative"),
+        ({"running": [np.nan, 0]}, "running has values that are not finite"),
+        ({"target": [np.nan, 0]}, "not finite"),
+        ({"limits": [1, 2]}, "limits is a number or 1 numbers"),
+        ({"iterations": 0}, "at least one iteration"),
+        ({"tolerance": np.nan}, "positive tolerance"),
         ({"h": 0.0}, "positive length of a step"),
     ):
         with pytest.raises((kempe.ArgumentError, ValueError), match=text):

@@ -292,11 +292,18 @@ def test_forces_of_actuators_at_a_state(four_bar):
         ({"actuators": "crank", "weights": [1, 2]}, "weights has 1 values"),
         ({"actuators": "crank", "weights": [0]}, "not a positive number"),
         ({"weights": [1]}, "weights need actuators"),
+        ({"actuators": []}, "actuators is empty"),
     ):
         with pytest.raises((kempe.ArgumentError, ValueError), match=text):
             workspace.inverse_dynamics(0, q, qd, qdd, **wrong)
-    with pytest.raises(kempe.FailedError, match="loops are open"):
+    with pytest.raises(kempe.FailedError, match="forces of actuators need closed loops"):
         workspace.inverse_dynamics(0, q + 0.1, qd, qdd, actuators="crank")
+    for call in (workspace.closed_derivatives, workspace.closed_equations):
+        with pytest.raises(kempe.FailedError, match="velocities that keep the loops closed.* has the rate"):
+            call(0, q, qd + [0, 1, 0])
+    by_names = workspace.forward_derivatives(0, q, qd, by="crank_mass, base")
+    with pytest.raises(kempe.ArgumentError, match="same names and outputs"):
+        workspace.forward_derivatives(0, q, qd, outputs="velocity(coupler.C).x", out=by_names)
 
 
 def test_derivatives_at_a_state(four_bar):

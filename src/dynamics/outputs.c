@@ -55,7 +55,7 @@ static bool next_part(const kmp_tree *tree, int body, int *at, part *p)
     int link = body < 0 ? *at + 1 : tree->mounts[body].link;
     if (link >= tree->count - tree->model->state_count || (body >= 0 && *at > 0))
         return false;
-    *at = link;
+    *at = body < 0 ? link : 1; /* a body has one part, on link 0 where it is fixed */
     const kmp_link *l = &tree->links[link];
     const kmp_inertia of = body < 0 ? (kmp_inertia){l->mass, l->com, l->inertia} : kmp_body_inertia(tree, body);
     kmp_graph *g = tree->graph;

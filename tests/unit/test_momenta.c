@@ -73,6 +73,7 @@ static const char *const examples[] = {"andrews/andrews",
                                        "rolling_wheel/rolling_wheel",
                                        "bogie/bogie",
                                        "delta_robot/delta_robot",
+                                       "robot_leg/robot_leg", /* its trunk is fixed */
                                        "governor/governor",
                                        "bricard/bricard",
                                        "driven_slider_crank/driven_slider_crank",

@@ -9,7 +9,6 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/partition/small_change.h"
-#include "constraints/tolerances.h"
 #include "linalg/dense/dot.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
@@ -399,21 +398,6 @@ static void derive_closed(kempe_workspace *ws, const kmp_derivative_point *point
 
 /* -- the calls --------------------------------------------------------------------------------------- */
 
-/* Fails if the loops are open: derivatives along closed motions would belong to none. */
-static kempe_status require_closed(kempe_workspace *ws, double t)
-{
-    int row = 0;
-    for (int r = 1; r < ws->m; r++)
-        if (kmp_eval_opening(ws->eval, r) > kmp_eval_opening(ws->eval, row))
-            row = r;
-    if (ws->m == 0 || kmp_eval_residual(ws->eval) <= KMP_CLOSED_NEAR)
-        return KEMPE_OK;
-    return kmp_workspace_fail(ws,
-                              "derivatives along closed motions need closed loops, but constraint equation '%s' is "
-                              "open by %.3g (relative) at t = %.9g s: close the state first",
-                              ws->system->row_names[row], kmp_eval_opening(ws->eval, row), t);
-}
-
 kempe_status kmp_derivative_point_take(kempe_workspace *ws, double t, const double *q, const double *qd,
                                        const double *Q, bool closed, kmp_derivative_point *point)
 {
@@ -428,7 +412,7 @@ kempe_status kmp_derivative_point_take(kempe_workspace *ws, double t, const doub
             "do not describe the motion there: take the derivatives by all coordinates",
             t);
     if (closed)
-        KMP_TRY(require_closed(ws, t));
+        KMP_TRY(kmp_workspace_require_closed(ws, "derivatives along closed motions", t));
     const kmp_instant at = kmp_instant_of(ws->eval, t, ws->q, ws->qd, ws->answer, ws->answer + ws->n);
     point->tangents = kmp_tangents_derivatives(&d->tangents, &at);
     if (d->names > 0)

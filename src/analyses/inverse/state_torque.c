@@ -114,8 +114,7 @@ kempe_status kempe_workspace_actuator_forces(kempe_workspace *ws, double t, cons
     if (!v)
         return refuse(ws, "there are no actuators: call %s first", "kempe_workspace_add_actuators");
     KMP_TRY(kempe_workspace_evaluate(ws, t, q, qd));
-    if (ws->m > 0 && !(kmp_eval_residual(ws->eval) <= KMP_CLOSED_NEAR))
-        return kmp_workspace_fail(ws, "the loops are open at t = %.9g s: close the state first", t);
+    KMP_TRY(kmp_workspace_require_closed(ws, "forces of actuators", t));
     kmp_context_clear(ws->system->context);
     ws->stale = true;
     if (kmp_inverse_at(v, t, ws->q, ws->qd, qdd) != KEMPE_OK)
@@ -133,9 +132,17 @@ kempe_status kempe_workspace_closed_equations(kempe_workspace *ws, double t, con
     if (!kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) || !kmp_workspace_given(ws, "out", out))
         return KEMPE_E_ARGUMENT;
     KMP_TRY(kmp_workspace_refuse_contacts(ws, "equations of closed motions"));
+    const kempe_system *system = ws->system;
+    if (system->load_row_count > 0)
+        return refuse(
+            ws,
+            "equations of closed motions do not exist for this model, because a force depends on the multiplier "
+            "of constraint equation '%s'",
+            system->row_names[system->load_rows[0]]);
     const int n = ws->n, p = ws->part.p;
     bool reduced;
     KMP_TRY(kempe_workspace_evaluate(ws, t, q, qd));
+    KMP_TRY(kmp_workspace_require_closed(ws, "equations of closed motions", t));
     KMP_TRY(kmp_workspace_solve(ws, t, ws->q, ws->qd, NULL, &reduced));
     if (!reduced)
         return kmp_workspace_fail(ws, "the independent coordinates do not describe the motion at t = %.9g s", t);
