@@ -4,6 +4,8 @@
  * order matters: the handler may run in another thread, and Python must know of the signal before the computation ends.
  * No Python code runs between installing and restoring except of callbacks. Without sigaction, guards do nothing. */
 #include "helpers.h"
+#include "base/context.h"
+#include "constraints/workspace/state_workspace.h"
 #include "ensemble/manifest.h"
 #include <stdatomic.h>
 #include <string.h>
@@ -105,7 +107,10 @@ static kempe_status failed_at(python_states *s, int row, kempe_status status)
 kempe_status python_evaluate_states(kempe_workspace *w, python_states *s)
 {
     const kempe_workspace_rows rows = {s->mass, s->bias, s->h, s->jacobian, s->jdqd};
-    return kempe_workspace_evaluate_states(w, s->count, s->t, s->t_step, s->q, s->qd, &rows, &s->failed);
+    python_guard guard;
+    python_guard_begin(&guard, s->guarded);
+    return python_guard_end(
+        &guard, kempe_workspace_evaluate_states(w, s->count, s->t, s->t_step, s->q, s->qd, &rows, &s->failed));
 }
 
 kempe_status python_evaluate_each(kempe_workspace *w, python_states *s)
@@ -127,8 +132,10 @@ kempe_status python_evaluate_each(kempe_workspace *w, python_states *s)
 
 kempe_status python_forward_states(kempe_workspace *w, python_states *s)
 {
-    return kempe_workspace_forward_states(w, s->count, s->t, s->t_step, s->q, s->qd, s->Q, s->accelerations,
-                                          s->multipliers, &s->failed);
+    python_guard guard;
+    python_guard_begin(&guard, s->guarded);
+    return python_guard_end(&guard, kempe_workspace_forward_states(w, s->count, s->t, s->t_step, s->q, s->qd, s->Q,
+                                                                   s->accelerations, s->multipliers, &s->failed));
 }
 
 kempe_status python_derivative_states(kempe_workspace *w, python_states *s)
@@ -137,8 +144,11 @@ kempe_status python_derivative_states(kempe_workspace *w, python_states *s)
                                               s->udd_u,    s->udd_ud, s->udd_Q, s->q_u,      s->qd_u,      s->qdd_p,
                                               s->lambda_p, s->udd_p,  s->q_p,   s->qd_p,     s->y,         s->y_q,
                                               s->y_qd,     s->y_Q,    s->y_p,   s->y_u,      s->y_ud,      s->y_up};
-    return kempe_workspace_derivative_states(w, s->count, s->t, s->t_step, s->q, s->qd, s->Q, s->accelerations,
-                                             s->multipliers, &rows, &s->failed);
+    python_guard guard;
+    python_guard_begin(&guard, s->guarded);
+    return python_guard_end(&guard,
+                            kempe_workspace_derivative_states(w, s->count, s->t, s->t_step, s->q, s->qd, s->Q,
+                                                              s->accelerations, s->multipliers, &rows, &s->failed));
 }
 
 kempe_status python_forward_each(kempe_workspace *w, python_states *s)
@@ -156,10 +166,16 @@ kempe_status python_inverse_states(kempe_workspace *w, python_states *s)
 {
     kempe_status status = KEMPE_OK;
     int k = 0;
+    python_guard guard;
+    python_guard_begin(&guard, s->guarded);
+    const bool ended = kmp_interrupt_taken(w->system->context);
     for (; k < s->count && status == KEMPE_OK; k++)
-        status = kempe_workspace_inverse_dynamics(w, s->t[k * s->t_step], row_of(s->q, s->n, k), row_of(s->qd, s->n, k),
-                                                  row_of(s->qdd, s->n, k), s->forces + (size_t)k * (size_t)s->n);
-    return failed_at(s, k - 1, status);
+        status = kmp_workspace_interrupted(w, ended, k, s->count, "states")
+                     ? KEMPE_STOPPED
+                     : kempe_workspace_inverse_dynamics(w, s->t[k * s->t_step], row_of(s->q, s->n, k),
+                                                        row_of(s->qd, s->n, k), row_of(s->qdd, s->n, k),
+                                                        s->forces + (size_t)k * (size_t)s->n);
+    return python_guard_end(&guard, failed_at(s, k - 1, status));
 }
 
 kempe_status python_model_hash(const kempe_model *model, char *hash)

@@ -48,7 +48,8 @@ typedef struct python_states {
     double *udd_u, *udd_ud, *udd_Q, *q_u, *qd_u;
     double *qdd_p, *lambda_p, *udd_p, *q_p, *qd_p;
     double *y, *y_q, *y_qd, *y_Q, *y_p, *y_u, *y_ud, *y_up;
-    int failed; /* the first state that failed; -1: none */
+    kempe_context *guarded; /* SIGINT ends the computation; NULL: it does not */
+    int failed;             /* the first state that failed; -1: none */
 } python_states;
 
 /** M, C, h, J, jdqd of every state; accelerations and multipliers, and their derivatives; generalized forces. Each ends

@@ -50,6 +50,41 @@ bool kmp_workspace_given(kempe_workspace *ws, const char *name, const void *argu
     return argument;
 }
 
+kempe_status kmp_workspace_check_time(kempe_workspace *ws, double t)
+{
+    if (isfinite(t))
+        return KEMPE_OK;
+    (void)kmp_workspace_fail(ws, "the time t is %g: give a finite number of seconds", t);
+    return KEMPE_E_ARGUMENT;
+}
+
+const char *kmp_workspace_coordinate_name(const kempe_workspace *ws, int entry)
+{
+    return ws->system->model->motions[entry].name;
+}
+
+const char *kmp_workspace_independent_name(const kempe_workspace *ws, int entry)
+{
+    return kmp_workspace_coordinate_name(ws, ws->part.u[entry]);
+}
+
+const char *kmp_workspace_row_name(const kempe_workspace *ws, int entry)
+{
+    return ws->system->row_names[entry];
+}
+
+kempe_status kmp_workspace_check_finite(kempe_workspace *ws, const char *what, kmp_entry_name *name, int count,
+                                        const double *x)
+{
+    int entry = 0;
+    while (x && entry < count && isfinite(x[entry]))
+        entry++;
+    if (!x || entry >= count)
+        return KEMPE_OK;
+    (void)kmp_workspace_fail(ws, "%s '%s' is %g: give a finite number", what, name(ws, entry), x[entry]);
+    return KEMPE_E_ARGUMENT;
+}
+
 /* -- new and free ------------------------------------------------------------------------------------ */
 
 static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a);
@@ -663,6 +698,14 @@ kempe_status kmp_workspace_check_count(kempe_workspace *ws, int count)
     return KEMPE_E_ARGUMENT;
 }
 
+bool kmp_workspace_interrupted(kempe_workspace *ws, bool before, int done, int count, const char *of)
+{
+    if (done == 0 || !kmp_interrupted_since(ws->system->context, before))
+        return false;
+    (void)kmp_workspace_fail(ws, "interrupted after %d of %d %s", done, count, of);
+    return true;
+}
+
 static kempe_status visit_states(kempe_workspace *ws, const state_rows *in, bool lanes, int count, int *failed)
 {
     kempe_status status = KEMPE_OK;
@@ -670,7 +713,12 @@ static kempe_status visit_states(kempe_workspace *ws, const state_rows *in, bool
     KMP_TRY(kmp_workspace_check_count(ws, count));
     ws->message[0] = '\0';
     ws->visits = true;
+    const bool before = kmp_interrupt_taken(ws->system->context);
     while (status == KEMPE_OK && done < count) {
+        if (kmp_workspace_interrupted(ws, before, done, count, "states")) {
+            status = KEMPE_STOPPED;
+            break;
+        }
         int group = lanes && count - done >= W && run_lanes(ws, in, (size_t)done) ? W : 0;
         for (int l = 0; l < group && status == KEMPE_OK; l++, done++)
             status = finish_lane(ws, in, (size_t)done, l, done + 1 == count);
@@ -686,7 +734,7 @@ static kempe_status visit_states(kempe_workspace *ws, const state_rows *in, bool
     }
     ws->visits = false;
     if (failed)
-        *failed = status == KEMPE_OK ? -1 : done - 1;
+        *failed = status == KEMPE_OK ? -1 : status == KEMPE_STOPPED ? done : done - 1;
     return status;
 }
 

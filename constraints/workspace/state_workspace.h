@@ -66,6 +66,18 @@ kempe_status kmp_workspace_fail(kempe_workspace *ws, const char *sentence, ...) 
 /** Reports a NULL argument; false: it is NULL. */
 bool kmp_workspace_given(kempe_workspace *ws, const char *name, const void *argument);
 
+/** Refuses a time that is not finite, in the message. KEMPE_E_ARGUMENT. */
+kempe_status kmp_workspace_check_time(kempe_workspace *ws, double t);
+
+/** The name of an entry of an argument. */
+typedef const char *kmp_entry_name(const kempe_workspace *ws, int entry);
+kmp_entry_name kmp_workspace_coordinate_name, kmp_workspace_independent_name, kmp_workspace_row_name;
+
+/** Refuses `count` numbers (NULL: not given) of which one is not finite, in the message: `what` they are, and the name
+ * of the first such one. KEMPE_E_ARGUMENT. */
+kempe_status kmp_workspace_check_finite(kempe_workspace *ws, const char *what, kmp_entry_name *name, int count,
+                                        const double *x);
+
 /** Refuses a model with contacts, in the message. KEMPE_E_ARGUMENT. */
 kempe_status kmp_workspace_refuse_contacts(kempe_workspace *ws, const char *what);
 
@@ -75,6 +87,10 @@ kempe_status kmp_workspace_require_closed(kempe_workspace *ws, const char *what,
 
 /** Refuses a negative number of states, in the message. KEMPE_E_ARGUMENT. */
 kempe_status kmp_workspace_check_count(kempe_workspace *ws, int count);
+
+/** For a call that goes through `count` states: true, with a message, if it is to end after `done` of them, because the
+ * context was interrupted since; `before`: kmp_interrupt_taken at the begin of the call. */
+bool kmp_workspace_interrupted(kempe_workspace *ws, bool before, int done, int count, const char *of);
 
 /** Accelerations and multipliers into `answer`, with the factors of `red` (*reduced: true) or of `saddle` at the state.
  * Articulated bodies are not used. KEMPE_E_FAILED. */

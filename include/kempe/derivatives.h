@@ -66,9 +66,9 @@ KEMPE_API const char *kempe_workspace_output_name(const kempe_workspace *workspa
 
 /** Accelerations qdd (n), multipliers lambda (m; NULL: not required) and their exact derivatives, for the present
  * inputs and conditions of the model; a user-defined force is differentiated by differences. After
- * kempe_workspace_add_derivatives; no allocation. KEMPE_E_ARGUMENT: not prepared. KEMPE_E_FAILED, with the reason: as
- * kempe_workspace_forward_dynamics; derivatives by u are requested where u does not describe the motion,
- * or where the loops are open. */
+ * kempe_workspace_add_derivatives; no allocation. KEMPE_E_ARGUMENT: not prepared, or t is not finite. KEMPE_E_FAILED,
+ * with the reason: as kempe_workspace_forward_dynamics; derivatives by u are requested where u does not describe the
+ * motion, or where the loops are open. */
 KEMPE_API kempe_status kempe_workspace_forward_derivatives(kempe_workspace *workspace, double t, const double *q,
                                                            const double *qd, const double *Q, double *qdd,
                                                            double *lambda, const kempe_workspace_derivatives *out);
@@ -103,7 +103,7 @@ typedef struct kempe_forward_values {
 /** The derivative of accelerations, multipliers and outputs along a direction (Jacobian-vector product), without the
  * matrices: one further solution of the equations. `value` (may be NULL) receives the values themselves. After
  * kempe_workspace_add_derivatives; no allocation. Errors as kempe_workspace_forward_derivatives; KEMPE_E_ARGUMENT also:
- * q or qd together with u or ud. */
+ * q or qd together with u or ud, or a number that is not finite. */
 KEMPE_API kempe_status kempe_workspace_forward_jvp(kempe_workspace *workspace, double t, const double *q,
                                                    const double *qd, const double *Q,
                                                    const kempe_state_direction *direction,
@@ -148,13 +148,15 @@ typedef struct kempe_step_derivatives {
  * (may be NULL) receives the derivatives of this map itself, exact but for rounding. Q (NULL: zero) and the inputs are
  * constant, or follow time as the model's inputs do. The error of a step is proportional to h^5: a smaller h shows it.
  * After kempe_workspace_add_derivatives; no allocation after the first call. KEMPE_E_ARGUMENT: not prepared, h is zero,
- * no step. KEMPE_E_FAILED, with the reason: the loops cannot be closed, or the independent coordinates do not describe
- * the motion at a stage; q and qd are unchanged. */
+ * no step, a number is not finite. KEMPE_E_FAILED, with the reason: the loops cannot be closed, or the independent
+ * coordinates do not describe the motion at a stage; q and qd are unchanged. KEMPE_STOPPED: kempe_context_interrupt
+ * between two steps; they are unchanged, too. */
 KEMPE_API kempe_status kempe_workspace_step(kempe_workspace *workspace, double t, double h, int steps, double *q,
                                             double *qd, const double *Q, const kempe_step_derivatives *out);
 
 /** Generalized forces Q = M qdd + C (n), as kempe_workspace_inverse_dynamics has them, and their exact derivatives.
- * After kempe_workspace_add_derivatives; no allocation. KEMPE_E_ARGUMENT: not prepared. */
+ * After kempe_workspace_add_derivatives; no allocation. KEMPE_E_ARGUMENT: not prepared, or t or an acceleration is not
+ * finite. */
 KEMPE_API kempe_status kempe_workspace_inverse_derivatives(kempe_workspace *workspace, double t, const double *q,
                                                            const double *qd, const double *qdd, double *Q,
                                                            const kempe_inverse_derivatives *out);

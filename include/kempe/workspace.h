@@ -81,8 +81,8 @@ typedef struct kempe_workspace_rows {
 /** Evaluates `count` states, rows of q and qd (count x n; qd NULL: at rest), with the bits of kempe_workspace_evaluate;
  * t has a value for each state, or one for all (t_step 0). Groups of 8 states run in vector registers, after five
  * hundred states, unless the model has conditions, forces that depend on multipliers or a user-defined force. That
- * preparation allocates once. Ends at the first state that fails, with its status. *failed (may be NULL): that state;
- * -1: none. */
+ * preparation allocates once. Ends at the first state that fails, with its status; with KEMPE_STOPPED before another
+ * state after kempe_context_interrupt. *failed (may be NULL): that state; -1: none. */
 KEMPE_API kempe_status kempe_workspace_evaluate_states(kempe_workspace *workspace, int count, const double *t,
                                                        int t_step, const double *q, const double *qd,
                                                        const kempe_workspace_rows *rows, int *failed);

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 from collections.abc import Callable, Iterable, Iterator
 from math import prod
 from threading import get_ident
@@ -12,8 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
 from .arrays import DOUBLES, INTS, Array, Order, converted, matched, view, writable
-from .context import Owned, string
-from .errors import ArgumentError, error_of
+from .context import Owned, interruptible, string
+from .errors import ArgumentError, Interrupted, error_of, in_python
 from .fast_calls import calls
 from .lazy import np
 from .options import text_of, unknown
@@ -213,7 +214,8 @@ class Workspace(Owned):
         if status == _BUSY:
             raise ArgumentError(_ANOTHER)
         self._context.run(int)  # raises what a callback has raised
-        raise error_of(status, string(lib.kempe_workspace_message(self._pointer)))
+        message = in_python(string(lib.kempe_workspace_message(self._pointer)))
+        raise error_of(status, re.sub(r"\blambda_(?=[qQp])", "lam_", message))
 
     def _settle(self, status: int, function: Any, t: float, *arrays: Array | None) -> None:
         """After a call that was refused: the same with arrays that are converted; else raises its error."""
@@ -576,15 +578,20 @@ class Workspace(Owned):
         ends = [matched(q, n, "q").copy(), matched(qd, n, "qd").copy()]
         made = [np.empty((x, columns), order="F") for columns in (x, n, len(self._by or ()))] if derivatives else [np.empty((0, 0))] * 3
         force = converted(Q, n, "Q")
-        with self._alone():
-            status = lib.kempe_workspace_step(
-                self._pointer,
-                t,
-                h,
-                steps,
-                *_pointers([*ends, force]),
-                ffi.new("kempe_step_derivatives *", _pointers(each.T for each in made)) if derivatives else ffi.NULL,
-            )
+        context = self._context.pointer if interruptible() else ffi.NULL
+        try:
+            with self._alone():
+                status = lib.guarded_kempe_workspace_step(
+                    context,
+                    self._pointer,
+                    t,
+                    h,
+                    steps,
+                    *_pointers([*ends, force]),
+                    ffi.new("kempe_step_derivatives *", _pointers(each.T for each in made)) if derivatives else ffi.NULL,
+                )
+        except KeyboardInterrupt as interrupt:
+            raise Interrupted from interrupt
         if status:
             self._fail(status)
         return Step(*ends, *made)
@@ -916,24 +923,40 @@ class _States:
         for each in team if prepare else ():
             prepare(each)
         ends = [count * k // len(team) for k in range(len(team) + 1)]
-        if len(team) == 1:
-            failures = [self._part(function, self.workspace, 0, count)]
-        else:
-            from concurrent.futures import ThreadPoolExecutor
-
-            with ThreadPoolExecutor(len(team)) as pool:
-                failures = list(pool.map(lambda *part: self._part(function, *part), team, ends, ends[1:]))
+        context = self.workspace._context
+        try:
+            if len(team) == 1:
+                failures = [self._part(function, self.workspace, 0, count, context.pointer if interruptible() else ffi.NULL)]
+            else:
+                failures = self._in_threads(function, team, ends)
+        except KeyboardInterrupt as interrupt:
+            raise Interrupted from interrupt
         for status, message in failures:
             if status:
                 self.workspace._context.run(int)  # raises what a callback has raised
                 raise error_of(status, message)
 
-    def _part(self, function: Any, workspace: Workspace, begin: int, end: int) -> tuple[int, str]:
-        """Computes states begin .. end - 1 in one thread."""
+    def _in_threads(self, function: Any, team: list[Workspace], ends: list[int]) -> list[tuple[int, str]]:
+        from concurrent.futures import ThreadPoolExecutor
+
+        context = self.workspace._context.pointer
+        try:
+            with ThreadPoolExecutor(len(team)) as pool:
+                try:
+                    return list(pool.map(lambda *part: self._part(function, *part, ffi.NULL), team, ends, ends[1:]))
+                except KeyboardInterrupt:
+                    lib.kempe_context_interrupt(context)  # for which the pool waits
+                    raise
+        except KeyboardInterrupt:
+            lib.kempe_context_clear_interrupt(context)  # which no thread may have seen
+            raise
+
+    def _part(self, function: Any, workspace: Workspace, begin: int, end: int, guarded: Any) -> tuple[int, str]:
+        """Computes states begin .. end - 1 in one thread. `guarded`: the context that SIGINT interrupts, or NULL."""
         step = int(self.t.shape == (self.count,))
         keep = {name: _from_buffer(DOUBLES, array[begin:end]) for name, array in self.rows.items()}
         keep["t"] = _from_buffer(DOUBLES, self.t[begin:end] if step else self.t)
-        sizes = {"count": end - begin, "n": workspace.n, "m": workspace.m, "t_step": step, "failed": -1}
+        sizes = {"count": end - begin, "n": workspace.n, "m": workspace.m, "t_step": step, "guarded": guarded, "failed": -1}
         struct = ffi.new("python_states *", {**sizes, **keep})
         with workspace._alone():
             status: int = function(workspace._pointer, struct)

@@ -366,6 +366,27 @@ def test_interrupt_ends_a_long_run_at_once_with_its_rows(four_bar):
     assert four_bar.simulate(t_end=0.1).status == "complete"  # what comes next is not ended
 
 
+@pytest.mark.parametrize("threads", [0, 1, 2])
+def test_interrupt_of_a_workspace(threads, four_bar):
+    """Many steps, and many states in this thread or in two, end at once; further calls are not ended."""
+    workspace = four_bar.system().workspace()
+    q, qd = workspace.close(0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
+    rows = [np.tile(each, (400000, 1)) for each in (q, qd)]
+    workspace.forward_derivatives(0, rows[0][:2], rows[1][:2], threads=threads or 1)
+    late = []
+    for _ in range(3):  # of a loaded machine
+        sent = interrupt_after(0.2)
+        with pytest.raises(kempe.Interrupted):
+            if threads:
+                workspace.forward_derivatives(0, *rows, threads=threads)
+            else:
+                workspace.step(0, q, qd, 1e-5, steps=400000)
+        late.append(time.monotonic() - sent)
+    assert min(late) < 0.3
+    assert np.isfinite(workspace.step(0, q, qd, 1e-3, steps=5).q).all()
+    assert np.isfinite(workspace.forward_derivatives(0, rows[0][:9], rows[1][:9], threads=2).qdd_q).all()
+
+
 def test_interrupt_of_a_stepper_and_outside_of_runs(four_bar):
     stepper = four_bar.system().stepper(t_end=1e6)
     interrupt_after(0.1)

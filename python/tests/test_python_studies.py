@@ -265,6 +265,21 @@ def test_steps_with_derivatives(four_bar):
             workspace.step(0, q, qd, **wrong)
 
 
+def test_words_of_refused_derivatives(four_bar):
+    workspace = four_bar.system().workspace()
+    q, qd, bad = [0, 0, 0], [20, -22.5, 7.5], [0, np.nan, 0]
+    for call, text in (
+        (lambda: workspace.forward_jvp(0, q, qd, dq=bad), "the change of q of 'coupler' is nan: give a finite number"),
+        (lambda: workspace.forward_vjp(0, q, qd, lam=bad[:2]), "the weight of lambda of 'C.2' is nan"),
+        (lambda: workspace.forward_second(0, q, qd, first=(q,), second=(q, bad)), "the change of qd of 'coupler'"),
+        (lambda: workspace.step(np.nan, q, qd, 1e-3), "the time t is nan"),
+        (lambda: workspace.closed_derivatives(np.nan, q, qd), "the time t is nan"),
+        (lambda: workspace.forward_derivatives(0, q, qd, outputs="lambda"), r"in lam_q, lam_qd, .* lambda\(C.1\)"),
+    ):
+        with pytest.raises(kempe.ArgumentError, match=text):
+            call()
+
+
 def test_forces_of_actuators_at_a_state(four_bar):
     workspace = four_bar.system().workspace()
     q, qd = workspace.close(0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])

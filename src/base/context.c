@@ -415,6 +415,19 @@ bool kmp_interrupted(kempe_context *context)
            state == TAKEN || (context->above && kmp_interrupted(context->above));
 }
 
+bool kmp_interrupt_taken(const kempe_context *context)
+{
+    return atomic_load_explicit(&context->interrupt, memory_order_relaxed) == TAKEN;
+}
+
+bool kmp_interrupted_since(kempe_context *context, bool before)
+{
+    int state = atomic_load_explicit(&context->interrupt, memory_order_relaxed);
+    return (state == ASKED && atomic_compare_exchange_strong_explicit(&context->interrupt, &state, TAKEN,
+                                                                      memory_order_relaxed, memory_order_relaxed)) ||
+           (state == TAKEN && !before);
+}
+
 void kmp_context_begin(kempe_context *context)
 {
     int taken = TAKEN;

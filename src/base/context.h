@@ -181,3 +181,9 @@ void kmp_context_recall(kempe_context *context, const char *line, bool doubts);
 
 /** True if the current computation is to end; it stays so until the next one begins. */
 bool kmp_interrupted(kempe_context *context);
+
+/** For a call that does not begin a computation, because others of the context may run in further threads: true if an
+ * interrupt has ended a computation, whose successor has not begun; and true if an interrupt has come since, where
+ * `before` is what the first function has returned at the begin of the call. */
+bool kmp_interrupt_taken(const kempe_context *context);
+bool kmp_interrupted_since(kempe_context *context, bool before);

@@ -848,6 +848,12 @@ static void refused(void)
     }
     CHECK(kempe_workspace_add_derivatives(s.ws, 0, NULL, "q(crank)") == KEMPE_E_ARGUMENT);
     CHECK(check_says(kempe_workspace_message(s.ws), "q_u"));
+    static const char *const multipliers[] = {"lambda", "lambda(C)"};
+    for (int k = 0; k < 2; k++) {
+        CHECK(kempe_workspace_add_derivatives(s.ws, 0, NULL, multipliers[k]) == KEMPE_E_ARGUMENT);
+        CHECK(check_says(kempe_workspace_message(s.ws), "lambda_q, lambda_qd"));
+        CHECK(check_says(kempe_workspace_message(s.ws), "lambda(C.1)"));
+    }
     CHECK(kempe_workspace_add_derivatives(s.ws, 0, NULL, "position(coupler.Z)") == KEMPE_E_ARGUMENT);
     CHECK(check_says(kempe_workspace_message(s.ws), "coupler"));
     CHECK(kempe_workspace_output_count(s.ws) == 0 && !kempe_workspace_output_name(s.ws, 0));
@@ -863,6 +869,169 @@ static void refused(void)
     scene_free(&s);
 }
 
+/* -- numbers that are not finite, interrupts, and models without steps ---------------------------------- */
+
+static void not_finite(void)
+{
+    scene s = scene_new(KEMPE_ROOT "/examples/four_bar/four_bar.yaml", "slip");
+    CHECK(kempe_workspace_add_derivatives(s.ws, 1, (const char *const[]){"crank_mass"}, "position(coupler.C)") ==
+          KEMPE_OK);
+    CHECK(kempe_workspace_add_second_derivatives(s.ws) == KEMPE_OK);
+    double bad[3] = {0, NAN, INFINITY}, one[3] = {1, 0, 0}, qdd[3], q[3], qd[3];
+    const kempe_forward_values change = {.qdd = qdd};
+    const kempe_state_gradient gradient = {.Q = qdd};
+    const struct {
+        kempe_state_direction direction;
+        const char *says;
+    } wrong[] = {{{.q = bad}, "the change of q of 'coupler' is nan: give a finite number"},
+                 {{.qd = bad}, "the change of qd of 'coupler' is nan"},
+                 {{.Q = bad + 2}, "the change of Q of 'crank' is inf"},
+                 {{.p = bad + 1}, "the change of 'crank_mass' is nan"},
+                 {{.u = bad + 1}, "the change of u of 'coupler' is nan"},
+                 {{.ud = bad + 1}, "the change of ud of 'coupler' is nan"}};
+    for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
+        CHECK(kempe_workspace_forward_jvp(s.ws, T, s.q, s.qd, NULL, &wrong[k].direction, NULL, &change) ==
+              KEMPE_E_ARGUMENT);
+        CHECK(check_says(kempe_workspace_message(s.ws), wrong[k].says));
+        const kempe_state_direction good = {.q = one};
+        for (int second = 0; second < 2 && k < 3; second++) {
+            CHECK(kempe_workspace_forward_second(s.ws, T, s.q, s.qd, NULL, second ? &good : &wrong[k].direction,
+                                                 second ? &wrong[k].direction : &good, &change) == KEMPE_E_ARGUMENT);
+            CHECK(check_says(kempe_workspace_message(s.ws), wrong[k].says));
+        }
+    }
+    const kempe_forward_values weight[] = {{.qdd = bad}, {.lambda = bad}, {.y = bad}};
+    static const char *const says[] = {"the weight of qdd of 'coupler' is nan", "the weight of lambda of 'C.2' is nan",
+                                       "the weight of output 'position.coupler.C.y' is nan"};
+    for (int k = 0; k < 3; k++) {
+        CHECK(kempe_workspace_forward_vjp(s.ws, T, s.q, s.qd, NULL, &weight[k], NULL, &gradient) == KEMPE_E_ARGUMENT);
+        CHECK(check_says(kempe_workspace_message(s.ws), says[k]));
+    }
+    const kempe_state_direction good = {.q = one};
+    const kempe_forward_values by_one = {.qdd = one};
+    const kempe_workspace_derivatives none = {0};
+    memcpy(q, s.q, sizeof q);
+    memcpy(qd, s.qd, sizeof qd);
+    for (int k = 0; k < 6; k++) {
+        const kempe_status status[] = {
+            kempe_workspace_forward_jvp(s.ws, NAN, q, qd, NULL, &good, NULL, &change),
+            kempe_workspace_forward_vjp(s.ws, NAN, q, qd, NULL, &by_one, NULL, &gradient),
+            kempe_workspace_forward_second(s.ws, NAN, q, qd, NULL, &good, &good, &change),
+            kempe_workspace_forward_derivatives(s.ws, NAN, q, qd, NULL, qdd, NULL, &none),
+            kempe_workspace_inverse_derivatives(s.ws, NAN, q, qd, one, qdd, &(kempe_inverse_derivatives){0}),
+            kempe_workspace_step(s.ws, NAN, 1e-3, 1, q, qd, NULL, NULL)};
+        CHECK(status[k] == KEMPE_E_ARGUMENT && check_says(kempe_workspace_message(s.ws), "the time t is nan"));
+    }
+    CHECK(kempe_workspace_step(s.ws, T, NAN, 1, q, qd, NULL, NULL) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_workspace_step(s.ws, T, 1e-3, 1, bad, qd, NULL, NULL) == KEMPE_E_ARGUMENT);
+    CHECK(check_says(kempe_workspace_message(s.ws), "q of 'coupler' is nan"));
+    CHECK(kempe_workspace_step(s.ws, T, 1e-3, 1, q, bad, NULL, NULL) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_workspace_step(s.ws, T, 1e-3, 1, q, qd, bad, NULL) == KEMPE_E_ARGUMENT);
+    CHECK(check_says(kempe_workspace_message(s.ws), "Q of 'coupler' is nan"));
+    CHECK(memcmp(q, s.q, sizeof q) == 0 && memcmp(qd, s.qd, sizeof qd) == 0);
+    scene_free(&s);
+}
+
+/* An interrupt ends steps and states between two of them, and only one call; one step or state is never ended. */
+static void interrupts(void)
+{
+    enum { COUNT = 3 };
+    scene s = scene_new(KEMPE_ROOT "/examples/four_bar/four_bar.yaml", "slip");
+    double q[3 * COUNT], qd[3 * COUNT], qdd[3 * COUNT], M[9 * COUNT];
+    const double t = T;
+    const kempe_workspace_derivatives none = {0};
+    const kempe_workspace_rows rows = {.mass = M};
+    for (int k = 0; k < COUNT; k++) {
+        memcpy(q + 3 * k, s.q, 3 * sizeof *q);
+        memcpy(qd + 3 * k, s.qd, 3 * sizeof *q);
+    }
+    for (int kind = 0; kind < 4; kind++)
+        for (int count = 1; count <= COUNT; count += COUNT - 1)
+            for (int again = 0; again < 2; again++) {
+                int failed = -2;
+                if (!again)
+                    kempe_context_interrupt(s.context);
+                const kempe_status status =
+                    kind == 0 ? kempe_workspace_step(s.ws, T, 1e-3, count, q, qd, NULL, NULL)
+                    : kind == 1
+                        ? kempe_workspace_derivative_states(s.ws, count, &t, 0, q, qd, NULL, qdd, NULL, &none, &failed)
+                    : kind == 2 ? kempe_workspace_forward_states(s.ws, count, &t, 0, q, qd, NULL, qdd, NULL, &failed)
+                                : kempe_workspace_evaluate_states(s.ws, count, &t, 0, q, qd, &rows, &failed);
+                const bool ends = count > 1 && !again;
+                CHECK(status == (ends ? KEMPE_STOPPED : KEMPE_OK));
+                CHECK(!ends || check_says(kempe_workspace_message(s.ws),
+                                          kind ? "interrupted after 1 of 3 states" : "interrupted after 1 of 3 steps"));
+                CHECK(kind == 0 || failed == (ends ? 1 : -1));
+                kempe_context_clear_interrupt(s.context);
+            }
+    scene_free(&s);
+}
+
+/* The message of many states is of the first that leaves a table. */
+static void table_left(void)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kempe_workspace *ws = NULL;
+    const double t = 0, q[] = {0.5, 3, 0.2}, qd[] = {0, 0, 0};
+    double qdd[3];
+    CHECK(kempe_model_read_text(context,
+                                "kempe: 1\ntables: {pull: {x: [0, 1, 2], y: [0, 1, 3]}}\n"
+                                "bodies: {a: {joint: {prismatic: x, at: ground}, mass: 2}}\n"
+                                "forces: {f: {joint: a, force: \"-pull(q(a))\"}}\n",
+                                "table", &model) == KEMPE_OK);
+    CHECK(kempe_system_new(model, &system) == KEMPE_OK && kempe_workspace_new(system, &ws) == KEMPE_OK);
+    CHECK(kempe_workspace_add_derivatives(ws, 0, NULL, NULL) == KEMPE_OK);
+    CHECK(kempe_workspace_derivative_states(ws, 3, &t, 0, q, qd, NULL, qdd, NULL, &(kempe_workspace_derivatives){0},
+                                            NULL) == KEMPE_OK);
+    CHECK(check_says(kempe_workspace_message(ws), "pull") && check_says(kempe_workspace_message(ws), "3"));
+    CHECK(kempe_workspace_derivative_states(ws, 1, &t, 0, q, qd, NULL, qdd, NULL, &(kempe_workspace_derivatives){0},
+                                            NULL) == KEMPE_OK);
+    CHECK_TEXT(kempe_workspace_message(ws), "");
+    kempe_workspace_free(ws);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
+static void refuse_steps(const char *text, const char *friction, kempe_status expected, const char *word)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kempe_workspace *ws = NULL;
+    double q[8] = {0.4}, qd[8] = {0};
+    CHECK(kempe_model_read_text(context, text, "steps", &model) == KEMPE_OK);
+    CHECK(kempe_system_new(model, &system) == KEMPE_OK);
+    CHECK(kempe_workspace_new_with_friction(system, friction, &ws) == KEMPE_OK);
+    CHECK(kempe_workspace_step(ws, 0, 1e-3, 1, q, qd, NULL, NULL) == KEMPE_E_ARGUMENT); /* not prepared */
+    CHECK(kempe_workspace_add_derivatives(ws, 0, NULL, NULL) == KEMPE_OK);
+    CHECK(kempe_workspace_step(ws, 0, 1e-3, 1, q, qd, NULL, NULL) == expected && q[0] == 0.4);
+    CHECK(check_says(kempe_workspace_message(ws), word));
+    kempe_workspace_free(ws);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
+#define ARM "kempe: 1\nbodies: {arm: {joint: {revolute: z, at: ground}, mass: 1, com: [1, 0, 0], inertia: {zz: 1}}}\n"
+
+static void no_steps(void)
+{
+    refuse_steps(ARM "states: {i: {start: 4, sample: 0.1, next: i + 1}}\n", "slip", KEMPE_E_ARGUMENT, "state 'i'");
+    refuse_steps(ARM "states: {seen: {delay: q(arm), time: 0.1}}\n", "slip", KEMPE_E_ARGUMENT, "state 'seen'");
+    refuse_steps(ARM "states: {n: {start: 0, when: q(arm) > 9, next: n + 1}}\n", "slip", KEMPE_E_ARGUMENT, "state 'n'");
+    refuse_steps(ARM "forces: {f: {joint: arm, friction: {torque: 2}}}\n", "stick", KEMPE_E_FAILED,
+                 "independent coordinates");
+    /* Loops that cannot be assembled: there are no independent coordinates. */
+    refuse_steps("kempe: 1\nground: {points: {D: [5, 0, 0]}}\nbodies:\n"
+                 "  a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {B: [1, 0, 0]}}\n"
+                 "  b: {joint: {revolute: z, at: a.B}, mass: 1, inertia: {zz: 1}, points: {C: [1, 0, 0]}}\n"
+                 "loops: {C: {ball: [b.C, ground.D]}}\n",
+                 "slip", KEMPE_E_FAILED, "independent coordinates");
+}
+
 int main(void)
 {
     TEST(random_states);
@@ -873,5 +1042,9 @@ int main(void)
     TEST(steps);
     TEST(sticking);
     TEST(refused);
+    TEST(not_finite);
+    TEST(interrupts);
+    TEST(table_left);
+    TEST(no_steps);
     return check_report();
 }

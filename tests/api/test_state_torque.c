@@ -188,11 +188,46 @@ static void refused(void)
     scene_free(&s);
 }
 
+/* Equations of closed motions are refused at open loops and rates, and for models that do not have them. */
+static void no_closed_equations(void)
+{
+    scene s = scene_new("four_bar");
+    double bias[MOST];
+    const kempe_closed_equations out = {.bias = bias};
+    CHECK(kempe_workspace_closed_equations(s.ws, 0, s.q, s.qd, NULL) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_workspace_closed_equations(s.ws, 0, s.q, s.qd, &out) == KEMPE_OK);
+    CHECK_TEXT(kempe_workspace_message(s.ws), "");
+    s.qd[0] += 0.1;
+    CHECK(kempe_workspace_closed_equations(s.ws, 0, s.q, s.qd, &out) == KEMPE_E_FAILED);
+    CHECK(check_says(kempe_workspace_message(s.ws), "equations of closed motions need velocities that keep the loops"));
+    CHECK(check_says(kempe_workspace_message(s.ws), "'C.1'") || check_says(kempe_workspace_message(s.ws), "'C.2'"));
+    s.q[0] += 0.1;
+    CHECK(kempe_workspace_closed_equations(s.ws, 0, s.q, s.qd, &out) == KEMPE_E_FAILED);
+    CHECK(check_says(kempe_workspace_message(s.ws), "equations of closed motions need closed loops"));
+    scene_free(&s);
+    static const char *const model[] = {"jansen_walker", "rolling_wheel"};
+    static const char *const says[] = {"contact", "depends on the multiplier of constraint equation"};
+    for (int k = 0; k < 2; k++) {
+        scene without = scene_new(model[k]);
+        CHECK(kempe_workspace_closed_equations(without.ws, 0, without.q, without.qd, &out) == KEMPE_E_ARGUMENT);
+        CHECK(check_says(kempe_workspace_message(without.ws), says[k]));
+        scene_free(&without);
+    }
+    s = scene_new("stick_slip");
+    kempe_workspace *sticks = NULL;
+    CHECK(kempe_workspace_new_with_friction(s.system, "stick", &sticks) == KEMPE_OK);
+    CHECK(kempe_workspace_closed_equations(sticks, 0, s.q, s.qd, &out) == KEMPE_E_FAILED);
+    CHECK(check_says(kempe_workspace_message(sticks), "independent coordinates do not describe the motion"));
+    kempe_workspace_free(sticks);
+    scene_free(&s);
+}
+
 int main(void)
 {
     TEST(wanted_accelerations);
     TEST(redundant_actuators);
     TEST(closed_equations);
     TEST(refused);
+    TEST(no_closed_equations);
     return check_report();
 }

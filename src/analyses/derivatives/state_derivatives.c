@@ -24,7 +24,7 @@ static void release_names(kmp_state_derivatives *d)
     kempe_system_free(d->varied);
     kmp_variant_free(d->variant);
     kmp_arena_free(&d->output_arena);
-    d->slopes = NULL, d->varied = NULL, d->variant = NULL, d->names = 0, d->outputs = 0;
+    d->slopes = NULL, d->varied = NULL, d->variant = NULL, d->names = 0, d->name = NULL, d->outputs = 0;
 }
 
 static void free_derivatives(void *self)
@@ -73,6 +73,30 @@ static bool is_input(const kempe_model *model, const char *name)
     return false;
 }
 
+/* Coordinates, their rates and accelerations, and multipliers are columns of a result, but no outputs here. */
+static kempe_status refuse_column(kempe_workspace *ws, const kempe_model *copy, const kmp_output *output)
+{
+    kmp_text name = {0};
+    kmp_output_print(&name, copy, output);
+    if (output->kind != KMP_OUTPUT_LAMBDA)
+        (void)kmp_workspace_fail(ws,
+                                 "output '%s': values of coordinates have their derivatives in q_u, qd_u and qdd_q; "
+                                 "request other outputs",
+                                 name.s);
+    else if (copy->closure_count == 0)
+        (void)kmp_workspace_fail(ws, "output '%s': the model has no closures, and no multipliers", name.s);
+    else {
+        const char *closure = copy->closures[output->index < 0 ? 0 : output->index].name;
+        (void)kmp_workspace_fail(ws,
+                                 "output '%s': multipliers have their derivatives in lambda_q, lambda_qd, lambda_Q and "
+                                 "lambda_p; along closed motions, add a sensor to the model whose value is "
+                                 "lambda(%s.1), and request sensor(NAME)",
+                                 name.s, closure);
+    }
+    kmp_text_free(&name);
+    return KEMPE_E_ARGUMENT;
+}
+
 /* Lists the values of the outputs that the words request, in the order of the model's copy, and names them. */
 static kempe_status list_outputs(kempe_workspace *ws, kmp_state_derivatives *d, kempe_model *copy, const char *words)
 {
@@ -96,17 +120,8 @@ static kempe_status list_outputs(kempe_workspace *ws, kmp_state_derivatives *d, 
             d->shown[d->outputs++] = first + i;
         }
         first += width;
-        if (width == 0) {
-            kmp_text name = {0};
-            kmp_output_print(&name, copy, &copy->outputs[k]);
-            (void)kmp_workspace_fail(
-                ws,
-                "output '%s': values of coordinates have their derivatives in q_u, qd_u and qdd_q; "
-                "request other outputs",
-                name.s);
-            kmp_text_free(&name);
-            return KEMPE_E_ARGUMENT;
-        }
+        if (width == 0)
+            return refuse_column(ws, copy, &copy->outputs[k]);
     }
     return kmp_made(ws->system->context, !d->output_arena.failed);
 }
@@ -156,7 +171,12 @@ static kempe_status add_names(kempe_workspace *ws, int count, const char *const 
                 return KEMPE_E_ARGUMENT;
             }
     const bool more = count > 0 || outputs;
-    kempe_status status = more ? vary(ws, d, count, names, outputs) : KEMPE_OK;
+    d->name = KMP_ARENA_NEW(&d->output_arena, const char *, count);
+    for (int k = 0; d->name && k < count; k++)
+        d->name[k] = kmp_arena_strdup(&d->output_arena, names[k]);
+    kempe_status status = kmp_made(s->context, !d->output_arena.failed);
+    if (status == KEMPE_OK && more)
+        status = vary(ws, d, count, names, outputs);
     if (status == KEMPE_OK && more)
         status = kmp_slopes_new(d->varied ? d->varied : s, ws->eval->backend->name, count, names, outputs != NULL,
                                 &d->slopes);
@@ -402,6 +422,7 @@ kempe_status kmp_derivative_point_take(kempe_workspace *ws, double t, const doub
                                        const double *Q, bool closed, kmp_derivative_point *point)
 {
     KMP_TRY(kmp_derivatives_prepared(ws));
+    KMP_TRY(kmp_workspace_check_time(ws, t));
     kmp_state_derivatives *d = ws->derivatives.self;
     *point = (kmp_derivative_point){.shown = NULL};
     KMP_TRY(kmp_workspace_solve(ws, t, q, qd, Q, &point->reduced));
@@ -463,7 +484,15 @@ kempe_status kempe_workspace_derivative_states(kempe_workspace *ws, int count, c
               outputs = kempe_workspace_output_count(ws);
     kempe_status status = KEMPE_OK;
     int k = 0;
+    const bool before = kmp_interrupt_taken(ws->system->context);
+    ws->message[0] = '\0';
+    ws->visits = true;
     for (; k < count && status == KEMPE_OK; k++) {
+        if (kmp_workspace_interrupted(ws, before, k, count, "states")) {
+            status = KEMPE_STOPPED;
+            k++;
+            break;
+        }
         const ptrdiff_t at = (ptrdiff_t)k * n;
         const kempe_workspace_derivatives out = {
             place_of(rows->qdd_q, n * n, k),         place_of(rows->qdd_qd, n * n, k),
@@ -481,6 +510,7 @@ kempe_status kempe_workspace_derivative_states(kempe_workspace *ws, int count, c
         status = kempe_workspace_forward_derivatives(ws, t[t_step ? k : 0], q + at, qd + at, Q ? Q + at : NULL,
                                                      qdd + at, place_of(lambda, m, k), &out);
     }
+    ws->visits = false;
     if (failed)
         *failed = status == KEMPE_OK ? -1 : k - 1;
     return status;
@@ -495,6 +525,8 @@ kempe_status kempe_workspace_inverse_derivatives(kempe_workspace *ws, double t, 
     if (!kmp_workspace_given(ws, "out", out))
         return KEMPE_E_ARGUMENT;
     KMP_TRY(kmp_derivatives_prepared(ws));
+    KMP_TRY(kmp_workspace_check_time(ws, t));
+    KMP_TRY(kmp_workspace_check_finite(ws, "the acceleration of", kmp_workspace_coordinate_name, ws->n, qdd));
     KMP_TRY(kempe_workspace_inverse_dynamics(ws, t, q, qd, qdd, Q));
     kmp_state_derivatives *d = ws->derivatives.self;
     const int n = ws->n;

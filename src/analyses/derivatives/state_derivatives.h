@@ -17,11 +17,12 @@ typedef struct kmp_state_derivatives {
     double *dq, *dqd;             /* n: changes of all coordinates along closed motions */
     double *room;                 /* KMP_FOLLOW_ROOM */
     double *part, *sum;           /* 3 m + n: the change of the equations by a name; by all */
-    int names;                    /* inputs and parameters by which derivatives are taken, too */
+    int names;                    /* inputs and parameters by which derivatives are taken, too, */
+    const char **name;            /* in output_arena */
     kmp_variant *variant;         /* in which the parameters among them vary, with the outputs, */
     kempe_system *varied;         /* and its system; NULL: all names are inputs, and there are no outputs */
     kmp_slopes *slopes;           /* NULL: no names, and no outputs */
-    kmp_arena output_arena;       /* of these: */
+    kmp_arena output_arena;       /* of the names, and of these: */
     int outputs, *shown;          /* the number of each output among the values of `slopes` */
     const char **output_name;
     double *values; /* all values of `slopes` */

@@ -25,6 +25,43 @@ static bool given(kempe_workspace *ws, const double *q, const double *qd, const 
            kmp_workspace_given(ws, "direction", direction);
 }
 
+/* -- numbers that are not finite ------------------------------------------------------------------------ */
+
+static const char *name_of(const kempe_workspace *ws, int entry)
+{
+    const kmp_state_derivatives *d = ws->derivatives.self;
+    return d->name[entry];
+}
+
+static kempe_status check_direction(kempe_workspace *ws, const kempe_state_direction *direction)
+{
+    const int n = ws->n, p = kempe_workspace_independent_count(ws), names = kempe_workspace_name_count(ws);
+    const struct {
+        const char *what;
+        kmp_entry_name *name;
+        int count;
+        const double *x;
+    } part[] = {{"the change of q of", kmp_workspace_coordinate_name, n, direction->q},
+                {"the change of qd of", kmp_workspace_coordinate_name, n, direction->qd},
+                {"the change of Q of", kmp_workspace_coordinate_name, n, direction->Q},
+                {"the change of", name_of, names, direction->p},
+                {"the change of u of", kmp_workspace_independent_name, p, direction->u},
+                {"the change of ud of", kmp_workspace_independent_name, p, direction->ud}};
+    for (size_t k = 0; k < sizeof part / sizeof *part; k++)
+        KMP_TRY(kmp_workspace_check_finite(ws, part[k].what, part[k].name, part[k].count, part[k].x));
+    return KEMPE_OK;
+}
+
+static kempe_status check_weights(kempe_workspace *ws, const kempe_forward_values *weight)
+{
+    KMP_TRY(kmp_workspace_check_finite(ws, "the weight of qdd of", kmp_workspace_coordinate_name, ws->n, weight->qdd));
+    KMP_TRY(kmp_workspace_check_finite(ws, "the weight of lambda of", kmp_workspace_row_name, ws->m, weight->lambda));
+    return kmp_workspace_check_finite(ws, "the weight of output", kempe_workspace_output_name,
+                                      kempe_workspace_output_count(ws), weight->y);
+}
+
+/* -- directions --------------------------------------------------------------------------------------- */
+
 static void put_values(const kempe_workspace *ws, const kmp_derivative_point *point, const kempe_forward_values *value)
 {
     if (value && value->qdd)
@@ -44,6 +81,8 @@ kempe_status kempe_workspace_forward_jvp(kempe_workspace *ws, double t, const do
         return KEMPE_E_ARGUMENT;
     const bool closed = direction->u || direction->ud;
     KMP_TRY(refuse_both(ws, direction->q || direction->qd, closed));
+    KMP_TRY(kmp_derivatives_prepared(ws));
+    KMP_TRY(check_direction(ws, direction));
     kmp_derivative_point point;
     KMP_TRY(kmp_derivative_point_take(ws, t, q, qd, Q, closed, &point));
     kmp_state_derivatives *d = ws->derivatives.self;
@@ -136,6 +175,8 @@ kempe_status kempe_workspace_forward_vjp(kempe_workspace *ws, double t, const do
         return KEMPE_E_ARGUMENT;
     const bool closed = gradient->u || gradient->ud;
     KMP_TRY(refuse_both(ws, gradient->q || gradient->qd, closed));
+    KMP_TRY(kmp_derivatives_prepared(ws));
+    KMP_TRY(check_weights(ws, weight));
     kmp_derivative_point point;
     KMP_TRY(kmp_derivative_point_take(ws, t, q, qd, Q, closed, &point));
     kmp_state_derivatives *d = ws->derivatives.self;
@@ -203,6 +244,8 @@ kempe_status kempe_workspace_forward_second(kempe_workspace *ws, double t, const
                                                  "kempe_workspace_add_second_derivatives first");
         return KEMPE_E_ARGUMENT;
     }
+    KMP_TRY(check_direction(ws, first));
+    KMP_TRY(check_direction(ws, second));
     kmp_derivative_point point;
     KMP_TRY(kmp_derivative_point_take(ws, t, q, qd, Q, false, &point));
     KMP_TRY(respond_to(ws, &point, first));

@@ -44,13 +44,15 @@ static kempe_status make_step(kempe_workspace *ws)
     KMP_MAKE(ws->system->context, kmp_state_step, s);
     ws->step = (kmp_workspace_part){s, free_step};
     *s = (kmp_state_step){.p = p, .n = n, .columns = columns, .names = d->names};
-    return kmp_made(
-        ws->system->context,
-        KMP_ARENA_MAKE(&s->arena, KMP_ROOM(int, n, &s->hold),
+    if (KMP_ARENA_MAKE(&s->arena, KMP_ROOM(int, n, &s->hold),
                        KMP_ROOM(double, n, &s->q, &s->qd, &s->qdd, &s->q_sum, &s->qd_sum, &s->stage_q, &s->stage_qd),
                        KMP_ROOM(double, p *p, &s->udd_u, &s->udd_ud), KMP_ROOM(double, p *n, &s->udd_Q),
                        KMP_ROOM(double, p * d->names, &s->udd_p),
-                       KMP_ROOM(double, 2 * p * columns, &s->begin, &s->stage, &s->slope, &s->sum)));
+                       KMP_ROOM(double, 2 * p * columns, &s->begin, &s->stage, &s->slope, &s->sum)))
+        return KEMPE_OK;
+    free_step(s);
+    ws->step.self = NULL;
+    return kmp_made(ws->system->context, false);
 }
 
 /* The slope of the derivatives at a stage: of u their rates, of ud by the chain rule. */
@@ -140,6 +142,10 @@ kempe_status kempe_workspace_step(kempe_workspace *ws, double t, double h, int s
     KMP_WANTED(NULL, ws, "workspace");
     if (!kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd))
         return KEMPE_E_ARGUMENT;
+    KMP_TRY(kmp_workspace_check_time(ws, t));
+    KMP_TRY(kmp_workspace_check_finite(ws, "q of", kmp_workspace_coordinate_name, ws->n, q));
+    KMP_TRY(kmp_workspace_check_finite(ws, "qd of", kmp_workspace_coordinate_name, ws->n, qd));
+    KMP_TRY(kmp_workspace_check_finite(ws, "Q of", kmp_workspace_coordinate_name, ws->n, Q));
     if (!(fabs(h) > 0 && fabs(h) < INFINITY) || steps < 1) {
         (void)kmp_workspace_fail(ws,
                                  "a step of a length that is not zero is required, and at least one of them, not %d "
@@ -158,7 +164,7 @@ kempe_status kempe_workspace_step(kempe_workspace *ws, double t, double h, int s
                 model->states[k].name);
             return KEMPE_E_ARGUMENT;
         }
-    if (!kempe_workspace_independent(ws) && ws->part.p > 0)
+    if (!ws->chosen)
         return kmp_workspace_fail(ws, "steps need independent coordinates, and none are chosen at t = %.9g s", t);
     KMP_TRY(make_step(ws));
     kmp_state_step *s = ws->step.self;
@@ -173,8 +179,12 @@ kempe_status kempe_workspace_step(kempe_workspace *ws, double t, double h, int s
     memset(s->begin, 0, 2 * (size_t)p * (size_t)s->columns * sizeof *s->begin);
     for (int k = 0; k < 2 * p; k++)
         s->begin[k + 2 * (ptrdiff_t)p * k] = 1;
-    for (int k = 0; k < steps; k++)
+    const bool before = kmp_interrupt_taken(ws->system->context);
+    for (int k = 0; k < steps; k++) {
+        if (kmp_workspace_interrupted(ws, before, k, steps, "steps"))
+            return KEMPE_STOPPED;
         KMP_TRY(step(ws, s, t + k * h, h, Q, derives));
+    }
     memcpy(q, s->q, (size_t)n * sizeof *q);
     memcpy(qd, s->qd, (size_t)n * sizeof *qd);
     if (derives) {

@@ -113,6 +113,7 @@ kempe_status kempe_workspace_actuator_forces(kempe_workspace *ws, double t, cons
     kmp_inverse *v = ws->actuators.self;
     if (!v)
         return refuse(ws, "there are no actuators: call %s first", "kempe_workspace_add_actuators");
+    KMP_TRY(kmp_workspace_check_time(ws, t));
     KMP_TRY(kempe_workspace_evaluate(ws, t, q, qd));
     KMP_TRY(kmp_workspace_require_closed(ws, "forces of actuators", t));
     kmp_context_clear(ws->system->context);
