@@ -182,9 +182,12 @@ def test_resume(four_bar, tmp_path):
     four_bar.simulate(**start, t_end=0.5, checkpoint=path)
     whole, rest = (four_bar.simulate(**start, t_end=1, resume=more) for more in (None, path))
     assert abs(whole.q[-1] - rest.q[-1]).max() < 1e-6 and len(rest) == len(whole)
-    for other in ({}, {"q": {"crank": 1.4}}):
-        with pytest.raises(kempe.InputError, match="the checkpoint is of another model"):
+    for other in ({}, {"q": {"crank": 1.4}}, {**start, "qd": {"crank": 2}}):
+        with pytest.raises(kempe.InputError, match="the checkpoint is of this model from another start: give the start"):
             four_bar.simulate(**other, t_end=1, resume=path)
+    for heavier in ({}, start):
+        with pytest.raises(kempe.InputError, match="the checkpoint is of another model"):
+            kempe.Model(EXAMPLES / "four_bar/four_bar.yaml", crank_mass=2).simulate(**heavier, t_end=1, resume=path)
 
 
 # -- mistakes ------------------------------------------------------------------------------------------

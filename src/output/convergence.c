@@ -240,7 +240,8 @@ kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_converg
  * tolerance: the difference is the error of the steps between. Parts are taken at equal distances of the steps made,
  * not of time: difficult passages are among them in proportion to their steps. */
 
-/* PARTS: of a run. A part is extended over rows while it has no more than STEPS of all steps, and ROWS of all rows. */
+/* PARTS: of a run, beside its beginning, whose transient and first steps are not like the others. A part is extended
+ * over rows while it has no more than STEPS of all steps, and ROWS of all rows. */
 enum { PARTS = 6 };
 static const double STEPS = 0.01, ROWS = 0.02;
 /* A run with fewer steps is repeated as a whole: a part needs some steps to begin. */
@@ -330,16 +331,17 @@ static kempe_status run_part(const kmp_run_spec *spec, part *p, int offset, kmp_
 static kempe_status check_parts(const kempe_system *system, const kmp_run_spec *spec, const kmp_samples *table,
                                 const kmp_step_counts *counts, kmp_convergence *all, bool *decided)
 {
-    long steps = 0, made = 0;
-    double sum = 0, seen = 0;
+    long steps = 0, made = 0, steps_begin = 0;
+    double sum = 0, seen = 0, sum_begin = 0, seen_begin = 0;
     int end = 0, offset = table->rows - spec->time_count;
     bool good = true;
     kempe_status status = KEMPE_OK;
     for (int k = 0; k + 1 < counts->rows; k++)
         steps += counts->steps[k];
-    for (int k = 0; k < PARTS && status == KEMPE_OK && good; k++) {
-        part p = part_at(counts, steps, (double)steps * (k + 0.5) / PARTS);
-        if (k > 0 && p.first < end)
+    for (int k = -1; k < PARTS && status == KEMPE_OK && good; k++) {
+        const bool begins = k < 0;
+        part p = part_at(counts, steps, begins ? -1 : (double)steps * (k + 0.5) / PARTS);
+        if (p.first < end)
             continue;
         end = p.last;
         p.system = system;
@@ -347,9 +349,9 @@ static kempe_status check_parts(const kempe_system *system, const kmp_run_spec *
         kmp_convergence found = *all;
         found.difference = found.seen = 0;
         status = run_part(spec, &p, offset, &found, &good);
-        sum += found.difference;
-        seen += found.seen;
-        made += p.steps;
+        *(begins ? &sum_begin : &sum) += found.difference;
+        *(begins ? &seen_begin : &seen) += found.seen;
+        *(begins ? &steps_begin : &made) += p.steps;
         all->parts++;
         all->checked += kmp_samples_time(table, p.last) - kmp_samples_time(table, offset + p.first);
         all->difference = fmax(all->difference, found.difference);
@@ -362,10 +364,11 @@ static kempe_status check_parts(const kempe_system *system, const kmp_run_spec *
     }
     if (status != KEMPE_OK || !good || made == 0)
         return status;
-    all->total = sum * (double)steps / (double)made;
+    const double others = (double)(steps - steps_begin) / (double)made;
+    all->total = sum_begin + sum * others;
     all->until = spec->t_end;
     /* The sum of the differences of all steps, without signs, is a bound of what is seen. */
-    *decided = all->total <= CLEARLY * all->limit && seen * (double)steps / (double)made <= 1;
+    *decided = all->total <= CLEARLY * all->limit && seen_begin + seen * others <= 1;
     return KEMPE_OK;
 }
 

@@ -68,7 +68,7 @@ typedef struct kmp_step_counts {
     int rows, row; /* row: the row of the last step's end, or the next one */
     const double *time;
     long *steps;  /* rows: from each to the next */
-    bool changes; /* conditions or modes have changed during the run */
+    bool changes; /* conditions or modes have changed, or contact was lost during the run */
 } kmp_step_counts;
 
 /** Counts a step, in their order. */

@@ -881,4 +881,29 @@ static kempe_status prepare(const kempe_system *system, const kempe_run_options 
     return take_static_loads(system, loads);
 }
 
-const kmp_run_judge kmp_safety_judge = {prepare, judge_run, show_verdict, json_verdict};
+/* A wheel that has a load and loses it. */
+static kempe_status loses_contact(const kempe_system *system, const kmp_samples *rows, bool *lost)
+{
+    kmp_output_program observed = {.system = system};
+    kmp_text words = {0};
+    const int wheels = system->model->wheel_count;
+    for (int w = 0; w < wheels; w++)
+        kmp_text_printf(&words, "%sguidance(%s).Q", w > 0 ? "," : "", system->model->wheels[w].name);
+    kempe_status status =
+        words.failed ? kmp_fail_memory(system->context) : kmp_output_program_init(&observed, system, words.s, 0, NULL);
+    double *value = KMP_NEW(double, 2 * observed.columns.count + 1), *before = value + observed.columns.count;
+    if (status == KEMPE_OK)
+        status = kmp_made(system->context, value);
+    for (int row = 0; status == KEMPE_OK && row < rows->rows && !*lost; row++) {
+        kmp_output_program_fill(&observed, rows, row, value);
+        for (int k = 1; k <= wheels && row > 0; k++)
+            *lost = *lost || (before[k] > 0 && !(value[k] > 0));
+        memcpy(before, value, (size_t)observed.columns.count * sizeof *before);
+    }
+    kmp_free(value);
+    kmp_text_free(&words);
+    kmp_output_program_free(&observed);
+    return status;
+}
+
+const kmp_run_judge kmp_safety_judge = {prepare, judge_run, loses_contact, show_verdict, json_verdict};

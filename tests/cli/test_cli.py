@@ -2392,10 +2392,10 @@ class Resume(Case):
                 self.expect(0, "simulate", *options, "--t-end", at, "--checkpoint", "run.checkpoint")
                 self.expect(0, "simulate", *options, "--resume", "run.checkpoint", "--checkpoint", "run.checkpoint", "-o", "resumed.csv")
                 self.assertAlmostEqual(float(self.rows("resumed.csv")[-1]["state.sum"]), right, delta=1e-7)
-        old = (self.folder / "run.checkpoint").read_text().replace("checkpoint 3", "checkpoint 2", 1)
+        old = (self.folder / "run.checkpoint").read_text().replace("checkpoint 4", "checkpoint 3", 1)
         (self.folder / "old").write_text(old)
         done = self.expect(2, "simulate", model, "--t-end", "3", "--resume", "old")
-        self.assertIn("the checkpoint has format 2, this version reads format 3", done.stderr)
+        self.assertIn("the checkpoint has format 3, this version reads format 4", done.stderr)
 
     def test_numbers_without_the_unit_of_the_file(self):
         model = self.model(

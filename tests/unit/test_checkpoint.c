@@ -93,6 +93,31 @@ static void it_belongs_to_its_parameters(void)
     unload(&l);
 }
 
+/* The same model with another start, which the message says; with another start and other values, another model. */
+static void it_belongs_to_its_start(void)
+{
+    static const double q[] = {1.2, NAN, NAN};
+    loaded l = load("examples/four_bar/four_bar.yaml"),
+           longer = load_set("examples/four_bar/four_bar.yaml", &(kempe_setting){"coupler_mass", "2"}, 1);
+    const loaded *const of[] = {&l, &longer};
+    size_t length = 0;
+    int rows = 0;
+    char *text = make(&l, &length);
+    for (int k = 0; k < 2; k++) {
+        loaded other = *of[k];
+        CHECK(kempe_model_start_at(of[k]->model, q, NULL, &other.model) == KEMPE_OK);
+        CHECK(kempe_system_new(other.model, &other.system) == KEMPE_OK);
+        CHECK(take(&other, text, length, &rows) == KEMPE_E_INPUT && rows == 0);
+        CHECK(
+            check_says(kempe_context_message(other.context), k ? "of another model" : "this model from another start"));
+        kempe_system_free(other.system);
+        kempe_model_free(other.model);
+    }
+    kmp_free(text);
+    unload(&longer);
+    unload(&l);
+}
+
 int main(void)
 {
     int file = mkstemp(path);
@@ -100,6 +125,7 @@ int main(void)
     TEST(a_whole_one_is_read);
     TEST(no_byte_may_differ);
     TEST(it_belongs_to_its_parameters);
+    TEST(it_belongs_to_its_start);
     (void)unlink(path);
     return check_report();
 }

@@ -326,9 +326,53 @@ static void long_runs_on_rails_are_checked_by_parts(void)
     close_scene(&s);
 }
 
+/* The largest relative difference of the second rows, as the check has it. */
+static double first_difference(const kempe_trajectory *trajectory, const kempe_trajectory *other, int n)
+{
+    const double *x = kempe_trajectory_q(trajectory, 1), *y = kempe_trajectory_q(other, 1);
+    double most = 0;
+    for (int k = 0; k < n; k++)
+        most = fmax(most, fabs(x[k] - y[k]) / fmax(fabs(x[k]), 1));
+    return most;
+}
+
+/* The first steps of this run have larger errors than parts of later ones: they are in the total. */
+static void the_beginning_is_a_part(void)
+{
+    scene s;
+    kempe_trajectory *parts = NULL, *exact = NULL;
+    open_scene(&s, NULL, "examples/bogie_track/bogie_track.yaml");
+    kempe_run_options options = {.rtol = 1e-8, .formulation = "reduced"};
+    CHECK(run(&s, &options, &parts) == KEMPE_OK && of_check(parts, "parts") > 2);
+    options = (kempe_run_options){.rtol = 1e-11, .t_end = 1, .formulation = "reduced", .integrator = "radau"};
+    CHECK(run(&s, &options, &exact) == KEMPE_OK);
+    const double begin = first_difference(parts, exact, s.system->n);
+    CHECK(begin > 1e-9 && of_check(parts, "total") > begin / 2);
+    kempe_trajectory_free(parts);
+    kempe_trajectory_free(exact);
+    close_scene(&s);
+}
+
+/* Wheels that lift off and strike again amplify errors: the whole run is repeated, and its doubt is reported. */
+static void lost_contact_needs_the_whole_run(void)
+{
+    scene s;
+    kempe_trajectory *jumps = NULL;
+    open_scene(&s, NULL, "examples/manchester/manchester.yaml");
+    const int before = s.warnings;
+    const kempe_run_options options = {0};
+    CHECK(run(&s, &options, &jumps) == KEMPE_UNTRUSTED && s.warnings > before);
+    CHECK(of_check(jumps, "parts") == 0 && of_check(jumps, "apart") > 1e-5);
+    check_json(jumps, "\"result\": \"not converged\"");
+    kempe_trajectory_free(jumps);
+    close_scene(&s);
+}
+
 int main(void)
 {
     TEST(long_runs_on_rails_are_checked_by_parts);
+    TEST(the_beginning_is_a_part);
+    TEST(lost_contact_needs_the_whole_run);
     TEST(chaos_is_told);
     TEST(forms_of_a_rotation_are_no_difference);
     TEST(a_short_run_keeps_silent);

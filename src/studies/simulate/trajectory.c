@@ -33,15 +33,19 @@
 /* Checkpoints of a long run, from which it can continue: a line that identifies the model, a line of columns, the rows
  * in full digits, the past of continuous delays, and a checksum of these. */
 
-enum { VERSION = 3, PIECE_HEAD = 3 };
+enum { VERSION = 4, PIECE_HEAD = 3 };
 
 /* 64-bit FNV-1a (Fowler, Noll, Vo): any one byte that differs changes it. */
-static uint64_t hash_of(const char *s, size_t length)
+static uint64_t hash_more(uint64_t hash, const char *s, size_t length)
 {
-    uint64_t hash = 0xcbf29ce484222325u;
     for (size_t i = 0; i < length; i++)
         hash = (hash ^ (unsigned char)s[i]) * 0x100000001b3u;
     return hash;
+}
+
+static uint64_t hash_of(const char *s, size_t length)
+{
+    return hash_more(0xcbf29ce484222325u, s, length);
 }
 
 void kmp_checkpoint_end(kmp_text *text, const char *s, size_t length)
@@ -54,13 +58,26 @@ static int width_of(const kempe_system *system, kmp_quantity quantity)
     return quantity == KMP_QUANTITY_LAMBDA ? system->m : system->n;
 }
 
-/* The head of a checkpoint: the model's own text, with the values of its parameters, identifies it. */
+/* The line of the start in a model's own text, and its end; a text without one ends there. */
+static const char *line_of_start(const char *model, const char **end)
+{
+    static const char head[] = "\n\"start\":";
+    const char *line = strstr(model, head);
+    *end = line ? line + strcspn(line + 1, "\n") + 1 : model + strlen(model);
+    return line ? line : *end;
+}
+
+/* The head of a checkpoint: the model's own text, with the values of its parameters, identifies it; the text without
+ * the start shows where only this differs. */
 kempe_status kmp_checkpoint_head(const kempe_system *system, kmp_text *text)
 {
     char *model = NULL;
+    const char *end;
     KMP_TRY(kempe_model_print(system->model, KEMPE_JSON, &model));
-    kmp_text_printf(text, "# kempe checkpoint %d, model %s, %016" PRIx64 "\nt,work", VERSION,
-                    kempe_model_name(system->model), hash_of(model, strlen(model)));
+    const char *start = line_of_start(model, &end);
+    const uint64_t rest = hash_more(hash_of(model, (size_t)(start - model)), end, strlen(end));
+    kmp_text_printf(text, "# kempe checkpoint %d, model %s, %016" PRIx64 ", start %016" PRIx64 "\nt,work", VERSION,
+                    kempe_model_name(system->model), rest, hash_of(start, (size_t)(end - start)));
     kempe_text_free(model);
     for (kmp_quantity k = KMP_QUANTITY_Q; k < KMP_QUANTITIES; k++)
         for (int i = 0; i < width_of(system, k); i++)
@@ -257,6 +274,14 @@ static kempe_status check_end(const kempe_system *system, const char *path, char
     return status;
 }
 
+/* The length of the first line up to the hash of the start. */
+static size_t length_to_start(const char *head)
+{
+    static const char hash[] = "0123456789abcdef\n";
+    const size_t line = strcspn(head, "\n") + 1;
+    return line > sizeof hash - 1 ? line - (sizeof hash - 1) : 0;
+}
+
 static kempe_status read_text(const kempe_system *system, const char *path, const char *text, kmp_samples *samples,
                               kmp_past **past)
 {
@@ -272,6 +297,11 @@ static kempe_status read_text(const kempe_system *system, const char *path, cons
         status = kmp_complain(system->context, path, 1, 1,
                               "the checkpoint has format %ld, this version reads format %d: run from the start",
                               version, VERSION);
+    else if (status == KEMPE_OK && head.s && strncmp(text, head.s, length_to_start(head.s)) == 0 &&
+             strncmp(text, head.s, strcspn(head.s, "\n") + 1) != 0)
+        status = kmp_complain(system->context, path, 1, 1,
+                              "the checkpoint is of this model from another start: give the start that it has, or run "
+                              "from the start");
     else if (status == KEMPE_OK && head.s && strncmp(text, head.s, head.length) != 0)
         status = kmp_complain(
             system->context, path, 1, 1,
@@ -743,6 +773,8 @@ static kempe_status run_again(kempe_trajectory *t, kmp_simulation *j)
 {
     j->spec.rate_scale = t->report.rate_scale;
     j->counts.changes = t->report.events > 0 || t->report.impacts > 0 || t->report.changes > 0;
+    if (j->counts.steps && !j->counts.changes && kmp_run_judge_find())
+        KMP_TRY(kmp_run_judge_find()->loses_contact(j->system, &t->table, &j->counts.changes));
     kempe_status status = kmp_convergence_of_run(j->system, &j->spec, j->start.q ? &j->start : NULL, &t->table,
                                                  t->report.requested, j->counts.steps ? &j->counts : NULL, &t->again);
     const bool bounded = !isnan(t->again.stopped) && j->spec.max_steps > 0;
