@@ -240,8 +240,8 @@ kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_converg
  * tolerance: the difference is the error of the steps between. Parts are taken at equal distances of the steps made,
  * not of time: difficult passages are among them in proportion to their steps. */
 
-/* PARTS: of a run, beside its beginning, whose transient and first steps are not like the others. A part is extended
- * over rows while it has no more than STEPS of all steps, and ROWS of all rows. */
+/* PARTS: of a run, in addition to its beginning, whose transient and first steps are not like the others. A part is
+ * extended over rows while it has no more than STEPS of all steps, and ROWS of all rows. */
 enum { PARTS = 6 };
 static const double STEPS = 0.01, ROWS = 0.02;
 /* A run with fewer steps is repeated as a whole: a part needs some steps to begin. */
