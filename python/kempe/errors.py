@@ -106,8 +106,38 @@ def in_python(message: str, tables: Collection[str] = ()) -> str:
     for name in tables:
         message = re.sub(rf"^{re.escape(name)}:(\d+):\d+: ", partial(_row, name), message, flags=re.M)
     message = message.replace(" is NULL or missing", " is missing").replace("or --set)", "or its parameters)")
+    message = message.replace("'kempe show --model' lists all coordinates", "`coordinates` of the model lists all")
     message = re.sub(r"--(?:input|set) (?=[^\W\d])", "", message)
     return re.sub(r"(?<![\w-])--([a-z][a-z-]*)", lambda found: found[1].replace("-", "_"), message)
+
+
+_QUOTE = "'"
+
+# Options and files that summaries of the command name, and the calls of Python for them.
+_CALLS = [
+    (r"kempe simulate --from FOLDER\s+--instance K", "Model.instance(FOLDER, K)"),
+    (r"(?:kempe simulate )?--from ('[^']*'|\S+)\s+--instance (\d+)", lambda m: f"Model.instance({m[1].strip(_QUOTE)!r}, {int(m[2]) - 1})"),
+    (r"kempe gather (?:'[^']*'|\S+) -o FILE.csv", "write('FILE.csv')"),
+    (r"the run's command with --resume", "run_folder(resume=True)"),
+    (r"--all\b", "text(full=True)"),
+    (r"--json\b", "to_dict()"),
+    (r"-o\s+FILE\.\w+|--csv\s+FILE", "tables_and_matrices()"),
+    (r"--svg\s+FILE", "write_picture(FILE)"),
+    (r"--report\s+FILE", "write_report(FILE)"),
+    (r"--set (\w+=\S+)", r"\1"),
+    (r"--(formulation|form|integrator|linear|loads)(\s+)([a-z][\w-]*)", r'\1="\3"'),
+    (r"--rtol\s+([0-9.e-]*[0-9])", r"rtol=\1"),
+    (r'\b((?:formulation|form|integrator|rtol)=[^\s,:;]+)\s(?=(?:form|integrator|rtol|linear)=)', r"\1, "),
+]
+
+
+def summary_in_python(text: str) -> str:
+    """A summary, which the command prints, with keywords and calls in place of its options."""
+    if "--" not in text and "-o FILE" not in text and "kempe gather" not in text:
+        return text
+    for pattern, call in _CALLS:
+        text = re.sub(pattern, call, text)  # type: ignore[arg-type]
+    return in_python(text)
 
 
 def _row(name: str, line: re.Match[str]) -> str:

@@ -14,7 +14,7 @@ from ._native import lib
 from .columns import TABLES, TextsFor, with_tables
 from .context import Fixed, Owned, T, outcome, string, text_written
 from .display import details, picture
-from .errors import Error
+from .errors import Error, summary_in_python
 from .kept import read_again, values_of
 from .options import options, path_of, utf8
 from .table import Table
@@ -40,7 +40,7 @@ class TableOf(PartOf):
 
 
 class Result(Fixed):
-    """Result of a study. str() is its summary, as the command prints it. Pickled, it is its numbers, tables and texts."""
+    """Result of a study. str() is its summary, as the command prints it, in the words of Python. Pickled, it is its numbers, tables and texts."""
 
     _kept: ClassVar[tuple[str, ...]] = ()  # further attributes that a pickled result has
     _kept_each: ClassVar[tuple[str, ...]] = ()  # methods whose argument is an index
@@ -69,7 +69,9 @@ class Result(Fixed):
 
     def text(self, full: bool = False) -> str:
         """The summary; `full`: with all details."""
-        return self._context.text(self._call("print"), self._pointer, lib.KEMPE_FULL_TEXT if full else lib.KEMPE_TEXT)
+        return summary_in_python(
+            self._context.text(self._call("print"), self._pointer, lib.KEMPE_FULL_TEXT if full else lib.KEMPE_TEXT)
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """The result as the command's JSON has it, in SI."""

@@ -265,6 +265,42 @@ def test_steps_with_derivatives(four_bar):
             workspace.step(0, q, qd, **wrong)
 
 
+def test_summaries_have_no_words_of_the_command(four_bar, tmp_path):
+    """Options of the command are keywords and calls here, in the summary of each kind of result."""
+
+    def example(name):
+        return kempe.Model(EXAMPLES / name / f"{name}.yaml")
+
+    ensemble, folder = four_bar.ensemble({"crank": np.linspace(0.1, 0.3, 4)}), tmp_path / "with blank.kempe"
+    failing = four_bar.ensemble({"crank": [0.3, 5]}).run_folder(tmp_path / "failing.kempe", t_end=0.1)
+    made = {
+        "check": four_bar.system().check(),
+        "run": example("limousine").simulate(t_end=0.05),
+        "shared loads": example("bennett").simulate(t_end=0.5),
+        "compare": four_bar.system().compare(t_end=0.1),
+        "linearize": example("quarter_car").system().linearize(),
+        "modes": example("suspension").system().modes(),
+        "equilibrium": example("suspension").system().equilibrium(),
+        "inverse": example("delta_robot").system().inverse(actuators="A1,A2,A3"),
+        "cycles": example("cooperrider").system().limit_cycles(sweep="V=50:75:20"),
+        "ensemble": ensemble.run(t_end=0.1),
+        "statistics": ensemble.run(t_end=0.1).statistics(),
+        "folder": ensemble.run_folder(folder, t_end=0.1),
+        "failing": failing,
+    }
+    for name, result in made.items():
+        for text in (str(result), result.text(full=True)):
+            found = re.search(r"--[a-z]|-o FILE|kempe (?:simulate|gather|show)", text)
+            assert not found, f"{name}: {text[max(0, found.start() - 60) : found.end() + 60]}"
+    assert "condition numbers: text(full=True)" in str(made["check"])
+    assert re.search(r'use formulation="\w+", .*rtol=[0-9.e-]+\n', str(made["compare"]))
+    assert 'loads="least-norm" gives' in str(made["shared loads"])
+    assert f"Model.instance({str(tmp_path / 'failing.kempe')!r}, 1)" in str(failing)
+    assert kempe.Model.instance and failing.write
+    with pytest.raises(kempe.ArgumentError, match="`coordinates` of the model lists all"):
+        example("delta_robot").system().inverse()
+
+
 def test_words_of_refused_derivatives(four_bar):
     workspace = four_bar.system().workspace()
     q, qd, bad = [0, 0, 0], [20, -22.5, 7.5], [0, np.nan, 0]
