@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from ._native import lib
 from .arrays import Array, view, writable
 from .display import trajectory_html
+from .errors import Error
 from .lazy import np
 from .options import text_of, utf8
 from .result import Judged, Reported, TableOf
@@ -111,6 +112,18 @@ class Trajectory(Judged, Reported):
         if len(table) == 2:
             return table[table.names[1]]
         return np.stack([table[each] for each in table.names[1:]], axis=1)
+
+    def __contains__(self, name: object) -> bool:
+        """True for the name of an output of the model.
+
+        >>> run = kempe.Model("four_bar.yaml").simulate(t_end=1)
+        >>> "position(coupler.C)" in run, "position(coupler.Z)" in run
+        (True, False)
+        """
+        try:
+            return isinstance(name, str) and len(self[name]) >= 0
+        except (KeyError, Error):
+            return False
 
     @property
     def verdict(self) -> dict[str, Any]:

@@ -175,6 +175,14 @@ static void refused(void)
     CHECK(check_says(kempe_workspace_message(s.ws), "2 of 3 degrees of freedom"));
     CHECK(kempe_workspace_add_actuators(s.ws, 3, names, NULL) == KEMPE_OK);
     CHECK(kempe_workspace_actuator_forces(s.ws, 0, s.q, s.qd, qdd, tau, NULL) == KEMPE_OK);
+    const int *u = kempe_workspace_independent(s.ws);
+    const double wanted = qdd[u[1]];
+    qdd[u[1]] = NAN;
+    CHECK(kempe_workspace_actuator_forces(s.ws, 0, s.q, s.qd, qdd, tau, NULL) == KEMPE_E_ARGUMENT);
+    CHECK(check_says(kempe_workspace_message(s.ws), kempe_model_coordinate_name(s.model, u[1])));
+    CHECK(check_says(kempe_workspace_message(s.ws), "is nan: give a finite number"));
+    qdd[u[1]] = wanted;
+    CHECK(kempe_workspace_actuator_forces(s.ws, NAN, s.q, s.qd, qdd, tau, NULL) == KEMPE_E_ARGUMENT);
     s.q[0] += 0.1;
     CHECK(kempe_workspace_actuator_forces(s.ws, 0, s.q, s.qd, qdd, tau, NULL) == KEMPE_E_FAILED);
     CHECK(check_says(kempe_workspace_message(s.ws), "need closed loops"));

@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A workspace allocates when it is made and never again. */
+/* wings: analyses */
+/* A workspace allocates when it is made and never again. Steps allocate once; where there is no memory, the next call
+ * tries again. */
 #include "base/memory.h"
 #include "loaded.h"
 #include "testing.h"
 #include <kempe/check.h>
+#include <kempe/derivatives.h>
 #include <kempe/kempe.h>
 #include <kempe/workspace.h>
 
@@ -38,9 +41,41 @@ static void bricard(void)
     no_allocation("tests/models/bricard_balls.yaml");
 }
 
+static void steps_try_again(void)
+{
+    loaded l = load("examples/four_bar/four_bar.yaml");
+    kempe_workspace *ws = NULL;
+    double q[3] = {0}, qd[3] = {0}, x_x[4];
+    const kempe_step_derivatives out = {.x_x = x_x};
+    CHECK(kempe_workspace_new(l.system, &ws) == KEMPE_OK);
+    CHECK(kempe_workspace_add_derivatives(ws, 0, NULL, NULL) == KEMPE_OK);
+    int failed = 0;
+    for (bool done = false; !done && failed < 100; failed += !done) {
+        kmp_memory_fail_at((unsigned long)failed + 1);
+        const kempe_status status = kempe_workspace_step(ws, 0, 1e-3, 1, q, qd, NULL, &out);
+        kmp_memory_fail_at(0);
+        done = status == KEMPE_OK;
+        CHECK(done || (status == KEMPE_E_MEMORY && q[0] == 0));
+        if (!done && failed % 2 == 0) /* at once, and after the next failure */
+            CHECK(kempe_workspace_step(ws, 0, 1e-3, 1, q, qd, NULL, &out) == KEMPE_OK);
+        if (!done && failed % 2 == 0) { /* a workspace without the arrays of steps */
+            kempe_workspace_free(ws);
+            memset(q, 0, sizeof q), memset(qd, 0, sizeof qd);
+            CHECK(kempe_workspace_new(l.system, &ws) == KEMPE_OK);
+            CHECK(kempe_workspace_add_derivatives(ws, 0, NULL, NULL) == KEMPE_OK);
+        }
+    }
+    CHECK(failed > 1);
+    const unsigned long before = kmp_memory_count();
+    CHECK(kempe_workspace_step(ws, 0, 1e-3, 9, q, qd, NULL, &out) == KEMPE_OK && kmp_memory_count() == before);
+    kempe_workspace_free(ws);
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(four_bar);
     TEST(bricard);
+    TEST(steps_try_again);
     return check_report();
 }

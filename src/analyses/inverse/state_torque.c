@@ -118,8 +118,10 @@ kempe_status kempe_workspace_actuator_forces(kempe_workspace *ws, double t, cons
     KMP_TRY(kmp_workspace_require_closed(ws, "forces of actuators", t));
     kmp_context_clear(ws->system->context);
     ws->stale = true;
-    if (kmp_inverse_at(v, t, ws->q, ws->qd, qdd) != KEMPE_OK)
+    if (kmp_inverse_at(v, t, ws->q, ws->qd, qdd) != KEMPE_OK) {
+        KMP_TRY(kmp_workspace_check_finite(ws, "the acceleration of", kmp_workspace_coordinate_name, ws->n, qdd));
         return kmp_workspace_fail(ws, "%s", kempe_context_message(ws->system->context));
+    }
     memcpy(tau, v->tau, (size_t)v->a * sizeof *tau);
     if (lambda)
         memcpy(lambda, v->lambda, (size_t)ws->m * sizeof *lambda);
