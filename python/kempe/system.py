@@ -105,7 +105,7 @@ class System(Fixed):
         )
 
     def _owners(self) -> tuple[Any, ...]:
-        return (self._pointer, getattr(self, "_force", None))
+        return (*super()._owners(), getattr(self, "_force", None))
 
     # -- the mechanism -----------------------------------------------------------------------------------
 
