@@ -13,7 +13,7 @@ from .errors import ArgumentError, FailedError, KempeWarning, StoppedError
 from .followed_loops import FollowedLoops
 from .ipopt import library, solve
 from .lazy import np
-from .motion_problem import Plan, Problem, force_limits, not_negative, weights_of
+from .motion_problem import Plan, MotionProblem, force_limits, not_negative, weights_of
 from .options import unknown
 
 if TYPE_CHECKING:
@@ -23,7 +23,10 @@ if TYPE_CHECKING:
 
 _APART = 1e-3  # of the squared determinant of the loops at the start: its least value in a motion
 _PART = 1e-5  # of the unknowns, for differences of exact derivatives
-_GROWTH = 4  # the most parts into which an interval is divided
+_SMALL = 1e-4  # of the largest multiplier: a distance from singular positions whose curvature does not count
+_GROWTH = 8  # the most parts into which an interval is divided
+_WARM = {"mu_init": 1e-6, "bound_push": 1e-8, "bound_frac": 1e-8, "slack_bound_push": 1e-8, "slack_bound_frac": 1e-8}  # options of IPOPT
+_NEAR = 1e-2  # the largest violation of a limit by a motion from which IPOPT begins as from its own
 _SCHEMES = {"hermite-simpson": (0.0, 0.5, 1.0), "radau": (0.0, 0.4 - 0.06**0.5, 0.4 + 0.06**0.5, 1.0)}  # points of an interval
 
 
@@ -138,7 +141,7 @@ class _Equations:
     """Independent accelerations and outputs y of a mechanism: values of coordinates and rates, outputs of the model language, and
     where there are loops the distance from singular positions."""
 
-    def __init__(self, problem: Problem, t: Array, most: Array, words: Iterable[str]) -> None:
+    def __init__(self, problem: MotionProblem, t: Array, most: Array, words: Iterable[str]) -> None:
         self.workspace, self.n, self.u, self.act = problem.workspace, problem.n, problem.u, problem.act
         self.p, self.a, self.loops = len(problem.u), len(problem.act), FollowedLoops(problem.workspace, problem.start[0], t)
         self.most, self.scale = most, np.where(np.isfinite(most), most, 1.0)
@@ -172,13 +175,14 @@ class _Equations:
         parts = [(self.columns[word], *_range(value, len(self.columns[word]), f"{name}[{word!r}]")) for word, value in given.items()]
         return _Limits(*(np.concatenate([[], *(part[i] for part in parts)]) for i in range(3)))
 
-    def derived(self, t: Array, q: Array, qd: Array, forces: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Accelerations and outputs at states, their derivatives by u, ud and the forces over their scale, and dq/du."""
+    def derived(self, t: Array, q: Array, qd: Array, forces: Array, apart: bool = True) -> tuple[Array, Array, Array, Array, Array]:
+        """Accelerations and outputs at states, their derivatives by u, ud and the forces over their scale, and dq/du. `apart`: with the
+        distance from singular positions."""
         Q, p = np.zeros((len(q), self.n)), self.p
         Q[:, self.act] = forces
         found = self.workspace.closed_derivatives(t, q, qd, Q, outputs=self.outputs)
         udd_z = np.concatenate((found.udd_u, found.udd_ud, found.udd_Q[:, :, self.act] * self.scale), axis=2)
-        y, y_z = np.empty((len(q), len(self.labels))), np.zeros((len(q), len(self.labels), udd_z.shape[2]))
+        y, y_z = np.zeros((len(q), len(self.labels))), np.zeros((len(q), len(self.labels), udd_z.shape[2]))
         y[:, self.of_q], y[:, self.of_qd] = q[:, self.q], qd[:, self.qd]
         y_z[:, self.of_q, :p], y_z[:, self.of_qd, :p] = found.q_u[:, self.q], found.qd_u[:, self.qd]
         y_z[:, self.of_qd, p : 2 * p] = found.q_u[:, self.qd]
@@ -188,7 +192,7 @@ class _Equations:
             if self.forced:
                 y_Q = self.workspace.forward_derivatives(t, q, qd, Q, outputs=self.outputs).y_Q
                 y_z[:, others, 2 * p :] = y_Q[:, :, self.act] * self.scale
-        if self.loops.v:
+        if self.loops.v and apart:
             y[:, -1], y_z[:, -1, :p] = self.loops.apart(t, q, found.q_u)
         return found.qdd[:, self.u], udd_z, y, y_z, found.q_u
 
@@ -277,6 +281,11 @@ class _Transcription:
         except FailedError:
             self.at[:] = self.last
 
+    def violation(self) -> float:
+        """The largest violation of a limit by the first guess."""
+        values = self.constraints(self.z)
+        return float(np.maximum(self.least - values, values - self.most).max(initial=0))
+
     def value(self, z: Array) -> float:
         self._evaluate(z)
         return float(self.T * self.quadrature @ self.cost + self.weights.time * self.T + 0.5 * self.miss @ self.weights.final @ self.miss)
@@ -339,10 +348,12 @@ class _Transcription:
             Z[:, i, :, i] += np.multiply.outer([1, -1], part[:, i])
         t, H = np.tile(self.T * self.fraction, 2 * moved), np.zeros((self.M, w, w))
         q = self.q + np.einsum("kni,sdki->sdkn", self.q_u, Z[..., :p] - self.Z[:, :p])
+        largest = max(abs(of_udd).max(), abs(of_y).max(initial=0))
+        apart = bool(abs(of_y[:, e.count :]).max(initial=0) > _SMALL * largest)
         try:
             q = e.loops.positions(t, q.reshape(-1, e.n), Z[..., :p].reshape(-1, p))
             qd = e.loops.rates(t, q, Z[..., p:x].reshape(-1, p))
-            _, udd_z, _, y_z, _ = e.derived(t, q, qd, Z[..., x:].reshape(-1, e.a) * e.scale)
+            _, udd_z, _, y_z, _ = e.derived(t, q, qd, Z[..., x:].reshape(-1, e.a) * e.scale, apart)
         except FailedError:  # near a singular position
             return H
         slope = np.einsum("kr,sdkrc->sdkc", of_udd, udd_z.reshape(2, moved, *self.udd_z.shape))
@@ -363,7 +374,7 @@ class _Transcription:
         t, ud = self.T * (self.mesh[:-1, None] + self.part[:, None] * where).ravel(), state[:, :, e.p :].reshape(-1, e.p)
         try:
             q = e.loops.positions(t, near, state[:, :, : e.p].reshape(-1, e.p))
-            udd = e.derived(t, q, e.loops.rates(t, q, ud), (values @ inside[:, :, x:] * e.scale).reshape(-1, e.a))[0]
+            udd = e.derived(t, q, e.loops.rates(t, q, ud), (values @ inside[:, :, x:] * e.scale).reshape(-1, e.a), False)[0]
         except FailedError:
             return np.full(len(self.part), np.inf)
         missing = abs(values @ F - np.hstack((ud, udd)).reshape(state.shape)) / np.maximum(1.0, abs(self.Z[:, :x]).max(axis=0))
@@ -393,7 +404,7 @@ def _replay(workspace: Workspace, motion: Motion) -> float:
         return float("inf")
 
 
-def _begin(problem: Problem, guess: Any, t: Array) -> tuple[Array, Array, Array]:
+def _begin(problem: MotionProblem, guess: Any, t: Array) -> tuple[Array, Array, Array]:
     """Coordinates, rates and forces of a first guess at times; the loops need not be closed."""
     if isinstance(guess, Motion):
         return guess.at(t / t[-1] * guess.t[-1])
@@ -452,7 +463,7 @@ def collocate(
     >>> motion.converged, motion.replay < 1e-4  # with IPOPT
     (True, True)
     """
-    problem = Problem(workspace, q, qd, actuators)
+    problem = MotionProblem(workspace, q, qd, actuators)
     path, end, a, size = dict(path or {}), dict(end or {}), len(problem.act), 2 * len(problem.u)
     if scheme not in _SCHEMES:
         raise ArgumentError(unknown("scheme", scheme, list(_SCHEMES)))
@@ -506,8 +517,7 @@ def collocate(
         for row, start in zip((closed, begun[1]), problem.start):
             row[0] = start
         program = _Transcription(equations, cost, (first, along, last), scheme, mesh, (closed, *begun[1:]), (low, T, high))
-        near = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac")
-        warm = {"mu_init": 1e-6, **dict.fromkeys(near, 1e-8)} if isinstance(guess, Motion) else {}
+        warm = _WARM if history or isinstance(guess, Motion) and program.violation() < _NEAR else {}
         found = solve(program, program.z, {"tol": tolerance, "max_iter": iterations, **warm})
         program.settle(found.z)
         errors, T = program.errors(), program.T
@@ -515,12 +525,14 @@ def collocate(
         t, forces = T * program.fraction, program.Z[:, size:] * equations.scale
         values = program.value(program.last), found.converged, found.reason, float(errors.max()), np.inf, tuple(history), scheme, tuple(problem.names)
         motion = Motion(t, program.q, program.qd, forces, *values, PlannedForces(t, forces, scheme, problem.act, problem.n))
-        motion = motion._replace(replay=_replay(workspace, motion))
+        last_mesh = not found.converged or len(history) > refinements
+        if last_mesh or motion.error <= accuracy:
+            motion = motion._replace(replay=_replay(workspace, motion))
         worst = max(motion.error, motion.replay)
-        if not found.converged or worst <= accuracy or len(history) > refinements:
+        if last_mesh or worst <= accuracy:
             break
-        allowed = min(allowed, 0.3 * motion.error) if motion.error <= allowed else allowed
-        pieces = np.where(errors > allowed, np.clip(np.ceil((2 * errors / allowed) ** (1 / 3)), 1, _GROWTH), 1).astype(int)
+        allowed = min(allowed, 0.3 * motion.error) if motion.error <= accuracy else allowed
+        pieces = np.clip(np.ceil((2 * errors / allowed) ** (1 / 3)), 1, _GROWTH).astype(int)
         parts = [np.linspace(left, right, count, endpoint=False) for left, right, count in zip(mesh, mesh[1:], pieces)]
         mesh, guess = np.append(np.concatenate(parts), 1.0), motion
     if not motion.converged:

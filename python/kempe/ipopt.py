@@ -33,7 +33,7 @@ _REASONS = {
     4: "the unknowns grow without bound",
     -1: "the iterations have been used up",
     -2: "IPOPT found no step that keeps the limits better",
-    -13: "the mechanism cannot be evaluated at the point where IPOPT begins, or goes on",
+    -13: "IPOPT came to positions at which the mechanism cannot be evaluated, such as the edge of its reach",
 }
 
 

@@ -61,7 +61,7 @@ def force_limits(limits: ArrayLike | None, a: int) -> Array:
     return most
 
 
-class Problem:
+class MotionProblem:
     """A mechanism at the start, and the actuators on it."""
 
     def __init__(self, workspace: Workspace, q: Any, qd: Any, actuators: Any) -> None:

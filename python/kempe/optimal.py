@@ -11,7 +11,7 @@ from .arrays import Array, matched
 from .collocation import Motion, PlannedForces, collocate
 from .errors import ArgumentError, FailedError, KempeWarning
 from .lazy import np
-from .motion_problem import Plan, Problem, force_limits, not_negative, weights_of
+from .motion_problem import Plan, MotionProblem, force_limits, not_negative, weights_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -42,7 +42,7 @@ def _bounded(H: Array, g: Array, low: Array, high: Array) -> tuple[Array, Array]
     return x, free
 
 
-class _Steps(Problem):
+class _Steps(MotionProblem):
     """The steps of the horizon."""
 
     def __init__(self, workspace: Workspace, q: Any, qd: Any, h: float, actuators: Any, substeps: int) -> None:
