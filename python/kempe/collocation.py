@@ -13,7 +13,7 @@ from .errors import ArgumentError, FailedError, KempeWarning, StoppedError
 from .followed_loops import FollowedLoops
 from .ipopt import library, solve
 from .lazy import np
-from .motion_problem import Plan, MotionProblem, force_limits, not_negative, weights_of
+from .motion_problem import MotionProblem, Plan, force_limits, not_negative, weights_of
 from .options import unknown
 
 if TYPE_CHECKING:
@@ -370,10 +370,10 @@ class _Transcription:
         values, integrals = _polynomials(self.scheme, where)
         inside, F = self.Z[self.index], self.F[self.index]
         state = inside[:, :1, :x] + self.T * self.part[:, None, None] * (integrals @ F)
-        near = self.q[self.index[:, abs(where[:, None] - np.array(_SCHEMES[self.scheme])).argmin(axis=1)]].reshape(-1, e.n)
+        near = self.index[:, abs(where[:, None] - np.array(_SCHEMES[self.scheme])).argmin(axis=1)].ravel()
         t, ud = self.T * (self.mesh[:-1, None] + self.part[:, None] * where).ravel(), state[:, :, e.p :].reshape(-1, e.p)
         try:
-            q = e.loops.positions(t, near, state[:, :, : e.p].reshape(-1, e.p))
+            q = e.loops.positions(t, self.q[near], state[:, :, : e.p].reshape(-1, e.p), self.T * self.fraction[near])
             udd = e.derived(t, q, e.loops.rates(t, q, ud), (values @ inside[:, :, x:] * e.scale).reshape(-1, e.a), False)[0]
         except FailedError:
             return np.full(len(self.part), np.inf)
@@ -464,6 +464,8 @@ def collocate(
     (True, True)
     """
     problem = MotionProblem(workspace, q, qd, actuators)
+    if not problem.u:
+        raise ArgumentError("the mechanism has no independent coordinates: drives move it, or its start cannot be assembled")
     path, end, a, size = dict(path or {}), dict(end or {}), len(problem.act), 2 * len(problem.u)
     if scheme not in _SCHEMES:
         raise ArgumentError(unknown("scheme", scheme, list(_SCHEMES)))
@@ -483,6 +485,7 @@ def collocate(
         if not np.isfinite(guess).all():
             raise ArgumentError("guess has values that are not finite")
     library()  # before any work
+    workspace.step(0.0, *problem.start, 1e-6, derivatives=False)  # refuses models with samples, events, delays or contacts
     times, begin = np.linspace(0.0, high, 7), [np.tile(each, (7, 1)) for each in problem.start]
     equations = _Equations(problem, times, force_limits(limits, a), dict.fromkeys([*path, *end]))
     weights = [not_negative(weights_of(*each), each[2]) for each in ((running, size, "running"), (effort, a, "effort"), (final, size, "final"))]
@@ -491,7 +494,7 @@ def collocate(
     if low < high and (equations.loops.moving or abs(C - C[0]).max() > 1e-9 * max(1.0, abs(C).max())):
         raise ArgumentError("the equations depend on time: the end time must be one number")
     along, last = equations.limits(path, "path"), equations.limits(end, "end")
-    _, _, y, y_z, _ = equations.derived(times, begin[0], begin[1], np.zeros((7, a)))
+    _, _, y, y_z, _ = equations.derived(times[:1], begin[0][:1], begin[1][:1], np.zeros((1, a)))
     forced = abs(y_z[0, along.columns, size:]).max(axis=1, initial=0) > 0
     fixed = along.some(~forced)
     for column, least, most in zip(fixed.columns, fixed.low, fixed.high):

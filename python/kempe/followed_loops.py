@@ -50,15 +50,16 @@ class FollowedLoops:
         except np.linalg.LinAlgError as error:
             raise FailedError("the independent coordinates do not describe the motion") from error
 
-    def positions(self, t: Array, q: Array, u: Array) -> Array:
-        """Closed coordinates with the independent ones u, from the closed ones q."""
+    def positions(self, t: Array, q: Array, u: Array, since: Array | None = None) -> Array:
+        """Closed coordinates with the independent ones u, from the closed ones q of the times `since` (None: t)."""
         made, left = np.array(q), np.arange(len(q))
         for pieces in _PIECES:
-            times, begin = t[left], q[left]
+            late, begin = (t if since is None else since)[left], q[left]
             good, now, part = np.ones(len(left), dtype=bool), begin.copy(), (u[left] - begin[:, self.u]) / pieces
-            J = self._closures(times, now)[1]
             for i in range(pieces):
-                step = self._dependent(J, -np.einsum("kri,ki->kr", J[:, :, self.u], part))
+                times = late + (i + 1) / pieces * (t[left] - late)
+                h, J = self._closures(times, now)
+                step = self._dependent(J, -h - np.einsum("kri,ki->kr", J[:, :, self.u], part))
                 now[:, self.u] = begin[:, self.u] + (i + 1) * part
                 now[:, self.v] += step
                 first = None
@@ -83,7 +84,7 @@ class FollowedLoops:
         """Closed coordinates of a motion through u from the closed coordinates q, each from those before."""
         made = [self.positions(t[:1], q[None], u[:1])]
         for k in range(1, len(u)):
-            made.append(self.positions(t[k : k + 1], made[-1], u[k : k + 1]))
+            made.append(self.positions(t[k : k + 1], made[-1], u[k : k + 1], t[k - 1 : k]))
         return np.concatenate(made)
 
     def rates(self, t: Array, q: Array, ud: Array) -> Array:

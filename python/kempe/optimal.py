@@ -11,7 +11,7 @@ from .arrays import Array, matched
 from .collocation import Motion, PlannedForces, collocate
 from .errors import ArgumentError, FailedError, KempeWarning
 from .lazy import np
-from .motion_problem import Plan, MotionProblem, force_limits, not_negative, weights_of
+from .motion_problem import MotionProblem, Plan, force_limits, not_negative, weights_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 from kempe import collocation, ipopt
+from kempe.followed_loops import FollowedLoops
 from kempe.optimal import collocate, ilqr
 
 
@@ -122,6 +123,25 @@ def test_swing_up_of_a_five_bar(five_bar, scheme, quiet):
     assert again.history[0][1] < motion.history[0][1] and abs(again.cost - motion.cost) < 1e-4  # a warm start
 
 
+def test_run_decides_about_the_mesh(five_bar, quiet):
+    """A mesh with errors below the accuracy is divided where the run, which amplifies them, differs by more."""
+    workspace, q = five_bar.system().workspace(), five_bar.system().assemble().q
+    motion = collocate(workspace, q, np.zeros(4), (0.3, 5.0), "a, b", UP, limits=1.2, effort=0.1, time=1.0, accuracy=1e-3)
+    assert motion.history[-2][2] <= 1e-3 and motion.history[-1][2] < 0.5 * motion.history[-2][2] and motion.replay <= 1e-3
+
+
+def test_loops_stay_in_their_mode(five_bar):
+    q, t = five_bar.system().assemble().q, np.zeros(3)
+    loops = FollowedLoops(five_bar.system().workspace(), q, t)
+    turned = loops.positions(t, np.tile(q, (3, 1)), q[[0, 2]] + [[0, 0], [0.5, -0.3], [2, 2]])
+    assert np.allclose(turned[0], q) and (np.sin(turned @ [-1, -1, 1, 1]) > 0).all()  # the angle between the rods
+    assert abs(five_bar.system().workspace().evaluate_states(t, turned).h).max() < 1e-10
+    mirrored = q - [0, 2 * (q[0] + q[1]), 0, 2 * (q[2] + q[3])]  # closed, with the tip below the elbows
+    assert abs(five_bar.system().workspace().evaluate(0.0, mirrored).h).max() < 1e-12
+    with pytest.raises(kempe.FailedError, match="assembly mode of the start"):
+        loops.positions(t[:1], mirrored[None], mirrored[None, [0, 2]])
+
+
 def test_goal_in_another_assembly_mode(five_bar):
     """The rods would have to pass through one line: no motion within the mode ends there."""
     workspace, q = five_bar.system().workspace(), five_bar.system().assemble().q
@@ -156,9 +176,34 @@ def test_redundant_loops_and_a_function_in_python(quiet):
     assert motion.converged and motion.replay <= 1e-4
 
 
+def test_drive_beside_an_actuator(quiet):
+    """A crank moves as a function of time, and the closures with it."""
+    text = (ROOT / "tests/models/swing_five_bar.yaml").read_text()
+    text += 'drives: {conveyor: {joint: b, angle: "-90 deg + 20 deg*sin(5*t/(1 s))"}}\n'
+    system = kempe.Model.from_text(text).system()
+    workspace, q = system.workspace(), system.assemble().q
+    q, qd = workspace.close(0.0, q, 0 * q)
+    motion = collocate(workspace, q, qd, 0.5, "a", {"q(a)": -1.0, "qd(a)": 0}, effort=0.1)
+    assert motion.converged and motion.replay < 1e-4
+    assert np.allclose(motion.q[:, 2], -np.pi / 2 + np.radians(20) * np.sin(5 * motion.t), atol=1e-9)
+    with pytest.raises(kempe.ArgumentError, match="the equations depend on time"):
+        collocate(workspace, q, qd, (0.3, 0.5), "a", {"q(a)": -1.0})
+
+
+def test_models_that_are_refused():
+    for name, actuator, text in (
+        ("hydraulic_excavator", "boom", "models with samples"),
+        ("driven_slider_crank", "crank", "no independent coordinates"),
+    ):
+        model = kempe.Model(ROOT / f"examples/{name}/{name}.yaml")
+        q = model.system().assemble().q
+        with pytest.raises(kempe.ArgumentError, match=text):
+            collocate(model.system().workspace(), q, 0 * q, 0.2, actuator, {f"q({actuator})": 1})
+
+
 def test_exception_in_a_force_is_raised(four_bar):
     def force(t, q, qd):
-        if t > 0.2:
+        if abs(qd).max() > 0.1:  # the first guess is at rest: within IPOPT
             raise ZeroDivisionError("of the user")
         return 0 * q
 
