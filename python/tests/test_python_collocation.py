@@ -213,6 +213,48 @@ def test_exception_in_a_force_is_raised(four_bar):
         collocate(workspace, q, qd, 0.4, "crank", {"q(crank)": 0.5})
 
 
+class Circle:
+    """The highest x + y on a circle."""
+
+    low, high, least, most = np.full(2, -np.inf), np.full(2, np.inf), np.zeros(1), np.full(1, 2.0)
+    jacobian_places = np.array([0, 0]), np.array([0, 1])
+    hessian_places = np.array([0, 1]), np.array([0, 1])
+    calls = 0
+
+    def value(self, z):
+        return -z.sum()
+
+    def gradient(self, z):
+        return np.full(2, -1.0)
+
+    def constraints(self, z):
+        return np.array([z @ z])
+
+    def jacobian(self, z):
+        return 2 * z
+
+    def hessian(self, z, factor, multipliers):
+        self.calls += 1
+        if self.calls == 3:
+            raise self.error
+        return np.full(2, 2 * multipliers[0])
+
+
+def test_ipopt_by_itself():
+    circle = Circle()
+    circle.error = kempe.FailedError("here")  # of one point: IPOPT refuses
+    assert not ipopt.solve(circle, np.array([0.1, 0.3]), {}).converged
+    circle = Circle()
+    circle.error = KeyboardInterrupt()
+    with pytest.raises(KeyboardInterrupt):
+        ipopt.solve(circle, np.array([0.1, 0.3]), {})
+    circle.calls = 3
+    found = ipopt.solve(circle, np.array([0.1, 0.3]), {"tol": 1e-10})
+    assert found.converged and np.allclose(found.z, 1, atol=1e-8) and abs(found.value + 2) < 1e-8 and found.iterations > 2
+    with pytest.raises(kempe.FailedError, match="refuses the option toll"):
+        ipopt.solve(circle, np.zeros(2), {"toll": 1e-10})
+
+
 def test_without_ipopt(monkeypatch):
     monkeypatch.setattr(ipopt.importlib.util, "find_spec", lambda name: None)
     monkeypatch.setattr(ipopt.ctypes.util, "find_library", lambda name: None)
