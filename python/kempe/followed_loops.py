@@ -36,14 +36,18 @@ class FollowedLoops:
     def _determinants(self, J: Array) -> Array:
         """Signs of the determinant of the dependent columns, and logarithms of their squares. Modes meet at its zeros."""
         J_v = J[:, :, self.v]
-        sign = np.linalg.slogdet(J_v)[0] if J_v.shape[1] == J_v.shape[2] else np.ones(len(J))
-        return np.stack((sign, np.linalg.slogdet(J_v.transpose(0, 2, 1) @ J_v)[1]), axis=1)
+        if J_v.shape[1] == J_v.shape[2]:
+            sign, size = np.linalg.slogdet(J_v)
+            return np.stack((sign, 2 * size), axis=1)
+        size = np.linalg.slogdet(J_v.transpose(0, 2, 1) @ J_v)[1]  # with redundant rows the sign is unknown
+        return np.stack((np.ones(len(J)), size), axis=1)
 
     def _dependent(self, J: Array, right: Array) -> Array:
         """The changes of the dependent coordinates that have the given effect on the closures; redundant rows agree."""
         J_v = J[:, :, self.v]
         if J_v.shape[1] != J_v.shape[2]:
-            J_v, right = J_v.transpose(0, 2, 1) @ J_v, np.einsum("krv,kr->kv", J_v, right)
+            right = np.einsum("krv,kr->kv", J_v, right)
+            J_v = J_v.transpose(0, 2, 1) @ J_v
         try:
             made: Array = np.linalg.solve(J_v, right[:, :, None])[:, :, 0]
             return made
