@@ -255,6 +255,10 @@ class Owned:
     def _made(self) -> None:
         """Called once the object exists."""
 
+    def _owners(self) -> tuple[Any, ...]:
+        """Objects that must live as long as one that is made of this one."""
+        return (self._pointer,)
+
     def __reduce__(self) -> Any:
         raise TypeError(f"a {type(self).__name__} cannot be pickled or copied; models, systems, tables and results can")
 

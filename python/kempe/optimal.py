@@ -1,53 +1,27 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Optimal motions of mechanisms with loops: forces of actuators for a least cost, by steps with exact derivatives."""
+"""Optimal motions of mechanisms with loops: forces of actuators for a least cost, with exact derivatives, by steps or by collocation."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from .arrays import Array, matched
+from .collocation import Motion, PlannedForces, collocate
 from .errors import ArgumentError, FailedError, KempeWarning
 from .lazy import np
-from .options import text_of, unknown
+from .motion_problem import MotionProblem, Plan, force_limits, not_negative, weights_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from .workspace import Workspace
 
+__all__ = ["Motion", "Plan", "PlannedForces", "collocate", "ilqr"]
+
 _SHORTEST, _LEAST_GAIN = 10, 1e-4  # halvings of a step of the iteration; part of the expected gain that must come true
 _FIRST, _LARGEST, _FACTOR = 1e-6, 1e10, 10.0  # of the regularisation, over the mean of the diagonal of the Hessian of forces
-
-
-class Plan(NamedTuple):
-    """An optimal motion: N + 1 states at the times t and N forces, each constant for a step. `gains` (N, a, 2 p) belong to
-    the feedback law force = forces[k] + gains[k] (x - x[k]) of the independent coordinates and their rates x = (u, ud). `error` is the
-    largest change of a coordinate when the steps are halved."""
-
-    t: Array  # N + 1, s
-    q: Array  # N + 1, n
-    qd: Array
-    forces: Array  # N, a: N or N m
-    gains: Array
-    cost: float
-    costs: tuple[float, ...]  # after each iteration
-    converged: bool
-    reason: str  # why it ended
-    error: float
-
-
-def _weights(value: ArrayLike, size: int, name: str) -> Array:
-    """A symmetric matrix from a number, a diagonal or a matrix."""
-    array = np.asarray(value, dtype=np.float64)
-    if not np.isfinite(array).all():
-        raise ArgumentError(f"{name} has values that are not finite")
-    if array.ndim == 2 and array.shape == (size, size):
-        return 0.5 * (array + array.T)
-    if array.ndim == 0 or array.shape == (size,):
-        return np.diag(np.broadcast_to(array, size))
-    raise ArgumentError(f"{name} is a number, {size} numbers or a {size} x {size} matrix, not of the shape {array.shape}")
 
 
 def _bounded(H: Array, g: Array, low: Array, high: Array) -> tuple[Array, Array]:
@@ -68,26 +42,14 @@ def _bounded(H: Array, g: Array, low: Array, high: Array) -> tuple[Array, Array]
     return x, free
 
 
-class _Problem:
-    """The steps of the horizon and the cost."""
+class _Steps(MotionProblem):
+    """The steps of the horizon."""
 
     def __init__(self, workspace: Workspace, q: Any, qd: Any, h: float, actuators: Any, substeps: int) -> None:
-        names = text_of(actuators).replace(" ", "").split(",") if actuators else []
-        coordinates = workspace._context.coordinates
-        for name in names:
-            if name not in coordinates:
-                raise ArgumentError(unknown("coordinate", name, coordinates))
-        if not names or len(set(names)) < len(names):
-            raise ArgumentError("actuators names the coordinates on which forces act, each of them once")
+        super().__init__(workspace, q, qd, actuators)
         if not h > 0 or substeps < 1:
             raise ArgumentError(f"a positive length of a step and at least one substep are required, not {h} s and {substeps}")
-        self.workspace, self.h, self.substeps, self.n = workspace, h, substeps, workspace.n
-        self.act = [coordinates.index(name) for name in names]
-        self.u = [coordinates.index(name) for name in workspace.independent]
-        self.start = workspace.close(0.0, q, qd)
-
-    def x(self, q: Array, qd: Array) -> Array:
-        return np.concatenate((q[self.u], qd[self.u]))
+        self.h, self.substeps = h, substeps
 
     def step(self, k: int, q: Array, qd: Array, force: Array, derivatives: bool, fine: int = 1) -> Any:
         Q, count = np.zeros(self.n), self.substeps * fine
@@ -131,27 +93,22 @@ def ilqr(
     >>> plan.converged, plan.forces.shape
     (True, (20, 1))
     """
-    problem = _Problem(workspace, q, qd, h, actuators, substeps)
+    problem = _Steps(workspace, q, qd, h, actuators, substeps)
     guess = np.array(forces, dtype=np.float64)
     a, size = len(problem.act), 2 * len(problem.u)
     if guess.ndim != 2 or guess.shape[1] != a or len(guess) == 0:
         raise ArgumentError(f"forces has a row of {a} numbers for each step, not the shape {guess.shape}")
     goal = matched(target, size, "target (the independent coordinates, then their rates)")
-    cost_N, cost_x, cost_f = _weights(final, size, "final"), _weights(running, size, "running") * h, _weights(effort, a, "effort") * h
+    cost_N, cost_x, cost_f = weights_of(final, size, "final"), weights_of(running, size, "running") * h, weights_of(effort, a, "effort") * h
     if not (np.isfinite(guess).all() and np.isfinite(goal).all()):
         raise ArgumentError("forces or target have values that are not finite")
     for name, cost in (("final", cost_N), ("running", cost_x)):
-        if np.linalg.eigvalsh(cost).min(initial=0) < -1e-12 * abs(cost).max(initial=0):
-            raise ArgumentError(f"{name} must not be negative: the cost would have no least value")
+        not_negative(cost, name)
     if iterations < 1 or not tolerance > 0:
         raise ArgumentError(f"at least one iteration and a positive tolerance are required, not {iterations} and {tolerance}")
-    if limits is not None and np.shape(limits) not in ((), (a,)):
-        raise ArgumentError(f"limits is a number or {a} numbers, not of the shape {np.shape(limits)}")
+    most = force_limits(limits, a)
     if np.linalg.eigvalsh(cost_f).min() <= 0:
         raise ArgumentError("effort must be positive: forces without a cost have no least one")
-    most = np.full(a, np.inf) if limits is None else np.broadcast_to(np.asarray(limits, dtype=np.float64), a)
-    if not (most > 0).all():
-        raise ArgumentError("limits are positive: the largest size of each force")
     guess = np.clip(guess, -most, most)
     N = len(guess)
 

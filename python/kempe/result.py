@@ -178,6 +178,6 @@ def study(kind: type[T], source: Owned, values: Mapping[str, Any]) -> T:
     given, keep = options(struct, values, "progress")
     function = getattr(lib, kind._maker or f"guarded_kempe_{kind._noun}_new")
     with _nothing if progress is None else context.reporting(progress), TextsFor(context, texts) if texts else _nothing:
-        made = context.make(kind, function, source._pointer, given, owners=(source._pointer,))
+        made = context.make(kind, function, source._pointer, given, owners=source._owners())
     del keep
     return made

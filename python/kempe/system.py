@@ -105,7 +105,7 @@ class System(Fixed):
         )
 
     def _owners(self) -> tuple[Any, ...]:
-        return (self._pointer, getattr(self, "_force", None))
+        return (*super()._owners(), getattr(self, "_force", None))
 
     # -- the mechanism -----------------------------------------------------------------------------------
 
@@ -221,7 +221,7 @@ class System(Fixed):
         words = () if friction is None else (utf8(friction),)
         new = lib.kempe_workspace_new_with_friction if words else lib.kempe_workspace_new
         made = self._context.make(Workspace, new, self._pointer, *words, owners=self._owners(), long=False)
-        made._again = partial(self.workspace, friction)
+        made._again, made._system = partial(self.workspace, friction), self
         return made
 
     def outputs(self, words: Any) -> Outputs:

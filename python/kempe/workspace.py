@@ -22,6 +22,8 @@ from .options import text_of, unknown
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from .system import System
+
 _evaluate = calls.kempe_workspace_evaluate
 _forward = calls.kempe_workspace_forward_dynamics
 _inverse = calls.kempe_workspace_inverse_dynamics
@@ -181,6 +183,7 @@ class Workspace(Owned):
 
     _noun = "workspace"
     _again: Callable[[], Workspace]  # makes another one of the same system
+    _system: System
 
     def _made(self) -> None:
         self._inputs: dict[str, tuple[float, ...]] = {}

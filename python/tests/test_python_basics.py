@@ -420,6 +420,14 @@ def test_force_in_python():
     )
 
 
+def test_force_outlives_its_system(four_bar):
+    stepper = four_bar.system(force=lambda t, q, qd: -0.1 * qd).stepper(t_end=0.2)
+    gc.collect()
+    stepper.advance(0.2)
+    kept = four_bar.system(force=lambda t, q, qd: -0.1 * qd)
+    assert np.array_equal(stepper.q, kept.simulate(t_end=0.2).q[-1])
+
+
 def test_exception_of_a_force_is_raised():
     def force(t, q, qd):
         if t > 0.5:

@@ -299,7 +299,7 @@ MODULES = [
         if name[0] != "_"
     ),
 ]
-PACKAGES = {"# with SciPy": "scipy", "# with pandas": "pandas"}
+PACKAGES = {"# with SciPy": "scipy", "# with pandas": "pandas", "# with IPOPT": "casadi"}
 
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)
