@@ -91,6 +91,8 @@ struct kmp_runner {
     struct kmp_held_rows *held;  /* rows of these (friction_run.c) */
     bool loaded_friction;        /* some level depends on multipliers */
     kmp_impacts *impacts;        /* NULL without rigid contacts */
+    kmp_passed_event passed;     /* noted for derivatives of the motion (spec.slopes) */
+    bool *caused;                /* its conditions; NULL: not noted */
     bool at_event;
     double event_t;       /* the end of the last step if at_event */
     double stop;          /* no step goes beyond this or a sample of an input; spec.t_end unless the caller sets it

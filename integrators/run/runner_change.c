@@ -450,6 +450,21 @@ static kempe_status renew_margin(kmp_runner *run, double t, const double *q)
     return kmp_runner_compute_margin(run, t, q);
 }
 
+/* Notes the conditions of the event that is passed, before they change. */
+static void note_event(kmp_runner *run, double t)
+{
+    kmp_event_tracker *c = run->crossing;
+    const kmp_condition *condition = run->s->events.condition;
+    if (!run->caused)
+        return;
+    run->passed = (kmp_passed_event){.now = true, .caused = run->caused, .friction = run->friction};
+    kmp_event_tracker_put_beyond(c, t, c->change);
+    for (int k = 0; k < run->s->events.count; k++)
+        run->caused[k] = kmp_event_tracker_changed(c, k) &&
+                         kmp_condition_may_change((kmp_condition_kind)c->kind[k], condition[k].role == KMP_ROLE_SENSE,
+                                                  &c->mode[k]);
+}
+
 /* Makes rates consistent with the present closures: the nearest ones in the kinetic energy, as after impulses along the
  * rows' forces. This is a plastic impact with the least loss of energy. Conditions may depend on rates, so that further
  * ones change. Then contacts strike, and modes are decided. Gains of kinetic energy, J: *energy by closures that
@@ -485,8 +500,12 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     }
     *gain = 0;
     *same = false;
-    if (run->impacts)
+    if (run->impacts) {
+        const long struck = run->impacts->run.total;
         KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, gain));
+        run->passed.impact = run->impacts->run.total > struck ? &run->impacts->run : NULL;
+    }
+    run->passed.switched = any;
     if (run->friction) { /* rows that begin or cease to be held change the rank */
         const bool alone = !any && run->eval->inputs.count == 0 && !run->sampler;
         KMP_TRY((alone ? kmp_friction_settle_changed : kmp_friction_settle)(run, t, q, qd));
@@ -526,6 +545,7 @@ static kempe_status pass_switch(kmp_runner *run, double t)
     double *q = run->state, work, energy, gain;
     bool same, plain = !run->eval->by_bodies && !run->eval->by_products;
     KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
+    note_event(run, t);
     KMP_TRY(switch_here(run, t, &energy, &gain, &same));
     double after = kmp_eval_kinetic(run->eval, q + run->s->n), before = after - energy;
     if (-energy > fmax(run->spec.rtol * before, energy_of_rest(run)))
@@ -538,8 +558,11 @@ static kempe_status pass_switch(kmp_runner *run, double t)
      * dropped rows and keeps no further unknowns. */
     const bool goes_on = run->formulation->resume && !run->formulation->keep && !run->spec.kind && !run->yp &&
                          !run->near_singular && !kmp_rounding_of(run->s);
-    if (!same || !plain || !goes_on)
-        return restart(run, t, false, work + energy + gain, h, true);
+    if (!same || !plain || !goes_on) {
+        kempe_status status = restart(run, t, false, work + energy + gain, h, true);
+        run->passed.now = false;
+        return status;
+    }
     if (run->s->dissipative) /* the last unknown */
         run->y[run->formulation->size - 1] += energy + gain;
     return resume(run, t, q, q + run->s->n, h);

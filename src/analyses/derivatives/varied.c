@@ -28,7 +28,7 @@ kempe_status kmp_sensitivity_equations_init(kmp_sensitivity_equations *varied, c
                         KMP_ROOM(double, n, &varied->q, &varied->udd, &varied->residual, &varied->anchor[0].q,
                                  &varied->anchor[1].q),
                         KMP_ROOM(double, n *(2 + n), &varied->anchor[0].drift, &varied->anchor[1].drift),
-                        KMP_ROOM(double, 3 * system->m + n, &varied->part),
+                        KMP_ROOM(double, 3 * system->m + n, &varied->part), KMP_ROOM(double, 2 * n, &varied->shift),
                         KMP_ROOM(double, slopes->shown, &varied->shown)))
         status = kmp_fail_memory(system->context);
     if (status != KEMPE_OK)
@@ -190,6 +190,8 @@ const char *kmp_sensitivity_equations_singular(const kmp_sensitivity_equations *
 static kmp_change change_by(kmp_sensitivity_equations *v, int k, const double *u, const double *ud)
 {
     kmp_change change = kmp_slopes_change(v->slopes, k, v->part);
+    for (int r = 0; v->held && k < v->count && r < v->m; r++)
+        v->part[r] -= v->held[k * v->m + r];
     change.u = u;
     change.ud = ud;
     return change;
@@ -217,6 +219,17 @@ void kmp_sensitivity_equations_follow(kmp_sensitivity_equations *varied, int k, 
         change.udd = varied->udd;
     }
     kmp_linear_follow(&varied->linear, &change, &(kmp_response){q, qd, qdd, lambda, NULL});
+}
+
+void kmp_sensitivity_equations_rates(kmp_sensitivity_equations *varied, double *qddd, double *lambda)
+{
+    const kmp_linear *l = &varied->linear;
+    double *ud = varied->shift, *udd = ud + varied->n;
+    for (int i = 0; i < l->p; i++) {
+        ud[i] = l->qd[l->part.u[i]];
+        udd[i] = l->qdd[l->part.u[i]];
+    }
+    kmp_sensitivity_equations_follow(varied, varied->count, ud, udd, NULL, NULL, qddd, lambda);
 }
 
 /* -- the derivative of assembly (constraints/closing/assemble.c) at its solution ---------------------------- */
