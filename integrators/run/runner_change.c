@@ -229,15 +229,23 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q, boo
     return KEMPE_OK;
 }
 
+/* Lets the formulation take what the next one needs, at t within its last step and with the conditions there. */
+static kempe_status keep_unknowns(kmp_runner *run, double t)
+{
+    kmp_formulation *formulation = run->formulation;
+    const bool kept = !formulation->keep || (run->kind->dense(run->solver, t, run->y, run->yp) == KEMPE_OK &&
+                                             formulation->keep(formulation, t, run->y) == KMP_GO);
+    return kept ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
 /* Continues with the formulation for rows that are chosen again. `held`: these change because conditions hold others,
  * which may return. */
 static kempe_status restart(kmp_runner *run, double t, bool near_singular, double work, double first_step, bool held)
 {
     bool returned = false;
     double *q = run->state, *qd = q + run->s->n;
-    if (run->formulation->keep && (run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
-                                   run->formulation->keep(run->formulation, t, run->y) != KMP_GO))
-        return KEMPE_E_FAILED;
+    if (!run->passed.now)
+        KMP_TRY(keep_unknowns(run, t));
     kmp_runner_leave(run, held);
     run->near_singular_t = run->near_singular ? run->near_singular_t : t;
     run->near_singular = near_singular;
@@ -455,8 +463,6 @@ static void note_event(kmp_runner *run, double t)
 {
     kmp_event_tracker *c = run->crossing;
     const kmp_condition *condition = run->s->events.condition;
-    if (!run->caused)
-        return;
     run->passed = (kmp_passed_event){.now = true, .caused = run->caused, .friction = run->friction};
     kmp_event_tracker_put_beyond(c, t, c->change);
     for (int k = 0; k < run->s->events.count; k++)
@@ -545,7 +551,10 @@ static kempe_status pass_switch(kmp_runner *run, double t)
     double *q = run->state, work, energy, gain;
     bool same, plain = !run->eval->by_bodies && !run->eval->by_products;
     KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
-    note_event(run, t);
+    if (run->caused) { /* steps are interpolated with the conditions before the event */
+        note_event(run, t);
+        KMP_TRY(keep_unknowns(run, t));
+    }
     KMP_TRY(switch_here(run, t, &energy, &gain, &same));
     double after = kmp_eval_kinetic(run->eval, q + run->s->n), before = after - energy;
     if (-energy > fmax(run->spec.rtol * before, energy_of_rest(run)))

@@ -1082,6 +1082,16 @@ static void release(kmp_formulation *formulation)
     go_by(f, f->own);
 }
 
+/* True if friction or a contact is at rest by the rows of others: its force is constant, and belongs to the values of
+ * the parameters. */
+static bool shares_load(const kmp_friction_run *friction)
+{
+    bool shares = false;
+    for (int i = 0; friction && i < friction->count; i++)
+        shares = shares || friction->element[i].was == KMP_FRICTION_CARRIED;
+    return shares;
+}
+
 /* dt_e/dp of the event that the run passes, whose conditions have one time: f->common. */
 static int find_common_swing(kmp_forward_formulation *f, double t, const double *y)
 {
@@ -1097,6 +1107,11 @@ static int find_common_swing(kmp_forward_formulation *f, double t, const double 
                                     "the condition %s is touched at t = %.9g without crossing: the motion has no "
                                     "derivative with respect to parameters there",
                                     f->system->event_text[k], t);
+        if (f->system->events.condition[k].role == KMP_ROLE_HELD && shares_load(event->friction))
+            return kmp_forward_halt(f,
+                                    "%s lets go at t = %.9g s, where rows that depend on each other share its load: the "
+                                    "motion has no derivative with respect to parameters there",
+                                    f->system->event_text[k], t);
         if (cause >= 0 && !kmp_forward_same_swing(f->swing_size, f->swing, f->common))
             return kmp_forward_halt(f,
                                     "the conditions %s and %s change together at t = %.9g, at times that depend on "
@@ -1111,7 +1126,7 @@ static int find_common_swing(kmp_forward_formulation *f, double t, const double 
                                 "signals end there",
                                 f->system->event_text[cause], t);
     memcpy(f->common, f->swing, (size_t)f->swing_size * sizeof *f->swing);
-    note_swings(f, f->new_mode, t, cause);
+    f->cause_before = cause;
     return kmp_same_time(f->sampled_t, t) && are_different(f, f->swing, NULL) ? halt_at_event(f, f->sampled, t)
                                                                               : KMP_GO;
 }
@@ -1143,8 +1158,6 @@ static void begin_terms(kmp_forward_formulation *f)
 static int leave_at_event(kmp_forward_formulation *f, double t, const double *y)
 {
     const kmp_linear *l = &f->v->linear;
-    memcpy(f->new_mode, kmp_forward_eval(f)->mode, mode_bytes(f));
-    set_modes(f, f->mode);
     if (spread(f, t, y) != KMP_GO || find_common_swing(f, t, y) != KMP_GO)
         return KMP_HALT;
     f->integrand_before = integrand_here(f);
@@ -1153,7 +1166,6 @@ static int leave_at_event(kmp_forward_formulation *f, double t, const double *y)
         for (int i = 0; i < f->n; i++)
             add_term(f, k, i, l->qd[i] * f->common[k], l->qdd[i] * f->common[k]);
     keep_old(f);
-    set_modes(f, f->new_mode);
     f->passing = true;
     return KMP_GO;
 }
@@ -1218,6 +1230,8 @@ static int arrive_after_event(kmp_forward_formulation *f, const kmp_formulation_
     const kmp_passed_event *event = start->passed;
     if (!event || (!f->passing && !(first && event->impact)))
         return KMP_GO;
+    memcpy(f->swing, f->common, (size_t)f->swing_size * sizeof *f->swing);
+    note_swings(f, f->mode, start->t, f->cause_before);
     memcpy(f->mode, start->eval->mode, mode_bytes(f));
     if (charts_differ(f, start->eval->chart))
         return kmp_forward_halt(f, "a spherical joint is centred at an event, t = %.9g: derivatives end there",

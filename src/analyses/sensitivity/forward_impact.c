@@ -57,6 +57,7 @@ typedef struct impact {
     double *matrix, *right; /* size x size; size x parameters */
     double *solution;
     double *change;         /* conditions: derivatives of their values */
+    bool begins;            /* a restitution is zero, and depends on a parameter */
 } impact;
 
 /* Impulses do not reproduce the jump of the rates better than this part of it. */
@@ -103,7 +104,8 @@ static void add_struck(impact *x, const kmp_impact_run *p)
         a->e = p->e[k];
         a->v = p->v[k];
         a->f = p->f[k];
-        a->restitution = e->contact && p->e[k] > 0 ? e->slot + KMP_ROLE_LEVEL - KMP_ROLE_SENSE : -1;
+        const int level = e->slot + KMP_ROLE_LEVEL - KMP_ROLE_SENSE;
+        a->restitution = e->contact && (p->e[k] > 0 || p->friction->change[level] == 0) ? level : -1;
         if (e->base < 0 || p->side[k] == 0)
             continue;
         a->law = p->partner[k] >= 0 ? LAW_ACROSS : LAW_SLIP;
@@ -258,7 +260,6 @@ static void put_row(impact *x, int k)
 static void put_laws(impact *x, int parameter)
 {
     kmp_forward_formulation *f = x->f;
-    const double *before = x->f->qd;
     double *right = x->right + parameter * x->size + x->n, time = f->passing ? f->common[parameter] : 0;
     const kmp_direction direction = {
         .t = &time, .q = f->dq + parameter * x->n, .qd = f->dqd + parameter * x->n};
@@ -270,12 +271,13 @@ static void put_laws(impact *x, int parameter)
             for (int i = 0; i < x->n; i++)
                 old += x->rows[k + i * x->count] * f->dqd[parameter * x->n + i];
             right[k] = -x->rate[parameter * x->m + a->row] - a->e * old;
-            right[k] -= a->restitution >= 0 ? x->change[a->restitution] * a->v : 0;
+            const double change = a->restitution >= 0 ? x->change[a->restitution] : 0;
+            x->begins = x->begins || (a->e == 0 && change != 0);
+            right[k] -= change * a->v;
         } else {
             right[k] += x->change[a->friction] * a->f / a->mu;
         }
     }
-    (void)before;
 }
 
 static int solve(impact *x)
@@ -382,7 +384,11 @@ static int strike(impact *x, const kmp_passed_event *event)
         (void)kmp_fail_memory(f->system->context);
         return KMP_HALT;
     }
-    return KMP_GO;
+    return x->begins ? kmp_forward_halt(f,
+                                        "a contact without restitution strikes at t = %.9g s: the motion has no derivative "
+                                        "with respect to a restitution of zero",
+                                        x->t)
+                     : KMP_GO;
 }
 
 int kmp_forward_strike(kmp_forward_formulation *f, const kmp_formulation_start *start)

@@ -51,6 +51,7 @@ typedef struct kmp_forward_formulation {
     double *held;               /* count x m: v->held */
     double *rows;               /* m */
     double *span, *speed;       /* count x n: sizes of the terms of dq and dqd at an event */
+    int cause_before;           /* its condition; -1: none that depends on parameters */
     bool passing;               /* the place is the one before an event of the run, with derivatives along it */
     int *swung_by;            /* by conditions: the one whose change took it along; -1: an input's jump */
     int samples, resets;      /* states with next values; times that some took them since the last start */

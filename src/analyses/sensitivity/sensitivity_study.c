@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/load_dependent.h"
+#include "integrators/formulations/formulation.h"
 #include "model/data/model.h"
 #include "model/read/loads.h"
 #include "model/read/requests.h"
@@ -91,6 +92,18 @@ static void name_parameters(kempe_sensitivity *s, const char *list)
     }
 }
 
+/* A row between rates leaves the change of the position to the whole motion before. */
+static kempe_status check_rolling(kempe_sensitivity *s)
+{
+    const char *row = s->kind->integrals ? kmp_formulation_row_of_rates(s->system) : NULL;
+    if (!row || s->differences)
+        return KEMPE_OK;
+    return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                    "sensitivities: '%s' rolls in space, where positions depend on the whole motion before, which is not "
+                    "supported there",
+                    row);
+}
+
 static kempe_status derive(kempe_sensitivity *s)
 {
     KMP_TRY(kmp_variant_new(s->model, s->count, (const char *const *)s->name, &s->variant));
@@ -106,6 +119,8 @@ static kempe_status derive(kempe_sensitivity *s)
     kmp_text_free(&words);
     KMP_TRY(status);
     KMP_TRY(kmp_system_of_variant(s->variant, &s->system));
+    s->differences = s->differences && kmp_formulation_row_of_rates(s->system);
+    KMP_TRY(check_rolling(s));
     KMP_TRY(kmp_made(s->context, KMP_ARENA_EACH(&s->arena, double, s->count, &s->parameter, &s->size)));
     for (int k = 0; k < s->count; k++) {
         const kempe_model *copy = kmp_variant_model(s->variant);
@@ -148,7 +163,7 @@ static kempe_status begin(const kempe_model *model, const kempe_sensitivity_opti
                              .options = options,
                              .integral = options->integral,
                              .run = run,
-                             .differences = differences && kmp_model_sticks(model),
+                             .differences = differences,
                              .method = "",
                              .integrator = ""};
     *sensitivity = s;
