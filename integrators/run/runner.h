@@ -115,6 +115,8 @@ struct kmp_runner {
     bool cut; /* given up for spec.limit_s */
     kmp_work_bound bound;
     kmp_growth growth;
-    kmp_time_scales scales; /* of the functions of time, unless no step may be longer than spec.max_step */
-    bool ended, requested;  /* by a condition; by one of the model's `until` */
+    kmp_time_scales scales;         /* of the functions of time, unless no step may be longer than spec.max_step */
+    kmp_time_scales scales_at_rest; /* of all of them, while friction sticks or a contact is closed, or always: */
+    bool watches_loads;             /* a condition that ends the run depends on accelerations or multipliers */
+    bool ended, requested;          /* by a condition; by one of the model's `until` */
 };

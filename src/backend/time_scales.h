@@ -7,6 +7,7 @@
 
 #include "base/arena.h"
 #include <kempe/kempe.h>
+#include <stdbool.h>
 
 /** Intervals of a run from its start on, where some are much shorter than others; otherwise none. */
 typedef struct kmp_time_scales {
@@ -17,8 +18,10 @@ typedef struct kmp_time_scales {
     int open_count;   /* functions that were studied together with it, itself among them */
 } kmp_time_scales;
 
-/** Finds them with values of the parameters, in the arena. KEMPE_E_MEMORY. */
-kempe_status kmp_time_scales_find(const kempe_model *model, const double *parameters, double from, double to,
+/** Finds them with values of the parameters, in the arena. `all`: the intervals of all functions of time, also where
+ * none is much shorter than others. Friction that sticks and closed contacts keep a motion at rest under loads that
+ * vary: no error of a step shows when a load exceeds the friction. KEMPE_E_MEMORY. */
+kempe_status kmp_time_scales_find(const kempe_model *model, const double *parameters, double from, double to, bool all,
                                   kmp_arena *arena, kmp_time_scales *found);
 
 /** Doubts the result where functions have too many short intervals; true if it does. */

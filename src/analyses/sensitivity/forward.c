@@ -193,7 +193,8 @@ static void add_lanes(kmp_forward_formulation *f)
 {
     kmp_sensitivity_equations *v = f->v;
     kmp_ode *ode = &f->formulation.ode;
-    if (!f->start.lanes || f->zone || f->integrals || !f->options->lanes || (f->start.passed && f->start.passed->friction))
+    if (!f->start.lanes || f->zone || f->integrals || !f->options->lanes ||
+        (f->start.passed && f->start.passed->friction))
         return;
     kmp_varied_lanes_begin(f->options->lanes);
     ode->lanes = rhs_of_stages;
@@ -417,6 +418,8 @@ static bool make_unknowns(kmp_forward_formulation *f)
 /* A distance or rate of a closed contact changes with a parameter if its derivative exceeds this part of its terms:
  * events are located to rounding. */
 #define LOOSE 1e-6
+/* The same of a distance: a sequence of impacts is ended before its limit, and leaves a part of this size. */
+#define LOOSE_DISTANCE 1e-5
 /* Rounding of derivatives, in sizes of coordinates over sizes of parameters. */
 #define ROUNDED 1e-10
 
@@ -677,10 +680,11 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
         return KMP_HALT;
     memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
     if (!given && !find_swing(f, k, y))
-        return kmp_forward_halt(f,
-                    "the condition %s is touched at t = %.9g without crossing: the motion has no derivative with "
-                    "respect to parameters there",
-                    f->system->event_text[k], t);
+        return kmp_forward_halt(
+            f,
+            "the condition %s is touched at t = %.9g without crossing: the motion has no derivative with "
+            "respect to parameters there",
+            f->system->event_text[k], t);
     if (f->options->alone && kmp_slopes_event_is_late(f->v->slopes, k))
         return kmp_forward_halt(f,
                                 "the condition %s depends on accelerations or multipliers, which the adjoint method "
@@ -697,7 +701,8 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
         f->before[i] = l->qdd[unknowns(f)[i]];
     set_modes(f, mode);
     if (come_to(f, t, y) != KMP_GO)
-        return kmp_forward_halt(f, "the motion cannot continue after the condition %s at t = %.9g", f->system->event_text[k], t);
+        return kmp_forward_halt(f, "the motion cannot continue after the condition %s at t = %.9g",
+                                f->system->event_text[k], t);
     jump(f, integrand, y);
     f->t = NAN; /* the place is the one before the change */
     return report_mark(f, t, given ? -1 : k);
@@ -791,10 +796,11 @@ static int find_reset_swing(kmp_forward_formulation *f, const double *jump, doub
         any = true;
     }
     if (jump && any_other(f, jump, t))
-        return kmp_forward_halt(f,
-                    "a delayed signal jumps at t = %.9g together with an event: the motion has no derivative with "
-                    "respect to parameters there",
-                    t);
+        return kmp_forward_halt(
+            f,
+            "a delayed signal jumps at t = %.9g together with an event: the motion has no derivative with "
+            "respect to parameters there",
+            t);
     if (f->resets > 0 && !common) {
         f->sampled_t = t;
         for (int k = 0; k < f->samples; k++)
@@ -840,8 +846,8 @@ static int reset_place(kmp_forward_formulation *f, double t)
     if (find_reset_swing(f, NULL, t) != KMP_GO)
         return KMP_HALT;
     if (!is_still(f, f->reset_cause))
-        return kmp_forward_halt(f, "a state changes at t = %.9g s, where the equations are derived again: derivatives end there",
-                    t);
+        return kmp_forward_halt(
+            f, "a state changes at t = %.9g s, where the equations are derived again: derivatives end there", t);
     memcpy(f->new_chart, eval->chart, chart_bytes(f));
     kmp_eval_set_charts(eval, f->chart);
     const int times = f->resets;
@@ -1108,10 +1114,11 @@ static int find_common_swing(kmp_forward_formulation *f, double t, const double 
                                     "derivative with respect to parameters there",
                                     f->system->event_text[k], t);
         if (f->system->events.condition[k].role == KMP_ROLE_HELD && shares_load(event->friction))
-            return kmp_forward_halt(f,
-                                    "%s lets go at t = %.9g s, where rows that depend on each other share its load: the "
-                                    "motion has no derivative with respect to parameters there",
-                                    f->system->event_text[k], t);
+            return kmp_forward_halt(
+                f,
+                "%s lets go at t = %.9g s, where rows that depend on each other share its load: the "
+                "motion has no derivative with respect to parameters there",
+                f->system->event_text[k], t);
         if (cause >= 0 && !kmp_forward_same_swing(f->swing_size, f->swing, f->common))
             return kmp_forward_halt(f,
                                     "the conditions %s and %s change together at t = %.9g, at times that depend on "
@@ -1242,9 +1249,9 @@ static int arrive_after_event(kmp_forward_formulation *f, const kmp_formulation_
     return KMP_GO;
 }
 
-/* A row of friction holds its place, whose derivative stays as it is: `moved`. A closed contact stays closed only if the
- * derivatives of its distance and its rate are zero. `rate`: the part of its rate's by the place. Small changes belong
- * to the last state. */
+/* A row of friction holds its place, whose derivative stays as it is: `moved`. A closed contact stays closed only if
+ * the derivatives of its distance and its rate are zero. `rate`: the part of its rate's by the place. Small changes
+ * belong to the last state. */
 static int hold_row(kmp_forward_formulation *f, const kmp_friction_element *e, int k, double rate, double *moved)
 {
     const kmp_pattern *entries = &f->system->jacobian;
@@ -1259,7 +1266,7 @@ static int hold_row(kmp_forward_formulation *f, const kmp_friction_element *e, i
         rate += by * f->dqd[at];
         speed += fabs(by) * f->speed[at];
     }
-    const bool parts = e->contact && fabs(*moved) > LOOSE * span;
+    const bool parts = e->contact && fabs(*moved) > LOOSE_DISTANCE * span;
     if (parts || fabs(rate) > LOOSE * speed)
         return kmp_forward_halt(f,
                                 "%s is closed at t = %.9g s, but its %s changes with a parameter: the motion has no "
@@ -1397,8 +1404,9 @@ static bool make_room(kmp_forward_formulation *f)
     kmp_arena *a = &f->arena;
     int n = f->n, count = f->v->count, conditions = f->system->events.count;
     KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &f->q, &f->qd, &f->su, &f->sud, &f->ud, &f->before, &f->old_q),
-                   KMP_ROOM(double, n *count, &f->dq, &f->dqd, &f->dqdd, &f->span, &f->speed), KMP_ROOM(double, f->m *count, &f->dlambda),
-                   KMP_ROOM(double, f->v->slopes->shown *count, &f->dshown), KMP_ROOM(double, f->swing_size, &f->swing, &f->common), KMP_ROOM(double, n, &f->jerk),
+                   KMP_ROOM(double, n *count, &f->dq, &f->dqd, &f->dqdd, &f->span, &f->speed),
+                   KMP_ROOM(double, f->m *count, &f->dlambda), KMP_ROOM(double, f->v->slopes->shown *count, &f->dshown),
+                   KMP_ROOM(double, f->swing_size, &f->swing, &f->common), KMP_ROOM(double, n, &f->jerk),
                    KMP_ROOM(double, f->m, &f->lambda_rate, &f->rows), KMP_ROOM(double, f->m *count, &f->held),
                    KMP_ROOM(double, conditions, &f->mode, &f->new_mode, &f->next_mode, &f->changes, &f->along),
                    KMP_ROOM(double, KMP_CHART_SIZE * f->system->chart_count, &f->chart, &f->new_chart, &f->old_chart),

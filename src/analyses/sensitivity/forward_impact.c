@@ -4,11 +4,11 @@
  *
  *     M (v+ - v) = G' F,      G v+ + h_t + e (G v + h_t) = 0      in each row with a restitution e (closures: 0),
  *
- * and where friction slips, its impulse is mu times the impulse of its contact, against the slip behind the impact. These
- * equations are differentiated along the event, where q, v and t change with parameters: M, G and the impulses that
- * act are those of the decision (integrators/impact). Rows may depend on each other; the change of the rates is unique
- * where the rates are. This is the saltation matrix of a mechanism with closures (Leine and Nijmeijer, Dynamics and
- * Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7). */
+ * and where friction slips, its impulse is mu times the impulse of its contact, against the slip behind the impact.
+ * These equations are differentiated along the event, where q, v and t change with parameters: M, G and the impulses
+ * that act are those of the decision (integrators/impact). Rows may depend on each other; the change of the rates is
+ * unique where the rates are. This is the saltation matrix of a mechanism with closures (Leine and Nijmeijer, Dynamics
+ * and Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7). */
 #include "analyses/sensitivity/forward.h"
 #include "analyses/sensitivity/forward_inside.h"
 #include "base/arena.h"
@@ -30,7 +30,8 @@ typedef enum law {
 
 /* A row that acts. */
 typedef struct acting {
-    int row;         /* of J */
+    int row;     /* of J */
+    bool struck; /* of a contact or friction, with a known impulse */
     law law;
     double e, v;     /* restitution; the rate before */
     double f;        /* the impulse */
@@ -56,12 +57,14 @@ typedef struct impact {
     double *slip;           /* parameters x m: changes of the rates behind the impact at constant rates */
     double *matrix, *right; /* size x size; size x parameters */
     double *solution;
-    double *change;         /* conditions: derivatives of their values */
-    bool begins;            /* a restitution is zero, and depends on a parameter */
+    double *change; /* conditions: derivatives of their values */
+    bool begins;    /* a restitution is zero, and depends on a parameter */
 } impact;
 
 /* Impulses do not reproduce the jump of the rates better than this part of it. */
 #define UNEXPLAINED 1e-7
+/* Rounding of rates, whose difference the jump is. */
+#define ROUNDING 1e-13
 /* Rows whose pivots are below this part of the largest depend on others. */
 #define DEPENDENT 1e-10
 
@@ -93,14 +96,21 @@ static void add_closures(impact *x, const kmp_friction_run *friction)
     }
 }
 
-/* Contacts and friction with an impulse. */
+/* True of a contact or friction that may have an impulse. */
+static bool acts(const kmp_impact_run *p, int k)
+{
+    return p->f[k] != 0 || (p->side[k] == 0 && p->upper[k] > 0);
+}
+
+/* Contacts and friction that act. */
 static void add_struck(impact *x, const kmp_impact_run *p)
 {
     for (int k = 0; p && k < p->count; k++) {
         const kmp_friction_element *e = kmp_impact_element(p, k);
-        if (p->f[k] == 0)
+        if (!acts(p, k))
             continue;
         acting *a = add_row(x, e->row);
+        a->struck = true;
         a->e = p->e[k];
         a->v = p->v[k];
         a->f = p->f[k];
@@ -114,7 +124,7 @@ static void add_struck(impact *x, const kmp_impact_run *p)
     for (int k = 0; p && k < p->count; k++) {
         const kmp_friction_element *e = kmp_impact_element(p, k);
         const int at = find_row(x, e->row);
-        if (p->f[k] == 0 || x->act[at].law == LAW_RATE)
+        if (at < 0 || x->act[at].law == LAW_RATE)
             continue;
         acting *a = &x->act[at];
         a->base = find_row(x, p->friction->element[e->base].row);
@@ -184,20 +194,22 @@ static bool find_impulses(impact *x)
     const int n = x->n;
     const double *scale = x->f->system->scale;
     int closures = 0, most = 0;
-    double *a = x->matrix, *b = x->right, size = 0, left = 0;
+    double *a = x->matrix, *b = x->right, size = 0, left = 0, rounding = 0;
     for (int k = 0; k < x->count; k++)
-        most += x->act[k].f == 0;
+        most += !x->act[k].struck;
     for (int i = 0; i < n; i++) {
         b[i] = 0;
         for (int j = 0; j < n; j++)
             b[i] += x->mass[i + j * n] * x->jump[j];
         size += fabs(b[i]) * scale[i];
+        for (int j = 0; j < n; j++)
+            rounding += fabs(x->mass[i + j * n]) * (fabs(x->after[j]) + fabs(x->f->qd[j])) * scale[i];
         for (int k = 0; k < x->count; k++)
             b[i] -= x->rows[k + i * x->count] * x->act[k].f;
         b[i] *= scale[i];
         closures = 0;
         for (int k = 0; k < x->count; k++)
-            if (x->act[k].f == 0)
+            if (!x->act[k].struck)
                 a[i + closures++ * n] = x->rows[k + i * x->count] * scale[i];
     }
     if (most > 0 && kmp_least_squares(n, most, a, b, DEPENDENT, x->solution) < 0)
@@ -210,8 +222,8 @@ static bool find_impulses(impact *x)
     }
     closures = 0;
     for (int k = 0; k < x->count; k++)
-        x->lambda[x->act[k].row] = x->act[k].f == 0 ? x->solution[closures++] : x->act[k].f;
-    return left <= UNEXPLAINED * size;
+        x->lambda[x->act[k].row] = x->act[k].struck ? x->act[k].f : x->solution[closures++];
+    return left <= UNEXPLAINED * size + ROUNDING * rounding;
 }
 
 /* -- the derivative -------------------------------------------------------------------------------------- */
@@ -261,8 +273,7 @@ static void put_laws(impact *x, int parameter)
 {
     kmp_forward_formulation *f = x->f;
     double *right = x->right + parameter * x->size + x->n, time = f->passing ? f->common[parameter] : 0;
-    const kmp_direction direction = {
-        .t = &time, .q = f->dq + parameter * x->n, .qd = f->dqd + parameter * x->n};
+    const kmp_direction direction = {.t = &time, .q = f->dq + parameter * x->n, .qd = f->dqd + parameter * x->n};
     kmp_slopes_along(f->v->slopes, &f->v->slopes->events, &direction, parameter, x->change);
     for (int k = 0; k < x->count; k++) {
         const acting *a = &x->act[k];
@@ -311,15 +322,14 @@ static int solve(impact *x)
     for (int j = 0; j < size; j++)
         for (int i = 0; i < size; i++)
             x->matrix[i + j * size] *= (j < n ? scale[j] : to_row / row_scale[x->act[j - n].row]) *
-                                       (i < n ? scale[i] / to_row
-                                              : x->act[i - n].law == LAW_RATE
-                                                    ? 1 / row_scale[x->act[i - n].row]
-                                                    : row_scale[x->act[i - n].row] / to_row);
+                                       (i < n                           ? scale[i] / to_row
+                                        : x->act[i - n].law == LAW_RATE ? 1 / row_scale[x->act[i - n].row]
+                                                                        : row_scale[x->act[i - n].row] / to_row);
     for (int p = 0; p < parameters; p++)
         for (int i = 0; i < size; i++)
-            x->right[i + p * size] *= i < n ? scale[i] / to_row
-                                            : x->act[i - n].law == LAW_RATE ? 1 / row_scale[x->act[i - n].row]
-                                                                            : row_scale[x->act[i - n].row] / to_row;
+            x->right[i + p * size] *= i < n                           ? scale[i] / to_row
+                                      : x->act[i - n].law == LAW_RATE ? 1 / row_scale[x->act[i - n].row]
+                                                                      : row_scale[x->act[i - n].row] / to_row;
     if (kmp_least_squares_of(size, size, x->matrix, parameters, x->right, DEPENDENT, x->solution) < 0)
         return -1;
     for (int p = 0; p < parameters; p++)
@@ -384,11 +394,12 @@ static int strike(impact *x, const kmp_passed_event *event)
         (void)kmp_fail_memory(f->system->context);
         return KMP_HALT;
     }
-    return x->begins ? kmp_forward_halt(f,
-                                        "a contact without restitution strikes at t = %.9g s: the motion has no derivative "
-                                        "with respect to a restitution of zero",
-                                        x->t)
-                     : KMP_GO;
+    return x->begins
+               ? kmp_forward_halt(f,
+                                  "a contact without restitution strikes at t = %.9g s: the motion has no derivative "
+                                  "with respect to a restitution of zero",
+                                  x->t)
+               : KMP_GO;
 }
 
 int kmp_forward_strike(kmp_forward_formulation *f, const kmp_formulation_start *start)
