@@ -27,7 +27,7 @@ static const double KNOWN = 0.05;
 
 typedef struct study {
     const kempe_model *model;
-    bool all; /* also functions that are not short, and intervals of one length */
+    kmp_timed_functions which;
     const kmp_expr *function[MOST];
     const char *name[MOST];
     int skipped, passed, count; /* functions of earlier studies, the ones met so far, the ones of this one */
@@ -60,13 +60,29 @@ static bool may_be_short(const kmp_expr *e, const void *user)
     return (calls || divides || powers || e->kind == KMP_EXPR_TABLE) && kmp_expr_has_time(e);
 }
 
+/* A function whose branch a condition chooses: it may jump. */
+static bool has_branches(const kmp_expr *e, const void *user)
+{
+    (void)user;
+    return e->kind == KMP_EXPR_LESS ||
+           (e->kind == KMP_EXPR_CALL &&
+            (e->function == KMP_FUNCTION_abs || e->function == KMP_FUNCTION_min || e->function == KMP_FUNCTION_max ||
+             e->function == KMP_FUNCTION_sign || e->function == KMP_FUNCTION_if));
+}
+
+static bool counts(const study *s, const kmp_expr *e)
+{
+    return kmp_expr_find(e, may_be_short, NULL) || (s->which == KMP_TIMED_ALL && !kmp_expr_find(e, has_branches, NULL));
+}
+
 /* Adds the largest parts of an expression that depend only on time. */
 static void add(study *s, const kmp_expr *e, const char *name)
 {
     if (!e || s->count == MOST || !kmp_expr_has_time(e))
         return;
-    if (!kmp_expr_find(e, depends_on_more, NULL)) {
-        if ((!s->all && !kmp_expr_find(e, may_be_short, NULL)) || s->passed++ < s->skipped)
+    const bool timed = !kmp_expr_find(e, depends_on_more, NULL);
+    if (timed && (s->which == KMP_TIMED_SHORT || counts(s, e))) {
+        if (!counts(s, e) || s->passed++ < s->skipped)
             return;
         s->name[s->count] = name;
         s->function[s->count++] = e;
@@ -249,7 +265,7 @@ static bool find_together(study *s, const double *parameters, const double span[
             divide(s, parameters, span[0], span[1]);
     }
     bool made = s->bounds && !aside.failed;
-    if (made && (s->all || s->longest >= CONTRAST * s->shortest))
+    if (made && (s->which != KMP_TIMED_SHORT || s->longest >= CONTRAST * s->shortest))
         made = add_ends(s, arena, found);
     if (ended_early(s)) {
         found->open = s->name[0];
@@ -262,13 +278,13 @@ static bool find_together(study *s, const double *parameters, const double span[
     return made;
 }
 
-kempe_status kmp_time_scales_find(const kempe_model *model, const double *parameters, double from, double to, bool all,
-                                  kmp_arena *arena, kmp_time_scales *found)
+kempe_status kmp_time_scales_find(const kempe_model *model, const double *parameters, double from, double to,
+                                  kmp_timed_functions which, kmp_arena *arena, kmp_time_scales *found)
 {
     bool made = true;
     *found = (kmp_time_scales){.shortest = INFINITY};
     for (int skipped = 0, count = MOST; made && to > from && count == MOST; skipped += count) {
-        study s = {.model = model, .all = all, .skipped = skipped};
+        study s = {.model = model, .which = which, .skipped = skipped};
         add_all(&s);
         count = s.count;
         made = count == 0 || find_together(&s, parameters, (const double[]){from, to}, arena, found);
@@ -318,7 +334,7 @@ double kmp_time_scales_shortest(const kempe_model *model)
         parameters[k] = model->parameters[k].number.value;
     if (parameters)
         (void)kmp_time_scales_find(model, parameters, 0, model->run.t_end > 0 ? model->run.t_end : 1,
-                                   watches_loads(model), &aside, &scales);
+                                   watches_loads(model) ? KMP_TIMED_ALL : KMP_TIMED_SHORT, &aside, &scales);
     kmp_arena_free(&aside);
     return isfinite(scales.shortest) ? scales.shortest : 0;
 }

@@ -7,7 +7,6 @@
 
 #include "base/arena.h"
 #include <kempe/kempe.h>
-#include <stdbool.h>
 
 /** Intervals of a run from its start on, where some are much shorter than others; otherwise none. */
 typedef struct kmp_time_scales {
@@ -18,11 +17,15 @@ typedef struct kmp_time_scales {
     int open_count;   /* functions that were studied together with it, itself among them */
 } kmp_time_scales;
 
-/** Finds them with values of the parameters, in the arena. `all`: the intervals of all functions of time, also where
- * none is much shorter than others. Friction that sticks and closed contacts keep a motion at rest under loads that
- * vary: no error of a step shows when a load exceeds the friction. KEMPE_E_MEMORY. */
-kempe_status kmp_time_scales_find(const kempe_model *model, const double *parameters, double from, double to, bool all,
-                                  kmp_arena *arena, kmp_time_scales *found);
+/** The functions whose intervals are found: those that may have short ones, where some are much shorter than others;
+ * or all, since friction that sticks and closed contacts keep a motion at rest under loads that vary, where no error of
+ * a step shows when a load exceeds the friction. Of these a function with branches counts by its parts: conditions are
+ * events, and a jump has no shortest interval. */
+typedef enum kmp_timed_functions { KMP_TIMED_SHORT, KMP_TIMED_ALL } kmp_timed_functions;
+
+/** Finds them with values of the parameters, in the arena. KEMPE_E_MEMORY. */
+kempe_status kmp_time_scales_find(const kempe_model *model, const double *parameters, double from, double to,
+                                  kmp_timed_functions which, kmp_arena *arena, kmp_time_scales *found);
 
 /** Doubts the result where functions have too many short intervals; true if it does. */
 bool kmp_time_scales_doubt(kempe_context *context, const kmp_time_scales *scales);
