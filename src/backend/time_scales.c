@@ -60,19 +60,17 @@ static bool may_be_short(const kmp_expr *e, const void *user)
     return (calls || divides || powers || e->kind == KMP_EXPR_TABLE) && kmp_expr_has_time(e);
 }
 
-/* A function whose branch a condition chooses: it may jump. */
-static bool has_branches(const kmp_expr *e, const void *user)
+/* A function that may jump, by a condition. */
+static bool may_jump(const kmp_expr *e, const void *user)
 {
     (void)user;
     return e->kind == KMP_EXPR_LESS ||
-           (e->kind == KMP_EXPR_CALL &&
-            (e->function == KMP_FUNCTION_abs || e->function == KMP_FUNCTION_min || e->function == KMP_FUNCTION_max ||
-             e->function == KMP_FUNCTION_sign || e->function == KMP_FUNCTION_if));
+           (e->kind == KMP_EXPR_CALL && (e->function == KMP_FUNCTION_sign || e->function == KMP_FUNCTION_if));
 }
 
 static bool counts(const study *s, const kmp_expr *e)
 {
-    return kmp_expr_find(e, may_be_short, NULL) || (s->which == KMP_TIMED_ALL && !kmp_expr_find(e, has_branches, NULL));
+    return kmp_expr_find(e, may_be_short, NULL) || (s->which == KMP_TIMED_ALL && !kmp_expr_find(e, may_jump, NULL));
 }
 
 /* Adds the largest parts of an expression that depend only on time. */

@@ -19,7 +19,7 @@ typedef struct kmp_time_scales {
 
 /** The functions whose intervals are found: those that may have short ones, where some are much shorter than others;
  * or all, since friction that sticks and closed contacts keep a motion at rest under loads that vary, where no error of
- * a step shows when a load exceeds the friction. Of these a function with branches counts by its parts: conditions are
+ * a step shows when a load exceeds the friction. Of these a function that may jump counts by its parts: conditions are
  * events, and a jump has no shortest interval. */
 typedef enum kmp_timed_functions { KMP_TIMED_SHORT, KMP_TIMED_ALL } kmp_timed_functions;
 

@@ -415,11 +415,9 @@ static bool make_unknowns(kmp_forward_formulation *f)
 
 /* An event whose condition changes no faster than this part of its usual rate is touched, not passed. */
 #define GRAZING 1e-9
-/* A distance or rate of a closed contact changes with a parameter if its derivative exceeds this part of its terms:
- * events are located to rounding. */
+/* A rate of a closed contact changes with a parameter if its derivative exceeds this part of its terms: events are
+ * located to rounding. */
 #define LOOSE 1e-6
-/* The same of a distance: a sequence of impacts is ended before its limit, and leaves a part of this size. */
-#define LOOSE_DISTANCE 1e-5
 /* Rounding of derivatives, in sizes of coordinates over sizes of parameters. */
 #define ROUNDED 1e-10
 
@@ -1243,6 +1241,8 @@ static int arrive_after_event(kmp_forward_formulation *f, const kmp_formulation_
     if (charts_differ(f, start->eval->chart))
         return kmp_forward_halt(f, "a spherical joint is centred at an event, t = %.9g: derivatives end there",
                                 start->t);
+    if (!f->passing)
+        begin_terms(f);
     if (f->count > 0 && (event->impact || event->switched) && kmp_forward_strike(f, start) != KMP_GO)
         return KMP_HALT;
     memcpy(f->qd, start->qd, (size_t)f->n * sizeof *f->qd);
@@ -1266,7 +1266,7 @@ static int hold_row(kmp_forward_formulation *f, const kmp_friction_element *e, i
         rate += by * f->dqd[at];
         speed += fabs(by) * f->speed[at];
     }
-    const bool parts = e->contact && fabs(*moved) > LOOSE_DISTANCE * span;
+    const bool parts = e->contact && fabs(*moved) > KMP_FORWARD_LOOSE * span;
     if (parts || fabs(rate) > LOOSE * speed)
         return kmp_forward_halt(f,
                                 "%s is closed at t = %.9g s, but its %s changes with a parameter: the motion has no "
@@ -1434,7 +1434,10 @@ static kempe_status prepare(kmp_forward_formulation *f)
     KMP_TRY(kmp_made(f->system->context, make_room(f)));
     kmp_charts_reset(f->system, f->chart);
     kmp_eval_set_charts(f->own, f->chart);
-    f->own->frozen = false; /* by the end of an earlier run */
+    f->own->frozen = false; /* by the end of an earlier run, as rows that were held there */
+    for (int k = 0; k < f->system->events.count; k++)
+        if (f->system->events.condition[k].role != KMP_ROLE_NONE)
+            kmp_eval_set_kink(f->own, k, 0);
     go_by(f, f->own);
     v->linear.plain = false;
     KMP_TRY(kmp_sensitivity_equations_start(v, f->q, f->qd, f->dq, f->dqd));
@@ -1512,5 +1515,6 @@ kempe_status kmp_forward_run(kmp_sensitivity_equations *varied, const kmp_forwar
     kmp_forward_delays_free(&f);
     kmp_arena_free(&f.arena);
     varied->linear.plain = false;
+    varied->held = NULL;
     return status;
 }

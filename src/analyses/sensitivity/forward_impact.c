@@ -38,6 +38,7 @@ typedef struct acting {
     double mu;       /* of friction that slips */
     int base, twin;  /* of friction that slips: its contact, and the other component, among the rows that act */
     int restitution; /* the condition whose value is e; -1: e is constant */
+    int distance;    /* the condition whose value is its distance; -1: it has none */
     int friction;    /* the condition whose value is mu */
 } acting;
 
@@ -59,6 +60,7 @@ typedef struct impact {
     double *solution;
     double *change; /* conditions: derivatives of their values */
     bool begins;    /* a restitution is zero, and depends on a parameter */
+    bool apart;     /* contacts strike at times that depend on a parameter in different ways */
 } impact;
 
 /* Impulses do not reproduce the jump of the rates better than this part of it. */
@@ -72,7 +74,7 @@ typedef struct impact {
 
 static acting *add_row(impact *x, int row)
 {
-    x->act[x->count] = (acting){.row = row, .base = -1, .twin = -1, .restitution = -1, .friction = -1};
+    x->act[x->count] = (acting){.row = row, .base = -1, .twin = -1, .restitution = -1, .distance = -1, .friction = -1};
     return &x->act[x->count++];
 }
 
@@ -111,6 +113,7 @@ static void add_struck(impact *x, const kmp_impact_run *p)
             continue;
         acting *a = add_row(x, e->row);
         a->struck = true;
+        a->distance = e->contact ? e->slot + KMP_ROLE_PLACE - KMP_ROLE_SENSE : -1;
         a->e = p->e[k];
         a->v = p->v[k];
         a->f = p->f[k];
@@ -268,6 +271,18 @@ static void put_row(impact *x, int k)
     }
 }
 
+/* Notes why a contact has no derivative by a parameter: it strikes at another time than the event, or its restitution
+ * begins at zero. */
+static void note_obstacles(impact *x, int k, int parameter)
+{
+    const acting *a = &x->act[k];
+    double span = 0;
+    for (int i = 0; i < x->n; i++)
+        span += fabs(x->rows[k + i * x->count]) * x->f->span[parameter * x->n + i];
+    x->apart = x->apart || (a->distance >= 0 && fabs(x->change[a->distance]) > KMP_FORWARD_LOOSE * span);
+    x->begins = x->begins || (a->e == 0 && a->restitution >= 0 && x->change[a->restitution] != 0);
+}
+
 /* Changes of restitution and of the coefficient of friction. */
 static void put_laws(impact *x, int parameter)
 {
@@ -277,13 +292,13 @@ static void put_laws(impact *x, int parameter)
     kmp_slopes_along(f->v->slopes, &f->v->slopes->events, &direction, parameter, x->change);
     for (int k = 0; k < x->count; k++) {
         const acting *a = &x->act[k];
+        note_obstacles(x, k, parameter);
         if (a->law == LAW_RATE) {
             double old = 0;
             for (int i = 0; i < x->n; i++)
                 old += x->rows[k + i * x->count] * f->dqd[parameter * x->n + i];
             right[k] = -x->rate[parameter * x->m + a->row] - a->e * old;
             const double change = a->restitution >= 0 ? x->change[a->restitution] : 0;
-            x->begins = x->begins || (a->e == 0 && change != 0);
             right[k] -= change * a->v;
         } else {
             right[k] += x->change[a->friction] * a->f / a->mu;
@@ -394,12 +409,19 @@ static int strike(impact *x, const kmp_passed_event *event)
         (void)kmp_fail_memory(f->system->context);
         return KMP_HALT;
     }
-    return x->begins
-               ? kmp_forward_halt(f,
-                                  "a contact without restitution strikes at t = %.9g s: the motion has no derivative "
-                                  "with respect to a restitution of zero",
-                                  x->t)
-               : KMP_GO;
+    if (x->apart)
+        return kmp_forward_halt(
+            f,
+            "contacts strike together at t = %.9g s, at times that depend on parameters in different "
+            "ways: the motion has no derivative there",
+            x->t);
+    if (x->begins)
+        return kmp_forward_halt(
+            f,
+            "a contact without restitution strikes at t = %.9g s: the motion has no derivative with "
+            "respect to a restitution of zero",
+            x->t);
+    return KMP_GO;
 }
 
 int kmp_forward_strike(kmp_forward_formulation *f, const kmp_formulation_start *start)

@@ -98,10 +98,11 @@ static kempe_status check_rolling(kempe_sensitivity *s)
     const char *row = s->kind->integrals ? kmp_formulation_row_of_rates(s->system) : NULL;
     if (!row || s->differences)
         return KEMPE_OK;
-    return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                    "sensitivities: '%s' rolls in space, where positions depend on the whole motion before, which is not "
-                    "supported there",
-                    row);
+    return kmp_fail(
+        s->context, KEMPE_E_ARGUMENT,
+        "sensitivities: '%s' rolls in space, where positions depend on the whole motion before, which is not "
+        "supported there",
+        row);
 }
 
 static kempe_status derive(kempe_sensitivity *s)
