@@ -149,6 +149,30 @@ static void a_sequence_ends(void)
     kempe_context_free(c);
 }
 
+/* -- forces by loads --------------------------------------------------------------------------------------- */
+
+/* A five-bar linkage whose start gives the rate of one crank, with a force by the load of its loop: derivatives of the
+ * other rates, of least norm, are those of J' mu alone. They do not depend on the coefficient of the force. */
+static void corrected_rates(void)
+{
+    static const char text[] =
+        "kempe: 1\nparameters: {mu: 0.2}\n"
+        "ground: {points: {O: [0, 0, 0], D: [0.6, 0, 0]}}\nbodies:\n"
+        "  a: {joint: {name: A, revolute: z, at: ground.O}, mass: 1, inertia: {zz: 0.01}, points: {B: [0.3, 0, 0]}}\n"
+        "  b: {joint: {name: B, revolute: z, at: a.B}, mass: 1, inertia: {zz: 0.05}, points: {C: [0.5, 0, 0]}}\n"
+        "  d: {joint: {name: D, revolute: z, at: ground.D}, mass: 1, inertia: {zz: 0.02}, points: {E: [0.3, 0, 0]}}\n"
+        "  c: {joint: {name: E, revolute: z, at: d.E}, mass: 1, inertia: {zz: 0.04}, points: {C: [0.5, 0, 0]}}\n"
+        "loops: {C: {ball: [b.C, c.C]}}\n"
+        "forces: {f: {joint: B, torque: \"-mu*sqrt(lambda(C.1)^2 + lambda(C.2)^2)\"}}\n"
+        "start: {q: {A: 100 deg, B: -60 deg, D: 80 deg, E: 60 deg}, qd: {A: 3}, hold: [A, D]}\n";
+    kempe_context *c = kempe_context_new();
+    kempe_sensitivity *s = find(c, text, "qd", NULL, 0.1, 0);
+    for (int j = 0; s && j < 4; j++)
+        CHECK_NEAR(kmp_sensitivity_slope(s, 0, j, 0), 0, 1e-12);
+    kempe_sensitivity_free(s);
+    kempe_context_free(c);
+}
+
 /* -- loads of a mechanism at rest ------------------------------------------------------------------------- */
 
 /* The time of the first event after the start; infinity: none. */
@@ -253,6 +277,7 @@ int main(void)
 {
     TEST(closed_forms);
     TEST(a_sequence_ends);
+    TEST(corrected_rates);
     TEST(loads_at_rest);
     TEST(what_is_refused);
     return check_report();

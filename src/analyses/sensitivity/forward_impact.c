@@ -51,6 +51,7 @@ typedef struct impact {
     int count;
     int n, m, size;         /* size: n and the rows that act */
     double *mode;           /* of the conditions: friction acts by rows alone */
+    double *pulled;         /* parameters x n: changes of G'F */
     double *zero, *jump;    /* n + m; n: the change of the rates */
     double *lambda;         /* m: impulses */
     double *mass, *rows;    /* n x n, count x n */
@@ -139,15 +140,14 @@ static void add_struck(impact *x, const kmp_impact_run *p)
 
 /* -- the equations there --------------------------------------------------------------------------------- */
 
-/* Adds the changes of the equations at rates qd with accelerations and multipliers: `force` times those of M qdd + C -
- * J' lambda, and those of J qd + h_t, times the restitution of each row if `before`. */
-static const double *add_changes(impact *x, const double *qd, const double *qdd, const double *lambda, double force,
-                                 bool before, bool rates)
+/* Adds the changes of the equations at rates qd with accelerations, without multipliers: `force` times those of M qdd +
+ * C, and those of J qd + h_t, times the restitution of each row if `before`. */
+static const double *add_changes(impact *x, const double *qd, const double *qdd, double force, bool before, bool rates)
 {
     kmp_forward_formulation *f = x->f;
     kmp_sensitivity_equations *v = f->v;
     kmp_linear *l = &v->linear;
-    kmp_instant at = kmp_instant_of(l->eval, x->t, f->q, qd, qdd, lambda);
+    kmp_instant at = kmp_instant_of(l->eval, x->t, f->q, qd, qdd, x->zero);
     at.mode = x->mode;
     const double *d = kmp_tangents_derivatives(&l->tangents, &at);
     kmp_slopes_at(v->slopes, &at);
@@ -361,7 +361,7 @@ static bool make_room(impact *x)
     x->act = KMP_ARENA_NEW(&x->arena, acting, m > 0 ? m : 1);
     return KMP_ARENA_MAKE(&x->arena, KMP_ROOM(double, n + m, &x->zero), KMP_ROOM(double, n, &x->jump),
                           KMP_ROOM(double, m, &x->lambda), KMP_ROOM(double, n *n, &x->mass),
-                          KMP_ROOM(double, n *m, &x->rows), KMP_ROOM(double, parameters *n, &x->force),
+                          KMP_ROOM(double, n *m, &x->rows), KMP_ROOM(double, parameters *n, &x->force, &x->pulled),
                           KMP_ROOM(double, parameters *m, &x->rate, &x->slip),
                           KMP_ROOM(double, (n + m) * (n + m), &x->matrix),
                           KMP_ROOM(double, (n + m) * (parameters + 1), &x->right, &x->solution),
@@ -396,13 +396,18 @@ static int strike(impact *x, const kmp_passed_event *event)
     set_modes(x, event->friction);
     for (int i = 0; i < x->n; i++)
         x->jump[i] = x->after[i] - f->qd[i];
-    /* Only M and G change the jump: terms of the same rates without it are taken away. */
-    take_matrices(x, add_changes(x, x->after, x->zero, x->zero, -1, false, true));
-    (void)add_changes(x, f->qd, x->zero, x->zero, 0, true, true);
+    /* Only M and G change the jump: other terms of the same rates are taken away. */
+    take_matrices(x, add_changes(x, x->after, x->zero, -1, false, true));
+    (void)add_changes(x, f->qd, x->zero, 0, true, true);
     if (!find_impulses(x))
         return kmp_forward_halt(f, "the jump of the rates at t = %.9g has no derivative with respect to parameters",
                                 x->t);
-    (void)add_changes(x, x->after, x->jump, x->lambda, 1, false, false);
+    (void)add_changes(x, x->after, x->jump, 1, false, false);
+    kmp_instant there = kmp_instant_of(f->v->linear.eval, x->t, f->q, x->zero, x->zero, x->zero);
+    there.mode = x->mode;
+    kmp_sensitivity_equations_pull(f->v, &there, x->lambda, f->dq, f->passing ? f->common : NULL, x->pulled);
+    for (int i = 0; i < f->count * x->n; i++)
+        x->force[i] -= x->pulled[i];
     const kmp_instant at = kmp_instant_of(f->v->linear.eval, x->t, f->q, f->qd, x->zero, x->zero);
     (void)kmp_slopes_values(&f->v->slopes->events, &at);
     if (solve(x)) {
