@@ -18,6 +18,16 @@ typedef struct kmp_formulation kmp_formulation;
  * making the program costs some dozens of steps. */
 enum { KMP_FORMULATION_BRIEF = 16 };
 
+/** The event that a run passes while it leaves a formulation and begins another one, for formulations with derivatives
+ * of the motion. Its arrays belong to the run. */
+typedef struct kmp_passed_event {
+    bool now;                            /* an event is passed */
+    const bool *caused;                  /* of each condition: it is an event of this one */
+    const struct kmp_impact_run *impact; /* with the elements that take part and their impulses; NULL: no impact */
+    bool switched;                       /* closures have switched, and rates are the nearest that they allow */
+    const struct kmp_friction_run *friction; /* elements that stick and contacts; NULL: none */
+} kmp_passed_event;
+
 /** Inputs of a formulation, which must not outlive them. */
 typedef struct kmp_formulation_start {
     const kempe_system *system;
@@ -41,6 +51,7 @@ typedef struct kmp_formulation_start {
     bool may_change; /* the integrator may be exchanged for one that does, if that is worth while */
     bool dae;        /* the integrator solves F(t, y, y') = 0 */
     void *user;      /* of a caller's own formulation (kmp_run_spec) */
+    const kmp_passed_event *passed; /* by the run at t; NULL: the formulation needs no derivatives */
 } kmp_formulation_start;
 
 /* The ways to a row of results on the reduced formulation: the program by the reduced mass, the program by the saddle

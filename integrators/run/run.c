@@ -250,12 +250,22 @@ static kempe_status attend(kmp_runner *run)
 static kempe_status find_time_scales(kmp_runner *run)
 {
     const kmp_run_spec *spec = &run->spec;
-    run->scales.shortest = INFINITY;
+    run->scales.shortest = run->scales_at_rest.shortest = INFINITY;
     if (spec->max_step > 0 || !isfinite(spec->t_end))
         return KEMPE_OK;
-    KMP_TRY(
-        kmp_time_scales_find(run->s->model, run->s->parameters, spec->t_start, spec->t_end, &run->arena, &run->scales));
-    kmp_time_scales_doubt(run->s->context, &run->scales);
+    const kempe_system *s = run->s;
+    KMP_TRY(kmp_time_scales_find(s->model, s->parameters, spec->t_start, spec->t_end, KMP_TIMED_SHORT, &run->arena,
+                                 &run->scales));
+    kmp_time_scales_doubt(s->context, &run->scales);
+    for (int k = 0; k < s->events.count; k++)
+        run->watches_loads =
+            run->watches_loads || (s->events.condition[k].late && s->events.condition[k].role == KMP_ROLE_NONE &&
+                                   !s->events.condition[k].told);
+    if (kmp_system_watches_loads(s))
+        KMP_TRY(kmp_time_scales_find(s->model, s->parameters, spec->t_start, spec->t_end, KMP_TIMED_ALL, &run->arena,
+                                     &run->scales_at_rest));
+    if (isinf(run->scales_at_rest.shortest))
+        kmp_time_scales_doubt(s->context, &run->scales_at_rest);
     return KEMPE_OK;
 }
 

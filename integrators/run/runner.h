@@ -91,6 +91,8 @@ struct kmp_runner {
     struct kmp_held_rows *held;  /* rows of these (friction_run.c) */
     bool loaded_friction;        /* some level depends on multipliers */
     kmp_impacts *impacts;        /* NULL without rigid contacts */
+    kmp_passed_event passed;     /* noted for derivatives of the motion (spec.slopes) */
+    bool *caused;                /* its conditions; NULL: not noted */
     bool at_event;
     double event_t;       /* the end of the last step if at_event */
     double stop;          /* no step goes beyond this or a sample of an input; spec.t_end unless the caller sets it
@@ -113,6 +115,8 @@ struct kmp_runner {
     bool cut; /* given up for spec.limit_s */
     kmp_work_bound bound;
     kmp_growth growth;
-    kmp_time_scales scales; /* of the functions of time, unless no step may be longer than spec.max_step */
-    bool ended, requested;  /* by a condition; by one of the model's `until` */
+    kmp_time_scales scales;         /* of the functions of time, unless no step may be longer than spec.max_step */
+    kmp_time_scales scales_at_rest; /* of all of them, while friction sticks or a contact is closed, or always: */
+    bool watches_loads;             /* a condition that ends the run depends on accelerations or multipliers */
+    bool ended, requested;          /* by a condition; by one of the model's `until` */
 };

@@ -229,15 +229,23 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q, boo
     return KEMPE_OK;
 }
 
+/* Lets the formulation take what the next one needs, at t within its last step and with the conditions there. */
+static kempe_status keep_unknowns(kmp_runner *run, double t)
+{
+    kmp_formulation *formulation = run->formulation;
+    const bool kept = !formulation->keep || (run->kind->dense(run->solver, t, run->y, run->yp) == KEMPE_OK &&
+                                             formulation->keep(formulation, t, run->y) == KMP_GO);
+    return kept ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
 /* Continues with the formulation for rows that are chosen again. `held`: these change because conditions hold others,
  * which may return. */
 static kempe_status restart(kmp_runner *run, double t, bool near_singular, double work, double first_step, bool held)
 {
     bool returned = false;
     double *q = run->state, *qd = q + run->s->n;
-    if (run->formulation->keep && (run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
-                                   run->formulation->keep(run->formulation, t, run->y) != KMP_GO))
-        return KEMPE_E_FAILED;
+    if (!run->passed.now)
+        KMP_TRY(keep_unknowns(run, t));
     kmp_runner_leave(run, held);
     run->near_singular_t = run->near_singular ? run->near_singular_t : t;
     run->near_singular = near_singular;
@@ -450,6 +458,19 @@ static kempe_status renew_margin(kmp_runner *run, double t, const double *q)
     return kmp_runner_compute_margin(run, t, q);
 }
 
+/* Notes the conditions of the event that is passed, before they change. */
+static void note_event(kmp_runner *run, double t)
+{
+    kmp_event_tracker *c = run->crossing;
+    const kmp_condition *condition = run->s->events.condition;
+    run->passed = (kmp_passed_event){.now = true, .caused = run->caused, .friction = run->friction};
+    kmp_event_tracker_put_beyond(c, t, c->change);
+    for (int k = 0; k < run->s->events.count; k++)
+        run->caused[k] = kmp_event_tracker_changed(c, k) &&
+                         kmp_condition_may_change((kmp_condition_kind)c->kind[k], condition[k].role == KMP_ROLE_SENSE,
+                                                  &c->mode[k]);
+}
+
 /* Makes rates consistent with the present closures: the nearest ones in the kinetic energy, as after impulses along the
  * rows' forces. This is a plastic impact with the least loss of energy. Conditions may depend on rates, so that further
  * ones change. Then contacts strike, and modes are decided. Gains of kinetic energy, J: *energy by closures that
@@ -485,8 +506,12 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     }
     *gain = 0;
     *same = false;
-    if (run->impacts)
+    if (run->impacts) {
+        const long struck = run->impacts->run.total;
         KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, gain));
+        run->passed.impact = run->impacts->run.total > struck ? &run->impacts->run : NULL;
+    }
+    run->passed.switched = any;
     if (run->friction) { /* rows that begin or cease to be held change the rank */
         const bool alone = !any && run->eval->inputs.count == 0 && !run->sampler;
         KMP_TRY((alone ? kmp_friction_settle_changed : kmp_friction_settle)(run, t, q, qd));
@@ -526,6 +551,10 @@ static kempe_status pass_switch(kmp_runner *run, double t)
     double *q = run->state, work, energy, gain;
     bool same, plain = !run->eval->by_bodies && !run->eval->by_products;
     KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
+    if (run->caused) { /* steps are interpolated with the conditions before the event */
+        note_event(run, t);
+        KMP_TRY(keep_unknowns(run, t));
+    }
     KMP_TRY(switch_here(run, t, &energy, &gain, &same));
     double after = kmp_eval_kinetic(run->eval, q + run->s->n), before = after - energy;
     if (-energy > fmax(run->spec.rtol * before, energy_of_rest(run)))
@@ -538,8 +567,11 @@ static kempe_status pass_switch(kmp_runner *run, double t)
      * dropped rows and keeps no further unknowns. */
     const bool goes_on = run->formulation->resume && !run->formulation->keep && !run->spec.kind && !run->yp &&
                          !run->near_singular && !kmp_rounding_of(run->s);
-    if (!same || !plain || !goes_on)
-        return restart(run, t, false, work + energy + gain, h, true);
+    if (!same || !plain || !goes_on) {
+        kempe_status status = restart(run, t, false, work + energy + gain, h, true);
+        run->passed.now = false;
+        return status;
+    }
     if (run->s->dissipative) /* the last unknown */
         run->y[run->formulation->size - 1] += energy + gain;
     return resume(run, t, q, q + run->s->n, h);

@@ -235,6 +235,7 @@ static kempe_status make_formulation(kmp_runner *run, double t, const double *q,
     given.may_change = run->choice.open && !run->choice.kind;
     given.dae = as_dae(run);
     given.user = run->spec.user;
+    given.passed = run->caused ? &run->passed : NULL;
     KMP_TRY(kmp_runner_take_dynamics(run));
     run->formulation = kind->create(kind, &given);
     if (!run->formulation)
@@ -409,12 +410,17 @@ static kempe_status runner_make_parts(kmp_runner *run)
     bool made = KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, n, &run->seen, &run->next_seen),
                                KMP_ROOM(double, 3 * n + m, &run->moved, &run->state),
                                KMP_ROOM(double, run->s->jacobian.count + m, &run->rows));
+    if (run->spec.slopes && run->s->switches) {
+        run->passed.caused = run->caused = KMP_ARENA_NEW(&run->arena, bool, run->s->events.count);
+        made = made && run->caused;
+    }
     KMP_TRY(kmp_made(run->s->context, made));
     run->qdd = run->state + 2 * n;
     run->lambda = run->state + 3 * n;
     KMP_TRY(kmp_runner_make_sampler(run, run->spec.t_start));
     bool none;
     run->friction = kmp_friction_new(run, &none);
+    run->passed.friction = run->friction;
     run->loaded_friction = kmp_friction_is_loaded(run->s->model);
     KMP_TRY(kmp_made(run->s->context, run->friction || none));
     run->impacts = kmp_impact_new(run, &none);
@@ -473,8 +479,10 @@ kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
     /* Modes are decided after impacts at the start. */
     double gain;
     if (run->impacts) {
+        const long before = run->impacts->run.total;
         KMP_TRY(kmp_impact_check_start(run, t, q, qd));
         KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, &gain));
+        run->passed.impact = run->impacts->run.total > before ? &run->impacts->run : NULL;
     }
     return kmp_friction_settle(run, t, q, qd);
 }

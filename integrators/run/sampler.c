@@ -7,6 +7,7 @@
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/touching.h"
+#include "integrators/friction/friction_inside.h"
 #include "integrators/run/delays.h"
 #include "integrators/run/runner.h"
 #include "model/data/model.h"
@@ -50,10 +51,25 @@ double kmp_runner_pause(const kmp_runner *run)
     return kmp_last_equal(run->stop) < pause ? run->stop : pause;
 }
 
+/* The end of a step from t on by the functions of time. */
+static double end_of_interval(const kmp_runner *run, double t)
+{
+    const double end = kmp_time_scales_end(&run->scales, t);
+    const kmp_time_scales *at_rest = &run->scales_at_rest;
+    bool rests = run->watches_loads;
+    for (int i = 0; run->friction && isfinite(at_rest->shortest) && i < run->friction->count; i++) {
+        const kmp_friction_mode stance = run->friction->element[i].stance;
+        rests = rests || stance == KMP_FRICTION_HELD || stance == KMP_FRICTION_CARRIED;
+    }
+    return !rests || isinf(at_rest->shortest)
+               ? end
+               : fmin(end, at_rest->open ? t + at_rest->shortest : kmp_time_scales_end(at_rest, t));
+}
+
 double kmp_runner_limit(const kmp_runner *run, double t)
 {
     double pause = kmp_runner_pause(run);
-    double longest = run->spec.max_step > 0 ? t + run->spec.max_step : kmp_time_scales_end(&run->scales, t);
+    double longest = run->spec.max_step > 0 ? t + run->spec.max_step : end_of_interval(run, t);
     return kmp_last_equal(longest) < pause ? longest : pause;
 }
 

@@ -27,6 +27,7 @@ static const double KNOWN = 0.05;
 
 typedef struct study {
     const kempe_model *model;
+    kmp_timed_functions which;
     const kmp_expr *function[MOST];
     const char *name[MOST];
     int skipped, passed, count; /* functions of earlier studies, the ones met so far, the ones of this one */
@@ -59,13 +60,27 @@ static bool may_be_short(const kmp_expr *e, const void *user)
     return (calls || divides || powers || e->kind == KMP_EXPR_TABLE) && kmp_expr_has_time(e);
 }
 
+/* A function that may jump, by a condition. */
+static bool may_jump(const kmp_expr *e, const void *user)
+{
+    (void)user;
+    return e->kind == KMP_EXPR_LESS ||
+           (e->kind == KMP_EXPR_CALL && (e->function == KMP_FUNCTION_sign || e->function == KMP_FUNCTION_if));
+}
+
+static bool counts(const study *s, const kmp_expr *e)
+{
+    return kmp_expr_find(e, may_be_short, NULL) || (s->which == KMP_TIMED_ALL && !kmp_expr_find(e, may_jump, NULL));
+}
+
 /* Adds the largest parts of an expression that depend only on time. */
 static void add(study *s, const kmp_expr *e, const char *name)
 {
     if (!e || s->count == MOST || !kmp_expr_has_time(e))
         return;
-    if (!kmp_expr_find(e, depends_on_more, NULL)) {
-        if (!kmp_expr_find(e, may_be_short, NULL) || s->passed++ < s->skipped)
+    const bool timed = !kmp_expr_find(e, depends_on_more, NULL);
+    if (timed && (s->which == KMP_TIMED_SHORT || counts(s, e))) {
+        if (!counts(s, e) || s->passed++ < s->skipped)
             return;
         s->name[s->count] = name;
         s->function[s->count++] = e;
@@ -248,7 +263,7 @@ static bool find_together(study *s, const double *parameters, const double span[
             divide(s, parameters, span[0], span[1]);
     }
     bool made = s->bounds && !aside.failed;
-    if (made && s->longest >= CONTRAST * s->shortest)
+    if (made && (s->which != KMP_TIMED_SHORT || s->longest >= CONTRAST * s->shortest))
         made = add_ends(s, arena, found);
     if (ended_early(s)) {
         found->open = s->name[0];
@@ -262,12 +277,12 @@ static bool find_together(study *s, const double *parameters, const double span[
 }
 
 kempe_status kmp_time_scales_find(const kempe_model *model, const double *parameters, double from, double to,
-                                  kmp_arena *arena, kmp_time_scales *found)
+                                  kmp_timed_functions which, kmp_arena *arena, kmp_time_scales *found)
 {
     bool made = true;
     *found = (kmp_time_scales){.shortest = INFINITY};
     for (int skipped = 0, count = MOST; made && to > from && count == MOST; skipped += count) {
-        study s = {.model = model, .skipped = skipped};
+        study s = {.model = model, .which = which, .skipped = skipped};
         add_all(&s);
         count = s.count;
         made = count == 0 || find_together(&s, parameters, (const double[]){from, to}, arena, found);
@@ -293,6 +308,21 @@ bool kmp_time_scales_doubt(kempe_context *context, const kmp_time_scales *scales
     return true;
 }
 
+static bool is_load(const kmp_expr *e, const void *user)
+{
+    (void)user;
+    return e->kind == KMP_EXPR_LAMBDA || e->kind == KMP_EXPR_MEASURE;
+}
+
+/* True if loads may end a rest, or the run. */
+static bool watches_loads(const kempe_model *model)
+{
+    bool watches = kmp_model_rests(model);
+    for (int k = 0; k < model->run.until_count; k++)
+        watches = watches || kmp_expr_find(model->run.until[k], is_load, NULL);
+    return watches;
+}
+
 double kmp_time_scales_shortest(const kempe_model *model)
 {
     kmp_time_scales scales = {.shortest = INFINITY};
@@ -301,7 +331,8 @@ double kmp_time_scales_shortest(const kempe_model *model)
     for (int k = 0; parameters && k < model->parameter_count; k++)
         parameters[k] = model->parameters[k].number.value;
     if (parameters)
-        (void)kmp_time_scales_find(model, parameters, 0, model->run.t_end > 0 ? model->run.t_end : 1, &aside, &scales);
+        (void)kmp_time_scales_find(model, parameters, 0, model->run.t_end > 0 ? model->run.t_end : 1,
+                                   watches_loads(model) ? KMP_TIMED_ALL : KMP_TIMED_SHORT, &aside, &scales);
     kmp_arena_free(&aside);
     return isfinite(scales.shortest) ? scales.shortest : 0;
 }

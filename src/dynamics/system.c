@@ -251,6 +251,14 @@ static void put_table_event(kmp_text *text, const kmp_named_table *table, int nu
                         kmp_table_end(table, end - end % 2 + 1));
 }
 
+bool kmp_system_watches_loads(const kempe_system *system)
+{
+    bool watches = false;
+    for (int k = 0; k < system->events.count; k++)
+        watches = watches || (system->events.condition[k].late && !system->events.condition[k].told);
+    return watches;
+}
+
 char *kmp_system_event_text(kempe_system *s, const kmp_condition *condition)
 {
     const kempe_model *model = s->model;

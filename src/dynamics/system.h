@@ -183,6 +183,10 @@ kempe_system *kmp_system_start(const kempe_model *model);
  * charts. `misfit`: by closures. False: no memory. */
 bool kmp_system_set_rows(kempe_system *system, int n, int m, const kmp_row *rows, const double *misfit);
 
+/** True if events depend on accelerations or multipliers, which loads change at once: friction that sticks, closed
+ * contacts, ends of runs. */
+bool kmp_system_watches_loads(const kempe_system *system);
+
 /** "'motor': q(A) < 0.2", with the name of the force that the condition belongs to, in the system's arena. NULL: no
  * memory. */
 char *kmp_system_event_text(kempe_system *system, const kmp_condition *condition);

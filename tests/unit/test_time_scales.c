@@ -121,7 +121,7 @@ static void ends(void)
     const double parameters[] = {5.0123, 0.01};
     kmp_time_scales scales;
     kmp_arena arena = {0};
-    CHECK(kmp_time_scales_find(l.model, parameters, 0, 10, &arena, &scales) == KEMPE_OK);
+    CHECK(kmp_time_scales_find(l.model, parameters, 0, 10, KMP_TIMED_SHORT, &arena, &scales) == KEMPE_OK);
     CHECK(scales.count > 10 && scales.count < 100 && scales.shortest < 0.02 && !scales.open);
     CHECK(kmp_time_scales_end(&scales, 0) > 0.5 && kmp_time_scales_end(&scales, 0) <= 5);
     CHECK(kmp_time_scales_end(&scales, 5.0123) < 5.0123 + 0.02);
@@ -164,7 +164,7 @@ static void searches_end(void)
         kmp_arena arena = {0};
         kmp_time_scales scales;
         const double before = kmp_cpu_now();
-        CHECK(kmp_time_scales_find(l.model, parameters, 0, 10, &arena, &scales) == KEMPE_OK);
+        CHECK(kmp_time_scales_find(l.model, parameters, 0, 10, KMP_TIMED_SHORT, &arena, &scales) == KEMPE_OK);
         CHECK((scales.open != NULL) == cases[k].open && kmp_cpu_now() - before < 5);
         printf("  %s: %.2g s, %d intervals%s\n", cases[k].force, kmp_cpu_now() - before, scales.count,
                scales.open ? ", open" : "");

@@ -58,6 +58,16 @@ static int lead_parameters(const kmp_tree *tree, int count, kmp_ref *leaf, kmp_r
     return ok ? count : -1;
 }
 
+/* A column of derivatives along the leaves. */
+static bool add_direction(gather *g, int leaves)
+{
+    bool ok = kmp_derivative_restart(g->along, leaves, g->leaf, g->direction);
+    for (int i = 0; ok && i < g->of_count; i++)
+        kmp_listing_put(&g->list, 0, i, g->x->columns, kmp_derivative_of(g->along, g->of[i]));
+    end_column(g);
+    return ok;
+}
+
 /* A column for each parameter. */
 static bool add_parameters(gather *g)
 {
@@ -68,10 +78,7 @@ static bool add_parameters(gather *g)
                                 : kmp_input(g->eq.graph, KMP_IN_TIME, (uint32_t)(-1 - named));
         g->direction[0] = KMP_ONE;
         int leaves = lead_parameters(&g->eq.tree, 1, g->leaf, g->direction);
-        ok = leaves > 0 && kmp_derivative_restart(g->along, leaves, g->leaf, g->direction);
-        for (int i = 0; ok && i < g->of_count; i++)
-            kmp_listing_put(&g->list, 0, i, g->x->columns, kmp_derivative_of(g->along, g->of[i]));
-        end_column(g);
+        ok = leaves > 0 && add_direction(g, leaves);
     }
     return ok;
 }
@@ -109,6 +116,21 @@ static kmp_ref length(const gather *g)
     return scale.length > 0 ? kmp_sqrt(graph, square) : KMP_ONE;
 }
 
+/* The column of time, with which inputs of the model change. */
+static bool add_time_of_equations(gather *g)
+{
+    kmp_graph *graph = g->eq.graph;
+    int leaves = 0;
+    g->leaf[leaves] = kmp_input(graph, KMP_IN_TIME, 0);
+    g->direction[leaves++] = KMP_ONE;
+    for (int k = 0; k < g->eq.model->input_count; k++)
+        for (int d = 0; d + 1 < KMP_TIME_NUMBERS; d++) {
+            g->leaf[leaves] = kmp_input(graph, KMP_IN_TIME, kmp_time_index(k, d));
+            g->direction[leaves++] = kmp_input(graph, KMP_IN_TIME, kmp_time_index(k, d + 1));
+        }
+    return add_direction(g, leaves);
+}
+
 static bool add_equations(gather *g)
 {
     int n = g->s->n, m = g->s->m;
@@ -123,7 +145,7 @@ static bool add_equations(gather *g)
     }
     g->of[3 * m + 3 * n] = length(g);
     g->of_count = 3 * m + 3 * n + 1;
-    return add_parameters(g);
+    return add_parameters(g) && (!g->s->timed || add_time_of_equations(g));
 }
 
 /* -- the outputs ------------------------------------------------------------------------------------- */
@@ -295,10 +317,11 @@ static kempe_status derive(kmp_slopes *s, unsigned sets, bool (*add)(gather *g),
     kmp_events events;
     KMP_TRY(x == &s->samples ? kmp_equations_derive(&g.eq, s->system->model, &in_place)
                              : derive_for_slopes(&g.eq, s->system, &events, sets));
-    int parameters = g.eq.model->parameter_count, width = 1 + 3 * g.s->n + g.s->m + g.s->count;
+    int leaves = 1 + g.eq.model->parameter_count + KMP_TIME_NUMBERS * g.eq.model->input_count;
+    int width = 1 + 3 * g.s->n + g.s->m + g.s->count;
     g.x->start = KMP_NEW(int, width + 1);
-    g.leaf = KMP_ARENA_NEW(&g.arena, kmp_ref, parameters + 1);
-    g.direction = KMP_ARENA_NEW(&g.arena, kmp_ref, parameters + 1);
+    g.leaf = KMP_ARENA_NEW(&g.arena, kmp_ref, leaves);
+    g.direction = KMP_ARENA_NEW(&g.arena, kmp_ref, leaves);
     g.along = g.arena.failed ? NULL : kmp_derivative_new(g.eq.graph, 0, g.leaf, g.direction);
     bool ok = g.along && g.x->start && add(&g) && make_machine(&g, backend);
     kmp_derivative_free(g.along);
@@ -359,13 +382,16 @@ static kempe_status fill(kmp_slopes *s, const char *backend, const char *const *
         return kmp_fail(c, KEMPE_E_ARGUMENT, "unknown back end '%s'; available: %s", backend, kmp_backend_names());
     int *named = KMP_NEW(int, s->count);
     kempe_status status = named ? find_names(s->system, s->count, names, named) : kmp_fail_memory(c);
+    if (status == KEMPE_OK && s->system->events.count > 0) /* all laws and rows: conditions of elements */
+        status = derive(s, KMP_SET_CLOSURE | KMP_SET_ENERGY, add_events, &s->events, named, found);
+    s->timed = s->system->switches;
+    for (int k = 0; k < s->system->events.count && status == KEMPE_OK; k++)
+        s->timed = s->timed || kmp_slopes_event_is_late(s, k);
     if (status == KEMPE_OK && s->count > 0)
         status =
             derive(s, KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL, add_equations, &s->equations, named, found);
     if (status == KEMPE_OK && with_outputs)
         status = derive(s, KMP_SET_CLOSURE | KMP_SET_OUTPUT, add_outputs, &s->outputs, named, found);
-    if (status == KEMPE_OK && s->system->events.count > 0) /* all laws and rows: conditions of elements */
-        status = derive(s, KMP_SET_CLOSURE | KMP_SET_ENERGY, add_events, &s->events, named, found);
     if (status == KEMPE_OK && count_delays(s->system->model) > 0)
         status = derive(s, KMP_SET_CLOSURE, add_delayed, &s->delayed, named, found);
     if (status == KEMPE_OK && kmp_model_has_samples(s->system->model))
@@ -459,12 +485,22 @@ void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double
     const double *part[] = {h, rate, curve};
     for (int e = 0; e < slopes->equations.count; e++) {
         const kmp_tangent *x = &slopes->equations.entry[e];
-        if (x->row >= 3 * m + slopes->n)
+        if (x->row >= 3 * m + slopes->n || x->col >= slopes->count)
             continue;
         const double *w = x->row < 3 * m ? part[x->row / m] : force;
         int i = x->row < 3 * m ? x->row % m : x->row - 3 * m;
         out[x->col] += w ? w[i] * slopes->equations.value[x->source] : 0;
     }
+}
+
+bool kmp_slopes_event_is_late(const kmp_slopes *slopes, int k)
+{
+    const kmp_slope_matrix *x = &slopes->events;
+    const int first = 1 + 2 * slopes->n, end = first + slopes->n + slopes->m;
+    bool late = false;
+    for (int e = x->rows > 0 ? x->start[first] : 0; x->rows > 0 && e < x->start[end]; e++)
+        late = late || x->entry[e].row == k;
+    return late;
 }
 
 /* The part of a direction for each kind of columns, parameters last. */

@@ -22,6 +22,7 @@ typedef struct kmp_slopes {
     const kempe_system *system;
     int n, m, count; /* parameters */
     int shown;       /* output values */
+    bool timed;      /* the equations have a column of time after the parameters */
     kmp_slope_matrix
         equations; /* rows: h, rate, curve (m each), force, start q and qd (n each), length; a column a parameter */
     kmp_slope_matrix
@@ -49,7 +50,8 @@ void kmp_slopes_renew_parameters(kmp_slopes *slopes);
 /** Takes the state for derivatives of the equations. No allocation, also in the functions below. */
 void kmp_slopes_at(kmp_slopes *slopes, const kmp_instant *at);
 
-/** The change of the equations by parameter k; `room` (3 m + n) receives its h, rate, curve and force in turn. */
+/** The change of the equations by parameter k, or by time (k = count, if `timed`), with which inputs of the model
+ * change; `room` (3 m + n) receives its h, rate, curve and force in turn. */
 kmp_change kmp_slopes_change(const kmp_slopes *slopes, int k, double *room);
 
 /** Derivatives with respect to parameter k of the model's start values and rates (n each), independent of the state;
@@ -64,6 +66,9 @@ void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double
 /** Takes the state for outputs or conditions and their derivatives. Returns their values, in the order of
  * kmp_eval_shown or as kmp_eval_changes has them, valid until the next call. Conditions that end a run are zero. */
 const double *kmp_slopes_values(kmp_slope_matrix *of, const kmp_instant *at);
+
+/** True if condition k depends on accelerations or multipliers. */
+bool kmp_slopes_event_is_late(const kmp_slopes *slopes, int k);
 
 /** A direction of differentiation, or a gradient; a NULL member is zero. */
 typedef struct kmp_direction {

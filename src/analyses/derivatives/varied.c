@@ -24,12 +24,14 @@ kempe_status kmp_sensitivity_equations_init(kmp_sensitivity_equations *varied, c
     kempe_status status = kmp_linear_init(&varied->linear, system, backend);
     const int n = system->n;
     if (status == KEMPE_OK &&
-        !KMP_ARENA_MAKE(&varied->arena,
-                        KMP_ROOM(double, n, &varied->q, &varied->udd, &varied->residual, &varied->anchor[0].q,
-                                 &varied->anchor[1].q),
-                        KMP_ROOM(double, n *(2 + n), &varied->anchor[0].drift, &varied->anchor[1].drift),
-                        KMP_ROOM(double, 3 * system->m + n, &varied->part),
-                        KMP_ROOM(double, slopes->shown, &varied->shown)))
+        !KMP_ARENA_MAKE(
+            &varied->arena,
+            KMP_ROOM(double, n, &varied->q, &varied->udd, &varied->residual, &varied->anchor[0].q,
+                     &varied->anchor[1].q),
+            KMP_ROOM(double, n *(2 + n), &varied->anchor[0].drift, &varied->anchor[1].drift),
+            KMP_ROOM(double, 3 * system->m + n, &varied->part), KMP_ROOM(double, 2 * n + system->m, &varied->shift),
+            KMP_ROOM(double, n + system->m, &varied->zero), KMP_ROOM(double, n + slopes->count, &varied->base),
+            KMP_ROOM(double, slopes->shown, &varied->shown)))
         status = kmp_fail_memory(system->context);
     if (status != KEMPE_OK)
         kmp_sensitivity_equations_free(varied);
@@ -190,6 +192,8 @@ const char *kmp_sensitivity_equations_singular(const kmp_sensitivity_equations *
 static kmp_change change_by(kmp_sensitivity_equations *v, int k, const double *u, const double *ud)
 {
     kmp_change change = kmp_slopes_change(v->slopes, k, v->part);
+    for (int r = 0; v->held && k < v->count && r < v->m; r++)
+        v->part[r] -= v->held[k * v->m + r];
     change.u = u;
     change.ud = ud;
     return change;
@@ -219,6 +223,92 @@ void kmp_sensitivity_equations_follow(kmp_sensitivity_equations *varied, int k, 
     kmp_linear_follow(&varied->linear, &change, &(kmp_response){q, qd, qdd, lambda, NULL});
 }
 
+/* The change of the equations by parameter k, q and time in v->part, at the state of the slopes and of `d`: of J qd +
+ * h_t, or of M qdd + C - J' lambda. */
+static const double *change_along(kmp_sensitivity_equations *v, const double *d, bool rates, int k, const double *dq,
+                                  double time)
+{
+    const int count = rates ? v->m : v->n;
+    double *sum = v->shift, *timed = v->part + (rates ? v->m : 3 * v->m);
+    memset(sum, 0, (size_t)count * sizeof *sum);
+    if (time != 0) {
+        (void)kmp_slopes_change(v->slopes, v->count, v->part);
+        for (int i = 0; i < count; i++)
+            sum[i] = time * timed[i];
+    }
+    (void)kmp_slopes_change(v->slopes, k, v->part);
+    for (int i = 0; i < count; i++)
+        sum[i] += timed[i];
+    kmp_tangents_add(&v->linear.tangents, rates ? KMP_RATE_Q : KMP_R_Q, d, 1, dq, sum);
+    return sum;
+}
+
+/* J' w by multipliers: M qdd + C - J' lambda depends on them by no other term. */
+static void pull_by_multipliers(kmp_sensitivity_equations *v, kmp_instant at, const double *w, const double *dq,
+                                const double *time, double *out)
+{
+    for (int side = 0; side < 2; side++) {
+        at.lambda = side ? w : v->zero;
+        kmp_slopes_at(v->slopes, &at);
+        const double *d = kmp_tangents_derivatives(&v->linear.tangents, &at);
+        for (int k = 0; k < v->count; k++) {
+            const double *force = change_along(v, d, false, k, dq + k * v->n, time ? time[k] : 0);
+            for (int i = 0; i < v->n; i++)
+                out[k * v->n + i] += side ? -force[i] : force[i];
+        }
+    }
+}
+
+/* J' w by the rates J qd + h_t of each coordinate alone, where forces depend on multipliers, too. */
+static void pull_by_rates(kmp_sensitivity_equations *v, kmp_instant at, const double *w, const double *dq,
+                          const double *time, double *out)
+{
+    double *base = v->base, *unit = v->base + v->count;
+    memset(unit, 0, (size_t)v->n * sizeof *unit);
+    at.qd = unit;
+    for (int i = -1; i < v->n; i++) {
+        if (i >= 0)
+            unit[i] = 1;
+        kmp_slopes_at(v->slopes, &at);
+        const double *d = kmp_tangents_derivatives(&v->linear.tangents, &at);
+        for (int k = 0; k < v->count; k++) {
+            const double *rates = change_along(v, d, true, k, dq + k * v->n, time ? time[k] : 0);
+            double sum = 0;
+            for (int r = 0; r < v->m; r++)
+                sum += w[r] * rates[r];
+            if (i < 0)
+                base[k] = sum;
+            else
+                out[k * v->n + i] = sum - base[k];
+        }
+        if (i >= 0)
+            unit[i] = 0;
+    }
+}
+
+void kmp_sensitivity_equations_pull(kmp_sensitivity_equations *varied, const kmp_instant *at, const double *w,
+                                    const double *dq, const double *time, double *out)
+{
+    kmp_instant here = *at;
+    here.qd = here.qdd = here.lambda = varied->zero;
+    memset(out, 0, (size_t)(varied->count * varied->n) * sizeof *out);
+    if (varied->system->load_row_count > 0)
+        pull_by_rates(varied, here, w, dq, time, out);
+    else
+        pull_by_multipliers(varied, here, w, dq, time, out);
+}
+
+void kmp_sensitivity_equations_rates(kmp_sensitivity_equations *varied, double *qddd, double *lambda)
+{
+    const kmp_linear *l = &varied->linear;
+    double *ud = varied->shift, *udd = ud + varied->n;
+    for (int i = 0; i < l->p; i++) {
+        ud[i] = l->qd[l->part.u[i]];
+        udd[i] = l->qdd[l->part.u[i]];
+    }
+    kmp_sensitivity_equations_follow(varied, varied->count, ud, udd, NULL, NULL, qddd, lambda);
+}
+
 /* -- the derivative of assembly (constraints/closing/assemble.c) at its solution ---------------------------- */
 
 /* Positions: held coordinates keep their start values. If these do not fix the position, so do the coordinates that
@@ -242,7 +332,7 @@ typedef struct beginning {
     int n, m, held, *hold;
     bool *free;                /* n: rates that are corrected */
     double *jacobian, *scaled; /* m x n; the free columns over the row scales */
-    double *mu, *x, *zero;     /* m; n; n */
+    double *mu, *x;            /* m; n */
     double *with, *without;    /* count x n: N' of J' mu by parameters; room */
     double *open, *closing;    /* count x m, count x n: what rates leave open, and their correction */
     double *pulled;            /* n */
@@ -338,33 +428,20 @@ static bool find_correction(beginning *b)
     return ok;
 }
 
-/* (J' mu)_q dq + (J' mu)_p of all parameters into b->with. */
+/* (J' mu)_q dq + (J' mu)_p of all parameters into b->with, and the derivatives of the rates for what follows. */
 static void pull_all(beginning *b, const double *dq)
 {
     kmp_sensitivity_equations *v = b->v;
-    int n = b->n, m = b->m;
     bool corrected = false;
-    memset(b->with, 0, (size_t)(v->count * n) * sizeof(double));
-    for (int r = 0; r < m; r++)
+    for (int r = 0; r < b->m; r++)
         corrected = corrected || b->mu[r] != 0;
-    for (int side = 0; corrected && side < 2; side++) {
-        /* M qdd + C - J' lambda and its derivatives depend on lambda only by J' lambda: (J' mu)_p and (J' mu)_q are
-         * the differences due to mu. First the parameter derivatives with mu, into b->with. */
-        const kmp_linear *l = &v->linear;
-        kmp_instant at = kmp_linear_instant(&v->linear);
-        at.qdd = b->zero;
-        at.lambda = side == 0 ? b->mu : b->zero;
-        at.qd = l->qd;
-        kmp_slopes_at(v->slopes, &at);
-        v->linear.d = kmp_tangents_derivatives(&v->linear.tangents, &at);
-        for (int k = 0; k < v->count; k++) {
-            double *force = b->without + 3 * m;
-            (void)kmp_slopes_change(v->slopes, k, b->without);
-            kmp_tangents_add(&v->linear.tangents, KMP_R_Q, v->linear.d, 1, dq + k * n, force);
-            for (int i = 0; i < n; i++)
-                b->with[k * n + i] += side == 0 ? -force[i] : force[i];
-        }
-    }
+    kmp_instant at = kmp_linear_instant(&v->linear);
+    if (corrected)
+        kmp_sensitivity_equations_pull(v, &at, b->mu, dq, NULL, b->with);
+    else
+        memset(b->with, 0, (size_t)(v->count * b->n) * sizeof(double));
+    kmp_slopes_at(v->slopes, &at);
+    v->linear.d = kmp_tangents_derivatives(&v->linear.tangents, &at);
 }
 
 /* dqd of one parameter without the correction to the closures: given rates as they move, c = dS Jf' mu + S dJf' mu.
@@ -518,7 +595,7 @@ static kempe_status differentiate(beginning *b, double *dq, double *dqd)
     KMP_TRY(kmp_made(b->v->system->context,
                      KMP_ARENA_MAKE(a, KMP_ROOM(int, n, &b->hold), KMP_ROOM(bool, n, &b->free),
                                     KMP_ROOM(double, n, &b->x, &b->pulled), KMP_ROOM(double, m, &b->mu),
-                                    KMP_ROOM(double, n + m, &b->zero), KMP_ROOM(double, 3 * m + n, &b->without),
+                                    KMP_ROOM(double, 3 * m + n, &b->without),
                                     KMP_ROOM(double, m *n, &b->jacobian, &b->scaled),
                                     KMP_ROOM(double, b->v->count *n, &b->with, &b->closing),
                                     KMP_ROOM(double, b->v->count *m, &b->open))));

@@ -28,10 +28,13 @@ typedef struct kmp_sensitivity_equations {
     kmp_slopes *slopes; /* not owned */
     int n, m, count;
     double *part; /* 3 m + n: the change of the equations by one parameter */
+    double *held; /* count x m: derivatives of the distances at which rows of friction are held; NULL: none is */
     double *q;    /* n: where closing begins */
     kmp_sensitivity_equations_place
         anchor[2];          /* the last two of kmp_sensitivity_equations_anchor, the last one first */
     double *udd, *residual; /* p; n: room */
+    double *shift;          /* 2 n + m: room */
+    double *zero, *base;    /* n + m zeros; count + n: room */
     double *shown;          /* room for values of the outputs */
 } kmp_sensitivity_equations;
 
@@ -78,6 +81,15 @@ void kmp_sensitivity_equations_accelerate(kmp_sensitivity_equations *varied, int
 /** The sensitivities of the whole mechanism that follow, each NULL when it is not needed: n, n, n, m values. */
 void kmp_sensitivity_equations_follow(kmp_sensitivity_equations *varied, int k, const double *su, const double *sud,
                                       double *q, double *qd, double *qdd, double *lambda);
+
+/** The changes of J' w (count x n) where q moves by dq (count x n), each parameter by one, and time with it by `time`
+ * (count; NULL: not). Of the instant q, t and conditions count. Tangents and parameter derivatives then belong to
+ * another state. */
+void kmp_sensitivity_equations_pull(kmp_sensitivity_equations *varied, const kmp_instant *at, const double *w,
+                                    const double *dq, const double *time, double *out);
+
+/** Rates of the accelerations (n) and multipliers (m) along the motion. Only where the slopes are timed. */
+void kmp_sensitivity_equations_rates(kmp_sensitivity_equations *varied, double *qddd, double *lambda);
 
 /** The name of the joint that is too near to its singular position for derivatives; NULL: none. */
 const char *kmp_sensitivity_equations_singular(const kmp_sensitivity_equations *varied);

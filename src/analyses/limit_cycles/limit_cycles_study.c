@@ -727,6 +727,8 @@ static kempe_status make(kempe_limit_cycles *c, const kempe_limit_cycles_options
     if (c->settle > 0)
         return settled_cycles(c, outputs, options->run);
     KMP_TRY(kmp_refuse_samples(model, "limit cycles", true));
+    KMP_TRY(kmp_refuse_friction(model, "limit cycles"));
+    KMP_TRY(kmp_refuse_contacts(model, "limit cycles"));
     KMP_TRY(kmp_refuse_delays(model, "limit cycles", "simulate it, and read the amplitudes of its last periods"));
     KMP_TRY(find_equilibria(c));
     /* A branch from each Hopf point that no other branch reaches. */

@@ -10,6 +10,7 @@
 #include "constraints/tolerances.h"
 #include "integrators/decide/run_start.h"
 #include "integrators/formulations/cost_model.h"
+#include "integrators/friction/friction_inside.h"
 #include "model/data/model.h"
 #include "model/data/run_settings.h"
 #include <kempe/check.h>
@@ -192,7 +193,8 @@ static void add_lanes(kmp_forward_formulation *f)
 {
     kmp_sensitivity_equations *v = f->v;
     kmp_ode *ode = &f->formulation.ode;
-    if (!f->start.lanes || f->zone || f->integrals || !f->options->lanes)
+    if (!f->start.lanes || f->zone || f->integrals || !f->options->lanes ||
+        (f->start.passed && f->start.passed->friction))
         return;
     kmp_varied_lanes_begin(f->options->lanes);
     ode->lanes = rhs_of_stages;
@@ -413,6 +415,11 @@ static bool make_unknowns(kmp_forward_formulation *f)
 
 /* An event whose condition changes no faster than this part of its usual rate is touched, not passed. */
 #define GRAZING 1e-9
+/* A rate of a closed contact changes with a parameter if its derivative exceeds this part of its terms: events are
+ * located to rounding. */
+#define LOOSE 1e-6
+/* Rounding of derivatives, in sizes of coordinates over sizes of parameters. */
+#define ROUNDED 1e-10
 
 /* -- changes between steps --------------------------------------------------------------------------- */
 
@@ -534,22 +541,38 @@ static void set_modes(const kmp_forward_formulation *f, const double *mode)
         kmp_eval_set_modes(kmp_forward_eval(f), mode);
 }
 
-/* dt_e/dp of condition k at the place, which is the last state. False: the condition is touched, not passed. */
-static bool find_swing(kmp_forward_formulation *f, int k)
+/* The derivative of condition k along a direction, with parameter i (negative: none). */
+static double along(kmp_forward_formulation *f, int k, const kmp_direction *direction, int i)
+{
+    kmp_slopes_along(f->v->slopes, &f->v->slopes->events, direction, i, f->along);
+    return f->along[k];
+}
+
+/* dt_e/dp of condition k at the place, which is the last state, with unknowns y. False: the condition is touched, not
+ * passed. */
+static bool find_swing(kmp_forward_formulation *f, int k, const double *y)
 {
     kmp_sensitivity_equations *v = f->v;
     kmp_linear *l = &v->linear;
-    double one = 1, *along = f->along, rate, faster;
+    const bool late = kmp_slopes_event_is_late(v->slopes, k);
+    const int n = f->n, m = f->m;
+    double one = 1;
     kmp_instant at = kmp_linear_instant(&v->linear);
     (void)kmp_slopes_values(&v->slopes->events, &at);
-    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, -1, along);
-    rate = along[k];
-    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){.qd = l->qdd}, -1, along);
-    faster = fabs(along[k]) + fabs(rate - along[k]);
+    if (late)
+        kmp_sensitivity_equations_rates(v, f->jerk, f->lambda_rate);
+    const double by_place = along(f, k, &(kmp_direction){.t = &one, .q = l->qd}, -1);
+    const double by_rates = along(f, k, &(kmp_direction){.qd = l->qdd}, -1);
+    const double by_loads = late ? along(f, k, &(kmp_direction){.qdd = f->jerk, .lambda = f->lambda_rate}, -1) : 0;
+    const double rate = by_place + by_rates + by_loads;
     for (int i = 0; i < f->count; i++) {
-        kmp_slopes_along(v->slopes, &v->slopes->events,
-                         &(kmp_direction){.q = f->dq + i * f->n, .qd = f->dqd + i * f->n}, i, along);
-        f->swing[i] = -along[k] / rate;
+        kmp_direction direction = {.q = f->dq + i * n, .qd = f->dqd + i * n};
+        if (late) {
+            direction.qdd = f->dqdd;
+            direction.lambda = f->dlambda;
+            kmp_forward_follow(f, y, i, NULL, NULL, f->dqdd, f->dlambda);
+        }
+        f->swing[i] = -along(f, k, &direction, i) / rate;
     }
     if (f->options->alone) {
         /* The derivatives of t_e by q, qd and parameters. */
@@ -560,11 +583,11 @@ static bool find_swing(kmp_forward_formulation *f, int k)
         kmp_slopes_gradient(v->slopes, &v->slopes->events, f->along,
                             &(kmp_direction){.q = q, .qd = qd, .parameters = qd + f->n});
     }
-    return fabs(rate) > GRAZING * faster;
+    (void)m;
+    return fabs(rate) > GRAZING * (fabs(by_place) + fabs(by_rates) + fabs(by_loads));
 }
 
-/* Ends the motion, with the reason. */
-static __attribute__((format(printf, 2, 3))) int halt(kmp_forward_formulation *f, const char *format, ...)
+int kmp_forward_halt(kmp_forward_formulation *f, const char *format, ...)
 {
     KMP_TEXT_ARGUMENTS(&f->formulation.reason, format);
     return KMP_HALT;
@@ -576,7 +599,7 @@ static __attribute__((format(printf, 2, 3))) int halt(kmp_forward_formulation *f
 static int halt_at_event(kmp_forward_formulation *f, int sample, double t)
 {
     const kempe_model *model = f->system->model;
-    return halt(
+    return kmp_forward_halt(
         f,
         "the state '%s' changes at t = %.9g together with an event whose time depends on parameters: the motion "
         "has no derivative with respect to them there",
@@ -624,33 +647,51 @@ static void jump(kmp_forward_formulation *f, double integrand_before, double *y)
     }
 }
 
+/* The conditions that change at t, to `mode`, do so at times with the derivatives f->swing, by condition k. */
+static void note_swings(kmp_forward_formulation *f, const double *mode, double t, int k)
+{
+    for (int i = 0; i < f->system->events.count; i++)
+        if ((mode[i] != 0) != (kmp_forward_eval(f)->mode[i] != 0)) { /* also of kinks, where nothing jumps */
+            memcpy(f->swings + (ptrdiff_t)i * f->swing_size, f->swing, (size_t)f->swing_size * sizeof *f->swing);
+            f->swung_t[i] = t;
+            f->swung_by[i] = k;
+        }
+}
+
+/* True if the value of an input jumps at t, where its present piece begins. */
+static bool input_jumps(const kmp_forward_formulation *f, double t)
+{
+    const kmp_present_inputs *inputs = &kmp_forward_eval(f)->inputs;
+    bool jumps = false;
+    for (int i = 0; i < inputs->count; i++)
+        jumps = jumps || (kmp_same_time(inputs->piece[i].from, t) && inputs->piece[i].jump == 0);
+    return jumps;
+}
+
 /* Changes condition k, and the others according to `mode`. A jump of an input does so at a time that depends on no
  * parameter. */
 static int pass(kmp_forward_formulation *f, int k, const double *mode, double t, double *y)
 {
     const kmp_linear *l = &f->v->linear;
-    const kmp_present_inputs *inputs = &l->eval->inputs;
-    bool given = false; /* the value of an input jumps at t, where its present piece begins */
-    for (int i = 0; i < inputs->count; i++)
-        given = given || (kmp_same_time(inputs->piece[i].from, t) && inputs->piece[i].jump == 0);
+    const bool given = input_jumps(f, t);
     if (spread(f, t, y) != KMP_GO)
         return KMP_HALT;
     memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
-    if (!given && !find_swing(f, k))
-        return halt(f,
-                    "the condition %s is touched at t = %.9g without crossing: the motion has no derivative with "
-                    "respect to parameters there",
-                    f->system->event_text[k], t);
+    if (!given && !find_swing(f, k, y))
+        return kmp_forward_halt(
+            f,
+            "the condition %s is touched at t = %.9g without crossing: the motion has no derivative with "
+            "respect to parameters there",
+            f->system->event_text[k], t);
+    if (f->options->alone && kmp_slopes_event_is_late(f->v->slopes, k))
+        return kmp_forward_halt(f,
+                                "the condition %s depends on accelerations or multipliers, which the adjoint method "
+                                "does not support; the forward method does",
+                                f->system->event_text[k]);
     if (kmp_same_time(f->sampled_t, t) && are_different(f, f->swing, NULL))
         return halt_at_event(f, f->sampled, t);
     keep_old(f);
-    /* The conditions that change here do so at times with these derivatives. */
-    for (int i = 0; i < f->system->events.count; i++)
-        if ((mode[i] != 0) != (l->eval->mode[i] != 0)) { /* also of kinks, where nothing jumps */
-            memcpy(f->swings + (ptrdiff_t)i * f->swing_size, f->swing, (size_t)f->swing_size * sizeof *f->swing);
-            f->swung_t[i] = t;
-            f->swung_by[i] = given ? -1 : k;
-        }
+    note_swings(f, mode, t, given ? -1 : k);
     kmp_forward_delays_note(f, t, f->swing);
     memcpy(f->mode, l->eval->mode, mode_bytes(f));
     double integrand = integrand_here(f);
@@ -658,7 +699,8 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
         f->before[i] = l->qdd[unknowns(f)[i]];
     set_modes(f, mode);
     if (come_to(f, t, y) != KMP_GO)
-        return halt(f, "the motion cannot continue after the condition %s at t = %.9g", f->system->event_text[k], t);
+        return kmp_forward_halt(f, "the motion cannot continue after the condition %s at t = %.9g",
+                                f->system->event_text[k], t);
     jump(f, integrand, y);
     f->t = NAN; /* the place is the one before the change */
     return report_mark(f, t, given ? -1 : k);
@@ -738,7 +780,7 @@ static int find_reset_swing(kmp_forward_formulation *f, const double *jump, doub
     bool any = jump;
     f->reset_cause = -1;
     if (f->missed)
-        return halt(f, "states change too often at t = %.9g: derivatives end there", t);
+        return kmp_forward_halt(f, "states change too often at t = %.9g: derivatives end there", t);
     for (int k = 0; f->resets > 0 && k < f->samples; k++) {
         if (!f->taken[k])
             continue;
@@ -752,10 +794,11 @@ static int find_reset_swing(kmp_forward_formulation *f, const double *jump, doub
         any = true;
     }
     if (jump && any_other(f, jump, t))
-        return halt(f,
-                    "a delayed signal jumps at t = %.9g together with an event: the motion has no derivative with "
-                    "respect to parameters there",
-                    t);
+        return kmp_forward_halt(
+            f,
+            "a delayed signal jumps at t = %.9g together with an event: the motion has no derivative with "
+            "respect to parameters there",
+            t);
     if (f->resets > 0 && !common) {
         f->sampled_t = t;
         for (int k = 0; k < f->samples; k++)
@@ -801,8 +844,8 @@ static int reset_place(kmp_forward_formulation *f, double t)
     if (find_reset_swing(f, NULL, t) != KMP_GO)
         return KMP_HALT;
     if (!is_still(f, f->reset_cause))
-        return halt(f, "a state changes at t = %.9g s, where the equations are derived again: derivatives end there",
-                    t);
+        return kmp_forward_halt(
+            f, "a state changes at t = %.9g s, where the equations are derived again: derivatives end there", t);
     memcpy(f->new_chart, eval->chart, chart_bytes(f));
     kmp_eval_set_charts(eval, f->chart);
     const int times = f->resets;
@@ -1036,14 +1079,108 @@ static void release(kmp_formulation *formulation)
         return;
     kmp_eval_set_charts(f->own, eval->chart);
     for (int k = 0; k < f->system->events.count; k++)
-        kmp_eval_set_mode(f->own, k, eval->mode[k] != 0);
+        if (f->system->events.condition[k].role == KMP_ROLE_NONE)
+            kmp_eval_set_mode(f->own, k, eval->mode[k] != 0);
+        else
+            kmp_eval_set_kink(f->own, k, eval->mode[k]);
     go_by(f, f->own);
+}
+
+/* True if friction or a contact is at rest by the rows of others: its force is constant, and belongs to the values of
+ * the parameters. */
+static bool shares_load(const kmp_friction_run *friction)
+{
+    bool shares = false;
+    for (int i = 0; friction && i < friction->count; i++)
+        shares = shares || friction->element[i].was == KMP_FRICTION_CARRIED;
+    return shares;
+}
+
+/* dt_e/dp of the event that the run passes, whose conditions have one time: f->common. */
+static int find_common_swing(kmp_forward_formulation *f, double t, const double *y)
+{
+    const kmp_passed_event *event = f->start.passed;
+    const bool given = input_jumps(f, t);
+    int cause = -1;
+    memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
+    for (int k = 0; k < f->system->events.count && !given; k++) {
+        if (!event->caused[k] || f->system->events.condition[k].kink)
+            continue;
+        if (!find_swing(f, k, y))
+            return kmp_forward_halt(f,
+                                    "the condition %s is touched at t = %.9g without crossing: the motion has no "
+                                    "derivative with respect to parameters there",
+                                    f->system->event_text[k], t);
+        if (f->system->events.condition[k].role == KMP_ROLE_HELD && shares_load(event->friction))
+            return kmp_forward_halt(
+                f,
+                "%s lets go at t = %.9g s, where rows that depend on each other share its load: the "
+                "motion has no derivative with respect to parameters there",
+                f->system->event_text[k], t);
+        if (cause >= 0 && !kmp_forward_same_swing(f->swing_size, f->swing, f->common))
+            return kmp_forward_halt(f,
+                                    "the conditions %s and %s change together at t = %.9g, at times that depend on "
+                                    "parameters in different ways: the motion has no derivative there",
+                                    f->system->event_text[cause], f->system->event_text[k], t);
+        cause = k;
+        memcpy(f->common, f->swing, (size_t)f->swing_size * sizeof *f->swing);
+    }
+    if (f->delays && are_different(f, f->swing, NULL))
+        return kmp_forward_halt(f,
+                                "the condition %s changes constraint equations at t = %.9g: derivatives with delayed "
+                                "signals end there",
+                                f->system->event_text[cause], t);
+    memcpy(f->common, f->swing, (size_t)f->swing_size * sizeof *f->swing);
+    f->cause_before = cause;
+    return kmp_same_time(f->sampled_t, t) && are_different(f, f->swing, NULL) ? halt_at_event(f, f->sampled, t)
+                                                                              : KMP_GO;
+}
+
+/* Adds terms to the derivatives of coordinate i by parameter k, and their sizes to those of all terms. */
+static void add_term(kmp_forward_formulation *f, int k, int i, double dq, double dqd)
+{
+    const int at = k * f->n + i;
+    f->dq[at] += dq;
+    f->dqd[at] += dqd;
+    f->span[at] += fabs(dq);
+    f->speed[at] += fabs(dqd);
+}
+
+/* Begins the sizes of terms with those of the derivatives, and with rounding of coordinates. */
+static void begin_terms(kmp_forward_formulation *f)
+{
+    for (int k = 0; k < f->count; k++)
+        for (int i = 0; i < f->n; i++) {
+            const int at = k * f->n + i;
+            const double rounding = ROUNDED / LOOSE * f->system->scale[i] / f->sizes[k];
+            f->span[at] = fabs(f->dq[at]) + rounding;
+            f->speed[at] = fabs(f->dqd[at]) + rounding * f->start.rate_scale;
+        }
+}
+
+/* Keeps the place before an event of the run that changes rows or rates, with the derivatives along the event: those of
+ * the last state at t_e(p). */
+static int leave_at_event(kmp_forward_formulation *f, double t, const double *y)
+{
+    const kmp_linear *l = &f->v->linear;
+    if (spread(f, t, y) != KMP_GO || find_common_swing(f, t, y) != KMP_GO)
+        return KMP_HALT;
+    f->integrand_before = integrand_here(f);
+    begin_terms(f);
+    for (int k = 0; k < f->count; k++)
+        for (int i = 0; i < f->n; i++)
+            add_term(f, k, i, l->qd[i] * f->common[k], l->qdd[i] * f->common[k]);
+    keep_old(f);
+    f->passing = true;
+    return KMP_GO;
 }
 
 static int keep(kmp_formulation *formulation, double t, const double *y)
 {
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     memcpy(f->tail, y + 2 * kmp_forward_blocks(f), (size_t)f->integrals * sizeof *y);
+    if (f->start.passed && f->start.passed->now)
+        return leave_at_event(f, t, y);
     if (!(f->t >= t) && spread(f, t, y) != KMP_GO) /* charts have changed, and the place with them */
         return KMP_HALT;
     keep_old(f);
@@ -1054,6 +1191,8 @@ static int keep(kmp_formulation *formulation, double t, const double *y)
  */
 static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulation_start *start)
 {
+    if (f->passing)
+        return KEMPE_OK;
     int k = first_other(f, start->eval->mode);
     if (k >= 0)
         return kmp_fail(
@@ -1084,6 +1223,105 @@ static kempe_status check_delays(kmp_forward_formulation *f, const kmp_formulati
     return KEMPE_OK;
 }
 
+static kempe_status fail_with_reason(const kmp_forward_formulation *f)
+{
+    const char *reason = f->formulation.reason.s;
+    return kmp_fail(f->system->context, KEMPE_E_FAILED, "%s", reason ? reason : "derivatives end at an event");
+}
+
+/* Derivatives of the rates behind an event of the run, or behind an impact at the start, in the place. */
+static int arrive_after_event(kmp_forward_formulation *f, const kmp_formulation_start *start, bool first)
+{
+    const kmp_passed_event *event = start->passed;
+    if (!event || (!f->passing && !(first && event->impact)))
+        return KMP_GO;
+    memcpy(f->swing, f->common, (size_t)f->swing_size * sizeof *f->swing);
+    note_swings(f, f->mode, start->t, f->cause_before);
+    memcpy(f->mode, start->eval->mode, mode_bytes(f));
+    if (charts_differ(f, start->eval->chart))
+        return kmp_forward_halt(f, "a spherical joint is centred at an event, t = %.9g: derivatives end there",
+                                start->t);
+    if (!f->passing)
+        begin_terms(f);
+    if (f->count > 0 && (event->impact || event->switched) && kmp_forward_strike(f, start) != KMP_GO)
+        return KMP_HALT;
+    memcpy(f->qd, start->qd, (size_t)f->n * sizeof *f->qd);
+    return KMP_GO;
+}
+
+/* A row of friction holds its place, whose derivative stays as it is: `moved`. A closed contact stays closed only if
+ * the derivatives of its distance and its rate are zero. `rate`: the part of its rate's by the place. Small changes
+ * belong to the last state. */
+static int hold_row(kmp_forward_formulation *f, const kmp_friction_element *e, int k, double rate, double *moved)
+{
+    const kmp_pattern *entries = &f->system->jacobian;
+    double span = fabs(*moved), speed = fabs(rate);
+    for (int j = 0; j < entries->count; j++) {
+        if (entries->row[j] != e->row)
+            continue;
+        const double by = kmp_forward_eval(f)->jacobian[j];
+        const int at = k * f->n + entries->col[j];
+        *moved += by * f->dq[at];
+        span += fabs(by) * f->span[at];
+        rate += by * f->dqd[at];
+        speed += fabs(by) * f->speed[at];
+    }
+    const bool parts = e->contact && fabs(*moved) > KMP_FORWARD_LOOSE * span;
+    if (parts || fabs(rate) > LOOSE * speed)
+        return kmp_forward_halt(f,
+                                "%s is closed at t = %.9g s, but its %s changes with a parameter: the motion has no "
+                                "derivative there",
+                                f->system->event_text[e->slot], f->start.t, parts ? "distance" : "rate");
+    *moved = e->contact ? 0 : *moved;
+    return KMP_GO;
+}
+
+static int hold_rows(kmp_forward_formulation *f)
+{
+    kmp_sensitivity_equations *v = f->v;
+    const kmp_friction_run *friction = f->start.passed->friction;
+    for (int k = 0; friction && k < f->count; k++) {
+        double *held = f->held + k * f->m;
+        memset(held, 0, (size_t)f->m * sizeof *held);
+        const kmp_change change = kmp_slopes_change(v->slopes, k, v->part);
+        memcpy(f->rows, change.rate, (size_t)f->m * sizeof *f->rows);
+        kmp_tangents_add(&v->linear.tangents, KMP_RATE_Q, v->linear.d, 1, f->dq + k * f->n, f->rows);
+        for (int i = 0; i < friction->count; i++) {
+            const kmp_friction_element *e = &friction->element[i];
+            held[e->row] = change.h[e->row];
+            if (e->stance != KMP_FRICTION_HELD)
+                held[e->row] = 0;
+            else if (hold_row(f, e, k, f->rows[e->row], &held[e->row]) != KMP_GO)
+                return KMP_HALT;
+        }
+    }
+    v->held = friction && f->count > 0 ? f->held : NULL;
+    return KMP_GO;
+}
+
+/* Ends an event: the derivatives at constant time, and what rows hold from now on. */
+static int go_on_after_event(kmp_forward_formulation *f, const kmp_formulation_start *start)
+{
+    const kmp_linear *l = &f->v->linear;
+    if (!start->passed || f->count == 0)
+        return KMP_GO;
+    double *y = f->formulation.y;
+    if (kmp_forward_stand_at(f, start->t, y, true) != KMP_GO)
+        return KMP_HALT;
+    if (!f->passing)
+        begin_terms(f);
+    for (int k = 0; f->passing && k < f->count; k++)
+        for (int i = 0; i < f->n; i++)
+            add_term(f, k, i, -l->qd[i] * f->common[k], -l->qdd[i] * f->common[k]);
+    for (int k = 0; f->passing && f->integrals && k < f->count; k++)
+        y[2 * kmp_forward_blocks(f) + 1 + k] += (f->integrand_before - integrand_here(f)) * f->common[k];
+    f->passing = false;
+    if (hold_rows(f) != KMP_GO)
+        return KMP_HALT;
+    pack(f, y);
+    return KMP_GO;
+}
+
 static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_start *start)
 {
     kmp_partition part;
@@ -1097,19 +1335,23 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
     f->v->linear.held = true;
     f->v->linear.plain = f->count == 0;
     KMP_TRY(kmp_sensitivity_equations_take(f->v, start->t, start->q, &part));
+    f->formulation.part = &f->v->linear.part;
     add_lanes(f);
     if (first)
         memcpy(f->mode, start->eval->mode, mode_bytes(f));
     if (f->resets > 0 && reset_place(f, start->t) != KMP_GO)
-        return kmp_fail(f->system->context, KEMPE_E_FAILED, "%s",
-                        f->formulation.reason.s ? f->formulation.reason.s : "derivatives end where a state changes");
-    KMP_TRY(first ? KEMPE_OK : check_delays(f, start));
+        return fail_with_reason(f);
+    KMP_TRY(first || f->passing ? KEMPE_OK : check_delays(f, start));
+    if (arrive_after_event(f, start, first) != KMP_GO)
+        return fail_with_reason(f);
     enter_charts(f, start->q, start->qd);
     KMP_TRY(first ? kmp_forward_delays_begin(f, start->t) : KEMPE_OK);
     memcpy(f->formulation.y + 2 * kmp_forward_blocks(f), f->tail, (size_t)f->integrals * sizeof *f->tail);
     if (take_up(f, start->t, f->formulation.y) != KMP_GO)
         return kmp_fail(f->system->context, KEMPE_E_FAILED,
                         "the start cannot be evaluated: its closures are singular, or a coordinate moves no mass");
+    if (go_on_after_event(f, start) != KMP_GO)
+        return fail_with_reason(f);
     bool marked = !first || charts_differ(f, f->old_chart);
     return !marked || report_mark(f, start->t, -1) == KMP_GO ? KEMPE_OK : KEMPE_E_MEMORY;
 }
@@ -1162,8 +1404,10 @@ static bool make_room(kmp_forward_formulation *f)
     kmp_arena *a = &f->arena;
     int n = f->n, count = f->v->count, conditions = f->system->events.count;
     KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &f->q, &f->qd, &f->su, &f->sud, &f->ud, &f->before, &f->old_q),
-                   KMP_ROOM(double, n *count, &f->dq, &f->dqd, &f->dqdd), KMP_ROOM(double, f->m *count, &f->dlambda),
-                   KMP_ROOM(double, f->v->slopes->shown *count, &f->dshown), KMP_ROOM(double, f->swing_size, &f->swing),
+                   KMP_ROOM(double, n *count, &f->dq, &f->dqd, &f->dqdd, &f->span, &f->speed),
+                   KMP_ROOM(double, f->m *count, &f->dlambda), KMP_ROOM(double, f->v->slopes->shown *count, &f->dshown),
+                   KMP_ROOM(double, f->swing_size, &f->swing, &f->common), KMP_ROOM(double, n, &f->jerk),
+                   KMP_ROOM(double, f->m, &f->lambda_rate, &f->rows), KMP_ROOM(double, f->m *count, &f->held),
                    KMP_ROOM(double, conditions, &f->mode, &f->new_mode, &f->next_mode, &f->changes, &f->along),
                    KMP_ROOM(double, KMP_CHART_SIZE * f->system->chart_count, &f->chart, &f->new_chart, &f->old_chart),
                    KMP_ROOM(double, 2 * n, &f->old_y), KMP_ROOM(double, 2 * n * n, &f->matrix),
@@ -1190,7 +1434,10 @@ static kempe_status prepare(kmp_forward_formulation *f)
     KMP_TRY(kmp_made(f->system->context, make_room(f)));
     kmp_charts_reset(f->system, f->chart);
     kmp_eval_set_charts(f->own, f->chart);
-    f->own->frozen = false; /* by the end of an earlier run */
+    f->own->frozen = false; /* by the end of an earlier run, as rows that were held there */
+    for (int k = 0; k < f->system->events.count; k++)
+        if (f->system->events.condition[k].role != KMP_ROLE_NONE)
+            kmp_eval_set_kink(f->own, k, 0);
     go_by(f, f->own);
     v->linear.plain = false;
     KMP_TRY(kmp_sensitivity_equations_start(v, f->q, f->qd, f->dq, f->dqd));
@@ -1268,5 +1515,6 @@ kempe_status kmp_forward_run(kmp_sensitivity_equations *varied, const kmp_forwar
     kmp_forward_delays_free(&f);
     kmp_arena_free(&f.arena);
     varied->linear.plain = false;
+    varied->held = NULL;
     return status;
 }

@@ -44,17 +44,36 @@ typedef struct kmp_forward_formulation {
     int swing_size;                      /* count; in a run 2 n + parameters: how t_e depends on q, qd and them */
     double *before, *swing;              /* p; swing_size: dt_e/dp */
     double *changes, *along, *new_chart; /* conditions; charts */
-    double *swings, *swung_t; /* conditions x swing_size: dt_e/dp of each where it changed last, and that time */
-    int *swung_by;            /* by conditions: the one whose change took it along; -1: an input's jump */
-    int samples, resets;      /* states with next values; times that some took them since the last start */
-    bool *taken, missed;      /* of each time, by states; there was no room for a time */
-    int *cause_of;            /* of each time, by states: the condition; -1: a sample */
-    double sampled_t;         /* of the last next values at a sample, and one of the states that took them */
+    double *swings, *swung_t;   /* conditions x swing_size: dt_e/dp of each where it changed last, and that time */
+    double *jerk, *lambda_rate; /* n, m: rates of accelerations and multipliers along the motion */
+    double *common;             /* swing_size: dt_e/dp of the event that is passed */
+    double integrand_before;    /* the integrand before it */
+    double *held;               /* count x m: v->held */
+    double *rows;               /* m */
+    double *span, *speed;       /* count x n: sizes of the terms of dq and dqd at an event */
+    int cause_before;           /* its condition; -1: none that depends on parameters */
+    bool passing;               /* the place is the one before an event of the run, with derivatives along it */
+    int *swung_by;              /* by conditions: the one whose change took it along; -1: an input's jump */
+    int samples, resets;        /* states with next values; times that some took them since the last start */
+    bool *taken, missed;        /* of each time, by states; there was no room for a time */
+    int *cause_of;              /* of each time, by states: the condition; -1: a sample */
+    double sampled_t;           /* of the last next values at a sample, and one of the states that took them */
     int sampled;
     int reset_cause;            /* as in kmp_sensitivity_equations_reset */
     double *next, *next_y;      /* by states: derivatives of next values; 2 p: of kmp_sensitivity_equations_reset */
     kmp_forward_delays *delays; /* NULL without delayed signals or derivatives */
 } kmp_forward_formulation;
+
+/** A distance changes with a parameter if its derivative exceeds this part of its terms: a sequence of impacts is ended
+ * before its limit, and leaves a part of this size. */
+#define KMP_FORWARD_LOOSE 1e-5
+
+/** Ends the motion, with the reason. */
+int kmp_forward_halt(kmp_forward_formulation *f, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/** Converts the derivatives of the rates in the place, along an event, from those before it to those after it, qd (n).
+ * KMP_HALT: there are none, with the reason. */
+int kmp_forward_strike(kmp_forward_formulation *f, const kmp_formulation_start *start);
 
 static inline int kmp_forward_blocks(const kmp_forward_formulation *f)
 {

@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/load_dependent.h"
+#include "integrators/formulations/formulation.h"
 #include "model/data/model.h"
 #include "model/read/loads.h"
 #include "model/read/requests.h"
@@ -50,10 +51,11 @@ static kempe_status check_method(const kempe_sensitivity *s)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and only one method",
                         s->kind->name);
     bool start = s->options->at && strcmp(s->options->at, "start") == 0;
-    if (!s->differences)
-        KMP_TRY(kmp_refuse_friction(s->model, "sensitivities"));
-    if (!s->kind->rests || start) /* at an equilibrium contacts that press stay closed */
-        KMP_TRY(kmp_refuse_contacts(s->model, "sensitivities"));
+    const bool forward = s->kind->integrals && !(method && strcmp(method, "adjoint") == 0);
+    if (!forward)
+        KMP_TRY(kmp_refuse_friction(s->model, s->kind->integrals ? "the adjoint method" : "sensitivities"));
+    if (!forward && (!s->kind->rests || start)) /* at an equilibrium contacts that press stay closed */
+        KMP_TRY(kmp_refuse_contacts(s->model, s->kind->integrals ? "the adjoint method" : "sensitivities"));
     if (s->run->checkpoint || s->run->resume)
         return kmp_fail(
             s->context, KEMPE_E_ARGUMENT,
@@ -90,6 +92,19 @@ static void name_parameters(kempe_sensitivity *s, const char *list)
     }
 }
 
+/* A row between rates leaves the change of the position to the whole motion before. */
+static kempe_status check_rolling(kempe_sensitivity *s)
+{
+    const char *row = s->kind->integrals ? kmp_formulation_row_of_rates(s->system) : NULL;
+    if (!row || s->differences)
+        return KEMPE_OK;
+    return kmp_fail(
+        s->context, KEMPE_E_ARGUMENT,
+        "sensitivities: '%s' rolls in space, where positions depend on the whole motion before, which is not "
+        "supported there",
+        row);
+}
+
 static kempe_status derive(kempe_sensitivity *s)
 {
     KMP_TRY(kmp_variant_new(s->model, s->count, (const char *const *)s->name, &s->variant));
@@ -105,6 +120,8 @@ static kempe_status derive(kempe_sensitivity *s)
     kmp_text_free(&words);
     KMP_TRY(status);
     KMP_TRY(kmp_system_of_variant(s->variant, &s->system));
+    s->differences = s->differences && kmp_formulation_row_of_rates(s->system);
+    KMP_TRY(check_rolling(s));
     KMP_TRY(kmp_made(s->context, KMP_ARENA_EACH(&s->arena, double, s->count, &s->parameter, &s->size)));
     for (int k = 0; k < s->count; k++) {
         const kempe_model *copy = kmp_variant_model(s->variant);
@@ -147,7 +164,7 @@ static kempe_status begin(const kempe_model *model, const kempe_sensitivity_opti
                              .options = options,
                              .integral = options->integral,
                              .run = run,
-                             .differences = differences && kmp_model_sticks(model),
+                             .differences = differences,
                              .method = "",
                              .integrator = ""};
     *sensitivity = s;

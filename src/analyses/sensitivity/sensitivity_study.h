@@ -95,8 +95,8 @@ void kmp_sensitivity_fill(const kempe_sensitivity *s, const kmp_sensitivity_sour
 /** A row, to be filled; NULL: no memory. */
 double *kmp_sensitivity_add_row(kempe_sensitivity *s, double at);
 
-/** The object before its rows: names, equations, sizes. Both options belong to the caller. `differences`: friction
- * that sticks is not an error, and derivatives are then differences of runs. */
+/** The object before its rows: names, equations, sizes. Both options belong to the caller. `differences`: rolling in
+ * space is not an error, and derivatives are then differences of runs. */
 kempe_status kmp_sensitivity_begin(const kempe_model *model, const kempe_sensitivity_options *options,
                                    const kempe_run_options *run, bool differences, kempe_sensitivity **sensitivity);
 

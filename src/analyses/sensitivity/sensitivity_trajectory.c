@@ -330,7 +330,7 @@ static kempe_status find(kempe_sensitivity *s)
     s->build_s += kmp_cpu_now() - begin;
     const char *method = s->options->method;
     bool many = s->options->integral && s->count >= WORTH_ADJOINT && s->system->load_row_count == 0 &&
-                !kmp_model_has_samples(s->model) && s->model->delay_count == 0;
+                !kmp_model_has_samples(s->model) && s->model->delay_count == 0 && !s->system->switches;
     w.adjoint = method ? strcmp(method, "adjoint") == 0 : many;
     s->method = w.adjoint ? "adjoint" : "forward";
     if (status == KEMPE_OK && w.adjoint)

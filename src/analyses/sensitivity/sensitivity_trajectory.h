@@ -7,7 +7,7 @@
 #include "model/data/force.h"
 
 /** `t`: times of the rows, ascending from 0 or later; they are copied. Of the options parameters, outputs and run
- * count. `differences`: of runs, for a model with friction that sticks; the options' texts must stay
+ * count. `differences`: of runs, for a model that rolls in space; the options' texts must stay
  * then as long as there are runs. Errors of kempe_sensitivity_new. */
 kempe_status kmp_slope_runs_new(const kempe_model *model, const kempe_sensitivity_options *options, int count,
                                 const double *t, bool differences, kmp_slope_runs **runs);

@@ -243,7 +243,8 @@ static kempe_status limit_steps(const kempe_system *system, kmp_run_spec *spec, 
     if (spec->max_step > 0)
         return KEMPE_OK;
     kempe_status status =
-        kmp_time_scales_find(system->model, system->parameters, spec->t_start, spec->t_end, &aside, &scales);
+        kmp_time_scales_find(system->model, system->parameters, spec->t_start, spec->t_end,
+                             kmp_system_watches_loads(system) ? KMP_TIMED_ALL : KMP_TIMED_SHORT, &aside, &scales);
     *open = status == KEMPE_OK && kmp_time_scales_doubt(system->context, &scales);
     if (status == KEMPE_OK && isfinite(scales.shortest))
         spec->max_step = scales.shortest;

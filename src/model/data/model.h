@@ -114,5 +114,14 @@ static inline bool kmp_model_sticks(const kempe_model *model)
     return sticks;
 }
 
+/** True if friction that sticks, or a rigid contact, may hold a part at rest. */
+static inline bool kmp_model_rests(const kempe_model *model)
+{
+    bool rests = kmp_model_sticks(model);
+    for (int k = 0; k < model->force_count; k++)
+        rests = rests || model->forces[k].kind == KMP_FORCE_TOUCH;
+    return rests;
+}
+
 /** KEMPE_E_ARGUMENT with its sentence when the model is still under construction. */
 kempe_status kmp_model_check_finished(const kempe_model *model);

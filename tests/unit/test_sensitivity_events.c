@@ -1,0 +1,284 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Derivatives of trajectories through rigid contacts and friction that sticks: against closed forms of the motion,
+ * differentiated in long double numbers (random mechanisms: tests/oracle/event_slopes); loads at
+ * rest that vary; what has no derivative. */
+#include "analyses/sensitivity/sensitivity_study.h"
+#include "testing.h"
+#include <kempe/kempe.h>
+#include <kempe/sensitivity.h>
+#include <math.h>
+#include <string.h>
+
+typedef long double real;
+
+enum { MOST = 4 };
+
+/* -- closed forms -------------------------------------------------------------------------------------- */
+
+/* Place and rate at the time `end` of a ball that falls from h, with restitution e and gravity g; p[3] is its rate
+ * along the floor. */
+static void ball(const real p[MOST], real end, real out[2])
+{
+    real e = p[0], h = p[1], g = p[2], t = sqrtl(2 * h / g), v = e * g * t;
+    while (t + 2 * v / g < end) {
+        t += 2 * v / g;
+        v *= e;
+    }
+    t = end - t;
+    out[0] = v * t - g * t * t / 2;
+    out[1] = v - g * t;
+}
+
+/* Place and rate of a mass that slides with friction mu N from the rate v, and rests. Its mass p[2] does not count, its
+ * load p[3] does. */
+static void slide(const real p[MOST], real end, real out[2])
+{
+    real a = p[1] * p[3] / p[2], t = fminl(end, p[0] / a);
+    out[0] = p[0] * t - a * t * t / 2;
+    out[1] = p[0] - a * t;
+}
+
+/* The same of a mass m at rest under a force r t, with friction of the static level s and the level l in slip. */
+static void pull(const real p[MOST], real end, real out[2])
+{
+    real r = p[0], s = p[1], l = p[2], m = p[3], t0 = s / r;
+    out[0] =
+        (r * (end * end * end - t0 * t0 * t0) / 6 - r * t0 * t0 / 2 * (end - t0) - l * (end - t0) * (end - t0) / 2) / m;
+    out[1] = (r * (end * end - t0 * t0) / 2 - l * (end - t0)) / m;
+}
+
+typedef void motion(const real p[MOST], real end, real out[2]);
+
+static void differentiate(motion *of, const double *value, int k, double end, double slope[2])
+{
+    static const real weight[] = {1, -8, 0, 8, -1};
+    real sum[2] = {0}, step = 1e-4L * (real)value[k], p[MOST], out[2];
+    for (int i = 0; i < 5; i++) {
+        for (int j = 0; j < MOST; j++)
+            p[j] = (real)value[j] + (j == k ? (i - 2) * step : 0);
+        of(p, (real)end, out);
+        for (int j = 0; j < 2; j++)
+            sum[j] += weight[i] * out[j];
+    }
+    for (int j = 0; j < 2; j++)
+        slope[j] = (double)(sum[j] / (12 * step));
+}
+
+static kempe_sensitivity *find(kempe_context *c, const char *text, const char *outputs, const char *integrator,
+                               double end, int integral)
+{
+    kempe_model *model = NULL;
+    kempe_sensitivity *s = NULL;
+    kempe_run_options run = {0};
+    const kempe_sensitivity_options options = {.outputs = outputs, .integral = integral, .run = &run};
+    run.rtol = 1e-12;
+    run.t_end = end;
+    run.output_step = end;
+    run.integrator = integrator;
+    CHECK(kempe_model_read_text(c, text, "model.yaml", &model) == KEMPE_OK);
+    CHECK(model && kempe_sensitivity_new(model, &options, &s) == KEMPE_OK);
+    if (!s)
+        printf("%s\n", kempe_context_message(c));
+    kempe_model_free(model);
+    return s;
+}
+
+static void compare(const char *text, const char *integrator, motion *of, const double value[MOST], double end,
+                    double within)
+{
+    kempe_context *c = kempe_context_new();
+    kempe_sensitivity *s = find(c, text, "q,qd", integrator, end, 0);
+    real p[MOST], x[2];
+    for (int k = 0; k < MOST; k++)
+        p[k] = (real)value[k];
+    of(p, (real)end, x);
+    for (int j = 0; s && j < 2; j++)
+        CHECK_NEAR(kmp_sensitivity_value(s, s->rows - 1, j), (double)x[j], within * (1 + fabs((double)x[j])));
+    for (int k = 0; s && k < MOST; k++) {
+        double slope[2];
+        differentiate(of, value, k, end, slope);
+        for (int j = 0; j < 2; j++)
+            CHECK_NEAR(kmp_sensitivity_slope(s, s->rows - 1, j, k), slope[j], within * (1 + fabs(slope[j])));
+    }
+    kempe_sensitivity_free(s);
+    kempe_context_free(c);
+}
+
+#define MASS(m) "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: " m "}}\n"
+
+static const char falling[] = "kempe: 1\nparameters: {e: 0.8, h: 1, g: 9.81, v: 1}\ngravity: [-g, 0, 0]\n" MASS(
+    "1") "contacts: {floor: {joint: x, lower: 0, restitution: e}}\nstart: {q: {x: h}}\n";
+static const char sliding[] = "kempe: 1\nparameters: {v: 2, mu: 0.3, m: 2, N: 10}\n" MASS(
+    "m") "forces: {f: {joint: x, friction: {force: mu*N}}}\nstart: {qd: {x: v}}\n";
+static const char pulled[] = "kempe: 1\nparameters: {r: 3, s: 6, l: 4, m: 2}\n" MASS(
+    "m") "forces: {f: {joint: x, friction: {force: l, static: s}}, pull: {joint: x, force: r*t}}\n";
+
+static void closed_forms(void)
+{
+    static const char *const integrators[] = {"dop853", "radau9", NULL};
+    for (int k = 0; k < 3; k++) {
+        compare(falling, integrators[k], ball, (const double[]){0.8, 1, 9.81, 1}, 0.7, 1e-10);
+        compare(falling, integrators[k], ball, (const double[]){0.8, 1, 9.81, 1}, 2.5, 1e-9);
+        compare(sliding, integrators[k], slide, (const double[]){2, 0.3, 2, 10}, 0.5, 1e-10);
+        compare(sliding, integrators[k], slide, (const double[]){2, 0.3, 2, 10}, 3, 1e-10);
+        compare(pulled, integrators[k], pull, (const double[]){3, 6, 4, 2}, 5, 1e-9);
+    }
+}
+
+/* After all rebounds the ball rests: only the integral of its place depends on the parameters. */
+static void a_sequence_ends(void)
+{
+    kempe_context *c = kempe_context_new();
+    kempe_sensitivity *s = find(c, falling, "q,qd,lambda(floor)", NULL, 6, 0);
+    for (int k = 0; s && k < 4; k++) {
+        CHECK_NEAR(kmp_sensitivity_slope(s, s->rows - 1, 0, k), 0, 1e-9);
+        CHECK_NEAR(kmp_sensitivity_slope(s, s->rows - 1, 1, k), 0, 1e-9);
+        CHECK_NEAR(kmp_sensitivity_slope(s, s->rows - 1, 2, k), k == 2, 1e-9);
+    }
+    kempe_sensitivity_free(s);
+    /* h integrated: sum of flights of the rate v e^k, each v^3 e^3k 4/(6 g^2), after the first fall. */
+    s = find(c, falling, "q(x)", NULL, 6, 1);
+    const double e = 0.8, h = 1, g = 9.81, v = sqrt(2 * g * h), t = sqrt(2 * h / g);
+    const double first = h * t - g * t * t * t / 6, all = 2 * v * v * v / (3 * g * g) * e * e * e / (1 - e * e * e);
+    CHECK_NEAR(s ? kmp_sensitivity_value(s, 0, 0) : NAN, first + all, 1e-8);
+    CHECK_NEAR(s ? kmp_sensitivity_slope(s, 0, 0, 0) : NAN,
+               2 * v * v * v / (3 * g * g) * 3 * e * e / ((1 - e * e * e) * (1 - e * e * e)), 1e-7);
+    CHECK_NEAR(s ? kmp_sensitivity_slope(s, 0, 0, 1) : NAN, 1.5 * (first + all) / h, 1e-7);
+    CHECK_NEAR(s ? kmp_sensitivity_slope(s, 0, 0, 2) : NAN, -0.5 * (first + all) / g, 1e-7);
+    kempe_sensitivity_free(s);
+    kempe_context_free(c);
+}
+
+/* -- forces by loads --------------------------------------------------------------------------------------- */
+
+/* A five-bar linkage whose start gives the rate of one crank, with a force by the load of its loop: derivatives of the
+ * other rates, of least norm, are those of J' mu alone. They do not depend on the coefficient of the force. */
+static void corrected_rates(void)
+{
+    static const char text[] =
+        "kempe: 1\nparameters: {mu: 0.2}\n"
+        "ground: {points: {O: [0, 0, 0], D: [0.6, 0, 0]}}\nbodies:\n"
+        "  a: {joint: {name: A, revolute: z, at: ground.O}, mass: 1, inertia: {zz: 0.01}, points: {B: [0.3, 0, 0]}}\n"
+        "  b: {joint: {name: B, revolute: z, at: a.B}, mass: 1, inertia: {zz: 0.05}, points: {C: [0.5, 0, 0]}}\n"
+        "  d: {joint: {name: D, revolute: z, at: ground.D}, mass: 1, inertia: {zz: 0.02}, points: {E: [0.3, 0, 0]}}\n"
+        "  c: {joint: {name: E, revolute: z, at: d.E}, mass: 1, inertia: {zz: 0.04}, points: {C: [0.5, 0, 0]}}\n"
+        "loops: {C: {ball: [b.C, c.C]}}\n"
+        "forces: {f: {joint: B, torque: \"-mu*sqrt(lambda(C.1)^2 + lambda(C.2)^2)\"}}\n"
+        "start: {q: {A: 100 deg, B: -60 deg, D: 80 deg, E: 60 deg}, qd: {A: 3}, hold: [A, D]}\n";
+    kempe_context *c = kempe_context_new();
+    kempe_sensitivity *s = find(c, text, "qd", NULL, 0.1, 0);
+    for (int j = 0; s && j < 4; j++)
+        CHECK_NEAR(kmp_sensitivity_slope(s, 0, j, 0), 0, 1e-12);
+    kempe_sensitivity_free(s);
+    kempe_context_free(c);
+}
+
+/* -- loads of a mechanism at rest ------------------------------------------------------------------------- */
+
+/* The time of the first event after the start; infinity: none. */
+static double first_event(const char *text, const kempe_run_options *run, kempe_outcome *outcome)
+{
+    kempe_context *c = kempe_context_new();
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kempe_trajectory *t = NULL;
+    kempe_table *log = NULL;
+    double first = INFINITY;
+    CHECK(kempe_model_read_text(c, text, "model.yaml", &model) == KEMPE_OK &&
+          kempe_system_new(model, &system) == KEMPE_OK);
+    kempe_status status = kempe_simulate(system, run, &t);
+    CHECK(status == KEMPE_OK);
+    CHECK(t && kempe_trajectory_table(t, "log", &log) == KEMPE_OK);
+    for (int row = 0; log && row < kempe_table_row_count(log); row++) {
+        const double at = kempe_table_number(log, row, kempe_table_find(log, "t"));
+        first = at > 0 ? fmin(first, at) : first;
+    }
+    *outcome = t ? kempe_trajectory_outcome(t) : KEMPE_OUTCOME_FAILED;
+    if (isinf(first) && t)
+        first = kempe_trajectory_time(t, kempe_trajectory_row_count(t) - 1);
+    kempe_table_free(log);
+    kempe_trajectory_free(t);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kempe_context_free(c);
+    return first;
+}
+
+/* A load a t sin(2 pi t) on friction of 4.905 N, and on a lock of which 40 N are the end. No error of a step shows the
+ * load, because nothing moves. */
+static void loads_at_rest(void)
+{
+    static const char *const methods[][2] = {
+        {"reduced", "dop853"}, {"reduced", "radau"}, {"projected", "dop853"}, {"dae", "radau"}, {NULL, NULL}};
+    static const char stuck[] =
+        "kempe: 1\n" MASS("1") "forces: {load: {joint: x, force: \"0.9*t*sin(2*pi*max(t, 0.1))\"}, f: {joint: x, "
+                               "friction: {force: 4.905}}}\n";
+    static const char locked[] = "kempe: 1\n" MASS(
+        "1") "forces: {load: {joint: x, force: \"5*t*sin(2*pi*t)\"}}\ndrives: {d: {joint: x, locked: yes}}\n"
+             "run: {until: lambda(d) > 40}\n";
+    for (int k = 0; k < 5; k++) {
+        kempe_run_options run = {0};
+        kempe_outcome outcome;
+        run.formulation = methods[k][0];
+        run.integrator = methods[k][1];
+        run.t_end = 20;
+        run.rtol = 1e-8;
+        CHECK_NEAR(first_event(stuck, &run, &outcome), 5.70246436125, 1e-9);
+        CHECK(outcome == KEMPE_OUTCOME_COMPLETE);
+        CHECK_NEAR(first_event(locked, &run, &outcome), 8.68630884530, 1e-9);
+        CHECK(outcome == KEMPE_OUTCOME_COMPLETE);
+    }
+}
+
+/* -- what has no derivative -------------------------------------------------------------------------------- */
+
+static void refuse(const char *text, kempe_sensitivity_options options, const char *word)
+{
+    kempe_context *c = kempe_context_new();
+    kempe_model *model = NULL;
+    kempe_sensitivity *s = NULL;
+    CHECK(kempe_model_read_text(c, text, "model.yaml", &model) == KEMPE_OK);
+    const kempe_status status = model ? kempe_sensitivity_new(model, &options, &s) : KEMPE_OK;
+    CHECK(status == KEMPE_E_ARGUMENT || status == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(c), word));
+    if (!strstr(kempe_context_message(c), word))
+        printf("%s\n", kempe_context_message(c));
+    kempe_sensitivity_free(s);
+    kempe_model_free(model);
+    kempe_context_free(c);
+}
+
+static void what_is_refused(void)
+{
+    static const char plastic[] =
+        "kempe: 1\nparameters: {e: 0}\ngravity: [-9.81, 0, 0]\n" MASS("1") "contacts: {floor: {joint: x, lower: 0, "
+                                                                           "restitution: e}}\nstart: {q: {x: 0.1}}\n";
+    static const char resting[] = "kempe: 1\nparameters: {level: 0}\ngravity: [-9.81, 0, 0]\n" MASS(
+        "1") "contacts: {floor: {joint: x, lower: level, "
+             "restitution: 0}}\n";
+    static const char two[] =
+        "kempe: 1\nparameters: {h: 0.1}\ngravity: [0, -9.81, 0]\n"
+        "bodies: {b: {joint: {name: j, planar: z, at: ground}, mass: 1, inertia: {zz: 0.01}, points: {L: [-0.1, 0, 0], "
+        "R: [0.1, 0, 0]}}}\nground: {points: {O: [0, 0, 0], H: [0, h - 0.1, 0]}}\n"
+        "contacts: {l: {point: b.L, on: {plane: ground.O, normal: y}, restitution: 0.5}, r: {point: b.R, on: {plane: "
+        "ground.H, normal: y}, restitution: 0.5}}\nstart: {q: {j.2: 0.2}}\n";
+    static const char shared[] = "kempe: 1\nparameters: {r: 3}\n" MASS(
+        "1") "forces: {f: {joint: x, friction: {force: 4}}, g: {joint: x, friction: "
+             "{force: 2}}, pull: {joint: x, force: r*t}}\nrun: {t_end: 3}\n";
+    refuse(plastic, (kempe_sensitivity_options){0}, "with respect to a restitution of zero");
+    refuse(resting, (kempe_sensitivity_options){0}, "its distance changes with a parameter");
+    refuse(two, (kempe_sensitivity_options){0}, "strike together");
+    refuse(shared, (kempe_sensitivity_options){0}, "share its load");
+    refuse(falling, (kempe_sensitivity_options){.method = "adjoint"}, "the adjoint method: the contact 'floor'");
+    refuse(sliding, (kempe_sensitivity_options){.method = "adjoint"}, "the adjoint method: friction 'f'");
+}
+
+int main(void)
+{
+    TEST(closed_forms);
+    TEST(a_sequence_ends);
+    TEST(corrected_rates);
+    TEST(loads_at_rest);
+    TEST(what_is_refused);
+    return check_report();
+}
