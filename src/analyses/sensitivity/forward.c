@@ -1179,7 +1179,7 @@ static int keep(kmp_formulation *formulation, double t, const double *y)
 {
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     memcpy(f->tail, y + 2 * kmp_forward_blocks(f), (size_t)f->integrals * sizeof *y);
-    if (f->start.passed && f->start.passed->now)
+    if (f->start.passed && f->start.passed->now && !f->options->alone)
         return leave_at_event(f, t, y);
     if (!(f->t >= t) && spread(f, t, y) != KMP_GO) /* charts have changed, and the place with them */
         return KMP_HALT;
@@ -1197,7 +1197,8 @@ static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulatio
     if (k >= 0)
         return kmp_fail(
             f->system->context, KEMPE_E_FAILED,
-            "closures switch where %s changes at t = %.9g: derivatives across jumps of the rates are not available",
+            "closures switch where %s changes at t = %.9g s: the adjoint method does not support jumps of the rates, the "
+            "forward method does",
             f->system->event_text[k], start->t);
     if (start->part->p != f->p || start->t > f->t || start->t < f->t)
         return kmp_fail(
