@@ -213,6 +213,20 @@
  * with the third power of the time, and is within rounding for longer. */
 #define KMP_TOUCH_LIFT   1e-15
 #define KMP_TOUCH_LIFTED 1e-13
+/** Derivatives through an impact by its impulses: they explain the jump of the rates to this part, or to rounding of
+ * the rates, whose difference the jump is. */
+#define KMP_IMPACT_UNEXPLAINED 1e-7
+#define KMP_IMPACT_RATES       1e-13
+/** The same: rows whose pivots are below this part of the largest depend on others, as the corners of a body do. */
+#define KMP_IMPACT_DEPENDENT 1e-10
+/** A closed contact or friction that sticks stays so for all parameters only if the derivative of its rate is less than
+ * this part of its terms: events are located to rounding. */
+#define KMP_SLOPE_LOOSE 1e-6
+/** The same of the distance of a contact, also where several strike together: a sequence of impacts is ended before its
+ * limit, and leaves a part of this size. */
+#define KMP_SLOPE_PARTS 1e-5
+/** Rounding of derivatives, in sizes of coordinates over sizes of parameters. */
+#define KMP_SLOPE_ROUNDED 1e-10
 /** Part of a run: an impact that follows the one before it within this time ends their sequence. The way to the limit
  * of the sequence is then below rounding of most positions, its square. */
 #define KMP_IMPACT_SPACING 2e-7

@@ -21,10 +21,10 @@ enum { KMP_FORMULATION_BRIEF = 16 };
 /** The event that a run passes while it leaves a formulation and begins another one, for formulations with derivatives
  * of the motion. Its arrays belong to the run. */
 typedef struct kmp_passed_event {
-    bool now;                            /* an event is passed */
-    const bool *caused;                  /* of each condition: it is an event of this one */
-    const struct kmp_impact_run *impact; /* with the elements that take part and their impulses; NULL: no impact */
-    bool switched;                       /* closures have switched, and rates are the nearest that they allow */
+    bool now;                                /* an event is passed */
+    const bool *caused;                      /* of each condition: it is an event of this one */
+    const struct kmp_impact_run *impact;     /* with the elements that take part and their impulses; NULL: no impact */
+    bool switched;                           /* closures have switched, and rates are the nearest that they allow */
     const struct kmp_friction_run *friction; /* elements that stick and contacts; NULL: none */
 } kmp_passed_event;
 

@@ -17,10 +17,10 @@ typedef struct kmp_time_scales {
     int open_count;   /* functions that were studied together with it, itself among them */
 } kmp_time_scales;
 
-/** The functions whose intervals are found: those that may have short ones, where some are much shorter than others;
- * or all, since friction that sticks and closed contacts keep a motion at rest under loads that vary, where no error of
- * a step shows when a load exceeds the friction. Of these a function that may jump counts by its parts: conditions are
- * events, and a jump has no shortest interval. */
+/** The functions whose intervals are found: functions that may have short ones, where some are much shorter than
+ * others; or all, since friction that sticks and closed contacts keep a motion at rest under loads that vary, where no
+ * error of a step shows when a load exceeds the friction. Of these a function that may jump counts by its parts:
+ * conditions are events, and a jump has no shortest interval. */
 typedef enum kmp_timed_functions { KMP_TIMED_SHORT, KMP_TIMED_ALL } kmp_timed_functions;
 
 /** Finds them with values of the parameters, in the arena. KEMPE_E_MEMORY. */

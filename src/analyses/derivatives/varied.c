@@ -259,7 +259,7 @@ static void pull_by_multipliers(kmp_sensitivity_equations *v, kmp_instant at, co
     }
 }
 
-/* J' w by the rates J qd + h_t of each coordinate alone, where forces depend on multipliers, too. */
+/* J' w by the rates J qd + h_t of one coordinate after the other, where forces depend on multipliers, too. */
 static void pull_by_rates(kmp_sensitivity_equations *v, kmp_instant at, const double *w, const double *dq,
                           const double *time, double *out)
 {

@@ -415,12 +415,6 @@ static bool make_unknowns(kmp_forward_formulation *f)
 
 /* An event whose condition changes no faster than this part of its usual rate is touched, not passed. */
 #define GRAZING 1e-9
-/* A rate of a closed contact changes with a parameter if its derivative exceeds this part of its terms: events are
- * located to rounding. */
-#define LOOSE 1e-6
-/* Rounding of derivatives, in sizes of coordinates over sizes of parameters. */
-#define ROUNDED 1e-10
-
 /* -- changes between steps --------------------------------------------------------------------------- */
 
 /* Other independent coordinates, conditions that change, spherical joints that are centred. The eval is the runner's:
@@ -1136,7 +1130,7 @@ static int find_common_swing(kmp_forward_formulation *f, double t, const double 
                                                                               : KMP_GO;
 }
 
-/* Adds terms to the derivatives of coordinate i by parameter k, and their sizes to those of all terms. */
+/* Adds terms to the derivatives of coordinate i by parameter k, and their sizes to the sums of sizes. */
 static void add_term(kmp_forward_formulation *f, int k, int i, double dq, double dqd)
 {
     const int at = k * f->n + i;
@@ -1146,20 +1140,20 @@ static void add_term(kmp_forward_formulation *f, int k, int i, double dq, double
     f->speed[at] += fabs(dqd);
 }
 
-/* Begins the sizes of terms with those of the derivatives, and with rounding of coordinates. */
+/* Begins the sums of sizes with the derivatives, and with rounding of coordinates. */
 static void begin_terms(kmp_forward_formulation *f)
 {
     for (int k = 0; k < f->count; k++)
         for (int i = 0; i < f->n; i++) {
             const int at = k * f->n + i;
-            const double rounding = ROUNDED / LOOSE * f->system->scale[i] / f->sizes[k];
+            const double rounding = KMP_SLOPE_ROUNDED / KMP_SLOPE_LOOSE * f->system->scale[i] / f->sizes[k];
             f->span[at] = fabs(f->dq[at]) + rounding;
             f->speed[at] = fabs(f->dqd[at]) + rounding * f->start.rate_scale;
         }
 }
 
-/* Keeps the place before an event of the run that changes rows or rates, with the derivatives along the event: those of
- * the last state at t_e(p). */
+/* Keeps the place before an event of the run that changes rows or rates, with the derivatives of the last state at
+ * t_e(p), along the event. */
 static int leave_at_event(kmp_forward_formulation *f, double t, const double *y)
 {
     const kmp_linear *l = &f->v->linear;
@@ -1195,11 +1189,11 @@ static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulatio
         return KEMPE_OK;
     int k = first_other(f, start->eval->mode);
     if (k >= 0)
-        return kmp_fail(
-            f->system->context, KEMPE_E_FAILED,
-            "closures switch where %s changes at t = %.9g s: the adjoint method does not support jumps of the rates, the "
-            "forward method does",
-            f->system->event_text[k], start->t);
+        return kmp_fail(f->system->context, KEMPE_E_FAILED,
+                        "closures switch where %s changes at t = %.9g s: the adjoint method does not support jumps of "
+                        "the rates, the "
+                        "forward method does",
+                        f->system->event_text[k], start->t);
     if (start->part->p != f->p || start->t > f->t || start->t < f->t)
         return kmp_fail(
             f->system->context, KEMPE_E_FAILED,
@@ -1267,8 +1261,8 @@ static int hold_row(kmp_forward_formulation *f, const kmp_friction_element *e, i
         rate += by * f->dqd[at];
         speed += fabs(by) * f->speed[at];
     }
-    const bool parts = e->contact && fabs(*moved) > KMP_FORWARD_LOOSE * span;
-    if (parts || fabs(rate) > LOOSE * speed)
+    const bool parts = e->contact && fabs(*moved) > KMP_SLOPE_PARTS * span;
+    if (parts || fabs(rate) > KMP_SLOPE_LOOSE * speed)
         return kmp_forward_halt(f,
                                 "%s is closed at t = %.9g s, but its %s changes with a parameter: the motion has no "
                                 "derivative there",

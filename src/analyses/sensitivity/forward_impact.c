@@ -5,10 +5,10 @@
  *     M (v+ - v) = G' F,      G v+ + h_t + e (G v + h_t) = 0      in each row with a restitution e (closures: 0),
  *
  * and where friction slips, its impulse is mu times the impulse of its contact, against the slip behind the impact.
- * These equations are differentiated along the event, where q, v and t change with parameters: M, G and the impulses
- * that act are those of the decision (integrators/impact). Rows may depend on each other; the change of the rates is
- * unique where the rates are. This is the saltation matrix of a mechanism with closures (Leine and Nijmeijer, Dynamics
- * and Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7). */
+ * These equations are differentiated along the event, where q, v and t change with parameters. The decision on impulses
+ * (integrators/impact) has found the rows that act. They may depend on each other; the change of the rates is unique
+ * where the rates are. This is the saltation matrix of a mechanism with closures (Leine and Nijmeijer, Dynamics and
+ * Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7). */
 #include "analyses/sensitivity/forward.h"
 #include "analyses/sensitivity/forward_inside.h"
 #include "base/arena.h"
@@ -21,7 +21,7 @@
 #include <math.h>
 #include <string.h>
 
-/* How the impulse of a row is determined. */
+/* The law that determines the impulse of a row. */
 typedef enum law {
     LAW_RATE,  /* by the rate behind the impact */
     LAW_SLIP,  /* friction that slips: by the impulse of its contact */
@@ -50,7 +50,7 @@ typedef struct impact {
     acting *act;
     int count;
     int n, m, size;         /* size: n and the rows that act */
-    double *mode;           /* of the conditions: friction acts by rows alone */
+    double *mode;           /* of the conditions: friction acts only by rows */
     double *pulled;         /* parameters x n: changes of G'F */
     double *zero, *jump;    /* n + m; n: the change of the rates */
     double *lambda;         /* m: impulses */
@@ -63,13 +63,6 @@ typedef struct impact {
     bool begins;    /* a restitution is zero, and depends on a parameter */
     bool apart;     /* contacts strike at times that depend on a parameter in different ways */
 } impact;
-
-/* Impulses do not reproduce the jump of the rates better than this part of it. */
-#define UNEXPLAINED 1e-7
-/* Rounding of rates, whose difference the jump is. */
-#define ROUNDING 1e-13
-/* Rows whose pivots are below this part of the largest depend on others. */
-#define DEPENDENT 1e-10
 
 /* -- rows that act --------------------------------------------------------------------------------------- */
 
@@ -140,8 +133,8 @@ static void add_struck(impact *x, const kmp_impact_run *p)
 
 /* -- the equations there --------------------------------------------------------------------------------- */
 
-/* Adds the changes of the equations at rates qd with accelerations, without multipliers: `force` times those of M qdd +
- * C, and those of J qd + h_t, times the restitution of each row if `before`. */
+/* Adds the changes of the equations at rates qd with accelerations, without multipliers: of M qdd + C, times `force`,
+ * and of J qd + h_t, times the restitution of each row if `before`. */
 static const double *add_changes(impact *x, const double *qd, const double *qdd, double force, bool before, bool rates)
 {
     kmp_forward_formulation *f = x->f;
@@ -191,7 +184,7 @@ static void take_matrices(impact *x, const double *d)
     }
 }
 
-/* The impulses of closures, from those of contacts: G' F = M (v+ - v). False: they do not explain the jump. */
+/* The impulses of closures, from the impulses of contacts: G' F = M (v+ - v). False: they do not explain the jump. */
 static bool find_impulses(impact *x)
 {
     const int n = x->n;
@@ -215,7 +208,7 @@ static bool find_impulses(impact *x)
             if (!x->act[k].struck)
                 a[i + closures++ * n] = x->rows[k + i * x->count] * scale[i];
     }
-    if (most > 0 && kmp_least_squares(n, most, a, b, DEPENDENT, x->solution) < 0)
+    if (most > 0 && kmp_least_squares(n, most, a, b, KMP_IMPACT_DEPENDENT, x->solution) < 0)
         return false;
     for (int i = 0; i < n; i++) {
         double rest = b[i];
@@ -226,7 +219,7 @@ static bool find_impulses(impact *x)
     closures = 0;
     for (int k = 0; k < x->count; k++)
         x->lambda[x->act[k].row] = x->act[k].struck ? x->act[k].f : x->solution[closures++];
-    return left <= UNEXPLAINED * size + ROUNDING * rounding;
+    return left <= KMP_IMPACT_UNEXPLAINED * size + KMP_IMPACT_RATES * rounding;
 }
 
 /* -- the derivative -------------------------------------------------------------------------------------- */
@@ -279,7 +272,7 @@ static void note_obstacles(impact *x, int k, int parameter)
     double span = 0;
     for (int i = 0; i < x->n; i++)
         span += fabs(x->rows[k + i * x->count]) * x->f->span[parameter * x->n + i];
-    x->apart = x->apart || (a->distance >= 0 && fabs(x->change[a->distance]) > KMP_FORWARD_LOOSE * span);
+    x->apart = x->apart || (a->distance >= 0 && fabs(x->change[a->distance]) > KMP_SLOPE_PARTS * span);
     x->begins = x->begins || (a->e == 0 && a->restitution >= 0 && x->change[a->restitution] != 0);
 }
 
@@ -329,7 +322,7 @@ static int solve(impact *x)
                 *to += x->mass[i + j * n] * x->f->dqd[p * n + j];
         }
     }
-    /* Scaled: rows and columns of coordinates by theirs, those of rows by theirs over the size of M. */
+    /* Scaled: coordinates by their scales, rows by the scales of rows over the size of M. */
     double weight = 0;
     for (int i = 0; i < n; i++)
         weight = fmax(weight, x->mass[i + i * n] * scale[i] * scale[i]);
@@ -345,7 +338,7 @@ static int solve(impact *x)
             x->right[i + p * size] *= i < n                           ? scale[i] / to_row
                                       : x->act[i - n].law == LAW_RATE ? 1 / row_scale[x->act[i - n].row]
                                                                       : row_scale[x->act[i - n].row] / to_row;
-    if (kmp_least_squares_of(size, size, x->matrix, parameters, x->right, DEPENDENT, x->solution) < 0)
+    if (kmp_least_squares_of(size, size, x->matrix, parameters, x->right, KMP_IMPACT_DEPENDENT, x->solution) < 0)
         return -1;
     for (int p = 0; p < parameters; p++)
         for (int i = 0; i < n; i++)
@@ -369,7 +362,7 @@ static bool make_room(impact *x)
            x->act;
 }
 
-/* Conditions in which friction and contacts act by rows alone. */
+/* Conditions in which friction and contacts act only by rows. */
 static void set_modes(impact *x, const kmp_friction_run *friction)
 {
     memcpy(x->mode, x->f->v->linear.eval->mode, (size_t)x->f->system->events.count * sizeof *x->mode);

@@ -64,10 +64,6 @@ typedef struct kmp_forward_formulation {
     kmp_forward_delays *delays; /* NULL without delayed signals or derivatives */
 } kmp_forward_formulation;
 
-/** A distance changes with a parameter if its derivative exceeds this part of its terms: a sequence of impacts is ended
- * before its limit, and leaves a part of this size. */
-#define KMP_FORWARD_LOOSE 1e-5
-
 /** Ends the motion, with the reason. */
 int kmp_forward_halt(kmp_forward_formulation *f, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
