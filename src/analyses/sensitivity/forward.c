@@ -1191,8 +1191,7 @@ static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulatio
     if (k >= 0)
         return kmp_fail(f->system->context, KEMPE_E_FAILED,
                         "closures switch where %s changes at t = %.9g s: the adjoint method does not support jumps of "
-                        "the rates, the "
-                        "forward method does",
+                        "the rates, the forward method does",
                         f->system->event_text[k], start->t);
     if (start->part->p != f->p || start->t > f->t || start->t < f->t)
         return kmp_fail(
@@ -1336,7 +1335,7 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
         memcpy(f->mode, start->eval->mode, mode_bytes(f));
     if (f->resets > 0 && reset_place(f, start->t) != KMP_GO)
         return fail_with_reason(f);
-    KMP_TRY(first || f->passing ? KEMPE_OK : check_delays(f, start));
+    KMP_TRY(first ? KEMPE_OK : check_delays(f, start));
     if (arrive_after_event(f, start, first) != KMP_GO)
         return fail_with_reason(f);
     enter_charts(f, start->q, start->qd);
