@@ -225,6 +225,8 @@
 /** The same of the distance of a contact, also where several strike together: a sequence of impacts is ended before its
  * limit, and leaves a part of this size. */
 #define KMP_SLOPE_PARTS 1e-5
+/** Conditions whose zero is farther away than this time, in characteristic ones, have jumped past it. */
+#define KMP_SLOPE_JUMPED 1e-6
 /** Rounding of derivatives, in sizes of coordinates over sizes of parameters. */
 #define KMP_SLOPE_ROUNDED 1e-10
 /** Part of a run: an impact that follows the one before it within this time ends their sequence. The way to the limit

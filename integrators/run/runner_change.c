@@ -466,9 +466,9 @@ static void note_event(kmp_runner *run, double t)
     run->passed = (kmp_passed_event){.now = true, .caused = run->caused, .friction = run->friction};
     kmp_event_tracker_put_beyond(c, t, c->change);
     for (int k = 0; k < run->s->events.count; k++)
-        run->caused[k] = kmp_event_tracker_changed(c, k) &&
-                         kmp_condition_may_change((kmp_condition_kind)c->kind[k], condition[k].role == KMP_ROLE_SENSE,
-                                                  &c->mode[k]);
+        run->caused[k] =
+            kmp_event_tracker_changed(c, k) &&
+            kmp_condition_may_change((kmp_condition_kind)c->kind[k], condition[k].role == KMP_ROLE_SENSE, &c->mode[k]);
 }
 
 /* Makes rates consistent with the present closures: the nearest ones in the kinetic energy, as after impulses along the
@@ -677,9 +677,14 @@ kempe_status kmp_runner_pass_here(kmp_runner *run, double t, bool event, double 
         return KEMPE_OK;
     if (!gives_switches(run))
         return renew_here(run, t);
-    KMP_TRY(switch_here(run, t, &energy, &gain, &same));
-    *work += energy + gain;
-    return runner_take_conditions(run, t);
+    bool more = true;
+    for (int pass = 0; more && pass <= run->s->model->state_count; pass++) {
+        KMP_TRY(switch_here(run, t, &energy, &gain, &same));
+        *work += energy + gain;
+        KMP_TRY(runner_take_conditions(run, t));
+        more = kmp_runner_meets_events(run);
+    }
+    return KEMPE_OK;
 }
 
 kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
@@ -687,9 +692,14 @@ kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
     double *q = run->state, *qd = q + run->s->n, work, h = step_it_had(run, t);
     bool relieved = runner_relieve(run, t);
     if (gives_switches(run)) {
-        run->anew = false;
-        KMP_TRY(pass_switch(run, t));
-        return runner_take_conditions(run, t);
+        bool more = true;
+        for (int pass = 0; more && pass <= run->s->model->state_count; pass++) { /* as in renew_here */
+            run->anew = false;
+            KMP_TRY(pass_switch(run, t));
+            KMP_TRY(runner_take_conditions(run, t));
+            more = kmp_runner_meets_events(run);
+        }
+        return KEMPE_OK;
     }
     KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
     KMP_TRY(renew_here(run, t));

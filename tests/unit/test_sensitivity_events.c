@@ -7,6 +7,7 @@
 #include <kempe/kempe.h>
 #include <kempe/sensitivity.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 typedef long double real;
@@ -45,6 +46,44 @@ static void pull(const real p[MOST], real end, real out[2])
     out[0] =
         (r * (end * end * end - t0 * t0 * t0) / 6 - r * t0 * t0 / 2 * (end - t0) - l * (end - t0) * (end - t0) / 2) / m;
     out[1] = (r * (end * end - t0 * t0) / 2 - l * (end - t0)) / m;
+}
+
+/* A mass that is pushed by the force F from the time T on, until it strikes a stop: p[0] is T, p[1] is F. The stop is
+ * at 1 with the restitution p[2]; m = p[3]. */
+static void late_push(const real p[MOST], real end, real out[2])
+{
+    real a = p[1] / p[3], v = sqrtl(2 * a), t = end - p[0] - v / a;
+    out[0] = 1 - p[2] * v * t + a * t * t / 2;
+    out[1] = -p[2] * v + a * t;
+}
+
+/* A ball with the restitution p[0] that falls from h = p[1] with g = p[2]. At its impact a force n, of its mass, begins
+ * with k times the time and the rate behind the impact: p[3] is k. */
+static void latched(const real p[MOST], real end, real out[2])
+{
+    real t0 = sqrtl(2 * p[1] / p[2]), v = p[0] * p[2] * t0, n = p[3] * t0 * v, t = end - t0;
+    out[0] = v * t + (n - p[2]) * t * t / 2;
+    out[1] = v + (n - p[2]) * t;
+}
+
+/* The same where the force begins on the way, at half the height, with k times this time and the rate there; then it
+ * strikes with the restitution p[0]. */
+static void latched_before(const real p[MOST], real end, real out[2])
+{
+    real t0 = sqrtl(p[1] / p[2]), v0 = -p[2] * t0, n = p[3] * t0 * v0, a = n - p[2], h = p[1] / 2;
+    real v = -sqrtl(v0 * v0 - 2 * a * h), t1 = (v - v0) / a, t = end - t0 - t1;
+    out[0] = -p[0] * v * t + a * t * t / 2;
+    out[1] = -p[0] * v + a * t;
+}
+
+/* A mass m = p[3] on friction mu = p[0] and a stop at 1, with the force of a relay that a sample switches on at 0.3:
+ * p[1], and from then on p[2] times the place there too. */
+static void sampled_latch(const real p[MOST], real end, real out[2])
+{
+    real a = (p[1] - p[0]) / p[3], x = a * 0.3L * 0.3L / 2, v = a * 0.3L, b = (p[1] + p[2] * x - p[0]) / p[3],
+         t = end - 0.3L;
+    out[0] = x + v * t + b * t * t / 2;
+    out[1] = v + b * t;
 }
 
 typedef void motion(const real p[MOST], real end, real out[2]);
@@ -112,6 +151,76 @@ static const char sliding[] = "kempe: 1\nparameters: {v: 2, mu: 0.3, m: 2, N: 10
     "m") "forces: {f: {joint: x, friction: {force: mu*N}}}\nstart: {qd: {x: v}}\n";
 static const char pulled[] = "kempe: 1\nparameters: {r: 3, s: 6, l: 4, m: 2}\n" MASS(
     "m") "forces: {f: {joint: x, friction: {force: l, static: s}}, pull: {joint: x, force: r*t}}\n";
+
+static const char late[] =
+    "kempe: 1\nparameters: {T: 0.3, F: 5, e: 0.7, m: 2}\nstates: {y: {delay: F + 0*q(x), time: T, start: 0}}\n" MASS(
+        "m") "contacts: {end: {joint: x, upper: 1, restitution: e}}\nforces: {f: {joint: x, force: y}}\n";
+#define LATCH(when, next)                                                                                              \
+    "kempe: 1\nparameters: {e: 0.8, h: 1, g: 9.81, k: 2}\ngravity: [-g, 0, 0]\nstates: {n: {when: \"" when             \
+    "\", next: " next "}}\n" MASS("1") "contacts: {floor: {joint: x, lower: 0, restitution: e}}\n"                     \
+                                       "forces: {f: {joint: x, force: n}}\nstart: {q: {x: h}}\n"
+static const char latch[] = LATCH("qd(x) > 0", "k*t*qd(x)");
+static const char latch_before[] = LATCH("q(x) < h/2", "k*t*qd(x)");
+static const char by_sample[] =
+    "kempe: 1\nparameters: {mu: 1, F: 5, k: 4, m: 2}\nstates: {u: {sample: 0.3, next: u + 1}, "
+    "n: {when: u > 1.5, next: k*q(x)}}\n" MASS("m") "forces: {f: {joint: x, force: F + n}, g: {joint: x, friction: "
+                                                    "{force: mu}}}\nstart: {qd: {x: 0}}\n";
+
+/* Signals and states that change at events, between impacts and friction. */
+static void signals_at_events(void)
+{
+    static const char *const integrators[] = {"dop853", "radau9", NULL};
+    for (int k = 0; k < 3; k++) {
+        compare(late, integrators[k], late_push, (const double[]){0.3, 5, 0.7, 2}, 1.4, 1e-9);
+        compare(latch, integrators[k], latched, (const double[]){0.8, 1, 9.81, 2}, 0.7, 1e-9);
+        compare(latch_before, integrators[k], latched_before, (const double[]){0.8, 1, 9.81, 2}, 0.7, 1e-9);
+        compare(by_sample, integrators[k], sampled_latch, (const double[]){1, 5, 4, 2}, 0.7, 1e-9);
+    }
+}
+
+/* The derivatives of the place and rate at a time, beside differences of runs with other values of parameter k. */
+static void beside_runs(const char *form, const double value[2], double end, double within)
+{
+    char text[2048];
+    double slope[2][2], value_at[5][2];
+    for (int k = 0; k < 2; k++) {
+        for (int i = 0; i < 5; i++) {
+            const double step = 2e-5 * (i - 2);
+            (void)snprintf(text, sizeof text, form, value[0] + (k == 0 ? step : 0), value[1] + (k == 1 ? step : 0));
+            kempe_context *c = kempe_context_new();
+            kempe_sensitivity *s = find(c, text, "q,qd", "dop853", end, 0);
+            for (int j = 0; j < 2; j++) {
+                value_at[i][j] = s ? kmp_sensitivity_value(s, s->rows - 1, j) : NAN;
+                slope[k][j] = s && i == 2 ? kmp_sensitivity_slope(s, s->rows - 1, j, k) : slope[k][j];
+            }
+            kempe_sensitivity_free(s);
+            kempe_context_free(c);
+        }
+        for (int j = 0; j < 2; j++) {
+            const double by = (8 * (value_at[3][j] - value_at[1][j]) - (value_at[4][j] - value_at[0][j])) / (12 * 2e-5);
+            CHECK_NEAR(slope[k][j], by, within * (1 + fabs(by)));
+        }
+    }
+}
+
+/* A mass under a late signal of its own rate, which jumps at the impact, and by compliant and rigid contact with
+ * friction. */
+static void mixed(void)
+{
+    static const char seen[] =
+        "kempe: 1\nparameters: {e: %.17g, T: %.17g}\nstates: {y: {delay: qd(x), time: T}}\n" MASS(
+            "1") "forces: {f: {joint: x, force: 3 - 2*y}, g: {joint: x, friction: {force: 0.1}}}\n"
+                 "contacts: {a: {joint: x, upper: 0.3, restitution: e}}\nstart: {qd: {x: 0.1}}\n";
+    static const char soft[] =
+        "kempe: 1\nparameters: {mu: %.17g, m: %.17g}\nbodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: "
+        "m}, k: {joint: {name: y, prismatic: x, at: m}, mass: 1}}\n"
+        "forces: {f: {joint: x, force: 5*sin(3*t)}, g: {joint: x, friction: {force: mu}}, "
+        "s: {joint: y, spring: {stiffness: 30}}}\n"
+        "contacts: {c: {gap: 0.5 - q(x) - q(y), law: hunt_crossley, stiffness: 1e4, restitution: 0.5}, "
+        "d: {joint: y, upper: 0.1, restitution: 0.4}}\n";
+    beside_runs(seen, (const double[]){0.6, 0.2}, 0.9, 1e-7);
+    beside_runs(soft, (const double[]){0.5, 2}, 1.5, 1e-6);
+}
 
 static void closed_forms(void)
 {
@@ -265,6 +374,15 @@ static void what_is_refused(void)
     static const char shared[] = "kempe: 1\nparameters: {r: 3}\n" MASS(
         "1") "forces: {f: {joint: x, friction: {force: 4}}, g: {joint: x, friction: "
              "{force: 2}}, pull: {joint: x, force: r*t}}\nrun: {t_end: 3}\n";
+    static const char meeting[] =
+        "kempe: 1\nparameters: {h: 1}\ngravity: [-8, 0, 0]\ninputs: {u: {t: [0, 0.5], value: [0, 1], method: "
+        "hold}}\n" MASS(
+            "1") "forces: {f: {joint: x, force: \"u + if(q(x) < 0, 3, 0)\"}}\n%sstart: {q: {x: h}}\nrun: {t_end: 1}\n";
+    char text[512];
+    for (int k = 0; k < 2; k++) {
+        (void)snprintf(text, sizeof text, meeting, k ? "contacts: {a: {joint: x, lower: -3, restitution: 0.5}}\n" : "");
+        refuse(text, (kempe_sensitivity_options){0}, "an input jumps at t = 0.5 together with the condition");
+    }
     refuse(plastic, (kempe_sensitivity_options){0}, "with respect to a restitution of zero");
     refuse(resting, (kempe_sensitivity_options){0}, "its distance changes with a parameter");
     refuse(two, (kempe_sensitivity_options){0}, "strike together");
@@ -276,6 +394,8 @@ static void what_is_refused(void)
 int main(void)
 {
     TEST(closed_forms);
+    TEST(signals_at_events);
+    TEST(mixed);
     TEST(a_sequence_ends);
     TEST(corrected_rates);
     TEST(loads_at_rest);

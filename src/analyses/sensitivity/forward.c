@@ -552,13 +552,14 @@ static bool find_swing(kmp_forward_formulation *f, int k, const double *y)
     const int n = f->n, m = f->m;
     double one = 1;
     kmp_instant at = kmp_linear_instant(&v->linear);
-    (void)kmp_slopes_values(&v->slopes->events, &at);
+    const double value = kmp_slopes_values(&v->slopes->events, &at)[k];
     if (late)
         kmp_sensitivity_equations_rates(v, f->jerk, f->lambda_rate);
     const double by_place = along(f, k, &(kmp_direction){.t = &one, .q = l->qd}, -1);
     const double by_rates = along(f, k, &(kmp_direction){.qd = l->qdd}, -1);
     const double by_loads = late ? along(f, k, &(kmp_direction){.qdd = f->jerk, .lambda = f->lambda_rate}, -1) : 0;
     const double rate = by_place + by_rates + by_loads;
+    f->distance = fabs(value / rate);
     for (int i = 0; i < f->count; i++) {
         kmp_direction direction = {.q = f->dq + i * n, .qd = f->dqd + i * n};
         if (late) {
@@ -662,6 +663,21 @@ static bool input_jumps(const kmp_forward_formulation *f, double t)
     return jumps;
 }
 
+/* True if the motion itself crosses condition k where an input jumps, at a time that depends on parameters. */
+static bool coincides(kmp_forward_formulation *f, int k, double t, const double *y)
+{
+    return find_swing(f, k, y) && f->distance * f->start.rate_scale <= KMP_SLOPE_JUMPED && f->swung_t[k] != t &&
+           are_different(f, f->swing, NULL);
+}
+
+static int halt_at_input(kmp_forward_formulation *f, int k, double t)
+{
+    return kmp_forward_halt(f,
+                            "an input jumps at t = %.9g together with the condition %s, whose time depends on "
+                            "parameters: the motion has no derivative with respect to them there",
+                            t, f->system->event_text[k]);
+}
+
 /* Changes condition k, and the others according to `mode`. A jump of an input does so at a time that depends on no
  * parameter. */
 static int pass(kmp_forward_formulation *f, int k, const double *mode, double t, double *y)
@@ -670,6 +686,8 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
     const bool given = input_jumps(f, t);
     if (spread(f, t, y) != KMP_GO)
         return KMP_HALT;
+    if (given && coincides(f, k, t, y))
+        return halt_at_input(f, k, t);
     memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
     if (!given && !find_swing(f, k, y))
         return kmp_forward_halt(
@@ -830,20 +848,68 @@ static void take_all_next(kmp_forward_formulation *f, double t)
     f->resets = 0;
 }
 
-/* Derivatives across next values of states that the run has noted (kmp_sample_fn): of the place, at a time that
- * depends on no parameter. */
-static int reset_place(kmp_forward_formulation *f, double t)
+/* Adds terms to the derivatives of coordinate i by parameter k, and their sizes to those of all terms. */
+static void add_term(kmp_forward_formulation *f, int k, int i, double dq, double dqd)
+{
+    const int at = k * f->n + i;
+    f->dq[at] += dq;
+    f->dqd[at] += dqd;
+    f->span[at] += fabs(dq);
+    f->speed[at] += fabs(dqd);
+}
+
+/* Adds the rates of the place, and these accelerations, times f->swing to its derivatives. */
+static void go_along(kmp_forward_formulation *f, const double *qdd)
+{
+    for (int k = 0; k < f->count; k++)
+        for (int i = 0; i < f->n && f->swing[k] != 0; i++)
+            add_term(f, k, i, f->qd[i] * f->swing[k], qdd[i] * f->swing[k]);
+}
+
+/* Where the place is the one before an event of the run: next values and delayed signals that jump have its time, or
+ * change at another event of this time. */
+static int join_event(kmp_forward_formulation *f, double t, bool jumps)
+{
+    const bool moves = are_different(f, f->swing, NULL);
+    if (f->cause_before >= 0 ? are_different(f, f->swing, f->common) : are_different(f, f->common, NULL)) {
+        for (int k = 0; k < f->samples && f->resets > 0 && !jumps; k++)
+            if (f->taken[k])
+                return halt_at_event(f, k, t);
+        return kmp_forward_halt(
+            f,
+            "a delayed signal jumps at t = %.9g together with an event: the motion has no derivative with "
+            "respect to parameters there",
+            t);
+    }
+    if (f->cause_before < 0 && moves) {
+        go_along(f, f->qdd_before);
+        f->cause_before = f->reset_cause;
+    }
+    memcpy(f->common, f->swing, (size_t)f->swing_size * sizeof *f->swing);
+    return KMP_GO;
+}
+
+/* Derivatives across next values of states that the run has noted (kmp_sample_fn), and across delayed signals that jump
+ * (`jump`: dt/dp there; `qd`: the rates behind it, NULL at
+ * the start of the run): of the place, which is one before an event of the run, or at a time
+ * that depends on no parameter. */
+static int reset_place(kmp_forward_formulation *f, double t, const double *jump, const double *qd)
 {
     kmp_evaluator *eval = kmp_forward_eval(f);
-    if (find_reset_swing(f, NULL, t) != KMP_GO)
+    if (find_reset_swing(f, jump, t) != KMP_GO || (f->passing && join_event(f, t, jump != NULL) != KMP_GO))
         return KMP_HALT;
-    if (!is_still(f, f->reset_cause))
+    if (!f->passing && are_different(f, f->swing, NULL))
         return kmp_forward_halt(
             f, "a state changes at t = %.9g s, where the equations are derived again: derivatives end there", t);
     memcpy(f->new_chart, eval->chart, chart_bytes(f));
+    memcpy(f->new_mode, eval->mode, mode_bytes(f));
     kmp_eval_set_charts(eval, f->chart);
+    set_modes(f, f->mode);
     const int times = f->resets;
+    if (qd)
+        kmp_forward_delays_pass(f, t, qd);
     take_all_next(f, t);
+    set_modes(f, f->new_mode);
     if (report_reset(f, t, times) != KMP_GO)
         return KMP_HALT;
     memcpy(f->old_y, f->next_y, (size_t)(2 * f->p) * sizeof *f->old_y);
@@ -1090,17 +1156,31 @@ static bool shares_load(const kmp_friction_run *friction)
     return shares;
 }
 
+/* True if the condition of the last swing has not been crossed by the motion at t, but has jumped with the rates or
+ * with a state at the event before, which has the same time. */
+static bool has_jumped(const kmp_forward_formulation *f, double t)
+{
+    return f->last_t == t && f->distance * f->start.rate_scale > KMP_SLOPE_JUMPED;
+}
+
 /* dt_e/dp of the event that the run passes, whose conditions have one time: f->common. */
 static int find_common_swing(kmp_forward_formulation *f, double t, const double *y)
 {
     const kmp_passed_event *event = f->start.passed;
     const bool given = input_jumps(f, t);
     int cause = -1;
+    for (int k = 0; k < f->system->events.count; k++) {
+        const kmp_condition *condition = &f->system->events.condition[k];
+        f->near[k] = given && !condition->kink && condition->role == KMP_ROLE_NONE && coincides(f, k, t, y);
+    }
     memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
     for (int k = 0; k < f->system->events.count && !given; k++) {
         if (!event->caused[k] || f->system->events.condition[k].kink)
             continue;
-        if (!find_swing(f, k, y))
+        const bool crossed = find_swing(f, k, y);
+        if (has_jumped(f, t))
+            memcpy(f->swing, f->last, (size_t)f->swing_size * sizeof *f->swing);
+        else if (!crossed)
             return kmp_forward_halt(f,
                                     "the condition %s is touched at t = %.9g without crossing: the motion has no "
                                     "derivative with respect to parameters there",
@@ -1119,25 +1199,10 @@ static int find_common_swing(kmp_forward_formulation *f, double t, const double 
         cause = k;
         memcpy(f->common, f->swing, (size_t)f->swing_size * sizeof *f->swing);
     }
-    if (f->delays && are_different(f, f->swing, NULL))
-        return kmp_forward_halt(f,
-                                "the condition %s changes constraint equations at t = %.9g: derivatives with delayed "
-                                "signals end there",
-                                f->system->event_text[cause], t);
     memcpy(f->common, f->swing, (size_t)f->swing_size * sizeof *f->swing);
     f->cause_before = cause;
     return kmp_same_time(f->sampled_t, t) && are_different(f, f->swing, NULL) ? halt_at_event(f, f->sampled, t)
                                                                               : KMP_GO;
-}
-
-/* Adds terms to the derivatives of coordinate i by parameter k, and their sizes to the sums of sizes. */
-static void add_term(kmp_forward_formulation *f, int k, int i, double dq, double dqd)
-{
-    const int at = k * f->n + i;
-    f->dq[at] += dq;
-    f->dqd[at] += dqd;
-    f->span[at] += fabs(dq);
-    f->speed[at] += fabs(dqd);
 }
 
 /* Begins the sums of sizes with the derivatives, and with rounding of coordinates. */
@@ -1161,9 +1226,8 @@ static int leave_at_event(kmp_forward_formulation *f, double t, const double *y)
         return KMP_HALT;
     f->integrand_before = integrand_here(f);
     begin_terms(f);
-    for (int k = 0; k < f->count; k++)
-        for (int i = 0; i < f->n; i++)
-            add_term(f, k, i, l->qd[i] * f->common[k], l->qdd[i] * f->common[k]);
+    memcpy(f->qdd_before, l->qdd, (size_t)f->n * sizeof *l->qdd);
+    go_along(f, l->qdd);
     keep_old(f);
     f->passing = true;
     return KMP_GO;
@@ -1201,20 +1265,24 @@ static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulatio
     return KEMPE_OK;
 }
 
-/* Delayed signals may not jump where the equations are made again. */
-static kempe_status check_delays(kmp_forward_formulation *f, const kmp_formulation_start *start)
+/* Takes next values of states and delayed signals, which may jump only at an event of the run. */
+static int arrive_with_signals(kmp_forward_formulation *f, const kmp_formulation_start *start, bool first)
 {
-    const double *swing;
-    if (!f->delays)
-        return KEMPE_OK;
-    if (kmp_forward_delays_jump(f, start->t, &swing) != KMP_GO || swing)
-        return kmp_fail(
-            f->system->context, KEMPE_E_FAILED,
-            "a delayed signal jumps at t = %.9g s, where the equations are derived again: derivatives end there",
+    const double *jump = NULL;
+    if (!first && kmp_forward_delays_jump(f, start->t, &jump) != KMP_GO)
+        return KMP_HALT;
+    if (jump && !f->passing)
+        return kmp_forward_halt(
+            f, "a delayed signal jumps at t = %.9g s, where the equations are derived again: derivatives end there",
             start->t);
+    if (f->resets > 0 || jump)
+        return reset_place(f, start->t, jump, first ? NULL : start->qd);
     memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
-    kmp_forward_delays_pass(f, start->t, start->qd);
-    return KEMPE_OK;
+    if (f->passing)
+        memcpy(f->swing, f->common, (size_t)f->swing_size * sizeof *f->swing);
+    if (!first)
+        kmp_forward_delays_pass(f, start->t, start->qd);
+    return KMP_GO;
 }
 
 static kempe_status fail_with_reason(const kmp_forward_formulation *f)
@@ -1229,6 +1297,9 @@ static int arrive_after_event(kmp_forward_formulation *f, const kmp_formulation_
     const kmp_passed_event *event = start->passed;
     if (!event || (!f->passing && !(first && event->impact)))
         return KMP_GO;
+    for (int k = 0; f->passing && k < f->system->events.count; k++)
+        if (f->near[k] && mode_differs(f, k, start->eval->mode))
+            return halt_at_input(f, k, start->t);
     memcpy(f->swing, f->common, (size_t)f->swing_size * sizeof *f->swing);
     note_swings(f, f->mode, start->t, f->cause_before);
     memcpy(f->mode, start->eval->mode, mode_bytes(f));
@@ -1309,6 +1380,10 @@ static int go_on_after_event(kmp_forward_formulation *f, const kmp_formulation_s
             add_term(f, k, i, -l->qd[i] * f->common[k], -l->qdd[i] * f->common[k]);
     for (int k = 0; f->passing && f->integrals && k < f->count; k++)
         y[2 * kmp_forward_blocks(f) + 1 + k] += (f->integrand_before - integrand_here(f)) * f->common[k];
+    if (f->passing && (f->last_t != start->t || are_different(f, f->common, NULL))) {
+        memcpy(f->last, f->common, (size_t)f->swing_size * sizeof *f->last);
+        f->last_t = start->t;
+    }
     f->passing = false;
     if (hold_rows(f) != KMP_GO)
         return KMP_HALT;
@@ -1333,9 +1408,11 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
     add_lanes(f);
     if (first)
         memcpy(f->mode, start->eval->mode, mode_bytes(f));
-    if (f->resets > 0 && reset_place(f, start->t) != KMP_GO)
+    const bool signals = f->resets > 0;
+    if (arrive_with_signals(f, start, first) != KMP_GO)
         return fail_with_reason(f);
-    KMP_TRY(first ? KEMPE_OK : check_delays(f, start));
+    if (f->passing && (signals || f->cause_before >= 0 || are_different(f, f->common, NULL)))
+        kmp_forward_delays_note(f, start->t, f->common);
     if (arrive_after_event(f, start, first) != KMP_GO)
         return fail_with_reason(f);
     enter_charts(f, start->q, start->qd);
@@ -1397,22 +1474,22 @@ static bool make_room(kmp_forward_formulation *f)
 {
     kmp_arena *a = &f->arena;
     int n = f->n, count = f->v->count, conditions = f->system->events.count;
-    KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &f->q, &f->qd, &f->su, &f->sud, &f->ud, &f->before, &f->old_q),
-                   KMP_ROOM(double, n *count, &f->dq, &f->dqd, &f->dqdd, &f->span, &f->speed),
-                   KMP_ROOM(double, f->m *count, &f->dlambda), KMP_ROOM(double, f->v->slopes->shown *count, &f->dshown),
-                   KMP_ROOM(double, f->swing_size, &f->swing, &f->common), KMP_ROOM(double, n, &f->jerk),
-                   KMP_ROOM(double, f->m, &f->lambda_rate, &f->rows), KMP_ROOM(double, f->m *count, &f->held),
-                   KMP_ROOM(double, conditions, &f->mode, &f->new_mode, &f->next_mode, &f->changes, &f->along),
-                   KMP_ROOM(double, KMP_CHART_SIZE * f->system->chart_count, &f->chart, &f->new_chart, &f->old_chart),
-                   KMP_ROOM(double, 2 * n, &f->old_y), KMP_ROOM(double, 2 * n * n, &f->matrix),
-                   KMP_ROOM(double, f->integrals, &f->tail),
-                   KMP_ROOM(int, n, &f->signs, &f->signs_now, &f->old_u, &f->every),
-                   KMP_ROOM(bool, conditions, &f->cause), KMP_ROOM(double, conditions * f->swing_size, &f->swings),
-                   KMP_ROOM(double, conditions, &f->swung_t), KMP_ROOM(int, conditions, &f->swung_by),
-                   KMP_ROOM(double, f->samples, &f->next), KMP_ROOM(double, 2 * n, &f->next_y),
-                   KMP_ROOM(bool, most_resets(f) * f->samples, &f->taken),
-                   KMP_ROOM(int, most_resets(f) * f->samples, &f->cause_of));
-    f->sampled_t = NAN;
+    KMP_ARENA_MAKE(
+        a, KMP_ROOM(double, n, &f->q, &f->qd, &f->qdd_before, &f->su, &f->sud, &f->ud, &f->before, &f->old_q),
+        KMP_ROOM(double, n *count, &f->dq, &f->dqd, &f->dqdd, &f->span, &f->speed),
+        KMP_ROOM(double, f->m *count, &f->dlambda), KMP_ROOM(double, f->v->slopes->shown *count, &f->dshown),
+        KMP_ROOM(double, f->swing_size, &f->swing, &f->common, &f->last), KMP_ROOM(double, n, &f->jerk),
+        KMP_ROOM(double, f->m, &f->lambda_rate, &f->rows), KMP_ROOM(double, f->m *count, &f->held),
+        KMP_ROOM(double, conditions, &f->mode, &f->new_mode, &f->next_mode, &f->changes, &f->along),
+        KMP_ROOM(double, KMP_CHART_SIZE * f->system->chart_count, &f->chart, &f->new_chart, &f->old_chart),
+        KMP_ROOM(double, 2 * n, &f->old_y), KMP_ROOM(double, 2 * n * n, &f->matrix),
+        KMP_ROOM(double, f->integrals, &f->tail), KMP_ROOM(int, n, &f->signs, &f->signs_now, &f->old_u, &f->every),
+        KMP_ROOM(bool, conditions, &f->cause, &f->near), KMP_ROOM(double, conditions * f->swing_size, &f->swings),
+        KMP_ROOM(double, conditions, &f->swung_t), KMP_ROOM(int, conditions, &f->swung_by),
+        KMP_ROOM(double, f->samples, &f->next), KMP_ROOM(double, 2 * n, &f->next_y),
+        KMP_ROOM(bool, most_resets(f) * f->samples, &f->taken),
+        KMP_ROOM(int, most_resets(f) * f->samples, &f->cause_of));
+    f->sampled_t = f->last_t = NAN;
     for (int k = 0; !a->failed && k < conditions; k++)
         f->swung_t[k] = NAN;
     for (int i = 0; !a->failed && i < f->n; i++)

@@ -150,13 +150,14 @@ static const double *add_changes(impact *x, const double *qd, const double *qdd,
         double *to = x->force + k * n, *by = f->rows;
         memset(by, 0, (size_t)m * sizeof *by);
         kmp_tangents_add(&l->tangents, KMP_RATE_Q, d, 1, dq, by);
-        kmp_tangents_add(&l->tangents, KMP_R_Q, d, force, dq, to);
+        if (force != 0) /* forces may have no derivative there */
+            kmp_tangents_add(&l->tangents, KMP_R_Q, d, force, dq, to);
         for (int time = 0; time < 2; time++) {
             const double factor = time ? f->passing ? f->common[k] : 0 : 1;
             const kmp_change change = kmp_slopes_change(v->slopes, time ? v->count : k, v->part);
             for (int r = 0; factor != 0 && r < m; r++)
                 by[r] += factor * change.rate[r];
-            for (int i = 0; factor != 0 && i < n; i++)
+            for (int i = 0; factor != 0 && force != 0 && i < n; i++)
                 to[i] += force * factor * change.force[i];
         }
         for (int j = 0; rates && j < x->count; j++) {
@@ -376,6 +377,36 @@ static void set_modes(impact *x, const kmp_friction_run *friction)
     }
 }
 
+/* Takes the jump of the rates; false: it is one of rounding, and no contact strikes. */
+static bool take_jump(impact *x, bool strikes)
+{
+    const kmp_forward_formulation *f = x->f;
+    bool jumps = strikes;
+    for (int i = 0; i < x->n; i++) {
+        const double before = f->qd[i], usual = f->system->scale[i] * f->start.rate_scale;
+        x->jump[i] = x->after[i] - before;
+        jumps = jumps || fabs(x->jump[i]) > KMP_IMPACT_RATES * (fabs(x->after[i]) + fabs(before) + usual);
+    }
+    return jumps;
+}
+
+/* Changes of M times the jump less G'F. Only M and G change it: other terms of the same rates are taken away by the
+ * changes at them without the jump, which x->force has. */
+static int add_jump(impact *x)
+{
+    kmp_forward_formulation *f = x->f;
+    if (!find_impulses(x))
+        return kmp_forward_halt(f, "the jump of the rates at t = %.9g has no derivative with respect to parameters",
+                                x->t);
+    (void)add_changes(x, x->after, x->jump, 1, false, false);
+    kmp_instant there = kmp_instant_of(f->v->linear.eval, x->t, f->q, x->zero, x->zero, x->zero);
+    there.mode = x->mode;
+    kmp_sensitivity_equations_pull(f->v, &there, x->lambda, f->dq, f->passing ? f->common : NULL, x->pulled);
+    for (int i = 0; i < f->count * x->n; i++)
+        x->force[i] -= x->pulled[i];
+    return KMP_GO;
+}
+
 static int strike(impact *x, const kmp_passed_event *event)
 {
     kmp_forward_formulation *f = x->f;
@@ -387,20 +418,11 @@ static int strike(impact *x, const kmp_passed_event *event)
     add_struck(x, event->impact);
     x->size = x->n + x->count;
     set_modes(x, event->friction);
-    for (int i = 0; i < x->n; i++)
-        x->jump[i] = x->after[i] - f->qd[i];
-    /* Only M and G change the jump: other terms of the same rates are taken away. */
-    take_matrices(x, add_changes(x, x->after, x->zero, -1, false, true));
+    const bool jumps = take_jump(x, event->impact != NULL);
+    take_matrices(x, add_changes(x, x->after, x->zero, jumps ? -1 : 0, false, true));
     (void)add_changes(x, f->qd, x->zero, 0, true, true);
-    if (!find_impulses(x))
-        return kmp_forward_halt(f, "the jump of the rates at t = %.9g has no derivative with respect to parameters",
-                                x->t);
-    (void)add_changes(x, x->after, x->jump, 1, false, false);
-    kmp_instant there = kmp_instant_of(f->v->linear.eval, x->t, f->q, x->zero, x->zero, x->zero);
-    there.mode = x->mode;
-    kmp_sensitivity_equations_pull(f->v, &there, x->lambda, f->dq, f->passing ? f->common : NULL, x->pulled);
-    for (int i = 0; i < f->count * x->n; i++)
-        x->force[i] -= x->pulled[i];
+    if (jumps && add_jump(x) != KMP_GO)
+        return KMP_HALT;
     const kmp_instant at = kmp_instant_of(f->v->linear.eval, x->t, f->q, f->qd, x->zero, x->zero);
     (void)kmp_slopes_values(&f->v->slopes->events, &at);
     if (solve(x)) {

@@ -47,17 +47,21 @@ typedef struct kmp_forward_formulation {
     double *swings, *swung_t;   /* conditions x swing_size: dt_e/dp of each where it changed last, and that time */
     double *jerk, *lambda_rate; /* n, m: rates of accelerations and multipliers along the motion */
     double *common;             /* swing_size: dt_e/dp of the event that is passed */
-    double integrand_before;    /* the integrand before it */
-    double *held;               /* count x m: v->held */
-    double *rows;               /* m */
-    double *span, *speed;       /* count x n: sizes of the terms of dq and dqd at an event */
-    int cause_before;           /* its condition; -1: none that depends on parameters */
-    bool passing;               /* the place is the one before an event of the run, with derivatives along it */
-    int *swung_by;              /* by conditions: the one whose change took it along; -1: an input's jump */
-    int samples, resets;        /* states with next values; times that some took them since the last start */
-    bool *taken, missed;        /* of each time, by states; there was no room for a time */
-    int *cause_of;              /* of each time, by states: the condition; -1: a sample */
-    double sampled_t;           /* of the last next values at a sample, and one of the states that took them */
+    double integrand_before;    /* the integrand before it, and accelerations: n */
+    double *qdd_before;
+    double *last, last_t; /* swing_size: dt_e/dp of the event that was passed last, and its time */
+    bool *near;           /* conditions: the motion crosses them where an input jumps */
+    double distance;      /* of the last swing: the time by which its condition is beyond zero */
+    double *held;         /* count x m: v->held */
+    double *rows;         /* m */
+    double *span, *speed; /* count x n: sizes of the terms of dq and dqd at an event */
+    int cause_before;     /* its condition; -1: none that depends on parameters */
+    bool passing;         /* the place is the one before an event of the run, with derivatives along it */
+    int *swung_by;        /* by conditions: the one whose change took it along; -1: an input's jump */
+    int samples, resets;  /* states with next values; times that some took them since the last start */
+    bool *taken, missed;  /* of each time, by states; there was no room for a time */
+    int *cause_of;        /* of each time, by states: the condition; -1: a sample */
+    double sampled_t;     /* of the last next values at a sample, and one of the states that took them */
     int sampled;
     int reset_cause;            /* as in kmp_sensitivity_equations_reset */
     double *next, *next_y;      /* by states: derivatives of next values; 2 p: of kmp_sensitivity_equations_reset */
