@@ -848,7 +848,7 @@ static void take_all_next(kmp_forward_formulation *f, double t)
     f->resets = 0;
 }
 
-/* Adds terms to the derivatives of coordinate i by parameter k, and their sizes to those of all terms. */
+/* Adds terms to the derivatives of coordinate i by parameter k, and their sizes to the sums of sizes. */
 static void add_term(kmp_forward_formulation *f, int k, int i, double dq, double dqd)
 {
     const int at = k * f->n + i;
@@ -866,8 +866,8 @@ static void go_along(kmp_forward_formulation *f, const double *qdd)
             add_term(f, k, i, f->qd[i] * f->swing[k], qdd[i] * f->swing[k]);
 }
 
-/* Where the place is the one before an event of the run: next values and delayed signals that jump have its time, or
- * change at another event of this time. */
+/* Next values and delayed signals that jump take part in the event of the run, before which the place is: they have its
+ * time. */
 static int join_event(kmp_forward_formulation *f, double t, bool jumps)
 {
     const bool moves = are_different(f, f->swing, NULL);
@@ -889,10 +889,9 @@ static int join_event(kmp_forward_formulation *f, double t, bool jumps)
     return KMP_GO;
 }
 
-/* Derivatives across next values of states that the run has noted (kmp_sample_fn), and across delayed signals that jump
- * (`jump`: dt/dp there; `qd`: the rates behind it, NULL at
- * the start of the run): of the place, which is one before an event of the run, or at a time
- * that depends on no parameter. */
+/* Derivatives of the place across next values of states that the run has noted (kmp_sample_fn), and across delayed
+ * signals that jump (`jump`: dt/dp there; `qd`: the rates behind it, NULL at the start of the run). The place is before
+ * an event of the run, or at a time that depends on no parameter. */
 static int reset_place(kmp_forward_formulation *f, double t, const double *jump, const double *qd)
 {
     kmp_evaluator *eval = kmp_forward_eval(f);

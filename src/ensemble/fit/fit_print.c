@@ -100,7 +100,8 @@ static void put_method(kmp_text *text, const kempe_fit *f)
         kmp_text_printf(text, "accuracy  a hundredfold tolerance changes the motion by %.2g standard deviations\n",
                         f->coarser);
     if (rows->differences)
-        kmp_text_printf(text, "          derivatives by differences, because a body rolls in space: uncertain by %.2g\n",
+        kmp_text_printf(text,
+                        "          derivatives by differences, because a body rolls in space: uncertain by %.2g\n",
                         kmp_fit_slope_error(f));
     for (int k = 0; k < f->run_count; k++) {
         const kmp_measured *m = &f->run[k].measured;

@@ -22,8 +22,8 @@ typedef struct kmp_run_judge {
     /** Judges a recorded run; *verdict is in the arena. */
     kempe_status (*judge)(const kempe_system *system, kmp_recording *recording, const void *before, kmp_arena *arena,
                           void **verdict);
-    /** *lost: a contact of the rows is lost in a later one, which amplifies errors: no part of the run shows the error of
-     * the whole. */
+    /** *lost: a contact of the rows is lost in a later one, which amplifies errors: no part of the run shows the error
+     * of the whole. */
     kempe_status (*loses_contact)(const kempe_system *system, const kmp_samples *rows, bool *lost);
     /** Puts a paragraph, and a member of an open object. */
     void (*show)(kmp_text *text, const kempe_model *model, const void *verdict);
