@@ -874,8 +874,8 @@ static void go_along(kmp_forward_formulation *f, const double *qdd)
             add_term(f, k, i, f->qd[i] * f->swing[k], qdd[i] * f->swing[k]);
 }
 
-/* Where the place is the one before an event of the run: next values and delayed signals that jump have its time, or
- * change at another event of this time. */
+/* Gives next values and delayed signals that jump the time of the event that the run passes, before which the place is.
+ * KMP_HALT: they change at another time, which is the same only by chance. */
 static int join_event(kmp_forward_formulation *f, double t, bool jumps)
 {
     const bool moves = are_different(f, f->swing, NULL);

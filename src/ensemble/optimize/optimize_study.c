@@ -22,9 +22,9 @@
 enum { MOST_STEPS = 10000 };
 
 /* Rows on each side of an extreme, at distances of this part of the run. */
-enum { BESIDE = 2, ROWS = 2 * BESIDE + 1 };
+enum { NEXT = 2, ROWS = 2 * NEXT + 1 };
 static const double APART = 1e-5;
-/* Slopes jump by more than this part of their size, and than this multiple of their change beside the jump. */
+/* Slopes jump by more than this part of their size, and than this multiple of their change next to the jump. */
 static const double JUMP = 1e-6, STEEP = 10;
 
 /* -- slopes ------------------------------------------------------------------------------------------ */
@@ -108,12 +108,13 @@ static bool is_extreme(const kmp_run_quantity *of)
     return of->kind == KMP_TAKE_MAX || of->kind == KMP_TAKE_MIN;
 }
 
-/* The time of row `beside` of quantity q, or its own time where it is no extreme inside the run. */
-static double time_of(const kmp_objective *o, int q, int beside, double t_end)
+/* The time of a row of quantity q, `place` rows after its own time; this time where it is not an extreme inside the
+ * run. */
+static double time_of(const kmp_objective *o, int q, int place, double t_end)
 {
-    const double t = o->time[q], apart = BESIDE * APART * t_end;
+    const double t = o->time[q], apart = NEXT * APART * t_end;
     const bool inside = is_extreme(&o->list->run.of[q]) && t > apart && t < t_end - apart;
-    return inside ? t + beside * APART * t_end : t;
+    return inside ? t + place * APART * t_end : t;
 }
 
 /* The distinct ones in order, with the end; their number. */
@@ -121,7 +122,7 @@ static int order_times(kmp_objective *o, double t_end)
 {
     int count = 0;
     for (int k = 0; k <= ROWS * o->list->run.count; k++) {
-        double t = k < ROWS * o->list->run.count ? time_of(o, k / ROWS, k % ROWS - BESIDE, t_end) : t_end;
+        double t = k < ROWS * o->list->run.count ? time_of(o, k / ROWS, k % ROWS - NEXT, t_end) : t_end;
         int at = count;
         while (at > 0 && o->times[at - 1] >= t)
             at--;
@@ -142,7 +143,7 @@ static int row_at(const kempe_sensitivity *rows, double t)
     return row;
 }
 
-/* True if the slope by parameter k jumps at the time of quantity q: this time is that of an event, and depends on the
+/* True if the slope by parameter k jumps at the time of quantity q: an event has this time, which depends on the
  * parameter. Elsewhere the derivative by time is zero, or the time is given. */
 static bool slope_jumps(const kmp_objective *o, const double *x, int q, int k)
 {
@@ -150,14 +151,14 @@ static bool slope_jumps(const kmp_objective *o, const double *x, int q, int k)
     const int column = o->column[o->list->run.of[q].channel];
     double slope[ROWS], size = 0, value = 0;
     for (int i = 0; i < ROWS; i++) {
-        const int row = row_at(rows, time_of(o, q, i - BESIDE, rows->t_end));
+        const int row = row_at(rows, time_of(o, q, i - NEXT, rows->t_end));
         slope[i] = kmp_sensitivity_slope(rows, row, column, k);
         value = fmax(value, fabs(kmp_sensitivity_value(rows, row, column)));
         size = fmax(size, fabs(slope[i]));
     }
-    const double beside = fabs(slope[BESIDE - 1] - slope[0]) + fabs(slope[ROWS - 1] - slope[BESIDE + 1]);
-    const double jump = fabs(slope[BESIDE + 1] - slope[BESIDE - 1]);
-    return jump > STEEP * beside + JUMP * size && jump * fabs(x[k]) > JUMP * value;
+    const double smooth = fabs(slope[NEXT - 1] - slope[0]) + fabs(slope[ROWS - 1] - slope[NEXT + 1]);
+    const double jump = fabs(slope[NEXT + 1] - slope[NEXT - 1]);
+    return jump > STEEP * smooth + JUMP * size && jump * fabs(x[k]) > JUMP * value;
 }
 
 /* The first extreme without an exact derivative; -1: none. */
