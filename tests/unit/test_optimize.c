@@ -101,6 +101,30 @@ static void slopes_are_exact(void)
     unload(&l);
 }
 
+/* A ball that falls is fastest, and lowest, at its impact, whose time depends on its height: no derivative of the
+ * motion at one time is that of these values. In front of the impact, and by the restitution, there is one. */
+static void extremes_at_events(void)
+{
+    const char *const names[] = {"h", "e", "w"};
+    const double x[] = {1, 0.8, 0};
+    const kempe_run_options run = {.rtol = 1e-10, .t_end = 0.8};
+    loaded l = load_text("kempe: 1\nparameters: {h: 1, e: 0.8, w: 0}\ngravity: [-10, 0, 0]\nbodies: {m: {joint: {name: "
+                         "x, prismatic: x, at: ground}, mass: 1}}\ncontacts: {floor: {joint: x, lower: w, restitution: "
+                         "e}}\nstart: {q: {x: h}}\n");
+    static const char *const words[] = {"min(qd(x))", "max(qd(x))", "min(q(x))", "min(q(x) + 0.1*t)", "max(q(x)*t)"};
+    for (int k = 0; k < 5; k++) {
+        kmp_objective o;
+        double values[8], slopes[24];
+        CHECK(kmp_objective_init(&o, l.model, 3, names, words[k], NULL, &run) == KEMPE_OK);
+        CHECK(o.runs != NULL);
+        CHECK(kmp_objective_slopes(&o, x, values, slopes) == KEMPE_OK);
+        CHECK(isnan(values[0]) == (k < 4));
+        CHECK(k == 4 || (o.refusal && strstr(o.refusal, "is taken at an event at t = 0.44721359")));
+        kmp_objective_free(&o);
+    }
+    unload(&l);
+}
+
 /* A shot over level ground: the range v^2 sin(2 a)/g is largest at 45 deg, and with a limit on the height, which is
  * v^2 sin^2(a)/(2 g), where that is reached. */
 static const char *const shot = "kempe: 1\n"
@@ -258,6 +282,7 @@ int main(void)
     TEST(finds_a_spring);
     TEST(turns_within_steps);
     TEST(slopes_are_exact);
+    TEST(extremes_at_events);
     TEST(finds_an_angle);
     TEST(finds_a_coupler_curve);
     TEST(keeps_the_best);

@@ -21,6 +21,12 @@
 /* Of a trial, unless the caller gives another number: near a change point runs become as long as one likes. */
 enum { MOST_STEPS = 10000 };
 
+/* Rows on each side of an extreme, at distances of this part of the run. */
+enum { NEXT = 2, ROWS = 2 * NEXT + 1 };
+static const double APART = 1e-5;
+/* Slopes jump by more than this part of their size, and than this multiple of their change next to the jump. */
+static const double JUMP = 1e-6, STEEP = 10;
+
 /* -- slopes ------------------------------------------------------------------------------------------ */
 
 /* The column of a channel among the columns of the rows; -1: there is none. */
@@ -79,12 +85,13 @@ static kempe_status derive_slopes(kmp_objective *o, const char *const *names, do
     }
     for (int k = 0; k < o->count; k++)
         kmp_text_printf(&list, "%s%s", k ? "," : "", names[k]);
-    for (int q = 0; q <= run->count; q++)
-        o->times[q] = t_end * (q + 1) / (run->count + 1);
+    const int most = ROWS * run->count + 1;
+    for (int k = 0; k < most; k++)
+        o->times[k] = t_end * (k + 1) / most;
     const kempe_sensitivity_options ask = {.parameters = list.s, .run = &o->run};
     kempe_status status = list.failed ? kmp_fail_memory(o->context) : add_rows(o);
     if (status == KEMPE_OK)
-        status = kmp_slope_runs_new(kmp_variant_model(o->shown), &ask, run->count + 1, o->times, false, &o->runs);
+        status = kmp_slope_runs_new(kmp_variant_model(o->shown), &ask, most, o->times, false, &o->runs);
     kmp_text_free(&list);
     if (status != KEMPE_OK && status != KEMPE_E_MEMORY)
         return refuse_slopes(o, kempe_context_message(o->context));
@@ -96,12 +103,26 @@ static kempe_status derive_slopes(kmp_objective *o, const char *const *names, do
     return status;
 }
 
+static bool is_extreme(const kmp_run_quantity *of)
+{
+    return of->kind == KMP_TAKE_MAX || of->kind == KMP_TAKE_MIN;
+}
+
+/* The time of a row of quantity q, `place` rows after its own time; this time where it is not an extreme inside the
+ * run. */
+static double time_of(const kmp_objective *o, int q, int place, double t_end)
+{
+    const double t = o->time[q], apart = NEXT * APART * t_end;
+    const bool inside = is_extreme(&o->list->run.of[q]) && t > apart && t < t_end - apart;
+    return inside ? t + place * APART * t_end : t;
+}
+
 /* The distinct ones in order, with the end; their number. */
 static int order_times(kmp_objective *o, double t_end)
 {
     int count = 0;
-    for (int q = 0; q <= o->list->run.count; q++) {
-        double t = q < o->list->run.count ? o->time[q] : t_end;
+    for (int k = 0; k <= ROWS * o->list->run.count; k++) {
+        double t = k < ROWS * o->list->run.count ? time_of(o, k / ROWS, k % ROWS - NEXT, t_end) : t_end;
         int at = count;
         while (at > 0 && o->times[at - 1] >= t)
             at--;
@@ -114,14 +135,49 @@ static int order_times(kmp_objective *o, double t_end)
     return count;
 }
 
+static int row_at(const kempe_sensitivity *rows, double t)
+{
+    int row = 0;
+    while (row + 1 < rows->rows && rows->at[row] < t)
+        row++;
+    return row;
+}
+
+/* True if the slope by parameter k jumps at the time of quantity q: an event has this time, which depends on the
+ * parameter. Elsewhere the derivative by time is zero, or the time is given. */
+static bool slope_jumps(const kmp_objective *o, const double *x, int q, int k)
+{
+    const kempe_sensitivity *rows = kmp_slope_runs_rows(o->runs);
+    const int column = o->column[o->list->run.of[q].channel];
+    double slope[ROWS], size = 0, value = 0;
+    for (int i = 0; i < ROWS; i++) {
+        const int row = row_at(rows, time_of(o, q, i - NEXT, rows->t_end));
+        slope[i] = kmp_sensitivity_slope(rows, row, column, k);
+        value = fmax(value, fabs(kmp_sensitivity_value(rows, row, column)));
+        size = fmax(size, fabs(slope[i]));
+    }
+    const double smooth = fabs(slope[NEXT - 1] - slope[0]) + fabs(slope[ROWS - 1] - slope[NEXT + 1]);
+    const double jump = fabs(slope[NEXT + 1] - slope[NEXT - 1]);
+    return jump > STEEP * smooth + JUMP * size && jump * fabs(x[k]) > JUMP * value;
+}
+
+/* The first extreme without an exact derivative; -1: none. */
+static int find_corner(const kmp_objective *o, const double *x)
+{
+    for (int q = 0; q < o->list->run.count; q++)
+        for (int k = 0; k < o->count && is_extreme(&o->list->run.of[q]); k++)
+            if (slope_jumps(o, x, q, k))
+                return q;
+    return -1;
+}
+
 static void take_slopes(const kmp_objective *o, double *values, double *slopes)
 {
     const kempe_sensitivity *rows = kmp_slope_runs_rows(o->runs);
     for (int q = 0; q < o->list->run.count; q++) {
         const kmp_run_quantity *of = &o->list->run.of[q];
-        int row = 0, at = of->first_value, column = o->column[of->channel];
-        while (row + 1 < rows->rows && rows->at[row] < o->time[q])
-            row++;
+        int at = of->first_value, column = o->column[of->channel];
+        const int row = row_at(rows, o->time[q]);
         values[at] = kmp_sensitivity_value(rows, row, column);
         for (int k = 0; k < o->count; k++)
             slopes[(ptrdiff_t)at * o->count + k] = kmp_sensitivity_slope(rows, row, column, k);
@@ -182,6 +238,18 @@ kempe_status kmp_objective_slopes(kmp_objective *objective, const double *x, dou
     kmp_slope_runs_set_times(o->runs, order_times(o, rows->t_end), o->times);
     kempe_status status = kmp_slope_runs_at(o->runs, x);
     o->simulations++;
+    const int corner = status == KEMPE_OK ? find_corner(o, x) : -1;
+    if (corner >= 0) {
+        kmp_text text = {0};
+        kmp_text_printf(&text,
+                        "'%s' is taken at an event at t = %.9g s, whose time depends on parameters: it has no exact "
+                        "derivative there; use --method values",
+                        o->list->name[run->of[corner].first_value], o->time[corner]);
+        values[0] = NAN;
+        status = text.failed ? KEMPE_E_MEMORY : keep_refusal(o, text.s);
+        kmp_text_free(&text);
+        return status;
+    }
     if (status == KEMPE_OK)
         take_slopes(o, values, slopes);
     if (status != KEMPE_E_FAILED)
@@ -203,7 +271,8 @@ static kempe_status derive(kmp_objective *o, const kempe_model *model, const cha
     o->list = kmp_ensemble_quantities(o->ensemble);
     int quantities = o->list->run.count;
     KMP_TRY(kmp_made(o->context, KMP_ARENA_MAKE(&o->arena, KMP_ROOM(int, o->list->run.channels, &o->column),
-                                                KMP_ROOM(double, quantities + 1, &o->time, &o->times),
+                                                KMP_ROOM(double, quantities + 1, &o->time),
+                                                KMP_ROOM(double, ROWS *quantities + 1, &o->times),
                                                 KMP_ROOM(double, o->list->run.values, &o->row))));
     kmp_run_spec spec;
     KMP_TRY(kmp_spec_of(kmp_ensemble_equations(o->ensemble), &o->run, &o->arena, &spec));
