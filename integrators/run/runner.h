@@ -118,5 +118,5 @@ struct kmp_runner {
     kmp_time_scales scales;         /* of the functions of time, unless no step may be longer than spec.max_step */
     kmp_time_scales scales_at_rest; /* of all of them, while friction sticks or a contact is closed, or always: */
     bool watches_loads;             /* a condition that ends the run depends on accelerations or multipliers */
-    bool ended, requested;          /* by a condition; by one of the model's `until` */
+    bool ended, requested;          /* a condition has ended the run; one of the model's `until` has */
 };

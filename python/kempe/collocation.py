@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from .arrays import Array, matched
 from .errors import ArgumentError, FailedError, KempeWarning, StoppedError
 from .followed_loops import FollowedLoops
-from .ipopt import library, solve
+from .ipopt import load, solve
 from .lazy import np
 from .motion_problem import MotionProblem, Plan, force_limits, not_negative, weights_of
 from .options import unknown
@@ -484,7 +484,7 @@ def collocate(
         guess = problem.start[0] if guess is None else matched(guess, problem.n, "guess (the coordinates)")
         if not np.isfinite(guess).all():
             raise ArgumentError("guess has values that are not finite")
-    library()  # before any work
+    load()  # before any work
     workspace.step(0.0, *problem.start, 1e-6, derivatives=False)  # refuses models with samples, events, delays or contacts
     times, begin = np.linspace(0.0, high, 7), [np.tile(each, (7, 1)) for each in problem.start]
     equations = _Equations(problem, times, force_limits(limits, a), dict.fromkeys([*path, *end]))

@@ -64,7 +64,7 @@ class Solution(NamedTuple):
 
 
 @functools.cache
-def library() -> Any:
+def load() -> Any:
     """The library IPOPT: of CasADi's wheel, or of the system."""
     found = importlib.util.find_spec("casadi")
     folders = [pathlib.Path(each) for each in (found.submodule_search_locations or ()) if each] if found else []
@@ -90,7 +90,7 @@ def _filled(pointer: Any, values: Array) -> None:
 
 def solve(program: Program, z: Array, options: dict[str, str | float | int]) -> Solution:
     """IPOPT's solution from the point z."""
-    ipopt, raised, done = library(), [], [0]
+    ipopt, raised, done = load(), [], [0]
     n, m = len(z), len(program.least)
 
     def guarded(call: Callable[..., None]) -> Callable[..., int]:

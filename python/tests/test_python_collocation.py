@@ -26,7 +26,7 @@ def library():
         done = subprocess.run([other, "-c", words], capture_output=True, text=True)
         sys.path += done.stdout.split("\n")[:1] if done.returncode == 0 else []
     try:
-        ipopt.library()
+        ipopt.load()
     except ImportError as error:
         pytest.skip(str(error))
     finally:
@@ -259,7 +259,7 @@ def test_without_ipopt(monkeypatch):
     monkeypatch.setattr(ipopt.importlib.util, "find_spec", lambda name: None)
     monkeypatch.setattr(ipopt.ctypes.util, "find_library", lambda name: None)
     with pytest.raises(ImportError, match="pip install casadi"):
-        ipopt.library.__wrapped__()
+        ipopt.load.__wrapped__()
 
 
 def test_mistakes(four_bar):

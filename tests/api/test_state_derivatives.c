@@ -1024,7 +1024,7 @@ static void no_steps(void)
     refuse_steps(ARM "states: {n: {start: 0, when: q(arm) > 9, next: n + 1}}\n", "slip", KEMPE_E_ARGUMENT, "state 'n'");
     refuse_steps(ARM "forces: {f: {joint: arm, friction: {torque: 2}}}\n", "stick", KEMPE_E_FAILED,
                  "independent coordinates");
-    /* Loops that cannot be assembled: there are no independent coordinates. */
+    /* A mechanism whose loops cannot be assembled has no independent coordinates. */
     refuse_steps("kempe: 1\nground: {points: {D: [5, 0, 0]}}\nbodies:\n"
                  "  a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {B: [1, 0, 0]}}\n"
                  "  b: {joint: {revolute: z, at: a.B}, mass: 1, inertia: {zz: 1}, points: {C: [1, 0, 0]}}\n"

@@ -3,6 +3,7 @@
  * differentiated in long double numbers (random mechanisms: tests/oracle/event_slopes); loads at
  * rest that vary; what has no derivative. */
 #include "analyses/sensitivity/sensitivity_study.h"
+#include "sensitivity_of.h"
 #include "testing.h"
 #include <kempe/kempe.h>
 #include <kempe/sensitivity.h>
@@ -39,7 +40,7 @@ static void slide(const real p[MOST], real end, real out[2])
     out[1] = p[0] - a * t;
 }
 
-/* The same of a mass m at rest under a force r t, with friction of the static level s and the level l in slip. */
+/* Place and rate of a mass m that rests under a force r t until this exceeds the static friction s; it slips with l. */
 static void pull(const real p[MOST], real end, real out[2])
 {
     real r = p[0], s = p[1], l = p[2], m = p[3], t0 = s / r;
@@ -106,20 +107,7 @@ static void differentiate(motion *of, const double *value, int k, double end, do
 static kempe_sensitivity *find(kempe_context *c, const char *text, const char *outputs, const char *integrator,
                                double end, int integral)
 {
-    kempe_model *model = NULL;
-    kempe_sensitivity *s = NULL;
-    kempe_run_options run = {0};
-    const kempe_sensitivity_options options = {.outputs = outputs, .integral = integral, .run = &run};
-    run.rtol = 1e-12;
-    run.t_end = end;
-    run.output_step = end;
-    run.integrator = integrator;
-    CHECK(kempe_model_read_text(c, text, "model.yaml", &model) == KEMPE_OK);
-    CHECK(model && kempe_sensitivity_new(model, &options, &s) == KEMPE_OK);
-    if (!s)
-        printf("%s\n", kempe_context_message(c));
-    kempe_model_free(model);
-    return s;
+    return sensitivity_of("forward", c, text, outputs, integrator, end, integral);
 }
 
 static void compare(const char *text, const char *integrator, motion *of, const double value[MOST], double end,
@@ -178,7 +166,7 @@ static void signals_at_events(void)
     }
 }
 
-/* The derivatives of the place and rate at a time, beside differences of runs with other values of parameter k. */
+/* Compares the derivatives of place and rate at a time with differences of runs at other values of parameter k. */
 static void beside_runs(const char *form, const double value[2], double end, double within)
 {
     char text[2048];

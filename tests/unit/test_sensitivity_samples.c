@@ -3,6 +3,7 @@
  * in long double numbers; against runs with moved parameters, of a closed loop; what has no derivative. */
 #include "analyses/sensitivity/sensitivity_study.h"
 #include "four_bar_text.h"
+#include "sensitivity_of.h"
 #include "testing.h"
 #include <kempe/kempe.h>
 #include <kempe/sensitivity.h>
@@ -71,35 +72,16 @@ typedef struct closed {
     double value[PARAMETERS], end;
 } closed;
 
-static kempe_sensitivity *find_by(const char *method, kempe_context *c, const char *text, const char *outputs,
-                                  const char *integrator, double end, int integral)
-{
-    kempe_model *model = NULL;
-    kempe_sensitivity *s = NULL;
-    kempe_run_options run = {0};
-    const kempe_sensitivity_options options = {.outputs = outputs, .method = method, .integral = integral, .run = &run};
-    run.rtol = 1e-12;
-    run.t_end = end;
-    run.output_step = end;
-    run.integrator = integrator;
-    CHECK(kempe_model_read_text(c, text, "model.yaml", &model) == KEMPE_OK);
-    CHECK(model && kempe_sensitivity_new(model, &options, &s) == KEMPE_OK);
-    if (!s)
-        printf("%s\n", kempe_context_message(c));
-    kempe_model_free(model);
-    return s;
-}
-
 static kempe_sensitivity *find(kempe_context *c, const char *text, const char *outputs, const char *integrator,
                                double end, int integral)
 {
-    return find_by("forward", c, text, outputs, integrator, end, integral);
+    return sensitivity_of("forward", c, text, outputs, integrator, end, integral);
 }
 
 static void compare_by(const char *method, const closed *x)
 {
     kempe_context *c = kempe_context_new();
-    kempe_sensitivity *s = find_by(method, c, x->text, x->outputs, x->integrator, x->end, 0);
+    kempe_sensitivity *s = sensitivity_of(method, c, x->text, x->outputs, x->integrator, x->end, 0);
     real p[PARAMETERS], value[VALUES];
     for (int k = 0; k < PARAMETERS; k++)
         p[k] = (real)x->value[k];
@@ -206,7 +188,7 @@ static bool ends_at(const char *name, double value, double *end)
 static void four_bar_by(const char *method)
 {
     kempe_context *c = kempe_context_new();
-    kempe_sensitivity *s = find_by(method, c, loop, "q(A),q(B),q(D),qd(A),qd(B),qd(D)", NULL, 0.7, 0);
+    kempe_sensitivity *s = sensitivity_of(method, c, loop, "q(A),q(B),q(D),qd(A),qd(B),qd(D)", NULL, 0.7, 0);
     for (int p = 0; s && p < s->count; p++) {
         const double step = 2e-5 * s->parameter[p];
         double value[4][2 * COORDINATES];
@@ -235,8 +217,8 @@ static void both_methods(void)
 {
     static const char *const outputs = "reaction(C).x,q(D),relay";
     kempe_context *c = kempe_context_new();
-    kempe_sensitivity *forward = find_by("forward", c, loop, outputs, NULL, 0.7, 1);
-    kempe_sensitivity *adjoint = find_by("adjoint", c, loop, outputs, NULL, 0.7, 1);
+    kempe_sensitivity *forward = sensitivity_of("forward", c, loop, outputs, NULL, 0.7, 1);
+    kempe_sensitivity *adjoint = sensitivity_of("adjoint", c, loop, outputs, NULL, 0.7, 1);
     CHECK(forward && adjoint && forward->columns == 3);
     for (int j = 0; forward && adjoint && j < forward->columns; j++)
         for (int p = 0; p < forward->count; p++)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* wings: analyses */
-/* A workspace allocates when it is made and never again. Steps allocate once; where there is no memory, the next call
- * tries again. */
+/* A workspace allocates only when it is made. Steps allocate at their first call; where there is no memory then, the
+ * next call tries again. */
 #include "base/memory.h"
 #include "loaded.h"
 #include "testing.h"

@@ -61,7 +61,7 @@ typedef struct kmp_forward_formulation {
     int samples, resets;  /* states with next values; times that some took them since the last start */
     bool *taken, missed;  /* of each time, by states; there was no room for a time */
     int *cause_of;        /* of each time, by states: the condition; -1: a sample */
-    double sampled_t;     /* of the last next values at a sample, and one of the states that took them */
+    double sampled_t;     /* when states last took next values at a sample; `sampled`: one of them */
     int sampled;
     int reset_cause;            /* as in kmp_sensitivity_equations_reset */
     double *next, *next_y;      /* by states: derivatives of next values; 2 p: of kmp_sensitivity_equations_reset */
