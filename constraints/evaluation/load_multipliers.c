@@ -121,6 +121,30 @@ void kmp_load_change(const kmp_evaluator *eval, const kmp_answer *answer, double
         bias[load->row[e]] += eval->load_jacobian[e] * w->changed[load->col[e]];
 }
 
+bool kmp_load_change_back(const kmp_evaluator *eval, const double *bias, double *multipliers)
+{
+    const kempe_system *s = eval->system;
+    const kmp_pattern *load = &s->load_jacobian;
+    const kmp_load_work *w = eval->load;
+    bool some = false;
+    if (!w)
+        return false;
+    memset(multipliers, 0, (size_t)s->m * sizeof *multipliers);
+    for (int e = 0; e < load->count; e++)
+        if (bias[load->row[e]] != 0) { /* a derivative without weight may be none */
+            multipliers[load->col[e]] += eval->load_jacobian[e] * bias[load->row[e]];
+            some = true;
+        }
+    if (!some)
+        return false;
+    for (int k = 0; k < w->count; k++)
+        w->step[k] = -multipliers[s->load_rows[k]];
+    kmp_lu_solve_transposed(w->count, w->matrix, w->pivot, w->step);
+    for (int k = 0; k < w->count; k++)
+        multipliers[s->load_rows[k]] = w->step[k];
+    return true;
+}
+
 /* Takes the step, or the part of it that reduces the residual; false: no part does. */
 static bool take_step(kmp_evaluator *eval, const kmp_answer *answer, distance *now)
 {

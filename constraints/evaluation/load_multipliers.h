@@ -26,6 +26,10 @@ bool kmp_load_find_other(kmp_evaluator *eval, const kmp_answer *answer, int *row
 bool kmp_load_factor(kmp_evaluator *eval, const kmp_answer *answer);
 void kmp_load_change(const kmp_evaluator *eval, const kmp_answer *answer, double *bias);
 
+/** The transpose of what `change` adds: weights on changes of C (n) as weights on multipliers at constant loads (m).
+ * false: these are zero. */
+bool kmp_load_change_back(const kmp_evaluator *eval, const double *bias, double *multipliers);
+
 /** Restarts from nu = 0 the next time: C without load. */
 void kmp_load_forget(kmp_evaluator *eval);
 

@@ -440,6 +440,12 @@ void kmp_reduction_load_change(kmp_reduction *red, bool moving, double *bias)
     kmp_load_change(red->eval, &answer, bias);
 }
 
+void kmp_reduction_load_change_back(kmp_reduction *red, double *rows, double *weights)
+{
+    if (kmp_load_change_back(red->eval, weights, rows))
+        kmp_reduction_push_in(red, 1, rows, red->room, weights);
+}
+
 void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *lambda)
 {
     set_force(red, red->eval->bias, qdd);

@@ -100,6 +100,10 @@ void kmp_reduction_pull(kmp_reduction *red, const double *force, double *rows);
 bool kmp_reduction_load_factor(kmp_reduction *red, bool moving);
 void kmp_reduction_load_change(kmp_reduction *red, bool moving, double *bias);
 
+/** Its transpose, of constant accelerations: weights on C (n) at its multipliers become weights on C at constant ones.
+ * `rows`: room for m. */
+void kmp_reduction_load_change_back(kmp_reduction *red, double *rows, double *weights);
+
 /** lambda (m; zero for dropped rows) from Jv' lambda = (M qdd + C)_v. */
 void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *lambda);
 

@@ -45,6 +45,7 @@ typedef struct kmp_ode {
     int width;       /* 4 or 8; 0: no lanes */
     int positions;   /* y[positions + i] is the derivative of y[i] for i < positions */
     int quadratures; /* the last of y, on which f does not depend */
+    bool results;    /* quadratures are results: their errors limit steps, too */
 
     /* Linear equations that follow a motion. Positions and rates then belong to the motion, n_m = positions /
      * (1 + followers) each, and after them to each of these columns x, with x'' = A (x, x') + b along the motion.

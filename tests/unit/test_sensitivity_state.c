@@ -243,8 +243,6 @@ static void what_is_refused(void)
     refuse(contact, (kempe_sensitivity_options){.of = "equilibrium"}, KEMPE_E_FAILED, "'stop' just touches");
     refuse(contact, (kempe_sensitivity_options){.of = "reactions", .outputs = "q", .at = "start"}, KEMPE_E_ARGUMENT,
            "'stop' opens");
-    refuse(contact, (kempe_sensitivity_options){.of = "trajectory", .method = "adjoint"}, KEMPE_E_ARGUMENT,
-           "'stop' opens and closes");
     refuse(relay, (kempe_sensitivity_options){.of = "reactions", .at = "start"}, KEMPE_E_ARGUMENT,
            "'y' changes at events");
 }

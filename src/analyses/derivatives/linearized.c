@@ -263,25 +263,42 @@ void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_r
     kmp_follow(&linear->red, &linear->tangents, linear->d, false, change, response, linear->work);
 }
 
+/* Factors of Mr, including the response of the multipliers to accelerations. */
+static void factor_pressed(kmp_linear *linear)
+{
+    const int p = linear->p;
+    if (!linear->pressed || linear->factored)
+        return;
+    memset(linear->unit, 0, (size_t)linear->n * sizeof *linear->unit);
+    for (int k = 0; k < p; k++) {
+        linear->unit[k] = 1;
+        kmp_linear_follow(linear, &(kmp_change){.udd = linear->unit},
+                          &(kmp_response){.residual = linear->pressed + k * p});
+        linear->unit[k] = 0;
+    }
+    if (kmp_lu_factor(p, linear->pressed, linear->pivot)) /* such a state has no accelerations */
+        for (int k = 0; k < p; k++)
+            linear->pivot[k] = k;
+    linear->factored = true;
+}
+
+void kmp_linear_accelerate_back(kmp_linear *linear, const double *udd, double *residual)
+{
+    if (!linear->pressed) { /* Mr is symmetric */
+        kmp_linear_accelerate(linear, udd, residual);
+        return;
+    }
+    factor_pressed(linear);
+    for (int k = 0; k < linear->p; k++)
+        residual[k] = -udd[k];
+    kmp_lu_solve_transposed(linear->p, linear->pressed, linear->pivot, residual);
+}
+
 void kmp_linear_accelerate(kmp_linear *linear, const double *residual, double *udd)
 {
+    factor_pressed(linear);
     for (int k = 0; k < linear->p; k++)
         udd[k] = -residual[k];
-    if (linear->pressed && !linear->factored) {
-        /* Factors of Mr, including the response of the multipliers to accelerations. */
-        const int p = linear->p;
-        memset(linear->unit, 0, (size_t)linear->n * sizeof *linear->unit);
-        for (int k = 0; k < p; k++) {
-            linear->unit[k] = 1;
-            kmp_linear_follow(linear, &(kmp_change){.udd = linear->unit},
-                              &(kmp_response){.residual = linear->pressed + k * p});
-            linear->unit[k] = 0;
-        }
-        if (kmp_lu_factor(p, linear->pressed, linear->pivot)) /* such a state has no accelerations */
-            for (int k = 0; k < p; k++)
-                linear->pivot[k] = k;
-        linear->factored = true;
-    }
     if (linear->pressed)
         kmp_lu_solve(linear->p, linear->pressed, linear->pivot, 1, udd);
     else
@@ -307,7 +324,8 @@ static void add_transposed(const kmp_tangents *tangents, kmp_tangent_block block
 {
     for (int k = tangents->start[block]; k < tangents->start[block + 1]; k++) {
         const kmp_tangent *e = &tangents->entry[k];
-        out[e->col] += d[e->source] * x[e->row];
+        if (x[e->row] != 0) /* a derivative without weight may be none */
+            out[e->col] += d[e->source] * x[e->row];
     }
 }
 
@@ -328,6 +346,7 @@ void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_c
             back->force[i] += red->x[i + k * linear->n] * weights->residual[k];
     if (weights->lambda)
         kmp_reduction_push_in(red, 1, weights->lambda, red->room, back->force);
+    kmp_reduction_load_change_back(red, back->h, back->force);
     add_transposed(t, KMP_M, d, back->force, qdd);
     add_transposed(t, KMP_R_QD, d, back->force, qd);
     add_transposed(t, KMP_R_Q, d, back->force, q);

@@ -112,6 +112,9 @@ void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_r
  * after kmp_linear_at_motion. */
 void kmp_linear_accelerate(kmp_linear *linear, const double *residual, double *udd);
 
+/** Its transpose: weights on udd (p) become weights on R. */
+void kmp_linear_accelerate_back(kmp_linear *linear, const double *udd, double *residual);
+
 /** Weights of the results of a small change, each NULL for none. */
 typedef struct kmp_weights {
     const double *q, *qd, *qdd, *lambda, *residual;

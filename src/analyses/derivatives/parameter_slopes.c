@@ -489,7 +489,8 @@ void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double
             continue;
         const double *w = x->row < 3 * m ? part[x->row / m] : force;
         int i = x->row < 3 * m ? x->row % m : x->row - 3 * m;
-        out[x->col] += w ? w[i] * slopes->equations.value[x->source] : 0;
+        if (w && w[i] != 0) /* a value without weight may be none */
+            out[x->col] += w[i] * slopes->equations.value[x->source];
     }
 }
 

@@ -19,19 +19,23 @@
 kempe_status kmp_sensitivity_equations_init(kmp_sensitivity_equations *varied, const kempe_system *system,
                                             const char *backend, kmp_slopes *slopes)
 {
-    *varied = (kmp_sensitivity_equations){
-        .system = system, .slopes = slopes, .n = system->n, .m = system->m, .count = slopes->count};
+    *varied = (kmp_sensitivity_equations){.system = system,
+                                          .slopes = slopes,
+                                          .n = system->n,
+                                          .m = system->m,
+                                          .count = slopes->count,
+                                          .columns = slopes->count};
     kempe_status status = kmp_linear_init(&varied->linear, system, backend);
     const int n = system->n;
     if (status == KEMPE_OK &&
-        !KMP_ARENA_MAKE(
-            &varied->arena,
-            KMP_ROOM(double, n, &varied->q, &varied->udd, &varied->residual, &varied->anchor[0].q,
-                     &varied->anchor[1].q),
-            KMP_ROOM(double, n *(2 + n), &varied->anchor[0].drift, &varied->anchor[1].drift),
-            KMP_ROOM(double, 3 * system->m + n, &varied->part), KMP_ROOM(double, 2 * n + system->m, &varied->shift),
-            KMP_ROOM(double, n + system->m, &varied->zero), KMP_ROOM(double, n + slopes->count, &varied->base),
-            KMP_ROOM(double, slopes->shown, &varied->shown)))
+        !KMP_ARENA_MAKE(&varied->arena,
+                        KMP_ROOM(double, n, &varied->q, &varied->udd, &varied->residual, &varied->anchor[0].q,
+                                 &varied->anchor[1].q),
+                        KMP_ROOM(double, n *(2 + n), &varied->anchor[0].drift, &varied->anchor[1].drift),
+                        KMP_ROOM(double, 3 * system->m + n, &varied->part),
+                        KMP_ROOM(double, 2 * n + system->m, &varied->shift),
+                        KMP_ROOM(double, n + system->m, &varied->zero), KMP_ROOM(double, n, &varied->base),
+                        KMP_ROOM(double, slopes->shown, &varied->shown)))
         status = kmp_fail_memory(system->context);
     if (status != KEMPE_OK)
         kmp_sensitivity_equations_free(varied);
@@ -189,10 +193,20 @@ const char *kmp_sensitivity_equations_singular(const kmp_sensitivity_equations *
 
 /* -- parameters -------------------------------------------------------------------------------------- */
 
+kmp_change kmp_sensitivity_equations_change(kmp_sensitivity_equations *varied, int k)
+{
+    const int m = varied->m;
+    double *room = varied->part;
+    if (k < varied->count)
+        return kmp_slopes_change(varied->slopes, k == KMP_COLUMN_OF_TIME ? varied->count : k, room);
+    memset(room, 0, (size_t)(3 * m + varied->n) * sizeof *room);
+    return (kmp_change){.h = room, .rate = room + m, .curve = room + 2 * m, .force = room + 3 * m};
+}
+
 static kmp_change change_by(kmp_sensitivity_equations *v, int k, const double *u, const double *ud)
 {
-    kmp_change change = kmp_slopes_change(v->slopes, k, v->part);
-    for (int r = 0; v->held && k < v->count && r < v->m; r++)
+    kmp_change change = kmp_sensitivity_equations_change(v, k);
+    for (int r = 0; v->held && k != KMP_COLUMN_OF_TIME && r < v->m; r++)
         v->part[r] -= v->held[k * v->m + r];
     change.u = u;
     change.ud = ud;
@@ -232,11 +246,11 @@ static const double *change_along(kmp_sensitivity_equations *v, const double *d,
     double *sum = v->shift, *timed = v->part + (rates ? v->m : 3 * v->m);
     memset(sum, 0, (size_t)count * sizeof *sum);
     if (time != 0) {
-        (void)kmp_slopes_change(v->slopes, v->count, v->part);
+        (void)kmp_sensitivity_equations_change(v, KMP_COLUMN_OF_TIME);
         for (int i = 0; i < count; i++)
             sum[i] = time * timed[i];
     }
-    (void)kmp_slopes_change(v->slopes, k, v->part);
+    (void)kmp_sensitivity_equations_change(v, k);
     for (int i = 0; i < count; i++)
         sum[i] += timed[i];
     kmp_tangents_add(&v->linear.tangents, rates ? KMP_RATE_Q : KMP_R_Q, d, 1, dq, sum);
@@ -251,7 +265,7 @@ static void pull_by_multipliers(kmp_sensitivity_equations *v, kmp_instant at, co
         at.lambda = side ? w : v->zero;
         kmp_slopes_at(v->slopes, &at);
         const double *d = kmp_tangents_derivatives(&v->linear.tangents, &at);
-        for (int k = 0; k < v->count; k++) {
+        for (int k = 0; k < v->columns; k++) {
             const double *force = change_along(v, d, false, k, dq + k * v->n, time ? time[k] : 0);
             for (int i = 0; i < v->n; i++)
                 out[k * v->n + i] += side ? -force[i] : force[i];
@@ -263,7 +277,7 @@ static void pull_by_multipliers(kmp_sensitivity_equations *v, kmp_instant at, co
 static void pull_by_rates(kmp_sensitivity_equations *v, kmp_instant at, const double *w, const double *dq,
                           const double *time, double *out)
 {
-    double *base = v->base, *unit = v->base + v->count;
+    double *unit = v->base;
     memset(unit, 0, (size_t)v->n * sizeof *unit);
     at.qd = unit;
     for (int i = -1; i < v->n; i++) {
@@ -271,15 +285,15 @@ static void pull_by_rates(kmp_sensitivity_equations *v, kmp_instant at, const do
             unit[i] = 1;
         kmp_slopes_at(v->slopes, &at);
         const double *d = kmp_tangents_derivatives(&v->linear.tangents, &at);
-        for (int k = 0; k < v->count; k++) {
+        for (int k = 0; k < v->columns; k++) {
             const double *rates = change_along(v, d, true, k, dq + k * v->n, time ? time[k] : 0);
             double sum = 0;
             for (int r = 0; r < v->m; r++)
                 sum += w[r] * rates[r];
-            if (i < 0)
-                base[k] = sum;
-            else
-                out[k * v->n + i] = sum - base[k];
+            for (int j = 0; i < 0 && j < v->n; j++)
+                out[k * v->n + j] = -sum;
+            if (i >= 0)
+                out[k * v->n + i] += sum;
         }
         if (i >= 0)
             unit[i] = 0;
@@ -291,7 +305,7 @@ void kmp_sensitivity_equations_pull(kmp_sensitivity_equations *varied, const kmp
 {
     kmp_instant here = *at;
     here.qd = here.qdd = here.lambda = varied->zero;
-    memset(out, 0, (size_t)(varied->count * varied->n) * sizeof *out);
+    memset(out, 0, (size_t)(varied->columns * varied->n) * sizeof *out);
     if (varied->system->load_row_count > 0)
         pull_by_rates(varied, here, w, dq, time, out);
     else
@@ -306,7 +320,7 @@ void kmp_sensitivity_equations_rates(kmp_sensitivity_equations *varied, double *
         ud[i] = l->qd[l->part.u[i]];
         udd[i] = l->qdd[l->part.u[i]];
     }
-    kmp_sensitivity_equations_follow(varied, varied->count, ud, udd, NULL, NULL, qddd, lambda);
+    kmp_sensitivity_equations_follow(varied, KMP_COLUMN_OF_TIME, ud, udd, NULL, NULL, qddd, lambda);
 }
 
 /* -- the derivative of assembly (constraints/closing/assemble.c) at its solution ---------------------------- */

@@ -26,15 +26,16 @@ typedef struct kmp_sensitivity_equations {
     kmp_arena arena;
     kmp_linear linear;
     kmp_slopes *slopes; /* not owned */
-    int n, m, count;
+    int n, m, count;    /* parameters */
+    int columns;  /* directions that are followed: count, unless the caller has others, which change no parameter */
     double *part; /* 3 m + n: the change of the equations by one parameter */
-    double *held; /* count x m: derivatives of the distances at which rows of friction are held; NULL: none is */
+    double *held; /* columns x m: derivatives of the distances at which rows of friction are held; NULL: none is */
     double *q;    /* n: where closing begins */
     kmp_sensitivity_equations_place
         anchor[2];          /* the last two of kmp_sensitivity_equations_anchor, the last one first */
     double *udd, *residual; /* p; n: room */
     double *shift;          /* 2 n + m: room */
-    double *zero, *base;    /* n + m zeros; count + n: room */
+    double *zero, *base;    /* n + m zeros; n: room */
     double *shown;          /* room for values of the outputs */
 } kmp_sensitivity_equations;
 
@@ -74,7 +75,13 @@ kmp_sensitivity_equations_place *kmp_sensitivity_equations_next_anchor(kmp_sensi
 /** The distance of the last state from the prediction of the last anchor, scaled: the largest of all coordinates. */
 double kmp_sensitivity_equations_miss(kmp_sensitivity_equations *varied, const double *u);
 
-/** dudd (p) by parameter k where (u, ud) have moved by (su, sud) (p each). */
+/** A column of changes with time, in place of a parameter; equations that are timed have it. */
+enum { KMP_COLUMN_OF_TIME = -1 };
+
+/** The change of the equations, at the state of their derivatives, by column k: a parameter, time, or nothing. */
+kmp_change kmp_sensitivity_equations_change(kmp_sensitivity_equations *varied, int k);
+
+/** dudd (p) by column k where (u, ud) have moved by (su, sud) (p each). */
 void kmp_sensitivity_equations_accelerate(kmp_sensitivity_equations *varied, int k, const double *su, const double *sud,
                                           double *sudd);
 
@@ -82,9 +89,9 @@ void kmp_sensitivity_equations_accelerate(kmp_sensitivity_equations *varied, int
 void kmp_sensitivity_equations_follow(kmp_sensitivity_equations *varied, int k, const double *su, const double *sud,
                                       double *q, double *qd, double *qdd, double *lambda);
 
-/** The changes of J' w (count x n) where q moves by dq (count x n), each parameter by one, and time with it by `time`
- * (count; NULL: not). Of the instant q, t and conditions count. Tangents and parameter derivatives then belong to
- * another state. */
+/** The changes of J' w (columns x n) where q moves by dq (columns x n), each parameter by one, and time with it by
+ * `time` (columns; NULL: not). Of the instant q, t and conditions count. Tangents and parameter derivatives then belong
+ * to another state. */
 void kmp_sensitivity_equations_pull(kmp_sensitivity_equations *varied, const kmp_instant *at, const double *w,
                                     const double *dq, const double *time, double *out);
 

@@ -6,11 +6,11 @@
  *     -dL/dt = f_y' L + g_y      L(t_end) = G_y      dG/dp = G_p + L(0)' dy_0/dp + integral of L' f_p + g_p
  *
  * (Cao, Li, Petzold and Serban, SIAM J. Scientific Computing 24 (2003) 1076, for index 1 and 0; here of the reduced
- * equations). f_y' L is kmp_linear_back: no matrix is made. Exchanges of u, and jumps at conditions that change
- * (forward.h), are passed backwards by their transposes.
+ * equations). f_y' L is kmp_linear_back: no matrix is made. Events and exchanges of u are passed backwards by the
+ * transposes of their maps (forward.h). Between two of them the degrees of freedom are the same: a segment.
  *
- * Backwards the unknowns are the weights of u and ud (p each), then the quadratures of all parameters; their time is
- * t_end - t. */
+ * Backwards the unknowns are the weights of u and ud (p each), then the quadratures of all parameters, and the weights
+ * of distances at which friction is held, which are constant parameters while it is; their time is t_end - t. */
 #include "analyses/sensitivity/adjoint.h"
 #include "analyses/derivatives/varied_lanes.h"
 #include "analyses/parts/unsupported.h"
@@ -36,15 +36,17 @@ enum { NODES = 8 };
 
 typedef struct kept_step {
     struct kept_step *before, *behind;
+    int p;
     double from, to;
     double values[]; /* NODES x 2 p */
 } kept_step;
 
-typedef struct kept_mark {
-    struct kept_mark *before;
-    kmp_sensitivity_equations_mark of; /* its arrays are copies */
-    kept_step *last;                   /* before it; NULL: none */
-} kept_mark;
+typedef struct kept_map {
+    struct kept_map *before;
+    kmp_forward_map of; /* its arrays are copies, but for: */
+    kmp_partition part; /* behind it */
+    kept_step *last;    /* before it; NULL: none */
+} kept_map;
 
 typedef struct adjoint {
     kmp_arena arena;
@@ -53,25 +55,25 @@ typedef struct adjoint {
     const kmp_forward_target *target;
     bool integral;
     const double *sizes;
-    int n, m, p, count, size;
+    int n, m, p, count, held, size;
+    const int *row; /* held rows of friction */
+    double reach;   /* size of the weights at the end, for tolerances */
+    double rate_scale;
+    kmp_solver_work work;
     int steps;
     kept_step *begin, *end; /* of the whole motion */
-    kept_mark *mark;        /* the last one */
-    int resets;             /* the most of a mark */
-    double swing;           /* weight of the time of a condition at which next values have been passed */
-    int swung;              /* that condition */
+    size_t kept;            /* bytes of steps and maps */
+    kept_map *map;          /* the last one */
     const kmp_solver_kind *kind;
     kmp_solver *solver;
     kmp_ode ode;
     kept_step *first, *last, *at;                 /* steps: of the current segment; the last one used */
     double *y, *atol, *state, *gradient, value;   /* of the target at the end */
     double *end_q;                                /* the end of the last step, n */
-    int *end_u;                                   /* independent there */
     double *own_chart, *own_q, *own_qd, *own_qdd; /* the end in the user's coordinates: charts; n */
     double *dq, *dqd, *dqdd;                      /* n: room */
     double *wq, *wqd, *wqdd, *wlambda, *w, *wu;   /* n, n, n, m; n; p */
-    double *unit, *matrix;                        /* conditions; p x 2 p */
-    double *rates, *wnext;                        /* n of each pass of a reset; states with next values */
+    double *matrix, *weights;                     /* p x 2 p; of the unknowns behind a map */
     kmp_changes_weight back;
     bool known; /* the matrices in lanes belong to these times, and to this segment */
     double at_t[KMP_STAGE_LANES];
@@ -93,16 +95,17 @@ static int keep_step(void *user, kmp_runner *runner, double from, double to)
     adjoint *a = user;
     const kmp_linear *l = &a->v->linear;
     size_t width = 2 * (size_t)(a->p = l->p);
-    memcpy(a->end_u, l->part.u, (size_t)a->p * sizeof *a->end_u);
     kept_step *step = kmp_arena_alloc(&a->arena, 1, sizeof *step + NODES * width * sizeof *step->values);
     if (!step)
         return 1;
+    a->kept += NODES * width * sizeof *step->values;
     for (int j = 0; j < NODES; j++) {
         const double *y = kmp_runner_unknowns(runner, j == NODES - 1 ? to : from + node(j) * (to - from));
         if (!y)
             return 1;
         memcpy(step->values + (size_t)j * width, y, width * sizeof *y);
     }
+    step->p = (int)width / 2;
     step->from = from;
     step->to = to;
     step->before = a->end;
@@ -126,32 +129,32 @@ static size_t chart_size(const adjoint *a)
     return KMP_CHART_SIZE * (size_t)a->v->system->chart_count;
 }
 
-static int samples_of(const adjoint *a)
-{
-    return a->v->slopes->samples.rows;
-}
-
-static int keep_mark(void *user, const kmp_sensitivity_equations_mark *mark)
+static int keep_map(void *user, const kmp_forward_map *map, bool again)
 {
     adjoint *a = user;
-    kept_mark *kept_as = KMP_ARENA_NEW(&a->arena, kept_mark, 1);
-    if (!kept_as)
+    kept_map *to = again ? a->map : KMP_ARENA_NEW(&a->arena, kept_map, 1);
+    if (!to)
         return 1;
-    size_t n = (size_t)a->n, p = (size_t)a->v->linear.p, conditions = (size_t)a->v->system->events.count;
-    kmp_sensitivity_equations_mark kept = *mark;
-    kept.u = copy_of(a, mark->u, p, sizeof(int));
-    kept.q = copy_of(a, mark->q, n, sizeof(double));
-    kept.y = copy_of(a, mark->y, 2 * p, sizeof(double));
-    kept.mode = copy_of(a, mark->mode, conditions, sizeof(double));
-    kept.chart = copy_of(a, mark->chart, chart_size(a), sizeof(double));
-    kept.next.chart = copy_of(a, mark->next.chart, chart_size(a), sizeof(double));
-    kept.next.q = copy_of(a, mark->next.q, n, sizeof(double));
-    kept.next.qd = copy_of(a, mark->next.qd, n, sizeof(double));
-    kept.reset.taken = copy_of(a, mark->reset.taken, (size_t)mark->reset.times * (size_t)samples_of(a), sizeof(bool));
-    kept.reset.y = copy_of(a, mark->reset.y, 2 * p, sizeof(double));
-    a->resets = mark->reset.times > a->resets ? mark->reset.times : a->resets;
-    *kept_as = (kept_mark){a->mark, kept, a->end};
-    a->mark = kept_as;
+    if (!again) {
+        *to = (kept_map){a->map, *map, {0}, a->end};
+        to->of.row = copy_of(a, map->row, (size_t)map->held, sizeof(int));
+        to->of.q = copy_of(a, map->q, (size_t)a->n, sizeof(double));
+        to->of.mode = copy_of(a, map->mode, (size_t)a->v->system->events.count, sizeof(double));
+        to->of.chart = copy_of(a, map->chart, chart_size(a), sizeof(double));
+        a->map = to;
+    }
+    const size_t columns = (size_t)map->columns, p = (size_t)map->p_after, held = (size_t)map->held;
+    to->of.p_after = map->p_after;
+    kmp_partition_free(&to->part);
+    if (!kmp_partition_copy(&to->part, map->part))
+        return 1;
+    to->of.u_after = copy_of(a, map->u_after, columns * p, sizeof(double));
+    to->of.ud_after = copy_of(a, map->ud_after, columns * p, sizeof(double));
+    to->of.held_after = copy_of(a, map->held_after, columns * held, sizeof(double));
+    to->of.integral_after = copy_of(a, map->integral_after, columns, sizeof(double));
+    a->kept += columns * (2 * p + held + 1) * sizeof(double);
+    a->held = map->held;
+    a->row = to->of.row;
     return a->arena.failed;
 }
 
@@ -252,6 +255,8 @@ static void add_back(adjoint *a, double *u, double *ud, double *out)
         ud[i] += a->back.ud[i];
     }
     kmp_slopes_weighted(a->v->slopes, a->back.h, a->back.rate, a->back.curve, a->back.force, out);
+    for (int j = 0; j < a->held; j++)
+        out[a->count + j] -= a->back.h[a->row[j]];
 }
 
 /* Adds to u, ud and out the contributions of weights on accelerations udd (p). The target's weights are added to udd,
@@ -266,7 +271,7 @@ static void go_back(adjoint *a, bool with_target, double *udd, double *u, double
         for (int i = 0; i < a->p; i++)
             udd[i] += a->back.udd[i];
     }
-    kmp_linear_accelerate(l, udd, a->w);
+    kmp_linear_accelerate_back(l, udd, a->w);
     kmp_linear_back(l, &(kmp_weights){.residual = a->w}, &a->back);
     add_back(a, u, ud, out);
 }
@@ -424,162 +429,92 @@ static kempe_status fail(adjoint *a, double t)
                     "the state cannot be evaluated in the adjoint integration at t = %.9g", t);
 }
 
-/* Takes the state (t, y) near q, of these independent coordinates. */
-static kempe_status stand(adjoint *a, double t, const double *q, const int *u, const double *y)
+/* Takes the state (t, y) near q, in the unknowns of a segment. */
+static kempe_status stand(adjoint *a, double t, const double *q, const kmp_partition *part, const double *y)
 {
+    kmp_partition own;
     a->known = false;
     a->stood = NAN;
-    KMP_TRY(kmp_sensitivity_equations_choose(a->v, t, q, q, u, a->p));
+    KMP_TRY(kmp_made(a->v->system->context, kmp_partition_copy(&own, part)));
+    KMP_TRY(kmp_sensitivity_equations_take(a->v, t, q, &own));
     if (kmp_sensitivity_equations_at(a->v, t, y, y + a->p) != KMP_GO)
         return fail(a, t);
     kmp_sensitivity_equations_anchor(a->v);
     return KEMPE_OK;
 }
 
-/* The state before a mark, in its own unknowns, charts and conditions. */
-static kempe_status stand_before(adjoint *a, const kmp_sensitivity_equations_mark *mark)
+/* -- the integrator ----------------------------------------------------------------------------------- */
+
+static bool has_elements(const kempe_system *s)
 {
-    kmp_evaluator *eval = a->v->linear.eval;
-    for (int k = 0; k < a->v->system->events.count; k++)
-        kmp_eval_set_mode(eval, k, mark->mode[k] != 0);
-    if (mark->next.chart)
-        kmp_eval_set_charts(eval, mark->chart);
-    return stand(a, mark->t, mark->q, mark->u, mark->y);
+    bool has = false;
+    for (int k = 0; k < s->events.count; k++)
+        has = has || s->events.condition[k].role != KMP_ROLE_NONE;
+    return has;
 }
 
-/* Takes the weights of these u as weights wq and wqd of the whole mechanism. */
-static void spread(adjoint *a, const int *u)
+/* Begins the lanes, if the integrator uses them. */
+static kempe_status add_lanes(adjoint *a)
 {
-    memset(a->wq, 0, (size_t)a->n * sizeof *a->wq);
-    memset(a->wqd, 0, (size_t)a->n * sizeof *a->wqd);
-    for (int i = 0; i < a->p; i++) {
-        a->wq[u[i]] = a->y[i];
-        a->wqd[u[i]] = a->y[a->p + i];
+    const size_t p = (size_t)a->p, count = (size_t)a->count;
+    if (!a->kind->lanes || a->integral || !a->options->lanes || has_elements(a->v->system))
+        return KEMPE_OK;
+    kmp_varied_lanes_begin(a->options->lanes);
+    a->ode.lanes = rhs_of_stages;
+    a->ode.width = W;
+    a->ode.cycles_of_step =
+        kmp_varied_lanes_cycles(a->options->lanes) + kmp_varied_lanes_matrix_cycles(a->options->lanes);
+    return kmp_made(a->v->system->context,
+                    KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, 2 * p * W, &a->stages), KMP_ROOM(double, p *W, &a->udd),
+                                   KMP_ROOM(double, 2 * p * p * W, &a->of_state),
+                                   KMP_ROOM(double, p *count *W, &a->of_parameters)));
+}
+
+/* Ends the integrator, with its work. */
+static void add_work(adjoint *a)
+{
+    if (!a->solver)
+        return;
+    a->work.steps += a->solver->work.steps;
+    a->work.rhs += a->solver->work.rhs;
+    a->kind->release(a->solver);
+    a->solver = NULL;
+}
+
+/* The integrator of a segment. */
+static kempe_status make_solver(adjoint *a)
+{
+    const kmp_run_spec *spec = a->options->spec;
+    const int p = a->p, size = 2 * p + a->count + a->held;
+    for (int i = 0; i < p; i++) {
+        const double scale = a->v->system->scale[a->v->linear.part.u[i]];
+        a->atol[i] = spec->atol * a->reach / scale;
+        a->atol[p + i] = spec->atol * a->reach / (scale * a->rate_scale);
     }
+    for (int k = 0; k < a->count; k++)
+        a->atol[2 * p + k] = spec->atol * a->reach / a->sizes[k];
+    for (int j = 0; j < a->held; j++)
+        a->atol[2 * p + a->count + j] = spec->atol * a->reach / a->v->system->row_scale[a->row[j]];
+    if (a->solver && a->size == size)
+        return KEMPE_OK;
+    add_work(a);
+    a->size = size;
+    a->ode = (kmp_ode){.n = size,
+                       .self = a,
+                       .rhs = rhs,
+                       .accept = accept,
+                       .jacobian = jacobian,
+                       .quadratures = a->count + a->held,
+                       .results = true};
+    KMP_TRY(add_lanes(a));
+    kempe_context *context = a->v->system->context;
+    a->solver = a->kind->create(
+        a->kind,
+        &(kmp_solver_setup){.context = context, .ode = &a->ode, .tolerance = {spec->rtol, a->atol}, .linear = "auto"});
+    return a->solver ? KEMPE_OK : KEMPE_E_MEMORY;
 }
 
-/* The weights of u from wq and wqd, at the last state. */
-static void gather(adjoint *a)
-{
-    kmp_linear_back(&a->v->linear, &(kmp_weights){.q = a->wq, .qd = a->wqd}, &a->back);
-    memset(a->y, 0, (size_t)(2 * a->p) * sizeof *a->y);
-    add_back(a, a->y, a->y + a->p, a->y + 2 * a->p);
-}
-
-/* Converts weights of the new u after the mark to weights of the u before it. */
-static kempe_status pass_exchange(adjoint *a, const kmp_sensitivity_equations_mark *mark, const int *next_u)
-{
-    spread(a, next_u);
-    KMP_TRY(stand_before(a, mark));
-    const kmp_linear *l = &a->v->linear;
-    if (mark->next.chart)
-        carry_back(a, &(kmp_chart_motion){mark->chart, l->q, l->qd, NULL}, &mark->next, false);
-    gather(a);
-    return KEMPE_OK;
-}
-
-/* -- next values of states -------------------------------------------------------------------------- */
-
-/* The instant before pass k of a reset, at the last state. */
-static kmp_instant before_pass(const adjoint *a, int k)
-{
-    const kmp_linear *l = &a->v->linear;
-    return kmp_instant_of(l->eval, l->t, l->q, a->rates + (ptrdiff_t)k * a->n, l->qdd, l->lambda);
-}
-
-/* The weights of the rates at the last state, and of the integrand: how the whole depends on the time of a reset. */
-static double weight_of_time(adjoint *a)
-{
-    const kmp_linear *l = &a->v->linear;
-    return kmp_dot(a->n, a->wq, l->qd) + kmp_dot(a->n, a->wqd, l->qdd) +
-           (a->integral ? kmp_target_value(a->target, a->v) : 0);
-}
-
-/* Converts weights of the states after pass k to weights before it, and adds to the weight of the time. */
-static void take_back(adjoint *a, const kmp_sensitivity_equations_reset *reset, int k, double *time)
-{
-    kmp_sensitivity_equations *v = a->v;
-    const kempe_model *model = v->system->model;
-    const int samples = samples_of(a);
-    const kmp_instant at = before_pass(a, k);
-    (void)kmp_slopes_values(&v->slopes->samples, &at);
-    for (int i = 0; i < samples; i++) {
-        double *weight = &a->wqd[kmp_model_coordinates(model) + kmp_state_of_sample(model, i)];
-        bool taken = reset->taken[k * samples + i];
-        a->wnext[i] = taken ? *weight : 0;
-        *weight = taken ? 0 : *weight;
-    }
-    kmp_slopes_gradient(v->slopes, &v->slopes->samples, a->wnext,
-                        &(kmp_direction){time, a->wq, a->wqd, NULL, NULL, a->y + 2 * a->p});
-}
-
-/* Derivatives after a reset are those along it, s + xd- dt_e/dp, mapped by the next values, less xd+ dt_e/dp. */
-static kempe_status pass_reset(adjoint *a, const kmp_sensitivity_equations_mark *mark, const int *next_u)
-{
-    const kmp_sensitivity_equations_reset *reset = &mark->reset;
-    double after = 0, time = 0;
-    spread(a, next_u);
-    if (reset->cause >= 0) {
-        if (kmp_sensitivity_equations_at(a->v, mark->t, reset->y, reset->y + a->p) != KMP_GO)
-            return fail(a, mark->t);
-        after = weight_of_time(a);
-    }
-    KMP_TRY(stand_before(a, mark));
-    /* The rates before each pass of a reset. */
-    kmp_sensitivity_equations *v = a->v;
-    const kempe_model *model = v->system->model;
-    const int first = kmp_model_coordinates(model), samples = samples_of(a);
-    memcpy(a->rates, v->linear.qd, (size_t)a->n * sizeof *a->rates);
-    for (int k = 0; k + 1 < reset->times; k++) {
-        const kmp_instant at = before_pass(a, k);
-        const double *value = kmp_slopes_values(&v->slopes->samples, &at);
-        double *next = a->rates + (ptrdiff_t)(k + 1) * a->n;
-        memcpy(next, a->rates + (ptrdiff_t)k * a->n, (size_t)a->n * sizeof *next);
-        for (int i = 0; i < samples; i++)
-            if (reset->taken[k * samples + i])
-                next[first + kmp_state_of_sample(model, i)] = value[i];
-    }
-    for (int k = reset->times - 1; k >= 0; k--)
-        take_back(a, reset, k, &time);
-    if (reset->cause >= 0)
-        a->swing += time + weight_of_time(a) - after;
-    a->swung = reset->cause >= 0 ? reset->cause : a->swung;
-    gather(a);
-    return KEMPE_OK;
-}
-
-/* The weight of t_e: of the jump of accelerations, and of the integrand. */
-static kempe_status pass_condition(adjoint *a, const kmp_sensitivity_equations_mark *mark)
-{
-    kmp_sensitivity_equations *v = a->v;
-    kmp_linear *l = &v->linear;
-    const bool swung = a->swung == mark->condition;
-    double one = 1, weight = swung ? a->swing : 0;
-    a->swing = swung ? 0 : a->swing;
-    if (kmp_sensitivity_equations_at(v, mark->t, mark->y, mark->y + a->p) != KMP_GO)
-        return fail(a, mark->t);
-    for (int i = 0; i < a->p; i++)
-        weight -= a->y[a->p + i] * l->qdd[l->part.u[i]];
-    weight -= a->integral ? kmp_target_value(a->target, v) : 0;
-    KMP_TRY(stand_before(a, mark));
-    for (int i = 0; i < a->p; i++)
-        weight += a->y[a->p + i] * l->qdd[l->part.u[i]];
-    weight += a->integral ? kmp_target_value(a->target, v) : 0;
-    kmp_instant at = kmp_linear_instant(&v->linear);
-    (void)kmp_slopes_values(&v->slopes->events, &at);
-    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, -1,
-                     a->unit);
-    weight /= -a->unit[mark->condition];
-    memset(a->unit, 0, (size_t)v->system->events.count * sizeof *a->unit);
-    a->unit[mark->condition] = weight;
-    memset(a->wq, 0, (size_t)a->n * sizeof *a->wq);
-    memset(a->wqd, 0, (size_t)a->n * sizeof *a->wqd);
-    kmp_slopes_gradient(v->slopes, &v->slopes->events, a->unit,
-                        &(kmp_direction){NULL, a->wq, a->wqd, NULL, NULL, a->y + 2 * a->p});
-    kmp_linear_back(l, &(kmp_weights){.q = a->wq, .qd = a->wqd}, &a->back);
-    add_back(a, a->y, a->y + a->p, a->y + 2 * a->p);
-    return KEMPE_OK;
-}
+/* -- backwards over segments -------------------------------------------------------------------------- */
 
 /* Integrates backwards over the current segment. */
 static kempe_status pass_segment(adjoint *a, double *h)
@@ -625,111 +560,107 @@ static kempe_status come_back(adjoint *a, const kept_step *before, kept_step *la
     return KEMPE_OK;
 }
 
+static double along(int size, int k, const double *columns, const double *weights)
+{
+    return kmp_dot(size, columns + (ptrdiff_t)k * size, weights);
+}
+
+/* Converts the weights of the state behind a map to weights of the state before it. */
+static void pass_map(adjoint *a, const kmp_forward_map *map)
+{
+    const int after = map->p_after, before = map->p, count = a->count, held = map->held;
+    const double *u = a->weights, *ud = u + after, *fixed = ud + after + count;
+    memcpy(a->weights, a->y, (size_t)(2 * after + count + held) * sizeof *a->y);
+    memset(a->y, 0, (size_t)(2 * before + count + held) * sizeof *a->y);
+    memcpy(a->y + 2 * before, ud + after, (size_t)count * sizeof *a->y);
+    for (int k = 0; k < map->columns; k++) {
+        double *to = k < count ? &a->y[2 * before + k] : k < count + 2 * before ? &a->y[k - count] : &a->y[k];
+        *to += along(after, k, map->u_after, u) + along(after, k, map->ud_after, ud) +
+               along(held, k, map->held_after, fixed);
+        *to += a->integral ? map->integral_after[k] : 0;
+    }
+}
+
+/* The motion before a map, as far as a step ends there, in its own unknowns, charts and conditions. */
+static kempe_status stand_before(adjoint *a, const kept_map *map)
+{
+    kmp_evaluator *eval = a->v->linear.eval;
+    a->p = map->of.p;
+    recall(a, map->last, map->of.t, a->state);
+    kmp_eval_set_modes(eval, map->of.mode);
+    if (a->v->system->chart_count > 0)
+        kmp_eval_set_charts(eval, map->of.chart);
+    kmp_present_inputs_stand(&eval->inputs, map->last->from);
+    KMP_TRY(stand(a, map->of.t, map->of.q, &map->before->part, a->state));
+    return make_solver(a);
+}
+
 static kempe_status all_back(adjoint *a, double h)
 {
-    const int *next_u = a->v->linear.part.u;
     kept_step *last = a->end;
-    int *behind = copy_of(a, next_u, (size_t)a->p, sizeof(int));
-    KMP_TRY(kmp_made(a->v->system->context, behind));
-    for (const kept_mark *k = a->mark; k; k = k->before) {
-        KMP_TRY(come_back(a, k->last, last, &h));
-        last = k->last;
-        KMP_TRY(k->of.condition >= 0    ? pass_condition(a, &k->of)
-                : k->of.reset.times > 0 ? pass_reset(a, &k->of, behind)
-                                        : pass_exchange(a, &k->of, behind));
-        memcpy(behind, k->of.u, (size_t)a->p * sizeof *behind);
+    for (const kept_map *map = a->map; map; map = map->before) {
+        KMP_TRY(come_back(a, map->last, last, &h));
+        pass_map(a, &map->of);
+        if (map->last && map->last != (map->before ? map->before->last : NULL))
+            KMP_TRY(stand_before(a, map));
+        last = map->last;
     }
-    return come_back(a, NULL, last, &h);
+    return KEMPE_OK;
 }
 
 /* -- end --------------------------------------------------------------------------------------------- */
 
 static bool make_room(adjoint *a)
 {
-    int n = a->n, m = a->m, p = a->p;
-    a->size = 2 * p + a->count;
-    a->ode =
-        (kmp_ode){.n = a->size, .self = a, .rhs = rhs, .accept = accept, .jacobian = jacobian, .quadratures = a->count};
+    const int n = a->n, m = a->m, most = 2 * n + a->count + a->held;
     return KMP_ARENA_MAKE(
-        &a->arena, KMP_ROOM(double, a->size, &a->y, &a->atol),
+        &a->arena, KMP_ROOM(double, most, &a->y, &a->atol, &a->weights),
         KMP_ROOM(double, n, &a->wq, &a->wqd, &a->wqdd, &a->w, &a->dq, &a->dqd, &a->dqdd, &a->back.force),
         KMP_ROOM(double, m, &a->wlambda, &a->back.h, &a->back.rate, &a->back.curve),
-        KMP_ROOM(double, p, &a->wu, &a->back.u, &a->back.ud, &a->back.udd), KMP_ROOM(double, 2 * p, &a->state),
-        KMP_ROOM(double, 2 * p * p, &a->matrix), KMP_ROOM(double, a->resets *n, &a->rates),
-        KMP_ROOM(double, samples_of(a), &a->wnext), KMP_ROOM(double, a->v->system->events.count, &a->unit));
+        KMP_ROOM(double, n, &a->wu, &a->back.u, &a->back.ud, &a->back.udd), KMP_ROOM(double, 2 * n, &a->state),
+        KMP_ROOM(double, 2 * n * n, &a->matrix));
 }
 
-/* Begins the lanes, if the integrator uses them. */
-static kempe_status add_lanes(adjoint *a)
+/* The weights at the end, in y. */
+static kempe_status begin_at_end(adjoint *a)
 {
-    const size_t p = (size_t)a->p, count = (size_t)a->count;
-    if (!a->kind->lanes || a->integral || !a->options->lanes)
-        return KEMPE_OK;
-    kmp_varied_lanes_begin(a->options->lanes);
-    a->ode.lanes = rhs_of_stages;
-    a->ode.width = W;
-    a->ode.cycles_of_step =
-        kmp_varied_lanes_cycles(a->options->lanes) + kmp_varied_lanes_matrix_cycles(a->options->lanes);
-    return kmp_made(a->v->system->context,
-                    KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, 2 * p * W, &a->stages), KMP_ROOM(double, p *W, &a->udd),
-                                   KMP_ROOM(double, 2 * p * p * W, &a->of_state),
-                                   KMP_ROOM(double, p *count *W, &a->of_parameters)));
+    const kmp_sensitivity_equations *v = a->v;
+    const double t_end = a->options->spec->t_end, rate_scale = a->rate_scale;
+    recall(a, a->end, t_end, a->state);
+    kmp_present_inputs_stand(&v->linear.eval->inputs, a->end->from);
+    KMP_TRY(stand(a, t_end, a->end_q, &a->map->part, a->state));
+    a->stood = t_end;
+    const int p = a->p;
+    memset(a->wu, 0, (size_t)p * sizeof *a->wu);
+    go_back(a, true, a->wu, a->y, a->y + p, a->y + 2 * p);
+    for (int i = 0; i < p; i++) {
+        const double scale = v->system->scale[v->linear.part.u[i]];
+        a->reach = fmax(a->reach, fmax(fabs(a->y[i]) * scale, fabs(a->y[p + i]) * scale * rate_scale));
+    }
+    a->reach = a->reach > 0 ? a->reach : 1;
+    if (a->integral) {
+        memset(a->y, 0, (size_t)(2 * p + a->count + a->held) * sizeof *a->y);
+        a->reach *= t_end;
+    }
+    return make_solver(a);
 }
 
 static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
 {
-    kempe_context *context = a->v->system->context;
-    double rate_scale = report->forward.run.rate_scale;
     if (a->steps == 0)
         return fail(a, a->options->spec->t_end);
-    KMP_TRY(kmp_made(context, make_room(a)));
-    /* The weights at the end, in y, and their sizes, for the tolerances. */
-    kmp_sensitivity_equations *v = a->v;
-    int p = a->p;
-    double size = 0;
-    recall(a, a->end, a->options->spec->t_end, a->state);
-    kmp_present_inputs_stand(&v->linear.eval->inputs, a->end->from);
-    KMP_TRY(stand(a, a->options->spec->t_end, a->end_q, a->end_u, a->state));
-    a->stood = a->options->spec->t_end;
-    memset(a->wu, 0, (size_t)p * sizeof *a->wu);
-    go_back(a, true, a->wu, a->y, a->y + p, a->y + 2 * p);
-    for (int i = 0; i < p; i++) {
-        double scale = v->system->scale[v->linear.part.u[i]];
-        size = fmax(size, fmax(fabs(a->y[i]) * scale, fabs(a->y[p + i]) * scale * rate_scale));
-    }
-    size = size > 0 ? size : 1;
-    if (a->integral) {
-        memset(a->y, 0, (size_t)a->size * sizeof *a->y);
-        size *= a->options->spec->t_end;
-    }
-    for (int i = 0; i < p; i++) {
-        double scale = v->system->scale[v->linear.part.u[i]];
-        a->atol[i] = a->options->spec->atol * size / scale;
-        a->atol[p + i] = a->options->spec->atol * size / (scale * rate_scale);
-    }
-    for (int k = 0; k < a->count; k++)
-        a->atol[2 * p + k] = a->options->spec->atol * size / a->sizes[k];
-    report->value = a->integral ? report->forward.integral : a->value;
+    a->rate_scale = report->forward.run.rate_scale;
     a->kind = kmp_solver_find(a->options->spec->integrator);
-    KMP_TRY(add_lanes(a));
-    a->solver = a->kind->create(a->kind, &(kmp_solver_setup){.context = context,
-                                                             .ode = &a->ode,
-                                                             .tolerance = {a->options->spec->rtol, a->atol},
-                                                             .linear = "auto"});
-    if (!a->solver)
-        return KEMPE_E_MEMORY;
-    KMP_TRY(all_back(a, a->kind->implicit ? fmin(1e-3 / rate_scale, a->options->spec->t_end) : 0));
-    const int *u = a->v->linear.part.u;
-    for (int k = 0; k < a->count; k++) {
-        const double *q = a->options->start_q + k * a->n, *qd = a->options->start_qd + k * a->n;
-        a->gradient[k] = a->y[2 * a->p + k];
-        for (int i = 0; i < a->p; i++)
-            a->gradient[k] += a->y[i] * q[u[i]] + a->y[a->p + i] * qd[u[i]];
-    }
-    kmp_solver_work work = a->solver->work;
-    report->steps = work.steps;
-    report->rhs = work.rhs;
-    report->kept = (size_t)a->steps * NODES * 2 * (size_t)a->p * sizeof(double);
+    KMP_TRY(kmp_made(a->v->system->context, make_room(a)));
+    a->p = a->end->p;
+    KMP_TRY(begin_at_end(a));
+    report->value = a->integral ? report->forward.integral : a->value;
+    KMP_TRY(all_back(a, a->kind->implicit ? fmin(1e-3 / a->rate_scale, a->options->spec->t_end) : 0));
+    memcpy(a->gradient, a->y, (size_t)a->count * sizeof *a->gradient); /* nothing is before the start: p = 0 */
+    add_work(a);
+    report->steps = a->work.steps;
+    report->rhs = a->work.rhs;
+    report->kept = a->kept;
     return KEMPE_OK;
 }
 
@@ -747,20 +678,16 @@ kempe_status kmp_adjoint_run(kmp_sensitivity_equations *varied, const kmp_forwar
                  .gradient = gradient};
     kmp_run_spec spec = *options->spec;
     *report = (kmp_adjoint_report){0};
-    if (varied->system->load_row_count > 0)
-        return kmp_refuse_load_dependent(varied->system, "the adjoint method");
     spec.times = &spec.t_end;
     spec.time_count = 1;
     const kmp_forward motion = {.spec = &spec,
                                 .alone = true,
                                 .integrand = integral ? target : NULL,
-                                .start_q = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
-                                .start_qd = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
                                 .lanes = options->lanes,
-                                .watch = {.user = &a, .row = keep_end, .step = keep_step, .mark = keep_mark}};
+                                .watch = {.user = &a, .row = keep_end, .step = keep_step, .map = keep_map}};
     a.options = &motion;
     if (KMP_ARENA_MAKE(&a.arena, KMP_ROOM(double, a.n, &a.end_q, &a.own_q, &a.own_qd, &a.own_qdd),
-                       KMP_ROOM(double, chart_size(&a), &a.own_chart), KMP_ROOM(int, a.n, &a.end_u)))
+                       KMP_ROOM(double, chart_size(&a), &a.own_chart)))
         kmp_charts_reset(varied->system, a.own_chart);
     kempe_status status = a.arena.failed ? kmp_fail_memory(varied->system->context)
                                          : kmp_forward_run(varied, &motion, sizes, NULL, &report->forward);
@@ -773,6 +700,8 @@ kempe_status kmp_adjoint_run(kmp_sensitivity_equations *varied, const kmp_forwar
     }
     if (a.solver)
         a.kind->release(a.solver);
+    for (kept_map *map = a.map; map; map = map->before)
+        kmp_partition_free(&map->part);
     kmp_arena_free(&a.arena);
     return status;
 }

@@ -279,20 +279,21 @@ static void settle(kmp_forward_formulation *f)
     f->due = !f->start.fixed && !f->zone && f->growth > KMP_EXCHANGE_VARIED;
 }
 
-/* Continues from the place at t with other unknowns: y, weights and the state. */
+/* Continues from the place at t with other unknowns: y, weights and the state. Columns that only pass an event are not
+ * integrated. */
 static int take_up(kmp_forward_formulation *f, double t, double *y)
 {
     pack(f, y);
-    int half = kmp_forward_blocks(f), w = f->width;
+    const int w = f->width, count = f->options->alone ? 0 : f->count, half = w * (1 + count);
     double *atol = f->formulation.atol;
-    for (int b = 0; b <= f->count; b++)
+    for (int b = 0; b <= count; b++)
         for (int i = 0; i < w; i++) {
             int k = unknowns(f)[i];
             double of = f->start.atol * f->system->scale[k] / (b ? f->sizes[b - 1] : 1);
             kmp_start_tolerance(kmp_state_of(f->system->model, k) != NULL, of, f->start.rate_scale, &atol[b * w + i],
                                 &atol[half + b * w + i]);
         }
-    for (int b = 0; b < f->integrals; b++)
+    for (int b = 0; b < f->integrals && b <= count; b++)
         atol[2 * half + b] = f->start.atol * f->options->spec->t_end / (b ? f->sizes[b - 1] : 1);
     if (kmp_forward_stand_at(f, t, y, false) != KMP_GO)
         return KMP_HALT;
@@ -454,48 +455,6 @@ static bool charts_differ(const kmp_forward_formulation *f, const double *chart)
     return memcmp(chart, kmp_forward_eval(f)->chart, chart_bytes(f)) != 0;
 }
 
-/* -- marks ------------------------------------------------------------------------------------------- */
-
-/* The place is that before a mark; the other function: that after it. */
-static void keep_old(kmp_forward_formulation *f)
-{
-    const int *u = f->v->linear.part.u;
-    for (int i = 0; i < f->p; i++) {
-        f->old_u[i] = u[i];
-        f->old_y[i] = f->q[u[i]];
-        f->old_y[f->p + i] = f->qd[u[i]];
-    }
-    memcpy(f->old_q, f->q, (size_t)f->n * sizeof *f->q);
-    memcpy(f->old_chart, f->chart, chart_bytes(f));
-}
-
-static int report(kmp_forward_formulation *f, double t, int condition, kmp_sensitivity_equations_reset reset)
-{
-    kmp_sensitivity_equations_mark mark = {t,       condition,    f->old_u, f->old_q, f->old_y,
-                                           f->mode, f->old_chart, {0},      reset};
-    if (charts_differ(f, f->old_chart))
-        mark.next = (kmp_chart_motion){f->chart, f->q, f->qd, NULL};
-    int said = f->options->watch.mark ? f->options->watch.mark(f->options->watch.user, &mark) : 0;
-    if (said)
-        (void)kmp_fail_memory(f->system->context);
-    return said ? KMP_HALT : KMP_GO;
-}
-
-static int report_mark(kmp_forward_formulation *f, double t, int condition)
-{
-    return report(f, t, condition, (kmp_sensitivity_equations_reset){0});
-}
-
-/* The place is that after next values that states have taken at `times` passes. */
-static int report_reset(kmp_forward_formulation *f, double t, int times)
-{
-    for (int i = 0; i < f->p; i++) {
-        f->next_y[i] = f->q[f->old_u[i]];
-        f->next_y[f->p + i] = f->qd[f->old_u[i]];
-    }
-    return report(f, t, -1, (kmp_sensitivity_equations_reset){times, f->taken, f->next_y, f->reset_cause});
-}
-
 /* -- other coordinates ------------------------------------------------------------------------------- */
 
 /* Chooses other independent coordinates at the place, in the evaluator's state: as many, again. */
@@ -518,10 +477,11 @@ static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
     (void)yp;
     if (!f->due)
         return KMP_GO;
-    if (spread(f, t, y) != KMP_GO)
+    double *all = f->options->alone ? kmp_forward_map_begin(f, t, y) : y;
+    if (!all || spread(f, t, all) != KMP_GO)
         return KMP_HALT;
-    keep_old(f);
-    if (choose_anew(f, y) != KMP_GO || report_mark(f, t, -1) != KMP_GO)
+    memcpy(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u);
+    if (choose_anew(f, all) != KMP_GO || (all != y && kmp_forward_map_end(f, y) != KMP_GO))
         return KMP_HALT;
     formulation->exchanges += memcmp(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u) != 0;
     return KMP_CHANGED;
@@ -549,7 +509,7 @@ static bool find_swing(kmp_forward_formulation *f, int k, const double *y)
     kmp_sensitivity_equations *v = f->v;
     kmp_linear *l = &v->linear;
     const bool late = kmp_slopes_event_is_late(v->slopes, k);
-    const int n = f->n, m = f->m;
+    const int n = f->n;
     double one = 1;
     kmp_instant at = kmp_linear_instant(&v->linear);
     const double value = kmp_slopes_values(&v->slopes->events, &at)[k];
@@ -569,22 +529,16 @@ static bool find_swing(kmp_forward_formulation *f, int k, const double *y)
         }
         f->swing[i] = -along(f, k, &direction, i) / rate;
     }
-    if (f->options->alone) {
-        /* The derivatives of t_e by q, qd and parameters. */
-        double *q = f->swing, *qd = q + f->n;
-        memset(f->along, 0, (size_t)f->system->events.count * sizeof *f->along);
-        memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
-        f->along[k] = -1 / rate;
-        kmp_slopes_gradient(v->slopes, &v->slopes->events, f->along,
-                            &(kmp_direction){.q = q, .qd = qd, .parameters = qd + f->n});
-    }
-    (void)m;
     return fabs(rate) > GRAZING * (fabs(by_place) + fabs(by_rates) + fabs(by_loads));
 }
 
 int kmp_forward_halt(kmp_forward_formulation *f, const char *format, ...)
 {
     KMP_TEXT_ARGUMENTS(&f->formulation.reason, format);
+    if (f->options->alone)
+        kmp_text_put(&f->formulation.reason,
+                     "; the adjoint method needs derivatives with respect to each part of the state, too: the forward "
+                     "method may have those with respect to parameters");
     return KMP_HALT;
 }
 
@@ -615,10 +569,10 @@ bool kmp_forward_same_swing(int count, const double *a, const double *b)
 /* NULL is zero. */
 static bool are_different(const kmp_forward_formulation *f, const double *a, const double *b)
 {
-    for (int i = 0; !(a && b) && i < f->swing_size; i++)
+    for (int i = 0; !(a && b) && i < f->count; i++)
         if ((a && a[i] != 0) || (b && b[i] != 0))
             return true;
-    return a && b && !kmp_forward_same_swing(f->swing_size, a, b);
+    return a && b && !kmp_forward_same_swing(f->count, a, b);
 }
 
 static double integrand_here(kmp_forward_formulation *f)
@@ -647,7 +601,7 @@ static void note_swings(kmp_forward_formulation *f, const double *mode, double t
 {
     for (int i = 0; i < f->system->events.count; i++)
         if ((mode[i] != 0) != (kmp_forward_eval(f)->mode[i] != 0)) { /* also of kinks, where nothing jumps */
-            memcpy(f->swings + (ptrdiff_t)i * f->swing_size, f->swing, (size_t)f->swing_size * sizeof *f->swing);
+            memcpy(f->swings + (ptrdiff_t)i * f->most, f->swing, (size_t)f->count * sizeof *f->swing);
             f->swung_t[i] = t;
             f->swung_by[i] = k;
         }
@@ -688,21 +642,15 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
         return KMP_HALT;
     if (given && coincides(f, k, t, y))
         return halt_at_input(f, k, t);
-    memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
+    memset(f->swing, 0, (size_t)f->count * sizeof *f->swing);
     if (!given && !find_swing(f, k, y))
         return kmp_forward_halt(
             f,
             "the condition %s is touched at t = %.9g without crossing: the motion has no derivative with "
             "respect to parameters there",
             f->system->event_text[k], t);
-    if (f->options->alone && kmp_slopes_event_is_late(f->v->slopes, k))
-        return kmp_forward_halt(f,
-                                "the condition %s depends on accelerations or multipliers, which the adjoint method "
-                                "does not support; the forward method does",
-                                f->system->event_text[k]);
     if (kmp_same_time(f->sampled_t, t) && are_different(f, f->swing, NULL))
         return halt_at_event(f, f->sampled, t);
-    keep_old(f);
     note_swings(f, mode, t, given ? -1 : k);
     kmp_forward_delays_note(f, t, f->swing);
     memcpy(f->mode, l->eval->mode, mode_bytes(f));
@@ -715,7 +663,7 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
                                 f->system->event_text[k], t);
     jump(f, integrand, y);
     f->t = NAN; /* the place is the one before the change */
-    return report_mark(f, t, given ? -1 : k);
+    return KMP_GO;
 }
 
 /* Conditions have changed since the last start: passes the ones that the motion itself has changed one after the other,
@@ -762,14 +710,14 @@ static int cause_of(const kmp_forward_formulation *f, int sample, double t)
 /* dt_e/dp of a condition that has passed; NULL: zero. */
 static const double *swing_of(const kmp_forward_formulation *f, int condition)
 {
-    return condition < 0 ? NULL : f->swings + (ptrdiff_t)condition * f->swing_size;
+    return condition < 0 ? NULL : f->swings + (ptrdiff_t)condition * f->most;
 }
 
 /* True if the time of a condition that has passed depends on no parameter. */
 static bool is_still(const kmp_forward_formulation *f, int condition)
 {
     const double *swing = swing_of(f, condition);
-    for (int i = 0; swing && i < f->swing_size; i++)
+    for (int i = 0; swing && i < f->count; i++)
         if (swing[i] != 0)
             return false;
     return true;
@@ -791,6 +739,11 @@ static int find_reset_swing(kmp_forward_formulation *f, const double *jump, doub
     const double *common = jump;
     bool any = jump;
     f->reset_cause = -1;
+    if (f->follows && f->options->alone)
+        return kmp_forward_halt(f,
+                                "a state changes at t = %.9g s within rounding of an event before: the adjoint method "
+                                "does not support this, the forward method does",
+                                t);
     if (f->missed)
         return kmp_forward_halt(f, "states change too often at t = %.9g: derivatives end there", t);
     for (int k = 0; f->resets > 0 && k < f->samples; k++) {
@@ -816,9 +769,9 @@ static int find_reset_swing(kmp_forward_formulation *f, const double *jump, doub
         for (int k = 0; k < f->samples; k++)
             f->sampled = f->taken[k] ? k : f->sampled;
     }
-    memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
+    memset(f->swing, 0, (size_t)f->count * sizeof *f->swing);
     if (common)
-        memcpy(f->swing, common, (size_t)f->swing_size * sizeof *f->swing);
+        memcpy(f->swing, common, (size_t)f->count * sizeof *f->swing);
     return KMP_GO;
 }
 
@@ -885,7 +838,7 @@ static int join_event(kmp_forward_formulation *f, double t, bool jumps)
         go_along(f, f->qdd_before);
         f->cause_before = f->reset_cause;
     }
-    memcpy(f->common, f->swing, (size_t)f->swing_size * sizeof *f->swing);
+    memcpy(f->common, f->swing, (size_t)f->count * sizeof *f->swing);
     return KMP_GO;
 }
 
@@ -904,14 +857,10 @@ static int reset_place(kmp_forward_formulation *f, double t, const double *jump,
     memcpy(f->new_mode, eval->mode, mode_bytes(f));
     kmp_eval_set_charts(eval, f->chart);
     set_modes(f, f->mode);
-    const int times = f->resets;
     if (qd)
         kmp_forward_delays_pass(f, t, qd);
     take_all_next(f, t);
     set_modes(f, f->new_mode);
-    if (report_reset(f, t, times) != KMP_GO)
-        return KMP_HALT;
-    memcpy(f->old_y, f->next_y, (size_t)(2 * f->p) * sizeof *f->old_y);
     kmp_eval_set_charts(eval, f->new_chart);
     return KMP_GO;
 }
@@ -925,8 +874,6 @@ static int pass_resets(kmp_forward_formulation *f, double t, const double *jump,
     if (find_reset_swing(f, jump, t) != KMP_GO || spread(f, t, y) != KMP_GO)
         return KMP_HALT;
     double integrand = integrand_here(f);
-    const int times = f->resets;
-    keep_old(f);
     /* Adds the rates of the last state times dt_e/dp to the place. */
     const kmp_linear *l = &f->v->linear;
     for (int k = 0; k < f->count; k++)
@@ -938,8 +885,6 @@ static int pass_resets(kmp_forward_formulation *f, double t, const double *jump,
     take_all_next(f, t);
     kmp_forward_delays_note(f, t, f->swing);
     pack(f, y);
-    if (report_reset(f, t, times) != KMP_GO)
-        return KMP_HALT;
     set_modes(f, f->new_mode);
     memcpy(f->mode, f->new_mode, mode_bytes(f));
     if (kmp_forward_stand_at(f, t, y, true) != KMP_GO)
@@ -968,11 +913,7 @@ static int pass_charts(kmp_forward_formulation *f, double t, const double *q, co
     if (spread(f, t, y) != KMP_GO)
         return KMP_HALT;
     kmp_eval_set_charts(kmp_forward_eval(f), f->new_chart);
-    keep_old(f);
     enter_charts(f, q, qd);
-    if (report_mark(f, t, -1) != KMP_GO)
-        return KMP_HALT;
-    keep_old(f);
     kmp_eval_closure(kmp_forward_eval(f), t, q);
     if (!f->start.fixed && !f->zone)
         return choose_anew(f, y);
@@ -980,29 +921,39 @@ static int pass_charts(kmp_forward_formulation *f, double t, const double *q, co
     return KMP_GO;
 }
 
-static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
+/* Passes what has changed: next values of states, delayed signals (`jump`), conditions, charts. */
+static int pass_changes(kmp_forward_formulation *f, double t, const double *q, const double *qd, const double *jump,
+                        double *y)
 {
-    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
-    int half = kmp_forward_blocks(f);
-    const double *jump;
-    (void)yp;
-    if (kmp_forward_delays_jump(f, t, &jump) != KMP_GO)
-        return KMP_HALT;
     if ((f->resets > 0 || jump) && pass_resets(f, t, jump, qd, y) != KMP_GO)
         return KMP_HALT;
     if (first_other(f, kmp_forward_eval(f)->mode) >= 0 && pass_conditions(f, t, y) != KMP_GO)
         return KMP_HALT;
-    if (charts_differ(f, f->chart) && pass_charts(f, t, q, qd, y) != KMP_GO)
+    return charts_differ(f, f->chart) ? pass_charts(f, t, q, qd, y) : KMP_GO;
+}
+
+static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
+{
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
+    const double *jump;
+    (void)yp;
+    if (kmp_forward_delays_jump(f, t, &jump) != KMP_GO)
         return KMP_HALT;
+    const bool changes = f->resets > 0 || jump || charts_differ(f, f->chart) ||
+                         memcmp(f->mode, kmp_forward_eval(f)->mode, mode_bytes(f)) != 0;
+    double *all = changes && f->options->alone ? kmp_forward_map_begin(f, t, y) : y;
+    if (!all || pass_changes(f, t, q, qd, jump, all) != KMP_GO)
+        return KMP_HALT;
+    const int half = kmp_forward_blocks(f);
     for (int i = 0; i < f->width; i++) {
-        y[i] = q[unknowns(f)[i]];
-        y[half + i] = qd[unknowns(f)[i]];
+        all[i] = q[unknowns(f)[i]];
+        all[half + i] = qd[unknowns(f)[i]];
     }
-    kmp_forward_delays_set(f, t, y);
-    if (kmp_forward_stand_at(f, t, y, false) != KMP_GO)
+    kmp_forward_delays_set(f, t, all);
+    if (kmp_forward_stand_at(f, t, all, false) != KMP_GO)
         return KMP_HALT;
     settle(f);
-    return KMP_GO;
+    return all != y ? kmp_forward_map_end(f, y) : KMP_GO;
 }
 
 /* -- values of a scalar ------------------------------------------------------------------------------ */
@@ -1115,6 +1066,7 @@ static int take_step(void *user, kmp_runner *runner, double from, double to)
         return 1;
     if (y)
         memcpy(f->tail, y + 2 * kmp_forward_blocks(f), (size_t)f->integrals * sizeof *y);
+    f->mapped = f->mapped && !(to > from);
     return f->options->watch.step && to > from ? f->options->watch.step(f->options->watch.user, runner, from, to) : 0;
 }
 
@@ -1172,13 +1124,13 @@ static int find_common_swing(kmp_forward_formulation *f, double t, const double 
         const kmp_condition *condition = &f->system->events.condition[k];
         f->near[k] = given && !condition->kink && condition->role == KMP_ROLE_NONE && coincides(f, k, t, y);
     }
-    memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
+    memset(f->swing, 0, (size_t)f->count * sizeof *f->swing);
     for (int k = 0; k < f->system->events.count && !given; k++) {
         if (!event->caused[k] || f->system->events.condition[k].kink)
             continue;
         const bool crossed = find_swing(f, k, y);
         if (has_jumped(f, t))
-            memcpy(f->swing, f->last, (size_t)f->swing_size * sizeof *f->swing);
+            memcpy(f->swing, f->last, (size_t)f->count * sizeof *f->swing);
         else if (!crossed)
             return kmp_forward_halt(f,
                                     "the condition %s is touched at t = %.9g without crossing: the motion has no "
@@ -1190,18 +1142,24 @@ static int find_common_swing(kmp_forward_formulation *f, double t, const double 
                 "%s lets go at t = %.9g s, where rows that depend on each other share its load: the "
                 "motion has no derivative with respect to parameters there",
                 f->system->event_text[k], t);
-        if (cause >= 0 && !kmp_forward_same_swing(f->swing_size, f->swing, f->common))
+        if (cause >= 0 && !kmp_forward_same_swing(f->count, f->swing, f->common))
             return kmp_forward_halt(f,
                                     "the conditions %s and %s change together at t = %.9g, at times that depend on "
                                     "parameters in different ways: the motion has no derivative there",
                                     f->system->event_text[cause], f->system->event_text[k], t);
         cause = k;
-        memcpy(f->common, f->swing, (size_t)f->swing_size * sizeof *f->swing);
+        memcpy(f->common, f->swing, (size_t)f->count * sizeof *f->swing);
     }
-    memcpy(f->common, f->swing, (size_t)f->swing_size * sizeof *f->swing);
+    memcpy(f->common, f->swing, (size_t)f->count * sizeof *f->swing);
     f->cause_before = cause;
     return kmp_same_time(f->sampled_t, t) && are_different(f, f->swing, NULL) ? halt_at_event(f, f->sampled, t)
                                                                               : KMP_GO;
+}
+
+/* The size of the quantity by which column k differentiates. */
+static double size_of(const kmp_forward_formulation *f, int k)
+{
+    return f->column_size && k >= f->v->count ? f->column_size[k] : f->sizes[k];
 }
 
 /* Begins the sums of sizes with the derivatives, and with rounding of coordinates. */
@@ -1210,7 +1168,7 @@ static void begin_terms(kmp_forward_formulation *f)
     for (int k = 0; k < f->count; k++)
         for (int i = 0; i < f->n; i++) {
             const int at = k * f->n + i;
-            const double rounding = KMP_SLOPE_ROUNDED / KMP_SLOPE_LOOSE * f->system->scale[i] / f->sizes[k];
+            const double rounding = KMP_SLOPE_ROUNDED / KMP_SLOPE_LOOSE * f->system->scale[i] / size_of(f, k);
             f->span[at] = fabs(f->dq[at]) + rounding;
             f->speed[at] = fabs(f->dqd[at]) + rounding * f->start.rate_scale;
         }
@@ -1227,7 +1185,6 @@ static int leave_at_event(kmp_forward_formulation *f, double t, const double *y)
     begin_terms(f);
     memcpy(f->qdd_before, l->qdd, (size_t)f->n * sizeof *l->qdd);
     go_along(f, l->qdd);
-    keep_old(f);
     f->passing = true;
     return KMP_GO;
 }
@@ -1235,13 +1192,18 @@ static int leave_at_event(kmp_forward_formulation *f, double t, const double *y)
 static int keep(kmp_formulation *formulation, double t, const double *y)
 {
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
-    memcpy(f->tail, y + 2 * kmp_forward_blocks(f), (size_t)f->integrals * sizeof *y);
-    if (f->start.passed && f->start.passed->now && !f->options->alone)
-        return leave_at_event(f, t, y);
-    if (!(f->t >= t) && spread(f, t, y) != KMP_GO) /* charts have changed, and the place with them */
+    const double *all = f->options->alone ? kmp_forward_map_begin(f, t, y) : y;
+    if (!all)
         return KMP_HALT;
-    keep_old(f);
-    return KMP_GO;
+    int said = KMP_GO;
+    memcpy(f->tail, all + 2 * kmp_forward_blocks(f), (size_t)f->integrals * sizeof *all);
+    if (f->start.passed && f->start.passed->now)
+        said = leave_at_event(f, t, all);
+    else if (!(f->t >= t)) /* charts have changed, and the place with them */
+        said = spread(f, t, all);
+    if (f->options->alone)
+        kmp_forward_set_columns(f, 0);
+    return said;
 }
 
 /* Checks a start that is neither the first one nor the place of the last formulation: rates have changed between them.
@@ -1253,9 +1215,8 @@ static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulatio
     int k = first_other(f, start->eval->mode);
     if (k >= 0)
         return kmp_fail(f->system->context, KEMPE_E_FAILED,
-                        "closures switch where %s changes at t = %.9g s: the adjoint method does not support jumps of "
-                        "the rates, the forward method does",
-                        f->system->event_text[k], start->t);
+                        "derivatives with respect to parameters end at t = %.9g s, where %s changes the closures",
+                        start->t, f->system->event_text[k]);
     if (start->part->p != f->p || start->t > f->t || start->t < f->t)
         return kmp_fail(
             f->system->context, KEMPE_E_FAILED,
@@ -1276,9 +1237,9 @@ static int arrive_with_signals(kmp_forward_formulation *f, const kmp_formulation
             start->t);
     if (f->resets > 0 || jump)
         return reset_place(f, start->t, jump, first ? NULL : start->qd);
-    memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
+    memset(f->swing, 0, (size_t)f->count * sizeof *f->swing);
     if (f->passing)
-        memcpy(f->swing, f->common, (size_t)f->swing_size * sizeof *f->swing);
+        memcpy(f->swing, f->common, (size_t)f->count * sizeof *f->swing);
     if (!first)
         kmp_forward_delays_pass(f, start->t, start->qd);
     return KMP_GO;
@@ -1299,7 +1260,7 @@ static int arrive_after_event(kmp_forward_formulation *f, const kmp_formulation_
     for (int k = 0; f->passing && k < f->system->events.count; k++)
         if (f->near[k] && mode_differs(f, k, start->eval->mode))
             return halt_at_input(f, k, start->t);
-    memcpy(f->swing, f->common, (size_t)f->swing_size * sizeof *f->swing);
+    memcpy(f->swing, f->common, (size_t)f->count * sizeof *f->swing);
     note_swings(f, f->mode, start->t, f->cause_before);
     memcpy(f->mode, start->eval->mode, mode_bytes(f));
     if (charts_differ(f, start->eval->chart))
@@ -1313,10 +1274,20 @@ static int arrive_after_event(kmp_forward_formulation *f, const kmp_formulation_
     return KMP_GO;
 }
 
+/* True if the contact of a row has just had the last of its rebounds, and closes without another one. Parts of the
+ * state that have moved it then end at the contact as the rebounds do, which leave nothing of them. */
+static bool has_settled(const kmp_forward_formulation *f, const kmp_friction_run *friction,
+                        const kmp_friction_element *e)
+{
+    const kmp_friction_element *contact = e->contact ? e : e->base >= 0 ? &friction->element[e->base] : NULL;
+    return contact && !contact->struck && (f->start.t - contact->last) * f->start.rate_scale <= KMP_SLOPE_SETTLED;
+}
+
 /* A row of friction holds its place, whose derivative stays as it is: `moved`. A closed contact stays closed only if
- * the derivatives of its distance and its rate are zero. `rate`: the part of its rate's by the place. Small changes
- * belong to the last state. */
-static int hold_row(kmp_forward_formulation *f, const kmp_friction_element *e, int k, double rate, double *moved)
+ * the derivatives of its distance and its rate are zero; derivatives by a part of the state, where it has `settled`,
+ * need not be. `rate`: the part of its rate's by the place. Small changes belong to the last state. */
+static int hold_row(kmp_forward_formulation *f, const kmp_friction_element *e, int k, bool settled, double rate,
+                    double *moved)
 {
     const kmp_pattern *entries = &f->system->jacobian;
     double span = fabs(*moved), speed = fabs(rate);
@@ -1330,8 +1301,8 @@ static int hold_row(kmp_forward_formulation *f, const kmp_friction_element *e, i
         rate += by * f->dqd[at];
         speed += fabs(by) * f->speed[at];
     }
-    const bool parts = e->contact && fabs(*moved) > KMP_SLOPE_PARTS * span;
-    if (parts || fabs(rate) > KMP_SLOPE_LOOSE * speed)
+    const bool free = settled && k >= f->v->count, parts = e->contact && fabs(*moved) > KMP_SLOPE_PARTS * span;
+    if (!free && (parts || fabs(rate) > KMP_SLOPE_LOOSE * speed))
         return kmp_forward_halt(f,
                                 "%s is closed at t = %.9g s, but its %s changes with a parameter: the motion has no "
                                 "derivative there",
@@ -1347,7 +1318,7 @@ static int hold_rows(kmp_forward_formulation *f)
     for (int k = 0; friction && k < f->count; k++) {
         double *held = f->held + k * f->m;
         memset(held, 0, (size_t)f->m * sizeof *held);
-        const kmp_change change = kmp_slopes_change(v->slopes, k, v->part);
+        const kmp_change change = kmp_sensitivity_equations_change(v, k);
         memcpy(f->rows, change.rate, (size_t)f->m * sizeof *f->rows);
         kmp_tangents_add(&v->linear.tangents, KMP_RATE_Q, v->linear.d, 1, f->dq + k * f->n, f->rows);
         for (int i = 0; i < friction->count; i++) {
@@ -1355,7 +1326,7 @@ static int hold_rows(kmp_forward_formulation *f)
             held[e->row] = change.h[e->row];
             if (e->stance != KMP_FRICTION_HELD)
                 held[e->row] = 0;
-            else if (hold_row(f, e, k, f->rows[e->row], &held[e->row]) != KMP_GO)
+            else if (hold_row(f, e, k, has_settled(f, friction, e), f->rows[e->row], &held[e->row]) != KMP_GO)
                 return KMP_HALT;
         }
     }
@@ -1364,12 +1335,11 @@ static int hold_rows(kmp_forward_formulation *f)
 }
 
 /* Ends an event: the derivatives at constant time, and what rows hold from now on. */
-static int go_on_after_event(kmp_forward_formulation *f, const kmp_formulation_start *start)
+static int go_on_after_event(kmp_forward_formulation *f, const kmp_formulation_start *start, double *y)
 {
     const kmp_linear *l = &f->v->linear;
     if (!start->passed || f->count == 0)
         return KMP_GO;
-    double *y = f->formulation.y;
     if (kmp_forward_stand_at(f, start->t, y, true) != KMP_GO)
         return KMP_HALT;
     if (!f->passing)
@@ -1380,7 +1350,7 @@ static int go_on_after_event(kmp_forward_formulation *f, const kmp_formulation_s
     for (int k = 0; f->passing && f->integrals && k < f->count; k++)
         y[2 * kmp_forward_blocks(f) + 1 + k] += (f->integrand_before - integrand_here(f)) * f->common[k];
     if (f->passing && (f->last_t != start->t || are_different(f, f->common, NULL))) {
-        memcpy(f->last, f->common, (size_t)f->swing_size * sizeof *f->last);
+        memcpy(f->last, f->common, (size_t)f->count * sizeof *f->last);
         f->last_t = start->t;
     }
     f->passing = false;
@@ -1390,11 +1360,29 @@ static int go_on_after_event(kmp_forward_formulation *f, const kmp_formulation_s
     return KMP_GO;
 }
 
+/* The unknowns of the place, in which its columns end an event: y, or the unknowns of the map. NULL: the
+ * reason is reported. */
+static double *take_up_columns(kmp_forward_formulation *f, double t, double *y)
+{
+    const int columns = f->count;
+    if (f->options->alone)
+        kmp_forward_set_columns(f, 0);
+    memcpy(y + 2 * kmp_forward_blocks(f), f->tail, (size_t)f->integrals * sizeof *f->tail);
+    if (take_up(f, t, y) != KMP_GO)
+        return NULL;
+    if (!f->options->alone)
+        return y;
+    kmp_forward_set_columns(f, columns);
+    pack(f, f->wide);
+    memcpy(f->wide + 2 * kmp_forward_blocks(f), f->tail, (size_t)f->integrals * sizeof *f->tail);
+    return f->wide;
+}
+
 static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_start *start)
 {
     kmp_partition part;
     KMP_TRY(f->begun ? check_place(f, start) : KEMPE_OK);
-    bool first = !f->begun;
+    const bool first = !f->begun, alone = f->options->alone;
     f->begun = true;
     f->p = start->part->p;
     f->redundant = start->part->m - start->part->r;
@@ -1407,6 +1395,10 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
     add_lanes(f);
     if (first)
         memcpy(f->mode, start->eval->mode, mode_bytes(f));
+    if (alone && first)
+        KMP_TRY(kmp_made(f->system->context, kmp_forward_map_begin_start(f)));
+    else if (alone)
+        kmp_forward_set_columns(f, f->map.columns);
     const bool signals = f->resets > 0;
     if (arrive_with_signals(f, start, first) != KMP_GO)
         return fail_with_reason(f);
@@ -1416,14 +1408,13 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
         return fail_with_reason(f);
     enter_charts(f, start->q, start->qd);
     KMP_TRY(first ? kmp_forward_delays_begin(f, start->t) : KEMPE_OK);
-    memcpy(f->formulation.y + 2 * kmp_forward_blocks(f), f->tail, (size_t)f->integrals * sizeof *f->tail);
-    if (take_up(f, start->t, f->formulation.y) != KMP_GO)
+    double *y = take_up_columns(f, start->t, f->formulation.y);
+    if (!y)
         return kmp_fail(f->system->context, KEMPE_E_FAILED,
                         "the start cannot be evaluated: its closures are singular, or a coordinate moves no mass");
-    if (go_on_after_event(f, start) != KMP_GO)
+    if (go_on_after_event(f, start, y) != KMP_GO)
         return fail_with_reason(f);
-    bool marked = !first || charts_differ(f, f->old_chart);
-    return !marked || report_mark(f, start->t, -1) == KMP_GO ? KEMPE_OK : KEMPE_E_MEMORY;
+    return !alone || kmp_forward_map_end(f, f->formulation.y) == KMP_GO ? KEMPE_OK : KEMPE_E_MEMORY;
 }
 
 static const kmp_formulation_kind varied_zone;
@@ -1469,38 +1460,50 @@ int kmp_state_of_sample(const kempe_model *model, int sample)
 
 /* -- the run ----------------------------------------------------------------------------------------- */
 
+bool kmp_forward_make_columns(kmp_forward_formulation *f, int most)
+{
+    const int n = f->n, conditions = f->system->events.count;
+    const double *tail = f->tail;
+    f->most = most;
+    KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, n *most, &f->dq, &f->dqd, &f->dqdd, &f->span, &f->speed),
+                   KMP_ROOM(double, f->m *most, &f->dlambda, &f->held),
+                   KMP_ROOM(double, f->v->slopes->shown *most, &f->dshown),
+                   KMP_ROOM(double, most, &f->swing, &f->common, &f->last), KMP_ROOM(double, 1 + most, &f->tail),
+                   KMP_ROOM(double, conditions *most, &f->swings),
+                   KMP_ROOM(double, f->options->alone ? (2 * n + 1) * (1 + most) : 0, &f->wide));
+    if (f->arena.failed)
+        return false;
+    if (tail)
+        f->tail[0] = tail[0];
+    return true;
+}
+
 static bool make_room(kmp_forward_formulation *f)
 {
     kmp_arena *a = &f->arena;
-    int n = f->n, count = f->v->count, conditions = f->system->events.count;
-    KMP_ARENA_MAKE(
-        a, KMP_ROOM(double, n, &f->q, &f->qd, &f->qdd_before, &f->su, &f->sud, &f->ud, &f->before, &f->old_q),
-        KMP_ROOM(double, n *count, &f->dq, &f->dqd, &f->dqdd, &f->span, &f->speed),
-        KMP_ROOM(double, f->m *count, &f->dlambda), KMP_ROOM(double, f->v->slopes->shown *count, &f->dshown),
-        KMP_ROOM(double, f->swing_size, &f->swing, &f->common, &f->last), KMP_ROOM(double, n, &f->jerk),
-        KMP_ROOM(double, f->m, &f->lambda_rate, &f->rows), KMP_ROOM(double, f->m *count, &f->held),
-        KMP_ROOM(double, conditions, &f->mode, &f->new_mode, &f->next_mode, &f->changes, &f->along),
-        KMP_ROOM(double, KMP_CHART_SIZE * f->system->chart_count, &f->chart, &f->new_chart, &f->old_chart),
-        KMP_ROOM(double, 2 * n, &f->old_y), KMP_ROOM(double, 2 * n * n, &f->matrix),
-        KMP_ROOM(double, f->integrals, &f->tail), KMP_ROOM(int, n, &f->signs, &f->signs_now, &f->old_u, &f->every),
-        KMP_ROOM(bool, conditions, &f->cause, &f->near), KMP_ROOM(double, conditions * f->swing_size, &f->swings),
-        KMP_ROOM(double, conditions, &f->swung_t), KMP_ROOM(int, conditions, &f->swung_by),
-        KMP_ROOM(double, f->samples, &f->next), KMP_ROOM(double, 2 * n, &f->next_y),
-        KMP_ROOM(bool, most_resets(f) * f->samples, &f->taken),
-        KMP_ROOM(int, most_resets(f) * f->samples, &f->cause_of));
+    int n = f->n, conditions = f->system->events.count;
+    KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &f->q, &f->qd, &f->qdd_before, &f->su, &f->sud, &f->ud, &f->before),
+                   KMP_ROOM(double, n, &f->jerk), KMP_ROOM(double, f->m, &f->lambda_rate, &f->rows),
+                   KMP_ROOM(double, conditions, &f->mode, &f->new_mode, &f->next_mode, &f->changes, &f->along),
+                   KMP_ROOM(double, KMP_CHART_SIZE * f->system->chart_count, &f->chart, &f->new_chart),
+                   KMP_ROOM(double, 2 * n * n, &f->matrix),
+                   KMP_ROOM(int, n, &f->signs, &f->signs_now, &f->old_u, &f->every),
+                   KMP_ROOM(bool, conditions, &f->cause, &f->near), KMP_ROOM(double, conditions, &f->swung_t),
+                   KMP_ROOM(int, conditions, &f->swung_by), KMP_ROOM(double, f->samples, &f->next),
+                   KMP_ROOM(bool, most_resets(f) * f->samples, &f->taken),
+                   KMP_ROOM(int, most_resets(f) * f->samples, &f->cause_of));
     f->sampled_t = f->last_t = NAN;
     for (int k = 0; !a->failed && k < conditions; k++)
         f->swung_t[k] = NAN;
     for (int i = 0; !a->failed && i < f->n; i++)
         f->every[i] = i;
-    return !a->failed && kmp_forward_delays_make(f);
+    return !a->failed && kmp_forward_make_columns(f, f->v->count) && kmp_forward_delays_make(f);
 }
 
 /* Puts the start and its derivatives into the place. */
 static kempe_status prepare(kmp_forward_formulation *f)
 {
     kmp_sensitivity_equations *v = f->v;
-    size_t slopes = (size_t)(f->n * v->count) * sizeof(double);
     KMP_TRY(kmp_made(f->system->context, make_room(f)));
     kmp_charts_reset(f->system, f->chart);
     kmp_eval_set_charts(f->own, f->chart);
@@ -1511,13 +1514,7 @@ static kempe_status prepare(kmp_forward_formulation *f)
     go_by(f, f->own);
     v->linear.plain = false;
     KMP_TRY(kmp_sensitivity_equations_start(v, f->q, f->qd, f->dq, f->dqd));
-    if (f->options->start_q)
-        memcpy(f->options->start_q, f->dq, slopes);
-    if (f->options->start_qd)
-        memcpy(f->options->start_qd, f->dqd, slopes);
     f->p = v->linear.p;
-    if (v->linear.chosen)
-        keep_old(f);
     return KEMPE_OK;
 }
 
@@ -1576,7 +1573,6 @@ kempe_status kmp_forward_run(kmp_sensitivity_equations *varied, const kmp_forwar
     for (int k = 0; k < f.system->model->state_count; k++)
         f.samples += f.system->model->states[k].next != NULL;
     f.integrals = options->integrand ? 1 + f.count : 0;
-    f.swing_size = options->alone ? 2 * f.n + varied->count : f.count;
     *report = (kmp_forward_report){0};
     kempe_status status = run(&f, report);
     for (int k = 0; integral && f.integrals && f.tail && k < f.count; k++)
@@ -1585,6 +1581,7 @@ kempe_status kmp_forward_run(kmp_sensitivity_equations *varied, const kmp_forwar
     kmp_forward_delays_free(&f);
     kmp_arena_free(&f.arena);
     varied->linear.plain = false;
+    varied->columns = varied->count;
     varied->held = NULL;
     return status;
 }

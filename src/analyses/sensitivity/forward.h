@@ -33,25 +33,20 @@ typedef struct kmp_forward_target {
     const double *q, *qd, *qdd, *lambda, *shown;
 } kmp_forward_target;
 
-/** Next values that states take at a mark, at `times` passes one after the other. */
-typedef struct kmp_sensitivity_equations_reset {
-    int times;         /* 0: none */
-    const bool *taken; /* of each pass, by states with a next value */
-    const double *y;   /* u and ud after all of them, 2 p: of the u before */
-    int cause;         /* the condition at whose time they are; -1: a time that depends on no parameter */
-} kmp_sensitivity_equations_reset;
-
-/** A place between steps where the unknowns or the equations change. */
-typedef struct kmp_sensitivity_equations_mark {
+/** The state of a motion without sensitivities before and after an event or a change of its unknowns, or several at
+ * one time: u, ud and the distances at which friction is held. Rows among `held` that are not held count as zero. At
+ * the start, which is the first map, nothing is before (p = 0), and all columns are parameters. */
+typedef struct kmp_forward_map {
     double t;
-    int condition;         /* that changes; -1: others become independent, joints are centred, or a reset */
-    const int *u;          /* before, p */
-    const double *q, *y;   /* before: n; u and ud, 2 p */
-    const double *mode;    /* of the conditions, before */
-    const double *chart;   /* of the spherical joints, before */
-    kmp_chart_motion next; /* the motion after it, in new charts; chart NULL: they are unchanged */
-    kmp_sensitivity_equations_reset reset;
-} kmp_sensitivity_equations_mark;
+    int p, held;                /* before */
+    const int *row;             /* the rows of the equations, held */
+    const double *q;            /* before: n */
+    const double *mode, *chart; /* of the conditions and of the spherical joints, before */
+    int columns;                /* by parameters, u, ud and held distances, in this order, as far as they go */
+    const kmp_partition *part;  /* behind it */
+    int p_after;
+    const double *u_after, *ud_after, *held_after, *integral_after; /* columns x (p_after, p_after, held, 1) */
+} kmp_forward_map;
 
 /** Callbacks. Each may be NULL; a nonzero result ends the run with KEMPE_E_MEMORY. */
 typedef struct kmp_sensitivity_equations_watch {
@@ -59,14 +54,14 @@ typedef struct kmp_sensitivity_equations_watch {
     int (*row)(void *user, const kmp_sensitivity_equations_row *row);
     /** After each step: the first of the runner's unknowns are u and ud (p each). */
     kmp_step_fn *step;
-    int (*mark)(void *user, const kmp_sensitivity_equations_mark *mark);
+    /** A map of a motion without sensitivities; `again`: no step has ended since the last one, which it replaces. */
+    int (*map)(void *user, const kmp_forward_map *map, bool again);
 } kmp_sensitivity_equations_watch;
 
 typedef struct kmp_forward {
     const kmp_run_spec *spec;            /* resolved; formulation and form do not count */
     const kmp_forward_target *integrand; /* whose integral over time is requested; NULL: none */
-    bool alone;                          /* without sensitivities, except of the start */
-    double *start_q, *start_qd;          /* sensitivities of the start, n x count; NULL: not needed */
+    bool alone;                          /* without sensitivities, except of the start and of changes */
     kmp_varied_lanes *lanes;             /* of these equations, for the stages of a step; NULL: one after the other */
     kmp_sensitivity_equations_watch watch;
 } kmp_forward;

@@ -154,7 +154,7 @@ static const double *add_changes(impact *x, const double *qd, const double *qdd,
             kmp_tangents_add(&l->tangents, KMP_R_Q, d, force, dq, to);
         for (int time = 0; time < 2; time++) {
             const double factor = time ? f->passing ? f->common[k] : 0 : 1;
-            const kmp_change change = kmp_slopes_change(v->slopes, time ? v->count : k, v->part);
+            const kmp_change change = kmp_sensitivity_equations_change(v, time ? KMP_COLUMN_OF_TIME : k);
             for (int r = 0; factor != 0 && r < m; r++)
                 by[r] += factor * change.rate[r];
             for (int i = 0; factor != 0 && force != 0 && i < n; i++)

@@ -2,7 +2,10 @@
 /* The formulation of a motion with sensitivities, for forward.c and forward_delays.c.
  *
  * Unknowns: u and its sensitivities, p each, then ud and its, then the integral and its. The place is a state with all
- * of its sensitivities, stored before the unknowns change their meaning. */
+ * of its sensitivities, stored before the unknowns change their meaning.
+ *
+ * A motion without sensitivities has columns of them only while it passes an event or a change of unknowns:
+ * by the parameters and by the state before, in further unknowns (forward_map.c). */
 #pragma once
 
 #include "analyses/derivatives/varied_lanes.h"
@@ -22,7 +25,8 @@ typedef struct kmp_forward_formulation {
     const kempe_system *system;
     const double *sizes;
     kmp_formulation_start start;   /* of the current formulation */
-    int n, m, p, count, integrals; /* the last of the unknowns */
+    int n, m, p, count, integrals; /* columns of sensitivities now; the last of the unknowns */
+    int most;                      /* columns at most */
     int redundant;                 /* rows */
     int width, *every;             /* of the coordinates that are unknowns: p, in a zone n; 0 .. n - 1 */
     double growth;
@@ -32,27 +36,25 @@ typedef struct kmp_forward_formulation {
     double *chart, *q, *qd;          /* all charts; n */
     double *dq, *dqd;                /* count x n */
     double *tail;                    /* integrals */
-    double *dqdd, *dlambda, *dshown; /* a row's, by all parameters */
+    double *dqdd, *dlambda, *dshown; /* a row's, by all columns */
     const double *row_y;             /* unknowns of the last whole row */
     double *matrix;                  /* 2 p x 2 p */
     int *signs, *signs_now, *old_u;
-    double *old_q, *old_y, *old_chart; /* n; 2 p; charts: before a mark */
-    double *mode, *new_mode;           /* conditions: before, and after */
+    double *mode, *new_mode; /* conditions: before, and after */
     double *next_mode;
     bool *cause;
     double *su, *sud, *ud;               /* p: rows of u of a zone's unknowns */
-    int swing_size;                      /* count; in a run 2 n + parameters: how t_e depends on q, qd and them */
-    double *before, *swing;              /* p; swing_size: dt_e/dp */
+    double *before, *swing;              /* p; count: dt_e/dp */
     double *changes, *along, *new_chart; /* conditions; charts */
-    double *swings, *swung_t;   /* conditions x swing_size: dt_e/dp of each where it changed last, and that time */
-    double *jerk, *lambda_rate; /* n, m: rates of accelerations and multipliers along the motion */
-    double *common;             /* swing_size: dt_e/dp of the event that is passed */
-    double integrand_before;    /* the integrand before it, and accelerations: n */
+    double *swings, *swung_t;            /* conditions x most: dt_e/dp of each where it changed last, and that time */
+    double *jerk, *lambda_rate;          /* n, m: rates of accelerations and multipliers along the motion */
+    double *common;                      /* count: dt_e/dp of the event that is passed */
+    double integrand_before;             /* the integrand before it, and accelerations: n */
     double *qdd_before;
-    double *last, last_t; /* swing_size: dt_e/dp of the event that was passed last, and its time */
+    double *last, last_t; /* count: dt_e/dp of the event that was passed last, and its time */
     bool *near;           /* conditions: the motion crosses them where an input jumps */
     double distance;      /* of the last swing: the time by which its condition is beyond zero */
-    double *held;         /* count x m: v->held */
+    double *held;         /* columns x m: v->held */
     double *rows;         /* m */
     double *span, *speed; /* count x n: sizes of the terms of dq and dqd at an event */
     int cause_before;     /* its condition; -1: none that depends on parameters */
@@ -63,10 +65,31 @@ typedef struct kmp_forward_formulation {
     int *cause_of;        /* of each time, by states: the condition; -1: a sample */
     double sampled_t;     /* when states last took next values at a sample; `sampled`: one of them */
     int sampled;
-    int reset_cause;            /* as in kmp_sensitivity_equations_reset */
-    double *next, *next_y;      /* by states: derivatives of next values; 2 p: of kmp_sensitivity_equations_reset */
+    int reset_cause;            /* the condition at whose time states change; -1: a time that depends on no parameter */
+    double *next;               /* by states: derivatives of next values */
     kmp_forward_delays *delays; /* NULL without delayed signals or derivatives */
+    kmp_forward_map map;        /* of a motion without sensitivities, since the last step */
+    struct kmp_forward_before *before_event; /* of it (forward_map.c) */
+    double *wide;                            /* its unknowns with the columns of the map */
+    double *column_size;                     /* of the quantity by which a column differentiates */
+    bool mapped;                             /* the map has begun, and no step has ended since */
+    bool follows;                            /* an event with states came just before it */
 } kmp_forward_formulation;
+
+/** Makes room for columns. False: no memory. */
+bool kmp_forward_make_columns(kmp_forward_formulation *f, int most);
+
+/** Takes another number of columns, and what depends on it. */
+void kmp_forward_set_columns(kmp_forward_formulation *f, int count);
+
+/** The unknowns with which a motion without sensitivities, at (t, y), passes an event: with the columns of a map, which
+ * begins if a step has ended since the last one. NULL: the reason is reported. The second function ends it: reports the
+ * map, and puts the motion behind the event into y. */
+double *kmp_forward_map_begin(kmp_forward_formulation *f, double t, const double *y);
+int kmp_forward_map_end(kmp_forward_formulation *f, double *y);
+
+/** Begins the map of the start, with the columns of parameters in the place. False: no memory. */
+bool kmp_forward_map_begin_start(kmp_forward_formulation *f);
 
 /** Ends the motion, with the reason. */
 int kmp_forward_halt(kmp_forward_formulation *f, const char *format, ...) __attribute__((format(printf, 2, 3)));

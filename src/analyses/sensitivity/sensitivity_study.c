@@ -51,11 +51,10 @@ static kempe_status check_method(const kempe_sensitivity *s)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and only one method",
                         s->kind->name);
     bool start = s->options->at && strcmp(s->options->at, "start") == 0;
-    const bool forward = s->kind->integrals && !(method && strcmp(method, "adjoint") == 0);
-    if (!forward)
-        KMP_TRY(kmp_refuse_friction(s->model, s->kind->integrals ? "the adjoint method" : "sensitivities"));
-    if (!forward && (!s->kind->rests || start)) /* at an equilibrium contacts that press stay closed */
-        KMP_TRY(kmp_refuse_contacts(s->model, s->kind->integrals ? "the adjoint method" : "sensitivities"));
+    if (!s->kind->integrals)
+        KMP_TRY(kmp_refuse_friction(s->model, "sensitivities"));
+    if (!s->kind->integrals && (!s->kind->rests || start)) /* at an equilibrium contacts that press stay closed */
+        KMP_TRY(kmp_refuse_contacts(s->model, "sensitivities"));
     if (s->run->checkpoint || s->run->resume)
         return kmp_fail(
             s->context, KEMPE_E_ARGUMENT,
