@@ -12,6 +12,7 @@
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
 #include <kempe/fit.h>
+#include <kempe/flow.h>
 #include <kempe/generate.h>
 #include <kempe/gradient.h>
 #include <kempe/inverse.h>
@@ -109,6 +110,8 @@ static const kempe_comfort_options shaken = {
 static const kempe_linearize_options push_start = {.inputs = "effort(crank)", .outputs = "q(crank)"};
 static const kempe_inverse_options by_motor = {.actuators = "crank", .independent = "crank"};
 static const kempe_modes_options from_start = {.at = "start"};
+static const kempe_flow_options of_crank = {.variables = "crank", .outputs = "q(rocker)"};
+static const double end_of_flow = 0.01;
 static const kempe_gradient_options of_base = {.parameters = "base", .driven = "crank"};
 
 static const kempe_reduce_options of_brick = {.interfaces = "root=x=0",
@@ -138,6 +141,7 @@ SOME(kempe_modes, kempe_modes_new, some_kempe_system(0), &from_start)
 SOME(kempe_sensitivity, kempe_sensitivity_new, some_kempe_model(0), &by_crank)
 SOME(kempe_fit, kempe_fit_new, some_kempe_model(0), &of_motion)
 SOME(kempe_optimum, kempe_optimum_new, some_kempe_model(0), &least_base)
+SOME(kempe_flow, kempe_flow_new, some_kempe_model(0), &of_crank, 1, &end_of_flow)
 SOME(kempe_gradient, kempe_gradient_new, some_kempe_model(0), &of_base)
 SOME(kempe_table, kempe_inverse_table, some_kempe_inverse(0), "rows")
 SOME(kempe_workspace, kempe_workspace_new, some_kempe_system(0))
@@ -163,6 +167,7 @@ ZERO(kempe_comfort_options)
 ZERO(kempe_modes_options)
 ZERO(kempe_limit_cycles_options)
 ZERO(kempe_sensitivity_options)
+ZERO(kempe_flow_options)
 ZERO(kempe_gradient_options)
 ZERO(kempe_fit_options)
 ZERO(kempe_optimum_options)

@@ -24,7 +24,7 @@
  *     inverse.h       actuator forces of a prescribed motion
  *     linearize.h     state spaces about a state; response.h: frequency response
  *     modes.h         eigenvalues and mode shapes, also over the values of a parameter; limit_cycles.h: limit cycles
- *     sensitivity.h   sensitivities of results to parameters; gradient.h: gradients for optimisers
+ *     sensitivity.h   sensitivities of results to parameters; gradient.h, flow.h: for optimisers
  *     fit.h           parameters from measured motions; optimize.h: best parameters under limits
  *     vehicle.h       wheels on their rails over a range; rolling_contact.h: laws of rolling contact
  *     comfort.h       ride comfort; reduce.h: flexible bodies from meshes of finite elements

@@ -40,6 +40,7 @@ from .errors import (
 from .exudyn import convert_exudyn
 from .fit import Fit, Optimum
 from .generate import Code, Count, FmuExport
+from .flow import Flow, FlowValues
 from .gradient import Gradient
 from .inverse import Inverse
 from .kinematics import Kinematics
@@ -104,6 +105,8 @@ __all__ = [
     "ForwardValues",
     "FrozenTable",
     "Function",
+    "Flow",
+    "FlowValues",
     "Gradient",
     "InputError",
     "Interrupted",

@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import os
 import uuid
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -18,6 +18,7 @@ from .display import details, model_html
 from .ensemble import Ensemble, Folder, Function, Recipe, Values, rows_of
 from .errors import ArgumentError, InputError
 from .fit import Fit, Optimum
+from .flow import Flow, flow_of
 from .generate import Code, Count, FmuExport
 from .gradient import Gradient
 from .options import characters, entry_of, path_of, text_of, utf8, words
@@ -30,7 +31,7 @@ from .system import Force, System
 if TYPE_CHECKING:
     from typing import Unpack
 
-    from ._options import Data, EnsembleOptions, FitOptions, FmuOptions, GenerateOptions, GradientOptions, OptimumOptions, RunOptions, SampleOptions, SensitivityOptions
+    from ._options import Data, EnsembleOptions, FitOptions, FlowOptions, FmuOptions, GenerateOptions, GradientOptions, OptimumOptions, RunOptions, SampleOptions, SensitivityOptions
     from .trajectory import Trajectory
 
 Values_ = Mapping[str, Any]
@@ -356,6 +357,16 @@ class Model(Fixed):
         made = study(Gradient, self, options)
         made._set_options(options)
         return made
+
+    def flow(self, t: float | Iterable[float], **options: Unpack[FlowOptions]) -> Flow:
+        """The motion from 0 to the time or times `t`, in s, as a function of `variables` (start values q.NAME, qd.NAME and parameters),
+        with its exact derivatives, also through contacts and other events. The equations are derived once.
+
+        >>> flow = Model("four_bar.yaml").flow(0.05, variables="crank,base", outputs="q(rocker)")
+        >>> flow.names, flow({"base": 0.9}).jacobian.shape
+        (('q.rocker',), (1, 2))
+        """
+        return flow_of(self, t, options)
 
     def count(self, **options: Unpack[GenerateOptions]) -> Count:
         """Operation counts of sets of equations: "M_C", "J", "forward", ..

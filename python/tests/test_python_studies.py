@@ -802,6 +802,57 @@ def test_sensitivity_is_the_slope(four_bar):
     assert found.method == "forward" and found.work["steps"] > 0 and found.parameters["parameter"][0] == "crank_mass"
 
 
+def test_flow_through_an_impact():
+    """A ball that falls from x, strikes at t0 and rebounds, at t = 0.2 and 0.7 s: by closed forms."""
+    model = kempe.Model.from_text(
+        "kempe: 1\nparameters: {e: 0.8, g: 9.81}\ngravity: [-g, 0, 0]\n"
+        "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+        "contacts: {floor: {joint: x, lower: 0, restitution: e}}\nstart: {q: {x: 1}}\n"
+    )
+    flow = model.flow([0.2, 0.7], variables="q.x,qd.x,e", outputs="q,qd", rtol=1e-11)
+    assert flow.names == ("q.x", "qd.x") and flow.variables == ("q.x", "qd.x", "e")
+    np.testing.assert_array_equal(flow.start, [1, 0, 0.8])
+
+    def motion(x, v, e, t, g=9.81):
+        t0 = (v + np.sqrt(v * v + 2 * g * x)) / g
+        rebound = -e * (v - g * t0)
+        after = t - t0
+        return np.array([x + v * t - g * t * t / 2, v - g * t] if t < t0 else [rebound * after - g * after**2 / 2, rebound - g * after])
+
+    for x, v, e in ((1, 0, 0.8), (0.9, 0.3, 0.5)):
+        found = flow([x, v, e])
+        for row, t in enumerate((0.2, 0.7)):
+            np.testing.assert_allclose(found.values[row], motion(x, v, e, t), rtol=1e-9, atol=1e-9)
+            for k in range(3):
+                step = 1e-20j * np.eye(3)[k]
+                a, b, c = np.array([x, v, e]) + step
+                t0 = (b + np.sqrt(b * b + 2 * 9.81 * a)) / 9.81
+                rebound, after = -c * (b - 9.81 * t0), t - t0
+                exact = [a + b * t, b] if t < t0.real else [rebound * after - 9.81 * after**2 / 2, rebound - 9.81 * after]
+                np.testing.assert_allclose(found.jacobian[row, :, k], np.imag(exact) / 1e-20, rtol=1e-8, atol=1e-8)
+    by_name = flow({"qd.x": 0.3, "e": 0.5, "q.x": 0.9})
+    np.testing.assert_array_equal(by_name.jacobian, flow([0.9, 0.3, 0.5]).jacobian)
+    with pytest.raises(KeyError, match="no variable 'z'"):
+        flow({"z": 1})
+    with pytest.raises(kempe.ArgumentError, match="'e' is not finite"):
+        flow([1, 0, float("nan")])
+    for times, words in (([], "needs one"), ([0.0], "no time after 0"), ([1, 1], "ascend"), (-1, "begin at 0")):
+        with pytest.raises(kempe.ArgumentError, match=words):
+            model.flow(times, variables="e")
+
+
+def test_flows_of_two_intervals_are_one(four_bar):
+    """The Jacobian of a flow over 0.2 s is the product of those over 0.1 s each, through the closed loop."""
+    model = four_bar
+    whole, half = (model.flow(t, variables="q.crank,qd.crank", outputs="q,qd", rtol=1e-11) for t in (0.2, 0.1))
+    places = [half.names.index(name) for name in half.variables]
+    first = half()
+    second = half(first.values[places])
+    full = whole()
+    np.testing.assert_allclose(second.values, full.values, rtol=1e-8, atol=1e-8)
+    np.testing.assert_allclose(second.jacobian @ first.jacobian[places], full.jacobian, rtol=1e-7, atol=1e-7)
+
+
 def test_gradient_is_the_slope():
     path = EXAMPLES / "coupler_fit/coupler_fit.yaml"
     model = kempe.Model(path)
