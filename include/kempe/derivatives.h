@@ -136,6 +136,30 @@ KEMPE_API kempe_status kempe_workspace_forward_second(kempe_workspace *workspace
                                                       const kempe_state_direction *second,
                                                       const kempe_forward_values *change);
 
+/** Prepares Hessians of the present outputs, after kempe_workspace_add_derivatives, whose next call removes them. In
+ * the thread that made the system. KEMPE_E_ARGUMENT: not prepared for first derivatives. KEMPE_E_MEMORY. */
+KEMPE_API kempe_status kempe_workspace_add_hessians(kempe_workspace *workspace);
+
+/** The Hessian of a weighted sum of accelerations, multipliers and outputs: its second derivatives along each pair of
+ * `count` directions (count x count, symmetric). Directions are of all coordinates, their rates and forces, or along
+ * closed motions of the independent coordinates, their rates and forces; a unit direction for each of these makes the
+ * Hessian by them. It costs one further solution of the equations, and for each direction one change of the state and
+ * one change of the sum's gradient. A user-defined force is differentiated by differences, which have an error of 1e-7
+ * of its curvature. After kempe_workspace_add_hessians; no allocation after the first call with as many directions.
+ * Errors as kempe_workspace_forward_jvp; KEMPE_E_ARGUMENT also: a direction of p. */
+KEMPE_API kempe_status kempe_workspace_forward_hessian(kempe_workspace *workspace, double t, const double *q,
+                                                       const double *qd, const double *Q,
+                                                       const kempe_forward_values *weight, int count,
+                                                       const kempe_state_direction *directions, double *hessian);
+
+/** The same at `count` states, of rows of weights for each state, along the same directions, with the same bits;
+ * otherwise as kempe_workspace_derivative_states. */
+KEMPE_API kempe_status kempe_workspace_hessian_states(kempe_workspace *workspace, int count, const double *t,
+                                                      int t_step, const double *q, const double *qd, const double *Q,
+                                                      const kempe_forward_values *weights, int direction_count,
+                                                      const kempe_state_direction *directions, double *hessians,
+                                                      int *failed);
+
 /** Derivatives of the state x = (u, ud) after steps, column-major; NULL: not required: by the state before, by the
  * forces Q, which are constant meanwhile, and by the names. */
 typedef struct kempe_step_derivatives {

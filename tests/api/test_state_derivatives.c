@@ -6,6 +6,7 @@
 #include "testing.h"
 #include <kempe/check.h>
 #include <kempe/derivatives.h>
+#include <kempe/extend.h>
 #include <kempe/linearize.h>
 #include <kempe/output_handles.h>
 #include <kempe/settings.h>
@@ -88,23 +89,32 @@ typedef struct probe {
 } probe;
 
 /* The largest difference of a column of derivatives from central differences of two steps, whose error of the second
- * order is removed (Richardson), relative to the largest value. */
-static double column_error(const probe *p, const double *exact)
+ * order is removed (Richardson). *size becomes the largest value, at least one. */
+static double column_difference(const probe *p, const double *exact, double *size)
 {
     const double step[] = {2 * p->step, p->step};
-    double *at[4], error = 0, size = 1;
+    double *at[4], error = 0;
+    *size = 1;
     for (int i = 0; i < 4; i++) {
         at[i] = room(p->count);
         p->values(p, (i % 2 ? -1 : 1) * step[i / 2], at[i]);
     }
     for (int i = 0; i < p->count; i++) {
         const double coarse = (at[0][i] - at[1][i]) / (2 * step[0]), fine = (at[2][i] - at[3][i]) / (2 * step[1]);
-        size = fmax(size, fmax(fabs(exact[i]), fabs(at[0][i])));
+        *size = fmax(*size, fmax(fabs(exact[i]), fabs(at[0][i])));
         error = fmax(error, fabs((4 * fine - coarse) / 3 - exact[i]));
     }
     for (int i = 0; i < 4; i++)
         free(at[i]);
-    return error / size;
+    return error;
+}
+
+/* The same, relative to that size. */
+static double column_error(const probe *p, const double *exact)
+{
+    double size;
+    const double difference = column_difference(p, exact, &size);
+    return difference / size;
 }
 
 /* -- all coordinates --------------------------------------------------------------------------------- */
@@ -533,6 +543,177 @@ static void second_derivatives(void)
     }
 }
 
+/* -- Hessians ---------------------------------------------------------------------------------------- */
+
+/* The gradient of a weighted sum by (q, qd, Q), or along closed motions by (u, ud, Q), at a state of which one of these
+ * is changed. */
+typedef struct gradient_probe {
+    probe probe;
+    const kempe_forward_values *weight;
+    int first; /* q, qd or u, ud: so many each */
+    bool closed;
+} gradient_probe;
+
+static void changed_gradient(const probe *p, double change, double *out)
+{
+    const gradient_probe *at = (const gradient_probe *)p;
+    const scene *s = p->s;
+    const int n = s->n, kind = p->k < at->first ? 0 : p->k < 2 * at->first ? 1 : 2, k = p->k - kind * at->first;
+    double *state[3];
+    const double *const from[] = {s->q, s->qd, s->Q};
+    for (int i = 0; i < 3; i++) {
+        state[i] = room(n);
+        memcpy(state[i], from[i], (size_t)n * sizeof(double));
+    }
+    state[kind][at->closed && kind < 2 ? s->u[k] : k] += change;
+    if (at->closed)
+        CHECK(kempe_workspace_close(s->ws, T, state[0], state[1], p->hold) == KEMPE_OK);
+    const kempe_state_gradient gradient =
+        at->closed ? (kempe_state_gradient){.u = out, .ud = out + at->first, .Q = out + 2 * at->first}
+                   : (kempe_state_gradient){.q = out, .qd = out + n, .Q = out + 2 * n};
+    CHECK(kempe_workspace_forward_vjp(s->ws, T, state[0], state[1], state[2], at->weight, NULL, &gradient) == KEMPE_OK);
+    for (int i = 0; i < 3; i++)
+        free(state[i]);
+}
+
+/* The Hessian by all coordinates or along closed motions beside differences of the exact gradient; the same bits in a
+ * call for several states; and along two other directions as the matrix has it. */
+static void hessian_of(const scene *s, const char *name, bool closed, double step, double most)
+{
+    enum { STATES = 3 };
+    const int n = s->n, m = s->m, p = s->p, l = kempe_workspace_output_count(s->ws), first = closed ? p : n;
+    const int size = 2 * first + n;
+    unsigned seed = 11;
+    double *w[3] = {room(STATES * n), room(STATES * m), room(STATES * l)}, *unit = room(size * size), worst = 0;
+    double *H = room(size * size), *states[3], *rows = room(STATES * size * size), *x = room(2 * size), other[4];
+    kempe_state_direction *direction = calloc((size_t)size, sizeof *direction), two[2];
+    int *hold = calloc((size_t)n + 1, sizeof *hold), failed = 0;
+    for (int k = 0; k < p; k++)
+        hold[s->u[k]] = 1;
+    fill(w[0], STATES * n, &seed), fill(w[1], STATES * m, &seed), fill(w[2], STATES * l, &seed);
+    const kempe_forward_values weight = {w[0], w[1], w[2]};
+    for (int k = 0; k < size; k++) {
+        double *e = unit + k * size;
+        e[k] = 1;
+        direction[k] = closed ? (kempe_state_direction){.u = e, .ud = e + p, .Q = e + 2 * p}
+                              : (kempe_state_direction){.q = e, .qd = e + n, .Q = e + 2 * n};
+    }
+    CHECK(kempe_workspace_forward_hessian(s->ws, T, s->q, s->qd, s->Q, &weight, size, direction, H) == KEMPE_OK);
+    gradient_probe at = {
+        {.s = s, .count = size, .values = changed_gradient, .hold = hold, .step = step}, &weight, first, closed};
+    for (double most_of_column; at.probe.k < size; at.probe.k++)
+        worst = fmax(worst, column_difference(&at.probe, H + at.probe.k * size, &most_of_column));
+    const double *const from[] = {s->q, s->qd, s->Q};
+    for (int i = 0; i < 3; i++) {
+        states[i] = room(STATES * n);
+        for (int k = 0; k < STATES; k++)
+            memcpy(states[i] + k * n, from[i], (size_t)n * sizeof(double));
+    }
+    const double t = T;
+    CHECK(kempe_workspace_hessian_states(s->ws, STATES, &t, 0, states[0], states[1], states[2], &weight, size,
+                                         direction, rows, &failed) == KEMPE_OK &&
+          failed == -1);
+    CHECK(memcmp(rows, H, (size_t)(size * size) * sizeof *H) == 0);
+    fill(x, 2 * size, &seed);
+    for (int k = 0; k < 2; k++)
+        two[k] = closed ? (kempe_state_direction){.u = x + k * size, .ud = x + k * size + p, .Q = x + k * size + 2 * p}
+                        : (kempe_state_direction){.q = x + k * size, .qd = x + k * size + n, .Q = x + k * size + 2 * n};
+    CHECK(kempe_workspace_forward_hessian(s->ws, T, s->q, s->qd, s->Q, &weight, 2, two, other) == KEMPE_OK);
+    double apart = 0, large = 0;
+    for (int k = 0; k < 4; k++) {
+        const double expected = between(size, size, x + k % 2 * size, H, x + k / 2 * size);
+        apart = fmax(apart, fabs(other[k] - expected));
+    }
+    for (int k = 0; k < size * size; k++)
+        large = fmax(large, fabs(H[k]));
+    printf("%-24s hessian, %s %.1e, directions %.1e\n", name, closed ? "closed" : "all   ", worst / large,
+           apart / large);
+    CHECK(large > 1e-3 && worst / large < most && apart / large < 1e-11);
+    for (int i = 0; i < 3; i++)
+        free(w[i]), free(states[i]);
+    free(unit), free(H), free(rows), free(x), free(direction), free(hold);
+}
+
+static void hessians(void)
+{
+    static const struct {
+        const char *model, *outputs;
+        double step, most;
+        bool moves; /* the closed motion is not just a wheel that turns */
+    } of[] = {{"four_bar", "velocity(coupler.C),acceleration(coupler.C),reaction(crank),energy", 1e-3, 1e-9, true},
+              {"cart_pole", NULL, 1e-3, 1e-9, true},
+              {"delta_robot", "position(platform.C1),acceleration(platform.C1)", 1e-3, 1e-9, true},
+              {"stewart", NULL, 1e-3, 1e-9, true},
+              {"andrews", NULL, 1e-3, 1e-9, true},
+              {"parallel_robot", NULL, 1e-4, 1e-9, true},
+              {"suspension", "acceleration(left_arm.W),force(RL),reaction(right_link)", 1e-4, 1e-9, true},
+              {"double_wishbone", NULL, 1e-3, 1e-9, false},
+              {"flexible_slider_crank", NULL, 1e-6, 1e-8, true}};
+    for (size_t k = 0; k < sizeof of / sizeof *of; k++) {
+        char path[MOST];
+        snprintf(path, sizeof path, KEMPE_ROOT "/examples/%s/%s.yaml", of[k].model, of[k].model);
+        scene s = scene_new(path, "slip");
+        CHECK(kempe_workspace_add_derivatives(s.ws, 0, NULL, of[k].outputs) == KEMPE_OK);
+        CHECK(kempe_workspace_add_hessians(s.ws) == KEMPE_OK && kempe_workspace_add_hessians(s.ws) == KEMPE_OK);
+        if (of[k].moves)
+            hessian_of(&s, of[k].model, true, of[k].step, of[k].most);
+        hessian_of(&s, of[k].model, false, of[k].step, of[k].most);
+        scene_free(&s);
+    }
+}
+
+/* A user-defined force that is nonlinear in coordinates and rates. */
+static int magnet(void *user, double t, const double *q, const double *qd, double *effort)
+{
+    const double *strength = user;
+    (void)t;
+    effort[0] = *strength * sin(q[0]) * qd[1];
+    effort[1] = -*strength * q[1] * q[1] * qd[1];
+    return 0;
+}
+
+/* Its Hessian, by differences, beside the same force of the model. */
+static void hessian_with_force(void)
+{
+    static const char mechanism[] =
+        "kempe: 1\nbodies:\n"
+        "  a: {joint: {revolute: z, at: ground}, mass: 1, com: [0.3, 0, 0], points: {E: [0.5, 0, 0]}}\n"
+        "  b: {joint: {revolute: z, at: a.E}, mass: 1, com: [0.2, 0, 0]}\n";
+    static const char forces[] = "forces:\n  x: {joint: a, torque: \"3*sin(q(a))*qd(b)\"}\n"
+                                 "  y: {joint: b, torque: \"-3*q(b)^2*qd(b)\"}\n";
+    static const double q[] = {0.7, -0.4}, qd[] = {1.3, -2.1}, unit[6][6] = {{1}, {0, 1}, {0, 0, 1}, {0, 0, 0, 1}};
+    double H[2][16], w[] = {0.4, 0.9}, strength = 3;
+    for (int k = 0; k < 2; k++) {
+        char text[MOST];
+        kempe_context *context = kempe_context_new();
+        kempe_model *model = NULL;
+        kempe_system *system = NULL;
+        kempe_workspace *ws = NULL;
+        kempe_state_direction direction[4];
+        snprintf(text, sizeof text, "%s%s", mechanism, k ? "" : forces);
+        CHECK(kempe_model_read_text(context, text, "force", &model) == KEMPE_OK);
+        CHECK(kempe_system_new(model, &system) == KEMPE_OK);
+        if (k)
+            kempe_system_set_force(system, magnet, &strength);
+        CHECK(kempe_workspace_new(system, &ws) == KEMPE_OK);
+        CHECK(kempe_workspace_add_derivatives(ws, 0, NULL, NULL) == KEMPE_OK &&
+              kempe_workspace_add_hessians(ws) == KEMPE_OK);
+        for (int i = 0; i < 4; i++)
+            direction[i] = (kempe_state_direction){.q = unit[i], .qd = unit[i] + 2};
+        CHECK(kempe_workspace_forward_hessian(ws, T, q, qd, NULL, &(kempe_forward_values){.qdd = w}, 4, direction,
+                                              H[k]) == KEMPE_OK);
+        kempe_workspace_free(ws);
+        kempe_system_free(system);
+        kempe_model_free(model);
+        kempe_context_free(context);
+    }
+    double worst = 0, most = 0;
+    for (int k = 0; k < 16; k++)
+        worst = fmax(worst, fabs(H[1][k] - H[0][k])), most = fmax(most, fabs(H[0][k]));
+    printf("%-24s hessian         %.1e\n", "user-defined force", worst / most);
+    CHECK(most > 10 && worst < 1e-6 * most);
+}
+
 /* -- steps -------------------------------------------------------------------------------------------- */
 
 /* Independent coordinates and rates after steps, at another state, force or name before them. */
@@ -865,6 +1046,22 @@ static void refused(void)
                                       &(kempe_state_gradient){.q = qdd}) == KEMPE_E_ARGUMENT);
     CHECK(kempe_workspace_inverse_derivatives(other, T, s.q, s.qd, s.Q, qdd, &(kempe_inverse_derivatives){0}) ==
           KEMPE_E_ARGUMENT);
+    const kempe_forward_values weight = {qdd, NULL, NULL};
+    const kempe_state_direction direction = {.q = s.q}, pair[] = {{.q = s.q}, {.u = &udd}}, names = {.p = &udd};
+    double H[4];
+    CHECK(kempe_workspace_add_hessians(other) == KEMPE_E_ARGUMENT);
+    CHECK(check_says(kempe_workspace_message(other), "kempe_workspace_add_derivatives"));
+    CHECK(kempe_workspace_forward_hessian(s.ws, T, s.q, s.qd, NULL, &weight, 1, &direction, H) == KEMPE_E_ARGUMENT);
+    CHECK(check_says(kempe_workspace_message(s.ws), "kempe_workspace_add_hessians"));
+    CHECK(kempe_workspace_add_hessians(s.ws) == KEMPE_OK);
+    CHECK(kempe_workspace_forward_hessian(s.ws, T, s.q, s.qd, NULL, &weight, 1, &direction, H) == KEMPE_OK);
+    CHECK(kempe_workspace_forward_hessian(s.ws, T, s.q, s.qd, NULL, &weight, 2, pair, H) == KEMPE_E_ARGUMENT);
+    CHECK(check_says(kempe_workspace_message(s.ws), "of all coordinates, or"));
+    CHECK(kempe_workspace_forward_hessian(s.ws, T, s.q, s.qd, NULL, &weight, 1, &names, H) == KEMPE_E_ARGUMENT);
+    CHECK(check_says(kempe_workspace_message(s.ws), "leave out p"));
+    CHECK(kempe_workspace_forward_hessian(s.ws, T, s.q, s.qd, NULL, &weight, -1, &direction, H) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_workspace_forward_hessian(s.ws, T, s.q, s.qd, NULL, &weight, 1, pair + 1, H) == KEMPE_E_FAILED);
+    CHECK(check_says(kempe_workspace_message(s.ws), "close the state first"));
     kempe_workspace_free(other);
     scene_free(&s);
 }
@@ -1039,6 +1236,8 @@ int main(void)
     TEST(inverse);
     TEST(outputs_and_products);
     TEST(second_derivatives);
+    TEST(hessians);
+    TEST(hessian_with_force);
     TEST(steps);
     TEST(sticking);
     TEST(refused);

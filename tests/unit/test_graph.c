@@ -532,6 +532,58 @@ static void gradient_of_one(void)
     }
 }
 
+/* The gradient by one pass from an expression down to the inputs is the one by passes from each input, in values; also
+ * of an expression and its derivative, whose rotated pairs are others. */
+static void gradient_backward(void)
+{
+    for (int i = 0; i < 200; i++) {
+        steps s;
+        kmp_ref r[GRAPH_STEPS], leaf[GRAPH_INPUTS], all[2][GRAPH_INPUTS], down[2][GRAPH_INPUTS];
+        double x[GRAPH_INPUTS], xd[GRAPH_INPUTS];
+        random_seed((uint64_t)i + 1);
+        random_point(x, xd);
+        random_steps(&s, GRAPH_STEPS / 2, x);
+        kmp_graph *g = kmp_graph_new();
+        steps_build(&s, g, r);
+        for (uint32_t k = 0; k < GRAPH_INPUTS; k++)
+            leaf[k] = kmp_input(g, KMP_IN_Q, k);
+        kmp_ref of[2] = {KMP_ZERO, KMP_ZERO};
+        for (int k = 0; k < s.count; k++)
+            of[0] = kmp_add(g, of[0], kmp_mul(g, kmp_const(g, 0.3 + k % 5), r[k]));
+        kmp_derivatives_by(g, leaf[i % GRAPH_INPUTS], 1, &of[0], &of[1]);
+        for (int k = 0; k < 2; k++) {
+            kmp_gradient_backward(g, kmp_neg(of[k]), GRAPH_INPUTS, leaf, down[k]);
+            kmp_partials_all(g, 1, &of[k], KMP_IN_Q, GRAPH_INPUTS, all[k]);
+        }
+        double *value = KMP_NEW(double, kmp_graph_count(g));
+        kmp_graph_eval(g, (const double *const[KMP_IN_COUNT]){[KMP_IN_Q] = x}, value);
+        for (int k = 0; k < 2 * GRAPH_INPUTS; k++) {
+            const double expected = value_of(value, all[k / GRAPH_INPUTS][k % GRAPH_INPUTS]);
+            const double found = value_of(value, down[k / GRAPH_INPUTS][k % GRAPH_INPUTS]);
+            CHECK_NEAR(-found, expected, 1e-9 * fmax(1, fabs(expected)));
+        }
+        CHECK(!kmp_graph_failed(g));
+        kmp_free(value);
+        kmp_graph_free(g);
+    }
+    kmp_graph *g = kmp_graph_new();
+    kmp_ref q = kmp_input(g, KMP_IN_Q, 0), other = kmp_input(g, KMP_IN_Q, 1), by[2], slope[2];
+    const kmp_ref push = kmp_binary(g, KMP_OP_MAX, q, KMP_ZERO),
+                  power = kmp_mul(g, kmp_sqrt(g, push), kmp_mul(g, push, other));
+    kmp_gradient_backward(g, power, 2, (const kmp_ref[]){q, other}, by);
+    kmp_gradient_backward(g, KMP_ONE, 2, (const kmp_ref[]){q, other}, slope);
+    CHECK(slope[0] == KMP_ZERO && slope[1] == KMP_ZERO);
+    for (int k = 0; k < 2; k++) { /* max(q, 0)^1.5 times another one, also where it begins */
+        const double x[] = {k ? 0.49 : 0, 2};
+        double *value = KMP_NEW(double, kmp_graph_count(g));
+        kmp_graph_eval(g, (const double *const[KMP_IN_COUNT]){[KMP_IN_Q] = x}, value);
+        CHECK_NEAR(value_of(value, by[0]), k ? 2.1 : 0, 1e-15);
+        CHECK_NEAR(value_of(value, by[1]), k ? 0.343 : 0, 1e-15);
+        kmp_free(value);
+    }
+    kmp_graph_free(g);
+}
+
 int main(void)
 {
     TEST(test_numbers);
@@ -554,5 +606,6 @@ int main(void)
     TEST(test_determinism);
     TEST(test_order_of_arguments);
     TEST(gradient_of_one);
+    TEST(gradient_backward);
     return check_report();
 }
