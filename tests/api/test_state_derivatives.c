@@ -1138,11 +1138,14 @@ static void interrupts(void)
     const double t = T;
     const kempe_workspace_derivatives none = {0};
     const kempe_workspace_rows rows = {.mass = M};
+    const kempe_forward_values weights = {.qdd = q};
+    const kempe_state_direction direction = {.q = s.q};
     for (int k = 0; k < COUNT; k++) {
         memcpy(q + 3 * k, s.q, 3 * sizeof *q);
         memcpy(qd + 3 * k, s.qd, 3 * sizeof *q);
     }
-    for (int kind = 0; kind < 4; kind++)
+    CHECK(kempe_workspace_add_hessians(s.ws) == KEMPE_OK);
+    for (int kind = 0; kind < 5; kind++)
         for (int count = 1; count <= COUNT; count += COUNT - 1)
             for (int again = 0; again < 2; again++) {
                 int failed = -2;
@@ -1153,6 +1156,8 @@ static void interrupts(void)
                     : kind == 1
                         ? kempe_workspace_derivative_states(s.ws, count, &t, 0, q, qd, NULL, qdd, NULL, &none, &failed)
                     : kind == 2 ? kempe_workspace_forward_states(s.ws, count, &t, 0, q, qd, NULL, qdd, NULL, &failed)
+                    : kind == 3 ? kempe_workspace_hessian_states(s.ws, count, &t, 0, q, qd, NULL, &weights, 1,
+                                                                 &direction, M, &failed)
                                 : kempe_workspace_evaluate_states(s.ws, count, &t, 0, q, qd, &rows, &failed);
                 const bool ends = count > 1 && !again;
                 CHECK(status == (ends ? KEMPE_STOPPED : KEMPE_OK));
