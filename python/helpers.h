@@ -48,7 +48,7 @@ typedef struct python_states {
     double *udd_u, *udd_ud, *udd_Q, *q_u, *qd_u;
     double *qdd_p, *lambda_p, *udd_p, *q_p, *qd_p;
     double *y, *y_q, *y_qd, *y_Q, *y_p, *y_u, *y_ud, *y_up;
-    const double *by_qdd, *by_lambda, *by_y; /* weights, for Hessians */
+    const double *by_qdd, *by_lambda, *by_y, *by_q, *by_qd; /* weights, for Hessians */
     int direction_count;
     const kempe_state_direction *directions; /* of all states */
     double *hessians;                        /* direction_count x direction_count */

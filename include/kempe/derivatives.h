@@ -95,9 +95,11 @@ typedef struct kempe_state_gradient {
     double *u, *ud;
 } kempe_state_gradient;
 
-/** Accelerations (n), multipliers (m) and outputs (l), or weights of them; NULL: not required, or zero. */
+/** Accelerations (n), multipliers (m) and outputs (l), and coordinates and their rates (n each), of which the dependent
+ * ones follow along closed motions; or weights of them. NULL: not required, or zero. */
 typedef struct kempe_forward_values {
     double *qdd, *lambda, *y;
+    double *q, *qd;
 } kempe_forward_values;
 
 /** The derivative of accelerations, multipliers and outputs along a direction (Jacobian-vector product), without the
@@ -126,8 +128,8 @@ KEMPE_API kempe_status kempe_workspace_forward_vjp(kempe_workspace *workspace, d
 KEMPE_API kempe_status kempe_workspace_add_second_derivatives(kempe_workspace *workspace);
 
 /** The second derivative of accelerations and multipliers along two directions of all coordinates, their rates and
- * forces (members q, qd and Q): `change`, whose y must be NULL. With a direction twice it is the curvature along it; a
- * product of the Hessian with a vector is a call for each unit direction. After
+ * forces (members q, qd and Q): `change`, whose y, q and qd must be NULL. With a direction twice it is the curvature
+ * along it; a product of the Hessian with a vector is a call for each unit direction. After
  * kempe_workspace_add_second_derivatives; no allocation. Errors as kempe_workspace_forward_jvp; KEMPE_E_ARGUMENT also:
  * a direction of p, u or ud. */
 KEMPE_API kempe_status kempe_workspace_forward_second(kempe_workspace *workspace, double t, const double *q,
@@ -140,13 +142,13 @@ KEMPE_API kempe_status kempe_workspace_forward_second(kempe_workspace *workspace
  * the thread that made the system. KEMPE_E_ARGUMENT: not prepared for first derivatives. KEMPE_E_MEMORY. */
 KEMPE_API kempe_status kempe_workspace_add_hessians(kempe_workspace *workspace);
 
-/** The Hessian of a weighted sum of accelerations, multipliers and outputs: its second derivatives along each pair of
- * `count` directions (count x count, symmetric). Directions are of all coordinates, their rates and forces, or along
- * closed motions of the independent coordinates, their rates and forces; a unit direction for each of these makes the
- * Hessian by them. It costs one further solution of the equations, and for each direction one change of the state and
- * one change of the sum's gradient. A user-defined force is differentiated by differences, which have an error of 1e-7
- * of its curvature. After kempe_workspace_add_hessians; no allocation after the first call with as many directions.
- * Errors as kempe_workspace_forward_jvp; KEMPE_E_ARGUMENT also: a direction of p. */
+/** The Hessian of a weighted sum of accelerations, multipliers, outputs and coordinates: its second derivatives along
+ * each pair of `count` directions (count x count, symmetric). Directions are of all coordinates, their rates and
+ * forces, or along closed motions of the independent coordinates, their rates and forces; a unit direction for each of
+ * these makes the Hessian by them. It costs one further solution of the equations, and for each direction one change of
+ * the state and one change of the sum's gradient. A user-defined force is differentiated by differences, which have an
+ * error of 1e-7 of its curvature. After kempe_workspace_add_hessians; no allocation after the first call with as many
+ * directions. Errors as kempe_workspace_forward_jvp; KEMPE_E_ARGUMENT also: a direction of p. */
 KEMPE_API kempe_status kempe_workspace_forward_hessian(kempe_workspace *workspace, double t, const double *q,
                                                        const double *qd, const double *Q,
                                                        const kempe_forward_values *weight, int count,

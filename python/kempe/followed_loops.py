@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _PIECES = (1, 4, 16, 64)  # parts of a change of the independent coordinates, until the loops follow it
 _CURVED = 0.2  # of a predicted change of coordinates: the largest first correction of a part
 _CLOSED, _CORRECTIONS = 1e-11, 8  # the largest last correction of a coordinate, and the number of corrections
-_PART = 1e-5  # of the independent coordinates, for the derivative of a determinant
+_PART, _LONGER = 1e-5, 1e-4  # of the coordinates, for the first and second derivatives of a determinant
 
 
 class FollowedLoops:
@@ -110,3 +110,21 @@ class FollowedLoops:
         found = np.exp(self._determinants(J)[:, 1] - self.first).reshape(len(rows), -1)
         plus, minus = found[1:].reshape(2, -1, len(q))
         return found[0], (plus - minus).T / (2 * _PART)
+
+    def apart_curvature(self, t: Array, q: Array, q_u: Array, weight: Array) -> tuple[Array, Array]:
+        """Of the weighted squared determinant: the gradient by all coordinates, and the second derivatives along pairs of columns
+        of q_u, without those of q by u; at the states with a weight."""
+        slope, H, some = np.zeros_like(q), np.zeros((len(q), q_u.shape[2], q_u.shape[2])), np.flatnonzero(weight)
+        t, q, q_u, weight, n = t[some], q[some], q_u[some], weight[some], q.shape[1]
+        pairs = [(i, k) for i in range(q_u.shape[2]) for k in range(i + 1)]
+        single, size = np.eye(n)[:, None], np.maximum(abs(q_u).max(axis=1), 1e-300)
+        step = _LONGER / size[:, :, None] * q_u.transpose(0, 2, 1)
+        double = [step[:, i] + sign * step[:, k] for i, k in pairs for sign in (1, -1)]
+        rows = np.concatenate([q + sign * _PART * single for sign in (1, -1)] + [q[None] + sign * np.array(double) for sign in (1, -1)])
+        J = self._closures(np.tile(t, len(rows)), rows.reshape(-1, n))[1]
+        found = np.exp(self._determinants(J)[:, 1] - self.first).reshape(len(rows), -1)
+        slope[some] = weight[:, None] * (found[:n] - found[n : 2 * n]).T / (2 * _PART)
+        there, back = found[2 * n :].reshape(2, len(pairs), 2, -1)
+        for (i, k), bent in zip(pairs, (there + back)[:, 0] - (there + back)[:, 1]):
+            H[some, i, k] = H[some, k, i] = weight * bent * size[:, i] * size[:, k] / (4 * _LONGER**2)
+        return slope, H

@@ -566,6 +566,8 @@ class Workspace(Owned):
         qdd: ArrayLike | None = None,
         lam: ArrayLike | None = None,
         y: ArrayLike | None = None,
+        by_q: ArrayLike | None = None,
+        by_qd: ArrayLike | None = None,
         dq: ArrayLike | None = None,
         dqd: ArrayLike | None = None,
         dQ: ArrayLike | None = None,
@@ -574,9 +576,9 @@ class Workspace(Owned):
         outputs: str | Iterable[str] = "",
         threads: int = 1,
     ) -> Array:
-        """The Hessian of a sum of accelerations, multipliers and outputs with the weights qdd (n), lam (m) and y (l): its exact second
-        derivatives along each pair of d directions (d x d). Each direction is a row of dq, dqd and dQ; along motions that keep
-        the loops closed a row of du, dud and dQ. Members left out do not change. Rows of q, qd, Q and of the weights are N
+        """The Hessian of a sum of accelerations, multipliers, outputs, coordinates and their rates, with the weights qdd (n), lam (m),
+        y (l), by_q and by_qd (n each): its exact second derivatives along each pair of d directions (d x d). Each direction is a
+        row of dq, dqd and dQ; along motions that keep the loops closed a row of du, dud and dQ. Members left out do not change. Rows of q, qd, Q and of the weights are N
         states, and the result has N as its first dimension; t and `threads` are as in evaluate_states. A user-defined force
         is differentiated by differences.
 
@@ -600,8 +602,8 @@ class Workspace(Owned):
             begin = _from_buffer(DOUBLES, each)
             for k in range(count):
                 setattr(directions[k], name, begin + k * each.shape[1])
-        widths = {"qdd": n, "lam": self.m, "y": lib.kempe_workspace_output_count(self._pointer)}
-        given = {"qdd": qdd, "lam": lam, "y": y}
+        widths = {"qdd": n, "lam": self.m, "y": lib.kempe_workspace_output_count(self._pointer), "by_q": n, "by_qd": n}
+        given = {"qdd": qdd, "lam": lam, "y": y, "by_q": by_q, "by_qd": by_qd}
         if np.ndim(q) != 2:
             made = np.empty((count, count))
             weights = [converted(given[name], width, name) for name, width in widths.items()]
@@ -614,7 +616,7 @@ class Workspace(Owned):
                 self._fail(status)
             return made
         states = _States(self, t, q, qd=qd, Q=Q)
-        for name, member in (("qdd", "by_qdd"), ("lam", "by_lambda"), ("y", "by_y")):
+        for name, member in zip(widths, ("by_qdd", "by_lambda", "by_y", "by_q", "by_qd")):
             if given[name] is not None:
                 states.rows[member] = weight = np.ascontiguousarray(given[name], dtype=np.float64)
                 if weight.shape != (states.count, widths[name]):

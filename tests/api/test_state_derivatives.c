@@ -438,7 +438,8 @@ static void products(const scene *s, const char *name, int names, int l, double 
         w[i] = room(rows[i]), change[i] = room(rows[i]), fill(w[i], rows[i], &seed);
     for (int j = 0; j < 4; j++)
         x[j] = room(columns[j]), gradient[j] = room(columns[j]), fill(x[j], columns[j], &seed);
-    const kempe_forward_values weight = {w[0], w[1], w[2]}, along = {change[0], change[1], change[2]};
+    const kempe_forward_values weight = {.qdd = w[0], .lambda = w[1], .y = w[2]};
+    const kempe_forward_values along = {.qdd = change[0], .lambda = change[1], .y = change[2]};
     const kempe_state_direction direction = {.q = x[0], .qd = x[1], .Q = x[2], .p = x[3]};
     const kempe_state_gradient of = {.q = gradient[0], .qd = gradient[1], .Q = gradient[2], .p = gradient[3]};
     CHECK(kempe_workspace_forward_jvp(s->ws, T, s->q, s->qd, s->Q, &direction, NULL, &along) == KEMPE_OK);
@@ -465,6 +466,18 @@ static void products(const scene *s, const char *name, int names, int l, double 
                                       &along) == KEMPE_OK);
     CHECK(kempe_workspace_forward_vjp(s->ws, T, s->q, s->qd, s->Q, &(kempe_forward_values){.y = w[2]}, NULL,
                                       &(kempe_state_gradient){.u = g[0], .ud = g[1], .p = g[2]}) == KEMPE_OK);
+    /* Coordinates and rates change as they do along the direction, and a weighted sum of them as its gradient says. */
+    double *q_change = room(2 * n), *w_q = room(2 * n), *g_q[2] = {room(p), room(p)}, by_q = 0;
+    fill(w_q, 2 * n, &seed);
+    CHECK(kempe_workspace_forward_jvp(s->ws, T, s->q, s->qd, s->Q, &(kempe_state_direction){.u = z[0], .ud = z[1]},
+                                      NULL, &(kempe_forward_values){.q = q_change, .qd = q_change + n}) == KEMPE_OK);
+    CHECK(kempe_workspace_forward_vjp(s->ws, T, s->q, s->qd, s->Q, &(kempe_forward_values){.q = w_q, .qd = w_q + n},
+                                      NULL, &(kempe_state_gradient){.u = g_q[0], .ud = g_q[1]}) == KEMPE_OK);
+    for (int k = 0; k < p; k++)
+        CHECK(q_change[s->u[k]] == z[0][k] && q_change[n + s->u[k]] == z[1][k]);
+    by_q = dot(2 * n, w_q, q_change);
+    CHECK_NEAR(dot(p, g_q[0], z[0]) + dot(p, g_q[1], z[1]), by_q, 1e-12 * fmax(1, fabs(by_q)));
+    free(q_change), free(w_q), free(g_q[0]), free(g_q[1]);
     double closed_worst = 0, closed_size = 1;
     forward = dot(l, w[2], change[2]);
     for (int j = 0; j < 3; j++) {
@@ -500,7 +513,7 @@ static void moved_change(const probe *p, double change, double *out)
             to[k][i] = from[k][i] + change * by[k][i];
     }
     CHECK(kempe_workspace_forward_jvp(s->ws, T, to[0], to[1], to[2], at->along, NULL,
-                                      &(kempe_forward_values){out, out + s->n, NULL}) == KEMPE_OK);
+                                      &(kempe_forward_values){.qdd = out, .lambda = out + s->n}) == KEMPE_OK);
     for (int k = 0; k < 3; k++)
         free(to[k]);
 }
@@ -519,7 +532,8 @@ static void second_derivatives(void)
         for (int k = 0; k < 6; k++)
             x[k] = room(n), fill(x[k], n, &seed);
         const kempe_state_direction a = {x[0], x[1], x[2], NULL, NULL, NULL}, b = {x[3], x[4], x[5], NULL, NULL, NULL};
-        const kempe_forward_values change = {exact, exact + n, NULL}, again = {other, other + n, NULL};
+        const kempe_forward_values change = {.qdd = exact, .lambda = exact + n};
+        const kempe_forward_values again = {.qdd = other, .lambda = other + n};
         CHECK(kempe_workspace_forward_second(s.ws, T, s.q, s.qd, s.Q, &a, &b, &change) == KEMPE_E_ARGUMENT);
         CHECK(check_says(kempe_workspace_message(s.ws), "kempe_workspace_add_second_derivatives"));
         CHECK(kempe_workspace_add_second_derivatives(s.ws) == KEMPE_OK &&
@@ -584,14 +598,16 @@ static void hessian_of(const scene *s, const char *name, bool closed, double ste
     const int n = s->n, m = s->m, p = s->p, l = kempe_workspace_output_count(s->ws), first = closed ? p : n;
     const int size = 2 * first + n;
     unsigned seed = 11;
-    double *w[3] = {room(STATES * n), room(STATES * m), room(STATES * l)}, *unit = room(size * size), worst = 0;
+    double *w[5] = {room(STATES * n), room(STATES * m), room(STATES * l), room(STATES * n), room(STATES * n)},
+           *unit = room(size * size), worst = 0;
     double *H = room(size * size), *states[3], *rows = room(STATES * size * size), *x = room(2 * size), other[4];
     kempe_state_direction *direction = calloc((size_t)size, sizeof *direction), two[2];
     int *hold = calloc((size_t)n + 1, sizeof *hold), failed = 0;
     for (int k = 0; k < p; k++)
         hold[s->u[k]] = 1;
     fill(w[0], STATES * n, &seed), fill(w[1], STATES * m, &seed), fill(w[2], STATES * l, &seed);
-    const kempe_forward_values weight = {w[0], w[1], w[2]};
+    fill(w[3], STATES * n, &seed), fill(w[4], STATES * n, &seed);
+    const kempe_forward_values weight = {w[0], w[1], w[2], w[3], w[4]};
     for (int k = 0; k < size; k++) {
         double *e = unit + k * size;
         e[k] = 1;
@@ -629,8 +645,10 @@ static void hessian_of(const scene *s, const char *name, bool closed, double ste
     printf("%-24s hessian, %s %.1e, directions %.1e\n", name, closed ? "closed" : "all   ", worst / large,
            apart / large);
     CHECK(large > 1e-3 && worst / large < most && apart / large < 1e-11);
+    for (int i = 0; i < 5; i++)
+        free(w[i]);
     for (int i = 0; i < 3; i++)
-        free(w[i]), free(states[i]);
+        free(states[i]);
     free(unit), free(H), free(rows), free(x), free(direction), free(hold);
 }
 
@@ -1039,14 +1057,14 @@ static void refused(void)
     CHECK(check_says(kempe_workspace_message(s.ws), "coupler"));
     CHECK(kempe_workspace_output_count(s.ws) == 0 && !kempe_workspace_output_name(s.ws, 0));
     const kempe_state_direction both = {.q = s.q, .u = &udd};
-    CHECK(kempe_workspace_forward_jvp(s.ws, T, s.q, s.qd, NULL, &both, NULL,
-                                      &(kempe_forward_values){qdd, NULL, NULL}) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_workspace_forward_jvp(s.ws, T, s.q, s.qd, NULL, &both, NULL, &(kempe_forward_values){.qdd = qdd}) ==
+          KEMPE_E_ARGUMENT);
     CHECK(check_says(kempe_workspace_message(s.ws), "of all coordinates, or"));
-    CHECK(kempe_workspace_forward_vjp(other, T, s.q, s.qd, NULL, &(kempe_forward_values){qdd, NULL, NULL}, NULL,
+    CHECK(kempe_workspace_forward_vjp(other, T, s.q, s.qd, NULL, &(kempe_forward_values){.qdd = qdd}, NULL,
                                       &(kempe_state_gradient){.q = qdd}) == KEMPE_E_ARGUMENT);
     CHECK(kempe_workspace_inverse_derivatives(other, T, s.q, s.qd, s.Q, qdd, &(kempe_inverse_derivatives){0}) ==
           KEMPE_E_ARGUMENT);
-    const kempe_forward_values weight = {qdd, NULL, NULL};
+    const kempe_forward_values weight = {.qdd = qdd};
     const kempe_state_direction direction = {.q = s.q}, pair[] = {{.q = s.q}, {.u = &udd}}, names = {.p = &udd};
     double H[4];
     CHECK(kempe_workspace_add_hessians(other) == KEMPE_E_ARGUMENT);

@@ -235,7 +235,8 @@ kempe_status kempe_workspace_hessian_states(kempe_workspace *ws, int count, cons
         }
         const kempe_forward_values weight = {(double *)row_of(weights->qdd, n, k),
                                              (double *)row_of(weights->lambda, m, k),
-                                             (double *)row_of(weights->y, outputs, k)};
+                                             (double *)row_of(weights->y, outputs, k),
+                                             (double *)row_of(weights->q, n, k), (double *)row_of(weights->qd, n, k)};
         status =
             derive_at(ws, t[t_step ? k : 0], row_of(q, n, k), row_of(qd, n, k), row_of(Q, n, k), &weight,
                       direction_count, directions, closed, hessians + (ptrdiff_t)direction_count * direction_count * k);

@@ -54,6 +54,8 @@ kempe_status kmp_derivatives_check_direction(kempe_workspace *ws, const kempe_st
 kempe_status kmp_derivatives_check_weights(kempe_workspace *ws, const kempe_forward_values *weight)
 {
     KMP_TRY(kmp_workspace_check_finite(ws, "the weight of qdd of", kmp_workspace_coordinate_name, ws->n, weight->qdd));
+    KMP_TRY(kmp_workspace_check_finite(ws, "the weight of q of", kmp_workspace_coordinate_name, ws->n, weight->q));
+    KMP_TRY(kmp_workspace_check_finite(ws, "the weight of qd of", kmp_workspace_coordinate_name, ws->n, weight->qd));
     KMP_TRY(kmp_workspace_check_finite(ws, "the weight of lambda of", kmp_workspace_row_name, ws->m, weight->lambda));
     return kmp_workspace_check_finite(ws, "the weight of output", kempe_workspace_output_name,
                                       kempe_workspace_output_count(ws), weight->y);
@@ -67,6 +69,10 @@ static void put_values(const kempe_workspace *ws, const kmp_derivative_point *po
         memcpy(value->qdd, ws->answer, (size_t)ws->n * sizeof *value->qdd);
     if (value && value->lambda)
         memcpy(value->lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *value->lambda);
+    if (value && value->q)
+        memcpy(value->q, ws->q, (size_t)ws->n * sizeof *value->q);
+    if (value && value->qd)
+        memcpy(value->qd, ws->qd, (size_t)ws->n * sizeof *value->qd);
     if (value)
         kmp_derivatives_outputs(ws, point, value->y);
 }
@@ -97,6 +103,10 @@ kempe_status kempe_workspace_forward_jvp(kempe_workspace *ws, double t, const do
     if (change->lambda)
         memcpy(change->lambda, d->a, (size_t)ws->m * sizeof *change->lambda);
     kmp_derivatives_of_outputs(ws, &along, change->y);
+    if (change->q)
+        kmp_copy_or_zero(ws->n, along.q, change->q);
+    if (change->qd)
+        kmp_copy_or_zero(ws->n, along.qd, change->qd);
     put_values(ws, &point, value);
     return KEMPE_OK;
 }
@@ -111,8 +121,8 @@ void kmp_derivatives_weigh(kempe_workspace *ws, const kmp_derivative_point *poin
     double *by_qdd = d->room, *by_lambda = by_qdd + n;
     kmp_copy_or_zero(n, weight->qdd, by_qdd);
     kmp_copy_or_zero(m, weight->lambda, by_lambda);
-    memset(d->dq, 0, (size_t)n * sizeof *d->dq);
-    memset(d->dqd, 0, (size_t)n * sizeof *d->dqd);
+    kmp_copy_or_zero(n, weight->q, d->dq);
+    kmp_copy_or_zero(n, weight->qd, d->dqd);
     if (weight->y && d->outputs > 0) {
         memset(d->values, 0, (size_t)d->slopes->shown * sizeof *d->values);
         for (int k = 0; k < d->outputs; k++)
@@ -235,10 +245,11 @@ kempe_status kempe_workspace_forward_second(kempe_workspace *ws, double t, const
         return KEMPE_E_ARGUMENT;
     KMP_TRY(kmp_derivatives_prepared(ws));
     kmp_state_derivatives *d = ws->derivatives.self;
-    if (!d->bends || change->y) {
-        (void)kmp_workspace_fail(ws, change->y ? "second derivatives of outputs do not exist: leave out y"
-                                               : "second derivatives are not prepared: call "
-                                                 "kempe_workspace_add_second_derivatives first");
+    const bool more = change->y || change->q || change->qd;
+    if (!d->bends || more) {
+        (void)kmp_workspace_fail(ws, more ? "second derivatives are of qdd and lambda: leave out y, q and qd"
+                                          : "second derivatives are not prepared: call "
+                                            "kempe_workspace_add_second_derivatives first");
         return KEMPE_E_ARGUMENT;
     }
     KMP_TRY(kmp_derivatives_check_direction(ws, first));
