@@ -52,6 +52,7 @@ typedef struct python_states {
     int direction_count;
     const kempe_state_direction *directions; /* of all states */
     double *hessians;                        /* direction_count x direction_count */
+    double *logarithm, *by_u, *by_uu;        /* of the determinant of the loops: 1, p, p x p */
     kempe_context *guarded;                  /* SIGINT ends the computation; NULL: it does not */
     int failed;                              /* the first state that failed; -1: none */
 } python_states;
@@ -62,6 +63,7 @@ kempe_status python_evaluate_states(kempe_workspace *workspace, python_states *s
 kempe_status python_forward_states(kempe_workspace *workspace, python_states *states);
 kempe_status python_derivative_states(kempe_workspace *workspace, python_states *states);
 kempe_status python_hessian_states(kempe_workspace *workspace, python_states *states);
+kempe_status python_determinant_states(kempe_workspace *workspace, python_states *states);
 kempe_status python_inverse_states(kempe_workspace *workspace, python_states *states);
 
 /** One state at a time, to compare. */

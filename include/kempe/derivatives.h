@@ -162,6 +162,20 @@ KEMPE_API kempe_status kempe_workspace_hessian_states(kempe_workspace *workspace
                                                       const kempe_state_direction *directions, double *hessians,
                                                       int *failed);
 
+/** Prepares the determinant of the loops, in the thread that made the system. KEMPE_E_ARGUMENT: the independent
+ * coordinates are not known. KEMPE_E_MEMORY. */
+KEMPE_API kempe_status kempe_workspace_add_determinant(kempe_workspace *workspace);
+
+/** The logarithm of |det Jv| at `count` states with closed loops, and its exact first and second derivatives by the
+ * independent coordinates along closed motions (p and p x p for each state); NULL: not required. Jv has the columns of
+ * J of the dependent coordinates, and the independent rows of the start. Where it is zero, the loops are in a singular
+ * position, at which assembly modes meet. A state that fails, and interrupts: as kempe_workspace_derivative_states.
+ * After kempe_workspace_add_determinant; no allocation. KEMPE_E_FAILED: the position is singular, or the loops are
+ * open. */
+KEMPE_API kempe_status kempe_workspace_determinant_states(kempe_workspace *workspace, int count, const double *t,
+                                                          int t_step, const double *q, double *logarithm, double *by_u,
+                                                          double *by_uu, int *failed);
+
 /** Derivatives of the state x = (u, ud) after steps, column-major; NULL: not required: by the state before, by the
  * forces Q, which are constant meanwhile, and by the names. */
 typedef struct kempe_step_derivatives {

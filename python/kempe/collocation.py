@@ -175,8 +175,8 @@ class _Equations:
         parts = [(self.columns[word], *_range(value, len(self.columns[word]), f"{name}[{word!r}]")) for word, value in given.items()]
         return _Limits(*(np.concatenate([[], *(part[i] for part in parts)]) for i in range(3)))
 
-    def derived(self, t: Array, q: Array, qd: Array, forces: Array, apart: bool = True) -> tuple[Array, Array, Array, Array, Array]:
-        """Accelerations and outputs at states, their derivatives by u, ud and the forces over their scale, and dq/du. `apart`: with the
+    def derived(self, t: Array, q: Array, qd: Array, forces: Array, apart: bool = True) -> tuple[Array, Array, Array, Array]:
+        """Accelerations and outputs at states, and their derivatives by u, ud and the forces over their scale. `apart`: with the
         distance from singular positions."""
         Q, p = np.zeros((len(q), self.n)), self.p
         Q[:, self.act] = forces
@@ -193,8 +193,8 @@ class _Equations:
                 y_Q = self.workspace.forward_derivatives(t, q, qd, Q, outputs=self.outputs).y_Q
                 y_z[:, others, 2 * p :] = y_Q[:, :, self.act] * self.scale
         if self.loops.v and apart:
-            y[:, -1], y_z[:, -1, :p] = self.loops.apart(t, q, found.q_u)
-        return found.qdd[:, self.u], udd_z, y, y_z, found.q_u
+            y[:, -1], y_z[:, -1, :p] = self.loops.apart(t, q)
+        return found.qdd[:, self.u], udd_z, y, y_z
 
 
 class _Transcription:
@@ -266,7 +266,7 @@ class _Transcription:
         e, Z, t = self.equations, z[:-1].reshape(self.M, self.w), z[-1] * self.fraction
         q = e.loops.positions(t, self.q, Z[:, : e.p])
         qd = e.loops.rates(t, q, Z[:, e.p : self.x])
-        udd, self.udd_z, self.y, self.y_z, self.q_u = e.derived(t, q, qd, Z[:, self.x :] * e.scale)
+        udd, self.udd_z, self.y, self.y_z = e.derived(t, q, qd, Z[:, self.x :] * e.scale)
         self.q, self.qd, self.F = q, qd, np.hstack((Z[:, e.p : self.x], udd))
         self.at[:], self.last = z, z.copy()
         self.Z, self.T = self.at[:-1].reshape(self.M, self.w), float(z[-1])
@@ -349,9 +349,8 @@ class _Transcription:
         Q, direction = np.zeros((self.M, e.n)), np.eye(w)
         Q[:, e.act] = self.Z[:, x:] * e.scale
         H = np.zeros((self.M, w, w))
-        if e.loops.v and abs(of_y[:, e.count :]).max() > 0:
-            slope, H[:, : e.p, : e.p] = e.loops.apart_curvature(self.T * self.fraction, self.q, self.q_u, of_y[:, e.count])
-            by_q += slope
+        if e.loops.v and of_y[:, e.count].any():
+            H[:, : e.p, : e.p] = of_y[:, e.count, None, None] * e.loops.apart_curvature(self.T * self.fraction, self.q)
         found = e.workspace.forward_hessian(
             self.T * self.fraction, self.q, self.qd, Q, qdd=qdd, y=of_y[:, e.values : e.count] if e.outputs else None,
             by_q=by_q, by_qd=by_qd, du=direction[:, : e.p], dud=direction[:, e.p : x], dQ=e.pushes, outputs=e.outputs,
@@ -490,7 +489,7 @@ def collocate(
     if low < high and (equations.loops.moving or abs(C - C[0]).max() > 1e-9 * max(1.0, abs(C).max())):
         raise ArgumentError("the equations depend on time: the end time must be one number")
     along, last = equations.limits(path, "path"), equations.limits(end, "end")
-    _, _, y, y_z, _ = equations.derived(times[:1], begin[0][:1], begin[1][:1], np.zeros((1, a)))
+    _, _, y, y_z = equations.derived(times[:1], begin[0][:1], begin[1][:1], np.zeros((1, a)))
     forced = abs(y_z[0, along.columns, size:]).max(axis=1, initial=0) > 0
     fixed = along.some(~forced)
     for column, least, most in zip(fixed.columns, fixed.low, fixed.high):

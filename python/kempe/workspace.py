@@ -111,6 +111,15 @@ class Step(NamedTuple):
     x_p: Array  # 2 p x k
 
 
+class Determinants(NamedTuple):
+    """The logarithm of |det Jv| at N states, and its derivatives by the p independent coordinates. Where it is -infinity, the
+    loops are in a singular position."""
+
+    logarithm: Array  # N
+    by_u: Array  # N x p
+    by_uu: Array  # N x p x p; 0 x p x p where it was not requested
+
+
 class ForwardValues(NamedTuple):
     """Accelerations (n), multipliers (m) and outputs (l) at a state, or their change."""
 
@@ -192,7 +201,8 @@ class Workspace(Owned):
         self._by: tuple[str, ...] | None = None  # and the inputs and parameters by which they are taken, too,
         self._outputs: str = ""  # and outputs
         self._bends: bool = False  # second derivatives are prepared,
-        self._curved: bool = False  # and Hessians
+        self._curved: bool = False  # and Hessians,
+        self._looped: bool = False  # and the determinant of the loops
         self._actuators: tuple[Any, ...] | None = None  # names and weights
         self._checked: Any = None  # an earlier result that may be overwritten
         self.n: int = len(self._context.coordinates)
@@ -636,6 +646,30 @@ class Workspace(Owned):
                 self._fail(status)
             self._curved = True
 
+    def determinants(self, t: ArrayLike, q: ArrayLike, curvature: bool = True, threads: int = 1) -> Determinants:
+        """The logarithm of |det Jv| at N states with closed loops (rows of q), and its exact derivatives by the p independent
+        coordinates along closed motions. Jv has the columns of J of the dependent coordinates. It is zero in singular positions,
+        at which assembly modes meet. t and `threads` are as in evaluate_states.
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
+        >>> q, _ = workspace.close(0.0, [0.3, 0, 0], hold="crank")
+        >>> workspace.determinants(0.0, [q, q]).by_uu.shape
+        (2, 1, 1)
+        """
+        states, p = _States(self, t, q), len(self.independent)
+        made = Determinants(np.empty(states.count), np.empty((states.count, p)), np.empty((states.count * curvature, p, p)))
+        results = {"logarithm": made.logarithm, "by_u": made.by_u, **({"by_uu": made.by_uu} if curvature else {})}
+        states.run(lib.python_determinant_states, threads, Workspace._prepare_determinant, **results)
+        return made
+
+    def _prepare_determinant(self) -> None:
+        if not self._looped:
+            with self._alone(), self._context.lock:
+                status = lib.kempe_workspace_add_determinant(self._pointer)
+            if status:
+                self._fail(status)
+            self._looped = True
+
     def step(
         self,
         t: float,
@@ -1001,6 +1035,8 @@ class _States:
         shapes = {"mass": (n, n), "jacobian": (n, m), "bias": (n,), "accelerations": (n,), "forces": (n,)}
         if "y" in results:
             shapes["y"] = (lib.kempe_workspace_output_count(self.workspace._pointer),)
+        if "logarithm" in results:
+            shapes |= {"logarithm": (), "by_u": results["by_u"].shape[1:]}
         for name, array in results.items():
             writable(array, (count, *shapes.get(name, array.shape[1:] if array.ndim == 3 else (m,))), name)
         self.rows.update(results)

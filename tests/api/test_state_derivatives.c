@@ -680,6 +680,70 @@ static void hessians(void)
     }
 }
 
+/* -- the determinant of the loops ------------------------------------------------------------------------- */
+
+/* The logarithm of the determinant and its derivatives at a closed state with another independent coordinate. */
+static void determinant_values(const probe *p, double change, double *out)
+{
+    const scene *s = p->s;
+    double *q = room(s->n);
+    const double t = T;
+    memcpy(q, s->q, (size_t)s->n * sizeof *q);
+    q[s->u[p->k]] += change;
+    CHECK(kempe_workspace_close(s->ws, T, q, NULL, p->hold) == KEMPE_OK);
+    CHECK(kempe_workspace_determinant_states(s->ws, 1, &t, 0, q, out, out + 1, NULL, NULL) == KEMPE_OK);
+    free(q);
+}
+
+static void determinants(void)
+{
+    static const char *const model[] = {"four_bar", "delta_robot", "stewart", "andrews", "parallel_robot", "bricard"};
+    for (size_t i = 0; i < sizeof model / sizeof *model; i++) {
+        char path[MOST];
+        snprintf(path, sizeof path, KEMPE_ROOT "/examples/%s/%s.yaml", model[i], model[i]);
+        scene s = scene_new(path, "slip");
+        const int p = s.p;
+        const double t = T;
+        double *by_u = room(p), *by_uu = room(p * p), *column = room(1 + p), value = 0, worst = 0, large = 0, size;
+        double states[3 * 64], values[3];
+        int *hold = calloc((size_t)s.n + 1, sizeof *hold), failed = -2;
+        CHECK(kempe_workspace_determinant_states(s.ws, 1, &t, 0, s.q, &value, by_u, by_uu, &failed) ==
+              KEMPE_E_ARGUMENT);
+        CHECK(check_says(kempe_workspace_message(s.ws), "kempe_workspace_add_determinant"));
+        CHECK(kempe_workspace_add_determinant(s.ws) == KEMPE_OK && kempe_workspace_add_determinant(s.ws) == KEMPE_OK);
+        for (int k = 0; k < p; k++)
+            hold[s.u[k]] = 1;
+        CHECK(kempe_workspace_determinant_states(s.ws, 1, &t, 0, s.q, &value, by_u, by_uu, &failed) == KEMPE_OK);
+        CHECK(failed == -1);
+        for (int k = 0; k < p; k++) {
+            const probe at = {
+                .s = &s, .count = 1 + p, .values = determinant_values, .k = k, .hold = hold, .step = 1e-3};
+            column[0] = by_u[k];
+            memcpy(column + 1, by_uu + k * p, (size_t)p * sizeof *column);
+            worst = fmax(worst, column_difference(&at, column, &size));
+            for (int j = 0; j <= p; j++)
+                large = fmax(large, fabs(column[j]));
+        }
+        printf("%-24s determinant     %.1e of %.1e\n", model[i], worst, large);
+        CHECK(large > 1e-3 && worst < 1e-9 * fmax(1, large));
+        for (int k = 0; k < 3; k++)
+            memcpy(states + k * s.n, s.q, (size_t)s.n * sizeof *states);
+        CHECK(kempe_workspace_determinant_states(s.ws, 3, &t, 0, states, values, NULL, NULL, &failed) == KEMPE_OK);
+        CHECK(values[0] == value && values[2] == value && failed == -1);
+        if (i == 0) { /* two columns of J */
+            const double *J = kempe_workspace_jacobian(s.ws);
+            const int a = s.u[0] == 0 ? 1 : 0, b = s.u[0] == 2 ? 1 : 2;
+            CHECK_NEAR(value, log(fabs(J[2 * a] * J[1 + 2 * b] - J[1 + 2 * a] * J[2 * b])), 1e-12);
+            states[s.n] += 0.1;
+            CHECK(kempe_workspace_determinant_states(s.ws, 3, &t, 0, states, values, by_u, by_uu, &failed) ==
+                  KEMPE_E_FAILED);
+            CHECK(failed == 1 && check_says(kempe_workspace_message(s.ws), "close the state first"));
+        }
+        free(by_u), free(by_uu), free(column), free(hold);
+        scene_free(&s);
+    }
+}
+
 /* A user-defined force that is nonlinear in coordinates and rates. */
 static int magnet(void *user, double t, const double *q, const double *qd, double *effort)
 {
@@ -1261,6 +1325,7 @@ int main(void)
     TEST(second_derivatives);
     TEST(hessians);
     TEST(hessian_with_force);
+    TEST(determinants);
     TEST(steps);
     TEST(sticking);
     TEST(refused);
