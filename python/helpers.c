@@ -153,7 +153,7 @@ kempe_status python_derivative_states(kempe_workspace *w, python_states *s)
 
 kempe_status python_hessian_states(kempe_workspace *w, python_states *s)
 {
-    /* The calls read weights alone. */
+    /* The calls only read weights. */
     const kempe_forward_values weights = {(double *)s->by_qdd, (double *)s->by_lambda, (double *)s->by_y,
                                           (double *)s->by_q, (double *)s->by_qd};
     python_guard guard;

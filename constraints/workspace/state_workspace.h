@@ -85,7 +85,7 @@ kempe_status kmp_workspace_refuse_contacts(kempe_workspace *ws, const char *what
  * rates are not zero; `what` is what needs them. */
 kempe_status kmp_workspace_require_closed(kempe_workspace *ws, const char *what, double t);
 
-/** The same of the position alone. */
+/** The same of the position only. */
 kempe_status kmp_workspace_require_closed_position(kempe_workspace *ws, const char *what, double t);
 
 /** Refuses a negative number of states, in the message. KEMPE_E_ARGUMENT. */

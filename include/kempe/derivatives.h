@@ -144,11 +144,11 @@ KEMPE_API kempe_status kempe_workspace_add_hessians(kempe_workspace *workspace);
 
 /** The Hessian of a weighted sum of accelerations, multipliers, outputs and coordinates: its second derivatives along
  * each pair of `count` directions (count x count, symmetric). Directions are of all coordinates, their rates and
- * forces, or along closed motions of the independent coordinates, their rates and forces; a unit direction for each of
- * these makes the Hessian by them. It costs one further solution of the equations, and for each direction one change of
- * the state and one change of the sum's gradient. A user-defined force is differentiated by differences, which have an
- * error of 1e-7 of its curvature. After kempe_workspace_add_hessians; no allocation after the first call with as many
- * directions. Errors as kempe_workspace_forward_jvp; KEMPE_E_ARGUMENT also: a direction of p. */
+ * forces. Along closed motions the independent coordinates and their rates take the place of q and qd. Unit directions
+ * make the Hessian by all of them. A call costs one further solution of the equations, and for each direction one
+ * change of the state and one change of the sum's gradient. Derivatives of a user-defined force are differences, with
+ * an error of 1e-7 of its curvature. After kempe_workspace_add_hessians; no allocation after the first call with as
+ * many directions. Errors as kempe_workspace_forward_jvp; KEMPE_E_ARGUMENT also: a direction of p. */
 KEMPE_API kempe_status kempe_workspace_forward_hessian(kempe_workspace *workspace, double t, const double *q,
                                                        const double *qd, const double *Q,
                                                        const kempe_forward_values *weight, int count,
@@ -166,12 +166,12 @@ KEMPE_API kempe_status kempe_workspace_hessian_states(kempe_workspace *workspace
  * coordinates are not known. KEMPE_E_MEMORY. */
 KEMPE_API kempe_status kempe_workspace_add_determinant(kempe_workspace *workspace);
 
-/** The logarithm of |det Jv| at `count` states with closed loops, and its exact first and second derivatives by the
- * independent coordinates along closed motions (p and p x p for each state); NULL: not required. Jv has the columns of
- * J of the dependent coordinates, and the independent rows of the start. Where it is zero, the loops are in a singular
- * position, at which assembly modes meet. A state that fails, and interrupts: as kempe_workspace_derivative_states.
- * After kempe_workspace_add_determinant; no allocation. KEMPE_E_FAILED: the position is singular, or the loops are
- * open. */
+/** The logarithm of |det Jv| at `count` states with closed loops, and its exact first and second derivatives by
+ * the independent coordinates along closed motions (p, p x p). NULL: not required. Jv has the columns
+ * of J of the dependent coordinates, and the independent rows of the start. The loops are in a singular position where
+ * the determinant is zero; assembly modes meet there. A state that fails, and interrupts: as
+ * kempe_workspace_derivative_states. After kempe_workspace_add_determinant; no allocation. KEMPE_E_FAILED: the position
+ * is singular, or the loops are open. */
 KEMPE_API kempe_status kempe_workspace_determinant_states(kempe_workspace *workspace, int count, const double *t,
                                                           int t_step, const double *q, double *logarithm, double *by_u,
                                                           double *by_uu, int *failed);

@@ -166,7 +166,7 @@ class _Equations:
             self.columns[word] = list(range(len(self.labels), len(self.labels) + len(names)))
             self.labels += names
         self.outputs, self.count = ", ".join(others), len(self.labels)
-        self.pushes = np.zeros((2 * self.p + self.a, self.n))  # directions of the forces over their scale, after those of u and ud
+        self.pushes = np.zeros((2 * self.p + self.a, self.n))  # directions of the forces over their scale, after u and ud
         self.pushes[range(2 * self.p, 2 * self.p + self.a), self.act] = self.scale
         self.forced = not all(word.strip().startswith(("position", "velocity")) for word in others)  # outputs depend on accelerations
         self.labels += ["distance from singular positions"] if self.loops.v else []
@@ -443,8 +443,7 @@ def collocate(
     of each force. The first guess is a motion at rest; with `guess` a straight line to other coordinates (n), or an earlier
     plan or motion, whose mesh counts. `scheme`: "hermite-simpson", or "radau" for stiff mechanisms.
 
-    IPOPT solves for all states and forces at once (pip install casadi, whose wheel has it), by exact derivatives, and their differences as
-    second ones; at most `iterations` for a mesh. Intervals of the mesh are divided, at most `refinements` times, until the equations hold
+    IPOPT solves for all states and forces at once (pip install casadi, whose wheel has it), by exact first and second derivatives; at most `iterations` for a mesh. Intervals of the mesh are divided, at most `refinements` times, until the equations hold
     between the points, and a run with the forces repeats the motion, to `accuracy`. Loops are followed from the start
     in their assembly mode, and singular positions, where it could change, are kept away.
 

@@ -112,8 +112,8 @@ class Step(NamedTuple):
 
 
 class Determinants(NamedTuple):
-    """The logarithm of |det Jv| at N states, and its derivatives by the p independent coordinates. Where it is -infinity, the
-    loops are in a singular position."""
+    """The logarithm of |det Jv| at N states, and its derivatives by the p independent coordinates. It becomes
+    large and negative near singular positions."""
 
     logarithm: Array  # N
     by_u: Array  # N x p
@@ -648,8 +648,8 @@ class Workspace(Owned):
 
     def determinants(self, t: ArrayLike, q: ArrayLike, curvature: bool = True, threads: int = 1) -> Determinants:
         """The logarithm of |det Jv| at N states with closed loops (rows of q), and its exact derivatives by the p independent
-        coordinates along closed motions. Jv has the columns of J of the dependent coordinates. It is zero in singular positions,
-        at which assembly modes meet. t and `threads` are as in evaluate_states.
+        coordinates along closed motions. Jv has the columns of J of the dependent coordinates. The determinant is zero in
+        singular positions, at which assembly modes meet. t and `threads` are as in evaluate_states.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> q, _ = workspace.close(0.0, [0.3, 0, 0], hold="crank")

@@ -261,7 +261,7 @@ typedef struct half_product {
     kmp_ref p, x, root, rest;
 } half_product;
 
-/* Operand k of the product as the root. False: it is no such product. */
+/* Operand k of the product as the root. False: the node has another form. */
 static bool half_power_of(kmp_graph *g, const kmp_node *n, int k, half_product *power)
 {
     const kmp_ref root = k ? n->b : n->a, p = k ? n->a : n->b;
@@ -674,7 +674,7 @@ typedef struct descent {
     uint8_t *met;    /* by id */
     kmp_ref *weight; /* by id */
     kmp_pair *pair;  /* by id: the rotated pair that the node is, as slopes may make it another one; angle 0: none */
-    kmp_stack order; /* each node after those that it needs */
+    kmp_stack order; /* each node after all that it needs */
     kmp_ref *need;   /* room for the needs of a node */
     uint32_t most;
 } descent;
@@ -714,7 +714,7 @@ static int find_needs(descent *x, uint32_t id, const half_product *power)
     return count;
 }
 
-/* False: the node is no half power. */
+/* False: the node has another form. */
 static bool find_power(const descent *x, uint32_t id, half_product *power)
 {
     const kmp_node n = *kmp_graph_node(x->d->g, id);

@@ -165,7 +165,7 @@ static bool invert(const kempe_workspace *ws, determinant *d, double *logarithm)
     return true;
 }
 
-/* Changes of all coordinates along each of the independent ones: those of v are -Jv^-1 Ju. */
+/* Changes of all coordinates along each of the independent ones: v changes by -Jv^-1 Ju. */
 static void spread(const kempe_workspace *ws, determinant *d)
 {
     for (int k = 0; k < d->p; k++) {
