@@ -366,7 +366,7 @@ class Model(Fixed):
         return study(Count, self, options)
 
     def generate(self, **options: Unpack[GenerateOptions]) -> Code:
-        """The equations in another language: c, casadi, jax, octave, python.
+        """The equations in another language: c, casadi, jax, octave, python, torch.
 
         >>> list(Model("four_bar.yaml").generate(language="python", sets="M_C").files)
         ['four_bar.py']
