@@ -665,7 +665,8 @@ void kmp_partials_all(kmp_graph *g, int count, const kmp_ref *of, kmp_input_kind
 /* -- from the expression down to the inputs ------------------------------------------------------------- */
 
 /* The weight of a node is the derivative of the expression by it. A node hands its own on to the nodes that it needs,
- * times their slopes, after all its users have done so. */
+ * times their slopes, after all its users have done so. The slopes of a value that is not chosen may be NaN: where a
+ * node is only needed for such values, a choice leaves them out. */
 
 typedef struct descent {
     kmp_derivative *d;
@@ -673,6 +674,7 @@ typedef struct descent {
     uint32_t count;  /* nodes of the graph at the beginning */
     uint8_t *met;    /* by id */
     kmp_ref *weight; /* by id */
+    kmp_ref *needed; /* by id: 1 where a chosen value needs the node, otherwise 0 */
     kmp_pair *pair;  /* by id: the rotated pair that the node is, as slopes may make it another one; angle 0: none */
     kmp_stack order; /* each node after all that it needs */
     kmp_ref *need;   /* room for the needs of a node */
@@ -757,12 +759,34 @@ static bool sort_below(descent *x, uint32_t top)
     return ok;
 }
 
-static void add_weight(descent *x, kmp_ref to, kmp_ref weight, kmp_ref slope)
+/* 1 where the chosen value of a node needs this operand, if it needs the node. */
+static kmp_ref chosen(descent *x, uint32_t id, uint32_t by)
 {
     kmp_graph *g = x->d->g;
-    kmp_ref *sum = &x->weight[kmp_id(to)];
-    const kmp_ref more = kmp_mul(g, weight, slope);
-    *sum = kmp_add(g, *sum, kmp_is_negative(to) ? kmp_neg(more) : more);
+    const kmp_node n = *kmp_graph_node(g, id);
+    const kmp_ref needed = x->needed[id];
+    if (n.op == KMP_OP_SELECT && kmp_id(n.a) != by && kmp_id(n.b) != kmp_id(n.c))
+        return kmp_id(n.b) == by ? kmp_select(g, n.a, needed, KMP_ZERO) : kmp_select(g, n.a, KMP_ZERO, needed);
+    if ((n.op != KMP_OP_MIN && n.op != KMP_OP_MAX) || kmp_id(n.a) == kmp_id(n.b))
+        return needed;
+    const kmp_ref first = n.op == KMP_OP_MIN ? kmp_less(g, n.a, n.b) : kmp_less(g, n.b, n.a);
+    return kmp_id(n.a) == by ? kmp_select(g, first, needed, KMP_ZERO) : kmp_select(g, first, KMP_ZERO, needed);
+}
+
+/* Hands a part of the weight of a node on to one that it needs. */
+static void add_weight(descent *x, uint32_t id, kmp_ref to, kmp_ref slope)
+{
+    kmp_graph *g = x->d->g;
+    const uint32_t by = kmp_id(to);
+    const kmp_ref here = x->needed[id], needs_it = chosen(x, id, by);
+    kmp_ref more = kmp_mul(g, x->weight[id], kmp_is_negative(to) ? kmp_neg(slope) : slope), *needed = &x->needed[by];
+    if (here != KMP_ONE)
+        more = kmp_select(g, here, more, KMP_ZERO);
+    x->weight[by] = kmp_add(g, x->weight[by], more);
+    if (*needed == KMP_ZERO || needs_it == KMP_ONE)
+        *needed = needs_it;
+    else if (*needed != KMP_ONE && *needed != needs_it)
+        *needed = kmp_binary(g, KMP_OP_MAX, *needed, needs_it);
 }
 
 /* The slope of a node by one that it needs, whose differential is one while all others are zero. */
@@ -789,13 +813,12 @@ static kmp_ref slope_by(descent *x, uint32_t id, uint32_t by)
 static bool hand_on(descent *x, uint32_t id)
 {
     kmp_graph *g = x->d->g;
-    const kmp_ref weight = x->weight[id];
     half_product power;
-    if (weight == KMP_ZERO || kmp_graph_node(g, id)->op == KMP_OP_INPUT)
+    if (x->weight[id] == KMP_ZERO || kmp_graph_node(g, id)->op == KMP_OP_INPUT)
         return true;
     if (find_power(x, id, &power)) {
-        add_weight(x, power.p, weight, power.root);
-        add_weight(x, power.x, weight, kmp_mul(g, kmp_const(g, 0.5), power.rest));
+        add_weight(x, id, power.p, power.root);
+        add_weight(x, id, power.x, kmp_mul(g, kmp_const(g, 0.5), power.rest));
         return true;
     }
     const int count = find_needs(x, id, NULL);
@@ -805,7 +828,7 @@ static bool hand_on(descent *x, uint32_t id)
         for (int i = 0; i < k; i++)
             before = before || kmp_id(x->need[i]) == by;
         if (!before && moves(x, by))
-            add_weight(x, by << 1, weight, slope_by(x, id, by));
+            add_weight(x, id, by << 1, slope_by(x, id, by));
     }
     return count >= 0;
 }
@@ -818,11 +841,14 @@ void kmp_gradient_backward(kmp_graph *g, kmp_ref of, int count, const kmp_ref *l
     kmp_arena room = {0};
     for (int k = 0; k < count; k++)
         x.inputs |= kmp_graph_node(g, kmp_id(leaf[k]))->depends;
-    bool ok = x.d && KMP_ARENA_MAKE(&room, KMP_ROOM(uint8_t, x.count, &x.met), KMP_ROOM(kmp_ref, x.count, &x.weight),
-                                    KMP_ROOM(kmp_pair, x.count, &x.pair));
+    bool ok =
+        x.d && KMP_ARENA_MAKE(&room, KMP_ROOM(uint8_t, x.count, &x.met),
+                              KMP_ROOM(kmp_ref, x.count, &x.weight, &x.needed), KMP_ROOM(kmp_pair, x.count, &x.pair));
     ok = ok && (!moves(&x, kmp_id(of)) || sort_below(&x, kmp_id(of)));
-    if (ok)
+    if (ok) {
         x.weight[kmp_id(of)] = kmp_is_negative(of) ? kmp_neg(KMP_ONE) : KMP_ONE;
+        x.needed[kmp_id(of)] = KMP_ONE;
+    }
     for (uint32_t i = x.order.top; ok && i-- > 0;)
         ok = hand_on(&x, x.order.id[i]);
     for (int k = 0; ok && k < count; k++)

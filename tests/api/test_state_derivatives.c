@@ -744,6 +744,41 @@ static void determinants(void)
     }
 }
 
+/* Hessians beside second derivatives along two directions, which are derived in another way: of models with choices,
+ * tables, and wheels on rails, whose contacts are blocks. */
+static void hessians_beside_second_derivatives(void)
+{
+    static const char *const model[] = {"limousine", "bogie_track", "tram"};
+    for (size_t i = 0; i < sizeof model / sizeof *model; i++) {
+        char path[MOST];
+        snprintf(path, sizeof path, KEMPE_ROOT "/examples/%s/%s.yaml", model[i], model[i]);
+        scene s = scene_new(path, "slip");
+        const int n = s.n, m = s.m;
+        unsigned seed = 17;
+        double *x = room(6 * n), *w = room(n + m), *second = room(n + m), H[4], worst = 0, most = 0;
+        fill(x, 6 * n, &seed), fill(w, n + m, &seed);
+        const kempe_state_direction direction[] = {{.q = x, .qd = x + n, .Q = x + 2 * n},
+                                                   {.q = x + 3 * n, .qd = x + 4 * n, .Q = x + 5 * n}};
+        const kempe_forward_values weight = {.qdd = w, .lambda = w + n};
+        CHECK(kempe_workspace_add_second_derivatives(s.ws) == KEMPE_OK &&
+              kempe_workspace_add_hessians(s.ws) == KEMPE_OK);
+        CHECK(kempe_workspace_forward_hessian(s.ws, T, s.q, s.qd, s.Q, &weight, 2, direction, H) == KEMPE_OK);
+        for (int k = 0; k < 3; k++) { /* 0 0, 0 1, 1 1: of some contacts the order of the directions counts */
+            const int first = k / 2, second_one = (k + 1) / 2;
+            CHECK(kempe_workspace_forward_second(s.ws, T, s.q, s.qd, s.Q, &direction[first], &direction[second_one],
+                                                 &(kempe_forward_values){.qdd = second, .lambda = second + n}) ==
+                  KEMPE_OK);
+            const double difference = fabs(dot(n + m, w, second) - H[first + 2 * second_one]);
+            worst = difference <= worst ? worst : difference; /* also if it is NaN */
+            most = fmax(most, fabs(H[first + 2 * second_one]));
+        }
+        printf("%-24s hessian beside second derivatives %.1e\n", model[i], worst / most);
+        CHECK(most > 1 && worst < 1e-9 * most);
+        free(x), free(w), free(second);
+        scene_free(&s);
+    }
+}
+
 /* A user-defined force that is nonlinear in coordinates and rates. */
 static int magnet(void *user, double t, const double *q, const double *qd, double *effort)
 {
@@ -1324,6 +1359,7 @@ int main(void)
     TEST(outputs_and_products);
     TEST(second_derivatives);
     TEST(hessians);
+    TEST(hessians_beside_second_derivatives);
     TEST(hessian_with_force);
     TEST(determinants);
     TEST(steps);

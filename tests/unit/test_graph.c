@@ -584,6 +584,37 @@ static void gradient_backward(void)
     kmp_graph_free(g);
 }
 
+/* A value that is not chosen may be NaN, with its slopes; also of min and max, and where a chosen value shares a part
+ * of it. The change of the gradient along a direction is as finite. */
+static void gradient_of_choices(void)
+{
+    kmp_graph *g = kmp_graph_new();
+    const kmp_ref x = kmp_input(g, KMP_IN_Q, 0), y = kmp_input(g, KMP_IN_Q, 1), leaf[] = {x, y};
+    const kmp_ref root = kmp_sqrt(g, x), inside = kmp_mul(g, kmp_unary(g, KMP_OP_LOG, x), kmp_mul(g, y, root));
+    const kmp_ref one_of = kmp_select(g, kmp_less(g, KMP_ZERO, x), inside, kmp_mul(g, y, y));
+    const kmp_ref cut =
+        kmp_binary(g, KMP_OP_MIN, kmp_div(g, y, kmp_binary(g, KMP_OP_MAX, x, KMP_ZERO)), kmp_mul(g, x, y));
+    const kmp_ref of = kmp_add(g, one_of, kmp_mul(g, kmp_const(g, 2), cut));
+    kmp_ref down[2], bent[4];
+    kmp_gradient_backward(g, of, 2, leaf, down);
+    for (int k = 0; k < 2; k++)
+        kmp_derivatives_by(g, leaf[k], 2, down, bent + 2 * k);
+    for (int k = 0; k < 2; k++) {
+        const double at[] = {k ? 4 : -1, 3}, s = log(4.0); /* log(x) y sqrt(x) + 2 y / x; y^2 + 2 x y */
+        const double slope[2][2] = {{6, 4}, {3 * (2.0 / 4 + s / 4) - 6.0 / 16, 2 * s + 0.5}};
+        const double curve[2][4] = {{0, 2, 2, 2},
+                                    {-3 * s / 32 + 12.0 / 64, 0.5 + s / 4 - 2.0 / 16, 0.5 + s / 4 - 2.0 / 16, 0}};
+        double *value = KMP_NEW(double, kmp_graph_count(g));
+        kmp_graph_eval(g, (const double *const[KMP_IN_COUNT]){[KMP_IN_Q] = at}, value);
+        for (int i = 0; i < 2; i++)
+            CHECK_NEAR(value_of(value, down[i]), slope[k][i], 1e-14);
+        for (int i = 0; i < 4; i++)
+            CHECK_NEAR(value_of(value, bent[i]), curve[k][i], 1e-14);
+        kmp_free(value);
+    }
+    kmp_graph_free(g);
+}
+
 int main(void)
 {
     TEST(test_numbers);
@@ -607,5 +638,6 @@ int main(void)
     TEST(test_order_of_arguments);
     TEST(gradient_of_one);
     TEST(gradient_backward);
+    TEST(gradient_of_choices);
     return check_report();
 }
