@@ -151,6 +151,26 @@ kempe_status python_derivative_states(kempe_workspace *w, python_states *s)
                                                               s->accelerations, s->multipliers, &rows, &s->failed));
 }
 
+kempe_status python_hessian_states(kempe_workspace *w, python_states *s)
+{
+    /* The calls only read weights. */
+    const kempe_forward_values weights = {(double *)s->by_qdd, (double *)s->by_lambda, (double *)s->by_y,
+                                          (double *)s->by_q, (double *)s->by_qd};
+    python_guard guard;
+    python_guard_begin(&guard, s->guarded);
+    return python_guard_end(&guard,
+                            kempe_workspace_hessian_states(w, s->count, s->t, s->t_step, s->q, s->qd, s->Q, &weights,
+                                                           s->direction_count, s->directions, s->hessians, &s->failed));
+}
+
+kempe_status python_determinant_states(kempe_workspace *w, python_states *s)
+{
+    python_guard guard;
+    python_guard_begin(&guard, s->guarded);
+    return python_guard_end(&guard, kempe_workspace_determinant_states(w, s->count, s->t, s->t_step, s->q, s->logarithm,
+                                                                       s->by_u, s->by_uu, &s->failed));
+}
+
 kempe_status python_forward_each(kempe_workspace *w, python_states *s)
 {
     kempe_status status = KEMPE_OK;

@@ -48,15 +48,22 @@ typedef struct python_states {
     double *udd_u, *udd_ud, *udd_Q, *q_u, *qd_u;
     double *qdd_p, *lambda_p, *udd_p, *q_p, *qd_p;
     double *y, *y_q, *y_qd, *y_Q, *y_p, *y_u, *y_ud, *y_up;
-    kempe_context *guarded; /* SIGINT ends the computation; NULL: it does not */
-    int failed;             /* the first state that failed; -1: none */
+    const double *by_qdd, *by_lambda, *by_y, *by_q, *by_qd; /* weights, for Hessians */
+    int direction_count;
+    const kempe_state_direction *directions; /* of all states */
+    double *hessians;                        /* direction_count x direction_count */
+    double *logarithm, *by_u, *by_uu;        /* of the determinant of the loops: 1, p, p x p */
+    kempe_context *guarded;                  /* SIGINT ends the computation; NULL: it does not */
+    int failed;                              /* the first state that failed; -1: none */
 } python_states;
 
-/** M, C, h, J, jdqd of every state; accelerations and multipliers, and their derivatives; generalized forces. Each ends
- * at the first state that fails, with its status. */
+/** M, C, h, J, jdqd of every state; accelerations and multipliers, their derivatives and Hessians; generalized forces.
+ * Each ends at the first state that fails, with its status. */
 kempe_status python_evaluate_states(kempe_workspace *workspace, python_states *states);
 kempe_status python_forward_states(kempe_workspace *workspace, python_states *states);
 kempe_status python_derivative_states(kempe_workspace *workspace, python_states *states);
+kempe_status python_hessian_states(kempe_workspace *workspace, python_states *states);
+kempe_status python_determinant_states(kempe_workspace *workspace, python_states *states);
 kempe_status python_inverse_states(kempe_workspace *workspace, python_states *states);
 
 /** One state at a time, to compare. */

@@ -152,7 +152,7 @@ def code(kempe, model, folder):
             (into / "main.c").write_text(main.format(name))
             run("cc", "-std=c99", *strict, f"-I{into}", *into.glob("*.c99.o"), into / "main.c", "-lm", "-o", folder / "told")
             check(run(folder / "told")[0] == NAME, "the simulator has another name")
-    for language in ("python", "jax", "casadi"):
+    for language in ("python", "jax", "casadi", "torch"):
         run(kempe, "generate", model, "--lang", language, "-o", folder / "py")
     for file in (folder / "py").glob("*.py"):
         compile(file.read_text(encoding="utf-8"), str(file), "exec")

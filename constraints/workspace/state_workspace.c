@@ -170,7 +170,7 @@ void kempe_workspace_free(kempe_workspace *ws)
     if (ws->friction.self)
         ws->friction.free(ws->friction.self);
     kmp_stage_lanes_free(&ws->many.stages);
-    const kmp_workspace_part part[] = {ws->derivatives, ws->step, ws->actuators};
+    const kmp_workspace_part part[] = {ws->derivatives, ws->step, ws->actuators, ws->determinant};
     for (size_t k = 0; k < sizeof part / sizeof *part; k++)
         if (part[k].self)
             part[k].free(part[k].self);
@@ -484,17 +484,22 @@ static int widest(const kempe_workspace *ws, const double *x)
     return row;
 }
 
+kempe_status kmp_workspace_require_closed_position(kempe_workspace *ws, const char *what, double t)
+{
+    if (ws->m == 0 || kmp_eval_residual(ws->eval) <= KMP_CLOSED_NEAR)
+        return KEMPE_OK;
+    const int row = widest(ws, ws->eval->h);
+    return kmp_workspace_fail(ws,
+                              "%s need closed loops, but constraint equation '%s' is open by %.3g (relative) at t "
+                              "= %.9g s: close the state first",
+                              what, ws->system->row_names[row], kmp_eval_opening(ws->eval, row), t);
+}
+
 kempe_status kmp_workspace_require_closed(kempe_workspace *ws, const char *what, double t)
 {
+    KMP_TRY(kmp_workspace_require_closed_position(ws, what, t));
     if (ws->m == 0)
         return KEMPE_OK;
-    if (!(kmp_eval_residual(ws->eval) <= KMP_CLOSED_NEAR)) {
-        const int row = widest(ws, ws->eval->h);
-        return kmp_workspace_fail(ws,
-                                  "%s need closed loops, but constraint equation '%s' is open by %.3g (relative) at t "
-                                  "= %.9g s: close the state first",
-                                  what, ws->system->row_names[row], kmp_eval_opening(ws->eval, row), t);
-    }
     kmp_eval_rates(ws->eval, ws->qd, ws->row);
     const int row = widest(ws, ws->row);
     const double open = fabs(ws->row[row]) / ws->system->row_scale[row];

@@ -55,7 +55,7 @@ struct kempe_workspace {
     int *closure_rows, closure_count;          /* m; rows that belong to no friction and no contact */
     kmp_workspace_friction friction;
     kmp_state_lanes many;
-    kmp_workspace_part derivatives, step, actuators;
+    kmp_workspace_part derivatives, step, actuators, determinant;
     bool visits; /* states of one call: the message of an earlier one stays */
     char message[400];
 };
@@ -84,6 +84,9 @@ kempe_status kmp_workspace_refuse_contacts(kempe_workspace *ws, const char *what
 /** Fails with the constraint equation, after an evaluation at (t, ws->q, ws->qd), where the loops are open or their
  * rates are not zero; `what` is what needs them. */
 kempe_status kmp_workspace_require_closed(kempe_workspace *ws, const char *what, double t);
+
+/** The same of the position only. */
+kempe_status kmp_workspace_require_closed_position(kempe_workspace *ws, const char *what, double t);
 
 /** Refuses a negative number of states, in the message. KEMPE_E_ARGUMENT. */
 kempe_status kmp_workspace_check_count(kempe_workspace *ws, int count);

@@ -95,9 +95,11 @@ typedef struct kempe_state_gradient {
     double *u, *ud;
 } kempe_state_gradient;
 
-/** Accelerations (n), multipliers (m) and outputs (l), or weights of them; NULL: not required, or zero. */
+/** Accelerations (n), multipliers (m) and outputs (l), and coordinates and their rates (n each), of which the dependent
+ * ones follow along closed motions; or weights of them. NULL: not required, or zero. */
 typedef struct kempe_forward_values {
     double *qdd, *lambda, *y;
+    double *q, *qd;
 } kempe_forward_values;
 
 /** The derivative of accelerations, multipliers and outputs along a direction (Jacobian-vector product), without the
@@ -126,8 +128,8 @@ KEMPE_API kempe_status kempe_workspace_forward_vjp(kempe_workspace *workspace, d
 KEMPE_API kempe_status kempe_workspace_add_second_derivatives(kempe_workspace *workspace);
 
 /** The second derivative of accelerations and multipliers along two directions of all coordinates, their rates and
- * forces (members q, qd and Q): `change`, whose y must be NULL. With a direction twice it is the curvature along it; a
- * product of the Hessian with a vector is a call for each unit direction. After
+ * forces (members q, qd and Q): `change`, whose y, q and qd must be NULL. With a direction twice it is the curvature
+ * along it; a product of the Hessian with a vector is a call for each unit direction. After
  * kempe_workspace_add_second_derivatives; no allocation. Errors as kempe_workspace_forward_jvp; KEMPE_E_ARGUMENT also:
  * a direction of p, u or ud. */
 KEMPE_API kempe_status kempe_workspace_forward_second(kempe_workspace *workspace, double t, const double *q,
@@ -135,6 +137,44 @@ KEMPE_API kempe_status kempe_workspace_forward_second(kempe_workspace *workspace
                                                       const kempe_state_direction *first,
                                                       const kempe_state_direction *second,
                                                       const kempe_forward_values *change);
+
+/** Prepares Hessians of the present outputs, after kempe_workspace_add_derivatives, whose next call removes them. In
+ * the thread that made the system. KEMPE_E_ARGUMENT: not prepared for first derivatives. KEMPE_E_MEMORY. */
+KEMPE_API kempe_status kempe_workspace_add_hessians(kempe_workspace *workspace);
+
+/** The Hessian of a weighted sum of accelerations, multipliers, outputs and coordinates: its second derivatives along
+ * each pair of `count` directions (count x count, symmetric). Directions are of all coordinates, their rates and
+ * forces. Along closed motions the independent coordinates and their rates take the place of q and qd. Unit directions
+ * make the Hessian by all of them. A call costs one further solution of the equations, and for each direction one
+ * change of the state and one change of the sum's gradient. Derivatives of a user-defined force are differences, with
+ * an error of 1e-7 of its curvature. After kempe_workspace_add_hessians; no allocation after the first call with as
+ * many directions. Errors as kempe_workspace_forward_jvp; KEMPE_E_ARGUMENT also: a direction of p. */
+KEMPE_API kempe_status kempe_workspace_forward_hessian(kempe_workspace *workspace, double t, const double *q,
+                                                       const double *qd, const double *Q,
+                                                       const kempe_forward_values *weight, int count,
+                                                       const kempe_state_direction *directions, double *hessian);
+
+/** The same at `count` states, of rows of weights for each state, along the same directions, with the same bits;
+ * otherwise as kempe_workspace_derivative_states. */
+KEMPE_API kempe_status kempe_workspace_hessian_states(kempe_workspace *workspace, int count, const double *t,
+                                                      int t_step, const double *q, const double *qd, const double *Q,
+                                                      const kempe_forward_values *weights, int direction_count,
+                                                      const kempe_state_direction *directions, double *hessians,
+                                                      int *failed);
+
+/** Prepares the determinant of the loops, in the thread that made the system. KEMPE_E_ARGUMENT: the independent
+ * coordinates are not known. KEMPE_E_MEMORY. */
+KEMPE_API kempe_status kempe_workspace_add_determinant(kempe_workspace *workspace);
+
+/** The logarithm of |det Jv| at `count` states with closed loops, and its exact first and second derivatives by
+ * the independent coordinates along closed motions (p, p x p). NULL: not required. Jv has the columns
+ * of J of the dependent coordinates, and the independent rows of the start. The loops are in a singular position where
+ * the determinant is zero; assembly modes meet there. A state that fails, and interrupts: as
+ * kempe_workspace_derivative_states. After kempe_workspace_add_determinant; no allocation. KEMPE_E_FAILED: the position
+ * is singular, or the loops are open. */
+KEMPE_API kempe_status kempe_workspace_determinant_states(kempe_workspace *workspace, int count, const double *t,
+                                                          int t_step, const double *q, double *logarithm, double *by_u,
+                                                          double *by_uu, int *failed);
 
 /** Derivatives of the state x = (u, ud) after steps, column-major; NULL: not required: by the state before, by the
  * forces Q, which are constant meanwhile, and by the names. */

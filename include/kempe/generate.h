@@ -26,7 +26,7 @@ typedef struct kempe_generate_options {
     int drives;            /* the closures include rows of drives and locks: coordinates less functions of time */
     int optimize;          /* search for the fewest operations at run time, joint by joint: slower */
     /* only for kempe_code */
-    const char *language; /* c (default), casadi, jax, octave, python */
+    const char *language; /* c (default), casadi, jax, octave, python, torch */
     const char *form;     /* names of variables: legible (default), compact */
     int vectorised;       /* array languages: operations that can be done at once are one statement */
     int simulator;        /* the files of a simulator in C99 (docs/simulator.md), in place of `sets` */

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from .workspace import Workspace
 
 _APART = 1e-3  # of the squared determinant of the loops at the start: its least value in a motion
-_PART = 1e-5  # of the unknowns, for differences of exact derivatives
-_SMALL = 1e-4  # of the largest multiplier: a distance from singular positions whose curvature does not count
 _GROWTH = 8  # the most parts into which an interval is divided
 _WARM = {"mu_init": 1e-6, "bound_push": 1e-8, "bound_frac": 1e-8, "slack_bound_push": 1e-8, "slack_bound_frac": 1e-8}  # options of IPOPT
 _NEAR = 1e-2  # the largest violation of a limit by a motion from which IPOPT begins as from its own
@@ -168,6 +166,8 @@ class _Equations:
             self.columns[word] = list(range(len(self.labels), len(self.labels) + len(names)))
             self.labels += names
         self.outputs, self.count = ", ".join(others), len(self.labels)
+        self.pushes = np.zeros((2 * self.p + self.a, self.n))  # directions of the forces over their scale, after u and ud
+        self.pushes[range(2 * self.p, 2 * self.p + self.a), self.act] = self.scale
         self.forced = not all(word.strip().startswith(("position", "velocity")) for word in others)  # outputs depend on accelerations
         self.labels += ["distance from singular positions"] if self.loops.v else []
 
@@ -175,8 +175,8 @@ class _Equations:
         parts = [(self.columns[word], *_range(value, len(self.columns[word]), f"{name}[{word!r}]")) for word, value in given.items()]
         return _Limits(*(np.concatenate([[], *(part[i] for part in parts)]) for i in range(3)))
 
-    def derived(self, t: Array, q: Array, qd: Array, forces: Array, apart: bool = True) -> tuple[Array, Array, Array, Array, Array]:
-        """Accelerations and outputs at states, their derivatives by u, ud and the forces over their scale, and dq/du. `apart`: with the
+    def derived(self, t: Array, q: Array, qd: Array, forces: Array, apart: bool = True) -> tuple[Array, Array, Array, Array]:
+        """Accelerations and outputs at states, and their derivatives by u, ud and the forces over their scale. `apart`: with the
         distance from singular positions."""
         Q, p = np.zeros((len(q), self.n)), self.p
         Q[:, self.act] = forces
@@ -193,8 +193,8 @@ class _Equations:
                 y_Q = self.workspace.forward_derivatives(t, q, qd, Q, outputs=self.outputs).y_Q
                 y_z[:, others, 2 * p :] = y_Q[:, :, self.act] * self.scale
         if self.loops.v and apart:
-            y[:, -1], y_z[:, -1, :p] = self.loops.apart(t, q, found.q_u)
-        return found.qdd[:, self.u], udd_z, y, y_z, found.q_u
+            y[:, -1], y_z[:, -1, :p] = self.loops.apart(t, q)
+        return found.qdd[:, self.u], udd_z, y, y_z
 
 
 class _Transcription:
@@ -266,7 +266,7 @@ class _Transcription:
         e, Z, t = self.equations, z[:-1].reshape(self.M, self.w), z[-1] * self.fraction
         q = e.loops.positions(t, self.q, Z[:, : e.p])
         qd = e.loops.rates(t, q, Z[:, e.p : self.x])
-        udd, self.udd_z, self.y, self.y_z, self.q_u = e.derived(t, q, qd, Z[:, self.x :] * e.scale)
+        udd, self.udd_z, self.y, self.y_z = e.derived(t, q, qd, Z[:, self.x :] * e.scale)
         self.q, self.qd, self.F = q, qd, np.hstack((Z[:, e.p : self.x], udd))
         self.at[:], self.last = z, z.copy()
         self.Z, self.T = self.at[:-1].reshape(self.M, self.w), float(z[-1])
@@ -340,27 +340,22 @@ class _Transcription:
         return np.concatenate((H[:, self.lower[0], self.lower[1]].ravel(), cross.ravel(), [0.0]))
 
     def _curvature(self, of_udd: Array, of_y: Array) -> Array:
-        """Second derivatives of weighted accelerations and outputs at the points: differences of their exact derivatives."""
-        e, p, x, w = self.equations, self.equations.p, self.x, self.w
-        moved = w if e.forced else x  # accelerations are linear in the forces
-        part, Z = _PART * np.maximum(1.0, abs(self.Z[:, :moved])), np.tile(self.Z, (2, moved, 1, 1))
-        for i in range(moved):
-            Z[:, i, :, i] += np.multiply.outer([1, -1], part[:, i])
-        t, H = np.tile(self.T * self.fraction, 2 * moved), np.zeros((self.M, w, w))
-        q = self.q + np.einsum("kni,sdki->sdkn", self.q_u, Z[..., :p] - self.Z[:, :p])
-        largest = max(abs(of_udd).max(), abs(of_y).max(initial=0))
-        apart = bool(abs(of_y[:, e.count :]).max(initial=0) > _SMALL * largest)
-        try:
-            q = e.loops.positions(t, q.reshape(-1, e.n), Z[..., :p].reshape(-1, p))
-            qd = e.loops.rates(t, q, Z[..., p:x].reshape(-1, p))
-            _, udd_z, _, y_z, _ = e.derived(t, q, qd, Z[..., x:].reshape(-1, e.a) * e.scale, apart)
-        except FailedError:  # near a singular position
-            return H
-        slope = np.einsum("kr,sdkrc->sdkc", of_udd, udd_z.reshape(2, moved, *self.udd_z.shape))
-        slope += np.einsum("kr,sdkrc->sdkc", of_y, y_z.reshape(2, moved, *self.y_z.shape))
-        H[:, :moved] = ((slope[0] - slope[1]) / (2 * part.T[:, :, None])).transpose(1, 0, 2)
-        H[:, moved:, :moved] = H[:, :moved, moved:].transpose(0, 2, 1)
-        return 0.5 * (H + H.transpose(0, 2, 1))
+        """Second derivatives of weighted accelerations and outputs at the points, by u, ud and the forces over their scale."""
+        e, x, w = self.equations, self.x, self.w
+        qdd, by_q, by_qd = np.zeros((3, self.M, e.n))
+        qdd[:, e.u] = of_udd
+        np.add.at(by_q, (slice(None), e.q), of_y[:, e.of_q])
+        np.add.at(by_qd, (slice(None), e.qd), of_y[:, e.of_qd])
+        Q, direction = np.zeros((self.M, e.n)), np.eye(w)
+        Q[:, e.act] = self.Z[:, x:] * e.scale
+        H = np.zeros((self.M, w, w))
+        if e.loops.v and of_y[:, e.count].any():
+            H[:, : e.p, : e.p] = of_y[:, e.count, None, None] * e.loops.apart_curvature(self.T * self.fraction, self.q)
+        found = e.workspace.forward_hessian(
+            self.T * self.fraction, self.q, self.qd, Q, qdd=qdd, y=of_y[:, e.values : e.count] if e.outputs else None,
+            by_q=by_q, by_qd=by_qd, du=direction[:, : e.p], dud=direction[:, e.p : x], dQ=e.pushes, outputs=e.outputs,
+        )  # fmt: skip
+        return H + found
 
     def errors(self) -> Array:
         """Of each interval: the integral of what is missing in the equations between its points; infinite near singular positions."""
@@ -448,8 +443,7 @@ def collocate(
     of each force. The first guess is a motion at rest; with `guess` a straight line to other coordinates (n), or an earlier
     plan or motion, whose mesh counts. `scheme`: "hermite-simpson", or "radau" for stiff mechanisms.
 
-    IPOPT solves for all states and forces at once (pip install casadi, whose wheel has it), by exact derivatives, and their differences as
-    second ones; at most `iterations` for a mesh. Intervals of the mesh are divided, at most `refinements` times, until the equations hold
+    IPOPT solves for all states and forces at once (pip install casadi, whose wheel has it), by exact first and second derivatives; at most `iterations` for a mesh. Intervals of the mesh are divided, at most `refinements` times, until the equations hold
     between the points, and a run with the forces repeats the motion, to `accuracy`. Loops are followed from the start
     in their assembly mode, and singular positions, where it could change, are kept away.
 
@@ -494,7 +488,7 @@ def collocate(
     if low < high and (equations.loops.moving or abs(C - C[0]).max() > 1e-9 * max(1.0, abs(C).max())):
         raise ArgumentError("the equations depend on time: the end time must be one number")
     along, last = equations.limits(path, "path"), equations.limits(end, "end")
-    _, _, y, y_z, _ = equations.derived(times[:1], begin[0][:1], begin[1][:1], np.zeros((1, a)))
+    _, _, y, y_z = equations.derived(times[:1], begin[0][:1], begin[1][:1], np.zeros((1, a)))
     forced = abs(y_z[0, along.columns, size:]).max(axis=1, initial=0) > 0
     fixed = along.some(~forced)
     for column, least, most in zip(fixed.columns, fixed.low, fixed.high):

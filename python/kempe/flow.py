@@ -28,7 +28,7 @@ class FlowValues(NamedTuple):
 class Flow(Owned):
     """The motion from 0 to given times, as a function of `variables`: start values and parameters.
 
-    `names` are those of the values, `start` are the variables' values in the model."""
+    `names` are of the values; `start` has the values of the variables in the model."""
 
     _noun = "flow"
 

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 _PIECES = (1, 4, 16, 64)  # parts of a change of the independent coordinates, until the loops follow it
 _CURVED = 0.2  # of a predicted change of coordinates: the largest first correction of a part
 _CLOSED, _CORRECTIONS = 1e-11, 8  # the largest last correction of a coordinate, and the number of corrections
-_PART = 1e-5  # of the independent coordinates, for the derivative of a determinant
 
 
 class FollowedLoops:
@@ -27,20 +26,18 @@ class FollowedLoops:
         self.v = [i for i in range(workspace.n) if i not in self.u]
         h, J = self._closures(t, np.tile(q, (len(t), 1)))
         self.moving = bool(abs(h - h[0]).max(initial=0) > 1e-12)  # closures depend on time
-        self.sign, self.first = self._determinants(J[:1])[0]
+        self.sign = self._signs(J[:1])[0]
+        self.first = self.workspace.determinants(t[:1], q[None], curvature=False).logarithm[0]
 
     def _closures(self, t: Array, q: Array) -> tuple[Array, Array]:
         found = self.workspace.evaluate_states(t, q)
         return found.h[:, self.rows], found.J[:, self.rows]
 
-    def _determinants(self, J: Array) -> Array:
-        """Signs of the determinant of the dependent columns, and logarithms of their squares. Modes meet at its zeros."""
+    def _signs(self, J: Array) -> Array:
+        """Signs of the determinant of the dependent columns. Modes meet at its zeros. With redundant rows the sign is unknown."""
         J_v = J[:, :, self.v]
-        if J_v.shape[1] == J_v.shape[2]:
-            sign, size = np.linalg.slogdet(J_v)
-            return np.stack((sign, 2 * size), axis=1)
-        size = np.linalg.slogdet(J_v.transpose(0, 2, 1) @ J_v)[1]  # with redundant rows the sign is unknown
-        return np.stack((np.ones(len(J)), size), axis=1)
+        signs: Array = np.linalg.slogdet(J_v)[0] if J_v.shape[1] == J_v.shape[2] else np.ones(len(J))
+        return signs
 
     def _dependent(self, J: Array, right: Array) -> Array:
         """The changes of the dependent coordinates that have the given effect on the closures; redundant rows agree."""
@@ -76,7 +73,7 @@ class FollowedLoops:
                     if size.max() < _CLOSED:
                         break
                 change = abs(np.hstack((step, part))).max(axis=1)
-                good &= (size < _CLOSED) & (first <= _CURVED * change + 1e-5) & (self._determinants(J)[:, 0] == self.sign)
+                good &= (size < _CLOSED) & (first <= _CURVED * change + 1e-5) & (self._signs(J) == self.sign)
                 now[~good] = begin[~good]
             made[left[good]] = now[good]
             left = left[~good]
@@ -102,11 +99,15 @@ class FollowedLoops:
         made[:, self.v] = self._dependent(J, effect)
         return made
 
-    def apart(self, t: Array, q: Array, q_u: Array) -> tuple[Array, Array]:
+    def apart(self, t: Array, q: Array) -> tuple[Array, Array]:
         """The squared determinant, over its value at the first coordinates, and its derivative by u. It is zero in singular positions."""
-        part = _PART * q_u.transpose(2, 0, 1)
-        rows = np.concatenate((q[None], q + part, q - part))
-        J = self._closures(np.tile(t, len(rows)), rows.reshape(-1, q.shape[1]))[1]
-        found = np.exp(self._determinants(J)[:, 1] - self.first).reshape(len(rows), -1)
-        plus, minus = found[1:].reshape(2, -1, len(q))
-        return found[0], (plus - minus).T / (2 * _PART)
+        found = self.workspace.determinants(t, q, curvature=False)
+        square = np.exp(2 * (found.logarithm - self.first))
+        return square, 2 * square[:, None] * found.by_u
+
+    def apart_curvature(self, t: Array, q: Array) -> Array:
+        """Its second derivatives by u."""
+        found = self.workspace.determinants(t, q)
+        square = np.exp(2 * (found.logarithm - self.first))
+        bent: Array = 2 * square[:, None, None] * (found.by_uu + 2 * found.by_u[:, :, None] * found.by_u[:, None, :])
+        return bent

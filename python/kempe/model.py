@@ -359,8 +359,8 @@ class Model(Fixed):
         return made
 
     def flow(self, t: float | Iterable[float], **options: Unpack[FlowOptions]) -> Flow:
-        """The motion from 0 to the time or times `t`, in s, as a function of `variables` (start values q.NAME, qd.NAME and parameters),
-        with its exact derivatives, also through contacts and other events. The equations are derived once.
+        """The motion from 0 to the time or times `t`, in s, as a function of `variables`, with its exact derivatives, also through
+        contacts and other events. Variables are start values (q.NAME, qd.NAME) and parameters. The equations are derived once.
 
         >>> flow = Model("four_bar.yaml").flow(0.05, variables="crank,base", outputs="q(rocker)")
         >>> flow.names, flow({"base": 0.9}).jacobian.shape
@@ -377,7 +377,7 @@ class Model(Fixed):
         return study(Count, self, options)
 
     def generate(self, **options: Unpack[GenerateOptions]) -> Code:
-        """The equations in another language: c, casadi, jax, octave, python.
+        """The equations in another language: c, casadi, jax, octave, python, torch.
 
         >>> list(Model("four_bar.yaml").generate(language="python", sets="M_C").files)
         ['four_bar.py']

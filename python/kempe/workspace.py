@@ -111,6 +111,15 @@ class Step(NamedTuple):
     x_p: Array  # 2 p x k
 
 
+class Determinants(NamedTuple):
+    """The logarithm of |det Jv| at N states, and its derivatives by the p independent coordinates. It becomes
+    large and negative near singular positions."""
+
+    logarithm: Array  # N
+    by_u: Array  # N x p
+    by_uu: Array  # N x p x p; 0 x p x p where it was not requested
+
+
 class ForwardValues(NamedTuple):
     """Accelerations (n), multipliers (m) and outputs (l) at a state, or their change."""
 
@@ -191,7 +200,9 @@ class Workspace(Owned):
         self._places: tuple[_Places, ...] = ()  # of derivatives, once they are prepared,
         self._by: tuple[str, ...] | None = None  # and the inputs and parameters by which they are taken, too,
         self._outputs: str = ""  # and outputs
-        self._bends: bool = False  # second derivatives are prepared
+        self._bends: bool = False  # second derivatives are prepared,
+        self._curved: bool = False  # and Hessians,
+        self._looped: bool = False  # and the determinant of the loops
         self._actuators: tuple[Any, ...] | None = None  # names and weights
         self._checked: Any = None  # an earlier result that may be overwritten
         self.n: int = len(self._context.coordinates)
@@ -555,6 +566,110 @@ class Workspace(Owned):
             self._fail(status)
         return made
 
+    def forward_hessian(
+        self,
+        t: ArrayLike,
+        q: ArrayLike,
+        qd: ArrayLike,
+        Q: ArrayLike | None = None,
+        *,
+        qdd: ArrayLike | None = None,
+        lam: ArrayLike | None = None,
+        y: ArrayLike | None = None,
+        by_q: ArrayLike | None = None,
+        by_qd: ArrayLike | None = None,
+        dq: ArrayLike | None = None,
+        dqd: ArrayLike | None = None,
+        dQ: ArrayLike | None = None,
+        du: ArrayLike | None = None,
+        dud: ArrayLike | None = None,
+        outputs: str | Iterable[str] = "",
+        threads: int = 1,
+    ) -> Array:
+        """The Hessian of a sum of accelerations, multipliers, outputs, coordinates and their rates, with the weights qdd (n), lam (m),
+        y (l), by_q and by_qd (n each): its exact second derivatives along each pair of d directions (d x d). Each direction is a
+        row of dq, dqd and dQ; along motions that keep the loops closed a row of du, dud and dQ. Members left out do not change. Rows of q, qd, Q and of the weights are N
+        states, and the result has N as its first dimension; t and `threads` are as in evaluate_states. A user-defined force
+        is differentiated by differences.
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
+        >>> q, qd = workspace.close(0.0, [0.3, 0, 0], [1, 0, 0], hold="crank")
+        >>> workspace.forward_hessian(0.0, q, qd, qdd=[1, 0, 0], du=[[1], [0]], dud=[[0], [1]]).shape
+        (2, 2)
+        """
+        words = text_of(outputs) if outputs else ""
+        self._prepare_hessians(words)
+        n, p = self.n, len(self.independent)
+        parts = {"q": (dq, n), "qd": (dqd, n), "Q": (dQ, n), "u": (du, p), "ud": (dud, p)}
+        rows = {name: np.ascontiguousarray(each, dtype=np.float64) for name, (each, _) in parts.items() if each is not None}
+        counts = {len(each) for each in rows.values() if each.ndim == 2}
+        for name, each in rows.items():
+            if each.ndim != 2 or each.shape[1] != parts[name][1] or len(counts) != 1:
+                raise ArgumentError(f"d{name} has a row of {parts[name][1]} numbers for each direction, not the shape {each.shape}")
+        count = counts.pop() if counts else 0
+        directions = ffi.new("kempe_state_direction[]", count)
+        for name, each in rows.items():
+            begin = _from_buffer(DOUBLES, each)
+            for k in range(count):
+                setattr(directions[k], name, begin + k * each.shape[1])
+        widths = {"qdd": n, "lam": self.m, "y": lib.kempe_workspace_output_count(self._pointer), "by_q": n, "by_qd": n}
+        given = {"qdd": qdd, "lam": lam, "y": y, "by_q": by_q, "by_qd": by_qd}
+        if np.ndim(q) != 2:
+            made = np.empty((count, count))
+            weights = [converted(given[name], width, name) for name, width in widths.items()]
+            state = self._state(float(np.asarray(t)), q, qd, Q)
+            with self._alone():
+                status = lib.kempe_workspace_forward_hessian(
+                    self._pointer, *state, ffi.new("kempe_forward_values *", _pointers(weights)), count, directions, _from_buffer(DOUBLES, made, True)
+                )
+            if status:
+                self._fail(status)
+            return made
+        states = _States(self, t, q, qd=qd, Q=Q)
+        for name, member in zip(widths, ("by_qdd", "by_lambda", "by_y", "by_q", "by_qd")):
+            if given[name] is not None:
+                states.rows[member] = weight = np.ascontiguousarray(given[name], dtype=np.float64)
+                if weight.shape != (states.count, widths[name]):
+                    raise ArgumentError(f"{name} has rows of {widths[name]} weights for each state, not the shape {weight.shape}")
+        states.more = {"direction_count": count, "directions": directions}
+        made = np.empty((states.count, count, count))
+        states.run(lib.python_hessian_states, threads, lambda each: each._prepare_hessians(words), hessians=made)
+        return made
+
+    def _prepare_hessians(self, outputs: str) -> None:
+        if self._by is None or outputs != self._outputs:
+            self._prepare(self._by or (), outputs)
+        if not self._curved:
+            with self._alone(), self._context.lock:
+                status = lib.kempe_workspace_add_hessians(self._pointer)
+            if status:
+                self._fail(status)
+            self._curved = True
+
+    def determinants(self, t: ArrayLike, q: ArrayLike, curvature: bool = True, threads: int = 1) -> Determinants:
+        """The logarithm of |det Jv| at N states with closed loops (rows of q), and its exact derivatives by the p independent
+        coordinates along closed motions. Jv has the columns of J of the dependent coordinates. The determinant is zero in
+        singular positions, at which assembly modes meet. t and `threads` are as in evaluate_states.
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
+        >>> q, _ = workspace.close(0.0, [0.3, 0, 0], hold="crank")
+        >>> workspace.determinants(0.0, [q, q]).by_uu.shape
+        (2, 1, 1)
+        """
+        states, p = _States(self, t, q), len(self.independent)
+        made = Determinants(np.empty(states.count), np.empty((states.count, p)), np.empty((states.count * curvature, p, p)))
+        results = {"logarithm": made.logarithm, "by_u": made.by_u, **({"by_uu": made.by_uu} if curvature else {})}
+        states.run(lib.python_determinant_states, threads, Workspace._prepare_determinant, **results)
+        return made
+
+    def _prepare_determinant(self) -> None:
+        if not self._looped:
+            with self._alone(), self._context.lock:
+                status = lib.kempe_workspace_add_determinant(self._pointer)
+            if status:
+                self._fail(status)
+            self._looped = True
+
     def step(
         self,
         t: float,
@@ -682,7 +797,7 @@ class Workspace(Owned):
         if status:
             self._by, self._outputs = None, ""
             self._fail(status)
-        self._by, self._outputs, self._checked = names, words, None
+        self._by, self._outputs, self._checked, self._curved = names, words, None, False
         outs = lib.kempe_workspace_output_count(self._pointer)
         n, m, p, k = self.n, self.m, lib.kempe_workspace_independent_count(self._pointer), len(names)
         all_of: dict[str, _Shape] = {f"{of}_{by}": (rows, n) for of, rows in (("qdd", n), ("lambda", m)) for by in ("q", "qd", "Q")}
@@ -904,6 +1019,7 @@ class _States:
         if self.t.shape not in ((), (1,), (self.count,)):
             raise ValueError(f"t is a number or {self.count} of them, not of the shape {self.t.shape}")
         self.rows: dict[str, Array] = {}
+        self.more: dict[str, Any] = {}  # further members, of all states
         for name, values in {"q": first, **rows}.items():
             if values is not None:
                 self.rows[name] = array = np.ascontiguousarray(values, dtype=float)
@@ -919,6 +1035,8 @@ class _States:
         shapes = {"mass": (n, n), "jacobian": (n, m), "bias": (n,), "accelerations": (n,), "forces": (n,)}
         if "y" in results:
             shapes["y"] = (lib.kempe_workspace_output_count(self.workspace._pointer),)
+        if "logarithm" in results:
+            shapes |= {"logarithm": (), "by_u": results["by_u"].shape[1:]}
         for name, array in results.items():
             writable(array, (count, *shapes.get(name, array.shape[1:] if array.ndim == 3 else (m,))), name)
         self.rows.update(results)
@@ -960,7 +1078,7 @@ class _States:
         keep = {name: _from_buffer(DOUBLES, array[begin:end]) for name, array in self.rows.items()}
         keep["t"] = _from_buffer(DOUBLES, self.t[begin:end] if step else self.t)
         sizes = {"count": end - begin, "n": workspace.n, "m": workspace.m, "t_step": step, "guarded": guarded, "failed": -1}
-        struct = ffi.new("python_states *", {**sizes, **keep})
+        struct = ffi.new("python_states *", {**sizes, **keep, **self.more})
         with workspace._alone():
             status: int = function(workspace._pointer, struct)
         return status, f"state {begin + struct.failed}: {string(lib.kempe_workspace_message(workspace._pointer))}"

@@ -24,6 +24,8 @@ LEFT_OUT = {
     "kempe_workspace_forward_states": "by python_forward_states",
     "kempe_workspace_name_count": "by kempe._calls, for the lengths of arrays",
     "kempe_workspace_derivative_states": "by python_derivative_states",
+    "kempe_workspace_hessian_states": "by python_hessian_states",
+    "kempe_workspace_determinant_states": "by python_determinant_states",
     "kempe_workspace_actuator_count": "the caller names them",
     "kempe_write_file": "Python writes files",
     "kempe_context_is_source": "writers refuse such files themselves",

@@ -242,6 +242,46 @@ def test_outputs_and_products_at_a_state(four_bar):
         workspace.forward_second(0, q, qd, first=dq, second=(dq,))
 
 
+def test_hessians_and_determinants(four_bar):
+    workspace, coordinates = four_bar.system().workspace(), four_bar.coordinates
+    q, qd = workspace.close(0, [0.3, 0, 0], [1, 0, 0], hold="crank")
+    u, words, step = coordinates.index(workspace.independent[0]), "acceleration(coupler.C)", 1e-4
+    weights, unit = dict(qdd=[1, 2, 3], lam=[4, -1], y=[1, 0.5, 2]), dict(du=[[1], [0]], dud=[[0], [1]])
+    H = workspace.forward_hessian(0, q, qd, **weights, **unit, outputs=words)
+    for k, changed in enumerate((q, qd)):
+        sides = []
+        for sign in (1, -1):
+            moved = [q.copy(), qd.copy()]
+            moved[k][u] += sign * step
+            gradient = workspace.forward_vjp(0, *workspace.close(0, *moved, hold=workspace.independent), closed=True, outputs=words, **weights)[1]
+            sides.append(np.concatenate((gradient.u, gradient.ud)))
+        assert np.allclose(H[k], (sides[0] - sides[1]) / (2 * step), rtol=1e-5, atol=1e-6 * abs(H).max())
+    rows = {name: [each] * 3 for name, each in weights.items()}
+    many = workspace.forward_hessian([0, 0, 0], [q] * 3, [qd] * 3, [[0, 0, 0]] * 3, **rows, **unit, outputs=words, threads=2)
+    assert np.array_equal(many, [H] * 3)
+    bent = workspace.forward_hessian(0, q, qd, by_q=np.eye(3)[0], by_qd=np.eye(3)[1], **unit)  # dependent coordinates bend along the motion
+    assert np.allclose(bent, bent.T) and abs(bent).max() > 0.1
+    assert workspace.forward_hessian(0, q, qd, qdd=[1, 0, 0]).shape == (0, 0)
+    at = [workspace.close(0, q + step * k * np.eye(3)[u], hold=workspace.independent)[0] for k in (-1, 0, 1)]
+    found = workspace.determinants(0, at, threads=2)
+    assert np.isclose(found.by_u[1, 0], (found.logarithm[2] - found.logarithm[0]) / (2 * step), rtol=1e-6)
+    assert np.isclose(found.by_uu[1, 0, 0], (found.by_u[2, 0] - found.by_u[0, 0]) / (2 * step), rtol=1e-6)
+    J = workspace.evaluate(0, q).J
+    assert np.isclose(np.exp(found.logarithm[1]), abs(np.linalg.det(np.delete(J, u, axis=1))))
+    assert workspace.determinants(0, at, curvature=False).by_uu.shape == (0, 1, 1)
+    for call, text in (
+        (lambda: workspace.forward_hessian(0, q, qd, du=[1]), "du has a row of 1 numbers for each direction"),
+        (lambda: workspace.forward_hessian(0, q, qd, du=[[1]], dud=[[1], [2]]), "for each direction"),
+        (lambda: workspace.forward_hessian(0, q, qd, du=[[1]], dq=[[1, 0, 0]]), "of all coordinates, or"),
+        (lambda: workspace.forward_hessian(0, [q], [qd], qdd=[1, 2, 3], du=[[1]]), "qdd has rows of 3 weights"),
+        (lambda: workspace.forward_hessian(0, q, qd, lam=[np.nan, 0], du=[[1]]), "the weight of lambda of 'C.1' is nan"),
+        (lambda: workspace.forward_hessian(0, q, qd, by_q=[np.nan, 0, 0], du=[[1]]), "the weight of q of"),
+        (lambda: workspace.determinants(0, [q, q + 0.1]), "state 1: determinants of the loops need closed loops"),
+    ):
+        with pytest.raises((kempe.ArgumentError, kempe.FailedError), match=text):
+            call()
+
+
 def test_steps_with_derivatives(four_bar):
     workspace = four_bar.system().workspace()
     q, qd = workspace.close(0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])

@@ -281,7 +281,7 @@ const cli_command cli_commands[] = {
      "  kempe show examples/four_bar/four_bar.yaml --equations\n"
      "  kempe show examples/four_bar/four_bar.yaml --equations --stats\n",
      .usage = "FILE [--model | --as NAME | --equations | --program | --stats]", .run = run_show},
-    {CLI_GENERATE, "generate", "generate equations in C, Octave or Python, for CasADi and JAX too; operation counts",
+    {CLI_GENERATE, "generate", "generate equations in C, Octave or Python, for CasADi, JAX and PyTorch; counts",
      "  kempe generate examples/andrews/andrews.yaml --lang c -o andrews\n"
      "  kempe generate examples/andrews/andrews.yaml --count\n"
      "  kempe generate examples/andrews/andrews.yaml --count --sets M_C,invdyn --keep-parameters \\\n"

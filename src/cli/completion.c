@@ -42,7 +42,7 @@ static const struct {
     {CLI_ALL, "integrator", INTEGRATORS},
     {CLI_ALL, "integrators", INTEGRATORS},
     {CLI_ALL, "kind", "me cs"},
-    {CLI_ALL, "lang", "c casadi jax octave python"},
+    {CLI_ALL, "lang", "c casadi jax octave python torch"},
     {CLI_ALL, "law", "linear shen polach tanh fastsim fastsim1 half-space"},
     {CLI_ALL, "linear", "auto klu umfpack dense"},
     {CLI_ALL, "loads", "least-norm"},

@@ -333,7 +333,7 @@ static const option options[] = {
     {CLI_GENERATE, IN_OUTPUT, "count", FLAG(count),
      "operation counts of every set, derived separately, and of all sets as one program"},
     {CLI_GENERATE, IN_OUTPUT, "lang", TEXT(generation.language), "NAME",
-     "language of the generated files: c, casadi, jax, octave, python"},
+     "language of the generated files: c, casadi, jax, octave, python, torch"},
     {CLI_GENERATE, IN_OUTPUT, "form", TEXT(generation.form), "NAME", "names of variables: legible (default), compact"},
     {CLI_GENERATE, IN_OUTPUT, "simulator", FLAG(generation.simulator),
      "a simulator in C99 with the equations: closing of loops, integration and events"},

@@ -256,19 +256,30 @@ static kmp_ref over_root(kmp_graph *g, kmp_ref p, kmp_ref x, kmp_ref root)
     return kmp_is_negative(p) ? kmp_neg(both) : both;
 }
 
+/* A product p sqrt(x) with x a factor of p, and p / sqrt(x). */
+typedef struct half_product {
+    kmp_ref p, x, root, rest;
+} half_product;
+
+/* Operand k of the product as the root. False: the node has another form. */
+static bool half_power_of(kmp_graph *g, const kmp_node *n, int k, half_product *power)
+{
+    const kmp_ref root = k ? n->b : n->a, p = k ? n->a : n->b;
+    const kmp_node s = *kmp_graph_node(g, kmp_id(root));
+    if (n->op != KMP_OP_MUL || s.op != KMP_OP_SQRT || kmp_is_negative(root))
+        return false;
+    *power = (half_product){p, s.a, root, over_root(g, p, s.a, root)};
+    return power->rest != KMP_ZERO;
+}
+
 /* d(p sqrt(x)) = dp sqrt(x) + p / sqrt(x) dx / 2, of a power such as max(x, 0)^1.5. KMP_ZERO: it is none. */
 static kmp_ref derive_half_power(kmp_derivative *d, const kmp_node *n, const kmp_ref differential[3])
 {
-    for (int k = 0; n->op == KMP_OP_MUL && k < 2; k++) {
-        kmp_ref root = k ? n->b : n->a, p = k ? n->a : n->b;
-        const kmp_node s = *kmp_graph_node(d->g, kmp_id(root));
-        if (s.op != KMP_OP_SQRT || kmp_is_negative(root) || differential[k] == KMP_ZERO)
-            continue;
-        kmp_ref rest = over_root(d->g, p, s.a, root);
-        if (rest != KMP_ZERO)
-            return kmp_add(d->g, kmp_mul(d->g, differential[1 - k], root),
-                           kmp_mul(d->g, kmp_mul(d->g, kmp_const(d->g, 0.5), rest), of(d, s.a)));
-    }
+    half_product h;
+    for (int k = 0; n->op == KMP_OP_MUL && k < 2; k++)
+        if (differential[k] != KMP_ZERO && half_power_of(d->g, n, k, &h))
+            return kmp_add(d->g, kmp_mul(d->g, differential[1 - k], h.root),
+                           kmp_mul(d->g, kmp_mul(d->g, kmp_const(d->g, 0.5), h.rest), of(d, h.x)));
     return KMP_ZERO;
 }
 
@@ -649,4 +660,203 @@ void kmp_partials_all(kmp_graph *g, int count, const kmp_ref *of, kmp_input_kind
             out[row[i] * inputs + k] = value[i];
     }
     kmp_partials_free(partials);
+}
+
+/* -- from the expression down to the inputs ------------------------------------------------------------- */
+
+/* The weight of a node is the derivative of the expression by it. A node hands its own on to the nodes that it needs,
+ * times their slopes, after all its users have done so. The slopes of a value that is not chosen may be NaN: where a
+ * node is only needed for such values, a choice leaves them out. */
+
+typedef struct descent {
+    kmp_derivative *d;
+    uint16_t inputs; /* kinds of the leaves */
+    uint32_t count;  /* nodes of the graph at the beginning */
+    uint8_t *met;    /* by id */
+    kmp_ref *weight; /* by id */
+    kmp_ref *needed; /* by id: 1 where a chosen value needs the node, otherwise 0 */
+    kmp_pair *pair;  /* by id: the rotated pair that the node is, as slopes may make it another one; angle 0: none */
+    kmp_stack order; /* each node after all that it needs */
+    kmp_ref *need;   /* room for the needs of a node */
+    uint32_t most;
+} descent;
+
+static const kmp_pair *pair_of(const descent *x, uint32_t id)
+{
+    return x->pair[id].angle != KMP_ZERO ? &x->pair[id] : NULL;
+}
+
+/* Lists what a node needs: operands, the sources of a rotated pair, or the arguments of a block. -1: no memory. */
+static int find_needs(descent *x, uint32_t id, const half_product *power)
+{
+    const kmp_graph *g = x->d->g;
+    const kmp_node *n = kmp_graph_node(g, id);
+    const kmp_implicit *block = n->op == KMP_OP_IMPLICIT ? kmp_graph_implicit(g, (int)n->b) : NULL;
+    const uint32_t arguments = block ? (uint32_t)kmp_implicit_block(block)->arguments : 3;
+    if (arguments > x->most) {
+        kmp_ref *need = kmp_realloc(x->need, arguments, sizeof *need);
+        if (!need)
+            return -1;
+        x->need = need;
+        x->most = arguments;
+    }
+    if (block) {
+        kmp_list_items(g, n->a, (int)arguments, x->need);
+        return (int)arguments;
+    }
+    if (power) {
+        x->need[0] = power->p;
+        x->need[1] = power->x;
+        return 2;
+    }
+    uint32_t need[3];
+    const int count = needs(x->d, id, pair_of(x, id), need);
+    for (int k = 0; k < count; k++)
+        x->need[k] = need[k] << 1;
+    return count;
+}
+
+/* False: the node has another form. */
+static bool find_power(const descent *x, uint32_t id, half_product *power)
+{
+    const kmp_node n = *kmp_graph_node(x->d->g, id);
+    return !pair_of(x, id) && (half_power_of(x->d->g, &n, 0, power) || half_power_of(x->d->g, &n, 1, power));
+}
+
+/* False: the expression does not move with this node. */
+static bool moves(const descent *x, uint32_t id)
+{
+    return kmp_graph_node(x->d->g, id)->depends & x->inputs;
+}
+
+/* Sorts the nodes that move below one. False: no memory. */
+static bool sort_below(descent *x, uint32_t top)
+{
+    kmp_stack open = {0};
+    bool ok = kmp_push(&open, top);
+    while (ok && open.top) {
+        const uint32_t id = open.id[open.top - 1];
+        if (x->met[id]) { /* 1: its needs are in order; 2: so is the node */
+            open.top--;
+            ok = x->met[id] == 2 || kmp_push(&x->order, id);
+            x->met[id] = 2;
+            continue;
+        }
+        x->met[id] = 1;
+        half_product power;
+        if (!kmp_rotated_pair(x->d->g, id, &x->pair[id]))
+            x->pair[id] = (kmp_pair){.angle = KMP_ZERO};
+        const bool is_power = find_power(x, id, &power);
+        const int count = find_needs(x, id, is_power ? &power : NULL);
+        ok = count >= 0;
+        for (int k = 0; ok && k < count; k++) {
+            const uint32_t below = kmp_id(x->need[k]);
+            if (below < x->count && x->met[below] == 0 && moves(x, below))
+                ok = kmp_push(&open, below);
+        }
+    }
+    kmp_free(open.id);
+    return ok;
+}
+
+/* 1 where the chosen value of a node needs this operand, if it needs the node. */
+static kmp_ref chosen(descent *x, uint32_t id, uint32_t by)
+{
+    kmp_graph *g = x->d->g;
+    const kmp_node n = *kmp_graph_node(g, id);
+    const kmp_ref needed = x->needed[id];
+    if (n.op == KMP_OP_SELECT && kmp_id(n.a) != by && kmp_id(n.b) != kmp_id(n.c))
+        return kmp_id(n.b) == by ? kmp_select(g, n.a, needed, KMP_ZERO) : kmp_select(g, n.a, KMP_ZERO, needed);
+    if ((n.op != KMP_OP_MIN && n.op != KMP_OP_MAX) || kmp_id(n.a) == kmp_id(n.b))
+        return needed;
+    const kmp_ref first = n.op == KMP_OP_MIN ? kmp_less(g, n.a, n.b) : kmp_less(g, n.b, n.a);
+    return kmp_id(n.a) == by ? kmp_select(g, first, needed, KMP_ZERO) : kmp_select(g, first, KMP_ZERO, needed);
+}
+
+/* Hands a part of the weight of a node on to one that it needs. */
+static void add_weight(descent *x, uint32_t id, kmp_ref to, kmp_ref slope)
+{
+    kmp_graph *g = x->d->g;
+    const uint32_t by = kmp_id(to);
+    const kmp_ref here = x->needed[id], needs_it = chosen(x, id, by);
+    kmp_ref more = kmp_mul(g, x->weight[id], kmp_is_negative(to) ? kmp_neg(slope) : slope), *needed = &x->needed[by];
+    if (here != KMP_ONE)
+        more = kmp_select(g, here, more, KMP_ZERO);
+    x->weight[by] = kmp_add(g, x->weight[by], more);
+    if (*needed == KMP_ZERO || needs_it == KMP_ONE)
+        *needed = needs_it;
+    else if (*needed != KMP_ONE && *needed != needs_it)
+        *needed = kmp_binary(g, KMP_OP_MAX, *needed, needs_it);
+}
+
+/* The slope of a node by one that it needs, whose differential is one while all others are zero. */
+static kmp_ref slope_by(descent *x, uint32_t id, uint32_t by)
+{
+    kmp_derivative *d = x->d;
+    d->memo[by] = KMP_ONE;
+    const kmp_node n = *kmp_graph_node(d->g, id);
+    kmp_ref list = KMP_ZERO, slope;
+    if (n.op == KMP_OP_IMPLICIT) {
+        const int arguments = kmp_implicit_block(kmp_graph_implicit(d->g, (int)n.b))->arguments;
+        kmp_list_items(d->g, n.a, arguments, x->need);
+        for (int l = arguments; l-- > 0;)
+            list = kmp_binary(d->g, KMP_OP_LIST, of(d, x->need[l]), list);
+        slope = kmp_implicit_derivative(d->g, (int)n.b, (int)n.c, n.a, list);
+    } else {
+        slope = derive(d, id, pair_of(x, id));
+    }
+    d->memo[by] = KMP_ZERO;
+    return slope;
+}
+
+/* Hands the weight of a node on. False: no memory. */
+static bool hand_on(descent *x, uint32_t id)
+{
+    kmp_graph *g = x->d->g;
+    half_product power;
+    if (x->weight[id] == KMP_ZERO || kmp_graph_node(g, id)->op == KMP_OP_INPUT)
+        return true;
+    if (find_power(x, id, &power)) {
+        add_weight(x, id, power.p, power.root);
+        add_weight(x, id, power.x, kmp_mul(g, kmp_const(g, 0.5), power.rest));
+        return true;
+    }
+    const int count = find_needs(x, id, NULL);
+    for (int k = 0; k < count; k++) {
+        const uint32_t by = kmp_id(x->need[k]);
+        bool before = false; /* one slope includes all places of an operand */
+        for (int i = 0; i < k; i++)
+            before = before || kmp_id(x->need[i]) == by;
+        if (!before && moves(x, by))
+            add_weight(x, id, by << 1, slope_by(x, id, by));
+    }
+    return count >= 0;
+}
+
+void kmp_gradient_backward(kmp_graph *g, kmp_ref of, int count, const kmp_ref *leaf, kmp_ref *slope)
+{
+    for (int k = 0; k < count; k++)
+        slope[k] = KMP_ZERO;
+    descent x = {.d = allocate(g, true), .count = kmp_graph_count(g)};
+    kmp_arena room = {0};
+    for (int k = 0; k < count; k++)
+        x.inputs |= kmp_graph_node(g, kmp_id(leaf[k]))->depends;
+    bool ok =
+        x.d && KMP_ARENA_MAKE(&room, KMP_ROOM(uint8_t, x.count, &x.met),
+                              KMP_ROOM(kmp_ref, x.count, &x.weight, &x.needed), KMP_ROOM(kmp_pair, x.count, &x.pair));
+    ok = ok && (!moves(&x, kmp_id(of)) || sort_below(&x, kmp_id(of)));
+    if (ok) {
+        x.weight[kmp_id(of)] = kmp_is_negative(of) ? kmp_neg(KMP_ONE) : KMP_ONE;
+        x.needed[kmp_id(of)] = KMP_ONE;
+    }
+    for (uint32_t i = x.order.top; ok && i-- > 0;)
+        ok = hand_on(&x, x.order.id[i]);
+    for (int k = 0; ok && k < count; k++)
+        slope[k] = x.weight[kmp_id(leaf[k])];
+    if (!ok)
+        kmp_graph_fail(g);
+    kmp_free(x.order.id);
+    kmp_free(x.need);
+    kmp_arena_free(&room);
+    kmp_derivative_free(x.d);
 }

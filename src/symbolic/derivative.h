@@ -47,3 +47,7 @@ int kmp_gradient(kmp_graph *g, kmp_ref of, kmp_input_kind kind, int inputs, int 
 
 /** The matrix of derivatives by the inputs 0 .. `inputs` of a kind: row i, of expression i, at out + i inputs. */
 void kmp_partials_all(kmp_graph *g, int count, const kmp_ref *of, kmp_input_kind kind, int inputs, kmp_ref *out);
+
+/** The derivatives of one expression by several inputs in one pass, from the expression down to them: at the cost of a
+ * few times the expression, whatever the number of inputs. */
+void kmp_gradient_backward(kmp_graph *g, kmp_ref of, int count, const kmp_ref *leaf, kmp_ref *slope);

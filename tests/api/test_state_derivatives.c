@@ -6,6 +6,7 @@
 #include "testing.h"
 #include <kempe/check.h>
 #include <kempe/derivatives.h>
+#include <kempe/extend.h>
 #include <kempe/linearize.h>
 #include <kempe/output_handles.h>
 #include <kempe/settings.h>
@@ -88,23 +89,32 @@ typedef struct probe {
 } probe;
 
 /* The largest difference of a column of derivatives from central differences of two steps, whose error of the second
- * order is removed (Richardson), relative to the largest value. */
-static double column_error(const probe *p, const double *exact)
+ * order is removed (Richardson). *size becomes the largest value, at least one. */
+static double column_difference(const probe *p, const double *exact, double *size)
 {
     const double step[] = {2 * p->step, p->step};
-    double *at[4], error = 0, size = 1;
+    double *at[4], error = 0;
+    *size = 1;
     for (int i = 0; i < 4; i++) {
         at[i] = room(p->count);
         p->values(p, (i % 2 ? -1 : 1) * step[i / 2], at[i]);
     }
     for (int i = 0; i < p->count; i++) {
         const double coarse = (at[0][i] - at[1][i]) / (2 * step[0]), fine = (at[2][i] - at[3][i]) / (2 * step[1]);
-        size = fmax(size, fmax(fabs(exact[i]), fabs(at[0][i])));
+        *size = fmax(*size, fmax(fabs(exact[i]), fabs(at[0][i])));
         error = fmax(error, fabs((4 * fine - coarse) / 3 - exact[i]));
     }
     for (int i = 0; i < 4; i++)
         free(at[i]);
-    return error / size;
+    return error;
+}
+
+/* The same, relative to that size. */
+static double column_error(const probe *p, const double *exact)
+{
+    double size;
+    const double difference = column_difference(p, exact, &size);
+    return difference / size;
 }
 
 /* -- all coordinates --------------------------------------------------------------------------------- */
@@ -428,7 +438,8 @@ static void products(const scene *s, const char *name, int names, int l, double 
         w[i] = room(rows[i]), change[i] = room(rows[i]), fill(w[i], rows[i], &seed);
     for (int j = 0; j < 4; j++)
         x[j] = room(columns[j]), gradient[j] = room(columns[j]), fill(x[j], columns[j], &seed);
-    const kempe_forward_values weight = {w[0], w[1], w[2]}, along = {change[0], change[1], change[2]};
+    const kempe_forward_values weight = {.qdd = w[0], .lambda = w[1], .y = w[2]};
+    const kempe_forward_values along = {.qdd = change[0], .lambda = change[1], .y = change[2]};
     const kempe_state_direction direction = {.q = x[0], .qd = x[1], .Q = x[2], .p = x[3]};
     const kempe_state_gradient of = {.q = gradient[0], .qd = gradient[1], .Q = gradient[2], .p = gradient[3]};
     CHECK(kempe_workspace_forward_jvp(s->ws, T, s->q, s->qd, s->Q, &direction, NULL, &along) == KEMPE_OK);
@@ -455,6 +466,18 @@ static void products(const scene *s, const char *name, int names, int l, double 
                                       &along) == KEMPE_OK);
     CHECK(kempe_workspace_forward_vjp(s->ws, T, s->q, s->qd, s->Q, &(kempe_forward_values){.y = w[2]}, NULL,
                                       &(kempe_state_gradient){.u = g[0], .ud = g[1], .p = g[2]}) == KEMPE_OK);
+    /* Coordinates and rates change as they do along the direction, and a weighted sum of them as its gradient says. */
+    double *q_change = room(2 * n), *w_q = room(2 * n), *g_q[2] = {room(p), room(p)}, by_q = 0;
+    fill(w_q, 2 * n, &seed);
+    CHECK(kempe_workspace_forward_jvp(s->ws, T, s->q, s->qd, s->Q, &(kempe_state_direction){.u = z[0], .ud = z[1]},
+                                      NULL, &(kempe_forward_values){.q = q_change, .qd = q_change + n}) == KEMPE_OK);
+    CHECK(kempe_workspace_forward_vjp(s->ws, T, s->q, s->qd, s->Q, &(kempe_forward_values){.q = w_q, .qd = w_q + n},
+                                      NULL, &(kempe_state_gradient){.u = g_q[0], .ud = g_q[1]}) == KEMPE_OK);
+    for (int k = 0; k < p; k++)
+        CHECK(q_change[s->u[k]] == z[0][k] && q_change[n + s->u[k]] == z[1][k]);
+    by_q = dot(2 * n, w_q, q_change);
+    CHECK_NEAR(dot(p, g_q[0], z[0]) + dot(p, g_q[1], z[1]), by_q, 1e-12 * fmax(1, fabs(by_q)));
+    free(q_change), free(w_q), free(g_q[0]), free(g_q[1]);
     double closed_worst = 0, closed_size = 1;
     forward = dot(l, w[2], change[2]);
     for (int j = 0; j < 3; j++) {
@@ -490,7 +513,7 @@ static void moved_change(const probe *p, double change, double *out)
             to[k][i] = from[k][i] + change * by[k][i];
     }
     CHECK(kempe_workspace_forward_jvp(s->ws, T, to[0], to[1], to[2], at->along, NULL,
-                                      &(kempe_forward_values){out, out + s->n, NULL}) == KEMPE_OK);
+                                      &(kempe_forward_values){.qdd = out, .lambda = out + s->n}) == KEMPE_OK);
     for (int k = 0; k < 3; k++)
         free(to[k]);
 }
@@ -509,7 +532,8 @@ static void second_derivatives(void)
         for (int k = 0; k < 6; k++)
             x[k] = room(n), fill(x[k], n, &seed);
         const kempe_state_direction a = {x[0], x[1], x[2], NULL, NULL, NULL}, b = {x[3], x[4], x[5], NULL, NULL, NULL};
-        const kempe_forward_values change = {exact, exact + n, NULL}, again = {other, other + n, NULL};
+        const kempe_forward_values change = {.qdd = exact, .lambda = exact + n};
+        const kempe_forward_values again = {.qdd = other, .lambda = other + n};
         CHECK(kempe_workspace_forward_second(s.ws, T, s.q, s.qd, s.Q, &a, &b, &change) == KEMPE_E_ARGUMENT);
         CHECK(check_says(kempe_workspace_message(s.ws), "kempe_workspace_add_second_derivatives"));
         CHECK(kempe_workspace_add_second_derivatives(s.ws) == KEMPE_OK &&
@@ -531,6 +555,280 @@ static void second_derivatives(void)
         free(exact), free(other);
         scene_free(&s);
     }
+}
+
+/* -- Hessians ---------------------------------------------------------------------------------------- */
+
+/* The gradient of a weighted sum by (q, qd, Q), or along closed motions by (u, ud, Q), at a state of which one of these
+ * is changed. */
+typedef struct gradient_probe {
+    probe probe;
+    const kempe_forward_values *weight;
+    int first; /* q, qd or u, ud: so many each */
+    bool closed;
+} gradient_probe;
+
+static void changed_gradient(const probe *p, double change, double *out)
+{
+    const gradient_probe *at = (const gradient_probe *)p;
+    const scene *s = p->s;
+    const int n = s->n, kind = p->k < at->first ? 0 : p->k < 2 * at->first ? 1 : 2, k = p->k - kind * at->first;
+    double *state[3];
+    const double *const from[] = {s->q, s->qd, s->Q};
+    for (int i = 0; i < 3; i++) {
+        state[i] = room(n);
+        memcpy(state[i], from[i], (size_t)n * sizeof(double));
+    }
+    state[kind][at->closed && kind < 2 ? s->u[k] : k] += change;
+    if (at->closed)
+        CHECK(kempe_workspace_close(s->ws, T, state[0], state[1], p->hold) == KEMPE_OK);
+    const kempe_state_gradient gradient =
+        at->closed ? (kempe_state_gradient){.u = out, .ud = out + at->first, .Q = out + 2 * at->first}
+                   : (kempe_state_gradient){.q = out, .qd = out + n, .Q = out + 2 * n};
+    CHECK(kempe_workspace_forward_vjp(s->ws, T, state[0], state[1], state[2], at->weight, NULL, &gradient) == KEMPE_OK);
+    for (int i = 0; i < 3; i++)
+        free(state[i]);
+}
+
+/* The Hessian by all coordinates or along closed motions beside differences of the exact gradient; the same bits in a
+ * call for several states; and along two other directions as the matrix has it. */
+static void hessian_of(const scene *s, const char *name, bool closed, double step, double most)
+{
+    enum { STATES = 3 };
+    const int n = s->n, m = s->m, p = s->p, l = kempe_workspace_output_count(s->ws), first = closed ? p : n;
+    const int size = 2 * first + n;
+    unsigned seed = 11;
+    double *w[5] = {room(STATES * n), room(STATES * m), room(STATES * l), room(STATES * n), room(STATES * n)},
+           *unit = room(size * size), worst = 0;
+    double *H = room(size * size), *states[3], *rows = room(STATES * size * size), *x = room(2 * size), other[4];
+    kempe_state_direction *direction = calloc((size_t)size, sizeof *direction), two[2];
+    int *hold = calloc((size_t)n + 1, sizeof *hold), failed = 0;
+    for (int k = 0; k < p; k++)
+        hold[s->u[k]] = 1;
+    fill(w[0], STATES * n, &seed), fill(w[1], STATES * m, &seed), fill(w[2], STATES * l, &seed);
+    fill(w[3], STATES * n, &seed), fill(w[4], STATES * n, &seed);
+    const kempe_forward_values weight = {w[0], w[1], w[2], w[3], w[4]};
+    for (int k = 0; k < size; k++) {
+        double *e = unit + k * size;
+        e[k] = 1;
+        direction[k] = closed ? (kempe_state_direction){.u = e, .ud = e + p, .Q = e + 2 * p}
+                              : (kempe_state_direction){.q = e, .qd = e + n, .Q = e + 2 * n};
+    }
+    CHECK(kempe_workspace_forward_hessian(s->ws, T, s->q, s->qd, s->Q, &weight, size, direction, H) == KEMPE_OK);
+    gradient_probe at = {
+        {.s = s, .count = size, .values = changed_gradient, .hold = hold, .step = step}, &weight, first, closed};
+    for (double most_of_column; at.probe.k < size; at.probe.k++)
+        worst = fmax(worst, column_difference(&at.probe, H + at.probe.k * size, &most_of_column));
+    const double *const from[] = {s->q, s->qd, s->Q};
+    for (int i = 0; i < 3; i++) {
+        states[i] = room(STATES * n);
+        for (int k = 0; k < STATES; k++)
+            memcpy(states[i] + k * n, from[i], (size_t)n * sizeof(double));
+    }
+    const double t = T;
+    CHECK(kempe_workspace_hessian_states(s->ws, STATES, &t, 0, states[0], states[1], states[2], &weight, size,
+                                         direction, rows, &failed) == KEMPE_OK &&
+          failed == -1);
+    CHECK(memcmp(rows, H, (size_t)(size * size) * sizeof *H) == 0);
+    fill(x, 2 * size, &seed);
+    for (int k = 0; k < 2; k++)
+        two[k] = closed ? (kempe_state_direction){.u = x + k * size, .ud = x + k * size + p, .Q = x + k * size + 2 * p}
+                        : (kempe_state_direction){.q = x + k * size, .qd = x + k * size + n, .Q = x + k * size + 2 * n};
+    CHECK(kempe_workspace_forward_hessian(s->ws, T, s->q, s->qd, s->Q, &weight, 2, two, other) == KEMPE_OK);
+    double apart = 0, large = 0;
+    for (int k = 0; k < 4; k++) {
+        const double expected = between(size, size, x + k % 2 * size, H, x + k / 2 * size);
+        apart = fmax(apart, fabs(other[k] - expected));
+    }
+    for (int k = 0; k < size * size; k++)
+        large = fmax(large, fabs(H[k]));
+    printf("%-24s hessian, %s %.1e, directions %.1e\n", name, closed ? "closed" : "all   ", worst / large,
+           apart / large);
+    CHECK(large > 1e-3 && worst / large < most && apart / large < 1e-11);
+    for (int i = 0; i < 5; i++)
+        free(w[i]);
+    for (int i = 0; i < 3; i++)
+        free(states[i]);
+    free(unit), free(H), free(rows), free(x), free(direction), free(hold);
+}
+
+static void hessians(void)
+{
+    static const struct {
+        const char *model, *outputs;
+        double step, most;
+        bool moves; /* the closed motion is not just a wheel that turns */
+    } of[] = {{"four_bar", "velocity(coupler.C),acceleration(coupler.C),reaction(crank),energy", 1e-3, 1e-9, true},
+              {"cart_pole", NULL, 1e-3, 1e-9, true},
+              {"delta_robot", "position(platform.C1),acceleration(platform.C1)", 1e-3, 1e-9, true},
+              {"stewart", NULL, 1e-3, 1e-9, true},
+              {"andrews", NULL, 1e-3, 1e-9, true},
+              {"parallel_robot", NULL, 1e-4, 1e-9, true},
+              {"suspension", "acceleration(left_arm.W),force(RL),reaction(right_link)", 1e-4, 1e-9, true},
+              {"double_wishbone", NULL, 1e-3, 1e-9, false},
+              {"flexible_slider_crank", NULL, 1e-6, 1e-8, true}};
+    for (size_t k = 0; k < sizeof of / sizeof *of; k++) {
+        char path[MOST];
+        snprintf(path, sizeof path, KEMPE_ROOT "/examples/%s/%s.yaml", of[k].model, of[k].model);
+        scene s = scene_new(path, "slip");
+        CHECK(kempe_workspace_add_derivatives(s.ws, 0, NULL, of[k].outputs) == KEMPE_OK);
+        CHECK(kempe_workspace_add_hessians(s.ws) == KEMPE_OK && kempe_workspace_add_hessians(s.ws) == KEMPE_OK);
+        if (of[k].moves)
+            hessian_of(&s, of[k].model, true, of[k].step, of[k].most);
+        hessian_of(&s, of[k].model, false, of[k].step, of[k].most);
+        scene_free(&s);
+    }
+}
+
+/* -- the determinant of the loops ------------------------------------------------------------------------- */
+
+/* The logarithm of the determinant and its derivatives at a closed state with another independent coordinate. */
+static void determinant_values(const probe *p, double change, double *out)
+{
+    const scene *s = p->s;
+    double *q = room(s->n);
+    const double t = T;
+    memcpy(q, s->q, (size_t)s->n * sizeof *q);
+    q[s->u[p->k]] += change;
+    CHECK(kempe_workspace_close(s->ws, T, q, NULL, p->hold) == KEMPE_OK);
+    CHECK(kempe_workspace_determinant_states(s->ws, 1, &t, 0, q, out, out + 1, NULL, NULL) == KEMPE_OK);
+    free(q);
+}
+
+static void determinants(void)
+{
+    static const char *const model[] = {"four_bar", "delta_robot", "stewart", "andrews", "parallel_robot", "bricard"};
+    for (size_t i = 0; i < sizeof model / sizeof *model; i++) {
+        char path[MOST];
+        snprintf(path, sizeof path, KEMPE_ROOT "/examples/%s/%s.yaml", model[i], model[i]);
+        scene s = scene_new(path, "slip");
+        const int p = s.p;
+        const double t = T;
+        double *by_u = room(p), *by_uu = room(p * p), *column = room(1 + p), value = 0, worst = 0, large = 0, size;
+        double states[3 * 64], values[3];
+        int *hold = calloc((size_t)s.n + 1, sizeof *hold), failed = -2;
+        CHECK(kempe_workspace_determinant_states(s.ws, 1, &t, 0, s.q, &value, by_u, by_uu, &failed) ==
+              KEMPE_E_ARGUMENT);
+        CHECK(check_says(kempe_workspace_message(s.ws), "kempe_workspace_add_determinant"));
+        CHECK(kempe_workspace_add_determinant(s.ws) == KEMPE_OK && kempe_workspace_add_determinant(s.ws) == KEMPE_OK);
+        for (int k = 0; k < p; k++)
+            hold[s.u[k]] = 1;
+        CHECK(kempe_workspace_determinant_states(s.ws, 1, &t, 0, s.q, &value, by_u, by_uu, &failed) == KEMPE_OK);
+        CHECK(failed == -1);
+        for (int k = 0; k < p; k++) {
+            const probe at = {
+                .s = &s, .count = 1 + p, .values = determinant_values, .k = k, .hold = hold, .step = 1e-3};
+            column[0] = by_u[k];
+            memcpy(column + 1, by_uu + k * p, (size_t)p * sizeof *column);
+            worst = fmax(worst, column_difference(&at, column, &size));
+            for (int j = 0; j <= p; j++)
+                large = fmax(large, fabs(column[j]));
+        }
+        printf("%-24s determinant     %.1e of %.1e\n", model[i], worst, large);
+        CHECK(large > 1e-3 && worst < 1e-9 * fmax(1, large));
+        for (int k = 0; k < 3; k++)
+            memcpy(states + k * s.n, s.q, (size_t)s.n * sizeof *states);
+        CHECK(kempe_workspace_determinant_states(s.ws, 3, &t, 0, states, values, NULL, NULL, &failed) == KEMPE_OK);
+        CHECK(values[0] == value && values[2] == value && failed == -1);
+        if (i == 0) { /* two columns of J */
+            const double *J = kempe_workspace_jacobian(s.ws);
+            const int a = s.u[0] == 0 ? 1 : 0, b = s.u[0] == 2 ? 1 : 2;
+            CHECK_NEAR(value, log(fabs(J[2 * a] * J[1 + 2 * b] - J[1 + 2 * a] * J[2 * b])), 1e-12);
+            states[s.n] += 0.1;
+            CHECK(kempe_workspace_determinant_states(s.ws, 3, &t, 0, states, values, by_u, by_uu, &failed) ==
+                  KEMPE_E_FAILED);
+            CHECK(failed == 1 && check_says(kempe_workspace_message(s.ws), "close the state first"));
+        }
+        free(by_u), free(by_uu), free(column), free(hold);
+        scene_free(&s);
+    }
+}
+
+/* Hessians beside second derivatives along two directions, which are derived in another way: of models with choices,
+ * tables, and wheels on rails, whose contacts are blocks. */
+static void hessians_beside_second_derivatives(void)
+{
+    static const char *const model[] = {"limousine", "bogie_track", "tram"};
+    for (size_t i = 0; i < sizeof model / sizeof *model; i++) {
+        char path[MOST];
+        snprintf(path, sizeof path, KEMPE_ROOT "/examples/%s/%s.yaml", model[i], model[i]);
+        scene s = scene_new(path, "slip");
+        const int n = s.n, m = s.m;
+        unsigned seed = 17;
+        double *x = room(6 * n), *w = room(n + m), *second = room(n + m), H[4], worst = 0, most = 0;
+        fill(x, 6 * n, &seed), fill(w, n + m, &seed);
+        const kempe_state_direction direction[] = {{.q = x, .qd = x + n, .Q = x + 2 * n},
+                                                   {.q = x + 3 * n, .qd = x + 4 * n, .Q = x + 5 * n}};
+        const kempe_forward_values weight = {.qdd = w, .lambda = w + n};
+        CHECK(kempe_workspace_add_second_derivatives(s.ws) == KEMPE_OK &&
+              kempe_workspace_add_hessians(s.ws) == KEMPE_OK);
+        CHECK(kempe_workspace_forward_hessian(s.ws, T, s.q, s.qd, s.Q, &weight, 2, direction, H) == KEMPE_OK);
+        for (int k = 0; k < 3; k++) { /* 0 0, 0 1, 1 1: of some contacts the order of the directions counts */
+            const int first = k / 2, second_one = (k + 1) / 2;
+            CHECK(kempe_workspace_forward_second(s.ws, T, s.q, s.qd, s.Q, &direction[first], &direction[second_one],
+                                                 &(kempe_forward_values){.qdd = second, .lambda = second + n}) ==
+                  KEMPE_OK);
+            const double difference = fabs(dot(n + m, w, second) - H[first + 2 * second_one]);
+            worst = difference <= worst ? worst : difference; /* also if it is NaN */
+            most = fmax(most, fabs(H[first + 2 * second_one]));
+        }
+        printf("%-24s hessian beside second derivatives %.1e\n", model[i], worst / most);
+        CHECK(most > 1 && worst < 1e-9 * most);
+        free(x), free(w), free(second);
+        scene_free(&s);
+    }
+}
+
+/* A user-defined force that is nonlinear in coordinates and rates. */
+static int magnet(void *user, double t, const double *q, const double *qd, double *effort)
+{
+    const double *strength = user;
+    (void)t;
+    effort[0] = *strength * sin(q[0]) * qd[1];
+    effort[1] = -*strength * q[1] * q[1] * qd[1];
+    return 0;
+}
+
+/* Its Hessian, by differences, beside the same force of the model. */
+static void hessian_with_force(void)
+{
+    static const char mechanism[] =
+        "kempe: 1\nbodies:\n"
+        "  a: {joint: {revolute: z, at: ground}, mass: 1, com: [0.3, 0, 0], points: {E: [0.5, 0, 0]}}\n"
+        "  b: {joint: {revolute: z, at: a.E}, mass: 1, com: [0.2, 0, 0]}\n";
+    static const char forces[] = "forces:\n  x: {joint: a, torque: \"3*sin(q(a))*qd(b)\"}\n"
+                                 "  y: {joint: b, torque: \"-3*q(b)^2*qd(b)\"}\n";
+    static const double q[] = {0.7, -0.4}, qd[] = {1.3, -2.1}, unit[6][6] = {{1}, {0, 1}, {0, 0, 1}, {0, 0, 0, 1}};
+    double H[2][16], w[] = {0.4, 0.9}, strength = 3;
+    for (int k = 0; k < 2; k++) {
+        char text[MOST];
+        kempe_context *context = kempe_context_new();
+        kempe_model *model = NULL;
+        kempe_system *system = NULL;
+        kempe_workspace *ws = NULL;
+        kempe_state_direction direction[4];
+        snprintf(text, sizeof text, "%s%s", mechanism, k ? "" : forces);
+        CHECK(kempe_model_read_text(context, text, "force", &model) == KEMPE_OK);
+        CHECK(kempe_system_new(model, &system) == KEMPE_OK);
+        if (k)
+            kempe_system_set_force(system, magnet, &strength);
+        CHECK(kempe_workspace_new(system, &ws) == KEMPE_OK);
+        CHECK(kempe_workspace_add_derivatives(ws, 0, NULL, NULL) == KEMPE_OK &&
+              kempe_workspace_add_hessians(ws) == KEMPE_OK);
+        for (int i = 0; i < 4; i++)
+            direction[i] = (kempe_state_direction){.q = unit[i], .qd = unit[i] + 2};
+        CHECK(kempe_workspace_forward_hessian(ws, T, q, qd, NULL, &(kempe_forward_values){.qdd = w}, 4, direction,
+                                              H[k]) == KEMPE_OK);
+        kempe_workspace_free(ws);
+        kempe_system_free(system);
+        kempe_model_free(model);
+        kempe_context_free(context);
+    }
+    double worst = 0, most = 0;
+    for (int k = 0; k < 16; k++)
+        worst = fmax(worst, fabs(H[1][k] - H[0][k])), most = fmax(most, fabs(H[0][k]));
+    printf("%-24s hessian         %.1e\n", "user-defined force", worst / most);
+    CHECK(most > 10 && worst < 1e-6 * most);
 }
 
 /* -- steps -------------------------------------------------------------------------------------------- */
@@ -858,13 +1156,29 @@ static void refused(void)
     CHECK(check_says(kempe_workspace_message(s.ws), "coupler"));
     CHECK(kempe_workspace_output_count(s.ws) == 0 && !kempe_workspace_output_name(s.ws, 0));
     const kempe_state_direction both = {.q = s.q, .u = &udd};
-    CHECK(kempe_workspace_forward_jvp(s.ws, T, s.q, s.qd, NULL, &both, NULL,
-                                      &(kempe_forward_values){qdd, NULL, NULL}) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_workspace_forward_jvp(s.ws, T, s.q, s.qd, NULL, &both, NULL, &(kempe_forward_values){.qdd = qdd}) ==
+          KEMPE_E_ARGUMENT);
     CHECK(check_says(kempe_workspace_message(s.ws), "of all coordinates, or"));
-    CHECK(kempe_workspace_forward_vjp(other, T, s.q, s.qd, NULL, &(kempe_forward_values){qdd, NULL, NULL}, NULL,
+    CHECK(kempe_workspace_forward_vjp(other, T, s.q, s.qd, NULL, &(kempe_forward_values){.qdd = qdd}, NULL,
                                       &(kempe_state_gradient){.q = qdd}) == KEMPE_E_ARGUMENT);
     CHECK(kempe_workspace_inverse_derivatives(other, T, s.q, s.qd, s.Q, qdd, &(kempe_inverse_derivatives){0}) ==
           KEMPE_E_ARGUMENT);
+    const kempe_forward_values weight = {.qdd = qdd};
+    const kempe_state_direction direction = {.q = s.q}, pair[] = {{.q = s.q}, {.u = &udd}}, names = {.p = &udd};
+    double H[4];
+    CHECK(kempe_workspace_add_hessians(other) == KEMPE_E_ARGUMENT);
+    CHECK(check_says(kempe_workspace_message(other), "kempe_workspace_add_derivatives"));
+    CHECK(kempe_workspace_forward_hessian(s.ws, T, s.q, s.qd, NULL, &weight, 1, &direction, H) == KEMPE_E_ARGUMENT);
+    CHECK(check_says(kempe_workspace_message(s.ws), "kempe_workspace_add_hessians"));
+    CHECK(kempe_workspace_add_hessians(s.ws) == KEMPE_OK);
+    CHECK(kempe_workspace_forward_hessian(s.ws, T, s.q, s.qd, NULL, &weight, 1, &direction, H) == KEMPE_OK);
+    CHECK(kempe_workspace_forward_hessian(s.ws, T, s.q, s.qd, NULL, &weight, 2, pair, H) == KEMPE_E_ARGUMENT);
+    CHECK(check_says(kempe_workspace_message(s.ws), "of all coordinates, or"));
+    CHECK(kempe_workspace_forward_hessian(s.ws, T, s.q, s.qd, NULL, &weight, 1, &names, H) == KEMPE_E_ARGUMENT);
+    CHECK(check_says(kempe_workspace_message(s.ws), "leave out p"));
+    CHECK(kempe_workspace_forward_hessian(s.ws, T, s.q, s.qd, NULL, &weight, -1, &direction, H) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_workspace_forward_hessian(s.ws, T, s.q, s.qd, NULL, &weight, 1, pair + 1, H) == KEMPE_E_FAILED);
+    CHECK(check_says(kempe_workspace_message(s.ws), "close the state first"));
     kempe_workspace_free(other);
     scene_free(&s);
 }
@@ -941,11 +1255,14 @@ static void interrupts(void)
     const double t = T;
     const kempe_workspace_derivatives none = {0};
     const kempe_workspace_rows rows = {.mass = M};
+    const kempe_forward_values weights = {.qdd = q};
+    const kempe_state_direction direction = {.q = s.q};
     for (int k = 0; k < COUNT; k++) {
         memcpy(q + 3 * k, s.q, 3 * sizeof *q);
         memcpy(qd + 3 * k, s.qd, 3 * sizeof *q);
     }
-    for (int kind = 0; kind < 4; kind++)
+    CHECK(kempe_workspace_add_hessians(s.ws) == KEMPE_OK);
+    for (int kind = 0; kind < 5; kind++)
         for (int count = 1; count <= COUNT; count += COUNT - 1)
             for (int again = 0; again < 2; again++) {
                 int failed = -2;
@@ -956,6 +1273,8 @@ static void interrupts(void)
                     : kind == 1
                         ? kempe_workspace_derivative_states(s.ws, count, &t, 0, q, qd, NULL, qdd, NULL, &none, &failed)
                     : kind == 2 ? kempe_workspace_forward_states(s.ws, count, &t, 0, q, qd, NULL, qdd, NULL, &failed)
+                    : kind == 3 ? kempe_workspace_hessian_states(s.ws, count, &t, 0, q, qd, NULL, &weights, 1,
+                                                                 &direction, M, &failed)
                                 : kempe_workspace_evaluate_states(s.ws, count, &t, 0, q, qd, &rows, &failed);
                 const bool ends = count > 1 && !again;
                 CHECK(status == (ends ? KEMPE_STOPPED : KEMPE_OK));
@@ -1039,6 +1358,10 @@ int main(void)
     TEST(inverse);
     TEST(outputs_and_products);
     TEST(second_derivatives);
+    TEST(hessians);
+    TEST(hessians_beside_second_derivatives);
+    TEST(hessian_with_force);
+    TEST(determinants);
     TEST(steps);
     TEST(sticking);
     TEST(refused);

@@ -3221,7 +3221,7 @@ class Generate(Case):
 
     def test_languages(self):
         files = {"c": {"andrews.c", "andrews.h", "kempe_runtime.h"}, "python": {"andrews.py"},
-                 "casadi": {"andrews_casadi.py"}, "jax": {"andrews_jax.py"},
+                 "casadi": {"andrews_casadi.py"}, "jax": {"andrews_jax.py"}, "torch": {"andrews_torch.py"},
                  "octave": {f"andrews_{name}.m" for name in ("model", "M_C", "h_J", "M_C_prepare", "h_J_prepare")}}
         for language, names in files.items():
             with tempfile.TemporaryDirectory() as folder:

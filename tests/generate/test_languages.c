@@ -166,7 +166,7 @@ static void refusals(void)
         return;
     refuse_rubbing();
     refuse(model, (kempe_generate_options){.language = "fortran"},
-           "unknown language 'fortran'; languages are c, casadi, jax, octave, python");
+           "unknown language 'fortran'; languages are c, casadi, jax, octave, python, torch");
     refuse(model, (kempe_generate_options){.form = "short"}, "unknown form 'short'");
     refuse(model, (kempe_generate_options){.language = "c", .vectorised = 1}, "c has no vectorised form");
     refuse(model, (kempe_generate_options){.sets = "M_C+K"}, "unknown set 'K'");
@@ -199,8 +199,8 @@ static void hashes(void)
 
 static void same_bytes(void)
 {
-    static const char *const languages[] = {"c", "octave", "python", "casadi", "jax"};
-    for (int k = 0; k < 5; k++) {
+    static const char *const languages[] = {"c", "octave", "python", "casadi", "jax", "torch"};
+    for (int k = 0; k < 6; k++) {
         const kempe_generate_options g = {
             .keep_parameters = 1, .language = languages[k], .vectorised = k == 1 || k == 2};
         kempe_code *code[2] = {NULL, NULL};

@@ -532,6 +532,89 @@ static void gradient_of_one(void)
     }
 }
 
+/* The gradient by one pass from an expression down to the inputs is the one by passes from each input, in values; also
+ * of an expression and its derivative, whose rotated pairs are others. */
+static void gradient_backward(void)
+{
+    for (int i = 0; i < 200; i++) {
+        steps s;
+        kmp_ref r[GRAPH_STEPS], leaf[GRAPH_INPUTS], all[2][GRAPH_INPUTS], down[2][GRAPH_INPUTS];
+        double x[GRAPH_INPUTS], xd[GRAPH_INPUTS];
+        random_seed((uint64_t)i + 1);
+        random_point(x, xd);
+        random_steps(&s, GRAPH_STEPS / 2, x);
+        kmp_graph *g = kmp_graph_new();
+        steps_build(&s, g, r);
+        for (uint32_t k = 0; k < GRAPH_INPUTS; k++)
+            leaf[k] = kmp_input(g, KMP_IN_Q, k);
+        kmp_ref of[2] = {KMP_ZERO, KMP_ZERO};
+        for (int k = 0; k < s.count; k++)
+            of[0] = kmp_add(g, of[0], kmp_mul(g, kmp_const(g, 0.3 + k % 5), r[k]));
+        kmp_derivatives_by(g, leaf[i % GRAPH_INPUTS], 1, &of[0], &of[1]);
+        for (int k = 0; k < 2; k++) {
+            kmp_gradient_backward(g, kmp_neg(of[k]), GRAPH_INPUTS, leaf, down[k]);
+            kmp_partials_all(g, 1, &of[k], KMP_IN_Q, GRAPH_INPUTS, all[k]);
+        }
+        double *value = KMP_NEW(double, kmp_graph_count(g));
+        kmp_graph_eval(g, (const double *const[KMP_IN_COUNT]){[KMP_IN_Q] = x}, value);
+        for (int k = 0; k < 2 * GRAPH_INPUTS; k++) {
+            const double expected = value_of(value, all[k / GRAPH_INPUTS][k % GRAPH_INPUTS]);
+            const double found = value_of(value, down[k / GRAPH_INPUTS][k % GRAPH_INPUTS]);
+            CHECK_NEAR(-found, expected, 1e-9 * fmax(1, fabs(expected)));
+        }
+        CHECK(!kmp_graph_failed(g));
+        kmp_free(value);
+        kmp_graph_free(g);
+    }
+    kmp_graph *g = kmp_graph_new();
+    kmp_ref q = kmp_input(g, KMP_IN_Q, 0), other = kmp_input(g, KMP_IN_Q, 1), by[2], slope[2];
+    const kmp_ref push = kmp_binary(g, KMP_OP_MAX, q, KMP_ZERO),
+                  power = kmp_mul(g, kmp_sqrt(g, push), kmp_mul(g, push, other));
+    kmp_gradient_backward(g, power, 2, (const kmp_ref[]){q, other}, by);
+    kmp_gradient_backward(g, KMP_ONE, 2, (const kmp_ref[]){q, other}, slope);
+    CHECK(slope[0] == KMP_ZERO && slope[1] == KMP_ZERO);
+    for (int k = 0; k < 2; k++) { /* max(q, 0)^1.5 times another one, also where it begins */
+        const double x[] = {k ? 0.49 : 0, 2};
+        double *value = KMP_NEW(double, kmp_graph_count(g));
+        kmp_graph_eval(g, (const double *const[KMP_IN_COUNT]){[KMP_IN_Q] = x}, value);
+        CHECK_NEAR(value_of(value, by[0]), k ? 2.1 : 0, 1e-15);
+        CHECK_NEAR(value_of(value, by[1]), k ? 0.343 : 0, 1e-15);
+        kmp_free(value);
+    }
+    kmp_graph_free(g);
+}
+
+/* A value that is not chosen may be NaN, with its slopes; also of min and max, and where a chosen value shares a part
+ * of it. The change of the gradient along a direction is as finite. */
+static void gradient_of_choices(void)
+{
+    kmp_graph *g = kmp_graph_new();
+    const kmp_ref x = kmp_input(g, KMP_IN_Q, 0), y = kmp_input(g, KMP_IN_Q, 1), leaf[] = {x, y};
+    const kmp_ref root = kmp_sqrt(g, x), inside = kmp_mul(g, kmp_unary(g, KMP_OP_LOG, x), kmp_mul(g, y, root));
+    const kmp_ref one_of = kmp_select(g, kmp_less(g, KMP_ZERO, x), inside, kmp_mul(g, y, y));
+    const kmp_ref cut =
+        kmp_binary(g, KMP_OP_MIN, kmp_div(g, y, kmp_binary(g, KMP_OP_MAX, x, KMP_ZERO)), kmp_mul(g, x, y));
+    const kmp_ref of = kmp_add(g, one_of, kmp_mul(g, kmp_const(g, 2), cut));
+    kmp_ref down[2], bent[4];
+    kmp_gradient_backward(g, of, 2, leaf, down);
+    for (int k = 0; k < 2; k++)
+        kmp_derivatives_by(g, leaf[k], 2, down, bent + 2 * k);
+    for (int k = 0; k < 2; k++) {
+        const double at[] = {k ? 4 : -1, 3}, s = log(4.0); /* log(x) y sqrt(x) + 2 y / x; y^2 + 2 x y */
+        const double slope[2][2] = {{6, 4}, {3 * (2.0 / 4 + s / 4) - 6.0 / 16, 2 * s + 0.5}};
+        const double curve[2][4] = {{0, 2, 2, 2},
+                                    {-3 * s / 32 + 12.0 / 64, 0.5 + s / 4 - 2.0 / 16, 0.5 + s / 4 - 2.0 / 16, 0}};
+        double *value = KMP_NEW(double, kmp_graph_count(g));
+        kmp_graph_eval(g, (const double *const[KMP_IN_COUNT]){[KMP_IN_Q] = at}, value);
+        for (int i = 0; i < 2; i++)
+            CHECK_NEAR(value_of(value, down[i]), slope[k][i], 1e-14);
+        for (int i = 0; i < 4; i++)
+            CHECK_NEAR(value_of(value, bent[i]), curve[k][i], 1e-14);
+        kmp_free(value);
+    }
+    kmp_graph_free(g);
+}
+
 int main(void)
 {
     TEST(test_numbers);
@@ -554,5 +637,7 @@ int main(void)
     TEST(test_determinism);
     TEST(test_order_of_arguments);
     TEST(gradient_of_one);
+    TEST(gradient_backward);
+    TEST(gradient_of_choices);
     return check_report();
 }

@@ -118,6 +118,28 @@ static void test_derivatives(void)
     free_scene(&c);
 }
 
+/* Derivatives from the solutions down to the input are those from the input up. */
+static void test_derivatives_backward(void)
+{
+    scene c = new_scene();
+    kmp_ref down[4];
+    static const int of[] = {0, 1, 3, 4};
+    for (int k = 0; k < 4; k++)
+        kmp_gradient_backward(c.g, c.out[of[k]], 1, &c.s, &down[k]);
+    for (int k = 0; k < 4; k++) {
+        const kmp_ref kept = c.out[of[k] + 1];
+        for (double s = -1; s < 1.1; s += 0.5) {
+            double up[6], other[6];
+            eval(&c, s, up);
+            c.out[of[k] + 1] = down[k];
+            eval(&c, s, other);
+            c.out[of[k] + 1] = kept;
+            CHECK_NEAR(other[of[k] + 1], up[of[k] + 1], 1e-12 * fmax(1, fabs(up[of[k] + 1])));
+        }
+    }
+    free_scene(&c);
+}
+
 static bool same_bits(double a, double b)
 {
     return memcmp(&a, &b, sizeof a) == 0 || (isnan(a) && isnan(b));
@@ -304,6 +326,7 @@ int main(void)
 {
     TEST(test_solutions);
     TEST(test_derivatives);
+    TEST(test_derivatives_backward);
     TEST(test_bits);
     TEST(test_no_solution);
     TEST(test_nesting);

@@ -72,10 +72,46 @@ static void steps_try_again(void)
     unload(&l);
 }
 
+/* Hessians and the determinant of the loops are prepared again after a failure; the calls themselves allocate at the
+ * first one at most. */
+static void hessians_try_again(void)
+{
+    loaded l = load("examples/four_bar/four_bar.yaml");
+    kempe_workspace *ws = NULL;
+    double q[3] = {0.3, 0, 0}, qd[3] = {0}, H[4], w[3] = {1, 2, 3}, unit[] = {1, 0};
+    const double t = 0;
+    const kempe_state_direction direction[] = {{.u = unit}, {.ud = unit}};
+    const kempe_forward_values weight = {.qdd = w, .y = w};
+    CHECK(kempe_workspace_new(l.system, &ws) == KEMPE_OK);
+    CHECK(kempe_workspace_close(ws, 0, q, qd, NULL) == KEMPE_OK);
+    CHECK(kempe_workspace_add_derivatives(ws, 0, NULL, "acceleration(coupler.C)") == KEMPE_OK);
+    for (int kind = 0; kind < 3; kind++) {
+        unsigned long failed = 0;
+        for (bool done = false; !done && failed < 5000; failed += !done) {
+            kmp_memory_fail_at(failed + 1);
+            const kempe_status status =
+                kind == 0   ? kempe_workspace_add_hessians(ws)
+                : kind == 1 ? kempe_workspace_add_determinant(ws)
+                            : kempe_workspace_forward_hessian(ws, 0, q, qd, NULL, &weight, 2, direction, H);
+            kmp_memory_fail_at(0);
+            done = status == KEMPE_OK;
+            CHECK(done || status == KEMPE_E_MEMORY);
+        }
+        CHECK(failed > (kind < 2 ? 10 : 0) && failed < 5000);
+    }
+    const unsigned long before = kmp_memory_count();
+    CHECK(kempe_workspace_forward_hessian(ws, 0, q, qd, NULL, &weight, 2, direction, H) == KEMPE_OK);
+    CHECK(kempe_workspace_determinant_states(ws, 1, &t, 0, q, H, H + 1, H + 2, NULL) == KEMPE_OK);
+    CHECK(kmp_memory_count() == before);
+    kempe_workspace_free(ws);
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(four_bar);
     TEST(bricard);
     TEST(steps_try_again);
+    TEST(hessians_try_again);
     return check_report();
 }

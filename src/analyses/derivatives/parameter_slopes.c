@@ -662,3 +662,76 @@ kmp_second_values kmp_second_derivatives_along(kmp_second_derivatives *second, c
     int m = second->m;
     return (kmp_second_values){out + 3 * m, out, out + m, out + 2 * m};
 }
+
+/* -- second derivatives of a weighted sum: differentiation back from the sum, then forward -------------------- */
+
+/* The weighted sum, whose weights are inputs after the direction. */
+static kmp_ref weighted_sum(const kmp_equations *eq, int first, int count, const kmp_ref *of)
+{
+    kmp_ref sum = KMP_ZERO;
+    for (int k = 0; k < count; k++)
+        sum = kmp_add(eq->graph, sum,
+                      kmp_mul(eq->graph, kmp_input(eq->graph, KMP_IN_ALONG, (uint32_t)(first + k)), of[k]));
+    return sum;
+}
+
+static bool derive_curvature(kmp_curvature *c, const kmp_equations *eq, const kmp_backend *backend,
+                             const double *values)
+{
+    const int state = 3 * eq->n + eq->m, equations = eq->n + 3 * eq->m, count = equations + c->shown;
+    kmp_arena arena = {0};
+    kmp_ref *of, *slope, *change;
+    motion a = motion_of(&arena, state);
+    bool ok = KMP_ARENA_MAKE(&arena, KMP_ROOM(kmp_ref, count, &of), KMP_ROOM(kmp_ref, state, &slope, &change));
+    if (ok) {
+        collect_sets(eq, of);
+        for (int k = 0; k < c->shown; k++)
+            of[equations + k] = eq->shown[k];
+        move_state(&a, eq, 0);
+        kmp_gradient_backward(eq->graph, weighted_sum(eq, state, count, of), state, a.leaf, slope);
+        memcpy(change, slope, (size_t)state * sizeof *change);
+        ok = differentiate(&a, eq->graph, state, change);
+    }
+    if (ok)
+        c->formulas.program =
+            kmp_program_new(eq->graph, 2, (const int[]){state, state}, (const kmp_ref *const[]){slope, change});
+    ok = ok && kmp_formulas_prepare(&c->formulas, backend, values);
+    kmp_arena_free(&arena);
+    return ok;
+}
+
+kempe_status kmp_curvature_init(kmp_curvature *curvature, const kempe_system *system, const kmp_backend *backend,
+                                bool with_outputs)
+{
+    kmp_equations eq;
+    kmp_events events;
+    const unsigned sets = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL | (with_outputs ? KMP_SET_OUTPUT : 0u);
+    const int state = 3 * system->n + system->m;
+    *curvature = (kmp_curvature){.n = system->n, .m = system->m};
+    KMP_TRY(derive_for_slopes(&eq, system, &events, sets));
+    curvature->shown = with_outputs ? eq.shown_count : 0;
+    curvature->given = KMP_NEW(double, state + system->n + 3 * system->m + curvature->shown);
+    curvature->weight = curvature->given ? curvature->given + state : NULL;
+    const bool ok = curvature->given && derive_curvature(curvature, &eq, backend, system->parameters);
+    kmp_equations_free(&eq);
+    if (ok)
+        return KEMPE_OK;
+    kmp_curvature_free(curvature);
+    return kmp_fail_memory(system->context);
+}
+
+KMP_CLEARS(kmp_curvature, curvature, kmp_formulas_free(&curvature->formulas), kmp_free(curvature->given))
+
+void kmp_curvature_at(kmp_curvature *curvature, const kmp_instant *at)
+{
+    kmp_formulas_place(&curvature->formulas, at);
+    kmp_machine_set(curvature->formulas.machine, KMP_IN_ALONG, curvature->given);
+    (void)kmp_machine_run(curvature->formulas.machine, 1);
+}
+
+const double *kmp_curvature_along(kmp_curvature *curvature, const double *direction)
+{
+    memcpy(curvature->given, direction, (size_t)(3 * curvature->n + curvature->m) * sizeof *direction);
+    kmp_machine_set(curvature->formulas.machine, KMP_IN_ALONG, curvature->given);
+    return kmp_machine_run(curvature->formulas.machine, 2);
+}

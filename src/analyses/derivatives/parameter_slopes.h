@@ -117,3 +117,24 @@ void kmp_second_derivatives_free(kmp_second_derivatives *second);
  * none). No allocation. */
 kmp_second_values kmp_second_derivatives_along(kmp_second_derivatives *second, const kmp_variation *a,
                                                const kmp_variation *b, const double *parameter);
+
+/** Second derivatives of a weighted sum of the same values and of outputs, for the Hessian of functions of a motion.
+ * One program of two stages, derived once: the gradient of the sum by s = (q, qd, qdd, lambda), and its change along a
+ * direction of s. */
+typedef struct kmp_curvature {
+    kmp_formulas formulas;
+    int n, m, shown; /* outputs */
+    double *given;   /* of the program: a direction (3 n + m), then the weights */
+    double *weight;  /* in it: of h, rate and curve (m each), of R (n) and of the outputs */
+} kmp_curvature;
+
+/** Without a user-defined force of the system. With the outputs if requested. KEMPE_E_MEMORY. */
+kempe_status kmp_curvature_init(kmp_curvature *curvature, const kempe_system *system, const kmp_backend *backend,
+                                bool with_outputs);
+void kmp_curvature_free(kmp_curvature *curvature);
+
+/** Takes a state, and the weights, which are in place. No allocation, also below. */
+void kmp_curvature_at(kmp_curvature *curvature, const kmp_instant *at);
+
+/** The change of the gradient along a direction (3 n + m each), valid until the next call. */
+const double *kmp_curvature_along(kmp_curvature *curvature, const double *direction);

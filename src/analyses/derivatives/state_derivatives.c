@@ -13,13 +13,13 @@
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/read/requests.h"
-#include <kempe/derivatives.h>
 #include <string.h>
 
 /* -- preparation ------------------------------------------------------------------------------------- */
 
 static void release_names(kmp_state_derivatives *d)
 {
+    kmp_derivatives_release_hessians(d);
     kmp_slopes_free(d->slopes);
     kempe_system_free(d->varied);
     kmp_variant_free(d->variant);

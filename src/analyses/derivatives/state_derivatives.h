@@ -7,6 +7,7 @@
 #include "constraints/evaluation/tangent.h"
 #include "constraints/workspace/state_workspace.h"
 #include "model/data/variant.h"
+#include <kempe/derivatives.h>
 
 /* Derivatives of the equations, and work space. */
 typedef struct kmp_state_derivatives {
@@ -29,6 +30,10 @@ typedef struct kmp_state_derivatives {
     kmp_second_derivatives second;
     bool bends;                  /* `second` is there */
     double *x_before, *a_before; /* n, m: the response to the first direction */
+    kmp_curvature curvature;     /* without `curved`: it is not there */
+    bool curved;
+    double *path; /* work space for Hessians: changes of the state along directions, of the user's force, */
+    int paths;    /* and the number of directions for which there is room */
 } kmp_state_derivatives;
 
 /** The state at which derivatives are taken: its accelerations and factors, and the derivatives of the equations. */
@@ -70,3 +75,20 @@ void kmp_derivatives_follow(kempe_workspace *ws, const kmp_derivative_point *poi
 
 /** The values of the outputs at the point. */
 void kmp_derivatives_outputs(const kempe_workspace *ws, const kmp_derivative_point *point, double *y);
+
+/** Refuses directions, and weights, with numbers that are not finite, in the message. KEMPE_E_ARGUMENT. */
+kempe_status kmp_derivatives_check_direction(kempe_workspace *ws, const kempe_state_direction *direction);
+kempe_status kmp_derivatives_check_weights(kempe_workspace *ws, const kempe_forward_values *weight);
+
+/** Refuses changes of all coordinates together with changes of the independent ones, in the message. KEMPE_E_ARGUMENT.
+ */
+kempe_status kmp_derivatives_refuse_both(kempe_workspace *ws, bool all, bool closed);
+
+/** Gradients by q and qd in d->dq and d->dqd, by Q in d->x and by the names in `names` (NULL: not required), of weights
+ * of accelerations, multipliers and outputs. The weights of changes of M qdd + C - J' lambda and of J qdd + jdqd that
+ * have this effect are in d->force and d->a. */
+void kmp_derivatives_weigh(kempe_workspace *ws, const kmp_derivative_point *point, const kempe_forward_values *weight,
+                           double *names);
+
+/** Removes what Hessians were prepared with. */
+void kmp_derivatives_release_hessians(kmp_state_derivatives *d);

@@ -7,10 +7,9 @@
 #include "base/context.h"
 #include "constraints/evaluation/tangent.h"
 #include "linalg/dense/dot.h"
-#include <kempe/derivatives.h>
 #include <string.h>
 
-static kempe_status refuse_both(kempe_workspace *ws, bool all, bool closed)
+kempe_status kmp_derivatives_refuse_both(kempe_workspace *ws, bool all, bool closed)
 {
     if (!all || !closed)
         return KEMPE_OK;
@@ -33,7 +32,7 @@ static const char *name_of(const kempe_workspace *ws, int entry)
     return d->name[entry];
 }
 
-static kempe_status check_direction(kempe_workspace *ws, const kempe_state_direction *direction)
+kempe_status kmp_derivatives_check_direction(kempe_workspace *ws, const kempe_state_direction *direction)
 {
     const int n = ws->n, p = kempe_workspace_independent_count(ws), names = kempe_workspace_name_count(ws);
     const struct {
@@ -52,9 +51,11 @@ static kempe_status check_direction(kempe_workspace *ws, const kempe_state_direc
     return KEMPE_OK;
 }
 
-static kempe_status check_weights(kempe_workspace *ws, const kempe_forward_values *weight)
+kempe_status kmp_derivatives_check_weights(kempe_workspace *ws, const kempe_forward_values *weight)
 {
     KMP_TRY(kmp_workspace_check_finite(ws, "the weight of qdd of", kmp_workspace_coordinate_name, ws->n, weight->qdd));
+    KMP_TRY(kmp_workspace_check_finite(ws, "the weight of q of", kmp_workspace_coordinate_name, ws->n, weight->q));
+    KMP_TRY(kmp_workspace_check_finite(ws, "the weight of qd of", kmp_workspace_coordinate_name, ws->n, weight->qd));
     KMP_TRY(kmp_workspace_check_finite(ws, "the weight of lambda of", kmp_workspace_row_name, ws->m, weight->lambda));
     return kmp_workspace_check_finite(ws, "the weight of output", kempe_workspace_output_name,
                                       kempe_workspace_output_count(ws), weight->y);
@@ -68,6 +69,10 @@ static void put_values(const kempe_workspace *ws, const kmp_derivative_point *po
         memcpy(value->qdd, ws->answer, (size_t)ws->n * sizeof *value->qdd);
     if (value && value->lambda)
         memcpy(value->lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *value->lambda);
+    if (value && value->q)
+        memcpy(value->q, ws->q, (size_t)ws->n * sizeof *value->q);
+    if (value && value->qd)
+        memcpy(value->qd, ws->qd, (size_t)ws->n * sizeof *value->qd);
     if (value)
         kmp_derivatives_outputs(ws, point, value->y);
 }
@@ -80,9 +85,9 @@ kempe_status kempe_workspace_forward_jvp(kempe_workspace *ws, double t, const do
     if (!given(ws, q, qd, direction) || !kmp_workspace_given(ws, "change", change))
         return KEMPE_E_ARGUMENT;
     const bool closed = direction->u || direction->ud;
-    KMP_TRY(refuse_both(ws, direction->q || direction->qd, closed));
+    KMP_TRY(kmp_derivatives_refuse_both(ws, direction->q || direction->qd, closed));
     KMP_TRY(kmp_derivatives_prepared(ws));
-    KMP_TRY(check_direction(ws, direction));
+    KMP_TRY(kmp_derivatives_check_direction(ws, direction));
     kmp_derivative_point point;
     KMP_TRY(kmp_derivative_point_take(ws, t, q, qd, Q, closed, &point));
     kmp_state_derivatives *d = ws->derivatives.self;
@@ -98,24 +103,26 @@ kempe_status kempe_workspace_forward_jvp(kempe_workspace *ws, double t, const do
     if (change->lambda)
         memcpy(change->lambda, d->a, (size_t)ws->m * sizeof *change->lambda);
     kmp_derivatives_of_outputs(ws, &along, change->y);
+    if (change->q)
+        kmp_copy_or_zero(ws->n, along.q, change->q);
+    if (change->qd)
+        kmp_copy_or_zero(ws->n, along.qd, change->qd);
     put_values(ws, &point, value);
     return KEMPE_OK;
 }
 
 /* -- weights ----------------------------------------------------------------------------------------- */
 
-/* Gradients by q, qd and the names in d->dq, d->dqd and `names`, by Q in d->x, of weights of accelerations,
- * multipliers and outputs. */
-static void weigh(kempe_workspace *ws, const kmp_derivative_point *point, const kempe_forward_values *weight,
-                  double *names)
+void kmp_derivatives_weigh(kempe_workspace *ws, const kmp_derivative_point *point, const kempe_forward_values *weight,
+                           double *names)
 {
     kmp_state_derivatives *d = ws->derivatives.self;
     const int n = ws->n, m = ws->m;
     double *by_qdd = d->room, *by_lambda = by_qdd + n;
     kmp_copy_or_zero(n, weight->qdd, by_qdd);
     kmp_copy_or_zero(m, weight->lambda, by_lambda);
-    memset(d->dq, 0, (size_t)n * sizeof *d->dq);
-    memset(d->dqd, 0, (size_t)n * sizeof *d->dqd);
+    kmp_copy_or_zero(n, weight->q, d->dq);
+    kmp_copy_or_zero(n, weight->qd, d->dqd);
     if (weight->y && d->outputs > 0) {
         memset(d->values, 0, (size_t)d->slopes->shown * sizeof *d->values);
         for (int k = 0; k < d->outputs; k++)
@@ -174,16 +181,16 @@ kempe_status kempe_workspace_forward_vjp(kempe_workspace *ws, double t, const do
     if (!given(ws, q, qd, gradient) || !kmp_workspace_given(ws, "weight", weight))
         return KEMPE_E_ARGUMENT;
     const bool closed = gradient->u || gradient->ud;
-    KMP_TRY(refuse_both(ws, gradient->q || gradient->qd, closed));
+    KMP_TRY(kmp_derivatives_refuse_both(ws, gradient->q || gradient->qd, closed));
     KMP_TRY(kmp_derivatives_prepared(ws));
-    KMP_TRY(check_weights(ws, weight));
+    KMP_TRY(kmp_derivatives_check_weights(ws, weight));
     kmp_derivative_point point;
     KMP_TRY(kmp_derivative_point_take(ws, t, q, qd, Q, closed, &point));
     kmp_state_derivatives *d = ws->derivatives.self;
     double *names = d->names > 0 ? gradient->p : NULL;
     if (names)
         memset(names, 0, (size_t)d->names * sizeof *names);
-    weigh(ws, &point, weight, names);
+    kmp_derivatives_weigh(ws, &point, weight, names);
     if (gradient->q)
         memcpy(gradient->q, d->dq, (size_t)ws->n * sizeof *gradient->q);
     if (gradient->qd)
@@ -238,14 +245,15 @@ kempe_status kempe_workspace_forward_second(kempe_workspace *ws, double t, const
         return KEMPE_E_ARGUMENT;
     KMP_TRY(kmp_derivatives_prepared(ws));
     kmp_state_derivatives *d = ws->derivatives.self;
-    if (!d->bends || change->y) {
-        (void)kmp_workspace_fail(ws, change->y ? "second derivatives of outputs do not exist: leave out y"
-                                               : "second derivatives are not prepared: call "
-                                                 "kempe_workspace_add_second_derivatives first");
+    const bool more = change->y || change->q || change->qd;
+    if (!d->bends || more) {
+        (void)kmp_workspace_fail(ws, more ? "second derivatives are of qdd and lambda: leave out y, q and qd"
+                                          : "second derivatives are not prepared: call "
+                                            "kempe_workspace_add_second_derivatives first");
         return KEMPE_E_ARGUMENT;
     }
-    KMP_TRY(check_direction(ws, first));
-    KMP_TRY(check_direction(ws, second));
+    KMP_TRY(kmp_derivatives_check_direction(ws, first));
+    KMP_TRY(kmp_derivatives_check_direction(ws, second));
     kmp_derivative_point point;
     KMP_TRY(kmp_derivative_point_take(ws, t, q, qd, Q, false, &point));
     KMP_TRY(respond_to(ws, &point, first));

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Python with a package that records the operations on its arguments, in order to differentiate, batch or compile them:
- * JAX in NAME_jax.py, CasADi in NAME_casadi.py. Nothing is assigned to entries of an array: entries are collected in a
- * dictionary, of which the array is made at the end. Parameters are an argument, the last one, since all derivatives by
- * them are wanted. Both values of a choice are computed. */
+ * JAX in NAME_jax.py, CasADi in NAME_casadi.py, PyTorch in NAME_torch.py. Nothing is assigned to entries of an array:
+ * entries are collected in a dictionary, of which the array is made at the end. Parameters are an argument, the last
+ * one, since all derivatives by them are wanted. Both values of a choice are computed. */
 #include "exchange/code/forward_in_python.h"
 #include "exchange/code/language.h"
 #include "exchange/code/write.h"
@@ -93,6 +93,45 @@ static const kmp_function_spelling in_casadi[KMP_OP_COUNT] = {
                             "    return _either(at, x[m - 1], _choose(at, x[:m - 1], values[:m]), _choose(at, x[m:], "
                             "values[m:]))\n\n\n" PIECE)}};
 
+static const kmp_function_spelling in_torch[KMP_OP_COUNT] = {
+    [KMP_OP_SIN] = {.call = "torch.sin"},
+    [KMP_OP_COS] = {.call = "torch.cos"},
+    [KMP_OP_SQRT] = {.call = "torch.sqrt"},
+    [KMP_OP_EXP] = {.call = "torch.exp"},
+    [KMP_OP_LOG] = {.call = "torch.log"},
+    [KMP_OP_SINH] = {.call = "torch.sinh"},
+    [KMP_OP_COSH] = {.call = "torch.cosh"},
+    [KMP_OP_TANH] = {.call = "torch.tanh"},
+    [KMP_OP_ASIN] = {.call = "torch.asin"},
+    [KMP_OP_ACOS] = {.call = "torch.acos"},
+    [KMP_OP_ATAN] = {.call = "torch.atan"},
+    [KMP_OP_ABS] = {.call = "torch.abs"},
+    [KMP_OP_SIGN] = {.call = "torch.sign"},
+    [KMP_OP_FLOOR] = {.call = "torch.floor"},
+    [KMP_OP_POW] = {.call = "torch.pow"},
+    [KMP_OP_ATAN2] = {.call = "_atan2",
+                      .definition = BLOCK("def _atan2(x, y):\n    return torch.atan2(_number(x), _number(y))")},
+    [KMP_OP_MIN] = {.call = "_min",
+                    .definition = BLOCK("def _min(x, y):\n    return torch.minimum(_number(x), _number(y))")},
+    [KMP_OP_MAX] = {.call = "_max",
+                    .definition = BLOCK("def _max(x, y):\n    return torch.maximum(_number(x), _number(y))")},
+    [KMP_OP_LESS] = {.call = "_less",
+                     .definition =
+                         BLOCK("def _less(x, y):\n    return torch.where(_number(x) < y, _number(1.0), _number(0.0))")},
+    [KMP_OP_SELECT] = {.call = "_select",
+                       .definition = BLOCK(
+                           "def _select(c, x, y):\n    return torch.where(_number(c) != 0, _number(x), _number(y))")},
+    [KMP_OP_TABLE] = {
+        .definition =
+            BLOCK("def _table(table, d, at):\n"
+                  "    at = _number(at)\n"
+                  "    x, y, c = (torch.tensor(part, dtype=torch.float64, device=at.device) for part in table)\n"
+                  "    k = (x[1:-1] <= at).sum().reshape(1)\n"
+                  "    inside = _piece(torch.index_select(c, 0, k)[0], d, at - torch.index_select(x, 0, k)[0])\n"
+                  "    low, high = (_number(end) for end in _ends((x, y, c), d, at))\n"
+                  "    value = torch.where(at < x[0], low, torch.where(at > x[-1], high, _number(inside)))\n"
+                  "    return torch.where(at != at, at, value)\n\n\n" PIECE)}};
+
 /* -- files ------------------------------------------------------------------------------------------- */
 
 #define FILE_OF(imports)                                                                                               \
@@ -150,3 +189,11 @@ const kmp_language kmp_language_jax = {
     .helpers = KMP_RUNTIME_JAX,
     .forward = kmp_put_forward,
     .pages = {{"$(name)_jax.py", FILE_OF("import math\n\nimport jax\nimport jax.numpy as jnp\nimport numpy as np\n")}}};
+
+const kmp_language kmp_language_torch = {.name = "torch",
+                                         .title = "Python for PyTorch",
+                                         SHARED,
+                                         .functions = in_torch,
+                                         .helpers = KMP_RUNTIME_TORCH,
+                                         .forward = kmp_put_forward,
+                                         .pages = {{"$(name)_torch.py", FILE_OF("import math\n\nimport torch\n")}}};

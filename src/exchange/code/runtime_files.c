@@ -10,6 +10,7 @@ static const struct {
                               [KMP_RUNTIME_NEWTON_OCTAVE] = {"", kmp_blocks_in_octave},
                               [KMP_RUNTIME_CASADI] = {"", kmp_helpers_in_casadi},
                               [KMP_RUNTIME_JAX] = {"", kmp_helpers_in_jax},
+                              [KMP_RUNTIME_TORCH] = {"", kmp_helpers_in_torch},
                               [KMP_RUNTIME_MOTION] = {"", kmp_motion_in_python},
                               [KMP_RUNTIME_SIMULATOR_HEADER] = {"kempe_simulator.h", kmp_kempe_simulator_h},
                               [KMP_RUNTIME_SIMULATOR] = {"kempe_simulator.c", kmp_kempe_simulator_c},

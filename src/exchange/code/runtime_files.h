@@ -9,8 +9,9 @@ typedef enum kmp_runtime_file {
     KMP_RUNTIME_NEWTON,    /* kempe_newton.h: implicit blocks */
     KMP_RUNTIME_NEWTON_PYTHON,
     KMP_RUNTIME_NEWTON_OCTAVE,
-    KMP_RUNTIME_CASADI, /* arrays and linear algebra of functions for CasADi, for JAX */
+    KMP_RUNTIME_CASADI, /* arrays and linear algebra of functions for CasADi, for JAX, for PyTorch */
     KMP_RUNTIME_JAX,
+    KMP_RUNTIME_TORCH,
     KMP_RUNTIME_MOTION, /* accelerations, by these */
     KMP_RUNTIME_SIMULATOR_HEADER,
     KMP_RUNTIME_SIMULATOR,
@@ -26,6 +27,7 @@ void kmp_runtime_put(kmp_text *text, kmp_runtime_file file);
 /** Lines of the files; NULL ends each. */
 extern const char *const kmp_runtime_lines[], *const kmp_kempe_newton_h[], *const kmp_kempe_simulator_h[];
 extern const char *const kmp_blocks_in_python[], *const kmp_blocks_in_octave[];
-extern const char *const kmp_helpers_in_casadi[], *const kmp_helpers_in_jax[], *const kmp_motion_in_python[];
+extern const char *const kmp_helpers_in_casadi[], *const kmp_helpers_in_jax[], *const kmp_helpers_in_torch[];
+extern const char *const kmp_motion_in_python[];
 extern const char *const kmp_kempe_simulator_c[], *const kmp_kempe_friction_c[], *const kmp_kempe_charts_c[],
                                                                                      *const kmp_kempe_events_c[];
