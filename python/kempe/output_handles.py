@@ -6,8 +6,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ._native import lib
-from .arrays import Array, optional, vector, writable
+from .arrays import Array, all_finite, finite, matched, numbers, of_class, optional, vector, whole, writable
 from .context import NULL, Owned, string
+from .errors import ArgumentError
 from .lazy import np
 from .options import text_of, utf8
 from .stepper import Stepper
@@ -46,16 +47,23 @@ class Outputs(Owned):
         qdd: ArrayLike | None = None,
         lam: ArrayLike | None = None,
     ) -> Array:
-        """Values (k) at t (s), q, qd, qdd (n each) and lam (m); None is zero.
+        """Values (k) at t (s), q, qd, qdd (n each) and lam (m). None is zero; accelerations need qdd, reactions lam.
 
         >>> outputs = kempe.Model("four_bar.yaml").system().outputs("position(crank.B).y")
         >>> outputs.at(0.0, [0, 0, 0]).tolist()
         [0.3]
         """
-        n = self._n
+        for label, given, kinds in (("qdd", qdd, ("acceleration", "qdd")), ("lam", lam, ("reaction", "lambda"))):
+            needs = [] if given is not None else [name for name in self.names if name.split(".")[0] in kinds]
+            if needs:
+                raise ArgumentError(f"'{needs[0]}' depends on {label}, which is not given: forward_dynamics of a workspace has it")
+        n, names = self._n, self._context.coordinates
+        for name, values, count, of in (("q", q, n, names), ("qd", qd, n, names), ("qdd", qdd, n, names), ("lam", lam, self._m, self._context.rows)):
+            if values is not None:
+                all_finite(matched(values, count, name), name, of)
         return self._values(
             lib.kempe_outputs_at_state,
-            t,
+            finite(t, "t"),
             vector(q, n, "q"),
             optional(qd, n, "qd"),
             optional(qdd, n, "qdd"),
@@ -64,29 +72,37 @@ class Outputs(Owned):
 
     def at_stepper(self, stepper: Stepper) -> Array:
         """Values (k) at the current row of a stepper, with its inputs."""
-        return self._values(lib.kempe_outputs_at_stepper, stepper._pointer)
+        return self._values(lib.kempe_outputs_at_stepper, of_class(stepper, Stepper, "stepper", "System.stepper()")._pointer)
 
     def at_row(self, trajectory: Trajectory, row: int) -> Array:
         """Values (k) at a row of a trajectory."""
-        return self._values(lib.kempe_outputs_at_row, trajectory._pointer, row)
+        run = of_class(trajectory, Trajectory, "trajectory", "simulate()")
+        return self._values(lib.kempe_outputs_at_row, run._pointer, whole(row, "row"))
 
     def at_time(self, trajectory: Trajectory, t: ArrayLike) -> Array:
         """Values (k) at any time (s), or at several, of a run with `keep_dense=True`."""
-        times = np.asarray(t, dtype=float)
-        values = [self._values(lib.kempe_outputs_at_time, trajectory._pointer, time) for time in times.flat]
+        times = numbers(t, "t").reshape(np.shape(t))
+        run = of_class(trajectory, Trajectory, "trajectory", "simulate(keep_dense=True)")
+        values = [self._values(lib.kempe_outputs_at_time, run._pointer, time) for time in times.flat]
         return np.array(values).reshape((*times.shape, len(self)))
 
     def _slopes(self, function: Any, width: int, t: float, q: ArrayLike, qd: ArrayLike | None) -> tuple[Array, Array]:
         slopes, drift = np.empty((len(self), width), order="F"), np.empty(len(self))
+        for name, values in (("q", q), ("qd", qd)):
+            if values is not None:
+                all_finite(matched(values, self._n, name), name, self._context.coordinates)
         self._context.check(
             function,
             self._pointer,
-            t,
+            finite(t, "t"),
             vector(q, self._n, "q"),
             optional(qd, self._n, "qd"),
             writable(slopes, slopes.shape, "J", "F"),
             writable(drift, drift.shape, "jdqd"),
         )
+        unknown = np.flatnonzero(np.isnan(slopes).any(axis=1))
+        if len(unknown):
+            raise ArgumentError(f"'{self.names[unknown[0]]}' has no Jacobian: it depends on accelerations or multipliers")
         return slopes, drift
 
     def jacobian(self, t: float, q: ArrayLike, qd: ArrayLike | None = None) -> tuple[Array, Array]:
