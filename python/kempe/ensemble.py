@@ -14,7 +14,8 @@ from .context import Context, Fixed, outcome, string
 from .errors import ArgumentError, FailedError, InputError
 from .executors import once, run_shards
 from .lazy import np
-from .options import options as struct_of, path_of, utf8
+from .options import options as struct_of
+from .options import path_of, utf8
 from .result import Reported, Result, TableOf
 from .table import Table
 

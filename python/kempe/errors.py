@@ -109,6 +109,7 @@ def in_python(message: str, tables: Collection[str] = ()) -> str:
     message = message.replace("'kempe show --model' lists all coordinates", "`coordinates` of the model lists all")
     message = message.replace("the force function that was set for the system failed at", "force gives no finite numbers at")
     message = re.sub(r"column '([^']*)' is missing(?=; did you|: columns are)", r"column '\1' is missing in the model", message)
+    message = re.sub(r"--leave-out (\S+) allows that", r'leave_out="\1" allows that', message)
     for written, call in _WRITTEN:
         message = message.replace(written, call)
     message = re.sub(r"--(?:input|set) (?=[^\W\d])", "", message)

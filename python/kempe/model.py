@@ -20,8 +20,8 @@ from .ensemble import Ensemble, Folder, Function, Recipe, Values, rows_of
 from .errors import ArgumentError, FileError, InputError, KempeWarning
 from .fit import Fit, Optimum
 from .generate import Code, Count, FmuExport
-from .lazy import np
 from .gradient import Gradient
+from .lazy import np
 from .options import characters, entry_of, path_of, text_of, utf8, words
 from .options import options as struct_of
 from .result import study
@@ -32,7 +32,18 @@ from .system import Force, System
 if TYPE_CHECKING:
     from typing import Unpack
 
-    from ._options import Data, EnsembleOptions, FitOptions, FmuOptions, GenerateOptions, GradientOptions, OptimumOptions, RunOptions, SampleOptions, SensitivityOptions
+    from ._options import (
+        Data,
+        EnsembleOptions,
+        FitOptions,
+        FmuOptions,
+        GenerateOptions,
+        GradientOptions,
+        OptimumOptions,
+        RunOptions,
+        SampleOptions,
+        SensitivityOptions,
+    )
     from .trajectory import Trajectory
 
 Values_ = Mapping[str, Any]

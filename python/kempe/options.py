@@ -10,7 +10,6 @@ import functools
 import json
 import keyword
 import math
-import numbers
 import os
 from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
@@ -114,9 +113,10 @@ def _text(value: Any, keep: list[Any]) -> Any:
 
 
 def _real(value: Any, keep: list[Any]) -> float:
-    if not isinstance(value, (str, numbers.Real, np.generic, np.ndarray)):
-        raise TypeError(f"a number is needed, not {value!r}")
-    return float(value)
+    try:
+        return float(value)
+    except TypeError:
+        raise TypeError(f"a number is needed, not {value!r}") from None
 
 
 def _whole(value: Any, keep: list[Any]) -> int:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from ._native import lib
@@ -29,7 +30,12 @@ class Outputs(Owned):
         self.units: dict[str, str] = {
             name: string(lib.kempe_outputs_unit(self._pointer, k)) for k, name in enumerate(self.names)
         }
+        self._of_qdd, self._of_lam = (self._first(kinds) for kinds in (("acceleration", "qdd"), ("reaction", "lambda")))
         self._n, self._m = len(self._context.coordinates), len(self._context.rows)
+
+    def _first(self, kinds: tuple[str, ...]) -> str:
+        """The first output of some kinds; "": none."""
+        return next((name for name in self.names if name.split(".")[0] in kinds), "")
 
     def __len__(self) -> int:
         return len(self.names)
@@ -53,15 +59,11 @@ class Outputs(Owned):
         >>> outputs.at(0.0, [0, 0, 0]).tolist()
         [0.3]
         """
-        for label, given, kinds in (("qdd", qdd, ("acceleration", "qdd")), ("lam", lam, ("reaction", "lambda"))):
-            needs = [] if given is not None else [name for name in self.names if name.split(".")[0] in kinds]
-            if needs:
-                raise ArgumentError(f"'{needs[0]}' depends on {label}, which is not given: forward_dynamics of a workspace has it")
+        for needed, label, given in ((self._of_qdd, "qdd", qdd), (self._of_lam, "lam", lam)):
+            if needed and given is None:
+                raise ArgumentError(f"'{needed}' depends on {label}, which is not given: forward_dynamics of a workspace has it")
         n, names = self._n, self._context.coordinates
-        for name, values, count, of in (("q", q, n, names), ("qd", qd, n, names), ("qdd", qdd, n, names), ("lam", lam, self._m, self._context.rows)):
-            if values is not None:
-                all_finite(matched(values, count, name), name, of)
-        return self._values(
+        found = self._values(
             lib.kempe_outputs_at_state,
             finite(t, "t"),
             vector(q, n, "q"),
@@ -69,6 +71,11 @@ class Outputs(Owned):
             optional(qdd, n, "qdd"),
             optional(lam, self._m, "lam"),
         )
+        if not math.isfinite(found.dot(found)):
+            for name, values, count, of in (("q", q, n, names), ("qd", qd, n, names), ("qdd", qdd, n, names), ("lam", lam, self._m, self._context.rows)):
+                if values is not None:
+                    all_finite(matched(values, count, name), name, of)
+        return found
 
     def at_stepper(self, stepper: Stepper) -> Array:
         """Values (k) at the current row of a stepper, with its inputs."""
@@ -88,9 +95,6 @@ class Outputs(Owned):
 
     def _slopes(self, function: Any, width: int, t: float, q: ArrayLike, qd: ArrayLike | None) -> tuple[Array, Array]:
         slopes, drift = np.empty((len(self), width), order="F"), np.empty(len(self))
-        for name, values in (("q", q), ("qd", qd)):
-            if values is not None:
-                all_finite(matched(values, self._n, name), name, self._context.coordinates)
         self._context.check(
             function,
             self._pointer,
@@ -100,9 +104,12 @@ class Outputs(Owned):
             writable(slopes, slopes.shape, "J", "F"),
             writable(drift, drift.shape, "jdqd"),
         )
-        unknown = np.flatnonzero(np.isnan(slopes).any(axis=1))
-        if len(unknown):
-            raise ArgumentError(f"'{self.names[unknown[0]]}' has no Jacobian: it depends on accelerations or multipliers")
+        if math.isnan(slopes.sum()):
+            for name, values in (("q", q), ("qd", qd)):
+                if values is not None:
+                    all_finite(matched(values, self._n, name), name, self._context.coordinates)
+            row = int(np.isnan(slopes).any(axis=1).argmax())
+            raise ArgumentError(f"'{self.names[row]}' has no Jacobian: it depends on accelerations or multipliers")
         return slopes, drift
 
     def jacobian(self, t: float, q: ArrayLike, qd: ArrayLike | None = None) -> tuple[Array, Array]:

@@ -12,7 +12,21 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
-from .arrays import DOUBLES, INTS, Array, Order, all_finite, converted, finite, matched, numbers, real, view, whole, writable
+from .arrays import (
+    DOUBLES,
+    INTS,
+    Array,
+    Order,
+    all_finite,
+    converted,
+    finite,
+    matched,
+    numbers,
+    real,
+    view,
+    whole,
+    writable,
+)
 from .context import Owned, interruptible, string
 from .errors import ArgumentError, Interrupted, error_of, in_python
 from .fast_calls import calls
@@ -247,7 +261,7 @@ class Workspace(Owned):
 
     def _known(self) -> None:
         """An error before the first evaluation, where all of M is zero."""
-        if self.n and not self.views.M.any():
+        if self._thread == 0 and self.n and not self.views.M.any():
             raise ArgumentError("the workspace has no values yet: call evaluate(t, q, qd) first")
 
     def evaluate(self, t: float, q: ArrayLike, qd: ArrayLike | None = None, views: bool = False) -> Equations:
@@ -828,12 +842,16 @@ class Workspace(Owned):
             if name not in coordinates:
                 raise ArgumentError(unknown("coordinate", name, coordinates))
         t = finite(t, "t")
-        closed = all_finite(matched(q, self.n, "q").copy(), "q", coordinates)
-        rates = np.zeros(self.n) if qd is None else all_finite(matched(qd, self.n, "qd").copy(), "qd", coordinates)
+        closed = matched(q, self.n, "q").copy()
+        rates = np.zeros(self.n) if qd is None else matched(qd, self.n, "qd").copy()
         keep = ffi.new(INTS, [int(name in held) for name in coordinates])
         places = writable(closed, (self.n,), "q"), writable(rates, (self.n,), "qd")
         with self._alone():
             status = lib.kempe_workspace_close(self._pointer, t, *places, keep)
+        if status or self.m == 0:  # what is not finite does not close
+            for name, given in (("q", q), ("qd", qd)):
+                if given is not None:
+                    all_finite(matched(given, self.n, name), name, coordinates)
         if status:
             self._fail(status)
         return closed, rates

@@ -7,6 +7,7 @@ import math
 import pathlib
 import pickle
 import re
+import warnings
 
 import kempe
 import kempe.contact
@@ -111,7 +112,7 @@ def put(target, place, value):
 
 
 # A mistake: the class of the exception, words of its message, the call.
-A, I, F = kempe.ArgumentError, kempe.InputError, kempe.FailedError
+A, WRONG, F = kempe.ArgumentError, kempe.InputError, kempe.FailedError
 MISTAKES = {
     # models and their values
     "a path that does not exist": (kempe.FileError, ["four_bar.yml", "No such file"], lambda p: kempe.Model("four_bar.yml")),
@@ -119,26 +120,27 @@ MISTAKES = {
     "no path": (TypeError, ["a path is needed, not NoneType"], lambda p: kempe.Model(None)),
     "a dict as a path": (TypeError, ["Model.from_dict"], lambda p: kempe.Model({"kempe": 1})),
     "a text as a path": (kempe.FileError, ["Model.from_text"], lambda p: kempe.Model("kempe: 1\nbodies: {a: {mass: 1}}\n")),
-    "a path as a text": (I, ["begins with 'kempe: 1'"], lambda p: kempe.Model.from_text("four_bar.yaml")),
+    "a path as a text": (WRONG, ["begins with 'kempe: 1'"], lambda p: kempe.Model.from_text("four_bar.yaml")),
     "bytes as a text": (TypeError, ["a text is needed, not bytes"], lambda p: kempe.Model.from_text(b"kempe: 1")),
-    "a list as a model": (I, ["a model is a mapping"], lambda p: kempe.Model.from_dict([1, 2])),
-    "a wrong key of a model": (I, ["unknown key 'body'", "bodies"], lambda p: kempe.Model.from_dict({"kempe": 1, "body": {}})),
+    "a list as a model": (WRONG, ["a model is a mapping"], lambda p: kempe.Model.from_dict([1, 2])),
+    "a wrong key of a model": (WRONG, ["unknown key 'body'", "bodies"], lambda p: kempe.Model.from_dict({"kempe": 1, "body": {}})),
     "NaN in a dict": (ValueError, ["bodies.a.mass is nan", "finite"], lambda p: kempe.Model.from_dict({"kempe": 1, "bodies": {"a": {"mass": NAN}}})),
-    "a parameter that does not exist": (I, ["no parameter 'krank'", "'crank'"], lambda p: four(krank=0.3)),
+    "a parameter that does not exist": (WRONG, ["no parameter 'krank'", "'crank'"], lambda p: four(krank=0.3)),
     "a parameter that is NaN": (A, ["'crank' is nan", "finite"], lambda p: four(crank=NAN)),
     "a parameter that is None": (TypeError, ["'crank'", "not None"], lambda p: four(crank=None)),
     "a complex parameter": (TypeError, ["'crank'", "1j"], lambda p: four(crank=1j)),
     "several values of a parameter": (TypeError, ["crank", "not 2 values"], lambda p: four(crank=[0.3, 0.31])),
     "a parameter twice": (A, ["'crank' is given twice"], lambda p: kempe.Model(FOUR, {"crank": 0.3}, crank=0.4)),
     "a list of parameters": (TypeError, ["a mapping of names to values"], lambda p: kempe.Model(FOUR, ["crank=0.3"])),
-    "a unit of another kind": (I, ["expected m, got kg"], lambda p: four(crank="310 kg")),
-    "a unit that does not exist": (I, ["'furlongs'", "units are"], lambda p: four(crank="310 furlongs")),
-    "a negative mass": (I, ["mass of body 'crank' is negative"], lambda p: four(crank_mass=-1)),
-    "lengths that do not close": (I, ["'across'", "finite number"], lambda p: four(crank=30)),
+    "a unit of another kind": (WRONG, ["expected m, got kg"], lambda p: four(crank="310 kg")),
+    "a unit that does not exist": (WRONG, ["'furlongs'", "units are"], lambda p: four(crank="310 furlongs")),
+    "a negative mass": (WRONG, ["mass of body 'crank' is negative"], lambda p: four(crank_mass=-1)),
+    "lengths that do not close": (WRONG, ["'across'", "finite number"], lambda p: four(crank=30)),
     "a parameter set as an attribute": (AttributeError, ["'crank' cannot be set", "Model(.., crank=..)"], lambda p: setattr(four(), "crank", 0.31)),
     "a study of a system called of a model": (AttributeError, ["model.system().workspace"], lambda p: four().workspace()),
     "a stepper of a model": (AttributeError, ["model.system().stepper"], lambda p: four().stepper()),
     "a base that does not exist": (A, ["'floating'", "fixed and free"], lambda p: kempe.Model(LEG, robot_base="floating")),
+    "mechanics that are not read": (WRONG, ["'spindle'", 'leave_out="spindle"'], lambda p: kempe.Model.from_text(LEG.read_text().replace("</joint>", "<spindle/></joint>", 1))),
     "a format that does not exist": (A, ["'obj'", "urdf+"], lambda p: four().export("obj")),
     "samples without a method": (A, ["u:", "method", "linear"], lambda p: cart(u={"t": [0, 1], "value": [1, 2]})),
     "a method that does not exist": (A, ["'spline'", "cubic"], lambda p: cart(u={"t": [0, 1], "value": [1, 2], "method": "spline"})),
@@ -190,7 +192,7 @@ MISTAKES = {
     "too many independent coordinates": (F, ["1 degree of freedom", "coupler"], lambda p: run(independent="crank,rocker")),
     "a part of a thread": (ValueError, ["threads: a whole number", "1.5"], lambda p: run(threads=1.5)),
     "progress in words": (TypeError, ["progress is True or a function"], lambda p: run(progress="bar")),
-    "a reference with a wrong column": (I, ["'q.krank'", "'q.crank'"], lambda p: run(reference={"t": [0, 0.2], "q(krank)": [0, 0]})),
+    "a reference with a wrong column": (WRONG, ["'q.krank'", "'q.crank'"], lambda p: run(reference={"t": [0, 0.2], "q(krank)": [0, 0]})),
     "a reference of texts": (TypeError, ["reference", "'q.crank' has texts"], lambda p: run(reference={"t": [0, 0.2], "q.crank": ["a", "b"]})),
     # results
     "an output of a wrong point": (A, ["no point 'Z'", "'coupler'"], lambda p: run()["position(coupler.Z)"]),
@@ -330,8 +332,8 @@ MISTAKES = {
     "a sweep without a range": (A, ['{"NAME": (A, B)}'], lambda p: system().kinematics(sweep=["crank"])),
     "no sweep": (A, ["swept coordinate is missing", 'sweep={"NAME": (A, B)}'], lambda p: system().kinematics()),
     "an actuator of inverse dynamics that does not exist": (A, ["'krank'", "'crank'"], lambda p: system().inverse(actuators="krank")),
-    "a motion with a wrong column": (I, ["motion", "'q.krank'", "'q.crank'"], lambda p: system().inverse(actuators="crank", motion={"t": TIMES, "q(krank)": ZERO})),
-    "a motion without times": (I, ["motion", "column t"], lambda p: system().inverse(actuators="crank", motion={"q(crank)": ZERO})),
+    "a motion with a wrong column": (WRONG, ["motion", "'q.krank'", "'q.crank'"], lambda p: system().inverse(actuators="crank", motion={"t": TIMES, "q(krank)": ZERO})),
+    "a motion without times": (WRONG, ["motion", "column t"], lambda p: system().inverse(actuators="crank", motion={"q(crank)": ZERO})),
     "a motion of other lengths": (ValueError, ["motion", "'t' 3, 'q.crank' 2"], lambda p: system().inverse(actuators="crank", motion={"t": TIMES, "q(crank)": [0, 1]})),
     "a motion that is an array": (TypeError, ["motion", "without names"], lambda p: system().inverse(actuators="crank", motion=ROWS)),
     "a wrong input of a state space": (A, ["no parameter 'torque'"], lambda p: system().linearize(inputs="torque")),
@@ -353,14 +355,14 @@ MISTAKES = {
     "a fit without data": (A, ["data is missing"], lambda p: four().fit(parameters="crank_mass")),
     "a fit without parameters": (A, ["no parameter to find"], lambda p: four().fit(data={"t": TIMES, "q(rocker)": ZERO})),
     "a fit of a missing column": (A, ["'q.crank'", "'data'"], lambda p: fit(columns="q.crank")),
-    "a fit of an unknown column": (I, ["'angle' is not an output", "q.JOINT"], lambda p: fit({"t": TIMES, "angle": ZERO})),
-    "a fit without times": (I, ["column t is missing"], lambda p: fit({"time": TIMES, "q(rocker)": ZERO})),
-    "a fit of times alone": (I, ["no column of an output"], lambda p: fit({"t": TIMES})),
+    "a fit of an unknown column": (WRONG, ["'angle' is not an output", "q.JOINT"], lambda p: fit({"t": TIMES, "angle": ZERO})),
+    "a fit without times": (WRONG, ["column t is missing"], lambda p: fit({"time": TIMES, "q(rocker)": ZERO})),
+    "a fit of times alone": (WRONG, ["no column of an output"], lambda p: fit({"t": TIMES})),
     "a fit whose times decrease": (ValueError, ["must increase", "row 2", "0.1 s after 0.2 s"], lambda p: fit({"t": [0, 0.2, 0.1], "q(rocker)": ZERO})),
-    "a fit from negative times on": (I, ["row 0", "begin at 0"], lambda p: fit({"t": [-1, 0.1, 0.2], "q(rocker)": ZERO})),
+    "a fit from negative times on": (WRONG, ["row 0", "begin at 0"], lambda p: fit({"t": [-1, 0.1, 0.2], "q(rocker)": ZERO})),
     "a fit of other lengths": (ValueError, ["'t' 3, 'q.rocker' 2"], lambda p: fit({"t": TIMES, "q(rocker)": [0, 0]})),
-    "a fit of a column of NaN": (I, ["'q.rocker' is empty"], lambda p: fit({"t": TIMES, "q(rocker)": [NAN] * 3})),
-    "a fit in a wrong unit": (I, ["unit", "rad is expected"], lambda p: fit({"t": TIMES, "q(rocker) [kg]": ZERO})),
+    "a fit of a column of NaN": (WRONG, ["'q.rocker' is empty"], lambda p: fit({"t": TIMES, "q(rocker)": [NAN] * 3})),
+    "a fit in a wrong unit": (WRONG, ["unit", "rad is expected"], lambda p: fit({"t": TIMES, "q(rocker) [kg]": ZERO})),
     "bounds in the wrong order": (A, ["'crank_mass'", "5 is not below 0.1"], lambda p: fit(parameters={"crank_mass": (5, 0.1)})),
     "one bound": (A, ["'crank_mass'", '{"NAME": (LOW, HIGH)}', "None"], lambda p: fit(parameters={"crank_mass": 2})),
     "a start outside the bounds": (A, ["start 1", "2 and 5", "Model(.., NAME=..)"], lambda p: fit(parameters={"crank_mass": (2, 5)})),
@@ -382,8 +384,8 @@ MISTAKES = {
     "an array without names": (TypeError, ["values", "without names"], lambda p: four().ensemble(ROWS)),
     "a column with units": (TypeError, ["'crank'", "'290 mm'"], lambda p: four().ensemble({"crank": ["290 mm", "310 mm"]})),
     "a column of None": (TypeError, ["'crank'", "None"], lambda p: four().values({"crank": [None, 0.3]})),
-    "a quantity that does not exist": (I, ["unknown function 'biggest'"], lambda p: bars(quantities="biggest(q(rocker))")),
-    "a quantity of no coordinate": (I, ["'krank'", "'crank'"], lambda p: bars(quantities="max(q(krank))")),
+    "a quantity that does not exist": (WRONG, ["unknown function 'biggest'"], lambda p: bars(quantities="biggest(q(rocker))")),
+    "a quantity of no coordinate": (WRONG, ["'krank'", "'crank'"], lambda p: bars(quantities="max(q(krank))")),
     "an empty mapping of quantities": (A, ["quantities is empty"], lambda p: bars(quantities={})),
     "lanes that are not possible": (A, ["-7", "1 to 16"], lambda p: bars().run(t_end=0.1, lanes=-7)),
     "instances beyond the last one": (A, ["no 5 instances from 1", "2"], lambda p: bars().run_range(1, 5, t_end=0.1)),
@@ -393,7 +395,7 @@ MISTAKES = {
     "a history as a number": (TypeError, ["a text is needed, not int"], lambda p: bars().history(1, t_end=0.1)),
     "a share that does not exist": (A, ["'3/2'", "I/N"], lambda p: bars().run_folder(p / "b", t_end=0.1, shard="3/2")),
     "an executor that is a number": (TypeError, ["submit", "int"], lambda p: bars().run_folder(p / "b", t_end=0.1, executor=4)),
-    "a folder without results": (I, ["no results are here"], lambda p: kempe.Folder.open(p)),
+    "a folder without results": (WRONG, ["no results are here"], lambda p: kempe.Folder.open(p)),
     "a confidence in per cent": (A, ["95", "between 0 and 1"], lambda p: bars().run(t_end=0.1).statistics(95)),
     "values of another model": (A, ["no parameter 'l'"], lambda p: four().ensemble(cart().values({"l": [0.4]}))),
     "a row of values that does not exist": (IndexError, ["there are 1 rows"], lambda p: four().values({"crank": [0.3]})[3]),
@@ -420,11 +422,11 @@ MISTAKES = {
     "a member that does not exist": (TypeError, ["'maas'", "mass"], lambda p: bar(maas=1)),
     "a centre of mass of two numbers": (ValueError, ["com: 3 values are needed, not 2"], lambda p: bar(com=(0, 1))),
     "a centre of mass of one number": (TypeError, ["com: 3 values are needed, not 1.0"], lambda p: bar(com=1.0)),
-    "a kind of joint that does not exist": (I, ["'hinge'", "revolute"], lambda p: bar(joint="j", kind="hinge").finish()),
-    "a body on no body": (I, ["unknown body 'y'"], lambda p: bar(at="y.P").finish()),
-    "no body": (I, ["'bodies'"], lambda p: kempe.Builder("a").finish()),
-    "gravity that is NaN": (I, ["gravity", "finite number"], lambda p: bar().gravity(NAN, 0, 0).finish()),
-    "an expression that ends": (I, ["parameter 'L'", "the expression ends"], lambda p: bar().parameter("L", "2*").finish()),
+    "a kind of joint that does not exist": (WRONG, ["'hinge'", "revolute"], lambda p: bar(joint="j", kind="hinge").finish()),
+    "a body on no body": (WRONG, ["unknown body 'y'"], lambda p: bar(at="y.P").finish()),
+    "no body": (WRONG, ["'bodies'"], lambda p: kempe.Builder("a").finish()),
+    "gravity that is NaN": (WRONG, ["gravity", "finite number"], lambda p: bar().gravity(NAN, 0, 0).finish()),
+    "an expression that ends": (WRONG, ["parameter 'L'", "the expression ends"], lambda p: bar().parameter("L", "2*").finish()),
     "a body after the end": (A, ["is finished"], lambda p: (lambda b: b.finish() and b.body("y", mass=1))(bar())),
     "a name that is a number": (TypeError, ["a text is needed, not int"], lambda p: kempe.Builder(3)),
     # rolling contact, meshes
@@ -470,12 +472,10 @@ def test_mistake_with_a_result(name):
     assert any(each.filename == __file__ for each in caught)
 
 
-def test_rounded_angles_of_a_run_are_no_degrees():
+def test_angles_of_several_turns_are_no_degrees():
     """The last state of a run of several turns is a start without a warning."""
     first = four().simulate(t_end=1)
     assert abs(first.q[-1, 0]) > 6.5
-    import warnings
-
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         four().simulate(q=first.q[-1], qd=first.qd[-1], t_end=0.1)
