@@ -142,6 +142,8 @@
 #define KMP_DROPPED_TOLERANCES 30
 /** Below this |h| Newton's method is trusted to stay on its branch. */
 #define KMP_CLOSED_NEAR 1e-4
+/** Steps from a given state begin where |h| is at most this. Closing a wider gap would give another state. */
+#define KMP_STEP_OPEN 1e-2
 /** A pivot of J above this many |h| is not zero on the closed mechanism. */
 #define KMP_CLOSED_DECIDED 10.0
 /** Rates: |J qd + h_t| over the fastest consistent scaled rate. START is for rates that the user gives at the start. */

@@ -68,6 +68,8 @@ static bool begin(python_call *call, PyObject *const *arguments, Py_ssize_t give
     call->n = PyLong_AsSsize_t(arguments[1]);
     call->m = PyLong_AsSsize_t(arguments[2]);
     call->t = PyFloat_AsDouble(arguments[3]);
+    if (PyErr_ExceptionMatches(PyExc_TypeError))
+        PyErr_Format(PyExc_TypeError, "t is a number in SI, not %R", arguments[3]);
     return !PyErr_Occurred();
 }
 

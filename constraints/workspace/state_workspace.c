@@ -255,6 +255,7 @@ static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, con
 kempe_status kempe_workspace_evaluate(kempe_workspace *ws, double t, const double *q, const double *qd)
 {
     KMP_WANTED(NULL, ws, "workspace");
+    KMP_TRY(kmp_workspace_check_time(ws, t));
     return kmp_workspace_given(ws, "q", q) ? evaluate(ws, t, q, qd, NULL) : KEMPE_E_ARGUMENT;
 }
 
@@ -297,6 +298,8 @@ kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *ws, double t, con
     if (!kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) ||
         !kmp_workspace_given(ws, "qdd", qdd) || !kmp_workspace_given(ws, "Q", Q))
         return KEMPE_E_ARGUMENT;
+    KMP_TRY(kmp_workspace_check_time(ws, t));
+    KMP_TRY(kmp_workspace_check_finite(ws, "the acceleration of", kmp_workspace_coordinate_name, ws->n, qdd));
     KMP_TRY(evaluate(ws, t, q, qd, NULL));
     memcpy(ws->answer, ws->eval->bias, (size_t)ws->n * sizeof *Q);
     kmp_eval_add_mass_times(ws->eval, qdd, ws->answer);
@@ -460,6 +463,7 @@ kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, con
     KMP_WANTED(NULL, ws, "workspace");
     if (!kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) || !kmp_workspace_given(ws, "qdd", qdd))
         return KEMPE_E_ARGUMENT;
+    KMP_TRY(kmp_workspace_check_time(ws, t));
     KMP_TRY(kmp_workspace_refuse_contacts(ws, "forward dynamics"));
     if (ws->by_bodies && by_bodies(ws, t, q, qd, Q)) {
         put_answer(ws, qdd, lambda);

@@ -182,15 +182,15 @@ typedef struct kempe_step_derivatives {
     double *x_x, *x_Q, *x_p; /* 2 p x 2 p, 2 p x n, 2 p x k */
 } kempe_step_derivatives;
 
-/** Takes `steps` steps of h (s; negative: back) from q and qd (n) to their new values. They are closed first. The steps
- * are of the classical Runge-Kutta method of order four in the independent coordinates, with the loops closed at each
- * stage. `out`
- * (may be NULL) receives the derivatives of this map itself, exact but for rounding. Q (NULL: zero) and the inputs are
- * constant, or follow time as the model's inputs do. The error of a step is proportional to h^5: a smaller h shows it.
- * After kempe_workspace_add_derivatives; no allocation after the first call. KEMPE_E_ARGUMENT: not prepared, h is zero,
- * no step, a number is not finite. KEMPE_E_FAILED, with the reason: the loops cannot be closed, or the independent
- * coordinates do not describe the motion at a stage; q and qd are unchanged. KEMPE_STOPPED: kempe_context_interrupt
- * between two steps; they are unchanged, too. */
+/** Takes `steps` steps of h (s; negative: back) from q and qd (n) to their new values. Loops that are open
+ * by at most 0.01 (relative) are closed first. The steps are of the classical Runge-Kutta method of order four in the
+ * independent coordinates, with the loops closed at each stage. `out` (may be NULL) receives the derivatives of this
+ * map itself, exact but for rounding. Q (NULL: zero) and the inputs are constant, or follow time as the model's inputs
+ * do. The error of a step is proportional to h^5: a smaller h shows it. After kempe_workspace_add_derivatives; no
+ * allocation after the first call. KEMPE_E_ARGUMENT: not prepared, h is zero, no step, a number is not finite.
+ * KEMPE_E_FAILED, with the reason: the loops are open, cannot be closed, or the independent coordinates do not describe
+ * the motion at a stage; q and qd are unchanged. KEMPE_STOPPED: kempe_context_interrupt between two steps; they are
+ * unchanged, too. */
 KEMPE_API kempe_status kempe_workspace_step(kempe_workspace *workspace, double t, double h, int steps, double *q,
                                             double *qd, const double *Q, const kempe_step_derivatives *out);
 

@@ -77,8 +77,8 @@ KEMPE_API int kempe_outputs_independent_count(const kempe_outputs *outputs);
 KEMPE_API const int *kempe_outputs_independent(const kempe_outputs *outputs);
 
 /** Closed-chain Jacobian J X (count x p) at t and closed q, and the accelerations of the outputs at udd = 0 and qd
- * (`drift`, count; NULL: not required; qd NULL: at rest). KEMPE_E_FAILED: the mechanism is at a dead centre of these
- * coordinates; the message names the coordinate that stops and one that moves. */
+ * (`drift`, count; NULL: not required; qd NULL: at rest). KEMPE_E_FAILED: the loops are open, or the mechanism is at a
+ * dead centre of these coordinates; the message names the coordinate that stops and one that moves. */
 KEMPE_API kempe_status kempe_outputs_closed_jacobian(kempe_outputs *outputs, double t, const double *q,
                                                      const double *qd, double *jacobian, double *drift);
 

@@ -44,9 +44,65 @@ def view(pointer: Any, shape: tuple[int, ...], owner: Any, order: Order = "C") -
     return np.frombuffer(memoryview(memory).toreadonly()).reshape(shape, order=order)
 
 
+def numbers(values: Any, name: str) -> Array:
+    """Numbers as a contiguous array of float64; an error has the name of the argument."""
+    if isinstance(values, Mapping):
+        raise TypeError(f"{name} is an array of numbers, not a mapping of names")
+    try:
+        given = np.asarray(values)
+        if given.dtype.kind in "US" or given.dtype.kind == "O" and any(each is None for each in given.flat):
+            raise TypeError
+        if given.dtype.kind != "c":
+            return np.ascontiguousarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        shown = repr(values)
+        raise TypeError(f"{name} is an array of numbers, not {shown if len(shown) < 60 else type(values).__name__}") from None
+    raise TypeError(f"{name} has complex numbers, and real ones are needed")
+
+
+def real(value: Any, name: str) -> float:
+    """A number of a call; an error has the name of the argument."""
+    if not isinstance(value, str):
+        try:
+            return float(value)
+        except (TypeError, ValueError):
+            pass
+    raise TypeError(f"{name} is a number in SI, not {value!r}")
+
+
+def finite(value: Any, name: str) -> float:
+    """As real; NaN and infinity are refused."""
+    number = real(value, name)
+    if not math.isfinite(number):
+        raise ArgumentError(f"{name} is {number}: give a finite number")
+    return number
+
+
+def all_finite(array: Array, name: str, names: tuple[str, ...]) -> Array:
+    """An array whose entries have names; NaN and infinity are refused by these."""
+    if not np.isfinite(array).all():
+        k = int(np.flatnonzero(~np.isfinite(array))[0])
+        raise ArgumentError(f"{name} of '{names[k]}' is {array[k]:g}: give a finite number")
+    return array
+
+
+def whole(value: Any, name: str) -> int:
+    """A whole number of a call."""
+    if isinstance(value, str) or real(value, name) % 1 != 0:
+        raise TypeError(f"{name} is a whole number, not {value!r}")
+    return int(value)
+
+
+def of_class(value: Any, kind: type[Any], name: str, how: str) -> Any:
+    """An object of Kempe as an argument. `how`: what makes such an object."""
+    if not isinstance(value, kind):
+        raise TypeError(f"{name} is a {kind.__name__}, from {how}, not {type(value).__name__}")
+    return value
+
+
 def matched(values: ArrayLike, count: int, name: str) -> Array:
     """`count` numbers as a contiguous array of float64."""
-    array = np.ascontiguousarray(values, dtype=np.float64)
+    array = numbers(values, name)
     if array.shape != (count,):
         raise ValueError(f"{name} has {count} values, not the shape {np.shape(values)}")
     return array
@@ -72,7 +128,7 @@ def writable(array: Array, shape: tuple[int, ...], name: str, order: Order = "C"
     try:
         if array.dtype == np.float64 and array.shape == shape:
             return _from_buffer(DOUBLES, array if order == "C" else array.T, True)
-    except (ValueError, BufferError):  # not contiguous, read-only
+    except (AttributeError, ValueError, BufferError):  # no array, not contiguous, read-only
         pass
     raise ValueError(f"{name} must be a writable array of float64 of the shape {shape}, contiguous in order {order}")
 

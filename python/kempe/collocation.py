@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import warnings
 from bisect import bisect
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .arrays import Array, matched
+from .arrays import Array, matched, numbers, real, whole
 from .errors import ArgumentError, FailedError, KempeWarning, StoppedError
 from .followed_loops import FollowedLoops
 from .ipopt import load, solve
@@ -104,7 +104,7 @@ def _range(value: Any, size: int, name: str) -> tuple[Array, Array]:
         raise ArgumentError(f"{name} has two limits at most, (low, high), not {value!r}")
     sides = []
     for side, otherwise in zip(pair, (-np.inf, np.inf)):
-        array = np.asarray(otherwise if side is None else side, dtype=np.float64)
+        array = np.asarray(otherwise) if side is None else numbers(side, name)
         if array.shape not in ((), (1,), (size,)) or np.isnan(array).any():
             count = "a number" if size == 1 else f"{size} numbers, one for all"
             raise ArgumentError(f"{name} is {count}, or a pair (low, high), None on an open side, not {value!r}")
@@ -460,7 +460,12 @@ def collocate(
     problem = MotionProblem(workspace, q, qd, actuators)
     if not problem.u:
         raise ArgumentError("the mechanism has no independent coordinates: drives move it, or its start cannot be assembled")
+    for label, words in (("path", path), ("end", end)):
+        if words is not None and not isinstance(words, Mapping):
+            raise TypeError(f'{label} is a mapping of outputs to limits, as {{"q(crank)": 1.5}}, not {type(words).__name__}')
     path, end, a, size = dict(path or {}), dict(end or {}), len(problem.act), 2 * len(problem.u)
+    intervals, refinements, iterations = whole(intervals, "intervals"), whole(refinements, "refinements"), whole(iterations, "iterations")
+    accuracy, tolerance, time = real(accuracy, "accuracy"), real(tolerance, "tolerance"), real(time, "time")
     if scheme not in _SCHEMES:
         raise ArgumentError(unknown("scheme", scheme, list(_SCHEMES)))
     low, high = (float(each[0]) for each in _range(t_end, 1, "t_end"))

@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ._native import ffi, lib
-from .arrays import Array, vector
+from .arrays import Array, numbers, real, vector
 from .errors import ArgumentError, FailedError
 from .lazy import np
 from .options import members_of, options, unknown
@@ -25,9 +26,12 @@ def _law(name: str) -> int:
 _LAWS = len(ffi.typeof("kempe_creep_law").elements)
 
 
-def _check(status: int) -> None:
+def _check(status: int, struct: str = "", given: Mapping[str, Any] | None = None) -> None:
+    """An error for a status; `given`: values of a struct, of which some may be missing."""
     if status:
-        raise ArgumentError("a number is not finite, or outside its documented range")
+        missing = [name for name, _ in ffi.typeof(struct).fields if name not in (given or ())] if struct else []
+        said = f"; not given, and so zero: {', '.join(missing)}" if missing else ""
+        raise ArgumentError(f"a number is not finite, or outside its documented range{said}")
 
 
 def hertz(normal: float, **touch: float) -> dict[str, float]:
@@ -40,7 +44,7 @@ def hertz(normal: float, **touch: float) -> dict[str, float]:
     """
     given, _ = options("kempe_touch", touch)
     made = ffi.new("kempe_ellipse *")
-    _check(lib.kempe_contact_hertz(given, normal, made))
+    _check(lib.kempe_contact_hertz(given, real(normal, "normal"), made), "kempe_touch", touch)
     return members_of(made[0])
 
 
@@ -60,7 +64,7 @@ def creep(law: str, **given: Any) -> dict[str, Any]:
     Keywords: a, b (m), shear_modulus (Pa), poisson, normal (N), friction, slip (2), spin (1/m), strips."""
     struct, _ = options("kempe_creep", given)
     made = ffi.new("kempe_creep_force *")
-    _check(lib.kempe_contact_creep(_law(law), struct, made))
+    _check(lib.kempe_contact_creep(_law(law), struct, made), "kempe_creep", given)
     return members_of(made[0])
 
 
@@ -68,7 +72,7 @@ def flexibilities(**given: Any) -> Array:
     """The three flexibilities of FASTSIM, m^3/N. Keywords as in `creep`."""
     struct, _ = options("kempe_creep", given)
     made = ffi.new("double[3]")
-    _check(lib.kempe_contact_flexibilities(struct, made))
+    _check(lib.kempe_contact_flexibilities(struct, made), "kempe_creep", given)
     return np.array(list(made))
 
 
@@ -76,7 +80,7 @@ def flexibility(**given: Any) -> float:
     """The single flexibility in place of the three, m^3/N. Keywords as in `creep`."""
     struct, _ = options("kempe_creep", given)
     made = ffi.new("double *")
-    _check(lib.kempe_contact_flexibility(struct, made))
+    _check(lib.kempe_contact_flexibility(struct, made), "kempe_creep", given)
     return float(made[0])
 
 
@@ -95,7 +99,10 @@ def conicity(y: ArrayLike, difference: ArrayLike, amplitude: float) -> dict[str,
     >>> f"{conicity([-0.01, 0.01], [-0.001, 0.001], 0.005)['conicity']:.3f}"
     '0.050'
     """
-    places = np.asarray(y, dtype=float)
+    places = numbers(y, "y")
+    if (np.diff(places) <= 0).any():
+        k = int(np.flatnonzero(np.diff(places) <= 0)[0])
+        raise ArgumentError(f"y must ascend, but y[{k + 1}] = {places[k + 1]:g} follows {places[k]:g}")
     made = ffi.new("kempe_conicity *")
     status = lib.kempe_contact_conicity(
         len(places), vector(places, len(places), "y"), vector(difference, len(places), "difference"), amplitude, made

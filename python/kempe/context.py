@@ -162,7 +162,7 @@ class Context:
             lib.kempe_context_clear_interrupt(self.pointer)
             raise failure
         for line in lines:
-            warnings.warn(in_python(line, self.texts), KempeWarning, _level_of_caller())
+            warnings.warn(in_python(line, self.texts), KempeWarning, level_of_caller())
         return status, message
 
     def guarded(self, function: Any, *arguments: Any) -> tuple[int, str]:
@@ -200,6 +200,7 @@ class Context:
         made._context = self
         made._pointer = ffi.gc(pointer, Release(self, getattr(lib, f"kempe_{kind._noun}_free"), owners))
         made._made()
+        made._begun = True
         return made
 
     def text(self, function: Any, *arguments: Any) -> str:
@@ -244,6 +245,7 @@ class Owned:
     """An object of the library. `_noun` is its name in C: kempe_NOUN, kempe_NOUN_free."""
 
     _noun: ClassVar[str]
+    _begun: bool
     _options: ClassVar[str] = ""  # name of its struct of options, where that is not kempe_NOUN_options
     _maker: ClassVar[str] = ""  # function that makes it from options, where that is not guarded_kempe_NOUN_new
     _context: Context
@@ -266,6 +268,17 @@ class Owned:
 class Fixed(Owned):
     """An object of the library that never changes: a copy is the object itself."""
 
+    _begun = False  # a name without _ is set only while it is made
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name[0] != "_" and self._begun:
+            raise AttributeError(f"a {type(self).__name__} never changes: '{name}' cannot be set{self._instead(name)}")
+        object.__setattr__(self, name, value)
+
+    def _instead(self, name: str) -> str:
+        """The end of the sentence: the call that is meant in place of setting an attribute."""
+        return ""
+
     def __copy__(self: T) -> T:
         return self
 
@@ -273,8 +286,8 @@ class Fixed(Owned):
         return self
 
 
-def _level_of_caller() -> int:
-    """Stack level of the first frame outside the package, as seen from Context.run."""
+def level_of_caller() -> int:
+    """Stack level of the first frame outside the package, as seen from the function that calls this."""
     level, frame = 1, sys._getframe(1)
     while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("kempe."):
         level, frame = level + 1, frame.f_back

@@ -9,12 +9,13 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ._native import ffi, lib
-from .arrays import Array, by_name, view
+from .arrays import Array, by_name, numbers, view
 from .context import Context, Fixed, outcome, string
-from .errors import FailedError, InputError
+from .errors import ArgumentError, FailedError, InputError
 from .executors import once, run_shards
 from .lazy import np
-from .options import options as struct_of, path_of, utf8
+from .options import options as struct_of
+from .options import path_of, utf8
 from .result import Reported, Result, TableOf
 from .table import Table
 
@@ -32,7 +33,7 @@ Recipe = tuple[Callable[..., Any], tuple[Any, ...]]  # for pickles: what makes a
 
 def rows_of(columns: Mapping[str, Any]) -> Array:
     """Columns of one length, or single values for all rows, as rows."""
-    arrays = {name: np.atleast_1d(np.asarray(values, dtype=float)) for name, values in columns.items()}
+    arrays = {name: np.atleast_1d(numbers(values, f"the column '{name}'")) for name, values in columns.items()}
     lengths = {array.size for array in arrays.values() if array.size != 1}
     wrong = [name for name, array in arrays.items() if array.ndim > 1]
     if not arrays or wrong or len(lengths) > 1:
@@ -251,6 +252,8 @@ class Ensemble(Fixed):
         >>> len(batch), batch.q.shape, set(batch.status)
         (9, (9, 3), {'complete'})
         """
+        if not len(self._values):
+            raise ArgumentError(f"there is no instance to run: the columns {', '.join(self._values.names)} are empty")
         given, keep = struct_of("kempe_run_options", options, "progress", "lanes")
         with self._context.reporting(options.get("progress")):
             made = self._context.make(
@@ -286,7 +289,7 @@ class Ensemble(Fixed):
         """
         given, keep = struct_of("kempe_run_options", options, "progress", "lanes")
         names = self._values.names
-        table = np.ascontiguousarray(by_name(rows, names), dtype=float)
+        table = numbers(by_name(rows, names), "rows")
         if table.ndim != 2 or table.shape[1] != len(names):
             raise ValueError(
                 f"rows of {len(names)} values are needed ({', '.join(names)}); the array's shape is {table.shape}"
@@ -348,6 +351,8 @@ class Ensemble(Fixed):
         ...     len(folder), folder.parts, folder.whole
         (3, 2, 2)
         """
+        if not len(self._values):
+            raise ArgumentError(f"there is no instance to run: the columns {', '.join(self._values.names)} are empty")
         if executor is not None:
             if shard is not None:
                 raise TypeError("shard and executor exclude each other: an executor runs all shares")
@@ -415,7 +420,7 @@ class Function:
         >>> f.reasons[0], f.reasons[2] != ""
         ('', True)
         """
-        given = np.asarray(by_name(X, self.inputs), dtype=float)
+        given = numbers(by_name(X, self.inputs), "X")
         one = given.ndim == 1 and given.size == len(self.inputs)
         batch = self.batch(given[np.newaxis] if one else given)
         table = self._table(batch)

@@ -107,11 +107,28 @@ def in_python(message: str, tables: Collection[str] = ()) -> str:
         message = re.sub(rf"^{re.escape(name)}:(\d+):\d+: ", partial(_row, name), message, flags=re.M)
     message = message.replace(" is NULL or missing", " is missing").replace("or --set)", "or its parameters)")
     message = message.replace("'kempe show --model' lists all coordinates", "`coordinates` of the model lists all")
+    message = message.replace("the force function that was set for the system failed at", "force gives no finite numbers at")
+    message = re.sub(r"column '([^']*)' is missing(?=; did you|: columns are)", r"column '\1' is missing in the model", message)
+    message = re.sub(r"--leave-out (\S+) allows that", r'leave_out="\1" allows that', message)
+    for written, call in _WRITTEN:
+        message = message.replace(written, call)
     message = re.sub(r"--(?:input|set) (?=[^\W\d])", "", message)
     return re.sub(r"(?<![\w-])--([a-z][a-z-]*)", lambda found: found[1].replace("-", "_"), message)
 
 
 _QUOTE = "'"
+
+# Options as the command has them in sentences, and the arguments of Python for them.
+_WRITTEN = [
+    ("a value is written NAME=A, a range NAME=A:B or NAME=A:B:N", 'a value is {"NAME": A}, a range {"NAME": (A, B)} or {"NAME": (A, B, N)}'),
+    (", with commas between several; not", "; not"),
+    ("NAME:LOW:HIGH; one may be left out, NAME:LOW: or NAME::HIGH", '{"NAME": (LOW, HIGH)}; one may be None'),
+    ("needs two bounds, NAME:LOW:HIGH", 'needs two bounds, {"NAME": (LOW, HIGH)}'),
+    ("give 'NAME=A:B'", 'give sweep={"NAME": (A, B)}'),
+    ("as in --sweep NAME=A:B:N", 'as in sweep={"NAME": (A, B, N)}'),
+    ("by --mass M.mtx, and the places of the nodes by --nodes FILE", 'by mass="M.mtx", and the places of the nodes by nodes="FILE"'),
+    ("; --set gives another start", "; Model(.., NAME=..) gives another start"),
+]
 
 # Options and files that summaries of the command name, and the calls of Python for them.
 _CALLS = [

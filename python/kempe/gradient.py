@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ._native import lib
 from .arrays import Array, optional, vector, view
 from .context import Owned, string
+from .errors import ArgumentError
 from .lazy import np
 
 if TYPE_CHECKING:
@@ -47,9 +48,14 @@ class Gradient(Owned):
             optional(None if rates is None else np.atleast_1d(rates), count, "rates"),
             optional(None if accelerations is None else np.atleast_1d(accelerations), count, "accelerations"),
         )
+        self._known = True
         return self.values
 
+    _known = False  # at has been called
+
     def _copy(self, get: Any, *shape: int) -> Array:
+        if not self._known:
+            raise ArgumentError("the gradient has no values yet: call at(driven) first")
         return view(get(self._pointer), shape, None).copy()
 
     @property

@@ -6,21 +6,23 @@ from __future__ import annotations
 import json
 import os
 import uuid
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
-from .arrays import Array, optional
+from .arrays import Array, finite, optional
 from .columns import columns_of, is_path, is_samples, samples_of, text_of_table
-from .context import Context, Fixed, string
+from .context import Context, Fixed, level_of_caller, string
 from .display import details, model_html
 from .ensemble import Ensemble, Folder, Function, Recipe, Values, rows_of
-from .errors import ArgumentError, InputError
+from .errors import ArgumentError, FileError, InputError, KempeWarning
 from .fit import Fit, Optimum
 from .flow import Flow, flow_of
 from .generate import Code, Count, FmuExport
 from .gradient import Gradient
+from .lazy import np
 from .options import characters, entry_of, path_of, text_of, utf8, words
 from .options import options as struct_of
 from .result import study
@@ -31,7 +33,19 @@ from .system import Force, System
 if TYPE_CHECKING:
     from typing import Unpack
 
-    from ._options import Data, EnsembleOptions, FitOptions, FlowOptions, FmuOptions, GenerateOptions, GradientOptions, OptimumOptions, RunOptions, SampleOptions, SensitivityOptions
+    from ._options import (
+        Data,
+        EnsembleOptions,
+        FitOptions,
+        FlowOptions,
+        FmuOptions,
+        GenerateOptions,
+        GradientOptions,
+        OptimumOptions,
+        RunOptions,
+        SampleOptions,
+        SensitivityOptions,
+    )
     from .trajectory import Trajectory
 
 Values_ = Mapping[str, Any]
@@ -79,10 +93,18 @@ class Model(Fixed):
         leave_out: Sequence[str] = (),
         **more: Any,
     ) -> None:
-        values = _values_of({**(parameters or {}), **more})
+        values = _values_of(parameters, more)
         reading = Reading(closure_tolerance, cache, robot_base, joint_limits, strict, leave_out)
+        if isinstance(path, Mapping):
+            raise TypeError("a path is needed, not a mapping: Model.from_dict takes one")
+        named = path_of(path)
         self._recipe: Recipe = _read_again, (os.path.abspath(path), None, values, reading)
-        self._read(lib.guarded_kempe_model_read_set, (path_of(path),), values, reading)
+        try:
+            self._read(lib.guarded_kempe_model_read_set, (named,), values, reading)
+        except FileError as error:
+            if b"\n" not in named:
+                raise
+            raise FileError(f"{error}; Model.from_text reads a text") from None
 
     @classmethod
     def from_text(
@@ -107,7 +129,7 @@ class Model(Fixed):
         kempe.errors.InputError: empty.yaml:1:1: the model has no key 'bodies'
         """
         model = cls.__new__(cls)
-        values = _values_of({**(parameters or {}), **more})
+        values = _values_of(parameters, more)
         reading = Reading(closure_tolerance, cache, robot_base, joint_limits, strict, leave_out)
         model._recipe = _read_again, (label, text, values, reading)
         source = (utf8(text), utf8(label))
@@ -157,7 +179,13 @@ class Model(Fixed):
     def _setting(self, name: str, value: Any) -> str:
         """A value as text. Samples are the text of a table that stays with the model."""
         if not isinstance(value, dict):
-            return text_of(value)
+            try:
+                text = text_of(value)
+            except TypeError:
+                raise TypeError(f"the value of '{name}' is a number or a text with a unit, not {value!r}") from None
+            if text in ("nan", "inf", "-inf"):
+                raise ArgumentError(f"the value of '{name}' is {text}: give a finite number")
+            return text
         label, method = f"samples of {name}", value["method"]
         self._context.set_text(label, text_of_table(name, {key: value[key] for key in ("t", "value")}))
         return f"{label}:value:{method}"
@@ -173,6 +201,16 @@ class Model(Fixed):
         }
         self._system: System | None = None
         self._started: tuple[list[bytes | None], Model] | None = None  # the last other start
+        self._begun = True
+
+    def _instead(self, name: str) -> str:
+        return f"; Model(.., {name}=..) has another value"
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            hint = f": model.system().{name} is it" if name[0] != "_" and hasattr(System, name) else ""
+            raise AttributeError(f"'Model' object has no attribute '{name}'{hint}")
 
     @classmethod
     def _of(cls, context: Context, pointer: Any, recipe: Recipe) -> Model:
@@ -217,7 +255,7 @@ class Model(Fixed):
         >>> Model("cart_pole.yaml", u=2).input_value("u", 0.0)
         2.0
         """
-        return float(lib.kempe_model_input_value(self._pointer, self._context.input(name), t))
+        return float(lib.kempe_model_input_value(self._pointer, self._context.input(name), finite(t, "t")))
 
     def to_dict(self) -> dict[str, Any]:
         """The model as parsed: parameters, bodies with their motions, closures, forces.
@@ -252,6 +290,8 @@ class Model(Fixed):
         """Calls a function with lines of progress, about one a second, in all computations with this model. None: no more.
 
         A single computation has the keyword `progress`: True for a bar, or a function of a `Progress`."""
+        if receive is not None and not callable(receive):
+            raise TypeError(f"on_progress takes a function of a line, or None, not {receive!r}")
         self._context.listener.progress = receive
         self._context.on_count(None if receive is None else lambda progress: receive(str(progress)), 1.0)
 
@@ -260,6 +300,8 @@ class Model(Fixed):
     def system(self, dynamics: str | None = None, force: Force | None = None) -> System:
         """The equations of motion. `dynamics`: auto, composite, plain, ner, articulated. `force`: a function (t, q, qd) that gives
         generalized forces (n; N m or N) in addition to the model's; it must be smooth and depend only on its arguments."""
+        if dynamics is not None and not isinstance(dynamics, str):
+            raise TypeError(f"dynamics is the name of an algorithm, not {dynamics!r}; a function is given as force=..")
         if dynamics is None and force is None and self._system is not None:
             return self._system
         if dynamics is None:
@@ -294,7 +336,24 @@ class Model(Fixed):
         (1.5, 2.0)
         """
         names, states = self.coordinates, self.coordinates[len(self.coordinates) - len(self.states) :]
-        return self._start_at(start_row("q", q, names, states), start_row("qd", qd, names, ()))
+        row = start_row("q", q, names, states)
+        self._warn_of_degrees(row)
+        return self._start_at(row, start_row("qd", qd, names, ()))
+
+    def _warn_of_degrees(self, row: Array | None) -> None:
+        """A warning of an angle that is a whole number of radians beyond one turn, as degrees are."""
+        if row is None:
+            return
+        whole = [k for k, value in enumerate(row) if abs(value) > 6.5 and value % 1 == 0]
+        if not whole:
+            return
+        motions = {motion["coordinate"]: motion["kind"] for body in self.to_dict()["bodies"] for motion in body.get("motions", ())}
+        for k in whole:
+            name, turns = self.coordinates[k], abs(row[k]) / (2 * np.pi)
+            if motions.get(name) == "R":
+                warnings.warn(
+                    f"q: '{name}' is {row[k]:g} rad, {turns:.3g} turns: numpy.radians makes them of degrees", KempeWarning, level_of_caller()
+                )
 
     def _start_at(self, q: Array | None, qd: Array | None) -> Model:
         """As start_at, of a value for each coordinate, NaN where none is given."""
@@ -462,6 +521,8 @@ class Model(Fixed):
         >>> measured.run(t_end=1).quantities["swing"].shape
         (2,)
         """
+        if isinstance(options.get("quantities"), Mapping) and not options["quantities"]:
+            raise ArgumentError('quantities is empty: give words such as {"swing": "range(q(rocker))"}, or leave it out')
         given, keep = struct_of("kempe_ensemble_options", options)
         values = values if isinstance(values, Values) else self.values(values)
         owners = (self._pointer, values._pointer)
@@ -522,8 +583,14 @@ def _instance_again(recipe: Recipe, folder: str, k: int) -> Model:
     return made.instance(folder, k)
 
 
-def _values_of(values: Values_) -> Values_:
+def _values_of(parameters: Values_ | None, more: Values_) -> Values_:
     """Values of parameters and inputs, with samples as arrays."""
+    if parameters is not None and not isinstance(parameters, Mapping):
+        raise TypeError(f"parameters is a mapping of names to values, not {parameters!r}")
+    twice = [name for name in parameters or {} if name in more]
+    if twice:
+        raise ArgumentError(f"'{twice[0]}' is given twice, in parameters and as a keyword")
+    values = {**(parameters or {}), **more}
     return {name: samples_of(name, value) if is_samples(name, value) else value for name, value in values.items()}
 
 

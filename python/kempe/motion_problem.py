@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .arrays import Array
+from .arrays import Array, numbers, of_class
 from .errors import ArgumentError
 from .lazy import np
 from .options import text_of, unknown
@@ -35,7 +35,7 @@ class Plan(NamedTuple):
 
 def weights_of(value: ArrayLike, size: int, name: str) -> Array:
     """A symmetric matrix from a number, a diagonal or a matrix."""
-    array = np.asarray(value, dtype=np.float64)
+    array = numbers(value, name).reshape(np.shape(value))
     if not np.isfinite(array).all():
         raise ArgumentError(f"{name} has values that are not finite")
     if array.ndim == 2 and array.shape == (size, size):
@@ -65,6 +65,9 @@ class MotionProblem:
     """A mechanism at the start, and the actuators on it."""
 
     def __init__(self, workspace: Workspace, q: Any, qd: Any, actuators: Any) -> None:
+        from .workspace import Workspace
+
+        of_class(workspace, Workspace, "workspace", "model.system().workspace()")
         names = text_of(actuators).replace(" ", "").split(",") if actuators else []
         coordinates = workspace._context.coordinates
         for name in names:

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from .arrays import Array, matched
+from .arrays import Array, matched, numbers, real, whole
 from .collocation import Motion, PlannedForces, collocate
 from .errors import ArgumentError, FailedError, KempeWarning
 from .lazy import np
@@ -47,6 +47,7 @@ class _Steps(MotionProblem):
 
     def __init__(self, workspace: Workspace, q: Any, qd: Any, h: float, actuators: Any, substeps: int) -> None:
         super().__init__(workspace, q, qd, actuators)
+        h, substeps = real(h, "h"), whole(substeps, "substeps")
         if not h > 0 or substeps < 1:
             raise ArgumentError(f"a positive length of a step and at least one substep are required, not {h} s and {substeps}")
         self.h, self.substeps = h, substeps
@@ -94,7 +95,8 @@ def ilqr(
     (True, (20, 1))
     """
     problem = _Steps(workspace, q, qd, h, actuators, substeps)
-    guess = np.array(forces, dtype=np.float64)
+    guess = numbers(forces, "forces").reshape(np.shape(forces)).copy()
+    iterations, tolerance = whole(iterations, "iterations"), real(tolerance, "tolerance")
     a, size = len(problem.act), 2 * len(problem.u)
     if guess.ndim != 2 or guess.shape[1] != a or len(guess) == 0:
         raise ArgumentError(f"forces has a row of {a} numbers for each step, not the shape {guess.shape}")

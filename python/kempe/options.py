@@ -2,13 +2,14 @@
 """Structs of the library from keyword arguments, by reflection: a member of the struct is a keyword of its name.
 
 A text may be given as a string, a number, a path, a list (words separated by commas) or a mapping ("name=value,..", where a
-tuple of numbers is a range "from:to:count")."""
+tuple of numbers is a range "from:to:count", and None an open side)."""
 
 from __future__ import annotations
 
 import functools
 import json
 import keyword
+import math
 import os
 from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
@@ -32,6 +33,8 @@ def utf8(text: str) -> bytes:
 
 def path_of(path: str | os.PathLike[str]) -> bytes:
     """A path as C has it."""
+    if not isinstance(path, (str, bytes, os.PathLike)):
+        raise TypeError(f"a path is needed, not {type(path).__name__}")
     return _whole_text(os.fsencode(path))
 
 
@@ -61,12 +64,27 @@ def text_of(value: Any) -> str:
 def _range_of(value: Any) -> str:
     if isinstance(value, np.ndarray) and value.ndim:
         raise TypeError(f"a range is (from, to, count), not an array of {value.size} values")
-    return ":".join(text_of(each) for each in value) if isinstance(value, (tuple, list)) else text_of(value)
+    return ":".join("" if each is None else text_of(each) for each in value) if isinstance(value, (tuple, list)) else text_of(value)
 
 
 def entry_of(value: Any) -> str:
     """A value as the text of an entry of the model language."""
-    return value if isinstance(value, str) else json.dumps(value, indent=1, default=_plain)
+    if isinstance(value, str):
+        return value
+    try:
+        return json.dumps(value, indent=1, default=_plain, allow_nan=False)
+    except ValueError as error:
+        raise _not_finite(value, ()) or error from None
+
+
+def _not_finite(value: Any, place: tuple[str, ...]) -> ValueError | None:
+    """The error about the first number of an entry that is not finite, with its keys."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return ValueError(f"{'.'.join(place) or 'the entry'} is {value}: a finite number is needed")
+    members = value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, (list, tuple)) else ()
+    if isinstance(value, (np.ndarray, np.generic)):
+        return _not_finite(value.tolist(), place)
+    return next(filter(None, (_not_finite(each, (*place, str(key))) for key, each in members)), None)
 
 
 def _plain(value: Any) -> Any:
@@ -95,7 +113,10 @@ def _text(value: Any, keep: list[Any]) -> Any:
 
 
 def _real(value: Any, keep: list[Any]) -> float:
-    return float(value)
+    try:
+        return float(value)
+    except TypeError:
+        raise TypeError(f"a number is needed, not {value!r}") from None
 
 
 def _whole(value: Any, keep: list[Any]) -> int:
@@ -184,6 +205,8 @@ def _write_array(name: str, kind: Any) -> Write:
 
     def write(struct: Any, value: Any, keep: list[Any]) -> None:
         place = getattr(struct, name)
+        if isinstance(value, str) or not hasattr(value, "__len__"):
+            raise TypeError(f"{kind.length} values are needed, not {value!r}")
         if len(value) != kind.length:
             raise ValueError(f"{kind.length} values are needed, not {len(value)}")
         for k, each in enumerate(value):

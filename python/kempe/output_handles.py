@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from ._native import lib
-from .arrays import Array, optional, vector, writable
+from .arrays import Array, all_finite, finite, matched, numbers, of_class, optional, vector, whole, writable
 from .context import NULL, Owned, string
+from .errors import ArgumentError
 from .lazy import np
 from .options import text_of, utf8
 from .stepper import Stepper
@@ -28,7 +30,12 @@ class Outputs(Owned):
         self.units: dict[str, str] = {
             name: string(lib.kempe_outputs_unit(self._pointer, k)) for k, name in enumerate(self.names)
         }
+        self._of_qdd, self._of_lam = (self._first(kinds) for kinds in (("acceleration", "qdd"), ("reaction", "lambda")))
         self._n, self._m = len(self._context.coordinates), len(self._context.rows)
+
+    def _first(self, kinds: tuple[str, ...]) -> str:
+        """The first output of some kinds; "": none."""
+        return next((name for name in self.names if name.split(".")[0] in kinds), "")
 
     def __len__(self) -> int:
         return len(self.names)
@@ -46,34 +53,44 @@ class Outputs(Owned):
         qdd: ArrayLike | None = None,
         lam: ArrayLike | None = None,
     ) -> Array:
-        """Values (k) at t (s), q, qd, qdd (n each) and lam (m); None is zero.
+        """Values (k) at t (s), q, qd, qdd (n each) and lam (m). None is zero; accelerations need qdd, reactions lam.
 
         >>> outputs = kempe.Model("four_bar.yaml").system().outputs("position(crank.B).y")
         >>> outputs.at(0.0, [0, 0, 0]).tolist()
         [0.3]
         """
-        n = self._n
-        return self._values(
+        for needed, label, given in ((self._of_qdd, "qdd", qdd), (self._of_lam, "lam", lam)):
+            if needed and given is None:
+                raise ArgumentError(f"'{needed}' depends on {label}, which is not given: forward_dynamics of a workspace has it")
+        n, names = self._n, self._context.coordinates
+        found = self._values(
             lib.kempe_outputs_at_state,
-            t,
+            finite(t, "t"),
             vector(q, n, "q"),
             optional(qd, n, "qd"),
             optional(qdd, n, "qdd"),
             optional(lam, self._m, "lam"),
         )
+        if not math.isfinite(found.dot(found)):
+            for name, values, count, of in (("q", q, n, names), ("qd", qd, n, names), ("qdd", qdd, n, names), ("lam", lam, self._m, self._context.rows)):
+                if values is not None:
+                    all_finite(matched(values, count, name), name, of)
+        return found
 
     def at_stepper(self, stepper: Stepper) -> Array:
         """Values (k) at the current row of a stepper, with its inputs."""
-        return self._values(lib.kempe_outputs_at_stepper, stepper._pointer)
+        return self._values(lib.kempe_outputs_at_stepper, of_class(stepper, Stepper, "stepper", "System.stepper()")._pointer)
 
     def at_row(self, trajectory: Trajectory, row: int) -> Array:
         """Values (k) at a row of a trajectory."""
-        return self._values(lib.kempe_outputs_at_row, trajectory._pointer, row)
+        run = of_class(trajectory, Trajectory, "trajectory", "simulate()")
+        return self._values(lib.kempe_outputs_at_row, run._pointer, whole(row, "row"))
 
     def at_time(self, trajectory: Trajectory, t: ArrayLike) -> Array:
         """Values (k) at any time (s), or at several, of a run with `keep_dense=True`."""
-        times = np.asarray(t, dtype=float)
-        values = [self._values(lib.kempe_outputs_at_time, trajectory._pointer, time) for time in times.flat]
+        times = numbers(t, "t").reshape(np.shape(t))
+        run = of_class(trajectory, Trajectory, "trajectory", "simulate(keep_dense=True)")
+        values = [self._values(lib.kempe_outputs_at_time, run._pointer, time) for time in times.flat]
         return np.array(values).reshape((*times.shape, len(self)))
 
     def _slopes(self, function: Any, width: int, t: float, q: ArrayLike, qd: ArrayLike | None) -> tuple[Array, Array]:
@@ -81,12 +98,18 @@ class Outputs(Owned):
         self._context.check(
             function,
             self._pointer,
-            t,
+            finite(t, "t"),
             vector(q, self._n, "q"),
             optional(qd, self._n, "qd"),
             writable(slopes, slopes.shape, "J", "F"),
             writable(drift, drift.shape, "jdqd"),
         )
+        if math.isnan(slopes.sum()):
+            for name, values in (("q", q), ("qd", qd)):
+                if values is not None:
+                    all_finite(matched(values, self._n, name), name, self._context.coordinates)
+            row = int(np.isnan(slopes).any(axis=1).argmax())
+            raise ArgumentError(f"'{self.names[row]}' has no Jacobian: it depends on accelerations or multipliers")
         return slopes, drift
 
     def jacobian(self, t: float, q: ArrayLike, qd: ArrayLike | None = None) -> tuple[Array, Array]:

@@ -17,7 +17,7 @@ from .display import details, picture
 from .errors import Error, summary_in_python
 from .kept import read_again, values_of
 from .options import options, path_of, utf8
-from .table import Table
+from .table import Table, check_picture
 
 _nothing: AbstractContextManager[None] = nullcontext()
 
@@ -154,6 +154,7 @@ class Drawn(Result):
 
     def write_picture(self, path: str | os.PathLike[str]) -> None:
         """Writes the picture as .svg or .png."""
+        check_picture(path)
         self._context.check(self._call("write_picture"), self._pointer, path_of(path))
 
     def svg(self) -> str:

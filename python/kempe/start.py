@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias, Union
 
-from .arrays import Array
+from .arrays import Array, numbers, real
 from .errors import ArgumentError
 from .lazy import np
 from .options import unknown
@@ -30,7 +30,7 @@ def start_row(what: str, given: Start | None, names: tuple[str, ...], states: tu
         return _named(what, given, names, states)
     if isinstance(given, str):
         raise TypeError(f"{what} is an array or a mapping of names to numbers, not a text: {given!r}")
-    row = np.array(given, dtype=float)
+    row = numbers(given, what).copy() if np.ndim(given) else np.array(real(given, what))
     if row.shape != (len(names),):
         raise ValueError(
             f"{what} has {len(names)} values, in the order {', '.join(names)}, not the shape {row.shape}; a mapping of names "

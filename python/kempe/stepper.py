@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
-from .arrays import Array, optional, vector, view
+from .arrays import Array, all_finite, finite, matched, of_class, optional, real, vector, view
 from .context import Owned, outcome, string
 from .errors import ArgumentError, error_of
 from .options import members_of, words
@@ -40,6 +40,11 @@ class Stepper(Owned):
     _noun = "stepper"
     _options = "kempe_run_options"
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not name.startswith("_"):
+            raise AttributeError(f"a stepper has no attribute '{name}' to be set: see set_input, set_state and set_parameters")
+        object.__setattr__(self, name, value)
+
     def _call(self, function: Any, *arguments: Any, long: bool = False) -> None:
         context = self._context
         status, message = (context.guarded if long else context.run)(function, self._pointer, *arguments)
@@ -58,7 +63,7 @@ class Stepper(Owned):
         >>> stepper.t, stepper.q.shape
         (0.25, (3,))
         """
-        self._call(lib.guarded_kempe_stepper_advance, t, long=True)
+        self._call(lib.guarded_kempe_stepper_advance, real(t, "t"), long=True)
 
     def __iter__(self) -> Iterator[State]:
         """The states after each further step, up to t_end."""
@@ -111,6 +116,8 @@ class Stepper(Owned):
     def set_input(self, name: str, value: float, rate: float = 0.0, acceleration: float = 0.0) -> None:
         """Sets an input of the model, in SI, from now on: value + rate s + acceleration s^2 / 2, s being the time since now."""
         number = self._context.input(name)
+        value = real(value, f"input '{name}'")
+        rate, acceleration = real(rate, f"the rate of input '{name}'"), real(acceleration, f"the acceleration of input '{name}'")
         if rate or acceleration:
             self._call(lib.kempe_stepper_set_input_rates, number, value, rate, acceleration)
         else:
@@ -122,11 +129,14 @@ class Stepper(Owned):
 
     def set_stop(self, t: float) -> None:
         """No step goes beyond t (s) until the stepper is there."""
-        self._call(lib.kempe_stepper_set_stop, t)
+        self._call(lib.kempe_stepper_set_stop, real(t, "t"))
 
     def set_state(self, q: ArrayLike, qd: ArrayLike | None = None) -> float:
         """Continues from the closed state near q and qd. Returns the largest change that closing made (rad, or relative)."""
-        n, moved = len(self._context.coordinates), ffi.new("double *")
+        n, moved, names = len(self._context.coordinates), ffi.new("double *"), self._context.coordinates
+        for name, values in (("q", q), ("qd", qd)):
+            if values is not None:
+                all_finite(matched(values, n, name), name, names)
         self._call(lib.guarded_kempe_stepper_set_state, vector(q, n, "q"), optional(qd, n, "qd"), moved, long=True)
         return float(moved[0])
 
@@ -137,7 +147,7 @@ class Stepper(Owned):
         for name, value in values.items():
             if isinstance(value, str):
                 raise TypeError(f"{name}: a number in SI is needed, not {value!r}")
-        numbers = ffi.new("double[]", [float(value) for value in values.values()])
+        numbers = ffi.new("double[]", [finite(value, f"parameter '{name}'") for name, value in values.items()])
         self._call(
             lib.guarded_kempe_stepper_set_parameters, len(values), words(values, keep), numbers, moved, long=True
         )
@@ -163,7 +173,8 @@ class Stepper(Owned):
         >>> stepper.t
         0.0
         """
-        self._call(lib.kempe_stepper_restore, state._pointer)
+        saved = of_class(state, SavedState, "state", "save()")
+        self._call(lib.kempe_stepper_restore, saved._pointer)
 
     def copy(self) -> Stepper:
         """Another stepper at the same state."""

@@ -8,13 +8,14 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from ._native import ffi, lib
-from .arrays import Array
+from .arrays import Array, numbers
 from .check import Assembly, Branches, Check
 from .comfort import Comfort
 from .compare import Comparison
 from .contacts import Contacts
 from .context import Fixed, T, constant, failed, string
 from .equilibrium import Equilibrium
+from .errors import ArgumentError
 from .inverse import Inverse
 from .kinematics import Kinematics
 from .lazy import np
@@ -231,6 +232,8 @@ class System(Fixed):
         >>> outputs.names, outputs.units["position.coupler.C.x"]
         (('position.coupler.C.x', 'position.coupler.C.y', 'position.coupler.C.z'), 'm')
         """
+        if not text_of(words).strip():
+            raise ArgumentError("no output is named: give words as 'position(coupler.C), force(spring)'")
         return self._context.make(
             Outputs, lib.kempe_outputs_new, self._pointer, utf8(text_of(words)), owners=self._owners(), long=False
         )
@@ -313,6 +316,8 @@ class _Callback:
         if np.shape(given) not in ((), (self.count,)) or given is None:
             shape = "None" if given is None else f"the shape {np.shape(given)}"
             raise ValueError(f"force gives {self.count} values, not {shape}")
+        if getattr(given, "dtype", None) != np.float64:
+            given = numbers(given, "what force gives")
         self.array(effort, True)[:] = given
         return 0
 

@@ -12,6 +12,7 @@ from ._native import ffi, lib
 from .arrays import view
 from .context import NULL, Fixed, string, text_written
 from .display import picture, table_html
+from .errors import ArgumentError
 from .lazy import np
 from .options import path_of, text_of, unknown, utf8
 
@@ -27,6 +28,12 @@ def column_name(output: str) -> str:
         raise TypeError(f"a name is needed, not {type(output).__name__}")
     found = _OUTPUT.fullmatch(output.strip())
     return f"{found[1]}.{found[2].replace(',', '.').replace(' ', '')}{found[3]}" if found else output
+
+
+def check_picture(path: str | os.PathLike[str]) -> None:
+    """Refuses a picture whose name has the ending of another format."""
+    if os.path.splitext(os.fsdecode(path))[1].lower() not in (".svg", ".png"):
+        raise ArgumentError(f"{os.fsdecode(path)}: a picture is written as .svg or .png")
 
 
 class Columns(Mapping[str, "NDArray[Any]"]):
@@ -127,6 +134,7 @@ class Table(Columns, Fixed):
 
     def write_picture(self, path: str | os.PathLike[str], x: str | None = None, y: Any = None) -> None:
         """Draws columns `y` over `x` as .svg or .png, a plot for each unit. None: all, over the first."""
+        check_picture(path)
         names = [NULL if each is None else ffi.new("char[]", utf8(text_of(each))) for each in (x, y)]
         self._context.check(lib.kempe_table_write_picture, self._pointer, *names, path_of(path))
 

@@ -6,9 +6,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ._native import lib
-from .arrays import Array, view, writable
+from .arrays import Array, numbers, view, writable
 from .display import trajectory_html
-from .errors import Error
+from .errors import ArgumentError, Error
 from .lazy import np
 from .options import text_of, utf8
 from .result import Judged, Reported, TableOf
@@ -70,7 +70,7 @@ class Trajectory(Judged, Reported):
     def at(self, t: ArrayLike) -> State:
         """The state at any time (s) of a run with `keep_dense=True`, as a row that the run had there; of several times,
         arrays with a row for each."""
-        times = np.asarray(t, dtype=float)
+        times = numbers(t, "t").reshape(np.shape(t))
         n, m = len(self._context.coordinates), len(self._context.rows)
         parts = [np.empty((times.size, width)) for width in (n, n, n, m)]
         for k, time in enumerate(times.flat):
@@ -103,6 +103,8 @@ class Trajectory(Judged, Reported):
         ('t', 'velocity.coupler.C.x', 'velocity.coupler.C.y', 'velocity.coupler.C.z')
         """
         words = utf8(text_of(names))
+        if not words.strip():
+            raise ArgumentError("no output is named: give words as 'q(A), force(spring)'")
         return self._context.make(Table, lib.kempe_trajectory_outputs, self._pointer, words, long=False)
 
     def __getitem__(self, name: str) -> NDArray[Any]:

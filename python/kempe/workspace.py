@@ -12,7 +12,21 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
-from .arrays import DOUBLES, INTS, Array, Order, converted, matched, view, writable
+from .arrays import (
+    DOUBLES,
+    INTS,
+    Array,
+    Order,
+    all_finite,
+    converted,
+    finite,
+    matched,
+    numbers,
+    real,
+    view,
+    whole,
+    writable,
+)
 from .context import Owned, interruptible, string
 from .errors import ArgumentError, Interrupted, error_of, in_python
 from .fast_calls import calls
@@ -253,7 +267,13 @@ class Workspace(Owned):
         array: Array = getattr(self.views, name).copy(order=order)
         if self._thread not in (0, get_ident()):
             raise ArgumentError(_ANOTHER)
+        self._known()
         return array
+
+    def _known(self) -> None:
+        """An error before the first evaluation, where all of M is zero."""
+        if self._thread == 0 and self.n and not self.views.M.any():
+            raise ArgumentError("the workspace has no values yet: call evaluate(t, q, qd) first")
 
     def evaluate(self, t: float, q: ArrayLike, qd: ArrayLike | None = None, views: bool = False) -> Equations:
         """Evaluates everything at t (s), q and qd (n each; None: at rest). q need not close the loops. Returns copies; with
@@ -306,18 +326,24 @@ class Workspace(Owned):
     @property
     def kinetic(self) -> float:
         """Kinetic energy, J."""
-        return float(lib.kempe_workspace_kinetic(self._pointer))
+        found = float(lib.kempe_workspace_kinetic(self._pointer))
+        self._known()
+        return found
 
     @property
     def potential(self) -> float:
         """Potential energy of gravity and springs, J."""
-        return float(lib.kempe_workspace_potential(self._pointer))
+        found = float(lib.kempe_workspace_potential(self._pointer))
+        self._known()
+        return found
 
     def set_input(self, name: str, value: float, t: float = 0.0, rate: float = 0.0, acceleration: float = 0.0) -> None:
         """Sets an input of the model to value + rate s + acceleration s^2 / 2, where s is the time since t."""
-        given = t, value, rate, acceleration
+        number = self._context.input(name)
+        named = (t, "t"), (value, f"input '{name}'"), (rate, f"the rate of input '{name}'"), (acceleration, f"the acceleration of input '{name}'")
+        given = finite(*named[0]), finite(*named[1]), finite(*named[2]), finite(*named[3])
         with self._alone():
-            status = lib.kempe_workspace_set_input(self._pointer, self._context.input(name), *given)
+            status = lib.kempe_workspace_set_input(self._pointer, number, *given)
         if status:
             self._fail(status)
         self._inputs[name] = given
@@ -345,7 +371,10 @@ class Workspace(Owned):
         """
         n, m = self.n, self.m
         made = Accelerations(np.empty(n), np.empty(m)) if out is None else out
-        qdd, lam = made
+        try:
+            qdd, lam = made
+        except (TypeError, ValueError):
+            raise ArgumentError("out is a pair of arrays, of n accelerations and m multipliers, or an earlier result") from None
         status = _forward(self._address, n, m, t, q, qd, Q, qdd, lam)
         if status:
             writable(qdd, (n,), "qdd")
@@ -439,7 +468,7 @@ class Workspace(Owned):
         ((3, 3), (3, 1))
         """
         self._prepare(by, self._outputs)
-        n = self.n
+        n, t = self.n, real(t, "t")
         state = [matched(each, n, name) for each, name in ((q, "q"), (qd, "qd"), (qdd, "qdd"))]
         Q, Q_p = np.empty(n), np.empty((len(self._by or ()), n)).T
         matrices = [np.empty((n, n), order="F") for _ in range(3)]
@@ -485,6 +514,8 @@ class Workspace(Owned):
         n, p, k = self.n, len(self.independent), len(self._by or ())
         directions = ((dq, n, "dq"), (dqd, n, "dqd"), (dQ, n, "dQ"), (dp, k, "dp"), (du, p, "du"), (dud, p, "dud"))
         direction = [converted(*each) for each in directions]
+        if all(each is None for each in direction):
+            raise ArgumentError("no direction is given: it has changes dq, dqd, dQ, dp, du or dud")
         values, change = self._forward_values(), self._forward_values()
         self._product(lib.kempe_workspace_forward_jvp, "direction", direction, t, q, qd, Q, values, change)
         return values, change
@@ -518,6 +549,8 @@ class Workspace(Owned):
             converted(*each)
             for each in ((qdd, n, "qdd"), (lam, self.m, "lam"), (y, lib.kempe_workspace_output_count(self._pointer), "y"))
         ]
+        if all(each is None for each in weights):
+            raise ArgumentError("no weight is given: the gradient is of a sum with weights qdd, lam or y")
         first = p if closed else n
         gradient = [np.zeros(size) for size in (first, first, n, k)]
         places = [None, None, *gradient[2:], *gradient[:2]] if closed else [*gradient, None, None]
@@ -682,7 +715,8 @@ class Workspace(Owned):
         derivatives: bool = True,
     ) -> Step:
         """The state after steps of h (s), by the Runge-Kutta method of order four with closed loops, and the exact derivatives of
-        this map: for optimal control. q and qd are closed first; Q and the inputs are constant meanwhile. The error of a step is
+        this map: for optimal control. Loops that are open by at most 0.01
+        (relative) are closed first; Q and the inputs are constant meanwhile. The error of a step is
         proportional to h^5: compare with a smaller h.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
@@ -693,6 +727,7 @@ class Workspace(Owned):
         """
         self._prepare(by, self._outputs)
         n, x = self.n, 2 * len(self.independent)
+        t, h, steps = real(t, "t"), real(h, "h"), whole(steps, "steps")
         ends = [matched(q, n, "q").copy(), matched(qd, n, "qd").copy()]
         made = [np.empty((x, columns), order="F") for columns in (x, n, len(self._by or ()))] if derivatives else [np.empty((0, 0))] * 3
         force = converted(Q, n, "Q")
@@ -719,7 +754,7 @@ class Workspace(Owned):
 
     def _state(self, t: float, q: Any, qd: Any, Q: Any) -> tuple[Any, ...]:
         arrays = [matched(q, self.n, "q"), matched(qd, self.n, "qd"), converted(Q, self.n, "Q")]
-        return t, *_pointers(arrays)
+        return real(t, "t"), *_pointers(arrays)
 
     def _product(self, function: Any, kind: str, given: Any, t: Any, q: Any, qd: Any, Q: Any, values: Any, made: Any) -> None:
         """A call with a direction or weights, which puts values, and their change or a gradient into arrays."""
@@ -864,7 +899,7 @@ class Workspace(Owned):
         return made
 
     def _actuator_forces(self, t: float, state: tuple[Any, ...], out: Any, actuators: Any, weights: Any) -> Array:
-        names = tuple(name for name in text_of(actuators).replace(" ", "").split(",") if name)
+        t, names = real(t, "t"), tuple(name for name in text_of(actuators).replace(" ", "").split(",") if name)
         if not names:
             raise ArgumentError("actuators is empty: name the coordinates on which forces act")
         shares = None if weights is None else tuple(matched(weights, len(names), "weights"))
@@ -895,7 +930,7 @@ class Workspace(Owned):
         >>> found.M.shape, found.X.shape
         ((1, 1), (3, 1))
         """
-        n, p = self.n, len(self.independent)
+        n, p, t = self.n, len(self.independent), real(t, "t")
         arrays = [matched(q, n, "q"), matched(qd, n, "qd")]
         made = ClosedEquations(np.empty((p, p), order="F"), np.empty(p), np.empty((n, p), order="F"), np.empty(n))
         with self._alone():
@@ -921,12 +956,17 @@ class Workspace(Owned):
         for name in held:
             if name not in coordinates:
                 raise ArgumentError(unknown("coordinate", name, coordinates))
+        t = finite(t, "t")
         closed = matched(q, self.n, "q").copy()
         rates = np.zeros(self.n) if qd is None else matched(qd, self.n, "qd").copy()
         keep = ffi.new(INTS, [int(name in held) for name in coordinates])
         places = writable(closed, (self.n,), "q"), writable(rates, (self.n,), "qd")
         with self._alone():
             status = lib.kempe_workspace_close(self._pointer, t, *places, keep)
+        if status or self.m == 0:  # what is not finite does not close
+            for name, given in (("q", q), ("qd", qd)):
+                if given is not None:
+                    all_finite(matched(given, self.n, name), name, coordinates)
         if status:
             self._fail(status)
         return closed, rates
@@ -1003,6 +1043,9 @@ class Workspace(Owned):
         (101, 3)
         """
         states = _States(self, t, q, qd=qd, qdd=qdd)
+        bad = np.argwhere(~np.isfinite(states.rows["qdd"]))
+        if len(bad):
+            raise ArgumentError(f"state {bad[0, 0]}: qdd of '{self._context.coordinates[bad[0, 1]]}' is not finite")
         out = np.empty((states.count, self.n)) if out is None else out
         states.run(lib.python_inverse_states, threads, forces=out)
         return out
@@ -1013,16 +1056,18 @@ class _States:
 
     def __init__(self, workspace: Workspace, t: ArrayLike, q: ArrayLike, **rows: ArrayLike | None) -> None:
         self.workspace = workspace
-        first = np.ascontiguousarray(q, dtype=float)
+        first = numbers(q, "q")
         self.count = len(first) if first.ndim == 2 else 0
-        self.t = np.ascontiguousarray(t, dtype=float)
+        self.t = numbers(t, "t")
         if self.t.shape not in ((), (1,), (self.count,)):
             raise ValueError(f"t is a number or {self.count} of them, not of the shape {self.t.shape}")
+        if not np.isfinite(self.t).all():
+            raise ArgumentError(f"state {int(np.flatnonzero(~np.isfinite(self.t))[0])}: t is not finite")
         self.rows: dict[str, Array] = {}
         self.more: dict[str, Any] = {}  # further members, of all states
         for name, values in {"q": first, **rows}.items():
             if values is not None:
-                self.rows[name] = array = np.ascontiguousarray(values, dtype=float)
+                self.rows[name] = array = numbers(values, name)
                 if array.ndim != 2 or array.shape != (self.count, workspace.n):
                     raise ValueError(
                         f"{name} has rows of {workspace.n} values for each state, not the shape {array.shape}"
@@ -1040,6 +1085,9 @@ class _States:
         for name, array in results.items():
             writable(array, (count, *shapes.get(name, array.shape[1:] if array.ndim == 3 else (m,))), name)
         self.rows.update(results)
+        threads = whole(threads, "threads")
+        if threads < 0:
+            raise ArgumentError(f"threads is a number of threads, or 0 for all processors, not {threads}")
         team = self.workspace._team(max(1, min(threads or _processors(), count)))
         for each in team if prepare else ():
             prepare(each)

@@ -27,6 +27,7 @@ try:
 except ImportError:
     other = os.environ.get("KEMPE_OPTIMISER_PYTHON")
     if other and os.path.abspath(other) != os.path.abspath(sys.executable):
+        os.environ["KEMPE_FIRST_PYTHON"] = sys.executable  # which has what Kempe's package needs
         os.execv(other, [other, *sys.argv])
     print("skipped: JAX or CasADi is not installed (pip install jax casadi, or KEMPE_OPTIMISER_PYTHON)")
     sys.exit(77)
@@ -271,6 +272,53 @@ class Packages(Case):
             for mine, its in zip(batch, single(0.0, q[k], qd[k], p[k]), strict=True):
                 self.near(mine[k], its)
             self.near(work[k], qd[k] @ array(slopes(q[k], qd[k], p[k])), DERIVATIVES)
+
+    def test_gradient_of_a_run(self):
+        """JAX: the gradient of a run of 1 s by all parameters, in 3000 steps of the Runge-Kutta method, is the library's adjoint one."""
+        written = self.model("examples/four_bar/four_bar.yaml", "--keep-parameters")
+        model, N, rest = written.jax, 3000, jnp.array([1, 2])
+
+        def end(p):
+            _, J = model.h_J(0.0, jnp.zeros(3), p)  # all angles count from the start, whose rates follow from the crank's
+            qd = jnp.concatenate([jnp.array([20.0]), jnp.linalg.solve(J[:, rest], -20.0*J[:, 0])])
+
+            def rates(t, x):
+                return jnp.concatenate([x[3:], model.forward(t, x[:3], x[3:], p)[0]])
+
+            def step(x, k):
+                a = rates(k/N, x)
+                b = rates((k + 0.5)/N, x + a/(2*N))
+                c = rates((k + 0.5)/N, x + b/(2*N))
+                d = rates((k + 1)/N, x + c/N)
+                return x + (a + 2*b + 2*c + d)/(6*N), None
+
+            return jax.lax.scan(step, jnp.concatenate([jnp.zeros(3), qd]), jnp.arange(N))[0][2]
+
+        value, gradient = jax.jit(jax.value_and_grad(end))(jnp.array(model.parameter_values))
+        said = json.loads(command(0, "sensitivity", written.path, "--method", "adjoint", "--outputs", "q(rocker)", "--t-end", "1", "--rtol", "1e-12",
+                                  "--json", "-").stdout)["end"]
+        self.near(value, said["values"]["q.rocker"], 1e-6)
+        slopes = said["derivatives"]["q.rocker"]
+        self.assertGreater(len(slopes), 6)
+        self.near([gradient[model.parameter_names.index(name)] for name in slopes], list(slopes.values()), 1e-6)
+
+    def test_many_states(self):
+        """JAX: vmap at the 4,096 states of a run, and the call of Kempe's package for many states."""
+        written = self.model("examples/four_bar/four_bar.yaml")
+        path = self.folder / "states.npz"
+        words = (f"import kempe, numpy; m = kempe.Model({str(written.path)!r}); r = m.simulate(t_end=40.95, output_step=0.01, no_convergence_check=True); "
+                 f"f = m.system().workspace().forward_states(r.t, r.q, r.qd); numpy.savez({str(path)!r}, t=r.t, q=r.q, qd=r.qd, qdd=f.qdd, lam=f.lam)")
+        place = pathlib.Path(KEMPE).resolve().parent / "python"
+        done = subprocess.run([os.environ.get("KEMPE_FIRST_PYTHON", sys.executable), "-c", words], env={**os.environ, "PYTHONPATH": str(place)},
+                              capture_output=True, text=True, timeout=300)
+        if "ModuleNotFoundError" in done.stderr:
+            self.skipTest("Kempe's package, or a package that it needs, is not here")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        states = np.load(path)
+        self.assertEqual(states["q"].shape, (4096, 3))
+        qdd, multipliers = jax.jit(jax.vmap(written.jax.forward))(states["t"], states["q"], states["qd"])
+        self.near(qdd, states["qdd"])
+        self.near(multipliers, states["lam"])
 
     def test_single_precision(self):
         """Functions refuse numbers of single precision, which JAX has unless it is told otherwise."""

@@ -5,6 +5,7 @@
 #include "analyses/derivatives/state_derivatives.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include "model/data/model.h"
 #include <kempe/derivatives.h>
@@ -130,6 +131,22 @@ static kempe_status step(kempe_workspace *ws, kmp_state_step *s, double t, doubl
     return KEMPE_OK;
 }
 
+/* KEMPE_E_FAILED where the loops are so far open that closing them would give another state. */
+static kempe_status check_begin(kempe_workspace *ws, double t, const double *q)
+{
+    int row = 0;
+    kmp_eval_closure(ws->eval, t, q);
+    for (int r = 1; r < ws->m; r++)
+        if (kmp_eval_opening(ws->eval, r) > kmp_eval_opening(ws->eval, row))
+            row = r;
+    if (ws->m == 0 || kmp_eval_opening(ws->eval, row) <= KMP_STEP_OPEN)
+        return KEMPE_OK;
+    return kmp_workspace_fail(ws,
+                              "steps need closed loops, but constraint equation '%s' is open by %.3g (relative) at t = "
+                              "%.9g s: close the state first",
+                              ws->system->row_names[row], kmp_eval_opening(ws->eval, row), t);
+}
+
 static void put_columns(const kmp_state_step *s, int first, int count, double *out)
 {
     if (out)
@@ -175,6 +192,7 @@ kempe_status kempe_workspace_step(kempe_workspace *ws, double t, double h, int s
         s->hold[u[k]] = 1;
     memcpy(s->q, q, (size_t)n * sizeof *q);
     memcpy(s->qd, qd, (size_t)n * sizeof *qd);
+    KMP_TRY(check_begin(ws, t, q));
     KMP_TRY(kempe_workspace_close(ws, t, s->q, s->qd, s->hold));
     memset(s->begin, 0, 2 * (size_t)p * (size_t)s->columns * sizeof *s->begin);
     for (int k = 0; k < 2 * p; k++)

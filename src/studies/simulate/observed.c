@@ -530,6 +530,7 @@ kempe_status kempe_outputs_at_time(kempe_outputs *outputs, kempe_trajectory *tra
 {
     KMP_WANTED(NULL, outputs, "outputs");
     KMP_WANTED(NULL, trajectory, "trajectory");
+    KMP_TRY(check_system(outputs, trajectory->system));
     const double *row = trajectory->at;
     int n = trajectory->system->n;
     KMP_TRY(kempe_trajectory_at_time(trajectory, t, NULL, NULL, NULL, NULL));
@@ -581,6 +582,11 @@ static kempe_status find_tangent(kempe_outputs *o, double t, const double *q)
     if (!o->reduces)
         return kmp_fail(context, KEMPE_E_FAILED, "independent coordinates cannot be chosen at the start of the model");
     kmp_eval_closure(o->eval, t, q);
+    if (!(kmp_eval_residual(o->eval) <= KMP_CLOSED_NEAR))
+        return kmp_fail(context, KEMPE_E_FAILED,
+                        "a Jacobian of closed motions needs closed loops, but they are open by %.3g (relative) at t = "
+                        "%.9g s: close the state first",
+                        kmp_eval_residual(o->eval), t);
     int singular = kmp_reduction_factor(&o->red);
     if (singular > 0)
         return kmp_fail(context, KEMPE_E_FAILED,
