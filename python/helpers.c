@@ -7,6 +7,7 @@
 #include "base/context.h"
 #include "constraints/workspace/state_workspace.h"
 #include "ensemble/manifest.h"
+#include <math.h>
 #include <stdatomic.h>
 #include <string.h>
 
@@ -181,4 +182,33 @@ kempe_status python_inverse_states(kempe_workspace *w, python_states *s)
 kempe_status python_model_hash(const kempe_model *model, char *hash)
 {
     return kmp_manifest_hash_model(model, hash);
+}
+
+/* Moves stepper k, and reads its outputs where it is then: where a failing advance has left it, too. */
+static kempe_status advance_one(const python_steppers *s, int k)
+{
+    kempe_stepper *stepper = s->steppers[k];
+    kempe_status status = KEMPE_OK;
+    for (int j = 0; j < s->input_count && s->actions && status == KEMPE_OK; j++)
+        status =
+            kempe_stepper_set_input(stepper, s->inputs[j], s->actions[(size_t)k * (size_t)s->input_count + (size_t)j]);
+    if (status == KEMPE_OK)
+        status = kempe_stepper_advance(stepper, s->t[k]);
+    const kempe_status read =
+        kempe_outputs_at_stepper(s->outputs, stepper, s->values + (size_t)k * (size_t)s->value_count);
+    return status == KEMPE_OK ? read : status;
+}
+
+kempe_status python_advance_steppers(const python_steppers *s)
+{
+    kempe_status status = KEMPE_OK;
+    python_guard guard;
+    python_guard_begin(&guard, s->guarded);
+    for (int k = 0; k < s->count && status == KEMPE_OK; k++) {
+        s->statuses[k] = isnan(s->t[k]) ? KEMPE_OK : advance_one(s, k);
+        const bool mistake = s->statuses[k] < 0 && s->statuses[k] != KEMPE_E_FAILED;
+        if (mistake || (s->statuses[k] == KEMPE_STOPPED && kmp_interrupt_taken(s->context)))
+            status = (kempe_status)s->statuses[k];
+    }
+    return python_guard_end(&guard, status);
 }

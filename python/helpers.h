@@ -4,6 +4,8 @@
 #pragma once
 
 #include <kempe/derivatives.h>
+#include <kempe/output_handles.h>
+#include <kempe/stepper.h>
 #include <kempe/workspace.h>
 
 /** The state that a guarded computation restores at its end. */
@@ -62,3 +64,21 @@ kempe_status python_inverse_states(kempe_workspace *workspace, python_states *st
 /** One state at a time, to compare. */
 kempe_status python_evaluate_each(kempe_workspace *workspace, python_states *states);
 kempe_status python_forward_each(kempe_workspace *workspace, python_states *states);
+
+/** Steppers of one system that go one after another to separate times, with inputs that are constant meanwhile.
+ * A stepper whose time is NaN stays where it is. Each has its status: a failure of one is none of the others. */
+typedef struct python_steppers {
+    int count, input_count, value_count;
+    kempe_stepper *const *steppers;
+    kempe_outputs *outputs;
+    const int *inputs;                /* numbers of the inputs that are set */
+    const double *actions;            /* count x input_count; NULL: no input is set */
+    const double *t;                  /* count */
+    double *values;                   /* count x value_count: outputs where each stepper is then */
+    int *statuses;                    /* count */
+    kempe_context *context, *guarded; /* of the system; the same where SIGINT ends the computation, or NULL */
+} python_steppers;
+
+/** KEMPE_STOPPED: an interrupt, after which some steppers have not moved; otherwise KEMPE_OK or the first status that
+ * is neither KEMPE_E_FAILED nor KEMPE_STOPPED. */
+kempe_status python_advance_steppers(const python_steppers *together);

@@ -922,7 +922,7 @@ class _States:
         for name, array in results.items():
             writable(array, (count, *shapes.get(name, array.shape[1:] if array.ndim == 3 else (m,))), name)
         self.rows.update(results)
-        team = self.workspace._team(max(1, min(threads or _processors(), count)))
+        team = self.workspace._team(max(1, min(threads or processors(), count)))
         for each in team if prepare else ():
             prepare(each)
         ends = [count * k // len(team) for k in range(len(team) + 1)]
@@ -966,6 +966,6 @@ class _States:
         return status, f"state {begin + struct.failed}: {string(lib.kempe_workspace_message(workspace._pointer))}"
 
 
-def _processors() -> int:
+def processors() -> int:
     """Processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

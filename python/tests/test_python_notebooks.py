@@ -299,7 +299,7 @@ MODULES = [
         if name[0] != "_"
     ),
 ]
-PACKAGES = {"# with SciPy": "scipy", "# with pandas": "pandas", "# with IPOPT": "casadi"}
+PACKAGES = {"# with SciPy": "scipy", "# with pandas": "pandas", "# with IPOPT": "casadi", "# with gymnasium": "gymnasium"}
 
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)
