@@ -33,6 +33,9 @@ class Outputs(Owned):
     def __len__(self) -> int:
         return len(self.names)
 
+    def __repr__(self) -> str:
+        return f"<Outputs: {', '.join(self.names)}>"
+
     def _values(self, function: Any, *arguments: Any) -> Array:
         values = np.empty(len(self))
         self._context.check(function, self._pointer, *arguments, writable(values, values.shape, "values"))

@@ -30,6 +30,10 @@ class SavedState(Owned):
     """A stepper's state to return to."""
 
     _noun = "stepper_state"
+    _t: float = 0.0
+
+    def __repr__(self) -> str:
+        return f"<SavedState at t = {self._t:g} s>"
 
 
 class Stepper(Owned):
@@ -149,9 +153,11 @@ class Stepper(Owned):
 
     def save(self) -> SavedState:
         """The current state; the integrator restarts here."""
-        return self._context.make(
+        made = self._context.make(
             SavedState, lib.kempe_stepper_save, self._pointer, owners=(self._pointer,), long=False
         )
+        made._t = self.t
+        return made
 
     def restore(self, state: SavedState) -> None:
         """Returns to a saved state, of this or of another stepper of the same system and options.

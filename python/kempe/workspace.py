@@ -208,6 +208,9 @@ class Workspace(Owned):
             view(lib.kempe_workspace_jdqd(w), (m,), w),
         )
 
+    def __repr__(self) -> str:
+        return f"<Workspace: {self.n} coordinates, {self.m} closure rows>"
+
     @property
     def message(self) -> str:
         """After a call that succeeded: a table that the state leaves, where values are not to be trusted; "": none."""
