@@ -55,7 +55,8 @@ class Stepper(Owned):
         self._call(lib.guarded_kempe_stepper_step, long=True)
 
     def advance(self, t: float) -> None:
-        """Advances to t (s), neither backwards nor beyond t_end.
+        """Advances to t (s), neither backwards nor beyond t_end (ArgumentError). FailedError: the motion cannot continue, or, unless
+        max_steps is given, the rest would take 1e8 steps at the present pace. StoppedError: an event ends the motion.
 
         >>> stepper = kempe.Model("four_bar.yaml").system().stepper(t_end=1)
         >>> stepper.advance(0.25)
