@@ -5,8 +5,10 @@
  * No Python code runs between installing and restoring except of callbacks. Without sigaction, guards do nothing. */
 #include "helpers.h"
 #include "base/context.h"
+#include "base/json.h"
 #include "constraints/workspace/state_workspace.h"
 #include "ensemble/manifest.h"
+#include "model/files/yaml.h"
 #include <math.h>
 #include <stdatomic.h>
 #include <string.h>
@@ -211,4 +213,34 @@ kempe_status python_advance_steppers(const python_steppers *s)
             status = (kempe_status)s->statuses[k];
     }
     return python_guard_end(&guard, status);
+}
+
+static void put_node(kmp_json *json, const char *key, const kmp_yaml *node)
+{
+    if (node->kind == KMP_YAML_SCALAR) {
+        kmp_json_string(json, key, node->empty ? NULL : node->text);
+        return;
+    }
+    const bool list = node->kind == KMP_YAML_LIST;
+    (list ? kmp_json_array : kmp_json_object)(json, key);
+    for (int k = 0; k < node->count; k++)
+        put_node(json, list ? NULL : node->keys[k]->text, node->items[k]);
+    kmp_json_end(json);
+}
+
+kempe_status python_document(kempe_context *context, const char *text, const char *label, char **json)
+{
+    kmp_arena arena = {0};
+    kmp_text out = {0};
+    const kmp_yaml *root = NULL;
+    kempe_status status = kmp_yaml_load(context, &arena, label, 0, text, strlen(text), &root);
+    if (status == KEMPE_OK && root) {
+        kmp_json writer = kmp_json_begin(&out);
+        put_node(&writer, NULL, root);
+        *json = kmp_text_take(&out);
+        status = kmp_made(context, *json);
+    }
+    kmp_text_free(&out);
+    kmp_arena_free(&arena);
+    return status;
 }

@@ -37,6 +37,9 @@ const char *python_searches(void);
 /** The hash of a model with all its files and values, as a result folder has it: 64 characters and a zero. */
 kempe_status python_model_hash(const kempe_model *model, char *hash);
 
+/** The entries of a document in the model language as JSON: every scalar is a text, an empty one null. */
+kempe_status python_document(kempe_context *context, const char *text, const char *label, char **json);
+
 /** Many states: `count` rows of q, qd, ..; NULL as for a single state. `t` has a value for each row, or one for all
  * (t_step 0). Results, matrices column-major, are rows too; NULL: not wanted. */
 typedef struct python_states {

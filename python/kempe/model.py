@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import uuid
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -15,6 +16,7 @@ from .arrays import Array, optional
 from .columns import columns_of, is_path, is_samples, samples_of, text_of_table
 from .context import Context, Fixed, string
 from .display import details, model_html
+from .document import Document, actuators_of, bodies_of, document_of, joints_of, points_of
 from .ensemble import Ensemble, Folder, Function, Recipe, Values, rows_of
 from .errors import ArgumentError, InputError
 from .fit import Fit, Optimum
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
     from .trajectory import Trajectory
 
 Values_ = Mapping[str, Any]
+_OWN = re.compile(r"""^[ {]*["']?kempe["']?[ ]*:""", re.M)  # a text in the model language
 
 
 class Reading(NamedTuple):
@@ -114,14 +117,23 @@ class Model(Fixed):
         return model
 
     @classmethod
-    def from_dict(cls, document: Mapping[str, Any], parameters: Values_ | None = None, **more: Any) -> Model:
-        """Reads a model from a dict with the keys of a model file. Tuples are lists.
+    def from_dict(
+        cls,
+        document: Mapping[str, Any],
+        parameters: Values_ | None = None,
+        *,
+        folder: str | os.PathLike[str] | None = None,
+        **more: Any,
+    ) -> Model:
+        """Reads a model from a dict with the keys of a model file, or from a `document` of a model. Tuples are lists. `folder`: of files
+        that the dict names (the present one, or the document's).
 
         >>> arm = {"joint": {"revolute": "z", "at": "ground"}, "mass": "3 kg", "com": (0, -1, 0), "inertia": {"zz": 1}}
         >>> Model.from_dict({"kempe": 1, "gravity": (0, -9.81, 0), "bodies": {"arm": arm}}).coordinates
         ('arm',)
         """
-        return cls.from_text(entry_of(document), parameters, label="dict", **more)
+        place = os.fsdecode(folder) if folder is not None else getattr(document, "folder", "")
+        return cls.from_text(entry_of(document), parameters, label=os.path.join(place, "dict"), **more)
 
     def _read(self, function: Any, source: tuple[bytes, ...], values: Values_, reading: Reading) -> None:
         self._context = Context()
@@ -226,6 +238,70 @@ class Model(Fixed):
         """
         made: dict[str, Any] = json.loads(self._context.text(lib.kempe_model_print, self._pointer, lib.KEMPE_JSON))
         return made
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters by name, in SI."""
+        return dict(self.to_dict()["parameters"])
+
+    @property
+    def bodies(self) -> dict[str, dict[str, Any]]:
+        """Bodies by name: parent, at, joint, mass, com, inertia, points, in SI.
+
+        >>> Model("four_bar.yaml").bodies["crank"]["mass"]
+        1
+        """
+        return bodies_of(self.to_dict())
+
+    @property
+    def joints(self) -> dict[str, dict[str, Any]]:
+        """Joints of the tree by name: body, parent, at (the point there), coordinates, axes.
+
+        >>> Model("cart_pole.yaml").joints["phi"]["coordinates"]
+        ['phi']
+        """
+        return joints_of(self.to_dict())
+
+    @property
+    def points(self) -> dict[str, list[float]]:
+        """Points by BODY.POINT: x, y, z in the axes of the body, m.
+
+        >>> Model("cart_pole.yaml").points["pole.tip"]
+        [0, 0.8, 0]
+        """
+        return points_of(self.to_dict())
+
+    @property
+    def actuators(self) -> dict[str, dict[str, Any]]:
+        """Forces that depend on inputs, by name, with these `inputs`.
+
+        >>> Model("cart_pole.yaml").actuators["push"]["inputs"]
+        ['u']
+        """
+        return actuators_of(self.to_dict())
+
+    def document(self) -> Document:
+        """The entries of the model file, as a dict that may be changed and read again: `from_dict` of it is the same model, with the
+        same bits. It has the values that the model was given.
+
+        ArgumentError: the model has another start, or a value in a file that it includes; neither can be in the entries.
+
+        >>> entries = Model("four_bar.yaml").document()
+        >>> entries["bodies"]["crank"]["mass"] = 2
+        >>> Model.from_dict(entries).bodies["crank"]["mass"]
+        2
+        """
+        make, arguments = self._recipe
+        if make is not _read_again:
+            if make in (_start_again, _instance_again):
+                raise ArgumentError("this model has another start, or the values of an instance: take the document of the model before")
+            return document_of(self.name, self.export("yaml"), self.name, {})
+        label, text, values, _ = arguments
+        if text is None:
+            with open(label, encoding="utf-8") as file:
+                text = file.read()
+        foreign = not _OWN.search(text)
+        return document_of(self.name, self.export("yaml") if foreign else text, label, values)
 
     def export(self, format: str) -> str:
         """The model in another format, "urdf+", "sdf", "mjcf" or "yaml". A warning names each part that the format cannot say.
