@@ -152,7 +152,7 @@ class EnsembleResult(Reported):
 
         >>> batch = kempe.Model("four_bar.yaml").ensemble({"crank": [0.29, 0.3, 0.31]}).run(t_end=1)
         >>> data = batch.to_xarray()  # with xarray
-        >>> data["q"].dims, float(data["q"].sel(instance=2, coordinate="rocker")) == batch.q[1, 2]  # with xarray
+        >>> data["q"].dims, bool(data["q"].sel(instance=2, coordinate="rocker") == batch.q[1, 2])  # with xarray
         (('instance', 'coordinate'), True)
         """
         import xarray
@@ -354,7 +354,7 @@ class Ensemble(Fixed):
         del keep
         return made
 
-    def run_folder(
+    def run_folder(  # type: ignore[misc]
         self,
         path: str | os.PathLike[str],
         lanes: int = 0,

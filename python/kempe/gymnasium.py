@@ -314,7 +314,7 @@ class _Instances:
             part.start + int(k): reason
             for group, part in zip(self.groups, self.parts)
             for k in np.flatnonzero(group.statuses)
-            if (reason := group.reason(k))
+            if (reason := group.reason(int(k)))
         }
 
     def close(self) -> None:

@@ -500,7 +500,7 @@ class Model(Fixed):
         values._recipe, values._call = self._recipe, (name, arguments, options)
         return values
 
-    def sample(self, ranges: Any, count: int | None = None, **options: Unpack[SampleOptions]) -> Values:
+    def sample(self, ranges: Any, count: int | None = None, **options: Unpack[SampleOptions]) -> Values:  # type: ignore[misc]
         """Samples of distributions: {"crank": (0.2, 0.3)} in SI or "crank=200 mm:300 mm" (uniform), "crank=normal(0.3, 0.001)",
         "crank=triangular(0.2, 0.3, 0.4)", "crank=IT7" (a tolerance grade about the model's value). `count` None: 1000.
 

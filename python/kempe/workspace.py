@@ -395,7 +395,8 @@ class Workspace(Owned):
         >>> workspace.forward_derivatives(0.0, [0, 0, 0], [20, -22.5, 7.5], outputs="acceleration(coupler.C)").y_q.shape
         (3, 3)
         """
-        return self._derive(Derivatives, t, q, qd, Q, threads, out, by, outputs)
+        made: Derivatives = self._derive(Derivatives, t, q, qd, Q, threads, out, by, outputs)
+        return made
 
     def closed_derivatives(
         self,
@@ -417,7 +418,8 @@ class Workspace(Owned):
         >>> found.udd_u.shape, found.udd_Q.shape, found.q_u.shape
         ((1, 1), (1, 3), (3, 1))
         """
-        return self._derive(ClosedDerivatives, t, q, qd, Q, threads, out, by, outputs)
+        made: ClosedDerivatives = self._derive(ClosedDerivatives, t, q, qd, Q, threads, out, by, outputs)
+        return made
 
     def inverse_derivatives(
         self, t: float, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, by: str | Iterable[str] = ()
@@ -446,7 +448,7 @@ class Workspace(Owned):
             )
         if status:
             self._fail(status)
-        return InverseDerivatives(Q, *matrices, Q_p)
+        return InverseDerivatives._make([Q, *matrices, Q_p])
 
     def forward_jvp(
         self,
@@ -654,7 +656,8 @@ class Workspace(Owned):
         base = out[0].base if type(out) is kind else None
         if base is None or base.shape != (size,):
             raise ArgumentError(f"out must be an earlier result ({kind.__name__}) of this workspace at one state")
-        return base
+        made: Array = base
+        return made
 
     def _derive_rows(self, kind: Any, t: Any, q: Any, qd: Any, Q: Any, threads: int, out: Any) -> Any:
         states = _States(self, t, q, qd=qd, Q=Q)
@@ -926,8 +929,9 @@ class _States:
             writable(array, (count, *shapes.get(name, array.shape[1:] if array.ndim == 3 else (m,))), name)
         self.rows.update(results)
         team = self.workspace._team(max(1, min(threads or processors(), count)))
-        for each in team if prepare else ():
-            prepare(each)
+        if prepare is not None:
+            for each in team:
+                prepare(each)
         ends = [count * k // len(team) for k in range(len(team) + 1)]
         context = self.workspace._context
         try:
@@ -949,7 +953,7 @@ class _States:
         try:
             with ThreadPoolExecutor(len(team)) as pool:
                 try:
-                    return list(pool.map(lambda *part: self._part(function, *part, ffi.NULL), team, ends, ends[1:]))
+                    return list(pool.map(lambda *part: self._part(function, part[0], part[1], part[2], ffi.NULL), team, ends, ends[1:]))
                 except KeyboardInterrupt:
                     lib.kempe_context_interrupt(context)  # for which the pool waits
                     raise
