@@ -225,6 +225,8 @@ class Model(Fixed):
     def input_value(self, name: str, t: float) -> float:
         """Value of an input at t (s) by the model's samples or default, in SI.
 
+        ArgumentError: there is no such input.
+
         >>> Model("cart_pole.yaml", u=2).input_value("u", 0.0)
         2.0
         """
@@ -306,6 +308,8 @@ class Model(Fixed):
     def export(self, format: str) -> str:
         """The model in another format, "urdf+", "sdf", "mjcf" or "yaml". A warning names each part that the format cannot say.
 
+        ArgumentError: an unknown format, or a file in Kempe's language already.
+
         >>> print(Model("four_bar.yaml").export("sdf").splitlines()[0])
         <?xml version="1.0"?>
         """
@@ -334,7 +338,10 @@ class Model(Fixed):
 
     def system(self, dynamics: str | None = None, force: Force | None = None) -> System:
         """The equations of motion. `dynamics`: auto, composite, plain, ner, articulated. `force`: a function (t, q, qd) that gives
-        generalized forces (n; N m or N) in addition to the model's; it must be smooth and depend only on its arguments."""
+        generalized forces (n; N m or N) in addition to the model's; it must be smooth and depend only on its arguments.
+
+        InputError: the model moves no mass, or its closures contradict each other.
+        """
         if dynamics is None and force is None and self._system is not None:
             return self._system
         if dynamics is None:
@@ -467,6 +474,8 @@ class Model(Fixed):
         """Values of parameters and starts (q.NAME, qd.NAME) for many instances: arrays of one length by name, a data frame, or a CSV
         file.
 
+        ArgumentError: a column does not exist. InputError: a cell of a file is not a number.
+
         >>> values = Model("four_bar.yaml").values({"crank": [0.29, 0.30, 0.31], "qd.crank": 20})
         >>> values.names, len(values), values[0].tolist()
         (('crank', 'qd.crank'), 3, [0.29, 20.0])
@@ -566,6 +575,8 @@ class Model(Fixed):
 
     def instance(self, folder: str | os.PathLike[str], k: int) -> Model:
         """This model with the values of instance k (from 0 on) of a result folder.
+
+        InputError: the folder has no results.
 
         >>> import tempfile
         >>> model = Model("four_bar.yaml")

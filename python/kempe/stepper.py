@@ -114,7 +114,10 @@ class Stepper(Owned):
         lib.kempe_stepper_keep_inputs(self._pointer, int(keep))
 
     def set_input(self, name: str, value: float, rate: float = 0.0, acceleration: float = 0.0) -> None:
-        """Sets an input of the model, in SI, from now on: value + rate s + acceleration s^2 / 2, s being the time since now."""
+        """Sets an input of the model, in SI, from now on: value + rate s + acceleration s^2 / 2, s being the time since now.
+
+        ArgumentError: there is no such input, the value is not finite, or a closure would jump.
+        """
         number = self._context.input(name)
         if rate or acceleration:
             self._call(lib.kempe_stepper_set_input_rates, number, value, rate, acceleration)
@@ -122,21 +125,33 @@ class Stepper(Owned):
             self._call(lib.kempe_stepper_set_input, number, value)
 
     def input(self, name: str) -> float:
-        """Value of an input at the current time, in SI."""
+        """Value of an input at the current time, in SI.
+
+        ArgumentError: there is no such input.
+        """
         return float(lib.kempe_stepper_input(self._pointer, self._context.input(name)))
 
     def set_stop(self, t: float) -> None:
-        """No step goes beyond t (s) until the stepper is there."""
+        """No step goes beyond t (s) until the stepper is there.
+
+        ArgumentError: t is not after the current time.
+        """
         self._call(lib.kempe_stepper_set_stop, t)
 
     def set_state(self, q: ArrayLike, qd: ArrayLike | None = None) -> float:
-        """Continues from the closed state near q and qd. Returns the largest change that closing made (rad, or relative)."""
+        """Continues from the closed state near q and qd. Returns the largest change that closing made (rad, or relative).
+
+        FailedError: the loops cannot be closed from there; the stepper is unchanged.
+        """
         n, moved = len(self._context.coordinates), ffi.new("double *")
         self._call(lib.guarded_kempe_stepper_set_state, vector(q, n, "q"), optional(qd, n, "qd"), moved, long=True)
         return float(moved[0])
 
     def set_parameters(self, **values: float) -> float:
-        """Gives parameters other values in SI from now on. Returns the largest change that closing made."""
+        """Gives parameters other values in SI from now on. Returns the largest change that closing made.
+
+        ArgumentError: there is no such parameter, or it shapes the equations. InputError, FailedError: the model cannot have these values here.
+        """
         keep: list[Any] = []
         moved = ffi.new("double *")
         for name, value in values.items():
@@ -162,6 +177,8 @@ class Stepper(Owned):
 
     def restore(self, state: SavedState) -> None:
         """Returns to a saved state, of this or of another stepper of the same system and options.
+
+        ArgumentError: the state is of another system or of other options.
 
         >>> stepper = kempe.Model("four_bar.yaml").system().stepper(t_end=1)
         >>> state = stepper.save()

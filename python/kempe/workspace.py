@@ -251,6 +251,8 @@ class Workspace(Owned):
         """Evaluates everything at t (s), q and qd (n each; None: at rest). q need not close the loops. Returns copies; with
         `views` what `views` has, which costs less, and which the next call overwrites.
 
+        FailedError: a value is not finite. ArgumentError: another thread is inside.
+
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> equations = workspace.evaluate(0.0, [0, 0, 0])
         >>> equations.M.shape, equations.C.shape, equations.J.shape
@@ -306,7 +308,10 @@ class Workspace(Owned):
         return float(lib.kempe_workspace_potential(self._pointer))
 
     def set_input(self, name: str, value: float, t: float = 0.0, rate: float = 0.0, acceleration: float = 0.0) -> None:
-        """Sets an input of the model to value + rate s + acceleration s^2 / 2, where s is the time since t."""
+        """Sets an input of the model to value + rate s + acceleration s^2 / 2, where s is the time since t.
+
+        ArgumentError: there is no such input, or a value is not finite.
+        """
         given = t, value, rate, acceleration
         with self._alone():
             status = lib.kempe_workspace_set_input(self._pointer, self._context.input(name), *given)
@@ -329,6 +334,8 @@ class Workspace(Owned):
         self, t: float, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None, out: Accelerations | None = None
     ) -> Accelerations:
         """Accelerations and multipliers under the model's forces and the generalized forces Q (n; None: none).
+
+        FailedError: the equations are singular, or a value is not finite.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> qdd, lam = workspace.forward_dynamics(0.0, [0, 0, 0], [20, -22.5, 7.5])
@@ -386,6 +393,8 @@ class Workspace(Owned):
         `out`: an earlier result, which is overwritten: a loop over single states takes half of the time with it. The first
         call with other names or outputs derives the equations of the derivatives.
 
+        ArgumentError: a name does not exist, or the model has no such derivatives. FailedError: the equations are singular.
+
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> found = workspace.forward_derivatives(0.0, [0, 0, 0], [20, -22.5, 7.5])
         >>> found.qdd_q.shape, found.lam_q.shape
@@ -426,6 +435,8 @@ class Workspace(Owned):
     ) -> InverseDerivatives:
         """Generalized forces Q = M qdd + C (n), with the loops open, and their exact derivatives by q, qd and qdd. `by` is as
         in forward_derivatives.
+
+        ArgumentError: a name does not exist, or the model has no such derivatives.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> found = workspace.inverse_derivatives(0.0, [0, 0, 0], [1, 0, 0], [0, 0, 0], by="crank_mass")
@@ -470,6 +481,8 @@ class Workspace(Owned):
         matrices. The direction has changes of q, qd, Q (n each) and of the k names of `by` (dp). Changes of the independent
         coordinates and their rates (du, dud) in place of q and qd are along closed motions. Members left out do not change.
 
+        ArgumentError: a name does not exist, or the model has no such derivatives. FailedError: the equations are singular.
+
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> values, change = workspace.forward_jvp(0.0, [0, 0, 0], [20, -22.5, 7.5], dq=[1, 0, 0])
         >>> change.qdd.shape, change.lam.shape
@@ -501,6 +514,8 @@ class Workspace(Owned):
         qdd (n), lam (m) and y (l): the time does not depend on the number of coordinates and names. `closed`: along motions
         that keep the loops closed, by the independent coordinates.
 
+        ArgumentError: a name does not exist, or the model has no such derivatives. FailedError: the equations are singular.
+
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> values, gradient = workspace.forward_vjp(0.0, [0, 0, 0], [20, -22.5, 7.5], qdd=[1, 0, 0], by="crank_mass")
         >>> gradient.q.shape, gradient.p.shape
@@ -531,6 +546,8 @@ class Workspace(Owned):
     ) -> Accelerations:
         """The second derivative of accelerations and multipliers along two directions, each a tuple (dq, dqd, dQ) whose last
         members may be left out.
+
+        ArgumentError: the model has no such derivatives. FailedError: the equations are singular.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> bent = workspace.forward_second(0.0, [0, 0, 0], [20, -22.5, 7.5], first=([1, 0, 0],), second=([0, 1, 0],))
@@ -574,6 +591,8 @@ class Workspace(Owned):
         """The state after steps of h (s), by the Runge-Kutta method of order four with closed loops, and the exact derivatives of
         this map: for optimal control. q and qd are closed first; Q and the inputs are constant meanwhile. The error of a step is
         proportional to h^5: compare with a smaller h.
+
+        FailedError: the loops cannot be closed, or the independent coordinates do not describe the motion; Interrupted: by Ctrl-C.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> q, qd = workspace.close(0.0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
@@ -780,6 +799,8 @@ class Workspace(Owned):
         """The equations of closed motions in the independent coordinates (`independent`): M udd + C = X' Q for generalized forces
         Q, and the accelerations of all coordinates X udd + drift.
 
+        FailedError: the loops are open, or the independent coordinates do not describe the motion.
+
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> q, qd = workspace.close(0.0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
         >>> found = workspace.closed_equations(0.0, q, qd)
@@ -801,6 +822,8 @@ class Workspace(Owned):
         self, t: float, q: ArrayLike, qd: ArrayLike | None = None, hold: str | Iterable[str] = ()
     ) -> tuple[Array, Array]:
         """Closed q and qd near the given ones. Coordinates in `hold` keep their values.
+
+        ArgumentError: there is no such coordinate. FailedError: the loops cannot be closed from there.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> q, qd = workspace.close(0.0, [0.2, 0, 0], hold=["crank"])
@@ -835,6 +858,8 @@ class Workspace(Owned):
         """The equations at N states, rows of q and qd (N x n); t is a number, or N of them. `out`: an earlier result.
         `threads` share the states, 0: one for each processor; results are the same. From 500 states of a thread on, eight are
         evaluated at once in vector registers, unless the model has conditions or forces of its user.
+
+        FailedError names the first state that fails; Interrupted: by Ctrl-C.
 
         >>> model = kempe.Model("four_bar.yaml")
         >>> run = model.simulate(t_end=1)
@@ -871,6 +896,8 @@ class Workspace(Owned):
     ) -> Accelerations:
         """Accelerations (N x n) and multipliers (N x m) at N states. `threads`: as in evaluate_states.
 
+        FailedError names the first state that fails; Interrupted: by Ctrl-C.
+
         >>> model = kempe.Model("four_bar.yaml")
         >>> run = model.simulate(t_end=1)
         >>> found = model.system().workspace().forward_states(run.t, run.q, run.qd)
@@ -887,6 +914,8 @@ class Workspace(Owned):
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, out: Array | None = None, threads: int = 1
     ) -> Array:
         """Generalized forces M qdd + C (N x n) at N states. `threads`: as in evaluate_states.
+
+        FailedError names the first state that fails; Interrupted: by Ctrl-C.
 
         >>> model = kempe.Model("four_bar.yaml")
         >>> run = model.simulate(t_end=1)
