@@ -8,7 +8,7 @@ PYTHON_PACKAGES="python3-dev python3-cffi python3-numpy python3-pytest"
 NOTEBOOK_PACKAGES="python3-nbclient python3-nbformat python3-ipykernel python3-matplotlib python3-scipy python3-tqdm python3-pandas python3-xarray"
 UNIT_PACKAGES="python3-venv libxml2-utils"
 UNIT_PYPI="fmpy==0.3.32"
-OPTIMISER_PYPI="jax==0.10.2 casadi==3.8.2"
+OPTIMISER_PYPI="jax==0.10.2 casadi==3.8.2 gymnasium==1.4.0"
 SITE_PACKAGES="python3 python3-sphinx python3-myst-parser furo libjs-katex nodejs"
 
 say() {

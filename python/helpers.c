@@ -5,8 +5,11 @@
  * No Python code runs between installing and restoring except of callbacks. Without sigaction, guards do nothing. */
 #include "helpers.h"
 #include "base/context.h"
+#include "base/json.h"
 #include "constraints/workspace/state_workspace.h"
 #include "ensemble/manifest.h"
+#include "model/files/yaml.h"
+#include <math.h>
 #include <stdatomic.h>
 #include <string.h>
 
@@ -201,4 +204,63 @@ kempe_status python_inverse_states(kempe_workspace *w, python_states *s)
 kempe_status python_model_hash(const kempe_model *model, char *hash)
 {
     return kmp_manifest_hash_model(model, hash);
+}
+
+/* Moves stepper k, and reads its outputs where it is then: where a failing advance has left it, too. */
+static kempe_status advance_one(const python_steppers *s, int k)
+{
+    kempe_stepper *stepper = s->steppers[k];
+    kempe_status status = KEMPE_OK;
+    for (int j = 0; j < s->input_count && s->actions && status == KEMPE_OK; j++)
+        status =
+            kempe_stepper_set_input(stepper, s->inputs[j], s->actions[(size_t)k * (size_t)s->input_count + (size_t)j]);
+    if (status == KEMPE_OK)
+        status = kempe_stepper_advance(stepper, s->t[k]);
+    const kempe_status read =
+        kempe_outputs_at_stepper(s->outputs, stepper, s->values + (size_t)k * (size_t)s->value_count);
+    return status == KEMPE_OK ? read : status;
+}
+
+kempe_status python_advance_steppers(const python_steppers *s)
+{
+    kempe_status status = KEMPE_OK;
+    python_guard guard;
+    python_guard_begin(&guard, s->guarded);
+    for (int k = 0; k < s->count && status == KEMPE_OK; k++) {
+        s->statuses[k] = isnan(s->t[k]) ? KEMPE_OK : advance_one(s, k);
+        const bool mistake = s->statuses[k] < 0 && s->statuses[k] != KEMPE_E_FAILED;
+        if (mistake || (s->statuses[k] == KEMPE_STOPPED && kmp_interrupt_taken(s->context)))
+            status = (kempe_status)s->statuses[k];
+    }
+    return python_guard_end(&guard, status);
+}
+
+static void put_node(kmp_json *json, const char *key, const kmp_yaml *node)
+{
+    if (node->kind == KMP_YAML_SCALAR) {
+        kmp_json_string(json, key, node->empty ? NULL : node->text);
+        return;
+    }
+    const bool list = node->kind == KMP_YAML_LIST;
+    (list ? kmp_json_array : kmp_json_object)(json, key);
+    for (int k = 0; k < node->count; k++)
+        put_node(json, list ? NULL : node->keys[k]->text, node->items[k]);
+    kmp_json_end(json);
+}
+
+kempe_status python_document(kempe_context *context, const char *text, const char *label, char **json)
+{
+    kmp_arena arena = {0};
+    kmp_text out = {0};
+    const kmp_yaml *root = NULL;
+    kempe_status status = kmp_yaml_load(context, &arena, label, 0, text, strlen(text), &root);
+    if (status == KEMPE_OK && root) {
+        kmp_json writer = kmp_json_begin(&out);
+        put_node(&writer, NULL, root);
+        *json = kmp_text_take(&out);
+        status = kmp_made(context, *json);
+    }
+    kmp_text_free(&out);
+    kmp_arena_free(&arena);
+    return status;
 }

@@ -4,6 +4,8 @@
 #pragma once
 
 #include <kempe/derivatives.h>
+#include <kempe/output_handles.h>
+#include <kempe/stepper.h>
 #include <kempe/workspace.h>
 
 /** The state that a guarded computation restores at its end. */
@@ -34,6 +36,9 @@ const char *python_searches(void);
 
 /** The hash of a model with all its files and values, as a result folder has it: 64 characters and a zero. */
 kempe_status python_model_hash(const kempe_model *model, char *hash);
+
+/** The entries of a document in the model language as JSON: every scalar is a text, an empty one null. */
+kempe_status python_document(kempe_context *context, const char *text, const char *label, char **json);
 
 /** Many states: `count` rows of q, qd, ..; NULL as for a single state. `t` has a value for each row, or one for all
  * (t_step 0). Results, matrices column-major, are rows too; NULL: not wanted. */
@@ -69,3 +74,21 @@ kempe_status python_inverse_states(kempe_workspace *workspace, python_states *st
 /** One state at a time, to compare. */
 kempe_status python_evaluate_each(kempe_workspace *workspace, python_states *states);
 kempe_status python_forward_each(kempe_workspace *workspace, python_states *states);
+
+/** Steppers of one system that go one after another to separate times, with inputs that are constant meanwhile.
+ * A stepper whose time is NaN stays where it is. Each has its status: a failure of one is none of the others. */
+typedef struct python_steppers {
+    int count, input_count, value_count;
+    kempe_stepper *const *steppers;
+    kempe_outputs *outputs;
+    const int *inputs;                /* numbers of the inputs that are set */
+    const double *actions;            /* count x input_count; NULL: no input is set */
+    const double *t;                  /* count */
+    double *values;                   /* count x value_count: outputs where each stepper is then */
+    int *statuses;                    /* count */
+    kempe_context *context, *guarded; /* of the system; the same where SIGINT ends the computation, or NULL */
+} python_steppers;
+
+/** KEMPE_STOPPED: an interrupt, after which some steppers have not moved; otherwise KEMPE_OK or the first status that
+ * is neither KEMPE_E_FAILED nor KEMPE_STOPPED. */
+kempe_status python_advance_steppers(const python_steppers *together);

@@ -60,7 +60,9 @@ KEMPE_API void kempe_stepper_free(kempe_stepper *stepper);
 KEMPE_API kempe_status kempe_stepper_step(kempe_stepper *stepper);
 
 /** Advances to t (s), neither backwards nor beyond t_end (KEMPE_E_ARGUMENT), in as many steps as needed. The state at t
- * follows the last step's polynomial, with its loops closed. */
+ * follows the last step's polynomial, with its loops closed. Without max_steps it fails (KEMPE_E_FAILED)
+ * where the rest up to t would take 1e8 steps at the pace of its last 1e5 steps. A given max_steps bounds all steps of
+ * the stepper together. */
 KEMPE_API kempe_status kempe_stepper_advance(kempe_stepper *stepper, double t);
 
 /** keep = 1: other inputs of the force function than t, q and qd are constant from now on, and the steps are as in

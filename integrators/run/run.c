@@ -67,9 +67,9 @@ bool kmp_work_bound_passed(kmp_work_bound *bound, long tried, double t, double t
     if (!slow || !why)
         return slow;
     kmp_text_printf(why,
-                    "too much work: at t = %.9g s the last %.0f steps advanced %.3g s, and t_end = %.9g s needs %.1g "
+                    "too much work: at t = %.9g s the last %.0f steps advanced %.3g s, and %s = %.9g s needs %.1g "
                     "more: check start, masses and forces, or raise max_steps",
-                    t, taken, made, t_end, made > 0 ? left * taken / made : 1e300);
+                    t, taken, made, bound->end ? bound->end : "t_end", t_end, made > 0 ? left * taken / made : 1e300);
     return true;
 }
 
@@ -238,7 +238,9 @@ static kempe_status attend(kmp_runner *run)
     }
     KMP_TRY(check_growth(run, t));
     kmp_text why = {0};
-    if (!kmp_work_bound_passed(&run->bound, kmp_runner_tried(run), t, run->spec.t_end, &why))
+    if (!kmp_work_bound_passed(&run->bound, kmp_runner_tried(run), t, run->spec.t_end, &why) &&
+        !(t < run->bounded_until &&
+          kmp_work_bound_passed(&run->bound_ahead, kmp_runner_tried(run), t, run->bounded_until, &why)))
         return KEMPE_OK;
     kmp_runner_explain_position(run, &why);
     kmp_runner_explain_inertia(run, &why);

@@ -184,6 +184,7 @@ typedef struct kmp_work_bound {
     long seen;       /* attempted steps at the last look at progress */
     double seen_t;   /* time of the run then */
     bool has_looked; /* a look was taken */
+    const char *end; /* the word for the end of the run; NULL: t_end */
 } kmp_work_bound;
 
 /** After a step: `tried` attempts so far, the run is at t and ends at t_end. True when it must stop, with the sentence

@@ -114,6 +114,8 @@ struct kmp_runner {
     bool locks;
     bool cut; /* given up for spec.limit_s */
     kmp_work_bound bound;
+    kmp_work_bound bound_ahead; /* up to the time `bounded_until`, which is 0 where there is none */
+    double bounded_until;
     kmp_growth growth;
     kmp_time_scales scales;         /* of the functions of time, unless no step may be longer than spec.max_step */
     kmp_time_scales scales_at_rest; /* of all of them, while friction sticks or a contact is closed, or always: */

@@ -114,6 +114,12 @@ void kmp_runner_stop_at(kmp_runner *run, double stop)
     run->stop = stop;
 }
 
+void kmp_runner_bound_until(kmp_runner *run, double t)
+{
+    run->bound_ahead = (kmp_work_bound){.end = "t"};
+    run->bounded_until = t;
+}
+
 kmp_present_inputs *kmp_runner_inputs(kmp_runner *run)
 {
     return &run->eval->inputs;

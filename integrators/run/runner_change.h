@@ -28,6 +28,9 @@ kempe_status kmp_runner_restart(kmp_runner *run, double t, bool near_singular, d
 /** Sets a limit that no further step goes beyond, not before the end of the last step. */
 void kmp_runner_stop_at(kmp_runner *runner, double stop);
 
+/** From here on the steps up to t are bounded by their progress, in addition to the bound of the run; 0: no longer. */
+void kmp_runner_bound_until(kmp_runner *runner, double t);
+
 /** The inputs of the run: a caller may give one (kmp_present_inputs_give). It acts from the next step on, or from a
  * following kmp_runner_cut on. */
 kmp_present_inputs *kmp_runner_inputs(kmp_runner *runner);

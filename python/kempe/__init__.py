@@ -22,6 +22,7 @@ from .check import Assembly, Branches, Check
 from .comfort import Comfort
 from .compare import Comparison
 from .contacts import Contacts
+from .document import Document
 from .ensemble import EnsembleResult, Ensemble, Folder, Function, Statistics, Values
 from .equilibrium import Equilibrium
 from .errors import (
@@ -93,6 +94,7 @@ __all__ = [
     "Contacts",
     "Count",
     "Derivatives",
+    "Document",
     "Ensemble",
     "Equations",
     "Equilibrium",

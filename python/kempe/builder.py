@@ -46,6 +46,9 @@ class Builder:
         self._context.check(lib.kempe_model_new, self._context.pointer, utf8(name), out)
         self._pointer = ffi.gc(out[0], Release(self._context, lib.kempe_model_free, ()))
 
+    def __repr__(self) -> str:
+        return f"<Builder {self._name!r}: {len(self._calls)} calls>"
+
     def _call(self, function: Any, *arguments: Any) -> Builder:
         self._context.check(function, self._pointer, *arguments)
         return self

@@ -42,6 +42,7 @@ TABLES: dict[str, tuple[str, ...]] = {
     "kempe_compare_options": ("reference",),
     "kempe_limit_cycles_options": ("reference",),
     "kempe_sensitivity_options": ("reference",),
+    "kempe_flow_options": ("reference",),
     "kempe_fit_options": ("data", "files", "start", "reference"),
     "kempe_inverse_options": ("motion",),
     "kempe_optimum_options": ("start", "reference"),

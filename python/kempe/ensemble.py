@@ -65,6 +65,9 @@ class Values(Fixed):
     def __len__(self) -> int:
         return int(lib.kempe_values_count(self._pointer))
 
+    def __repr__(self) -> str:
+        return f"<Values: {len(self)} rows of {', '.join(self.names)}>"
+
     def __getitem__(self, k: int) -> Array:
         """One row, in SI."""
         if not -len(self) <= k < len(self):
@@ -103,6 +106,11 @@ class EnsembleResult(Reported):
     def __len__(self) -> int:
         return int(lib.kempe_ensemble_result_count(self._pointer))
 
+    def __repr__(self) -> str:
+        found = self.status
+        counts = ", ".join(f"{found.count(word)} {word}" for word in dict.fromkeys(found))
+        return f"<EnsembleResult: {len(found)} instances{': ' if counts else ''}{counts}>"
+
     @property
     def status(self) -> list[str]:
         """Status of each instance: "complete", "not trustworthy", "stopped" or "failed"."""
@@ -138,6 +146,27 @@ class EnsembleResult(Reported):
     def limits(self) -> list[str]:
         """Of each instance "pass" or "fail" by the limits, "" where it is not known."""
         return [string(lib.kempe_ensemble_result_limits(self._pointer, k)) for k in range(len(self))]
+
+    def to_xarray(self) -> Any:
+        """An xarray.Dataset over `instance`, 1 the first one: the columns of `instances` with their units, varied values as further
+        coordinates of an instance, and q and qd over (instance, coordinate).
+
+        >>> batch = kempe.Model("four_bar.yaml").ensemble({"crank": [0.29, 0.3, 0.31]}).run(t_end=1)
+        >>> data = batch.to_xarray()  # with xarray
+        >>> data["q"].dims, bool(data["q"].sel(instance=2, coordinate="rocker") == batch.q[1, 2])  # with xarray
+        (('instance', 'coordinate'), True)
+        """
+        import xarray
+
+        table = self.instances
+        varied = table.names[: table.names.index("status")]
+        ends = tuple(name[2:] for name in table.names[len(varied) :] if name.startswith("q."))
+        columns = {name: ("instance", table[name], {"units": table.units[name]}) for name in table}
+        places = {"instance": np.arange(1, len(self) + 1), **{name: columns[name] for name in varied}, "coordinate": list(ends)}
+        both = ("instance", "coordinate")
+        ended = {f"{kind}.{name}" for kind in ("q", "qd") for name in ends} - set(varied)
+        rest = {name: column for name, column in columns.items() if name not in ended and name not in varied}
+        return xarray.Dataset({"q": (both, self.q), "qd": (both, self.qd), **rest}, places)
 
     def statistics(self, confidence: float = 0.95) -> Statistics:
         """Moments, quantiles, yield and contributions of the inputs, with intervals of a confidence.
@@ -243,6 +272,9 @@ class Ensemble(Fixed):
     def __reduce__(self) -> Any:
         return _ensemble_again, (self._key, self._hash, self._values._recipe, self._values._call, self._chosen)
 
+    def __repr__(self) -> str:
+        return f"<Ensemble: {len(self._values)} instances, {', '.join(self._values.names)}>"
+
     def run(self, lanes: int = 0, **options: Unpack[RunOptions]) -> EnsembleResult:
         """Runs every instance to t_end. `lanes`: instances at a time, 0 the best for this machine, -1 a separate run for each.
 
@@ -325,7 +357,7 @@ class Ensemble(Fixed):
         del keep
         return made
 
-    def run_folder(
+    def run_folder(  # type: ignore[misc]
         self,
         path: str | os.PathLike[str],
         lanes: int = 0,

@@ -131,7 +131,7 @@ _WRITTEN = [
 ]
 
 # Options and files that summaries of the command name, and the calls of Python for them.
-_CALLS = [
+_CALLS: list[tuple[str, Any]] = [
     (r"kempe simulate --from FOLDER\s+--instance K", "Model.instance(FOLDER, K)"),
     (r"(?:kempe simulate )?--from ('[^']*'|\S+)\s+--instance (\d+)", lambda m: f"Model.instance({m[1].strip(_QUOTE)!r}, {int(m[2]) - 1})"),
     (r"kempe gather (?:'[^']*'|\S+) -o FILE.csv", "write('FILE.csv')"),
@@ -153,7 +153,7 @@ def summary_in_python(text: str) -> str:
     if "--" not in text and "-o FILE" not in text and "kempe gather" not in text:
         return text
     for pattern, call in _CALLS:
-        text = re.sub(pattern, call, text)  # type: ignore[arg-type]
+        text = re.sub(pattern, call, text)
     return in_python(text)
 
 

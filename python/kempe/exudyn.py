@@ -102,7 +102,7 @@ class _Sparse:
         self.members = state
 
 
-def _numbers(content: object, kind: object, shape: Any, order: str) -> Array:
+def _numbers(content: object, kind: object, shape: Any, order: Any) -> Array:
     if not isinstance(kind, _Type) or kind.name[0] == "O" or not isinstance(content, bytes):
         raise InputError("it has an array without numbers")
     found = np.dtype(kind.order + kind.name)
@@ -146,10 +146,12 @@ def _plain(x: Any, known: dict[int, Any]) -> Any:
     if isinstance(x, _Array):
         known[id(x)] = _plain(x.value, known)
     elif isinstance(x, dict):
-        known[id(x)] = own = {}
+        own: dict[Any, Any] = {}
+        known[id(x)] = own
         own.update((key, _plain(value, known)) for key, value in x.items())
     elif isinstance(x, (list, tuple)):
-        known[id(x)] = items = []
+        items: list[Any] = []
+        known[id(x)] = items
         items.extend(_plain(value, known) for value in x)
     else:
         return x
@@ -159,9 +161,9 @@ def _plain(x: Any, known: dict[int, Any]) -> Any:
 def _unpickled(stream: Any) -> Any:
     try:
         return _plain(_Reader(stream).load(), {})
-    except (Error, MemoryError):
+    except Error:
         raise
-    except Exception as error:  # whatever damaged bytes lead to
+    except Exception as error:  # whatever damaged bytes lead to, also a size beyond all memory
         raise InputError(f"its pickled data are damaged: {type(error).__name__}: {error}") from None
 
 

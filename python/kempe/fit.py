@@ -3,8 +3,14 @@
 
 from __future__ import annotations
 
+from .arrays import Array
 from .context import string
+from .lazy import np
 from .result import Reported, TableOf
+
+
+def _numbers(values: dict[str, float]) -> str:
+    return ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
 
 
 class _Found(Reported):
@@ -20,7 +26,7 @@ class Fit(_Found):
     """Parameters of a model found from measured motions, with their standard errors."""
 
     _noun = "fit"
-    _kept = ("values", "errors", "intervals", "rank")
+    _kept = ("values", "errors", "intervals", "covariance", "rank")
     parameters: TableOf = TableOf("parameter, value, error, low, high, start, lower, upper, state, unit.")
     correlation: TableOf = TableOf("parameter, and a column for each parameter.")
     columns: TableOf = TableOf("column, count, rms, deviation (SI), unit.")
@@ -44,6 +50,24 @@ class Fit(_Found):
         return {name: (low, high[name]) for name, low in self._numbers("low").items()}
 
     @property
+    def covariance(self) -> Array:
+        """Their covariances (parameters x parameters, SI) in the order of `values`; NaN: at a bound, or not determined by the data.
+
+        >>> kempe.Model("four_bar.yaml", crank_mass=2).simulate(t_end=1).rows.write("measured.csv")
+        >>> bounds = {"crank_mass": (0.1, 5), "base": (0.85, 0.95)}
+        >>> fit = kempe.Model("four_bar.yaml").fit(data="measured.csv", columns="q.rocker", parameters=bounds)
+        >>> bool(fit.covariance[0, 0] == fit.errors["crank_mass"] ** 2), fit.covariance.shape
+        (True, (2, 2))
+        """
+        errors = np.array(list(self.errors.values()))
+        correlations = np.array([self.correlation[name] for name in self.values]).reshape(len(errors), len(errors))
+        made: Array = errors[:, np.newaxis] * errors * correlations
+        return made
+
+    def __repr__(self) -> str:
+        return f"<Fit: {_numbers(self.values)}>"
+
+    @property
     def rank(self) -> int:
         """The number of combinations of parameters that the data determines."""
         return int(self._call("rank")(self._pointer))
@@ -63,6 +87,9 @@ class Optimum(_Found):
     def values(self) -> dict[str, float]:
         """The parameters, SI, by name: `Model(path, **optimum.values)` is the model with them."""
         return self._numbers("value")
+
+    def __repr__(self) -> str:
+        return f"<Optimum: {self.quantity:.6g} at {_numbers(self.values)}{'' if self.kept else ', limits not kept'}>"
 
     @property
     def quantity(self) -> float:

@@ -10,7 +10,8 @@ from ._native import ffi, lib
 from .arrays import Array, vector
 from .context import Owned, string
 from .lazy import np
-from .options import options, unknown
+from .options import unknown
+from .result import study
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -31,6 +32,10 @@ class Flow(Owned):
     `names` are of the values; `start` has the values of the variables in the model."""
 
     _noun = "flow"
+    _times: tuple[int, ...]  # one time has no axis
+
+    def __repr__(self) -> str:
+        return f"<Flow: {len(self.names)} values by {', '.join(self.variables)}>"
 
     def _made(self) -> None:
         flow = self._pointer
@@ -74,16 +79,6 @@ def flow_of(model: Model, t: float | Iterable[float], given: Mapping[str, Any]) 
     times = np.array(t, dtype=float)
     if times.ndim > 1:
         raise ValueError(f"t is a time or a list of times, not an array of shape {times.shape}")
-    struct, keep = options("kempe_flow_options", given, "progress")
-    made = model._context.make(
-        Flow,
-        lib.guarded_kempe_flow_new,
-        model._pointer,
-        struct,
-        times.size,
-        vector(np.atleast_1d(times), times.size, "t"),
-        owners=model._owners(),
-    )
-    del keep
+    made = study(Flow, model, given, times.size, vector(np.atleast_1d(times), times.size, "t"))
     made._times = times.shape
     return made

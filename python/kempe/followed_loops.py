@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .arrays import Array
 from .errors import FailedError
@@ -41,13 +41,13 @@ class FollowedLoops:
 
     def _dependent(self, J: Array, right: Array) -> Array:
         """The changes of the dependent coordinates that have the given effect on the closures; redundant rows agree."""
-        J_v = J[:, :, self.v]
+        J_v: Any = J[:, :, self.v]
         if J_v.shape[1] != J_v.shape[2]:
             right = np.einsum("krv,kr->kv", J_v, right)
             J_v = J_v.transpose(0, 2, 1) @ J_v
         try:
-            made: Array = np.linalg.solve(J_v, right[:, :, None])[:, :, 0]
-            return made
+            made: Any = np.linalg.solve(J_v, right[:, :, None])[:, :, 0]
+            return np.asarray(made, dtype=np.float64)
         except np.linalg.LinAlgError as error:
             raise FailedError("the independent coordinates do not describe the motion") from error
 

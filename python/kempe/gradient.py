@@ -27,6 +27,9 @@ class Gradient(Owned):
         count = lib.kempe_gradient_count(self._pointer)
         self.names: tuple[str, ...] = tuple(string(lib.kempe_gradient_name(self._pointer, k)) for k in range(count))
 
+    def __repr__(self) -> str:
+        return f"<Gradient: {len(self.names)} values by {', '.join(self.parameters)}>"
+
     def _set_options(self, options: Mapping[str, Any]) -> None:
         self.parameters, self.driven = (self._words(options.get(name, ())) for name in ("parameters", "driven"))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import uuid
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -16,6 +17,7 @@ from .arrays import Array, finite, optional
 from .columns import columns_of, is_path, is_samples, samples_of, text_of_table
 from .context import Context, Fixed, level_of_caller, string
 from .display import details, model_html
+from .document import Document, actuators_of, bodies_of, document_of, joints_of, points_of
 from .ensemble import Ensemble, Folder, Function, Recipe, Values, rows_of
 from .errors import ArgumentError, FileError, InputError, KempeWarning
 from .fit import Fit, Optimum
@@ -49,6 +51,7 @@ if TYPE_CHECKING:
     from .trajectory import Trajectory
 
 Values_ = Mapping[str, Any]
+_OWN = re.compile(r"""^[ {]*["']?kempe["']?[ ]*:""", re.M)  # a text in the model language
 
 
 class Reading(NamedTuple):
@@ -137,14 +140,23 @@ class Model(Fixed):
         return model
 
     @classmethod
-    def from_dict(cls, document: Mapping[str, Any], parameters: Values_ | None = None, **more: Any) -> Model:
-        """Reads a model from a dict with the keys of a model file. Tuples are lists.
+    def from_dict(
+        cls,
+        document: Mapping[str, Any],
+        parameters: Values_ | None = None,
+        *,
+        folder: str | os.PathLike[str] | None = None,
+        **more: Any,
+    ) -> Model:
+        """Reads a model from a dict with the keys of a model file, or from a `document` of a model. Tuples are lists. `folder`: of files
+        that the dict names (the present one, or the document's).
 
         >>> arm = {"joint": {"revolute": "z", "at": "ground"}, "mass": "3 kg", "com": (0, -1, 0), "inertia": {"zz": 1}}
         >>> Model.from_dict({"kempe": 1, "gravity": (0, -9.81, 0), "bodies": {"arm": arm}}).coordinates
         ('arm',)
         """
-        return cls.from_text(entry_of(document), parameters, label="dict", **more)
+        place = os.fsdecode(folder) if folder is not None else getattr(document, "folder", "")
+        return cls.from_text(entry_of(document), parameters, label=os.path.join(place, "dict"), **more)
 
     def _read(self, function: Any, source: tuple[bytes, ...], values: Values_, reading: Reading) -> None:
         self._context = Context()
@@ -252,6 +264,8 @@ class Model(Fixed):
     def input_value(self, name: str, t: float) -> float:
         """Value of an input at t (s) by the model's samples or default, in SI.
 
+        ArgumentError: there is no such input.
+
         >>> Model("cart_pole.yaml", u=2).input_value("u", 0.0)
         2.0
         """
@@ -266,8 +280,74 @@ class Model(Fixed):
         made: dict[str, Any] = json.loads(self._context.text(lib.kempe_model_print, self._pointer, lib.KEMPE_JSON))
         return made
 
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters by name, in SI."""
+        return dict(self.to_dict()["parameters"])
+
+    @property
+    def bodies(self) -> dict[str, dict[str, Any]]:
+        """Bodies by name: parent, at, joint, mass, com, inertia, points, in SI.
+
+        >>> Model("four_bar.yaml").bodies["crank"]["mass"]
+        1
+        """
+        return bodies_of(self.to_dict())
+
+    @property
+    def joints(self) -> dict[str, dict[str, Any]]:
+        """Joints of the tree by name: body, parent, at (the point there), coordinates, axes.
+
+        >>> Model("cart_pole.yaml").joints["phi"]["coordinates"]
+        ['phi']
+        """
+        return joints_of(self.to_dict())
+
+    @property
+    def points(self) -> dict[str, list[float]]:
+        """Points by BODY.POINT: x, y, z in the axes of the body, m.
+
+        >>> Model("cart_pole.yaml").points["pole.tip"]
+        [0, 0.8, 0]
+        """
+        return points_of(self.to_dict())
+
+    @property
+    def actuators(self) -> dict[str, dict[str, Any]]:
+        """Forces that depend on inputs, by name, with these `inputs`.
+
+        >>> Model("cart_pole.yaml").actuators["push"]["inputs"]
+        ['u']
+        """
+        return actuators_of(self.to_dict())
+
+    def document(self) -> Document:
+        """The entries of the model file, as a dict that may be changed and read again: `from_dict` of it is the same model, with the
+        same bits. It has the values that the model was given.
+
+        ArgumentError: the model has another start, or a value in a file that it includes; neither can be in the entries.
+
+        >>> entries = Model("four_bar.yaml").document()
+        >>> entries["bodies"]["crank"]["mass"] = 2
+        >>> Model.from_dict(entries).bodies["crank"]["mass"]
+        2
+        """
+        make, arguments = self._recipe
+        if make is not _read_again:
+            if make in (_start_again, _instance_again):
+                raise ArgumentError("this model has another start, or the values of an instance: take the document of the model before")
+            return document_of(self.name, self.export("yaml"), self.name, {})
+        label, text, values, _ = arguments
+        if text is None:
+            with open(label, encoding="utf-8") as file:
+                text = file.read()
+        foreign = not _OWN.search(text)
+        return document_of(self.name, self.export("yaml") if foreign else text, label, values)
+
     def export(self, format: str) -> str:
         """The model in another format, "urdf+", "sdf", "mjcf" or "yaml". A warning names each part that the format cannot say.
+
+        ArgumentError: an unknown format, or a file in Kempe's language already.
 
         >>> print(Model("four_bar.yaml").export("sdf").splitlines()[0])
         <?xml version="1.0"?>
@@ -299,7 +379,10 @@ class Model(Fixed):
 
     def system(self, dynamics: str | None = None, force: Force | None = None) -> System:
         """The equations of motion. `dynamics`: auto, composite, plain, ner, articulated. `force`: a function (t, q, qd) that gives
-        generalized forces (n; N m or N) in addition to the model's; it must be smooth and depend only on its arguments."""
+        generalized forces (n; N m or N) in addition to the model's; it must be smooth and depend only on its arguments.
+
+        InputError: the model moves no mass, or its closures contradict each other.
+        """
         if dynamics is not None and not isinstance(dynamics, str):
             raise TypeError(f"dynamics is the name of an algorithm, not {dynamics!r}; a function is given as force=..")
         if dynamics is None and force is None and self._system is not None:
@@ -461,6 +544,8 @@ class Model(Fixed):
         """Values of parameters and starts (q.NAME, qd.NAME) for many instances: arrays of one length by name, a data frame, or a CSV
         file.
 
+        ArgumentError: a column does not exist. InputError: a cell of a file is not a number.
+
         >>> values = Model("four_bar.yaml").values({"crank": [0.29, 0.30, 0.31], "qd.crank": 20})
         >>> values.names, len(values), values[0].tolist()
         (('crank', 'qd.crank'), 3, [0.29, 20.0])
@@ -494,7 +579,7 @@ class Model(Fixed):
         values._recipe, values._call = self._recipe, (name, arguments, options)
         return values
 
-    def sample(self, ranges: Any, count: int | None = None, **options: Unpack[SampleOptions]) -> Values:
+    def sample(self, ranges: Any, count: int | None = None, **options: Unpack[SampleOptions]) -> Values:  # type: ignore[misc]
         """Samples of distributions: {"crank": (0.2, 0.3)} in SI or "crank=200 mm:300 mm" (uniform), "crank=normal(0.3, 0.001)",
         "crank=triangular(0.2, 0.3, 0.4)", "crank=IT7" (a tolerance grade about the model's value). `count` None: 1000.
 
@@ -562,6 +647,8 @@ class Model(Fixed):
 
     def instance(self, folder: str | os.PathLike[str], k: int) -> Model:
         """This model with the values of instance k (from 0 on) of a result folder.
+
+        InputError: the folder has no results.
 
         >>> import tempfile
         >>> model = Model("four_bar.yaml")

@@ -116,14 +116,16 @@ def ilqr(
 
     def roll(applied: Any, fine: int = 1) -> tuple[Any, Array, float] | None:
         """States, forces and the cost; None where a step fails."""
-        states, used, total = [problem.start], np.empty((N, a)), 0.0
+        states: list[Any] = [problem.start]
+        total: Any = 0.0
+        used = np.empty((N, a))
         for k in range(N):
             x = problem.x(*states[-1])
             used[k] = applied(k, x)
             e = x - goal
             total += 0.5 * (e @ cost_x @ e + used[k] @ cost_f @ used[k])
             try:
-                after = problem.step(k, *states[-1], used[k], False, fine)
+                after = problem.step(k, states[-1][0], states[-1][1], used[k], False, fine)
             except FailedError:
                 return None
             states.append((after.q, after.qd))
@@ -137,7 +139,7 @@ def ilqr(
     costs, damping, gains, reason, converged = [found[2]], 0.0, np.zeros((N, a, size)), "", False
     for _ in range(iterations):
         states, used, total = found
-        slopes = [problem.step(k, *states[k], used[k], True) for k in range(N)]
+        slopes = [problem.step(k, states[k][0], states[k][1], used[k], True) for k in range(N)]
         moved = False
         while not moved and not converged:
             # Backwards: the quadratic model of the cost-to-go, and the change of the forces.
@@ -193,5 +195,6 @@ def ilqr(
         warnings.warn(f"the plan is not optimal: {reason}", KempeWarning, stacklevel=2)
     if error > 1e-3 * max(moves, 1e-300):
         warnings.warn(f"the steps are too long: with half of them a coordinate changes by {error:.2g}; use more substeps", KempeWarning, stacklevel=2)
+    times: Any = h * np.arange(N + 1)
     q_all, qd_all = (np.array([state[i] for state in states]) for i in range(2))
-    return Plan(h * np.arange(N + 1), q_all, qd_all, used, gains, total, tuple(costs), converged, reason, float(error))
+    return Plan(times, q_all, qd_all, used, gains, total, tuple(costs), converged, reason, float(error))

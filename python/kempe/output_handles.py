@@ -40,6 +40,9 @@ class Outputs(Owned):
     def __len__(self) -> int:
         return len(self.names)
 
+    def __repr__(self) -> str:
+        return f"<Outputs: {', '.join(self.names)}>"
+
     def _values(self, function: Any, *arguments: Any) -> Array:
         values = np.empty(len(self))
         self._context.check(function, self._pointer, *arguments, writable(values, values.shape, "values"))
@@ -127,7 +130,10 @@ class Outputs(Owned):
         return self._slopes(lib.kempe_outputs_closed_jacobian, len(self.independent), t, q, qd)
 
     def choose(self, independent: Any = None) -> None:
-        """Chooses the independent coordinates of closed-chain Jacobians; None: the coordinates at the model's start."""
+        """Chooses the independent coordinates of closed-chain Jacobians; None: the coordinates at the model's start.
+
+        ArgumentError: there is no such coordinate, or they do not describe the motion.
+        """
         names = NULL if independent is None else utf8(text_of(independent))
         self._context.check(lib.kempe_outputs_choose, self._pointer, names)
 

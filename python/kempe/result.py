@@ -171,14 +171,14 @@ class Drawn(Result):
         return self._picture()
 
 
-def study(kind: type[T], source: Owned, values: Mapping[str, Any]) -> T:
-    """The result of a study of a model or system, whose options are keywords."""
+def study(kind: type[T], source: Owned, values: Mapping[str, Any], *arguments: Any) -> T:
+    """The result of a study of a model or system, whose options are keywords; `arguments` follow them in C."""
     context, progress = source._context, values.get("progress")
     struct = kind._options or f"kempe_{kind._noun}_options"
     values, texts = with_tables(struct, values) if struct in TABLES else (values, {})
     given, keep = options(struct, values, "progress")
     function = getattr(lib, kind._maker or f"guarded_kempe_{kind._noun}_new")
     with _nothing if progress is None else context.reporting(progress), TextsFor(context, texts) if texts else _nothing:
-        made = context.make(kind, function, source._pointer, given, owners=source._owners())
+        made = context.make(kind, function, source._pointer, given, *arguments, owners=source._owners())
     del keep
     return made

@@ -30,6 +30,10 @@ class SavedState(Owned):
     """A stepper's state to return to."""
 
     _noun = "stepper_state"
+    _t: float = 0.0
+
+    def __repr__(self) -> str:
+        return f"<SavedState at t = {self._t:g} s>"
 
 
 class Stepper(Owned):
@@ -56,7 +60,8 @@ class Stepper(Owned):
         self._call(lib.guarded_kempe_stepper_step, long=True)
 
     def advance(self, t: float) -> None:
-        """Advances to t (s), neither backwards nor beyond t_end.
+        """Advances to t (s), neither backwards nor beyond t_end (ArgumentError). FailedError: the motion cannot continue, or, unless
+        max_steps is given, the rest would take 1e8 steps at the present pace. StoppedError: an event ends the motion.
 
         >>> stepper = kempe.Model("four_bar.yaml").system().stepper(t_end=1)
         >>> stepper.advance(0.25)
@@ -114,7 +119,10 @@ class Stepper(Owned):
         lib.kempe_stepper_keep_inputs(self._pointer, int(keep))
 
     def set_input(self, name: str, value: float, rate: float = 0.0, acceleration: float = 0.0) -> None:
-        """Sets an input of the model, in SI, from now on: value + rate s + acceleration s^2 / 2, s being the time since now."""
+        """Sets an input of the model, in SI, from now on: value + rate s + acceleration s^2 / 2, s being the time since now.
+
+        ArgumentError: there is no such input, the value is not finite, or a closure would jump.
+        """
         number = self._context.input(name)
         value = real(value, f"input '{name}'")
         rate, acceleration = real(rate, f"the rate of input '{name}'"), real(acceleration, f"the acceleration of input '{name}'")
@@ -124,15 +132,24 @@ class Stepper(Owned):
             self._call(lib.kempe_stepper_set_input, number, value)
 
     def input(self, name: str) -> float:
-        """Value of an input at the current time, in SI."""
+        """Value of an input at the current time, in SI.
+
+        ArgumentError: there is no such input.
+        """
         return float(lib.kempe_stepper_input(self._pointer, self._context.input(name)))
 
     def set_stop(self, t: float) -> None:
-        """No step goes beyond t (s) until the stepper is there."""
+        """No step goes beyond t (s) until the stepper is there.
+
+        ArgumentError: t is not after the current time.
+        """
         self._call(lib.kempe_stepper_set_stop, real(t, "t"))
 
     def set_state(self, q: ArrayLike, qd: ArrayLike | None = None) -> float:
-        """Continues from the closed state near q and qd. Returns the largest change that closing made (rad, or relative)."""
+        """Continues from the closed state near q and qd. Returns the largest change that closing made (rad, or relative).
+
+        FailedError: the loops cannot be closed from there; the stepper is unchanged.
+        """
         n, moved, names = len(self._context.coordinates), ffi.new("double *"), self._context.coordinates
         for name, values in (("q", q), ("qd", qd)):
             if values is not None:
@@ -141,7 +158,10 @@ class Stepper(Owned):
         return float(moved[0])
 
     def set_parameters(self, **values: float) -> float:
-        """Gives parameters other values in SI from now on. Returns the largest change that closing made."""
+        """Gives parameters other values in SI from now on. Returns the largest change that closing made.
+
+        ArgumentError: there is no such parameter, or it shapes the equations. InputError, FailedError: the model cannot have these values here.
+        """
         keep: list[Any] = []
         moved = ffi.new("double *")
         for name, value in values.items():
@@ -159,12 +179,16 @@ class Stepper(Owned):
 
     def save(self) -> SavedState:
         """The current state; the integrator restarts here."""
-        return self._context.make(
+        made = self._context.make(
             SavedState, lib.kempe_stepper_save, self._pointer, owners=(self._pointer,), long=False
         )
+        made._t = self.t
+        return made
 
     def restore(self, state: SavedState) -> None:
         """Returns to a saved state, of this or of another stepper of the same system and options.
+
+        ArgumentError: the state is of another system or of other options.
 
         >>> stepper = kempe.Model("four_bar.yaml").system().stepper(t_end=1)
         >>> state = stepper.save()

@@ -272,7 +272,7 @@ class System(Fixed):
         >>> law = {"joint": "x", "force": "(a - q(x)^2)*qd(x) - q(x)"}
         >>> model = {"kempe": 1, "parameters": {"a": 0.1}, "bodies": {"m": x}, "forces": {"f": law}}
         >>> cycles = kempe.Model.from_dict(model).system().limit_cycles(sweep="a=-1:2:4")
-        >>> f"{cycles.rows['period'][-1]:.6f} s", cycles.rows["stability"][-1]
+        >>> f"{cycles.rows['period'][-1]:.6f} s", str(cycles.rows["stability"][-1])
         ('7.629874 s', 'stable')
         """
         return study(LimitCycles, self, options)
@@ -290,7 +290,7 @@ class System(Fixed):
         """Ride comfort of a run: weighted accelerations, mean comfort, Sperling's ride index.
 
         >>> comfort = kempe.Model("quarter_car.yaml").system().comfort(vertical="qdd(body)", t_end=10)
-        >>> comfort.signals["weighting"][0], comfort.windows.row_count
+        >>> str(comfort.signals["weighting"][0]), comfort.windows.row_count
         ('Wb', 2)
         """
         return study(Comfort, self, options)

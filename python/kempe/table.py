@@ -70,14 +70,39 @@ class Columns(Mapping[str, "NDArray[Any]"]):
         return frame.set_index(index) if index else frame
 
     def to_xarray(self, index: str | None = None) -> Any:
-        """An xarray.Dataset over the first column, or over `index`; each variable has its unit."""
+        """An xarray.Dataset over the first column, or over `index`; each variable has its unit. Histories of instances, and rows of
+        several files, are over both of their first columns: (instance, t) and (file, t). Missing rows are NaN.
+
+        >>> ensemble = kempe.Model("four_bar.yaml").ensemble({"crank": [0.29, 0.30]})
+        >>> data = ensemble.history("1,2", t_end=0.5, output_step=0.1).to_xarray()  # with xarray
+        >>> data["q.crank"].dims, data["q.crank"].shape  # with xarray
+        (('instance', 't'), (2, 6))
+        """
         import xarray
 
+        if index is None and self.names[:2] in (("instance", "t"), ("file", "t")):
+            return self._of_two(xarray)
         index = index or self.names[0]
         columns = {name: ((index,), self[name], {"units": self.units[name]}) for name in self}
         return xarray.Dataset(
             {name: column for name, column in columns.items() if name != index}, {index: columns[index]}
         )
+
+    def _of_two(self, xarray: Any) -> Any:
+        """A dataset over the first two columns."""
+        dims = self.names[:2]
+        firsts, row = np.unique(self[dims[0]], return_inverse=True)
+        times, column = np.unique(self[dims[1]], return_inverse=True)
+        whole = firsts.dtype.kind == "f" and bool((firsts == np.floor(firsts)).all())
+        places = {dims[0]: firsts.astype(int) if whole else firsts, dims[1]: ("t", times, {"units": self.units["t"]})}
+        variables = {}
+        for name in self:
+            if name not in dims:
+                values = self[name]
+                grid = np.full((len(firsts), len(times)), "" if values.dtype.kind == "U" else np.nan, dtype=values.dtype)
+                grid[row, column] = values
+                variables[name] = (dims, grid, {"units": self.units[name]})
+        return xarray.Dataset(variables, places)
 
     def _curves(self) -> str:
         return ""

@@ -233,6 +233,9 @@ class Workspace(Owned):
             view(lib.kempe_workspace_jdqd(w), (m,), w),
         )
 
+    def __repr__(self) -> str:
+        return f"<Workspace: {self.n} coordinates, {self.m} closure rows>"
+
     @property
     def message(self) -> str:
         """After a call that succeeded: a table that the state leaves, where values are not to be trusted; "": none."""
@@ -278,6 +281,8 @@ class Workspace(Owned):
     def evaluate(self, t: float, q: ArrayLike, qd: ArrayLike | None = None, views: bool = False) -> Equations:
         """Evaluates everything at t (s), q and qd (n each; None: at rest). q need not close the loops. Returns copies; with
         `views` what `views` has, which costs less, and which the next call overwrites.
+
+        FailedError: a value is not finite. ArgumentError: another thread is inside.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> equations = workspace.evaluate(0.0, [0, 0, 0])
@@ -338,7 +343,10 @@ class Workspace(Owned):
         return found
 
     def set_input(self, name: str, value: float, t: float = 0.0, rate: float = 0.0, acceleration: float = 0.0) -> None:
-        """Sets an input of the model to value + rate s + acceleration s^2 / 2, where s is the time since t."""
+        """Sets an input of the model to value + rate s + acceleration s^2 / 2, where s is the time since t.
+
+        ArgumentError: there is no such input, or a value is not finite.
+        """
         number = self._context.input(name)
         named = (t, "t"), (value, f"input '{name}'"), (rate, f"the rate of input '{name}'"), (acceleration, f"the acceleration of input '{name}'")
         given = finite(*named[0]), finite(*named[1]), finite(*named[2]), finite(*named[3])
@@ -363,6 +371,8 @@ class Workspace(Owned):
         self, t: float, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None, out: Accelerations | None = None
     ) -> Accelerations:
         """Accelerations and multipliers under the model's forces and the generalized forces Q (n; None: none).
+
+        FailedError: the equations are singular, or a value is not finite.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> qdd, lam = workspace.forward_dynamics(0.0, [0, 0, 0], [20, -22.5, 7.5])
@@ -423,6 +433,8 @@ class Workspace(Owned):
         `out`: an earlier result, which is overwritten: a loop over single states takes half of the time with it. The first
         call with other names or outputs derives the equations of the derivatives.
 
+        ArgumentError: a name does not exist, or the model has no such derivatives. FailedError: the equations are singular.
+
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> found = workspace.forward_derivatives(0.0, [0, 0, 0], [20, -22.5, 7.5])
         >>> found.qdd_q.shape, found.lam_q.shape
@@ -432,7 +444,8 @@ class Workspace(Owned):
         >>> workspace.forward_derivatives(0.0, [0, 0, 0], [20, -22.5, 7.5], outputs="acceleration(coupler.C)").y_q.shape
         (3, 3)
         """
-        return self._derive(Derivatives, t, q, qd, Q, threads, out, by, outputs)
+        made: Derivatives = self._derive(Derivatives, t, q, qd, Q, threads, out, by, outputs)
+        return made
 
     def closed_derivatives(
         self,
@@ -454,13 +467,16 @@ class Workspace(Owned):
         >>> found.udd_u.shape, found.udd_Q.shape, found.q_u.shape
         ((1, 1), (1, 3), (3, 1))
         """
-        return self._derive(ClosedDerivatives, t, q, qd, Q, threads, out, by, outputs)
+        made: ClosedDerivatives = self._derive(ClosedDerivatives, t, q, qd, Q, threads, out, by, outputs)
+        return made
 
     def inverse_derivatives(
         self, t: float, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, by: str | Iterable[str] = ()
     ) -> InverseDerivatives:
         """Generalized forces Q = M qdd + C (n), with the loops open, and their exact derivatives by q, qd and qdd. `by` is as
         in forward_derivatives.
+
+        ArgumentError: a name does not exist, or the model has no such derivatives.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> found = workspace.inverse_derivatives(0.0, [0, 0, 0], [1, 0, 0], [0, 0, 0], by="crank_mass")
@@ -483,7 +499,7 @@ class Workspace(Owned):
             )
         if status:
             self._fail(status)
-        return InverseDerivatives(Q, *matrices, Q_p)
+        return InverseDerivatives._make([Q, *matrices, Q_p])
 
     def forward_jvp(
         self,
@@ -504,6 +520,8 @@ class Workspace(Owned):
         """Accelerations, multipliers and outputs, and their derivative along a direction (Jacobian-vector product), without the
         matrices. The direction has changes of q, qd, Q (n each) and of the k names of `by` (dp). Changes of the independent
         coordinates and their rates (du, dud) in place of q and qd are along closed motions. Members left out do not change.
+
+        ArgumentError: a name does not exist, or the model has no such derivatives. FailedError: the equations are singular.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> values, change = workspace.forward_jvp(0.0, [0, 0, 0], [20, -22.5, 7.5], dq=[1, 0, 0])
@@ -538,6 +556,8 @@ class Workspace(Owned):
         qdd (n), lam (m) and y (l): the time does not depend on the number of coordinates and names. `closed`: along motions
         that keep the loops closed, by the independent coordinates.
 
+        ArgumentError: a name does not exist, or the model has no such derivatives. FailedError: the equations are singular.
+
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> values, gradient = workspace.forward_vjp(0.0, [0, 0, 0], [20, -22.5, 7.5], qdd=[1, 0, 0], by="crank_mass")
         >>> gradient.q.shape, gradient.p.shape
@@ -570,6 +590,8 @@ class Workspace(Owned):
     ) -> Accelerations:
         """The second derivative of accelerations and multipliers along two directions, each a tuple (dq, dqd, dQ) whose last
         members may be left out.
+
+        ArgumentError: the model has no such derivatives. FailedError: the equations are singular.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> bent = workspace.forward_second(0.0, [0, 0, 0], [20, -22.5, 7.5], first=([1, 0, 0],), second=([0, 1, 0],))
@@ -719,6 +741,8 @@ class Workspace(Owned):
         (relative) are closed first; Q and the inputs are constant meanwhile. The error of a step is
         proportional to h^5: compare with a smaller h.
 
+        FailedError: the loops cannot be closed, or the independent coordinates do not describe the motion; Interrupted: by Ctrl-C.
+
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> q, qd = workspace.close(0.0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
         >>> after = workspace.step(0.0, q, qd, 1e-3, steps=10, by="crank_mass")
@@ -801,7 +825,8 @@ class Workspace(Owned):
         base = out[0].base if type(out) is kind else None
         if base is None or base.shape != (size,):
             raise ArgumentError(f"out must be an earlier result ({kind.__name__}) of this workspace at one state")
-        return base
+        made: Array = base
+        return made
 
     def _derive_rows(self, kind: Any, t: Any, q: Any, qd: Any, Q: Any, threads: int, out: Any) -> Any:
         states = _States(self, t, q, qd=qd, Q=Q)
@@ -924,6 +949,8 @@ class Workspace(Owned):
         """The equations of closed motions in the independent coordinates (`independent`): M udd + C = X' Q for generalized forces
         Q, and the accelerations of all coordinates X udd + drift.
 
+        FailedError: the loops are open, or the independent coordinates do not describe the motion.
+
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> q, qd = workspace.close(0.0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
         >>> found = workspace.closed_equations(0.0, q, qd)
@@ -945,6 +972,8 @@ class Workspace(Owned):
         self, t: float, q: ArrayLike, qd: ArrayLike | None = None, hold: str | Iterable[str] = ()
     ) -> tuple[Array, Array]:
         """Closed q and qd near the given ones. Coordinates in `hold` keep their values.
+
+        ArgumentError: there is no such coordinate. FailedError: the loops cannot be closed from there.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> q, qd = workspace.close(0.0, [0.2, 0, 0], hold=["crank"])
@@ -985,6 +1014,8 @@ class Workspace(Owned):
         `threads` share the states, 0: one for each processor; results are the same. From 500 states of a thread on, eight are
         evaluated at once in vector registers, unless the model has conditions or forces of its user.
 
+        FailedError names the first state that fails; Interrupted: by Ctrl-C.
+
         >>> model = kempe.Model("four_bar.yaml")
         >>> run = model.simulate(t_end=1)
         >>> many = model.system().workspace().evaluate_states(run.t, run.q, run.qd)
@@ -1020,6 +1051,8 @@ class Workspace(Owned):
     ) -> Accelerations:
         """Accelerations (N x n) and multipliers (N x m) at N states. `threads`: as in evaluate_states.
 
+        FailedError names the first state that fails; Interrupted: by Ctrl-C.
+
         >>> model = kempe.Model("four_bar.yaml")
         >>> run = model.simulate(t_end=1)
         >>> found = model.system().workspace().forward_states(run.t, run.q, run.qd)
@@ -1036,6 +1069,8 @@ class Workspace(Owned):
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, out: Array | None = None, threads: int = 1
     ) -> Array:
         """Generalized forces M qdd + C (N x n) at N states. `threads`: as in evaluate_states.
+
+        FailedError names the first state that fails; Interrupted: by Ctrl-C.
 
         >>> model = kempe.Model("four_bar.yaml")
         >>> run = model.simulate(t_end=1)
@@ -1088,7 +1123,7 @@ class _States:
         threads = whole(threads, "threads")
         if threads < 0:
             raise ArgumentError(f"threads is a number of threads, or 0 for all processors, not {threads}")
-        team = self.workspace._team(max(1, min(threads or _processors(), count)))
+        team = self.workspace._team(max(1, min(threads or processors(), count)))
         for each in team if prepare else ():
             prepare(each)
         ends = [count * k // len(team) for k in range(len(team) + 1)]
@@ -1112,7 +1147,7 @@ class _States:
         try:
             with ThreadPoolExecutor(len(team)) as pool:
                 try:
-                    return list(pool.map(lambda *part: self._part(function, *part, ffi.NULL), team, ends, ends[1:]))
+                    return list(pool.map(lambda *part: self._part(function, part[0], part[1], part[2], ffi.NULL), team, ends, ends[1:]))
                 except KeyboardInterrupt:
                     lib.kempe_context_interrupt(context)  # for which the pool waits
                     raise
@@ -1132,6 +1167,6 @@ class _States:
         return status, f"state {begin + struct.failed}: {string(lib.kempe_workspace_message(workspace._pointer))}"
 
 
-def _processors() -> int:
+def processors() -> int:
     """Processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

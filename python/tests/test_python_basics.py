@@ -387,6 +387,23 @@ def test_interrupt_of_a_workspace(threads, four_bar):
     assert np.isfinite(workspace.forward_derivatives(0, rows[0][:9], rows[1][:9], threads=2).qdd_q).all()
 
 
+@pytest.mark.parametrize("lanes", [0, 1, -1])
+def test_interrupt_of_a_batch(lanes, four_bar, tmp_path):
+    """Ensembles, functions of rows and result folders end within 0.3 s."""
+    ensemble = four_bar.ensemble({"crank": np.linspace(0.28, 0.32, 50000)})
+    calls = {
+        "run": lambda: ensemble.run(t_end=200, lanes=lanes),
+        "rows": lambda: four_bar.function(["crank"], lanes=lanes, t_end=200)(np.full((50000, 1), 0.3)),
+        "folder": lambda: ensemble.run_folder(tmp_path / "folder", lanes=lanes, t_end=200),
+    }
+    for call in calls.values():
+        sent = interrupt_after(0.2)
+        with pytest.raises(KeyboardInterrupt):
+            call()
+        assert time.monotonic() - sent < 0.3
+    assert set(four_bar.ensemble({"crank": [0.29, 0.3]}).run(t_end=0.1, lanes=lanes).status) == {"complete"}
+
+
 def test_interrupt_of_a_stepper_and_outside_of_runs(four_bar):
     stepper = four_bar.system().stepper(t_end=1e6)
     interrupt_after(0.1)

@@ -299,7 +299,7 @@ MODULES = [
         if name[0] != "_"
     ),
 ]
-PACKAGES = {"# with SciPy": "scipy", "# with pandas": "pandas", "# with IPOPT": "casadi"}
+PACKAGES = {"# with SciPy": "scipy", "# with pandas": "pandas", "# with IPOPT": "casadi", "# with gymnasium": "gymnasium", "# with xarray": "xarray"}
 
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)
@@ -387,6 +387,101 @@ def test_frames_of_pandas_and_xarray_have_units(results):
         assert isinstance(data, xarray.Dataset) and data["qd.crank"].attrs["units"] == "rad/s"
         assert np.array_equal(frame["q.rocker"], run.q[:, 2]) and np.array_equal(data["t"], run.t)
     assert list(results["modes"].modes.to_pandas().columns) == list(results["modes"].modes)
+
+
+def test_ensembles_in_xarray(four_bar):
+    """Labels, units, and the numbers of single runs; what did not run is NaN."""
+    xarray = pytest.importorskip("xarray")
+    cranks = [0.29, 0.30, 3.0]
+    ensemble = four_bar.ensemble({"crank": cranks}, quantities={"swing": "range(q(rocker))"})
+    with pytest.warns(kempe.KempeWarning, match="1 of 3 instances"):
+        batch = ensemble.run(t_end=0.5)
+    for each in (batch, pickle.loads(pickle.dumps(batch))):
+        data = each.to_xarray()
+        assert isinstance(data, xarray.Dataset) and data["q"].dims == ("instance", "coordinate")
+        assert data["instance"].values.tolist() == [1, 2, 3] and data["crank"].values.tolist() == cranks
+        assert data["coordinate"].values.tolist() == ["crank", "coupler", "rocker"] and data["swing"].attrs["units"] == "rad"
+        assert data["status"].values.tolist() == ["complete", "complete", "failed"] and "across" in str(data["reason"].values[2])
+        assert np.isnan(data["q"].sel(instance=3)).all() and np.isnan(data["swing"].sel(instance=3))
+        assert np.array_equal(data["qd"].sel(coordinate="rocker"), batch.qd[:, 2], equal_nan=True)
+        assert not {"q.rocker", "qd.rocker"} & set(data.variables)
+    starts = four_bar.ensemble({"q.crank": [0.1, 0.2]}).run(t_end=0.1).to_xarray()
+    assert starts["value.q.crank"].values.tolist() == [0.1, 0.2] and starts["q"].shape == (2, 3)
+
+    table = four_bar.ensemble({"crank": cranks[:2]}).history("1,2", t_end=0.5, output_step=0.1)
+    for each in (table, pickle.loads(pickle.dumps(table))):
+        history = each.to_xarray()
+        assert history["q.rocker"].dims == ("instance", "t") and history["t"].attrs["units"] == "s"
+        for k, crank in enumerate(cranks[:2]):
+            run = kempe.Model(EXAMPLES / "four_bar/four_bar.yaml", crank=crank).simulate(t_end=0.5, output_step=0.1)
+            assert abs(history["q.rocker"].sel(instance=k + 1) - run.q[:, 2]).max() < 1e-9 and (history["t"] == run.t).all()
+    assert each.to_xarray("t")["q.rocker"].dims == ("t",)
+
+
+def test_histories_of_unequal_length_in_xarray():
+    columns = {"instance": [1.0, 1.0, 2.0], "t": [0.0, 0.1, 0.05], "q.a": [1.0, 2.0, 3.0], "word": np.array(["a", "b", "c"])}
+    table = kempe.FrozenTable("history", dict.fromkeys(columns, ""), {name: np.array(each) for name, each in columns.items()})
+    pytest.importorskip("xarray")
+    data = table.to_xarray()
+    assert data["t"].values.tolist() == [0, 0.05, 0.1] and data["instance"].values.tolist() == [1, 2]
+    assert np.array_equal(data["q.a"], [[1, np.nan, 2], [np.nan, 3, np.nan]], equal_nan=True)
+    assert data["word"].values.tolist() == [["a", "", "b"], ["", "c", ""]]
+
+
+def test_covariance_of_a_fit(four_bar):
+    """SciPy's covariance of the same residuals, whose derivatives are differences."""
+    curve_fit = pytest.importorskip("scipy.optimize").curve_fit
+    truth, noise = kempe.Model(EXAMPLES / "four_bar/four_bar.yaml", crank_mass=2), np.random.default_rng(0)
+    run = truth.simulate(t_end=1, output_step=0.02)
+    measured = run.q[:, 2] + 1e-3 * noise.standard_normal(len(run))
+    fit = four_bar.fit(data={"t": run.t, "q(rocker)": measured}, parameters={"crank_mass": (0.1, 5), "coupler_mass": (0.1, 5)})
+
+    def motion(t, *values):
+        model = kempe.Model(EXAMPLES / "four_bar/four_bar.yaml", dict(zip(fit.values, values)))
+        return model.simulate(t_end=1, output_step=0.02, rtol=1e-11, no_convergence_check=True).q[:, 2]
+
+    found, covariance = curve_fit(motion, run.t, measured, p0=list(fit.values.values()), epsfcn=1e-10)
+    assert np.allclose(found, list(fit.values.values()), rtol=1e-3)
+    assert np.allclose(fit.covariance, covariance, rtol=2e-2) and (fit.covariance == fit.covariance.T).all()
+    assert np.array_equal(np.diag(fit.covariance), np.square(list(fit.errors.values())))
+    assert np.array_equal(pickle.loads(pickle.dumps(fit)).covariance, fit.covariance)
+
+
+def test_every_object_says_what_it_is(four_bar, results):
+    """No repr has an address."""
+    text = (EXAMPLES / "four_bar/four_bar.yaml").read_text()
+    outputs = text.replace("run: {", "run: {outputs: [position(coupler.C)], ")
+    ensemble, stepper = four_bar.ensemble({"crank": [0.29, 0.3]}), four_bar.system().stepper(t_end=1)
+    said = {
+        repr(each)
+        for each in (
+            four_bar.values({"crank": [0.29], "qd.crank": 2}),
+            ensemble,
+            ensemble.run(t_end=0.1),
+            stepper.save(),
+            four_bar.system().workspace(),
+            four_bar.system().outputs("q"),
+            kempe.Model.from_text(outputs).gradient(driven="crank", parameters=["crank"]),
+            four_bar.flow(0.1, variables="crank", outputs="q(rocker)"),
+            kempe.Builder("arm").gravity(0, -9.81, 0),
+        )
+    }
+    assert said == {
+        "<Values: 1 rows of crank, qd.crank>",
+        "<Ensemble: 2 instances, crank>",
+        "<EnsembleResult: 2 instances: 2 complete>",
+        "<SavedState at t = 0 s>",
+        "<Workspace: 3 coordinates, 2 closure rows>",
+        "<Outputs: q.crank, q.coupler, q.rocker>",
+        "<Gradient: 3 values by crank>",
+        "<Flow: 1 values by crank>",
+        "<Builder 'arm': 1 calls>",
+    }
+    for each in results.values():
+        assert " object at 0x" not in repr(each)
+    for name in kempe.__all__:
+        kind = getattr(kempe, name)
+        assert not inspect.isclass(kind) or kind.__repr__ is not object.__repr__, name
 
 
 def test_right_side_of_an_integrator(four_bar):

@@ -9,6 +9,7 @@
 #include "testing.h"
 #include <float.h>
 #include <kempe/settings.h>
+#include <kempe/stepper.h>
 #include <math.h>
 
 /* Steps of 1e-9 s towards 1 s, then of 1e-4 s. */
@@ -98,6 +99,25 @@ static void absurd_forces_end_soon(void)
              "too much work");
 }
 
+/* A stepper whose caller asks for a time that is out of reach, and then for one that is not. */
+static void an_advance_ends_soon(void)
+{
+    kempe_setting set = {"l", "1e-18"};
+    loaded l = load_set("tests/models/light_carriage.yaml", &set, 1);
+    kempe_stepper *stepper = NULL;
+    CHECK(kempe_stepper_new(l.system, &(kempe_run_options){.integrator = "dop853", .t_end = 1000}, &stepper) ==
+          KEMPE_OK);
+    CHECK(kempe_stepper_advance(stepper, 20) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_stepper_reason(stepper), "too much work") &&
+          strstr(kempe_stepper_reason(stepper), "t = 20 s needs"));
+    const kempe_work work = kempe_stepper_work(stepper);
+    const long tried = work.steps + work.rejected + work.refused;
+    CHECK(tried >= 100000 && tried < 300000 && kempe_stepper_time(stepper) == 0);
+    CHECK(kempe_stepper_step(stepper) == KEMPE_OK);
+    kempe_stepper_free(stepper);
+    unload(&l);
+}
+
 static void steps_may_be_bounded(void)
 {
     simulate("tests/models/light_carriage.yaml", (kempe_setting){0}, "dop853",
@@ -168,6 +188,7 @@ int main(void)
     TEST(collapse_goes_by_rounding);
     TEST(short_swings_are_no_singularity);
     TEST(absurd_forces_end_soon);
+    TEST(an_advance_ends_soon);
     TEST(steps_may_be_bounded);
     TEST(growth_without_end);
     return check_report();

@@ -129,17 +129,50 @@ static void what_is_not_used(void)
                "1 /tests/models/geared_leg.urdf:8:179: mesh 'trunk.dae' is not in the picture: a mesh is a file .stl "
                "or .obj\n"
                "1 /tests/models/geared_leg.urdf: link 'trunk' has no parent: it is fixed to the ground\n"
+               "2 /tests/models/geared_leg.urdf:59:3: transmission 'drive' is not used: it has no joint\n"
                "2 /tests/models/geared_leg.urdf:9:5: 'collision' in 'link' is not used: surfaces that touch are "
                "entries of contacts\n"
                "2 /tests/models/geared_leg.urdf:30:5: 'effort' in 'limit' is not used: the torque or force of a motor "
                "is an expression\n"
                "2 /tests/models/geared_leg.urdf:30:5: 'velocity' in 'limit' is not used: the rate of a motor is an "
                "expression\n"
-               "2 /tests/models/geared_leg.urdf:59:3: 'transmission' in 'robot' is not used: a drive or a force of a "
-               "joint moves it\n"
                "2 /tests/models/geared_leg.urdf:30:5: limits of motion are not used: --joint-limits makes them "
                "stops\n");
     foreign_strict(context, OWN ".urdf", 5);
+}
+
+/* Transmissions that are no reduction between one motor and one joint are named, and in a strict context refused. */
+static void transmissions_not_used(void)
+{
+    static const struct {
+        const char *inside, *why;
+    } cases[] = {
+        {"<type>transmission_interface/DifferentialTransmission</type><joint name='j'/><actuator name='m'/>",
+         "it is not a reduction between one motor and one joint"},
+        {"<type>SimpleTransmission</type><joint name='j'/><joint name='j'/><actuator name='m'/>",
+         "it has several joints or motors"},
+        {"<type>SimpleTransmission</type><joint name='j'/><actuator name='m'/><actuator name='n'/>",
+         "it has several joints or motors"},
+        {"<type>SimpleTransmission</type><joint name='k'/><actuator name='m'/>",
+         "it moves no joint with one coordinate"},
+        {"<type>SimpleTransmission</type><joint name='j'/><actuator name='j_damping'/>",
+         "its motor has the name of another force"},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        kmp_text text = {0}, line = {0};
+        kmp_text_printf(&text,
+                        "<robot name='r'><link name='a'/><link name='b'><inertial><mass value='1'/><inertia ixx='1' "
+                        "iyy='1' izz='1'/></inertial></link><joint name='j' type='revolute'><parent link='a'/><child "
+                        "link='b'/><dynamics damping='1'/></joint>\n<transmission name='t'>%s</transmission></robot>",
+                        cases[k].inside);
+        kmp_text_printf(&line, "2 r.urdf:2:1: transmission 't' is not used: %s\n", cases[k].why);
+        const char *lines = foreign_log(context, text.s, "r.urdf");
+        CHECK(strstr(lines, line.s) != NULL);
+        if (!strstr(lines, line.s))
+            printf("%s%s", lines, line.s);
+        kmp_text_free(&text);
+        kmp_text_free(&line);
+    }
 }
 
 /* Forty kinds of parts are named, the others counted. */
@@ -410,6 +443,7 @@ int main(void)
     TEST(turned_frames);
     TEST(what_is_refused);
     TEST(what_is_not_used);
+    TEST(transmissions_not_used);
     TEST(many_are_not_used);
     TEST(dialects_of_loops);
     TEST(free_base);

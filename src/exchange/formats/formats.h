@@ -30,8 +30,15 @@ typedef struct kmp_import {
 /** Classes of the parts of a foreign model that are not used. Mechanics acts always: it is an error unless the context
  * leaves it out by its name; then results have a warning and are not trustworthy. Parts act at times if a surface is
  * touched, a limit is reached, a controller is commanded: they are a warning of the reading and of all results, in a
- * strict context an error. Drawings and remarks are mentioned. */
-typedef enum kmp_part_class { KMP_PART_READ, KMP_PART_MECHANICS, KMP_PART_AT_TIMES, KMP_PART_REMARK } kmp_part_class;
+ * strict context an error. Drawings and remarks are mentioned. A part that is read WHOLE has words of a separate
+ * vocabulary, which its reader judges. */
+typedef enum kmp_part_class {
+    KMP_PART_READ,
+    KMP_PART_WHOLE,
+    KMP_PART_MECHANICS,
+    KMP_PART_AT_TIMES,
+    KMP_PART_REMARK
+} kmp_part_class;
 
 /* The conversions. Errors are in import->status. */
 #define KMP_FORMAT(outermost, ending, convert, name) void convert(kmp_import *import);

@@ -344,7 +344,7 @@ static void look(search *s, const kmp_element *element)
         kmp_part_class kind = class_of(s->im, element->name, e->name);
         if (kind == KMP_PART_READ)
             look(s, e);
-        else if (!is_nothing(e))
+        else if (kind != KMP_PART_WHOLE && !is_nothing(e))
             take(s, e, element->name, kind);
     }
 }

@@ -486,6 +486,63 @@ static void add_coupling(const robot *r, const kmp_element *coupling)
     kmp_import_coupler(im, coupling, name, count, joints, factors, 0);
 }
 
+/* -- transmissions ------------------------------------------------------------------------------------- */
+
+/* The reduction of a transmission, which different versions of ROS write at different places. */
+static double reduction_of(kmp_import *im, const kmp_element *transmission, const kmp_element *actuator)
+{
+    static const char *const keys[2] = {"mechanicalReduction", "mechanical_reduction"};
+    const kmp_element *const places[3] = {actuator, kmp_element_find(transmission, "joint"), transmission};
+    for (int k = 0; k < 6; k++)
+        if (kmp_element_text(places[k / 2], keys[k % 2]))
+            return kmp_import_read_number(im, places[k / 2], keys[k % 2], 1);
+    return 1;
+}
+
+/* Why a transmission is not a reduction between one motor and one joint; NULL: it is. */
+static const char *unlike_reduction(const kmp_element *transmission, const joint *j)
+{
+    const kmp_element *own = kmp_element_find(transmission, "joint"),
+                      *motor = kmp_element_find(transmission, "actuator");
+    const char *type = kmp_element_text(transmission, "type");
+    type = type ? type : kmp_element_text(transmission, "plugin");
+    if (!own)
+        return "it has no joint";
+    if (type && !strstr(type, "SimpleTransmission"))
+        return "it is not a reduction between one motor and one joint";
+    if (kmp_element_again(own) || (motor && kmp_element_again(motor)))
+        return "it has several joints or motors";
+    return j && is_single(j) && j->name ? NULL : "it moves no joint with one coordinate";
+}
+
+/* A motor that moves a joint by a reduction: the input ctrl_NAME, the effort of the motor, and the force NAME. */
+static void add_transmission(const robot *r, const kmp_element *e)
+{
+    kmp_import *im = r->im;
+    const kmp_element *motor = kmp_element_find(e, "actuator");
+    const char *own = kmp_element_text(e, "name"), *moved = kmp_element_text(kmp_element_find(e, "joint"), "name"),
+               *named = kmp_element_text(motor, "name");
+    const joint *j = moved ? joint_named(r, moved) : NULL;
+    const char *wrong = unlike_reduction(e, j), *name = kmp_import_clean(im, named ? named : own ? own : "motor");
+    if (!wrong && name && kmp_yaml_get(kmp_import_part(im, im->root, "forces", KMP_YAML_MAP), name))
+        wrong = "its motor has the name of another force";
+    if (wrong || !name) {
+        kmp_import_leave_out(im, e->place, KMP_PART_AT_TIMES, "transmission", "transmission '%s' is not used: %s",
+                             own ? own : "", wrong ? wrong : "");
+        return;
+    }
+    const bool slides = strcmp(j->type, "prismatic") == 0;
+    const double reduction = reduction_of(im, e, motor);
+    const char *input = kmp_arena_printf(im->arena, "ctrl_%s", name);
+    kmp_yaml *inputs = kmp_import_map(im, e->place), *force = kmp_import_map(im, e->place);
+    kmp_import_word(im, inputs, e->place, "unit", slides ? "N" : "N*m");
+    kmp_import_add(im, "inputs", e, input, inputs);
+    kmp_import_word(im, force, e->place, "joint", j->name);
+    kmp_import_word(im, force, e->place, slides ? "force" : "torque",
+                    reduction == 1 ? input : kmp_arena_printf(im->arena, "%.17g*%s", reduction, input));
+    kmp_import_add(im, "forces", e, name, force);
+}
+
 /* -- constraints of Drake ------------------------------------------------------------------------------ */
 
 /* A point of a link, of a frame, or of the world. */
@@ -531,5 +588,7 @@ void kmp_urdf_convert(kmp_import *im)
         add_gazebo(&r, e);
     for (const kmp_element *e = kmp_element_find(im->model, "coupling"); e; e = kmp_element_again(e))
         add_coupling(&r, e);
+    for (const kmp_element *e = kmp_element_find(im->model, "transmission"); e; e = kmp_element_again(e))
+        add_transmission(&r, e);
     kmp_drake_add(im, im->model, "", point_of, im);
 }

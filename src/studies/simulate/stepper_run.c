@@ -113,7 +113,8 @@ kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_optio
     KMP_MAKE(system->context, kempe_stepper, s);
     s->system = system;
     kempe_status status = kmp_spec_of(system, run, &s->arena, &s->spec);
-    s->spec.max_steps = s->spec.max_steps ? s->spec.max_steps : -1; /* monitored by the caller; t_end is far */
+    s->bounded = s->spec.max_steps == 0;
+    s->spec.max_steps = s->bounded ? -1 : s->spec.max_steps; /* t_end is far: the bound is of each advance */
     if (status == KEMPE_OK)
         status =
             kmp_made(system->context, KMP_ARENA_EACH(&s->arena, double, 3 * system->n + system->m, &s->row, &s->next));
@@ -200,8 +201,11 @@ static kempe_status advance(kempe_stepper *s, double t)
                         "t = %.9g s is not between here (%.9g s) and t_end = %g s", t, s->t, s->spec.t_end);
     if (t > s->t)
         status = follow_inputs(s, t);
+    if (s->bounded)
+        kmp_runner_bound_until(s->runner, t);
     while (status == KEMPE_OK && kmp_last_equal(kmp_runner_t(s->runner)) < t)
         status = kmp_runner_step(s->runner);
+    kmp_runner_bound_until(s->runner, 0);
     kempe_status stood = status == KEMPE_OK            ? stand_at(s, t)
                          : kmp_runner_ended(s->runner) ? stand_at(s, kmp_runner_t(s->runner))
                                                        : status;

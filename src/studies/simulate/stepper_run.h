@@ -15,6 +15,7 @@ struct kempe_stepper {
     bool keeps;         /* external inputs of the user's force are constant */
     bool samples;       /* the caller sets inputs of the model: no step goes beyond the requested time */
     bool given;         /* since the last step */
+    bool bounded;       /* the caller gave no number of steps: each advance is bounded by its progress */
     bool steps;         /* a call makes steps: the force function may not make others */
     double *row, *next; /* q, qd, qdd, lambda; the one being made */
     double work;        /* of non-conservative forces, at the row */
