@@ -229,10 +229,9 @@
 #define KMP_SLOPE_PARTS 1e-5
 /** Conditions whose zero is farther away than this time, in characteristic ones, have jumped past it. */
 #define KMP_SLOPE_JUMPED 1e-6
-/** A contact that closes within this time of its last impact, in characteristic ones, closes at the end of its
- * rebounds: derivatives with respect to its distance and rate then end there. Sequences of rebounds are ended before
- * their limit (KMP_IMPACT_SPACING of the run), some microseconds in runs of seconds. */
-#define KMP_SLOPE_SETTLED 1e-5
+/** Part of a run: a contact that closes within this time of its last impact closes at the end of its rebounds, which
+ * is before their limit (KMP_IMPACT_SPACING): derivatives with respect to its distance and rate then end there. */
+#define KMP_SLOPE_SETTLED 4e-6
 /** Rounding of derivatives, in sizes of coordinates over sizes of parameters. */
 #define KMP_SLOPE_ROUNDED 1e-10
 /** Part of a run: an impact that follows the one before it within this time ends their sequence. The way to the limit

@@ -801,14 +801,16 @@ static void take_all_next(kmp_forward_formulation *f, double t)
     f->resets = 0;
 }
 
-/* Adds terms to the derivatives of coordinate i by parameter k, and their sizes to the sums of sizes. */
-static void add_term(kmp_forward_formulation *f, int k, int i, double dq, double dqd)
+/* Adds the rate and the acceleration of coordinate i, times `swing`, to its derivatives by parameter k, and the sizes
+ * of these terms to the sums of sizes, at least by their rounding. */
+static void add_term(kmp_forward_formulation *f, int k, int i, double rate, double acceleration, double swing)
 {
     const int at = k * f->n + i;
-    f->dq[at] += dq;
-    f->dqd[at] += dqd;
-    f->span[at] += fabs(dq);
-    f->speed[at] += fabs(dqd);
+    const double usual = f->start.rate_scale * f->system->scale[i] * KMP_IMPACT_RATES / KMP_SLOPE_LOOSE;
+    f->dq[at] += rate * swing;
+    f->dqd[at] += acceleration * swing;
+    f->span[at] += (fabs(rate) + usual) * fabs(swing);
+    f->speed[at] += (fabs(acceleration) + usual * f->start.rate_scale) * fabs(swing);
 }
 
 /* Adds the rates of the place, and these accelerations, times f->swing to its derivatives. */
@@ -816,7 +818,7 @@ static void go_along(kmp_forward_formulation *f, const double *qdd)
 {
     for (int k = 0; k < f->count; k++)
         for (int i = 0; i < f->n && f->swing[k] != 0; i++)
-            add_term(f, k, i, f->qd[i] * f->swing[k], qdd[i] * f->swing[k]);
+            add_term(f, k, i, f->qd[i], qdd[i], f->swing[k]);
 }
 
 /* Next values and delayed signals that jump take part in the event of the run, before which the place is: they have its
@@ -1280,7 +1282,7 @@ static bool has_settled(const kmp_forward_formulation *f, const kmp_friction_run
                         const kmp_friction_element *e)
 {
     const kmp_friction_element *contact = e->contact ? e : e->base >= 0 ? &friction->element[e->base] : NULL;
-    return contact && !contact->struck && (f->start.t - contact->last) * f->start.rate_scale <= KMP_SLOPE_SETTLED;
+    return contact && !contact->struck && f->start.t - contact->last <= KMP_SLOPE_SETTLED * f->options->spec->t_end;
 }
 
 /* A row of friction holds its place, whose derivative stays as it is: `moved`. A closed contact stays closed only if
@@ -1346,7 +1348,7 @@ static int go_on_after_event(kmp_forward_formulation *f, const kmp_formulation_s
         begin_terms(f);
     for (int k = 0; f->passing && k < f->count; k++)
         for (int i = 0; i < f->n; i++)
-            add_term(f, k, i, -l->qd[i] * f->common[k], -l->qdd[i] * f->common[k]);
+            add_term(f, k, i, l->qd[i], l->qdd[i], -f->common[k]);
     for (int k = 0; f->passing && f->integrals && k < f->count; k++)
         y[2 * kmp_forward_blocks(f) + 1 + k] += (f->integrand_before - integrand_here(f)) * f->common[k];
     if (f->passing && (f->last_t != start->t || are_different(f, f->common, NULL))) {
