@@ -32,7 +32,7 @@ except ImportError:
     print("skipped: JAX or CasADi is not installed (pip install jax casadi, or KEMPE_OPTIMISER_PYTHON)")
     sys.exit(77)
 
-from written import FUNCTIONS, Written, command, listed, start_of  # noqa: E402
+from written import FUNCTIONS, KEMPE, Written, command, listed, start_of  # noqa: E402
 
 jax.config.update("jax_enable_x64", True)
 EQUAL, DERIVATIVES = 1e-12, 1e-9
