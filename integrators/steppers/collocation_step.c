@@ -293,19 +293,20 @@ static double estimate(kmp_collocation *s, double h, bool whole)
     return isfinite(error) ? fmax(error, ERROR_FLOOR) : INFINITY;
 }
 
-/* The largest estimate of a quadrature, as of the other unknowns. */
+/* The estimate of the quadratures, as of the other unknowns. */
 static double estimate_of_quadratures(const kmp_collocation *s, double h)
 {
     const double *filter = s->filter, *end = s->end;
-    double most = 0;
+    double squares = 0;
     for (int k = s->all; k < s->all + s->q; k++) {
         const double *rate = s->g + k * s->w;
         double sum = s->dy[s->all_p + k] * filter[KMP_END_SLOPE];
         for (int j = 0; j < s->s; j++)
             sum += rate[j] * end[j * s->w + KMP_END_SLOPE];
-        most = fmax(most, fabs(h * sum * s->per_scale[s->all_p + k]));
+        const double error = h * sum * s->per_scale[s->all_p + k];
+        squares += error * error;
     }
-    return most;
+    return sqrt(squares / fmax(s->q, 1));
 }
 
 void kmp_collocation_end(kmp_collocation *s, double h)
@@ -578,13 +579,17 @@ kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h
     }
     if (what == KMP_COLLOCATION_TAKEN && s->columns > 0)
         what = follow(s, shorter);
+    const kmp_ode *ode = &s->base.ode;
+    if (what == KMP_COLLOCATION_TAKEN && ode->integrands && kmp_collocation_in_lanes(s) &&
+        ode->integrands(ode->self, s->at, s->stage, s->f) != KMP_GO)
+        what = KMP_COLLOCATION_BAD_STAGE;
     if (what != KMP_COLLOCATION_TAKEN)
         return what;
     if (s->iteration == KMP_ITERATION_PICARD)
         find_lead(s, s->all);
     memcpy(s->g + s->all * s->w, s->f + end * s->w, (size_t)(s->q * s->w) * sizeof(double));
     *error = estimate(s, h, true);
-    if (s->base.ode.results)
+    if (ode->results)
         *error = fmax(*error, estimate_of_quadratures(s, h));
     return *error < 1 ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_ERROR;
 }

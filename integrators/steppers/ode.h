@@ -47,6 +47,10 @@ typedef struct kmp_ode {
     int quadratures; /* the last of y, on which f does not depend */
     bool results;    /* quadratures are results: their errors limit steps, too */
 
+    /** Slopes of the quadratures at the places of the last `lanes`, which leaves them out, into dy as there. Called
+     * once a step, when the stages are found. NULL: `lanes` has them. */
+    int (*integrands)(void *self, const double *t, const double *y, double *dy);
+
     /* Linear equations that follow a motion. Positions and rates then belong to the motion, n_m = positions /
      * (1 + followers) each, and after them to each of these columns x, with x'' = A (x, x') + b along the motion.
      * `lanes` gives only slopes of the motion, never KMP_APART. 0: none. */

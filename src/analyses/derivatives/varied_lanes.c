@@ -461,11 +461,12 @@ static void add_block(const kmp_varied_lanes *x, kmp_tangent_block block, const 
     add_transposed(t->start[block + 1] - t->start[block], t->entry + t->start[block], d, count, from, out);
 }
 
-/* b += the derivatives by parameters, weighted, in the rows from `row` on. */
-static KMP_CLONES void add_parameters(const kmp_varied_lanes *x, const double *value, int row, int count, double *b)
+/* b += the derivatives by parameters, weighted, in the rows from `row` on of p. */
+static KMP_CLONES void add_parameters(const kmp_varied_lanes *x, const double *value, int p, int row, int count,
+                                      double *b)
 {
     const kmp_slope_matrix *of = &x->v->slopes->equations;
-    int m = x->v->m, n = x->v->n, p = x->red.p;
+    int m = x->v->m, n = x->v->n;
     const double *part[] = {x->h, x->rate, x->curve};
     for (int e = 0; e < of->count; e++) {
         const kmp_tangent *y = &of->entry[e];
@@ -480,7 +481,7 @@ static KMP_CLONES void add_parameters(const kmp_varied_lanes *x, const double *v
 }
 
 /* qdd and the multipliers of the last run, then the tangents and the derivatives by parameters there. */
-static void differentiate(kmp_varied_lanes *x, const double **d, const double **by)
+static void differentiate(kmp_varied_lanes *x)
 {
     /* M X udd + C + M a0 */
     kmp_reduction_lanes_spread(&x->red, 1, x->udd, x->qdd);
@@ -490,13 +491,13 @@ static void differentiate(kmp_varied_lanes *x, const double **d, const double **
         AT(x->qdd, x->red.column[i]) += OF(x->a0, x->red.column[i]);
     kmp_lanes_set(x->tangent.lanes, KMP_IN_QDD, x->qdd);
     kmp_lanes_set(x->tangent.lanes, KMP_IN_LAMBDA, x->lambda);
-    *d = kmp_stage_lanes_run(&x->tangent, STAGE, x->t, x->q, x->qd);
-    *by = NULL;
+    x->d = kmp_stage_lanes_run(&x->tangent, STAGE, x->t, x->q, x->qd);
+    x->by = NULL;
     if (!x->slope.lanes)
         return;
     kmp_lanes_set(x->slope.lanes, KMP_IN_QDD, x->qdd);
     kmp_lanes_set(x->slope.lanes, KMP_IN_LAMBDA, x->lambda);
-    *by = kmp_stage_lanes_run(&x->slope, STAGE, x->t, x->q, x->qd);
+    x->by = kmp_stage_lanes_run(&x->slope, STAGE, x->t, x->q, x->qd);
 }
 
 /* Puts weights on columns of a (p) in rows from `row` on, of `count` vectors. */
@@ -507,15 +508,14 @@ static void put_rows(const kmp_varied_lanes *x, int row, int count, double *a)
                (size_t)(count * W) * sizeof *a);
 }
 
-/* Rows of the matrices, as kmp_linear_back has them from weights -X Mr^-1 e_k on the force. */
-static void find_rows(kmp_varied_lanes *x, const double *d, const double *by, int row, int count, double *a, double *b)
+/* From weights x->w on -udd the weights on changes of the equations, as kmp_linear_back has them from weights X Mr^-1 w
+ * on the force, and rows of a (NULL: not requested). */
+static void go_back(kmp_varied_lanes *x, int row, int count, double *a)
 {
     const kmp_sensitivity_equations *v = x->v;
+    const double *d = x->d;
     int p = x->red.p;
     size_t n = (size_t)(v->n * count * W) * sizeof(double);
-    memset(x->w, 0, (size_t)(p * count * W) * sizeof *x->w);
-    for (int k = 0; k < count; k++)
-        AT(x->w, (row + k) * count + k) -= 1;
     kmp_reduction_lanes_solve_mass(&x->red, count, x->w);
     kmp_reduction_lanes_spread(&x->red, count, x->w, x->weights);
     memset(x->wq, 0, n);
@@ -527,26 +527,49 @@ static void find_rows(kmp_varied_lanes *x, const double *d, const double *by, in
     kmp_reduction_lanes_pull(&x->red, count, -1, x->wqdd, x->curve);
     add_block(x, KMP_CURVE_QD, d, count, x->curve, x->wqd);
     add_block(x, KMP_CURVE_Q, d, count, x->curve, x->wq);
-    kmp_reduction_lanes_project(&x->red, count, x->wqd, x->w);
-    put_rows(x, row, count, a + (ptrdiff_t)(p * p) * W);
+    if (a) {
+        kmp_reduction_lanes_project(&x->red, count, x->wqd, x->w);
+        put_rows(x, row, count, a + (ptrdiff_t)(p * p) * W);
+    }
     kmp_reduction_lanes_pull(&x->red, count, -1, x->wqd, x->rate);
     add_block(x, KMP_RATE_Q, d, count, x->rate, x->wq);
-    kmp_reduction_lanes_project(&x->red, count, x->wq, x->w);
-    put_rows(x, row, count, a);
+    if (a) {
+        kmp_reduction_lanes_project(&x->red, count, x->wq, x->w);
+        put_rows(x, row, count, a);
+    }
     kmp_reduction_lanes_pull(&x->red, count, -1, x->wq, x->h);
-    if (by)
-        add_parameters(x, by, row, count, b);
+}
+
+static void find_rows(kmp_varied_lanes *x, int row, int count, double *a, double *b)
+{
+    int p = x->red.p;
+    memset(x->w, 0, (size_t)(p * count * W) * sizeof *x->w);
+    for (int k = 0; k < count; k++)
+        AT(x->w, (row + k) * count + k) -= 1;
+    go_back(x, row, count, a);
+    if (x->by && b)
+        add_parameters(x, x->by, p, row, count, b);
 }
 
 int kmp_varied_lanes_matrices(kmp_varied_lanes *x, double *a, double *b)
 {
     int p = x->red.p, said = complete(x);
-    const double *d, *by;
     if (said != KMP_GO)
         return said;
-    differentiate(x, &d, &by);
-    memset(b, 0, (size_t)(p * x->v->count * W) * sizeof *b);
+    differentiate(x);
+    if (b)
+        memset(b, 0, (size_t)(p * x->v->count * W) * sizeof *b);
     for (int row = 0; row < p; row += VECTORS)
-        find_rows(x, d, by, row, p - row < VECTORS ? p - row : VECTORS, a, b);
+        find_rows(x, row, p - row < VECTORS ? p - row : VECTORS, a, b);
     return KMP_GO;
+}
+
+void kmp_varied_lanes_weigh(kmp_varied_lanes *x, const double *weights, double *out)
+{
+    memset(out, 0, (size_t)(x->v->count * W) * sizeof *out);
+    for (int k = 0; k < x->red.p; k++)
+        AT(x->w, k) = -OF(weights, k);
+    go_back(x, 0, 1, NULL);
+    if (x->by)
+        add_parameters(x, x->by, 1, 0, 1, out);
 }

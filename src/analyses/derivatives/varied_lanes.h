@@ -36,6 +36,7 @@ typedef struct kmp_varied_lanes {
     double *weights, *wq, *wqd, *wqdd;     /* n: on forces, q, qd, qdd */
     double *h, *rate, *curve;              /* m */
     const double *mass, *jacobian;         /* of the last run */
+    const double *d, *by;                  /* of the last matrices: tangents, derivatives by parameters (NULL: none) */
 } kmp_varied_lanes;
 
 /** True if the equations of a system run in lanes here: vector registers, no user-defined force, no forces that depend
@@ -72,5 +73,10 @@ bool kmp_varied_lanes_last(const kmp_varied_lanes *lanes, double t, double *q);
 /** Predictions of positions begin at the place of a lane of the last run from now on. */
 void kmp_varied_lanes_anchor(const kmp_varied_lanes *lanes, int lane);
 
-/** The matrices at the places of the last run: a (p x 2 p), b (p x count), column-major. Results as of that. */
+/** The matrices at the places of the last run: a (p x 2 p), b (p x count; NULL: not requested), column-major. Results
+ * as of that. */
 int kmp_varied_lanes_matrices(kmp_varied_lanes *lanes, double *a, double *b);
+
+/** out (count) = b' weights (p), at the places of the last matrices, without b: for any number of parameters this takes
+ * as long as one row of the matrices. */
+void kmp_varied_lanes_weigh(kmp_varied_lanes *lanes, const double *weights, double *out);

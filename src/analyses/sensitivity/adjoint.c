@@ -75,11 +75,12 @@ typedef struct adjoint {
     double *wq, *wqd, *wqdd, *wlambda, *w, *wu;   /* n, n, n, m; n; p */
     double *matrix, *weights;                     /* p x 2 p; of the unknowns behind a map */
     kmp_changes_weight back;
-    bool known; /* the matrices in lanes belong to these times, and to this segment */
+    bool known;   /* the matrices in lanes belong to these times, and to this segment */
+    bool weighed; /* so do the slopes of the quadratures */
     double at_t[KMP_STAGE_LANES];
     double stood;                           /* time of the whole state at the end of the motion; NAN: it is left */
     double *stages;                         /* 2 p: u and ud, in lanes */
-    double *of_state, *of_parameters, *udd; /* in lanes: p x 2 p; p x count; p */
+    double *of_state, *by_parameters, *udd; /* in lanes: p x 2 p; count; p */
 } adjoint;
 
 /* -- the stored motion ------------------------------------------------------------------------------- */
@@ -300,7 +301,7 @@ static int place_stages(adjoint *a, const double *back)
         t[l] = fmin(fmax(a->options->spec->t_end - back[l], a->first->from), a->last->to);
     if (a->known && memcmp(t, a->at_t, sizeof t) == 0)
         return KMP_GO;
-    a->known = false;
+    a->known = a->weighed = false;
     for (size_t l = 0; l < W; l++) {
         recall(a, step_at(a, t[l]), t[l], a->state);
         for (size_t i = 0; i < 2 * p; i++)
@@ -308,7 +309,7 @@ static int place_stages(adjoint *a, const double *back)
     }
     int said = kmp_varied_lanes_run(a->options->lanes, true, t, a->stages, a->stages + p * W, a->udd);
     if (said == KMP_GO)
-        said = kmp_varied_lanes_matrices(a->options->lanes, a->of_state, a->of_parameters);
+        said = kmp_varied_lanes_matrices(a->options->lanes, a->of_state, NULL);
     if (said != KMP_GO)
         return said;
     memcpy(a->at_t, t, sizeof t);
@@ -335,16 +336,25 @@ static bool is_last_stage(const adjoint *a, double back)
 }
 
 /* The slopes there, by the matrices of that lane. */
-static void recall_stage(const adjoint *a, const double *y, double *dy)
+static void recall_stage(adjoint *a, const double *y, double *dy)
 {
     int p = a->p;
-    for (int c = 0; c < 2 * p + a->count; c++) {
-        const double *of =
-            c < 2 * p ? a->of_state + (ptrdiff_t)(c * p) * W : a->of_parameters + (ptrdiff_t)((c - 2 * p) * p) * W;
-        dy[c] = c < p || c >= 2 * p ? 0 : y[c - p];
+    if (!a->weighed) {
+        for (int k = 0; k < p * W; k++)
+            a->udd[k] = y[p + k / W];
+        kmp_varied_lanes_weigh(a->options->lanes, a->udd, a->by_parameters);
+    }
+    for (int c = 0; c < 2 * p; c++) {
+        const double *of = a->of_state + (ptrdiff_t)(c * p) * W;
+        dy[c] = c < p ? 0 : y[c - p];
         for (int k = 0; k < p; k++)
             dy[c] += of[k * W + W - 1] * y[p + k];
     }
+    int last = W - 1; /* the first lane there is a stage */
+    while (last > 0 && !(a->at_t[last - 1] > a->at_t[W - 1]))
+        last--;
+    for (int c = 0; c < a->count; c++)
+        dy[2 * p + c] = a->by_parameters[c * W + last];
 }
 
 static int rhs_of_stages(void *self, const double *t, const double *y, double *dy)
@@ -356,7 +366,18 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     multiply_transposed(p, 2 * p, a->of_state, y + rates, dy);
     for (int k = 0; k < rates; k++)
         dy[rates + k] += y[k];
-    multiply_transposed(p, a->count, a->of_parameters, y + rates, dy + 2 * rates);
+    return KMP_GO;
+}
+
+static int integrands_of_stages(void *self, const double *t, const double *y, double *dy)
+{
+    adjoint *a = self;
+    const int rates = a->p * W, said = place_stages(a, t);
+    if (said != KMP_GO)
+        return said;
+    kmp_varied_lanes_weigh(a->options->lanes, y + rates, a->by_parameters);
+    memcpy(dy + 2 * rates, a->by_parameters, (size_t)(a->count * W) * sizeof *dy);
+    a->weighed = true;
     return KMP_GO;
 }
 
@@ -461,13 +482,14 @@ static kempe_status add_lanes(adjoint *a)
         return KEMPE_OK;
     kmp_varied_lanes_begin(a->options->lanes);
     a->ode.lanes = rhs_of_stages;
+    a->ode.integrands = integrands_of_stages;
     a->ode.width = W;
     a->ode.cycles_of_step =
         kmp_varied_lanes_cycles(a->options->lanes) + kmp_varied_lanes_matrix_cycles(a->options->lanes);
     return kmp_made(a->v->system->context,
                     KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, 2 * p * W, &a->stages), KMP_ROOM(double, p *W, &a->udd),
                                    KMP_ROOM(double, 2 * p * p * W, &a->of_state),
-                                   KMP_ROOM(double, p *count *W, &a->of_parameters)));
+                                   KMP_ROOM(double, count *W, &a->by_parameters)));
 }
 
 /* Ends the integrator, with its work. */
