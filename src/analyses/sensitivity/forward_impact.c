@@ -9,8 +9,8 @@
  * (integrators/impact) has found the rows that act. They may depend on each other; the change of the rates is unique
  * where the rates are. This is the saltation matrix of a mechanism with closures (Leine and Nijmeijer, Dynamics and
  * Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7). */
-#include "analyses/sensitivity/forward.h"
-#include "analyses/sensitivity/forward_inside.h"
+#include "analyses/sensitivity/forward_impact.h"
+#include "analyses/sensitivity/forward_changes.h"
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The formulation of a motion with sensitivities, for forward.c and forward_delays.c.
+/* The formulation of a motion with sensitivities, for forward.c and its parts.
  *
  * Unknowns: u and its sensitivities, p each, then ud and its, then the integral and its. The place is a state with all
  * of its sensitivities, stored before the unknowns change their meaning.
@@ -76,28 +76,6 @@ typedef struct kmp_forward_formulation {
     bool follows;                            /* an event with states came just before it */
 } kmp_forward_formulation;
 
-/** Makes room for columns. False: no memory. */
-bool kmp_forward_make_columns(kmp_forward_formulation *f, int most);
-
-/** Takes another number of columns, and what depends on it. */
-void kmp_forward_set_columns(kmp_forward_formulation *f, int count);
-
-/** The unknowns with which a motion without sensitivities, at (t, y), passes an event: with the columns of a map, which
- * begins if a step has ended since the last one. NULL: the reason is reported. The second function ends it: reports the
- * map, and puts the motion behind the event into y. */
-double *kmp_forward_map_begin(kmp_forward_formulation *f, double t, const double *y);
-int kmp_forward_map_end(kmp_forward_formulation *f, double *y);
-
-/** Begins the map of the start, with the columns of parameters in the place. False: no memory. */
-bool kmp_forward_map_begin_start(kmp_forward_formulation *f);
-
-/** Ends the motion, with the reason. */
-int kmp_forward_halt(kmp_forward_formulation *f, const char *format, ...) __attribute__((format(printf, 2, 3)));
-
-/** Converts the derivatives of the rates in the place, along an event, from those before it to those after it, qd (n).
- * KMP_HALT: there are none, with the reason. */
-int kmp_forward_strike(kmp_forward_formulation *f, const kmp_formulation_start *start);
-
 static inline int kmp_forward_blocks(const kmp_forward_formulation *f)
 {
     return f->width * (1 + f->count);
@@ -107,3 +85,50 @@ static inline kmp_evaluator *kmp_forward_eval(const kmp_forward_formulation *f)
 {
     return f->v->linear.eval;
 }
+
+/** The coordinates that are unknowns. */
+static inline const int *kmp_forward_unknowns(const kmp_forward_formulation *f)
+{
+    return f->zone ? f->every : f->v->linear.part.u;
+}
+
+static inline size_t kmp_forward_chart_bytes(const kmp_forward_formulation *f)
+{
+    return (size_t)(KMP_CHART_SIZE * f->system->chart_count) * sizeof(double);
+}
+
+static inline size_t kmp_forward_mode_bytes(const kmp_forward_formulation *f)
+{
+    return (size_t)f->system->events.count * sizeof(double);
+}
+
+/** True if condition k differs there. The branch of a kink is none: nothing jumps with it. */
+static inline bool kmp_forward_mode_differs(const kmp_forward_formulation *f, int k, const double *mode)
+{
+    return !f->system->events.condition[k].kink && (f->mode[k] != 0) != (mode[k] != 0);
+}
+
+/* -- forward.c ------------------------------------------------------------------------------------------ */
+
+/** Makes room for columns. False: no memory. */
+bool kmp_forward_make_columns(kmp_forward_formulation *f, int most);
+
+/** The first condition that differs there; -1: none. */
+int kmp_forward_first_other_mode(const kmp_forward_formulation *f, const double *mode);
+
+/** Takes the state at (t, y), with the data of small changes unless linear.plain. KMP_GO or KMP_RETRY. */
+int kmp_forward_come_to(kmp_forward_formulation *f, double t, const double *y);
+
+/** y, except integrals, from the place. */
+void kmp_forward_pack(kmp_forward_formulation *f, double *y);
+
+/** Puts the whole mechanism at (t, y) into the place. */
+int kmp_forward_spread(kmp_forward_formulation *f, double t, const double *y);
+
+/** Converts the place to the evaluator's charts, in which it is (q, qd). */
+void kmp_forward_enter_charts(kmp_forward_formulation *f, const double *q, const double *qd);
+
+bool kmp_forward_charts_differ(const kmp_forward_formulation *f, const double *chart);
+
+/** Chooses other independent coordinates at the place, in the evaluator's state: as many, again. */
+int kmp_forward_choose_anew(kmp_forward_formulation *f, double *y);

@@ -4,8 +4,7 @@
  * sensitivities by each parameter, each u and ud, and each distance at which friction is held. The formulation passes
  * the event with them as it does with sensitivities (forward.c): the columns behind it are the map. Several events at
  * one time have one map, because the time of an event may depend on the event before. */
-#include "analyses/sensitivity/forward.h"
-#include "analyses/sensitivity/forward_inside.h"
+#include "analyses/sensitivity/forward_map.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"

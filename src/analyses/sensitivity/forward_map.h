@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Maps of a motion without sensitivities, for the adjoint method. */
+#pragma once
+
+#include "analyses/sensitivity/forward_inside.h"
+
+/** Takes another number of columns, and what depends on it. */
+void kmp_forward_set_columns(kmp_forward_formulation *f, int count);
+
+/** The unknowns with which a motion without sensitivities, at (t, y), passes an event: with the columns of a map, which
+ * begins if a step has ended since the last one. NULL: the reason is reported. The second function ends it: reports the
+ * map, and puts the motion behind the event into y. */
+double *kmp_forward_map_begin(kmp_forward_formulation *f, double t, const double *y);
+int kmp_forward_map_end(kmp_forward_formulation *f, double *y);
+
+/** Begins the map of the start, with the columns of parameters in the place. False: no memory. */
+bool kmp_forward_map_begin_start(kmp_forward_formulation *f);
