@@ -47,7 +47,7 @@ static kempe_status make_room(kempe_workspace *ws, int count)
     kmp_state_derivatives *d = ws->derivatives.self;
     if (count <= d->paths)
         return KEMPE_OK;
-    const size_t state = (size_t)(3 * ws->n + ws->m);
+    const size_t state = 3 * (size_t)ws->n + (size_t)ws->m;
     double *path = kmp_realloc(d->path, state * (size_t)count + 3 * (size_t)ws->n, sizeof *path);
     if (!path) {
         (void)kmp_workspace_fail(ws, "out of memory");
