@@ -398,13 +398,13 @@ static void forces_of_slip(const char *method, const char *integrator)
                        "kempe: 1\nparameters: {mu: 0.4, m: 2}\n"
                        "gravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\n"
                        "bodies: {block: {joint: {name: b, %s, at: ground}, mass: m, inertia: {zz: 1}, "
-                       "points: {P: [0, 0, 0]}}}\n%sstart: {qd: {%s: 3}}\n",
-                       law == 2 ? "planar: z" : "prismatic: x", laws[law], law == 2 ? "b.1" : "b");
-        (void)snprintf(outputs, sizeof outputs, "lambda(%s),force(%s)", f, f);
+                       "points: {P: [0, 0, 0]}}}\n%ssensors: {s: lambda(%s.1)}\nstart: {qd: {%s: 3}}\n",
+                       law == 2 ? "planar: z" : "prismatic: x", laws[law], f, law == 2 ? "b.1" : "b");
+        (void)snprintf(outputs, sizeof outputs, "lambda(%s),force(%s),sensor(s)", f, f);
         kempe_context *c = kempe_context_new();
         kempe_sensitivity *early = sensitivity_of(method, c, text, outputs, integrator, 0.5, 0),
                           *whole = sensitivity_of(method, c, text, outputs, integrator, 1.5, 1);
-        for (int k = 0; early && whole && k < 2; k++) {
+        for (int k = 0; early && whole && k < 3; k++) {
             const int last = early->rows - 1;
             CHECK_NEAR(kmp_sensitivity_value(early, last, k), -mu * m * g, 1e-9);
             CHECK_NEAR(kmp_sensitivity_slope(early, last, k, 0), -m * g, 1e-9);
