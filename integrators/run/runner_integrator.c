@@ -221,6 +221,8 @@ kempe_status kmp_runner_make_integrator(kmp_runner *run)
     c->trial = KMP_TRIAL_LATER;
     c->next = c->patience - MEASURED;
     run->kind = kmp_runner_begins_with(run);
+    if (ode->n == 0 && !run->kind->dae && !run->kind->lanes) /* vectors of SUNDIALS have at least one value */
+        run->kind = kmp_solver_find("dop853");
     run->solver = new_solver(run, run->kind);
     if (!run->solver)
         return KEMPE_E_FAILED;

@@ -229,9 +229,10 @@ def _fill(struct: Any, plan: _Plan, values: Mapping[str, Any], keep: list[Any]) 
     if plan.size:
         struct.size = plan.size
     for name, inner in plan.nested.items():
-        keep.append(ffi.new(inner.pointer))
-        _fill(keep[-1], inner, values, keep)
-        setattr(struct, name, keep[-1])
+        made = ffi.new(inner.pointer)
+        keep.append(made)
+        _fill(made, inner, values, keep)  # this keeps texts, too
+        setattr(struct, name, made)
     for key, value in values.items():
         write = plan.members.get(key)
         if write is not None and value is not None:

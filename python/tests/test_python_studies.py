@@ -842,6 +842,18 @@ def test_sensitivity_is_the_slope(four_bar):
     assert found.method == "forward" and found.work["steps"] > 0 and found.parameters["parameter"][0] == "crank_mass"
 
 
+def test_texts_among_the_options_of_a_run(four_bar):
+    """Texts and numbers of the run inside the options of a study reach it, in any order."""
+    for integrator in ("dop853", "radau9"):
+        found = four_bar.sensitivity(integrator=integrator, t_end=0.1, parameters="crank", outputs="q(rocker)", independent="crank", rtol=1e-7)
+        assert f"integrator {integrator}" in found.text() and "rtol 1e-07" in found.text()
+    flows = [four_bar.flow(0.1, variables="crank", outputs="q(rocker)", rtol=1e-11, integrator=name)() for name in ("dop853", "radau9")]
+    np.testing.assert_allclose(flows[0].jacobian, flows[1].jacobian, rtol=1e-8)
+    assert not np.array_equal(flows[0].jacobian, flows[1].jacobian)
+    with pytest.raises(kempe.ArgumentError, match="'rk45'"):
+        four_bar.fit(data={"t": [0, 0.1], "q(crank)": [0, 0.1]}, parameters="crank_mass", integrator="rk45")
+
+
 def test_flow_through_an_impact():
     """A ball that falls from x, strikes at t0 and rebounds, at t = 0.2 and 0.7 s: by closed forms."""
     model = kempe.Model.from_text(

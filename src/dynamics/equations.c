@@ -551,6 +551,7 @@ static bool init_tree(kmp_equations *eq, const kmp_derivation_request *request, 
         if (kmp_force_has_modes(&eq->model->forces[k]))
             (void)kmp_friction_find(tree, &eq->model->forces[k]);
     tree->settled = request->modes_alone;
+    tree->friction_in_place = request->friction_in_place;
     tree->given_delays = request->given_delays;
     return !kmp_graph_failed(eq->graph);
 }

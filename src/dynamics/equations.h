@@ -76,6 +76,7 @@ typedef struct kmp_derivation_request {
     kmp_events *events;          /* conditions as inputs, appended to those present; NULL: evaluated in place */
     bool given_delays;           /* the caller sets the states of continuous delays, which have no rate */
     bool modes_alone;            /* of conditions, only the modes of friction are inputs, in the order of the forces */
+    bool friction_in_place;      /* the force of friction that sticks is a function of its mode and the state */
 } kmp_derivation_request;
 
 typedef struct kmp_equations {

@@ -382,6 +382,53 @@ static void refuse(const char *text, kempe_sensitivity_options options, const ch
     kempe_context_free(c);
 }
 
+/* A block slides from 3 m/s until it rests at 3/(mu g): while it slips its friction is -mu m g, and the impulse of the
+ * friction up to its rest is -3 m. By a force, and by a contact. At rest there is nothing to integrate (erk). */
+static void forces_of_slip(const char *method, const char *integrator)
+{
+    static const char *const laws[] = {"forces: {f: {joint: b, friction: {force: mu*m*9.81}}}\n",
+                                       "forces: {f: {sliding: q(b) - 0*t, friction: {force: mu*m*9.81}}}\n",
+                                       "contacts: {n: {point: block.P, on: {plane: ground.O, normal: y}, "
+                                       "restitution: 0, friction: mu}}\n"};
+    const double mu = 0.4, m = 2, g = 9.81;
+    for (int law = 0; law < 3; law++) {
+        char text[800], outputs[80];
+        const char *f = law == 2 ? "n_friction" : "f";
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\nparameters: {mu: 0.4, m: 2}\n"
+                       "gravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\n"
+                       "bodies: {block: {joint: {name: b, %s, at: ground}, mass: m, inertia: {zz: 1}, "
+                       "points: {P: [0, 0, 0]}}}\n%ssensors: {s: lambda(%s.1)}\nstart: {qd: {%s: 3}}\n",
+                       law == 2 ? "planar: z" : "prismatic: x", laws[law], f, law == 2 ? "b.1" : "b");
+        (void)snprintf(outputs, sizeof outputs, "lambda(%s),force(%s),sensor(s)", f, f);
+        kempe_context *c = kempe_context_new();
+        kempe_sensitivity *early = sensitivity_of(method, c, text, outputs, integrator, 0.5, 0),
+                          *whole = sensitivity_of(method, c, text, outputs, integrator, 1.5, 1);
+        for (int k = 0; early && whole && k < 3; k++) {
+            const int last = early->rows - 1;
+            CHECK_NEAR(kmp_sensitivity_value(early, last, k), -mu * m * g, 1e-9);
+            CHECK_NEAR(kmp_sensitivity_slope(early, last, k, 0), -m * g, 1e-9);
+            CHECK_NEAR(kmp_sensitivity_slope(early, last, k, 1), -mu * g, 1e-9);
+            CHECK_NEAR(kmp_sensitivity_value(whole, whole->rows - 1, k), -3 * m, 1e-9);
+            CHECK_NEAR(kmp_sensitivity_slope(whole, whole->rows - 1, k, 0), 0, 1e-8);
+            CHECK_NEAR(kmp_sensitivity_slope(whole, whole->rows - 1, k, 1), -3, 1e-8);
+        }
+        CHECK(early && whole);
+        kempe_sensitivity_free(early);
+        kempe_sensitivity_free(whole);
+        kempe_context_free(c);
+    }
+}
+
+static void loads_in_slip(void)
+{
+    static const char *const integrators[] = {"dop853", "erk", "radau", "radau9"};
+    for (int k = 0; k < 4; k++) {
+        forces_of_slip("forward", integrators[k]);
+        forces_of_slip("adjoint", integrators[k]);
+    }
+}
+
 static void what_is_refused(void)
 {
     static const char plastic[] =
@@ -424,6 +471,7 @@ int main(void)
     TEST(fast_at_rest);
     TEST(corrected_rates);
     TEST(loads_at_rest);
+    TEST(loads_in_slip);
     TEST(what_is_refused);
     return check_report();
 }

@@ -6,10 +6,12 @@
 #include "base/memory.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
+#include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "linalg/dense/dot.h"
+#include "model/data/closure_table.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"
 #include "symbolic/derivative.h"
@@ -224,12 +226,42 @@ static bool add_values(gather *g)
     return g->of && add_state(g) && add_parameters(g);
 }
 
+/* The friction that sticks of a row of the system; NULL: another closure. */
+static const kmp_force *friction_of_row(const kempe_system *s, int row)
+{
+    const kmp_closure *closure = &s->model->closures[s->rows[row].closure];
+    return kmp_closure_is_friction(closure) ? &s->model->forces[closure->force] : NULL;
+}
+
+static int count_friction(const kempe_system *s, int from)
+{
+    int count = 0;
+    for (int r = from; r < s->m; r++)
+        count += friction_of_row(s, r) != NULL;
+    return count;
+}
+
+int kmp_slopes_friction(const kmp_slopes *slopes, int row)
+{
+    const kempe_system *s = slopes->system;
+    return friction_of_row(s, row) ? slopes->shown - count_friction(s, row) : -1;
+}
+
+/* The outputs of the model, then the forces of friction that sticks, in the order of its rows: while it slips the
+ * multiplier of the row is zero. */
 static bool add_outputs(gather *g)
 {
-    g->s->shown = g->of_count = g->eq.shown_count;
+    const kempe_system *s = g->s->system;
+    const int friction = count_friction(s, 0);
+    g->s->shown = g->of_count = g->eq.shown_count + friction;
     g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, g->of_count);
-    for (int i = 0; g->of && i < g->of_count; i++)
+    for (int i = 0; g->of && i < g->eq.shown_count; i++)
         g->of[i] = g->eq.shown[i];
+    for (int r = 0, i = g->eq.shown_count; g->of && r < s->m && friction > 0; r++) {
+        const kmp_force *force = friction_of_row(s, r);
+        if (force)
+            g->of[i++] = kmp_friction_force(&g->eq.tree, &g->eq.model->forces[force - s->model->forces]);
+    }
     return add_values(g);
 }
 
@@ -305,7 +337,7 @@ static kempe_status derive_for_slopes(kmp_equations *eq, const kempe_system *sys
 {
     *events = system->events;
     const kmp_derivation_request scene = {
-        .sets = sets, .scheme = KMP_SCHEME_COMPOSITE, .events = events, .charted = true};
+        .sets = sets, .scheme = KMP_SCHEME_COMPOSITE, .events = events, .charted = true, .friction_in_place = true};
     return kmp_equations_derive(eq, system->model, &scene);
 }
 

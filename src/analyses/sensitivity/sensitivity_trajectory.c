@@ -12,6 +12,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/steppers/solver.h"
+#include "model/data/closure_table.h"
 #include "model/data/model.h"
 #include "output/print.h"
 #include "output/reference.h"
@@ -77,9 +78,18 @@ static kempe_status choose_integrator(work *w, kempe_run_options *run)
     return kmp_fail_text(s->context, KEMPE_E_ARGUMENT, &sentence);
 }
 
-static const kmp_column *source_of(const work *w, int column)
+static kmp_column *source_of(const work *w, int column)
 {
     return &w->s->outputs.of[w->s->chosen[column]];
+}
+
+/* A multiplier of friction that sticks is its force in every mode, which is among the outputs of the equations. */
+static bool is_of_friction(const work *w, int column)
+{
+    const kempe_system *s = w->s->system;
+    const kmp_column *of = source_of(w, column);
+    return of->quantity == KMP_QUANTITY_LAMBDA &&
+           kmp_closure_is_friction(&s->model->closures[s->rows[of->index].closure]);
 }
 
 static kempe_status prepare(work *w)
@@ -102,8 +112,13 @@ static kempe_status prepare(work *w)
         return KEMPE_OK;
     bool shown = false;
     for (int c = 0; c < s->columns; c++)
-        shown = shown || source_of(w, c)->quantity == KMP_QUANTITIES;
+        shown = shown || source_of(w, c)->quantity == KMP_QUANTITIES || is_of_friction(w, c);
     KMP_TRY(kmp_slopes_new(s->system, w->spec.backend, s->count, (const char *const *)s->name, shown, &w->slopes));
+    for (int c = 0; c < s->columns; c++)
+        if (is_of_friction(w, c)) {
+            source_of(w, c)->index = kmp_slopes_friction(w->slopes, source_of(w, c)->index);
+            source_of(w, c)->quantity = KMP_QUANTITIES;
+        }
     KMP_TRY(kmp_sensitivity_equations_init(&w->varied, s->system, w->spec.backend, w->slopes));
     kmp_linear_derive(&w->varied.linear);
     bool lanes = kmp_solver_find(w->spec.integrator)->lanes && kmp_varied_lanes_can(&w->varied);

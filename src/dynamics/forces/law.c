@@ -101,15 +101,16 @@ static void apply_friction(kmp_forces *forces, const kmp_tree *tree, const kmp_f
 }
 
 /* The value of the output is the multiplier of the element's row: a run puts the friction of every mode there. If modes
- * are the only inputs of conditions, there is no run. The static level has no part in the effort, but its conditions
- * are among the conditions of the law. */
+ * are the only inputs of conditions, there is no run, and a derivative needs the force itself. The static level has no
+ * part in the effort, but its conditions are among the conditions of the law. */
 static void stick_and_slip(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                            kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
     kmp_ref slip = kmp_mul(g, kmp_friction_sense(tree, force), kmp_friction_level(tree, force));
     kmp_ref effort = kmp_sub(g, kmp_friction_input(tree, force, KMP_ROLE_GIVEN), slip);
-    *value = tree->settled ? kmp_friction_force(tree, force) : kmp_tree_multiplier(tree, force->closure, 0);
+    *value = tree->settled || tree->friction_in_place ? kmp_friction_force(tree, force)
+                                                      : kmp_tree_multiplier(tree, force->closure, 0);
     (void)kmp_friction_value(tree, &(kmp_condition){.of = force, .role = KMP_ROLE_STATIC});
     apply_friction(forces, tree, force, effort);
     if (energy & KMP_ENERGY_POWER)

@@ -2,6 +2,7 @@
 /* Numbers and expressions of the model as nodes of the graph. */
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "base/clones.h"
+#include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
@@ -440,6 +441,15 @@ KMP_NOINLINE static kmp_ref table_of(const kmp_tree *tree, const kmp_expr *e)
     return e->b ? kmp_tree_surface(tree, e, x, y) : kmp_tree_table(tree, e, x);
 }
 
+/* In an output the multiplier of friction that sticks is its force in every mode. */
+static kmp_ref multiplier(const kmp_tree *tree, int closure, int component)
+{
+    const kmp_closure *c = &tree->model->closures[closure];
+    const bool whole = tree->settled && tree->friction_in_place && kmp_closure_is_friction(c);
+    return whole ? kmp_friction_force(tree, &tree->model->forces[c->force])
+                 : kmp_tree_multiplier(tree, closure, component);
+}
+
 kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_graph *g = tree->graph;
@@ -463,7 +473,7 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
         if (e->measure)
             return tree_measure(tree, e->measure, e->number);
         return e->number < 0 ? size_of_force(tree, e)
-                             : kmp_tree_multiplier(tree, e->index, kmp_tree_kept(tree, e->index, e->number));
+                             : multiplier(tree, e->index, kmp_tree_kept(tree, e->index, e->number));
     case KMP_EXPR_UNKNOWN:
         return kmp_tree_unknown(tree, e);
     case KMP_EXPR_PLACE:

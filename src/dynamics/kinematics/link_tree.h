@@ -115,19 +115,20 @@ typedef struct kmp_tree {
     kmp_turn *turn;
     kmp_time_seeds *seeds;
     kmp_vec gravity;
-    const kmp_ref *place; /* 3: the values of x, y, z in expressions; NULL: they have none */
-    kmp_ref *unknown;     /* KMP_UNKNOWNS_MOST for each group of the model: their values, once used; of a named
-                             expression the second is the one with conditions for its kinks; NULL: not kept */
-    bool *solved;         /* of each group: its values are present */
-    int solving;          /* whose equations are being written, from 1; 0: none */
-    kmp_events *events;   /* NULL: conditions are evaluated in place */
-    bool kinks;           /* abs, min and max are conditions: in laws of forces */
-    bool watches;         /* places where functions begin to count are conditions: in laws and in rows of closures */
-    bool bends;           /* they are conditions as comparisons are: in rows of closures, whose J jumps with them */
-    bool settled;         /* no further condition becomes an event: a new one is evaluated in place */
-    bool given_delays;    /* states of continuous delays have no rate */
-    kmp_noted *noted;     /* of the graph; present with `events` */
-    kmp_table_uses *uses; /* of outputs; NULL: they are not noted */
+    const kmp_ref *place;   /* 3: the values of x, y, z in expressions; NULL: they have none */
+    kmp_ref *unknown;       /* KMP_UNKNOWNS_MOST for each group of the model: their values, once used; of a named
+                               expression the second is the one with conditions for its kinks; NULL: not kept */
+    bool *solved;           /* of each group: its values are present */
+    int solving;            /* whose equations are being written, from 1; 0: none */
+    kmp_events *events;     /* NULL: conditions are evaluated in place */
+    bool kinks;             /* abs, min and max are conditions: in laws of forces */
+    bool watches;           /* places where functions begin to count are conditions: in laws and in rows of closures */
+    bool bends;             /* they are conditions as comparisons are: in rows of closures, whose J jumps with them */
+    bool settled;           /* no further condition becomes an event: a new one is evaluated in place */
+    bool friction_in_place; /* the force of friction that sticks is derived: no run puts it among the multipliers */
+    bool given_delays;      /* states of continuous delays have no rate */
+    kmp_noted *noted;       /* of the graph; present with `events` */
+    kmp_table_uses *uses;   /* of outputs; NULL: they are not noted */
     /* The force or the moment of a closure by its multipliers; NULL: there are none. */
     kmp_vec (*reaction)(const struct kmp_tree *tree, int closure, bool moment);
     struct kmp_joint_loads *loads; /* of its joints (dynamics/joint_loads.h); NULL: they are not known */
