@@ -234,6 +234,9 @@
 #define KMP_SLOPE_SETTLED 4e-6
 /** Rounding of derivatives, in sizes of coordinates over sizes of parameters. */
 #define KMP_SLOPE_ROUNDED 1e-10
+/** Tolerances of the adjoint method are of the weights at the end of the motion, which are at least this part of the
+ * size of the target. */
+#define KMP_ADJOINT_REACH 1e-2
 /** Part of a run: an impact that follows the one before it within this time ends their sequence. The way to the limit
  * of the sequence is then below rounding of most positions, its square. */
 #define KMP_IMPACT_SPACING 2e-7

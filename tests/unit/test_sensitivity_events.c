@@ -283,6 +283,38 @@ static void fast_at_rest(void)
     }
 }
 
+/* The integral of a rate up to the rest of a pendulum on a floor, where the weights of the rate are rounding:
+ * tolerances of their size have no end. Both methods agree on the place where it rests. */
+static void rest_of_a_pendulum(void)
+{
+    static const char text[] =
+        "kempe: 1\ngravity: [0,0,-9.81]\nparameters: {L: 0.6, e: 0.5, hgt: -0.35, w: 2.5}\n"
+        "ground: {points: {O: [0,0,0], F: [0,0,hgt]}}\nbodies: {p: {joint: {spherical: x, name: s, at: ground.O}, "
+        "mass: 1.2, com: [L,0,0], inertia: {xx: 0.01, yy: 0.05, zz: 0.06}, points: {T: [L,0,0]}}}\n"
+        "contacts: {floor: {sphere: p.T, radius: 0.05, on: {plane: ground.F, normal: z}, restitution: e}}\n"
+        "start: {qd: {s.1: 1, s.2: 0.2, s.3: w}}\n";
+    kempe_context *c = kempe_context_new();
+    kempe_sensitivity *found[2] = {NULL, NULL};
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read_text(c, text, "model.yaml", &model) == KEMPE_OK);
+    for (int k = 0; model && k < 2; k++) {
+        kempe_run_options run = {.rtol = 1e-10, .t_end = 2.5, .output_step = 2.5, .integrator = "radau9"};
+        run.no_convergence_check = 1;
+        run.max_steps = 100000;
+        const kempe_sensitivity_options ask = {
+            .outputs = "velocity(p.T)", .method = methods[k], .integral = 1, .run = &run};
+        CHECK(kempe_sensitivity_new(model, &ask, &found[k]) == KEMPE_OK);
+    }
+    for (int j = 0; found[0] && found[1] && j < 3; j++)
+        for (int i = 0; i < 4; i++)
+            CHECK_NEAR(kmp_sensitivity_slope(found[1], 0, j, i), kmp_sensitivity_slope(found[0], 0, j, i), 1e-7);
+    CHECK_NEAR(found[1] ? kmp_sensitivity_slope(found[1], 0, 2, 2) : NAN, 1, 1e-8); /* the height of the floor */
+    for (int k = 0; k < 2; k++)
+        kempe_sensitivity_free(found[k]);
+    kempe_model_free(model);
+    kempe_context_free(c);
+}
+
 /* -- forces by loads --------------------------------------------------------------------------------------- */
 
 /* A five-bar linkage whose start gives the rate of one crank, with a force by the load of its loop: derivatives of the
@@ -469,6 +501,7 @@ int main(void)
     TEST(mixed);
     TEST(a_sequence_ends);
     TEST(fast_at_rest);
+    TEST(rest_of_a_pendulum);
     TEST(corrected_rates);
     TEST(loads_at_rest);
     TEST(loads_in_slip);

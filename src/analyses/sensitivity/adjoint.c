@@ -643,6 +643,19 @@ static bool make_room(adjoint *a)
         KMP_ROOM(double, 2 * n * n, &a->matrix));
 }
 
+/* The size of the target by its gradient, before the response of the mechanism, and by its value: weights at the end
+ * may be rounding, as where the mechanism rests, and are none later. */
+static double size_of_target(const adjoint *a)
+{
+    const double rate = a->rate_scale;
+    double most = fabs(a->value);
+    for (int i = 0; i < a->n; i++) {
+        const double by_rates = fmax(fabs(a->wqd[i]), fabs(a->wqdd[i]) * rate) * rate;
+        most = fmax(most, fmax(fabs(a->wq[i]), by_rates) * a->v->system->scale[i]);
+    }
+    return most;
+}
+
 /* The weights at the end, in y. */
 static kempe_status begin_at_end(adjoint *a)
 {
@@ -659,6 +672,7 @@ static kempe_status begin_at_end(adjoint *a)
         const double scale = v->system->scale[v->linear.part.u[i]];
         a->reach = fmax(a->reach, fmax(fabs(a->y[i]) * scale, fabs(a->y[p + i]) * scale * rate_scale));
     }
+    a->reach = fmax(a->reach, KMP_ADJOINT_REACH * size_of_target(a));
     a->reach = a->reach > 0 ? a->reach : 1;
     if (a->integral) {
         memset(a->y, 0, (size_t)(2 * p + a->count + a->held) * sizeof *a->y);
