@@ -420,8 +420,8 @@ static void forces_of_slip(const char *method, const char *integrator)
 {
     static const char *const laws[] = {"forces: {f: {joint: b, friction: {force: mu*m*9.81}}}\n",
                                        "forces: {f: {sliding: q(b) - 0*t, friction: {force: mu*m*9.81}}}\n",
-                                       "contacts: {n: {point: block.P, on: {plane: ground.O, normal: y}, "
-                                       "restitution: 0, friction: mu}}\n"};
+                                       ("contacts: {n: {point: block.P, on: {plane: ground.O, normal: y}, "
+                                        "restitution: 0, friction: mu}}\n")};
     const double mu = 0.4, m = 2, g = 9.81;
     for (int law = 0; law < 3; law++) {
         char text[800], outputs[80];
