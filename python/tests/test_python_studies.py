@@ -891,6 +891,13 @@ def test_flow_through_an_impact():
     for times, words in (([], "needs one"), ([0.0], "no time after 0"), ([1, 1], "ascend"), (-1, "begin at 0")):
         with pytest.raises(kempe.ArgumentError, match=words):
             model.flow(times, variables="e")
+    for word in ("t_end", "output_step"):
+        with pytest.raises(kempe.ArgumentError, match=f"give no {word}"):
+            model.flow(1, variables="e", **{word: 0.5})
+    with pytest.raises(kempe.FailedError, match="backwards at t"):
+        kempe.Model(EXAMPLES / "four_bar/four_bar.yaml").sensitivity(
+            method="adjoint", outputs="q(rocker)", t_end=2, integrator="dop853", max_steps=550
+        )
 
 
 def test_flows_of_two_intervals_are_one(four_bar):

@@ -553,6 +553,11 @@ static kempe_status pass_segment(adjoint *a, double *h)
         kmp_progress(context, KMP_PROGRESS_STUDY, a->solver->t, a->options->spec->t_end, "s");
         if (status == KEMPE_OK && kmp_interrupted(context))
             return kmp_fail(context, KEMPE_STOPPED, "interrupted");
+        const long steps = a->work.steps + a->solver->work.steps, most = a->options->spec->max_steps;
+        if (status == KEMPE_OK && most > 0 && steps >= most && a->solver->t < end)
+            return kmp_fail(context, KEMPE_E_FAILED,
+                            "the limit of %ld steps (max_steps) is reached backwards at t = %.9g s", most,
+                            a->options->spec->t_end - a->solver->t);
     }
     if (status == KEMPE_E_FAILED && kmp_memory_failures() != failures)
         return kmp_fail_memory(context);

@@ -36,6 +36,10 @@ kempe_status kempe_flow_new(const kempe_model *model, const kempe_flow_options *
     KMP_WANTED(model->context, t, "t");
     KMP_OPTIONS(model->context, kempe_flow_options, options);
     KMP_TRY(check_times(model->context, count, t));
+    if (options->run && (options->run->t_end != 0 || options->run->output_step != 0))
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                        "a flow has values at the times t and ends at the last one: give no %s",
+                        options->run->t_end != 0 ? "t_end" : "output_step");
     const kempe_run_options none = {0};
     const kempe_sensitivity_options ask = {
         .parameters = options->variables, .outputs = options->outputs, .run = options->run ? options->run : &none};
