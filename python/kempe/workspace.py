@@ -210,6 +210,7 @@ class Workspace(Owned):
 
     def _made(self) -> None:
         self._inputs: dict[str, tuple[float, ...]] = {}
+        self._keeps: bool = False  # modes of friction and contacts
         self._others: list[Workspace] = []  # of further threads
         self._places: tuple[_Places, ...] = ()  # of derivatives, once they are prepared,
         self._by: tuple[str, ...] | None = None  # and the inputs and parameters by which they are taken, too,
@@ -358,12 +359,58 @@ class Workspace(Owned):
         for other in self._others:
             other.set_input(name, value, t, rate, acceleration)
 
+    @property
+    def modes(self) -> dict[str, str]:
+        """Modes of friction that may stick and of rigid contacts at the last state, of a workspace made with friction="stick".
+        Friction "slips" or "sticks"; it "shares" where others share its load, and is "undetermined" where the loops keep its
+        place. A contact is "closed" or "open", or "shares"; its friction is "open" with it. {}: there is none, or no state yet.
+
+        >>> text = "kempe: 1\\nbodies: {block: {joint: {name: x, prismatic: x, at: ground}, mass: 2}}\\n"
+        >>> text += "forces: {rub: {joint: x, friction: {force: 5}}}\\n"
+        >>> workspace = kempe.Model.from_text(text).system().workspace(friction="stick")
+        >>> found = workspace.forward_dynamics(0.0, [0.0], [0.0])
+        >>> workspace.modes
+        {'rub': 'sticks'}
+        """
+        with self._alone():
+            words = [
+                (lib.kempe_workspace_mode_name(self._pointer, k), lib.kempe_workspace_mode(self._pointer, k))
+                for k in range(lib.kempe_workspace_mode_count(self._pointer))
+            ]
+        return {string(name): string(mode) for name, mode in words if mode}
+
+    def keep_modes(self, keep: bool = True) -> None:
+        """Keeps the modes of the last state at all further states, or decides on them again at each (False). Modes that are
+        kept are not checked: a contact may pull, and surfaces may overlap. The equations of one phase of contact are then a
+        smooth function of the state, also for threads.
+
+        Raises ArgumentError if no state has been evaluated.
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace(friction="stick")
+        >>> found = workspace.forward_dynamics(0.0, [0, 0, 0], [20, -22.5, 7.5])
+        >>> workspace.keep_modes()
+        """
+        with self._alone():
+            status = lib.kempe_workspace_keep_modes(self._pointer, self._pointer if keep else ffi.NULL)
+        if status:
+            self._fail(status)
+        self._keeps = bool(keep)
+        for other in self._others:
+            other._take_modes(self)
+
+    def _take_modes(self, of: Workspace) -> None:
+        if lib.kempe_workspace_keep_modes(self._pointer, of._pointer if of._keeps else ffi.NULL):
+            self._fail(lib.KEMPE_E_ARGUMENT)
+
     def _team(self, count: int) -> list[Workspace]:
-        """Returns this number of workspaces with the same inputs, this one the first."""
+        """Returns this number of workspaces with the same inputs, this one the first. Decisions on modes belong to one thread."""
+        if not self._keeps and lib.kempe_workspace_mode_count(self._pointer):
+            return [self]
         while len(self._others) < count - 1:
             other = self._again()
             for name, (t, value, *more) in self._inputs.items():
                 other.set_input(name, value, t, *more)
+            other._take_modes(self)
             self._others.append(other)
         return [self, *self._others[: count - 1]]
 
