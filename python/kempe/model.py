@@ -68,6 +68,9 @@ class Reading(NamedTuple):
 class Model(Fixed):
     """A model file, read and checked, with values of parameters and inputs as keywords.
 
+    Raises FileError if the file, or one that it names, cannot be read. Raises InputError if the text is not a model. Raises TypeError
+    if an argument has another type. Raises ArgumentError if a value is given twice or is not finite, or an option has an unknown name.
+
     >>> model = Model("four_bar.yaml", crank="310 mm")
     >>> model.name, model.coordinates
     ('four-bar', ('crank', 'coupler', 'rocker'))
@@ -79,7 +82,8 @@ class Model(Fixed):
     Of a robot in another format, `robot_base` is "fixed" or "free"; with `joint_limits` its limits are stops. Mechanics in it that Kempe does not read is an
     error, unless `leave_out` has its name. With `strict` surfaces, limits and controllers that are not used are errors, too.
 
-    A model is frozen. Pickled, it is its path or text and these values, and is read again. A copy is the model itself."""
+    A model is frozen. Pickled, it is its path or text and these values, and is read again. A copy is the model itself.
+    """
 
     _noun = "model"
 
@@ -126,6 +130,9 @@ class Model(Fixed):
     ) -> Model:
         """Reads a model from text; `label` replaces the file name in messages.
 
+        Raises FileError if a file that the text names cannot be read. Raises InputError if the text is not a model. Raises TypeError if
+        an argument has another type. Raises ArgumentError if a value is given twice or is not finite, or an option has an unknown name.
+
         >>> Model.from_text("kempe: 1", label="empty.yaml")
         Traceback (most recent call last):
         ...
@@ -150,6 +157,9 @@ class Model(Fixed):
     ) -> Model:
         """Reads a model from a dict with the keys of a model file, or from a `document` of a model. Tuples are lists. `folder`: of files
         that the dict names (the present one, or the document's).
+
+        Raises InputError if the dict is not a model. Raises FileError if a file that it names cannot be read. Raises TypeError if an
+        entry has another type. Raises ValueError if a number in it is not finite, and ArgumentError as `from_text`.
 
         >>> arm = {"joint": {"revolute": "z", "at": "ground"}, "mass": "3 kg", "com": (0, -1, 0), "inertia": {"zz": 1}}
         >>> Model.from_dict({"kempe": 1, "gravity": (0, -9.81, 0), "bodies": {"arm": arm}}).coordinates
@@ -264,7 +274,7 @@ class Model(Fixed):
     def input_value(self, name: str, t: float) -> float:
         """Value of an input at t (s) by the model's samples or default, in SI.
 
-        ArgumentError: there is no such input.
+        Raises ArgumentError if the model has no such input or t is not finite. Raises TypeError if t is not a number.
 
         >>> Model("cart_pole.yaml", u=2).input_value("u", 0.0)
         2.0
@@ -325,7 +335,8 @@ class Model(Fixed):
         """The entries of the model file, as a dict that may be changed and read again: `from_dict` of it is the same model, with the
         same bits. It has the values that the model was given.
 
-        ArgumentError: the model has another start, or a value in a file that it includes; neither can be in the entries.
+        Raises ArgumentError if the model has another start, or a value in a file that it includes: neither can be in the entries.
+        Raises OSError if the file of the model can no longer be read. Raises InputError if it has changed to other content.
 
         >>> entries = Model("four_bar.yaml").document()
         >>> entries["bodies"]["crank"]["mass"] = 2
@@ -347,7 +358,7 @@ class Model(Fixed):
     def export(self, format: str) -> str:
         """The model in another format, "urdf+", "sdf", "mjcf" or "yaml". A warning names each part that the format cannot say.
 
-        ArgumentError: an unknown format, or a file in Kempe's language already.
+        Raises ArgumentError if the format is unknown, or the model was read from a file in Kempe's language.
 
         >>> print(Model("four_bar.yaml").export("sdf").splitlines()[0])
         <?xml version="1.0"?>
@@ -369,7 +380,9 @@ class Model(Fixed):
     def on_progress(self, receive: Callable[[str], object] | None) -> None:
         """Calls a function with lines of progress, about one a second, in all computations with this model. None: no more.
 
-        A single computation has the keyword `progress`: True for a bar, or a function of a `Progress`."""
+        A single computation has the keyword `progress`: True for a bar, or a function of a `Progress`.
+
+        Raises TypeError if `receive` is not a function."""
         if receive is not None and not callable(receive):
             raise TypeError(f"on_progress takes a function of a line, or None, not {receive!r}")
         self._context.listener.progress = receive
@@ -381,7 +394,8 @@ class Model(Fixed):
         """The equations of motion. `dynamics`: auto, composite, plain, ner, articulated. `force`: a function (t, q, qd) that gives
         generalized forces (n; N m or N) in addition to the model's; it must be smooth and depend only on its arguments.
 
-        InputError: the model moves no mass, or its closures contradict each other.
+        Raises InputError if the model moves no mass or its closures contradict each other. Raises ArgumentError if there is no such
+        algorithm. Raises FailedError if the algorithm cannot give the accelerations. Raises TypeError if an argument has another type.
         """
         if dynamics is not None and not isinstance(dynamics, str):
             raise TypeError(f"dynamics is the name of an algorithm, not {dynamics!r}; a function is given as force=..")
@@ -411,7 +425,9 @@ class Model(Fixed):
         given values. q, qd: arrays in the order of `coordinates`, or mappings with some of their names; other coordinates start
         as in the model, and follow where the loops need it. Goals of the model do not count when q is given. Values of states are in qd.
 
-        FailedError: the loops cannot be closed there, or values contradict each other; it has the gap and the coordinates.
+        Raises FailedError if the loops cannot be closed there or values contradict each other; the message has the gap and the
+        coordinates. Raises ArgumentError if there is no such coordinate. Raises ValueError if a value is not finite or an array has
+        another length. Raises TypeError if a value is not a number.
 
         >>> lifted = Model("four_bar.yaml").start_at(q={"crank": 1.5}, qd={"crank": 2})
         >>> run = lifted.simulate(t_end=0.5)
@@ -544,7 +560,9 @@ class Model(Fixed):
         """Values of parameters and starts (q.NAME, qd.NAME) for many instances: arrays of one length by name, a data frame, or a CSV
         file.
 
-        ArgumentError: a column does not exist. InputError: a cell of a file is not a number.
+        Raises ArgumentError if a column is neither a parameter nor a start of the model. Raises InputError if a cell of a file is not a
+        number. Raises FileError if the file cannot be read. Raises ValueError if columns have several lengths. Raises TypeError if a
+        column has other entries than numbers.
 
         >>> values = Model("four_bar.yaml").values({"crank": [0.29, 0.30, 0.31], "qd.crank": 20})
         >>> values.names, len(values), values[0].tolist()
@@ -631,6 +649,8 @@ class Model(Fixed):
         """A function of rows of inputs, parameters and starts (q.NAME, qd.NAME), that gives rows of quantities. The equations are
         derived once. Rows run as in an ensemble, several at a time and in threads; each result depends only on its row.
 
+        Raises TypeError if inputs are one text. Raises ValueError if an input is given twice.
+
         >>> f = Model("four_bar.yaml").function(["crank"], quantities={"swing": "range(q(rocker))"}, t_end=1)
         >>> Y = f([[0.29], [0.30], [0.31]])
         >>> Y.shape, bool(Y[0] < Y[2])
@@ -648,7 +668,8 @@ class Model(Fixed):
     def instance(self, folder: str | os.PathLike[str], k: int) -> Model:
         """This model with the values of instance k (from 0 on) of a result folder.
 
-        InputError: the folder has no results.
+        Raises InputError if the folder has no results or belongs to another model. Raises FailedError if its part is missing or the
+        model cannot have these values. Raises ArgumentError if there is no instance k.
 
         >>> import tempfile
         >>> model = Model("four_bar.yaml")
