@@ -17,7 +17,7 @@ from .arrays import Array, finite, optional
 from .columns import columns_of, is_path, is_samples, samples_of, text_of_table
 from .context import Context, Fixed, level_of_caller, string
 from .display import details, model_html
-from .document import Document, actuators_of, bodies_of, document_of, joints_of, points_of
+from .document import Document, actuators_of, bodies_of, document_of, joints_of, points_of, set_start, set_values
 from .ensemble import Ensemble, Folder, Function, Recipe, Values, rows_of
 from .errors import ArgumentError, FileError, InputError, KempeWarning
 from .fit import Fit, Optimum
@@ -155,7 +155,7 @@ class Model(Fixed):
         folder: str | os.PathLike[str] | None = None,
         **more: Any,
     ) -> Model:
-        """Reads a model from a dict with the keys of a model file, or from a `document` of a model. Tuples are lists. `folder`: of files
+        """Reads a model from a dict with the keys of a model file, or from `to_dict` of a model. Tuples are lists. `folder`: of files
         that the dict names (the present one, or the document's).
 
         Raises InputError if the dict is not a model. Raises FileError if a file that it names cannot be read. Raises TypeError if an
@@ -264,7 +264,7 @@ class Model(Fixed):
         >>> model.coordinates, model.states, model.simulate(t_end=1)["state(heat)"].shape
         (('arm', 'heat'), ('heat',), (201,))
         """
-        return tuple(self.to_dict().get("states", ()))
+        return tuple(self.parsed().get("states", ()))
 
     @property
     def inputs(self) -> dict[str, str]:
@@ -281,11 +281,12 @@ class Model(Fixed):
         """
         return float(lib.kempe_model_input_value(self._pointer, self._context.input(name), finite(t, "t")))
 
-    def to_dict(self) -> dict[str, Any]:
-        """The model as parsed: parameters, bodies with their motions, closures, forces.
+    def parsed(self) -> dict[str, Any]:
+        """The model as it was understood: bodies with their motions, closures, forces; expressions of parameters are numbers, in SI. It is
+        the JSON of `kempe show`, and does not read back: `to_dict` does.
 
-        >>> Model("four_bar.yaml").to_dict()["parameters"]["crank"]
-        0.3
+        >>> Model("four_bar.yaml").parsed()["parameters"]["diagonal"]
+        0.9486832980505138
         """
         made: dict[str, Any] = json.loads(self._context.text(lib.kempe_model_print, self._pointer, lib.KEMPE_JSON))
         return made
@@ -293,7 +294,7 @@ class Model(Fixed):
     @property
     def parameters(self) -> dict[str, float]:
         """Parameters by name, in SI."""
-        return dict(self.to_dict()["parameters"])
+        return dict(self.parsed()["parameters"])
 
     @property
     def bodies(self) -> dict[str, dict[str, Any]]:
@@ -302,7 +303,7 @@ class Model(Fixed):
         >>> Model("four_bar.yaml").bodies["crank"]["mass"]
         1
         """
-        return bodies_of(self.to_dict())
+        return bodies_of(self.parsed())
 
     @property
     def joints(self) -> dict[str, dict[str, Any]]:
@@ -311,7 +312,7 @@ class Model(Fixed):
         >>> Model("cart_pole.yaml").joints["phi"]["coordinates"]
         ['phi']
         """
-        return joints_of(self.to_dict())
+        return joints_of(self.parsed())
 
     @property
     def points(self) -> dict[str, list[float]]:
@@ -320,7 +321,7 @@ class Model(Fixed):
         >>> Model("cart_pole.yaml").points["pole.tip"]
         [0, 0.8, 0]
         """
-        return points_of(self.to_dict())
+        return points_of(self.parsed())
 
     @property
     def actuators(self) -> dict[str, dict[str, Any]]:
@@ -329,31 +330,52 @@ class Model(Fixed):
         >>> Model("cart_pole.yaml").actuators["push"]["inputs"]
         ['u']
         """
-        return actuators_of(self.to_dict())
+        return actuators_of(self.parsed())
 
-    def document(self) -> Document:
+    def to_dict(self) -> Document:
         """The entries of the model file, as a dict that may be changed and read again: `from_dict` of it is the same model, with the
-        same bits. It has the values that the model was given.
+        same bits. It has the values and the start that the model was given, also of files that it includes. `document` is another name.
 
-        Raises ArgumentError if the model has another start, or a value in a file that it includes: neither can be in the entries.
-        Raises OSError if the file of the model can no longer be read. Raises InputError if it has changed to other content.
+        Raises OSError if a file of the model can no longer be read. Raises InputError if it has changed to other content.
 
-        >>> entries = Model("four_bar.yaml").document()
+        >>> entries = Model("four_bar.yaml").to_dict()
         >>> entries["bodies"]["crank"]["mass"] = 2
         >>> Model.from_dict(entries).bodies["crank"]["mass"]
         2
         """
         make, arguments = self._recipe
+        if make in (_start_again, _instance_again):
+            recipe, *more = arguments
+            before: Model = recipe[0](*recipe[1])
+            made = before.to_dict()
+            if make is _start_again:
+                self._put_start(made, before, *more)
+            else:
+                _put_instance(made, *more)
+            return made
         if make is not _read_again:
-            if make in (_start_again, _instance_again):
-                raise ArgumentError("this model has another start, or the values of an instance: take the document of the model before")
             return document_of(self.name, self.export("yaml"), self.name, {})
-        label, text, values, _ = arguments
+        label, text, values, reading = arguments
         if text is None:
             with open(label, encoding="utf-8") as file:
                 text = file.read()
         foreign = not _OWN.search(text)
-        return document_of(self.name, self.export("yaml") if foreign else text, label, values)
+        made = document_of(self.name, self.export("yaml") if foreign else text, label, values)
+        if reading.closure_tolerance is not None:
+            made["closure_tolerance"] = reading.closure_tolerance
+        return made
+
+    document = to_dict
+
+    def _given_start(self) -> dict[str, Any]:
+        """Start values that are given, and which of them hold."""
+        made: dict[str, Any] = json.loads(self._context.text(lib.python_start, self._pointer))
+        return made
+
+    def _put_start(self, document: Document, before: Model, q: Array | None, qd: Array | None) -> None:
+        """Puts the start that this model has into the entries of the model before."""
+        states = [name for name, value in zip(self.coordinates, () if qd is None else qd) if name in self.states and value == value]
+        set_start(document, before._given_start(), self._given_start(), q is not None, qd is not None, states)
 
     def export(self, format: str) -> str:
         """The model in another format, "urdf+", "sdf", "mjcf" or "yaml". A warning names each part that the format cannot say.
@@ -372,7 +394,7 @@ class Model(Fixed):
         return f"<Model {self.name!r}: coordinates {', '.join(self.coordinates)}>"
 
     def _repr_html_(self) -> str:
-        return model_html(self.to_dict()) + details("model", str(self))
+        return model_html(self.parsed()) + details("model", str(self))
 
     def __reduce__(self) -> Any:
         return self._recipe
@@ -446,7 +468,7 @@ class Model(Fixed):
         whole = [k for k, value in enumerate(row) if abs(value) > 6.5 and value % 1 == 0]
         if not whole:
             return
-        motions = {motion["coordinate"]: motion["kind"] for body in self.to_dict()["bodies"] for motion in body.get("motions", ())}
+        motions = {motion["coordinate"]: motion["kind"] for body in self.parsed()["bodies"] for motion in body.get("motions", ())}
         for k in whole:
             name, turns = self.coordinates[k], abs(row[k]) / (2 * np.pi)
             if motions.get(name) == "R":
@@ -676,7 +698,7 @@ class Model(Fixed):
         >>> with tempfile.TemporaryDirectory() as place:
         ...     folder = model.ensemble({"crank": [0.29, 0.31]}).run_folder(place, t_end=0.5)
         ...     again = model.instance(place, 1)
-        >>> again.to_dict()["parameters"]["crank"], again.simulate(**folder.run_options).status
+        >>> again.parameters["crank"], again.simulate(**folder.run_options).status
         (0.31, 'complete')
         """
         context, path = self._context, path_of(folder)
@@ -684,6 +706,13 @@ class Model(Fixed):
         owners = (self._pointer,)
         made = context.make(Model, lib.kempe_folder_model, opened._pointer, self._pointer, k, owners=owners, long=False)
         return Model._of(context, made._pointer, (_instance_again, (self._recipe, os.fsdecode(path), k)))
+
+
+def _put_instance(document: Document, path: str, k: int) -> None:
+    """Puts the values of instance k of a result folder into the entries of its model."""
+    folder = Folder.open(path)
+    chunk = int(folder.to_dict()["chunk"])
+    set_values(document, folder.part(k // chunk).row(k % chunk))
 
 
 def _instance_again(recipe: Recipe, folder: str, k: int) -> Model:

@@ -104,7 +104,7 @@ SILENT = {
     "Equilibrium.stability": "An equilibrium that does not exist has no word.",
     "FrozenTable": "It keeps its arguments.",
     "LimitCycles.count": "A branch that does not exist has no cycles.",
-    "Model.to_dict": "It prints what is there.",
+    "Model.parsed": "It prints what is there.",
     "Result.tables_and_matrices": "It lists attributes.",
     "Result.text": "It prints what is there.",
     "Result.to_dict": "It prints what is there.",
