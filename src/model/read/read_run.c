@@ -111,8 +111,7 @@ static void read_goals(kmp_reader *r, const kmp_yaml *map)
             goal.weight[k].value = 1;
         const char *what = kmp_reader_say(r, "the goal of '%s'", name);
         /* Its subject may have another text in an included file, whose goals follow. */
-        withdrawn[start->goal_count] =
-            node->empty && map->keys[map->count - 1]->place.file != map->keys[i]->place.file;
+        withdrawn[start->goal_count] = node->empty && map->keys[map->count - 1]->place.file != map->keys[i]->place.file;
         if (withdrawn[start->goal_count]) {
             said[start->goal_count] = map->keys[i]->place;
             start->goals[start->goal_count++] = goal;
