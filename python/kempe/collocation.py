@@ -465,6 +465,10 @@ def collocate(
 
     A motion that has not converged, or is less accurate, is a KempeWarning.
 
+    Raises ArgumentError if an argument names what the mechanism does not have, has another shape or is outside its range, or the start
+    is beyond the limits. Raises FailedError if the mechanism cannot follow the first guess or IPOPT refuses the program. Raises
+    TypeError if limits are not a mapping. Raises ImportError if IPOPT is not installed.
+
     >>> from kempe.optimal import collocate
     >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
     >>> q, qd = workspace.close(0.0, [0.3, 0, 0], hold=["crank"])

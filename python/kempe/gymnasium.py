@@ -49,6 +49,9 @@ class Values(Mapping[str, Any]):
         self._places, self._rows = places, rows
 
     def __getitem__(self, name: str) -> Any:
+        """The values of an output or input.
+
+        Raises KeyError if there is no such value. Raises TypeError if the name is not a text."""
         place = self._places.get(name, self._places.get(column_name(name), -1))
         if place < 0:
             raise KeyError(unknown("value", name, self._places))
@@ -339,6 +342,9 @@ class Environment(Env):  # type: ignore[misc]
     is of the last state, and the reward is `failure_reward`. Equal seeds give equal bits. `reset(options={"start": {"q(phi)": 0.1}})`
     starts at given values.
 
+    Raises ArgumentError if an argument is empty, outside its range or names what the model does not have. Raises TypeError if there is
+    no such option. Raises FailedError if the run cannot start. Raises ImportError if Gymnasium is not installed.
+
     >>> from kempe.gymnasium import Environment  # with gymnasium
     >>> cart = kempe.Model("cart_pole.yaml")
     >>> upright = lambda values: 1 - values["q(phi)"] ** 2
@@ -376,7 +382,9 @@ class Environment(Env):  # type: ignore[misc]
         self._running, self._name = False, model.name
 
     def reset(self, *, seed: int | None = None, options: Mapping[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
-        """The first observation of another episode, and information. FailedError: no start closes the loops."""
+        """The first observation of another episode, and information.
+
+        Raises FailedError if no start closes the loops. Raises ArgumentError if a start has an unknown name."""
         super().reset(seed=seed)
         self._running = False
         info = self._instances.begin(0, self.np_random, options)
@@ -386,7 +394,10 @@ class Environment(Env):  # type: ignore[misc]
         return self._instances.observation()[0], info
 
     def step(self, action: Any) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        """Observation, reward, terminated, truncated and information after a step with an action (in SI)."""
+        """Observation, reward, terminated, truncated and information after a step with an action (in SI).
+
+        Raises ResetNeeded if the episode has ended. Raises ValueError if the action has another length or is not finite. Raises
+        TypeError if its entries are not numbers. Raises Interrupted if Ctrl-C ends the step."""
         if not self._running:
             raise ResetNeeded("the episode has ended: call reset first")
         self._running = False  # unless the step is complete
@@ -409,6 +420,9 @@ class VectorEnvironment(VectorEnv):  # type: ignore[misc]
 
     An instance that has ended begins another episode in the next step, whose action has no effect and whose reward is zero
     (`AutoresetMode.NEXT_STEP`). `infos["reason"]` says why instances were terminated, where `infos["_reason"]` is true.
+
+    Raises ArgumentError if an argument is empty, outside its range or names what the model does not have. Raises TypeError if there is
+    no such option. Raises FailedError if the run cannot start. Raises ImportError if Gymnasium is not installed.
 
     >>> from kempe.gymnasium import VectorEnvironment  # with gymnasium
     >>> cart = kempe.Model("cart_pole.yaml")
@@ -458,7 +472,11 @@ class VectorEnvironment(VectorEnv):  # type: ignore[misc]
         self, *, seed: int | Sequence[int | None] | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
         """The first observations of all instances, and information. A `seed` is of the first instance, the others have the
-        numbers after it. `options`: as of Environment, and "reset_mask", which instances begin again."""
+        numbers after it. `options`: as of Environment, and "reset_mask", which instances begin again.
+
+        Raises FailedError if no start closes the loops. Raises ArgumentError if a start has an unknown name. Raises ValueError if
+        `seed` or reset_mask do not have a value for each instance. Raises ResetNeeded if only some of the instances would begin at the
+        first call."""
         given = dict(options or {})
         mask = np.asarray(given.pop("reset_mask", np.ones(self.num_envs, dtype=bool)))
         if mask.shape != (self.num_envs,) or mask.dtype != bool or not mask.any():
@@ -493,7 +511,10 @@ class VectorEnvironment(VectorEnv):  # type: ignore[misc]
         return infos
 
     def step(self, actions: Any) -> tuple[Array, Array, Any, Any, dict[str, Any]]:
-        """Observations (N x k), rewards (N), terminated (N), truncated (N) and information after a step with actions (N x inputs)."""
+        """Observations (N x k), rewards (N), terminated (N), truncated (N) and information after a step with actions (N x inputs).
+
+        Raises ResetNeeded if no episode has begun. Raises ValueError if actions have another shape or are not finite. Raises
+        Interrupted if Ctrl-C ends the step."""
         if not self._running:
             raise ResetNeeded("no episode has begun: call reset first")
         instances, shape = self._instances, (self.num_envs, len(self._instances.task.inputs))

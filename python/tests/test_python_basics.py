@@ -150,7 +150,7 @@ def swept(model, sweep):
 
 def test_arguments_of_several_kinds(four_bar):
     path = ROOT / "examples/four_bar/four_bar.yaml"
-    assert kempe.Model(path, crank=np.array(0.31)).to_dict()["parameters"]["crank"] == 0.31
+    assert kempe.Model(path, crank=np.array(0.31)).parameters["crank"] == 0.31
     assert four_bar.simulate(t_end=np.float32(0.5), max_steps=1e6).t[-1] == 0.5
     workspace = four_bar.system().workspace()
     q, qd = workspace.close(0, [0.2, 0, 0], hold="crank")
@@ -224,7 +224,7 @@ def test_builder_has_shapes():
     built.shape("bar", kind="sphere", dimensions=(0.05, 0, 0), point="E", colour="red")
     built.shape("ground", text="{box: [1, 1, 0.1], at: [0, 0, 1]}")
     model = built.finish()
-    assert "sphere" in str(model.to_dict())
+    assert "sphere" in str(model.parsed())
     assert np.isclose(model.system().workspace().evaluate(0.0, [0.0], [0.0]).M[0, 0], 54 * (4 + 0.01) / 12)
     with pytest.raises(kempe.ArgumentError, match="'leg' does not exist"):
         kempe.Builder("bar").shape("leg")

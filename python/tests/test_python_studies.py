@@ -700,7 +700,7 @@ def test_friction_that_sticks():
     assert np.array_equal(run["force(rub)"], run.lam[:, 0])
     last = run.log.row(-1)
     assert np.isclose(last["t"], 1.5) and last["kind"] == "friction" and "rub" in last["text"]
-    assert "rub" in str(model.to_dict()["forces"])
+    assert "rub" in str(model.parsed()["forces"])
 
 
 # -- other studies ------------------------------------------------------------------------------------------
@@ -919,11 +919,7 @@ def test_gradient_is_the_slope():
     names = [name for name in ("crank", "coupler", "rocker") if name in str(model)][:2]
     gradient = model.gradient(parameters=names, driven=driven)
     values = gradient.at(0.1)
-    start = (
-        np.array([float(model.to_dict()["parameters"][name]) for name in names])
-        if isinstance(model.to_dict().get("parameters"), dict)
-        else None
-    )
+    start = np.array([model.parameters[name] for name in names])
     assert values.shape == (len(gradient.names),) and gradient.jacobian.shape == (len(values), 2)
     assert gradient.by_driven.shape == (len(values), 1) and gradient.q.shape == (len(model.coordinates),)
     assert gradient.q_jacobian.shape == (len(model.coordinates), 2)

@@ -58,6 +58,8 @@ typedef struct kmp_reader {
     const char *bodies_as;           /* the model that flexible bodies have (body_models.h); NULL: their own */
     kmp_include_instance *instances; /* included files, parents first */
     int instance_count;
+    const kmp_yaml **set_values; /* by which including files have set parameters and inputs */
+    int set_count;
     int scope; /* file whose names the current expression uses */
     int scope_line;
     const kmp_expr_locals *locals; /* names that the expressions being read have; NULL: none */
