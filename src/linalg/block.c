@@ -10,6 +10,7 @@
 #include "base/simd4.h"
 #include "linalg/sparse.h"
 #include "linalg/sparse_lu.h"
+#include "linalg/wide_rows.h"
 #include <btf.h>
 #include <float.h>
 #include <math.h>
@@ -555,6 +556,108 @@ void kmp_block_solve_rows(const kmp_block *b, int stride, const int *start, cons
 {
     if (b)
         solve_rows(b, stride, start, run, right, x);
+}
+
+/* -- rows of 4, 8 or 16 right-hand sides --------------------------------------------------------------- */
+
+static KMP_INTO_CLONES void solve_wide(int fours, const kmp_block *b, const double *right, double *x)
+{
+    const ptrdiff_t width = KMP_FOUR * fours;
+    kmp_four sum[KMP_WIDE_FOURS];
+    for (int k = b->count - 1; k >= 0; k--) {
+        const int first = b->start[k], size = b->start[k + 1] - first, *column = b->q + first;
+        const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
+        const bool dense = !is_sparse(b, k);
+        for (int i = 0; i < size; i++) {
+            const int row = b->order[first + i];
+            kmp_wide_load(fours, right + b->p[row] * width, sum);
+            for (int e = b->off_start[row]; e < b->off_start[row + 1]; e++)
+                kmp_wide_subtract(fours, b->off[e], x + b->q[b->off_column[e]] * width, sum);
+            for (int j = 0; dense && j < i; j++)
+                kmp_wide_subtract(fours, lu[i + (ptrdiff_t)j * size], x + column[j] * width, sum);
+            kmp_wide_store(fours, sum, x + column[i] * width);
+        }
+        for (int i = size - 1; dense && i >= 0; i--) {
+            kmp_wide_load(fours, x + column[i] * width, sum);
+            for (int j = i + 1; j < size; j++)
+                kmp_wide_subtract(fours, lu[i + (ptrdiff_t)j * size], x + column[j] * width, sum);
+            kmp_wide_store_times(fours, inverse[i], sum, x + column[i] * width);
+        }
+        if (!dense)
+            kmp_sparse_lu_solve_rows(b->sparse[k], inverse, column, (int)width, 0, (int)width, x);
+    }
+}
+
+/* One right-hand side after another. */
+static void solve_sparse_transposed(const kmp_block *b, int k, ptrdiff_t width, double *right)
+{
+    const int first = b->start[k], size = b->start[k + 1] - first, *column = b->q + first;
+    for (int l = 0; l < width; l++) {
+        for (int i = 0; i < size; i++)
+            b->scratch[i] = right[column[i] * width + l];
+        kmp_sparse_lu_solve_transposed(b->sparse[k], b->inverse + first, b->scratch);
+        for (int i = 0; i < size; i++)
+            right[column[i] * width + l] = b->scratch[i];
+    }
+}
+
+static KMP_INTO_CLONES void solve_transposed_wide(int fours, const kmp_block *b, double *right, double *x)
+{
+    const ptrdiff_t width = KMP_FOUR * fours;
+    kmp_four sum[KMP_WIDE_FOURS];
+    for (int k = 0; k < b->count; k++) {
+        const int first = b->start[k], size = b->start[k + 1] - first, *column = b->q + first;
+        const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
+        const bool dense = !is_sparse(b, k);
+        for (int i = 0; dense && i < size; i++) {
+            kmp_wide_load(fours, right + column[i] * width, sum);
+            for (int j = 0; j < i; j++)
+                kmp_wide_subtract(fours, lu[j + (ptrdiff_t)i * size], right + column[j] * width, sum);
+            kmp_wide_store_times(fours, inverse[i], sum, right + column[i] * width);
+        }
+        for (int i = size - 2; dense && i >= 0; i--) {
+            kmp_wide_load(fours, right + column[i] * width, sum);
+            for (int j = i + 1; j < size; j++)
+                kmp_wide_subtract(fours, lu[j + (ptrdiff_t)i * size], right + column[j] * width, sum);
+            kmp_wide_store(fours, sum, right + column[i] * width);
+        }
+        if (!dense)
+            solve_sparse_transposed(b, k, width, right);
+        for (int i = 0; i < size; i++) {
+            const int row = b->order[first + i];
+            const double *own = right + column[i] * width;
+            kmp_wide_load(fours, own, sum);
+            kmp_wide_store(fours, sum, x + b->p[row] * width);
+            for (int e = b->off_start[row]; e < b->off_start[row + 1]; e++) {
+                double *later = right + b->q[b->off_column[e]] * width;
+                kmp_wide_load(fours, later, sum);
+                kmp_wide_subtract(fours, b->off[e], own, sum);
+                kmp_wide_store(fours, sum, later);
+            }
+        }
+    }
+}
+
+static KMP_CLONES void solve_of_width(const kmp_block *b, int width, const double *right, double *x)
+{
+    KMP_OF_WIDE(solve_wide, width, b, right, x);
+}
+
+static KMP_CLONES void solve_transposed_of_width(const kmp_block *b, int width, double *right, double *x)
+{
+    KMP_OF_WIDE(solve_transposed_wide, width, b, right, x);
+}
+
+void kmp_block_solve_wide(const kmp_block *b, int width, const double *right, double *x)
+{
+    if (b)
+        solve_of_width(b, width, right, x);
+}
+
+void kmp_block_solve_transposed_wide(const kmp_block *b, int width, double *right, double *x)
+{
+    if (b)
+        solve_transposed_of_width(b, width, right, x);
 }
 
 /* -- queries --------------------------------------------------------------------------------------- */

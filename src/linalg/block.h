@@ -38,6 +38,12 @@ int kmp_block_solve_transposed_few(const kmp_block *b, double nothing, int count
 void kmp_block_solve_rows(const kmp_block *b, int stride, const int *start, const int *run, const double *right,
                           double *x);
 
+/** As kmp_block_solve and kmp_block_solve_transposed for 4, 8 or 16 right-hand sides at once, a row of `width` numbers
+ * for each equation, with the same bits. `right` has a row for each row of A, of the transposed for each column, and is
+ * left as scratch there; X has the other ones. Nothing for NULL. */
+void kmp_block_solve_wide(const kmp_block *b, int width, const double *right, double *x);
+void kmp_block_solve_transposed_wide(const kmp_block *b, int width, double *right, double *x);
+
 /** Number of diagonal blocks, 0 for NULL; block k holds `*count` matrix columns, returned. */
 int kmp_block_count(const kmp_block *b);
 const int *kmp_block_columns(const kmp_block *b, int k, int *count);

@@ -451,6 +451,30 @@ static void compare_few(const pattern *s, const kmp_block *b)
     }
 }
 
+/* Rows of 4, 8 or 16 right-hand sides beside single ones, also of the transposed, to the bit. */
+static void compare_wide(const kmp_block *b, int n)
+{
+    enum { WIDEST = 16 };
+    static double right[MAX * WIDEST], rows[MAX * WIDEST], plain[MAX * WIDEST], back[MAX * WIDEST], one[2][MAX];
+    for (int width = 4; width <= WIDEST; width *= 2) {
+        randomise(n * width, right);
+        for (int c = 0; c < width; c++) {
+            for (int i = 0; i < n; i++)
+                one[0][i] = one[1][i] = right[i * width + c];
+            kmp_block_solve(b, 1, one[0]);
+            kmp_block_solve_transposed(b, one[1]);
+            for (int i = 0; i < n; i++) {
+                plain[i * width + c] = one[0][i];
+                back[i * width + c] = one[1][i];
+            }
+        }
+        kmp_block_solve_wide(b, width, right, rows);
+        CHECK(memcmp(rows, plain, (size_t)(n * width) * sizeof *rows) == 0);
+        kmp_block_solve_transposed_wide(b, width, right, rows);
+        CHECK(memcmp(rows, back, (size_t)(n * width) * sizeof *rows) == 0);
+    }
+}
+
 static void few_entries_are_solved_as_all(void)
 {
     static pattern s;
@@ -461,6 +485,7 @@ static void few_entries_are_solved_as_all(void)
             CHECK(b && kmp_block_factor(b, s.value) == 0);
             unsigned long before = kmp_memory_count();
             compare_few(&s, b);
+            compare_wide(b, n);
             CHECK(kmp_memory_count() == before);
             kmp_block_free(b);
         }
@@ -668,6 +693,7 @@ static void large_blocks_are_sparse(void)
                 chosen += kmp_memory_count() != memory;
                 compare_with_dense(&s, b);
                 compare_rows(b, n);
+                compare_wide(b, n);
                 compare_few(&s, b);
                 CHECK(kmp_block_smallest(b) > 0);
                 int signs[MAX], sign = sign_of(&s);

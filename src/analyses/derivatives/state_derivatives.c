@@ -32,6 +32,7 @@ static void free_derivatives(void *self)
 {
     kmp_state_derivatives *d = self;
     release_names(d);
+    kmp_direction_lanes_free(&d->lanes);
     kmp_tangents_free(&d->tangents);
     kmp_second_derivatives_free(&d->second);
     kmp_arena_free(&d->arena);
@@ -49,7 +50,8 @@ static kempe_status add_tangents(kempe_workspace *ws)
                                     KMP_ROOM(double, n, &d->unit, &d->force, &d->x, &d->dq, &d->dqd, &d->x_before),
                                     KMP_ROOM(double, m, &d->curve, &d->a, &d->a_before),
                                     KMP_ROOM(double, KMP_FOLLOW_ROOM(n, m), &d->room),
-                                    KMP_ROOM(double, 3 * m + n, &d->part, &d->sum))));
+                                    KMP_ROOM(double, 3 * m + n, &d->part, &d->sum)) &&
+                         kmp_direction_lanes_init(&d->lanes, n, m, ws->chosen ? &ws->red : NULL)));
     return kmp_tangents_init(&d->tangents, s, ws->eval->backend, kmp_tangents_of_runs(s));
 }
 
@@ -330,7 +332,18 @@ void kmp_derivatives_follow(kempe_workspace *ws, const kmp_derivative_point *poi
     kmp_reduction_solve_mass(&ws->red, udd);
 }
 
-/* -- in all coordinates ------------------------------------------------------------------------------ */
+/* -- matrices ---------------------------------------------------------------------------------------- */
+
+/* Kinds of changes: of all coordinates, of their rates, of forces; of the independent coordinates along closed motions,
+ * and of their rates; of the names. */
+enum { BY_Q, BY_QD, BY_Q_FORCE, BY_U, BY_UD, BY_NAME, KINDS };
+
+/* Matrices of accelerations, multipliers and outputs by one kind of change, of `count` columns. Along closed motions
+ * accelerations are the independent ones, and qd is the change of the rates. NULL: not wanted. */
+typedef struct columns_by {
+    int kind, count;
+    double *accelerations, *lambda, *y, *q, *qd;
+} columns_by;
 
 static void put_column(double *matrix, int rows, int column, const double *values)
 {
@@ -343,92 +356,187 @@ static double *column_of(double *matrix, int rows, int column)
     return matrix ? matrix + (ptrdiff_t)column * rows : NULL;
 }
 
-/* Matrices of accelerations, multipliers and outputs by one kind of change; NULL: not wanted. */
-typedef struct columns_by {
-    double *qdd, *lambda, *y;
-} columns_by;
+/* Lanes [lane, end) of a group belong to columns of one kind, the first of them number `column`. */
+typedef struct lanes_of {
+    const columns_by *by;
+    int lane, end, column;
+} lanes_of;
 
-/* Column j, of the change. */
-static void derive_column(kempe_workspace *ws, const kmp_derivative_point *point, const columns_by *by, int j,
-                          const kmp_state_change *change)
+/* The change of the equations along the column of a lane. */
+static void change_lane(kempe_workspace *ws, const kmp_derivative_point *point, int kind, int column, int lane)
+{
+    kmp_state_derivatives *d = ws->derivatives.self;
+    kmp_direction_lanes *x = &d->lanes;
+    const int m = ws->m, all = 3 * m + ws->n;
+    double *const part[] = {x->h, x->rate, x->curve};
+    if (kind == BY_Q || kind == BY_QD) {
+        const bool rates = kind == BY_QD;
+        kmp_direction_lanes_add_column(x, &d->tangents, rates ? KMP_R_QD : KMP_R_Q, point->tangents, column, lane,
+                                       x->force);
+        kmp_direction_lanes_add_column(x, &d->tangents, rates ? KMP_CURVE_QD : KMP_CURVE_Q, point->tangents, column,
+                                       lane, x->curve);
+    } else if (kind == BY_Q_FORCE)
+        x->force[column * x->width + lane] -= 1;
+    else if (kind == BY_U)
+        x->u[lane] = column;
+    else if (kind == BY_UD)
+        x->ud[lane] = column;
+    else {
+        (void)kmp_slopes_change(d->slopes, column, d->part);
+        for (int i = 0; i < all; i++)
+            (i < 3 * m ? part[i / m] + (ptrdiff_t)(i % m) * x->width
+                       : x->force + (ptrdiff_t)(i - 3 * m) * x->width)[lane] += d->part[i];
+    }
+}
+
+/* Solves with the factors of the saddle system, one direction after another. */
+static void solve_saddles(kempe_workspace *ws, const kmp_derivative_point *point, int count)
+{
+    kmp_state_derivatives *d = ws->derivatives.self;
+    kmp_direction_lanes *x = &d->lanes;
+    for (int l = 0; l < count; l++) {
+        for (int i = 0; i < ws->n; i++)
+            d->force[i] = x->force[i * x->width + l];
+        for (int i = 0; i < ws->m; i++)
+            d->curve[i] = x->curve[i * x->width + l];
+        kmp_derivatives_answer(ws, point);
+        for (int i = 0; i < ws->n; i++)
+            x->qdd[i * x->width + l] = d->x[i];
+        for (int k = 0; k < x->p; k++)
+            x->udd[k * x->width + l] = d->x[ws->part.u[x->order[k]]];
+        for (int i = 0; i < ws->m; i++)
+            x->lambda[i * x->width + l] = d->a[i];
+    }
+}
+
+/* Changes of the outputs along the columns of some lanes. */
+static void put_outputs(kempe_workspace *ws, const lanes_of *of, bool closed)
+{
+    kmp_state_derivatives *d = ws->derivatives.self;
+    const kmp_direction_lanes *x = &d->lanes;
+    const int n = ws->n, kind = of->by->kind;
+    for (int l = of->lane; l < of->end; l++) {
+        const int column = of->column + l - of->lane;
+        kmp_state_change change = {.name = kind == BY_NAME ? column : -1};
+        if (closed) {
+            kmp_direction_lanes_put(x, n, NULL, x->dq, l, 1, d->dq);
+            kmp_direction_lanes_put(x, n, NULL, x->dqd, l, 1, d->dqd);
+            change.q = kind == BY_UD ? NULL : d->dq;
+            change.qd = d->dqd;
+        } else if (kind == BY_Q)
+            change.q = d->unit;
+        else if (kind == BY_QD)
+            change.qd = d->unit;
+        kmp_direction_lanes_put(x, n, NULL, x->qdd, l, 1, d->x);
+        kmp_direction_lanes_put(x, ws->m, NULL, x->lambda, l, 1, d->a);
+        if (kind != BY_NAME)
+            d->unit[column] = 1;
+        kmp_derivatives_of_outputs(ws, &change, column_of(of->by->y, d->outputs, column));
+        if (kind != BY_NAME)
+            d->unit[column] = 0;
+    }
+}
+
+static void put_lanes(kempe_workspace *ws, const lanes_of *of, bool closed)
 {
     const kmp_state_derivatives *d = ws->derivatives.self;
-    kmp_derivatives_respond(ws, point, change);
-    put_column(by->qdd, ws->n, j, d->x);
-    put_column(by->lambda, ws->m, j, d->a);
-    kmp_derivatives_of_outputs(ws, change, column_of(by->y, d->outputs, j));
+    const kmp_direction_lanes *x = &d->lanes;
+    const columns_by *by = of->by;
+    const int n = ws->n, m = ws->m, p = ws->part.p, count = of->end - of->lane, column = of->column;
+    if (by->accelerations && closed)
+        kmp_direction_lanes_put(x, p, x->order, x->udd, of->lane, count, column_of(by->accelerations, p, column));
+    else if (by->accelerations)
+        kmp_direction_lanes_put(x, n, NULL, x->qdd, of->lane, count, column_of(by->accelerations, n, column));
+    if (by->lambda && m > 0)
+        kmp_direction_lanes_put(x, m, NULL, x->lambda, of->lane, count, column_of(by->lambda, m, column));
+    if (by->q)
+        kmp_direction_lanes_put(x, n, NULL, x->dq, of->lane, count, column_of(by->q, n, column));
+    if (by->qd)
+        kmp_direction_lanes_put(x, n, NULL, x->dqd, of->lane, count, column_of(by->qd, n, column));
+    if (by->y)
+        put_outputs(ws, of, closed);
+}
+
+/* Derives the columns of some kinds, in groups of lanes. */
+static void derive_columns(kempe_workspace *ws, const kmp_derivative_point *point, int kinds, const columns_by *by,
+                           bool closed)
+{
+    kmp_state_derivatives *d = ws->derivatives.self;
+    int left = 0, kind = 0, column = 0;
+    bool pulls = !point->reduced;
+    for (int k = 0; k < kinds; k++) {
+        left += by[k].count;
+        pulls = pulls || by[k].lambda || by[k].y;
+    }
+    while (left > 0) {
+        const int count = left < KMP_DIRECTIONS ? left : KMP_DIRECTIONS;
+        lanes_of of[KINDS];
+        int parts = 0;
+        bool bends = closed;
+        kmp_direction_lanes_begin(&d->lanes, count);
+        for (int l = 0; l < count; l++) {
+            while (column == by[kind].count) {
+                kind++;
+                column = 0;
+            }
+            if (l == 0 || column == 0)
+                of[parts++] = (lanes_of){&by[kind], l, l, column};
+            of[parts - 1].end = l + 1;
+            bends = bends || by[kind].kind != BY_Q_FORCE;
+            change_lane(ws, point, by[kind].kind, column++, l);
+        }
+        if (closed)
+            kmp_direction_lanes_follow(&d->lanes, &d->tangents, point->tangents);
+        if (point->reduced)
+            kmp_direction_lanes_solve(&d->lanes, bends, pulls);
+        else
+            solve_saddles(ws, point, count);
+        for (int k = 0; k < parts; k++)
+            put_lanes(ws, &of[k], closed);
+        left -= count;
+    }
 }
 
 static void derive_all(kempe_workspace *ws, const kmp_derivative_point *point, const kempe_workspace_derivatives *out)
 {
-    kmp_state_derivatives *d = ws->derivatives.self;
-    const columns_by by[] = {{out->qdd_q, out->lambda_q, out->y_q},
-                             {out->qdd_qd, out->lambda_qd, out->y_qd},
-                             {out->qdd_Q, out->lambda_Q, out->y_Q},
-                             {out->qdd_p, out->lambda_p, out->y_p}};
-    const kmp_state_change along[] = {
-        {.q = d->unit, .name = -1}, {.qd = d->unit, .name = -1}, {.Q = d->unit, .name = -1}};
-    for (int kind = 0; kind < 3; kind++)
-        for (int j = 0; (by[kind].qdd || by[kind].lambda || by[kind].y) && j < ws->n; j++) {
-            d->unit[j] = 1;
-            derive_column(ws, point, &by[kind], j, &along[kind]);
-            d->unit[j] = 0;
-        }
-    for (int k = 0; (by[3].qdd || by[3].lambda || by[3].y) && k < d->names; k++)
-        derive_column(ws, point, &by[3], k, &(kmp_state_change){.name = k});
-}
-
-/* -- along closed motions ---------------------------------------------------------------------------- */
-
-/* Outputs change with the coordinates, and with accelerations and multipliers, whose change follows from theirs. */
-static void follow_outputs(kempe_workspace *ws, const kmp_derivative_point *point, bool moves, int name, double *y)
-{
     const kmp_state_derivatives *d = ws->derivatives.self;
-    const kmp_state_change change = {.q = moves ? d->dq : NULL, .qd = d->dqd, .name = name};
-    if (!y || d->outputs == 0)
-        return;
-    kmp_derivatives_respond(ws, point, &change);
-    kmp_derivatives_of_outputs(ws, &change, y);
+    columns_by by[] = {{BY_Q, ws->n, out->qdd_q, out->lambda_q, out->y_q, NULL, NULL},
+                       {BY_QD, ws->n, out->qdd_qd, out->lambda_qd, out->y_qd, NULL, NULL},
+                       {BY_Q_FORCE, ws->n, out->qdd_Q, out->lambda_Q, out->y_Q, NULL, NULL},
+                       {BY_NAME, d->names, out->qdd_p, out->lambda_p, out->y_p, NULL, NULL}};
+    for (int k = 0; k < 4; k++) {
+        by[k].y = d->outputs > 0 ? by[k].y : NULL;
+        if (!by[k].accelerations && !by[k].lambda && !by[k].y)
+            by[k].count = 0;
+    }
+    derive_columns(ws, point, 4, by, false);
 }
 
 static void derive_closed(kempe_workspace *ws, const kmp_derivative_point *point,
                           const kempe_workspace_derivatives *out)
 {
     kmp_state_derivatives *d = ws->derivatives.self;
-    const int n = ws->n, p = ws->part.p, outputs = d->outputs;
-    const kmp_state_change none = {.name = -1};
-    for (int k = 0; k < p; k++) {
-        d->unit[k] = 1;
-        if (out->udd_u || out->q_u || out->qd_u || out->y_u) {
-            kmp_derivatives_follow(ws, point, d->unit, NULL, &none, column_of(out->udd_u, p, k));
-            put_column(out->q_u, n, k, d->dq);
-            put_column(out->qd_u, n, k, d->dqd);
-            follow_outputs(ws, point, true, -1, column_of(out->y_u, outputs, k));
-        }
-        if (out->udd_ud || out->y_ud) {
-            kmp_derivatives_follow(ws, point, NULL, d->unit, &none, column_of(out->udd_ud, p, k));
-            follow_outputs(ws, point, false, -1, column_of(out->y_ud, outputs, k));
-        }
-        d->unit[k] = 0;
+    const int n = ws->n, p = ws->part.p;
+    columns_by by[] = {{BY_U, p, out->udd_u, NULL, out->y_u, out->q_u, out->qd_u},
+                       {BY_UD, p, out->udd_ud, NULL, out->y_ud, NULL, NULL},
+                       {BY_NAME, d->names, out->udd_p, NULL, out->y_up, out->q_p, out->qd_p}};
+    for (int k = 0; k < 3; k++) {
+        by[k].y = d->outputs > 0 ? by[k].y : NULL;
+        if (!by[k].accelerations && !by[k].q && !by[k].qd && !by[k].y)
+            by[k].count = 0;
     }
-    for (int k = 0; (out->udd_p || out->q_p || out->qd_p || out->y_up) && k < d->names; k++) {
-        kmp_derivatives_follow(ws, point, NULL, NULL, &(kmp_state_change){.name = k}, column_of(out->udd_p, p, k));
-        put_column(out->q_p, n, k, d->dq);
-        put_column(out->qd_p, n, k, d->dqd);
-        follow_outputs(ws, point, true, k, column_of(out->y_up, outputs, k));
+    derive_columns(ws, point, 3, by, true);
+    for (int j = 0; out->udd_Q && !point->reduced && j < n; j++) {
+        d->unit[j] = 1;
+        kmp_derivatives_respond(ws, point, &(kmp_state_change){.Q = d->unit, .name = -1});
+        take_independent(ws, column_of(out->udd_Q, p, j));
+        d->unit[j] = 0;
     }
-    for (int j = 0; out->udd_Q && j < n; j++) {
-        double *by_effort = column_of(out->udd_Q, p, j);
-        if (!point->reduced) {
-            d->unit[j] = 1;
-            kmp_derivatives_respond(ws, point, &(kmp_state_change){.Q = d->unit, .name = -1});
-            d->unit[j] = 0;
-            take_independent(ws, by_effort);
-            continue;
-        }
-        for (int k = 0; k < p; k++)
-            by_effort[k] = ws->red.x[j + (ptrdiff_t)k * n];
-        kmp_reduction_solve_mass(&ws->red, by_effort);
+    for (int j = 0; out->udd_Q && point->reduced && j < n; j += KMP_DIRECTIONS) {
+        const int count = n - j < KMP_DIRECTIONS ? n - j : KMP_DIRECTIONS;
+        kmp_direction_lanes_begin(&d->lanes, count);
+        kmp_direction_lanes_press(&d->lanes, j);
+        kmp_direction_lanes_put(&d->lanes, p, d->lanes.order, d->lanes.udd, 0, count, column_of(out->udd_Q, p, j));
     }
 }
 

@@ -5,6 +5,7 @@
 
 #include "analyses/derivatives/parameter_slopes.h"
 #include "constraints/evaluation/tangent.h"
+#include "constraints/partition/direction_lanes.h"
 #include "constraints/workspace/state_workspace.h"
 #include "model/data/variant.h"
 #include <kempe/derivatives.h>
@@ -17,6 +18,7 @@ typedef struct kmp_state_derivatives {
     double *x, *a;                /* n, m: changes of qdd and lambda */
     double *dq, *dqd;             /* n: changes of all coordinates along closed motions */
     double *room;                 /* KMP_FOLLOW_ROOM */
+    kmp_direction_lanes lanes;    /* of columns of matrices */
     double *part, *sum;           /* 3 m + n: the change of the equations by a name; by all */
     int names;                    /* inputs and parameters by which derivatives are taken, too, */
     const char **name;            /* in output_arena */
