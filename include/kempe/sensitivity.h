@@ -21,8 +21,8 @@ KEMPE_BEGIN
 typedef struct kempe_sensitivity_options {
     size_t size;            /* sizeof this struct; 0: its size in version 0.1 */
     const char *of;         /* trajectory (default) */
-    const char *parameters; /* names, comma-separated, start values among them as q.NAME and qd.NAME; NULL: all
-                             * parameters that are plain numbers and may vary */
+    const char *parameters; /* names, comma-separated, constant inputs and start values (q.NAME, qd.NAME) among them;
+                             * NULL: all parameters that are plain numbers and may vary */
     const char *outputs;    /* "position(b.P).x,q(A)"; NULL: as in the model */
     const char *method;     /* forward: rows over time; adjoint: only the end, at a cost that does not grow with the
                              * number of parameters. NULL: forward, and for integrals the cheaper one */

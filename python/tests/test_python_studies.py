@@ -912,6 +912,18 @@ def test_flows_of_two_intervals_are_one(four_bar):
     np.testing.assert_allclose(second.jacobian @ first.jacobian[places], full.jacobian, rtol=1e-7, atol=1e-7)
 
 
+def test_flow_by_an_input():
+    """A step of a controller: the state of a cart with a pole after a force that is constant."""
+    model = kempe.Model(EXAMPLES / "cart_pole/cart_pole.yaml")
+    flow = model.flow(0.02, variables="q.x,q.phi,qd.x,qd.phi,u", outputs="q,qd", rtol=1e-11)
+    found = flow({"u": 2.0})
+    ahead, behind = (flow({"u": 2.0 + step}).values for step in (1e-3, -1e-3))
+    np.testing.assert_allclose(found.jacobian[:, 4], (ahead - behind) / 2e-3, rtol=1e-7, atol=1e-9)
+    assert abs(found.jacobian[:, 4]).min() > 1e-5
+    with pytest.raises(kempe.ArgumentError, match="no parameter 'v'"):
+        model.flow(0.02, variables="v")
+
+
 def test_gradient_is_the_slope():
     path = EXAMPLES / "coupler_fit/coupler_fit.yaml"
     model = kempe.Model(path)

@@ -106,7 +106,7 @@ static kempe_status check_rolling(kempe_sensitivity *s)
 
 static kempe_status derive(kempe_sensitivity *s)
 {
-    KMP_TRY(kmp_variant_new(s->model, s->count, (const char *const *)s->name, &s->variant));
+    KMP_TRY(kmp_variant_new_with_inputs(s->model, s->count, (const char *const *)s->name, &s->variant));
     /* The requested outputs, or the usual ones of the kind. */
     kmp_text words = {0};
     if (s->options->outputs)
