@@ -113,7 +113,7 @@ static int add_start(kmp_variant *v, const char *name, bool rate, int motion)
     return m->parameter_count++;
 }
 
-/* A parameter stands in the place of a constant input. -1: no memory. */
+/* A parameter takes the place of a constant input. -1: no memory. */
 static int add_input(kmp_variant *v, int input)
 {
     kempe_model *m = &v->model;

@@ -16,7 +16,7 @@ double kmp_number_at(const kmp_number *number, const double *parameters);
 /** The value at a time t. */
 double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t);
 
-/** The same where parameters stand in the place of inputs: 1 + the number of one by inputs, or 0; NULL: none do. */
+/** The same where parameters take the place of inputs: 1 + the number of one by inputs, or 0; NULL: none do. */
 double kmp_expr_value_of(const kmp_expr *expr, const double *parameters, const int *constants, double t);
 
 /** The extent of an expression. Parameter k has the extent `of[k]`; NULL: parameters are operands like others. */
