@@ -68,6 +68,29 @@ static void moving_belt(void)
     }
 }
 
+/* A block of 1 kg on a slider of 2 kg that a drive moves by a(t) = 0.1 sin^3 t, pulled by 2 t; the level is half of the
+ * force of the drive. All forces are zero at t = 0, and nothing slips there. Just behind it, the block slips forward.
+ * The friction F has F = (2 a'' - F)/2 while a'' is positive, up to tan^2 t = 2, so that x'' = 2 t - 2 a''/3. */
+static void zero_load(void)
+{
+    loaded l = load_text("kempe: 1\nbodies:\n  a: {joint: {prismatic: x, at: ground}, mass: 2}\n"
+                         "  b: {joint: {prismatic: x, at: ground}, mass: 1}\n"
+                         "drives: {d: {joint: a, displacement: 0.1*sin(t)^3}}\n"
+                         "forces:\n  rub: {sliding: q(b) - q(a), friction: {force: 0.5*abs(lambda(d))}}\n"
+                         "  pull: {joint: b, force: 2*t}\nrun: {t_end: 0.9}\n");
+    const double t = 0.9, s = sin(t);
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], t);
+        if (!run)
+            continue;
+        TRANSITIONS(run, ways[k].tolerance, {0, "'rub' sticks"}, {0, "'rub' slips forward"});
+        CHECK_NEAR(last_q(run)[1], t * t * t / 3 - 0.2 / 3 * s * s * s, ways[k].tolerance);
+        CHECK_NEAR(last_qd(run)[1], t * t - 0.2 * s * s * cos(t), ways[k].tolerance);
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
 /* F1: limit cycle of a block on a belt, static level above the level of slip. */
 static void belt(void)
 {
@@ -528,6 +551,7 @@ int main(void)
 {
     TEST(belt);
     TEST(moving_belt);
+    TEST(zero_load);
     TEST(falling);
     TEST(spring);
     TEST(static_by_condition);
