@@ -5,6 +5,7 @@
 #include "base/clones.h"
 #include "base/memory.h"
 #include "base/simd4.h"
+#include "linalg/wide_rows.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -30,8 +31,14 @@ static void set_charts(kmp_stage_lanes *stages)
 
 bool kmp_stage_lanes_init(kmp_stage_lanes *stages, const kmp_program *program, const kmp_evaluator *eval)
 {
+    return kmp_stage_lanes_init_varied(stages, program, eval, NULL);
+}
+
+bool kmp_stage_lanes_init_varied(kmp_stage_lanes *stages, const kmp_program *program, const kmp_evaluator *eval,
+                                 const double *parameters)
+{
     int conditions = eval->system->events.count;
-    *stages = (kmp_stage_lanes){.eval = eval};
+    *stages = (kmp_stage_lanes){.eval = eval, .parameters = parameters};
     if (!program)
         return true;
     stages->lanes = kmp_lanes_new(program, KMP_STAGE_LANES, false);
@@ -50,7 +57,7 @@ void kmp_stage_lanes_take(kmp_stage_lanes *stages, const kmp_evaluator *eval)
     stages->eval = eval;
     if (!stages->lanes)
         return;
-    set_all_lanes(stages, KMP_IN_PARAMETER, eval->system->parameters);
+    set_all_lanes(stages, KMP_IN_PARAMETER, stages->parameters ? stages->parameters : eval->system->parameters);
     if (stages->mode)
         set_modes(stages);
     set_charts(stages);
@@ -74,6 +81,27 @@ const double *kmp_stage_lanes_run(kmp_stage_lanes *stages, int stage, const doub
     if (qd)
         kmp_lanes_set(stages->lanes, KMP_IN_QD, qd);
     return kmp_lanes_run(stages->lanes, stage);
+}
+
+/* By tiles of four values of four lanes. */
+static KMP_CLONES void copy_rows(int count, const double *values, double *rows)
+{
+    enum { W = KMP_STAGE_LANES };
+    int k = 0;
+    for (; k + KMP_FOUR <= count; k += KMP_FOUR)
+        for (int l = 0; l < W; l += KMP_FOUR) {
+            const double *from = values + (ptrdiff_t)k * W + l;
+            kmp_wide_transpose((const double *[]){from, from + W, from + 2 * W, from + 3 * W}, count,
+                               rows + (ptrdiff_t)l * count + k);
+        }
+    for (; k < count; k++)
+        for (int l = 0; l < W; l++)
+            rows[(ptrdiff_t)l * count + k] = values[(ptrdiff_t)k * W + l];
+}
+
+void kmp_stage_lanes_rows(int count, const double *values, double *rows)
+{
+    copy_rows(count, values, rows);
 }
 
 /* Sums of magnitudes are finite if all values are. For registers of one type: compilers take comparisons of eight apart

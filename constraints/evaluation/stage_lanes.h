@@ -13,13 +13,17 @@ enum { KMP_STAGE_LANES = 8 };
 typedef struct kmp_stage_lanes {
     kmp_lanes *lanes; /* NULL: none */
     const kmp_evaluator *eval;
-    double *times;      /* t and the inputs of the model in all lanes */
-    long chart_version; /* of the charts in the lanes */
-    double *mode;       /* conditions in the lanes; NULL: the model has none */
+    double *times;            /* t and the inputs of the model in all lanes */
+    long chart_version;       /* of the charts in the lanes */
+    double *mode;             /* conditions in the lanes; NULL: the model has none */
+    const double *parameters; /* of the program; NULL: of the evaluator's system */
 } kmp_stage_lanes;
 
 /** Makes the lanes of a program (NULL: none) with the parameters of the evaluator. false: no memory. */
 bool kmp_stage_lanes_init(kmp_stage_lanes *stages, const kmp_program *program, const kmp_evaluator *eval);
+/** Makes the lanes of a program with other parameters, which must outlive them. */
+bool kmp_stage_lanes_init_varied(kmp_stage_lanes *stages, const kmp_program *program, const kmp_evaluator *eval,
+                                 const double *parameters);
 void kmp_stage_lanes_free(kmp_stage_lanes *stages);
 
 /** Takes another evaluator of the same system, and the present parameters. No allocation. */
@@ -29,6 +33,9 @@ void kmp_stage_lanes_take(kmp_stage_lanes *stages, const kmp_evaluator *eval);
  * Value k of lane l, also of the outputs, is at k KMP_STAGE_LANES + l. */
 const double *kmp_stage_lanes_run(kmp_stage_lanes *stages, int stage, const double *t, const double *q,
                                   const double *qd);
+
+/** Copies the values of lanes to a row of `count` for each of them. */
+void kmp_stage_lanes_rows(int count, const double *values, double *rows);
 
 /** True if all of count values in all lanes are finite. */
 bool kmp_stage_lanes_finite(int count, const double *values);

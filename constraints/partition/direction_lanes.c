@@ -60,12 +60,10 @@ static bool list_tangent(kmp_direction_lanes *x)
     const kmp_sparse_tangent *z = red->zeros;
     const int n = x->n, p = x->p, r = x->r, most = z ? z->x_start[p] : p * (r + 1);
     kmp_terms by_u;
-    int *place = KMP_ARENA_NEW(&x->arena, int, p); /* of each u in the order of elimination */
-    if (!place || !make_terms(&x->arena, p, most, &x->x) || !make_terms(&x->arena, p, most, &by_u))
+    if (!make_terms(&x->arena, p, most, &x->x) || !make_terms(&x->arena, p, most, &by_u))
         return false;
     for (int c = 0; c < p; c++) {
         const int k = x->order[c], begin = z ? z->x_start[k] : 0, end = z ? z->x_start[k + 1] : n;
-        place[k] = c;
         begin_sum(&x->x, c);
         for (int e = begin; e < end; e++) {
             const int i = z ? z->x_row[e] : e;
@@ -75,14 +73,14 @@ static bool list_tangent(kmp_direction_lanes *x)
     }
     for (int k = 0; k < p; k++) {
         begin_sum(&by_u, k);
-        for (int e = x->x.start[place[k]]; e < x->x.start[place[k] + 1]; e++)
+        for (int e = x->x.start[x->place[k]]; e < x->x.start[x->place[k] + 1]; e++)
             if (red->place[x->x.at[e]] >= 0)
                 put_term(&by_u, k, red->place[x->x.at[e]], red->place[x->x.at[e]] + k * r);
     }
     if (!transpose_terms(&x->arena, &by_u, p, r, &x->moved))
         return false;
     for (int e = 0; e < x->moved.start[r]; e++)
-        x->moved.at[e] = place[x->moved.at[e]];
+        x->moved.at[e] = x->place[x->moved.at[e]];
     return true;
 }
 
@@ -139,10 +137,13 @@ bool kmp_direction_lanes_init(kmp_direction_lanes *lanes, int n, int m, const km
                 {&lanes->lambda, m}, {&lanes->right, r}, {&lanes->solved, r}, {&lanes->load, n}};
     for (size_t k = 0; k < sizeof room / sizeof *room; k++)
         *room[k].rows = kmp_arena_aligned(&lanes->arena, (size_t)KMP_DIRECTIONS * (size_t)room[k].count + 1);
-    lanes->order = KMP_ARENA_NEW(&lanes->arena, int, p);
-    for (int c = 0; lanes->order && c < p; c++)
+    const bool made = KMP_ARENA_EACH(&lanes->arena, int, p, &lanes->order, &lanes->place) &&
+                      KMP_ARENA_EACH(&lanes->arena, int, 2 * p, &lanes->unit);
+    for (int c = 0; made && c < p; c++) {
         lanes->order[c] = red->zeros ? red->zeros->order[c] : c;
-    if (!lanes->arena.failed && (!red || (list_tangent(lanes) && list_factor(lanes) && list_mass(lanes))))
+        lanes->place[lanes->order[c]] = c;
+    }
+    if (made && (!red || (list_tangent(lanes) && list_factor(lanes) && list_mass(lanes))))
         return true;
     kmp_direction_lanes_free(lanes);
     return false;
@@ -167,13 +168,15 @@ static KMP_INTO_CLONES void subtract_terms(int fours, const kmp_terms *of, int k
         kmp_wide_subtract(fours, value[of->from[e]], KMP_WIDE_ROW(fours, rows, of->at[e]), sum);
 }
 
-void kmp_direction_lanes_begin(kmp_direction_lanes *lanes, int count)
+void kmp_direction_lanes_begin(kmp_direction_lanes *lanes, int count, bool follows)
 {
     const int width = kmp_wide(count);
     const size_t row = (size_t)width * sizeof(double);
     lanes->width = width;
     memset(lanes->force, 0, (size_t)lanes->n * row);
     memset(lanes->curve, 0, (size_t)lanes->m * row);
+    if (!follows)
+        return;
     memset(lanes->h, 0, (size_t)lanes->m * row);
     memset(lanes->rate, 0, (size_t)lanes->m * row);
     for (int l = 0; l < KMP_DIRECTIONS; l++)
@@ -190,15 +193,33 @@ void kmp_direction_lanes_add_column(const kmp_direction_lanes *lanes, const kmp_
     }
 }
 
-void kmp_direction_lanes_put(const kmp_direction_lanes *lanes, int rows, const int *row, const double *values, int lane,
-                             int count, double *columns)
+/* By tiles of four numbers of four lanes. */
+static KMP_CLONES void put_columns(ptrdiff_t width, int rows, const int *from, const double *values, int count,
+                                   double *columns)
 {
-    const ptrdiff_t width = lanes->width;
-    for (int l = 0; l < count; l++) {
-        double *column = columns + (ptrdiff_t)l * rows;
-        for (int k = 0; k < rows; k++)
-            column[row ? row[k] : k] = values[k * width + lane + l];
+    const ptrdiff_t ld = rows;
+    int l = 0;
+    for (; l + KMP_FOUR <= count; l += KMP_FOUR) {
+        int k = 0;
+        for (; k + KMP_FOUR <= rows; k += KMP_FOUR) {
+            const double *row[KMP_FOUR];
+            for (int i = 0; i < KMP_FOUR; i++)
+                row[i] = values + (from ? from[k + i] : k + i) * width + l;
+            kmp_wide_transpose(row, ld, columns + l * ld + k);
+        }
+        for (; k < rows; k++)
+            for (int i = 0; i < KMP_FOUR; i++)
+                columns[(l + i) * ld + k] = values[(from ? from[k] : k) * width + l + i];
     }
+    for (; l < count; l++)
+        for (int k = 0; k < rows; k++)
+            columns[l * ld + k] = values[(from ? from[k] : k) * width + l];
+}
+
+void kmp_direction_lanes_put(const kmp_direction_lanes *lanes, int rows, const int *from, const double *values,
+                             int lane, int count, double *columns)
+{
+    put_columns(lanes->width, rows, from, values + lane, count, columns);
 }
 
 /* -- all coordinates along closed motions ------------------------------------------------------------------ */
@@ -211,44 +232,64 @@ static bool some(int width, const double *row)
     return found;
 }
 
-/* out += block * x. A derivative that is not finite counts only in lanes where x is not zero. */
-static KMP_INTO_CLONES void add_block(int fours, const kmp_direction_lanes *lanes, const kmp_tangents *tangents,
-                                      kmp_tangent_block block, const double *d, const double *x, double *out)
+/* Adds a column of a block to a lane, or to all of them times the numbers of `by`. A derivative that is not finite
+ * counts only in lanes where these are not zero. */
+static KMP_INTO_CLONES void add_times(int fours, const kmp_tangent *entry, const kmp_tangent *end, const double *d,
+                                      const double *by, double *out)
 {
-    const int *start = tangents->column + tangents->first_column[block];
+    kmp_four sum[KMP_WIDE_FOURS];
+    for (; entry < end; entry++) {
+        const double value = d[entry->source];
+        double *row = KMP_WIDE_ROW(fours, out, entry->row);
+        if (fabs(value) <= DBL_MAX) {
+            kmp_wide_load(fours, row, sum);
+            kmp_wide_add(fours, value, by, sum);
+            kmp_wide_store(fours, sum, row);
+        } else
+            for (int l = 0; l < KMP_FOUR * fours; l++)
+                row[l] += by[l] != 0 ? value * by[l] : 0;
+    }
+}
+
+/* out += block * x, where x is a unit change in rows of u, of the lane in `unit` (-1: of none). */
+static KMP_INTO_CLONES void add_block(int fours, const kmp_direction_lanes *lanes, const kmp_tangents *tangents,
+                                      kmp_tangent_block block, const double *d, const int *unit, const double *x,
+                                      double *out)
+{
+    const int *start = tangents->column + tangents->first_column[block], *place = lanes->red->place;
     for (int c = 0; c < lanes->n; c++) {
+        const kmp_tangent *entry = tangents->entry + start[c], *end = tangents->entry + start[c + 1];
         const double *by = KMP_WIDE_ROW(fours, x, c);
-        kmp_four sum[KMP_WIDE_FOURS];
-        if (start[c] == start[c + 1] || !some(KMP_FOUR * fours, by))
-            continue;
-        for (int k = start[c]; k < start[c + 1]; k++) {
-            const double value = d[tangents->entry[k].source];
-            double *row = KMP_WIDE_ROW(fours, out, tangents->entry[k].row);
-            if (fabs(value) <= DBL_MAX) {
-                kmp_wide_load(fours, row, sum);
-                kmp_wide_add(fours, value, by, sum);
-                kmp_wide_store(fours, sum, row);
-            } else
-                for (int l = 0; l < KMP_FOUR * fours; l++)
-                    row[l] += by[l] != 0 ? value * by[l] : 0;
-        }
+        const int lane = place[c] < 0 ? unit[-1 - place[c]] : -1;
+        if (place[c] >= 0 && entry < end && some(KMP_FOUR * fours, by))
+            add_times(fours, entry, end, d, by, out);
+        for (; lane >= 0 && entry < end; entry++)
+            KMP_WIDE_ROW(fours, out, entry->row)[lane] += d[entry->source];
     }
 }
 
 static KMP_CLONES void add_block_of_width(const kmp_direction_lanes *lanes, const kmp_tangents *tangents,
-                                          kmp_tangent_block block, const double *d, const double *x, double *out)
+                                          kmp_tangent_block block, const double *d, const int *unit, const double *x,
+                                          double *out)
 {
-    KMP_OF_WIDE(add_block, lanes->width, lanes, tangents, block, d, x, out);
+    KMP_OF_WIDE(add_block, lanes->width, lanes, tangents, block, d, unit, x, out);
 }
 
-/* out = X du of unit changes of u in some lanes. */
-static void spread_units(const kmp_direction_lanes *lanes, const int *u, double *out)
+/* out = X du of unit changes of u in some lanes; the lane of each u, -1: none. */
+static void spread_units(const kmp_direction_lanes *lanes, const int *u, int *unit, double *out)
 {
     const ptrdiff_t width = lanes->width;
     memset(out, 0, (size_t)(lanes->n * width) * sizeof *out);
-    for (int l = 0; l < width; l++)
-        for (int i = 0; u[l] >= 0 && i < lanes->n; i++)
-            out[i * width + l] += lanes->red->x[i + (ptrdiff_t)u[l] * lanes->n];
+    for (int k = 0; k < lanes->p; k++)
+        unit[k] = -1;
+    for (int l = 0; l < width; l++) {
+        if (u[l] < 0)
+            continue;
+        const int c = lanes->place[u[l]];
+        unit[u[l]] = l;
+        for (int e = lanes->x.start[c]; e < lanes->x.start[c + 1]; e++)
+            out[lanes->x.at[e] * width + l] = lanes->red->x[lanes->x.from[e]];
+    }
 }
 
 /* solved = -Jv^-1 rows, of all m given rows. */
@@ -274,27 +315,28 @@ static void add_dependent(const kmp_direction_lanes *lanes, double *out)
 void kmp_direction_lanes_follow(kmp_direction_lanes *lanes, const kmp_tangents *tangents, const double *d)
 {
     const bool opens = some(lanes->m * lanes->width, lanes->h);
+    int *unit = lanes->unit, *unit_rate = unit + lanes->p;
     bool moves = opens;
     for (int l = 0; l < lanes->width; l++)
         moves = moves || lanes->u[l] >= 0;
-    spread_units(lanes, lanes->u, lanes->dq);
+    spread_units(lanes, lanes->u, unit, lanes->dq);
     if (opens) {
         solve_rows(lanes, lanes->h);
         add_dependent(lanes, lanes->dq);
     }
     if (moves)
-        add_block_of_width(lanes, tangents, KMP_RATE_Q, d, lanes->dq, lanes->rate);
-    spread_units(lanes, lanes->ud, lanes->dqd);
+        add_block_of_width(lanes, tangents, KMP_RATE_Q, d, unit, lanes->dq, lanes->rate);
+    spread_units(lanes, lanes->ud, unit_rate, lanes->dqd);
     if (some(lanes->m * lanes->width, lanes->rate)) {
         solve_rows(lanes, lanes->rate);
         add_dependent(lanes, lanes->dqd);
     }
     if (moves) {
-        add_block_of_width(lanes, tangents, KMP_CURVE_Q, d, lanes->dq, lanes->curve);
-        add_block_of_width(lanes, tangents, KMP_R_Q, d, lanes->dq, lanes->force);
+        add_block_of_width(lanes, tangents, KMP_CURVE_Q, d, unit, lanes->dq, lanes->curve);
+        add_block_of_width(lanes, tangents, KMP_R_Q, d, unit, lanes->dq, lanes->force);
     }
-    add_block_of_width(lanes, tangents, KMP_CURVE_QD, d, lanes->dqd, lanes->curve);
-    add_block_of_width(lanes, tangents, KMP_R_QD, d, lanes->dqd, lanes->force);
+    add_block_of_width(lanes, tangents, KMP_CURVE_QD, d, unit_rate, lanes->dqd, lanes->curve);
+    add_block_of_width(lanes, tangents, KMP_R_QD, d, unit_rate, lanes->dqd, lanes->force);
 }
 
 /* -- accelerations and multipliers ------------------------------------------------------------------------- */
@@ -400,13 +442,12 @@ void kmp_direction_lanes_solve(kmp_direction_lanes *lanes, bool bends, bool pull
         memcpy(lanes->lambda + (ptrdiff_t)rows[i] * lanes->width, lanes->solved + (ptrdiff_t)i * lanes->width, row);
 }
 
-void kmp_direction_lanes_press(kmp_direction_lanes *lanes, int first)
+void kmp_direction_lanes_press(kmp_direction_lanes *lanes, int first, int count)
 {
-    const ptrdiff_t width = lanes->width;
-    const int last = lanes->n - 1;
+    const size_t row = (size_t)lanes->width * sizeof(double);
+    memset(lanes->udd, 0, (size_t)lanes->p * row);
     for (int c = 0; c < lanes->p; c++)
-        for (int l = 0; l < width; l++)
-            lanes->udd[c * width + l] =
-                lanes->red->x[(first + l < last ? first + l : last) + (ptrdiff_t)lanes->order[c] * lanes->n];
+        memcpy(lanes->udd + (ptrdiff_t)c * lanes->width, lanes->red->x + first + (ptrdiff_t)lanes->order[c] * lanes->n,
+               (size_t)count * sizeof *lanes->udd);
     solve_mass_of_width(lanes);
 }

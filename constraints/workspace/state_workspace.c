@@ -516,8 +516,7 @@ static void put_answer(const kempe_workspace *ws, double *qdd, double *lambda)
         memcpy(lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *lambda);
 }
 
-/* Accelerations and multipliers from the evaluator's M, C, h, J and jdqd into `answer`. */
-static kempe_status workspace_accelerate(kempe_workspace *ws, const double *Q, bool *reduced)
+kempe_status kmp_workspace_accelerate(kempe_workspace *ws, const double *Q, bool *reduced)
 {
     kmp_eval_set_effort(ws->eval, Q);
     *reduced = by_partition(ws);
@@ -532,7 +531,7 @@ kempe_status kmp_workspace_solve(kempe_workspace *ws, double t, const double *q,
                                  bool *reduced)
 {
     KMP_TRY(evaluate(ws, t, q, qd, Q));
-    return workspace_accelerate(ws, Q, reduced);
+    return kmp_workspace_accelerate(ws, Q, reduced);
 }
 
 kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd,
@@ -657,8 +656,7 @@ typedef struct state_rows {
 
 /* -- preparation ------------------------------------------------------------------------------------- */
 
-/* Decides whether groups of states run in lanes, which are made once enough states have been seen. */
-static bool by_lanes(kempe_workspace *ws, int count)
+bool kmp_workspace_by_lanes(kempe_workspace *ws, int count)
 {
     if (ws->eval->changes || ws->eval->nu || ws->system->force || count < W)
         return false;
@@ -737,7 +735,7 @@ static kempe_status finish(kempe_workspace *ws, const state_rows *in, size_t sta
 {
     if (!in->out) {
         bool reduced;
-        KMP_TRY(workspace_accelerate(ws, row_of(in->Q, ws->n, state), &reduced));
+        KMP_TRY(kmp_workspace_accelerate(ws, row_of(in->Q, ws->n, state), &reduced));
         put_answer(ws, row_of(in->qdd, ws->n, state), row_of(in->lambda, ws->m, state));
         return KEMPE_OK;
     }
@@ -755,17 +753,38 @@ static kempe_status finish(kempe_workspace *ws, const state_rows *in, size_t sta
     return KEMPE_OK;
 }
 
+/* Gives the evaluator the values of a lane. */
+static void lend_lane(kempe_workspace *ws, const double *q, int lane)
+{
+    kmp_evaluator *eval = ws->eval;
+    const int *count = ws->many.count;
+    const double *h = ws->many.values + (size_t)lane * (size_t)ws->many.size, *J = h + ws->m;
+    kmp_eval_use_closure(eval, ws->many.t[lane], q, h, J,
+                         ws->system->rheonomic ? J + ws->system->jacobian.count : NULL);
+    kmp_eval_lend_motion(eval, h + count[0], h + count[0] + count[1]);
+}
+
+bool kmp_workspace_run_lanes(kempe_workspace *ws, const double *t, int t_step, const double *q, const double *qd)
+{
+    return run_lanes(ws, &(state_rows){.t = t, .q = q, .qd = qd, .step = t_step != 0}, 0);
+}
+
+void kmp_workspace_take_lane(kempe_workspace *ws, const double *q, const double *qd, int lane, bool keeps)
+{
+    const size_t at = (size_t)lane * (size_t)ws->n;
+    workspace_keep_state(ws, ws->many.t[lane], q + at, qd + at);
+    lend_lane(ws, ws->q, lane);
+    ws->stale = !keeps;
+    if (keeps)
+        workspace_copy(ws);
+}
+
 /* A state in a lane after `run`. The workspace keeps it if it ends the call. */
 static kempe_status finish_lane(kempe_workspace *ws, const state_rows *in, size_t state, int lane, bool last)
 {
     const double *q = row_of(in->q, ws->n, state);
     double t = ws->many.t[lane];
-    /* Gives the evaluator the values of a lane. */
-    kmp_evaluator *eval = ws->eval;
-    const int *count = ws->many.count;
-    const double *h = ws->many.values + (size_t)lane * (size_t)ws->many.size, *J = h + ws->m;
-    kmp_eval_use_closure(eval, t, q, h, J, ws->system->rheonomic ? J + ws->system->jacobian.count : NULL);
-    kmp_eval_lend_motion(eval, h + count[0], h + count[0] + count[1]);
+    lend_lane(ws, q, lane);
     ws->message[0] = '\0';
     if (last || !in->out)
         workspace_keep_state(ws, t, q, row_of(in->qd, ws->n, state));
@@ -833,7 +852,7 @@ kempe_status kempe_workspace_evaluate_states(kempe_workspace *ws, int count, con
     KMP_WANTED(NULL, ws, "workspace");
     if (!kmp_workspace_given(ws, "t", t) || !kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "rows", rows))
         return KEMPE_E_ARGUMENT;
-    return visit_states(ws, &in, by_lanes(ws, count), count, failed);
+    return visit_states(ws, &in, kmp_workspace_by_lanes(ws, count), count, failed);
 }
 
 kempe_status kempe_workspace_forward_states(kempe_workspace *ws, int count, const double *t, int t_step,
@@ -845,7 +864,7 @@ kempe_status kempe_workspace_forward_states(kempe_workspace *ws, int count, cons
     if (!kmp_workspace_given(ws, "t", t) || !kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) ||
         !kmp_workspace_given(ws, "qdd", qdd))
         return KEMPE_E_ARGUMENT;
-    bool lanes =
-        !ws->by_bodies && by_lanes(ws, count) && kmp_workspace_require_decisions(ws, "forward dynamics") == KEMPE_OK;
+    bool lanes = !ws->by_bodies && kmp_workspace_by_lanes(ws, count) &&
+                 kmp_workspace_require_decisions(ws, "forward dynamics") == KEMPE_OK;
     return visit_states(ws, &in, lanes, count, failed);
 }

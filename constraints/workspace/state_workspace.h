@@ -111,6 +111,21 @@ bool kmp_workspace_interrupted(kempe_workspace *ws, bool before, int done, int c
 kempe_status kmp_workspace_solve(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q,
                                  bool *reduced);
 
+/** The same from the evaluator's M, C, h, J and jdqd. */
+kempe_status kmp_workspace_accelerate(kempe_workspace *ws, const double *Q, bool *reduced);
+
+/** Decides whether groups of KMP_STAGE_LANES states run in lanes, which are made once enough states have been seen; a
+ * call is for `count` states. */
+bool kmp_workspace_by_lanes(kempe_workspace *ws, int count);
+
+/** Evaluates such a group, rows of q and qd, t at t[l] or, without a step, the first one. false: some value may not be
+ * finite. */
+bool kmp_workspace_run_lanes(kempe_workspace *ws, const double *t, int t_step, const double *q, const double *qd);
+
+/** Makes the state of a lane of these rows the state of the workspace and of its evaluator; the workspace `keeps`
+ * copies of its values. */
+void kmp_workspace_take_lane(kempe_workspace *ws, const double *q, const double *qd, int lane, bool keeps);
+
 /** The inputs of a workspace. */
 kmp_present_inputs *kmp_workspace_inputs(struct kempe_workspace *workspace);
 

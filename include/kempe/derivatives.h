@@ -76,9 +76,10 @@ KEMPE_API kempe_status kempe_workspace_forward_derivatives(kempe_workspace *work
                                                            const double *qd, const double *Q, double *qdd,
                                                            double *lambda, const kempe_workspace_derivatives *out);
 
-/** The same at `count` states, with rows of the sizes above for each state; arguments as in
- * kempe_workspace_forward_states. Ends at the first state that fails, with its status. *failed (may be NULL): that
- * state; -1: none. */
+/** The same at `count` states, with rows of the sizes above for each state, and with the same bits; arguments as in
+ * kempe_workspace_forward_states. Groups of 8 states run in vector registers as in kempe_workspace_evaluate_states,
+ * where the independent coordinates describe the motion. Ends at the first state that fails, with its status. *failed
+ * (may be NULL): that state; -1: none. */
 KEMPE_API kempe_status kempe_workspace_derivative_states(kempe_workspace *workspace, int count, const double *t,
                                                          int t_step, const double *q, const double *qd, const double *Q,
                                                          double *qdd, double *lambda,

@@ -662,6 +662,14 @@ void kmp_block_solve_transposed_wide(const kmp_block *b, int width, double *righ
 
 /* -- queries --------------------------------------------------------------------------------------- */
 
+bool kmp_block_keeps_pivots(const kmp_block *b)
+{
+    bool some = false;
+    for (int k = 0; b && k < b->count; k++)
+        some = some || is_sparse(b, k);
+    return some;
+}
+
 int kmp_block_count(const kmp_block *b)
 {
     return b ? b->count : 0;

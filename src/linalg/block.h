@@ -44,6 +44,9 @@ void kmp_block_solve_rows(const kmp_block *b, int stride, const int *start, cons
 void kmp_block_solve_wide(const kmp_block *b, int width, const double *right, double *x);
 void kmp_block_solve_transposed_wide(const kmp_block *b, int width, double *right, double *x);
 
+/** True if a factorisation may keep pivots of earlier values, on which roundings then depend. */
+bool kmp_block_keeps_pivots(const kmp_block *b);
+
 /** Number of diagonal blocks, 0 for NULL; block k holds `*count` matrix columns, returned. */
 int kmp_block_count(const kmp_block *b);
 const int *kmp_block_columns(const kmp_block *b, int k, int *count);

@@ -5,6 +5,7 @@
 
 #include "base/clones.h"
 #include "base/simd4.h"
+#include <stddef.h>
 
 enum { KMP_WIDEST = 16, KMP_WIDE_FOURS = KMP_WIDEST / KMP_FOUR };
 
@@ -67,4 +68,17 @@ static KMP_INTO_CLONES void kmp_wide_store_times(int fours, double factor, const
 {
     for (int f = 0; f < fours; f++)
         KMP_FOUR_AT(row + KMP_FOUR * f) = sum[f] * factor;
+}
+
+/** Column k of `to`, of leading dimension ld, = number k of the rows: a tile of four rows and columns, transposed. */
+static KMP_INTO_CLONES void kmp_wide_transpose(const double *const row[KMP_FOUR], ptrdiff_t ld, double *to)
+{
+    const kmp_four a = KMP_FOUR_CONST(row[0]), b = KMP_FOUR_CONST(row[1]), c = KMP_FOUR_CONST(row[2]),
+                   d = KMP_FOUR_CONST(row[3]);
+    const kmp_four e = KMP_FOUR_OF(a, b, 0, 4, 2, 6), f = KMP_FOUR_OF(a, b, 1, 5, 3, 7),
+                   g = KMP_FOUR_OF(c, d, 0, 4, 2, 6), h = KMP_FOUR_OF(c, d, 1, 5, 3, 7);
+    KMP_FOUR_AT(to) = KMP_FOUR_OF(e, g, 0, 1, 4, 5);
+    KMP_FOUR_AT(to + ld) = KMP_FOUR_OF(f, h, 0, 1, 4, 5);
+    KMP_FOUR_AT(to + 2 * ld) = KMP_FOUR_OF(e, g, 2, 3, 6, 7);
+    KMP_FOUR_AT(to + 3 * ld) = KMP_FOUR_OF(f, h, 2, 3, 6, 7);
 }

@@ -21,6 +21,7 @@
 static void release_names(kmp_state_derivatives *d)
 {
     kmp_derivatives_release_hessians(d);
+    kmp_derivative_lanes_forget(&d->many);
     kmp_slopes_free(d->slopes);
     kempe_system_free(d->varied);
     kmp_variant_free(d->variant);
@@ -32,6 +33,7 @@ static void free_derivatives(void *self)
 {
     kmp_state_derivatives *d = self;
     release_names(d);
+    kmp_derivative_lanes_free(&d->many);
     kmp_direction_lanes_free(&d->lanes);
     kmp_tangents_free(&d->tangents);
     kmp_second_derivatives_free(&d->second);
@@ -334,9 +336,9 @@ void kmp_derivatives_follow(kempe_workspace *ws, const kmp_derivative_point *poi
 
 /* -- matrices ---------------------------------------------------------------------------------------- */
 
-/* Kinds of changes: of all coordinates, of their rates, of forces; of the independent coordinates along closed motions,
- * and of their rates; of the names. */
-enum { BY_Q, BY_QD, BY_Q_FORCE, BY_U, BY_UD, BY_NAME, KINDS };
+/* Kinds of changes: of all coordinates, of their rates, of forces, of the names; along closed motions, of the
+ * independent coordinates, of their rates, and of the names. */
+enum { BY_Q, BY_QD, BY_EFFORT, BY_NAME, BY_U, BY_UD, BY_NAME_CLOSED, KINDS };
 
 /* Matrices of accelerations, multipliers and outputs by one kind of change, of `count` columns. Along closed motions
  * accelerations are the independent ones, and qd is the change of the rates. NULL: not wanted. */
@@ -362,30 +364,37 @@ typedef struct lanes_of {
     int lane, end, column;
 } lanes_of;
 
+static void add_to_lane(int count, const double *values, ptrdiff_t width, int lane, double *rows)
+{
+    for (int i = 0; i < count; i++)
+        rows[i * width + lane] += values[i];
+}
+
 /* The change of the equations along the column of a lane. */
 static void change_lane(kempe_workspace *ws, const kmp_derivative_point *point, int kind, int column, int lane)
 {
     kmp_state_derivatives *d = ws->derivatives.self;
     kmp_direction_lanes *x = &d->lanes;
-    const int m = ws->m, all = 3 * m + ws->n;
-    double *const part[] = {x->h, x->rate, x->curve};
     if (kind == BY_Q || kind == BY_QD) {
         const bool rates = kind == BY_QD;
         kmp_direction_lanes_add_column(x, &d->tangents, rates ? KMP_R_QD : KMP_R_Q, point->tangents, column, lane,
                                        x->force);
         kmp_direction_lanes_add_column(x, &d->tangents, rates ? KMP_CURVE_QD : KMP_CURVE_Q, point->tangents, column,
                                        lane, x->curve);
-    } else if (kind == BY_Q_FORCE)
+    } else if (kind == BY_EFFORT)
         x->force[column * x->width + lane] -= 1;
     else if (kind == BY_U)
         x->u[lane] = column;
     else if (kind == BY_UD)
         x->ud[lane] = column;
     else {
-        (void)kmp_slopes_change(d->slopes, column, d->part);
-        for (int i = 0; i < all; i++)
-            (i < 3 * m ? part[i / m] + (ptrdiff_t)(i % m) * x->width
-                       : x->force + (ptrdiff_t)(i - 3 * m) * x->width)[lane] += d->part[i];
+        const kmp_change change = kmp_slopes_change(d->slopes, column, d->part);
+        add_to_lane(ws->n, change.force, x->width, lane, x->force);
+        add_to_lane(ws->m, change.curve, x->width, lane, x->curve);
+        if (kind == BY_NAME_CLOSED) {
+            add_to_lane(ws->m, change.h, x->width, lane, x->h);
+            add_to_lane(ws->m, change.rate, x->width, lane, x->rate);
+        }
     }
 }
 
@@ -415,25 +424,25 @@ static void put_outputs(kempe_workspace *ws, const lanes_of *of, bool closed)
     kmp_state_derivatives *d = ws->derivatives.self;
     const kmp_direction_lanes *x = &d->lanes;
     const int n = ws->n, kind = of->by->kind;
+    const bool named = kind == BY_NAME || kind == BY_NAME_CLOSED;
     for (int l = of->lane; l < of->end; l++) {
         const int column = of->column + l - of->lane;
-        kmp_state_change change = {.name = kind == BY_NAME ? column : -1};
+        const kmp_state_change change = {.q = closed         ? kind == BY_UD ? NULL : d->dq
+                                              : kind == BY_Q ? d->unit
+                                                             : NULL,
+                                         .qd = closed          ? d->dqd
+                                               : kind == BY_QD ? d->unit
+                                                               : NULL,
+                                         .name = named ? column : -1};
         if (closed) {
             kmp_direction_lanes_put(x, n, NULL, x->dq, l, 1, d->dq);
             kmp_direction_lanes_put(x, n, NULL, x->dqd, l, 1, d->dqd);
-            change.q = kind == BY_UD ? NULL : d->dq;
-            change.qd = d->dqd;
-        } else if (kind == BY_Q)
-            change.q = d->unit;
-        else if (kind == BY_QD)
-            change.qd = d->unit;
+        }
         kmp_direction_lanes_put(x, n, NULL, x->qdd, l, 1, d->x);
         kmp_direction_lanes_put(x, ws->m, NULL, x->lambda, l, 1, d->a);
-        if (kind != BY_NAME)
-            d->unit[column] = 1;
+        d->unit[named ? 0 : column] = 1;
         kmp_derivatives_of_outputs(ws, &change, column_of(of->by->y, d->outputs, column));
-        if (kind != BY_NAME)
-            d->unit[column] = 0;
+        d->unit[named ? 0 : column] = 0;
     }
 }
 
@@ -444,7 +453,7 @@ static void put_lanes(kempe_workspace *ws, const lanes_of *of, bool closed)
     const columns_by *by = of->by;
     const int n = ws->n, m = ws->m, p = ws->part.p, count = of->end - of->lane, column = of->column;
     if (by->accelerations && closed)
-        kmp_direction_lanes_put(x, p, x->order, x->udd, of->lane, count, column_of(by->accelerations, p, column));
+        kmp_direction_lanes_put(x, p, x->place, x->udd, of->lane, count, column_of(by->accelerations, p, column));
     else if (by->accelerations)
         kmp_direction_lanes_put(x, n, NULL, x->qdd, of->lane, count, column_of(by->accelerations, n, column));
     if (by->lambda && m > 0)
@@ -473,7 +482,7 @@ static void derive_columns(kempe_workspace *ws, const kmp_derivative_point *poin
         lanes_of of[KINDS];
         int parts = 0;
         bool bends = closed;
-        kmp_direction_lanes_begin(&d->lanes, count);
+        kmp_direction_lanes_begin(&d->lanes, count, closed);
         for (int l = 0; l < count; l++) {
             while (column == by[kind].count) {
                 kind++;
@@ -482,7 +491,7 @@ static void derive_columns(kempe_workspace *ws, const kmp_derivative_point *poin
             if (l == 0 || column == 0)
                 of[parts++] = (lanes_of){&by[kind], l, l, column};
             of[parts - 1].end = l + 1;
-            bends = bends || by[kind].kind != BY_Q_FORCE;
+            bends = bends || by[kind].kind != BY_EFFORT;
             change_lane(ws, point, by[kind].kind, column++, l);
         }
         if (closed)
@@ -502,7 +511,7 @@ static void derive_all(kempe_workspace *ws, const kmp_derivative_point *point, c
     const kmp_state_derivatives *d = ws->derivatives.self;
     columns_by by[] = {{BY_Q, ws->n, out->qdd_q, out->lambda_q, out->y_q, NULL, NULL},
                        {BY_QD, ws->n, out->qdd_qd, out->lambda_qd, out->y_qd, NULL, NULL},
-                       {BY_Q_FORCE, ws->n, out->qdd_Q, out->lambda_Q, out->y_Q, NULL, NULL},
+                       {BY_EFFORT, ws->n, out->qdd_Q, out->lambda_Q, out->y_Q, NULL, NULL},
                        {BY_NAME, d->names, out->qdd_p, out->lambda_p, out->y_p, NULL, NULL}};
     for (int k = 0; k < 4; k++) {
         by[k].y = d->outputs > 0 ? by[k].y : NULL;
@@ -517,9 +526,11 @@ static void derive_closed(kempe_workspace *ws, const kmp_derivative_point *point
 {
     kmp_state_derivatives *d = ws->derivatives.self;
     const int n = ws->n, p = ws->part.p;
-    columns_by by[] = {{BY_U, p, out->udd_u, NULL, out->y_u, out->q_u, out->qd_u},
+    if (out->q_u && p > 0)
+        memcpy(out->q_u, ws->red.x, (size_t)n * (size_t)p * sizeof *out->q_u);
+    columns_by by[] = {{BY_U, p, out->udd_u, NULL, out->y_u, NULL, out->qd_u},
                        {BY_UD, p, out->udd_ud, NULL, out->y_ud, NULL, NULL},
-                       {BY_NAME, d->names, out->udd_p, NULL, out->y_up, out->q_p, out->qd_p}};
+                       {BY_NAME_CLOSED, d->names, out->udd_p, NULL, out->y_up, out->q_p, out->qd_p}};
     for (int k = 0; k < 3; k++) {
         by[k].y = d->outputs > 0 ? by[k].y : NULL;
         if (!by[k].accelerations && !by[k].q && !by[k].qd && !by[k].y)
@@ -534,9 +545,9 @@ static void derive_closed(kempe_workspace *ws, const kmp_derivative_point *point
     }
     for (int j = 0; out->udd_Q && point->reduced && j < n; j += KMP_DIRECTIONS) {
         const int count = n - j < KMP_DIRECTIONS ? n - j : KMP_DIRECTIONS;
-        kmp_direction_lanes_begin(&d->lanes, count);
-        kmp_direction_lanes_press(&d->lanes, j);
-        kmp_direction_lanes_put(&d->lanes, p, d->lanes.order, d->lanes.udd, 0, count, column_of(out->udd_Q, p, j));
+        kmp_direction_lanes_begin(&d->lanes, count, false);
+        kmp_direction_lanes_press(&d->lanes, j, count);
+        kmp_direction_lanes_put(&d->lanes, p, d->lanes.place, d->lanes.udd, 0, count, column_of(out->udd_Q, p, j));
     }
 }
 
@@ -572,6 +583,25 @@ kempe_status kmp_derivative_point_take(kempe_workspace *ws, double t, const doub
     return KEMPE_OK;
 }
 
+static bool wants_closed(const kempe_workspace_derivatives *out)
+{
+    return out->udd_u || out->udd_ud || out->udd_Q || out->q_u || out->qd_u || out->udd_p || out->q_p || out->qd_p ||
+           out->y_u || out->y_ud || out->y_up;
+}
+
+/* All that is wanted at a point that was taken. */
+static void put_derivatives(kempe_workspace *ws, const kmp_derivative_point *point, double *qdd, double *lambda,
+                            const kempe_workspace_derivatives *out)
+{
+    derive_all(ws, point, out);
+    if (wants_closed(out))
+        derive_closed(ws, point, out);
+    kmp_derivatives_outputs(ws, point, out->y);
+    memcpy(qdd, ws->answer, (size_t)ws->n * sizeof *qdd);
+    if (lambda)
+        memcpy(lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *lambda);
+}
+
 kempe_status kempe_workspace_forward_derivatives(kempe_workspace *ws, double t, const double *q, const double *qd,
                                                  const double *Q, double *qdd, double *lambda,
                                                  const kempe_workspace_derivatives *out)
@@ -580,17 +610,9 @@ kempe_status kempe_workspace_forward_derivatives(kempe_workspace *ws, double t, 
     if (!kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) ||
         !kmp_workspace_given(ws, "qdd", qdd) || !kmp_workspace_given(ws, "out", out))
         return KEMPE_E_ARGUMENT;
-    const bool closed = out->udd_u || out->udd_ud || out->udd_Q || out->q_u || out->qd_u || out->udd_p || out->q_p ||
-                        out->qd_p || out->y_u || out->y_ud || out->y_up;
     kmp_derivative_point point;
-    KMP_TRY(kmp_derivative_point_take(ws, t, q, qd, Q, closed, &point));
-    derive_all(ws, &point, out);
-    if (closed)
-        derive_closed(ws, &point, out);
-    kmp_derivatives_outputs(ws, &point, out->y);
-    memcpy(qdd, ws->answer, (size_t)ws->n * sizeof *qdd);
-    if (lambda)
-        memcpy(lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *lambda);
+    KMP_TRY(kmp_derivative_point_take(ws, t, q, qd, Q, wants_closed(out), &point));
+    put_derivatives(ws, &point, qdd, lambda, out);
     return KEMPE_OK;
 }
 
@@ -598,6 +620,50 @@ kempe_status kempe_workspace_forward_derivatives(kempe_workspace *ws, double t, 
 static double *place_of(double *rows, int size, int state)
 {
     return rows ? rows + (ptrdiff_t)size * state : NULL;
+}
+
+static kempe_workspace_derivatives places_of(const kempe_workspace *ws, const kempe_workspace_derivatives *rows, int k)
+{
+    const int n = ws->n, m = ws->m, p = kempe_workspace_independent_count(ws), names = kempe_workspace_name_count(ws),
+              outputs = kempe_workspace_output_count(ws);
+    return (kempe_workspace_derivatives){
+        place_of(rows->qdd_q, n * n, k),         place_of(rows->qdd_qd, n * n, k),
+        place_of(rows->qdd_Q, n * n, k),         place_of(rows->lambda_q, m * n, k),
+        place_of(rows->lambda_qd, m * n, k),     place_of(rows->lambda_Q, m * n, k),
+        place_of(rows->udd_u, p * p, k),         place_of(rows->udd_ud, p * p, k),
+        place_of(rows->udd_Q, p * n, k),         place_of(rows->q_u, n * p, k),
+        place_of(rows->qd_u, n * p, k),          place_of(rows->qdd_p, n * names, k),
+        place_of(rows->lambda_p, m * names, k),  place_of(rows->udd_p, p * names, k),
+        place_of(rows->q_p, n * names, k),       place_of(rows->qd_p, n * names, k),
+        place_of(rows->y, outputs, k),           place_of(rows->y_q, outputs * n, k),
+        place_of(rows->y_qd, outputs * n, k),    place_of(rows->y_Q, outputs * n, k),
+        place_of(rows->y_p, outputs * names, k), place_of(rows->y_u, outputs * p, k),
+        place_of(rows->y_ud, outputs * p, k),    place_of(rows->y_up, outputs * names, k)};
+}
+
+/* Arguments of a call for many states. */
+typedef struct derived_rows {
+    const double *t, *q, *qd, *Q;
+    int step; /* of t */
+    double *qdd, *lambda;
+    const kempe_workspace_derivatives *out;
+} derived_rows;
+
+/* Derivatives at a group of states from number k on, in lanes. false: nothing was done. */
+static bool derive_group(kempe_workspace *ws, const derived_rows *in, int k, int count)
+{
+    const ptrdiff_t at = (ptrdiff_t)k * ws->n;
+    if (!kmp_derivative_lanes_run(ws, in->t + (in->step ? k : 0), in->step, in->q + at, in->qd + at,
+                                  in->Q ? in->Q + at : NULL, wants_closed(in->out)))
+        return false;
+    for (int l = 0; l < KMP_STAGE_LANES; l++) {
+        kmp_derivative_point point;
+        const kempe_workspace_derivatives out = places_of(ws, in->out, k + l);
+        kmp_derivative_lanes_take(ws, in->q + at, in->qd + at, l, k + l + 1 == count, &point);
+        put_derivatives(ws, &point, in->qdd + at + (ptrdiff_t)l * ws->n, place_of(in->lambda, ws->m, k + l), &out);
+        kmp_derivative_lanes_give_back(ws, l);
+    }
+    return true;
 }
 
 kempe_status kempe_workspace_derivative_states(kempe_workspace *ws, int count, const double *t, int t_step,
@@ -609,35 +675,28 @@ kempe_status kempe_workspace_derivative_states(kempe_workspace *ws, int count, c
         !kmp_workspace_given(ws, "qdd", qdd) || !kmp_workspace_given(ws, "rows", rows))
         return KEMPE_E_ARGUMENT;
     KMP_TRY(kmp_workspace_check_count(ws, count));
-    const int n = ws->n, m = ws->m, p = kempe_workspace_independent_count(ws), names = kempe_workspace_name_count(ws),
-              outputs = kempe_workspace_output_count(ws);
+    const derived_rows in = {t, q, qd, Q, t_step, qdd, lambda, rows};
+    const bool lanes = kmp_derivative_lanes_by(ws, count);
     kempe_status status = KEMPE_OK;
     int k = 0;
     const bool before = kmp_interrupt_taken(ws->system->context);
     ws->message[0] = '\0';
     ws->visits = true;
-    for (; k < count && status == KEMPE_OK; k++) {
+    while (k < count && status == KEMPE_OK) {
         if (kmp_workspace_interrupted(ws, before, k, count, "states")) {
             status = KEMPE_STOPPED;
             k++;
             break;
         }
-        const ptrdiff_t at = (ptrdiff_t)k * n;
-        const kempe_workspace_derivatives out = {
-            place_of(rows->qdd_q, n * n, k),         place_of(rows->qdd_qd, n * n, k),
-            place_of(rows->qdd_Q, n * n, k),         place_of(rows->lambda_q, m * n, k),
-            place_of(rows->lambda_qd, m * n, k),     place_of(rows->lambda_Q, m * n, k),
-            place_of(rows->udd_u, p * p, k),         place_of(rows->udd_ud, p * p, k),
-            place_of(rows->udd_Q, p * n, k),         place_of(rows->q_u, n * p, k),
-            place_of(rows->qd_u, n * p, k),          place_of(rows->qdd_p, n * names, k),
-            place_of(rows->lambda_p, m * names, k),  place_of(rows->udd_p, p * names, k),
-            place_of(rows->q_p, n * names, k),       place_of(rows->qd_p, n * names, k),
-            place_of(rows->y, outputs, k),           place_of(rows->y_q, outputs * n, k),
-            place_of(rows->y_qd, outputs * n, k),    place_of(rows->y_Q, outputs * n, k),
-            place_of(rows->y_p, outputs * names, k), place_of(rows->y_u, outputs * p, k),
-            place_of(rows->y_ud, outputs * p, k),    place_of(rows->y_up, outputs * names, k)};
+        if (lanes && count - k >= KMP_STAGE_LANES && derive_group(ws, &in, k, count)) {
+            k += KMP_STAGE_LANES;
+            continue;
+        }
+        const ptrdiff_t at = (ptrdiff_t)k * ws->n;
+        const kempe_workspace_derivatives out = places_of(ws, rows, k);
         status = kempe_workspace_forward_derivatives(ws, t[t_step ? k : 0], q + at, qd + at, Q ? Q + at : NULL,
-                                                     qdd + at, place_of(lambda, m, k), &out);
+                                                     qdd + at, place_of(lambda, ws->m, k), &out);
+        k++;
     }
     ws->visits = false;
     if (failed)

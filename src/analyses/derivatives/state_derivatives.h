@@ -3,6 +3,7 @@
  * outputs to a small change of the state, which matrices and products with vectors share. */
 #pragma once
 
+#include "analyses/derivatives/derivative_lanes.h"
 #include "analyses/derivatives/parameter_slopes.h"
 #include "constraints/evaluation/tangent.h"
 #include "constraints/partition/direction_lanes.h"
@@ -34,6 +35,7 @@ typedef struct kmp_state_derivatives {
     double *x_before, *a_before; /* n, m: the response to the first direction */
     kmp_curvature curvature;     /* without `curved`: it is not there */
     bool curved;
+    kmp_derivative_lanes many; /* of states */
     double *path; /* work space for Hessians: changes of the state along directions, of the user's force, */
     int paths;    /* and the number of directions for which there is room */
 } kmp_state_derivatives;
