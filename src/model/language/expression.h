@@ -184,6 +184,7 @@ typedef struct kmp_expr_scope {
      * `word` as its beginning. NULL: points and rates are not allowed. */
     bool (*point)(void *user, const char *text, const char *word, int column, kmp_measure_argument *argument);
     bool accelerations;                                   /* accelerations of points are allowed */
+    bool jumps;                                           /* floor and wrap are allowed, whose jumps no event locates */
     const char *(*contact)(void *user, const char *name); /* a contact's name in the model; NULL: there is none */
     const kmp_expr_locals *locals;                        /* NULL: none */
     void (*suggest)(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence);

@@ -169,6 +169,7 @@ typedef enum kmp_operands {
     KMP_OF_PARAMETERS,
     KMP_OF_TIME,    /* t */
     KMP_OF_STATE,   /* t, q, qd */
+    KMP_OF_NEXT,    /* the same, at separate times */
     KMP_OF_LOADS,   /* and multipliers of the closures, which have been read */
     KMP_OF_MOTION,  /* and accelerations */
     KMP_COMPARISON, /* of two expressions of motion */
