@@ -109,6 +109,7 @@ kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_optio
 {
     KMP_WANTED_BOTH(system, stepper);
     KMP_OPTIONS(system->context, kempe_run_options, run);
+    KMP_TRY(kmp_run_options_check(system->context, run, KMP_STUDY_STEPPER));
     kmp_model_begin_forces(system->model);
     KMP_MAKE(system->context, kempe_stepper, s);
     s->system = system;
