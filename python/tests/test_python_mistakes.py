@@ -556,3 +556,30 @@ def test_steps_of_constant_length_in_ensembles():
     """Lanes choose their steps: instances with steps of constant length are separate runs."""
     ensemble = kempe.Model(ROOT / "examples/four_bar/four_bar.yaml").ensemble({"crank": [0.29, 0.30]})
     assert ensemble.run(t_end=0.1, fixed_step=0.001, no_convergence_check=True).instances["steps"].tolist() == [100, 100]
+
+
+# -- one sentence for one mistake ----------------------------------------------------------------------------
+
+ALONE = {
+    "a stop in the past": lambda m: m.system().stepper(t_end=1).set_stop(-1),
+    "friction of a workspace": lambda m: m.system().workspace("glue"),
+    "a row of a trajectory": lambda m: m.system().outputs("q").at_row(m.system().simulate(t_end=0.01), 1000),
+    "outputs of another system": lambda m: m.system().outputs("q").at_stepper(kempe.Model(CART).system().stepper(t_end=1)),
+    "an open loop": lambda m: m.system().outputs("q").closed_jacobian(0, OPEN),
+    "two held coordinates": lambda m: m.sensitivity(parameters="base", outputs="q(rocker)", t_end=0.1),
+    "a flow of these": lambda m: m.flow(0.1, variables="base", outputs="q(rocker)")(),
+}
+
+
+@pytest.mark.parametrize("call", ALONE.values(), ids=ALONE)
+def test_a_mistake_has_one_sentence(call):
+    """Also after another mistake, and the same again."""
+    model, said = kempe.Model.from_text(FOUR.read_text().replace("hold: [crank]", "hold: [crank, rocker]")), []
+    for _ in range(2):
+        with pytest.raises(kempe.Error) as error:
+            call(model)
+        said.append(str(error.value))
+        with pytest.raises(kempe.Error):
+            model.system().stepper(t_end=1).advance(2)
+    assert said[0] == said[1] and "\n" not in said[0]
+    assert said[0].count("has no derivative") < 2 and "possible choice" not in said[0]

@@ -313,6 +313,7 @@ double kempe_stepper_input(const kempe_stepper *stepper, int input)
 kempe_status kempe_stepper_set_stop(kempe_stepper *s, double t)
 {
     KMP_WANTED(NULL, s, "stepper");
+    kmp_context_clear(s->system->context);
     if (!(t > s->t) || kmp_same_time(t, s->t))
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "a stop at %.9g s is not after the present %.9g s", t,
                         s->t);
