@@ -37,8 +37,9 @@ typedef struct kempe_sensitivity kempe_sensitivity;
 
 /** Derives the equations with the parameters kept symbolic, and computes the derivatives. Derivatives of a trajectory
  * are repeated at another tolerance, unless the run's no_convergence_check is set: a warning is logged when they
- * differ. The model must outlive the sensitivity. KEMPE_E_ARGUMENT: a name or number is wrong. KEMPE_E_FAILED, with the
- * message, and KEMPE_STOPPED: rows up to that point are given. */
+ * differ. The model must outlive the sensitivity. KEMPE_E_ARGUMENT: a name or number is wrong, or the run has an option
+ * that is not obeyed here, as the formulation. KEMPE_E_FAILED, with the message, and KEMPE_STOPPED: rows up to that
+ * point are given. */
 KEMPE_API kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensitivity_options *options,
                                              kempe_sensitivity **sensitivity);
 KEMPE_API void kempe_sensitivity_free(kempe_sensitivity *sensitivity);

@@ -81,6 +81,7 @@ kempe_status kempe_workspace_new_with_friction(const kempe_system *system, const
 {
     KMP_WANTED_BOTH(system, workspace);
     KMP_WANTED(system->context, friction, "friction");
+    kmp_context_clear(system->context);
     bool sticks = strcmp(friction, "stick") == 0, none = strcmp(friction, "none") == 0;
     if (!sticks && !none && strcmp(friction, "slip") != 0)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT,

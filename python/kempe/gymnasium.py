@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -18,7 +19,22 @@ from .table import column_name
 from .workspace import processors
 
 if TYPE_CHECKING:
+    from typing import Required, Unpack
+
+    from ._options import RunOptions
     from .model import Model
+
+    class TaskOptions(RunOptions, total=False):
+        """Keywords of both environments (`_task`), and options of the stepper."""
+
+        step_time: Required[float]
+        horizon: Required[float]
+        observation: str | Sequence[str]
+        more: str | Sequence[str]
+        limits: Mapping[str, tuple[float, float]] | None
+        terminated: Callable[[Values], Any] | None
+        start: Start | None
+        failure_reward: float
 
 _absent = ""
 try:
@@ -88,16 +104,18 @@ class _Task(NamedTuple):
 def _task(
     inputs: Mapping[str, Limits],
     reward: Callable[[Values], Any],
+    *,
     step_time: float,
     horizon: float,
-    observation: Any,
-    more: Any,
-    limits: Mapping[str, Limits] | None,
-    terminated: Callable[[Values], Any] | None,
-    start: Start | None,
-    failure_reward: float,
-    options: Mapping[str, Any],
+    observation: str | Sequence[str] = ("q", "qd"),
+    more: str | Sequence[str] = (),
+    limits: Mapping[str, Limits] | None = None,
+    terminated: Callable[[Values], Any] | None = None,
+    start: Start | None = None,
+    failure_reward: float = 0.0,
+    **options: Any,
 ) -> _Task:
+    """The arguments of both environments."""
     if _absent:
         raise ImportError(_absent)
     if not inputs:
@@ -364,18 +382,9 @@ class Environment(Env):  # type: ignore[misc]
         model: Model,
         inputs: Mapping[str, Limits],
         reward: Callable[[Values], Any],
-        *,
-        step_time: float,
-        horizon: float,
-        observation: str | Sequence[str] = ("q", "qd"),
-        more: str | Sequence[str] = (),
-        limits: Mapping[str, Limits] | None = None,
-        terminated: Callable[[Values], Any] | None = None,
-        start: Start | None = None,
-        failure_reward: float = 0.0,
-        **options: Any,
+        **options: Unpack[TaskOptions],
     ) -> None:
-        task = _task(inputs, reward, step_time, horizon, observation, more, limits, terminated, start, failure_reward, options)
+        task = _task(inputs, reward, **options)
         self._instances = _Instances(model, task, 1, 1)
         self.observation_space: Any = _space(self._instances.observed)
         self.action_space: Any = Box(task.low, task.high, dtype=np.float64)
@@ -436,25 +445,17 @@ class VectorEnvironment(VectorEnv):  # type: ignore[misc]
 
     render_mode: str | None = None
 
-    def __init__(
+    def __init__(  # type: ignore[misc]
         self,
         model: Model,
         count: int,
         inputs: Mapping[str, Limits],
         reward: Callable[[Values], Any],
         *,
-        step_time: float,
-        horizon: float,
-        observation: str | Sequence[str] = ("q", "qd"),
-        more: str | Sequence[str] = (),
-        limits: Mapping[str, Limits] | None = None,
-        terminated: Callable[[Values], Any] | None = None,
-        start: Start | None = None,
-        failure_reward: float = 0.0,
         threads: int = 0,
-        **options: Any,
+        **options: Unpack[TaskOptions],
     ) -> None:
-        task = _task(inputs, reward, step_time, horizon, observation, more, limits, terminated, start, failure_reward, options)
+        task = _task(inputs, reward, **options)
         if count < 1 or threads < 0:
             raise ArgumentError(f"at least one instance is needed, and no negative number of threads, not {count} and {threads}")
         self.metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -548,3 +549,17 @@ def _space(count: int) -> Any:
 def _described(instances: _Instances) -> str:
     task = instances.task
     return f"inputs {', '.join(task.inputs)}, {instances.observed} observations, steps of {task.step_time:g} s to {task.steps * task.step_time:g} s"
+
+
+def _list_arguments(owner: type[Any]) -> None:
+    """Puts the keywords of `_task` in place of **options in the signature of an environment."""
+    own, task = inspect.signature(owner.__init__), inspect.signature(_task).parameters
+    kept = [each for each in own.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
+    added = [each for name, each in task.items() if name not in own.parameters or name == "options"]
+    first = next((k for k, each in enumerate(kept) if each.kind is inspect.Parameter.KEYWORD_ONLY), len(kept))
+    owner.__init__.__signature__ = own.replace(parameters=[*kept[:first], *added[:-1], *kept[first:], added[-1]])
+
+
+_task.__qualname__ = "Environment"  # of its errors about missing arguments
+_list_arguments(Environment)
+_list_arguments(VectorEnvironment)

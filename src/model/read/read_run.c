@@ -286,7 +286,7 @@ static const kmp_key run_keys[] = {
 #define RUN_KEY_NAMES(name, type, absent)  {#name, "", absent},
 #define RUN_KEY_CHOICE(name, type, absent) {#name, "", absent},
 #define RUN_KEY_NO(name, type, absent)
-#define KMP_RUN_OPTION(name, type, key, engine, folder, commands, group, option, value, absent, ...)                   \
+#define KMP_RUN_OPTION(name, type, key, engine, folder, studies, commands, group, option, value, absent, ...)          \
     RUN_KEY_##key(name, type, absent)
 #include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
