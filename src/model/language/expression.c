@@ -337,6 +337,12 @@ const char *kmp_function_name(kmp_function function)
     return functions[function].name;
 }
 
+bool kmp_function_yields(const char *name)
+{
+    return strcmp(name, kmp_function_name(KMP_FUNCTION_floor)) == 0 ||
+           strcmp(name, kmp_function_name(KMP_FUNCTION_wrap)) == 0;
+}
+
 /* -- errors ------------------------------------------------------------------------------------------ */
 
 KMP_NOINLINE static const kmp_expr *complain_function(const kmp_parser *p, const char *where, const char *name)

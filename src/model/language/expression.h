@@ -254,6 +254,9 @@ const kmp_expr *kmp_parse_sum(struct kmp_parser *p);
 
 const char *kmp_function_name(kmp_function function);
 
+/** True for functions that yield to a name of the model: parameters may be called floor, as in older models. */
+bool kmp_function_yields(const char *name);
+
 /** Its word, "" if it is not said. */
 const char *kmp_outside_word(kmp_outside outside);
 
