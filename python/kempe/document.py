@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ._native import lib
@@ -102,6 +102,19 @@ def _has(path: str, name: str) -> bool:
     except (ArgumentError, InputError):  # it has not, or is in another format
         return False
     return True
+
+
+def set_robots(document: Document, base: str | None, limits: bool, left_out: Sequence[str]) -> None:
+    """Settings of a reading, in the entries of robots in other formats that the document includes."""
+    for entry in document.get("include") or ():
+        if str(entry["file"]).endswith((".yaml", ".yml")):
+            continue
+        if base is not None:
+            entry.setdefault("base", base)
+        if limits:
+            entry.setdefault("joint_limits", "yes")
+        if left_out:
+            entry["leave_out"] = [*left_out, *(name for name in entry.get("leave_out") or () if name not in left_out)]
 
 
 def set_start(document: Document, before: Mapping[str, Any], now: Mapping[str, Any], q: bool, qd: bool, states: Iterable[str]) -> None:
