@@ -19,9 +19,11 @@
 static bool withdraws(kmp_reader *r, const kmp_yaml *map, int entry)
 {
     const kmp_yaml *own = map->keys[entry];
+    if (!map->items[entry]->empty || map->keys[map->count - 1]->place.file == own->place.file)
+        return false;
     const char *name = kmp_reader_name(r, own->place.file, own->text);
     bool found = false;
-    for (int i = entry + 1; map->items[entry]->empty && i < map->count && !found; i++)
+    for (int i = entry + 1; i < map->count && !found; i++)
         found = strcmp(kmp_reader_name(r, map->keys[i]->place.file, map->keys[i]->text), name) == 0;
     return found;
 }
