@@ -120,15 +120,13 @@ def set_robots(document: Document, base: str | None, limits: bool, left_out: Seq
 def set_start(document: Document, before: Mapping[str, Any], now: Mapping[str, Any], q: bool, qd: bool, states: Iterable[str]) -> None:
     """The start of a model in place of the one before: all of its q, or all of its rates, and values of states."""
     start = document["start"] = dict(document.get("start") or {})
-    own = {key: set(start.get(key) or ()) for key in ("qd", "goals")}
     if q:
         start["q"], start["hold"] = now["q"], now["hold"]
-        start["goals"] = dict.fromkeys(name for name in before["goals"] if name not in own["goals"])  # of included files
+        start["goals"] = dict.fromkeys(before["goals"])  # None: not a goal, also of an included file
         if start.get("elastic") == "static" and not now["statics"]:
             start["elastic"] = "held"
     if qd:
-        withdrawn = (name for name in before["qd"] if name not in now["qd"] and name not in own["qd"])
-        start["qd"] = {**now["qd"], **dict.fromkeys(withdrawn)}
+        start["qd"] = {**dict.fromkeys(before["qd"]), **now["qd"]}
     given = {name: now["states"][name] for name in states}
     if given:
         start["states"] = {**(start.get("states") or {}), **given}
