@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ._native import lib
@@ -104,18 +104,29 @@ def _has(path: str, name: str) -> bool:
     return True
 
 
+def set_robots(document: Document, base: str | None, limits: bool, left_out: Sequence[str]) -> None:
+    """Settings of a reading, in the entries of robots in other formats that the document includes."""
+    for entry in document.get("include") or ():
+        if str(entry["file"]).endswith((".yaml", ".yml")):
+            continue
+        if base is not None:
+            entry.setdefault("base", base)
+        if limits:
+            entry.setdefault("joint_limits", "yes")
+        if left_out:
+            entry["leave_out"] = [*left_out, *(name for name in entry.get("leave_out") or () if name not in left_out)]
+
+
 def set_start(document: Document, before: Mapping[str, Any], now: Mapping[str, Any], q: bool, qd: bool, states: Iterable[str]) -> None:
     """The start of a model in place of the one before: all of its q, or all of its rates, and values of states."""
     start = document["start"] = dict(document.get("start") or {})
-    own = {key: set(start.get(key) or ()) for key in ("qd", "goals")}
     if q:
         start["q"], start["hold"] = now["q"], now["hold"]
-        start["goals"] = dict.fromkeys(name for name in before["goals"] if name not in own["goals"])  # of included files
+        start["goals"] = dict.fromkeys(before["goals"])  # None: not a goal, also of an included file
         if start.get("elastic") == "static" and not now["statics"]:
             start["elastic"] = "held"
     if qd:
-        withdrawn = (name for name in before["qd"] if name not in now["qd"] and name not in own["qd"])
-        start["qd"] = {**now["qd"], **dict.fromkeys(withdrawn)}
+        start["qd"] = {**dict.fromkeys(before["qd"]), **now["qd"]}
     given = {name: now["states"][name] for name in states}
     if given:
         start["states"] = {**(start.get("states") or {}), **given}

@@ -17,7 +17,7 @@ from .arrays import Array, finite, optional
 from .columns import columns_of, is_path, is_samples, samples_of, text_of_table
 from .context import Context, Fixed, level_of_caller, string
 from .display import details, model_html
-from .document import Document, actuators_of, bodies_of, document_of, joints_of, points_of, set_start, set_values
+from .document import Document, actuators_of, bodies_of, document_of, joints_of, points_of, set_robots, set_start, set_values
 from .ensemble import Ensemble, Folder, Function, Recipe, Values, rows_of
 from .errors import ArgumentError, FileError, InputError, KempeWarning
 from .fit import Fit, Optimum
@@ -176,8 +176,7 @@ class Model(Fixed):
             self._context.check(lib.kempe_context_set_base, self._context.pointer, utf8(reading.robot_base))
         self._context.check(lib.kempe_context_set_joint_limits, self._context.pointer, int(reading.joint_limits))
         self._context.check(lib.kempe_context_set_strict, self._context.pointer, int(reading.strict))
-        names = ",".join([reading.leave_out] if isinstance(reading.leave_out, str) else reading.leave_out)
-        self._context.check(lib.kempe_context_set_left_out, self._context.pointer, utf8(names))
+        self._context.check(lib.kempe_context_set_left_out, self._context.pointer, utf8(",".join(_names_of(reading.leave_out))))
         keep: list[Any] = []
         settings = ffi.new(
             "kempe_setting[]",
@@ -363,6 +362,8 @@ class Model(Fixed):
         made = document_of(self.name, self.export("yaml") if foreign else text, label, values)
         if reading.closure_tolerance is not None:
             made["closure_tolerance"] = reading.closure_tolerance
+        if not foreign:
+            set_robots(made, reading.robot_base, reading.joint_limits, _names_of(reading.leave_out))
         return made
 
     document = to_dict
@@ -713,6 +714,10 @@ def _put_instance(document: Document, path: str, k: int) -> None:
     folder = Folder.open(path)
     chunk = int(folder.to_dict()["chunk"])
     set_values(document, folder.part(k // chunk).row(k % chunk))
+
+
+def _names_of(given: str | Sequence[str]) -> list[str]:
+    return [name for each in ([given] if isinstance(given, str) else given) for name in each.split(",") if name.strip()]
 
 
 def _instance_again(recipe: Recipe, folder: str, k: int) -> Model:

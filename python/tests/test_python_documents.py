@@ -153,6 +153,26 @@ def test_values_of_included_files(tmp_path):
         kempe.Model(tmp_path / "whole.yaml", one_c_m=4)
 
 
+def test_starts_of_a_file_and_of_one_that_it_includes():
+    """Both have goals and rates of the same coordinates, and none of them is in another start."""
+    model = kempe.Model(ROOT / "tests/models/starts.yaml")
+    started = model.start_at(q=[0.1, 0.2, 0.3], qd=[1, 2, 3])
+    assert same(model) and same(started) and started.parsed()["start"]["goals"] == {}
+    assert same(model.start_at(qd=[1, 2, 3])) and same(started.start_at(qd={model.coordinates[0]: 5}))
+
+
+def test_settings_of_robots_are_in_it(tmp_path):
+    leg = ROOT / "tests/models/geared_leg.urdf"
+    (tmp_path / "leg.urdf").write_text(leg.read_text().replace("</joint>", "<spindle/></joint>", 1))
+    (tmp_path / "whole.yaml").write_text("kempe: 1\ngravity: [0, 0, -9.81]\ninclude: [{file: leg.urdf, prefix: l_, base: fixed}, {file: leg.urdf, prefix: r_}]\n")
+    for more in ({}, {"robot_base": "free"}, {"joint_limits": True}):
+        whole = kempe.Model(tmp_path / "whole.yaml", leave_out="spindle", **more)
+        assert kempe.Model.from_dict(whole.to_dict()).parsed() == whole.parsed(), more
+    assert [entry.get("base") for entry in whole.to_dict()["include"]] == ["fixed", None]
+    with pytest.raises(kempe.InputError, match="spindle"):
+        kempe.Model(tmp_path / "whole.yaml")
+
+
 def test_closure_tolerance_is_in_it(four_bar):
     assert kempe.Model(ROOT / "examples/four_bar/four_bar.yaml", closure_tolerance=1e-3).to_dict()["closure_tolerance"] == 1e-3
 

@@ -231,7 +231,7 @@ static void withdrawn_starts(void)
     m = NULL;
     CHECK(kempe_model_read_text(context,
                                 "kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}}\n"
-                                "start: {q: {a: null}}\n",
+                                "start: {q: {a: }}\n",
                                 "alone", &m) == KEMPE_E_INPUT);
 }
 

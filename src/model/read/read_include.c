@@ -484,17 +484,18 @@ static const kmp_yaml *set_values(kmp_reader *r, const kmp_yaml *root, const kmp
 /* Reports values that neither the file nor one that it includes has. */
 static void check_set(kmp_reader *r, const kmp_yaml *root, const kmp_yaml *set)
 {
-    const kmp_yaml *parameters = map_of(root, "parameters");
+    const kmp_yaml *parameters = map_of(root, "parameters"), *inputs = map_of(root, "inputs");
     for (int i = 0; set && i < set->count; i++) {
-        bool found = false;
+        bool found = find_key(parameters, set->keys[i]->text) || find_key(inputs, set->keys[i]->text);
         for (int k = 0; k < r->set_count && !found; k++)
             found = r->set_values[k] == set->items[i];
+        if (found)
+            continue;
         kmp_nearest nearest = kmp_nearest_begin(set->keys[i]->text);
         for (int k = 0; parameters && k < parameters->count; k++)
             kmp_nearest_offer(&nearest, parameters->keys[k]->text);
-        if (!found)
-            kmp_reader_complain_near(r, set->keys[i]->place, &nearest, "include set: '%s' has no parameter '%s'",
-                                     r->model->files[root->place.file], set->keys[i]->text);
+        kmp_reader_complain_near(r, set->keys[i]->place, &nearest, "include set: '%s' has no parameter '%s'",
+                                 r->model->files[root->place.file], set->keys[i]->text);
     }
 }
 

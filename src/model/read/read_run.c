@@ -14,14 +14,18 @@
 #include <math.h>
 #include <string.h>
 
-/* True if an empty entry withdraws a value of a file that its own file includes: entries of included files follow it.
- */
+/* True if an entry has no value on purpose: a null, or an empty one that withdraws a value of a file that its own file
+ * includes. Entries of included files follow it. */
 static bool withdraws(kmp_reader *r, const kmp_yaml *map, int entry)
 {
     const kmp_yaml *own = map->keys[entry];
+    if (!map->items[entry]->empty || strcmp(map->items[entry]->text, "null") == 0)
+        return map->items[entry]->empty;
+    if (map->keys[map->count - 1]->place.file == own->place.file)
+        return false;
     const char *name = kmp_reader_name(r, own->place.file, own->text);
     bool found = false;
-    for (int i = entry + 1; map->items[entry]->empty && i < map->count && !found; i++)
+    for (int i = entry + 1; i < map->count && !found; i++)
         found = strcmp(kmp_reader_name(r, map->keys[i]->place.file, map->keys[i]->text), name) == 0;
     return found;
 }
@@ -111,7 +115,9 @@ static void read_goals(kmp_reader *r, const kmp_yaml *map)
             goal.weight[k].value = 1;
         const char *what = kmp_reader_say(r, "the goal of '%s'", name);
         /* Its subject may have another text in an included file, whose goals follow. */
-        withdrawn[start->goal_count] = node->empty && map->keys[map->count - 1]->place.file != map->keys[i]->place.file;
+        withdrawn[start->goal_count] =
+            node->empty &&
+            (strcmp(node->text, "null") == 0 || map->keys[map->count - 1]->place.file != map->keys[i]->place.file);
         if (withdrawn[start->goal_count]) {
             said[start->goal_count] = map->keys[i]->place;
             start->goals[start->goal_count++] = goal;
