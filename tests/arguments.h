@@ -94,6 +94,7 @@ typedef kempe_system manchester_system, oscillating_system;
     }
 
 static const kempe_run_options short_run = {.t_end = 0.01, .output_step = 0.005, .no_convergence_check = 1};
+static const kempe_run_options plain_run = {.t_end = 0.01};
 static const kempe_compare_options short_compare = {
     .formulations = "reduced", .forms = "integrated", .integrators = "dop853,dopri5", .rtols = "1e-6", .t_end = 0.01};
 static const kempe_kinematics_options turn = {.sweep = "crank=0:0.1", .points = 5};
@@ -127,7 +128,7 @@ SOME(kempe_assembly, kempe_assembly_new, some_kempe_system(0))
 SOME(kempe_check, kempe_check_new, some_kempe_system(0))
 SOME(kempe_branches, kempe_branches_new, some_kempe_system(0), 1)
 SOME(kempe_trajectory, kempe_simulate, some_kempe_system(0), &short_run)
-SOME(kempe_stepper, kempe_stepper_new, some_kempe_system(0), &short_run)
+SOME(kempe_stepper, kempe_stepper_new, some_kempe_system(0), &plain_run)
 SOME(kempe_stepper_state, kempe_stepper_save, some_kempe_stepper(0))
 SOME(kempe_outputs, kempe_outputs_new, some_kempe_system(0), "energy")
 SOME(kempe_comparison, kempe_comparison_new, some_kempe_system(0), &short_compare)
@@ -194,7 +195,7 @@ ZERO(kempe_force_def)
 ZERO(kempe_shape_def)
 
 SOME(kempe_ensemble, kempe_ensemble_new, some_kempe_model(0), some_kempe_values(0))
-SOME(kempe_ensemble_result, kempe_ensemble_run, some_kempe_ensemble(0), &short_run, 0)
+SOME(kempe_ensemble_result, kempe_ensemble_run, some_kempe_ensemble(0), &plain_run, 0)
 
 /* A result folder whose files have gone since it was opened. */
 static kempe_folder *some_kempe_folder(int open)
@@ -205,7 +206,7 @@ static kempe_folder *some_kempe_folder(int open)
     if (folder)
         return folder;
     made(mkdtemp(path), "a folder for results");
-    (void)kempe_ensemble_run_folder(some_kempe_ensemble(0), &short_run, 0, path, NULL, &folder);
+    (void)kempe_ensemble_run_folder(some_kempe_ensemble(0), &plain_run, 0, path, NULL, &folder);
     (void)snprintf(command, sizeof command, "rm -rf %s", path);
     return made(system(command) == 0 ? folder : NULL, "kempe_folder") ? folder : NULL;
 }

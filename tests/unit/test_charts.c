@@ -553,6 +553,7 @@ static void test_angles_go_on(void)
         kempe_stepper *stepper = NULL;
         char room[64];
         kempe_run_options run = run_of("reduced", 3, 0.5, 1e-11, room);
+        run.output_step = 0;
         CHECK(kempe_stepper_new(fine.system, &run, &stepper) == KEMPE_OK);
         for (int row = 0; stepper && row <= last(&coarse); row++) {
             CHECK(kempe_stepper_advance(stepper, kempe_trajectory_time(coarse.t, row)) == KEMPE_OK);
