@@ -162,14 +162,14 @@ USUAL = {
 
 
 def raised(comment):
-    """Exceptions and their causes, as a header has them: "KEMPE_E_INPUT, KEMPE_E_IO: the data."."""
+    """Sentences about exceptions, by causes that a header has as clauses: "KEMPE_E_INPUT: the data are wrong."."""
     found = dict(USUAL)
     text = " ".join(comment.split())
     for statuses, cause in re.findall(r"(KEMPE_E_\w+(?:(?:,| and) KEMPE_E_\w+)*): (.*?)(?=[.;] KEMPE_|\. [A-Z*`]|\.?$)", text):
         for status in re.findall(r"KEMPE_E_(\w+)", statuses):
             if status in EXCEPTIONS:
                 found[EXCEPTIONS[status]] = f"{cause.rstrip('.')}."
-    return [f"{name}: {found[name]}" for name in ["TypeError", *EXCEPTIONS.values()] if name in found]
+    return [f"Raises {name} if {found[name]}" for name in ["TypeError", *EXCEPTIONS.values()] if name in found]
 
 
 def failures():
@@ -218,7 +218,7 @@ def write_help(path):
     tables = [
         ("OPTIONS: dict[str, dict[str, tuple[str, str]]]", options, "By class of options: each own option."),
         ("BASES: dict[str, list[str]]", bases, "Classes whose options a class has, too."),
-        ("RAISES: dict[str, str]", raises, "Exceptions and their causes."),
+        ("RAISES: dict[str, str]", raises, "Sentences about exceptions."),
     ]
     texts = [f"# {words}\n{name} = {pprint.pformat(table, width=140, sort_dicts=False)}\n" for name, table, words in tables]
     pathlib.Path(path).write_text(head + "\n".join(texts))

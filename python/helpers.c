@@ -8,7 +8,10 @@
 #include "base/json.h"
 #include "constraints/workspace/state_workspace.h"
 #include "ensemble/manifest.h"
+#include "model/data/model.h"
+#include "model/data/start.h"
 #include "model/files/yaml.h"
+#include "model/write/model_print.h"
 #include <math.h>
 #include <stdatomic.h>
 #include <string.h>
@@ -246,6 +249,48 @@ static void put_node(kmp_json *json, const char *key, const kmp_yaml *node)
     for (int k = 0; k < node->count; k++)
         put_node(json, list ? NULL : node->keys[k]->text, node->items[k]);
     kmp_json_end(json);
+}
+
+/* Values of the coordinates that have one. */
+static void put_given(kmp_json *json, const char *key, const kempe_model *model, const kmp_number *values,
+                      const bool *given)
+{
+    kmp_json_object(json, key);
+    for (int k = 0; k < kmp_model_coordinates(model); k++)
+        if (given[k])
+            kmp_json_number(json, model->motions[k].name, values[k].value);
+    kmp_json_end(json);
+}
+
+kempe_status python_start(const kempe_model *model, char **json)
+{
+    const kmp_start *start = &model->start;
+    kmp_text out = {0};
+    kmp_json writer = kmp_json_begin(&out);
+    kmp_json_object(&writer, NULL);
+    put_given(&writer, "q", model, start->q, start->q_given);
+    put_given(&writer, "qd", model, start->qd, start->qd_given);
+    kmp_json_array(&writer, "hold");
+    for (int k = 0; k < kmp_model_coordinates(model); k++)
+        if (start->hold[k] && !(start->undeformed && start->undeformed[k]))
+            kmp_json_string(&writer, NULL, model->motions[k].name);
+    kmp_json_end(&writer);
+    kmp_json_array(&writer, "goals");
+    for (int k = 0; k < start->goal_count; k++) {
+        kmp_text name = {0};
+        kmp_model_put_goal(&name, model, &start->goals[k]);
+        kmp_json_text(&writer, NULL, &name);
+    }
+    kmp_json_end(&writer);
+    kmp_json_boolean(&writer, "statics", start->statics);
+    kmp_json_object(&writer, "states");
+    for (int k = 0; k < model->state_count; k++)
+        kmp_json_number(&writer, model->states[k].name, model->states[k].start.value);
+    kmp_json_end(&writer);
+    kmp_json_end(&writer);
+    *json = kmp_text_take(&out);
+    kmp_text_free(&out);
+    return kmp_made(model->context, *json);
 }
 
 kempe_status python_document(kempe_context *context, const char *text, const char *label, char **json)

@@ -40,6 +40,10 @@ kempe_status python_model_hash(const kempe_model *model, char *hash);
 /** The entries of a document in the model language as JSON: every scalar is a text, an empty one null. */
 kempe_status python_document(kempe_context *context, const char *text, const char *label, char **json);
 
+/** The start of a model as JSON: `q` and `qd` with the coordinates whose values are given, `hold` without
+ * deformations, `goals`, `statics`, and `states` with all values. */
+kempe_status python_start(const kempe_model *model, char **json);
+
 /** Many states: `count` rows of q, qd, ..; NULL as for a single state. `t` has a value for each row, or one for all
  * (t_step 0). Results, matrices column-major, are rows too; NULL: not wanted. */
 typedef struct python_states {

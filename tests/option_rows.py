@@ -23,7 +23,7 @@ import generate_schema  # noqa: E402
 TABLE, HEADER = ROOT / "src/model/data/run_options.def", ROOT / "include/kempe/kempe.h"
 STRUCT = re.compile(r"(typedef struct kempe_run_options \{\n.*?;[^\n]*\n)(.*?)(\} kempe_run_options;)", re.S)
 C = {"NUMBER": "double ", "TIME": "double ", "ANGLE": "double ", "LONG": "long ", "WHOLE": "int ", "FLAG": "int ", "TEXT": "const char *"}
-DRY = ('KMP_RUN_OPTION(dry_run, TIME, KEY, RUN, FOLDER, CLI_SIMULATE, IN_RUN, "dry-run", "T",\n    "none", "an option that no run obeys", "")\n')
+DRY = ('KMP_RUN_OPTION(dry_run, TIME, KEY, RUN, FOLDER, OF_ALL, CLI_SIMULATE, IN_RUN, "dry-run", "T",\n    "none", "an option that no run obeys", "")\n')
 # Files that a row reaches, and the text of the row in each after the preprocessor.
 REACHED = {
     "src/cli/options.c": r'"dry-run".*"an option that no run obeys" ", s" " \(default: the model.s, or "',

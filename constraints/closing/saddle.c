@@ -371,6 +371,12 @@ void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda)
         take_multipliers(saddle, lambda);
 }
 
+bool kmp_saddle_load_factor(kmp_saddle *saddle)
+{
+    const kmp_answer pressed = {saddle, multipliers};
+    return kmp_load_factor(saddle->eval, &pressed);
+}
+
 bool kmp_saddle_find_other(kmp_saddle *saddle, int *row, double *value)
 {
     const kmp_answer pressed = {saddle, multipliers};

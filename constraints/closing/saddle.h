@@ -95,6 +95,9 @@ double kmp_saddle_backward_error(const kmp_saddle *saddle, const double *qdd, co
  * or by their backward error (infinite: not known). */
 bool kmp_saddle_bodies_agree(double difference, double backward_error);
 
+/** After kmp_saddle_accelerations: kmp_load_factor with its factors, for small changes of this solution. */
+bool kmp_saddle_load_factor(kmp_saddle *saddle);
+
 /** After kmp_saddle_accelerations: kmp_load_find_other with its factors. */
 bool kmp_saddle_find_other(kmp_saddle *saddle, int *row, double *value);
 

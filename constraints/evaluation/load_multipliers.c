@@ -104,21 +104,30 @@ static void solve(kmp_load_work *w)
 
 void kmp_load_change(const kmp_evaluator *eval, const kmp_answer *answer, double *bias)
 {
+    kmp_load_work *w = eval->load;
+    if (!w)
+        return;
+    memcpy(w->column, bias, (size_t)eval->n * sizeof *bias); /* bias may be scratch of the answer */
+    answer->multipliers(answer->self, w->column, true, w->changed);
+    memcpy(bias, w->column, (size_t)eval->n * sizeof *bias);
+    (void)kmp_load_change_with(eval, w->changed, bias);
+}
+
+bool kmp_load_change_with(const kmp_evaluator *eval, const double *multipliers, double *bias)
+{
     const kempe_system *s = eval->system;
     const kmp_pattern *load = &s->load_jacobian;
     kmp_load_work *w = eval->load;
     if (!w)
-        return;
-    memcpy(w->column, bias, (size_t)s->n * sizeof *bias); /* bias may be scratch of the answer */
-    answer->multipliers(answer->self, w->column, true, w->changed);
+        return false;
     for (int k = 0; k < w->count; k++)
-        w->step[k] = w->changed[s->load_rows[k]];
+        w->step[k] = multipliers[s->load_rows[k]];
     solve(w);
     for (int k = 0; k < w->count; k++)
         w->changed[s->load_rows[k]] = w->step[k];
-    memcpy(bias, w->column, (size_t)s->n * sizeof *bias);
     for (int e = 0; e < load->count; e++)
         bias[load->row[e]] += eval->load_jacobian[e] * w->changed[load->col[e]];
+    return true;
 }
 
 bool kmp_load_change_back(const kmp_evaluator *eval, const double *bias, double *multipliers)

@@ -26,6 +26,10 @@ bool kmp_load_find_other(kmp_evaluator *eval, const kmp_answer *answer, int *row
 bool kmp_load_factor(kmp_evaluator *eval, const kmp_answer *answer);
 void kmp_load_change(const kmp_evaluator *eval, const kmp_answer *answer, double *bias);
 
+/** The same for changes of all multipliers (m) at constant loads, as of changed rows, too. false: there is nothing to
+ * add. */
+bool kmp_load_change_with(const kmp_evaluator *eval, const double *multipliers, double *bias);
+
 /** The transpose of what `change` adds: weights on changes of C (n) as weights on multipliers at constant loads (m).
  * false: these are zero. */
 bool kmp_load_change_back(const kmp_evaluator *eval, const double *bias, double *multipliers);

@@ -25,6 +25,8 @@ void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *
     kmp_copy_or_zero(m, change->rate, rows);
     kmp_tangents_add(tangents, KMP_RATE_Q, d, 1, dq, rows);
     kmp_spread(red, change->ud, rows, two, dqd);
+    if (!response->qdd && !response->lambda && !response->residual)
+        return;
     kmp_copy_or_zero(m, change->curve, rows);
     kmp_tangents_add(tangents, KMP_CURVE_Q, d, 1, dq, rows);
     kmp_tangents_add(tangents, KMP_CURVE_QD, d, 1, dqd, rows);

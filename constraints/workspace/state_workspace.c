@@ -43,6 +43,21 @@ kempe_status kmp_workspace_refuse_contacts(kempe_workspace *ws, const char *what
     return status;
 }
 
+kempe_status kmp_workspace_require_decisions(kempe_workspace *ws, const char *what)
+{
+    const kempe_model *model = ws->system->model;
+    for (int k = 0; !ws->friction.self && k < model->force_count; k++)
+        if (model->forces[k].kind == KMP_FORCE_TOUCH) {
+            (void)kmp_workspace_fail(
+                ws,
+                "%s: contact '%s' opens and closes, which is unknown at a state: make the workspace with "
+                "friction that sticks (stick), which evaluates contacts, too",
+                what, model->forces[k].name);
+            return KEMPE_E_ARGUMENT;
+        }
+    return KEMPE_OK;
+}
+
 bool kmp_workspace_given(kempe_workspace *ws, const char *name, const void *argument)
 {
     if (!argument)
@@ -103,6 +118,8 @@ kempe_status kmp_workspace_new(const kempe_system *system, kempe_workspace **wor
                 KMP_ARENA_MAKE(&ws->arena, KMP_ROOM(bool, n, &ws->hold), KMP_ROOM(double, n *n, &ws->mass),
                                KMP_ROOM(double, m *n, &ws->jacobian), KMP_ROOM(double, m, &ws->h, &ws->jdqd),
                                KMP_ROOM(double, n + m, &ws->answer, &ws->row), KMP_ROOM(int, m, &ws->closure_rows),
+                               KMP_ROOM(bool, m, &ws->of_modes), KMP_ROOM(double, m, &ws->share),
+                               KMP_ROOM(double, system->events.count, &ws->friction.mode),
                                KMP_ROOM(double, n, &ws->bias, &ws->q, &ws->qd, &ws->trial));
     /* The rows and coordinates of the start; none if it cannot be assembled. */
     if (made && status == KEMPE_OK && !a->inner_q) {
@@ -117,9 +134,11 @@ kempe_status kmp_workspace_new(const kempe_system *system, kempe_workspace **wor
     kmp_context_clear(system->context);
     if (made) {
         const kempe_system *s = ws->system;
-        for (int r = 0; r < s->m; r++)
-            if (!kmp_closure_is_of_modes(&s->model->closures[s->rows[r].closure]))
+        for (int r = 0; r < s->m; r++) {
+            ws->of_modes[r] = kmp_closure_is_of_modes(&s->model->closures[s->rows[r].closure]);
+            if (!ws->of_modes[r])
                 ws->closure_rows[ws->closure_count++] = r;
+        }
         *workspace = ws;
         return KEMPE_OK;
     }
@@ -132,7 +151,8 @@ kempe_status kmp_workspace_take_friction(kempe_workspace *ws, kmp_workspace_fric
     kmp_saddle_free(&ws->saddle);
     if (!kmp_saddle_init_anywhere(&ws->saddle, ws->eval, -1))
         return kmp_fail_memory(ws->system->context);
-    ws->chosen = ws->by_bodies = false;
+    ws->by_bodies = false;
+    friction.mode = ws->friction.mode;
     ws->friction = friction;
     return KEMPE_OK;
 }
@@ -221,13 +241,45 @@ static void note_left(kempe_workspace *ws)
                                  kmp_table_end(table, end | 1), ws->t, kmp_table_advice(table));
 }
 
-/* Modes of friction with the generalized forces Q. */
+/* Modes of friction and contacts with the generalized forces Q. */
 static kempe_status decide(kempe_workspace *ws, const double *Q)
 {
+    kmp_workspace_friction *friction = &ws->friction;
+    const size_t count = (size_t)ws->system->events.count;
+    if (friction->kept) {
+        kmp_eval_set_modes(ws->eval, friction->mode);
+        ws->eval->holds_friction = true;
+        return KEMPE_OK;
+    }
     ws->eval->given = Q;
-    kempe_status status = ws->friction.decide(ws->friction.self, ws->t, ws->q, ws->qd);
+    kempe_status status = friction->decide(friction->self, ws->t, ws->q, ws->qd);
     ws->eval->given = NULL;
-    return status == KEMPE_OK ? status : kmp_workspace_fail(ws, "%s", kempe_context_message(ws->system->context));
+    friction->decided = status == KEMPE_OK;
+    if (status != KEMPE_OK)
+        return kmp_workspace_fail(ws, "%s", kempe_context_message(ws->system->context));
+    memcpy(friction->mode, ws->eval->mode, count * sizeof *friction->mode);
+    return KEMPE_OK;
+}
+
+kempe_status kempe_workspace_keep_modes(kempe_workspace *ws, const kempe_workspace *of)
+{
+    KMP_WANTED(NULL, ws, "workspace");
+    kmp_workspace_friction *friction = &ws->friction;
+    ws->message[0] = '\0';
+    friction->kept = false;
+    if (!of || !friction->self)
+        return KEMPE_OK;
+    const bool same = of->system == ws->system && of->friction.self;
+    if (!same || !of->friction.decided) {
+        (void)kmp_workspace_fail(ws, same
+                                         ? "there are no modes of friction and contacts to keep: evaluate a state first"
+                                         : "the other workspace has no modes of friction and contacts of this system");
+        return KEMPE_E_ARGUMENT;
+    }
+    if (of != ws)
+        memcpy(friction->mode, of->friction.mode, (size_t)ws->system->events.count * sizeof *friction->mode);
+    friction->kept = true;
+    return KEMPE_OK;
 }
 
 static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q)
@@ -307,36 +359,54 @@ kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *ws, double t, con
     return KEMPE_OK;
 }
 
+/* Puts a row of J into ws->row. false: it is zero, as of friction that slips and of an open contact. */
+static bool take_row(kempe_workspace *ws, int row)
+{
+    const kmp_pattern *jac = &ws->system->jacobian;
+    bool any = false;
+    memset(ws->row, 0, (size_t)ws->n * sizeof *ws->row);
+    for (int e = 0; e < jac->count; e++)
+        if (jac->row[e] == row) {
+            ws->row[jac->col[e]] = ws->eval->jacobian[e];
+            any = any || ws->eval->jacobian[e] != 0;
+        }
+    return any;
+}
+
+/* True if a force depends on the multiplier of a row at this state: the level of friction does only while it slips. */
+static bool is_load(const kempe_workspace *ws, int row)
+{
+    const kmp_pattern *load = &ws->system->load_jacobian;
+    for (int e = 0; e < load->count; e++)
+        if (load->col[e] == row && ws->eval->load_jacobian[e] != 0)
+            return true;
+    return false;
+}
+
 /* Finds a row whose multiplier a force depends on and which determines dropped rows, or is dropped itself; -1: none. */
 static int find_shared(kempe_workspace *ws)
 {
     const kempe_system *s = ws->system;
     for (int r = 0; s->load_row_count > 0 && r < ws->m; r++) {
-        if (kmp_saddle_has_row(&ws->saddle, r))
+        if (kmp_saddle_has_row(&ws->saddle, r) || !take_row(ws, r))
             continue;
         /* Shares of the kept rows in dropped row r, as multipliers: M x - J' a = -J_r', J x = 0. */
-        const kmp_pattern *jac = &ws->system->jacobian;
-        memset(ws->row, 0, (size_t)ws->n * sizeof *ws->row);
-        for (int e = 0; e < jac->count; e++)
-            if (jac->row[e] == r)
-                ws->row[jac->col[e]] = ws->eval->jacobian[e];
-        kmp_saddle_solve(&ws->saddle, ws->row, NULL, NULL, ws->answer);
-        const double *share = ws->answer;
+        const double *share = ws->share;
+        kmp_saddle_solve(&ws->saddle, ws->row, NULL, NULL, ws->share);
         for (int k = 0; k < s->load_row_count; k++) {
             int row = s->load_rows[k];
-            if (row == r || fabs(share[row]) * s->row_scale[row] > KMP_RANK_SHARED * s->row_scale[r])
+            const bool shares = row == r || fabs(share[row]) * s->row_scale[row] > KMP_RANK_SHARED * s->row_scale[r];
+            if (shares && is_load(ws, row))
                 return row;
         }
     }
     return -1;
 }
 
-/* Computes accelerations and multipliers on the choice of the start into `answer`. false: the choice is bad here. */
-static bool by_partition(kempe_workspace *ws)
+bool kmp_workspace_follows_loops(kempe_workspace *ws)
 {
     int v, u;
-    double *udd = ws->row;
-    if (!ws->chosen || ws->system->load_row_count > 0 || kmp_reduction_factor(&ws->red))
+    if (!ws->chosen || kmp_reduction_factor(&ws->red))
         return false;
     kmp_reduction_tangent(&ws->red);
     if (!(kmp_reduction_lever(&ws->red) <= KMP_GROWTH_LEVER) ||
@@ -345,9 +415,17 @@ static bool by_partition(kempe_workspace *ws)
     /* Each dropped row is compatible with the motions that the others allow, up to the gap of open loops. */
     double most = fmax(KMP_RANK_NOT_REDUNDANT, KMP_CLOSED_DECIDED * kmp_eval_residual(ws->eval));
     for (int k = 0; ws->part.r < ws->m && k < ws->part.p; k++)
-        if (!(kmp_reduction_slip(&ws->red, k, NULL) * ws->system->scale[ws->part.u[k]] <= most))
+        if (!(kmp_reduction_slip(&ws->red, k, ws->of_modes) * ws->system->scale[ws->part.u[k]] <= most))
             return false;
-    if (kmp_reduction_accelerate(&ws->red, udd))
+    return true;
+}
+
+/* Computes accelerations and multipliers on the choice of the start into `answer`. false: the choice is bad here. */
+static bool by_partition(kempe_workspace *ws)
+{
+    double *udd = ws->row;
+    if (ws->friction.self || ws->system->load_row_count > 0 || !kmp_workspace_follows_loops(ws) ||
+        kmp_reduction_accelerate(&ws->red, udd))
         return false;
     kmp_reduction_accelerations(&ws->red, udd, ws->answer);
     kmp_reduction_multipliers(&ws->red, ws->answer, ws->answer + ws->n);
@@ -360,6 +438,7 @@ static kempe_status by_saddle(kempe_workspace *ws)
     if (kmp_saddle_factor(&ws->saddle))
         return kmp_workspace_fail(ws, "the accelerations are not determined at t = %.9g s: some motion moves no mass",
                                   t);
+    kmp_saddle_accelerations(&ws->saddle, a, a + ws->n);
     int shared = find_shared(ws);
     if (shared >= 0)
         return kmp_workspace_fail(
@@ -367,7 +446,6 @@ static kempe_status by_saddle(kempe_workspace *ws)
             "a force depends on the multiplier of constraint equation '%s', which is not unique because of "
             "redundant constraints",
             ws->system->row_names[shared]);
-    kmp_saddle_accelerations(&ws->saddle, a, a + ws->n);
     if (kmp_is_unsettled(ws->eval)) {
         kmp_text text = {0};
         kmp_put_unsettled(ws->eval, &text);
@@ -463,7 +541,7 @@ kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, con
     if (!kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) || !kmp_workspace_given(ws, "qdd", qdd))
         return KEMPE_E_ARGUMENT;
     KMP_TRY(kmp_workspace_check_time(ws, t));
-    KMP_TRY(kmp_workspace_refuse_contacts(ws, "forward dynamics"));
+    KMP_TRY(kmp_workspace_require_decisions(ws, "forward dynamics"));
     if (ws->by_bodies && by_bodies(ws, t, q, qd, Q)) {
         put_answer(ws, qdd, lambda);
         return KEMPE_OK;
@@ -787,6 +865,6 @@ kempe_status kempe_workspace_forward_states(kempe_workspace *ws, int count, cons
         !kmp_workspace_given(ws, "qdd", qdd))
         return KEMPE_E_ARGUMENT;
     bool lanes = !ws->by_bodies && kmp_workspace_by_lanes(ws, count) &&
-                 kmp_workspace_refuse_contacts(ws, "forward dynamics") == KEMPE_OK;
+                 kmp_workspace_require_decisions(ws, "forward dynamics") == KEMPE_OK;
     return visit_states(ws, &in, lanes, count, failed);
 }

@@ -25,12 +25,14 @@ typedef struct kmp_workspace_part {
     void (*free)(void *self);
 } kmp_workspace_part;
 
-/* Modes of friction at each state (integrators/run/friction_workspace.c). */
+/* Modes of friction and of contacts at each state (integrators/run/friction_workspace.c). */
 typedef struct kmp_workspace_friction {
-    void *self; /* NULL: friction follows the sign of its rates, or there is none */
+    void *self; /* NULL: friction follows the sign of its rates, contacts are open, or there are none */
     kempe_status (*decide)(void *self, double t, const double *q, const double *qd);
     void (*release)(kmp_evaluator *eval); /* no row is held until the next decision */
     void (*free)(void *self);
+    bool decided, kept; /* there is a decision; it holds at all further states */
+    double *mode;       /* of all conditions, by the last decision */
 } kmp_workspace_friction;
 
 struct kempe_workspace {
@@ -51,8 +53,10 @@ struct kempe_workspace {
     double *trial;                             /* n: q while closing */
     double *answer;                            /* n + m: accelerations and multipliers, or shares */
     double *row;                               /* n, or m: a row of J, or rates of the rows */
+    double *share;                             /* m: parts of the kept rows in a dropped one */
     bool *hold;                                /* n */
     int *closure_rows, closure_count;          /* m; rows that belong to no friction and no contact */
+    bool *of_modes;                            /* m: rows that do */
     kmp_workspace_friction friction;
     kmp_state_lanes many;
     kmp_workspace_part derivatives, step, actuators, determinant;
@@ -80,6 +84,13 @@ kempe_status kmp_workspace_check_finite(kempe_workspace *ws, const char *what, k
 
 /** Refuses a model with contacts, in the message. KEMPE_E_ARGUMENT. */
 kempe_status kmp_workspace_refuse_contacts(kempe_workspace *ws, const char *what);
+
+/** The same unless the workspace decides on contacts at each state. */
+kempe_status kmp_workspace_require_decisions(kempe_workspace *ws, const char *what);
+
+/** True if the independent coordinates describe the motions that keep the loops closed, after an evaluation; the
+ * reduction then has its factors and its tangent. Rows of friction and contacts do not count. */
+bool kmp_workspace_follows_loops(kempe_workspace *ws);
 
 /** Fails with the constraint equation, after an evaluation at (t, ws->q, ws->qd), where the loops are open or their
  * rates are not zero; `what` is what needs them. */

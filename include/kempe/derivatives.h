@@ -52,8 +52,8 @@ typedef struct kempe_inverse_derivatives {
  * damping of a flexible body follow from its present numbers and do not change. In the thread that made the system.
  * `outputs`: words separated by commas, as kempe_outputs_new takes them, such as "position(coupler.C), force(spring)";
  * NULL: none. Another call replaces names and outputs. KEMPE_E_ARGUMENT, with the reason in the message: the model has
- * contacts, or forces that depend on multipliers; a name is neither an input nor a parameter that may vary, or is given
- * twice. KEMPE_E_MEMORY. */
+ * rigid contacts, and the workspace was made without "stick"; a name is neither an input nor a parameter that may vary,
+ * or is given twice. KEMPE_E_MEMORY. */
 KEMPE_API kempe_status kempe_workspace_add_derivatives(kempe_workspace *workspace, int count, const char *const *names,
                                                        const char *outputs);
 
@@ -65,7 +65,10 @@ KEMPE_API int kempe_workspace_output_count(const kempe_workspace *workspace);
 KEMPE_API const char *kempe_workspace_output_name(const kempe_workspace *workspace, int k);
 
 /** Accelerations qdd (n), multipliers lambda (m; NULL: not required) and their exact derivatives, for the present
- * inputs and conditions of the model; a user-defined force is differentiated by differences. After
+ * inputs and conditions of the model. In a workspace made with "stick", friction and contacts keep the modes that they
+ * have at the state (kempe_workspace_mode). Only the loops count for the independent coordinates. Friction
+ * that shares its load with others at rest keeps its force. Forces that depend on multipliers change with these. A
+ * user-defined force is differentiated by differences. After
  * kempe_workspace_add_derivatives; no allocation. KEMPE_E_ARGUMENT: not prepared, or t is not finite. KEMPE_E_FAILED,
  * with the reason: as kempe_workspace_forward_dynamics; derivatives by u are requested where u does not describe the
  * motion, or where the loops are open. */

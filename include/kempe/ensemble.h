@@ -83,13 +83,13 @@ KEMPE_API void kempe_ensemble_free(kempe_ensemble *ensemble);
 
 typedef struct kempe_ensemble_result kempe_ensemble_result;
 
-/** Runs every instance to t_end. Of `run` only the formulation, tolerances, t_end, max_step, max_steps,
- * no_convergence_check and threads count. `threads` share the instances, 0: one for each processor; results have the
+/** Runs every instance to t_end. `threads` of the run share the instances, 0: one for each processor; results have the
  * same bits. `lanes` is the number of instances at a time: 0 the best for this machine, up to 16; -1 a separate run for
  * each. Results depend on `lanes` only by rounding, and from 1 on not at all. KEMPE_E_ARGUMENT: a name or number of the
- * run is wrong. The result of each instance is in the batch. KEMPE_E_FAILED: no instance reached its end; the batch is
- * given. KEMPE_STOPPED: an interrupt. Unless no_convergence_check is set, instances are repeated at another tolerance,
- * and a warning is logged if one has not converged. */
+ * run is wrong, or an option is of rows, references or checkpoints. The result of each instance is in the batch.
+ * KEMPE_E_FAILED: no instance reached its end; the batch is given. KEMPE_STOPPED: an interrupt. Unless
+ * no_convergence_check is set, instances are repeated at another tolerance, and a warning is logged if one has not
+ * converged. */
 KEMPE_API kempe_status kempe_ensemble_run(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
                                           kempe_ensemble_result **batch);
 

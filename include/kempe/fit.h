@@ -50,9 +50,10 @@ typedef struct kempe_fit kempe_fit;
 
 /** Finds the parameters. The model must outlive the fit. A trial at which the model does not assemble, or does not
  * reach the last measurement, shortens the step; such trials are counted. Warnings are logged: parameters that the data
- * does not determine, a search that has not converged. KEMPE_E_ARGUMENT: a name or number is wrong. KEMPE_E_INPUT,
- * KEMPE_E_IO: the data. KEMPE_E_FAILED: the model does not run with the values of the start, or there are fewer
- * measurements than parameters. KEMPE_STOPPED: an interrupt; the best values so far are given, after the first run. */
+ * does not determine, a search that has not converged. KEMPE_E_ARGUMENT: a name or number is wrong, or the run has an
+ * option that is not obeyed here, as t_end. KEMPE_E_INPUT: the data are wrong. KEMPE_E_IO: a file of the data cannot be
+ * read. KEMPE_E_FAILED: the model does not run with the values of the start, or there are fewer measurements than
+ * parameters. KEMPE_STOPPED: an interrupt; the best values so far are given, after the first run. */
 KEMPE_API kempe_status kempe_fit_new(const kempe_model *model, const kempe_fit_options *options, kempe_fit **fit);
 KEMPE_API void kempe_fit_free(kempe_fit *fit);
 

@@ -26,16 +26,17 @@ KEMPE_BEGIN
 typedef struct kempe_flow kempe_flow;
 
 typedef struct kempe_flow_options {
-    size_t size;           /* sizeof this struct; 0: its size in version 0.1 */
-    const char *variables; /* "q.A,qd.A,force": start values and parameters; NULL: all parameters that may vary */
-    const char *outputs;   /* "q,qd,position(b.P)"; NULL: as in the model */
+    size_t size;                  /* sizeof this struct; 0: its size in version 0.1 */
+    const char *variables;        /* "q.A,qd.A,force": start values, parameters, constant inputs; NULL: parameters */
+    const char *outputs;          /* "q,qd,position(b.P)"; NULL: as in the model */
     const kempe_run_options *run; /* tolerances, integrator, independent, back end; NULL: as in the model */
 } kempe_flow_options;
 
-/** Derives the equations of a model with the variables kept symbolic. The motion begins at t = 0, and values are
+/** Derives the equations of a model with the variables kept symbolic. An input among them is constant over the
+ * interval. The motion begins at t = 0, and values are
  * given at the ascending times t (count; s). The model must outlive the flow. A flow is used by one thread at a time.
- * KEMPE_E_ARGUMENT: a name does not exist or cannot vary, a time is wrong, the run has t_end or output_step, or a body
- * rolls in space. */
+ * KEMPE_E_ARGUMENT: a name does not exist or cannot vary, a time is wrong, the run has an option that
+ * flows do not take, or a body rolls in space. */
 KEMPE_API kempe_status kempe_flow_new(const kempe_model *model, const kempe_flow_options *options, int count,
                                       const double *t, kempe_flow **flow);
 KEMPE_API void kempe_flow_free(kempe_flow *flow);

@@ -34,8 +34,8 @@ typedef struct kempe_generate_options {
 
 typedef struct kempe_count kempe_count;
 
-/** Derives each set by itself, and all sets in the options as one program. KEMPE_E_ARGUMENT: a set, scheme or body that
- * does not exist; KEMPE_E_INPUT: a closure that can never be met. */
+/** Derives each set by itself, and all sets in the options as one program. KEMPE_E_ARGUMENT: a set, scheme or body
+ * does not exist. KEMPE_E_INPUT: a closure can never be met. */
 KEMPE_API kempe_status kempe_count_new(const kempe_model *model, const kempe_generate_options *generation,
                                        kempe_count **count);
 KEMPE_API void kempe_count_free(kempe_count *count);
@@ -48,7 +48,7 @@ typedef struct kempe_code kempe_code;
 
 /** Derives each set in the options by itself and writes it in a language: one self-contained function per set, with all
  * digits of the constants. The same model gives the same bytes. KEMPE_E_ARGUMENT: a set, scheme, body, language or form
- * that does not exist, or an operation that the language lacks. KEMPE_E_INPUT: a closure that can never be met. */
+ * does not exist, or the language lacks an operation. KEMPE_E_INPUT: a closure can never be met. */
 KEMPE_API kempe_status kempe_code_new(const kempe_model *model, const kempe_generate_options *generation,
                                       kempe_code **code);
 KEMPE_API void kempe_code_free(kempe_code *code);
@@ -79,8 +79,8 @@ typedef struct kempe_fmu_options {
 typedef struct kempe_fmu_export kempe_fmu_export;
 
 /** Derives the equations, describes the variables, and compiles the binary of this platform. KEMPE_E_ARGUMENT: an
- * option that does not exist, or a model with a part that generated simulators lack; KEMPE_E_FAILED: loops that do not
- * close at the start, or a compiler that fails. Without the binary the same model gives the same bytes. */
+ * option does not exist, or the model has a part that generated simulators lack. KEMPE_E_FAILED: the loops do not close
+ * at the start, or the compiler fails. Without the binary the same model gives the same bytes. */
 KEMPE_API kempe_status kempe_fmu_export_new(const kempe_model *model, const kempe_fmu_options *options,
                                             kempe_fmu_export **made);
 KEMPE_API void kempe_fmu_export_free(kempe_fmu_export *made);

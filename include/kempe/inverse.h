@@ -44,8 +44,8 @@ typedef struct kempe_inverse kempe_inverse;
 /** Computes the actuator forces row by row. If a table lacks rates or accelerations, the motion is repeated with every
  * second row, unless no_convergence_check is set: a warning is logged when the forces differ. KEMPE_E_FAILED: the
  * motion is impossible, or impossible with these actuators. `*inverse` is then given up to that row, with the reason;
- * so it is on KEMPE_STOPPED. KEMPE_E_INPUT: an error in the table, with file:line:column. KEMPE_E_ARGUMENT: a name or
- * number is wrong, or there are no actuators. */
+ * so it is on KEMPE_STOPPED. KEMPE_E_INPUT: the table is wrong; the message has file:line:column. KEMPE_E_ARGUMENT: a
+ * name or number is wrong, or there are no actuators. */
 KEMPE_API kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_options *options,
                                          kempe_inverse **inverse);
 KEMPE_API void kempe_inverse_free(kempe_inverse *inverse);

@@ -26,10 +26,9 @@ typedef struct kempe_reduce_options {
 
 typedef struct kempe_reduction kempe_reduction;
 
-/** Reads the mesh and reduces it. The same files give the same bytes. KEMPE_E_INPUT: a mesh that cannot be a free body
- * with these interfaces: supported or in parts, of rotations, without mass, with unsymmetric matrices;
- * KEMPE_E_ARGUMENT: an option that does not exist, or units that are missing; KEMPE_E_FAILED: modes that do not
- * converge. */
+/** Reads the mesh and reduces it. The same files give the same bytes. KEMPE_E_INPUT: the mesh cannot be a free body
+ * with these interfaces: it is supported or in parts, of rotations, without mass, or with unsymmetric matrices.
+ * KEMPE_E_ARGUMENT: an option does not exist, or units are missing. KEMPE_E_FAILED: the modes do not converge. */
 KEMPE_API kempe_status kempe_reduction_new(kempe_context *context, const char *mesh,
                                            const kempe_reduce_options *options, kempe_reduction **reduction);
 KEMPE_API void kempe_reduction_free(kempe_reduction *reduction);

@@ -21,8 +21,8 @@ KEMPE_BEGIN
 typedef struct kempe_sensitivity_options {
     size_t size;            /* sizeof this struct; 0: its size in version 0.1 */
     const char *of;         /* trajectory (default) */
-    const char *parameters; /* names, comma-separated, start values among them as q.NAME and qd.NAME; NULL: all
-                             * parameters that are plain numbers and may vary */
+    const char *parameters; /* names, comma-separated, constant inputs and start values (q.NAME, qd.NAME) among them;
+                             * NULL: all parameters that are plain numbers and may vary */
     const char *outputs;    /* "position(b.P).x,q(A)"; NULL: as in the model */
     const char *method;     /* forward: rows over time; adjoint: only the end, at a cost that does not grow with the
                              * number of parameters. NULL: forward, and for integrals the cheaper one */
@@ -37,8 +37,9 @@ typedef struct kempe_sensitivity kempe_sensitivity;
 
 /** Derives the equations with the parameters kept symbolic, and computes the derivatives. Derivatives of a trajectory
  * are repeated at another tolerance, unless the run's no_convergence_check is set: a warning is logged when they
- * differ. The model must outlive the sensitivity. KEMPE_E_ARGUMENT: a name or number is wrong. KEMPE_E_FAILED, with the
- * message, and KEMPE_STOPPED: rows up to that point are given. */
+ * differ. The model must outlive the sensitivity. KEMPE_E_ARGUMENT: a name or number is wrong, or the run has an option
+ * that is not obeyed here, as the formulation. KEMPE_E_FAILED, with the message, and KEMPE_STOPPED: rows up to that
+ * point are given. */
 KEMPE_API kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensitivity_options *options,
                                              kempe_sensitivity **sensitivity);
 KEMPE_API void kempe_sensitivity_free(kempe_sensitivity *sensitivity);

@@ -48,9 +48,8 @@ typedef struct kempe_work {
     long steps, rejected, refused, rhs, newton, factorizations, exchanges, centrings;
 } kempe_work;
 
-/** Assembles at t = 0; `output_step`, `reference` and checkpoints of the run are ignored. The system must outlive the
- * stepper. KEMPE_E_ARGUMENT: a name or number of the run is wrong; KEMPE_E_FAILED: the run cannot start;
- * KEMPE_E_MEMORY. */
+/** Assembles at t = 0. The system must outlive the stepper. KEMPE_E_ARGUMENT: a name or number of the run is wrong, or
+ * an option is of rows, references or checkpoints. KEMPE_E_FAILED: the run cannot start; KEMPE_E_MEMORY. */
 KEMPE_API kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_options *run,
                                          kempe_stepper **stepper);
 KEMPE_API void kempe_stepper_free(kempe_stepper *stepper);

@@ -36,11 +36,11 @@ typedef struct kempe_workspace kempe_workspace;
 KEMPE_API kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **workspace);
 
 /** Makes one with another part of dry friction that sticks. "slip": an element has its level against its rate, and no
- * force at rest. "stick": at each state elements stick or slip as in a run that starts there; elements that stick
- * have rows in h, J and jdqd, and their friction is lambda. Such evaluations allocate, and change the message of the
- * context where friction has no solution or several: one thread at a time may use the system. "none": no such friction
- * acts. Friction with a `speed` has its law in all of them. KEMPE_E_ARGUMENT: another word, or "stick" for a model with
- * contacts. */
+ * force at rest. "stick": at each state elements stick or slip, and rigid contacts are closed or open, as in a run that
+ * starts there. Elements that stick and closed contacts have rows in h, J and jdqd, and their force is lambda. Such
+ * evaluations allocate, and change the message of the context where friction has no solution or several: one thread at
+ * a time may use the system. They fail where surfaces overlap or strike. "none": no such friction acts. Friction with a
+ * `speed` has its law in all of them. KEMPE_E_ARGUMENT: another word. */
 KEMPE_API kempe_status kempe_workspace_new_with_friction(const kempe_system *system, const char *friction,
                                                          kempe_workspace **workspace);
 KEMPE_API void kempe_workspace_free(kempe_workspace *workspace);
@@ -73,6 +73,20 @@ KEMPE_API const double *kempe_workspace_jdqd(const kempe_workspace *workspace);
 KEMPE_API int kempe_workspace_closure_row_count(const kempe_workspace *workspace);
 KEMPE_API const int *kempe_workspace_closure_rows(const kempe_workspace *workspace);
 
+/** Elements of friction that may stick, and rigid contacts, of a workspace made with "stick": how many there are, the
+ * name of one, and its mode at the last state. Friction "slips" or "sticks"; it "shares" where others share its load,
+ * and is "undetermined" where the loops keep its place. A contact is "closed" or "open", or "shares"; its friction is
+ * "open" with it. NULL: there is no such element, or no state yet. */
+KEMPE_API int kempe_workspace_mode_count(const kempe_workspace *workspace);
+KEMPE_API const char *kempe_workspace_mode_name(const kempe_workspace *workspace, int k);
+KEMPE_API const char *kempe_workspace_mode(const kempe_workspace *workspace, int k);
+
+/** Keeps modes at all further states: of the last state of `of`, which may be the workspace itself, or another one of
+ * the same system. NULL: they are decided on again at each state. Modes that are kept are not checked: a contact may
+ * pull, and surfaces may overlap. The equations of one phase of contact are then a smooth function of the state.
+ * KEMPE_E_ARGUMENT: `of` has evaluated no state, or is of another system. */
+KEMPE_API kempe_status kempe_workspace_keep_modes(kempe_workspace *workspace, const kempe_workspace *of);
+
 /** Places for values at many states, a row of the sizes above for each state; NULL: not required. */
 typedef struct kempe_workspace_rows {
     double *mass, *bias, *h, *jacobian, *jdqd;
@@ -97,7 +111,8 @@ KEMPE_API kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *workspa
                                                         const double *qd, const double *qdd, double *Q);
 
 /** Accelerations qdd (n) and multipliers lambda (m; zero for redundant rows; NULL: not required) under the model's
- * forces and the generalized forces Q (n; NULL: none). KEMPE_E_FAILED, outputs untouched: a motion carries no mass. */
+ * forces and the generalized forces Q (n; NULL: none). KEMPE_E_FAILED, outputs untouched: a motion carries no mass.
+ * KEMPE_E_ARGUMENT: the model has rigid contacts, and the workspace was made without "stick". */
 KEMPE_API kempe_status kempe_workspace_forward_dynamics(kempe_workspace *workspace, double t, const double *q,
                                                         const double *qd, const double *Q, double *qdd, double *lambda);
 
@@ -109,7 +124,8 @@ KEMPE_API kempe_status kempe_workspace_forward_states(kempe_workspace *workspace
                                                       double *qdd, double *lambda, int *failed);
 
 /** The number of independent coordinates u, and their numbers among all (owned by the workspace). Kempe chose them at
- * the start of the model. 0 and NULL: the start cannot be assembled, or friction sticks. */
+ * the start of the model. Friction that sticks and closed contacts do not count. 0 and NULL: the start cannot
+ * be assembled. */
 KEMPE_API int kempe_workspace_independent_count(const kempe_workspace *workspace);
 KEMPE_API const int *kempe_workspace_independent(const kempe_workspace *workspace);
 

@@ -29,6 +29,9 @@ typedef struct kmp_location_site {
 /** Halvings of the way back to a start behind which a condition has its fixed state; then the way falls faster. */
 #define KMP_LOCATION_HALVINGS 8
 #define KMP_LOCATION_FASTER   16
+/** The least bracket about t = 0, as part of the way: with numbers that are all near to zero there, smaller ones would
+ * end in times at which forces underflow. */
+#define KMP_LOCATION_BRIEFEST (DBL_EPSILON * DBL_EPSILON)
 
 static inline bool kmp_location_has_changed(const kmp_location_site *s, int k)
 {
@@ -40,11 +43,12 @@ static inline int kmp_location_look_for(const kmp_location_site *s, double t, in
     return s->look_for ? s->look_for(s->self, t, k) : s->look(s->self, t);
 }
 
-/* The bracket that is narrow enough: rounding of the time, or of a distance. The distance of surfaces that meet slowly
- * is rounding for a longer time, within which kmp_location_surface finds the place. */
-static inline double kmp_location_tolerance(const kmp_bracket *b, double rounding)
+/* The bracket that is narrow enough: rounding of the time, not below the `briefest` time, or of a distance. The
+ * distance of surfaces that meet slowly is rounding for a longer time, within which kmp_location_surface finds the
+ * place. */
+static inline double kmp_location_tolerance(const kmp_bracket *b, double rounding, double briefest)
 {
-    const double of_time = 4 * DBL_EPSILON * fmax(fabs(b->near), fabs(b->far));
+    const double of_time = fmax(4 * DBL_EPSILON * fmax(fabs(b->near), fabs(b->far)), briefest);
     const double slope = fabs((b->f_far - b->f_near) / (b->far - b->near));
     return rounding > 0 && slope > 0 ? fmax(of_time, rounding / slope) : of_time;
 }
@@ -116,9 +120,10 @@ static inline int kmp_location_narrow(const kmp_location_site *s, int k, double 
         found = !kmp_location_has_changed(s, k);
     }
     kmp_bracket bracket = kmp_bracket_of(found ? near : from, f_low, found ? *high : from, f_high);
-    while (status == 0 && kmp_bracket_next(&bracket, kmp_location_tolerance(&bracket, rounding), &x)) {
+    const double briefest = KMP_LOCATION_BRIEFEST * (*high - from);
+    while (status == 0 && kmp_bracket_next(&bracket, kmp_location_tolerance(&bracket, rounding, briefest), &x)) {
         if (size > 0 && found)
-            kmp_location_foresee(&bracket, &cubic, kmp_location_tolerance(&bracket, rounding), &x);
+            kmp_location_foresee(&bracket, &cubic, kmp_location_tolerance(&bracket, rounding, briefest), &x);
         status = kmp_location_look_for(s, x, k);
         const bool beyond = kmp_location_has_changed(s, k);
         kmp_bracket_take(&bracket, x, s->change[k], beyond);

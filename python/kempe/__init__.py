@@ -11,6 +11,9 @@
 
 Units are SI: kg, m, rad, s, N. n is the number of coordinates, m the number of constraint equations. Arrays are of float64. The examples of
 these texts are run in a folder with the models four_bar.yaml, quarter_car.yaml and cart_pole.yaml of the source.
+
+Each text says what its function raises. Every function raises TypeError if an argument has another type, and OutOfMemoryError if the
+system has no more memory. Every computation raises Interrupted if Ctrl-C ends it.
 """
 
 from . import contact

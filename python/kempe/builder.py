@@ -32,6 +32,8 @@ class Builder:
     """Adds bodies, joints and forces in any order, then `finish()` gives the model. Numbers are in SI, or expressions of the
     model's parameters as text. Methods return the builder.
 
+    Raises TypeError if the name is not a text.
+
     >>> pendulum = Builder("pendulum").gravity(0, -9.81, 0).parameter("L", 2)
     >>> _ = pendulum.body("arm", mass=3, com=("L/2", 0, 0), inertia=(0, 0, 1, 0, 0, 0)).q("arm", 0.5)
     >>> pendulum.finish()
@@ -68,48 +70,74 @@ class Builder:
 
     @recorded
     def gravity(self, x: Number, y: Number, z: Number) -> Builder:
-        """Gravity in m/s^2, in the axes of the ground."""
+        """Gravity in m/s^2, in the axes of the ground.
+
+        Raises ArgumentError if the builder has finished. Raises TypeError if a value is neither a number nor a text."""
         return self._numbers(lib.kempe_model_set_gravity, numbers=(x, y, z))
 
     @recorded
     def parameter(self, name: str, value: Number) -> Builder:
-        """A parameter and its value in SI, or an expression."""
+        """A parameter and its value in SI, or an expression.
+
+        Raises ArgumentError if the name is missing or taken, or the builder has finished. Raises TypeError if the value is neither a
+        number nor a text."""
         return self._numbers(lib.kempe_model_add_parameter, utf8(name), numbers=(value,))
 
     @recorded
     def body(self, name: str, **members: Any) -> Builder:
-        """A body: at, joint, kind, axis (3), motions, mass, com (3), inertia (xx yy zz xy xz yz)."""
+        """A body: at, joint, kind, axis (3), motions, mass, com (3), inertia (xx yy zz xy xz yz).
+
+        Raises ArgumentError if the name is missing or taken or the builder has finished. Raises TypeError if there is no such member or
+        a value has another type. Raises ValueError if it has another length. `finish` checks the rest."""
         return self._add("body", name, members)
 
     @recorded
     def point(self, body: str, name: str, x: Number, y: Number, z: Number) -> Builder:
-        """A point of a body or of the "ground"."""
+        """A point of a body or of the "ground".
+
+        Raises ArgumentError if a name is missing, the point exists, or the builder has finished. Raises TypeError if a place is neither
+        a number nor a text."""
         return self._numbers(lib.kempe_model_add_point, utf8(body), utf8(name), numbers=(x, y, z))
 
     @recorded
     def joint(self, name: str, **members: Any) -> Builder:
-        """A joint between two bodies: kind, point (2), axis (3), pitch, cut."""
+        """A joint between two bodies: kind, point (2), axis (3), pitch, cut.
+
+        Raises ArgumentError if the name is missing or taken or the builder has finished. Raises TypeError if there is no such member or
+        a value has another type. Raises ValueError if it has another length. `finish` checks the rest."""
         return self._add("joint", name, members)
 
     @recorded
     def closure(self, name: str, **members: Any) -> Builder:
-        """A closure between two points: kind, point (2), length."""
+        """A closure between two points: kind, point (2), length.
+
+        Raises ArgumentError if the name is missing or taken or the builder has finished. Raises TypeError if there is no such member or
+        a value has another type. Raises ValueError if it has another length. `finish` checks the rest."""
         return self._add("closure", name, members)
 
     @recorded
     def force(self, name: str, **members: Any) -> Builder:
-        """A force: joint with torque or force, or spring (2) with stiffness, damping, free_length."""
+        """A force: joint with torque or force, or spring (2) with stiffness, damping, free_length.
+
+        Raises ArgumentError if the name is missing or taken or the builder has finished. Raises TypeError if there is no such member or
+        a value has another type. Raises ValueError if it has another length. `finish` checks the rest."""
         return self._add("force", name, members)
 
     @recorded
     def shape(self, body: str, **members: Any) -> Builder:
         """A shape of a body or of the "ground": kind with dimensions (3) or between (2), radius, file, scale, point or at (3), axis (3),
-        density or mass, hole, colour, opacity; or text."""
+        density or mass, hole, colour, opacity; or text.
+
+        Raises ArgumentError if the name is missing or taken or the builder has finished. Raises TypeError if there is no such member or
+        a value has another type. Raises ValueError if it has another length. `finish` checks the rest."""
         return self._add("shape", body, members, "body")
 
     @recorded
     def text(self, section: str, name: str, entry: Any) -> Builder:
         """Any other entry of the model language, as text, number, list or dict.
+
+        Raises InputError if the entry is not of the model language. Raises ArgumentError if the builder has finished. Raises TypeError
+        if the entry has another type. Raises ValueError if a number in it is not finite.
 
         >>> tank = Builder("tank").text("states", "p", {"start": "2 MPa", "rate": "-p/(3 s)"}).text("run", "t_end", 5)
         >>> tank = tank.body("lid", joint="x", kind="prismatic", axis=(0, 0, 1), mass=4)
@@ -120,16 +148,25 @@ class Builder:
 
     @recorded
     def q(self, coordinate: str, value: Number, hold: bool = False) -> Builder:
-        """Guess of a coordinate for the assembly; `hold`: it keeps this value."""
+        """Guess of a coordinate for the assembly; `hold`: it keeps this value.
+
+        Raises ArgumentError if the name is missing or the builder has finished. Raises TypeError if the value is neither a number nor a
+        text."""
         return self._numbers(lib.kempe_model_set_q, utf8(coordinate), numbers=(value,), more=(int(hold),))
 
     @recorded
     def qd(self, coordinate: str, value: Number) -> Builder:
-        """Rate of a coordinate at the start."""
+        """Rate of a coordinate at the start.
+
+        Raises ArgumentError if the name is missing or the builder has finished. Raises TypeError if the value is neither a number nor a
+        text."""
         return self._numbers(lib.kempe_model_set_qd, utf8(coordinate), numbers=(value,))
 
     def finish(self) -> Model:
-        """Checks and freezes the model. InputError has every mistake; the builder may then be continued."""
+        """Checks and freezes the model.
+
+        Raises InputError if the model is wrong; the message has every mistake, and the builder may then be continued. Raises
+        ArgumentError if the builder has finished."""
         self._call(lib.kempe_model_finish)
         return Model._of(self._context, self._pointer, (_build_again, (self._name, list(self._calls))))
 

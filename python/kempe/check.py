@@ -80,7 +80,9 @@ class Branches(Result):
         return int(lib.kempe_branches_count(self._pointer))
 
     def __getitem__(self, k: int) -> Array:
-        """Coordinates of one configuration (n; rad or m)."""
+        """Coordinates of one configuration (n; rad or m).
+
+        Raises IndexError if there is no such configuration."""
         if not -len(self) <= k < len(self):
             raise IndexError(f"there are {len(self)} assembly modes")
         return view(

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 _APART = 1e-3  # of the squared determinant of the loops at the start: its least value in a motion
 _GROWTH = 8  # the most parts into which an interval is divided
+_REPEATED = 1e-7  # of the length of an equation at the end: what it must add to those before it
+_REPEATED_ROOM = 1e-6  # of a value at the end that others imply, or of one
 _WARM = {"mu_init": 1e-6, "bound_push": 1e-8, "bound_frac": 1e-8, "slack_bound_push": 1e-8, "slack_bound_frac": 1e-8}  # options of IPOPT
 _NEAR = 1e-2  # the largest violation of a limit by a motion from which IPOPT begins as from its own
 _SCHEMES = {"hermite-simpson": (0.0, 0.5, 1.0), "radau": (0.0, 0.4 - 0.06**0.5, 0.4 + 0.06**0.5, 1.0)}  # points of an interval
@@ -123,6 +125,20 @@ class _Limits:
 
     def some(self, chosen: NDArray[np.bool_]) -> _Limits:
         return _Limits(self.columns[chosen], self.low[chosen], self.high[chosen])
+
+    def without_repetition(self, by: Array) -> _Limits:
+        """Values that follow from those before them, as the rates of all coordinates of a loop do, get a narrow range: IPOPT wants
+        independent equations. `by`: derivatives of all outputs."""
+        low, high, basis = self.low.copy(), self.high.copy(), np.zeros((0, by.shape[1]))
+        for k in np.flatnonzero(low == high):
+            row = by[self.columns[k]] / max(np.linalg.norm(by[self.columns[k]]), 1e-300)
+            left = row - basis.T @ (basis @ row)
+            if np.linalg.norm(left) > _REPEATED:
+                basis = np.vstack((basis, left / np.linalg.norm(left)))
+            elif row.any():
+                room = _REPEATED_ROOM * max(1.0, abs(low[k]))
+                low[k], high[k] = low[k] - room, high[k] + room
+        return _Limits(self.columns, low, high)
 
 
 class _Cost(NamedTuple):
@@ -449,6 +465,10 @@ def collocate(
 
     A motion that has not converged, or is less accurate, is a KempeWarning.
 
+    Raises ArgumentError if an argument names what the mechanism does not have, has another shape or is outside its range, or the start
+    is beyond the limits. Raises FailedError if the mechanism cannot follow the first guess or IPOPT refuses the program. Raises
+    TypeError if limits are not a mapping. Raises ImportError if IPOPT is not installed.
+
     >>> from kempe.optimal import collocate
     >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
     >>> q, qd = workspace.close(0.0, [0.3, 0, 0], hold=["crank"])
@@ -494,6 +514,7 @@ def collocate(
         raise ArgumentError("the equations depend on time: the end time must be one number")
     along, last = equations.limits(path, "path"), equations.limits(end, "end")
     _, _, y, y_z = equations.derived(times[:1], begin[0][:1], begin[1][:1], np.zeros((1, a)))
+    last = last.without_repetition(y_z[0])
     forced = abs(y_z[0, along.columns, size:]).max(axis=1, initial=0) > 0
     fixed = along.some(~forced)
     for column, least, most in zip(fixed.columns, fixed.low, fixed.high):

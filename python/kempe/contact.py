@@ -38,6 +38,8 @@ def hertz(normal: float, **touch: float) -> dict[str, float]:
     """The contact ellipse of a normal force (N): a, b (m), approach (m), pressure (Pa), stiffness. Keywords: along, across (1/m),
     shear_modulus (Pa), poisson.
 
+    Raises ArgumentError if a number is missing, not finite or outside its range. Raises TypeError if there is no such keyword.
+
     >>> ellipse = hertz(80e3, along=1 / 0.46, across=1 / 0.3, shear_modulus=82e9, poisson=0.28)
     >>> f"{1e3 * ellipse['a']:.2f} mm, {1e3 * ellipse['b']:.2f} mm, {1e-6 * ellipse['pressure']:.0f} MPa"
     '6.68 mm, 5.02 mm, 1139 MPa'
@@ -51,6 +53,8 @@ def hertz(normal: float, **touch: float) -> dict[str, float]:
 def kalker(ratio: float, poisson: float) -> dict[str, float]:
     """Kalker's coefficients c11, c22, c23, c33 of an ellipse with the ratio a/b.
 
+    Raises ArgumentError if a number is not finite or outside its range. Raises TypeError if it is not a number.
+
     >>> f"{kalker(1.0, 0.25)['c11']:.2f}"
     '4.12'
     """
@@ -61,7 +65,10 @@ def kalker(ratio: float, poisson: float) -> dict[str, float]:
 
 def creep(law: str, **given: Any) -> dict[str, Any]:
     """Force (N) along and across, moment (N m) and sticking share by a law: none, linear, shen, polach, tanh, fastsim, fastsim1.
-    Keywords: a, b (m), shear_modulus (Pa), poisson, normal (N), friction, slip (2), spin (1/m), strips."""
+    Keywords: a, b (m), shear_modulus (Pa), poisson, normal (N), friction, slip (2), spin (1/m), strips.
+
+    Raises ArgumentError if there is no such law, or a number is missing, not finite or outside its range. Raises TypeError if there is
+    no such keyword."""
     struct, _ = options("kempe_creep", given)
     made = ffi.new("kempe_creep_force *")
     _check(lib.kempe_contact_creep(_law(law), struct, made), "kempe_creep", given)
@@ -69,7 +76,9 @@ def creep(law: str, **given: Any) -> dict[str, Any]:
 
 
 def flexibilities(**given: Any) -> Array:
-    """The three flexibilities of FASTSIM, m^3/N. Keywords as in `creep`."""
+    """The three flexibilities of FASTSIM, m^3/N. Keywords as in `creep`.
+
+    Raises ArgumentError if a number is missing, not finite or outside its range. Raises TypeError if there is no such keyword."""
     struct, _ = options("kempe_creep", given)
     made = ffi.new("double[3]")
     _check(lib.kempe_contact_flexibilities(struct, made), "kempe_creep", given)
@@ -77,7 +86,9 @@ def flexibilities(**given: Any) -> Array:
 
 
 def flexibility(**given: Any) -> float:
-    """The single flexibility in place of the three, m^3/N. Keywords as in `creep`."""
+    """The single flexibility in place of the three, m^3/N. Keywords as in `creep`.
+
+    Raises ArgumentError if a number is missing, not finite or outside its range. Raises TypeError if there is no such keyword."""
     struct, _ = options("kempe_creep", given)
     made = ffi.new("double *")
     _check(lib.kempe_contact_flexibility(struct, made), "kempe_creep", given)
@@ -85,7 +96,10 @@ def flexibility(**given: Any) -> float:
 
 
 def fastsim(flexibility: ArrayLike, **given: Any) -> dict[str, Any]:
-    """FASTSIM with given flexibilities (3). Keywords as in `creep`."""
+    """FASTSIM with given flexibilities (3). Keywords as in `creep`.
+
+    Raises ArgumentError if a number is missing, not finite or outside its range. Raises TypeError if there is no such keyword. Raises
+    ValueError if there are not three flexibilities."""
     struct, _ = options("kempe_creep", given)
     made = ffi.new("kempe_creep_force *")
     _check(lib.kempe_contact_fastsim(struct, vector(flexibility, 3, "flexibility"), made))
@@ -95,6 +109,9 @@ def fastsim(flexibility: ArrayLike, **given: Any) -> dict[str, Any]:
 def conicity(y: ArrayLike, difference: ArrayLike, amplitude: float) -> dict[str, float]:
     """Equivalent conicity (EN 15302) at an amplitude (m): conicity, and the ends low and high of the motion (m). Given is the
     rolling radius of the left wheel less the rolling radius of the right one at ascending lateral places y of the wheelset, positive to the left.
+
+    Raises ArgumentError if the places do not ascend or a number is not finite. Raises FailedError if no motion of the amplitude is
+    inside the places. Raises ValueError if there is another number of differences than of places.
 
     >>> f"{conicity([-0.01, 0.01], [-0.001, 0.001], 0.005)['conicity']:.3f}"
     '0.050'

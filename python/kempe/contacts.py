@@ -32,7 +32,9 @@ class Contacts(Judged, Drawn):
         return int(lib.kempe_contacts_zone_count(self._pointer, wheel))
 
     def patch(self, k: int, wheel: int, zone: int) -> dict[str, Any]:
-        """The contact patch of a zone at the k-th value, in SI."""
+        """The contact patch of a zone at the k-th value, in SI.
+
+        Raises IndexError if there is no such value, wheel or zone."""
         found = lib.kempe_contacts_patch(self._pointer, k, wheel, zone)
         if found == ffi.NULL:
             raise IndexError(f"there is no patch ({k}, {wheel}, {zone})")

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Models as dicts: their entries, which read back, and what they have."""
+"""Models as dicts: their entries, which read back, and their parts."""
 
 from __future__ import annotations
 
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ._native import lib
 from .context import Context
-from .errors import ArgumentError
+from .errors import ArgumentError, InputError
 from .options import utf8
 
 _NUMBER = re.compile(r"-?(?:0|[1-9]\d*)(?:\.\d+)?(?:[eE][+-]?\d+)?")
@@ -28,12 +28,16 @@ class Document(dict[str, Any]):
 
 def document_of(name: str, text: str, label: str, values: Mapping[str, Any]) -> Document:
     """The entries of a text in the model language, with other values of parameters and inputs. `name`: of a model without one."""
-    context = Context()
-    entries = _plain(json.loads(context.text(lib.python_document, context.pointer, utf8(text), utf8(label))))
-    made = Document({"name": name, **entries}, os.path.dirname(os.path.abspath(label)))
+    made = Document({"name": name, **_entries(text, label)}, os.path.dirname(os.path.abspath(label)))
     for each, value in values.items():
         _set(made, each, value)
     return made
+
+
+def _entries(text: str, label: str) -> dict[str, Any]:
+    context = Context()
+    found: dict[str, Any] = _plain(json.loads(context.text(lib.python_document, context.pointer, utf8(text), utf8(label))))
+    return found
 
 
 def _plain(value: Any) -> Any:
@@ -48,15 +52,88 @@ def _plain(value: Any) -> Any:
 
 
 def _set(document: Document, name: str, value: Any) -> None:
+    """Another value of a parameter or input, in the entry of the file that is included where it belongs to one."""
+    value = _listed(value)
     if name in (document.get("inputs") or {}):
         entry = document["inputs"][name] or {}
-        kept = {"unit": entry["unit"]} if "unit" in entry else {}
-        given = {key: each.tolist() if hasattr(each, "tolist") else each for key, each in value.items()} if isinstance(value, dict) else {"default": value}
-        document["inputs"][name] = {**kept, **given}
+        kept = {key: entry[key] for key in ("unit", "default") if key in entry}
+        given = _samples(value)
+        document["inputs"][name] = {**kept, **(given if isinstance(given, dict) else {"default": given})}
     elif name in (document.get("parameters") or {}):
         document["parameters"][name] = value
     else:
-        raise ArgumentError(f"the value of '{name}' cannot be in the document: it belongs to a file that the model includes")
+        entry, own = _include_of(document, document.folder, name)
+        entry["set"] = {**(entry.get("set") or {}), own: _samples(value)}
+
+
+def _listed(value: Any) -> Any:
+    """A value without arrays."""
+    if isinstance(value, dict):
+        return {key: _listed(each) for key, each in value.items()}
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def _samples(value: Any) -> Any:
+    """Samples of an input that are a text, FILE:COLUMN:METHOD, as a mapping."""
+    parts = value.rsplit(":", 2) if isinstance(value, str) else []
+    return dict(zip(("csv", "value", "method"), (os.path.abspath(parts[0]), *parts[1:])), t="t") if len(parts) == 3 else value
+
+
+def _include_of(entries: Mapping[str, Any], folder: str, name: str) -> tuple[dict[str, Any], str]:
+    """The entry of the included file that has a parameter or input, or includes one that has it; and its name there."""
+    for entry in entries.get("include") or ():
+        own = name.removeprefix(str(entry.get("prefix") or ""))
+        if own != name or not entry.get("prefix"):
+            path = os.path.join(folder, str(entry["file"]))
+            if _has(path, own):
+                return entry, own
+    raise ArgumentError(f"the value of '{name}' cannot be in the document: neither the model nor a file that it includes has it")
+
+
+def _has(path: str, name: str) -> bool:
+    """A model file has a parameter or input, or includes one that has it."""
+    with open(path, encoding="utf-8") as file:
+        text = file.read()
+    try:
+        entries = _entries(text, path)
+        if any(name in (entries.get(section) or {}) for section in ("parameters", "inputs")):
+            return True
+        _include_of(entries, os.path.dirname(path), name)
+    except (ArgumentError, InputError):  # it has not, or is in another format
+        return False
+    return True
+
+
+def set_start(document: Document, before: Mapping[str, Any], now: Mapping[str, Any], q: bool, qd: bool, states: Iterable[str]) -> None:
+    """The start of a model in place of the one before: all of its q, or all of its rates, and values of states."""
+    start = document["start"] = dict(document.get("start") or {})
+    own = {key: set(start.get(key) or ()) for key in ("qd", "goals")}
+    if q:
+        start["q"], start["hold"] = now["q"], now["hold"]
+        start["goals"] = dict.fromkeys(name for name in before["goals"] if name not in own["goals"])  # of included files
+        if start.get("elastic") == "static" and not now["statics"]:
+            start["elastic"] = "held"
+    if qd:
+        withdrawn = (name for name in before["qd"] if name not in now["qd"] and name not in own["qd"])
+        start["qd"] = {**now["qd"], **dict.fromkeys(withdrawn)}
+    given = {name: now["states"][name] for name in states}
+    if given:
+        start["states"] = {**(start.get("states") or {}), **given}
+
+
+def set_values(document: Document, row: Mapping[str, Any]) -> None:
+    """The values of an instance, the first columns of its row of results, in place of the document's."""
+    for name, value in row.items():
+        if name == "status":  # the first column of results
+            return
+        name = name.removeprefix("value.")  # for columns of starts, where the column of the end has the same name
+        kind, _, coordinate = name.partition(".")
+        section = {"q": "q", "qd": "qd", "state": "states"}.get(kind, "")
+        if section and coordinate:
+            start = document["start"] = dict(document.get("start") or {})
+            start[section] = {**(start.get(section) or {}), coordinate: float(value)}
+        else:
+            _set(document, name, float(value))
 
 
 def bodies_of(model: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

@@ -69,7 +69,9 @@ class Values(Fixed):
         return f"<Values: {len(self)} rows of {', '.join(self.names)}>"
 
     def __getitem__(self, k: int) -> Array:
-        """One row, in SI."""
+        """One row, in SI.
+
+        Raises IndexError if there is no such row."""
         if not -len(self) <= k < len(self):
             raise IndexError(f"there are {len(self)} rows")
         return np.array(view(lib.kempe_values_row(self._pointer, k % len(self)), (len(self.names),), None))
@@ -151,6 +153,8 @@ class EnsembleResult(Reported):
         """An xarray.Dataset over `instance`, 1 the first one: the columns of `instances` with their units, varied values as further
         coordinates of an instance, and q and qd over (instance, coordinate).
 
+        Raises ImportError if xarray is not installed.
+
         >>> batch = kempe.Model("four_bar.yaml").ensemble({"crank": [0.29, 0.3, 0.31]}).run(t_end=1)
         >>> data = batch.to_xarray()  # with xarray
         >>> data["q"].dims, bool(data["q"].sel(instance=2, coordinate="rocker") == batch.q[1, 2])  # with xarray
@@ -170,6 +174,8 @@ class EnsembleResult(Reported):
 
     def statistics(self, confidence: float = 0.95) -> Statistics:
         """Moments, quantiles, yield and contributions of the inputs, with intervals of a confidence.
+
+        Raises ArgumentError if the confidence is not between 0 and 1. Raises TypeError if it is not a number.
 
         >>> batch = kempe.Model("four_bar.yaml").ensemble({"crank": [0.29, 0.3, 0.31]}, quantities="max(q(rocker))").run(t_end=1)
         >>> batch.statistics().moments["count"]
@@ -191,7 +197,9 @@ class Folder(Result):
 
     @staticmethod
     def open(path: str | os.PathLike[str]) -> Folder:
-        """A folder that has results: of `Ensemble.run_folder`, or of the command's `--out`."""
+        """A folder that has results: of `Ensemble.run_folder`, or of the command's `--out`.
+
+        Raises InputError if the folder does not exist, has no results, or is damaged."""
         context = Context()
         return context.make(Folder, lib.kempe_folder_open, context.pointer, path_of(path), long=False)
 
@@ -222,23 +230,33 @@ class Folder(Result):
         return {name: string(value) if isinstance(value, ffi.CData) else value for name, value in members.items() if value}
 
     def check(self) -> None:
-        """Reads all parts; FailedError: some are missing or damaged."""
+        """Reads all parts.
+
+        Raises FailedError if parts are missing or damaged."""
         self._context.refuse(*self._context.guarded(lib.guarded_kempe_folder_check, self._pointer))
 
     def part(self, k: int) -> Table:
-        """The rows of part k, from 0 on."""
+        """The rows of part k, from 0 on.
+
+        Raises InputError if the part is damaged. Raises FileError if it is missing. Raises ArgumentError if there is no part k."""
         return self._context.make(Table, lib.kempe_folder_part, self._pointer, k, long=False)
 
     def write(self, path: str | os.PathLike[str], units: bool = False) -> None:
         """Checks all parts and writes one table, whole or not at all, in the format of the path's ending. `units`: columns of
-        .csv are named with theirs."""
+        .csv are named with theirs.
+
+        Raises FailedError if parts are missing or damaged. Raises ArgumentError if the ending is of no known format. Raises FileError
+        if the file cannot be written."""
         self._context.refuse(
             *self._context.guarded(lib.guarded_kempe_folder_write, self._pointer, path_of(path), units)
         )
 
     def write_report(self, path: str | os.PathLike[str], model: Model | None = None) -> None:
         """Checks all parts and writes the page that `EnsembleResult.write_report` writes of a run in one piece. `model`: the model of the
-        run; by default it is read from `model_file`."""
+        run; by default it is read from `model_file`.
+
+        Raises InputError if it is another model. Raises FailedError if parts are missing or damaged. Raises FileError if a file cannot
+        be read or written."""
         from .model import Model
 
         of_run = model or Model(self.model_file)
@@ -249,7 +267,9 @@ class Folder(Result):
         )
 
     def write_history(self, path: str | os.PathLike[str], units: bool = False) -> None:
-        """The same for the histories of chosen instances."""
+        """The same for the histories of chosen instances.
+
+        Raises ArgumentError if the folder has no histories, and the exceptions of `write`."""
         self._context.refuse(
             *self._context.guarded(lib.guarded_kempe_folder_write_history, self._pointer, path_of(path), units)
         )
@@ -315,6 +335,8 @@ class Ensemble(Fixed):
         """Runs instances with other values, without another derivation: rows of the columns of the table, in SI. Columns that
         have names, as in pandas, are taken by their names.
 
+        Raises ValueError if rows do not have a value for each column.
+
         >>> ensemble = kempe.Model("four_bar.yaml").ensemble({"crank": [], "base": []})
         >>> ensemble.run_rows([[0.29, 0.9], [0.31, 0.9]], t_end=0.5).status
         ['complete', 'complete']
@@ -376,6 +398,8 @@ class Ensemble(Fixed):
         With an `executor`, such as from concurrent.futures, its processes run `shards` such shares (0: 64), with one thread each
         unless `threads` is given. The call waits for all of them; the error of a lost process names the missing parts.
 
+        Raises InputError if the model of a process is another one. Raises TypeError if both an executor and a shard are given.
+
         >>> import tempfile
         >>> ensemble = kempe.Model("four_bar.yaml").ensemble({"crank": [0.29, 0.30, 0.31]})
         >>> with tempfile.TemporaryDirectory() as place:
@@ -433,7 +457,9 @@ class Function:
     """Quantities of a mechanism as a function of its parameters and starts: f(X) with rows of inputs gives rows of values.
 
     Without quantities the values are the final coordinates and rates. A row whose instance does not reach its end is NaN, and
-    `reasons` says why. Pickled, it is its model and options; a process that reads it derives the equations once."""
+    `reasons` says why. Pickled, it is its model and options; a process that reads it derives the equations once.
+
+    Raises TypeError if there is no such option. Raises ArgumentError if an option or lanes have a value that does not exist."""
 
     def __init__(self, ensemble: Ensemble, lanes: int, options: Mapping[str, Any]) -> None:
         self._ensemble, self._lanes, self._options = ensemble, lanes, dict(options)
@@ -445,6 +471,9 @@ class Function:
     def __call__(self, X: ArrayLike) -> Array:
         """Values (rows x values) of rows of inputs (rows x inputs), in SI; of one row (inputs) its values (values).
         Columns that have names, as in pandas, are taken by their names.
+
+        Raises ValueError if rows do not have a value for each input. Raises ArgumentError if a column or a name of an option does not
+        exist. Raises TypeError if entries of X are not numbers. A row that fails raises nothing.
 
         >>> f = kempe.Model("four_bar.yaml").function(["crank", "base"], quantities="max(q(rocker))", t_end=1)
         >>> f.values, f([[0.3, 0.9], [0.31, 0.9], [3.0, 0.9]]).shape
@@ -459,7 +488,9 @@ class Function:
         return table[0] if one else table
 
     def batch(self, X: ArrayLike) -> EnsembleResult:
-        """The results of the rows, with their states, work and verdicts."""
+        """The results of the rows, with their states, work and verdicts.
+
+        Raises the exceptions of a call of the function."""
         try:
             batch = self._ensemble.run_rows(X, self._lanes, **self._options)
         except FailedError as error:

@@ -220,7 +220,9 @@ def _is_flat(x: Any) -> bool:
 
 def read_exudyn(path: str | os.PathLike[str]) -> SimpleNamespace:
     """The nodes, matrices, sets of nodes and modes in a file of Exudyn's FEMinterface.SaveToFile, .npz, .npy or .pkl, with the
-    names that they have in Exudyn. Nothing in the file is run. InputError: it has other content than data."""
+    names that they have in Exudyn. Nothing in the file is run.
+
+    Raises InputError if the file has another format or other content than data. Raises FileError if it cannot be read."""
     name = path_of(path).decode()
     ending = os.path.splitext(name)[1].lower()
     if ending not in (".npz", ".npy", ".pkl"):
@@ -337,7 +339,10 @@ def convert_exudyn(
 ) -> None:
     """Writes a body of Exudyn, an object like its FEMinterface with nodes, massMatrix, stiffnessMatrix and modeBasis, as a file of
     kempe-flexible-1. `interfaces`: sets of nodes by name, or numbers of nodes from 0; None: all sets of the body. `units`: the units of its
-    numbers. InputError: it is not a body of solid elements with modes."""
+    numbers.
+
+    Raises InputError if it is not a body of solid elements with modes, an interface does not name its nodes, or there are no such
+    units. Raises FileError if the file cannot be written."""
     if "Position" not in fem.nodes or len(fem.nodes) != 1:
         raise InputError("its nodes must all be 'Position': only bodies of solid elements are converted, without beams and shells")
     place = np.asarray(fem.nodes["Position"], dtype=float)

@@ -46,7 +46,11 @@ class Flow(Owned):
 
     def __call__(self, variables: ArrayLike | Mapping[str, float] | None = None) -> FlowValues:
         """Runs with these values of the variables, in their order or by name; values that a mapping does not name, and None, are as in the
-        model. FailedError: the motion does not reach the last time, or has no derivative at an event.
+        model.
+
+        Raises FailedError if the model cannot have these values, or the motion does not reach the last time or has no derivative at an
+        event. Raises KeyError if there is no such variable. Raises ValueError if there is another number of values or one is not a
+        number.
 
         >>> flow = kempe.Model("four_bar.yaml").flow(0.1, variables="crank", outputs="q(rocker)")
         >>> x = flow()

@@ -35,7 +35,9 @@ class Code(Result):
         }
 
     def write(self, folder: str | os.PathLike[str]) -> None:
-        """Writes all files into a folder, which is made if it does not exist."""
+        """Writes all files into a folder, which is made if it does not exist.
+
+        Raises FileError if the folder cannot be made or a file cannot be written."""
         self._context.check(lib.kempe_code_write, self._pointer, path_of(folder))
 
 
@@ -53,5 +55,7 @@ class FmuExport(Result):
         return tuple(string(lib.kempe_fmu_export_file_name(self._pointer, k)) for k in range(count))
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes the unit, whole or not at all."""
+        """Writes the unit, whole or not at all.
+
+        Raises FileError if the file cannot be written."""
         self._context.check(lib.kempe_fmu_export_write, self._pointer, path_of(path))

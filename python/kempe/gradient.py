@@ -38,11 +38,17 @@ class Gradient(Owned):
         return tuple(word.strip() for word in given.split(",")) if isinstance(given, str) else tuple(given)
 
     def set(self, values: ArrayLike) -> None:
-        """Sets the values of all parameters (p), in SI, from the next `at` on."""
+        """Sets the values of all parameters (p), in SI, from the next `at` on.
+
+        Raises InputError if the model cannot have these values. Raises ValueError if there is another number of values. Raises
+        TypeError if they are not numbers."""
         self._context.check(lib.kempe_gradient_set, self._pointer, vector(values, len(self.parameters), "values"))
 
     def at(self, driven: ArrayLike, rates: ArrayLike | None = None, accelerations: ArrayLike | None = None) -> Array:
-        """Evaluates at the driven coordinates (d), with their rates and accelerations. Returns the values (k)."""
+        """Evaluates at the driven coordinates (d), with their rates and accelerations. Returns the values (k).
+
+        Raises FailedError if the loops cannot be closed there. Raises ValueError if an array has another length. Raises TypeError if
+        its entries are not numbers."""
         count = len(self.driven)
         self._context.check(
             lib.kempe_gradient_eval,

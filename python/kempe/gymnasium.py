@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -18,7 +19,22 @@ from .table import column_name
 from .workspace import processors
 
 if TYPE_CHECKING:
+    from typing import Required, Unpack
+
+    from ._options import RunOptions
     from .model import Model
+
+    class TaskOptions(RunOptions, total=False):
+        """Keywords of both environments (`_task`), and options of the stepper."""
+
+        step_time: Required[float]
+        horizon: Required[float]
+        observation: str | Sequence[str]
+        more: str | Sequence[str]
+        limits: Mapping[str, tuple[float, float]] | None
+        terminated: Callable[[Values], Any] | None
+        start: Start | None
+        failure_reward: float
 
 _absent = ""
 try:
@@ -49,6 +65,9 @@ class Values(Mapping[str, Any]):
         self._places, self._rows = places, rows
 
     def __getitem__(self, name: str) -> Any:
+        """The values of an output or input.
+
+        Raises KeyError if there is no such value. Raises TypeError if the name is not a text."""
         place = self._places.get(name, self._places.get(column_name(name), -1))
         if place < 0:
             raise KeyError(unknown("value", name, self._places))
@@ -85,16 +104,18 @@ class _Task(NamedTuple):
 def _task(
     inputs: Mapping[str, Limits],
     reward: Callable[[Values], Any],
+    *,
     step_time: float,
     horizon: float,
-    observation: Any,
-    more: Any,
-    limits: Mapping[str, Limits] | None,
-    terminated: Callable[[Values], Any] | None,
-    start: Start | None,
-    failure_reward: float,
-    options: Mapping[str, Any],
+    observation: str | Sequence[str] = ("q", "qd"),
+    more: str | Sequence[str] = (),
+    limits: Mapping[str, Limits] | None = None,
+    terminated: Callable[[Values], Any] | None = None,
+    start: Start | None = None,
+    failure_reward: float = 0.0,
+    **options: Any,
 ) -> _Task:
+    """The arguments of both environments."""
     if _absent:
         raise ImportError(_absent)
     if not inputs:
@@ -339,6 +360,9 @@ class Environment(Env):  # type: ignore[misc]
     is of the last state, and the reward is `failure_reward`. Equal seeds give equal bits. `reset(options={"start": {"q(phi)": 0.1}})`
     starts at given values.
 
+    Raises ArgumentError if an argument is empty, outside its range or names what the model does not have. Raises TypeError if there is
+    no such option. Raises FailedError if the run cannot start. Raises ImportError if Gymnasium is not installed.
+
     >>> from kempe.gymnasium import Environment  # with gymnasium
     >>> cart = kempe.Model("cart_pole.yaml")
     >>> upright = lambda values: 1 - values["q(phi)"] ** 2
@@ -358,25 +382,18 @@ class Environment(Env):  # type: ignore[misc]
         model: Model,
         inputs: Mapping[str, Limits],
         reward: Callable[[Values], Any],
-        *,
-        step_time: float,
-        horizon: float,
-        observation: str | Sequence[str] = ("q", "qd"),
-        more: str | Sequence[str] = (),
-        limits: Mapping[str, Limits] | None = None,
-        terminated: Callable[[Values], Any] | None = None,
-        start: Start | None = None,
-        failure_reward: float = 0.0,
-        **options: Any,
+        **options: Unpack[TaskOptions],
     ) -> None:
-        task = _task(inputs, reward, step_time, horizon, observation, more, limits, terminated, start, failure_reward, options)
+        task = _task(inputs, reward, **options)
         self._instances = _Instances(model, task, 1, 1)
         self.observation_space: Any = _space(self._instances.observed)
         self.action_space: Any = Box(task.low, task.high, dtype=np.float64)
         self._running, self._name = False, model.name
 
     def reset(self, *, seed: int | None = None, options: Mapping[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
-        """The first observation of another episode, and information. FailedError: no start closes the loops."""
+        """The first observation of another episode, and information.
+
+        Raises FailedError if no start closes the loops. Raises ArgumentError if a start has an unknown name."""
         super().reset(seed=seed)
         self._running = False
         info = self._instances.begin(0, self.np_random, options)
@@ -386,7 +403,10 @@ class Environment(Env):  # type: ignore[misc]
         return self._instances.observation()[0], info
 
     def step(self, action: Any) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        """Observation, reward, terminated, truncated and information after a step with an action (in SI)."""
+        """Observation, reward, terminated, truncated and information after a step with an action (in SI).
+
+        Raises ResetNeeded if the episode has ended. Raises ValueError if the action has another length or is not finite. Raises
+        TypeError if its entries are not numbers. Raises Interrupted if Ctrl-C ends the step."""
         if not self._running:
             raise ResetNeeded("the episode has ended: call reset first")
         self._running = False  # unless the step is complete
@@ -410,6 +430,9 @@ class VectorEnvironment(VectorEnv):  # type: ignore[misc]
     An instance that has ended begins another episode in the next step, whose action has no effect and whose reward is zero
     (`AutoresetMode.NEXT_STEP`). `infos["reason"]` says why instances were terminated, where `infos["_reason"]` is true.
 
+    Raises ArgumentError if an argument is empty, outside its range or names what the model does not have. Raises TypeError if there is
+    no such option. Raises FailedError if the run cannot start. Raises ImportError if Gymnasium is not installed.
+
     >>> from kempe.gymnasium import VectorEnvironment  # with gymnasium
     >>> cart = kempe.Model("cart_pole.yaml")
     >>> task = {"step_time": 0.02, "horizon": 4, "start": {"q(phi)": (-0.1, 0.1)}}
@@ -422,25 +445,17 @@ class VectorEnvironment(VectorEnv):  # type: ignore[misc]
 
     render_mode: str | None = None
 
-    def __init__(
+    def __init__(  # type: ignore[misc]
         self,
         model: Model,
         count: int,
         inputs: Mapping[str, Limits],
         reward: Callable[[Values], Any],
         *,
-        step_time: float,
-        horizon: float,
-        observation: str | Sequence[str] = ("q", "qd"),
-        more: str | Sequence[str] = (),
-        limits: Mapping[str, Limits] | None = None,
-        terminated: Callable[[Values], Any] | None = None,
-        start: Start | None = None,
-        failure_reward: float = 0.0,
         threads: int = 0,
-        **options: Any,
+        **options: Unpack[TaskOptions],
     ) -> None:
-        task = _task(inputs, reward, step_time, horizon, observation, more, limits, terminated, start, failure_reward, options)
+        task = _task(inputs, reward, **options)
         if count < 1 or threads < 0:
             raise ArgumentError(f"at least one instance is needed, and no negative number of threads, not {count} and {threads}")
         self.metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -458,7 +473,11 @@ class VectorEnvironment(VectorEnv):  # type: ignore[misc]
         self, *, seed: int | Sequence[int | None] | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
         """The first observations of all instances, and information. A `seed` is of the first instance, the others have the
-        numbers after it. `options`: as of Environment, and "reset_mask", which instances begin again."""
+        numbers after it. `options`: as of Environment, and "reset_mask", which instances begin again.
+
+        Raises FailedError if no start closes the loops. Raises ArgumentError if a start has an unknown name. Raises ValueError if
+        `seed` or reset_mask do not have a value for each instance. Raises ResetNeeded if only some of the instances would begin at the
+        first call."""
         given = dict(options or {})
         mask = np.asarray(given.pop("reset_mask", np.ones(self.num_envs, dtype=bool)))
         if mask.shape != (self.num_envs,) or mask.dtype != bool or not mask.any():
@@ -493,7 +512,10 @@ class VectorEnvironment(VectorEnv):  # type: ignore[misc]
         return infos
 
     def step(self, actions: Any) -> tuple[Array, Array, Any, Any, dict[str, Any]]:
-        """Observations (N x k), rewards (N), terminated (N), truncated (N) and information after a step with actions (N x inputs)."""
+        """Observations (N x k), rewards (N), terminated (N), truncated (N) and information after a step with actions (N x inputs).
+
+        Raises ResetNeeded if no episode has begun. Raises ValueError if actions have another shape or are not finite. Raises
+        Interrupted if Ctrl-C ends the step."""
         if not self._running:
             raise ResetNeeded("no episode has begun: call reset first")
         instances, shape = self._instances, (self.num_envs, len(self._instances.task.inputs))
@@ -527,3 +549,17 @@ def _space(count: int) -> Any:
 def _described(instances: _Instances) -> str:
     task = instances.task
     return f"inputs {', '.join(task.inputs)}, {instances.observed} observations, steps of {task.step_time:g} s to {task.steps * task.step_time:g} s"
+
+
+def _list_arguments(owner: type[Any]) -> None:
+    """Puts the keywords of `_task` in place of **options in the signature of an environment."""
+    own, task = inspect.signature(owner.__init__), inspect.signature(_task).parameters
+    kept = [each for each in own.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
+    added = [each for name, each in task.items() if name not in own.parameters or name == "options"]
+    first = next((k for k, each in enumerate(kept) if each.kind is inspect.Parameter.KEYWORD_ONLY), len(kept))
+    owner.__init__.__signature__ = own.replace(parameters=[*kept[:first], *added[:-1], *kept[first:], added[-1]])
+
+
+_task.__qualname__ = "Environment"  # of its errors about missing arguments
+_list_arguments(Environment)
+_list_arguments(VectorEnvironment)

@@ -30,7 +30,9 @@ class Linearization(Result):
     _kept = ("states", "inputs", "outputs", "delays", "q", "qd", "y", "sample_time", "is_equilibrium")
 
     def matrix(self, name: str) -> Array:
-        """A matrix by its name: A, B, C, D, M, G, K, L, N, Nd, Z."""
+        """A matrix by its name: A, B, C, D, M, G, K, L, N, Nd, Z.
+
+        Raises ArgumentError if there is no such matrix."""
         rows, columns = ffi.new("int *"), ffi.new("int *")
         values = lib.kempe_linearization_matrix(self._pointer, constant("MATRIX", name), rows, columns)
         return view(values, (rows[0], columns[0]), self._pointer, "F")
@@ -101,7 +103,9 @@ class Linearization(Result):
         return bool(lib.kempe_linearization_is_equilibrium(self._pointer))
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """All matrices and names: .npz for NumPy, .mat for MATLAB and Octave."""
+        """All matrices and names: .npz for NumPy, .mat for MATLAB and Octave.
+
+        Raises FileError if the file cannot be written. Raises ArgumentError if its ending is of no known format."""
         self._context.check(lib.kempe_linearization_write, self._pointer, path_of(path))
 
     def _closed(self) -> None:
@@ -110,6 +114,8 @@ class Linearization(Result):
 
     def to_scipy(self) -> Any:
         """A scipy.signal.StateSpace.
+
+        Raises ImportError if SciPy is not installed. Raises ValueError if the state space has delays.
 
         >>> space = kempe.Model("cart_pole.yaml").system().linearize(inputs="u", outputs="q(x)").to_scipy()  # with SciPy
         >>> space.A.shape  # with SciPy
@@ -121,7 +127,9 @@ class Linearization(Result):
         return StateSpace(self.A, self.B, self.C, self.D, **({"dt": self.sample_time} if self.sample_time else {}))
 
     def to_control(self) -> Any:
-        """A control.StateSpace of python-control, with the names of its channels. It allows no dots in names: they are "_"."""
+        """A control.StateSpace of python-control, with the names of its channels. It allows no dots in names: they are "_".
+
+        Raises ImportError if python-control is not installed. Raises ValueError if the state space has delays."""
         import control
 
         self._closed()

@@ -17,7 +17,7 @@ from .arrays import Array, finite, optional
 from .columns import columns_of, is_path, is_samples, samples_of, text_of_table
 from .context import Context, Fixed, level_of_caller, string
 from .display import details, model_html
-from .document import Document, actuators_of, bodies_of, document_of, joints_of, points_of
+from .document import Document, actuators_of, bodies_of, document_of, joints_of, points_of, set_start, set_values
 from .ensemble import Ensemble, Folder, Function, Recipe, Values, rows_of
 from .errors import ArgumentError, FileError, InputError, KempeWarning
 from .fit import Fit, Optimum
@@ -68,6 +68,9 @@ class Reading(NamedTuple):
 class Model(Fixed):
     """A model file, read and checked, with values of parameters and inputs as keywords.
 
+    Raises FileError if the file, or one that it names, cannot be read. Raises InputError if the text is not a model. Raises TypeError
+    if an argument has another type. Raises ArgumentError if a value is given twice or is not finite, or an option has an unknown name.
+
     >>> model = Model("four_bar.yaml", crank="310 mm")
     >>> model.name, model.coordinates
     ('four-bar', ('crank', 'coupler', 'rocker'))
@@ -79,7 +82,8 @@ class Model(Fixed):
     Of a robot in another format, `robot_base` is "fixed" or "free"; with `joint_limits` its limits are stops. Mechanics in it that Kempe does not read is an
     error, unless `leave_out` has its name. With `strict` surfaces, limits and controllers that are not used are errors, too.
 
-    A model is frozen. Pickled, it is its path or text and these values, and is read again. A copy is the model itself."""
+    A model is frozen. Pickled, it is its path or text and these values, and is read again. A copy is the model itself.
+    """
 
     _noun = "model"
 
@@ -126,6 +130,9 @@ class Model(Fixed):
     ) -> Model:
         """Reads a model from text; `label` replaces the file name in messages.
 
+        Raises FileError if a file that the text names cannot be read. Raises InputError if the text is not a model. Raises TypeError if
+        an argument has another type. Raises ArgumentError if a value is given twice or is not finite, or an option has an unknown name.
+
         >>> Model.from_text("kempe: 1", label="empty.yaml")
         Traceback (most recent call last):
         ...
@@ -148,8 +155,11 @@ class Model(Fixed):
         folder: str | os.PathLike[str] | None = None,
         **more: Any,
     ) -> Model:
-        """Reads a model from a dict with the keys of a model file, or from a `document` of a model. Tuples are lists. `folder`: of files
+        """Reads a model from a dict with the keys of a model file, or from `to_dict` of a model. Tuples are lists. `folder`: of files
         that the dict names (the present one, or the document's).
+
+        Raises InputError if the dict is not a model. Raises FileError if a file that it names cannot be read. Raises TypeError if an
+        entry has another type. Raises ValueError if a number in it is not finite, and ArgumentError as `from_text`.
 
         >>> arm = {"joint": {"revolute": "z", "at": "ground"}, "mass": "3 kg", "com": (0, -1, 0), "inertia": {"zz": 1}}
         >>> Model.from_dict({"kempe": 1, "gravity": (0, -9.81, 0), "bodies": {"arm": arm}}).coordinates
@@ -254,7 +264,7 @@ class Model(Fixed):
         >>> model.coordinates, model.states, model.simulate(t_end=1)["state(heat)"].shape
         (('arm', 'heat'), ('heat',), (201,))
         """
-        return tuple(self.to_dict().get("states", ()))
+        return tuple(self.parsed().get("states", ()))
 
     @property
     def inputs(self) -> dict[str, str]:
@@ -264,18 +274,19 @@ class Model(Fixed):
     def input_value(self, name: str, t: float) -> float:
         """Value of an input at t (s) by the model's samples or default, in SI.
 
-        ArgumentError: there is no such input.
+        Raises ArgumentError if the model has no such input or t is not finite. Raises TypeError if t is not a number.
 
         >>> Model("cart_pole.yaml", u=2).input_value("u", 0.0)
         2.0
         """
         return float(lib.kempe_model_input_value(self._pointer, self._context.input(name), finite(t, "t")))
 
-    def to_dict(self) -> dict[str, Any]:
-        """The model as parsed: parameters, bodies with their motions, closures, forces.
+    def parsed(self) -> dict[str, Any]:
+        """The model as it was understood: bodies with their motions, closures, forces; expressions of parameters are numbers, in SI. It is
+        the JSON of `kempe show`, and does not read back: `to_dict` does.
 
-        >>> Model("four_bar.yaml").to_dict()["parameters"]["crank"]
-        0.3
+        >>> Model("four_bar.yaml").parsed()["parameters"]["diagonal"]
+        0.9486832980505138
         """
         made: dict[str, Any] = json.loads(self._context.text(lib.kempe_model_print, self._pointer, lib.KEMPE_JSON))
         return made
@@ -283,7 +294,7 @@ class Model(Fixed):
     @property
     def parameters(self) -> dict[str, float]:
         """Parameters by name, in SI."""
-        return dict(self.to_dict()["parameters"])
+        return dict(self.parsed()["parameters"])
 
     @property
     def bodies(self) -> dict[str, dict[str, Any]]:
@@ -292,7 +303,7 @@ class Model(Fixed):
         >>> Model("four_bar.yaml").bodies["crank"]["mass"]
         1
         """
-        return bodies_of(self.to_dict())
+        return bodies_of(self.parsed())
 
     @property
     def joints(self) -> dict[str, dict[str, Any]]:
@@ -301,7 +312,7 @@ class Model(Fixed):
         >>> Model("cart_pole.yaml").joints["phi"]["coordinates"]
         ['phi']
         """
-        return joints_of(self.to_dict())
+        return joints_of(self.parsed())
 
     @property
     def points(self) -> dict[str, list[float]]:
@@ -310,7 +321,7 @@ class Model(Fixed):
         >>> Model("cart_pole.yaml").points["pole.tip"]
         [0, 0.8, 0]
         """
-        return points_of(self.to_dict())
+        return points_of(self.parsed())
 
     @property
     def actuators(self) -> dict[str, dict[str, Any]]:
@@ -319,35 +330,57 @@ class Model(Fixed):
         >>> Model("cart_pole.yaml").actuators["push"]["inputs"]
         ['u']
         """
-        return actuators_of(self.to_dict())
+        return actuators_of(self.parsed())
 
-    def document(self) -> Document:
+    def to_dict(self) -> Document:
         """The entries of the model file, as a dict that may be changed and read again: `from_dict` of it is the same model, with the
-        same bits. It has the values that the model was given.
+        same bits. It has the values and the start that the model was given, also of files that it includes. `document` is another name.
 
-        ArgumentError: the model has another start, or a value in a file that it includes; neither can be in the entries.
+        Raises OSError if a file of the model can no longer be read. Raises InputError if it has changed to other content.
 
-        >>> entries = Model("four_bar.yaml").document()
+        >>> entries = Model("four_bar.yaml").to_dict()
         >>> entries["bodies"]["crank"]["mass"] = 2
         >>> Model.from_dict(entries).bodies["crank"]["mass"]
         2
         """
         make, arguments = self._recipe
+        if make in (_start_again, _instance_again):
+            recipe, *more = arguments
+            before: Model = recipe[0](*recipe[1])
+            made = before.to_dict()
+            if make is _start_again:
+                self._put_start(made, before, *more)
+            else:
+                _put_instance(made, *more)
+            return made
         if make is not _read_again:
-            if make in (_start_again, _instance_again):
-                raise ArgumentError("this model has another start, or the values of an instance: take the document of the model before")
             return document_of(self.name, self.export("yaml"), self.name, {})
-        label, text, values, _ = arguments
+        label, text, values, reading = arguments
         if text is None:
             with open(label, encoding="utf-8") as file:
                 text = file.read()
         foreign = not _OWN.search(text)
-        return document_of(self.name, self.export("yaml") if foreign else text, label, values)
+        made = document_of(self.name, self.export("yaml") if foreign else text, label, values)
+        if reading.closure_tolerance is not None:
+            made["closure_tolerance"] = reading.closure_tolerance
+        return made
+
+    document = to_dict
+
+    def _given_start(self) -> dict[str, Any]:
+        """Start values that are given, and which of them hold."""
+        made: dict[str, Any] = json.loads(self._context.text(lib.python_start, self._pointer))
+        return made
+
+    def _put_start(self, document: Document, before: Model, q: Array | None, qd: Array | None) -> None:
+        """Puts the start that this model has into the entries of the model before."""
+        states = [name for name, value in zip(self.coordinates, () if qd is None else qd) if name in self.states and value == value]
+        set_start(document, before._given_start(), self._given_start(), q is not None, qd is not None, states)
 
     def export(self, format: str) -> str:
         """The model in another format, "urdf+", "sdf", "mjcf" or "yaml". A warning names each part that the format cannot say.
 
-        ArgumentError: an unknown format, or a file in Kempe's language already.
+        Raises ArgumentError if the format is unknown, or the model was read from a file in Kempe's language.
 
         >>> print(Model("four_bar.yaml").export("sdf").splitlines()[0])
         <?xml version="1.0"?>
@@ -361,7 +394,7 @@ class Model(Fixed):
         return f"<Model {self.name!r}: coordinates {', '.join(self.coordinates)}>"
 
     def _repr_html_(self) -> str:
-        return model_html(self.to_dict()) + details("model", str(self))
+        return model_html(self.parsed()) + details("model", str(self))
 
     def __reduce__(self) -> Any:
         return self._recipe
@@ -369,7 +402,9 @@ class Model(Fixed):
     def on_progress(self, receive: Callable[[str], object] | None) -> None:
         """Calls a function with lines of progress, about one a second, in all computations with this model. None: no more.
 
-        A single computation has the keyword `progress`: True for a bar, or a function of a `Progress`."""
+        A single computation has the keyword `progress`: True for a bar, or a function of a `Progress`.
+
+        Raises TypeError if `receive` is not a function."""
         if receive is not None and not callable(receive):
             raise TypeError(f"on_progress takes a function of a line, or None, not {receive!r}")
         self._context.listener.progress = receive
@@ -381,7 +416,8 @@ class Model(Fixed):
         """The equations of motion. `dynamics`: auto, composite, plain, ner, articulated. `force`: a function (t, q, qd) that gives
         generalized forces (n; N m or N) in addition to the model's; it must be smooth and depend only on its arguments.
 
-        InputError: the model moves no mass, or its closures contradict each other.
+        Raises InputError if the model moves no mass or its closures contradict each other. Raises ArgumentError if there is no such
+        algorithm. Raises FailedError if the algorithm cannot give the accelerations. Raises TypeError if an argument has another type.
         """
         if dynamics is not None and not isinstance(dynamics, str):
             raise TypeError(f"dynamics is the name of an algorithm, not {dynamics!r}; a function is given as force=..")
@@ -411,7 +447,9 @@ class Model(Fixed):
         given values. q, qd: arrays in the order of `coordinates`, or mappings with some of their names; other coordinates start
         as in the model, and follow where the loops need it. Goals of the model do not count when q is given. Values of states are in qd.
 
-        FailedError: the loops cannot be closed there, or values contradict each other; it has the gap and the coordinates.
+        Raises FailedError if the loops cannot be closed there or values contradict each other; the message has the gap and the
+        coordinates. Raises ArgumentError if there is no such coordinate. Raises ValueError if a value is not finite or an array has
+        another length. Raises TypeError if a value is not a number.
 
         >>> lifted = Model("four_bar.yaml").start_at(q={"crank": 1.5}, qd={"crank": 2})
         >>> run = lifted.simulate(t_end=0.5)
@@ -430,7 +468,7 @@ class Model(Fixed):
         whole = [k for k, value in enumerate(row) if abs(value) > 6.5 and value % 1 == 0]
         if not whole:
             return
-        motions = {motion["coordinate"]: motion["kind"] for body in self.to_dict()["bodies"] for motion in body.get("motions", ())}
+        motions = {motion["coordinate"]: motion["kind"] for body in self.parsed()["bodies"] for motion in body.get("motions", ())}
         for k in whole:
             name, turns = self.coordinates[k], abs(row[k]) / (2 * np.pi)
             if motions.get(name) == "R":
@@ -544,7 +582,9 @@ class Model(Fixed):
         """Values of parameters and starts (q.NAME, qd.NAME) for many instances: arrays of one length by name, a data frame, or a CSV
         file.
 
-        ArgumentError: a column does not exist. InputError: a cell of a file is not a number.
+        Raises ArgumentError if a column is neither a parameter nor a start of the model. Raises InputError if a cell of a file is not a
+        number. Raises FileError if the file cannot be read. Raises ValueError if columns have several lengths. Raises TypeError if a
+        column has other entries than numbers.
 
         >>> values = Model("four_bar.yaml").values({"crank": [0.29, 0.30, 0.31], "qd.crank": 20})
         >>> values.names, len(values), values[0].tolist()
@@ -631,6 +671,8 @@ class Model(Fixed):
         """A function of rows of inputs, parameters and starts (q.NAME, qd.NAME), that gives rows of quantities. The equations are
         derived once. Rows run as in an ensemble, several at a time and in threads; each result depends only on its row.
 
+        Raises TypeError if inputs are one text. Raises ValueError if an input is given twice.
+
         >>> f = Model("four_bar.yaml").function(["crank"], quantities={"swing": "range(q(rocker))"}, t_end=1)
         >>> Y = f([[0.29], [0.30], [0.31]])
         >>> Y.shape, bool(Y[0] < Y[2])
@@ -648,14 +690,15 @@ class Model(Fixed):
     def instance(self, folder: str | os.PathLike[str], k: int) -> Model:
         """This model with the values of instance k (from 0 on) of a result folder.
 
-        InputError: the folder has no results.
+        Raises InputError if the folder has no results or belongs to another model. Raises FailedError if its part is missing or the
+        model cannot have these values. Raises ArgumentError if there is no instance k.
 
         >>> import tempfile
         >>> model = Model("four_bar.yaml")
         >>> with tempfile.TemporaryDirectory() as place:
         ...     folder = model.ensemble({"crank": [0.29, 0.31]}).run_folder(place, t_end=0.5)
         ...     again = model.instance(place, 1)
-        >>> again.to_dict()["parameters"]["crank"], again.simulate(**folder.run_options).status
+        >>> again.parameters["crank"], again.simulate(**folder.run_options).status
         (0.31, 'complete')
         """
         context, path = self._context, path_of(folder)
@@ -663,6 +706,13 @@ class Model(Fixed):
         owners = (self._pointer,)
         made = context.make(Model, lib.kempe_folder_model, opened._pointer, self._pointer, k, owners=owners, long=False)
         return Model._of(context, made._pointer, (_instance_again, (self._recipe, os.fsdecode(path), k)))
+
+
+def _put_instance(document: Document, path: str, k: int) -> None:
+    """Puts the values of instance k of a result folder into the entries of its model."""
+    folder = Folder.open(path)
+    chunk = int(folder.to_dict()["chunk"])
+    set_values(document, folder.part(k // chunk).row(k % chunk))
 
 
 def _instance_again(recipe: Recipe, folder: str, k: int) -> Model:

@@ -86,6 +86,9 @@ def ilqr(
 
     A plan that has not converged, or whose steps are too long for 1e-3 of the motion, is a KempeWarning.
 
+    Raises ArgumentError if an argument names what the mechanism does not have, has another shape or is outside its range. Raises
+    FailedError if the mechanism cannot follow the first guess of the forces. Raises TypeError if an argument has another type.
+
     >>> from kempe.optimal import ilqr
     >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
     >>> q, qd = workspace.close(0.0, [0.3, 0, 0], hold=["crank"])

@@ -58,6 +58,9 @@ class Outputs(Owned):
     ) -> Array:
         """Values (k) at t (s), q, qd, qdd (n each) and lam (m). None is zero; accelerations need qdd, reactions lam.
 
+        Raises ArgumentError if an array that is needed is missing or a number is not finite. Raises ValueError if an array has another
+        length. Raises TypeError if its entries are not numbers.
+
         >>> outputs = kempe.Model("four_bar.yaml").system().outputs("position(crank.B).y")
         >>> outputs.at(0.0, [0, 0, 0]).tolist()
         [0.3]
@@ -81,16 +84,24 @@ class Outputs(Owned):
         return found
 
     def at_stepper(self, stepper: Stepper) -> Array:
-        """Values (k) at the current row of a stepper, with its inputs."""
+        """Values (k) at the current row of a stepper, with its inputs.
+
+        Raises TypeError if it is not a stepper. Raises ArgumentError if it belongs to another system or has other parameters."""
         return self._values(lib.kempe_outputs_at_stepper, of_class(stepper, Stepper, "stepper", "System.stepper()")._pointer)
 
     def at_row(self, trajectory: Trajectory, row: int) -> Array:
-        """Values (k) at a row of a trajectory."""
+        """Values (k) at a row of a trajectory.
+
+        Raises TypeError if it is not a trajectory or the row is not a whole number. Raises ArgumentError if there is no such row or the
+        trajectory belongs to another system."""
         run = of_class(trajectory, Trajectory, "trajectory", "simulate()")
         return self._values(lib.kempe_outputs_at_row, run._pointer, whole(row, "row"))
 
     def at_time(self, trajectory: Trajectory, t: ArrayLike) -> Array:
-        """Values (k) at any time (s), or at several, of a run with `keep_dense=True`."""
+        """Values (k) at any time (s), or at several, of a run with `keep_dense=True`.
+
+        Raises ArgumentError if the run has no dense output, does not contain the time, or belongs to another system. Raises TypeError
+        if an argument has another type. Raises FailedError if the run could not have written that row."""
         times = numbers(t, "t").reshape(np.shape(t))
         run = of_class(trajectory, Trajectory, "trajectory", "simulate(keep_dense=True)")
         values = [self._values(lib.kempe_outputs_at_time, run._pointer, time) for time in times.flat]
@@ -118,6 +129,9 @@ class Outputs(Owned):
     def jacobian(self, t: float, q: ArrayLike, qd: ArrayLike | None = None) -> tuple[Array, Array]:
         """J (k x n) and jdqd (k) with the loops open: accelerations of positions are J qdd + jdqd.
 
+        Raises ArgumentError if a number is not finite or an output depends on accelerations or multipliers. Raises ValueError if an
+        array has another length. Raises TypeError if its entries are not numbers.
+
         >>> outputs = kempe.Model("four_bar.yaml").system().outputs("position(crank.B)")
         >>> J, jdqd = outputs.jacobian(0.0, [0, 0, 0])
         >>> J.shape, jdqd.shape
@@ -126,13 +140,17 @@ class Outputs(Owned):
         return self._slopes(lib.kempe_outputs_jacobian, self._n, t, q, qd)
 
     def closed_jacobian(self, t: float, q: ArrayLike, qd: ArrayLike | None = None) -> tuple[Array, Array]:
-        """J X (k x p) by the independent coordinates, and the accelerations of the outputs (k) at udd = 0."""
+        """J X (k x p) by the independent coordinates, and the accelerations of the outputs (k) at udd = 0.
+
+        Raises FailedError if the loops are open or the mechanism is at a singular position. Raises ArgumentError if a number is not
+        finite or an output depends on accelerations or multipliers. Raises ValueError if an array has another length. Raises TypeError
+        if its entries are not numbers."""
         return self._slopes(lib.kempe_outputs_closed_jacobian, len(self.independent), t, q, qd)
 
     def choose(self, independent: Any = None) -> None:
         """Chooses the independent coordinates of closed-chain Jacobians; None: the coordinates at the model's start.
 
-        ArgumentError: there is no such coordinate, or they do not describe the motion.
+        Raises ArgumentError if there is no such coordinate. Raises FailedError if the coordinates do not describe the motion.
         """
         names = NULL if independent is None else utf8(text_of(independent))
         self._context.check(lib.kempe_outputs_choose, self._pointer, names)

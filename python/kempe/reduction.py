@@ -32,7 +32,9 @@ class Reduction(Result):
         return tuple(lib.kempe_reduction_frequency(self._pointer, k) for k in range(count))
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes the file of the body, .npz, that a model names under `flexible`."""
+        """Writes the file of the body, .npz, that a model names under `flexible`.
+
+        Raises FileError if the file cannot be written."""
         self._context.check(lib.kempe_reduction_write, self._pointer, path_of(path))
 
 

@@ -62,7 +62,9 @@ class Result(Fixed):
         return getattr(lib, f"kempe_{self._noun}_{name}")
 
     def table(self, name: str) -> Table:
-        """A table by its name."""
+        """A table by its name.
+
+        Raises ArgumentError if the result has no such table."""
         if name not in self._tables:
             self._tables[name] = self._context.make(Table, self._call("table"), self._pointer, utf8(name), long=False)
         return self._tables[name]
@@ -138,14 +140,19 @@ class Reported(Result):
     """A result with a page: a self-contained HTML file, which moves the mechanism."""
 
     def write_report(self, path: str | os.PathLike[str]) -> None:
-        """Writes the page as one file of HTML."""
+        """Writes the page as one file of HTML.
+
+        Raises FileError if the file cannot be written or a library of the page is missing. Raises ArgumentError if the run was read
+        from it."""
         status, message = self._context.guarded(
             getattr(lib, f"guarded_kempe_{self._noun}_write_report"), self._pointer, path_of(path)
         )
         self._context.refuse(status, message)
 
     def report(self) -> Page:
-        """The page; a notebook shows it."""
+        """The page; a notebook shows it.
+
+        Raises FileError if a library of the page is missing."""
         return Page(text_written(self.write_report, "report.html"))
 
 
@@ -153,12 +160,17 @@ class Drawn(Result):
     """A result with a picture."""
 
     def write_picture(self, path: str | os.PathLike[str]) -> None:
-        """Writes the picture as .svg or .png."""
+        """Writes the picture as .svg or .png.
+
+        Raises ArgumentError if the ending is neither .svg nor .png. Raises FailedError if there is nothing to draw or .png needs a
+        library that is not installed. Raises FileError if the file cannot be written."""
         check_picture(path)
         self._context.check(self._call("write_picture"), self._pointer, path_of(path))
 
     def svg(self) -> str:
-        """The picture as text."""
+        """The picture as text.
+
+        Raises FailedError if there is nothing to draw."""
         return text_written(self.write_picture, "result.svg")
 
     def _picture(self) -> str:

@@ -59,8 +59,8 @@ def _list(function: Any, name: str) -> None:
     doc = (function.__doc__ or "").rstrip()
     end = "\n" + (function.__doc__ or "").rpartition("\n")[2] if "\n" in doc else "\n        "
     entries = "\n".join([text for _, text in options.values()])
-    lists = f"\n\nOptions (None: not given):\n{entries}\n", f"\nRaises:\n{RAISES[name]}"
-    function.__doc__ = doc + "".join(_indented(text, end) for text in lists)
+    listed = _indented(f"\n\nOptions (None: not given):\n{entries}", end)
+    function.__doc__ = doc + listed + f"\n\n{RAISES[name]}".replace("\n", end)
 
 
 def _indented(text: str, end: str) -> str:

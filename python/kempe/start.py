@@ -36,8 +36,10 @@ def start_row(what: str, given: Start | None, names: tuple[str, ...], states: tu
             f"{what} has {len(names)} values, in the order {', '.join(names)}, not the shape {row.shape}; a mapping of names "
             "to numbers may have some of them"
         )
-    for name, value in zip(names, row):
+    for k, (name, value) in enumerate(zip(names, row)):
         _finite(what, name, value)
+        if name in states:
+            row[k] = np.nan  # a row of a run has the integral of the state here, with which nothing starts
     return row
 
 

@@ -56,12 +56,18 @@ class Stepper(Owned):
             raise error_of(status, message or self.reason, None)
 
     def step(self) -> None:
-        """Advances to the end of the integrator's next step. ArgumentError at t_end; StoppedError where the motion stops."""
+        """Advances to the end of the integrator's next step.
+
+        Raises ArgumentError at t_end. Raises StoppedError if an event ends the motion. Raises FailedError if the motion cannot
+        continue. The state is then unchanged."""
         self._call(lib.guarded_kempe_stepper_step, long=True)
 
     def advance(self, t: float) -> None:
-        """Advances to t (s), neither backwards nor beyond t_end (ArgumentError). FailedError: the motion cannot continue, or, unless
-        max_steps is given, the rest would take 1e8 steps at the present pace. StoppedError: an event ends the motion.
+        """Advances to t (s).
+
+        Raises ArgumentError if t is before the current time or after t_end. Raises TypeError if it is not a number. Raises StoppedError
+        if an event ends the motion. Raises FailedError if the motion cannot continue, or, unless max_steps is given, if the rest would
+        take 1e8 steps at the present pace.
 
         >>> stepper = kempe.Model("four_bar.yaml").system().stepper(t_end=1)
         >>> stepper.advance(0.25)
@@ -71,7 +77,9 @@ class Stepper(Owned):
         self._call(lib.guarded_kempe_stepper_advance, real(t, "t"), long=True)
 
     def __iter__(self) -> Iterator[State]:
-        """The states after each further step, up to t_end."""
+        """The states after each further step, up to t_end.
+
+        Raises the exceptions of `step`, without the ArgumentError at t_end."""
         while True:
             try:
                 self.step()
@@ -121,7 +129,8 @@ class Stepper(Owned):
     def set_input(self, name: str, value: float, rate: float = 0.0, acceleration: float = 0.0) -> None:
         """Sets an input of the model, in SI, from now on: value + rate s + acceleration s^2 / 2, s being the time since now.
 
-        ArgumentError: there is no such input, the value is not finite, or a closure would jump.
+        Raises ArgumentError if the model has no such input, the value is not finite, or a closure would jump. Raises TypeError if a
+        value is not a number.
         """
         number = self._context.input(name)
         value = real(value, f"input '{name}'")
@@ -134,21 +143,22 @@ class Stepper(Owned):
     def input(self, name: str) -> float:
         """Value of an input at the current time, in SI.
 
-        ArgumentError: there is no such input.
+        Raises ArgumentError if the model has no such input.
         """
         return float(lib.kempe_stepper_input(self._pointer, self._context.input(name)))
 
     def set_stop(self, t: float) -> None:
         """No step goes beyond t (s) until the stepper is there.
 
-        ArgumentError: t is not after the current time.
+        Raises ArgumentError if t is not after the current time. Raises TypeError if it is not a number.
         """
         self._call(lib.kempe_stepper_set_stop, real(t, "t"))
 
     def set_state(self, q: ArrayLike, qd: ArrayLike | None = None) -> float:
         """Continues from the closed state near q and qd. Returns the largest change that closing made (rad, or relative).
 
-        FailedError: the loops cannot be closed from there; the stepper is unchanged.
+        Raises FailedError if the loops cannot be closed from there; the stepper is then unchanged. Raises ArgumentError if a value is
+        not finite. Raises ValueError if an array has another length. Raises TypeError if its entries are not numbers.
         """
         n, moved, names = len(self._context.coordinates), ffi.new("double *"), self._context.coordinates
         for name, values in (("q", q), ("qd", qd)):
@@ -160,7 +170,8 @@ class Stepper(Owned):
     def set_parameters(self, **values: float) -> float:
         """Gives parameters other values in SI from now on. Returns the largest change that closing made.
 
-        ArgumentError: there is no such parameter, or it shapes the equations. InputError, FailedError: the model cannot have these values here.
+        Raises ArgumentError if the model has no such parameter, the parameter shapes the equations, or a value is not finite. Raises
+        InputError or FailedError if the model cannot have these values here. Raises TypeError if a value is not a number.
         """
         keep: list[Any] = []
         moved = ffi.new("double *")
@@ -174,11 +185,15 @@ class Stepper(Owned):
         return float(moved[0])
 
     def reset(self) -> None:
-        """Returns to t = 0 and the model's start."""
+        """Returns to t = 0 and the model's start.
+
+        Raises FailedError if the run cannot start again."""
         self._call(lib.kempe_stepper_reset)
 
     def save(self) -> SavedState:
-        """The current state; the integrator restarts here."""
+        """The current state; the integrator restarts here.
+
+        Raises FailedError if the integrator cannot restart here."""
         made = self._context.make(
             SavedState, lib.kempe_stepper_save, self._pointer, owners=(self._pointer,), long=False
         )
@@ -188,7 +203,7 @@ class Stepper(Owned):
     def restore(self, state: SavedState) -> None:
         """Returns to a saved state, of this or of another stepper of the same system and options.
 
-        ArgumentError: the state is of another system or of other options.
+        Raises ArgumentError if the state is of another system or of other options. Raises TypeError if it is not a saved state.
 
         >>> stepper = kempe.Model("four_bar.yaml").system().stepper(t_end=1)
         >>> state = stepper.save()
@@ -201,7 +216,9 @@ class Stepper(Owned):
         self._call(lib.kempe_stepper_restore, saved._pointer)
 
     def copy(self) -> Stepper:
-        """Another stepper at the same state."""
+        """Another stepper at the same state.
+
+        Raises FailedError if the integrator cannot restart here."""
         return self._context.make(Stepper, lib.kempe_stepper_copy, self._pointer, owners=(self._pointer,), long=False)
 
     __copy__ = copy

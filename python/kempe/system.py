@@ -86,7 +86,9 @@ class System(Fixed):
         return self._context.rows
 
     def text(self, view: View = "equations") -> str:
-        """The equations, the program, operation counts or simplifications as text."""
+        """The equations, the program, operation counts or simplifications as text.
+
+        Raises ArgumentError if there is no such view."""
         return self._context.text(lib.kempe_system_print, self._pointer, constant("VIEW", view), lib.KEMPE_TEXT)
 
     def __repr__(self) -> str:
@@ -113,6 +115,8 @@ class System(Fixed):
     def check(self) -> Check:
         """Mobility, redundant rows, independent coordinates, limits of motion.
 
+        Raises FailedError if the model does not assemble; `partial` is then the diagnosis.
+
         >>> kempe.Model("four_bar.yaml").system().check()
         <Check: 1 degrees of freedom, 0 redundant rows>
         """
@@ -121,6 +125,8 @@ class System(Fixed):
     def assemble(self) -> Assembly:
         """The state in which the loops are closed.
 
+        Raises FailedError if the loops cannot be closed; the message has the gap and the coordinates.
+
         >>> kempe.Model("four_bar.yaml").system().assemble().q.shape
         (3,)
         """
@@ -128,6 +134,8 @@ class System(Fixed):
 
     def branches(self, seed: int = 1, progress: ProgressTo | None = None) -> Branches:
         """Other assembly modes, from random starts.
+
+        Raises FailedError if the model does not assemble. Raises TypeError if an argument has another type.
 
         >>> len(kempe.Model("four_bar.yaml").system().branches())
         2
@@ -140,6 +148,8 @@ class System(Fixed):
     def start_at(self, q: Start | None = None, qd: Start | None = None) -> System:
         """The equations with another start (`Model.start_at`), for every study. They are derived again; the last ones are kept.
         An ensemble has many starts, as columns q.NAME and qd.NAME, and derives once.
+
+        Raises the exceptions of `Model.start_at`.
 
         >>> system = kempe.Model("four_bar.yaml").system()
         >>> run = system.simulate(t_end=0.5)
@@ -157,8 +167,7 @@ class System(Fixed):
         return self._started[1]
 
     def simulate(self, q: Start | None = None, qd: Start | None = None, **options: Unpack[RunOptions]) -> Trajectory:
-        """Runs one formulation. A run that fails raises FailedError, whose `partial` has the rows up to there. q, qd: another start,
-        as in `start_at`.
+        """Runs one formulation. q, qd: another start, as in `start_at`, whose exceptions are raised, too.
 
         >>> system = kempe.Model("four_bar.yaml").system()
         >>> system.simulate(t_end=1, formulation="projected", output_step=0.1)
@@ -215,6 +224,8 @@ class System(Fixed):
         that sticks in runs does here. With "stick" the accelerations are as in a run that starts at the state. None is
         "slip", without a force at rest, and a warning if the model has such friction.
 
+        Raises ArgumentError if there is no such word, or friction cannot stick in a workspace of this model.
+
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> workspace.n, workspace.m
         (3, 2)
@@ -227,6 +238,8 @@ class System(Fixed):
 
     def outputs(self, words: Any) -> Outputs:
         """Outputs at any state, and their Jacobians: "position(coupler.C), force(spring)" or a list.
+
+        Raises ArgumentError if a word is missing or wrong. Raises TypeError if the words have another type.
 
         >>> outputs = kempe.Model("four_bar.yaml").system().outputs("position(coupler.C)")
         >>> outputs.names, outputs.units["position.coupler.C.x"]

@@ -54,7 +54,9 @@ class Columns(Mapping[str, "NDArray[Any]"]):
         return f"<Table {self.name}: {self.row_count} rows of {len(self)} columns>"
 
     def row(self, k: int) -> dict[str, Any]:
-        """One row as a dict."""
+        """One row as a dict.
+
+        Raises IndexError if there is no row k."""
         return {name: self[name][k] for name in self}
 
     def to_dict(self) -> dict[str, NDArray[Any]]:
@@ -62,7 +64,9 @@ class Columns(Mapping[str, "NDArray[Any]"]):
         return dict(self.items())
 
     def to_pandas(self, index: str | None = None) -> Any:
-        """A pandas.DataFrame; `attrs["units"]` has the units."""
+        """A pandas.DataFrame; `attrs["units"]` has the units.
+
+        Raises ImportError if pandas is not installed. Raises KeyError if there is no column `index`."""
         import pandas
 
         frame = pandas.DataFrame({name: self[name] for name in self})
@@ -72,6 +76,8 @@ class Columns(Mapping[str, "NDArray[Any]"]):
     def to_xarray(self, index: str | None = None) -> Any:
         """An xarray.Dataset over the first column, or over `index`; each variable has its unit. Histories of instances, and rows of
         several files, are over both of their first columns: (instance, t) and (file, t). Missing rows are NaN.
+
+        Raises ImportError if xarray is not installed. Raises KeyError if there is no column `index`.
 
         >>> ensemble = kempe.Model("four_bar.yaml").ensemble({"crank": [0.29, 0.30]})
         >>> data = ensemble.history("1,2", t_end=0.5, output_step=0.1).to_xarray()  # with xarray
@@ -132,6 +138,9 @@ class Table(Columns, Fixed):
         self._columns: dict[str, NDArray[Any]] = {}
 
     def __getitem__(self, name: str) -> NDArray[Any]:
+        """A column.
+
+        Raises KeyError if there is no such column. Raises TypeError if the name is not a text."""
         kept = self._columns.get(name)
         if kept is None:
             kept = self._columns[name] = self._read(name)
@@ -154,17 +163,24 @@ class Table(Columns, Fixed):
         return self._context.text(lib.kempe_table_print, self._pointer, lib.KEMPE_TEXT)
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes a file in the format of its ending: .csv, .json, .parquet, .npz, .mat."""
+        """Writes a file in the format of its ending: .csv, .json, .parquet, .npz, .mat.
+
+        Raises FileError if the file cannot be written. Raises ArgumentError if its ending is of no known format."""
         self._context.check(lib.kempe_table_write, self._pointer, path_of(path))
 
     def write_picture(self, path: str | os.PathLike[str], x: str | None = None, y: Any = None) -> None:
-        """Draws columns `y` over `x` as .svg or .png, a plot for each unit. None: all, over the first."""
+        """Draws columns `y` over `x` as .svg or .png, a plot for each unit. None: all, over the first.
+
+        Raises ArgumentError if the ending is neither .svg nor .png or there is no such column. Raises FailedError if there are no rows
+        or .png needs a library that is not installed. Raises FileError if the file cannot be written."""
         check_picture(path)
         names = [NULL if each is None else ffi.new("char[]", utf8(text_of(each))) for each in (x, y)]
         self._context.check(lib.kempe_table_write_picture, self._pointer, *names, path_of(path))
 
     def svg(self, x: str | None = None, y: Any = None) -> str:
-        """The picture as text."""
+        """The picture as text.
+
+        Raises ArgumentError if there is no such column. Raises FailedError if there are no rows."""
         return text_written(lambda path: self.write_picture(path, x, y), "table.svg")
 
     def _curves(self, most: int = 8) -> str:
@@ -184,6 +200,9 @@ class FrozenTable(Columns):
         self.row_count: int = len(next(iter(columns.values()), ()))
 
     def __getitem__(self, name: str) -> NDArray[Any]:
+        """A column.
+
+        Raises KeyError if there is no such column. Raises TypeError if the name is not a text."""
         found = name if name in self._columns else column_name(name)
         if found not in self._columns:
             raise KeyError(unknown("column", name, self.names))

@@ -69,7 +69,10 @@ class Trajectory(Judged, Reported):
 
     def at(self, t: ArrayLike) -> State:
         """The state at any time (s) of a run with `keep_dense=True`, as a row that the run had there; of several times,
-        arrays with a row for each."""
+        arrays with a row for each.
+
+        Raises ArgumentError if the run has no dense output or does not contain the time. Raises FailedError if the run could not have
+        written that row. Raises TypeError if t is not a number."""
         times = numbers(t, "t").reshape(np.shape(t))
         n, m = len(self._context.coordinates), len(self._context.rows)
         parts = [np.empty((times.size, width)) for width in (n, n, n, m)]
@@ -98,6 +101,8 @@ class Trajectory(Judged, Reported):
     def outputs(self, names: Any) -> Table:
         """A table of t and of outputs: "q(A),force(spring)" or a list of such words.
 
+        Raises ArgumentError if a word is missing or wrong. Raises TypeError if the words have another type.
+
         >>> run = kempe.Model("four_bar.yaml").simulate(t_end=1)
         >>> run.outputs("velocity(coupler.C)").names
         ('t', 'velocity.coupler.C.x', 'velocity.coupler.C.y', 'velocity.coupler.C.z')
@@ -108,6 +113,9 @@ class Trajectory(Judged, Reported):
         return self._context.make(Table, lib.kempe_trajectory_outputs, self._pointer, words, long=False)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
+        """An output over time.
+
+        Raises ArgumentError if there is no such output. Raises TypeError if the name is not a text."""
         if name in self.rows.units or column_name(name) in self.rows.units:
             return self.rows[name]
         table = self.outputs(name)
@@ -145,13 +153,17 @@ class Trajectory(Judged, Reported):
     def to_pandas(self) -> Any:
         """The table `rows` as a pandas.DataFrame over t.
 
+        Raises ImportError if pandas is not installed.
+
         >>> kempe.Model("four_bar.yaml").simulate(t_end=1).to_pandas().index.name  # with pandas
         't'
         """
         return self.rows.to_pandas("t")
 
     def to_xarray(self) -> Any:
-        """The table `rows` as an xarray.Dataset over t."""
+        """The table `rows` as an xarray.Dataset over t.
+
+        Raises ImportError if xarray is not installed."""
         return self.rows.to_xarray("t")
 
     def _shown(self) -> str:

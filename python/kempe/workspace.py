@@ -198,8 +198,8 @@ _ANOTHER = "another thread uses this workspace: each thread needs a workspace of
 
 
 class Workspace(Owned):
-    """Evaluates the equations at given states, without waiting for another workspace. Each thread needs a separate one: a call
-    while another thread is inside one is an ArgumentError.
+    """Evaluates the equations at given states, without waiting for another workspace. Each thread needs a separate one: every call raises
+    ArgumentError while another thread is inside.
 
     `M`, `C`, `h`, `J`, `jdqd` are copies, for the thread that evaluated last; `views` has the same as read-only views,
     which the next call overwrites."""
@@ -210,6 +210,7 @@ class Workspace(Owned):
 
     def _made(self) -> None:
         self._inputs: dict[str, tuple[float, ...]] = {}
+        self._keeps: bool = False  # modes of friction and contacts
         self._others: list[Workspace] = []  # of further threads
         self._places: tuple[_Places, ...] = ()  # of derivatives, once they are prepared,
         self._by: tuple[str, ...] | None = None  # and the inputs and parameters by which they are taken, too,
@@ -282,7 +283,8 @@ class Workspace(Owned):
         """Evaluates everything at t (s), q and qd (n each; None: at rest). q need not close the loops. Returns copies; with
         `views` what `views` has, which costs less, and which the next call overwrites.
 
-        FailedError: a value is not finite. ArgumentError: another thread is inside.
+        Raises FailedError if a value is not finite. Raises ValueError if an array has another shape. Raises TypeError if its entries
+        are not numbers.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> equations = workspace.evaluate(0.0, [0, 0, 0])
@@ -345,7 +347,7 @@ class Workspace(Owned):
     def set_input(self, name: str, value: float, t: float = 0.0, rate: float = 0.0, acceleration: float = 0.0) -> None:
         """Sets an input of the model to value + rate s + acceleration s^2 / 2, where s is the time since t.
 
-        ArgumentError: there is no such input, or a value is not finite.
+        Raises ArgumentError if the model has no such input or a value is not finite. Raises TypeError if a value is not a number.
         """
         number = self._context.input(name)
         named = (t, "t"), (value, f"input '{name}'"), (rate, f"the rate of input '{name}'"), (acceleration, f"the acceleration of input '{name}'")
@@ -358,12 +360,58 @@ class Workspace(Owned):
         for other in self._others:
             other.set_input(name, value, t, rate, acceleration)
 
+    @property
+    def modes(self) -> dict[str, str]:
+        """Modes of friction that may stick and of rigid contacts at the last state, of a workspace made with friction="stick".
+        Friction "slips" or "sticks"; it "shares" where others share its load, and is "undetermined" where the loops keep its
+        place. A contact is "closed" or "open", or "shares"; its friction is "open" with it. {}: there is none, or no state yet.
+
+        >>> text = "kempe: 1\\nbodies: {block: {joint: {name: x, prismatic: x, at: ground}, mass: 2}}\\n"
+        >>> text += "forces: {rub: {joint: x, friction: {force: 5}}}\\n"
+        >>> workspace = kempe.Model.from_text(text).system().workspace(friction="stick")
+        >>> found = workspace.forward_dynamics(0.0, [0.0], [0.0])
+        >>> workspace.modes
+        {'rub': 'sticks'}
+        """
+        with self._alone():
+            words = [
+                (lib.kempe_workspace_mode_name(self._pointer, k), lib.kempe_workspace_mode(self._pointer, k))
+                for k in range(lib.kempe_workspace_mode_count(self._pointer))
+            ]
+        return {string(name): string(mode) for name, mode in words if mode}
+
+    def keep_modes(self, keep: bool = True) -> None:
+        """Keeps the modes of the last state at all further states, or decides on them again at each (False). Modes that are
+        kept are not checked: a contact may pull, and surfaces may overlap. The equations of one phase of contact are then a
+        smooth function of the state, also for threads.
+
+        Raises ArgumentError if no state has been evaluated.
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace(friction="stick")
+        >>> found = workspace.forward_dynamics(0.0, [0, 0, 0], [20, -22.5, 7.5])
+        >>> workspace.keep_modes()
+        """
+        with self._alone():
+            status = lib.kempe_workspace_keep_modes(self._pointer, self._pointer if keep else ffi.NULL)
+        if status:
+            self._fail(status)
+        self._keeps = bool(keep)
+        for other in self._others:
+            other._take_modes(self)
+
+    def _take_modes(self, of: Workspace) -> None:
+        if lib.kempe_workspace_keep_modes(self._pointer, of._pointer if of._keeps else ffi.NULL):
+            self._fail(lib.KEMPE_E_ARGUMENT)
+
     def _team(self, count: int) -> list[Workspace]:
-        """Returns this number of workspaces with the same inputs, this one the first."""
+        """Returns this number of workspaces with the same inputs, this one the first. Decisions on modes belong to one thread."""
+        if not self._keeps and lib.kempe_workspace_mode_count(self._pointer):
+            return [self]
         while len(self._others) < count - 1:
             other = self._again()
             for name, (t, value, *more) in self._inputs.items():
                 other.set_input(name, value, t, *more)
+            other._take_modes(self)
             self._others.append(other)
         return [self, *self._others[: count - 1]]
 
@@ -372,7 +420,8 @@ class Workspace(Owned):
     ) -> Accelerations:
         """Accelerations and multipliers under the model's forces and the generalized forces Q (n; None: none).
 
-        FailedError: the equations are singular, or a value is not finite.
+        Raises FailedError if the equations are singular or a value is not finite. Raises ArgumentError if `out` is not a pair of
+        arrays. Raises ValueError if an array has another shape. Raises TypeError if its entries are not numbers.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> qdd, lam = workspace.forward_dynamics(0.0, [0, 0, 0], [20, -22.5, 7.5])
@@ -433,7 +482,9 @@ class Workspace(Owned):
         `out`: an earlier result, which is overwritten: a loop over single states takes half of the time with it. The first
         call with other names or outputs derives the equations of the derivatives.
 
-        ArgumentError: a name does not exist, or the model has no such derivatives. FailedError: the equations are singular.
+        Raises ArgumentError if a name does not exist or the model has no such derivatives. Raises FailedError if the equations are
+        singular or a value is not finite. Raises ValueError if an array has another shape. Raises TypeError if its entries are not
+        numbers.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> found = workspace.forward_derivatives(0.0, [0, 0, 0], [20, -22.5, 7.5])
@@ -459,7 +510,10 @@ class Workspace(Owned):
         outputs: str | Iterable[str] = "",
     ) -> ClosedDerivatives:
         """Accelerations and multipliers at a closed state, and exact derivatives along motions that keep the loops closed, in
-        the independent coordinates (`independent`). Arguments are as in forward_derivatives. Open loops are a FailedError.
+        the independent coordinates (`independent`). Arguments are as in forward_derivatives.
+
+        Raises ArgumentError if a name does not exist or the model has no such derivatives. Raises FailedError if the loops are open or
+        the equations are singular. Raises ValueError if an array has another shape. Raises TypeError if its entries are not numbers.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> q, qd = workspace.close(0.0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
@@ -476,7 +530,8 @@ class Workspace(Owned):
         """Generalized forces Q = M qdd + C (n), with the loops open, and their exact derivatives by q, qd and qdd. `by` is as
         in forward_derivatives.
 
-        ArgumentError: a name does not exist, or the model has no such derivatives.
+        Raises ArgumentError if a name does not exist, the model has no such derivatives, or a value is not finite. Raises ValueError if
+        an array has another shape. Raises TypeError if its entries are not numbers.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> found = workspace.inverse_derivatives(0.0, [0, 0, 0], [1, 0, 0], [0, 0, 0], by="crank_mass")
@@ -521,7 +576,8 @@ class Workspace(Owned):
         matrices. The direction has changes of q, qd, Q (n each) and of the k names of `by` (dp). Changes of the independent
         coordinates and their rates (du, dud) in place of q and qd are along closed motions. Members left out do not change.
 
-        ArgumentError: a name does not exist, or the model has no such derivatives. FailedError: the equations are singular.
+        Raises ArgumentError if a name does not exist, the model has no such derivatives, or no direction is given. Raises FailedError
+        if the equations are singular. Raises ValueError if an array has another shape. Raises TypeError if its entries are not numbers.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> values, change = workspace.forward_jvp(0.0, [0, 0, 0], [20, -22.5, 7.5], dq=[1, 0, 0])
@@ -556,7 +612,8 @@ class Workspace(Owned):
         qdd (n), lam (m) and y (l): the time does not depend on the number of coordinates and names. `closed`: along motions
         that keep the loops closed, by the independent coordinates.
 
-        ArgumentError: a name does not exist, or the model has no such derivatives. FailedError: the equations are singular.
+        Raises ArgumentError if a name does not exist, the model has no such derivatives, or no weight is given. Raises FailedError if
+        the equations are singular. Raises ValueError if an array has another shape. Raises TypeError if its entries are not numbers.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> values, gradient = workspace.forward_vjp(0.0, [0, 0, 0], [20, -22.5, 7.5], qdd=[1, 0, 0], by="crank_mass")
@@ -591,7 +648,8 @@ class Workspace(Owned):
         """The second derivative of accelerations and multipliers along two directions, each a tuple (dq, dqd, dQ) whose last
         members may be left out.
 
-        ArgumentError: the model has no such derivatives. FailedError: the equations are singular.
+        Raises ArgumentError if the model has no such derivatives or a direction is not a tuple. Raises FailedError if the equations are
+        singular. Raises ValueError if an array has another shape. Raises TypeError if its entries are not numbers.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> bent = workspace.forward_second(0.0, [0, 0, 0], [20, -22.5, 7.5], first=([1, 0, 0],), second=([0, 1, 0],))
@@ -646,6 +704,10 @@ class Workspace(Owned):
         row of dq, dqd and dQ; along motions that keep the loops closed a row of du, dud and dQ. Members left out do not change. Rows of q, qd, Q and of the weights are N
         states, and the result has N as its first dimension; t and `threads` are as in evaluate_states. A user-defined force
         is differentiated by differences.
+
+        Raises ArgumentError if a name does not exist, the model has no such derivatives, or directions or weights have another shape.
+        Raises FailedError if the equations are singular or the loops are open. Raises ValueError if an array has another shape. Raises
+        TypeError if its entries are not numbers.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> q, qd = workspace.close(0.0, [0.3, 0, 0], [1, 0, 0], hold="crank")
@@ -706,6 +768,10 @@ class Workspace(Owned):
         coordinates along closed motions. Jv has the columns of J of the dependent coordinates. The determinant is zero in
         singular positions, at which assembly modes meet. t and `threads` are as in evaluate_states.
 
+        Raises FailedError if a position is singular. Raises ArgumentError if the independent coordinates are not known or a time is not
+        finite. Raises ValueError if an array has another shape. Raises TypeError if its entries are not numbers. Raises Interrupted if
+        Ctrl-C ends it.
+
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> q, _ = workspace.close(0.0, [0.3, 0, 0], hold="crank")
         >>> workspace.determinants(0.0, [q, q]).by_uu.shape
@@ -741,7 +807,9 @@ class Workspace(Owned):
         (relative) are closed first; Q and the inputs are constant meanwhile. The error of a step is
         proportional to h^5: compare with a smaller h.
 
-        FailedError: the loops cannot be closed, or the independent coordinates do not describe the motion; Interrupted: by Ctrl-C.
+        Raises FailedError if the loops cannot be closed or the independent coordinates do not describe the motion. Raises ArgumentError
+        if a name does not exist, h is zero or there is no step. Raises Interrupted if Ctrl-C ends it. Raises ValueError if an array has
+        another shape. Raises TypeError if its entries are not numbers.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> q, qd = workspace.close(0.0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
@@ -872,6 +940,9 @@ class Workspace(Owned):
         """Rates (qd, qdd) of a state (q, qd): a right side for scipy.integrate.solve_ivp. Closures are kept only by
         accelerations, so that they drift.
 
+        Raises FailedError if the equations are singular. Raises ValueError if an array has another shape. Raises TypeError if its
+        entries are not numbers.
+
         >>> from scipy.integrate import solve_ivp  # with SciPy
         >>> system = kempe.Model("four_bar.yaml").system()
         >>> start, workspace = system.assemble(), system.workspace()
@@ -900,8 +971,11 @@ class Workspace(Owned):
 
         With `actuators`, coordinates on which they act: the forces of these, in their order, which give the accelerations
         through the closed loops (computed torque). Of several solutions it has the least sum of weight times force squared, forces in N times the characteristic length;
-        weights are 1 by default. Dependent accelerations follow from the independent ones, and are not read. Accelerations
-        that the actuators cannot produce, and open loops, are a FailedError.
+        weights are 1 by default. Dependent accelerations follow from the independent ones, and are not read.
+
+        Raises FailedError if the loops are open or the actuators cannot produce the accelerations. Raises ArgumentError if there is no
+        such coordinate, a weight is not positive, or weights are given without actuators. Raises ValueError if an array has another
+        shape. Raises TypeError if its entries are not numbers.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> workspace.inverse_dynamics(0.0, [0, 0, 0], [0, 0, 0], [0, 0, 0]).shape
@@ -949,7 +1023,8 @@ class Workspace(Owned):
         """The equations of closed motions in the independent coordinates (`independent`): M udd + C = X' Q for generalized forces
         Q, and the accelerations of all coordinates X udd + drift.
 
-        FailedError: the loops are open, or the independent coordinates do not describe the motion.
+        Raises FailedError if the loops are open or the independent coordinates do not describe the motion. Raises ValueError if an
+        array has another shape. Raises TypeError if its entries are not numbers.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> q, qd = workspace.close(0.0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
@@ -973,7 +1048,8 @@ class Workspace(Owned):
     ) -> tuple[Array, Array]:
         """Closed q and qd near the given ones. Coordinates in `hold` keep their values.
 
-        ArgumentError: there is no such coordinate. FailedError: the loops cannot be closed from there.
+        Raises ArgumentError if there is no such coordinate or a value is not finite. Raises FailedError if the loops cannot be closed
+        from there. Raises ValueError if an array has another shape. Raises TypeError if its entries are not numbers.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> q, qd = workspace.close(0.0, [0.2, 0, 0], hold=["crank"])
@@ -1014,7 +1090,9 @@ class Workspace(Owned):
         `threads` share the states, 0: one for each processor; results are the same. From 500 states of a thread on, eight are
         evaluated at once in vector registers, unless the model has conditions or forces of its user.
 
-        FailedError names the first state that fails; Interrupted: by Ctrl-C.
+        Raises FailedError if a state fails; the message has the number of the first one. Raises ArgumentError if a time is not finite.
+        Raises Interrupted if Ctrl-C ends it. Raises ValueError if an array has another shape. Raises TypeError if its entries are not
+        numbers.
 
         >>> model = kempe.Model("four_bar.yaml")
         >>> run = model.simulate(t_end=1)
@@ -1051,7 +1129,7 @@ class Workspace(Owned):
     ) -> Accelerations:
         """Accelerations (N x n) and multipliers (N x m) at N states. `threads`: as in evaluate_states.
 
-        FailedError names the first state that fails; Interrupted: by Ctrl-C.
+        Raises the exceptions of `evaluate_states`.
 
         >>> model = kempe.Model("four_bar.yaml")
         >>> run = model.simulate(t_end=1)
@@ -1070,7 +1148,7 @@ class Workspace(Owned):
     ) -> Array:
         """Generalized forces M qdd + C (N x n) at N states. `threads`: as in evaluate_states.
 
-        FailedError names the first state that fails; Interrupted: by Ctrl-C.
+        Raises the exceptions of `evaluate_states`. Raises ArgumentError if an acceleration is not finite.
 
         >>> model = kempe.Model("four_bar.yaml")
         >>> run = model.simulate(t_end=1)

@@ -150,7 +150,7 @@ def swept(model, sweep):
 
 def test_arguments_of_several_kinds(four_bar):
     path = ROOT / "examples/four_bar/four_bar.yaml"
-    assert kempe.Model(path, crank=np.array(0.31)).to_dict()["parameters"]["crank"] == 0.31
+    assert kempe.Model(path, crank=np.array(0.31)).parameters["crank"] == 0.31
     assert four_bar.simulate(t_end=np.float32(0.5), max_steps=1e6).t[-1] == 0.5
     workspace = four_bar.system().workspace()
     q, qd = workspace.close(0, [0.2, 0, 0], hold="crank")
@@ -224,7 +224,7 @@ def test_builder_has_shapes():
     built.shape("bar", kind="sphere", dimensions=(0.05, 0, 0), point="E", colour="red")
     built.shape("ground", text="{box: [1, 1, 0.1], at: [0, 0, 1]}")
     model = built.finish()
-    assert "sphere" in str(model.to_dict())
+    assert "sphere" in str(model.parsed())
     assert np.isclose(model.system().workspace().evaluate(0.0, [0.0], [0.0]).M[0, 0], 54 * (4 + 0.01) / 12)
     with pytest.raises(kempe.ArgumentError, match="'leg' does not exist"):
         kempe.Builder("bar").shape("leg")
@@ -609,3 +609,26 @@ def test_friction_of_workspaces():
     assert qdd(system.workspace(friction="none"), [1]) == pytest.approx(1.5)
     with pytest.raises(kempe.ArgumentError, match="slip, stick or none"):
         system.workspace(friction="glide")
+
+
+def test_modes_of_workspaces():
+    """States of one phase, also by threads, have the modes that are kept; without them one thread decides at each state."""
+    workspace = kempe.Model.from_text(BLOCK).system().workspace(friction="stick")
+    assert workspace.modes == {}
+    with pytest.raises(kempe.ArgumentError, match="evaluate a state first"):
+        workspace.keep_modes()
+    still = np.zeros((400, 1))
+    rates = np.where(np.arange(400) % 2, 1.0, 0.0)[:, None]
+    for threads in (1, 2):
+        assert workspace.forward_states(0.0, still, rates, threads=threads).qdd[:2, 0] == pytest.approx([0, -1])
+    workspace.forward_dynamics(0, [0], [1])
+    assert workspace.modes == {"rub": "slips"}
+    workspace.keep_modes()
+    for threads in (1, 2):
+        found = workspace.forward_states(0.0, still, rates, threads=threads)
+        assert (found.qdd[:, 0] == -1).all()
+    assert (workspace.forward_derivatives(0.0, still, rates, threads=2).qdd_Q[:, 0, 0] == 0.5).all()
+    workspace.keep_modes(False)
+    assert workspace.forward_dynamics(0, [0], [0]).qdd[0] == 0
+    other = kempe.Model.from_text(BLOCK).system().workspace(friction="none")
+    assert other.modes == {} and other.keep_modes() is None

@@ -336,3 +336,17 @@ def test_page(tmp_path, monkeypatch, capsys):
         exec(block, names)
         assert capsys.readouterr().out == ("", printed, "True\n", "True True 1.003 s\n")[k]
     assert len(blocks) == 4
+
+
+def test_repeated_ends(quiet):
+    """The rates of all coordinates of one loop are one equation; friction by the load of the loop is in all derivatives."""
+    system = kempe.Model(ROOT / "tests/models/rubbing_slider.yaml").system()
+    start = system.assemble()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        workspace = system.workspace()
+    plan = collocate(workspace, start.q, np.zeros(3), 0.5, "crank", end={"q(crank)": 1.4, "qd": 0}, intervals=12)
+    assert plan.converged and plan.error < 1e-4 and plan.replay < 1e-4
+    assert plan.q[-1, 0] == pytest.approx(1.4, abs=1e-8) and abs(plan.qd[-1]).max() < 1e-5
+    with pytest.warns(kempe.KempeWarning, match="no motion within the limits"):
+        collocate(workspace, start.q, np.zeros(3), 0.5, "crank", end={"q(crank)": 1.4, "q(rod)": -1.2}, intervals=12, refinements=0)

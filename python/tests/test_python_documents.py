@@ -29,15 +29,56 @@ def bits(model):
     return run.t.tobytes(), run.q.tobytes(), run.qd.tobytes(), run.lam.tobytes()
 
 
+def same(model):
+    """The entries read back as the same parsed model and the same motion."""
+    again = kempe.Model.from_dict(model.to_dict())
+    return again.parsed() == model.parsed() and bits(again) == bits(model)
+
+
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_an_example_reads_back(path):
-    """The same parsed model and the same motion, also by way of JSON text."""
+    """The same parsed model and the same motion, also by way of JSON text, and with other starts."""
     model = kempe.Model(path)
-    entries = model.document()
-    again = kempe.Model.from_dict(entries)
-    assert again.to_dict() == model.to_dict() and bits(again) == bits(model)
+    assert same(model)
+    entries = model.to_dict()
     plain = json.loads(json.dumps(entries))
-    assert kempe.Model.from_dict(plain, folder=entries.folder).to_dict() == model.to_dict()
+    assert kempe.Model.from_dict(plain, folder=entries.folder).parsed() == model.parsed()
+    try:
+        run = model.simulate(t_end=0.02, no_convergence_check=True)
+    except kempe.FailedError:
+        return
+    one = {name: float(run.q[-1, 0]) for name in model.coordinates[:1] if name not in model.states}
+    rate = {model.coordinates[-1]: float(run.qd[-1, -1])}
+    starts = ((run.q[-1], run.qd[-1]), (run.q[-1], None), (None, run.qd[-1]), (one, rate))
+    for q, qd in starts:
+        try:
+            started = model.start_at(q, qd)
+        except kempe.FailedError:  # a drive moves it, or rates contradict each other
+            continue
+        assert same(started), (q, qd)
+
+
+def test_another_start_reads_back(four_bar):
+    """Another start is in the entries of at least some examples: none of them refuses it here."""
+    started = four_bar.start_at(q={"crank": 1.2}, qd={"crank": 2})
+    assert same(started) and started.to_dict()["start"]["q"]["crank"] == 1.2 and bits(started) != bits(four_bar)
+    again = kempe.Model.from_dict(started.to_dict()).start_at(qd={"crank": 3})
+    assert same(again) and again.to_dict()["start"]["qd"] == {"crank": 3} | again.to_dict()["start"]["qd"]
+    goals = {**four_bar.to_dict(), "start": {"q": {"crank": 0.5}, "goals": {"rocker": 0.3}}}
+    assert same(kempe.Model.from_dict(goals).start_at(q={"crank": 0.2}))
+    tank = {"kempe": 1, "bodies": {"lid": {"joint": {"prismatic": "z", "at": "ground"}, "mass": 2}}}
+    tank["states"] = {"p": {"start": 3, "rate": "-p"}, "late": {"delay": "q(lid)", "time": 0.01, "before": "t"}}
+    tank["forces"] = {"push": {"joint": "lid", "force": "p + late"}}
+    assert same(kempe.Model.from_dict(tank)) and same(kempe.Model.from_dict(tank).start_at(qd={"p": 7, "late": 0.5}))
+
+
+def test_instances_read_back(four_bar, tmp_path):
+    values = {"crank": [0.29, 0.3, 0.31], "q.crank": [0.1, 0.2, 0.3], "qd.crank": 1}
+    four_bar.ensemble(values).run_folder(tmp_path, chunk=2, t_end=0.1)
+    for k in range(3):
+        instance = four_bar.instance(tmp_path, k)
+        entries = instance.to_dict()
+        assert bits(kempe.Model.from_dict(entries)) == bits(instance) and entries["parameters"]["crank"] == values["crank"][k]
 
 
 def test_other_models_read_back():
@@ -47,7 +88,7 @@ def test_other_models_read_back():
             model = kempe.Model(path)
         except kempe.Error:
             continue
-        assert kempe.Model.from_dict(model.document()).to_dict() == model.to_dict(), path.name
+        assert kempe.Model.from_dict(model.to_dict()).parsed() == model.parsed(), path.name
         count += 1
     assert count > 100
 
@@ -55,20 +96,20 @@ def test_other_models_read_back():
 def test_given_values_are_in_it(four_bar):
     path = ROOT / "examples/four_bar/four_bar.yaml"
     model = kempe.Model(path, crank="310 mm", base=0.91)
-    entries = model.document()
+    entries = model.to_dict()
     assert entries["parameters"]["crank"] == "310 mm" and entries["parameters"]["base"] == 0.91
     again = kempe.Model.from_dict(entries)
     assert bits(again) == bits(model) != bits(four_bar)
-    assert kempe.Model.from_dict(pickle.loads(pickle.dumps(again)).document()).to_dict() == model.to_dict()
+    assert kempe.Model.from_dict(pickle.loads(pickle.dumps(again)).to_dict()).parsed() == model.parsed()
     cart = ROOT / "examples/cart_pole/cart_pole.yaml"
     for value in (3, "3 N", {"t": [0, 0.01, 1], "value": [1.0, 2.0, 0.0], "method": "linear"}):
         model = kempe.Model(cart, u=value)
-        again = kempe.Model.from_dict(model.document())
+        again = kempe.Model.from_dict(model.to_dict())
         assert bits(again) == bits(model) and again.input_value("u", 0.005) == model.input_value("u", 0.005)
 
 
 def test_changes_are_read(four_bar):
-    entries = four_bar.document()
+    entries = four_bar.to_dict()
     entries["bodies"]["crank"]["mass"] = 2.5
     entries["run"]["outputs"] = ["position(coupler.C)"]
     changed = kempe.Model.from_dict(entries)
@@ -82,27 +123,42 @@ def test_changes_are_read(four_bar):
 def test_built_models_and_texts(tmp_path):
     arm = kempe.Builder("pendulum").gravity(0, -9.81, 0).parameter("L", 2)
     built = arm.body("arm", joint="A", mass=3, com=(0, "-L/2", 0), inertia=(0, 0, 1, 0, 0, 0)).q("A", 0.5).finish()
-    entries = built.document()
+    entries = built.to_dict()
     assert entries["bodies"]["arm"]["com"] == [0, "-L/2", 0]
     entries["parameters"]["L"] = 3
     assert kempe.Model.from_dict(entries).bodies["arm"]["com"] == [0, -1.5, 0]
     text = kempe.Model.from_text("kempe: 1\nbodies: {arm: {joint: {revolute: z, at: ground}, mass: 3, inertia: {zz: 1}}}")
-    assert kempe.Model.from_dict(text.document()).to_dict() == text.to_dict()
+    assert kempe.Model.from_dict(text.to_dict()).parsed() == text.parsed()
     robot = kempe.Model(ROOT / "tests/models/geared_leg.urdf")
-    assert robot.document()["kempe"] == 1 and bits(kempe.Model.from_dict(robot.document())) == bits(robot)
+    assert robot.to_dict()["kempe"] == 1 and bits(kempe.Model.from_dict(robot.to_dict())) == bits(robot)
 
 
-def test_what_cannot_be_in_it(four_bar, tmp_path):
-    with pytest.raises(kempe.ArgumentError, match="another start"):
-        four_bar.start_at(q={"crank": 1}).document()
-    (tmp_path / "arm.yaml").write_text(
-        "kempe: 1\nparameters: {m: 3}\nbodies: {arm: {joint: {name: a, revolute: z, at: ground}, mass: m, inertia: {zz: 1}}}\n"
-    )
-    (tmp_path / "whole.yaml").write_text("kempe: 1\ninclude: [{file: arm.yaml, prefix: one_}]\n")
-    whole = kempe.Model(tmp_path / "whole.yaml")
-    assert kempe.Model.from_dict(whole.document()).to_dict() == whole.to_dict()
-    with pytest.raises(kempe.ArgumentError, match="'one_m'.*includes"):
-        kempe.Model(tmp_path / "whole.yaml", one_m=4).document()
+def test_values_of_included_files(tmp_path):
+    link = "bodies: {link: {joint: {revolute: z, at: ground}, mass: m, inertia: {zz: 1}, points: {end: [l, 0, 0]}}}"
+    law = "forces: {turn: {joint: link, torque: u}}\nstart: {qd: {link: 0.5}, goals: {link: 0.1}}"
+    (tmp_path / "link.yaml").write_text(f"kempe: 1\nparameters: {{l: 1, m: 3}}\ninputs: {{u: {{unit: N*m}}}}\n{link}\n{law}\n")
+    pair = "[{file: link.yaml, prefix: a_}, {file: link.yaml, prefix: b_, at: a_link.end, set: {m: 2}}]"
+    (tmp_path / "pair.yaml").write_text(f"kempe: 1\ninclude: {pair}\n")
+    (tmp_path / "whole.yaml").write_text("kempe: 1\nparameters: {k: 2}\ninclude: [{file: pair.yaml, prefix: one_}, {file: pair.yaml, prefix: two_}]\n")
+    samples = {"t": np.linspace(0, 1, 3), "value": np.array([0.0, 2.0, 1.0]), "method": "linear"}
+    values = {"one_a_m": 4, "two_b_l": "500 mm", "two_b_m": "k*1 kg", "one_b_u": 3, "two_a_u": samples}
+    whole = kempe.Model(tmp_path / "whole.yaml", values)
+    assert same(whole) and bits(whole) != bits(kempe.Model(tmp_path / "whole.yaml"))
+    assert whole.to_dict()["include"][0]["set"] == {"a_m": 4, "b_u": 3}
+    assert whole.parameters["one_a_m"] == 4 and whole.parameters["two_b_m"] == 2 and whole.parameters["one_b_m"] == 2
+    rates = dict.fromkeys(whole.coordinates, 1.0)
+    started = whole.start_at(q={"one_a_link": 0.7}, qd=rates)
+    assert same(started) and started.to_dict()["start"]["goals"] == dict.fromkeys(whole.coordinates)
+    with pytest.raises(kempe.InputError, match="no parameter 'one_c_m'"):
+        kempe.Model(tmp_path / "whole.yaml", one_c_m=4)
+
+
+def test_closure_tolerance_is_in_it(four_bar):
+    assert kempe.Model(ROOT / "examples/four_bar/four_bar.yaml", closure_tolerance=1e-3).to_dict()["closure_tolerance"] == 1e-3
+
+
+def test_both_names_are_one():
+    assert kempe.Model.document is kempe.Model.to_dict
 
 
 def test_parts(four_bar):
@@ -113,4 +169,4 @@ def test_parts(four_bar):
     assert cart.actuators == {"push": {"kind": "force", "coordinate": "x", "effort": "u", "inputs": ["u"]}}
     assert four_bar.actuators == {} and np.allclose(four_bar.points["ground.D"], [0.9, 0, 0])
     robot = kempe.Model(ROOT / "tests/models/closed_arm.urdf")
-    assert set(robot.joints) == {body["joint"] for body in robot.to_dict()["bodies"]}
+    assert set(robot.joints) == {body["joint"] for body in robot.parsed()["bodies"]}

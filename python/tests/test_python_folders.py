@@ -84,7 +84,7 @@ def test_instance(tmp_path):
     k = 2 * CHUNK + 3
     model = kempe.Model(folder.model_file).instance(place, k)
     assert folder.run_options["integrator"] == "dop853" and folder.run_options["t_end"] == 0.2
-    assert model.to_dict()["parameters"]["crank"] == folder.part(2)["crank"][3]
+    assert model.parameters["crank"] == folder.part(2)["crank"][3]
     motion = model.simulate(**folder.run_options)
     assert abs(motion.q[-1] - ensemble.run_range(k, 1, t_end=0.2).q[0]).max() < 1e-8
     with pytest.raises(kempe.InputError, match="the results belong to another model"):

@@ -3,6 +3,7 @@
 Gymnasium may be a package of another Python (KEMPE_OPTIMISER_PYTHON)."""
 
 import importlib
+import inspect
 import os
 import re
 import signal
@@ -303,3 +304,19 @@ def test_the_page(monkeypatch):
     assert len(blocks) == 1 and "assert" in blocks[0]
     monkeypatch.chdir(ROOT)
     exec(textwrap.dedent(blocks[0]), {})
+
+
+def test_signatures(cart):
+    """Both environments have the same keywords, which are written once."""
+    from kempe.gymnasium import Environment, VectorEnvironment
+
+    one, several = (list(inspect.signature(each).parameters.values()) for each in (Environment, VectorEnvironment))
+    assert [each.name for each in one][:5] == ["model", "inputs", "reward", "step_time", "horizon"]
+    assert [each for each in several if each.name not in ("count", "threads")] == one and one[-1].kind is inspect.Parameter.VAR_KEYWORD
+    assert one[3].default is inspect.Parameter.empty and {each.name: each.default for each in one}["observation"] == ("q", "qd")
+    for make, count in ((Environment, ()), (VectorEnvironment, (2,))):
+        with pytest.raises(TypeError, match="missing 2 required keyword-only arguments: 'step_time' and 'horizon'") as caught:
+            make(cart, *count, INPUTS, upright)
+        assert "_task" not in str(caught.value)
+        with pytest.raises(TypeError, match="no keyword 'limit'"):
+            make(cart, *count, INPUTS, upright, **TASK, limit={})

@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 from kempe.optimal import collocate, ilqr
 
-EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples"
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "examples"
 FOUR, CART, LEG = (EXAMPLES / place for place in ("four_bar/four_bar.yaml", "cart_pole/cart_pole.yaml", "../tests/models/geared_leg.urdf"))
 NAN, INF = math.nan, math.inf
 OPEN = [0.3, 0.5, 0.9]  # coordinates of the four-bar that leave its loop open
@@ -485,3 +486,100 @@ def test_open_bounds_are_none():
     """A side that is None is open."""
     fitted = fit(parameters={"crank_mass": (0.1, None)})
     assert fitted.values["crank_mass"] >= 0.1
+
+
+# -- options of runs that a study does not take --------------------------------------------------------------
+
+RUNS = ("SIMULATION", "COMFORT", "STEPPER", "ENSEMBLE", "HISTORY")
+GROUPS = {"OF_RUNS": RUNS, "OF_ALL": (*RUNS, "SENSITIVITY", "FLOW", "FIT", "OPTIMUM", "CYCLES")}
+OPTIONS = {
+    name: {study for group in groups.split(" | ") for study in GROUPS.get(group, (group.removeprefix("OF_"),))}
+    for name, groups in re.findall(
+        r"^KMP_RUN_OPTION\((\w+), \w+, \w+, \w+, \w+, ([\w| ]+),$", (ROOT / "src/model/data/run_options.def").read_text(), re.M
+    )
+}
+GIVEN = {
+    "t_end": 0.05, "output_step": 0.01, "max_step": 0.01, "max_steps": 1000, "fixed_step": 0.01, "rtol": 1e-6, "atol": 1e-6, "threads": 2,
+    "formulation": "dae", "form": "newton", "integrator": "radau", "change_points": "ignore", "independent": "crank", "linear": "klu",
+    "backend": "tape", "reference": "/absent/reference.csv", "loads": "least-norm", "checkpoint": "/absent/run", "resume": "/absent/run",
+}  # fmt: skip
+
+
+def study_calls(tmp_path):
+    model = kempe.Model(ROOT / "examples/four_bar/four_bar.yaml")
+    ensemble, rows = model.ensemble({"crank": [0.29, 0.30]}), {"t": [0, 0.01, 0.02], "q(rocker)": [0.1, 0.11, 0.12]}
+    car = kempe.Model(ROOT / "examples/quarter_car/quarter_car.yaml").system()
+    slopes = {"parameters": "crank", "outputs": "q(rocker)"}
+    return {
+        "COMFORT": lambda options: car.comfort(vertical="qdd(body)", **options),
+        "STEPPER": lambda options: model.system().stepper(**options),
+        "ENSEMBLE": lambda options: ensemble.run(**options),
+        "HISTORY": lambda options: ensemble.history("1", **options),
+        "SENSITIVITY": lambda options: model.sensitivity(**slopes, **options),
+        "STATE": lambda options: model.sensitivity(parameters="crank", of="reactions", **options),
+        "FLOW": lambda options: model.flow(0.01, variables="crank", outputs="q(rocker)", **options),
+        "FIT": lambda options: model.fit(data=rows, parameters={"crank_mass": (0.1, 5)}, starts=1, most=1, **options),
+        "OPTIMUM": lambda options: model.optimize(minimize="max(qd(rocker))", parameters={"base": (0.89, 0.91)}, most=1, starts=1, **options),
+        "CYCLES": lambda options: model.system().limit_cycles(sweep="base=0.9:0.91:2", **options),
+    }
+
+
+@pytest.mark.filterwarnings("ignore::kempe.KempeWarning")
+def test_options_that_a_study_does_not_take(tmp_path):
+    """The table says which options a study takes, and each of the others is refused by its name."""
+    assert len(OPTIONS) == 24 and set(GIVEN) < set(OPTIONS)
+    for study, call in study_calls(tmp_path).items():
+        for option, studies in OPTIONS.items():
+            if study in studies:
+                continue
+            own = study in ("SENSITIVITY", "STATE") and option in ("checkpoint", "resume")  # which has another reason
+            of_flow = study == "FLOW" and option in ("t_end", "output_step")
+            words = "no checkpoints" if own else f"give no {option}" if of_flow else f"not take the option '{option}': leave it out"
+            with pytest.raises(kempe.ArgumentError, match=words):
+                call({option: GIVEN.get(option, True)})
+
+
+def test_options_that_a_study_takes(tmp_path):
+    """None of them is refused as an option: a value may be."""
+    calls = study_calls(tmp_path)
+    for study in ("STEPPER", "ENSEMBLE", "HISTORY", "SENSITIVITY", "FLOW"):
+        for option, value in GIVEN.items():
+            if study not in OPTIONS[option]:
+                continue
+            try:
+                calls[study]({"t_end": 0.05, option: value} if study != "FLOW" else {option: value})
+            except kempe.Error as error:
+                assert "not take the option" not in str(error), (study, option)
+
+
+def test_steps_of_constant_length_in_ensembles():
+    """Lanes choose their steps: instances with steps of constant length are separate runs."""
+    ensemble = kempe.Model(ROOT / "examples/four_bar/four_bar.yaml").ensemble({"crank": [0.29, 0.30]})
+    assert ensemble.run(t_end=0.1, fixed_step=0.001, no_convergence_check=True).instances["steps"].tolist() == [100, 100]
+
+
+# -- one sentence for one mistake ----------------------------------------------------------------------------
+
+ALONE = {
+    "a stop in the past": lambda m: m.system().stepper(t_end=1).set_stop(-1),
+    "friction of a workspace": lambda m: m.system().workspace("glue"),
+    "a row of a trajectory": lambda m: m.system().outputs("q").at_row(m.system().simulate(t_end=0.01), 1000),
+    "outputs of another system": lambda m: m.system().outputs("q").at_stepper(kempe.Model(CART).system().stepper(t_end=1)),
+    "an open loop": lambda m: m.system().outputs("q").closed_jacobian(0, OPEN),
+    "two held coordinates": lambda m: m.sensitivity(parameters="base", outputs="q(rocker)", t_end=0.1),
+    "a flow of these": lambda m: m.flow(0.1, variables="base", outputs="q(rocker)")(),
+}
+
+
+@pytest.mark.parametrize("call", ALONE.values(), ids=ALONE)
+def test_a_mistake_has_one_sentence(call):
+    """Also after another mistake, and the same again."""
+    model, said = kempe.Model.from_text(FOUR.read_text().replace("hold: [crank]", "hold: [crank, rocker]")), []
+    for _ in range(2):
+        with pytest.raises(kempe.Error) as error:
+            call(model)
+        said.append(str(error.value))
+        with pytest.raises(kempe.Error):
+            model.system().stepper(t_end=1).advance(2)
+    assert said[0] == said[1] and "\n" not in said[0]
+    assert said[0].count("has no derivative") < 2 and "possible choice" not in said[0]

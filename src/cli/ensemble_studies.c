@@ -63,7 +63,9 @@ static kempe_status instances_compute(const cli_job *j, void **object)
         status = kempe_ensemble_run_folder(i->ensemble, &s->run, lanes, s->out, &s->folder, &i->folder);
         status = status == KEMPE_E_IO ? KEMPE_E_FAILED : status; /* an output that cannot be written */
     } else if (status == KEMPE_OK) {
-        status = kempe_ensemble_run(i->ensemble, &s->run, lanes, &i->batch);
+        kempe_run_options run = s->run;
+        run.output_step = 0; /* of histories */
+        status = kempe_ensemble_run(i->ensemble, &run, lanes, &i->batch);
     }
     if (i && (i->batch || i->folder))
         *object = i;

@@ -266,7 +266,7 @@ static const option options[] = {
 #define HELP_TIME(key, absent)   ", s" ABSENT_##key(absent)
 #define HELP_ANGLE(key, absent)  ", rad" ABSENT_##key(absent)
 #define HELP_FLAG(key, absent)   ""
-#define KMP_RUN_OPTION(name, type, key, engine, folder, commands, group, option, value, absent, words, ...)            \
+#define KMP_RUN_OPTION(name, type, key, engine, folder, studies, commands, group, option, value, absent, words, ...)   \
     {commands, group, option, VALUE(type, run.name), value, words HELP_##type(key, absent)},
 #include "model/data/run_options.def"
 #undef KMP_RUN_OPTION

@@ -368,6 +368,7 @@ kempe_status kempe_ensemble_run_range(kempe_ensemble *e, const kempe_run_options
     KMP_WANTED(NULL, e, "ensemble");
     KMP_WANTED(e->model->context, batch, "batch");
     KMP_OPTIONS(e->model->context, kempe_run_options, run);
+    KMP_TRY(kmp_run_options_check(e->model->context, run, KMP_STUDY_ENSEMBLE));
     kmp_ensemble_begin(e);
     if (first < 0 || count < 0 || first > e->values->count - count)
         return kmp_fail(e->model->context, KEMPE_E_ARGUMENT, "there are no %d instances from %d: there are %d", count,
@@ -381,6 +382,7 @@ kempe_status kempe_ensemble_run_rows(kempe_ensemble *e, const kempe_run_options 
     KMP_WANTED(NULL, e, "ensemble");
     KMP_WANTED(e->model->context, batch, "batch");
     KMP_OPTIONS(e->model->context, kempe_run_options, run);
+    KMP_TRY(kmp_run_options_check(e->model->context, run, KMP_STUDY_ENSEMBLE));
     kmp_ensemble_begin(e);
     if (count < 0)
         return kmp_fail(e->model->context, KEMPE_E_ARGUMENT, "the number of rows is %d; it cannot be negative", count);

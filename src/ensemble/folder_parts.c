@@ -483,6 +483,7 @@ kempe_status kempe_folder_write(kempe_folder *folder, const char *path, int unit
 kempe_status kempe_folder_write_history(kempe_folder *folder, const char *path, int units)
 {
     KMP_WANTED_BOTH(folder, path);
+    kmp_context_clear(folder->context);
     if (!folder->history)
         return kmp_fail(folder->context, KEMPE_E_ARGUMENT,
                         "%s has no histories: its run had no --history with chosen instances", folder->path);

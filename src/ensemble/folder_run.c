@@ -12,6 +12,7 @@
 #include "ensemble/sampling/values.h"
 #include "model/data/model.h"
 #include "output/parquet.h"
+#include "studies/simulate/trajectory.h"
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -647,6 +648,7 @@ kempe_status kempe_ensemble_run_folder(kempe_ensemble *ensemble, const kempe_run
     KMP_WANTED(context, folder, "folder");
     KMP_OPTIONS(context, kempe_run_options, run);
     KMP_OPTIONS(context, kempe_folder_options, options);
+    KMP_TRY(kmp_run_options_check(context, run, KMP_STUDY_ENSEMBLE | (options->history ? KMP_STUDY_HISTORY : 0)));
     folder_run r = {.ensemble = ensemble, .context = context, .run = run, .lanes = lanes};
     process_share shard;
     kmp_ensemble_begin(ensemble);

@@ -178,6 +178,7 @@ kempe_status kempe_ensemble_history(kempe_ensemble *ensemble, const kempe_run_op
     KMP_WANTED(context, instances, "instances");
     KMP_WANTED(context, table, "table");
     KMP_OPTIONS(context, kempe_run_options, run);
+    KMP_TRY(kmp_run_options_check(context, run, KMP_STUDY_HISTORY));
     kmp_arena arena = {0};
     kmp_instance_ranges ranges;
     int count = kmp_ensemble_values(ensemble)->count;

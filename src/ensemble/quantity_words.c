@@ -149,6 +149,13 @@ KMP_NOINLINE static void add_call(listing *l, const kmp_expr *e)
     case KMP_FUNCTION_abs:
         list_function(l, e, KMP_ARGUMENT_SIZE, e->a);
         break;
+    case KMP_FUNCTION_floor:
+        list_function(l, e, KMP_ARGUMENT_WAVE, times(l, 2 * 3.14159265358979323846, e->a));
+        break;
+    case KMP_FUNCTION_wrap:
+        list_function(l, e, KMP_ARGUMENT_WAVE,
+                      times(l, 2 * 3.14159265358979323846, of_two(l, KMP_EXPR_DIV, e->a, e->b)));
+        break;
     case KMP_FUNCTION_sign:
         list_function(l, e, KMP_ARGUMENT_KINK, e->a);
         break;

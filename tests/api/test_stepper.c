@@ -36,8 +36,14 @@ static kempe_run_options settings(const char *formulation, const char *integrato
     run.integrator = integrator;
     run.rtol = 1e-8;
     run.t_end = 1;
-    run.output_step = 1.0 / ROWS;
     return run;
+}
+
+/* The same run by kempe_simulate, with a row for each time at which the steppers are compared. */
+static kempe_status simulate_rows(const kempe_system *system, kempe_run_options run, kempe_trajectory **trajectory)
+{
+    run.output_step = 1.0 / ROWS;
+    return kempe_simulate(system, &run, trajectory);
 }
 
 static void check_row(const kempe_stepper *stepper, const kempe_trajectory *trajectory, int row)
@@ -56,7 +62,7 @@ static void same_as_simulate(const char *formulation, const char *integrator)
     kempe_trajectory *trajectory = NULL;
     kempe_stepper *stepper = NULL;
     kempe_run_options run = settings(formulation, integrator);
-    CHECK(kempe_simulate(s.system, &run, &trajectory) == KEMPE_OK);
+    CHECK(simulate_rows(s.system, run, &trajectory) == KEMPE_OK);
     CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_OK);
     CHECK(kempe_trajectory_row_count(trajectory) == ROWS + 1);
     for (int k = 0; k <= ROWS && stepper; k++) {
@@ -322,7 +328,7 @@ static double off_by_model(const kempe_system *system, const kempe_run_options *
 {
     kempe_trajectory *trajectory = NULL;
     double error = 0;
-    CHECK(kempe_simulate(system, run, &trajectory) == KEMPE_OK);
+    CHECK(simulate_rows(system, *run, &trajectory) == KEMPE_OK);
     for (int k = 0; k <= ROWS && trajectory; k++)
         for (int i = 0; i < N; i++)
             error = fmax(error, fabs(kempe_trajectory_q(trajectory, k)[i] - kempe_trajectory_q(exact, k)[i]));
@@ -363,7 +369,7 @@ static void sampled_torque_on_a_loop(void)
     kempe_run_options run = settings_of(&formulations[0], 1);
     kempe_trajectory *exact = NULL;
     run.rtol = 1e-12;
-    CHECK(kempe_simulate(by_model, &run, &exact) == KEMPE_OK);
+    CHECK(simulate_rows(by_model, run, &exact) == KEMPE_OK);
     for (int w = 0; w < FORMULATIONS && exact; w++) {
         run = settings_of(&formulations[w], 1);
         double model = off_by_model(by_model, &run, exact), input = off_by_input(by_input, &run, exact, &torque);
@@ -417,7 +423,7 @@ static void inputs_that_are_kept(void)
     kempe_run_options run = settings(NULL, NULL);
     CHECK(kempe_system_new(model, &system) == KEMPE_OK);
     kempe_system_set_force(system, push, &torque);
-    CHECK(kempe_simulate(system, &run, &trajectory) == KEMPE_OK);
+    CHECK(simulate_rows(system, run, &trajectory) == KEMPE_OK);
     CHECK(kempe_stepper_new(system, &run, &kept) == KEMPE_OK);
     CHECK(kempe_stepper_new(system, &run, &sampled) == KEMPE_OK);
     kempe_stepper_keep_inputs(kept, 1);

@@ -84,6 +84,7 @@ static void values(void)
     CHECK_NEAR(value("log(exp(cos(0)))"), 1, 1e-15);
     CHECK_NEAR(value("if(1 < 2, 3, 4) + 10*if(1 >= 2, 3, 4) + 100*if(2 <= 2, 1, 0) + if(2 > 2, 1000, 0)"), 143, 0);
     CHECK_NEAR(value("min(1, 2) + 10*max(1, 2) + 100*abs(-3) + 1000*sign(-2)"), -679, 0);
+    CHECK_NEAR(value("floor(-1.5) + 10*floor(2) + 100*wrap(7, 2) + 1000*wrap(1, 2) + 1e4*wrap(-1, 2)"), 18 - 11100, 0);
     CHECK_NEAR(value("pow(2, 0.5) - sqrt(2) + atan2(1, -1) - 0.75*pi + tanh(0) + asin(0) + acos(1) + atan(0)"), 0,
                1e-15);
 }
@@ -133,6 +134,9 @@ static void complaints(void)
     complains("qd(C)", false, "f:1:4: unknown coordinate 'C'");
     complains("q + 1", false, "f:1:1: 'q' needs a coordinate in parentheses");
     complains("q(A.)", false, "f:1:4: ')' is expected here");
+    complains("1 + floor(q(A))", false, "f:1:5: 'floor' jumps, and only sensors");
+    complains("q(A)*wrap(2*t, 3)", false, "f:1:6: 'wrap' jumps, and only sensors");
+    complains("wrap(2)", true, "f:1:1: function 'wrap' takes 2 arguments, not 1");
     complains("1 + lambda(loop)", true, "f:1:5: lambda is not allowed here: a constant is expected");
     complains("lambda(lop)", false, "f:1:8: unknown loop 'lop'");
     complains("lambda(D.0)", false,

@@ -38,6 +38,59 @@ static void check_log(const kempe_trajectory *run, int count, const transition *
         check_log(run, sizeof expected / sizeof *expected, expected, tolerance);                                       \
     } while (0)
 
+/* A block of 2 kg on a belt of 2 m/s that pulls with 6 N against 1 N: it slips until 0.8 s, at 0.8 m, and is carried on
+ * with the belt's speed. The work of the friction on the block is 6 N 0.8 m, then 1 N 2.4 m. The belt's own work, 6
+ * N 1.6 m while it slips, is not the block's: the other 4.8 J are heat. */
+static void moving_belt(void)
+{
+    static const char *const laws[] = {"force: 6", "force: 6, speed: 1 mm/s"};
+    for (int law = 0; law < 2; law++) {
+        char text[500];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\nbodies: {b: {joint: {prismatic: x, at: ground}, mass: 2}}\n"
+                       "forces: {rub: {sliding: \"q(b) - (2 m/s)*t\", friction: {%s}}, load: {joint: b, force: -1}}\n"
+                       "run: {t_end: 2}\n",
+                       laws[law]);
+        loaded l = load_text(text);
+        for (int k = 0; k < WAYS; k++) {
+            kempe_trajectory *run = simulate(&l, &ways[k], 2);
+            if (!run)
+                continue;
+            const double e = law == 0 ? ways[k].tolerance : 1e-3;
+            if (law == 0)
+                TRANSITIONS(run, e, {0, "'rub' slips backward"}, {0.8, "'rub' sticks"});
+            CHECK_NEAR(last_q(run)[0], 3.2, e);
+            CHECK_NEAR(last_qd(run)[0], 2, e);
+            CHECK(run->verdict.drift_rel < 1e-5);
+            kempe_trajectory_free(run);
+        }
+        unload(&l);
+    }
+}
+
+/* A block of 1 kg on a slider of 2 kg that a drive moves by a(t) = 0.1 sin^3 t, pulled by 2 t; the level is half of the
+ * force of the drive. All forces are zero at t = 0, and nothing slips there. Just behind it, the block slips forward.
+ * The friction F has F = (2 a'' - F)/2 while a'' is positive, up to tan^2 t = 2, so that x'' = 2 t - 2 a''/3. */
+static void zero_load(void)
+{
+    loaded l = load_text("kempe: 1\nbodies:\n  a: {joint: {prismatic: x, at: ground}, mass: 2}\n"
+                         "  b: {joint: {prismatic: x, at: ground}, mass: 1}\n"
+                         "drives: {d: {joint: a, displacement: 0.1*sin(t)^3}}\n"
+                         "forces:\n  rub: {sliding: q(b) - q(a), friction: {force: 0.5*abs(lambda(d))}}\n"
+                         "  pull: {joint: b, force: 2*t}\nrun: {t_end: 0.9}\n");
+    const double t = 0.9, s = sin(t);
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], t);
+        if (!run)
+            continue;
+        TRANSITIONS(run, ways[k].tolerance, {0, "'rub' sticks"}, {0, "'rub' slips forward"});
+        CHECK_NEAR(last_q(run)[1], t * t * t / 3 - 0.2 / 3 * s * s * s, ways[k].tolerance);
+        CHECK_NEAR(last_qd(run)[1], t * t - 0.2 * s * s * cos(t), ways[k].tolerance);
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
 /* F1: limit cycle of a block on a belt, static level above the level of slip. */
 static void belt(void)
 {
@@ -497,6 +550,8 @@ static void crowd(void)
 int main(void)
 {
     TEST(belt);
+    TEST(moving_belt);
+    TEST(zero_load);
     TEST(falling);
     TEST(spring);
     TEST(static_by_condition);

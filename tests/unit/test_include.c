@@ -187,6 +187,54 @@ static void contradictions(void)
     kempe_model_free(m);
 }
 
+static kempe_model *read_outer(const char *text)
+{
+    kempe_model *m = NULL;
+    if (kempe_model_read_text(context, text, KEMPE_ROOT "/tests/models/outer", &m) != KEMPE_OK)
+        printf("%s\n", kempe_context_message(context));
+    CHECK(m != NULL);
+    return m;
+}
+
+/* Values of parameters of a file that an included file includes: before the values that this one sets. */
+static void deep_settings(void)
+{
+    int thighs = 0;
+    kempe_model *m = read_outer("kempe: 1\nparameters: {k: 3}\n"
+                                "include: [{file: walker.yaml, prefix: w_, set: {right_m: k, left_l: 0.7, m: 8}}]\n");
+    for (int k = 0; m && k < m->body_count; k++) {
+        const kmp_body *body = &m->bodies[k];
+        const bool left = strcmp(body->name, "w_left_thigh") == 0, right = strcmp(body->name, "w_right_thigh") == 0;
+        CHECK(strcmp(body->name, "w_trunk") != 0 || body->mass.value == 8);
+        CHECK(!left || (body->mass.value == 1 && body->com[0].value == 0.35));
+        CHECK(!right || (body->mass.value == 3 && body->com[0].value == 0.2));
+        thighs += left || right;
+    }
+    CHECK(thighs == 2);
+    kempe_model_free(m);
+    m = NULL;
+    CHECK(kempe_model_read_text(context, "kempe: 1\ninclude: [{file: walker.yaml, set: {right_n: 5}}]\n",
+                                KEMPE_ROOT "/tests/models/outer", &m) == KEMPE_E_INPUT);
+    CHECK(strstr(kempe_context_message(context), "walker.yaml' has no parameter 'right_n'"));
+}
+
+/* An empty value of the model withdraws that of an included file; elsewhere a value is needed. */
+static void withdrawn_starts(void)
+{
+    kempe_model *m = read_outer("kempe: 1\ninclude: [{file: started.yaml, prefix: a_}]\n"
+                                "start: {q: {a_A: null}, qd: {a_A: , a_B: 2}, goals: {a_G: null}}\n");
+    if (m) {
+        CHECK(!m->start.q_given[0] && m->start.q[0].value == 0 && !m->start.qd_given[0]);
+        CHECK(m->start.qd_given[1] && m->start.qd[1].value == 2 && m->start.goal_count == 0);
+        kempe_model_free(m);
+    }
+    m = NULL;
+    CHECK(kempe_model_read_text(context,
+                                "kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}}\n"
+                                "start: {q: {a: null}}\n",
+                                "alone", &m) == KEMPE_E_INPUT);
+}
+
 int main(void)
 {
     context = kempe_context_new();
@@ -196,6 +244,8 @@ int main(void)
     TEST(settings);
     TEST(starts);
     TEST(contradictions);
+    TEST(deep_settings);
+    TEST(withdrawn_starts);
     kempe_context_free(context);
     return check_report();
 }

@@ -3,7 +3,7 @@
  * equation of motion has are no events. */
 #include "evaluated.h"
 
-enum { SENSORS = 12, FORCES = 2, MOST = SENSORS + FORCES };
+enum { SENSORS = 14, FORCES = 2, MOST = SENSORS + FORCES };
 
 /* A pendulum that swings, or is driven. */
 #define SCENE(start, forces, drive)                                                                                    \
@@ -13,17 +13,29 @@ enum { SENSORS = 12, FORCES = 2, MOST = SENSORS + FORCES };
     "sensors:\n  sign_qd: \"sign(qd(A))\"\n  sign_q: \"sign(q(A))\"\n  less: \"if(qd(A) < 0.1, 1, 2)\"\n"              \
     "  most: \"if(qd(A) <= 0.1, 1, 2)\"\n  greater: \"if(q(A) > 0.1, qd(A), -qd(A))\"\n  big: \"max(qd(A), 0)\"\n"     \
     "  small: \"min(qd(A), 0.2)\"\n  size: \"abs(qd(A))\"\n  late: \"if(t < 0.1, 1, 2)\"\n"                            \
-    "  within: \"if(sign(qd(A))*q(A) < 0, 1, 2)\"\n  named: w\n  solved: vv\n" forces start drive                      \
+    "  within: \"if(sign(qd(A))*q(A) < 0, 1, 2)\"\n  named: w\n  solved: vv\n  whole: floor(q(A)/0.3)\n  turned: "     \
+    "\"wrap(q(A), 0.7)\"\n" forces start drive                                                                         \
     "run: {t_end: 2, output_step: 0.02, outputs: [sign_qd, sign_q, less, most, greater, big, small, size, late, "      \
     "within, "                                                                                                         \
-    "named, solved%s]}\n"
+    "named, solved, whole, turned%s]}\n"
 
 static int expect(double t, double q, double qd, double *x)
 {
     const double sign_qd = qd < 0 ? -1 : 1;
-    const double all[SENSORS] = {
-        sign_qd,       q < 0 ? -1 : 1, qd < 0.1 ? 1 : 2, qd <= 0.1 ? 1 : 2,       q > 0.1 ? qd : -qd, fmax(qd, 0),
-        fmin(qd, 0.2), fabs(qd),       t < 0.1 ? 1 : 2,  sign_qd * q < 0 ? 1 : 2, 10 * sign_qd,       5 * sign_qd};
+    const double all[SENSORS] = {sign_qd,
+                                 q < 0 ? -1 : 1,
+                                 qd < 0.1 ? 1 : 2,
+                                 qd <= 0.1 ? 1 : 2,
+                                 q > 0.1 ? qd : -qd,
+                                 fmax(qd, 0),
+                                 fmin(qd, 0.2),
+                                 fabs(qd),
+                                 t < 0.1 ? 1 : 2,
+                                 sign_qd * q < 0 ? 1 : 2,
+                                 10 * sign_qd,
+                                 5 * sign_qd,
+                                 floor(q / 0.3),
+                                 q - 0.7 * floor(q / 0.7 + 0.5)};
     memcpy(x, all, sizeof all);
     return SENSORS;
 }

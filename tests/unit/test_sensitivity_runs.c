@@ -374,6 +374,47 @@ static void inputs_with_samples(void)
     close_scene(&s);
 }
 
+/* A slide of mass 3 under a force u (1 + sin t), and a hook that a drive moves to w + 0.2 t against a spring: constant
+ * inputs are parameters, by both methods and in equilibria. */
+static const char constants[] =
+    "kempe: 1\ninputs: {u: {unit: N, default: 3}, w: {unit: m, default: 0.1}, v: {t: [0, 1], value: [0, 1], method: "
+    "linear}}\n"
+    "bodies: {a: {joint: {name: x, prismatic: x, at: ground}, mass: 2}, "
+    "b: {joint: {name: y, prismatic: y, at: a}, mass: 1}}\n"
+    "drives: {lift: {joint: y, displacement: w + 0.2*t}}\n"
+    "forces: {press: {joint: y, spring: {stiffness: 50, rest: 0.05}}, push: {joint: x, force: u + u*sin(t) + 0*v}}\n"
+    "start: {q: {x: 0.1}, qd: {x: 0}, hold: [x]}\n";
+
+static void inputs_that_are_constant(void)
+{
+    /* x = 0.1 + u/3 (t^2/2 + t - sin t), and its integral; the integral of w + 0.2 t. */
+    const double x_u = (1.5 - sin(1)) / 3, integral_u = (1.0 / 6 + 0.5 - 1 + cos(1)) / 3;
+    scene s;
+    open_scene(&s, constants);
+    for (int way = 0; way < 4; way++) {
+        kempe_sensitivity *found = NULL;
+        kempe_sensitivity_options options = {.parameters = "u,w",
+                                             .outputs = "q(x),lambda(lift),q(y)",
+                                             .integral = way & 1,
+                                             .method = way >> 1 ? "adjoint" : "forward",
+                                             .run = &(kempe_run_options){.rtol = 1e-11, .atol = 1e-11, .t_end = 1}};
+        const double exact[3][2] = {{way & 1 ? integral_u : x_u, 0}, {0, 50}, {0, 1}};
+        CHECK(kempe_sensitivity_new(s.model, &options, &found) == KEMPE_OK);
+        for (int c = 0; found && c < 3; c++)
+            for (int p = 0; p < 2; p++)
+                CHECK_NEAR(kmp_sensitivity_slope(found, found->rows - 1, c, p), exact[c][p], 1e-9);
+        kempe_sensitivity_free(found);
+    }
+    kempe_sensitivity *found = NULL;
+    CHECK(kempe_sensitivity_new(s.model, &(kempe_sensitivity_options){.parameters = "u,v"}, &found) ==
+          KEMPE_E_ARGUMENT);
+    CHECK(check_says(kempe_context_message(s.context), "input 'v' has samples"));
+    CHECK(kempe_sensitivity_new(s.model, &(kempe_sensitivity_options){.parameters = "u,u"}, &found) ==
+          KEMPE_E_ARGUMENT);
+    CHECK(check_says(kempe_context_message(s.context), "'u' is given twice"));
+    close_scene(&s);
+}
+
 int main(void)
 {
     TEST(windows_within_a_step);
@@ -382,6 +423,7 @@ int main(void)
     TEST(checkpoints_are_refused);
     TEST(ensembles_of_it_are_told);
     TEST(inputs_with_samples);
+    TEST(inputs_that_are_constant);
     TEST(an_interrupt_ends_it);
     return check_report();
 }

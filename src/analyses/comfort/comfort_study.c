@@ -265,6 +265,7 @@ kempe_status kempe_comfort_new(const kempe_system *system, const kempe_comfort_o
     KMP_OPTIONS(system->context, kempe_comfort_options, options);
     const kempe_run_options *run = options->run;
     KMP_OPTIONS(system->context, kempe_run_options, run);
+    KMP_TRY(kmp_run_options_check(system->context, run, KMP_STUDY_COMFORT));
     kmp_model_begin_forces(system->model);
     KMP_MAKE(system->context, kempe_comfort, c);
     c->system = system;

@@ -128,7 +128,7 @@ kempe_status kempe_workspace_add_determinant(kempe_workspace *ws)
     kmp_context_clear(ws->system->context);
     if (!ws->chosen) {
         (void)kmp_workspace_fail(ws, "the determinant of the loops does not exist, because the start cannot be "
-                                     "assembled, or friction sticks");
+                                     "assembled");
         return KEMPE_E_ARGUMENT;
     }
     KMP_MAKE(ws->system->context, determinant, d);

@@ -372,6 +372,8 @@ const char *const kmp_derivative_ends[KMP_TIME_NUMBERS] = {"", ".d", ".dd"};
 static int find_given(const kempe_model *m, const char *name)
 {
     for (int k = 0; k < m->input_count; k++) {
+        if (m->constants && m->constants[k] > 0) /* a parameter is in its place */
+            continue;
         size_t length = strlen(m->inputs[k].name);
         for (int d = 0; strncmp(name, m->inputs[k].name, length) == 0 && d < KMP_TIME_NUMBERS; d++)
             if (strcmp(name + length, kmp_derivative_ends[d]) == 0)

@@ -7,6 +7,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/load_multipliers.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/partition/small_change.h"
 #include "linalg/dense/dot.h"
@@ -38,19 +39,6 @@ static void free_derivatives(void *self)
     kmp_second_derivatives_free(&d->second);
     kmp_arena_free(&d->arena);
     kmp_free(d);
-}
-
-static kempe_status refuse(kempe_workspace *ws)
-{
-    const kempe_system *s = ws->system;
-    KMP_TRY(kmp_workspace_refuse_contacts(ws, "derivatives of the equations of motion"));
-    if (s->load_row_count == 0)
-        return KEMPE_OK;
-    (void)kmp_workspace_fail(ws,
-                             "derivatives of the equations of motion do not exist for this model, because a force "
-                             "depends on the multiplier of constraint equation '%s'",
-                             s->row_names[s->load_rows[0]]);
-    return KEMPE_E_ARGUMENT;
 }
 
 static kempe_status add_tangents(kempe_workspace *ws)
@@ -202,7 +190,7 @@ kempe_status kempe_workspace_add_derivatives(kempe_workspace *ws, int count, con
     kmp_context_clear(ws->system->context);
     if (count < 0 || (count > 0 && !kmp_workspace_given(ws, "names", names)))
         return KEMPE_E_ARGUMENT;
-    KMP_TRY(refuse(ws));
+    KMP_TRY(kmp_workspace_require_decisions(ws, "derivatives of the equations of motion"));
     if (!ws->derivatives.self) {
         const kempe_status status = add_tangents(ws);
         if (status != KEMPE_OK && ws->derivatives.self) {
@@ -274,7 +262,15 @@ void kmp_derivatives_respond(kempe_workspace *ws, const kmp_derivative_point *po
     }
     for (int i = 0; change->Q && i < ws->n; i++)
         d->force[i] -= change->Q[i];
+    kmp_derivatives_answer(ws, point);
+}
+
+void kmp_derivatives_answer(kempe_workspace *ws, const kmp_derivative_point *point)
+{
+    kmp_state_derivatives *d = ws->derivatives.self;
     kmp_derivatives_solve(ws, point);
+    if (kmp_load_change_with(ws->eval, d->a, d->force))
+        kmp_derivatives_solve(ws, point);
 }
 
 void kmp_derivatives_solve(kempe_workspace *ws, const kmp_derivative_point *point)
@@ -309,6 +305,13 @@ void kmp_derivatives_outputs(const kempe_workspace *ws, const kmp_derivative_poi
         y[k] = point->shown[d->shown[k]];
 }
 
+static void take_independent(const kempe_workspace *ws, double *udd)
+{
+    const kmp_state_derivatives *d = ws->derivatives.self;
+    for (int k = 0; k < ws->part.p; k++)
+        udd[k] = d->x[ws->part.u[k]];
+}
+
 void kmp_derivatives_follow(kempe_workspace *ws, const kmp_derivative_point *point, const double *u, const double *ud,
                             const kmp_state_change *names, double *udd)
 {
@@ -317,12 +320,18 @@ void kmp_derivatives_follow(kempe_workspace *ws, const kmp_derivative_point *poi
     change.u = u;
     change.ud = ud;
     kmp_follow(&ws->red, &d->tangents, point->tangents, false, &change,
-               &(kmp_response){.q = d->dq, .qd = d->dqd, .residual = udd}, d->room);
+               &(kmp_response){.q = d->dq, .qd = d->dqd, .residual = point->reduced ? udd : NULL}, d->room);
+    if (!udd)
+        return;
+    if (!point->reduced) { /* rows of friction and contacts hold, too, or forces depend on multipliers */
+        kmp_derivatives_respond(ws, point, &(kmp_state_change){d->dq, d->dqd, NULL, names->names, names->name});
+        take_independent(ws, udd);
+        return;
+    }
     /* udd from the change of the reduced residual in it. */
-    for (int k = 0; udd && k < ws->part.p; k++)
+    for (int k = 0; k < ws->part.p; k++)
         udd[k] = -udd[k];
-    if (udd)
-        kmp_reduction_solve_mass(&ws->red, udd);
+    kmp_reduction_solve_mass(&ws->red, udd);
 }
 
 /* -- matrices ---------------------------------------------------------------------------------------- */
@@ -390,7 +399,7 @@ static void change_lane(kempe_workspace *ws, const kmp_derivative_point *point, 
 }
 
 /* Solves with the factors of the saddle system, one direction after another. */
-static void solve_saddles(kempe_workspace *ws, int count)
+static void solve_saddles(kempe_workspace *ws, const kmp_derivative_point *point, int count)
 {
     kmp_state_derivatives *d = ws->derivatives.self;
     kmp_direction_lanes *x = &d->lanes;
@@ -399,9 +408,11 @@ static void solve_saddles(kempe_workspace *ws, int count)
             d->force[i] = x->force[i * x->width + l];
         for (int i = 0; i < ws->m; i++)
             d->curve[i] = x->curve[i * x->width + l];
-        kmp_saddle_solve(&ws->saddle, d->force, d->curve, d->x, d->a);
+        kmp_derivatives_answer(ws, point);
         for (int i = 0; i < ws->n; i++)
             x->qdd[i * x->width + l] = d->x[i];
+        for (int k = 0; k < x->p; k++)
+            x->udd[k * x->width + l] = d->x[ws->part.u[x->order[k]]];
         for (int i = 0; i < ws->m; i++)
             x->lambda[i * x->width + l] = d->a[i];
     }
@@ -488,7 +499,7 @@ static void derive_columns(kempe_workspace *ws, const kmp_derivative_point *poin
         if (point->reduced)
             kmp_direction_lanes_solve(&d->lanes, bends, pulls);
         else
-            solve_saddles(ws, count);
+            solve_saddles(ws, point, count);
         for (int k = 0; k < parts; k++)
             put_lanes(ws, &of[k], closed);
         left -= count;
@@ -526,7 +537,13 @@ static void derive_closed(kempe_workspace *ws, const kmp_derivative_point *point
             by[k].count = 0;
     }
     derive_columns(ws, point, 3, by, true);
-    for (int j = 0; out->udd_Q && j < n; j += KMP_DIRECTIONS) {
+    for (int j = 0; out->udd_Q && !point->reduced && j < n; j++) {
+        d->unit[j] = 1;
+        kmp_derivatives_respond(ws, point, &(kmp_state_change){.Q = d->unit, .name = -1});
+        take_independent(ws, column_of(out->udd_Q, p, j));
+        d->unit[j] = 0;
+    }
+    for (int j = 0; out->udd_Q && point->reduced && j < n; j += KMP_DIRECTIONS) {
         const int count = n - j < KMP_DIRECTIONS ? n - j : KMP_DIRECTIONS;
         kmp_direction_lanes_begin(&d->lanes, count, false);
         kmp_direction_lanes_press(&d->lanes, j, count);
@@ -544,7 +561,12 @@ kempe_status kmp_derivative_point_take(kempe_workspace *ws, double t, const doub
     kmp_state_derivatives *d = ws->derivatives.self;
     *point = (kmp_derivative_point){.shown = NULL};
     KMP_TRY(kmp_workspace_solve(ws, t, q, qd, Q, &point->reduced));
-    if (closed && !point->reduced)
+    if (!point->reduced && !kmp_saddle_load_factor(&ws->saddle))
+        return kmp_workspace_fail(ws,
+                                  "derivatives do not exist at t = %.9g s: forces that depend on multipliers have no "
+                                  "derivative there, or no unique one",
+                                  t);
+    if (closed && !point->reduced && !kmp_workspace_follows_loops(ws))
         return kmp_workspace_fail(
             ws,
             "derivatives by the independent coordinates do not exist at t = %.9g s, because these coordinates "

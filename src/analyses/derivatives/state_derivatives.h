@@ -63,7 +63,10 @@ typedef struct kmp_state_change {
 /** Changes of accelerations and multipliers, in d->x and d->a. */
 void kmp_derivatives_respond(kempe_workspace *ws, const kmp_derivative_point *point, const kmp_state_change *change);
 
-/** The same for changes d->force and d->curve of the equations. */
+/** The same for changes d->force and d->curve of the equations; forces that depend on multipliers change with them. */
+void kmp_derivatives_answer(kempe_workspace *ws, const kmp_derivative_point *point);
+
+/** The same with the force of each such element constant. */
 void kmp_derivatives_solve(kempe_workspace *ws, const kmp_derivative_point *point);
 
 /** KEMPE_E_ARGUMENT with a message unless the workspace is prepared. */

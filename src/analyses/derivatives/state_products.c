@@ -5,6 +5,7 @@
  * directions are one more solution, with the second derivatives of the equations along both. */
 #include "analyses/derivatives/state_derivatives.h"
 #include "base/context.h"
+#include "constraints/evaluation/load_multipliers.h"
 #include "constraints/evaluation/tangent.h"
 #include "linalg/dense/dot.h"
 #include <string.h>
@@ -113,6 +114,19 @@ kempe_status kempe_workspace_forward_jvp(kempe_workspace *ws, double t, const do
 
 /* -- weights ----------------------------------------------------------------------------------------- */
 
+/* M x - J' a = w of qdd, J x = -(w of lambda): then -x and a weigh the changes of both equations; in d->force, d->a. */
+static void weigh_both(kempe_workspace *ws, const kmp_derivative_point *point, const double *by_qdd,
+                       const double *by_lambda)
+{
+    kmp_state_derivatives *d = ws->derivatives.self;
+    for (int i = 0; i < ws->n; i++)
+        d->force[i] = -by_qdd[i];
+    memcpy(d->curve, by_lambda, (size_t)ws->m * sizeof *d->curve);
+    kmp_derivatives_solve(ws, point);
+    for (int i = 0; i < ws->n; i++)
+        d->force[i] = -d->x[i];
+}
+
 void kmp_derivatives_weigh(kempe_workspace *ws, const kmp_derivative_point *point, const kempe_forward_values *weight,
                            double *names)
 {
@@ -130,13 +144,12 @@ void kmp_derivatives_weigh(kempe_workspace *ws, const kmp_derivative_point *poin
         kmp_slopes_gradient(d->slopes, &d->slopes->outputs, d->values,
                             &(kmp_direction){NULL, d->dq, d->dqd, by_qdd, by_lambda, names});
     }
-    /* M x - J' a = w of qdd, J x = -(w of lambda): then -x and a weigh the changes of both equations. */
-    for (int i = 0; i < n; i++)
-        d->force[i] = -by_qdd[i];
-    memcpy(d->curve, by_lambda, (size_t)m * sizeof *d->curve);
-    kmp_derivatives_solve(ws, point);
-    for (int i = 0; i < n; i++)
-        d->force[i] = -d->x[i];
+    weigh_both(ws, point, by_qdd, by_lambda);
+    if (kmp_load_change_back(ws->eval, d->force, d->curve)) { /* which changes with multipliers at constant loads */
+        for (int r = 0; r < m; r++)
+            by_lambda[r] += d->curve[r];
+        weigh_both(ws, point, by_qdd, by_lambda);
+    }
     kmp_tangents_add_transposed(&d->tangents, KMP_R_Q, point->tangents, d->force, d->dq);
     kmp_tangents_add_transposed(&d->tangents, KMP_CURVE_Q, point->tangents, d->a, d->dq);
     kmp_tangents_add_transposed(&d->tangents, KMP_R_QD, point->tangents, d->force, d->dqd);
@@ -267,7 +280,7 @@ kempe_status kempe_workspace_forward_second(kempe_workspace *ws, double t, const
                                      &(kmp_variation){second->q, second->qd, d->x, d->a}, NULL);
     memcpy(d->force, bent.force, (size_t)ws->n * sizeof *d->force);
     memcpy(d->curve, bent.curve, (size_t)ws->m * sizeof *d->curve);
-    kmp_derivatives_solve(ws, &point);
+    kmp_derivatives_answer(ws, &point);
     if (change->qdd)
         memcpy(change->qdd, d->x, (size_t)ws->n * sizeof *change->qdd);
     if (change->lambda)

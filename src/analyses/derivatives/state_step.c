@@ -181,6 +181,11 @@ kempe_status kempe_workspace_step(kempe_workspace *ws, double t, double h, int s
                 model->states[k].name);
             return KEMPE_E_ARGUMENT;
         }
+    if (ws->friction.self) {
+        (void)kmp_workspace_fail(ws, "steps do not pass events of friction that sticks and of contacts: use a flow, or "
+                                     "make the workspace with friction that slips");
+        return KEMPE_E_ARGUMENT;
+    }
     if (!ws->chosen)
         return kmp_workspace_fail(ws, "steps need independent coordinates, and none are chosen at t = %.9g s", t);
     KMP_TRY(make_step(ws));

@@ -374,6 +374,21 @@ static kempe_status choose_with_held(beginning *b)
     return independent ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
+/* Takes the coordinates that are possible from the sentence about the choice (constraints/partition/partition.c), in
+ * place of that sentence. */
+static kempe_status refuse_held(const kempe_system *s)
+{
+    static const char before[] = "possible choice: ";
+    const char *names = strstr(kempe_context_message(s->context), before);
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence,
+                    "the start has no derivative with respect to parameters: not all held coordinates can be "
+                    "independent there; hold others, as many as the degrees of freedom%s%s (start: hold)",
+                    names ? ", for example " : "", names ? names + sizeof before - 1 : "");
+    kmp_context_clear(s->context);
+    return kmp_fail_text(s->context, KEMPE_E_FAILED, &sentence);
+}
+
 static kempe_status choose_as_assembled(beginning *b)
 {
     const kempe_system *s = b->v->system;
@@ -392,9 +407,7 @@ static kempe_status choose_as_assembled(beginning *b)
     if (status == KEMPE_E_MEMORY)
         return status;
     if (status != KEMPE_OK)
-        return kmp_fail(s->context, KEMPE_E_FAILED,
-                        "the start has no derivative with respect to parameters: not all held coordinates can be "
-                        "independent there; hold others, as many as the degrees of freedom (start: hold)");
+        return refuse_held(s);
     const int freedoms = l->p - s->model->state_count; /* assembly moves no state */
     if (freedoms == b->held || b->m == 0 || near)
         return KEMPE_OK;

@@ -135,6 +135,11 @@ kempe_status kempe_workspace_closed_equations(kempe_workspace *ws, double t, con
     if (!kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) || !kmp_workspace_given(ws, "out", out))
         return KEMPE_E_ARGUMENT;
     KMP_TRY(kmp_workspace_refuse_contacts(ws, "equations of closed motions"));
+    if (ws->friction.self)
+        return refuse(ws,
+                      "equations of closed motions do not exist while friction may stick: make the workspace with "
+                      "friction that slips",
+                      NULL);
     const kempe_system *system = ws->system;
     if (system->load_row_count > 0)
         return refuse(

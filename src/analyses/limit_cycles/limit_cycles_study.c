@@ -18,6 +18,7 @@
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "pipeline.h"
+#include "studies/simulate/trajectory.h"
 #include <kempe/kempe.h>
 #include <kempe/limit_cycles.h>
 #include <math.h>
@@ -757,6 +758,9 @@ kempe_status kempe_limit_cycles_new(const kempe_system *system, const kempe_limi
 {
     KMP_WANTED_BOTH(system, cycles);
     KMP_OPTIONS(system->context, kempe_limit_cycles_options, options);
+    const kempe_run_options *run = options->run;
+    KMP_OPTIONS(system->context, kempe_run_options, run);
+    KMP_TRY(kmp_run_options_check(system->context, run, KMP_STUDY_CYCLES));
     double begin = kmp_cpu_now();
     kmp_model_begin_forces(system->model);
     KMP_MAKE(system->context, kempe_limit_cycles, c);

@@ -6,6 +6,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "model/data/model.h"
+#include "studies/simulate/trajectory.h"
 #include <kempe/check.h>
 #include <kempe/flow.h>
 #include <math.h>
@@ -40,7 +41,9 @@ kempe_status kempe_flow_new(const kempe_model *model, const kempe_flow_options *
         return kmp_fail(model->context, KEMPE_E_ARGUMENT,
                         "a flow has values at the times t and ends at the last one: give no %s",
                         options->run->t_end != 0 ? "t_end" : "output_step");
-    const kempe_run_options none = {0};
+    const kempe_run_options none = {0}, *run = options->run;
+    KMP_OPTIONS(model->context, kempe_run_options, run);
+    KMP_TRY(kmp_run_options_check(model->context, run, KMP_STUDY_FLOW));
     const kempe_sensitivity_options ask = {
         .parameters = options->variables, .outputs = options->outputs, .run = options->run ? options->run : &none};
     KMP_MAKE(model->context, kempe_flow, f);

@@ -20,6 +20,7 @@
 static const kmp_sensitivity_kind *const subjects[] = {
 #define KMP_SENSITIVITY(name) &kmp_sensitivity_##name,
 #include "analyses/sensitivity/sensitivities.def"
+#include "studies/simulate/trajectory.h"
 #undef KMP_SENSITIVITY
 };
 
@@ -106,7 +107,7 @@ static kempe_status check_rolling(kempe_sensitivity *s)
 
 static kempe_status derive(kempe_sensitivity *s)
 {
-    KMP_TRY(kmp_variant_new(s->model, s->count, (const char *const *)s->name, &s->variant));
+    KMP_TRY(kmp_variant_new_with_inputs(s->model, s->count, (const char *const *)s->name, &s->variant));
     /* The requested outputs, or the usual ones of the kind. */
     kmp_text words = {0};
     if (s->options->outputs)
@@ -153,8 +154,9 @@ static kempe_status take_samples(kempe_sensitivity *s)
 
 /* -- the object -------------------------------------------------------------------------------------- */
 
+/* `asked`: the run has only options of a caller. */
 static kempe_status begin(const kempe_model *model, const kempe_sensitivity_options *options,
-                          const kempe_run_options *run, bool differences, kempe_sensitivity **sensitivity)
+                          const kempe_run_options *run, bool asked, bool differences, kempe_sensitivity **sensitivity)
 {
     KMP_MAKE(model->context, kempe_sensitivity, s);
     *s = (kempe_sensitivity){.kind = subjects[0],
@@ -170,6 +172,8 @@ static kempe_status begin(const kempe_model *model, const kempe_sensitivity_opti
     KMP_TRY(find_kind(s));
     KMP_TRY(take_samples(s));
     KMP_TRY(check_method(s));
+    if (asked)
+        KMP_TRY(kmp_run_options_check(s->context, run, s->kind->integrals ? KMP_STUDY_SENSITIVITY : KMP_STUDY_STATE));
     name_parameters(s, s->options->parameters);
     KMP_TRY(kmp_made(s->context, !s->arena.failed));
     if (s->count == 0)
@@ -183,7 +187,7 @@ kempe_status kmp_sensitivity_begin(const kempe_model *model, const kempe_sensiti
                                    const kempe_run_options *run, bool differences, kempe_sensitivity **sensitivity)
 {
     kempe_sensitivity *s = NULL;
-    kempe_status status = begin(model, options, run, differences, &s);
+    kempe_status status = begin(model, options, run, false, differences, &s);
     return KMP_GIVE_OR_FREE(status, sensitivity, s, kempe_sensitivity_free);
 }
 
@@ -198,7 +202,7 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
     kmp_model_begin_forces(model);
     KMP_TRY(kmp_model_check_finished(model));
     kempe_sensitivity *s = NULL;
-    kempe_status status = begin(model, options, run, false, &s);
+    kempe_status status = begin(model, options, run, true, false, &s);
     if (!s)
         return status;
     double derived = s->build_s = kmp_cpu_now() - started;

@@ -353,7 +353,8 @@ static kempe_status find(kempe_sensitivity *s)
     if (status == KEMPE_OK) {
         /* The report's reason is the reason of the result; the context's message is the same. */
         status = find_once(&w);
-        if (status == KEMPE_E_FAILED && w.report.run.reason)
+        if (status == KEMPE_E_FAILED && w.report.run.reason &&
+            !strstr(kempe_context_message(s->context), w.report.run.reason))
             (void)kmp_fail(s->context, status, "%s", w.report.run.reason);
         s->reason = w.report.run.reason;
         w.report.run.reason = NULL;

@@ -114,7 +114,7 @@ static void stick_and_slip(kmp_forces *forces, const kmp_tree *tree, const kmp_f
     (void)kmp_friction_value(tree, &(kmp_condition){.of = force, .role = KMP_ROLE_STATIC});
     apply_friction(forces, tree, force, effort);
     if (energy & KMP_ENERGY_POWER)
-        kmp_add_power(forces, tree, effort, kmp_friction_rate(tree, force));
+        kmp_add_power(forces, tree, effort, kmp_friction_own_rate(tree, force));
 }
 
 void kmp_law_friction(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
@@ -130,7 +130,7 @@ void kmp_law_friction(kmp_forces *forces, const kmp_tree *tree, const kmp_force 
     *value = kmp_neg(kmp_mul(g, level, kmp_div(g, qd, root)));
     apply_friction(forces, tree, force, *value);
     if (energy & KMP_ENERGY_POWER)
-        kmp_add_power(forces, tree, *value, qd);
+        kmp_add_power(forces, tree, *value, kmp_friction_own_rate(tree, force));
 }
 
 /* An effort given as an expression. A constant one has a potential; any other counts its power. */

@@ -89,6 +89,22 @@ kmp_ref kmp_friction_rate(const kmp_tree *tree, const kmp_force *force)
     return kmp_vec_rate(tree, (kmp_vec){{place, KMP_ZERO, KMP_ZERO}}).x[0];
 }
 
+kmp_ref kmp_friction_own_rate(const kmp_tree *tree, const kmp_force *force)
+{
+    kmp_graph *g = tree->graph;
+    kmp_derivative *by_time = force->sliding ? kmp_partial_time_derivative(tree) : NULL;
+    kmp_ref place = force->sliding ? kmp_friction_place(tree, force) : KMP_ZERO, rate = KMP_ZERO, *slope;
+    const kmp_ref drift = by_time ? kmp_derivative_of(by_time, place) : KMP_ZERO;
+    int *motion;
+    kmp_derivative_free(by_time);
+    if (drift == KMP_ZERO)
+        return kmp_friction_rate(tree, force);
+    const int count = kmp_gradient(g, place, KMP_IN_Q, tree->model->motion_count, &motion, &slope);
+    for (int i = 0; i < count; i++)
+        rate = kmp_add(g, rate, kmp_mul(g, slope[i], kmp_input(g, KMP_IN_QD, (uint32_t)motion[i])));
+    return rate;
+}
+
 kmp_input_kind kmp_friction_slopes_of(const kmp_tree *tree, const kmp_force *force, kmp_ref *of)
 {
     kmp_ref turn;

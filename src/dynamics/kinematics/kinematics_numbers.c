@@ -467,6 +467,8 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
     case KMP_EXPR_TIME:
         return kmp_input(g, KMP_IN_TIME, 0);
     case KMP_EXPR_INPUT:
+        if (tree->model->constants && tree->model->constants[e->index] > 0)
+            return parameter(tree, tree->model->constants[e->index] - 1);
         return kmp_input(g, KMP_IN_TIME, kmp_time_index(e->index, 0));
     case KMP_EXPR_Q:
         return kmp_input(g, KMP_IN_Q, (uint32_t)e->index);

@@ -14,6 +14,7 @@
 #include "model/data/variant.h"
 #include "model/read/loads.h"
 #include "output/print.h"
+#include "studies/simulate/trajectory.h"
 #include <float.h>
 #include <kempe/fit.h>
 #include <math.h>
@@ -661,6 +662,7 @@ static kempe_status prepare(kempe_fit *f, const kempe_fit_options *options)
     f->coarser = NAN;
     const kempe_run_options *run = options->run;
     KMP_OPTIONS(f->context, kempe_run_options, run);
+    KMP_TRY(kmp_run_options_check(f->context, run, KMP_STUDY_FIT));
     f->run_options = *run;
     f->run_options.threads = 1;
     f->threads = run->threads > 0 ? run->threads : kmp_processors();

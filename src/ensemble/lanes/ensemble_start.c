@@ -50,6 +50,7 @@ const char *kmp_engine_no_lanes(const kmp_engine *e)
         {strcmp(spec->integrator, "dop853") != 0, "another integrator"},
         {strcmp(spec->formulation, "reduced") != 0 || strcmp(spec->form, "integrated") != 0, "another formulation"},
         {spec->keep_independent, "fixed independent coordinates"},
+        {spec->fixed_step > 0, "steps of constant length"},
         {s->force != NULL, "user-defined forces"},
         {s->model->delay_count > 0, "delays"},
         {kmp_rounding_of(s) != NULL, "closures that are redundant up to rounding"},

@@ -14,6 +14,7 @@
 #include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
+#include "studies/simulate/trajectory.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -290,6 +291,7 @@ kempe_status kmp_objective_init(kmp_objective *objective, const kempe_model *mod
 {
     *objective = (kmp_objective){.context = model->context, .count = count};
     KMP_OPTIONS(model->context, kempe_run_options, run);
+    KMP_TRY(kmp_run_options_check(model->context, run, KMP_STUDY_OPTIMUM));
     objective->run = *run;
     objective->run.no_convergence_check = 1;
     objective->run.max_steps = run->max_steps ? run->max_steps : MOST_STEPS;

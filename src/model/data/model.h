@@ -60,6 +60,7 @@ struct kempe_model {
     int led_count;
     kmp_model_input *inputs;
     int input_count; /* with the states of delays, which are the last ones */
+    int *constants;  /* of a variant, by inputs: 1 + the number of the parameter in its place, or 0; NULL: none */
     int delay_count;
     kmp_named_table *tables;
     int table_count;

@@ -23,13 +23,17 @@ struct kmp_variant {
     kempe_model *owned;    /* the base; NULL: the caller frees it */
     int count, *parameter; /* by name: which parameter it is */
     double *values;        /* of all parameters */
+    bool inputs;           /* names may be of inputs */
     int follower_count;
     follower *followers; /* NULL while they are counted */
 };
 
 static bool is_varying(const kmp_expr *expr, const void *model)
 {
-    return expr->kind == KMP_EXPR_PARAMETER && ((const kempe_model *)model)->parameters[expr->index].varies;
+    const kempe_model *m = model;
+    if (expr->kind == KMP_EXPR_INPUT)
+        return m->constants && m->constants[expr->index] > 0 && m->parameters[m->constants[expr->index] - 1].varies;
+    return expr->kind == KMP_EXPR_PARAMETER && m->parameters[expr->index].varies;
 }
 
 bool kmp_expr_varies(const kempe_model *model, const kmp_expr *expr)
@@ -109,21 +113,40 @@ static int add_start(kmp_variant *v, const char *name, bool rate, int motion)
     return m->parameter_count++;
 }
 
-/* The meaning of a name: a parameter, or the coordinate or state whose start value or rate it is; the other is -1. */
+/* A parameter takes the place of a constant input. -1: no memory. */
+static int add_input(kmp_variant *v, int input)
+{
+    kempe_model *m = &v->model;
+    const kmp_model_input *of = &m->inputs[input];
+    if (!m->constants)
+        m->constants = KMP_ARENA_NEW(&m->arena, int, m->input_count);
+    if (!m->constants)
+        return -1;
+    m->parameters[m->parameter_count] = (kmp_parameter){
+        .name = of->name, .number = {.value = kmp_signal_value(&of->signal, 0)}, .dimension = of->dimension};
+    m->constants[input] = ++m->parameter_count;
+    return m->parameter_count - 1;
+}
+
+/* The meaning of a name: a parameter, or the coordinate or state whose start value or rate it is, or an input; the
+ * others are -1. */
 typedef struct meaning {
     int parameter, motion;
     bool rate;
+    int input;
 } meaning;
 
 static meaning look_up(const kempe_model *m, const char *name)
 {
     bool rate = strncmp(name, "qd.", 3) == 0, start = rate || strncmp(name, "q.", 2) == 0;
-    meaning found = {kmp_parameter_find(m, name), -1, rate};
+    meaning found = {kmp_parameter_find(m, name), -1, rate, -1};
     if (found.parameter < 0 && start)
         found.motion = kmp_name_find(KMP_COORDINATES(m), name + (rate ? 3 : 2));
     int state =
         found.parameter < 0 && strncmp(name, "state.", 6) == 0 ? kmp_name_find(KMP_NAMED(m, state), name + 6) : -1;
-    return state < 0 ? found : (meaning){-1, kmp_model_coordinates(m) + state, true};
+    if (found.parameter < 0 && found.motion < 0)
+        found.input = kempe_model_input_find(m, name);
+    return state < 0 ? found : (meaning){-1, kmp_model_coordinates(m) + state, true, -1};
 }
 
 bool kmp_variant_may(const kempe_model *m, const char *name, kmp_text *why)
@@ -149,6 +172,8 @@ kmp_dimension kmp_variant_dimension(const kempe_model *m, const char *name)
     const meaning found = look_up(m, name);
     if (found.parameter >= 0)
         return m->parameters[found.parameter].dimension;
+    if (found.input >= 0)
+        return m->inputs[found.input].dimension;
     if (found.motion < 0 || found.motion >= kmp_model_coordinates(m))
         return KMP_DIM_ANY;
     const bool rotation = m->motions[found.motion].rotation;
@@ -161,10 +186,15 @@ static kempe_status mark(kmp_variant *v, int k, const char *name)
 {
     kempe_model *m = &v->model;
     kmp_text why = {0};
-    if (!kmp_variant_may(m, name, &why))
-        return kmp_fail_text(m->context, KEMPE_E_ARGUMENT, &why);
     meaning found = look_up(m, name);
-    int at = found.parameter >= 0 ? found.parameter : add_start(v, name, found.rate, found.motion);
+    if (v->inputs && found.input >= 0 && m->inputs[found.input].signal.count > 1)
+        return kmp_fail(m->context, KEMPE_E_ARGUMENT,
+                        "input '%s' has samples: only a constant input has a derivative by its value", name);
+    if (!(v->inputs && found.input >= 0) && !kmp_variant_may(m, name, &why))
+        return kmp_fail_text(m->context, KEMPE_E_ARGUMENT, &why);
+    int at = found.parameter >= 0 ? found.parameter
+             : found.input >= 0   ? add_input(v, found.input)
+                                  : add_start(v, name, found.rate, found.motion);
     KMP_TRY(kmp_made(m->context, at >= 0));
     if (m->parameters[at].varies)
         return kmp_fail(m->context, KEMPE_E_ARGUMENT, "'%s' is given twice", name);
@@ -253,13 +283,8 @@ static kempe_status make(kmp_variant *v, int count, const char *const *names)
     return KEMPE_OK;
 }
 
-kempe_status kmp_variant_new(const kempe_model *model, int count, const char *const *names, kmp_variant **variant)
-{
-    return kmp_variant_new_in(model->context, model, count, names, variant);
-}
-
-kempe_status kmp_variant_new_in(kempe_context *context, const kempe_model *model, int count, const char *const *names,
-                                kmp_variant **variant)
+static kempe_status new_variant(kempe_context *context, const kempe_model *model, int count, const char *const *names,
+                                bool inputs, kmp_variant **variant)
 {
     KMP_TRY(kmp_model_check_finished(model));
     KMP_MAKE(context, kmp_variant, v);
@@ -289,8 +314,26 @@ kempe_status kmp_variant_new_in(kempe_context *context, const kempe_model *model
     v->base = model;
     v->count = count;
     v->parameter = KMP_ARENA_NEW(&v->model.arena, int, count);
+    v->inputs = inputs;
     kempe_status status = make(v, count, names);
     return KMP_GIVE_OR_FREE(status, variant, v, kmp_variant_free);
+}
+
+kempe_status kmp_variant_new(const kempe_model *model, int count, const char *const *names, kmp_variant **variant)
+{
+    return new_variant(model->context, model, count, names, false, variant);
+}
+
+kempe_status kmp_variant_new_with_inputs(const kempe_model *model, int count, const char *const *names,
+                                         kmp_variant **variant)
+{
+    return new_variant(model->context, model, count, names, true, variant);
+}
+
+kempe_status kmp_variant_new_in(kempe_context *context, const kempe_model *model, int count, const char *const *names,
+                                kmp_variant **variant)
+{
+    return new_variant(context, model, count, names, false, variant);
 }
 
 void kmp_variant_free(kmp_variant *v)
@@ -410,7 +453,7 @@ kempe_status kmp_variant_set(kmp_variant *v, const double *values, kmp_text *why
     }
     for (int k = 0; k < v->follower_count; k++) {
         const follower *f = &v->followers[k];
-        double x = kmp_expr_value_at(f->expr, v->values, 0);
+        double x = kmp_expr_value_of(f->expr, v->values, m->constants, 0);
         f->number->value = x;
         if (!isfinite(x) && !why->length)
             kmp_text_put(why, "a number of the model is not finite with these parameters");

@@ -17,7 +17,10 @@ typedef struct kmp_variant kmp_variant;
  * determines values outside the equations (axes, tables, settings of the run).
  */
 kempe_status kmp_variant_new(const kempe_model *model, int count, const char *const *names, kmp_variant **variant);
-/** The same for a context below the context of the model. */
+/** The same for names that may be of inputs, too, if these are constant: parameters take their place. */
+kempe_status kmp_variant_new_with_inputs(const kempe_model *model, int count, const char *const *names,
+                                         kmp_variant **variant);
+/** The same as the first for a context below the context of the model. */
 kempe_status kmp_variant_new_in(kempe_context *context, const kempe_model *model, int count, const char *const *names,
                                 kmp_variant **variant);
 void kmp_variant_free(kmp_variant *variant);

@@ -75,7 +75,7 @@ static void copy_scalar(loader *l, const yaml_node_t *from, kmp_yaml *to)
     for (size_t i = 0; i < length; i++)
         text[i] = from->data.scalar.value[i] ? (char)from->data.scalar.value[i] : '?';
     to->text = text;
-    to->empty = length == 0 && style == YAML_PLAIN_SCALAR_STYLE;
+    to->empty = style == YAML_PLAIN_SCALAR_STYLE && (length == 0 || strcmp(text, "null") == 0); /* as JSON has it */
     to->text_place.column += style == YAML_SINGLE_QUOTED_SCALAR_STYLE || style == YAML_DOUBLE_QUOTED_SCALAR_STYLE;
 }
 

@@ -337,6 +337,12 @@ const char *kmp_function_name(kmp_function function)
     return functions[function].name;
 }
 
+bool kmp_function_yields(const char *name)
+{
+    return strcmp(name, kmp_function_name(KMP_FUNCTION_floor)) == 0 ||
+           strcmp(name, kmp_function_name(KMP_FUNCTION_wrap)) == 0;
+}
+
 /* -- errors ------------------------------------------------------------------------------------------ */
 
 KMP_NOINLINE static const kmp_expr *complain_function(const kmp_parser *p, const char *where, const char *name)
@@ -423,6 +429,12 @@ static const kmp_expr *parse_call(kmp_parser *p, const char *where, const char *
     if (count >= 0 && count != arity)
         return kmp_parse_complain(p, where, "function '%s' takes %d argument%s, not %d", name, arity,
                                   arity == 1 ? "" : "s", count);
+    const bool jumps = count > 0 && composite < 0 && (function == KMP_FUNCTION_floor || function == KMP_FUNCTION_wrap);
+    if (jumps && !p->scope->jumps && !(kmp_expr_is_constant(arguments[0]) && kmp_expr_is_constant(arguments[1])))
+        return kmp_parse_complain(p, where,
+                                  "'%s' jumps, and only sensors and the next values of states may have it: use a "
+                                  "periodic table, whose slope is smooth, or 'if', whose changes are located",
+                                  name);
     return count < 0       ? NULL
            : composite < 0 ? make_call(p, where, function, arguments)
                            : make_composite(p, where, composite, arguments);

@@ -184,6 +184,7 @@ typedef struct kmp_expr_scope {
      * `word` as its beginning. NULL: points and rates are not allowed. */
     bool (*point)(void *user, const char *text, const char *word, int column, kmp_measure_argument *argument);
     bool accelerations;                                   /* accelerations of points are allowed */
+    bool jumps;                                           /* floor and wrap are allowed, whose jumps no event locates */
     const char *(*contact)(void *user, const char *name); /* a contact's name in the model; NULL: there is none */
     const kmp_expr_locals *locals;                        /* NULL: none */
     void (*suggest)(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence);
@@ -252,6 +253,9 @@ const kmp_expr *kmp_parse_make(struct kmp_parser *p, const char *where, kmp_expr
 const kmp_expr *kmp_parse_sum(struct kmp_parser *p);
 
 const char *kmp_function_name(kmp_function function);
+
+/** True for functions that yield to a name of the model: parameters may be called floor, as in older models. */
+bool kmp_function_yields(const char *name);
 
 /** Its word, "" if it is not said. */
 const char *kmp_outside_word(kmp_outside outside);

@@ -31,8 +31,8 @@ static rule rule_of(kmp_function function)
     static const struct {
         const char *name;
         rule rule;
-    } rules[] = {{"sqrt", SQUARE_ROOT}, {"abs", LIKE_ARGUMENT}, {"min", LIKE_ARGUMENT}, {"max", LIKE_ARGUMENT},
-                 {"atan2", OF_RATIO},   {"sign", OF_SIGN},      {"if", OF_CHOICE}};
+    } rules[] = {{"sqrt", SQUARE_ROOT},   {"abs", LIKE_ARGUMENT}, {"min", LIKE_ARGUMENT}, {"max", LIKE_ARGUMENT},
+                 {"wrap", LIKE_ARGUMENT}, {"atan2", OF_RATIO},    {"sign", OF_SIGN},      {"if", OF_CHOICE}};
     for (size_t k = 0; k < sizeof rules / sizeof rules[0]; k++)
         if (strcmp(kmp_function_name(function), rules[k].name) == 0)
             return rules[k].rule;

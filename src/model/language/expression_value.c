@@ -73,11 +73,11 @@ double kmp_number_at(const kmp_number *number, const double *parameters)
     return number->expr ? kmp_expr_value(number->expr, parameters) : number->value;
 }
 
-double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t)
+double kmp_expr_value_of(const kmp_expr *expr, const double *parameters, const int *constants, double t)
 {
-    double a = expr->a ? kmp_expr_value_at(expr->a, parameters, t) : 0;
-    double b = expr->b ? kmp_expr_value_at(expr->b, parameters, t) : 0;
-    double c = expr->c ? kmp_expr_value_at(expr->c, parameters, t) : 0;
+    double a = expr->a ? kmp_expr_value_of(expr->a, parameters, constants, t) : 0;
+    double b = expr->b ? kmp_expr_value_of(expr->b, parameters, constants, t) : 0;
+    double c = expr->c ? kmp_expr_value_of(expr->c, parameters, constants, t) : 0;
     switch (expr->kind) {
     case KMP_EXPR_NUMBER:
         return expr->value;
@@ -102,10 +102,17 @@ double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double 
     case KMP_EXPR_RATE: /* of a constant: functions of t have none */
         return 0;
     case KMP_EXPR_INPUT:
+        if (constants && constants[expr->index] > 0)
+            return parameters[constants[expr->index] - 1];
         return isnan(t) ? NAN : expr->value;
     default:
         return NAN;
     }
+}
+
+double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t)
+{
+    return kmp_expr_value_of(expr, parameters, NULL, t);
 }
 
 double kmp_expr_value(const kmp_expr *expr, const double *parameters)

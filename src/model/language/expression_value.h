@@ -16,6 +16,9 @@ double kmp_number_at(const kmp_number *number, const double *parameters);
 /** The value at a time t. */
 double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t);
 
+/** The same where parameters take the place of inputs: 1 + the number of one by inputs, or 0; NULL: none do. */
+double kmp_expr_value_of(const kmp_expr *expr, const double *parameters, const int *constants, double t);
+
 /** The extent of an expression. Parameter k has the extent `of[k]`; NULL: parameters are operands like others. */
 kmp_extent kmp_expr_extent(const kmp_expr *expr, const kmp_extent *of);
 bool kmp_extent_is_long(kmp_extent extent);

@@ -410,24 +410,92 @@ static const kmp_yaml *map_of(const kmp_yaml *root, const char *section)
     return found && found->kind == KMP_YAML_MAP ? found : NULL;
 }
 
-/* The parameters of an included file, some of them set by the including file. */
-static const kmp_yaml *set_parameters(kmp_reader *r, const kmp_yaml *root, const kmp_yaml *set)
+/* -- values that the including file sets -------------------------------------------------------------- */
+
+/* An input with another value: a number is its default, and a mapping replaces its samples. */
+static const kmp_yaml *set_input(kmp_reader *r, const kmp_yaml *input, const kmp_yaml *value)
+{
+    static const char *const kept[] = {"unit", "default"};
+    kmp_yaml *set = value->kind == KMP_YAML_MAP ? kmp_yaml_copy(&r->scratch, value)
+                                                : kmp_yaml_new(&r->scratch, KMP_YAML_MAP, value->place);
+    if (set && value->kind != KMP_YAML_MAP)
+        kmp_yaml_put(&r->scratch, set, value->place, "default", value);
+    for (size_t k = 0; set && k < sizeof kept / sizeof *kept; k++)
+        if (!kmp_yaml_get(set, kept[k]))
+            kmp_yaml_put(&r->scratch, set, value->place, kept[k], kmp_yaml_get(input, kept[k]));
+    return set ? set : input;
+}
+
+static bool note_set(kmp_reader *r, const kmp_yaml *value)
+{
+    const kmp_yaml **list = kmp_arena_room(&r->scratch, r->set_values, r->set_count, sizeof(const kmp_yaml *));
+    if (list) {
+        r->set_values = list;
+        list[r->set_count++] = value;
+    }
+    return list;
+}
+
+/* Values that files above set, of names that begin with the prefix of this one, which is left out here; then the file's
+ * own ones, which give way to them. NULL: there are none. */
+static const kmp_yaml *values_for(kmp_reader *r, const kmp_yaml *above, const char *prefix, const kmp_yaml *own)
+{
+    const size_t length = strlen(prefix);
+    kmp_yaml *all = above ? kmp_yaml_new(&r->scratch, KMP_YAML_MAP, above->place) : NULL;
+    for (int k = 0; all && k < above->count; k++) {
+        kmp_yaml *key =
+            strncmp(above->keys[k]->text, prefix, length) == 0 ? KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1) : NULL;
+        if (!key)
+            continue;
+        *key = *above->keys[k];
+        key->text += length;
+        kmp_yaml_append(&r->scratch, all, key, above->items[k]);
+    }
+    for (int k = 0; all && own && k < own->count; k++)
+        if (!find_key(all, own->keys[k]->text))
+            kmp_yaml_append(&r->scratch, all, own->keys[k], own->items[k]);
+        else if (!note_set(r, own->items[k]))
+            return own;
+    return all ? all : own;
+}
+
+/* The parameters and inputs of an included file, some of them set. `*rest`: values that it does not have itself. */
+static const kmp_yaml *set_values(kmp_reader *r, const kmp_yaml *root, const kmp_yaml *set, const kmp_yaml **rest)
+{
+    const kmp_yaml *parameters = map_of(root, "parameters"), *inputs = map_of(root, "inputs");
+    kmp_yaml *others = NULL;
+    for (int i = 0; set && i < set->count; i++) {
+        const char *name = set->keys[i]->text;
+        const kmp_yaml *value = set->items[i];
+        if (find_key(parameters, name) && note_set(r, value)) {
+            parameters = with_item(r, parameters, name, value);
+        } else if (find_key(inputs, name) && note_set(r, value)) {
+            inputs = with_item(r, inputs, name, set_input(r, kmp_yaml_get(inputs, name), value));
+        } else {
+            others = others ? others : kmp_yaml_new(&r->scratch, KMP_YAML_MAP, set->place);
+            if (others)
+                kmp_yaml_append(&r->scratch, others, set->keys[i], value);
+        }
+    }
+    *rest = others;
+    return with_item(r, with_item(r, root, "parameters", parameters), "inputs", inputs);
+}
+
+/* Reports values that neither the file nor one that it includes has. */
+static void check_set(kmp_reader *r, const kmp_yaml *root, const kmp_yaml *set)
 {
     const kmp_yaml *parameters = map_of(root, "parameters");
-    if (!set || !kmp_read_map(r, set, "include set", NULL))
-        return root;
-    for (int i = 0; i < set->count; i++) {
-        const kmp_yaml *there = find_key(parameters, set->keys[i]->text);
+    for (int i = 0; set && i < set->count; i++) {
+        bool found = false;
+        for (int k = 0; k < r->set_count && !found; k++)
+            found = r->set_values[k] == set->items[i];
         kmp_nearest nearest = kmp_nearest_begin(set->keys[i]->text);
         for (int k = 0; parameters && k < parameters->count; k++)
             kmp_nearest_offer(&nearest, parameters->keys[k]->text);
-        if (there)
-            parameters = with_item(r, parameters, there->text, set->items[i]);
-        else
+        if (!found)
             kmp_reader_complain_near(r, set->keys[i]->place, &nearest, "include set: '%s' has no parameter '%s'",
                                      r->model->files[root->place.file], set->keys[i]->text);
     }
-    return with_item(r, root, "parameters", parameters);
 }
 
 /* The joint of a body: its name, and its place. */
@@ -471,11 +539,11 @@ static const kmp_yaml *set_joints(kmp_reader *r, const kmp_yaml *root, const kmp
 
 static const kmp_yaml *join_start(kmp_reader *r, const kmp_yaml *start, const kmp_yaml *more)
 {
-    static const char *const maps[] = {"q", "qd", "goals"};
+    static const char *const maps[] = {"q", "qd", "states", "goals"};
     const kmp_yaml *one = only_one(start, more, KMP_YAML_MAP);
     if (one || !more)
         return one;
-    for (int k = 0; k < 3; k++)
+    for (size_t k = 0; k < sizeof maps / sizeof *maps; k++)
         start =
             with_item(r, start, maps[k], join_maps(r, kmp_yaml_get(start, maps[k]), kmp_yaml_get(more, maps[k]), -1));
     return with_item(r, start, "hold", join_lists(r, kmp_yaml_get(start, "hold"), kmp_yaml_get(more, "hold")));
@@ -483,7 +551,7 @@ static const kmp_yaml *join_start(kmp_reader *r, const kmp_yaml *start, const km
 
 /* -- includes ------------------------------------------------------------------------------------ */
 
-static void include_all(kmp_reader *r, const kmp_yaml *root, int parent);
+static void include_all(kmp_reader *r, const kmp_yaml *root, int parent, const kmp_yaml *above);
 
 static kmp_base base_of(kmp_reader *r, const kmp_yaml *node)
 {
@@ -499,7 +567,7 @@ static bool are_stops(kmp_reader *r, const kmp_yaml *node)
     return word < 0 ? kmp_context_has_limits(r->context) : word == 1;
 }
 
-static void include_one(kmp_reader *r, const kmp_yaml *node, int parent)
+static void include_one(kmp_reader *r, const kmp_yaml *node, int parent, const kmp_yaml *above)
 {
     if (node->kind != KMP_YAML_MAP) {
         kmp_reader_complain(r, node->place, "an include is a mapping such as {file: leg.yaml, prefix: left_}");
@@ -529,8 +597,10 @@ static void include_one(kmp_reader *r, const kmp_yaml *node, int parent)
         return;
     r->instances = list;
     list[r->instance_count++] = x;
-    const kmp_yaml *set = set_parameters(r, x.root, kmp_yaml_get(node, "set"));
-    const kmp_yaml *root = set_joints(r, set, kmp_yaml_get(node, "joints"));
+    const kmp_yaml *set = kmp_yaml_get(node, "set"), *rest = NULL;
+    set = set && kmp_read_map(r, set, "include set", NULL) ? set : NULL;
+    const kmp_yaml *root = set_values(r, x.root, values_for(r, above, own, set), &rest);
+    root = set_joints(r, root, kmp_yaml_get(node, "joints"));
     for (int k = 0; k < JOINED_PARTS; k++) {
         const char *part = joined_parts[k];
         r->root =
@@ -540,10 +610,12 @@ static void include_one(kmp_reader *r, const kmp_yaml *node, int parent)
         with_item(r, r->root, "start", join_start(r, kmp_yaml_get(r->root, "start"), kmp_yaml_get(root, "start")));
     if (x.foreign && !kmp_yaml_get(r->root, "gravity")) /* robots have it without writing it */
         r->root = with_item(r, r->root, "gravity", kmp_yaml_get(root, "gravity"));
-    include_all(r, x.root, x.file);
+    include_all(r, x.root, x.file, rest);
+    check_set(r, x.root, set);
 }
 
-static void include_all(kmp_reader *r, const kmp_yaml *root, int parent)
+/* `above`: values that files above set, by their names in the file `parent`. */
+static void include_all(kmp_reader *r, const kmp_yaml *root, int parent, const kmp_yaml *above)
 {
     const kmp_yaml *list = kmp_yaml_get(root, "include");
     if (!list || !kmp_read_list(r, list, "include", -1))
@@ -554,11 +626,11 @@ static void include_all(kmp_reader *r, const kmp_yaml *root, int parent)
                                 KMP_MOST_INCLUDES);
             return;
         }
-        include_one(r, list->items[i], parent);
+        include_one(r, list->items[i], parent, above);
     }
 }
 
 void kmp_read_includes(kmp_reader *r)
 {
-    include_all(r, r->root, 0);
+    include_all(r, r->root, 0, NULL);
 }

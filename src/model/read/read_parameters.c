@@ -265,7 +265,7 @@ static bool take_names(kmp_section *s)
     if (r->scratch.failed || model->arena.failed)
         return false;
     while (kmp_section_next(s)) {
-        if (kmp_name_find(KMP_NAMES_OF(reserved), s->name) >= 0)
+        if (kmp_name_find(KMP_NAMES_OF(reserved), s->name) >= 0 && !kmp_function_yields(s->name))
             kmp_reader_complain(r, s->key->place, "a parameter cannot have the name '%s', which is already defined",
                                 s->name);
         model->parameters[model->parameter_count++].name = s->name;

@@ -14,6 +14,18 @@
 #include <math.h>
 #include <string.h>
 
+/* True if an empty entry withdraws a value of a file that its own file includes: entries of included files follow it.
+ */
+static bool withdraws(kmp_reader *r, const kmp_yaml *map, int entry)
+{
+    const kmp_yaml *own = map->keys[entry];
+    const char *name = kmp_reader_name(r, own->place.file, own->text);
+    bool found = false;
+    for (int i = entry + 1; map->items[entry]->empty && i < map->count && !found; i++)
+        found = strcmp(kmp_reader_name(r, map->keys[i]->place.file, map->keys[i]->text), name) == 0;
+    return found;
+}
+
 /* -- goals of the start ------------------------------------------------------------------------------ */
 
 /* Goals of the start: COORDINATE: number, position(BODY.POINT): [x, y, z], or either as {value: .., weight: ..}. */
@@ -71,6 +83,16 @@ static void read_weights(kmp_reader *r, const kmp_yaml *node, const char *what, 
         good = kmp_check_rule(r, node, what, KMP_FIELD_NOT_NEGATIVE, goal->weight[k].value, "");
 }
 
+/* Leaves out goals that are withdrawn. */
+static void keep_goals(kmp_start *start, const bool *withdrawn)
+{
+    const int count = start->goal_count;
+    start->goal_count = 0;
+    for (int k = 0; k < count; k++)
+        if (!withdrawn[k])
+            start->goals[start->goal_count++] = start->goals[k];
+}
+
 static void read_goals(kmp_reader *r, const kmp_yaml *map)
 {
     kmp_start *start = &r->model->start;
@@ -78,7 +100,8 @@ static void read_goals(kmp_reader *r, const kmp_yaml *map)
         return;
     start->goals = KMP_ARENA_NEW(&r->model->arena, kmp_goal, map->count);
     kmp_place *said = KMP_ARENA_NEW(&r->scratch, kmp_place, map->count);
-    for (int i = 0; start->goals && said && i < map->count; i++) {
+    bool *withdrawn = KMP_ARENA_NEW(&r->scratch, bool, map->count);
+    for (int i = 0; start->goals && said && withdrawn && i < map->count; i++) {
         const kmp_yaml *node = map->items[i];
         const char *name = map->keys[i]->text;
         kmp_goal goal;
@@ -87,6 +110,13 @@ static void read_goals(kmp_reader *r, const kmp_yaml *map)
         for (int k = 0; k < 3; k++)
             goal.weight[k].value = 1;
         const char *what = kmp_reader_say(r, "the goal of '%s'", name);
+        /* Its subject may have another text in an included file, whose goals follow. */
+        withdrawn[start->goal_count] = node->empty && map->keys[map->count - 1]->place.file != map->keys[i]->place.file;
+        if (withdrawn[start->goal_count]) {
+            said[start->goal_count] = map->keys[i]->place;
+            start->goals[start->goal_count++] = goal;
+            continue;
+        }
         if (node->kind == KMP_YAML_MAP) {
             const kmp_yaml *weight = kmp_yaml_get(node, "weight");
             kmp_read_map(r, node, what, goal_keys);
@@ -100,9 +130,36 @@ static void read_goals(kmp_reader *r, const kmp_yaml *map)
         said[start->goal_count] = map->keys[i]->place;
         start->goals[start->goal_count++] = goal;
     }
+    if (withdrawn)
+        keep_goals(start, withdrawn);
 }
 
 /* -- start --------------------------------------------------------------------------------------- */
+
+/* Values of states, also of function blocks and of included files. */
+static void read_state_values(kmp_reader *r, const kmp_yaml *map)
+{
+    if (!map || !kmp_read_map(r, map, "start states", NULL))
+        return;
+    kempe_model *model = r->model;
+    kmp_place *said = KMP_ARENA_NEW(&r->scratch, kmp_place, model->state_count);
+    for (int i = 0; said && i < map->count; i++) {
+        const kmp_yaml *key = map->keys[i];
+        const char *what = kmp_reader_say(r, "start states: '%s'", key->text);
+        const int k = kmp_name_find(KMP_NAMED(model, state), kmp_reader_name(r, key->place.file, key->text));
+        kmp_number value = {0};
+        if (k < 0) {
+            const kmp_nearest nearest = kmp_nearest_of(key->text, KMP_NAMED(model, state));
+            kmp_reader_complain_near(r, key->place, &nearest, "start states: the model has no state '%s'", key->text);
+        } else if (kmp_read_number(r, map->items[i], what, KMP_DIM_ANY, &value) &&
+                   !(said[k].line > 0 && kmp_reader_said(r, "start states", key, said[k]))) {
+            said[k] = key->place;
+            model->states[k].start = value;
+            model->states[k].began = model->states[k].delayed;
+            model->states[k].before = NULL;
+        }
+    }
+}
 
 static const kmp_key start_keys[] = {
 #include "model/keys/start_keys.def"
@@ -132,7 +189,8 @@ static void read_values(kmp_reader *r, const kmp_yaml *map, const char *what, do
     if (!map || !kmp_read_map(r, map, what, NULL))
         return;
     kmp_place *said = KMP_ARENA_NEW(&r->scratch, kmp_place, r->model->motion_count);
-    for (int i = 0; said && i < map->count; i++) {
+    const kmp_yaml **withdrawn = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, r->model->motion_count);
+    for (int i = 0; said && withdrawn && i < map->count; i++) {
         const kmp_yaml *key = map->keys[i];
         const char *name = kmp_reader_name(r, key->place.file, key->text);
         if (kmp_linkage_find(r, name) == KMP_LINKED_CUT) {
@@ -140,12 +198,18 @@ static void read_values(kmp_reader *r, const kmp_yaml *map, const char *what, do
             continue;
         }
         int motion = kmp_read_motion(r, key, what);
+        const bool mentioned = motion >= 0 && (given[motion] || withdrawn[motion]);
         kmp_number value = {0};
         kmp_dimension wanted = motion < 0 ? KMP_DIM_ANY : kmp_motion_dimension(r->model, motion, power);
+        if (motion >= 0 && !mentioned && withdraws(r, map, i)) {
+            withdrawn[motion] = key;
+            said[motion] = key->place;
+            continue;
+        }
         bool good = kmp_read_number(r, map->items[i], kmp_reader_say(r, "%s: '%s'", what, key->text), wanted, &value);
         if (motion < 0)
             continue;
-        if (given[motion] && kmp_reader_said(r, what, key, said[motion]))
+        if (mentioned && kmp_reader_said(r, what, key, said[motion]))
             continue;
         said[motion] = key->place;
         given[motion] = true;
@@ -183,11 +247,12 @@ void kmp_read_start(kmp_reader *r)
     int n = model->motion_count;
     KMP_ARENA_EACH(&model->arena, kmp_number, n, &start->q, &start->qd);
     KMP_ARENA_EACH(&model->arena, bool, n, &start->q_given, &start->qd_given, &start->hold);
+    const kmp_yaml *map = kmp_yaml_get(r->root, "start");
+    read_state_values(r, kmp_yaml_get(map, "states"));
     for (int k = 0; !model->arena.failed && k < model->state_count; k++) {
         start->qd[kmp_model_coordinates(model) + k] = model->states[k].start;
         start->qd_given[kmp_model_coordinates(model) + k] = true;
     }
-    const kmp_yaml *map = kmp_yaml_get(r->root, "start");
     if (model->arena.failed)
         return;
     if (!map || !kmp_read_map(r, map, "start", start_keys)) {
@@ -221,7 +286,7 @@ static const kmp_key run_keys[] = {
 #define RUN_KEY_NAMES(name, type, absent)  {#name, "", absent},
 #define RUN_KEY_CHOICE(name, type, absent) {#name, "", absent},
 #define RUN_KEY_NO(name, type, absent)
-#define KMP_RUN_OPTION(name, type, key, engine, folder, commands, group, option, value, absent, ...)                   \
+#define KMP_RUN_OPTION(name, type, key, engine, folder, studies, commands, group, option, value, absent, ...)          \
     RUN_KEY_##key(name, type, absent)
 #include "model/data/run_options.def"
 #undef KMP_RUN_OPTION

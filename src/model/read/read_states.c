@@ -522,8 +522,8 @@ static void read_next(kmp_reader *r, block *b)
     const kmp_yaml *node = kmp_yaml_get(b->map, "when");
     (void)kmp_read_one_key(r, b->map, b->what, KMP_NAMES_OF(times));
     b->rate[0] = zero(r);
-    r->model->states[b->first].next = kmp_read_expr(
-        r, kmp_yaml_get(b->map, "next"), kmp_reader_say(r, "next of %s", b->what), KMP_DIM_ANY, KMP_OF_STATE);
+    r->model->states[b->first].next = kmp_read_expr(r, kmp_yaml_get(b->map, "next"),
+                                                    kmp_reader_say(r, "next of %s", b->what), KMP_DIM_ANY, KMP_OF_NEXT);
     if (!node)
         return;
     const kmp_expr *when =

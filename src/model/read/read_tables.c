@@ -442,7 +442,7 @@ static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *tabl
 bool kmp_name_means_something(const kmp_reader *r, const char *name)
 {
     for (int k = 0; k < (int)KMP_FUNCTION_COUNT; k++)
-        if (strcmp(kmp_function_name((kmp_function)k), name) == 0)
+        if (strcmp(kmp_function_name((kmp_function)k), name) == 0 && !kmp_function_yields(name))
             return true;
     static const char *const symbols[] = {"t", "q", "qd", "pi"};
     return kmp_name_find(KMP_NAMED(r->model, parameter), name) >= 0 ||

@@ -225,7 +225,8 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
         return NULL;
     }
     bool of_motion = allowed == KMP_OF_MOTION || allowed == KMP_COMPARISON,
-         of_loads = of_motion || allowed == KMP_OF_LOADS, of_state = of_loads || allowed == KMP_OF_STATE;
+         of_loads = of_motion || allowed == KMP_OF_LOADS,
+         of_state = of_loads || allowed == KMP_OF_STATE || allowed == KMP_OF_NEXT;
     kmp_expr_scope scope = {.context = r->context,
                             .arena = &r->model->arena,
                             .file = r->model->files[node->text_place.file],
@@ -239,6 +240,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .closure = of_loads ? find_closure : NULL,
                             .joint = of_loads ? find_carried : NULL,
                             .accelerations = of_motion,
+                            .jumps = allowed == KMP_OF_MOTION || allowed == KMP_OF_NEXT,
                             .input = find_input,
                             .state = find_state,
                             .table = find_table,

@@ -58,6 +58,8 @@ typedef struct kmp_reader {
     const char *bodies_as;           /* the model that flexible bodies have (body_models.h); NULL: their own */
     kmp_include_instance *instances; /* included files, parents first */
     int instance_count;
+    const kmp_yaml **set_values; /* by which including files have set parameters and inputs */
+    int set_count;
     int scope; /* file whose names the current expression uses */
     int scope_line;
     const kmp_expr_locals *locals; /* names that the expressions being read have; NULL: none */
@@ -167,6 +169,7 @@ typedef enum kmp_operands {
     KMP_OF_PARAMETERS,
     KMP_OF_TIME,    /* t */
     KMP_OF_STATE,   /* t, q, qd */
+    KMP_OF_NEXT,    /* the same, at separate times */
     KMP_OF_LOADS,   /* and multipliers of the closures, which have been read */
     KMP_OF_MOTION,  /* and accelerations */
     KMP_COMPARISON, /* of two expressions of motion */

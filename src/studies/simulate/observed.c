@@ -492,8 +492,10 @@ kempe_status kempe_outputs_at_state(kempe_outputs *o, double t, const double *q,
 
 static kempe_status check_system(const kempe_outputs *o, const kempe_system *system)
 {
-    return system == o->system ? KEMPE_OK
-                               : kmp_fail(o->system->context, KEMPE_E_ARGUMENT, "the outputs belong to another system");
+    if (system == o->system)
+        return KEMPE_OK;
+    kmp_context_clear(o->system->context);
+    return kmp_fail(o->system->context, KEMPE_E_ARGUMENT, "the outputs belong to another system");
 }
 
 kempe_status kempe_outputs_at_stepper(kempe_outputs *o, const kempe_stepper *s, double *values)
@@ -518,6 +520,7 @@ kempe_status kempe_outputs_at_row(kempe_outputs *o, const kempe_trajectory *t, i
     KMP_WANTED(o->system->context, t, "trajectory");
     KMP_WANTED(o->system->context, values, "values");
     KMP_TRY(check_system(o, t->system));
+    kmp_context_clear(o->system->context);
     if (row < 0 || row >= kempe_trajectory_row_count(t))
         return kmp_fail(o->system->context, KEMPE_E_ARGUMENT, "there is no row %d: the trajectory has %d", row,
                         kempe_trajectory_row_count(t));
@@ -610,6 +613,7 @@ kempe_status kempe_outputs_closed_jacobian(kempe_outputs *o, double t, const dou
     KMP_WANTED(NULL, o, "outputs");
     KMP_WANTED(o->system->context, q, "q");
     KMP_WANTED(o->system->context, jacobian, "jacobian");
+    kmp_context_clear(o->system->context);
     KMP_TRY(find_tangent(o, t, q));
     int n = o->n, p = o->part.p;
     const double *x = o->red.x;

@@ -109,6 +109,7 @@ kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_optio
 {
     KMP_WANTED_BOTH(system, stepper);
     KMP_OPTIONS(system->context, kempe_run_options, run);
+    KMP_TRY(kmp_run_options_check(system->context, run, KMP_STUDY_STEPPER));
     kmp_model_begin_forces(system->model);
     KMP_MAKE(system->context, kempe_stepper, s);
     s->system = system;
@@ -312,6 +313,7 @@ double kempe_stepper_input(const kempe_stepper *stepper, int input)
 kempe_status kempe_stepper_set_stop(kempe_stepper *s, double t)
 {
     KMP_WANTED(NULL, s, "stepper");
+    kmp_context_clear(s->system->context);
     if (!(t > s->t) || kmp_same_time(t, s->t))
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "a stop at %.9g s is not after the present %.9g s", t,
                         s->t);

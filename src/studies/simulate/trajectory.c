@@ -376,6 +376,58 @@ static kempe_status check_numbers(kempe_context *context, const kempe_run_option
     return KEMPE_OK;
 }
 
+static const char *studies_of(unsigned studies)
+{
+    static const struct {
+        unsigned study;
+        const char *words;
+    } names[] = {{KMP_STUDY_COMFORT, "ride comfort does"},
+                 {KMP_STUDY_STEPPER, "steppers do"},
+                 {KMP_STUDY_HISTORY, "histories do"},
+                 {KMP_STUDY_ENSEMBLE, "ensembles do"},
+                 {KMP_STUDY_SENSITIVITY, "sensitivities do"},
+                 {KMP_STUDY_STATE, "sensitivities of a state do"},
+                 {KMP_STUDY_FLOW, "flows do"},
+                 {KMP_STUDY_FIT, "fits do"},
+                 {KMP_STUDY_OPTIMUM, "optimisations do"},
+                 {KMP_STUDY_CYCLES, "limit cycles do"}};
+    const char *words = "runs do";
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+        words = names[k].study & studies ? names[k].words : words;
+    return words;
+}
+
+kempe_status kmp_run_options_check(kempe_context *context, const kempe_run_options *run, unsigned studies)
+{
+    enum {
+        OF_SIMULATION = KMP_STUDY_SIMULATION,
+        OF_COMFORT = KMP_STUDY_COMFORT,
+        OF_STEPPER = KMP_STUDY_STEPPER,
+        OF_ENSEMBLE = KMP_STUDY_ENSEMBLE,
+        OF_HISTORY = KMP_STUDY_HISTORY,
+        OF_SENSITIVITY = KMP_STUDY_SENSITIVITY,
+        OF_STATE = KMP_STUDY_STATE,
+        OF_FIT = KMP_STUDY_FIT,
+        OF_OPTIMUM = KMP_STUDY_OPTIMUM,
+        OF_RUNS = KMP_STUDY_SIMULATION | KMP_STUDY_COMFORT | KMP_STUDY_STEPPER | KMP_STUDY_ENSEMBLE | KMP_STUDY_HISTORY,
+        OF_ALL = OF_RUNS | KMP_STUDY_SENSITIVITY | KMP_STUDY_FLOW | KMP_STUDY_FIT | KMP_STUDY_OPTIMUM | KMP_STUDY_CYCLES
+    };
+    const struct {
+        const char *name;
+        bool given;
+        unsigned studies;
+    } options[] = {
+#define KMP_RUN_OPTION(name, type, key, engine, folder, studies, ...) {#name, run->name != 0, studies},
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
+    };
+    for (size_t k = 0; k < sizeof options / sizeof *options; k++)
+        if (options[k].given && !(options[k].studies & studies))
+            return kmp_fail(context, KEMPE_E_ARGUMENT, "%s not take the option '%s': leave it out", studies_of(studies),
+                            options[k].name);
+    return KEMPE_OK;
+}
+
 kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *run, kmp_arena *arena, kmp_run_spec *spec)
 {
     int *u = KMP_ARENA_NEW(arena, int, system->n), count = 0;

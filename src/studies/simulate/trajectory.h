@@ -98,6 +98,24 @@ bool kmp_trajectory_loses_energy(const kempe_trajectory *t);
 /** The outputs in addition to the table (model/data/output_table.h) at a row; owned by the evaluator. */
 const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, int row);
 
+/** Studies that make runs, whose options are rows of model/data/run_options.def. */
+typedef enum kmp_run_study {
+    KMP_STUDY_SIMULATION = 1,
+    KMP_STUDY_COMFORT = 2,
+    KMP_STUDY_STEPPER = 4,
+    KMP_STUDY_ENSEMBLE = 8,
+    KMP_STUDY_HISTORY = 16, /* of instances */
+    KMP_STUDY_SENSITIVITY = 32,
+    KMP_STUDY_STATE = 64, /* a sensitivity of a state */
+    KMP_STUDY_FLOW = 128,
+    KMP_STUDY_FIT = 256,
+    KMP_STUDY_OPTIMUM = 512,
+    KMP_STUDY_CYCLES = 1024
+} kmp_run_study;
+
+/** Refuses options that are given and that the study, or none of several, takes. */
+kempe_status kmp_run_options_check(kempe_context *context, const kempe_run_options *run, unsigned studies);
+
 /** The run of the options, with names and defaults resolved. `spec` points into the arena and to the strings of `run`.
  */
 kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *run, kmp_arena *arena,
