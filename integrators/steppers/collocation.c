@@ -340,9 +340,11 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
 
 static void weigh(kmp_collocation *s)
 {
+    const double widen = s->widen, rtol = s->base.tolerance.rtol, *atol = s->base.tolerance.atol, *y = s->y;
+    double *restrict scale = s->scale, *restrict per_scale = s->per_scale;
     for (int k = 0; k < s->n; k++) {
-        s->scale[k] = s->widen * (s->base.tolerance.atol[k] + s->base.tolerance.rtol * fabs(s->y[k]));
-        s->per_scale[k] = 1 / s->scale[k];
+        scale[k] = widen * (atol[k] + rtol * fabs(y[k]));
+        per_scale[k] = 1 / scale[k];
     }
 }
 
@@ -384,9 +386,12 @@ static int slopes_at_end(kmp_collocation *s, double t)
 static kmp_collocation_outcome finish(kmp_collocation *s, double h, double t_new)
 {
     kmp_collocation_end(s, h);
+    const double rtol = s->base.tolerance.rtol, *atol = s->base.tolerance.atol, *y = s->y, *end = s->y_old;
+    double *restrict fix = s->fix, *restrict weight = s->w_accept;
     for (int k = 0; k < s->n; k++) {
-        s->fix[k] = s->y_old[k];
-        s->w_accept[k] = s->base.tolerance.atol[k] + s->base.tolerance.rtol * fmax(fabs(s->y[k]), fabs(s->y_old[k]));
+        const double before = fabs(y[k]), after = fabs(end[k]); /* no call of fmax for each of many unknowns */
+        fix[k] = end[k];
+        weight[k] = atol[k] + rtol * (after > before ? after : before);
     }
     int said = slopes_at_end(s, t_new);
     if (said != KMP_GO)

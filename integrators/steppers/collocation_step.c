@@ -296,13 +296,15 @@ static double estimate(kmp_collocation *s, double h, bool whole)
 /* The estimate of the quadratures, as of the other unknowns. */
 static double estimate_of_quadratures(const kmp_collocation *s, double h)
 {
-    const double *filter = s->filter, *end = s->end;
-    double squares = 0;
+    const double filter = s->filter[KMP_END_SLOPE];
+    double squares = 0, end[KMP_COLLOCATION_STAGES];
+    for (int j = 0; j < s->s; j++)
+        end[j] = s->end[j * s->w + KMP_END_SLOPE];
     for (int k = s->all; k < s->all + s->q; k++) {
         const double *rate = s->g + k * s->w;
-        double sum = s->dy[s->all_p + k] * filter[KMP_END_SLOPE];
+        double sum = s->dy[s->all_p + k] * filter;
         for (int j = 0; j < s->s; j++)
-            sum += rate[j] * end[j * s->w + KMP_END_SLOPE];
+            sum += rate[j] * end[j];
         const double error = h * sum * s->per_scale[s->all_p + k];
         squares += error * error;
     }
@@ -317,11 +319,15 @@ void kmp_collocation_end(kmp_collocation *s, double h)
         s->y_old[k] = s->y[k] + h * (v[k] + h * s->ends[k * s->w + KMP_END_TWICE]);
     for (int k = 0; k < s->all; k++)
         s->y_old[s->all_p + k] = v[k] + h * s->ends[k * s->w + KMP_END_ONCE];
+    double once[KMP_COLLOCATION_STAGES];
+    for (int j = 0; j < s->s; j++)
+        once[j] = h * s->table->end[j][KMP_END_ONCE];
     for (int k = end; k < s->n; k++) {
         const double *rate = s->g + (k - s->all_p) * s->w;
-        s->y_old[k] = s->y[k];
+        double sum = s->y[k];
         for (int j = 0; j < s->s; j++)
-            s->y_old[k] += h * s->table->end[j][KMP_END_ONCE] * rate[j];
+            sum += once[j] * rate[j];
+        s->y_old[k] = sum;
     }
 }
 

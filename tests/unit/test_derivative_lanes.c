@@ -296,6 +296,35 @@ static void columns(void)
     }
 }
 
+/* A derivative without a limit is no number along directions that move its coordinate, and counts in no other one, also
+ * where directions share registers. */
+static void no_limit(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "bodies:\n"
+                         "  a: {joint: {prismatic: x, at: ground}, mass: 1}\n"
+                         "  b: {joint: {prismatic: x, at: ground}, mass: 2}\n"
+                         "  c: {joint: {prismatic: x, at: ground}, mass: 3}\n"
+                         "  d: {joint: {prismatic: x, at: ground}, mass: 4}\n"
+                         "loops:\n"
+                         "  first: {coupler: {a: 1, b: -2}}\n"
+                         "  other: {coupler: {c: 1, d: -3}}\n"
+                         "forces: {one: {joint: a, force: \"-sqrt(q(a))\"}, root: {joint: b, force: \"-sqrt(q(b))\"}, "
+                         "pull: {joint: d, force: \"-5*q(d)\"}}\n");
+    kempe_workspace *ws = NULL;
+    CHECK(kempe_workspace_new(l.system, &ws) == KEMPE_OK &&
+          kempe_workspace_add_derivatives(ws, 0, NULL, NULL) == KEMPE_OK);
+    const double q[4] = {0}, qd[4] = {0};
+    double qdd[4], udd_u[4];
+    const int *u = kempe_workspace_independent(ws);
+    CHECK(kempe_workspace_independent_count(ws) == 2 && u[0] / 2 == 0 && u[1] / 2 == 1);
+    const kempe_workspace_derivatives out = {.udd_u = udd_u};
+    CHECK(kempe_workspace_forward_derivatives(ws, 0, q, qd, NULL, qdd, NULL, &out) == KEMPE_OK);
+    CHECK(!isfinite(udd_u[0]) && udd_u[2] == 0 && udd_u[3] < 0 && isfinite(udd_u[3]));
+    kempe_workspace_free(ws);
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(in_groups);
@@ -305,5 +334,6 @@ int main(void)
     TEST(failures);
     TEST(memory);
     TEST(columns);
+    TEST(no_limit);
     return check_report();
 }

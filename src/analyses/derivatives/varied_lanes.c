@@ -76,16 +76,16 @@ kempe_status kmp_varied_lanes_init(kmp_varied_lanes *lanes, kmp_sensitivity_equa
                       *slope = varied->slopes->equations.formulas.program;
     const kmp_evaluator *eval = varied->linear.eval;
     int n = W * varied->n, m = W * varied->m;
-    const bool made =
-        KMP_ARENA_MAKE(&lanes->arena,
-                       KMP_ROOM(double, n, &lanes->q, &lanes->qd, &lanes->qdd, &lanes->force, &lanes->drift, &lanes->a0,
-                                &lanes->u, &lanes->ud, &lanes->udd),
-                       KMP_ROOM(double, m, &lanes->lambda),
-                       KMP_ROOM(int, KEPT *(varied->n + varied->m), &lanes->written),
-                       KMP_ROOM(double, VECTORS *n, &lanes->weights, &lanes->wq, &lanes->wqd, &lanes->wqdd, &lanes->w),
-                       KMP_ROOM(double, VECTORS *m, &lanes->h, &lanes->rate, &lanes->curve)) &&
-        kmp_stage_lanes_init(&lanes->motion, motion, eval) && kmp_stage_lanes_init(&lanes->tangent, tangent, eval) &&
-        kmp_stage_lanes_init(&lanes->slope, slope, eval);
+    const bool made = KMP_ARENA_MAKE(&lanes->arena,
+                                     KMP_ROOM(double, n, &lanes->q, &lanes->qd, &lanes->qdd, &lanes->force,
+                                              &lanes->drift, &lanes->a0, &lanes->u, &lanes->ud, &lanes->udd),
+                                     KMP_ROOM(double, m, &lanes->lambda),
+                                     KMP_ROOM(int, KEPT *(varied->n + varied->m), &lanes->written),
+                                     KMP_ROOM(double, VECTORS *n, &lanes->wq, &lanes->wqd, &lanes->wqdd, &lanes->w),
+                                     KMP_ROOM(double, VECTORS *(3 * m + n), &lanes->h)) &&
+                      kmp_stage_lanes_init(&lanes->motion, motion, eval) &&
+                      kmp_stage_lanes_init(&lanes->tangent, tangent, eval) &&
+                      kmp_stage_lanes_init(&lanes->slope, slope, eval);
     /* Counts the programs, which takes as long as some evaluations. */
     lanes->count_of_motion = kmp_program_count(motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
     if (tangent)
@@ -461,23 +461,20 @@ static void add_block(const kmp_varied_lanes *x, kmp_tangent_block block, const 
     add_transposed(t->start[block + 1] - t->start[block], t->entry + t->start[block], d, count, from, out);
 }
 
-/* b += the derivatives by parameters, weighted, in the rows from `row` on of p. */
-static KMP_CLONES void add_parameters(const kmp_varied_lanes *x, const double *value, int p, int row, int count,
+/* b = the derivatives by parameters, weighted, in the rows from `row` on of p. */
+static KMP_CLONES void put_parameters(const kmp_varied_lanes *x, const double *value, int p, int row, int count,
                                       double *b)
 {
     const kmp_slope_matrix *of = &x->v->slopes->equations;
-    int m = x->v->m, n = x->v->n;
-    const double *part[] = {x->h, x->rate, x->curve};
-    for (int e = 0; e < of->count; e++) {
-        const kmp_tangent *y = &of->entry[e];
-        if (y->row >= 3 * m + n)
-            continue;
-        const double *w = y->row < 3 * m ? part[y->row / m] + (ptrdiff_t)(y->row % m * count) * W
-                                         : x->weights + (ptrdiff_t)((y->row - 3 * m) * count) * W;
-        const kmp_eight by = OF(value, y->source);
-        for (int c = 0; c < count; c++)
-            AT(b, y->col * p + row + c) += OF(w, c) * by;
-    }
+    const int rows = 3 * x->v->m + x->v->n; /* x->h, rate, curve and weights are one after the other */
+    for (int k = 0; k < x->v->count; k++)
+        for (int c = 0; c < count; c++) {
+            kmp_eight sum = {0};
+            for (int e = of->start[k]; e < of->start[k + 1]; e++)
+                if (of->entry[e].row < rows)
+                    sum += OF(x->h, of->entry[e].row * count + c) * OF(value, of->entry[e].source);
+            AT(b, k * p + row + c) = sum;
+        }
 }
 
 /* qdd and the multipliers of the last run, then the tangents and the derivatives by parameters there. */
@@ -516,6 +513,10 @@ static void go_back(kmp_varied_lanes *x, int row, int count, double *a)
     const double *d = x->d;
     int p = x->red.p;
     size_t n = (size_t)(v->n * count * W) * sizeof(double);
+    const ptrdiff_t m = (ptrdiff_t)v->m * count * W;
+    x->rate = x->h + m;
+    x->curve = x->rate + m;
+    x->weights = x->curve + m;
     kmp_reduction_lanes_solve_mass(&x->red, count, x->w);
     kmp_reduction_lanes_spread(&x->red, count, x->w, x->weights);
     memset(x->wq, 0, n);
@@ -548,7 +549,7 @@ static void find_rows(kmp_varied_lanes *x, int row, int count, double *a, double
         AT(x->w, (row + k) * count + k) -= 1;
     go_back(x, row, count, a);
     if (x->by && b)
-        add_parameters(x, x->by, p, row, count, b);
+        put_parameters(x, x->by, p, row, count, b);
 }
 
 int kmp_varied_lanes_matrices(kmp_varied_lanes *x, double *a, double *b)
@@ -557,7 +558,7 @@ int kmp_varied_lanes_matrices(kmp_varied_lanes *x, double *a, double *b)
     if (said != KMP_GO)
         return said;
     differentiate(x);
-    if (b)
+    if (b && !x->by)
         memset(b, 0, (size_t)(p * x->v->count * W) * sizeof *b);
     for (int row = 0; row < p; row += VECTORS)
         find_rows(x, row, p - row < VECTORS ? p - row : VECTORS, a, b);
@@ -566,10 +567,11 @@ int kmp_varied_lanes_matrices(kmp_varied_lanes *x, double *a, double *b)
 
 void kmp_varied_lanes_weigh(kmp_varied_lanes *x, const double *weights, double *out)
 {
-    memset(out, 0, (size_t)(x->v->count * W) * sizeof *out);
     for (int k = 0; k < x->red.p; k++)
         AT(x->w, k) = -OF(weights, k);
     go_back(x, 0, 1, NULL);
     if (x->by)
-        add_parameters(x, x->by, 1, 0, 1, out);
+        put_parameters(x, x->by, 1, 0, 1, out);
+    else
+        memset(out, 0, (size_t)(x->v->count * W) * sizeof *out);
 }

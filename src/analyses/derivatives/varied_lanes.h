@@ -33,8 +33,8 @@ typedef struct kmp_varied_lanes {
     double *u, *ud;                        /* p: where v was closed */
     double *udd;                           /* p */
     double *w;                             /* of some rows of the matrices side by side: p */
-    double *weights, *wq, *wqd, *wqdd;     /* n: on forces, q, qd, qdd */
-    double *h, *rate, *curve;              /* m */
+    double *wq, *wqd, *wqdd;               /* n: on q, qd, qdd */
+    double *h, *rate, *curve, *weights;    /* m, m, m, n: on the equations, one after the other; of forces the last */
     const double *mass, *jacobian;         /* of the last run */
     const double *d, *by;                  /* of the last matrices: tangents, derivatives by parameters (NULL: none) */
 } kmp_varied_lanes;

@@ -80,7 +80,7 @@ typedef struct adjoint {
     double at_t[KMP_STAGE_LANES];
     double stood;                           /* time of the whole state at the end of the motion; NAN: it is left */
     double *stages;                         /* 2 p: u and ud, in lanes */
-    double *of_state, *by_parameters, *udd; /* in lanes: p x 2 p; count; p */
+    double *of_state, *by_parameters, *udd; /* in lanes: p x 2 p; count, or the ones of the last lane; p */
 } adjoint;
 
 /* -- the stored motion ------------------------------------------------------------------------------- */
@@ -335,6 +335,16 @@ static bool is_last_stage(const adjoint *a, double back)
     return a->known && t <= a->at_t[W - 1] && t >= a->at_t[W - 1];
 }
 
+/* Keeps the slopes of the quadratures there: their first numbers may be in the same place. */
+static void keep_slopes(adjoint *a, const double *in_lanes)
+{
+    int last = W - 1; /* the first lane there is a stage */
+    while (last > 0 && !(a->at_t[last - 1] > a->at_t[W - 1]))
+        last--;
+    for (int c = 0; c < a->count; c++)
+        a->by_parameters[c] = in_lanes[c * W + last];
+}
+
 /* The slopes there, by the matrices of that lane. */
 static void recall_stage(adjoint *a, const double *y, double *dy)
 {
@@ -343,6 +353,7 @@ static void recall_stage(adjoint *a, const double *y, double *dy)
         for (int k = 0; k < p * W; k++)
             a->udd[k] = y[p + k / W];
         kmp_varied_lanes_weigh(a->options->lanes, a->udd, a->by_parameters);
+        keep_slopes(a, a->by_parameters);
     }
     for (int c = 0; c < 2 * p; c++) {
         const double *of = a->of_state + (ptrdiff_t)(c * p) * W;
@@ -350,11 +361,7 @@ static void recall_stage(adjoint *a, const double *y, double *dy)
         for (int k = 0; k < p; k++)
             dy[c] += of[k * W + W - 1] * y[p + k];
     }
-    int last = W - 1; /* the first lane there is a stage */
-    while (last > 0 && !(a->at_t[last - 1] > a->at_t[W - 1]))
-        last--;
-    for (int c = 0; c < a->count; c++)
-        dy[2 * p + c] = a->by_parameters[c * W + last];
+    memcpy(dy + 2 * p, a->by_parameters, (size_t)a->count * sizeof *dy);
 }
 
 static int rhs_of_stages(void *self, const double *t, const double *y, double *dy)
@@ -375,8 +382,8 @@ static int integrands_of_stages(void *self, const double *t, const double *y, do
     const int rates = a->p * W, said = place_stages(a, t);
     if (said != KMP_GO)
         return said;
-    kmp_varied_lanes_weigh(a->options->lanes, y + rates, a->by_parameters);
-    memcpy(dy + 2 * rates, a->by_parameters, (size_t)(a->count * W) * sizeof *dy);
+    kmp_varied_lanes_weigh(a->options->lanes, y + rates, dy + 2 * rates);
+    keep_slopes(a, dy + 2 * rates);
     a->weighed = true;
     return KMP_GO;
 }
@@ -622,15 +629,39 @@ static kempe_status stand_before(adjoint *a, const kept_map *map)
     return make_solver(a);
 }
 
+/* The same where only other coordinates have become independent: at a state, weights of these are weights of all
+ * coordinates, which the loops turn into weights of the ones before and of the parameters. */
+static kempe_status pass_exchange(adjoint *a, const kept_map *map)
+{
+    const int after = map->of.p_after, before = map->of.p, rest = a->count + a->held;
+    memcpy(a->weights, a->y, (size_t)(2 * after + rest) * sizeof *a->y);
+    KMP_TRY(stand_before(a, map));
+    memset(a->wq, 0, (size_t)a->n * sizeof *a->wq);
+    memset(a->wqd, 0, (size_t)a->n * sizeof *a->wqd);
+    for (int i = 0; i < after; i++) {
+        a->wq[map->part.u[i]] = a->weights[i];
+        a->wqd[map->part.u[i]] = a->weights[after + i];
+    }
+    kmp_linear_back(&a->v->linear, &(kmp_weights){.q = a->wq, .qd = a->wqd}, &a->back);
+    memset(a->y, 0, (size_t)(2 * before) * sizeof *a->y);
+    memcpy(a->y + 2 * before, a->weights + 2 * after, (size_t)rest * sizeof *a->y);
+    add_back(a, a->y, a->y + before, a->y + 2 * before);
+    return KEMPE_OK;
+}
+
 static kempe_status all_back(adjoint *a, double h)
 {
     kept_step *last = a->end;
     for (const kept_map *map = a->map; map; map = map->before) {
         KMP_TRY(come_back(a, map->last, last, &h));
+        last = map->last;
+        if (map->of.columns == 0) {
+            KMP_TRY(pass_exchange(a, map));
+            continue;
+        }
         pass_map(a, &map->of);
         if (map->last && map->last != (map->before ? map->before->last : NULL))
             KMP_TRY(stand_before(a, map));
-        last = map->last;
     }
     return KEMPE_OK;
 }

@@ -449,11 +449,17 @@ static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
     (void)yp;
     if (!f->due)
         return KMP_GO;
-    double *all = f->options->alone ? kmp_forward_map_begin(f, t, y) : y;
+    const bool exchanges = kmp_forward_map_exchanges(f);
+    double *all = y;
+    if (exchanges && !kmp_forward_map_begin_exchange(f, t, y))
+        return KMP_HALT;
+    if (f->options->alone && !exchanges)
+        all = kmp_forward_map_begin(f, t, y);
     if (!all || kmp_forward_spread(f, t, all) != KMP_GO)
         return KMP_HALT;
     memcpy(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u);
-    if (kmp_forward_choose_anew(f, all) != KMP_GO || (all != y && kmp_forward_map_end(f, y) != KMP_GO))
+    if (kmp_forward_choose_anew(f, all) != KMP_GO || (all != y && kmp_forward_map_end(f, y) != KMP_GO) ||
+        (exchanges && kmp_forward_map_end_exchange(f) != KMP_GO))
         return KMP_HALT;
     formulation->exchanges += memcmp(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u) != 0;
     return KMP_CHANGED;

@@ -35,7 +35,8 @@ typedef struct kmp_forward_target {
 
 /** The state of a motion without sensitivities before and after an event or a change of its unknowns, or several at
  * one time: u, ud and the distances at which friction is held. Rows among `held` that are not held count as zero. At
- * the start, which is the first map, nothing is before (p = 0), and all columns are parameters. */
+ * the start, which is the first map, nothing is before (p = 0), and all columns are parameters. A change of the
+ * independent coordinates without an event has no columns: its map follows from the state. */
 typedef struct kmp_forward_map {
     double t;
     int p, held;                /* before */

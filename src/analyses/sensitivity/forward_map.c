@@ -3,7 +3,8 @@
  * unknowns, changes with the state before it and with parameters. For these moments the motion has columns of
  * sensitivities by each parameter, each u and ud, and each distance at which friction is held. The formulation passes
  * the event with them as it does with sensitivities (forward.c): the columns behind it are the map. Several events at
- * one time have one map, because the time of an event may depend on the event before. */
+ * one time have one map, because the time of an event may depend on the event before. A change of unknowns
+ * without an event needs no columns: the state determines it. */
 #include "analyses/sensitivity/forward_map.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -189,6 +190,33 @@ int kmp_forward_map_end(kmp_forward_formulation *f, double *y)
     if (said)
         (void)kmp_fail_memory(f->system->context);
     return said ? KMP_HALT : KMP_GO;
+}
+
+/* After an event, and with friction that may be held, an exchange is a part of a map with columns. */
+bool kmp_forward_map_exchanges(const kmp_forward_formulation *f)
+{
+    return f->options->alone && f->before_event && !f->mapped && f->map.held == 0;
+}
+
+bool kmp_forward_map_begin_exchange(kmp_forward_formulation *f, double t, const double *y)
+{
+    if (take_before(f, t, y) != KMP_GO)
+        return false;
+    const kmp_forward_map before = f->map;
+    f->map = (kmp_forward_map){
+        .t = t, .p = f->p, .row = before.row, .q = before.q, .mode = before.mode, .chart = before.chart};
+    return true;
+}
+
+int kmp_forward_map_end_exchange(kmp_forward_formulation *f)
+{
+    const kmp_sensitivity_equations_watch *watch = &f->options->watch;
+    f->map.part = &f->v->linear.part;
+    f->map.p_after = f->p;
+    if (!watch->map || watch->map(watch->user, &f->map, false) == 0)
+        return KMP_GO;
+    (void)kmp_fail_memory(f->system->context);
+    return KMP_HALT;
 }
 
 bool kmp_forward_map_begin_start(kmp_forward_formulation *f)

@@ -13,5 +13,12 @@ void kmp_forward_set_columns(kmp_forward_formulation *f, int count);
 double *kmp_forward_map_begin(kmp_forward_formulation *f, double t, const double *y);
 int kmp_forward_map_end(kmp_forward_formulation *f, double *y);
 
+/** True if other independent coordinates of a motion without sensitivities, taken now, need a map without columns. */
+bool kmp_forward_map_exchanges(const kmp_forward_formulation *f);
+
+/** Such a map from (t, y). False: the state cannot be evaluated. The second function reports it. */
+bool kmp_forward_map_begin_exchange(kmp_forward_formulation *f, double t, const double *y);
+int kmp_forward_map_end_exchange(kmp_forward_formulation *f);
+
 /** Begins the map of the start, with the columns of parameters in the place. False: no memory. */
 bool kmp_forward_map_begin_start(kmp_forward_formulation *f);
