@@ -43,8 +43,8 @@ bool kmp_friction_has_place(const kmp_tree *tree, const kmp_force *force);
 kmp_ref kmp_friction_place(const kmp_tree *tree, const kmp_force *force);
 kmp_ref kmp_friction_rate(const kmp_tree *tree, const kmp_force *force);
 
-/** The part of the rate by the motion of the coordinates, with which the friction has its power. A place that depends on
- * t, as on a belt, has another part: its power is of what moves the belt, and does not enter the mechanism. */
+/** The part of the rate by the motion of the coordinates, with which the friction has its power. A place that depends
+ * on t, as on a belt, has another part: its power is of what moves the belt, and does not enter the mechanism. */
 kmp_ref kmp_friction_own_rate(const kmp_tree *tree, const kmp_force *force);
 
 /** The place, whose derivatives by q, or without one the rate, whose derivatives by qd are the generalized forces of 1
