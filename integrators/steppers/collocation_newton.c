@@ -153,7 +153,8 @@ static int collocation_take_exact(kmp_collocation *s, double t, const double *y,
     s->base.cycles += kmp_collocation_jacobian_cost(s);
     size_t n = (size_t)s->n;
     double *j = s->newton.whole;
-    memset(j, 0, n * n * sizeof *j);
+    memset(j, 0,
+           n * (size_t)(s->p + s->inner) * sizeof *j); /* nothing depends on quadratures: their columns stay zero */
     int said = s->base.ode.jacobian(s->base.ode.self, t, y, j);
     for (int c = 0; c < s->p + s->inner; c++)
         memcpy(jacobian + c * s->inner, j + (size_t)c * n + s->p, (size_t)s->inner * sizeof *j);
