@@ -371,7 +371,7 @@ def test_interrupt_of_a_workspace(threads, four_bar):
     """Many steps, and many states in this thread or in two, end at once; further calls are not ended."""
     workspace = four_bar.system().workspace()
     q, qd = workspace.close(0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
-    rows = [np.tile(each, (400000, 1)) for each in (q, qd)]
+    rows = [np.tile(each, (1600000, 1)) for each in (q, qd)]
     workspace.forward_derivatives(0, rows[0][:2], rows[1][:2], threads=threads or 1)
     late = []
     for _ in range(3):  # of a loaded machine
