@@ -360,8 +360,8 @@ class _Transcription:
         e, x, w = self.equations, self.x, self.w
         qdd, by_q, by_qd = np.zeros((3, self.M, e.n))
         qdd[:, e.u] = of_udd
-        np.add.at(by_q, (slice(None), e.q), of_y[:, e.of_q])
-        np.add.at(by_qd, (slice(None), e.qd), of_y[:, e.of_qd])
+        np.add.at(by_q.T, np.asarray(e.q, dtype=np.intp), of_y[:, e.of_q].T)
+        np.add.at(by_qd.T, np.asarray(e.qd, dtype=np.intp), of_y[:, e.of_qd].T)
         Q, direction = np.zeros((self.M, e.n)), np.eye(w)
         Q[:, e.act] = self.Z[:, x:] * e.scale
         H = np.zeros((self.M, w, w))

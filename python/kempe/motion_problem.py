@@ -35,7 +35,7 @@ class Plan(NamedTuple):
 
 def weights_of(value: ArrayLike, size: int, name: str) -> Array:
     """A symmetric matrix from a number, a diagonal or a matrix."""
-    array = numbers(value, name).reshape(np.shape(value))
+    array: Array = numbers(value, name).reshape(tuple(np.shape(value)))
     if not np.isfinite(array).all():
         raise ArgumentError(f"{name} has values that are not finite")
     if array.ndim == 2 and array.shape == (size, size):

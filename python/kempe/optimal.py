@@ -98,7 +98,7 @@ def ilqr(
     (True, (20, 1))
     """
     problem = _Steps(workspace, q, qd, h, actuators, substeps)
-    guess = numbers(forces, "forces").reshape(np.shape(forces)).copy()
+    guess: Array = numbers(forces, "forces").reshape(tuple(np.shape(forces))).copy()
     iterations, tolerance = whole(iterations, "iterations"), real(tolerance, "tolerance")
     a, size = len(problem.act), 2 * len(problem.u)
     if guess.ndim != 2 or guess.shape[1] != a or len(guess) == 0:

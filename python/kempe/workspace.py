@@ -1202,8 +1202,9 @@ class _States:
         if threads < 0:
             raise ArgumentError(f"threads is a number of threads, or 0 for all processors, not {threads}")
         team = self.workspace._team(max(1, min(threads or processors(), count)))
-        for each in team if prepare else ():
-            prepare(each)
+        if prepare:
+            for each in team:
+                prepare(each)
         ends = [count * k // len(team) for k in range(len(team) + 1)]
         context = self.workspace._context
         try:
