@@ -122,7 +122,8 @@ static kempe_system *make_products(const kempe_model *model)
     s->late = late;
     late->by_products = true;
     if (kmp_equations_derive(&eq, model, &request) == KEMPE_OK) {
-        if (kmp_system_set_rows(s, eq.n, eq.m, eq.rows, eq.misfit) && kmp_motion_make_weighing(s, &eq))
+        if (kmp_system_set_rows(s, eq.n, eq.m, eq.closures.rows, eq.closures.misfit) &&
+            kmp_motion_make_weighing(s, &eq))
             s->closing = kmp_program_first(late->weighing, KMP_STAGE_MASS);
         kmp_equations_free(&eq);
     }

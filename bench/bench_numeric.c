@@ -196,9 +196,9 @@ static kmp_program *classical_program(const stand *s)
     if (kmp_equations_derive(&eq, s->model, &scene) != KEMPE_OK)
         return NULL;
     kmp_wrench *none = KMP_NEW(kmp_wrench, eq.tree.count);
-    memset(eq.mass, 0, (size_t)eq.n * (size_t)eq.n * sizeof *eq.mass);
-    memset(eq.bias, 0, (size_t)eq.n * sizeof *eq.bias);
-    if (none && classical_derive(&eq.tree, none, eq.mass, eq.bias))
+    memset(eq.dynamics.mass, 0, (size_t)eq.n * (size_t)eq.n * sizeof *eq.dynamics.mass);
+    memset(eq.dynamics.bias, 0, (size_t)eq.n * sizeof *eq.dynamics.bias);
+    if (none && classical_derive(&eq.tree, none, eq.dynamics.mass, eq.dynamics.bias))
         program = kmp_sets_program(&eq, sets_of(s->task));
     kmp_free(none);
     kmp_equations_free(&eq);
@@ -247,8 +247,8 @@ static bool stand_init(stand *s, const kempe_model *model, task_kind task)
         stop(s, "not derived");
     if (!numeric_init(&s->numeric, &s->eq.tree) || !numeric_classical_init(&s->plain, &s->numeric))
         stop(s, "no memory");
-    if (task == CLOSED &&
-        (s->eq.m == 0 || !numeric_closures_init(&s->closures, &s->numeric, &s->eq.tree, s->eq.m, s->eq.rows))) {
+    if (task == CLOSED && (s->eq.m == 0 || !numeric_closures_init(&s->closures, &s->numeric, &s->eq.tree, s->eq.m,
+                                                                  s->eq.closures.rows))) {
         numeric_classical_free(&s->plain);
         numeric_free(&s->numeric);
         kmp_equations_free(&s->eq);

@@ -54,7 +54,7 @@ static programs *present; /* of the run: the callbacks have the formulation */
 static void make(programs *p, kmp_runner *run, const bench *b, way how)
 {
     *p = (programs){.eval = run->eval, .cycles = 1, .way = how, .width = how == FOUR_STAGES ? 4 : W};
-    kmp_eval_closure(run->eval, 0, run->state);
+    kmp_eval_closure(run->eval, 0, run->room.state);
     if (kmp_saddle_program_new(&p->solved, run->eval, &run->part) != KEMPE_OK || !p->solved)
         fail(b);
     p->layout = kmp_saddle_program_layout_of(p->solved);

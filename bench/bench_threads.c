@@ -94,8 +94,8 @@ static void evaluate_all(const kmp_runner *run, double *time)
         exit(1);
     for (int k = 0; k < SAMPLES; k++) {
         for (int i = 0; i < eval->n; i++) {
-            q[i] = run->state[i] + 1e-6 * sin(0.01 * k + i);
-            qd[i] = run->state[eval->n + i] + 1e-5 * cos(0.01 * k + i);
+            q[i] = run->room.state[i] + 1e-6 * sin(0.01 * k + i);
+            qd[i] = run->room.state[eval->n + i] + 1e-5 * cos(0.01 * k + i);
         }
         kmp_eval_closure(eval, 0, q);
         kmp_eval_mass(eval);

@@ -35,10 +35,11 @@ static inline kempe_status formalism_derive_plain(kmp_equations *eq, formalism f
     kmp_forces_init(&forces, &eq->tree, false, NULL);
     if (kmp_graph_failed(eq->graph))
         return KEMPE_E_MEMORY;
-    bool ok = f == FORMALISM_CLASSICAL ? classical_derive(&eq->tree, forces.applied, eq->mass, eq->bias)
-                                       : plain_articulated(&eq->tree, forces.applied, forces.effort, eq->accelerations);
+    bool ok = f == FORMALISM_CLASSICAL
+                  ? classical_derive(&eq->tree, forces.applied, eq->dynamics.mass, eq->dynamics.bias)
+                  : plain_articulated(&eq->tree, forces.applied, forces.effort, eq->articulated.accelerations);
     for (int k = 0; f == FORMALISM_CLASSICAL && k < eq->n; k++)
-        eq->bias[k] = kmp_sub(eq->graph, eq->bias[k], forces.effort[k]);
+        eq->dynamics.bias[k] = kmp_sub(eq->graph, eq->dynamics.bias[k], forces.effort[k]);
     return ok ? KEMPE_OK : KEMPE_E_MEMORY;
 }
 

@@ -50,11 +50,11 @@ static bool collect_values(gather *g, unsigned values)
 {
     int n = g->eq.n, m = g->eq.m;
     const int size[KMP_VALUES] = {n, n, m, m, m, 1};
-    const kmp_ref *value[KMP_VALUES] = {[KMP_VALUE_R] = g->eq.residual,
-                                        [KMP_VALUE_JTMU] = g->eq.jt_mu,
-                                        [KMP_VALUE_H] = g->eq.h,
-                                        [KMP_VALUE_RATE] = g->eq.hdot,
-                                        [KMP_VALUE_POWER] = &g->eq.power};
+    const kmp_ref *value[KMP_VALUES] = {[KMP_VALUE_R] = g->eq.dynamics.residual,
+                                        [KMP_VALUE_JTMU] = g->eq.dynamics.jt_mu,
+                                        [KMP_VALUE_H] = g->eq.closures.h,
+                                        [KMP_VALUE_RATE] = g->eq.closures.hdot,
+                                        [KMP_VALUE_POWER] = &g->eq.energy.power};
     g->value = KMP_ARENA_NEW(&g->arena, kmp_ref, 2 * n + 3 * m + 1);
     for (int v = 0; g->value && v < KMP_VALUES; v++) {
         bool requested = (values >> v & 1u) != 0;
@@ -92,7 +92,7 @@ static bool add_loads(gather *g, const kempe_system *system)
 {
     if (system->load_row_count == 0)
         return true;
-    kmp_partials *partials = kmp_partials_new(g->eq.graph, g->eq.n, g->eq.inverse);
+    kmp_partials *partials = kmp_partials_new(g->eq.graph, g->eq.n, g->eq.dynamics.inverse);
     bool ok = partials;
     for (int k = 0; ok && k < system->load_row_count; k++) {
         const int *row;
@@ -127,14 +127,14 @@ static void add_matrix(gather *g, int block, const kmp_ref *matrix)
 /* Chooses composite bodies, if R was derived by them too, or differentiation, unless composite bodies are given. */
 static void add_residual(gather *g)
 {
-    kmp_ref *const of_q[2] = {g->eq.closed_q, g->matrix[KMP_R_Q]};
-    kmp_ref *const of_qd[2] = {g->eq.inverse_qd, g->matrix[KMP_R_QD]};
+    kmp_ref *const of_q[2] = {g->eq.dynamics.closed_q, g->matrix[KMP_R_Q]};
+    kmp_ref *const of_qd[2] = {g->eq.dynamics.inverse_qd, g->matrix[KMP_R_QD]};
     kmp_tangent_choice *choice = &g->t->choice;
     int n = g->eq.n;
     if (!g->matrix[KMP_R_Q] && !g->given)
         return;
     *choice = (kmp_tangent_choice){.by_q = !g->given, .by_qd = !g->given};
-    if (g->eq.closed_q && !g->given && !g->list.failed)
+    if (g->eq.dynamics.closed_q && !g->given && !g->list.failed)
         g->list.failed =
             !kmp_tangents_choose(g->eq.graph, g->list.output_count, g->list.output, n * n, of_q, of_qd, choice);
     add_matrix(g, KMP_R_Q, of_q[choice->by_q]);
@@ -185,22 +185,22 @@ static void add_mass_and_jacobian(gather *g)
     int n = g->eq.n;
     for (int i = 0; i < n; i++)
         for (int k = 0; k <= i; k++) {
-            if (g->eq.mass[i * n + k] == KMP_ZERO)
+            if (g->eq.dynamics.mass[i * n + k] == KMP_ZERO)
                 continue;
-            int source = kmp_listing_add(&g->list, g->eq.mass[i * n + k]);
+            int source = kmp_listing_add(&g->list, g->eq.dynamics.mass[i * n + k]);
             kmp_listing_place(&g->list, KMP_M, i, k, source);
             if (i != k)
                 kmp_listing_place(&g->list, KMP_M, k, i, source);
         }
     for (int r = 0; r < g->eq.m; r++)
         for (int k = 0; k < n; k++)
-            kmp_listing_put(&g->list, KMP_J, r, k, g->eq.jacobian[r * n + k]);
+            kmp_listing_put(&g->list, KMP_J, r, k, g->eq.closures.jacobian[r * n + k]);
 }
 
 static kempe_status collect_tangents(gather *g, const kempe_system *system)
 {
-    g->given = g->eq.closed_q && g->eq.n > LARGE ? g->eq.n : 0;
-    g->last = g->eq.power_q && g->size[KMP_VALUE_POWER] ? 1 : 0;
+    g->given = g->eq.dynamics.closed_q && g->eq.n > LARGE ? g->eq.n : 0;
+    g->last = g->eq.energy.power_q && g->size[KMP_VALUE_POWER] ? 1 : 0;
     /* Room for matrices of blocks that are not given. */
     for (int b = 0; b < KMP_TANGENT_BLOCKS && g->eq.n <= MOST_MOTIONS; b++) {
         bool given = (g->given > 0 && (b == KMP_R_Q || b == KMP_R_QD)) ||
@@ -209,8 +209,8 @@ static kempe_status collect_tangents(gather *g, const kempe_system *system)
     }
     KMP_TRY(kmp_made(g->eq.context, !g->arena.failed));
     if (g->last) {
-        g->matrix[KMP_POWER_Q] = g->eq.power_q;
-        g->matrix[KMP_POWER_QD] = g->eq.power_qd;
+        g->matrix[KMP_POWER_Q] = g->eq.energy.power_q;
+        g->matrix[KMP_POWER_QD] = g->eq.energy.power_qd;
     }
     for (int k = 0; k < g->eq.n; k++) {
         (void)kmp_input(g->eq.graph, KMP_IN_Q, (uint32_t)k);

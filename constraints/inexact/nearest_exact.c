@@ -297,7 +297,7 @@ static kempe_status add_closures(search *x, double times)
     uint8_t *live = KMP_GRAPH_NEW(eq.graph, uint8_t, kmp_graph_count(eq.graph)); /* of the rows of h, and zero */
     if (live) {
         live[kmp_id(KMP_ZERO)] = 1;
-        kmp_live_mark(eq.graph, eq.m, eq.h, live);
+        kmp_live_mark(eq.graph, eq.m, eq.closures.h, live);
     }
     if (start)
         kmp_model_times(x->model, 0, start);
@@ -310,8 +310,8 @@ static kempe_status add_closures(search *x, double times)
         if (k == 0)
             keep_constants(eq.graph, live);
         for (int r = 0; r < m; r++) {
-            int row = eq.row[KMP_CLOSURE_ROWS * s->rows[r].closure + s->rows[r].component];
-            kmp_ref h = row < 0 || x->excluded[r] ? KMP_ZERO : eq.h[row];
+            int row = eq.closures.first[KMP_CLOSURE_ROWS * s->rows[r].closure + s->rows[r].component];
+            kmp_ref h = row < 0 || x->excluded[r] ? KMP_ZERO : eq.closures.h[row];
             x->h[k * m + r] += (kmp_is_negative(h) ? -times : times) * value[kmp_id(h)] / s->row_scale[r];
         }
     }

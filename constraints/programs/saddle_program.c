@@ -635,13 +635,13 @@ static bool write_nearby(writer *w)
     bool made = eq.n == w->n && eq.m == w->s->m;
     kmp_ref *value = w->value = KMP_ARENA_NEW(&w->arena, kmp_ref, w->n + 2 * w->r + 1);
     for (int i = 0; made && value && i < w->n; i++)
-        value[w->count++] = eq.closed[i];
+        value[w->count++] = eq.dynamics.closed[i];
     for (int i = 0; made && value && i < w->r; i++)
         value[w->count++] = kmp_equations_curve(&eq, w->part->rows[i]);
     for (int i = 0; made && value && w->s->rheonomic && i < w->r; i++)
-        value[w->count++] = eq.h_t[w->part->rows[i]];
+        value[w->count++] = eq.closures.h_t[w->part->rows[i]];
     if (made && value && w->s->dissipative)
-        value[w->count++] = eq.power;
+        value[w->count++] = eq.energy.power;
     const kmp_ref *group = value;
     w->source = made && value ? kmp_program_new(eq.graph, 1, &w->count, &group) : NULL;
     kmp_equations_free(&eq);

@@ -38,7 +38,7 @@ static const kmp_state *state_of(const kmp_runner *run, int k)
 
 static double *value_of(kmp_runner *run, int k)
 {
-    return run->state + run->s->n + kmp_model_coordinates(run->s->model) + run->delays->state[k];
+    return run->room.state + run->s->n + kmp_model_coordinates(run->s->model) + run->delays->state[k];
 }
 
 /* -- programs ---------------------------------------------------------------------------------------- */
@@ -144,8 +144,8 @@ static kempe_status sample(void *user, double t, const double **values)
     kmp_runner *run = user;
     kmp_delays *x = run->delays;
     double *q = x->row, *qd = q + run->s->n, work;
-    KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
-    if (run->formulation->row(run->formulation, t, run->y, q, qd, NULL, NULL, &work) != KMP_GO)
+    KMP_TRY(run->kind->dense(run->solver, t, run->room.y, run->room.yp));
+    if (run->formulation->row(run->formulation, t, run->room.y, q, qd, NULL, NULL, &work) != KMP_GO)
         return KEMPE_E_FAILED;
     *values = signals_at(run, t, q, qd);
     return KEMPE_OK;
@@ -258,7 +258,7 @@ static bool begins_given(const kmp_runner *run, int k)
 static kempe_status set_states(kmp_runner *run, double t)
 {
     kmp_delays *x = run->delays;
-    double *q = run->state, *qd = q + run->s->n;
+    double *q = run->room.state, *qd = q + run->s->n;
     bool changed = true;
     for (int pass = 0; changed && pass <= x->count; pass++) {
         changed = false;
@@ -294,7 +294,7 @@ static kempe_status begin_past(kmp_runner *run, double t)
             constant[i] = *value_of(run, k);
         KMP_TRY(kmp_made(run->s->context, kmp_past_add(signal, t - signal->delay, t, constant)));
     }
-    const double *now = signals_at(run, t, run->state, run->state + run->s->n);
+    const double *now = signals_at(run, t, run->room.state, run->room.state + run->s->n);
     for (int k = 0; k < x->count; k++) {
         double value = state_of(run, k)->before ? NAN : *value_of(run, k);
         jump(&x->past->signal[k], value == now[k]);

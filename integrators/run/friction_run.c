@@ -42,13 +42,13 @@ struct kmp_held_rows {
 
 void kmp_friction_release(kmp_runner *run)
 {
-    if (run->held)
-        kmp_shared_saddle_free(&run->held->saddle);
+    if (run->sticking.held)
+        kmp_shared_saddle_free(&run->sticking.held->saddle);
 }
 
 kmp_shared_saddle *kmp_friction_saddle(const kmp_runner *run)
 {
-    return &run->held->saddle;
+    return &run->sticking.held->saddle;
 }
 
 static bool holds(const kmp_runner *run, int condition)
@@ -66,16 +66,16 @@ static bool holds_the_same(const kmp_runner *run, const bool *as)
 
 void kmp_friction_drop_kept(kmp_runner *run)
 {
-    if (!run->held)
+    if (!run->sticking.held)
         return;
-    kmp_shared_saddle_free(&run->held->with);
-    kmp_partition_free(&run->held->kept);
-    run->held->keeps = false;
+    kmp_shared_saddle_free(&run->sticking.held->with);
+    kmp_partition_free(&run->sticking.held->kept);
+    run->sticking.held->keeps = false;
 }
 
 void kmp_friction_end_decision(kmp_runner *run)
 {
-    run->held->keeps = false;
+    run->sticking.held->keeps = false;
 }
 
 /* Takes the rows and coordinates of the formulation, which are those before the decision. */
@@ -83,7 +83,7 @@ static kempe_status take_kept(kmp_runner *run, double t, const double *q)
 {
     kmp_friction_release(run);
     kmp_partition_free(&run->part);
-    KMP_TRY(kmp_made(run->s->context, kmp_partition_copy(&run->part, &run->held->kept)));
+    KMP_TRY(kmp_made(run->s->context, kmp_partition_copy(&run->part, &run->sticking.held->kept)));
     kmp_eval_closure(run->eval, t, q);
     kmp_eval_drop(run->eval, run->part.m - run->part.r, run->part.redundant);
     return KEMPE_OK;
@@ -91,7 +91,7 @@ static kempe_status take_kept(kmp_runner *run, double t, const double *q)
 
 static kempe_status keep_rows(kmp_runner *run, double t, const double *q)
 {
-    struct kmp_held_rows *held = run->held;
+    struct kmp_held_rows *held = run->sticking.held;
     const kmp_partition *part = run->formulation->part;
     /* The saddle system that was made for the rows before serves where they are the same. */
     const bool same = held->with.made && held->by_products == run->eval->by_products && !run->eval->by_bodies &&
@@ -111,18 +111,18 @@ static kempe_status keep_rows(kmp_runner *run, double t, const double *q)
 
 bool kmp_friction_holds_as_before(const kmp_runner *run)
 {
-    return run->held->keeps && holds_the_same(run, run->held->before);
+    return run->sticking.held->keeps && holds_the_same(run, run->sticking.held->before);
 }
 
 kempe_status kmp_friction_release_rows(kmp_runner *run, double t, double *q, double *qd)
 {
-    struct kmp_held_rows *held = run->held;
+    struct kmp_held_rows *held = run->sticking.held;
     kmp_friction_forget_rows(run);
     if (run->formulation)
         KMP_TRY(keep_rows(run, t, q));
-    if (run->impacts)
+    if (run->sticking.impacts)
         KMP_TRY(held->keeps ? kmp_runner_project_by(run, t, q, qd, &held->with) : kmp_runner_project(run, t, q, qd));
-    kmp_friction_let_go(run->friction);
+    kmp_friction_let_go(run->sticking.run);
     kmp_friction_release(run);
     kmp_partition_free(&run->part);
     KMP_TRY(kmp_runner_choose(run, t, q, -1, NULL, 0));
@@ -166,10 +166,10 @@ static void put(void *self, int condition, double input)
 {
     kmp_runner *run = self;
     if (run->s->events.condition[condition].role == KMP_ROLE_HELD) {
-        const int row = run->held->row_of[condition];
-        run->held->last = input != 0 ? row : run->held->last;
+        const int row = run->sticking.held->row_of[condition];
+        run->sticking.held->last = input != 0 ? row : run->sticking.held->last;
         if (row >= 0)
-            run->held->out[row] = input == 0;
+            run->sticking.held->out[row] = input == 0;
     }
     if (run->eval->mode[condition] != input)
         kmp_eval_set_kink(run->eval, condition, input);
@@ -180,15 +180,16 @@ static int choose(void *self, double t, const double *q)
 {
     kmp_runner *run = self;
     (void)t, (void)q;
-    run->held->stale = run->held->stale || !run->held->known || !holds_the_same(run, run->held->chosen);
+    run->sticking.held->stale =
+        run->sticking.held->stale || !run->sticking.held->known || !holds_the_same(run, run->sticking.held->chosen);
     return 0;
 }
 
 static int choose_now(kmp_runner *run, double t, const double *q)
 {
-    if (!run->held->stale)
+    if (!run->sticking.held->stale)
         return 0;
-    run->held->stale = run->held->known = false;
+    run->sticking.held->stale = run->sticking.held->known = false;
     kmp_friction_release(run);
     kmp_partition_free(&run->part);
     return (int)kmp_runner_choose(run, t, q, -1, NULL, 0);
@@ -198,17 +199,17 @@ static int choose_now(kmp_runner *run, double t, const double *q)
  * others. */
 static const double *all_rows(kmp_runner *run, double t, const double *q)
 {
-    struct kmp_held_rows *held = run->held;
+    struct kmp_held_rows *held = run->sticking.held;
     const kempe_system *s = run->s;
     const size_t place = (size_t)s->n * sizeof *q, modes = (size_t)s->events.count * sizeof(double);
     if (held->placed && held->t == t && memcmp(held->place, q, place) == 0)
         return held->entry;
     memcpy(held->mode, run->eval->mode, modes);
-    for (int i = 0; i < run->friction->count; i++) {
-        const kmp_friction_element *e = &run->friction->element[i];
+    for (int i = 0; i < run->sticking.run->count; i++) {
+        const kmp_friction_element *e = &run->sticking.run->element[i];
         const int slot = e->slot;
         kmp_eval_set_kink(run->eval, slot + KMP_ROLE_PLACE - KMP_ROLE_SENSE,
-                          kmp_friction_at(run->friction, e, KMP_ROLE_PLACE));
+                          kmp_friction_at(run->sticking.run, e, KMP_ROLE_PLACE));
         kmp_eval_set_kink(run->eval, slot + KMP_ROLE_HELD - KMP_ROLE_SENSE, 1);
     }
     kmp_eval_closure(run->eval, t, q);
@@ -227,7 +228,7 @@ static const double *all_rows(kmp_runner *run, double t, const double *q)
 
 void kmp_friction_forget_rows(kmp_runner *run)
 {
-    run->held->placed = false;
+    run->sticking.held->placed = false;
 }
 
 /* With rows that are redundant up to rounding of the model's numbers only the rank of the whole counts. */
@@ -235,7 +236,7 @@ static int adds_row(void *self, double t, const double *q, bool *adds)
 {
     kmp_runner *run = self;
     if (!kmp_rounding_of(run->s)) {
-        struct kmp_held_rows *held = run->held;
+        struct kmp_held_rows *held = run->sticking.held;
         *adds = false;
         if (held->last < 0)
             return 0;
@@ -260,16 +261,16 @@ static int measure(void *self, double t, const double *q, const double *qd, doub
     kmp_runner *run = self;
     KMP_FRICTION_TRY(choose_now(run, t, q));
     kmp_eval_closure(run->eval, t, q);
-    kempe_status status = kmp_runner_accelerate_by(run, t, q, qd, &run->held->saddle);
+    kempe_status status = kmp_runner_accelerate_by(run, t, q, qd, &run->sticking.held->saddle);
     if (status == KEMPE_OK)
-        kmp_eval_all_changes(run->eval, t, q, qd, run->qdd, run->lambda, change);
+        kmp_eval_all_changes(run->eval, t, q, qd, run->room.qdd, run->room.lambda, change);
     return (int)status;
 }
 
 static void rows(void *self, double t, const double *q, bool *known)
 {
     kmp_runner *run = self;
-    const kmp_shared_saddle *shared = &run->held->saddle;
+    const kmp_shared_saddle *shared = &run->sticking.held->saddle;
     *known = shared->factored && shared->saddle.kind != KMP_SADDLE_BY_BODIES && run->s->load_row_count == 0;
     if (*known)
         kmp_eval_closure(run->eval, t, q);
@@ -279,13 +280,13 @@ static int column(void *self, int count, const int *row, int k, double *d)
 {
     kmp_runner *run = self;
     const kempe_system *s = run->s;
-    const kmp_row_links *links = &run->held->links;
+    const kmp_row_links *links = &run->sticking.held->links;
     const double *jacobian = run->eval->jacobian;
-    double *g = run->moved, *way = g + s->n;
+    double *g = run->balance.row, *way = g + s->n;
     memset(g, 0, (size_t)s->n * sizeof *g);
     for (int e = links->row_start[row[k]]; e < links->row_start[row[k] + 1]; e++)
         g[s->jacobian.col[e]] = -jacobian[e];
-    kmp_saddle_solve(&run->held->saddle.saddle, g, NULL, way, NULL);
+    kmp_saddle_solve(&run->sticking.held->saddle.saddle, g, NULL, way, NULL);
     for (int i = 0; i < count; i++) {
         d[i] = 0;
         for (int e = links->row_start[row[i]]; e < links->row_start[row[i] + 1]; e++)
@@ -305,14 +306,14 @@ static int finish(void *self, double t, double *q, double *qd, double *change)
 {
     kmp_runner *run = self;
     const bool same = kmp_friction_holds_as_before(run);
-    kmp_shared_saddle *shared = same ? &run->held->with : &run->held->saddle;
+    kmp_shared_saddle *shared = same ? &run->sticking.held->with : &run->sticking.held->saddle;
     KMP_FRICTION_TRY(same ? (int)take_kept(run, t, q) : choose_now(run, t, q));
-    run->held->stale = run->held->known = false;
+    run->sticking.held->stale = run->sticking.held->known = false;
     kempe_status status = kmp_runner_project_by(run, t, q, qd, shared);
     if (status == KEMPE_OK)
         status = kmp_runner_accelerate_by(run, t, q, qd, shared);
     if (status == KEMPE_OK && change)
-        kmp_eval_all_changes(run->eval, t, q, qd, run->qdd, run->lambda, change);
+        kmp_eval_all_changes(run->eval, t, q, qd, run->room.qdd, run->room.lambda, change);
     kmp_friction_release(run);
     return (int)status;
 }
@@ -368,7 +369,7 @@ static void put_cause(kmp_text *text, const kmp_runner *run)
         [KMP_FRICTION_REVERSES] = "sliding friction would reverse the slip as it begins",
         [KMP_FRICTION_LOADS] =
             "forces that depend on constraint forces have no solution in the next state of slip and stick"};
-    const kmp_friction_run *x = run->friction;
+    const kmp_friction_run *x = run->sticking.run;
     bool across = false;
     for (int k = 0; k < x->rest; k++)
         across = across || x->element[x->which[k]].twin >= 0;
@@ -389,7 +390,7 @@ static void put_cause(kmp_text *text, const kmp_runner *run)
 
 static kempe_status fail_impossible(const kmp_runner *run, double t)
 {
-    const kmp_friction_run *x = run->friction;
+    const kmp_friction_run *x = run->sticking.run;
     kmp_text text = {0};
     for (int i = 0; i < x->count; i++)
         if (!x->element[i].contact && (x->rest == 0 || x->element[i].tries))
@@ -404,7 +405,7 @@ static kempe_status fail_impossible(const kmp_runner *run, double t)
 
 static kempe_status fail_alternating(const kmp_runner *run, double t)
 {
-    const kmp_friction_run *x = run->friction;
+    const kmp_friction_run *x = run->sticking.run;
     const kmp_friction_element *most = x->element;
     for (int i = 0; i < x->count; i++)
         most = x->element[i].changes > most->changes ? &x->element[i] : most;
@@ -455,14 +456,14 @@ static const char *words_of(const kmp_friction_element *e)
 static void tell(void *self, kmp_friction_fact fact, int element, double t, double number)
 {
     const kmp_runner *run = self;
-    const kmp_friction_element *e = element < 0 ? NULL : &run->friction->element[element];
+    const kmp_friction_element *e = element < 0 ? NULL : &run->sticking.run->element[element];
     if (!e) {
         kmp_run_log_add(
             run->log, "solutions", t, number, NAN,
             "%d combinations of slip and stick are possible; the run continues with the one nearest to the last",
             (int)number);
     } else if (fact == KMP_FRICTION_TELLS_CHANGE) {
-        const kmp_friction_element *named = e->twin < 0 ? e : &run->friction->element[e->base];
+        const kmp_friction_element *named = e->twin < 0 ? e : &run->sticking.run->element[e->base];
         kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "'%s%s' %s",
                         name_of(run, named), e->twin < 0 ? "" : "_friction", words_of(e));
     } else if (fact == KMP_FRICTION_TELLS_LEFT) {
@@ -539,7 +540,7 @@ void kmp_friction_list(const kempe_system *s, const kmp_events *events, kmp_fric
 static bool find_held_rows(kmp_runner *run, const kmp_friction_run *x)
 {
     const kempe_system *s = run->s;
-    struct kmp_held_rows *held = run->held = KMP_ARENA_NEW(&run->arena, struct kmp_held_rows, 1);
+    struct kmp_held_rows *held = run->sticking.held = KMP_ARENA_NEW(&run->arena, struct kmp_held_rows, 1);
     if (!held || !kmp_row_links_init(&held->links, s, &run->arena) ||
         !KMP_ARENA_MAKE(&run->arena, KMP_ROOM(int, s->events.count, &held->row_of),
                         KMP_ROOM(bool, s->events.count, &held->before, &held->chosen), KMP_ROOM(bool, s->m, &held->out),
@@ -556,8 +557,8 @@ static bool find_held_rows(kmp_runner *run, const kmp_friction_run *x)
 
 void kmp_friction_renew(kmp_runner *run)
 {
-    if (run->friction)
-        take_numbers(run->s, &run->s->events, run->friction->count, run->friction->element);
+    if (run->sticking.run)
+        take_numbers(run->s, &run->s->events, run->sticking.run->count, run->sticking.run->element);
 }
 
 kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
@@ -640,21 +641,21 @@ bool kmp_friction_is_smooth(const kmp_friction_run *x)
 kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *qd)
 {
     kmp_friction_forget_rows(run);
-    return (kempe_status)kmp_friction_settle_modes(run->friction, t, q, qd);
+    return (kempe_status)kmp_friction_settle_modes(run->sticking.run, t, q, qd);
 }
 
 kempe_status kmp_friction_settle_changed(kmp_runner *run, double t, double *q, double *qd)
 {
-    run->friction->kept = run->held->state;
+    run->sticking.run->kept = run->sticking.held->state;
     const kempe_status status = kmp_friction_settle(run, t, q, qd);
-    run->friction->kept = NULL;
+    run->sticking.run->kept = NULL;
     return status;
 }
 
 void kmp_friction_show(kmp_runner *run, double t, double *row)
 {
     const kempe_system *s = run->s;
-    kmp_friction_run *x = run->friction;
+    kmp_friction_run *x = run->sticking.run;
     double *lambda = row + 3 * s->n;
     kmp_eval_all_changes(run->eval, t, row, row + s->n, row + 2 * s->n, lambda, x->change);
     for (int r = 0; r < s->m; r++) {

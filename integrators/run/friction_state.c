@@ -31,22 +31,23 @@ kempe_status kmp_friction_state_new(kmp_evaluator *eval, kmp_friction_state **st
         run->s = s;
         run->eval = eval;
         run->spec.t_end = 1;
-        run->friction = kmp_friction_new(run, none);
-        const int count = run->friction ? run->friction->count : 0;
-        made = run->friction &&
-               KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, s->n, &run->qdd), KMP_ROOM(double, s->m, &run->lambda),
-                              KMP_ROOM(double, 3 * s->n + s->m, &run->moved, &run->state),
-                              KMP_ROOM(kmp_friction_view, count, &x->view));
+        run->sticking.run = kmp_friction_new(run, none);
+        const int count = run->sticking.run ? run->sticking.run->count : 0;
+        made =
+            run->sticking.run && KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, s->n, &run->room.qdd),
+                                                KMP_ROOM(double, s->m, &run->room.lambda),
+                                                KMP_ROOM(double, 3 * s->n + s->m, &run->balance.row, &run->room.state),
+                                                KMP_ROOM(kmp_friction_view, count, &x->view));
     }
     if (!made || *none) {
         kmp_friction_state_free(x);
         return *none ? KEMPE_OK : kmp_fail_memory(s->context);
     }
-    run->loaded_friction = kmp_friction_is_loaded(s->model);
-    x->lambda = run->lambda;
-    x->count = run->friction->count;
+    run->sticking.loaded = kmp_friction_is_loaded(s->model);
+    x->lambda = run->room.lambda;
+    x->count = run->sticking.run->count;
     for (int i = 0; i < x->count; i++) {
-        const kmp_friction_element *e = &run->friction->element[i];
+        const kmp_friction_element *e = &run->sticking.run->element[i];
         x->view[i] = (kmp_friction_view){
             .element = run->s->events.condition[e->slot].of, .contact = e->contact, .size = e->size};
     }
@@ -93,7 +94,7 @@ void kmp_friction_state_open(kmp_evaluator *eval)
 kmp_held_contact kmp_friction_state_closed(const kmp_friction_state *state, int i)
 {
     const kmp_runner *run = state->site;
-    const double *mode = run->eval->mode + run->friction->element[i].slot;
+    const double *mode = run->eval->mode + run->sticking.run->element[i].slot;
     if (!state->view[i].contact)
         return KMP_HELD_NOT;
     if (mode[KMP_ROLE_HELD - KMP_ROLE_SENSE] != 0)
@@ -105,23 +106,24 @@ void kmp_friction_state_evaluate(kmp_friction_state *x, double t, const double *
 {
     kmp_runner *run = x->site;
     int n = run->s->n;
-    memcpy(run->state, q, (size_t)n * sizeof *q);
-    memset(run->state + n, 0, (size_t)n * sizeof *q);
+    memcpy(run->room.state, q, (size_t)n * sizeof *q);
+    memset(run->room.state + n, 0, (size_t)n * sizeof *q);
     if (qd)
-        memcpy(run->state + n, qd, (size_t)n * sizeof *qd);
+        memcpy(run->room.state + n, qd, (size_t)n * sizeof *qd);
     kmp_friction_state_release(run->eval);
     kmp_friction_forget_rows(run);
     /* Takes the contacts that are closed in the evaluator. */
-    kmp_friction_run *f = run->friction;
+    kmp_friction_run *f = run->sticking.run;
     f->pins = true;
     for (int i = 0; i < x->count; i++)
         f->element[i].pinned = kmp_friction_state_closed(x, i) != KMP_HELD_NOT;
     for (int i = 0; i < x->count; i++)
         x->view[i].off = f->element[i].base >= 0 && !f->element[f->element[i].base].pinned;
-    kmp_eval_freeze(run->eval, t, run->state, run->state + n);
+    kmp_eval_freeze(run->eval, t, run->room.state, run->room.state + n);
     run->eval->frozen = false;
     run->eval->holds_friction = true;
-    kmp_eval_all_changes(run->eval, t, run->state, run->state + n, run->qdd, run->lambda, run->friction->change);
+    kmp_eval_all_changes(run->eval, t, run->room.state, run->room.state + n, run->room.qdd, run->room.lambda,
+                         run->sticking.run->change);
 }
 
 static kmp_friction_word word_of(const kmp_friction_element *e)
@@ -142,8 +144,9 @@ static kmp_friction_word word_of(const kmp_friction_element *e)
 static void take_views(kmp_friction_state *x, double t)
 {
     kmp_runner *run = x->site;
-    kmp_friction_run *f = run->friction;
-    kmp_eval_all_changes(run->eval, t, run->state, run->state + run->s->n, run->qdd, run->lambda, f->change);
+    kmp_friction_run *f = run->sticking.run;
+    kmp_eval_all_changes(run->eval, t, run->room.state, run->room.state + run->s->n, run->room.qdd, run->room.lambda,
+                         f->change);
     for (int i = 0; i < x->count; i++) {
         kmp_friction_element *e = &f->element[i];
         x->view[i].force = kmp_friction_at(f, e, KMP_ROLE_GIVEN);
@@ -153,14 +156,14 @@ static void take_views(kmp_friction_state *x, double t)
         x->view[i].off = e->base >= 0 && f->element[e->base].stance == KMP_FRICTION_SLIPS;
         if (e->contact || e->stance == KMP_FRICTION_SLIPS || e->stance == KMP_FRICTION_SMOOTH || x->view[i].largest > 0)
             continue;
-        kmp_friction_set_slip(run->friction, e, 0, 0);
+        kmp_friction_set_slip(run->sticking.run, e, 0, 0);
         x->view[i].word = KMP_FRICTION_WORD_SLIPS;
     }
 }
 
 void kmp_friction_state_take_places(kmp_friction_state *x)
 {
-    const kmp_friction_run *f = x->site->friction;
+    const kmp_friction_run *f = x->site->sticking.run;
     for (int i = 0; i < x->count; i++) {
         x->view[i].place = kmp_friction_at(f, &f->element[i], KMP_ROLE_PLACE);
         x->view[i].rate = kmp_friction_at(f, &f->element[i], KMP_ROLE_RATE);
@@ -195,18 +198,18 @@ kempe_status kmp_friction_state_decide(kmp_friction_state *state, double t, cons
     kmp_runner *run = state->site;
     kmp_friction_state_open(run->eval);
     kmp_friction_state_evaluate(state, t, q, qd);
-    run->friction->pins = false;
+    run->sticking.run->pins = false;
     kmp_friction_state_take_places(state);
-    KMP_TRY(check_contacts(state, t, run->state + run->s->n));
+    KMP_TRY(check_contacts(state, t, run->room.state + run->s->n));
     kmp_partition_free(&run->part);
-    KMP_TRY(kmp_runner_choose(run, t, run->state, -1, NULL, 0));
-    run->friction->past.repeats = run->friction->past.changes = 0;
+    KMP_TRY(kmp_runner_choose(run, t, run->room.state, -1, NULL, 0));
+    run->sticking.run->past.repeats = run->sticking.run->past.changes = 0;
     for (int i = 0; i < state->count; i++)
-        run->friction->element[i].smooth = false;
-    KMP_TRY(kmp_friction_settle(run, t, run->state, run->state + run->s->n));
+        run->sticking.run->element[i].smooth = false;
+    KMP_TRY(kmp_friction_settle(run, t, run->room.state, run->room.state + run->s->n));
     take_views(state, t);
     /* Contacts that neither press nor open. */
-    const kmp_friction_run *f = run->friction;
+    const kmp_friction_run *f = run->sticking.run;
     for (int i = 0; i < state->count; i++)
         state->view[i].limit = false;
     for (int k = 0; k < f->rest; k++) {

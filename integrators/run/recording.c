@@ -90,11 +90,11 @@ static void transfer_surroundings(kmp_runner *run, kmp_number_stream *stream)
     if (run->eval->nu)
         kmp_stream_numbers(stream, run->s->m, run->eval->nu);
     if (kmp_charts_count(run->s) > 0) {
-        kmp_stream_numbers(stream, run->s->n, run->seen);
-        kmp_stream_numbers(stream, 1, &run->seen_t);
+        kmp_stream_numbers(stream, run->s->n, run->turned.now);
+        kmp_stream_numbers(stream, 1, &run->turned.t);
     }
-    kmp_stream_numbers(stream, 1, &run->work);
-    kmp_stream_numbers(stream, 1, &run->work_t);
+    kmp_stream_numbers(stream, 1, &run->balance.work);
+    kmp_stream_numbers(stream, 1, &run->balance.t);
 }
 
 /* The integrator's polynomial; the closed position at its end, if rows are predicted from there. false: it cannot be
@@ -102,7 +102,7 @@ static void transfer_surroundings(kmp_runner *run, kmp_number_stream *stream)
 static bool transfer_polynomial(kmp_runner *run, kmp_number_stream *stream)
 {
     kmp_formulation *formulation = run->formulation;
-    double *q = run->moved;
+    double *q = run->balance.row;
     run->kind->transfer(run->solver, stream);
     double t = run->solver->t;
     if (!formulation->stand)
@@ -110,8 +110,8 @@ static bool transfer_polynomial(kmp_runner *run, kmp_number_stream *stream)
     bool good = stream->back || !stream->at || kmp_runner_position(run, t, q) == KEMPE_OK;
     kmp_stream_numbers(stream, run->s->n, q);
     if (stream->back)
-        good = run->kind->dense(run->solver, t, run->y, run->yp) == KEMPE_OK &&
-               formulation->stand(formulation, t, run->y, q) == KMP_GO;
+        good = run->kind->dense(run->solver, t, run->room.y, run->room.yp) == KEMPE_OK &&
+               formulation->stand(formulation, t, run->room.y, q) == KMP_GO;
     kmp_stream_numbers(stream, formulation->curves, formulation->curve);
     return good;
 }
@@ -131,10 +131,11 @@ static bool same_numbers(int count, const int *a, const int *b)
 static bool is_same(const stretch *s, const kmp_runner *run)
 {
     const kmp_partition *part = run->formulation->part;
-    return s->method == run->method && s->integrator == run->kind && s->near_singular == run->near_singular &&
-           s->walks == run->walks && s->by_bodies == run->by_bodies && s->rows_by == run->formulation->rows_by &&
-           s->part.p == part->p && s->part.r == part->r && same_numbers(part->p, s->part.u, part->u) &&
-           same_numbers(part->r, s->part.rows, part->rows) && memcmp(s->chart, run->eval->chart, chart_size(run)) == 0;
+    return s->method == run->method && s->integrator == run->kind && s->near_singular == run->change_point.near &&
+           s->walks == run->change_point.walks && s->by_bodies == run->by_bodies &&
+           s->rows_by == run->formulation->rows_by && s->part.p == part->p && s->part.r == part->r &&
+           same_numbers(part->p, s->part.u, part->u) && same_numbers(part->r, s->part.rows, part->rows) &&
+           memcmp(s->chart, run->eval->chart, chart_size(run)) == 0;
 }
 
 static bool add_stretch(kmp_recording *r, kmp_runner *run)
@@ -146,8 +147,8 @@ static bool add_stretch(kmp_recording *r, kmp_runner *run)
     stretch *s = &room[r->stretch_count];
     *s = (stretch){.method = run->method,
                    .integrator = run->kind,
-                   .near_singular = run->near_singular,
-                   .walks = run->walks,
+                   .near_singular = run->change_point.near,
+                   .walks = run->change_point.walks,
                    .by_bodies = run->by_bodies,
                    .rows_by = run->formulation->rows_by,
                    .chart = KMP_ARENA_NEW(&r->arena, double, chart_size(run) / sizeof(double)),
@@ -161,8 +162,8 @@ static bool add_stretch(kmp_recording *r, kmp_runner *run)
     kmp_text why = formulation->reason;
     formulation->reason = (kmp_text){0};
     s->t = kmp_runner_t_old(run);
-    s->known = run->kind->dense(run->solver, s->t, run->y, run->yp) == KEMPE_OK &&
-               kmp_formulation_row(formulation, s->t, run->y, s->row, &s->work) == KMP_GO;
+    s->known = run->kind->dense(run->solver, s->t, run->room.y, run->room.yp) == KEMPE_OK &&
+               kmp_formulation_row(formulation, s->t, run->room.y, s->row, &s->work) == KMP_GO;
     kmp_text_free(&formulation->reason);
     formulation->reason = why;
     return true;
@@ -264,21 +265,21 @@ static kempe_status stand_in(kmp_runner *run, const stretch *s)
     if (run->formulation)
         run->formulation->release(run->formulation);
     run->formulation = NULL;
-    run->y = run->yp = NULL;
+    run->room.y = run->room.yp = NULL;
     kmp_partition_free(&run->part);
     KMP_TRY(kmp_made(run->s->context, kmp_partition_copy(&run->part, &s->part)));
     run->method = s->method;
     run->choice.kind = s->integrator;
-    run->near_singular = s->near_singular;
-    run->walks = s->walks;
+    run->change_point.near = s->near_singular;
+    run->change_point.walks = s->walks;
     run->by_bodies = s->by_bodies;
     run->brief = s->rows_by != KMP_ROWS_BY_PROGRAM;
     run->early = s->rows_by == KMP_ROWS_BY_SADDLE_PROGRAM;
     kmp_eval_set_charts(run->eval, s->chart);
     kmp_eval_closure(run->eval, s->t, s->row);
     kmp_eval_drop(run->eval, s->part.m - s->part.r, s->part.redundant);
-    memcpy(run->state, s->row, (size_t)(3 * n + run->s->m) * sizeof *s->row);
-    KMP_TRY(kmp_runner_make(run, s->t, run->state, run->state + n, s->work));
+    memcpy(run->room.state, s->row, (size_t)(3 * n + run->s->m) * sizeof *s->row);
+    KMP_TRY(kmp_runner_make(run, s->t, run->room.state, run->room.state + n, s->work));
     run->formulation->rows_by = s->rows_by; /* rows then have the same bits */
     return KEMPE_OK;
 }
@@ -303,8 +304,8 @@ static kempe_status stand_at(kmp_recording *r, const step *at)
         transfer_surroundings(run, &stream);
     }
     bool good = stays || (transfer_polynomial(run, &stream) && stream.count == at->count);
-    run->at_event = true;
-    run->event_t = at->to;
+    run->events.here = true;
+    run->events.t = at->to;
     r->at = good ? at : NULL;
     return good ? KEMPE_OK : KEMPE_E_FAILED;
 }

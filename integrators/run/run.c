@@ -138,8 +138,8 @@ static bool repeat(kmp_runner *run, double start, double t, double *row, double 
 {
     kmp_formulation *own = run->formulation;
     bridge b = {.run = run, .t = start, .end = t, .q = row, .qd = row + run->s->n};
-    bool found = run->kind->dense(run->solver, start, run->y, run->yp) == KEMPE_OK &&
-                 own->row(own, start, run->y, b.q, b.qd, NULL, NULL, &b.work) == KMP_GO;
+    bool found = run->kind->dense(run->solver, start, run->room.y, run->room.yp) == KEMPE_OK &&
+                 own->row(own, start, run->room.y, b.q, b.qd, NULL, NULL, &b.work) == KMP_GO;
     found = found && kmp_eval_add_composite(run->eval) == KEMPE_OK;
     kmp_eval_set_by_bodies(run->eval, false);
     while (found && b.t < t) {
@@ -200,8 +200,8 @@ long kmp_runner_tried(const kmp_runner *run)
 static kempe_status check_growth(kmp_runner *run, double t)
 {
     const double tried = (double)kmp_runner_tried(run), *y;
-    double *row = run->moved;
-    if (run->bound.most != 0 || tried < run->growth.next)
+    double *row = run->balance.row;
+    if (run->bounds.now.most != 0 || tried < run->growth.next)
         return KEMPE_OK;
     y = kmp_runner_unknowns(run, t);
     double size = y ? kmp_growth_size(run->formulation->size, 1, y, run->solver->tolerance.atol, run->spec.atol) : 0;
@@ -238,9 +238,9 @@ static kempe_status attend(kmp_runner *run)
     }
     KMP_TRY(check_growth(run, t));
     kmp_text why = {0};
-    if (!kmp_work_bound_passed(&run->bound, kmp_runner_tried(run), t, run->spec.t_end, &why) &&
-        !(t < run->bounded_until &&
-          kmp_work_bound_passed(&run->bound_ahead, kmp_runner_tried(run), t, run->bounded_until, &why)))
+    if (!kmp_work_bound_passed(&run->bounds.now, kmp_runner_tried(run), t, run->spec.t_end, &why) &&
+        !(t < run->bounds.until &&
+          kmp_work_bound_passed(&run->bounds.ahead, kmp_runner_tried(run), t, run->bounds.until, &why)))
         return KEMPE_OK;
     kmp_runner_explain_position(run, &why);
     kmp_runner_explain_inertia(run, &why);
@@ -260,9 +260,9 @@ static kempe_status find_time_scales(kmp_runner *run)
                                  &run->scales));
     kmp_time_scales_doubt(s->context, &run->scales);
     for (int k = 0; k < s->events.count; k++)
-        run->watches_loads =
-            run->watches_loads || (s->events.condition[k].late && s->events.condition[k].role == KMP_ROLE_NONE &&
-                                   !s->events.condition[k].told);
+        run->events.watch_loads =
+            run->events.watch_loads || (s->events.condition[k].late && s->events.condition[k].role == KMP_ROLE_NONE &&
+                                        !s->events.condition[k].told);
     if (kmp_system_watches_loads(s))
         KMP_TRY(kmp_time_scales_find(s->model, s->parameters, spec->t_start, spec->t_end, KMP_TIMED_ALL, &run->arena,
                                      &run->scales_at_rest));
@@ -299,12 +299,12 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     run->memory_failures = memory_failures;
     run->s = system;
     run->spec = *spec;
-    run->stop = spec->t_end;
+    run->stops.at = spec->t_end;
     run->own.context = system->context;
     run->log = spec->log ? spec->log : &run->own;
-    run->work = run->before.least = run->before.most = spec->work_start;
-    run->work_t = spec->t_start;
-    run->bound.most = spec->max_steps;
+    run->balance.work = run->before.least = run->before.most = spec->work_start;
+    run->balance.t = spec->t_start;
+    run->bounds.now.most = spec->max_steps;
     run->choice.open = spec->open_integrator;
     run->stand_in = spec->stand_in;
     if (run->stand_in.active)
@@ -325,9 +325,9 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
         status = kmp_runner_give_up(run, status, "the run could not be prepared", 0);
     } else {
         status = kmp_runner_start(run, spec->t_start, run->formulation->y, run->formulation->yp, run->spec.first_step);
-        run->event_t = spec->t_start;
-        if (status == KEMPE_OK && run->crossing)
-            status = kmp_event_tracker_begin(run->crossing, spec->t_start, &run->at_event);
+        run->events.t = spec->t_start;
+        if (status == KEMPE_OK && run->events.tracker)
+            status = kmp_event_tracker_begin(run->events.tracker, spec->t_start, &run->events.here);
         status = kmp_runner_give_up(run, status, "the right-hand side cannot be evaluated", spec->t_start);
     }
     if (status == KEMPE_OK || status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
@@ -361,19 +361,19 @@ void kmp_runner_free(kmp_runner *run)
 
 double kmp_runner_t(const kmp_runner *run)
 {
-    if (run->at_event)
-        return run->event_t;
-    return run->solver ? run->solver->t : run->work_t;
+    if (run->events.here)
+        return run->events.t;
+    return run->solver ? run->solver->t : run->balance.t;
 }
 
 bool kmp_runner_ended(const kmp_runner *run)
 {
-    return run->ended;
+    return run->events.ended;
 }
 
 double kmp_runner_t_old(const kmp_runner *run)
 {
-    return run->solver ? run->solver->t_old : run->work_t;
+    return run->solver ? run->solver->t_old : run->balance.t;
 }
 
 static void add_work(const kmp_solver *solver, kmp_run_report *report)
@@ -406,12 +406,12 @@ void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report)
 static double power_at(kmp_runner *run, double t)
 {
     int n = run->s->n;
-    double *row = run->moved, *lambda = row + 3 * n, work;
+    double *row = run->balance.row, *lambda = row + 3 * n, work;
     bool requested = !run->method->dae || run->s->rheonomic || run->s->load_row_count > 0;
-    requested = requested && kmp_formulation_row(run->formulation, t, run->y, row, &work) == KMP_GO;
+    requested = requested && kmp_formulation_row(run->formulation, t, run->room.y, row, &work) == KMP_GO;
     if (!run->method->dae && !requested)
         return NAN;
-    const double *q = run->method->dae ? run->y : row;
+    const double *q = run->method->dae ? run->room.y : row;
     double power = kmp_eval_power(run->eval, t, q, q + n);
     if (!requested || !run->s->rheonomic)
         return power;
@@ -424,15 +424,15 @@ static kempe_status integrate_work(kmp_runner *run, double t)
 {
     static const double node[3] = {-0.7745966692414834, 0, 0.7745966692414834};
     static const double weight[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
-    double a = run->work_t, h = t - a;
-    if (!run->yp || !run->s->dissipative || !(h > 0))
+    double a = run->balance.t, h = t - a;
+    if (!run->room.yp || !run->s->dissipative || !(h > 0))
         return KEMPE_OK;
     for (int k = 0; k < 3; k++) {
         double at = a + 0.5 * h * (1 + node[k]);
-        KMP_TRY(run->kind->dense(run->solver, at, run->y, run->yp));
-        run->work += 0.5 * h * weight[k] * power_at(run, at);
+        KMP_TRY(run->kind->dense(run->solver, at, run->room.y, run->room.yp));
+        run->balance.work += 0.5 * h * weight[k] * power_at(run, at);
     }
-    run->work_t = t;
+    run->balance.t = t;
     return KEMPE_OK;
 }
 
@@ -440,12 +440,12 @@ static kempe_status integrate_work(kmp_runner *run, double t)
 static kempe_status note_work(kmp_runner *run)
 {
     const kmp_ode *ode = &run->solver->ode;
-    double work = run->work;
-    if (!run->s->dissipative || (!run->yp && ode->quadratures == 0))
+    double work = run->balance.work;
+    if (!run->s->dissipative || (!run->room.yp && ode->quadratures == 0))
         return KEMPE_OK;
-    if (!run->yp) {
-        KMP_TRY(run->kind->dense(run->solver, run->solver->t, run->y, NULL));
-        work = run->y[ode->n - 1];
+    if (!run->room.yp) {
+        KMP_TRY(run->kind->dense(run->solver, run->solver->t, run->room.y, NULL));
+        work = run->room.y[ode->n - 1];
     }
     run->before.least = fmin(run->before.least, work);
     run->before.most = fmax(run->before.most, work);
@@ -459,26 +459,27 @@ static kempe_status note_work(kmp_runner *run)
 static kempe_status find_event(kmp_runner *run)
 {
     kmp_solver *solver = run->solver;
-    KMP_TRY(kmp_event_tracker_find(run->crossing, solver->t_old, solver->t, &run->event_t, &run->at_event));
+    KMP_TRY(kmp_event_tracker_find(run->events.tracker, solver->t_old, solver->t, &run->events.t, &run->events.here));
     double h = 0;
     if (!run->kind->undo)
         return KEMPE_OK;
-    if (run->at_event)
-        h = kmp_event_tracker_shortens(run->crossing, solver->t_old, run->event_t, solver->t, run->kind->repeats);
-    else if (!run->at_event && kmp_event_tracker_hold_passed(run->crossing))
+    if (run->events.here)
+        h = kmp_event_tracker_shortens(run->events.tracker, solver->t_old, run->events.t, solver->t,
+                                       run->kind->repeats);
+    else if (!run->events.here && kmp_event_tracker_hold_passed(run->events.tracker))
         h = solver->t - solver->t_old;
     if (!(h > 0))
         return KEMPE_OK;
-    run->at_event = false;
+    run->events.here = false;
     run->kind->undo(solver, h);
     KMP_TRY(run->kind->step(solver));
-    return kmp_event_tracker_find(run->crossing, solver->t_old, solver->t, &run->event_t, &run->at_event);
+    return kmp_event_tracker_find(run->events.tracker, solver->t_old, solver->t, &run->events.t, &run->events.here);
 }
 
 kempe_status kmp_runner_step(kmp_runner *run)
 {
     double t = kmp_runner_t(run);
-    kempe_status status = run->work_t < t ? integrate_work(run, t) : KEMPE_OK;
+    kempe_status status = run->balance.t < t ? integrate_work(run, t) : KEMPE_OK;
     if (status == KEMPE_OK)
         status = kmp_runner_change(run, t);
     if (status == KEMPE_OK) {
@@ -487,8 +488,8 @@ kempe_status kmp_runner_step(kmp_runner *run)
             status = kmp_runner_rescue(run, t);
     }
     if (status == KEMPE_OK && run->solver->t < kmp_runner_pause(run))
-        run->pace = 0;
-    if (status == KEMPE_OK && run->crossing)
+        run->stops.pace = 0;
+    if (status == KEMPE_OK && run->events.tracker)
         status = find_event(run);
     if (status == KEMPE_OK)
         status = note_work(run);
@@ -500,11 +501,11 @@ kempe_status kmp_runner_step(kmp_runner *run)
 
 kempe_status kmp_runner_cut(kmp_runner *run, double t, double stop)
 {
-    run->stop = stop;
-    run->anew = true;
+    run->stops.at = stop;
+    run->stops.anew = true;
     if (t == kmp_runner_t(run))
         return KEMPE_OK;
-    run->at_event = false;
+    run->events.here = false;
     kempe_status status = kmp_delays_record(run, t);
     kmp_delays_jump(run, 0);
     if (status == KEMPE_OK)
@@ -519,13 +520,13 @@ kempe_status kmp_runner_inner_row(kmp_runner *run, double t, bool whole, double 
     *work = 0;
     if (status != KEMPE_OK)
         return kmp_runner_give_up(run, status, "the state cannot be interpolated", t);
-    if ((run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
-         run->formulation->row(run->formulation, t, run->y, row, row + n, whole ? row + 2 * n : NULL,
+    if ((run->kind->dense(run->solver, t, run->room.y, run->room.yp) != KEMPE_OK ||
+         run->formulation->row(run->formulation, t, run->room.y, row, row + n, whole ? row + 2 * n : NULL,
                                whole ? row + 3 * n : NULL, work) != KMP_GO) &&
         !kmp_runner_bridge(run, t, row, work))
         return kmp_runner_give_up(run, KEMPE_E_FAILED, "the state cannot be completed", t);
-    if (run->yp)
-        *work = run->work;
+    if (run->room.yp)
+        *work = run->balance.work;
     return KEMPE_OK;
 }
 
@@ -545,7 +546,7 @@ kempe_status kmp_runner_row(kmp_runner *run, double t, double *row, double *work
     int n = run->s->n;
     kmp_runner_follow(run, t);
     KMP_TRY(kmp_runner_inner_row(run, t, true, row, work));
-    if (run->friction)
+    if (run->sticking.run)
         kmp_friction_show(run, t, row);
     kmp_runner_show(run, row, row + n, row + 2 * n);
     return KEMPE_OK;
@@ -553,7 +554,7 @@ kempe_status kmp_runner_row(kmp_runner *run, double t, double *row, double *work
 
 const double *kmp_runner_unknowns(kmp_runner *run, double t)
 {
-    return run->kind->dense(run->solver, t, run->y, run->yp) == KEMPE_OK ? run->y : NULL;
+    return run->kind->dense(run->solver, t, run->room.y, run->room.yp) == KEMPE_OK ? run->room.y : NULL;
 }
 
 void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
@@ -568,9 +569,9 @@ void kmp_runner_count(const kmp_runner *run, kmp_run_report *report)
     report->rate_scale = run->rate_scale;
     report->build_s = run->build_s;
     report->cut = run->cut;
-    report->prescribed = run->solver && run->part.p == 0 && !run->friction;
-    report->ended = run->ended;
-    report->requested = run->requested;
+    report->prescribed = run->solver && run->part.p == 0 && !run->sticking.run;
+    report->ended = run->events.ended;
+    report->requested = run->events.requested;
     report->t = run->solver ? kmp_runner_t(run) : 0;
     kmp_runner_add_report(run, report);
     report->centrings = run->centrings;
@@ -578,9 +579,9 @@ void kmp_runner_count(const kmp_runner *run, kmp_run_report *report)
     report->continued = run->choice.left ? run->method->formulation : NULL;
     report->continued_t = run->choice.left_t;
     report->chosen_ratio = run->choice.ratio;
-    report->events = run->crossing ? run->crossing->count : 0;
-    report->impacts = run->impacts ? run->impacts->run.total : -1;
-    report->changes = run->friction ? run->friction->past.total : -1;
+    report->events = run->events.tracker ? run->events.tracker->count : 0;
+    report->impacts = run->sticking.impacts ? run->sticking.impacts->run.total : -1;
+    report->changes = run->sticking.run ? run->sticking.run->past.total : -1;
 }
 
 /* -- a whole run ------------------------------------------------------------------------------------- */
@@ -601,7 +602,7 @@ static kempe_status deliver(kmp_runner *run, int *next, double *row, kmp_row_fn 
     for (; *next < run->spec.time_count && run->spec.times[*next] <= kmp_runner_reach(run, t); ++*next)
         KMP_TRY(deliver_at(run, run->spec.times[*next], row, take, user));
     bool more = *next < run->spec.time_count && (*next == 0 || run->spec.times[*next - 1] < t);
-    return run->ended && more ? deliver_at(run, t, row, take, user) : KEMPE_OK;
+    return run->events.ended && more ? deliver_at(run, t, row, take, user) : KEMPE_OK;
 }
 
 /* Steps between two readings of the processor clock, each of which costs as much as a short step. */

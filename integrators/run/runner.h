@@ -58,12 +58,74 @@ enum { KMP_MOST_VISITS = 8 };
 /* Sampled states (sampler.c). */
 typedef struct kmp_sampler kmp_sampler;
 
+/* The surroundings of a change point. */
+typedef struct kmp_passage {
+    bool near;
+    bool walks;   /* it is crossed in dop853 steps, after the integrator and all steps across failed */
+    double since; /* time of entry */
+} kmp_passage;
+
+/* Formulations that rest: KMP_MOST_VISITS, of which the last one that was left comes last; NULL: none was left. */
+typedef struct kmp_resting {
+    kmp_visit *visit;
+    int count;
+} kmp_resting;
+
+/* The user's coordinates (n) of spherical joints, and their time. */
+typedef struct kmp_turned {
+    double *now, t;
+    double *next;
+} kmp_turned;
+
+/* Elements with rows that are held or not (friction_run.c, impact.c). */
+typedef struct kmp_sticking {
+    kmp_friction_run *run;      /* NULL without friction that sticks */
+    struct kmp_held_rows *held; /* their rows */
+    bool loaded;                /* some level depends on multipliers */
+    kmp_impacts *impacts;       /* NULL without rigid contacts */
+} kmp_sticking;
+
+typedef struct kmp_runner_events {
+    kmp_event_tracker *tracker; /* NULL without conditions */
+    kmp_passed_event passed;    /* noted for derivatives of the motion (spec.slopes) */
+    bool *caused;               /* its conditions; NULL: not noted */
+    bool here;                  /* the last step ended at an event, */
+    double t;                   /* at this time */
+    bool watch_loads;           /* a condition that ends the run depends on accelerations or multipliers */
+    bool ended, requested;      /* a condition has ended the run; one of the model's `until` has */
+} kmp_runner_events;
+
+/* These bound the next steps. */
+typedef struct kmp_stops {
+    double at;   /* no step goes beyond this or a sample of an input; spec.t_end unless the caller sets it
+                    (kmp_runner_cut) */
+    bool anew;   /* the next step restarts the integrator: external inputs of the equations may have changed */
+    double pace; /* the proposed step, if steps that end at `at` are shorter; 0: they are not */
+} kmp_stops;
+
+typedef struct kmp_runner_room {
+    double *state, *qdd, *lambda; /* q, qd, qdd, lambda at the start or a change; the last two of these */
+    double *y, *yp;               /* at a row; yp for a DAE only */
+    double *rows;                 /* entries of J, h_t: as they were before a bend */
+} kmp_runner_room;
+
+/* The work of non-conservative forces on a dae formulation, by quadrature up to t. */
+typedef struct kmp_work_balance {
+    double work, t;
+    double *row; /* 3 n + m, if moving closures do work */
+} kmp_work_balance;
+
+/* Bounds on the work of a run; `ahead`: up to the time `until`, which is 0 where there is none. */
+typedef struct kmp_runner_bounds {
+    kmp_work_bound now, ahead;
+    double until;
+} kmp_runner_bounds;
+
 struct kmp_runner {
     const kempe_system *s;
     kmp_run_spec spec;
     kmp_integrator_choice choice;
     kmp_stand_in stand_in;
-    long restarted; /* attempted steps at the last restart for inputs */
     kmp_team *team; /* thread pool of the evaluator and all users of its back end; NULL: none */
     kmp_evaluator *eval;
     kmp_arena arena;                 /* of all arrays except the arrays of a formulation */
@@ -72,53 +134,32 @@ struct kmp_runner {
     kmp_rank_margin margin;
     kmp_formulation *formulation;
     const kmp_formulation_kind *method; /* the chosen formulation, also near change points */
-    bool near_singular;
-    bool walks; /* crosses a change point in dop853 steps, after the integrator and all steps across failed */
-    double near_singular_t; /* time of entry into the surroundings of a change point */
-    kmp_visit *visit;       /* KMP_MOST_VISITS, of which the last one that was left comes last; NULL: none was left */
-    int visits;
-    bool brief; /* the formulation before lasted for a few steps */
+    bool brief;                         /* the formulation before lasted for a few steps */
     bool early; /* programs are made where a formulation begins, as for the rows of a recording */
     const kmp_solver_kind *kind;
     kmp_solver *solver;
-    kmp_run_report before;        /* work of earlier formulations and solvers */
-    double *state, *qdd, *lambda; /* q, qd, qdd, lambda at the start or a change; the last two of these */
-    double *seen, seen_t;         /* the user's coordinates (n) of spherical joints, and their time */
-    double *next_seen;            /* n */
-    long centrings;
-    kmp_event_tracker *crossing; /* NULL without conditions */
-    kmp_friction_run *friction;  /* NULL without friction that sticks */
-    struct kmp_held_rows *held;  /* rows of these (friction_run.c) */
-    bool loaded_friction;        /* some level depends on multipliers */
-    kmp_impacts *impacts;        /* NULL without rigid contacts */
-    kmp_passed_event passed;     /* noted for derivatives of the motion (spec.slopes) */
-    bool *caused;                /* its conditions; NULL: not noted */
-    bool at_event;
-    double event_t;       /* the end of the last step if at_event */
-    double stop;          /* no step goes beyond this or a sample of an input; spec.t_end unless the caller sets it
-                             (kmp_runner_cut) */
-    bool anew;            /* the next step restarts the integrator: external inputs of the equations may have changed */
-    kmp_sampler *sampler; /* NULL without sampled states */
+    kmp_resting resting;
+    kmp_passage change_point;
+    kmp_runner_room room;
+    kmp_turned turned;
+    kmp_sticking sticking;
+    kmp_runner_events events;
+    kmp_stops stops;
+    kmp_sampler *sampler;      /* NULL without sampled states */
     struct kmp_delays *delays; /* NULL without delayed signals */
-    double pace;               /* the proposed step, if steps that end at `stop` are shorter; 0: they are not */
-    double *y, *yp;            /* at a row; yp for a DAE only */
-    double *rows;              /* entries of J, h_t: as they were before a bend */
-    double *moved;             /* 3 n + m: a row, if moving closures do work */
-    double work;               /* of non-conservative forces on a dae formulation, by quadrature up to work_t */
-    double work_t;
+    kmp_work_balance balance;
     double rate_scale, build_s;
     unsigned long memory_failures; /* at the creation of the run */
+    kmp_run_report before;         /* work of earlier formulations and solvers */
     kmp_run_log own, *log;         /* the caller's log, or the run's own */
-    long rescued_at;               /* number of attempted steps at the last restart of a stopped integrator */
+    long centrings;
+    long restarted;  /* attempted steps at the last restart for inputs */
+    long rescued_at; /* number of attempted steps at the last restart of a stopped integrator */
     char *reason;
     bool locks;
     bool cut; /* given up for spec.limit_s */
-    kmp_work_bound bound;
-    kmp_work_bound bound_ahead; /* up to the time `bounded_until`, which is 0 where there is none */
-    double bounded_until;
+    kmp_runner_bounds bounds;
     kmp_growth growth;
     kmp_time_scales scales;         /* of the functions of time, unless no step may be longer than spec.max_step */
     kmp_time_scales scales_at_rest; /* of all of them, while friction sticks or a contact is closed, or always: */
-    bool watches_loads;             /* a condition that ends the run depends on accelerations or multipliers */
-    bool ended, requested;          /* a condition has ended the run; one of the model's `until` has */
 };

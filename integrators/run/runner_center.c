@@ -32,7 +32,7 @@ static bool has_moved(const kmp_runner *run)
 static bool follow_angles(kmp_runner *run, const double *q, bool anyhow)
 {
     const kempe_system *s = run->s;
-    double *seen = run->seen, *next = run->next_seen;
+    double *seen = run->turned.now, *next = run->turned.next;
     memcpy(next, q, (size_t)s->n * sizeof *next);
     for (int c = 0; c < kmp_charts_count(s); c++) {
         int first = s->chart_first[c];
@@ -47,24 +47,24 @@ static bool follow_angles(kmp_runner *run, const double *q, bool anyhow)
 
 kempe_status kmp_runner_position(kmp_runner *run, double t, double *q)
 {
-    KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
-    run->formulation->position(run->formulation, t, run->y, q);
+    KMP_TRY(run->kind->dense(run->solver, t, run->room.y, run->room.yp));
+    run->formulation->position(run->formulation, t, run->room.y, q);
     return KEMPE_OK;
 }
 
 kempe_status kmp_runner_place(kmp_runner *run, double t)
 {
-    KMP_TRY(kmp_runner_position(run, t, run->state));
-    kmp_eval_closure(run->eval, t, run->state);
+    KMP_TRY(kmp_runner_position(run, t, run->room.state));
+    kmp_eval_closure(run->eval, t, run->room.state);
     return KEMPE_OK;
 }
 
 void kmp_runner_follow(kmp_runner *run, double t)
 {
-    double *q = run->state, from = run->seen_t, end = t;
+    double *q = run->room.state, from = run->turned.t, end = t;
     if (!has_moved(run))
         return;
-    for (int halvings = 0; run->seen_t < t;) {
+    for (int halvings = 0; run->turned.t < t;) {
         if (kmp_runner_position(run, end, q) != KEMPE_OK)
             return;
         if (!follow_angles(run, q, halvings >= MOST_HALVINGS)) {
@@ -72,7 +72,7 @@ void kmp_runner_follow(kmp_runner *run, double t)
             halvings++;
             continue;
         }
-        run->seen_t = from = end;
+        run->turned.t = from = end;
         end = t;
         halvings = 0;
     }
@@ -82,7 +82,7 @@ void kmp_runner_show(kmp_runner *run, double *q, double *qd, double *qdd)
 {
     for (int c = 0; has_moved(run) && c < kmp_charts_count(run->s); c++)
         if (!kmp_chart_is_own(run->eval->chart, c))
-            (void)kmp_chart_show(run->s, c, run->eval->chart, run->seen + run->s->chart_first[c], q, qd, qdd);
+            (void)kmp_chart_show(run->s, c, run->eval->chart, run->turned.now + run->s->chart_first[c], q, qd, qdd);
 }
 
 /* -- centring ---------------------------------------------------------------------------------------- */
@@ -99,11 +99,11 @@ static void note_center(const kmp_runner *run, int c, double t, double regular)
 void kmp_runner_center_start(kmp_runner *run, const kempe_assembly *start)
 {
     size_t n = (size_t)run->s->n;
-    double *q = run->state, *qd = q + n;
-    memcpy(run->seen, start->q, n * sizeof *q);
+    double *q = run->room.state, *qd = q + n;
+    memcpy(run->turned.now, start->q, n * sizeof *q);
     memcpy(q, start->inner_q ? start->inner_q : start->q, n * sizeof *q);
     memcpy(qd, start->inner_q ? start->inner_qd : start->qd, n * sizeof *qd);
-    run->seen_t = run->spec.t_start;
+    run->turned.t = run->spec.t_start;
     if (start->inner_q)
         kmp_eval_set_charts(run->eval, start->chart);
     for (int c = 0; c < kmp_charts_count(run->s); c++)
@@ -151,10 +151,10 @@ static bool is_same(const kmp_runner *run, const double *qd, const double *given
 static bool resume(kmp_runner *run, double t)
 {
     int n = run->s->n;
-    double *q = run->state, *qd = q + n, *row = run->moved, work;
+    double *q = run->room.state, *qd = q + n, *row = run->balance.row, work;
     for (int pass = 0; pass < 2; pass++)
-        if (run->formulation->resume(run->formulation, t, q, qd, run->y, run->yp) != KMP_GO ||
-            kmp_formulation_row(run->formulation, t, run->y, row, &work) != KMP_GO || !is_same(run, row + n, qd))
+        if (run->formulation->resume(run->formulation, t, q, qd, run->room.y, run->room.yp) != KMP_GO ||
+            kmp_formulation_row(run->formulation, t, run->room.y, row, &work) != KMP_GO || !is_same(run, row + n, qd))
             return false;
     return true;
 }
@@ -177,18 +177,18 @@ static void center(kmp_runner *run, double t, double *q, double *qd, double *qdd
  * coordinates is not possible in the new charts, another is made. */
 kempe_status kmp_runner_center(kmp_runner *run, double t)
 {
-    double h = t - kmp_runner_t_old(run), *q = run->state, *qd = q + run->s->n, work;
+    double h = t - kmp_runner_t_old(run), *q = run->room.state, *qd = q + run->s->n, work;
     if (kmp_charts_count(run->s) == 0 || run->spec.own_angles || !(h > 0) ||
         kmp_runner_position(run, t, q) != KEMPE_OK || !is_due(run, q))
         return KEMPE_OK;
-    KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
+    KMP_TRY(kmp_runner_inner_row(run, t, true, run->room.state, &work));
     if (!has_moved(run))
-        memcpy(run->seen, q, (size_t)run->s->n * sizeof *q);
-    run->seen_t = t;
-    center(run, t, q, qd, run->qdd);
+        memcpy(run->turned.now, q, (size_t)run->s->n * sizeof *q);
+    run->turned.t = t;
+    center(run, t, q, qd, run->room.qdd);
     kmp_eval_closure(run->eval, t, q);
     kmp_rank_margin_stand_anew(&run->margin, run->eval);
     if (!resume(run, t))
-        return kmp_runner_restart(run, t, run->near_singular, work, h);
-    return kmp_runner_start(run, t, run->y, run->yp, h);
+        return kmp_runner_restart(run, t, run->change_point.near, work, h);
+    return kmp_runner_start(run, t, run->room.y, run->room.yp, h);
 }

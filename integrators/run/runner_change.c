@@ -61,8 +61,8 @@ static kempe_status runner_take_inputs(kmp_runner *run, double t)
 static kempe_status runner_end(kmp_runner *run, double t, int condition)
 {
     kmp_text text = {0};
-    run->ended = true;
-    run->requested = !run->s->events.condition[condition].advice;
+    run->events.ended = true;
+    run->events.requested = !run->s->events.condition[condition].advice;
     if (run->reason)
         return KEMPE_STOPPED;
     kmp_runner_put_end(run, condition, t, &text);
@@ -74,13 +74,13 @@ static kempe_status runner_end(kmp_runner *run, double t, int condition)
  * them requires it. */
 static kempe_status runner_take_conditions(kmp_runner *run, double t)
 {
-    const double *q = run->state, *qd = q + run->s->n;
+    const double *q = run->room.state, *qd = q + run->s->n;
     bool changed;
-    if (!run->crossing || (run->eval->inputs.count == 0 && !run->sampler))
+    if (!run->events.tracker || (run->eval->inputs.count == 0 && !run->sampler))
         return KEMPE_OK;
-    KMP_TRY(kmp_event_tracker_change(run->crossing, t, q, qd, false, &changed));
-    run->crossing->end = kmp_event_tracker_first_end(run->crossing);
-    return run->crossing->end >= 0 ? runner_end(run, t, run->crossing->end) : KEMPE_OK;
+    KMP_TRY(kmp_event_tracker_change(run->events.tracker, t, q, qd, false, &changed));
+    run->events.tracker->end = kmp_event_tracker_first_end(run->events.tracker);
+    return run->events.tracker->end >= 0 ? runner_end(run, t, run->events.tracker->end) : KEMPE_OK;
 }
 
 /* Goes on beyond a sample of an input where the last step has ended at it: restarts the integrator where the value
@@ -93,15 +93,15 @@ static kempe_status runner_pass_samples(kmp_runner *run, double t)
         jump = kmp_present_inputs_enter(inputs, t, &input);
         if (jump < 2)
             KMP_TRY(check_closures(run, t));
-        run->anew = run->anew || jump == 0 || (jump == 1 && run->spec.slopes && run->delays);
+        run->stops.anew = run->stops.anew || jump == 0 || (jump == 1 && run->spec.slopes && run->delays);
         kmp_delays_follow(run, t);
     }
     if (kmp_runner_sample_is_due(run, t)) {
-        run->anew = true;
+        run->stops.anew = true;
         kmp_delays_jump(run, 0);
     }
     double limit = kmp_runner_limit(run, t);
-    if (run->anew || run->solver->t_end == limit)
+    if (run->stops.anew || run->solver->t_end == limit)
         return KEMPE_OK;
     if (run->kind->extend)
         return run->kind->extend(run->solver, limit);
@@ -111,13 +111,13 @@ static kempe_status runner_pass_samples(kmp_runner *run, double t)
 
 void kmp_runner_stop_at(kmp_runner *run, double stop)
 {
-    run->stop = stop;
+    run->stops.at = stop;
 }
 
 void kmp_runner_bound_until(kmp_runner *run, double t)
 {
-    run->bound_ahead = (kmp_work_bound){.end = "t"};
-    run->bounded_until = t;
+    run->bounds.ahead = (kmp_work_bound){.end = "t"};
+    run->bounds.until = t;
 }
 
 kmp_present_inputs *kmp_runner_inputs(kmp_runner *run)
@@ -142,7 +142,7 @@ double kmp_runner_rate_scale(const kmp_runner *run)
 
 kempe_status kmp_runner_pass(kmp_runner *run, double t, bool *passed)
 {
-    *passed = run->at_event && t == run->event_t;
+    *passed = run->events.here && t == run->events.t;
     return *passed ? kmp_runner_change(run, t) : KEMPE_OK;
 }
 
@@ -186,7 +186,7 @@ static bool runner_relieve(kmp_runner *run, double t)
 static kempe_status runner_change_formulation(kmp_runner *run, double t, bool near_singular, double first_step)
 {
     double work;
-    KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
+    KMP_TRY(kmp_runner_inner_row(run, t, true, run->room.state, &work));
     return kmp_runner_restart(run, t, near_singular, work, first_step);
 }
 
@@ -194,7 +194,7 @@ static kempe_status runner_change_formulation(kmp_runner *run, double t, bool ne
 static kempe_status runner_return(kmp_runner *run, double t)
 {
     long returns = run->stand_in.returns < MOST_DOUBLED ? run->stand_in.returns : MOST_DOUBLED;
-    if (!run->stand_in.active || run->anew || run->near_singular ||
+    if (!run->stand_in.active || run->stops.anew || run->change_point.near ||
         kmp_runner_tried(run) - run->restarted < (long)QUIET << returns)
         return KEMPE_OK;
     run->stand_in.active = false;
@@ -239,8 +239,8 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q, boo
 static kempe_status keep_unknowns(kmp_runner *run, double t)
 {
     kmp_formulation *formulation = run->formulation;
-    const bool kept = !formulation->keep || (run->kind->dense(run->solver, t, run->y, run->yp) == KEMPE_OK &&
-                                             formulation->keep(formulation, t, run->y) == KMP_GO);
+    const bool kept = !formulation->keep || (run->kind->dense(run->solver, t, run->room.y, run->room.yp) == KEMPE_OK &&
+                                             formulation->keep(formulation, t, run->room.y) == KMP_GO);
     return kept ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
@@ -249,14 +249,14 @@ static kempe_status keep_unknowns(kmp_runner *run, double t)
 static kempe_status restart(kmp_runner *run, double t, bool near_singular, double work, double first_step, bool held)
 {
     bool returned = false;
-    double *q = run->state, *qd = q + run->s->n;
-    if (!run->passed.now)
+    double *q = run->room.state, *qd = q + run->s->n;
+    if (!run->events.passed.now)
         KMP_TRY(keep_unknowns(run, t));
     kmp_runner_leave(run, held);
-    run->near_singular_t = run->near_singular ? run->near_singular_t : t;
-    run->near_singular = near_singular;
-    run->work = work;
-    run->work_t = t;
+    run->change_point.since = run->change_point.near ? run->change_point.since : t;
+    run->change_point.near = near_singular;
+    run->balance.work = work;
+    run->balance.t = t;
     KMP_TRY(choose_again(run, t, q, false));
     if ((run->method->dae && !near_singular) || kmp_runner_is_off(run, t, q)) {
         KMP_TRY(kmp_runner_project(run, t, q, qd));
@@ -265,7 +265,7 @@ static kempe_status restart(kmp_runner *run, double t, bool near_singular, doubl
     if (held)
         KMP_TRY(kmp_runner_return(run, t, &returned));
     if (returned)
-        return kmp_runner_start(run, t, run->y, run->yp, first_step);
+        return kmp_runner_start(run, t, run->room.y, run->room.yp, first_step);
     KMP_TRY(kmp_runner_make(run, t, q, qd, work));
     return kmp_runner_start(run, t, run->formulation->y, run->formulation->yp, first_step);
 }
@@ -287,11 +287,11 @@ static kempe_status step_with_another(kmp_runner *run, double t, bool near_singu
 static void find_jerk(kmp_runner *run, double t, double *jerk)
 {
     int n = run->s->n;
-    double *row = run->moved, *qdd = row + 2 * n, work, back = 0.5 * (t - kmp_runner_t_old(run));
-    bool found = back > 0 && run->kind->dense(run->solver, t - back, run->y, run->yp) == KEMPE_OK &&
-                 kmp_formulation_row(run->formulation, t - back, run->y, row, &work) == KMP_GO;
+    double *row = run->balance.row, *qdd = row + 2 * n, work, back = 0.5 * (t - kmp_runner_t_old(run));
+    bool found = back > 0 && run->kind->dense(run->solver, t - back, run->room.y, run->room.yp) == KEMPE_OK &&
+                 kmp_formulation_row(run->formulation, t - back, run->room.y, row, &work) == KMP_GO;
     for (int i = 0; i < n; i++)
-        jerk[i] = found ? (run->qdd[i] - qdd[i]) / back : 0;
+        jerk[i] = found ? (run->room.qdd[i] - qdd[i]) / back : 0;
 }
 
 /* True if a change point lies ahead of the closed state at t, about tau later. Evaluates J along the predicted motion,
@@ -299,8 +299,8 @@ static void find_jerk(kmp_runner *run, double t, double *jerk)
 static bool lies_ahead(kmp_runner *run, double t, double tau)
 {
     int n = run->s->n;
-    const double *q = run->state, *qd = q + n, tried = run->margin.tried;
-    double *predicted = run->moved, *jerk = predicted + 2 * n, before = 0, farthest = 0;
+    const double *q = run->room.state, *qd = q + n, tried = run->margin.tried;
+    double *predicted = run->balance.row, *jerk = predicted + 2 * n, before = 0, farthest = 0;
     const double there = KMP_MARGIN_THERE * run->margin.last / run->margin.usual;
     bool found = false;
     find_jerk(run, t, jerk);
@@ -308,7 +308,7 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
     for (int k = 0; k < PROBES && tau > 0 && isfinite(tau) && !found && size < KMP_MARGIN_AHEAD * last; k++) {
         double when, next;
         for (int i = 0; i < n; i++)
-            predicted[i] = q[i] + tau * (qd[i] + 0.5 * tau * (run->qdd[i] + tau / 3 * jerk[i]));
+            predicted[i] = q[i] + tau * (qd[i] + 0.5 * tau * (run->room.qdd[i] + tau / 3 * jerk[i]));
         kmp_eval_closure(run->eval, t + tau, predicted);
         found = kmp_rank_margin_at(&run->margin, run->eval) < there;
         when = kmp_rank_margin_when(&run->margin);
@@ -332,13 +332,13 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
  * left. A step whose end is nearest has not reached it; the next one does. */
 static kempe_status leave_near_singular(kmp_runner *run, double t)
 {
-    bool walked = run->walks;
-    double since = run->near_singular_t, from = kmp_runner_t_old(run), at = 0, size = 0;
+    bool walked = run->change_point.walks;
+    double since = run->change_point.since, from = kmp_runner_t_old(run), at = 0, size = 0;
     if (walked && run->margin.tried > 0)
         return KEMPE_OK;
     if (!walked)
         kmp_singular_step_nearest(run->solver, &at, &size);
-    run->walks = false;
+    run->change_point.walks = false;
     KMP_TRY(runner_change_formulation(run, t, false, 0));
     if (walked)
         kmp_run_log_add(run->log, "change point", t, NAN, NAN,
@@ -365,7 +365,7 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     double when;
     bool enters = kmp_rank_margin_leads_on(&run->margin, &when);
     kmp_rank_margin_stand(&run->margin);
-    if (run->near_singular)
+    if (run->change_point.near)
         return run->margin.last > KMP_NEAR_SINGULAR_OUT * run->margin.usual ? leave_near_singular(run, t) : KEMPE_OK;
     if (kmp_dropped_judge(run->margin.rows) != KMP_KEPT_WELL) {
         /* Dropped rows have large coefficients in kept rows, and are exchanged. */
@@ -380,7 +380,7 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     if (!enters)
         return KEMPE_OK;
     double work;
-    KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
+    KMP_TRY(kmp_runner_inner_row(run, t, true, run->room.state, &work));
     bool ahead = lies_ahead(run, t, when * (t - kmp_runner_t_old(run)));
     return ahead ? runner_change_formulation(run, t, true, 0) : KEMPE_OK;
 }
@@ -408,7 +408,7 @@ static kempe_status watch_bodies(kmp_runner *run, double t)
 static kempe_status begin_unknowns(kmp_runner *run, double t, double h)
 {
     KMP_TRY(kmp_runner_begin_unknowns(run, t, &h));
-    return kmp_runner_start(run, t, run->y, run->yp, h);
+    return kmp_runner_start(run, t, run->room.y, run->room.yp, h);
 }
 
 /* Puts the closed state at t into the unknowns, which may change for it, and continues with a step h. */
@@ -417,10 +417,10 @@ static kempe_status resume(kmp_runner *run, double t, const double *q, const dou
     kmp_formulation *formulation = run->formulation;
     const long exchanges = formulation->exchanges;
     kmp_runner_end_unknowns(run);
-    if (formulation->resume(formulation, t, q, qd, run->y, run->yp) != KMP_GO)
+    if (formulation->resume(formulation, t, q, qd, run->room.y, run->room.yp) != KMP_GO)
         return KEMPE_E_FAILED;
     return formulation->exchanges > exchanges ? begin_unknowns(run, t, h)
-                                              : kmp_runner_start(run, t, run->y, run->yp, h);
+                                              : kmp_runner_start(run, t, run->room.y, run->room.yp, h);
 }
 
 /* Lets the formulation change its unknowns at the end of the last step; the integrator then restarts, a one-step method
@@ -446,9 +446,9 @@ static kempe_status renew(kmp_runner *run, double t)
             "states, where it is slow");
         return KEMPE_OK;
     }
-    KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
+    KMP_TRY(run->kind->dense(run->solver, t, run->room.y, run->room.yp));
     kmp_runner_end_unknowns(run);
-    switch (run->formulation->renew(run->formulation, t, run->y, run->yp)) {
+    switch (run->formulation->renew(run->formulation, t, run->room.y, run->room.yp)) {
     case KMP_GO:
         return KEMPE_OK;
     case KMP_CHANGED:
@@ -467,12 +467,12 @@ static kempe_status renew_margin(kmp_runner *run, double t, const double *q)
 /* Notes the conditions of the event that is passed, before they change. */
 static void note_event(kmp_runner *run, double t)
 {
-    kmp_event_tracker *c = run->crossing;
+    kmp_event_tracker *c = run->events.tracker;
     const kmp_condition *condition = run->s->events.condition;
-    run->passed = (kmp_passed_event){.now = true, .caused = run->caused, .friction = run->friction};
+    run->events.passed = (kmp_passed_event){.now = true, .caused = run->events.caused, .friction = run->sticking.run};
     kmp_event_tracker_put_beyond(c, t, c->change);
     for (int k = 0; k < run->s->events.count; k++)
-        run->caused[k] =
+        run->events.caused[k] =
             kmp_event_tracker_changed(c, k) &&
             kmp_condition_may_change((kmp_condition_kind)c->kind[k], condition[k].role == KMP_ROLE_SENSE, &c->mode[k]);
 }
@@ -483,24 +483,24 @@ static void note_event(kmp_runner *run, double t)
  * switch, *gain by contacts. *same: the rows are those before. */
 static kempe_status meet_closures(kmp_runner *run, double t, double *energy, double *gain, bool *same)
 {
-    double *q = run->state, *qd = q + run->s->n, before = 0;
+    double *q = run->room.state, *qd = q + run->s->n, before = 0;
     bool changed = true, any = false;
     if (!run->eval->by_products)
         KMP_TRY(kmp_eval_add_composite(run->eval));
     kmp_eval_set_by_bodies(run->eval, false);
-    if (run->friction) { /* small rates of closed contacts that remain would make them strike or part */
-        memcpy(run->friction->change, run->crossing->change, (size_t)run->s->events.count * sizeof(double));
-        kmp_event_tracker_put_beyond(run->crossing, t, run->friction->change);
-        kmp_friction_note_values(run->friction);
+    if (run->sticking.run) { /* small rates of closed contacts that remain would make them strike or part */
+        memcpy(run->sticking.run->change, run->events.tracker->change, (size_t)run->s->events.count * sizeof(double));
+        kmp_event_tracker_put_beyond(run->events.tracker, t, run->sticking.run->change);
+        kmp_friction_note_values(run->sticking.run);
         KMP_TRY(kmp_friction_release_rows(run, t, q, qd));
     }
     for (int pass = 0; changed; pass++) { /* each changes once at most */
-        KMP_TRY(kmp_event_tracker_change(run->crossing, t, q, qd, pass > 0, &changed));
-        if (changed && run->friction && !any) {
+        KMP_TRY(kmp_event_tracker_change(run->events.tracker, t, q, qd, pass > 0, &changed));
+        if (changed && run->sticking.run && !any) {
             kmp_friction_drop_kept(run);
             KMP_TRY(renew_margin(run, t, q));
         }
-        if (changed || (pass == 0 && !run->friction)) /* which has let go */
+        if (changed || (pass == 0 && !run->sticking.run)) /* which has let go */
             KMP_TRY(choose_again(run, t, q, true));
         if (pass == 0) {
             kmp_eval_mass(run->eval);
@@ -512,16 +512,16 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     }
     *gain = 0;
     *same = false;
-    if (run->impacts) {
-        const long struck = run->impacts->run.total;
-        KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, gain));
-        run->passed.impact = run->impacts->run.total > struck ? &run->impacts->run : NULL;
+    if (run->sticking.impacts) {
+        const long struck = run->sticking.impacts->run.total;
+        KMP_TRY((kempe_status)kmp_impact_decide(&run->sticking.impacts->run, t, q, qd, gain));
+        run->events.passed.impact = run->sticking.impacts->run.total > struck ? &run->sticking.impacts->run : NULL;
     }
-    run->passed.switched = any;
-    if (run->friction) { /* rows that begin or cease to be held change the rank */
+    run->events.passed.switched = any;
+    if (run->sticking.run) { /* rows that begin or cease to be held change the rank */
         const bool alone = !any && run->eval->inputs.count == 0 && !run->sampler;
         KMP_TRY((alone ? kmp_friction_settle_changed : kmp_friction_settle)(run, t, q, qd));
-        run->crossing->count++;
+        run->events.tracker->count++;
         *same = kmp_friction_holds_as_before(run);
         kmp_friction_end_decision(run);
         if (!*same)
@@ -544,7 +544,7 @@ static kempe_status switch_here(kmp_runner *run, double t, double *energy, doubl
 /* The kinetic energy of rates that count as none. */
 static double energy_of_rest(const kmp_runner *run)
 {
-    double *rates = run->moved;
+    double *rates = run->balance.row;
     for (int i = 0; i < run->s->n; i++)
         rates[i] = KMP_FRICTION_STILL * run->s->scale[i] * run->rate_scale;
     return kmp_eval_kinetic(run->eval, rates);
@@ -554,10 +554,10 @@ static double energy_of_rest(const kmp_runner *run)
  * of rounding size is not an impact. */
 static kempe_status pass_switch(kmp_runner *run, double t)
 {
-    double *q = run->state, work, energy, gain;
+    double *q = run->room.state, work, energy, gain;
     bool same, plain = !run->eval->by_bodies && !run->eval->by_products;
-    KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
-    if (run->caused) { /* steps are interpolated with the conditions before the event */
+    KMP_TRY(kmp_runner_inner_row(run, t, true, run->room.state, &work));
+    if (run->events.caused) { /* steps are interpolated with the conditions before the event */
         note_event(run, t);
         KMP_TRY(keep_unknowns(run, t));
     }
@@ -568,18 +568,19 @@ static kempe_status pass_switch(kmp_runner *run, double t)
                         "closures switch and the velocities jump: the kinetic energy falls by %.4g J, from %.4g J",
                         -energy, before);
     const double begin = run->solver->t_old, instant = KMP_FRICTION_INSTANT * kmp_friction_span(run);
-    const double h = kmp_restart_length(run->solver->t - begin, t - begin, instant, kmp_impact_since(run->impacts));
+    const double h =
+        kmp_restart_length(run->solver->t - begin, t - begin, instant, kmp_impact_since(run->sticking.impacts));
     /* The formulation continues with other rates where its equations are explicit, and it needs no exact closing of
      * dropped rows and keeps no further unknowns. */
-    const bool goes_on = run->formulation->resume && !run->formulation->keep && !run->spec.kind && !run->yp &&
-                         !run->near_singular && !kmp_rounding_of(run->s);
+    const bool goes_on = run->formulation->resume && !run->formulation->keep && !run->spec.kind && !run->room.yp &&
+                         !run->change_point.near && !kmp_rounding_of(run->s);
     if (!same || !plain || !goes_on) {
         kempe_status status = restart(run, t, false, work + energy + gain, h, true);
-        run->passed.now = false;
+        run->events.passed.now = false;
         return status;
     }
     if (run->s->dissipative) /* the last unknown */
-        run->y[run->formulation->size - 1] += energy + gain;
+        run->room.y[run->formulation->size - 1] += energy + gain;
     return resume(run, t, q, q + run->s->n, h);
 }
 
@@ -590,22 +591,22 @@ static kempe_status pass_switch(kmp_runner *run, double t)
  * do not jump either. */
 static bool keeps_rows(kmp_runner *run, double t)
 {
-    kmp_event_tracker *c = run->crossing;
+    kmp_event_tracker *c = run->events.tracker;
     kmp_evaluator *eval = run->eval;
     const kmp_pattern *entries = &run->s->jacobian;
     const double *scale = run->s->scale;
-    double *h_t = run->rows + entries->count, size = 0, off = 0;
-    if (run->friction || kmp_event_tracker_look(c, t) != KEMPE_OK)
+    double *h_t = run->room.rows + entries->count, size = 0, off = 0;
+    if (run->sticking.run || kmp_event_tracker_look(c, t) != KEMPE_OK)
         return false;
     kmp_eval_closure(eval, t, c->q);
-    memcpy(run->rows, eval->jacobian, (size_t)entries->count * sizeof *h_t);
-    memcpy(h_t, eval->h_t ? eval->h_t : run->rows, eval->h_t ? (size_t)run->s->m * sizeof *h_t : 0);
+    memcpy(run->room.rows, eval->jacobian, (size_t)entries->count * sizeof *h_t);
+    memcpy(h_t, eval->h_t ? eval->h_t : run->room.rows, eval->h_t ? (size_t)run->s->m * sizeof *h_t : 0);
     if (kmp_event_tracker_foresee(c, t) != KEMPE_OK)
         return false;
     kmp_eval_closure(eval, t, c->q);
     for (int k = 0; k < entries->count; k++) {
-        size = fmax(size, fabs(run->rows[k]) * scale[entries->col[k]]);
-        off = fmax(off, fabs(eval->jacobian[k] - run->rows[k]) * scale[entries->col[k]]);
+        size = fmax(size, fabs(run->room.rows[k]) * scale[entries->col[k]]);
+        off = fmax(off, fabs(eval->jacobian[k] - run->room.rows[k]) * scale[entries->col[k]]);
     }
     for (int r = 0; eval->h_t && r < run->s->m; r++)
         off = fmax(off, fabs(eval->h_t[r] - h_t[r]) / run->rate_scale);
@@ -617,16 +618,16 @@ static bool keeps_rows(kmp_runner *run, double t)
 static kempe_status pass_event(kmp_runner *run, double t)
 {
     double h = run->solver->t - run->solver->t_old;
-    if (!run->at_event)
+    if (!run->events.here)
         return KEMPE_OK;
-    if (run->crossing->end >= 0)
-        return runner_end(run, t, run->crossing->end);
+    if (run->events.tracker->end >= 0)
+        return runner_end(run, t, run->events.tracker->end);
     const bool switches = run->s->switches && !keeps_rows(run, t);
-    kmp_event_tracker *c = run->crossing;
+    kmp_event_tracker *c = run->events.tracker;
     kempe_status status = switches ? pass_switch(run, t) : kmp_event_tracker_pass(c, t, true);
     if (status == KEMPE_OK && !switches) /* the state there, on closed loops, into the unknowns */
         status = resume(run, t, c->q, c->qd, h);
-    run->at_event = status != KEMPE_OK;
+    run->events.here = status != KEMPE_OK;
     return status;
 }
 
@@ -634,7 +635,7 @@ static kempe_status pass_event(kmp_runner *run, double t)
 static double step_it_had(const kmp_runner *run, double t)
 {
     double last = t - kmp_runner_t_old(run);
-    return fmax(run->solver->h > 0 ? run->solver->h : last, run->pace);
+    return fmax(run->solver->h > 0 ? run->solver->h : last, run->stops.pace);
 }
 
 double kmp_runner_step_size(const kmp_runner *run)
@@ -647,7 +648,7 @@ double kmp_runner_step_size(const kmp_runner *run)
 /* True if inputs and states may change closures. */
 static bool gives_switches(const kmp_runner *run)
 {
-    return (run->eval->inputs.count > 0 || run->sampler) && run->crossing && run->s->switches;
+    return (run->eval->inputs.count > 0 || run->sampler) && run->events.tracker && run->s->switches;
 }
 
 /* Takes inputs and states from t on, at the state in run->state: sampled states and states of events, and the
@@ -655,8 +656,8 @@ static bool gives_switches(const kmp_runner *run)
  * some passes: conditions that change back and forth are reported elsewhere. */
 static kempe_status renew_here(kmp_runner *run, double t)
 {
-    if (run->crossing && run->sampler)
-        kmp_event_tracker_note(run->crossing, t, run->state, run->state + run->s->n);
+    if (run->events.tracker && run->sampler)
+        kmp_event_tracker_note(run->events.tracker, t, run->room.state, run->room.state + run->s->n);
     KMP_TRY(runner_take_inputs(run, t));
     bool more = true;
     for (int pass = 0; more && pass <= run->s->model->state_count; pass++) {
@@ -664,8 +665,8 @@ static kempe_status renew_here(kmp_runner *run, double t)
         KMP_TRY(runner_take_conditions(run, t));
         more = kmp_runner_meets_events(run);
     }
-    if (run->crossing)
-        run->crossing->noted = false;
+    if (run->events.tracker)
+        run->events.tracker->noted = false;
     return KEMPE_OK;
 }
 
@@ -677,7 +678,7 @@ kempe_status kmp_runner_pass_here(kmp_runner *run, double t, bool event, double 
     if (event && run->s->switches)
         KMP_TRY(switch_here(run, t, &energy, &gain, &same));
     else if (event)
-        KMP_TRY(kmp_event_tracker_pass(run->crossing, t, false));
+        KMP_TRY(kmp_event_tracker_pass(run->events.tracker, t, false));
     *work = energy + gain;
     if (!kmp_runner_meets_events(run) && event)
         return KEMPE_OK;
@@ -695,28 +696,28 @@ kempe_status kmp_runner_pass_here(kmp_runner *run, double t, bool event, double 
 
 kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
 {
-    double *q = run->state, *qd = q + run->s->n, work, h = step_it_had(run, t);
+    double *q = run->room.state, *qd = q + run->s->n, work, h = step_it_had(run, t);
     bool relieved = runner_relieve(run, t);
     if (gives_switches(run)) {
         bool more = true;
         for (int pass = 0; more && pass <= run->s->model->state_count; pass++) { /* as in renew_here */
-            run->anew = false;
+            run->stops.anew = false;
             KMP_TRY(pass_switch(run, t));
             KMP_TRY(runner_take_conditions(run, t));
             more = kmp_runner_meets_events(run);
         }
         return KEMPE_OK;
     }
-    KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
+    KMP_TRY(kmp_runner_inner_row(run, t, true, run->room.state, &work));
     KMP_TRY(renew_here(run, t));
     if (relieved) {
-        run->anew = false;
+        run->stops.anew = false;
         return kmp_runner_restart(run, t, false, work, 0);
     }
-    if (run->crossing)
-        run->crossing->search.ready = false; /* accelerations have changed */
-    run->anew = false;
-    run->pace = h;
+    if (run->events.tracker)
+        run->events.tracker->search.ready = false; /* accelerations have changed */
+    run->stops.anew = false;
+    run->stops.pace = h;
     return resume(run, t, q, qd, h);
 }
 
@@ -724,10 +725,10 @@ kempe_status kmp_runner_change(kmp_runner *run, double t)
 {
     kmp_runner_follow(run, t);
     KMP_TRY(kmp_delays_record(run, t));
-    bool event = run->at_event;
+    bool event = run->events.here;
     KMP_TRY(pass_event(run, t));
-    run->anew = kmp_runner_meets_events(run) || run->anew;
-    if (event || run->anew)
+    run->stops.anew = kmp_runner_meets_events(run) || run->stops.anew;
+    if (event || run->stops.anew)
         kmp_delays_jump(run, 0);
     KMP_TRY(kmp_runner_center(run, t));
     KMP_TRY(watch_margin(run, t));
@@ -736,7 +737,7 @@ kempe_status kmp_runner_change(kmp_runner *run, double t)
     KMP_TRY(runner_pass_samples(run, t));
     KMP_TRY(kmp_runner_try_integrator(run, t));
     KMP_TRY(runner_return(run, t));
-    return run->anew ? kmp_runner_begin_anew(run, t) : KEMPE_OK;
+    return run->stops.anew ? kmp_runner_begin_anew(run, t) : KEMPE_OK;
 }
 
 /* True if the projected formulation may continue: the user did not choose this one, and the integrator fits both. */
@@ -773,7 +774,7 @@ static kempe_status take_projected(kmp_runner *run, double t)
 /* Makes the first step near a change point, a single step across or one of many. */
 static kempe_status step_near_singular(kmp_runner *run, double t, bool walks)
 {
-    run->walks = walks;
+    run->change_point.walks = walks;
     kmp_text_free(&run->formulation->reason);
     kmp_context_clear(run->s->context);
     return step_with_another(run, t, true);
@@ -794,7 +795,7 @@ static kempe_status continue_near_singular(kmp_runner *run, double t)
 /* True if a step across may be tried: J is near to losing a row, and change points are not ignored. */
 static bool is_near_singular(kmp_runner *run, double t)
 {
-    if (run->near_singular || run->margin.ignored || run->margin.r == 0 ||
+    if (run->change_point.near || run->margin.ignored || run->margin.r == 0 ||
         kmp_memory_failures() != run->memory_failures || kmp_runner_place(run, t) != KEMPE_OK)
         return false;
     return kmp_rank_margin_at(&run->margin, run->eval) < KMP_NEAR_SINGULAR_IN;
@@ -804,7 +805,7 @@ static bool is_near_singular(kmp_runner *run, double t)
  * steps may be the only cause. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t)
 {
-    if (run->near_singular && !run->walks) {
+    if (run->change_point.near && !run->change_point.walks) {
         /* The motion turns before the predicted change point: the formulation continues from there, and change points
          * are ignored until it has left the surroundings. */
         kempe_status status = runner_change_formulation(run, t, false, 0);
@@ -814,7 +815,7 @@ kempe_status kmp_runner_rescue(kmp_runner *run, double t)
         if (status != KEMPE_E_FAILED)
             return status;
     }
-    if (run->near_singular && run->walks)
+    if (run->change_point.near && run->change_point.walks)
         return continue_near_singular(run, t);
     if (may_project(run))
         return take_projected(run, t);
@@ -822,7 +823,7 @@ kempe_status kmp_runner_rescue(kmp_runner *run, double t)
         return KEMPE_E_FAILED;
     if (is_near_singular(run, t))
         return continue_near_singular(run, t);
-    if (!run->yp || run->formulation->reason.length > 0 ||
+    if (!run->room.yp || run->formulation->reason.length > 0 ||
         (run->rescued_at > 0 && kmp_runner_tried(run) - run->rescued_at < RESCUE_WAY))
         return KEMPE_E_FAILED;
     run->rescued_at = kmp_runner_tried(run);

@@ -29,23 +29,23 @@ static void explain_rounding(const kmp_runner *run, kmp_text *text)
 {
     int largest = 0;
     for (int i = 1; i < kmp_model_coordinates(run->s->model); i++)
-        if (fabs(run->state[i]) > fabs(run->state[largest]))
+        if (fabs(run->room.state[i]) > fabs(run->room.state[largest]))
             largest = i;
-    const double rounding = DBL_EPSILON * fabs(run->state[largest]);
+    const double rounding = DBL_EPSILON * fabs(run->room.state[largest]);
     const kmp_motion *motion = &run->s->model->motions[largest];
     const char *unit = motion->rotation ? "rad" : "m";
     if (rounding > run->spec.atol)
         kmp_text_printf(text,
                         "; '%s' is %.3g %s, which is rounded to %.1g %s, and atol is %g: use a larger rtol and atol",
-                        motion->name, run->state[largest], unit, rounding, unit, run->spec.atol);
+                        motion->name, run->room.state[largest], unit, rounding, unit, run->spec.atol);
 }
 
 void kmp_runner_explain_position(kmp_runner *run, kmp_text *text)
 {
     if (!run->formulation || !run->solver || run->s->n == 0)
         return;
-    if (run->solver->t > run->spec.t_start && kmp_runner_position(run, run->solver->t, run->state) == KEMPE_OK) {
-        kmp_angles_explain(run->s->model, run->state, text);
+    if (run->solver->t > run->spec.t_start && kmp_runner_position(run, run->solver->t, run->room.state) == KEMPE_OK) {
+        kmp_angles_explain(run->s->model, run->room.state, text);
         explain_rounding(run, text);
     }
 }
@@ -198,7 +198,7 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
     const char *said = kempe_context_message(run->s->context);
     if (run->formulation && run->formulation->explain && run->formulation->reason.length == 0 && !*said)
         run->formulation->explain(run->formulation);
-    const double *begin = run->state; /* the state at the start */
+    const double *begin = run->room.state; /* the state at the start */
     if (t == run->spec.t_start && begin && run->eval && explain_end(run, t, begin, begin + run->s->n, text))
         return false;
     bool prepared = run->solver || !*said; /* a failed preparation has set its own message */
@@ -216,7 +216,8 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
         kmp_put_unsettled(run->eval, text);
     else if (!locks)
         kmp_text_printf(text, "%s at t = %.9g s", otherwise, t);
-    if (!locks && run->formulation && !kmp_is_unsettled(run->eval) && !(run->crossing && run->crossing->stuck))
+    if (!locks && run->formulation && !kmp_is_unsettled(run->eval) &&
+        !(run->events.tracker && run->events.tracker->stuck))
         name_unknowns(run, text);
     kmp_runner_explain_position(run, text);
     if (!locks)

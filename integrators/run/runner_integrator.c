@@ -38,7 +38,7 @@ bool kmp_runner_is_followed(const kmp_runner *run)
 const kmp_solver_kind *kmp_runner_integrator(const kmp_runner *run)
 {
     const kmp_solver_kind *kind = run->choice.kind ? run->choice.kind : kmp_solver_find(run->spec.integrator);
-    bool stiff = kmp_friction_is_smooth(run->friction) && !run->method->dae && !(run->spec.fixed_step > 0);
+    bool stiff = kmp_friction_is_smooth(run->sticking.run) && !run->method->dae && !(run->spec.fixed_step > 0);
     if (!stiff || kind->implicit || kind->lanes)
         return kind;
     return kmp_solver_find(run->method->jacobian ? "radau5" : "radau");
@@ -71,9 +71,9 @@ const kmp_solver_kind *kmp_runner_begins_with(const kmp_runner *run)
 {
     const kmp_solver_kind *requested = kmp_runner_integrator(run);
     bool cannot = (requested->dae || requested->implicit || !requested->corrects) && kmp_runner_is_followed(run);
-    if (run->near_singular && !run->walks)
+    if (run->change_point.near && !run->change_point.walks)
         return &kmp_solver_singular_step;
-    return cannot || run->near_singular || waits_for_lanes(run) ? kmp_solver_find("dop853") : requested;
+    return cannot || run->change_point.near || waits_for_lanes(run) ? kmp_solver_find("dop853") : requested;
 }
 
 static double cycles_of_both(const kmp_runner *run)
@@ -159,9 +159,9 @@ bool kmp_runner_leaves_unknowns(kmp_runner *run, double t)
 {
     kmp_integrator_choice *c = &run->choice;
     const kmp_solver_kind *kind = waits_for_lanes(run) ? c->kind : run->kind;
-    const bool steady = !run->friction && !run->impacts && !run->s->switches;
+    const bool steady = !run->sticking.run && !run->sticking.impacts && !run->s->switches;
     const bool wished = !run->spec.open || run->spec.kind || run->method->dae;
-    if (!run->formulation->due || !kind->lanes || !c->open || wished || !steady || run->near_singular ||
+    if (!run->formulation->due || !kind->lanes || !c->open || wished || !steady || run->change_point.near ||
         c->trial >= KMP_TRIAL_BEGINS)
         return false;
     double spent = cycles_of_both(run) - c->from;
@@ -176,7 +176,7 @@ bool kmp_runner_leaves_unknowns(kmp_runner *run, double t)
 
 bool kmp_runner_takes_unknowns_again(kmp_runner *run)
 {
-    if (!run->choice.left || !run->formulation->one_by_one || run->near_singular)
+    if (!run->choice.left || !run->formulation->one_by_one || run->change_point.near)
         return false;
     run->method = run->choice.left;
     run->choice.left = NULL;
@@ -205,15 +205,15 @@ kempe_status kmp_runner_make_integrator(kmp_runner *run)
 {
     const kmp_ode *ode = &run->formulation->ode;
     kmp_integrator_choice *c = &run->choice;
-    if (c->open && !c->kind && !run->near_singular) { /* lanes are there where they are worth while */
+    if (c->open && !c->kind && !run->change_point.near) { /* lanes are there where they are worth while */
         c->kind = kmp_solver_find(ode->lanes ? "radau" : run->spec.integrator);
         const double length = kmp_runner_length(run, run->spec.t_start);
         c->ratio = ode->cycles_of_lanes > 0 ? kmp_cycles_ratio(ode, run->spec.rtol, length) : 0;
         c->patience = FIRST_TRIAL;
     }
-    if (c->open && run->near_singular) { /* errors of radau were 600 times the tolerance, of dop853 15 times */
+    if (c->open && run->change_point.near) { /* errors of radau were 600 times the tolerance, of dop853 15 times */
         if (c->kind && c->kind->lanes)
-            kmp_run_log_add(run->log, "integrator", run->near_singular_t, 0, 0,
+            kmp_run_log_add(run->log, "integrator", run->change_point.since, 0, 0,
                             "integrator changed from radau to dop853: the motion passes change points");
         c->kind = kmp_solver_find("dop853");
         c->open = false;
@@ -268,10 +268,10 @@ static kempe_status take_other(kmp_runner *run, double t)
 /* Continues at t with the other integrator, with a step h. */
 static kempe_status exchange(kmp_runner *run, double t, double h)
 {
-    KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
+    KMP_TRY(run->kind->dense(run->solver, t, run->room.y, run->room.yp));
     KMP_TRY(take_other(run, t));
     run->choice.kind = run->kind;
-    return kmp_runner_start(run, t, run->y, run->yp, h);
+    return kmp_runner_start(run, t, run->room.y, run->room.yp, h);
 }
 
 static void measure_from(kmp_runner *run, double t, kmp_trial trial, long steps)
@@ -387,7 +387,7 @@ kempe_status kmp_runner_try_integrator(kmp_runner *run, double t)
     kmp_integrator_choice *c = &run->choice;
     if (!c->open || !c->kind || !(t > kmp_runner_t_old(run)))
         return KEMPE_OK;
-    if (waits_for_lanes(run) && !run->near_singular && run->formulation->ode.make_lanes) {
+    if (waits_for_lanes(run) && !run->change_point.near && run->formulation->ode.make_lanes) {
         if (lanes_pay(run)) {
             c->waits = false;
             KMP_TRY(exchange(run, t, run->solver->h * LONGER));
@@ -397,7 +397,7 @@ kempe_status kmp_runner_try_integrator(kmp_runner *run, double t)
     }
     if (run->solver->work.steps < c->next && !tries_early(run, t))
         return KEMPE_OK;
-    if (run->method->dae || run->near_singular || run->kind != c->kind) {
+    if (run->method->dae || run->change_point.near || run->kind != c->kind) {
         c->next = run->solver->work.steps + FIRST_TRIAL;
         return KEMPE_OK;
     }

@@ -83,9 +83,9 @@ static kempe_status fail_closing(kmp_runner *run, double t, const double *q)
 kempe_status kmp_runner_project_by(kmp_runner *run, double t, double *q, double *qd, kmp_shared_saddle *shared)
 {
     KMP_TRY(kmp_shared_saddle_need(run, shared));
-    const kmp_closer closer = kmp_saddle_closer(&shared->saddle, run->moved);
+    const kmp_closer closer = kmp_saddle_closer(&shared->saddle, run->balance.row);
     shared->factored = false;
-    return kmp_close_state(&closer, run->lambda, t, q, qd) ? KEMPE_OK : fail_closing(run, t, q);
+    return kmp_close_state(&closer, run->room.lambda, t, q, qd) ? KEMPE_OK : fail_closing(run, t, q);
 }
 
 kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd)
@@ -109,7 +109,7 @@ bool kmp_runner_is_off(kmp_runner *run, double t, const double *q)
 static kempe_status check_rates(kmp_runner *run, const double *qd)
 {
     const kempe_system *s = run->s;
-    double *rate = run->lambda, size = 1 / run->spec.t_end, worst = 0;
+    double *rate = run->room.lambda, size = 1 / run->spec.t_end, worst = 0;
     int row = 0;
     if (!s->rheonomic)
         return KEMPE_OK; /* the assembly has checked it */
@@ -144,7 +144,7 @@ kempe_status kmp_runner_accelerate_by(kmp_runner *run, double t, const double *q
         return kmp_explain_massless(run->eval, &run->part, t, q);
     }
     shared->factored = true;
-    kmp_saddle_accelerations(&shared->saddle, run->qdd, run->lambda);
+    kmp_saddle_accelerations(&shared->saddle, run->room.qdd, run->room.lambda);
     return kmp_is_unsettled(run->eval) ? kmp_runner_fail_unsettled(run, t, q, qd) : KEMPE_OK;
 }
 
@@ -168,10 +168,10 @@ static kempe_status note_other_solution(kmp_runner *run)
     KMP_TRY(make_saddle(run, &saddle));
     if (!kmp_saddle_factor(&saddle) && kmp_saddle_find_other(&saddle, &row, &other))
         kmp_run_log_add(
-            run->log, "solutions", run->spec.t_start, run->lambda[row], other,
+            run->log, "solutions", run->spec.t_start, run->room.lambda[row], other,
             "force '%s' has two solutions: with %.6g and with %.6g for the multiplier of constraint equation '%s'; "
             "the run begins with the first",
-            kmp_load_dependent_force(s, row), run->lambda[row], other, s->row_names[row]);
+            kmp_load_dependent_force(s, row), run->room.lambda[row], other, s->row_names[row]);
     kmp_saddle_free(&saddle);
     return KEMPE_OK;
 }
@@ -198,7 +198,7 @@ static const kmp_formulation_kind *present_kind(const kmp_runner *run)
 {
     const kmp_formulation_kind *across =
         run->method->near_singular ? run->method->near_singular : &kmp_formulation_near_singular;
-    return run->near_singular ? across : run->method;
+    return run->change_point.near ? across : run->method;
 }
 
 static bool as_dae(const kmp_runner *run)
@@ -224,8 +224,8 @@ static kempe_status make_formulation(kmp_runner *run, double t, const double *q,
     const kmp_formulation_kind *kind = present_kind(run);
     const kmp_solver_kind *solver = kmp_runner_integrator(run);
     kmp_formulation_start given = kmp_runner_given(run, t, q, qd, work);
-    given.qdd = run->qdd;
-    given.lambda = run->lambda;
+    given.qdd = run->room.qdd;
+    given.lambda = run->room.lambda;
     given.brief = run->brief;
     given.early = run->early || run->spec.fixed_step > 0;
     given.fixed = run->spec.keep_independent;
@@ -235,7 +235,7 @@ static kempe_status make_formulation(kmp_runner *run, double t, const double *q,
     given.may_change = run->choice.open && !run->choice.kind;
     given.dae = as_dae(run);
     given.user = run->spec.user;
-    given.passed = run->caused ? &run->passed : NULL;
+    given.passed = run->events.caused ? &run->events.passed : NULL;
     KMP_TRY(kmp_runner_take_dynamics(run));
     run->formulation = kind->create(kind, &given);
     if (!run->formulation)
@@ -274,7 +274,7 @@ static kempe_status measure_bodies(kmp_runner *run, const double *q, const doubl
     kmp_eval_mass(run->eval);
     kmp_eval_bias(run->eval, qd);
     KMP_TRY(make_saddle(run, &saddle));
-    *error = kmp_saddle_backward_error(&saddle, run->moved, run->moved + run->s->n);
+    *error = kmp_saddle_backward_error(&saddle, run->balance.row, run->balance.row + run->s->n);
     kmp_saddle_free(&saddle);
     return KEMPE_OK;
 }
@@ -285,7 +285,7 @@ static kempe_status compare_bodies(kmp_runner *run, const double *q, const doubl
 {
     const kempe_system *s = run->s;
     kmp_saddle saddle;
-    double *qdd = run->moved, size = run->rate_scale * run->rate_scale, error = INFINITY;
+    double *qdd = run->balance.row, size = run->rate_scale * run->rate_scale, error = INFINITY;
     kmp_eval_set_by_bodies(run->eval, true);
     kmp_eval_closure(run->eval, run->spec.t_start, q);
     kmp_eval_mass(run->eval);
@@ -295,7 +295,7 @@ static kempe_status compare_bodies(kmp_runner *run, const double *q, const doubl
         kmp_saddle_accelerations(&saddle, qdd, qdd + s->n);
         *off = 0;
         for (int i = 0; i < s->n; i++)
-            *off = isfinite(qdd[i]) ? fmax(*off, fabs(qdd[i] - run->qdd[i]) / (s->scale[i] * size)) : INFINITY;
+            *off = isfinite(qdd[i]) ? fmax(*off, fabs(qdd[i] - run->room.qdd[i]) / (s->scale[i] * size)) : INFINITY;
     }
     kmp_saddle_free(&saddle);
     if (isfinite(*off) && !kmp_saddle_bodies_agree(*off, error) && !run->eval->weighs_only)
@@ -313,7 +313,7 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
         return KEMPE_OK;
     KMP_TRY(kmp_eval_add_articulated(run->eval));
     if (kmp_eval_goes_by_links(run->eval)) /* no loop makes a motion definite that is none with all loops open */
-        run->by_bodies = kmp_all_finite(run->s->n, run->qdd);
+        run->by_bodies = kmp_all_finite(run->s->n, run->room.qdd);
     else
         KMP_TRY(compare_bodies(run, q, qd, &off, &run->by_bodies));
     if (!run->by_bodies && run->eval->weighs_only && run->s->dynamics == KMP_DYNAMICS_AUTO) {
@@ -338,9 +338,9 @@ static kempe_status state_within(void *user, double t, kmp_state_depth depth, bo
     kmp_runner *run = user;
     double work;
     if (!again)
-        KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
+        KMP_TRY(run->kind->dense(run->solver, t, run->room.y, run->room.yp));
     double *rates = depth >= KMP_STATE_RATES ? qd : NULL, *accelerations = depth >= KMP_STATE_WHOLE ? qdd : NULL;
-    int said = run->formulation->row(run->formulation, t, run->y, q, rates, accelerations, lambda, &work);
+    int said = run->formulation->row(run->formulation, t, run->room.y, q, rates, accelerations, lambda, &work);
     return said == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
@@ -348,13 +348,13 @@ kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const d
 {
     KMP_TRY(make_formulation(run, t, q, qd, work));
     kmp_formulation *formulation = run->formulation;
-    run->y = KMP_ARENA_NEW(&formulation->arena, double, formulation->size);
-    run->yp = formulation->yp ? KMP_ARENA_NEW(&formulation->arena, double, formulation->size) : NULL;
+    run->room.y = KMP_ARENA_NEW(&formulation->arena, double, formulation->size);
+    run->room.yp = formulation->yp ? KMP_ARENA_NEW(&formulation->arena, double, formulation->size) : NULL;
     KMP_TRY(kmp_made(run->s->context, !formulation->arena.failed));
     KMP_TRY(kmp_runner_make_integrator(run));
     if (!run->s->changes)
         return KEMPE_OK;
-    if (!run->crossing) {
+    if (!run->events.tracker) {
         bool past = run->spec.slopes && run->delays; /* the past of derivatives has a jump at a kink of a signal */
         const kmp_event_setup plan = {.system = run->s,
                                       .eval = run->eval,
@@ -365,10 +365,10 @@ kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const d
                                       .log = run->log,
                                       .state = state_within,
                                       .user = run};
-        run->crossing = kmp_event_tracker_new(&plan, &run->arena);
+        run->events.tracker = kmp_event_tracker_new(&plan, &run->arena);
     }
-    KMP_TRY(kmp_made(run->s->context, run->crossing));
-    run->crossing->search.ready = false;
+    KMP_TRY(kmp_made(run->s->context, run->events.tracker));
+    run->events.tracker->search.ready = false;
     return KEMPE_OK;
 }
 
@@ -407,24 +407,24 @@ static bool has_modes(const kmp_runner *run)
 static kempe_status runner_make_parts(kmp_runner *run)
 {
     int n = run->s->n, m = run->s->m;
-    bool made = KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, n, &run->seen, &run->next_seen),
-                               KMP_ROOM(double, 3 * n + m, &run->moved, &run->state),
-                               KMP_ROOM(double, run->s->jacobian.count + m, &run->rows));
+    bool made = KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, n, &run->turned.now, &run->turned.next),
+                               KMP_ROOM(double, 3 * n + m, &run->balance.row, &run->room.state),
+                               KMP_ROOM(double, run->s->jacobian.count + m, &run->room.rows));
     if (run->spec.slopes && run->s->switches) {
-        run->passed.caused = run->caused = KMP_ARENA_NEW(&run->arena, bool, run->s->events.count);
-        made = made && run->caused;
+        run->events.passed.caused = run->events.caused = KMP_ARENA_NEW(&run->arena, bool, run->s->events.count);
+        made = made && run->events.caused;
     }
     KMP_TRY(kmp_made(run->s->context, made));
-    run->qdd = run->state + 2 * n;
-    run->lambda = run->state + 3 * n;
+    run->room.qdd = run->room.state + 2 * n;
+    run->room.lambda = run->room.state + 3 * n;
     KMP_TRY(kmp_runner_make_sampler(run, run->spec.t_start));
     bool none;
-    run->friction = kmp_friction_new(run, &none);
-    run->passed.friction = run->friction;
-    run->loaded_friction = kmp_friction_is_loaded(run->s->model);
-    KMP_TRY(kmp_made(run->s->context, run->friction || none));
-    run->impacts = kmp_impact_new(run, &none);
-    return kmp_made(run->s->context, run->impacts || none);
+    run->sticking.run = kmp_friction_new(run, &none);
+    run->events.passed.friction = run->sticking.run;
+    run->sticking.loaded = kmp_friction_is_loaded(run->s->model);
+    KMP_TRY(kmp_made(run->s->context, run->sticking.run || none));
+    run->sticking.impacts = kmp_impact_new(run, &none);
+    return kmp_made(run->s->context, run->sticking.impacts || none);
 }
 
 /* Conditions of a run that continues may depend on its past. */
@@ -442,7 +442,7 @@ static void take_modes(kmp_runner *run)
 
 kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
 {
-    double t = run->spec.t_start, *q = run->state, *qd = q + run->s->n;
+    double t = run->spec.t_start, *q = run->room.state, *qd = q + run->s->n;
     int input;
     if (run->spec.inputs_start)
         kmp_present_inputs_copy(&run->eval->inputs, run->spec.inputs_start);
@@ -474,15 +474,15 @@ kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
     if (kmp_runner_is_off(run, t, q))
         KMP_TRY(kmp_runner_project(run, t, q, qd));
     KMP_TRY(check_rates(run, qd));
-    if (!run->friction || has_modes(run))
+    if (!run->sticking.run || has_modes(run))
         return kmp_runner_accelerate(run, t, q, qd);
     /* Modes are decided after impacts at the start. */
     double gain;
-    if (run->impacts) {
-        const long before = run->impacts->run.total;
+    if (run->sticking.impacts) {
+        const long before = run->sticking.impacts->run.total;
         KMP_TRY(kmp_impact_check_start(run, t, q, qd));
-        KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, &gain));
-        run->passed.impact = run->impacts->run.total > before ? &run->impacts->run : NULL;
+        KMP_TRY((kempe_status)kmp_impact_decide(&run->sticking.impacts->run, t, q, qd, &gain));
+        run->events.passed.impact = run->sticking.impacts->run.total > before ? &run->sticking.impacts->run : NULL;
     }
     return kmp_friction_settle(run, t, q, qd);
 }
@@ -504,10 +504,10 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     kmp_eval_set_by_bodies(run->eval, kmp_eval_goes_by_links(run->eval));
     KMP_TRY(runner_make_parts(run));
     KMP_TRY(kmp_runner_begin_at(run, start));
-    const double *q = run->state, *qd = q + run->s->n;
+    const double *q = run->room.state, *qd = q + run->s->n;
     KMP_TRY(note_other_solution(run));
     KMP_TRY(kmp_runner_compute_margin(run, t, q));
-    if (run->part.p == 0 && !run->s->rheonomic && !run->friction)
+    if (run->part.p == 0 && !run->s->rheonomic && !run->sticking.run)
         kmp_run_log_add(run->log, "rest", t, NAN, NAN,
                         "the mechanism cannot move: it has no degree of freedom, and no closure depends on time; "
                         "'kempe check' examines its closures");
@@ -517,9 +517,9 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
                 "depend on rounding");
     run->rate_scale = run->spec.rate_scale > 0 ? run->spec.rate_scale
                                                : kmp_start_rate(kmp_model_coordinates(run->s->model), run->s->scale, qd,
-                                                                run->qdd, 1 / run->spec.t_end);
+                                                                run->room.qdd, 1 / run->spec.t_end);
     run->method = method_of(run);
-    run->near_singular = run->margin.near;
+    run->change_point.near = run->margin.near;
     KMP_TRY(choose_dynamics(run, q, qd));
     return kmp_runner_make(run, t, q, qd, run->spec.work_start);
 }
@@ -536,7 +536,7 @@ kempe_status kmp_runner_site_new(kmp_evaluator *eval, const kmp_run_spec *spec, 
     run->s = eval->system;
     run->spec = *spec;
     run->eval = eval;
-    run->stop = spec->t_end;
+    run->stops.at = spec->t_end;
     kempe_status status = runner_make_parts(run);
     return KMP_GIVE_OR_FREE(status, site, run, kmp_runner_site_free);
 }
@@ -552,8 +552,8 @@ void kmp_runner_site_free(kmp_runner *site)
 static int list_pieces(kmp_runner *run, kmp_memory_piece *piece)
 {
     int count = kmp_runner_sampler_memory(run, piece);
-    count += kmp_friction_memory(run->friction, piece + count);
-    return count + kmp_impact_memory(run->impacts, piece + count);
+    count += kmp_friction_memory(run->sticking.run, piece + count);
+    return count + kmp_impact_memory(run->sticking.impacts, piece + count);
 }
 
 size_t kmp_runner_memory_size(const kempe_system *system)

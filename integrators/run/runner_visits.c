@@ -37,47 +37,48 @@ static void release(kmp_visit *visit)
 
 static void remove_visit(kmp_runner *run, int k)
 {
-    run->visits--;
-    memmove(&run->visit[k], &run->visit[k + 1], (size_t)(run->visits - k) * sizeof *run->visit);
+    run->resting.count--;
+    memmove(&run->resting.visit[k], &run->resting.visit[k + 1],
+            (size_t)(run->resting.count - k) * sizeof *run->resting.visit);
 }
 
 void kmp_runner_leave(kmp_runner *run, bool held)
 {
     const kmp_visit visit = {.formulation = run->formulation,
                              .method = run->method,
-                             .y = run->y,
-                             .yp = run->yp,
+                             .y = run->room.y,
+                             .yp = run->room.yp,
                              .kind = run->kind,
                              .solver = run->solver,
                              .choice = run->choice,
                              .t = kmp_runner_t(run)};
-    if (held && !run->visit)
-        run->visit = KMP_ARENA_NEW(&run->arena, kmp_visit, KMP_MOST_VISITS);
+    if (held && !run->resting.visit)
+        run->resting.visit = KMP_ARENA_NEW(&run->arena, kmp_visit, KMP_MOST_VISITS);
     /* It may be resumed elsewhere if it has not failed, and needs no exact closing of dropped rows. */
-    const bool rests = held && run->visit && run->formulation->rests && run->formulation->reason.length == 0 &&
-                       !run->near_singular && !run->spec.kind && !kmp_rounding_of(run->s);
+    const bool rests = held && run->resting.visit && run->formulation->rests && run->formulation->reason.length == 0 &&
+                       !run->change_point.near && !run->spec.kind && !kmp_rounding_of(run->s);
     kmp_runner_add_report(run, &run->before);
     kmp_runner_end_formulation(run);
     if (!rests) {
         kmp_runner_release_integrators(run);
         run->formulation->release(run->formulation);
     } else {
-        if (run->visits == KMP_MOST_VISITS) {
-            release(&run->visit[0]);
+        if (run->resting.count == KMP_MOST_VISITS) {
+            release(&run->resting.visit[0]);
             remove_visit(run, 0);
         }
         run->formulation->rested = true;
-        run->visit[run->visits++] = visit;
+        run->resting.visit[run->resting.count++] = visit;
     }
     run->formulation = NULL;
     run->solver = run->choice.other = NULL;
-    run->y = run->yp = NULL;
+    run->room.y = run->room.yp = NULL;
 }
 
 void kmp_runner_forget_visits(kmp_runner *run)
 {
-    while (run->visits > 0)
-        release(&run->visit[--run->visits]);
+    while (run->resting.count > 0)
+        release(&run->resting.visit[--run->resting.count]);
 }
 
 /* -- returning ----------------------------------------------------------------------------------------- */
@@ -85,8 +86,8 @@ void kmp_runner_forget_visits(kmp_runner *run)
 static bool find_visit(const kmp_runner *run, kmp_visit *visit, int *k)
 {
     const kmp_partition *b = &run->part;
-    for (*k = run->visits - 1; *k >= 0; --*k) {
-        *visit = run->visit[*k];
+    for (*k = run->resting.count - 1; *k >= 0; --*k) {
+        *visit = run->resting.visit[*k];
         const kmp_partition *a = visit->formulation->part;
         if (visit->method == run->method && a->p == b->p && a->r == b->r &&
             memcmp(a->u, b->u, (size_t)a->p * sizeof *a->u) == 0 &&
@@ -99,13 +100,13 @@ static bool find_visit(const kmp_runner *run, kmp_visit *visit, int *k)
 /* The formulation at the state; false: it cannot continue there. */
 static bool resume(kmp_runner *run, const kmp_visit *visit, double t)
 {
-    const double *q = run->state, *qd = q + run->s->n;
+    const double *q = run->room.state, *qd = q + run->s->n;
     kmp_formulation *formulation = visit->formulation;
     kmp_eval_drop(run->eval, run->part.m - run->part.r, run->part.redundant);
     if (formulation->resume(formulation, t, q, qd, visit->y, visit->yp) != KMP_GO)
         return false;
     if (run->s->dissipative)
-        visit->y[formulation->size - 1] = run->work;
+        visit->y[formulation->size - 1] = run->balance.work;
     return true;
 }
 
@@ -114,7 +115,7 @@ kempe_status kmp_runner_return(kmp_runner *run, double t, bool *returned)
     kmp_visit visit;
     int k;
     *returned = false;
-    if (run->near_singular || !find_visit(run, &visit, &k))
+    if (run->change_point.near || !find_visit(run, &visit, &k))
         return KEMPE_OK;
     remove_visit(run, k);
     KMP_TRY(kmp_runner_take_dynamics(run));
@@ -127,10 +128,10 @@ kempe_status kmp_runner_return(kmp_runner *run, double t, bool *returned)
         return KEMPE_OK;
     }
     run->formulation = visit.formulation;
-    run->y = visit.y;
-    run->yp = visit.yp;
-    if (run->crossing)
-        run->crossing->search.ready = false;
+    run->room.y = visit.y;
+    run->room.yp = visit.yp;
+    if (run->events.tracker)
+        run->events.tracker->search.ready = false;
     run->solver = visit.solver;
     run->choice.other = visit.choice.other;
     take_off(run);

@@ -48,7 +48,7 @@ double kmp_runner_pause(const kmp_runner *run)
 {
     double sample = kmp_runner_next_sample(run), piece = kmp_present_inputs_until(&run->eval->inputs);
     double pause = kmp_first_limit(sample, piece, run->spec.t_end);
-    return kmp_last_equal(run->stop) < pause ? run->stop : pause;
+    return kmp_last_equal(run->stops.at) < pause ? run->stops.at : pause;
 }
 
 /* The end of a step from t on by the functions of time. */
@@ -56,9 +56,9 @@ static double end_of_interval(const kmp_runner *run, double t)
 {
     const double end = kmp_time_scales_end(&run->scales, t);
     const kmp_time_scales *at_rest = &run->scales_at_rest;
-    bool rests = run->watches_loads;
-    for (int i = 0; run->friction && isfinite(at_rest->shortest) && i < run->friction->count; i++) {
-        const kmp_friction_mode stance = run->friction->element[i].stance;
+    bool rests = run->events.watch_loads;
+    for (int i = 0; run->sticking.run && isfinite(at_rest->shortest) && i < run->sticking.run->count; i++) {
+        const kmp_friction_mode stance = run->sticking.run->element[i].stance;
         rests = rests || stance == KMP_FRICTION_HELD || stance == KMP_FRICTION_CARRIED;
     }
     return !rests || isinf(at_rest->shortest)
@@ -213,7 +213,7 @@ void kmp_runner_free_sampler(kmp_runner *run)
 void kmp_runner_take_samples(kmp_runner *run, double t)
 {
     kmp_sampler *x = run->sampler;
-    double *qd = run->state + run->s->n;
+    double *qd = run->room.state + run->s->n;
     kmp_delays_take(run, t);
     bool due = x && kmp_runner_sample_is_due(run, t);
     for (int k = 0; x && k < x->count; k++)
@@ -224,7 +224,7 @@ void kmp_runner_take_samples(kmp_runner *run, double t)
     (void)kmp_machine_run(x->machine, 0);
     kmp_machine_set(x->machine, KMP_IN_TIME, kmp_present_inputs_at(&run->eval->inputs, t));
     kmp_machine_set(x->machine, KMP_IN_CHART, run->eval->chart);
-    kmp_machine_set(x->machine, KMP_IN_Q, run->state);
+    kmp_machine_set(x->machine, KMP_IN_Q, run->room.state);
     kmp_machine_set(x->machine, KMP_IN_QD, qd);
     const double *next = kmp_machine_run(x->machine, 1);
     for (int k = 0; k < x->count; k++)

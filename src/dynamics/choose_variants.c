@@ -142,22 +142,22 @@ int kmp_equations_outputs(const kmp_equations *eq, unsigned sets, kmp_ref *out)
         unsigned set;
         int count;
         const kmp_ref *of;
-    } list[] = {{KMP_SET_MASS, n * n, eq->mass},
-                {KMP_SET_BIAS, n, eq->bias},
-                {KMP_SET_PRODUCT, n, eq->product},
-                {KMP_SET_CLOSURE | KMP_SET_RESIDUAL, m, eq->h},
-                {KMP_SET_CLOSURE | KMP_SET_RESIDUAL, m * n, eq->jacobian},
-                {KMP_SET_JDQD, m, eq->jdqd},
-                {KMP_SET_RESIDUAL, n, eq->residual},
-                {KMP_SET_RESIDUAL, n, eq->jt_mu},
-                {KMP_SET_RESIDUAL, m, eq->hdot},
-                {KMP_SET_INVERSE, n, eq->inverse},
-                {KMP_SET_INVERSE_Q, n * n, eq->inverse_q},
-                {KMP_SET_INVERSE_QD, n * n, eq->inverse_qd},
-                {KMP_SET_CLOSED, n, eq->closed},
-                {KMP_SET_CLOSED_Q, n * n, eq->closed_q},
-                {KMP_SET_ACCELERATION, n, eq->accelerations},
-                {KMP_SET_ACCELERATION, m, eq->multipliers}};
+    } list[] = {{KMP_SET_MASS, n * n, eq->dynamics.mass},
+                {KMP_SET_BIAS, n, eq->dynamics.bias},
+                {KMP_SET_PRODUCT, n, eq->dynamics.product},
+                {KMP_SET_CLOSURE | KMP_SET_RESIDUAL, m, eq->closures.h},
+                {KMP_SET_CLOSURE | KMP_SET_RESIDUAL, m * n, eq->closures.jacobian},
+                {KMP_SET_JDQD, m, eq->closures.jdqd},
+                {KMP_SET_RESIDUAL, n, eq->dynamics.residual},
+                {KMP_SET_RESIDUAL, n, eq->dynamics.jt_mu},
+                {KMP_SET_RESIDUAL, m, eq->closures.hdot},
+                {KMP_SET_INVERSE, n, eq->dynamics.inverse},
+                {KMP_SET_INVERSE_Q, n * n, eq->dynamics.inverse_q},
+                {KMP_SET_INVERSE_QD, n * n, eq->dynamics.inverse_qd},
+                {KMP_SET_CLOSED, n, eq->dynamics.closed},
+                {KMP_SET_CLOSED_Q, n * n, eq->dynamics.closed_q},
+                {KMP_SET_ACCELERATION, n, eq->articulated.accelerations},
+                {KMP_SET_ACCELERATION, m, eq->articulated.multipliers}};
     for (size_t k = 0; k < sizeof list / sizeof *list; k++)
         for (int i = 0; sets & list[k].set && i < list[k].count; i++)
             if (list[k].of[i] != KMP_ZERO)
@@ -239,7 +239,7 @@ static kempe_status try_plain_closures(search *s)
         return KEMPE_OK;
     kmp_savings_copy(&s->tried, &s->best, s->model);
     memset(s->tried.point, 0, 4 * (size_t)s->model->closure_count);
-    if (!s->shares || !s->work->derived)
+    if (!s->shares || !s->work->closures.derived)
         return s->shares ? KEMPE_OK : try_it(s, &better);
     kmp_equations_swap_derived(s->work);
     kempe_status status = judge(s, &better);

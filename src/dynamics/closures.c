@@ -89,7 +89,7 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
                             "depend on a coordinate",
                             closure->name, component_name(closure, component));
     double length = kmp_system_length(eq->model), allowed = kmp_closure_tolerance(eq->model);
-    double *misfit = &eq->misfit[closure - eq->model->closures];
+    double *misfit = &eq->closures.misfit[closure - eq->model->closures];
     if (fabs(gap) / unit * length <= allowed) {
         *misfit = fmax(*misfit, fabs(gap) / unit);
         return KEMPE_OK;
@@ -235,10 +235,10 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_derivation_request 
             h[k] = moves ? h[k] : is_rounding(eq, moved[k]) ? KMP_ZERO : moved[k];
             if (moves || (of_rates && kmp_depends_on(eq->graph, moved[KMP_KIND_MAX_ROWS + k], KMP_IN_QD)) ||
                 (request->keep_modes && kmp_closure_is_of_modes(closure)) || slides_otherwise(eq, closure)) {
-                eq->h[eq->m] = h[k];
-                eq->rate[eq->m] = rates[k];
-                eq->row[KMP_CLOSURE_ROWS * c + k] = eq->m;
-                eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind, k), of_rates};
+                eq->closures.h[eq->m] = h[k];
+                eq->closures.rate[eq->m] = rates[k];
+                eq->closures.first[KMP_CLOSURE_ROWS * c + k] = eq->m;
+                eq->closures.rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind, k), of_rates};
             } else if (kmp_closure_is_of_modes(closure)) { /* evaluated in place it is zero */
                 status = eq->tree.events ? complain_still(eq, closure) : status;
             } else if (status != KEMPE_E_MEMORY) {
@@ -340,7 +340,7 @@ void kmp_closures_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref *ou
         (void)kmp_input(eq->graph, kind, (uint32_t)r);
     for (int k = 0; k < eq->n; k++)
         for (int r = 0; r < eq->m; r++) {
-            kmp_ref entry = eq->jacobian[r * eq->n + k];
+            kmp_ref entry = eq->closures.jacobian[r * eq->n + k];
             if (entry != KMP_ZERO)
                 out[k] = kmp_add(eq->graph, out[k], kmp_mul(eq->graph, entry, kmp_input(eq->graph, kind, (uint32_t)r)));
         }
@@ -360,10 +360,10 @@ kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_derivation_request
     if (!request->loops_alone)
         KMP_TRY(check_multipliers(eq));
     if (sets & (KMP_SET_CLOSURE | KMP_SET_RESIDUAL)) {
-        kmp_partials_all(eq->graph, eq->m, eq->h, KMP_IN_Q, eq->n, eq->jacobian);
+        kmp_partials_all(eq->graph, eq->m, eq->closures.h, KMP_IN_Q, eq->n, eq->closures.jacobian);
         kmp_derivative *d = kmp_partial_time_derivative(&eq->tree);
         for (int r = 0; r < eq->m; r++)
-            eq->h_t[r] = kmp_derivative_of(d, eq->h[r]);
+            eq->closures.h_t[r] = kmp_derivative_of(d, eq->closures.h[r]);
         kmp_derivative_free(d);
         /* v = J qd + h_t. */
         kmp_graph *g = eq->graph;
@@ -374,21 +374,21 @@ kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_derivation_request
             none[k] = KMP_ZERO;
         }
         for (int r = 0; r < eq->m; r++) {
-            if (!eq->rows[r].of_rates)
+            if (!eq->closures.rows[r].of_rates)
                 continue;
-            kmp_partials_all(g, 1, &eq->rate[r], KMP_IN_QD, eq->n, eq->jacobian + r * eq->n);
-            eq->h_t[r] = eq->rate[r];
-            if (!qd || !none || !kmp_substitute(g, eq->n, qd, none, 1, &eq->h_t[r], &through))
+            kmp_partials_all(g, 1, &eq->closures.rate[r], KMP_IN_QD, eq->n, eq->closures.jacobian + r * eq->n);
+            eq->closures.h_t[r] = eq->closures.rate[r];
+            if (!qd || !none || !kmp_substitute(g, eq->n, qd, none, 1, &eq->closures.h_t[r], &through))
                 kmp_graph_fail(g);
         }
     }
     if (sets & (KMP_SET_JDQD | KMP_SET_RESIDUAL)) { /* hdot = J qd + h_t */
-        differentiate(eq, eq->h, eq->hdot);
+        differentiate(eq, eq->closures.h, eq->closures.hdot);
         for (int r = 0; r < eq->m; r++)
-            eq->hdot[r] = eq->rows[r].of_rates ? eq->rate[r] : eq->hdot[r];
+            eq->closures.hdot[r] = eq->closures.rows[r].of_rates ? eq->closures.rate[r] : eq->closures.hdot[r];
     }
     if (sets & KMP_SET_JDQD) /* at constant qd */
-        differentiate(eq, eq->hdot, eq->jdqd);
+        differentiate(eq, eq->closures.hdot, eq->closures.jdqd);
     if (kmp_graph_failed(eq->graph) || (!request->plain && !kmp_gaps_shorten(eq, sets, !request->savings)))
         return kmp_fail_memory(eq->context);
     if (sets & KMP_SET_REACTION) {
@@ -396,7 +396,7 @@ kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_derivation_request
         for (int c = 0; c < eq->model->closure_count; c++) {
             kmp_vec f = kmp_closure_load(&eq->tree, c, false);
             for (int k = 0; k < 3; k++)
-                eq->reaction[3 * c + k] = f.x[k];
+                eq->closures.reaction[3 * c + k] = f.x[k];
         }
     }
     return KEMPE_OK;

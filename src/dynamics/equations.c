@@ -143,22 +143,22 @@ static bool derive_by_both(kmp_equations *eq, const kmp_tree *tree, const kmp_fo
         qdd[k] = kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k);
     if (savings->by_q != KMP_TANGENT_FORWARD || savings->by_qd != KMP_TANGENT_FORWARD) {
         if (sets & KMP_SET_POWER_SLOPES) {
-            eq->power_q = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
-            eq->power_qd = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
-            if (!eq->power_q || !eq->power_qd)
+            eq->energy.power_q = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
+            eq->energy.power_qd = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
+            if (!eq->energy.power_q || !eq->energy.power_qd)
                 return false;
         }
-        kmp_tangents_composite(tree, qdd, forces, b->by_q[0], b->by_qd[0], eq->power_q, eq->power_qd);
+        kmp_tangents_composite(tree, qdd, forces, b->by_q[0], b->by_qd[0], eq->energy.power_q, eq->energy.power_qd);
     }
     if (savings->by_q != KMP_TANGENT_COMPOSITE)
-        kmp_partials_all(eq->graph, eq->n, eq->inverse, KMP_IN_Q, eq->n, b->by_q[1]);
+        kmp_partials_all(eq->graph, eq->n, eq->dynamics.inverse, KMP_IN_Q, eq->n, b->by_q[1]);
     if (savings->by_qd != KMP_TANGENT_COMPOSITE)
-        kmp_partials_all(eq->graph, eq->n, eq->inverse, KMP_IN_QD, eq->n, b->by_qd[1]);
+        kmp_partials_all(eq->graph, eq->n, eq->dynamics.inverse, KMP_IN_QD, eq->n, b->by_qd[1]);
     if (kmp_graph_failed(eq->graph) || (open && !choose_methods(eq, sets, b)))
         return false;
     for (int k = 0; k < eq->n * eq->n; k++) {
-        eq->inverse_q[k] = b->by_q[savings->by_q == KMP_TANGENT_FORWARD][k];
-        eq->inverse_qd[k] = b->by_qd[savings->by_qd == KMP_TANGENT_FORWARD][k];
+        eq->dynamics.inverse_q[k] = b->by_q[savings->by_q == KMP_TANGENT_FORWARD][k];
+        eq->dynamics.inverse_qd[k] = b->by_qd[savings->by_qd == KMP_TANGENT_FORWARD][k];
     }
     return true;
 }
@@ -171,7 +171,7 @@ static bool derive_closed(kmp_equations *eq, const kmp_ref *jt_lambda, kmp_ref *
     if (kmp_graph_failed(eq->graph) || !kmp_tangents_mirror(eq->graph, n, room))
         return false;
     for (int k = 0; k < n * n; k++)
-        eq->closed_q[k] = kmp_sub(eq->graph, eq->inverse_q[k], room[k]);
+        eq->dynamics.closed_q[k] = kmp_sub(eq->graph, eq->dynamics.inverse_q[k], room[k]);
     return true;
 }
 
@@ -186,7 +186,7 @@ static void derive_tangents(kmp_equations *eq, const kmp_forces *forces, unsigne
     if (sets & (KMP_SET_CLOSED | KMP_SET_CLOSED_Q)) {
         kmp_closures_transposed(eq, KMP_IN_LAMBDA, jt_lambda);
         for (int k = 0; k < eq->n; k++)
-            eq->closed[k] = kmp_sub(eq->graph, eq->inverse[k], jt_lambda[k]);
+            eq->dynamics.closed[k] = kmp_sub(eq->graph, eq->dynamics.inverse[k], jt_lambda[k]);
     }
     if (!(sets & TANGENT_SETS))
         return;
@@ -194,9 +194,9 @@ static void derive_tangents(kmp_equations *eq, const kmp_forces *forces, unsigne
     if (!room || !qdd)
         return;
     const both_methods b = {{room, room + size}, {room + 2 * size, room + 3 * size}};
-    eq->inverse_q = room + 4 * size;
-    eq->inverse_qd = room + 5 * size;
-    eq->closed_q = room + 6 * size;
+    eq->dynamics.inverse_q = room + 4 * size;
+    eq->dynamics.inverse_qd = room + 5 * size;
+    eq->dynamics.closed_q = room + 6 * size;
     if (!derive_by_both(eq, dynamic_links(eq), forces, sets, &b, qdd) ||
         (sets & KMP_SET_CLOSED_Q && !derive_closed(eq, jt_lambda, room)))
         kmp_graph_fail(eq->graph);
@@ -218,11 +218,11 @@ static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *fo
         kept[r] = kmp_input(g, KMP_IN_KEPT, (uint32_t)r);
         violation[r] = kmp_input(g, KMP_IN_MU, (uint32_t)r);
     }
-    const kmp_carried carried = {.rows = m, .jacobian = eq->jacobian, .kept = kept};
+    const kmp_carried carried = {.rows = m, .jacobian = eq->closures.jacobian, .kept = kept};
     kmp_articulated bodies;
     KMP_TRY(kmp_articulated_init(&bodies, dynamic_links(eq), &carried));
-    eq->pivots = bodies.pivot;
-    eq->diagonals = bodies.diagonal;
+    eq->articulated.pivots = bodies.pivot;
+    eq->articulated.diagonals = bodies.diagonal;
     kmp_newton_euler_shares(dynamic_links(eq), forces->applied, share, elastic);
     for (int k = 0; k < n; k++) {
         kmp_ref given = request->efforts ? kmp_input(g, KMP_IN_EFFORT, (uint32_t)k) : KMP_ZERO;
@@ -230,11 +230,12 @@ static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *fo
         if (elastic[k] != KMP_ZERO)
             effort[k] = kmp_sub(g, effort[k], elastic[k]);
     }
-    kmp_articulated_solve(&bodies, effort, share, eq->jdqd,
-                          &(kmp_articulated_result){eq->accelerations, eq->multipliers, eq->open});
+    kmp_articulated_solve(
+        &bodies, effort, share, eq->closures.jdqd,
+        &(kmp_articulated_result){eq->articulated.accelerations, eq->articulated.multipliers, eq->articulated.open});
     if (m > 0)
         kmp_articulated_solve(&bodies, NULL, NULL, violation,
-                              &(kmp_articulated_result){.qdd = eq->correction, .lambda = unused});
+                              &(kmp_articulated_result){.qdd = eq->articulated.correction, .lambda = unused});
     return KEMPE_OK;
 }
 
@@ -245,23 +246,25 @@ static bool allocate_outputs(kmp_equations *eq)
     const kempe_model *model = eq->model;
     int n = model->motion_count, rows = KMP_KIND_MAX_ROWS * model->closure_count;
     int forces = model->force_count, states = model->state_count, delays = model->delay_count;
-    KMP_GRAPH_MAKE(
-        eq->graph, KMP_ROOM(kmp_ref, n * n, &eq->mass),
-        KMP_ROOM(kmp_ref, n, &eq->bias, &eq->product, &eq->residual, &eq->inverse, &eq->closed, &eq->jt_mu,
-                 &eq->accelerations, &eq->open, &eq->correction),
-        KMP_ROOM(kmp_ref, rows, &eq->h, &eq->h_t, &eq->rate, &eq->jdqd, &eq->hdot, &eq->multipliers, &eq->after),
-        KMP_ROOM(kmp_ref, rows * n, &eq->jacobian), KMP_ROOM(kmp_ref, 2 * n, &eq->start),
-        KMP_ROOM(kmp_ref, 3 * model->closure_count, &eq->reaction),
-        KMP_ROOM(kmp_ref, 3 * model->output_count, &eq->position),
-        KMP_ROOM(kmp_ref, kmp_outputs_width(model), &eq->shown),
-        KMP_ROOM(kmp_ref, forces, &eq->slip, &eq->level, &eq->holding, &eq->friction, &eq->gap, &eq->gap_rate,
-                 &eq->push),
-        KMP_ROOM(kmp_ref, states, &eq->next, &eq->when),
-        KMP_ROOM(kmp_ref, delays, &eq->delayed, &eq->before, &eq->delay), KMP_ROOM(kmp_row, rows, &eq->rows),
-        KMP_ROOM(int, rows, &eq->row), KMP_ROOM(double, model->closure_count, &eq->misfit), KMP_ROOM(int, n, &eq->run),
-        KMP_ROOM(kmp_noted, 1, &eq->noted));
-    for (int k = 0; eq->row && k < rows; k++)
-        eq->row[k] = -1;
+    KMP_GRAPH_MAKE(eq->graph, KMP_ROOM(kmp_ref, n * n, &eq->dynamics.mass),
+                   KMP_ROOM(kmp_ref, n, &eq->dynamics.bias, &eq->dynamics.product, &eq->dynamics.residual,
+                            &eq->dynamics.inverse, &eq->dynamics.closed, &eq->dynamics.jt_mu,
+                            &eq->articulated.accelerations, &eq->articulated.open, &eq->articulated.correction),
+                   KMP_ROOM(kmp_ref, rows, &eq->closures.h, &eq->closures.h_t, &eq->closures.rate, &eq->closures.jdqd,
+                            &eq->closures.hdot, &eq->articulated.multipliers, &eq->closures.after),
+                   KMP_ROOM(kmp_ref, rows * n, &eq->closures.jacobian), KMP_ROOM(kmp_ref, 2 * n, &eq->states.start),
+                   KMP_ROOM(kmp_ref, 3 * model->closure_count, &eq->closures.reaction),
+                   KMP_ROOM(kmp_ref, 3 * model->output_count, &eq->outputs.position),
+                   KMP_ROOM(kmp_ref, kmp_outputs_width(model), &eq->outputs.shown),
+                   KMP_ROOM(kmp_ref, forces, &eq->sticking.slip, &eq->sticking.level, &eq->sticking.holding,
+                            &eq->sticking.force, &eq->contacts.gap, &eq->contacts.gap_rate, &eq->contacts.push),
+                   KMP_ROOM(kmp_ref, states, &eq->states.next, &eq->states.when),
+                   KMP_ROOM(kmp_ref, delays, &eq->delays.signal, &eq->delays.before, &eq->delays.delay),
+                   KMP_ROOM(kmp_row, rows, &eq->closures.rows), KMP_ROOM(int, rows, &eq->closures.first),
+                   KMP_ROOM(double, model->closure_count, &eq->closures.misfit), KMP_ROOM(int, n, &eq->run),
+                   KMP_ROOM(kmp_noted, 1, &eq->noted));
+    for (int k = 0; eq->closures.first && k < rows; k++)
+        eq->closures.first[k] = -1;
     return !kmp_graph_failed(eq->graph);
 }
 
@@ -282,24 +285,24 @@ static kempe_status derive_loaded(kmp_equations *eq, const kmp_derivation_reques
     if (kmp_graph_failed(eq->graph))
         return kmp_fail_memory(eq->context);
     if (sets & KMP_SET_BIAS)
-        derive_efforts(eq, &forces, false, eq->bias);
+        derive_efforts(eq, &forces, false, eq->dynamics.bias);
     if (sets & KMP_SET_RESIDUAL) {
-        derive_efforts(eq, &forces, true, eq->residual);
-        kmp_closures_transposed(eq, KMP_IN_LAMBDA, eq->jt_mu);
+        derive_efforts(eq, &forces, true, eq->dynamics.residual);
+        kmp_closures_transposed(eq, KMP_IN_LAMBDA, eq->dynamics.jt_mu);
         for (int k = 0; k < eq->n; k++)
-            eq->residual[k] = kmp_sub(eq->graph, eq->residual[k], eq->jt_mu[k]);
-        kmp_closures_transposed(eq, KMP_IN_MU, eq->jt_mu);
+            eq->dynamics.residual[k] = kmp_sub(eq->graph, eq->dynamics.residual[k], eq->dynamics.jt_mu[k]);
+        kmp_closures_transposed(eq, KMP_IN_MU, eq->dynamics.jt_mu);
     }
     if (sets & (KMP_SET_INVERSE | tangents))
-        derive_efforts(eq, &forces, true, eq->inverse);
+        derive_efforts(eq, &forces, true, eq->dynamics.inverse);
     if (sets & tangents)
         derive_tangents(eq, &forces, sets);
     if (sets & KMP_SET_ACCELERATION)
         KMP_TRY(derive_accelerations(eq, &forces, request));
     if (sets & KMP_SET_OUTPUT)
         KMP_TRY(kmp_outputs_derive(eq, &forces));
-    eq->potential = forces.potential;
-    eq->power = forces.power;
+    eq->energy.potential = forces.potential;
+    eq->energy.power = forces.power;
     return KEMPE_OK;
 }
 
@@ -313,15 +316,15 @@ static void derive_impact(kmp_equations *eq)
 {
     kmp_graph *g = eq->graph;
     for (int r = 0; r < eq->m; r++) {
-        const kmp_closure *closure = &eq->model->closures[eq->rows[r].closure];
+        const kmp_closure *closure = &eq->model->closures[eq->closures.rows[r].closure];
         const kmp_force *contact = kmp_closure_is_of_modes(closure) ? &eq->model->forces[closure->force] : NULL;
-        eq->after[r] = kmp_neg(eq->h_t[r]);
+        eq->closures.after[r] = kmp_neg(eq->closures.h_t[r]);
         if (!contact || contact->kind != KMP_FORCE_TOUCH)
             continue;
         kmp_ref closing = kmp_binary(g, KMP_OP_MIN, value_of(eq, contact, KMP_ROLE_RATE), KMP_ZERO);
         kmp_ref rebound = kmp_mul(g, kmp_tree_number(&eq->tree, &contact->restitution), closing);
         kmp_ref held = kmp_friction_input(&eq->tree, contact, KMP_ROLE_HELD);
-        eq->after[r] = kmp_sub(g, eq->after[r], kmp_mul(g, held, rebound));
+        eq->closures.after[r] = kmp_sub(g, eq->closures.after[r], kmp_mul(g, held, rebound));
     }
 }
 
@@ -343,8 +346,8 @@ static void derive_next(kmp_equations *eq)
 {
     for (int k = 0; k < eq->model->state_count; k++)
         if (eq->model->states[k].next) {
-            eq->when[eq->next_count] = when_of(eq, k);
-            eq->next[eq->next_count++] = kmp_tree_expression(&eq->tree, eq->model->states[k].next);
+            eq->states.when[eq->states.count] = when_of(eq, k);
+            eq->states.next[eq->states.count++] = kmp_tree_expression(&eq->tree, eq->model->states[k].next);
         }
 }
 
@@ -355,23 +358,24 @@ static void derive_delayed(kmp_equations *eq)
         const kmp_state *state = &eq->model->states[k];
         if (!state->delayed)
             continue;
-        const int d = eq->delayed_count++;
-        eq->delayed[d] = kmp_tree_expression(&eq->tree, state->delayed);
-        eq->before[d] = state->before  ? kmp_tree_expression(&eq->tree, state->before)
-                        : state->began ? kmp_tree_number(&eq->tree, &state->start)
-                                       : KMP_ZERO;
-        eq->delay[d] = kmp_tree_number(&eq->tree, &state->delay);
+        const int d = eq->delays.count++;
+        eq->delays.signal[d] = kmp_tree_expression(&eq->tree, state->delayed);
+        eq->delays.before[d] = state->before  ? kmp_tree_expression(&eq->tree, state->before)
+                               : state->began ? kmp_tree_number(&eq->tree, &state->start)
+                                              : KMP_ZERO;
+        eq->delays.delay[d] = kmp_tree_number(&eq->tree, &state->delay);
     }
 }
 
 static void derive_loads(kmp_equations *eq)
 {
     kmp_ref *column = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
-    eq->loads = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n * eq->m);
-    for (int r = 0; column && eq->loads && r < eq->m; r++) {
-        kmp_derivatives_by(eq->graph, kmp_input(eq->graph, KMP_IN_LAMBDA, (uint32_t)r), eq->n, eq->bias, column);
+    eq->dynamics.loads = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n * eq->m);
+    for (int r = 0; column && eq->dynamics.loads && r < eq->m; r++) {
+        kmp_derivatives_by(eq->graph, kmp_input(eq->graph, KMP_IN_LAMBDA, (uint32_t)r), eq->n, eq->dynamics.bias,
+                           column);
         for (int k = 0; k < eq->n; k++)
-            eq->loads[k * eq->m + r] = column[k];
+            eq->dynamics.loads[k * eq->m + r] = column[k];
     }
 }
 
@@ -415,10 +419,10 @@ static kempe_status derive_changes(kmp_equations *eq, const kmp_events *events)
     for (int k = 0; changes && k < counts[0]; k++)
         if (!kmp_tree_event(&eq->tree, k, &changes[k]))
             return kmp_fail(eq->context, KEMPE_E_BUG, "a condition of an element is missing in its law");
-    eq->change_count = counts[0];
-    eq->changes = changes ? kmp_conditions_with_solved(eq->graph, changes, counts) : NULL;
-    eq->watched_count = counts[0] + counts[1];
-    return kmp_made(eq->context, eq->changes);
+    eq->conditions.count = counts[0];
+    eq->conditions.changes = changes ? kmp_conditions_with_solved(eq->graph, changes, counts) : NULL;
+    eq->conditions.watched_count = counts[0] + counts[1];
+    return kmp_made(eq->context, eq->conditions.changes);
 }
 
 kmp_directions kmp_equations_directions(const kempe_model *model, int rows)
@@ -450,22 +454,23 @@ static void derive_along(kmp_equations *eq)
             direction[i] = kmp_input(g, KMP_IN_ALONG, (uint32_t)i);
         }
     kmp_derivative *d = leaf && direction ? kmp_derivative_new(g, at.count, leaf, direction) : NULL;
-    eq->along_count = 0;
-    eq->along = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n + 3 * m + eq->shown_count + eq->change_count);
-    if (!curve || !d || !eq->along)
+    eq->along.count = 0;
+    eq->along.change =
+        KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n + 3 * m + eq->outputs.shown_count + eq->conditions.count);
+    if (!curve || !d || !eq->along.change)
         return;
     const struct {
         int count;
         const kmp_ref *value;
-    } set[] = {{eq->n, eq->closed},
-               {m, eq->h},
-               {m, eq->hdot},
+    } set[] = {{eq->n, eq->dynamics.closed},
+               {m, eq->closures.h},
+               {m, eq->closures.hdot},
                {m, curve},
-               {eq->shown_count, eq->shown},
-               {eq->change_count, eq->changes}};
+               {eq->outputs.shown_count, eq->outputs.shown},
+               {eq->conditions.count, eq->conditions.changes}};
     for (size_t k = 0; k < sizeof set / sizeof *set; k++)
         for (int i = 0; i < set[k].count; i++)
-            eq->along[eq->along_count++] = kmp_derivative_of(d, set[k].value[i]);
+            eq->along.change[eq->along.count++] = kmp_derivative_of(d, set[k].value[i]);
     kmp_derivative_free(d);
 }
 
@@ -475,59 +480,59 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_derivation_requ
     const unsigned loaded =
         KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_INVERSE | KMP_SET_ACCELERATION | TANGENT_SETS | KMP_SET_CLOSED;
     if (sets & KMP_SET_MASS)
-        (request->scheme == KMP_SCHEME_NER ? kmp_mass_ner : kmp_mass_composite)(dynamic_links(eq), eq->mass);
+        (request->scheme == KMP_SCHEME_NER ? kmp_mass_ner : kmp_mass_composite)(dynamic_links(eq), eq->dynamics.mass);
     if (sets & KMP_SET_PRODUCT) {
         kmp_ref *x = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
         for (int k = 0; x && k < eq->n; k++)
             x[k] = kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k);
         if (x)
-            kmp_mass_times(dynamic_links(eq), x, eq->product);
+            kmp_mass_times(dynamic_links(eq), x, eq->dynamics.product);
     }
     if (sets & loaded || energy)
         KMP_TRY(derive_loaded(eq, request, energy));
     else if (sets & KMP_SET_OUTPUT)
         KMP_TRY(kmp_outputs_derive(eq, NULL));
-    eq->kinetic = sets & KMP_SET_KINETIC ? kmp_kinetic_energy(&eq->tree) : KMP_ZERO;
-    eq->friction_count = 0;
+    eq->energy.kinetic = sets & KMP_SET_KINETIC ? kmp_kinetic_energy(&eq->tree) : KMP_ZERO;
+    eq->sticking.count = 0;
     if (sets & KMP_SET_FRICTION) {
         /* Rates, levels and forces of all elements that stick. */
         for (const kmp_force *f = eq->model->forces; f < eq->model->forces + eq->model->force_count; f++)
             if (kmp_force_sticks(f)) {
-                int e = eq->friction_count++;
-                eq->slip[e] = value_of(eq, f, KMP_ROLE_RATE);
-                eq->level[e] = value_of(eq, f, KMP_ROLE_LEVEL);
-                eq->holding[e] = value_of(eq, f, KMP_ROLE_STATIC);
-                eq->friction[e] = value_of(eq, f, KMP_ROLE_GIVEN);
+                int e = eq->sticking.count++;
+                eq->sticking.slip[e] = value_of(eq, f, KMP_ROLE_RATE);
+                eq->sticking.level[e] = value_of(eq, f, KMP_ROLE_LEVEL);
+                eq->sticking.holding[e] = value_of(eq, f, KMP_ROLE_STATIC);
+                eq->sticking.force[e] = value_of(eq, f, KMP_ROLE_GIVEN);
             }
     }
-    eq->contact_count = 0;
+    eq->contacts.count = 0;
     if (sets & KMP_SET_CONTACT) {
         /* Distances of all rigid contacts, their rates and forces. */
         for (const kmp_force *f = eq->model->forces; f < eq->model->forces + eq->model->force_count; f++)
             if (f->kind == KMP_FORCE_TOUCH) {
-                int e = eq->contact_count++;
-                eq->gap[e] = value_of(eq, f, KMP_ROLE_PLACE);
-                eq->gap_rate[e] = value_of(eq, f, KMP_ROLE_RATE);
-                eq->push[e] = value_of(eq, f, KMP_ROLE_GIVEN);
+                int e = eq->contacts.count++;
+                eq->contacts.gap[e] = value_of(eq, f, KMP_ROLE_PLACE);
+                eq->contacts.gap_rate[e] = value_of(eq, f, KMP_ROLE_RATE);
+                eq->contacts.push[e] = value_of(eq, f, KMP_ROLE_GIVEN);
             }
     }
     if (sets & KMP_SET_IMPACT)
         derive_impact(eq);
-    eq->next_count = 0;
+    eq->states.count = 0;
     if (sets & KMP_SET_NEXT)
         derive_next(eq);
     if (sets & KMP_SET_START) {
         for (int k = 0; k < eq->n; k++) {
-            eq->start[2 * k] = kmp_tree_number(&eq->tree, &eq->model->start.q[k]);
-            eq->start[2 * k + 1] = kmp_tree_number(&eq->tree, &eq->model->start.qd[k]);
+            eq->states.start[2 * k] = kmp_tree_number(&eq->tree, &eq->model->start.q[k]);
+            eq->states.start[2 * k + 1] = kmp_tree_number(&eq->tree, &eq->model->start.qd[k]);
         }
     }
-    eq->delayed_count = 0;
+    eq->delays.count = 0;
     if (sets & KMP_SET_DELAYED)
         derive_delayed(eq);
     if (sets & KMP_SET_LOADS)
         derive_loads(eq);
-    eq->change_count = eq->watched_count = 0;
+    eq->conditions.count = eq->conditions.watched_count = 0;
     if (sets & KMP_SET_CONDITIONS)
         KMP_TRY(derive_changes(eq, request->events));
     if (sets & KMP_SET_ALONG)
@@ -545,7 +550,7 @@ static bool init_tree(kmp_equations *eq, const kmp_derivation_request *request, 
         return false;
     tree->events = request->events;
     tree->noted = eq->noted;
-    tree->row = eq->row;
+    tree->row = eq->closures.first;
     tree->reaction = kmp_closure_load;
     for (int k = 0; request->modes_alone && k < eq->model->force_count; k++)
         if (kmp_force_has_modes(&eq->model->forces[k]))
@@ -590,10 +595,10 @@ static void swap(kmp_ref *a, kmp_ref *b, int count)
 void kmp_equations_swap_derived(kmp_equations *eq)
 {
     int m = eq->m;
-    swap(eq->h, eq->derived, m);
-    swap(eq->hdot, eq->derived + m, m);
-    swap(eq->jdqd, eq->derived + 2 * m, m);
-    swap(eq->jacobian, eq->derived + 3 * m, m * eq->n);
+    swap(eq->closures.h, eq->closures.derived, m);
+    swap(eq->closures.hdot, eq->closures.derived + m, m);
+    swap(eq->closures.jdqd, eq->closures.derived + 2 * m, m);
+    swap(eq->closures.jacobian, eq->closures.derived + 3 * m, m * eq->n);
 }
 
 kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_derivation_request *request)
@@ -647,9 +652,9 @@ kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, uns
 
 kmp_ref kmp_equations_curve(const kmp_equations *eq, int row)
 {
-    kmp_ref sum = eq->jdqd[row];
+    kmp_ref sum = eq->closures.jdqd[row];
     for (int k = 0; k < eq->n; k++) {
-        kmp_ref entry = eq->jacobian[row * eq->n + k];
+        kmp_ref entry = eq->closures.jacobian[row * eq->n + k];
         if (entry != KMP_ZERO)
             sum = kmp_add(eq->graph, sum, kmp_mul(eq->graph, entry, kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k)));
     }

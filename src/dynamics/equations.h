@@ -12,35 +12,33 @@
 
 /** The sets of equations to derive. */
 enum {
-    KMP_SET_MASS = 1,    /* M */
-    KMP_SET_BIAS = 2,    /* C, applied forces and efforts included */
-    KMP_SET_CLOSURE = 4, /* h, J, h_t */
-    KMP_SET_JDQD = 8,    /* gamma */
-    KMP_SET_RESIDUAL =
-        16, /* implicit dynamics of the dae formulation: R = Newton/Euler(q, qd, qdd) - J' lambda, J' mu, J qd + h_t */
-    KMP_SET_ENERGY = 32,        /* potential energy and the power of non-conservative forces */
-    KMP_SET_REACTION = 64,      /* closure forces from lambda */
-    KMP_SET_OUTPUT = 128,       /* outputs in addition to the table */
-    KMP_SET_ACCELERATION = 256, /* accelerations by the O(N) scheme, and their products with closures */
-    KMP_SET_INVERSE = 512,      /* inverse dynamics: efforts that give qdd, without the model's forces */
-    KMP_SET_INVERSE_Q = 1024,   /* derivatives of the inverse dynamics by q, and by qd; by qdd it is M */
-    KMP_SET_INVERSE_QD = 2048,
-    KMP_SET_CLOSED = 4096, /* inverse dynamics less J' lambda */
-    KMP_SET_CLOSED_Q =
-        8192, /* derivatives of KMP_SET_CLOSED by q; by qd it has the derivatives of the inverse dynamics */
-    KMP_SET_POWER = 16384,    /* the power only of non-conservative forces, in addition to other sets of dynamics */
-    KMP_SET_FRICTION = 32768, /* rates, levels and forces of friction that sticks */
-    KMP_SET_NEXT = 65536,     /* next values of states with samples or events, and whether events hold */
-    KMP_SET_CONTACT = 131072, /* distances of rigid contacts, their rates and forces */
-    KMP_SET_IMPACT = 262144,  /* rates of all rows after an impact; with KMP_SET_CLOSURE */
-    KMP_SET_POWER_SLOPES = 524288, /* of the power by q and qd, with derivatives by composite bodies: they share most */
-    KMP_SET_DELAYED = 1048576,     /* signals of continuous delays, those before the start, and the delays */
-    KMP_SET_CONDITIONS = 2097152,  /* values of the request's conditions, of which all laws have been derived */
-    KMP_SET_LOADS = 8388608,       /* derivatives of C by the multipliers; with C and the closures */
-    KMP_SET_ALONG = 4194304,       /* changes along a direction; with the sets that it differentiates */
-    KMP_SET_KINETIC = 33554432,    /* the kinetic energy, link by link */
-    KMP_SET_PRODUCT = 67108864,    /* M x, of x as accelerations */
-    KMP_SET_START = 16777216       /* start values of the coordinates and rates, as given */
+    KMP_SET_MASS = 1 << 0,     /* M */
+    KMP_SET_BIAS = 1 << 1,     /* C, applied forces and efforts included */
+    KMP_SET_CLOSURE = 1 << 2,  /* h, J, h_t */
+    KMP_SET_JDQD = 1 << 3,     /* gamma */
+    KMP_SET_RESIDUAL = 1 << 4, /* of the dae formulation: R = Newton/Euler(q, qd, qdd) - J' lambda, J' mu, J qd + h_t */
+    KMP_SET_ENERGY = 1 << 5,   /* potential energy and the power of non-conservative forces */
+    KMP_SET_REACTION = 1 << 6, /* closure forces from lambda */
+    KMP_SET_OUTPUT = 1 << 7,   /* outputs in addition to the table */
+    KMP_SET_ACCELERATION = 1 << 8, /* accelerations by the O(N) scheme, and their products with closures */
+    KMP_SET_INVERSE = 1 << 9,      /* inverse dynamics: efforts that give qdd, without the model's forces */
+    KMP_SET_INVERSE_Q = 1 << 10,   /* derivatives of the inverse dynamics by q, and by qd; by qdd it is M */
+    KMP_SET_INVERSE_QD = 1 << 11,
+    KMP_SET_CLOSED = 1 << 12,   /* inverse dynamics less J' lambda */
+    KMP_SET_CLOSED_Q = 1 << 13, /* derivatives of KMP_SET_CLOSED by q; by qd they are KMP_SET_INVERSE_QD */
+    KMP_SET_POWER = 1 << 14,    /* the power only of non-conservative forces, in addition to other sets of dynamics */
+    KMP_SET_FRICTION = 1 << 15, /* rates, levels and forces of friction that sticks */
+    KMP_SET_NEXT = 1 << 16,     /* next values of states with samples or events, and whether events hold */
+    KMP_SET_CONTACT = 1 << 17,  /* distances of rigid contacts, their rates and forces */
+    KMP_SET_IMPACT = 1 << 18,   /* rates of all rows after an impact; with KMP_SET_CLOSURE */
+    KMP_SET_POWER_SLOPES = 1 << 19, /* of the power by q and qd; shares most with derivatives by composite bodies */
+    KMP_SET_DELAYED = 1 << 20,      /* signals of continuous delays, those before the start, and the delays */
+    KMP_SET_CONDITIONS = 1 << 21,   /* values of the request's conditions, of which all laws have been derived */
+    KMP_SET_ALONG = 1 << 22,        /* changes along a direction; with the sets that it differentiates */
+    KMP_SET_LOADS = 1 << 23,        /* derivatives of C by the multipliers; with C and the closures */
+    KMP_SET_START = 1 << 24,        /* start values of the coordinates and rates, as given */
+    KMP_SET_KINETIC = 1 << 25,      /* the kinetic energy, link by link */
+    KMP_SET_PRODUCT = 1 << 26,      /* M x, of x as accelerations */
 };
 
 typedef enum kmp_scheme { KMP_SCHEME_COMPOSITE, KMP_SCHEME_NER } kmp_scheme;
@@ -79,6 +77,91 @@ typedef struct kmp_derivation_request {
     bool friction_in_place;      /* the force of friction that sticks is a function of its mode and the state */
 } kmp_derivation_request;
 
+/** The closures. m rows; n coordinates. */
+typedef struct kmp_closure_equations {
+    kmp_row *rows;     /* m */
+    int *first;        /* of a closure's declared rows (kmp_tree) */
+    double *misfit;    /* by closures, scaled: the widest of its rows that no coordinate moves, taken as rounding */
+    kmp_ref *h, *h_t;  /* m */
+    kmp_ref *rate;     /* m: of rows of rates; all others have the rate of h */
+    kmp_ref *jacobian; /* m x n, entry (r, k) at r n + k */
+    kmp_ref *jdqd;     /* m */
+    kmp_ref *hdot;     /* m */
+    kmp_ref *derived;  /* h, hdot, jdqd (m each) and J by differentiation; NULL: no search for variants */
+    kmp_ref *reaction; /* 3 a closure */
+    kmp_ref *after;    /* m: J qd after an impact of the contacts that are held */
+} kmp_closure_equations;
+
+/** The dynamics without the closures' rows; of which are NULL unless requested. */
+typedef struct kmp_dynamics_equations {
+    kmp_ref *mass;                              /* n x n, entry (i, k) at i n + k for k <= i */
+    kmp_ref *bias;                              /* n */
+    kmp_ref *product;                           /* n: M x, of x as accelerations */
+    kmp_ref *residual;                          /* n */
+    kmp_ref *inverse;                           /* n */
+    kmp_ref *closed;                            /* n */
+    kmp_ref *inverse_q, *inverse_qd, *closed_q; /* n x n, row by row; NULL unless requested */
+    kmp_ref *loads;                             /* dC/dlambda, n x m; NULL unless requested */
+    kmp_ref *jt_mu;                             /* n */
+} kmp_dynamics_equations;
+
+typedef struct kmp_energy_equations {
+    kmp_ref potential, power, kinetic;
+    kmp_ref *power_q, *power_qd; /* n: derivatives of the power; NULL unless requested */
+} kmp_energy_equations;
+
+/** By articulated bodies: accelerations and multipliers; the part of each acceleration that no multiplier makes; of
+ * each row its pivot, and what it would be without the rows eliminated before; the mass-orthogonal change with J x =
+ * -KMP_IN_MU. Rows that are not KMP_IN_KEPT have the multiplier zero. */
+typedef struct kmp_articulated_equations {
+    kmp_ref *accelerations, *multipliers, *open; /* n, m, n */
+    kmp_ref *pivots, *diagonals;                 /* m */
+    kmp_ref *correction;                         /* n */
+} kmp_articulated_equations;
+
+typedef struct kmp_output_equations {
+    kmp_ref *position; /* 3 a position output, in order */
+    int position_count;
+    kmp_ref *shown; /* all outputs in addition to the table, in order */
+    int shown_count;
+    kmp_table_uses uses; /* tables in them */
+} kmp_output_equations;
+
+/** Of each friction element that sticks, in the order of the forces: rate, sizes in slip and in stick, friction. */
+typedef struct kmp_sticking_equations {
+    kmp_ref *slip, *level, *holding, *force;
+    int count;
+} kmp_sticking_equations;
+
+/** Of each rigid contact, in the order of the forces: distance, its rate, force. */
+typedef struct kmp_contact_equations {
+    kmp_ref *gap, *gap_rate, *push;
+    int count;
+} kmp_contact_equations;
+
+typedef struct kmp_state_equations {
+    kmp_ref *next, *when; /* of each state with a next value: it; 1 where the condition of its event holds */
+    int count;            /* of these */
+    kmp_ref *start;       /* n x 2: start values of q and qd, as given; 0 where none is */
+} kmp_state_equations;
+
+/** Of each continuous delay: the signal, that before the start or 0, seconds. */
+typedef struct kmp_delay_equations {
+    kmp_ref *signal, *before, *delay;
+    int count;
+} kmp_delay_equations;
+
+typedef struct kmp_condition_equations {
+    kmp_ref *changes; /* of each condition: it holds where this is negative; then the unknowns of their blocks */
+    int count, watched_count; /* the conditions; with the unknowns */
+} kmp_condition_equations;
+
+/** Changes of `closed`, h, rates and accelerations of the closures, `shown` and `changes` along a direction. */
+typedef struct kmp_change_equations {
+    kmp_ref *change;
+    int count;
+} kmp_change_equations;
+
 typedef struct kmp_equations {
     kempe_context *context;
     const kempe_model *model;
@@ -90,53 +173,17 @@ typedef struct kmp_equations {
     kmp_savings savings;
     int *run; /* n: rotations about parallel axes */
     int n, m;
-    kmp_row *rows;     /* m */
-    double *misfit;    /* by closures, scaled: the widest of its rows that no coordinate moves, taken as rounding */
-    int *row;          /* of a closure's declared rows (kmp_tree) */
-    kmp_ref *mass;     /* n x n, entry (i, k) at i n + k for k <= i */
-    kmp_ref *bias;     /* n */
-    kmp_ref *product;  /* n: M x, of x as accelerations */
-    kmp_ref *h, *h_t;  /* m */
-    kmp_ref *rate;     /* m: of rows of rates; all others have the rate of h */
-    kmp_ref *jacobian; /* m x n, entry (r, k) at r n + k */
-    kmp_ref *jdqd;     /* m */
-    kmp_ref *residual; /* n */
-    kmp_ref *inverse;  /* n */
-    kmp_ref *closed;   /* n */
-    kmp_ref *inverse_q, *inverse_qd, *closed_q; /* n x n, row by row; NULL unless requested */
-    kmp_ref *power_q, *power_qd;                /* n: derivatives of the power; NULL unless requested */
-    kmp_ref *jt_mu;                             /* n */
-    kmp_ref *hdot;                              /* m */
-    kmp_ref *derived; /* h, hdot, jdqd (m each) and J by differentiation; NULL: no search for variants */
-    kmp_ref potential, power, kinetic;
-    kmp_ref *reaction; /* 3 a closure */
-    kmp_ref *position; /* 3 a position output, in order */
-    int position_count;
-    /* By articulated bodies: accelerations and multipliers; the part of each acceleration that no multiplier makes; of
-     * each row its pivot, and what it would be without the rows eliminated before; the mass-orthogonal change with
-     * J x = -KMP_IN_MU. Rows that are not KMP_IN_KEPT have the multiplier zero. */
-    kmp_ref *accelerations, *multipliers, *open; /* n, m, n */
-    kmp_ref *pivots, *diagonals;                 /* m */
-    kmp_ref *correction;                         /* n */
-    kmp_ref *shown;                              /* all outputs in addition to the table, in order */
-    int shown_count;
-    kmp_table_uses uses; /* tables in them */
-    /* of each friction element that sticks, in the order of the forces: rate, sizes in slip and in stick, friction */
-    kmp_ref *slip, *level, *holding, *friction;
-    int friction_count;
-    kmp_ref *gap, *gap_rate, *push; /* of each rigid contact, in the order of the forces: distance, its rate, force */
-    int contact_count;
-    kmp_ref *after;       /* m: J qd after an impact of the contacts that are held */
-    kmp_ref *next, *when; /* of each state with a next value: it; 1 where the condition of its event holds */
-    int next_count;
-    kmp_ref *start;                    /* n x 2: start values of q and qd, as given; 0 where none is */
-    kmp_ref *delayed, *before, *delay; /* of each continuous delay: the signal, that before the start or 0, seconds */
-    int delayed_count;
-    kmp_ref *loads;   /* dC/dlambda, n x m; NULL unless requested */
-    kmp_ref *changes; /* of each condition: it holds where this is negative; then the unknowns of their blocks */
-    int change_count, watched_count; /* the conditions; with the unknowns */
-    kmp_ref *along; /* changes of `closed`, h, rates and accelerations of the closures, `shown` and `changes` */
-    int along_count;
+    kmp_closure_equations closures;
+    kmp_dynamics_equations dynamics;
+    kmp_energy_equations energy;
+    kmp_articulated_equations articulated;
+    kmp_output_equations outputs;
+    kmp_sticking_equations sticking;
+    kmp_contact_equations contacts;
+    kmp_state_equations states;
+    kmp_delay_equations delays;
+    kmp_condition_equations conditions;
+    kmp_change_equations along;
 } kmp_equations;
 
 /** True for a value that depends on accelerations or multipliers. */
@@ -150,7 +197,7 @@ kmp_ref *kmp_conditions_with_solved(kmp_graph *g, const kmp_ref *conditions, int
  * the shortest variants. Errors as kmp_equations_derive. */
 kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model,
                                        const kmp_derivation_request *request);
-/** Exchanges the closures' rows for eq->derived, and back. */
+/** Exchanges the closures' rows for closures.derived, and back. */
 void kmp_equations_swap_derived(kmp_equations *eq);
 /** Derives M, C, inverse dynamics and accelerations of a request that returns again, by other variants. The closures
  * are unchanged, and the earlier dynamics are gone. */

@@ -46,11 +46,11 @@ static bool begin_groups(groups *g, const kempe_system *s, const kmp_equations *
     *g = (groups){.out = KMP_GRAPH_NEW(eq->graph, kmp_ref, (uint32_t)(most + n * m) + kmp_graph_count(eq->graph))};
     if (!g->out)
         return false;
-    put_outputs(g, m, eq->h);
+    put_outputs(g, m, eq->closures.h);
     for (int k = 0; k < s->jacobian.count; k++)
-        put_outputs(g, 1, &eq->jacobian[s->jacobian.row[k] * n + s->jacobian.col[k]]);
+        put_outputs(g, 1, &eq->closures.jacobian[s->jacobian.row[k] * n + s->jacobian.col[k]]);
     if (s->rheonomic)
-        put_outputs(g, m, eq->h_t);
+        put_outputs(g, m, eq->closures.h_t);
     return true;
 }
 
@@ -60,9 +60,9 @@ static kmp_program *program_of(groups *g, const kempe_system *s, const kmp_equat
     const int *count = g->count;
     const kmp_ref *group[6] = {g->out};
     int stages = 3;
-    if (g->last < 4 && eq->power != KMP_ZERO) {
+    if (g->last < 4 && eq->energy.power != KMP_ZERO) {
         g->last = 4;
-        put_outputs(g, 1, &eq->power);
+        put_outputs(g, 1, &eq->energy.power);
     }
     for (int k = 1; k < 6; k++) {
         group[k] = group[k - 1] + count[k - 1];
@@ -78,10 +78,10 @@ static bool find_jacobian(kempe_system *s, const kmp_equations *eq)
 {
     kmp_ref *entry = KMP_GRAPH_NEW(eq->graph, kmp_ref, s->m * s->n);
     if (entry)
-        kmp_pattern_init(&s->jacobian, &s->arena, s->m, s->n, eq->jacobian, entry);
+        kmp_pattern_init(&s->jacobian, &s->arena, s->m, s->n, eq->closures.jacobian, entry);
     for (int r = 0; r < s->m; r++) {
-        s->rheonomic = s->rheonomic || eq->h_t[r] != KMP_ZERO;
-        s->switches = s->switches || eq->rows[r].of_rates;
+        s->rheonomic = s->rheonomic || eq->closures.h_t[r] != KMP_ZERO;
+        s->switches = s->switches || eq->closures.rows[r].of_rates;
     }
     if (!entry)
         return false;
@@ -89,7 +89,7 @@ static bool find_jacobian(kempe_system *s, const kmp_equations *eq)
     uint32_t nodes = kmp_graph_count(eq->graph);
     uint8_t *needed = KMP_NEW(uint8_t, nodes);
     if (needed)
-        kmp_live_mark(eq->graph, s->m, eq->h, needed);
+        kmp_live_mark(eq->graph, s->m, eq->closures.h, needed);
     for (uint32_t id = 0; needed && id < nodes; id++) {
         const kmp_node *node = kmp_graph_node(eq->graph, id);
         if (needed[id] && node->op == KMP_OP_INPUT && node->depends & 1u << KMP_IN_MODE)
@@ -108,7 +108,7 @@ static kmp_ref *find_load_jacobian(kempe_system *s, const kmp_equations *eq)
     s->load_rows = KMP_ARENA_NEW(&s->arena, int, s->m);
     if (!entry || !s->load_rows)
         return NULL;
-    kmp_partials *partials = kmp_partials_new(eq->graph, s->n, eq->bias);
+    kmp_partials *partials = kmp_partials_new(eq->graph, s->n, eq->dynamics.bias);
     for (int r = 0; r < s->m; r++) {
         const int *row;
         const kmp_ref *value;
@@ -152,9 +152,9 @@ static bool put_load_dependent(groups *g, kempe_system *s, const kmp_equations *
     kmp_ref *last = KMP_GRAPH_NEW(eq->graph, kmp_ref, n + n * m), *entry = find_load_jacobian(s, eq);
     if (!last || !entry)
         return false;
-    memcpy(last, eq->bias, (size_t)n * sizeof *last);
+    memcpy(last, eq->dynamics.bias, (size_t)n * sizeof *last);
     kmp_pattern_init(&s->load_jacobian, &s->arena, n, m, entry, last + n);
-    put_outputs(g, m, eq->jdqd);
+    put_outputs(g, m, eq->closures.jdqd);
     if (!kmp_list_independent(eq->graph, KMP_IN_LAMBDA, n + s->load_jacobian.count, last, g->out + g->total, &found))
         return false;
     g->total += found;
@@ -171,14 +171,14 @@ bool kmp_motion_make(kempe_system *s, kmp_equations *eq)
     if (!find_jacobian(s, eq) || !begin_groups(&g, s, eq))
         return false;
     g.last = 1;
-    put_pattern(&g, &s->arena, &s->mass, s->n, s->n, eq->mass);
+    put_pattern(&g, &s->arena, &s->mass, s->n, s->n, eq->dynamics.mass);
     g.last = 2;
     bool load_dependent = false;
     for (int k = 0; k < eq->n; k++)
-        load_dependent = load_dependent || kmp_depends_on(eq->graph, eq->bias[k], KMP_IN_LAMBDA);
+        load_dependent = load_dependent || kmp_depends_on(eq->graph, eq->dynamics.bias[k], KMP_IN_LAMBDA);
     if (!load_dependent) {
-        put_outputs(&g, s->n, eq->bias);
-        put_outputs(&g, s->m, eq->jdqd);
+        put_outputs(&g, s->n, eq->dynamics.bias);
+        put_outputs(&g, s->m, eq->closures.jdqd);
     } else if (!put_load_dependent(&g, s, eq)) {
         return false;
     }
@@ -190,15 +190,15 @@ bool kmp_motion_make(kempe_system *s, kmp_equations *eq)
 static kmp_program *program_by_products(groups *g, const kempe_system *s, const kmp_equations *eq)
 {
     int found;
-    if (!kmp_list_independent(eq->graph, KMP_IN_QDD, s->n, eq->product, g->out + g->total, &found))
+    if (!kmp_list_independent(eq->graph, KMP_IN_QDD, s->n, eq->dynamics.product, g->out + g->total, &found))
         return NULL;
     g->total += found;
     g->count[1] += found;
     g->last = 2;
-    put_outputs(g, s->n, eq->bias);
-    put_outputs(g, s->m, eq->jdqd);
+    put_outputs(g, s->n, eq->dynamics.bias);
+    put_outputs(g, s->m, eq->closures.jdqd);
     g->last = 3;
-    put_outputs(g, s->n, eq->product);
+    put_outputs(g, s->n, eq->dynamics.product);
     return program_of(g, s, eq, true);
 }
 
@@ -213,7 +213,7 @@ bool kmp_motion_make_weighing(kempe_system *s, kmp_equations *eq)
         return s->late->weighing;
     }
     if (!s->late->by_links)
-        put_pattern(&g, &s->arena, &s->mass, s->n, s->n, eq->mass);
+        put_pattern(&g, &s->arena, &s->mass, s->n, s->n, eq->dynamics.mass);
     const kmp_ref *group[2] = {g.out, g.out + g.count[0]};
     if (!s->arena.failed) /* the passes would cost more than they save: it runs seldom */
         s->late->weighing = kmp_program_new(eq->graph, 2, g.count, group);
@@ -227,10 +227,10 @@ kmp_program *kmp_motion_make_again(const kempe_system *s, kmp_equations *eq)
         return NULL;
     g.last = 1;
     for (int k = 0; k < s->mass.count; k++)
-        put_outputs(&g, 1, &eq->mass[s->mass.row[k] * s->n + s->mass.col[k]]);
+        put_outputs(&g, 1, &eq->dynamics.mass[s->mass.row[k] * s->n + s->mass.col[k]]);
     g.last = 2;
-    put_outputs(&g, s->n, eq->bias);
-    put_outputs(&g, s->m, eq->jdqd);
+    put_outputs(&g, s->n, eq->dynamics.bias);
+    put_outputs(&g, s->m, eq->closures.jdqd);
     return program_of(&g, s, eq, true);
 }
 
@@ -241,18 +241,18 @@ static bool motion_make_bodies(const kempe_system *s, kmp_bodies *bodies, kmp_eq
     if (!begin_groups(&g, s, eq))
         return false;
     g.last = 1;
-    put_outputs(&g, s->m, eq->pivots);
-    put_outputs(&g, s->m, eq->diagonals);
+    put_outputs(&g, s->m, eq->articulated.pivots);
+    put_outputs(&g, s->m, eq->articulated.diagonals);
     g.last = 2;
-    put_outputs(&g, s->n, eq->accelerations);
-    put_outputs(&g, s->m, eq->multipliers);
+    put_outputs(&g, s->n, eq->articulated.accelerations);
+    put_outputs(&g, s->m, eq->articulated.multipliers);
     g.last = 3;
-    put_outputs(&g, s->n, eq->open);
-    put_outputs(&g, s->m, eq->jdqd);
+    put_outputs(&g, s->n, eq->articulated.open);
+    put_outputs(&g, s->m, eq->closures.jdqd);
     g.last = 4;
-    put_outputs(&g, 1, &eq->power);
+    put_outputs(&g, 1, &eq->energy.power);
     g.last = 5;
-    put_outputs(&g, s->n, eq->correction);
+    put_outputs(&g, s->n, eq->articulated.correction);
     bool shorter =
         !s->late ||
         s->late->by_links; /* else their contacts take most of a right-hand side, which the passes do not shorten */
@@ -311,7 +311,7 @@ static kempe_status make_late(kmp_lazy_equations *late)
     KMP_TRY(kmp_equations_derive(&eq, s->model, &request));
     kmp_ref *entries = has_pattern(late) ? NULL : KMP_GRAPH_NEW(eq.graph, kmp_ref, s->n * s->n);
     if (entries)
-        kmp_pattern_init(&s->mass, &s->arena, s->n, s->n, eq.mass, entries);
+        kmp_pattern_init(&s->mass, &s->arena, s->n, s->n, eq.dynamics.mass, entries);
     s->motion = s->arena.failed ? NULL : kmp_motion_make_again(s, &eq);
     kmp_equations_free(&eq);
     KMP_TRY(kmp_made(s->context, s->motion));

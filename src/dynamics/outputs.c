@@ -203,17 +203,17 @@ static void show_axes(kmp_equations *eq, int point)
     kmp_vec axes[3];
     kmp_point_axes(&eq->tree, point, 0, axes);
     for (int k = 0; k < 9; k++)
-        eq->shown[eq->shown_count++] = axes[k / 3].x[k % 3];
+        eq->outputs.shown[eq->outputs.shown_count++] = axes[k / 3].x[k % 3];
 }
 
 static void show_section(kmp_equations *eq, int point)
 {
     const kmp_wrench load = kmp_section_load(&eq->tree, point);
     for (int k = 0; k < 3; k++) {
-        eq->shown[eq->shown_count + k] = load.force.x[k];
-        eq->shown[eq->shown_count + 3 + k] = load.moment.x[k];
+        eq->outputs.shown[eq->outputs.shown_count + k] = load.force.x[k];
+        eq->outputs.shown[eq->outputs.shown_count + 3 + k] = load.moment.x[k];
     }
-    eq->shown_count += 6;
+    eq->outputs.shown_count += 6;
 }
 
 static void derive_output(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output)
@@ -228,16 +228,17 @@ static void derive_output(kmp_equations *eq, const kmp_forces *forces, const kmp
         return;
     case KMP_OUTPUT_FORCE:
         for (int k = 0; k < kmp_output_width(eq->model, output); k++)
-            eq->shown[eq->shown_count++] = forces->value[(ptrdiff_t)KMP_FORCE_WIDTH * output->index + k];
+            eq->outputs.shown[eq->outputs.shown_count++] =
+                forces->value[(ptrdiff_t)KMP_FORCE_WIDTH * output->index + k];
         return;
     default:
         x = derive_one(eq, forces, output);
     }
     for (int k = 0; k < 3 && k < kmp_output_width(eq->model, output); k++)
-        eq->shown[eq->shown_count++] = x.x[k];
+        eq->outputs.shown[eq->outputs.shown_count++] = x.x[k];
     for (int k = 0; output->kind == KMP_OUTPUT_POSITION && k < 3; k++)
-        eq->position[3 * eq->position_count + k] = x.x[k];
-    eq->position_count += output->kind == KMP_OUTPUT_POSITION;
+        eq->outputs.position[3 * eq->outputs.position_count + k] = x.x[k];
+    eq->outputs.position_count += output->kind == KMP_OUTPUT_POSITION;
 }
 
 static bool show_by_wing(kmp_equations *eq, const kmp_output *output)
@@ -258,7 +259,7 @@ kempe_status kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
     KMP_TRY(kmp_joint_loads_begin(eq, false));
     KMP_TRY(kmp_made(eq->context, settled || derive_until(&eq->tree)));
     eq->tree.settled = true;
-    eq->tree.uses = &eq->uses;
+    eq->tree.uses = &eq->outputs.uses;
     /* In the order of the model. */
     for (int o = 0; !kmp_graph_failed(eq->graph) && o < eq->model->output_count; o++)
         if (!show_by_wing(eq, &eq->model->outputs[o]))

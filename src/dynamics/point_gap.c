@@ -360,14 +360,14 @@ static void place_points(gaps *s, const gap *p, const gap_variant by[2], gap *pl
     *placed = *p;
     placed->d = kmp_vec_sub(g, p->side[1].by[by[1]].x, p->side[0].by[by[0]].x);
     int count = gap_leaves(p, &placed->d, leaf, to);
-    memcpy(h, s->eq->h + p->row, (size_t)p->count * sizeof *h);
+    memcpy(h, s->eq->closures.h + p->row, (size_t)p->count * sizeof *h);
     for (int k = 0; k < 3; k++)
         placed->moves[k] = p->moves[k] && kmp_graph_node(g, kmp_id(placed->d.x[k]))->op != KMP_OP_CONST;
     if (!kmp_substitute(g, count, leaf, to, p->count, h, &through))
         kmp_graph_fail(g);
     if (!is_seen_through(s, placed, h)) {
         *placed = *p;
-        memcpy(h, s->eq->h + p->row, (size_t)p->count * sizeof *h);
+        memcpy(h, s->eq->closures.h + p->row, (size_t)p->count * sizeof *h);
     }
 }
 
@@ -426,15 +426,15 @@ static const gap_version *version_of(gaps *s, gap *p, gap_part what, const gap_v
 static void add_gap(gaps *s, int row, int count)
 {
     kmp_equations *eq = s->eq;
-    const kmp_closure *closure = &eq->model->closures[eq->rows[row].closure];
-    gap p = {.closure = eq->rows[row].closure, .row = row, .count = count};
+    const kmp_closure *closure = &eq->model->closures[eq->closures.rows[row].closure];
+    gap p = {.closure = eq->closures.rows[row].closure, .row = row, .count = count};
     int ancestor;
     if (closure->point[0] < 0 || closure->point[1] < 0)
         return;
     p.d = kmp_point_difference(&eq->tree, closure->point[0], closure->point[1], &ancestor);
     for (int k = 0; k < 3; k++)
         p.moves[k] = kmp_depends_on(eq->graph, p.d.x[k], KMP_IN_Q);
-    if (!is_seen_through(s, &p, eq->h + row))
+    if (!is_seen_through(s, &p, eq->closures.h + row))
         return;
     for (int k = 0; k < 2; k++) {
         gap_side *point = &p.side[k];
@@ -577,20 +577,20 @@ static bool put_gap(gaps *s, gap *p, gap_variant by[PARTS][2], kmp_ref *const to
     return true;
 }
 
-/* Keeps all rows unchanged, rows of point closures with both sides derived: eq->derived. */
+/* Keeps all rows unchanged, rows of point closures with both sides derived: closures.derived. */
 static bool keep_derived(gaps *s)
 {
     gap_variant by[PARTS][2] = {{DERIVED, DERIVED}, {DERIVED, DERIVED}};
     kmp_equations *eq = s->eq;
     size_t m = (size_t)eq->m, n = (size_t)eq->n;
-    kmp_ref *all = eq->derived = KMP_GRAPH_NEW(eq->graph, kmp_ref, m * (n + 3));
+    kmp_ref *all = eq->closures.derived = KMP_GRAPH_NEW(eq->graph, kmp_ref, m * (n + 3));
     if (!all)
         return false;
     kmp_ref *const to[4] = {all, all + m, all + 2 * m, all + 3 * m};
-    memcpy(to[0], eq->h, m * sizeof *all);
-    memcpy(to[1], eq->hdot, m * sizeof *all);
-    memcpy(to[2], eq->jdqd, m * sizeof *all);
-    memcpy(to[3], eq->jacobian, m * n * sizeof *all);
+    memcpy(to[0], eq->closures.h, m * sizeof *all);
+    memcpy(to[1], eq->closures.hdot, m * sizeof *all);
+    memcpy(to[2], eq->closures.jdqd, m * sizeof *all);
+    memcpy(to[3], eq->closures.jacobian, m * n * sizeof *all);
     for (int i = 0; i < s->count; i++)
         if (!put_gap(s, &s->list[i], by, to))
             return false;
@@ -617,7 +617,7 @@ bool kmp_gaps_shorten(kmp_equations *eq, unsigned sets, bool search)
     if (kmp_graph_failed(eq->graph))
         return false;
     for (int r = 0, count; r < eq->m; r += count) {
-        for (count = 1; r + count < eq->m && eq->rows[r + count].closure == eq->rows[r].closure;)
+        for (count = 1; r + count < eq->m && eq->closures.rows[r + count].closure == eq->closures.rows[r].closure;)
             count++;
         add_gap(&s, r, count);
     }
@@ -637,7 +637,8 @@ bool kmp_gaps_shorten(kmp_equations *eq, unsigned sets, bool search)
         }
     }
     for (int i = 0; ok && i < s.count; i++)
-        ok = put_gap(&s, &s.list[i], s.list[i].chosen, (kmp_ref *const[]){eq->h, eq->hdot, eq->jdqd, eq->jacobian});
+        ok = put_gap(&s, &s.list[i], s.list[i].chosen,
+                     (kmp_ref *const[]){eq->closures.h, eq->closures.hdot, eq->closures.jdqd, eq->closures.jacobian});
     kmp_derivative_free(s.derivative);
     return ok;
 }

@@ -208,23 +208,23 @@ bool kmp_system_rescale(kempe_system *s)
 
 static bool make_judge(kempe_system *s, kmp_equations *eq)
 {
-    const int uses = s->use_count = eq->uses.count;
+    const int uses = s->use_count = eq->outputs.uses.count;
     const bool links = s->late && (s->late->by_links || s->late->by_products);
-    const int count[5] = {1, links ? 2 : 1, 3 * s->model->closure_count, 3 * eq->position_count,
-                          eq->shown_count + uses};
-    kmp_ref *shown = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->shown_count + uses + 1);
-    const kmp_ref energies[2] = {eq->power, eq->kinetic};
-    const kmp_ref *groups[5] = {&eq->potential, energies, eq->reaction, eq->position, shown};
+    const int count[5] = {1, links ? 2 : 1, 3 * s->model->closure_count, 3 * eq->outputs.position_count,
+                          eq->outputs.shown_count + uses};
+    kmp_ref *shown = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->outputs.shown_count + uses + 1);
+    const kmp_ref energies[2] = {eq->energy.power, eq->energy.kinetic};
+    const kmp_ref *groups[5] = {&eq->energy.potential, energies, eq->closures.reaction, eq->outputs.position, shown};
     s->use = KMP_ARENA_NEW(&s->arena, kmp_table_use, uses + 1);
     if (!shown || !s->use)
         return false;
-    for (int k = 0; k < eq->shown_count; k++)
-        shown[k] = eq->shown[k];
+    for (int k = 0; k < eq->outputs.shown_count; k++)
+        shown[k] = eq->outputs.shown[k];
     for (int k = 0; k < uses; k++) {
-        s->use[k] = eq->uses.use[k];
-        shown[eq->shown_count + k] = s->use[k].at;
+        s->use[k] = eq->outputs.uses.use[k];
+        shown[eq->outputs.shown_count + k] = s->use[k].at;
     }
-    s->has_power = eq->power != KMP_ZERO || s->rheonomic || s->switches;
+    s->has_power = eq->energy.power != KMP_ZERO || s->rheonomic || s->switches;
     s->dissipative = s->has_power;
     s->judge = kmp_program_new(eq->graph, 5, count, groups);
     return s->judge;
@@ -378,7 +378,8 @@ static kempe_status derive_late(kempe_system *s)
                                             .charted = true};
     kmp_equations eq;
     KMP_TRY(kmp_equations_derive(&eq, s->model, &request));
-    bool made = kmp_system_set_rows(s, eq.n, eq.m, eq.rows, eq.misfit) && kmp_motion_make_weighing(s, &eq);
+    bool made =
+        kmp_system_set_rows(s, eq.n, eq.m, eq.closures.rows, eq.closures.misfit) && kmp_motion_make_weighing(s, &eq);
     s->closing = made ? kmp_program_first(s->late->weighing, KMP_STAGE_MASS) : NULL;
     kempe_status status = kmp_made(s->context, s->closing);
     if (status == KEMPE_OK)
@@ -389,7 +390,7 @@ static kempe_status derive_late(kempe_system *s)
 
 static kempe_status derive_motion(kempe_system *s, kmp_equations *eq, bool closures)
 {
-    bool made = kmp_system_set_rows(s, eq->n, eq->m, eq->rows, eq->misfit) && kmp_motion_make(s, eq);
+    bool made = kmp_system_set_rows(s, eq->n, eq->m, eq->closures.rows, eq->closures.misfit) && kmp_motion_make(s, eq);
     s->closing = made ? kmp_program_first(s->motion, KMP_STAGE_MASS) : NULL;
     KMP_TRY(kmp_made(s->context, s->closing));
     return closures ? derive_rest(s, eq) : KEMPE_OK;

@@ -180,7 +180,7 @@ static void restart(kmp_runner *runner)
     double work;
     CHECK(kmp_runner_step(runner) == KEMPE_OK);
     double t = kmp_runner_t(runner), h = runner->solver->h;
-    CHECK(kmp_runner_inner_row(runner, t, true, runner->state, &work) == KEMPE_OK);
+    CHECK(kmp_runner_inner_row(runner, t, true, runner->room.state, &work) == KEMPE_OK);
     CHECK(kmp_runner_restart(runner, t, false, work, h) == KEMPE_OK);
     CHECK(!runner->kind->lanes);
 }

@@ -133,7 +133,7 @@ static void symbols_are_numbers(int number, const random_model *r, derived *d)
         CHECK_CLOSE(d->n, symbolic.residual, d->residual, 1e-13);
         CHECK_CLOSE(1, symbolic.potential, d->potential, 1e-13);
         CHECK_CLOSE(1, symbolic.power, d->power, 1e-13);
-        CHECK_CLOSE(3 * d->eq.position_count, symbolic.position, d->position, 1e-13);
+        CHECK_CLOSE(3 * d->eq.outputs.position_count, symbolic.position, d->position, 1e-13);
     }
     derived_free(&symbolic);
 }
@@ -172,7 +172,7 @@ static void places(int number, const random_model *r, derived *d)
     pose p[MODEL_MAX_BODIES];
     derived_eval(d, &s);
     plain_poses(r->model, s.q, p);
-    CHECK(d->eq.position_count == 2 * (r->model->body_count - 1));
+    CHECK(d->eq.outputs.position_count == 2 * (r->model->body_count - 1));
     for (int k = 0, o = 0; k < r->model->output_count; k++) {
         double x[3];
         if (r->model->outputs[k].kind != KMP_OUTPUT_POSITION)
@@ -375,7 +375,7 @@ static void closures(int number, const random_model *r, derived *d)
         const kmp_closure *closure = &r->model->closures[c];
         double sum = 0, expected = plain_square(r->model, s.q, closure);
         for (int k = 0; k < d->m; k++)
-            if (d->eq.rows[k].closure == c)
+            if (d->eq.closures.rows[k].closure == c)
                 sum += d->h[k] * d->h[k];
         if (!strstr(met, kmp_closure_word(closure)))
             snprintf(met + strlen(met), sizeof met - strlen(met), " %s", kmp_closure_word(closure));
@@ -399,7 +399,7 @@ static void check_wrench(int number, const random_model *r, derived *d, const st
     derived_eval(d, s);
     derived_jacobian_times(d, s->qd, rates);
     for (int k = 0; k < d->m; k++)
-        power += d->eq.rows[k].closure == c ? s->lambda[k] * rates[k] : 0;
+        power += d->eq.closures.rows[k].closure == c ? s->lambda[k] * rates[k] : 0;
     plain_poses(model, s->q, p);
     difference(pose_field, &user, d->n, s->q, s->qd, 12 * model->body_count, &rate[0].r[0][0]);
     number_values(model->points[closure->point[1]].at, at);
@@ -407,7 +407,7 @@ static void check_wrench(int number, const random_model *r, derived *d, const st
     spin_in_body(&p[body], &rate[body], own);
     for (int i = 0; i < 3; i++)
         w[i] = p[body].r[i][0] * own[0] + p[body].r[i][1] * own[1] + p[body].r[i][2] * own[2];
-    const double *moment = d->shown + 3 * d->eq.position_count + 3 * c;
+    const double *moment = d->shown + 3 * d->eq.outputs.position_count + 3 * c;
     expected = dot(d->reaction + 3 * c, v) + dot(moment, w);
     CHECK_CLOSE(1, &power, &expected, 1e-9);
 }
@@ -513,7 +513,7 @@ static void evaluator_agrees(int number, const random_model *r, derived *d)
     CHECK_NEAR(kmp_eval_power(eval, s.t, s.q, s.qd), *d->power, 1e-12);
     CHECK_CLOSE(3 * r->model->closure_count, kmp_eval_reactions(eval, s.t, s.q, s.lambda), d->reaction, 1e-12);
     const double *shown = kmp_eval_shown(eval, s.t, s.q, s.qd, s.qdd, s.lambda);
-    CHECK_CLOSE(d->eq.shown_count, shown, d->shown, 1e-12);
+    CHECK_CLOSE(d->eq.outputs.shown_count, shown, d->shown, 1e-12);
     kmp_eval_free(eval);
     kempe_system_free(system);
 }

@@ -149,11 +149,11 @@ static bool classical_init(derived *d, const kempe_model *model)
         return false;
     kmp_forces forces;
     kmp_forces_init(&forces, &d->eq.tree, false, NULL);
-    CHECK(classical_derive(&d->eq.tree, forces.applied, d->eq.mass, d->eq.bias));
+    CHECK(classical_derive(&d->eq.tree, forces.applied, d->eq.dynamics.mass, d->eq.dynamics.bias));
     for (int k = 0; k < d->n; k++)
-        d->eq.bias[k] = kmp_sub(d->eq.graph, d->eq.bias[k], forces.effort[k]);
+        d->eq.dynamics.bias[k] = kmp_sub(d->eq.graph, d->eq.dynamics.bias[k], forces.effort[k]);
     const int count[2] = {d->n * d->n, d->n};
-    const kmp_ref *const groups[2] = {d->eq.mass, d->eq.bias};
+    const kmp_ref *const groups[2] = {d->eq.dynamics.mass, d->eq.dynamics.bias};
     d->program = kmp_program_new(d->eq.graph, 2, count, groups);
     d->machine = kmp_machine_new(d->program, kmp_backend_find("tape"));
     return true;
@@ -194,7 +194,7 @@ static bool check_numeric_closures(int number, const derived *d, const numeric *
 {
     static double h[STATE_MAX], jacobian[STATE_MAX * STATE_MAX], jdqd[STATE_MAX];
     numeric_closures closures;
-    if (d->m == 0 || !numeric_closures_init(&closures, p, &d->eq.tree, d->m, d->eq.rows))
+    if (d->m == 0 || !numeric_closures_init(&closures, p, &d->eq.tree, d->m, d->eq.closures.rows))
         return false;
     memset(jacobian, 0, sizeof jacobian);
     numeric_close(&closures, s->qd, h, jacobian, jdqd);
@@ -282,8 +282,8 @@ static bool plain_init(derived *d, const kempe_model *model)
         return false;
     kmp_forces forces;
     kmp_forces_init(&forces, &d->eq.tree, false, NULL);
-    CHECK(plain_articulated(&d->eq.tree, forces.applied, forces.effort, d->eq.accelerations));
-    const kmp_ref *const group = d->eq.accelerations;
+    CHECK(plain_articulated(&d->eq.tree, forces.applied, forces.effort, d->eq.articulated.accelerations));
+    const kmp_ref *const group = d->eq.articulated.accelerations;
     d->program = kmp_program_new(d->eq.graph, 1, &d->n, &group);
     d->machine = kmp_machine_new(d->program, kmp_backend_find("tape"));
     return true;
@@ -399,7 +399,7 @@ static void bias_of(const kempe_model *model, const kmp_derivation_request *scen
 {
     kmp_equations eq;
     CHECK(kmp_equations_derive_once(&eq, model, scene) == KEMPE_OK);
-    const kmp_ref *outputs = eq.bias;
+    const kmp_ref *outputs = eq.dynamics.bias;
     kmp_program *p = kmp_program_new(eq.graph, 1, &eq.n, &outputs);
     kmp_machine *machine = kmp_machine_new(p, kmp_backend_find("tape"));
     kmp_machine_set(machine, KMP_IN_TIME, &s->t);
@@ -451,7 +451,7 @@ static long count_of(const kempe_model *model, const kmp_savings *savings, kmp_s
     kmp_equations eq;
     CHECK(kmp_equations_derive(&eq, model, &scene) == KEMPE_OK);
     const int sizes[2] = {eq.n * eq.n, eq.n};
-    const kmp_ref *const groups[2] = {eq.mass, eq.bias};
+    const kmp_ref *const groups[2] = {eq.dynamics.mass, eq.dynamics.bias};
     kmp_program *p = kmp_program_new(eq.graph, 2, sizes, groups);
     long count = kmp_program_count(p, 1, 2).paper;
     if (found)
@@ -520,7 +520,7 @@ static void parallel_axes_stay(void)
         if (k == 2)
             CHECK(kmp_equations_derive_again(&eq, &scene) == KEMPE_OK);
         const int sizes[2] = {eq.n * eq.n, eq.n};
-        const kmp_ref *const groups[2] = {eq.mass, eq.bias};
+        const kmp_ref *const groups[2] = {eq.dynamics.mass, eq.dynamics.bias};
         kmp_program *p = kmp_program_new(eq.graph, 2, sizes, groups);
         count[k] = kmp_program_count(p, 0, 2).paper;
         CHECK(eq.savings.stay[3] == (k > 0));
@@ -591,7 +591,7 @@ static long operations(kempe_context *context, int bodies)
     kmp_equations eq;
     long count = -1;
     if (model && kmp_equations_init(&eq, model, KMP_SET_ACCELERATION, KMP_SCHEME_COMPOSITE, false) == KEMPE_OK) {
-        const kmp_ref *group = eq.accelerations;
+        const kmp_ref *group = eq.articulated.accelerations;
         kmp_program *p = kmp_program_new(eq.graph, 1, &eq.n, &group);
         count = kmp_program_count(p, 1, 1).paper;
         kmp_program_free(p);
@@ -618,7 +618,7 @@ static long acceleration_operations(const kempe_model *model, const kmp_savings 
     const kmp_derivation_request scene = {.sets = KMP_SET_ACCELERATION, .efforts = true, .first = first};
     kmp_equations eq;
     CHECK(kmp_equations_derive(&eq, model, &scene) == KEMPE_OK);
-    const kmp_ref *const group = eq.accelerations;
+    const kmp_ref *const group = eq.articulated.accelerations;
     kmp_program *p = kmp_program_new(eq.graph, 1, &eq.n, &group);
     long count = kmp_program_count(p, 1, 1).paper;
     kmp_savings_copy(taken, &eq.savings, model);

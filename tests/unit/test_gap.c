@@ -34,14 +34,14 @@ static void differentiate(kmp_equations *eq, kmp_ref *out)
         kmp_ref leaf = kmp_input(eq->graph, KMP_IN_Q, (uint32_t)k), one = KMP_ONE;
         kmp_derivative *d = kmp_derivative_new(eq->graph, 1, &leaf, &one);
         for (int r = 0; r < eq->m; r++)
-            out[k * eq->m + r] = kmp_derivative_of(d, eq->h[r]);
+            out[k * eq->m + r] = kmp_derivative_of(d, eq->closures.h[r]);
         kmp_derivative_free(d);
     }
     out += eq->n * eq->m;
     for (int pass = 0; pass < 2; pass++, out += eq->m) {
         kmp_derivative *d = kmp_time_derivative(&eq->tree);
         for (int r = 0; r < eq->m; r++)
-            out[r] = kmp_derivative_of(d, pass ? out[r - eq->m] : eq->h[r]);
+            out[r] = kmp_derivative_of(d, pass ? out[r - eq->m] : eq->closures.h[r]);
         kmp_derivative_free(d);
     }
 }
@@ -68,9 +68,10 @@ static void check_rows(int number, kmp_equations *eq)
     kmp_graph_eval(eq->graph, inputs, value);
     for (int r = 0; r < m; r++) {
         for (int k = 0; k < n; k++)
-            check_close(number, "J", value_of(value, eq->jacobian[r * n + k]), value_of(value, plain[k * m + r]));
-        check_close(number, "hdot", value_of(value, eq->hdot[r]), value_of(value, plain[n * m + r]));
-        check_close(number, "jdqd", value_of(value, eq->jdqd[r]), value_of(value, plain[n * m + m + r]));
+            check_close(number, "J", value_of(value, eq->closures.jacobian[r * n + k]),
+                        value_of(value, plain[k * m + r]));
+        check_close(number, "hdot", value_of(value, eq->closures.hdot[r]), value_of(value, plain[n * m + r]));
+        check_close(number, "jdqd", value_of(value, eq->closures.jdqd[r]), value_of(value, plain[n * m + m + r]));
     }
     kmp_free(plain);
     kmp_free(value);
@@ -132,12 +133,12 @@ static void points_on_one_body_share(void)
     CHECK(kempe_model_read_text(context, carrier, "carrier.yaml", &model) == KEMPE_OK);
     if (model && kmp_equations_init(&eq, model, SETS, KMP_SCHEME_COMPOSITE, false) == KEMPE_OK) {
         kmp_ref *plain = KMP_NEW(kmp_ref, eq.m * (eq.n + 2)), *jacobian = KMP_NEW(kmp_ref, eq.m * eq.n);
-        long chosen = operations(&eq, eq.h, eq.jacobian, eq.jdqd);
+        long chosen = operations(&eq, eq.closures.h, eq.closures.jacobian, eq.closures.jdqd);
         differentiate(&eq, plain);
         for (int r = 0; r < eq.m; r++)
             for (int k = 0; k < eq.n; k++)
                 jacobian[r * eq.n + k] = plain[k * eq.m + r];
-        long derived = operations(&eq, eq.h, jacobian, plain + (eq.n + 1) * eq.m);
+        long derived = operations(&eq, eq.closures.h, jacobian, plain + (eq.n + 1) * eq.m);
         printf("   %ld operations, %ld by differentiation\n", chosen, derived);
         CHECK(4 * chosen < 3 * derived);
         kmp_free(plain);

@@ -285,7 +285,7 @@ static void a_formulation_that_lasts_is_fused(void)
     CHECK(is_fused(runner));
     CHECK(kmp_runner_step(runner) == KEMPE_OK);
     double t = kmp_runner_t(runner), h = runner->solver->h;
-    CHECK(kmp_runner_inner_row(runner, t, true, runner->state, &work) == KEMPE_OK);
+    CHECK(kmp_runner_inner_row(runner, t, true, runner->room.state, &work) == KEMPE_OK);
     CHECK(kmp_runner_restart(runner, t, false, work, h) == KEMPE_OK);
     for (int k = 0; k <= KMP_FORMULATION_BRIEF; k++) {
         CHECK(!is_fused(runner));

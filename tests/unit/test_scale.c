@@ -447,7 +447,7 @@ static void passing_is_linear(void)
         kmp_runner_report(runner, &report);
         rhs[k] = report.rhs;
         printf("  N = %d: %ld evaluations, %ld products of a look\n", 100 << k, rhs[k], products[k]);
-        CHECK(runner->log->count > 0 || !runner->near_singular);
+        CHECK(runner->log->count > 0 || !runner->change_point.near);
         kmp_free(report.reason);
         kmp_runner_free(runner);
         unload(&l);

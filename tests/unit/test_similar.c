@@ -129,7 +129,7 @@ static const double size[KMP_CONTACT_SHOWN] = {1e-2, 1, 0.1, 1e5, 1, 1, 1, 1e5, 
 static double difference(const derived *a, const derived *b, double scale, int *pressed)
 {
     double worst = 0;
-    for (int i = 0; i < a->eq.shown_count; i++) {
+    for (int i = 0; i < a->eq.outputs.shown_count; i++) {
         int k = i % KMP_CONTACT_SHOWN;
         double off = fabs(b->shown[i] / pow(scale, power[k]) - a->shown[i]) / size[k];
         worst = off <= worst ? worst : off; /* NaN stays */

@@ -23,8 +23,8 @@ typedef struct motion {
 
 static bool is_at_rest(const kmp_runner *runner, const kmp_formulation *formulation)
 {
-    for (int k = 0; k < runner->visits; k++)
-        if (runner->visit[k].formulation == formulation)
+    for (int k = 0; k < runner->resting.count; k++)
+        if (runner->resting.visit[k].formulation == formulation)
             return true;
     return false;
 }
@@ -43,10 +43,10 @@ static motion follow(const loaded *l, const char *formulation, const char *integ
     CHECK(kmp_runner_new(l->system, &spec, NULL, &runner) == KEMPE_OK);
     for (int k = 0; runner && kmp_runner_t(runner) < t_end && k < MOST_STEPS; k++) {
         kmp_formulation *resting[KMP_MOST_VISITS], *before = runner->formulation;
-        const int visits = runner->visits;
+        const int visits = runner->resting.count;
         const long tried = kmp_runner_tried(runner);
         for (int i = 0; i < visits; i++)
-            resting[i] = runner->visit[i].formulation;
+            resting[i] = runner->resting.visit[i].formulation;
         runner->formulation->rests = runner->formulation->rests && !anew;
         if (kmp_runner_step(runner) != KEMPE_OK) {
             CHECK_TEXT(runner->reason ? runner->reason : kempe_context_message(l->context), "");
@@ -55,7 +55,7 @@ static motion follow(const loaded *l, const char *formulation, const char *integ
         const long counted = kmp_runner_tried(runner) - tried;
         CHECK(counted > 0);
         m.most_counted = counted > m.most_counted ? counted : m.most_counted;
-        m.most = runner->visits > m.most ? runner->visits : m.most;
+        m.most = runner->resting.count > m.most ? runner->resting.count : m.most;
         CHECK(!is_at_rest(runner, runner->formulation));
         if (runner->formulation == before)
             continue;

@@ -59,7 +59,8 @@ static kmp_ref weighted(const kmp_equations *eq)
     kmp_ref sum = KMP_ZERO;
     for (int k = 0; k < m + m * n; k++) {
         const kmp_ref weight = kmp_input(eq->graph, KMP_IN_ALONG, (uint32_t)(n + k));
-        sum = kmp_add(eq->graph, sum, kmp_mul(eq->graph, weight, k < m ? eq->h[k] : eq->jacobian[k - m]));
+        sum = kmp_add(eq->graph, sum,
+                      kmp_mul(eq->graph, weight, k < m ? eq->closures.h[k] : eq->closures.jacobian[k - m]));
     }
     return sum;
 }
@@ -82,7 +83,7 @@ static bool derive_program(kempe_workspace *ws, determinant *d, const kmp_equati
     for (int i = 0; along && i < n; i++)
         change[i] = kmp_derivative_of(along, gradient[i]);
     for (int k = 0; along && k < m * n; k++) {
-        const kmp_ref moved = kmp_derivative_of(along, eq->jacobian[k]);
+        const kmp_ref moved = kmp_derivative_of(along, eq->closures.jacobian[k]);
         if (moved == KMP_ZERO)
             continue;
         d->row[d->entries] = place_in(d->r, ws->part.rows, k / n);

@@ -92,11 +92,11 @@ static void collect_sets(const kmp_equations *eq, kmp_ref *of)
 {
     int n = eq->n, m = eq->m;
     for (int i = 0; i < m; i++) {
-        of[i] = eq->h[i];
-        of[m + i] = eq->hdot[i];
+        of[i] = eq->closures.h[i];
+        of[m + i] = eq->closures.hdot[i];
         of[2 * m + i] = kmp_equations_curve(eq, i);
     }
-    memcpy(of + 3 * m, eq->residual, (size_t)n * sizeof *of);
+    memcpy(of + 3 * m, eq->dynamics.residual, (size_t)n * sizeof *of);
 }
 
 /* The characteristic length: of the offset that is longest with the current values. */
@@ -253,11 +253,11 @@ static bool add_outputs(gather *g)
 {
     const kempe_system *s = g->s->system;
     const int friction = count_friction(s, 0);
-    g->s->shown = g->of_count = g->eq.shown_count + friction;
+    g->s->shown = g->of_count = g->eq.outputs.shown_count + friction;
     g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, g->of_count);
-    for (int i = 0; g->of && i < g->eq.shown_count; i++)
-        g->of[i] = g->eq.shown[i];
-    for (int r = 0, i = g->eq.shown_count; g->of && r < s->m && friction > 0; r++) {
+    for (int i = 0; g->of && i < g->eq.outputs.shown_count; i++)
+        g->of[i] = g->eq.outputs.shown[i];
+    for (int r = 0, i = g->eq.outputs.shown_count; g->of && r < s->m && friction > 0; r++) {
         const kmp_force *force = friction_of_row(s, r);
         if (force)
             g->of[i++] = kmp_friction_force(&g->eq.tree, &g->eq.model->forces[force - s->model->forces]);
@@ -720,7 +720,7 @@ static bool derive_curvature(kmp_curvature *c, const kmp_equations *eq, const km
     if (ok) {
         collect_sets(eq, of);
         for (int k = 0; k < c->shown; k++)
-            of[equations + k] = eq->shown[k];
+            of[equations + k] = eq->outputs.shown[k];
         move_state(&a, eq, 0);
         kmp_gradient_backward(eq->graph, weighted_sum(eq, state, count, of), state, a.leaf, slope);
         memcpy(change, slope, (size_t)state * sizeof *change);
@@ -743,7 +743,7 @@ kempe_status kmp_curvature_init(kmp_curvature *curvature, const kempe_system *sy
     const int state = 3 * system->n + system->m;
     *curvature = (kmp_curvature){.n = system->n, .m = system->m};
     KMP_TRY(derive_for_slopes(&eq, system, &events, sets));
-    curvature->shown = with_outputs ? eq.shown_count : 0;
+    curvature->shown = with_outputs ? eq.outputs.shown_count : 0;
     curvature->given = KMP_NEW(double, state + system->n + 3 * system->m + curvature->shown);
     curvature->weight = curvature->given ? curvature->given + state : NULL;
     const bool ok = curvature->given && derive_curvature(curvature, &eq, backend, system->parameters);

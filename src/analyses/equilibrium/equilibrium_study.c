@@ -1062,7 +1062,8 @@ static kempe_status evaluate_bias(const kmp_linear *l, const kempe_model *model,
     const kmp_derivation_request scene = {
         .sets = KMP_SET_BIAS, .scheme = KMP_SCHEME_COMPOSITE, .events = &events, .charted = true, .alone = alone};
     KMP_TRY(kmp_equations_derive(&eq, model, &scene));
-    bool ok = kmp_formulas_init(&force, eq.graph, l->n, eq.bias, kmp_backend_find("tape"), l->system->parameters);
+    bool ok =
+        kmp_formulas_init(&force, eq.graph, l->n, eq.dynamics.bias, kmp_backend_find("tape"), l->system->parameters);
     if (ok)
         memcpy(bias, kmp_formulas_at(&force, &at), (size_t)l->n * sizeof *bias);
     kmp_formulas_free(&force);

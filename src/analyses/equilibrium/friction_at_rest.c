@@ -21,9 +21,9 @@ void kmp_friction_state_look(kmp_friction_state *state, double t, const double *
 void kmp_friction_state_measure(kmp_friction_state *state, double t, const double *q, double *place)
 {
     kmp_runner *run = state->site;
-    kmp_friction_run *f = run->friction;
-    memset(run->state + run->s->n, 0, (size_t)run->s->n * sizeof *q);
-    const double *now = kmp_eval_changes(run->eval, t, q, run->state + run->s->n);
+    kmp_friction_run *f = run->sticking.run;
+    memset(run->room.state + run->s->n, 0, (size_t)run->s->n * sizeof *q);
+    const double *now = kmp_eval_changes(run->eval, t, q, run->room.state + run->s->n);
     memcpy(f->change, now, (size_t)run->s->events.count * sizeof *now);
     for (int i = 0; i < state->count; i++)
         place[i] = kmp_friction_at(f, &f->element[i], KMP_ROLE_PLACE);
@@ -49,42 +49,42 @@ bool kmp_friction_state_agrees(kmp_friction_state *state, double t, const double
 static kempe_status hold(kmp_friction_state *x, int i, double t, double place)
 {
     kmp_runner *run = x->site;
-    kmp_friction_element *e = &run->friction->element[i];
+    kmp_friction_element *e = &run->sticking.run->element[i];
     bool adds;
-    KMP_TRY((kempe_status)kmp_friction_adds_row(run->friction, e, t, run->state, &adds));
+    KMP_TRY((kempe_status)kmp_friction_adds_row(run->sticking.run, e, t, run->room.state, &adds));
     x->view[i].word = adds ? KMP_FRICTION_WORD_STICKS : KMP_FRICTION_WORD_SHARES;
     if (adds) {
-        kmp_friction_set_held(run->friction, e, place);
+        kmp_friction_set_held(run->sticking.run, e, place);
         return KEMPE_OK;
     }
-    kmp_friction_set_given(run->friction, e, 0, 0);
-    return (kempe_status)kmp_friction_choose(run->friction, t, run->state);
+    kmp_friction_set_given(run->sticking.run, e, 0, 0);
+    return (kempe_status)kmp_friction_choose(run->sticking.run, t, run->room.state);
 }
 
 kempe_status kmp_friction_state_press(kmp_friction_state *state, double t, const double *q,
                                       const kmp_normal_load *pressed)
 {
     kmp_runner *run = state->site;
-    memcpy(run->state, q, (size_t)run->s->n * sizeof *q);
+    memcpy(run->room.state, q, (size_t)run->s->n * sizeof *q);
     kmp_friction_state_open(run->eval);
     kmp_friction_forget_rows(run);
-    KMP_TRY((kempe_status)kmp_friction_choose(run->friction, t, run->state));
+    KMP_TRY((kempe_status)kmp_friction_choose(run->sticking.run, t, run->room.state));
     for (int i = 0; i < state->count; i++)
         if (state->view[i].contact)
             state->view[i].word = KMP_FRICTION_WORD_SLIPS;
     for (int how = KMP_PRESSED; how <= KMP_PRESSED_IF_IMPLIED; how++)
         for (int i = 0; i < state->count; i++) {
-            kmp_friction_element *e = &run->friction->element[i];
+            kmp_friction_element *e = &run->sticking.run->element[i];
             if (!state->view[i].contact || (int)pressed[i] != how)
                 continue;
             /* By its row, or by the rows of others. */
             KMP_TRY(hold(state, i, t, 0));
             if (state->view[i].word == KMP_FRICTION_WORD_SHARES) {
-                kmp_friction_put(run->friction, e, KMP_ROLE_SENSE, KMP_FRICTION_CARRIES);
+                kmp_friction_put(run->sticking.run, e, KMP_ROLE_SENSE, KMP_FRICTION_CARRIES);
             } else if (how == KMP_PRESSED_IF_IMPLIED) {
-                kmp_friction_set_slip(run->friction, e, 0, 0);
+                kmp_friction_set_slip(run->sticking.run, e, 0, 0);
                 state->view[i].word = KMP_FRICTION_WORD_SLIPS;
-                KMP_TRY((kempe_status)kmp_friction_choose(run->friction, t, run->state));
+                KMP_TRY((kempe_status)kmp_friction_choose(run->sticking.run, t, run->room.state));
             }
         }
     return KEMPE_OK;
@@ -94,19 +94,19 @@ kempe_status kmp_friction_state_lock(kmp_friction_state *state, double t, const 
                                      const double *place)
 {
     kmp_runner *run = state->site;
-    kmp_friction_run *f = run->friction;
+    kmp_friction_run *f = run->sticking.run;
     kmp_friction_state_evaluate(state, t, q, NULL);
     kmp_partition_free(&run->part);
-    KMP_TRY(kmp_runner_choose(run, t, run->state, -1, NULL, 0));
+    KMP_TRY(kmp_runner_choose(run, t, run->room.state, -1, NULL, 0));
     for (int i = 0; i < state->count; i++) {
         kmp_friction_element *e = &f->element[i];
         double at = kmp_friction_at(f, e, KMP_ROLE_PLACE);
         bool level =
             fmax(kmp_friction_level_at(f, e, KMP_ROLE_LEVEL), kmp_friction_level_at(f, e, KMP_ROLE_STATIC)) > 0;
-        bool wanted = !state->view[i].off && (which ? which[i] : level || run->loaded_friction);
+        bool wanted = !state->view[i].off && (which ? which[i] : level || run->sticking.loaded);
         if (e->contact)
             continue;
-        kmp_friction_set_slip(run->friction, e, 0, 0);
+        kmp_friction_set_slip(run->sticking.run, e, 0, 0);
         state->view[i].word = KMP_FRICTION_WORD_SLIPS;
         if (wanted)
             KMP_TRY(hold(state, i, t, place ? place[i] : at));
@@ -117,10 +117,11 @@ kempe_status kmp_friction_state_lock(kmp_friction_state *state, double t, const 
 kempe_status kmp_friction_state_load(kmp_friction_state *state, double t, const double *q)
 {
     kmp_runner *run = state->site;
-    kmp_friction_run *f = run->friction;
+    kmp_friction_run *f = run->sticking.run;
     kmp_friction_state_evaluate(state, t, q, NULL);
     kmp_partition_free(&run->part);
-    KMP_TRY((kempe_status)kmp_friction_load(run->friction, t, run->state, run->state + run->s->n, &state->part));
+    KMP_TRY((kempe_status)kmp_friction_load(run->sticking.run, t, run->room.state, run->room.state + run->s->n,
+                                            &state->part));
     for (int i = 0; i < state->count; i++) {
         kmp_friction_element *e = &f->element[i];
         state->view[i].force = e->contact ? kmp_friction_at(f, e, KMP_ROLE_GIVEN) : f->f[i];

@@ -220,7 +220,7 @@ bool kmp_instance_begin_conditions(kmp_engine *e, kmp_instance *x, const double 
         return true;
     kmp_event_tracker_begin_past(e->s, x->past);
     if (x->stood) { /* with modes, and accelerations */
-        kmp_eval_all_changes(e->eval, 0, q, qd, e->site->qdd, e->site->lambda, c->change);
+        kmp_eval_all_changes(e->eval, 0, q, qd, e->site->room.qdd, e->site->room.lambda, c->change);
     } else {
         kmp_eval_freeze(e->eval, 0, q, qd);
         memcpy(c->change, kmp_eval_changes(e->eval, 0, q, qd), (size_t)e->s->events.count * sizeof *c->change);
@@ -465,7 +465,7 @@ static void depart(kmp_engine *e, kmp_instance *x)
     if (e->eval->nu)
         memcpy(x->nu, e->eval->nu, (size_t)e->m * sizeof *x->nu);
     kmp_present_inputs_copy(&x->inputs, &e->eval->inputs);
-    e->site->crossing = NULL;
+    e->site->events.tracker = NULL;
 }
 
 kempe_status kmp_instance_restart(kmp_engine *e, kmp_instance *x, const kempe_assembly *a)
@@ -491,7 +491,7 @@ static kempe_status take_rows(kmp_engine *e, const kmp_lane_group *from, double 
     if (!e->s->switches)
         return KEMPE_OK;
     kmp_rank_margin_free(&site->margin);
-    return kmp_runner_compute_margin(site, t, site->state);
+    return kmp_runner_compute_margin(site, t, site->room.state);
 }
 
 /* Goes on in lanes, or in a separate run, from the site. */
@@ -501,8 +501,8 @@ static kempe_status go_on(kmp_engine *e, const kmp_lane_group *from, int i, doub
     kmp_runner *site = e->site;
     kmp_partition part;
     double limit = x->limit;
-    memcpy(e->state, site->state, 2 * (size_t)e->n * sizeof *e->state);
-    if (kmp_friction_is_smooth(site->friction))
+    memcpy(e->state, site->room.state, 2 * (size_t)e->n * sizeof *e->state);
+    if (kmp_friction_is_smooth(site->sticking.run))
         return kmp_instance_start_apart(e, i, site->part.r, 0, e->state, e->state + e->n, work, KMP_LANE_SMOOTH);
     KMP_TRY(kmp_made(e->context, kmp_partition_copy(&part, e->s->switches ? &site->part : &from->part)));
     if (e->s->switches)
@@ -521,8 +521,8 @@ kempe_status kmp_instance_pass(kmp_engine *e, kmp_lane_group *from, int i, bool 
     kmp_instance *x = &e->instances[i];
     kmp_runner *site = e->site;
     double work, before = e->s->dissipative ? x->y[e->n + from->part.p] : 0;
-    memcpy(site->state, e->state, 2 * (size_t)e->n * sizeof *site->state);
-    site->crossing = crossing_of(e, x);
+    memcpy(site->room.state, e->state, 2 * (size_t)e->n * sizeof *site->room.state);
+    site->events.tracker = crossing_of(e, x);
     site->rate_scale = x->rate_scale;
     kempe_status status = kmp_instance_take_values(e, i); /* impacts have the settings of the model */
     kmp_constants_take(e->s, &x->constants);
@@ -534,7 +534,8 @@ kempe_status kmp_instance_pass(kmp_engine *e, kmp_lane_group *from, int i, bool 
     if (status == KEMPE_OK)
         depart(e, x);
     if (event && e->s->switches) { /* pass_switch of runner_change.c */
-        x->h = kmp_restart_length(x->h, since, KMP_FRICTION_INSTANT * e->spec.t_end, kmp_impact_since(site->impacts));
+        x->h = kmp_restart_length(x->h, since, KMP_FRICTION_INSTANT * e->spec.t_end,
+                                  kmp_impact_since(site->sticking.impacts));
         x->has_step = x->h > 0;
     }
     kmp_engine_hold_inputs(e, NULL);
@@ -542,7 +543,7 @@ kempe_status kmp_instance_pass(kmp_engine *e, kmp_lane_group *from, int i, bool 
         return go_on(e, from, i, before + work);
     kmp_free(site->reason);
     site->reason = NULL;
-    site->ended = false;
+    site->events.ended = false;
     if (status != KEMPE_E_FAILED && status != KEMPE_STOPPED)
         return status;
     kmp_context_clear(e->context);

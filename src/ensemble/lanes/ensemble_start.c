@@ -144,7 +144,7 @@ static const char *detour_at(const kmp_engine *e, const kmp_partition *part, con
         return "a change point near the start";
     if (!kmp_instance_has_angles(e, q, KMP_AXES_CENTRED))
         return KMP_LANE_SINGULAR_ANGLES;
-    return e->site && kmp_friction_is_smooth(e->site->friction) ? KMP_LANE_SMOOTH : NULL;
+    return e->site && kmp_friction_is_smooth(e->site->sticking.run) ? KMP_LANE_SMOOTH : NULL;
 }
 
 /* Chooses rows and coordinates at a start, at the site if there is one; *q and *qd are then the state there. */
@@ -154,7 +154,7 @@ static kempe_status choose(kmp_engine *e, kmp_instance *x, const kempe_assembly 
     kmp_present_inputs_stand(&x->inputs, 0);
     if (e->site && !a->inner_q && kmp_instance_has_angles(e, a->q, KMP_AXES_CENTRED)) {
         KMP_TRY(kmp_instance_restart(e, x, a));
-        *q = e->site->state;
+        *q = e->site->room.state;
         *qd = *q + e->n;
         kmp_eval_closure(e->eval, 0, *q);
         return kmp_made(e->context, kmp_partition_copy(part, &e->site->part));
@@ -460,7 +460,7 @@ static kempe_status make_step(kmp_engine *e, int i, kmp_runner *run)
 {
     kmp_text why = {0};
     KMP_TRY(kmp_runner_step(run));
-    if (run->crossing && kmp_event_tracker_is_undecided(run->crossing, &why)) {
+    if (run->events.tracker && kmp_event_tracker_is_undecided(run->events.tracker, &why)) {
         run->reason = kmp_text_take(&why);
         return KEMPE_E_FAILED;
     }
@@ -543,8 +543,8 @@ static kempe_status look(kmp_engine *e, int i, kmp_runner *run, int rank, part_s
     kmp_instance *x = &e->instances[i];
     double t = kmp_runner_t(run), before = part->margin;
     *returns = false;
-    if (run->near_singular || run->walks || run->at_event || kmp_friction_is_smooth(run->friction) ||
-        kmp_runner_sample_is_due(run, t))
+    if (run->change_point.near || run->change_point.walks || run->events.here ||
+        kmp_friction_is_smooth(run->sticking.run) || kmp_runner_sample_is_due(run, t))
         return KEMPE_OK;
     rank = e->s->switches ? run->margin.r : rank;
     KMP_TRY(kmp_runner_row(run, t, part->row, &part->work));
@@ -591,7 +591,7 @@ static kempe_status come_back(kmp_engine *e, int i, kmp_runner *run, part_state 
     x->pace = 0;
     if (e->conditions) {
         memcpy(x->mode, kmp_runner_modes(run), (size_t)e->s->events.count * sizeof *x->mode);
-        memcpy(x->past, run->crossing->past, (size_t)e->s->events.count * sizeof *x->past);
+        memcpy(x->past, run->events.tracker->past, (size_t)e->s->events.count * sizeof *x->past);
     }
     if (e->eval->nu)
         memcpy(x->nu, part->row + 3 * e->n, (size_t)e->m * sizeof *x->nu);
@@ -634,7 +634,7 @@ static kempe_status begin(kmp_engine *e, int i, double margin, kmp_run_spec *spe
     if (status == KEMPE_OK)
         x->rate_scale = kmp_runner_rate_scale(*run);
     if (status == KEMPE_OK && e->conditions)
-        memcpy((*run)->crossing->past, x->past, (size_t)e->s->events.count * sizeof *x->past);
+        memcpy((*run)->events.tracker->past, x->past, (size_t)e->s->events.count * sizeof *x->past);
     return status;
 }
 

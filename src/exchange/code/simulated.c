@@ -86,10 +86,10 @@ static kempe_status derive_motion(kmp_code_source *source, const kmp_set_choice 
     KMP_TRY(kmp_equations_derive(&eq, source->model, &scene));
     bool moves = false;
     for (int r = 0; r < eq.m; r++)
-        moves = moves || eq.h_t[r] != KMP_ZERO;
+        moves = moves || eq.closures.h_t[r] != KMP_ZERO;
     const bool same = eq.m == system->m && moves == system->rheonomic &&
-                      is_within(&source->arena, &system->mass, eq.n, eq.n, eq.mass) &&
-                      is_within(&source->arena, &system->jacobian, eq.m, eq.n, eq.jacobian);
+                      is_within(&source->arena, &system->mass, eq.n, eq.n, eq.dynamics.mass) &&
+                      is_within(&source->arena, &system->jacobian, eq.m, eq.n, eq.closures.jacobian);
     *motion = same ? kmp_motion_make_again(system, &eq) : NULL;
     kmp_equations_free(&eq);
     return kmp_made(source->context, !source->arena.failed && (*motion || !same));

@@ -222,7 +222,7 @@ static bool hash_model(const kempe_model *model, char out[17])
 static void find_rows(kmp_code_elements *elements, const kmp_equations *eq)
 {
     for (int k = 0; k < elements->count; k++)
-        elements->row[k] = eq->row[KMP_CLOSURE_ROWS * elements->force[k]->closure];
+        elements->row[k] = eq->closures.first[KMP_CLOSURE_ROWS * elements->force[k]->closure];
 }
 
 static void name_rows(kmp_code_source *source, const kmp_equations *eq)
@@ -234,7 +234,7 @@ static void name_rows(kmp_code_source *source, const kmp_equations *eq)
     find_rows(&source->contacts, eq);
     source->row_names = KMP_ARENA_NEW(&source->arena, char *, eq->m);
     for (int r = 0; source->row_names && r < eq->m; r++) {
-        const kmp_row *row = &eq->rows[r];
+        const kmp_row *row = &eq->closures.rows[r];
         source->row_names[r] =
             kmp_arena_printf(&source->arena, "%s.%d", eq->model->closures[row->closure].name, row->number + 1);
     }

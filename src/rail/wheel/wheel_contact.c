@@ -226,8 +226,8 @@ static void show_contacts(kmp_equations *eq, const kmp_output *output)
             guidance_add(&eq->tree, &pose, &contact, &sum);
             continue;
         }
-        contact_values(&eq->tree, wheel, &pose, &contact, eq->shown + eq->shown_count);
-        eq->shown_count += KMP_CONTACT_SHOWN;
+        contact_values(&eq->tree, wheel, &pose, &contact, eq->outputs.shown + eq->outputs.shown_count);
+        eq->outputs.shown_count += KMP_CONTACT_SHOWN;
     }
     if (!sums)
         return;
@@ -235,7 +235,7 @@ static void show_contacts(kmp_equations *eq, const kmp_output *output)
     const kmp_ref shown[] = {sum.load, sum.lateral, kmp_select(g, loaded, kmp_div(g, sum.lateral, load), KMP_ZERO),
                              sum.wear};
     for (size_t k = 0; k < sizeof shown / sizeof *shown; k++)
-        eq->shown[eq->shown_count++] = shown[k];
+        eq->outputs.shown[eq->outputs.shown_count++] = shown[k];
 }
 
 static void show_pose(kmp_equations *eq, const kmp_output *output)
@@ -244,7 +244,7 @@ static void show_pose(kmp_equations *eq, const kmp_output *output)
     kmp_wheel_find(&eq->tree, &eq->model->wheels[output->index], &pose);
     const kmp_ref shown[KMP_POSE_SHOWN] = {pose.out, pose.up, pose.axle[0], pose.axle[1], pose.axle[2]};
     for (int k = 0; k < KMP_POSE_SHOWN; k++)
-        eq->shown[eq->shown_count++] = shown[k];
+        eq->outputs.shown[eq->outputs.shown_count++] = shown[k];
 }
 
 const kmp_output_of_wing kmp_wheel_outputs[] = {

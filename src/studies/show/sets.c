@@ -117,8 +117,8 @@ kmp_set kmp_set_of(const kmp_equations *eq, int set)
     enum { LOADS = 1 << KMP_IN_FORCE | 1 << KMP_IN_TORQUE };
     static const kmp_equations none;
     const kmp_equations *of = eq ? eq : &none;
-    const int n = of->n, m = of->m, w = of->shown_count, f = of->friction_count, d = of->next_count;
-    const int c = of->contact_count, e = of->delayed_count, g = of->watched_count, s = of->along_count;
+    const int n = of->n, m = of->m, w = of->outputs.shown_count, f = of->sticking.count, d = of->states.count;
+    const int c = of->contacts.count, e = of->delays.count, g = of->conditions.watched_count, s = of->along.count;
     const kmp_set sets[] = {
 #define KMP_EQUATIONS(id, name, derive, rows, columns, lower, entries, inputs, array, meaning)                         \
     {name, derive, rows, columns, lower, of->entries, inputs, array, meaning},

@@ -259,7 +259,7 @@ static kmp_ref *values_of(const kmp_output_program *o, const kmp_equations *eq)
     kmp_ref *value = KMP_GRAPH_NEW(eq->graph, kmp_ref, o->columns.count);
     for (int c = 1; value && c < o->columns.count; c++) {
         const kmp_column *of = &o->columns.of[c];
-        value[c - 1] = of->quantity == KMP_QUANTITIES ? eq->shown[of->index]
+        value[c - 1] = of->quantity == KMP_QUANTITIES ? eq->outputs.shown[of->index]
                                                       : kmp_input(eq->graph, kind[of->quantity], (uint32_t)of->index);
     }
     return value;
@@ -400,7 +400,7 @@ static void make_slopes(void *user, const kmp_equations *eq, int count, const km
     counts[0] = count * (o->n + 1);
     groups[0] = slope;
     counts[1] = o->m;
-    groups[1] = eq->jdqd;
+    groups[1] = eq->closures.jdqd;
 }
 
 /* -- new and free ------------------------------------------------------------------------------------ */
